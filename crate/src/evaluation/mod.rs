@@ -1,0 +1,1 @@
+//! How good a result is: sharpness of the map, distance to a reference.

@@ -1,0 +1,7 @@
+//! Points and rigid motions: what everything else is written in.
+
+pub mod point_cloud;
+pub mod pose;
+
+pub use point_cloud::PointCloud;
+pub use pose::{Pose2, Pose3, RigidMotion};

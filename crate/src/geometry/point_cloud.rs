@@ -1,0 +1,58 @@
+//! Points in space, with what the file gave along with them.
+
+use glam::{DVec3, Vec3};
+
+/// Points in metres in one frame, with normals and colours where the source had them.
+///
+/// `normals` and `colors` are either absent or as long as `positions`.
+/// Positions are stored in single precision relative to `origin`, which is zero unless the coordinates are so large
+/// (map projections) that single precision would cost more than a fraction of a millimetre.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct PointCloud {
+    /// Point positions (m), relative to `origin`.
+    pub positions: Vec<Vec3>,
+    /// Unit normals, in the frame of the positions.
+    pub normals: Option<Vec<Vec3>>,
+    /// Red, green, blue, 0..=255.
+    pub colors: Option<Vec<[u8; 3]>>,
+    /// Offset to add to every position (m).
+    pub origin: DVec3,
+}
+
+impl PointCloud {
+    /// A cloud of positions alone.
+    pub fn from_positions(positions: Vec<Vec3>) -> Self {
+        Self { positions, ..Self::default() }
+    }
+
+    /// Number of points.
+    pub fn len(&self) -> usize {
+        self.positions.len()
+    }
+
+    /// Whether there is no point.
+    pub fn is_empty(&self) -> bool {
+        self.positions.is_empty()
+    }
+
+    /// Whether all points lie in the plane z = 0, as a planar laser's do: a scan to be read in two dimensions.
+    /// Non-finite points do not count; an empty cloud is not planar.
+    pub fn is_planar(&self) -> bool {
+        let mut finite = self.positions.iter().filter(|p| p.is_finite()).peekable();
+        finite.peek().is_some() && self.origin.z == 0.0 && finite.all(|p| p.z == 0.0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn planar_means_every_finite_z_is_zero() {
+        let cloud = |points: &[[f32; 3]]| PointCloud::from_positions(points.iter().map(|&p| Vec3::from(p)).collect());
+        assert!(cloud(&[[1.0, 2.0, 0.0], [f32::NAN, 0.0, f32::NAN], [3.0, 4.0, -0.0]]).is_planar());
+        assert!(!cloud(&[[1.0, 2.0, 0.0], [1.0, 2.0, 1e-3]]).is_planar());
+        assert!(!cloud(&[]).is_planar());
+        assert!(!cloud(&[[f32::NAN; 3]]).is_planar());
+    }
+}

@@ -1,0 +1,246 @@
+//! Rigid motions of the plane and of space, SE(2) and SE(3).
+//!
+//! A pose is a nalgebra isometry in double precision. [`RigidMotion`] adds what estimation needs, for both dimensions
+//! under one name: the exponential map, its inverse, and the adjoint. Equation numbers refer to Sola, Deray and
+//! Atchuthan, "A micro Lie theory for state estimation in robotics", arXiv 1812.01537v9.
+//!
+//! Tangent vectors hold the rotation first: (theta, x, y) in the plane and (wx, wy, wz, x, y, z) in space.
+
+use nalgebra::{
+    Isometry2, Isometry3, Matrix2, Matrix3, Matrix6, SMatrix, SVector, Translation2, Translation3, UnitComplex,
+    UnitQuaternion, Vector2, Vector3, Vector6,
+};
+
+/// A pose in the plane: `T_world_sensor` maps sensor points into the world (m, rad).
+pub type Pose2 = Isometry2<f64>;
+/// A pose in space: `T_world_sensor` maps sensor points into the world (m, rad).
+pub type Pose3 = Isometry3<f64>;
+
+/// A group of rigid motions of `D`-dimensional points with `DOF` degrees of freedom.
+pub trait RigidMotion<const D: usize, const DOF: usize>: Copy + std::ops::Mul<Output = Self> {
+    /// The motion that leaves everything in place.
+    fn identity() -> Self;
+    /// The motion back.
+    #[must_use]
+    fn inverse(&self) -> Self;
+    /// The exponential map, from a tangent vector (rotation first) to a motion.
+    fn exp(tangent: &SVector<f64, DOF>) -> Self;
+    /// The inverse of [`exp`](Self::exp), rotation angle in [-pi, pi].
+    fn log(&self) -> SVector<f64, DOF>;
+    /// `Ad_T`, with `T * exp(tau) == exp(Ad_T * tau) * T` (eq. 31).
+    fn adjoint(&self) -> SMatrix<f64, DOF, DOF>;
+    /// The motion applied to a point.
+    fn act(&self, point: &SVector<f64, D>) -> SVector<f64, D>;
+    /// The motion applied to a direction: rotated only.
+    fn rotate(&self, direction: &SVector<f64, D>) -> SVector<f64, D>;
+    /// Derivative of `exp(tau) * point` by `tau` at zero.
+    fn point_jacobian(point: &SVector<f64, D>) -> SMatrix<f64, D, DOF>;
+    /// The motion with this rotation matrix, which must be orthonormal with determinant 1, and this translation.
+    fn from_parts(rotation: &SMatrix<f64, D, D>, translation: &SVector<f64, D>) -> Self;
+    /// Angle of the rotation, in [0, pi] (rad).
+    fn rotation_angle(&self) -> f64;
+    /// Length of the translation (m).
+    fn translation_norm(&self) -> f64;
+}
+
+impl RigidMotion<2, 3> for Pose2 {
+    fn identity() -> Self {
+        Isometry2::identity()
+    }
+
+    fn inverse(&self) -> Self {
+        Isometry2::inverse(self)
+    }
+
+    /// Eqs. 156 and 158.
+    fn exp(tangent: &Vector3<f64>) -> Self {
+        let theta = tangent.x;
+        let (sin_over, one_minus_cos_over) = if theta.abs() < SMALL_ANGLE {
+            (1.0 - theta * theta / 6.0, theta / 2.0)
+        } else {
+            (theta.sin() / theta, (1.0 - theta.cos()) / theta)
+        };
+        let V = Matrix2::new(sin_over, -one_minus_cos_over, one_minus_cos_over, sin_over);
+        let translation = V * Vector2::new(tangent.y, tangent.z);
+        Isometry2::from_parts(Translation2::from(translation), UnitComplex::new(theta))
+    }
+
+    /// Eq. 157, with the inverse of V (eq. 158) in closed form: theta/2 * cot(theta/2) on its diagonal.
+    fn log(&self) -> Vector3<f64> {
+        let theta = self.rotation.angle();
+        let half = theta / 2.0;
+        let diagonal = if theta.abs() < SMALL_ANGLE { 1.0 - theta * theta / 12.0 } else { half / half.tan() };
+        let V_inverse = Matrix2::new(diagonal, half, -half, diagonal);
+        let rho = V_inverse * self.translation.vector;
+        Vector3::new(theta, rho.x, rho.y)
+    }
+
+    /// Eq. 159, rotation first.
+    fn adjoint(&self) -> Matrix3<f64> {
+        let R = self.rotation.to_rotation_matrix();
+        let t = self.translation.vector;
+        Matrix3::new(1.0, 0.0, 0.0, t.y, R[(0, 0)], R[(0, 1)], -t.x, R[(1, 0)], R[(1, 1)])
+    }
+
+    fn act(&self, point: &Vector2<f64>) -> Vector2<f64> {
+        self.rotation * point + self.translation.vector
+    }
+
+    fn rotate(&self, direction: &Vector2<f64>) -> Vector2<f64> {
+        self.rotation * direction
+    }
+
+    fn point_jacobian(point: &Vector2<f64>) -> SMatrix<f64, 2, 3> {
+        SMatrix::<f64, 2, 3>::new(-point.y, 1.0, 0.0, point.x, 0.0, 1.0)
+    }
+
+    fn from_parts(rotation: &Matrix2<f64>, translation: &Vector2<f64>) -> Self {
+        let angle = rotation[(1, 0)].atan2(rotation[(0, 0)]);
+        Isometry2::from_parts(Translation2::from(*translation), UnitComplex::new(angle))
+    }
+
+    fn rotation_angle(&self) -> f64 {
+        self.rotation.angle().abs()
+    }
+
+    fn translation_norm(&self) -> f64 {
+        self.translation.vector.norm()
+    }
+}
+
+impl RigidMotion<3, 6> for Pose3 {
+    fn identity() -> Self {
+        Isometry3::identity()
+    }
+
+    fn inverse(&self) -> Self {
+        Isometry3::inverse(self)
+    }
+
+    /// Eqs. 172 and 174.
+    fn exp(tangent: &Vector6<f64>) -> Self {
+        let omega: Vector3<f64> = tangent.fixed_rows::<3>(0).into();
+        let rho: Vector3<f64> = tangent.fixed_rows::<3>(3).into();
+        let theta = omega.norm();
+        let (a, b) = if theta < SMALL_ANGLE {
+            (0.5 - theta * theta / 24.0, 1.0 / 6.0 - theta * theta / 120.0)
+        } else {
+            ((1.0 - theta.cos()) / (theta * theta), (theta - theta.sin()) / theta.powi(3))
+        };
+        let W = omega.cross_matrix();
+        let V = Matrix3::identity() + W * a + W * W * b;
+        Isometry3::from_parts(Translation3::from(V * rho), UnitQuaternion::from_scaled_axis(omega))
+    }
+
+    /// Eq. 173; the inverse of V is the inverse left Jacobian of SO(3), eq. 146
+    /// (here with the half angle, which stays finite up to pi).
+    fn log(&self) -> Vector6<f64> {
+        let omega = self.rotation.scaled_axis();
+        let theta = omega.norm();
+        let c = if theta < SMALL_ANGLE {
+            1.0 / 12.0 + theta * theta / 720.0
+        } else {
+            1.0 / (theta * theta) - 1.0 / (2.0 * theta * (theta / 2.0).tan())
+        };
+        let W = omega.cross_matrix();
+        let V_inverse = Matrix3::identity() - W * 0.5 + W * W * c;
+        let rho = V_inverse * self.translation.vector;
+        Vector6::new(omega.x, omega.y, omega.z, rho.x, rho.y, rho.z)
+    }
+
+    /// Eq. 175, rotation first.
+    fn adjoint(&self) -> Matrix6<f64> {
+        let R = self.rotation.to_rotation_matrix().into_inner();
+        let mut adjoint = Matrix6::zeros();
+        adjoint.fixed_view_mut::<3, 3>(0, 0).copy_from(&R);
+        adjoint.fixed_view_mut::<3, 3>(3, 3).copy_from(&R);
+        adjoint.fixed_view_mut::<3, 3>(3, 0).copy_from(&(self.translation.vector.cross_matrix() * R));
+        adjoint
+    }
+
+    fn act(&self, point: &Vector3<f64>) -> Vector3<f64> {
+        self.rotation * point + self.translation.vector
+    }
+
+    fn rotate(&self, direction: &Vector3<f64>) -> Vector3<f64> {
+        self.rotation * direction
+    }
+
+    fn point_jacobian(point: &Vector3<f64>) -> SMatrix<f64, 3, 6> {
+        let mut jacobian = SMatrix::<f64, 3, 6>::zeros();
+        jacobian.fixed_view_mut::<3, 3>(0, 0).copy_from(&-point.cross_matrix());
+        jacobian.fixed_view_mut::<3, 3>(0, 3).fill_with_identity();
+        jacobian
+    }
+
+    fn from_parts(rotation: &Matrix3<f64>, translation: &Vector3<f64>) -> Self {
+        let rotation = nalgebra::Rotation3::from_matrix_unchecked(*rotation);
+        Isometry3::from_parts(Translation3::from(*translation), UnitQuaternion::from_rotation_matrix(&rotation))
+    }
+
+    fn rotation_angle(&self) -> f64 {
+        self.rotation.angle()
+    }
+
+    fn translation_norm(&self) -> f64 {
+        self.translation.vector.norm()
+    }
+}
+
+/// Below this angle (rad) the series of the trigonometric quotients are more exact than the quotients.
+const SMALL_ANGLE: f64 = 1e-4;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Tangents over all quadrants, tiny angles and zero among them.
+    fn tangents<const DOF: usize>() -> impl Iterator<Item = SVector<f64, DOF>> {
+        [0.0, 1e-9, 9e-5, 1.1e-4, 0.3, 1.7].into_iter().flat_map(|scale| {
+            (0..8).map(move |seed| SVector::from_fn(|row, _| scale * ((seed * 7 + row * 3 + 1) as f64).sin()))
+        })
+    }
+
+    fn check<const D: usize, const DOF: usize, M: RigidMotion<D, DOF>>() {
+        let point = SVector::<f64, D>::from_fn(|row, _| 0.7 - 1.3 * row as f64);
+        for tau in tangents::<DOF>() {
+            let T = M::exp(&tau);
+            assert!((T.log() - tau).norm() < 1e-12, "log of exp of {tau}");
+            assert!(((T * T.inverse()).act(&point) - point).norm() < 1e-14);
+            for delta in tangents::<DOF>() {
+                let left = (T * M::exp(&delta)).act(&point);
+                let right = (M::exp(&(T.adjoint() * delta)) * T).act(&point);
+                assert!((left - right).norm() < 1e-11, "adjoint at {tau}");
+            }
+        }
+        let h = 1e-6;
+        let jacobian = M::point_jacobian(&point);
+        for column in 0..DOF {
+            let step = SVector::<f64, DOF>::from_fn(|row, _| if row == column { h } else { 0.0 });
+            let numeric = (M::exp(&step).act(&point) - M::exp(&-step).act(&point)) / (2.0 * h);
+            assert!((jacobian.column(column) - numeric).norm() < 1e-9, "column {column}");
+        }
+    }
+
+    #[test]
+    fn exp_log_adjoint_and_jacobian_in_the_plane() {
+        check::<2, 3, Pose2>();
+    }
+
+    #[test]
+    fn exp_log_adjoint_and_jacobian_in_space() {
+        check::<3, 6, Pose3>();
+    }
+
+    #[test]
+    fn parts_give_back_rotation_and_translation() {
+        let T = Pose2::exp(&Vector3::new(2.5, 1.0, -3.0));
+        let again =
+            <Pose2 as RigidMotion<2, 3>>::from_parts(T.rotation.to_rotation_matrix().matrix(), &T.translation.vector);
+        assert!((T.inverse() * again).log().norm() < 1e-14);
+        let T = Pose3::exp(&Vector6::new(1.0, -0.5, 0.2, 4.0, 5.0, 6.0));
+        let again =
+            <Pose3 as RigidMotion<3, 6>>::from_parts(T.rotation.to_rotation_matrix().matrix(), &T.translation.vector);
+        assert!((T.inverse() * again).log().norm() < 1e-12);
+    }
+}

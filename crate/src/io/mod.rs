@@ -1,0 +1,1 @@
+//! Files to points and trajectories, and back.

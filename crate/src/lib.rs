@@ -1,0 +1,20 @@
+//! Laser scans and depth images to a trajectory and a stitched map.
+//!
+//! One straight line from bytes to pixels: [`io`] reads a file into points, [`preprocess`] cleans them and finds
+//! normals, [`registration`] aligns one scan with another, [`odometry`] chains scans, [`pose_graph`] solves all poses
+//! jointly, [`evaluation`] says how good the result is. Imports point one way only, in that order.
+//!
+//! Conventions everywhere: SI units and radians. `source` moves, `target` stays; `T_target_source` maps source points
+//! into the target's frame; `T_world_sensor` is a pose.
+#![allow(non_snake_case)] // T_target_source, H: the field's notation, frame names readable next to each other.
+
+pub mod error;
+pub mod evaluation;
+pub mod geometry;
+pub mod io;
+pub mod preprocess;
+pub mod registration;
+pub mod scene;
+pub mod search;
+
+pub use error::{Error, Place, Result};

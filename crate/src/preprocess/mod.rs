@@ -1,0 +1,1 @@
+//! From raw points to points fit for registration: cleaning and normals.

@@ -1,0 +1,1 @@
+//! Aligning a source with a target.

@@ -1,0 +1,1 @@
+//! Nearest-neighbour indices, each tested against brute force.
