@@ -8,13 +8,24 @@
 //! into the target's frame; `T_world_sensor` is a pose.
 #![allow(non_snake_case)] // T_target_source, H: the field's notation, frame names readable next to each other.
 
+pub mod cloud_registration;
 pub mod error;
 pub mod evaluation;
 pub mod geometry;
 pub mod io;
+pub mod map;
+pub mod odometry;
+pub mod pose_graph;
 pub mod preprocess;
+pub mod reconstruction;
 pub mod registration;
+pub mod report;
 pub mod scene;
 pub mod search;
+pub mod settings;
+pub mod verdict;
+
+#[cfg(target_arch = "wasm32")]
+pub mod wasm;
 
 pub use error::{Error, Place, Result};

@@ -37,6 +37,10 @@ pub trait RigidMotion<const D: usize, const DOF: usize>: Copy + std::ops::Mul<Ou
     fn point_jacobian(point: &SVector<f64, D>) -> SMatrix<f64, D, DOF>;
     /// The motion with this rotation matrix, which must be orthonormal with determinant 1, and this translation.
     fn from_parts(rotation: &SMatrix<f64, D, D>, translation: &SVector<f64, D>) -> Self;
+    /// The rotation R with the largest trace(R^T * covariance): Umeyama, "Least-squares estimation of transformation
+    /// parameters between two point patterns", PAMI 13 (1991), eqs. 39-40, where S turns a reflection into the nearest
+    /// rotation. `None` when the decomposition fails, as it does on NaN.
+    fn best_rotation(covariance: &SMatrix<f64, D, D>) -> Option<SMatrix<f64, D, D>>;
     /// Angle of the rotation, in [0, pi] (rad).
     fn rotation_angle(&self) -> f64;
     /// Length of the translation (m).
@@ -92,6 +96,16 @@ impl RigidMotion<2, 3> for Pose2 {
 
     fn point_jacobian(point: &Vector2<f64>) -> SMatrix<f64, 2, 3> {
         SMatrix::<f64, 2, 3>::new(-point.y, 1.0, 0.0, point.x, 0.0, 1.0)
+    }
+
+    fn best_rotation(covariance: &Matrix2<f64>) -> Option<Matrix2<f64>> {
+        let svd = covariance.try_svd(true, true, f64::EPSILON, MAX_SVD_SWEEPS)?;
+        let (U, V_transposed) = (svd.u?, svd.v_t?);
+        let mut S = Matrix2::identity();
+        if U.determinant() * V_transposed.determinant() < 0.0 {
+            S[(1, 1)] = -1.0; // singular values come sorted: the last is the smallest
+        }
+        Some(U * S * V_transposed)
     }
 
     fn from_parts(rotation: &Matrix2<f64>, translation: &Vector2<f64>) -> Self {
@@ -173,6 +187,16 @@ impl RigidMotion<3, 6> for Pose3 {
         jacobian
     }
 
+    fn best_rotation(covariance: &Matrix3<f64>) -> Option<Matrix3<f64>> {
+        let svd = covariance.try_svd(true, true, f64::EPSILON, MAX_SVD_SWEEPS)?;
+        let (U, V_transposed) = (svd.u?, svd.v_t?);
+        let mut S = Matrix3::identity();
+        if U.determinant() * V_transposed.determinant() < 0.0 {
+            S[(2, 2)] = -1.0; // singular values come sorted: the last is the smallest
+        }
+        Some(U * S * V_transposed)
+    }
+
     fn from_parts(rotation: &Matrix3<f64>, translation: &Vector3<f64>) -> Self {
         let rotation = nalgebra::Rotation3::from_matrix_unchecked(*rotation);
         Isometry3::from_parts(Translation3::from(*translation), UnitQuaternion::from_rotation_matrix(&rotation))
@@ -186,6 +210,9 @@ impl RigidMotion<3, 6> for Pose3 {
         self.translation.vector.norm()
     }
 }
+
+/// A singular value decomposition of a finite 3 x 3 matrix takes a handful of sweeps.
+const MAX_SVD_SWEEPS: usize = 100;
 
 /// Below this angle (rad) the series of the trigonometric quotients are more exact than the quotients.
 const SMALL_ANGLE: f64 = 1e-4;
@@ -230,6 +257,19 @@ mod tests {
     #[test]
     fn exp_log_adjoint_and_jacobian_in_space() {
         check::<3, 6, Pose3>();
+    }
+
+    #[test]
+    fn best_rotation_is_found_also_where_a_reflection_fits_better() {
+        let R = Pose3::exp(&Vector6::new(0.4, -0.9, 0.3, 0.0, 0.0, 0.0)).rotation.to_rotation_matrix().into_inner();
+        let spread = Matrix3::from_diagonal(&Vector3::new(3.0, 2.0, 0.5));
+        assert!((Pose3::best_rotation(&(R * spread)).unwrap() - R).norm() < 1e-12);
+        let mirrored = R * Matrix3::from_diagonal(&Vector3::new(3.0, 2.0, -0.5));
+        assert!((Pose3::best_rotation(&mirrored).unwrap() - R).norm() < 1e-12);
+
+        let R = Matrix2::new(0.8, -0.6, 0.6, 0.8);
+        assert!((Pose2::best_rotation(&(R * Matrix2::new(2.0, 0.0, 0.0, -0.5))).unwrap() - R).norm() < 1e-12);
+        assert!(Pose2::best_rotation(&Matrix2::repeat(f64::NAN)).is_none());
     }
 
     #[test]

@@ -1,0 +1,93 @@
+//! The chain: each scan is registered to the map of the scans before it.
+
+use std::rc::Rc;
+
+use crate::geometry::Pose2;
+use crate::map::{LocalMap, PlanarRegistration};
+use crate::preprocess::planar_scan::PlanarScan;
+use crate::registration::correlative::{LikelihoodGrid, SearchWindow};
+use crate::settings::{InitialGuess, Settings};
+use crate::verdict::{MIN_POINTS, Status, Verdict, judge};
+
+/// Where a scan was found, and why that is believed or not.
+pub struct FrameEstimate {
+    /// Pose of the sensor in the frame of the first scan. Where the frame is lost, it is the prediction.
+    pub T_world_sensor: Pose2,
+    /// The registration to the local map; `None` for the first scan and for scans without points.
+    pub registration: Option<PlanarRegistration>,
+    /// Whether it is believed.
+    pub verdict: Verdict,
+}
+
+/// Scan-to-map odometry in the plane. The world frame is the frame of the first scan.
+pub struct Odometry {
+    settings: Settings,
+    map: LocalMap,
+    T_world_last: Pose2,
+    /// The last motion, from one scan to the next, in the frame of the earlier.
+    last_motion: Pose2,
+}
+
+impl Odometry {
+    /// Odometry without any scan so far.
+    pub fn new(settings: Settings) -> Self {
+        let map = LocalMap::new(settings.map_capacity());
+        Self { settings, map, T_world_last: Pose2::identity(), last_motion: Pose2::identity() }
+    }
+
+    /// Registers the next scan. A scan that is lost is not added to the map; the scans after it start from the
+    /// prediction all the same.
+    pub fn register_frame(&mut self, scan: &Rc<PlanarScan>) -> FrameEstimate {
+        let prediction = self.T_world_last * self.last_motion;
+        let unregistered = |verdict| FrameEstimate { T_world_sensor: prediction, registration: None, verdict };
+        let estimate = if scan.points.len() < MIN_POINTS {
+            unregistered(Verdict::too_few_points(scan.points.len()))
+        } else if self.map.is_empty() {
+            unregistered(Verdict::first())
+        } else {
+            self.register_to_map(scan, &prediction)
+        };
+        if estimate.verdict.status != Status::Lost {
+            self.last_motion = self.T_world_last.inverse() * estimate.T_world_sensor;
+            self.map.insert(Rc::clone(scan), estimate.T_world_sensor);
+        }
+        self.T_world_last = estimate.T_world_sensor;
+        estimate
+    }
+
+    /// Registers from the guess that the settings ask for; where the result is not good and a search is allowed, once
+    /// more from the best pose in a wide window, and the better of the two is kept.
+    fn register_to_map(&self, scan: &PlanarScan, prediction: &Pose2) -> FrameEstimate {
+        let window =
+            SearchWindow { translation: self.settings.search_translation, rotation: self.settings.search_rotation };
+        match self.settings.initial_guess {
+            InitialGuess::Identity => self.register_from(scan, self.T_world_last, prediction),
+            InitialGuess::ConstantVelocity => self.register_from(scan, *prediction, prediction),
+            InitialGuess::Correlative => {
+                let grid = LikelihoodGrid::new(&self.map.points());
+                let search = |center: &Pose2, window| {
+                    let guess = grid.search(&scan.points, center, window).map_or(*center, |best| best.T_target_source);
+                    self.register_from(scan, guess, prediction)
+                };
+                let first = search(prediction, window);
+                if first.verdict.status == Status::Good {
+                    return first;
+                }
+                let wide = SearchWindow { translation: 2.0 * window.translation, rotation: std::f64::consts::PI };
+                let second = search(&self.T_world_last, wide);
+                if second.verdict.agreement > first.verdict.agreement { second } else { first }
+            }
+        }
+    }
+
+    fn register_from(&self, scan: &PlanarScan, guess: Pose2, prediction: &Pose2) -> FrameEstimate {
+        let registration = self.map.register(scan, guess, &self.settings);
+        let verdict = judge(&registration, self.map.visibility(scan, &registration.T_target_source));
+        let believed = verdict.status != Status::Lost;
+        FrameEstimate {
+            T_world_sensor: if believed { registration.T_target_source } else { *prediction },
+            registration: Some(registration),
+            verdict,
+        }
+    }
+}

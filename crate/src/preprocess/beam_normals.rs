@@ -1,0 +1,80 @@
+//! Normals of a planar scan from neighbouring beams.
+//!
+//! In three dimensions a planar scan has no usable normals: all its points lie in one plane, whose normal says nothing
+//! about the walls. In the plane the order of the beams gives each point its neighbours for free.
+
+use nalgebra::Vector2;
+
+/// Neighbours looked at on either side.
+const HALF_WINDOW: usize = 3;
+/// Two consecutive beams lie on one surface when they are nearer than this (m), or than [`MAX_GAP_RATIO`] of the range.
+const MIN_GAP: f64 = 0.1;
+/// At 1 degree between beams, a gap of 0.15 of the range is a wall seen at 6.6 degrees of grazing.
+const MAX_GAP_RATIO: f64 = 0.15;
+/// A line must be this many times as long as it is thick to have a normal.
+const MIN_ASPECT: f64 = 4.0;
+
+/// Unit normals facing the sensor at the origin; `None` where too few neighbours lie on one line.
+///
+/// `points` (m) are in the sensor frame, in any order; neighbours are found by bearing. The line is the first principal
+/// axis of up to seven consecutive points without a gap.
+pub fn beam_normals(points: &[Vector2<f64>]) -> Vec<Option<Vector2<f64>>> {
+    let mut by_bearing: Vec<usize> = (0..points.len()).collect();
+    by_bearing.sort_by(|&a, &b| bearing(&points[a]).total_cmp(&bearing(&points[b])));
+    let beams: Vec<Vector2<f64>> = by_bearing.iter().map(|&index| points[index]).collect();
+
+    let mut normals = vec![None; points.len()];
+    for (beam, &index) in by_bearing.iter().enumerate() {
+        normals[index] = line_normal(&beams[run_around(&beams, beam)]).map(|n| facing_sensor(n, &points[index]));
+    }
+    normals
+}
+
+fn bearing(point: &Vector2<f64>) -> f64 {
+    point.y.atan2(point.x)
+}
+
+/// The beams around `beam` that are joined to it without a gap.
+fn run_around(beams: &[Vector2<f64>], beam: usize) -> std::ops::Range<usize> {
+    let joined = |a: usize, b: usize| {
+        let reach = beams[a].norm().min(beams[b].norm());
+        (beams[a] - beams[b]).norm() <= MIN_GAP.max(MAX_GAP_RATIO * reach)
+    };
+    let mut start = beam;
+    while start > 0 && beam - start < HALF_WINDOW && joined(start - 1, start) {
+        start -= 1;
+    }
+    let mut end = beam + 1;
+    while end < beams.len() && end - beam <= HALF_WINDOW && joined(end - 1, end) {
+        end += 1;
+    }
+    start..end
+}
+
+/// Direction of least variance, when the points form a line.
+fn line_normal(points: &[Vector2<f64>]) -> Option<Vector2<f64>> {
+    if points.len() < 3 {
+        return None;
+    }
+    let mean = points.iter().sum::<Vector2<f64>>() / points.len() as f64;
+    let (mut xx, mut xy, mut yy) = (0.0, 0.0, 0.0);
+    for point in points {
+        let d = point - mean;
+        xx += d.x * d.x;
+        xy += d.x * d.y;
+        yy += d.y * d.y;
+    }
+    // Eigenvalues of the symmetric 2 x 2 scatter matrix: half its trace plus and minus a radius (Mohr's circle).
+    let radius = ((xx - yy) / 2.0).hypot(xy);
+    let middle = f64::midpoint(xx, yy);
+    let (large, small) = (middle + radius, middle - radius);
+    if large <= 0.0 || small.max(0.0) * MIN_ASPECT * MIN_ASPECT > large {
+        return None;
+    }
+    let angle = (2.0 * xy).atan2(xx - yy) / 2.0; // of the first principal axis
+    Some(Vector2::new(-angle.sin(), angle.cos()))
+}
+
+fn facing_sensor(normal: Vector2<f64>, point: &Vector2<f64>) -> Vector2<f64> {
+    if normal.dot(point) > 0.0 { -normal } else { normal }
+}

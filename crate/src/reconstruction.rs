@@ -1,0 +1,336 @@
+//! The whole run: scans in, trajectory and map out, one bounded piece of work after the other.
+
+use std::rc::Rc;
+
+use nalgebra::Vector2;
+
+use crate::error::{Error, Result};
+use crate::evaluation::position_error::{PositionError, position_error};
+use crate::evaluation::sharpness::{Sharpness, sharpness};
+use crate::geometry::{PointCloud, Pose2};
+use crate::io::trajectory::{Trajectory, lift};
+use crate::map::{LocalMap, StitchedMap};
+use crate::odometry::{FrameEstimate, Odometry};
+use crate::pose_graph::{Node, PoseGraph, window_edges};
+use crate::preprocess::clean::{CleaningReport, RangeLimits, clean, range_limit};
+use crate::preprocess::planar_scan::PlanarScan;
+use crate::registration::factors::{PointToPlane, PointToPoint};
+use crate::registration::icp::Source;
+use crate::registration::target::{OrientedTarget, PointTarget};
+use crate::report::{FrameResult, Progress, ReconstructionResult, Stage};
+use crate::settings::{MetricName, Settings, Strategy};
+use crate::verdict::Status;
+
+/// Source points of one piece of the joint solution: a few milliseconds.
+const JOINT_POINTS_A_STEP: usize = 20_000;
+
+/// A reconstruction of planar scans.
+///
+/// Add scans, call [`step`](Self::step) until it says [`Stage::Done`], ask for the [`result`](Self::result) at any time.
+pub struct Reconstruction {
+    settings: Settings,
+    names: Vec<String>,
+    clouds: Vec<PointCloud>,
+    reference: Option<(String, Trajectory)>,
+    run: Option<Run>,
+}
+
+/// What a run has come to.
+struct Run {
+    scans: Vec<Rc<PlanarScan>>,
+    cleaning: Vec<CleaningReport>,
+    /// The range that many returns share, taken for the sensor's limit (m).
+    detected_limit: Option<f64>,
+    odometry: Odometry,
+    estimates: Vec<FrameEstimate>,
+    poses: Vec<Pose2>,
+    joint: Option<Joint>,
+    sharpness: Option<Sharpness>,
+    stage: Stage,
+}
+
+/// The joint solution and the frames that are its nodes.
+struct Joint {
+    frames: Vec<usize>,
+    targets: JointTargets,
+    graph: PoseGraph<2, 3, Pose2>,
+}
+
+enum JointTargets {
+    Points(Vec<PointTarget<2>>),
+    Oriented(Vec<OrientedTarget<2>>),
+}
+
+impl Reconstruction {
+    /// A reconstruction without scans.
+    ///
+    /// # Errors
+    /// When a setting is out of its limits.
+    pub fn new(settings: Settings) -> Result<Self> {
+        settings.validate()?;
+        Ok(Self { settings, names: Vec::new(), clouds: Vec::new(), reference: None, run: None })
+    }
+
+    /// Keeps the scans and starts over with other settings.
+    ///
+    /// # Errors
+    /// When a setting is out of its limits; the old ones stay.
+    pub fn set_settings(&mut self, settings: Settings) -> Result<()> {
+        settings.validate()?;
+        self.settings = settings;
+        self.run = None;
+        Ok(())
+    }
+
+    /// Adds the next scan and starts over. Returns what cleaning with the present settings drops.
+    ///
+    /// # Errors
+    /// When the cloud is empty or does not lie in the plane z = 0; the scans added before stay.
+    pub fn add_scan(&mut self, name: &str, cloud: PointCloud) -> Result<CleaningReport> {
+        if cloud.is_empty() {
+            return Err(Error::whole("The cloud has no points", "Leave the file out or export it again").in_file(name));
+        }
+        let (_, report) = clean(&cloud.positions, self.settings.range_limits());
+        if report.non_finite == report.num_read {
+            let problem = format!("None of its {} points has finite coordinates", report.num_read);
+            return Err(Error::whole(problem, "Export the scan again, with the returns that hit nothing left out")
+                .in_file(name));
+        }
+        if !cloud.is_planar() {
+            let off = cloud.positions.iter().position(|p| p.z != 0.0 && p.is_finite()).unwrap_or(0);
+            let problem = format!(
+                "This is a cloud in space, not a planar scan: point {} has z = {}",
+                off + 1,
+                f64::from(cloud.positions[off].z) + cloud.origin.z
+            );
+            return Err(Error::whole(problem, "Give planar laser scans, with z = 0 for every point").in_file(name));
+        }
+        self.names.push(name.to_owned());
+        self.clouds.push(cloud);
+        self.run = None;
+        Ok(report)
+    }
+
+    /// Number of scans.
+    pub fn num_scans(&self) -> usize {
+        self.clouds.len()
+    }
+
+    /// Sets the trajectory that the result is compared with. It is used for nothing else.
+    pub fn set_reference(&mut self, name: &str, reference: Trajectory) {
+        self.reference = Some((name.to_owned(), reference));
+    }
+
+    /// Forgets the reference.
+    pub fn clear_reference(&mut self) {
+        self.reference = None;
+    }
+
+    /// Does one bounded piece of work: one frame, or a part of the joint solution.
+    pub fn step(&mut self) -> Progress {
+        let Self { settings, clouds, run, .. } = self;
+        let run = run.get_or_insert_with(|| Run::new(settings, clouds));
+        match run.stage {
+            Stage::Register => run.register_next(settings),
+            Stage::Joint => run.advance_joint(settings),
+            Stage::Evaluate => run.evaluate(),
+            Stage::Done => run.progress(None),
+        }
+    }
+
+    /// What is known so far.
+    pub fn result(&self) -> ReconstructionResult {
+        let mut notes = Vec::new();
+        let comparison = self.comparison().unwrap_or_else(|error| {
+            notes.push(error.to_string());
+            None
+        });
+        if self.names.len() == 1 {
+            notes.push(format!("{} is the only scan: it makes a map, but no motion.", self.names[0]));
+        }
+        if let Some(limit) = self.run.as_ref().and_then(|run| run.detected_limit) {
+            notes.push(format!("Returns at {limit:.2} m were taken for the sensor's range limit and dropped."));
+        }
+        ReconstructionResult {
+            version: env!("CARGO_PKG_VERSION"),
+            settings: self.settings.clone(),
+            frames: self.run.iter().flat_map(|run| run.frame_results(&self.names)).collect(),
+            joint_history: self.joint().map_or_else(Vec::new, |joint| joint.graph.history().to_vec()),
+            sharpness: self.run.as_ref().and_then(|run| run.sharpness),
+            comparison,
+            notes,
+        }
+    }
+
+    /// The map of all frames that are not lost, as far as the run has come.
+    pub fn map(&self) -> StitchedMap {
+        let Some(run) = &self.run else { return StitchedMap::default() };
+        StitchedMap::new(run.believed().map(|frame| (frame as u32, run.scans[frame].as_ref(), run.poses[frame])))
+    }
+
+    /// `T_world_sensor` of every frame so far; a lost one's is a prediction.
+    pub fn poses(&self) -> &[Pose2] {
+        self.run.as_ref().map_or(&[], |run| &run.poses)
+    }
+
+    /// The same as a trajectory in space, stamped with the index of the frame.
+    pub fn trajectory(&self) -> Trajectory {
+        Trajectory::from_poses(self.poses().iter().map(lift))
+    }
+
+    /// Pairs of a frame's points and their partners in the scans it is registered to, under the present poses, in the
+    /// world frame (m). Empty for the first frame and for lost ones.
+    pub fn correspondences(&self, frame: usize) -> Vec<[Vector2<f64>; 2]> {
+        self.run.as_ref().map_or_else(Vec::new, |run| run.correspondences(frame, &self.settings))
+    }
+
+    fn joint(&self) -> Option<&Joint> {
+        self.run.as_ref()?.joint.as_ref()
+    }
+
+    fn comparison(&self) -> Result<Option<PositionError>> {
+        let (Some(run), Some((name, reference))) = (&self.run, &self.reference) else { return Ok(None) };
+        if run.poses.len() < self.names.len() {
+            return Ok(None);
+        }
+        let estimate: Vec<Option<Pose2>> = (0..run.poses.len()).map(|frame| run.believed_pose(frame)).collect();
+        position_error(&estimate, name, reference).map(Some)
+    }
+}
+
+impl Run {
+    fn new(settings: &Settings, clouds: &[PointCloud]) -> Self {
+        let limits = settings.range_limits();
+        let detected_limit = range_limit(clouds.iter().map(|cloud| cloud.positions.as_slice()), limits);
+        let max_range = detected_limit.unwrap_or(limits.max_range);
+        let (scans, cleaning) = clouds
+            .iter()
+            .map(|cloud| {
+                let (kept, report) = clean(&cloud.positions, RangeLimits { max_range, ..limits });
+                let points = kept.iter().map(|p| Vector2::new(f64::from(p.x), f64::from(p.y))).collect();
+                (Rc::new(PlanarScan::new(points)), report)
+            })
+            .unzip();
+        Self {
+            scans,
+            cleaning,
+            detected_limit,
+            odometry: Odometry::new(settings.clone()),
+            estimates: Vec::new(),
+            poses: Vec::new(),
+            joint: None,
+            sharpness: None,
+            stage: if clouds.is_empty() { Stage::Done } else { Stage::Register },
+        }
+    }
+
+    fn progress(&self, frame: Option<usize>) -> Progress {
+        let (done, total) = match (self.stage, &self.joint) {
+            (Stage::Register, _) => (self.poses.len(), self.scans.len()),
+            (Stage::Joint, Some(joint)) => joint.graph.progress(),
+            _ => (0, 1),
+        };
+        Progress { stage: self.stage, done, total, frame }
+    }
+
+    fn register_next(&mut self, settings: &Settings) -> Progress {
+        let frame = self.poses.len();
+        let estimate = self.odometry.register_frame(&self.scans[frame]);
+        self.poses.push(estimate.T_world_sensor);
+        self.estimates.push(estimate);
+        if self.poses.len() == self.scans.len() {
+            self.stage = if settings.strategy == Strategy::Joint { Stage::Joint } else { Stage::Evaluate };
+        }
+        self.progress(Some(frame))
+    }
+
+    fn advance_joint(&mut self, settings: &Settings) -> Progress {
+        let frames: Vec<usize> = self.believed().collect();
+        let joint = self.joint.get_or_insert_with(|| Joint::new(frames, &self.scans, &self.poses, settings));
+        let options = settings.icp_options();
+        if !joint.graph.is_done(&options) {
+            joint.advance(&self.scans, settings);
+            for (&frame, pose) in joint.frames.iter().zip(joint.graph.poses()) {
+                self.poses[frame] = *pose;
+            }
+        }
+        if joint.graph.is_done(&options) {
+            self.stage = Stage::Evaluate;
+        }
+        self.progress(None)
+    }
+
+    fn evaluate(&mut self) -> Progress {
+        let placed: Vec<(&PlanarScan, Pose2)> =
+            self.believed().map(|frame| (self.scans[frame].as_ref(), self.poses[frame])).collect();
+        self.sharpness = sharpness(&placed);
+        self.stage = Stage::Done;
+        self.progress(None)
+    }
+
+    /// Indices of the frames that are registered and not lost.
+    fn believed(&self) -> impl Iterator<Item = usize> + '_ {
+        (0..self.poses.len()).filter(|&frame| self.believed_pose(frame).is_some())
+    }
+
+    fn believed_pose(&self, frame: usize) -> Option<Pose2> {
+        (self.estimates[frame].verdict.status != Status::Lost).then(|| self.poses[frame])
+    }
+
+    fn frame_results<'a>(&'a self, names: &'a [String]) -> impl Iterator<Item = FrameResult> + 'a {
+        let estimates = self.estimates.iter().zip(&self.poses);
+        names
+            .iter()
+            .zip(&self.cleaning)
+            .zip(estimates)
+            .map(|((name, cleaning), (estimate, pose))| FrameResult::new(name, *cleaning, estimate, *pose))
+    }
+
+    fn correspondences(&self, frame: usize, settings: &Settings) -> Vec<[Vector2<f64>; 2]> {
+        let Some(pose) = (frame < self.poses.len()).then(|| self.believed_pose(frame)).flatten() else {
+            return Vec::new();
+        };
+        let earlier: Vec<usize> = self.believed().take_while(|&earlier| earlier < frame).collect();
+        let mut map = LocalMap::new(settings.map_capacity());
+        for &earlier in &earlier[earlier.len().saturating_sub(settings.map_capacity())..] {
+            map.insert(Rc::clone(&self.scans[earlier]), self.poses[earlier]);
+        }
+        map.correspondences(&self.scans[frame], &pose, settings.max_correspondence_distance)
+    }
+}
+
+impl Joint {
+    fn new(frames: Vec<usize>, scans: &[Rc<PlanarScan>], poses: &[Pose2], settings: &Settings) -> Self {
+        let scans = frames.iter().map(|&frame| &scans[frame]);
+        let targets = match settings.metric {
+            MetricName::PointToPoint => {
+                JointTargets::Points(scans.map(|scan| PointTarget::new(scan.points.clone())).collect())
+            }
+            MetricName::PointToLine => JointTargets::Oriented(
+                scans.map(|scan| OrientedTarget::new(scan.points.clone(), scan.normals.clone())).collect(),
+            ),
+        };
+        let poses = frames.iter().map(|&frame| poses[frame]).collect();
+        let edges = window_edges(frames.len(), settings.matched_scans);
+        Self { frames, targets, graph: PoseGraph::new(poses, edges) }
+    }
+
+    fn advance(&mut self, scans: &[Rc<PlanarScan>], settings: &Settings) {
+        let options = settings.icp_options();
+        let sources = self.frames.iter().map(|&frame| source(&scans[frame]));
+        match &self.targets {
+            JointTargets::Points(targets) => {
+                let nodes: Vec<_> = sources.zip(targets).map(|(source, target)| Node { source, target }).collect();
+                self.graph.advance::<PointToPoint>(&nodes, &options, JOINT_POINTS_A_STEP);
+            }
+            JointTargets::Oriented(targets) => {
+                let nodes: Vec<_> = sources.zip(targets).map(|(source, target)| Node { source, target }).collect();
+                self.graph.advance::<PointToPlane>(&nodes, &options, JOINT_POINTS_A_STEP);
+            }
+        }
+    }
+}
+
+fn source(scan: &PlanarScan) -> Source<'_, 2> {
+    Source { points: &scan.points, normals: Some(&scan.normals) }
+}

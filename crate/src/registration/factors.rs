@@ -1,0 +1,129 @@
+//! Metrics: what a correspondence measures, and the step that a set of them asks for.
+
+use nalgebra::{SMatrix, SVector};
+
+use super::target::{OrientedTarget, PointTarget, Target};
+use crate::geometry::RigidMotion;
+
+/// A source point, moved into the target frame, and its partner.
+#[derive(Debug, Clone, Copy)]
+pub struct Correspondence<const D: usize> {
+    /// Index of the source point.
+    pub source: u32,
+    /// Index of the target point.
+    pub target: u32,
+    /// The source point in the target frame, under the current estimate (m).
+    pub moved: SVector<f64, D>,
+    /// The metric's residual (m).
+    pub residual: f64,
+    /// Weight in the least squares, 0..=1.
+    pub weight: f64,
+}
+
+/// Gauss-Newton's `H delta = -b` (rotation first), with H = sum w J^T J and b = sum w J^T r.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct NormalEquations<const DOF: usize> {
+    /// Sum of w J^T J.
+    pub H: SMatrix<f64, DOF, DOF>,
+    /// Sum of w J^T r.
+    pub b: SVector<f64, DOF>,
+}
+
+/// A metric of correspondences between a source and a [`Target`].
+pub trait Metric<const D: usize, const DOF: usize, M: RigidMotion<D, DOF>> {
+    /// What it needs to know of the target.
+    type Target: Target<D>;
+
+    /// Residual (m) of a source point in the target frame; `None` where the target point cannot measure it.
+    fn residual(target: &Self::Target, index: u32, moved: &SVector<f64, D>) -> Option<f64>;
+
+    /// The motion to apply after the current estimate, from weighted correspondences; `None` where they fix nothing.
+    fn step(target: &Self::Target, correspondences: &[Correspondence<D>]) -> Option<M>;
+
+    /// The normal equations of the weighted residuals by a perturbation on the left of the estimate.
+    fn normal_equations(target: &Self::Target, correspondences: &[Correspondence<D>]) -> NormalEquations<DOF>;
+}
+
+/// Distance to the nearest point; the step in closed form (Umeyama 1991 without scale).
+pub struct PointToPoint;
+
+/// Distance along the target's normal (Chen and Medioni 1992): to a line in the plane, to a plane in space; the step by
+/// Gauss-Newton. In the plane this is called point-to-line.
+pub struct PointToPlane;
+
+impl<const D: usize, const DOF: usize, M: RigidMotion<D, DOF>> Metric<D, DOF, M> for PointToPoint {
+    type Target = PointTarget<D>;
+
+    fn residual(target: &Self::Target, index: u32, moved: &SVector<f64, D>) -> Option<f64> {
+        Some((moved - target.point(index)).norm())
+    }
+
+    fn step(target: &Self::Target, correspondences: &[Correspondence<D>]) -> Option<M> {
+        best_rigid_motion(correspondences.iter().map(|c| (c.moved, *target.point(c.target), c.weight)))
+    }
+
+    fn normal_equations(target: &Self::Target, correspondences: &[Correspondence<D>]) -> NormalEquations<DOF> {
+        let mut sums = NormalEquations { H: SMatrix::zeros(), b: SVector::zeros() };
+        for c in correspondences {
+            let J = M::point_jacobian(&c.moved);
+            sums.H += J.tr_mul(&J) * c.weight;
+            sums.b += J.tr_mul(&(c.moved - target.point(c.target))) * c.weight;
+        }
+        sums
+    }
+}
+
+impl<const D: usize, const DOF: usize, M: RigidMotion<D, DOF>> Metric<D, DOF, M> for PointToPlane {
+    type Target = OrientedTarget<D>;
+
+    fn residual(target: &Self::Target, index: u32, moved: &SVector<f64, D>) -> Option<f64> {
+        target.normal(index).map(|normal| normal.dot(&(moved - target.point(index))))
+    }
+
+    fn step(target: &Self::Target, correspondences: &[Correspondence<D>]) -> Option<M> {
+        let NormalEquations { H, b } = <Self as Metric<D, DOF, M>>::normal_equations(target, correspondences);
+        let damping = SMatrix::identity() * (RELATIVE_DAMPING * H.trace());
+        (H + damping).cholesky().map(|factor| M::exp(&-factor.solve(&b)))
+    }
+
+    fn normal_equations(target: &Self::Target, correspondences: &[Correspondence<D>]) -> NormalEquations<DOF> {
+        let mut sums = NormalEquations { H: SMatrix::zeros(), b: SVector::zeros() };
+        for c in correspondences {
+            let Some(normal) = target.normal(c.target) else { continue };
+            let gradient = M::point_jacobian(&c.moved).tr_mul(normal); // of n . (exp(delta) p - q)
+            sums.H += gradient * gradient.transpose() * c.weight;
+            sums.b += gradient * (c.residual * c.weight);
+        }
+        sums
+    }
+}
+
+/// Damping (Levenberg 1944) over the trace of H: so little that it holds back only what nothing measures.
+pub const RELATIVE_DAMPING: f64 = 1e-9;
+
+/// The motion with the least weighted sum of squared distances between `motion * source` and `target`.
+///
+/// Umeyama, "Least-squares estimation of transformation parameters between two point patterns", PAMI 13 (1991),
+/// eqs. 34-42 with scale 1. `None` when no pair has weight or a coordinate is not finite; where the pairs leave the
+/// rotation open (one pair, or all in one point), it is one of the best.
+pub fn best_rigid_motion<const D: usize, const DOF: usize, M: RigidMotion<D, DOF>>(
+    pairs: impl Iterator<Item = (SVector<f64, D>, SVector<f64, D>, f64)> + Clone,
+) -> Option<M> {
+    let (mut sum, mut source_mean, mut target_mean) = (0.0, SVector::<f64, D>::zeros(), SVector::<f64, D>::zeros());
+    for (source, target, weight) in pairs.clone() {
+        sum += weight;
+        source_mean += source * weight;
+        target_mean += target * weight;
+    }
+    if sum <= 0.0 {
+        return None;
+    }
+    source_mean /= sum;
+    target_mean /= sum;
+
+    let covariance = pairs.fold(SMatrix::<f64, D, D>::zeros(), |covariance, (source, target, weight)| {
+        covariance + (target - target_mean) * (source - source_mean).transpose() * (weight / sum) // eq. 38
+    });
+    let R = M::best_rotation(&covariance)?; // eq. 40
+    Some(M::from_parts(&R, &(target_mean - R * source_mean))) // eq. 41
+}

@@ -1,0 +1,216 @@
+//! Iterative closest point: one loop for the plane and for space, for every metric.
+//!
+//! Besl and McKay 1992; reweighting as in Chebrolu et al., "Adaptive robust kernels for non-linear least squares
+//! problems", RA-L 2021. Converged means that the step is small, not that the error is: an error can stand still while
+//! the estimate still slides.
+
+use nalgebra::{SMatrix, SVector};
+use serde::Serialize;
+
+use super::factors::{Correspondence, Metric};
+use super::observability::{Observability, observability};
+use super::robust_kernel::RobustKernel;
+use super::target::Target;
+use crate::geometry::RigidMotion;
+
+/// What is registered: points (m) and, where known, unit normals, in the source frame.
+#[derive(Debug, Clone, Copy)]
+pub struct Source<'a, const D: usize> {
+    /// Points (m).
+    pub points: &'a [SVector<f64, D>],
+    /// One entry a point, for the rejection by normals; `None` where there are no normals at all.
+    pub normals: Option<&'a [Option<SVector<f64, D>>]>,
+}
+
+/// When a pair of points is taken for a correspondence.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Rejection {
+    /// Pairs further apart than this are no pairs (m).
+    pub max_correspondence_distance: f64,
+    /// Pairs whose normals differ by more are rejected, where both are known (rad); pi switches it off.
+    pub max_normal_angle: f64,
+    /// Share of the correspondences with the largest residuals that is dropped, in [0, 1).
+    pub trim_fraction: f64,
+}
+
+/// When the loop ends.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Criteria {
+    /// Most iterations.
+    pub max_iterations: usize,
+    /// Converged when the step turns less (rad) ...
+    pub rotation_eps: f64,
+    /// ... and moves less (m).
+    pub translation_eps: f64,
+}
+
+/// How correspondences are weighted.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Weighting {
+    /// Shape of the loss.
+    pub robust_kernel: RobustKernel,
+    /// Width of the kernel (m).
+    pub robust_kernel_width: f64,
+}
+
+/// All options of the loop.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct IcpOptions {
+    /// When a pair is a correspondence.
+    pub rejection: Rejection,
+    /// How much it counts.
+    pub weighting: Weighting,
+    /// When the loop ends.
+    pub criteria: Criteria,
+}
+
+/// One iteration, for the record.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
+#[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
+pub struct IterationRecord {
+    /// Pairs within the distance limit.
+    pub num_correspondences: usize,
+    /// Pairs left after the rejection by normals and the trimming.
+    pub num_inliers: usize,
+    /// Root mean square of the inliers' residuals before the step (m).
+    pub inlier_rmse: f64,
+    /// Rotation of the step (rad).
+    pub rotation_step: f64,
+    /// Translation of the step (m).
+    pub translation_step: f64,
+}
+
+/// A registration with its evidence.
+#[derive(Debug, Clone)]
+pub struct Registration<const D: usize, const DOF: usize, M> {
+    /// Maps source points into the target frame.
+    pub T_target_source: M,
+    /// Whether the last step was below both limits. `false` is no error: read the history.
+    pub converged: bool,
+    /// One record an iteration.
+    pub history: Vec<IterationRecord>,
+    /// The correspondences of the last iteration, before its step.
+    pub correspondences: Vec<Correspondence<D>>,
+    /// Inliers over source points.
+    pub fitness: f64,
+    /// The record of the last iteration; zeros when there was none.
+    pub last: IterationRecord,
+    /// Information matrix, by a perturbation on the left of `T_target_source` (rotation first), in 1/rad^2 and 1/m^2:
+    /// sum w J^T J over the residuals' weighted variance.
+    pub information: SMatrix<f64, DOF, DOF>,
+    /// Which direction, if any, the correspondences leave undetermined.
+    pub observability: Observability<DOF>,
+}
+
+/// Residuals are never believed to be smaller than this (m) when the information is computed: a noise-free cloud would
+/// claim to be known without error.
+const MIN_RESIDUAL_SIGMA: f64 = 1e-3;
+
+/// Registers `source` to `target` from a first guess.
+pub fn register<const D: usize, const DOF: usize, M, F>(
+    source: Source<'_, D>,
+    target: &F::Target,
+    init_T_target_source: M,
+    options: &IcpOptions,
+) -> Registration<D, DOF, M>
+where
+    M: RigidMotion<D, DOF>,
+    F: Metric<D, DOF, M>,
+{
+    let mut T = init_T_target_source;
+    let mut history: Vec<IterationRecord> = Vec::new();
+    let mut correspondences = Vec::with_capacity(source.points.len());
+    let mut converged = false;
+
+    while !converged && history.len() < options.criteria.max_iterations {
+        let num_correspondences = match_points::<D, DOF, M, F>(source, target, &T, options, &mut correspondences);
+        let step = F::step(target, &correspondences);
+        let (rotation_step, translation_step) =
+            step.map_or((0.0, 0.0), |step| (step.rotation_angle(), step.translation_norm()));
+        history.push(IterationRecord {
+            num_correspondences,
+            num_inliers: correspondences.len(),
+            inlier_rmse: root_mean_square(&correspondences),
+            rotation_step,
+            translation_step,
+        });
+        let Some(step) = step else { break };
+        T = step * T;
+        converged =
+            rotation_step < options.criteria.rotation_eps && translation_step < options.criteria.translation_eps;
+    }
+
+    let H = F::normal_equations(target, &correspondences).H;
+    let variance = weighted_variance(&correspondences, DOF).max(MIN_RESIDUAL_SIGMA * MIN_RESIDUAL_SIGMA);
+    let last = history.last().copied().unwrap_or_default();
+    Registration {
+        T_target_source: T,
+        converged,
+        history,
+        fitness: last.num_inliers as f64 / source.points.len().max(1) as f64,
+        last,
+        information: H / variance,
+        observability: observability::<D, DOF, M>(&H, &correspondences),
+        correspondences,
+    }
+}
+
+/// Finds, rejects, trims and weights the correspondences under the estimate `T`. Returns how many pairs lie within the
+/// distance limit.
+pub fn match_points<const D: usize, const DOF: usize, M, F>(
+    source: Source<'_, D>,
+    target: &F::Target,
+    T: &M,
+    options: &IcpOptions,
+    correspondences: &mut Vec<Correspondence<D>>,
+) -> usize
+where
+    M: RigidMotion<D, DOF>,
+    F: Metric<D, DOF, M>,
+{
+    let Rejection { max_correspondence_distance, max_normal_angle, trim_fraction } = options.rejection;
+    let min_normal_cosine = max_normal_angle.cos();
+    let mut num_correspondences = 0;
+    correspondences.clear();
+    for (index, point) in source.points.iter().enumerate() {
+        let moved = T.act(point);
+        let Some(neighbor) = target.nearest(&moved, max_correspondence_distance) else { continue };
+        num_correspondences += 1;
+        let source_normal = source.normals.and_then(|normals| normals[index].as_ref());
+        if let (Some(source_normal), Some(target_normal)) = (source_normal, target.normal(neighbor.index))
+            && T.rotate(source_normal).dot(target_normal) < min_normal_cosine
+        {
+            continue;
+        }
+        let Some(residual) = F::residual(target, neighbor.index, &moved) else { continue };
+        let weight = options.weighting.robust_kernel.weight(residual, options.weighting.robust_kernel_width);
+        correspondences.push(Correspondence { source: index as u32, target: neighbor.index, moved, residual, weight });
+    }
+    trim(correspondences, trim_fraction);
+    num_correspondences
+}
+
+/// Drops the share with the largest residuals (Chetverikov et al., "The trimmed iterative closest point algorithm",
+/// ICPR 2002). The order of the others stays.
+fn trim<const D: usize>(correspondences: &mut Vec<Correspondence<D>>, trim_fraction: f64) {
+    let keep = ((1.0 - trim_fraction) * correspondences.len() as f64).ceil() as usize;
+    if keep == 0 || keep >= correspondences.len() {
+        return;
+    }
+    let mut sizes: Vec<f64> = correspondences.iter().map(|c| c.residual.abs()).collect();
+    let (_, &mut limit, _) = sizes.select_nth_unstable_by(keep - 1, f64::total_cmp);
+    correspondences.retain(|c| c.residual.abs() <= limit);
+}
+
+fn root_mean_square<const D: usize>(correspondences: &[Correspondence<D>]) -> f64 {
+    let sum: f64 = correspondences.iter().map(|c| c.residual * c.residual).sum();
+    (sum / correspondences.len().max(1) as f64).sqrt()
+}
+
+/// Unbiased variance of weighted residuals (m^2), `unknowns` of them being used up by the fit.
+fn weighted_variance<const D: usize>(correspondences: &[Correspondence<D>], unknowns: usize) -> f64 {
+    let weights: f64 = correspondences.iter().map(|c| c.weight).sum();
+    let sum: f64 = correspondences.iter().map(|c| c.weight * c.residual * c.residual).sum();
+    let freedom = weights - unknowns as f64;
+    if freedom > 0.0 { sum / freedom } else { 0.0 }
+}

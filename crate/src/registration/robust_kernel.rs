@@ -1,0 +1,83 @@
+//! Robust kernels: how much a correspondence counts, by its residual.
+//!
+//! Each is an M-estimator with the loss rho(r), used by iteratively reweighted least squares with the weight
+//! w(r) = rho'(r) / r. Sources: Zhang, "Parameter estimation techniques: a tutorial with application to conic
+//! fitting", Image and Vision Computing 15 (1997), table 1; Geman-McClure in the form of Zhou, Park and Koltun,
+//! "Fast global registration", ECCV 2016, eq. 4.
+
+use serde::{Deserialize, Serialize};
+
+/// A robust kernel without its width.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
+pub enum RobustKernel {
+    /// Least squares: every correspondence counts the same.
+    None,
+    /// Quadratic within the width, linear beyond: far residuals pull with a constant force.
+    Huber,
+    /// Logarithmic: far residuals pull less the further they are.
+    Cauchy,
+    /// Bounded: far residuals hardly pull.
+    GemanMcclure,
+    /// Bounded: residuals beyond the width do not pull at all.
+    Tukey,
+}
+
+impl RobustKernel {
+    /// The weight of a residual; 1 at zero, never above. `width` has the unit of the residual and is positive.
+    pub fn weight(self, residual: f64, width: f64) -> f64 {
+        let u = residual.abs() / width;
+        match self {
+            Self::None => 1.0,
+            Self::Huber => {
+                if u <= 1.0 {
+                    1.0
+                } else {
+                    1.0 / u
+                }
+            }
+            Self::Cauchy => 1.0 / (1.0 + u * u),
+            Self::GemanMcclure => (1.0 + u * u).powi(-2),
+            Self::Tukey => {
+                if u <= 1.0 {
+                    (1.0 - u * u).powi(2)
+                } else {
+                    0.0
+                }
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The losses the weights derive from.
+    fn loss(kernel: RobustKernel, r: f64, c: f64) -> f64 {
+        let u = r / c;
+        match kernel {
+            RobustKernel::None => r * r / 2.0,
+            RobustKernel::Huber if u.abs() <= 1.0 => r * r / 2.0,
+            RobustKernel::Huber => c * (r.abs() - c / 2.0),
+            RobustKernel::Cauchy => c * c / 2.0 * (1.0 + u * u).ln(),
+            RobustKernel::GemanMcclure => r * r / 2.0 / (1.0 + u * u),
+            RobustKernel::Tukey if u.abs() <= 1.0 => c * c / 6.0 * (1.0 - (1.0 - u * u).powi(3)),
+            RobustKernel::Tukey => c * c / 6.0,
+        }
+    }
+
+    #[test]
+    fn weight_is_the_derivative_of_the_loss_over_the_residual() {
+        use RobustKernel::{Cauchy, GemanMcclure, Huber, None, Tukey};
+        let h = 1e-6;
+        for kernel in [None, Huber, Cauchy, GemanMcclure, Tukey] {
+            assert_eq!(kernel.weight(0.0, 0.1), 1.0);
+            for r in [-0.35, -0.05, 0.02, 0.0999, 0.13, 0.9] {
+                let derivative = (loss(kernel, r + h, 0.1) - loss(kernel, r - h, 0.1)) / (2.0 * h);
+                assert!((kernel.weight(r, 0.1) - derivative / r).abs() < 1e-6, "{kernel:?} at {r}");
+            }
+        }
+    }
+}

@@ -1,0 +1,78 @@
+//! What a source is registered to: points with an index, and for plane metrics the normals that those need.
+
+use nalgebra::SVector;
+
+use crate::search::{KdTree, Neighbor};
+
+/// Points (m) with a nearest-neighbour index.
+pub struct PointTarget<const D: usize> {
+    points: Vec<SVector<f64, D>>,
+    tree: KdTree<D>,
+}
+
+impl<const D: usize> PointTarget<D> {
+    /// Indexes the points. Non-finite ones are never found.
+    pub fn new(points: Vec<SVector<f64, D>>) -> Self {
+        let single: Vec<[f32; D]> = points.iter().map(single_precision).collect();
+        Self { tree: KdTree::build(&single), points }
+    }
+}
+
+/// Points (m) with an index and unit normals: what point-to-line and point-to-plane need.
+pub struct OrientedTarget<const D: usize> {
+    points: PointTarget<D>,
+    normals: Vec<Option<SVector<f64, D>>>,
+}
+
+impl<const D: usize> OrientedTarget<D> {
+    /// Indexes the points; a point whose normal is `None` can be found, but is no partner of anything.
+    ///
+    /// # Panics
+    /// When there is not one entry of `normals` for each point.
+    pub fn new(points: Vec<SVector<f64, D>>, normals: Vec<Option<SVector<f64, D>>>) -> Self {
+        assert_eq!(points.len(), normals.len(), "one normal a point");
+        Self { points: PointTarget::new(points), normals }
+    }
+}
+
+/// What the registration loop asks of a target, whatever the metric.
+pub trait Target<const D: usize> {
+    /// The nearest target point within `max_distance` (m) of a point in the target frame.
+    fn nearest(&self, query: &SVector<f64, D>, max_distance: f64) -> Option<Neighbor>;
+    /// Position of a target point (m).
+    fn point(&self, index: u32) -> &SVector<f64, D>;
+    /// Unit normal of a target point, where it has one.
+    fn normal(&self, index: u32) -> Option<&SVector<f64, D>>;
+}
+
+impl<const D: usize> Target<D> for PointTarget<D> {
+    fn nearest(&self, query: &SVector<f64, D>, max_distance: f64) -> Option<Neighbor> {
+        self.tree.nearest(&single_precision(query), max_distance as f32)
+    }
+
+    fn point(&self, index: u32) -> &SVector<f64, D> {
+        &self.points[index as usize]
+    }
+
+    fn normal(&self, _index: u32) -> Option<&SVector<f64, D>> {
+        None
+    }
+}
+
+impl<const D: usize> Target<D> for OrientedTarget<D> {
+    fn nearest(&self, query: &SVector<f64, D>, max_distance: f64) -> Option<Neighbor> {
+        self.points.nearest(query, max_distance)
+    }
+
+    fn point(&self, index: u32) -> &SVector<f64, D> {
+        self.points.point(index)
+    }
+
+    fn normal(&self, index: u32) -> Option<&SVector<f64, D>> {
+        self.normals[index as usize].as_ref()
+    }
+}
+
+fn single_precision<const D: usize>(point: &SVector<f64, D>) -> [f32; D] {
+    std::array::from_fn(|axis| point[axis] as f32)
+}

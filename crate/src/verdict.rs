@@ -1,0 +1,94 @@
+//! Whether a registration is believed, and the reason in plain words.
+
+use serde::Serialize;
+
+use crate::map::PlanarRegistration;
+use crate::registration::visibility::Visibility;
+
+/// How far a frame's pose is to be trusted.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+#[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
+pub enum Status {
+    /// Registered, and nothing speaks against it.
+    Good,
+    /// Registered, but something speaks against it.
+    Doubtful,
+    /// Not registered: the pose is a prediction, and the frame is no part of the map.
+    Lost,
+}
+
+/// A status with its reason.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Verdict {
+    /// How far the pose is to be trusted.
+    pub status: Status,
+    /// Plain words; empty when good.
+    pub reason: String,
+    /// Share of the returns visible to both sides that agree with what the other saw, 0..=1.
+    pub agreement: f64,
+}
+
+/// Fewer points than this make no scan.
+pub const MIN_POINTS: usize = 10;
+/// Below this share of agreeing returns a registration is not believed, ...
+const LOST_AGREEMENT: f64 = 0.5;
+/// ... and below this it is doubtful.
+const DOUBTFUL_AGREEMENT: f64 = 0.75;
+/// Below this share of points with a partner a registration is not believed.
+const LOST_FITNESS: f64 = 0.25;
+/// A last step that is still as large as this (m) or ...
+const RESTLESS_TRANSLATION: f64 = 0.005;
+/// ... this (rad) tells of a registration that was cut off on its way.
+const RESTLESS_ROTATION: f64 = 0.002;
+
+impl Verdict {
+    /// The first scan is where the world begins: there is nothing to doubt.
+    pub fn first() -> Self {
+        Self { status: Status::Good, reason: String::new(), agreement: 1.0 }
+    }
+
+    /// A scan with fewer than [`MIN_POINTS`] points.
+    pub fn too_few_points(num_points: usize) -> Self {
+        let reason = format!("it has {num_points} usable points, too few to place it");
+        Self { status: Status::Lost, reason, agreement: 0.0 }
+    }
+}
+
+/// Judges a registration by its evidence and by what the sensors saw.
+pub fn judge(registration: &PlanarRegistration, visibility: Visibility) -> Verdict {
+    let agreement = visibility.agreement();
+    let percent = |share: f64| format!("{:.0} %", 100.0 * share);
+    let with = |status, reason| Verdict { status, reason, agreement };
+    let last = &registration.last;
+
+    if last.num_inliers < MIN_POINTS || registration.fitness < LOST_FITNESS {
+        let reason = format!(
+            "only {} of its points lie near the scans before it: too little overlap, or a motion larger than the search",
+            percent(registration.fitness)
+        );
+        return with(Status::Lost, reason);
+    }
+    if agreement < LOST_AGREEMENT {
+        let reason = format!(
+            "only {} of its returns agree with what the scans before it saw, the others stand in their free space: \
+             it shows another place, or the motion is larger than the search",
+            percent(agreement)
+        );
+        return with(Status::Lost, reason);
+    }
+    if agreement < DOUBTFUL_AGREEMENT {
+        let reason = format!("{} of its returns stand where earlier scans saw free space", percent(1.0 - agreement));
+        return with(Status::Doubtful, reason);
+    }
+    if registration.observability.is_undetermined() {
+        let direction = registration.observability.weakest_direction;
+        let motion = if direction[0].abs() > 0.7 { "the heading" } else { "the position along one direction" };
+        return with(Status::Doubtful, format!("the walls in view leave {motion} open"));
+    }
+    if last.translation_step > RESTLESS_TRANSLATION || last.rotation_step > RESTLESS_ROTATION {
+        let reason = format!("the registration was still moving after {} iterations", registration.history.len());
+        return with(Status::Doubtful, reason);
+    }
+    with(Status::Good, String::new())
+}
