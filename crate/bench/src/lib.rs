@@ -1,0 +1,11 @@
+//! What `npm run bench` times: one registry of benchmarks, compiled natively and to WebAssembly.
+//!
+//! A benchmark is prepared once and then run again and again by a harness that holds the clock: `src/main.rs` natively,
+//! `scripts/bench_wasm.mjs` under Node. Both do the same: warm up, choose how many runs make a sample long enough for
+//! the clock, take the samples.
+
+mod benchmarks;
+#[cfg(target_arch = "wasm32")]
+mod wasm;
+
+pub use benchmarks::{BENCHMARKS, Benchmark, Prepared};

@@ -1,0 +1,58 @@
+//! Compiles a package of this workspace to WebAssembly and writes its JavaScript beside it:
+//! `wasm [PACKAGE] [OUT_DIR]`, by default `wasm scanstitch pkg`.
+//!
+//! Two steps, as `wasm-pack build` does them, without a tool to install first: `cargo build` for
+//! `wasm32-unknown-unknown`, then `wasm-bindgen --target web`.
+
+use std::env;
+use std::ffi::OsString;
+use std::path::{Path, PathBuf};
+use std::process::{Command, ExitCode};
+
+const TARGET: &str = "wasm32-unknown-unknown";
+
+fn main() -> ExitCode {
+    let mut args = env::args().skip(1);
+    let package = args.next().unwrap_or_else(|| "scanstitch".into());
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+    let out_dir = args.next().map_or_else(|| root.join("pkg"), PathBuf::from);
+    match compile(&root, &package).and_then(|wasm| bind(&wasm, &out_dir, &package)) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(problem) => {
+            eprintln!("error: {problem}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+/// Builds the package's library in release and returns the path of the module.
+fn compile(root: &Path, package: &str) -> Result<PathBuf, String> {
+    let cargo = env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
+    let status = Command::new(cargo)
+        .args(["build", "--release", "--lib", "--target", TARGET, "--package", package])
+        .current_dir(root)
+        .status()
+        .map_err(|error| format!("cargo could not be started: {error}"))?;
+    if !status.success() {
+        return Err(format!("cargo could not build {package} for {TARGET} ({status})"));
+    }
+    let target_dir = env::var_os("CARGO_TARGET_DIR").map_or_else(|| root.join("target"), |dir| root.join(dir));
+    Ok(target_dir.join(TARGET).join("release").join(package.replace('-', "_")).with_extension("wasm"))
+}
+
+/// Writes `<package>.js`, `<package>.d.ts` and `<package>_bg.wasm` into `out_dir`.
+fn bind(wasm: &Path, out_dir: &Path, package: &str) -> Result<(), String> {
+    let args: [OsString; 9] = [
+        "wasm-bindgen".into(),
+        "--target".into(),
+        "web".into(),
+        // A returned typed array is a copy with a buffer of its own: Uint8Array<ArrayBuffer>, which Blob and transfer ask for.
+        "--ts-typed-array-buffers".into(),
+        "--out-dir".into(),
+        out_dir.into(),
+        "--out-name".into(),
+        package.replace('-', "_").into(),
+        wasm.into(),
+    ];
+    wasm_bindgen_cli::wasm_bindgen::run_cli_with_args(args).map_err(|error| format!("{error:?}"))
+}

@@ -1,0 +1,150 @@
+// @ts-check
+/**
+ * `npm run bench`: times the benchmarks of crate/bench natively and as WebAssembly under Node, side by side, and prints
+ * one JSON document. Progress goes to stderr, so `npm run --silent bench > bench.json` keeps it.
+ * `npm run bench -- NAME...` runs those whose name contains one of the words.
+ */
+import { existsSync, readdirSync } from 'node:fs';
+import { cpus, totalmem } from 'node:os';
+import { join } from 'node:path';
+import { parseArgs } from 'node:util';
+import { compareNaturally } from '../npm/natural_order.js';
+import {
+  buildWasm,
+  capture,
+  ensureWasmTarget,
+  ROOT,
+  requireToolchain,
+  run,
+  runMain,
+  StepError,
+  TARGET_DIR,
+} from './steps.mjs';
+
+const WARM_UP_MS = 300;
+const SAMPLE_MS = 20;
+const SAMPLES = 25;
+
+const NATIVE = join(TARGET_DIR, 'release', 'scanstitch-bench');
+const PKG = join(TARGET_DIR, 'bench-pkg');
+
+/** Recordings a benchmark is run on besides what it generates; absent ones are left out, saying so. */
+const RECORDINGS = [
+  { benchmark: 'reconstruct_files', label: 'reconstruct_sample', folder: 'www/samples' },
+  { benchmark: 'reconstruct_files', label: 'reconstruct_zju10', folder: '../shared/data/laser/zju10' },
+];
+
+/** @typedef {{ label: string, name: string, about: string, files: string[] }} Job */
+/** @typedef {{ median_ns: number, min_ns: number, max_ns: number, iqr_ns: number, rate?: number }} Timing */
+
+/** @returns {Promise<Job[]>} */
+async function listJobs() {
+  const { output } = await capture(NATIVE, ['list']);
+  return output
+    .trim()
+    .split('\n')
+    .flatMap((line) => {
+      const [name = '', about = ''] = line.split('\t');
+      const recordings = RECORDINGS.filter((recording) => recording.benchmark === name);
+      if (recordings.length === 0) return [{ label: name, name, about, files: [] }];
+      return recordings.flatMap(({ label, folder }) => {
+        const path = join(ROOT, folder);
+        if (existsSync(path)) return [{ label, name, about: `${about}: ${folder}`, files: plyFiles(path) }];
+        console.error(`skipped ${label}: ${folder} is absent`);
+        return [];
+      });
+    });
+}
+
+/** @param {string} folder */
+function plyFiles(folder) {
+  const names = readdirSync(folder).filter((name) => name.endsWith('.ply'));
+  return names.sort(compareNaturally).map((name) => join(folder, name));
+}
+
+/**
+ * Runs one harness on one benchmark.
+ * @param {string} command
+ * @param {string[]} args
+ * @param {Job} job
+ * @returns {Promise<{ timing: Timing, unit: string | undefined }>}
+ */
+async function time(command, args, job) {
+  const policy = [WARM_UP_MS, SAMPLE_MS, SAMPLES].map(String);
+  const { code, output } = await capture(command, [...args, job.name, ...policy, ...job.files]);
+  const [work = '', samples = ''] = output.trim().split('\n');
+  if (code !== 0 || samples === '') throw new StepError(`The benchmark ${job.label} failed:\n${output}`);
+  const [amount, unit] = work.split(' ');
+  const sorted = samples
+    .split(' ')
+    .map(Number)
+    .sort((a, b) => a - b);
+  const median_ns = quantile(sorted, 0.5);
+  /** @type {Timing} */
+  const timing = {
+    median_ns,
+    min_ns: quantile(sorted, 0),
+    max_ns: quantile(sorted, 1),
+    iqr_ns: Math.round(quantile(sorted, 0.75) - quantile(sorted, 0.25)),
+  };
+  if (unit === '-' || unit === undefined) return { timing, unit: undefined };
+  const per_second = Number(amount) / (median_ns * 1e-9);
+  return unit === 'bytes'
+    ? { timing: { ...timing, rate: round(per_second / 1e6) }, unit: 'MB/s' }
+    : { timing: { ...timing, rate: round(per_second) }, unit: `${unit}/s` };
+}
+
+/** Linear between the neighbouring samples. @param {number[]} sorted @param {number} share */
+function quantile(sorted, share) {
+  const place = share * (sorted.length - 1);
+  const below = sorted[Math.floor(place)] ?? Number.NaN;
+  const above = sorted[Math.ceil(place)] ?? Number.NaN;
+  return Math.round(below + (place - Math.floor(place)) * (above - below));
+}
+
+/** To four significant digits. @param {number} value */
+function round(value) {
+  return Number(value.toPrecision(4));
+}
+
+await runMain(async () => {
+  const { positionals: words } = parseArgs({ allowPositionals: true });
+  console.log = console.error; // only the document goes to stdout
+  requireToolchain();
+  await ensureWasmTarget();
+  await run('cargo', ['build', '--release', '--package', 'scanstitch-bench']);
+  await buildWasm('scanstitch-bench', PKG);
+
+  const jobs = (await listJobs()).filter(
+    ({ label }) => words.length === 0 || words.some((word) => label.includes(word)),
+  );
+  if (jobs.length === 0) throw new StepError(`No benchmark has a name with ${words.join(' or ')} in it.`);
+  const benchmarks = [];
+  for (const job of jobs) {
+    console.error(`${job.label}: ${job.about}`);
+    const native = await time(NATIVE, [], job);
+    const wasm = await time(process.execPath, [join(ROOT, 'scripts', 'bench_wasm.mjs'), PKG], job);
+    const ratio = round(wasm.timing.median_ns / native.timing.median_ns);
+    benchmarks.push({
+      name: job.label,
+      about: job.about,
+      ...(native.unit && { rate_unit: native.unit }),
+      native: native.timing,
+      wasm: wasm.timing,
+      wasm_over_native: ratio,
+    });
+    const show = (/** @type {Timing} */ timing) => `${(timing.median_ns / 1e6).toFixed(3)} ms`;
+    console.error(`  native ${show(native.timing)}, wasm ${show(wasm.timing)}, ratio ${ratio}`);
+  }
+  const { output: rustc } = await capture('rustc', ['--version']);
+  const machine = {
+    cpu: cpus()[0]?.model.trim() ?? 'unknown',
+    cores: cpus().length,
+    memory_gib: round(totalmem() / 2 ** 30),
+    platform: `${process.platform} ${process.arch}`,
+    node: process.version,
+    rustc: rustc.trim(),
+  };
+  const policy = { warm_up_ms: WARM_UP_MS, sample_ms: SAMPLE_MS, samples: SAMPLES, threads: 1 };
+  process.stdout.write(`${JSON.stringify({ machine, policy, benchmarks }, null, 2)}\n`);
+});

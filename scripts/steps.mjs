@@ -1,0 +1,168 @@
+// @ts-check
+/**
+ * What `npm start`, `npm test`, `npm run build` and `npm run bench` have in common: say what is being done and how long
+ * it took, install what is missing inside the clone, build the WebAssembly module.
+ *
+ * Nothing here may import a package: it runs before `npm ci` has.
+ */
+import { spawn, spawnSync } from 'node:child_process';
+import { existsSync, statSync } from 'node:fs';
+import { delimiter, join } from 'node:path';
+import { fileURLToPath } from 'node:url';
+
+/** The root of the clone. */
+export const ROOT = fileURLToPath(new URL('..', import.meta.url));
+
+/** Cargo's output folder; the tools built from `crate/xtask` lie in `tools` within. */
+export const TARGET_DIR = join(ROOT, process.env.CARGO_TARGET_DIR ?? 'target');
+
+const WASM_TARGET = 'wasm32-unknown-unknown';
+const OLDEST_NODE = 20;
+
+/** A problem the person at the keyboard can mend: printed as it is, without a stack. */
+export class StepError extends Error {}
+
+/** @param {number} milliseconds */
+export function duration(milliseconds) {
+  return milliseconds < 60_000
+    ? `${(milliseconds / 1000).toFixed(1)} s`
+    : `${Math.floor(milliseconds / 60_000)} min ${Math.round((milliseconds % 60_000) / 1000)} s`;
+}
+
+/**
+ * Says what it is about to do, does it, says how long it took.
+ * @template T
+ * @param {string} title
+ * @param {() => T | Promise<T>} work
+ * @returns {Promise<T>}
+ */
+export async function step(title, work) {
+  console.log(`\n> ${title}`);
+  const start = performance.now();
+  const result = await work();
+  console.log(`  done in ${duration(performance.now() - start)}`);
+  return result;
+}
+
+/**
+ * Runs a command with its output passed through.
+ * @param {string} command
+ * @param {string[]} args
+ * @param {{ env?: NodeJS.ProcessEnv, cwd?: string, remedy?: string }} [options]
+ * @returns {Promise<void>}
+ */
+export async function run(command, args, options = {}) {
+  const { code } = await capture(command, args, { ...options, echo: true });
+  if (code !== 0) {
+    const remedy = options.remedy ? ` ${options.remedy}` : '';
+    throw new StepError(`\`${[command, ...args].join(' ')}\` failed (exit code ${code}).${remedy}`);
+  }
+}
+
+/**
+ * Runs a command and returns its exit code and everything it printed.
+ * @param {string} command
+ * @param {string[]} args
+ * @param {{ env?: NodeJS.ProcessEnv, cwd?: string, echo?: boolean }} [options] echo: print it as it comes
+ * @returns {Promise<{ code: number, output: string }>}
+ */
+export function capture(command, args, { env = {}, cwd = ROOT, echo = false } = {}) {
+  return new Promise((resolve, reject) => {
+    const child = spawn(command, args, { cwd, env: { ...process.env, ...env }, stdio: ['ignore', 'pipe', 'pipe'] });
+    /** @type {Buffer[]} */
+    const chunks = [];
+    for (const [from, to] of /** @type {const} */ ([
+      [child.stdout, process.stdout],
+      [child.stderr, process.stderr],
+    ])) {
+      from.on('data', (chunk) => {
+        chunks.push(chunk);
+        if (echo) to.write(chunk);
+      });
+    }
+    child.on('error', (error) => reject(new StepError(`\`${command}\` could not be started: ${error.message}.`)));
+    child.on('close', (code) => resolve({ code: code ?? 1, output: Buffer.concat(chunks).toString() }));
+  });
+}
+
+/**
+ * Whether a command runs at all.
+ * @param {string} command
+ * @param {string[]} [args]
+ */
+export function answers(command, args = ['--version']) {
+  return spawnSync(command, args, { stdio: 'ignore' }).status === 0;
+}
+
+/** Puts a folder first on the PATH of everything started from here. @param {string} folder */
+export function prependPath(folder) {
+  process.env.PATH = `${folder}${delimiter}${process.env.PATH}`;
+}
+
+/** Fails, saying what to install, where Node is too old or Rust is missing. */
+export function requireToolchain() {
+  const node = process.versions.node;
+  if (Number.parseInt(node, 10) < OLDEST_NODE) {
+    throw new StepError(
+      `Node ${node} is too old: Scanstitch needs Node ${OLDEST_NODE} or newer. See https://nodejs.org.`,
+    );
+  }
+  if (!answers('cargo')) {
+    throw new StepError(
+      'Rust is not installed, or `cargo` is not on the PATH. Install it with rustup (https://rustup.rs), open a new ' +
+        'terminal and run the same command again.',
+    );
+  }
+  const cargo = spawnSync('cargo', ['--version'], { encoding: 'utf8' }).stdout.trim();
+  console.log(`Node ${node}, ${cargo}`);
+}
+
+/** Adds the WebAssembly target to the Rust toolchain when it lacks it. */
+export async function ensureWasmTarget() {
+  const sysroot = spawnSync('rustc', ['--print', 'sysroot'], { cwd: ROOT, encoding: 'utf8' }).stdout.trim();
+  if (existsSync(join(sysroot, 'lib', 'rustlib', WASM_TARGET))) return;
+  await step(`Adding the Rust target ${WASM_TARGET}`, () =>
+    run('rustup', ['target', 'add', WASM_TARGET], {
+      remedy: 'Without rustup, install the rust-std component of your toolchain for this target.',
+    }),
+  );
+}
+
+/** Installs the locked node modules when they are missing or older than the lock. */
+export async function ensureNodeModules() {
+  const installed = join(ROOT, 'node_modules', '.package-lock.json');
+  const lock = join(ROOT, 'package-lock.json');
+  if (existsSync(installed) && statSync(installed).mtimeMs >= statSync(lock).mtimeMs) return;
+  await step('Installing the node modules of package-lock.json (npm ci)', () =>
+    run('npm', ['ci', '--no-audit', '--no-fund', '--loglevel=error'], {
+      remedy: 'Is the network there? The same command alone says more: npm ci',
+    }),
+  );
+}
+
+/**
+ * Compiles a package to WebAssembly with the tool of crate/xtask; cargo skips what is up to date.
+ * @param {string} [packageName]
+ * @param {string} [outDir]
+ */
+export async function buildWasm(packageName = 'scanstitch', outDir = 'pkg') {
+  const tool = ['--profile', 'tools', '--package', 'xtask'];
+  await step('Building the WebAssembly tools (crate/xtask)', () => run('cargo', ['build', ...tool]));
+  await step(`Compiling ${packageName} to WebAssembly, into ${outDir}/`, () =>
+    run('cargo', ['run', '--quiet', ...tool, '--bin', 'wasm', '--', packageName, outDir]),
+  );
+}
+
+/**
+ * Runs a script's main function: a StepError is one plain paragraph and exit code 1.
+ * @param {() => Promise<void>} main
+ */
+export async function runMain(main) {
+  try {
+    await main();
+  } catch (error) {
+    if (!(error instanceof StepError)) throw error;
+    console.error(`\n${error.message}`);
+    process.exitCode = 1;
+  }
+}
