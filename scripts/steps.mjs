@@ -52,7 +52,7 @@ export async function step(title, work) {
  * @returns {Promise<void>}
  */
 export async function run(command, args, options = {}) {
-  const { code } = await capture(command, args, { ...options, echo: true });
+  const { code } = await capture(command, args, { env: options.env, cwd: options.cwd, echo: true });
   if (code !== 0) {
     const remedy = options.remedy ? ` ${options.remedy}` : '';
     throw new StepError(`\`${[command, ...args].join(' ')}\` failed (exit code ${code}).${remedy}`);
@@ -140,16 +140,22 @@ export async function ensureNodeModules() {
   );
 }
 
+const TOOLS = ['--profile', 'tools', '--package', 'xtask'];
+
+/** Builds the tools of crate/xtask into `tools` under the target folder. */
+export async function buildTools() {
+  await step('Building the WebAssembly tools (crate/xtask)', () => run('cargo', ['build', ...TOOLS]));
+}
+
 /**
  * Compiles a package to WebAssembly with the tool of crate/xtask; cargo skips what is up to date.
  * @param {string} [packageName]
  * @param {string} [outDir]
  */
 export async function buildWasm(packageName = 'scanstitch', outDir = 'pkg') {
-  const tool = ['--profile', 'tools', '--package', 'xtask'];
-  await step('Building the WebAssembly tools (crate/xtask)', () => run('cargo', ['build', ...tool]));
-  await step(`Compiling ${packageName} to WebAssembly, into ${outDir}/`, () =>
-    run('cargo', ['run', '--quiet', ...tool, '--bin', 'wasm', '--', packageName, outDir]),
+  await buildTools();
+  await step(`Compiling ${packageName} to WebAssembly, into ${outDir}`, () =>
+    run('cargo', ['run', '--quiet', ...TOOLS, '--bin', 'wasm', '--', packageName, outDir]),
   );
 }
 

@@ -42,7 +42,8 @@ fn time(name: &str, policy: [&String; 3], files: &[String]) -> Result<(), String
         .collect::<Result<Vec<_>, _>>()?;
     let mut prepared = (benchmark.prepare)(files)?;
 
-    let runs = runs_per_sample(&mut prepared, Duration::from_millis(warm_up.into()), Duration::from_millis(sample.into()));
+    let runs =
+        runs_per_sample(&mut prepared, Duration::from_millis(warm_up.into()), Duration::from_millis(sample.into()));
     let nanoseconds: Vec<String> = (0..samples)
         .map(|_| {
             let start = Instant::now();

@@ -54,5 +54,5 @@ fn bind(wasm: &Path, out_dir: &Path, package: &str) -> Result<(), String> {
         package.replace('-', "_").into(),
         wasm.into(),
     ];
-    wasm_bindgen_cli::wasm_bindgen::run_cli_with_args(args).map_err(|error| format!("{error:?}"))
+    wasm_bindgen_cli::wasm_bindgen::run_cli_with_args(args).map_err(|error| format!("{error:#}"))
 }

@@ -1,0 +1,282 @@
+// @ts-check
+/**
+ * `npm test`: everything that can be checked, each stage with its counts and duration, and as the last line the sum,
+ * `N passed, N failed`. A stage that fails does not stop the later ones; the exit code tells.
+ * `npm test -- --only NAME` runs one stage (more with more `--only`), `--only lint` all checks that run no test,
+ * `--list` names them.
+ */
+import { existsSync, mkdirSync, readFileSync } from 'node:fs';
+import { join } from 'node:path';
+import { parseArgs } from 'node:util';
+import {
+  answers,
+  buildTools,
+  buildWasm,
+  capture,
+  duration,
+  ensureNodeModules,
+  ensureWasmTarget,
+  prependPath,
+  requireToolchain,
+  run,
+  runMain,
+  StepError,
+  step,
+  TARGET_DIR,
+} from './steps.mjs';
+
+const WASM = ['--target', 'wasm32-unknown-unknown'];
+/** The packages that compile to WebAssembly: all but the tools that make it. */
+const ENGINE = ['--package', 'scanstitch', '--package', 'scanstitch-bench'];
+const WASM_PACK_VERSION = '0.15.1';
+
+/** @typedef {{ passed: number, failed: number }} Counts */
+/** @typedef {{ name: string, about: string, lint?: boolean, needs?: (() => Promise<void>)[], run: () => Promise<Counts> }} Stage */
+
+/** @type {Stage[]} */
+const STAGES = [
+  check('format', 'Rust is formatted', 'cargo', ['fmt', '--all', '--check']),
+  check('clippy', 'clippy finds nothing', 'cargo', ['clippy', '--workspace', '--all-targets', '--', '-D', 'warnings']),
+  check('clippy-wasm', 'clippy finds nothing in the WebAssembly build', 'cargo', [
+    ...['clippy', ...WASM, ...ENGINE, '--all-targets', '--', '-D', 'warnings'],
+  ]),
+  check(
+    'docs',
+    'the Rust documentation builds, its links lead somewhere',
+    'cargo',
+    ['doc', '--no-deps', '--lib', ...ENGINE],
+    {
+      env: { RUSTDOCFLAGS: '-D warnings' },
+    },
+  ),
+  check(
+    'biome',
+    'JavaScript and TypeScript are formatted and linted',
+    'npx',
+    ['biome', 'ci', '--error-on-warnings', '.'],
+    {
+      needs: [ensureNodeModules],
+    },
+  ),
+  check('types', 'types of the package, scripts and tests', 'npx', ['tsc', '--project', '.'], {
+    needs: [ensureNodeModules, engine],
+  }),
+  check('types-page', 'types of the page', 'npx', ['tsc', '--noEmit', '--project', 'www'], {
+    needs: [ensureNodeModules, engine],
+  }),
+  {
+    name: 'rust',
+    about: 'native tests',
+    run: () => cargoTests('cargo', ['test', '--no-fail-fast', ...ENGINE]),
+  },
+  {
+    name: 'wasm',
+    about: 'tests of the WebAssembly build in headless Chromium',
+    needs: [ensureWasmTarget, browser],
+    run: () => cargoTests('cargo', ['test', '--no-fail-fast', ...WASM, '--test', 'browser']),
+  },
+  {
+    name: 'wasm-pack',
+    about: 'wasm-pack test --headless --chrome',
+    needs: [ensureWasmTarget, browser, wasmPack],
+    run: () => cargoTests('wasm-pack', ['test', '--headless', '--chrome']),
+  },
+  {
+    name: 'cli',
+    about: 'the command line and the npm package',
+    needs: [ensureNodeModules, engine],
+    run: nodeTests,
+  },
+  check('build', 'npm run build', 'npm', ['run', '--silent', 'build']),
+  {
+    name: 'e2e',
+    about: 'the built page in Chromium',
+    needs: [ensureNodeModules, browser, page],
+    run: playwrightTests,
+  },
+];
+
+/**
+ * A stage that is one command and counts as one check.
+ * @param {string} name
+ * @param {string} about
+ * @param {string} command
+ * @param {string[]} args
+ * @param {{ env?: NodeJS.ProcessEnv, needs?: Stage['needs'] }} [options]
+ * @returns {Stage}
+ */
+function check(name, about, command, args, { env, needs = [] } = {}) {
+  return {
+    name,
+    about,
+    lint: name !== 'build',
+    needs,
+    run: async () => {
+      const { code } = await capture(command, args, { env, echo: true });
+      return code === 0 ? { passed: 1, failed: 0 } : { passed: 0, failed: 1 };
+    },
+  };
+}
+
+// What stages need. Each is done once, by the first stage that needs it.
+
+/** The engine in pkg/. */
+async function engine() {
+  await ensureWasmTarget();
+  await buildWasm();
+}
+
+/** The page in www/dist; where the build stage was not asked for, it is built here. */
+async function page() {
+  if (selected.some(({ name }) => name === 'build')) {
+    if (!existsSync('www/dist/index.html')) throw new StepError('There is no www/dist: the build stage failed.');
+    return;
+  }
+  await run('npm', ['run', '--silent', 'build']);
+}
+
+/** Chromium and its driver. */
+async function browser() {
+  if (answers('chromedriver') && (answers('chromium') || answers('google-chrome'))) return;
+  const packages = ['chromium', 'chromium-driver'];
+  const install = `apt-get install --no-install-recommends ${packages.join(' ')}`;
+  if (process.getuid?.() !== 0 || !answers('apt-get')) {
+    throw new StepError(
+      `Chromium and its driver are missing, and only root can install them. On Debian: sudo ${install}\n` +
+        'Elsewhere, put `chromium` or `google-chrome` and `chromedriver` of the same version on the PATH.',
+    );
+  }
+  await step('Installing Chromium and its driver (apt)', async () => {
+    const env = { DEBIAN_FRONTEND: 'noninteractive' };
+    await run('apt-get', ['update', '--quiet=2'], { env });
+    await run('apt-get', ['install', '--yes', '--quiet=2', '--no-install-recommends', ...packages], { env });
+  });
+}
+
+/** wasm-pack, and the locked wasm-bindgen on the PATH, which it would build for minutes otherwise. */
+async function wasmPack() {
+  await buildTools();
+  prependPath(join(TARGET_DIR, 'tools'));
+  const root = join(TARGET_DIR, 'wasm-pack');
+  prependPath(join(root, 'bin'));
+  if (answers('wasm-pack')) return;
+  await step(`Installing wasm-pack ${WASM_PACK_VERSION} into target/wasm-pack`, () =>
+    // Unoptimised: it only starts other programs, and is built in half the time.
+    run('cargo', ['install', 'wasm-pack', '--version', WASM_PACK_VERSION, '--locked', '--debug', '--root', root], {
+      env: { CARGO_PROFILE_DEV_DEBUG: '0' },
+    }),
+  );
+}
+
+// What the runners count.
+
+/**
+ * @param {string} command
+ * @param {string[]} args
+ */
+async function cargoTests(command, args) {
+  const { code, output } = await capture(command, args, { echo: true });
+  const counts = { passed: 0, failed: 0 };
+  for (const [, passed, failed] of output.matchAll(/^test result: .*?(\d+) passed; (\d+) failed;/gm)) {
+    counts.passed += Number(passed);
+    counts.failed += Number(failed);
+  }
+  return believe(counts, code);
+}
+
+async function nodeTests() {
+  const args = ['--test', '--test-reporter=spec', 'tests/cli/'];
+  const { code, output } = await capture(process.execPath, args, { echo: true });
+  const count = (/** @type {string} */ word) => Number(output.match(new RegExp(`^ℹ ${word} (\\d+)$`, 'm'))?.[1] ?? 0);
+  return believe({ passed: count('pass'), failed: count('fail') + count('cancelled') }, code);
+}
+
+async function playwrightTests() {
+  mkdirSync(TARGET_DIR, { recursive: true });
+  const report = join(TARGET_DIR, 'e2e.json');
+  const { code } = await capture('npx', ['playwright', 'test'], { env: { E2E_REPORT: report }, echo: true });
+  if (!existsSync(report)) return believe({ passed: 0, failed: 0 }, code);
+  const { stats } = JSON.parse(readFileSync(report, 'utf8'));
+  return believe({ passed: stats.expected, failed: stats.unexpected + stats.flaky }, code);
+}
+
+/**
+ * A runner that failed without naming a test, or ran none, has failed once.
+ * @param {Counts} counts
+ * @param {number} code
+ * @returns {Counts}
+ */
+function believe({ passed, failed }, code) {
+  if (failed > 0) return { passed, failed };
+  if (code !== 0) return { passed, failed: 1 };
+  if (passed > 0) return { passed, failed };
+  console.error('No test was run.');
+  return { passed, failed: 1 };
+}
+
+/** @type {Map<() => Promise<void>, Promise<void>>} */
+const met = new Map();
+
+/**
+ * @param {Stage} stage
+ * @returns {Promise<Counts>}
+ */
+async function runStage(stage) {
+  try {
+    for (const need of stage.needs ?? []) {
+      const done = met.get(need) ?? need();
+      met.set(need, done);
+      await done;
+    }
+    return await stage.run();
+  } catch (error) {
+    console.error(error instanceof StepError ? error.message : error);
+    return { passed: 0, failed: 1 };
+  }
+}
+
+/** @param {string[]} names */
+function select(names) {
+  const unknown = names.find((name) => name !== 'lint' && !STAGES.some((stage) => stage.name === name));
+  if (unknown !== undefined) {
+    const known = STAGES.map(({ name }) => name).join(', ');
+    throw new StepError(`No stage is called ${unknown}. There are: ${known}; and lint for the first of them.`);
+  }
+  return STAGES.filter(
+    ({ name, lint }) => names.length === 0 || names.includes(name) || (lint && names.includes('lint')),
+  );
+}
+
+/** @type {Stage[]} */
+let selected = [];
+
+await runMain(async () => {
+  const { values } = parseArgs({
+    options: { only: { type: 'string', multiple: true, default: [] }, list: { type: 'boolean', default: false } },
+  });
+  selected = select(values.only);
+  if (values.list) {
+    for (const { name, about } of selected) console.log(`${name.padEnd(12)} ${about}`);
+    return;
+  }
+  requireToolchain();
+  const started = performance.now();
+  const rows = [];
+  const sum = { passed: 0, failed: 0 };
+  for (const stage of selected) {
+    console.log(`\n=== ${stage.name}: ${stage.about}`);
+    const start = performance.now();
+    const { passed, failed } = await runStage(stage);
+    sum.passed += passed;
+    sum.failed += failed;
+    rows.push([stage.name.padEnd(12), `${passed} passed`, `${failed} failed`, duration(performance.now() - start)]);
+    console.log(rows.at(-1)?.join('  '));
+  }
+  console.log('\n=== All stages, with what each had to install and build first');
+  for (const [name, passed = '', failed = '', time = ''] of rows) {
+    console.log(name, passed.padStart(12), failed.padStart(10), time.padStart(12));
+  }
+  console.log(`\nin ${duration(performance.now() - started)}`);
+  console.log(`${sum.passed} passed, ${sum.failed} failed`);
+  if (sum.failed > 0) process.exitCode = 1;
+});
