@@ -1,0 +1,82 @@
+#!/usr/bin/env node
+import { CommandError, EXIT } from './cli/command.js';
+// @ts-check
+/**
+ * The `scanstitch` command. Each subcommand is a module of `cli/` with a name, a line about it, its help and what it
+ * does; this file only chooses.
+ */
+import { reconstruct } from './cli/reconstruct.js';
+import { settings } from './cli/settings.js';
+
+/** @type {import('./cli/command.js').Command[]} */
+const COMMANDS = [reconstruct, settings];
+
+const INTRODUCTION = `Laser scans to a trajectory and a stitched map.
+
+Usage: scanstitch COMMAND [ARGUMENT]...
+       scanstitch COMMAND --help
+       scanstitch --help | --version
+`;
+const EXIT_CODES = `Exit codes:
+  0  everything asked for was done
+  1  nothing was computed: the command is wrong, or none of the input can be used
+  2  the results were written, but something was left out: a file that could not be used, or a scan that could not be
+     placed. The lines on stderr name it.
+`;
+
+/** @param {import('./index.js')} engine */
+function fullHelp(engine) {
+  const list = COMMANDS.map(({ name, about }) => `  ${name.padEnd(14)} ${about}\n`).join('');
+  const each = COMMANDS.map((command) => `\n${command.help(engine)}`).join('');
+  return `${INTRODUCTION}\nCommands:\n${list}\n${EXIT_CODES}${each}`;
+}
+
+/** The engine, ready; or, in a clone that has not been built, what to do. */
+async function loadEngine() {
+  let engine;
+  try {
+    engine = await import('./index.js');
+  } catch (error) {
+    if (/** @type {NodeJS.ErrnoException} */ (error).code !== 'ERR_MODULE_NOT_FOUND') throw error;
+    throw new CommandError('The engine has not been built yet. In the clone, run: npm run build');
+  }
+  await engine.load();
+  return engine;
+}
+
+/** @param {string[]} args */
+async function main([name, ...args]) {
+  const engine = await loadEngine();
+  if (name === '--version') {
+    process.stdout.write(`${engine.version()}\n`);
+    return EXIT.done;
+  }
+  if (name === '--help' || name === '-h' || name === 'help') {
+    process.stdout.write(fullHelp(engine));
+    return EXIT.done;
+  }
+  const command = COMMANDS.find((command) => command.name === name);
+  if (!command) {
+    const problem = name === undefined ? 'No command was given' : `There is no command ${JSON.stringify(name)}`;
+    const known = COMMANDS.map(({ name }) => name).join(', ');
+    throw new CommandError(`${problem}. There are: ${known}. For all about them: scanstitch --help`);
+  }
+  if (args.includes('--help') || args.includes('-h')) {
+    process.stdout.write(command.help(engine));
+    return EXIT.done;
+  }
+  return command.run(engine, args);
+}
+
+// `scanstitch ... | head` closes the pipe early, which is no failure.
+process.stdout.on('error', (error) => {
+  if (/** @type {NodeJS.ErrnoException} */ (error).code !== 'EPIPE') throw error;
+});
+
+try {
+  process.exitCode = await main(process.argv.slice(2));
+} catch (error) {
+  if (!(error instanceof CommandError)) throw error;
+  process.stderr.write(`scanstitch: ${error.message}\n`);
+  process.exitCode = EXIT.nothing;
+}

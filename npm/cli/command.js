@@ -1,0 +1,61 @@
+// @ts-check
+/** What every subcommand of `scanstitch` is made of. */
+import { parseArgs } from 'node:util';
+
+/** @typedef {typeof import('../index.js')} Engine */
+
+/**
+ * @typedef {object} Command
+ * @property {string} name
+ * @property {string} about one line
+ * @property {(engine: Engine) => string} help all there is to know, ending in a newline
+ * @property {(engine: Engine, args: string[]) => number | Promise<number>} run returns the exit code
+ */
+
+/** Exit codes, as `scanstitch --help` documents them. */
+export const EXIT = Object.freeze({ done: 0, nothing: 1, partial: 2 });
+
+/** Something that the one who typed the command can mend: printed as one line, exit code 1. */
+export class CommandError extends Error {}
+
+/**
+ * Node's parseArgs, its complaints as a CommandError.
+ * @template {import('node:util').ParseArgsConfig} T
+ * @param {string} command name of the subcommand, for the message
+ * @param {T} config
+ * @returns {ReturnType<typeof parseArgs<T>>}
+ */
+export function readArguments(command, config) {
+  try {
+    return parseArgs(config);
+  } catch (error) {
+    const problem = /** @type {Error} */ (error).message.split('. ')[0];
+    throw new CommandError(`${problem}. See: scanstitch ${command} --help`);
+  }
+}
+
+/**
+ * Whether it is bad input, told by the engine, and not a defect of the engine.
+ * @param {unknown} error
+ * @returns {error is import('../index.js').ScanstitchError}
+ */
+export function isScanstitchError(error) {
+  return error instanceof Error && error.name === 'ScanstitchError';
+}
+
+/**
+ * Lays rows out in columns; numbers flush right.
+ * @param {string[]} heads
+ * @param {string[][]} rows
+ * @param {Set<number>} left indices of the columns that are flush left
+ */
+export function table(heads, rows, left) {
+  const all = [heads, ...rows];
+  const widths = heads.map((_, column) => Math.max(...all.map((row) => (row[column] ?? '').length)));
+  const line = (/** @type {string[]} */ row) =>
+    row
+      .map((cell, column) => (left.has(column) ? cell.padEnd(widths[column] ?? 0) : cell.padStart(widths[column] ?? 0)))
+      .join('  ')
+      .trimEnd();
+  return `${all.map(line).join('\n')}\n`;
+}

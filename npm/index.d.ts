@@ -1,0 +1,32 @@
+/**
+ * Laser scans to a trajectory and a stitched map, in Node and in the browser.
+ *
+ * ```js
+ * import { readFile } from 'node:fs/promises';
+ * import { load, Reconstruction } from 'scanstitch';
+ *
+ * await load();
+ * const reconstruction = new Reconstruction({ max_range: 30 });
+ * for (const name of ['0.ply', '1.ply', '2.ply']) {
+ *   reconstruction.add_scan(name, await readFile(name));
+ * }
+ * while (reconstruction.step().stage !== 'done');
+ * for (const { name, T_world_sensor } of reconstruction.result().frames) {
+ *   console.log(name, T_world_sensor.x, T_world_sensor.y, T_world_sensor.theta); // m, m, rad
+ * }
+ * reconstruction.free();
+ * ```
+ *
+ * SI units and radians everywhere. `T_target_source` maps points of the source into the target; `T_world_sensor` is a
+ * pose. What is thrown for bad input is a {@link ScanstitchError}.
+ */
+export type * from '../pkg/scanstitch.js';
+export { describe_settings, PointCloud, presets, Reconstruction, register, version } from '../pkg/scanstitch.js';
+
+/**
+ * Makes the engine ready. Everything else may be called once the promise is fulfilled; calling it again is free.
+ *
+ * @param engine Where the engine comes from, when it is not beside this file: its address, its response, its bytes, or
+ *   the compiled module, which workers can be sent.
+ */
+export function load(engine?: string | URL | Request | Response | BufferSource | WebAssembly.Module): Promise<void>;

@@ -1,0 +1,34 @@
+// @ts-check
+/**
+ * The `scanstitch` package: the typed API of the engine, in Node and in the browser. Types and documentation are in
+ * `index.d.ts`.
+ */
+import init, { initSync } from '../pkg/scanstitch.js';
+
+export { describe_settings, PointCloud, presets, Reconstruction, register, version } from '../pkg/scanstitch.js';
+
+/** @type {Promise<void> | undefined} */
+let loading;
+
+/** @type {typeof import('./index.js').load} */
+export function load(engine) {
+  loading ??= instantiate(engine).catch((error) => {
+    loading = undefined; // a failed download may succeed at the next try
+    throw error;
+  });
+  return loading;
+}
+
+/** @param {Parameters<typeof import('./index.js').load>[0]} engine */
+async function instantiate(engine) {
+  const path = new URL('../pkg/scanstitch_bg.wasm', import.meta.url);
+  if (engine instanceof WebAssembly.Module || engine instanceof ArrayBuffer || ArrayBuffer.isView(engine)) {
+    initSync({ module: engine });
+  } else if (engine === undefined && path.protocol === 'file:') {
+    // Node's fetch reads no files.
+    const { readFile } = await import(/* @vite-ignore */ 'node:fs/promises');
+    initSync({ module: await readFile(path) });
+  } else {
+    await init({ module_or_path: engine ?? path });
+  }
+}
