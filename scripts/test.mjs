@@ -50,10 +50,10 @@ const STAGES = [
     },
   ),
   check(
-    'biome',
-    'JavaScript and TypeScript are formatted and linted',
+    'prettier',
+    'JavaScript, TypeScript, HTML and CSS are formatted',
     'npx',
-    ['biome', 'ci', '--error-on-warnings', '.'],
+    ['prettier', '--check', '--log-level', 'warn', '.'],
     {
       needs: [ensureNodeModules],
     },
