@@ -1,0 +1,170 @@
+//! Which of a vertex's properties mean something to a point cloud, and the cloud made from their values.
+
+use glam::{DVec3, Vec3};
+
+use super::header::{Element, Kind, Scalar};
+use crate::geometry::PointCloud;
+use crate::{Error, Result};
+
+/// A scalar property of the vertices.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Column {
+    pub(super) scalar: Scalar,
+    /// Its index among the vertex's properties.
+    pub(super) property: usize,
+    /// Bytes before it in a binary vertex. Meaningless after a list.
+    pub(super) offset: usize,
+}
+
+/// Where the nine values of a point are found: x y z, nx ny nz, red green blue. Absent where the file has none.
+#[derive(Debug, Clone)]
+pub(super) struct Layout {
+    /// x and y are there; z is absent in a scan in the plane.
+    pub(super) position: [Option<Column>; 3],
+    /// In a scan in the plane z may be absent.
+    pub(super) normal: Option<[Option<Column>; 3]>,
+    pub(super) color: Option<[Column; 3]>,
+}
+
+/// The spellings of a colour's three properties, the first found wins.
+const COLOR_NAMES: [[&str; 3]; 3] =
+    [["red", "green", "blue"], ["diffuse_red", "diffuse_green", "diffuse_blue"], ["r", "g", "b"]];
+
+impl Layout {
+    /// Looks the properties up by name.
+    ///
+    /// # Errors
+    /// No x or y, or one of the nine twice.
+    pub(super) fn of(vertex: &Element) -> Result<Self> {
+        let find = |name| find(vertex, name);
+        let coordinate = |name| {
+            find(name)?.ok_or_else(|| {
+                let problem = format!("The vertices have no number called {name}, only {}", vertex.property_names());
+                Error::line(vertex.line, problem, "Points need x, y and z, or x and y for a scan in the plane")
+            })
+        };
+        let position = [Some(coordinate("x")?), Some(coordinate("y")?), find("z")?];
+        let normal = [find("nx")?, find("ny")?, find("nz")?];
+        let has_normal = normal[0].is_some() && normal[1].is_some() && (normal[2].is_some() || position[2].is_none());
+        let mut color = None;
+        for [red, green, blue] in COLOR_NAMES {
+            if let (Some(red), Some(green), Some(blue)) = (find(red)?, find(green)?, find(blue)?) {
+                color = color.or(Some([red, green, blue]));
+            }
+        }
+        Ok(Self { position, normal: has_normal.then_some(normal), color })
+    }
+
+    /// The place of each of the vertex's properties in a [`Row`], where it has one.
+    pub(super) fn slots(&self, num_properties: usize) -> Vec<Option<usize>> {
+        let mut slots = vec![None; num_properties];
+        let normal = self.normal.unwrap_or_default();
+        let color = self.color.map_or([None; 3], |color| color.map(Some));
+        for (slot, column) in [self.position, normal, color].into_iter().flatten().enumerate() {
+            if let Some(column) = column {
+                slots[column.property] = Some(slot);
+            }
+        }
+        slots
+    }
+}
+
+fn find(vertex: &Element, name: &str) -> Result<Option<Column>> {
+    let mut found = None;
+    let mut offset = 0;
+    for (index, property) in vertex.properties.iter().enumerate() {
+        let Kind::Scalar(scalar) = property.kind else { continue };
+        if property.name == name {
+            if found.is_some() {
+                let problem = format!("This is a second property called {name}");
+                return Err(Error::line(property.line, problem, "Remove or rename one of the two"));
+            }
+            found = Some(Column { scalar, property: index, offset });
+        }
+        offset += scalar.size();
+    }
+    Ok(found)
+}
+
+/// The nine values of one vertex in the order of [`Layout`], zero where the file has none.
+pub(super) type Row = [f64; 9];
+
+/// Reads one vertex after the other. Cloned to look ahead.
+pub(super) trait Rows: Clone {
+    fn next_row(&mut self) -> Result<Row>;
+}
+
+/// The cloud of the next `count` rows. `most` is an upper bound of how many there can be, from the bytes that are there.
+pub(super) fn collect(mut rows: impl Rows, count: u64, most: usize, layout: &Layout) -> Result<PointCloud> {
+    let mut ahead = rows.clone();
+    let head = (0..count).map_while(|_| ahead.next_row().ok()).map(|row| DVec3::new(row[0], row[1], row[2]));
+    let origin = origin_of(head);
+
+    let capacity = count.min(most as u64) as usize;
+    let mut positions = Vec::with_capacity(capacity);
+    let mut normals = Vec::with_capacity(if layout.normal.is_some() { capacity } else { 0 });
+    let mut colors = Vec::with_capacity(if layout.color.is_some() { capacity } else { 0 });
+    for _ in 0..count {
+        let [x, y, z, nx, ny, nz, red, green, blue] = rows.next_row()?;
+        positions.push((DVec3::new(x, y, z) - origin).as_vec3());
+        if layout.normal.is_some() {
+            normals.push(DVec3::new(nx, ny, nz).as_vec3());
+        }
+        if layout.color.is_some() {
+            colors.push([red as f32, green as f32, blue as f32]);
+        }
+    }
+    let normals = layout.normal.and_then(|_| unit_normals(normals));
+    let colors = layout.color.map(|columns| byte_colors(&colors, &columns));
+    Ok(PointCloud { positions, normals, colors, origin })
+}
+
+/// The origin that positions are kept relative to: zero, unless the median of the first finite positions lies further
+/// than 10 km from zero along some axis; then that median, in whole metres.
+///
+/// From 8192 m on single precision has steps of a millimetre and more. The median, since the first point alone may be
+/// a far one that stands for "no return": every other point would suffer for it.
+pub(super) fn origin_of(positions: impl Iterator<Item = DVec3>) -> DVec3 {
+    const FAR: f64 = 1e4;
+    const LOOKED_AT: usize = 1024;
+    let head: Vec<DVec3> = positions.take(LOOKED_AT).filter(|position| position.is_finite()).collect();
+    if head.is_empty() {
+        return DVec3::ZERO;
+    }
+    let median = |axis: usize| {
+        let mut values: Vec<f64> = head.iter().map(|position| position[axis]).collect();
+        *values.select_nth_unstable_by(head.len() / 2, f64::total_cmp).1
+    };
+    let median = DVec3::new(median(0), median(1), median(2));
+    // Adding zero turns -0 into 0.
+    if median.abs().max_element() > FAR { median.round() + DVec3::ZERO } else { DVec3::ZERO }
+}
+
+/// The normals at unit length, those of no length zero; none when all are zero, as writers fill the columns without
+/// having any.
+pub(super) fn unit_normals(mut normals: Vec<Vec3>) -> Option<Vec<Vec3>> {
+    // What is off by no more than the rounding of six decimals is left as it was written.
+    const ROUNDING: f32 = 1e-5;
+    for normal in &mut normals {
+        if !(1.0 - ROUNDING..=1.0 + ROUNDING).contains(&normal.length_squared()) {
+            *normal = normal.as_dvec3().normalize_or_zero().as_vec3();
+        }
+    }
+    (normals.is_empty() || normals.iter().any(|&normal| normal != Vec3::ZERO)).then_some(normals)
+}
+
+/// Colours as bytes. What counts as full intensity is told in the [module's documentation](super).
+pub(super) fn byte_colors(colors: &[[f32; 3]], columns: &[Column; 3]) -> Vec<[u8; 3]> {
+    let is = |scalars: &[Scalar]| columns.iter().all(|column| scalars.contains(&column.scalar));
+    let candidates: &[f32] = if is(&[Scalar::Int8, Scalar::Uint8]) {
+        &[255.0]
+    } else if columns.iter().all(|column| column.scalar.integer_range().is_some()) {
+        &[255.0, 65_535.0]
+    } else {
+        &[1.0, 255.0, 65_535.0]
+    };
+    let largest = colors.as_flattened().iter().copied().fold(0.0, f32::max);
+    let full = candidates.iter().copied().find(|&full| largest <= full).unwrap_or(largest);
+    // A cast saturates: negative values and NaN become 0.
+    colors.iter().map(|color| color.map(|value| (value / full * 255.0).round() as u8)).collect()
+}
