@@ -71,8 +71,8 @@ impl LikelihoodGrid {
         // Sliding maxima reach up to 2^h - 1 cells to the lower left of the first drawn cell.
         let margin = reach + (1 << (NUM_LEVELS - 1));
         let corner = low - Vector2::repeat(resolution * margin as f64);
-        let width = (extent.x / resolution) as i32 + 1 + margin + reach;
-        let height = (extent.y / resolution) as i32 + 1 + margin + reach;
+        let width = (extent.x / resolution) as i32 + 2 + margin + reach;
+        let height = (extent.y / resolution) as i32 + 2 + margin + reach;
         let mut grid = Self { resolution, corner, width, height, levels: Vec::with_capacity(NUM_LEVELS) };
         let finest = grid.draw(points, reach);
         grid.levels.push(finest);
@@ -88,31 +88,40 @@ impl LikelihoodGrid {
         (cell.x.floor() as i32, cell.y.floor() as i32)
     }
 
-    /// Likelihood 255 * exp(-d^2 / 2 sigma^2) by the distance d of a cell's centre to the nearest point.
+    /// Likelihood 255 * exp(-d^2 / 2 sigma^2), by the distance d of a cell to the nearest cell with a point.
     fn draw(&self, points: &[Vector2<f64>], reach: i32) -> Vec<u8> {
-        let mut cells = vec![0u8; self.width as usize * self.height as usize];
+        let side = 2 * reach as usize + 1;
+        let stamp: Vec<u8> = (0..side * side)
+            .map(|cell| {
+                let (dx, dy) = ((cell % side) as f64 - reach as f64, (cell / side) as f64 - reach as f64);
+                let sq_distance = (dx * dx + dy * dy) * self.resolution * self.resolution;
+                (255.0 * (-sq_distance / (2.0 * SIGMA * SIGMA)).exp()) as u8
+            })
+            .collect();
+        let width = self.width as usize;
+        let mut cells = vec![0u8; width * self.height as usize];
         for point in points {
-            let (x, y) = self.cell(point);
-            for row in (y - reach).max(0)..=(y + reach).min(self.height - 1) {
-                for column in (x - reach).max(0)..=(x + reach).min(self.width - 1) {
-                    let center = self.corner + Vector2::new(column as f64 + 0.5, row as f64 + 0.5) * self.resolution;
-                    let likelihood = 255.0 * (-(center - point).norm_squared() / (2.0 * SIGMA * SIGMA)).exp();
-                    let cell = &mut cells[row as usize * self.width as usize + column as usize];
-                    *cell = (*cell).max(likelihood as u8);
-                }
+            let (x, y) = self.cell(point); // at least `reach` cells away from every border
+            let first = (y - reach) as usize * width + (x - reach) as usize;
+            for (row, stamp_row) in stamp.chunks_exact(side).enumerate() {
+                maximum(&mut cells[first + row * width..][..side], stamp_row);
             }
         }
         cells
     }
 
-    fn sliding_maximum(&self, finer: &[u8], shift: i32) -> Vec<u8> {
-        let at = |x: i32, y: i32| {
-            if x < self.width && y < self.height { finer[y as usize * self.width as usize + x as usize] } else { 0 }
-        };
-        let mut coarser = Vec::with_capacity(finer.len());
-        for y in 0..self.height {
-            for x in 0..self.width {
-                coarser.push(at(x, y).max(at(x + shift, y)).max(at(x, y + shift)).max(at(x + shift, y + shift)));
+    /// The largest of four squares of a finer level, `shift` cells apart; whole rows at once.
+    fn sliding_maximum(&self, finer: &[u8], shift: usize) -> Vec<u8> {
+        let width = self.width as usize;
+        let mut coarser = finer.to_vec();
+        for (row, finer_row) in coarser.chunks_exact_mut(width).zip(finer.chunks_exact(width)) {
+            let overlap = width.saturating_sub(shift);
+            maximum(&mut row[..overlap], &finer_row[width - overlap..]);
+        }
+        for first in (0..coarser.len()).step_by(width) {
+            let (rows, below) = coarser.split_at_mut((first + shift * width).min(finer.len()));
+            if let Some(row_below) = below.get(..width) {
+                maximum(&mut rows[first..first + width], row_below); // upwards: the rows below are not written yet
             }
         }
         coarser
@@ -159,6 +168,13 @@ impl LikelihoodGrid {
     }
 }
 
+/// Raises each of `values` to its counterpart in `others`.
+fn maximum(values: &mut [u8], others: &[u8]) {
+    for (value, &other) in values.iter_mut().zip(others) {
+        *value = (*value).max(other);
+    }
+}
+
 /// The source under one turn, as cells of the grid.
 struct RotatedSource {
     turn: i32,
@@ -200,11 +216,11 @@ impl Search<'_> {
                 y += stride;
             }
         }
-        self.branch(candidates);
+        self.branch(&mut candidates);
         self.best
     }
 
-    fn branch(&mut self, mut candidates: Vec<Candidate>) {
+    fn branch(&mut self, candidates: &mut [Candidate]) {
         // Among equals the smallest turn, then the smallest shift: the same answer everywhere.
         candidates.sort_by_key(|c| (std::cmp::Reverse(c.bound), c.turn.abs(), c.x.abs() + c.y.abs(), c.turn, c.x, c.y));
         for candidate in candidates {
@@ -212,24 +228,105 @@ impl Search<'_> {
                 return;
             }
             if candidate.level == 0 {
-                self.best = Some(candidate);
+                self.best = Some(*candidate);
                 continue;
             }
             let level = candidate.level - 1;
             let half = 1 << level;
-            let children = [(0, 0), (half, 0), (0, half), (half, half)]
-                .into_iter()
-                .map(|(dx, dy)| (candidate.x + dx, candidate.y + dy))
-                .filter(|&(x, y)| x <= self.half_cells && y <= self.half_cells)
-                .map(|(x, y)| self.candidate(level, candidate.rotated, x, y))
-                .collect();
-            self.branch(children);
+            let mut children = [*candidate; 4];
+            let mut count = 0;
+            for (dx, dy) in [(0, 0), (half, 0), (0, half), (half, half)] {
+                let (x, y) = (candidate.x + dx, candidate.y + dy);
+                if x <= self.half_cells && y <= self.half_cells {
+                    children[count] = self.candidate(level, candidate.rotated, x, y);
+                    count += 1;
+                }
+            }
+            self.branch(&mut children[..count]);
         }
     }
 
+    /// Bounds the score of the candidate's poses; no further than it takes to see that it cannot beat the best.
     fn candidate(&self, level: usize, rotated: usize, x: i32, y: i32) -> Candidate {
         let source = &self.rotated[rotated];
-        let bound = source.cells.iter().map(|&(cx, cy)| self.grid.likelihood(level, cx + x, cy + y)).sum();
+        let to_beat = self.best.map_or(0, |best| best.bound);
+        let mut bound = 0;
+        let mut left = 255 * source.cells.len() as u32;
+        for cells in source.cells.chunks(16) {
+            bound += cells.iter().map(|&(cx, cy)| self.grid.likelihood(level, cx + x, cy + y)).sum::<u32>();
+            left -= 255 * cells.len() as u32;
+            if bound + left < to_beat {
+                break;
+            }
+        }
         Candidate { bound, level, rotated, turn: source.turn, x, y }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Walls of an L-shaped room, a point every 7 cm.
+    fn room() -> Vec<Vector2<f64>> {
+        let corners = [[0.0, 0.0], [6.0, 0.0], [6.0, 3.0], [2.5, 3.0], [2.5, 5.0], [0.0, 5.0], [0.0, 0.0]];
+        let wall = |pair: &[[f64; 2]]| {
+            let (a, b) = (Vector2::from(pair[0]), Vector2::from(pair[1]));
+            let count = ((b - a).norm() / 0.07) as usize;
+            (0..count).map(move |i| a + (b - a) * (i as f64 / count as f64)).collect::<Vec<_>>()
+        };
+        corners.windows(2).flat_map(wall).collect()
+    }
+
+    #[test]
+    fn every_level_holds_the_maximum_of_its_cells() {
+        let grid = LikelihoodGrid::new(&room());
+        for level in 1..NUM_LEVELS {
+            let side = 1 << level;
+            for (x, y) in [(0, 0), (13, 27), (40, 40), (grid.width - 1, grid.height - 1), (31, 1)] {
+                let cells = (0..side * side).map(|cell| grid.likelihood(0, x + cell % side, y + cell / side));
+                assert_eq!(grid.likelihood(level, x, y), cells.max().unwrap(), "level {level} at {x}, {y}");
+            }
+        }
+    }
+
+    #[test]
+    fn finds_the_best_of_all_poses_in_the_window() {
+        let room = room();
+        let grid = LikelihoodGrid::new(&room);
+        let window = SearchWindow { translation: 0.8, rotation: 0.3 };
+        for seed in 0..6 {
+            let T = Pose2::exp(&Vector3::new(0.25 * f64::from(seed).sin(), 0.6 * f64::from(seed).cos(), 0.3));
+            let source: Vec<_> = room.iter().skip(seed as usize).step_by(9).map(|p| T.inverse().act(p)).collect();
+            let found = grid.search(&source, &Pose2::identity(), window).unwrap();
+
+            let lever = source.iter().map(Vector2::norm).fold(0.0, f64::max).min(MAX_LEVER);
+            let turn_step = 2.0 * (RESOLUTION / (2.0 * lever)).asin();
+            let turns = (window.rotation / turn_step).ceil() as i32;
+            let mut best = 0;
+            for turn in -turns..=turns {
+                let R = nalgebra::UnitComplex::new(f64::from(turn) * turn_step);
+                for (dx, dy) in (-8..=8).flat_map(|dx| (-8..=8).map(move |dy| (dx, dy))) {
+                    let score = source.iter().map(|p| {
+                        let (x, y) = grid.cell(&(R * p));
+                        grid.likelihood(0, x + dx, y + dy)
+                    });
+                    best = best.max(score.sum::<u32>());
+                }
+            }
+            assert!((found.score - f64::from(best) / (255.0 * source.len() as f64)).abs() < 1e-12, "seed {seed}");
+            let error = T.inverse() * found.T_target_source;
+            assert!(error.translation_norm() < 0.15 && error.rotation_angle() < 0.03, "seed {seed}: {error}");
+        }
+    }
+
+    #[test]
+    fn nothing_to_match_is_no_match() {
+        let window = SearchWindow { translation: 1.0, rotation: 0.1 };
+        assert!(LikelihoodGrid::new(&room()).search(&[], &Pose2::identity(), window).is_none());
+        let nowhere = LikelihoodGrid::new(&[]).search(&room(), &Pose2::identity(), window).unwrap();
+        assert_eq!(nowhere.score, 0.0);
+        let one = LikelihoodGrid::new(&[Vector2::new(1e3, -1e3)]);
+        assert_eq!(one.search(&[Vector2::zeros()], &Pose2::translation(1e3, -1e3), window).unwrap().score, 1.0);
     }
 }
