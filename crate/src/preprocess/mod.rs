@@ -1,1 +1,3 @@
 //! From raw points to points fit for registration: cleaning and normals.
+
+pub mod clean;
