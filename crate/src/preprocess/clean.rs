@@ -1,45 +1,156 @@
-//! temp
+//! Leaving out what is no measurement of a surface, and counting it.
+
+use std::collections::HashSet;
+
 use glam::Vec3;
-use serde::Serialize;
-#[derive(Debug, Clone, Copy, PartialEq)]
+use rustc_hash::FxBuildHasher;
+use serde::{Deserialize, Serialize};
+
+/// The ranges (m) between which a return is believed.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct RangeLimits {
+    /// Nearer returns are dropped: the robot itself, dirt on the window.
     pub min_range: f64,
+    /// Returns at this range or beyond are dropped: a sensor reports its limit where nothing came back.
     pub max_range: f64,
 }
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
-#[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify), tsify(missing_as_null))]
+
+/// What became of the points of one scan. The counts but for the first sum up to it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct CleaningReport {
+    /// Points given.
     pub num_read: usize,
+    /// Dropped: a coordinate is NaN or infinite.
     pub non_finite: usize,
+    /// Dropped: nearer than `min_range`.
     pub too_near: usize,
+    /// Dropped: at `max_range` (within a millimetre) or beyond.
     pub at_range_limit: usize,
+    /// Dropped: exactly where an earlier point is.
     pub duplicates: usize,
+    /// Points kept.
     pub num_kept: usize,
 }
-pub fn clean(points: &[Vec3], limits: RangeLimits) -> (Vec<Vec3>, CleaningReport) {
-    let mut r = CleaningReport { num_read: points.len(), ..Default::default() };
-    let kept: Vec<Vec3> = points
-        .iter()
-        .copied()
-        .filter(|p| {
-            let d = p.length() as f64;
-            if !d.is_finite() {
-                r.non_finite += 1;
-                false
-            } else if d < limits.min_range {
-                r.too_near += 1;
-                false
-            } else if d >= limits.max_range - 1e-3 {
-                r.at_range_limit += 1;
-                false
-            } else {
-                true
-            }
-        })
-        .collect();
-    r.num_kept = kept.len();
-    (kept, r)
+
+/// The points that [`clean`] kept, in their order.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Cleaned {
+    /// Their positions (m).
+    pub positions: Vec<Vec3>,
+    /// Their indices among the points given, to pick normals or colours by.
+    pub indices: Vec<u32>,
+    /// How many were dropped, and why.
+    pub report: CleaningReport,
 }
-pub fn range_limit<'a>(_: impl Iterator<Item = &'a [Vec3]>, _: RangeLimits) -> Option<f64> {
-    None
+
+/// A recording of a return at 50 m reads 49.99999999 m after it went through sine, cosine and a decimal file.
+const LIMIT_TOLERANCE: f64 = 1e-3;
+
+/// Drops the points that are no measurement. `positions` are in the sensor's frame (m), so a point's range is its
+/// distance from zero.
+///
+/// Each point is counted once, under the first that applies: not finite, too near, at the range limit, a duplicate of
+/// a point that was kept. 0 and -0 are the same coordinate. Limits that are NaN drop nothing.
+pub fn clean(positions: &[Vec3], limits: &RangeLimits) -> Cleaned {
+    let mut report = CleaningReport { num_read: positions.len(), ..CleaningReport::default() };
+    let mut kept = Vec::with_capacity(positions.len());
+    let mut indices = Vec::with_capacity(positions.len());
+    let mut seen = HashSet::with_capacity_and_hasher(positions.len(), FxBuildHasher);
+    for (index, &position) in positions.iter().enumerate() {
+        let range = range(position);
+        if !position.is_finite() {
+            report.non_finite += 1;
+        } else if range < limits.min_range {
+            report.too_near += 1;
+        } else if range >= limits.max_range - LIMIT_TOLERANCE {
+            report.at_range_limit += 1;
+        } else if !seen.insert((position + Vec3::ZERO).to_array().map(f32::to_bits)) {
+            report.duplicates += 1;
+        } else {
+            kept.push(position);
+            indices.push(index as u32);
+        }
+    }
+    report.num_kept = kept.len();
+    Cleaned { positions: kept, indices, report }
+}
+
+/// In double precision, where the square of no single overflows.
+fn range(position: Vec3) -> f64 {
+    position.as_dvec3().length()
+}
+
+/// The range (m) that the sensor reported where nothing came back, if the scans of one recording show one.
+///
+/// A laser that sees nothing reports its limit, the same number every time, whereas surfaces return ranges all different.
+/// So the limit is the largest range of the whole recording, if three returns or more have it (within a millionth: it went
+/// through sines, cosines and single precision), and more than lie in the twentieth below it. The latter since ranges
+/// are recorded in steps, of a centimetre say, and a wall that happens to be the farthest thing gives equal ones too.
+pub fn range_limit<'a>(scans: impl IntoIterator<Item = &'a [Vec3]>) -> Option<f64> {
+    const SAME: f64 = 1.0 - 1e-6;
+    const BELOW: f64 = 0.95;
+    const FEWEST: usize = 3;
+    let ranges: Vec<f64> = scans.into_iter().flatten().map(|&p| range(p)).filter(|range| range.is_finite()).collect();
+    let largest = ranges.iter().copied().fold(0.0, f64::max);
+    let num_over = |least: f64| ranges.iter().filter(|&&range| range >= least * largest).count();
+    let num_at_limit = num_over(SAME);
+    let num_below = num_over(BELOW) - num_at_limit;
+    (largest > 0.0 && num_at_limit >= FEWEST && num_at_limit > num_below).then_some(largest)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const LIMITS: RangeLimits = RangeLimits { min_range: 0.5, max_range: 50.0 };
+
+    #[test]
+    fn every_point_is_counted_once_under_the_first_reason() {
+        let points = [
+            Vec3::new(1.0, 0.0, 0.0),
+            Vec3::new(f32::NAN, 0.0, 0.0),
+            Vec3::new(f32::INFINITY, 100.0, 0.0),
+            Vec3::new(0.1, 0.0, 0.0),
+            Vec3::new(0.1, 0.0, 0.0),
+            Vec3::new(0.0, 49.999_5, 0.0),
+            Vec3::new(0.0, 49.99, 0.0),
+            Vec3::new(1e30, 1e30, 1e30),
+            Vec3::new(1.0, -0.0, 0.0),
+            Vec3::new(0.0, 0.5, 0.0),
+        ];
+        let cleaned = clean(&points, &LIMITS);
+        assert_eq!(cleaned.indices, [0, 6, 9]);
+        assert_eq!(cleaned.positions, [points[0], points[6], points[9]]);
+        let expected =
+            CleaningReport { num_read: 10, non_finite: 2, too_near: 2, at_range_limit: 2, duplicates: 1, num_kept: 3 };
+        assert_eq!(cleaned.report, expected);
+    }
+
+    #[test]
+    fn nothing_is_dropped_from_nothing_and_without_limits() {
+        assert_eq!(clean(&[], &LIMITS), Cleaned::default());
+        let far = [Vec3::splat(f32::MAX), Vec3::ZERO];
+        let cleaned = clean(&far, &RangeLimits { min_range: 0.0, max_range: f64::INFINITY });
+        assert_eq!(cleaned.positions, far);
+    }
+
+    #[test]
+    fn a_limit_is_what_the_farthest_returns_share() {
+        let scan = |ranges: &[f32]| -> Vec<Vec3> {
+            let beam = |(index, &range): (usize, &f32)| {
+                let angle = index as f32 * 0.1;
+                Vec3::new(range * angle.cos(), range * angle.sin(), 0.0)
+            };
+            ranges.iter().enumerate().map(beam).collect()
+        };
+        let limit = |ranges: &[f32]| range_limit([scan(ranges).as_slice()]);
+        assert!((limit(&[3.0, 8.19, 8.19, f32::NAN, 5.0, 8.19, 8.0]).unwrap() - 8.19).abs() < 1e-5);
+        assert_eq!(limit(&[3.0, 8.19, 8.19, 5.0]), None);
+        // A wall at the far end, recorded in steps of a centimetre.
+        assert_eq!(limit(&[8.19, 8.19, 8.19, 8.18, 8.17, 8.16, 3.0]), None);
+        assert_eq!(limit(&[0.0, 0.0, 0.0]), None);
+        assert_eq!(limit(&[]), None);
+        let (one, other) = (scan(&[3.0, 8.19, 2.0]), scan(&[8.19, 8.19]));
+        assert!(range_limit([one.as_slice(), other.as_slice()]).is_some());
+    }
 }

@@ -97,7 +97,7 @@ impl Rows for TextRows<'_> {
                 (Kind::List { count, .. }, _) => {
                     let length = self.value(property, count)?;
                     if length < 0.0 {
-                        return Err(self.fault(&format!("list {} has a negative length", self.name(property)), ""));
+                        return Err(self.fault(&format!("the list {} has a negative length", self.name(property)), ""));
                     }
                     for _ in 0..length as u64 {
                         self.token(property)?;
@@ -107,8 +107,8 @@ impl Rows for TextRows<'_> {
         }
         self.skip_blanks();
         if self.bytes.get(self.position).is_some_and(|&byte| !is_line_end(byte)) {
-            let names = self.vertex.property_names();
-            return Err(self.fault(&format!("the line goes on after {names}"), "Write one vertex a line"));
+            let problem = format!("the line has more values than announced: {}", self.vertex.property_names());
+            return Err(self.fault(&problem, "Write one vertex a line"));
         }
         self.index += 1;
         Ok(row)
@@ -130,7 +130,7 @@ impl<'a> TextRows<'a> {
             self.position += 1;
         }
         if self.position == start {
-            return Err(self.fault(&format!("the line ends before {}", self.name(property)), "Write one vertex a line"));
+            return Err(self.missing_value(property));
         }
         Ok(&self.bytes[start..self.position])
     }
@@ -165,6 +165,17 @@ impl<'a> TextRows<'a> {
         }
         let problem = format!("{} is {}, which is no {}", self.name(property), quote(token), scalar.name());
         Err(self.fault(&problem, "Announce the property as double, or write whole numbers that fit"))
+    }
+
+    /// The error that a line ends too early: by a blunder in it, or as the last of a file that is cut off.
+    #[cold]
+    fn missing_value(&self, property: usize) -> Error {
+        let name = self.name(property);
+        if self.position == self.bytes.len() {
+            self.fault(&format!("the file is cut off before {name}"), "Copy or export it again")
+        } else {
+            self.fault(&format!("the line ends before {name}"), "Write one vertex a line")
+        }
     }
 
     fn name(&self, property: usize) -> String {

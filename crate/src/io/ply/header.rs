@@ -125,7 +125,7 @@ impl Element<'_> {
     pub(super) fn property_names(&self) -> String {
         const SHOWN: usize = 12;
         let names: Vec<&str> = self.properties.iter().take(SHOWN).map(|property| property.name).collect();
-        shorten(names.join(" ").as_bytes())
+        shorten(names.join(", ").as_bytes())
     }
 }
 
