@@ -1,11 +1,12 @@
 //! Registration of two clouds alone, planar or in space: for those who need nothing else.
 
 use glam::{DVec3, Vec3};
-use nalgebra::{Matrix3, Matrix4, Translation3, UnitQuaternion, Vector3};
+use nalgebra::{Matrix3, Matrix4, Translation3, Vector3};
 use serde::{Deserialize, Serialize};
 
 use crate::error::{Error, Result};
 use crate::geometry::{PointCloud, Pose2, Pose3, RigidMotion};
+use crate::io::trajectory::in_space;
 use crate::preprocess::planar_scan::PlanarScan;
 use crate::registration::correlative::{LikelihoodGrid, SearchWindow};
 use crate::registration::factors::{PointToPlane, PointToPoint};
@@ -189,12 +190,7 @@ fn register_planar(
             return Err(Error::whole(problem, "Use point_to_line"));
         }
     };
-    let T = registration.T_target_source;
-    let lifted = Pose3::from_parts(
-        Translation3::new(T.translation.x, T.translation.y, 0.0),
-        UnitQuaternion::from_axis_angle(&Vector3::z_axis(), T.rotation.angle()),
-    );
-    Ok(result(&registration, &lifted))
+    Ok(result(&registration, &in_space(&registration.T_target_source)))
 }
 
 fn register_spatial(

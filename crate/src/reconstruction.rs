@@ -7,8 +7,8 @@ use nalgebra::Vector2;
 use crate::error::{Error, Result};
 use crate::evaluation::position_error::{PositionError, position_error};
 use crate::evaluation::sharpness::{Sharpness, sharpness};
-use crate::geometry::{PointCloud, Pose2};
-use crate::io::trajectory::{Trajectory, lift};
+use crate::geometry::{PointCloud, Pose2, Pose3};
+use crate::io::trajectory::{Trajectory, in_space};
 use crate::map::{LocalMap, StitchedMap};
 use crate::odometry::{FrameEstimate, Odometry};
 use crate::pose_graph::{Node, PoseGraph, window_edges};
@@ -90,7 +90,7 @@ impl Reconstruction {
         if cloud.is_empty() {
             return Err(Error::whole("The cloud has no points", "Leave the file out or export it again").in_file(name));
         }
-        let (_, report) = clean(&cloud.positions, self.settings.range_limits());
+        let report = clean(&cloud.positions, &self.settings.range_limits()).report;
         if report.non_finite == report.num_read {
             let problem = format!("None of its {} points has finite coordinates", report.num_read);
             return Err(Error::whole(problem, "Export the scan again, with the returns that hit nothing left out")
@@ -173,9 +173,9 @@ impl Reconstruction {
         self.run.as_ref().map_or(&[], |run| &run.poses)
     }
 
-    /// The same as a trajectory in space, stamped with the index of the frame.
-    pub fn trajectory(&self) -> Trajectory {
-        Trajectory::from_poses(self.poses().iter().map(lift))
+    /// The same in space.
+    pub fn poses_in_space(&self) -> Vec<Pose3> {
+        self.poses().iter().map(in_space).collect()
     }
 
     /// Pairs of a frame's points and their partners in the scans it is registered to, under the present poses, in the
@@ -201,14 +201,14 @@ impl Reconstruction {
 impl Run {
     fn new(settings: &Settings, clouds: &[PointCloud]) -> Self {
         let limits = settings.range_limits();
-        let detected_limit = range_limit(clouds.iter().map(|cloud| cloud.positions.as_slice()), limits);
-        let max_range = detected_limit.unwrap_or(limits.max_range);
+        let detected_limit = range_limit(clouds.iter().map(|cloud| cloud.positions.as_slice()));
+        let max_range = detected_limit.unwrap_or(f64::INFINITY).min(limits.max_range);
         let (scans, cleaning) = clouds
             .iter()
             .map(|cloud| {
-                let (kept, report) = clean(&cloud.positions, RangeLimits { max_range, ..limits });
-                let points = kept.iter().map(|p| Vector2::new(f64::from(p.x), f64::from(p.y))).collect();
-                (Rc::new(PlanarScan::new(points)), report)
+                let cleaned = clean(&cloud.positions, &RangeLimits { max_range, ..limits });
+                let points = cleaned.positions.iter().map(|p| Vector2::new(f64::from(p.x), f64::from(p.y))).collect();
+                (Rc::new(PlanarScan::new(points)), cleaned.report)
             })
             .unzip();
         Self {

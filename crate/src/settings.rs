@@ -297,6 +297,7 @@ pub fn presets() -> Vec<Preset> {
 }
 
 /// Every setting, in the order of the page.
+#[allow(clippy::too_many_lines)] // a list: one entry a setting
 pub fn descriptions() -> Vec<SettingDescription> {
     vec![
         choice(

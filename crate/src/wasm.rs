@@ -252,12 +252,12 @@ impl Reconstruction {
 
     /// The trajectory as TUM writes it: frame x y z qx qy qz qw, a line a frame.
     pub fn trajectory_tum(&self) -> String {
-        trajectory::write_tum(&self.engine.trajectory())
+        trajectory::tum_text(None, &self.engine.poses_in_space())
     }
 
     /// The trajectory as one text of a 4 x 4 matrix a frame.
     pub fn trajectory_matrices(&self) -> Vec<String> {
-        self.engine.poses().iter().map(|pose| trajectory::matrix_text(&trajectory::lift(pose))).collect()
+        self.engine.poses_in_space().iter().map(trajectory::matrix_text).collect()
     }
 
     /// The map as a binary PLY file.

@@ -74,7 +74,8 @@ pub fn position_error(estimate: &[Option<Pose2>], name: &str, reference: &Trajec
 /// Positions in the plane, in the frame of the first pose.
 fn in_first_frame(reference: &Trajectory) -> Vec<Vector2<f64>> {
     let Some(first) = reference.positions.first() else { return Vec::new() };
-    let to_first = reference.orientations.as_ref().and_then(|orientations| orientations.first()).map(UnitQuaternion::inverse);
+    let to_first =
+        reference.orientations.as_ref().and_then(|orientations| orientations.first()).map(UnitQuaternion::inverse);
     let moved = reference.positions.iter().map(|position| position - first);
     moved.map(|position| to_first.map_or(position, |q| q * position).xy()).collect()
 }

@@ -39,7 +39,7 @@ pub trait RigidMotion<const D: usize, const DOF: usize>: Copy + std::ops::Mul<Ou
     fn from_parts(rotation: &SMatrix<f64, D, D>, translation: &SVector<f64, D>) -> Self;
     /// The rotation R with the largest trace(R^T * covariance): Umeyama, "Least-squares estimation of transformation
     /// parameters between two point patterns", PAMI 13 (1991), eqs. 39-40, where S turns a reflection into the nearest
-    /// rotation. `None` when the decomposition fails, as it does on NaN.
+    /// rotation. `None` when an entry is not finite.
     fn best_rotation(covariance: &SMatrix<f64, D, D>) -> Option<SMatrix<f64, D, D>>;
     /// Angle of the rotation, in [0, pi] (rad).
     fn rotation_angle(&self) -> f64;
@@ -99,6 +99,9 @@ impl RigidMotion<2, 3> for Pose2 {
     }
 
     fn best_rotation(covariance: &Matrix2<f64>) -> Option<Matrix2<f64>> {
+        if !covariance.iter().all(|value| value.is_finite()) {
+            return None;
+        }
         let svd = covariance.try_svd(true, true, f64::EPSILON, MAX_SVD_SWEEPS)?;
         let (U, V_transposed) = (svd.u?, svd.v_t?);
         let mut S = Matrix2::identity();
@@ -188,6 +191,9 @@ impl RigidMotion<3, 6> for Pose3 {
     }
 
     fn best_rotation(covariance: &Matrix3<f64>) -> Option<Matrix3<f64>> {
+        if !covariance.iter().all(|value| value.is_finite()) {
+            return None;
+        }
         let svd = covariance.try_svd(true, true, f64::EPSILON, MAX_SVD_SWEEPS)?;
         let (U, V_transposed) = (svd.u?, svd.v_t?);
         let mut S = Matrix3::identity();

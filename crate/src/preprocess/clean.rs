@@ -17,6 +17,7 @@ pub struct RangeLimits {
 
 /// What became of the points of one scan. The counts but for the first sum up to it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
 pub struct CleaningReport {
     /// Points given.
     pub num_read: usize,

@@ -140,7 +140,7 @@ impl LikelihoodGrid {
         if source.is_empty() {
             return None;
         }
-        let lever = source.iter().map(|p| p.norm()).fold(self.resolution, f64::max).min(MAX_LEVER);
+        let lever = source.iter().map(Vector2::norm).fold(self.resolution, f64::max).min(MAX_LEVER);
         let turn_step = 2.0 * (self.resolution / (2.0 * lever)).asin();
         let turns = (window.rotation / turn_step).ceil() as i32;
         let half_cells = (window.translation / self.resolution).ceil() as i32;
