@@ -1,0 +1,292 @@
+import { css, html, LitElement, nothing, type PropertyValues, type TemplateResult } from 'lit';
+import { customElement, property, query, state } from 'lit/decorators.js';
+import { repeat } from 'lit/directives/repeat.js';
+import { baseName, formatAngle, formatCoordinate, formatCount, formatFixed, formatPercent } from '../views/format.ts';
+import type { FrameRow } from '../views/frame-rows.ts';
+import { cssColor, type Rgb } from '../views/palette.ts';
+import { statusBadge } from './status-badge.ts';
+import { shared, status_styles } from './theme.ts';
+
+/** Rows drawn beyond what is in sight, above and below. */
+const OVERSCAN = 12;
+
+/**
+ * One row per frame. Arrow keys, Home and End move the selection; a click selects. Only the rows in sight are in the
+ * document, so a thousand frames scroll as ten do.
+ *
+ * Fires `frame-selected` and `frame-hovered` with a frame number or null.
+ */
+@customElement('scanstitch-frame-table')
+export class ScanstitchFrameTable extends LitElement {
+  @property({ attribute: false }) rows: readonly FrameRow[] = [];
+  @property({ attribute: false }) selected: number | null = null;
+  @property({ attribute: false }) colors: readonly Rgb[] = [];
+  /** Name of the reference trajectory; empty: no column for the distance to it. */
+  @property({ attribute: false }) reference_name = '';
+  @state() private first_visible = 0;
+  @state() private num_visible = 30;
+  @query('.scroller') private scroller!: HTMLElement;
+  private row_height = 32;
+  private resize_observer = new ResizeObserver(() => this.onScroll());
+
+  override disconnectedCallback(): void {
+    super.disconnectedCallback();
+    this.resize_observer.disconnect();
+  }
+
+  override connectedCallback(): void {
+    super.connectedCallback();
+    if (this.hasUpdated) this.resize_observer.observe(this.scroller);
+  }
+
+  protected override firstUpdated(): void {
+    this.row_height = matchMedia('(pointer: coarse)').matches ? 42 : 32;
+    this.style.setProperty('--row-height', `${this.row_height}px`);
+    this.resize_observer.observe(this.scroller);
+  }
+
+  protected override updated(changed: PropertyValues<this>): void {
+    if (changed.has('selected') && this.selected !== null) this.reveal(this.selected);
+  }
+
+  protected override render(): TemplateResult {
+    const { rows } = this;
+    const first = Math.max(0, Math.min(this.first_visible - OVERSCAN, rows.length - 1));
+    const last = Math.min(rows.length, this.first_visible + this.num_visible + OVERSCAN);
+    const has_errors = this.reference_name !== '';
+    return html`
+      <div class="scroller" @scroll=${this.onScroll}>
+        <table aria-rowcount=${rows.length + 1} @keydown=${this.onKey}>
+          <caption class="visually-hidden">Results per scan; a row selects its scan on the map</caption>
+          <thead>
+            <tr aria-rowindex="1">
+              <th scope="col" class="name">Scan</th>
+              <th scope="col"><abbr title="metres, in the frame of the first scan">x</abbr> <small>m</small></th>
+              <th scope="col"><abbr title="metres, in the frame of the first scan">y</abbr> <small>m</small></th>
+              <th scope="col">heading <small>°</small></th>
+              <th scope="col"><abbr title="points that found a partner close enough, of all points">inliers</abbr></th>
+              <th scope="col">
+                <abbr title="root mean square distance between partners after alignment">rmse</abbr> <small>mm</small>
+              </th>
+              <th scope="col"><abbr title="rounds of matching and moving until the pose settled">iterations</abbr></th>
+              ${
+                has_errors
+                  ? html`<th scope="col">
+                      <abbr title="distance to ${this.reference_name}">distance</abbr> <small>mm</small>
+                    </th>`
+                  : nothing
+              }
+              <th scope="col"><abbr title="computing time of this scan">time</abbr> <small>ms</small></th>
+              <th scope="col" class="state">status</th>
+            </tr>
+          </thead>
+          <tbody @pointerleave=${() => this.emit('frame-hovered', null)}>
+            ${spacer(first * this.row_height)}
+            ${repeat(
+              rows.slice(first, last),
+              (row) => row.frame,
+              (row) => this.renderRow(row, has_errors),
+            )}
+            ${spacer((rows.length - last) * this.row_height)}
+          </tbody>
+        </table>
+      </div>
+    `;
+  }
+
+  private renderRow(row: FrameRow, has_errors: boolean): TemplateResult {
+    const is_selected = row.frame === this.selected;
+    const is_tab_stop = is_selected || (this.selected === null && row.frame === 0);
+    return html`
+      <tr
+        class=${is_selected ? 'selected' : ''}
+        aria-rowindex=${row.frame + 2}
+        @click=${() => this.emit('frame-selected', is_selected ? null : row.frame)}
+        @pointerenter=${() => this.emit('frame-hovered', row.frame)}
+      >
+        <th scope="row" class="name">
+          <button
+            tabindex=${is_tab_stop ? 0 : -1}
+            aria-pressed=${is_selected}
+            data-frame=${row.frame}
+            title=${row.name}
+          >
+            <i style="background: ${cssColor(this.colors[row.frame] ?? [0, 0, 0])}"></i>${baseName(row.name)}
+          </button>
+        </th>
+        <td>${formatCoordinate(row.x)}</td>
+        <td>${formatCoordinate(row.y)}</td>
+        <td>${formatAngle(row.theta).replace('°', '')}</td>
+        <td>
+          ${row.is_origin ? '–' : html`${formatCount(row.num_inliers)} <small>${formatPercent(row.fitness)}</small>`}
+        </td>
+        <td>${row.is_origin ? '–' : formatFixed(row.inlier_rmse * 1000, 1)}</td>
+        <td>${row.is_origin ? '–' : row.iterations}</td>
+        ${
+          has_errors
+            ? html`<td>${row.error === null ? '–' : formatFixed(row.error * 1000, row.error < 0.1 ? 1 : 0)}</td>`
+            : nothing
+        }
+        <td>${formatFixed(row.ms, 1)}</td>
+        <td class="state">${statusBadge(row.status)}</td>
+      </tr>
+    `;
+  }
+
+  private onScroll(): void {
+    this.first_visible = Math.floor(this.scroller.scrollTop / this.row_height);
+    this.num_visible = Math.ceil(this.scroller.clientHeight / this.row_height);
+  }
+
+  /** Scrolls as little as it takes to bring a row into sight below the heading. */
+  private reveal(frame: number): void {
+    const heading = this.scroller.querySelector('thead')?.clientHeight ?? this.row_height;
+    const top = frame * this.row_height;
+    const height = this.scroller.clientHeight - heading;
+    if (top < this.scroller.scrollTop) this.scroller.scrollTop = top;
+    else if (top + this.row_height > this.scroller.scrollTop + height) {
+      this.scroller.scrollTop = top + this.row_height - height;
+    }
+  }
+
+  private async onKey(event: KeyboardEvent): Promise<void> {
+    const last = this.rows.length - 1;
+    const from = this.selected ?? -1;
+    const page = Math.max(1, this.num_visible - 2);
+    const targets: Record<string, number | null> = {
+      ArrowDown: Math.min(from + 1, last),
+      ArrowUp: Math.max(from - 1, 0),
+      PageDown: Math.min(from + page, last),
+      PageUp: Math.max(from - page, 0),
+      Home: 0,
+      End: last,
+      Escape: null,
+    };
+    const to = targets[event.key];
+    if (to === undefined || last < 0) return;
+    event.preventDefault();
+    this.emit('frame-selected', to);
+    if (to === null) return;
+    // The row may only now come into the document.
+    await this.updateComplete;
+    this.reveal(to);
+    this.onScroll();
+    await this.updateComplete;
+    this.renderRoot.querySelector<HTMLElement>(`[data-frame="${to}"]`)?.focus({ preventScroll: true });
+  }
+
+  private emit(type: string, detail: number | null): void {
+    this.dispatchEvent(new CustomEvent(type, { detail, bubbles: true, composed: true }));
+  }
+
+  static override styles = [
+    shared,
+    status_styles,
+    css`
+      :host {
+        display: flex;
+        flex-direction: column;
+        min-height: 0;
+        --row-height: 32px;
+      }
+      .scroller {
+        min-height: 0;
+        overflow: auto;
+        overscroll-behavior: contain;
+      }
+      table {
+        width: 100%;
+        border-collapse: separate;
+        border-spacing: 0;
+        font-size: 13px;
+        font-variant-numeric: tabular-nums;
+      }
+      thead th {
+        position: sticky;
+        top: 0;
+        z-index: 1;
+        height: 32px;
+        background: var(--surface);
+        border-bottom: 1px solid var(--line);
+        color: var(--muted);
+        font-size: 12px;
+        font-weight: 550;
+      }
+      th,
+      td {
+        padding: 0 10px;
+        text-align: right;
+        white-space: nowrap;
+      }
+      small {
+        color: var(--muted);
+        font-size: 11px;
+        font-weight: 400;
+      }
+      abbr {
+        text-decoration: none;
+      }
+      .name {
+        position: sticky;
+        left: 0;
+        padding-left: 12px;
+        text-align: left;
+        background: var(--surface);
+      }
+      thead .name {
+        z-index: 2;
+      }
+      .state {
+        text-align: left;
+      }
+      tbody tr {
+        height: var(--row-height);
+        cursor: pointer;
+      }
+      tbody tr:hover > * {
+        background: var(--sunken);
+      }
+      tbody tr.selected > * {
+        background: var(--selected-soft);
+      }
+      tbody tr.selected .name {
+        box-shadow: inset 3px 0 var(--selected);
+      }
+      tbody tr.spacer {
+        height: auto;
+        cursor: default;
+      }
+      .spacer td {
+        padding: 0;
+        background: none !important;
+      }
+      .name button {
+        min-height: 0;
+        max-width: 180px;
+        padding: 2px 4px;
+        border: 0;
+        background: none !important;
+        font-weight: 500;
+        overflow: hidden;
+        text-overflow: ellipsis;
+      }
+      .name i {
+        flex: none;
+        width: 10px;
+        height: 10px;
+        border-radius: 50%;
+      }
+    `,
+  ];
+}
+
+function spacer(height: number): TemplateResult | typeof nothing {
+  if (height <= 0) return nothing;
+  return html`<tr class="spacer" aria-hidden="true"><td colspan="10" style="height: ${height}px"></td></tr>`;
+}
+
+declare global {
+  interface HTMLElementTagNameMap {
+    'scanstitch-frame-table': ScanstitchFrameTable;
+  }
+}

@@ -1,0 +1,77 @@
+import { css, html, LitElement, type TemplateResult } from 'lit';
+import { customElement, property } from 'lit/decorators.js';
+import type { Figure } from '../views/headline.ts';
+import { shared } from './theme.ts';
+
+/** The figures of the whole run, each with the line that says what it means. */
+@customElement('scanstitch-headline')
+export class ScanstitchHeadline extends LitElement {
+  @property({ attribute: false }) figures: readonly Figure[] = [];
+
+  protected override render(): TemplateResult {
+    return html`<dl aria-label="Result in figures">
+      ${this.figures.map(
+        ({ label, value, meaning, tone }) => html`<div class=${tone}>
+          <dt>${label}</dt>
+          <dd class="value number">${value}</dd>
+          <dd class="meaning" title=${meaning}>${meaning}</dd>
+        </div>`,
+      )}
+    </dl>`;
+  }
+
+  static override styles = [
+    shared,
+    css`
+      :host {
+        display: block;
+      }
+      dl {
+        overflow: hidden;
+        background: var(--surface);
+        display: grid;
+        grid-template-columns: repeat(auto-fit, minmax(168px, 1fr));
+      }
+      dl > div {
+        min-width: 0;
+        padding: 9px 16px 10px;
+        background: var(--surface);
+        box-shadow:
+          1px 0 var(--line),
+          0 1px var(--line);
+      }
+      dt {
+        color: var(--muted);
+        font-size: 12px;
+        overflow: hidden;
+        text-overflow: ellipsis;
+        white-space: nowrap;
+      }
+      .value {
+        font-size: 20px;
+        font-weight: 620;
+        letter-spacing: -0.015em;
+        line-height: 1.25;
+      }
+      .meaning {
+        color: var(--muted);
+        font-size: 12px;
+        line-height: 1.35;
+      }
+      .doubtful .meaning {
+        color: var(--doubtful);
+        font-weight: 550;
+      }
+      .lost .meaning {
+        color: var(--lost);
+        font-weight: 550;
+      }
+    `,
+  ];
+}
+
+declare global {
+  interface HTMLElementTagNameMap {
+    'scanstitch-headline': ScanstitchHeadline;
+  }
+}

@@ -1,0 +1,640 @@
+import { css, html, LitElement, nothing, type PropertyValues, type TemplateResult } from 'lit';
+import { customElement, property, query, state } from 'lit/decorators.js';
+import { baseName, formatFixed } from '../views/format.ts';
+import {
+  DARK_MAP,
+  type Layers,
+  LIGHT_MAP,
+  type MapMarks,
+  type MapTheme,
+  paintAxes,
+  paintGrid,
+  paintPairs,
+  paintReference,
+  paintScaleBar,
+  paintTrajectory,
+  paintUndetermined,
+  poseAt,
+} from '../views/map-painter.ts';
+import { packColor, type Rgb } from '../views/palette.ts';
+import { NO_POINTS, nearestFrame, type PointSet, paintPoints, pointDiameter } from '../views/point-layer.ts';
+import {
+  type Bounds,
+  bestTurns,
+  fitted,
+  mapBounds,
+  panned,
+  type Size,
+  type Turns,
+  toScreenX,
+  toScreenY,
+  toWorld,
+  type Viewport,
+  zoomedAt,
+} from '../views/viewport.ts';
+import { icon } from './icons.ts';
+import { shared } from './theme.ts';
+
+const NO_MARKS: MapMarks = {
+  poses: [],
+  statuses: [],
+  look_direction: 0,
+  until: 0,
+  selected: null,
+  hovered: null,
+  reference: [],
+  pairs: null,
+  undetermined: null,
+};
+
+const ZOOM_STEP = 1.3;
+const PAN_STEP = 60; // CSS pixels
+/** The points are painted afresh on every frame while that takes at most this long; else their last picture is moved. */
+const PAINT_BUDGET_MS = 7;
+/** How long the hand must rest before a moved picture is replaced by a fresh one. */
+const REST_MS = 90;
+
+/**
+ * The map: points, paths and poses on a canvas that pans and zooms.
+ *
+ * Fires `frame-selected` with a frame number or null, and `map-painted` when a new set of points is on the screen.
+ */
+@customElement('scanstitch-map')
+export class ScanstitchMap extends LitElement {
+  @property({ attribute: false }) points: PointSet = NO_POINTS;
+  @property({ attribute: false }) marks: MapMarks = NO_MARKS;
+  @property({ attribute: false }) names: readonly string[] = [];
+  /** One for each frame, or more. */
+  @property({ attribute: false }) colors: readonly Rgb[] = [];
+  @property({ attribute: false }) reference_name = '';
+  @property({ type: Boolean }) dark = false;
+  /** Changes with the data set: the view is fitted anew. */
+  @property({ attribute: false }) fit_key: unknown = null;
+  @property({ attribute: false }) description = '';
+
+  @state() private layers: Layers = { grid: true, path: true, reference: true };
+  @state() private layers_open = false;
+  @state() private pointer: { x: number; y: number } | null = null;
+  @state() private hovered: number | null = null;
+  /** In a page that scrolls, wheel and finger belong to the page until the map is clicked. */
+  @state() private guarded = false;
+
+  @query('canvas') private canvas!: HTMLCanvasElement;
+  @query('.stage') private stage!: HTMLElement;
+
+  private view: Viewport = { center_x: 0, center_y: 0, scale: 40, turns: 0 };
+  private size: Size = { width: 0, height: 0 };
+  private pixel_ratio = 1;
+  /** How the user has turned the map; null: as it is best laid. */
+  private turns: Turns | null = null;
+  /** The user has moved the view: it is no longer fitted behind his back. */
+  private is_moved = false;
+  private layer = document.createElement('canvas');
+  private layer_image: ImageData | null = null;
+  private layer_view: Viewport | null = null;
+  private is_layer_stale = true;
+  private paint_ms = 0;
+  private last_motion = Number.NEGATIVE_INFINITY;
+  private animation_frame = 0;
+  private rest_timer: ReturnType<typeof setTimeout> | undefined;
+  private has_new_points = false;
+  private fingers = new Map<number, { x: number; y: number }>();
+  private drag_distance = 0;
+  private resize_observer = new ResizeObserver(() => this.resize());
+
+  override connectedCallback(): void {
+    super.connectedCallback();
+    if (this.hasUpdated) this.resize_observer.observe(this.stage);
+  }
+
+  override disconnectedCallback(): void {
+    super.disconnectedCallback();
+    this.resize_observer.disconnect();
+    cancelAnimationFrame(this.animation_frame);
+    this.animation_frame = 0;
+    clearTimeout(this.rest_timer);
+  }
+
+  protected override firstUpdated(): void {
+    this.resize_observer.observe(this.stage);
+    this.resize();
+    // Registered here because Lit's listeners are passive where the browser decides so.
+    this.stage.addEventListener('wheel', (event) => this.onWheel(event), { passive: false });
+  }
+
+  protected override willUpdate(changed: PropertyValues<this>): void {
+    if (changed.has('fit_key')) {
+      this.is_moved = false;
+      this.turns = null;
+    }
+  }
+
+  protected override updated(changed: PropertyValues<this>): void {
+    if (changed.has('points') || changed.has('fit_key')) {
+      if (changed.has('points')) this.has_new_points = true;
+      if (!this.is_moved) this.fit();
+    }
+    const previous = changed.get('marks');
+    const repaint =
+      changed.has('points') ||
+      changed.has('dark') ||
+      changed.has('colors') ||
+      (changed.has('marks') && (previous?.until !== this.marks.until || previous?.selected !== this.marks.selected));
+    if (repaint) this.is_layer_stale = true;
+    this.requestPaint();
+  }
+
+  /** Shows the whole map. */
+  fit(): void {
+    this.is_moved = false;
+    const bounds = this.bounds();
+    if (bounds && this.size.width > 0) {
+      const is_small = this.size.width < 520;
+      const margin = is_small
+        ? { top: 24, right: 24, bottom: 44, left: 24 }
+        : { top: 36, right: 64, bottom: 52, left: 36 };
+      this.view = fitted(bounds, this.size, margin, this.turns ?? bestTurns(bounds, this.size));
+    }
+    this.requestPaint();
+  }
+
+  /** Turns the map by a quarter. */
+  turn(): void {
+    this.turns = ((this.view.turns + 1) % 4) as Turns;
+    this.fit();
+  }
+
+  /** The map as a picture, at twice the resolution of the screen or better. */
+  async picture(): Promise<Blob> {
+    const ratio = Math.max(2, this.pixel_ratio);
+    const canvas = document.createElement('canvas');
+    canvas.width = Math.round(this.size.width * ratio);
+    canvas.height = Math.round(this.size.height * ratio);
+    const layer = document.createElement('canvas');
+    layer.width = canvas.width;
+    layer.height = canvas.height;
+    this.paintLayer(layer, new ImageData(canvas.width, canvas.height), this.view, ratio);
+    this.compose(context2d(canvas), layer, this.view, ratio);
+    return new Promise((resolve, reject) => {
+      canvas.toBlob((blob) => (blob ? resolve(blob) : reject(new Error('The browser could not make the picture.'))));
+    });
+  }
+
+  protected override render(): TemplateResult {
+    const { hovered, pointer } = this;
+    const world = pointer && toWorld(this.view, this.size, pointer.x, pointer.y);
+    return html`
+      <div
+        class="stage"
+        tabindex="0"
+        role="group"
+        aria-label="Map"
+        aria-describedby="map-description map-keys"
+        ?data-guarded=${this.guarded}
+        @keydown=${this.onKey}
+        @pointerdown=${this.onPointerDown}
+        @pointermove=${this.onPointerMove}
+        @pointerup=${this.onPointerUp}
+        @pointercancel=${this.onPointerUp}
+        @pointerleave=${this.onPointerLeave}
+        @dblclick=${this.onDoubleClick}
+        @focus=${this.updateGuard}
+        @blur=${this.updateGuard}
+      >
+        <canvas aria-hidden="true"></canvas>
+        <p id="map-description" class="visually-hidden">${this.description}</p>
+        <p id="map-keys" class="visually-hidden">
+          Arrow keys move the map, plus and minus zoom, F shows all of it, R turns it, comma and full stop select the scan before
+          and after.
+        </p>
+      </div>
+      <div class="readout number" aria-hidden="true" ?hidden=${!world}>
+        ${
+          world &&
+          html`<span>x ${formatFixed(world.x, 2)} m</span><span>y ${formatFixed(world.y, 2)} m</span>${
+            hovered === null
+              ? nothing
+              : html`<span class="frame"
+                    ><i style="background: rgb(${this.colors[hovered]?.join(' ')})"></i>${baseName(
+                      this.names[hovered] ?? `scan ${hovered}`,
+                    )}</span
+                  >`
+          }`
+        }
+      </div>
+      <div class="controls" role="toolbar" aria-label="Map view">
+        <button class="icon" @click=${() => this.zoomBy(ZOOM_STEP)} aria-label="Zoom in" title="Zoom in (+)">
+          ${icon('plus')}
+        </button>
+        <button class="icon" @click=${() => this.zoomBy(1 / ZOOM_STEP)} aria-label="Zoom out" title="Zoom out (−)">
+          ${icon('minus')}
+        </button>
+        <button class="icon" @click=${() => this.fit()} aria-label="Show the whole map" title="Show the whole map (F)">
+          ${icon('fit')}
+        </button>
+        <button class="icon" @click=${() => this.turn()} aria-label="Turn the map by a quarter" title="Turn by a quarter (R)">
+          ${icon('turn')}
+        </button>
+        <button
+          class="icon"
+          @click=${() => {
+            this.layers_open = !this.layers_open;
+          }}
+          aria-label="What is drawn"
+          aria-expanded=${this.layers_open}
+          title="What is drawn"
+        >
+          ${icon('layers')}
+        </button>
+        ${this.layers_open ? this.renderLayers() : nothing}
+      </div>
+    `;
+  }
+
+  private renderLayers(): TemplateResult {
+    const layer = (name: keyof Layers, label: string, sign: string): TemplateResult => html`
+      <label>
+        <input
+          type="checkbox"
+          .checked=${this.layers[name]}
+          @change=${(event: Event) => {
+            this.layers = { ...this.layers, [name]: (event.target as HTMLInputElement).checked };
+            this.requestPaint();
+          }}
+        />
+        <i class="sign ${sign}"></i>${label}
+      </label>
+    `;
+    return html`<fieldset class="layers">
+      <legend class="visually-hidden">What is drawn</legend>
+      ${layer('path', 'Path and poses', 'path')}
+      ${this.marks.reference.length > 0 ? layer('reference', `Reference: ${baseName(this.reference_name)}`, 'reference') : nothing}
+      ${layer('grid', 'Grid', 'grid')}
+    </fieldset>`;
+  }
+
+  private bounds(): Bounds | null {
+    return mapBounds(this.points.points, [...this.marks.poses, ...this.marks.reference]);
+  }
+
+  private resize(): void {
+    const { clientWidth: width, clientHeight: height } = this.stage;
+    this.pixel_ratio = Math.min(window.devicePixelRatio || 1, 3);
+    this.size = { width, height };
+    this.canvas.width = Math.round(width * this.pixel_ratio);
+    this.canvas.height = Math.round(height * this.pixel_ratio);
+    this.is_layer_stale = true;
+    this.updateGuard();
+    if (!this.is_moved) this.fit();
+    else this.requestPaint();
+  }
+
+  private updateGuard(): void {
+    const page = document.scrollingElement;
+    const scrolls = page !== null && page.scrollHeight > page.clientHeight + 1;
+    this.guarded = scrolls && this.shadowRoot?.activeElement !== this.stage;
+  }
+
+  // Painting. One frame at most per refresh of the screen, and none when nothing changed.
+
+  private requestPaint(): void {
+    if (this.animation_frame === 0) this.animation_frame = requestAnimationFrame(() => this.paint());
+  }
+
+  private paint(): void {
+    this.animation_frame = 0;
+    if (this.size.width === 0 || this.size.height === 0) return;
+    performance.mark('scanstitch-paint-start');
+    const is_turned = this.layer_view?.turns !== this.view.turns;
+    const is_moved = !this.layer_view || !sameView(this.layer_view, this.view);
+    const is_dear = this.paint_ms > PAINT_BUDGET_MS;
+    const is_in_motion = performance.now() - this.last_motion < REST_MS;
+    if (this.is_layer_stale || is_turned || (is_moved && !(is_dear && is_in_motion))) this.refreshLayer();
+    else if (is_moved) this.paintAtRest();
+    this.compose(context2d(this.canvas), this.layer, this.layer_view ?? this.view, this.pixel_ratio);
+    performance.measure('scanstitch-paint', 'scanstitch-paint-start');
+    if (this.has_new_points) {
+      this.has_new_points = false;
+      this.dispatchEvent(new CustomEvent('map-painted', { bubbles: true, composed: true }));
+    }
+  }
+
+  private paintAtRest(): void {
+    clearTimeout(this.rest_timer);
+    this.rest_timer = setTimeout(() => this.requestPaint(), REST_MS + 10);
+  }
+
+  private refreshLayer(): void {
+    const start = performance.now();
+    const { width, height } = this.canvas;
+    if (this.layer.width !== width || this.layer.height !== height || !this.layer_image) {
+      this.layer.width = width;
+      this.layer.height = height;
+      this.layer_image = new ImageData(width, height);
+    }
+    this.paintLayer(this.layer, this.layer_image, this.view, this.pixel_ratio);
+    this.layer_view = this.view;
+    this.is_layer_stale = false;
+    this.paint_ms = performance.now() - start;
+  }
+
+  private paintLayer(layer: HTMLCanvasElement, image: ImageData, view: Viewport, ratio: number): void {
+    const { until, selected } = this.marks;
+    const pixels = new Uint32Array(image.data.buffer);
+    pixels.fill(0);
+    const device_size = { width: layer.width, height: layer.height };
+    const diameter = pointDiameter(this.points.points.length / 2, this.size) * ratio;
+    const colors = Uint32Array.from(this.colors, (color) => packColor(color));
+    const paint = (first: number, last: number, style: { colors: Uint32Array; diameter: number }): void =>
+      paintPoints(pixels, device_size, view, ratio, this.points, first, last, style);
+    paint(0, Math.min(until, this.points.offsets.length - 1), { colors, diameter });
+    if (selected !== null && selected < until) {
+      colors[selected] = packColor(this.theme().selected);
+      paint(selected, selected + 1, { colors, diameter: Math.max(diameter * 1.25, diameter + ratio) });
+    }
+    context2d(layer).putImageData(image, 0, 0);
+  }
+
+  private compose(ctx: CanvasRenderingContext2D, layer: HTMLCanvasElement, layer_view: Viewport, ratio: number): void {
+    const { size, view, marks, layers } = this;
+    const theme = this.theme();
+    ctx.setTransform(ratio, 0, 0, ratio, 0, 0);
+    ctx.fillStyle = theme.background;
+    ctx.fillRect(0, 0, size.width, size.height);
+    if (layers.grid) paintGrid(ctx, size, view, theme);
+
+    // The layer may show a moment ago: it is moved and scaled to where it belongs now.
+    const factor = view.scale / layer_view.scale;
+    const middle_x = toScreenX(view, size, layer_view.center_x, layer_view.center_y);
+    const middle_y = toScreenY(view, size, layer_view.center_x, layer_view.center_y);
+    ctx.imageSmoothingEnabled = factor !== 1;
+    ctx.drawImage(
+      layer,
+      middle_x - (size.width / 2) * factor,
+      middle_y - (size.height / 2) * factor,
+      size.width * factor,
+      size.height * factor,
+    );
+
+    if (layers.reference) paintReference(ctx, size, view, marks, theme);
+    if (marks.pairs) paintPairs(ctx, size, view, marks.pairs, theme);
+    if (layers.path)
+      paintTrajectory(ctx, size, view, { ...marks, hovered: this.hovered ?? marks.hovered }, this.colors, theme);
+    const selected = marks.selected === null ? undefined : marks.poses[marks.selected];
+    if (selected && marks.undetermined) paintUndetermined(ctx, size, view, selected, marks.undetermined, theme);
+    paintScaleBar(ctx, size, view, theme);
+    paintAxes(ctx, size, view, theme);
+  }
+
+  private theme(): MapTheme {
+    return this.dark ? DARK_MAP : LIGHT_MAP;
+  }
+
+  // Moving about.
+
+  private move(view: Viewport): void {
+    this.view = view;
+    this.is_moved = true;
+    this.last_motion = performance.now();
+    this.requestPaint();
+  }
+
+  private zoomBy(factor: number): void {
+    this.move(zoomedAt(this.view, this.size, this.size.width / 2, this.size.height / 2, factor));
+  }
+
+  private onKey(event: KeyboardEvent): void {
+    if (event.ctrlKey || event.metaKey || event.altKey) return;
+    const count = this.marks.poses.length;
+    const selected = this.marks.selected;
+    const actions: Record<string, () => void> = {
+      ArrowLeft: () => this.move(panned(this.view, PAN_STEP, 0)),
+      ArrowRight: () => this.move(panned(this.view, -PAN_STEP, 0)),
+      ArrowUp: () => this.move(panned(this.view, 0, PAN_STEP)),
+      ArrowDown: () => this.move(panned(this.view, 0, -PAN_STEP)),
+      '+': () => this.zoomBy(ZOOM_STEP),
+      '=': () => this.zoomBy(ZOOM_STEP),
+      '-': () => this.zoomBy(1 / ZOOM_STEP),
+      f: () => this.fit(),
+      F: () => this.fit(),
+      r: () => this.turn(),
+      R: () => this.turn(),
+      '.': () => this.select(Math.min((selected ?? -1) + 1, count - 1)),
+      ',': () => this.select(Math.max((selected ?? count) - 1, 0)),
+      Escape: () => this.select(null),
+    };
+    const action = actions[event.key];
+    if (!action) return;
+    event.preventDefault();
+    action();
+  }
+
+  private onWheel(event: WheelEvent): void {
+    if (this.guarded && !event.ctrlKey) return;
+    event.preventDefault();
+    const { x, y } = this.place(event);
+    const lines = event.deltaMode === WheelEvent.DOM_DELTA_LINE ? 16 : 1;
+    // A pinch on a trackpad arrives as a wheel with the control key and small steps.
+    const speed = event.ctrlKey ? 0.01 : 0.0016;
+    this.move(zoomedAt(this.view, this.size, x, y, Math.exp(-event.deltaY * lines * speed)));
+    this.hover(x, y);
+  }
+
+  private onPointerDown(event: PointerEvent): void {
+    if (event.button !== 0) return;
+    if (this.guarded && event.pointerType === 'touch') return;
+    this.stage.setPointerCapture(event.pointerId);
+    this.fingers.set(event.pointerId, this.place(event));
+    if (this.fingers.size === 1) this.drag_distance = 0;
+  }
+
+  private onPointerMove(event: PointerEvent): void {
+    const now = this.place(event);
+    const before = this.fingers.get(event.pointerId);
+    if (!before) {
+      if (event.pointerType !== 'touch') this.hover(now.x, now.y);
+      return;
+    }
+    this.fingers.set(event.pointerId, now);
+    this.drag_distance += Math.hypot(now.x - before.x, now.y - before.y);
+    if (this.fingers.size === 1) {
+      if (this.drag_distance > 4) this.move(panned(this.view, now.x - before.x, now.y - before.y));
+      return;
+    }
+    const other = [...this.fingers].find(([id]) => id !== event.pointerId)?.[1];
+    if (!other) return;
+    const spread =
+      Math.hypot(now.x - other.x, now.y - other.y) / Math.max(Math.hypot(before.x - other.x, before.y - other.y), 1);
+    const moved = panned(this.view, (now.x - before.x) / 2, (now.y - before.y) / 2);
+    this.move(zoomedAt(moved, this.size, (now.x + other.x) / 2, (now.y + other.y) / 2, spread));
+  }
+
+  private onPointerUp(event: PointerEvent): void {
+    const was_pressed = this.fingers.delete(event.pointerId);
+    const is_tap = event.type === 'pointerup' && this.drag_distance <= (event.pointerType === 'touch' ? 10 : 4);
+    if ((was_pressed || this.guarded) && is_tap && this.fingers.size === 0) {
+      const { x, y } = this.place(event);
+      this.select(this.frameAt(x, y, event.pointerType === 'touch' ? 22 : 10));
+    }
+  }
+
+  private onPointerLeave(): void {
+    this.pointer = null;
+    this.hovered = null;
+  }
+
+  private onDoubleClick(): void {
+    this.fit();
+  }
+
+  private place(event: MouseEvent): { x: number; y: number } {
+    const box = this.stage.getBoundingClientRect();
+    return { x: event.clientX - box.left, y: event.clientY - box.top };
+  }
+
+  private hover(x: number, y: number): void {
+    this.pointer = { x, y };
+    this.hovered = this.frameAt(x, y, 10);
+  }
+
+  /** The frame whose pose, or else whose point, lies under a place on the screen. */
+  private frameAt(x: number, y: number, reach: number): number | null {
+    const pose = this.layers.path ? poseAt(this.marks, this.size, this.view, x, y, reach + 2) : null;
+    if (pose !== null) return pose;
+    const world = toWorld(this.view, this.size, x, y);
+    return nearestFrame(this.points, this.marks.until, world.x, world.y, reach / this.view.scale);
+  }
+
+  private select(frame: number | null): void {
+    this.dispatchEvent(new CustomEvent('frame-selected', { detail: frame, bubbles: true, composed: true }));
+  }
+
+  static override styles = [
+    shared,
+    css`
+      :host {
+        position: relative;
+        display: block;
+        min-height: 0;
+        overflow: hidden;
+        background: light-dark(#fcfdfe, #0b0f14);
+      }
+      .stage {
+        position: absolute;
+        inset: 0;
+        touch-action: none;
+        cursor: grab;
+        user-select: none;
+      }
+      .stage:active {
+        cursor: grabbing;
+      }
+      .stage[data-guarded] {
+        touch-action: pan-x pan-y;
+      }
+      .stage:focus-visible {
+        outline-offset: -2px;
+      }
+      canvas {
+        display: block;
+        width: 100%;
+        height: 100%;
+      }
+      .readout {
+        position: absolute;
+        left: 64px;
+        bottom: 10px;
+        display: flex;
+        gap: 10px;
+        padding: 3px 8px;
+        border-radius: 6px;
+        background: color-mix(in srgb, var(--surface) 88%, transparent);
+        font-size: 12px;
+        color: var(--muted);
+        pointer-events: none;
+      }
+      .readout .frame {
+        display: inline-flex;
+        align-items: center;
+        gap: 5px;
+        color: var(--text);
+      }
+      .readout i {
+        width: 9px;
+        height: 9px;
+        border-radius: 50%;
+      }
+      .controls {
+        position: absolute;
+        top: 10px;
+        right: 10px;
+        display: flex;
+        flex-direction: column;
+        gap: 4px;
+      }
+      .controls > button {
+        background: var(--surface);
+        color: var(--muted);
+      }
+      .controls > button:hover,
+      .controls > button[aria-expanded='true'] {
+        color: var(--text);
+      }
+      .layers {
+        position: absolute;
+        top: 0;
+        right: calc(100% + 6px);
+        display: grid;
+        gap: 6px;
+        width: max-content;
+        max-width: 240px;
+        margin: 0;
+        padding: 10px 12px;
+        border: 1px solid var(--line);
+        border-radius: var(--radius);
+        background: var(--surface);
+        box-shadow: var(--shadow);
+        font-size: 13px;
+      }
+      .layers label {
+        display: flex;
+        align-items: center;
+        gap: 8px;
+        cursor: pointer;
+        min-height: 24px;
+      }
+      .layers input {
+        margin: 0;
+        accent-color: var(--accent);
+      }
+      .sign {
+        flex: none;
+        width: 22px;
+        height: 0;
+        border-top: 2px solid var(--text);
+      }
+      .sign.reference {
+        border-top: 2px dashed light-dark(#b4530a, #ffad5c);
+      }
+      .sign.grid {
+        border-top: 1px solid var(--line-strong);
+      }
+    `,
+  ];
+}
+
+function context2d(canvas: HTMLCanvasElement): CanvasRenderingContext2D {
+  const context = canvas.getContext('2d');
+  if (!context) throw new Error('This browser draws no canvas.');
+  return context;
+}
+
+function sameView(a: Viewport, b: Viewport): boolean {
+  return a.center_x === b.center_x && a.center_y === b.center_y && a.scale === b.scale && a.turns === b.turns;
+}
+
+declare global {
+  interface HTMLElementTagNameMap {
+    'scanstitch-map': ScanstitchMap;
+  }
+}

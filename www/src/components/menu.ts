@@ -1,0 +1,144 @@
+import { css, html, LitElement, nothing, type TemplateResult } from 'lit';
+import { customElement, property, queryAll, state } from 'lit/decorators.js';
+import { type IconName, icon } from './icons.ts';
+import { shared } from './theme.ts';
+
+export interface MenuItem {
+  id: string;
+  label: string;
+  detail: string;
+}
+
+/**
+ * A button that opens a short list. Arrow keys move in it, Escape and a click elsewhere close it.
+ *
+ * Fires `menu-chosen` with the id of the item.
+ */
+@customElement('scanstitch-menu')
+export class ScanstitchMenu extends LitElement {
+  @property() label = '';
+  @property() icon: IconName = 'chevron';
+  @property({ attribute: false }) items: readonly MenuItem[] = [];
+  @property({ type: Boolean }) disabled = false;
+  @property({ type: Boolean }) primary = false;
+  /** The button shows its sign alone. */
+  @property({ type: Boolean }) compact = false;
+  @state() private is_open = false;
+  @queryAll('[role=menuitem]') private entries!: NodeListOf<HTMLElement>;
+
+  private onOutside = (event: Event): void => {
+    if (!event.composedPath().includes(this)) this.close(false);
+  };
+
+  override disconnectedCallback(): void {
+    super.disconnectedCallback();
+    document.removeEventListener('pointerdown', this.onOutside, true);
+  }
+
+  protected override render(): TemplateResult {
+    return html`<div @keydown=${this.onKey} @focusout=${this.onFocusOut}>
+      <button
+        class="${this.primary ? 'primary' : ''} ${this.compact ? 'icon' : ''}"
+        aria-haspopup="menu"
+        aria-expanded=${this.is_open}
+        aria-label=${this.label}
+        title=${this.compact ? this.label : nothing}
+        ?disabled=${this.disabled}
+        @click=${() => (this.is_open ? this.close(true) : this.open())}
+      >
+        ${icon(this.icon)}${this.compact ? nothing : html`${this.label}${icon('chevron', 12)}`}
+      </button>
+      ${
+        this.is_open
+          ? html`<div class="list" role="menu" aria-label=${this.label}>
+              ${this.items.map(
+                ({ id, label, detail }) => html`<button role="menuitem" tabindex="-1" @click=${() => this.choose(id)}>
+                  <span>${label}</span><small>${detail}</small>
+                </button>`,
+              )}
+            </div>`
+          : nothing
+      }
+    </div>`;
+  }
+
+  private async open(): Promise<void> {
+    this.is_open = true;
+    document.addEventListener('pointerdown', this.onOutside, true);
+    await this.updateComplete;
+    this.entries[0]?.focus();
+  }
+
+  private close(give_focus_back: boolean): void {
+    this.is_open = false;
+    document.removeEventListener('pointerdown', this.onOutside, true);
+    if (give_focus_back) this.renderRoot.querySelector('button')?.focus();
+  }
+
+  private choose(id: string): void {
+    this.close(true);
+    this.dispatchEvent(new CustomEvent('menu-chosen', { detail: id, bubbles: true, composed: true }));
+  }
+
+  private onFocusOut(event: FocusEvent): void {
+    const to = event.relatedTarget;
+    if (this.is_open && to instanceof Node && !this.renderRoot.contains(to)) this.close(false);
+  }
+
+  private onKey(event: KeyboardEvent): void {
+    if (!this.is_open) return;
+    const entries = [...this.entries];
+    const at = entries.indexOf(this.shadowRoot?.activeElement as HTMLElement);
+    const targets: Record<string, number> = { ArrowDown: at + 1, ArrowUp: at - 1, Home: 0, End: -1 };
+    const to = targets[event.key];
+    if (to !== undefined) entries.at(to % entries.length)?.focus();
+    else if (event.key === 'Escape') this.close(true);
+    else return;
+    event.preventDefault();
+    event.stopPropagation();
+  }
+
+  static override styles = [
+    shared,
+    css`
+      :host {
+        position: relative;
+        display: inline-block;
+      }
+      .list {
+        position: absolute;
+        top: calc(100% + 4px);
+        right: 0;
+        z-index: 20;
+        display: flex;
+        flex-direction: column;
+        width: max-content;
+        max-width: min(320px, 90vw);
+        padding: 4px;
+        border: 1px solid var(--line);
+        border-radius: var(--radius);
+        background: var(--surface);
+        box-shadow: var(--shadow);
+      }
+      .list button {
+        flex-direction: column;
+        align-items: flex-start;
+        gap: 0;
+        padding: 6px 12px;
+        border: 0;
+        text-align: left;
+        white-space: normal;
+      }
+      small {
+        color: var(--muted);
+        font-size: 12px;
+      }
+    `,
+  ];
+}
+
+declare global {
+  interface HTMLElementTagNameMap {
+    'scanstitch-menu': ScanstitchMenu;
+  }
+}

@@ -1,0 +1,138 @@
+import { css, html, LitElement, nothing, type TemplateResult } from 'lit';
+import { customElement, property } from 'lit/decorators.js';
+import { icon } from './icons.ts';
+import { shared } from './theme.ts';
+
+/** Something the user should know, about a file or about the whole. */
+export interface Message {
+  kind: 'error' | 'note';
+  /** The file it is about; empty for none. */
+  file: string;
+  /** "line 12", "byte 4096", or empty. */
+  place: string;
+  text: string;
+  /** What to do; empty where nothing can be done. */
+  remedy: string;
+}
+
+/**
+ * What went wrong or was left aside, file by file, until it is put away.
+ *
+ * Fires `messages-dismissed`.
+ */
+@customElement('scanstitch-messages')
+export class ScanstitchMessages extends LitElement {
+  @property({ attribute: false }) messages: readonly Message[] = [];
+
+  protected override render(): TemplateResult {
+    const { messages } = this;
+    const num_errors = messages.filter(({ kind }) => kind === 'error').length;
+    const kind = num_errors > 0 ? 'error' : 'note';
+    return html`<section class="card ${kind}" aria-label="Messages" ?hidden=${messages.length === 0}>
+      <header>
+        ${icon(num_errors > 0 ? 'doubtful' : 'info')}
+        <h2>${title(messages, num_errors)}</h2>
+        <button
+          class="quiet icon"
+          @click=${() => this.dispatchEvent(new CustomEvent('messages-dismissed', { bubbles: true, composed: true }))}
+          aria-label="Put the messages away"
+          title="Put away"
+        >
+          ${icon('close')}
+        </button>
+      </header>
+      <ul>
+        ${messages.map(
+          ({ kind, file, place, text, remedy }) => html`<li class=${kind}>
+            ${file || place ? html`<strong>${file}${file && place ? ', ' : ''}${place}</strong>` : nothing}
+            <span>${sentence(text)}</span>
+            ${remedy ? html`<span class="remedy">${sentence(remedy)}</span>` : nothing}
+          </li>`,
+        )}
+      </ul>
+    </section>`;
+  }
+
+  static override styles = [
+    shared,
+    css`
+      :host {
+        display: block;
+        pointer-events: none;
+      }
+      .card {
+        display: flex;
+        flex-direction: column;
+        max-height: 100%;
+        overflow: hidden;
+        border: 1px solid var(--line);
+        border-left: 3px solid var(--accent);
+        border-radius: var(--radius);
+        background: var(--surface);
+        box-shadow: var(--shadow);
+        pointer-events: auto;
+      }
+      .card.error {
+        border-left-color: var(--lost);
+      }
+      header {
+        display: flex;
+        align-items: center;
+        gap: 8px;
+        padding: 4px 4px 4px 12px;
+        color: var(--accent);
+      }
+      .error header {
+        color: var(--lost);
+      }
+      h2 {
+        flex: 1;
+        color: var(--text);
+      }
+      header button {
+        color: var(--muted);
+      }
+      ul {
+        overflow: auto;
+        padding: 0 14px 10px 12px;
+      }
+      li {
+        display: flex;
+        flex-direction: column;
+        padding: 7px 0;
+        border-top: 1px solid var(--line);
+        font-size: 13px;
+        overflow-wrap: anywhere;
+      }
+      strong {
+        font-weight: 600;
+      }
+      .remedy {
+        color: var(--muted);
+      }
+    `,
+  ];
+}
+
+function title(messages: readonly Message[], num_errors: number): string {
+  const [only] = messages;
+  if (messages.length === 1 && only) {
+    if (only.kind === 'note') return 'For your information';
+    return only.file ? 'A file could not be used' : 'Something went wrong';
+  }
+  if (num_errors === 0) return `${messages.length} files were left aside`;
+  const others = messages.length - num_errors;
+  return `${num_errors} ${num_errors === 1 ? 'problem' : 'problems'}${others > 0 ? `, ${others} left aside` : ''}`;
+}
+
+/** With a capital at the start and a full stop at the end. */
+function sentence(text: string): string {
+  const trimmed = text.trim();
+  return `${trimmed.charAt(0).toUpperCase()}${trimmed.slice(1)}${/[.!?…]$/.test(trimmed) ? '' : '.'}`;
+}
+
+declare global {
+  interface HTMLElementTagNameMap {
+    'scanstitch-messages': ScanstitchMessages;
+  }
+}

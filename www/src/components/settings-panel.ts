@@ -1,0 +1,249 @@
+import { css, html, LitElement, nothing, type TemplateResult } from 'lit';
+import { customElement, property } from 'lit/decorators.js';
+import type { Preset, SettingDescription, Settings } from '../engine/protocol.ts';
+import {
+  fromScreen,
+  rangeWords,
+  sameSettings,
+  screenStep,
+  settingGroups,
+  toScreen,
+  unitSign,
+} from '../views/setting-fields.ts';
+import { icon } from './icons.ts';
+import { shared } from './theme.ts';
+
+/** Groups shown open at first; the others are folded until asked for. */
+const NUM_OPEN_GROUPS = 2;
+
+/**
+ * The settings, drawn from the engine's own description of them.
+ *
+ * Fires `settings-changed` with all settings.
+ */
+@customElement('scanstitch-settings')
+export class ScanstitchSettings extends LitElement {
+  @property({ attribute: false }) descriptions: readonly SettingDescription[] = [];
+  @property({ attribute: false }) presets: readonly Preset[] = [];
+  @property({ attribute: false }) values: Settings | null = null;
+
+  protected override render(): TemplateResult {
+    const { values, presets } = this;
+    if (!values) return html`<p class="muted">The engine is starting…</p>`;
+    const preset = presets.find(({ settings }) => sameSettings(settings, values));
+    const defaults = presets[0]?.settings ?? values;
+    return html`
+      <header>
+        <h2>Settings</h2>
+        <button
+          class="quiet"
+          ?disabled=${sameSettings(values, defaults)}
+          @click=${() => this.change(defaults)}
+          title="Back to the default of every setting"
+        >
+          ${icon('reset')}Reset
+        </button>
+      </header>
+      <div class="field">
+        <label for="preset">Preset</label>
+        <select id="preset" aria-describedby="preset-explanation" @change=${this.onPreset}>
+          ${presets.map(
+            ({ name, label }) => html`<option value=${name} .selected=${preset?.name === name}>${label}</option>`,
+          )}
+          ${preset ? nothing : html`<option value="" .selected=${true}>Your own</option>`}
+        </select>
+        <p class="explanation" id="preset-explanation">
+          ${preset?.explanation ?? 'Changed by hand. Choose a preset to go back to a known mix.'}
+        </p>
+      </div>
+      ${settingGroups(this.descriptions).map(({ group, descriptions }, index) => {
+        const num_changed = descriptions.filter(({ name }) => values[name] !== defaults[name]).length;
+        return html`<details ?open=${index < NUM_OPEN_GROUPS}>
+          <summary>
+            ${icon('chevron')}<span>${group}</span>
+            ${num_changed > 0 ? html`<span class="changed">${num_changed} changed</span>` : nothing}
+          </summary>
+          ${descriptions.map((description) => this.renderField(description, values, defaults))}
+        </details>`;
+      })}
+    `;
+  }
+
+  private renderField(description: SettingDescription, values: Settings, defaults: Settings): TemplateResult {
+    const { name, label, explanation, kind } = description;
+    const is_changed = values[name] !== defaults[name];
+    return html`<div class="field ${is_changed ? 'is-changed' : ''}">
+      <label for=${name}>${label}</label>
+      ${kind.type === 'choice' ? this.renderChoice(description, values) : this.renderNumber(description, values)}
+      <p class="explanation" id="${name}-explanation">${explanation}</p>
+    </div>`;
+  }
+
+  private renderChoice({ name, kind }: SettingDescription, values: Settings): TemplateResult {
+    if (kind.type !== 'choice') return html``;
+    return html`<select
+      id=${name}
+      aria-describedby="${name}-explanation"
+      @change=${(event: Event) => this.change({ ...values, [name]: (event.target as HTMLSelectElement).value })}
+    >
+      ${kind.choices.map(
+        ({ value, label }) => html`<option value=${value} .selected=${values[name] === value}>${label}</option>`,
+      )}
+    </select>`;
+  }
+
+  private renderNumber(description: SettingDescription, values: Settings): TemplateResult {
+    const { name, kind } = description;
+    if (kind.type === 'choice') return html``;
+    const sign = unitSign(description);
+    return html`<span class="number-field">
+      <input
+        id=${name}
+        type="number"
+        inputmode="decimal"
+        aria-describedby="${name}-explanation"
+        title=${rangeWords(description)}
+        step=${screenStep(description)}
+        .value=${toScreen(description, values[name] as number)}
+        @change=${(event: Event) => this.onNumber(event, description, values)}
+      />
+      ${sign === '' ? nothing : html`<span class="unit" aria-hidden="true">${sign}</span>`}
+    </span>`;
+  }
+
+  /** A number outside its range goes to the nearest end; something that is no number is put back. */
+  private onNumber(event: Event, description: SettingDescription, values: Settings): void {
+    const input = event.target as HTMLInputElement;
+    const value = fromScreen(description, input.value);
+    if (value === null) {
+      input.value = toScreen(description, values[description.name] as number);
+      return;
+    }
+    input.value = toScreen(description, value);
+    this.change({ ...values, [description.name]: value });
+  }
+
+  private onPreset(event: Event): void {
+    const { value } = event.target as HTMLSelectElement;
+    const preset = this.presets.find(({ name }) => name === value);
+    if (preset) this.change(preset.settings);
+  }
+
+  private change(settings: Settings): void {
+    this.dispatchEvent(new CustomEvent('settings-changed', { detail: { ...settings }, bubbles: true, composed: true }));
+  }
+
+  static override styles = [
+    shared,
+    css`
+      :host {
+        display: flex;
+        flex-direction: column;
+        gap: 4px;
+        padding: 14px 16px 24px;
+      }
+      header {
+        display: flex;
+        align-items: center;
+        justify-content: space-between;
+        min-height: 32px;
+      }
+      header button {
+        margin-right: -8px;
+        color: var(--muted);
+      }
+      .field {
+        display: grid;
+        grid-template-columns: minmax(0, 1fr) auto;
+        align-items: center;
+        gap: 2px 10px;
+        padding: 6px 0 8px;
+      }
+      .field:has(> select) {
+        grid-template-columns: 1fr;
+      }
+      .explanation {
+        grid-column: 1 / -1;
+        color: var(--muted);
+        font-size: 12px;
+        line-height: 1.4;
+      }
+      .is-changed > label::after {
+        content: '•';
+        margin-left: 5px;
+        color: var(--accent);
+        font-weight: 700;
+      }
+      select,
+      input {
+        min-height: 32px;
+        padding: 0 8px;
+        border: 1px solid var(--line-strong);
+        border-radius: 7px;
+        background: var(--surface);
+      }
+      select {
+        width: 100%;
+      }
+      .number-field {
+        display: inline-flex;
+        align-items: center;
+        gap: 6px;
+      }
+      input {
+        width: 92px;
+        text-align: right;
+        font-variant-numeric: tabular-nums;
+      }
+      .unit {
+        width: 14px;
+        color: var(--muted);
+      }
+      details {
+        border-top: 1px solid var(--line);
+      }
+      summary {
+        display: flex;
+        align-items: center;
+        gap: 8px;
+        min-height: 40px;
+        font-weight: 600;
+        cursor: pointer;
+        list-style: none;
+      }
+      summary::-webkit-details-marker {
+        display: none;
+      }
+      summary svg {
+        color: var(--muted);
+        transform: rotate(-90deg);
+        transition: transform 120ms;
+      }
+      details[open] summary svg {
+        transform: none;
+      }
+      .changed {
+        margin-left: auto;
+        padding: 0 8px;
+        border-radius: 99px;
+        background: var(--accent-soft);
+        color: var(--accent);
+        font-size: 12px;
+        font-weight: 550;
+      }
+      @media (pointer: coarse) {
+        select,
+        input {
+          min-height: 42px;
+          font-size: 16px;
+        }
+      }
+    `,
+  ];
+}
+
+declare global {
+  interface HTMLElementTagNameMap {
+    'scanstitch-settings': ScanstitchSettings;
+  }
+}

@@ -1,0 +1,195 @@
+/** Colours, type and the few controls every component shares. Colours come in pairs, for light and for dark. */
+import { css } from 'lit';
+
+export const tokens = css`
+  :host {
+    --background: light-dark(#f3f5f8, #0e1217);
+    --surface: light-dark(#ffffff, #151b23);
+    --sunken: light-dark(#f3f5f8, #10161d);
+    --line: light-dark(#dde3ea, #27303b);
+    --line-strong: light-dark(#8391a3, #66758a);
+    --text: light-dark(#17202c, #e5eaf1);
+    --muted: light-dark(#536070, #9dabbc);
+    --accent: light-dark(#2356c7, #8ab0ff);
+    --accent-soft: light-dark(#e6edfb, #1d2b47);
+    --on-accent: light-dark(#ffffff, #0b1626);
+    --selected: light-dark(#c4126a, #ff6fb1);
+    --selected-soft: light-dark(#fbe7f1, #3a1a2b);
+    --good: light-dark(#19703e, #6fd7a0);
+    --good-soft: light-dark(#e3f4ea, #14301f);
+    --doubtful: light-dark(#8a4f08, #f2b862);
+    --doubtful-soft: light-dark(#fdf0dc, #35270f);
+    --lost: light-dark(#ad2219, #ff938a);
+    --lost-soft: light-dark(#fce8e6, #3b1a18);
+    --shadow: 0 1px 2px rgb(16 24 40 / 0.06), 0 6px 20px rgb(16 24 40 / 0.08);
+    --radius: 8px;
+    --mono: ui-monospace, 'SF Mono', 'Cascadia Mono', Menlo, Consolas, monospace;
+    font:
+      14px / 1.45 system-ui,
+      -apple-system,
+      'Segoe UI',
+      Roboto,
+      sans-serif;
+    color: var(--text);
+  }
+`;
+
+export const shared = css`
+  *,
+  *::before,
+  *::after {
+    box-sizing: border-box;
+  }
+  :host([hidden]),
+  [hidden] {
+    display: none !important;
+  }
+  h2,
+  h3,
+  p,
+  ul,
+  ol,
+  dl,
+  dd {
+    margin: 0;
+    padding: 0;
+  }
+  ul,
+  ol {
+    list-style: none;
+  }
+  h2 {
+    font-size: 14px;
+    font-weight: 650;
+    letter-spacing: -0.005em;
+  }
+  h3 {
+    font-size: 12px;
+    font-weight: 600;
+    color: var(--muted);
+  }
+  button,
+  input,
+  select {
+    font: inherit;
+    color: inherit;
+  }
+  button {
+    display: inline-flex;
+    align-items: center;
+    justify-content: center;
+    gap: 6px;
+    min-height: 32px;
+    padding: 0 12px;
+    border: 1px solid var(--line);
+    border-radius: 7px;
+    background: var(--surface);
+    cursor: pointer;
+    white-space: nowrap;
+    transition:
+      background-color 120ms,
+      border-color 120ms;
+  }
+  button:hover:not(:disabled) {
+    background: var(--sunken);
+    border-color: var(--line-strong);
+  }
+  button:disabled {
+    opacity: 0.5;
+    cursor: default;
+  }
+  button.primary {
+    background: var(--accent);
+    border-color: var(--accent);
+    color: var(--on-accent);
+    font-weight: 550;
+  }
+  button.primary:hover:not(:disabled) {
+    background: color-mix(in oklab, var(--accent), var(--text) 14%);
+    border-color: transparent;
+  }
+  button.quiet {
+    border-color: transparent;
+    background: transparent;
+  }
+  button.quiet:hover:not(:disabled) {
+    background: var(--sunken);
+  }
+  button.icon {
+    width: 32px;
+    padding: 0;
+  }
+  button.link {
+    min-height: 0;
+    padding: 0;
+    border: 0;
+    background: none;
+    color: var(--accent);
+    text-decoration: underline;
+    text-underline-offset: 2px;
+  }
+  :focus-visible {
+    outline: 2px solid var(--accent);
+    outline-offset: 2px;
+  }
+  svg {
+    display: block;
+    flex: none;
+  }
+  .muted {
+    color: var(--muted);
+  }
+  .number {
+    font-variant-numeric: tabular-nums;
+  }
+  .visually-hidden {
+    position: absolute;
+    width: 1px;
+    height: 1px;
+    overflow: hidden;
+    clip-path: inset(50%);
+    white-space: nowrap;
+  }
+  @media (pointer: coarse) {
+    button {
+      min-height: 40px;
+    }
+    button.icon {
+      width: 40px;
+    }
+  }
+  @media (prefers-reduced-motion: reduce) {
+    *,
+    *::before,
+    *::after {
+      transition: none !important;
+      animation: none !important;
+    }
+  }
+`;
+
+/** A frame's status is never told by colour alone: each has its own sign and word. */
+export const status_styles = css`
+  .status {
+    display: inline-flex;
+    align-items: center;
+    gap: 5px;
+    padding: 1px 8px 1px 6px;
+    border-radius: 99px;
+    font-size: 12px;
+    font-weight: 550;
+    white-space: nowrap;
+  }
+  .status.good {
+    color: var(--good);
+    background: var(--good-soft);
+  }
+  .status.doubtful {
+    color: var(--doubtful);
+    background: var(--doubtful-soft);
+  }
+  .status.lost {
+    color: var(--lost);
+    background: var(--lost-soft);
+  }
+`;

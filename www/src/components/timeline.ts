@@ -1,0 +1,189 @@
+import { css, html, LitElement, nothing, type PropertyValues, type TemplateResult } from 'lit';
+import { customElement, property, state } from 'lit/decorators.js';
+import type { Status } from '../views/map-painter.ts';
+import { cssColor, frameColor } from '../views/palette.ts';
+import { icon } from './icons.ts';
+import { shared } from './theme.ts';
+
+/** The whole film takes about this long, but no picture is shorter or longer than these. */
+const FILM_MS = 5000;
+const SHORTEST_MS = 33;
+const LONGEST_MS = 600;
+
+/**
+ * The slider that builds the map scan by scan, and plays. Its track is the legend of the colours.
+ *
+ * Fires `until-changed` with the number of scans to show.
+ */
+@customElement('scanstitch-timeline')
+export class ScanstitchTimeline extends LitElement {
+  @property({ type: Number }) count = 0;
+  @property({ type: Number }) until = 0;
+  @property({ attribute: false }) statuses: readonly Status[] = [];
+  @property({ type: Boolean }) dark = false;
+  @state() private is_playing = false;
+  private timer: ReturnType<typeof setInterval> | undefined;
+
+  override disconnectedCallback(): void {
+    super.disconnectedCallback();
+    this.pause();
+  }
+
+  protected override willUpdate(changed: PropertyValues<this>): void {
+    if (changed.has('count') && this.count < 2) this.pause();
+  }
+
+  protected override render(): TemplateResult {
+    const { count, until } = this;
+    const is_idle = count < 2;
+    const stops = Array.from({ length: 12 }, (_, i) => cssColor(frameColor(i / 11, this.dark))).join(', ');
+    const filled = count > 1 ? ((until - 1) / (count - 1)) * 100 : 100;
+    return html`
+      <button
+        class="icon"
+        ?disabled=${is_idle}
+        @click=${this.toggle}
+        aria-label=${this.is_playing ? 'Pause' : 'Play: build the map scan by scan'}
+        title=${this.is_playing ? 'Pause' : 'Play'}
+      >
+        ${icon(this.is_playing ? 'pause' : 'play')}
+      </button>
+      <div class="slider" style="--stops: ${stops}; --filled: ${filled}%">
+        <div class="marks" aria-hidden="true">
+          ${this.statuses.map((status, frame) =>
+            status === 'good' || count < 2
+              ? nothing
+              : html`<i class=${status} style="left: ${(frame / (count - 1)) * 100}%"></i>`,
+          )}
+        </div>
+        <input
+          type="range"
+          min="1"
+          max=${Math.max(count, 1)}
+          step="1"
+          .value=${String(Math.max(until, 1))}
+          ?disabled=${is_idle}
+          aria-label="Scans shown"
+          aria-valuetext="${until} of ${count} scans"
+          @input=${this.onInput}
+        />
+      </div>
+      <output class="number" aria-hidden="true">${until}<span class="muted"> / ${count}</span></output>
+    `;
+  }
+
+  private onInput(event: Event): void {
+    this.pause();
+    this.show(Number((event.target as HTMLInputElement).value));
+  }
+
+  private toggle(): void {
+    if (this.is_playing) {
+      this.pause();
+      return;
+    }
+    this.is_playing = true;
+    if (this.until >= this.count) this.show(1);
+    const interval = Math.min(Math.max(FILM_MS / this.count, SHORTEST_MS), LONGEST_MS);
+    const stride = Math.max(1, Math.round((interval * this.count) / FILM_MS));
+    this.timer = setInterval(() => {
+      if (this.until >= this.count) this.pause();
+      else this.show(Math.min(this.until + stride, this.count));
+    }, interval);
+  }
+
+  private pause(): void {
+    clearInterval(this.timer);
+    this.is_playing = false;
+  }
+
+  private show(until: number): void {
+    this.dispatchEvent(new CustomEvent('until-changed', { detail: until, bubbles: true, composed: true }));
+  }
+
+  static override styles = [
+    shared,
+    css`
+      :host {
+        display: flex;
+        align-items: center;
+        gap: 12px;
+      }
+      .slider {
+        position: relative;
+        flex: 1;
+        min-width: 0;
+        display: flex;
+        align-items: center;
+      }
+      input {
+        appearance: none;
+        width: 100%;
+        height: 28px;
+        margin: 0;
+        background: transparent;
+        cursor: pointer;
+      }
+      input:disabled {
+        cursor: default;
+        opacity: 0.5;
+      }
+      input::-webkit-slider-runnable-track {
+        height: 6px;
+        border-radius: 3px;
+        background:
+          linear-gradient(to right, transparent var(--filled), color-mix(in srgb, var(--surface) 78%, transparent) var(--filled)),
+          linear-gradient(to right, var(--stops));
+      }
+      input::-moz-range-track {
+        height: 6px;
+        border-radius: 3px;
+        background:
+          linear-gradient(to right, transparent var(--filled), color-mix(in srgb, var(--surface) 78%, transparent) var(--filled)),
+          linear-gradient(to right, var(--stops));
+      }
+      input::-webkit-slider-thumb {
+        appearance: none;
+        width: 18px;
+        height: 18px;
+        margin-top: -6px;
+        border: 2px solid var(--text);
+        border-radius: 50%;
+        background: var(--surface);
+      }
+      input::-moz-range-thumb {
+        width: 14px;
+        height: 14px;
+        border: 2px solid var(--text);
+        border-radius: 50%;
+        background: var(--surface);
+      }
+      .marks {
+        position: absolute;
+        inset: 0 9px auto;
+        height: 5px;
+      }
+      .marks i {
+        position: absolute;
+        width: 5px;
+        height: 5px;
+        margin-left: -2.5px;
+        border-radius: 50%;
+        background: var(--doubtful);
+      }
+      .marks i.lost {
+        background: var(--lost);
+      }
+      output {
+        min-width: 54px;
+        text-align: right;
+      }
+    `,
+  ];
+}
+
+declare global {
+  interface HTMLElementTagNameMap {
+    'scanstitch-timeline': ScanstitchTimeline;
+  }
+}

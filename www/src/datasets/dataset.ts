@@ -1,0 +1,90 @@
+/** A set of inputs: where it comes from, what is in it, what was left aside. Plain values; every change is a new one. */
+import type { InputFile, Inputs } from '../engine/protocol.ts';
+import { classify } from './classify.ts';
+import type { NamedFile } from './gather.ts';
+import { compareNatural } from './natural-order.ts';
+
+export interface Dataset extends Inputs {
+  /** How the page calls it. */
+  title: string;
+  /** The built-in sample or a course page's own set: replaced, not extended, by the user's files. */
+  is_given: boolean;
+}
+
+export interface Note {
+  file: string;
+  reason: string;
+}
+
+/** What a drop holds once its files are read and told apart. */
+export interface Intake {
+  scans: InputFile[];
+  reference: InputFile | null;
+  notes: Note[];
+}
+
+const HEAD_BYTES = 4096;
+
+/** Reads the files and tells them apart. A file the browser cannot read becomes a note; the rest goes on. */
+export async function takeIn(files: readonly NamedFile[]): Promise<Intake> {
+  const ordered = [...files].sort((a, b) => compareNatural(a.name, b.name));
+  const notes: Note[] = [];
+  const scans: InputFile[] = [];
+  let reference: InputFile | null = null;
+  const contents = await Promise.allSettled(ordered.map(readKnown));
+  for (const [index, content] of contents.entries()) {
+    const { name } = ordered[index] as NamedFile;
+    if (content.status === 'rejected') {
+      notes.push({ file: name, reason: 'the browser could not read this file; was it moved or deleted?' });
+      continue;
+    }
+    const { role, bytes } = content.value;
+    if (role.role === 'ignored') {
+      if (role.reason !== null) notes.push({ file: name, reason: `left aside: ${role.reason}` });
+    } else if (role.role === 'scan') {
+      scans.push({ name, bytes });
+    } else if (reference) {
+      notes.push({
+        file: name,
+        reason: `left aside: one reference trajectory is used at a time, here ${reference.name}`,
+      });
+    } else {
+      reference = { name, bytes };
+    }
+  }
+  return { scans, reference, notes };
+}
+
+async function readKnown({ name, file }: NamedFile) {
+  const role = classify(name, new Uint8Array(await file.slice(0, HEAD_BYTES).arrayBuffer()));
+  // A film or an archive dropped by mistake is not read to its end.
+  const bytes = role.role === 'ignored' ? new ArrayBuffer(0) : await file.arrayBuffer();
+  return { role, bytes };
+}
+
+/**
+ * What the page shows after `intake` arrived on top of `present`: scans replace a given set and extend the user's own
+ * (a file of the same path takes the place of the old one); a reference alone joins whatever is there.
+ */
+export function combine(present: Dataset | null, intake: Intake): Dataset {
+  const extends_present = present !== null && (!present.is_given || intake.scans.length === 0);
+  const old_scans = extends_present ? present.scans : [];
+  const fresh = new Set(intake.scans.map(({ name }) => name));
+  const scans = [...old_scans.filter(({ name }) => !fresh.has(name)), ...intake.scans];
+  scans.sort((a, b) => compareNatural(a.name, b.name));
+  return {
+    title: extends_present ? present.title : titleOf(intake.scans),
+    is_given: extends_present && present.is_given,
+    scans,
+    reference: intake.reference ?? (extends_present ? present.reference : null),
+  };
+}
+
+/** The folder all scans share, or "Your scans". */
+function titleOf(scans: readonly InputFile[]): string {
+  const folders = scans.map(({ name }) => name.split('/').slice(0, -1));
+  const first = folders[0] ?? [];
+  let depth = 0;
+  while (depth < first.length && folders.every((folder) => folder[depth] === first[depth])) depth++;
+  return first[depth - 1] ?? 'Your scans';
+}

@@ -1,0 +1,48 @@
+/** From what the browser hands over (a drop, a file dialogue) to files with their paths. */
+
+export interface NamedFile {
+  /** Path inside the dropped folder, or the bare file name. */
+  name: string;
+  file: File;
+}
+
+/**
+ * All files of a drop, folders opened to any depth. The entries are taken before the first wait: the browser empties
+ * the DataTransfer when the event is over.
+ */
+export async function filesOfDrop(transfer: DataTransfer): Promise<NamedFile[]> {
+  const entries: FileSystemEntry[] = [];
+  const loose: File[] = [];
+  for (const item of transfer.items) {
+    if (item.kind !== 'file') continue;
+    const entry = item.webkitGetAsEntry();
+    const file = entry ? null : item.getAsFile();
+    if (entry) entries.push(entry);
+    else if (file) loose.push(file);
+  }
+  const opened = await Promise.all(entries.map(filesOfEntry));
+  return [...opened.flat(), ...loose.map((file) => ({ name: file.name, file }))];
+}
+
+/** All files of a file or folder dialogue. */
+export function filesOfInput(input: HTMLInputElement): NamedFile[] {
+  return Array.from(input.files ?? [], (file) => ({ name: file.webkitRelativePath || file.name, file }));
+}
+
+async function filesOfEntry(entry: FileSystemEntry): Promise<NamedFile[]> {
+  const name = entry.fullPath.replace(/^\//, '');
+  if (entry.isFile) {
+    const file = await new Promise<File>((resolve, reject) => (entry as FileSystemFileEntry).file(resolve, reject));
+    return [{ name, file }];
+  }
+  const reader = (entry as FileSystemDirectoryEntry).createReader();
+  const children: FileSystemEntry[] = [];
+  for (;;) {
+    // A folder is read in batches of about a hundred; an empty one is the end.
+    const batch = await new Promise<FileSystemEntry[]>((resolve, reject) => reader.readEntries(resolve, reject));
+    if (batch.length === 0) break;
+    children.push(...batch);
+  }
+  const opened = await Promise.all(children.map(filesOfEntry));
+  return opened.flat();
+}

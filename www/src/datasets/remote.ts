@@ -1,0 +1,98 @@
+/** Data sets that lie on a server: the built-in sample, or what a course page names in `src`. */
+
+import type { InputFile } from '../engine/protocol.ts';
+import { classify } from './classify.ts';
+import type { Dataset } from './dataset.ts';
+import { compareNatural } from './natural-order.ts';
+
+/** A manifest a course page can point to: paths relative to the manifest itself. */
+interface Manifest {
+  title?: string;
+  scans: string[];
+  reference?: string;
+}
+
+const sample_scans = import.meta.glob<string>('../../samples/corridor/*.ply', {
+  query: '?url',
+  import: 'default',
+  eager: true,
+});
+const sample_truth = import.meta.glob<string>('../../samples/corridor/truth.tum', {
+  query: '?url',
+  import: 'default',
+  eager: true,
+});
+
+/** The built-in sample: ten rendered scans of a corridor and the true path. */
+export async function fetchSample(): Promise<Dataset> {
+  const scans = Object.entries(sample_scans).map(([path, url]) => ({ name: `corridor/${baseOf(path)}`, url }));
+  const [truth] = Object.entries(sample_truth).map(([path, url]) => ({ name: `corridor/${baseOf(path)}`, url }));
+  scans.sort((a, b) => compareNatural(a.name, b.name));
+  return {
+    title: 'Sample: a corridor',
+    is_given: true,
+    scans: await Promise.all(scans.map(fetchFile)),
+    reference: truth ? await fetchFile(truth) : null,
+  };
+}
+
+/**
+ * The set a course page names: the address of a manifest (`.json`), or addresses of scans and one trajectory, apart by
+ * spaces. Relative addresses count from the page.
+ */
+export async function fetchDataset(src: string): Promise<Dataset> {
+  const addresses = src.trim().split(/\s+/);
+  const [only] = addresses;
+  if (addresses.length === 1 && only && /\.json([?#].*)?$/.test(only))
+    return fetchManifest(new URL(only, document.baseURI));
+  const files = await Promise.all(
+    addresses
+      .map((address) => new URL(address, document.baseURI))
+      .map((url) => fetchFile({ name: nameOf(url), url: url.href })),
+  );
+  const roles = files.map(({ name, bytes }) =>
+    classify(name, new Uint8Array(bytes, 0, Math.min(bytes.byteLength, 4096))),
+  );
+  const scans = files.filter((_, i) => roles[i]?.role === 'scan');
+  if (scans.length === 0) throw new Error(`none of the addresses in src="${src}" is a PLY scan`);
+  return {
+    title: 'Scans of this page',
+    is_given: true,
+    scans: scans.sort((a, b) => compareNatural(a.name, b.name)),
+    reference: files.find((_, i) => roles[i]?.role === 'reference') ?? null,
+  };
+}
+
+async function fetchManifest(url: URL): Promise<Dataset> {
+  const manifest = (await (await fetchOk(url.href)).json()) as Partial<Manifest>;
+  if (!Array.isArray(manifest.scans) || manifest.scans.length === 0) {
+    throw new Error(
+      `${url.href} names no scans; it should read { "title": "...", "scans": ["0.ply", ...], "reference": "truth.tum" }`,
+    );
+  }
+  const located = (path: string): { name: string; url: string } => ({ name: path, url: new URL(path, url).href });
+  return {
+    title: manifest.title ?? 'Scans of this page',
+    is_given: true,
+    scans: await Promise.all(manifest.scans.map((path) => fetchFile(located(path)))),
+    reference: manifest.reference ? await fetchFile(located(manifest.reference)) : null,
+  };
+}
+
+async function fetchFile({ name, url }: { name: string; url: string }): Promise<InputFile> {
+  return { name, bytes: await (await fetchOk(url)).arrayBuffer() };
+}
+
+async function fetchOk(url: string): Promise<Response> {
+  const response = await fetch(url);
+  if (!response.ok) throw new Error(`${url} answered ${response.status} ${response.statusText}`);
+  return response;
+}
+
+function nameOf(url: URL): string {
+  return decodeURIComponent(baseOf(url.pathname));
+}
+
+function baseOf(path: string): string {
+  return path.slice(path.lastIndexOf('/') + 1);
+}

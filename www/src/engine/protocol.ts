@@ -1,0 +1,99 @@
+/**
+ * What the page and the worker say to each other. The names of the data are the engine's own: the types come from the
+ * package it is built into, so a name that changes there fails the type check here.
+ */
+import type { Preset, Progress, ReconstructionResult, SettingDescription, Settings } from '../../../pkg/scanstitch.js';
+
+export type {
+  CleaningReport,
+  FrameResult,
+  IterationRecord,
+  PlanarPoint,
+  PlanarPose,
+  Preset,
+  Progress,
+  ReconstructionResult,
+  SettingDescription,
+  Settings,
+} from '../../../pkg/scanstitch.js';
+
+/** A file as the page holds it: `name` is its path inside what was dropped. */
+export interface InputFile {
+  name: string;
+  bytes: ArrayBuffer;
+}
+
+export interface Inputs {
+  scans: readonly InputFile[];
+  reference: InputFile | null;
+}
+
+export type Place = { line: number } | { byte: number } | null;
+
+/** Why a file, or a setting, could not be used. */
+export interface Problem {
+  /** Empty when it is not about a file. */
+  file: string;
+  place: Place;
+  problem: string;
+  remedy: string;
+}
+
+/** What the engine can be told to do, and what it says about itself. */
+export interface EngineFacts {
+  version: string;
+  descriptions: SettingDescription[];
+  presets: Preset[];
+}
+
+/** Milliseconds of computing, measured around each call of the engine: drawing and waiting are not in them. */
+export interface Timing {
+  /** Reading and cleaning all scans. */
+  load: number;
+  /** Per frame: its own steps. */
+  frames: number[];
+  /** Steps that belong to no single frame: the joint solution, the evaluation. */
+  joint: number;
+  total: number;
+}
+
+/** All there is to show, at one moment. */
+export interface Snapshot {
+  result: ReconstructionResult;
+  /** x y x y ..., world frame, m. */
+  map_points: Float32Array;
+  /** Frame of each map point. */
+  map_frames: Uint32Array;
+  timing: Timing;
+}
+
+export type RunState = 'running' | 'stopped' | 'done';
+
+/** What the engine can be asked for, between two steps or at rest; `correspondences` are those of one frame. */
+export interface Answers {
+  correspondences: Float32Array;
+  trajectory_tum: string;
+  trajectory_matrices: string[];
+  map_ply: Uint8Array;
+  report_json: string;
+}
+
+/** `run` numbers the client's orders; news of an order that has been overtaken is dropped. */
+export type ToWorker =
+  | { type: 'start'; module: WebAssembly.Module }
+  | { type: 'load'; run: number; inputs: Inputs; settings: Partial<Settings>; hold: boolean }
+  | { type: 'configure'; run: number; settings: Partial<Settings> }
+  | { type: 'stop' }
+  | { type: 'resume'; run: number }
+  | { type: 'ask'; id: number; kind: keyof Answers; frame: number };
+
+export type FromWorker =
+  | { type: 'ready'; facts: EngineFacts }
+  | { type: 'reading'; run: number; file: string; done: number; total: number }
+  | { type: 'loaded'; run: number; accepted: string[]; has_reference: boolean; problems: Problem[] }
+  | { type: 'progress'; run: number; progress: Progress }
+  | { type: 'snapshot'; run: number; state: RunState; snapshot: Snapshot }
+  | { type: 'rejected'; run: number; problem: Problem }
+  | { type: 'answer'; id: number; value: Answers[keyof Answers] }
+  | { type: 'refused'; id: number; message: string }
+  | { type: 'crashed'; message: string };

@@ -1,0 +1,234 @@
+/**
+ * The engine's thread, and the only module that imports the engine. It works in slices of a few milliseconds and reads
+ * its messages between them, so a stop is obeyed and a question answered while a long input is computed.
+ */
+import init, { describe_settings, presets, Reconstruction, version } from '../../../pkg/scanstitch.js';
+import type {
+  Answers,
+  FromWorker,
+  Inputs,
+  Problem,
+  Progress,
+  RunState,
+  Settings,
+  Snapshot,
+  Timing,
+  ToWorker,
+} from './protocol.ts';
+
+/** The page is answered at least this often, unless one step takes longer. */
+const SLICE_MS = 15;
+/** Progress is told at most this often. */
+const PROGRESS_INTERVAL_MS = 50;
+/** The map is sent at most this often while it grows... */
+const SNAPSHOT_INTERVAL_MS = 120;
+/** ...and sending it takes at most this share of the time. */
+const SNAPSHOT_SHARE = 0.15;
+
+let reconstruction: Reconstruction | null = null;
+let timing: Timing = { load: 0, frames: [], joint: 0, total: 0 };
+/** The order being worked on. A loop that finds another number here than its own has been overtaken and ends. */
+let current_run = 0;
+let is_running = false;
+let is_reading = false;
+
+self.onmessage = ({ data }: MessageEvent<ToWorker>): void => {
+  handle(data).catch(crash);
+};
+
+async function handle(message: ToWorker): Promise<void> {
+  switch (message.type) {
+    case 'start':
+      await init({ module_or_path: message.module });
+      post({ type: 'ready', facts: { version: version(), descriptions: describe_settings(), presets: presets() } });
+      return;
+    case 'load':
+      return load(message.run, message.inputs, message.settings, message.hold);
+    case 'configure':
+      return configure(message.run, message.settings);
+    case 'stop':
+      return stop();
+    case 'resume':
+      current_run = message.run;
+      return compute(message.run);
+    case 'ask':
+      return answer(message.id, message.kind, message.frame);
+  }
+}
+
+/**
+ * Reads the files into a new reconstruction. One with at least one scan replaces the present one; otherwise the
+ * present one stays, and so does what the page shows. With `hold` nothing is computed yet.
+ */
+async function load(run: number, inputs: Inputs, settings: Partial<Settings>, hold: boolean): Promise<void> {
+  current_run = run;
+  is_running = false;
+  is_reading = true;
+  const problems: Problem[] = [];
+  const next = new Reconstruction();
+  attempt(problems, '', () => next.set_settings(settings));
+  const accepted: string[] = [];
+  let load_ms = 0;
+  let slice_start = performance.now();
+  for (const [index, { name, bytes }] of inputs.scans.entries()) {
+    post({ type: 'reading', run, file: name, done: index, total: inputs.scans.length });
+    const start = performance.now();
+    if (attempt(problems, name, () => next.add_scan(name, new Uint8Array(bytes)))) accepted.push(name);
+    load_ms += performance.now() - start;
+    if (performance.now() - slice_start > SLICE_MS) {
+      await otherMessages();
+      if (current_run !== run) return next.free();
+      if (!is_reading) {
+        const problem = `Reading was stopped after ${index + 1} of ${inputs.scans.length} scans`;
+        problems.push({ file: '', place: null, problem, remedy: '' });
+        accepted.length = 0;
+        break;
+      }
+      slice_start = performance.now();
+    }
+  }
+  const { reference } = inputs;
+  let has_reference = false;
+  if (reference && is_reading) {
+    post({ type: 'reading', run, file: reference.name, done: inputs.scans.length, total: inputs.scans.length });
+    has_reference = attempt(problems, reference.name, () =>
+      next.set_reference(reference.name, new Uint8Array(reference.bytes)),
+    );
+  }
+  is_reading = false;
+  post({ type: 'loaded', run, accepted, has_reference, problems });
+  if (accepted.length === 0) return next.free();
+  reconstruction?.free();
+  reconstruction = next;
+  timing = { load: load_ms, frames: accepted.map(() => 0), joint: 0, total: load_ms };
+  if (!hold) await compute(run);
+}
+
+async function configure(run: number, settings: Partial<Settings>): Promise<void> {
+  if (!reconstruction) return;
+  current_run = run;
+  is_running = false;
+  try {
+    reconstruction.set_settings(settings);
+  } catch (error) {
+    post({ type: 'rejected', run, problem: toProblem(error, '') });
+    return;
+  }
+  timing = { load: timing.load, frames: timing.frames.map(() => 0), joint: 0, total: timing.load };
+  await compute(run);
+}
+
+/** Steps until all is done, or stopped, or overtaken; sends the growing map now and then and the whole one at the end. */
+async function compute(run: number): Promise<void> {
+  if (!reconstruction) return;
+  is_running = true;
+  let next_progress = performance.now();
+  let next_snapshot = performance.now() + SNAPSHOT_INTERVAL_MS;
+  while (is_running && current_run === run) {
+    const progress = computeSlice(reconstruction);
+    if (performance.now() >= next_progress) {
+      post({ type: 'progress', run, progress });
+      next_progress = performance.now() + PROGRESS_INTERVAL_MS;
+    }
+    if (progress.stage === 'done') {
+      is_running = false;
+      sendSnapshot(run, 'done');
+      return;
+    }
+    const before = performance.now();
+    if (before >= next_snapshot) {
+      sendSnapshot(run, 'running');
+      const cost = performance.now() - before;
+      next_snapshot = performance.now() + Math.max(SNAPSHOT_INTERVAL_MS, cost / SNAPSHOT_SHARE);
+    }
+    await otherMessages();
+  }
+}
+
+function computeSlice(engine: Reconstruction): Progress {
+  const slice_start = performance.now();
+  for (;;) {
+    const start = performance.now();
+    const progress = engine.step();
+    const now = performance.now();
+    const ms = now - start;
+    timing.total += ms;
+    if (progress.frame === null || progress.frame === undefined) timing.joint += ms;
+    else timing.frames[progress.frame] = (timing.frames[progress.frame] ?? 0) + ms;
+    if (progress.stage === 'done' || now - slice_start > SLICE_MS) return progress;
+  }
+}
+
+function stop(): void {
+  is_reading = false;
+  if (!is_running) return;
+  is_running = false;
+  sendSnapshot(current_run, 'stopped');
+}
+
+function sendSnapshot(run: number, state: RunState): void {
+  if (!reconstruction) return;
+  const snapshot: Snapshot = {
+    result: reconstruction.result(),
+    map_points: reconstruction.map_points(),
+    map_frames: reconstruction.map_frames(),
+    timing: structuredClone(timing),
+  };
+  post({ type: 'snapshot', run, state, snapshot }, [snapshot.map_points.buffer, snapshot.map_frames.buffer]);
+}
+
+function answer(id: number, kind: keyof Answers, frame: number): void {
+  try {
+    if (!reconstruction) throw new Error('No scans are loaded.');
+    const value = kind === 'correspondences' ? reconstruction.correspondences(frame) : reconstruction[kind]();
+    post({ type: 'answer', id, value });
+  } catch (error) {
+    if (isFatal(error)) throw error;
+    post({ type: 'refused', id, message: error instanceof Error ? error.message : String(error) });
+  }
+}
+
+/** Runs `action`; what is wrong with the input becomes a problem of `file`, what is wrong with the engine goes on up. */
+function attempt(problems: Problem[], file: string, action: () => void): boolean {
+  try {
+    action();
+    return true;
+  } catch (error) {
+    if (isFatal(error)) throw error;
+    problems.push(toProblem(error, file));
+    return false;
+  }
+}
+
+/** Anything but the engine's own error leaves it in an unknown state: the worker must be replaced. */
+function isFatal(error: unknown): boolean {
+  return !(error instanceof Error && error.name === 'ScanstitchError');
+}
+
+function toProblem(error: unknown, file: string): Problem {
+  const { file: named, place, problem, remedy, message } = error as Problem & Error;
+  return { file: named || file, place: place ?? null, problem: problem || message, remedy: remedy ?? '' };
+}
+
+function crash(error: unknown): void {
+  is_running = false;
+  is_reading = false;
+  current_run = -1;
+  post({ type: 'crashed', message: error instanceof Error ? error.message : String(error) });
+}
+
+function post(message: FromWorker, transfer: Transferable[] = []): void {
+  self.postMessage(message, { transfer });
+}
+
+const channel = new MessageChannel();
+let wake: () => void = () => undefined;
+channel.port1.onmessage = () => wake();
+
+/** Lets the messages that wait be handled first: a task of our own behind them, without the delay of a timer. */
+function otherMessages(): Promise<void> {
+  return new Promise((resolve) => {
+    wake = resolve;
+    channel.port2.postMessage(null);
+  });
+}

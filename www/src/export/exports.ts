@@ -1,0 +1,96 @@
+/** What can be taken home, and how it leaves the page: as downloads, nothing else. */
+import type { Answers } from '../engine/protocol.ts';
+
+export interface ExportItem {
+  id: 'trajectory' | 'matrices' | 'map' | 'picture' | 'everything';
+  label: string;
+  detail: string;
+}
+
+export const EXPORTS: readonly ExportItem[] = [
+  { id: 'everything', label: 'Everything', detail: 'all of these and report.json, as a zip' },
+  { id: 'trajectory', label: 'Trajectory', detail: 'TUM text: t x y z qx qy qz qw a line' },
+  { id: 'matrices', label: 'Matrices', detail: 'one 4 × 4 text file a scan, as a zip' },
+  { id: 'map', label: 'Map', detail: 'all points in one frame, as PLY' },
+  { id: 'picture', label: 'Picture', detail: 'the map as you see it, as PNG' },
+];
+
+/** Where the contents come from: the engine, and the canvas. */
+export interface Sources {
+  ask<K extends Exclude<keyof Answers, 'correspondences'>>(kind: K): Promise<Answers[K]>;
+  picture(): Promise<Blob>;
+  frame_names: readonly string[];
+}
+
+export interface Download {
+  name: string;
+  blob: Blob;
+}
+
+export async function makeExport(id: ExportItem['id'], sources: Sources): Promise<Download> {
+  switch (id) {
+    case 'trajectory':
+      return { name: 'trajectory.tum', blob: textBlob(await sources.ask('trajectory_tum')) };
+    case 'matrices':
+      return { name: 'trajectory_matrices.zip', blob: await zip(await matrixFiles(sources)) };
+    case 'map':
+      return { name: 'map.ply', blob: new Blob([await plyBytes(sources)]) };
+    case 'picture':
+      return { name: 'map.png', blob: await sources.picture() };
+    case 'everything':
+      return { name: 'scanstitch.zip', blob: await zip(await allFiles(sources)) };
+  }
+}
+
+export function download({ name, blob }: Download): void {
+  const url = URL.createObjectURL(blob);
+  const link = document.createElement('a');
+  link.href = url;
+  link.download = name;
+  link.click();
+  // The browser has taken the address by then; a minute later nobody needs it.
+  setTimeout(() => URL.revokeObjectURL(url), 60_000);
+}
+
+type Files = Record<string, Uint8Array>;
+
+async function allFiles(sources: Sources): Promise<Files> {
+  return {
+    'trajectory.tum': utf8(await sources.ask('trajectory_tum')),
+    ...(await matrixFiles(sources)),
+    'map.ply': await plyBytes(sources),
+    'map.png': new Uint8Array(await (await sources.picture()).arrayBuffer()),
+    'report.json': utf8(await sources.ask('report_json')),
+  };
+}
+
+/** `matrices/0007_7.txt`: the number keeps the order, the name tells which scan it was. */
+async function matrixFiles({ ask, frame_names }: Sources): Promise<Files> {
+  const matrices = await ask('trajectory_matrices');
+  return Object.fromEntries(
+    matrices.map((matrix, frame) => {
+      const stem = (frame_names[frame] ?? '').replace(/^.*\//, '').replace(/\.[^.]*$/, '');
+      return [`matrices/${String(frame).padStart(4, '0')}_${stem}.txt`, utf8(matrix)];
+    }),
+  );
+}
+
+async function plyBytes({ ask }: Sources): Promise<Uint8Array<ArrayBuffer>> {
+  return new Uint8Array(await ask('map_ply'));
+}
+
+async function zip(files: Files): Promise<Blob> {
+  const { zip: deflate } = await import('fflate');
+  const bytes = await new Promise<Uint8Array>((resolve, reject) => {
+    deflate(files, { level: 6 }, (error, data) => (error ? reject(error) : resolve(data)));
+  });
+  return new Blob([new Uint8Array(bytes)], { type: 'application/zip' });
+}
+
+function textBlob(text: string): Blob {
+  return new Blob([text], { type: 'text/plain' });
+}
+
+function utf8(text: string): Uint8Array {
+  return new TextEncoder().encode(text);
+}

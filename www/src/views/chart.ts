@@ -1,0 +1,131 @@
+/** Small charts as SVG. Plain numbers in, a picture out; words for those who cannot see it come with it. */
+import { nothing, type SVGTemplateResult, svg } from 'lit';
+
+export interface ChartSpec {
+  /** One value per step, from the first on. */
+  values: readonly number[];
+  /** What a value is called, as in "rmse 12.3 mm". */
+  format: (value: number) => string;
+  /** What a step is called, as in "round 3". */
+  step: string;
+  /** The first step's number. */
+  first: number;
+  color: string;
+  /** Where the axis begins. */
+  from_zero: boolean;
+}
+
+const WIDTH = 288;
+const HEIGHT = 84;
+const LEFT = 52;
+const RIGHT = 8;
+const TOP = 8;
+const BOTTOM = 18;
+
+/** A line with a dot for each step, the value of the largest and the smallest at the side. */
+export function lineChart({ values, format, step, first, color, from_zero }: ChartSpec): SVGTemplateResult {
+  const [low, high] = range(values, from_zero);
+  const x = (i: number): number =>
+    values.length > 1 ? LEFT + (i / (values.length - 1)) * (WIDTH - LEFT - RIGHT) : (LEFT + WIDTH - RIGHT) / 2;
+  const y = (value: number): number => HEIGHT - BOTTOM - ((value - low) / (high - low)) * (HEIGHT - TOP - BOTTOM);
+  const points = values.map((value, i) => `${x(i).toFixed(1)},${y(value).toFixed(1)}`).join(' ');
+  return svg`
+    <g class="axes">
+      <line x1=${LEFT} x2=${WIDTH - RIGHT} y1=${y(high)} y2=${y(high)} />
+      <line x1=${LEFT} x2=${WIDTH - RIGHT} y1=${y(low)} y2=${y(low)} />
+      <text x=${LEFT - 6} y=${y(high)} text-anchor="end" dominant-baseline="central">${format(high)}</text>
+      <text x=${LEFT - 6} y=${y(low)} text-anchor="end" dominant-baseline="central">${format(low)}</text>
+      <text x=${x(0)} y=${HEIGHT - 3} text-anchor=${values.length > 1 ? 'start' : 'middle'}>${step} ${first}</text>
+      ${
+        values.length > 1
+          ? svg`<text x=${WIDTH - RIGHT} y=${HEIGHT - 3} text-anchor="end">${first + values.length - 1}</text>`
+          : nothing
+      }
+    </g>
+    <polyline points=${points} fill="none" stroke=${color} stroke-width="1.75" stroke-linejoin="round" />
+    ${
+      values.length <= 60
+        ? values.map(
+            (value, i) => svg`<circle cx=${x(i)} cy=${y(value)} r="2.6" fill=${color}>
+              <title>${step} ${first + i}: ${format(value)}</title>
+            </circle>`,
+          )
+        : nothing
+    }`;
+}
+
+export interface BarSpec {
+  values: readonly (number | null)[];
+  format: (value: number) => string;
+  colors: readonly string[];
+  names: readonly string[];
+  selected: number | null;
+}
+
+/** More bars than these would be thinner than the eye tells apart. */
+const MAX_BARS = 150;
+
+/** One bar per frame, in the frame's colour; of many frames, one per run of them, as high as their largest. */
+export function barChart({ values, format, colors, names, selected }: BarSpec): SVGTemplateResult {
+  const [, high] = range(
+    values.filter((value) => value !== null),
+    true,
+  );
+  const num_bars = Math.min(values.length, MAX_BARS);
+  const pitch = (WIDTH - LEFT - RIGHT) / Math.max(num_bars, 1);
+  const gap = pitch > 4 ? Math.min(pitch * 0.25, 5) : 0;
+  const bars = Array.from({ length: num_bars }, (_, i) => {
+    const first = Math.floor((i * values.length) / num_bars);
+    const last = Math.floor(((i + 1) * values.length) / num_bars);
+    const frame = largestIn(values, first, last);
+    return { frame, is_selected: selected !== null && selected >= first && selected < last };
+  });
+  return svg`
+    <g class="axes">
+      <line x1=${LEFT} x2=${WIDTH - RIGHT} y1=${TOP} y2=${TOP} />
+      <line x1=${LEFT} x2=${WIDTH - RIGHT} y1=${HEIGHT - BOTTOM} y2=${HEIGHT - BOTTOM} />
+      <text x=${LEFT - 6} y=${TOP} text-anchor="end" dominant-baseline="central">${format(high)}</text>
+      <text x=${LEFT - 6} y=${HEIGHT - BOTTOM} text-anchor="end" dominant-baseline="central">${format(0)}</text>
+      <text x=${LEFT} y=${HEIGHT - 3}>first scan</text>
+      <text x=${WIDTH - RIGHT} y=${HEIGHT - 3} text-anchor="end">last</text>
+    </g>
+    ${bars.map(({ frame, is_selected }, i) => {
+      const value = values[frame] ?? null;
+      if (value === null) return nothing;
+      const height = Math.max((value / high) * (HEIGHT - TOP - BOTTOM), 0.5);
+      return svg`<rect
+        x=${(LEFT + i * pitch + gap / 2).toFixed(2)}
+        width=${(pitch - gap).toFixed(2)}
+        y=${(HEIGHT - BOTTOM - height).toFixed(2)}
+        height=${height.toFixed(2)}
+        rx=${gap > 1 ? 1.5 : 0}
+        fill=${is_selected ? 'var(--selected)' : (colors[frame] ?? 'currentColor')}
+      ><title>${names[frame]}: ${format(value)}</title></rect>`;
+    })}`;
+}
+
+/** The frame under a place, given as a share of the chart's width; null beside the bars. */
+export function barAt(share: number, values: readonly (number | null)[]): number | null {
+  const num_bars = Math.min(values.length, MAX_BARS);
+  const bar = Math.floor(((share * WIDTH - LEFT) / (WIDTH - LEFT - RIGHT)) * num_bars);
+  if (bar < 0 || bar >= num_bars) return null;
+  const first = Math.floor((bar * values.length) / num_bars);
+  return largestIn(values, first, Math.floor(((bar + 1) * values.length) / num_bars));
+}
+
+function largestIn(values: readonly (number | null)[], first: number, last: number): number {
+  let largest = first;
+  for (let i = first; i < last; i++) {
+    if ((values[i] ?? Number.NEGATIVE_INFINITY) > (values[largest] ?? Number.NEGATIVE_INFINITY)) largest = i;
+  }
+  return largest;
+}
+
+export const CHART_VIEW_BOX = `0 0 ${WIDTH} ${HEIGHT}`;
+
+function range(values: readonly number[], from_zero: boolean): [number, number] {
+  const finite = values.filter(Number.isFinite);
+  const high = finite.reduce((a, b) => Math.max(a, b), 0);
+  const low = from_zero ? 0 : finite.reduce((a, b) => Math.min(a, b), high);
+  return high > low ? [low, high] : [low, low + (Math.abs(low) || 1)];
+}

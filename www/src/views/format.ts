@@ -1,0 +1,63 @@
+/** Numbers as people read them: metres and radians become millimetres, centimetres and degrees here and only here. */
+
+export const DEGREES = 180 / Math.PI;
+
+const MINUS = '\u2212';
+const THIN_SPACE = '\u202f';
+
+/** A fixed number of decimals with a real minus sign and no "-0.00". */
+export function formatFixed(value: number, decimals: number): string {
+  if (!Number.isFinite(value)) return 'not a number';
+  const text = value.toFixed(decimals);
+  const is_zero = Number(text) === 0;
+  return is_zero ? text.replace('-', '') : text.replace('-', MINUS);
+}
+
+/** A length in the unit that suits it: 0.4 mm, 15.7 mm, 121 mm, 1.23 m. */
+export function formatLength(metres: number): string {
+  const size = Math.abs(metres);
+  if (size < 0.0995) return `${formatFixed(metres * 1000, 1)}${THIN_SPACE}mm`;
+  if (size < 0.9995) return `${formatFixed(metres * 1000, 0)}${THIN_SPACE}mm`;
+  return `${formatFixed(metres, 2)}${THIN_SPACE}m`;
+}
+
+/** A coordinate in metres, to the millimetre. */
+export function formatCoordinate(metres: number): string {
+  return formatFixed(metres, 3);
+}
+
+/** An angle given in radians, in degrees with the sign. */
+export function formatAngle(radians: number, decimals = 2): string {
+  return `${formatFixed(radians * DEGREES, decimals)}°`;
+}
+
+/** A duration given in milliseconds: 0.8 ms, 43 ms, 2.1 s, 1 min 12 s. */
+export function formatDuration(milliseconds: number): string {
+  if (milliseconds < 9.95) return `${formatFixed(milliseconds, 1)}${THIN_SPACE}ms`;
+  if (milliseconds < 999.5) return `${formatFixed(milliseconds, 0)}${THIN_SPACE}ms`;
+  const seconds = milliseconds / 1000;
+  if (seconds < 59.95) return `${formatFixed(seconds, 1)}${THIN_SPACE}s`;
+  const minutes = Math.floor(seconds / 60);
+  return `${minutes}${THIN_SPACE}min ${formatFixed(seconds - 60 * minutes, 0)}${THIN_SPACE}s`;
+}
+
+/** A whole number with its thousands apart. */
+export function formatCount(count: number): string {
+  return Math.round(count)
+    .toString()
+    .replace(/\B(?=(\d{3})+$)/g, THIN_SPACE);
+}
+
+export function formatPercent(share: number): string {
+  return `${formatFixed(share * 100, 0)}${THIN_SPACE}%`;
+}
+
+/** "1 scan", "10 scans". */
+export function plural(count: number, one: string, many = `${one}s`): string {
+  return `${formatCount(count)} ${count === 1 ? one : many}`;
+}
+
+/** The last part of a path: what a table has room for. */
+export function baseName(path: string): string {
+  return path.slice(path.lastIndexOf('/') + 1);
+}

@@ -1,0 +1,53 @@
+/** The table's rows, from the engine's results and the clock. */
+import type { Status } from './map-painter.ts';
+
+export interface FrameRow {
+  frame: number;
+  name: string;
+  x: number;
+  y: number;
+  theta: number;
+  num_inliers: number;
+  fitness: number;
+  inlier_rmse: number;
+  iterations: number;
+  /** Distance to the reference, m; null without one. */
+  error: number | null;
+  ms: number;
+  status: Status;
+  /** The first frame is where the map begins: it is matched with nothing. */
+  is_origin: boolean;
+}
+
+interface Frame {
+  name: string;
+  T_world_sensor: { x: number; y: number; theta: number };
+  status: Status;
+  num_inliers: number;
+  fitness: number;
+  inlier_rmse: number;
+  iterations: number;
+  history: readonly unknown[];
+}
+
+export function frameRows(
+  frames: readonly Frame[],
+  ms: readonly number[],
+  errors: readonly (number | null | undefined)[],
+): FrameRow[] {
+  return frames.map(
+    ({ name, T_world_sensor, status, num_inliers, fitness, inlier_rmse, iterations, history }, frame) => ({
+      frame,
+      name,
+      ...T_world_sensor,
+      num_inliers,
+      fitness,
+      inlier_rmse,
+      iterations,
+      error: errors[frame] ?? null,
+      ms: ms[frame] ?? 0,
+      status,
+      is_origin: frame === 0 && history.length === 0,
+    }),
+  );
+}

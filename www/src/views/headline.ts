@@ -1,0 +1,81 @@
+/** The figures at the top: what the whole run comes to. */
+import { formatCount, formatDuration, formatLength, plural } from './format.ts';
+import { cleaningParts, sumCleaning } from './words.ts';
+
+export interface Figure {
+  label: string;
+  value: string;
+  /** One line that says what the value means. */
+  meaning: string;
+  tone: 'plain' | 'doubtful' | 'lost';
+}
+
+interface Result {
+  frames: readonly { status: 'good' | 'doubtful' | 'lost'; cleaning: Parameters<typeof sumCleaning>[0][number] }[];
+  sharpness: { mean_residual: number; num_pairs: number } | null;
+  comparison: { name: string; num_matched: number; mean: number; rmse: number; max: number } | null;
+}
+
+/** `total_ms`: computing alone, without drawing and waiting. `is_growing`: there is more to come. */
+export function headlineFigures(result: Result, total_ms: number, is_growing: boolean): Figure[] {
+  const { frames, sharpness, comparison } = result;
+  const num_lost = frames.filter(({ status }) => status === 'lost').length;
+  const num_doubtful = frames.filter(({ status }) => status === 'doubtful').length;
+  const cleaning = sumCleaning(frames.map((frame) => frame.cleaning));
+  const dropped = cleaningParts(cleaning);
+  const worries = [
+    num_lost > 0 ? `${formatCount(num_lost)} lost` : '',
+    num_doubtful > 0 ? `${formatCount(num_doubtful)} doubtful` : '',
+  ].filter((words) => words !== '');
+
+  const figures: Figure[] = [
+    {
+      label: frames.length === 1 ? 'Scan' : 'Scans',
+      value: formatCount(frames.length),
+      meaning:
+        worries.length > 0
+          ? worries.join(', ')
+          : frames.length === 1
+            ? 'nothing to align it with'
+            : 'all found their place',
+      tone: num_lost > 0 ? 'lost' : num_doubtful > 0 ? 'doubtful' : 'plain',
+    },
+  ];
+  if (sharpness || is_growing) {
+    figures.push({
+      label: 'Sharpness',
+      value: sharpness ? formatLength(sharpness.mean_residual) : '…',
+      meaning: 'between walls seen twice; less is crisper',
+      tone: 'plain',
+    });
+  }
+  if (comparison) {
+    figures.push({
+      label: `Distance to ${comparison.name.slice(comparison.name.lastIndexOf('/') + 1)}`,
+      value: comparison.num_matched > 0 ? formatLength(comparison.mean) : 'no match',
+      meaning:
+        comparison.num_matched > 0
+          ? `mean; rmse ${formatLength(comparison.rmse)}, max ${formatLength(comparison.max)}`
+          : 'no pose of the reference belongs to a scan',
+      tone: comparison.num_matched > 0 ? 'plain' : 'doubtful',
+    });
+  }
+  figures.push(
+    {
+      label: 'Computing',
+      value: formatDuration(total_ms),
+      meaning: frames.length > 1 ? `${formatDuration(total_ms / frames.length)} a scan, in this tab` : 'in this tab',
+      tone: 'plain',
+    },
+    {
+      label: 'Points',
+      value: formatCount(cleaning.num_kept),
+      meaning:
+        dropped.length > 0
+          ? `left out: ${dropped.join(', ')}`
+          : `of ${plural(cleaning.num_read, 'return')}: none left out`,
+      tone: 'plain',
+    },
+  );
+  return figures;
+}

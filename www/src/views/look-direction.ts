@@ -1,0 +1,40 @@
+import type { Pose } from './map-painter.ts';
+import type { PointSet } from './point-layer.ts';
+
+const NUM_BINS = 180;
+/** A scanner that leaves this much of the circle unseen looks somewhere; one that sees more looks everywhere. */
+const SMALLEST_GAP = Math.PI / 3;
+
+/**
+ * Which way the scanner looks, as an angle in its own frame: the middle of the sector in which it has returns. Files of
+ * points do not say it, and half the world mounts scanners with x forward, the other half with y. Zero, the x axis, for
+ * one that sees all around.
+ */
+export function lookDirection({ points, offsets }: PointSet, poses: readonly Pose[]): number {
+  const is_seen = new Uint8Array(NUM_BINS);
+  const stride = Math.max(1, Math.floor(poses.length / 50));
+  for (let frame = 0; frame < poses.length; frame += stride) {
+    const pose = poses[frame] as Pose;
+    const end = 2 * (offsets[frame + 1] ?? 0);
+    for (let i = 2 * (offsets[frame] ?? 0); i < end; i += 2) {
+      const bearing = Math.atan2((points[i + 1] as number) - pose.y, (points[i] as number) - pose.x) - pose.theta;
+      const turn = bearing / (2 * Math.PI);
+      is_seen[Math.floor((turn - Math.floor(turn)) * NUM_BINS) % NUM_BINS] = 1;
+    }
+  }
+  const { start, length } = longestGap(is_seen);
+  if (length === NUM_BINS || (length / NUM_BINS) * 2 * Math.PI < SMALLEST_GAP) return 0;
+  const middle = start + length / 2 + NUM_BINS / 2;
+  return ((((middle % NUM_BINS) / NUM_BINS) * 2 * Math.PI + Math.PI) % (2 * Math.PI)) - Math.PI;
+}
+
+/** The longest run of zeros around the circle. */
+function longestGap(is_seen: Uint8Array): { start: number; length: number } {
+  let best = { start: 0, length: 0 };
+  let length = 0;
+  for (let i = 0; i < 2 * is_seen.length; i++) {
+    length = is_seen[i % is_seen.length] === 0 ? Math.min(length + 1, is_seen.length) : 0;
+    if (length > best.length) best = { start: i - length + 1, length };
+  }
+  return best;
+}

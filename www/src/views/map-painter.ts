@@ -1,0 +1,393 @@
+/** Everything on the map but the points: grid, paths, robot poses, pairs, scale bar. Plain data in, strokes out. */
+import { cssColor, type Rgb } from './palette.ts';
+import { roundLength, type Size, toScreenAngle, toScreenX, toScreenY, type Viewport } from './viewport.ts';
+
+export interface Pose {
+  x: number;
+  y: number;
+  theta: number;
+}
+
+export type Status = 'good' | 'doubtful' | 'lost';
+
+export interface MapMarks {
+  /** One pose per frame, world frame. */
+  poses: readonly Pose[];
+  statuses: readonly Status[];
+  /** Which way the scanner looks, counted from the x axis of its own frame, rad. */
+  look_direction: number;
+  /** Frames before this one are shown. */
+  until: number;
+  selected: number | null;
+  hovered: number | null;
+  /** The trajectory the result is compared with. */
+  reference: readonly { x: number; y: number }[];
+  /** x y x y quadruples, source and target, of the selected frame. */
+  pairs: Float32Array | null;
+  /** The direction the scene leaves open for the selected frame, world frame. */
+  undetermined: Pose | null;
+}
+
+export interface Layers {
+  grid: boolean;
+  path: boolean;
+  reference: boolean;
+}
+
+export interface MapTheme {
+  background: string;
+  grid: string;
+  axis: string;
+  text: string;
+  halo: string;
+  path: string;
+  reference: string;
+  selected: Rgb;
+  warning: string;
+}
+
+export const LIGHT_MAP: MapTheme = {
+  background: '#fcfdfe',
+  grid: '#e9edf2',
+  axis: '#d3dae3',
+  text: '#4a5565',
+  halo: '#ffffff',
+  path: '#1c2633',
+  reference: '#b4530a',
+  selected: [214, 20, 112],
+  warning: '#b3261e',
+};
+
+export const DARK_MAP: MapTheme = {
+  background: '#0b0f14',
+  grid: '#171e27',
+  axis: '#27313d',
+  text: '#a3afbf',
+  halo: '#0b0f14',
+  path: '#e4eaf2',
+  reference: '#ffad5c',
+  selected: [255, 92, 168],
+  warning: '#ff8a80',
+};
+
+type Context = CanvasRenderingContext2D | OffscreenCanvasRenderingContext2D;
+
+/** Side of the cells in which one arrow has room, CSS pixels. */
+const ARROW_CELL = 20;
+
+const FONT = '12px system-ui, sans-serif';
+
+/** Lines one round length apart; the axes of the first scan's frame a little stronger. */
+export function paintGrid(ctx: Context, size: Size, view: Viewport, theme: MapTheme): void {
+  const step = roundLength(view, 110);
+  // Quarter turns keep the lines upright; on the screen the origin and the pitch are all there is to know.
+  const pitch = step * view.scale;
+  const origin_x = toScreenX(view, size, 0, 0);
+  const origin_y = toScreenY(view, size, 0, 0);
+  const stroke = (color: string, is_axis: boolean): void => {
+    ctx.strokeStyle = color;
+    ctx.beginPath();
+    for (let i = Math.ceil(-origin_x / pitch); origin_x + i * pitch <= size.width; i++) {
+      if ((i === 0) !== is_axis) continue;
+      const x = Math.round(origin_x + i * pitch) + 0.5;
+      ctx.moveTo(x, 0);
+      ctx.lineTo(x, size.height);
+    }
+    for (let i = Math.ceil(-origin_y / pitch); origin_y + i * pitch <= size.height; i++) {
+      if ((i === 0) !== is_axis) continue;
+      const y = Math.round(origin_y + i * pitch) + 0.5;
+      ctx.moveTo(0, y);
+      ctx.lineTo(size.width, y);
+    }
+    ctx.stroke();
+  };
+  ctx.lineWidth = 1;
+  stroke(theme.grid, false);
+  stroke(theme.axis, true);
+}
+
+/** Which way x and y run, in the lower left corner. */
+export function paintAxes(ctx: Context, size: Size, view: Viewport, theme: MapTheme): void {
+  ctx.font = FONT;
+  ctx.textAlign = 'center';
+  ctx.textBaseline = 'middle';
+  ctx.lineCap = 'round';
+  const angles = [toScreenAngle(view, 0), toScreenAngle(view, Math.PI / 2)];
+  const reach_left = Math.max(...angles.map((angle) => -Math.cos(angle)));
+  const reach_down = Math.max(...angles.map((angle) => -Math.sin(angle)));
+  const x = 16 + 34 * Math.max(reach_left, 0);
+  const y = size.height - 16 - 34 * Math.max(reach_down, 0);
+  const arrows = (): void => {
+    ctx.beginPath();
+    for (const angle of angles) {
+      const tip_x = x + 24 * Math.cos(angle);
+      const tip_y = y - 24 * Math.sin(angle);
+      ctx.moveTo(x, y);
+      ctx.lineTo(tip_x, tip_y);
+      arrowHead(ctx, tip_x, tip_y, -angle, 5);
+    }
+    ctx.stroke();
+  };
+  ctx.strokeStyle = theme.halo;
+  ctx.lineWidth = 4;
+  arrows();
+  ctx.strokeStyle = theme.text;
+  ctx.lineWidth = 1.5;
+  arrows();
+  for (const [i, name] of ['x', 'y'].entries()) {
+    const angle = angles[i] as number;
+    haloText(ctx, name, x + 33 * Math.cos(angle), y - 33 * Math.sin(angle), theme.text, theme.halo);
+  }
+}
+
+/** The reference trajectory, dashed, with a cross at its start. */
+export function paintReference(ctx: Context, size: Size, view: Viewport, marks: MapMarks, theme: MapTheme): void {
+  if (marks.reference.length === 0) return;
+  ctx.strokeStyle = theme.reference;
+  ctx.lineWidth = 1.75;
+  ctx.lineJoin = 'round';
+  ctx.setLineDash([6, 4]);
+  polyline(ctx, size, view, marks.reference);
+  ctx.setLineDash([]);
+  if (marks.reference.length <= 200) {
+    ctx.lineWidth = 1.25;
+    ctx.beginPath();
+    for (const point of marks.reference) {
+      const x = toScreenX(view, size, point.x, point.y);
+      const y = toScreenY(view, size, point.x, point.y);
+      ctx.moveTo(x - 3, y);
+      ctx.lineTo(x + 3, y);
+      ctx.moveTo(x, y - 3);
+      ctx.lineTo(x, y + 3);
+    }
+    ctx.stroke();
+  }
+}
+
+/** The robot's path and an arrow for every pose, pointing where the robot looks. */
+export function paintTrajectory(
+  ctx: Context,
+  size: Size,
+  view: Viewport,
+  marks: MapMarks,
+  colors: readonly Rgb[],
+  theme: MapTheme,
+): void {
+  const shown = marks.poses.slice(0, marks.until);
+  ctx.lineJoin = 'round';
+  ctx.lineCap = 'round';
+  ctx.strokeStyle = theme.halo;
+  ctx.lineWidth = 4;
+  polyline(ctx, size, view, shown);
+  ctx.strokeStyle = theme.path;
+  ctx.lineWidth = 1.5;
+  polyline(ctx, size, view, shown);
+
+  const arrow = (frame: number, radius: number, fill: string, outline: string): void => {
+    const pose = shown[frame];
+    if (!pose) return;
+    const heading = toScreenAngle(view, pose.theta + marks.look_direction);
+    paintArrow(
+      ctx,
+      toScreenX(view, size, pose.x, pose.y),
+      toScreenY(view, size, pose.x, pose.y),
+      heading,
+      radius,
+      fill,
+      outline,
+    );
+  };
+  const ownColor = (frame: number): string => cssColor(colors[frame] ?? theme.selected);
+
+  // Where poses crowd, the first in each cell of the screen stands for the others; the selected and the hovered one
+  // are always there.
+  const taken = new Set<string>();
+  shown.forEach((pose, frame) => {
+    if (frame === marks.selected || frame === marks.hovered) return;
+    const column = Math.floor(toScreenX(view, size, pose.x, pose.y) / ARROW_CELL);
+    const row = Math.floor(toScreenY(view, size, pose.x, pose.y) / ARROW_CELL);
+    const cell = `${column} ${row}`;
+    if (taken.has(cell)) return;
+    taken.add(cell);
+    arrow(frame, 8, ownColor(frame), marks.statuses[frame] === 'lost' ? theme.warning : theme.halo);
+  });
+  if (marks.hovered !== null && marks.hovered !== marks.selected)
+    arrow(marks.hovered, 11, ownColor(marks.hovered), theme.path);
+  if (marks.selected !== null) arrow(marks.selected, 12, cssColor(theme.selected), theme.halo);
+}
+
+/** Thin lines from each point of the selected scan to the point it was matched with. */
+export function paintPairs(ctx: Context, size: Size, view: Viewport, pairs: Float32Array, theme: MapTheme): void {
+  const at = (i: number, axis: typeof toScreenX): number =>
+    axis(view, size, pairs[i] as number, pairs[i + 1] as number);
+  ctx.strokeStyle = cssColor(theme.selected, 0.75);
+  ctx.lineWidth = 1;
+  ctx.beginPath();
+  for (let i = 0; i + 3 < pairs.length; i += 4) {
+    ctx.moveTo(at(i, toScreenX), at(i, toScreenY));
+    ctx.lineTo(at(i + 2, toScreenX), at(i + 2, toScreenY));
+  }
+  ctx.stroke();
+  ctx.fillStyle = theme.path;
+  for (let i = 0; i + 3 < pairs.length; i += 4) {
+    ctx.fillRect(at(i + 2, toScreenX) - 1, at(i + 2, toScreenY) - 1, 2, 2);
+  }
+}
+
+/** A double arrow along the direction the scene leaves open; an arc with two heads when that is the turning. */
+export function paintUndetermined(
+  ctx: Context,
+  size: Size,
+  view: Viewport,
+  pose: Pose,
+  direction: Pose,
+  theme: MapTheme,
+): void {
+  const x = toScreenX(view, size, pose.x, pose.y);
+  const y = toScreenY(view, size, pose.x, pose.y);
+  const along = Math.hypot(direction.x, direction.y);
+  const strokes = (): void => {
+    if (along >= Math.abs(direction.theta)) {
+      const angle = toScreenAngle(view, Math.atan2(direction.y, direction.x));
+      const dx = 46 * Math.cos(angle);
+      const dy = -46 * Math.sin(angle);
+      ctx.beginPath();
+      ctx.moveTo(x - dx, y - dy);
+      ctx.lineTo(x + dx, y + dy);
+      arrowHead(ctx, x + dx, y + dy, Math.atan2(dy, dx));
+      arrowHead(ctx, x - dx, y - dy, Math.atan2(-dy, -dx));
+      ctx.stroke();
+      return;
+    }
+    const middle = -toScreenAngle(view, pose.theta);
+    ctx.beginPath();
+    ctx.arc(x, y, 34, middle - 1.1, middle + 1.1);
+    for (const side of [-1, 1]) {
+      const end = middle + 1.1 * side;
+      arrowHead(ctx, x + 34 * Math.cos(end), y + 34 * Math.sin(end), end + (Math.PI / 2) * side);
+    }
+    ctx.stroke();
+  };
+  ctx.lineCap = 'round';
+  ctx.strokeStyle = theme.halo;
+  ctx.lineWidth = 6;
+  strokes();
+  ctx.strokeStyle = theme.warning;
+  ctx.lineWidth = 2.5;
+  strokes();
+}
+
+/** A round length and its name, in the lower right corner. */
+export function paintScaleBar(ctx: Context, size: Size, view: Viewport, theme: MapTheme): void {
+  const length = roundLength(view, Math.min(160, size.width * 0.35));
+  const pixels = length * view.scale;
+  const right = size.width - 16;
+  const bottom = size.height - 14;
+  ctx.lineCap = 'butt';
+  const bar = (): void => {
+    ctx.beginPath();
+    ctx.moveTo(right - pixels, bottom - 6);
+    ctx.lineTo(right - pixels, bottom);
+    ctx.lineTo(right, bottom);
+    ctx.lineTo(right, bottom - 6);
+    ctx.stroke();
+  };
+  ctx.strokeStyle = theme.halo;
+  ctx.lineWidth = 4;
+  bar();
+  ctx.strokeStyle = theme.text;
+  ctx.lineWidth = 1.5;
+  bar();
+  ctx.font = FONT;
+  ctx.textAlign = 'center';
+  ctx.textBaseline = 'bottom';
+  haloText(ctx, lengthName(length), right - pixels / 2, bottom - 5, theme.text, theme.halo);
+}
+
+/** The nearest shown pose within `reach` CSS pixels of a place on the screen; else null. */
+export function poseAt(
+  marks: MapMarks,
+  size: Size,
+  view: Viewport,
+  screen_x: number,
+  screen_y: number,
+  reach: number,
+): number | null {
+  let nearest: number | null = null;
+  let best = reach;
+  marks.poses.slice(0, marks.until).forEach((pose, frame) => {
+    const distance = Math.hypot(
+      toScreenX(view, size, pose.x, pose.y) - screen_x,
+      toScreenY(view, size, pose.x, pose.y) - screen_y,
+    );
+    if (distance <= best) {
+      best = distance;
+      nearest = frame;
+    }
+  });
+  return nearest;
+}
+
+function lengthName(metres: number): string {
+  if (metres < 0.0099) return `${Math.round(metres * 10_000) / 10} mm`;
+  if (metres < 0.99) return `${Math.round(metres * 1000) / 10} cm`;
+  if (metres < 999) return `${metres} m`;
+  return `${metres / 1000} km`;
+}
+
+function polyline(ctx: Context, size: Size, view: Viewport, points: readonly { x: number; y: number }[]): void {
+  ctx.beginPath();
+  points.forEach((point, i) => {
+    const x = toScreenX(view, size, point.x, point.y);
+    const y = toScreenY(view, size, point.x, point.y);
+    if (i === 0) ctx.moveTo(x, y);
+    else ctx.lineTo(x, y);
+  });
+  ctx.stroke();
+}
+
+/** A kite whose tip points along `angle`, counter-clockwise on the screen. */
+function paintArrow(
+  ctx: Context,
+  x: number,
+  y: number,
+  angle: number,
+  radius: number,
+  fill: string,
+  outline: string,
+): void {
+  const cos = Math.cos(angle);
+  const sin = Math.sin(angle);
+  const corner = (forward: number, left: number): [number, number] => [
+    x + radius * (forward * cos - left * sin),
+    y - radius * (forward * sin + left * cos),
+  ];
+  ctx.beginPath();
+  ctx.moveTo(...corner(1, 0));
+  ctx.lineTo(...corner(-0.75, 0.68));
+  ctx.lineTo(...corner(-0.35, 0));
+  ctx.lineTo(...corner(-0.75, -0.68));
+  ctx.closePath();
+  ctx.lineJoin = 'round';
+  ctx.strokeStyle = outline;
+  ctx.lineWidth = 2.5;
+  ctx.stroke();
+  ctx.fillStyle = fill;
+  ctx.fill();
+}
+
+function arrowHead(ctx: Context, x: number, y: number, angle: number, length = 9): void {
+  for (const side of [-1, 1]) {
+    ctx.moveTo(x, y);
+    ctx.lineTo(x - length * Math.cos(angle + 0.5 * side), y - length * Math.sin(angle + 0.5 * side));
+  }
+}
+
+function haloText(ctx: Context, text: string, x: number, y: number, color: string, halo: string): void {
+  ctx.strokeStyle = halo;
+  ctx.lineWidth = 4;
+  ctx.lineJoin = 'round';
+  ctx.strokeText(text, x, y);
+  ctx.fillStyle = color;
+  ctx.fillText(text, x, y);
+}

@@ -1,0 +1,85 @@
+/** Between the settings as the engine has them (metres, radians) and as a form shows them (metres, degrees). */
+import { DEGREES } from './format.ts';
+
+export interface Field {
+  group: string;
+  unit: 'm' | 'rad' | '';
+  kind:
+    | { type: 'number'; min: number; max: number; step: number }
+    | { type: 'integer'; min: number; max: number }
+    | { type: 'choice' };
+}
+
+/** The groups in the order in which they first appear. */
+export function settingGroups<F extends Field>(descriptions: readonly F[]): { group: string; descriptions: F[] }[] {
+  const groups = new Map<string, F[]>();
+  for (const description of descriptions) {
+    groups.set(description.group, [...(groups.get(description.group) ?? []), description]);
+  }
+  return Array.from(groups, ([group, members]) => ({ group, descriptions: members }));
+}
+
+export function unitSign({ unit }: Field): string {
+  return unit === 'rad' ? '°' : unit;
+}
+
+/** A value as the form shows it: as many digits as tell it apart, never 0.30000000000000004. */
+export function toScreen(field: Field, value: number): string {
+  return String(Number((field.unit === 'rad' ? value * DEGREES : value).toPrecision(6)));
+}
+
+/** What was typed, as the engine takes it, within the setting's range; null when it is no number. */
+export function fromScreen(field: Field, text: string): number | null {
+  if (field.kind.type === 'choice' || text.trim() === '') return null;
+  const typed = Number(text);
+  if (!Number.isFinite(typed)) return null;
+  const value = field.unit === 'rad' ? typed / DEGREES : typed;
+  const whole = field.kind.type === 'integer' ? Math.round(value) : value;
+  return Math.min(Math.max(whole, field.kind.min), field.kind.max);
+}
+
+/** The step of the arrow keys on the screen; any value in between may be typed as well. */
+export function screenStep(field: Field): string {
+  return field.kind.type === 'number' ? toScreen(field, field.kind.step) : '1';
+}
+
+/** "0.01 to 5 m". */
+export function rangeWords(field: Field): string {
+  if (field.kind.type === 'choice') return '';
+  return `${toScreen(field, field.kind.min)} to ${toScreen(field, field.kind.max)} ${unitSign(field)}`.trimEnd();
+}
+
+export function sameSettings<S extends object>(a: S, b: S): boolean {
+  return (Object.keys(a) as (keyof S)[]).every((name) => a[name] === b[name]);
+}
+
+/**
+ * Settings written as `name=value&name=value`, as in an address. What is not named stays as in `base`; an unknown
+ * name, a choice that does not exist and a number that is none are passed over; a number out of range goes to its end.
+ */
+export function parseSettings<S extends object>(
+  text: string,
+  base: S,
+  descriptions: readonly (Field & { name: keyof S; kind: { choices?: { value: string }[] } })[],
+): S {
+  const given = new URLSearchParams(text);
+  const settings = { ...base };
+  for (const description of descriptions) {
+    const { name, kind } = description;
+    const value = given.get(String(name));
+    if (value === null) continue;
+    if (kind.type === 'choice') {
+      if (kind.choices?.some((choice) => choice.value === value)) settings[name] = value as S[keyof S];
+    } else {
+      const number = fromScreen({ ...description, unit: '' }, value);
+      if (number !== null) settings[name] = number as S[keyof S];
+    }
+  }
+  return settings;
+}
+
+/** The settings that differ from `base`, written as `parseSettings` reads them: in SI units, as the engine has them. */
+export function writeSettings<S extends object>(settings: S, base: S): string {
+  const changed = (Object.keys(settings) as (keyof S)[]).filter((name) => settings[name] !== base[name]);
+  return new URLSearchParams(changed.map((name) => [String(name), String(settings[name])])).toString();
+}

@@ -1,0 +1,150 @@
+/** By how many quarter turns, counter-clockwise, the world is turned on the screen. */
+export type Turns = 0 | 1 | 2 | 3;
+
+/** Which part of the world the canvas shows. World: metres, y up. Screen: CSS pixels, y down. */
+export interface Viewport {
+  /** The world point in the middle of the canvas, m. */
+  center_x: number;
+  center_y: number;
+  /** CSS pixels per metre. */
+  scale: number;
+  turns: Turns;
+}
+
+export interface Size {
+  width: number;
+  height: number;
+}
+
+export interface Bounds {
+  min_x: number;
+  min_y: number;
+  max_x: number;
+  max_y: number;
+}
+
+const MIN_SCALE = 0.02; // 1 km in 20 pixels
+const MAX_SCALE = 200_000; // a fifth of a metre in 40,000 pixels: far below the noise of any scanner
+
+const COS = [1, 0, -1, 0] as const;
+const SIN = [0, 1, 0, -1] as const;
+
+export function toScreenX(view: Viewport, size: Size, x: number, y: number): number {
+  const { center_x, center_y, scale, turns } = view;
+  return size.width / 2 + ((x - center_x) * COS[turns] - (y - center_y) * SIN[turns]) * scale;
+}
+
+export function toScreenY(view: Viewport, size: Size, x: number, y: number): number {
+  const { center_x, center_y, scale, turns } = view;
+  return size.height / 2 - ((x - center_x) * SIN[turns] + (y - center_y) * COS[turns]) * scale;
+}
+
+/** A direction in the world, rad, as it appears on the screen, still counter-clockwise. */
+export function toScreenAngle(view: Viewport, angle: number): number {
+  return angle + (view.turns * Math.PI) / 2;
+}
+
+export function toWorld(view: Viewport, size: Size, screen_x: number, screen_y: number): { x: number; y: number } {
+  const offset = unturned(view, screen_x - size.width / 2, size.height / 2 - screen_y);
+  return { x: view.center_x + offset.x, y: view.center_y + offset.y };
+}
+
+/** Moved by `dx` to the right and `dy` down, CSS pixels. */
+export function panned(view: Viewport, dx: number, dy: number): Viewport {
+  const offset = unturned(view, dx, -dy);
+  return { ...view, center_x: view.center_x - offset.x, center_y: view.center_y - offset.y };
+}
+
+/** A vector of CSS pixels, right and up, as a vector in the world, m. */
+function unturned({ scale, turns }: Viewport, right: number, up: number): { x: number; y: number } {
+  return { x: (right * COS[turns] + up * SIN[turns]) / scale, y: (up * COS[turns] - right * SIN[turns]) / scale };
+}
+
+/** Zoomed by `factor` so that the world point under the screen point stays where it is. */
+export function zoomedAt(view: Viewport, size: Size, screen_x: number, screen_y: number, factor: number): Viewport {
+  const scale = Math.min(Math.max(view.scale * factor, MIN_SCALE), MAX_SCALE);
+  const fixed = toWorld(view, size, screen_x, screen_y);
+  const zoomed = { ...view, scale };
+  const now_there = toWorld(zoomed, size, screen_x, screen_y);
+  return {
+    ...zoomed,
+    center_x: view.center_x + fixed.x - now_there.x,
+    center_y: view.center_y + fixed.y - now_there.y,
+  };
+}
+
+export interface Margin {
+  top: number;
+  right: number;
+  bottom: number;
+  left: number;
+}
+
+/** The viewport that shows all of `bounds` with a margin on each side, in CSS pixels. */
+export function fitted(bounds: Bounds, size: Size, margin: Margin, turns: Turns): Viewport {
+  const { width, height } = extent(bounds, turns);
+  const scale = Math.min(
+    Math.max(size.width - margin.left - margin.right, 40) / width,
+    Math.max(size.height - margin.top - margin.bottom, 40) / height,
+  );
+  const middle: Viewport = {
+    center_x: (bounds.min_x + bounds.max_x) / 2,
+    center_y: (bounds.min_y + bounds.max_y) / 2,
+    scale,
+    turns,
+  };
+  return panned(middle, (margin.left - margin.right) / 2, (margin.top - margin.bottom) / 2);
+}
+
+/**
+ * How the map is best laid: turned by a quarter when that shows it at least half as large again, so that a corridor
+ * that runs upwards fills a wide screen.
+ */
+export function bestTurns(bounds: Bounds, size: Size): Turns {
+  const upright = extent(bounds, 0);
+  const lying = extent(bounds, 1);
+  const scale = ({ width, height }: Size): number => Math.min(size.width / width, size.height / height);
+  return scale(lying) > 1.5 * scale(upright) ? 3 : 0;
+}
+
+function extent(bounds: Bounds, turns: Turns): Size {
+  const along_x = Math.max(bounds.max_x - bounds.min_x, 0.5);
+  const along_y = Math.max(bounds.max_y - bounds.min_y, 0.5);
+  return turns % 2 === 0 ? { width: along_x, height: along_y } : { width: along_y, height: along_x };
+}
+
+/** A round length (1, 2 or 5 times a power of ten, m) close to, and at most, `max_pixels` on the screen. */
+export function roundLength(view: Viewport, max_pixels: number): number {
+  const longest = max_pixels / view.scale;
+  const power = 10 ** Math.floor(Math.log10(longest));
+  const factor = longest / power;
+  return (factor >= 5 ? 5 : factor >= 2 ? 2 : 1) * power;
+}
+
+/**
+ * Where the map is: the box of the trajectory and of the points between the 0.5 and 99.5 percentile on each axis, so
+ * that one stray return does not shrink the room to a dot. Null when there is nothing.
+ */
+export function mapBounds(points: Float32Array, trajectory: readonly { x: number; y: number }[]): Bounds | null {
+  const xs: number[] = [];
+  const ys: number[] = [];
+  const num_points = points.length / 2;
+  const stride = Math.max(1, Math.floor(num_points / 20_000));
+  for (let i = 0; i < num_points; i += stride) {
+    xs.push(points[2 * i] ?? 0);
+    ys.push(points[2 * i + 1] ?? 0);
+  }
+  if (xs.length === 0 && trajectory.length === 0) return null;
+  xs.sort((a, b) => a - b);
+  ys.sort((a, b) => a - b);
+  const inner = (sorted: number[]): number[] => (sorted.length === 0 ? [] : [at(sorted, 0.005), at(sorted, 0.995)]);
+  const all_x = [...inner(xs), ...trajectory.map(({ x }) => x)];
+  const all_y = [...inner(ys), ...trajectory.map(({ y }) => y)];
+  const min = (values: number[]): number => values.reduce((a, b) => Math.min(a, b), Number.POSITIVE_INFINITY);
+  const max = (values: number[]): number => values.reduce((a, b) => Math.max(a, b), Number.NEGATIVE_INFINITY);
+  return { min_x: min(all_x), max_x: max(all_x), min_y: min(all_y), max_y: max(all_y) };
+}
+
+function at(sorted: number[], quantile: number): number {
+  return sorted[Math.round(quantile * (sorted.length - 1))] ?? 0;
+}

@@ -1,0 +1,25 @@
+/// <reference types="node" />
+import { defineConfig } from 'vite';
+
+/** The file a course page loads: `<script type="module" src=".../scanstitch-app.js">`. Its name carries no hash. */
+const ELEMENT = 'scanstitch-app';
+
+export default defineConfig({
+  root: import.meta.dirname,
+  base: './', // every address relative: the build works under any path of any static host
+  publicDir: false,
+  server: { fs: { allow: ['..'] } }, // pkg/ lies beside www/
+  worker: { format: 'es' },
+  build: {
+    target: 'es2023',
+    outDir: 'dist',
+    emptyOutDir: true,
+    assetsInlineLimit: 0, // scans stay files: they are fetched only when the sample is shown
+    rolldownOptions: {
+      input: { index: 'index.html', [ELEMENT]: `src/${ELEMENT}.ts` },
+      output: {
+        entryFileNames: ({ name }) => (name === ELEMENT ? '[name].js' : 'assets/[name]-[hash].js'),
+      },
+    },
+  },
+});
