@@ -39,7 +39,7 @@ export default defineConfig({
     },
   },
   webServer: {
-    command: `npx vite preview www --port ${PORT} --strictPort`,
+    command: `node tests/e2e/static_server.mjs www/dist ${PORT}`,
     port: PORT,
     reuseExistingServer: false,
   },

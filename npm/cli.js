@@ -24,7 +24,7 @@ const EXIT_CODES = `Exit codes:
      placed. The lines on stderr name it.
 `;
 
-/** @param {import('./index.js')} engine */
+/** @param {typeof import('./index.js')} engine */
 function fullHelp(engine) {
   const list = COMMANDS.map(({ name, about }) => `  ${name.padEnd(14)} ${about}\n`).join('');
   const each = COMMANDS.map((command) => `\n${command.help(engine)}`).join('');
@@ -76,7 +76,10 @@ process.stdout.on('error', (error) => {
 try {
   process.exitCode = await main(process.argv.slice(2));
 } catch (error) {
-  if (!(error instanceof CommandError)) throw error;
-  process.stderr.write(`scanstitch: ${error.message}\n`);
+  const told =
+    error instanceof CommandError
+      ? error.message
+      : `This is a defect of Scanstitch, not of your files. Please report it with these lines.\n${/** @type {Error} */ (error).stack}`;
+  process.stderr.write(`scanstitch: ${told}\n`);
   process.exitCode = EXIT.nothing;
 }

@@ -11,7 +11,7 @@ import { readSettings, settingsHelp } from './settings.js';
 const OPTIONS = /** @type {const} */ ({
   reference: { type: 'string' },
   preset: { type: 'string' },
-  set: { type: 'string', multiple: true, default: [] },
+  set: { type: 'string', multiple: true },
   out: { type: 'string', default: 'scanstitch-out' },
 });
 
@@ -60,7 +60,7 @@ function run(engine, args) {
     complaints += 1;
   };
 
-  const reconstruction = create(engine, readSettings(engine, values.preset, values.set));
+  const reconstruction = create(engine, readSettings(engine, values.preset, values.set ?? []));
   const usable = listScans(positionals, complain).filter((input) => {
     const bytes = readInput(input, complain);
     return bytes !== null && accepted(() => reconstruction.add_scan(input.name, bytes), complain);
@@ -79,7 +79,11 @@ function run(engine, args) {
     'map.ply': reconstruction.map_ply(),
     'report.json': reconstruction.report_json(),
   });
-  for (const { name, status, reason } of result.frames) {
+  for (const { name, status, reason, cleaning } of result.frames) {
+    if (cleaning.non_finite > 0) {
+      const some = `${cleaning.non_finite} of its ${cleaning.num_read} points`;
+      process.stderr.write(`note: ${name}: ${some} have coordinates that are not finite and were dropped.\n`);
+    }
     if (status === 'lost') complain(`${name}: This scan could not be placed: ${reason}.`);
     if (status === 'doubtful') process.stderr.write(`note: ${name} is doubtful: ${reason}.\n`);
   }
@@ -172,6 +176,7 @@ function frameTable({ frames }, milliseconds) {
  */
 function headline({ frames, sharpness, comparison }, total) {
   const lines = [`${frames.length} ${frames.length === 1 ? 'scan' : 'scans'} in ${total.toFixed(0)} ms`];
+  lines.push(cleaningLine(frames));
   if (sharpness) {
     lines.push(`Sharpness ${millimetres(sharpness.mean_residual)} mm, mean over ${sharpness.num_pairs} pairs`);
   }
@@ -181,6 +186,20 @@ function headline({ frames, sharpness, comparison }, total) {
     lines.push(`Distance to ${name}: ${figures} over ${num_matched} of ${frames.length} scans`);
   }
   return lines.map((line) => `${line}\n`).join('');
+}
+
+/** What cleaning dropped from all scans. @param {ReconstructionResult['frames']} frames */
+function cleaningLine(frames) {
+  const sum = (/** @type {keyof import('../index.js').CleaningReport} */ field) =>
+    frames.reduce((total, { cleaning }) => total + cleaning[field], 0);
+  const reasons = /** @type {const} */ ([
+    ['not finite', 'non_finite'],
+    ['too near', 'too_near'],
+    ['at the range limit', 'at_range_limit'],
+    ['duplicate', 'duplicates'],
+  ]).flatMap(([words, field]) => (sum(field) > 0 ? [`${sum(field)} ${words}`] : []));
+  const dropped = reasons.length > 0 ? `; dropped: ${reasons.join(', ')}` : '';
+  return `${sum('num_kept')} of ${sum('num_read')} points used${dropped}`;
 }
 
 /** @param {number} metres */

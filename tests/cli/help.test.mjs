@@ -1,0 +1,51 @@
+// @ts-check
+/** Help says everything there is. */
+import assert from 'node:assert/strict';
+import { spawnSync } from 'node:child_process';
+import { readFileSync } from 'node:fs';
+import { join } from 'node:path';
+import { before, test } from 'node:test';
+import * as engine from '../../npm/index.js';
+import { ROOT, scanstitch } from './support.mjs';
+
+before(() => engine.load());
+
+test('--help names every command, option, exit code, setting and preset', () => {
+  const { status, stdout, stderr } = scanstitch(['--help']);
+  assert.equal(status, 0);
+  assert.equal(stderr, '');
+  const words = ['reconstruct', 'settings', '--reference', '--preset', '--set', '--out', '--version', 'Exit codes'];
+  const settings = engine.describe_settings();
+  assert.ok(settings.length >= 15);
+  for (const word of [...words, ...engine.presets().map(({ name }) => name)]) assert.ok(stdout.includes(word), word);
+  for (const { name, kind } of settings) {
+    assert.match(stdout, new RegExp(`^ +${name}=\\S+`, 'm'), `${name} with its default`);
+    if (kind.type === 'choice') for (const { value } of kind.choices) assert.ok(stdout.includes(value), value);
+  }
+  const long = stdout.split('\n').filter((line) => line.length > 120);
+  assert.deepEqual(long, [], 'lines fit a terminal');
+});
+
+test('each command has its own help, and settings lists the settings', () => {
+  const help = scanstitch(['reconstruct', '--help']);
+  assert.equal(help.status, 0);
+  assert.match(help.stdout, /^scanstitch reconstruct FILES-OR-FOLDER/);
+  const list = scanstitch(['settings']);
+  assert.equal(list.status, 0);
+  assert.ok(help.stdout.endsWith(list.stdout));
+});
+
+test('--version is the version of the package', () => {
+  const { version } = JSON.parse(readFileSync(join(ROOT, 'package.json'), 'utf8'));
+  assert.deepEqual(scanstitch(['--version']), { status: 0, stdout: `${version}\n`, stderr: '' });
+});
+
+test('a reader that closes the pipe early is no failure', () => {
+  const command = `"${process.execPath}" npm/cli.js --help | head -n 1`;
+  const { status, stdout, stderr } = spawnSync('bash', ['-o', 'pipefail', '-c', command], {
+    cwd: ROOT,
+    encoding: 'utf8',
+  });
+  assert.deepEqual({ status, stderr }, { status: 0, stderr: '' });
+  assert.match(stdout, /trajectory/);
+});

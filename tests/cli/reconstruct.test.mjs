@@ -1,0 +1,169 @@
+// @ts-check
+/** `scanstitch reconstruct` on scans of a made-up room, of the samples and of a real corridor. */
+import assert from 'node:assert/strict';
+import { existsSync, readFileSync } from 'node:fs';
+import { join } from 'node:path';
+import { test } from 'node:test';
+import {
+  plyFiles,
+  ROOM_FILES,
+  ROOM_POSES,
+  readReport,
+  SAMPLES,
+  scanstitch,
+  skipWithoutZju10,
+  temporaryFolder,
+  writeFiles,
+  zju10,
+} from './support.mjs';
+
+const OUTPUTS = ['trajectory.tum', 'map.ply', 'report.json'];
+
+/** Positions that MATLAB's pcregistericp gives for zju10 (m), as published. */
+const MATLAB_POSITIONS = `0 0 0
+0.0459 1.1082 0
+0.1924 2.2068 0
+0.3375 3.3133 0
+0.3970 4.0100 0
+0.3145 5.0264 0
+0.2742 5.9423 0
+0.1316 6.8498 0
+0.1663 8.1005 0
+0.1687 9.0731 0
+`;
+
+test('a room: every output is written, well formed, and right', (t) => {
+  const folder = temporaryFolder(t);
+  writeFiles(folder, ROOM_FILES);
+  const out = join(folder, 'made', 'by it');
+  const { status, stdout, stderr } = scanstitch(['reconstruct', folder, '--out', out]);
+  assert.equal(stderr, '');
+  assert.equal(status, 0);
+
+  const report = readReport(out);
+  assert.deepEqual(
+    report.frames.map((/** @type {{ name: string }} */ { name }) => name),
+    ['0.ply', '1.ply', '2.ply'],
+  );
+  const lines = readFileSync(join(out, 'trajectory.tum'), 'utf8').trim().split('\n');
+  assert.equal(lines.length, 3);
+  ROOM_POSES.forEach(([x, y, theta], index) => {
+    const { T_world_sensor, status } = report.frames[index];
+    assert.equal(status, 'good');
+    const error = Math.hypot(T_world_sensor.x - x, T_world_sensor.y - y);
+    assert.ok(error < 0.005, `scan ${index} is ${error} m off`);
+    assert.ok(Math.abs(T_world_sensor.theta - theta) < 0.003, `scan ${index}: heading ${T_world_sensor.theta}`);
+    const numbers = (lines[index] ?? '').split(' ').map(Number);
+    assert.equal(numbers.length, 8);
+    const [stamp, tumX, tumY, , , , qz = 0, qw = 0] = numbers;
+    assert.deepEqual([stamp, tumX, tumY], [index, T_world_sensor.x, T_world_sensor.y]);
+    assert.ok(Math.abs(2 * Math.atan2(qz, qw) - T_world_sensor.theta) < 1e-9);
+  });
+
+  const map = readFileSync(join(out, 'map.ply'));
+  const header = map.subarray(0, map.indexOf('end_header\n') + 'end_header\n'.length).toString();
+  const kept = report.frames
+    .map((/** @type {import('../../npm/index.js').FrameResult} */ { cleaning }) => cleaning.num_kept)
+    .reduce((/** @type {number} */ sum, /** @type {number} */ count) => sum + count);
+  assert.match(header, new RegExp(`^element vertex ${kept}$`, 'm'));
+  assert.ok(map.length > header.length + 8 * kept, 'the map holds its points');
+
+  assert.match(stdout, /^scan +x \(m\) +y \(m\) +heading \(deg\) +inliers +rmse \(mm\) +iterations +ms +status$/m);
+  assert.match(stdout, /^1\.ply +0\.\d{3} +0\.\d{3} +2\.\d\d +\d+ +\d+\.\d +\d+ +\d+\.\d +good$/m);
+  assert.match(stdout, /^Sharpness \d+\.\d mm/m);
+  assert.doesNotMatch(stdout, /Distance to/);
+});
+
+test('the same files give the same bytes', (t) => {
+  const folder = temporaryFolder(t);
+  writeFiles(folder, ROOM_FILES);
+  const [first = [], second = []] = ['a', 'b'].map((name) => {
+    assert.equal(scanstitch(['reconstruct', folder, '--out', join(folder, name)]).status, 0);
+    return OUTPUTS.map((output) => readFileSync(join(folder, name, output)));
+  });
+  for (const [index, output] of OUTPUTS.entries()) assert.deepEqual(first[index], second[index], output);
+});
+
+test('scans are taken in natural order, however they are given', (t) => {
+  const folder = temporaryFolder(t);
+  const [first = '', second = '', third = ''] = Object.values(ROOM_FILES);
+  const paths = writeFiles(folder, { '10.ply': third, '9.ply': second, '1.ply': first });
+  const out = join(folder, 'out');
+  assert.equal(scanstitch(['reconstruct', ...paths, '--out', out]).status, 0);
+  const names = readReport(out).frames.map((/** @type {{ name: string }} */ { name }) => name);
+  assert.deepEqual(names, ['1.ply', '9.ply', '10.ply']);
+});
+
+test('files of one name in two folders keep their folder in the results', (t) => {
+  const [a, b] = [temporaryFolder(t), temporaryFolder(t)];
+  writeFiles(a, { '0.ply': ROOM_FILES['0.ply'] ?? '' });
+  writeFiles(b, { '0.ply': ROOM_FILES['1.ply'] ?? '' });
+  const out = join(a, 'out');
+  assert.equal(scanstitch(['reconstruct', a, b, '--out', out]).status, 0);
+  const names = readReport(out).frames.map((/** @type {{ name: string }} */ { name }) => name);
+  assert.deepEqual(names.toSorted(), [join(a, '0.ply'), join(b, '0.ply')].toSorted());
+});
+
+test('a reference is compared with and used for nothing else', (t) => {
+  const folder = temporaryFolder(t);
+  writeFiles(folder, ROOM_FILES);
+  const shifted = ROOM_POSES.map(([x, y], index) => `${index === 2 ? x + 0.3 : x} ${y} 0\n`).join('');
+  writeFiles(folder, { 'truth.xyz': shifted });
+  const [alone, compared] = [join(folder, 'alone'), join(folder, 'compared')];
+  scanstitch(['reconstruct', folder, '--out', alone]);
+  const args = ['reconstruct', folder, '--reference', join(folder, 'truth.xyz'), '--out', compared];
+  const { status, stdout } = scanstitch(args);
+  assert.equal(status, 0);
+  assert.match(
+    stdout,
+    /^Distance to truth\.xyz: mean 10\d\.\d mm, rmse 17\d\.\d mm, max (29|30)\d\.\d mm over 3 of 3 scans$/m,
+  );
+  assert.deepEqual(readReport(compared).frames, readReport(alone).frames);
+  const { comparison } = readReport(compared);
+  assert.ok(Math.abs(comparison.max - 0.3) < 0.01);
+});
+
+test('settings and presets reach the engine', (t) => {
+  const folder = temporaryFolder(t);
+  writeFiles(folder, ROOM_FILES);
+  const out = join(folder, 'out');
+  const set = ['--set', 'max_normal_angle=30deg', '--set', 'max_iterations=7', '--set', 'metric=point_to_line'];
+  assert.equal(scanstitch(['reconstruct', folder, '--out', out, '--preset', 'homework', ...set]).status, 0);
+  const { settings } = readReport(out);
+  assert.equal(settings.strategy, 'scan_to_scan', 'from the preset');
+  assert.equal(settings.metric, 'point_to_line', 'set over the preset');
+  assert.equal(settings.max_iterations, 7);
+  assert.ok(Math.abs(settings.max_normal_angle - Math.PI / 6) < 1e-12);
+});
+
+test('the samples: within 15 mm of the truth, no heading off by more than 0.2 deg', (t) => {
+  assert.ok(existsSync(SAMPLES), 'www/samples holds the generated scans');
+  const truth = join(SAMPLES, 'trajectory.tum');
+  const out = temporaryFolder(t);
+  const { status, stderr } = scanstitch(['reconstruct', SAMPLES, '--reference', truth, '--out', out]);
+  assert.equal(status, 0, stderr);
+  const { frames, comparison } = readReport(out);
+  assert.equal(frames.length, plyFiles(SAMPLES).length);
+  assert.ok(comparison.mean <= 0.015, `mean distance to the truth ${comparison.mean} m`);
+  const headings = readFileSync(truth, 'utf8')
+    .split('\n')
+    .filter((line) => line && !line.startsWith('#'))
+    .map((line) => line.split(/\s+/).map(Number))
+    .map(([, , , , , , qz = 0, qw = 1]) => 2 * Math.atan2(qz, qw));
+  frames.forEach((/** @type {{ T_world_sensor: { theta: number } }} */ { T_world_sensor }, /** @type {number} */ i) => {
+    const error = Math.abs(T_world_sensor.theta - ((headings[i] ?? Number.NaN) - (headings[0] ?? Number.NaN)));
+    assert.ok((error * 180) / Math.PI <= 0.2, `scan ${i}: heading off by ${error} rad`);
+  });
+});
+
+test('ten recorded scans: sharper than MATLAB, and near it', { skip: skipWithoutZju10 }, (t) => {
+  const folder = temporaryFolder(t);
+  const [reference = ''] = writeFiles(folder, { 'matlab.xyz': MATLAB_POSITIONS });
+  const args = ['reconstruct', zju10 ?? '', '--reference', reference, '--out', folder];
+  const { status, stderr } = scanstitch(args);
+  assert.equal(status, 0, stderr);
+  const { sharpness, comparison } = readReport(folder);
+  assert.ok(sharpness.mean_residual <= 0.017, `sharpness ${sharpness.mean_residual} m`);
+  assert.ok(comparison.mean <= 0.121, `mean distance to MATLAB's positions ${comparison.mean} m`);
+  assert.ok(comparison.max <= 0.3, `largest distance to MATLAB's positions ${comparison.max} m`);
+});

@@ -1,0 +1,129 @@
+// @ts-check
+/** What the tests of the command line share: running it, folders that vanish, and a room to scan. */
+import { spawnSync } from 'node:child_process';
+import { existsSync, mkdtempSync, readdirSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
+import { tmpdir } from 'node:os';
+import { join } from 'node:path';
+import { fileURLToPath } from 'node:url';
+import { compareNaturally } from '../../npm/natural_order.js';
+
+export const ROOT = fileURLToPath(new URL('../..', import.meta.url));
+export const SAMPLES = join(ROOT, 'www', 'samples');
+const ZJU10 = join(ROOT, '..', 'shared', 'data', 'laser', 'zju10');
+
+/** The recorded scans, or false with the reason for `skip`. */
+export const zju10 = existsSync(ZJU10) ? ZJU10 : undefined;
+export const skipWithoutZju10 = zju10 ? false : '../shared/data is absent';
+
+/**
+ * Runs `scanstitch` with these arguments.
+ * @param {string[]} args
+ * @param {string} [cwd]
+ */
+export function scanstitch(args, cwd = ROOT) {
+  const { status, stdout, stderr } = spawnSync(process.execPath, [join(ROOT, 'npm', 'cli.js'), ...args], {
+    cwd,
+    encoding: 'utf8',
+  });
+  return { status, stdout, stderr };
+}
+
+/**
+ * A folder that is gone when the test is.
+ * @param {import('node:test').TestContext} t
+ */
+export function temporaryFolder(t) {
+  const folder = mkdtempSync(join(tmpdir(), 'scanstitch-test-'));
+  t.after(() => rmSync(folder, { recursive: true, force: true }));
+  return folder;
+}
+
+/**
+ * Writes files into a folder and returns their paths.
+ * @param {string} folder
+ * @param {Record<string, string | Uint8Array>} files
+ */
+export function writeFiles(folder, files) {
+  return Object.entries(files).map(([name, contents]) => {
+    const path = join(folder, name);
+    writeFileSync(path, contents);
+    return path;
+  });
+}
+
+/** @param {string} folder */
+export function plyFiles(folder) {
+  const names = readdirSync(folder).filter((name) => name.endsWith('.ply'));
+  return names.sort(compareNaturally).map((name) => join(folder, name));
+}
+
+/** @param {string} folder */
+export function readReport(folder) {
+  return JSON.parse(readFileSync(join(folder, 'report.json'), 'utf8'));
+}
+
+/** Walls of a room with a niche and a cupboard: segments x0 y0 x1 y1 (m). No two views of it are alike. */
+const WALLS = /** @type {const} */ ([
+  [-3, -2, 4, -2],
+  [4, -2, 4, 1],
+  [4, 1, 5, 1],
+  [5, 1, 5, 3],
+  [5, 3, 4, 3],
+  [4, 3, 4, 6],
+  [4, 6, -2, 6],
+  [-2, 6, -3, 4],
+  [-3, 4, -3, -2],
+  [-2, 2, -1.2, 2.3],
+  [-1.2, 2.3, -1.2, 3],
+  [-1.2, 3, -2, 2.7],
+  [-2, 2.7, -2, 2],
+  [1.5, 4, 2.5, 4.4],
+]);
+
+/** Poses of the scans of the room: x, y (m), heading (rad); the first is the world. */
+export const ROOM_POSES = /** @type {const} */ ([
+  [0, 0, 0],
+  [0.3, 0.5, 0.05],
+  [0.5, 1, -0.04],
+]);
+
+/**
+ * A planar scan of the room: 180 returns over 180 degrees, as a PLY file.
+ * @param {readonly [number, number, number]} pose
+ */
+export function roomScan([x, y, heading]) {
+  const points = Array.from({ length: 180 }, (_, beam) => {
+    const angle = (beam * Math.PI) / 179;
+    const range = Math.min(...WALLS.map((wall) => rangeTo(wall, x, y, angle + heading)));
+    return [range * Math.cos(angle), range * Math.sin(angle), 0];
+  });
+  return asciiPly(points);
+}
+
+/**
+ * Distance along a ray to a wall (m), Infinity past its ends.
+ * @param {readonly [number, number, number, number]} wall
+ * @param {number} x
+ * @param {number} y
+ * @param {number} angle
+ */
+function rangeTo([x0, y0, x1, y1], x, y, angle) {
+  const [dx, dy] = [Math.cos(angle), Math.sin(angle)];
+  const [ex, ey] = [x1 - x0, y1 - y0];
+  const cross = dx * ey - dy * ex;
+  const range = ((x0 - x) * ey - (y0 - y) * ex) / cross;
+  const along = ((x0 - x) * dy - (y0 - y) * dx) / cross;
+  return range > 0 && along >= 0 && along <= 1 ? range : Number.POSITIVE_INFINITY;
+}
+
+/**
+ * @param {number[][]} points
+ * @param {number} [claimed] the number of points the header speaks of
+ */
+export function asciiPly(points, claimed = points.length) {
+  const header = `ply\nformat ascii 1.0\nelement vertex ${claimed}\nproperty double x\nproperty double y\nproperty double z\n`;
+  return `${header}end_header\n${points.map((point) => `${point.join(' ')}\n`).join('')}`;
+}
+
+/** The three scans of the room, as files 0.ply, 1.ply and 2.ply. */
+export const ROOM_FILES = Object.fromEntries(ROOM_POSES.map((pose, index) => [`${index}.ply`, roomScan(pose)]));
