@@ -67,17 +67,28 @@ pub struct KdTree<const D: usize> {
     splits: Vec<Split>,
     /// All full but for the last in the order of the splits.
     leaves: Vec<Leaf<D>>,
-    /// Smallest index of a point below each node, leaves included: it prunes subtrees as far away as the best found,
-    /// without which equal points would all be visited.
-    smallest_indices: Vec<u32>,
+    /// What lies below each node, leaves included.
+    bounds: Vec<Bounds<D>>,
     num_points: usize,
 }
 
-/// Points at most `position` along `axis` are on the left, points at least that on the right.
+/// Points at most `position` along `axis` are on the left, points at least that on the right. `axis` is `D` where all
+/// points are the same: the smaller indices are on the left, and the search must see them first from either side.
 #[derive(Debug, Clone, Copy, Default)]
 struct Split {
     position: f32,
     axis: u32,
+}
+
+/// The smallest box around some points, and the smallest index among them.
+///
+/// Splits alone do not bound the axes they do not cut: seen from half a metre off a wall, all of the wall within half a
+/// metre would be worth a look. And without the index, equal points would all be visited.
+#[derive(Debug, Clone, Copy)]
+struct Bounds<const D: usize> {
+    low: [f32; D],
+    high: [f32; D],
+    smallest_index: u32,
 }
 
 /// Coordinates axis by axis, so that a scan fills whole vectors. Unused places hold infinity, which nothing reaches.
@@ -107,7 +118,7 @@ impl<const D: usize> KdTree<D> {
         let mut tree = Self {
             splits: vec![Split::default(); num_leaves],
             leaves: vec![empty; num_leaves],
-            smallest_indices: vec![u32::MAX; 2 * num_leaves],
+            bounds: vec![Bounds::new(&[]); 2 * num_leaves],
             num_points: finite.len(),
         };
         if num_leaves > 0 {
@@ -171,17 +182,21 @@ impl<const D: usize> KdTree<D> {
         self.search(query, &mut Within { limit: Neighbor::limit(radius), found: out });
     }
 
-    /// Builds the subtree of `node` from `points`; returns the smallest index among them.
-    fn build_node(&mut self, node: usize, points: &mut [IndexedPoint<D>]) -> u32 {
+    /// Builds the subtree of `node` from `points`.
+    fn build_node(&mut self, node: usize, points: &mut [IndexedPoint<D>]) {
         let num_leaves = self.leaves.len();
-        let smallest_index = if node < num_leaves {
-            let axis = widest_axis(points);
+        self.bounds[node] = Bounds::new(points);
+        if node < num_leaves {
+            let widest_axis = self.bounds[node].widest_axis();
+            let axis = widest_axis.unwrap_or(0);
             // Whole leaves go left. The last leaf of all, which may hold less, is the rightmost below its ancestors.
             let num_left = LEAF * leaves_below(2 * node, num_leaves);
             points.select_nth_unstable_by_key(num_left, |point| sort_key(point.coordinates[axis], point.index));
-            self.splits[node] = Split { position: points[num_left].coordinates[axis], axis: axis as u32 };
+            self.splits[node] =
+                Split { position: points[num_left].coordinates[axis], axis: widest_axis.unwrap_or(D) as u32 };
             let (left, right) = points.split_at_mut(num_left);
-            self.build_node(2 * node, left).min(self.build_node(2 * node + 1, right))
+            self.build_node(2 * node, left);
+            self.build_node(2 * node + 1, right);
         } else {
             let leaf = &mut self.leaves[node - num_leaves];
             for (place, point) in points.iter().enumerate() {
@@ -190,10 +205,7 @@ impl<const D: usize> KdTree<D> {
                 }
                 leaf.indices[place] = point.index;
             }
-            points.iter().fold(u32::MAX, |smallest, point| smallest.min(point.index))
-        };
-        self.smallest_indices[node] = smallest_index;
-        smallest_index
+        }
     }
 
     /// Shows `search` every leaf that may hold a point within its limit, the likeliest first.
@@ -203,38 +215,35 @@ impl<const D: usize> KdTree<D> {
             return;
         }
         let num_leaves = self.leaves.len();
-        let mut left_behind = [Subtree { node: 0, sq_distance: 0.0, offset: [0.0; D] }; MAX_DEPTH];
+        let mut left_behind = [Subtree { node: 0, sq_distance: 0.0 }; MAX_DEPTH];
         let mut num_left_behind = 0;
         let mut node = 1;
-        // From the query to the cell of the node, zero along the axes where the query lies between its walls.
-        let mut offset = [0.0; D];
         loop {
-            while node < num_leaves {
-                let split = self.splits[node];
-                let to_split = query[split.axis as usize] - split.position;
-                let other_offset: [f32; D] =
-                    std::array::from_fn(|axis| if axis as u32 == split.axis { to_split } else { offset[axis] });
-                let sq_distance = other_offset.iter().fold(0.0, |sum, x| sum + x * x);
-                node = 2 * node + usize::from(to_split > 0.0);
-                // Written always and kept by the count alone: a branch here would be a coin toss.
-                left_behind[num_left_behind] = Subtree { node: (node ^ 1) as u32, sq_distance, offset: other_offset };
-                num_left_behind += usize::from(sq_distance <= search.limit().sq_distance);
+            let bounds = &self.bounds[node];
+            let offset = bounds.offset_from(query);
+            if bounds.may_matter(sq_norm(&offset), &search.limit()) {
+                while node < num_leaves {
+                    let split = self.splits[node];
+                    let to_split = query.get(split.axis as usize).map_or(0.0, |x| x - split.position);
+                    let far_offset: [f32; D] =
+                        std::array::from_fn(|axis| if axis as u32 == split.axis { to_split } else { offset[axis] });
+                    let sq_distance = sq_norm(&far_offset);
+                    node = 2 * node + usize::from(to_split > 0.0);
+                    // Written always and kept by the count alone: a branch here would be a coin toss.
+                    left_behind[num_left_behind] = Subtree { node: (node ^ 1) as u32, sq_distance };
+                    num_left_behind += usize::from(sq_distance <= search.limit().sq_distance);
+                }
+                let leaf = &self.leaves[node - num_leaves];
+                search.visit(&leaf.sq_distances(query), &leaf.indices);
             }
-            let leaf = &self.leaves[node - num_leaves];
-            search.visit(&leaf.sq_distances(query), &leaf.indices);
             loop {
                 if num_left_behind == 0 {
                     return;
                 }
                 num_left_behind -= 1;
                 let subtree = left_behind[num_left_behind];
-                let limit = search.limit();
-                if subtree.sq_distance < limit.sq_distance
-                    || (subtree.sq_distance == limit.sq_distance
-                        && self.smallest_indices[subtree.node as usize] < limit.index)
-                {
+                if subtree.sq_distance <= search.limit().sq_distance {
                     node = subtree.node as usize;
-                    offset = subtree.offset;
                     break;
                 }
             }
@@ -242,12 +251,53 @@ impl<const D: usize> KdTree<D> {
     }
 }
 
-/// A subtree that the search has passed by, and where its cell is as seen from the query.
+/// A subtree that the search has passed by, and a bound of its distance from the query.
 #[derive(Clone, Copy)]
-struct Subtree<const D: usize> {
+struct Subtree {
     node: u32,
     sq_distance: f32,
-    offset: [f32; D],
+}
+
+impl<const D: usize> Bounds<D> {
+    fn new(points: &[IndexedPoint<D>]) -> Self {
+        let mut bounds = Self { low: [f32::INFINITY; D], high: [f32::NEG_INFINITY; D], smallest_index: u32::MAX };
+        for point in points {
+            for (axis, &x) in point.coordinates.iter().enumerate() {
+                // Not f32::min, whose care for NaN does not map to one instruction.
+                bounds.low[axis] = if x < bounds.low[axis] { x } else { bounds.low[axis] };
+                bounds.high[axis] = if x > bounds.high[axis] { x } else { bounds.high[axis] };
+            }
+            bounds.smallest_index = bounds.smallest_index.min(point.index);
+        }
+        bounds
+    }
+
+    /// `None` where the box is a single point.
+    fn widest_axis(&self) -> Option<usize> {
+        let width = |axis: usize| self.high[axis] - self.low[axis];
+        (0..D).filter(|&axis| width(axis) > 0.0).max_by(|&a, &b| width(a).total_cmp(&width(b)))
+    }
+
+    /// From the box to the query, axis by axis; zero along the axes where the query lies between the sides.
+    #[inline]
+    fn offset_from(&self, query: &[f32; D]) -> [f32; D] {
+        std::array::from_fn(|axis| {
+            let (below, above) = (self.low[axis] - query[axis], query[axis] - self.high[axis]);
+            let outside = if below > above { below } else { above };
+            if outside > 0.0 { outside } else { 0.0 }
+        })
+    }
+
+    /// Whether a point in the box, which is this far from the query, can come before `limit`.
+    #[inline]
+    fn may_matter(&self, sq_distance: f32, limit: &Neighbor) -> bool {
+        sq_distance < limit.sq_distance || (sq_distance == limit.sq_distance && self.smallest_index < limit.index)
+    }
+}
+
+#[inline]
+fn sq_norm<const D: usize>(vector: &[f32; D]) -> f32 {
+    vector.iter().fold(0.0, |sum, x| sum + x * x)
 }
 
 impl<const D: usize> Leaf<D> {
@@ -440,19 +490,6 @@ fn sort_key(value: f32, index: u32) -> u64 {
     // Negative numbers grow downwards in their bits: all of them turn around; of the others the sign bit alone.
     let ordered = if bits >> 31 == 1 { !bits } else { bits | 1 << 31 };
     u64::from(ordered) << 32 | u64::from(index)
-}
-
-/// The axis along which the points reach furthest.
-fn widest_axis<const D: usize>(points: &[IndexedPoint<D>]) -> usize {
-    let mut low = [f32::INFINITY; D];
-    let mut high = [f32::NEG_INFINITY; D];
-    for point in points {
-        for (axis, &x) in point.coordinates.iter().enumerate() {
-            low[axis] = if x < low[axis] { x } else { low[axis] };
-            high[axis] = if x > high[axis] { x } else { high[axis] };
-        }
-    }
-    (1..D).fold(0, |widest, axis| if high[axis] - low[axis] > high[widest] - low[widest] { axis } else { widest })
 }
 
 /// Number of leaves below `node` (or 1 where it is one) in a heap whose leaves are the nodes `num_leaves..2 * num_leaves`.
