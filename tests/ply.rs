@@ -275,11 +275,11 @@ fn rules_of_text() {
     );
     assert_eq!(
         message("property uchar i", &["", "1 abc 3 4"]),
-        "line 10: In vertex 1 of 1 y is \"abc\", not a number."
+        "line 10: In vertex 1 of 1 y is \"abc\", not a number. Write decimal numbers."
     );
     assert_eq!(
         message("property list char int i", &["1 2 3 -1"]),
-        "line 9: In vertex 1 of 1 the list i has a negative length."
+        "line 9: In vertex 1 of 1 the list i has a length of -1. Lengths are whole numbers from 0 on."
     );
     assert_eq!(
         message("property list uint int i", &["1 2 3 4000000000 1 2"]),

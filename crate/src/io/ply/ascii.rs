@@ -97,7 +97,8 @@ impl Rows for TextRows<'_> {
                 (Kind::List { count, .. }, _) => {
                     let length = self.value(property, count)?;
                     if length < 0.0 {
-                        return Err(self.fault(&format!("the list {} has a negative length", self.name(property)), ""));
+                        let problem = format!("the list {} has a length of {length}", self.name(property));
+                        return Err(self.fault(&problem, "Lengths are whole numbers from 0 on"));
                     }
                     for _ in 0..length as u64 {
                         self.token(property)?;
@@ -157,7 +158,9 @@ impl<'a> TextRows<'a> {
     fn odd_value(&mut self, property: usize, scalar: Scalar) -> Result<f64> {
         let token = self.token(property)?;
         let value = number(token).ok_or_else(|| {
-            let remedy = if token.contains(&b',') { "Write decimal points, and blanks between values" } else { "" };
+            let has_comma = token.contains(&b',');
+            let remedy =
+                if has_comma { "Write decimal points, and blanks between values" } else { "Write decimal numbers" };
             self.fault(&format!("{} is {}, not a number", self.name(property), quote(token)), remedy)
         })?;
         if fits(value, scalar) {
