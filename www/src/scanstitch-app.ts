@@ -145,6 +145,7 @@ export class ScanstitchApp extends LitElement {
     const { snapshot, phase } = session;
     const result = snapshot?.result;
     const frames = result?.frames ?? NO_FRAMES;
+    const is_empty = snapshot === null && (phase === 'empty' || phase === 'unavailable');
     return html`
       <div
         class="app ${layout}"
@@ -158,8 +159,9 @@ export class ScanstitchApp extends LitElement {
         }}
       >
         ${this.renderHeader()}
+        ${is_empty ? this.renderEmpty() : nothing}
         ${layout === 'narrow' ? nothing : this.renderFigures()}
-        <main>
+        <main ?hidden=${is_empty}>
           ${layout === 'wide' ? html`<aside class="side left" aria-label="Settings">${this.renderSettings()}</aside>` : nothing}
           <div class="middle">
             <div class="map-area">
@@ -183,11 +185,7 @@ export class ScanstitchApp extends LitElement {
                 @map-painted=${this.onPainted}
               ></scanstitch-map>
               ${this.renderActivity()}
-              <scanstitch-messages
-                .messages=${session.messages}
-                @messages-dismissed=${() => session.dismissMessages()}
-              ></scanstitch-messages>
-              ${phase === 'empty' && !snapshot ? this.renderEmpty() : nothing}
+              ${this.renderMessages()}
             </div>
             <scanstitch-timeline
               .count=${frames.length}
@@ -372,14 +370,23 @@ export class ScanstitchApp extends LitElement {
     return nothing;
   }
 
+  private renderMessages(): TemplateResult {
+    const { session } = this;
+    return html`<scanstitch-messages
+      .messages=${session.messages}
+      @messages-dismissed=${() => session.dismissMessages()}
+    ></scanstitch-messages>`;
+  }
+
   private renderEmpty(): TemplateResult {
     return html`<div class="empty">
-      <div>
+      ${this.renderMessages()}
+      <section aria-label="No scans yet">
         ${icon('open', 32)}
         <h2>Drop laser scans here</h2>
         <p>
-          PLY files, one for each scan, in the order in which they were taken; or the folder they lie in. A trajectory
-          to compare with (TUM, or lines of x y z) may lie beside them.
+          PLY files, one for each scan, numbered in the order in which they were taken; or the folder they lie in. A
+          trajectory to compare with (TUM, or lines of x y z) may lie beside them.
         </p>
         <p class="actions">
           <button class="primary" @click=${() => this.file_input.click()}>Choose files</button>
@@ -387,7 +394,7 @@ export class ScanstitchApp extends LitElement {
           <button @click=${() => this.session.openGiven(fetchSample())}>Show the sample</button>
         </p>
         <p class="muted">Everything is computed in this tab. Nothing leaves your machine.</p>
-      </div>
+      </section>
     </div>`;
   }
 
@@ -706,6 +713,7 @@ export class ScanstitchApp extends LitElement {
       }
       .middle {
         display: grid;
+        grid-template-columns: minmax(0, 1fr);
         grid-template-rows: minmax(0, 1fr) auto auto;
         min-width: 0;
         min-height: 0;
@@ -783,24 +791,31 @@ export class ScanstitchApp extends LitElement {
         background: var(--accent);
       }
       .empty {
-        position: absolute;
-        inset: 0;
-        display: grid;
-        place-items: center;
+        display: flex;
+        flex: 1;
+        flex-direction: column;
+        align-items: center;
+        gap: 16px;
+        min-height: 0;
         padding: 24px;
-        pointer-events: none;
+        overflow: auto;
       }
-      .empty > div {
+      .empty scanstitch-messages {
+        position: static;
+        width: min(460px, 100%);
+        max-height: none;
+      }
+      .empty section {
         display: grid;
         justify-items: center;
         gap: 12px;
         max-width: 460px;
+        margin: auto 0;
         padding: 32px 28px;
         border: 1.5px dashed var(--line-strong);
         border-radius: 14px;
         background: var(--surface);
         text-align: center;
-        pointer-events: auto;
       }
       .empty h2 {
         font-size: 18px;

@@ -580,6 +580,12 @@ export class ScanstitchMap extends LitElement {
       .controls > button[aria-expanded='true'] {
         color: var(--text);
       }
+      @media (pointer: coarse) {
+        .controls > button {
+          width: 36px;
+          min-height: 36px;
+        }
+      }
       .layers {
         position: absolute;
         top: 0;

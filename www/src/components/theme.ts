@@ -31,6 +31,7 @@ export const tokens = css`
       Roboto,
       sans-serif;
     color: var(--text);
+    -webkit-tap-highlight-color: transparent;
   }
 `;
 

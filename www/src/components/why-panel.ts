@@ -18,6 +18,9 @@ import { icon } from './icons.ts';
 import { statusBadge } from './status-badge.ts';
 import { shared, status_styles } from './theme.ts';
 
+/** Of a run that went wrong as a whole, the first few scans say enough. */
+const MAX_BAD_SHOWN = 6;
+
 /**
  * Why a scan was placed where it is: verdict, evidence, uncertainty, the course of the iterations. With no scan
  * selected: all scans at a glance.
@@ -45,27 +48,33 @@ export class ScanstitchWhy extends LitElement {
     const { frames } = this;
     if (frames.length === 0)
       return html`<p class="muted">The result of each scan appears here once scans are loaded.</p>`;
-    const count = (status: FrameResult['status']): number => frames.filter((frame) => frame.status === status).length;
-    const worst = frames.findIndex(({ status }) => status === 'lost');
-    const doubtful = frames.findIndex(({ status }) => status === 'doubtful');
-    const first_bad = worst >= 0 ? worst : doubtful;
-    const num_bad = count('lost') + count('doubtful');
+    const bad = frames.flatMap(({ status }, frame) => (status === 'good' ? [] : [frame]));
     return html`
       <header><h2>All scans</h2></header>
       <p>
         ${
           frames.length === 1
             ? 'One scan alone: its points are shown, but there is nothing to align it with. Drop the scans that follow it.'
-            : num_bad === 0
+            : bad.length === 0
               ? `All ${frames.length} scans found their place. Select one, here, in the table or on the map, to see why it lies where it does.`
-              : `${plural(num_bad, 'scan')} of ${frames.length} ${num_bad === 1 ? 'needs' : 'need'} a look.`
+              : `${plural(bad.length, 'scan')} of ${frames.length} ${bad.length === 1 ? 'needs' : 'need'} a look:`
         }
       </p>
       ${
-        first_bad >= 0
-          ? html`<p>
-              <button @click=${() => this.select(first_bad)}>Show ${baseName(frames[first_bad]?.name ?? '')}</button>
-            </p>`
+        bad.length > 0
+          ? html`<ul class="bad">
+              ${bad.slice(0, MAX_BAD_SHOWN).map(
+                (frame) => html`<li>
+                  <button @click=${() => this.select(frame)}>
+                    <i class="swatch" style="background: ${cssColor(this.colors[frame] ?? [0, 0, 0])}"></i>${baseName(
+                      frames[frame]?.name ?? '',
+                    )}
+                    ${statusBadge(frames[frame]?.status ?? 'good')}
+                  </button>
+                </li>`,
+              )}
+              ${bad.length > MAX_BAD_SHOWN ? html`<li class="muted">and ${bad.length - MAX_BAD_SHOWN} more</li>` : nothing}
+            </ul>`
           : nothing
       }
       ${
@@ -328,6 +337,11 @@ export class ScanstitchWhy extends LitElement {
         width: 12px;
         height: 12px;
         border-radius: 50%;
+      }
+      .bad {
+        display: grid;
+        justify-items: start;
+        gap: 6px;
       }
       .explanation {
         color: var(--muted);
