@@ -5,6 +5,7 @@ import './components/headline.ts';
 import './components/map-view.ts';
 import './components/menu.ts';
 import './components/messages.ts';
+import './components/overview.ts';
 import './components/settings-panel.ts';
 import './components/timeline.ts';
 import './components/why-panel.ts';
@@ -14,7 +15,7 @@ import type { MenuItem } from './components/menu.ts';
 import { shared, tokens } from './components/theme.ts';
 import { filesOfDrop, filesOfInput } from './datasets/gather.ts';
 import { fetchDataset, fetchSample } from './datasets/remote.ts';
-import type { EngineFacts, FrameResult, PlanarPoint, Settings } from './engine/protocol.ts';
+import type { EngineFacts, FrameResult, IterationRecord, PlanarPoint, Settings } from './engine/protocol.ts';
 import { download, EXPORTS, type ExportItem, makeExport } from './export/exports.ts';
 import { Session } from './session.ts';
 import { baseName, plural } from './views/format.ts';
@@ -41,6 +42,8 @@ const MEDIUM_FROM = 760;
 // The same empty lists every time: a new one would be a change.
 const NO_FRAMES: readonly FrameResult[] = [];
 const NO_NUMBERS: readonly number[] = [];
+const NO_WORDS: readonly string[] = [];
+const NO_ROUNDS: readonly IterationRecord[] = [];
 const NO_REFERENCE: readonly PlanarPoint[] = [];
 
 const OPEN_ITEMS: readonly MenuItem[] = [
@@ -158,8 +161,7 @@ export class ScanstitchApp extends LitElement {
           this.hovered = detail;
         }}
       >
-        ${this.renderHeader()}
-        ${is_empty ? this.renderEmpty() : nothing}
+        ${this.renderHeader()} ${is_empty ? this.renderEmpty() : nothing}
         ${layout === 'narrow' ? nothing : this.renderFigures()}
         <main ?hidden=${is_empty}>
           ${layout === 'wide' ? html`<aside class="side left" aria-label="Settings">${this.renderSettings()}</aside>` : nothing}
@@ -184,8 +186,7 @@ export class ScanstitchApp extends LitElement {
                 ?dark=${this.isDark()}
                 @map-painted=${this.onPainted}
               ></scanstitch-map>
-              ${this.renderActivity()}
-              ${this.renderMessages()}
+              ${this.renderActivity()} ${this.renderMessages()}
             </div>
             <scanstitch-timeline
               .count=${frames.length}
@@ -203,7 +204,9 @@ export class ScanstitchApp extends LitElement {
         <input id="pick-folder" type="file" webkitdirectory hidden @change=${this.onPicked} />
         ${
           this.is_dropping
-            ? html`<div class="drop-hint" aria-hidden="true"><div>${icon('download', 28)}Drop scans or a folder here</div></div>`
+            ? html`<div class="drop-hint" aria-hidden="true">
+                <div>${icon('download', 28)}Drop scans or a folder here</div>
+              </div>`
             : nothing
         }
       </div>
@@ -302,13 +305,27 @@ export class ScanstitchApp extends LitElement {
 
   private renderWhy(): TemplateResult {
     const { snapshot, dataset } = this.session;
+    const result = snapshot?.result;
+    const frames = result?.frames ?? NO_FRAMES;
+    const errors = result?.comparison?.errors ?? NO_NUMBERS;
+    const reference_name = result?.comparison?.name ?? '';
+    if (this.selected === null) {
+      return html`<scanstitch-overview
+        .frames=${frames}
+        .joint_history=${result?.joint_history ?? NO_ROUNDS}
+        .notes=${result?.notes ?? NO_WORDS}
+        .errors=${errors}
+        .reference_name=${reference_name}
+        .colors=${this.colors()}
+      ></scanstitch-overview>`;
+    }
     return html`<scanstitch-why
-      .frames=${snapshot?.result.frames ?? NO_FRAMES}
-      .colors=${this.colors()}
-      .selected=${this.selected}
+      .frames=${frames}
+      .index=${this.selected}
       .ms=${snapshot?.timing.frames ?? NO_NUMBERS}
-      .errors=${snapshot?.result.comparison?.errors ?? NO_NUMBERS}
-      .reference_name=${snapshot?.result.comparison?.name ?? ''}
+      .errors=${errors}
+      .reference_name=${reference_name}
+      .colors=${this.colors()}
       ?removable=${(dataset?.scans.length ?? 0) > 1}
       ?pairs_shown=${this.pairs_shown}
       @pairs-toggled=${({ detail }: CustomEvent<boolean>) => {
@@ -330,18 +347,19 @@ export class ScanstitchApp extends LitElement {
     return html`<aside class="side tabs" aria-label="Details">
       <div role="tablist" aria-label="Details" @keydown=${this.onTabKey}>
         ${TABS[this.layout].map(
-          (tab) => html`<button
-            role="tab"
-            id="tab-${tab}"
-            aria-controls="panel"
-            aria-selected=${tab === this.tab}
-            tabindex=${tab === this.tab ? 0 : -1}
-            @click=${() => {
-              this.tab = tab;
-            }}
-          >
-            ${TAB_NAMES[tab]}
-          </button>`,
+          (tab) =>
+            html`<button
+              role="tab"
+              id="tab-${tab}"
+              aria-controls="panel"
+              aria-selected=${tab === this.tab}
+              tabindex=${tab === this.tab ? 0 : -1}
+              @click=${() => {
+                this.tab = tab;
+              }}
+            >
+              ${TAB_NAMES[tab]}
+            </button>`,
         )}
       </div>
       <div id="panel" role="tabpanel" aria-labelledby="tab-${this.tab}">${panels[this.tab]()}</div>
@@ -352,7 +370,9 @@ export class ScanstitchApp extends LitElement {
     const { phase, activity, progress } = this.session;
     if (phase === 'running' || phase === 'reading') {
       return html`<div class="activity">
-        <div class="activity-words"><span>${activity}</span><button @click=${() => this.session.stop()}>Stop</button></div>
+        <div class="activity-words">
+          <span>${activity}</span><button @click=${() => this.session.stop()}>Stop</button>
+        </div>
         <progress max="1" .value=${progress} aria-label=${activity}></progress>
       </div>`;
     }

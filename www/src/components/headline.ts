@@ -11,11 +11,12 @@ export class ScanstitchHeadline extends LitElement {
   protected override render(): TemplateResult {
     return html`<dl aria-label="Result in figures">
       ${this.figures.map(
-        ({ label, value, meaning, tone }) => html`<div class=${tone}>
-          <dt>${label}</dt>
-          <dd class="value number">${value}</dd>
-          <dd class="meaning" title=${meaning}>${meaning}</dd>
-        </div>`,
+        ({ label, value, meaning, tone }) =>
+          html`<div class=${tone}>
+            <dt>${label}</dt>
+            <dd class="value number">${value}</dd>
+            <dd class="meaning" title=${meaning}>${meaning}</dd>
+          </div>`,
       )}
     </dl>`;
   }

@@ -56,9 +56,10 @@ export class ScanstitchMenu extends LitElement {
         this.is_open
           ? html`<div class="list" role="menu" aria-label=${this.label}>
               ${this.items.map(
-                ({ id, label, detail }) => html`<button role="menuitem" tabindex="-1" @click=${() => this.choose(id)}>
-                  <span>${label}</span><small>${detail}</small>
-                </button>`,
+                ({ id, label, detail }) =>
+                  html`<button role="menuitem" tabindex="-1" @click=${() => this.choose(id)}>
+                    <span>${label}</span><small>${detail}</small>
+                  </button>`,
               )}
             </div>`
           : nothing
