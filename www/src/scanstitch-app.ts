@@ -5,6 +5,7 @@ import './components/headline.ts';
 import './components/map-view.ts';
 import './components/menu.ts';
 import './components/messages.ts';
+import './components/overview.ts';
 import './components/settings-panel.ts';
 import './components/timeline.ts';
 import './components/why-panel.ts';
@@ -14,7 +15,7 @@ import type { MenuItem } from './components/menu.ts';
 import { shared, tokens } from './components/theme.ts';
 import { filesOfDrop, filesOfInput } from './datasets/gather.ts';
 import { fetchDataset, fetchSample } from './datasets/remote.ts';
-import type { EngineFacts, FrameResult, PlanarPoint, Settings } from './engine/protocol.ts';
+import type { EngineFacts, FrameResult, IterationRecord, PlanarPoint, Settings } from './engine/protocol.ts';
 import { download, EXPORTS, type ExportItem, makeExport } from './export/exports.ts';
 import { Session } from './session.ts';
 import { baseName, plural } from './views/format.ts';
@@ -41,6 +42,8 @@ const MEDIUM_FROM = 760;
 // The same empty lists every time: a new one would be a change.
 const NO_FRAMES: readonly FrameResult[] = [];
 const NO_NUMBERS: readonly number[] = [];
+const NO_WORDS: readonly string[] = [];
+const NO_ROUNDS: readonly IterationRecord[] = [];
 const NO_REFERENCE: readonly PlanarPoint[] = [];
 
 const OPEN_ITEMS: readonly MenuItem[] = [
@@ -145,6 +148,7 @@ export class ScanstitchApp extends LitElement {
     const { snapshot, phase } = session;
     const result = snapshot?.result;
     const frames = result?.frames ?? NO_FRAMES;
+    const is_empty = snapshot === null && (phase === 'empty' || phase === 'unavailable');
     return html`
       <div
         class="app ${layout}"
@@ -157,9 +161,9 @@ export class ScanstitchApp extends LitElement {
           this.hovered = detail;
         }}
       >
-        ${this.renderHeader()}
+        ${this.renderHeader()} ${is_empty ? this.renderEmpty() : nothing}
         ${layout === 'narrow' ? nothing : this.renderFigures()}
-        <main>
+        <main ?hidden=${is_empty}>
           ${layout === 'wide' ? html`<aside class="side left" aria-label="Settings">${this.renderSettings()}</aside>` : nothing}
           <div class="middle">
             <div class="map-area">
@@ -182,12 +186,7 @@ export class ScanstitchApp extends LitElement {
                 ?dark=${this.isDark()}
                 @map-painted=${this.onPainted}
               ></scanstitch-map>
-              ${this.renderActivity()}
-              <scanstitch-messages
-                .messages=${session.messages}
-                @messages-dismissed=${() => session.dismissMessages()}
-              ></scanstitch-messages>
-              ${phase === 'empty' && !snapshot ? this.renderEmpty() : nothing}
+              ${this.renderActivity()} ${this.renderMessages()}
             </div>
             <scanstitch-timeline
               .count=${frames.length}
@@ -205,7 +204,9 @@ export class ScanstitchApp extends LitElement {
         <input id="pick-folder" type="file" webkitdirectory hidden @change=${this.onPicked} />
         ${
           this.is_dropping
-            ? html`<div class="drop-hint" aria-hidden="true"><div>${icon('download', 28)}Drop scans or a folder here</div></div>`
+            ? html`<div class="drop-hint" aria-hidden="true">
+                <div>${icon('download', 28)}Drop scans or a folder here</div>
+              </div>`
             : nothing
         }
       </div>
@@ -304,13 +305,27 @@ export class ScanstitchApp extends LitElement {
 
   private renderWhy(): TemplateResult {
     const { snapshot, dataset } = this.session;
+    const result = snapshot?.result;
+    const frames = result?.frames ?? NO_FRAMES;
+    const errors = result?.comparison?.errors ?? NO_NUMBERS;
+    const reference_name = result?.comparison?.name ?? '';
+    if (this.selected === null) {
+      return html`<scanstitch-overview
+        .frames=${frames}
+        .joint_history=${result?.joint_history ?? NO_ROUNDS}
+        .notes=${result?.notes ?? NO_WORDS}
+        .errors=${errors}
+        .reference_name=${reference_name}
+        .colors=${this.colors()}
+      ></scanstitch-overview>`;
+    }
     return html`<scanstitch-why
-      .frames=${snapshot?.result.frames ?? NO_FRAMES}
-      .colors=${this.colors()}
-      .selected=${this.selected}
+      .frames=${frames}
+      .index=${this.selected}
       .ms=${snapshot?.timing.frames ?? NO_NUMBERS}
-      .errors=${snapshot?.result.comparison?.errors ?? NO_NUMBERS}
-      .reference_name=${snapshot?.result.comparison?.name ?? ''}
+      .errors=${errors}
+      .reference_name=${reference_name}
+      .colors=${this.colors()}
       ?removable=${(dataset?.scans.length ?? 0) > 1}
       ?pairs_shown=${this.pairs_shown}
       @pairs-toggled=${({ detail }: CustomEvent<boolean>) => {
@@ -332,18 +347,19 @@ export class ScanstitchApp extends LitElement {
     return html`<aside class="side tabs" aria-label="Details">
       <div role="tablist" aria-label="Details" @keydown=${this.onTabKey}>
         ${TABS[this.layout].map(
-          (tab) => html`<button
-            role="tab"
-            id="tab-${tab}"
-            aria-controls="panel"
-            aria-selected=${tab === this.tab}
-            tabindex=${tab === this.tab ? 0 : -1}
-            @click=${() => {
-              this.tab = tab;
-            }}
-          >
-            ${TAB_NAMES[tab]}
-          </button>`,
+          (tab) =>
+            html`<button
+              role="tab"
+              id="tab-${tab}"
+              aria-controls="panel"
+              aria-selected=${tab === this.tab}
+              tabindex=${tab === this.tab ? 0 : -1}
+              @click=${() => {
+                this.tab = tab;
+              }}
+            >
+              ${TAB_NAMES[tab]}
+            </button>`,
         )}
       </div>
       <div id="panel" role="tabpanel" aria-labelledby="tab-${this.tab}">${panels[this.tab]()}</div>
@@ -354,7 +370,9 @@ export class ScanstitchApp extends LitElement {
     const { phase, activity, progress } = this.session;
     if (phase === 'running' || phase === 'reading') {
       return html`<div class="activity">
-        <div class="activity-words"><span>${activity}</span><button @click=${() => this.session.stop()}>Stop</button></div>
+        <div class="activity-words">
+          <span>${activity}</span><button @click=${() => this.session.stop()}>Stop</button>
+        </div>
         <progress max="1" .value=${progress} aria-label=${activity}></progress>
       </div>`;
     }
@@ -372,14 +390,23 @@ export class ScanstitchApp extends LitElement {
     return nothing;
   }
 
+  private renderMessages(): TemplateResult {
+    const { session } = this;
+    return html`<scanstitch-messages
+      .messages=${session.messages}
+      @messages-dismissed=${() => session.dismissMessages()}
+    ></scanstitch-messages>`;
+  }
+
   private renderEmpty(): TemplateResult {
     return html`<div class="empty">
-      <div>
+      ${this.renderMessages()}
+      <section aria-label="No scans yet">
         ${icon('open', 32)}
         <h2>Drop laser scans here</h2>
         <p>
-          PLY files, one for each scan, in the order in which they were taken; or the folder they lie in. A trajectory
-          to compare with (TUM, or lines of x y z) may lie beside them.
+          PLY files, one for each scan, numbered in the order in which they were taken; or the folder they lie in. A
+          trajectory to compare with (TUM, or lines of x y z) may lie beside them.
         </p>
         <p class="actions">
           <button class="primary" @click=${() => this.file_input.click()}>Choose files</button>
@@ -387,7 +414,7 @@ export class ScanstitchApp extends LitElement {
           <button @click=${() => this.session.openGiven(fetchSample())}>Show the sample</button>
         </p>
         <p class="muted">Everything is computed in this tab. Nothing leaves your machine.</p>
-      </div>
+      </section>
     </div>`;
   }
 
@@ -706,6 +733,7 @@ export class ScanstitchApp extends LitElement {
       }
       .middle {
         display: grid;
+        grid-template-columns: minmax(0, 1fr);
         grid-template-rows: minmax(0, 1fr) auto auto;
         min-width: 0;
         min-height: 0;
@@ -783,24 +811,31 @@ export class ScanstitchApp extends LitElement {
         background: var(--accent);
       }
       .empty {
-        position: absolute;
-        inset: 0;
-        display: grid;
-        place-items: center;
+        display: flex;
+        flex: 1;
+        flex-direction: column;
+        align-items: center;
+        gap: 16px;
+        min-height: 0;
         padding: 24px;
-        pointer-events: none;
+        overflow: auto;
       }
-      .empty > div {
+      .empty scanstitch-messages {
+        position: static;
+        width: min(460px, 100%);
+        max-height: none;
+      }
+      .empty section {
         display: grid;
         justify-items: center;
         gap: 12px;
         max-width: 460px;
+        margin: auto 0;
         padding: 32px 28px;
         border: 1.5px dashed var(--line-strong);
         border-radius: 14px;
         background: var(--surface);
         text-align: center;
-        pointer-events: auto;
       }
       .empty h2 {
         font-size: 18px;

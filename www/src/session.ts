@@ -295,10 +295,20 @@ export class Session implements ReactiveController {
       this.generation++;
     }
     this.phase = state;
-    if (state === 'done') this.#announce(this.#summary(snapshot));
-    else if (state === 'stopped')
+    if (state === 'done') {
+      this.#announce(this.#summary(snapshot));
+      this.#tellOfReference(snapshot);
+    } else if (state === 'stopped')
       this.#announce(`Stopped. ${plural(snapshot.result.frames.length, 'scan')} aligned so far.`);
     this.#host.requestUpdate();
+  }
+
+  /** A reference that fits no scan must not go unnoticed; the engine's other notes are read beside the result. */
+  #tellOfReference({ result }: Snapshot): void {
+    const reference = this.dataset?.reference;
+    if (!reference || result.comparison) return;
+    const notes = result.notes.filter((text) => text.includes(reference.name));
+    this.#tell(notes.map((text) => ({ kind: 'note', file: '', place: '', text, remedy: '' })));
   }
 
   #onCrashed(message: string): void {

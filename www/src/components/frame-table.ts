@@ -57,10 +57,13 @@ export class ScanstitchFrameTable extends LitElement {
     return html`
       <div class="scroller" @scroll=${this.onScroll}>
         <table aria-rowcount=${rows.length + 1} @keydown=${this.onKey}>
-          <caption class="visually-hidden">Results per scan; a row selects its scan on the map</caption>
+          <caption class="visually-hidden">
+            Results per scan; a row selects its scan on the map
+          </caption>
           <thead>
             <tr aria-rowindex="1">
               <th scope="col" class="name">Scan</th>
+              <th scope="col" class="state">status</th>
               <th scope="col"><abbr title="metres, in the frame of the first scan">x</abbr> <small>m</small></th>
               <th scope="col"><abbr title="metres, in the frame of the first scan">y</abbr> <small>m</small></th>
               <th scope="col">heading <small>°</small></th>
@@ -77,7 +80,6 @@ export class ScanstitchFrameTable extends LitElement {
                   : nothing
               }
               <th scope="col"><abbr title="computing time of this scan">time</abbr> <small>ms</small></th>
-              <th scope="col" class="state">status</th>
             </tr>
           </thead>
           <tbody @pointerleave=${() => this.emit('frame-hovered', null)}>
@@ -114,6 +116,7 @@ export class ScanstitchFrameTable extends LitElement {
             <i style="background: ${cssColor(this.colors[row.frame] ?? [0, 0, 0])}"></i>${baseName(row.name)}
           </button>
         </th>
+        <td class="state">${statusBadge(row.status)}</td>
         <td>${formatCoordinate(row.x)}</td>
         <td>${formatCoordinate(row.y)}</td>
         <td>${formatAngle(row.theta).replace('°', '')}</td>
@@ -128,7 +131,6 @@ export class ScanstitchFrameTable extends LitElement {
             : nothing
         }
         <td>${formatFixed(row.ms, 1)}</td>
-        <td class="state">${statusBadge(row.status)}</td>
       </tr>
     `;
   }
@@ -282,7 +284,9 @@ export class ScanstitchFrameTable extends LitElement {
 
 function spacer(height: number): TemplateResult | typeof nothing {
   if (height <= 0) return nothing;
-  return html`<tr class="spacer" aria-hidden="true"><td colspan="10" style="height: ${height}px"></td></tr>`;
+  return html`<tr class="spacer" aria-hidden="true">
+    <td colspan="10" style="height: ${height}px"></td>
+  </tr>`;
 }
 
 declare global {

@@ -11,11 +11,12 @@ export class ScanstitchHeadline extends LitElement {
   protected override render(): TemplateResult {
     return html`<dl aria-label="Result in figures">
       ${this.figures.map(
-        ({ label, value, meaning, tone }) => html`<div class=${tone}>
-          <dt>${label}</dt>
-          <dd class="value number">${value}</dd>
-          <dd class="meaning" title=${meaning}>${meaning}</dd>
-        </div>`,
+        ({ label, value, meaning, tone }) =>
+          html`<div class=${tone}>
+            <dt>${label}</dt>
+            <dd class="value number">${value}</dd>
+            <dd class="meaning" title=${meaning}>${meaning}</dd>
+          </div>`,
       )}
     </dl>`;
   }
@@ -27,18 +28,16 @@ export class ScanstitchHeadline extends LitElement {
         display: block;
       }
       dl {
-        overflow: hidden;
-        background: var(--surface);
-        display: grid;
-        grid-template-columns: repeat(auto-fit, minmax(168px, 1fr));
+        display: flex;
+        flex-wrap: wrap;
+        gap: 1px;
+        background: var(--line);
       }
       dl > div {
+        flex: 1 1 150px;
         min-width: 0;
         padding: 9px 16px 10px;
         background: var(--surface);
-        box-shadow:
-          1px 0 var(--line),
-          0 1px var(--line);
       }
       dt {
         color: var(--muted);

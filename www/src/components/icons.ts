@@ -48,7 +48,14 @@ export function icon(name: IconName, size = 16): TemplateResult {
 
 /** The mark: scan points over a path. */
 export function logo(size = 26): TemplateResult {
-  return html`<svg width=${size} height=${size} viewBox="0 0 26 26" fill="none" stroke-linecap="round" aria-hidden="true">
+  return html`<svg
+    width=${size}
+    height=${size}
+    viewBox="0 0 26 26"
+    fill="none"
+    stroke-linecap="round"
+    aria-hidden="true"
+  >
     <path d="M4 19c4.5-11 7.5-11 9.5-5.5s5 5.5 8.5-7" stroke="var(--accent)" stroke-width="2.6" />
     <path
       d="M3 9.5v.01M6.5 5.5v.01M11 4v.01M16 4.5v.01M9 22v.01M14 22.5v.01M19 20v.01M22.5 15.5v.01"

@@ -204,22 +204,22 @@ export class ScanstitchMap extends LitElement {
         <canvas aria-hidden="true"></canvas>
         <p id="map-description" class="visually-hidden">${this.description}</p>
         <p id="map-keys" class="visually-hidden">
-          Arrow keys move the map, plus and minus zoom, F shows all of it, R turns it, comma and full stop select the scan before
-          and after.
+          Arrow keys move the map, plus and minus zoom, F shows all of it, R turns it, comma and full stop select the
+          scan before and after.
         </p>
       </div>
       <div class="readout number" aria-hidden="true" ?hidden=${!world}>
         ${
           world &&
           html`<span>x ${formatFixed(world.x, 2)} m</span><span>y ${formatFixed(world.y, 2)} m</span>${
-            hovered === null
-              ? nothing
-              : html`<span class="frame"
+              hovered === null
+                ? nothing
+                : html`<span class="frame"
                     ><i style="background: rgb(${this.colors[hovered]?.join(' ')})"></i>${baseName(
                       this.names[hovered] ?? `scan ${hovered}`,
                     )}</span
                   >`
-          }`
+            }`
         }
       </div>
       <div class="controls" role="toolbar" aria-label="Map view">
@@ -232,7 +232,12 @@ export class ScanstitchMap extends LitElement {
         <button class="icon" @click=${() => this.fit()} aria-label="Show the whole map" title="Show the whole map (F)">
           ${icon('fit')}
         </button>
-        <button class="icon" @click=${() => this.turn()} aria-label="Turn the map by a quarter" title="Turn by a quarter (R)">
+        <button
+          class="icon"
+          @click=${() => this.turn()}
+          aria-label="Turn the map by a quarter"
+          title="Turn by a quarter (R)"
+        >
           ${icon('turn')}
         </button>
         <button
@@ -579,6 +584,12 @@ export class ScanstitchMap extends LitElement {
       .controls > button:hover,
       .controls > button[aria-expanded='true'] {
         color: var(--text);
+      }
+      @media (pointer: coarse) {
+        .controls > button {
+          width: 36px;
+          min-height: 36px;
+        }
       }
       .layers {
         position: absolute;

@@ -1,7 +1,10 @@
 import { css, html, LitElement, nothing, type TemplateResult } from 'lit';
-import { customElement, property, queryAll, state } from 'lit/decorators.js';
+import { customElement, property, query, queryAll, state } from 'lit/decorators.js';
 import { type IconName, icon } from './icons.ts';
 import { shared } from './theme.ts';
+
+/** Room left between the list and the edge of the window, CSS pixels. */
+const EDGE = 8;
 
 export interface MenuItem {
   id: string;
@@ -24,6 +27,7 @@ export class ScanstitchMenu extends LitElement {
   /** The button shows its sign alone. */
   @property({ type: Boolean }) compact = false;
   @state() private is_open = false;
+  @query('.list') private list!: HTMLElement;
   @queryAll('[role=menuitem]') private entries!: NodeListOf<HTMLElement>;
 
   private onOutside = (event: Event): void => {
@@ -52,9 +56,10 @@ export class ScanstitchMenu extends LitElement {
         this.is_open
           ? html`<div class="list" role="menu" aria-label=${this.label}>
               ${this.items.map(
-                ({ id, label, detail }) => html`<button role="menuitem" tabindex="-1" @click=${() => this.choose(id)}>
-                  <span>${label}</span><small>${detail}</small>
-                </button>`,
+                ({ id, label, detail }) =>
+                  html`<button role="menuitem" tabindex="-1" @click=${() => this.choose(id)}>
+                    <span>${label}</span><small>${detail}</small>
+                  </button>`,
               )}
             </div>`
           : nothing
@@ -66,7 +71,14 @@ export class ScanstitchMenu extends LitElement {
     this.is_open = true;
     document.addEventListener('pointerdown', this.onOutside, true);
     await this.updateComplete;
+    this.keepOnScreen();
     this.entries[0]?.focus();
+  }
+
+  /** The list hangs from the button's right edge; where that is too far left for it, it is pushed to the right. */
+  private keepOnScreen(): void {
+    const overhang = EDGE - this.list.getBoundingClientRect().left;
+    if (overhang > 0) this.list.style.right = `${-overhang}px`;
   }
 
   private close(give_focus_back: boolean): void {

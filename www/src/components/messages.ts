@@ -43,11 +43,12 @@ export class ScanstitchMessages extends LitElement {
       </header>
       <ul>
         ${messages.map(
-          ({ kind, file, place, text, remedy }) => html`<li class=${kind}>
-            ${file || place ? html`<strong>${file}${file && place ? ', ' : ''}${place}</strong>` : nothing}
-            <span>${sentence(text)}</span>
-            ${remedy ? html`<span class="remedy">${sentence(remedy)}</span>` : nothing}
-          </li>`,
+          ({ kind, file, place, text, remedy }) =>
+            html`<li class=${kind}>
+              ${file || place ? html`<strong>${file}${file && place ? ', ' : ''}${place}</strong>` : nothing}
+              <span>${sentence(text)}</span>
+              ${remedy ? html`<span class="remedy">${sentence(remedy)}</span>` : nothing}
+            </li>`,
         )}
       </ul>
     </section>`;

@@ -31,6 +31,7 @@ export const tokens = css`
       Roboto,
       sans-serif;
     color: var(--text);
+    -webkit-tap-highlight-color: transparent;
   }
 `;
 
@@ -191,5 +192,65 @@ export const status_styles = css`
   .status.lost {
     color: var(--lost);
     background: var(--lost-soft);
+  }
+`;
+
+/** What stands beside the map: a heading, words, charts below each other. */
+export const panel_styles = css`
+  :host {
+    display: flex;
+    flex-direction: column;
+    gap: 12px;
+    padding: 14px 16px 24px;
+    overflow-wrap: anywhere;
+  }
+  header {
+    display: flex;
+    align-items: center;
+    gap: 8px;
+    min-height: 32px;
+  }
+  header h2 {
+    overflow: hidden;
+    text-overflow: ellipsis;
+    white-space: nowrap;
+  }
+  section {
+    display: flex;
+    flex-direction: column;
+    gap: 4px;
+  }
+  .explanation {
+    color: var(--muted);
+    font-size: 12.5px;
+  }
+  .swatch {
+    flex: none;
+    width: 12px;
+    height: 12px;
+    border-radius: 50%;
+  }
+  abbr {
+    text-decoration: underline dotted;
+    text-underline-offset: 2px;
+  }
+`;
+
+export const chart_styles = css`
+  section > svg {
+    width: 100%;
+    height: auto;
+    color: var(--muted);
+  }
+  section > svg + h3 {
+    margin-top: 10px;
+  }
+  .axes line {
+    stroke: var(--line);
+  }
+  .axes text {
+    fill: var(--muted);
+    font-size: 10.5px;
+    font-variant-numeric: tabular-nums;
   }
 `;

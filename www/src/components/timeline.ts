@@ -132,14 +132,22 @@ export class ScanstitchTimeline extends LitElement {
         height: 6px;
         border-radius: 3px;
         background:
-          linear-gradient(to right, transparent var(--filled), color-mix(in srgb, var(--surface) 78%, transparent) var(--filled)),
+          linear-gradient(
+            to right,
+            transparent var(--filled),
+            color-mix(in srgb, var(--surface) 78%, transparent) var(--filled)
+          ),
           linear-gradient(to right, var(--stops));
       }
       input::-moz-range-track {
         height: 6px;
         border-radius: 3px;
         background:
-          linear-gradient(to right, transparent var(--filled), color-mix(in srgb, var(--surface) 78%, transparent) var(--filled)),
+          linear-gradient(
+            to right,
+            transparent var(--filled),
+            color-mix(in srgb, var(--surface) 78%, transparent) var(--filled)
+          ),
           linear-gradient(to right, var(--stops));
       }
       input::-webkit-slider-thumb {

@@ -1,7 +1,7 @@
 import { css, html, LitElement, nothing, type TemplateResult } from 'lit';
 import { customElement, property } from 'lit/decorators.js';
 import type { FrameResult } from '../engine/protocol.ts';
-import { barAt, barChart, CHART_VIEW_BOX, lineChart } from '../views/chart.ts';
+import { CHART_VIEW_BOX, type ChartSpec, lineChart } from '../views/chart.ts';
 import {
   baseName,
   formatAngle,
@@ -16,18 +16,17 @@ import { cssColor, type Rgb } from '../views/palette.ts';
 import { cleaningWords, directionWords, frameSummary } from '../views/words.ts';
 import { icon } from './icons.ts';
 import { statusBadge } from './status-badge.ts';
-import { shared, status_styles } from './theme.ts';
+import { chart_styles, panel_styles, shared, status_styles } from './theme.ts';
 
 /**
- * Why a scan was placed where it is: verdict, evidence, uncertainty, the course of the iterations. With no scan
- * selected: all scans at a glance.
+ * Why the selected scan was placed where it is: verdict, evidence, uncertainty, the course of the iterations.
  *
  * Fires `frame-selected` with a frame number or null, `pairs-toggled` with a boolean, and `scan-removed` with a name.
  */
 @customElement('scanstitch-why')
 export class ScanstitchWhy extends LitElement {
   @property({ attribute: false }) frames: readonly FrameResult[] = [];
-  @property({ attribute: false }) selected: number | null = null;
+  @property({ attribute: false }) index = 0;
   @property({ attribute: false }) ms: readonly number[] = [];
   @property({ attribute: false }) errors: readonly (number | null)[] = [];
   @property({ attribute: false }) reference_name = '';
@@ -37,99 +36,9 @@ export class ScanstitchWhy extends LitElement {
   @property({ attribute: false }) colors: readonly Rgb[] = [];
 
   protected override render(): TemplateResult {
-    const frame = this.selected === null ? undefined : this.frames[this.selected];
-    return frame && this.selected !== null ? this.renderFrame(frame, this.selected) : this.renderAll();
-  }
-
-  private renderAll(): TemplateResult {
-    const { frames } = this;
-    if (frames.length === 0)
-      return html`<p class="muted">The result of each scan appears here once scans are loaded.</p>`;
-    const count = (status: FrameResult['status']): number => frames.filter((frame) => frame.status === status).length;
-    const worst = frames.findIndex(({ status }) => status === 'lost');
-    const doubtful = frames.findIndex(({ status }) => status === 'doubtful');
-    const first_bad = worst >= 0 ? worst : doubtful;
-    const num_bad = count('lost') + count('doubtful');
-    return html`
-      <header><h2>All scans</h2></header>
-      <p>
-        ${
-          frames.length === 1
-            ? 'One scan alone: its points are shown, but there is nothing to align it with. Drop the scans that follow it.'
-            : num_bad === 0
-              ? `All ${frames.length} scans found their place. Select one, here, in the table or on the map, to see why it lies where it does.`
-              : `${plural(num_bad, 'scan')} of ${frames.length} ${num_bad === 1 ? 'needs' : 'need'} a look.`
-        }
-      </p>
-      ${
-        first_bad >= 0
-          ? html`<p>
-              <button @click=${() => this.select(first_bad)}>Show ${baseName(frames[first_bad]?.name ?? '')}</button>
-            </p>`
-          : nothing
-      }
-      ${
-        frames.length > 1
-          ? this.renderBars(
-              'Distance between partners',
-              'After alignment, root mean square per scan: lower is better.',
-              frames.map((frame) => (frame.history.length > 0 ? frame.inlier_rmse : null)),
-              formatLength,
-            )
-          : nothing
-      }
-      ${
-        frames.length > 1
-          ? this.renderBars(
-              'Points that found a partner',
-              'Share of each scan that overlaps what it was aligned with: higher is better.',
-              frames.map((frame) => (frame.history.length > 0 ? frame.fitness : null)),
-              formatPercent,
-            )
-          : nothing
-      }
-      ${
-        this.errors.some((error) => error !== null)
-          ? this.renderBars(
-              `Distance to ${baseName(this.reference_name)}`,
-              'Per scan, against the reference trajectory: lower is better.',
-              this.errors,
-              formatLength,
-            )
-          : nothing
-      }
-    `;
-  }
-
-  private renderBars(
-    title: string,
-    explanation: string,
-    values: readonly (number | null)[],
-    format: (value: number) => string,
-  ): TemplateResult {
-    const colors = this.colors.map((color) => cssColor(color));
-    const known = values.filter((value) => value !== null);
-    if (known.length === 0) return html``;
-    const words = `${title}: from ${format(Math.min(...known))} to ${format(Math.max(...known))} over ${plural(known.length, 'scan')}.`;
-    return html`<section>
-      <h3>${title}</h3>
-      <p class="explanation">${explanation}</p>
-      <svg
-        class="bars"
-        viewBox=${CHART_VIEW_BOX}
-        role="img"
-        aria-label=${words}
-        @click=${(event: MouseEvent) => {
-          const box = (event.currentTarget as Element).getBoundingClientRect();
-          this.select(barAt((event.clientX - box.left) / box.width, values));
-        }}
-      >
-        ${barChart({ values, format, colors, names: this.frames.map(({ name }) => baseName(name)), selected: this.selected })}
-      </svg>
-    </section>`;
-  }
-
-  private renderFrame(frame: FrameResult, index: number): TemplateResult {
+    const { index } = this;
+    const frame = this.frames[index];
+    if (!frame) return html``;
     const { T_world_sensor: pose, std, history } = frame;
     const color = this.colors[index] ?? [0, 0, 0];
     const error = this.errors[index] ?? null;
@@ -158,7 +67,12 @@ export class ScanstitchWhy extends LitElement {
           >
             ${icon('next')}
           </button>
-          <button class="quiet icon" @click=${() => this.select(null)} aria-label="Back to all scans" title="Back to all scans (Esc)">
+          <button
+            class="quiet icon"
+            @click=${() => this.select(null)}
+            aria-label="Back to all scans"
+            title="Back to all scans (Esc)"
+          >
             ${icon('close')}
           </button>
         </span>
@@ -179,7 +93,9 @@ export class ScanstitchWhy extends LitElement {
         <dd>${formatAngle(pose.theta)}</dd>
         ${
           std
-            ? html`<dt><abbr title="One standard deviation, as far as the scan's own noise tells">Uncertainty</abbr></dt>
+            ? html`<dt>
+                  <abbr title="One standard deviation, as far as the scan's own noise tells">Uncertainty</abbr>
+                </dt>
                 <dd>x ±${formatLength(std.x)}, y ±${formatLength(std.y)}, ±${formatAngle(std.theta, 3)}</dd>`
             : nothing
         }
@@ -188,6 +104,14 @@ export class ScanstitchWhy extends LitElement {
             ? nothing
             : html`<dt>From ${baseName(this.reference_name)}</dt>
                 <dd>${formatLength(error)}</dd>`
+        }
+        ${
+          is_matched
+            ? html`<dt>
+                  <abbr title="Share of its returns that agree with what the scans before it saw">Agreement</abbr>
+                </dt>
+                <dd>${formatPercent(frame.agreement)} with the scans before</dd>`
+            : nothing
         }
         <dt>Points</dt>
         <dd>${cleaningWords(frame.cleaning)}</dd>
@@ -222,37 +146,40 @@ export class ScanstitchWhy extends LitElement {
   }
 
   private renderHistory({ history }: FrameResult): TemplateResult {
-    const first = history[0];
     const last = history.at(-1);
-    const chart = (title: string, values: number[], format: (value: number) => string, color: string): TemplateResult =>
-      html`<h3>${title}</h3>
+    const chart = (title: string, values: number[], spec: Pick<ChartSpec, 'format' | 'color' | 'scale'>) => {
+      const course = `from ${spec.format(values[0] ?? 0)} to ${spec.format(values.at(-1) ?? 0)}`;
+      return html`<h3>${title}</h3>
         <svg
           viewBox=${CHART_VIEW_BOX}
           role="img"
-          aria-label="${title}, by round: from ${format(values[0] ?? 0)} to ${format(values.at(-1) ?? 0)} in ${plural(values.length, 'round')}."
+          aria-label="${title}, by round: ${course} in ${plural(values.length, 'round')}."
         >
-          ${lineChart({ values, format, step: 'round', first: 1, color, from_zero: true })}
+          ${lineChart({ ...spec, values, step: 'round', first: 1 })}
         </svg>`;
+    };
     return html`
       <section>
         ${chart(
           'Distance between partners (rmse)',
           history.map(({ inlier_rmse }) => inlier_rmse),
-          formatLength,
-          'var(--accent)',
+          { format: formatLength, color: 'var(--accent)', scale: 'linear' },
         )}
         ${chart(
           'Points with a partner (inliers)',
           history.map(({ num_inliers }) => num_inliers),
-          formatCount,
-          'var(--good)',
+          { format: formatCount, color: 'var(--good)', scale: 'linear' },
+        )}
+        ${chart(
+          'How far each round moved the scan (powers of ten)',
+          history.map(({ translation_step }) => Math.abs(translation_step)),
+          { format: formatStep, color: 'var(--doubtful)', scale: 'log' },
         )}
         ${
-          first && last
+          last
             ? html`<p class="explanation">
-                The first round moved the scan by ${formatLength(first.translation_step)} and
-                ${formatAngle(Math.abs(first.rotation_step))}, the last one by ${formatStep(last.translation_step)} and
-                ${formatAngle(Math.abs(last.rotation_step), 4)}.
+                ICP has settled when a round hardly moves the scan any more: the last one moved it by
+                ${formatStep(last.translation_step)} and turned it by ${formatAngle(Math.abs(last.rotation_step), 4)}.
               </p>`
             : nothing
         }
@@ -272,14 +199,15 @@ export class ScanstitchWhy extends LitElement {
               </thead>
               <tbody>
                 ${history.map(
-                  (record, i) => html`<tr>
-                    <th scope="row">${i + 1}</th>
-                    <td>${formatCount(record.num_correspondences)}</td>
-                    <td>${formatCount(record.num_inliers)}</td>
-                    <td>${formatLength(record.inlier_rmse)}</td>
-                    <td>${formatStep(record.translation_step)}</td>
-                    <td>${formatAngle(Math.abs(record.rotation_step), 4)}</td>
-                  </tr>`,
+                  (record, i) =>
+                    html`<tr>
+                      <th scope="row">${i + 1}</th>
+                      <td>${formatCount(record.num_correspondences)}</td>
+                      <td>${formatCount(record.num_inliers)}</td>
+                      <td>${formatLength(record.inlier_rmse)}</td>
+                      <td>${formatStep(record.translation_step)}</td>
+                      <td>${formatAngle(Math.abs(record.rotation_step), 4)}</td>
+                    </tr>`,
                 )}
               </tbody>
             </table>
@@ -300,38 +228,12 @@ export class ScanstitchWhy extends LitElement {
   static override styles = [
     shared,
     status_styles,
+    panel_styles,
+    chart_styles,
     css`
-      :host {
-        display: flex;
-        flex-direction: column;
-        gap: 12px;
-        padding: 14px 16px 24px;
-        overflow-wrap: anywhere;
-      }
-      header {
-        display: flex;
-        align-items: center;
-        gap: 8px;
-        min-height: 32px;
-      }
-      header h2 {
-        overflow: hidden;
-        text-overflow: ellipsis;
-        white-space: nowrap;
-      }
       .steps {
         display: flex;
         margin-left: auto;
-      }
-      .swatch {
-        flex: none;
-        width: 12px;
-        height: 12px;
-        border-radius: 50%;
-      }
-      .explanation {
-        color: var(--muted);
-        font-size: 12.5px;
       }
       .open-direction {
         display: flex;
@@ -357,30 +259,6 @@ export class ScanstitchWhy extends LitElement {
       abbr {
         text-decoration: underline dotted;
         text-underline-offset: 2px;
-      }
-      section {
-        display: flex;
-        flex-direction: column;
-        gap: 4px;
-      }
-      section > svg {
-        width: 100%;
-        height: auto;
-        color: var(--muted);
-      }
-      section > svg + h3 {
-        margin-top: 10px;
-      }
-      svg.bars {
-        cursor: pointer;
-      }
-      .axes line {
-        stroke: var(--line);
-      }
-      .axes text {
-        fill: var(--muted);
-        font-size: 10.5px;
-        font-variant-numeric: tabular-nums;
       }
       .pairs {
         display: flex;

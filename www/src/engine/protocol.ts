@@ -2,7 +2,13 @@
  * What the page and the worker say to each other. The names of the data are the engine's own: the types come from the
  * package it is built into, so a name that changes there fails the type check here.
  */
-import type { Preset, Progress, ReconstructionResult, SettingDescription, Settings } from '../../../pkg/scanstitch.js';
+import type {
+  Preset as EnginePreset,
+  SettingDescription as EngineSettingDescription,
+  Settings as EngineSettings,
+  Progress,
+  ReconstructionResult,
+} from '../../../pkg/scanstitch.js';
 
 export type {
   CleaningReport,
@@ -10,12 +16,18 @@ export type {
   IterationRecord,
   PlanarPoint,
   PlanarPose,
-  Preset,
   Progress,
   ReconstructionResult,
-  SettingDescription,
-  Settings,
 } from '../../../pkg/scanstitch.js';
+
+/** All settings. The engine takes some of them, and so calls each one optional. */
+export type Settings = Required<EngineSettings>;
+
+/** A setting's description; its name and unit are known more closely than the engine's types say. */
+export type SettingDescription = EngineSettingDescription & { name: keyof Settings; unit: 'm' | 'rad' | '' };
+
+/** A preset gives every setting. */
+export type Preset = EnginePreset & { settings: Settings };
 
 /** A file as the page holds it: `name` is its path inside what was dropped. */
 export interface InputFile {

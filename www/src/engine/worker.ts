@@ -5,11 +5,14 @@
 import init, { describe_settings, presets, Reconstruction, version } from '../../../pkg/scanstitch.js';
 import type {
   Answers,
+  EngineFacts,
   FromWorker,
   Inputs,
+  Preset,
   Problem,
   Progress,
   RunState,
+  SettingDescription,
   Settings,
   Snapshot,
   Timing,
@@ -40,7 +43,7 @@ async function handle(message: ToWorker): Promise<void> {
   switch (message.type) {
     case 'start':
       await init({ module_or_path: message.module });
-      post({ type: 'ready', facts: { version: version(), descriptions: describe_settings(), presets: presets() } });
+      post({ type: 'ready', facts: engineFacts() });
       return;
     case 'load':
       return load(message.run, message.inputs, message.settings, message.hold);
@@ -54,6 +57,14 @@ async function handle(message: ToWorker): Promise<void> {
     case 'ask':
       return answer(message.id, message.kind, message.frame);
   }
+}
+
+function engineFacts(): EngineFacts {
+  return {
+    version: version(),
+    descriptions: describe_settings() as SettingDescription[],
+    presets: presets() as Preset[],
+  };
 }
 
 /**

@@ -11,8 +11,8 @@ export interface ChartSpec {
   /** The first step's number. */
   first: number;
   color: string;
-  /** Where the axis begins. */
-  from_zero: boolean;
+  /** Linear from zero, or by powers of ten from the smallest value. */
+  scale: 'linear' | 'log';
 }
 
 const WIDTH = 288;
@@ -23,11 +23,13 @@ const TOP = 8;
 const BOTTOM = 18;
 
 /** A line with a dot for each step, the value of the largest and the smallest at the side. */
-export function lineChart({ values, format, step, first, color, from_zero }: ChartSpec): SVGTemplateResult {
-  const [low, high] = range(values, from_zero);
+export function lineChart({ values, format, step, first, color, scale }: ChartSpec): SVGTemplateResult {
+  const [low, high] = scale === 'log' ? logRange(values) : [0, largest(values)];
+  const share = (value: number): number =>
+    scale === 'log' ? Math.log(Math.max(value, low) / low) / Math.log(high / low) : value / high;
   const x = (i: number): number =>
     values.length > 1 ? LEFT + (i / (values.length - 1)) * (WIDTH - LEFT - RIGHT) : (LEFT + WIDTH - RIGHT) / 2;
-  const y = (value: number): number => HEIGHT - BOTTOM - ((value - low) / (high - low)) * (HEIGHT - TOP - BOTTOM);
+  const y = (value: number): number => HEIGHT - BOTTOM - share(value) * (HEIGHT - TOP - BOTTOM);
   const points = values.map((value, i) => `${x(i).toFixed(1)},${y(value).toFixed(1)}`).join(' ');
   return svg`
     <g class="axes">
@@ -67,10 +69,7 @@ const MAX_BARS = 150;
 
 /** One bar per frame, in the frame's colour; of many frames, one per run of them, as high as their largest. */
 export function barChart({ values, format, colors, names, selected }: BarSpec): SVGTemplateResult {
-  const [, high] = range(
-    values.filter((value) => value !== null),
-    true,
-  );
+  const high = largest(values.filter((value) => value !== null));
   const num_bars = Math.min(values.length, MAX_BARS);
   const pitch = (WIDTH - LEFT - RIGHT) / Math.max(num_bars, 1);
   const gap = pitch > 4 ? Math.min(pitch * 0.25, 5) : 0;
@@ -123,9 +122,15 @@ function largestIn(values: readonly (number | null)[], first: number, last: numb
 
 export const CHART_VIEW_BOX = `0 0 ${WIDTH} ${HEIGHT}`;
 
-function range(values: readonly number[], from_zero: boolean): [number, number] {
-  const finite = values.filter(Number.isFinite);
-  const high = finite.reduce((a, b) => Math.max(a, b), 0);
-  const low = from_zero ? 0 : finite.reduce((a, b) => Math.min(a, b), high);
-  return high > low ? [low, high] : [low, low + (Math.abs(low) || 1)];
+/** The largest value, or 1 where none is above zero: an axis needs a length. */
+function largest(values: readonly number[]): number {
+  return values.filter(Number.isFinite).reduce((a, b) => Math.max(a, b), 0) || 1;
+}
+
+/** The smallest and the largest value above zero, at least a factor of ten apart. */
+function logRange(values: readonly number[]): [number, number] {
+  const positive = values.filter((value) => value > 0 && Number.isFinite(value));
+  const high = largest(positive);
+  const low = positive.reduce((a, b) => Math.min(a, b), high);
+  return [Math.min(low, high / 10), high];
 }

@@ -209,7 +209,12 @@ export function paintTrajectory(
     const cell = `${column} ${row}`;
     if (taken.has(cell)) return;
     taken.add(cell);
-    arrow(frame, 8, ownColor(frame), marks.statuses[frame] === 'lost' ? theme.warning : theme.halo);
+    arrow(
+      frame,
+      shown.length > 60 ? 6.5 : 8,
+      ownColor(frame),
+      marks.statuses[frame] === 'lost' ? theme.warning : theme.halo,
+    );
   });
   if (marks.hovered !== null && marks.hovered !== marks.selected)
     arrow(marks.hovered, 11, ownColor(marks.hovered), theme.path);

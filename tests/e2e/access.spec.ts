@@ -1,0 +1,214 @@
+import type { Locator, Page } from '@playwright/test';
+import { expect, ScanstitchPage, sampleScans, test } from './scanstitch_page.js';
+
+/** Every control that is shown has a name. */
+async function expectNamedControls(page: Page): Promise<void> {
+  const controls: Locator[] = await page
+    .locator('button:visible, input:visible, select:visible, [role=tab]:visible, [tabindex="0"]:visible')
+    .all();
+  expect(controls.length).toBeGreaterThan(10);
+  for (const control of controls) await expect(control).toHaveAccessibleName(/\w/);
+}
+
+test('every control has a name, every region its role', async ({ app, page }) => {
+  await expectNamedControls(page);
+  await expect(page.getByRole('main')).toBeVisible();
+  await expect(page.getByRole('navigation', { name: 'Actions' })).toBeVisible();
+  await expect(app.table.getByRole('columnheader')).toHaveCount(10);
+  await expect(app.stage).toHaveAccessibleDescription(/10 of 10 scans.*Arrow keys move the map/s);
+  await app.row('5.ply').click();
+  await expect(app.why.getByRole('img', { name: /rmse.*by round/ })).toBeVisible();
+  await expectNamedControls(page);
+  expect(await page.locator('html').getAttribute('lang')).toBe('en');
+});
+
+test('the keyboard reaches everything, in the order of the page, and the focus is seen', async ({ page }) => {
+  const reached: string[] = [];
+  for (let i = 0; i < 60; i++) {
+    await page.keyboard.press('Tab');
+    const stop = await page.evaluate(() => {
+      let element = document.activeElement;
+      while (element?.shadowRoot?.activeElement) element = element.shadowRoot.activeElement;
+      if (!element || element === document.body) return null;
+      const { outlineStyle, outlineWidth } = getComputedStyle(element);
+      const name = element.getAttribute('aria-label') ?? element.id ?? '';
+      return {
+        name: name || element.textContent?.trim() || element.tagName,
+        is_seen: outlineStyle !== 'none' && outlineWidth !== '0px',
+      };
+    });
+    if (!stop) break;
+    expect(stop, 'the focus is seen').toMatchObject({ is_seen: true });
+    reached.push(stop.name);
+  }
+  for (const name of [
+    'Open',
+    'Export',
+    'Dark colours',
+    'preset',
+    'strategy',
+    'Map',
+    'Zoom in',
+    'Scans shown',
+    '0.ply',
+  ]) {
+    expect(reached).toContain(name);
+  }
+  expect(reached.indexOf('Open')).toBeLessThan(reached.indexOf('Map'));
+  expect(reached.indexOf('Map')).toBeLessThan(reached.indexOf('0.ply'));
+});
+
+test('a menu is worked by keys', async ({ page }) => {
+  const button = page.getByRole('button', { name: 'Export' });
+  await button.focus();
+  await page.keyboard.press('Enter');
+  await expect(page.getByRole('menuitem').first()).toBeFocused();
+  await page.keyboard.press('ArrowDown');
+  await expect(page.getByRole('menuitem').nth(1)).toBeFocused();
+  await page.keyboard.press('ArrowUp');
+  await page.keyboard.press('ArrowUp');
+  await expect(page.getByRole('menuitem').last()).toBeFocused();
+  await page.keyboard.press('Escape');
+  await expect(page.getByRole('menu')).toBeHidden();
+  await expect(button).toBeFocused();
+});
+
+test('errors are said aloud', async ({ app, page }) => {
+  await app.drop([{ name: 'letter.ply', content: 'Dear all' }, ...sampleScans().slice(0, 2)]);
+  const said: string[] = [];
+  await expect
+    .poll(async () => {
+      said.push(await page.getByRole('status').innerText());
+      return said.join(' ');
+    })
+    .toMatch(/letter\.ply|2 scans stitched/);
+  await app.stitched();
+});
+
+for (const scheme of ['light', 'dark'] as const) {
+  test(`words can be read in ${scheme} colours`, async ({ page }) => {
+    await page.emulateMedia({ colorScheme: scheme });
+    const app = new ScanstitchPage(page);
+    await app.open();
+    await app.row('5.ply').click();
+    const weak = await page.evaluate(findWeakContrast);
+    expect(weak).toEqual([]);
+  });
+}
+
+test('dark colours follow the system, and the button overrules it', async ({ page }) => {
+  await page.emulateMedia({ colorScheme: 'dark' });
+  const app = new ScanstitchPage(page);
+  await app.open();
+  const corner = (): Promise<number> =>
+    app.map
+      .locator('canvas')
+      .evaluate((canvas: HTMLCanvasElement) => canvas.getContext('2d')?.getImageData(0, 0, 1, 1).data[0] ?? -1);
+  await expect.poll(corner).toBeLessThan(40);
+  await page.getByRole('button', { name: 'Light colours' }).click();
+  await expect.poll(corner).toBeGreaterThan(220);
+  await page.getByRole('button', { name: 'Dark colours' }).click();
+  await expect.poll(corner).toBeLessThan(40);
+});
+
+test.describe('on a phone', () => {
+  test.use({ viewport: { width: 360, height: 740 }, hasTouch: true, isMobile: true });
+
+  test('nothing is wider than the screen, and all is within reach', async ({ app, page }) => {
+    const width = (): Promise<number> => page.evaluate(() => document.documentElement.scrollWidth);
+    expect(await width()).toBe(360);
+    for (const tab of ['Scans', 'Why', 'Settings', 'Result']) {
+      await page.getByRole('tab', { name: tab }).tap();
+      await expect(page.getByRole('tabpanel', { name: tab })).toBeVisible();
+      expect(await width()).toBe(360);
+    }
+    await expectNamedControls(page);
+
+    await page.getByRole('tab', { name: 'Scans' }).tap();
+    await app.row('2.ply').tap();
+    await page.getByRole('tab', { name: 'Why' }).tap();
+    await expect(page.getByRole('tabpanel')).toContainText('2.ply');
+    await page.getByRole('tab', { name: 'Why' }).press('ArrowRight');
+    await expect(page.getByRole('tab', { name: 'Settings' })).toBeFocused();
+
+    for (const name of ['Open', 'Export']) {
+      await page.getByRole('button', { name }).tap();
+      const box = await page.getByRole('menu').boundingBox();
+      expect(box?.x).toBeGreaterThanOrEqual(0);
+      expect((box?.x ?? 0) + (box?.width ?? 0)).toBeLessThanOrEqual(360);
+      await page.keyboard.press('Escape');
+    }
+  });
+
+  test('two fingers zoom', async ({ app, page }) => {
+    const before = await app.picture();
+    const box = await app.map.boundingBox();
+    const [x, y] = [(box?.x ?? 0) + 150, (box?.y ?? 0) + 150];
+    const cdp = await page.context().newCDPSession(page);
+    const touch = (type: 'touchStart' | 'touchMove' | 'touchEnd', spread: number) =>
+      cdp.send('Input.dispatchTouchEvent', {
+        type,
+        touchPoints:
+          type === 'touchEnd'
+            ? []
+            : [
+                { x: x - spread, y, id: 1 },
+                { x: x + spread, y, id: 2 },
+              ],
+      });
+    await touch('touchStart', 20);
+    for (const spread of [30, 45, 60]) await touch('touchMove', spread);
+    await touch('touchEnd', 0);
+    await expect.poll(() => app.picture()).not.toBe(before);
+    await expect(page.getByRole('main')).toBeVisible();
+  });
+});
+
+/** Runs in the page: texts whose contrast to their background is below 4.5 (3 where they are large), WCAG 2 AA. */
+function findWeakContrast(): string[] {
+  const probe = document.createElement('canvas').getContext('2d', { willReadFrequently: true });
+  const rgba = (color: string): [number, number, number, number] => {
+    if (!probe) return [0, 0, 0, 1];
+    probe.clearRect(0, 0, 1, 1);
+    probe.fillStyle = color;
+    probe.fillRect(0, 0, 1, 1);
+    const [r = 0, g = 0, b = 0, a = 0] = probe.getImageData(0, 0, 1, 1).data;
+    return [r, g, b, a / 255];
+  };
+  const luminance = ([r, g, b]: readonly number[]): number => {
+    const linear = (v = 0): number => (v / 255 <= 0.04045 ? v / 255 / 12.92 : ((v / 255 + 0.055) / 1.055) ** 2.4);
+    return 0.2126 * linear(r) + 0.7152 * linear(g) + 0.0722 * linear(b);
+  };
+  const parentOf = (element: Element): Element | null =>
+    element.assignedSlot ??
+    element.parentElement ??
+    ((element.getRootNode() as ShadowRoot).host as Element | undefined) ??
+    null;
+  const backgroundOf = (element: Element): readonly number[] => {
+    for (let at: Element | null = element; at; at = parentOf(at)) {
+      const color = rgba(getComputedStyle(at).backgroundColor);
+      if (color[3] > 0.98) return color;
+    }
+    return [255, 255, 255];
+  };
+  const weak: string[] = [];
+  const visit = (root: Document | ShadowRoot): void => {
+    for (const element of root.querySelectorAll('*')) {
+      if (element.shadowRoot) visit(element.shadowRoot);
+      const text = [...element.childNodes]
+        .filter((node) => node.nodeType === Node.TEXT_NODE)
+        .map((node) => node.textContent?.trim());
+      const style = getComputedStyle(element);
+      const is_idle = element.closest(':disabled') !== null;
+      if (text.join('') === '' || is_idle || !element.checkVisibility() || element.closest('.visually-hidden, title'))
+        continue;
+      const color = rgba(element instanceof SVGElement ? style.fill : style.color);
+      const [a, b] = [luminance(color), luminance(backgroundOf(element))];
+      const ratio = (Math.max(a, b) + 0.05) / (Math.min(a, b) + 0.05);
+      const is_large = Number.parseFloat(style.fontSize) >= 18.66;
+      if (ratio < (is_large ? 3 : 4.5)) weak.push(`${text.join(' ')}: ${ratio.toFixed(2)}`);
+    }
+  };
+  visit(document);
+  return weak;
+}

@@ -1,0 +1,91 @@
+import { expect, type InputFile, ply, room, sampleScans, test } from './scanstitch_page.js';
+
+const cut_off = ply(room(8, 6)).split('\n').slice(0, 100).join('\n');
+const binary_header = ply([]).replace('ascii', 'binary_little_endian').replace('vertex 0', 'vertex 4000000000');
+const not_finite = ply(room(8, 6)).replace(/^.*$/gm, (line, at) => (at > 150 && line !== '' ? 'nan nan 0' : line));
+const in_space = ply(room(8, 6).map(([x, y], i) => [x, y, i / 100]));
+
+/** Each file, and what its message must say. */
+const BAD_FILES: { what: string; file: InputFile; says: RegExp[] }[] = [
+  { what: 'a cut-off file', file: { name: 'cut.ply', content: cut_off }, says: [/cut\.ply, line \d+/, /cut off/] },
+  {
+    what: 'a header that claims 4 billion points',
+    file: { name: 'huge.ply', content: binary_header },
+    says: [/huge\.ply, (byte|line) \d+/, /4000000000|4 ?billion/],
+  },
+  {
+    what: 'a text file named .ply',
+    file: { name: 'letter.ply', content: 'Dear all,\nplease find attached' },
+    says: [/letter\.ply, line 1/, /Dear all/],
+  },
+  { what: 'an empty file', file: { name: 'empty.ply', content: '' }, says: [/empty\.ply/] },
+  { what: 'an empty cloud', file: { name: 'nothing.ply', content: ply([]) }, says: [/nothing\.ply/, /no points/] },
+  {
+    what: 'coordinates that are no numbers',
+    file: { name: 'nan.ply', content: not_finite },
+    says: [/nan\.ply/, /finite/],
+  },
+  { what: 'a cloud in space', file: { name: 'space.ply', content: in_space }, says: [/space\.ply/, /planar/] },
+];
+
+for (const { what, file, says } of BAD_FILES) {
+  test(`${what} gets its own message, and the scans beside it are stitched`, async ({ app }) => {
+    await app.drop([...sampleScans().slice(0, 3), file]);
+    const { result } = await app.stitched();
+    expect(result.frames).toHaveLength(3);
+    await expect(app.messages.getByRole('listitem')).toHaveCount(1);
+    for (const words of says) await expect(app.messages).toContainText(words);
+  });
+}
+
+test('several bad files are listed one by one, and what was on the page stays', async ({ app }) => {
+  await app.drop(BAD_FILES.map(({ file }) => file));
+  for (const { file } of BAD_FILES) await expect(app.messages).toContainText(file.name);
+  await expect(app.messages).toContainText('what was on the page stays');
+  expect(await app.scanNames()).toHaveLength(10);
+  await app.row('3.ply').click();
+  await expect(app.why).toContainText('found a partner');
+});
+
+test('a bad trajectory is told, and the scans are stitched without it', async ({ app }) => {
+  await app.drop([...sampleScans().slice(0, 3), { name: 'path.tum', content: '0 0 0 0 0 0 0 1\n1 one 0 0 0 0 0 1\n' }]);
+  const { result } = await app.stitched();
+  expect(result.frames).toHaveLength(3);
+  expect(result.comparison).toBeNull();
+  await expect(app.messages).toContainText(/path\.tum, line 2/);
+});
+
+test('files that are neither scans nor a trajectory are named with the reason', async ({ app }) => {
+  await app.drop([
+    { name: 'photo.png', content: 'x' },
+    { name: 'poses.npy', content: 'x' },
+    { name: 'scans.zip', content: 'x' },
+    { name: 'readme.txt', content: 'Read this first.' },
+  ]);
+  for (const words of ['Nothing to use among 4 files', 'photo.png', 'poses.npy', 'scans.zip', 'readme.txt']) {
+    await expect(app.messages).toContainText(words);
+  }
+  expect(await app.numStitched()).toBe(1);
+});
+
+test('a single scan is shown, and said to be alone', async ({ app }) => {
+  await app.drop([{ name: 'alone.ply', content: ply(room(8, 6)) }]);
+  const { result } = await app.stitched();
+  expect(result.frames).toHaveLength(1);
+  await expect(app.why).toContainText('One scan alone');
+  expect(await app.numPainted()).toBeGreaterThan(100);
+});
+
+test('two scans of different rooms: the second is lost or doubtful, and the page says why', async ({ app }) => {
+  const elsewhere = room(3, 40).map(([x, y]): [number, number, number] => [x + 60, y - 35, 0]);
+  await app.drop([
+    { name: 'here.ply', content: ply(room(8, 6)) },
+    { name: 'there.ply', content: ply(elsewhere) },
+  ]);
+  const { result } = await app.stitched();
+  const frame = result.frames[1];
+  expect(frame?.status).not.toBe('good');
+  await app.row('there.ply').click();
+  await expect(app.why).toContainText(frame?.reason ?? 'no reason');
+  await expect(app.page.getByLabel('Result in figures')).toContainText(`1 ${frame?.status}`);
+});

@@ -1,0 +1,110 @@
+import { existsSync, mkdirSync, writeFileSync } from 'node:fs';
+import { join } from 'node:path';
+import { expect, sampleScans, test, ZJU_FOLDER, zjuScans } from './scanstitch_page.js';
+
+/** The published positions of the ten recorded scans, m. */
+const MATLAB_POSITIONS = [
+  [0, 0],
+  [0.0459, 1.1082],
+  [0.1924, 2.2068],
+  [0.3375, 3.3133],
+  [0.397, 4.01],
+  [0.3145, 5.0264],
+  [0.2742, 5.9423],
+  [0.1316, 6.8498],
+  [0.1663, 8.1005],
+  [0.1687, 9.0731],
+];
+
+test('ten recorded scans, dropped in any order, become a trajectory and a map', async ({ app }, info) => {
+  test.skip(!existsSync(ZJU_FOLDER), '../shared/data is absent');
+  const reference = { name: 'matlab.txt', content: MATLAB_POSITIONS.map(([x, y]) => `${x} ${y} 0`).join('\n') };
+  const scans = zjuScans();
+  await app.drop([...scans.slice(5).reverse(), reference, ...scans.slice(0, 5)]);
+  const { result, timing, elapsed_ms } = await app.stitched();
+  info.annotations.push({ type: 'from drop to drawn map', description: `${elapsed_ms.toFixed(0)} ms` });
+  info.annotations.push({ type: 'computing', description: `${timing.total.toFixed(0)} ms` });
+
+  expect(await app.scanNames()).toEqual(Array.from({ length: 10 }, (_, i) => `${i}.ply`));
+  expect(result.frames.filter(({ status }) => status === 'lost')).toEqual([]);
+  expect(result.sharpness?.mean_residual).toBeLessThanOrEqual(0.017);
+  expect(result.comparison?.mean).toBeLessThanOrEqual(0.121);
+  expect(result.comparison?.max).toBeLessThanOrEqual(0.3);
+  await expect(app.page.getByLabel('Result in figures')).toContainText('Distance to matlab.txt');
+  await expect(app.page.getByText('Your scans')).toBeVisible();
+});
+
+test('scans are put in natural order: 2.ply before 10.ply', async ({ app }) => {
+  const scans = sampleScans();
+  const names = ['scan_10.ply', 'scan_2.ply', 'scan_1.ply'];
+  await app.drop(names.map((name, i) => ({ name, content: scans[2 - i]?.content ?? '' })));
+  await app.stitched();
+  expect(await app.scanNames()).toEqual(['scan_1.ply', 'scan_2.ply', 'scan_10.ply']);
+});
+
+test('a dropped set replaces the sample, further files join it, one of the same name replaces the old one', async ({
+  app,
+}) => {
+  const scans = sampleScans();
+  await app.drop(scans.slice(3, 7));
+  expect((await app.stitched()).result.frames).toHaveLength(4);
+  await app.drop(scans.slice(0, 3));
+  expect((await app.stitched()).result.frames).toHaveLength(7);
+  expect(await app.scanNames()).toEqual(['0.ply', '1.ply', '2.ply', '3.ply', '4.ply', '5.ply', '6.ply']);
+  await app.drop(scans.slice(6, 8));
+  expect((await app.stitched()).result.frames).toHaveLength(8);
+});
+
+test('a trajectory dropped alone is compared with what is there', async ({ app }) => {
+  const scans = sampleScans();
+  await app.drop(scans);
+  expect((await app.stitched()).result.comparison).toBeNull();
+  await app.drop([{ name: 'path.csv', content: scans.map((_, i) => `0, ${i}, 0`).join('\n') }]);
+  const { result } = await app.stitched();
+  expect(result.frames).toHaveLength(10);
+  expect(result.comparison?.name).toBe('path.csv');
+});
+
+test('a folder is opened to any depth; what is no scan is named and left aside', async ({ app, page }, info) => {
+  const folder = info.outputPath('recording');
+  mkdirSync(join(folder, 'late'), { recursive: true });
+  const scans = sampleScans();
+  scans.slice(0, 2).forEach(({ name, content }) => void writeFileSync(join(folder, name), content));
+  scans.slice(2, 4).forEach(({ name, content }) => void writeFileSync(join(folder, 'late', name), content));
+  writeFileSync(join(folder, 'notes.md'), 'taken on a Tuesday');
+  writeFileSync(join(folder, '.DS_Store'), 'x');
+
+  // Only the browser itself makes entries that can be opened: a drop by its own protocol, with a path of this machine.
+  const cdp = await page.context().newCDPSession(page);
+  const box = await app.map.boundingBox();
+  const [x, y] = [(box?.x ?? 0) + 100, (box?.y ?? 0) + 100];
+  const data = { items: [], files: [folder], dragOperationsMask: 1 };
+  for (const type of ['dragEnter', 'dragOver', 'drop'] as const)
+    await cdp.send('Input.dispatchDragEvent', { type, x, y, data });
+
+  const { result } = await app.stitched();
+  expect(result.frames.map(({ name }) => name)).toEqual([
+    'recording/0.ply',
+    'recording/1.ply',
+    'recording/late/2.ply',
+    'recording/late/3.ply',
+  ]);
+  await expect(app.messages).toContainText('recording/notes.md');
+  await expect(app.messages).not.toContainText('.DS_Store');
+  await expect(page.locator('.title')).toHaveText('recording');
+  await app.messages.getByRole('button', { name: 'Put the messages away' }).click();
+  await expect(app.messages).toBeHidden();
+});
+
+test('files are picked as well as dropped', async ({ app, page }) => {
+  await page.getByRole('button', { name: 'Open' }).click();
+  const chooser = page.waitForEvent('filechooser');
+  await page.getByRole('menuitem', { name: /Files/ }).click();
+  const scans = sampleScans().slice(0, 3);
+  await (
+    await chooser
+  ).setFiles(
+    scans.map(({ name, content }) => ({ name, mimeType: 'application/octet-stream', buffer: Buffer.from(content) })),
+  );
+  expect((await app.stitched()).result.frames).toHaveLength(3);
+});

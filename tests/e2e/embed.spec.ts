@@ -1,0 +1,98 @@
+import { readFileSync } from 'node:fs';
+import { join } from 'node:path';
+import type { Page } from '@playwright/test';
+import { expect, SAMPLE_FOLDER, ScanstitchPage, test as base } from './scanstitch_page.js';
+
+const COURSE_HOST = 'http://course.example';
+
+/**
+ * A course page on another host than Scanstitch's: `body` stands in it, the scans of the sample lie beside it, and the
+ * element comes from `baseURL` with the header that every public static host sends.
+ */
+async function openCourse(page: Page, baseURL: string, body: string): Promise<void> {
+  await page.context().route(`${baseURL}**`, async (route) => {
+    const response = await route.fetch();
+    await route.fulfill({ response, headers: { ...response.headers(), 'access-control-allow-origin': '*' } });
+  });
+  await page.context().route(`${COURSE_HOST}/**`, async (route) => {
+    const { pathname } = new URL(route.request().url());
+    if (pathname === '/lesson/') {
+      const script = `<script type="module" src="${baseURL}scanstitch-app.js"></script>`;
+      await route.fulfill({ contentType: 'text/html', body: `<!doctype html><title>Lesson</title>${body}${script}` });
+    } else if (pathname === '/lesson/scans/set.json') {
+      const scans = ['0.ply', '1.ply', '2.ply'];
+      await route.fulfill({ json: { title: 'Lesson 3', scans, reference: 'truth.tum' } });
+    } else if (pathname.startsWith('/lesson/scans/')) {
+      const content = readFileSync(join(SAMPLE_FOLDER, pathname.slice('/lesson/scans/'.length)));
+      await route.fulfill({ contentType: 'application/octet-stream', body: content });
+    } else {
+      await route.fulfill({ status: 404 });
+    }
+  });
+  const app = new ScanstitchPage(page);
+  await app.open(`${COURSE_HOST}/lesson/`);
+}
+
+const test = base.extend<{ course: (body: string) => Promise<ScanstitchPage> }>({
+  course: async ({ page, baseURL }, use) => {
+    await use(async (body) => {
+      await openCourse(page, baseURL ?? '', body);
+      return new ScanstitchPage(page);
+    });
+  },
+});
+
+test('a course page on another host embeds the element with its own scans', async ({ course, page }) => {
+  const app = await course(
+    '<p>A column of text.</p><div style="width: 600px"><scanstitch-app src="scans/set.json"></scanstitch-app></div>',
+  );
+  const { result } = await app.stitched();
+  expect(result.frames.map(({ name }) => name)).toEqual(['0.ply', '1.ply', '2.ply']);
+  expect(result.comparison?.num_matched).toBe(3);
+  await expect(page.getByText('Lesson 3')).toBeVisible();
+  // In a narrow column it is laid out as on a phone, and the page keeps its own width.
+  await expect(page.getByRole('tab', { name: 'Result' })).toBeVisible();
+  expect(await page.locator('scanstitch-app').evaluate((element) => element.scrollWidth)).toBeLessThanOrEqual(600);
+});
+
+test('scans are named one by one, with settings and colours of the course', async ({ course, page }) => {
+  const app = await course(
+    '<scanstitch-app src="scans/0.ply scans/1.ply scans/truth.tum" settings="strategy=scan_to_scan" theme="dark"></scanstitch-app>',
+  );
+  const { result } = await app.stitched();
+  expect(result.frames).toHaveLength(2);
+  expect(result.settings.strategy).toBe('scan_to_scan');
+  await expect(page.getByRole('button', { name: 'Light colours' })).toBeVisible();
+  expect(page.url()).not.toContain('#');
+});
+
+test('in a page that scrolls, the wheel belongs to the page until the map is clicked', async ({ course, page }) => {
+  const app = await course('<scanstitch-app src="scans/set.json"></scanstitch-app><div style="height: 3000px"></div>');
+  await app.stitched();
+  const box = await app.map.boundingBox();
+  const [x, y] = [(box?.x ?? 0) + 100, (box?.y ?? 0) + 60];
+  await page.mouse.move(x, y);
+  await page.mouse.wheel(0, 120);
+  await expect.poll(() => page.evaluate(() => scrollY)).toBeGreaterThan(50);
+  await page.evaluate(() => scrollTo(0, 0));
+  await page.mouse.click(x, y);
+  const before = await app.picture();
+  await page.mouse.wheel(0, -200);
+  await expect.poll(() => app.picture()).not.toBe(before);
+  expect(await page.evaluate(() => scrollY)).toBe(0);
+});
+
+test('scans that cannot be fetched are told', async ({ page, baseURL }) => {
+  await page.context().route(`${COURSE_HOST}/**`, (route) => {
+    const is_page = new URL(route.request().url()).pathname === '/';
+    const body = `<scanstitch-app src="missing.json"></scanstitch-app><script type="module" src="${baseURL}scanstitch-app.js"></script>`;
+    return route.fulfill(is_page ? { contentType: 'text/html', body } : { status: 404 });
+  });
+  await page.context().route(`${baseURL}**`, async (route) => {
+    const response = await route.fetch();
+    await route.fulfill({ response, headers: { ...response.headers(), 'access-control-allow-origin': '*' } });
+  });
+  await page.goto(`${COURSE_HOST}/`);
+  await expect(page.getByRole('region', { name: 'Messages' })).toContainText(/missing\.json answered 404/);
+  await expect(page.getByRole('button', { name: 'Show the sample' })).toBeVisible();
+});

@@ -1,0 +1,66 @@
+import { expect, type InputFile, sampleScans, test } from './scanstitch_page.js';
+
+/** The sample driven to and fro: as long as is asked, and every scan overlaps the one before it. */
+function longDrive(num_scans: number): InputFile[] {
+  const scans = sampleScans();
+  const there_and_back = [...scans, ...scans.slice(1, -1).reverse()];
+  return Array.from({ length: num_scans }, (_, i) => ({
+    name: `long/${i}.ply`,
+    content: there_and_back[i % there_and_back.length]?.content ?? '',
+  }));
+}
+
+test('a long computation shows its progress, stops at once, keeps what it has and goes on', async ({
+  app,
+  page,
+}, info) => {
+  await app.drop(longDrive(600));
+  await expect(page.getByText(/Aligning scan \d+ of 600/)).toBeVisible();
+  await expect(page.getByRole('progressbar')).toBeVisible();
+  // The map grows while it is computed.
+  await expect.poll(async () => Number(await app.table.getAttribute('aria-rowcount'))).toBeGreaterThan(20);
+
+  const ms = await page.evaluate(async () => {
+    const root = document.querySelector('scanstitch-app')?.shadowRoot;
+    const stop = [...(root?.querySelectorAll('button') ?? [])].find((button) => button.textContent === 'Stop');
+    const start = performance.now();
+    stop?.click();
+    while (!root?.textContent?.includes('Stopped: the map so far')) await new Promise(requestAnimationFrame);
+    return performance.now() - start;
+  });
+  info.annotations.push({ type: 'from stop to stopped', description: `${ms.toFixed(0)} ms` });
+  const num_rows = Number(await app.table.getAttribute('aria-rowcount')) - 1;
+  expect(num_rows).toBeGreaterThan(10);
+  expect(num_rows).toBeLessThan(600);
+  expect(await app.numPainted()).toBeGreaterThan(500);
+  expect(await app.numStitched()).toBe(1);
+  await expect(page.getByRole('button', { name: 'Export' })).toBeEnabled();
+
+  await page.getByRole('button', { name: 'Go on' }).click();
+  expect((await app.stitched()).result.frames).toHaveLength(600);
+});
+
+test('a setting changed in the middle starts over with it', async ({ app }) => {
+  await app.drop(longDrive(400));
+  await expect(app.page.getByText(/Aligning scan \d+ of 400/)).toBeVisible();
+  await app.setting('Strategy').selectOption('scan_to_scan');
+  const { result } = await app.stitched();
+  expect(result.settings.strategy).toBe('scan_to_scan');
+  expect(result.frames).toHaveLength(400);
+});
+
+test('a thousand rows scroll by keyboard, and only those in sight are in the document', async ({ app, page }) => {
+  await app.setting('Strategy').selectOption('scan_to_scan');
+  await app.stitched();
+  await app.drop(longDrive(300));
+  await app.stitched();
+  await app.row('0.ply').getByRole('button').focus();
+  await page.keyboard.press('End');
+  await expect(app.row('299.ply').getByRole('button')).toBeFocused();
+  expect(await app.table.getByRole('row').count()).toBeLessThan(80);
+  await expect(app.table).toHaveAttribute('aria-rowcount', '301');
+  await page.keyboard.press('ArrowUp');
+  await expect(app.row('298.ply').getByRole('button')).toBeFocused();
+  await page.keyboard.press('Home');
+  await expect(app.row('0.ply').getByRole('button')).toBeFocused();
+});

@@ -1,0 +1,119 @@
+import { expect, test } from './scanstitch_page.js';
+
+test('the slider builds the map scan by scan', async ({ app, page }) => {
+  const slider = page.getByRole('slider', { name: 'Scans shown' });
+  const whole = await app.numPainted();
+  await slider.focus();
+  await page.keyboard.press('Home');
+  await expect(slider).toHaveAttribute('aria-valuetext', '1 of 10 scans');
+  await expect.poll(() => app.numPainted()).toBeLessThan(whole / 2);
+  await page.keyboard.press('ArrowRight');
+  await expect(slider).toHaveAttribute('aria-valuetext', '2 of 10 scans');
+  await expect(app.why).toContainText('1.ply');
+  await page.keyboard.press('End');
+  await page.keyboard.press('Tab');
+  await expect(slider).toHaveAttribute('aria-valuetext', '10 of 10 scans');
+});
+
+test('it plays to the end', async ({ page }) => {
+  const slider = page.getByRole('slider', { name: 'Scans shown' });
+  await page.getByRole('button', { name: /^Play/ }).click();
+  await expect(page.getByRole('button', { name: 'Pause' })).toBeVisible();
+  await expect(slider).toHaveAttribute('aria-valuetext', '4 of 10 scans', { timeout: 10_000 });
+  await expect(slider).toHaveAttribute('aria-valuetext', '10 of 10 scans', { timeout: 10_000 });
+  await expect(page.getByRole('button', { name: /^Play/ })).toBeVisible();
+});
+
+test('keys move, zoom, turn and fit the map', async ({ app, page }) => {
+  await app.stage.focus();
+  const fitted = await app.picture();
+  for (const key of ['ArrowLeft', 'ArrowUp', '+', '-', 'r']) {
+    const before = await app.picture();
+    await page.keyboard.press(key);
+    await expect.poll(() => app.picture(), { message: key }).not.toBe(before);
+  }
+  for (let i = 0; i < 3; i++) await page.keyboard.press('r');
+  await page.keyboard.press('f');
+  await expect.poll(() => app.picture()).toBe(fitted);
+});
+
+test('the wheel zooms to the cursor: what lies under it stays', async ({ app, page }) => {
+  const box = await app.map.boundingBox();
+  const [x, y] = [(box?.x ?? 0) + 150, (box?.y ?? 0) + 120];
+  const readout = app.map.locator('.readout');
+  await page.mouse.move(x, y);
+  await page.mouse.wheel(0, -1);
+  const before = await readout.innerText();
+  const picture = await app.picture();
+  await page.mouse.wheel(0, -400);
+  await expect.poll(() => app.picture()).not.toBe(picture);
+  await page.mouse.move(x, y);
+  await expect(readout).toHaveText(before.replaceAll('\n', ''));
+});
+
+test('dragging moves the map and a double click fits it', async ({ app, page }) => {
+  const fitted = await app.picture();
+  const box = await app.map.boundingBox();
+  const [x, y] = [(box?.x ?? 0) + 200, (box?.y ?? 0) + 60];
+  await page.mouse.move(x, y);
+  await page.mouse.down();
+  await page.mouse.move(x + 80, y + 40, { steps: 4 });
+  await page.mouse.up();
+  await page.mouse.move(0, 0);
+  await expect.poll(() => app.picture()).not.toBe(fitted);
+  await page.mouse.dblclick(x, y);
+  await page.mouse.move(0, 0);
+  await page.keyboard.press('Escape');
+  await expect.poll(() => app.picture()).toBe(fitted);
+});
+
+test('row and map select each other', async ({ app, page }) => {
+  const plain = await app.picture();
+  await app.row('3.ply').click();
+  await expect(app.row('3.ply').getByRole('button')).toHaveAttribute('aria-pressed', 'true');
+  await expect(app.why).toContainText('3.ply');
+  expect(await app.picture()).not.toBe(plain);
+
+  // From the map: the next scan by key, then none.
+  await app.stage.focus();
+  await page.keyboard.press('.');
+  await expect(app.row('4.ply').getByRole('button')).toHaveAttribute('aria-pressed', 'true');
+  await page.keyboard.press('Escape');
+  await expect(app.why).toContainText('All scans');
+});
+
+test('a click on a pose selects its scan', async ({ app, page }) => {
+  const box = await app.map.boundingBox();
+  if (!box) throw new Error('The map has no size.');
+  const readout = app.map.locator('.readout');
+  // Along the path the read-out names the scans; a click there selects the one named.
+  for (let share = 0.02; share < 1; share += 0.01) {
+    await page.mouse.move(box.x + share * box.width, box.y + 0.5 * box.height);
+    const [, , name] = (await readout.innerText()).split('\n');
+    if (!name) continue;
+    await page.mouse.down();
+    await page.mouse.up();
+    await expect(app.row(name).getByRole('button')).toHaveAttribute('aria-pressed', 'true');
+    await expect(app.why).toContainText(name);
+    return;
+  }
+  throw new Error('No scan lies on the middle line of the map.');
+});
+
+test('pairs of points are drawn on demand', async ({ app, page }) => {
+  await app.row('5.ply').click();
+  const without = await app.picture();
+  await page.getByLabel(/Draw a line from each point/).check();
+  await expect.poll(() => app.picture()).not.toBe(without);
+  await page.getByLabel(/Draw a line from each point/).uncheck();
+  await expect.poll(() => app.picture()).toBe(without);
+});
+
+test('grid, path and reference can be hidden', async ({ app, page }) => {
+  await page.getByRole('button', { name: 'What is drawn' }).click();
+  for (const name of ['Grid', 'Path and poses', /^Reference/]) {
+    const before = await app.picture();
+    await page.getByRole('checkbox', { name }).uncheck();
+    await expect.poll(() => app.picture()).not.toBe(before);
+  }
+});

@@ -1,0 +1,190 @@
+/**
+ * The page as its tests see it: opened, fed with files, asked for what it shows. Everything here goes through what a
+ * user has (the controls, a drop, the keyboard) and through the documented event of the element.
+ */
+import { readFileSync } from 'node:fs';
+import { join } from 'node:path';
+import { test as base, expect, type Locator, type Page } from '@playwright/test';
+import type { ReconstructionResult } from '../../pkg/scanstitch.js';
+
+export { expect };
+
+export const SAMPLE_FOLDER = join(import.meta.dirname, '../../www/samples/corridor');
+export const ZJU_FOLDER = join(import.meta.dirname, '../../../shared/data/laser/zju10');
+
+export interface InputFile {
+  name: string;
+  content: string | Buffer;
+}
+
+/** The detail of the element's event `scanstitch-stitched`. */
+export interface Stitched {
+  result: ReconstructionResult;
+  timing: { total: number; frames: number[] };
+  elapsed_ms: number;
+}
+
+declare global {
+  interface Window {
+    stitched: Stitched[];
+  }
+}
+
+export class ScanstitchPage {
+  /** Errors of scripts on the page; a test fails on any that it does not expect. */
+  readonly faults: string[] = [];
+  /** How many computations of this page were waited for. */
+  private num_seen = 0;
+
+  constructor(readonly page: Page) {
+    page.on('pageerror', (error) => this.faults.push(error.message));
+  }
+
+  /** Opens the page and waits for the sample. */
+  async open(path = './'): Promise<Stitched> {
+    await this.page.addInitScript(() => {
+      window.stitched = [];
+      addEventListener('scanstitch-stitched', (event) => window.stitched.push((event as CustomEvent).detail));
+    });
+    await this.page.goto(path);
+    return this.stitched();
+  }
+
+  /** The next computation that has not been waited for yet: its map is on the screen. */
+  async stitched(): Promise<Stitched> {
+    const index = this.num_seen++;
+    await this.page.waitForFunction((i) => window.stitched.length > i, index, { timeout: 30_000 });
+    return this.page.evaluate((i) => window.stitched[i] as Stitched, index);
+  }
+
+  /** How many computations came to their end so far. */
+  async numStitched(): Promise<number> {
+    return this.page.evaluate(() => window.stitched.length);
+  }
+
+  /** Drops files on the map, all at once. */
+  async drop(files: readonly InputFile[]): Promise<void> {
+    const sent = files.map(({ name, content }) => ({ name, base64: Buffer.from(content).toString('base64') }));
+    const transfer = await this.page.evaluateHandle((given) => {
+      const all = new DataTransfer();
+      for (const { name, base64 } of given) {
+        all.items.add(new File([Uint8Array.from(atob(base64), (c) => c.charCodeAt(0))], name));
+      }
+      return all;
+    }, sent);
+    await this.map.dispatchEvent('dragenter', { dataTransfer: transfer });
+    await this.map.dispatchEvent('drop', { dataTransfer: transfer });
+  }
+
+  get map(): Locator {
+    return this.page.locator('scanstitch-map');
+  }
+
+  get stage(): Locator {
+    return this.page.getByRole('group', { name: 'Map' });
+  }
+
+  get table(): Locator {
+    return this.page.getByRole('table', { name: /Results per scan/ });
+  }
+
+  /** The row of a scan. */
+  row(name: string): Locator {
+    return this.table.getByRole('row').filter({ has: this.page.getByRole('button', { name, exact: true }) });
+  }
+
+  /** The names in the table, from the first row on. */
+  async scanNames(): Promise<string[]> {
+    return this.table.getByRole('rowheader').allInnerTexts();
+  }
+
+  get messages(): Locator {
+    return this.page.getByRole('region', { name: 'Messages' });
+  }
+
+  get why(): Locator {
+    return this.page.getByRole('complementary', { name: 'Why' });
+  }
+
+  setting(label: string): Locator {
+    return this.page.getByLabel(label, { exact: true });
+  }
+
+  /** Number of pixels of the canvas whose colour is far from the corner's: points, paths, arrows. */
+  async numPainted(): Promise<number> {
+    return this.map.locator('canvas').evaluate((canvas: HTMLCanvasElement) => {
+      const { data } = canvas.getContext('2d')?.getImageData(0, 0, canvas.width, canvas.height) ?? { data: [] };
+      let count = 0;
+      for (let i = 0; i < data.length; i += 4) {
+        const difference =
+          Math.abs((data[i] ?? 0) - (data[0] ?? 0)) +
+          Math.abs((data[i + 1] ?? 0) - (data[1] ?? 0)) +
+          Math.abs((data[i + 2] ?? 0) - (data[2] ?? 0));
+        if (difference > 120) count++;
+      }
+      return count;
+    });
+  }
+
+  /** What the canvas shows, for telling whether it changed. */
+  async picture(): Promise<string> {
+    return this.map.locator('canvas').evaluate(async (canvas: HTMLCanvasElement) => {
+      await new Promise((resolve) => requestAnimationFrame(() => requestAnimationFrame(resolve)));
+      return canvas.toDataURL();
+    });
+  }
+}
+
+/** A test with the page open and the sample stitched; script errors fail it. */
+export const test = base.extend<{ app: ScanstitchPage }>({
+  app: async ({ page }, use) => {
+    const app = new ScanstitchPage(page);
+    await app.open();
+    await use(app);
+    expect(app.faults).toEqual([]);
+  },
+});
+
+/** The sample's scans, from the first to the last. */
+export function sampleScans(): InputFile[] {
+  return Array.from({ length: 10 }, (_, i) => ({
+    name: `${i}.ply`,
+    content: readFileSync(join(SAMPLE_FOLDER, `${i}.ply`)),
+  }));
+}
+
+/** The ten recorded scans. */
+export function zjuScans(): InputFile[] {
+  return Array.from({ length: 10 }, (_, i) => ({
+    name: `${i}.ply`,
+    content: readFileSync(join(ZJU_FOLDER, `${i}.ply`)),
+  }));
+}
+
+/** An ASCII PLY file of these points. */
+export function ply(points: readonly (readonly [number, number, number])[]): string {
+  const rows = points.map((point) => point.join(' '));
+  return [
+    'ply',
+    'format ascii 1.0',
+    `element vertex ${points.length}`,
+    'property double x',
+    'property double y',
+    'property double z',
+    'end_header',
+    ...rows,
+    '',
+  ].join('\n');
+}
+
+/** A rectangular room, `width` by `depth` m, seen from its middle, with a corner cut so that it looks like no other. */
+export function room(width: number, depth: number): [number, number, number][] {
+  return Array.from({ length: 180 }, (_, i) => {
+    const angle = (i * Math.PI) / 90;
+    const [cos, sin] = [Math.cos(angle), Math.sin(angle)];
+    const to_side = width / 2 / Math.max(Math.abs(cos), 1e-9);
+    const to_end = depth / 2 / Math.max(Math.abs(sin), 1e-9);
+    const range = Math.min(to_side, to_end) * (i > 20 && i < 40 ? 0.6 : 1);
+    return [range * cos, range * sin, 0];
+  });
+}

@@ -1,0 +1,169 @@
+import { css, html, LitElement, nothing, type TemplateResult } from 'lit';
+import { customElement, property } from 'lit/decorators.js';
+import type { FrameResult, IterationRecord } from '../engine/protocol.ts';
+import { barAt, barChart, CHART_VIEW_BOX, lineChart } from '../views/chart.ts';
+import { baseName, formatLength, formatPercent, plural } from '../views/format.ts';
+import { cssColor, type Rgb } from '../views/palette.ts';
+import { statusBadge } from './status-badge.ts';
+import { chart_styles, panel_styles, shared, status_styles } from './theme.ts';
+
+/** Of a run that went wrong as a whole, the first few scans say enough. */
+const MAX_BAD_SHOWN = 6;
+
+/**
+ * All scans at a glance, while none is selected: which need a look, how well each fits, what the engine has to say.
+ *
+ * Fires `frame-selected` with a frame number.
+ */
+@customElement('scanstitch-overview')
+export class ScanstitchOverview extends LitElement {
+  @property({ attribute: false }) frames: readonly FrameResult[] = [];
+  /** Rounds of the joint solution; empty without one. */
+  @property({ attribute: false }) joint_history: readonly IterationRecord[] = [];
+  /** What else the engine has to say, in whole sentences. */
+  @property({ attribute: false }) notes: readonly string[] = [];
+  @property({ attribute: false }) errors: readonly (number | null)[] = [];
+  @property({ attribute: false }) reference_name = '';
+  @property({ attribute: false }) colors: readonly Rgb[] = [];
+
+  protected override render(): TemplateResult {
+    const { frames, notes } = this;
+    if (frames.length === 0) {
+      return html`<p class="muted">The result of each scan appears here once scans are loaded.</p>`;
+    }
+    const bad = frames.flatMap(({ status }, frame) => (status === 'good' ? [] : [frame]));
+    return html`
+      <header><h2>All scans</h2></header>
+      <p>${this.verdict(bad.length)}</p>
+      ${bad.length > 0 ? this.renderBad(bad) : nothing} ${notes.map((note) => html`<p class="explanation">${note}</p>`)}
+      ${frames.length > 1 ? this.renderCharts() : nothing}
+    `;
+  }
+
+  private verdict(num_bad: number): string {
+    const { length } = this.frames;
+    if (length === 1) {
+      return 'One scan alone: its points are shown, but there is nothing to align it with. Drop the scans that follow it.';
+    }
+    if (num_bad > 0) return `${plural(num_bad, 'scan')} of ${length} ${num_bad === 1 ? 'needs' : 'need'} a look:`;
+    return `All ${length} scans found their place. Select one, here, in the table or on the map, to see why it lies where it does.`;
+  }
+
+  private renderBad(bad: readonly number[]): TemplateResult {
+    return html`<ul>
+      ${bad.slice(0, MAX_BAD_SHOWN).map((index) => {
+        const frame = this.frames[index];
+        return frame
+          ? html`<li>
+              <button @click=${() => this.select(index)}>
+                <i class="swatch" style="background: ${cssColor(this.colors[index] ?? [0, 0, 0])}"></i>
+                ${baseName(frame.name)}${statusBadge(frame.status)}
+              </button>
+            </li>`
+          : nothing;
+      })}
+      ${bad.length > MAX_BAD_SHOWN ? html`<li class="muted">and ${bad.length - MAX_BAD_SHOWN} more</li>` : nothing}
+    </ul>`;
+  }
+
+  private renderCharts(): TemplateResult {
+    const { frames, joint_history } = this;
+    const matched = (value: (frame: FrameResult) => number): (number | null)[] =>
+      frames.map((frame) => (frame.history.length > 0 ? value(frame) : null));
+    return html`
+      ${this.renderBars(
+        'Distance between partners',
+        'After the alignment of each scan, root mean square: lower is better.',
+        matched(({ inlier_rmse }) => inlier_rmse),
+        formatLength,
+      )}
+      ${this.renderBars(
+        'Points that found a partner',
+        'Share of each scan that overlaps what it was aligned with: higher is better.',
+        matched(({ fitness }) => fitness),
+        formatPercent,
+      )}
+      ${this.renderBars(
+        `Distance to ${baseName(this.reference_name)}`,
+        'Per scan, against the reference trajectory: lower is better.',
+        this.errors,
+        formatLength,
+      )}
+      ${joint_history.length > 0 ? this.renderJoint() : nothing}
+    `;
+  }
+
+  private renderJoint(): TemplateResult {
+    const values = this.joint_history.map(({ inlier_rmse }) => inlier_rmse);
+    return html`<section>
+      <h3>All scans solved together</h3>
+      <p class="explanation">Distance between partners (root mean square) in each round over all poses.</p>
+      <svg
+        viewBox=${CHART_VIEW_BOX}
+        role="img"
+        aria-label="From ${formatLength(values[0] ?? 0)} to ${formatLength(values.at(-1) ?? 0)} in ${plural(
+          values.length,
+          'round',
+        )}."
+      >
+        ${lineChart({ values, format: formatLength, step: 'round', first: 1, color: 'var(--accent)', scale: 'linear' })}
+      </svg>
+    </section>`;
+  }
+
+  private renderBars(
+    title: string,
+    explanation: string,
+    values: readonly (number | null)[],
+    format: (value: number) => string,
+  ): TemplateResult | typeof nothing {
+    const colors = this.colors.map((color) => cssColor(color));
+    const known = values.filter((value) => value !== null);
+    if (known.length === 0) return nothing;
+    const words = `${title}: from ${format(Math.min(...known))} to ${format(Math.max(...known))} over ${plural(known.length, 'scan')}.`;
+    return html`<section>
+      <h3>${title}</h3>
+      <p class="explanation">${explanation}</p>
+      <svg
+        class="bars"
+        viewBox=${CHART_VIEW_BOX}
+        role="img"
+        aria-label=${words}
+        @click=${(event: MouseEvent) => {
+          const box = (event.currentTarget as Element).getBoundingClientRect();
+          this.select(barAt((event.clientX - box.left) / box.width, values));
+        }}
+      >
+        ${barChart({ values, format, colors, names: this.frames.map(({ name }) => baseName(name)), selected: null })}
+      </svg>
+    </section>`;
+  }
+
+  private select(frame: number | null): void {
+    if (frame === null) return;
+    this.dispatchEvent(new CustomEvent('frame-selected', { detail: frame, bubbles: true, composed: true }));
+  }
+
+  static override styles = [
+    shared,
+    status_styles,
+    panel_styles,
+    chart_styles,
+    css`
+      ul {
+        display: grid;
+        justify-items: start;
+        gap: 6px;
+      }
+      svg.bars {
+        cursor: pointer;
+      }
+    `,
+  ];
+}
+
+declare global {
+  interface HTMLElementTagNameMap {
+    'scanstitch-overview': ScanstitchOverview;
+  }
+}
