@@ -1,1 +1,9 @@
-//! The synthetic world that the samples are rendered from.
+//! The synthetic world that the samples are rendered from: exact, seeded, the same bytes on every machine.
+//!
+//! Sines and cosines come from the `libm` crate, since the standard library's differ from platform to platform in the
+//! last digit.
+
+pub mod corridor;
+pub mod laser;
+pub mod random;
+pub mod world;
