@@ -150,7 +150,7 @@ fn module_of(path: &str) -> String {
 
 /// The line up to `//`, unless that stands in a string.
 fn without_comment(line: &str) -> String {
-    let comment = line.match_indices("//").find(|(at, _)| line[..*at].matches('"').count() % 2 == 0);
+    let comment = line.match_indices("//").find(|(at, _)| line[..*at].matches('"').count().is_multiple_of(2));
     line[..comment.map_or(line.len(), |(at, _)| at)].to_owned()
 }
 

@@ -62,8 +62,10 @@ export function readReport(folder) {
   return JSON.parse(readFileSync(join(folder, 'report.json'), 'utf8'));
 }
 
-/** Walls of a room with a niche and a cupboard: segments x0 y0 x1 y1 (m). No two views of it are alike. */
-const WALLS = /** @type {const} */ ([
+/** @typedef {readonly (readonly [number, number, number, number])[]} Walls segments x0 y0 x1 y1 (m) */
+
+/** A room with a niche and a cupboard: no two views of it are alike. */
+export const ROOM = /** @type {const} */ ([
   [-3, -2, 4, -2],
   [4, -2, 4, 1],
   [4, 1, 5, 1],
@@ -80,6 +82,20 @@ const WALLS = /** @type {const} */ ([
   [1.5, 4, 2.5, 4.4],
 ]);
 
+/** A hall with two pillars, which has nothing in common with the room. */
+export const HALL = /** @type {const} */ ([
+  [-9, -1, 14, -1],
+  [14, -1, 14, 16],
+  [14, 16, -9, 16],
+  [-9, 16, -9, -1],
+  [2, 9, 3, 10],
+  [3, 10, 4, 9],
+  [4, 9, 2, 9],
+  [-5, 6, -4, 7],
+  [-4, 7, -4, 6],
+  [-4, 6, -5, 6],
+]);
+
 /** Poses of the scans of the room: x, y (m), heading (rad); the first is the world. */
 export const ROOM_POSES = /** @type {const} */ ([
   [0, 0, 0],
@@ -88,13 +104,14 @@ export const ROOM_POSES = /** @type {const} */ ([
 ]);
 
 /**
- * A planar scan of the room: 180 returns over 180 degrees, as a PLY file.
+ * A planar scan between walls: 180 returns over 180 degrees, as a PLY file.
  * @param {readonly [number, number, number]} pose
+ * @param {Walls} [walls]
  */
-export function roomScan([x, y, heading]) {
+export function roomScan([x, y, heading], walls = ROOM) {
   const points = Array.from({ length: 180 }, (_, beam) => {
     const angle = (beam * Math.PI) / 179;
-    const range = Math.min(...WALLS.map((wall) => rangeTo(wall, x, y, angle + heading)));
+    const range = Math.min(...walls.map((wall) => rangeTo(wall, x, y, angle + heading)));
     return [range * Math.cos(angle), range * Math.sin(angle), 0];
   });
   return asciiPly(points);
