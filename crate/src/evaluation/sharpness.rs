@@ -3,7 +3,7 @@
 use nalgebra::Vector2;
 use serde::Serialize;
 
-use crate::geometry::Pose2;
+use crate::geometry::{Pose2, RigidMotion};
 use crate::preprocess::planar_scan::PlanarScan;
 use crate::search::KdTree;
 
@@ -32,8 +32,8 @@ pub fn sharpness(scans: &[(&PlanarScan, Pose2)]) -> Option<Sharpness> {
     for (index, (scan, T_world_sensor)) in scans.iter().enumerate() {
         for (point, normal) in scan.points.iter().zip(&scan.normals) {
             if point.norm() <= MAX_RANGE {
-                positions.push(T_world_sensor * nalgebra::Point2::from(*point) - nalgebra::Point2::origin());
-                normals.push(normal.map(|normal| T_world_sensor.rotation * normal));
+                positions.push(T_world_sensor.act(point));
+                normals.push(normal.map(|normal| T_world_sensor.rotate(&normal)));
                 scan_of.push(index as u32);
             }
         }
@@ -52,4 +52,67 @@ pub fn sharpness(scans: &[(&PlanarScan, Pose2)]) -> Option<Sharpness> {
         }
     }
     (num_pairs > 0).then(|| Sharpness { mean_residual: sum / num_pairs as f64, num_pairs })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::corridor::{CorridorOptions, PlanarRecording, generate};
+    use crate::scene::random::Random;
+
+    /// The definition, by looking at every point.
+    fn by_brute_force(scans: &[(&PlanarScan, Pose2)]) -> Sharpness {
+        let (mut sum, mut num_pairs) = (0.0, 0);
+        for (index, (scan, pose)) in scans.iter().enumerate() {
+            for point in scan.points.iter().filter(|point| point.norm() <= 29.0) {
+                let query = pose.act(point);
+                let mut best: Option<(f64, Option<f64>)> = None;
+                for (_, (other, other_pose)) in scans.iter().enumerate().filter(|(other, _)| *other != index) {
+                    for (q, normal) in other.points.iter().zip(&other.normals).filter(|(q, _)| q.norm() <= 29.0) {
+                        let offset = query - other_pose.act(q);
+                        if offset.norm() <= 0.5 && best.is_none_or(|(nearest, _)| offset.norm() < nearest) {
+                            best = Some((offset.norm(), normal.map(|n| other_pose.rotate(&n).dot(&offset).abs())));
+                        }
+                    }
+                }
+                if let Some((_, Some(residual))) = best {
+                    sum += residual;
+                    num_pairs += 1;
+                }
+            }
+        }
+        Sharpness { mean_residual: sum / f64::from(num_pairs), num_pairs: num_pairs as usize }
+    }
+
+    fn scans_of(recording: &PlanarRecording) -> Vec<PlanarScan> {
+        let returns = |scan: &Vec<Vector2<f64>>| scan.iter().copied().filter(|p| p.norm() < 49.9).collect();
+        recording.scans.iter().map(|scan| PlanarScan::new(returns(scan))).collect()
+    }
+
+    #[test]
+    fn agrees_with_the_definition() {
+        let recording = generate(&CorridorOptions { num_scans: 4, ..CorridorOptions::default() });
+        let scans = scans_of(&recording);
+        let placed: Vec<_> = scans.iter().zip(recording.T_world_sensor.iter().copied()).collect();
+        let (fast, slow) = (sharpness(&placed).unwrap(), by_brute_force(&placed));
+        assert_eq!(fast.num_pairs, slow.num_pairs);
+        assert!((fast.mean_residual - slow.mean_residual).abs() < 1e-6, "{fast:?} {slow:?}");
+        assert!(sharpness(&placed[..1]).is_none());
+        assert!(sharpness(&[]).is_none());
+    }
+
+    #[test]
+    fn shaken_poses_blur_the_map() {
+        let recording = generate(&CorridorOptions::default());
+        let scans = scans_of(&recording);
+        let shaken_by = |size: f64| {
+            let mut random = Random::new(3);
+            let mut shake = || Pose2::translation(size * random.normal(), size * random.normal());
+            let placed: Vec<_> = scans.iter().zip(recording.T_world_sensor.iter().map(|T| T * shake())).collect();
+            sharpness(&placed).unwrap().mean_residual
+        };
+        let residuals = [0.0, 0.01, 0.02, 0.05, 0.1].map(shaken_by);
+        assert!(residuals.is_sorted_by(|a, b| a < b), "{residuals:?}");
+        assert!((0.005..0.015).contains(&residuals[0]), "the noise is 1 cm: {residuals:?}");
+    }
 }

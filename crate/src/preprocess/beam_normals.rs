@@ -78,3 +78,56 @@ fn line_normal(points: &[Vector2<f64>]) -> Option<Vector2<f64>> {
 fn facing_sensor(normal: Vector2<f64>, point: &Vector2<f64>) -> Vector2<f64> {
     if normal.dot(point) > 0.0 { -normal } else { normal }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A corner of two walls, 1 m to the right (x = 1) and 2 m ahead (y = 2), a beam a degree.
+    fn corner() -> Vec<Vector2<f64>> {
+        let beam = |degree: u32| {
+            let (sin, cos) = f64::from(degree).to_radians().sin_cos();
+            Vector2::new(cos, sin) * (1.0 / cos).min(2.0 / sin)
+        };
+        (1..90).map(beam).collect()
+    }
+
+    #[test]
+    fn normals_are_those_of_the_walls_and_face_the_sensor() {
+        let points = corner();
+        for (point, normal) in points.iter().zip(beam_normals(&points)) {
+            let wall = if point.x > 1.0 - 1e-9 { -Vector2::x() } else { -Vector2::y() };
+            match normal {
+                Some(normal) => {
+                    assert!((normal.norm() - 1.0).abs() < 1e-12 && normal.dot(point) < 0.0);
+                    let from_corner = (point - Vector2::new(1.0, 2.0)).norm();
+                    assert!(from_corner < 0.3 || normal.dot(&wall) > 0.999_999, "{point} {normal}");
+                }
+                None => assert!((point - Vector2::new(1.0, 2.0)).norm() < 0.3, "{point}"),
+            }
+        }
+    }
+
+    #[test]
+    fn the_order_of_the_points_does_not_matter() {
+        let points = corner();
+        let normals = beam_normals(&points);
+        let shuffled: Vec<usize> = (0..points.len()).map(|i| i * 31 % points.len()).collect();
+        let again = beam_normals(&shuffled.iter().map(|&i| points[i]).collect::<Vec<_>>());
+        for (&original, normal) in shuffled.iter().zip(again) {
+            assert_eq!(normals[original], normal);
+        }
+    }
+
+    #[test]
+    fn a_post_in_front_of_a_wall_takes_no_neighbours_from_it() {
+        let mut points = corner();
+        points[20] *= 0.5;
+        let normals = beam_normals(&points);
+        assert_eq!(normals[20], None);
+        assert!(normals[18].unwrap().dot(&-Vector2::x()) > 0.999_999);
+        assert_eq!(beam_normals(&[]), []);
+        assert_eq!(beam_normals(&[Vector2::x(); 2]), [None; 2]);
+        assert_eq!(beam_normals(&[Vector2::x(); 9]), [None; 9]);
+    }
+}
