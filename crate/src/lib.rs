@@ -16,5 +16,6 @@ pub mod preprocess;
 pub mod registration;
 pub mod scene;
 pub mod search;
+pub mod sparse;
 
 pub use error::{Error, Place, Result};
