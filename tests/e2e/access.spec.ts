@@ -22,7 +22,7 @@ test('every control has a name, every region its role', async ({ app, page }) =>
   expect(await page.locator('html').getAttribute('lang')).toBe('en');
 });
 
-test('the keyboard reaches everything, in the order of the page, and the focus is seen', async ({ page }) => {
+test('the keyboard reaches everything, in the order of the page, and the focus is seen', async ({ app: { page } }) => {
   const reached: string[] = [];
   for (let i = 0; i < 60; i++) {
     await page.keyboard.press('Tab');
@@ -58,7 +58,7 @@ test('the keyboard reaches everything, in the order of the page, and the focus i
   expect(reached.indexOf('Map')).toBeLessThan(reached.indexOf('0.ply'));
 });
 
-test('a menu is worked by keys', async ({ page }) => {
+test('a menu is worked by keys', async ({ app: { page } }) => {
   const button = page.getByRole('button', { name: 'Export' });
   await button.focus();
   await page.keyboard.press('Enter');

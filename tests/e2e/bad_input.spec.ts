@@ -2,7 +2,7 @@ import { expect, type InputFile, ply, room, sampleScans, test } from './scanstit
 
 const cut_off = ply(room(8, 6)).split('\n').slice(0, 100).join('\n');
 const binary_header = ply([]).replace('ascii', 'binary_little_endian').replace('vertex 0', 'vertex 4000000000');
-const not_finite = ply(room(8, 6)).replace(/^.*$/gm, (line, at) => (at > 150 && line !== '' ? 'nan nan 0' : line));
+const not_finite = ply(room(8, 6).map(() => [Number.NaN, Number.NaN, 0]));
 const in_space = ply(room(8, 6).map(([x, y], i) => [x, y, i / 100]));
 
 /** Each file, and what its message must say. */
@@ -37,6 +37,14 @@ for (const { what, file, says } of BAD_FILES) {
     for (const words of says) await expect(app.messages).toContainText(words);
   });
 }
+
+test('single returns that are no numbers are dropped and counted', async ({ app }) => {
+  const points = room(8, 6).map(([x, y], i): [number, number, number] => (i < 5 ? [Number.NaN, y, 0] : [x, y, 0]));
+  await app.drop([{ name: 'some.ply', content: ply(points) }]);
+  const { result } = await app.stitched();
+  expect(result.frames[0]?.cleaning.non_finite).toBe(5);
+  await expect(app.page.getByLabel('Result in figures')).toContainText('5 not a number');
+});
 
 test('several bad files are listed one by one, and what was on the page stays', async ({ app }) => {
   await app.drop(BAD_FILES.map(({ file }) => file));

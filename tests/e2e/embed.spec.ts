@@ -23,7 +23,8 @@ async function openCourse(page: Page, baseURL: string, body: string): Promise<vo
       const scans = ['0.ply', '1.ply', '2.ply'];
       await route.fulfill({ json: { title: 'Lesson 3', scans, reference: 'truth.tum' } });
     } else if (pathname.startsWith('/lesson/scans/')) {
-      const content = readFileSync(join(SAMPLE_FOLDER, pathname.slice('/lesson/scans/'.length)));
+      const name = pathname.slice('/lesson/scans/'.length);
+      const content = name === 'truth.tum' ? truthOf(3) : readFileSync(join(SAMPLE_FOLDER, name));
       await route.fulfill({ contentType: 'application/octet-stream', body: content });
     } else {
       await route.fulfill({ status: 404 });
@@ -31,6 +32,15 @@ async function openCourse(page: Page, baseURL: string, body: string): Promise<vo
   });
   const app = new ScanstitchPage(page);
   await app.open(`${COURSE_HOST}/lesson/`);
+}
+
+/** The true poses of the sample's first scans. */
+function truthOf(num_scans: number): string {
+  const lines = readFileSync(join(SAMPLE_FOLDER, 'truth.tum'), 'utf8').split('\n');
+  return lines
+    .filter((line) => line !== '' && !line.startsWith('#'))
+    .slice(0, num_scans)
+    .join('\n');
 }
 
 const test = base.extend<{ course: (body: string) => Promise<ScanstitchPage> }>({

@@ -15,6 +15,7 @@ function expectTum(text: string): void {
   const rows = text
     .trim()
     .split('\n')
+    .filter((line) => !line.startsWith('#'))
     .map((line) => line.split(' ').map(Number));
   expect(rows).toHaveLength(10);
   for (const row of rows) {

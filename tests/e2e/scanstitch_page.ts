@@ -126,11 +126,27 @@ export class ScanstitchPage {
     });
   }
 
-  /** What the canvas shows, for telling whether it changed. */
+  /** What the read-out says of a place of the window, in whole pixels: "x 1.20 m y -0.35 m". */
+  async worldAt(x: number, y: number): Promise<string> {
+    await this.page.mouse.move(x, y);
+    const words = await this.map.locator('.readout > span').allInnerTexts();
+    return words.slice(0, 2).join(' ');
+  }
+
+  /** A place of the window, in whole pixels, so far from the upper left corner of the map. */
+  async placeOnMap(right: number, down: number): Promise<[number, number]> {
+    const box = await this.map.boundingBox();
+    if (!box) throw new Error('The map has no size.');
+    return [Math.round(box.x + right), Math.round(box.y + down)];
+  }
+
+  /** A digest of what the canvas shows, for telling whether it changed. */
   async picture(): Promise<string> {
     return this.map.locator('canvas').evaluate(async (canvas: HTMLCanvasElement) => {
       await new Promise((resolve) => requestAnimationFrame(() => requestAnimationFrame(resolve)));
-      return canvas.toDataURL();
+      let hash = 0x811c9dc5; // FNV-1a
+      for (const character of canvas.toDataURL()) hash = Math.imul(hash ^ character.charCodeAt(0), 0x01000193);
+      return (hash >>> 0).toString(16);
     });
   }
 }

@@ -52,7 +52,8 @@ test('changed settings are kept in the address, and a link carries them', async 
 
 test('every setting has a label and a line of explanation', async ({ page, app }) => {
   const panel = page.locator('scanstitch-settings');
-  for (const group of await panel.locator('details:not([open]) summary').all()) await group.click();
+  const folded = panel.locator('details:not([open]) summary');
+  while ((await folded.count()) > 0) await folded.first().click();
   const controls = await panel.locator('input, select').all();
   expect(controls.length).toBeGreaterThan(15);
   for (const control of controls) {

@@ -107,6 +107,7 @@ export class Session implements ReactiveController {
   }
 
   open(dataset: Dataset): void {
+    if (this.phase === 'unavailable') return;
     this.messages = [];
     this.requested_at = performance.now();
     this.#load(dataset);
@@ -220,6 +221,7 @@ export class Session implements ReactiveController {
   }
 
   #load(dataset: Dataset): void {
+    if (this.phase === 'unavailable') return;
     this.#candidate = dataset;
     this.phase = 'reading';
     this.progress = 0;

@@ -291,7 +291,9 @@ export class ScanstitchMap extends LitElement {
     this.is_layer_stale = true;
     this.updateGuard();
     if (!this.is_moved) this.fit();
-    else this.requestPaint();
+    // At once: the canvas is empty now, and an animation frame later the eye would see it so.
+    cancelAnimationFrame(this.animation_frame);
+    this.paint();
   }
 
   private updateGuard(): void {
