@@ -142,9 +142,15 @@ export async function ensureNodeModules() {
 
 const TOOLS = ['--profile', 'tools', '--package', 'xtask'];
 
-/** Builds the tools of crate/xtask into `tools` under the target folder. */
-export async function buildTools() {
-  await step('Building the WebAssembly tools (crate/xtask)', () => run('cargo', ['build', ...TOOLS]));
+/**
+ * Builds tools of crate/xtask into `tools` under the target folder.
+ * @param {string[]} names
+ */
+export async function buildTools(names) {
+  const bins = names.flatMap((name) => ['--bin', name]);
+  await step(`Building the tools of crate/xtask: ${names.join(', ')}`, () =>
+    run('cargo', ['build', ...TOOLS, ...bins]),
+  );
 }
 
 /**
@@ -153,7 +159,7 @@ export async function buildTools() {
  * @param {string} [outDir]
  */
 export async function buildWasm(packageName = 'scanstitch', outDir = 'pkg') {
-  await buildTools();
+  await buildTools(['wasm']);
   await step(`Compiling ${packageName} to WebAssembly, into ${outDir}`, () =>
     run('cargo', ['run', '--quiet', ...TOOLS, '--bin', 'wasm', '--', packageName, outDir]),
   );

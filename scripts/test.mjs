@@ -155,7 +155,7 @@ async function browser() {
 
 /** wasm-pack, and the locked wasm-bindgen on the PATH, which it would build for minutes otherwise. */
 async function wasmPack() {
-  await buildTools();
+  await buildTools(['wasm-bindgen', 'wasm-bindgen-test-runner']);
   prependPath(join(TARGET_DIR, 'tools'));
   const root = join(TARGET_DIR, 'wasm-pack');
   prependPath(join(root, 'bin'));
