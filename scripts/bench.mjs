@@ -30,7 +30,7 @@ const PKG = join(TARGET_DIR, 'bench-pkg');
 
 /** Recordings a benchmark is run on besides what it generates; absent ones are left out, saying so. */
 const RECORDINGS = [
-  { benchmark: 'reconstruct_files', label: 'reconstruct_sample', folder: 'www/samples' },
+  { benchmark: 'reconstruct_files', label: 'reconstruct_sample', folder: 'www/samples/corridor' },
   { benchmark: 'reconstruct_files', label: 'reconstruct_zju10', folder: '../shared/data/laser/zju10' },
 ];
 
