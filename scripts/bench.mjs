@@ -7,13 +7,13 @@
 import { existsSync, readdirSync } from 'node:fs';
 import { cpus, totalmem } from 'node:os';
 import { join } from 'node:path';
-import { parseArgs } from 'node:util';
 import { compareNaturally } from '../npm/natural_order.js';
 import {
   buildWasm,
   capture,
   ensureWasmTarget,
   ROOT,
+  readArguments,
   requireToolchain,
   run,
   runMain,
@@ -108,7 +108,7 @@ function round(value) {
 }
 
 await runMain(async () => {
-  const { positionals: words } = parseArgs({ allowPositionals: true });
+  const { positionals: words } = readArguments({ allowPositionals: true }, 'Usage: npm run bench [-- NAME...]');
   console.log = console.error; // only the document goes to stdout
   requireToolchain();
   await ensureWasmTarget();
