@@ -1,17 +1,8 @@
-import { existsSync } from 'node:fs';
-import { delimiter, join } from 'node:path';
 import { defineConfig, devices } from '@playwright/test';
+import { findChromium } from './scripts/steps.mjs';
 
 /** The built page, as `npm run build` left it in www/dist, is what the end-to-end tests open. */
 const PORT = 4173;
-
-/** The Chromium of the system: nothing is downloaded. CHROMIUM_PATH names another one. */
-function chromium(): string {
-  const names = ['chromium', 'chromium-browser', 'google-chrome', 'google-chrome-stable'];
-  const folders = (process.env.PATH ?? '').split(delimiter);
-  const found = names.flatMap((name) => folders.map((folder) => join(folder, name))).find((path) => existsSync(path));
-  return process.env.CHROMIUM_PATH ?? found ?? '/usr/bin/chromium';
-}
 
 export default defineConfig({
   testDir: 'tests/e2e',
@@ -26,7 +17,7 @@ export default defineConfig({
     baseURL: `http://localhost:${PORT}/`,
     trace: 'retain-on-failure',
     launchOptions: {
-      executablePath: chromium(),
+      executablePath: findChromium() ?? 'chromium',
       // As root, as in most containers, Chromium's sandbox cannot start; the pages opened are our own.
       args: [
         '--no-sandbox',

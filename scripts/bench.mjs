@@ -7,13 +7,13 @@
 import { existsSync, readdirSync } from 'node:fs';
 import { cpus, totalmem } from 'node:os';
 import { join } from 'node:path';
-import { parseArgs } from 'node:util';
 import { compareNaturally } from '../npm/natural_order.js';
 import {
   buildWasm,
   capture,
   ensureWasmTarget,
   ROOT,
+  readArguments,
   requireToolchain,
   run,
   runMain,
@@ -30,7 +30,7 @@ const PKG = join(TARGET_DIR, 'bench-pkg');
 
 /** Recordings a benchmark is run on besides what it generates; absent ones are left out, saying so. */
 const RECORDINGS = [
-  { benchmark: 'reconstruct_files', label: 'reconstruct_sample', folder: 'www/samples' },
+  { benchmark: 'reconstruct_files', label: 'reconstruct_sample', folder: 'www/samples/corridor' },
   { benchmark: 'reconstruct_files', label: 'reconstruct_zju10', folder: '../shared/data/laser/zju10' },
 ];
 
@@ -108,7 +108,7 @@ function round(value) {
 }
 
 await runMain(async () => {
-  const { positionals: words } = parseArgs({ allowPositionals: true });
+  const { positionals: words } = readArguments({ allowPositionals: true }, 'Usage: npm run bench [-- NAME...]');
   console.log = console.error; // only the document goes to stdout
   requireToolchain();
   await ensureWasmTarget();

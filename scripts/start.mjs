@@ -4,13 +4,13 @@
  * address. `npm start -- --port 8080` chooses the port.
  */
 import { join } from 'node:path';
-import { parseArgs } from 'node:util';
 import {
   buildWasm,
   duration,
   ensureNodeModules,
   ensureWasmTarget,
   ROOT,
+  readArguments,
   requireToolchain,
   runMain,
   StepError,
@@ -21,12 +21,7 @@ const USAGE = 'Usage: npm start [-- --port NUMBER]';
 
 /** @returns {number} the port asked for, 0 to 65535 */
 function readPort() {
-  let values;
-  try {
-    ({ values } = parseArgs({ options: { port: { type: 'string', default: '5173' } } }));
-  } catch (error) {
-    throw new StepError(`${/** @type {Error} */ (error).message}\n${USAGE}`);
-  }
+  const { values } = readArguments({ options: { port: { type: 'string', default: '5173' } } }, USAGE);
   const port = Number(values.port);
   if (!Number.isInteger(port) || port < 0 || port > 65_535) {
     throw new StepError(`--port ${values.port} is not a port: give a whole number from 0 to 65535.\n${USAGE}`);

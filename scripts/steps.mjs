@@ -9,6 +9,7 @@ import { spawn, spawnSync } from 'node:child_process';
 import { existsSync, statSync } from 'node:fs';
 import { delimiter, join } from 'node:path';
 import { fileURLToPath } from 'node:url';
+import { parseArgs } from 'node:util';
 
 /** The root of the clone. */
 export const ROOT = fileURLToPath(new URL('..', import.meta.url));
@@ -94,6 +95,36 @@ export function answers(command, args = ['--version']) {
   return spawnSync(command, args, { stdio: 'ignore' }).status === 0;
 }
 
+/**
+ * The path of the first of these programs that is on the PATH.
+ * @param {string[]} names
+ */
+export function findProgram(names) {
+  const folders = (process.env.PATH ?? '').split(delimiter);
+  return names.flatMap((name) => folders.map((folder) => join(folder, name))).find((path) => existsSync(path));
+}
+
+/** The Chromium of the system; nothing is downloaded. CHROMIUM_PATH names one that is not on the PATH. */
+export function findChromium() {
+  const names = ['chromium', 'chromium-browser', 'google-chrome', 'google-chrome-stable'];
+  return process.env.CHROMIUM_PATH ?? findProgram(names);
+}
+
+/**
+ * Node's parseArgs, its complaints as a StepError with the usage.
+ * @template {import('node:util').ParseArgsConfig} T
+ * @param {T} config
+ * @param {string} usage
+ * @returns {ReturnType<typeof parseArgs<T>>}
+ */
+export function readArguments(config, usage) {
+  try {
+    return parseArgs(config);
+  } catch (error) {
+    throw new StepError(`${/** @type {Error} */ (error).message}\n${usage}`);
+  }
+}
+
 /** Puts a folder first on the PATH of everything started from here. @param {string} folder */
 export function prependPath(folder) {
   process.env.PATH = `${folder}${delimiter}${process.env.PATH}`;
@@ -113,6 +144,11 @@ export function requireToolchain() {
         'terminal and run the same command again.',
     );
   }
+  if (!answers('cc')) {
+    throw new StepError(
+      'Rust links with a C compiler, and `cc` is not on the PATH. On Debian: sudo apt-get install build-essential',
+    );
+  }
   const cargo = spawnSync('cargo', ['--version'], { encoding: 'utf8' }).stdout.trim();
   console.log(`Node ${node}, ${cargo}`);
 }
@@ -124,6 +160,16 @@ export async function ensureWasmTarget() {
   await step(`Adding the Rust target ${WASM_TARGET}`, () =>
     run('rustup', ['target', 'add', WASM_TARGET], {
       remedy: 'Without rustup, install the rust-std component of your toolchain for this target.',
+    }),
+  );
+}
+
+/** Adds rustfmt and clippy to a Rust toolchain that was installed without them. */
+export async function ensureRustLinters() {
+  if (answers('cargo', ['fmt', '--version']) && answers('cargo', ['clippy', '--version'])) return;
+  await step('Adding rustfmt and clippy to the Rust toolchain', () =>
+    run('rustup', ['component', 'add', 'rustfmt', 'clippy'], {
+      remedy: 'Without rustup, install rustfmt and clippy of your toolchain.',
     }),
   );
 }
@@ -142,9 +188,15 @@ export async function ensureNodeModules() {
 
 const TOOLS = ['--profile', 'tools', '--package', 'xtask'];
 
-/** Builds the tools of crate/xtask into `tools` under the target folder. */
-export async function buildTools() {
-  await step('Building the WebAssembly tools (crate/xtask)', () => run('cargo', ['build', ...TOOLS]));
+/**
+ * Builds tools of crate/xtask into `tools` under the target folder.
+ * @param {string[]} names
+ */
+export async function buildTools(names) {
+  const bins = names.flatMap((name) => ['--bin', name]);
+  await step(`Building the tools of crate/xtask: ${names.join(', ')}`, () =>
+    run('cargo', ['build', ...TOOLS, ...bins]),
+  );
 }
 
 /**
@@ -153,7 +205,7 @@ export async function buildTools() {
  * @param {string} [outDir]
  */
 export async function buildWasm(packageName = 'scanstitch', outDir = 'pkg') {
-  await buildTools();
+  await buildTools(['wasm']);
   await step(`Compiling ${packageName} to WebAssembly, into ${outDir}`, () =>
     run('cargo', ['run', '--quiet', ...TOOLS, '--bin', 'wasm', '--', packageName, outDir]),
   );

@@ -5,9 +5,8 @@
  * `npm test -- --only NAME` runs one stage (more with more `--only`), `--only lint` all checks that run no test,
  * `--list` names them.
  */
-import { existsSync, mkdirSync, readFileSync } from 'node:fs';
+import { existsSync, mkdirSync, readFileSync, rmSync } from 'node:fs';
 import { join } from 'node:path';
-import { parseArgs } from 'node:util';
 import {
   answers,
   buildTools,
@@ -15,8 +14,11 @@ import {
   capture,
   duration,
   ensureNodeModules,
+  ensureRustLinters,
   ensureWasmTarget,
+  findChromium,
   prependPath,
+  readArguments,
   requireToolchain,
   run,
   runMain,
@@ -28,6 +30,8 @@ import {
 const WASM = ['--target', 'wasm32-unknown-unknown'];
 /** The packages that compile to WebAssembly: all but the tools that make it. */
 const ENGINE = ['--package', 'scanstitch', '--package', 'scanstitch-bench'];
+const CLIPPY = ['cargo', 'clippy', '--all-targets'];
+const STRICTLY = ['--', '-D', 'warnings'];
 const WASM_PACK_VERSION = '0.15.1';
 
 /** @typedef {{ passed: number, failed: number }} Counts */
@@ -35,35 +39,30 @@ const WASM_PACK_VERSION = '0.15.1';
 
 /** @type {Stage[]} */
 const STAGES = [
-  check('format', 'Rust is formatted', 'cargo', ['fmt', '--all', '--check']),
-  check('clippy', 'clippy finds nothing', 'cargo', ['clippy', '--workspace', '--all-targets', '--', '-D', 'warnings']),
-  check('clippy-wasm', 'clippy finds nothing in the WebAssembly build', 'cargo', [
-    ...['clippy', ...WASM, ...ENGINE, '--all-targets', '--', '-D', 'warnings'],
-  ]),
-  check(
-    'docs',
-    'the Rust documentation builds, its links lead somewhere',
-    'cargo',
-    ['doc', '--no-deps', '--lib', ...ENGINE],
-    {
-      env: { RUSTDOCFLAGS: '-D warnings' },
-    },
+  lint('format', 'Rust is formatted', ['cargo', 'fmt', '--all', '--check'], [ensureRustLinters]),
+  lint('clippy', 'clippy finds nothing', [...CLIPPY, '--workspace', ...STRICTLY], [ensureRustLinters]),
+  lint(
+    'clippy-wasm',
+    'clippy finds nothing in the WebAssembly build',
+    [...CLIPPY, ...WASM, ...ENGINE, ...STRICTLY],
+    [ensureRustLinters, ensureWasmTarget],
   ),
-  check(
+  lint('docs', 'the Rust documentation builds, and its links lead somewhere', [
+    ...['cargo', 'doc', '--no-deps', '--lib', ...ENGINE],
+  ]),
+  lint(
     'prettier',
     'JavaScript, TypeScript, HTML and CSS are formatted',
-    'npx',
-    ['prettier', '--check', '--log-level', 'warn', '.'],
-    {
-      needs: [ensureNodeModules],
-    },
+    ['npx', 'prettier', '--check', '--log-level', 'warn', '.'],
+    [ensureNodeModules],
   ),
-  check('types', 'types of the package, scripts and tests', 'npx', ['tsc', '--project', '.'], {
-    needs: [ensureNodeModules, engine],
-  }),
-  check('types-page', 'types of the page', 'npx', ['tsc', '--noEmit', '--project', 'www'], {
-    needs: [ensureNodeModules, engine],
-  }),
+  lint(
+    'types',
+    'types of the package, scripts and tests',
+    ['npx', 'tsc', '--project', '.'],
+    [ensureNodeModules, engine],
+  ),
+  lint('types-page', 'types of the page', ['npx', 'tsc', '--project', 'www'], [ensureNodeModules, engine]),
   {
     name: 'rust',
     about: 'native tests',
@@ -87,7 +86,11 @@ const STAGES = [
     needs: [ensureNodeModules, engine],
     run: nodeTests,
   },
-  check('build', 'npm run build', 'npm', ['run', '--silent', 'build']),
+  {
+    name: 'build',
+    about: 'npm run build',
+    run: () => succeeds(['npm', 'run', '--silent', 'build']),
+  },
   {
     name: 'e2e',
     about: 'the built page in Chromium',
@@ -97,25 +100,22 @@ const STAGES = [
 ];
 
 /**
- * A stage that is one command and counts as one check.
+ * A stage that runs no test: one command, one check.
  * @param {string} name
  * @param {string} about
- * @param {string} command
- * @param {string[]} args
- * @param {{ env?: NodeJS.ProcessEnv, needs?: Stage['needs'] }} [options]
+ * @param {string[]} command
+ * @param {Stage['needs']} [needs]
  * @returns {Stage}
  */
-function check(name, about, command, args, { env, needs = [] } = {}) {
-  return {
-    name,
-    about,
-    lint: name !== 'build',
-    needs,
-    run: async () => {
-      const { code } = await capture(command, args, { env, echo: true });
-      return code === 0 ? { passed: 1, failed: 0 } : { passed: 0, failed: 1 };
-    },
-  };
+function lint(name, about, command, needs = []) {
+  return { name, about, lint: true, needs, run: () => succeeds(command) };
+}
+
+/** @param {string[]} command */
+async function succeeds([program = '', ...args]) {
+  // What -D warnings is to clippy, on its command line, this is to rustdoc.
+  const { code } = await capture(program, args, { env: { RUSTDOCFLAGS: '-D warnings' }, echo: true });
+  return code === 0 ? { passed: 1, failed: 0 } : { passed: 0, failed: 1 };
 }
 
 // What stages need. Each is done once, by the first stage that needs it.
@@ -126,18 +126,16 @@ async function engine() {
   await buildWasm();
 }
 
-/** The page in www/dist; where the build stage was not asked for, it is built here. */
+/** The page in www/dist: as the build stage left it, or built here where that stage was not asked for. */
 async function page() {
-  if (selected.some(({ name }) => name === 'build')) {
-    if (!existsSync('www/dist/index.html')) throw new StepError('There is no www/dist: the build stage failed.');
-    return;
-  }
-  await run('npm', ['run', '--silent', 'build']);
+  const built = outcomes.get('build');
+  if (!built) await run('npm', ['run', '--silent', 'build']);
+  else if (built.failed > 0) throw new StepError('There is no page to test: the build stage failed.');
 }
 
 /** Chromium and its driver. */
 async function browser() {
-  if (answers('chromedriver') && (answers('chromium') || answers('google-chrome'))) return;
+  if (answers('chromedriver') && findChromium()) return;
   const packages = ['chromium', 'chromium-driver'];
   const install = `apt-get install --no-install-recommends ${packages.join(' ')}`;
   if (process.getuid?.() !== 0 || !answers('apt-get')) {
@@ -155,7 +153,7 @@ async function browser() {
 
 /** wasm-pack, and the locked wasm-bindgen on the PATH, which it would build for minutes otherwise. */
 async function wasmPack() {
-  await buildTools();
+  await buildTools(['wasm-bindgen', 'wasm-bindgen-test-runner']);
   prependPath(join(TARGET_DIR, 'tools'));
   const root = join(TARGET_DIR, 'wasm-pack');
   prependPath(join(root, 'bin'));
@@ -194,6 +192,7 @@ async function nodeTests() {
 async function playwrightTests() {
   mkdirSync(TARGET_DIR, { recursive: true });
   const report = join(TARGET_DIR, 'e2e.json');
+  rmSync(report, { force: true });
   const { code } = await capture('npx', ['playwright', 'test'], { env: { E2E_REPORT: report }, echo: true });
   if (!existsSync(report)) return believe({ passed: 0, failed: 0 }, code);
   const { stats } = JSON.parse(readFileSync(report, 'utf8'));
@@ -247,36 +246,38 @@ function select(names) {
   );
 }
 
-/** @type {Stage[]} */
-let selected = [];
+/** What the stages that have run came to, in their order. @type {Map<string, Counts & { milliseconds: number }>} */
+const outcomes = new Map();
+
+/** @param {string} name @param {Counts & { milliseconds: number }} outcome */
+function row(name, { passed, failed, milliseconds }) {
+  const cells = [`${passed} passed`.padStart(12), `${failed} failed`.padStart(10), duration(milliseconds).padStart(12)];
+  return `${name.padEnd(12)}${cells.join('')}`;
+}
 
 await runMain(async () => {
-  const { values } = parseArgs({
-    options: { only: { type: 'string', multiple: true, default: [] }, list: { type: 'boolean', default: false } },
-  });
-  selected = select(values.only);
+  const options = /** @type {const} */ ({ only: { type: 'string', multiple: true }, list: { type: 'boolean' } });
+  const { values } = readArguments({ options }, 'Usage: npm test [-- [--list] [--only STAGE]...]');
+  const stages = select(values.only ?? []);
   if (values.list) {
-    for (const { name, about } of selected) console.log(`${name.padEnd(12)} ${about}`);
+    for (const { name, about } of stages) console.log(`${name.padEnd(12)} ${about}`);
     return;
   }
   requireToolchain();
   const started = performance.now();
-  const rows = [];
-  const sum = { passed: 0, failed: 0 };
-  for (const stage of selected) {
+  for (const stage of stages) {
     console.log(`\n=== ${stage.name}: ${stage.about}`);
     const start = performance.now();
-    const { passed, failed } = await runStage(stage);
-    sum.passed += passed;
-    sum.failed += failed;
-    rows.push([stage.name.padEnd(12), `${passed} passed`, `${failed} failed`, duration(performance.now() - start)]);
-    console.log(rows.at(-1)?.join('  '));
+    const counts = await runStage(stage);
+    const outcome = { ...counts, milliseconds: performance.now() - start };
+    outcomes.set(stage.name, outcome);
+    console.log(row(stage.name, outcome));
   }
-  console.log('\n=== All stages, with what each had to install and build first');
-  for (const [name, passed = '', failed = '', time = ''] of rows) {
-    console.log(name, passed.padStart(12), failed.padStart(10), time.padStart(12));
-  }
+  console.log('\n=== All stages, each with what it had to install and build first');
+  for (const [name, outcome] of outcomes) console.log(row(name, outcome));
+  const sum = (/** @type {'passed' | 'failed'} */ key) =>
+    [...outcomes.values()].reduce((total, o) => total + o[key], 0);
   console.log(`\nin ${duration(performance.now() - started)}`);
-  console.log(`${sum.passed} passed, ${sum.failed} failed`);
-  if (sum.failed > 0) process.exitCode = 1;
+  console.log(`${sum('passed')} passed, ${sum('failed')} failed`);
+  if (sum('failed') > 0) process.exitCode = 1;
 });

@@ -3,6 +3,8 @@
 
 use wasm_bindgen_test::wasm_bindgen_test_configure;
 
+mod api;
 mod estimation;
+mod samples;
 
 wasm_bindgen_test_configure!(run_in_dedicated_worker);

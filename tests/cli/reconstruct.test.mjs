@@ -146,7 +146,7 @@ test('settings and presets reach the engine', (t) => {
 
 test('the samples: within 15 mm of the truth, no heading off by more than 0.2 deg', (t) => {
   assert.ok(existsSync(SAMPLES), 'www/samples holds the generated scans');
-  const truth = join(SAMPLES, 'trajectory.tum');
+  const truth = join(SAMPLES, 'truth.tum');
   const out = temporaryFolder(t);
   const { status, stderr } = scanstitch(['reconstruct', SAMPLES, '--reference', truth, '--out', out]);
   assert.equal(status, 0, stderr);

@@ -8,7 +8,7 @@ import { fileURLToPath } from 'node:url';
 import { compareNaturally } from '../../npm/natural_order.js';
 
 export const ROOT = fileURLToPath(new URL('../..', import.meta.url));
-export const SAMPLES = join(ROOT, 'www', 'samples');
+export const SAMPLES = join(ROOT, 'www', 'samples', 'corridor');
 const ZJU10 = join(ROOT, '..', 'shared', 'data', 'laser', 'zju10');
 
 /** The recorded scans, or false with the reason for `skip`. */

@@ -3,7 +3,6 @@
 use std::fmt::Write as _;
 use std::hint::black_box;
 
-use nalgebra::Vector2;
 use scanstitch::geometry::{Pose2, RigidMotion};
 use scanstitch::io::ply;
 use scanstitch::preprocess::planar_scan::PlanarScan;
@@ -12,6 +11,7 @@ use scanstitch::registration::factors::PointToPlane;
 use scanstitch::registration::icp::{Source, register};
 use scanstitch::registration::target::OrientedTarget;
 use scanstitch::report::Stage;
+use scanstitch::scene::corridor::{self, CorridorOptions};
 use scanstitch::search::KdTree;
 use scanstitch::settings::Settings;
 
@@ -146,9 +146,9 @@ fn query_index<const D: usize>() -> Prepared {
 
 /// The last of six scans along a corridor against the five before it, from where it is 3 cm off.
 fn icp_iteration() -> Prepared {
-    let pose = |step: f64| Pose2::new(Vector2::new(step, 0.1 * step), 0.05 * step);
+    let recording = corridor::generate(&CorridorOptions { num_scans: 6, ..CorridorOptions::default() });
     let scans: Vec<(Pose2, PlanarScan)> =
-        (0..6).map(f64::from).map(|step| (pose(step), PlanarScan::new(corridor_scan(&pose(step))))).collect();
+        recording.T_world_sensor.into_iter().zip(recording.scans.into_iter().map(PlanarScan::new)).collect();
     let (last, earlier) = (&scans[5], &scans[..5]);
     let points = earlier.iter().flat_map(|(pose, scan)| scan.points.iter().map(|p| pose.act(p))).collect();
     let normals =
@@ -164,29 +164,6 @@ fn icp_iteration() -> Prepared {
             black_box(register::<2, 3, Pose2, PointToPlane>(black_box(source), &target, guess, &options));
         }),
     }
-}
-
-/// 180 returns over 180 degrees, in the sensor's frame (m), in a corridor of 12 x 4 m with pillars.
-fn corridor_scan(T_world_sensor: &Pose2) -> Vec<Vector2<f64>> {
-    const PILLARS: [([f64; 2], f64); 4] =
-        [([1.5, 1.6], 0.3), ([3.5, -1.5], 0.4), ([6.0, 1.4], 0.3), ([8.0, -1.2], 0.5)];
-    let origin = T_world_sensor.translation.vector;
-    let range = |direction: Vector2<f64>| {
-        let to_wall = |axis: usize, low: f64, high: f64| {
-            (if direction[axis] > 0.0 { high - origin[axis] } else { low - origin[axis] }) / direction[axis]
-        };
-        let to_pillar = |(center, radius): ([f64; 2], f64)| {
-            let offset = Vector2::from(center) - origin;
-            let along = offset.dot(&direction);
-            let half_chord = (radius * radius - offset.norm_squared() + along * along).sqrt();
-            if along > 0.0 && half_chord.is_finite() { along - half_chord } else { f64::INFINITY }
-        };
-        let walls = to_wall(0, -2.0, 10.0).min(to_wall(1, -2.0, 2.0));
-        PILLARS.into_iter().map(to_pillar).fold(walls, f64::min)
-    };
-    let beams = (0..180).map(|beam| f64::from(beam - 90).to_radians());
-    let directions = beams.map(|angle| Vector2::new(angle.cos(), angle.sin()));
-    directions.map(|direction| direction * range(T_world_sensor.rotate(&direction))).collect()
 }
 
 /// Reads the scans and runs the reconstruction with its default settings to the end.
