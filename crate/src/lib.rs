@@ -22,11 +22,11 @@ pub mod registration;
 pub mod report;
 pub mod scene;
 pub mod search;
-
-#[cfg(target_arch = "wasm32")]
 pub mod settings;
 pub mod sparse;
 pub mod verdict;
+
+#[cfg(target_arch = "wasm32")]
 pub mod wasm;
 
 pub use error::{Error, Place, Result};

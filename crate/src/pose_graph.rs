@@ -6,11 +6,12 @@
 //! the correspondences themselves in place of their pairwise summaries, as in Borrmann et al., "Globally consistent 3D
 //! mapping with scan matching", RAS 56 (2008)). What a chain adds up in errors, the edges that skip frames take back.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{SMatrix, SVector};
 
 use crate::geometry::RigidMotion;
 use crate::registration::factors::{Correspondence, Metric, NormalEquations, RELATIVE_DAMPING};
 use crate::registration::icp::{IcpOptions, IterationRecord, Source, match_points};
+use crate::sparse::{BlockCholesky, BlockMatrix};
 
 /// A scan to place: what it is matched with and what is matched with it.
 pub struct Node<'a, const D: usize, T> {
@@ -48,31 +49,37 @@ pub struct PoseGraph<const D: usize, const DOF: usize, M> {
     edges: Vec<Edge>,
     /// The edge to be matched next; from here on they are not in the sums yet.
     next_edge: usize,
-    H: DMatrix<f64>,
-    b: DVector<f64>,
+    /// Normal equations of all poses but the first, which stays: it is where the world is.
+    H: BlockMatrix<DOF>,
+    b: Vec<SVector<f64, DOF>>,
+    solver: Option<BlockCholesky<DOF>>,
     num_correspondences: usize,
     num_inliers: usize,
     sq_residuals: f64,
     history: Vec<IterationRecord>,
     converged: bool,
+    /// Whether the matches leave the poses undetermined, so that there is no step to take.
+    undetermined: bool,
     correspondences: Vec<Correspondence<D>>,
 }
 
 impl<const D: usize, const DOF: usize, M: RigidMotion<D, DOF>> PoseGraph<D, DOF, M> {
     /// Starts from `poses` (`T_world_node`, the first of which stays as it is) with these edges between them.
     pub fn new(poses: Vec<M>, edges: Vec<Edge>) -> Self {
-        let unknowns = DOF * poses.len();
+        let num_variables = poses.len().saturating_sub(1);
         Self {
             poses,
             edges,
             next_edge: 0,
-            H: DMatrix::zeros(unknowns, unknowns),
-            b: DVector::zeros(unknowns),
+            H: BlockMatrix::new(num_variables),
+            b: vec![SVector::zeros(); num_variables],
+            solver: None,
             num_correspondences: 0,
             num_inliers: 0,
             sq_residuals: 0.0,
             history: Vec::new(),
             converged: false,
+            undetermined: false,
             correspondences: Vec::new(),
         }
     }
@@ -92,9 +99,15 @@ impl<const D: usize, const DOF: usize, M: RigidMotion<D, DOF>> PoseGraph<D, DOF,
         (self.next_edge, self.edges.len())
     }
 
-    /// Whether nothing is left to do: converged, out of iterations, or without edges.
+    /// Whether the last step was below both limits.
+    pub fn converged(&self) -> bool {
+        self.converged
+    }
+
+    /// Whether nothing is left to do: converged, out of iterations, or without matches that determine anything.
     pub fn is_done(&self, options: &IcpOptions) -> bool {
-        self.converged || self.edges.is_empty() || self.history.len() >= options.criteria.max_iterations
+        let exhausted = self.history.len() >= options.criteria.max_iterations;
+        self.converged || self.undetermined || self.edges.is_empty() || exhausted
     }
 
     /// Matches edges until about `max_points` source points have been looked at, and takes the step when the iteration
@@ -132,29 +145,33 @@ impl<const D: usize, const DOF: usize, M: RigidMotion<D, DOF>> PoseGraph<D, DOF,
         let adjoint = T_target_world.adjoint();
         let H = adjoint.tr_mul(&(H * adjoint));
         let b = adjoint.tr_mul(&b);
-        let (s, t) = (DOF * edge.source, DOF * edge.target);
-        for (row, column, sign) in [(s, s, 1.0), (t, t, 1.0), (s, t, -1.0), (t, s, -1.0)] {
-            let mut block = self.H.fixed_view_mut::<DOF, DOF>(row, column);
-            block += H * sign;
+        let variable = |node: usize| node.checked_sub(1); // the first pose is none
+        for (node, sign) in [(edge.source, 1.0), (edge.target, -1.0)] {
+            if let Some(variable) = variable(node) {
+                self.H.add(variable, variable, &H);
+                self.b[variable] += b * sign;
+            }
         }
-        for (row, sign) in [(s, 1.0), (t, -1.0)] {
-            let mut block = self.b.fixed_rows_mut::<DOF>(row);
-            block += b * sign;
+        if let (Some(source), Some(target)) = (variable(edge.source), variable(edge.target)) {
+            self.H.add(source, target, &-H);
         }
     }
 
     fn take_step(&mut self, options: &IcpOptions) {
-        let damping = RELATIVE_DAMPING * self.H.trace();
-        for unknown in 0..self.H.nrows() {
-            // The first pose stays: it is where the world is.
-            self.H[(unknown, unknown)] += if unknown < DOF { f64::MAX.sqrt() } else { damping };
+        let num_variables = self.b.len();
+        let trace: f64 = (0..num_variables).map(|variable| self.H.block(variable, variable).trace()).sum();
+        let damping = SMatrix::identity() * (RELATIVE_DAMPING * trace / num_variables.max(1) as f64);
+        for variable in 0..num_variables {
+            self.H.add(variable, variable, &damping);
         }
         let (mut rotation_step, mut translation_step) = (0.0f64, 0.0f64);
-        let factor = std::mem::take(&mut self.H).cholesky();
-        if let Some(factor) = &factor {
-            let delta = factor.solve(&self.b);
-            for (node, pose) in self.poses.iter_mut().enumerate().skip(1) {
-                let moved = M::exp(&-delta.fixed_rows::<DOF>(DOF * node).into_owned()) * *pose;
+        let solver = self.solver.get_or_insert_with(|| BlockCholesky::new(&self.H));
+        let factor = solver.factor(&self.H);
+        self.undetermined = factor.is_err();
+        if let Ok(factor) = factor {
+            factor.solve(&mut self.b);
+            for (pose, delta) in self.poses.iter_mut().skip(1).zip(&self.b) {
+                let moved = M::exp(&-delta) * *pose;
                 let step = pose.inverse() * moved; // of the sensor itself, whatever its distance from the world's origin
                 rotation_step = rotation_step.max(step.rotation_angle());
                 translation_step = translation_step.max(step.translation_norm());
@@ -168,11 +185,11 @@ impl<const D: usize, const DOF: usize, M: RigidMotion<D, DOF>> PoseGraph<D, DOF,
             rotation_step,
             translation_step,
         });
-        self.converged =
+        let rests =
             rotation_step < options.criteria.rotation_eps && translation_step < options.criteria.translation_eps;
-        let unknowns = DOF * self.poses.len();
-        self.H = DMatrix::zeros(unknowns, unknowns);
-        self.b = DVector::zeros(unknowns);
+        self.converged = rests && !self.undetermined;
+        self.H.clear();
+        self.b.fill(SVector::zeros());
         (self.next_edge, self.num_correspondences, self.num_inliers, self.sq_residuals) = (0, 0, 0, 0.0);
     }
 }
