@@ -35,11 +35,11 @@ fn shaken_poses_in_space_come_back_to_where_they_were() {
     let truth: Vec<Pose3> = (0..5)
         .map(|i| Pose3::exp(&Vector6::new(wave(i, 0.3), wave(i, 0.5), wave(i, 0.2), wave(i, 1.0), wave(i, 0.7), 0.0)))
         .collect();
-    let scans: Vec<(Vec<Vector3<f64>>, Vec<Option<Vector3<f64>>>)> = truth
+    let scans: Vec<(Vec<_>, Vec<_>)> = truth
         .iter()
         .map(|T| {
             let T_sensor_world = T.inverse();
-            let seen = points.iter().map(|p| T_sensor_world * nalgebra::Point3::from(*p)).map(|p| p.coords).collect();
+            let seen = points.iter().map(|p| T_sensor_world.act(p)).collect();
             (seen, normals.iter().map(|n| Some(T_sensor_world.rotation * n)).collect())
         })
         .collect();
