@@ -23,6 +23,7 @@ pub mod report;
 pub mod scene;
 pub mod search;
 pub mod settings;
+pub mod sparse;
 pub mod verdict;
 
 #[cfg(target_arch = "wasm32")]

@@ -34,7 +34,7 @@ pub struct Neighbor {
 
 impl Neighbor {
     /// The order of all results: nearest first, of equal distances the smallest index.
-    fn comes_before(&self, other: &Self) -> bool {
+    fn comes_before(self, other: Self) -> bool {
         self.sq_distance < other.sq_distance || (self.sq_distance == other.sq_distance && self.index < other.index)
     }
 
@@ -221,7 +221,7 @@ impl<const D: usize> KdTree<D> {
         loop {
             let bounds = &self.bounds[node];
             let offset = bounds.offset_from(query);
-            if bounds.may_matter(sq_norm(&offset), &search.limit()) {
+            if bounds.may_matter(sq_norm(&offset), search.limit()) {
                 while node < num_leaves {
                     let split = self.splits[node];
                     let to_split = query.get(split.axis as usize).map_or(0.0, |x| x - split.position);
@@ -263,9 +263,8 @@ impl<const D: usize> Bounds<D> {
         let mut bounds = Self { low: [f32::INFINITY; D], high: [f32::NEG_INFINITY; D], smallest_index: u32::MAX };
         for point in points {
             for (axis, &x) in point.coordinates.iter().enumerate() {
-                // Not f32::min, whose care for NaN does not map to one instruction.
-                bounds.low[axis] = if x < bounds.low[axis] { x } else { bounds.low[axis] };
-                bounds.high[axis] = if x > bounds.high[axis] { x } else { bounds.high[axis] };
+                bounds.low[axis] = smaller(bounds.low[axis], x);
+                bounds.high[axis] = larger(bounds.high[axis], x);
             }
             bounds.smallest_index = bounds.smallest_index.min(point.index);
         }
@@ -281,18 +280,26 @@ impl<const D: usize> Bounds<D> {
     /// From the box to the query, axis by axis; zero along the axes where the query lies between the sides.
     #[inline]
     fn offset_from(&self, query: &[f32; D]) -> [f32; D] {
-        std::array::from_fn(|axis| {
-            let (below, above) = (self.low[axis] - query[axis], query[axis] - self.high[axis]);
-            let outside = if below > above { below } else { above };
-            if outside > 0.0 { outside } else { 0.0 }
-        })
+        std::array::from_fn(|axis| larger(0.0, larger(self.low[axis] - query[axis], query[axis] - self.high[axis])))
     }
 
     /// Whether a point in the box, which is this far from the query, can come before `limit`.
     #[inline]
-    fn may_matter(&self, sq_distance: f32, limit: &Neighbor) -> bool {
+    fn may_matter(&self, sq_distance: f32, limit: Neighbor) -> bool {
         sq_distance < limit.sq_distance || (sq_distance == limit.sq_distance && self.smallest_index < limit.index)
     }
+}
+
+/// The smaller of two numbers that are not NaN: one instruction, unlike `f32::min`.
+#[inline]
+fn smaller(a: f32, b: f32) -> f32 {
+    if b < a { b } else { a }
+}
+
+/// The larger of two numbers that are not NaN.
+#[inline]
+fn larger(a: f32, b: f32) -> f32 {
+    if b > a { b } else { a }
 }
 
 #[inline]
@@ -337,18 +344,17 @@ impl Search for Nearest {
         let mut smallest = [f32::INFINITY; LANES];
         for lanes in sq_distances.as_chunks::<LANES>().0 {
             for (smallest, &x) in smallest.iter_mut().zip(lanes) {
-                // Not f32::min, whose care for NaN does not map to one instruction.
-                *smallest = if x < *smallest { x } else { *smallest };
+                *smallest = smaller(*smallest, x);
             }
         }
-        let sq_distance = smallest.into_iter().fold(f32::INFINITY, |a, b| if b < a { b } else { a });
+        let sq_distance = smallest.into_iter().fold(f32::INFINITY, smaller);
         if sq_distance <= self.best.sq_distance {
             let at_distance = sq_distances.iter().zip(indices);
             let index = at_distance
                 .map(|(&x, &index)| if x == sq_distance { index } else { u32::MAX })
                 .fold(u32::MAX, u32::min);
             let candidate = Neighbor { index, sq_distance };
-            if candidate.comes_before(&self.best) {
+            if candidate.comes_before(self.best) {
                 self.best = candidate;
             }
         }
@@ -368,7 +374,7 @@ impl<F: FnMut(u32) -> bool> Search for NearestWhere<F> {
     #[inline]
     fn visit(&mut self, sq_distances: &[f32; LEAF], indices: &[u32; LEAF]) {
         for_each_within(sq_distances, indices, self.best.sq_distance, |candidate| {
-            if candidate.comes_before(&self.best) && (self.accept)(candidate.index) {
+            if candidate.comes_before(self.best) && (self.accept)(candidate.index) {
                 self.best = candidate;
             }
         });
@@ -392,7 +398,7 @@ impl Search for KNearest<'_> {
     #[inline]
     fn visit(&mut self, sq_distances: &[f32; LEAF], indices: &[u32; LEAF]) {
         for_each_within(sq_distances, indices, self.limit.sq_distance, |candidate| {
-            if !candidate.comes_before(&self.limit) {
+            if !candidate.comes_before(self.limit) {
                 return;
             }
             let mut carried = candidate.key();
@@ -426,7 +432,7 @@ impl Search for ManyNearest {
     #[inline]
     fn visit(&mut self, sq_distances: &[f32; LEAF], indices: &[u32; LEAF]) {
         for_each_within(sq_distances, indices, self.limit.sq_distance, |candidate| {
-            if !candidate.comes_before(&self.limit) {
+            if !candidate.comes_before(self.limit) {
                 return;
             }
             if self.found.len() < self.k {
@@ -467,7 +473,7 @@ fn for_each_within(
     mut take: impl FnMut(Neighbor),
 ) {
     for (distances, indices) in sq_distances.as_chunks::<LANES>().0.iter().zip(indices.as_chunks::<LANES>().0) {
-        if distances.iter().fold(false, |any, &x| any | (x <= max_sq_distance)) {
+        if distances.iter().copied().fold(f32::INFINITY, smaller) <= max_sq_distance {
             for (&sq_distance, &index) in distances.iter().zip(indices) {
                 if sq_distance <= max_sq_distance {
                     take(Neighbor { index, sq_distance });
