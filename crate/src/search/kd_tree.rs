@@ -187,13 +187,15 @@ impl<const D: usize> KdTree<D> {
         let num_leaves = self.leaves.len();
         self.bounds[node] = Bounds::new(points);
         if node < num_leaves {
-            let widest_axis = self.bounds[node].widest_axis();
-            let axis = widest_axis.unwrap_or(0);
+            let axis = self.bounds[node].widest_axis();
             // Whole leaves go left. The last leaf of all, which may hold less, is the rightmost below its ancestors.
             let num_left = LEAF * leaves_below(2 * node, num_leaves);
             points.select_nth_unstable_by_key(num_left, |point| sort_key(point.coordinates[axis], point.index));
-            self.splits[node] =
-                Split { position: points[num_left].coordinates[axis], axis: widest_axis.unwrap_or(D) as u32 };
+            let is_cut = self.bounds[node].width(axis) > 0.0;
+            self.splits[node] = Split {
+                position: points[num_left].coordinates[axis],
+                axis: if is_cut { axis as u32 } else { D as u32 },
+            };
             let (left, right) = points.split_at_mut(num_left);
             self.build_node(2 * node, left);
             self.build_node(2 * node + 1, right);
@@ -271,10 +273,12 @@ impl<const D: usize> Bounds<D> {
         bounds
     }
 
-    /// `None` where the box is a single point.
-    fn widest_axis(&self) -> Option<usize> {
-        let width = |axis: usize| self.high[axis] - self.low[axis];
-        (0..D).filter(|&axis| width(axis) > 0.0).max_by(|&a, &b| width(a).total_cmp(&width(b)))
+    fn width(&self, axis: usize) -> f32 {
+        self.high[axis] - self.low[axis]
+    }
+
+    fn widest_axis(&self) -> usize {
+        (1..D).fold(0, |widest, axis| if self.width(axis) > self.width(widest) { axis } else { widest })
     }
 
     /// From the box to the query, axis by axis; zero along the axes where the query lies between the sides.
