@@ -43,16 +43,15 @@ impl<const B: usize> BlockMatrix<B> {
             self.diagonal[i] += block;
             return;
         }
-        let (row, column) = (i.min(j), i.max(j));
-        let rows = &mut self.columns[column];
-        let index = match rows.binary_search_by_key(&(row as u32), |&(row, _)| row) {
+        let (row, column) = (i.min(j) as u32, i.max(j) as u32);
+        let rows = &mut self.columns[column as usize];
+        let index = match rows.binary_search_by_key(&row, |&(row, _)| row) {
             Ok(place) => rows[place].1 as usize,
             Err(place) => {
-                let index = self.blocks.len();
-                rows.insert(place, (row as u32, index as u32));
-                self.places.push((row as u32, column as u32));
+                rows.insert(place, (row, self.blocks.len() as u32));
+                self.places.push((row, column));
                 self.blocks.push(SMatrix::zeros());
-                index
+                self.blocks.len() - 1
             }
         };
         if i < j {
@@ -72,11 +71,11 @@ impl<const B: usize> BlockMatrix<B> {
         }
         let (row, column) = (i.min(j), i.max(j));
         let rows = &self.columns[column];
-        match rows.binary_search_by_key(&(row as u32), |&(row, _)| row) {
-            Ok(place) if i < j => self.blocks[rows[place].1 as usize],
-            Ok(place) => self.blocks[rows[place].1 as usize].transpose(),
-            Err(_) => SMatrix::zeros(),
-        }
+        let Ok(place) = rows.binary_search_by_key(&(row as u32), |&(row, _)| row) else {
+            return SMatrix::zeros();
+        };
+        let block = self.blocks[rows[place].1 as usize];
+        if i < j { block } else { block.transpose() }
     }
 
     /// Sets all blocks to zero and keeps the pattern.
@@ -95,5 +94,29 @@ impl<const B: usize> BlockMatrix<B> {
 
     pub(super) fn places(&self) -> &[(u32, u32)] {
         &self.places
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::Matrix2;
+
+    #[test]
+    fn blocks_add_up_from_both_sides_and_the_pattern_stays() {
+        let block = Matrix2::new(1.0, 2.0, 3.0, 4.0);
+        let mut H = BlockMatrix::<2>::new(3);
+        H.add(2, 0, &block);
+        assert_eq!((H.block(2, 0), H.block(0, 2)), (block, block.transpose()));
+        H.add(0, 2, &block);
+        assert_eq!((H.block(2, 0), H.block(0, 2)), (block + block.transpose(), block + block.transpose()));
+        H.add(1, 1, &Matrix2::identity());
+        H.add(1, 1, &Matrix2::identity());
+        assert_eq!(H.block(1, 1), Matrix2::identity() * 2.0);
+        H.add(1, 2, &block);
+        assert_eq!((H.block(0, 1), H.block(2, 1)), (Matrix2::zeros(), block.transpose()));
+        H.clear();
+        assert_eq!((H.block(0, 2), H.block(1, 1), H.num_variables()), (Matrix2::zeros(), Matrix2::zeros(), 3));
+        assert_eq!(H.places(), [(0, 2), (1, 2)]);
     }
 }
