@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 /// The modules of the crate from the ground up. A module may import from the layers before its own, and from itself.
 const LAYERS: &[&[&str]] = &[
     &["error"],
-    &["geometry"],
+    &["geometry", "sparse"],
     &["search"],
     &["io", "preprocess", "registration"],
     &["settings", "evaluation", "cloud_registration", "scene"],

@@ -502,7 +502,7 @@ fn sort_key(value: f32, index: u32) -> u64 {
     u64::from(ordered) << 32 | u64::from(index)
 }
 
-/// Number of leaves below `node` (or 1 where it is one) in a heap whose leaves are the nodes `num_leaves..2 * num_leaves`.
+/// Number of leaves below `node`, or 1 where it is one, in a heap whose leaves are `num_leaves..2 * num_leaves`.
 fn leaves_below(node: usize, num_leaves: usize) -> usize {
     let mut leaves = 0;
     // The nodes below `node` on one level after the other.

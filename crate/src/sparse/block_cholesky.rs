@@ -1,6 +1,7 @@
 //! Cholesky factorisation of a symmetric positive definite matrix of blocks.
 //!
-//! Left-looking, column by column, on blocks; Davis, "Direct Methods for Sparse Linear Systems" (2006), chapters 4 and 7.
+//! Left-looking, one column of blocks after the other; Davis, "Direct Methods for Sparse Linear Systems" (2006),
+//! chapters 4 and 7.
 
 use super::{BlockMatrix, ordering};
 use nalgebra::{SMatrix, SVector};
@@ -135,7 +136,8 @@ impl<const B: usize> Factor<'_, B> {
         }
     }
 
-    /// The block of the inverse of `H` on the diagonal at `variable`: its covariance where `H` is an information matrix.
+    /// The block of the inverse of `H` on the diagonal at `variable`: its covariance, where `H` is an information
+    /// matrix.
     ///
     /// # Panics
     /// Where `variable` is not one of the matrix.
@@ -160,9 +162,9 @@ impl<const B: usize> Factor<'_, B> {
 
     /// [`covariance`](Self::covariance) of every variable, all of them for about the price of two factorisations.
     ///
-    /// Takahashi's equations: from `L^T H^-1 = L^-1` the inverse follows column by column from the last to the first, and
-    /// to compute it at the blocks of `L` no other blocks of it are needed. Erisman and Tinney, "On computing certain
-    /// elements of the inverse of a sparse matrix", Communications of the ACM 18 (1975).
+    /// Takahashi's equations: from `L^T H^-1 = L^-1` the inverse follows column by column from the last to the first,
+    /// and to compute it at the blocks of `L` no other blocks of it are needed. Erisman and Tinney, "On computing
+    /// certain elements of the inverse of a sparse matrix", Communications of the ACM 18 (1975).
     pub fn covariances(&self) -> Vec<SMatrix<f64, B, B>> {
         let pattern = self.pattern;
         let mut diagonal = vec![SMatrix::<f64, B, B>::zeros(); pattern.num_variables()];

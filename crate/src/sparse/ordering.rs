@@ -1,10 +1,10 @@
 //! An order of elimination that keeps the factor of a sparse matrix sparse: approximate minimum degree.
 //!
 //! Amestoy, Davis and Duff, "An approximate minimum degree ordering algorithm", SIAM J. Matrix Anal. Appl. 17 (1996).
-//! Eliminating a variable ties all its neighbours to each other; instead of all these edges the graph keeps one element,
-//! named after the eliminated variable. The paper's sets: a variable i has the edges `A_i` that are left of the matrix
-//! and is a member of the elements `E_i`; an element e has the members `L_e`. Variables with the same neighbours merge
-//! into one that stands for all of them, so sizes of sets are sums of weights.
+//! Eliminating a variable ties all its neighbours to each other; instead of all these edges the graph keeps one
+//! element, named after the eliminated variable. The paper's sets: a variable i has the edges `A_i` that are left of
+//! the matrix and is a member of the elements `E_i`; an element e has the members `L_e`. Variables with the same
+//! neighbours merge into one that stands for all of them, so sizes of sets are sums of weights.
 
 /// No variable.
 const NONE: u32 = u32::MAX;
