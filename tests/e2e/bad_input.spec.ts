@@ -63,6 +63,15 @@ test('a bad trajectory is told, and the scans are stitched without it', async ({
   await expect(app.messages).toContainText(/path\.tum, line 2/);
 });
 
+test('a trajectory that does not fit the scans is told', async ({ app }) => {
+  await app.drop([...sampleScans().slice(0, 4), { name: 'short.txt', content: '0 0 0\n0 1 0\n' }]);
+  const { result } = await app.stitched();
+  expect(result.frames).toHaveLength(4);
+  expect(result.comparison).toBeNull();
+  await expect(app.messages).toContainText('short.txt');
+  await expect(app.messages).toContainText('2 poses');
+});
+
 test('files that are neither scans nor a trajectory are named with the reason', async ({ app }) => {
   await app.drop([
     { name: 'photo.png', content: 'x' },
@@ -85,7 +94,7 @@ test('a single scan is shown, and said to be alone', async ({ app }) => {
 });
 
 test('two scans of different rooms: the second is lost or doubtful, and the page says why', async ({ app }) => {
-  const elsewhere = room(3, 40).map(([x, y]): [number, number, number] => [x + 60, y - 35, 0]);
+  const elsewhere = room(3, 40).map(([x, y]): [number, number, number] => [x + 20, y - 22, 0]);
   await app.drop([
     { name: 'here.ply', content: ply(room(8, 6)) },
     { name: 'there.ply', content: ply(elsewhere) },
@@ -94,6 +103,6 @@ test('two scans of different rooms: the second is lost or doubtful, and the page
   const frame = result.frames[1];
   expect(frame?.status).not.toBe('good');
   await app.row('there.ply').click();
-  await expect(app.why).toContainText(frame?.reason ?? 'no reason');
+  await expect(app.why).toContainText(frame?.reason ?? 'no reason', { ignoreCase: true });
   await expect(app.page.getByLabel('Result in figures')).toContainText(`1 ${frame?.status}`);
 });

@@ -1,8 +1,8 @@
 import type { ReactiveController, ReactiveControllerHost } from 'lit';
-import type { Message } from './components/messages.ts';
-import { combine, type Dataset, type Note, takeIn } from './datasets/dataset.ts';
-import type { NamedFile } from './datasets/gather.ts';
-import { EngineClient } from './engine/client.ts';
+import type { Message } from './components/messages.js';
+import { combine, type Dataset, type Note, takeIn } from './datasets/dataset.js';
+import type { NamedFile } from './datasets/gather.js';
+import { EngineClient } from './engine/client.js';
 import type {
   Answers,
   EngineFacts,
@@ -12,10 +12,10 @@ import type {
   RunState,
   Settings,
   Snapshot,
-} from './engine/protocol.ts';
-import { formatLength, plural } from './views/format.ts';
-import { lookDirection } from './views/look-direction.ts';
-import { groupByFrame, NO_POINTS, type PointSet } from './views/point-layer.ts';
+} from './engine/protocol.js';
+import { formatLength, plural } from './views/format.js';
+import { lookDirection } from './views/look-direction.js';
+import { groupByFrame, NO_POINTS, type PointSet } from './views/point-layer.js';
 
 /** What the page is doing. */
 export type Phase = 'starting' | 'empty' | 'reading' | 'running' | 'stopped' | 'done' | 'crashed' | 'unavailable';
@@ -309,8 +309,9 @@ export class Session implements ReactiveController {
   #tellOfReference({ result }: Snapshot): void {
     const reference = this.dataset?.reference;
     if (!reference || result.comparison) return;
-    const notes = result.notes.filter((text) => text.includes(reference.name));
-    this.#tell(notes.map((text) => ({ kind: 'note', file: '', place: '', text, remedy: '' })));
+    const start = `${reference.name}: `;
+    const notes = result.notes.filter((text) => text.startsWith(start)).map((text) => text.slice(start.length));
+    this.#tell(notes.map((text) => ({ kind: 'error', file: reference.name, place: '', text, remedy: '' })));
   }
 
   #onCrashed(message: string): void {

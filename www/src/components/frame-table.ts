@@ -1,11 +1,11 @@
 import { css, html, LitElement, nothing, type PropertyValues, type TemplateResult } from 'lit';
 import { customElement, property, query, state } from 'lit/decorators.js';
 import { repeat } from 'lit/directives/repeat.js';
-import { baseName, formatAngle, formatCoordinate, formatCount, formatFixed, formatPercent } from '../views/format.ts';
-import type { FrameRow } from '../views/frame-rows.ts';
-import { cssColor, type Rgb } from '../views/palette.ts';
-import { statusBadge } from './status-badge.ts';
-import { shared, status_styles } from './theme.ts';
+import { baseName, formatAngle, formatCoordinate, formatCount, formatFixed, formatPercent } from '../views/format.js';
+import type { FrameRow } from '../views/frame-rows.js';
+import { cssColor, type Rgb } from '../views/palette.js';
+import { statusBadge } from './status-badge.js';
+import { shared, status_styles } from './theme.js';
 
 /** Rows drawn beyond what is in sight, above and below. */
 const OVERSCAN = 12;

@@ -1,7 +1,7 @@
 import { css, html, LitElement, type TemplateResult } from 'lit';
 import { customElement, property } from 'lit/decorators.js';
-import type { Figure } from '../views/headline.ts';
-import { shared } from './theme.ts';
+import type { Figure } from '../views/headline.js';
+import { shared } from './theme.js';
 
 /** The figures of the whole run, each with the line that says what it means. */
 @customElement('scanstitch-headline')

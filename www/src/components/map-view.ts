@@ -1,6 +1,6 @@
 import { css, html, LitElement, nothing, type PropertyValues, type TemplateResult } from 'lit';
 import { customElement, property, query, state } from 'lit/decorators.js';
-import { baseName, formatFixed } from '../views/format.ts';
+import { baseName, formatFixed } from '../views/format.js';
 import {
   DARK_MAP,
   type Layers,
@@ -15,9 +15,9 @@ import {
   paintTrajectory,
   paintUndetermined,
   poseAt,
-} from '../views/map-painter.ts';
-import { packColor, type Rgb } from '../views/palette.ts';
-import { NO_POINTS, nearestFrame, type PointSet, paintPoints, pointDiameter } from '../views/point-layer.ts';
+} from '../views/map-painter.js';
+import { packColor, type Rgb } from '../views/palette.js';
+import { NO_POINTS, nearestFrame, type PointSet, paintPoints, pointDiameter } from '../views/point-layer.js';
 import {
   type Bounds,
   bestTurns,
@@ -31,9 +31,9 @@ import {
   toWorld,
   type Viewport,
   zoomedAt,
-} from '../views/viewport.ts';
-import { icon } from './icons.ts';
-import { shared } from './theme.ts';
+} from '../views/viewport.js';
+import { icon } from './icons.js';
+import { shared } from './theme.js';
 
 const NO_MARKS: MapMarks = {
   poses: [],

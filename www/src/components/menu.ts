@@ -1,7 +1,7 @@
 import { css, html, LitElement, nothing, type TemplateResult } from 'lit';
 import { customElement, property, query, queryAll, state } from 'lit/decorators.js';
-import { type IconName, icon } from './icons.ts';
-import { shared } from './theme.ts';
+import { type IconName, icon } from './icons.js';
+import { shared } from './theme.js';
 
 /** Room left between the list and the edge of the window, CSS pixels. */
 const EDGE = 8;

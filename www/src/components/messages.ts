@@ -1,7 +1,8 @@
 import { css, html, LitElement, nothing, type TemplateResult } from 'lit';
 import { customElement, property } from 'lit/decorators.js';
-import { icon } from './icons.ts';
-import { shared } from './theme.ts';
+import { sentence } from '../views/words.js';
+import { icon } from './icons.js';
+import { shared } from './theme.js';
 
 /** Something the user should know, about a file or about the whole. */
 export interface Message {
@@ -124,12 +125,6 @@ function title(messages: readonly Message[], num_errors: number): string {
   if (num_errors === 0) return `${messages.length} files were left aside`;
   const others = messages.length - num_errors;
   return `${num_errors} ${num_errors === 1 ? 'problem' : 'problems'}${others > 0 ? `, ${others} left aside` : ''}`;
-}
-
-/** With a capital at the start and a full stop at the end. */
-function sentence(text: string): string {
-  const trimmed = text.trim();
-  return `${trimmed.charAt(0).toUpperCase()}${trimmed.slice(1)}${/[.!?…]$/.test(trimmed) ? '' : '.'}`;
 }
 
 declare global {

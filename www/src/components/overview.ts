@@ -1,11 +1,11 @@
 import { css, html, LitElement, nothing, type TemplateResult } from 'lit';
 import { customElement, property } from 'lit/decorators.js';
-import type { FrameResult, IterationRecord } from '../engine/protocol.ts';
-import { barAt, barChart, CHART_VIEW_BOX, lineChart } from '../views/chart.ts';
-import { baseName, formatLength, formatPercent, plural } from '../views/format.ts';
-import { cssColor, type Rgb } from '../views/palette.ts';
-import { statusBadge } from './status-badge.ts';
-import { chart_styles, panel_styles, shared, status_styles } from './theme.ts';
+import type { FrameResult, IterationRecord } from '../engine/protocol.js';
+import { barAt, barChart, CHART_VIEW_BOX, lineChart } from '../views/chart.js';
+import { baseName, formatLength, formatPercent, plural } from '../views/format.js';
+import { cssColor, type Rgb } from '../views/palette.js';
+import { statusBadge } from './status-badge.js';
+import { chart_styles, panel_styles, shared, status_styles } from './theme.js';
 
 /** Of a run that went wrong as a whole, the first few scans say enough. */
 const MAX_BAD_SHOWN = 6;

@@ -1,6 +1,6 @@
 import { css, html, LitElement, nothing, type TemplateResult } from 'lit';
 import { customElement, property } from 'lit/decorators.js';
-import type { Preset, SettingDescription, Settings } from '../engine/protocol.ts';
+import type { Preset, SettingDescription, Settings } from '../engine/protocol.js';
 import {
   fromScreen,
   rangeWords,
@@ -9,9 +9,9 @@ import {
   settingGroups,
   toScreen,
   unitSign,
-} from '../views/setting-fields.ts';
-import { icon } from './icons.ts';
-import { shared } from './theme.ts';
+} from '../views/setting-fields.js';
+import { icon } from './icons.js';
+import { shared } from './theme.js';
 
 /** Groups shown open at first; the others are folded until asked for. */
 const NUM_OPEN_GROUPS = 2;

@@ -1,6 +1,6 @@
 import { html, type TemplateResult } from 'lit';
-import type { Status } from '../views/map-painter.ts';
-import { icon } from './icons.ts';
+import type { Status } from '../views/map-painter.js';
+import { icon } from './icons.js';
 
 /** Needs `status_styles`. */
 export function statusBadge(status: Status): TemplateResult {

@@ -1,9 +1,9 @@
 import { css, html, LitElement, nothing, type PropertyValues, type TemplateResult } from 'lit';
 import { customElement, property, state } from 'lit/decorators.js';
-import type { Status } from '../views/map-painter.ts';
-import { cssColor, frameColor } from '../views/palette.ts';
-import { icon } from './icons.ts';
-import { shared } from './theme.ts';
+import type { Status } from '../views/map-painter.js';
+import { cssColor, frameColor } from '../views/palette.js';
+import { icon } from './icons.js';
+import { shared } from './theme.js';
 
 /** The whole film takes about this long, but no picture is shorter or longer than these. */
 const FILM_MS = 5000;

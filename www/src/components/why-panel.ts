@@ -1,7 +1,7 @@
 import { css, html, LitElement, nothing, type TemplateResult } from 'lit';
 import { customElement, property } from 'lit/decorators.js';
-import type { FrameResult } from '../engine/protocol.ts';
-import { CHART_VIEW_BOX, type ChartSpec, lineChart } from '../views/chart.ts';
+import type { FrameResult } from '../engine/protocol.js';
+import { CHART_VIEW_BOX, type ChartSpec, lineChart } from '../views/chart.js';
 import {
   baseName,
   formatAngle,
@@ -11,12 +11,12 @@ import {
   formatLength,
   formatPercent,
   plural,
-} from '../views/format.ts';
-import { cssColor, type Rgb } from '../views/palette.ts';
-import { cleaningWords, directionWords, frameSummary } from '../views/words.ts';
-import { icon } from './icons.ts';
-import { statusBadge } from './status-badge.ts';
-import { chart_styles, panel_styles, shared, status_styles } from './theme.ts';
+} from '../views/format.js';
+import { cssColor, type Rgb } from '../views/palette.js';
+import { cleaningWords, directionWords, frameSummary, sentence } from '../views/words.js';
+import { icon } from './icons.js';
+import { statusBadge } from './status-badge.js';
+import { chart_styles, panel_styles, shared, status_styles } from './theme.js';
 
 /**
  * Why the selected scan was placed where it is: verdict, evidence, uncertainty, the course of the iterations.
@@ -77,7 +77,7 @@ export class ScanstitchWhy extends LitElement {
           </button>
         </span>
       </header>
-      <p class="summary">${frame.reason || frameSummary(frame, index)}</p>
+      <p class="summary">${sentence(frame.reason || frameSummary(frame, index))}</p>
       ${frame.reason && is_matched ? html`<p class="muted">${frameSummary(frame, index)}</p>` : nothing}
       ${
         frame.undetermined

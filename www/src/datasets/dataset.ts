@@ -1,8 +1,8 @@
 /** A set of inputs: where it comes from, what is in it, what was left aside. Plain values; every change is a new one. */
-import type { InputFile, Inputs } from '../engine/protocol.ts';
-import { classify } from './classify.ts';
-import type { NamedFile } from './gather.ts';
-import { compareNatural } from './natural-order.ts';
+import type { InputFile, Inputs } from '../engine/protocol.js';
+import { classify } from './classify.js';
+import type { NamedFile } from './gather.js';
+import { compareNatural } from './natural-order.js';
 
 export interface Dataset extends Inputs {
   /** How the page calls it. */

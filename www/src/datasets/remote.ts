@@ -1,9 +1,9 @@
 /** Data sets that lie on a server: the built-in sample, or what a course page names in `src`. */
 
-import type { InputFile } from '../engine/protocol.ts';
-import { classify } from './classify.ts';
-import type { Dataset } from './dataset.ts';
-import { compareNatural } from './natural-order.ts';
+import type { InputFile } from '../engine/protocol.js';
+import { classify } from './classify.js';
+import type { Dataset } from './dataset.js';
+import { compareNatural } from './natural-order.js';
 
 /** A manifest a course page can point to: paths relative to the manifest itself. */
 interface Manifest {

@@ -14,7 +14,7 @@ import type {
   Settings,
   Snapshot,
   ToWorker,
-} from './protocol.ts';
+} from './protocol.js';
 import worker_url from './worker.ts?worker&url';
 
 export interface EngineListener {

@@ -17,7 +17,7 @@ import type {
   Snapshot,
   Timing,
   ToWorker,
-} from './protocol.ts';
+} from './protocol.js';
 
 /** The page is answered at least this often, unless one step takes longer. */
 const SLICE_MS = 15;

@@ -1,5 +1,5 @@
 /** What can be taken home, and how it leaves the page: as downloads, nothing else. */
-import type { Answers } from '../engine/protocol.ts';
+import type { Answers } from '../engine/protocol.js';
 
 export interface ExportItem {
   id: 'trajectory' | 'matrices' | 'map' | 'picture' | 'everything';

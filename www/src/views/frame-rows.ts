@@ -1,5 +1,5 @@
 /** The table's rows, from the engine's results and the clock. */
-import type { Status } from './map-painter.ts';
+import type { Status } from './map-painter.js';
 
 export interface FrameRow {
   frame: number;

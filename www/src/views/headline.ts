@@ -1,6 +1,6 @@
 /** The figures at the top: what the whole run comes to. */
-import { formatCount, formatDuration, formatLength, plural } from './format.ts';
-import { cleaningParts, sumCleaning } from './words.ts';
+import { formatCount, formatDuration, formatLength, plural } from './format.js';
+import { cleaningParts, sumCleaning } from './words.js';
 
 export interface Figure {
   label: string;

@@ -1,6 +1,6 @@
 /** Everything on the map but the points: grid, paths, robot poses, pairs, scale bar. Plain data in, strokes out. */
-import { cssColor, type Rgb } from './palette.ts';
-import { roundLength, type Size, toScreenAngle, toScreenX, toScreenY, type Viewport } from './viewport.ts';
+import { cssColor, type Rgb } from './palette.js';
+import { roundLength, type Size, toScreenAngle, toScreenX, toScreenY, type Viewport } from './viewport.js';
 
 export interface Pose {
   x: number;

@@ -2,7 +2,7 @@
  * The points of the map, painted by our own loop into the pixels of an ImageData: half a million points take a few
  * milliseconds, where half a million calls of a canvas take seconds.
  */
-import { type Size, toScreenX, toScreenY, type Viewport } from './viewport.ts';
+import { type Size, toScreenX, toScreenY, type Viewport } from './viewport.js';
 
 /** Points ordered by frame: frame f owns points `offsets[f]` to `offsets[f + 1]`. */
 export interface PointSet {

@@ -1,5 +1,5 @@
 /** Between the settings as the engine has them (metres, radians) and as a form shows them (metres, degrees). */
-import { DEGREES } from './format.ts';
+import { DEGREES } from './format.js';
 
 export interface Field {
   group: string;

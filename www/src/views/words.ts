@@ -1,5 +1,5 @@
 /** Results in plain words. */
-import { DEGREES, formatCount, formatFixed, formatLength, formatPercent, plural } from './format.ts';
+import { DEGREES, formatCount, formatFixed, formatLength, formatPercent, plural } from './format.js';
 
 interface Matched {
   num_correspondences: number;
@@ -67,4 +67,10 @@ export function directionWords(direction: { x: number; y: number; theta: number 
   }
   const angle = (((Math.atan2(direction.y, direction.x) * DEGREES) % 180) + 180) % 180;
   return `The scene does not fix how far the scanner is along one direction, ${formatFixed(angle, 0)}° in the map: walls that run that way look the same from anywhere along them.`;
+}
+
+/** With a capital at the start and a full stop at the end. */
+export function sentence(text: string): string {
+  const trimmed = text.trim();
+  return `${trimmed.charAt(0).toUpperCase()}${trimmed.slice(1)}${/[.!?…]$/.test(trimmed) ? '' : '.'}`;
 }

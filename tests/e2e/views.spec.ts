@@ -1,0 +1,221 @@
+/** The pure parts of the page, without a browser: numbers in, numbers and words out. */
+import { expect, test } from '@playwright/test';
+import { classify } from '../../www/src/datasets/classify.js';
+import { combine, type Dataset, type Intake } from '../../www/src/datasets/dataset.js';
+import { compareNatural } from '../../www/src/datasets/natural-order.js';
+import { formatAngle, formatCount, formatDuration, formatFixed, formatLength } from '../../www/src/views/format.js';
+import { lookDirection } from '../../www/src/views/look-direction.js';
+import { type Rgb, framePalette } from '../../www/src/views/palette.js';
+import { groupByFrame, nearestFrame } from '../../www/src/views/point-layer.js';
+import { fromScreen, parseSettings, toScreen, writeSettings } from '../../www/src/views/setting-fields.js';
+import {
+  bestTurns,
+  fitted,
+  mapBounds,
+  panned,
+  roundLength,
+  toScreenX,
+  toScreenY,
+  toWorld,
+  type Turns,
+  zoomedAt,
+} from '../../www/src/views/viewport.js';
+import { cleaningWords, directionWords } from '../../www/src/views/words.js';
+
+const SIZE = { width: 640, height: 480 };
+const TURNS: Turns[] = [0, 1, 2, 3];
+const MARGIN = { top: 10, right: 40, bottom: 30, left: 20 };
+
+test('screen and world are each other inverse, however the map is turned', () => {
+  for (const turns of TURNS) {
+    const view = { center_x: 3, center_y: -2, scale: 37, turns };
+    const { x, y } = toWorld(view, SIZE, 123, 45);
+    expect(toScreenX(view, SIZE, x, y)).toBeCloseTo(123, 9);
+    expect(toScreenY(view, SIZE, x, y)).toBeCloseTo(45, 9);
+  }
+  // Not turned: x to the right, y up.
+  const view = { center_x: 0, center_y: 0, scale: 10, turns: 0 as const };
+  expect([toScreenX(view, SIZE, 1, 0), toScreenY(view, SIZE, 0, 1)]).toEqual([330, 230]);
+});
+
+test('what lies under the cursor stays there while zooming, and moves with the hand while dragging', () => {
+  for (const turns of TURNS) {
+    const view = { center_x: 1, center_y: 2, scale: 50, turns };
+    const before = toWorld(view, SIZE, 100, 300);
+    const zoomed = toWorld(zoomedAt(view, SIZE, 100, 300, 3.7), SIZE, 100, 300);
+    expect([zoomed.x, zoomed.y].map((v) => v.toFixed(9))).toEqual([before.x, before.y].map((v) => v.toFixed(9)));
+    const dragged = toWorld(panned(view, 25, -40), SIZE, 125, 260);
+    expect([dragged.x, dragged.y].map((v) => v.toFixed(9))).toEqual([before.x, before.y].map((v) => v.toFixed(9)));
+  }
+});
+
+test('fitting shows all, within the margins, and lays a corridor along the screen', () => {
+  const corridor = { min_x: -2, max_x: 2, min_y: 0, max_y: 30 };
+  expect(bestTurns(corridor, { width: 900, height: 480 })).toBe(3);
+  expect(bestTurns(corridor, { width: 360, height: 640 })).toBe(0);
+  for (const turns of TURNS) {
+    const view = fitted(corridor, SIZE, MARGIN, turns);
+    for (const x of [corridor.min_x, corridor.max_x]) {
+      for (const y of [corridor.min_y, corridor.max_y]) {
+        expect(toScreenX(view, SIZE, x, y)).toBeGreaterThanOrEqual(MARGIN.left - 1e-6);
+        expect(toScreenX(view, SIZE, x, y)).toBeLessThanOrEqual(SIZE.width - MARGIN.right + 1e-6);
+        expect(toScreenY(view, SIZE, x, y)).toBeGreaterThanOrEqual(MARGIN.top - 1e-6);
+        expect(toScreenY(view, SIZE, x, y)).toBeLessThanOrEqual(SIZE.height - MARGIN.bottom + 1e-6);
+      }
+    }
+  }
+});
+
+test('one stray return does not shrink the map, the trajectory is always inside', () => {
+  const points = Float32Array.from({ length: 2000 }, (_, i) => (i % 2 === 0 ? Math.cos(i) : Math.sin(i)));
+  points[0] = 1000;
+  const bounds = mapBounds(points, [{ x: 5, y: 0 }]);
+  expect(bounds?.max_x).toBe(5);
+  expect(mapBounds(new Float32Array(0), [])).toBeNull();
+});
+
+test('lengths of the scale bar are round', () => {
+  for (const scale of [0.05, 1, 7, 40, 333, 9000]) {
+    const length = roundLength({ center_x: 0, center_y: 0, scale, turns: 0 }, 150);
+    expect(length * scale).toBeLessThanOrEqual(150);
+    expect(length * scale).toBeGreaterThan(150 / 2.6);
+    expect(Number(length.toExponential().split('e')[0])).toBeCloseTo(Math.round(Number(length.toExponential()[0])), 9);
+  }
+});
+
+test('points are grouped by frame, whatever their order', () => {
+  const set = groupByFrame(Float32Array.of(0, 0, 1, 1, 2, 2, 3, 3), Uint32Array.of(2, 0, 2, 1), 4);
+  expect([...set.offsets]).toEqual([0, 1, 2, 4, 4]);
+  expect([...set.points]).toEqual([1, 1, 3, 3, 0, 0, 2, 2]);
+  expect(nearestFrame(set, 4, 2.9, 3, 0.5)).toBe(1);
+  expect(nearestFrame(set, 1, 2.9, 3, 0.5)).toBeNull();
+  expect(nearestFrame(set, 4, 50, 50, 1)).toBeNull();
+});
+
+test('a scanner that sees half the circle looks to its middle, one that sees all looks along x', () => {
+  const ring = (from: number, to: number, pose: { x: number; y: number; theta: number }): Float32Array =>
+    Float32Array.from({ length: 360 }, (_, i) => {
+      const angle = pose.theta + from + (Math.floor(i / 2) / 179) * (to - from);
+      return i % 2 === 0 ? pose.x + 4 * Math.cos(angle) : pose.y + 4 * Math.sin(angle);
+    });
+  const pose = { x: 3, y: -1, theta: 2 };
+  const seen = (from: number, to: number): number =>
+    lookDirection({ points: ring(from, to, pose), offsets: Uint32Array.of(0, 180) }, [pose]);
+  expect(seen(0, Math.PI)).toBeCloseTo(Math.PI / 2, 1);
+  expect(seen(-Math.PI / 2, Math.PI / 2)).toBeCloseTo(0, 1);
+  expect(seen(-Math.PI, Math.PI)).toBe(0);
+  expect(lookDirection({ points: new Float32Array(0), offsets: Uint32Array.of(0, 0) }, [pose])).toBe(0);
+});
+
+test('colours keep a contrast to the background and rise in lightness', () => {
+  const luminance = ([r, g, b]: Rgb): number => {
+    const linear = (v: number): number => (v / 255 <= 0.04045 ? v / 255 / 12.92 : ((v / 255 + 0.055) / 1.055) ** 2.4);
+    return 0.2126 * linear(r) + 0.7152 * linear(g) + 0.0722 * linear(b);
+  };
+  for (const [is_dark, background] of [
+    [false, 0.97],
+    [true, 0.005],
+  ] as const) {
+    const lights = framePalette(20, is_dark).map(luminance);
+    for (const light of lights) {
+      const ratio = (Math.max(light, background) + 0.05) / (Math.min(light, background) + 0.05);
+      expect(ratio).toBeGreaterThan(2.8);
+    }
+    expect(lights).toEqual([...lights].sort((a, b) => a - b));
+  }
+});
+
+test('files are put in the order people mean', () => {
+  const names = ['b/1.ply', 'a/10.ply', 'a/2.ply', 'scan-9.ply', 'a/2/1.ply', 'scan-10.ply'];
+  expect(names.sort(compareNatural)).toEqual([
+    'a/2/1.ply',
+    'a/2.ply',
+    'a/10.ply',
+    'b/1.ply',
+    'scan-9.ply',
+    'scan-10.ply',
+  ]);
+});
+
+test('what a file is for is told by its name and its first bytes', () => {
+  const role = (name: string, text = ''): string => classify(name, new TextEncoder().encode(text)).role;
+  expect(role('a/B.PLY')).toBe('scan');
+  expect(role('no_extension', 'ply\r\nformat ascii 1.0')).toBe('scan');
+  expect(role('truth.tum')).toBe('reference');
+  expect(role('gt.txt', '# t x y z\n0 1 2 3\n1 1 2 3\n')).toBe('reference');
+  expect(role('gt.csv', 'x,y,z\n1.5,2,0\n2,2,0\n')).toBe('reference');
+  expect(role('one_line.txt', '1 2 3')).toBe('reference');
+  expect(role('readme.txt', 'Scan 1 and 2 were taken\nin the hall\n')).toBe('ignored');
+  for (const name of ['x.npy', 'x.pcd', 'x.png', 'x.zip', 'x.doc']) expect(role(name)).toBe('ignored');
+  expect(classify('.DS_Store', new Uint8Array())).toEqual({ role: 'ignored', reason: null });
+  expect(classify('__MACOSX/0.ply', new Uint8Array())).toEqual({ role: 'ignored', reason: null });
+});
+
+test('scans replace a given set and join the own one; a reference joins either', () => {
+  const file = (name: string) => ({ name, bytes: new ArrayBuffer(0) });
+  const intake = (...names: string[]): Intake => ({ scans: names.map(file), reference: null, notes: [] });
+  const sample: Dataset = { title: 'Sample', is_given: true, scans: [file('s.ply')], reference: file('truth.tum') };
+
+  const own = combine(sample, intake('walk/2.ply', 'walk/10.ply'));
+  expect(own.scans.map(({ name }) => name)).toEqual(['walk/2.ply', 'walk/10.ply']);
+  expect([own.title, own.is_given, own.reference]).toEqual(['walk', false, null]);
+  const more = combine(own, intake('walk/3.ply', 'walk/2.ply'));
+  expect(more.scans.map(({ name }) => name)).toEqual(['walk/2.ply', 'walk/3.ply', 'walk/10.ply']);
+
+  const compared = combine(sample, { scans: [], reference: file('mine.tum'), notes: [] });
+  expect([compared.title, compared.is_given, compared.reference?.name]).toEqual(['Sample', true, 'mine.tum']);
+});
+
+test('settings go to the screen and back, and into an address and back', () => {
+  const angle = {
+    name: 'turn' as const,
+    group: 'g',
+    unit: 'rad' as const,
+    kind: { type: 'number' as const, min: 0, max: 1, step: 0.1 },
+  };
+  const count = {
+    name: 'count' as const,
+    group: 'g',
+    unit: '' as const,
+    kind: { type: 'integer' as const, min: 1, max: 9 },
+  };
+  const way = {
+    name: 'way' as const,
+    group: 'g',
+    unit: '' as const,
+    kind: { type: 'choice' as const, choices: [{ value: 'a' }, { value: 'b' }] },
+  };
+  expect(toScreen(angle, (35 * Math.PI) / 180)).toBe('35');
+  expect(fromScreen(angle, '35')).toBeCloseTo((35 * Math.PI) / 180, 12);
+  expect(fromScreen(angle, '90')).toBe(1);
+  expect(fromScreen(angle, '')).toBeNull();
+  expect(fromScreen(angle, 'wide')).toBeNull();
+  expect(fromScreen(count, '3.6')).toBe(4);
+
+  const base = { turn: 0.5, count: 2, way: 'a' };
+  const changed = parseSettings('turn=0.25&count=100&way=b&strange=1', base, [angle, count, way]);
+  expect(changed).toEqual({ turn: 0.25, count: 9, way: 'b' });
+  expect(parseSettings('way=c&count=x', base, [angle, count, way])).toEqual(base);
+  expect(parseSettings(writeSettings(changed, base), base, [angle, count, way])).toEqual(changed);
+  expect(writeSettings(base, base)).toBe('');
+});
+
+test('numbers are written as people read them', () => {
+  const plain = (text: string): string => text.replaceAll('\u202f', ' ');
+  expect(plain(formatLength(0.0157))).toBe('15.7 mm');
+  expect(plain(formatLength(0.1214))).toBe('121 mm');
+  expect(plain(formatLength(2))).toBe('2.00 m');
+  expect(formatAngle(-Math.PI / 2)).toBe('−90.00°');
+  expect(formatFixed(-0.0001, 2)).toBe('0.00');
+  expect(formatFixed(Number.NaN, 2)).toBe('not a number');
+  expect(plain(formatCount(1234567))).toBe('1 234 567');
+  expect(plain(formatDuration(4.26))).toBe('4.3 ms');
+  expect(plain(formatDuration(61_000))).toBe('1 min 1 s');
+});
+
+test('results are said in words', () => {
+  const cleaning = { num_read: 180, non_finite: 2, too_near: 0, at_range_limit: 3, duplicates: 1, num_kept: 174 };
+  expect(cleaningWords(cleaning)).toBe('174 of 180 used; left out: 2 not a number, 3 at the range limit, 1 duplicate');
+  expect(directionWords({ x: 0, y: -1, theta: 0.1 })).toContain('90°');
+  expect(directionWords({ x: 0, y: 0.1, theta: 1 })).toContain('turned');
+});
