@@ -2,7 +2,7 @@
 import { expect, test } from '@playwright/test';
 import { classify } from '../../www/src/datasets/classify.js';
 import { combine, type Dataset, type Intake } from '../../www/src/datasets/dataset.js';
-import { compareNatural } from '../../www/src/datasets/natural-order.js';
+import { compareNaturally } from '../../npm/natural_order.js';
 import { formatAngle, formatCount, formatDuration, formatFixed, formatLength } from '../../www/src/views/format.js';
 import { lookDirection } from '../../www/src/views/look-direction.js';
 import { type Rgb, framePalette } from '../../www/src/views/palette.js';
@@ -127,7 +127,7 @@ test('colours keep a contrast to the background and rise in lightness', () => {
 
 test('files are put in the order people mean', () => {
   const names = ['b/1.ply', 'a/10.ply', 'a/2.ply', 'scan-9.ply', 'a/2/1.ply', 'scan-10.ply'];
-  expect(names.sort(compareNatural)).toEqual([
+  expect(names.sort(compareNaturally)).toEqual([
     'a/2/1.ply',
     'a/2.ply',
     'a/10.ply',

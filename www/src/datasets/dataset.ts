@@ -2,7 +2,7 @@
 import type { InputFile, Inputs } from '../engine/protocol.js';
 import { classify } from './classify.js';
 import type { NamedFile } from './gather.js';
-import { compareNatural } from './natural-order.js';
+import { compareNaturally } from '../../../npm/natural_order.js';
 
 export interface Dataset extends Inputs {
   /** How the page calls it. */
@@ -27,7 +27,7 @@ const HEAD_BYTES = 4096;
 
 /** Reads the files and tells them apart. A file the browser cannot read becomes a note; the rest goes on. */
 export async function takeIn(files: readonly NamedFile[]): Promise<Intake> {
-  const ordered = [...files].sort((a, b) => compareNatural(a.name, b.name));
+  const ordered = [...files].sort((a, b) => compareNaturally(a.name, b.name));
   const notes: Note[] = [];
   const scans: InputFile[] = [];
   let reference: InputFile | null = null;
@@ -71,7 +71,7 @@ export function combine(present: Dataset | null, intake: Intake): Dataset {
   const old_scans = extends_present ? present.scans : [];
   const fresh = new Set(intake.scans.map(({ name }) => name));
   const scans = [...old_scans.filter(({ name }) => !fresh.has(name)), ...intake.scans];
-  scans.sort((a, b) => compareNatural(a.name, b.name));
+  scans.sort((a, b) => compareNaturally(a.name, b.name));
   return {
     title: extends_present ? present.title : titleOf(intake.scans),
     is_given: extends_present && present.is_given,

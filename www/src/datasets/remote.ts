@@ -3,7 +3,7 @@
 import type { InputFile } from '../engine/protocol.js';
 import { classify } from './classify.js';
 import type { Dataset } from './dataset.js';
-import { compareNatural } from './natural-order.js';
+import { compareNaturally } from '../../../npm/natural_order.js';
 
 /** A manifest a course page can point to: paths relative to the manifest itself. */
 interface Manifest {
@@ -27,7 +27,7 @@ const sample_truth = import.meta.glob<string>('../../samples/corridor/truth.tum'
 export async function fetchSample(): Promise<Dataset> {
   const scans = Object.entries(sample_scans).map(([path, url]) => ({ name: `corridor/${baseOf(path)}`, url }));
   const [truth] = Object.entries(sample_truth).map(([path, url]) => ({ name: `corridor/${baseOf(path)}`, url }));
-  scans.sort((a, b) => compareNatural(a.name, b.name));
+  scans.sort((a, b) => compareNaturally(a.name, b.name));
   return {
     title: 'Sample: a corridor',
     is_given: true,
@@ -58,7 +58,7 @@ export async function fetchDataset(src: string): Promise<Dataset> {
   return {
     title: 'Scans of this page',
     is_given: true,
-    scans: scans.sort((a, b) => compareNatural(a.name, b.name)),
+    scans: scans.sort((a, b) => compareNaturally(a.name, b.name)),
     reference: files.find((_, i) => roles[i]?.role === 'reference') ?? null,
   };
 }
