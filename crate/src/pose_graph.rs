@@ -89,7 +89,8 @@ impl<const D: usize, const DOF: usize, M: RigidMotion<D, DOF>> PoseGraph<D, DOF,
         &self.poses
     }
 
-    /// One record an iteration; its step is the largest of all poses.
+    /// One record an iteration; its step is the root mean square over all poses. (Of many poses there is always one whose
+    /// points change partners to and fro.)
     pub fn history(&self) -> &[IterationRecord] {
         &self.history
     }
@@ -164,7 +165,7 @@ impl<const D: usize, const DOF: usize, M: RigidMotion<D, DOF>> PoseGraph<D, DOF,
         for variable in 0..num_variables {
             self.H.add(variable, variable, &damping);
         }
-        let (mut rotation_step, mut translation_step) = (0.0f64, 0.0f64);
+        let (mut sq_rotations, mut sq_translations) = (0.0, 0.0);
         let solver = self.solver.get_or_insert_with(|| BlockCholesky::new(&self.H));
         let factor = solver.factor(&self.H);
         self.undetermined = factor.is_err();
@@ -173,11 +174,13 @@ impl<const D: usize, const DOF: usize, M: RigidMotion<D, DOF>> PoseGraph<D, DOF,
             for (pose, delta) in self.poses.iter_mut().skip(1).zip(&self.b) {
                 let moved = M::exp(&-delta) * *pose;
                 let step = pose.inverse() * moved; // of the sensor itself, whatever its distance from the world's origin
-                rotation_step = rotation_step.max(step.rotation_angle());
-                translation_step = translation_step.max(step.translation_norm());
+                sq_rotations += step.rotation_angle().powi(2);
+                sq_translations += step.translation_norm().powi(2);
                 *pose = moved;
             }
         }
+        let root_mean = |sq_sum: f64| (sq_sum / num_variables.max(1) as f64).sqrt();
+        let (rotation_step, translation_step) = (root_mean(sq_rotations), root_mean(sq_translations));
         self.history.push(IterationRecord {
             num_correspondences: self.num_correspondences,
             num_inliers: self.num_inliers,

@@ -93,7 +93,7 @@ impl Default for Settings {
             max_range: 50.0,
             strategy: Strategy::Joint,
             local_map_scans: 5,
-            matched_scans: 20,
+            matched_scans: 10,
             initial_guess: InitialGuess::Correlative,
             search_translation: 1.5,
             search_rotation: 35f64.to_radians(),
