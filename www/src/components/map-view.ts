@@ -1,23 +1,10 @@
 import { css, html, LitElement, nothing, type PropertyValues, type TemplateResult } from 'lit';
 import { customElement, property, query, state } from 'lit/decorators.js';
 import { baseName, formatFixed } from '../views/format.js';
-import {
-  DARK_MAP,
-  type Layers,
-  LIGHT_MAP,
-  type MapMarks,
-  type MapTheme,
-  paintAxes,
-  paintGrid,
-  paintPairs,
-  paintReference,
-  paintScaleBar,
-  paintTrajectory,
-  paintUndetermined,
-  poseAt,
-} from '../views/map-painter.js';
-import { packColor, type Rgb } from '../views/palette.js';
-import { NO_POINTS, nearestFrame, type PointSet, paintPoints, pointDiameter } from '../views/point-layer.js';
+import { MapCanvas, type MapContent } from '../views/map-canvas.js';
+import { type Layers, type MapMarks, poseAt } from '../views/map-painter.js';
+import type { Rgb } from '../views/palette.js';
+import { NO_POINTS, nearestFrame, type PointSet } from '../views/point-layer.js';
 import {
   type Bounds,
   bestTurns,
@@ -26,8 +13,6 @@ import {
   panned,
   type Size,
   type Turns,
-  toScreenX,
-  toScreenY,
   toWorld,
   type Viewport,
   zoomedAt,
@@ -49,9 +34,7 @@ const NO_MARKS: MapMarks = {
 
 const ZOOM_STEP = 1.3;
 const PAN_STEP = 60; // CSS pixels
-/** The points are painted afresh on every frame while that takes at most this long; else their last picture is moved. */
-const PAINT_BUDGET_MS = 7;
-/** How long the hand must rest before a moved picture is replaced by a fresh one. */
+/** The map is in motion until the hand has rested for so long. */
 const REST_MS = 90;
 
 /**
@@ -89,11 +72,7 @@ export class ScanstitchMap extends LitElement {
   private turns: Turns | null = null;
   /** The user has moved the view: it is no longer fitted behind his back. */
   private is_moved = false;
-  private layer = document.createElement('canvas');
-  private layer_image: ImageData | null = null;
-  private layer_view: Viewport | null = null;
-  private is_layer_stale = true;
-  private paint_ms = 0;
+  private map_canvas: MapCanvas | null = null;
   private last_motion = Number.NEGATIVE_INFINITY;
   private animation_frame = 0;
   private rest_timer: ReturnType<typeof setTimeout> | undefined;
@@ -116,6 +95,7 @@ export class ScanstitchMap extends LitElement {
   }
 
   protected override firstUpdated(): void {
+    this.map_canvas = new MapCanvas(this.canvas);
     this.resize_observer.observe(this.stage);
     this.resize();
     // Registered here because Lit's listeners are passive where the browser decides so.
@@ -140,7 +120,7 @@ export class ScanstitchMap extends LitElement {
       changed.has('dark') ||
       changed.has('colors') ||
       (changed.has('marks') && (previous?.until !== this.marks.until || previous?.selected !== this.marks.selected));
-    if (repaint) this.is_layer_stale = true;
+    if (repaint) this.map_canvas?.invalidate();
     this.requestPaint();
   }
 
@@ -166,15 +146,10 @@ export class ScanstitchMap extends LitElement {
 
   /** The map as a picture, at twice the resolution of the screen or better. */
   async picture(): Promise<Blob> {
-    const ratio = Math.max(2, this.pixel_ratio);
-    const canvas = document.createElement('canvas');
-    canvas.width = Math.round(this.size.width * ratio);
-    canvas.height = Math.round(this.size.height * ratio);
-    const layer = document.createElement('canvas');
-    layer.width = canvas.width;
-    layer.height = canvas.height;
-    this.paintLayer(layer, new ImageData(canvas.width, canvas.height), this.view, ratio);
-    this.compose(context2d(canvas), layer, this.view, ratio);
+    const print = new MapCanvas();
+    print.resize(this.size, Math.max(2, this.pixel_ratio));
+    print.paint(this.content(), this.view, false);
+    const { canvas } = print;
     return new Promise((resolve, reject) => {
       canvas.toBlob((blob) => (blob ? resolve(blob) : reject(new Error('The browser could not make the picture.'))));
     });
@@ -286,9 +261,7 @@ export class ScanstitchMap extends LitElement {
     const { clientWidth: width, clientHeight: height } = this.stage;
     this.pixel_ratio = Math.min(window.devicePixelRatio || 1, 3);
     this.size = { width, height };
-    this.canvas.width = Math.round(width * this.pixel_ratio);
-    this.canvas.height = Math.round(height * this.pixel_ratio);
-    this.is_layer_stale = true;
+    this.map_canvas?.resize(this.size, this.pixel_ratio);
     this.updateGuard();
     if (!this.is_moved) this.fit();
     // At once: the canvas is empty now, and an animation frame later the eye would see it so.
@@ -311,90 +284,19 @@ export class ScanstitchMap extends LitElement {
   private paint(): void {
     this.animation_frame = 0;
     if (this.size.width === 0 || this.size.height === 0) return;
-    performance.mark('scanstitch-paint-start');
-    const is_turned = this.layer_view?.turns !== this.view.turns;
-    const is_moved = !this.layer_view || !sameView(this.layer_view, this.view);
-    const is_dear = this.paint_ms > PAINT_BUDGET_MS;
     const is_in_motion = performance.now() - this.last_motion < REST_MS;
-    if (this.is_layer_stale || is_turned || (is_moved && !(is_dear && is_in_motion))) this.refreshLayer();
-    else if (is_moved) this.paintAtRest();
-    this.compose(context2d(this.canvas), this.layer, this.layer_view ?? this.view, this.pixel_ratio);
-    performance.measure('scanstitch-paint', 'scanstitch-paint-start');
+    const is_exact = this.map_canvas?.paint(this.content(), this.view, is_in_motion) ?? true;
+    clearTimeout(this.rest_timer);
+    if (!is_exact) this.rest_timer = setTimeout(() => this.requestPaint(), REST_MS + 10);
     if (this.has_new_points) {
       this.has_new_points = false;
       this.dispatchEvent(new CustomEvent('map-painted', { bubbles: true, composed: true }));
     }
   }
 
-  private paintAtRest(): void {
-    clearTimeout(this.rest_timer);
-    this.rest_timer = setTimeout(() => this.requestPaint(), REST_MS + 10);
-  }
-
-  private refreshLayer(): void {
-    const start = performance.now();
-    const { width, height } = this.canvas;
-    if (this.layer.width !== width || this.layer.height !== height || !this.layer_image) {
-      this.layer.width = width;
-      this.layer.height = height;
-      this.layer_image = new ImageData(width, height);
-    }
-    this.paintLayer(this.layer, this.layer_image, this.view, this.pixel_ratio);
-    this.layer_view = this.view;
-    this.is_layer_stale = false;
-    this.paint_ms = performance.now() - start;
-  }
-
-  private paintLayer(layer: HTMLCanvasElement, image: ImageData, view: Viewport, ratio: number): void {
-    const { until, selected } = this.marks;
-    const pixels = new Uint32Array(image.data.buffer);
-    pixels.fill(0);
-    const device_size = { width: layer.width, height: layer.height };
-    const diameter = pointDiameter(this.points.points.length / 2, this.size) * ratio;
-    const colors = Uint32Array.from(this.colors, (color) => packColor(color));
-    const paint = (first: number, last: number, style: { colors: Uint32Array; diameter: number }): void =>
-      paintPoints(pixels, device_size, view, ratio, this.points, first, last, style);
-    paint(0, Math.min(until, this.points.offsets.length - 1), { colors, diameter });
-    if (selected !== null && selected < until) {
-      colors[selected] = packColor(this.theme().selected);
-      paint(selected, selected + 1, { colors, diameter: Math.max(diameter * 1.25, diameter + ratio) });
-    }
-    context2d(layer).putImageData(image, 0, 0);
-  }
-
-  private compose(ctx: CanvasRenderingContext2D, layer: HTMLCanvasElement, layer_view: Viewport, ratio: number): void {
-    const { size, view, marks, layers } = this;
-    const theme = this.theme();
-    ctx.setTransform(ratio, 0, 0, ratio, 0, 0);
-    ctx.fillStyle = theme.background;
-    ctx.fillRect(0, 0, size.width, size.height);
-    if (layers.grid) paintGrid(ctx, size, view, theme);
-
-    // The layer may show a moment ago: it is moved and scaled to where it belongs now.
-    const factor = view.scale / layer_view.scale;
-    const middle_x = toScreenX(view, size, layer_view.center_x, layer_view.center_y);
-    const middle_y = toScreenY(view, size, layer_view.center_x, layer_view.center_y);
-    ctx.imageSmoothingEnabled = factor !== 1;
-    ctx.drawImage(
-      layer,
-      middle_x - (size.width / 2) * factor,
-      middle_y - (size.height / 2) * factor,
-      size.width * factor,
-      size.height * factor,
-    );
-
-    if (layers.reference) paintReference(ctx, size, view, marks, theme);
-    if (marks.pairs) paintPairs(ctx, size, view, marks.pairs, theme);
-    if (layers.path)
-      paintTrajectory(ctx, size, view, { ...marks, hovered: this.hovered ?? marks.hovered }, this.colors, theme);
-    const selected = marks.selected === null ? undefined : marks.poses[marks.selected];
-    if (selected && marks.undetermined) paintUndetermined(ctx, size, view, selected, marks.undetermined, theme);
-    paintScaleBar(ctx, size, view, theme);
-    paintAxes(ctx, size, view, theme);
-  }
-
-  private theme(): MapTheme {
-    return this.dark ? DARK_MAP : LIGHT_MAP;
+  private content(): MapContent {
+    const { points, colors, layers, dark } = this;
+    return { points, colors, layers, dark, marks: { ...this.marks, hovered: this.hovered ?? this.marks.hovered } };
   }
 
   // Moving about.
@@ -634,16 +536,6 @@ export class ScanstitchMap extends LitElement {
       }
     `,
   ];
-}
-
-function context2d(canvas: HTMLCanvasElement): CanvasRenderingContext2D {
-  const context = canvas.getContext('2d');
-  if (!context) throw new Error('This browser draws no canvas.');
-  return context;
-}
-
-function sameView(a: Viewport, b: Viewport): boolean {
-  return a.center_x === b.center_x && a.center_y === b.center_y && a.scale === b.scale && a.turns === b.turns;
 }
 
 declare global {

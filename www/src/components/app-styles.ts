@@ -1,0 +1,311 @@
+/** How the parts of the page lie beside and below each other, in each of its three layouts. */
+import { css } from 'lit';
+
+export const app_styles = css`
+  :host {
+    display: block;
+    position: relative;
+    height: min(90vh, 760px);
+    overflow: hidden;
+    background: var(--background);
+    color-scheme: light dark;
+    text-align: left;
+  }
+  :host([theme='light']) {
+    color-scheme: light;
+  }
+  :host([theme='dark']) {
+    color-scheme: dark;
+  }
+  .app {
+    position: relative;
+    display: flex;
+    flex-direction: column;
+    height: 100%;
+  }
+  .bar {
+    display: flex;
+    align-items: center;
+    gap: 16px;
+    min-height: 52px;
+    padding: 0 12px 0 16px;
+    border-bottom: 1px solid var(--line);
+    background: var(--surface);
+  }
+  .brand {
+    display: flex;
+    align-items: center;
+    gap: 8px;
+    font-size: 16px;
+    font-weight: 680;
+    letter-spacing: -0.015em;
+  }
+  .dataset {
+    display: flex;
+    flex: 1;
+    align-items: center;
+    gap: 10px;
+    min-width: 0;
+    padding-left: 16px;
+    border-left: 1px solid var(--line);
+  }
+  .title {
+    overflow: hidden;
+    font-weight: 550;
+    text-overflow: ellipsis;
+    white-space: nowrap;
+  }
+  .count {
+    white-space: nowrap;
+  }
+  .chip {
+    display: inline-flex;
+    align-items: center;
+    gap: 7px;
+    height: 26px;
+    padding-left: 9px;
+    border: 1px solid var(--line);
+    border-radius: 99px;
+    font-size: 12.5px;
+    white-space: nowrap;
+  }
+  .chip button {
+    min-height: 24px;
+    width: 24px;
+    padding: 0;
+    border-radius: 50%;
+    color: var(--muted);
+  }
+  .dash {
+    width: 18px;
+    border-top: 2px dashed light-dark(#b4530a, #ffad5c);
+  }
+  nav {
+    display: flex;
+    align-items: center;
+    gap: 6px;
+  }
+  scanstitch-headline {
+    border-bottom: 1px solid var(--line);
+  }
+  main {
+    display: grid;
+    flex: 1;
+    min-height: 0;
+  }
+  .wide main {
+    grid-template-columns: 284px minmax(0, 1fr) 330px;
+  }
+  .medium main {
+    grid-template-columns: minmax(0, 1fr) 320px;
+  }
+  .narrow main {
+    grid-template-columns: minmax(0, 1fr);
+    grid-template-rows: minmax(0, 11fr) minmax(0, 9fr);
+  }
+  .side {
+    min-height: 0;
+    overflow: auto;
+    background: var(--surface);
+  }
+  .left {
+    border-right: 1px solid var(--line);
+  }
+  .right,
+  .tabs {
+    border-left: 1px solid var(--line);
+  }
+  .tabs {
+    display: flex;
+    flex-direction: column;
+    overflow: hidden;
+  }
+  .narrow .tabs {
+    border-left: 0;
+    border-top: 1px solid var(--line);
+  }
+  [role='tablist'] {
+    display: flex;
+    flex: none;
+    padding: 0 8px;
+    border-bottom: 1px solid var(--line);
+  }
+  [role='tab'] {
+    flex: 1;
+    min-height: 42px;
+    padding: 0 6px;
+    border: 0;
+    border-radius: 0;
+    background: none;
+    color: var(--muted);
+    box-shadow: inset 0 -2px transparent;
+  }
+  [role='tab'][aria-selected='true'] {
+    color: var(--text);
+    font-weight: 600;
+    box-shadow: inset 0 -2px var(--accent);
+  }
+  [role='tab']:focus-visible {
+    outline-offset: -3px;
+  }
+  [role='tabpanel'] {
+    flex: 1;
+    min-height: 0;
+    overflow: auto;
+  }
+  .middle {
+    display: grid;
+    grid-template-columns: minmax(0, 1fr);
+    grid-template-rows: minmax(0, 1fr) auto auto;
+    min-width: 0;
+    min-height: 0;
+  }
+  .narrow .middle {
+    grid-template-rows: minmax(0, 1fr) auto;
+  }
+  .map-area {
+    position: relative;
+    display: grid;
+    min-height: 0;
+  }
+  scanstitch-timeline {
+    padding: 7px 16px 7px 12px;
+    border-top: 1px solid var(--line);
+    background: var(--surface);
+  }
+  scanstitch-frame-table {
+    max-height: clamp(140px, 34cqh, 310px);
+    border-top: 1px solid var(--line);
+    background: var(--surface);
+  }
+  .middle {
+    container-type: size;
+  }
+  [role='tabpanel'] scanstitch-frame-table {
+    max-height: 100%;
+    border-top: 0;
+  }
+  scanstitch-messages {
+    position: absolute;
+    inset: 12px auto auto 12px;
+    display: flex;
+    flex-direction: column;
+    width: min(430px, calc(100% - 74px));
+    max-height: calc(100% - 60px);
+  }
+  .activity {
+    position: absolute;
+    bottom: 14px;
+    left: 50%;
+    display: grid;
+    gap: 8px;
+    width: min(340px, calc(100% - 32px));
+    padding: 10px 12px;
+    border: 1px solid var(--line);
+    border-radius: var(--radius);
+    background: var(--surface);
+    box-shadow: var(--shadow);
+    transform: translateX(-50%);
+  }
+  .activity-words {
+    display: flex;
+    align-items: center;
+    justify-content: space-between;
+    gap: 12px;
+  }
+  progress {
+    width: 100%;
+    height: 5px;
+    border: 0;
+    border-radius: 3px;
+    overflow: hidden;
+    appearance: none;
+    background: var(--line);
+    color: var(--accent);
+  }
+  progress::-webkit-progress-bar {
+    background: var(--line);
+  }
+  progress::-webkit-progress-value {
+    background: var(--accent);
+  }
+  progress::-moz-progress-bar {
+    background: var(--accent);
+  }
+  .empty {
+    display: flex;
+    flex: 1;
+    flex-direction: column;
+    align-items: center;
+    gap: 16px;
+    min-height: 0;
+    padding: 24px;
+    overflow: auto;
+  }
+  .empty scanstitch-messages {
+    position: static;
+    width: min(460px, 100%);
+    max-height: none;
+  }
+  .empty section {
+    display: grid;
+    justify-items: center;
+    gap: 12px;
+    max-width: 460px;
+    margin: auto 0;
+    padding: 32px 28px;
+    border: 1.5px dashed var(--line-strong);
+    border-radius: 14px;
+    background: var(--surface);
+    text-align: center;
+  }
+  .empty h2 {
+    font-size: 18px;
+  }
+  .empty .actions {
+    display: flex;
+    flex-wrap: wrap;
+    justify-content: center;
+    gap: 8px;
+  }
+  .drop-hint {
+    position: absolute;
+    inset: 0;
+    z-index: 30;
+    display: grid;
+    padding: 14px;
+    background: color-mix(in srgb, var(--background) 82%, transparent);
+    pointer-events: none;
+  }
+  .drop-hint > div {
+    display: grid;
+    place-content: center;
+    justify-items: center;
+    gap: 12px;
+    border: 2px dashed var(--accent);
+    border-radius: 14px;
+    color: var(--accent);
+    font-size: 20px;
+    font-weight: 600;
+  }
+  .narrow .bar {
+    gap: 10px;
+    padding: 0 8px 0 12px;
+  }
+  .narrow .brand span,
+  .narrow .count {
+    display: none;
+  }
+  .narrow .dataset {
+    padding-left: 0;
+    border-left: 0;
+  }
+  @media (max-height: 520px) {
+    .app {
+      min-height: 640px;
+    }
+    :host {
+      overflow-y: auto;
+    }
+  }
+`;

@@ -1,0 +1,136 @@
+/**
+ * The map on a canvas. Points are painted into a layer of their own, which is kept while only the marks over it change,
+ * and moved instead of painted afresh while the hand moves a map that is dear to paint.
+ */
+import {
+  DARK_MAP,
+  type Layers,
+  LIGHT_MAP,
+  type MapMarks,
+  paintAxes,
+  paintGrid,
+  paintPairs,
+  paintReference,
+  paintScaleBar,
+  paintTrajectory,
+  paintUndetermined,
+} from './map-painter.js';
+import { packColor, type Rgb } from './palette.js';
+import { paintPoints, pointDiameter, type PointSet } from './point-layer.js';
+import { type Size, toScreenX, toScreenY, type Viewport } from './viewport.js';
+
+export interface MapContent {
+  points: PointSet;
+  marks: MapMarks;
+  /** One for each frame, or more. */
+  colors: readonly Rgb[];
+  layers: Layers;
+  dark: boolean;
+}
+
+/** The points are painted afresh for every picture while that takes at most this long. */
+const PAINT_BUDGET_MS = 7;
+
+export class MapCanvas {
+  readonly canvas: HTMLCanvasElement;
+  #size: Size = { width: 0, height: 0 };
+  #pixel_ratio = 1;
+  #layer = document.createElement('canvas');
+  #layer_image: ImageData | null = null;
+  #layer_view: Viewport | null = null;
+  #is_layer_stale = true;
+  #layer_ms = 0;
+
+  constructor(canvas: HTMLCanvasElement = document.createElement('canvas')) {
+    this.canvas = canvas;
+  }
+
+  /** The canvas gets this size, in CSS pixels, and is empty. */
+  resize(size: Size, pixel_ratio: number): void {
+    this.#size = size;
+    this.#pixel_ratio = pixel_ratio;
+    for (const canvas of [this.canvas, this.#layer]) {
+      canvas.width = Math.max(Math.round(size.width * pixel_ratio), 1);
+      canvas.height = Math.max(Math.round(size.height * pixel_ratio), 1);
+    }
+    this.#layer_image = null;
+    this.#is_layer_stale = true;
+  }
+
+  /** Points, their colours, or which of them are shown have changed. */
+  invalidate(): void {
+    this.#is_layer_stale = true;
+  }
+
+  /**
+   * Paints the map. `is_in_motion`: another picture follows at once, and if points are dear to paint, their last picture
+   * is moved to where it belongs. Returns whether the points are painted as they should be.
+   */
+  paint(content: MapContent, view: Viewport, is_in_motion: boolean): boolean {
+    const shown = this.#layer_view;
+    const is_movable = shown !== null && !this.#is_layer_stale && shown.turns === view.turns;
+    const is_exact = is_movable && sameView(shown, view);
+    const may_move = is_movable && is_in_motion && this.#layer_ms > PAINT_BUDGET_MS;
+    if (!is_exact && !may_move) this.#paintLayer(content, view);
+    this.#compose(content, view);
+    return is_exact || !may_move;
+  }
+
+  #paintLayer({ points, marks, colors: frame_colors, dark }: MapContent, view: Viewport): void {
+    const start = performance.now();
+    const { width, height } = this.#layer;
+    this.#layer_image ??= new ImageData(width, height);
+    const pixels = new Uint32Array(this.#layer_image.data.buffer);
+    pixels.fill(0);
+    const diameter = pointDiameter(points.points.length / 2, this.#size) * this.#pixel_ratio;
+    const colors = Uint32Array.from(frame_colors, (color) => packColor(color));
+    const paint = (first: number, last: number, size: number): void =>
+      paintPoints(pixels, { width, height }, view, this.#pixel_ratio, points, first, last, { colors, diameter: size });
+    paint(0, Math.min(marks.until, points.offsets.length - 1), diameter);
+    const { selected } = marks;
+    if (selected !== null && selected < marks.until) {
+      colors[selected] = packColor((dark ? DARK_MAP : LIGHT_MAP).selected);
+      paint(selected, selected + 1, Math.max(diameter * 1.25, diameter + this.#pixel_ratio));
+    }
+    context2d(this.#layer).putImageData(this.#layer_image, 0, 0);
+    this.#layer_view = view;
+    this.#is_layer_stale = false;
+    this.#layer_ms = performance.now() - start;
+  }
+
+  #compose({ marks, colors, layers, dark }: MapContent, view: Viewport): void {
+    const size = this.#size;
+    const theme = dark ? DARK_MAP : LIGHT_MAP;
+    const ctx = context2d(this.canvas);
+    ctx.setTransform(this.#pixel_ratio, 0, 0, this.#pixel_ratio, 0, 0);
+    ctx.fillStyle = theme.background;
+    ctx.fillRect(0, 0, size.width, size.height);
+    if (layers.grid) paintGrid(ctx, size, view, theme);
+
+    // The layer may show a moment ago: it is moved and scaled to where it belongs now.
+    const shown = this.#layer_view ?? view;
+    const factor = view.scale / shown.scale;
+    const left = toScreenX(view, size, shown.center_x, shown.center_y) - (size.width / 2) * factor;
+    const top = toScreenY(view, size, shown.center_x, shown.center_y) - (size.height / 2) * factor;
+    ctx.imageSmoothingEnabled = factor !== 1;
+    ctx.drawImage(this.#layer, left, top, size.width * factor, size.height * factor);
+
+    if (layers.reference) paintReference(ctx, size, view, marks, theme);
+    if (marks.pairs) paintPairs(ctx, size, view, marks.pairs, theme);
+    if (layers.path) paintTrajectory(ctx, size, view, marks, colors, theme);
+    const selected = marks.selected === null ? undefined : marks.poses[marks.selected];
+    if (selected && marks.undetermined) paintUndetermined(ctx, size, view, selected, marks.undetermined, theme);
+    paintScaleBar(ctx, size, view, theme);
+    paintAxes(ctx, size, view, theme);
+  }
+}
+
+function context2d(canvas: HTMLCanvasElement): CanvasRenderingContext2D {
+  const context = canvas.getContext('2d');
+  if (!context) throw new Error('This browser draws no canvas.');
+  return context;
+}
+
+function sameView(a: Viewport, b: Viewport): boolean {
+  return a.center_x === b.center_x && a.center_y === b.center_y && a.scale === b.scale && a.turns === b.turns;
+}
