@@ -6,7 +6,7 @@ use nalgebra::Vector2;
 
 use crate::error::{Error, Result};
 use crate::evaluation::position_error::{PositionError, position_error};
-use crate::evaluation::sharpness::{Sharpness, sharpness};
+use crate::evaluation::sharpness::{Sharpness, SharpnessMeter};
 use crate::geometry::{PointCloud, Pose2, Pose3};
 use crate::io::trajectory::{Trajectory, in_space};
 use crate::map::{LocalMap, StitchedMap};
@@ -21,8 +21,8 @@ use crate::report::{FrameResult, Progress, ReconstructionResult, Stage};
 use crate::settings::{MetricName, Settings, Strategy};
 use crate::verdict::Status;
 
-/// Source points of one piece of the joint solution: a few milliseconds.
-const JOINT_POINTS_A_STEP: usize = 20_000;
+/// Points that look for partners in one piece of work: a few milliseconds.
+const POINTS_A_STEP: usize = 20_000;
 
 /// A reconstruction of planar scans.
 ///
@@ -37,14 +37,17 @@ pub struct Reconstruction {
 
 /// What a run has come to.
 struct Run {
-    scans: Vec<Rc<PlanarScan>>,
-    cleaning: Vec<CleaningReport>,
+    num_scans: usize,
     /// The range that many returns share, taken for the sensor's limit (m).
     detected_limit: Option<f64>,
+    /// The scans registered so far, cleaned, and what that left out.
+    scans: Vec<Rc<PlanarScan>>,
+    cleaning: Vec<CleaningReport>,
     odometry: Odometry,
     estimates: Vec<FrameEstimate>,
     poses: Vec<Pose2>,
     joint: Option<Joint>,
+    meter: Option<SharpnessMeter>,
     sharpness: Option<Sharpness>,
     stage: Stage,
 }
@@ -131,7 +134,7 @@ impl Reconstruction {
         let Self { settings, clouds, run, .. } = self;
         let run = run.get_or_insert_with(|| Run::new(settings, clouds));
         match run.stage {
-            Stage::Register => run.register_next(settings),
+            Stage::Register => run.register_next(&clouds[run.poses.len()], settings),
             Stage::Joint => run.advance_joint(settings),
             Stage::Evaluate => run.evaluate(),
             Stage::Done => run.progress(None),
@@ -194,31 +197,23 @@ impl Reconstruction {
             return Ok(None);
         }
         let estimate: Vec<Option<Pose2>> = (0..run.poses.len()).map(|frame| run.believed_pose(frame)).collect();
-        position_error(&estimate, name, reference).map(Some)
+        let names: Vec<&str> = self.names.iter().map(String::as_str).collect();
+        position_error(&estimate, &names, name, reference).map(Some)
     }
 }
 
 impl Run {
     fn new(settings: &Settings, clouds: &[PointCloud]) -> Self {
-        let limits = settings.range_limits();
-        let detected_limit = range_limit(clouds.iter().map(|cloud| cloud.positions.as_slice()));
-        let max_range = detected_limit.unwrap_or(f64::INFINITY).min(limits.max_range);
-        let (scans, cleaning) = clouds
-            .iter()
-            .map(|cloud| {
-                let cleaned = clean(&cloud.positions, &RangeLimits { max_range, ..limits });
-                let points = cleaned.positions.iter().map(|p| Vector2::new(f64::from(p.x), f64::from(p.y))).collect();
-                (Rc::new(PlanarScan::new(points)), cleaned.report)
-            })
-            .unzip();
         Self {
-            scans,
-            cleaning,
-            detected_limit,
+            num_scans: clouds.len(),
+            detected_limit: range_limit(clouds.iter().map(|cloud| cloud.positions.as_slice())),
+            scans: Vec::new(),
+            cleaning: Vec::new(),
             odometry: Odometry::new(settings.clone()),
             estimates: Vec::new(),
             poses: Vec::new(),
             joint: None,
+            meter: None,
             sharpness: None,
             stage: if clouds.is_empty() { Stage::Done } else { Stage::Register },
         }
@@ -226,19 +221,27 @@ impl Run {
 
     fn progress(&self, frame: Option<usize>) -> Progress {
         let (done, total) = match (self.stage, &self.joint) {
-            (Stage::Register, _) => (self.poses.len(), self.scans.len()),
+            (Stage::Register, _) => (self.poses.len(), self.num_scans),
             (Stage::Joint, Some(joint)) => joint.graph.progress(),
+            (Stage::Evaluate, _) => self.meter.as_ref().map_or((0, 1), SharpnessMeter::progress),
             _ => (0, 1),
         };
         Progress { stage: self.stage, done, total, frame }
     }
 
-    fn register_next(&mut self, settings: &Settings) -> Progress {
+    fn register_next(&mut self, cloud: &PointCloud, settings: &Settings) -> Progress {
         let frame = self.poses.len();
-        let estimate = self.odometry.register_frame(&self.scans[frame]);
+        let limits = settings.range_limits();
+        let max_range = self.detected_limit.unwrap_or(f64::INFINITY).min(limits.max_range);
+        let cleaned = clean(&cloud.positions, &RangeLimits { max_range, ..limits });
+        let points = cleaned.positions.iter().map(|p| Vector2::new(f64::from(p.x), f64::from(p.y))).collect();
+        let scan = Rc::new(PlanarScan::new(points));
+        let estimate = self.odometry.register_frame(&scan);
+        self.scans.push(scan);
+        self.cleaning.push(cleaned.report);
         self.poses.push(estimate.T_world_sensor);
         self.estimates.push(estimate);
-        if self.poses.len() == self.scans.len() {
+        if self.poses.len() == self.num_scans {
             self.stage = if settings.strategy == Strategy::Joint { Stage::Joint } else { Stage::Evaluate };
         }
         self.progress(Some(frame))
@@ -261,10 +264,17 @@ impl Run {
     }
 
     fn evaluate(&mut self) -> Progress {
-        let placed: Vec<(&PlanarScan, Pose2)> =
-            self.believed().map(|frame| (self.scans[frame].as_ref(), self.poses[frame])).collect();
-        self.sharpness = sharpness(&placed);
-        self.stage = Stage::Done;
+        let mut meter = self.meter.take().unwrap_or_else(|| {
+            let placed = self.believed().map(|frame| (self.scans[frame].as_ref(), self.poses[frame]));
+            SharpnessMeter::new(placed)
+        });
+        meter.advance(POINTS_A_STEP);
+        if meter.is_done() {
+            self.sharpness = meter.sharpness();
+            self.stage = Stage::Done;
+        } else {
+            self.meter = Some(meter);
+        }
         self.progress(None)
     }
 
@@ -321,11 +331,11 @@ impl Joint {
         match &self.targets {
             JointTargets::Points(targets) => {
                 let nodes: Vec<_> = sources.zip(targets).map(|(source, target)| Node { source, target }).collect();
-                self.graph.advance::<PointToPoint>(&nodes, &options, JOINT_POINTS_A_STEP);
+                self.graph.advance::<PointToPoint>(&nodes, &options, POINTS_A_STEP);
             }
             JointTargets::Oriented(targets) => {
                 let nodes: Vec<_> = sources.zip(targets).map(|(source, target)| Node { source, target }).collect();
-                self.graph.advance::<PointToPlane>(&nodes, &options, JOINT_POINTS_A_STEP);
+                self.graph.advance::<PointToPlane>(&nodes, &options, POINTS_A_STEP);
             }
         }
     }

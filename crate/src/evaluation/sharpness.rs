@@ -22,36 +22,74 @@ pub struct Sharpness {
     pub num_pairs: usize,
 }
 
-/// Every point of a scan against its nearest neighbour in the union of all other scans, in the world frame; pairs within
-/// [`MAX_PAIR_DISTANCE`] whose target point has a normal count with their distance along that normal. Only returns within
-/// [`MAX_RANGE`]. `None` where no two scans overlap.
-pub fn sharpness(scans: &[(&PlanarScan, Pose2)]) -> Option<Sharpness> {
-    let mut positions: Vec<Vector2<f64>> = Vec::new();
-    let mut normals: Vec<Option<Vector2<f64>>> = Vec::new();
-    let mut scan_of: Vec<u32> = Vec::new();
-    for (index, (scan, T_world_sensor)) in scans.iter().enumerate() {
-        for (point, normal) in scan.points.iter().zip(&scan.normals) {
-            if point.norm() <= MAX_RANGE {
-                positions.push(T_world_sensor.act(point));
-                normals.push(normal.map(|normal| T_world_sensor.rotate(&normal)));
-                scan_of.push(index as u32);
+/// Measures the sharpness of a map piece by piece.
+///
+/// Every point of a scan is held against its nearest neighbour in the union of all other scans, in the world frame; pairs
+/// within [`MAX_PAIR_DISTANCE`] whose target point has a normal count with their distance along that normal. Only returns
+/// within [`MAX_RANGE`].
+pub struct SharpnessMeter {
+    positions: Vec<Vector2<f64>>,
+    normals: Vec<Option<Vector2<f64>>>,
+    scan_of: Vec<u32>,
+    tree: KdTree<2>,
+    /// The point to be looked at next.
+    next: usize,
+    sum: f64,
+    num_pairs: usize,
+}
+
+impl SharpnessMeter {
+    /// Lays scans over each other at their `T_world_sensor`.
+    pub fn new<'a>(placed: impl Iterator<Item = (&'a PlanarScan, Pose2)>) -> Self {
+        let (mut positions, mut normals, mut scan_of) = (Vec::new(), Vec::new(), Vec::new());
+        for (index, (scan, T_world_sensor)) in placed.enumerate() {
+            for (point, normal) in scan.points.iter().zip(&scan.normals) {
+                if point.norm() <= MAX_RANGE {
+                    positions.push(T_world_sensor.act(point));
+                    normals.push(normal.map(|normal| T_world_sensor.rotate(&normal)));
+                    scan_of.push(index as u32);
+                }
             }
         }
+        let tree = KdTree::build(&positions.iter().map(single_precision).collect::<Vec<_>>());
+        Self { positions, normals, scan_of, tree, next: 0, sum: 0.0, num_pairs: 0 }
     }
-    let single: Vec<[f32; 2]> = positions.iter().map(|p| [p.x as f32, p.y as f32]).collect();
-    let tree = KdTree::build(&single);
 
-    let (mut sum, mut num_pairs) = (0.0, 0);
-    for (point, query) in single.iter().enumerate() {
-        let of_others = |other: u32| scan_of[other as usize] != scan_of[point];
-        let Some(neighbor) = tree.nearest_where(query, MAX_PAIR_DISTANCE as f32, of_others) else { continue };
-        let partner = neighbor.index as usize;
-        if let Some(normal) = normals[partner] {
-            sum += normal.dot(&(positions[point] - positions[partner])).abs();
-            num_pairs += 1;
+    /// Looks at so many more points.
+    pub fn advance(&mut self, num_points: usize) {
+        let end = self.positions.len().min(self.next.saturating_add(num_points));
+        for point in self.next..end {
+            let position = self.positions[point];
+            let of_others = |other: u32| self.scan_of[other as usize] != self.scan_of[point];
+            let neighbor = self.tree.nearest_where(&single_precision(&position), MAX_PAIR_DISTANCE as f32, of_others);
+            let Some(partner) = neighbor.map(|neighbor| neighbor.index as usize) else { continue };
+            if let Some(normal) = self.normals[partner] {
+                self.sum += normal.dot(&(position - self.positions[partner])).abs();
+                self.num_pairs += 1;
+            }
         }
+        self.next = end;
     }
-    (num_pairs > 0).then(|| Sharpness { mean_residual: sum / num_pairs as f64, num_pairs })
+
+    /// Points looked at, of all.
+    pub fn progress(&self) -> (usize, usize) {
+        (self.next, self.positions.len())
+    }
+
+    /// Whether all points have been looked at.
+    pub fn is_done(&self) -> bool {
+        self.next == self.positions.len()
+    }
+
+    /// The sharpness by the points looked at; `None` where no two scans overlap.
+    pub fn sharpness(&self) -> Option<Sharpness> {
+        let (num_pairs, mean_residual) = (self.num_pairs, self.sum / self.num_pairs as f64);
+        (num_pairs > 0).then_some(Sharpness { mean_residual, num_pairs })
+    }
+}
+
+fn single_precision(point: &Vector2<f64>) -> [f32; 2] {
+    [point.x as f32, point.y as f32]
 }
 
 #[cfg(test)]
@@ -82,6 +120,16 @@ mod tests {
             }
         }
         Sharpness { mean_residual: sum / f64::from(num_pairs), num_pairs: num_pairs as usize }
+    }
+
+    /// In two pieces.
+    fn sharpness(placed: &[(&PlanarScan, Pose2)]) -> Option<Sharpness> {
+        let mut meter = SharpnessMeter::new(placed.iter().copied());
+        meter.advance(100);
+        assert_eq!(meter.is_done(), meter.progress().1 <= 100);
+        meter.advance(usize::MAX);
+        assert!(meter.is_done());
+        meter.sharpness()
     }
 
     fn scans_of(recording: &PlanarRecording) -> Vec<PlanarScan> {
