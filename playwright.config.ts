@@ -1,8 +1,8 @@
 import { defineConfig, devices } from '@playwright/test';
 import { findChromium } from './scripts/steps.mjs';
 
-/** The built page, as `npm run build` left it in www/dist, is what the end-to-end tests open. */
-const PORT = 4173;
+/** The built page, as `npm run build` left it in www/dist, is what the end-to-end tests open. E2E_PORT tells them where. */
+const PORT = Number(process.env.E2E_PORT ?? 4173);
 
 export default defineConfig({
   testDir: 'tests/e2e',
@@ -21,6 +21,8 @@ export default defineConfig({
       // As root, as in most containers, Chromium's sandbox cannot start; the pages opened are our own.
       args: [
         '--no-sandbox',
+        // Without a graphics card, drawing straight away costs less than emulating one.
+        '--disable-gpu',
         '--disable-quic',
         '--no-first-run',
         '--disable-background-networking',

@@ -42,7 +42,7 @@ test('packed, installed elsewhere and run alone', (t) => {
     writeFileSync(path, example);
     const { status, stdout, stderr } = spawnSync(process.execPath, [path], { cwd: folder, encoding: 'utf8' });
     assert.equal(status, 0, `${example}\n${stderr}`);
-    assert.notEqual(stdout, '', `an example that shows nothing:\n${example}`);
+    assert.equal(stdout !== '', example.includes('console.log'), example);
   }
 });
 
