@@ -5,5 +5,7 @@
 
 pub mod corridor;
 pub mod laser;
+mod passage;
 pub mod random;
+pub mod recording;
 pub mod world;
