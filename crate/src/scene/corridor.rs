@@ -1,9 +1,9 @@
 //! A cluttered corridor and a robot that drives along it.
 
-use nalgebra::{UnitComplex, Vector2};
+use nalgebra::Vector2;
 
 use super::laser::Laser;
-use super::passage::{MAX_PILASTER, Passage};
+use super::passage::{MAX_PILASTER, Passage, pose_at};
 use super::random::Random;
 use super::recording::PlanarRecording;
 use super::world::World;
@@ -79,10 +79,7 @@ fn drive(num_scans: usize, half_width: f64, random: &mut Random) -> Vec<Pose2> {
     let mut heading = random.uniform(-0.05, 0.05);
     let mut path = Vec::with_capacity(num_scans);
     for _ in 0..num_scans {
-        path.push(Pose2::from_parts(
-            position.into(),
-            UnitComplex::from_cos_sin_unchecked(libm::cos(heading), libm::sin(heading)),
-        ));
+        path.push(pose_at(position, heading));
         let to_middle = 0.12 * position.x / room; // a turn to the left (positive) leads to smaller x
         let turn = random.uniform(-MAX_TURN, MAX_TURN) + to_middle - 0.4 * heading;
         heading += turn.clamp(-MAX_TURN, MAX_TURN);

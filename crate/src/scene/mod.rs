@@ -5,6 +5,7 @@
 
 pub mod corridor;
 pub mod laser;
+pub mod office;
 mod passage;
 pub mod random;
 pub mod recording;

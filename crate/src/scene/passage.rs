@@ -1,6 +1,6 @@
 //! A straight passage between two walls, and what makes it a place: doors, rooms, niches, furniture.
 
-use nalgebra::Vector2;
+use nalgebra::{UnitComplex, Vector2};
 
 use super::random::Random;
 use super::world::{Obstacle, World};
@@ -10,6 +10,8 @@ use crate::geometry::Pose2;
 pub const MIN_CLEARANCE: f64 = 0.35;
 /// A pilaster stands out from its wall by this much at most (m).
 pub const MAX_PILASTER: f64 = 0.25;
+/// A door or niche is this wide at most (m).
+pub const MAX_OPENING: f64 = 1.3;
 /// What lies behind a wall reaches past its opening by this much at most (m).
 pub const MAX_ROOM_MARGIN: f64 = 2.0;
 
@@ -34,7 +36,7 @@ impl Passage {
     /// Adds the corners of one opening of the wall on this side (-1 left, 1 right), and gives where it ends.
     pub fn add_opening(&self, corners: &mut Vec<Vector2<f64>>, side: f64, start: f64, random: &mut Random) -> f64 {
         let at = |depth: f64, y: f64| self.at(side * (self.half_width + depth), y);
-        let end = start + random.uniform(0.7, 1.3);
+        let end = start + random.uniform(0.7, MAX_OPENING);
         let kind = random.uniform(0.0, 1.0);
         corners.push(at(0.0, start));
         if kind < 0.2 {
@@ -84,6 +86,11 @@ impl Passage {
             }
         }
     }
+}
+
+/// Pose of a robot that heads this far to the left of y (rad).
+pub fn pose_at(position: Vector2<f64>, heading: f64) -> Pose2 {
+    Pose2::from_parts(position.into(), UnitComplex::from_cos_sin_unchecked(libm::cos(heading), libm::sin(heading)))
 }
 
 /// Whether the robot keeps its clearance all along its path.
