@@ -36,9 +36,10 @@ impl Laser {
     /// Returns of one scan in the sensor's frame (m), one a beam, at the limit where there is nothing nearer.
     pub fn scan(&self, world: &World, T_world_sensor: &Pose2, random: &mut Random) -> Vec<Vector2<f64>> {
         let origin = T_world_sensor.translation.vector;
+        let near = world.within(&origin, self.max_range);
         let beam = |beam| {
             let direction = self.direction(beam);
-            let range = world.cast(&origin, &T_world_sensor.rotate(&direction)).unwrap_or(self.max_range);
+            let range = near.cast(&origin, &T_world_sensor.rotate(&direction)).unwrap_or(self.max_range);
             let measured = range + self.noise_sigma * random.normal();
             direction * if range < self.max_range { measured.clamp(0.0, self.max_range) } else { self.max_range }
         };

@@ -5,5 +5,8 @@
 
 pub mod corridor;
 pub mod laser;
+pub mod office;
+mod passage;
 pub mod random;
+pub mod recording;
 pub mod world;

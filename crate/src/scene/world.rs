@@ -2,6 +2,8 @@
 
 use nalgebra::Vector2;
 
+use crate::geometry::{Pose2, RigidMotion};
+
 /// Something that a planar laser sees.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Obstacle {
@@ -41,6 +43,27 @@ impl World {
         let (along, across) = (Vector2::new(cos, sin) * (sides.x / 2.0), Vector2::new(-sin, cos) * (sides.y / 2.0));
         let corners = [-along - across, along - across, along + across, across - along, -along - across];
         self.add_walls(&corners.map(|corner| center + corner));
+    }
+
+    /// The same world in another frame.
+    #[must_use]
+    pub(super) fn moved(&self, T_target_source: &Pose2) -> Self {
+        let moved = |obstacle: &Obstacle| match obstacle {
+            Obstacle::Wall { from, to } => {
+                Obstacle::Wall { from: T_target_source.act(from), to: T_target_source.act(to) }
+            }
+            Obstacle::Pillar { center, radius } => {
+                Obstacle::Pillar { center: T_target_source.act(center), radius: *radius }
+            }
+        };
+        Self { obstacles: self.obstacles.iter().map(moved).collect() }
+    }
+
+    /// The obstacles within `range` (m) of a point: all that a ray of that length can meet.
+    #[must_use]
+    pub fn within(&self, point: &Vector2<f64>, range: f64) -> Self {
+        let near = |obstacle: &&Obstacle| obstacle.distance(point) <= range;
+        Self { obstacles: self.obstacles.iter().filter(near).cloned().collect() }
     }
 
     /// Distance (m) from `origin` along the unit vector `direction` to the first obstacle; `None` where there is none.
