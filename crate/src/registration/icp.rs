@@ -85,7 +85,8 @@ pub struct IterationRecord {
 pub struct Registration<const D: usize, const DOF: usize, M> {
     /// Maps source points into the target frame.
     pub T_target_source: M,
-    /// Whether the last step was below both limits. `false` is no error: read the history.
+    /// Whether the last step was below both limits. `false` is no error: the history tells whether the loop was cut off
+    /// on its way or went round in a circle.
     pub converged: bool,
     /// One record an iteration.
     pub history: Vec<IterationRecord>,
@@ -106,6 +107,11 @@ pub struct Registration<const D: usize, const DOF: usize, M> {
 /// claim to be known without error.
 const MIN_RESIDUAL_SIGMA: f64 = 1e-3;
 
+/// Cycles of the loop that are recognised, in iterations.
+const LONGEST_CYCLE: usize = 8;
+/// Poses closer than this share of the limits of convergence are the same.
+const SAME_POSE: f64 = 0.05;
+
 /// Registers `source` to `target` from a first guess.
 pub fn register<const D: usize, const DOF: usize, M, F>(
     source: Source<'_, D>,
@@ -121,6 +127,7 @@ where
     let mut history: Vec<IterationRecord> = Vec::new();
     let mut correspondences = Vec::with_capacity(source.points.len());
     let mut converged = false;
+    let mut visited = vec![T];
 
     while !converged && history.len() < options.criteria.max_iterations {
         let num_correspondences = match_points::<D, DOF, M, F>(source, target, &T, options, &mut correspondences);
@@ -136,8 +143,17 @@ where
         });
         let Some(step) = step else { break };
         T = step * T;
-        converged =
-            rotation_step < options.criteria.rotation_eps && translation_step < options.criteria.translation_eps;
+        let Criteria { rotation_eps, translation_eps, .. } = options.criteria;
+        converged = rotation_step < rotation_eps && translation_step < translation_eps;
+        // A pose seen before leads to the same steps again: a few points change partners to and fro for ever.
+        let is_here = |seen: &M| {
+            let away = seen.inverse() * T;
+            away.rotation_angle() < SAME_POSE * rotation_eps && away.translation_norm() < SAME_POSE * translation_eps
+        };
+        if visited.iter().rev().take(LONGEST_CYCLE).any(is_here) {
+            break;
+        }
+        visited.push(T);
     }
 
     let H = F::normal_equations(target, &correspondences).H;
