@@ -3,7 +3,7 @@
 
 use nalgebra::{Vector3, Vector6};
 use scanstitch::geometry::{Pose3, RigidMotion};
-use scanstitch::pose_graph::{Edge, Node, PoseGraph, window_edges};
+use scanstitch::pose_graph::{Node, PoseGraph, edges_between};
 use scanstitch::registration::factors::PointToPlane;
 use scanstitch::registration::icp::{Criteria, IcpOptions, Rejection, Source, Weighting};
 use scanstitch::registration::robust_kernel::RobustKernel;
@@ -55,7 +55,8 @@ fn shaken_poses_in_space_come_back_to_where_they_were() {
         let shake = Vector6::from_fn(|row, _| size * wave(i, 2.0 + row as f64));
         *T * Pose3::exp(&shake)
     });
-    let mut graph = PoseGraph::<3, 6, Pose3>::new(shaken.collect(), window_edges(5, 0));
+    let positions: Vec<Vector3<f64>> = truth.iter().map(|T| T.translation.vector).collect();
+    let mut graph = PoseGraph::<3, 6, Pose3>::new(shaken.collect(), edges_between(&positions, 0));
     while !graph.is_done(&OPTIONS) {
         graph.advance::<PointToPlane>(&nodes, &OPTIONS, 1000);
     }
@@ -73,7 +74,7 @@ fn nodes_that_share_nothing_end_the_solution_without_moving() {
     let target = OrientedTarget::new(points.clone(), normals.clone());
     let node = || Node { source: Source { points: &points, normals: Some(&normals) }, target: &target };
     let apart = vec![Pose3::identity(), Pose3::translation(100.0, 0.0, 0.0)];
-    let mut graph = PoseGraph::<3, 6, Pose3>::new(apart.clone(), window_edges(2, 1));
+    let mut graph = PoseGraph::<3, 6, Pose3>::new(apart.clone(), edges_between(&[Vector3::zeros(), Vector3::x()], 1));
     while !graph.is_done(&OPTIONS) {
         graph.advance::<PointToPlane>(&[node(), node()], &OPTIONS, usize::MAX);
     }
@@ -83,10 +84,17 @@ fn nodes_that_share_nothing_end_the_solution_without_moving() {
 }
 
 #[test]
-fn every_node_is_matched_with_the_ones_before_it_both_ways() {
-    let pairs = |edges: Vec<Edge>| edges.into_iter().map(|edge| (edge.source, edge.target)).collect::<Vec<_>>();
-    assert_eq!(pairs(window_edges(3, 1)), [(1, 0), (0, 1), (2, 1), (1, 2)]);
-    assert_eq!(window_edges(10, 0).len(), 90);
-    assert_eq!(window_edges(10, 100), window_edges(10, 0));
-    assert_eq!(window_edges(1, 0), []);
+fn every_node_is_matched_with_those_before_it_and_near_it_both_ways() {
+    let along = |xs: &[f64]| xs.iter().map(|&x| Vector3::new(x, 0.0, 0.0)).collect::<Vec<_>>();
+    let edges = |xs: &[f64], matched| -> Vec<(usize, usize)> {
+        edges_between(&along(xs), matched).iter().map(|edge| (edge.source, edge.target)).collect()
+    };
+    let straight: Vec<f64> = (0..10).map(|i| 10.0 * f64::from(i)).collect();
+    assert_eq!(edges(&straight[..3], 1), [(1, 0), (0, 1), (2, 1), (1, 2)]);
+    assert_eq!(edges(&straight, 0).len(), 90);
+    assert_eq!(edges(&straight, 100), edges(&straight, 0));
+    assert_eq!(edges(&[0.0], 1), []);
+    // Back again: the last is near the first two, nearest to the second.
+    let there_and_back = [0.0, 2.0, 30.0, 60.0, 30.0, 1.5];
+    assert_eq!(edges(&there_and_back, 1)[edges(&there_and_back, 1).len() - 4..], [(5, 1), (1, 5), (5, 4), (4, 5)]);
 }

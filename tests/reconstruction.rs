@@ -10,6 +10,7 @@ use scanstitch::io::{ply, trajectory};
 use scanstitch::reconstruction::Reconstruction;
 use scanstitch::report::{ReconstructionResult, Stage};
 use scanstitch::scene::corridor::{CorridorOptions, generate};
+use scanstitch::scene::office;
 use scanstitch::settings::{Settings, Strategy, presets};
 use scanstitch::verdict::Status;
 
@@ -120,6 +121,22 @@ fn poses_solved_together_are_nearer_the_truth_than_the_chain() {
     let sum = |strategy| (0..6).map(|seed| error(seed, strategy)).sum::<f64>();
     let (joint, to_map, to_scan) = (sum(Strategy::Joint), sum(Strategy::ScanToMap), sum(Strategy::ScanToScan));
     assert!(joint < 0.75 * to_map && joint < 0.75 * to_scan, "joint {joint}, to map {to_map}, to scan {to_scan}");
+}
+
+#[test]
+fn a_loop_through_an_office_closes() {
+    for seed in [1, 4] {
+        let recording = office::generate(&office::OfficeOptions { seed, ..Default::default() });
+        let run_with = |strategy| {
+            let settings = Settings { strategy, ..Settings::default() };
+            let result = run(&mut reconstruction_of(recording.scans.iter().map(|s| cloud(s)), settings));
+            assert!(result.frames.iter().all(|frame| frame.status != Status::Lost), "seed {seed}");
+            distances(&result, recording.T_world_sensor.iter().map(|T| T.translation.vector))
+        };
+        let (joint, chain) = (run_with(Strategy::Joint), run_with(Strategy::ScanToMap));
+        println!("seed {seed}: joint {} {} chain {} {}", mean(&joint), largest(&joint), mean(&chain), largest(&chain));
+        assert!(largest(&joint) < 0.15 && mean(&joint) < 0.6 * mean(&chain), "seed {seed}");
+    }
 }
 
 #[test]

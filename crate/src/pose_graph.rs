@@ -30,17 +30,31 @@ pub struct Edge {
     pub target: usize,
 }
 
-/// Each node with the `matched` before it, in both directions; 0 means all.
-pub fn window_edges(num_nodes: usize, matched: usize) -> Vec<Edge> {
-    let reach = if matched == 0 { num_nodes } else { matched };
+/// Nodes further apart are no neighbours (m).
+const MAX_NEIGHBOR_DISTANCE: f64 = 4.0;
+
+/// Each node with the `matched` before it, and with as many of the nearest among those before these, where a path comes
+/// back to a place; both ways. 0 matches all with all. `positions` (m) are the nodes' own.
+pub fn edges_between<const D: usize>(positions: &[SVector<f64, D>], matched: usize) -> Vec<Edge> {
+    let reach = if matched == 0 { positions.len() } else { matched };
     let mut edges = Vec::new();
-    for later in 0..num_nodes {
-        for earlier in later.saturating_sub(reach)..later {
+    for later in 0..positions.len() {
+        let window = later.saturating_sub(reach);
+        for earlier in nearest(&positions[..window], &positions[later], matched).into_iter().chain(window..later) {
             edges.push(Edge { source: later, target: earlier });
             edges.push(Edge { source: earlier, target: later });
         }
     }
     edges
+}
+
+/// Indices of at most `count` positions, the nearest first.
+fn nearest<const D: usize>(positions: &[SVector<f64, D>], to: &SVector<f64, D>, count: usize) -> Vec<usize> {
+    let distances = positions.iter().enumerate().map(|(index, position)| ((position - to).norm(), index));
+    let mut near: Vec<(f64, usize)> = distances.filter(|(distance, _)| *distance < MAX_NEIGHBOR_DISTANCE).collect();
+    near.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    near.truncate(count);
+    near.into_iter().map(|(_, index)| index).collect()
 }
 
 /// The joint solution, one piece of work after the other.

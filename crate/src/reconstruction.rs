@@ -11,7 +11,7 @@ use crate::geometry::{PointCloud, Pose2, Pose3};
 use crate::io::trajectory::{Trajectory, in_space};
 use crate::map::{LocalMap, StitchedMap};
 use crate::odometry::{FrameEstimate, Odometry};
-use crate::pose_graph::{Node, PoseGraph, window_edges};
+use crate::pose_graph::{Node, PoseGraph, edges_between};
 use crate::preprocess::clean::{CleaningReport, RangeLimits, clean, range_limit};
 use crate::preprocess::planar_scan::PlanarScan;
 use crate::registration::factors::{PointToPlane, PointToPoint};
@@ -320,8 +320,9 @@ impl Joint {
                 scans.map(|scan| OrientedTarget::new(scan.points.clone(), scan.normals.clone())).collect(),
             ),
         };
-        let poses = frames.iter().map(|&frame| poses[frame]).collect();
-        let edges = window_edges(frames.len(), settings.matched_scans);
+        let poses: Vec<Pose2> = frames.iter().map(|&frame| poses[frame]).collect();
+        let positions: Vec<Vector2<f64>> = poses.iter().map(|pose| pose.translation.vector).collect();
+        let edges = edges_between(&positions, settings.matched_scans);
         Self { frames, targets, graph: PoseGraph::new(poses, edges) }
     }
 

@@ -58,7 +58,7 @@ pub struct Settings {
     pub strategy: Strategy,
     /// How many earlier scans form the local map.
     pub local_map_scans: usize,
-    /// Joint: each scan is matched with the n before it; 0 means all.
+    /// Joint: each scan is matched with the n before it and the n nearest before those; 0 means all.
     pub matched_scans: usize,
     /// What a registration starts from.
     pub initial_guess: InitialGuess,
@@ -312,7 +312,7 @@ pub fn descriptions() -> Vec<SettingDescription> {
             "matched_scans",
             "Matched scans",
             "Chain",
-            "Joint: each scan is matched with this many before it. 0 matches all with all.",
+            "Joint: each scan is matched with this many before it, and as many near it where the path comes back. 0: all with all.",
             0,
             1000,
         ),
