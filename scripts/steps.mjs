@@ -188,14 +188,10 @@ export async function ensureNodeModules() {
 
 const TOOLS = ['--profile', 'tools', '--package', 'xtask'];
 
-/**
- * Builds tools of crate/xtask into `tools` under the target folder.
- * @param {string[]} names
- */
-export async function buildTools(names) {
-  const bins = names.flatMap((name) => ['--bin', name]);
-  await step(`Building the tools of crate/xtask: ${names.join(', ')}`, () =>
-    run('cargo', ['build', ...TOOLS, ...bins]),
+/** Builds the tools that tests need: wasm-bindgen and its test runner, into `tools` under the target folder. */
+export async function buildTestTools() {
+  await step('Building the test tools of crate/xtask', () =>
+    run('cargo', ['build', ...TOOLS, '--features', 'test-tools', '--bins']),
   );
 }
 
@@ -205,7 +201,7 @@ export async function buildTools(names) {
  * @param {string} [outDir]
  */
 export async function buildWasm(packageName = 'scanstitch', outDir = 'pkg') {
-  await buildTools(['wasm']);
+  await step('Building the tool that makes WebAssembly (crate/xtask)', () => run('cargo', ['build', ...TOOLS]));
   await step(`Compiling ${packageName} to WebAssembly, into ${outDir}`, () =>
     run('cargo', ['run', '--quiet', ...TOOLS, '--bin', 'wasm', '--', packageName, outDir]),
   );

@@ -9,7 +9,7 @@ import { existsSync, mkdirSync, readFileSync, rmSync } from 'node:fs';
 import { join } from 'node:path';
 import {
   answers,
-  buildTools,
+  buildTestTools,
   buildWasm,
   capture,
   duration,
@@ -30,7 +30,7 @@ import {
 const WASM = ['--target', 'wasm32-unknown-unknown'];
 /** The packages that compile to WebAssembly: all but the tools that make it. */
 const ENGINE = ['--package', 'scanstitch', '--package', 'scanstitch-bench'];
-const CLIPPY = ['cargo', 'clippy', '--all-targets'];
+const CLIPPY = ['cargo', 'clippy', '--all-targets', '--all-features'];
 const STRICTLY = ['--', '-D', 'warnings'];
 const WASM_PACK_VERSION = '0.15.1';
 
@@ -153,7 +153,7 @@ async function browser() {
 
 /** wasm-pack, and the locked wasm-bindgen on the PATH, which it would build for minutes otherwise. */
 async function wasmPack() {
-  await buildTools(['wasm-bindgen', 'wasm-bindgen-test-runner']);
+  await buildTestTools();
   prependPath(join(TARGET_DIR, 'tools'));
   const root = join(TARGET_DIR, 'wasm-pack');
   prependPath(join(root, 'bin'));

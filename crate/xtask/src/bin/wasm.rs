@@ -5,9 +5,10 @@
 //! `wasm32-unknown-unknown`, then `wasm-bindgen --target web`.
 
 use std::env;
-use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
+
+use wasm_bindgen_cli_support::Bindgen;
 
 const TARGET: &str = "wasm32-unknown-unknown";
 
@@ -42,17 +43,16 @@ fn compile(root: &Path, package: &str) -> Result<PathBuf, String> {
 
 /// Writes `<package>.js`, `<package>.d.ts` and `<package>_bg.wasm` into `out_dir`.
 fn bind(wasm: &Path, out_dir: &Path, package: &str) -> Result<(), String> {
-    let args: [OsString; 9] = [
-        "wasm-bindgen".into(),
-        "--target".into(),
-        "web".into(),
-        // A returned typed array is a copy with a buffer of its own: Uint8Array<ArrayBuffer>, which Blob and transfer ask for.
-        "--ts-typed-array-buffers".into(),
-        "--out-dir".into(),
-        out_dir.into(),
-        "--out-name".into(),
-        package.replace('-', "_").into(),
-        wasm.into(),
-    ];
-    wasm_bindgen_cli::wasm_bindgen::run_cli_with_args(args).map_err(|error| format!("{error:#}"))
+    let generate = || {
+        Bindgen::new()
+            .input_path(wasm)
+            .web(true)?
+            .typescript(true)
+            // A returned typed array is a copy with a buffer of its own, which Blob and transfer ask for:
+            // Uint8Array<ArrayBuffer>.
+            .ts_typed_array_buffers(true)
+            .out_name(&package.replace('-', "_"))
+            .generate(out_dir)
+    };
+    generate().map_err(|error| format!("{error:#}"))
 }
