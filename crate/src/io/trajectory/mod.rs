@@ -157,6 +157,39 @@ pub fn read_lenient(bytes: &[u8], format: Option<Format>) -> Result<Contents> {
     Ok(Contents { trajectory, format, notes })
 }
 
+/// Reads a recording's poses from one file each, in the order given: 4 x 4 matrices, or any other form of one pose.
+///
+/// # Errors
+/// As [`read`], and when a file holds several poses, or one holds orientations and another does not. The error names the
+/// file.
+pub fn read_frames(files: &[(&str, &[u8])]) -> Result<Contents> {
+    let mut all = Trajectory::default();
+    let (mut notes, mut format) = (Vec::new(), Format::Matrices);
+    for &(name, bytes) in files {
+        let one = read_lenient(bytes, None).map_err(|error| error.in_file(name))?;
+        if one.trajectory.len() != 1 {
+            let problem = format!("The file has {} poses", one.trajectory.len());
+            return Err(Error::whole(problem, "Of several files, each holds the pose of one frame").in_file(name));
+        }
+        let Trajectory { positions, orientations, rotation_matrices, .. } = one.trajectory;
+        all.positions.extend(positions);
+        if let Some(orientations) = orientations {
+            all.orientations.get_or_insert_default().extend(orientations);
+        }
+        if let Some(matrices) = rotation_matrices {
+            all.rotation_matrices.get_or_insert_default().extend(matrices);
+        }
+        let lengths = [all.orientations.as_ref().map(Vec::len), all.rotation_matrices.as_ref().map(Vec::len)];
+        if lengths.into_iter().flatten().any(|length| length != all.len()) {
+            let remedy = "Give the poses of all frames in the same form";
+            return Err(Error::whole("The file differs in its form from those before", remedy).in_file(name));
+        }
+        notes.extend(one.notes.into_iter().map(|note| format!("{name}: {note}")));
+        format = one.format;
+    }
+    if all.is_empty() { Err(nothing()) } else { Ok(Contents { trajectory: all, format, notes }) }
+}
+
 /// Reads times, one a line (s), as KITTI keeps them beside its poses.
 ///
 /// # Errors
