@@ -5,7 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use scanstitch::evaluation::alignment::Alignment;
-use scanstitch::evaluation::evaluate::{Evaluation, EvaluationOptions, Metric, evaluate};
+use scanstitch::evaluation::evaluate::{ErrorMetric, Evaluation, EvaluationOptions, evaluate};
 use scanstitch::io::trajectory::{Trajectory, read_lenient};
 use serde_json::Value;
 
@@ -50,7 +50,7 @@ fn options_of(key: &str, base: EvaluationOptions) -> EvaluationOptions {
     let words: Vec<&str> = key.split(' ').collect();
     let mut options = EvaluationOptions { relation: named(words[1]), ..base };
     if words[0] == "RPE" {
-        options.metric = Metric::Rpe;
+        options.metric = ErrorMetric::Rpe;
         options.delta = words[3].parse().unwrap();
         options.delta_unit = named(words[4]);
         options.delta_tolerance = words[6].parse().unwrap();
@@ -61,7 +61,13 @@ fn options_of(key: &str, base: EvaluationOptions) -> EvaluationOptions {
 }
 
 /// Compares one set of figures; returns the largest relative deviation.
-fn compare(what: &str, expected: &Value, found: &Evaluation, faults: &mut Vec<String>, rounding: &mut Vec<String>) -> f64 {
+fn compare(
+    what: &str,
+    expected: &Value,
+    found: &Evaluation,
+    faults: &mut Vec<String>,
+    rounding: &mut Vec<String>,
+) -> f64 {
     let mut worst: f64 = 0.0;
     let statistics = serde_json::to_value(found.summary.statistics).unwrap();
     let mut figures: Vec<(String, f64, f64)> = ["rmse", "mean", "median", "std", "min", "max", "sse"]
@@ -203,5 +209,7 @@ fn cases_of_our_own_that_evo_computed() {
     let tally = tally(&Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/evaluation/evo.json"));
     assert!(tally.compared > 250 && tally.refused == 0);
     // The first poses are made equal.
-    assert!(!tally.rounding.is_empty() && tally.rounding.iter().all(|what| what.starts_with("estimate.tum origin APE")));
+    assert!(
+        !tally.rounding.is_empty() && tally.rounding.iter().all(|what| what.starts_with("estimate.tum origin APE"))
+    );
 }

@@ -24,7 +24,8 @@ pub fn by_time(reference: &[f64], estimate: &[f64], max_diff: f64, offset: f64) 
     let (short, long) = if estimate_is_longer { (reference, estimate) } else { (estimate, reference) };
     let shift = if estimate_is_longer { offset } else { -offset };
     let long: Vec<f64> = long.iter().map(|stamp| stamp + shift).collect();
-    let matches = if long.is_sorted() { nearest_sorted(short, &long, max_diff) } else { nearest(short, &long, max_diff) };
+    let matches =
+        if long.is_sorted() { nearest_sorted(short, &long, max_diff) } else { nearest(short, &long, max_diff) };
     if matches.is_empty() {
         return Err(no_match(reference, estimate, max_diff, offset));
     }
@@ -42,7 +43,9 @@ pub fn by_time(reference: &[f64], estimate: &[f64], max_diff: f64, offset: f64) 
 pub fn by_index(reference: usize, estimate: usize) -> Result<Vec<Pair>> {
     if reference != estimate {
         return Err(Error::whole(
-            format!("The reference has {reference} poses and the estimate {estimate}, and without times only poses of the same index can be compared"),
+            format!(
+                "The reference has {reference} poses and the estimate {estimate}, and without times only poses of the same index can be compared"
+            ),
             "Give both with times, or with one pose for each frame",
         ));
     }
@@ -124,7 +127,10 @@ fn guess((low, high): (f64, f64), (first, last): (f64, f64), offset: f64) -> Str
     let (duration, length) = (high - low, last - first);
     for (factor, unit) in units {
         if alike(duration, length * factor) {
-            return format!("Its duration would fit if the estimate's times were {unit}: divide them by {:e}", 1.0 / factor);
+            return format!(
+                "Its duration would fit if the estimate's times were {unit}: divide them by {:e}",
+                1.0 / factor
+            );
         }
     }
     format!("If both began at the same moment, an offset of {:.3} s would make them meet", offset + low - first)

@@ -19,7 +19,7 @@ use crate::{Error, Result};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
 #[serde(rename_all = "snake_case")]
-pub enum Metric {
+pub enum ErrorMetric {
     /// Absolute pose error.
     #[default]
     Ape,
@@ -57,7 +57,7 @@ pub struct EvaluationOptions {
     /// How many poses from the first the fit uses; 0: all.
     pub align_first: usize,
     /// What is measured.
-    pub metric: Metric,
+    pub metric: ErrorMetric,
     /// What of the error pose is measured.
     pub relation: PoseRelation,
     /// rpe: how far apart the two poses of a pair are, in `delta_unit`.
@@ -74,14 +74,15 @@ pub struct EvaluationOptions {
 
 impl Default for EvaluationOptions {
     fn default() -> Self {
-        let PairOptions { delta, delta_unit, all_pairs, delta_tolerance, pairs_from_reference } = PairOptions::default();
+        let PairOptions { delta, delta_unit, all_pairs, delta_tolerance, pairs_from_reference } =
+            PairOptions::default();
         Self {
             association: Association::Auto,
             max_diff: 0.01,
             offset: 0.0,
             alignment: Alignment::None,
             align_first: 0,
-            metric: Metric::Ape,
+            metric: ErrorMetric::Ape,
             relation: PoseRelation::TranslationPart,
             delta,
             delta_unit,
@@ -166,12 +167,12 @@ pub fn evaluate(reference: &Trajectory, estimate: &Trajectory, options: &Evaluat
     let aligned = if alignment == Similarity::identity() { unaligned } else { unaligned.aligned(&alignment) };
 
     let (errors, error_poses, without_motion) = match options.metric {
-        Metric::Ape => {
+        ErrorMetric::Ape => {
             let errors = ape(&reference_path, &aligned, options.relation)?;
             let poses = (0..errors.len()).collect();
             (errors, poses, 0)
         }
-        Metric::Rpe => {
+        ErrorMetric::Rpe => {
             let found = rpe(&reference_path, &aligned, options.relation, &pair_options(options))?;
             (found.errors, found.pairs.iter().map(|pair| pair.1).collect(), found.num_without_motion)
         }

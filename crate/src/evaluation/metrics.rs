@@ -88,12 +88,7 @@ pub struct RelativeErrors {
 ///
 /// # Errors
 /// When no pair is `delta` apart, when the relation or the pairs need orientations or times and there are none.
-pub fn rpe(
-    reference: &Path,
-    estimate: &Path,
-    relation: PoseRelation,
-    options: &PairOptions,
-) -> Result<RelativeErrors> {
+pub fn rpe(reference: &Path, estimate: &Path, relation: PoseRelation, options: &PairOptions) -> Result<RelativeErrors> {
     let mut pairs = index_pairs(if options.pairs_from_reference { reference } else { estimate }, options)?;
     let num_pairs = pairs.len();
     let errors = match relation {

@@ -59,8 +59,7 @@ pub fn relation_errors(relations: &[Relation], estimate: &Path, max_diff: f64) -
     let (mut translation_errors, mut rotation_errors) = (Vec::new(), Vec::new());
     for relation in relations {
         let (Some(i), Some(j)) = (find(relation.from), find(relation.to)) else { continue };
-        let (R, t) =
-            relative((&rotations[i], &estimate.positions[i]), (&rotations[j], &estimate.positions[j]));
+        let (R, t) = relative((&rotations[i], &estimate.positions[i]), (&rotations[j], &estimate.positions[j]));
         let expected = relation.motion;
         let (R_expected, t_expected): (_, Vector3<f64>) =
             (expected.rotation.to_rotation_matrix().into_inner(), expected.translation.vector);

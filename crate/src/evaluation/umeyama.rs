@@ -139,7 +139,8 @@ mod tests {
     #[test]
     fn singular_values_large_and_small() {
         let rotation = |x: f64| nalgebra::Rotation3::from_euler_angles(x, 2.0 * x, -x).into_inner();
-        for values in [[3.0, 2.0, 1.0], [1.0, 1e-7, 1e-13], [5.0, 5.0, 5.0], [2.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0; 3]] {
+        for values in [[3.0, 2.0, 1.0], [1.0, 1e-7, 1e-13], [5.0, 5.0, 5.0], [2.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0; 3]]
+        {
             let D = Matrix3::from_diagonal(&Vector3::from(values));
             let matrix = rotation(0.7) * D * rotation(-0.4);
             let found = svd(&matrix);

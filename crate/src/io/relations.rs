@@ -48,7 +48,8 @@ pub fn read(bytes: &[u8]) -> Result<Vec<Relation>> {
     for (index, line) in without_byte_order_mark(bytes).split(|&byte| byte == b'\n' || byte == b'\r').enumerate() {
         let values = line.split(|&byte| byte == b'#').next().unwrap_or_default();
         let mut words = values.split(|byte| b" \t,;".contains(byte)).filter(|word| !word.is_empty()).peekable();
-        let fault = |problem: String| Error::line(line_of(bytes, index), problem, "See the forms of relations in the help");
+        let fault =
+            |problem: String| Error::line(line_of(bytes, index), problem, "See the forms of relations in the help");
         let Some(&first) = words.peek() else { continue };
         let kind = if number(first).is_some() { None } else { words.next() };
         let num_numbers = match kind {
@@ -84,9 +85,7 @@ fn relation(is_edge: bool, numbers: &[f64]) -> Option<Relation> {
     let (x, y, z, rotation) = match *numbers {
         [_, _, x, y, theta] => (x, y, 0.0, UnitQuaternion::from_axis_angle(&Vector3::z_axis(), theta)),
         [_, _, x, y, z, roll, pitch, yaw] => (x, y, z, UnitQuaternion::from_euler_angles(roll, pitch, yaw)),
-        [_, _, x, y, z, qx, qy, qz, qw] => {
-            (x, y, z, UnitQuaternion::try_new(Quaternion::new(qw, qx, qy, qz), 1e-8)?)
-        }
+        [_, _, x, y, z, qx, qy, qz, qw] => (x, y, z, UnitQuaternion::try_new(Quaternion::new(qw, qx, qy, qz), 1e-8)?),
         _ => return None,
     };
     let place = |value: f64| match is_edge {

@@ -13,7 +13,7 @@ use crate::evaluation::path::Path;
 use crate::evaluation::relations::RelationErrors;
 use crate::evaluation::{evaluate as engine, map_quality as quality, relations as known};
 use crate::io::relations::read as read_relations;
-use crate::io::trajectory::{self, Contents, Format};
+use crate::io::trajectory::{self, Contents, TrajectoryFormat};
 
 #[wasm_bindgen]
 extern "C" {
@@ -24,8 +24,8 @@ extern "C" {
     #[wasm_bindgen(typescript_type = "Partial<MapQualityOptions>")]
     pub type PartialMapQualityOptions;
     /// How a file holds a trajectory.
-    #[wasm_bindgen(typescript_type = "Format")]
-    pub type TrajectoryFormat;
+    #[wasm_bindgen(typescript_type = "TrajectoryFormat")]
+    pub type FormatName;
     /// Names of files.
     #[wasm_bindgen(typescript_type = "string[]")]
     pub type Names;
@@ -47,7 +47,7 @@ impl Trajectory {
     ///
     /// # Errors
     /// When the file is no trajectory.
-    pub fn read(bytes: &[u8], name: &str, format: Option<TrajectoryFormat>) -> Result<Trajectory, JsValue> {
+    pub fn read(bytes: &[u8], name: &str, format: Option<FormatName>) -> Result<Trajectory, JsValue> {
         let format = format.map(JsValue::from).filter(|format| !format.is_undefined() && !format.is_null());
         let format = format.map(|format| format_named(&format)).transpose()?;
         let contents = trajectory::read_lenient(bytes, format).map_err(|error| thrown(&error.in_file(name)))?;
@@ -64,7 +64,8 @@ impl Trajectory {
             .zip(Array::from(files).iter())
             .map(|(name, bytes)| (name.as_string().unwrap_or_default(), Uint8Array::new(&bytes).to_vec()))
             .collect();
-        let borrowed: Vec<(&str, &[u8])> = texts.iter().map(|(name, bytes)| (name.as_str(), bytes.as_slice())).collect();
+        let borrowed: Vec<(&str, &[u8])> =
+            texts.iter().map(|(name, bytes)| (name.as_str(), bytes.as_slice())).collect();
         Ok(Self { contents: trajectory::read_frames(&borrowed).map_err(|error| thrown(&error))? })
     }
 
@@ -90,7 +91,7 @@ impl Trajectory {
     /// # Errors
     /// Never for the input's sake.
     #[wasm_bindgen(getter)]
-    pub fn format(&self) -> Result<Ts<Format>, JsValue> {
+    pub fn format(&self) -> Result<Ts<TrajectoryFormat>, JsValue> {
         plain(&self.contents.format)
     }
 
@@ -120,7 +121,7 @@ impl Trajectory {
     ///
     /// # Errors
     /// When the form is unknown, or needs orientations and there are none.
-    pub fn write(&self, format: &TrajectoryFormat) -> Result<Vec<u8>, JsValue> {
+    pub fn write(&self, format: &FormatName) -> Result<Vec<u8>, JsValue> {
         let format = format_named(&JsValue::from(format))?;
         trajectory::write(&self.contents.trajectory, format).map_err(|error| thrown(&error))
     }
@@ -264,7 +265,7 @@ fn angles(path: &Path) -> Option<Vec<f64>> {
     roll_pitch_yaw(path).map(|angles| flat(&angles))
 }
 
-fn format_named(format: &JsValue) -> Result<Format, JsValue> {
+fn format_named(format: &JsValue) -> Result<TrajectoryFormat, JsValue> {
     let name = format.as_string().unwrap_or_default();
     serde_json::from_value(name.clone().into()).map_err(|_| {
         let remedy = "Use tum, kitti, euroc, pose_table, matrices, npy, positions or planar";

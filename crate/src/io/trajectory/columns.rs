@@ -21,7 +21,9 @@ const ROTATION_TOLERANCE: f64 = 1e-2;
 pub(super) enum Layout {
     Table(Table),
     /// The rows of its matrix in one line: 12 or 16 numbers.
-    MatrixRow { num_columns: usize },
+    MatrixRow {
+        num_columns: usize,
+    },
     /// A line a row of its matrix.
     MatrixLines,
 }
@@ -56,7 +58,17 @@ impl Table {
     /// `t x y z` and the quaternion at these columns.
     pub fn stamped(divisor: f64, quaternion_wxyz: [usize; 4], more: bool, words: &'static str) -> Self {
         let quaternion = Some(quaternion_wxyz);
-        Self { num_columns: 8, more, stamp: Some((0, divisor)), x: 1, y: 2, z: Some(3), quaternion, heading: None, words }
+        Self {
+            num_columns: 8,
+            more,
+            stamp: Some((0, divisor)),
+            x: 1,
+            y: 2,
+            z: Some(3),
+            quaternion,
+            heading: None,
+            words,
+        }
     }
 
     /// The table that these names describe, if they name a position at least.

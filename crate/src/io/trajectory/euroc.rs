@@ -30,11 +30,8 @@ pub(super) fn text(stamps: Option<&[f64]>, poses: &[Pose3]) -> String {
         let stamp = stamps.and_then(|stamps| stamps.get(index).copied()).unwrap_or(index as f64);
         let (t, q) = (pose.translation.vector, pose.rotation.coords);
         let nanoseconds = stamp * 1e9;
-        let _ = writeln!(
-            text,
-            "{nanoseconds:.0},{:?},{:?},{:?},{:?},{:?},{:?},{:?}",
-            t.x, t.y, t.z, q.w, q.x, q.y, q.z
-        );
+        let _ =
+            writeln!(text, "{nanoseconds:.0},{:?},{:?},{:?},{:?},{:?},{:?},{:?}", t.x, t.y, t.z, q.w, q.x, q.y, q.z);
     }
     text
 }

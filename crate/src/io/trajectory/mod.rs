@@ -5,7 +5,7 @@
 //! | [TUM](tum) | a line `timestamp tx ty tz qx qy qz qw` (s, m), the quaternion with its real part last |
 //! | [KITTI](kitti) | a line of the upper three rows of its matrix; times (s) in a file of their own |
 //! | [EuRoC](euroc) | a line `timestamp, x, y, z, qw, qx, qy, qz` (ns, m); further columns are not read |
-//! | [pose table](Format::PoseTable) | a line of columns that a first line names, or of `x y z qw qx qy qz` |
+//! | [pose table](TrajectoryFormat::PoseTable) | a line of columns that a first line names, or of `x y z qw qx qy qz` |
 //! | [matrices](matrices) | four lines of four numbers, with or without a line of counts before (Redwood's `.log`) |
 //! | [NumPy](npy) | a row of an array (N, 7) `x y z qw qx qy qz`, (N, 8) as TUM, (N, 12), (N, 3, 4) or (N, 4, 4) |
 //! | positions | a line `x y` or `x y z` (m), without orientation |
@@ -106,7 +106,7 @@ impl Trajectory {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
 #[serde(rename_all = "snake_case")]
-pub enum Format {
+pub enum TrajectoryFormat {
     /// `timestamp tx ty tz qx qy qz qw`.
     Tum,
     /// The upper three rows of the pose's matrix in one line.
@@ -131,7 +131,7 @@ pub struct Contents {
     /// The poses.
     pub trajectory: Trajectory,
     /// The form that the file has.
-    pub format: Format,
+    pub format: TrajectoryFormat,
     /// What was mended, in whole sentences: quaternions that were not of unit length.
     pub notes: Vec<String>,
 }
@@ -151,7 +151,7 @@ pub fn read(bytes: &[u8]) -> Result<Trajectory> {
 ///
 /// # Errors
 /// As [`read`], but for the length of quaternions.
-pub fn read_lenient(bytes: &[u8], format: Option<Format>) -> Result<Contents> {
+pub fn read_lenient(bytes: &[u8], format: Option<TrajectoryFormat>) -> Result<Contents> {
     let (builder, format) = parse(bytes, format)?;
     let (trajectory, notes) = builder.into_lenient();
     Ok(Contents { trajectory, format, notes })
@@ -164,9 +164,14 @@ pub fn read_lenient(bytes: &[u8], format: Option<Format>) -> Result<Contents> {
 /// file.
 pub fn read_frames(files: &[(&str, &[u8])]) -> Result<Contents> {
     let mut all = Trajectory::default();
-    let (mut notes, mut format) = (Vec::new(), Format::Matrices);
+    let (mut notes, mut format) = (Vec::new(), TrajectoryFormat::Matrices);
     for &(name, bytes) in files {
-        let one = read_lenient(bytes, None).map_err(|error| error.in_file(name))?;
+        let read = |format| read_lenient(bytes, format).map_err(|error| error.in_file(name));
+        let one = match read(None)? {
+            // Of a frame, rows of four are a matrix, though its last be missing.
+            planar if planar.format == TrajectoryFormat::Planar => read(Some(TrajectoryFormat::Matrices))?,
+            other => other,
+        };
         if one.trajectory.len() != 1 {
             let problem = format!("The file has {} poses", one.trajectory.len());
             return Err(Error::whole(problem, "Of several files, each holds the pose of one frame").in_file(name));
@@ -205,7 +210,7 @@ pub fn read_times(bytes: &[u8]) -> Result<Vec<f64>> {
 /// # Errors
 /// When the form needs orientations and there are none. Where it needs times and there are none, the numbers of the
 /// poses take their place.
-pub fn write(trajectory: &Trajectory, format: Format) -> Result<Vec<u8>> {
+pub fn write(trajectory: &Trajectory, format: TrajectoryFormat) -> Result<Vec<u8>> {
     let poses = || {
         trajectory.poses().ok_or_else(|| {
             let problem = "The trajectory has positions alone, and this form needs orientations as well";
@@ -213,14 +218,14 @@ pub fn write(trajectory: &Trajectory, format: Format) -> Result<Vec<u8>> {
         })
     };
     Ok(match format {
-        Format::Tum => tum_text(trajectory.stamps.as_deref(), &poses()?).into_bytes(),
-        Format::Kitti => kitti::text(&matrix_poses(trajectory, &poses()?)).into_bytes(),
-        Format::Euroc => euroc::text(trajectory.stamps.as_deref(), &poses()?).into_bytes(),
-        Format::PoseTable => columns::pose_table_text(trajectory.stamps.as_deref(), &poses()?).into_bytes(),
-        Format::Matrices => matrices::text(&matrix_poses(trajectory, &poses()?)).into_bytes(),
-        Format::Npy => npy::write(&poses()?),
-        Format::Positions => positions_text(&trajectory.positions).into_bytes(),
-        Format::Planar => planar_text(&poses()?).into_bytes(),
+        TrajectoryFormat::Tum => tum_text(trajectory.stamps.as_deref(), &poses()?).into_bytes(),
+        TrajectoryFormat::Kitti => kitti::text(&matrix_poses(trajectory, &poses()?)).into_bytes(),
+        TrajectoryFormat::Euroc => euroc::text(trajectory.stamps.as_deref(), &poses()?).into_bytes(),
+        TrajectoryFormat::PoseTable => columns::pose_table_text(trajectory.stamps.as_deref(), &poses()?).into_bytes(),
+        TrajectoryFormat::Matrices => matrices::text(&matrix_poses(trajectory, &poses()?)).into_bytes(),
+        TrajectoryFormat::Npy => npy::write(&poses()?),
+        TrajectoryFormat::Positions => positions_text(&trajectory.positions).into_bytes(),
+        TrajectoryFormat::Planar => planar_text(&poses()?).into_bytes(),
     })
 }
 
@@ -267,9 +272,9 @@ fn nothing() -> Error {
 }
 
 /// Reads the poses and finds out, where it is not given, which form they have.
-fn parse(bytes: &[u8], format: Option<Format>) -> Result<(Builder, Format)> {
-    if format == Some(Format::Npy) || (format.is_none() && npy::is_npy(bytes)) {
-        return Ok((npy::read(bytes)?, Format::Npy));
+fn parse(bytes: &[u8], format: Option<TrajectoryFormat>) -> Result<(Builder, TrajectoryFormat)> {
+    if format == Some(TrajectoryFormat::Npy) || (format.is_none() && npy::is_npy(bytes)) {
+        return Ok((npy::read(bytes)?, TrajectoryFormat::Npy));
     }
     let mut lines = rows(bytes).peekable();
     let first = lines.peek().ok_or_else(nothing)?.clone();
@@ -303,31 +308,32 @@ fn parse(bytes: &[u8], format: Option<Format>) -> Result<(Builder, Format)> {
 }
 
 /// The form that the names and the number of columns tell of.
-fn detect(first: &Row, names: Option<&[String]>, bytes: &[u8]) -> Result<(Layout, Format)> {
+fn detect(first: &Row, names: Option<&[String]>, bytes: &[u8]) -> Result<(Layout, TrajectoryFormat)> {
     let columns = first.columns().count();
     // Comments may speak of anything: names count where there is one for each column.
     if let Some(table) = names.filter(|names| names.len() == columns).and_then(Table::from_names) {
         let format = if table.is_tum() {
-            Format::Tum
+            TrajectoryFormat::Tum
         } else if table.is_euroc() {
-            Format::Euroc
+            TrajectoryFormat::Euroc
         } else if table.has_orientations() {
-            Format::PoseTable
+            TrajectoryFormat::PoseTable
         } else {
-            Format::Positions
+            TrajectoryFormat::Positions
         };
         return Ok((Layout::Table(table), format));
     }
     let format = match columns {
-        3 if matrices::has_counts(bytes) => Format::Matrices,
-        2 | 3 => Format::Positions,
-        4 if matrices::has_last_rows(bytes) => Format::Matrices,
-        4 => Format::Planar,
-        7 => Format::PoseTable,
-        8.. if euroc::is_euroc(first) => Format::Euroc,
-        8 => Format::Tum,
-        12 => Format::Kitti,
-        16 => Format::Matrices,
+        3 if matrices::has_counts(bytes) => TrajectoryFormat::Matrices,
+        2 | 3 => TrajectoryFormat::Positions,
+        4 if matrices::has_last_rows(bytes) => TrajectoryFormat::Matrices,
+        4 if first.begins_with_count() => TrajectoryFormat::Planar,
+        4 => TrajectoryFormat::Matrices,
+        7 => TrajectoryFormat::PoseTable,
+        8.. if euroc::is_euroc(first) => TrajectoryFormat::Euroc,
+        8 => TrajectoryFormat::Tum,
+        12 => TrajectoryFormat::Kitti,
+        16 => TrajectoryFormat::Matrices,
         _ => {
             let problem = format!("The line has {columns} columns");
             let remedy = "A trajectory has 8 (t x y z qx qy qz qw), 7 (x y z qw qx qy qz), 12 or 16 (a matrix), 3 (x y z) \
@@ -338,20 +344,20 @@ fn detect(first: &Row, names: Option<&[String]>, bytes: &[u8]) -> Result<(Layout
     Ok((layout_of(format, first, names)?, format))
 }
 
-fn layout_of(format: Format, first: &Row, names: Option<&[String]>) -> Result<Layout> {
+fn layout_of(format: TrajectoryFormat, first: &Row, names: Option<&[String]>) -> Result<Layout> {
     let columns = first.columns().count();
     Ok(match format {
-        Format::Tum => Layout::Table(tum::table()),
-        Format::Kitti => Layout::MatrixRow { num_columns: 12 },
-        Format::Euroc => Layout::Table(euroc::table()),
-        Format::PoseTable => {
+        TrajectoryFormat::Tum => Layout::Table(tum::table()),
+        TrajectoryFormat::Kitti => Layout::MatrixRow { num_columns: 12 },
+        TrajectoryFormat::Euroc => Layout::Table(euroc::table()),
+        TrajectoryFormat::PoseTable => {
             Layout::Table(names.and_then(Table::from_names).unwrap_or_else(columns::pose_table))
         }
-        Format::Matrices if columns == 16 => Layout::MatrixRow { num_columns: 16 },
-        Format::Matrices => Layout::MatrixLines,
-        Format::Positions if columns == 2 => Layout::Table(Table::positions(2)),
-        Format::Positions => Layout::Table(Table::positions(3)),
-        Format::Planar => Layout::Table(columns::planar()),
-        Format::Npy => return Err(Error::whole("The file is no NumPy array", "Save it with numpy.save")),
+        TrajectoryFormat::Matrices if columns == 16 => Layout::MatrixRow { num_columns: 16 },
+        TrajectoryFormat::Matrices => Layout::MatrixLines,
+        TrajectoryFormat::Positions if columns == 2 => Layout::Table(Table::positions(2)),
+        TrajectoryFormat::Positions => Layout::Table(Table::positions(3)),
+        TrajectoryFormat::Planar => Layout::Table(columns::planar()),
+        TrajectoryFormat::Npy => return Err(Error::whole("The file is no NumPy array", "Save it with numpy.save")),
     })
 }

@@ -29,11 +29,8 @@ pub(super) fn column_names(bytes: &[u8]) -> Option<Vec<String>> {
 fn names(text: &[u8]) -> Vec<String> {
     let text = String::from_utf8_lossy(&text[..text.len().min(2000)]).trim_start_matches('#').to_lowercase();
     let text = text.replace(" [ns]", "_ns").replace("[ns]", "_ns").replace(" (ns)", "_ns").replace("(ns)", "_ns");
-    let split: Vec<&str> = if text.contains([',', ';']) {
-        text.split([',', ';']).collect()
-    } else {
-        text.split_whitespace().collect()
-    };
+    let split: Vec<&str> =
+        if text.contains([',', ';']) { text.split([',', ';']).collect() } else { text.split_whitespace().collect() };
     let name = |name: &str| {
         let name = name.split(['[', '(']).next().unwrap_or_default().replace(' ', "");
         name.trim_matches(|c: char| c == '"' || c.is_whitespace()).to_owned()
@@ -69,6 +66,11 @@ impl<'a> Row<'a> {
         self.text.contains(&b',')
     }
 
+    /// Whether the first column is a whole number from 0.
+    pub fn begins_with_count(&self) -> bool {
+        self.columns().next().and_then(number).is_some_and(|value| value >= 0.0 && value.fract() == 0.0)
+    }
+
     fn is_of_names(&self) -> bool {
         self.columns().all(|column| number(column).is_none())
     }
@@ -94,11 +96,7 @@ impl<'a> Row<'a> {
             };
             numbers.push(value);
         }
-        if numbers.len() == num_columns {
-            Ok(())
-        } else {
-            Err(self.wrong_columns(self.columns().count(), num_columns))
-        }
+        if numbers.len() == num_columns { Ok(()) } else { Err(self.wrong_columns(self.columns().count(), num_columns)) }
     }
 
     fn wrong_columns(&self, found: usize, expected: usize) -> Error {

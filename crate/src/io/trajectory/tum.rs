@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use super::columns::Table;
-use super::{Format, Trajectory, parse};
+use super::{Trajectory, TrajectoryFormat, parse};
 use crate::Result;
 use crate::geometry::Pose3;
 
@@ -16,7 +16,7 @@ pub(super) fn table() -> Table {
 /// # Errors
 /// As [`read`](super::read).
 pub fn read_tum(bytes: &[u8]) -> Result<Trajectory> {
-    parse(bytes, Some(Format::Tum))?.0.into_strict()
+    parse(bytes, Some(TrajectoryFormat::Tum))?.0.into_strict()
 }
 
 /// Writes poses `T_world_sensor` in TUM format with these times (s), or the numbers of the poses from 0 where there are
