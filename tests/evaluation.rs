@@ -213,3 +213,34 @@ fn cases_of_our_own_that_evo_computed() {
         !tally.rounding.is_empty() && tally.rounding.iter().all(|what| what.starts_with("estimate.tum origin APE"))
     );
 }
+
+/// evo's stored results are zip files whose members are not compressed: the text and the numbers lie in them as they are.
+#[test]
+fn the_stored_absolute_errors_of_evo() {
+    let Some(folder) = shared_trajectories() else { return };
+    for (zip, estimate) in [("orb_ape.zip", "KITTI_00_ORB.txt"), ("sptam_ape.zip", "KITTI_00_SPTAM.txt")] {
+        let bytes = fs::read(folder.join("res_files").join(zip)).unwrap();
+        let find = |needle: &[u8]| bytes.windows(needle.len()).position(|window| window == needle).unwrap();
+        let text = &bytes[find(b"{\"std\"")..];
+        let text = &text[..=text.iter().position(|&byte| byte == b'}').unwrap()];
+        let stored: Value = serde_json::from_slice(text).unwrap();
+        let array = &bytes[find(b"\x93NUMPY")..];
+        let header = 10 + usize::from(u16::from_le_bytes([array[8], array[9]]));
+        let stored_errors: Vec<f64> = array[header..]
+            .chunks_exact(8)
+            .take(4541)
+            .map(|value| f64::from_le_bytes(value.try_into().unwrap()))
+            .collect();
+
+        let (reference, estimate) = (load(&folder.join("KITTI_00_gt.txt")), load(&folder.join(estimate)));
+        let options = EvaluationOptions { alignment: Alignment::Se3, ..EvaluationOptions::default() };
+        let found = evaluate(&reference, &estimate, &options).unwrap();
+        let mut tally = Tally::default();
+        tally.worst = compare(zip, &stored, &found, &mut tally.faults, &mut tally.rounding);
+        tally.check(Path::new(zip));
+        assert_eq!(found.errors.len(), stored_errors.len());
+        for (error, stored) in found.errors.iter().zip(&stored_errors) {
+            assert!((error - stored).abs() <= 1e-9 * stored, "{zip}: {error} in place of {stored}");
+        }
+    }
+}

@@ -29,9 +29,9 @@ pub fn by_time(reference: &[f64], estimate: &[f64], max_diff: f64, offset: f64) 
     if matches.is_empty() {
         return Err(no_match(reference, estimate, max_diff, offset));
     }
-    let pair = |(short, long)| match estimate_is_longer {
-        true => Pair { reference: short, estimate: long },
-        false => Pair { reference: long, estimate: short },
+    let pair = |(short, long)| {
+        let (reference, estimate) = if estimate_is_longer { (short, long) } else { (long, short) };
+        Pair { reference, estimate }
     };
     Ok(matches.into_iter().map(pair).collect())
 }
@@ -115,22 +115,17 @@ fn guess((low, high): (f64, f64), (first, last): (f64, f64), offset: f64) -> Str
     if overlaps(first, last) {
         return "The spans overlap, so a larger time difference may be what is missing".to_owned();
     }
-    let units = [(1e-9, "nanoseconds"), (1e-6, "microseconds"), (1e-3, "milliseconds")];
-    for (factor, unit) in units {
-        if overlaps(first * factor, last * factor) {
-            return format!("The estimate's times look like {unit}: divide them by {:e} to get seconds", 1.0 / factor);
-        }
-        if overlaps(first / factor, last / factor) {
-            return format!("The reference's times look like {unit}: divide them by {:e} to get seconds", 1.0 / factor);
-        }
-    }
     let (duration, length) = (high - low, last - first);
-    for (factor, unit) in units {
-        if alike(duration, length * factor) {
-            return format!(
-                "Its duration would fit if the estimate's times were {unit}: divide them by {:e}",
-                1.0 / factor
-            );
+    if !alike(duration, length) {
+        for (factor, unit) in [(1e9, "nanoseconds"), (1e6, "microseconds"), (1e3, "milliseconds")] {
+            let remedy =
+                |whose| format!("The {whose}'s times look like {unit}: divide them by {factor:e} to get seconds");
+            if overlaps(first / factor, last / factor) || alike(duration, length / factor) {
+                return remedy("estimate");
+            }
+            if alike(duration / factor, length) || (overlaps(first * factor, last * factor) && first * factor > 1e6) {
+                return remedy("reference");
+            }
         }
     }
     format!("If both began at the same moment, an offset of {:.3} s would make them meet", offset + low - first)

@@ -88,9 +88,11 @@ fn relation(is_edge: bool, numbers: &[f64]) -> Option<Relation> {
         [_, _, x, y, z, qx, qy, qz, qw] => (x, y, z, UnitQuaternion::try_new(Quaternion::new(qw, qx, qy, qz), 1e-8)?),
         _ => return None,
     };
-    let place = |value: f64| match is_edge {
-        false => Some(Place::Time(value)),
-        true => (value >= 0.0 && value.fract() == 0.0 && value < 1e9).then_some(Place::Index(value as usize)),
+    let place = |value: f64| {
+        if !is_edge {
+            return Some(Place::Time(value));
+        }
+        (value >= 0.0 && value.fract() == 0.0 && value < 1e9).then_some(Place::Index(value as usize))
     };
     let motion = Isometry3::from_parts(Translation3::new(x, y, z), rotation);
     Some(Relation { from: place(numbers[0])?, to: place(numbers[1])?, motion })

@@ -190,9 +190,10 @@ impl Builder {
         words: &str,
         fault: Fault,
     ) -> Result<()> {
-        // Scaled first: the square of a tiny or huge length is no number.
-        let largest = quaternion.coords.amax();
-        let length = if largest > 0.0 { (quaternion / largest).norm() * largest } else { 0.0 };
+        // Of a huge quaternion the square is infinite: it is scaled first.
+        let scale = if quaternion.norm_squared().is_finite() { 1.0 } else { quaternion.coords.amax() };
+        let quaternion = quaternion / scale;
+        let length = quaternion.norm() * scale;
         if (length - 1.0).abs() > LENGTH_TOLERANCE {
             let problem = format!(
                 "Columns {} to {} are no rotation: a quaternion has length 1, and theirs is {length}",
@@ -205,7 +206,7 @@ impl Builder {
             }
             self.off_length = Some(self.off_length.take().map_or((error, 1), |(first, count)| (first, count + 1)));
         }
-        let rotation = UnitQuaternion::new_normalize(quaternion / largest);
+        let rotation = UnitQuaternion::new_normalize(quaternion);
         self.trajectory.orientations.get_or_insert_default().push(rotation);
         Ok(())
     }
@@ -247,7 +248,7 @@ impl Builder {
     pub fn into_lenient(self) -> (Trajectory, Vec<String>) {
         let note = self.off_length.map(|(error, count)| {
             let them = if count == 1 { "It was" } else { &format!("{count} quaternions were") };
-            format!("{error} {them} made of length 1")
+            format!("{error} {them} made of length 1.")
         });
         (self.trajectory, note.into_iter().collect())
     }

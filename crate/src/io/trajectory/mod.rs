@@ -231,7 +231,10 @@ pub fn write(trajectory: &Trajectory, format: TrajectoryFormat) -> Result<Vec<u8
 
 /// Times as [`read_times`] reads them.
 pub fn times_text(stamps: &[f64]) -> String {
-    stamps.iter().map(|stamp| format!("{stamp:?}\n")).collect()
+    stamps.iter().fold(String::new(), |mut text, stamp| {
+        let _ = writeln!(text, "{stamp:?}");
+        text
+    })
 }
 
 /// A pose of the plane as one of space: z = 0, turned about the z axis.
@@ -253,7 +256,10 @@ fn matrix_poses(trajectory: &Trajectory, poses: &[Pose3]) -> Vec<MatrixPose> {
 }
 
 fn positions_text(positions: &[Vector3<f64>]) -> String {
-    positions.iter().map(|p| format!("{:?} {:?} {:?}\n", p.x, p.y, p.z)).collect()
+    positions.iter().fold(String::new(), |mut text, p| {
+        let _ = writeln!(text, "{:?} {:?} {:?}", p.x, p.y, p.z);
+        text
+    })
 }
 
 /// What leaves the plane is lost.
@@ -328,12 +334,11 @@ fn detect(first: &Row, names: Option<&[String]>, bytes: &[u8]) -> Result<(Layout
         2 | 3 => TrajectoryFormat::Positions,
         4 if matrices::has_last_rows(bytes) => TrajectoryFormat::Matrices,
         4 if first.begins_with_count() => TrajectoryFormat::Planar,
-        4 => TrajectoryFormat::Matrices,
         7 => TrajectoryFormat::PoseTable,
         8.. if euroc::is_euroc(first) => TrajectoryFormat::Euroc,
         8 => TrajectoryFormat::Tum,
         12 => TrajectoryFormat::Kitti,
-        16 => TrajectoryFormat::Matrices,
+        4 | 16 => TrajectoryFormat::Matrices,
         _ => {
             let problem = format!("The line has {columns} columns");
             let remedy = "A trajectory has 8 (t x y z qx qy qz qw), 7 (x y z qw qx qy qz), 12 or 16 (a matrix), 3 (x y z) \

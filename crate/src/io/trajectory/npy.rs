@@ -144,13 +144,11 @@ impl<'a> Array<'a> {
         let shape = shape.ok_or_else(|| unknown("no shape"))?;
         let expected = shape.iter().try_fold(item.size, |bytes, &size| bytes.checked_mul(size));
         let data = bytes.get(start..).unwrap_or_default();
-        match expected.and_then(|expected| data.get(..expected)) {
-            Some(data) => Ok(Self { shape, item, data, start }),
-            None => {
-                let problem = format!("The array of shape {shape:?} ends after {} bytes", data.len());
-                Err(Error::byte(bytes.len(), problem, "Was the file cut off? Save it again"))
-            }
-        }
+        let Some(data) = expected.and_then(|expected| data.get(..expected)) else {
+            let problem = format!("The array of shape {shape:?} ends after {} bytes", data.len());
+            return Err(Error::byte(bytes.len(), problem, "Was the file cut off? Save it again"));
+        };
+        Ok(Self { shape, item, data, start })
     }
 }
 
