@@ -116,7 +116,7 @@ fn every_form_comes_back_without_loss() {
         }
         match format {
             TrajectoryFormat::Tum | TrajectoryFormat::PoseTable => {
-                assert_eq!(again.trajectory.stamps, trajectory.stamps)
+                assert_eq!(again.trajectory.stamps, trajectory.stamps);
             }
             // A time of today in double precision is exact to 0.2 microseconds.
             TrajectoryFormat::Euroc => {
