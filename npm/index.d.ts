@@ -17,11 +17,37 @@
  * reconstruction.free();
  * ```
  *
+ * Trajectories are compared with the truth as evo does:
+ *
+ * ```js
+ * import { readFile } from 'node:fs/promises';
+ * import { evaluate, load, Trajectory } from 'scanstitch';
+ *
+ * await load();
+ * const truth = Trajectory.read(await readFile('truth.tum'), 'truth.tum');
+ * const mine = Trajectory.read(await readFile('mine.tum'), 'mine.tum');
+ * const evaluation = evaluate(truth, mine, { alignment: 'se3' });
+ * console.log(evaluation.summary().statistics.rmse, evaluation.errors()); // m
+ * ```
+ *
  * SI units and radians everywhere. `T_target_source` maps points of the source into the target; `T_world_sensor` is a
  * pose. What is thrown for bad input is a {@link ScanstitchError}.
  */
 export type * from '../pkg/scanstitch.js';
-export { describe_settings, PointCloud, presets, Reconstruction, register, version } from '../pkg/scanstitch.js';
+export {
+  describe_settings,
+  Evaluation,
+  evaluate,
+  evaluation_defaults,
+  map_quality,
+  PointCloud,
+  presets,
+  Reconstruction,
+  register,
+  relation_errors,
+  Trajectory,
+  version,
+} from '../pkg/scanstitch.js';
 
 /**
  * Makes the engine ready. Everything else may be called once the promise is fulfilled; calling it again is free.

@@ -5,7 +5,20 @@
  */
 import init, { initSync } from '../pkg/scanstitch.js';
 
-export { describe_settings, PointCloud, presets, Reconstruction, register, version } from '../pkg/scanstitch.js';
+export {
+  describe_settings,
+  Evaluation,
+  evaluate,
+  evaluation_defaults,
+  map_quality,
+  PointCloud,
+  presets,
+  Reconstruction,
+  register,
+  relation_errors,
+  Trajectory,
+  version,
+} from '../pkg/scanstitch.js';
 
 /** @type {Promise<void> | undefined} */
 let loading;

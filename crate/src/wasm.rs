@@ -20,6 +20,8 @@ use crate::reconstruction::Reconstruction as Engine;
 use crate::report::{Progress, ReconstructionResult};
 use crate::settings::{Preset, SettingDescription, descriptions};
 
+mod evaluation;
+
 #[wasm_bindgen(typescript_custom_section)]
 const TYPES: &str = "
 /** Every error that the engine throws. */

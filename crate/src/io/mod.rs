@@ -4,5 +4,6 @@
 //! byte. They never allocate more than a small multiple of the bytes they are given, whatever a header claims.
 
 pub mod ply;
+pub mod relations;
 mod text;
 pub mod trajectory;

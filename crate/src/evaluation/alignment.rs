@@ -1,0 +1,63 @@
+//! Bringing the estimate into the reference's frame.
+
+use nalgebra::{Matrix3, Vector3};
+use serde::{Deserialize, Serialize};
+
+use super::path::Path;
+use super::umeyama::{Similarity, umeyama};
+use crate::{Error, Result};
+
+/// How the estimate is brought into the reference's frame before they are compared.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
+#[serde(rename_all = "snake_case")]
+pub enum Alignment {
+    /// Not at all.
+    #[default]
+    None,
+    /// By the motion that makes the first poses equal (evo's `--align_origin`).
+    Origin,
+    /// By the rotation and translation that fit the positions best (evo's `-a`).
+    Se3,
+    /// By the rotation, translation and scale that fit the positions best (evo's `-as`).
+    Sim3,
+    /// By the scale of that fit alone, about the origin (evo's `-s`).
+    Scale,
+}
+
+/// The similarity that aligns `estimate` with `reference`, poses of the same index belonging together. The fits use the
+/// first `align_first` poses, or all.
+///
+/// # Errors
+/// When the positions do not fix it; when the first poses have to be made equal and one has no orientation.
+pub fn align(
+    reference: &Path,
+    estimate: &Path,
+    alignment: Alignment,
+    align_first: Option<usize>,
+) -> Result<Similarity> {
+    let n = align_first.unwrap_or(usize::MAX).min(reference.len()).min(estimate.len());
+    let fit = |with_scale| umeyama(&estimate.positions[..n], &reference.positions[..n], with_scale);
+    match alignment {
+        Alignment::None => Ok(Similarity::identity()),
+        Alignment::Origin => origin(reference, estimate),
+        Alignment::Se3 => fit(false),
+        Alignment::Sim3 => fit(true),
+        Alignment::Scale => fit(true).map(|fit| Similarity { scale: fit.scale, ..Similarity::identity() }),
+    }
+}
+
+/// T_ref_0 * T_est_0^-1.
+fn origin(reference: &Path, estimate: &Path) -> Result<Similarity> {
+    let first = |path: &Path, whose: &str| -> Result<(Matrix3<f64>, Vector3<f64>)> {
+        let rotation = path.rotations.as_ref().and_then(|rotations| rotations.first());
+        rotation.copied().zip(path.positions.first().copied()).ok_or_else(|| {
+            let problem = format!("The {whose} has positions alone, so first poses cannot be made equal");
+            Error::whole(problem, "Align by SE(3), or give orientations")
+        })
+    };
+    let (R_reference, t_reference) = first(reference, "reference")?;
+    let (R_estimate, t_estimate) = first(estimate, "estimate")?;
+    let rotation = R_reference * R_estimate.transpose();
+    Ok(Similarity { rotation, translation: t_reference - rotation * t_estimate, scale: 1.0 })
+}

@@ -1,0 +1,155 @@
+//! Which pose of the estimate belongs to which of the reference.
+
+use crate::{Error, Result};
+
+/// A pose of the reference and the one of the estimate that belongs to it, by their indices.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Pair {
+    /// Index in the reference.
+    pub reference: usize,
+    /// Index in the estimate.
+    pub estimate: usize,
+}
+
+/// Pairs by time, as evo's `associate_trajectories` finds them: for each stamp of the trajectory with fewer poses (of
+/// the estimate, when they have the same number), in its order, the nearest of the other, if it is no further away than
+/// `max_diff` (s). Of two equally near ones the earlier is taken. `offset` (s) is added to the estimate's times.
+///
+/// A pose of the longer trajectory may so belong to several of the shorter one.
+///
+/// # Errors
+/// When no stamps match; the error tells both spans and, where one fits, which unit or offset would make them meet.
+pub fn by_time(reference: &[f64], estimate: &[f64], max_diff: f64, offset: f64) -> Result<Vec<Pair>> {
+    let estimate_is_longer = estimate.len() > reference.len();
+    let (short, long) = if estimate_is_longer { (reference, estimate) } else { (estimate, reference) };
+    let shift = if estimate_is_longer { offset } else { -offset };
+    let long: Vec<f64> = long.iter().map(|stamp| stamp + shift).collect();
+    let matches =
+        if long.is_sorted() { nearest_sorted(short, &long, max_diff) } else { nearest(short, &long, max_diff) };
+    if matches.is_empty() {
+        return Err(no_match(reference, estimate, max_diff, offset));
+    }
+    let pair = |(short, long)| {
+        let (reference, estimate) = if estimate_is_longer { (short, long) } else { (long, short) };
+        Pair { reference, estimate }
+    };
+    Ok(matches.into_iter().map(pair).collect())
+}
+
+/// Pairs by index: the first with the first.
+///
+/// # Errors
+/// When the numbers of poses differ.
+pub fn by_index(reference: usize, estimate: usize) -> Result<Vec<Pair>> {
+    if reference != estimate {
+        return Err(Error::whole(
+            format!(
+                "The reference has {reference} poses and the estimate {estimate}, and without times only poses of the same index can be compared"
+            ),
+            "Give both with times, or with one pose for each frame",
+        ));
+    }
+    Ok((0..reference).map(|index| Pair { reference: index, estimate: index }).collect())
+}
+
+/// The nearest of sorted stamps, by halving. Of repeated stamps, the last is found, but for a query that is exactly as
+/// late as the very last ones: then the last but one is. This is what evo's search finds.
+fn nearest_sorted(queries: &[f64], stamps: &[f64], max_diff: f64) -> Vec<(usize, usize)> {
+    let (Some(&first), Some(&last)) = (stamps.first(), stamps.last()) else { return Vec::new() };
+    let find = |&query: &f64| {
+        if query < first - max_diff || query > last + max_diff {
+            return None;
+        }
+        let after = stamps.partition_point(|&stamp| stamp <= query).min(stamps.len() - 1);
+        let to_after = stamps[after] - query;
+        let to_before = if after > 0 { query - stamps[after - 1] } else { f64::INFINITY };
+        if to_after <= max_diff && to_after < to_before {
+            Some(after)
+        } else if to_before <= max_diff && to_before <= to_after {
+            Some(after - 1)
+        } else {
+            None
+        }
+    };
+    queries.iter().enumerate().filter_map(|(index, query)| Some((index, find(query)?))).collect()
+}
+
+/// The nearest of stamps in any order; of equally near ones, the first in the file.
+fn nearest(queries: &[f64], stamps: &[f64], max_diff: f64) -> Vec<(usize, usize)> {
+    let mut order: Vec<usize> = (0..stamps.len()).collect();
+    order.sort_by(|&a, &b| stamps[a].total_cmp(&stamps[b]).then(a.cmp(&b)));
+    let find = |&query: &f64| {
+        let after = order.partition_point(|&index| stamps[index] < query);
+        let before = after.checked_sub(1).map(|before| {
+            let stamp = stamps[order[before]];
+            order[order.partition_point(|&index| stamps[index] < stamp)]
+        });
+        let after = order.get(after).copied();
+        let diff = |index: &usize| (stamps[*index] - query).abs();
+        let best = before.into_iter().chain(after).min_by(|a, b| diff(a).total_cmp(&diff(b)).then(a.cmp(b)))?;
+        (diff(&best) <= max_diff).then_some(best)
+    };
+    queries.iter().enumerate().filter_map(|(index, query)| Some((index, find(query)?))).collect()
+}
+
+/// First and last time (s), whatever the order.
+fn span(stamps: &[f64]) -> (f64, f64) {
+    stamps.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &stamp| (low.min(stamp), high.max(stamp)))
+}
+
+fn no_match(reference: &[f64], estimate: &[f64], max_diff: f64, offset: f64) -> Error {
+    let (of_reference, of_estimate) = (span(reference), span(estimate));
+    let shifted = if offset == 0.0 { String::new() } else { format!(" with an offset of {offset} s") };
+    let problem = format!(
+        "No time of the estimate is within {max_diff} s of one of the reference{shifted}: the reference spans {:.3} to \
+         {:.3} s, the estimate {:.3} to {:.3} s",
+        of_reference.0, of_reference.1, of_estimate.0, of_estimate.1
+    );
+    Error::whole(problem, guess(of_reference, of_estimate, offset))
+}
+
+/// What may be wrong: the estimate's unit, a constant offset, or the tolerance.
+fn guess((low, high): (f64, f64), (first, last): (f64, f64), offset: f64) -> String {
+    let (first, last) = (first + offset, last + offset);
+    let overlaps = |first: f64, last: f64| first <= high && last >= low;
+    if overlaps(first, last) {
+        return "The spans overlap, so a larger time difference may be what is missing".to_owned();
+    }
+    let (duration, length) = (high - low, last - first);
+    if !alike(duration, length) {
+        for (factor, unit) in [(1e9, "nanoseconds"), (1e6, "microseconds"), (1e3, "milliseconds")] {
+            let remedy =
+                |whose| format!("The {whose}'s times look like {unit}: divide them by {factor:e} to get seconds");
+            if overlaps(first / factor, last / factor) || alike(duration, length / factor) {
+                return remedy("estimate");
+            }
+            if alike(duration / factor, length) || (overlaps(first * factor, last * factor) && first * factor > 1e6) {
+                return remedy("reference");
+            }
+        }
+    }
+    format!("If both began at the same moment, an offset of {:.3} s would make them meet", offset + low - first)
+}
+
+/// Whether two durations differ by a fifth at the most.
+fn alike(a: f64, b: f64) -> bool {
+    a > 0.0 && b > 0.0 && (a / b).max(b / a) <= 1.2
+}
+
+/// What is odd about times, in a sentence: those that go back and those that are repeated.
+pub fn oddities(stamps: &[f64]) -> Option<String> {
+    let back = stamps.windows(2).position(|pair| pair[1] < pair[0]).map(|index| index + 2);
+    let back_count = stamps.windows(2).filter(|pair| pair[1] < pair[0]).count();
+    let mut sorted = stamps.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    let repeated = sorted.windows(2).filter(|pair| pair[0] == pair[1]).count();
+    let mut parts = Vec::new();
+    if let Some(pose) = back {
+        let times = if back_count == 1 { "once".to_owned() } else { format!("{back_count} times") };
+        parts.push(format!("its times go back {times}, first at pose {pose}"));
+    }
+    if repeated > 0 {
+        parts.push(format!("{repeated} of its times are repeated"));
+    }
+    (!parts.is_empty()).then(|| parts.join("; "))
+}

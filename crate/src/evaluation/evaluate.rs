@@ -1,0 +1,268 @@
+//! One estimate against the reference: association, alignment, metric and statistics in one call.
+
+use nalgebra::{UnitQuaternion, Vector3};
+use serde::{Deserialize, Serialize};
+
+use super::alignment::{Alignment, align};
+use super::associate::{Pair, by_index, by_time, oddities};
+use super::drift::{Drift, drift};
+use super::metrics::{PoseRelation, ape, rpe};
+use super::pairs::{DeltaUnit, PairOptions};
+use super::path::Path;
+use super::statistics::Statistics;
+use super::umeyama::Similarity;
+use crate::geometry::rotation::nearest_rotation;
+use crate::io::trajectory::Trajectory;
+use crate::{Error, Result};
+
+/// What is measured.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
+#[serde(rename_all = "snake_case")]
+pub enum ErrorMetric {
+    /// Absolute pose error.
+    #[default]
+    Ape,
+    /// Relative pose error.
+    Rpe,
+}
+
+/// Which poses belong together.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
+#[serde(rename_all = "snake_case")]
+pub enum Association {
+    /// Those of nearest times where both have times, those of the same index otherwise.
+    #[default]
+    Auto,
+    /// Those of nearest times.
+    Time,
+    /// Those of the same index.
+    Index,
+}
+
+/// How an estimate is compared with the reference. The defaults are those of evo's `evo_ape`.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
+#[serde(default, deny_unknown_fields)]
+pub struct EvaluationOptions {
+    /// Which poses belong together.
+    pub association: Association,
+    /// Times further apart than this do not belong together (s).
+    pub max_diff: f64,
+    /// Added to the estimate's times (s).
+    pub offset: f64,
+    /// How the estimate is brought into the reference's frame.
+    pub alignment: Alignment,
+    /// How many poses from the first the fit uses; 0: all.
+    pub align_first: usize,
+    /// What is measured.
+    pub metric: ErrorMetric,
+    /// What of the error pose is measured.
+    pub relation: PoseRelation,
+    /// rpe: how far apart the two poses of a pair are, in `delta_unit`.
+    pub delta: f64,
+    /// rpe: what `delta` counts.
+    pub delta_unit: DeltaUnit,
+    /// rpe: whether every pose begins a pair. Otherwise a pair begins where the last one ended.
+    pub all_pairs: bool,
+    /// rpe with all pairs: how far off `delta` a pair may be, as a share of it.
+    pub delta_tolerance: f64,
+    /// rpe: whether path and angle are the reference's and not the estimate's.
+    pub pairs_from_reference: bool,
+}
+
+impl Default for EvaluationOptions {
+    fn default() -> Self {
+        let PairOptions { delta, delta_unit, all_pairs, delta_tolerance, pairs_from_reference } =
+            PairOptions::default();
+        Self {
+            association: Association::Auto,
+            max_diff: 0.01,
+            offset: 0.0,
+            alignment: Alignment::None,
+            align_first: 0,
+            metric: ErrorMetric::Ape,
+            relation: PoseRelation::TranslationPart,
+            delta,
+            delta_unit,
+            all_pairs,
+            delta_tolerance,
+            pairs_from_reference,
+        }
+    }
+}
+
+/// The similarity that the estimate was mapped by: p -> scale * rotation * p + translation.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
+pub struct AlignmentResult {
+    /// The rotation, row by row.
+    pub rotation: [[f64; 3]; 3],
+    /// m.
+    pub translation: [f64; 3],
+    /// Without unit.
+    pub scale: f64,
+}
+
+/// The figures of an evaluation.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify), tsify(missing_as_null))]
+pub struct EvaluationSummary {
+    /// Poses of the reference.
+    pub num_reference: usize,
+    /// Poses of the estimate.
+    pub num_estimate: usize,
+    /// Poses that belong together.
+    pub num_matched: usize,
+    /// Errors: of poses (ape) or pairs of poses (rpe).
+    pub num_errors: usize,
+    /// Unit of the errors, empty where they have none.
+    pub unit: String,
+    /// Of the errors.
+    pub statistics: Statistics,
+    /// Mean distance of the positions after the alignment (m): the homework's mean L2 norm.
+    pub mean_l2: f64,
+    /// KITTI's drift, or null where a path is too short or has no orientations.
+    pub drift: Option<Drift>,
+    /// How the estimate was aligned.
+    pub alignment: AlignmentResult,
+    /// Path through the matched poses of the reference (m).
+    pub path_length_reference: f64,
+    /// Path through the matched poses of the estimate, after the alignment (m).
+    pub path_length_estimate: f64,
+    /// What is worth knowing about the input, in whole sentences.
+    pub notes: Vec<String>,
+}
+
+/// An evaluation with everything that can be drawn of it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Evaluation {
+    /// The figures.
+    pub summary: EvaluationSummary,
+    /// The errors, in `summary.unit`.
+    pub errors: Vec<f64>,
+    /// For each error the index of its pose among the matched ones; of a pair the second.
+    pub error_poses: Vec<usize>,
+    /// Which poses belong together.
+    pub matched: Vec<Pair>,
+    /// The matched poses of the reference.
+    pub reference: Path,
+    /// The matched poses of the estimate, aligned.
+    pub estimate: Path,
+}
+
+/// Compares an estimate with the reference.
+///
+/// # Errors
+/// When nothing matches, the alignment is not fixed, or the metric needs what the trajectories lack. Options out of their
+/// limits.
+pub fn evaluate(reference: &Trajectory, estimate: &Trajectory, options: &EvaluationOptions) -> Result<Evaluation> {
+    check(options)?;
+    let (matched, notes) = associate(reference, estimate, options)?;
+    let reference_path = Path::of(reference, matched.iter().map(|pair| pair.reference));
+    let unaligned = Path::of(estimate, matched.iter().map(|pair| pair.estimate));
+    let align_first = (options.align_first > 0).then_some(options.align_first);
+    let alignment = align(&reference_path, &unaligned, options.alignment, align_first)?;
+    let aligned = if alignment == Similarity::identity() { unaligned } else { unaligned.aligned(&alignment) };
+
+    let (errors, error_poses, without_motion) = match options.metric {
+        ErrorMetric::Ape => {
+            let errors = ape(&reference_path, &aligned, options.relation)?;
+            let poses = (0..errors.len()).collect();
+            (errors, poses, 0)
+        }
+        ErrorMetric::Rpe => {
+            let found = rpe(&reference_path, &aligned, options.relation, &pair_options(options))?;
+            (found.errors, found.pairs.iter().map(|pair| pair.1).collect(), found.num_without_motion)
+        }
+    };
+    let distances = ape(&reference_path, &aligned, PoseRelation::TranslationPart)?;
+    let none = || Error::whole("There is no error to sum up", "Give poses that match");
+    let mut summary = EvaluationSummary {
+        num_reference: reference.len(),
+        num_estimate: estimate.len(),
+        num_matched: matched.len(),
+        num_errors: errors.len(),
+        unit: options.relation.unit().to_owned(),
+        statistics: Statistics::of(&errors).ok_or_else(none)?,
+        mean_l2: Statistics::of(&distances).ok_or_else(none)?.mean,
+        drift: drift(&reference_path, &aligned).ok(),
+        alignment: AlignmentResult {
+            rotation: [0, 1, 2].map(|row| [0, 1, 2].map(|column| alignment.rotation[(row, column)])),
+            translation: alignment.translation.into(),
+            scale: alignment.scale,
+        },
+        path_length_reference: reference_path.length(),
+        path_length_estimate: aligned.length(),
+        notes,
+    };
+    if !summary.statistics.sse.is_finite() {
+        return Err(Error::whole("The errors are too large for double precision", "Are the positions in metres"));
+    }
+    if without_motion > 0 {
+        summary.notes.push(format!("In {without_motion} pairs the reference does not move; they were left out."));
+    }
+    Ok(Evaluation { summary, errors, error_poses, matched, reference: reference_path, estimate: aligned })
+}
+
+fn pair_options(options: &EvaluationOptions) -> PairOptions {
+    let EvaluationOptions { delta, delta_unit, all_pairs, delta_tolerance, pairs_from_reference, .. } = *options;
+    PairOptions { delta, delta_unit, all_pairs, delta_tolerance, pairs_from_reference }
+}
+
+fn check(options: &EvaluationOptions) -> Result<()> {
+    let at_least_zero = |name: &str, value: f64| {
+        if value >= 0.0 && value.is_finite() {
+            Ok(())
+        } else {
+            Err(Error::whole(format!("{name} is {value}"), "Give zero or a positive number"))
+        }
+    };
+    at_least_zero("max_diff", options.max_diff)?;
+    at_least_zero("delta", options.delta)?;
+    at_least_zero("delta_tolerance", options.delta_tolerance)?;
+    if options.offset.is_finite() {
+        Ok(())
+    } else {
+        Err(Error::whole(format!("offset is {}", options.offset), "Give a number of seconds"))
+    }
+}
+
+fn associate(
+    reference: &Trajectory,
+    estimate: &Trajectory,
+    options: &EvaluationOptions,
+) -> Result<(Vec<Pair>, Vec<String>)> {
+    let mut notes = Vec::new();
+    let stamps = reference.stamps.as_ref().zip(estimate.stamps.as_ref());
+    let pairs = match (options.association, stamps) {
+        (Association::Auto | Association::Time, Some((of_reference, of_estimate))) => {
+            for (whose, stamps) in [("reference", of_reference), ("estimate", of_estimate)] {
+                notes.extend(oddities(stamps).map(|oddities| format!("Of the {whose}, {oddities}.")));
+            }
+            by_time(of_reference, of_estimate, options.max_diff, options.offset)?
+        }
+        (Association::Time, None) => {
+            let whose = if reference.stamps.is_none() { "reference" } else { "estimate" };
+            let problem = format!("The {whose} has no times to associate by");
+            return Err(Error::whole(problem, "Associate by index, or give the times in a file of their own"));
+        }
+        _ => by_index(reference.len(), estimate.len())?,
+    };
+    let fewer = reference.len().min(estimate.len());
+    if pairs.len() < fewer {
+        notes.push(format!("Of {fewer} poses, {} have a partner in time.", pairs.len()));
+    }
+    Ok((pairs, notes))
+}
+
+/// Roll, pitch and yaw of each pose (rad): its rotation is a turn about x by roll, then about y by pitch, then about z by
+/// yaw, the axes staying where they are.
+pub fn roll_pitch_yaw(path: &Path) -> Option<Vec<Vector3<f64>>> {
+    let angles = |rotation: UnitQuaternion<f64>| {
+        let (roll, pitch, yaw) = rotation.euler_angles();
+        Vector3::new(roll, pitch, yaw)
+    };
+    path.rotations.as_ref()?.iter().map(|R| nearest_rotation(R).map(angles)).collect()
+}

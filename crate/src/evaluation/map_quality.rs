@@ -1,0 +1,139 @@
+//! How crisp a map is, without any truth: poses that are off smear its surfaces.
+//!
+//! - Mean map entropy: Droeschel and Behnke, "Local multi-resolution surfel grids for MAV motion estimation and 3D
+//!   mapping", IAS-13 (2014).
+//! - Mean plane variance: Razlaw, Droeschel, Holz and Behnke, "Evaluation of registration methods for sparse 3D laser
+//!   scans", ECMR 2015.
+
+use nalgebra::{SMatrix, SVector};
+use serde::{Deserialize, Serialize};
+
+use crate::search::KdTree;
+use crate::{Error, Result};
+
+/// Where a point's neighbourhood ends, and which points are looked at.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
+#[serde(default, deny_unknown_fields)]
+pub struct MapQualityOptions {
+    /// Radius of the neighbourhood (m).
+    pub radius: f64,
+    /// A point with fewer points around it, itself among them, does not count.
+    pub min_neighbors: usize,
+    /// At most so many points are looked at, evenly spread over the map; their neighbours are of all points. 0: all.
+    pub max_points: usize,
+}
+
+impl Default for MapQualityOptions {
+    /// 0.3 m, five neighbours, 50,000 points.
+    fn default() -> Self {
+        Self { radius: 0.3, min_neighbors: 5, max_points: 50_000 }
+    }
+}
+
+/// The figures of a map: the smaller, the crisper. They compare maps of the same scans only.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
+pub struct MapQuality {
+    /// Mean map entropy, the mean of 1/2 ln |2 pi e Sigma| over the points, Sigma being the covariance of a point's
+    /// neighbourhood (nats).
+    pub mean_map_entropy: f64,
+    /// Mean plane variance, the mean of the smallest eigenvalue of Sigma (m^2).
+    pub mean_plane_variance: f64,
+    /// Points that were looked at and have neighbours enough: the plane variance is a mean over them.
+    pub num_points: usize,
+    /// Those of them whose neighbourhood has a volume: the entropy, minus infinity otherwise, is a mean over them.
+    pub num_with_volume: usize,
+    /// Points that were looked at and have too few neighbours.
+    pub num_sparse: usize,
+}
+
+/// The figures of a map of points in `D` dimensions (m). Where `D` is 2, the plane variance is that across lines.
+///
+/// # Errors
+/// When the radius is no length, or no point has neighbours enough.
+pub fn map_quality<const D: usize>(points: &[[f32; D]], options: &MapQualityOptions) -> Result<MapQuality> {
+    let MapQualityOptions { radius, min_neighbors, max_points } = *options;
+    if !(radius > 0.0 && radius.is_finite()) {
+        return Err(Error::whole(format!("radius is {radius} m"), "Give a positive radius"));
+    }
+    let tree = KdTree::build(points);
+    let num_queries = if max_points == 0 { points.len() } else { max_points.min(points.len()) };
+    let least = min_neighbors.max(D + 1);
+    let (mut entropy, mut variance) = (0.0, 0.0);
+    let (mut num_points, mut num_with_volume, mut num_sparse) = (0, 0, 0);
+    let mut neighbors = Vec::new();
+    for query in 0..num_queries {
+        let center = &points[query * points.len() / num_queries];
+        if center.iter().any(|value| !value.is_finite()) {
+            continue;
+        }
+        tree.within(center, radius as f32, &mut neighbors);
+        if neighbors.len() < least {
+            num_sparse += 1;
+            continue;
+        }
+        // About the query point: of coordinates far from the origin, nothing is lost.
+        let offset = |index: u32| {
+            SVector::<f64, D>::from_fn(|axis, _| f64::from(points[index as usize][axis]) - f64::from(center[axis]))
+        };
+        let covariance = covariance(neighbors.iter().map(|neighbor| offset(neighbor.index)));
+        let (smallest, determinant) = spread(&covariance);
+        variance += smallest;
+        num_points += 1;
+        if determinant > 0.0 {
+            let two_pi_e = std::f64::consts::TAU * std::f64::consts::E;
+            entropy += 0.5 * (D as f64 * two_pi_e.ln() + determinant.ln());
+            num_with_volume += 1;
+        }
+    }
+    if num_points == 0 {
+        let problem = format!("No point has {least} points within {radius} m");
+        return Err(Error::whole(problem, "Give a larger radius, or a map of more points"));
+    }
+    Ok(MapQuality {
+        mean_map_entropy: if num_with_volume > 0 { entropy / num_with_volume as f64 } else { f64::NEG_INFINITY },
+        mean_plane_variance: variance / num_points as f64,
+        num_points,
+        num_with_volume,
+        num_sparse,
+    })
+}
+
+fn covariance<const D: usize>(offsets: impl Iterator<Item = SVector<f64, D>>) -> SMatrix<f64, D, D> {
+    let (mut n, mut sum, mut outer) = (0.0, SVector::<f64, D>::zeros(), SMatrix::<f64, D, D>::zeros());
+    for offset in offsets {
+        n += 1.0;
+        sum += offset;
+        outer += offset * offset.transpose();
+    }
+    let mean = sum / n;
+    outer / n - mean * mean.transpose()
+}
+
+/// The smallest eigenvalue and the determinant of a covariance, by Jacobi's rotations: both are zero, not a little below,
+/// for what rounding alone keeps from it.
+fn spread<const D: usize>(covariance: &SMatrix<f64, D, D>) -> (f64, f64) {
+    const SWEEPS: usize = 12;
+    let mut A = *covariance;
+    for _ in 0..SWEEPS {
+        for p in 0..D {
+            for q in p + 1..D {
+                if A[(p, q)].abs() <= f64::EPSILON * (A[(p, p)] * A[(q, q)]).abs().sqrt() {
+                    continue;
+                }
+                let zeta = (A[(q, q)] - A[(p, p)]) / (2.0 * A[(p, q)]);
+                let tangent = zeta.signum() / (zeta.abs() + zeta.hypot(1.0));
+                let cosine = 1.0 / tangent.hypot(1.0);
+                let sine = cosine * tangent;
+                let mut J = SMatrix::<f64, D, D>::identity();
+                (J[(p, p)], J[(q, q)], J[(p, q)], J[(q, p)]) = (cosine, cosine, sine, -sine);
+                A = J.transpose() * A * J;
+            }
+        }
+    }
+    let eigenvalues = A.diagonal();
+    let noise = eigenvalues.max() * f64::EPSILON * 8.0;
+    let exact = eigenvalues.map(|value| if value <= noise { 0.0 } else { value });
+    (exact.min(), exact.iter().product())
+}

@@ -1,0 +1,157 @@
+//! The similarity that maps points best onto others: Umeyama, "Least-squares estimation of transformation parameters
+//! between two point patterns", IEEE PAMI 13 (1991).
+
+use nalgebra::{Matrix3, Vector3};
+
+use crate::{Error, Result};
+
+/// Of a covariance whose second singular value is smaller than this times the largest, rounding is all there is.
+const RANK_TOLERANCE: f64 = 1e-13;
+
+/// A rotation, a scale and a translation: p -> scale * rotation * p + translation.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Similarity {
+    /// R.
+    pub rotation: Matrix3<f64>,
+    /// t (m).
+    pub translation: Vector3<f64>,
+    /// c.
+    pub scale: f64,
+}
+
+impl Similarity {
+    /// The one that leaves everything in place.
+    pub fn identity() -> Self {
+        Self { rotation: Matrix3::identity(), translation: Vector3::zeros(), scale: 1.0 }
+    }
+}
+
+/// The similarity with the least sum of squared distances from the mapped `source` points to the `target` points of the
+/// same index; with scale 1 unless `with_scale`.
+///
+/// # Errors
+/// When the points do not fix a rotation: fewer than three, all in one place, or all on one line.
+pub fn umeyama(source: &[Vector3<f64>], target: &[Vector3<f64>], with_scale: bool) -> Result<Similarity> {
+    let n = source.len().min(target.len());
+    if n == 0 {
+        return Err(degenerate(n, "there are none"));
+    }
+    // Means, eqs. 34 and 35.
+    let mean = |points: &[Vector3<f64>]| points[..n].iter().sum::<Vector3<f64>>() / n as f64;
+    let (mean_source, mean_target) = (mean(source), mean(target));
+    // Variance of the source, eq. 36, and covariance, eq. 38.
+    let mut variance = 0.0;
+    let mut covariance = Matrix3::zeros();
+    for (x, y) in source.iter().zip(target) {
+        let (x, y) = (x - mean_source, y - mean_target);
+        variance += x.norm_squared();
+        covariance += y * x.transpose();
+    }
+    variance /= n as f64;
+    covariance /= n as f64;
+
+    let Svd { U, D, V } = svd(&covariance);
+    if !D.x.is_finite() {
+        return Err(degenerate(n, "their spread is too large for double precision"));
+    }
+    if D.x <= f64::EPSILON {
+        return Err(degenerate(n, "one of the two stays in one place"));
+    }
+    if D.y <= f64::EPSILON.max(RANK_TOLERANCE * D.x) {
+        return Err(degenerate(n, "one of the two stays on a straight line, about which it may be turned at will"));
+    }
+    // S, eq. 43: a rotation is wanted also where a reflection would fit better.
+    let mirrored = U.determinant() * V.determinant() < 0.0;
+    let S = Vector3::new(1.0, 1.0, if mirrored { -1.0 } else { 1.0 });
+    // Eqs. 40, 42 and 41.
+    let rotation = U * Matrix3::from_diagonal(&S) * V.transpose();
+    let scale = if with_scale { D.dot(&S) / variance } else { 1.0 };
+    let translation = mean_target - scale * (rotation * mean_source);
+    Ok(Similarity { rotation, translation, scale })
+}
+
+fn degenerate(n: usize, why: &str) -> Error {
+    Error::whole(
+        format!("{n} pairs of positions do not fix the alignment: {why}"),
+        "Align by the first pose, or not at all",
+    )
+}
+
+/// A singular value decomposition, U diag(D) V^T, D sorted from the largest.
+struct Svd {
+    U: Matrix3<f64>,
+    D: Vector3<f64>,
+    V: Matrix3<f64>,
+}
+
+/// One-sided Jacobi rotations, which find small singular values as exactly as large ones: Demmel and Veselic, "Jacobi's
+/// method is more accurate than QR", SIAM J. Matrix Anal. Appl. 13 (1992).
+fn svd(matrix: &Matrix3<f64>) -> Svd {
+    const MAX_SWEEPS: usize = 40;
+    let (mut A, mut V) = (*matrix, Matrix3::identity());
+    for _ in 0..MAX_SWEEPS {
+        let mut rotated = false;
+        for (p, q) in [(0, 1), (0, 2), (1, 2)] {
+            let (alpha, beta) = (A.column(p).norm_squared(), A.column(q).norm_squared());
+            let gamma = A.column(p).dot(&A.column(q));
+            if gamma.abs() <= f64::EPSILON * (alpha * beta).sqrt() || gamma == 0.0 {
+                continue;
+            }
+            rotated = true;
+            let zeta = (beta - alpha) / (2.0 * gamma);
+            let tangent = zeta.signum() / (zeta.abs() + zeta.hypot(1.0));
+            let cosine = 1.0 / tangent.hypot(1.0);
+            let sine = cosine * tangent;
+            for matrix in [&mut A, &mut V] {
+                let (a, b) = (matrix.column(p).into_owned(), matrix.column(q).into_owned());
+                matrix.set_column(p, &(a * cosine - b * sine));
+                matrix.set_column(q, &(a * sine + b * cosine));
+            }
+        }
+        if !rotated {
+            break;
+        }
+    }
+    let lengths = [0, 1, 2].map(|column| A.column(column).norm());
+    let mut order = [0, 1, 2];
+    order.sort_by(|&a: &usize, &b| lengths[b].total_cmp(&lengths[a]));
+    let D = Vector3::from(order.map(|column| lengths[column]));
+    let columns = |M: &Matrix3<f64>| Matrix3::from_columns(&order.map(|column| M.column(column).into_owned()));
+    let (A, V) = (columns(&A), columns(&V));
+    let u0 = A.column(0).try_normalize(0.0).unwrap_or_else(Vector3::x);
+    let u1 = A.column(1).try_normalize(0.0).unwrap_or_else(|| any_perpendicular(&u0));
+    // Of a plane's points the third column is rounding; the direction is fixed up to its sign by the other two.
+    let third = A.column(2);
+    let normal = u0.cross(&u1).normalize();
+    let u2 = if third.dot(&normal) < 0.0 { -normal } else { normal };
+    Svd { U: Matrix3::from_columns(&[u0, u1, u2]), D, V }
+}
+
+fn any_perpendicular(direction: &Vector3<f64>) -> Vector3<f64> {
+    let axis = if direction.x.abs() < 0.9 { Vector3::x() } else { Vector3::y() };
+    direction.cross(&axis).normalize()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn singular_values_large_and_small() {
+        let rotation = |x: f64| nalgebra::Rotation3::from_euler_angles(x, 2.0 * x, -x).into_inner();
+        for values in [[3.0, 2.0, 1.0], [1.0, 1e-7, 1e-13], [5.0, 5.0, 5.0], [2.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0; 3]]
+        {
+            let D = Matrix3::from_diagonal(&Vector3::from(values));
+            let matrix = rotation(0.7) * D * rotation(-0.4);
+            let found = svd(&matrix);
+            let again = found.U * Matrix3::from_diagonal(&found.D) * found.V.transpose();
+            assert!((again - matrix).amax() < 1e-14, "{values:?}");
+            for U in [found.U, found.V] {
+                assert!((U.transpose() * U - Matrix3::identity()).amax() < 1e-14, "{values:?}");
+            }
+            for (value, expected) in found.D.iter().zip(values) {
+                assert!((value - expected).abs() < 1e-15 * values[0].max(1.0) * 10.0, "{values:?}: {}", found.D);
+            }
+        }
+    }
+}

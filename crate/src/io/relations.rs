@@ -1,0 +1,99 @@
+//! Relations between poses: where pose j lies as seen from pose i.
+//!
+//! - `EDGE2 i j dx dy dtheta ...` and `EDGE_SE2` (g2o, TORO; m, rad), what follows being the information matrix;
+//! - `EDGE3 i j dx dy dz roll pitch yaw ...`; `EDGE_SE3:QUAT i j dx dy dz qx qy qz qw ...`;
+//! - `time_i time_j dx dy dz roll pitch yaw` (s, m, rad), as Kuemmerle et al. published them.
+//!
+//! Lines of other words (`VERTEX2`, `ROBOTLASER1`, ...) and comments are stepped over.
+
+use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
+
+use super::text::{number, quote, without_byte_order_mark};
+use crate::geometry::Pose3;
+use crate::{Error, Result};
+
+/// How a relation names a pose.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Place {
+    /// By its number, from 0.
+    Index(usize),
+    /// By its time (s).
+    Time(f64),
+}
+
+/// The motion from one pose to another.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Relation {
+    /// Pose i.
+    pub from: Place,
+    /// Pose j.
+    pub to: Place,
+    /// T_i_j: pose j in the frame of pose i.
+    pub motion: Pose3,
+}
+
+impl Relation {
+    /// Whether it names poses by their number and joins one with the next.
+    pub fn is_step(&self) -> bool {
+        matches!((self.from, self.to), (Place::Index(i), Place::Index(j)) if i.abs_diff(j) == 1)
+    }
+}
+
+/// Reads relations.
+///
+/// # Errors
+/// When there is none, or a line that is one has too few numbers or what is none.
+pub fn read(bytes: &[u8]) -> Result<Vec<Relation>> {
+    let mut relations = Vec::new();
+    for (index, line) in without_byte_order_mark(bytes).split(|&byte| byte == b'\n' || byte == b'\r').enumerate() {
+        let values = line.split(|&byte| byte == b'#').next().unwrap_or_default();
+        let mut words = values.split(|byte| b" \t,;".contains(byte)).filter(|word| !word.is_empty()).peekable();
+        let fault =
+            |problem: String| Error::line(line_of(bytes, index), problem, "See the forms of relations in the help");
+        let Some(&first) = words.peek() else { continue };
+        let kind = if number(first).is_some() { None } else { words.next() };
+        let num_numbers = match kind {
+            Some(b"EDGE2" | b"EDGE_SE2") => 5,
+            Some(b"EDGE_SE3:QUAT") => 9,
+            None | Some(b"EDGE3") => 8,
+            Some(_) => continue,
+        };
+        let mut numbers = Vec::with_capacity(num_numbers);
+        for word in words.take(num_numbers) {
+            let value = number(word).filter(|value| value.is_finite());
+            numbers.push(value.ok_or_else(|| fault(format!("{} is not a finite number", quote(word))))?);
+        }
+        relations.push(relation(kind.is_some(), &numbers).ok_or_else(|| {
+            fault(format!("The line is no relation: {} numbers, or numbers of poses that are none", numbers.len()))
+        })?);
+    }
+    if relations.is_empty() {
+        let remedy = "Give lines EDGE2 i j dx dy dtheta, or time_i time_j dx dy dz roll pitch yaw";
+        return Err(Error::whole("The file has no relation", remedy));
+    }
+    Ok(relations)
+}
+
+/// Number of the line with this index when LF and CR both end lines: CRLF ends one, not two.
+fn line_of(bytes: &[u8], index: usize) -> usize {
+    let ends = bytes.iter().enumerate().filter(|&(_, &byte)| byte == b'\n' || byte == b'\r').take(index);
+    let pairs = ends.filter(|&(at, &byte)| byte == b'\n' && at > 0 && bytes[at - 1] == b'\r').count();
+    1 + index - pairs
+}
+
+fn relation(is_edge: bool, numbers: &[f64]) -> Option<Relation> {
+    let (x, y, z, rotation) = match *numbers {
+        [_, _, x, y, theta] => (x, y, 0.0, UnitQuaternion::from_axis_angle(&Vector3::z_axis(), theta)),
+        [_, _, x, y, z, roll, pitch, yaw] => (x, y, z, UnitQuaternion::from_euler_angles(roll, pitch, yaw)),
+        [_, _, x, y, z, qx, qy, qz, qw] => (x, y, z, UnitQuaternion::try_new(Quaternion::new(qw, qx, qy, qz), 1e-8)?),
+        _ => return None,
+    };
+    let place = |value: f64| {
+        if !is_edge {
+            return Some(Place::Time(value));
+        }
+        (value >= 0.0 && value.fract() == 0.0 && value < 1e9).then_some(Place::Index(value as usize))
+    };
+    let motion = Isometry3::from_parts(Translation3::new(x, y, z), rotation);
+    Some(Relation { from: place(numbers[0])?, to: place(numbers[1])?, motion })
+}

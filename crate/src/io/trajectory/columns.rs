@@ -1,0 +1,255 @@
+//! Which column holds what, and poses from columns.
+
+use std::fmt::Write as _;
+
+use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
+
+use super::{Trajectory, nothing};
+use crate::geometry::Pose3;
+use crate::geometry::rotation::nearest_rotation;
+use crate::io::trajectory::rows::Row;
+use crate::{Error, Result};
+
+/// How far a quaternion's length may be off: files round to four decimals.
+const LENGTH_TOLERANCE: f64 = 1e-2;
+/// Below this length a quaternion is zero: the length squared drowns in rounding.
+const SHORTEST: f64 = 1e-8;
+/// How far R^T R of a matrix may be off the identity: files round to three decimals.
+const ROTATION_TOLERANCE: f64 = 1e-2;
+
+/// Where the numbers of a pose stand.
+pub(super) enum Layout {
+    Table(Table),
+    /// The rows of its matrix in one line: 12 or 16 numbers.
+    MatrixRow {
+        num_columns: usize,
+    },
+    /// A line a row of its matrix.
+    MatrixLines,
+}
+
+/// Columns of a table of poses, counted from 0.
+#[derive(Debug, Clone)]
+pub(super) struct Table {
+    /// Columns that every line has.
+    num_columns: usize,
+    /// Whether lines may have more.
+    more: bool,
+    /// The time's column, and what it is divided by to give seconds.
+    stamp: Option<(usize, f64)>,
+    x: usize,
+    y: usize,
+    z: Option<usize>,
+    /// w, x, y, z.
+    quaternion: Option<[usize; 4]>,
+    heading: Option<usize>,
+    /// The columns in words, for messages.
+    words: &'static str,
+}
+
+impl Table {
+    /// `x y` or `x y z`.
+    pub fn positions(num_columns: usize) -> Self {
+        let words = if num_columns == 2 { "x y" } else { "x y z" };
+        let z = (num_columns > 2).then_some(2);
+        Self { num_columns, more: false, stamp: None, x: 0, y: 1, z, quaternion: None, heading: None, words }
+    }
+
+    /// `t x y z` and the quaternion at these columns.
+    pub fn stamped(divisor: f64, quaternion_wxyz: [usize; 4], more: bool, words: &'static str) -> Self {
+        let quaternion = Some(quaternion_wxyz);
+        Self {
+            num_columns: 8,
+            more,
+            stamp: Some((0, divisor)),
+            x: 1,
+            y: 2,
+            z: Some(3),
+            quaternion,
+            heading: None,
+            words,
+        }
+    }
+
+    /// The table that these names describe, if they name a position at least.
+    pub fn from_names(names: &[String]) -> Option<Self> {
+        let find = |spellings: &[&str]| names.iter().position(|name| spellings.contains(&name.as_str()));
+        let axis = |axis: &str| {
+            let prefixes = ["", "t", "p", "t_", "p_", "pos_", "position_", "position.", "p_rs_r_"];
+            names.iter().position(|name| prefixes.iter().any(|prefix| *name == format!("{prefix}{axis}")))
+        };
+        let component = |component: &str| {
+            let prefixes = ["q", "q_", "r", "r_", "quat_", "quaternion_", "orientation_", "orientation.", "q_rs_"];
+            names.iter().position(|name| prefixes.iter().any(|prefix| *name == format!("{prefix}{component}")))
+        };
+        let nanoseconds = find(&["timestamp_ns", "time_ns", "stamp_ns", "t_ns"]).map(|column| (column, 1e9));
+        let seconds = find(&["t", "time", "timestamp", "stamp", "timestamp_s", "time_s"]).map(|column| (column, 1.0));
+        let (x, y) = (axis("x")?, axis("y")?);
+        let quaternion = match ["w", "x", "y", "z"].map(component) {
+            [Some(w), Some(x), Some(y), Some(z)] => Some([w, x, y, z]),
+            _ => None,
+        };
+        let heading = find(&["theta", "yaw", "heading"]).filter(|_| quaternion.is_none());
+        Some(Self {
+            num_columns: names.len(),
+            more: false,
+            stamp: nanoseconds.or(seconds),
+            x,
+            y,
+            z: axis("z"),
+            quaternion,
+            heading,
+            words: "as its first line names them",
+        })
+    }
+
+    /// Whether these are TUM's columns.
+    pub fn is_tum(&self) -> bool {
+        self.stamp == Some((0, 1.0)) && self.x == 1 && self.quaternion == Some([7, 4, 5, 6]) && self.num_columns == 8
+    }
+
+    /// Whether it is known how the sensor is turned.
+    pub fn has_orientations(&self) -> bool {
+        self.quaternion.is_some() || self.heading.is_some()
+    }
+
+    /// Whether the times are nanoseconds and the quaternion's real part comes first, right after the position.
+    pub fn is_euroc(&self) -> bool {
+        self.stamp == Some((0, 1e9)) && self.x == 1 && self.quaternion == Some([4, 5, 6, 7])
+    }
+
+    pub fn numbers_of(&self, row: &Row, numbers: &mut Vec<f64>) -> Result<()> {
+        if self.more { row.at_least(self.num_columns, numbers) } else { row.exactly(self.num_columns, numbers) }
+    }
+}
+
+/// The homework's `x y z qw qx qy qz`.
+pub(super) fn pose_table() -> Table {
+    let quaternion = Some([3, 4, 5, 6]);
+    let words = "x y z qw qx qy qz";
+    Table { num_columns: 7, more: false, stamp: None, x: 0, y: 1, z: Some(2), quaternion, heading: None, words }
+}
+
+/// `number x y theta`.
+pub(super) fn planar() -> Table {
+    let words = "number x y theta";
+    Table { num_columns: 4, more: false, stamp: None, x: 1, y: 2, z: None, quaternion: None, heading: Some(3), words }
+}
+
+/// Poses with named columns, with their times (s) where there are any.
+pub(super) fn pose_table_text(stamps: Option<&[f64]>, poses: &[Pose3]) -> String {
+    let mut text = String::from(if stamps.is_some() { "timestamp," } else { "" }) + "x,y,z,qw,qx,qy,qz\n";
+    for (index, pose) in poses.iter().enumerate() {
+        if let Some(stamp) = stamps.and_then(|stamps| stamps.get(index)) {
+            let _ = write!(text, "{stamp:?},");
+        }
+        let (t, q) = (pose.translation.vector, pose.rotation.coords);
+        let _ = writeln!(text, "{:?},{:?},{:?},{:?},{:?},{:?},{:?}", t.x, t.y, t.z, q.w, q.x, q.y, q.z);
+    }
+    text
+}
+
+/// Makes the error at the place that is being read.
+pub(super) type Fault<'a> = &'a dyn Fn(String, &str) -> Error;
+
+/// A trajectory in the making.
+pub(super) struct Builder {
+    trajectory: Trajectory,
+    /// The first quaternion whose length is off, and how many there are.
+    off_length: Option<(Error, usize)>,
+}
+
+impl Builder {
+    pub fn new() -> Self {
+        Self { trajectory: Trajectory::default(), off_length: None }
+    }
+
+    /// Adds the pose of a row of a table.
+    pub fn push_table(&mut self, table: &Table, numbers: &[f64], fault: Fault) -> Result<()> {
+        let value = |column: usize| numbers.get(column).copied().unwrap_or_default();
+        self.trajectory.positions.push(Vector3::new(value(table.x), value(table.y), table.z.map_or(0.0, value)));
+        if let Some((column, divisor)) = table.stamp {
+            self.trajectory.stamps.get_or_insert_default().push(value(column) / divisor);
+        }
+        if let Some([w, x, y, z]) = table.quaternion {
+            let quaternion = Quaternion::new(value(w), value(x), value(y), value(z));
+            let columns = [w, x, y, z].iter().fold((usize::MAX, 0), |(low, high), &c| (low.min(c), high.max(c)));
+            self.push_quaternion(quaternion, columns, table.words, fault)?;
+        } else if let Some(column) = table.heading {
+            let rotation = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), value(column));
+            self.trajectory.orientations.get_or_insert_default().push(rotation);
+        }
+        Ok(())
+    }
+
+    /// The length of a quaternion in the file is rounded; what is far off is remembered.
+    fn push_quaternion(
+        &mut self,
+        quaternion: Quaternion<f64>,
+        (low, high): (usize, usize),
+        words: &str,
+        fault: Fault,
+    ) -> Result<()> {
+        // Of a huge quaternion the square is infinite: it is scaled first.
+        let scale = if quaternion.norm_squared().is_finite() { 1.0 } else { quaternion.coords.amax() };
+        let quaternion = quaternion / scale;
+        let length = quaternion.norm() * scale;
+        if (length - 1.0).abs() > LENGTH_TOLERANCE {
+            let problem = format!(
+                "Columns {} to {} are no rotation: a quaternion has length 1, and theirs is {length}",
+                low + 1,
+                high + 1
+            );
+            let error = fault(problem, &format!("The columns are {words}"));
+            if length < SHORTEST {
+                return Err(error);
+            }
+            self.off_length = Some(self.off_length.take().map_or((error, 1), |(first, count)| (first, count + 1)));
+        }
+        let rotation = UnitQuaternion::new_normalize(quaternion);
+        self.trajectory.orientations.get_or_insert_default().push(rotation);
+        Ok(())
+    }
+
+    /// Adds the pose of a matrix of three or four rows of four.
+    pub fn push_matrix(&mut self, numbers: &[f64], fault: Fault) -> Result<()> {
+        let [a, b, c, x, d, e, f, y, g, h, i, z, last @ ..] = numbers else {
+            return Err(fault(format!("A matrix of {} numbers is no pose", numbers.len()), "Give 12 or 16"));
+        };
+        if !(last.is_empty() || last == [0.0, 0.0, 0.0, 1.0]) {
+            return Err(fault(format!("The last row of the matrix is {last:?}"), "The last row of a pose is 0 0 0 1"));
+        }
+        let R = Matrix3::new(*a, *b, *c, *d, *e, *f, *g, *h, *i);
+        let deviation = (R.transpose() * R - Matrix3::identity()).amax();
+        let rotation = nearest_rotation(&R).filter(|_| deviation <= ROTATION_TOLERANCE).ok_or_else(|| {
+            let problem = if R.determinant() < 0.0 && deviation <= ROTATION_TOLERANCE {
+                "The matrix mirrors: its determinant is -1".to_owned()
+            } else {
+                format!("The matrix is no rotation: R^T R is off the identity by {deviation}")
+            };
+            fault(problem, "A pose is a rotation and a translation, without scale and in one handedness")
+        })?;
+        self.trajectory.positions.push(Vector3::new(*x, *y, *z));
+        self.trajectory.orientations.get_or_insert_default().push(rotation);
+        self.trajectory.rotation_matrices.get_or_insert_default().push(R);
+        Ok(())
+    }
+
+    /// The trajectory, unless a quaternion's length is off.
+    pub fn into_strict(self) -> Result<Trajectory> {
+        match self.off_length {
+            Some((error, _)) => Err(error),
+            None if self.trajectory.is_empty() => Err(nothing()),
+            None => Ok(self.trajectory),
+        }
+    }
+
+    /// The trajectory, with a note where quaternions were normalised.
+    pub fn into_lenient(self) -> (Trajectory, Vec<String>) {
+        let note = self.off_length.map(|(error, count)| {
+            let them = if count == 1 { "It was" } else { &format!("{count} quaternions were") };
+            format!("{error} {them} made of length 1.")
+        });
+        (self.trajectory, note.into_iter().collect())
+    }
+}

@@ -1,0 +1,69 @@
+//! 4 x 4 matrices, a line a row, a pose after the other; before each, a line of counts may stand, as in Redwood's
+//! `.log` files.
+
+use super::columns::Builder;
+use super::rows::{Row, rows};
+use super::{MatrixPose, nothing};
+use crate::Result;
+use crate::geometry::Pose3;
+use crate::io::text::number;
+
+/// Columns of the line of counts before a matrix.
+const COUNTS: usize = 3;
+
+/// Whether a line of counts stands before the first matrix.
+pub(super) fn has_counts(bytes: &[u8]) -> bool {
+    rows(bytes).take(5).map(|row| row.columns().count()).eq([COUNTS, 4, 4, 4, 4])
+}
+
+/// Whether the fourth line is the last row of a pose's matrix.
+pub(super) fn has_last_rows(bytes: &[u8]) -> bool {
+    rows(bytes).nth(3).is_some_and(|row| row.columns().map(number).eq([0.0, 0.0, 0.0, 1.0].map(Some)))
+}
+
+pub(super) fn read<'a>(rows: impl Iterator<Item = Row<'a>>) -> Result<Builder> {
+    let mut builder = Builder::new();
+    let mut matrix = Vec::with_capacity(16);
+    let mut numbers = Vec::new();
+    let mut last: Option<Row> = None;
+    for row in rows {
+        if matrix.is_empty() && row.columns().count() == COUNTS {
+            row.exactly(COUNTS, &mut numbers)?;
+            last = Some(row);
+            continue;
+        }
+        row.exactly(4, &mut numbers)?;
+        matrix.append(&mut numbers);
+        if matrix.len() == 16 {
+            builder.push_matrix(&matrix, &|problem, remedy| row.fault(problem, remedy))?;
+            matrix.clear();
+        }
+        last = Some(row);
+    }
+    match last {
+        None => Err(nothing()),
+        Some(row) if !matrix.is_empty() => {
+            let problem = format!("The last matrix ends after {} of 4 rows", matrix.len() / 4);
+            Err(row.fault(problem, "Was the file cut off? Write it again"))
+        }
+        Some(_) => Ok(builder),
+    }
+}
+
+/// A pose as the 4 x 4 matrix of its homogeneous coordinates, one row a line.
+pub fn matrix_text(pose: &Pose3) -> String {
+    text(&[(pose.rotation.to_rotation_matrix().into_inner(), pose.translation.vector)])
+}
+
+pub(super) fn text(poses: &[MatrixPose]) -> String {
+    let mut text = String::new();
+    for (R, t) in poses {
+        for row in 0..3 {
+            // Adding zero turns -0 into 0.
+            let numbers = [R[(row, 0)], R[(row, 1)], R[(row, 2)], t[row]].map(|number| format!("{:?}", number + 0.0));
+            text += &(numbers.join(" ") + "\n");
+        }
+        text += "0.0 0.0 0.0 1.0\n";
+    }
+    text
+}

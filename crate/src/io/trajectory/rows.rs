@@ -1,0 +1,110 @@
+//! Lines of columns: what all text forms of a trajectory share.
+
+use crate::io::text::{number, quote, without_byte_order_mark};
+use crate::{Error, Result};
+
+/// The lines that hold something, but for a first one of names.
+pub(super) fn rows(bytes: &[u8]) -> impl Iterator<Item = Row<'_>> {
+    let mut rows = lines(bytes).filter(|row| row.columns().next().is_some()).peekable();
+    rows.next_if(Row::is_of_names);
+    rows
+}
+
+/// The names of the columns: the first line that holds something where it is of names, or else the last comment before
+/// it. In lower case, without units.
+pub(super) fn column_names(bytes: &[u8]) -> Option<Vec<String>> {
+    let mut comment = None;
+    for row in lines(bytes) {
+        if row.columns().next().is_some() {
+            return if row.is_of_names() { Some(names(row.text)) } else { comment.map(names) };
+        }
+        if let Some(start) = row.text.iter().position(|&byte| byte == b'#') {
+            comment = Some(&row.text[start + 1..]);
+        }
+    }
+    None
+}
+
+/// Names apart by commas where there are any, by blanks otherwise; `timestamp [ns]` is kept as `timestamp_ns`.
+fn names(text: &[u8]) -> Vec<String> {
+    let text = String::from_utf8_lossy(&text[..text.len().min(2000)]).trim_start_matches('#').to_lowercase();
+    let text = text.replace(" [ns]", "_ns").replace("[ns]", "_ns").replace(" (ns)", "_ns").replace("(ns)", "_ns");
+    let split: Vec<&str> =
+        if text.contains([',', ';']) { text.split([',', ';']).collect() } else { text.split_whitespace().collect() };
+    let name = |name: &str| {
+        let name = name.split(['[', '(']).next().unwrap_or_default().replace(' ', "");
+        name.trim_matches(|c: char| c == '"' || c.is_whitespace()).to_owned()
+    };
+    split.into_iter().map(name).collect()
+}
+
+fn lines(bytes: &[u8]) -> impl Iterator<Item = Row<'_>> {
+    without_byte_order_mark(bytes)
+        .split(|&byte| byte == b'\n')
+        .flat_map(|line| line.strip_suffix(b"\r").unwrap_or(line).split(|&byte| byte == b'\r'))
+        .enumerate()
+        .map(|(index, text)| Row { line: index + 1, text })
+}
+
+/// A line of columns.
+#[derive(Clone)]
+pub(super) struct Row<'a> {
+    /// Its number, from 1.
+    pub line: usize,
+    text: &'a [u8],
+}
+
+impl<'a> Row<'a> {
+    /// What stands between the separators, before any comment.
+    pub fn columns(&self) -> impl Iterator<Item = &'a [u8]> + use<'a> {
+        let values = self.text.split(|&byte| byte == b'#').next().unwrap_or_default();
+        values.split(|&byte| matches!(byte, b' ' | b'\t' | b',' | b';')).filter(|column| !column.is_empty())
+    }
+
+    /// Whether commas stand between the columns.
+    pub fn has_commas(&self) -> bool {
+        self.text.contains(&b',')
+    }
+
+    /// Whether the first column is a whole number from 0.
+    pub fn begins_with_count(&self) -> bool {
+        self.columns().next().and_then(number).is_some_and(|value| value >= 0.0 && value.fract() == 0.0)
+    }
+
+    fn is_of_names(&self) -> bool {
+        self.columns().all(|column| number(column).is_none())
+    }
+
+    /// The numbers of the row, which must be so many.
+    pub fn exactly(&self, num_columns: usize, numbers: &mut Vec<f64>) -> Result<()> {
+        self.at_least(num_columns, numbers)?;
+        let found = self.columns().count();
+        if found == num_columns { Ok(()) } else { Err(self.wrong_columns(found, num_columns)) }
+    }
+
+    /// The first numbers of the row, of which there must be so many; what follows is not read.
+    pub fn at_least(&self, num_columns: usize, numbers: &mut Vec<f64>) -> Result<()> {
+        numbers.clear();
+        for (index, column) in self.columns().take(num_columns).enumerate() {
+            let Some(value) = number(column).filter(|value| value.is_finite()) else {
+                let found = self.columns().count();
+                if found < num_columns {
+                    break;
+                }
+                let problem = format!("Column {} is {}, not a finite number", index + 1, quote(column));
+                return Err(self.fault(problem, "Write decimal numbers, or remove the line"));
+            };
+            numbers.push(value);
+        }
+        if numbers.len() == num_columns { Ok(()) } else { Err(self.wrong_columns(self.columns().count(), num_columns)) }
+    }
+
+    fn wrong_columns(&self, found: usize, expected: usize) -> Error {
+        let problem = format!("The line has {found} columns in place of {expected}");
+        self.fault(problem, "Every line needs the same columns: correct or remove this one")
+    }
+
+    pub fn fault(&self, problem: String, remedy: &str) -> Error {
+        Error::line(self.line, problem, remedy)
+    }
+}

@@ -1,0 +1,274 @@
+//! Trajectories, their evaluation and the crispness of maps, as JavaScript sees them.
+
+use js_sys::{Array, Uint8Array};
+use nalgebra::Vector3;
+use tsify::Ts;
+use wasm_bindgen::prelude::*;
+
+use super::{PointCloud, from_object, plain, thrown};
+use crate::error::Error;
+use crate::evaluation::evaluate::{EvaluationOptions, EvaluationSummary, roll_pitch_yaw};
+use crate::evaluation::map_quality::{MapQuality, MapQualityOptions};
+use crate::evaluation::path::Path;
+use crate::evaluation::relations::RelationErrors;
+use crate::evaluation::{evaluate as engine, map_quality as quality, relations as known};
+use crate::io::relations::read as read_relations;
+use crate::io::trajectory::{self, Contents, TrajectoryFormat};
+
+#[wasm_bindgen]
+extern "C" {
+    /// Some of the options; the others have their defaults.
+    #[wasm_bindgen(typescript_type = "Partial<EvaluationOptions>")]
+    pub type PartialEvaluationOptions;
+    /// Some of the options; the others have their defaults.
+    #[wasm_bindgen(typescript_type = "Partial<MapQualityOptions>")]
+    pub type PartialMapQualityOptions;
+    /// How a file holds a trajectory.
+    #[wasm_bindgen(typescript_type = "TrajectoryFormat")]
+    pub type FormatName;
+    /// Names of files.
+    #[wasm_bindgen(typescript_type = "string[]")]
+    pub type Names;
+    /// Contents of files.
+    #[wasm_bindgen(typescript_type = "Uint8Array[]")]
+    pub type Files;
+}
+
+/// Positions over time, with orientations where the file had them. Call `free()` when done.
+#[wasm_bindgen]
+pub struct Trajectory {
+    contents: Contents,
+}
+
+#[wasm_bindgen]
+impl Trajectory {
+    /// Reads a file; its form is found out unless it is given. `name` is for the messages. Quaternions that are not of
+    /// unit length are made so, and `notes` tells.
+    ///
+    /// # Errors
+    /// When the file is no trajectory.
+    pub fn read(bytes: &[u8], name: &str, format: Option<FormatName>) -> Result<Trajectory, JsValue> {
+        let format = format.map(JsValue::from).filter(|format| !format.is_undefined() && !format.is_null());
+        let format = format.map(|format| format_named(&format)).transpose()?;
+        let contents = trajectory::read_lenient(bytes, format).map_err(|error| thrown(&error.in_file(name)))?;
+        Ok(Self { contents })
+    }
+
+    /// Reads one file for each frame, in this order, a 4 x 4 matrix in each.
+    ///
+    /// # Errors
+    /// When a file is no pose; the error names it.
+    pub fn read_frames(names: &Names, files: &Files) -> Result<Trajectory, JsValue> {
+        let texts: Vec<(String, Vec<u8>)> = Array::from(names)
+            .iter()
+            .zip(Array::from(files).iter())
+            .map(|(name, bytes)| (name.as_string().unwrap_or_default(), Uint8Array::new(&bytes).to_vec()))
+            .collect();
+        let borrowed: Vec<(&str, &[u8])> =
+            texts.iter().map(|(name, bytes)| (name.as_str(), bytes.as_slice())).collect();
+        Ok(Self { contents: trajectory::read_frames(&borrowed).map_err(|error| thrown(&error))? })
+    }
+
+    /// Takes the times (s) from a file of one number a line, as KITTI has them.
+    ///
+    /// # Errors
+    /// When the file is none such, or has not as many times as there are poses.
+    pub fn set_stamps(&mut self, bytes: &[u8], name: &str) -> Result<(), JsValue> {
+        let stamps = trajectory::read_times(bytes).map_err(|error| thrown(&error.in_file(name)))?;
+        let timed = self.contents.trajectory.clone().with_stamps(stamps);
+        self.contents.trajectory = timed.map_err(|error| thrown(&error.in_file(name)))?;
+        Ok(())
+    }
+
+    /// Number of poses.
+    #[wasm_bindgen(getter)]
+    pub fn length(&self) -> usize {
+        self.contents.trajectory.len()
+    }
+
+    /// The form of the file that it came from.
+    ///
+    /// # Errors
+    /// Never for the input's sake.
+    #[wasm_bindgen(getter)]
+    pub fn format(&self) -> Result<Ts<TrajectoryFormat>, JsValue> {
+        plain(&self.contents.format)
+    }
+
+    /// What was mended while reading, in whole sentences.
+    #[wasm_bindgen(getter)]
+    pub fn notes(&self) -> Vec<String> {
+        self.contents.notes.clone()
+    }
+
+    /// Whether it is known how the sensor was turned.
+    #[wasm_bindgen(getter)]
+    pub fn has_orientations(&self) -> bool {
+        self.contents.trajectory.orientations.is_some()
+    }
+
+    /// Times (s), where the file had them.
+    pub fn stamps(&self) -> Option<Vec<f64>> {
+        self.contents.trajectory.stamps.clone()
+    }
+
+    /// x y z x y z ... (m).
+    pub fn positions(&self) -> Vec<f64> {
+        flat(&self.contents.trajectory.positions)
+    }
+
+    /// The file of this form.
+    ///
+    /// # Errors
+    /// When the form is unknown, or needs orientations and there are none.
+    pub fn write(&self, format: &FormatName) -> Result<Vec<u8>, JsValue> {
+        let format = format_named(&JsValue::from(format))?;
+        trajectory::write(&self.contents.trajectory, format).map_err(|error| thrown(&error))
+    }
+}
+
+/// An estimate compared with the reference. Call `free()` when done.
+#[wasm_bindgen]
+pub struct Evaluation {
+    evaluation: engine::Evaluation,
+}
+
+#[wasm_bindgen]
+impl Evaluation {
+    /// The figures.
+    ///
+    /// # Errors
+    /// Never for the input's sake.
+    pub fn summary(&self) -> Result<Ts<EvaluationSummary>, JsValue> {
+        plain(&self.evaluation.summary)
+    }
+
+    /// The errors, in `summary().unit`.
+    pub fn errors(&self) -> Vec<f64> {
+        self.evaluation.errors.clone()
+    }
+
+    /// For each error the index of its pose among the matched ones; of a pair of poses the second.
+    pub fn error_poses(&self) -> Vec<u32> {
+        self.evaluation.error_poses.iter().map(|&pose| pose as u32).collect()
+    }
+
+    /// For each matched pose its index in the reference.
+    pub fn matched_reference(&self) -> Vec<u32> {
+        self.evaluation.matched.iter().map(|pair| pair.reference as u32).collect()
+    }
+
+    /// For each matched pose its index in the estimate.
+    pub fn matched_estimate(&self) -> Vec<u32> {
+        self.evaluation.matched.iter().map(|pair| pair.estimate as u32).collect()
+    }
+
+    /// Times of the matched poses of the reference (s), where it has them.
+    pub fn stamps(&self) -> Option<Vec<f64>> {
+        self.evaluation.reference.stamps.clone()
+    }
+
+    /// Path travelled up to each matched pose of the reference (m).
+    pub fn distances(&self) -> Vec<f64> {
+        self.evaluation.reference.distances()
+    }
+
+    /// x y z x y z ... of the matched poses of the reference (m).
+    pub fn reference_positions(&self) -> Vec<f64> {
+        flat(&self.evaluation.reference.positions)
+    }
+
+    /// x y z x y z ... of the matched poses of the estimate, aligned (m).
+    pub fn estimate_positions(&self) -> Vec<f64> {
+        flat(&self.evaluation.estimate.positions)
+    }
+
+    /// Roll pitch yaw roll pitch yaw ... of the matched poses of the reference (rad), where orientations are known.
+    pub fn reference_roll_pitch_yaw(&self) -> Option<Vec<f64>> {
+        angles(&self.evaluation.reference)
+    }
+
+    /// Roll pitch yaw roll pitch yaw ... of the matched poses of the estimate, aligned (rad), where orientations are
+    /// known.
+    pub fn estimate_roll_pitch_yaw(&self) -> Option<Vec<f64>> {
+        angles(&self.evaluation.estimate)
+    }
+}
+
+/// Compares an estimate with the reference.
+///
+/// # Errors
+/// When nothing matches, the alignment is not fixed, the metric needs what a trajectory lacks, or an option is unknown.
+#[wasm_bindgen]
+pub fn evaluate(
+    reference: &Trajectory,
+    estimate: &Trajectory,
+    options: Option<PartialEvaluationOptions>,
+) -> Result<Evaluation, JsValue> {
+    let options: EvaluationOptions = from_object(options.map(JsValue::from))?;
+    let evaluation = engine::evaluate(&reference.contents.trajectory, &estimate.contents.trajectory, &options);
+    Ok(Evaluation { evaluation: evaluation.map_err(|error| thrown(&error))? })
+}
+
+/// The options' defaults, which are those of evo's `evo_ape`.
+///
+/// # Errors
+/// Never for the input's sake.
+#[wasm_bindgen]
+pub fn evaluation_defaults() -> Result<Ts<EvaluationOptions>, JsValue> {
+    plain(&EvaluationOptions::default())
+}
+
+/// How far the poses of an estimate are from relations that are known to be right, a file of `EDGE2`, `EDGE_SE3:QUAT` or
+/// `time_i time_j dx dy dz roll pitch yaw` lines. `max_diff` (s) is for the latter. With `loops_only`, relations between
+/// one pose and the next are left out.
+///
+/// # Errors
+/// When the file is none such, or no relation can be compared.
+#[wasm_bindgen]
+pub fn relation_errors(
+    estimate: &Trajectory,
+    relations: &[u8],
+    name: &str,
+    max_diff: f64,
+    loops_only: bool,
+) -> Result<Ts<RelationErrors>, JsValue> {
+    let mut relations = read_relations(relations).map_err(|error| thrown(&error.in_file(name)))?;
+    relations.retain(|relation| !(loops_only && relation.is_step()));
+    let trajectory = &estimate.contents.trajectory;
+    let path = Path::of(trajectory, 0..trajectory.len());
+    plain(&known::relation_errors(&relations, &path, max_diff).map_err(|error| thrown(&error.in_file(name)))?)
+}
+
+/// How crisp a map is, without any truth: mean map entropy and mean plane variance.
+///
+/// # Errors
+/// When no point has neighbours enough.
+#[wasm_bindgen]
+pub fn map_quality(map: &PointCloud, options: Option<PartialMapQualityOptions>) -> Result<Ts<MapQuality>, JsValue> {
+    let options: MapQualityOptions = from_object(options.map(JsValue::from))?;
+    let found = if map.cloud.is_planar() {
+        let points: Vec<[f32; 2]> = map.cloud.positions.iter().map(|p| [p.x, p.y]).collect();
+        quality::map_quality(&points, &options)
+    } else {
+        let points: Vec<[f32; 3]> = map.cloud.positions.iter().map(|p| p.to_array()).collect();
+        quality::map_quality(&points, &options)
+    };
+    plain(&found.map_err(|error| thrown(&error))?)
+}
+
+fn flat(positions: &[Vector3<f64>]) -> Vec<f64> {
+    positions.iter().flat_map(|p| [p.x, p.y, p.z]).collect()
+}
+
+fn angles(path: &Path) -> Option<Vec<f64>> {
+    roll_pitch_yaw(path).map(|angles| flat(&angles))
+}
+
+fn format_named(format: &JsValue) -> Result<TrajectoryFormat, JsValue> {
+    let name = format.as_string().unwrap_or_default();
+    serde_json::from_value(name.clone().into()).map_err(|_| {
+        let remedy = "Use tum, kitti, euroc, pose_table, matrices, npy, positions or planar";
+        thrown(&Error::whole(format!("\"{name}\" is no form of a trajectory"), remedy))
+    })
+}

@@ -1,0 +1,305 @@
+// @ts-check
+/** `scanstitch evaluate`: estimated trajectories against the truth, as evo measures them. */
+import { basename } from 'node:path';
+import { CommandError, EXIT, isScanstitchError, readArguments, table } from './command.js';
+import { readInput } from './inputs.js';
+import { readTrajectory, TRAJECTORY_FORMATS, TRAJECTORY_HELP } from './trajectories.js';
+
+/** @typedef {import('../index.js').EvaluationOptions} EvaluationOptions */
+/** @typedef {import('../index.js').EvaluationSummary} EvaluationSummary */
+/** @typedef {import('../index.js').RelationErrors} RelationErrors */
+/** @typedef {import('./command.js').Engine} Engine */
+/** @typedef {(problem: string) => void} Complain */
+
+const CHOICES = /** @type {const} */ ({
+  align: ['none', 'origin', 'se3', 'sim3', 'scale'],
+  by: ['auto', 'time', 'index'],
+  metric: ['ape', 'rpe'],
+  relation: [
+    'translation_part',
+    'rotation_part',
+    'full_transformation',
+    'rotation_angle_rad',
+    'rotation_angle_deg',
+    'point_distance',
+    'point_distance_error_ratio',
+  ],
+  'delta-unit': ['frames', 'meters', 'seconds', 'degrees', 'radians'],
+  sort: ['rmse', 'mean', 'median', 'std', 'min', 'max', 'sse'],
+  table: ['text', 'markdown', 'csv'],
+});
+
+const OPTIONS = /** @type {const} */ ({
+  align: { type: 'string', default: 'none' },
+  'align-first': { type: 'string' },
+  by: { type: 'string', default: 'auto' },
+  'max-diff': { type: 'string' },
+  offset: { type: 'string' },
+  metric: { type: 'string', default: 'ape' },
+  relation: { type: 'string', default: 'translation_part' },
+  delta: { type: 'string' },
+  'delta-unit': { type: 'string', default: 'frames' },
+  'all-pairs': { type: 'boolean', default: false },
+  'delta-tolerance': { type: 'string' },
+  'pairs-from-reference': { type: 'boolean', default: false },
+  drift: { type: 'boolean', default: false },
+  relations: { type: 'string' },
+  'loops-only': { type: 'boolean', default: false },
+  times: { type: 'string' },
+  format: { type: 'string' },
+  sort: { type: 'string', default: 'rmse' },
+  table: { type: 'string', default: 'text' },
+  json: { type: 'boolean', default: false },
+  errors: { type: 'boolean', default: false },
+});
+
+/** @type {import('./command.js').Command} */
+export const evaluate = {
+  name: 'evaluate',
+  about: 'trajectories against the truth, with the figures of evo, ranked',
+  help: () => `scanstitch evaluate REFERENCE ESTIMATE... [OPTION]...
+
+Compares estimated trajectories with the reference and ranks them. Definitions, defaults and figures are those of evo
+(evo_ape and evo_rpe 1.38). Poses belong together by their times where both files have times, by their index otherwise.
+
+${TRAJECTORY_HELP}
+What belongs together:
+  --by WAY                ${CHOICES.by.join(' | ')} (default: auto)
+  --max-diff SECONDS      times further apart do not belong together (default: 0.01)
+  --offset SECONDS        added to the estimates' times (default: 0)
+  --times FILE            times of the poses, one a line (s), for files without: the reference and the estimates
+  --format FORMAT         form of all files: ${TRAJECTORY_FORMATS.join(' | ')}
+                          (default: found out)
+
+Alignment of an estimate with the reference:
+  --align WAY             none | origin (first poses made equal) | se3 (Umeyama) | sim3 (with scale) | scale (alone)
+                          (default: none)
+  --align-first N         the fit uses the first N poses only
+
+What is measured:
+  --metric METRIC         ape (absolute) | rpe (relative pose error) (default: ape)
+  --relation RELATION     translation_part (m) | rotation_angle_deg | rotation_angle_rad | rotation_part |
+                          full_transformation | point_distance (m) | point_distance_error_ratio (rpe, %)
+                          (default: translation_part)
+  --delta NUMBER          rpe: how far apart the two poses of a pair are (default: 1)
+  --delta-unit UNIT       ${CHOICES['delta-unit'].join(' | ')} (default: frames)
+  --all-pairs             rpe: every pose begins a pair; otherwise a pair begins where the last one ended
+  --delta-tolerance PART  rpe with all pairs: how far off delta a pair may be, as a share of it (default: 0.1)
+  --pairs-from-reference  rpe: path and angle are the reference's, not the estimate's
+  --drift                 the drift as KITTI measures it (%, deg/m), over 100 to 800 m or scaled to a short path
+  --relations FILE        errors of relations known to be right (Kuemmerle 2009): EDGE2, EDGE_SE3:QUAT, or lines of
+                          time_i time_j dx dy dz roll pitch yaw
+  --loops-only            leaves out relations between one pose and the next
+
+Output:
+  --sort FIGURE           ${CHOICES.sort.join(' | ')} (default: rmse)
+  --table FORM            ${CHOICES.table.join(' | ')} (default: text)
+  --json                  everything, in full precision
+  --errors                with --json: every single error as well
+
+Examples:
+  scanstitch evaluate truth.tum mine.tum --align se3
+  scanstitch evaluate GT_pose.npy hand-ins/*.npy --table markdown
+  scanstitch evaluate gt.txt est.txt --metric rpe --delta 1 --delta-unit meters --all-pairs --json
+`,
+  run,
+};
+
+/**
+ * @param {Engine} engine
+ * @param {string[]} args
+ */
+function run(engine, args) {
+  const { values, positionals } = readArguments('evaluate', {
+    args: joinNegative(args),
+    options: OPTIONS,
+    allowPositionals: true,
+  });
+  const [reference, ...estimates] = positionals;
+  if (reference === undefined || estimates.length === 0) {
+    throw new CommandError('Name the reference and one estimate at least. See: scanstitch evaluate --help');
+  }
+  for (const [option, choices] of Object.entries(CHOICES)) {
+    const value = values[/** @type {keyof typeof CHOICES} */ (option)];
+    if (!choices.some((choice) => choice === value)) {
+      throw new CommandError(`--${option} is one of ${choices.join(', ')}, not ${JSON.stringify(value)}.`);
+    }
+  }
+  const options = evaluationOptions(engine, values);
+  let complaints = 0;
+  const complain = (/** @type {string} */ problem) => {
+    process.stderr.write(`${problem}\n`);
+    complaints += 1;
+  };
+
+  const read = { format: values.format, times: values.times };
+  const truth = readTrajectory(engine, reference, read, complain);
+  if (!truth) throw new CommandError('The reference could not be used, so nothing was computed.');
+  tell(basename(reference), truth.notes);
+  const relations =
+    values.relations === undefined
+      ? null
+      : readInput({ name: basename(values.relations), path: values.relations }, complain);
+
+  const names = shortNames(estimates);
+  const results = estimates.flatMap((path, index) => {
+    const name = names[index] ?? path;
+    const trajectory = readTrajectory(engine, path, read, complain);
+    if (!trajectory) return [];
+    tell(name, trajectory.notes);
+    try {
+      const result = compare(engine, truth, trajectory, options, values.errors);
+      const known =
+        relations &&
+        engine.relation_errors(
+          trajectory,
+          relations,
+          basename(values.relations ?? ''),
+          options.max_diff ?? 0.01,
+          values['loops-only'],
+        );
+      tell(name, result.notes);
+      return [{ name, ...result, relations: known }];
+    } catch (error) {
+      if (!isScanstitchError(error)) throw error;
+      complain(error.message.startsWith(name) ? error.message : `${name}: ${error.message}`);
+      return [];
+    } finally {
+      trajectory.free();
+    }
+  });
+  truth.free();
+  if (results.length === 0) throw new CommandError('No estimate could be compared, so nothing was computed.');
+
+  const figure = /** @type {typeof CHOICES.sort[number]} */ (values.sort);
+  results.sort((a, b) => a.statistics[figure] - b.statistics[figure]);
+  if (values.json) {
+    const ranked = results.map((result, index) => ({ rank: index + 1, ...result }));
+    const full = { ...engine.evaluation_defaults(), ...options };
+    const report = { version: engine.version(), reference: basename(reference), options: full, estimates: ranked };
+    process.stdout.write(`${JSON.stringify(report, null, 2)}\n`);
+  } else {
+    process.stdout.write(printed(results, values.table, values.drift, options));
+  }
+  return complaints > 0 ? EXIT.partial : EXIT.done;
+}
+
+/** `--offset -0.25` as `--offset=-0.25`, which is what Node's parser wants. @param {string[]} args */
+function joinNegative(args) {
+  return args.flatMap((arg, index) => {
+    const next = args[index + 1];
+    if (arg === '--offset' && next?.startsWith('-')) return [`${arg}=${next}`];
+    return args[index - 1] === '--offset' && arg.startsWith('-') ? [] : [arg];
+  });
+}
+
+/**
+ * @param {Engine} engine
+ * @param {Record<string, string | boolean | undefined>} values
+ * @returns {Partial<EvaluationOptions>}
+ */
+function evaluationOptions(engine, values) {
+  const number = (/** @type {string} */ option) => {
+    const text = values[option];
+    if (typeof text !== 'string') return undefined;
+    const value = Number(text);
+    if (text.trim() === '' || !Number.isFinite(value))
+      throw new CommandError(`--${option} is a number, not "${text}".`);
+    return value;
+  };
+  const alignFirst = number('align-first');
+  if (alignFirst !== undefined && !(Number.isInteger(alignFirst) && alignFirst > 0)) {
+    throw new CommandError(`--align-first is a whole number from 1, not "${values['align-first']}".`);
+  }
+  const given = {
+    association: values.by,
+    max_diff: number('max-diff'),
+    offset: number('offset'),
+    alignment: values.align,
+    align_first: alignFirst,
+    metric: values.metric,
+    relation: values.relation,
+    delta: number('delta'),
+    delta_unit: values['delta-unit'],
+    all_pairs: values['all-pairs'],
+    delta_tolerance: number('delta-tolerance'),
+    pairs_from_reference: values['pairs-from-reference'],
+  };
+  const defaults = engine.evaluation_defaults();
+  return { ...defaults, ...Object.fromEntries(Object.entries(given).filter(([, value]) => value !== undefined)) };
+}
+
+/**
+ * @param {Engine} engine
+ * @param {import('../index.js').Trajectory} reference
+ * @param {import('../index.js').Trajectory} estimate
+ * @param {Partial<EvaluationOptions>} options
+ * @param {boolean} withErrors
+ */
+function compare(engine, reference, estimate, options, withErrors) {
+  const evaluation = engine.evaluate(reference, estimate, options);
+  const summary = evaluation.summary();
+  const errors = withErrors ? { errors: [...evaluation.errors()] } : {};
+  evaluation.free();
+  return { ...summary, ...errors };
+}
+
+/**
+ * @param {string} name
+ * @param {string[]} notes
+ */
+function tell(name, notes) {
+  for (const note of notes) process.stderr.write(`note: ${name}: ${note}\n`);
+}
+
+/** The names of files where they differ, their paths otherwise. @param {string[]} paths */
+function shortNames(paths) {
+  const names = paths.map((path) => basename(path));
+  return new Set(names).size === names.length ? names : paths;
+}
+
+/**
+ * @param {({ name: string, relations: RelationErrors | null } & EvaluationSummary)[]} results
+ * @param {string} form
+ * @param {boolean} withDrift
+ * @param {Partial<EvaluationOptions>} options
+ */
+function printed(results, form, withDrift, options) {
+  const unit = results[0]?.unit;
+  const inUnit = (/** @type {string} */ figure) => (unit ? `${figure} (${unit})` : figure);
+  const heads = ['rank', 'estimate', 'poses'];
+  if (options.metric === 'rpe') heads.push('pairs');
+  heads.push(...['rmse', 'mean', 'median', 'std', 'min', 'max'].map(inUnit), 'sse', 'mean L2 (m)');
+  const hasRelations = results.some(({ relations }) => relations);
+  if (withDrift) heads.push('drift (%)', 'drift (deg/m)');
+  if (hasRelations) heads.push('relations', 'trans (m)', 'rot (deg)');
+  const rows = results.map((result, index) => {
+    const { rmse, mean, median, std, min, max, sse } = result.statistics;
+    const row = [String(index + 1), result.name, `${result.num_matched}/${result.num_estimate}`];
+    if (options.metric === 'rpe') row.push(String(result.num_errors));
+    row.push(...[rmse, mean, median, std, min, max, sse, result.mean_l2].map(short));
+    const { drift, relations } = result;
+    if (withDrift) row.push(drift ? short(drift.translation) : '-', drift ? short(drift.rotation) : '-');
+    if (hasRelations) {
+      row.push(String(relations?.num_compared ?? '-'), relations ? short(relations.translation.mean) : '-');
+      row.push(relations ? short((relations.rotation.mean * 180) / Math.PI) : '-');
+    }
+    return row;
+  });
+  if (form === 'markdown') {
+    const line = (/** @type {string[]} */ row) => `| ${row.map((cell) => cell.replaceAll('|', '\\|')).join(' | ')} |\n`;
+    const rule = heads.map((_, column) => (column === 1 ? '---' : '---:'));
+    return [heads, rule, ...rows].map(line).join('');
+  }
+  if (form === 'csv') {
+    const cell = (/** @type {string} */ text) => (/[",\n]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text);
+    return [heads, ...rows].map((row) => `${row.map(cell).join(',')}\n`).join('');
+  }
+  const described = `${options.metric === 'rpe' ? 'RPE' : 'APE'} of ${options.relation}, alignment ${options.alignment}`;
+  return `${described}\n${table(heads, rows, new Set([1]))}`;
+}
+
+/** Six significant digits. @param {number} value */
+function short(value) {
+  return String(Number(value.toPrecision(6)));
+}

@@ -1,0 +1,272 @@
+// @ts-check
+/** `scanstitch evaluate`, `convert` and `map-quality`: figures of evo, tables, bad input, every form of a trajectory. */
+import assert from 'node:assert/strict';
+import { existsSync, mkdirSync, readFileSync, writeFileSync } from 'node:fs';
+import { join } from 'node:path';
+import { before, test } from 'node:test';
+import * as engine from '../../npm/index.js';
+import { asciiPly, ROOT, scanstitch, temporaryFolder, writeFiles } from './support.mjs';
+
+const DATA = join(ROOT, 'tests', 'data', 'evaluation');
+const REFERENCE = join(DATA, 'reference.tum');
+const ESTIMATE = join(DATA, 'estimate.tum');
+const MATCH = ['--max-diff', '0.05', '--offset', '-0.25'];
+const SHARED = join(ROOT, '..', 'shared', 'data', 'trajectories');
+const skipWithoutShared = existsSync(SHARED) ? false : '../shared/data is absent';
+
+/** What evo 1.38.1 computes of the two files, see tests/data/README.md. */
+const evo = JSON.parse(readFileSync(join(DATA, 'evo.json'), 'utf8'));
+
+before(() => engine.load());
+
+/** @param {string[]} args */
+function evaluateJson(args) {
+  const { status, stdout, stderr } = scanstitch(['evaluate', ...args, '--json']);
+  assert.equal(status, 0, stderr);
+  return JSON.parse(stdout);
+}
+
+/**
+ * @param {number} found
+ * @param {number} expected
+ */
+function same(found, expected) {
+  assert.ok(Math.abs(found - expected) <= 1e-9 * Math.abs(expected), `${found} in place of ${expected}`);
+}
+
+test('the figures of evo, by way of the command line', () => {
+  const cases = /** @type {const} */ ([
+    ['-as 20', ['--align', 'sim3', '--align-first', '20'], 'APE translation_part'],
+    ['origin', ['--align', 'origin', '--relation', 'rotation_angle_deg'], 'APE rotation_angle_deg'],
+    [
+      'none',
+      '--metric rpe --relation full_transformation --delta 0.5 --delta-unit meters --all-pairs --delta-tolerance 0.02 --pairs-from-reference'.split(
+        ' ',
+      ),
+      'RPE full_transformation delta 0.5 meters rel_tol 0.02 all_pairs True pairs_from_reference True',
+    ],
+  ]);
+  for (const [align, args, key] of cases) {
+    const { results } = evo.cases.find(
+      (/** @type {{ align: string, max_diff: number }} */ one) => one.align === align && one.max_diff === 0.05,
+    );
+    const { estimates, options, reference } = evaluateJson([REFERENCE, ESTIMATE, ...MATCH, ...args]);
+    assert.equal(reference, 'reference.tum');
+    assert.equal(options.max_diff, 0.05);
+    const [{ name, rank, statistics, num_errors }] = estimates;
+    assert.deepEqual([name, rank, num_errors], ['estimate.tum', 1, results[key].n]);
+    for (const figure of ['rmse', 'median', 'min']) {
+      if (results[key][figure] > 1e-14) same(statistics[figure], results[key][figure]);
+    }
+  }
+});
+
+test('hand-in mode: many estimates are ranked, in every form of a table', (t) => {
+  const folder = temporaryFolder(t);
+  const shifted = (/** @type {number} */ by) =>
+    readFileSync(REFERENCE, 'utf8').replace(/^(\S+) (\S+)/gm, (_, stamp, x) => `${stamp} ${Number(x) + by}`);
+  const paths = writeFiles(folder, {
+    'late.tum': shifted(0.2),
+    'best.tum': shifted(0.1),
+    'a|b, worst.tum': shifted(3),
+  });
+  const text = scanstitch(['evaluate', REFERENCE, ...paths, '--drift']);
+  assert.equal(text.stderr, '');
+  assert.equal(text.status, 0);
+  assert.match(text.stdout, /^APE of translation_part, alignment none\n/);
+  assert.match(text.stdout, /^rank +estimate +poses +rmse \(m\) .*drift \(%\) +drift \(deg\/m\)$/m);
+  assert.match(text.stdout, /^ +1 +best\.tum +90\/90 +0\.1 .*\n +2 +late\.tum .*\n +3 +a\|b, worst\.tum .* 3 /m);
+
+  const markdown = scanstitch(['evaluate', REFERENCE, ...paths, '--table', 'markdown']).stdout;
+  assert.match(markdown, /^\| rank \| estimate \| .*\n\| ---: \| --- \| .*\n\| 1 \| best\.tum \| 90\/90 \| 0\.1 \| /);
+  assert.match(markdown, /\| 3 \| a\\\|b, worst\.tum \|/);
+  const csv = scanstitch(['evaluate', REFERENCE, ...paths, '--table', 'csv', '--sort', 'max']).stdout;
+  assert.match(csv, /^rank,estimate,poses,rmse \(m\),.*\n1,best\.tum,90\/90,0\.1,.*\n.*\n3,"a\|b, worst\.tum",/);
+});
+
+test('one estimate that cannot be used does not spoil the others', (t) => {
+  const folder = temporaryFolder(t);
+  const good = readFileSync(REFERENCE, 'utf8');
+  const files = {
+    'broken.tum': good.replace(/^(\S+ \S+) \S+/m, '$1 nan'),
+    'elsewhere.tum': good.replace(/^17/gm, '18'),
+    'milliseconds.tum': good.replace(/^(\S+)/gm, (stamp) => String(Number(stamp) * 1000)),
+    'one_pose.tum': good.split('\n')[0] ?? '',
+    'long_quaternions.tum': good.replace(/ (\S+) (\S+) (\S+) (\S+)$/gm, ' $1 $2 $3 $4').replace(/(\S+)$/m, '3'),
+  };
+  const paths = writeFiles(folder, files);
+  const { status, stdout, stderr } = scanstitch([
+    'evaluate',
+    REFERENCE,
+    ESTIMATE,
+    ...paths,
+    ...MATCH.slice(0, 2),
+    '--align',
+    'se3',
+  ]);
+  assert.equal(status, 2);
+  assert.match(stderr, /^broken\.tum, line 1: Column 3 is "nan", not a finite number\./m);
+  assert.match(
+    stderr,
+    /^elsewhere\.tum: No time .* the reference spans 1700000000\..* the estimate 1800000000\..*offset of -100000000\.000 s/m,
+  );
+  assert.match(stderr, /^milliseconds\.tum: .*look like milliseconds/m);
+  assert.match(stderr, /^one_pose\.tum: 1 pairs of positions do not fix the alignment/m);
+  assert.match(
+    stderr,
+    /^note: long_quaternions\.tum: line 1: Columns 5 to 8 are no rotation: .*It was made of length 1/m,
+  );
+  assert.match(stdout, /^ +1 +long_quaternions\.tum +90\/90 /m);
+  assert.match(stdout, / +estimate\.tum /);
+  assert.match(scanstitch(['evaluate', ESTIMATE, join(folder, 'broken.tum')]).stderr, /No estimate could be compared/);
+});
+
+test('convert: every form and back, without loss', (t) => {
+  const folder = temporaryFolder(t);
+  const times = join(folder, 'times.txt');
+  const lines = readFileSync(REFERENCE, 'utf8').trim().split('\n');
+  writeFileSync(times, lines.map((line) => `${line.split(' ')[0]}\n`).join(''));
+  for (const [file, form] of /** @type {const} */ ([
+    ['a.tum', 'tum'],
+    ['a.kitti', 'kitti'],
+    ['a.npy', 'npy'],
+    ['a.csv', 'pose_table'],
+    ['a.log', 'matrices'],
+    ['euroc.csv', 'euroc'],
+  ])) {
+    const path = join(folder, file);
+    const made = scanstitch(['convert', REFERENCE, path, '--to', form]);
+    assert.equal(made.status, 0, made.stderr);
+    assert.match(made.stdout, new RegExp(`^90 poses, tum to ${form}: written to `));
+    for (const relation of ['translation_part', 'rotation_angle_rad']) {
+      const args = [REFERENCE, path, '--times', times, '--max-diff', '1e-6', '--relation', relation];
+      const [{ statistics, num_matched }] = evaluateJson(args).estimates;
+      assert.equal(num_matched, 90, form);
+      assert.ok(statistics.max < 1e-15, `${form} ${relation} ${statistics.max}`);
+    }
+  }
+  const { stderr, status } = scanstitch(['convert', REFERENCE, join(folder, 'x.unknown')]);
+  assert.deepEqual([stderr, status], ['scanstitch: Name the form of x.unknown with --to.\n', 1]);
+});
+
+test('a folder of one matrix a frame is one estimate', (t) => {
+  const folder = temporaryFolder(t);
+  const frames = join(folder, 'frames');
+  mkdirSync(frames);
+  const all = join(folder, 'all.log');
+  scanstitch(['convert', REFERENCE, all]);
+  const rows = readFileSync(all, 'utf8').trim().split('\n');
+  for (let index = 0; index < 90; index += 1) {
+    writeFileSync(join(frames, `frame-${index}.pose.txt`), rows.slice(4 * index, 4 * index + 4).join('\n'));
+  }
+  writeFileSync(join(frames, 'camera-intrinsics.txt'), '585 0 320\n0 585 240\n0 0 1\n');
+  const [{ statistics, num_matched }] = evaluateJson([REFERENCE, frames]).estimates;
+  assert.deepEqual([num_matched, statistics.max], [90, 0]);
+  writeFileSync(join(frames, 'frame-7.pose.txt'), rows.slice(0, 3).join('\n'));
+  assert.match(scanstitch(['evaluate', REFERENCE, frames]).stderr, /^frame-7\.pose\.txt, line \d/);
+});
+
+test('relations that are known to be right', (t) => {
+  const folder = temporaryFolder(t);
+  const [poses, relations] = writeFiles(folder, {
+    'poses.txt': '0 0 0 0\n1 1 0 1.5707963267948966\n2 1 1 3.141592653589793\n3 0 1 -1.5707963267948966\n',
+    'loops.g2o':
+      'VERTEX2 0 0 0 0\nEDGE2 0 1 1 0 1.5707963267948966 1 0 1 1 0 0\nEDGE2 0 3 0 1.2 -1.5707963267948966 1 0 1 1 0 0\n',
+  });
+  const args = [poses ?? '', poses ?? '', '--relations', relations ?? ''];
+  const [{ relations: all }] = evaluateJson(args).estimates;
+  assert.deepEqual([all.num_relations, all.num_compared], [2, 2]);
+  same(all.translation.mean, 0.1);
+  const [{ relations: loops }] = evaluateJson([...args, '--loops-only']).estimates;
+  assert.equal(loops.num_relations, 1);
+  same(loops.translation.max, 0.2);
+  assert.match(scanstitch(['evaluate', ...args]).stdout, /relations +trans \(m\) +rot \(deg\)\n.* 2 +0\.1 /);
+});
+
+test('wrong commands: one line each, exit code 1', () => {
+  const cases = /** @type {[string[], RegExp][]} */ ([
+    [['evaluate'], /Name the reference and one estimate at least/],
+    [['evaluate', REFERENCE], /Name the reference and one estimate at least/],
+    [
+      ['evaluate', REFERENCE, ESTIMATE, '--align', 'best'],
+      /--align is one of none, origin, se3, sim3, scale, not "best"/,
+    ],
+    [['evaluate', REFERENCE, ESTIMATE, '--max-diff', 'wide'], /--max-diff is a number, not "wide"/],
+    [['evaluate', REFERENCE, ESTIMATE, '--align-first', '1.5'], /--align-first is a whole number from 1/],
+    [['evaluate', REFERENCE, ESTIMATE, '--format', 'bag'], /"bag" is no form of a trajectory/],
+    [['map-quality'], /No map was given/],
+    [['convert', REFERENCE], /Name one input and one output/],
+  ]);
+  for (const [args, message] of cases) {
+    const { status, stdout, stderr } = scanstitch(args);
+    assert.match(stderr, /^scanstitch: .+\n$/);
+    assert.match(stderr, message);
+    assert.deepEqual([stdout, status], ['', 1]);
+  }
+  const { stderr } = scanstitch(['evaluate', 'absent.tum', ESTIMATE]);
+  assert.match(stderr, /^absent\.tum: There is no such file or folder\.\nscanstitch: The reference could not be used/);
+});
+
+test('map-quality: a blurred map scores worse', (t) => {
+  const folder = temporaryFolder(t);
+  const wall = (/** @type {number} */ blur) =>
+    asciiPly(Array.from({ length: 900 }, (_, i) => [(i % 300) / 100, blur * Math.sin(i * i), 0]));
+  const paths = writeFiles(folder, { 'crisp.ply': wall(0.005), 'blurred.ply': wall(0.02) });
+  const { status, stdout } = scanstitch(['map-quality', ...paths, '--json']);
+  assert.equal(status, 0);
+  const [crisp, blurred] = JSON.parse(stdout);
+  assert.ok(crisp.mean_map_entropy < blurred.mean_map_entropy);
+  assert.ok(crisp.mean_plane_variance < blurred.mean_plane_variance / 10);
+  assert.match(scanstitch(['map-quality', ...paths]).stdout, /^map +mean map entropy \(nats\)/);
+});
+
+test('in JavaScript: arrays of an evaluation', () => {
+  const reference = engine.Trajectory.read(readFileSync(REFERENCE), 'reference.tum');
+  const estimate = engine.Trajectory.read(readFileSync(ESTIMATE), 'estimate.tum', 'tum');
+  assert.deepEqual([reference.length, reference.format, reference.has_orientations], [90, 'tum', true]);
+  const evaluation = engine.evaluate(reference, estimate, { max_diff: 0.05, offset: -0.25, alignment: 'sim3' });
+  const { num_matched, statistics, notes } = evaluation.summary();
+  assert.ok(notes.every((note) => note.endsWith('.')));
+  const errors = evaluation.errors();
+  assert.equal(errors.length, num_matched);
+  same(Math.sqrt(errors.reduce((sum, error) => sum + error ** 2, 0) / num_matched), statistics.rmse);
+  for (const flat of [
+    evaluation.reference_positions(),
+    evaluation.estimate_positions(),
+    evaluation.reference_roll_pitch_yaw(),
+    evaluation.estimate_roll_pitch_yaw(),
+  ]) {
+    assert.equal(flat?.length, 3 * num_matched);
+  }
+  const [first = 0] = evaluation.matched_reference();
+  assert.equal(evaluation.stamps()?.[0], reference.stamps()?.[first]);
+  assert.equal(evaluation.distances()[0], 0);
+  const wrong = /** @type {Partial<import('../../npm/index.js').EvaluationOptions>} */ ({ align: 'se3' });
+  assert.throws(() => engine.evaluate(reference, estimate, wrong), /align/);
+  for (const thing of [evaluation, reference, estimate]) thing.free();
+});
+
+test('100,000 poses: evaluated in well under a second', () => {
+  const line = (/** @type {number} */ index) => {
+    const [x, y] = [Math.cos(index / 5000) * 50, Math.sin(index / 5000) * 50];
+    const noise = Math.sin(index * 12.9898) * 0.01;
+    return `${index / 100} ${x + noise} ${y} ${noise} 0 0 ${Math.sin(index / 10000)} ${Math.cos(index / 10000)}\n`;
+  };
+  const bytes = new TextEncoder().encode(Array.from({ length: 100_000 }, (_, index) => line(index)).join(''));
+  const start = performance.now();
+  const [reference, estimate] = ['a.tum', 'b.tum'].map((name) => engine.Trajectory.read(bytes, name));
+  assert.ok(reference && estimate);
+  const evaluation = engine.evaluate(reference, estimate, { alignment: 'sim3', relation: 'full_transformation' });
+  const elapsed = performance.now() - start;
+  assert.equal(evaluation.errors().length, 100_000);
+  assert.ok(elapsed < 1000, `${elapsed} ms`);
+  console.log(`two files of 100,000 poses read and compared in ${elapsed.toFixed(0)} ms`);
+  for (const thing of [evaluation, reference, estimate]) thing.free();
+});
+
+test('the stored result of evo: KITTI 00 against ORB-SLAM', { skip: skipWithoutShared }, () => {
+  const args = ['KITTI_00_gt.txt', 'KITTI_00_ORB.txt'].map((name) => join(SHARED, name));
+  const [{ statistics, drift }] = evaluateJson([...args, '--align', 'se3']).estimates;
+  same(statistics.rmse, 1.3034497145650266);
+  assert.equal(drift.is_kitti, true);
+});
