@@ -14,7 +14,21 @@ test('--help names every command, option, exit code, setting and preset', () => 
   const { status, stdout, stderr } = scanstitch(['--help']);
   assert.equal(status, 0);
   assert.equal(stderr, '');
-  const words = ['reconstruct', 'evaluate', 'convert', 'map-quality', 'settings', '--align', '--json', '--reference', '--preset', '--set', '--out', '--version', 'Exit codes'];
+  const words = [
+    'reconstruct',
+    'evaluate',
+    'convert',
+    'map-quality',
+    'settings',
+    '--align',
+    '--json',
+    '--reference',
+    '--preset',
+    '--set',
+    '--out',
+    '--version',
+    'Exit codes',
+  ];
   const settings = engine.describe_settings();
   assert.ok(settings.length >= 15);
   for (const word of [...words, ...engine.presets().map(({ name }) => name)]) assert.ok(stdout.includes(word), word);
