@@ -14,7 +14,7 @@ import './figure-view.js';
 import type { Painter, ScanstitchFigure } from './figure-view.js';
 import {
   type Camera,
-  drawColorBar,
+  drawKey,
   drawHistogram,
   drawPaths,
   drawSeries,
@@ -27,6 +27,7 @@ import {
   type Series,
   type ShownPath,
   type Size,
+  widestLook,
 } from './figures.js';
 import type { Pen } from './pen.js';
 import type { Answer, Comparison, EvaluationOptions, TrajectoryFile } from './protocol.js';
@@ -118,6 +119,7 @@ const DELTA_UNITS: Choice = {
   ],
 };
 
+const START_OPTIONS: Partial<EvaluationOptions> = { alignment: 'se3' };
 const START_CAMERA: Camera = { look: 'top', azimuth: 0.8, elevation: 0.5, zoom: 1, pan_x: 0, pan_y: 0 };
 const RAMP_STEPS = 32;
 /** The pointer takes a pose no further away than this (pixels). */
@@ -135,7 +137,7 @@ export class ScanstitchEvaluate extends LitElement {
   @property({ attribute: false }) given: GivenFiles | null = null;
   @state() private files: readonly TrajectoryFile[] = [];
   @state() private reference_id = -1;
-  @state() private options: Partial<EvaluationOptions> = { alignment: 'se3' };
+  @state() private options: Partial<EvaluationOptions> = START_OPTIONS;
   @state() private answer: Answer | null = null;
   @state() private failure = '';
   @state() private selected_id = -1;
@@ -150,6 +152,8 @@ export class ScanstitchEvaluate extends LitElement {
   @query('.paths scanstitch-figure') private path_figure!: ScanstitchFigure;
 
   private next_id = 0;
+  /** The first answer chooses the view, then the user does. */
+  private is_look_chosen = false;
   private colors: Colors = makeColors(false);
   private painters: Partial<Record<FigureName, Painter>> = {};
   private abscissas = new Map<number, ArrayLike<number>>();
@@ -192,6 +196,15 @@ export class ScanstitchEvaluate extends LitElement {
     this.ask();
   }
 
+  private clear(): void {
+    this.files = [];
+    this.answer = null;
+    this.reference_id = -1;
+    this.options = START_OPTIONS;
+    this.is_look_chosen = false;
+    this.instant = null;
+  }
+
   private ask(): void {
     const reference = this.files.find(({ id }) => id === this.reference_id);
     if (!reference) {
@@ -205,6 +218,11 @@ export class ScanstitchEvaluate extends LitElement {
   private async onAnswer(answer: Answer): Promise<void> {
     this.answer = answer;
     this.failure = '';
+    if (!this.is_look_chosen && answer.comparisons.length > 0) {
+      const paths = answer.comparisons.map(({ reference_positions }) => reference_positions);
+      this.camera = { ...START_CAMERA, look: widestLook(paths) };
+      this.is_look_chosen = true;
+    }
     if (!answer.comparisons.some(({ id }) => id === this.selected_id)) {
       this.selected_id = this.ranked()[0]?.id ?? -1;
     }
@@ -235,7 +253,7 @@ export class ScanstitchEvaluate extends LitElement {
       const bytes = new Uint8Array(reference.bytes.slice(0));
       files.unshift({ id: this.next_id++, name: reference.name, bytes });
     }
-    this.files = [];
+    this.clear();
     // A run's times are the numbers of its scans.
     this.options = { ...this.options, alignment: 'origin', association: 'index' };
     this.reference_id = reference ? (files[0]?.id ?? -1) : -1;
@@ -326,7 +344,7 @@ export class ScanstitchEvaluate extends LitElement {
         { positions: selected.estimate_positions, color: shades(selected, errors), width: 2.5, is_dashed: false },
       ];
       drawPaths(pen, view, shown, camera.look, colors);
-      drawColorBar(pen, view, errors, selected.summary.unit, colors);
+      drawKey(pen, view, errors, selected.summary.unit, colors);
     };
   }
 
@@ -503,7 +521,7 @@ export class ScanstitchEvaluate extends LitElement {
           }}
         >
           ${this.files.map(
-            ({ id, name }) => html`<option value=${id} ?selected=${id === reference?.id}>${name}</option>`,
+            ({ id, name }) => html`<option value=${id} .selected=${id === reference?.id}>${name}</option>`,
           )}
         </select></label
       >
@@ -529,9 +547,7 @@ export class ScanstitchEvaluate extends LitElement {
           type="button"
           class="quiet"
           @click=${() => {
-            this.files = [];
-            this.answer = null;
-            this.reference_id = -1;
+            this.clear();
           }}
         >
           ${icon('trash')}Remove all
@@ -545,7 +561,7 @@ export class ScanstitchEvaluate extends LitElement {
     return html`<label
       >${label}
       <select @change=${(event: Event) => this.set({ [option]: (event.target as HTMLSelectElement).value })}>
-        ${choices.map(([value, words]) => html`<option value=${value} ?selected=${value === present}>${words}</option>`)}
+        ${choices.map(([value, words]) => html`<option value=${value} .selected=${value === present}>${words}</option>`)}
       </select></label
     >`;
   }
@@ -666,7 +682,7 @@ export class ScanstitchEvaluate extends LitElement {
                 >
                   ${ABSCISSAS.map(
                     ([id, words]) =>
-                      html`<option value=${id} ?selected=${id === this.shownAbscissa()}>${words}</option>`,
+                      html`<option value=${id} .selected=${id === this.shownAbscissa()}>${words}</option>`,
                   )}
                 </select></label
               >`

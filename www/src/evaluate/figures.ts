@@ -281,18 +281,34 @@ function drawTriad(pen: Pen, { area, project }: Projection, colors: Colors): voi
   }
 }
 
-/** From the least error to the largest, with the numbers. */
-export function drawColorBar(pen: Pen, { area }: Projection, range: Range, unit: string, colors: Colors): void {
-  const [width, height] = [Math.min(140, area.width / 3), 8];
-  const [x, y] = [area.x + area.width - width - 4, area.y + 6];
+/** The key: how the reference is drawn, and which colour the least and the largest error have. */
+export function drawKey(pen: Pen, { area }: Projection, range: Range, unit: string, colors: Colors): void {
+  const width = Math.min(140, area.width / 3);
+  const [x, y] = [area.x + area.width - width - 8, area.y + 8];
+  pen.rect(x - 8, y - 6, width + 16, 50, colors.background);
   const step = width / colors.ramp.length;
-  colors.ramp.forEach((color, i) => pen.rect(x + i * step, y, step + 0.5, height, color));
+  colors.ramp.forEach((color, i) => {
+    pen.rect(x + i * step, y, step + 0.5, 8, color);
+  });
   const small = { color: colors.muted, size: 11 };
   pen.text(x, y + 17, tickWord(Number(range.low.toPrecision(3))), small);
   pen.text(x + width, y + 17, `${tickWord(Number(range.high.toPrecision(3)))} ${unit}`.trim(), {
     ...small,
     align: 'end',
   });
+  pen.line([x, y + 34, x + 28, y + 34], { color: colors.reference, width: 1.5, dash: [6, 4] });
+  pen.text(x + 36, y + 34, 'reference', small);
+}
+
+/** The side from which paths are seen at their widest: those of cameras lie in x and z. */
+export function widestLook(paths: readonly Float64Array[]): Look {
+  const extents = [0, 1, 2].map((axis) => {
+    const { low, high } = rangeOf(paths, 3, axis);
+    return high - low;
+  });
+  const [x = 0, y = 0, z = 0] = extents;
+  if (z <= Math.min(x, y)) return 'top';
+  return y <= x ? 'side' : 'front';
 }
 
 /** The pose nearest to a place on the screen, within `reach` pixels; null beside the path. */
