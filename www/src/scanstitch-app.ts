@@ -228,24 +228,26 @@ export class ScanstitchApp extends LitElement {
       <div class="brand">${logo()}<span>Scanstitch</span></div>
       <div class="dataset">
         ${
-          dataset
-            ? html`<span class="title" title=${dataset.title}>${dataset.title}</span>
-                <span class="muted count">${plural(dataset.scans.length, 'scan')}</span>
-                ${
-                  reference && !is_narrow
-                    ? html`<span class="chip" title="Reference trajectory: ${reference.name}"
-                        ><i class="dash"></i>${baseName(reference.name)}<button
-                          class="quiet"
-                          @click=${() => this.session.remove(reference.name)}
-                          aria-label="Remove the reference ${baseName(reference.name)}"
-                          title="Remove the reference"
-                        >
-                          ${icon('close', 12)}
-                        </button></span
-                      >`
-                    : nothing
-                }`
-            : nothing
+          this.is_evaluating
+            ? html`<span class="title">Trajectories against the truth</span>`
+            : dataset
+              ? html`<span class="title" title=${dataset.title}>${dataset.title}</span>
+                  <span class="muted count">${plural(dataset.scans.length, 'scan')}</span>
+                  ${
+                    reference && !is_narrow
+                      ? html`<span class="chip" title="Reference trajectory: ${reference.name}"
+                          ><i class="dash"></i>${baseName(reference.name)}<button
+                            class="quiet"
+                            @click=${() => this.session.remove(reference.name)}
+                            aria-label="Remove the reference ${baseName(reference.name)}"
+                            title="Remove the reference"
+                          >
+                            ${icon('close', 12)}
+                          </button></span
+                        >`
+                      : nothing
+                  }`
+              : nothing
         }
       </div>
       <nav aria-label="Actions">

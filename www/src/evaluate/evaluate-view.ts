@@ -287,15 +287,16 @@ export class ScanstitchEvaluate extends LitElement {
 
   /** What is plotted to the right: time only where every estimate has it. */
   private shownAbscissa(): Abscissa {
-    const is_timed = this.comparisons.every(({ seconds }) => seconds !== null);
+    const is_timed = this.comparisons.every(({ stamps }) => stamps !== null);
     return this.abscissa === 'seconds' && !is_timed ? 'number' : this.abscissa;
   }
 
   private makeAbscissas(): Map<number, ArrayLike<number>> {
     const kind = this.shownAbscissa();
+    const first = rangeOf(this.comparisons.map(({ stamps }) => stamps ?? [])).low;
     return new Map(
-      this.comparisons.map(({ id, seconds, distances }) => {
-        if (kind === 'seconds' && seconds) return [id, seconds];
+      this.comparisons.map(({ id, stamps, distances }) => {
+        if (kind === 'seconds' && stamps) return [id, stamps.map((stamp) => stamp - first)];
         return [id, kind === 'distance' ? distances : Float64Array.from(distances, (_, i) => i)];
       }),
     );
@@ -909,8 +910,21 @@ function panelData(
 ): [Float64Array | null, Float64Array | null] {
   if (!comparison) return [null, null];
   if (kind === 'positions') return [comparison.reference_positions, comparison.estimate_positions];
-  const degrees = (angles: Float64Array | null) => angles?.map((angle) => (angle * 180) / Math.PI) ?? null;
-  return [degrees(comparison.reference_angles), degrees(comparison.estimate_angles)];
+  return [
+    inDegrees(comparison.reference_angles, null),
+    inDegrees(comparison.estimate_angles, comparison.reference_angles),
+  ];
+}
+
+/** Angles (deg) without jumps by a whole turn; those of the estimate begin next to the reference's. */
+function inDegrees(angles: Float64Array | null, beside: Float64Array | null): Float64Array | null {
+  const near = (degrees: number, to: number) => degrees - 360 * Math.round((degrees - to) / 360);
+  const shown = angles?.map((angle) => (angle * 180) / Math.PI) ?? null;
+  shown?.forEach((degrees, i) => {
+    const before = i >= 3 ? (shown[i - 3] as number) : beside ? ((beside[i] ?? 0) * 180) / Math.PI : degrees;
+    shown[i] = near(degrees, before);
+  });
+  return shown;
 }
 
 /** For each pose the colour of its error, by the index into the ramp; poses between errors have that of the next. */

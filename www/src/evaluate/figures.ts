@@ -181,7 +181,8 @@ export function projection(size: Size, paths: readonly Float64Array[], camera: C
     return low <= high ? { low, high } : { low: -1, high: 1 };
   });
   const [a, b] = limits as [Range, Range];
-  const area = plotArea(size);
+  const whole = plotArea(size);
+  const area = { ...whole, y: whole.y + KEY_HEIGHT, height: Math.max(whole.height - KEY_HEIGHT, 10) };
   const fit = Math.min(area.width / Math.max(a.high - a.low, 1e-9), area.height / Math.max(b.high - b.low, 1e-9));
   const scale = Math.min(fit * 0.92, 1e9) * camera.zoom;
   const [middle_a, middle_b] = [(a.low + a.high) / 2 - camera.pan_x, (b.low + b.high) / 2 - camera.pan_y];
@@ -281,34 +282,41 @@ function drawTriad(pen: Pen, { area, project }: Projection, colors: Colors): voi
   }
 }
 
+/** Room for the key above the paths. */
+const KEY_HEIGHT = 20;
+
 /** The key: how the reference is drawn, and which colour the least and the largest error have. */
 export function drawKey(pen: Pen, { area }: Projection, range: Range, unit: string, colors: Colors): void {
-  const width = Math.min(140, area.width / 3);
-  const [x, y] = [area.x + area.width - width - 8, area.y + 8];
-  pen.rect(x - 8, y - 6, width + 16, 50, colors.background);
+  const y = area.y - KEY_HEIGHT / 2;
+  const small = { color: colors.muted, size: 11 };
+  pen.line([area.x, y, area.x + 28, y], { color: colors.reference, width: 1.5, dash: [6, 4] });
+  pen.text(area.x + 34, y, 'reference', small);
+  const width = Math.min(120, area.width / 4);
+  const right = area.x + area.width - 62;
   const step = width / colors.ramp.length;
   colors.ramp.forEach((color, i) => {
-    pen.rect(x + i * step, y, step + 0.5, 8, color);
+    pen.rect(right - width + i * step, y - 4, step + 0.5, 8, color);
   });
-  const small = { color: colors.muted, size: 11 };
-  pen.text(x, y + 17, tickWord(Number(range.low.toPrecision(3))), small);
-  pen.text(x + width, y + 17, `${tickWord(Number(range.high.toPrecision(3)))} ${unit}`.trim(), {
-    ...small,
-    align: 'end',
-  });
-  pen.line([x, y + 34, x + 28, y + 34], { color: colors.reference, width: 1.5, dash: [6, 4] });
-  pen.text(x + 36, y + 34, 'reference', small);
+  pen.text(right - width - 6, y, tickWord(Number(range.low.toPrecision(2))), { ...small, align: 'end' });
+  pen.text(right + 6, y, `${tickWord(Number(range.high.toPrecision(2)))} ${unit}`.trim(), small);
 }
 
 /** The side from which paths are seen at their widest: those of cameras lie in x and z. */
 export function widestLook(paths: readonly Float64Array[]): Look {
-  const extents = [0, 1, 2].map((axis) => {
-    const { low, high } = rangeOf(paths, 3, axis);
-    return high - low;
-  });
-  const [x = 0, y = 0, z = 0] = extents;
+  const [x = 0, y = 0, z = 0] = [0, 1, 2].map((axis) => extent(paths, axis));
   if (z <= Math.min(x, y)) return 'top';
   return y <= x ? 'side' : 'front';
+}
+
+function extent(paths: readonly Float64Array[], axis: number): number {
+  let [low, high] = [Number.POSITIVE_INFINITY, Number.NEGATIVE_INFINITY];
+  for (const path of paths) {
+    for (let i = axis; i < path.length; i += 3) {
+      low = Math.min(low, path[i] as number);
+      high = Math.max(high, path[i] as number);
+    }
+  }
+  return Math.max(high - low, 0);
 }
 
 /** The pose nearest to a place on the screen, within `reach` pixels; null beside the path. */

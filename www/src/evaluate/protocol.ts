@@ -26,8 +26,8 @@ export interface Comparison {
   errors: Float64Array;
   /** The pose of each error. */
   error_poses: Uint32Array;
-  /** s from the first pose; null without times. */
-  seconds: Float64Array | null;
+  /** Times of the reference's poses (s); null without times. */
+  stamps: Float64Array | null;
   /** Path travelled (m). */
   distances: Float64Array;
   /** x y z of each pose (m). */

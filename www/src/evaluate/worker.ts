@@ -54,8 +54,6 @@ function compare(truth: Trajectory, file: TrajectoryFile, options: Partial<Evalu
   const estimate = read(file);
   const evaluation = evaluate(truth, estimate, options);
   try {
-    const stamps = evaluation.stamps();
-    const first = stamps?.[0] ?? 0;
     const summary = evaluation.summary();
     return {
       id: file.id,
@@ -63,7 +61,7 @@ function compare(truth: Trajectory, file: TrajectoryFile, options: Partial<Evalu
       summary: { ...summary, notes: [...estimate.notes, ...summary.notes] },
       errors: evaluation.errors(),
       error_poses: evaluation.error_poses(),
-      seconds: stamps ? stamps.map((stamp) => stamp - first) : null,
+      stamps: evaluation.stamps() ?? null,
       distances: evaluation.distances(),
       reference_positions: evaluation.reference_positions(),
       estimate_positions: evaluation.estimate_positions(),
