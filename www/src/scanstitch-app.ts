@@ -18,6 +18,7 @@ import { filesOfDrop, filesOfInput } from './datasets/gather.js';
 import { fetchDataset, fetchSample } from './datasets/remote.js';
 import type { EngineFacts, FrameResult, IterationRecord, PlanarPoint, Settings } from './engine/protocol.js';
 import { download, EXPORTS, type ExportItem, makeExport } from './export/exports.js';
+import type { GivenFiles } from './evaluate/evaluate-view.js';
 import { Session } from './session.js';
 import { baseName, plural } from './views/format.js';
 import { frameRows } from './views/frame-rows.js';
@@ -91,6 +92,9 @@ export class ScanstitchApp extends LitElement {
   @state() private pairs: Float32Array | null = null;
   @state() private is_system_dark = false;
   @state() private is_exporting = false;
+  @state() private is_evaluating = false;
+  @state() private was_evaluating = false;
+  @state() private evaluated_run: (GivenFiles & { of: unknown }) | null = null;
   @query('scanstitch-map') private map!: ScanstitchMap;
   @query('#pick-files') private file_input!: HTMLInputElement;
   @query('#pick-folder') private folder_input!: HTMLInputElement;
@@ -162,9 +166,10 @@ export class ScanstitchApp extends LitElement {
           this.hovered = detail;
         }}
       >
-        ${this.renderHeader()} ${is_empty ? this.renderEmpty() : nothing}
-        ${layout === 'narrow' ? nothing : this.renderFigures()}
-        <main ?hidden=${is_empty}>
+        ${this.renderHeader()} ${this.renderEvaluation()}
+        ${is_empty && !this.is_evaluating ? this.renderEmpty() : nothing}
+        ${layout === 'narrow' || this.is_evaluating ? nothing : this.renderFigures()}
+        <main ?hidden=${is_empty || this.is_evaluating}>
           ${layout === 'wide' ? html`<aside class="side left" aria-label="Settings">${this.renderSettings()}</aside>` : nothing}
           <div class="middle">
             <div class="map-area">
@@ -223,28 +228,38 @@ export class ScanstitchApp extends LitElement {
       <div class="brand">${logo()}<span>Scanstitch</span></div>
       <div class="dataset">
         ${
-          dataset
-            ? html`<span class="title" title=${dataset.title}>${dataset.title}</span>
-                <span class="muted count">${plural(dataset.scans.length, 'scan')}</span>
-                ${
-                  reference && !is_narrow
-                    ? html`<span class="chip" title="Reference trajectory: ${reference.name}"
-                        ><i class="dash"></i>${baseName(reference.name)}<button
-                          class="quiet"
-                          @click=${() => this.session.remove(reference.name)}
-                          aria-label="Remove the reference ${baseName(reference.name)}"
-                          title="Remove the reference"
-                        >
-                          ${icon('close', 12)}
-                        </button></span
-                      >`
-                    : nothing
-                }`
-            : nothing
+          this.is_evaluating
+            ? html`<span class="title">Trajectories against the truth</span>`
+            : dataset
+              ? html`<span class="title" title=${dataset.title}>${dataset.title}</span>
+                  <span class="muted count">${plural(dataset.scans.length, 'scan')}</span>
+                  ${
+                    reference && !is_narrow
+                      ? html`<span class="chip" title="Reference trajectory: ${reference.name}"
+                          ><i class="dash"></i>${baseName(reference.name)}<button
+                            class="quiet"
+                            @click=${() => this.session.remove(reference.name)}
+                            aria-label="Remove the reference ${baseName(reference.name)}"
+                            title="Remove the reference"
+                          >
+                            ${icon('close', 12)}
+                          </button></span
+                        >`
+                      : nothing
+                  }`
+              : nothing
         }
       </div>
       <nav aria-label="Actions">
+        <button
+          aria-pressed=${this.is_evaluating}
+          title="Compare trajectories with the truth"
+          @click=${this.toggleEvaluation}
+        >
+          ${this.is_evaluating ? 'Back to the map' : 'Evaluate'}
+        </button>
         <scanstitch-menu
+          ?hidden=${this.is_evaluating}
           label="Open"
           icon="open"
           .items=${OPEN_ITEMS}
@@ -252,6 +267,7 @@ export class ScanstitchApp extends LitElement {
           @menu-chosen=${this.onOpen}
         ></scanstitch-menu>
         <scanstitch-menu
+          ?hidden=${this.is_evaluating}
           label="Export"
           icon="download"
           .items=${EXPORTS}
@@ -269,6 +285,32 @@ export class ScanstitchApp extends LitElement {
         </button>
       </nav>
     </header>`;
+  }
+
+  /** The second view, loaded when it is first asked for; hidden, it keeps its files. */
+  private renderEvaluation(): TemplateResult | typeof nothing {
+    if (!this.was_evaluating) return nothing;
+    return html`<scanstitch-evaluate
+      ?hidden=${!this.is_evaluating}
+      ?dark=${this.isDark()}
+      .given=${this.evaluated_run}
+    ></scanstitch-evaluate>`;
+  }
+
+  /** A run that is done goes along, with its reference. */
+  private async toggleEvaluation(): Promise<void> {
+    const { session } = this;
+    if (!this.is_evaluating) {
+      await import('./evaluate/evaluate-view.js');
+      const is_new = session.snapshot !== null && this.evaluated_run?.of !== session.snapshot;
+      if (is_new && session.dataset?.reference && session.phase === 'done') {
+        const text = await session.ask('trajectory_tum');
+        const { reference } = session.dataset;
+        this.evaluated_run = { of: session.snapshot, reference, estimate: { name: 'this run', text } };
+      }
+      this.was_evaluating = true;
+    }
+    this.is_evaluating = !this.is_evaluating;
   }
 
   private renderFigures(): TemplateResult | typeof nothing {

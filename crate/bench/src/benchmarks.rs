@@ -3,8 +3,12 @@
 use std::fmt::Write as _;
 use std::hint::black_box;
 
+use scanstitch::evaluation::alignment::Alignment;
+use scanstitch::evaluation::evaluate::{EvaluationOptions, evaluate};
+use scanstitch::evaluation::metrics::PoseRelation;
 use scanstitch::geometry::{Pose2, RigidMotion};
 use scanstitch::io::ply;
+use scanstitch::io::trajectory;
 use scanstitch::preprocess::planar_scan::PlanarScan;
 use scanstitch::reconstruction::Reconstruction;
 use scanstitch::registration::factors::PointToPlane;
@@ -66,6 +70,11 @@ pub const BENCHMARKS: &[Benchmark] = &[
         prepare: |_| read(ascii_ply(MILLION)),
     },
     Benchmark {
+        name: "evaluate",
+        about: "comparing a trajectory of 100 k poses with the truth: Sim(3), full transformation, drift",
+        prepare: |_| evaluate_poses(),
+    },
+    Benchmark {
         name: "index_build_2d",
         about: "building the index of 100 k points in the plane",
         prepare: |_| Ok(build_index::<2>()),
@@ -117,6 +126,31 @@ fn read(bytes: Vec<u8>) -> Result<Prepared, String> {
         work: Some((bytes.len() as f64, "bytes")),
         run: Box::new(move || {
             black_box(ply::read(black_box(&bytes)).ok());
+        }),
+    })
+}
+
+/// A path of as many poses as there are points elsewhere, and one a centimetre off it.
+fn evaluate_poses() -> Result<Prepared, String> {
+    let path = |noise: f64| {
+        let mut text = String::new();
+        for index in 0..HUNDRED_THOUSAND {
+            let s = index as f64 / 4000.0;
+            let off = noise * (index as f64 * 0.37).sin();
+            let (x, y, z) = (30.0 * s.sin() + off, 20.0 * (0.6 * s).sin(), 2.0 * s.cos() - off);
+            let (sin, cos) = (s / 2.0).sin_cos();
+            let _ = writeln!(text, "{} {x} {y} {z} 0 0 {sin} {cos}", index as f64 / 100.0);
+        }
+        trajectory::read(text.as_bytes()).map_err(|error| error.to_string())
+    };
+    let (reference, estimate) = (path(0.0)?, path(0.01)?);
+    let relation = PoseRelation::FullTransformation;
+    let options = EvaluationOptions { alignment: Alignment::Sim3, relation, ..EvaluationOptions::default() };
+    Ok(Prepared {
+        work: Some((HUNDRED_THOUSAND as f64, "poses")),
+        run: Box::new(move || {
+            let found = evaluate(black_box(&reference), black_box(&estimate), &options);
+            assert!(black_box(found).is_ok());
         }),
     })
 }

@@ -15,6 +15,7 @@ import type {
   Snapshot,
   ToWorker,
 } from './protocol.js';
+import { compile, startWorker } from './start.js';
 import worker_url from './worker.ts?worker&url';
 
 export interface EngineListener {
@@ -109,7 +110,7 @@ export class EngineClient {
   }
 
   #start(): void {
-    const worker = startWorker();
+    const worker = startWorker(worker_url);
     this.#worker = worker;
     this.#is_ready = false;
     worker.onmessage = ({ data }: MessageEvent<FromWorker>) => {
@@ -229,26 +230,4 @@ export class EngineClient {
 
 function withoutFile({ scans, reference }: Inputs, name: string): Inputs {
   return { scans: scans.filter((scan) => scan.name !== name), reference: reference?.name === name ? null : reference };
-}
-
-async function compile(url: string): Promise<WebAssembly.Module> {
-  const response = await fetch(url);
-  if (!response.ok) throw new Error(`${url} could not be loaded: ${response.status} ${response.statusText}`);
-  // Hosts that do not know the type application/wasm are common: compile the bytes there.
-  const is_wasm = response.headers.get('Content-Type')?.startsWith('application/wasm') ?? false;
-  return is_wasm ? WebAssembly.compileStreaming(response) : WebAssembly.compile(await response.arrayBuffer());
-}
-
-/**
- * A browser starts workers only from the page's own host. Where the element is embedded from another one, a line of
- * our own there imports the worker's script.
- */
-function startWorker(): Worker {
-  const url = new URL(worker_url, import.meta.url);
-  if (url.origin === location.origin) return new Worker(url, { type: 'module' });
-  const script = new Blob([`import ${JSON.stringify(url.href)};`], { type: 'text/javascript' });
-  const script_url = URL.createObjectURL(script);
-  const worker = new Worker(script_url, { type: 'module' });
-  worker.addEventListener('message', () => URL.revokeObjectURL(script_url), { once: true });
-  return worker;
 }

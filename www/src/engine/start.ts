@@ -1,0 +1,24 @@
+/** How the engine's module and the workers that run it come to life. */
+
+/** The compiled module, which can be posted to any number of workers. */
+export async function compile(url: string): Promise<WebAssembly.Module> {
+  const response = await fetch(url);
+  if (!response.ok) throw new Error(`${url} could not be loaded: ${response.status} ${response.statusText}`);
+  // Hosts that do not know the type application/wasm are common: compile the bytes there.
+  const is_wasm = response.headers.get('Content-Type')?.startsWith('application/wasm') ?? false;
+  return is_wasm ? WebAssembly.compileStreaming(response) : WebAssembly.compile(await response.arrayBuffer());
+}
+
+/**
+ * A browser starts workers only from the page's own host. Where the element is embedded from another one, a line of
+ * our own there imports the worker's script.
+ */
+export function startWorker(worker_url: string): Worker {
+  const url = new URL(worker_url, import.meta.url);
+  if (url.origin === location.origin) return new Worker(url, { type: 'module' });
+  const script = new Blob([`import ${JSON.stringify(url.href)};`], { type: 'text/javascript' });
+  const script_url = URL.createObjectURL(script);
+  const worker = new Worker(script_url, { type: 'module' });
+  worker.addEventListener('message', () => URL.revokeObjectURL(script_url), { once: true });
+  return worker;
+}

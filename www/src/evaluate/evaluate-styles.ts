@@ -1,0 +1,248 @@
+import { css } from 'lit';
+
+export const evaluate_styles = css`
+  :host {
+    display: block;
+    flex: 1;
+    min-height: 0;
+    overflow: auto;
+    background: var(--background);
+  }
+  .evaluate {
+    position: relative;
+    display: flex;
+    flex-direction: column;
+    gap: 10px;
+    min-height: 100%;
+    padding: 10px;
+  }
+  .controls {
+    display: flex;
+    flex-wrap: wrap;
+    align-items: end;
+    gap: 8px 12px;
+    padding: 10px 12px;
+    border: 1px solid var(--line);
+    border-radius: var(--radius);
+    background: var(--surface);
+  }
+  .controls label {
+    display: grid;
+    gap: 3px;
+    color: var(--muted);
+    font-size: 12px;
+  }
+  .controls label.check {
+    display: flex;
+    align-items: center;
+    gap: 6px;
+    min-height: 32px;
+  }
+  select,
+  input[type='number'] {
+    min-height: 32px;
+    max-width: 200px;
+    padding: 0 8px;
+    border: 1px solid var(--line-strong);
+    border-radius: 7px;
+    background: var(--surface);
+    color: var(--text);
+    font-size: 13px;
+  }
+  input[type='number'] {
+    width: 90px;
+  }
+  .actions {
+    display: flex;
+    gap: 6px;
+    margin-left: auto;
+  }
+  .problems {
+    display: grid;
+    gap: 4px;
+  }
+  .problems li {
+    display: flex;
+    align-items: start;
+    gap: 8px;
+    padding: 7px 10px;
+    border-radius: var(--radius);
+    background: var(--surface);
+    font-size: 13px;
+    overflow-wrap: anywhere;
+  }
+  .problems li svg {
+    margin-top: 2px;
+  }
+  .problems .problem,
+  .empty .problem {
+    color: var(--doubtful);
+    background: var(--doubtful-soft);
+  }
+  .grid {
+    display: grid;
+    grid-template-columns: repeat(12, 1fr);
+    gap: 10px;
+  }
+  section {
+    position: relative;
+    display: flex;
+    flex-direction: column;
+    min-width: 0;
+    border: 1px solid var(--line);
+    border-radius: var(--radius);
+    background: var(--surface);
+  }
+  section > header {
+    display: flex;
+    flex-wrap: wrap;
+    align-items: center;
+    gap: 4px 10px;
+    min-height: 40px;
+    padding: 4px 6px 0 12px;
+  }
+  .save {
+    display: flex;
+    margin-left: auto;
+  }
+  .save button,
+  .looks button {
+    min-height: 28px;
+    padding: 0 8px;
+    color: var(--muted);
+    font-size: 12px;
+  }
+  .looks button[aria-pressed='true'] {
+    background: var(--accent-soft);
+    color: var(--accent);
+  }
+  .over {
+    color: var(--muted);
+    font-size: 12px;
+  }
+  .over select {
+    min-height: 28px;
+    border-color: var(--line);
+    font-size: 12px;
+  }
+  .paths {
+    grid-column: span 6;
+    grid-row: span 2;
+  }
+  .errors,
+  .histogram,
+  .positions,
+  .angles {
+    grid-column: span 6;
+  }
+  .paths scanstitch-figure {
+    flex: 1;
+    min-height: 420px;
+  }
+  .errors scanstitch-figure,
+  .histogram scanstitch-figure {
+    height: 210px;
+  }
+  .positions scanstitch-figure,
+  .angles scanstitch-figure {
+    height: 400px;
+  }
+  .readout {
+    position: absolute;
+    left: 64px;
+    bottom: 44px;
+    padding: 2px 8px;
+    border-radius: 6px;
+    background: color-mix(in srgb, var(--surface) 88%, transparent);
+    font-size: 12px;
+    pointer-events: none;
+  }
+  .scroll {
+    overflow-x: auto;
+  }
+  table {
+    width: 100%;
+    border-collapse: collapse;
+    font-size: 13px;
+    font-variant-numeric: tabular-nums;
+  }
+  th,
+  td {
+    padding: 3px 8px;
+    border-top: 1px solid var(--line);
+    text-align: right;
+    white-space: nowrap;
+  }
+  th {
+    border-top: 0;
+    color: var(--muted);
+    font-size: 12px;
+    font-weight: 600;
+  }
+  th button {
+    min-height: 26px;
+    padding: 0 2px;
+    font-weight: 600;
+  }
+  .name {
+    text-align: left;
+  }
+  td.name button {
+    color: var(--text);
+    text-decoration: none;
+  }
+  td.name i {
+    flex: none;
+    width: 10px;
+    height: 10px;
+    border-radius: 50%;
+  }
+  tbody tr {
+    cursor: pointer;
+  }
+  tbody tr:hover {
+    background: var(--sunken);
+  }
+  tr.selected {
+    background: var(--accent-soft);
+  }
+  tr.selected .name button {
+    font-weight: 650;
+  }
+  .empty {
+    align-items: center;
+    gap: 14px;
+    max-width: 520px;
+    margin: auto;
+    padding: 32px 28px;
+    border: 1.5px dashed var(--line-strong);
+    border-radius: 14px;
+    text-align: center;
+  }
+  .empty h2 {
+    font-size: 18px;
+  }
+  .drop-hint {
+    position: absolute;
+    inset: 0;
+    z-index: 30;
+    display: grid;
+    padding: 14px;
+    background: color-mix(in srgb, var(--background) 82%, transparent);
+    pointer-events: none;
+  }
+  .drop-hint > div {
+    display: grid;
+    place-content: center;
+    border: 2px dashed var(--accent);
+    border-radius: 14px;
+    color: var(--accent);
+    font-size: 20px;
+    font-weight: 600;
+  }
+  @media (max-width: 900px) {
+    .grid > section {
+      grid-column: span 12;
+    }
+  }
+`;

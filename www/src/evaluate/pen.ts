@@ -1,0 +1,141 @@
+/** What figures are drawn with: the same strokes on a canvas and in an SVG file. */
+
+export interface Stroke {
+  color: string;
+  width: number;
+  dash?: readonly number[];
+}
+
+export interface TextStyle {
+  color: string;
+  size: number;
+  align?: 'start' | 'middle' | 'end';
+  /** Turned by a quarter to the left. */
+  is_upright?: boolean;
+}
+
+export interface Pen {
+  /** x y x y ... */
+  line(points: ArrayLike<number>, stroke: Stroke): void;
+  rect(x: number, y: number, width: number, height: number, color: string): void;
+  circle(x: number, y: number, radius: number, color: string, rim?: string): void;
+  /** `y` is the middle of the letters. */
+  text(x: number, y: number, words: string, style: TextStyle): void;
+  /** What `draw` draws shows inside the rectangle alone. */
+  inside(x: number, y: number, width: number, height: number, draw: () => void): void;
+}
+
+const FONT = "system-ui, -apple-system, 'Segoe UI', Roboto, sans-serif";
+
+export class CanvasPen implements Pen {
+  constructor(private readonly context: CanvasRenderingContext2D) {
+    context.lineJoin = 'round';
+    context.lineCap = 'round';
+  }
+
+  line(points: ArrayLike<number>, { color, width, dash }: Stroke): void {
+    const { context } = this;
+    context.strokeStyle = color;
+    context.lineWidth = width;
+    context.setLineDash(dash ? [...dash] : []);
+    context.beginPath();
+    for (let i = 0; i + 1 < points.length; i += 2) context.lineTo(points[i] as number, points[i + 1] as number);
+    context.stroke();
+  }
+
+  rect(x: number, y: number, width: number, height: number, color: string): void {
+    this.context.fillStyle = color;
+    this.context.fillRect(x, y, width, height);
+  }
+
+  circle(x: number, y: number, radius: number, color: string, rim?: string): void {
+    const { context } = this;
+    context.beginPath();
+    context.arc(x, y, radius, 0, 2 * Math.PI);
+    context.fillStyle = color;
+    context.fill();
+    if (!rim) return;
+    context.setLineDash([]);
+    context.lineWidth = 2;
+    context.strokeStyle = rim;
+    context.stroke();
+  }
+
+  text(x: number, y: number, words: string, { color, size, align = 'start', is_upright = false }: TextStyle): void {
+    const { context } = this;
+    context.save();
+    context.translate(x, y);
+    if (is_upright) context.rotate(-Math.PI / 2);
+    context.fillStyle = color;
+    context.font = `${size}px ${FONT}`;
+    context.textAlign = align === 'middle' ? 'center' : align;
+    context.textBaseline = 'middle';
+    context.fillText(words, 0, 0);
+    context.restore();
+  }
+
+  inside(x: number, y: number, width: number, height: number, draw: () => void): void {
+    const { context } = this;
+    context.save();
+    context.beginPath();
+    context.rect(x, y, width, height);
+    context.clip();
+    draw();
+    context.restore();
+  }
+}
+
+export class SvgPen implements Pen {
+  #parts: string[] = [];
+  #num_clips = 0;
+
+  line(points: ArrayLike<number>, { color, width, dash }: Stroke): void {
+    const words: string[] = [];
+    for (let i = 0; i + 1 < points.length; i += 2) words.push(`${short(points[i])},${short(points[i + 1])}`);
+    const dashes = dash ? ` stroke-dasharray="${dash.join(' ')}"` : '';
+    this.#parts.push(
+      `<polyline points="${words.join(' ')}" fill="none" stroke="${color}" stroke-width="${width}"${dashes} stroke-linejoin="round" stroke-linecap="round"/>`,
+    );
+  }
+
+  rect(x: number, y: number, width: number, height: number, color: string): void {
+    const [w, h] = [short(width), short(height)];
+    this.#parts.push(`<rect x="${short(x)}" y="${short(y)}" width="${w}" height="${h}" fill="${color}"/>`);
+  }
+
+  circle(x: number, y: number, radius: number, color: string, rim?: string): void {
+    const stroke = rim ? ` stroke="${rim}" stroke-width="2"` : '';
+    this.#parts.push(`<circle cx="${short(x)}" cy="${short(y)}" r="${radius}" fill="${color}"${stroke}/>`);
+  }
+
+  text(x: number, y: number, words: string, { color, size, align = 'start', is_upright = false }: TextStyle): void {
+    const place = is_upright
+      ? `transform="translate(${short(x)} ${short(y)}) rotate(-90)"`
+      : `x="${short(x)}" y="${short(y)}"`;
+    this.#parts.push(
+      `<text ${place} fill="${color}" font-size="${size}" text-anchor="${align}" dominant-baseline="central">${escape(words)}</text>`,
+    );
+  }
+
+  inside(x: number, y: number, width: number, height: number, draw: () => void): void {
+    const id = `clip${this.#num_clips++}`;
+    const rect = `<rect x="${short(x)}" y="${short(y)}" width="${short(width)}" height="${short(height)}"/>`;
+    this.#parts.push(`<clipPath id="${id}">${rect}</clipPath><g clip-path="url(#${id})">`);
+    draw();
+    this.#parts.push('</g>');
+  }
+
+  /** The file. */
+  finish(width: number, height: number): string {
+    const size = `width="${width}" height="${height}" viewBox="0 0 ${width} ${height}"`;
+    return `<svg xmlns="http://www.w3.org/2000/svg" ${size} font-family="${FONT.replaceAll('"', "'")}">\n${this.#parts.join('\n')}\n</svg>\n`;
+  }
+}
+
+function short(value: number | undefined): string {
+  return String(Math.round((value ?? 0) * 100) / 100);
+}
+
+function escape(words: string): string {
+  return words.replaceAll('&', '&amp;').replaceAll('<', '&lt;').replaceAll('>', '&gt;');
+}
