@@ -16,7 +16,7 @@ const LAYERS: &[&[&str]] = &[
     &["verdict"],
     &["odometry", "pose_graph", "depth_odometry"],
     &["report"],
-    &["reconstruction"],
+    &["reconstruction", "depth_reconstruction"],
     &["wasm"],
 ];
 

@@ -5,18 +5,24 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use nalgebra::{Isometry3, Matrix3, Quaternion, Rotation3, Translation3, UnitQuaternion, Vector3};
-use scanstitch::camera::{DepthImage, DepthScale, Pinhole};
-use scanstitch::depth_odometry::DepthOdometry;
+use scanstitch::depth_reconstruction::{DepthReconstruction, DepthSettings, Intrinsics};
 use scanstitch::geometry::Pose3;
-use scanstitch::io::{depth_png, npy};
-use scanstitch::preprocess::depth_surfels::{DepthModel, depth_surfels};
-use scanstitch::preprocess::wrap_around::usable_pixels;
+use scanstitch::io::npy;
+use scanstitch::report::Stage;
 
 struct Recording {
     name: &'static str,
     depth: Vec<PathBuf>,
     intrinsics: Option<[f64; 4]>,
     truth: Vec<Pose3>,
+}
+
+/// Processor time of this thread where the system tells (s): other programs do not count.
+fn seconds_used(start: Instant) -> f64 {
+    let nanoseconds = std::fs::read_to_string("/proc/thread-self/schedstat")
+        .ok()
+        .and_then(|text| text.split_whitespace().next()?.parse::<f64>().ok());
+    nanoseconds.map_or_else(|| start.elapsed().as_secs_f64(), |nanoseconds| nanoseconds * 1e-9)
 }
 
 fn numbered(folder: &Path, suffix: &str) -> Vec<PathBuf> {
@@ -33,8 +39,8 @@ fn numbered(folder: &Path, suffix: &str) -> Vec<PathBuf> {
 }
 
 fn matrix_pose(rows: &[f64]) -> Pose3 {
-    let R = Matrix3::from_fn(|row, column| rows[4 * row + column]);
-    let rotation = UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix(&R));
+    let matrix = Matrix3::from_fn(|row, column| rows[4 * row + column]);
+    let rotation = UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix(&matrix));
     Isometry3::from_parts(Translation3::new(rows[3], rows[7], rows[11]), rotation)
 }
 
@@ -81,8 +87,9 @@ fn main() {
         eprintln!("skipped: ../shared/data is absent");
         return;
     }
+    let argument = |name: &str| std::env::args().skip_while(|argument| argument != name).nth(1);
     let verbose = std::env::args().any(|argument| argument == "--frames");
-    let offset: f64 = std::env::var("OFFSET").ok().and_then(|v| v.parse().ok()).unwrap_or(0.5);
+    let every = argument("--every").and_then(|number| number.parse().ok()).unwrap_or(1);
     let recordings = [
         apartment(&root, "apartment_first_floor"),
         apartment(&root, "apartment_second_floor"),
@@ -90,82 +97,73 @@ fn main() {
         redwood(&root),
     ];
     for recording in recordings {
-        let bytes: Vec<Vec<u8>> = recording.depth.iter().map(|path| std::fs::read(path).unwrap()).collect();
-        let mut odometry = DepthOdometry::default();
-        let mut poses = Vec::new();
-        let mut seconds = [0.0f64; 3];
-        let mut lines = Vec::new();
-        for bytes in &bytes {
-            let start = Instant::now();
-            let image: DepthImage = depth_png::read(bytes).unwrap();
-            seconds[0] += start.elapsed().as_secs_f64();
-            let start = Instant::now();
-            let scale = DepthScale::guess([&image]);
-            let camera = match recording.intrinsics {
-                Some(intrinsics) => Pinhole::new(image.width, image.height, intrinsics).unwrap(),
-                None => Pinhole::from_field_of_view(image.width, image.height, std::f64::consts::FRAC_PI_2).unwrap(),
-            };
-            let model = DepthModel {
-                step: scale.step,
-                offset: if image.bits == 8 { offset } else { 0.0 },
-                square_noise: if image.bits == 8 { 0.0 } else { 0.002 },
-                min_range: 0.1,
-                max_range: 10.0,
-            };
-            let usable = usable_pixels(&image);
-            let frame = depth_surfels(&image, &usable, &camera, &model);
-            seconds[1] += start.elapsed().as_secs_f64();
-            let start = Instant::now();
-            let estimate = odometry.register_frame(&frame);
-            seconds[2] += start.elapsed().as_secs_f64();
-            let last = estimate.registration.as_ref().map(|r| (r.last.inlier_rmse, r.history.len(), r.fitness));
-            lines.push(format!("{} surfels, agreement {:.3}, {last:.4?}", frame.surfels().count(), estimate.agreement));
-            poses.push(estimate.T_world_camera);
-        }
-        let first = recording.truth[0];
-        let truth: Vec<Pose3> = recording.truth.iter().map(|pose| first.inverse() * pose).collect();
-        let error = |index: usize| (poses[index].translation.vector - truth[index].translation.vector).norm();
-        let (mut worst_step, mut worst_turn) = ((0.0f64, 0), (0.0f64, 0));
-        for index in 0..poses.len() {
-            let previous = index.saturating_sub(1);
-            let step = poses[previous].inverse() * poses[index];
-            let true_step = truth[previous].inverse() * truth[index];
-            let off = true_step.inverse() * step;
-            if off.translation.vector.norm() > worst_step.0 {
-                worst_step = (off.translation.vector.norm(), index);
-            }
-            if off.rotation.angle() > worst_turn.0 {
-                worst_turn = (off.rotation.angle(), index);
-            }
-            if verbose {
-                let e = poses[index].translation.vector - truth[index].translation.vector;
-                println!(
-                    "{index:3} error {:.3} ({:.3} {:.3} {:.3}), step off {:.4} m {:.3} deg, turn off {:.3} deg; {}",
-                    error(index),
-                    e.x,
-                    e.y,
-                    e.z,
-                    off.translation.vector.norm(),
-                    off.rotation.angle().to_degrees(),
-                    (truth[index].inverse() * poses[index]).rotation.angle().to_degrees(),
-                    lines[index]
-                );
-            }
-        }
-        let mean = (0..poses.len()).map(error).sum::<f64>() / poses.len() as f64;
-        let ms = seconds.map(|s| 1000.0 * s / poses.len() as f64);
-        println!(
-            "{}: mean L2 {mean:.4} m, last {:.4}, worst step {:.3} m (frame {}), {:.2} deg (frame {}); ms a frame: decode {:.1}, surfels {:.1}, register {:.1}; map {}",
-            recording.name,
-            error(poses.len() - 1),
-            worst_step.0,
-            worst_step.1,
-            worst_turn.0.to_degrees(),
-            worst_turn.1,
-            ms[0],
-            ms[1],
-            ms[2],
-            odometry.map().surfels().len()
-        );
+        run(recording, every, verbose);
     }
+}
+
+/// Every so many frames of a recording, and how far the estimate is from the truth.
+fn run(recording: Recording, every: usize, verbose: bool) {
+    let files: Vec<Vec<u8>> =
+        recording.depth.iter().step_by(every).map(|path| std::fs::read(path).expect("readable")).collect();
+    let intrinsics = recording.intrinsics.map_or(DepthSettings::default().intrinsics, Intrinsics::Pixels);
+    let mut reconstruction =
+        DepthReconstruction::new(DepthSettings { intrinsics, ..DepthSettings::default() }).expect("sound settings");
+    let began = Instant::now();
+    let start = seconds_used(began);
+    for (index, bytes) in files.iter().enumerate() {
+        reconstruction.add_frame(&format!("{index}"), bytes).expect("a depth image");
+    }
+    let read = seconds_used(began);
+    while reconstruction.step().expect("a camera").stage != Stage::Done {}
+    let registered = seconds_used(began);
+
+    let truth: Vec<Pose3> = recording.truth.iter().step_by(every).copied().collect();
+    let truth: Vec<Pose3> = truth.iter().map(|pose| truth[0].inverse() * pose).collect();
+    let poses = reconstruction.poses();
+    let error = |index: usize| (poses[index].translation.vector - truth[index].translation.vector).norm();
+    let mut worst = ((0.0f64, 0), (0.0f64, 0));
+    let mut counts = [0; 3];
+    for index in 0..poses.len() {
+        let previous = index.saturating_sub(1);
+        let (step, true_step) = (poses[previous].inverse() * poses[index], truth[previous].inverse() * truth[index]);
+        let off = true_step.inverse() * step;
+        let (moved, turned) = (off.translation.vector.norm(), off.rotation.angle().to_degrees());
+        if moved > worst.0.0 {
+            worst.0 = (moved, index);
+        }
+        if turned > worst.1.0 {
+            worst.1 = (turned, index);
+        }
+        let estimate = &reconstruction.estimates()[index];
+        counts[estimate.verdict.status as usize] += 1;
+        if verbose {
+            let last = estimate.registration.as_ref().map(|r| (r.last.inlier_rmse, r.history.len(), r.fitness));
+            println!(
+                "{index:3} error {:.4} m, step off {moved:.4} m {turned:.3} deg; {:?}, agreement {:.3}, overlap {:.3}, \
+                 {last:.4?} {}",
+                error(index),
+                estimate.verdict.status,
+                estimate.verdict.agreement,
+                estimate.overlap,
+                estimate.verdict.reason
+            );
+        }
+    }
+    let count = poses.len() as f64;
+    println!(
+        "{}, {} frames, {:?}: mean L2 {:.4} m, last {:.4} m, worst step {:.3} m (frame {}) and {:.2} deg (frame {}); \
+         good, doubtful, lost {counts:?}; ms a frame: decode {:.1}, register {:.1}; map of {} points",
+        recording.name,
+        poses.len(),
+        reconstruction.quantisation(),
+        (0..poses.len()).map(error).sum::<f64>() / count,
+        error(poses.len() - 1),
+        worst.0.0,
+        worst.0.1,
+        worst.1.0,
+        worst.1.1,
+        1000.0 * (read - start) / count,
+        1000.0 * (registered - read) / count,
+        reconstruction.map_cloud().len()
+    );
 }

@@ -11,6 +11,7 @@
 pub mod camera;
 pub mod cloud_registration;
 pub mod depth_odometry;
+pub mod depth_reconstruction;
 pub mod error;
 pub mod evaluation;
 pub mod geometry;

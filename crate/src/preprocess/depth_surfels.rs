@@ -261,3 +261,99 @@ impl WeightTable {
         self.weights[usize::from(value)]
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const EIGHT_BITS: DepthModel =
+        DepthModel { step: 10.0 / 255.0, offset: 0.5, square_noise: 0.0, min_range: 0.1, max_range: 10.0 };
+
+    fn camera() -> Pinhole {
+        Pinhole::from_field_of_view(256, 192, 1.4).unwrap()
+    }
+
+    /// The nearest of some planes n . p = d along every ray, in 8 bits over 10 m, truncated.
+    fn image(planes: &[(Vector3<f64>, f64)]) -> DepthImage {
+        let camera = camera();
+        let depth = |index: usize| {
+            let ray = camera.ray((index % 256) as f64, (index / 256) as f64);
+            let depths = planes.iter().map(|(normal, d)| d / normal.dot(&ray)).filter(|&depth| depth > 0.0);
+            depths.fold(f64::INFINITY, f64::min)
+        };
+        let values = (0..256 * 192).map(|index| (depth(index) / 10.0 * 255.0).floor().min(255.0) as u16).collect();
+        DepthImage { width: 256, height: 192, values, bits: 8 }
+    }
+
+    fn surfels(image: &DepthImage) -> SurfelImage {
+        depth_surfels(image, &vec![true; image.values.len()], &camera(), &EIGHT_BITS)
+    }
+
+    #[test]
+    fn steps_of_coarse_depth_are_no_false_planes() {
+        let wall = (Vector3::new(0.6, 0.0, 0.8), 2.0); // oblique, 39 mm steps everywhere
+        let found = surfels(&image(&[wall]));
+        let inner: Vec<&Surfel> = found.surfels().collect();
+        let (mut sum, count) = (0.0, inner.len());
+        assert!(inner.len() * 10 > 8 * found.cells.len(), "{}", inner.len());
+        for surfel in inner {
+            let (off, turned) = (wall.0.dot(&surfel.point) - wall.1, surfel.normal.angle(&-wall.0));
+            assert!(off.abs() < 0.010 && off.abs() < 4.0 * surfel.deviation, "{off} {}", surfel.deviation);
+            assert!(turned < MAX_NORMAL_DEVIATION, "{turned} at {}", surfel.point);
+            sum += turned;
+            assert!((surfel.normal.norm() - 1.0).abs() < 1e-12);
+        }
+        assert!(sum / (count as f64) < 0.02, "{}", sum / count as f64);
+    }
+
+    #[test]
+    fn a_wall_that_faces_the_camera_is_known_to_a_step_only() {
+        let found = surfels(&image(&[(Vector3::z(), 3.01)]));
+        for surfel in found.surfels() {
+            assert!((surfel.normal + Vector3::z()).norm() < 1e-6);
+            assert!((surfel.point.z - 3.01).abs() < EIGHT_BITS.step / 2.0);
+            assert!((surfel.deviation - EIGHT_BITS.step / 12f64.sqrt()).abs() < 1e-3);
+        }
+        assert!(found.surfels().count() > 2000);
+    }
+
+    #[test]
+    fn nothing_stands_between_an_object_and_what_is_behind() {
+        let (box_front, wall) = ((Vector3::new(-0.3, 0.0, 0.954), 1.5), (Vector3::z(), 4.0));
+        let mut scene = image(&[wall]);
+        let near = image(&[box_front]);
+        for (index, value) in scene.values.iter_mut().enumerate() {
+            if (60..130).contains(&(index % 256)) && index / 256 > 70 {
+                *value = near.values[index];
+            }
+        }
+        // Mixed pixels, as sensors that average have them.
+        for v in 71..192 {
+            for u in [59, 130] {
+                let index = v * 256 + u;
+                scene.values[index] = u16::midpoint(scene.values[index - 2], scene.values[index + 2]);
+            }
+        }
+        for surfel in surfels(&scene).surfels() {
+            let to_box = (box_front.0.dot(&surfel.point) - box_front.1).abs();
+            let to_wall = (surfel.point.z - wall.1).abs();
+            assert!(to_box.min(to_wall) < 0.025, "{} is on neither", surfel.point);
+        }
+    }
+
+    #[test]
+    fn holes_and_unusable_pixels_give_no_surface() {
+        let mut scene = image(&[(Vector3::new(0.6, 0.0, 0.8), 2.0)]);
+        let usable: Vec<bool> = (0..scene.values.len()).map(|index| index % 256 < 128).collect();
+        scene.values[..256 * 40].fill(0);
+        let found = depth_surfels(&scene, &usable, &camera(), &EIGHT_BITS);
+        for (index, cell) in found.cells.iter().enumerate() {
+            let (column, row) = (index % found.columns, index / found.columns);
+            assert!(cell.is_none() || (column < 32 && row >= 10), "{column} {row}");
+        }
+        assert!(found.surfels().count() > 500);
+        let tiny = DepthImage { width: 3, height: 3, values: vec![9; 9], bits: 8 };
+        let camera = Pinhole::new(3, 3, [3.0, 3.0, 1.0, 1.0]).unwrap();
+        assert!(depth_surfels(&tiny, &[true; 9], &camera, &EIGHT_BITS).cells.is_empty());
+    }
+}
