@@ -5,6 +5,7 @@
 
 pub mod depth_png;
 pub mod npy;
+pub mod pcd;
 pub mod ply;
 mod text;
 pub mod trajectory;
