@@ -9,14 +9,14 @@ use std::path::{Path, PathBuf};
 const LAYERS: &[&[&str]] = &[
     &["error"],
     &["geometry", "sparse"],
-    &["search"],
+    &["search", "camera"],
     &["io", "preprocess", "registration"],
     &["settings", "evaluation", "cloud_registration", "scene"],
-    &["map"],
+    &["map", "surfel_map"],
     &["verdict"],
-    &["odometry", "pose_graph"],
+    &["odometry", "pose_graph", "depth_odometry"],
     &["report"],
-    &["reconstruction"],
+    &["reconstruction", "depth_reconstruction"],
     &["wasm"],
 ];
 

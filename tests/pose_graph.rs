@@ -48,7 +48,10 @@ fn shaken_poses_in_space_come_back_to_where_they_were() {
     let nodes: Vec<_> = scans
         .iter()
         .zip(&targets)
-        .map(|((points, normals), target)| Node { source: Source { points, normals: Some(normals) }, target })
+        .map(|((points, normals), target)| Node {
+            source: Source { points, normals: Some(normals), deviations: None },
+            target,
+        })
         .collect();
     let shaken = truth.iter().enumerate().map(|(i, T)| {
         let size = if i == 0 { 0.0 } else { 0.02 };
@@ -72,7 +75,8 @@ fn nodes_that_share_nothing_end_the_solution_without_moving() {
     let (points, normals) = corner();
     let normals: Vec<_> = normals.into_iter().map(Some).collect();
     let target = OrientedTarget::new(points.clone(), normals.clone());
-    let node = || Node { source: Source { points: &points, normals: Some(&normals) }, target: &target };
+    let node =
+        || Node { source: Source { points: &points, normals: Some(&normals), deviations: None }, target: &target };
     let apart = vec![Pose3::identity(), Pose3::translation(100.0, 0.0, 0.0)];
     let mut graph = PoseGraph::<3, 6, Pose3>::new(apart.clone(), edges_between(&[Vector3::zeros(), Vector3::x()], 1));
     while !graph.is_done(&OPTIONS) {

@@ -52,7 +52,7 @@ fn point_to_line_finds_a_known_motion_from_a_different_sampling() {
     let corners = ROOM.map(|c| <[f64; 2]>::from(T.inverse().act(&Vector2::from(c))));
     let source = PlanarScan::new(scan_inside(&corners));
     let oriented = OrientedTarget::new(target.points.clone(), target.normals.clone());
-    let source = Source { points: &source.points, normals: Some(&source.normals) };
+    let source = Source { points: &source.points, normals: Some(&source.normals), deviations: None };
     let result = register::<2, 3, Pose2, PointToPlane>(source, &oriented, Pose2::identity(), &OPTIONS);
     let error = T.inverse() * result.T_target_source;
     assert!(result.converged && error.translation_norm() < 1e-3 && error.rotation_angle() < 1e-3, "{error}");
@@ -70,7 +70,7 @@ fn a_bare_corridor_leaves_the_motion_along_it_open_and_a_round_room_the_turn() {
     let register_to_itself = |scan: Vec<Vector2<f64>>| {
         let scan = PlanarScan::new(scan);
         let target = OrientedTarget::new(scan.points.clone(), scan.normals.clone());
-        let source = Source { points: &scan.points, normals: Some(&scan.normals) };
+        let source = Source { points: &scan.points, normals: Some(&scan.normals), deviations: None };
         register::<2, 3, Pose2, PointToPlane>(source, &target, Pose2::identity(), &OPTIONS)
     };
     let walls = [[-1e4, -1.0], [1e4, -1.0], [1e4, 1.0], [-1e4, 1.0]];
@@ -104,7 +104,7 @@ fn trimming_and_robust_kernels_withstand_outliers_that_least_squares_does_not() 
             ..OPTIONS
         };
         let oriented = OrientedTarget::new(target.points.clone(), target.normals.clone());
-        let source = Source { points: &source, normals: None };
+        let source = Source { points: &source, normals: None, deviations: None };
         let result = register::<2, 3, Pose2, PointToPlane>(source, &oriented, Pose2::identity(), &options);
         (T.inverse() * result.T_target_source).translation_norm()
     };
@@ -123,7 +123,12 @@ fn nothing_to_match_is_no_convergence_and_no_panic() {
     let here = [Vector2::new(1.0, 0.0), Vector2::new(0.0, 1.0)];
     let guess = Pose2::translation(0.5, 0.25);
     for points in [&here[..], &[]] {
-        let result = register::<2, 3, Pose2, PointToPoint>(Source { points, normals: None }, &far, guess, &OPTIONS);
+        let result = register::<2, 3, Pose2, PointToPoint>(
+            Source { points, normals: None, deviations: None },
+            &far,
+            guess,
+            &OPTIONS,
+        );
         assert!(!result.converged);
         assert_eq!(result.T_target_source, guess);
         assert_eq!((result.last.num_correspondences, result.fitness), (0, 0.0));

@@ -176,7 +176,7 @@ fn register_planar(
         guess = found.map_or(guess, |found| found.T_target_source);
     }
     let icp = icp_options(options);
-    let points = Source { points: &source.points, normals: Some(&source.normals) };
+    let points = Source { points: &source.points, normals: Some(&source.normals), deviations: None };
     let registration = match options.metric.unwrap_or(CloudMetric::PointToLine) {
         CloudMetric::PointToPoint => {
             register::<2, 3, Pose2, PointToPoint>(points, &PointTarget::new(target.points), guess, &icp)
@@ -200,7 +200,7 @@ fn register_spatial(
     options: &RegistrationOptions,
 ) -> Result<RegistrationResult> {
     let icp = icp_options(options);
-    let points = Source { points: &source.points, normals: source.normals.as_deref() };
+    let points = Source { points: &source.points, normals: source.normals.as_deref(), deviations: None };
     let registration = match (options.metric, target.normals) {
         (Some(CloudMetric::PointToLine), _) => {
             let problem = "point_to_line is for planar clouds, and these are clouds in space";

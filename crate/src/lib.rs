@@ -8,7 +8,10 @@
 //! into the target's frame; `T_world_sensor` is a pose.
 #![allow(non_snake_case)] // T_target_source, H: the field's notation, frame names readable next to each other.
 
+pub mod camera;
 pub mod cloud_registration;
+pub mod depth_odometry;
+pub mod depth_reconstruction;
 pub mod error;
 pub mod evaluation;
 pub mod geometry;
@@ -24,6 +27,7 @@ pub mod scene;
 pub mod search;
 pub mod settings;
 pub mod sparse;
+pub mod surfel_map;
 pub mod verdict;
 
 #[cfg(target_arch = "wasm32")]

@@ -64,7 +64,7 @@ impl LocalMap {
 
     /// Registers a scan to the map from a guess of `T_world_sensor`.
     pub fn register(&self, scan: &PlanarScan, guess: Pose2, settings: &Settings) -> PlanarRegistration {
-        let source = Source { points: &scan.points, normals: Some(&scan.normals) };
+        let source = Source { points: &scan.points, normals: Some(&scan.normals), deviations: None };
         let options = settings.icp_options();
         match settings.metric {
             MetricName::PointToPoint => {

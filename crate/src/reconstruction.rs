@@ -343,5 +343,5 @@ impl Joint {
 }
 
 fn source(scan: &PlanarScan) -> Source<'_, 2> {
-    Source { points: &scan.points, normals: Some(&scan.normals) }
+    Source { points: &scan.points, normals: Some(&scan.normals), deviations: None }
 }

@@ -194,7 +194,7 @@ fn icp_iteration() -> Prepared {
     Prepared {
         work: None,
         run: Box::new(move || {
-            let source = Source { points: &source.points, normals: Some(&source.normals) };
+            let source = Source { points: &source.points, normals: Some(&source.normals), deviations: None };
             black_box(register::<2, 3, Pose2, PointToPlane>(black_box(source), &target, guess, &options));
         }),
     }

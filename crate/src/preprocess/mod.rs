@@ -2,4 +2,6 @@
 
 pub mod beam_normals;
 pub mod clean;
+pub mod depth_surfels;
 pub mod planar_scan;
+pub mod wrap_around;

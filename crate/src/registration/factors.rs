@@ -2,6 +2,7 @@
 
 use nalgebra::{SMatrix, SVector};
 
+use super::projective::ProjectiveTarget;
 use super::target::{OrientedTarget, PointTarget, Target};
 use crate::geometry::RigidMotion;
 
@@ -51,6 +52,9 @@ pub struct PointToPoint;
 /// Gauss-Newton. In the plane this is called point-to-line.
 pub struct PointToPlane;
 
+/// Point-to-plane against pieces of surface looked up by projection.
+pub struct PointToSurfel;
+
 impl<const D: usize, const DOF: usize, M: RigidMotion<D, DOF>> Metric<D, DOF, M> for PointToPoint {
     type Target = PointTarget<D>;
 
@@ -77,25 +81,58 @@ impl<const D: usize, const DOF: usize, M: RigidMotion<D, DOF>> Metric<D, DOF, M>
     type Target = OrientedTarget<D>;
 
     fn residual(target: &Self::Target, index: u32, moved: &SVector<f64, D>) -> Option<f64> {
-        target.normal(index).map(|normal| normal.dot(&(moved - target.point(index))))
+        plane_residual(target, index, moved)
     }
 
     fn step(target: &Self::Target, correspondences: &[Correspondence<D>]) -> Option<M> {
-        let NormalEquations { H, b } = <Self as Metric<D, DOF, M>>::normal_equations(target, correspondences);
-        let damping = SMatrix::identity() * (RELATIVE_DAMPING * H.trace());
-        (H + damping).cholesky().map(|factor| M::exp(&-factor.solve(&b)))
+        gauss_newton_step(&plane_equations::<D, DOF, M>(target, correspondences))
     }
 
     fn normal_equations(target: &Self::Target, correspondences: &[Correspondence<D>]) -> NormalEquations<DOF> {
-        let mut sums = NormalEquations { H: SMatrix::zeros(), b: SVector::zeros() };
-        for c in correspondences {
-            let Some(normal) = target.normal(c.target) else { continue };
-            let gradient = M::point_jacobian(&c.moved).tr_mul(normal); // of n . (exp(delta) p - q)
-            sums.H += gradient * gradient.transpose() * c.weight;
-            sums.b += gradient * (c.residual * c.weight);
-        }
-        sums
+        plane_equations::<D, DOF, M>(target, correspondences)
     }
+}
+
+impl<const DOF: usize, M: RigidMotion<3, DOF>> Metric<3, DOF, M> for PointToSurfel {
+    type Target = ProjectiveTarget;
+
+    fn residual(target: &Self::Target, index: u32, moved: &SVector<f64, 3>) -> Option<f64> {
+        plane_residual(target, index, moved)
+    }
+
+    fn step(target: &Self::Target, correspondences: &[Correspondence<3>]) -> Option<M> {
+        gauss_newton_step(&plane_equations::<3, DOF, M>(target, correspondences))
+    }
+
+    fn normal_equations(target: &Self::Target, correspondences: &[Correspondence<3>]) -> NormalEquations<DOF> {
+        plane_equations::<3, DOF, M>(target, correspondences)
+    }
+}
+
+/// n . (p - q).
+fn plane_residual<const D: usize>(target: &impl Target<D>, index: u32, moved: &SVector<f64, D>) -> Option<f64> {
+    target.normal(index).map(|normal| normal.dot(&(moved - target.point(index))))
+}
+
+fn plane_equations<const D: usize, const DOF: usize, M: RigidMotion<D, DOF>>(
+    target: &impl Target<D>,
+    correspondences: &[Correspondence<D>],
+) -> NormalEquations<DOF> {
+    let mut sums = NormalEquations { H: SMatrix::zeros(), b: SVector::zeros() };
+    for c in correspondences {
+        let Some(normal) = target.normal(c.target) else { continue };
+        let gradient = M::point_jacobian(&c.moved).tr_mul(normal); // of n . (exp(delta) p - q)
+        sums.H += gradient * gradient.transpose() * c.weight;
+        sums.b += gradient * (c.residual * c.weight);
+    }
+    sums
+}
+
+fn gauss_newton_step<const D: usize, const DOF: usize, M: RigidMotion<D, DOF>>(
+    equations: &NormalEquations<DOF>,
+) -> Option<M> {
+    let damping = SMatrix::identity() * (RELATIVE_DAMPING * equations.H.trace());
+    (equations.H + damping).cholesky().map(|factor| M::exp(&-factor.solve(&equations.b)))
 }
 
 /// Damping (Levenberg 1944) over the trace of H: so little that it holds back only what nothing measures.

@@ -20,6 +20,8 @@ pub struct Source<'a, const D: usize> {
     pub points: &'a [SVector<f64, D>],
     /// One entry a point, for the rejection by normals; `None` where there are no normals at all.
     pub normals: Option<&'a [Option<SVector<f64, D>>]>,
+    /// Standard deviation of each point along its normal (m), where known: uncertain pairs count less.
+    pub deviations: Option<&'a [f64]>,
 }
 
 /// When a pair of points is taken for a correspondence.
@@ -102,6 +104,9 @@ pub struct Registration<const D: usize, const DOF: usize, M> {
     /// Which direction, if any, the correspondences leave undetermined.
     pub observability: Observability<DOF>,
 }
+
+/// A pair of points that are known this well (m) is as good as any: what remains is not theirs.
+const CERTAIN_DEVIATION: f64 = 3e-3;
 
 /// Residuals are never believed to be smaller than this (m) when the information is computed: a noise-free cloud would
 /// claim to be known without error.
@@ -199,11 +204,20 @@ where
             continue;
         }
         let Some(residual) = F::residual(target, neighbor.index, &moved) else { continue };
-        let weight = options.weighting.robust_kernel.weight(residual, options.weighting.robust_kernel_width);
+        let weight = options.weighting.robust_kernel.weight(residual, options.weighting.robust_kernel_width)
+            * source
+                .deviations
+                .map_or(1.0, |deviations| precision(deviations[index], target.deviation(neighbor.index)));
         correspondences.push(Correspondence { source: index as u32, target: neighbor.index, moved, residual, weight });
     }
     trim(correspondences, trim_fraction);
     num_correspondences
+}
+
+/// The weight of a pair by the uncertainty of its two sides, 1 where both are certain.
+fn precision(source_deviation: f64, target_deviation: f64) -> f64 {
+    let variance = source_deviation * source_deviation + target_deviation * target_deviation;
+    1.0 / (1.0 + variance / (CERTAIN_DEVIATION * CERTAIN_DEVIATION))
 }
 
 /// Drops the share with the largest residuals (Chetverikov et al., "The trimmed iterative closest point algorithm",

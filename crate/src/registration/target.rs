@@ -43,6 +43,10 @@ pub trait Target<const D: usize> {
     fn point(&self, index: u32) -> &SVector<f64, D>;
     /// Unit normal of a target point, where it has one.
     fn normal(&self, index: u32) -> Option<&SVector<f64, D>>;
+    /// Standard deviation of the surface at a target point along its normal (m); 0 where nothing is known of it.
+    fn deviation(&self, _index: u32) -> f64 {
+        0.0
+    }
 }
 
 impl<const D: usize> Target<D> for PointTarget<D> {

@@ -124,7 +124,7 @@ pub(super) fn collect(mut rows: impl Rows, count: u64, most: usize, layout: &Lay
 ///
 /// From 8192 m on single precision has steps of a millimetre and more. The median, since the first point alone may be
 /// a far one that stands for "no return": every other point would suffer for it.
-pub(super) fn origin_of(positions: impl Iterator<Item = DVec3>) -> DVec3 {
+pub(in crate::io) fn origin_of(positions: impl Iterator<Item = DVec3>) -> DVec3 {
     const FAR: f64 = 1e4;
     const LOOKED_AT: usize = 1024;
     let head: Vec<DVec3> = positions.take(LOOKED_AT).filter(|position| position.is_finite()).collect();
@@ -142,7 +142,7 @@ pub(super) fn origin_of(positions: impl Iterator<Item = DVec3>) -> DVec3 {
 
 /// The normals at unit length, those of no length zero; none when all are zero, as writers fill the columns without
 /// having any.
-pub(super) fn unit_normals(mut normals: Vec<Vec3>) -> Option<Vec<Vec3>> {
+pub(in crate::io) fn unit_normals(mut normals: Vec<Vec3>) -> Option<Vec<Vec3>> {
     // What is off by no more than the rounding of six decimals is left as it was written.
     const ROUNDING: f32 = 1e-5;
     for normal in &mut normals {

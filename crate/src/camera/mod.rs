@@ -1,0 +1,11 @@
+//! Cameras and what they deliver: depth images, and the rays that their pixels look along.
+//!
+//! Camera frames: x right, y down, z forward. Pixel (0, 0) is the middle of the upper left pixel.
+
+pub mod depth_image;
+pub mod pinhole;
+pub mod surfel_image;
+
+pub use depth_image::{DepthImage, DepthScale};
+pub use pinhole::Pinhole;
+pub use surfel_image::{Surfel, SurfelImage};

@@ -1,0 +1,228 @@
+//! Point clouds in PCD files, the format of the Point Cloud Library.
+//!
+//! The format: the library's documentation, "The PCD (Point Cloud Data) file format", versions 0.5 to 0.7.
+//! Read are ascii, binary and binary_compressed: positions, and normals and colours where present; other fields are
+//! stepped over, and names may be in capitals.
+//!
+//! - `x y` without `z` is a scan in the plane, z = 0.
+//! - Normals are `normal_x normal_y normal_z`. They are made unit length, as those of PLY files are.
+//! - Colours are `rgb` or `rgba`: 0xAARRGGBB in 32 bits, which a file may announce as a float.
+//! - Points that are not finite are kept, as in organised clouds they hold a place.
+//! - `VIEWPOINT` is not applied: the points are as the file has them.
+//! - Numbers of ascii files are apart by blanks or by commas.
+//! - Map coordinates (over 10 km from zero) are kept relative to an origin, as those of PLY files are.
+
+mod header;
+mod lzf;
+
+use glam::DVec3;
+
+use self::header::{Encoding, Field, Header, Kind};
+use super::ply::{origin_of, unit_normals};
+use super::text::{line_number, number, quote};
+use crate::geometry::PointCloud;
+use crate::{Error, Result};
+
+/// Reads a PCD file, given as its bytes.
+///
+/// # Errors
+/// No PCD file; a header that breaks the format's rules; points without x or y; a value that is no number; a file that
+/// ends early or whose compressed data are broken. The error names the line or the byte.
+pub fn read(bytes: &[u8]) -> Result<PointCloud> {
+    let header = header::parse(bytes)?;
+    let columns = Columns::of(&header)?;
+    match header.encoding {
+        Encoding::Ascii => read_ascii(bytes, &header, &columns),
+        Encoding::Binary => {
+            let data = &bytes[header.end..];
+            let fits = data.len().checked_div(header.stride).unwrap_or(0);
+            if fits < header.num_points {
+                return Err(cut_off(bytes, fits, &header));
+            }
+            Ok(columns.cloud(header.num_points, |column, point| {
+                column.value(&data[point * header.stride + column.field.offset..])
+            }))
+        }
+        Encoding::BinaryCompressed => {
+            let data = decompressed(bytes, &header)?;
+            // Field after field, each for all points.
+            Ok(columns.cloud(header.num_points, |column, point| {
+                let size = column.field.size * column.field.count;
+                column.value(&data[column.field.offset * header.num_points + point * size..])
+            }))
+        }
+    }
+}
+
+fn cut_off(bytes: &[u8], fits: usize, header: &Header) -> Error {
+    let problem = format!(
+        "The file is cut off: it ends in point {} of the {} announced, each of {} bytes",
+        fits + 1,
+        header.num_points,
+        header.stride
+    );
+    Error::byte(bytes.len(), problem, "Copy or export it again")
+}
+
+/// Two sizes of 32 bits, compressed and not, then the data.
+fn decompressed(bytes: &[u8], header: &Header) -> Result<Vec<u8>> {
+    let data = &bytes[header.end..];
+    let size = |at: usize| {
+        let size =
+            data.get(at..at + 4).and_then(|size| size.first_chunk()).map(|&size| u32::from_le_bytes(size) as usize);
+        size.ok_or_else(|| {
+            let problem = "The file is cut off: it ends before the sizes of its compressed data";
+            Error::byte(bytes.len(), problem, "Copy or export it again")
+        })
+    };
+    let (compressed, expected) = (size(0)?, size(4)?);
+    let announced = header.num_points.checked_mul(header.stride);
+    if announced != Some(expected) {
+        let problem = format!(
+            "The compressed data are {expected} bytes, but {} points of {} bytes are announced",
+            header.num_points, header.stride
+        );
+        return Err(Error::byte(header.end + 4, problem, "Export the file again"));
+    }
+    let Some(packed) = data[8..].get(..compressed) else {
+        let problem =
+            format!("The file is cut off: {compressed} compressed bytes are announced, {} are there", data.len() - 8);
+        return Err(Error::byte(bytes.len(), problem, "Copy or export it again"));
+    };
+    lzf::decompress(packed, expected).map_err(|offset| {
+        Error::byte(header.end + 8 + offset, "The compressed data are broken", "Copy or export the file again")
+    })
+}
+
+fn read_ascii(bytes: &[u8], header: &Header, columns: &Columns) -> Result<PointCloud> {
+    let num_values: usize = header.fields.iter().map(|field| field.count).sum();
+    let text = &bytes[header.end..];
+    let mut rows: Vec<[f64; NUM_COLUMNS]> = Vec::new();
+    let mut start = 0;
+    while rows.len() < header.num_points {
+        if start >= text.len() {
+            let problem =
+                format!("The file is cut off: it ends before point {} of {}", rows.len() + 1, header.num_points);
+            return Err(Error::line(line_number(bytes, bytes.len()), problem, "Copy or export it again"));
+        }
+        let length =
+            text[start..].iter().position(|&byte| byte == b'\n' || byte == b'\r').unwrap_or(text.len() - start);
+        let line = &text[start..start + length];
+        let offset = header.end + start;
+        start += length + 1;
+        let is_apart = |byte: &u8| matches!(byte, b' ' | b'\t' | b',' | b';');
+        let mut row = [0.0; NUM_COLUMNS];
+        let mut index = 0;
+        for token in line.split(is_apart).filter(|token| !token.is_empty()) {
+            if let Some(slot) = columns.slot_of_value(index) {
+                row[slot] = number(token).ok_or_else(|| {
+                    let problem =
+                        format!("Value {} of point {} is {}, not a number", index + 1, rows.len() + 1, quote(token));
+                    Error::line(line_number(bytes, offset), problem, "Write decimal numbers")
+                })?;
+            }
+            index += 1;
+        }
+        if index == 0 {
+            continue;
+        }
+        if index != num_values {
+            let problem = format!("Point {} has {index} values in place of {num_values}", rows.len() + 1);
+            return Err(Error::line(line_number(bytes, offset), problem, "Write all fields of one point on a line"));
+        }
+        rows.push(row);
+    }
+    Ok(columns.cloud(rows.len(), |column, point| column.text_value(rows[point][column.slot])))
+}
+
+/// x y z, the normal, the colour.
+const NUM_COLUMNS: usize = 7;
+
+/// A field that means something to a point cloud.
+#[derive(Clone, Copy)]
+struct Column<'a> {
+    field: &'a Field,
+    /// Index of its value among the values of a point.
+    value_index: usize,
+    /// Its place in a row of text.
+    slot: usize,
+}
+
+impl Column<'_> {
+    /// The number at the start of `bytes`; a colour as its 32 bits.
+    fn value(&self, bytes: &[u8]) -> f64 {
+        if self.slot == COLOR {
+            return f64::from(bytes.first_chunk().map_or(0, |&bits| u32::from_le_bytes(bits)));
+        }
+        self.field.value(bytes)
+    }
+
+    /// A number from a text; a colour that is announced as a float has its bits in the float.
+    fn text_value(&self, value: f64) -> f64 {
+        if self.slot == COLOR && self.field.kind == Kind::Float { f64::from((value as f32).to_bits()) } else { value }
+    }
+}
+
+const COLOR: usize = 6;
+
+struct Columns<'a> {
+    position: [Option<Column<'a>>; 3],
+    normal: Option<[Column<'a>; 3]>,
+    color: Option<Column<'a>>,
+}
+
+impl<'a> Columns<'a> {
+    fn of(header: &'a Header) -> Result<Self> {
+        let find = |slot: usize, names: &[&str]| {
+            let index =
+                header.fields.iter().position(|field| field.count > 0 && names.contains(&field.name.as_str()))?;
+            let value_index = header.fields[..index].iter().map(|field| field.count).sum();
+            Some(Column { field: &header.fields[index], value_index, slot })
+        };
+        let coordinate = |slot, name| {
+            find(slot, &[name]).ok_or_else(|| {
+                let names: Vec<&str> = header.fields.iter().map(|field| field.name.as_str()).take(20).collect();
+                let problem = format!("The points have no field called {name}, only {}", names.join(", "));
+                Error::line(header.fields_line, problem, "Points need x, y and z, or x and y for a scan in the plane")
+            })
+        };
+        let position = [Some(coordinate(0, "x")?), Some(coordinate(1, "y")?), find(2, &["z"])];
+        let normal = [find(3, &["normal_x", "nx"]), find(4, &["normal_y", "ny"]), find(5, &["normal_z", "nz"])];
+        let normal = if let [Some(x), Some(y), Some(z)] = normal { Some([x, y, z]) } else { None };
+        let color = find(COLOR, &["rgb", "rgba"]).filter(|column| column.field.size == 4);
+        Ok(Self { position, normal, color })
+    }
+
+    fn all(&self) -> impl Iterator<Item = &Column<'a>> {
+        self.position.iter().flatten().chain(self.normal.iter().flatten()).chain(&self.color)
+    }
+
+    /// Where the value with this index goes in a row, if anywhere.
+    fn slot_of_value(&self, index: usize) -> Option<usize> {
+        self.all().find(|column| column.value_index == index).map(|column| column.slot)
+    }
+
+    /// The cloud of so many points, from the value of each column of each point.
+    fn cloud(&self, num_points: usize, value: impl Fn(&Column<'a>, usize) -> f64) -> PointCloud {
+        let coordinate = |axis: usize, point| self.position[axis].as_ref().map_or(0.0, |column| value(column, point));
+        let position = |point| DVec3::new(coordinate(0, point), coordinate(1, point), coordinate(2, point));
+        let origin = origin_of((0..num_points).map(position));
+        let normal = |columns: &[Column<'a>; 3], point| {
+            let [x, y, z] = columns.each_ref().map(|column| value(column, point));
+            DVec3::new(x, y, z).as_vec3()
+        };
+        let color = |column: &Column<'a>, point| {
+            let [_, red, green, blue] = (value(column, point) as u32).to_be_bytes();
+            [red, green, blue]
+        };
+        PointCloud {
+            positions: (0..num_points).map(|point| (position(point) - origin).as_vec3()).collect(),
+            normals: self
+                .normal
+                .as_ref()
+                .and_then(|columns| unit_normals((0..num_points).map(|point| normal(columns, point)).collect())),
+            colors: self.color.as_ref().map(|column| (0..num_points).map(|point| color(column, point)).collect()),
+            origin,
+        }
+    }
+}

@@ -1,0 +1,359 @@
+//! A depth image to pieces of surface, steps of coarse depth and silhouettes taken care of.
+//!
+//! A plane is linear in inverse depth: n . p = d with p = z (x, y, 1) gives 1 / z = (n . (x, y, 1)) / d. So a plane is
+//! fitted to 1 / z over a window of pixels in closed form, from sums that summed-area tables (Crow 1984) give for any
+//! window at the price of four look-ups. Around every cell the largest window counts that is a plane within the noise of
+//! the depth. Small windows see the steps of coarse depth as planes that face the camera; large ones span many steps,
+//! and the fit is on the surface to a fraction of a step. A window over a silhouette is no plane: mixed pixels drop out.
+
+use nalgebra::Vector3;
+
+use crate::camera::surfel_image::{Surfel, SurfelImage, cell_camera};
+use crate::camera::{DepthImage, Pinhole};
+
+/// How depth is measured: what the raw values mean and how far they are off.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DepthModel {
+    /// Metres a raw step.
+    pub step: f64,
+    /// What is added to a raw value to get the middle of the depths it stands for: 0.5 where depth was truncated to
+    /// whole steps, 0 where it was rounded.
+    pub offset: f64,
+    /// Standard deviation of the depth over its square (1/m), beside that of the steps: the error of a camera that
+    /// triangulates grows with the square of the depth.
+    pub square_noise: f64,
+    /// Nearer depths are dropped (m).
+    pub min_range: f64,
+    /// Farther depths are dropped (m).
+    pub max_range: f64,
+}
+
+impl DepthModel {
+    fn depth(&self, value: u16) -> Option<f64> {
+        let depth = (f64::from(value) + self.offset) * self.step;
+        (value > 0 && depth >= self.min_range && depth <= self.max_range).then_some(depth)
+    }
+
+    /// Variance of a depth: uniform within a step, and the camera's noise.
+    fn variance(&self, depth: f64) -> f64 {
+        self.step * self.step / 12.0 + (self.square_noise * depth * depth).powi(2) + MIN_NOISE * MIN_NOISE
+    }
+}
+
+/// Surfaces are never flatter than this (m).
+const MIN_NOISE: f64 = 1e-3;
+/// Side of a cell (pixels).
+pub const CELL_SIZE: usize = 4;
+/// Windows reach this many cells beyond the middle one, the largest first.
+const REACHES: [usize; 5] = [10, 6, 4, 2, 1];
+/// A window is a plane when the mean square of its residuals is at most this many times the noise's.
+const MAX_MISFIT: f64 = 1.5;
+/// A cell belongs to its window's plane when its mean depth lies off by at most this many standard deviations.
+const MAX_CELL_OFFSET: f64 = 1.5;
+/// Normals less certain than this (rad) are none.
+const MAX_NORMAL_DEVIATION: f64 = 0.2;
+/// Surfaces seen at a cosine below this are too oblique.
+const MIN_COSINE: f64 = 0.08;
+/// Share of a window's pixels that have depth, at the least.
+const MIN_FILLED: f64 = 0.6;
+/// No surface is known better (m): walls bulge, lenses distort.
+const MIN_DEVIATION: f64 = 2e-3;
+
+/// Pieces of surface in cells of [`CELL_SIZE`] pixels. `usable` says of every pixel whether its depth is to be used.
+pub fn depth_surfels(image: &DepthImage, usable: &[bool], camera: &Pinhole, model: &DepthModel) -> SurfelImage {
+    let cells = cell_camera(camera, CELL_SIZE);
+    let sums = SummedMoments::new(image, usable, camera, model);
+    let mut surfels = vec![None; cells.width * cells.height];
+    for (row, row_of_surfels) in surfels.chunks_exact_mut(cells.width.max(1)).enumerate() {
+        for (column, surfel) in row_of_surfels.iter_mut().enumerate() {
+            let ray = cells.ray(column as f64, row as f64);
+            *surfel = sums.surfel(column, row, &ray, &cells, model);
+        }
+    }
+    SurfelImage { camera: *camera, cell_size: CELL_SIZE, columns: cells.width, rows: cells.height, cells: surfels }
+}
+
+/// Weighted sums over pixels: of w, wx, wy, wxx, wxy, wyy, wr, wxr, wyr, wrr with r = 1 / z; the last is the number of
+/// pixels.
+type Moments = [f64; 11];
+
+/// Sums of the moments over the cells above and to the left.
+struct SummedMoments {
+    columns: usize,
+    rows: usize,
+    /// `(columns + 1) * (rows + 1)`, the first row and column zero.
+    sums: Vec<Moments>,
+}
+
+/// 1 / z = a x + b y + c over a window, with the mean square residual in units of the noise.
+struct InversePlane {
+    a: f64,
+    b: f64,
+    c: f64,
+    misfit: f64,
+    num_pixels: f64,
+}
+
+impl SummedMoments {
+    fn new(image: &DepthImage, usable: &[bool], camera: &Pinhole, model: &DepthModel) -> Self {
+        let (columns, rows) = (image.width / CELL_SIZE, image.height / CELL_SIZE);
+        let table = camera.ray_table();
+        let weights = WeightTable::new(image, model);
+        let stride = columns + 1;
+        let mut sums = vec![[0.0; 11]; stride * (rows + 1)];
+        for row in 0..rows {
+            let mut left: Moments = [0.0; 11];
+            for column in 0..columns {
+                let mut cell: Moments = [0.0; 11];
+                for v in CELL_SIZE * row..CELL_SIZE * (row + 1) {
+                    let y = table.y[v];
+                    let start = v * image.width + CELL_SIZE * column;
+                    let pixels = image.values[start..start + CELL_SIZE].iter().zip(&usable[start..start + CELL_SIZE]);
+                    let (mut w, mut wx, mut wxx, mut wr, mut wxr, mut wrr, mut n) = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
+                    for ((&value, &usable), &x) in pixels.zip(&table.x[CELL_SIZE * column..]) {
+                        let [weight, r] = weights.of(value);
+                        if !usable || weight == 0.0 {
+                            continue;
+                        }
+                        let (x_weight, r_weight) = (weight * x, weight * r);
+                        w += weight;
+                        wx += x_weight;
+                        wxx += x_weight * x;
+                        wr += r_weight;
+                        wxr += x_weight * r;
+                        wrr += r_weight * r;
+                        n += 1.0;
+                    }
+                    let line = [w, wx, w * y, wxx, wx * y, w * y * y, wr, wxr, wr * y, wrr, n];
+                    for (sum, value) in cell.iter_mut().zip(line) {
+                        *sum += value;
+                    }
+                }
+                let above = sums[row * stride + column + 1];
+                let sum = &mut sums[(row + 1) * stride + column + 1];
+                for index in 0..11 {
+                    left[index] += cell[index];
+                    sum[index] = above[index] + left[index];
+                }
+            }
+        }
+        Self { columns, rows, sums }
+    }
+
+    fn window(&self, columns: std::ops::Range<usize>, rows: std::ops::Range<usize>) -> Moments {
+        let at = |row: usize, column: usize| &self.sums[row * (self.columns + 1) + column];
+        let (a, b) = (at(rows.end, columns.end), at(rows.start, columns.end));
+        let (c, d) = (at(rows.end, columns.start), at(rows.start, columns.start));
+        std::array::from_fn(|index| a[index] - b[index] - c[index] + d[index])
+    }
+
+    fn surfel(
+        &self,
+        column: usize,
+        row: usize,
+        ray: &Vector3<f64>,
+        cells: &Pinhole,
+        model: &DepthModel,
+    ) -> Option<Surfel> {
+        let cell = self.window(column..column + 1, row..row + 1);
+        if cell[10] * 2.0 < (CELL_SIZE * CELL_SIZE) as f64 {
+            return None;
+        }
+        for reach in REACHES {
+            if column < reach || row < reach || column + reach >= self.columns || row + reach >= self.rows {
+                continue;
+            }
+            let window = self.window(column - reach..column + reach + 1, row - reach..row + reach + 1);
+            let side = (2 * reach + 1) * CELL_SIZE;
+            let Some(plane) = fit(&window) else { continue };
+            if plane.misfit > MAX_MISFIT || plane.num_pixels < MIN_FILLED * (side * side) as f64 {
+                continue;
+            }
+            let r = plane.a * ray.x + plane.b * ray.y + plane.c;
+            if r <= 0.0 {
+                continue;
+            }
+            let depth = 1.0 / r;
+            // Off in 1 / z by this much, in standard deviations of one pixel.
+            let mean_offset = (cell[6] - plane.a * cell[1] - plane.b * cell[2] - plane.c * cell[0]) / cell[0];
+            if mean_offset.abs() * depth * depth > MAX_CELL_OFFSET * model.variance(depth).sqrt() {
+                return None;
+            }
+            return oriented(&plane, ray, depth, reach, cells, model);
+        }
+        None
+    }
+}
+
+/// The piece of surface, if it is certain enough where it faces.
+fn oriented(
+    plane: &InversePlane,
+    ray: &Vector3<f64>,
+    depth: f64,
+    reach: usize,
+    cells: &Pinhole,
+    model: &DepthModel,
+) -> Option<Surfel> {
+    // (a, b, c) = n / d: towards the camera it is the other way round.
+    let gradient = Vector3::new(plane.a, plane.b, plane.c);
+    let normal = -gradient / gradient.norm();
+    let cosine = -normal.dot(ray) / ray.norm();
+    if cosine < MIN_COSINE {
+        return None;
+    }
+    let half_width = (reach as f64 + 0.5) / cells.fx; // as a tangent
+    // Depths over the window differ by the slope of the plane: in steps.
+    let slope = depth * depth * plane.a.abs().max(plane.b.abs());
+    let steps = 2.0 * half_width * slope / model.step;
+    // What the steps leave open shrinks with the number of them in the window; noise with the number of pixels.
+    let step_deviation = model.step / 12f64.sqrt() / (1.0 + steps);
+    let noise = model.square_noise * depth * depth / (plane.num_pixels / CORRELATED_PIXELS).max(1.0).sqrt();
+    let deviation = step_deviation.hypot(noise);
+    // Both ends of the window may be off by the deviation; its width lies across the line of sight.
+    let normal_deviation = deviation / (half_width * depth) * cosine;
+    if normal_deviation > MAX_NORMAL_DEVIATION {
+        return None;
+    }
+    // An error in depth moves the point along the ray; the surface moves by its share along the normal.
+    let along_normal = deviation * -normal.dot(ray);
+    Some(Surfel { point: ray * depth, normal, deviation: along_normal.hypot(MIN_DEVIATION) })
+}
+
+/// Errors of triangulating cameras are the same over patches of about this many pixels.
+const CORRELATED_PIXELS: f64 = 50.0;
+
+/// The weighted least squares plane through a window, none where the pixels do not span one.
+fn fit(window: &Moments) -> Option<InversePlane> {
+    let [w, wx, wy, wxx, wxy, wyy, wr, wxr, wyr, wrr, num_pixels] = *window;
+    if num_pixels < 12.0 {
+        return None;
+    }
+    let (x, y, r) = (wx / w, wy / w, wr / w);
+    let (xx, xy, yy) = (wxx / w - x * x, wxy / w - x * y, wyy / w - y * y);
+    let (xr, yr, rr) = (wxr / w - x * r, wyr / w - y * r, wrr / w - r * r);
+    let determinant = xx * yy - xy * xy;
+    if determinant <= 1e-6 * xx * yy {
+        return None;
+    }
+    let a = (xr * yy - yr * xy) / determinant;
+    let b = (yr * xx - xr * xy) / determinant;
+    let misfit = (rr - a * xr - b * yr).max(0.0) * w / num_pixels;
+    Some(InversePlane { a, b, c: r - a * x - b * y, misfit, num_pixels })
+}
+
+/// For each raw value the weight of 1 / z, one over its variance, and 1 / z.
+struct WeightTable {
+    weights: Vec<[f64; 2]>,
+}
+
+impl WeightTable {
+    fn new(image: &DepthImage, model: &DepthModel) -> Self {
+        let largest = image.values.iter().copied().max().unwrap_or(0);
+        let weight = |value| match model.depth(value) {
+            // d(1/z) = dz / z^2
+            Some(depth) => [depth.powi(4) / model.variance(depth), 1.0 / depth],
+            None => [0.0, 0.0],
+        };
+        Self { weights: (0..=largest).map(weight).collect() }
+    }
+
+    fn of(&self, value: u16) -> [f64; 2] {
+        self.weights[usize::from(value)]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const EIGHT_BITS: DepthModel =
+        DepthModel { step: 10.0 / 255.0, offset: 0.5, square_noise: 0.0, min_range: 0.1, max_range: 10.0 };
+
+    fn camera() -> Pinhole {
+        Pinhole::from_field_of_view(256, 192, 1.4).unwrap()
+    }
+
+    /// The nearest of some planes n . p = d along every ray, in 8 bits over 10 m, truncated.
+    fn image(planes: &[(Vector3<f64>, f64)]) -> DepthImage {
+        let camera = camera();
+        let depth = |index: usize| {
+            let ray = camera.ray((index % 256) as f64, (index / 256) as f64);
+            let depths = planes.iter().map(|(normal, d)| d / normal.dot(&ray)).filter(|&depth| depth > 0.0);
+            depths.fold(f64::INFINITY, f64::min)
+        };
+        let values = (0..256 * 192).map(|index| (depth(index) / 10.0 * 255.0).floor().min(255.0) as u16).collect();
+        DepthImage { width: 256, height: 192, values, bits: 8 }
+    }
+
+    fn surfels(image: &DepthImage) -> SurfelImage {
+        depth_surfels(image, &vec![true; image.values.len()], &camera(), &EIGHT_BITS)
+    }
+
+    #[test]
+    fn steps_of_coarse_depth_are_no_false_planes() {
+        let wall = (Vector3::new(0.6, 0.0, 0.8), 2.0); // oblique, 39 mm steps everywhere
+        let found = surfels(&image(&[wall]));
+        let inner: Vec<&Surfel> = found.surfels().collect();
+        let (mut sum, count) = (0.0, inner.len());
+        assert!(inner.len() * 10 > 8 * found.cells.len(), "{}", inner.len());
+        for surfel in inner {
+            let (off, turned) = (wall.0.dot(&surfel.point) - wall.1, surfel.normal.angle(&-wall.0));
+            assert!(off.abs() < 0.010 && off.abs() < 4.0 * surfel.deviation, "{off} {}", surfel.deviation);
+            assert!(turned < MAX_NORMAL_DEVIATION, "{turned} at {}", surfel.point);
+            sum += turned;
+            assert!((surfel.normal.norm() - 1.0).abs() < 1e-12);
+        }
+        assert!(sum / (count as f64) < 0.02, "{}", sum / count as f64);
+    }
+
+    #[test]
+    fn a_wall_that_faces_the_camera_is_known_to_a_step_only() {
+        let found = surfels(&image(&[(Vector3::z(), 3.01)]));
+        for surfel in found.surfels() {
+            assert!((surfel.normal + Vector3::z()).norm() < 1e-6);
+            assert!((surfel.point.z - 3.01).abs() < EIGHT_BITS.step / 2.0);
+            assert!((surfel.deviation - EIGHT_BITS.step / 12f64.sqrt()).abs() < 1e-3);
+        }
+        assert!(found.surfels().count() > 2000);
+    }
+
+    #[test]
+    fn nothing_stands_between_an_object_and_what_is_behind() {
+        let (box_front, wall) = ((Vector3::new(-0.3, 0.0, 0.954), 1.5), (Vector3::z(), 4.0));
+        let mut scene = image(&[wall]);
+        let near = image(&[box_front]);
+        for (index, value) in scene.values.iter_mut().enumerate() {
+            if (60..130).contains(&(index % 256)) && index / 256 > 70 {
+                *value = near.values[index];
+            }
+        }
+        // Mixed pixels, as sensors that average have them.
+        for v in 71..192 {
+            for u in [59, 130] {
+                let index = v * 256 + u;
+                scene.values[index] = u16::midpoint(scene.values[index - 2], scene.values[index + 2]);
+            }
+        }
+        for surfel in surfels(&scene).surfels() {
+            let to_box = (box_front.0.dot(&surfel.point) - box_front.1).abs();
+            let to_wall = (surfel.point.z - wall.1).abs();
+            assert!(to_box.min(to_wall) < 0.025, "{} is on neither", surfel.point);
+        }
+    }
+
+    #[test]
+    fn holes_and_unusable_pixels_give_no_surface() {
+        let mut scene = image(&[(Vector3::new(0.6, 0.0, 0.8), 2.0)]);
+        let usable: Vec<bool> = (0..scene.values.len()).map(|index| index % 256 < 128).collect();
+        scene.values[..256 * 40].fill(0);
+        let found = depth_surfels(&scene, &usable, &camera(), &EIGHT_BITS);
+        for (index, cell) in found.cells.iter().enumerate() {
+            let (column, row) = (index % found.columns, index / found.columns);
+            assert!(cell.is_none() || (column < 32 && row >= 10), "{column} {row}");
+        }
+        assert!(found.surfels().count() > 500);
+        let tiny = DepthImage { width: 3, height: 3, values: vec![9; 9], bits: 8 };
+        let camera = Pinhole::new(3, 3, [3.0, 3.0, 1.0, 1.0]).unwrap();
+        assert!(depth_surfels(&tiny, &[true; 9], &camera, &EIGHT_BITS).cells.is_empty());
+    }
+}

@@ -1,0 +1,231 @@
+//! A map of pieces of surface: what a depth frame is matched with, and what it is added to.
+//!
+//! Keller et al., "Real-time 3D reconstruction in dynamic scenes using point-based fusion", 3DV 2013: a piece that was
+//! seen before is averaged by its certainty, one that was not is added.
+
+use nalgebra::Vector3;
+use rustc_hash::FxHashMap;
+
+use crate::camera::Pinhole;
+use crate::camera::surfel_image::{Surfel, SurfelImage};
+use crate::geometry::{Pose3, RigidMotion};
+use crate::registration::projective::ProjectiveTarget;
+use crate::registration::target::Target;
+
+/// Pieces of surface in the world frame, by the block of space they lie in: of a large map only the blocks in view are
+/// looked at.
+#[derive(Debug, Clone, Default)]
+pub struct SurfelMap {
+    blocks: Vec<Block>,
+    index: FxHashMap<[i32; 3], u32>,
+    len: usize,
+}
+
+#[derive(Debug, Clone)]
+struct Block {
+    center: Vector3<f64>,
+    surfels: Vec<Surfel>,
+}
+
+/// Side of a block (m).
+const BLOCK: f64 = 1.0;
+/// Views reach beyond the image by this share of its size on every side: the map goes on where the image ends.
+const MARGIN: f64 = 0.25;
+/// Pieces of one surface are at least about this far apart (m).
+const SPACING: f64 = 0.025;
+/// Pieces whose normals differ by more (cosine) are of different surfaces.
+const SAME_SURFACE_COSINE: f64 = 0.9;
+/// Pieces further apart than this along the normal (m), beyond their own uncertainty, are of different surfaces.
+const SAME_SURFACE_DISTANCE: f64 = 0.03;
+/// Poses are no better than this: a surface seen often is not known better (m).
+const MIN_DEVIATION: f64 = 2e-3;
+
+impl SurfelMap {
+    /// A map without anything in it.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Everything in it, world frame.
+    pub fn surfels(&self) -> impl Iterator<Item = &Surfel> {
+        self.blocks.iter().flat_map(|block| &block.surfels)
+    }
+
+    /// Number of pieces.
+    pub fn len(&self) -> usize {
+        self.len
+    }
+
+    /// Whether nothing has been added.
+    pub fn is_empty(&self) -> bool {
+        self.len == 0
+    }
+
+    /// The map as seen from `T_world_view` with cells like those of `frame`, and some beyond its border.
+    pub fn view(&self, frame: &SurfelImage, T_world_view: &Pose3) -> ProjectiveTarget {
+        let camera = with_margin(&frame.cell_camera());
+        let frustum = Frustum::new(&camera, T_world_view);
+        let blocks = (0u64..).zip(&self.blocks).filter(|(_, block)| frustum.may_see(&block.center));
+        let surfels = blocks.flat_map(|(number, block)| {
+            (0u64..).zip(&block.surfels).map(move |(index, surfel)| (number << 32 | index, surfel))
+        });
+        ProjectiveTarget::draw(surfels, &camera, T_world_view)
+    }
+
+    /// Adds a frame at its pose. `view` is this map, without changes since it was drawn, as seen from about there.
+    pub fn insert(&mut self, frame: &SurfelImage, T_world_camera: &Pose3, view: &ProjectiveTarget) {
+        let cell_width = 1.0 / frame.cell_camera().fx;
+        let R = T_world_camera.rotation.to_rotation_matrix().into_inner();
+        let t = T_world_camera.translation.vector;
+        for surfel in frame.surfels() {
+            let moved = Surfel { point: R * surfel.point + t, normal: R * surfel.normal, ..*surfel };
+            let reach = SPACING.max(cell_width * surfel.point.z);
+            let Some(neighbor) = view.nearest(&moved.point, 2.0 * reach) else {
+                self.add(moved);
+                continue;
+            };
+            let Some(known) = self.get_mut(view.number(neighbor.index)) else { continue };
+            let across = known.normal.dot(&(moved.point - known.point));
+            let distance = SAME_SURFACE_DISTANCE + 2.0 * (known.deviation + moved.deviation);
+            if known.normal.dot(&moved.normal) > SAME_SURFACE_COSINE && across.abs() < distance {
+                average(known, &moved, across);
+            } else if f64::from(neighbor.sq_distance) > reach * reach {
+                self.add(moved);
+            }
+        }
+    }
+
+    fn get_mut(&mut self, number: u64) -> Option<&mut Surfel> {
+        self.blocks.get_mut((number >> 32) as usize)?.surfels.get_mut((number & u64::from(u32::MAX)) as usize)
+    }
+
+    fn add(&mut self, surfel: Surfel) {
+        let cell = surfel.point.map(|x| (x / BLOCK).floor() as i32);
+        let next = self.blocks.len() as u32;
+        let number = *self.index.entry([cell.x, cell.y, cell.z]).or_insert(next);
+        if number == next {
+            let center = cell.map(|x| (f64::from(x) + 0.5) * BLOCK);
+            self.blocks.push(Block { center, surfels: Vec::new() });
+        }
+        self.blocks[number as usize].surfels.push(surfel);
+        self.len += 1;
+    }
+}
+
+/// The known piece moves along its normal only: where on the surface it lies is as good as any other place.
+fn average(known: &mut Surfel, seen: &Surfel, across: f64) {
+    let (known_weight, seen_weight) = (known.deviation.powi(-2), seen.deviation.powi(-2));
+    let share = seen_weight / (known_weight + seen_weight);
+    known.point += known.normal * (across * share);
+    known.normal = (known.normal * (1.0 - share) + seen.normal * share).normalize();
+    known.deviation = (known_weight + seen_weight).sqrt().recip().max(MIN_DEVIATION);
+}
+
+fn with_margin(camera: &Pinhole) -> Pinhole {
+    let margin = |size: usize| (size as f64 * MARGIN).round() as usize;
+    let (columns, rows) = (margin(camera.width), margin(camera.height));
+    Pinhole {
+        width: camera.width + 2 * columns,
+        height: camera.height + 2 * rows,
+        cx: camera.cx + columns as f64,
+        cy: camera.cy + rows as f64,
+        ..*camera
+    }
+}
+
+/// The four sides of what a camera sees, as planes through it.
+struct Frustum {
+    T_view_world: Pose3,
+    /// Unit normals, inwards.
+    sides: [Vector3<f64>; 4],
+}
+
+impl Frustum {
+    fn new(camera: &Pinhole, T_world_view: &Pose3) -> Self {
+        let (right, down) = (camera.width as f64 - 0.5, camera.height as f64 - 0.5);
+        let corners = [(-0.5, -0.5), (right, -0.5), (right, down), (-0.5, down)].map(|(u, v)| camera.ray(u, v));
+        // Clockwise on the image with y down: the product of a corner with the next points inwards.
+        let sides = [0, 1, 2, 3].map(|side| corners[side].cross(&corners[(side + 1) % 4]).normalize());
+        Self { T_view_world: T_world_view.inverse(), sides }
+    }
+
+    /// Whether a block with this centre reaches into what is seen.
+    fn may_see(&self, center: &Vector3<f64>) -> bool {
+        let center = <Pose3 as RigidMotion<3, 6>>::act(&self.T_view_world, center);
+        let radius = BLOCK * 3f64.sqrt() / 2.0;
+        self.sides.iter().all(|side| side.dot(&center) > -radius) && center.z > -radius
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::camera::surfel_image::cell_camera;
+
+    /// What a camera sees of a wall `distance` (m) ahead.
+    fn wall(distance: f64, deviation: f64) -> SurfelImage {
+        let camera = Pinhole::new(160, 120, [120.0, 120.0, 79.5, 59.5]).unwrap();
+        let cells = cell_camera(&camera, 4);
+        let surfel = |cell: usize| Surfel {
+            point: cells.unproject((cell % cells.width) as f64, (cell / cells.width) as f64, distance),
+            normal: -Vector3::z(),
+            deviation,
+        };
+        let surfels = (0..cells.width * cells.height).map(|cell| Some(surfel(cell))).collect();
+        SurfelImage { camera, cell_size: 4, columns: cells.width, rows: cells.height, cells: surfels }
+    }
+
+    fn insert(map: &mut SurfelMap, frame: &SurfelImage, T: &Pose3) {
+        let view = map.view(frame, T);
+        map.insert(frame, T, &view);
+    }
+
+    #[test]
+    fn what_is_seen_again_is_averaged_by_certainty_and_not_added() {
+        let mut map = SurfelMap::new();
+        assert!(map.is_empty());
+        insert(&mut map, &wall(2.0, 0.01), &Pose3::identity());
+        let num_surfels = map.len();
+        assert_eq!(num_surfels, wall(2.0, 0.01).cells.len());
+        insert(&mut map, &wall(2.009, 0.02), &Pose3::identity());
+        assert_eq!(map.len(), num_surfels);
+        assert_eq!(map.surfels().count(), num_surfels);
+        for surfel in map.surfels() {
+            let expected = (2.0 / 0.01f64.powi(2) + 2.009 / 0.02f64.powi(2)) / (0.01f64.powi(-2) + 0.02f64.powi(-2));
+            assert!((surfel.point.z - expected).abs() < 1e-12);
+            assert!((surfel.deviation - (0.01f64.powi(-2) + 0.02f64.powi(-2)).sqrt().recip()).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn another_surface_is_added() {
+        let mut map = SurfelMap::new();
+        insert(&mut map, &wall(2.0, 0.01), &Pose3::identity());
+        let num_surfels = map.len();
+        insert(&mut map, &wall(1.5, 0.01), &Pose3::identity());
+        assert_eq!(map.len(), 2 * num_surfels);
+    }
+
+    #[test]
+    fn blocks_out_of_view_are_left_out_and_those_in_view_are_not() {
+        let mut map = SurfelMap::new();
+        let frame = wall(2.0, 0.01);
+        for turn in 0..12 {
+            let T = <Pose3 as RigidMotion<3, 6>>::exp(&nalgebra::Vector6::new(
+                0.0,
+                f64::from(turn) * 30f64.to_radians(),
+                0.0,
+                0.0,
+                0.0,
+                0.0,
+            ));
+            insert(&mut map, &frame, &T);
+        }
+        for turn in 0..36 {
+            let tangent = nalgebra::Vector6::new(0.1, f64::from(turn) * 0.17, 0.0, 0.3, 0.1, -0.2);
+            let T = <Pose3 as RigidMotion<3, 6>>::exp(&tangent);
+            let everything = ProjectiveTarget::draw((0..).zip(map.surfels()), &with_margin(&frame.cell_camera()), &T);
+            assert_eq!(map.view(&frame, &T).len(), everything.len());
+        }
+    }
+}

@@ -1,0 +1,204 @@
+//! Depth images and NumPy arrays: what is read, and what is refused with which reason.
+#![cfg(not(target_arch = "wasm32"))] // it reads files
+
+use std::path::Path;
+
+use scanstitch::io::{depth_png, npy};
+
+fn png(width: u32, height: u32, color: png::ColorType, depth: png::BitDepth, data: &[u8]) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    let mut encoder = png::Encoder::new(&mut bytes, width, height);
+    encoder.set_color(color);
+    encoder.set_depth(depth);
+    if color == png::ColorType::Indexed {
+        encoder.set_palette(vec![0, 0, 0, 255, 255, 255]);
+    }
+    encoder.write_header().unwrap().write_image_data(data).unwrap();
+    bytes
+}
+
+fn refused(bytes: &[u8]) -> String {
+    depth_png::read(bytes).unwrap_err().to_string()
+}
+
+#[test]
+fn grey_png_of_every_depth_keeps_its_values() {
+    use png::{BitDepth, ColorType};
+    let image =
+        depth_png::read(&png(3, 2, ColorType::Grayscale, BitDepth::Sixteen, &[0, 1, 2, 3, 255, 255, 0, 0, 1, 0, 0, 9]))
+            .unwrap();
+    assert_eq!((image.width, image.height, image.bits), (3, 2, 16));
+    assert_eq!(image.values, [1, 0x203, 65535, 0, 256, 9]);
+    let image = depth_png::read(&png(3, 1, ColorType::Grayscale, BitDepth::Eight, &[0, 7, 255])).unwrap();
+    assert_eq!((image.values, image.bits), (vec![0, 7, 255], 8));
+    // Four bits a pixel: rows begin at a byte.
+    let image = depth_png::read(&png(3, 2, ColorType::Grayscale, BitDepth::Four, &[0x12, 0x30, 0xFE, 0xD0])).unwrap();
+    assert_eq!(image.values, [1, 2, 3, 15, 14, 13]);
+    let image = depth_png::read(&png(9, 1, ColorType::Grayscale, BitDepth::One, &[0b1010_0001, 0x80])).unwrap();
+    assert_eq!(image.values, [1, 0, 1, 0, 0, 0, 0, 1, 1]);
+    let image =
+        depth_png::read(&png(2, 1, ColorType::GrayscaleAlpha, BitDepth::Sixteen, &[1, 0, 255, 255, 2, 0, 0, 0]))
+            .unwrap();
+    assert_eq!(image.values, [256, 512]);
+    let image = depth_png::read(&png(2, 1, ColorType::Rgba, BitDepth::Eight, &[5, 5, 5, 255, 6, 6, 6, 0])).unwrap();
+    assert_eq!(image.values, [5, 6]);
+}
+
+#[test]
+fn colour_is_no_depth() {
+    use png::{BitDepth, ColorType};
+    for bytes in [
+        png(2, 1, ColorType::Rgb, BitDepth::Eight, &[5, 5, 5, 6, 7, 6]),
+        png(2, 1, ColorType::Rgb, BitDepth::Sixteen, &[0; 12]),
+        png(2, 1, ColorType::Indexed, BitDepth::Eight, &[0, 1]),
+        b"P6 1 1 255\n\x01\x02\x03".to_vec(),
+        b"\xFF\xD8\xFF\xE0".to_vec(),
+    ] {
+        assert!(refused(&bytes).contains("colour image"), "{}", refused(&bytes));
+    }
+    assert!(refused(b"GIF89a").contains("neither a PNG nor a PGM"));
+    assert!(refused(b"").contains("neither a PNG nor a PGM"));
+}
+
+#[test]
+fn cut_off_and_lying_pngs_are_refused_without_a_large_allocation() {
+    let data: Vec<u8> = (0..64 * 64 * 2).map(|i: u32| (i * i % 251) as u8).collect();
+    let whole = png(64, 64, png::ColorType::Grayscale, png::BitDepth::Sixteen, &data);
+    for length in (9..whole.len() - 12).step_by(41) {
+        let message = refused(&whole[..length]);
+        assert!(message.contains("cut off") || message.contains("broken"), "{length}: {message}");
+    }
+    for offset in (8..whole.len()).step_by(13) {
+        let mut broken = whole.clone();
+        broken[offset] ^= 0x55;
+        let _ = depth_png::read(&broken); // an error or not, but no panic
+    }
+    // A header of 2^31 - 1 by 2^31 - 1 pixels, with the right checksum.
+    let mut lying = whole.clone();
+    lying[16..24].copy_from_slice(&[0x7F, 0xFF, 0xFF, 0xFF, 0x7F, 0xFF, 0xFF, 0xFF]);
+    let crc = crc32(&lying[12..29]);
+    lying[29..33].copy_from_slice(&crc.to_be_bytes());
+    assert!(refused(&lying).contains("more than the file can hold"), "{}", refused(&lying));
+}
+
+fn crc32(bytes: &[u8]) -> u32 {
+    !bytes.iter().fold(!0u32, |crc, &byte| {
+        (0..8).fold(crc ^ u32::from(byte), |crc, _| if crc & 1 == 1 { crc >> 1 ^ 0xEDB8_8320 } else { crc >> 1 })
+    })
+}
+
+#[test]
+fn pgm_in_both_forms() {
+    let image = depth_png::read(b"P5\n# a comment\n2 2\n65535\n\x01\x00\x00\x02\xFF\xFF\x00\x00").unwrap();
+    assert_eq!((image.values, image.bits), (vec![256, 2, 65535, 0], 16));
+    let image = depth_png::read(b"P5 2 1 255 \x0A\x20").unwrap();
+    assert_eq!((image.values, image.bits), (vec![10, 32], 8));
+    let image = depth_png::read(b"P2\n3 1 # wide\n1000\n0 17\n1000\n").unwrap();
+    assert_eq!((image.values, image.bits), (vec![0, 17, 1000], 16));
+    for (bytes, reason) in [
+        (&b"P5 2 2 65535\n\x01\x00\x00"[..], "ends in value 2 of 4"),
+        (b"P2 2 1 255 7", "ends in value 2 of 2"),
+        (b"P2 2 1 255 7 256", "over its largest"),
+        (b"P5 2", "no height"),
+        (b"P5 2 2 70000 ", "largest value is 70000"),
+        (b"P5 0 2 255 ", "no pixel"),
+        (b"P5 99999999999 99999999999 255 ", "more than the file can hold"),
+    ] {
+        assert!(refused(bytes).contains(reason), "{}", refused(bytes));
+    }
+}
+
+#[test]
+fn real_depth_images() {
+    let folder = Path::new("../shared/data/rgbd");
+    if !folder.is_dir() {
+        eprintln!("skipped: ../shared/data is absent");
+        return;
+    }
+    for (path, width, height, bits) in [
+        ("apartment_first_floor/depth/1.png", 512, 512, 8),
+        ("fusion_demo50/rgbd-frames/frame-000008.depth.png", 640, 480, 16),
+        ("redwood5/other_formats/TUM_depth.png", 640, 480, 16),
+        ("redwood5/other_formats/NYU_depth.pgm", 640, 480, 16),
+    ] {
+        let image = depth_png::read(&std::fs::read(folder.join(path)).unwrap()).unwrap();
+        assert_eq!((image.width, image.height, image.bits), (width, height, bits), "{path}");
+        assert!(image.values.iter().filter(|&&value| value > 0).count() * 2 > image.values.len(), "{path}");
+    }
+    let color = std::fs::read(folder.join("apartment_first_floor/rgb/1.png")).unwrap();
+    assert!(refused(&color).contains("colour image"));
+}
+
+/// A file of version 1 with this dictionary.
+fn npy_file(header: &str, data: &[u8]) -> Vec<u8> {
+    let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
+    bytes.extend((header.len() as u16).to_le_bytes());
+    bytes.extend(header.as_bytes());
+    bytes.extend(data);
+    bytes
+}
+
+#[test]
+fn arrays_of_both_precisions() {
+    let data: Vec<u8> = [1.5f64, -2.0].iter().flat_map(|value| value.to_le_bytes()).collect();
+    let array = npy::read(&npy_file("{'descr': '<f8', 'fortran_order': False, 'shape': (2, 1), }\n", &data)).unwrap();
+    assert_eq!((array.shape, array.values), (vec![2, 1], vec![1.5, -2.0]));
+    let data: Vec<u8> = [0.25f32; 3].iter().flat_map(|value| value.to_le_bytes()).collect();
+    let array = npy::read(&npy_file("{'shape': (3,), 'fortran_order': True, 'descr': '<f4'}", &data)).unwrap();
+    assert_eq!((array.shape, array.values), (vec![3], vec![0.25; 3]));
+}
+
+#[test]
+fn arrays_that_are_none_are_refused() {
+    for (bytes, reason) in [
+        (b"PK\x03\x04".to_vec(), "does not begin"),
+        (b"\x93NUMPY\x01".to_vec(), "cut off within its header"),
+        (b"\x93NUMPY\x02\x00\xFF\xFF\xFF\xFFxx".to_vec(), "cut off within its header"),
+        (b"\x93NUMPY\x09\x00\x00\x00".to_vec(), "Version 9"),
+        (npy_file("{'descr': '>f8', 'fortran_order': False, 'shape': (1,)}", &[0; 8]), "of type"),
+        (npy_file("{'descr': '<i8', 'fortran_order': False, 'shape': (1,)}", &[0; 8]), "of type"),
+        (npy_file("{'descr': '<f8', 'fortran_order': True, 'shape': (1, 1)}", &[0; 8]), "Fortran order"),
+        (npy_file("{'descr': '<f8', 'fortran_order': False, 'shape': (2,)}", &[0; 8]), "cut off"),
+        (npy_file("{'descr': '<f8', 'fortran_order': False, 'shape': (99999999999, 99999999999)}", &[0; 8]), "cut off"),
+        (npy_file("{'descr': '<f8', 'fortran_order': False, 'shape': (a,)}", &[0; 8]), "shape"),
+        (npy_file("{'descr': '<f8', 'fortran_order': False}", &[0; 8]), "no entry 'shape'"),
+    ] {
+        let message = npy::read(&bytes).unwrap_err().to_string();
+        assert!(message.contains(reason), "{message}");
+    }
+}
+
+#[test]
+fn poses_in_arrays() {
+    let array = |shape: &[usize], values: &[f64]| npy::Array { shape: shape.to_vec(), values: values.to_vec() };
+    let seven = [1.0, 2.0, 3.0, 1.0, 0.0, 0.0, 0.0];
+    assert_eq!(npy::pose_rows(&array(&[1, 7], &seven)), Ok(npy::PoseRows::Quaternions(vec![seven])));
+    let eight: Vec<f64> = std::iter::once(99.5).chain(seven).collect();
+    assert_eq!(npy::pose_rows(&array(&[1, 8], &eight)), Ok(npy::PoseRows::Quaternions(vec![seven])));
+    let matrix = [0.0, -1.0, 0.0, 5.0, 1.0, 0.0, 0.0, 6.0, 0.0, 0.0, 1.0, 7.0, 0.0, 0.0, 0.0, 1.0];
+    let rows: [f64; 12] = matrix[..12].try_into().unwrap();
+    assert_eq!(npy::pose_rows(&array(&[1, 4, 4], &matrix)), Ok(npy::PoseRows::Matrices(vec![rows])));
+    assert_eq!(npy::pose_rows(&array(&[1, 3, 4], &rows)), Ok(npy::PoseRows::Matrices(vec![rows])));
+
+    let refused = |shape: &[usize], values: &[f64]| npy::pose_rows(&array(shape, values)).unwrap_err().to_string();
+    assert!(refused(&[1, 6], &seven[..6]).contains("no list of poses"));
+    assert!(refused(&[], &[1.0]).contains("no list of poses"));
+    assert!(refused(&[2, 7], &[seven, [f64::NAN; 7]].concat()).contains("Pose 2 holds NaN"));
+    assert!(refused(&[1, 7], &[2.0; 7]).contains("quaternion of length 4"));
+    assert!(refused(&[1, 3, 4], &rows.map(|value| value * 2.0)).contains("no rigid motion"));
+}
+
+#[test]
+fn real_poses() {
+    for (path, count) in [("apartment_first_floor", 80), ("apartment_second_floor", 123)] {
+        let path = Path::new("../shared/data/rgbd").join(path).join("GT_pose.npy");
+        let Ok(bytes) = std::fs::read(path) else {
+            eprintln!("skipped: ../shared/data is absent");
+            return;
+        };
+        let npy::PoseRows::Quaternions(rows) = npy::pose_rows(&npy::read(&bytes).unwrap()).unwrap() else {
+            panic!("quaternions expected");
+        };
+        assert_eq!(rows.len(), count);
+    }
+}

@@ -1,0 +1,234 @@
+//! Depth images to a trajectory: real recordings against their truth, and frames that are not what they should be.
+#![cfg(not(target_arch = "wasm32"))] // it reads files
+
+use std::path::{Path, PathBuf};
+
+use nalgebra::{Isometry3, Matrix3, Quaternion, Rotation3, Translation3, UnitQuaternion, Vector3};
+use scanstitch::depth_reconstruction::{DepthReconstruction, DepthSettings, Intrinsics, Quantisation};
+use scanstitch::geometry::Pose3;
+use scanstitch::io::{depth_png, npy};
+use scanstitch::report::Stage;
+use scanstitch::verdict::Status;
+
+const FUSION_DEMO: [f64; 4] = [585.0, 585.0, 320.0, 240.0];
+const REDWOOD: [f64; 4] = [525.0, 525.0, 319.5, 239.5];
+
+/// The recordings' folder, unless it is absent.
+fn data() -> Option<PathBuf> {
+    let folder = Path::new("../shared/data/rgbd");
+    if !folder.is_dir() {
+        eprintln!("skipped: ../shared/data is absent");
+        return None;
+    }
+    Some(folder.to_owned())
+}
+
+/// Files of a folder whose names end so, by the number in their names.
+fn numbered(folder: &Path, suffix: &str) -> Vec<PathBuf> {
+    let entries = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+    let mut files: Vec<PathBuf> = entries.filter(|path| path.to_str().unwrap().ends_with(suffix)).collect();
+    files.sort_by_key(|path| {
+        let name = path.file_name().unwrap().to_str().unwrap();
+        name.chars().filter(char::is_ascii_digit).collect::<String>().parse::<u64>().unwrap()
+    });
+    files
+}
+
+fn files(folder: &Path, suffix: &str) -> Vec<Vec<u8>> {
+    numbered(folder, suffix).iter().map(|path| std::fs::read(path).unwrap()).collect()
+}
+
+fn numbers(path: &Path) -> Vec<f64> {
+    let text = std::fs::read_to_string(path).unwrap();
+    text.split_whitespace().map(|token| token.parse().unwrap()).collect()
+}
+
+fn pose_of_rows(rows: &[f64]) -> Pose3 {
+    let rotation = Rotation3::from_matrix(&Matrix3::from_fn(|row, column| rows[4 * row + column]));
+    Isometry3::from_parts(
+        Translation3::new(rows[3], rows[7], rows[11]),
+        UnitQuaternion::from_rotation_matrix(&rotation),
+    )
+}
+
+/// Camera to world; the file's camera looks along -z with y up.
+fn apartment_truth(folder: &Path) -> Vec<Pose3> {
+    let array = npy::read(&std::fs::read(folder.join("GT_pose.npy")).unwrap()).unwrap();
+    let npy::PoseRows::Quaternions(rows) = npy::pose_rows(&array).unwrap() else { panic!("quaternions expected") };
+    let turn = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI);
+    let pose = |&[x, y, z, qw, qx, qy, qz]: &[f64; 7]| {
+        let rotation = UnitQuaternion::new_normalize(Quaternion::new(qw, qx, qy, qz)) * turn;
+        Isometry3::from_parts(Translation3::new(x, y, z), rotation)
+    };
+    rows.iter().map(pose).collect()
+}
+
+fn run(files: &[Vec<u8>], intrinsics: Option<[f64; 4]>) -> DepthReconstruction {
+    let intrinsics = intrinsics.map_or(DepthSettings::default().intrinsics, Intrinsics::Pixels);
+    let mut reconstruction =
+        DepthReconstruction::new(DepthSettings { intrinsics, ..DepthSettings::default() }).unwrap();
+    for (index, bytes) in files.iter().enumerate() {
+        reconstruction.add_frame(&format!("{index}.png"), bytes).unwrap();
+    }
+    while reconstruction.step().unwrap().stage != Stage::Done {}
+    reconstruction
+}
+
+/// Mean distance (m), first poses made equal; and the largest step that is off, in m and rad.
+fn errors(poses: &[Pose3], truth: &[Pose3]) -> (f64, f64, f64) {
+    assert_eq!(poses.len(), truth.len());
+    let moved = |index: usize| truth[0].inverse() * truth[index];
+    let distance = |index: usize| (poses[index].translation.vector - moved(index).translation.vector).norm();
+    let mean = (0..poses.len()).map(distance).sum::<f64>() / poses.len() as f64;
+    let (mut translation, mut rotation) = (0.0f64, 0.0f64);
+    for (pose, true_pose) in poses.windows(2).zip(truth.windows(2)) {
+        let off = (true_pose[0].inverse() * true_pose[1]).inverse() * (pose[0].inverse() * pose[1]);
+        translation = translation.max(off.translation.vector.norm());
+        rotation = rotation.max(off.rotation.angle());
+    }
+    (mean, translation, rotation)
+}
+
+fn every<T: Clone>(stride: usize, all: &[T]) -> Vec<T> {
+    all.iter().step_by(stride).cloned().collect()
+}
+
+/// The project asks for 0.06 and 0.08 m; what is reached is 0.0062 and 0.0143 m, and must not get lost again.
+#[test]
+fn both_floors_are_within_two_centimetres_of_the_truth() {
+    let Some(folder) = data() else { return };
+    for (name, bar) in [("apartment_first_floor", 0.012), ("apartment_second_floor", 0.02)] {
+        let folder = folder.join(name);
+        let run = run(&files(&folder.join("depth"), ".png"), None);
+        let (mean, translation, rotation) = errors(&run.poses(), &apartment_truth(&folder));
+        assert!(mean < bar, "{name}: {mean}");
+        assert!(translation < 0.02 && rotation.to_degrees() < 0.5, "{name}: {translation} m, {rotation} rad");
+        assert_eq!(run.quantisation(), Some(Quantisation::Truncated), "{name}");
+        assert!(run.estimates().iter().all(|estimate| estimate.verdict.status == Status::Good), "{name}");
+    }
+}
+
+/// Half-metre steps and 20 degree turns, then three quarters and 30, then a metre and 40.
+#[test]
+fn left_out_frames_are_bridged() {
+    let Some(folder) = data() else { return };
+    for name in ["apartment_first_floor", "apartment_second_floor"] {
+        let folder = folder.join(name);
+        let (all, truth) = (files(&folder.join("depth"), ".png"), apartment_truth(&folder));
+        for stride in [2, 3, 4] {
+            let run = run(&every(stride, &all), None);
+            let (mean, translation, _) = errors(&run.poses(), &every(stride, &truth));
+            assert!(mean < 0.04 && translation < 0.05, "{name}, every {stride}: {mean}, {translation}");
+        }
+    }
+}
+
+#[test]
+fn hand_held_recordings_are_within_a_centimetre() {
+    let Some(folder) = data() else { return };
+    let frames = folder.join("fusion_demo50/rgbd-frames");
+    let truth: Vec<Pose3> = numbered(&frames, ".pose.txt").iter().map(|path| pose_of_rows(&numbers(path))).collect();
+    let (mean, ..) = errors(&run(&files(&frames, ".depth.png"), Some(FUSION_DEMO)).poses(), &truth);
+    assert!(mean < 0.012, "fusion_demo50: {mean}");
+
+    let folder = folder.join("redwood5");
+    let truth: Vec<Pose3> =
+        numbers(&folder.join("odometry.log")).chunks_exact(19).map(|pose| pose_of_rows(&pose[3..])).collect();
+    let (mean, ..) = errors(&run(&files(&folder.join("depth"), ".png"), Some(REDWOOD)).poses(), &truth);
+    assert!(mean < 0.006, "redwood5: {mean}");
+}
+
+/// Steps of 39 mm made steps of 78 mm in both ways: which one it was is told from the frames alone.
+#[test]
+fn truncated_and_rounded_depth_are_told_apart() {
+    let Some(folder) = data() else { return };
+    let mut frames = files(&folder.join("apartment_first_floor/depth"), ".png");
+    frames.truncate(16);
+    for (quantisation, halved) in [
+        (Quantisation::Truncated, (|value| value / 2) as fn(u16) -> u16),
+        (Quantisation::Rounded, |value| value.div_ceil(2)), // of value + 0.5
+    ] {
+        let settings = DepthSettings { depth_scale: Some(255.0 / 10.0 / 2.0), ..DepthSettings::default() };
+        let mut reconstruction = DepthReconstruction::new(settings).unwrap();
+        for bytes in &frames {
+            reconstruction.add_frame("half.pgm", &coarser(bytes, halved)).unwrap();
+        }
+        while reconstruction.step().unwrap().stage != Stage::Done {}
+        assert_eq!(reconstruction.quantisation(), Some(quantisation));
+    }
+}
+
+fn coarser(bytes: &[u8], halved: impl Fn(u16) -> u16) -> Vec<u8> {
+    let image = depth_png::read(bytes).unwrap();
+    let mut bytes = format!("P5 {} {} 255\n", image.width, image.height).into_bytes();
+    bytes.extend(image.values.iter().map(|&value| halved(value) as u8));
+    bytes
+}
+
+/// A frame of the other floor, a blank wall and a repeated frame among good ones: the bad are called so, the rest holds.
+#[test]
+fn frames_that_do_not_belong_are_lost_and_the_rest_holds() {
+    let Some(folder) = data() else { return };
+    let (first, second) = (folder.join("apartment_first_floor"), folder.join("apartment_second_floor"));
+    let (mut frames, mut truth) = (files(&first.join("depth"), ".png"), apartment_truth(&first));
+    frames.truncate(24);
+    truth.truncate(24);
+    frames[5] = std::fs::read(second.join("depth/60.png")).unwrap();
+    frames[11] = [b"P5 512 512 255\n".as_slice(), &vec![0u8; 512 * 512 - 1], &[9]].concat();
+    frames[17] = frames[16].clone();
+    truth[17] = truth[16];
+    let run = run(&frames, None);
+    let status: Vec<Status> = run.estimates().iter().map(|estimate| estimate.verdict.status).collect();
+    for (index, status) in status.iter().enumerate() {
+        let belongs = index != 5 && index != 11;
+        assert_eq!(*status == Status::Good, belongs, "{index}: {status:?}");
+    }
+    assert!(!run.estimates()[11].verdict.reason.is_empty());
+    let keep = |index: &usize| ![5, 11].contains(index);
+    let poses = run.poses();
+    let poses: Vec<Pose3> = (0..24).filter(keep).map(|index| poses[index]).collect();
+    let truth: Vec<Pose3> = (0..24).filter(keep).map(|index| truth[index]).collect();
+    let (mean, ..) = errors(&poses, &truth);
+    assert!(mean < 0.02, "{mean}");
+}
+
+#[test]
+fn frames_can_be_added_to_a_finished_run() {
+    let Some(folder) = data() else { return };
+    let frames = files(&folder.join("redwood5/depth"), ".png");
+    let whole = run(&frames, Some(REDWOOD));
+    let mut parts = run(&frames[..3], Some(REDWOOD));
+    for bytes in &frames[3..] {
+        parts.add_frame("later.png", bytes).unwrap();
+    }
+    while parts.step().unwrap().stage != Stage::Done {}
+    assert_eq!(parts.poses(), whole.poses());
+    assert_eq!(parts.num_frames(), 5);
+    assert_eq!(parts.name(4), Some("later.png"));
+    let map = whole.map_cloud();
+    assert!(map.len() > 5000 && map.normals.unwrap().len() == map.positions.len());
+}
+
+fn pgm(width: usize, height: usize, value: u8) -> Vec<u8> {
+    [format!("P5 {width} {height} 255\n").as_bytes(), &vec![value; width * height]].concat()
+}
+
+#[test]
+fn bad_frames_and_settings_are_refused_with_the_reason() {
+    let mut reconstruction = DepthReconstruction::new(DepthSettings::default()).unwrap();
+    reconstruction.add_frame("1.png", &pgm(64, 48, 50)).unwrap();
+    let mut refused = |name, bytes: &[u8]| reconstruction.add_frame(name, bytes).unwrap_err().to_string();
+    assert!(refused("2.png", &pgm(48, 64, 50)).contains("2.png: The image has 48 x 64 pixels"));
+    assert!(refused("3.png", &pgm(64, 48, 0)).contains("All depths are zero"));
+    assert!(refused("4.png", b"nonsense").contains("4.png, byte 0"));
+    assert_eq!(reconstruction.num_frames(), 1);
+    assert_eq!(reconstruction.step().unwrap().stage, Stage::Register);
+    assert_eq!(reconstruction.step().unwrap().stage, Stage::Done);
+
+    let refused = |settings| DepthReconstruction::new(settings).err().unwrap().to_string();
+    assert!(refused(DepthSettings { min_range: 5.0, max_range: 1.0, ..DepthSettings::default() }).contains("5 to 1"));
+    assert!(refused(DepthSettings { depth_scale: Some(0.0), ..DepthSettings::default() }).contains("depth_scale"));
+    let narrow = DepthSettings { intrinsics: Intrinsics::FieldOfView(0.0), ..DepthSettings::default() };
+    let mut narrow = DepthReconstruction::new(narrow).unwrap();
+    assert!(narrow.add_frame("1.png", &pgm(64, 48, 50)).unwrap_err().to_string().contains("field of view"));
+}
