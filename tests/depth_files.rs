@@ -3,7 +3,7 @@
 
 use std::path::Path;
 
-use scanstitch::io::{depth_png, npy};
+use scanstitch::io::depth_png;
 
 fn png(width: u32, height: u32, color: png::ColorType, depth: png::BitDepth, data: &[u8]) -> Vec<u8> {
     let mut bytes = Vec::new();
@@ -127,78 +127,4 @@ fn real_depth_images() {
     }
     let color = std::fs::read(folder.join("apartment_first_floor/rgb/1.png")).unwrap();
     assert!(refused(&color).contains("colour image"));
-}
-
-/// A file of version 1 with this dictionary.
-fn npy_file(header: &str, data: &[u8]) -> Vec<u8> {
-    let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
-    bytes.extend((header.len() as u16).to_le_bytes());
-    bytes.extend(header.as_bytes());
-    bytes.extend(data);
-    bytes
-}
-
-#[test]
-fn arrays_of_both_precisions() {
-    let data: Vec<u8> = [1.5f64, -2.0].iter().flat_map(|value| value.to_le_bytes()).collect();
-    let array = npy::read(&npy_file("{'descr': '<f8', 'fortran_order': False, 'shape': (2, 1), }\n", &data)).unwrap();
-    assert_eq!((array.shape, array.values), (vec![2, 1], vec![1.5, -2.0]));
-    let data: Vec<u8> = [0.25f32; 3].iter().flat_map(|value| value.to_le_bytes()).collect();
-    let array = npy::read(&npy_file("{'shape': (3,), 'fortran_order': True, 'descr': '<f4'}", &data)).unwrap();
-    assert_eq!((array.shape, array.values), (vec![3], vec![0.25; 3]));
-}
-
-#[test]
-fn arrays_that_are_none_are_refused() {
-    for (bytes, reason) in [
-        (b"PK\x03\x04".to_vec(), "does not begin"),
-        (b"\x93NUMPY\x01".to_vec(), "cut off within its header"),
-        (b"\x93NUMPY\x02\x00\xFF\xFF\xFF\xFFxx".to_vec(), "cut off within its header"),
-        (b"\x93NUMPY\x09\x00\x00\x00".to_vec(), "Version 9"),
-        (npy_file("{'descr': '>f8', 'fortran_order': False, 'shape': (1,)}", &[0; 8]), "of type"),
-        (npy_file("{'descr': '<i8', 'fortran_order': False, 'shape': (1,)}", &[0; 8]), "of type"),
-        (npy_file("{'descr': '<f8', 'fortran_order': True, 'shape': (1, 1)}", &[0; 8]), "Fortran order"),
-        (npy_file("{'descr': '<f8', 'fortran_order': False, 'shape': (2,)}", &[0; 8]), "cut off"),
-        (npy_file("{'descr': '<f8', 'fortran_order': False, 'shape': (99999999999, 99999999999)}", &[0; 8]), "cut off"),
-        (npy_file("{'descr': '<f8', 'fortran_order': False, 'shape': (a,)}", &[0; 8]), "shape"),
-        (npy_file("{'descr': '<f8', 'fortran_order': False}", &[0; 8]), "no entry 'shape'"),
-    ] {
-        let message = npy::read(&bytes).unwrap_err().to_string();
-        assert!(message.contains(reason), "{message}");
-    }
-}
-
-#[test]
-fn poses_in_arrays() {
-    let array = |shape: &[usize], values: &[f64]| npy::Array { shape: shape.to_vec(), values: values.to_vec() };
-    let seven = [1.0, 2.0, 3.0, 1.0, 0.0, 0.0, 0.0];
-    assert_eq!(npy::pose_rows(&array(&[1, 7], &seven)), Ok(npy::PoseRows::Quaternions(vec![seven])));
-    let eight: Vec<f64> = std::iter::once(99.5).chain(seven).collect();
-    assert_eq!(npy::pose_rows(&array(&[1, 8], &eight)), Ok(npy::PoseRows::Quaternions(vec![seven])));
-    let matrix = [0.0, -1.0, 0.0, 5.0, 1.0, 0.0, 0.0, 6.0, 0.0, 0.0, 1.0, 7.0, 0.0, 0.0, 0.0, 1.0];
-    let rows: [f64; 12] = matrix[..12].try_into().unwrap();
-    assert_eq!(npy::pose_rows(&array(&[1, 4, 4], &matrix)), Ok(npy::PoseRows::Matrices(vec![rows])));
-    assert_eq!(npy::pose_rows(&array(&[1, 3, 4], &rows)), Ok(npy::PoseRows::Matrices(vec![rows])));
-
-    let refused = |shape: &[usize], values: &[f64]| npy::pose_rows(&array(shape, values)).unwrap_err().to_string();
-    assert!(refused(&[1, 6], &seven[..6]).contains("no list of poses"));
-    assert!(refused(&[], &[1.0]).contains("no list of poses"));
-    assert!(refused(&[2, 7], &[seven, [f64::NAN; 7]].concat()).contains("Pose 2 holds NaN"));
-    assert!(refused(&[1, 7], &[2.0; 7]).contains("quaternion of length 4"));
-    assert!(refused(&[1, 3, 4], &rows.map(|value| value * 2.0)).contains("no rigid motion"));
-}
-
-#[test]
-fn real_poses() {
-    for (path, count) in [("apartment_first_floor", 80), ("apartment_second_floor", 123)] {
-        let path = Path::new("../shared/data/rgbd").join(path).join("GT_pose.npy");
-        let Ok(bytes) = std::fs::read(path) else {
-            eprintln!("skipped: ../shared/data is absent");
-            return;
-        };
-        let npy::PoseRows::Quaternions(rows) = npy::pose_rows(&npy::read(&bytes).unwrap()).unwrap() else {
-            panic!("quaternions expected");
-        };
-        assert_eq!(rows.len(), count);
-    }
 }

@@ -3,10 +3,10 @@
 
 use std::path::{Path, PathBuf};
 
-use nalgebra::{Isometry3, Matrix3, Quaternion, Rotation3, Translation3, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Matrix3, Rotation3, Translation3, UnitQuaternion, Vector3};
 use scanstitch::depth_reconstruction::{DepthReconstruction, DepthSettings, Intrinsics, Quantisation};
 use scanstitch::geometry::Pose3;
-use scanstitch::io::{depth_png, npy};
+use scanstitch::io::{depth_png, trajectory};
 use scanstitch::report::Stage;
 use scanstitch::verdict::Status;
 
@@ -53,14 +53,9 @@ fn pose_of_rows(rows: &[f64]) -> Pose3 {
 
 /// Camera to world; the file's camera looks along -z with y up.
 fn apartment_truth(folder: &Path) -> Vec<Pose3> {
-    let array = npy::read(&std::fs::read(folder.join("GT_pose.npy")).unwrap()).unwrap();
-    let npy::PoseRows::Quaternions(rows) = npy::pose_rows(&array).unwrap() else { panic!("quaternions expected") };
+    let truth = trajectory::read(&std::fs::read(folder.join("GT_pose.npy")).unwrap()).unwrap();
     let turn = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI);
-    let pose = |&[x, y, z, qw, qx, qy, qz]: &[f64; 7]| {
-        let rotation = UnitQuaternion::new_normalize(Quaternion::new(qw, qx, qy, qz)) * turn;
-        Isometry3::from_parts(Translation3::new(x, y, z), rotation)
-    };
-    rows.iter().map(pose).collect()
+    truth.poses().unwrap().iter().map(|pose| pose * turn).collect()
 }
 
 fn run(files: &[Vec<u8>], intrinsics: Option<[f64; 4]>) -> DepthReconstruction {

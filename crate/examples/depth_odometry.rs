@@ -4,10 +4,10 @@
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use nalgebra::{Isometry3, Matrix3, Quaternion, Rotation3, Translation3, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Matrix3, Rotation3, Translation3, UnitQuaternion, Vector3};
 use scanstitch::depth_reconstruction::{DepthReconstruction, DepthSettings, Intrinsics};
 use scanstitch::geometry::Pose3;
-use scanstitch::io::npy;
+use scanstitch::io::trajectory;
 use scanstitch::report::Stage;
 
 struct Recording {
@@ -50,16 +50,9 @@ fn numbers(text: &str) -> Vec<f64> {
 
 fn apartment(root: &Path, name: &'static str) -> Recording {
     let folder = root.join(name);
-    let array = npy::read(&std::fs::read(folder.join("GT_pose.npy")).unwrap()).unwrap();
-    let npy::PoseRows::Quaternions(rows) = npy::pose_rows(&array).unwrap() else { panic!("(N, 7) expected") };
+    let truth = trajectory::read(&std::fs::read(folder.join("GT_pose.npy")).unwrap()).unwrap();
     let flip = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI);
-    let truth = rows
-        .iter()
-        .map(|&[x, y, z, qw, qx, qy, qz]| {
-            let rotation = UnitQuaternion::new_normalize(Quaternion::new(qw, qx, qy, qz)) * flip;
-            Isometry3::from_parts(Translation3::new(x, y, z), rotation)
-        })
-        .collect();
+    let truth = truth.poses().unwrap().iter().map(|pose| pose * flip).collect();
     Recording { name, depth: numbered(&folder.join("depth"), ".png"), intrinsics: None, truth }
 }
 

@@ -4,7 +4,6 @@
 //! byte. They never allocate more than a small multiple of the bytes they are given, whatever a header claims.
 
 pub mod depth_png;
-pub mod npy;
 pub mod pcd;
 pub mod ply;
 pub mod relations;
