@@ -202,6 +202,7 @@ fn broken_matrices_and_arrays_are_told() {
         ("1 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n1 0 0 0\n0 1 0 0\n", "line 6: The last matrix ends after 2 of 4 rows."),
         ("1 2 3 4 5\n", "line 1: The line has 5 columns."),
         ("1 0 0 0 0 1 0 0 0 0 1 nan\n", "line 1: Column 12 is \"nan\", not a finite number."),
+        ("1.4e18,1,2,3,1,0,0,0,9\n1.4e18,1,x,3,1,0,0,0,9\n", "line 2: Column 3 is \"x\", not a finite number."),
         ("0 1 2 3 0 0 0 1\n0 1 2 3 0 0 0\n", "line 2: The line has 7 columns in place of 8."),
     ] {
         let told = read(text.as_bytes()).expect_err(text).to_string();

@@ -5,6 +5,7 @@ import { shared, tokens } from '../components/theme.js';
 import { filesOfDrop, filesOfInput, type NamedFile } from '../datasets/gather.js';
 import { download } from '../export/exports.js';
 import { cssColor, frameColor } from '../views/palette.js';
+import { remember } from '../views/remember.js';
 import type { Colors, Range } from './axes.js';
 import { rangeOf } from './axes.js';
 import { EvaluationClient } from './client.js';
@@ -151,6 +152,12 @@ export class ScanstitchEvaluate extends LitElement {
   @query('#pick-trajectories') private input!: HTMLInputElement;
   @query('.paths scanstitch-figure') private path_figure!: ScanstitchFigure;
 
+  private rememberedProjection = remember(
+    (width: number, height: number, camera: Camera, comparisons: readonly Comparison[]) => {
+      const paths = comparisons.flatMap((c) => [c.estimate_positions, c.reference_positions]);
+      return projection({ width, height }, paths, camera);
+    },
+  );
   private next_id = 0;
   /** The first answer chooses the view, then the user does. */
   private is_look_chosen = false;
@@ -263,7 +270,7 @@ export class ScanstitchEvaluate extends LitElement {
   // What is shown.
 
   private get comparisons(): readonly Comparison[] {
-    return this.answer?.comparisons ?? [];
+    return this.answer?.comparisons ?? NO_COMPARISONS;
   }
 
   private get selected(): Comparison | null {
@@ -322,9 +329,9 @@ export class ScanstitchEvaluate extends LitElement {
     return this.painters[name];
   }
 
-  private projectionFor(size: Size): Projection {
-    const paths = this.comparisons.flatMap((c) => [c.estimate_positions, c.reference_positions]);
-    return projection(size, paths, this.camera);
+  /** Asked for at every move of the pointer: made again only for another size, camera or answer. */
+  private projectionFor({ width, height }: Size): Projection {
+    return this.rememberedProjection(width, height, this.camera, this.comparisons);
   }
 
   private pathPainter(): Painter {
@@ -881,6 +888,7 @@ export class ScanstitchEvaluate extends LitElement {
   static override styles = [tokens, shared, evaluate_styles];
 }
 
+const NO_COMPARISONS: readonly Comparison[] = [];
 const NO_MARKS: Painter = () => undefined;
 
 /** Rows of a panel begin at these heights. */

@@ -77,26 +77,43 @@ impl<'a> Row<'a> {
 
     /// The numbers of the row, which must be so many.
     pub fn exactly(&self, num_columns: usize, numbers: &mut Vec<f64>) -> Result<()> {
-        self.at_least(num_columns, numbers)?;
-        let found = self.columns().count();
-        if found == num_columns { Ok(()) } else { Err(self.wrong_columns(found, num_columns)) }
+        if self.take(num_columns, true, numbers)?.next().is_some() {
+            return Err(self.wrong_columns(self.columns().count(), num_columns));
+        }
+        Ok(())
     }
 
     /// The first numbers of the row, of which there must be so many; what follows is not read.
     pub fn at_least(&self, num_columns: usize, numbers: &mut Vec<f64>) -> Result<()> {
+        self.take(num_columns, false, numbers).map(drop)
+    }
+
+    /// Reads so many numbers and gives the columns that are left. A wrong number of columns (with `exact`, too many of
+    /// them as well) is told before a word in the place of a number: it explains more.
+    fn take(
+        &self,
+        num_columns: usize,
+        exact: bool,
+        numbers: &mut Vec<f64>,
+    ) -> Result<impl Iterator<Item = &'a [u8]> + use<'a>> {
         numbers.clear();
-        for (index, column) in self.columns().take(num_columns).enumerate() {
-            let Some(value) = number(column).filter(|value| value.is_finite()) else {
-                let found = self.columns().count();
-                if found < num_columns {
-                    break;
+        let mut columns = self.columns();
+        for index in 0..num_columns {
+            let value = columns.next().map(|column| (column, number(column).filter(|value| value.is_finite())));
+            match value {
+                Some((_, Some(value))) => numbers.push(value),
+                None => return Err(self.wrong_columns(index, num_columns)),
+                Some((column, None)) => {
+                    let found = self.columns().count();
+                    if found < num_columns || (exact && found > num_columns) {
+                        return Err(self.wrong_columns(found, num_columns));
+                    }
+                    let problem = format!("Column {} is {}, not a finite number", index + 1, quote(column));
+                    return Err(self.fault(problem, "Write decimal numbers, or remove the line"));
                 }
-                let problem = format!("Column {} is {}, not a finite number", index + 1, quote(column));
-                return Err(self.fault(problem, "Write decimal numbers, or remove the line"));
-            };
-            numbers.push(value);
+            }
         }
-        if numbers.len() == num_columns { Ok(()) } else { Err(self.wrong_columns(self.columns().count(), num_columns)) }
+        Ok(columns)
     }
 
     fn wrong_columns(&self, found: usize, expected: usize) -> Error {
