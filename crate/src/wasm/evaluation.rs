@@ -251,7 +251,7 @@ pub fn map_quality(map: &PointCloud, options: Option<PartialMapQualityOptions>) 
         let points: Vec<[f32; 2]> = map.cloud.positions.iter().map(|p| [p.x, p.y]).collect();
         quality::map_quality(&points, &options)
     } else {
-        let points: Vec<[f32; 3]> = map.cloud.positions.iter().map(|p| p.to_array()).collect();
+        let points: Vec<[f32; 3]> = map.cloud.positions.iter().map(glam::Vec3::to_array).collect();
         quality::map_quality(&points, &options)
     };
     plain(&found.map_err(|error| thrown(&error))?)
