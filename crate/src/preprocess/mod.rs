@@ -4,4 +4,5 @@ pub mod beam_normals;
 pub mod clean;
 pub mod depth_surfels;
 pub mod planar_scan;
+pub mod voxel_downsample;
 pub mod wrap_around;

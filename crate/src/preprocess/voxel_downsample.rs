@@ -1,0 +1,108 @@
+//! One point a voxel: the mean of the points in it.
+
+use std::collections::hash_map::Entry;
+
+use glam::Vec3;
+use rustc_hash::FxHashMap;
+
+use crate::geometry::PointCloud;
+use crate::{Error, Result};
+
+/// What has been summed up in a voxel, in double precision: there may be many points in it.
+#[derive(Default, Clone)]
+struct Sums {
+    position: glam::DVec3,
+    normal: glam::DVec3,
+    color: [u64; 3],
+    count: u64,
+}
+
+/// The mean position, normal and colour of the points in every cube of side `voxel_size` (m), in the order in which the
+/// cubes are first met. Points that are not finite are dropped.
+///
+/// # Errors
+/// When `voxel_size` is not positive.
+pub fn voxel_downsample(cloud: &PointCloud, voxel_size: f64) -> Result<PointCloud> {
+    if !(voxel_size > 0.0 && voxel_size.is_finite()) {
+        return Err(Error::whole(format!("A voxel of {voxel_size} m is none"), "Give a positive voxel_size"));
+    }
+    let mut index: FxHashMap<[i64; 3], usize> = FxHashMap::default();
+    let mut voxels: Vec<Sums> = Vec::new();
+    for (point, position) in cloud.positions.iter().enumerate().filter(|(_, position)| position.is_finite()) {
+        let position = position.as_dvec3();
+        let voxel = (position / voxel_size).floor();
+        let number = match index.entry([voxel.x as i64, voxel.y as i64, voxel.z as i64]) {
+            Entry::Occupied(entry) => *entry.get(),
+            Entry::Vacant(entry) => {
+                voxels.push(Sums::default());
+                *entry.insert(voxels.len() - 1)
+            }
+        };
+        let sums = &mut voxels[number];
+        sums.position += position;
+        sums.count += 1;
+        if let Some(normals) = &cloud.normals {
+            sums.normal += normals[point].as_dvec3();
+        }
+        if let Some(colors) = &cloud.colors {
+            for (sum, &channel) in sums.color.iter_mut().zip(&colors[point]) {
+                *sum += u64::from(channel);
+            }
+        }
+    }
+    let color = |sums: &Sums| sums.color.map(|sum| ((sum + sums.count / 2) / sums.count) as u8);
+    let normal = |sums: &Sums| -> Vec3 { sums.normal.normalize_or_zero().as_vec3() };
+    Ok(PointCloud {
+        positions: voxels.iter().map(|sums| (sums.position / sums.count as f64).as_vec3()).collect(),
+        normals: cloud.normals.as_ref().map(|_| voxels.iter().map(normal).collect()),
+        colors: cloud.colors.as_ref().map(|_| voxels.iter().map(color).collect()),
+        origin: cloud.origin,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn points_of_a_voxel_become_their_mean() {
+        let cloud = PointCloud {
+            positions: [[0.1, 0.1, 0.1], [-0.1, 0.1, 0.1], [0.3, 0.1, 0.3], [f32::NAN, 0.0, 0.0]]
+                .map(Vec3::from)
+                .to_vec(),
+            normals: Some(vec![Vec3::X, Vec3::Z, Vec3::Y, Vec3::Z]),
+            colors: Some(vec![[10, 0, 255], [1, 2, 3], [21, 0, 255], [0, 0, 0]]),
+            origin: glam::DVec3::new(5.0, 0.0, 0.0),
+        };
+        let sparse = voxel_downsample(&cloud, 0.5).unwrap();
+        assert!((sparse.positions[0] - Vec3::new(0.2, 0.1, 0.2)).length() < 1e-7);
+        assert_eq!(sparse.positions[1], Vec3::new(-0.1, 0.1, 0.1)); // floor, not a cut towards zero
+        let normals = sparse.normals.unwrap();
+        assert!((normals[0] - Vec3::new(1.0, 1.0, 0.0).normalize()).length() < 1e-7);
+        assert_eq!(sparse.colors, Some(vec![[16, 0, 255], [1, 2, 3]]));
+        assert_eq!((sparse.origin, sparse.positions.len()), (cloud.origin, 2));
+    }
+
+    #[test]
+    fn every_point_has_one_in_its_voxel_and_no_voxel_has_two() {
+        let positions = (0..5000).map(|i| {
+            let x = i as f32;
+            Vec3::new((x * 0.37).sin() * 3.0, (x * 0.73).cos() * 2.0, (x * 1.3).sin())
+        });
+        let cloud = PointCloud::from_positions(positions.collect());
+        let sparse = voxel_downsample(&cloud, 0.25).unwrap();
+        let voxel = |p: &Vec3| (p.as_dvec3() / 0.25).floor().to_array().map(|x| x as i64);
+        let mut voxels: Vec<[i64; 3]> = sparse.positions.iter().map(voxel).collect();
+        voxels.sort_unstable();
+        assert!(voxels.windows(2).all(|pair| pair[0] != pair[1]));
+        assert!(cloud.positions.iter().all(|p| voxels.binary_search(&voxel(p)).is_ok()));
+    }
+
+    #[test]
+    fn a_voxel_without_size_is_refused() {
+        for size in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+            assert!(voxel_downsample(&PointCloud::default(), size).is_err());
+        }
+        assert!(voxel_downsample(&PointCloud::default(), 0.1).unwrap().is_empty());
+    }
+}
