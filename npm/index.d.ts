@@ -35,16 +35,22 @@
  */
 export type * from '../pkg/scanstitch.js';
 export {
+  decode_depth,
+  DepthPixels,
   describe_settings,
+  describe_spatial_settings,
   Evaluation,
   evaluate,
   evaluation_defaults,
   map_quality,
   PointCloud,
+  prepare_frame,
   presets,
   Reconstruction,
   register,
   relation_errors,
+  spatial_presets,
+  SpatialReconstruction,
   Trajectory,
   version,
 } from '../pkg/scanstitch.js';

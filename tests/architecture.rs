@@ -12,11 +12,12 @@ const LAYERS: &[&[&str]] = &[
     &["search", "camera"],
     &["io", "preprocess", "registration"],
     &["settings", "evaluation", "cloud_registration", "scene"],
-    &["map", "surfel_map"],
+    &["spatial_settings"],
+    &["map", "surfel_map", "voxel_map", "prepared_frame"],
     &["verdict"],
     &["odometry", "pose_graph", "depth_odometry"],
-    &["report"],
-    &["reconstruction", "depth_reconstruction"],
+    &["report", "spatial_report"],
+    &["reconstruction", "spatial_reconstruction"],
     &["wasm"],
 ];
 

@@ -181,3 +181,23 @@ fn pcd_files(folder: &Path) -> Vec<std::path::PathBuf> {
     }
     files
 }
+
+/// Every form comes back as it was written.
+#[test]
+fn what_is_written_is_read_again() {
+    let points = 500;
+    let cloud = PointCloud {
+        positions: (0..points).map(|i| glam::Vec3::new(i as f32 * 0.1, -1.5 / (i + 1) as f32, 3e-5)).collect(),
+        normals: Some((0..points).map(|i| glam::Vec3::from([[1.0, 0.0, 0.0], [0.0, 0.6, -0.8]][i % 2])).collect()),
+        colors: Some((0..points).map(|i| [i as u8, 255, (i / 2) as u8]).collect()),
+        ..PointCloud::default()
+    };
+    for format in [pcd::Format::Ascii, pcd::Format::Binary, pcd::Format::BinaryCompressed] {
+        assert_eq!(pcd::read(&pcd::write(&cloud, format)).unwrap(), cloud, "{format:?}");
+        let bare = PointCloud::from_positions(cloud.positions.clone());
+        assert_eq!(pcd::read(&pcd::write(&bare, format)).unwrap(), bare, "{format:?}");
+    }
+    let sizes = [pcd::Format::Binary, pcd::Format::BinaryCompressed].map(|format| pcd::write(&cloud, format).len());
+    assert!(sizes[1] < sizes[0]);
+    assert!(pcd::read(&pcd::write(&PointCloud::default(), pcd::Format::Binary)).is_ok_and(|cloud| cloud.is_empty()));
+}

@@ -5,10 +5,12 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use nalgebra::{Isometry3, Matrix3, Rotation3, Translation3, UnitQuaternion, Vector3};
-use scanstitch::depth_reconstruction::{DepthReconstruction, DepthSettings, Intrinsics};
 use scanstitch::geometry::Pose3;
 use scanstitch::io::trajectory;
+use scanstitch::prepared_frame::{FrameLabel, PreparedFrame};
 use scanstitch::report::Stage;
+use scanstitch::spatial_reconstruction::SpatialReconstruction;
+use scanstitch::spatial_settings::SpatialSettings;
 
 struct Recording {
     name: &'static str,
@@ -98,17 +100,26 @@ fn main() {
 fn run(recording: &Recording, every: usize, verbose: bool) {
     let files: Vec<Vec<u8>> =
         recording.depth.iter().step_by(every).map(|path| std::fs::read(path).expect("readable")).collect();
-    let intrinsics = recording.intrinsics.map_or(DepthSettings::default().intrinsics, Intrinsics::Pixels);
-    let mut reconstruction =
-        DepthReconstruction::new(DepthSettings { intrinsics, ..DepthSettings::default() }).expect("sound settings");
+    let [fx, fy, cx, cy] = recording.intrinsics.unwrap_or_default();
+    let settings = SpatialSettings { fx, fy, cx, cy, ..SpatialSettings::default() };
+    let mut reconstruction = SpatialReconstruction::new(settings).expect("sound settings");
     let began = Instant::now();
     let start = seconds_used(began);
+    let (mut preparing, mut registering) = (0.0, 0.0);
     for (index, bytes) in files.iter().enumerate() {
-        reconstruction.add_frame(&format!("{index}"), bytes).expect("a depth image");
+        let start = seconds_used(began);
+        let preparation = reconstruction.begin("frame", bytes).expect("a depth image");
+        let label = FrameLabel { name: index.to_string(), index, time: None };
+        let frame = PreparedFrame::from_depth(preparation, label, bytes, None).expect("a depth image");
+        let prepared = seconds_used(began);
+        reconstruction.add(frame).expect("in order");
+        while reconstruction.step().stage != Stage::Done {}
+        preparing += prepared - start;
+        registering += seconds_used(began) - prepared;
     }
-    let read = seconds_used(began);
-    while reconstruction.step().expect("a camera").stage != Stage::Done {}
     let registered = seconds_used(began);
+    let num_points = reconstruction.map().len();
+    let stitching = seconds_used(began) - registered;
 
     let truth: Vec<Pose3> = recording.truth.iter().step_by(every).copied().collect();
     let truth: Vec<Pose3> = truth.iter().map(|pose| truth[0].inverse() * pose).collect();
@@ -145,7 +156,7 @@ fn run(recording: &Recording, every: usize, verbose: bool) {
     let count = poses.len() as f64;
     println!(
         "{}, {} frames, {:?}: mean L2 {:.4} m, last {:.4} m, worst step {:.3} m (frame {}) and {:.2} deg (frame {}); \
-         good, doubtful, lost {counts:?}; ms a frame: decode {:.1}, register {:.1}; map of {} points",
+         good, doubtful, lost {counts:?}; ms a frame: prepare {:.1}, register {:.1}, stitch {:.1}, all {:.1}; map of {} points",
         recording.name,
         poses.len(),
         reconstruction.quantisation(),
@@ -155,8 +166,10 @@ fn run(recording: &Recording, every: usize, verbose: bool) {
         worst.0.1,
         worst.1.0,
         worst.1.1,
-        1000.0 * (read - start) / count,
-        1000.0 * (registered - read) / count,
-        reconstruction.map_cloud().len()
+        1000.0 * preparing / count,
+        1000.0 * registering / count,
+        1000.0 * stitching / count,
+        1000.0 * (registered + stitching - start) / count,
+        num_points
     );
 }

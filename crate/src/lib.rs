@@ -11,7 +11,6 @@
 pub mod camera;
 pub mod cloud_registration;
 pub mod depth_odometry;
-pub mod depth_reconstruction;
 pub mod error;
 pub mod evaluation;
 pub mod geometry;
@@ -19,6 +18,7 @@ pub mod io;
 pub mod map;
 pub mod odometry;
 pub mod pose_graph;
+pub mod prepared_frame;
 pub mod preprocess;
 pub mod reconstruction;
 pub mod registration;
@@ -27,8 +27,12 @@ pub mod scene;
 pub mod search;
 pub mod settings;
 pub mod sparse;
+pub mod spatial_reconstruction;
+pub mod spatial_report;
+pub mod spatial_settings;
 pub mod surfel_map;
 pub mod verdict;
+pub mod voxel_map;
 
 #[cfg(target_arch = "wasm32")]
 pub mod wasm;

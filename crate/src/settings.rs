@@ -116,20 +116,7 @@ impl Settings {
     /// # Errors
     /// Names the first setting out of its limits, with the value and the limits.
     pub fn validate(&self) -> Result<()> {
-        for description in descriptions() {
-            let value = self.number(description.name);
-            let (min, max) = match description.kind {
-                SettingKind::Number { min, max, .. } => (min, max),
-                SettingKind::Integer { min, max } => (min as f64, max as f64),
-                SettingKind::Choice { .. } => continue,
-            };
-            if !(min..=max).contains(&value) {
-                return Err(Error::whole(
-                    format!("{} = {value} is out of its limits", description.name),
-                    format!("Give a number from {min} to {max}{}", description.unit_suffix()),
-                ));
-            }
-        }
+        check_limits(&descriptions(), |name| self.number(name))?;
         if self.min_range >= self.max_range {
             return Err(Error::whole(
                 format!("min_range = {} is not below max_range = {}", self.min_range, self.max_range),
@@ -261,6 +248,28 @@ pub struct Preset {
     pub explanation: &'static str,
     /// Its settings.
     pub settings: Settings,
+}
+
+/// Checks the numeric settings among `descriptions`, whose values `value_of` tells by name.
+///
+/// # Errors
+/// Names the first setting out of its limits, with the value and the limits.
+pub(crate) fn check_limits(descriptions: &[SettingDescription], value_of: impl Fn(&str) -> f64) -> Result<()> {
+    for description in descriptions {
+        let value = value_of(description.name);
+        let (min, max) = match description.kind {
+            SettingKind::Number { min, max, .. } => (min, max),
+            SettingKind::Integer { min, max } => (f64::from(min), f64::from(max)),
+            SettingKind::Choice { .. } => continue,
+        };
+        if !(min..=max).contains(&value) {
+            return Err(Error::whole(
+                format!("{} = {value} is out of its limits", description.name),
+                format!("Give a number from {min} to {max}{}", description.unit_suffix()),
+            ));
+        }
+    }
+    Ok(())
 }
 
 /// The presets; the first is the default.
@@ -427,7 +436,7 @@ pub fn descriptions() -> Vec<SettingDescription> {
     ]
 }
 
-fn number(
+pub(crate) fn number(
     name: &'static str,
     label: &'static str,
     group: &'static str,
@@ -438,7 +447,7 @@ fn number(
     SettingDescription { name, label, group, unit, explanation, kind: SettingKind::Number { min, max, step } }
 }
 
-fn integer(
+pub(crate) fn integer(
     name: &'static str,
     label: &'static str,
     group: &'static str,
@@ -449,7 +458,7 @@ fn integer(
     SettingDescription { name, label, group, unit: "", explanation, kind: SettingKind::Integer { min, max } }
 }
 
-fn choice(
+pub(crate) fn choice(
     name: &'static str,
     label: &'static str,
     group: &'static str,

@@ -21,6 +21,7 @@ use crate::report::{Progress, ReconstructionResult};
 use crate::settings::{Preset, SettingDescription, descriptions};
 
 mod evaluation;
+mod spatial;
 
 #[wasm_bindgen(typescript_custom_section)]
 const TYPES: &str = "

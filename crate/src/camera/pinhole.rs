@@ -5,7 +5,8 @@ use nalgebra::{Matrix2x3, Vector2, Vector3};
 use crate::{Error, Result};
 
 /// Intrinsics (pixels): `u = fx x / z + cx`, `v = fy y / z + cy` for a point (x right, y down, z forward).
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+#[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
 pub struct Pinhole {
     /// Pixels in a row.
     pub width: usize,

@@ -7,6 +7,7 @@
 
 pub mod alignment;
 pub mod associate;
+pub mod convention;
 pub mod drift;
 pub mod evaluate;
 pub mod map_quality;
@@ -16,5 +17,6 @@ pub mod path;
 pub mod position_error;
 pub mod relations;
 pub mod sharpness;
+pub mod spatial_error;
 pub mod statistics;
 pub mod umeyama;

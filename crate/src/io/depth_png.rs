@@ -8,10 +8,10 @@ use crate::camera::DepthImage;
 use crate::{Error, Result};
 
 /// No depth camera has more pixels.
-const MAX_PIXELS: u64 = 1 << 26;
+pub(super) const MAX_PIXELS: u64 = 1 << 26;
 /// A byte of deflate can unfold to this many at the most.
-const MAX_INFLATION: u64 = 1032;
-const PNG_SIGNATURE: &[u8] = b"\x89PNG\r\n\x1a\n";
+pub(super) const MAX_INFLATION: u64 = 1032;
+pub(super) const PNG_SIGNATURE: &[u8] = b"\x89PNG\r\n\x1a\n";
 
 /// Reads a depth image, given as the bytes of its file.
 ///

@@ -29,7 +29,8 @@ pub struct DepthModel {
 }
 
 impl DepthModel {
-    fn depth(&self, value: u16) -> Option<f64> {
+    /// The depth that a raw value stands for (m); `None` for 0 and out of range.
+    pub fn depth(&self, value: u16) -> Option<f64> {
         let depth = (f64::from(value) + self.offset) * self.step;
         (value > 0 && depth >= self.min_range && depth <= self.max_range).then_some(depth)
     }

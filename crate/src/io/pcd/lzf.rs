@@ -1,4 +1,4 @@
-//! Decompression of Marc Lehmann's LZF.
+//! Marc Lehmann's LZF, there and back.
 //!
 //! A byte below 32 is followed by that many bytes and one more, to be copied. Any other holds in its upper three bits the
 //! length of a copy of what came before, less 2 (7: a further byte is added), and in its lower five, with the byte after
@@ -46,9 +46,78 @@ pub(super) fn decompress(packed: &[u8], expected: usize) -> Result<Vec<u8>, usiz
     if data.len() == expected { Ok(data) } else { Err(packed.len()) }
 }
 
+/// Most bytes of one literal, ...
+const MAX_LITERAL: usize = 32;
+/// ... of one copy, ...
+const MAX_COPY: usize = 264;
+/// ... and how far back a copy reaches.
+const MAX_BACK: usize = 1 << 13;
+const TABLE_BITS: u32 = 14;
+
+/// Bytes that [`decompress`] turns into `data`: copies are looked for where the same three bytes were last seen.
+pub(super) fn compress(data: &[u8]) -> Vec<u8> {
+    let mut packed = Vec::with_capacity(data.len() / 2);
+    let mut last_seen = vec![usize::MAX; 1 << TABLE_BITS];
+    let (mut position, mut literal) = (0, 0);
+    while position + 3 <= data.len() {
+        let key = u32::from_le_bytes([data[position], data[position + 1], data[position + 2], 0]);
+        let slot = &mut last_seen[(key.wrapping_mul(0x9E37_79B1) >> (32 - TABLE_BITS)) as usize];
+        let candidate = std::mem::replace(slot, position);
+        let length = if candidate < position && position - candidate <= MAX_BACK {
+            let pairs = data[candidate..].iter().zip(&data[position..]).take(MAX_COPY);
+            pairs.take_while(|(a, b)| a == b).count()
+        } else {
+            0
+        };
+        if length < 3 {
+            position += 1;
+            continue;
+        }
+        put_literals(&mut packed, &data[literal..position]);
+        let (back, code) = (position - candidate - 1, length - 2);
+        if code < 7 {
+            packed.push((code << 5 | back >> 8) as u8);
+        } else {
+            packed.push((7 << 5 | back >> 8) as u8);
+            packed.push((code - 7) as u8);
+        }
+        packed.push(back as u8);
+        position += length;
+        literal = position;
+    }
+    put_literals(&mut packed, &data[literal..]);
+    packed
+}
+
+fn put_literals(packed: &mut Vec<u8>, bytes: &[u8]) {
+    for run in bytes.chunks(MAX_LITERAL) {
+        packed.push((run.len() - 1) as u8);
+        packed.extend_from_slice(run);
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_is_compressed_comes_back() {
+        let mut random = 7u32;
+        let mut noise = || {
+            random = random.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            (random >> 24) as u8
+        };
+        let noisy: Vec<u8> = (0..5000).map(|_| noise()).collect();
+        let repeating: Vec<u8> = (0..20_000u32).map(|i| (i % 700 / 3) as u8).collect();
+        let long_run = vec![9; 3000];
+        for data in [&noisy[..], &repeating, &long_run, &noisy[..1], &noisy[..2], &noisy[..3], &[]] {
+            let packed = compress(data);
+            assert_eq!(decompress(&packed, data.len()).as_deref(), Ok(data));
+            assert!(packed.len() <= data.len() + data.len().div_ceil(MAX_LITERAL));
+        }
+        assert!(compress(&repeating).len() * 10 < repeating.len());
+        assert!(compress(&long_run).len() < 50);
+    }
 
     #[test]
     fn literals_copies_and_runs() {

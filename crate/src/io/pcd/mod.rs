@@ -14,6 +14,7 @@
 
 mod header;
 mod lzf;
+mod write;
 
 use glam::DVec3;
 
@@ -22,6 +23,8 @@ use super::ply::{origin_of, unit_normals};
 use super::text::{line_number, number, quote};
 use crate::geometry::PointCloud;
 use crate::{Error, Result};
+
+pub use write::{Format, write};
 
 /// Reads a PCD file, given as its bytes.
 ///

@@ -4,10 +4,14 @@
 use std::path::{Path, PathBuf};
 
 use nalgebra::{Isometry3, Matrix3, Rotation3, Translation3, UnitQuaternion, Vector3};
-use scanstitch::depth_reconstruction::{DepthReconstruction, DepthSettings, Intrinsics, Quantisation};
+use scanstitch::evaluation::convention::KnownConvention;
 use scanstitch::geometry::Pose3;
+use scanstitch::io::trajectory::Trajectory;
 use scanstitch::io::{depth_png, trajectory};
+use scanstitch::prepared_frame::{FrameLabel, PreparedFrame};
 use scanstitch::report::Stage;
+use scanstitch::spatial_reconstruction::SpatialReconstruction;
+use scanstitch::spatial_settings::{Quantisation, SpatialSettings};
 use scanstitch::verdict::Status;
 
 const FUSION_DEMO: [f64; 4] = [585.0, 585.0, 320.0, 240.0];
@@ -58,15 +62,30 @@ fn apartment_truth(folder: &Path) -> Vec<Pose3> {
     truth.poses().unwrap().iter().map(|pose| pose * turn).collect()
 }
 
-fn run(files: &[Vec<u8>], intrinsics: Option<[f64; 4]>) -> DepthReconstruction {
-    let intrinsics = intrinsics.map_or(DepthSettings::default().intrinsics, Intrinsics::Pixels);
-    let mut reconstruction =
-        DepthReconstruction::new(DepthSettings { intrinsics, ..DepthSettings::default() }).unwrap();
-    for (index, bytes) in files.iter().enumerate() {
-        reconstruction.add_frame(&format!("{index}.png"), bytes).unwrap();
-    }
-    while reconstruction.step().unwrap().stage != Stage::Done {}
+fn with_camera(intrinsics: Option<[f64; 4]>) -> SpatialSettings {
+    let [fx, fy, cx, cy] = intrinsics.unwrap_or_default();
+    SpatialSettings { fx, fy, cx, cy, ..SpatialSettings::default() }
+}
+
+fn run(files: &[Vec<u8>], intrinsics: Option<[f64; 4]>) -> SpatialReconstruction {
+    run_with(with_camera(intrinsics), files)
+}
+
+fn run_with(settings: SpatialSettings, files: &[Vec<u8>]) -> SpatialReconstruction {
+    let mut reconstruction = SpatialReconstruction::new(settings).unwrap();
+    add(&mut reconstruction, 0, files);
     reconstruction
+}
+
+/// Adds depth images, the first of which is the `first` of the recording, and registers them.
+fn add(reconstruction: &mut SpatialReconstruction, first: usize, files: &[Vec<u8>]) {
+    for (index, bytes) in (first..).zip(files) {
+        let name = format!("{index}.png");
+        let preparation = reconstruction.begin(&name, bytes).unwrap();
+        let frame = PreparedFrame::from_depth(preparation, FrameLabel { name, index, time: None }, bytes, None);
+        reconstruction.add(frame.unwrap()).unwrap();
+        while reconstruction.step().stage != Stage::Done {}
+    }
 }
 
 /// Mean distance (m), first poses made equal; and the largest step that is off, in m and rad.
@@ -143,13 +162,9 @@ fn truncated_and_rounded_depth_are_told_apart() {
         (Quantisation::Truncated, (|value| value / 2) as fn(u16) -> u16),
         (Quantisation::Rounded, |value| value.div_ceil(2)), // of value + 0.5
     ] {
-        let settings = DepthSettings { depth_scale: Some(255.0 / 10.0 / 2.0), ..DepthSettings::default() };
-        let mut reconstruction = DepthReconstruction::new(settings).unwrap();
-        for bytes in &frames {
-            reconstruction.add_frame("half.pgm", &coarser(bytes, halved)).unwrap();
-        }
-        while reconstruction.step().unwrap().stage != Stage::Done {}
-        assert_eq!(reconstruction.quantisation(), Some(quantisation));
+        let settings = SpatialSettings { depth_scale: 255.0 / 10.0 / 2.0, ..SpatialSettings::default() };
+        let frames: Vec<Vec<u8>> = frames.iter().map(|bytes| coarser(bytes, halved)).collect();
+        assert_eq!(run_with(settings, &frames).quantisation(), Some(quantisation));
     }
 }
 
@@ -188,20 +203,62 @@ fn frames_that_do_not_belong_are_lost_and_the_rest_holds() {
 }
 
 #[test]
-fn frames_can_be_added_to_a_finished_run() {
+fn frames_can_be_added_to_a_finished_run_and_travel_as_bytes() {
     let Some(folder) = data() else { return };
     let frames = files(&folder.join("redwood5/depth"), ".png");
-    let whole = run(&frames, Some(REDWOOD));
+    let mut whole = run(&frames, Some(REDWOOD));
     let mut parts = run(&frames[..3], Some(REDWOOD));
-    for bytes in &frames[3..] {
-        parts.add_frame("later.png", bytes).unwrap();
+    assert!(!parts.map().is_empty());
+    for (index, bytes) in frames.iter().enumerate().skip(3) {
+        let preparation = parts.begin("later.png", bytes).unwrap();
+        let label = FrameLabel { name: "later.png".into(), index, time: Some(0.5) };
+        let colors = std::fs::read(folder.join(format!("redwood5/color/{index:05}.jpg"))).unwrap();
+        let frame = PreparedFrame::from_depth(preparation, label, bytes, Some(&colors)).unwrap();
+        assert_eq!(frame.notes, [""; 0]);
+        let as_bytes = frame.to_bytes();
+        let back = PreparedFrame::from_bytes(&as_bytes).unwrap();
+        assert_eq!(back, frame);
+        for cut in [0, 7, 8, 100, as_bytes.len() / 2, as_bytes.len() - 1] {
+            assert!(PreparedFrame::from_bytes(&as_bytes[..cut]).is_err(), "{cut}");
+        }
+        parts.add(back).unwrap();
+        assert!(parts.add(frame).unwrap_err().to_string().contains("later.png"), "the same again");
     }
-    while parts.step().unwrap().stage != Stage::Done {}
+    while parts.step().stage != Stage::Done {}
     assert_eq!(parts.poses(), whole.poses());
-    assert_eq!(parts.num_frames(), 5);
-    assert_eq!(parts.name(4), Some("later.png"));
-    let map = whole.map_cloud();
-    assert!(map.len() > 5000 && map.normals.unwrap().len() == map.positions.len());
+    assert_eq!(parts.result().frames[4].name, "later.png");
+    let (stitched_in_parts, stitched) = (parts.map().cloud(), whole.map().cloud());
+    assert_eq!(stitched_in_parts.positions, stitched.positions);
+    assert!(stitched_in_parts.colors.is_some() && stitched.colors.is_none() && stitched.len() > 20_000);
+    assert!(whole.surfel_cloud().len() > 5000);
+    let sizes = whole.map_sizes(&[0.01, 0.02, 0.05, 0.1]);
+    assert!(sizes.is_sorted_by(|finer, coarser| finer.num_points > 2 * coarser.num_points), "{sizes:?}");
+    assert_eq!(sizes[1].num_points, stitched.len());
+}
+
+/// The reference's conventions are told, and it changes nothing.
+#[test]
+fn the_truth_is_compared_with_whatever_its_conventions_and_used_for_nothing_else() {
+    let Some(folder) = data() else { return };
+    let folder = folder.join("apartment_first_floor");
+    let mut frames = files(&folder.join("depth"), ".png");
+    frames.truncate(20);
+    let without = run(&frames, None);
+    let mut with = SpatialReconstruction::new(SpatialSettings::default()).unwrap();
+    let truth = trajectory::read_lenient(&std::fs::read(folder.join("GT_pose.npy")).unwrap(), None).unwrap();
+    let mut twenty = truth.clone();
+    twenty.trajectory = Trajectory::from_poses(&truth.trajectory.poses().unwrap()[..20]);
+    with.set_reference("GT_pose.npy", twenty, 20, KnownConvention::default());
+    add(&mut with, 0, &frames);
+    assert_eq!(with.poses(), without.poses());
+    let comparison = with.result().comparison.unwrap();
+    let (mean, ..) = errors(&with.poses(), &apartment_truth(&folder)[..20]);
+    assert!((comparison.mean - mean).abs() < 1e-12 && comparison.num_matched == 20);
+    assert!(comparison.convention.contains("qw qx qy qz") && comparison.convention.contains("looking along -z"));
+    with.set_reference("GT_pose.npy", truth, 20, KnownConvention::default());
+    let result = with.result();
+    assert_eq!(result.comparison, None);
+    assert!(result.notes[0].starts_with("GT_pose.npy: The reference has 80 poses"), "{:?}", result.notes);
 }
 
 fn pgm(width: usize, height: usize, value: u8) -> Vec<u8> {
@@ -210,20 +267,36 @@ fn pgm(width: usize, height: usize, value: u8) -> Vec<u8> {
 
 #[test]
 fn bad_frames_and_settings_are_refused_with_the_reason() {
-    let mut reconstruction = DepthReconstruction::new(DepthSettings::default()).unwrap();
-    reconstruction.add_frame("1.png", &pgm(64, 48, 50)).unwrap();
-    let mut refused = |name, bytes: &[u8]| reconstruction.add_frame(name, bytes).unwrap_err().to_string();
-    assert!(refused("2.png", &pgm(48, 64, 50)).contains("2.png: The image has 48 x 64 pixels"));
+    let mut reconstruction = SpatialReconstruction::new(SpatialSettings::default()).unwrap();
+    assert!(
+        reconstruction.begin("0.png", &pgm(64, 48, 0)).unwrap_err().to_string().contains("0.png: All depths are zero")
+    );
+    let preparation = reconstruction.begin("1.png", &pgm(64, 48, 50)).unwrap().clone();
+    let prepare = |name: &str, bytes: &[u8], color: Option<&[u8]>| {
+        let label = FrameLabel { name: name.into(), index: 0, time: None };
+        PreparedFrame::from_depth(&preparation, label, bytes, color)
+    };
+    let refused = |name, bytes: &[u8]| prepare(name, bytes, None).unwrap_err().to_string();
+    assert!(refused("2.png", &pgm(48, 64, 50)).contains("2.png: The depth image has 48 x 64 pixels"));
     assert!(refused("3.png", &pgm(64, 48, 0)).contains("All depths are zero"));
     assert!(refused("4.png", b"nonsense").contains("4.png, byte 0"));
-    assert_eq!(reconstruction.num_frames(), 1);
-    assert_eq!(reconstruction.step().unwrap().stage, Stage::Register);
-    assert_eq!(reconstruction.step().unwrap().stage, Stage::Done);
+    let uncoloured = prepare("5.png", &pgm(64, 48, 50), Some(b"\xFF\xD8\xFFcut")).unwrap();
+    assert!(
+        uncoloured.notes[0].starts_with("5.png: its colours are left out: The JPEG is broken"),
+        "{:?}",
+        uncoloured.notes
+    );
+    assert_eq!(uncoloured.map_image.colors, None);
+    reconstruction.add(uncoloured).unwrap();
+    assert_eq!(reconstruction.step().stage, Stage::Register);
+    assert_eq!(reconstruction.step().stage, Stage::Done);
+    assert!(reconstruction.set_intrinsics(REDWOOD).is_err());
 
-    let refused = |settings| DepthReconstruction::new(settings).err().unwrap().to_string();
-    assert!(refused(DepthSettings { min_range: 5.0, max_range: 1.0, ..DepthSettings::default() }).contains("5 to 1"));
-    assert!(refused(DepthSettings { depth_scale: Some(0.0), ..DepthSettings::default() }).contains("depth_scale"));
-    let narrow = DepthSettings { intrinsics: Intrinsics::FieldOfView(0.0), ..DepthSettings::default() };
-    let mut narrow = DepthReconstruction::new(narrow).unwrap();
-    assert!(narrow.add_frame("1.png", &pgm(64, 48, 50)).unwrap_err().to_string().contains("field of view"));
+    let refused = |settings| SpatialReconstruction::new(settings).err().unwrap().to_string();
+    assert!(
+        refused(SpatialSettings { min_range: 5.0, max_range: 1.0, ..SpatialSettings::default() })
+            .contains("min_range = 5")
+    );
+    assert!(refused(SpatialSettings { depth_scale: -1.0, ..SpatialSettings::default() }).contains("depth_scale"));
+    assert!(refused(SpatialSettings { field_of_view: 3.2, ..SpatialSettings::default() }).contains("field_of_view"));
 }

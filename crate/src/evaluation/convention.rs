@@ -1,0 +1,275 @@
+//! What the poses of a reference mean: files seldom say in which order a quaternion stands, which way the camera's axes
+//! point, and whether a pose maps camera to world or back.
+//!
+//! Under the right reading the motions between consecutive frames of the reference are those that were estimated. This is
+//! looked for, after the estimate and without any effect on it.
+
+use nalgebra::{Isometry3, Matrix3, Quaternion, Rotation3, UnitQuaternion};
+use serde::{Deserialize, Serialize};
+
+use crate::geometry::Pose3;
+use crate::geometry::rotation::angle_of;
+use crate::io::trajectory::{Trajectory, TrajectoryFormat};
+
+/// Order of a quaternion's numbers in a file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
+pub enum QuaternionOrder {
+    /// qx qy qz qw, as TUM writes it.
+    RealPartLast,
+    /// qw qx qy qz, as EuRoC and Habitat write it.
+    RealPartFirst,
+}
+
+/// Where the axes of a sensor point.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
+pub enum SensorAxes {
+    /// x right, y down, z forward: OpenCV, ROS optical frames, this engine.
+    Opencv,
+    /// x right, y up, z backward: OpenGL, three.js, Habitat.
+    Opengl,
+    /// x forward, y left, z up: ROS bodies.
+    Robotics,
+}
+
+impl SensorAxes {
+    /// Turns coordinates of this engine's camera axes into these.
+    fn R_axes_opencv(self) -> UnitQuaternion<f64> {
+        let rows = match self {
+            Self::Opencv => return UnitQuaternion::identity(),
+            Self::Opengl => Matrix3::new(1.0, 0.0, 0.0, 0.0, -1.0, 0.0, 0.0, 0.0, -1.0),
+            Self::Robotics => Matrix3::new(0.0, 0.0, 1.0, -1.0, 0.0, 0.0, 0.0, -1.0, 0.0),
+        };
+        UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(rows))
+    }
+}
+
+/// What a pose maps.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
+pub enum PoseDirection {
+    /// `T_world_sensor`.
+    SensorToWorld,
+    /// `T_sensor_world`.
+    WorldToSensor,
+}
+
+/// A reading of the poses of a file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify), tsify(missing_as_null))]
+pub struct PoseConvention {
+    /// Order of the quaternions; none where the file has matrices.
+    pub quaternion_order: Option<QuaternionOrder>,
+    /// Axes of the sensor.
+    pub sensor_axes: SensorAxes,
+    /// What a pose maps.
+    pub direction: PoseDirection,
+}
+
+/// What of the reading is given; the rest is told from the motions.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+#[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
+pub struct KnownConvention {
+    /// Order of the quaternions.
+    pub quaternion_order: Option<QuaternionOrder>,
+    /// Axes of the sensor.
+    pub sensor_axes: Option<SensorAxes>,
+    /// What a pose maps.
+    pub direction: Option<PoseDirection>,
+}
+
+impl PoseConvention {
+    /// One sentence.
+    pub fn words(&self) -> String {
+        let order = match self.quaternion_order {
+            Some(QuaternionOrder::RealPartLast) => "quaternions qx qy qz qw, ",
+            Some(QuaternionOrder::RealPartFirst) => "quaternions qw qx qy qz, ",
+            None => "",
+        };
+        let axes = match self.sensor_axes {
+            SensorAxes::Opencv => "x right, y down, z forward",
+            SensorAxes::Opengl => "x right, y up, looking along -z",
+            SensorAxes::Robotics => "x forward, y left, z up",
+        };
+        let direction = match self.direction {
+            PoseDirection::SensorToWorld => "camera to world",
+            PoseDirection::WorldToSensor => "world to camera",
+        };
+        format!("{order}camera axes {axes}, poses from {direction}")
+    }
+
+    /// A pose of the file as `T_world_sensor` with this engine's axes of the sensor; the world stays the file's.
+    /// `read_order` is the one that the reader took.
+    fn apply(self, pose: &Pose3, read_order: QuaternionOrder) -> Pose3 {
+        let rotation = match self.quaternion_order {
+            Some(order) if order != read_order => reordered(&pose.rotation, read_order),
+            _ => pose.rotation,
+        };
+        let pose = Isometry3::from_parts(pose.translation, rotation);
+        let T_world_sensor = if self.direction == PoseDirection::WorldToSensor { pose.inverse() } else { pose };
+        T_world_sensor * self.sensor_axes.R_axes_opencv()
+    }
+}
+
+/// The same four numbers of a file, taken in the other order.
+fn reordered(q: &UnitQuaternion<f64>, read_order: QuaternionOrder) -> UnitQuaternion<f64> {
+    let other = match read_order {
+        QuaternionOrder::RealPartFirst => Quaternion::new(q.k, q.w, q.i, q.j),
+        QuaternionOrder::RealPartLast => Quaternion::new(q.i, q.j, q.k, q.w),
+    };
+    UnitQuaternion::from_quaternion(other)
+}
+
+/// A reading is taken for another only where it fits better by this ratio: the first that fits is the usual one.
+const CLEARLY_BETTER: f64 = 0.8;
+/// Misfits below this (m) do not tell readings apart.
+const NEGLIGIBLE: f64 = 1e-6;
+/// A radian that is off counts as much as so many metres: the distance of what a camera in a room sees.
+const METRES_A_RADIAN: f64 = 2.0;
+
+/// The poses of a reference as `T_world_sensor` with this engine's axes, and the reading that was found.
+///
+/// `partners` are pairs of an estimated pose and the index of its pose in the reference, in the order of the recording.
+/// `None` where the reference has no orientations.
+pub fn interpret(
+    reference: &Trajectory,
+    format: TrajectoryFormat,
+    partners: &[(Pose3, usize)],
+    known: &KnownConvention,
+) -> Option<(Vec<Pose3>, PoseConvention)> {
+    let poses = reference.poses()?;
+    let read_order = match format {
+        TrajectoryFormat::Tum => QuaternionOrder::RealPartLast,
+        _ => QuaternionOrder::RealPartFirst,
+    };
+    let has_quaternions = reference.rotation_matrices.is_none();
+    let mut best: Option<(f64, PoseConvention)> = None;
+    for convention in candidates(read_order, has_quaternions, known) {
+        let misfit = misfit(&poses, partners, |pose| convention.apply(pose, read_order));
+        let is_better = best.is_none_or(|(least, _)| misfit + NEGLIGIBLE < CLEARLY_BETTER * least);
+        if is_better {
+            best = Some((misfit, convention));
+        }
+    }
+    let (_, convention) = best?;
+    Some((poses.iter().map(|pose| convention.apply(pose, read_order)).collect(), convention))
+}
+
+/// Every reading that agrees with what is known, the usual ones first.
+fn candidates(
+    read_order: QuaternionOrder,
+    has_quaternions: bool,
+    known: &KnownConvention,
+) -> impl Iterator<Item = PoseConvention> {
+    let other_order = match read_order {
+        QuaternionOrder::RealPartLast => QuaternionOrder::RealPartFirst,
+        QuaternionOrder::RealPartFirst => QuaternionOrder::RealPartLast,
+    };
+    let orders = match known.quaternion_order {
+        _ if !has_quaternions => vec![None],
+        Some(order) => vec![Some(order)],
+        None => vec![Some(read_order), Some(other_order)],
+    };
+    let directions = known
+        .direction
+        .map_or_else(|| vec![PoseDirection::SensorToWorld, PoseDirection::WorldToSensor], |direction| vec![direction]);
+    let axes = known
+        .sensor_axes
+        .map_or_else(|| vec![SensorAxes::Opencv, SensorAxes::Opengl, SensorAxes::Robotics], |axes| vec![axes]);
+    orders.into_iter().flat_map(move |quaternion_order| {
+        let axes = axes.clone();
+        directions.clone().into_iter().flat_map(move |direction| {
+            axes.clone().into_iter().map(move |sensor_axes| PoseConvention { quaternion_order, sensor_axes, direction })
+        })
+    })
+}
+
+/// Median over consecutive frames of how far their motion is off (m).
+fn misfit(poses: &[Pose3], partners: &[(Pose3, usize)], reading: impl Fn(&Pose3) -> Pose3) -> f64 {
+    let mut misfits: Vec<f64> = partners
+        .windows(2)
+        .filter_map(|pair| {
+            let (from, to) = (reading(poses.get(pair[0].1)?), reading(poses.get(pair[1].1)?));
+            let estimated = pair[0].0.inverse() * pair[1].0;
+            let off = (from.inverse() * to).inverse() * estimated;
+            Some(off.translation.vector.norm() + METRES_A_RADIAN * angle_of(&off.rotation))
+        })
+        .collect();
+    misfits.sort_by(f64::total_cmp);
+    misfits.get(misfits.len() / 2).copied().unwrap_or(0.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::RigidMotion;
+    use nalgebra::Vector6;
+
+    /// A walk with turns about several axes.
+    fn walk() -> Vec<Pose3> {
+        let step = |i: u32| {
+            let i = f64::from(i);
+            Vector6::new(0.02 * i.sin(), 0.15, 0.03 * i.cos(), 0.1, 0.02, 0.25)
+        };
+        (0..20).fold(vec![Pose3::identity()], |mut poses, i| {
+            let last = poses[poses.len() - 1];
+            poses.push(last * <Pose3 as RigidMotion<3, 6>>::exp(&step(i)));
+            poses
+        })
+    }
+
+    #[test]
+    fn every_reading_is_found_again() {
+        let truth = walk();
+        let partners: Vec<(Pose3, usize)> = truth.iter().copied().zip(0..).collect();
+        let world = Isometry3::rotation(nalgebra::Vector3::new(0.3, -0.8, 1.1));
+        for sensor_axes in [SensorAxes::Opencv, SensorAxes::Opengl, SensorAxes::Robotics] {
+            for direction in [PoseDirection::SensorToWorld, PoseDirection::WorldToSensor] {
+                for (order, format) in [
+                    (QuaternionOrder::RealPartFirst, TrajectoryFormat::Npy),
+                    (QuaternionOrder::RealPartLast, TrajectoryFormat::Npy),
+                    (QuaternionOrder::RealPartLast, TrajectoryFormat::Tum),
+                ] {
+                    let written = truth.iter().map(|pose| {
+                        let pose = world * pose * sensor_axes.R_axes_opencv().inverse();
+                        let pose = if direction == PoseDirection::WorldToSensor { pose.inverse() } else { pose };
+                        let is_swapped = order == QuaternionOrder::RealPartLast && format == TrajectoryFormat::Npy;
+                        // The reader of this form takes the first number for the real part.
+                        let q = pose.rotation;
+                        let as_read = if is_swapped { Quaternion::new(q.i, q.j, q.k, q.w) } else { *q.quaternion() };
+                        Isometry3::from_parts(pose.translation, UnitQuaternion::from_quaternion(as_read))
+                    });
+                    let file = Trajectory::from_poses(&written.collect::<Vec<_>>());
+                    let (poses, found) = interpret(&file, format, &partners, &KnownConvention::default()).unwrap();
+                    assert_eq!(found, PoseConvention { quaternion_order: Some(order), sensor_axes, direction });
+                    for (pose, expected) in poses.iter().zip(&truth) {
+                        let off = (poses[0].inverse() * pose).inverse() * expected;
+                        assert!(off.translation.vector.norm() + angle_of(&off.rotation) < 1e-9);
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_known_is_kept_and_standing_still_tells_nothing() {
+        let still: Vec<(Pose3, usize)> = (0..5).map(|index| (Pose3::identity(), index)).collect();
+        let file = Trajectory::from_poses(&[Pose3::identity(); 5]);
+        let known = KnownConvention { sensor_axes: Some(SensorAxes::Robotics), ..KnownConvention::default() };
+        let (_, found) = interpret(&file, TrajectoryFormat::Tum, &still, &known).unwrap();
+        assert_eq!(found.sensor_axes, SensorAxes::Robotics);
+        assert_eq!(found.direction, PoseDirection::SensorToWorld);
+        let (_, found) = interpret(&file, TrajectoryFormat::Tum, &still, &KnownConvention::default()).unwrap();
+        assert_eq!(
+            (found.sensor_axes, found.quaternion_order),
+            (SensorAxes::Opencv, Some(QuaternionOrder::RealPartLast))
+        );
+        assert!(found.words().contains("qx qy qz qw") && found.words().contains("camera to world"));
+        assert_eq!(interpret(&Trajectory::default(), TrajectoryFormat::Tum, &still, &known), None);
+    }
+}

@@ -1,0 +1,179 @@
+//! Distance of estimated poses in space to a reference, whatever the reference's conventions.
+
+use nalgebra::Isometry3;
+
+use super::associate::by_time;
+use super::convention::{KnownConvention, PoseConvention, interpret};
+use crate::error::{Error, Result};
+use crate::geometry::Pose3;
+use crate::geometry::rotation::angle_of;
+use crate::io::trajectory::{Contents, Trajectory};
+
+/// A frame whose pose was estimated, as far as it is to be compared.
+#[derive(Debug, Clone, PartialEq)]
+pub struct EstimatedFrame {
+    /// Its place in the recording, counted from 0.
+    pub index: usize,
+    /// When it was taken (s), where known.
+    pub time: Option<f64>,
+    /// `T_world_sensor` (x right, y down, z forward); none where the frame is lost.
+    pub T_world_sensor: Option<Pose3>,
+}
+
+/// Errors of poses against a reference, the poses of the first compared frame made equal, no other alignment.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SpatialError {
+    /// Frames with an estimate and a partner in the reference.
+    pub num_matched: usize,
+    /// Mean distance (m): the mean L2 of homework.
+    pub mean: f64,
+    /// Root mean square distance (m).
+    pub rmse: f64,
+    /// Largest distance (m).
+    pub max: f64,
+    /// Distance of each frame (m).
+    pub errors: Vec<Option<f64>>,
+    /// Angle between the orientations of each frame (rad); none where the reference has positions alone.
+    pub rotation_errors: Vec<Option<f64>>,
+    /// The reference's pose of each frame in the estimate's world.
+    pub reference: Vec<Option<Pose3>>,
+    /// How the reference's poses were read; none where it has positions alone.
+    pub convention: Option<PoseConvention>,
+}
+
+/// Frames and poses further apart in time (s) do not belong together.
+const MAX_TIME_DIFFERENCE: f64 = 0.02;
+
+/// Compares the frames of a recording of `num_recorded` frames with a reference: by time where both have times, by their
+/// place in the recording otherwise.
+///
+/// # Errors
+/// When the reference has another number of poses than the recording has frames and no times tell which belong together.
+pub fn spatial_error(
+    frames: &[EstimatedFrame],
+    num_recorded: usize,
+    reference: &Contents,
+    known: &KnownConvention,
+) -> Result<SpatialError> {
+    let partners = partners(frames, num_recorded, &reference.trajectory)?;
+    let matched: Vec<(Pose3, usize)> = frames
+        .iter()
+        .zip(&partners)
+        .filter_map(|(frame, partner)| Some((frame.T_world_sensor?, (*partner)?)))
+        .collect();
+    let interpreted = interpret(&reference.trajectory, reference.format, &matched, known);
+    let positions = &reference.trajectory.positions;
+    let (poses, convention) = match interpreted {
+        Some((poses, convention)) => (poses, Some(convention)),
+        None => (positions.iter().map(|p| Isometry3::translation(p.x, p.y, p.z)).collect(), None),
+    };
+    let to_estimate = matched.first().map_or_else(Pose3::identity, |(estimate, partner)| {
+        estimate * poses.get(*partner).map_or_else(Pose3::identity, Pose3::inverse)
+    });
+    let moved: Vec<Option<Pose3>> =
+        partners.iter().map(|partner| Some(to_estimate * poses.get((*partner)?)?)).collect();
+    let pairs = || frames.iter().zip(&moved).map(|(frame, truth)| Some((frame.T_world_sensor?, (*truth)?)));
+    let errors: Vec<Option<f64>> = pairs()
+        .map(|pair| pair.map(|(pose, truth)| (pose.translation.vector - truth.translation.vector).norm()))
+        .collect();
+    let has_rotations = convention.is_some();
+    let rotation_errors = pairs()
+        .map(|pair| {
+            pair.filter(|_| has_rotations).map(|(pose, truth)| angle_of(&(pose.rotation.inverse() * truth.rotation)))
+        })
+        .collect();
+    let distances: Vec<f64> = errors.iter().copied().flatten().collect();
+    let count = distances.len().max(1) as f64;
+    Ok(SpatialError {
+        num_matched: distances.len(),
+        mean: distances.iter().sum::<f64>() / count,
+        rmse: (distances.iter().map(|e| e * e).sum::<f64>() / count).sqrt(),
+        max: distances.iter().copied().fold(0.0, f64::max),
+        errors,
+        rotation_errors,
+        reference: moved,
+        convention,
+    })
+}
+
+/// Index in the reference of each frame's partner.
+fn partners(frames: &[EstimatedFrame], num_recorded: usize, reference: &Trajectory) -> Result<Vec<Option<usize>>> {
+    let times: Option<Vec<f64>> = frames.iter().map(|frame| frame.time).collect();
+    if let (Some(stamps), Some(times)) = (&reference.stamps, times) {
+        let mut partners = vec![None; frames.len()];
+        for pair in by_time(stamps, &times, MAX_TIME_DIFFERENCE, 0.0)? {
+            partners[pair.estimate] = Some(pair.reference);
+        }
+        return Ok(partners);
+    }
+    if reference.len() == num_recorded {
+        return Ok(frames.iter().map(|frame| Some(frame.index)).collect());
+    }
+    let problem = format!("The reference has {} poses, but the recording has {num_recorded} frames", reference.len());
+    let remedy = if reference.len() > num_recorded {
+        "Give the poses of these frames alone, or drop all frames of the recording"
+    } else {
+        "Give one pose for each frame"
+    };
+    Err(Error::whole(problem, remedy))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::io::trajectory::TrajectoryFormat;
+    use nalgebra::{UnitQuaternion, Vector3};
+
+    fn turn(angle: f64) -> UnitQuaternion<f64> {
+        UnitQuaternion::from_axis_angle(&Vector3::y_axis(), angle)
+    }
+
+    fn pose(x: f64, angle: f64) -> Pose3 {
+        Isometry3::from_parts(nalgebra::Translation3::new(x, 0.0, 2.0 * x), turn(angle))
+    }
+
+    fn frames(poses: &[Option<Pose3>]) -> Vec<EstimatedFrame> {
+        let frame =
+            |(index, pose): (usize, &Option<Pose3>)| EstimatedFrame { index, time: None, T_world_sensor: *pose };
+        poses.iter().enumerate().map(frame).collect()
+    }
+
+    fn contents(trajectory: Trajectory) -> Contents {
+        Contents { trajectory, format: TrajectoryFormat::Tum, notes: Vec::new() }
+    }
+
+    #[test]
+    fn the_first_poses_are_made_equal_and_lost_frames_do_not_count() {
+        let truth: Vec<Pose3> = (0..4).map(|i| pose(f64::from(i), 0.2 * f64::from(i))).collect();
+        let world = pose(3.0, 1.0);
+        let reference = contents(Trajectory::from_poses(&truth.iter().map(|pose| world * pose).collect::<Vec<_>>()));
+        let mut estimate: Vec<Option<Pose3>> = truth.iter().copied().map(Some).collect();
+        estimate[2] = None;
+        estimate[3] = Some(truth[3] * pose(0.1, 0.01));
+        let error = spatial_error(&frames(&estimate), 4, &reference, &KnownConvention::default()).unwrap();
+        assert_eq!((error.num_matched, error.errors[2], error.errors.len()), (3, None, 4));
+        let off = 0.1 * 5f64.sqrt();
+        assert!((error.max - off).abs() < 1e-9 && (error.mean - off / 3.0).abs() < 1e-9);
+        assert!((error.rotation_errors[3].unwrap() - 0.01).abs() < 1e-9);
+        assert!(error.reference[2].unwrap().translation.vector.x > 1.9);
+    }
+
+    #[test]
+    fn frames_that_were_left_out_keep_their_places_and_times_decide_where_there_are_any() {
+        let truth: Vec<Pose3> = (0..5).map(|i| pose(f64::from(i), 0.1)).collect();
+        let reference = contents(Trajectory::from_poses(&truth));
+        let mut left = frames(&truth.iter().copied().map(Some).collect::<Vec<_>>());
+        left.remove(1);
+        assert!(spatial_error(&left, 5, &reference, &KnownConvention::default()).unwrap().max < 1e-9);
+        let refused = spatial_error(&left, 4, &reference, &KnownConvention::default()).unwrap_err().to_string();
+        assert!(refused.contains("5 poses") && refused.contains("4 frames"), "{refused}");
+
+        let stamped = Trajectory::from_poses(&truth).with_stamps(vec![1.0, 2.0, 3.0, 4.0, 5.0]).unwrap();
+        for frame in &mut left {
+            frame.time = Some(frame.index as f64 + 1.005);
+        }
+        left[3].time = Some(9.0);
+        let error = spatial_error(&left, 4, &contents(stamped), &KnownConvention::default()).unwrap();
+        assert!(error.max < 1e-9 && error.num_matched == 3);
+    }
+}

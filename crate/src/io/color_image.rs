@@ -1,0 +1,88 @@
+//! Colour images: PNG and JPEG.
+//!
+//! They are decoded here rather than by the browser, so that every platform sees the same colours.
+
+use png::{ColorType, Transformations};
+use zune_jpeg::JpegDecoder;
+use zune_jpeg::zune_core::bytestream::ZCursor;
+use zune_jpeg::zune_core::colorspace::ColorSpace;
+use zune_jpeg::zune_core::options::DecoderOptions;
+
+use super::depth_png::{MAX_INFLATION, MAX_PIXELS, PNG_SIGNATURE};
+use super::text::quote;
+use crate::camera::ColorImage;
+use crate::{Error, Result};
+
+const REMEDY: &str = "Colour images are PNG or JPEG files";
+/// A byte of JPEG stands for at most a block of 64 pixels in four by four of its kind, coded in a few bits.
+const MAX_JPEG_PIXELS_A_BYTE: u64 = 1 << 14;
+
+/// Reads a colour image, given as the bytes of its file. Grey images become grey colours, transparency is dropped.
+///
+/// # Errors
+/// Neither PNG nor JPEG; a file that is cut off or broken; a size the file cannot hold.
+pub fn read(bytes: &[u8]) -> Result<ColorImage> {
+    if bytes.starts_with(PNG_SIGNATURE) {
+        read_png(bytes)
+    } else if bytes.starts_with(b"\xFF\xD8") {
+        read_jpeg(bytes)
+    } else {
+        let start = quote(&bytes[..bytes.len().min(8)]);
+        Err(Error::byte(0, format!("This is neither a PNG nor a JPEG: it begins with {start}"), REMEDY))
+    }
+}
+
+fn read_png(bytes: &[u8]) -> Result<ColorImage> {
+    let broken = |error: png::DecodingError| {
+        let problem = match error {
+            png::DecodingError::IoError(_) => "The PNG is cut off".to_owned(),
+            error => format!("The PNG is broken: {error}"),
+        };
+        Error::whole(problem, "Copy or export it again")
+    };
+    let mut decoder = png::Decoder::new(std::io::Cursor::new(bytes));
+    // 8 bits a channel, palettes looked up.
+    decoder.set_transformations(Transformations::normalize_to_color8());
+    let header = decoder.read_header_info().map_err(broken)?;
+    let (width, height) = (header.width as usize, header.height as usize);
+    check_size(width, height, bytes.len() as u64 * MAX_INFLATION)?;
+    let mut reader = decoder.read_info().map_err(broken)?;
+    let size = reader.output_buffer_size().ok_or_else(|| Error::whole("The PNG is too large", REMEDY))?;
+    let mut data = vec![0; size];
+    let info = reader.next_frame(&mut data).map_err(broken)?;
+    data.truncate(info.buffer_size());
+    let pixels = match info.color_type {
+        ColorType::Grayscale => data.iter().map(|&grey| [grey; 3]).collect(),
+        ColorType::GrayscaleAlpha => data.chunks_exact(2).map(|pixel| [pixel[0]; 3]).collect(),
+        ColorType::Rgb | ColorType::Indexed => data.chunks_exact(3).map(color).collect(),
+        ColorType::Rgba => data.chunks_exact(4).map(color).collect(),
+    };
+    Ok(ColorImage { width, height, pixels })
+}
+
+fn read_jpeg(bytes: &[u8]) -> Result<ColorImage> {
+    let broken = |error: zune_jpeg::errors::DecodeErrors| {
+        Error::whole(format!("The JPEG is broken: {error}"), "Copy or export it again")
+    };
+    let options = DecoderOptions::default().set_strict_mode(true).jpeg_set_out_colorspace(ColorSpace::RGB);
+    let mut decoder = JpegDecoder::new_with_options(ZCursor::new(bytes), options);
+    decoder.decode_headers().map_err(broken)?;
+    let (width, height) = decoder.dimensions().unwrap_or_default();
+    check_size(width, height, bytes.len() as u64 * MAX_JPEG_PIXELS_A_BYTE)?;
+    let data = decoder.decode().map_err(broken)?;
+    Ok(ColorImage { width, height, pixels: data.chunks_exact(3).map(color).collect() })
+}
+
+fn color(pixel: &[u8]) -> [u8; 3] {
+    [pixel[0], pixel[1], pixel[2]]
+}
+
+/// A header must not make us allocate what the file cannot hold.
+fn check_size(width: usize, height: usize, most: u64) -> Result<()> {
+    let pixels = (width as u64).saturating_mul(height as u64);
+    if pixels == 0 || pixels > MAX_PIXELS || pixels > most {
+        let problem = format!("The image is said to have {width} x {height} pixels, which the file cannot hold");
+        return Err(Error::whole(problem, "Copy or export it again"));
+    }
+    Ok(())
+}

@@ -1,0 +1,105 @@
+//! Intrinsics of a pinhole camera in a file.
+//!
+//! Read are a 3 x 3 matrix (numbers apart by blanks, commas or semicolons, row by row), four numbers `fx fy cx cy`, and
+//! JSON with the fields `fx fy cx cy`, or `intrinsic_matrix` of nine numbers, column by column as Open3D writes it, or in
+//! three rows.
+
+use serde_json::Value;
+
+use super::text::quote;
+use crate::{Error, Result};
+
+const REMEDY: &str = "Give a matrix fx 0 cx 0 fy cy 0 0 1, or fx fy cx cy, in pixels";
+
+/// Reads fx, fy, cx, cy (pixels).
+///
+/// # Errors
+/// When the file holds no camera.
+pub fn read(bytes: &[u8]) -> Result<[f64; 4]> {
+    let text =
+        std::str::from_utf8(bytes).map_err(|error| Error::byte(error.valid_up_to(), "This is no text", REMEDY))?;
+    let text = text.trim_start_matches('\u{feff}').trim();
+    let numbers = if text.starts_with('{') { from_json(text)? } else { from_text(text)? };
+    match numbers[..] {
+        [fx, fy, cx, cy] => Ok([fx, fy, cx, cy]),
+        [fx, skew, cx, zero, fy, cy, last_a, last_b, one] => {
+            let is_matrix = skew == 0.0 && zero == 0.0 && last_a == 0.0 && last_b == 0.0 && one == 1.0;
+            if is_matrix { Ok([fx, fy, cx, cy]) } else { Err(Error::whole("This is no camera matrix", REMEDY)) }
+        }
+        _ => Err(Error::whole(format!("The file holds {} numbers", numbers.len()), REMEDY)),
+    }
+    .and_then(|camera| {
+        let [fx, fy, ..] = camera;
+        let is_camera = fx > 0.0 && fy > 0.0 && camera.iter().all(|value| value.is_finite());
+        if is_camera { Ok(camera) } else { Err(Error::whole(format!("fx = {fx}, fy = {fy} is no camera"), REMEDY)) }
+    })
+}
+
+fn from_text(text: &str) -> Result<Vec<f64>> {
+    let lines = text.lines().enumerate().map(|(index, line)| (index + 1, line.split('#').next().unwrap_or_default()));
+    let words = lines.flat_map(|(number, line)| {
+        line.split(|c: char| c.is_whitespace() || matches!(c, ',' | ';' | '[' | ']'))
+            .filter(|word| !word.is_empty())
+            .map(move |word| (number, word))
+    });
+    words
+        .map(|(line, word)| {
+            let problem = || Error::line(line, format!("{} is no number", quote(word.as_bytes())), REMEDY);
+            word.parse().map_err(|_| problem())
+        })
+        .collect()
+}
+
+fn from_json(text: &str) -> Result<Vec<f64>> {
+    let json: Value = serde_json::from_str(text)
+        .map_err(|error| Error::line(error.line(), "The JSON is broken here", "Write the file again"))?;
+    if let Some(matrix) = json.get("intrinsic_matrix").and_then(Value::as_array) {
+        let rows: Vec<f64> = matrix.iter().filter_map(Value::as_array).flatten().filter_map(Value::as_f64).collect();
+        let flat: Vec<f64> = matrix.iter().filter_map(Value::as_f64).collect();
+        return Ok(match flat[..] {
+            // Column by column.
+            [fx, a, b, c, fy, d, cx, cy, e] => vec![fx, c, cx, a, fy, cy, b, d, e],
+            _ => rows,
+        });
+    }
+    ["fx", "fy", "cx", "cy"]
+        .map(|name| {
+            let missing = || Error::whole(format!("The JSON has no number \"{name}\""), REMEDY);
+            json.get(name).and_then(Value::as_f64).ok_or_else(missing)
+        })
+        .into_iter()
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_form_gives_the_camera() {
+        let expected = [585.0, 580.0, 320.0, 240.0];
+        for text in [
+            "585 0 320\n0 580 240\n0 0 1\n",
+            "5.85e+02\t 0.0e+00\t 320\n 0 580 240\n 0 0 1",
+            "# camera\n585, 580, 320, 240",
+            "{\"fx\": 585, \"fy\": 580, \"cx\": 320.0, \"cy\": 240}",
+            "{\"width\": 640, \"intrinsic_matrix\": [585, 0, 0, 0, 580, 0, 320, 240, 1]}",
+            "{\"intrinsic_matrix\": [[585, 0, 320], [0, 580, 240], [0, 0, 1]]}",
+        ] {
+            assert_eq!(read(text.as_bytes()), Ok(expected), "{text}");
+        }
+    }
+
+    #[test]
+    fn what_is_no_camera_is_refused() {
+        let refused = |text: &str| read(text.as_bytes()).unwrap_err().to_string();
+        assert!(refused("585 0 320\n0 abc 240\n0 0 1").contains("line 2: \"abc\" is no number"));
+        assert!(refused("1 2 3").contains("3 numbers"));
+        assert!(refused("0 0 320\n0 580 240\n0 0 1").contains("no camera"));
+        assert!(refused("585 0 320\n0 580 240\n0 0 2").contains("no camera matrix"));
+        assert!(refused("{\"fx\": 585}").contains("\"fy\""));
+        assert!(refused("{\"fx\": ").contains("line 1"));
+        assert!(refused("585 580 NaN 240").contains("no camera"));
+        assert!(refused("").contains("0 numbers"));
+    }
+}

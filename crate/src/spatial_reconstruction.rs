@@ -1,0 +1,357 @@
+//! The whole run in space: prepared frames in, trajectory and map out, one frame after the other.
+
+use std::collections::VecDeque;
+
+use crate::camera::Pinhole;
+use crate::depth_odometry::{DepthEstimate, DepthOdometry};
+use crate::error::{Error, Result};
+use crate::evaluation::convention::KnownConvention;
+use crate::evaluation::spatial_error::{EstimatedFrame, spatial_error};
+use crate::geometry::{PointCloud, Pose3};
+use crate::io::trajectory::Contents;
+use crate::prepared_frame::{FrameLabel, Preparation, PreparedFrame, read_depth};
+use crate::preprocess::map_image::MapImage;
+use crate::report::{Progress, Stage};
+use crate::spatial_report::{MapSize, SpatialComparison, SpatialFrameResult, SpatialResult};
+use crate::spatial_settings::{Quantisation, SpatialSettings};
+use crate::verdict::Status;
+use crate::voxel_map::VoxelMap;
+
+/// So many registered frames decide how depth was made whole.
+const DECIDING_FRAMES: usize = 12;
+/// Truncated depth, which is what a cast to a whole number gives, is taken for rounded where that fits better by this ratio
+/// of the misfits. Half a step too near makes a room that turns about the camera bend; recordings that hardly turn leave
+/// it open.
+const DECIDING_RATIO: f64 = 1.05;
+
+/// A reconstruction in space.
+///
+/// [`begin`](Self::begin) looks at the first frame and says what preparing has to know; prepared frames are
+/// [added](Self::add) in their order, and [`step`](Self::step) registers one after the other. What is known so far may be
+/// asked for at any time, and more frames may be added to a finished run.
+pub struct SpatialReconstruction {
+    settings: SpatialSettings,
+    preparation: Option<Preparation>,
+    waiting: VecDeque<PreparedFrame>,
+    frames: Vec<Frame>,
+    readings: Vec<Reading>,
+    reference: Option<Reference>,
+    notes: Vec<String>,
+    stitched: Option<Stitched>,
+}
+
+/// What is kept of a frame once it is registered.
+struct Frame {
+    label: FrameLabel,
+    map_image: MapImage,
+}
+
+struct Reference {
+    name: String,
+    contents: Contents,
+    num_recorded: usize,
+    known: KnownConvention,
+}
+
+/// A map with what it was made of: it is made anew where that has changed.
+struct Stitched {
+    map: VoxelMap,
+    quantisation: Quantisation,
+    poses: Vec<Option<Pose3>>,
+}
+
+/// A run with one way of reading the depth; while the data have not decided there may be two.
+struct Reading {
+    quantisation: Quantisation,
+    /// Its place in what preparing gives.
+    prepared_as: usize,
+    odometry: DepthOdometry,
+    estimates: Vec<DepthEstimate>,
+    /// Sum over the registered frames of the mean square residual over the mean square depth: a reading that makes
+    /// everything smaller makes the residuals smaller, too.
+    misfit: f64,
+    num_registered: usize,
+}
+
+impl Reading {
+    fn new(prepared_as: usize, quantisation: Quantisation) -> Self {
+        Self {
+            quantisation,
+            prepared_as,
+            odometry: DepthOdometry::default(),
+            estimates: Vec::new(),
+            misfit: 0.0,
+            num_registered: 0,
+        }
+    }
+
+    fn add(&mut self, frame: &PreparedFrame) {
+        let Some(surfels) = frame.surfels.get(self.prepared_as) else { return };
+        let estimate = self.odometry.register_frame(surfels);
+        if let Some(registration) = &estimate.registration {
+            let sq_depths: f64 = surfels.surfels().map(|surfel| surfel.point.z * surfel.point.z).sum();
+            let sq_depth = sq_depths / surfels.surfels().count().max(1) as f64;
+            self.misfit += registration.last.inlier_rmse.powi(2) / sq_depth.max(f64::MIN_POSITIVE);
+            self.num_registered += 1;
+        }
+        self.estimates.push(estimate);
+    }
+}
+
+impl SpatialReconstruction {
+    /// A reconstruction without frames.
+    ///
+    /// # Errors
+    /// When a setting is out of its limits.
+    pub fn new(settings: SpatialSettings) -> Result<Self> {
+        settings.validate()?;
+        Ok(Self {
+            settings,
+            preparation: None,
+            waiting: VecDeque::new(),
+            frames: Vec::new(),
+            readings: Vec::new(),
+            reference: None,
+            notes: Vec::new(),
+            stitched: None,
+        })
+    }
+
+    /// Sets the camera (fx, fy, cx, cy in pixels), as a file beside the images tells it, unless the settings have one.
+    ///
+    /// # Errors
+    /// After [`begin`](Self::begin): frames have been prepared with another camera.
+    pub fn set_intrinsics(&mut self, [fx, fy, cx, cy]: [f64; 4]) -> Result<()> {
+        if self.preparation.is_some() {
+            return Err(Error::whole("The camera is set after the first frame", "Set it before all frames"));
+        }
+        if self.settings.fx == 0.0 && self.settings.field_of_view == 0.0 {
+            self.settings = SpatialSettings { fx, fy, cx, cy, ..self.settings.clone() };
+        }
+        Ok(())
+    }
+
+    /// Looks at the first depth image, given as the bytes of its file; says what preparing has to know. The first call
+    /// counts.
+    ///
+    /// # Errors
+    /// When it is no depth image, holds no depth, or the settings make no camera.
+    pub fn begin(&mut self, name: &str, first_depth: &[u8]) -> Result<&Preparation> {
+        let preparation = match self.preparation.take() {
+            Some(known) => known,
+            None => Preparation::new(&self.settings, &read_depth(name, first_depth)?)?,
+        };
+        if self.readings.is_empty() {
+            let quantisations = preparation.quantisations.iter().enumerate();
+            self.readings = quantisations.map(|(place, &quantisation)| Reading::new(place, quantisation)).collect();
+        }
+        Ok(self.preparation.insert(preparation))
+    }
+
+    /// Adds the next frame to those that wait to be registered.
+    ///
+    /// # Errors
+    /// Before [`begin`](Self::begin), and when the frame comes before the last one in the recording.
+    pub fn add(&mut self, frame: PreparedFrame) -> Result<()> {
+        if self.preparation.is_none() {
+            return Err(Error::whole("A frame is added before the reconstruction has begun", "Call begin first"));
+        }
+        let last = self.waiting.back().map(|frame| frame.label.index);
+        let last = last.or_else(|| self.frames.last().map(|frame| frame.label.index));
+        if last.is_some_and(|last| frame.label.index <= last) {
+            let problem = format!("Frame {} of the recording comes after one behind it", frame.label.index);
+            return Err(Error::whole(problem, "Add frames in the order of the recording").in_file(&frame.label.name));
+        }
+        self.notes.extend(frame.notes.iter().cloned());
+        self.waiting.push_back(frame);
+        Ok(())
+    }
+
+    /// Registers one more frame.
+    pub fn step(&mut self) -> Progress {
+        let total = self.frames.len() + self.waiting.len();
+        let Some(frame) = self.waiting.pop_front() else {
+            return Progress { stage: Stage::Done, done: total, total, frame: None };
+        };
+        for reading in &mut self.readings {
+            reading.add(&frame);
+        }
+        self.decide();
+        self.frames.push(Frame { label: frame.label, map_image: frame.map_image });
+        let done = self.frames.len();
+        Progress { stage: Stage::Register, done, total, frame: Some(done - 1) }
+    }
+
+    /// Drops the reading that fits worse, once enough frames have been registered.
+    fn decide(&mut self) {
+        if self.readings.first().is_some_and(|reading| reading.num_registered >= DECIDING_FRAMES) {
+            let best = self.best_index();
+            self.readings.swap(0, best);
+            self.readings.truncate(1);
+        }
+    }
+
+    fn best_index(&self) -> usize {
+        match &self.readings[..] {
+            [truncated, rounded] if truncated.misfit > DECIDING_RATIO * rounded.misfit => 1,
+            _ => 0,
+        }
+    }
+
+    fn best(&self) -> Option<&Reading> {
+        self.readings.get(self.best_index())
+    }
+
+    /// Sets what to compare with; it is used for nothing else. `num_recorded` is the number of frames of the recording,
+    /// whether they could be used or not.
+    pub fn set_reference(&mut self, name: &str, contents: Contents, num_recorded: usize, known: KnownConvention) {
+        self.reference = Some(Reference { name: name.to_owned(), contents, num_recorded, known });
+    }
+
+    /// Forgets the reference.
+    pub fn clear_reference(&mut self) {
+        self.reference = None;
+    }
+
+    /// What has been found of each frame so far.
+    pub fn estimates(&self) -> &[DepthEstimate] {
+        self.best().map_or(&[], |reading| &reading.estimates)
+    }
+
+    /// Poses `T_world_sensor` of the frames so far; the world is the frame of the first one.
+    pub fn poses(&self) -> Vec<Pose3> {
+        self.estimates().iter().map(|estimate| estimate.T_world_camera).collect()
+    }
+
+    /// How depth was made whole, as set or as found so far.
+    pub fn quantisation(&self) -> Option<Quantisation> {
+        self.best().map(|reading| reading.quantisation)
+    }
+
+    /// When the frames were taken (s), if that is known of all of them.
+    pub fn times(&self) -> Option<Vec<f64>> {
+        self.frames.iter().map(|frame| frame.label.time).collect()
+    }
+
+    /// What is known so far.
+    pub fn result(&self) -> SpatialResult {
+        let mut notes = self.notes.clone();
+        let comparison = self.reference.as_ref().and_then(|reference| {
+            notes.extend(reference.contents.notes.iter().map(|note| format!("{}: {note}", reference.name)));
+            match self.compare(reference) {
+                Ok(comparison) => comparison,
+                Err(error) => {
+                    notes.push(error.in_file(&reference.name).to_string());
+                    None
+                }
+            }
+        });
+        let frames = self.frames.iter().zip(self.estimates());
+        SpatialResult {
+            version: env!("CARGO_PKG_VERSION"),
+            settings: self.settings.clone(),
+            camera: self.camera(),
+            depth_scale: self.preparation.as_ref().map(|preparation| 1.0 / preparation.depth_step),
+            quantisation: self.quantisation(),
+            frames: frames
+                .map(|(Frame { label, .. }, estimate)| {
+                    SpatialFrameResult::new(&label.name, label.index, label.time, estimate)
+                })
+                .collect(),
+            comparison,
+            notes,
+        }
+    }
+
+    fn camera(&self) -> Option<Pinhole> {
+        self.preparation.as_ref().map(|preparation| preparation.camera)
+    }
+
+    /// None before there are frames.
+    fn compare(&self, reference: &Reference) -> Result<Option<SpatialComparison>> {
+        let estimated = |(frame, pose): (&Frame, Option<Pose3>)| EstimatedFrame {
+            index: frame.label.index,
+            time: frame.label.time,
+            T_world_sensor: pose,
+        };
+        let frames: Vec<EstimatedFrame> = self.frames.iter().zip(self.believed_poses()).map(estimated).collect();
+        if frames.is_empty() {
+            return Ok(None);
+        }
+        let error = spatial_error(&frames, reference.num_recorded, &reference.contents, &reference.known)?;
+        Ok(Some(SpatialComparison::new(&reference.name, error)))
+    }
+
+    /// Poses of the frames, `None` for lost ones.
+    fn believed_poses(&self) -> Vec<Option<Pose3>> {
+        let believed = |estimate: &DepthEstimate| estimate.verdict.status != Status::Lost;
+        self.estimates().iter().map(|estimate| believed(estimate).then_some(estimate.T_world_camera)).collect()
+    }
+
+    /// Poses of the frames that are part of the map: the good ones.
+    fn mapped_poses(&self) -> Vec<Option<Pose3>> {
+        let good = |estimate: &DepthEstimate| estimate.verdict.status == Status::Good;
+        self.estimates().iter().map(|estimate| good(estimate).then_some(estimate.T_world_camera)).collect()
+    }
+
+    /// The map so far: one point a voxel, coloured where the recording is, world frame. What has been added since it was
+    /// last asked for is stitched to it.
+    pub fn map(&mut self) -> &VoxelMap {
+        let (poses, quantisation) = (self.mapped_poses(), self.quantisation().unwrap_or(Quantisation::Rounded));
+        let kept = self
+            .stitched
+            .take()
+            .filter(|stitched| stitched.quantisation == quantisation && poses.starts_with(&stitched.poses));
+        let mut map = match kept {
+            Some(stitched) => stitched,
+            None => Stitched { map: VoxelMap::new(self.settings.map_voxel_size), quantisation, poses: Vec::new() },
+        };
+        self.insert_frames(&mut map.map, map.poses.len(), &poses);
+        map.poses = poses;
+        &self.stitched.insert(map).map
+    }
+
+    fn insert_frames(&self, map: &mut VoxelMap, first: usize, poses: &[Option<Pose3>]) {
+        let quantisation = self.quantisation().unwrap_or(Quantisation::Rounded);
+        let shift = self.preparation.as_ref().map_or(0.0, |preparation| preparation.depth_shift(quantisation));
+        for (index, (frame, pose)) in self.frames.iter().zip(poses).enumerate().skip(first) {
+            if let Some(pose) = pose {
+                map.insert(&frame.map_image.cloud(shift), pose, index, self.settings.max_height);
+            }
+        }
+    }
+
+    /// What the map would take in voxels of other sizes (m, positive).
+    pub fn map_sizes(&self, voxel_sizes: &[f64]) -> Vec<MapSize> {
+        let poses = self.mapped_poses();
+        let finest = voxel_sizes.iter().copied().fold(f64::INFINITY, f64::min);
+        let filled = |voxel_size| {
+            let mut map = VoxelMap::new(voxel_size);
+            self.insert_frames(&mut map, 0, &poses);
+            map
+        };
+        let has_colors = self.frames.iter().any(|frame| frame.map_image.colors.is_some());
+        let bytes_a_point = if has_colors { 27 } else { 24 };
+        let finest_map = filled(finest);
+        let size = |&voxel_size: &f64| {
+            let multiple = (voxel_size / finest).round();
+            let is_multiple = (multiple * finest - voxel_size).abs() < 1e-9 * voxel_size;
+            let num_points =
+                if is_multiple { finest_map.len_of_multiple(multiple as i32) } else { filled(voxel_size).len() };
+            MapSize { voxel_size, num_points, num_bytes: num_points * bytes_a_point }
+        };
+        voxel_sizes.iter().map(size).collect()
+    }
+
+    /// The pieces of surface that frames are registered to, with normals, in the world frame.
+    pub fn surfel_cloud(&self) -> PointCloud {
+        let Some(reading) = self.best() else { return PointCloud::default() };
+        let single = |vector: &nalgebra::Vector3<f64>| glam::DVec3::new(vector.x, vector.y, vector.z).as_vec3();
+        let surfels = || reading.odometry.map().surfels();
+        PointCloud {
+            positions: surfels().map(|surfel| single(&surfel.point)).collect(),
+            normals: Some(surfels().map(|surfel| single(&surfel.normal)).collect()),
+            ..PointCloud::default()
+        }
+    }
+}

@@ -1,0 +1,378 @@
+//! All settings of a reconstruction in space, from depth images or clouds: names, defaults, limits and explanations, for
+//! the page, the command line and the API alike.
+
+use std::f64::consts::{FRAC_PI_2, PI};
+
+use serde::{Deserialize, Serialize};
+
+use crate::camera::Pinhole;
+use crate::error::{Error, Result};
+use crate::settings::{SettingDescription, check_limits, choice, number};
+
+/// What a frame is matched with.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
+pub enum Method {
+    /// Pieces of surface of a depth image with the map of those before, as the camera sees it.
+    SurfelMap,
+    /// A cloud with a map of voxels of those before.
+    CloudMap,
+    /// A cloud with the one before it.
+    CloudToCloud,
+}
+
+/// How the sensor may move.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
+pub enum Motion {
+    /// In all six directions.
+    Free,
+    /// On a floor: along x and z and about y of the first frame.
+    Planar,
+}
+
+/// How depth was made a whole number.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
+pub enum Quantisation {
+    /// Whichever makes the first frames fit each other better.
+    ToldFromData,
+    /// Cut off to whole steps: the true depth lies half a step further in the mean.
+    Truncated,
+    /// Rounded to the nearest step.
+    Rounded,
+}
+
+impl Quantisation {
+    /// What is added to a raw value to get the middle of the depths it stands for.
+    pub fn offset(self) -> f64 {
+        if self == Self::Truncated { 0.5 } else { 0.0 }
+    }
+}
+
+/// What a correspondence of clouds measures.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
+pub enum SpatialMetric {
+    /// Distance to the plane through the nearest point.
+    PointToPlane,
+    /// Distance between the surfaces about both points (Segal et al. 2009).
+    Gicp,
+}
+
+/// When features are searched for over the whole of two clouds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
+pub enum GlobalRegistration {
+    /// Where a result without it is not believed.
+    WhenDoubtful,
+    /// For each frame.
+    Always,
+    /// Not at all.
+    Never,
+}
+
+/// Settings of a reconstruction in space. The default works with nothing set on rendered rooms and on depth cameras.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+#[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
+pub struct SpatialSettings {
+    /// What a frame is matched with.
+    pub method: Method,
+    /// How the sensor may move.
+    pub motion: Motion,
+    /// Focal length along the rows (pixels); 0: from the field of view.
+    pub fx: f64,
+    /// Focal length along the columns (pixels); 0: that along the rows.
+    pub fy: f64,
+    /// Column of the optical axis (pixels), where fx is given.
+    pub cx: f64,
+    /// Row of the optical axis (pixels), where fx is given.
+    pub cy: f64,
+    /// The angle that a row of pixels spans (rad); 0: that of a Kinect for 16 bits of 4 : 3, a right angle otherwise.
+    pub field_of_view: f64,
+    /// Raw depth values a metre; 0: told from the first image.
+    pub depth_scale: f64,
+    /// How depth was made a whole number; matters for 8 bits.
+    pub quantisation: Quantisation,
+    /// Nearer depths are dropped (m).
+    pub min_range: f64,
+    /// Farther depths are dropped (m).
+    pub max_range: f64,
+    /// The map ends so far above the first sensor (m).
+    pub max_height: f64,
+    /// Clouds: one point is kept in a cube of this side (m).
+    pub voxel_size: f64,
+    /// Clouds: what a correspondence measures.
+    pub metric: SpatialMetric,
+    /// Clouds: pairs further apart are no correspondences (m).
+    pub max_correspondence_distance: f64,
+    /// Clouds: when features are searched for over the whole of two clouds.
+    pub global_registration: GlobalRegistration,
+    /// The map holds one point in a cube of this side (m).
+    pub map_voxel_size: f64,
+}
+
+impl Default for SpatialSettings {
+    fn default() -> Self {
+        Self {
+            method: Method::SurfelMap,
+            motion: Motion::Free,
+            fx: 0.0,
+            fy: 0.0,
+            cx: 0.0,
+            cy: 0.0,
+            field_of_view: 0.0,
+            depth_scale: 0.0,
+            quantisation: Quantisation::ToldFromData,
+            min_range: 0.1,
+            max_range: 10.0,
+            max_height: 100.0,
+            voxel_size: 0.05,
+            metric: SpatialMetric::PointToPlane,
+            max_correspondence_distance: 0.3,
+            global_registration: GlobalRegistration::WhenDoubtful,
+            map_voxel_size: 0.02,
+        }
+    }
+}
+
+/// Focal length over the width of the image of a Kinect, as the TUM RGB-D benchmark and Open3D assume it: 525 / 640.
+const KINECT_FOCAL_LENGTH: f64 = 525.0 / 640.0;
+
+impl SpatialSettings {
+    /// Checks every value against the limits of its description.
+    ///
+    /// # Errors
+    /// Names the first setting out of its limits, with the value and the limits.
+    pub fn validate(&self) -> Result<()> {
+        check_limits(&spatial_descriptions(), |name| self.number(name))?;
+        if self.min_range >= self.max_range {
+            return Err(Error::whole(
+                format!("min_range = {} is not below max_range = {}", self.min_range, self.max_range),
+                "Give a smaller min_range or a larger max_range",
+            ));
+        }
+        Ok(())
+    }
+
+    /// The value of a numeric setting by its name; NaN for a choice.
+    fn number(&self, name: &str) -> f64 {
+        match name {
+            "fx" => self.fx,
+            "fy" => self.fy,
+            "cx" => self.cx,
+            "cy" => self.cy,
+            "field_of_view" => self.field_of_view,
+            "depth_scale" => self.depth_scale,
+            "min_range" => self.min_range,
+            "max_range" => self.max_range,
+            "max_height" => self.max_height,
+            "voxel_size" => self.voxel_size,
+            "max_correspondence_distance" => self.max_correspondence_distance,
+            "map_voxel_size" => self.map_voxel_size,
+            _ => f64::NAN,
+        }
+    }
+
+    /// The camera of images of this size: as set, or what such images mostly come from.
+    ///
+    /// # Errors
+    /// When what is set makes no camera.
+    pub fn camera(&self, width: usize, height: usize, bits: u8) -> Result<Pinhole> {
+        if self.fx > 0.0 {
+            let fy = if self.fy > 0.0 { self.fy } else { self.fx };
+            return Pinhole::new(width, height, [self.fx, fy, self.cx, self.cy]);
+        }
+        if self.field_of_view == 0.0 && bits > 8 && 3 * width == 4 * height {
+            let f = KINECT_FOCAL_LENGTH * width as f64;
+            return Pinhole::new(width, height, [f, f, (width as f64 - 1.0) / 2.0, (height as f64 - 1.0) / 2.0]);
+        }
+        let field_of_view = if self.field_of_view == 0.0 { FRAC_PI_2 } else { self.field_of_view };
+        Pinhole::from_field_of_view(width, height, field_of_view)
+    }
+}
+
+/// Settings in space for one purpose.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify), tsify(missing_as_null))]
+pub struct SpatialPreset {
+    /// Name on the command line.
+    pub name: &'static str,
+    /// What a person reads.
+    pub label: &'static str,
+    /// One line on what it is for.
+    pub explanation: &'static str,
+    /// Its settings.
+    pub settings: SpatialSettings,
+}
+
+/// The presets; the first is the default.
+pub fn spatial_presets() -> Vec<SpatialPreset> {
+    vec![SpatialPreset {
+        name: "best",
+        label: "Best",
+        explanation: "Each frame against the map of all before it; every result is checked before it is believed. The default.",
+        settings: SpatialSettings::default(),
+    }]
+}
+
+/// Every setting, in the order of the page.
+#[allow(clippy::too_many_lines)] // a list: one entry a setting
+pub fn spatial_descriptions() -> Vec<SettingDescription> {
+    let pixels = |name, label, explanation| number(name, label, "Camera", "", explanation, (0.0, 1e5, 1.0));
+    vec![
+        choice(
+            "method",
+            "Method",
+            "Registration",
+            "What a frame is matched with. Surfaces in depth images are known best; clouds of other sensors use voxels in any case.",
+            &[
+                ("surfel_map", "Surfaces with the map"),
+                ("cloud_map", "Cloud with the map"),
+                ("cloud_to_cloud", "Cloud with the one before"),
+            ],
+        ),
+        choice(
+            "motion",
+            "Motion",
+            "Registration",
+            "Free, or on a floor with a level sensor: then height and tilt stay as they were in the first frame.",
+            &[("free", "Free"), ("planar", "On a floor")],
+        ),
+        choice(
+            "global_registration",
+            "Global search",
+            "Registration",
+            "Clouds: features are matched over both clouds, without a first guess. Slow and sure, so mostly for doubtful frames.",
+            &[("when_doubtful", "When doubtful"), ("always", "Always"), ("never", "Never")],
+        ),
+        choice(
+            "metric",
+            "Metric",
+            "Registration",
+            "Clouds: point to plane lets walls slide along themselves; GICP knows surfaces on both sides.",
+            &[("point_to_plane", "Point to plane"), ("gicp", "GICP")],
+        ),
+        number(
+            "voxel_size",
+            "Voxel",
+            "Registration",
+            "m",
+            "Clouds: one point is kept in a cube of this side. Outdoors 0.25 to 1 m, in rooms 0.02 to 0.1 m.",
+            (0.001, 10.0, 0.01),
+        ),
+        number(
+            "max_correspondence_distance",
+            "Pair distance",
+            "Registration",
+            "m",
+            "Clouds: points further apart than this are no pair.",
+            (0.001, 100.0, 0.05),
+        ),
+        pixels("fx", "Focal length", "Along the rows, in pixels. 0: from the field of view."),
+        pixels("fy", "Focal length, columns", "Along the columns, in pixels. 0: as along the rows."),
+        pixels("cx", "Optical axis, column", "In pixels; counts where a focal length is given."),
+        pixels("cy", "Optical axis, row", "In pixels; counts where a focal length is given."),
+        number(
+            "field_of_view",
+            "Field of view",
+            "Camera",
+            "rad",
+            "The angle that a row of pixels spans. 0: a Kinect's for 16-bit images of 4 : 3, 90 degrees otherwise.",
+            (0.0, 0.99 * PI, 0.05),
+        ),
+        number(
+            "depth_scale",
+            "Depth scale",
+            "Depth",
+            "",
+            "Raw values a metre: 1000 for millimetres, 5000 in TUM's, 25.5 for 8 bits over 10 m. 0: told from the first image.",
+            (0.0, 1e6, 1.0),
+        ),
+        choice(
+            "quantisation",
+            "Rounding",
+            "Depth",
+            "8-bit depth has steps of centimetres. Cut off to whole steps, the true depth lies half a step further.",
+            &[("told_from_data", "Told from the data"), ("truncated", "Cut off"), ("rounded", "Rounded")],
+        ),
+        number("min_range", "Nearest depth", "Depth", "m", "Nearer depths are dropped.", (0.0, 100.0, 0.05)),
+        number("max_range", "Farthest depth", "Depth", "m", "Farther depths are dropped.", (0.1, 1000.0, 0.5)),
+        number(
+            "max_height",
+            "Height of the map",
+            "Map",
+            "m",
+            "What lies further above the first sensor is left out of the map: ceilings hide the floor plan.",
+            (-100.0, 1000.0, 0.1),
+        ),
+        number(
+            "map_voxel_size",
+            "Map voxel",
+            "Map",
+            "m",
+            "The map holds one point in a cube of this side.",
+            (0.002, 10.0, 0.01),
+        ),
+    ]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::settings::SettingKind;
+
+    #[test]
+    fn every_setting_is_described_once_and_every_preset_is_valid() {
+        let fields = serde_json::to_value(SpatialSettings::default()).unwrap();
+        let mut fields: Vec<String> = fields.as_object().unwrap().keys().cloned().collect();
+        let mut described: Vec<String> = spatial_descriptions().iter().map(|d| d.name.to_owned()).collect();
+        fields.sort();
+        described.sort();
+        assert_eq!(fields, described);
+        for preset in spatial_presets() {
+            preset.settings.validate().unwrap();
+        }
+        assert_eq!(spatial_presets()[0].settings, SpatialSettings::default());
+    }
+
+    #[test]
+    fn every_choice_is_a_value_and_every_number_has_its_limits() {
+        for description in spatial_descriptions() {
+            match &description.kind {
+                SettingKind::Choice { choices } => {
+                    for choice in choices {
+                        let json = serde_json::json!({ description.name: choice.value });
+                        let settings: SpatialSettings = serde_json::from_value(json).unwrap();
+                        assert_eq!(serde_json::to_value(&settings).unwrap()[description.name], choice.value);
+                    }
+                }
+                _ => assert!(SpatialSettings::default().number(description.name).is_finite(), "{}", description.name),
+            }
+        }
+        let error = SpatialSettings { min_range: 5.0, max_range: 1.0, ..SpatialSettings::default() }.validate();
+        assert!(error.unwrap_err().to_string().contains("min_range = 5"));
+        let error = SpatialSettings { depth_scale: f64::NAN, ..SpatialSettings::default() }.validate();
+        assert!(error.unwrap_err().to_string().contains("depth_scale"));
+    }
+
+    #[test]
+    fn the_camera_is_the_set_one_or_the_likely_one() {
+        let default = SpatialSettings::default();
+        let of = |settings: &SpatialSettings, width, height, bits| {
+            let camera = settings.camera(width, height, bits).unwrap();
+            [camera.fx, camera.fy, camera.cx, camera.cy].map(|value| (value * 1e6).round() / 1e6)
+        };
+        assert_eq!(of(&default, 512, 512, 8), [256.0, 256.0, 256.0, 256.0]);
+        assert_eq!(of(&default, 640, 480, 16), [525.0, 525.0, 319.5, 239.5]);
+        assert_eq!(of(&SpatialSettings { field_of_view: PI / 2.0, ..default.clone() }, 640, 480, 16)[0], 320.0);
+        let set = SpatialSettings { fx: 585.0, cx: 320.0, cy: 240.0, ..default };
+        assert_eq!(of(&set, 640, 480, 16), [585.0, 585.0, 320.0, 240.0]);
+    }
+}

@@ -1,0 +1,205 @@
+//! The stitched map in space: one point a voxel, the mean of what all frames saw there.
+
+use glam::{DVec3, Vec3};
+use rustc_hash::{FxHashMap, FxHashSet};
+
+use crate::geometry::{PointCloud, Pose3};
+
+/// Points of many frames in the world frame, without doubles.
+///
+/// Memory grows with the surface seen, not with the number of frames.
+#[derive(Debug, Clone)]
+pub struct VoxelMap {
+    voxel_size: f64,
+    index: FxHashMap<u64, u32>,
+    voxels: Vec<Voxel>,
+    has_colors: bool,
+}
+
+#[derive(Debug, Clone)]
+struct Voxel {
+    /// Sum of the positions relative to the voxel's corner (m).
+    offset: Vec3,
+    corner: [i32; 3],
+    normal: Vec3,
+    color: [u32; 3],
+    count: u32,
+    /// The first frame that saw it.
+    frame: u32,
+}
+
+/// Bits of a key for each axis: voxels of a millimetre reach a kilometre.
+const KEY_BITS: u32 = 21;
+
+impl VoxelMap {
+    /// A map without points; `voxel_size` (m) is positive.
+    pub fn new(voxel_size: f64) -> Self {
+        Self { voxel_size, index: FxHashMap::default(), voxels: Vec::new(), has_colors: false }
+    }
+
+    /// Adds the points of a frame at its pose. Points higher than `max_height` (m) above the world's origin are left out;
+    /// the world's y axis points down.
+    pub fn insert(&mut self, cloud: &PointCloud, T_world_sensor: &Pose3, frame: usize, max_height: f64) {
+        let (R, t) = single(T_world_sensor);
+        let inverse = 1.0 / self.voxel_size;
+        self.has_colors |= cloud.colors.is_some();
+        for (point, &position) in cloud.positions.iter().enumerate() {
+            let position = R * position.as_dvec3() + t;
+            if -position.y > max_height {
+                continue;
+            }
+            let scaled = position * inverse;
+            let Some((corner, key)) = key_of(scaled) else { continue };
+            let next = self.voxels.len() as u32;
+            let number = *self.index.entry(key).or_insert(next);
+            if number == next {
+                self.voxels.push(Voxel {
+                    offset: Vec3::ZERO,
+                    corner,
+                    normal: Vec3::ZERO,
+                    color: [0; 3],
+                    count: 0,
+                    frame: frame as u32,
+                });
+            }
+            let Some(voxel) = self.voxels.get_mut(number as usize) else { continue };
+            voxel.offset += ((scaled - DVec3::from(corner.map(f64::from))) * self.voxel_size).as_vec3();
+            voxel.count += 1;
+            if let Some(normals) = &cloud.normals {
+                voxel.normal += (R * normals[point].as_dvec3()).as_vec3();
+            }
+            if let Some(colors) = &cloud.colors {
+                for (sum, &channel) in voxel.color.iter_mut().zip(&colors[point]) {
+                    *sum += u32::from(channel);
+                }
+            }
+        }
+    }
+
+    /// Number of points.
+    pub fn len(&self) -> usize {
+        self.voxels.len()
+    }
+
+    /// Whether there is no point.
+    pub fn is_empty(&self) -> bool {
+        self.voxels.is_empty()
+    }
+
+    /// The points, world frame, in the order in which they were first seen.
+    pub fn cloud(&self) -> PointCloud {
+        let position = |voxel: &Voxel| {
+            let corner = DVec3::from(voxel.corner.map(f64::from)) * self.voxel_size;
+            (corner + voxel.offset.as_dvec3() / f64::from(voxel.count)).as_vec3()
+        };
+        let color = |voxel: &Voxel| voxel.color.map(|sum| ((sum + voxel.count / 2) / voxel.count) as u8);
+        PointCloud {
+            positions: self.voxels.iter().map(position).collect(),
+            normals: Some(self.voxels.iter().map(|voxel| voxel.normal.normalize_or_zero()).collect()),
+            colors: self.has_colors.then(|| self.voxels.iter().map(color).collect()),
+            origin: DVec3::ZERO,
+        }
+    }
+
+    /// The first frame that saw each point.
+    pub fn frames(&self) -> Vec<u32> {
+        self.voxels.iter().map(|voxel| voxel.frame).collect()
+    }
+
+    /// How many points there would be in voxels of a whole multiple of this map's side.
+    pub fn len_of_multiple(&self, multiple: i32) -> usize {
+        let coarser = |voxel: &Voxel| pack(voxel.corner.map(|cell| cell.div_euclid(multiple.max(1))));
+        self.voxels.iter().map(coarser).collect::<FxHashSet<_>>().len()
+    }
+}
+
+fn key_of(scaled: DVec3) -> Option<([i32; 3], u64)> {
+    let limit = f64::from(1 << (KEY_BITS - 1));
+    // Not a number fails the comparison.
+    let is_inside = scaled.abs().max_element() < limit - 1.0 && scaled.is_finite();
+    is_inside.then(|| {
+        let corner = scaled.floor().to_array().map(|cell| cell as i32);
+        (corner, pack(corner))
+    })
+}
+
+fn pack(corner: [i32; 3]) -> u64 {
+    let [x, y, z] = corner.map(|cell| u64::from((cell + (1 << (KEY_BITS - 1))) as u32));
+    x | y << KEY_BITS | z << (2 * KEY_BITS)
+}
+
+fn single(T: &Pose3) -> (glam::DMat3, DVec3) {
+    let R = T.rotation.to_rotation_matrix();
+    let t = T.translation.vector;
+    (glam::DMat3::from_cols_slice(R.matrix().as_slice()), DVec3::new(t.x, t.y, t.z))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::RigidMotion;
+
+    fn cloud(positions: &[[f32; 3]]) -> PointCloud {
+        PointCloud {
+            positions: positions.iter().map(|&p| Vec3::from(p)).collect(),
+            normals: Some(vec![Vec3::Z; positions.len()]),
+            colors: Some((0..positions.len()).map(|i| [i as u8 * 10, 0, 255]).collect()),
+            ..PointCloud::default()
+        }
+    }
+
+    #[test]
+    fn a_voxel_holds_the_mean_of_what_was_seen_in_it() {
+        let mut map = VoxelMap::new(0.1);
+        map.insert(&cloud(&[[0.02, 0.0, 1.0], [0.04, 0.0, 1.02], [-0.01, 0.0, 1.0]]), &Pose3::identity(), 3, 100.0);
+        map.insert(&cloud(&[[0.06, 0.0, 1.01], [5.0, 0.0, 0.0]]), &Pose3::identity(), 7, 100.0);
+        assert_eq!((map.len(), map.frames()), (3, vec![3, 3, 7]));
+        let points = map.cloud();
+        assert!((points.positions[0] - Vec3::new(0.04, 0.0, 1.01)).length() < 1e-6, "{}", points.positions[0]);
+        assert!((points.positions[1] - Vec3::new(-0.01, 0.0, 1.0)).length() < 1e-6);
+        assert_eq!(points.colors.unwrap()[0], [3, 0, 255]); // (0 + 10 + 0) / 3
+        assert_eq!(points.normals.unwrap()[0], Vec3::Z);
+    }
+
+    #[test]
+    fn poses_move_points_and_heights_and_strays_are_cut() {
+        let T = <Pose3 as RigidMotion<3, 6>>::exp(&nalgebra::Vector6::new(
+            0.0,
+            0.0,
+            std::f64::consts::FRAC_PI_2,
+            1.0,
+            2.0,
+            0.0,
+        ));
+        let expected = T * nalgebra::Point3::new(0.5, 0.25, 2.0);
+        let mut map = VoxelMap::new(0.05);
+        map.insert(&cloud(&[[0.5, 0.25, 2.0]]), &T, 0, 100.0);
+        let found = map.cloud().positions[0];
+        assert!((f64::from(found.x) - expected.x).hypot(f64::from(found.y) - expected.y) < 1e-6);
+
+        let mut map = VoxelMap::new(0.05);
+        let strays = [[0.0, -1.5, 0.0], [f32::NAN, 0.0, 0.0], [1e30, 0.0, 0.0], [0.0, 1.5, 0.0]];
+        map.insert(&cloud(&strays), &Pose3::identity(), 0, 1.0);
+        assert_eq!(map.len(), 1);
+    }
+
+    #[test]
+    fn coarser_maps_are_counted_as_if_they_had_been_filled() {
+        let mut random = 1u32;
+        let mut next = || {
+            random = random.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            (random >> 8) as f32 / 1e7 - 0.8
+        };
+        let points: Vec<[f32; 3]> = (0..3000).map(|_| [next(), next(), next()]).collect();
+        let filled = |voxel_size| {
+            let mut map = VoxelMap::new(voxel_size);
+            let cloud = PointCloud::from_positions(points.iter().map(|&p| Vec3::from(p)).collect());
+            map.insert(&cloud, &Pose3::identity(), 0, 100.0);
+            map
+        };
+        let fine = filled(0.0625);
+        for multiple in [1, 2, 5] {
+            assert_eq!(fine.len_of_multiple(multiple), filled(0.0625 * f64::from(multiple)).len());
+        }
+    }
+}

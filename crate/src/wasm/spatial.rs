@@ -1,0 +1,262 @@
+//! Reconstruction in space for JavaScript: depth images, each prepared in any worker, registered in one.
+
+use tsify::Ts;
+use wasm_bindgen::prelude::*;
+
+use super::{from_object, plain, thrown};
+use crate::error::Error;
+use crate::evaluation::convention::KnownConvention;
+use crate::geometry::{PointCloud, Pose3};
+use crate::io::{depth_png, intrinsics, pcd, ply, trajectory};
+use crate::prepared_frame::{FrameLabel, Preparation, PreparedFrame};
+use crate::report::Progress;
+use crate::settings::SettingDescription;
+use crate::spatial_reconstruction::SpatialReconstruction as Engine;
+use crate::spatial_report::{MapSize, SpatialResult};
+use crate::spatial_settings::{SpatialPreset, spatial_descriptions};
+use crate::voxel_map::VoxelMap;
+
+#[wasm_bindgen]
+extern "C" {
+    /// Some of the settings; the others have their defaults.
+    #[wasm_bindgen(typescript_type = "Partial<SpatialSettings>")]
+    pub type PartialSpatialSettings;
+    /// What is known of a reference's conventions; the rest is told from the motions.
+    #[wasm_bindgen(typescript_type = "Partial<KnownConvention>")]
+    pub type PartialKnownConvention;
+}
+
+/// Every setting of a reconstruction in space, with its limits and a line of explanation.
+///
+/// # Errors
+/// Never for the input's sake.
+#[wasm_bindgen]
+pub fn describe_spatial_settings() -> Result<Vec<Ts<SettingDescription>>, JsValue> {
+    spatial_descriptions().iter().map(plain).collect()
+}
+
+/// Settings in space for one purpose each; the first is the default.
+///
+/// # Errors
+/// Never for the input's sake.
+#[wasm_bindgen]
+pub fn spatial_presets() -> Result<Vec<Ts<SpatialPreset>>, JsValue> {
+    crate::spatial_settings::spatial_presets().iter().map(plain).collect()
+}
+
+/// A depth image as it is in its file. Call `free()` when done.
+#[wasm_bindgen]
+pub struct DepthPixels {
+    image: crate::camera::DepthImage,
+}
+
+#[wasm_bindgen]
+impl DepthPixels {
+    /// Pixels in a row.
+    #[wasm_bindgen(getter)]
+    pub fn width(&self) -> usize {
+        self.image.width
+    }
+
+    /// Rows.
+    #[wasm_bindgen(getter)]
+    pub fn height(&self) -> usize {
+        self.image.height
+    }
+
+    /// Bits of a raw value: 8 or 16.
+    #[wasm_bindgen(getter)]
+    pub fn bits(&self) -> u8 {
+        self.image.bits
+    }
+
+    /// Raw values, row by row; 0 where nothing was measured.
+    pub fn values(&self) -> Vec<u16> {
+        self.image.values.clone()
+    }
+}
+
+/// Decodes a depth image, PNG or PGM.
+///
+/// # Errors
+/// When the file is no sound depth image.
+#[wasm_bindgen]
+pub fn decode_depth(name: &str, bytes: &[u8]) -> Result<DepthPixels, JsValue> {
+    let image = depth_png::read(bytes).map_err(|error| thrown(&error.in_file(name)))?;
+    Ok(DepthPixels { image })
+}
+
+/// Makes a depth image ready for registration, in any worker. `preparation` is what `begin` returned; `index` is the
+/// frame's place in its recording, `time` when it was taken (s), where known. Returns bytes for `add_prepared`.
+///
+/// # Errors
+/// When the depth image is broken, holds no depth, or differs from the first one in size.
+#[wasm_bindgen]
+pub fn prepare_frame(
+    preparation: &str,
+    name: &str,
+    index: usize,
+    time: Option<f64>,
+    depth: &[u8],
+    color: Option<Box<[u8]>>,
+) -> Result<Vec<u8>, JsValue> {
+    let preparation = parse_preparation(preparation)?;
+    let label = FrameLabel { name: name.to_owned(), index, time };
+    let frame = PreparedFrame::from_depth(&preparation, label, depth, color.as_deref());
+    Ok(frame.map_err(|error| thrown(&error))?.to_bytes())
+}
+
+fn parse_preparation(json: &str) -> Result<Preparation, JsValue> {
+    serde_json::from_str(json).map_err(|_| {
+        let remedy = "Pass on what begin() returned";
+        thrown(&Error::whole("This is no preparation", remedy))
+    })
+}
+
+/// A reconstruction in space: `begin` with the first file, `add_prepared` frames in order, `step()` until its stage is
+/// `done`; ask for `result()` at any time. Call `free()` when done.
+#[wasm_bindgen]
+pub struct SpatialReconstruction {
+    engine: Engine,
+}
+
+#[wasm_bindgen]
+impl SpatialReconstruction {
+    /// A reconstruction without frames.
+    ///
+    /// # Errors
+    /// When a setting is unknown or out of its limits.
+    #[wasm_bindgen(constructor)]
+    pub fn new(settings: Option<PartialSpatialSettings>) -> Result<SpatialReconstruction, JsValue> {
+        let engine = Engine::new(from_object(settings.map(JsValue::from))?).map_err(|error| thrown(&error))?;
+        Ok(Self { engine })
+    }
+
+    /// Reads the camera from a file beside the images, unless the settings have one. Before `begin`.
+    ///
+    /// # Errors
+    /// When the file holds no camera, and after `begin`.
+    pub fn set_intrinsics(&mut self, name: &str, bytes: &[u8]) -> Result<(), JsValue> {
+        let camera = intrinsics::read(bytes).map_err(|error| thrown(&error.in_file(name)))?;
+        self.engine.set_intrinsics(camera).map_err(|error| thrown(&error))
+    }
+
+    /// Looks at the first file; returns what `prepare_frame` needs. Later calls return the same.
+    ///
+    /// # Errors
+    /// When it is no depth image, holds no depth, or the settings make no camera.
+    pub fn begin(&mut self, name: &str, first_frame: &[u8]) -> Result<String, JsValue> {
+        let preparation = self.engine.begin(name, first_frame).map_err(|error| thrown(&error))?;
+        Ok(serde_json::to_string(preparation).unwrap_or_default())
+    }
+
+    /// Adds the next frame to those that wait. Frames come in the order of the recording; gaps are fine.
+    ///
+    /// # Errors
+    /// When the bytes are no prepared frame, or the frame comes before the last one.
+    pub fn add_prepared(&mut self, prepared: &[u8]) -> Result<(), JsValue> {
+        let frame = PreparedFrame::from_bytes(prepared);
+        frame.and_then(|frame| self.engine.add(frame)).map_err(|error| thrown(&error))
+    }
+
+    /// Registers one frame; `done` when none waits.
+    ///
+    /// # Errors
+    /// Never for the input's sake.
+    pub fn step(&mut self) -> Result<Ts<Progress>, JsValue> {
+        plain(&self.engine.step())
+    }
+
+    /// Sets the trajectory to compare with, in any form that is read. It is used for nothing else. `num_recorded` is the
+    /// number of frames of the recording, whether they could be used or not.
+    ///
+    /// # Errors
+    /// When the file is no trajectory.
+    pub fn set_reference(
+        &mut self,
+        name: &str,
+        bytes: &[u8],
+        num_recorded: usize,
+        known: Option<PartialKnownConvention>,
+    ) -> Result<(), JsValue> {
+        let known: KnownConvention = from_object(known.map(JsValue::from))?;
+        let contents = trajectory::read_lenient(bytes, None).map_err(|error| thrown(&error.in_file(name)))?;
+        self.engine.set_reference(name, contents, num_recorded, known);
+        Ok(())
+    }
+
+    /// Forgets the reference.
+    pub fn clear_reference(&mut self) {
+        self.engine.clear_reference();
+    }
+
+    /// What is known so far.
+    ///
+    /// # Errors
+    /// Never for the input's sake.
+    pub fn result(&self) -> Result<Ts<SpatialResult>, JsValue> {
+        plain(&self.engine.result())
+    }
+
+    /// The map: x y z ... (m) in the world frame: x right, y down, z forward of the first sensor.
+    pub fn map_positions(&mut self) -> Vec<f32> {
+        bytemuck::cast_slice(&self.map_cloud().positions).to_vec()
+    }
+
+    /// Colours of the map's points: red, green, blue, ...; empty where the recording has none.
+    pub fn map_colors(&mut self) -> Vec<u8> {
+        self.map_cloud().colors.map_or_else(Vec::new, |colors| bytemuck::cast_slice(&colors).to_vec())
+    }
+
+    /// Normals of the map's points: x y z ...; zero where unknown.
+    pub fn map_normals(&mut self) -> Vec<f32> {
+        self.map_cloud().normals.map_or_else(Vec::new, |normals| bytemuck::cast_slice(&normals).to_vec())
+    }
+
+    /// The first frame that saw each of the map's points.
+    pub fn map_frames(&mut self) -> Vec<u32> {
+        self.engine.map().frames()
+    }
+
+    /// What the map would take in voxels of other sizes (m).
+    ///
+    /// # Errors
+    /// When a size is not positive.
+    pub fn map_sizes(&self, voxel_sizes: &[f64]) -> Result<Vec<Ts<MapSize>>, JsValue> {
+        if let Some(size) = voxel_sizes.iter().find(|&&size| !(size >= 1e-3 && size.is_finite())) {
+            let problem = format!("A voxel of {size} m is too small");
+            return Err(thrown(&Error::whole(problem, "Give sizes of a millimetre or more")));
+        }
+        self.engine.map_sizes(voxel_sizes).iter().map(plain).collect()
+    }
+
+    /// The trajectory as TUM writes it: time or number of the frame, x y z qx qy qz qw, a line a frame.
+    pub fn trajectory_tum(&self) -> String {
+        trajectory::tum_text(self.engine.times().as_deref(), &self.engine.poses())
+    }
+
+    /// The trajectory as one text of a 4 x 4 matrix a frame.
+    pub fn trajectory_matrices(&self) -> Vec<String> {
+        let poses: Vec<Pose3> = self.engine.poses();
+        poses.iter().map(trajectory::matrix_text).collect()
+    }
+
+    /// The map as a binary PLY file.
+    pub fn map_ply(&mut self) -> Vec<u8> {
+        ply::write(&self.map_cloud(), ply::Format::BinaryLittleEndian)
+    }
+
+    /// The map as a binary PCD file.
+    pub fn map_pcd(&mut self) -> Vec<u8> {
+        pcd::write(&self.map_cloud(), pcd::Format::Binary)
+    }
+
+    /// The result as the text of `report.json`.
+    pub fn report_json(&self) -> String {
+        serde_json::to_string_pretty(&self.engine.result()).unwrap_or_default()
+    }
+
+    fn map_cloud(&mut self) -> PointCloud {
+        VoxelMap::cloud(self.engine.map())
+    }
+}
