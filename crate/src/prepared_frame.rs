@@ -24,8 +24,10 @@ pub struct Preparation {
     pub depth_step: f64,
     /// Bits of a raw value.
     pub bits: u8,
-    /// The ways of reading the depth that are still open, the likeliest first.
+    /// The ways of reading the depth that are open at the beginning, the likeliest first.
     pub quantisations: Vec<Quantisation>,
+    /// The one that the data have decided for.
+    pub decided: Option<Quantisation>,
     /// Nearer depths are dropped (m).
     pub min_range: f64,
     /// Farther depths are dropped (m).
@@ -35,6 +37,9 @@ pub struct Preparation {
 /// Standard deviation of a triangulating camera's depth over its square (1/m): 2 mm at a metre. Kinect's is 1.4 to 2 mm
 /// (Khoshelham and Elberink, "Accuracy and resolution of Kinect depth data", Sensors 12 (2012)).
 const TRIANGULATION_NOISE: f64 = 2e-3;
+
+/// The first frames are prepared in every way, whatever has been decided meanwhile.
+const UNDECIDED_FRAMES: usize = 32;
 
 impl Preparation {
     /// From the settings and the first image: later ones must not change what earlier ones meant.
@@ -53,9 +58,19 @@ impl Preparation {
             depth_step: if settings.depth_scale > 0.0 { 1.0 / settings.depth_scale } else { guessed },
             bits: first.bits,
             quantisations,
+            decided: None,
             min_range: settings.min_range,
             max_range: settings.max_range,
         })
+    }
+
+    /// The ways of reading a frame's depth. The decision falls while frames are being prepared ahead, so it counts from
+    /// a fixed frame on: a run must not depend on how far ahead the workers are.
+    fn quantisations_of(&self, label: &FrameLabel) -> Vec<Quantisation> {
+        match self.decided {
+            Some(decided) if label.index >= UNDECIDED_FRAMES => vec![decided],
+            _ => self.quantisations.clone(),
+        }
     }
 
     fn depth_model(&self, quantisation: Quantisation) -> DepthModel {
@@ -66,12 +81,6 @@ impl Preparation {
             min_range: self.min_range,
             max_range: self.max_range,
         }
-    }
-
-    /// What is to be added to the depths of a [`MapImage`], which is made for the likeliest reading, for another one (m).
-    pub fn depth_shift(&self, quantisation: Quantisation) -> f64 {
-        let first = self.quantisations.first().copied().unwrap_or(Quantisation::Rounded);
-        (quantisation.offset() - first.offset()) * self.depth_step
     }
 }
 
@@ -91,9 +100,9 @@ pub struct FrameLabel {
 pub struct PreparedFrame {
     /// Which one it is.
     pub label: FrameLabel,
-    /// Its surfaces, for each way of reading the depth.
-    pub surfels: Vec<SurfelImage>,
-    /// What it gives to the map.
+    /// Its surfaces, for each way of reading the depth that was open.
+    pub surfels: Vec<(Quantisation, SurfelImage)>,
+    /// What it gives to the map, by the first of these.
     pub map_image: MapImage,
     /// What could not be used of it, in whole sentences.
     pub notes: Vec<String>,
@@ -129,14 +138,16 @@ impl PreparedFrame {
             }
         });
         let usable = usable_pixels(&image);
-        let models = preparation.quantisations.iter().map(|&quantisation| preparation.depth_model(quantisation));
-        let models: Vec<DepthModel> = models.collect();
-        let surfels: Vec<SurfelImage> =
-            models.iter().map(|model| depth_surfels(&image, &usable, camera, model)).collect();
-        let (Some(likeliest), Some(model)) = (surfels.first(), models.first()) else {
+        let surfels = |&quantisation: &Quantisation| {
+            (quantisation, depth_surfels(&image, &usable, camera, &preparation.depth_model(quantisation)))
+        };
+        let surfels: Vec<(Quantisation, SurfelImage)> =
+            preparation.quantisations_of(&label).iter().map(surfels).collect();
+        let Some((quantisation, likeliest)) = surfels.first() else {
             return Err(Error::whole("There is no way to read the depth", "Give a quantisation"));
         };
-        let map_image = MapImage::new(&image, &usable, likeliest, model, colors.as_ref());
+        let model = preparation.depth_model(*quantisation);
+        let map_image = MapImage::new(&image, &usable, likeliest, &model, colors.as_ref());
         Ok(Self { label, surfels, map_image, notes })
     }
 }

@@ -44,6 +44,8 @@ pub struct SpatialReconstruction {
 struct Frame {
     label: FrameLabel,
     map_image: MapImage,
+    /// How the map image reads the depth.
+    quantisation: Quantisation,
 }
 
 struct Reference {
@@ -63,8 +65,6 @@ struct Stitched {
 /// A run with one way of reading the depth; while the data have not decided there may be two.
 struct Reading {
     quantisation: Quantisation,
-    /// Its place in what preparing gives.
-    prepared_as: usize,
     odometry: DepthOdometry,
     estimates: Vec<DepthEstimate>,
     /// Sum over the registered frames of the mean square residual over the mean square depth: a reading that makes
@@ -74,19 +74,15 @@ struct Reading {
 }
 
 impl Reading {
-    fn new(prepared_as: usize, quantisation: Quantisation) -> Self {
-        Self {
-            quantisation,
-            prepared_as,
-            odometry: DepthOdometry::default(),
-            estimates: Vec::new(),
-            misfit: 0.0,
-            num_registered: 0,
-        }
+    fn new(quantisation: Quantisation) -> Self {
+        Self { quantisation, odometry: DepthOdometry::default(), estimates: Vec::new(), misfit: 0.0, num_registered: 0 }
     }
 
     fn add(&mut self, frame: &PreparedFrame) {
-        let Some(surfels) = frame.surfels.get(self.prepared_as) else { return };
+        let Some((_, surfels)) = frame.surfels.iter().find(|(quantisation, _)| *quantisation == self.quantisation)
+        else {
+            return;
+        };
         let estimate = self.odometry.register_frame(surfels);
         if let Some(registration) = &estimate.registration {
             let sq_depths: f64 = surfels.surfels().map(|surfel| surfel.point.z * surfel.point.z).sum();
@@ -132,7 +128,8 @@ impl SpatialReconstruction {
     }
 
     /// Looks at the first depth image, given as the bytes of its file; says what preparing has to know. The first call
-    /// counts.
+    /// counts. What it says becomes less work once the data have decided how depth was made whole; frames prepared by
+    /// what it said before stay good.
     ///
     /// # Errors
     /// When it is no depth image, holds no depth, or the settings make no camera.
@@ -142,8 +139,7 @@ impl SpatialReconstruction {
             None => Preparation::new(&self.settings, &read_depth(name, first_depth)?)?,
         };
         if self.readings.is_empty() {
-            let quantisations = preparation.quantisations.iter().enumerate();
-            self.readings = quantisations.map(|(place, &quantisation)| Reading::new(place, quantisation)).collect();
+            self.readings = preparation.quantisations.iter().map(|&quantisation| Reading::new(quantisation)).collect();
         }
         Ok(self.preparation.insert(preparation))
     }
@@ -177,7 +173,8 @@ impl SpatialReconstruction {
             reading.add(&frame);
         }
         self.decide();
-        self.frames.push(Frame { label: frame.label, map_image: frame.map_image });
+        let quantisation = frame.surfels.first().map_or(Quantisation::Rounded, |(quantisation, _)| *quantisation);
+        self.frames.push(Frame { label: frame.label, map_image: frame.map_image, quantisation });
         let done = self.frames.len();
         Progress { stage: Stage::Register, done, total, frame: Some(done - 1) }
     }
@@ -188,6 +185,10 @@ impl SpatialReconstruction {
             let best = self.best_index();
             self.readings.swap(0, best);
             self.readings.truncate(1);
+            // What is prepared from now on need not keep the other one open.
+            if let (Some(reading), Some(preparation)) = (self.readings.first(), &mut self.preparation) {
+                preparation.decided = Some(reading.quantisation);
+            }
         }
     }
 
@@ -313,9 +314,10 @@ impl SpatialReconstruction {
 
     fn insert_frames(&self, map: &mut VoxelMap, first: usize, poses: &[Option<Pose3>]) {
         let quantisation = self.quantisation().unwrap_or(Quantisation::Rounded);
-        let shift = self.preparation.as_ref().map_or(0.0, |preparation| preparation.depth_shift(quantisation));
+        let step = self.preparation.as_ref().map_or(0.0, |preparation| preparation.depth_step);
         for (index, (frame, pose)) in self.frames.iter().zip(poses).enumerate().skip(first) {
             if let Some(pose) = pose {
+                let shift = (quantisation.offset() - frame.quantisation.offset()) * step;
                 map.insert(&frame.map_image.cloud(shift), pose, index, self.settings.max_height);
             }
         }

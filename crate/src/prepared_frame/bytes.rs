@@ -8,6 +8,7 @@ use super::{FrameLabel, PreparedFrame};
 use crate::camera::{Pinhole, Surfel, SurfelImage};
 use crate::error::{Error, Result};
 use crate::preprocess::map_image::MapImage;
+use crate::spatial_settings::Quantisation;
 
 #[derive(Serialize, Deserialize)]
 struct Header {
@@ -21,6 +22,7 @@ struct Header {
 
 #[derive(Serialize, Deserialize)]
 struct Grid {
+    quantisation: Quantisation,
     camera: Pinhole,
     cell_size: usize,
     columns: usize,
@@ -30,7 +32,8 @@ struct Grid {
 impl PreparedFrame {
     /// The frame as bytes.
     pub fn to_bytes(&self) -> Vec<u8> {
-        let grid = |image: &SurfelImage| Grid {
+        let grid = |(quantisation, image): &(Quantisation, SurfelImage)| Grid {
+            quantisation: *quantisation,
             camera: image.camera,
             cell_size: image.cell_size,
             columns: image.columns,
@@ -46,7 +49,7 @@ impl PreparedFrame {
         };
         let mut bytes = Vec::new();
         put(&mut bytes, &serde_json::to_vec(&header).unwrap_or_default());
-        for image in &self.surfels {
+        for (_, image) in &self.surfels {
             let filled = || image.cells.iter().enumerate().filter_map(|(cell, surfel)| Some((cell, surfel.as_ref()?)));
             put(&mut bytes, &filled().map(|(cell, _)| cell as u32).collect::<Vec<_>>());
             put(&mut bytes, &filled().map(|(_, surfel)| numbers_of(surfel)).collect::<Vec<_>>());
@@ -66,7 +69,8 @@ impl PreparedFrame {
     pub fn from_bytes(bytes: &[u8]) -> Result<Self> {
         let mut rest = bytes;
         let header: Header = serde_json::from_slice(&take::<u8>(&mut rest)?).map_err(|_| no_frame())?;
-        let surfels = header.grids.iter().map(|grid| surfel_image(grid, &mut rest)).collect::<Result<_>>()?;
+        let surfels = header.grids.iter().map(|grid| Ok((grid.quantisation, surfel_image(grid, &mut rest)?)));
+        let surfels = surfels.collect::<Result<_>>()?;
         let (depths, normals) = (take::<u16>(&mut rest)?, take::<[i8; 3]>(&mut rest)?);
         let colors = if header.has_colors { Some(take::<[u8; 3]>(&mut rest)?) } else { None };
         let pixels = header.map_camera.width.saturating_mul(header.map_camera.height);

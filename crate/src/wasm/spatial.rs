@@ -141,7 +141,8 @@ impl SpatialReconstruction {
         self.engine.set_intrinsics(camera).map_err(|error| thrown(&error))
     }
 
-    /// Looks at the first file; returns what `prepare_frame` needs. Later calls return the same.
+    /// Looks at the first file; returns what `prepare_frame` needs. Later calls look at nothing: what they return may be
+    /// less work for frames to come, and frames prepared by what was returned before stay good.
     ///
     /// # Errors
     /// When it is no depth image, holds no depth, or the settings make no camera.
