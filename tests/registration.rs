@@ -183,6 +183,7 @@ fn normal_equations_agree_with_numeric_jacobians_in_space() {
             source: i as u32,
             target: i as u32,
             moved: partners[i],
+            normal: None,
             residual: normals[i].dot(&(partners[i] - points[i])),
             weight: weight(i),
         })
@@ -208,7 +209,7 @@ fn normal_equations_agree_with_numeric_jacobians_in_the_plane() {
             let partner = oriented.nearest(&moved, 0.5)?.index;
             let normal = oriented.normal(partner)?;
             let residual = normal.dot(&(moved - oriented.point(partner)));
-            Some(Correspondence { source: i as u32, target: partner, moved, residual, weight: 0.5 })
+            Some(Correspondence { source: i as u32, target: partner, moved, normal: None, residual, weight: 0.5 })
         })
         .collect();
     assert!(pairs.len() > 300);

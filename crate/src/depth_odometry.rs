@@ -9,14 +9,12 @@ use nalgebra::{Isometry3, Matrix3, Vector3};
 use crate::camera::surfel_image::SurfelImage;
 use crate::geometry::Pose3;
 use crate::registration::factors::PointToSurfel;
-use crate::registration::icp::{Criteria, IcpOptions, Registration, Rejection, Source, Weighting, register};
+use crate::registration::icp::{Criteria, IcpOptions, Rejection, Source, Weighting, register};
 use crate::registration::projective::{ProjectiveTarget, Sight};
 use crate::registration::robust_kernel::RobustKernel;
+pub use crate::registration::spatial::SpatialRegistration;
 use crate::surfel_map::SurfelMap;
 use crate::verdict::{Status, Verdict};
-
-/// A registration in space.
-pub type SpatialRegistration = Registration<3, 6, Pose3>;
 
 /// Where a frame was found, and why that is believed or not.
 pub struct DepthEstimate {

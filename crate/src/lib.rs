@@ -9,6 +9,8 @@
 #![allow(non_snake_case)] // T_target_source, H: the field's notation, frame names readable next to each other.
 
 pub mod camera;
+pub mod cloud_map;
+pub mod cloud_odometry;
 pub mod cloud_registration;
 pub mod depth_odometry;
 pub mod error;

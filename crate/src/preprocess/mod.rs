@@ -3,6 +3,7 @@
 pub mod beam_normals;
 pub mod clean;
 pub mod depth_surfels;
+pub mod estimate_normals;
 pub mod map_image;
 pub mod planar_scan;
 pub mod voxel_downsample;

@@ -15,6 +15,8 @@ pub struct Correspondence<const D: usize> {
     pub target: u32,
     /// The source point in the target frame, under the current estimate (m).
     pub moved: SVector<f64, D>,
+    /// Its unit normal, turned likewise, where it is known.
+    pub normal: Option<SVector<f64, D>>,
     /// The metric's residual (m).
     pub residual: f64,
     /// Weight in the least squares, 0..=1.
@@ -35,8 +37,14 @@ pub trait Metric<const D: usize, const DOF: usize, M: RigidMotion<D, DOF>> {
     /// What it needs to know of the target.
     type Target: Target<D>;
 
-    /// Residual (m) of a source point in the target frame; `None` where the target point cannot measure it.
-    fn residual(target: &Self::Target, index: u32, moved: &SVector<f64, D>) -> Option<f64>;
+    /// Residual (m) of a source point in the target frame, with its unit normal there where it is known; `None` where the
+    /// target point cannot measure it.
+    fn residual(
+        target: &Self::Target,
+        index: u32,
+        moved: &SVector<f64, D>,
+        normal: Option<&SVector<f64, D>>,
+    ) -> Option<f64>;
 
     /// The motion to apply after the current estimate, from weighted correspondences; `None` where they fix nothing.
     fn step(target: &Self::Target, correspondences: &[Correspondence<D>]) -> Option<M>;
@@ -58,7 +66,12 @@ pub struct PointToSurfel;
 impl<const D: usize, const DOF: usize, M: RigidMotion<D, DOF>> Metric<D, DOF, M> for PointToPoint {
     type Target = PointTarget<D>;
 
-    fn residual(target: &Self::Target, index: u32, moved: &SVector<f64, D>) -> Option<f64> {
+    fn residual(
+        target: &Self::Target,
+        index: u32,
+        moved: &SVector<f64, D>,
+        _normal: Option<&SVector<f64, D>>,
+    ) -> Option<f64> {
         Some((moved - target.point(index)).norm())
     }
 
@@ -80,7 +93,12 @@ impl<const D: usize, const DOF: usize, M: RigidMotion<D, DOF>> Metric<D, DOF, M>
 impl<const D: usize, const DOF: usize, M: RigidMotion<D, DOF>> Metric<D, DOF, M> for PointToPlane {
     type Target = OrientedTarget<D>;
 
-    fn residual(target: &Self::Target, index: u32, moved: &SVector<f64, D>) -> Option<f64> {
+    fn residual(
+        target: &Self::Target,
+        index: u32,
+        moved: &SVector<f64, D>,
+        _normal: Option<&SVector<f64, D>>,
+    ) -> Option<f64> {
         plane_residual(target, index, moved)
     }
 
@@ -96,7 +114,12 @@ impl<const D: usize, const DOF: usize, M: RigidMotion<D, DOF>> Metric<D, DOF, M>
 impl<const DOF: usize, M: RigidMotion<3, DOF>> Metric<3, DOF, M> for PointToSurfel {
     type Target = ProjectiveTarget;
 
-    fn residual(target: &Self::Target, index: u32, moved: &SVector<f64, 3>) -> Option<f64> {
+    fn residual(
+        target: &Self::Target,
+        index: u32,
+        moved: &SVector<f64, 3>,
+        _normal: Option<&SVector<f64, 3>>,
+    ) -> Option<f64> {
         plane_residual(target, index, moved)
     }
 
@@ -106,6 +129,78 @@ impl<const DOF: usize, M: RigidMotion<3, DOF>> Metric<3, DOF, M> for PointToSurf
 
     fn normal_equations(target: &Self::Target, correspondences: &[Correspondence<3>]) -> NormalEquations<DOF> {
         plane_equations::<3, DOF, M>(target, correspondences)
+    }
+}
+
+/// Plane to plane: Segal, Haehnel and Thrun, "Generalized-ICP", RSS 2009, with the covariances of both points regularised to
+/// the eigenvalues [`PLANE_THICKNESS`], 1 and 1, so that their normals say it all; the step by Gauss-Newton.
+///
+/// The residual is scaled to metres: where both normals agree, it is the distance along them. A source point without a
+/// normal is taken to face as its partner does.
+pub struct PlaneToPlane;
+
+/// Variance of a surface along its normal, over that along the surface.
+pub const PLANE_THICKNESS: f64 = 1e-3;
+
+/// The inverse of C_target + C_source with C = I - (1 - e) n n^T, scaled by 2e. The sum's eigenvectors are a + b, a - b and
+/// their cross product for unit normals a and b, so the inverse is isotropic + sum.1 sum.0 sum.0^T + difference.1
+/// difference.0 difference.0^T without a division that could fail.
+struct Precision<const D: usize> {
+    sum: (SVector<f64, D>, f64),
+    difference: (SVector<f64, D>, f64),
+}
+
+impl<const D: usize> Precision<D> {
+    const ISOTROPIC: f64 = PLANE_THICKNESS;
+
+    fn new(target: &SVector<f64, D>, source: &SVector<f64, D>) -> Self {
+        // The side a normal points to does not matter to its covariance.
+        let cosine = target.dot(source);
+        let share = 1.0 - PLANE_THICKNESS;
+        let factor = |cosine: f64| 2.0 * PLANE_THICKNESS * share / (4.0 * (2.0 - share * (1.0 + cosine)));
+        Self { sum: (target + source, factor(cosine)), difference: (target - source, factor(-cosine)) }
+    }
+
+    fn sq_length(&self, vector: &SVector<f64, D>) -> f64 {
+        let (sum, difference) = (self.sum.0.dot(vector), self.difference.0.dot(vector));
+        Self::ISOTROPIC * vector.norm_squared() + self.sum.1 * sum * sum + self.difference.1 * difference * difference
+    }
+}
+
+impl<const D: usize, const DOF: usize, M: RigidMotion<D, DOF>> Metric<D, DOF, M> for PlaneToPlane {
+    type Target = OrientedTarget<D>;
+
+    fn residual(
+        target: &Self::Target,
+        index: u32,
+        moved: &SVector<f64, D>,
+        normal: Option<&SVector<f64, D>>,
+    ) -> Option<f64> {
+        let target_normal = target.normal(index)?;
+        let precision = Precision::new(target_normal, normal.unwrap_or(target_normal));
+        Some(precision.sq_length(&(moved - target.point(index))).sqrt())
+    }
+
+    fn step(target: &Self::Target, correspondences: &[Correspondence<D>]) -> Option<M> {
+        gauss_newton_step(&<Self as Metric<D, DOF, M>>::normal_equations(target, correspondences))
+    }
+
+    fn normal_equations(target: &Self::Target, correspondences: &[Correspondence<D>]) -> NormalEquations<DOF> {
+        let mut sums = NormalEquations { H: SMatrix::zeros(), b: SVector::zeros() };
+        for c in correspondences {
+            let Some(target_normal) = target.normal(c.target) else { continue };
+            let precision = Precision::new(target_normal, c.normal.as_ref().unwrap_or(target_normal));
+            let (J, d) = (M::point_jacobian(&c.moved), c.moved - target.point(c.target));
+            let isotropic = Precision::<D>::ISOTROPIC * c.weight;
+            sums.H += J.tr_mul(&J) * isotropic;
+            sums.b += J.tr_mul(&d) * isotropic;
+            for (direction, factor) in [precision.sum, precision.difference] {
+                let gradient = J.tr_mul(&direction);
+                sums.H += gradient * gradient.transpose() * (factor * c.weight);
+                sums.b += gradient * (direction.dot(&d) * factor * c.weight);
+            }
+        }
+        sums
     }
 }
 
@@ -128,7 +223,7 @@ fn plane_equations<const D: usize, const DOF: usize, M: RigidMotion<D, DOF>>(
     sums
 }
 
-fn gauss_newton_step<const D: usize, const DOF: usize, M: RigidMotion<D, DOF>>(
+pub(super) fn gauss_newton_step<const D: usize, const DOF: usize, M: RigidMotion<D, DOF>>(
     equations: &NormalEquations<DOF>,
 ) -> Option<M> {
     let damping = SMatrix::identity() * (RELATIVE_DAMPING * equations.H.trace());

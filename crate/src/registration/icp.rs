@@ -10,6 +10,7 @@ use serde::Serialize;
 use super::factors::{Correspondence, Metric};
 use super::observability::{Observability, observability};
 use super::robust_kernel::RobustKernel;
+use super::solver::Solver;
 use super::target::Target;
 use crate::geometry::RigidMotion;
 
@@ -117,7 +118,7 @@ const LONGEST_CYCLE: usize = 8;
 /// Poses closer than this share of the limits of convergence are the same.
 const SAME_POSE: f64 = 0.05;
 
-/// Registers `source` to `target` from a first guess.
+/// Registers `source` to `target` from a first guess, free to move in every way and by plain steps.
 pub fn register<const D: usize, const DOF: usize, M, F>(
     source: Source<'_, D>,
     target: &F::Target,
@@ -128,15 +129,37 @@ where
     M: RigidMotion<D, DOF>,
     F: Metric<D, DOF, M>,
 {
+    register_with::<D, DOF, M, F>(
+        source,
+        target,
+        init_T_target_source,
+        options,
+        &Solver { subspace: None, damping: None },
+    )
+}
+
+/// Registers `source` to `target` from a first guess by the steps of `solver`.
+pub fn register_with<const D: usize, const DOF: usize, M, F>(
+    source: Source<'_, D>,
+    target: &F::Target,
+    init_T_target_source: M,
+    options: &IcpOptions,
+    solver: &Solver<DOF>,
+) -> Registration<D, DOF, M>
+where
+    M: RigidMotion<D, DOF>,
+    F: Metric<D, DOF, M>,
+{
     let mut T = init_T_target_source;
     let mut history: Vec<IterationRecord> = Vec::new();
     let mut correspondences = Vec::with_capacity(source.points.len());
     let mut converged = false;
     let mut visited = vec![T];
+    let mut damping = solver.damping.unwrap_or_default();
 
     while !converged && history.len() < options.criteria.max_iterations {
         let num_correspondences = match_points::<D, DOF, M, F>(source, target, &T, options, &mut correspondences);
-        let step = F::step(target, &correspondences);
+        let step = solver.step::<D, M, F>(target, &correspondences, &mut damping);
         let (rotation_step, translation_step) =
             step.map_or((0.0, 0.0), |step| (step.rotation_angle(), step.translation_norm()));
         history.push(IterationRecord {
@@ -161,7 +184,7 @@ where
         visited.push(T);
     }
 
-    let H = F::normal_equations(target, &correspondences).H;
+    let H = solver.restricted(F::normal_equations(target, &correspondences)).H;
     let variance = weighted_variance(&correspondences, DOF).max(MIN_RESIDUAL_SIGMA * MIN_RESIDUAL_SIGMA);
     let last = history.last().copied().unwrap_or_default();
     Registration {
@@ -197,18 +220,25 @@ where
         let moved = T.act(point);
         let Some(neighbor) = target.nearest(&moved, max_correspondence_distance) else { continue };
         num_correspondences += 1;
-        let source_normal = source.normals.and_then(|normals| normals[index].as_ref());
-        if let (Some(source_normal), Some(target_normal)) = (source_normal, target.normal(neighbor.index))
-            && T.rotate(source_normal).dot(target_normal) < min_normal_cosine
+        let normal = source.normals.and_then(|normals| normals[index].as_ref()).map(|normal| T.rotate(normal));
+        if let (Some(normal), Some(target_normal)) = (&normal, target.normal(neighbor.index))
+            && normal.dot(target_normal) < min_normal_cosine
         {
             continue;
         }
-        let Some(residual) = F::residual(target, neighbor.index, &moved) else { continue };
+        let Some(residual) = F::residual(target, neighbor.index, &moved, normal.as_ref()) else { continue };
         let weight = options.weighting.robust_kernel.weight(residual, options.weighting.robust_kernel_width)
             * source
                 .deviations
                 .map_or(1.0, |deviations| precision(deviations[index], target.deviation(neighbor.index)));
-        correspondences.push(Correspondence { source: index as u32, target: neighbor.index, moved, residual, weight });
+        correspondences.push(Correspondence {
+            source: index as u32,
+            target: neighbor.index,
+            moved,
+            normal,
+            residual,
+            weight,
+        });
     }
     trim(correspondences, trim_fraction);
     num_correspondences

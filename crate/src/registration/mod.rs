@@ -2,9 +2,12 @@
 
 pub mod correlative;
 pub mod factors;
+pub mod global;
 pub mod icp;
 pub mod observability;
 pub mod projective;
 pub mod robust_kernel;
+pub mod solver;
+pub mod spatial;
 pub mod target;
 pub mod visibility;

@@ -16,6 +16,16 @@ impl<const D: usize> PointTarget<D> {
         let single: Vec<[f32; D]> = points.iter().map(single_precision).collect();
         Self { tree: KdTree::build(&single), points }
     }
+
+    /// With an index that was built from the same points.
+    pub fn with_tree(points: Vec<SVector<f64, D>>, tree: KdTree<D>) -> Self {
+        Self { points, tree }
+    }
+
+    /// The points (m).
+    pub fn points(&self) -> &[SVector<f64, D>] {
+        &self.points
+    }
 }
 
 /// Points (m) with an index and unit normals: what point-to-line and point-to-plane need.
@@ -32,6 +42,30 @@ impl<const D: usize> OrientedTarget<D> {
     pub fn new(points: Vec<SVector<f64, D>>, normals: Vec<Option<SVector<f64, D>>>) -> Self {
         assert_eq!(points.len(), normals.len(), "one normal a point");
         Self { points: PointTarget::new(points), normals }
+    }
+
+    /// With an index that was built from the same points.
+    ///
+    /// # Panics
+    /// When there is not one entry of `normals` for each point.
+    pub fn with_tree(points: Vec<SVector<f64, D>>, normals: Vec<Option<SVector<f64, D>>>, tree: KdTree<D>) -> Self {
+        assert_eq!(points.len(), normals.len(), "one normal a point");
+        Self { points: PointTarget::with_tree(points, tree), normals }
+    }
+
+    /// The points (m).
+    pub fn points(&self) -> &[SVector<f64, D>] {
+        self.points.points()
+    }
+
+    /// The index of the points.
+    pub fn tree(&self) -> &KdTree<D> {
+        &self.points.tree
+    }
+
+    /// Unit normals, where they are known; one entry a point.
+    pub fn normals(&self) -> &[Option<SVector<f64, D>>] {
+        &self.normals
     }
 }
 

@@ -1,0 +1,92 @@
+//! The map of clouds that the next one is registered to: one point with a normal a voxel.
+
+use nalgebra::Vector3;
+use rustc_hash::FxHashMap;
+
+use crate::geometry::Pose3;
+use crate::registration::target::OrientedTarget;
+
+/// What lies in a voxel: sums over the points put into it.
+#[derive(Debug, Clone, Copy)]
+struct Voxel {
+    point: Vector3<f64>,
+    normal: Vector3<f64>,
+    count: f64,
+}
+
+/// Points with normals in the world frame, at most one a cube of side `voxel_size`.
+pub struct CloudMap {
+    voxel_size: f64,
+    index: FxHashMap<[i32; 3], u32>,
+    voxels: Vec<Voxel>,
+}
+
+impl CloudMap {
+    /// A map without points; `voxel_size` in m.
+    pub fn new(voxel_size: f64) -> Self {
+        Self { voxel_size, index: FxHashMap::default(), voxels: Vec::new() }
+    }
+
+    /// Whether nothing was put in.
+    pub fn is_empty(&self) -> bool {
+        self.voxels.is_empty()
+    }
+
+    /// Number of points.
+    pub fn len(&self) -> usize {
+        self.voxels.len()
+    }
+
+    /// Adds points with normals (sensor frame) from `T_world_sensor`; points without a normal are left out.
+    pub fn insert(&mut self, points: &[Vector3<f64>], normals: &[Option<Vector3<f64>>], T_world_sensor: &Pose3) {
+        for (point, normal) in points.iter().zip(normals) {
+            let Some(normal) = normal else { continue };
+            let point = T_world_sensor.rotation * point + T_world_sensor.translation.vector;
+            let normal = T_world_sensor.rotation * normal;
+            let cell = (point / self.voxel_size).map(|x| x.floor() as i32);
+            let next = self.voxels.len() as u32;
+            let number = *self.index.entry([cell.x, cell.y, cell.z]).or_insert(next);
+            match self.voxels.get_mut(number as usize) {
+                None => self.voxels.push(Voxel { point, normal, count: 1.0 }),
+                // The two sides of a thin wall must not become one: the side seen first stays.
+                Some(voxel) if voxel.normal.dot(&normal) > 0.0 => {
+                    voxel.point += point;
+                    voxel.normal += normal;
+                    voxel.count += 1.0;
+                }
+                Some(_) => {}
+            }
+        }
+    }
+
+    /// All points with their unit normals (world frame), in the order in which their voxels were first met.
+    pub fn points(&self) -> impl Iterator<Item = (Vector3<f64>, Vector3<f64>)> + '_ {
+        self.voxels.iter().map(|voxel| (voxel.point / voxel.count, voxel.normal.normalize()))
+    }
+
+    /// What a cloud is registered to: the points within `radius` (m) of a place in the world.
+    pub fn around(&self, place: &Vector3<f64>, radius: f64) -> OrientedTarget<3> {
+        let near = self.points().filter(|(point, _)| (point - place).norm_squared() <= radius * radius);
+        let (points, normals) = near.map(|(point, normal)| (point, Some(normal))).unzip();
+        OrientedTarget::new(points, normals)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_voxel_holds_the_mean_of_its_points_and_one_side_of_a_wall() {
+        let mut map = CloudMap::new(0.5);
+        let points = [Vector3::new(0.1, 0.1, 0.1), Vector3::new(0.3, 0.1, 0.1), Vector3::new(-0.1, 0.1, 0.1)];
+        map.insert(&points, &[Some(Vector3::z()), Some(Vector3::z()), None], &Pose3::identity());
+        map.insert(&points[..1], &[Some(-Vector3::z())], &Pose3::identity());
+        assert_eq!(map.len(), 1);
+        let (point, normal) = map.points().next().unwrap();
+        assert!((point - Vector3::new(0.2, 0.1, 0.1)).norm() < 1e-12 && normal == Vector3::z());
+        map.insert(&points[..1], &[Some(Vector3::x())], &Pose3::translation(5.0, 0.0, 0.0));
+        assert_eq!(map.len(), 2);
+        assert_eq!(map.around(&Vector3::zeros(), 1.0).points().len(), 1);
+    }
+}

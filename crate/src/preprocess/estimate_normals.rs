@@ -1,0 +1,155 @@
+//! Normals from the nearest neighbours, for clouds without a grid or an order of beams.
+//!
+//! The normal is the direction in which a point's neighbours spread least (Hoppe et al., "Surface reconstruction from
+//! unorganized points", SIGGRAPH 1992), turned towards where the point was seen from.
+
+use glam::{DVec3, Vec3};
+use nalgebra::Vector3;
+
+use crate::search::{KdTree, Neighbor, Neighbourhood};
+
+/// Fewer points span no plane that could be told from chance.
+const MIN_NEIGHBORS: usize = 5;
+/// Neighbours whose second largest spread (variance) is below this share of the largest lie on a line: many planes fit.
+const LINE_SHARE: f64 = 1e-3;
+
+/// The unit normal of every point of `tree`, which was built from `points` (m), towards `viewpoint` (m, same frame).
+/// `None` for points that are not finite, have too few neighbours, or whose neighbours lie on a line.
+pub fn estimate_normals(
+    points: &[Vec3],
+    tree: &KdTree<3>,
+    neighbourhood: Neighbourhood,
+    viewpoint: DVec3,
+) -> Vec<Option<Vector3<f64>>> {
+    let Neighbourhood { max_neighbors, radius } = neighbourhood;
+    let mut neighbors = Vec::with_capacity(max_neighbors);
+    points
+        .iter()
+        .map(|point| {
+            tree.k_nearest(&point.to_array(), radius as f32, max_neighbors, &mut neighbors);
+            let normal = least_spread(points, *point, &neighbors)?;
+            let towards = if normal.dot(viewpoint - point.as_dvec3()) < 0.0 { -normal } else { normal };
+            Some(Vector3::new(towards.x, towards.y, towards.z))
+        })
+        .collect()
+}
+
+/// The direction in which the neighbours spread least.
+fn least_spread(points: &[Vec3], point: Vec3, neighbors: &[Neighbor]) -> Option<DVec3> {
+    if neighbors.len() < MIN_NEIGHBORS {
+        return None;
+    }
+    // Relative to the point, so that single precision is enough.
+    let (mut sum, mut diagonal, mut others) = (Vec3::ZERO, Vec3::ZERO, Vec3::ZERO);
+    for neighbor in neighbors {
+        let d = points[neighbor.index as usize] - point;
+        sum += d;
+        diagonal += d * d;
+        others += Vec3::new(d.x * d.y, d.x * d.z, d.y * d.z);
+    }
+    let share = 1.0 / neighbors.len() as f64;
+    let mean = sum.as_dvec3() * share;
+    let diagonal = diagonal.as_dvec3() * share - mean * mean;
+    let others = others.as_dvec3() * share - DVec3::new(mean.x * mean.y, mean.x * mean.z, mean.y * mean.z);
+    smallest_eigenvector(diagonal, others)
+}
+
+/// The eigenvector with the smallest eigenvalue of the symmetric matrix with this diagonal and these entries (0, 1),
+/// (0, 2) and (1, 2); `None` where the two smallest are both next to nothing.
+///
+/// Eigenvalues in closed form (Smith, "Eigenvalues of a symmetric 3 x 3 matrix", CACM 4 (1961)). The columns of the
+/// product of A with the other two eigenvalues taken off it are multiples of the eigenvector; the longest is the surest.
+fn smallest_eigenvector(diagonal: DVec3, others: DVec3) -> Option<DVec3> {
+    let mean = (diagonal.x + diagonal.y + diagonal.z) / 3.0;
+    let d = diagonal - mean;
+    let sq_others = others.length_squared();
+    let scale = ((d.length_squared() + 2.0 * sq_others) / 6.0).sqrt();
+    if !(scale > 0.0 && scale.is_finite()) {
+        return None;
+    }
+    let determinant = d.x * (d.y * d.z - others.z * others.z) - others.x * (others.x * d.z - others.z * others.y)
+        + others.y * (others.x * others.z - d.y * others.y);
+    let angle = (determinant / (2.0 * scale * scale * scale)).clamp(-1.0, 1.0).acos() / 3.0;
+    let largest = 2.0 * scale * angle.cos();
+    let smallest = 2.0 * scale * (angle + std::f64::consts::TAU / 3.0).cos();
+    let middle = -largest - smallest;
+    if middle + mean <= LINE_SHARE * (largest + mean) {
+        return None;
+    }
+    // Rows of A - smallest: all perpendicular to the eigenvector.
+    let rows = [
+        DVec3::new(d.x - smallest, others.x, others.y),
+        DVec3::new(others.x, d.y - smallest, others.z),
+        DVec3::new(others.y, others.z, d.z - smallest),
+    ];
+    let products = [rows[0].cross(rows[1]), rows[0].cross(rows[2]), rows[1].cross(rows[2])];
+    let lengths = products.map(DVec3::length_squared);
+    let longest = if lengths[0] >= lengths[1].max(lengths[2]) { 0 } else { 1 + usize::from(lengths[2] > lengths[1]) };
+    products[longest].try_normalize()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::Matrix3;
+
+    fn wave(i: usize, k: f64) -> f64 {
+        ((i as f64) * k + 1.0).sin()
+    }
+
+    fn normals(points: &[Vec3], neighbourhood: Neighbourhood, viewpoint: DVec3) -> Vec<Option<Vector3<f64>>> {
+        estimate_normals(points, &KdTree::build(bytemuck::cast_slice(points)), neighbourhood, viewpoint)
+    }
+
+    const TWENTY: Neighbourhood = Neighbourhood { max_neighbors: 20, radius: f64::INFINITY };
+
+    #[test]
+    fn the_smallest_eigenvector_is_that_of_an_iterative_solver() {
+        for i in 0..2000 {
+            let A = Matrix3::from_fn(|row, column| wave(9 * i + 3 * row + column, 1.37));
+            let scale = 10f64.powi((i % 7) as i32 - 3);
+            let C = A * A.transpose() * scale;
+            let expected = C.symmetric_eigen();
+            let index = expected.eigenvalues.imin();
+            let found = smallest_eigenvector(DVec3::new(C.m11, C.m22, C.m33), DVec3::new(C.m12, C.m13, C.m23)).unwrap();
+            let cosine = expected.eigenvectors.column(index).dot(&Vector3::new(found.x, found.y, found.z)).abs();
+            let eigenvalues = expected.eigenvalues;
+            let gap = (0..3).filter(|&k| k != index).map(|k| eigenvalues[k] - eigenvalues[index]).fold(1e9, f64::min);
+            if gap > 1e-3 * eigenvalues.max() {
+                assert!(cosine > 1.0 - 1e-9, "{C}: {found}");
+            }
+        }
+        let plane = smallest_eigenvector(DVec3::new(1.0, 2.0, 0.0), DVec3::ZERO).unwrap();
+        assert!((plane.z.abs() - 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_noisy_plane_gives_its_normal_towards_the_viewpoint() {
+        let normal = DVec3::new(0.3, -0.5, 0.8).normalize();
+        let (u, v) = normal.any_orthonormal_pair();
+        let points: Vec<Vec3> = (0..3000)
+            .map(|i| (u * 2.0 * wave(i, 2.3) + v * wave(i, 3.1) + normal * (5.0 + 0.002 * wave(i, 7.7))).as_vec3())
+            .collect();
+        for (viewpoint, sign) in [(DVec3::ZERO, -1.0), (normal * 10.0, 1.0)] {
+            for found in normals(&points, TWENTY, viewpoint).iter().flatten() {
+                let cosine = sign * found.dot(&Vector3::new(normal.x, normal.y, normal.z));
+                assert!(cosine > 0.95 && (found.norm() - 1.0).abs() < 1e-12, "{cosine}");
+            }
+        }
+        let within = Neighbourhood { max_neighbors: 20, radius: 1e-4 };
+        assert!(normals(&points, within, DVec3::ZERO).iter().all(Option::is_none));
+    }
+
+    #[test]
+    fn lines_and_points_that_are_not_finite_have_no_normal() {
+        let line: Vec<Vec3> = (0..50).map(|i| Vec3::new(0.1, 0.2, 0.3) * i as f32).collect();
+        assert!(normals(&line, TWENTY, DVec3::ZERO).iter().all(Option::is_none));
+        assert!(normals(&[Vec3::ONE; 30], TWENTY, DVec3::ZERO).iter().all(Option::is_none));
+        assert!(normals(&[Vec3::X, Vec3::Y, Vec3::Z], TWENTY, DVec3::ZERO).iter().all(Option::is_none));
+        let mut points: Vec<Vec3> = (0..100).map(|i| Vec3::new((i / 10) as f32, (i % 10) as f32, 0.0)).collect();
+        points[7].x = f32::NAN;
+        let found = normals(&points, TWENTY, DVec3::Z);
+        assert!(found[7].is_none() && found.iter().flatten().count() == 99);
+        assert!(found.iter().flatten().all(|normal| (normal - Vector3::z()).norm() < 1e-6));
+    }
+}

@@ -1,0 +1,134 @@
+//! Registration without a guess: by features that are the same wherever a surface is seen from.
+
+pub mod consistency;
+pub mod fpfh;
+pub mod matching;
+pub mod ransac;
+
+use glam::Vec3;
+use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
+
+use crate::geometry::Pose3;
+use crate::search::{KdTree, Neighbourhood};
+use crate::{Error, Result};
+use consistency::consistent_motion;
+use fpfh::fpfh;
+use matching::{FeatureIndex, mutual_matches};
+use ransac::{RansacOptions, ransac};
+
+/// How the motion is found among matches of which most are wrong.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
+pub enum GlobalMethod {
+    /// From matches that keep their distances from each other.
+    #[default]
+    Consistency,
+    /// From random samples of three matches, as courses teach it.
+    Ransac,
+}
+
+/// Points (m) with their features: what is registered globally.
+pub struct DescribedCloud {
+    points: Vec<Vec3>,
+    index: FeatureIndex,
+}
+
+impl DescribedCloud {
+    /// Describes the points of `tree`, which was built from `points` (m), by their neighbourhoods.
+    ///
+    /// # Panics
+    /// When there is not one entry of `normals` for each point.
+    pub fn new(
+        points: &[Vec3],
+        normals: &[Option<Vector3<f64>>],
+        tree: &KdTree<3>,
+        neighbourhood: Neighbourhood,
+    ) -> Self {
+        Self { points: points.to_vec(), index: FeatureIndex::new(fpfh(points, normals, tree, neighbourhood)) }
+    }
+}
+
+/// A motion and the matches that agree with it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Consensus {
+    /// Maps source points into the target's frame.
+    pub T_target_source: Pose3,
+    /// Matches that it brings together.
+    pub num_inliers: usize,
+    /// Root mean square of their distances (m).
+    pub inlier_rmse: f64,
+}
+
+impl Consensus {
+    /// Counts the pairs (source, target) that `T` brings together to within `max_distance` (m).
+    fn of(T: &Pose3, pairs: &[(Vector3<f64>, Vector3<f64>)], max_distance: f64) -> Self {
+        let (R, t) = (T.rotation.to_rotation_matrix().into_inner(), T.translation.vector);
+        let sq_limit = max_distance * max_distance;
+        let (mut num_inliers, mut sum) = (0, 0.0);
+        for (p, q) in pairs {
+            let sq_distance = (R * p + t - q).norm_squared();
+            let inside = sq_distance <= sq_limit;
+            num_inliers += usize::from(inside);
+            sum += if inside { sq_distance } else { 0.0 };
+        }
+        Self { T_target_source: *T, num_inliers, inlier_rmse: (sum / num_inliers.max(1) as f64).sqrt() }
+    }
+
+    fn is_better_than(&self, other: &Self) -> bool {
+        self.num_inliers > other.num_inliers
+            || (self.num_inliers == other.num_inliers && self.inlier_rmse < other.inlier_rmse)
+    }
+}
+
+/// A motion found without a guess, with its evidence.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct GlobalRegistration {
+    /// The motion and what agrees with it.
+    pub consensus: Consensus,
+    /// Points that look alike in both clouds.
+    pub num_matches: usize,
+}
+
+/// Fewer matches than this agree by chance.
+const MIN_INLIERS: usize = 8;
+
+/// Registers `source` to `target` without a guess; matches that the motion brings together to within
+/// `max_correspondence_distance` (m) speak for it.
+///
+/// # Errors
+/// When too few points look alike, or too few of those agree on one motion: the clouds may not overlap.
+pub fn register_globally(
+    source: &DescribedCloud,
+    target: &DescribedCloud,
+    method: GlobalMethod,
+    max_correspondence_distance: f64,
+) -> Result<GlobalRegistration> {
+    let matches = mutual_matches(&source.index, &target.index);
+    let double = |p: Vec3| Vector3::new(f64::from(p.x), f64::from(p.y), f64::from(p.z));
+    let pairs: Vec<_> = matches
+        .iter()
+        .map(|m| (double(source.points[m.source as usize]), double(target.points[m.target as usize])))
+        .collect();
+    let consensus = match method {
+        GlobalMethod::Consistency => consistent_motion(&pairs, max_correspondence_distance),
+        GlobalMethod::Ransac => {
+            ransac(&pairs, &RansacOptions { max_correspondence_distance, ..RansacOptions::default() })
+        }
+    };
+    let remedy = "Give clouds that overlap more, or a first guess";
+    let num_matches = matches.len();
+    let Some(consensus) = consensus else {
+        return Err(Error::whole(
+            format!("{num_matches} points look alike, and no three of them agree on a motion"),
+            remedy,
+        ));
+    };
+    if consensus.num_inliers < MIN_INLIERS {
+        let num_inliers = consensus.num_inliers;
+        let problem = format!("Only {num_inliers} of {num_matches} points that look alike agree on a motion");
+        return Err(Error::whole(problem, remedy));
+    }
+    Ok(GlobalRegistration { consensus, num_matches })
+}

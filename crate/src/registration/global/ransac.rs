@@ -1,0 +1,110 @@
+//! Random sample consensus over matches of features: three matches make a motion, the motion that most of the others agree
+//! with wins.
+//!
+//! Fischler and Bolles, "Random sample consensus", CACM 24 (1981); samples are sorted out by the lengths of their edges before a
+//! motion is computed at all (Buch et al., "Pose estimation using local structure-specific shape and appearance
+//! context", ICRA 2013).
+
+use nalgebra::Vector3;
+
+use super::Consensus;
+use crate::geometry::Pose3;
+use crate::registration::factors::best_rigid_motion;
+
+/// Options of [`ransac`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RansacOptions {
+    /// Samples at the most.
+    pub max_iterations: usize,
+    /// The search ends when a sample of inliers alone has been drawn with this probability.
+    pub confidence: f64,
+    /// Edges of a sample differ in length by no more than this ratio, in (0, 1].
+    pub edge_length_ratio: f64,
+    /// Matches that a motion brings together to within this distance (m) are inliers.
+    pub max_correspondence_distance: f64,
+}
+
+impl Default for RansacOptions {
+    /// What courses teach with voxels of 5 cm.
+    fn default() -> Self {
+        Self { max_iterations: 100_000, confidence: 0.999, edge_length_ratio: 0.9, max_correspondence_distance: 0.075 }
+    }
+}
+
+/// The constant seed: the same clouds give the same motion everywhere.
+const SEED: u64 = 0x5CA2_571C;
+
+/// The motion that the most pairs (source, target) agree with; `None` where there are fewer than three or no sample passes.
+pub fn ransac(pairs: &[(Vector3<f64>, Vector3<f64>)], options: &RansacOptions) -> Option<Consensus> {
+    if pairs.len() < 3 {
+        return None;
+    }
+    let mut random = SplitMix(SEED);
+    let mut best: Option<Consensus> = None;
+    let mut last = options.max_iterations;
+    let mut iteration = 0;
+    while iteration < last {
+        iteration += 1;
+        let sample = random.three_below(pairs.len()).map(|index| pairs[index]);
+        if !edges_agree(&sample, options.edge_length_ratio) {
+            continue;
+        }
+        let Some(T) = best_rigid_motion::<3, 6, Pose3>(sample.iter().map(|(p, q)| (*p, *q, 1.0))) else { continue };
+        let max_distance = options.max_correspondence_distance;
+        let sq_limit = max_distance * max_distance;
+        let R = T.rotation.to_rotation_matrix().into_inner();
+        let t = T.translation.vector;
+        let sq_distance = |(p, q): &(Vector3<f64>, Vector3<f64>)| (R * p + t - q).norm_squared();
+        if sample.iter().any(|pair| sq_distance(pair) > sq_limit) {
+            continue;
+        }
+        let consensus = Consensus::of(&T, pairs, max_distance);
+        if best.as_ref().is_none_or(|best| consensus.is_better_than(best)) {
+            let share = consensus.num_inliers as f64 / pairs.len() as f64;
+            let needed = (1.0 - options.confidence).ln() / (1.0 - share.powi(3)).ln();
+            last = last.min(needed.ceil().max(0.0) as usize); // no inlier: infinite, and the limit stays
+            best = Some(consensus);
+        }
+    }
+    best
+}
+
+/// Whether the edges of two triangles have about the same lengths.
+fn edges_agree(sample: &[(Vector3<f64>, Vector3<f64>); 3], ratio: f64) -> bool {
+    let sq_ratio = ratio * ratio;
+    [(0, 1), (1, 2), (2, 0)].iter().all(|&(i, j)| {
+        let source = (sample[i].0 - sample[j].0).norm_squared();
+        let target = (sample[i].1 - sample[j].1).norm_squared();
+        source >= sq_ratio * target && target >= sq_ratio * source
+    })
+}
+
+/// Steele, Lea and Flood, "Fast splittable pseudorandom number generators", OOPSLA 2014.
+struct SplitMix(u64);
+
+impl SplitMix {
+    fn next(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+        z ^ (z >> 31)
+    }
+
+    /// Uniform in 0..count, for counts far below 2^32.
+    fn below(&mut self, count: usize) -> usize {
+        (((self.next() >> 32) * count as u64) >> 32) as usize
+    }
+
+    /// Three different numbers in 0..count; there must be three.
+    fn three_below(&mut self, count: usize) -> [usize; 3] {
+        let a = self.below(count);
+        let mut b = self.below(count - 1);
+        b += usize::from(b >= a);
+        let mut c = self.below(count - 2);
+        let (low, high) = (a.min(b), a.max(b));
+        c += usize::from(c >= low);
+        c += usize::from(c >= high);
+        [a, b, c]
+    }
+}

@@ -1,0 +1,185 @@
+//! From normal equations to a step: which motions are free, and how bold the step is.
+
+use nalgebra::{SMatrix, UnitQuaternion, Vector3};
+use serde::{Deserialize, Serialize};
+
+use super::factors::{Correspondence, Metric, NormalEquations, gauss_newton_step};
+use crate::geometry::{Pose3, RigidMotion};
+
+/// How something moves in space.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
+pub enum Motion {
+    /// All six degrees of freedom.
+    #[default]
+    Free,
+    /// A robot on a floor: x, z and the turn about the y axis of the target's frame, which stands upright on the floor.
+    Planar,
+}
+
+impl Motion {
+    /// The solver that moves so, without damping.
+    pub fn solver(self) -> Solver<6> {
+        let subspace = match self {
+            Self::Free => None,
+            Self::Planar => Some(Subspace::spanned_by(&[1, 3, 5])), // wy, x and z
+        };
+        Solver { subspace, damping: None }
+    }
+
+    /// The allowed motion nearest to `T`: itself, or its turn about y and its x and z.
+    pub fn nearest(self, T: &Pose3) -> Pose3 {
+        match self {
+            Self::Free => *T,
+            Self::Planar => {
+                // The twist of Swing-twist decomposition: the part of the quaternion along the axis.
+                let q = T.rotation.quaternion();
+                let angle = 2.0 * q.j.atan2(q.w);
+                let t = T.translation.vector;
+                let rotation = UnitQuaternion::from_axis_angle(&Vector3::y_axis(), angle);
+                Pose3::from_parts(Vector3::new(t.x, 0.0, t.z).into(), rotation)
+            }
+        }
+    }
+}
+
+/// A linear subspace of the tangent space, as the orthogonal projection onto it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Subspace<const DOF: usize> {
+    projection: SMatrix<f64, DOF, DOF>,
+}
+
+impl<const DOF: usize> Subspace<DOF> {
+    /// The subspace of some of the axes of the tangent space.
+    ///
+    /// # Panics
+    /// When there is no such axis.
+    pub fn spanned_by(axes: &[usize]) -> Self {
+        let mut projection = SMatrix::zeros();
+        for &axis in axes {
+            projection[(axis, axis)] = 1.0;
+        }
+        Self { projection }
+    }
+
+    /// The equations whose solution is that of P^T H P x = -P^T b in the subspace, P being a basis of it: everything
+    /// across it is held by a stiffness that mixes with nothing.
+    pub fn restrict(&self, equations: &NormalEquations<DOF>) -> NormalEquations<DOF> {
+        let across = SMatrix::identity() - self.projection;
+        let stiffness = equations.H.trace().max(f64::MIN_POSITIVE);
+        NormalEquations {
+            H: self.projection * equations.H * self.projection + across * stiffness,
+            b: self.projection * equations.b,
+        }
+    }
+}
+
+/// How the loop finds its next step.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Solver<const DOF: usize> {
+    /// Which perturbations on the left of the estimate are free; none: all.
+    pub subspace: Option<Subspace<DOF>>,
+    /// Damping to begin with, in shares of the largest diagonal entry of H; none: plain steps of Gauss and Newton, or the closed
+    /// form where the metric has one. With damping, a step is taken only where it makes the weighted residuals smaller:
+    /// otherwise the damping grows tenfold, and it shrinks again where steps succeed (Levenberg 1944).
+    pub damping: Option<f64>,
+}
+
+/// Tries before a damped step is given up: the estimate is as good as these pairs can make it.
+const MAX_TRIES: usize = 10;
+/// How the damping grows when a step fails, and shrinks when it succeeds.
+const DAMPING_FACTOR: f64 = 10.0;
+
+impl<const DOF: usize> Solver<DOF> {
+    /// The step that these correspondences ask for; `None` where they fix nothing. `damping` is carried from step to step.
+    pub(super) fn step<const D: usize, M, F>(
+        &self,
+        target: &F::Target,
+        correspondences: &[Correspondence<D>],
+        damping: &mut f64,
+    ) -> Option<M>
+    where
+        M: RigidMotion<D, DOF>,
+        F: Metric<D, DOF, M>,
+    {
+        if self.subspace.is_none() && self.damping.is_none() {
+            return F::step(target, correspondences);
+        }
+        let equations = self.restricted(F::normal_equations(target, correspondences));
+        if self.damping.is_none() {
+            return gauss_newton_step(&equations);
+        }
+        let cost = |step: Option<&M>| -> f64 {
+            correspondences.iter().map(|c| sq_residual::<D, DOF, M, F>(target, c, step)).sum()
+        };
+        let (before, scale) = (cost(None), equations.H.diagonal().max());
+        for _ in 0..MAX_TRIES {
+            let mut damped = equations;
+            damped.H += SMatrix::identity() * (*damping * scale);
+            let step: M = gauss_newton_step(&damped)?;
+            if cost(Some(&step)) <= before {
+                *damping /= DAMPING_FACTOR;
+                return Some(step);
+            }
+            *damping = (*damping * DAMPING_FACTOR).max(f64::EPSILON);
+        }
+        Some(M::identity())
+    }
+
+    /// The normal equations with what is not free held fast.
+    pub(super) fn restricted(&self, equations: NormalEquations<DOF>) -> NormalEquations<DOF> {
+        self.subspace.as_ref().map_or(equations, |subspace| subspace.restrict(&equations))
+    }
+}
+
+/// The weighted square of a correspondence's residual after a step.
+fn sq_residual<const D: usize, const DOF: usize, M, F>(
+    target: &F::Target,
+    correspondence: &Correspondence<D>,
+    step: Option<&M>,
+) -> f64
+where
+    M: RigidMotion<D, DOF>,
+    F: Metric<D, DOF, M>,
+{
+    let Correspondence { target: index, moved, normal, residual, weight, .. } = correspondence;
+    let residual = step.map_or(*residual, |step| {
+        let normal = normal.map(|normal| step.rotate(&normal));
+        F::residual(target, *index, &step.act(moved), normal.as_ref()).unwrap_or(0.0)
+    });
+    weight * residual * residual
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::{Matrix3, Matrix6, Vector6};
+
+    #[test]
+    fn the_restricted_solution_is_that_in_a_basis_of_the_subspace() {
+        let A = Matrix6::from_fn(|row, column| ((row * 7 + column * 3 + 1) as f64).sin());
+        let (H, b) = (A * A.transpose() + Matrix6::identity(), Vector6::from_fn(|row, _| (row as f64).cos()));
+        let restricted = Subspace::<6>::spanned_by(&[1, 3, 5]).restrict(&NormalEquations { H, b });
+        let found = -restricted.H.cholesky().unwrap().solve(&restricted.b);
+        let P = SMatrix::<f64, 6, 3>::from_fn(|row, column| f64::from(row == 2 * column + 1));
+        let expected = -(P * (P.transpose() * H * P).cholesky().unwrap().solve(&(P.transpose() * b)));
+        assert!((found - expected).norm() < 1e-12, "{found}");
+    }
+
+    #[test]
+    fn the_nearest_planar_motion_keeps_the_turn_about_y() {
+        let T = Pose3::exp(&Vector6::new(0.0, 2.5, 0.0, 1.0, 0.0, -2.0));
+        assert!((Motion::Planar.nearest(&T).inverse() * T).log().norm() < 1e-12);
+        let tilted = T * Pose3::exp(&Vector6::new(0.1, 0.0, -0.05, 0.0, 0.3, 0.0));
+        let planar = Motion::Planar.nearest(&tilted);
+        assert!(planar.translation.y.abs() < 1e-15);
+        let R: Matrix3<f64> = planar.rotation.to_rotation_matrix().into_inner();
+        let closeness = |R: &Matrix3<f64>| (R.transpose() * tilted.rotation.to_rotation_matrix().matrix()).trace();
+        for turn in [-1e-3, 1e-3] {
+            let other = UnitQuaternion::from_axis_angle(&Vector3::y_axis(), turn) * planar.rotation;
+            assert!(closeness(&R) > closeness(&other.to_rotation_matrix().into_inner()));
+        }
+        assert_eq!(Motion::Free.nearest(&tilted), tilted);
+    }
+}

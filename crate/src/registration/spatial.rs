@@ -1,0 +1,48 @@
+//! Registration of clouds in space that have normals, with the metric chosen when it runs.
+
+use serde::{Deserialize, Serialize};
+
+use super::factors::{PlaneToPlane, PointToPlane};
+use super::icp::{IcpOptions, Registration, Source, register_with};
+use super::solver::Solver;
+use super::target::OrientedTarget;
+use crate::geometry::Pose3;
+
+/// A registration in space.
+pub type SpatialRegistration = Registration<3, 6, Pose3>;
+
+/// What a correspondence between clouds with normals measures.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
+pub enum SpatialMetric {
+    /// Distance to the plane through the nearest point.
+    #[default]
+    PointToPlane,
+    /// Distance of the two planes through both points: generalised ICP.
+    Gicp,
+}
+
+/// Registers `source` to `target` in stages, each from where the one before ended: coarse to fine. The history is that of all
+/// stages, everything else that of the last.
+pub fn register_in_space(
+    metric: SpatialMetric,
+    source: Source<'_, 3>,
+    target: &OrientedTarget<3>,
+    init_T_target_source: Pose3,
+    (first, finer): (&IcpOptions, &[IcpOptions]),
+    solver: &Solver<6>,
+) -> SpatialRegistration {
+    let register = match metric {
+        SpatialMetric::PointToPlane => register_with::<3, 6, Pose3, PointToPlane>,
+        SpatialMetric::Gicp => register_with::<3, 6, Pose3, PlaneToPlane>,
+    };
+    let mut registration = register(source, target, init_T_target_source, first, solver);
+    for options in finer {
+        let mut history = registration.history;
+        registration = register(source, target, registration.T_target_source, options, solver);
+        history.append(&mut registration.history);
+        registration.history = history;
+    }
+    registration
+}
