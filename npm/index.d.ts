@@ -44,6 +44,7 @@ export {
   evaluation_defaults,
   map_quality,
   PointCloud,
+  prepare_cloud,
   prepare_frame,
   presets,
   Reconstruction,

@@ -38,6 +38,7 @@ pub enum CloudMethod {
 /// When clouds are registered without a guess, by their features.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
 pub enum GlobalRegistrationUse {
     /// Where the registration from the last pose and the last motion is doubtful.
     #[default]

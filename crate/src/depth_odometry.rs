@@ -6,47 +6,69 @@
 
 use nalgebra::{Isometry3, Matrix3, Vector3};
 
+use serde::{Deserialize, Serialize};
+
 use crate::camera::surfel_image::SurfelImage;
 use crate::geometry::Pose3;
 use crate::registration::factors::PointToSurfel;
-use crate::registration::icp::{Criteria, IcpOptions, Rejection, Source, Weighting, register};
+use crate::registration::icp::{Criteria, IcpOptions, Rejection, Source, Weighting, register_with};
 use crate::registration::projective::{ProjectiveTarget, Sight};
 use crate::registration::robust_kernel::RobustKernel;
+use crate::registration::solver::{Motion, Solver};
 pub use crate::registration::spatial::SpatialRegistration;
 use crate::surfel_map::SurfelMap;
 use crate::verdict::{Status, Verdict};
 
 /// Where a frame was found, and why that is believed or not.
-pub struct DepthEstimate {
-    /// Pose of the camera in the frame of the first one. Where the frame is lost, it is that of the last one found.
-    pub T_world_camera: Pose3,
-    /// The registration to the map; `None` for the first frame and for frames without surfaces.
+pub struct SpatialEstimate {
+    /// Pose of the sensor in the frame of the first one. Where the frame is lost, it is that of the last one found.
+    pub T_world_sensor: Pose3,
+    /// The registration; `None` for the first frame and for frames without surfaces.
     pub registration: Option<SpatialRegistration>,
-    /// Share of the frame's surface that lies on the map's, 0..=1.
+    /// Share of the frame's surface that lies on what was seen before, 0..=1.
     pub overlap: f64,
     /// Whether it is believed.
     pub verdict: Verdict,
 }
 
+/// How hard a first guess is looked for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
+pub enum Effort {
+    /// Every frame is looked for in hundreds of places.
+    #[default]
+    Thorough,
+    /// A frame is looked for where the last one was and where the last motion leads, and elsewhere only when that is
+    /// doubtful; with fewer points.
+    Quick,
+}
+
+/// All options of [`DepthOdometry`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct DepthOptions {
+    /// How the camera moves. Where it is planar, the first camera's y axis stands upright on the floor.
+    pub motion: Motion,
+    /// How hard a first guess is looked for.
+    pub effort: Effort,
+}
+
 /// Frame-to-map odometry in space. The world frame is the frame of the first camera.
 pub struct DepthOdometry {
+    options: DepthOptions,
     map: SurfelMap,
     T_world_last: Pose3,
     last_motion: Pose3,
-}
-
-impl Default for DepthOdometry {
-    fn default() -> Self {
-        Self { map: SurfelMap::new(), T_world_last: Pose3::identity(), last_motion: Pose3::identity() }
-    }
 }
 
 /// Points that score a guess: hundreds of guesses are looked at.
 const SPARSE_POINTS: usize = 250;
 /// Points that refine the best guesses.
 const MIDDLE_POINTS: usize = 800;
-/// Points of the registration itself.
+/// Points of the registration itself, ...
 const FINE_POINTS: usize = 3000;
+/// ... and where it is to be quick.
+const QUICK_POINTS: usize = 1200;
 /// Guesses that are refined with few points, ...
 const ROUGH_GUESSES: usize = 8;
 /// ... and of these with more.
@@ -74,9 +96,14 @@ const LOST_AGREEMENT: f64 = 0.85;
 const DOUBTFUL_AGREEMENT: f64 = 0.95;
 
 impl DepthOdometry {
+    /// Odometry without frames.
+    pub fn new(options: DepthOptions) -> Self {
+        Self { options, map: SurfelMap::new(), T_world_last: Pose3::identity(), last_motion: Pose3::identity() }
+    }
+
     /// Registers the next frame. A frame that is lost or contradicted is not added to the map, and the frames after it are looked for
     /// from where the last one was found.
-    pub fn register_frame(&mut self, frame: &SurfelImage) -> DepthEstimate {
+    pub fn register_frame(&mut self, frame: &SurfelImage) -> SpatialEstimate {
         let num_surfels = frame.surfels().count();
         if num_surfels < MIN_SURFELS {
             let reason = format!("{num_surfels} pieces of surface could be told, too few to place it");
@@ -85,11 +112,17 @@ impl DepthOdometry {
         if self.map.is_empty() {
             let view = self.map.view(frame, &self.T_world_last);
             self.map.insert(frame, &self.T_world_last, &view);
-            let T_world_camera = self.T_world_last;
-            return DepthEstimate { T_world_camera, registration: None, overlap: 1.0, verdict: Verdict::first() };
+            let T_world_sensor = self.T_world_last;
+            return SpatialEstimate { T_world_sensor, registration: None, overlap: 1.0, verdict: Verdict::first() };
         }
-        let matching = Matching::new(&self.map, frame);
-        let mut found = matching.best_of(&self.near_guesses(), &self.T_world_last);
+        let matching = Matching::new(&self.map, frame, self.options);
+        let mut found = match self.options.effort {
+            Effort::Thorough => matching.best_of(&self.near_guesses(), &self.T_world_last),
+            Effort::Quick => matching.best_of(&self.nearest_guesses(), &self.T_world_last),
+        };
+        if self.options.effort == Effort::Quick && found.verdict().status != Status::Good {
+            found = matching.best_of(&self.near_guesses(), &self.T_world_last);
+        }
         if found.verdict().status != Status::Good {
             let again = matching.best_of_all_around(&self.T_world_last);
             if again.support > found.support {
@@ -104,29 +137,34 @@ impl DepthOdometry {
         &self.map
     }
 
-    fn believe(&mut self, frame: &SurfelImage, found: Found) -> DepthEstimate {
+    fn believe(&mut self, frame: &SurfelImage, found: Found) -> SpatialEstimate {
         let (verdict, overlap) = (found.verdict(), found.overlap);
         if verdict.status == Status::Lost {
-            return DepthEstimate { registration: Some(found.registration), ..self.lost(verdict.reason, overlap) };
+            return SpatialEstimate { registration: Some(found.registration), ..self.lost(verdict.reason, overlap) };
         }
-        let T_world_camera = found.registration.T_target_source;
+        let T_world_sensor = found.registration.T_target_source;
         if found.agreement >= DOUBTFUL_AGREEMENT {
-            self.map.insert(frame, &T_world_camera, &found.view);
+            self.map.insert(frame, &T_world_sensor, &found.view);
         }
-        self.last_motion = self.T_world_last.inverse() * T_world_camera;
-        self.T_world_last = T_world_camera;
-        DepthEstimate { T_world_camera, registration: Some(found.registration), overlap, verdict }
+        self.last_motion = self.T_world_last.inverse() * T_world_sensor;
+        self.T_world_last = T_world_sensor;
+        SpatialEstimate { T_world_sensor, registration: Some(found.registration), overlap, verdict }
     }
 
-    fn lost(&self, reason: String, overlap: f64) -> DepthEstimate {
+    fn lost(&self, reason: String, overlap: f64) -> SpatialEstimate {
         let verdict = Verdict { status: Status::Lost, reason, agreement: 0.0 };
-        DepthEstimate { T_world_camera: self.T_world_last, registration: None, overlap, verdict }
+        SpatialEstimate { T_world_sensor: self.T_world_last, registration: None, overlap, verdict }
     }
 
-    /// The last pose, the last motion once more, turns about the camera's vertical by up to 30 degrees and moves of up to
+    /// The last pose and the last motion once more.
+    fn nearest_guesses(&self) -> [Pose3; 2] {
+        [self.T_world_last, self.T_world_last * self.last_motion]
+    }
+
+    /// These, turns about the camera's vertical by up to 30 degrees and moves of up to
     /// three quarters of a metre ahead and a quarter aside.
     fn near_guesses(&self) -> Vec<Pose3> {
-        let mut guesses = vec![self.T_world_last, self.T_world_last * self.last_motion];
+        let mut guesses = self.nearest_guesses().to_vec();
         guesses.extend(around(&self.T_world_last, -6..=6, 5f64.to_radians(), 3, 1));
         guesses
     }
@@ -162,6 +200,7 @@ struct Matching<'a> {
     sparse: SourceCloud,
     middle: SourceCloud,
     fine: SourceCloud,
+    solver: Solver<6>,
 }
 
 /// A registration with what speaks for and against it.
@@ -206,7 +245,7 @@ impl Found {
 }
 
 impl<'a> Matching<'a> {
-    fn new(map: &'a SurfelMap, frame: &'a SurfelImage) -> Self {
+    fn new(map: &'a SurfelMap, frame: &'a SurfelImage, options: DepthOptions) -> Self {
         let cloud = SourceCloud::new(frame);
         Self {
             map,
@@ -214,7 +253,8 @@ impl<'a> Matching<'a> {
             own_view: ProjectiveTarget::draw((0..).zip(frame.surfels()), &frame.cell_camera(), &Pose3::identity()),
             sparse: cloud.at_most(SPARSE_POINTS),
             middle: cloud.at_most(MIDDLE_POINTS),
-            fine: cloud.at_most(FINE_POINTS),
+            fine: cloud.at_most(if options.effort == Effort::Quick { QUICK_POINTS } else { FINE_POINTS }),
+            solver: options.motion.solver(),
         }
     }
 
@@ -241,20 +281,30 @@ impl<'a> Matching<'a> {
     /// From scored guesses to one registration: few points for many guesses, more points for few.
     fn refine(&self, view: &ProjectiveTarget, scored: Vec<(f64, Pose3)>) -> Found {
         let rough = best_apart(scored, ROUGH_GUESSES).into_iter().map(|guess| {
-            let refined = register_to(view, &self.sparse, guess, &rough_options()).T_target_source;
+            let refined = self.register_to(view, &self.sparse, guess, &rough_options()).T_target_source;
             (self.evidence(view, &self.sparse, &refined).support, refined)
         });
         let refined = best_apart(rough.collect(), REFINED_GUESSES).into_iter().map(|guess| {
-            let refined = register_to(view, &self.middle, guess, &middle_options()).T_target_source;
+            let refined = self.register_to(view, &self.middle, guess, &middle_options()).T_target_source;
             (self.evidence(view, &self.middle, &refined).support, refined)
         });
         let best = best_apart(refined.collect(), 1).first().copied().unwrap_or_else(Pose3::identity);
 
         let view = self.map.view(self.frame, &best);
-        let registration = register_to(&view, &self.fine, best, &fine_options());
+        let registration = self.register_to(&view, &self.fine, best, &fine_options());
         let Evidence { support, overlap, agreement } =
             self.evidence(&view, &self.middle, &registration.T_target_source);
         Found { registration, view, support, overlap, agreement }
+    }
+
+    fn register_to(
+        &self,
+        view: &ProjectiveTarget,
+        cloud: &SourceCloud,
+        guess: Pose3,
+        options: &IcpOptions,
+    ) -> SpatialRegistration {
+        register_with::<3, 6, Pose3, PointToSurfel>(cloud.source(), view, guess, options, &self.solver)
     }
 
     /// The frame's surface held against the map's view, and the map's against the frame's own.
@@ -332,15 +382,6 @@ fn best_apart(mut scored: Vec<(f64, Pose3)>, most: usize) -> Vec<Pose3> {
 
 fn parts(T: &Pose3) -> (Matrix3<f64>, Vector3<f64>) {
     (T.rotation.to_rotation_matrix().into_inner(), T.translation.vector)
-}
-
-fn register_to(
-    view: &ProjectiveTarget,
-    cloud: &SourceCloud,
-    guess: Pose3,
-    options: &IcpOptions,
-) -> SpatialRegistration {
-    register::<3, 6, Pose3, PointToSurfel>(cloud.source(), view, guess, options)
 }
 
 fn rough_options() -> IcpOptions {

@@ -1,4 +1,4 @@
-//! A frame of a depth camera made ready for registration: what can be done to each frame on its own, in any worker.
+//! A frame made ready for registration: what can be done to each frame on its own, in any worker.
 //!
 //! Prepared frames travel as bytes, so that workers that share no memory can prepare frames ahead while registration
 //! goes on in order.
@@ -6,18 +6,31 @@
 use serde::{Deserialize, Serialize};
 
 use crate::camera::{ColorImage, DepthImage, DepthScale, Pinhole, SurfelImage};
+use crate::cloud_odometry::PreparedCloud;
 use crate::error::{Error, Result};
-use crate::io::{color_image, depth_png};
+use crate::geometry::PointCloud;
+use crate::io::{color_image, depth_png, point_cloud};
+use crate::preprocess::depth_cloud::depth_cloud;
 use crate::preprocess::depth_surfels::{DepthModel, depth_surfels};
 use crate::preprocess::map_image::MapImage;
+use crate::preprocess::voxel_downsample::voxel_downsample;
 use crate::preprocess::wrap_around::usable_pixels;
-use crate::spatial_settings::{Quantisation, SpatialSettings};
+use crate::spatial_settings::{Method, Quantisation, SpatialSettings};
 
 mod bytes;
 
-/// What preparing a frame has to know: the settings with everything that was open told from the first image.
+/// What preparing a frame has to know.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Preparation {
+    /// The settings, with nothing left open that preparing needs.
+    pub settings: SpatialSettings,
+    /// How depth images are to be read; none where the frames are clouds.
+    pub depth: Option<DepthPreparation>,
+}
+
+/// How depth images are to be read, told from the first one.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct DepthPreparation {
     /// The camera of all images.
     pub camera: Pinhole,
     /// Metres a raw step of depth.
@@ -28,10 +41,6 @@ pub struct Preparation {
     pub quantisations: Vec<Quantisation>,
     /// The one that the data have decided for.
     pub decided: Option<Quantisation>,
-    /// Nearer depths are dropped (m).
-    pub min_range: f64,
-    /// Farther depths are dropped (m).
-    pub max_range: f64,
 }
 
 /// Standard deviation of a triangulating camera's depth over its square (1/m): 2 mm at a metre. Kinect's is 1.4 to 2 mm
@@ -42,44 +51,56 @@ const TRIANGULATION_NOISE: f64 = 2e-3;
 const UNDECIDED_FRAMES: usize = 32;
 
 impl Preparation {
-    /// From the settings and the first image: later ones must not change what earlier ones meant.
+    /// From the settings and the first file, a depth image or a cloud: later ones must not change what earlier ones
+    /// meant.
     ///
     /// # Errors
-    /// When the settings make no camera.
-    pub fn new(settings: &SpatialSettings, first: &DepthImage) -> Result<Self> {
-        let guessed = DepthScale::guess([first]).step;
+    /// When the file is neither or holds nothing, or the settings make no camera. The error names the file.
+    pub fn new(settings: &SpatialSettings, name: &str, first: &[u8]) -> Result<Self> {
+        if point_cloud::is_cloud(first) {
+            let mut ranges: Vec<f32> = read_cloud(name, first)?.positions.iter().map(|p| p.length()).collect();
+            let middle = ranges.len() / 2;
+            let median = *ranges.select_nth_unstable_by(middle, f32::total_cmp).1;
+            return Ok(Self { settings: settings.for_clouds(f64::from(median)), depth: None });
+        }
+        let first = read_depth(name, first)?;
+        let settings = settings.for_depth();
+        let guessed = DepthScale::guess([&first]).step;
         let quantisations = match settings.quantisation {
             Quantisation::ToldFromData if first.bits > 8 => vec![Quantisation::Rounded],
+            // With clouds, nothing tells the two apart.
+            Quantisation::ToldFromData if settings.method != Method::SurfelMap => vec![Quantisation::Truncated],
             Quantisation::ToldFromData => vec![Quantisation::Truncated, Quantisation::Rounded],
             known => vec![known],
         };
-        Ok(Self {
+        let depth = DepthPreparation {
             camera: settings.camera(first.width, first.height, first.bits)?,
             depth_step: if settings.depth_scale > 0.0 { 1.0 / settings.depth_scale } else { guessed },
             bits: first.bits,
             quantisations,
             decided: None,
-            min_range: settings.min_range,
-            max_range: settings.max_range,
-        })
+        };
+        Ok(Self { settings, depth: Some(depth) })
     }
 
+    fn depth_model(&self, depth: &DepthPreparation, quantisation: Quantisation) -> DepthModel {
+        DepthModel {
+            step: depth.depth_step,
+            offset: quantisation.offset(),
+            square_noise: if depth.bits > 8 { TRIANGULATION_NOISE } else { 0.0 },
+            min_range: self.settings.min_range,
+            max_range: self.settings.max_range,
+        }
+    }
+}
+
+impl DepthPreparation {
     /// The ways of reading a frame's depth. The decision falls while frames are being prepared ahead, so it counts from
     /// a fixed frame on: a run must not depend on how far ahead the workers are.
     fn quantisations_of(&self, label: &FrameLabel) -> Vec<Quantisation> {
         match self.decided {
             Some(decided) if label.index >= UNDECIDED_FRAMES => vec![decided],
             _ => self.quantisations.clone(),
-        }
-    }
-
-    fn depth_model(&self, quantisation: Quantisation) -> DepthModel {
-        DepthModel {
-            step: self.depth_step,
-            offset: quantisation.offset(),
-            square_noise: if self.bits > 8 { TRIANGULATION_NOISE } else { 0.0 },
-            min_range: self.min_range,
-            max_range: self.max_range,
         }
     }
 }
@@ -100,12 +121,30 @@ pub struct FrameLabel {
 pub struct PreparedFrame {
     /// Which one it is.
     pub label: FrameLabel,
-    /// Its surfaces, for each way of reading the depth that was open.
-    pub surfels: Vec<(Quantisation, SurfelImage)>,
-    /// What it gives to the map, by the first of these.
-    pub map_image: MapImage,
+    /// What is registered.
+    pub surfaces: Surfaces,
+    /// What it gives to the map.
+    pub map_points: MapPoints,
     /// What could not be used of it, in whole sentences.
     pub notes: Vec<String>,
+}
+
+/// What is registered of a frame, in the sensor's frame.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Surfaces {
+    /// The surfaces of a depth image, for each way of reading the depth that was open.
+    Surfels(Vec<(Quantisation, SurfelImage)>),
+    /// What [`PreparedCloud::cloud`] gave.
+    Cloud(PointCloud),
+}
+
+/// What a frame gives to the map, in the sensor's frame.
+#[derive(Debug, Clone, PartialEq)]
+pub enum MapPoints {
+    /// Of a depth image, by one way of reading the depth.
+    Image(MapImage, Quantisation),
+    /// Of a cloud.
+    Cloud(PointCloud),
 }
 
 impl PreparedFrame {
@@ -117,11 +156,15 @@ impl PreparedFrame {
     pub fn from_depth(
         preparation: &Preparation,
         label: FrameLabel,
-        depth: &[u8],
+        bytes: &[u8],
         color: Option<&[u8]>,
     ) -> Result<Self> {
-        let image = read_depth(&label.name, depth)?;
-        let camera = &preparation.camera;
+        let Some(depth) = &preparation.depth else {
+            let problem = "This is a depth image, and the first frame is a cloud";
+            return Err(Error::whole(problem, "Give frames of one kind").in_file(&label.name));
+        };
+        let image = read_depth(&label.name, bytes)?;
+        let camera = &depth.camera;
         if (image.width, image.height) != (camera.width, camera.height) {
             let problem = format!(
                 "The depth image has {} x {} pixels, the first one has {} x {}",
@@ -139,24 +182,80 @@ impl PreparedFrame {
         });
         let usable = usable_pixels(&image);
         let surfels = |&quantisation: &Quantisation| {
-            (quantisation, depth_surfels(&image, &usable, camera, &preparation.depth_model(quantisation)))
+            (quantisation, depth_surfels(&image, &usable, camera, &preparation.depth_model(depth, quantisation)))
         };
-        let surfels: Vec<(Quantisation, SurfelImage)> =
-            preparation.quantisations_of(&label).iter().map(surfels).collect();
+        let surfels: Vec<(Quantisation, SurfelImage)> = depth.quantisations_of(&label).iter().map(surfels).collect();
         let Some((quantisation, likeliest)) = surfels.first() else {
             return Err(Error::whole("There is no way to read the depth", "Give a quantisation"));
         };
-        let model = preparation.depth_model(*quantisation);
+        let model = preparation.depth_model(depth, *quantisation);
         let map_image = MapImage::new(&image, &usable, likeliest, &model, colors.as_ref());
-        Ok(Self { label, surfels, map_image, notes })
+        let map_points = MapPoints::Image(map_image, *quantisation);
+        let surfaces = if preparation.settings.method == Method::SurfelMap {
+            Surfaces::Surfels(surfels)
+        } else {
+            let cloud = depth_cloud(&image, &usable, camera, &model, None);
+            Surfaces::Cloud(PreparedCloud::new(&cloud, &preparation.settings.cloud_options())?.cloud().clone())
+        };
+        Ok(Self { label, surfaces, map_points, notes })
     }
+
+    /// Reads and prepares a cloud, in the frame of the sensor that took it.
+    ///
+    /// # Errors
+    /// When the file is broken or holds no points in range, or the first frame is a depth image.
+    pub fn from_cloud(preparation: &Preparation, label: FrameLabel, bytes: &[u8]) -> Result<Self> {
+        let settings = &preparation.settings;
+        if preparation.depth.is_some() {
+            let problem = "This is a cloud, and the first frame is a depth image";
+            return Err(Error::whole(problem, "Give frames of one kind").in_file(&label.name));
+        }
+        let cloud = in_range(&read_cloud(&label.name, bytes)?, settings.min_range as f32, settings.max_range as f32);
+        let in_file = |error: Error| error.in_file(&label.name);
+        if cloud.is_empty() {
+            let problem = format!("No point lies from {} m on in range", settings.min_range);
+            return Err(in_file(Error::whole(problem, "Give other limits of the range")));
+        }
+        let prepared = PreparedCloud::new(&cloud, &settings.cloud_options()).map_err(in_file)?.cloud().clone();
+        let map_points = if settings.map_voxel_size < settings.voxel_size {
+            voxel_downsample(&cloud, settings.map_voxel_size).map_err(in_file)?
+        } else {
+            prepared.clone()
+        };
+        let (surfaces, map_points) = (Surfaces::Cloud(prepared), MapPoints::Cloud(map_points));
+        Ok(Self { label, surfaces, map_points, notes: Vec::new() })
+    }
+}
+
+/// The points that are finite and from `min_range` to `max_range` (m) away from the sensor.
+fn in_range(cloud: &PointCloud, min_range: f32, max_range: f32) -> PointCloud {
+    let keep = |position: &glam::Vec3| position.is_finite() && (min_range..=max_range).contains(&position.length());
+    let kept: Vec<usize> = (0..cloud.len()).filter(|&point| keep(&cloud.positions[point])).collect();
+    PointCloud {
+        positions: kept.iter().map(|&point| cloud.positions[point]).collect(),
+        normals: cloud.normals.as_ref().map(|normals| kept.iter().map(|&point| normals[point]).collect()),
+        colors: cloud.colors.as_ref().map(|colors| kept.iter().map(|&point| colors[point]).collect()),
+        origin: cloud.origin,
+    }
+}
+
+fn read_cloud(name: &str, bytes: &[u8]) -> Result<PointCloud> {
+    let cloud = point_cloud::read(bytes).map_err(|error| error.in_file(name))?;
+    if cloud.is_empty() {
+        return Err(Error::whole("The cloud has no points", "Leave the file out or export it again").in_file(name));
+    }
+    if cloud.is_planar() {
+        let problem = "All points have z = 0: this is a scan of a planar laser, not a cloud in space";
+        return Err(Error::whole(problem, "Give planar scans apart from clouds").in_file(name));
+    }
+    Ok(cloud)
 }
 
 /// Reads a depth image that holds some depth.
 ///
 /// # Errors
 /// When it is broken or all zero; the error names the file.
-pub fn read_depth(name: &str, bytes: &[u8]) -> Result<DepthImage> {
+fn read_depth(name: &str, bytes: &[u8]) -> Result<DepthImage> {
     let image = depth_png::read(bytes).map_err(|error| error.in_file(name))?;
     if image.values.iter().all(|&value| value == 0) {
         return Err(Error::whole("All depths are zero: nothing was measured", "Leave the frame out").in_file(name));

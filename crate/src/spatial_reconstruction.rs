@@ -2,18 +2,17 @@
 
 use std::collections::VecDeque;
 
-use crate::camera::Pinhole;
-use crate::depth_odometry::{DepthEstimate, DepthOdometry};
+use crate::cloud_odometry::{CloudEstimate, CloudOdometry, PreparedCloud};
+use crate::depth_odometry::{DepthOdometry, SpatialEstimate};
 use crate::error::{Error, Result};
 use crate::evaluation::convention::KnownConvention;
 use crate::evaluation::spatial_error::{EstimatedFrame, spatial_error};
 use crate::geometry::{PointCloud, Pose3};
 use crate::io::trajectory::Contents;
-use crate::prepared_frame::{FrameLabel, Preparation, PreparedFrame, read_depth};
-use crate::preprocess::map_image::MapImage;
+use crate::prepared_frame::{DepthPreparation, FrameLabel, MapPoints, Preparation, PreparedFrame, Surfaces};
 use crate::report::{Progress, Stage};
 use crate::spatial_report::{MapSize, SpatialComparison, SpatialFrameResult, SpatialResult};
-use crate::spatial_settings::{Quantisation, SpatialSettings};
+use crate::spatial_settings::{Method, Quantisation, SpatialSettings};
 use crate::verdict::Status;
 use crate::voxel_map::VoxelMap;
 
@@ -43,9 +42,7 @@ pub struct SpatialReconstruction {
 /// What is kept of a frame once it is registered.
 struct Frame {
     label: FrameLabel,
-    map_image: MapImage,
-    /// How the map image reads the depth.
-    quantisation: Quantisation,
+    map_points: MapPoints,
 }
 
 struct Reference {
@@ -62,34 +59,55 @@ struct Stitched {
     poses: Vec<Option<Pose3>>,
 }
 
-/// A run with one way of reading the depth; while the data have not decided there may be two.
+/// A run with one way of reading the depth; while the data have not decided there may be two. Clouds have one.
 struct Reading {
     quantisation: Quantisation,
-    odometry: DepthOdometry,
-    estimates: Vec<DepthEstimate>,
+    odometry: Odometry,
+    estimates: Vec<SpatialEstimate>,
     /// Sum over the registered frames of the mean square residual over the mean square depth: a reading that makes
     /// everything smaller makes the residuals smaller, too.
     misfit: f64,
     num_registered: usize,
 }
 
+enum Odometry {
+    Depth(DepthOdometry),
+    Cloud(Box<CloudOdometry>),
+}
+
 impl Reading {
-    fn new(quantisation: Quantisation) -> Self {
-        Self { quantisation, odometry: DepthOdometry::default(), estimates: Vec::new(), misfit: 0.0, num_registered: 0 }
+    fn new(quantisation: Quantisation, settings: &SpatialSettings) -> Result<Self> {
+        let odometry = match settings.method {
+            Method::SurfelMap => Odometry::Depth(DepthOdometry::new(settings.depth_options())),
+            _ => Odometry::Cloud(Box::new(CloudOdometry::new(settings.cloud_options())?)),
+        };
+        Ok(Self { quantisation, odometry, estimates: Vec::new(), misfit: 0.0, num_registered: 0 })
     }
 
-    fn add(&mut self, frame: &PreparedFrame) {
-        let Some((_, surfels)) = frame.surfels.iter().find(|(quantisation, _)| *quantisation == self.quantisation)
-        else {
-            return;
+    fn add(&mut self, surfaces: &Surfaces) {
+        let estimate = match (&mut self.odometry, surfaces) {
+            (Odometry::Depth(odometry), Surfaces::Surfels(images)) => {
+                let Some((_, surfels)) = images.iter().find(|(quantisation, _)| *quantisation == self.quantisation)
+                else {
+                    return;
+                };
+                let estimate = odometry.register_frame(surfels);
+                if let Some(registration) = &estimate.registration {
+                    let sq_depths: f64 = surfels.surfels().map(|surfel| surfel.point.z * surfel.point.z).sum();
+                    let sq_depth = sq_depths / surfels.surfels().count().max(1) as f64;
+                    self.misfit += registration.last.inlier_rmse.powi(2) / sq_depth.max(f64::MIN_POSITIVE);
+                    self.num_registered += 1;
+                }
+                estimate
+            }
+            (Odometry::Cloud(odometry), Surfaces::Cloud(cloud)) => {
+                let CloudEstimate { T_world_sensor, registration, overlap, verdict, .. } =
+                    odometry.register_frame(PreparedCloud::from_cloud(cloud.clone()));
+                SpatialEstimate { T_world_sensor, registration, overlap, verdict }
+            }
+            // Preparation, which knows the method, makes no other pairs.
+            _ => return,
         };
-        let estimate = self.odometry.register_frame(surfels);
-        if let Some(registration) = &estimate.registration {
-            let sq_depths: f64 = surfels.surfels().map(|surfel| surfel.point.z * surfel.point.z).sum();
-            let sq_depth = sq_depths / surfels.surfels().count().max(1) as f64;
-            self.misfit += registration.last.inlier_rmse.powi(2) / sq_depth.max(f64::MIN_POSITIVE);
-            self.num_registered += 1;
-        }
         self.estimates.push(estimate);
     }
 }
@@ -127,21 +145,22 @@ impl SpatialReconstruction {
         Ok(())
     }
 
-    /// Looks at the first depth image, given as the bytes of its file; says what preparing has to know. The first call
+    /// Looks at the first file, a depth image or a cloud, given as its bytes; says what preparing has to know. The first call
     /// counts. What it says becomes less work once the data have decided how depth was made whole; frames prepared by
     /// what it said before stay good.
     ///
     /// # Errors
-    /// When it is no depth image, holds no depth, or the settings make no camera.
-    pub fn begin(&mut self, name: &str, first_depth: &[u8]) -> Result<&Preparation> {
-        let preparation = match self.preparation.take() {
-            Some(known) => known,
-            None => Preparation::new(&self.settings, &read_depth(name, first_depth)?)?,
-        };
-        if self.readings.is_empty() {
-            self.readings = preparation.quantisations.iter().map(|&quantisation| Reading::new(quantisation)).collect();
+    /// When it is neither, holds nothing, or the settings make no camera.
+    pub fn begin(&mut self, name: &str, first: &[u8]) -> Result<&Preparation> {
+        if self.preparation.is_none() {
+            let preparation = Preparation::new(&self.settings, name, first)?;
+            let quantisations =
+                preparation.depth.as_ref().map_or(&[Quantisation::Rounded][..], |depth| &depth.quantisations);
+            let readings = quantisations.iter().map(|&quantisation| Reading::new(quantisation, &preparation.settings));
+            self.readings = readings.collect::<Result<_>>()?;
+            self.preparation = Some(preparation);
         }
-        Ok(self.preparation.insert(preparation))
+        self.preparation.as_ref().ok_or_else(not_begun)
     }
 
     /// Adds the next frame to those that wait to be registered.
@@ -150,7 +169,7 @@ impl SpatialReconstruction {
     /// Before [`begin`](Self::begin), and when the frame comes before the last one in the recording.
     pub fn add(&mut self, frame: PreparedFrame) -> Result<()> {
         if self.preparation.is_none() {
-            return Err(Error::whole("A frame is added before the reconstruction has begun", "Call begin first"));
+            return Err(not_begun());
         }
         let last = self.waiting.back().map(|frame| frame.label.index);
         let last = last.or_else(|| self.frames.last().map(|frame| frame.label.index));
@@ -170,11 +189,10 @@ impl SpatialReconstruction {
             return Progress { stage: Stage::Done, done: total, total, frame: None };
         };
         for reading in &mut self.readings {
-            reading.add(&frame);
+            reading.add(&frame.surfaces);
         }
         self.decide();
-        let quantisation = frame.surfels.first().map_or(Quantisation::Rounded, |(quantisation, _)| *quantisation);
-        self.frames.push(Frame { label: frame.label, map_image: frame.map_image, quantisation });
+        self.frames.push(Frame { label: frame.label, map_points: frame.map_points });
         let done = self.frames.len();
         Progress { stage: Stage::Register, done, total, frame: Some(done - 1) }
     }
@@ -186,8 +204,9 @@ impl SpatialReconstruction {
             self.readings.swap(0, best);
             self.readings.truncate(1);
             // What is prepared from now on need not keep the other one open.
-            if let (Some(reading), Some(preparation)) = (self.readings.first(), &mut self.preparation) {
-                preparation.decided = Some(reading.quantisation);
+            let depth = self.preparation.as_mut().and_then(|preparation| preparation.depth.as_mut());
+            if let (Some(reading), Some(depth)) = (self.readings.first(), depth) {
+                depth.decided = Some(reading.quantisation);
             }
         }
     }
@@ -215,18 +234,23 @@ impl SpatialReconstruction {
     }
 
     /// What has been found of each frame so far.
-    pub fn estimates(&self) -> &[DepthEstimate] {
+    pub fn estimates(&self) -> &[SpatialEstimate] {
         self.best().map_or(&[], |reading| &reading.estimates)
     }
 
     /// Poses `T_world_sensor` of the frames so far; the world is the frame of the first one.
     pub fn poses(&self) -> Vec<Pose3> {
-        self.estimates().iter().map(|estimate| estimate.T_world_camera).collect()
+        self.estimates().iter().map(|estimate| estimate.T_world_sensor).collect()
     }
 
-    /// How depth was made whole, as set or as found so far.
+    /// How depth was made whole, as set or as found so far; `None` for clouds.
     pub fn quantisation(&self) -> Option<Quantisation> {
+        self.depth()?;
         self.best().map(|reading| reading.quantisation)
+    }
+
+    fn depth(&self) -> Option<&DepthPreparation> {
+        self.preparation.as_ref()?.depth.as_ref()
     }
 
     /// When the frames were taken (s), if that is known of all of them.
@@ -250,9 +274,9 @@ impl SpatialReconstruction {
         let frames = self.frames.iter().zip(self.estimates());
         SpatialResult {
             version: env!("CARGO_PKG_VERSION"),
-            settings: self.settings.clone(),
-            camera: self.camera(),
-            depth_scale: self.preparation.as_ref().map(|preparation| 1.0 / preparation.depth_step),
+            settings: self.preparation.as_ref().map_or(&self.settings, |preparation| &preparation.settings).clone(),
+            camera: self.depth().map(|depth| depth.camera),
+            depth_scale: self.depth().map(|depth| 1.0 / depth.depth_step),
             quantisation: self.quantisation(),
             frames: frames
                 .map(|(Frame { label, .. }, estimate)| {
@@ -262,10 +286,6 @@ impl SpatialReconstruction {
             comparison,
             notes,
         }
-    }
-
-    fn camera(&self) -> Option<Pinhole> {
-        self.preparation.as_ref().map(|preparation| preparation.camera)
     }
 
     /// None before there are frames.
@@ -285,14 +305,14 @@ impl SpatialReconstruction {
 
     /// Poses of the frames, `None` for lost ones.
     fn believed_poses(&self) -> Vec<Option<Pose3>> {
-        let believed = |estimate: &DepthEstimate| estimate.verdict.status != Status::Lost;
-        self.estimates().iter().map(|estimate| believed(estimate).then_some(estimate.T_world_camera)).collect()
+        let believed = |estimate: &SpatialEstimate| estimate.verdict.status != Status::Lost;
+        self.estimates().iter().map(|estimate| believed(estimate).then_some(estimate.T_world_sensor)).collect()
     }
 
     /// Poses of the frames that are part of the map: the good ones.
     fn mapped_poses(&self) -> Vec<Option<Pose3>> {
-        let good = |estimate: &DepthEstimate| estimate.verdict.status == Status::Good;
-        self.estimates().iter().map(|estimate| good(estimate).then_some(estimate.T_world_camera)).collect()
+        let good = |estimate: &SpatialEstimate| estimate.verdict.status == Status::Good;
+        self.estimates().iter().map(|estimate| good(estimate).then_some(estimate.T_world_sensor)).collect()
     }
 
     /// The map so far: one point a voxel, coloured where the recording is, world frame. What has been added since it was
@@ -303,9 +323,10 @@ impl SpatialReconstruction {
             .stitched
             .take()
             .filter(|stitched| stitched.quantisation == quantisation && poses.starts_with(&stitched.poses));
+        let voxel_size = self.preparation.as_ref().map_or(1.0, |preparation| preparation.settings.map_voxel_size);
         let mut map = match kept {
             Some(stitched) => stitched,
-            None => Stitched { map: VoxelMap::new(self.settings.map_voxel_size), quantisation, poses: Vec::new() },
+            None => Stitched { map: VoxelMap::new(voxel_size), quantisation, poses: Vec::new() },
         };
         self.insert_frames(&mut map.map, map.poses.len(), &poses);
         map.poses = poses;
@@ -314,11 +335,16 @@ impl SpatialReconstruction {
 
     fn insert_frames(&self, map: &mut VoxelMap, first: usize, poses: &[Option<Pose3>]) {
         let quantisation = self.quantisation().unwrap_or(Quantisation::Rounded);
-        let step = self.preparation.as_ref().map_or(0.0, |preparation| preparation.depth_step);
+        let step = self.depth().map_or(0.0, |depth| depth.depth_step);
         for (index, (frame, pose)) in self.frames.iter().zip(poses).enumerate().skip(first) {
             if let Some(pose) = pose {
-                let shift = (quantisation.offset() - frame.quantisation.offset()) * step;
-                map.insert(&frame.map_image.cloud(shift), pose, index, self.settings.max_height);
+                match &frame.map_points {
+                    MapPoints::Image(image, prepared_as) => {
+                        let shift = (quantisation.offset() - prepared_as.offset()) * step;
+                        map.insert(&image.cloud(shift), pose, index, self.settings.max_height);
+                    }
+                    MapPoints::Cloud(cloud) => map.insert(cloud, pose, index, self.settings.max_height),
+                }
             }
         }
     }
@@ -332,7 +358,11 @@ impl SpatialReconstruction {
             self.insert_frames(&mut map, 0, &poses);
             map
         };
-        let has_colors = self.frames.iter().any(|frame| frame.map_image.colors.is_some());
+        let has_colors = self.frames.iter().any(|frame| match &frame.map_points {
+            MapPoints::Image(image, _) => image.colors.is_some(),
+            MapPoints::Cloud(cloud) => cloud.colors.is_some(),
+        });
+        // Position and normal in single precision, and three bytes of colour.
         let bytes_a_point = if has_colors { 27 } else { 24 };
         let finest_map = filled(finest);
         let size = |&voxel_size: &f64| {
@@ -345,15 +375,21 @@ impl SpatialReconstruction {
         voxel_sizes.iter().map(size).collect()
     }
 
-    /// The pieces of surface that frames are registered to, with normals, in the world frame.
+    /// The pieces of surface that depth images are registered to, with normals, in the world frame.
     pub fn surfel_cloud(&self) -> PointCloud {
-        let Some(reading) = self.best() else { return PointCloud::default() };
+        let Some(Reading { odometry: Odometry::Depth(odometry), .. }) = self.best() else {
+            return PointCloud::default();
+        };
         let single = |vector: &nalgebra::Vector3<f64>| glam::DVec3::new(vector.x, vector.y, vector.z).as_vec3();
-        let surfels = || reading.odometry.map().surfels();
+        let surfels = || odometry.map().surfels();
         PointCloud {
             positions: surfels().map(|surfel| single(&surfel.point)).collect(),
             normals: Some(surfels().map(|surfel| single(&surfel.normal)).collect()),
             ..PointCloud::default()
         }
     }
+}
+
+fn not_begun() -> Error {
+    Error::whole("A frame is added before the reconstruction has begun", "Call begin first")
 }

@@ -4,7 +4,7 @@ use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
 use serde::Serialize;
 
 use crate::camera::Pinhole;
-use crate::depth_odometry::DepthEstimate;
+use crate::depth_odometry::SpatialEstimate;
 use crate::evaluation::spatial_error::SpatialError;
 use crate::geometry::Pose3;
 use crate::registration::icp::IterationRecord;
@@ -83,14 +83,14 @@ pub struct SpatialFrameResult {
 
 impl SpatialFrameResult {
     /// Puts together what is known of a frame.
-    pub fn new(name: &str, index: usize, time: Option<f64>, estimate: &DepthEstimate) -> Self {
+    pub fn new(name: &str, index: usize, time: Option<f64>, estimate: &SpatialEstimate) -> Self {
         let registration = estimate.registration.as_ref();
         let last = registration.map_or_else(IterationRecord::default, |r| r.last);
         Self {
             name: name.to_owned(),
             index,
             time,
-            T_world_sensor: estimate.T_world_camera.into(),
+            T_world_sensor: estimate.T_world_sensor.into(),
             status: estimate.verdict.status,
             reason: estimate.verdict.reason.clone(),
             agreement: estimate.verdict.agreement,

@@ -6,7 +6,11 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use serde::{Deserialize, Serialize};
 
 use crate::camera::Pinhole;
+use crate::cloud_odometry::{CloudMethod, CloudOptions, GlobalRegistrationUse};
+use crate::depth_odometry::{DepthOptions, Effort};
 use crate::error::{Error, Result};
+use crate::registration::solver::Motion;
+use crate::registration::spatial::SpatialMetric;
 use crate::settings::{SettingDescription, check_limits, choice, number};
 
 /// What a frame is matched with.
@@ -14,23 +18,15 @@ use crate::settings::{SettingDescription, check_limits, choice, number};
 #[serde(rename_all = "snake_case")]
 #[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
 pub enum Method {
-    /// Pieces of surface of a depth image with the map of those before, as the camera sees it.
+    /// Pieces of surface of a depth image with the map of those before, as the camera sees it. Clouds, which have no
+    /// camera, are matched as by [`Method::CloudMap`].
     SurfelMap,
     /// A cloud with a map of voxels of those before.
     CloudMap,
     /// A cloud with the one before it.
     CloudToCloud,
-}
-
-/// How the sensor may move.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-#[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
-pub enum Motion {
-    /// In all six directions.
-    Free,
-    /// On a floor: along x and z and about y of the first frame.
-    Planar,
+    /// A cloud with the one before it, step by step as courses teach it with Open3D.
+    Course,
 }
 
 /// How depth was made a whole number.
@@ -53,30 +49,6 @@ impl Quantisation {
     }
 }
 
-/// What a correspondence of clouds measures.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-#[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
-pub enum SpatialMetric {
-    /// Distance to the plane through the nearest point.
-    PointToPlane,
-    /// Distance between the surfaces about both points (Segal et al. 2009).
-    Gicp,
-}
-
-/// When features are searched for over the whole of two clouds.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-#[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
-pub enum GlobalRegistration {
-    /// Where a result without it is not believed.
-    WhenDoubtful,
-    /// For each frame.
-    Always,
-    /// Not at all.
-    Never,
-}
-
 /// Settings of a reconstruction in space. The default works with nothing set on rendered rooms and on depth cameras.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
@@ -84,6 +56,8 @@ pub enum GlobalRegistration {
 pub struct SpatialSettings {
     /// What a frame is matched with.
     pub method: Method,
+    /// How hard a first guess is looked for, with surfaces.
+    pub effort: Effort,
     /// How the sensor may move.
     pub motion: Motion,
     /// Focal length along the rows (pixels); 0: from the field of view.
@@ -102,19 +76,19 @@ pub struct SpatialSettings {
     pub quantisation: Quantisation,
     /// Nearer depths are dropped (m).
     pub min_range: f64,
-    /// Farther depths are dropped (m).
+    /// Farther depths are dropped (m); 0: beyond 10 m in depth images, nothing in clouds.
     pub max_range: f64,
     /// The map ends so far above the first sensor (m).
     pub max_height: f64,
-    /// Clouds: one point is kept in a cube of this side (m).
+    /// Clouds: one point is kept in a cube of this side (m); 0: told from the first cloud.
     pub voxel_size: f64,
     /// Clouds: what a correspondence measures.
     pub metric: SpatialMetric,
-    /// Clouds: pairs further apart are no correspondences (m).
+    /// Clouds: pairs further apart are no correspondences (m); 0: three voxels.
     pub max_correspondence_distance: f64,
     /// Clouds: when features are searched for over the whole of two clouds.
-    pub global_registration: GlobalRegistration,
-    /// The map holds one point in a cube of this side (m).
+    pub global_registration: GlobalRegistrationUse,
+    /// The map holds one point in a cube of this side (m); 0: 2 cm, for clouds half their voxel.
     pub map_voxel_size: f64,
 }
 
@@ -122,6 +96,7 @@ impl Default for SpatialSettings {
     fn default() -> Self {
         Self {
             method: Method::SurfelMap,
+            effort: Effort::Thorough,
             motion: Motion::Free,
             fx: 0.0,
             fy: 0.0,
@@ -131,17 +106,23 @@ impl Default for SpatialSettings {
             depth_scale: 0.0,
             quantisation: Quantisation::ToldFromData,
             min_range: 0.1,
-            max_range: 10.0,
+            max_range: 0.0,
             max_height: 100.0,
-            voxel_size: 0.05,
+            voxel_size: 0.0,
             metric: SpatialMetric::PointToPlane,
-            max_correspondence_distance: 0.3,
-            global_registration: GlobalRegistration::WhenDoubtful,
-            map_voxel_size: 0.02,
+            max_correspondence_distance: 0.0,
+            global_registration: GlobalRegistrationUse::WhenDoubtful,
+            map_voxel_size: 0.0,
         }
     }
 }
 
+/// Depth images are used as far as this (m), unless set.
+const DEPTH_REACH: f64 = 10.0;
+/// Depth images make a map of voxels of this side (m), unless set.
+const DEPTH_MAP_VOXEL: f64 = 0.02;
+/// Voxels of depth images taken for clouds (m), unless set.
+const DEPTH_VOXEL: f64 = 0.05;
 /// Focal length over the width of the image of a Kinect, as the TUM RGB-D benchmark and Open3D assume it: 525 / 640.
 const KINECT_FOCAL_LENGTH: f64 = 525.0 / 640.0;
 
@@ -152,7 +133,7 @@ impl SpatialSettings {
     /// Names the first setting out of its limits, with the value and the limits.
     pub fn validate(&self) -> Result<()> {
         check_limits(&spatial_descriptions(), |name| self.number(name))?;
-        if self.min_range >= self.max_range {
+        if self.max_range > 0.0 && self.min_range >= self.max_range {
             return Err(Error::whole(
                 format!("min_range = {} is not below max_range = {}", self.min_range, self.max_range),
                 "Give a smaller min_range or a larger max_range",
@@ -177,6 +158,61 @@ impl SpatialSettings {
             "max_correspondence_distance" => self.max_correspondence_distance,
             "map_voxel_size" => self.map_voxel_size,
             _ => f64::NAN,
+        }
+    }
+
+    /// What is left open, for depth images.
+    #[must_use]
+    pub fn for_depth(&self) -> Self {
+        let or = |value: f64, default: f64| if value > 0.0 { value } else { default };
+        Self {
+            max_range: or(self.max_range, DEPTH_REACH),
+            voxel_size: or(self.voxel_size, DEPTH_VOXEL),
+            map_voxel_size: or(self.map_voxel_size, DEPTH_MAP_VOXEL),
+            ..self.clone()
+        }
+    }
+
+    /// What is left open, for clouds of which half the points lie nearer than `median_range` (m).
+    #[must_use]
+    pub fn for_clouds(&self, median_range: f64) -> Self {
+        let or = |value: f64, default: f64| if value > 0.0 { value } else { default };
+        let voxel_size = or(self.voxel_size, (median_range / 40.0).clamp(0.02, 1.0));
+        let method = if self.method == Method::SurfelMap { Method::CloudMap } else { self.method };
+        let max_range = or(self.max_range, f64::MAX);
+        Self {
+            method,
+            max_range,
+            voxel_size,
+            map_voxel_size: or(self.map_voxel_size, voxel_size / 2.0),
+            ..self.clone()
+        }
+    }
+
+    /// The options of the odometry of depth images.
+    pub fn depth_options(&self) -> DepthOptions {
+        DepthOptions { motion: self.motion, effort: self.effort }
+    }
+
+    /// The options of the odometry of clouds, once nothing is left open.
+    pub fn cloud_options(&self) -> CloudOptions {
+        let base = match self.method {
+            Method::Course => CloudOptions::course(self.voxel_size),
+            _ => CloudOptions::new(self.voxel_size),
+        };
+        let max_correspondence_distance = if self.max_correspondence_distance > 0.0 {
+            self.max_correspondence_distance
+        } else {
+            base.max_correspondence_distance
+        };
+        let is_map = matches!(self.method, Method::SurfelMap | Method::CloudMap);
+        CloudOptions {
+            method: if is_map { CloudMethod::CloudMap } else { CloudMethod::CloudToCloud },
+            metric: self.metric,
+            motion: self.motion,
+            global_registration: self.global_registration,
+            max_correspondence_distance,
+            ..base
         }
     }
 
@@ -214,12 +250,34 @@ pub struct SpatialPreset {
 
 /// The presets; the first is the default.
 pub fn spatial_presets() -> Vec<SpatialPreset> {
-    vec![SpatialPreset {
-        name: "best",
-        label: "Best",
-        explanation: "Each frame against the map of all before it; every result is checked before it is believed. The default.",
-        settings: SpatialSettings::default(),
-    }]
+    vec![
+        SpatialPreset {
+            name: "best",
+            label: "Best",
+            explanation: "Each frame against the map of all before it; every result is checked before it is believed. The default.",
+            settings: SpatialSettings::default(),
+        },
+        SpatialPreset {
+            name: "course",
+            label: "Course pipeline",
+            explanation: "As courses teach it with Open3D: voxels of 5 cm, FPFH, RANSAC, point-to-plane ICP, each frame with the one before it.",
+            settings: SpatialSettings {
+                method: Method::Course,
+                // Courses take the raw value for the depth.
+                quantisation: Quantisation::Rounded,
+                voxel_size: 0.05,
+                max_correspondence_distance: 0.02,
+                global_registration: GlobalRegistrationUse::Always,
+                ..SpatialSettings::default()
+            },
+        },
+        SpatialPreset {
+            name: "fast",
+            label: "Fast",
+            explanation: "Fewer points, and a frame is looked for around the last one only, unless that is doubtful.",
+            settings: SpatialSettings { effort: Effort::Quick, map_voxel_size: 0.05, ..SpatialSettings::default() },
+        },
+    ]
 }
 
 /// Every setting, in the order of the page.
@@ -236,7 +294,15 @@ pub fn spatial_descriptions() -> Vec<SettingDescription> {
                 ("surfel_map", "Surfaces with the map"),
                 ("cloud_map", "Cloud with the map"),
                 ("cloud_to_cloud", "Cloud with the one before"),
+                ("course", "Course pipeline"),
             ],
+        ),
+        choice(
+            "effort",
+            "Search",
+            "Registration",
+            "Surfaces: thorough looks for every frame in hundreds of places, quick only around the last one unless that is doubtful.",
+            &[("thorough", "Thorough"), ("quick", "Quick")],
         ),
         choice(
             "motion",
@@ -264,16 +330,16 @@ pub fn spatial_descriptions() -> Vec<SettingDescription> {
             "Voxel",
             "Registration",
             "m",
-            "Clouds: one point is kept in a cube of this side. Outdoors 0.25 to 1 m, in rooms 0.02 to 0.1 m.",
-            (0.001, 10.0, 0.01),
+            "Clouds: one point is kept in a cube of this side. Outdoors 0.25 to 1 m, in rooms 0.02 to 0.1 m. 0: told from the first cloud.",
+            (0.0, 10.0, 0.01),
         ),
         number(
             "max_correspondence_distance",
             "Pair distance",
             "Registration",
             "m",
-            "Clouds: points further apart than this are no pair.",
-            (0.001, 100.0, 0.05),
+            "Clouds: points further apart than this are no pair. 0: three voxels.",
+            (0.0, 100.0, 0.05),
         ),
         pixels("fx", "Focal length", "Along the rows, in pixels. 0: from the field of view."),
         pixels("fy", "Focal length, columns", "Along the columns, in pixels. 0: as along the rows."),
@@ -303,7 +369,14 @@ pub fn spatial_descriptions() -> Vec<SettingDescription> {
             &[("told_from_data", "Told from the data"), ("truncated", "Cut off"), ("rounded", "Rounded")],
         ),
         number("min_range", "Nearest depth", "Depth", "m", "Nearer depths are dropped.", (0.0, 100.0, 0.05)),
-        number("max_range", "Farthest depth", "Depth", "m", "Farther depths are dropped.", (0.1, 1000.0, 0.5)),
+        number(
+            "max_range",
+            "Farthest depth",
+            "Depth",
+            "m",
+            "Farther points are dropped. 0: beyond 10 m in depth images, nothing in clouds.",
+            (0.0, 1000.0, 0.5),
+        ),
         number(
             "max_height",
             "Height of the map",
@@ -317,8 +390,8 @@ pub fn spatial_descriptions() -> Vec<SettingDescription> {
             "Map voxel",
             "Map",
             "m",
-            "The map holds one point in a cube of this side.",
-            (0.002, 10.0, 0.01),
+            "The map holds one point in a cube of this side. 0: 2 cm, for clouds half their voxel.",
+            (0.0, 10.0, 0.01),
         ),
     ]
 }

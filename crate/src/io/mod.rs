@@ -8,6 +8,7 @@ pub mod depth_png;
 pub mod intrinsics;
 pub mod pcd;
 pub mod ply;
+pub mod point_cloud;
 pub mod relations;
 mod text;
 pub mod trajectory;

@@ -1,12 +1,14 @@
 //! Prepared frames as bytes and back: a header in JSON, then flat arrays, each with its length before it.
 
 use bytemuck::{AnyBitPattern, NoUninit};
+use glam::Vec3;
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
-use super::{FrameLabel, PreparedFrame};
+use super::{FrameLabel, MapPoints, PreparedFrame, Surfaces};
 use crate::camera::{Pinhole, Surfel, SurfelImage};
 use crate::error::{Error, Result};
+use crate::geometry::PointCloud;
 use crate::preprocess::map_image::MapImage;
 use crate::spatial_settings::Quantisation;
 
@@ -14,10 +16,20 @@ use crate::spatial_settings::Quantisation;
 struct Header {
     label: FrameLabel,
     notes: Vec<String>,
-    grids: Vec<Grid>,
-    map_camera: Pinhole,
-    map_unit: f32,
-    has_colors: bool,
+    surfaces: SurfacesHeader,
+    map_points: MapPointsHeader,
+}
+
+#[derive(Serialize, Deserialize)]
+enum SurfacesHeader {
+    Surfels(Vec<Grid>),
+    Cloud(CloudHeader),
+}
+
+#[derive(Serialize, Deserialize)]
+enum MapPointsHeader {
+    Image { quantisation: Quantisation, camera: Pinhole, unit: f32, has_colors: bool },
+    Cloud(CloudHeader),
 }
 
 #[derive(Serialize, Deserialize)]
@@ -29,35 +41,44 @@ struct Grid {
     rows: usize,
 }
 
+#[derive(Serialize, Deserialize)]
+struct CloudHeader {
+    has_normals: bool,
+    has_colors: bool,
+}
+
 impl PreparedFrame {
     /// The frame as bytes.
     pub fn to_bytes(&self) -> Vec<u8> {
-        let grid = |(quantisation, image): &(Quantisation, SurfelImage)| Grid {
-            quantisation: *quantisation,
-            camera: image.camera,
-            cell_size: image.cell_size,
-            columns: image.columns,
-            rows: image.rows,
+        let surfaces = match &self.surfaces {
+            Surfaces::Surfels(images) => SurfacesHeader::Surfels(images.iter().map(grid_of).collect()),
+            Surfaces::Cloud(cloud) => SurfacesHeader::Cloud(cloud_header(cloud)),
         };
-        let header = Header {
-            label: self.label.clone(),
-            notes: self.notes.clone(),
-            grids: self.surfels.iter().map(grid).collect(),
-            map_camera: self.map_image.camera,
-            map_unit: self.map_image.unit,
-            has_colors: self.map_image.colors.is_some(),
+        let map_points = match &self.map_points {
+            MapPoints::Image(image, quantisation) => MapPointsHeader::Image {
+                quantisation: *quantisation,
+                camera: image.camera,
+                unit: image.unit,
+                has_colors: image.colors.is_some(),
+            },
+            MapPoints::Cloud(cloud) => MapPointsHeader::Cloud(cloud_header(cloud)),
         };
+        let header = Header { label: self.label.clone(), notes: self.notes.clone(), surfaces, map_points };
         let mut bytes = Vec::new();
         put(&mut bytes, &serde_json::to_vec(&header).unwrap_or_default());
-        for (_, image) in &self.surfels {
-            let filled = || image.cells.iter().enumerate().filter_map(|(cell, surfel)| Some((cell, surfel.as_ref()?)));
-            put(&mut bytes, &filled().map(|(cell, _)| cell as u32).collect::<Vec<_>>());
-            put(&mut bytes, &filled().map(|(_, surfel)| numbers_of(surfel)).collect::<Vec<_>>());
+        match &self.surfaces {
+            Surfaces::Surfels(images) => images.iter().for_each(|(_, image)| put_surfels(&mut bytes, image)),
+            Surfaces::Cloud(cloud) => put_cloud(&mut bytes, cloud),
         }
-        put(&mut bytes, &self.map_image.depths);
-        put(&mut bytes, &self.map_image.normals);
-        if let Some(colors) = &self.map_image.colors {
-            put(&mut bytes, colors);
+        match &self.map_points {
+            MapPoints::Image(image, _) => {
+                put(&mut bytes, &image.depths);
+                put(&mut bytes, &image.normals);
+                if let Some(colors) = &image.colors {
+                    put(&mut bytes, colors);
+                }
+            }
+            MapPoints::Cloud(cloud) => put_cloud(&mut bytes, cloud),
         }
         bytes
     }
@@ -69,18 +90,69 @@ impl PreparedFrame {
     pub fn from_bytes(bytes: &[u8]) -> Result<Self> {
         let mut rest = bytes;
         let header: Header = serde_json::from_slice(&take::<u8>(&mut rest)?).map_err(|_| no_frame())?;
-        let surfels = header.grids.iter().map(|grid| Ok((grid.quantisation, surfel_image(grid, &mut rest)?)));
-        let surfels = surfels.collect::<Result<_>>()?;
-        let (depths, normals) = (take::<u16>(&mut rest)?, take::<[i8; 3]>(&mut rest)?);
-        let colors = if header.has_colors { Some(take::<[u8; 3]>(&mut rest)?) } else { None };
-        let pixels = header.map_camera.width.saturating_mul(header.map_camera.height);
-        let lengths = [depths.len(), normals.len(), colors.as_ref().map_or(pixels, Vec::len)];
-        if lengths.iter().any(|&length| length != pixels) {
-            return Err(no_frame());
-        }
-        let map_image = MapImage { camera: header.map_camera, unit: header.map_unit, depths, normals, colors };
-        Ok(Self { label: header.label, surfels, map_image, notes: header.notes })
+        let surfaces = match header.surfaces {
+            SurfacesHeader::Surfels(grids) => {
+                let images = grids.iter().map(|grid| Ok((grid.quantisation, take_surfels(grid, &mut rest)?)));
+                Surfaces::Surfels(images.collect::<Result<_>>()?)
+            }
+            SurfacesHeader::Cloud(header) => Surfaces::Cloud(take_cloud(&header, &mut rest)?),
+        };
+        let map_points = match header.map_points {
+            MapPointsHeader::Image { quantisation, camera, unit, has_colors } => {
+                let (depths, normals) = (take::<u16>(&mut rest)?, take::<[i8; 3]>(&mut rest)?);
+                let colors = if has_colors { Some(take::<[u8; 3]>(&mut rest)?) } else { None };
+                let pixels = camera.width.saturating_mul(camera.height);
+                let lengths = [depths.len(), normals.len(), colors.as_ref().map_or(pixels, Vec::len)];
+                if lengths.iter().any(|&length| length != pixels) {
+                    return Err(no_frame());
+                }
+                MapPoints::Image(MapImage { camera, unit, depths, normals, colors }, quantisation)
+            }
+            MapPointsHeader::Cloud(header) => MapPoints::Cloud(take_cloud(&header, &mut rest)?),
+        };
+        Ok(Self { label: header.label, surfaces, map_points, notes: header.notes })
     }
+}
+
+fn grid_of((quantisation, image): &(Quantisation, SurfelImage)) -> Grid {
+    Grid {
+        quantisation: *quantisation,
+        camera: image.camera,
+        cell_size: image.cell_size,
+        columns: image.columns,
+        rows: image.rows,
+    }
+}
+
+fn put_surfels(bytes: &mut Vec<u8>, image: &SurfelImage) {
+    let filled = || image.cells.iter().enumerate().filter_map(|(cell, surfel)| Some((cell, surfel.as_ref()?)));
+    put(bytes, &filled().map(|(cell, _)| cell as u32).collect::<Vec<_>>());
+    put(bytes, &filled().map(|(_, surfel)| numbers_of(surfel)).collect::<Vec<_>>());
+}
+
+fn cloud_header(cloud: &PointCloud) -> CloudHeader {
+    CloudHeader { has_normals: cloud.normals.is_some(), has_colors: cloud.colors.is_some() }
+}
+
+fn put_cloud(bytes: &mut Vec<u8>, cloud: &PointCloud) {
+    put(bytes, &cloud.positions);
+    if let Some(normals) = &cloud.normals {
+        put(bytes, normals);
+    }
+    if let Some(colors) = &cloud.colors {
+        put(bytes, colors);
+    }
+}
+
+fn take_cloud(header: &CloudHeader, rest: &mut &[u8]) -> Result<PointCloud> {
+    let positions = take::<Vec3>(rest)?;
+    let normals = if header.has_normals { Some(take::<Vec3>(rest)?) } else { None };
+    let colors = if header.has_colors { Some(take::<[u8; 3]>(rest)?) } else { None };
+    let fits = |length: Option<usize>| length.is_none_or(|length| length == positions.len());
+    if !fits(normals.as_ref().map(Vec::len)) || !fits(colors.as_ref().map(Vec::len)) {
+        return Err(no_frame());
+    }
+    Ok(PointCloud { positions, normals, colors, ..PointCloud::default() })
 }
 
 fn numbers_of(surfel: &Surfel) -> [f64; 7] {
@@ -88,7 +160,7 @@ fn numbers_of(surfel: &Surfel) -> [f64; 7] {
     [p.x, p.y, p.z, n.x, n.y, n.z, surfel.deviation]
 }
 
-fn surfel_image(grid: &Grid, rest: &mut &[u8]) -> Result<SurfelImage> {
+fn take_surfels(grid: &Grid, rest: &mut &[u8]) -> Result<SurfelImage> {
     let (filled, numbers) = (take::<u32>(rest)?, take::<[f64; 7]>(rest)?);
     let num_cells = grid.columns.checked_mul(grid.rows).filter(|&cells| cells <= MAX_CELLS).ok_or_else(no_frame)?;
     let mut cells = vec![None; num_cells];

@@ -2,6 +2,7 @@
 
 pub mod beam_normals;
 pub mod clean;
+pub mod depth_cloud;
 pub mod depth_surfels;
 pub mod estimate_normals;
 pub mod map_image;

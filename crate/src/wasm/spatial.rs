@@ -106,6 +106,23 @@ pub fn prepare_frame(
     Ok(frame.map_err(|error| thrown(&error))?.to_bytes())
 }
 
+/// Makes a cloud, PLY or PCD, ready for registration, in any worker; as [`prepare_frame`].
+///
+/// # Errors
+/// When the file is broken or holds no points in range.
+#[wasm_bindgen]
+pub fn prepare_cloud(
+    preparation: &str,
+    name: &str,
+    index: usize,
+    time: Option<f64>,
+    cloud: &[u8],
+) -> Result<Vec<u8>, JsValue> {
+    let preparation = parse_preparation(preparation)?;
+    let frame = PreparedFrame::from_cloud(&preparation, FrameLabel { name: name.to_owned(), index, time }, cloud);
+    Ok(frame.map_err(|error| thrown(&error))?.to_bytes())
+}
+
 fn parse_preparation(json: &str) -> Result<Preparation, JsValue> {
     serde_json::from_str(json).map_err(|_| {
         let remedy = "Pass on what begin() returned";
