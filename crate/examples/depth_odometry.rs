@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use nalgebra::{Isometry3, Matrix3, Rotation3, Translation3, UnitQuaternion, Vector3};
+use scanstitch::depth_odometry::Effort;
 use scanstitch::geometry::Pose3;
 use scanstitch::io::trajectory;
 use scanstitch::prepared_frame::{FrameLabel, PreparedFrame};
@@ -84,6 +85,7 @@ fn main() {
     }
     let argument = |name: &str| std::env::args().skip_while(|argument| argument != name).nth(1);
     let verbose = std::env::args().any(|argument| argument == "--frames");
+    let effort = if std::env::args().any(|argument| argument == "--quick") { Effort::Quick } else { Effort::Thorough };
     let every = argument("--every").and_then(|number| number.parse().ok()).unwrap_or(1);
     let recordings = [
         apartment(&root, "apartment_first_floor"),
@@ -92,16 +94,16 @@ fn main() {
         redwood(&root),
     ];
     for recording in recordings {
-        run(&recording, every, verbose);
+        run(&recording, effort, every, verbose);
     }
 }
 
 /// Every so many frames of a recording, and how far the estimate is from the truth.
-fn run(recording: &Recording, every: usize, verbose: bool) {
+fn run(recording: &Recording, effort: Effort, every: usize, verbose: bool) {
     let files: Vec<Vec<u8>> =
         recording.depth.iter().step_by(every).map(|path| std::fs::read(path).expect("readable")).collect();
     let [fx, fy, cx, cy] = recording.intrinsics.unwrap_or_default();
-    let settings = SpatialSettings { fx, fy, cx, cy, ..SpatialSettings::default() };
+    let settings = SpatialSettings { effort, fx, fy, cx, cy, ..SpatialSettings::default() };
     let mut reconstruction = SpatialReconstruction::new(settings).expect("sound settings");
     let began = Instant::now();
     let start = seconds_used(began);

@@ -39,8 +39,7 @@ pub enum Effort {
     /// Every frame is looked for in hundreds of places.
     #[default]
     Thorough,
-    /// A frame is looked for where the last one was and where the last motion leads, and elsewhere only when that is
-    /// doubtful; with fewer points.
+    /// A frame is looked for in a few dozen places, and in hundreds only when that is doubtful; with fewer points.
     Quick,
 }
 
@@ -118,7 +117,7 @@ impl DepthOdometry {
         let matching = Matching::new(&self.map, frame, self.options);
         let mut found = match self.options.effort {
             Effort::Thorough => matching.best_of(&self.near_guesses(), &self.T_world_last),
-            Effort::Quick => matching.best_of(&self.nearest_guesses(), &self.T_world_last),
+            Effort::Quick => matching.best_of(&self.few_guesses(), &self.T_world_last),
         };
         if self.options.effort == Effort::Quick && found.verdict().status != Status::Good {
             found = matching.best_of(&self.near_guesses(), &self.T_world_last);
@@ -156,16 +155,18 @@ impl DepthOdometry {
         SpatialEstimate { T_world_sensor: self.T_world_last, registration: None, overlap, verdict }
     }
 
-    /// The last pose and the last motion once more.
-    fn nearest_guesses(&self) -> [Pose3; 2] {
-        [self.T_world_last, self.T_world_last * self.last_motion]
-    }
-
-    /// These, turns about the camera's vertical by up to 30 degrees and moves of up to
+    /// The last pose, the last motion once more, turns about the camera's vertical by up to 30 degrees and moves of up to
     /// three quarters of a metre ahead and a quarter aside.
     fn near_guesses(&self) -> Vec<Pose3> {
-        let mut guesses = self.nearest_guesses().to_vec();
+        let mut guesses = vec![self.T_world_last, self.T_world_last * self.last_motion];
         guesses.extend(around(&self.T_world_last, -6..=6, 5f64.to_radians(), 3, 1));
+        guesses
+    }
+
+    /// The same by coarser turns and without moves aside.
+    fn few_guesses(&self) -> Vec<Pose3> {
+        let mut guesses = vec![self.T_world_last, self.T_world_last * self.last_motion];
+        guesses.extend(around(&self.T_world_last, -4..=4, 7.5f64.to_radians(), 2, 0));
         guesses
     }
 }

@@ -274,7 +274,7 @@ pub fn spatial_presets() -> Vec<SpatialPreset> {
         SpatialPreset {
             name: "fast",
             label: "Fast",
-            explanation: "Fewer points, and a frame is looked for around the last one only, unless that is doubtful.",
+            explanation: "Fewer points, and fewer places where a frame is looked for, unless that is doubtful; a map of 5 cm.",
             settings: SpatialSettings { effort: Effort::Quick, map_voxel_size: 0.05, ..SpatialSettings::default() },
         },
     ]
@@ -301,7 +301,7 @@ pub fn spatial_descriptions() -> Vec<SettingDescription> {
             "effort",
             "Search",
             "Registration",
-            "Surfaces: thorough looks for every frame in hundreds of places, quick only around the last one unless that is doubtful.",
+            "Surfaces: thorough looks for every frame in hundreds of places, quick in a few dozen unless that is doubtful.",
             &[("thorough", "Thorough"), ("quick", "Quick")],
         ),
         choice(

@@ -11,7 +11,10 @@ use crate::geometry::{PointCloud, Pose3};
 #[derive(Debug, Clone)]
 pub struct VoxelMap {
     voxel_size: f64,
+    /// Number of each block of [`BLOCK`] voxels a side that holds a point: neighbours are found without hashing.
     index: FxHashMap<u64, u32>,
+    /// For each block, the numbers of its voxels plus 1; 0 where there is none.
+    blocks: Vec<[u32; BLOCK_VOXELS]>,
     voxels: Vec<Voxel>,
     has_colors: bool,
 }
@@ -28,13 +31,16 @@ struct Voxel {
     frame: u32,
 }
 
+/// Voxels along a side of a block.
+const BLOCK: i32 = 8;
+const BLOCK_VOXELS: usize = (BLOCK * BLOCK * BLOCK) as usize;
 /// Bits of a key for each axis: voxels of a millimetre reach a kilometre.
 const KEY_BITS: u32 = 21;
 
 impl VoxelMap {
     /// A map without points; `voxel_size` (m) is positive.
     pub fn new(voxel_size: f64) -> Self {
-        Self { voxel_size, index: FxHashMap::default(), voxels: Vec::new(), has_colors: false }
+        Self { voxel_size, index: FxHashMap::default(), blocks: Vec::new(), voxels: Vec::new(), has_colors: false }
     }
 
     /// Adds the points of a frame at its pose. Points higher than `max_height` (m) above the world's origin are left out;
@@ -43,25 +49,25 @@ impl VoxelMap {
         let (R, t) = single(T_world_sensor);
         let inverse = 1.0 / self.voxel_size;
         self.has_colors |= cloud.colors.is_some();
+        let mut last_block = (u64::MAX, 0);
         for (point, &position) in cloud.positions.iter().enumerate() {
             let position = R * position.as_dvec3() + t;
             if -position.y > max_height {
                 continue;
             }
             let scaled = position * inverse;
-            let Some((corner, key)) = key_of(scaled) else { continue };
-            let next = self.voxels.len() as u32;
-            let number = *self.index.entry(key).or_insert(next);
-            if number == next {
-                self.voxels.push(Voxel {
-                    offset: Vec3::ZERO,
-                    corner,
-                    normal: Vec3::ZERO,
-                    color: [0; 3],
-                    count: 0,
-                    frame: frame as u32,
-                });
+            let Some(corner) = corner_of(scaled) else { continue };
+            let key = pack(corner.map(|cell| cell.div_euclid(BLOCK)));
+            if key != last_block.0 {
+                last_block = (key, self.block(key));
             }
+            let [x, y, z] = corner.map(|cell| cell.rem_euclid(BLOCK));
+            let slot = &mut self.blocks[last_block.1][((z * BLOCK + y) * BLOCK + x) as usize];
+            if *slot == 0 {
+                self.voxels.push(Voxel::new(corner, frame));
+                *slot = self.voxels.len() as u32;
+            }
+            let number = *slot - 1;
             let Some(voxel) = self.voxels.get_mut(number as usize) else { continue };
             voxel.offset += ((scaled - DVec3::from(corner.map(f64::from))) * self.voxel_size).as_vec3();
             voxel.count += 1;
@@ -74,6 +80,16 @@ impl VoxelMap {
                 }
             }
         }
+    }
+
+    /// The number of the block of this key, which is made where there is none.
+    fn block(&mut self, key: u64) -> usize {
+        let next = self.blocks.len() as u32;
+        let number = *self.index.entry(key).or_insert(next);
+        if number == next {
+            self.blocks.push([0; BLOCK_VOXELS]);
+        }
+        number as usize
     }
 
     /// Number of points.
@@ -113,14 +129,18 @@ impl VoxelMap {
     }
 }
 
-fn key_of(scaled: DVec3) -> Option<([i32; 3], u64)> {
+impl Voxel {
+    fn new(corner: [i32; 3], frame: usize) -> Self {
+        Self { offset: Vec3::ZERO, corner, normal: Vec3::ZERO, color: [0; 3], count: 0, frame: frame as u32 }
+    }
+}
+
+/// The voxel of a position in units of its side; `None` where it is not finite or too far away.
+fn corner_of(scaled: DVec3) -> Option<[i32; 3]> {
     let limit = f64::from(1 << (KEY_BITS - 1));
     // Not a number fails the comparison.
     let is_inside = scaled.abs().max_element() < limit - 1.0 && scaled.is_finite();
-    is_inside.then(|| {
-        let corner = scaled.floor().to_array().map(|cell| cell as i32);
-        (corner, pack(corner))
-    })
+    is_inside.then(|| scaled.floor().to_array().map(|cell| cell as i32))
 }
 
 fn pack(corner: [i32; 3]) -> u64 {
