@@ -234,8 +234,14 @@ impl PreparedCloud {
         &self.cloud
     }
 
-    fn source(&self) -> Source<'_, 3> {
+    /// The points as something to register.
+    pub fn source(&self) -> Source<'_, 3> {
         Source { points: self.target.points(), normals: Some(self.target.normals()), deviations: None }
+    }
+
+    /// The points as something to register to.
+    pub fn target(&self) -> &OrientedTarget<3> {
+        &self.target
     }
 
     fn described(&self, options: &CloudOptions) -> &DescribedCloud {
