@@ -1,7 +1,7 @@
 // @ts-check
 /**
- * `npm run bench`: times the benchmarks of crate/bench natively and as WebAssembly under Node, side by side, and prints
- * one JSON document. Progress goes to stderr, so `npm run --silent bench > bench.json` keeps it.
+ * `npm run bench`: times the benchmarks of crate/bench natively, and as WebAssembly under Node and in Chromium where there
+ * is one, side by side, and prints one JSON document. Progress goes to stderr, so `npm run --silent bench > bench.json` keeps it.
  * `npm run bench -- NAME...` runs those whose name contains one of the words.
  */
 import { existsSync, readdirSync } from 'node:fs';
@@ -12,6 +12,7 @@ import {
   buildWasm,
   capture,
   ensureWasmTarget,
+  findChromium,
   ROOT,
   readArguments,
   requireToolchain,
@@ -28,10 +29,28 @@ const SAMPLES = 25;
 const NATIVE = join(TARGET_DIR, 'release', 'scanstitch-bench');
 const PKG = join(TARGET_DIR, 'bench-pkg');
 
-/** Recordings a benchmark is run on besides what it generates; absent ones are left out, saying so. */
+/** Frames that the stages of depth images are timed on: the last is registered to the others. */
+const NUM_FRAMES = 5;
+
+/** Recordings that benchmarks are run on, those whose name begins so; absent ones are left out, saying so. */
 const RECORDINGS = [
-  { benchmark: 'reconstruct_files', label: 'reconstruct_sample', folder: 'www/samples/corridor' },
-  { benchmark: 'reconstruct_files', label: 'reconstruct_zju10', folder: '../shared/data/laser/zju10' },
+  { benchmarks: 'reconstruct_files', suffix: '_sample', folder: 'www/samples/corridor', list: plyFiles },
+  { benchmarks: 'reconstruct_files', suffix: '_zju10', folder: '../shared/data/laser/zju10', list: plyFiles },
+  { benchmarks: 'depth_', suffix: '_sample', folder: 'www/samples/apartment', list: frames },
+  {
+    benchmarks: 'depth_',
+    suffix: '_first_floor',
+    folder: '../shared/data/rgbd/apartment_first_floor',
+    list: frames,
+  },
+  { benchmarks: 'color_', suffix: '_sample', folder: 'www/samples/apartment', list: frames },
+  {
+    benchmarks: 'color_',
+    suffix: '_first_floor',
+    folder: '../shared/data/rgbd/apartment_first_floor',
+    list: frames,
+  },
+  { benchmarks: 'pair_', suffix: '_kitti', folder: '../shared/data/lidar/kitti_pair', list: plyFiles },
 ];
 
 /** @typedef {{ label: string, name: string, about: string, files: string[] }} Job */
@@ -45,11 +64,11 @@ async function listJobs() {
     .split('\n')
     .flatMap((line) => {
       const [name = '', about = ''] = line.split('\t');
-      const recordings = RECORDINGS.filter((recording) => recording.benchmark === name);
+      const recordings = RECORDINGS.filter(({ benchmarks }) => name.startsWith(benchmarks));
       if (recordings.length === 0) return [{ label: name, name, about, files: [] }];
-      return recordings.flatMap(({ label, folder }) => {
-        const path = join(ROOT, folder);
-        if (existsSync(path)) return [{ label, name, about: `${about}: ${folder}`, files: plyFiles(path) }];
+      return recordings.flatMap(({ suffix, folder, list }) => {
+        const [path, label] = [join(ROOT, folder), `${name}${suffix}`];
+        if (existsSync(path)) return [{ label, name, about: `${about}: ${folder}`, files: list(path) }];
         console.error(`skipped ${label}: ${folder} is absent`);
         return [];
       });
@@ -58,7 +77,18 @@ async function listJobs() {
 
 /** @param {string} folder */
 function plyFiles(folder) {
-  const names = readdirSync(folder).filter((name) => name.endsWith('.ply'));
+  return filesOf(folder, '.ply');
+}
+
+/** The first depth and colour images, turn about. @param {string} folder */
+function frames(folder) {
+  const [depth, color] = ['depth', 'rgb'].map((part) => filesOf(join(folder, part), ''));
+  return Array.from({ length: NUM_FRAMES }, (_, index) => [depth?.[index] ?? '', color?.[index] ?? '']).flat();
+}
+
+/** @param {string} folder @param {string} suffix */
+function filesOf(folder, suffix) {
+  const names = readdirSync(folder).filter((name) => name.endsWith(suffix));
   return names.sort(compareNaturally).map((name) => join(folder, name));
 }
 
@@ -119,11 +149,14 @@ await runMain(async () => {
     ({ label }) => words.length === 0 || words.some((word) => label.includes(word)),
   );
   if (jobs.length === 0) throw new StepError(`No benchmark has a name with ${words.join(' or ')} in it.`);
+  const browser = findChromium();
+  if (!browser) console.error('Chromium is absent: timed natively and in Node');
   const benchmarks = [];
   for (const job of jobs) {
     console.error(`${job.label}: ${job.about}`);
     const native = await time(NATIVE, [], job);
     const wasm = await time(process.execPath, [join(ROOT, 'scripts', 'bench_wasm.mjs'), PKG], job);
+    const chromium = browser && (await time(process.execPath, [join(ROOT, 'scripts', 'bench_chromium.mjs'), PKG], job));
     const ratio = round(wasm.timing.median_ns / native.timing.median_ns);
     benchmarks.push({
       name: job.label,
@@ -131,10 +164,12 @@ await runMain(async () => {
       ...(native.unit && { rate_unit: native.unit }),
       native: native.timing,
       wasm: wasm.timing,
+      ...(chromium && { chromium: chromium.timing }),
       wasm_over_native: ratio,
     });
     const show = (/** @type {Timing} */ timing) => `${(timing.median_ns / 1e6).toFixed(3)} ms`;
-    console.error(`  native ${show(native.timing)}, wasm ${show(wasm.timing)}, ratio ${ratio}`);
+    const in_chromium = chromium ? `, Chromium ${show(chromium.timing)}` : '';
+    console.error(`  native ${show(native.timing)}, wasm in Node ${show(wasm.timing)}${in_chromium}, ratio ${ratio}`);
   }
   const { output: rustc } = await capture('rustc', ['--version']);
   const machine = {

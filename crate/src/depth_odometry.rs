@@ -53,6 +53,7 @@ pub struct DepthOptions {
 }
 
 /// Frame-to-map odometry in space. The world frame is the frame of the first camera.
+#[derive(Clone)]
 pub struct DepthOdometry {
     options: DepthOptions,
     map: SurfelMap,

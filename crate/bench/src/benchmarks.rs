@@ -19,6 +19,8 @@ use scanstitch::scene::corridor::{self, CorridorOptions};
 use scanstitch::search::KdTree;
 use scanstitch::settings::Settings;
 
+use crate::spatial::{DEPTH_BENCHMARKS, PAIR_BENCHMARKS};
+
 /// A named benchmark.
 pub struct Benchmark {
     /// What `npm run bench -- NAME` calls it.
@@ -48,7 +50,11 @@ impl Prepared {
 }
 
 /// All benchmarks, in the order they are run and printed.
-pub const BENCHMARKS: &[Benchmark] = &[
+pub fn benchmarks() -> impl Iterator<Item = &'static Benchmark> {
+    [PLANAR_BENCHMARKS, DEPTH_BENCHMARKS, PAIR_BENCHMARKS].into_iter().flatten()
+}
+
+const PLANAR_BENCHMARKS: &[Benchmark] = &[
     Benchmark {
         name: "copy_binary",
         about: "copying the bytes that ply_binary reads: the pace it is judged by",

@@ -6,7 +6,8 @@
 #![allow(non_snake_case)] // T_world_sensor, as in the crate itself
 
 mod benchmarks;
+mod spatial;
 #[cfg(target_arch = "wasm32")]
 mod wasm;
 
-pub use benchmarks::{BENCHMARKS, Benchmark, Prepared};
+pub use benchmarks::{Benchmark, Prepared, benchmarks};

@@ -8,13 +8,13 @@ use std::process::ExitCode;
 use std::time::{Duration, Instant};
 use std::{env, fs};
 
-use scanstitch_bench::{BENCHMARKS, Prepared};
+use scanstitch_bench::{Prepared, benchmarks};
 
 fn main() -> ExitCode {
     let args: Vec<String> = env::args().skip(1).collect();
     let outcome = match args.as_slice() {
         [list] if list == "list" => {
-            for benchmark in BENCHMARKS {
+            for benchmark in benchmarks() {
                 println!("{}\t{}", benchmark.name, benchmark.about);
             }
             Ok(())
@@ -35,7 +35,7 @@ fn time(name: &str, policy: [&String; 3], files: &[String]) -> Result<(), String
     let number = |text: &String| text.parse::<u32>().map_err(|error| format!("{text:?}: {error}"));
     let (warm_up, sample, samples) = (number(policy[0])?, number(policy[1])?, number(policy[2])?);
     let benchmark =
-        BENCHMARKS.iter().find(|benchmark| benchmark.name == name).ok_or(format!("no benchmark is called {name:?}"))?;
+        benchmarks().find(|benchmark| benchmark.name == name).ok_or(format!("no benchmark is called {name:?}"))?;
     let files = files
         .iter()
         .map(|path| fs::read(path).map(|bytes| (path.clone(), bytes)).map_err(|error| format!("{path}: {error}")))

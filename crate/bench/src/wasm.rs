@@ -3,7 +3,7 @@
 use js_sys::Uint8Array;
 use wasm_bindgen::prelude::wasm_bindgen;
 
-use crate::{BENCHMARKS, Prepared};
+use crate::{Prepared, benchmarks};
 
 /// A benchmark made ready to run.
 #[wasm_bindgen]
@@ -18,8 +18,7 @@ impl PreparedBenchmark {
     #[wasm_bindgen(constructor)]
     #[allow(clippy::needless_pass_by_value, reason = "arrays of objects cross by value")]
     pub fn new(name: &str, file_names: Vec<String>, file_contents: Vec<Uint8Array>) -> Result<Self, String> {
-        let benchmark = BENCHMARKS
-            .iter()
+        let benchmark = benchmarks()
             .find(|benchmark| benchmark.name == name)
             .ok_or_else(|| format!("no benchmark is called {name:?}"))?;
         let files = file_names.into_iter().zip(file_contents.iter().map(Uint8Array::to_vec)).collect();
