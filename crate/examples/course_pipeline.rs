@@ -110,7 +110,9 @@ fn main() {
         if only_course {
             continue;
         }
-        for (method, method_name) in [(CloudMethod::CloudToCloud, "cloud_to_cloud"), (CloudMethod::CloudMap, "cloud_map")] {
+        for (method, method_name) in
+            [(CloudMethod::CloudToCloud, "cloud_to_cloud"), (CloudMethod::CloudMap, "cloud_map")]
+        {
             for (metric, metric_name) in [(SpatialMetric::PointToPlane, "plane"), (SpatialMetric::Gicp, "gicp")] {
                 let options = CloudOptions { method, metric, ..CloudOptions::new(0.05) };
                 run(&folder, &format!("{method_name} {metric_name}"), options, verbose);

@@ -77,6 +77,29 @@ fn redwood(root: &Path) -> Recording {
     Recording { name: "redwood5", depth, intrinsics: Some([525.0, 525.0, 319.5, 239.5]), truth }
 }
 
+/// Every so many frames, or all but a random third.
+#[derive(Clone, Copy)]
+enum Choice {
+    Every(usize),
+    TwoThirds(u64),
+}
+
+impl Choice {
+    fn keeps(self, index: usize) -> bool {
+        match self {
+            Self::Every(stride) => index.is_multiple_of(stride),
+            Self::TwoThirds(seed) => {
+                let mixed = (index as u64 + 1000 * seed + 1).wrapping_mul(0x9E37_79B9_7F4A_7C15);
+                index == 0 || (mixed ^ mixed >> 29).wrapping_mul(0xBF58_476D_1CE4_E5B9) >> 33 & 0xFFFF < 43_690
+            }
+        }
+    }
+
+    fn of<T: Clone>(self, all: &[T]) -> Vec<T> {
+        all.iter().enumerate().filter(|(index, _)| self.keeps(*index)).map(|(_, item)| item.clone()).collect()
+    }
+}
+
 fn main() {
     let root = PathBuf::from("../shared/data/rgbd");
     if !root.is_dir() {
@@ -87,6 +110,8 @@ fn main() {
     let verbose = std::env::args().any(|argument| argument == "--frames");
     let effort = if std::env::args().any(|argument| argument == "--quick") { Effort::Quick } else { Effort::Thorough };
     let every = argument("--every").and_then(|number| number.parse().ok()).unwrap_or(1);
+    let seed = argument("--two-thirds").and_then(|number| number.parse().ok());
+    let choice = seed.map_or(Choice::Every(every), Choice::TwoThirds);
     let recordings = [
         apartment(&root, "apartment_first_floor"),
         apartment(&root, "apartment_second_floor"),
@@ -94,14 +119,14 @@ fn main() {
         redwood(&root),
     ];
     for recording in recordings {
-        run(&recording, effort, every, verbose);
+        run(&recording, effort, choice, verbose);
     }
 }
 
 /// Every so many frames of a recording, and how far the estimate is from the truth.
-fn run(recording: &Recording, effort: Effort, every: usize, verbose: bool) {
+fn run(recording: &Recording, effort: Effort, choice: Choice, verbose: bool) {
     let files: Vec<Vec<u8>> =
-        recording.depth.iter().step_by(every).map(|path| std::fs::read(path).expect("readable")).collect();
+        choice.of(&recording.depth).iter().map(|path| std::fs::read(path).expect("readable")).collect();
     let [fx, fy, cx, cy] = recording.intrinsics.unwrap_or_default();
     let settings = SpatialSettings { effort, fx, fy, cx, cy, ..SpatialSettings::default() };
     let mut reconstruction = SpatialReconstruction::new(settings).expect("sound settings");
@@ -123,7 +148,7 @@ fn run(recording: &Recording, effort: Effort, every: usize, verbose: bool) {
     let num_points = reconstruction.map().len();
     let stitching = seconds_used(began) - registered;
 
-    let truth: Vec<Pose3> = recording.truth.iter().step_by(every).copied().collect();
+    let truth: Vec<Pose3> = choice.of(&recording.truth);
     let truth: Vec<Pose3> = truth.iter().map(|pose| truth[0].inverse() * pose).collect();
     let poses = reconstruction.poses();
     let error = |index: usize| (poses[index].translation.vector - truth[index].translation.vector).norm();

@@ -70,7 +70,8 @@ fn kitti(root: &Path, voxel_size: f64) -> Pair {
 fn car(root: &Path) -> Pair {
     let folder = root.join("car_cloud");
     let list = std::fs::read_to_string(folder.join("carCloudList.csv")).expect("readable");
-    let rows: Vec<f64> = list.lines().nth(2).expect("two clouds").split(',').skip(1).map(|x| x.trim().parse().unwrap()).collect();
+    let rows: Vec<f64> =
+        list.lines().nth(2).expect("two clouds").split(',').skip(1).map(|x| x.trim().parse().unwrap()).collect();
     let read = |name: &str| {
         let text = std::fs::read_to_string(folder.join(name)).expect("readable");
         let row = |line: &str| -> Option<Vec3> {
@@ -119,7 +120,9 @@ fn align(pair: &Pair) {
     let icp = plain_icp(4.0 * voxel_size);
     for metric in [SpatialMetric::PointToPlane, SpatialMetric::Gicp] {
         let free = Motion::Free.solver();
-        for (label, solver) in [("plain", free), ("damped", scanstitch::registration::solver::Solver { damping: Some(1e-6), ..free })] {
+        for (label, solver) in
+            [("plain", free), ("damped", scanstitch::registration::solver::Solver { damping: Some(1e-6), ..free })]
+        {
             let (ms, found) = timed(|| {
                 let identity = Pose3::identity();
                 register_in_space(metric, source.source(), source_target(&target), identity, (&icp, &[]), &solver)
@@ -186,13 +189,17 @@ fn without_a_guess(pair: &Pair, num_seeds: u64) {
                 Ok(found) => {
                     let T = found.consensus.T_target_source;
                     let (metres, degrees) = error(&T, &(pair.T_target_source * T_source_turned));
-                    let at_sensor = (T * nalgebra::Point3::from(viewpoint) - pair.T_target_source.translation.vector).coords.norm();
+                    let at_sensor =
+                        (T * nalgebra::Point3::from(viewpoint) - pair.T_target_source.translation.vector).coords.norm();
                     let good = at_sensor < 0.6 && degrees < 3.0;
                     successes += usize::from(good);
                     if good {
                         worst = (worst.0.max(at_sensor), worst.1.max(degrees));
                     } else {
-                        println!("  seed {seed}: {metres:.2} m, {at_sensor:.2} m, {degrees:.2} deg, {} of {}", found.consensus.num_inliers, found.num_matches);
+                        println!(
+                            "  seed {seed}: {metres:.2} m, {at_sensor:.2} m, {degrees:.2} deg, {} of {}",
+                            found.consensus.num_inliers, found.num_matches
+                        );
                     }
                     inliers.push((found.consensus.num_inliers, found.num_matches));
                 }

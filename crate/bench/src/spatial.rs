@@ -33,7 +33,11 @@ pub const DEPTH_BENCHMARKS: &[Benchmark] = &[
     Benchmark { name: "color_decode", about: "decoding a colour image", prepare: decode_color },
     Benchmark { name: "depth_back_project", about: "every pixel to a point", prepare: back_project },
     Benchmark { name: "depth_surfels", about: "surfaces with normals from the image grid", prepare: surfels },
-    Benchmark { name: "depth_prepare", about: "all of a frame that needs no other: decoding to surfaces and map points", prepare },
+    Benchmark {
+        name: "depth_prepare",
+        about: "all of a frame that needs no other: decoding to surfaces and map points",
+        prepare,
+    },
     Benchmark { name: "depth_voxels", about: "the points of an image to voxels of 5 cm", prepare: voxels },
     Benchmark { name: "depth_normals", about: "normals of these from 30 neighbours", prepare: normals },
     Benchmark { name: "depth_features", about: "FPFH features of these from 100 neighbours", prepare: features },
@@ -135,10 +139,11 @@ fn prepare_one(preparation: &Preparation, index: usize, pair: &[(String, Vec<u8>
     PreparedFrame::from_depth(preparation, label, &pair[0].1, color).map_err(words)
 }
 
+/// From some frame on the way of reading the depth is decided: the usual case of a long recording.
+const LATER: usize = 1000;
+
 fn prepare(files: Files) -> Outcome {
     let (preparation, _) = prepared(&files)?;
-    // From some frame on the way of reading the depth is decided: the usual case of a long recording.
-    const LATER: usize = 1000;
     frame(move || {
         black_box(prepare_one(black_box(&preparation), LATER, &files[..2]).ok());
     })
