@@ -15,7 +15,7 @@ const LAYERS: &[&[&str]] = &[
     &["map", "surfel_map", "cloud_map", "voxel_map"],
     &["verdict"],
     &["odometry", "pose_graph", "depth_odometry", "cloud_odometry"],
-    &["spatial_settings"],
+    &["spatial_settings", "depth_graph"],
     &["prepared_frame"],
     &["report", "spatial_report"],
     &["reconstruction", "spatial_reconstruction"],

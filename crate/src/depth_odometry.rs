@@ -199,9 +199,9 @@ struct Matching<'a> {
     frame: &'a SurfelImage,
     /// The frame as its own camera sees it: what the map's surfaces are held against.
     own_view: ProjectiveTarget,
-    sparse: SourceCloud,
-    middle: SourceCloud,
-    fine: SourceCloud,
+    sparse: SurfelCloud,
+    middle: SurfelCloud,
+    fine: SurfelCloud,
     solver: Solver<6>,
 }
 
@@ -248,7 +248,7 @@ impl Found {
 
 impl<'a> Matching<'a> {
     fn new(map: &'a SurfelMap, frame: &'a SurfelImage, options: DepthOptions) -> Self {
-        let cloud = SourceCloud::new(frame);
+        let cloud = SurfelCloud::new(frame);
         Self {
             map,
             frame,
@@ -302,7 +302,7 @@ impl<'a> Matching<'a> {
     fn register_to(
         &self,
         view: &ProjectiveTarget,
-        cloud: &SourceCloud,
+        cloud: &SurfelCloud,
         guess: Pose3,
         options: &IcpOptions,
     ) -> SpatialRegistration {
@@ -310,7 +310,7 @@ impl<'a> Matching<'a> {
     }
 
     /// The frame's surface held against the map's view, and the map's against the frame's own.
-    fn evidence(&self, view: &ProjectiveTarget, cloud: &SourceCloud, T_world_camera: &Pose3) -> Evidence {
+    fn evidence(&self, view: &ProjectiveTarget, cloud: &SurfelCloud, T_world_camera: &Pose3) -> Evidence {
         let (R, t) = parts(T_world_camera);
         let mut frame_in_map = Tally::default();
         for (point, normal) in cloud.points.iter().zip(&cloud.normals) {
@@ -354,7 +354,7 @@ impl Tally {
 }
 
 /// What speaks for a guess, cheaply: the share of the points that agree with the view, less those in its free space.
-fn score(view: &ProjectiveTarget, cloud: &SourceCloud, T_world_camera: &Pose3) -> f64 {
+fn score(view: &ProjectiveTarget, cloud: &SurfelCloud, T_world_camera: &Pose3) -> f64 {
     let (R, t) = parts(T_world_camera);
     let mut tally = Tally::default();
     for (point, normal) in cloud.points.iter().zip(&cloud.normals) {
@@ -412,15 +412,16 @@ fn options(
 }
 
 /// A frame's pieces of surface, column by column.
-struct SourceCloud {
+#[derive(Clone)]
+pub(crate) struct SurfelCloud {
     points: Vec<Vector3<f64>>,
     normals: Vec<Vector3<f64>>,
     known_normals: Vec<Option<Vector3<f64>>>,
     deviations: Vec<f64>,
 }
 
-impl SourceCloud {
-    fn new(frame: &SurfelImage) -> Self {
+impl SurfelCloud {
+    pub(crate) fn new(frame: &SurfelImage) -> Self {
         Self {
             points: frame.surfels().map(|surfel| surfel.point).collect(),
             normals: frame.surfels().map(|surfel| surfel.normal).collect(),
@@ -430,7 +431,7 @@ impl SourceCloud {
     }
 
     /// Every so many of them, so that there are about `most`.
-    fn at_most(&self, most: usize) -> Self {
+    pub(crate) fn at_most(&self, most: usize) -> Self {
         let stride = self.points.len().div_ceil(most).max(1);
         Self {
             points: self.points.iter().copied().step_by(stride).collect(),
@@ -440,7 +441,7 @@ impl SourceCloud {
         }
     }
 
-    fn source(&self) -> Source<'_, 3> {
+    pub(crate) fn source(&self) -> Source<'_, 3> {
         Source { points: &self.points, normals: Some(&self.known_normals), deviations: Some(&self.deviations) }
     }
 }

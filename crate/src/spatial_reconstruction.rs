@@ -3,6 +3,7 @@
 use std::collections::VecDeque;
 
 use crate::cloud_odometry::{CloudEstimate, CloudOdometry, PreparedCloud};
+use crate::depth_graph::{DepthGraph, GraphFrame};
 use crate::depth_odometry::{DepthOdometry, SpatialEstimate};
 use crate::error::{Error, Result};
 use crate::evaluation::convention::KnownConvention;
@@ -12,7 +13,7 @@ use crate::io::trajectory::Contents;
 use crate::prepared_frame::{DepthPreparation, FrameLabel, MapPoints, Preparation, PreparedFrame, Surfaces};
 use crate::report::{Progress, Stage};
 use crate::spatial_report::{MapSize, SpatialComparison, SpatialFrameResult, SpatialResult};
-use crate::spatial_settings::{Method, Quantisation, SpatialSettings};
+use crate::spatial_settings::{Method, Quantisation, Refinement, SpatialSettings};
 use crate::verdict::Status;
 use crate::voxel_map::VoxelMap;
 
@@ -26,17 +27,28 @@ const DECIDING_RATIO: f64 = 1.05;
 /// A reconstruction in space.
 ///
 /// [`begin`](Self::begin) looks at the first frame and says what preparing has to know; prepared frames are
-/// [added](Self::add) in their order, and [`step`](Self::step) registers one after the other. What is known so far may be
-/// asked for at any time, and more frames may be added to a finished run.
+/// [added](Self::add) in their order, and [`step`](Self::step) registers one after the other. After the last one,
+/// [`finish`](Self::finish) lets it solve for all poses together. What is known so far may be asked for at any time, and
+/// more frames may be added to a finished run.
 pub struct SpatialReconstruction {
     settings: SpatialSettings,
     preparation: Option<Preparation>,
     waiting: VecDeque<PreparedFrame>,
     frames: Vec<Frame>,
     readings: Vec<Reading>,
+    /// Whether no frame will follow, so that all may be solved for together.
+    is_complete: bool,
+    joint: Option<Joint>,
     reference: Option<Reference>,
     notes: Vec<String>,
     stitched: Option<Stitched>,
+}
+
+/// The joint solution of some of the frames.
+struct Joint {
+    members: Vec<usize>,
+    graph: DepthGraph,
+    is_done: bool,
 }
 
 /// What is kept of a frame once it is registered.
@@ -62,8 +74,11 @@ struct Stitched {
 /// A run with one way of reading the depth; while the data have not decided there may be two. Clouds have one.
 struct Reading {
     quantisation: Quantisation,
+    is_joint: bool,
     odometry: Odometry,
     estimates: Vec<SpatialEstimate>,
+    /// Of every frame, what it is to the joint solution; none where it is not believed.
+    graph_frames: Vec<Option<GraphFrame>>,
     /// Sum over the registered frames of the mean square residual over the mean square depth: a reading that makes
     /// everything smaller makes the residuals smaller, too.
     misfit: f64,
@@ -81,10 +96,20 @@ impl Reading {
             Method::SurfelMap => Odometry::Depth(DepthOdometry::new(settings.depth_options())),
             _ => Odometry::Cloud(Box::new(CloudOdometry::new(settings.cloud_options())?)),
         };
-        Ok(Self { quantisation, odometry, estimates: Vec::new(), misfit: 0.0, num_registered: 0 })
+        let is_joint = settings.refinement == Refinement::Joint;
+        Ok(Self {
+            quantisation,
+            is_joint,
+            odometry,
+            estimates: Vec::new(),
+            graph_frames: Vec::new(),
+            misfit: 0.0,
+            num_registered: 0,
+        })
     }
 
     fn add(&mut self, surfaces: &Surfaces) {
+        let mut graph_frame = None;
         let estimate = match (&mut self.odometry, surfaces) {
             (Odometry::Depth(odometry), Surfaces::Surfels(images)) => {
                 let Some((_, surfels)) = images.iter().find(|(quantisation, _)| *quantisation == self.quantisation)
@@ -98,6 +123,9 @@ impl Reading {
                     self.misfit += registration.last.inlier_rmse.powi(2) / sq_depth.max(f64::MIN_POSITIVE);
                     self.num_registered += 1;
                 }
+                if self.is_joint && estimate.verdict.status == Status::Good {
+                    graph_frame = Some(GraphFrame::new(surfels));
+                }
                 estimate
             }
             (Odometry::Cloud(odometry), Surfaces::Cloud(cloud)) => {
@@ -109,6 +137,7 @@ impl Reading {
             _ => return,
         };
         self.estimates.push(estimate);
+        self.graph_frames.push(graph_frame);
     }
 }
 
@@ -125,6 +154,8 @@ impl SpatialReconstruction {
             waiting: VecDeque::new(),
             frames: Vec::new(),
             readings: Vec::new(),
+            is_complete: false,
+            joint: None,
             reference: None,
             notes: Vec::new(),
             stitched: None,
@@ -179,22 +210,55 @@ impl SpatialReconstruction {
         }
         self.notes.extend(frame.notes.iter().cloned());
         self.waiting.push_back(frame);
+        self.is_complete = false;
+        self.joint = None;
         Ok(())
     }
 
-    /// Registers one more frame.
+    /// Says that no frame will follow: [`step`](Self::step) then goes on to solve for all poses together. Should one
+    /// follow nevertheless, the poses are those of the chain again, until this is said anew.
+    pub fn finish(&mut self) {
+        self.is_complete = true;
+    }
+
+    /// Does one bounded piece of work: registers one frame, or takes the joint solution further.
     pub fn step(&mut self) -> Progress {
-        let total = self.frames.len() + self.waiting.len();
-        let Some(frame) = self.waiting.pop_front() else {
-            return Progress { stage: Stage::Done, done: total, total, frame: None };
-        };
+        if let Some(frame) = self.waiting.pop_front() {
+            return self.register(frame);
+        }
+        if self.is_complete && self.joint.as_ref().is_none_or(|joint| !joint.is_done) {
+            return self.advance_joint();
+        }
+        let total = self.frames.len();
+        Progress { stage: Stage::Done, done: total, total, frame: None }
+    }
+
+    fn register(&mut self, frame: PreparedFrame) -> Progress {
         for reading in &mut self.readings {
             reading.add(&frame.surfaces);
         }
         self.decide();
         self.frames.push(Frame { label: frame.label, map_points: frame.map_points });
         let done = self.frames.len();
-        Progress { stage: Stage::Register, done, total, frame: Some(done - 1) }
+        Progress { stage: Stage::Register, done, total: done + self.waiting.len(), frame: Some(done - 1) }
+    }
+
+    fn advance_joint(&mut self) -> Progress {
+        let mut joint = self.joint.take();
+        let mut progress = (1, 1);
+        if let Some(reading) = self.best() {
+            let frames = || reading.graph_frames.iter().enumerate();
+            let joint = joint.get_or_insert_with(|| {
+                let members: Vec<usize> =
+                    frames().filter(|(_, frame)| frame.is_some()).map(|(index, _)| index).collect();
+                let poses = members.iter().map(|&index| reading.estimates[index].T_world_sensor).collect();
+                Joint { members, graph: DepthGraph::new(poses), is_done: false }
+            });
+            joint.is_done = joint.graph.advance(frames().filter_map(|(_, frame)| frame.as_ref()));
+            progress = joint.graph.progress();
+        }
+        self.joint = joint;
+        Progress { stage: Stage::Joint, done: progress.0, total: progress.1, frame: None }
     }
 
     /// Drops the reading that fits worse, once enough frames have been registered.
@@ -233,14 +297,25 @@ impl SpatialReconstruction {
         self.reference = None;
     }
 
-    /// What has been found of each frame so far.
+    /// What was found of each frame when it was registered.
     pub fn estimates(&self) -> &[SpatialEstimate] {
         self.best().map_or(&[], |reading| &reading.estimates)
     }
 
-    /// Poses `T_world_sensor` of the frames so far; the world is the frame of the first one.
+    /// Poses `T_world_sensor` of the frames so far; the world is the frame of the first one. A frame that is no part of the
+    /// joint solution goes along with the one before it.
     pub fn poses(&self) -> Vec<Pose3> {
-        self.estimates().iter().map(|estimate| estimate.T_world_sensor).collect()
+        let mut poses: Vec<Pose3> = self.estimates().iter().map(|estimate| estimate.T_world_sensor).collect();
+        let Some(joint) = &self.joint else { return poses };
+        let mut refined = joint.members.iter().zip(joint.graph.poses()).peekable();
+        let mut moved = Pose3::identity();
+        for (index, pose) in poses.iter_mut().enumerate() {
+            if let Some((_, refined)) = refined.next_if(|(member, _)| **member == index) {
+                moved = refined * pose.inverse();
+            }
+            *pose = moved * *pose;
+        }
+        poses
     }
 
     /// How depth was made whole, as set or as found so far; `None` for clouds.
@@ -271,7 +346,7 @@ impl SpatialReconstruction {
                 }
             }
         });
-        let frames = self.frames.iter().zip(self.estimates());
+        let frames = self.frames.iter().zip(self.estimates()).zip(self.poses());
         SpatialResult {
             version: env!("CARGO_PKG_VERSION"),
             settings: self.preparation.as_ref().map_or(&self.settings, |preparation| &preparation.settings).clone(),
@@ -279,10 +354,11 @@ impl SpatialReconstruction {
             depth_scale: self.depth().map(|depth| 1.0 / depth.depth_step),
             quantisation: self.quantisation(),
             frames: frames
-                .map(|(Frame { label, .. }, estimate)| {
-                    SpatialFrameResult::new(&label.name, label.index, label.time, estimate)
+                .map(|((Frame { label, .. }, estimate), pose)| {
+                    SpatialFrameResult::new(&label.name, label.index, label.time, estimate, pose)
                 })
                 .collect(),
+            joint_history: self.joint.as_ref().map_or_else(Vec::new, |joint| joint.graph.history().to_vec()),
             comparison,
             notes,
         }
@@ -295,7 +371,8 @@ impl SpatialReconstruction {
             time: frame.label.time,
             T_world_sensor: pose,
         };
-        let frames: Vec<EstimatedFrame> = self.frames.iter().zip(self.believed_poses()).map(estimated).collect();
+        let frames: Vec<EstimatedFrame> =
+            self.frames.iter().zip(self.poses_up_to(Status::Doubtful)).map(estimated).collect();
         if frames.is_empty() {
             return Ok(None);
         }
@@ -303,22 +380,18 @@ impl SpatialReconstruction {
         Ok(Some(SpatialComparison::new(&reference.name, error)))
     }
 
-    /// Poses of the frames, `None` for lost ones.
-    fn believed_poses(&self) -> Vec<Option<Pose3>> {
-        let believed = |estimate: &SpatialEstimate| estimate.verdict.status != Status::Lost;
-        self.estimates().iter().map(|estimate| believed(estimate).then_some(estimate.T_world_sensor)).collect()
-    }
-
-    /// Poses of the frames that are part of the map: the good ones.
-    fn mapped_poses(&self) -> Vec<Option<Pose3>> {
-        let good = |estimate: &SpatialEstimate| estimate.verdict.status == Status::Good;
-        self.estimates().iter().map(|estimate| good(estimate).then_some(estimate.T_world_sensor)).collect()
+    /// Poses of the frames that are at most so doubtful, `None` for the others.
+    fn poses_up_to(&self, worst: Status) -> Vec<Option<Pose3>> {
+        let believed = |estimate: &SpatialEstimate| estimate.verdict.status as u8 <= worst as u8;
+        let poses = self.poses();
+        self.estimates().iter().zip(poses).map(|(estimate, pose)| believed(estimate).then_some(pose)).collect()
     }
 
     /// The map so far: one point a voxel, coloured where the recording is, world frame. What has been added since it was
     /// last asked for is stitched to it.
     pub fn map(&mut self) -> &VoxelMap {
-        let (poses, quantisation) = (self.mapped_poses(), self.quantisation().unwrap_or(Quantisation::Rounded));
+        let (poses, quantisation) =
+            (self.poses_up_to(Status::Good), self.quantisation().unwrap_or(Quantisation::Rounded));
         let kept = self
             .stitched
             .take()
@@ -351,7 +424,7 @@ impl SpatialReconstruction {
 
     /// What the map would take in voxels of other sizes (m, positive).
     pub fn map_sizes(&self, voxel_sizes: &[f64]) -> Vec<MapSize> {
-        let poses = self.mapped_poses();
+        let poses = self.poses_up_to(Status::Good);
         let finest = voxel_sizes.iter().copied().fold(f64::INFINITY, f64::min);
         let filled = |voxel_size| {
             let mut map = VoxelMap::new(voxel_size);

@@ -82,15 +82,15 @@ pub struct SpatialFrameResult {
 }
 
 impl SpatialFrameResult {
-    /// Puts together what is known of a frame.
-    pub fn new(name: &str, index: usize, time: Option<f64>, estimate: &SpatialEstimate) -> Self {
+    /// Puts together what is known of a frame; `pose` is its present `T_world_sensor`.
+    pub fn new(name: &str, index: usize, time: Option<f64>, estimate: &SpatialEstimate, pose: Pose3) -> Self {
         let registration = estimate.registration.as_ref();
         let last = registration.map_or_else(IterationRecord::default, |r| r.last);
         Self {
             name: name.to_owned(),
             index,
             time,
-            T_world_sensor: estimate.T_world_sensor.into(),
+            T_world_sensor: pose.into(),
             status: estimate.verdict.status,
             reason: estimate.verdict.reason.clone(),
             agreement: estimate.verdict.agreement,
@@ -163,6 +163,8 @@ pub struct SpatialResult {
     pub quantisation: Option<Quantisation>,
     /// One entry a registered frame.
     pub frames: Vec<SpatialFrameResult>,
+    /// Iterations of the joint solution; empty without one.
+    pub joint_history: Vec<IterationRecord>,
     /// Errors against the reference, where one was given and fits.
     pub comparison: Option<SpatialComparison>,
     /// What else is worth knowing, in whole sentences.

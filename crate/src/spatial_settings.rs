@@ -49,6 +49,17 @@ impl Quantisation {
     }
 }
 
+/// What is done once all frames are registered.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
+pub enum Refinement {
+    /// All poses are solved for together; of depth images with surfaces.
+    Joint,
+    /// Nothing.
+    None,
+}
+
 /// Settings of a reconstruction in space. The default works with nothing set on rendered rooms and on depth cameras.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
@@ -88,6 +99,8 @@ pub struct SpatialSettings {
     pub max_correspondence_distance: f64,
     /// Clouds: when features are searched for over the whole of two clouds.
     pub global_registration: GlobalRegistrationUse,
+    /// What is done once all frames are registered.
+    pub refinement: Refinement,
     /// The map holds one point in a cube of this side (m); 0: 2 cm, for clouds half their voxel.
     pub map_voxel_size: f64,
 }
@@ -112,6 +125,7 @@ impl Default for SpatialSettings {
             metric: SpatialMetric::PointToPlane,
             max_correspondence_distance: 0.0,
             global_registration: GlobalRegistrationUse::WhenDoubtful,
+            refinement: Refinement::None,
             map_voxel_size: 0.0,
         }
     }
@@ -275,7 +289,12 @@ pub fn spatial_presets() -> Vec<SpatialPreset> {
             name: "fast",
             label: "Fast",
             explanation: "Fewer points, and fewer places where a frame is looked for, unless that is doubtful; a map of 5 cm.",
-            settings: SpatialSettings { effort: Effort::Quick, map_voxel_size: 0.05, ..SpatialSettings::default() },
+            settings: SpatialSettings {
+                effort: Effort::Quick,
+                refinement: Refinement::None,
+                map_voxel_size: 0.05,
+                ..SpatialSettings::default()
+            },
         },
     ]
 }
@@ -303,6 +322,13 @@ pub fn spatial_descriptions() -> Vec<SettingDescription> {
             "Registration",
             "Surfaces: thorough looks for every frame in hundreds of places, quick in a few dozen unless that is doubtful.",
             &[("thorough", "Thorough"), ("quick", "Quick")],
+        ),
+        choice(
+            "refinement",
+            "At the end",
+            "Registration",
+            "Surfaces: all poses can be solved for together, which spreads errors over the path. Where frames are matched with the map all along, it seldom helps.",
+            &[("none", "Nothing"), ("joint", "All poses together")],
         ),
         choice(
             "motion",

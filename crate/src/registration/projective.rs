@@ -11,6 +11,7 @@ use crate::geometry::Pose3;
 use crate::search::Neighbor;
 
 /// Pieces of surface by the cell that they are seen in from a view.
+#[derive(Clone)]
 pub struct ProjectiveTarget {
     camera: Pinhole,
     R_view_world: Matrix3<f64>,

@@ -177,7 +177,13 @@ impl SpatialReconstruction {
         frame.and_then(|frame| self.engine.add(frame)).map_err(|error| thrown(&error))
     }
 
-    /// Registers one frame; `done` when none waits.
+    /// Says that no frame will follow: `step()` then goes on to solve for all poses together.
+    pub fn finish(&mut self) {
+        self.engine.finish();
+    }
+
+    /// Does one bounded piece of work: registers a frame, or, after `finish()`, takes the joint solution further. `done`
+    /// when nothing waits.
     ///
     /// # Errors
     /// Never for the input's sake.
