@@ -10,6 +10,8 @@ const SHAPES = {
   minus: svg`<path d="M3 8h10" />`,
   fit: svg`<path d="M2.5 6V2.5H6M10 2.5h3.5V6M13.5 10v3.5H10M6 13.5H2.5V10" />`,
   turn: svg`<path d="M13 7.5A5 5 0 1 0 11 12M13.2 3.6v4H9.3" />`,
+  from_above: svg`<path d="M1.8 6.3C3.5 3.9 5.5 2.7 8 2.7s4.5 1.2 6.2 3.6C12.5 8.7 10.5 9.9 8 9.9S3.5 8.7 1.8 6.3z" /><circle cx="8" cy="6.3" r="1.4" /><path d="M2.5 13.2h11" />`,
+  flat: svg`<path d="M3 4.5h10v7H3zM3 8h10M8 4.5v7" />`,
   layers: svg`<path d="m8 2 6 3.2-6 3.2-6-3.2zM2.2 8.4 8 11.5l5.8-3.1M2.2 11 8 14.1l5.8-3.1" />`,
   open: svg`<path d="M2 12.5v-9h4l1.5 2H14v7z" />`,
   file: svg`<path d="M4 1.8h5l3 3v9.4H4zM9 1.8v3h3" />`,

@@ -1,0 +1,110 @@
+/** What hands do on the stage: mouse, fingers, wheel, told as turns, shifts and zooms. */
+import type { ReactiveController, ReactiveControllerHost } from 'lit';
+
+export interface GestureTarget {
+  /** Pixels moved since the last call. */
+  turn(right: number, down: number): void;
+  shift(right: number, down: number): void;
+  zoom(x: number, y: number, factor: number): void;
+  /** Fingers turned about each other, rad. */
+  twist(angle: number): void;
+  tap(x: number, y: number, reach: number): void;
+  hover(x: number, y: number): void;
+  leave(): void;
+  /** Wheel and single fingers belong to the page around. */
+  isGuarded(): boolean;
+}
+
+interface Place {
+  x: number;
+  y: number;
+}
+
+/** A hand that moved less than this has tapped, pixels. */
+const TAP = { mouse: 4, touch: 10 };
+
+export class Gestures implements ReactiveController {
+  #target: GestureTarget;
+  #stage: HTMLElement | null = null;
+  #fingers = new Map<number, Place & { shifts: boolean }>();
+  #distance = 0;
+
+  constructor(host: ReactiveControllerHost, target: GestureTarget) {
+    this.#target = target;
+    host.addController(this);
+  }
+
+  hostConnected(): void {
+    this.#fingers.clear();
+  }
+
+  listen(stage: HTMLElement): void {
+    this.#stage = stage;
+    stage.addEventListener('pointerdown', (event) => this.#down(event));
+    stage.addEventListener('pointermove', (event) => this.#move(event));
+    stage.addEventListener('pointerup', (event) => this.#up(event));
+    stage.addEventListener('pointercancel', (event) => this.#up(event));
+    stage.addEventListener('pointerleave', () => this.#target.leave());
+    stage.addEventListener('contextmenu', (event) => event.preventDefault());
+    // Lit's own listener would be passive where the browser decides so.
+    stage.addEventListener('wheel', (event) => this.#wheel(event), { passive: false });
+  }
+
+  #place(event: MouseEvent): Place {
+    const box = this.#stage?.getBoundingClientRect();
+    return { x: event.clientX - (box?.left ?? 0), y: event.clientY - (box?.top ?? 0) };
+  }
+
+  #wheel(event: WheelEvent): void {
+    if (this.#target.isGuarded() && !event.ctrlKey) return;
+    event.preventDefault();
+    const { x, y } = this.#place(event);
+    const lines = event.deltaMode === WheelEvent.DOM_DELTA_LINE ? 16 : 1;
+    // A pinch on a trackpad arrives as a wheel with the control key and small steps.
+    const speed = event.ctrlKey ? 0.01 : 0.0016;
+    this.#target.zoom(x, y, Math.exp(-event.deltaY * lines * speed));
+  }
+
+  #down(event: PointerEvent): void {
+    if (this.#target.isGuarded() && event.pointerType === 'touch') return;
+    this.#stage?.setPointerCapture(event.pointerId);
+    this.#fingers.set(event.pointerId, { ...this.#place(event), shifts: event.button !== 0 || event.shiftKey });
+    if (this.#fingers.size === 1) this.#distance = 0;
+  }
+
+  #move(event: PointerEvent): void {
+    const now = this.#place(event);
+    const before = this.#fingers.get(event.pointerId);
+    if (!before) {
+      if (event.pointerType !== 'touch') this.#target.hover(now.x, now.y);
+      return;
+    }
+    this.#fingers.set(event.pointerId, { ...now, shifts: before.shifts });
+    this.#distance += Math.hypot(now.x - before.x, now.y - before.y);
+    const other = [...this.#fingers].find(([id]) => id !== event.pointerId)?.[1];
+    if (!other) {
+      if (this.#distance <= TAP.mouse) return;
+      if (before.shifts) this.#target.shift(now.x - before.x, now.y - before.y);
+      else this.#target.turn(now.x - before.x, now.y - before.y);
+      return;
+    }
+    // Each of two fingers has half the say.
+    const [old_x, old_y] = [before.x - other.x, before.y - other.y];
+    const [new_x, new_y] = [now.x - other.x, now.y - other.y];
+    this.#target.shift((now.x - before.x) / 2, (now.y - before.y) / 2);
+    const factor = Math.hypot(new_x, new_y) / Math.max(Math.hypot(old_x, old_y), 1);
+    this.#target.zoom((now.x + other.x) / 2, (now.y + other.y) / 2, factor);
+    const angle = Math.atan2(new_y, new_x) - Math.atan2(old_y, old_x);
+    this.#target.twist(Math.atan2(Math.sin(angle), Math.cos(angle)));
+  }
+
+  #up(event: PointerEvent): void {
+    const was_pressed = this.#fingers.delete(event.pointerId);
+    const is_touch = event.pointerType === 'touch';
+    const is_tap = event.type === 'pointerup' && this.#distance <= (is_touch ? TAP.touch : TAP.mouse);
+    if (!is_tap || event.button !== 0 || this.#fingers.size > 0) return;
+    if (!was_pressed && !this.#target.isGuarded()) return;
+    const { x, y } = this.#place(event);
+    this.#target.tap(x, y, is_touch ? 24 : 12);
+  }
+}

@@ -1,0 +1,137 @@
+/**
+ * How the map is laid before the eye. The world of the estimate is the first camera: x right, y down, z forward, and
+ * that camera may have looked down a little. The picture's world has y up and the floor level.
+ */
+import { added, cross, dot, type Mat3, normalized, transformed, type Vec3 } from './vectors.js';
+
+export interface MapPoints {
+  /** x y z x y z ..., world, m. */
+  positions: Float32Array;
+  /** red green blue ... */
+  colors: Uint8Array;
+  normals: Float32Array;
+  /** Frame that saw each point first. */
+  frames: Uint32Array;
+}
+
+export const NO_POINTS: MapPoints = {
+  positions: new Float32Array(),
+  colors: new Uint8Array(),
+  normals: new Float32Array(),
+  frames: new Uint32Array(),
+};
+
+/** Cones around the presumed vertical, from wide to narrow, in which normals vote on the true one (cosines). */
+const CONES = [0.82, 0.94, 0.985];
+/** At least this share of the sampled normals must stand upright for a vote to count. */
+const MIN_SHARE = 0.08;
+const MAX_SAMPLES = 20_000;
+
+/** Up in the world of the first camera, or of the first cloud of a laser that stands upright. */
+const CAMERA_UP: Vec3 = [0, -1, 0];
+const LASER_UP: Vec3 = [0, 0, 1];
+
+/**
+ * Rotation from the map's world to the picture's: rows are right, up and backward. `has_camera`: the sensor looks along
+ * z and has y down; otherwise a laser with z up is thought possible too.
+ */
+export function leveling(points: MapPoints, has_camera: boolean): Mat3 {
+  const candidates = has_camera ? [CAMERA_UP] : [LASER_UP, CAMERA_UP];
+  const voted = candidates.map((presumed) => ({ presumed, ...voteOnUp(points, presumed) }));
+  const best = voted.reduce((a, b) => (b.share > a.share ? b : a));
+  const up = best.share >= MIN_SHARE ? best.up : best.presumed;
+  const ahead: Vec3 = best.presumed === LASER_UP ? [1, 0, 0] : [0, 0, 1];
+  const forward = normalized(added(ahead, up, -dot(ahead, up)));
+  return [cross(forward, up), up, [-forward[0], -forward[1], -forward[2]]];
+}
+
+/** Floors, tables and ceilings are level: the mean of the normals that stand nearly upright. */
+function voteOnUp({ normals }: MapPoints, presumed: Vec3): { up: Vec3; share: number } {
+  const count = normals.length / 3;
+  const stride = Math.max(1, Math.floor(count / MAX_SAMPLES));
+  let up = presumed;
+  let share = 0;
+  for (const cone of CONES) {
+    let sum: Vec3 = [0, 0, 0];
+    let votes = 0;
+    for (let i = 0; i < count; i += stride) {
+      const normal: Vec3 = [normals[3 * i] ?? 0, normals[3 * i + 1] ?? 0, normals[3 * i + 2] ?? 0];
+      const cosine = dot(normal, up);
+      if (Math.abs(cosine) < cone) continue;
+      sum = added(sum, normal, Math.sign(cosine));
+      votes++;
+    }
+    if (votes === 0) return { up: presumed, share: 0 };
+    up = normalized(sum);
+    share = votes / Math.ceil(count / stride);
+  }
+  return { up, share };
+}
+
+/** Every so many-th point, in the picture's world: enough to fit a view to. */
+export function sample(points: MapPoints, R_view_map: Mat3, max_count: number): Vec3[] {
+  const count = points.positions.length / 3;
+  const stride = Math.max(1, Math.ceil(count / max_count));
+  const sampled: Vec3[] = [];
+  for (let i = 0; i < count; i += stride) {
+    const at = 3 * i;
+    const p: Vec3 = [points.positions[at] ?? 0, points.positions[at + 1] ?? 0, points.positions[at + 2] ?? 0];
+    sampled.push(transformed(R_view_map, p));
+  }
+  return sampled;
+}
+
+/** Heights above the first camera, m. */
+export interface Heights {
+  floor: number;
+  top: number;
+  /** Where the section cuts at first: above the cameras and below the ceiling, so that the rooms lie open. */
+  section: number;
+}
+
+const BIN = 0.05; // m
+/** The cut lies so far above the highest camera, or so far below the ceiling where that is lower. */
+const ABOVE_CAMERA = 0.3;
+const BELOW_CEILING = 0.2;
+
+/** From points and cameras in the picture's world. */
+export function heightsOf(sampled: readonly Vec3[], cameras: readonly Vec3[]): Heights {
+  const heights = sampled.map(([, y]) => y).sort((a, b) => a - b);
+  const at = (share: number): number => heights[Math.floor(share * (heights.length - 1))] ?? 0;
+  const [bottom, top] = [at(0.002), at(0.998)];
+  const highest = cameras.reduce((high, [, y]) => Math.max(high, y), Number.NEGATIVE_INFINITY);
+  const camera = Number.isFinite(highest) ? highest : 0;
+  const ceiling = fullestBin(heights.filter((height) => height > camera + BELOW_CEILING));
+  const floor = fullestBin(heights.filter((height) => height < camera - 0.3)) ?? bottom;
+  const section = Math.min(camera + ABOVE_CAMERA, (ceiling ?? top) - BELOW_CEILING);
+  // Where all lies far below or above the cameras there is nothing to cut open.
+  return { floor, top, section: section > floor + 0.5 ? section : top };
+}
+
+function fullestBin(heights: readonly number[]): number | null {
+  const counts = new Map<number, number>();
+  for (const height of heights) counts.set(Math.round(height / BIN), (counts.get(Math.round(height / BIN)) ?? 0) + 1);
+  const [fullest] = [...counts].sort((a, b) => b[1] - a[1]);
+  return fullest ? fullest[0] * BIN : null;
+}
+
+/** The turn about the vertical (rad) at which the plan fills the smallest rectangle, its long side across the screen. */
+export function straightAzimuth(sampled: readonly Vec3[], is_wide: boolean): number {
+  const STEPS = 60;
+  let best = { area: Number.POSITIVE_INFINITY, azimuth: 0, is_wide: true };
+  for (let step = 0; step < STEPS; step++) {
+    const azimuth = ((step / STEPS) * Math.PI) / 2;
+    const [cos, sin] = [Math.cos(azimuth), Math.sin(azimuth)];
+    const width = spread(sampled.map(([x, , z]) => x * cos - z * sin));
+    const depth = spread(sampled.map(([x, , z]) => x * sin + z * cos));
+    if (width * depth < best.area * 0.995) best = { area: width * depth, azimuth, is_wide: width >= depth };
+  }
+  return best.is_wide === is_wide ? best.azimuth : best.azimuth - Math.PI / 2;
+}
+
+/** Extent of all but the outermost hundredth on either side. */
+export function spread(values: readonly number[]): number {
+  const sorted = Float64Array.from(values).sort();
+  const cut = Math.floor(sorted.length / 100);
+  return (sorted[sorted.length - 1 - cut] ?? 0) - (sorted[cut] ?? 0);
+}

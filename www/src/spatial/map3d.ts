@@ -1,0 +1,777 @@
+import { css, html, LitElement, nothing, type PropertyValues, type TemplateResult } from 'lit';
+import { customElement, property, query, state } from 'lit/decorators.js';
+import { keyed } from 'lit/directives/keyed.js';
+import { icon } from '../components/icons.js';
+import { map_styles } from '../components/map-styles.js';
+import { shared } from '../components/theme.js';
+import { baseName, formatFixed } from '../views/format.js';
+import { cssColor, type Rgb } from '../views/palette.js';
+import { Gestures, type GestureTarget } from './gestures.js';
+import { type Heights, heightsOf, leveling, type MapPoints, NO_POINTS, sample, straightAzimuth } from './leveling.js';
+import { COLOR_MODES, ramp, sceneColors } from './look.js';
+import type { Camera, Pose } from './marks.js';
+import { positionOf } from './marks.js';
+import {
+  between,
+  fitted,
+  metresPerPixel,
+  type Orbit,
+  orbited,
+  panned,
+  type Size,
+  STRAIGHT_DOWN,
+  toScreen,
+  zoomedAt,
+} from './orbit.js';
+import type { ColorMode } from './point-cloud.js';
+import type { LayerName, MapScene, SceneLook } from './scene.js';
+import { type Mat3, transformed, type Vec3 } from './vectors.js';
+
+/** What is drawn over the points. */
+export interface SpatialMarks {
+  poses: readonly Pose[];
+  reference: readonly (Pose | null)[];
+  camera: Camera | null;
+  /** Frames shown, from the first on. */
+  until: number;
+  selected: number | null;
+}
+
+const NO_MARKS: SpatialMarks = { poses: [], reference: [], camera: null, until: 0, selected: null };
+const FLAT: Mat3 = [
+  [1, 0, 0],
+  [0, -1, 0],
+  [0, 0, -1],
+];
+const NO_HEIGHTS: Heights = { floor: 0, top: 0, section: 0 };
+const FIRST_VIEW: Orbit = {
+  target: [0, 0, -2],
+  azimuth: 0,
+  elevation: STRAIGHT_DOWN,
+  distance: 10,
+  projection: 'perspective',
+};
+
+const ZOOM_STEP = 1.3;
+const PAN_STEP = 60; // CSS pixels
+const TURN_STEP = Math.PI / 24;
+const TURN_PER_PIXEL = 0.006;
+const FLIGHT_MS = 350;
+/** Points that a view is fitted to. */
+const NUM_SAMPLES = 1500;
+/** A lost graphics context is replaced after so long; again and again, ever later, where that fails. */
+const RESTORE_MS = [250, 1000, 2000, 4000];
+
+/**
+ * The map in space: points, paths and cameras, which turn, move and zoom.
+ *
+ * Fires `frame-selected` with a frame number or null, `map-painted` when a new set of points is on the screen, and
+ * `graphics-changed` with 'lost', 'restored' or 'unavailable'.
+ */
+@customElement('scanstitch-map3d')
+export class ScanstitchMap3d extends LitElement implements GestureTarget {
+  @property({ attribute: false }) points: MapPoints = NO_POINTS;
+  @property({ attribute: false }) marks: SpatialMarks = NO_MARKS;
+  @property({ attribute: false }) names: readonly string[] = [];
+  @property({ attribute: false }) reference_name = '';
+  /** Edge of the map's voxels, m: how large a point is drawn. */
+  @property({ attribute: false }) voxel_size = 0.02;
+  @property({ attribute: false }) has_colors = true;
+  @property({ type: Boolean }) dark = false;
+  /** Changes with the data set: the view is fitted anew. */
+  @property({ attribute: false }) fit_key: unknown = null;
+  @property({ attribute: false }) description = '';
+  /** The selected frame's picture. */
+  @property({ attribute: false }) image: HTMLImageElement | null = null;
+
+  @state() private mode: ColorMode | null = null;
+  @state() private size_factor = 1.6;
+  /** Where the user cuts, m above the first camera; null: where the data suggest it. */
+  @state() private section: number | null = null;
+  @state() private heights: Heights = NO_HEIGHTS;
+  @state() private shows: Record<LayerName, boolean> = {
+    points: true,
+    estimate: true,
+    reference: true,
+    cameras: true,
+    grid: true,
+  };
+  @state() private layers_open = false;
+  @state() private orbit: Orbit = FIRST_VIEW;
+  @state() private hovered: number | null = null;
+  @state() private guarded = false;
+  @state() private graphics: 'starting' | 'there' | 'lost' | 'unavailable' = 'starting';
+  @state() private num_canvases = 0;
+  @query('.stage') private stage!: HTMLElement;
+  @query('canvas') private canvas!: HTMLCanvasElement;
+
+  private scene: MapScene | null = null;
+  private size: Size = { width: 0, height: 0 };
+  private R_view_map: Mat3 = FLAT;
+  private sampled: Vec3[] = [];
+  /** The azimuth at which the walls run across and along the screen. */
+  private straight = 0;
+  private is_moved = false;
+  private animation_frame = 0;
+  private flight: { from: Orbit; to: Orbit; start: number } | null = null;
+  private has_new_points = false;
+  private num_failures = 0;
+  private restore_timer: ReturnType<typeof setTimeout> | undefined;
+  private gestures = new Gestures(this, this);
+  private resize_observer = new ResizeObserver(() => this.resize());
+
+  override connectedCallback(): void {
+    super.connectedCallback();
+    if (!this.hasUpdated) return;
+    this.resize_observer.observe(this.stage);
+    if (!this.scene) this.num_canvases++;
+  }
+
+  override disconnectedCallback(): void {
+    super.disconnectedCallback();
+    this.resize_observer.disconnect();
+    cancelAnimationFrame(this.animation_frame);
+    this.animation_frame = 0;
+    clearTimeout(this.restore_timer);
+    this.scene?.dispose();
+    this.scene = null;
+  }
+
+  protected override firstUpdated(): void {
+    this.gestures.listen(this.stage);
+    this.resize_observer.observe(this.stage);
+    this.resize();
+  }
+
+  protected override willUpdate(changed: PropertyValues<this>): void {
+    if (changed.has('fit_key')) {
+      this.is_moved = false;
+      this.section = null;
+      this.orbit = FIRST_VIEW;
+      this.flight = null;
+    }
+    if (changed.has('points') || changed.has('fit_key')) this.survey();
+  }
+
+  protected override updated(changed: PropertyValues<this>): void {
+    if ((changed as Map<PropertyKey, unknown>).has('num_canvases')) this.startScene();
+    if (changed.has('points')) {
+      this.scene?.setPoints(this.points);
+      this.has_new_points = true;
+      if (!this.is_moved) this.fit(changed.has('fit_key'));
+    }
+    const before = changed.get('marks');
+    if (changed.has('marks') || changed.has('image') || changed.has('points')) this.passMarks(before ?? null);
+    this.requestPaint();
+  }
+
+  /** Shows the whole map, from where the eye is. */
+  fit(at_once = false): void {
+    this.is_moved = false;
+    const azimuth = this.orbit.elevation === STRAIGHT_DOWN ? this.straight : this.orbit.azimuth;
+    this.flyToAll({ ...this.orbit, azimuth }, at_once);
+  }
+
+  /** Looks straight down. */
+  fromAbove(): void {
+    this.is_moved = false;
+    this.flyToAll({ ...this.orbit, azimuth: this.straight, elevation: STRAIGHT_DOWN }, false);
+  }
+
+  private flyToAll(orbit: Orbit, at_once: boolean): void {
+    if (this.sampled.length === 0) return;
+    // Beside the map the section's slider and the buttons need room.
+    const margin = this.size.width < 520 ? { across: 30, along: 16 } : { across: 64, along: 30 };
+    this.fly(fitted(orbit, this.openSamples(), this.size, margin), at_once);
+  }
+
+  /** What the section leaves. */
+  private openSamples(): Vec3[] {
+    const cut = this.cut();
+    return this.sampled.filter(([, y]) => y <= cut);
+  }
+
+  /** The map as a picture, at twice the resolution of the screen or better. */
+  async picture(): Promise<Blob> {
+    if (!this.scene) throw new Error('The browser gives no 3D graphics at the moment.');
+    return this.scene.toPng(this.orbit, this.look(), this.up(), 2);
+  }
+
+  protected override render(): TemplateResult {
+    return html`
+      <div
+        class="stage"
+        tabindex="0"
+        role="group"
+        aria-label="Map"
+        aria-describedby="map-keys"
+        ?data-guarded=${this.guarded}
+        @keydown=${this.onKey}
+        @dblclick=${() => this.fit()}
+        @focus=${this.updateGuard}
+        @blur=${this.updateGuard}
+      >
+        ${keyed(this.num_canvases, html`<canvas role="img" aria-label=${this.description}></canvas>`)}
+        <p id="map-keys" class="visually-hidden">
+          Arrow keys turn the map, with Shift they move it, plus and minus zoom, F shows all of it, T looks from above,
+          P changes between perspective and plan, comma and full stop select the frame before and after.
+        </p>
+      </div>
+      ${this.renderNotice()} ${this.renderSection()} ${this.renderReadout()} ${this.renderControls()}
+    `;
+  }
+
+  private renderNotice(): TemplateResult | typeof nothing {
+    if (this.graphics === 'there' || this.graphics === 'starting') return nothing;
+    return html`<div class="notice" role="status">
+      ${
+        this.graphics === 'lost'
+          ? 'The graphics card dropped the picture. It is being drawn again; nothing computed is lost.'
+          : html`This browser gives no 3D graphics (WebGL 2), so the map cannot be drawn. Everything else works:
+              figures, table, exports. <button @click=${() => this.restart()}>Try again</button>`
+      }
+    </div>`;
+  }
+
+  private renderSection(): TemplateResult | typeof nothing {
+    const { floor, top } = this.heights;
+    if (top - floor < 0.3) return nothing;
+    const value = this.cut();
+    const words = value >= top ? 'nothing cut' : `${formatFixed(value - floor, 2)} m`;
+    return html`<div class="section">
+      <span aria-hidden="true">ceiling</span>
+      <input
+        type="range"
+        class="upright"
+        min=${floor.toFixed(2)}
+        max=${(top + 0.05).toFixed(2)}
+        step="0.05"
+        .value=${String(Math.min(value, top + 0.05))}
+        aria-label="Section height: what is above is cut away"
+        aria-valuetext=${value >= top ? 'nothing is cut away' : `${formatFixed(value - floor, 2)} m above the floor`}
+        title="What lies above is cut away"
+        @input=${(event: Event) => {
+          this.section = Number((event.target as HTMLInputElement).value);
+          this.requestPaint();
+        }}
+      />
+      <output class="number" aria-hidden="true">${words}</output>
+    </div>`;
+  }
+
+  private renderReadout(): TemplateResult {
+    const metres = niceLength(110 * metresPerPixel(this.orbit, this.size));
+    const width = metres / metresPerPixel(this.orbit, this.size);
+    const { floor, top } = this.heights;
+    const mode = this.colorMode();
+    const stops = ramp(this.dark)
+      .filter((_, i) => i % 7 === 0)
+      .map((color) => cssColor(color));
+    return html`<div class="corner" aria-hidden="true">
+      ${this.hovered === null ? nothing : html`<span class="hovered">${baseName(this.names[this.hovered] ?? '')}</span>`}
+      ${
+        mode === 'height' || mode === 'frame'
+          ? html`<span class="legend number">
+              <span>${mode === 'height' ? '0 m' : 'first'}</span>
+              <i style="background: linear-gradient(to right, ${stops.join(', ')})"></i>
+              <span>${mode === 'height' ? `${formatFixed(Math.min(this.cut(), top) - floor, 1)} m` : 'last'}</span>
+            </span>`
+          : nothing
+      }
+      <span class="scale number" style="width: ${width.toFixed(1)}px">${metres} m</span>
+    </div>`;
+  }
+
+  private renderControls(): TemplateResult {
+    const is_flat = this.orbit.projection === 'orthographic';
+    return html`<div class="controls" role="toolbar" aria-label="Map view">
+      <button class="icon" @click=${() => this.zoomBy(ZOOM_STEP)} aria-label="Zoom in" title="Zoom in (+)">
+        ${icon('plus')}
+      </button>
+      <button class="icon" @click=${() => this.zoomBy(1 / ZOOM_STEP)} aria-label="Zoom out" title="Zoom out (−)">
+        ${icon('minus')}
+      </button>
+      <button class="icon" @click=${() => this.fit()} aria-label="Show the whole map" title="Show the whole map (F)">
+        ${icon('fit')}
+      </button>
+      <button class="icon" @click=${() => this.fromAbove()} aria-label="Look from above" title="Look from above (T)">
+        ${icon('from_above')}
+      </button>
+      <button
+        class="icon"
+        aria-pressed=${is_flat}
+        @click=${() => this.toggleProjection()}
+        aria-label="Plan without perspective"
+        title="Plan without perspective (P)"
+      >
+        ${icon('flat')}
+      </button>
+      <button
+        class="icon"
+        @click=${() => {
+          this.layers_open = !this.layers_open;
+        }}
+        aria-label="What is drawn"
+        aria-expanded=${this.layers_open}
+        title="What is drawn, and how"
+      >
+        ${icon('layers')}
+      </button>
+      ${this.layers_open ? this.renderLayers() : nothing}
+    </div>`;
+  }
+
+  private renderLayers(): TemplateResult {
+    const layer = (name: LayerName, label: string, sign: string): TemplateResult => html`
+      <label>
+        <input
+          type="checkbox"
+          .checked=${this.shows[name]}
+          @change=${(event: Event) => {
+            this.shows = { ...this.shows, [name]: (event.target as HTMLInputElement).checked };
+          }}
+        />
+        <i class="sign ${sign}"></i>${label}
+      </label>
+    `;
+    const mode = this.colorMode();
+    return html`<fieldset class="layers">
+      <legend class="visually-hidden">What is drawn</legend>
+      <label class="row"
+        >Colour
+        <select
+          @change=${(event: Event) => {
+            this.mode = (event.target as HTMLSelectElement).value as ColorMode;
+          }}
+        >
+          ${COLOR_MODES.filter((item) => this.has_colors || item.mode !== 'image').map(
+            (item) => html`<option value=${item.mode} .selected=${item.mode === mode}>${item.label}</option>`,
+          )}
+        </select>
+      </label>
+      <label class="row"
+        >Point size
+        <input
+          type="range"
+          min="0.4"
+          max="4"
+          step="0.1"
+          .value=${String(this.size_factor)}
+          aria-valuetext="${formatFixed(this.size_factor * this.voxel_size * 100, 1)} cm"
+          @input=${(event: Event) => {
+            this.size_factor = Number((event.target as HTMLInputElement).value);
+          }}
+        />
+      </label>
+      ${layer('points', 'Points', 'dots')} ${layer('estimate', 'Estimated path', 'estimate')}
+      ${
+        this.marks.reference.length > 0
+          ? layer('reference', `True path: ${baseName(this.reference_name)}`, 'truth')
+          : nothing
+      }
+      ${this.marks.camera ? layer('cameras', 'Cameras', 'cameras') : nothing} ${layer('grid', 'Grid of 1 m', 'grid')}
+    </fieldset>`;
+  }
+
+  // The scene and its graphics context.
+
+  private async startScene(): Promise<void> {
+    const { canvas } = this;
+    try {
+      const { MapScene } = await import('./scene.js');
+      if (!this.isConnected || canvas !== this.canvas) return;
+      this.scene?.dispose();
+      this.scene = null;
+      const scene = new MapScene(canvas);
+      canvas.addEventListener('webglcontextlost', () => {
+        if (this.scene === scene) this.onLost();
+      });
+      this.scene = scene;
+    } catch {
+      this.onFailed();
+      return;
+    }
+    const was_lost = this.graphics !== 'starting';
+    this.graphics = 'there';
+    this.num_failures = 0;
+    this.scene.resize(this.size, pixelRatio());
+    this.scene.setPoints(this.points);
+    this.passMarks(null);
+    this.has_new_points = true;
+    if (was_lost) this.emit('graphics-changed', 'restored');
+    this.requestPaint();
+  }
+
+  private onLost(): void {
+    this.scene = null;
+    this.graphics = 'lost';
+    this.emit('graphics-changed', 'lost');
+    this.restore_timer = setTimeout(() => this.restart(), RESTORE_MS[0]);
+  }
+
+  private onFailed(): void {
+    const wait = RESTORE_MS[++this.num_failures];
+    if (this.graphics !== 'starting' && wait !== undefined) {
+      this.restore_timer = setTimeout(() => this.restart(), wait);
+      return;
+    }
+    this.graphics = 'unavailable';
+    this.emit('graphics-changed', 'unavailable');
+    // What waits for the map to be seen need not wait for ever.
+    if (this.has_new_points) this.emit('map-painted', null);
+  }
+
+  /** A fresh canvas with a fresh context; the points and paths are passed to it again. */
+  private restart(): void {
+    this.num_canvases++;
+  }
+
+  private passMarks(before: SpatialMarks | null): void {
+    const { scene, marks, heights } = this;
+    if (!scene) return;
+    const depth = this.cameraDepth();
+    const is_new = before === null || before.poses !== marks.poses || before.reference !== marks.reference;
+    if (is_new) {
+      scene.setPaths(marks.poses, marks.reference, marks.camera, depth);
+      const shown = [...this.sampled, ...marks.poses.map((pose) => this.toView(positionOf(pose)))];
+      if (shown.length > 0) scene.setGround(this.R_view_map, shown, heights.floor, this.straight);
+    }
+    const pose = marks.selected === null ? null : (marks.poses[marks.selected] ?? null);
+    scene.setSelected(pose, marks.camera, 2.4 * depth, this.image);
+  }
+
+  private cameraDepth(): number {
+    return 0.16;
+  }
+
+  // Measures of the map.
+
+  private survey(): void {
+    const { points, marks } = this;
+    if (points.positions.length === 0) {
+      this.sampled = [];
+      this.heights = NO_HEIGHTS;
+      return;
+    }
+    this.R_view_map = leveling(points, marks.camera !== null);
+    this.sampled = sample(points, this.R_view_map, NUM_SAMPLES);
+    const cameras = marks.poses.map((pose) => this.toView(positionOf(pose)));
+    this.heights = heightsOf(sample(points, this.R_view_map, 8 * NUM_SAMPLES), cameras);
+    this.straight = straightAzimuth(this.openSamples(), this.size.width >= this.size.height);
+  }
+
+  private toView(point: Vec3): Vec3 {
+    return transformed(this.R_view_map, point);
+  }
+
+  private up(): Vec3 {
+    return this.R_view_map[1];
+  }
+
+  private cut(): number {
+    return this.section ?? this.heights.section;
+  }
+
+  private colorMode(): ColorMode {
+    return this.mode ?? (this.has_colors ? 'image' : 'height');
+  }
+
+  private look(): SceneLook {
+    const { heights, marks } = this;
+    const section = this.cut();
+    const colors = sceneColors(this.dark);
+    return {
+      mode: this.colorMode(),
+      point_size: this.size_factor * this.voxel_size,
+      section: section >= heights.top ? 1e9 : section,
+      until: marks.until,
+      selected: marks.selected ?? -1,
+      low: heights.floor,
+      high: Math.min(section, heights.top),
+      num_frames: marks.poses.length,
+      ramp: ramp(this.dark),
+      highlight: colors.selected as Rgb,
+      colors,
+      shows: this.shows,
+    };
+  }
+
+  // Painting. One picture at most per refresh of the screen, and none when nothing changed.
+
+  private resize(): void {
+    const { clientWidth: width, clientHeight: height } = this.stage;
+    this.size = { width, height };
+    this.updateGuard();
+    if (width === 0 || height === 0) return;
+    this.scene?.resize(this.size, pixelRatio());
+    if (!this.is_moved) this.fit(true);
+    // At once: the canvas is empty now, and an animation frame later the eye would see it so.
+    this.paint();
+    this.requestUpdate();
+  }
+
+  private requestPaint(): void {
+    if (this.animation_frame === 0) this.animation_frame = requestAnimationFrame(() => this.paint());
+  }
+
+  private paint(): void {
+    cancelAnimationFrame(this.animation_frame);
+    this.animation_frame = 0;
+    if (this.flight) {
+      const { from, to, start } = this.flight;
+      const t = Math.min((performance.now() - start) / FLIGHT_MS, 1);
+      this.orbit = between(from, to, t);
+      if (t >= 1) this.flight = null;
+    }
+    if (!this.scene || this.size.width === 0) return;
+    this.scene.render(this.orbit, this.look(), this.up());
+    if (this.flight) this.requestPaint();
+    if (this.has_new_points) {
+      this.has_new_points = false;
+      this.emit('map-painted', null);
+    }
+  }
+
+  private updateGuard(): void {
+    const page = document.scrollingElement;
+    const scrolls = page !== null && page.scrollHeight > page.clientHeight + 1;
+    this.guarded = scrolls && this.shadowRoot?.activeElement !== this.stage;
+  }
+
+  // Moving about.
+
+  private fly(to: Orbit, at_once: boolean): void {
+    const is_still = at_once || matchMedia('(prefers-reduced-motion: reduce)').matches || this.orbit === FIRST_VIEW;
+    this.flight = is_still ? null : { from: this.orbit, to, start: performance.now() };
+    if (is_still) this.orbit = to;
+    this.requestPaint();
+  }
+
+  private move(orbit: Orbit): void {
+    this.flight = null;
+    this.orbit = orbit;
+    this.is_moved = true;
+  }
+
+  private zoomBy(factor: number): void {
+    this.zoom(this.size.width / 2, this.size.height / 2, factor);
+  }
+
+  private toggleProjection(): void {
+    const projection = this.orbit.projection === 'perspective' ? 'orthographic' : 'perspective';
+    this.flight = null;
+    this.orbit = { ...this.orbit, projection };
+    if (!this.is_moved) this.fit(true);
+  }
+
+  turn(right: number, down: number): void {
+    this.move(orbited(this.orbit, right * TURN_PER_PIXEL, -down * TURN_PER_PIXEL));
+  }
+
+  shift(right: number, down: number): void {
+    this.move(panned(this.orbit, this.size, right, down));
+  }
+
+  zoom(x: number, y: number, factor: number): void {
+    this.move(zoomedAt(this.orbit, this.size, x, y, factor));
+  }
+
+  twist(angle: number): void {
+    this.move(orbited(this.orbit, angle, 0));
+  }
+
+  tap(x: number, y: number, reach: number): void {
+    this.select(this.frameAt(x, y, reach));
+  }
+
+  hover(x: number, y: number): void {
+    this.hovered = this.frameAt(x, y, 12);
+  }
+
+  leave(): void {
+    this.hovered = null;
+  }
+
+  isGuarded(): boolean {
+    return this.guarded;
+  }
+
+  private frameAt(x: number, y: number, reach: number): number | null {
+    let best: { frame: number; distance: number } | null = null;
+    for (const [frame, pose] of this.marks.poses.slice(0, this.marks.until).entries()) {
+      const place = toScreen(this.orbit, this.size, this.toView(positionOf(pose)));
+      if (!place) continue;
+      const distance = Math.hypot(place.x - x, place.y - y);
+      if (distance <= (best?.distance ?? reach)) best = { frame, distance };
+    }
+    return best?.frame ?? null;
+  }
+
+  private onKey(event: KeyboardEvent): void {
+    if (event.ctrlKey || event.metaKey || event.altKey) return;
+    const { selected, poses } = this.marks;
+    const step = (right: number, down: number): void =>
+      event.shiftKey
+        ? this.shift(-right * PAN_STEP, -down * PAN_STEP)
+        : this.move(orbited(this.orbit, -right * TURN_STEP, down * TURN_STEP));
+    const actions: Record<string, () => void> = {
+      ArrowLeft: () => step(-1, 0),
+      ArrowRight: () => step(1, 0),
+      ArrowUp: () => step(0, -1),
+      ArrowDown: () => step(0, 1),
+      '+': () => this.zoomBy(ZOOM_STEP),
+      '=': () => this.zoomBy(ZOOM_STEP),
+      '-': () => this.zoomBy(1 / ZOOM_STEP),
+      f: () => this.fit(),
+      t: () => this.fromAbove(),
+      p: () => this.toggleProjection(),
+      '.': () => this.select(Math.min((selected ?? -1) + 1, poses.length - 1)),
+      ',': () => this.select(Math.max((selected ?? poses.length) - 1, 0)),
+      Escape: () => this.select(null),
+    };
+    const action = actions[event.key.length === 1 ? event.key.toLowerCase() : event.key];
+    if (!action) return;
+    event.preventDefault();
+    action();
+  }
+
+  private select(frame: number | null): void {
+    this.emit('frame-selected', frame !== null && frame < 0 ? null : frame);
+  }
+
+  private emit(type: string, detail: unknown): void {
+    this.dispatchEvent(new CustomEvent(type, { detail, bubbles: true, composed: true }));
+  }
+
+  static override styles = [
+    shared,
+    map_styles,
+    css`
+      .notice {
+        position: absolute;
+        top: 50%;
+        left: 50%;
+        display: grid;
+        justify-items: center;
+        gap: 10px;
+        width: min(380px, calc(100% - 40px));
+        padding: 14px 18px;
+        border: 1px solid var(--line);
+        border-radius: var(--radius);
+        background: var(--surface);
+        box-shadow: var(--shadow);
+        text-align: center;
+        transform: translate(-50%, -50%);
+      }
+      .section {
+        position: absolute;
+        top: 50%;
+        left: 8px;
+        display: flex;
+        flex-direction: column;
+        align-items: center;
+        gap: 6px;
+        padding: 8px 4px;
+        border-radius: var(--radius);
+        background: color-mix(in srgb, var(--surface) 84%, transparent);
+        color: var(--muted);
+        font-size: 11.5px;
+        transform: translateY(-50%);
+      }
+      .section output {
+        min-width: 46px;
+        color: var(--text);
+        text-align: center;
+      }
+      .upright {
+        width: 24px;
+        height: clamp(80px, 26cqh, 190px);
+        margin: 0;
+        accent-color: var(--accent);
+        writing-mode: vertical-lr;
+        direction: rtl;
+        cursor: ns-resize;
+      }
+      .corner {
+        position: absolute;
+        right: 12px;
+        bottom: 10px;
+        display: flex;
+        flex-wrap: wrap;
+        align-items: flex-end;
+        justify-content: flex-end;
+        gap: 14px;
+        color: var(--muted);
+        font-size: 12px;
+        pointer-events: none;
+      }
+      .hovered {
+        padding: 1px 8px;
+        border-radius: 6px;
+        background: color-mix(in srgb, var(--surface) 88%, transparent);
+        color: var(--text);
+      }
+      .legend {
+        display: flex;
+        align-items: center;
+        gap: 6px;
+      }
+      .legend i {
+        width: 90px;
+        height: 6px;
+        border-radius: 3px;
+      }
+      .scale {
+        padding-bottom: 1px;
+        border: solid var(--line-strong);
+        border-width: 0 1.5px 1.5px;
+        text-align: center;
+      }
+      .layers .row {
+        justify-content: space-between;
+      }
+      .layers select {
+        min-height: 28px;
+        border: 1px solid var(--line-strong);
+        border-radius: 6px;
+        background: var(--surface);
+      }
+      .layers input[type='range'] {
+        width: 110px;
+      }
+      .sign.estimate {
+        border-top: 3px solid light-dark(#d6201c, #ff483e);
+      }
+      .sign.truth {
+        height: 5px;
+        border: 1px solid light-dark(#0a0c10, #d6e0ec);
+        background: #06080b;
+      }
+      .sign.dots {
+        border-top: 3px dotted var(--muted);
+      }
+      .sign.cameras {
+        height: 9px;
+        border: 1px solid light-dark(#d6201c, #ff483e);
+        width: 14px;
+        margin: 0 4px;
+      }
+    `,
+  ];
+}
+
+function pixelRatio(): number {
+  return Math.min(window.devicePixelRatio || 1, 2);
+}
+
+/** The largest of 1, 2, 5, 10, ... that is not longer. */
+function niceLength(longest: number): number {
+  const power = 10 ** Math.floor(Math.log10(Math.max(longest, 1e-3)));
+  return Number((([5, 2, 1].find((step) => step * power <= longest) ?? 1) * power).toPrecision(1));
+}
+
+declare global {
+  interface HTMLElementTagNameMap {
+    'scanstitch-map3d': ScanstitchMap3d;
+  }
+}

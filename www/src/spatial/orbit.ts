@@ -1,0 +1,135 @@
+/** Where the eye stands: it looks at a target from a direction and a distance. Plain values; every change is a new one. */
+import { added, dot, type Vec3 } from './vectors.js';
+
+export interface Orbit {
+  /** In the picture's world: y up. */
+  target: Vec3;
+  /** Turn about the vertical, rad; 0: behind the first camera, looking where it looked. */
+  azimuth: number;
+  /** Above the horizon, rad; a right angle: straight down. */
+  elevation: number;
+  /** m */
+  distance: number;
+  projection: 'perspective' | 'orthographic';
+}
+
+export interface Size {
+  width: number;
+  height: number;
+}
+
+/** Half the height that is seen, a metre away. */
+export const TAN_HALF_VIEW = Math.tan((22 * Math.PI) / 180);
+
+export const STRAIGHT_DOWN = Math.PI / 2;
+const LOWEST = (-80 * Math.PI) / 180;
+const NEAREST = 0.05;
+const FARTHEST = 2000;
+
+export interface Axes {
+  right: Vec3;
+  up: Vec3;
+  /** From the target to the eye. */
+  back: Vec3;
+}
+
+export function axes({ azimuth, elevation }: Orbit): Axes {
+  const [ca, sa] = [Math.cos(azimuth), Math.sin(azimuth)];
+  const [ce, se] = [Math.cos(elevation), Math.sin(elevation)];
+  return { right: [ca, 0, -sa], up: [-se * sa, ce, -se * ca], back: [ce * sa, se, ce * ca] };
+}
+
+export function eye(orbit: Orbit): Vec3 {
+  return added(orbit.target, axes(orbit).back, orbit.distance);
+}
+
+/** Metres that one pixel of the screen covers, at the target. */
+export function metresPerPixel({ distance }: Orbit, { height }: Size): number {
+  return (2 * distance * TAN_HALF_VIEW) / Math.max(height, 1);
+}
+
+export function orbited(orbit: Orbit, right: number, up: number): Orbit {
+  const elevation = Math.min(Math.max(orbit.elevation - up, LOWEST), STRAIGHT_DOWN);
+  return { ...orbit, azimuth: orbit.azimuth - right, elevation };
+}
+
+/** The scene moves with the hand by so many pixels. */
+export function panned(orbit: Orbit, size: Size, right: number, down: number): Orbit {
+  const scale = metresPerPixel(orbit, size);
+  const axis = axes(orbit);
+  return { ...orbit, target: added(added(orbit.target, axis.right, -right * scale), axis.up, down * scale) };
+}
+
+/** What lies under a place of the screen, at the target's distance, stays there. */
+export function zoomedAt(orbit: Orbit, size: Size, x: number, y: number, factor: number): Orbit {
+  const distance = Math.min(Math.max(orbit.distance / factor, NEAREST), FARTHEST);
+  const share = 1 - distance / orbit.distance;
+  const right = (x - size.width / 2) * share;
+  const down = (y - size.height / 2) * share;
+  return { ...panned(orbit, size, -right, -down), distance };
+}
+
+/** Pixels left free at either side, above and below. */
+export interface Margin {
+  across: number;
+  along: number;
+}
+
+/** All of the points but the outermost few are seen, from the same direction. */
+export function fitted(orbit: Orbit, points: readonly Vec3[], size: Size, margin: Margin): Orbit {
+  if (points.length === 0 || size.width === 0 || size.height === 0) return orbit;
+  const axis = axes(orbit);
+  const across = range(points.map((point) => dot(point, axis.right)));
+  const along = range(points.map((point) => dot(point, axis.up)));
+  const deep = range(points.map((point) => dot(point, axis.back)));
+  const middle = (deep.low + deep.high) / 2;
+  const free = {
+    width: Math.max(size.width - 2 * margin.across, 40),
+    height: Math.max(size.height - 2 * margin.along, 40),
+  };
+  const tan_height = TAN_HALF_VIEW * (free.height / size.height);
+  const tan_width = TAN_HALF_VIEW * (free.width / size.height);
+  const flat = Math.max((across.high - across.low) / 2 / tan_width, (along.high - along.low) / 2 / tan_height, 0.5);
+  // What is nearer than the target looks larger.
+  const distance = orbit.projection === 'perspective' ? flat + (deep.high - deep.low) / 2 : flat;
+  const target = added(
+    added(added([0, 0, 0], axis.right, (across.low + across.high) / 2), axis.up, (along.low + along.high) / 2),
+    axis.back,
+    middle,
+  );
+  return { ...orbit, target, distance };
+}
+
+function range(values: readonly number[]): { low: number; high: number } {
+  const sorted = Float64Array.from(values).sort();
+  const cut = Math.floor(sorted.length * 0.004);
+  return { low: sorted[cut] ?? 0, high: sorted[sorted.length - 1 - cut] ?? 0 };
+}
+
+/** Where a point of the picture's world is on the screen, CSS pixels; null behind the eye. */
+export function toScreen(orbit: Orbit, size: Size, point: Vec3): { x: number; y: number } | null {
+  const axis = axes(orbit);
+  const from_target = added(point, orbit.target, -1);
+  const depth = orbit.distance - dot(from_target, axis.back);
+  if (orbit.projection === 'perspective' && depth < 0.01) return null;
+  const scale = size.height / 2 / TAN_HALF_VIEW / (orbit.projection === 'perspective' ? depth : orbit.distance);
+  return {
+    x: size.width / 2 + dot(from_target, axis.right) * scale,
+    y: size.height / 2 - dot(from_target, axis.up) * scale,
+  };
+}
+
+/** On the way from one view to another, `t` from 0 to 1; turns go the short way round. */
+export function between(from: Orbit, to: Orbit, t: number): Orbit {
+  if (t >= 1) return to;
+  const ease = t * t * (3 - 2 * t);
+  const mix = (a: number, b: number): number => a + (b - a) * ease;
+  const turn = Math.atan2(Math.sin(to.azimuth - from.azimuth), Math.cos(to.azimuth - from.azimuth));
+  return {
+    ...to,
+    target: [mix(from.target[0], to.target[0]), mix(from.target[1], to.target[1]), mix(from.target[2], to.target[2])],
+    azimuth: from.azimuth + turn * ease,
+    elevation: mix(from.elevation, to.elevation),
+    distance: Math.exp(mix(Math.log(from.distance), Math.log(to.distance))),
+  };
+}

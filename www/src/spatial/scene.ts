@@ -1,0 +1,197 @@
+/**
+ * The map in space, drawn with three.js: the one module, with those it imports, that the library is loaded for. Plain
+ * data in, a picture out; it draws when it is told to and keeps no clock.
+ */
+import {
+  ColorManagement,
+  Group,
+  LinearSRGBColorSpace,
+  Matrix4,
+  OrthographicCamera,
+  PerspectiveCamera,
+  Scene,
+  WebGLRenderer,
+} from 'three';
+import type { Rgb } from '../views/palette.js';
+import type { MapPoints } from './leveling.js';
+import {
+  type Camera,
+  corners,
+  FloorGrid,
+  frustumSegments,
+  Lines,
+  PictureFrame,
+  type Pose,
+  pathSegments,
+  positionOf,
+} from './marks.js';
+import { axes, eye, type Orbit, type Size, TAN_HALF_VIEW } from './orbit.js';
+import { PointCloud, type PointLook } from './point-cloud.js';
+import type { Mat3, Vec3 } from './vectors.js';
+
+// Colours are given as the screen shows them; nothing is lit.
+ColorManagement.enabled = false;
+
+export interface SceneLook extends Omit<PointLook, 'size' | 'smallest' | 'up'> {
+  point_size: number;
+  colors: SceneColors;
+  shows: Record<LayerName, boolean>;
+}
+
+export type LayerName = 'points' | 'estimate' | 'reference' | 'cameras' | 'grid';
+
+export interface SceneColors {
+  background: Rgb;
+  estimate: Rgb;
+  reference: Rgb;
+  halo: Rgb;
+  selected: Rgb;
+  grid: Rgb;
+}
+
+/** More cameras than these hide the map: then every so many-th is drawn. */
+const MAX_CAMERAS = 400;
+
+export class MapScene {
+  #renderer: WebGLRenderer;
+  #scene = new Scene();
+  #world = new Group();
+  #points = new PointCloud();
+  #grid = new FloorGrid();
+  #reference = new Lines(4.5, 1.5, 10);
+  #estimate = new Lines(2.4, 0, 14);
+  #cameras = new Lines(1.1, 0, 20);
+  #selected = new Lines(2.4, 1.2, 31);
+  #picture = new PictureFrame(30);
+  #perspective = new PerspectiveCamera();
+  #orthographic = new OrthographicCamera();
+  #size: Size = { width: 1, height: 1 };
+  #pixel_ratio = 1;
+  #reach = 10;
+
+  /** Throws where the browser gives no graphics context. */
+  constructor(canvas: HTMLCanvasElement) {
+    this.#renderer = new WebGLRenderer({ canvas, antialias: true, powerPreference: 'high-performance' });
+    this.#renderer.outputColorSpace = LinearSRGBColorSpace;
+    this.#world.matrixAutoUpdate = false;
+    this.#world.add(
+      this.#points.object,
+      this.#grid.object,
+      this.#reference.group,
+      this.#estimate.group,
+      this.#cameras.group,
+      this.#selected.group,
+      this.#picture.mesh,
+    );
+    this.#scene.add(this.#world);
+  }
+
+  resize(size: Size, pixel_ratio: number): void {
+    this.#size = size;
+    this.#pixel_ratio = pixel_ratio;
+    this.#renderer.setPixelRatio(pixel_ratio);
+    this.#renderer.setSize(size.width, size.height, false);
+  }
+
+  setPoints(points: MapPoints): void {
+    this.#points.set(points);
+  }
+
+  /** `points`: some of the map's, in the picture's world; `azimuth`: how the grid is turned there. */
+  setGround(R_view_map: Mat3, points: readonly Vec3[], floor: number, azimuth: number): void {
+    const [r, u, b] = R_view_map;
+    this.#world.matrix = new Matrix4().set(...r, 0, ...u, 0, ...b, 0, 0, 0, 0, 1);
+    this.#world.matrixWorldNeedsUpdate = true;
+    this.#grid.set(points, floor, azimuth, R_view_map);
+    this.#reach = points.reduce((reach, point) => Math.max(reach, Math.hypot(...point)), 0) * 2 + 4;
+  }
+
+  setPaths(poses: readonly Pose[], reference: readonly (Pose | null)[], camera: Camera | null, depth: number): void {
+    this.#estimate.set(pathSegments(poses.map(positionOf)));
+    this.#reference.set(pathSegments(reference.map((pose) => pose && positionOf(pose))));
+    const stride = Math.ceil(poses.length / MAX_CAMERAS);
+    const drawn = camera ? poses.filter((_, i) => i % stride === 0) : [];
+    this.#cameras.set(camera ? drawn.flatMap((pose) => frustumSegments(pose, camera, depth)) : []);
+  }
+
+  setSelected(pose: Pose | null, camera: Camera | null, depth: number, image: HTMLImageElement | null): void {
+    this.#selected.set(pose && camera ? frustumSegments(pose, camera, depth) : []);
+    this.#picture.set(pose && camera ? corners(pose, camera, depth) : [], image);
+  }
+
+  render(orbit: Orbit, look: SceneLook, up: Vec3): void {
+    const camera = this.#place(orbit);
+    const { colors, shows } = look;
+    const ratio = this.#pixel_ratio;
+    this.#renderer.setClearColor((colors.background[0] << 16) | (colors.background[1] << 8) | colors.background[2]);
+    this.#points.object.visible = shows.points;
+    this.#points.look({ ...look, up, size: look.point_size, smallest: 1.2 * ratio }, (this.#size.height / 2) * ratio);
+    this.#grid.object.visible = shows.grid;
+    this.#grid.paint(colors.grid, 0.55);
+    this.#reference.group.visible = shows.reference;
+    this.#reference.paint([colors.halo, colors.reference], 1, 1);
+    this.#estimate.group.visible = shows.estimate;
+    this.#estimate.paint([colors.estimate], 1, 1);
+    this.#cameras.group.visible = shows.cameras;
+    this.#cameras.paint([colors.estimate], 0.5, 1);
+    this.#selected.group.visible = shows.cameras;
+    this.#selected.paint([colors.halo, colors.selected], 1, 1);
+    this.#renderer.render(this.#scene, camera);
+  }
+
+  /** What `render` would show, as a PNG of `scale` times the size. */
+  async toPng(orbit: Orbit, look: SceneLook, up: Vec3, scale: number): Promise<Blob> {
+    const [size, ratio] = [this.#size, this.#pixel_ratio];
+    this.resize(size, Math.max(scale, ratio));
+    try {
+      this.render(orbit, look, up);
+      // The drawing is only there until the browser has shown it: it is copied within the same task.
+      return await new Promise((resolve, reject) => {
+        this.#renderer.domElement.toBlob((blob) =>
+          blob ? resolve(blob) : reject(new Error('The browser could not make the picture.')),
+        );
+      });
+    } finally {
+      this.resize(size, ratio);
+      this.render(orbit, look, up);
+    }
+  }
+
+  dispose(): void {
+    for (const part of [
+      this.#points,
+      this.#grid,
+      this.#reference,
+      this.#estimate,
+      this.#cameras,
+      this.#selected,
+      this.#picture,
+    ]) {
+      part.dispose();
+    }
+    this.#renderer.dispose();
+  }
+
+  #place(orbit: Orbit): PerspectiveCamera | OrthographicCamera {
+    const aspect = this.#size.width / Math.max(this.#size.height, 1);
+    const is_flat = orbit.projection === 'orthographic';
+    const camera = is_flat ? this.#orthographic : this.#perspective;
+    if (is_flat) {
+      const half = orbit.distance * TAN_HALF_VIEW;
+      Object.assign(this.#orthographic, { top: half, bottom: -half, left: -half * aspect, right: half * aspect });
+      // The eye may stand inside the map there: what lies behind it is seen as well.
+      this.#orthographic.near = orbit.distance - 2 * this.#reach;
+      this.#orthographic.far = orbit.distance + 2 * this.#reach;
+    } else {
+      this.#perspective.fov = (2 * Math.atan(TAN_HALF_VIEW) * 180) / Math.PI;
+      this.#perspective.aspect = aspect;
+      this.#perspective.near = Math.max(0.02, Math.min(0.2, orbit.distance / 50));
+      this.#perspective.far = orbit.distance + 2 * this.#reach;
+    }
+    camera.up.set(...axes(orbit).up);
+    camera.position.set(...eye(orbit));
+    camera.lookAt(...orbit.target);
+    camera.updateProjectionMatrix();
+    return camera;
+  }
+}
