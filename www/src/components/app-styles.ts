@@ -85,6 +85,59 @@ export const app_styles = css`
     align-items: center;
     gap: 6px;
   }
+  .drop-hint {
+    position: absolute;
+    inset: 0;
+    z-index: 30;
+    display: grid;
+    padding: 14px;
+    background: color-mix(in srgb, var(--background) 82%, transparent);
+    pointer-events: none;
+  }
+  .drop-hint > div {
+    display: grid;
+    place-content: center;
+    justify-items: center;
+    gap: 12px;
+    border: 2px dashed var(--accent);
+    border-radius: 14px;
+    color: var(--accent);
+    font-size: 20px;
+    font-weight: 600;
+  }
+  .narrow .bar {
+    gap: 10px;
+    padding: 0 8px 0 12px;
+  }
+  .narrow .brand span,
+  .narrow .count {
+    display: none;
+  }
+  .narrow .dataset {
+    padding-left: 0;
+    border-left: 0;
+  }
+  @media (max-height: 520px) {
+    .app {
+      min-height: 640px;
+    }
+    :host {
+      overflow-y: auto;
+    }
+  }
+`;
+
+/** Within a view of a run: figures, settings, map, table, details. */
+export const layout_styles = css`
+  :host {
+    display: contents;
+  }
+  .run {
+    display: flex;
+    flex: 1;
+    flex-direction: column;
+    min-height: 0;
+  }
   scanstitch-headline {
     border-bottom: 1px solid var(--line);
   }
@@ -267,45 +320,5 @@ export const app_styles = css`
     flex-wrap: wrap;
     justify-content: center;
     gap: 8px;
-  }
-  .drop-hint {
-    position: absolute;
-    inset: 0;
-    z-index: 30;
-    display: grid;
-    padding: 14px;
-    background: color-mix(in srgb, var(--background) 82%, transparent);
-    pointer-events: none;
-  }
-  .drop-hint > div {
-    display: grid;
-    place-content: center;
-    justify-items: center;
-    gap: 12px;
-    border: 2px dashed var(--accent);
-    border-radius: 14px;
-    color: var(--accent);
-    font-size: 20px;
-    font-weight: 600;
-  }
-  .narrow .bar {
-    gap: 10px;
-    padding: 0 8px 0 12px;
-  }
-  .narrow .brand span,
-  .narrow .count {
-    display: none;
-  }
-  .narrow .dataset {
-    padding-left: 0;
-    border-left: 0;
-  }
-  @media (max-height: 520px) {
-    .app {
-      min-height: 640px;
-    }
-    :host {
-      overflow-y: auto;
-    }
   }
 `;

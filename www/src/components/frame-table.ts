@@ -1,8 +1,8 @@
 import { css, html, LitElement, nothing, type PropertyValues, type TemplateResult } from 'lit';
 import { customElement, property, query, state } from 'lit/decorators.js';
 import { repeat } from 'lit/directives/repeat.js';
-import { baseName, formatAngle, formatCoordinate, formatCount, formatFixed, formatPercent } from '../views/format.js';
-import type { FrameRow } from '../views/frame-rows.js';
+import { baseName } from '../views/format.js';
+import type { Column, TableRow } from '../views/frame-columns.js';
 import { cssColor, type Rgb } from '../views/palette.js';
 import { statusBadge } from './status-badge.js';
 import { shared, status_styles } from './theme.js';
@@ -18,11 +18,13 @@ const OVERSCAN = 12;
  */
 @customElement('scanstitch-frame-table')
 export class ScanstitchFrameTable extends LitElement {
-  @property({ attribute: false }) rows: readonly FrameRow[] = [];
+  @property({ attribute: false }) rows: readonly TableRow[] = [];
+  // What a column shows of its own kind of row, the one who gives both knows.
+  @property({ attribute: false }) columns: readonly Column<any>[] = [];
+  /** What a row is: "scan" or "frame". */
+  @property() noun = 'scan';
   @property({ attribute: false }) selected: number | null = null;
   @property({ attribute: false }) colors: readonly Rgb[] = [];
-  /** Name of the reference trajectory; empty: no column for the distance to it. */
-  @property({ attribute: false }) reference_name = '';
   @state() private first_visible = 0;
   @state() private num_visible = 30;
   @query('.scroller') private scroller!: HTMLElement;
@@ -53,33 +55,22 @@ export class ScanstitchFrameTable extends LitElement {
     const { rows } = this;
     const first = Math.max(0, Math.min(this.first_visible - OVERSCAN, rows.length - 1));
     const last = Math.min(rows.length, this.first_visible + this.num_visible + OVERSCAN);
-    const has_errors = this.reference_name !== '';
     return html`
       <div class="scroller" @scroll=${this.onScroll}>
         <table aria-rowcount=${rows.length + 1} @keydown=${this.onKey}>
           <caption class="visually-hidden">
-            Results per scan; a row selects its scan on the map
+            Results per ${this.noun}; a row selects its ${this.noun} on the map
           </caption>
           <thead>
             <tr aria-rowindex="1">
-              <th scope="col" class="name">Scan</th>
+              <th scope="col" class="name">${capital(this.noun)}</th>
               <th scope="col" class="state">status</th>
-              <th scope="col"><abbr title="metres, in the frame of the first scan">x</abbr> <small>m</small></th>
-              <th scope="col"><abbr title="metres, in the frame of the first scan">y</abbr> <small>m</small></th>
-              <th scope="col">heading <small>°</small></th>
-              <th scope="col"><abbr title="points that found a partner close enough, of all points">inliers</abbr></th>
-              <th scope="col">
-                <abbr title="root mean square distance between partners after alignment">rmse</abbr> <small>mm</small>
-              </th>
-              <th scope="col"><abbr title="rounds of matching and moving until the pose settled">iterations</abbr></th>
-              ${
-                has_errors
-                  ? html`<th scope="col">
-                      <abbr title="distance to ${this.reference_name}">distance</abbr> <small>mm</small>
-                    </th>`
-                  : nothing
-              }
-              <th scope="col"><abbr title="computing time of this scan">time</abbr> <small>ms</small></th>
+              ${this.columns.map(
+                ({ label, unit, title }) =>
+                  html`<th scope="col">
+                    ${title ? html`<abbr title=${title}>${label}</abbr>` : label} ${unit ? html`<small>${unit}</small>` : nothing}
+                  </th>`,
+              )}
             </tr>
           </thead>
           <tbody @pointerleave=${() => this.emit('frame-hovered', null)}>
@@ -87,7 +78,7 @@ export class ScanstitchFrameTable extends LitElement {
             ${repeat(
               rows.slice(first, last),
               (row) => row.frame,
-              (row) => this.renderRow(row, has_errors),
+              (row) => this.renderRow(row),
             )}
             ${spacer((rows.length - last) * this.row_height)}
           </tbody>
@@ -96,7 +87,7 @@ export class ScanstitchFrameTable extends LitElement {
     `;
   }
 
-  private renderRow(row: FrameRow, has_errors: boolean): TemplateResult {
+  private renderRow(row: TableRow): TemplateResult {
     const is_selected = row.frame === this.selected;
     const is_tab_stop = is_selected || (this.selected === null && row.frame === 0);
     return html`
@@ -117,20 +108,7 @@ export class ScanstitchFrameTable extends LitElement {
           </button>
         </th>
         <td class="state">${statusBadge(row.status)}</td>
-        <td>${formatCoordinate(row.x)}</td>
-        <td>${formatCoordinate(row.y)}</td>
-        <td>${formatAngle(row.theta).replace('°', '')}</td>
-        <td>
-          ${row.is_origin ? '–' : html`${formatCount(row.num_inliers)} <small>${formatPercent(row.fitness)}</small>`}
-        </td>
-        <td>${row.is_origin ? '–' : formatFixed(row.inlier_rmse * 1000, 1)}</td>
-        <td>${row.is_origin ? '–' : row.iterations}</td>
-        ${
-          has_errors
-            ? html`<td>${row.error === null ? '–' : formatFixed(row.error * 1000, row.error < 0.1 ? 1 : 0)}</td>`
-            : nothing
-        }
-        <td>${formatFixed(row.ms, 1)}</td>
+        ${this.columns.map(({ cell }) => html`<td>${cell(row)}</td>`)}
       </tr>
     `;
   }
@@ -287,6 +265,10 @@ function spacer(height: number): TemplateResult | typeof nothing {
   return html`<tr class="spacer" aria-hidden="true">
     <td colspan="10" style="height: ${height}px"></td>
   </tr>`;
+}
+
+function capital(word: string): string {
+  return word.charAt(0).toUpperCase() + word.slice(1);
 }
 
 declare global {

@@ -1,7 +1,7 @@
 import { css, html, LitElement, nothing, type TemplateResult } from 'lit';
 import { customElement, property } from 'lit/decorators.js';
-import type { Preset, SettingDescription, Settings } from '../engine/protocol.js';
 import {
+  type Field,
   fromScreen,
   rangeWords,
   sameSettings,
@@ -13,6 +13,26 @@ import {
 import { icon } from './icons.js';
 import { shared } from './theme.js';
 
+/** All settings of an engine, by name. */
+export type SettingValues = Readonly<Record<string, string | number>>;
+
+/** What a form needs to know of a setting; the engine says it. */
+export interface SettingField extends Field {
+  name: string;
+  label: string;
+  explanation: string;
+  kind:
+    | Exclude<Field['kind'], { type: 'choice' }>
+    | { type: 'choice'; choices: readonly { value: string; label: string }[] };
+}
+
+export interface SettingPreset {
+  name: string;
+  label: string;
+  explanation: string;
+  settings: SettingValues;
+}
+
 /** Groups shown open at first; the others are folded until asked for. */
 const NUM_OPEN_GROUPS = 2;
 
@@ -23,9 +43,9 @@ const NUM_OPEN_GROUPS = 2;
  */
 @customElement('scanstitch-settings')
 export class ScanstitchSettings extends LitElement {
-  @property({ attribute: false }) descriptions: readonly SettingDescription[] = [];
-  @property({ attribute: false }) presets: readonly Preset[] = [];
-  @property({ attribute: false }) values: Settings | null = null;
+  @property({ attribute: false }) descriptions: readonly SettingField[] = [];
+  @property({ attribute: false }) presets: readonly SettingPreset[] = [];
+  @property({ attribute: false }) values: SettingValues | null = null;
 
   protected override render(): TemplateResult {
     const { values, presets } = this;
@@ -69,7 +89,7 @@ export class ScanstitchSettings extends LitElement {
     `;
   }
 
-  private renderField(description: SettingDescription, values: Settings, defaults: Settings): TemplateResult {
+  private renderField(description: SettingField, values: SettingValues, defaults: SettingValues): TemplateResult {
     const { name, label, explanation, kind } = description;
     const is_changed = values[name] !== defaults[name];
     return html`<div class="field ${is_changed ? 'is-changed' : ''}">
@@ -79,7 +99,7 @@ export class ScanstitchSettings extends LitElement {
     </div>`;
   }
 
-  private renderChoice({ name, kind }: SettingDescription, values: Settings): TemplateResult {
+  private renderChoice({ name, kind }: SettingField, values: SettingValues): TemplateResult {
     if (kind.type !== 'choice') return html``;
     return html`<select
       id=${name}
@@ -92,7 +112,7 @@ export class ScanstitchSettings extends LitElement {
     </select>`;
   }
 
-  private renderNumber(description: SettingDescription, values: Settings): TemplateResult {
+  private renderNumber(description: SettingField, values: SettingValues): TemplateResult {
     const { name, kind } = description;
     if (kind.type === 'choice') return html``;
     const sign = unitSign(description);
@@ -112,7 +132,7 @@ export class ScanstitchSettings extends LitElement {
   }
 
   /** A number outside its range goes to the nearest end; something that is no number is put back. */
-  private onNumber(event: Event, description: SettingDescription, values: Settings): void {
+  private onNumber(event: Event, description: SettingField, values: SettingValues): void {
     const input = event.target as HTMLInputElement;
     const value = fromScreen(description, input.value);
     if (value === null) {
@@ -129,7 +149,7 @@ export class ScanstitchSettings extends LitElement {
     if (preset) this.change(preset.settings);
   }
 
-  private change(settings: Settings): void {
+  private change(settings: SettingValues): void {
     this.dispatchEvent(new CustomEvent('settings-changed', { detail: { ...settings }, bubbles: true, composed: true }));
   }
 

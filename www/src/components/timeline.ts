@@ -1,6 +1,7 @@
 import { css, html, LitElement, nothing, type PropertyValues, type TemplateResult } from 'lit';
 import { customElement, property, state } from 'lit/decorators.js';
 import type { Status } from '../views/map-painter.js';
+import { plural } from '../views/format.js';
 import { cssColor, frameColor } from '../views/palette.js';
 import { icon } from './icons.js';
 import { shared } from './theme.js';
@@ -21,6 +22,8 @@ export class ScanstitchTimeline extends LitElement {
   @property({ type: Number }) until = 0;
   @property({ attribute: false }) statuses: readonly Status[] = [];
   @property({ type: Boolean }) dark = false;
+  /** What is shown one by one: "scan" or "frame". */
+  @property() noun = 'scan';
   @state() private is_playing = false;
   private timer: ReturnType<typeof setInterval> | undefined;
 
@@ -43,7 +46,7 @@ export class ScanstitchTimeline extends LitElement {
         class="icon"
         ?disabled=${is_idle}
         @click=${this.toggle}
-        aria-label=${this.is_playing ? 'Pause' : 'Play: build the map scan by scan'}
+        aria-label=${this.is_playing ? 'Pause' : `Play: build the map ${this.noun} by ${this.noun}`}
         title=${this.is_playing ? 'Pause' : 'Play'}
       >
         ${icon(this.is_playing ? 'pause' : 'play')}
@@ -63,8 +66,8 @@ export class ScanstitchTimeline extends LitElement {
           step="1"
           .value=${String(Math.max(until, 1))}
           ?disabled=${is_idle}
-          aria-label="Scans shown"
-          aria-valuetext="${until} of ${count} scans"
+          aria-label=${this.noun === 'scan' ? 'Scans shown' : 'Frames shown'}
+          aria-valuetext="${until} of ${plural(count, this.noun)}"
           @input=${this.onInput}
         />
       </div>

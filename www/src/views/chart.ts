@@ -62,13 +62,15 @@ export interface BarSpec {
   colors: readonly string[];
   names: readonly string[];
   selected: number | null;
+  /** What stands under the first and the last bar. */
+  ends?: readonly [string, string];
 }
 
 /** More bars than these would be thinner than the eye tells apart. */
 const MAX_BARS = 150;
 
 /** One bar per frame, in the frame's colour; of many frames, one per run of them, as high as their largest. */
-export function barChart({ values, format, colors, names, selected }: BarSpec): SVGTemplateResult {
+export function barChart({ values, format, colors, names, selected, ends }: BarSpec): SVGTemplateResult {
   const high = largest(values.filter((value) => value !== null));
   const num_bars = Math.min(values.length, MAX_BARS);
   const pitch = (WIDTH - LEFT - RIGHT) / Math.max(num_bars, 1);
@@ -85,8 +87,8 @@ export function barChart({ values, format, colors, names, selected }: BarSpec): 
       <line x1=${LEFT} x2=${WIDTH - RIGHT} y1=${HEIGHT - BOTTOM} y2=${HEIGHT - BOTTOM} />
       <text x=${LEFT - 6} y=${TOP} text-anchor="end" dominant-baseline="central">${format(high)}</text>
       <text x=${LEFT - 6} y=${HEIGHT - BOTTOM} text-anchor="end" dominant-baseline="central">${format(0)}</text>
-      <text x=${LEFT} y=${HEIGHT - 3}>first scan</text>
-      <text x=${WIDTH - RIGHT} y=${HEIGHT - 3} text-anchor="end">last</text>
+      <text x=${LEFT} y=${HEIGHT - 3}>${ends?.[0] ?? 'first scan'}</text>
+      <text x=${WIDTH - RIGHT} y=${HEIGHT - 3} text-anchor="end">${ends?.[1] ?? 'last'}</text>
     </g>
     ${bars.map(({ frame, is_selected }, i) => {
       const value = values[frame] ?? null;

@@ -1,0 +1,53 @@
+/** Files dragged over an element and dropped on it. */
+import type { ReactiveController, ReactiveControllerHost } from 'lit';
+
+/** Bound to the four events of a drag. The depth tells leaving the element from entering one of its children. */
+export class DropTarget implements ReactiveController {
+  is_over = false;
+  #depth = 0;
+  #host: ReactiveControllerHost;
+  #take: (transfer: DataTransfer) => void;
+
+  constructor(host: ReactiveControllerHost, take: (transfer: DataTransfer) => void) {
+    this.#host = host;
+    this.#take = take;
+    host.addController(this);
+  }
+
+  hostDisconnected(): void {
+    this.#become(0);
+  }
+
+  enter = (event: DragEvent): void => {
+    if (!hasFiles(event)) return;
+    event.preventDefault();
+    this.#become(this.#depth + 1);
+  };
+
+  over = (event: DragEvent): void => {
+    if (!hasFiles(event) || !event.dataTransfer) return;
+    event.preventDefault();
+    event.dataTransfer.dropEffect = 'copy';
+  };
+
+  leave = (event: DragEvent): void => {
+    if (hasFiles(event)) this.#become(Math.max(0, this.#depth - 1));
+  };
+
+  drop = (event: DragEvent): void => {
+    if (!event.dataTransfer || !hasFiles(event)) return;
+    event.preventDefault();
+    this.#become(0);
+    this.#take(event.dataTransfer);
+  };
+
+  #become(depth: number): void {
+    this.#depth = depth;
+    this.is_over = depth > 0;
+    this.#host.requestUpdate();
+  }
+}
+
+function hasFiles(event: DragEvent): boolean {
+  return event.dataTransfer?.types.includes('Files') ?? false;
+}

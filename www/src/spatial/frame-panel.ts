@@ -1,0 +1,373 @@
+import { css, html, LitElement, nothing, type PropertyValues, type TemplateResult } from 'lit';
+import { customElement, property, query } from 'lit/decorators.js';
+import { icon } from '../components/icons.js';
+import { statusBadge } from '../components/status-badge.js';
+import { chart_styles, panel_styles, shared, status_styles } from '../components/theme.js';
+import type { SpatialResult } from '../engine/spatial-protocol.js';
+import { barAt, barChart, CHART_VIEW_BOX } from '../views/chart.js';
+import {
+  baseName,
+  formatAngle,
+  formatCoordinate,
+  formatCount,
+  formatDuration,
+  formatFixed,
+  formatLength,
+  formatPercent,
+  plural,
+} from '../views/format.js';
+import { cssColor, type Rgb } from '../views/palette.js';
+import { frameSummary, sentence } from '../views/words.js';
+import { type DepthPicture, depthLegend } from './depth-picture.js';
+import { heading } from './rows.js';
+
+/** The images of a frame; null where there is none, or not yet. */
+export interface FrameImages {
+  color: HTMLImageElement | null;
+  depth: DepthPicture | null;
+  /** Why there is no depth picture. */
+  problem: string;
+}
+
+export const NO_IMAGES: FrameImages = { color: null, depth: null, problem: '' };
+
+/** Of a run that went wrong as a whole, the first few frames say enough. */
+const MAX_BAD_SHOWN = 6;
+
+/**
+ * Beside the map: the two images of a frame, what its registration found, and all frames in charts, which select one.
+ *
+ * Fires `frame-selected` with a frame number or null.
+ */
+@customElement('scanstitch-frame-panel')
+export class ScanstitchFramePanel extends LitElement {
+  @property({ attribute: false }) result: SpatialResult | null = null;
+  @property({ attribute: false }) ms: readonly number[] = [];
+  @property({ attribute: false }) colors: readonly Rgb[] = [];
+  @property({ attribute: false }) selected: number | null = null;
+  /** Of the selected frame, or of the last one. */
+  @property({ attribute: false }) images: FrameImages = NO_IMAGES;
+  /** The frame the images belong to. */
+  @property({ attribute: false }) pictured: number | null = null;
+  @query('canvas') private canvas!: HTMLCanvasElement | null;
+
+  protected override updated(changed: PropertyValues<this>): void {
+    const picture = this.images.depth;
+    if (!changed.has('images') || !picture || !this.canvas) return;
+    this.canvas.width = picture.image.width;
+    this.canvas.height = picture.image.height;
+    this.canvas.getContext('2d')?.putImageData(picture.image, 0, 0);
+  }
+
+  protected override render(): TemplateResult {
+    const { result, selected } = this;
+    if (!result || result.frames.length === 0) {
+      return html`<p class="muted">Each frame and its result appear here once frames are registered.</p>`;
+    }
+    return html`
+      ${selected === null ? this.renderAll(result) : this.renderFrame(result, selected)} ${this.renderImages()}
+      ${selected === null ? nothing : this.renderFacts(result, selected)} ${this.renderCharts(result)}
+      ${result.notes.map((note) => html`<p class="explanation">${note}</p>`)}
+      ${result.comparison?.convention ? html`<p class="explanation">${sentence(result.comparison.convention)}</p>` : nothing}
+    `;
+  }
+
+  private renderAll({ frames }: SpatialResult): TemplateResult {
+    const bad = frames.flatMap(({ status }, frame) => (status === 'good' ? [] : [frame]));
+    const verdict =
+      bad.length > 0
+        ? `${plural(bad.length, 'frame')} of ${frames.length} ${bad.length === 1 ? 'needs' : 'need'} a look:`
+        : frames.length === 1
+          ? 'One frame alone: it is where the map begins.'
+          : `All ${frames.length} frames found their place. Select one, in a chart, in the table or on the map, to see what it saw.`;
+    return html`
+      <header><h2>All frames</h2></header>
+      <p>${verdict}</p>
+      ${
+        bad.length === 0
+          ? nothing
+          : html`<ul>
+              ${bad.slice(0, MAX_BAD_SHOWN).map(
+                (index) =>
+                  html`<li>
+                    <button @click=${() => this.select(index)}>
+                      <i class="swatch" style="background: ${this.css(index)}"></i>
+                      ${baseName(frames[index]?.name ?? '')}${statusBadge(frames[index]?.status ?? 'good')}
+                    </button>
+                  </li>`,
+              )}
+              ${bad.length > MAX_BAD_SHOWN ? html`<li class="muted">and ${bad.length - MAX_BAD_SHOWN} more</li>` : nothing}
+            </ul>`
+      }
+    `;
+  }
+
+  private renderFrame({ frames }: SpatialResult, index: number): TemplateResult {
+    const frame = frames[index];
+    if (!frame) return html``;
+    return html`<header>
+        <i class="swatch" style="background: ${this.css(index)}"></i>
+        <h2 title=${frame.name}>${baseName(frame.name)}</h2>
+        ${statusBadge(frame.status)}
+        <span class="steps">
+          <button
+            class="quiet icon"
+            ?disabled=${index === 0}
+            @click=${() => this.select(index - 1)}
+            aria-label="Frame before"
+            title="Frame before (,)"
+          >
+            ${icon('previous')}
+          </button>
+          <button
+            class="quiet icon"
+            ?disabled=${index === frames.length - 1}
+            @click=${() => this.select(index + 1)}
+            aria-label="Frame after"
+            title="Frame after (.)"
+          >
+            ${icon('next')}
+          </button>
+          <button
+            class="quiet icon"
+            @click=${() => this.select(null)}
+            aria-label="Back to all frames"
+            title="Back to all frames (Esc)"
+          >
+            ${icon('close')}
+          </button>
+        </span>
+      </header>
+      ${frame.reason ? html`<p class="reason ${frame.status}">${sentence(frame.reason)}</p>` : nothing}`;
+  }
+
+  private renderImages(): TemplateResult | typeof nothing {
+    const { color, depth, problem } = this.images;
+    if (!color && !depth && !problem) return nothing;
+    const name = baseName(this.result?.frames[this.pictured ?? -1]?.name ?? '');
+    return html`<div class="images">
+      ${
+        color
+          ? html`<figure>
+              <img src=${color.src} alt="What the camera saw in frame ${name}" />
+              <figcaption>colour of ${name}</figcaption>
+            </figure>`
+          : nothing
+      }
+      <figure>
+        ${
+          depth
+            ? html`<canvas
+                  role="img"
+                  aria-label="Depth image of frame ${name}, from ${formatFixed(depth.near, 1)} to ${formatFixed(depth.far, 1)} metres"
+                ></canvas>
+                <figcaption class="number">
+                  <span>${formatFixed(depth.near, 1)}</span><i style="background: linear-gradient(to right, ${depthLegend()})"></i
+                  ><span>${formatFixed(depth.far, 1)} m</span>
+                </figcaption>`
+            : html`<p class="muted">${problem === '' ? '' : sentence(problem)}</p>`
+        }
+      </figure>
+    </div>`;
+  }
+
+  private renderFacts({ frames, comparison, camera }: SpatialResult, index: number): TemplateResult {
+    const frame = frames[index];
+    if (!frame) return html``;
+    const pose = frame.T_world_sensor;
+    const error = comparison?.errors[index] ?? null;
+    const turned = comparison?.rotation_errors[index] ?? null;
+    const is_matched = frame.history.length > 0 || index > 0;
+    const invalid = this.images.depth?.invalid ?? 0;
+    return html`<dl class="facts number">
+      <dt>Position</dt>
+      <dd>x ${formatCoordinate(pose.x)}, y ${formatCoordinate(pose.y)}, z ${formatCoordinate(pose.z)} m</dd>
+      ${
+        camera
+          ? html`<dt>Heading</dt>
+              <dd>${formatAngle(heading(pose), 1)} to the right of the first frame</dd>`
+          : nothing
+      }
+      ${
+        error === null
+          ? nothing
+          : html`<dt>From the truth</dt>
+              <dd>${formatLength(error)}${turned === null ? nothing : html`, ${formatAngle(turned)}`}</dd>`
+      }
+      ${
+        is_matched
+          ? html`<dt><abbr title="Share of its points that agree with the map before it">Agreement</abbr></dt>
+              <dd>${formatPercent(frame.agreement)}; ${formatPercent(frame.overlap)} seen before</dd>
+              <dt>Registration</dt>
+              <dd>${frameSummary(frame, index)}</dd>`
+          : nothing
+      }
+      ${
+        invalid > 0.0005
+          ? html`<dt>Without a depth</dt>
+              <dd>${formatPercent(invalid)} of the pixels</dd>`
+          : nothing
+      }
+      <dt>Time</dt>
+      <dd>${formatDuration(this.ms[index] ?? 0)}</dd>
+    </dl>`;
+  }
+
+  private renderCharts({ frames, comparison }: SpatialResult): TemplateResult | typeof nothing {
+    if (frames.length < 2) return nothing;
+    const matched = (value: (index: number) => number): (number | null)[] =>
+      frames.map((frame, index) => (index > 0 || frame.history.length > 0 ? value(index) : null));
+    return html`
+      ${
+        comparison
+          ? this.renderBars(`Distance to ${baseName(comparison.name)}`, comparison.errors, formatLength)
+          : nothing
+      }
+      ${this.renderBars(
+        'Points that found a partner (inliers)',
+        matched((i) => frames[i]?.num_inliers ?? 0),
+        formatCount,
+      )}
+      ${this.renderBars(
+        'Distance between partners (rmse)',
+        matched((i) => frames[i]?.inlier_rmse ?? 0),
+        formatLength,
+      )}
+      ${this.renderBars(
+        'Time of each frame',
+        frames.map((_, i) => this.ms[i] ?? 0),
+        formatDuration,
+      )}
+    `;
+  }
+
+  private renderBars(
+    title: string,
+    values: readonly (number | null)[],
+    format: (value: number) => string,
+  ): TemplateResult | typeof nothing {
+    const known = values.filter((value) => value !== null);
+    if (known.length === 0) return nothing;
+    const names = this.result?.frames.map(({ name }) => baseName(name)) ?? [];
+    const [low, high] = [known.reduce((a, b) => Math.min(a, b)), known.reduce((a, b) => Math.max(a, b))];
+    const here = this.selected === null ? null : (values[this.selected] ?? null);
+    return html`<section>
+      <h3>${title}${here === null ? nothing : html` <span class="here number">${format(here)}</span>`}</h3>
+      <svg
+        class="bars"
+        viewBox=${CHART_VIEW_BOX}
+        role="img"
+        aria-label="${title}: from ${format(low)} to ${format(high)} over ${plural(known.length, 'frame')}."
+        @click=${(event: MouseEvent) => {
+          const box = (event.currentTarget as Element).getBoundingClientRect();
+          const frame = barAt((event.clientX - box.left) / box.width, values);
+          if (frame !== null) this.select(frame);
+        }}
+      >
+        ${barChart({
+          values,
+          format,
+          colors: this.colors.map((color) => cssColor(color)),
+          names,
+          selected: this.selected,
+          ends: ['first frame', 'last'],
+        })}
+      </svg>
+    </section>`;
+  }
+
+  private css(index: number): string {
+    return cssColor(this.colors[index] ?? [0, 0, 0]);
+  }
+
+  private select(frame: number | null): void {
+    this.dispatchEvent(new CustomEvent('frame-selected', { detail: frame, bubbles: true, composed: true }));
+  }
+
+  static override styles = [
+    shared,
+    status_styles,
+    panel_styles,
+    chart_styles,
+    css`
+      .steps {
+        display: flex;
+        margin-left: auto;
+      }
+      ul {
+        display: grid;
+        justify-items: start;
+        gap: 6px;
+      }
+      .reason {
+        padding: 8px 10px;
+        border-radius: var(--radius);
+        background: var(--sunken);
+      }
+      .reason.doubtful {
+        background: var(--doubtful-soft);
+        color: var(--doubtful);
+      }
+      .reason.lost {
+        background: var(--lost-soft);
+        color: var(--lost);
+      }
+      .images {
+        display: grid;
+        grid-template-columns: repeat(auto-fit, minmax(120px, 1fr));
+        gap: 8px;
+      }
+      figure {
+        display: grid;
+        align-content: start;
+        gap: 3px;
+        min-width: 0;
+        margin: 0;
+      }
+      img,
+      canvas {
+        display: block;
+        width: 100%;
+        height: auto;
+        border-radius: 6px;
+        background: light-dark(#e7ebf0, #1c242e);
+      }
+      figcaption {
+        display: flex;
+        align-items: center;
+        gap: 5px;
+        overflow: hidden;
+        color: var(--muted);
+        font-size: 11.5px;
+        white-space: nowrap;
+      }
+      figcaption i {
+        flex: 1;
+        height: 6px;
+        border-radius: 3px;
+      }
+      .facts {
+        display: grid;
+        grid-template-columns: auto 1fr;
+        gap: 4px 14px;
+        font-size: 13px;
+      }
+      .facts dt {
+        color: var(--muted);
+      }
+      .here {
+        float: right;
+        color: var(--selected);
+      }
+      svg.bars {
+        cursor: pointer;
+      }
+    `,
+  ];
+}
+
+declare global {
+  interface HTMLElementTagNameMap {
+    'scanstitch-frame-panel': ScanstitchFramePanel;
+  }
+}

@@ -1,0 +1,81 @@
+/** The figures at the top of a run in space. */
+import type { MapSize, SpatialResult } from '../engine/spatial-protocol.js';
+import { DEGREES, formatCount, formatDuration, formatFixed, formatLength } from '../views/format.js';
+import type { Figure } from '../views/headline.js';
+
+export interface SpatialTiming {
+  /** Milliseconds of registering, per frame. */
+  frames: readonly number[];
+  /** Milliseconds since the run began, waiting for workers and all. */
+  elapsed: number;
+}
+
+/** `num_points`: of the map as it is shown. */
+export function spatialFigures(
+  result: SpatialResult,
+  timing: SpatialTiming,
+  num_points: number,
+  map_size: MapSize | null,
+): Figure[] {
+  const { frames, comparison } = result;
+  const counts = { good: 0, doubtful: 0, lost: 0 };
+  for (const { status } of frames) counts[status]++;
+  const worries = [
+    counts.lost > 0 ? `${formatCount(counts.lost)} lost` : '',
+    counts.doubtful > 0 ? `${formatCount(counts.doubtful)} doubtful` : '',
+  ].filter((words) => words !== '');
+  const figures: Figure[] = [
+    {
+      label: frames.length === 1 ? 'Frame' : 'Frames',
+      value: formatCount(frames.length),
+      meaning: worries.length > 0 ? [`${formatCount(counts.good)} good`, ...worries].join(', ') : 'all good',
+      tone: counts.lost > 0 ? 'lost' : counts.doubtful > 0 ? 'doubtful' : 'plain',
+    },
+  ];
+  if (comparison) {
+    const is_matched = comparison.num_matched > 0;
+    figures.push({
+      label: `Mean distance to ${comparison.name.slice(comparison.name.lastIndexOf('/') + 1)}`,
+      value: is_matched ? formatLength(comparison.mean) : 'no match',
+      meaning: is_matched
+        ? `rmse ${formatLength(comparison.rmse)}, max ${formatLength(comparison.max)}; first poses made equal`
+        : 'no true pose belongs to a frame',
+      tone: is_matched ? 'plain' : 'doubtful',
+    });
+  }
+  const registering = timing.frames.reduce((sum, ms) => sum + ms, 0);
+  figures.push(
+    {
+      label: 'Computing',
+      value: frames.length > 0 ? `${formatDuration(registering / frames.length)} a frame` : '…',
+      meaning: `${formatDuration(timing.elapsed)} from the first file on, in this tab`,
+      tone: 'plain',
+    },
+    {
+      label: 'Map',
+      value: `${formatCount(num_points)} points`,
+      meaning: map_size ? `${formatBytes(map_size.num_bytes)} at voxels of ${formatLength(map_size.voxel_size)}` : 'one for each voxel',
+      tone: 'plain',
+    },
+  );
+  const camera = cameraFigure(result);
+  if (camera) figures.push(camera);
+  return figures;
+}
+
+function cameraFigure({ camera, depth_scale, quantisation }: SpatialResult): Figure | null {
+  if (!camera) return null;
+  const angle = 2 * Math.atan(camera.width / 2 / camera.fx) * DEGREES;
+  const scale = depth_scale === null ? '' : `${Number(depth_scale.toPrecision(6))} to a metre`;
+  return {
+    label: 'Camera',
+    value: `${camera.width} × ${camera.height}, ${formatFixed(angle, 0)}°`,
+    meaning: [scale && `depth ${scale}`, quantisation && `steps ${quantisation}`].filter(Boolean).join(', '),
+    tone: 'plain',
+  };
+}
+
+export function formatBytes(bytes: number): string {
+  if (bytes < 1e6) return `${formatFixed(bytes / 1e3, 0)}\u202fkB`;
+  return `${formatFixed(bytes / 1e6, bytes < 1e7 ? 1 : 0)}\u202fMB`;
+}

@@ -1,0 +1,102 @@
+/** The table of a run in space: one row a frame. */
+import { html } from 'lit';
+import type { SpatialFrameResult, SpatialPose, SpatialResult } from '../engine/spatial-protocol.js';
+import { DEGREES, formatAngle, formatCoordinate, formatCount, formatFixed, formatPercent } from '../views/format.js';
+import { type Column, millimetres, type TableRow, UNKNOWN } from '../views/frame-columns.js';
+
+export interface SpatialRow extends TableRow {
+  result: SpatialFrameResult;
+  error: number | null;
+  rotation_error: number | null;
+  ms: number;
+  /** The first frame is where the map begins: it is matched with nothing. */
+  is_origin: boolean;
+}
+
+export function spatialRows(result: SpatialResult | null, ms: readonly number[]): SpatialRow[] {
+  return (result?.frames ?? []).map((frame, index) => ({
+    frame: index,
+    name: frame.name,
+    status: frame.status,
+    result: frame,
+    error: result?.comparison?.errors[index] ?? null,
+    rotation_error: result?.comparison?.rotation_errors[index] ?? null,
+    ms: ms[index] ?? 0,
+    is_origin: index === 0 && frame.history.length === 0,
+  }));
+}
+
+/** Turn about the vertical of the first frame, rad, positive to the right: where the sensor's z axis points. */
+export function heading({ qx, qy, qz, qw }: SpatialPose): number {
+  return Math.atan2(2 * (qx * qz + qw * qy), 1 - 2 * (qx * qx + qy * qy));
+}
+
+/** `reference_name` empty: no columns for the distance to it. */
+export function spatialColumns(reference_name: string, has_camera: boolean): Column<SpatialRow>[] {
+  const columns: Column<SpatialRow>[] = (['x', 'y', 'z'] as const).map((axis, i) => ({
+    label: axis,
+    unit: 'm',
+    title: has_camera ? `to the ${['right', 'floor', 'front'][i]}, as the first frame sees it` : 'as the first cloud has it',
+    cell: ({ result }) => formatCoordinate(result.T_world_sensor[axis]),
+  }));
+  if (has_camera) {
+    columns.push({
+      label: 'heading',
+      unit: '°',
+      title: 'to the right of the first frame',
+      cell: ({ result }) => formatAngle(heading(result.T_world_sensor), 1).replace('°', ''),
+    });
+  }
+  columns.push(
+    {
+      label: 'inliers',
+      unit: '',
+      title: 'points that found a partner close enough, of all points',
+      cell: ({ is_origin, result }) =>
+        is_origin
+          ? UNKNOWN
+          : html`${formatCount(result.num_inliers)} <small>${formatPercent(result.fitness)}</small>`,
+    },
+    {
+      label: 'rmse',
+      unit: 'mm',
+      title: 'root mean square distance between partners after alignment',
+      cell: ({ is_origin, result }) => (is_origin ? UNKNOWN : formatFixed(result.inlier_rmse * 1000, 1)),
+    },
+  );
+  if (reference_name !== '') {
+    columns.push(
+      {
+        label: 'error',
+        unit: 'mm',
+        title: `distance to ${reference_name}`,
+        cell: ({ error }) => millimetres(error),
+      },
+      {
+        label: 'turned',
+        unit: '°',
+        title: `angle to ${reference_name}`,
+        cell: ({ rotation_error }) =>
+          rotation_error === null ? UNKNOWN : formatFixed(rotation_error * DEGREES, 2),
+      },
+    );
+  }
+  columns.push({ label: 'time', unit: 'ms', title: 'registering this frame', cell: ({ ms }) => formatFixed(ms, 1) });
+  return columns;
+}
+
+/** One line for each frame, for a spreadsheet: SI units, radians. */
+export function errorCsv(result: SpatialResult, ms: readonly number[]): string {
+  const head = 'frame,name,status,x_m,y_m,z_m,error_m,rotation_error_rad,num_inliers,fitness,inlier_rmse_m,ms';
+  const lines = spatialRows(result, ms).map((row) => {
+    const { x, y, z } = row.result.T_world_sensor;
+    const { num_inliers, fitness, inlier_rmse } = row.result;
+    const values = [x, y, z, row.error ?? '', row.rotation_error ?? '', num_inliers, fitness, inlier_rmse, row.ms];
+    return [row.frame, quoted(row.name), row.status, ...values].join(',');
+  });
+  return `${[head, ...lines].join('\n')}\n`;
+}
+
+function quoted(text: string): string {
+  return /[",\n]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text;
+}

@@ -1,0 +1,68 @@
+/** The columns of the table of a planar run: what each is called and how its values are written. */
+import { html, type TemplateResult } from 'lit';
+import { formatAngle, formatCoordinate, formatCount, formatFixed, formatPercent } from './format.js';
+import type { FrameRow } from './frame-rows.js';
+import type { Status } from './map-painter.js';
+
+/** What every table shows of a row, whatever its columns. */
+export interface TableRow {
+  frame: number;
+  name: string;
+  status: Status;
+}
+
+export interface Column<R extends TableRow> {
+  label: string;
+  unit: string;
+  /** What it means; empty where the label says it. */
+  title: string;
+  cell(row: R): string | number | TemplateResult;
+}
+
+export const UNKNOWN = '–';
+
+/** A length in millimetres; of large ones a tenth of one is of no use. */
+export function millimetres(metres: number | null): string {
+  return metres === null ? UNKNOWN : formatFixed(metres * 1000, metres < 0.1 ? 1 : 0);
+}
+
+/** `reference_name` empty: no column for the distance to it. */
+export function frameColumns(reference_name: string): Column<FrameRow>[] {
+  const origin = 'metres, in the frame of the first scan';
+  const columns: Column<FrameRow>[] = [
+    { label: 'x', unit: 'm', title: origin, cell: ({ x }) => formatCoordinate(x) },
+    { label: 'y', unit: 'm', title: origin, cell: ({ y }) => formatCoordinate(y) },
+    { label: 'heading', unit: '°', title: '', cell: ({ theta }) => formatAngle(theta).replace('°', '') },
+    {
+      label: 'inliers',
+      unit: '',
+      title: 'points that found a partner close enough, of all points',
+      cell: (row) =>
+        row.is_origin
+          ? UNKNOWN
+          : html`${formatCount(row.num_inliers)} <small>${formatPercent(row.fitness)}</small>`,
+    },
+    {
+      label: 'rmse',
+      unit: 'mm',
+      title: 'root mean square distance between partners after alignment',
+      cell: (row) => (row.is_origin ? UNKNOWN : formatFixed(row.inlier_rmse * 1000, 1)),
+    },
+    {
+      label: 'iterations',
+      unit: '',
+      title: 'rounds of matching and moving until the pose settled',
+      cell: (row) => (row.is_origin ? UNKNOWN : row.iterations),
+    },
+  ];
+  if (reference_name !== '') {
+    columns.push({
+      label: 'distance',
+      unit: 'mm',
+      title: `distance to ${reference_name}`,
+      cell: ({ error }) => millimetres(error),
+    });
+  }
+  columns.push({ label: 'time', unit: 'ms', title: 'computing time of this scan', cell: ({ ms }) => formatFixed(ms, 1) });
+  return columns;
+}
