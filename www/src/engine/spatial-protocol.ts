@@ -1,77 +1,82 @@
-/** Depth images and clouds in space: what the page and its workers say to each other. */
-import type { IterationRecord, Problem } from './protocol.js';
-import type { SettingField, SettingPreset } from '../components/settings-panel.js';
+/**
+ * Depth images and clouds in space: what the page and its workers say to each other. The names of the data are the
+ * engine's own.
+ */
+import type {
+  MapSize,
+  Progress,
+  SpatialPreset as EnginePreset,
+  SettingDescription as EngineSettingDescription,
+  SpatialSettings as EngineSettings,
+  SpatialResult,
+} from '../../../pkg/scanstitch.js';
+import type { MapPoints } from '../spatial/leveling.js';
 
-export interface SpatialPose {
-  x: number;
-  y: number;
-  z: number;
-  qx: number;
-  qy: number;
-  qz: number;
-  qw: number;
-}
+export type {
+  MapSize,
+  SpatialComparison,
+  SpatialFrameResult,
+  SpatialPose,
+  SpatialResult,
+} from '../../../pkg/scanstitch.js';
 
-export interface SpatialFrameResult {
-  name: string;
-  T_world_sensor: SpatialPose;
-  status: 'good' | 'doubtful' | 'lost';
-  reason: string;
-  agreement: number;
-  overlap: number;
-  num_correspondences: number;
-  num_inliers: number;
-  fitness: number;
-  inlier_rmse: number;
-  iterations: number;
-  converged: boolean;
-  history: IterationRecord[];
-}
-
-export interface SpatialComparison {
-  name: string;
-  num_matched: number;
-  mean: number;
-  rmse: number;
-  max: number;
-  errors: (number | null)[];
-  rotation_errors: (number | null)[];
-  reference: (SpatialPose | null)[];
-  convention: string;
-}
-
-export interface SpatialCamera {
-  width: number;
-  height: number;
-  fx: number;
-  fy: number;
-  cx: number;
-  cy: number;
-}
-
-export type SpatialSettings = Record<string, string | number>;
-
-export interface SpatialResult {
-  version: string;
-  settings: SpatialSettings;
-  camera: SpatialCamera | null;
-  depth_scale: number | null;
-  quantisation: 'truncated' | 'rounded' | null;
-  frames: SpatialFrameResult[];
-  comparison: SpatialComparison | null;
-  notes: string[];
-}
-
-export interface MapSize {
-  voxel_size: number;
-  num_points: number;
-  num_bytes: number;
-}
+/** All settings. The engine takes some of them, and so calls each one optional. */
+export type SpatialSettings = Required<EngineSettings>;
+export type SpatialPreset = EnginePreset & { settings: SpatialSettings };
+export type SpatialSettingDescription = EngineSettingDescription & {
+  name: keyof SpatialSettings;
+  unit: 'm' | 'rad' | '';
+};
 
 export interface SpatialFacts {
   version: string;
-  descriptions: SettingField[];
-  presets: SettingPreset[];
+  descriptions: SpatialSettingDescription[];
+  presets: SpatialPreset[];
 }
 
-export type { Problem };
+/** All there is to show, at one moment. */
+export interface SpatialSnapshot {
+  result: SpatialResult;
+  points: MapPoints;
+  map_size: MapSize | null;
+}
+
+/** What can be taken home. */
+export interface SpatialAnswers {
+  trajectory_tum: string;
+  trajectory_matrices: string[];
+  map_ply: Uint8Array;
+  map_pcd: Uint8Array;
+  report_json: string;
+}
+
+/** The one worker that holds the reconstruction. */
+export interface RegistrarApi {
+  start(module: WebAssembly.Module): SpatialFacts;
+  create(settings: Partial<SpatialSettings>): void;
+  setIntrinsics(name: string, bytes: Uint8Array): void;
+  /** Looks at the first file; returns what the preparing workers need. */
+  begin(name: string, first_frame: Uint8Array): string;
+  add_prepared(prepared: Uint8Array): void;
+  /** Registers one frame; `ms`: what this and adding it took, without waiting. */
+  step(): Progress & { ms: number };
+  setReference(name: string, bytes: Uint8Array, num_recorded: number): void;
+  clearReference(): void;
+  snapshot(): SpatialSnapshot;
+  ask<K extends keyof SpatialAnswers>(kind: K): SpatialAnswers[K];
+}
+
+/** The workers that decode and prepare frames. */
+export interface PreparerApi {
+  start(module: WebAssembly.Module): void;
+  prepareFrame(
+    preparation: string,
+    name: string,
+    index: number,
+    time: number | null,
+    depth: Uint8Array,
+    color: Uint8Array | null,
+  ): Uint8Array;
+  prepareCloud(preparation: string, name: string, index: number, time: number | null, cloud: Uint8Array): Uint8Array;
+  decodeDepth(name: string, bytes: Uint8Array): { width: number; height: number; bits: number; values: Uint16Array };
+}

@@ -1,7 +1,16 @@
 /** How the engine's module and the workers that run it come to life. */
 
-/** The compiled module, which can be posted to any number of workers. */
-export async function compile(url: string): Promise<WebAssembly.Module> {
+const compiled = new Map<string, Promise<WebAssembly.Module>>();
+
+/** The compiled module, which can be posted to any number of workers. It is compiled once. */
+export function compile(url: string): Promise<WebAssembly.Module> {
+  const known = compiled.get(url) ?? fetchAndCompile(url);
+  compiled.set(url, known);
+  known.catch(() => compiled.delete(url)); // the next try may succeed
+  return known;
+}
+
+async function fetchAndCompile(url: string): Promise<WebAssembly.Module> {
   const response = await fetch(url);
   if (!response.ok) throw new Error(`${url} could not be loaded: ${response.status} ${response.statusText}`);
   // Hosts that do not know the type application/wasm are common: compile the bytes there.

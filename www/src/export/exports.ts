@@ -32,7 +32,7 @@ export async function makeExport(id: ExportItem['id'], sources: Sources): Promis
     case 'trajectory':
       return { name: 'trajectory.tum', blob: textBlob(await sources.ask('trajectory_tum')) };
     case 'matrices':
-      return { name: 'trajectory_matrices.zip', blob: await zip(await matrixFiles(sources)) };
+      return { name: 'trajectory_matrices.zip', blob: await zip(await matricesOf(sources)) };
     case 'map':
       return { name: 'map.ply', blob: new Blob([await plyBytes(sources)]) };
     case 'picture':
@@ -57,16 +57,19 @@ type Files = Record<string, Uint8Array>;
 async function allFiles(sources: Sources): Promise<Files> {
   return {
     'trajectory.tum': utf8(await sources.ask('trajectory_tum')),
-    ...(await matrixFiles(sources)),
+    ...(await matricesOf(sources)),
     'map.ply': await plyBytes(sources),
     'map.png': new Uint8Array(await (await sources.picture()).arrayBuffer()),
     'report.json': utf8(await sources.ask('report_json')),
   };
 }
 
+async function matricesOf({ ask, frame_names }: Sources): Promise<Files> {
+  return matrixFiles(await ask('trajectory_matrices'), frame_names);
+}
+
 /** `matrices/0007_7.txt`: the number keeps the order, the name tells which scan it was. */
-async function matrixFiles({ ask, frame_names }: Sources): Promise<Files> {
-  const matrices = await ask('trajectory_matrices');
+export function matrixFiles(matrices: readonly string[], frame_names: readonly string[]): Files {
   return Object.fromEntries(
     matrices.map((matrix, frame) => {
       const stem = (frame_names[frame] ?? '').replace(/^.*\//, '').replace(/\.[^.]*$/, '');
@@ -79,7 +82,7 @@ async function plyBytes({ ask }: Sources): Promise<Uint8Array<ArrayBuffer>> {
   return new Uint8Array(await ask('map_ply'));
 }
 
-async function zip(files: Files): Promise<Blob> {
+export async function zip(files: Files): Promise<Blob> {
   const { zip: deflate } = await import('fflate');
   const bytes = await new Promise<Uint8Array>((resolve, reject) => {
     deflate(files, { level: 6 }, (error, data) => (error ? reject(error) : resolve(data)));
@@ -87,10 +90,10 @@ async function zip(files: Files): Promise<Blob> {
   return new Blob([new Uint8Array(bytes)], { type: 'application/zip' });
 }
 
-function textBlob(text: string): Blob {
+export function textBlob(text: string): Blob {
   return new Blob([text], { type: 'text/plain' });
 }
 
-function utf8(text: string): Uint8Array {
+export function utf8(text: string): Uint8Array {
   return new TextEncoder().encode(text);
 }

@@ -1,0 +1,146 @@
+/**
+ * Files of a recording in space: where each one's bytes are, read when they are needed. They may lie on the disk, in a
+ * zip, or on the server.
+ */
+import type { Recording } from '../../../npm/recording.js';
+import type { Readable } from '../engine/spatial-client.js';
+import type { NamedFile } from './gather.js';
+
+export interface StoredFile extends Readable {
+  size: number;
+  readHead(length: number): Promise<Uint8Array>;
+  /** For an image element. */
+  blob(): Promise<Blob>;
+}
+
+/** What was opened together. */
+export interface SpatialFiles {
+  /** How the page calls it; empty: after its folder. */
+  title: string;
+  /** The built-in sample: replaced, not extended, by the user's files. */
+  is_given: boolean;
+  files: readonly StoredFile[];
+  notes: readonly { file: string; reason: string }[];
+}
+
+export type Kind = Recording['kind'];
+
+/** How a recording is understood is loaded with the first one that may be in space. */
+export async function understandFiles(files: readonly StoredFile[]): Promise<Recording> {
+  const { understand } = await import('../../../npm/recording.js');
+  const byPath = new Map(files.map((file) => [file.path, file]));
+  return understand(
+    files.map(({ path, size }) => ({ path, size })),
+    async (path, length) => (await byPath.get(path)?.readHead(length)) ?? new Uint8Array(),
+  );
+}
+
+/**
+ * Which view takes these files: planar scans the flat one, depth images and clouds the one in space; what is neither,
+ * as a trajectory alone, the one that is shown.
+ */
+export async function tellApart(
+  files: readonly NamedFile[],
+  shown: 'planar' | 'spatial',
+): Promise<{ planar_files: readonly NamedFile[]; spatial_files: SpatialFiles | null }> {
+  const { files: opened, notes } = await open(files);
+  const { kind } = await understandFiles(opened);
+  const is_spatial = kind === 'depth_images' || kind === 'clouds' || (kind === 'nothing' && shown === 'spatial');
+  if (is_spatial) return { planar_files: [], spatial_files: { title: '', is_given: false, files: opened, notes } };
+  const has_archives = opened.length !== files.length;
+  const planar_files = has_archives && opened.length > 0 ? await Promise.all(opened.map(toNamedFile)) : files;
+  return { planar_files, spatial_files: null };
+}
+
+/** Zips are opened; what lies in them is unpacked when it is read. */
+async function open(files: readonly NamedFile[]): Promise<{ files: StoredFile[]; notes: { file: string; reason: string }[] }> {
+  const opened: StoredFile[] = [];
+  const notes: { file: string; reason: string }[] = [];
+  for (const { name, file } of files) {
+    if (!/\.zip$/i.test(name)) {
+      opened.push(onDisk(name, file));
+      continue;
+    }
+    const { bytesOfBlob, openArchive } = await import('../../../npm/archive.js');
+    try {
+      const archive = await openArchive(name, bytesOfBlob(file));
+      notes.push(...archive.notes);
+      opened.push(
+        ...archive.files.map(({ path, size }) => ({
+          path,
+          size,
+          read: () => archive.read(path),
+          readHead: (length: number) => archive.readHead(path, length),
+          blob: async () => blobOf(path, await archive.read(path)),
+        })),
+      );
+    } catch (error) {
+      const { problem, message } = error as Error & { problem?: string };
+      notes.push({ file: name, reason: problem ?? message });
+    }
+  }
+  return { files: opened, notes };
+}
+
+function onDisk(path: string, file: File): StoredFile {
+  const bytes = async (blob: Blob): Promise<Uint8Array> => {
+    try {
+      return new Uint8Array(await blob.arrayBuffer());
+    } catch {
+      const problem = 'The browser could not read this file; was it moved or deleted?';
+      throw Object.assign(new Error(`${path}: ${problem}`), { file: path, problem, remedy: 'Drop it again' });
+    }
+  };
+  return {
+    path,
+    size: file.size,
+    read: () => bytes(file),
+    readHead: (length) => bytes(file.slice(0, length)),
+    blob: async () => file,
+  };
+}
+
+async function toNamedFile(stored: StoredFile): Promise<NamedFile> {
+  return { name: stored.path, file: new File([await stored.blob()], stored.path) };
+}
+
+function blobOf(path: string, bytes: Uint8Array): Blob {
+  const type = /\.jpe?g$/i.test(path) ? 'image/jpeg' : /\.png$/i.test(path) ? 'image/png' : '';
+  return new Blob([new Uint8Array(bytes)], { type });
+}
+
+const apartment = import.meta.glob<string>('../../samples/apartment/**/*.{jpg,png,npy,json,txt}', {
+  query: '?url',
+  import: 'default',
+  eager: true,
+});
+
+/** The built-in sample: depth images of an apartment. Its files are fetched one by one, when they are needed. */
+export async function fetchApartment(): Promise<SpatialFiles> {
+  const files = Object.entries(apartment).map(([path, url]) => onServer(path.slice(path.indexOf('apartment/')), url));
+  return { title: 'Sample: an apartment', is_given: true, files, notes: [] };
+}
+
+function onServer(path: string, url: string): StoredFile {
+  let kept: Promise<Uint8Array> | null = null;
+  const read = (): Promise<Uint8Array> => {
+    kept ??= fetchBytes(url).catch((error: unknown) => {
+      kept = null;
+      throw error;
+    });
+    return kept;
+  };
+  return {
+    path,
+    size: 1, // unknown before it is fetched; only whether it is empty matters
+    read: async () => (await read()).slice(),
+    readHead: async (length) => (await read()).slice(0, length),
+    blob: async () => blobOf(path, await read()),
+  };
+}
+
+async function fetchBytes(url: string): Promise<Uint8Array> {
+  const response = await fetch(url);
+  if (!response.ok) throw new Error(`${url} answered ${response.status} ${response.statusText}`);
+  return new Uint8Array(await response.arrayBuffer());
+}

@@ -1,0 +1,87 @@
+/** The thread that holds the reconstruction in space and registers one frame after the other. */
+import init, {
+  describe_spatial_settings,
+  spatial_presets,
+  SpatialReconstruction,
+  version,
+} from '../../../pkg/scanstitch.js';
+import { serve } from './serve.js';
+import type {
+  RegistrarApi,
+  SpatialAnswers,
+  SpatialFacts,
+  SpatialPreset,
+  SpatialSettingDescription,
+  SpatialSettings,
+} from './spatial-protocol.js';
+
+type Async<T> = { [K in keyof T]: T[K] extends (...args: infer A) => infer R ? (...args: A) => R | Promise<R> : never };
+
+let reconstruction: SpatialReconstruction | null = null;
+let settings: Partial<SpatialSettings> = {};
+let adding_ms = 0;
+
+function engine(): SpatialReconstruction {
+  if (!reconstruction) throw Object.assign(new Error('Nothing is loaded.'), { name: 'ScanstitchError' });
+  return reconstruction;
+}
+
+const api: Async<RegistrarApi> = {
+  async start(module): Promise<SpatialFacts> {
+    await init({ module_or_path: module });
+    return {
+      version: version(),
+      descriptions: describe_spatial_settings() as SpatialSettingDescription[],
+      presets: spatial_presets() as SpatialPreset[],
+    };
+  },
+
+  create(given) {
+    const next = new SpatialReconstruction(given);
+    reconstruction?.free();
+    reconstruction = next;
+    settings = given;
+  },
+
+  setIntrinsics: (name, bytes) => engine().set_intrinsics(name, bytes),
+
+  begin: (name, first_frame) => engine().begin(name, first_frame),
+
+  add_prepared(prepared) {
+    const start = performance.now();
+    engine().add_prepared(prepared);
+    adding_ms += performance.now() - start;
+  },
+
+  step() {
+    const start = performance.now();
+    const progress = engine().step();
+    const ms = performance.now() - start + adding_ms;
+    adding_ms = 0;
+    return { ...progress, ms };
+  },
+
+  setReference: (name, bytes, num_recorded) => engine().set_reference(name, bytes, num_recorded),
+
+  clearReference: () => engine().clear_reference(),
+
+  snapshot() {
+    const here = engine();
+    const { map_voxel_size } = settings;
+    const [map_size] = map_voxel_size ? here.map_sizes(new Float64Array([map_voxel_size])) : [];
+    return {
+      result: here.result(),
+      points: {
+        positions: here.map_positions(),
+        colors: here.map_colors(),
+        normals: here.map_normals(),
+        frames: here.map_frames(),
+      },
+      map_size: map_size ?? null,
+    };
+  },
+
+  ask: <K extends keyof SpatialAnswers>(kind: K) => engine()[kind]() as SpatialAnswers[K],
+};
+
+serve(api);

@@ -1,0 +1,53 @@
+/** What of a run in space can be taken home. */
+import type { MenuItem } from '../components/menu.js';
+import type { SpatialAnswers } from '../engine/spatial-protocol.js';
+import { type Download, matrixFiles, textBlob, utf8, zip } from '../export/exports.js';
+
+export const SPATIAL_EXPORTS: readonly MenuItem[] = [
+  { id: 'everything', label: 'Everything', detail: 'all of these and the matrices, as a zip' },
+  { id: 'trajectory', label: 'Trajectory', detail: 'TUM text: t x y z qx qy qz qw a line' },
+  { id: 'ply', label: 'Map as PLY', detail: 'points with colours and normals, binary' },
+  { id: 'pcd', label: 'Map as PCD', detail: 'the same for PCL' },
+  { id: 'report', label: 'Report', detail: 'report.json: settings, frames, comparison' },
+  { id: 'errors', label: 'Errors', detail: 'one line a frame, as CSV' },
+  { id: 'picture', label: 'Picture', detail: 'the map as you see it, as PNG' },
+];
+
+/** Where the contents come from: the engine, and the view. */
+export interface SpatialSources {
+  ask<K extends keyof SpatialAnswers>(kind: K): Promise<SpatialAnswers[K]>;
+  picture(): Promise<Blob>;
+  errors(): string;
+  frame_names: readonly string[];
+}
+
+export async function makeSpatialExport(id: string, sources: SpatialSources): Promise<Download> {
+  switch (id) {
+    case 'trajectory':
+      return { name: 'trajectory.tum', blob: textBlob(await sources.ask('trajectory_tum')) };
+    case 'ply':
+      return { name: 'map.ply', blob: new Blob([new Uint8Array(await sources.ask('map_ply'))]) };
+    case 'pcd':
+      return { name: 'map.pcd', blob: new Blob([new Uint8Array(await sources.ask('map_pcd'))]) };
+    case 'report':
+      return { name: 'report.json', blob: textBlob(await sources.ask('report_json')) };
+    case 'errors':
+      return { name: 'errors.csv', blob: textBlob(sources.errors()) };
+    case 'picture':
+      return { name: 'map.png', blob: await sources.picture() };
+    default:
+      return { name: 'scanstitch.zip', blob: await zip(await allFiles(sources)) };
+  }
+}
+
+async function allFiles(sources: SpatialSources): Promise<Record<string, Uint8Array>> {
+  return {
+    'trajectory.tum': utf8(await sources.ask('trajectory_tum')),
+    ...matrixFiles(await sources.ask('trajectory_matrices'), sources.frame_names),
+    'map.ply': await sources.ask('map_ply'),
+    'map.pcd': await sources.ask('map_pcd'),
+    'report.json': utf8(await sources.ask('report_json')),
+    'errors.csv': utf8(sources.errors()),
+    'map.png': new Uint8Array(await (await sources.picture()).arrayBuffer()),
+  };
+}

@@ -1,0 +1,83 @@
+/** The two images of the frame that is looked at, fetched and decoded when it is selected; the last one asked for wins. */
+import type { ReactiveController, ReactiveControllerHost } from 'lit';
+import type { StoredFile } from '../datasets/spatial-files.js';
+import { depthPicture, type DepthPixels } from './depth-picture.js';
+import { type FrameImages, NO_IMAGES } from './frame-panel.js';
+
+/** While the slider is drawn, frames rush by: only one that stays this long is decoded. */
+const SETTLE_MS = 60;
+
+export class FrameImageLoader implements ReactiveController {
+  images: FrameImages = NO_IMAGES;
+  /** The frame they belong to. */
+  frame: number | null = null;
+  #host: ReactiveControllerHost;
+  #decode: (file: StoredFile) => Promise<DepthPixels>;
+  #wanted: unknown = null;
+  #timer: ReturnType<typeof setTimeout> | undefined;
+  #url = '';
+
+  constructor(host: ReactiveControllerHost, decode: (file: StoredFile) => Promise<DepthPixels>) {
+    this.#host = host;
+    this.#decode = decode;
+    host.addController(this);
+  }
+
+  hostDisconnected(): void {
+    clearTimeout(this.#timer);
+    URL.revokeObjectURL(this.#url);
+    this.#url = '';
+    this.#wanted = null;
+    this.images = NO_IMAGES;
+  }
+
+  /** `depth_scale`: raw values to a metre. */
+  want(frame: number | null, depth: StoredFile | null, color: StoredFile | null, depth_scale: number): void {
+    const key = depth ?? color;
+    if (key === this.#wanted) return;
+    this.#wanted = key;
+    clearTimeout(this.#timer);
+    if (!key || frame === null) {
+      this.#show(null, NO_IMAGES);
+      return;
+    }
+    this.#timer = setTimeout(() => this.#load(key, frame, depth, color, depth_scale), SETTLE_MS);
+  }
+
+  async #load(
+    key: StoredFile,
+    frame: number,
+    depth: StoredFile | null,
+    color: StoredFile | null,
+    depth_scale: number,
+  ): Promise<void> {
+    let url = '';
+    const loadColor = async (): Promise<HTMLImageElement | null> => {
+      if (!color) return null;
+      url = URL.createObjectURL(await color.blob());
+      const image = new Image();
+      image.src = url;
+      await image.decode();
+      return image;
+    };
+    const [picture, pixels] = await Promise.allSettled([loadColor(), depth ? this.#decode(depth) : null]);
+    if (this.#wanted !== key) {
+      URL.revokeObjectURL(url);
+      return;
+    }
+    URL.revokeObjectURL(this.#url);
+    this.#url = url;
+    const decoded = pixels.status === 'fulfilled' ? pixels.value : null;
+    this.#show(frame, {
+      color: picture.status === 'fulfilled' ? picture.value : null,
+      depth: decoded && depthPicture(decoded, depth_scale),
+      problem: pixels.status === 'rejected' ? String((pixels.reason as Error).message) : '',
+    });
+  }
+
+  #show(frame: number | null, images: FrameImages): void {
+    this.frame = frame;
+    this.images = images;
+    this.#host.requestUpdate();
+  }
+}

@@ -1,0 +1,436 @@
+import type { ReactiveController, ReactiveControllerHost } from 'lit';
+import { joinPoses, type Recording } from '../../../npm/recording.js';
+import type { Message } from '../components/messages.js';
+import { type SpatialFiles, type StoredFile, understandFiles } from '../datasets/spatial-files.js';
+import type { Problem } from '../engine/protocol.js';
+import { type Readable, SpatialClient, type SpatialInputs, type SpatialJob, type SpatialState } from '../engine/spatial-client.js';
+import type { SpatialAnswers, SpatialFacts, SpatialSettings, SpatialSnapshot } from '../engine/spatial-protocol.js';
+import { baseName, formatDuration, formatLength, plural } from '../views/format.js';
+import { NO_POINTS } from './leveling.js';
+
+export type Phase = 'starting' | 'empty' | 'reading' | 'running' | 'stopped' | 'done' | 'crashed' | 'unavailable';
+
+/** A change of a setting waits this long for the next one before all is computed again. */
+const SETTINGS_DELAY_MS = 250;
+
+/** What is loaded: its files, and what was understood of them. */
+export interface SpatialDataset {
+  title: string;
+  is_given: boolean;
+  files: ReadonlyMap<string, StoredFile>;
+  recording: Recording;
+  jobs: readonly SpatialJob[];
+  /** The true path's name; empty without. */
+  reference_name: string;
+}
+
+/**
+ * All that the page knows of a run in space, and what can be done with it. It holds no markup and asks its host to draw
+ * again when something changed.
+ */
+export class SpatialSession implements ReactiveController {
+  phase: Phase = 'starting';
+  facts: SpatialFacts | null = null;
+  dataset: SpatialDataset | null = null;
+  settings: SpatialSettings | null = null;
+  snapshot: SpatialSnapshot | null = null;
+  points = NO_POINTS;
+  /** Milliseconds of registering each frame, in the order of the result's frames. */
+  frame_ms: readonly number[] = [];
+  /** Since the run was asked for, ms; waiting for the user not counted. */
+  elapsed_ms = 0;
+  /** Counts the data sets shown: the view is fitted to each one once. */
+  generation = 0;
+  progress = 0;
+  activity = '';
+  messages: readonly Message[] = [];
+  /** For those who listen: said once at each turn of events. */
+  announcement = '';
+  requested_at = 0;
+
+  #host: ReactiveControllerHost;
+  #client: SpatialClient | null = null;
+  #settings_timer: ReturnType<typeof setTimeout> | undefined;
+  #ms_by_index = new Map<number, number>();
+  #started_at = 0;
+  #worked_ms = 0;
+  /** What was taken in before the engine was ready, or asked for last. */
+  #pending: (() => void) | null = null;
+  #num_intakes = 0;
+
+  constructor(host: ReactiveControllerHost) {
+    this.#host = host;
+    host.addController(this);
+  }
+
+  hostConnected(): void {
+    this.#client ??= new SpatialClient({
+      ready: (facts) => this.#onReady(facts),
+      registered: (index, ms, done, total) => this.#onRegistered(index, ms, done, total),
+      snapshot: (state, snapshot) => this.#onSnapshot(state, snapshot),
+      problem: (problem) => this.#tell([messageOf(problem)]),
+      replaced: (name) =>
+        this.#tell([note(name, 'the worker that prepared this frame died; another one has taken it over')]),
+      crashed: (message, restarts) => this.#onCrashed(message, restarts),
+      unavailable: (message) => this.#onUnavailable(message),
+    });
+  }
+
+  hostDisconnected(): void {
+    clearTimeout(this.#settings_timer);
+    this.#client?.dispose();
+    this.#client = null;
+    this.facts = null;
+    // Come back to the page, it computes again what it was showing.
+    if (this.dataset) this.#pending = () => this.#load();
+  }
+
+  /** Takes files in: a recording of its own replaces what is there, further frames or a true path join it. */
+  async add(opened: Promise<SpatialFiles>, requested_at: number): Promise<void> {
+    const intake = ++this.#num_intakes;
+    this.requested_at = requested_at;
+    if (this.phase !== 'running') this.phase = 'reading';
+    this.activity = 'Looking at the files';
+    this.progress = 0;
+    this.#host.requestUpdate();
+    try {
+      const given = await opened;
+      const dataset = await this.#combine(given);
+      if (intake !== this.#num_intakes) return;
+      this.messages = [...given.notes, ...dataset.recording.notes].map(({ file, reason }) => note(file, reason));
+      if (dataset.jobs.length === 0) {
+        this.#tellNothing(given.files.length);
+        return;
+      }
+      const previous = this.dataset;
+      const continues = previous !== null && this.snapshot !== null && isPrefix(previous.jobs, dataset.jobs);
+      this.dataset = dataset;
+      const order = (): void => (continues && this.#client ? this.#extend(previous, dataset) : this.#load());
+      if (this.facts) order();
+      else this.#pending = () => this.#load();
+    } catch (error) {
+      if (intake !== this.#num_intakes) return;
+      this.phase = this.snapshot ? 'done' : 'empty';
+      this.#tell([messageOf({ file: '', place: null, problem: words(error), remedy: 'Try again, or drop other files' })]);
+    }
+    this.#host.requestUpdate();
+  }
+
+  removeReference(): void {
+    if (!this.dataset) return;
+    const { recording } = this.dataset;
+    this.dataset = { ...this.dataset, recording: { ...recording, reference: [] }, reference_name: '' };
+    this.#client?.setReference(null);
+  }
+
+  clear(): void {
+    this.#num_intakes++;
+    this.#client?.stop();
+    this.dataset = null;
+    this.snapshot = null;
+    this.points = NO_POINTS;
+    this.messages = [];
+    this.phase = 'empty';
+    this.#announce('All frames removed.');
+  }
+
+  configure(settings: SpatialSettings): void {
+    this.settings = settings;
+    this.#host.requestUpdate();
+    clearTimeout(this.#settings_timer);
+    this.#settings_timer = setTimeout(() => {
+      if (!this.dataset) return;
+      this.messages = [];
+      this.requested_at = performance.now();
+      this.#load();
+      this.#announce('Computing again with the new settings.');
+    }, SETTINGS_DELAY_MS);
+  }
+
+  /** Stops at once; the frame that is being registered may still come in. */
+  stop(): void {
+    this.#client?.stop();
+    this.phase = 'stopped';
+    this.#pause();
+    this.#announce(`Stopped. ${plural(this.snapshot?.result.frames.length ?? 0, 'frame')} so far.`);
+  }
+
+  resume(): void {
+    this.phase = 'running';
+    this.#started_at = performance.now();
+    this.#client?.resume();
+    this.#announce('Computing goes on.');
+  }
+
+  dismissMessages(): void {
+    this.messages = [];
+    this.#host.requestUpdate();
+  }
+
+  ask<K extends keyof SpatialAnswers>(kind: K): Promise<SpatialAnswers[K]> {
+    return this.#client?.ask(kind) ?? Promise.reject(new Error('The page was closed.'));
+  }
+
+  decodeDepth(file: Readable): ReturnType<SpatialClient['decodeDepth']> {
+    return this.#client?.decodeDepth(file) ?? Promise.reject(new Error('The page was closed.'));
+  }
+
+  /** The true path as one file, with its bytes; null without. */
+  async referenceFile(): Promise<{ name: string; bytes: ArrayBuffer } | null> {
+    const reference = this.#reference();
+    if (!reference) return null;
+    return { name: reference.path, bytes: (await reference.read()).slice().buffer as ArrayBuffer };
+  }
+
+  /** A message of the page's own, about no file. */
+  report(text: string, remedy = ''): void {
+    this.#tell([messageOf({ file: '', place: null, problem: text, remedy })]);
+  }
+
+  /** The files of a registered frame. */
+  filesOf(frame: number): { depth: StoredFile | null; color: StoredFile | null } {
+    const index = this.snapshot?.result.frames[frame]?.index;
+    const job = this.dataset?.jobs.find((candidate) => candidate.index === index);
+    const find = (readable: Readable | null | undefined): StoredFile | null =>
+      (readable && this.dataset?.files.get(readable.path)) ?? null;
+    return { depth: job && !job.is_cloud ? find(job.file) : null, color: find(job?.color) };
+  }
+
+  // What is loaded.
+
+  async #combine(given: SpatialFiles): Promise<SpatialDataset> {
+    const fresh = await understandFiles(given.files);
+    const present = this.dataset;
+    const has_frames = framesOf(fresh) > 0;
+    const joins =
+      present !== null &&
+      (!has_frames ||
+        (!present.is_given &&
+          !given.is_given &&
+          present.recording.kind === fresh.kind &&
+          present.recording.root === fresh.root &&
+          !given.files.some(({ path }) => isFrame(present, path))));
+    if (!joins) return makeDataset(given.title, given.is_given, given.files, fresh);
+    const files = new Map([...present.files, ...given.files.map((file): [string, StoredFile] => [file.path, file])]);
+    if (!has_frames && fresh.reference.length + Number(fresh.intrinsics !== null) === 0) {
+      // A trajectory alone: there is no recording around it that tells what it is.
+      const trajectory = given.files.find(({ path }) => /\.(npy|txt|tum|csv|log|traj|json)$/i.test(path));
+      if (!trajectory) return makeDataset('', false, given.files, fresh);
+      const recording = { ...present.recording, reference: [trajectory.path], notes: [] };
+      return makeDataset(present.title, present.is_given, [...files.values()], recording);
+    }
+    return makeDataset(present.title, present.is_given, [...files.values()], await understandFiles([...files.values()]));
+  }
+
+  #inputs(): SpatialInputs {
+    const { jobs = [], recording } = this.dataset ?? {};
+    const intrinsics = recording?.intrinsics ? this.dataset?.files.get(recording.intrinsics) : null;
+    return { jobs, num_recorded: jobs.length, intrinsics: intrinsics ?? null, reference: this.#reference() };
+  }
+
+  /** The true path as one file. */
+  #reference(): Readable | null {
+    if (!this.dataset) return null;
+    const { recording, files, reference_name } = this.dataset;
+    const truth = recording.reference.map((path) => files.get(path)).filter((file) => file !== undefined);
+    if (truth.length < 2) return truth[0] ?? null;
+    return {
+      path: reference_name,
+      read: async () => joinPoses(await Promise.all(truth.map((file) => file.read()))),
+    };
+  }
+
+  #load(): void {
+    if (!this.settings) return;
+    this.phase = 'running';
+    this.progress = 0;
+    this.activity = `Preparing ${plural(this.dataset?.jobs.length ?? 0, 'frame')}`;
+    this.#ms_by_index.clear();
+    this.#worked_ms = 0;
+    this.#started_at = performance.now();
+    this.generation++;
+    this.snapshot = null;
+    this.points = NO_POINTS;
+    this.#client?.load(this.#inputs(), this.settings);
+    this.#host.requestUpdate();
+  }
+
+  #extend(previous: SpatialDataset, dataset: SpatialDataset): void {
+    this.phase = 'running';
+    this.#started_at = performance.now();
+    if (dataset.jobs.length > previous.jobs.length) this.activity = 'Taking in more frames';
+    this.#client?.extend(this.#inputs());
+  }
+
+  // News of the engine.
+
+  #onReady(facts: SpatialFacts): void {
+    this.facts = facts;
+    const [first] = facts.presets;
+    this.settings ??= first?.settings ?? null;
+    if (this.phase === 'starting') this.phase = 'empty';
+    this.#pending?.();
+    this.#pending = null;
+    this.#host.requestUpdate();
+  }
+
+  #onRegistered(index: number, ms: number, done: number, total: number): void {
+    this.#ms_by_index.set(index, ms);
+    if (this.phase !== 'running') return;
+    this.progress = done / Math.max(total, 1);
+    this.activity = `Aligning frame ${Math.min(done + 1, total)} of ${total}`;
+    this.#host.requestUpdate();
+  }
+
+  #onSnapshot(state: SpatialState, snapshot: SpatialSnapshot): void {
+    if (!this.dataset) return;
+    this.snapshot = snapshot;
+    this.points = snapshot.points;
+    this.frame_ms = snapshot.result.frames.map(({ index }) => this.#ms_by_index.get(index) ?? 0);
+    if (state !== 'running') {
+      this.#pause();
+      this.phase = state;
+    }
+    this.elapsed_ms = this.#worked_ms + (this.#started_at > 0 ? performance.now() - this.#started_at : 0);
+    if (state === 'done') this.#onDone(snapshot);
+    this.#host.requestUpdate();
+  }
+
+  #onDone({ result }: SpatialSnapshot): void {
+    if (result.frames.length === 0) {
+      this.snapshot = null;
+      this.phase = 'empty';
+      this.#announce('No frame could be used.');
+      return;
+    }
+    const truth = result.comparison ? ` Mean distance to the truth ${formatLength(result.comparison.mean)}.` : '';
+    this.#announce(`${plural(result.frames.length, 'frame')} placed in ${formatDuration(this.elapsed_ms)}.${truth}`);
+    this.#tellOfReference(result.notes, result.comparison === null);
+  }
+
+  /** A truth that fits no frame must not go unnoticed; the engine's other notes are read beside the result. */
+  #tellOfReference(notes: readonly string[], is_unused: boolean): void {
+    const name = this.dataset?.reference_name ?? '';
+    if (name === '' || !is_unused) return;
+    const own = notes.filter((text) => text.includes(baseName(name)));
+    this.#tell(own.map((text) => messageOf({ file: name, place: null, problem: text.replace(`${name}: `, ''), remedy: '' })));
+  }
+
+  #onCrashed(message: string, restarts: boolean): void {
+    this.#pause();
+    if (restarts) {
+      this.#ms_by_index.clear();
+      this.#started_at = performance.now();
+      this.phase = 'running';
+      this.progress = 0;
+    } else this.phase = 'crashed';
+    const next = restarts
+      ? 'A fresh one has taken over and computes again from the first frame'
+      : 'A fresh one has been started, and your files are still loaded';
+    this.#tell([
+      messageOf({
+        file: '',
+        place: null,
+        problem: `The computation crashed (${message.replace(/\.$/, '')}). ${next}`,
+        remedy: restarts ? '' : 'Compute again, perhaps with other settings',
+      }),
+    ]);
+  }
+
+  #onUnavailable(message: string): void {
+    this.phase = 'unavailable';
+    this.#tell([
+      messageOf({
+        file: '',
+        place: null,
+        problem: `The engine could not be started: ${message}`,
+        remedy: 'Reload the page; a browser of the last two years is needed',
+      }),
+    ]);
+  }
+
+  #tellNothing(num_files: number): void {
+    this.phase = this.snapshot ? 'done' : 'empty';
+    this.#tell([
+      messageOf({
+        file: '',
+        place: null,
+        problem: `Nothing to use among ${plural(num_files, 'file')}`,
+        remedy: 'Drop depth images (PNG or PGM) with their colour images, or clouds (PLY or PCD), one file a frame',
+      }),
+    ]);
+    if (this.snapshot) this.#tell([note('', 'What was on the page stays')]);
+  }
+
+  #pause(): void {
+    if (this.#started_at > 0) this.#worked_ms += performance.now() - this.#started_at;
+    this.#started_at = 0;
+  }
+
+  #tell(messages: readonly Message[]): void {
+    const all = [...this.messages, ...messages];
+    this.messages = [...all.filter(({ kind }) => kind === 'error'), ...all.filter(({ kind }) => kind === 'note')];
+    const errors = messages.filter(({ kind }) => kind === 'error');
+    if (errors.length > 0) {
+      this.#announce(errors.map(({ file, place, text }) => [file, place, text].filter(Boolean).join(', ')).join('. '));
+    }
+    this.#host.requestUpdate();
+  }
+
+  #announce(text: string): void {
+    this.announcement = text;
+    this.#host.requestUpdate();
+  }
+}
+
+function makeDataset(
+  title: string,
+  is_given: boolean,
+  files: readonly StoredFile[],
+  recording: Recording,
+): SpatialDataset {
+  const byPath = new Map(files.map((file) => [file.path, file]));
+  const file = (path: string): StoredFile => byPath.get(path) as StoredFile;
+  const is_cloud = recording.kind === 'clouds';
+  const jobs: SpatialJob[] = is_cloud
+    ? recording.clouds.map((path, index) => ({ index, name: path, time: null, file: file(path), color: null, is_cloud }))
+    : recording.depth_frames.map(({ name, depth, color, time }, index) => ({
+        index,
+        name,
+        time,
+        file: file(depth),
+        color: color === null ? null : file(color),
+        is_cloud,
+      }));
+  const [first = ''] = recording.reference;
+  const folder = first.slice(0, Math.max(first.lastIndexOf('/'), 0));
+  return {
+    title: title || baseName(recording.root) || 'Your recording',
+    is_given,
+    files: byPath,
+    recording,
+    jobs,
+    reference_name: recording.reference.length > 1 ? folder || 'the pose files' : first,
+  };
+}
+
+const framesOf = ({ depth_frames, clouds }: Recording): number => depth_frames.length + clouds.length;
+
+function isFrame({ jobs }: SpatialDataset, path: string): boolean {
+  return jobs.some(({ file, color }) => file.path === path || color?.path === path);
+}
+
+function isPrefix(before: readonly SpatialJob[], now: readonly SpatialJob[]): boolean {
+  return before.length <= now.length && before.every(({ file }, i) => file === now[i]?.file);
+}
+
+function messageOf({ file, place, problem, remedy }: Problem): Message {
+  const where = place === null ? '' : 'line' in place ? `line ${place.line}` : `byte ${place.byte}`;
+  return { kind: 'error', file, place: where, text: problem, remedy };
+}
+
+function note(file: string, text: string): Message {
+  return { kind: 'note', file, place: '', text, remedy: '' };
+}
+
+const words = (error: unknown): string => (error instanceof Error ? error.message : String(error));
