@@ -164,8 +164,7 @@ export class ScanstitchApp extends LitElement {
           is_evaluating
             ? html`<span class="title">Trajectories against the truth</span>`
             : title
-              ? html`<span class="title" title=${title}>${title}</span> <span class="muted count">${count}</span>
-                  ${
+              ? html`<span class="title" title=${title}>${title}</span> <span class="muted count">${count}</span> ${
                     reference && !is_narrow
                       ? html`<span class="chip" title="Reference trajectory: ${reference}"
                           ><i class="dash ${this.run}"></i>${baseName(reference)}<button
@@ -183,7 +182,11 @@ export class ScanstitchApp extends LitElement {
         }
       </div>
       <nav aria-label="Actions">
-        <button aria-pressed=${is_evaluating} title="Compare trajectories with the truth" @click=${this.toggleEvaluation}>
+        <button
+          aria-pressed=${is_evaluating}
+          title="Compare trajectories with the truth"
+          @click=${this.toggleEvaluation}
+        >
           ${is_evaluating ? 'Back to the map' : 'Evaluate'}
         </button>
         <scanstitch-menu

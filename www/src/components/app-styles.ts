@@ -80,6 +80,11 @@ export const app_styles = css`
     width: 18px;
     border-top: 2px dashed light-dark(#b4530a, #ffad5c);
   }
+  .dash.spatial {
+    height: 5px;
+    border: 1px solid light-dark(#0a0c10, #d6e0ec);
+    background: #06080b;
+  }
   nav {
     display: flex;
     align-items: center;
@@ -231,10 +236,14 @@ export const layout_styles = css`
     border-top: 1px solid var(--line);
     background: var(--surface);
   }
+  .spatial scanstitch-frame-table {
+    --cell-padding: 7px;
+    max-height: clamp(110px, 25cqh, 240px);
+  }
   .middle {
     container-type: size;
   }
-  [role='tabpanel'] scanstitch-frame-table {
+  .run [role='tabpanel'] scanstitch-frame-table {
     max-height: 100%;
     border-top: 0;
   }

@@ -68,7 +68,8 @@ export class ScanstitchFrameTable extends LitElement {
               ${this.columns.map(
                 ({ label, unit, title }) =>
                   html`<th scope="col">
-                    ${title ? html`<abbr title=${title}>${label}</abbr>` : label} ${unit ? html`<small>${unit}</small>` : nothing}
+                    ${title ? html`<abbr title=${title}>${label}</abbr>` : label}
+                    ${unit ? html`<small>${unit}</small>` : nothing}
                   </th>`,
               )}
             </tr>
@@ -194,7 +195,7 @@ export class ScanstitchFrameTable extends LitElement {
       }
       th,
       td {
-        padding: 0 10px;
+        padding: 0 var(--cell-padding, 10px);
         text-align: right;
         white-space: nowrap;
       }

@@ -52,7 +52,16 @@ export class ScanstitchHeadline extends LitElement {
         letter-spacing: -0.015em;
         line-height: 1.25;
       }
+      .value {
+        overflow: hidden;
+        text-overflow: ellipsis;
+        white-space: nowrap;
+      }
       .meaning {
+        display: -webkit-box;
+        overflow: hidden;
+        -webkit-box-orient: vertical;
+        -webkit-line-clamp: 2;
         color: var(--muted);
         font-size: 12px;
         line-height: 1.35;

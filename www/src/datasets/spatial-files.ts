@@ -53,7 +53,9 @@ export async function tellApart(
 }
 
 /** Zips are opened; what lies in them is unpacked when it is read. */
-async function open(files: readonly NamedFile[]): Promise<{ files: StoredFile[]; notes: { file: string; reason: string }[] }> {
+async function open(
+  files: readonly NamedFile[],
+): Promise<{ files: StoredFile[]; notes: { file: string; reason: string }[] }> {
   const opened: StoredFile[] = [];
   const notes: { file: string; reason: string }[] = [];
   for (const { name, file } of files) {

@@ -83,4 +83,3 @@ export class Remote<T extends object> {
     });
   }
 }
-

@@ -14,9 +14,7 @@ export interface Call {
 }
 
 export type Answer =
-  | { id: number; value: unknown }
-  | { id: number; error: Problem & { message: string } }
-  | { id: number; crash: string };
+  { id: number; value: unknown } | { id: number; error: Problem & { message: string } } | { id: number; crash: string };
 
 /** In the worker: serves `api`. */
 export function serve(api: object): void {

@@ -11,7 +11,15 @@ import '../components/why-panel.js';
 import { layout_styles } from '../components/app-styles.js';
 import { icon } from '../components/icons.js';
 import type { ScanstitchMap } from '../components/map-view.js';
-import { activityBox, type Layout, NO_FACTS, type RunView, sameFacts, tabs, type ViewFacts } from '../components/run-view.js';
+import {
+  activityBox,
+  type Layout,
+  NO_FACTS,
+  type RunView,
+  sameFacts,
+  tabs,
+  type ViewFacts,
+} from '../components/run-view.js';
 import { shared } from '../components/theme.js';
 import type { NamedFile } from '../datasets/gather.js';
 import { fetchDataset, fetchSample } from '../datasets/remote.js';

@@ -162,7 +162,8 @@ export class ScanstitchFramePanel extends LitElement {
                   aria-label="Depth image of frame ${name}, from ${formatFixed(depth.near, 1)} to ${formatFixed(depth.far, 1)} metres"
                 ></canvas>
                 <figcaption class="number">
-                  <span>${formatFixed(depth.near, 1)}</span><i style="background: linear-gradient(to right, ${depthLegend()})"></i
+                  <span>${formatFixed(depth.near, 1)}</span
+                  ><i style="background: linear-gradient(to right, ${depthLegend()})"></i
                   ><span>${formatFixed(depth.far, 1)} m</span>
                 </figcaption>`
             : html`<p class="muted">${problem === '' ? '' : sentence(problem)}</p>`

@@ -35,10 +35,10 @@ export function spatialFigures(
   if (comparison) {
     const is_matched = comparison.num_matched > 0;
     figures.push({
-      label: `Mean distance to ${comparison.name.slice(comparison.name.lastIndexOf('/') + 1)}`,
+      label: `Mean L2 to ${comparison.name.slice(comparison.name.lastIndexOf('/') + 1)}`,
       value: is_matched ? formatLength(comparison.mean) : 'no match',
       meaning: is_matched
-        ? `rmse ${formatLength(comparison.rmse)}, max ${formatLength(comparison.max)}; first poses made equal`
+        ? `rmse ${formatLength(comparison.rmse)}, max ${formatLength(comparison.max)}`
         : 'no true pose belongs to a frame',
       tone: is_matched ? 'plain' : 'doubtful',
     });
@@ -54,13 +54,23 @@ export function spatialFigures(
     {
       label: 'Map',
       value: `${formatCount(num_points)} points`,
-      meaning: map_size ? `${formatBytes(map_size.num_bytes)} at voxels of ${formatLength(map_size.voxel_size)}` : 'one for each voxel',
+      meaning: map_size
+        ? `${formatBytes(map_size.num_bytes)} at voxels of ${formatLength(map_size.voxel_size)}`
+        : 'one for each voxel',
       tone: 'plain',
     },
   );
   const camera = cameraFigure(result);
   if (camera) figures.push(camera);
+  if (comparison?.convention) figures.push(conventionFigure(comparison.convention));
   return figures;
+}
+
+/** How the truth was read: its first part stands out, the rest explains. */
+function conventionFigure(convention: string): Figure {
+  const [first = '', ...others] = convention.split(', ');
+  const value = first.replace(/^quaternions /, '');
+  return { label: 'Truth read as', value, meaning: [...others, 'first poses made equal'].join(', '), tone: 'plain' };
 }
 
 function cameraFigure({ camera, depth_scale, quantisation }: SpatialResult): Figure | null {

@@ -9,8 +9,6 @@ import { cssColor, type Rgb } from '../views/palette.js';
 import { Gestures, type GestureTarget } from './gestures.js';
 import { type Heights, heightsOf, leveling, type MapPoints, NO_POINTS, sample, straightAzimuth } from './leveling.js';
 import { COLOR_MODES, ramp, sceneColors } from './look.js';
-import type { Camera, Pose } from './marks.js';
-import { positionOf } from './marks.js';
 import {
   between,
   fitted,
@@ -24,6 +22,7 @@ import {
   zoomedAt,
 } from './orbit.js';
 import type { ColorMode } from './point-cloud.js';
+import { type Camera, type Pose, positionOf } from './poses.js';
 import type { LayerName, MapScene, SceneLook } from './scene.js';
 import { type Mat3, transformed, type Vec3 } from './vectors.js';
 

@@ -15,26 +15,7 @@ import { LineMaterial } from 'three/addons/lines/LineMaterial.js';
 import { LineSegments2 } from 'three/addons/lines/LineSegments2.js';
 import { LineSegmentsGeometry } from 'three/addons/lines/LineSegmentsGeometry.js';
 import type { Rgb } from '../views/palette.js';
-import { added, type Mat3, turned, type Vec3 } from './vectors.js';
-
-export interface Pose {
-  x: number;
-  y: number;
-  z: number;
-  qx: number;
-  qy: number;
-  qz: number;
-  qw: number;
-}
-
-export interface Camera {
-  width: number;
-  height: number;
-  fx: number;
-  fy: number;
-  cx: number;
-  cy: number;
-}
+import { added, type Mat3, type Vec3 } from './vectors.js';
 
 /** A line of a width in pixels, over everything, optionally with an outline that sets it off from what is behind. */
 export class Lines {
@@ -80,42 +61,6 @@ export class Lines {
     this.#layers[0]?.line.geometry.dispose();
     for (const { material } of this.#layers) material.dispose();
   }
-}
-
-export function pathSegments(positions: readonly (Vec3 | null)[]): [Vec3, Vec3][] {
-  const segments: [Vec3, Vec3][] = [];
-  let last: Vec3 | null = null;
-  for (const position of positions) {
-    if (position && last) segments.push([last, position]);
-    last = position ?? last;
-  }
-  return segments;
-}
-
-export const positionOf = ({ x, y, z }: Pose): Vec3 => [x, y, z];
-
-/** The four corners of what a camera sees, `depth` m before it, in the world. */
-export function corners(pose: Pose, camera: Camera, depth: number): Vec3[] {
-  const { width, height, fx, fy, cx, cy } = camera;
-  const pixels: [number, number][] = [
-    [0, 0],
-    [width, 0],
-    [width, height],
-    [0, height],
-  ];
-  return pixels.map(([u, v]) =>
-    added(positionOf(pose), turned(pose, [((u - cx) / fx) * depth, ((v - cy) / fy) * depth, depth])),
-  );
-}
-
-/** A pyramid from the eye to what it sees. */
-export function frustumSegments(pose: Pose, camera: Camera, depth: number): [Vec3, Vec3][] {
-  const eye = positionOf(pose);
-  const rim = corners(pose, camera, depth);
-  return rim.flatMap((corner, i): [Vec3, Vec3][] => [
-    [eye, corner],
-    [corner, rim[(i + 1) % 4] as Vec3],
-  ]);
 }
 
 /** The selected frame's picture, hung where its camera saw it. */

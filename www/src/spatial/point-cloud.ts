@@ -127,6 +127,7 @@ export class PointCloud {
     if (is_new) this.#makeRoom(Math.max(count, 2 * this.#capacity, 65_536));
     const { geometry } = this.object;
     geometry.setDrawRange(0, count);
+    if (count === 0) return;
     const position = attribute(geometry, 'position');
     const first = is_new ? 0 : firstDifference(position.array as Float32Array, positions) / 3;
     if (first >= count) return;

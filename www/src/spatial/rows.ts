@@ -36,7 +36,9 @@ export function spatialColumns(reference_name: string, has_camera: boolean): Col
   const columns: Column<SpatialRow>[] = (['x', 'y', 'z'] as const).map((axis, i) => ({
     label: axis,
     unit: 'm',
-    title: has_camera ? `to the ${['right', 'floor', 'front'][i]}, as the first frame sees it` : 'as the first cloud has it',
+    title: has_camera
+      ? `to the ${['right', 'floor', 'front'][i]}, as the first frame sees it`
+      : 'as the first cloud has it',
     cell: ({ result }) => formatCoordinate(result.T_world_sensor[axis]),
   }));
   if (has_camera) {
@@ -53,9 +55,7 @@ export function spatialColumns(reference_name: string, has_camera: boolean): Col
       unit: '',
       title: 'points that found a partner close enough, of all points',
       cell: ({ is_origin, result }) =>
-        is_origin
-          ? UNKNOWN
-          : html`${formatCount(result.num_inliers)} <small>${formatPercent(result.fitness)}</small>`,
+        is_origin ? UNKNOWN : html`${formatCount(result.num_inliers)} <small>${formatPercent(result.fitness)}</small>`,
     },
     {
       label: 'rmse',
@@ -76,8 +76,7 @@ export function spatialColumns(reference_name: string, has_camera: boolean): Col
         label: 'turned',
         unit: '°',
         title: `angle to ${reference_name}`,
-        cell: ({ rotation_error }) =>
-          rotation_error === null ? UNKNOWN : formatFixed(rotation_error * DEGREES, 2),
+        cell: ({ rotation_error }) => (rotation_error === null ? UNKNOWN : formatFixed(rotation_error * DEGREES, 2)),
       },
     );
   }

@@ -3,7 +3,13 @@ import { joinPoses, type Recording } from '../../../npm/recording.js';
 import type { Message } from '../components/messages.js';
 import { type SpatialFiles, type StoredFile, understandFiles } from '../datasets/spatial-files.js';
 import type { Problem } from '../engine/protocol.js';
-import { type Readable, SpatialClient, type SpatialInputs, type SpatialJob, type SpatialState } from '../engine/spatial-client.js';
+import {
+  type Readable,
+  SpatialClient,
+  type SpatialInputs,
+  type SpatialJob,
+  type SpatialState,
+} from '../engine/spatial-client.js';
 import type { SpatialAnswers, SpatialFacts, SpatialSettings, SpatialSnapshot } from '../engine/spatial-protocol.js';
 import { baseName, formatDuration, formatLength, plural } from '../views/format.js';
 import { NO_POINTS } from './leveling.js';
@@ -111,7 +117,9 @@ export class SpatialSession implements ReactiveController {
     } catch (error) {
       if (intake !== this.#num_intakes) return;
       this.phase = this.snapshot ? 'done' : 'empty';
-      this.#tell([messageOf({ file: '', place: null, problem: words(error), remedy: 'Try again, or drop other files' })]);
+      this.#tell([
+        messageOf({ file: '', place: null, problem: words(error), remedy: 'Try again, or drop other files' }),
+      ]);
     }
     this.#host.requestUpdate();
   }
@@ -219,7 +227,12 @@ export class SpatialSession implements ReactiveController {
       const recording = { ...present.recording, reference: [trajectory.path], notes: [] };
       return makeDataset(present.title, present.is_given, [...files.values()], recording);
     }
-    return makeDataset(present.title, present.is_given, [...files.values()], await understandFiles([...files.values()]));
+    return makeDataset(
+      present.title,
+      present.is_given,
+      [...files.values()],
+      await understandFiles([...files.values()]),
+    );
   }
 
   #inputs(): SpatialInputs {
@@ -313,7 +326,9 @@ export class SpatialSession implements ReactiveController {
     const name = this.dataset?.reference_name ?? '';
     if (name === '' || !is_unused) return;
     const own = notes.filter((text) => text.includes(baseName(name)));
-    this.#tell(own.map((text) => messageOf({ file: name, place: null, problem: text.replace(`${name}: `, ''), remedy: '' })));
+    this.#tell(
+      own.map((text) => messageOf({ file: name, place: null, problem: text.replace(`${name}: `, ''), remedy: '' })),
+    );
   }
 
   #onCrashed(message: string, restarts: boolean): void {
@@ -393,7 +408,14 @@ function makeDataset(
   const file = (path: string): StoredFile => byPath.get(path) as StoredFile;
   const is_cloud = recording.kind === 'clouds';
   const jobs: SpatialJob[] = is_cloud
-    ? recording.clouds.map((path, index) => ({ index, name: path, time: null, file: file(path), color: null, is_cloud }))
+    ? recording.clouds.map((path, index) => ({
+        index,
+        name: path,
+        time: null,
+        file: file(path),
+        color: null,
+        is_cloud,
+      }))
     : recording.depth_frames.map(({ name, depth, color, time }, index) => ({
         index,
         name,

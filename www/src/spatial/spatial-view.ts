@@ -9,7 +9,15 @@ import './frame-panel.js';
 import './map3d.js';
 import { layout_styles } from '../components/app-styles.js';
 import { icon } from '../components/icons.js';
-import { activityBox, type Layout, NO_FACTS, type RunView, sameFacts, tabs, type ViewFacts } from '../components/run-view.js';
+import {
+  activityBox,
+  type Layout,
+  NO_FACTS,
+  type RunView,
+  sameFacts,
+  tabs,
+  type ViewFacts,
+} from '../components/run-view.js';
 import { shared } from '../components/theme.js';
 import type { SpatialFiles } from '../datasets/spatial-files.js';
 import type { SpatialFrameResult, SpatialResult, SpatialSettings } from '../engine/spatial-protocol.js';
@@ -62,7 +70,9 @@ export class ScanstitchSpatial extends LitElement implements RunView {
   private colorsOf = remember(framePalette);
   private namesOf = remember((frames: readonly SpatialFrameResult[]) => frames.map(({ name }) => name));
   private statusesOf = remember((frames: readonly SpatialFrameResult[]) => frames.map(({ status }) => status));
-  private posesOf = remember((frames: readonly SpatialFrameResult[]) => frames.map(({ T_world_sensor }) => T_world_sensor));
+  private posesOf = remember((frames: readonly SpatialFrameResult[]) =>
+    frames.map(({ T_world_sensor }) => T_world_sensor),
+  );
   private rowsOf = remember(spatialRows);
   private columnsOf = remember(spatialColumns);
   private figuresOf = remember(spatialFigures);
@@ -202,7 +212,9 @@ export class ScanstitchSpatial extends LitElement implements RunView {
           </div>
           ${this.renderSide()}
         </main>
-        <div class="visually-hidden" role="status" aria-live="polite">${session.announcement} ${this.graphics_words}</div>
+        <div class="visually-hidden" role="status" aria-live="polite">
+          ${session.announcement} ${this.graphics_words}
+        </div>
       </div>
     `;
   }

@@ -38,9 +38,7 @@ export function frameColumns(reference_name: string): Column<FrameRow>[] {
       unit: '',
       title: 'points that found a partner close enough, of all points',
       cell: (row) =>
-        row.is_origin
-          ? UNKNOWN
-          : html`${formatCount(row.num_inliers)} <small>${formatPercent(row.fitness)}</small>`,
+        row.is_origin ? UNKNOWN : html`${formatCount(row.num_inliers)} <small>${formatPercent(row.fitness)}</small>`,
     },
     {
       label: 'rmse',
@@ -63,6 +61,11 @@ export function frameColumns(reference_name: string): Column<FrameRow>[] {
       cell: ({ error }) => millimetres(error),
     });
   }
-  columns.push({ label: 'time', unit: 'ms', title: 'computing time of this scan', cell: ({ ms }) => formatFixed(ms, 1) });
+  columns.push({
+    label: 'time',
+    unit: 'ms',
+    title: 'computing time of this scan',
+    cell: ({ ms }) => formatFixed(ms, 1),
+  });
   return columns;
 }
