@@ -23,7 +23,7 @@ test('a long computation shows its progress, stops at once, keeps what it has an
   await expect.poll(async () => Number(await app.table.getAttribute('aria-rowcount'))).toBeGreaterThan(20);
 
   const ms = await page.evaluate(async () => {
-    const root = document.querySelector('scanstitch-app')?.shadowRoot;
+    const root = document.querySelector('scanstitch-app')?.shadowRoot?.querySelector('scanstitch-planar')?.shadowRoot;
     const stop = [...(root?.querySelectorAll('button') ?? [])].find((button) => button.textContent === 'Stop');
     const start = performance.now();
     stop?.click();

@@ -259,12 +259,12 @@ export class ScanstitchApp extends LitElement {
   /** Planar scans go to one view, depth images and clouds to the other, by themselves. */
   private async take(files: readonly NamedFile[], requested_at: number): Promise<void> {
     if (files.length === 0) return;
-    const { planar_files, spatial_files } = await tellApart(files, this.run);
-    if (spatial_files) {
-      await this.openSpatial(Promise.resolve(spatial_files), requested_at);
+    const told = await tellApart(files, this.run);
+    if ('spatial' in told) {
+      await this.openSpatial(Promise.resolve(told.spatial), requested_at);
     } else {
       this.show('planar');
-      await this.planar.add(planar_files, requested_at);
+      await this.planar.add(told.planar, requested_at);
     }
   }
 

@@ -113,20 +113,20 @@ export class Session implements ReactiveController {
     this.#load(dataset);
   }
 
-  /** Takes in files that were dropped or picked, asked for at clock time `requested_at`. */
-  async add(files: readonly NamedFile[], requested_at: number): Promise<void> {
-    if (files.length === 0) return;
+  /** Takes in files that were dropped or picked, asked for at clock time `requested_at`; `notes`: of those left aside before. */
+  async add(files: readonly NamedFile[], requested_at: number, notes: readonly Note[] = []): Promise<void> {
+    if (files.length + notes.length === 0) return;
     const intake = await takeIn(files);
     this.requested_at = requested_at;
-    this.messages = intake.notes.map(noteMessage);
+    this.messages = [...notes, ...intake.notes].map(noteMessage);
     if (intake.scans.length === 0 && !intake.reference) {
       this.#tell([
         {
           kind: 'error',
           file: '',
           place: '',
-          text: `Nothing to use among ${plural(files.length, 'file')}`,
-          remedy: 'Drop laser scans as PLY files, one file a scan, or a folder of them',
+          text: `Nothing to use among ${plural(files.length + notes.length, 'file')}`,
+          remedy: 'Drop laser scans as PLY files, one file a scan, or depth images, or a folder of them',
         },
       ]);
       return;

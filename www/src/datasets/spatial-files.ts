@@ -4,6 +4,7 @@
  */
 import type { Recording } from '../../../npm/recording.js';
 import type { Readable } from '../engine/spatial-client.js';
+import type { Note } from './dataset.js';
 import type { NamedFile } from './gather.js';
 
 export interface StoredFile extends Readable {
@@ -20,7 +21,7 @@ export interface SpatialFiles {
   /** The built-in sample: replaced, not extended, by the user's files. */
   is_given: boolean;
   files: readonly StoredFile[];
-  notes: readonly { file: string; reason: string }[];
+  notes: readonly Note[];
 }
 
 export type Kind = Recording['kind'];
@@ -35,31 +36,39 @@ export async function understandFiles(files: readonly StoredFile[]): Promise<Rec
   );
 }
 
+/** Files for the flat view, and what became of those that cannot be opened. */
+export interface PlanarFiles {
+  files: readonly NamedFile[];
+  notes: readonly Note[];
+}
+
 /**
  * Which view takes these files: planar scans the flat one, depth images and clouds the one in space; what is neither,
  * as a trajectory alone, the one that is shown.
  */
 export async function tellApart(
-  files: readonly NamedFile[],
+  given: readonly NamedFile[],
   shown: 'planar' | 'spatial',
-): Promise<{ planar_files: readonly NamedFile[]; spatial_files: SpatialFiles | null }> {
-  const { files: opened, notes } = await open(files);
-  const { kind } = await understandFiles(opened);
-  const is_spatial = kind === 'depth_images' || kind === 'clouds' || (kind === 'nothing' && shown === 'spatial');
-  if (is_spatial) return { planar_files: [], spatial_files: { title: '', is_given: false, files: opened, notes } };
-  const has_archives = opened.length !== files.length;
-  const planar_files = has_archives && opened.length > 0 ? await Promise.all(opened.map(toNamedFile)) : files;
-  return { planar_files, spatial_files: null };
+): Promise<{ planar: PlanarFiles } | { spatial: SpatialFiles }> {
+  const { files, notes } = await open(given);
+  const { kind } = await understandFiles(files);
+  if (kind === 'depth_images' || kind === 'clouds' || (kind === 'nothing' && shown === 'spatial')) {
+    return { spatial: { title: '', is_given: false, files, notes } };
+  }
+  const loose = given.filter(({ name }) => !isArchive(name));
+  const loose_names = new Set(loose.map(({ name }) => name));
+  const packed = files.filter(({ path }) => !loose_names.has(path));
+  return { planar: { files: [...loose, ...(await Promise.all(packed.map(toNamedFile)))], notes } };
 }
 
+const isArchive = (name: string): boolean => /\.zip$/i.test(name);
+
 /** Zips are opened; what lies in them is unpacked when it is read. */
-async function open(
-  files: readonly NamedFile[],
-): Promise<{ files: StoredFile[]; notes: { file: string; reason: string }[] }> {
+async function open(files: readonly NamedFile[]): Promise<{ files: StoredFile[]; notes: Note[] }> {
   const opened: StoredFile[] = [];
-  const notes: { file: string; reason: string }[] = [];
+  const notes: Note[] = [];
   for (const { name, file } of files) {
-    if (!/\.zip$/i.test(name)) {
+    if (!isArchive(name)) {
       opened.push(onDisk(name, file));
       continue;
     }
@@ -78,7 +87,7 @@ async function open(
       );
     } catch (error) {
       const { problem, message } = error as Error & { problem?: string };
-      notes.push({ file: name, reason: problem ?? message });
+      notes.push({ file: name, reason: `left aside: ${problem ?? message}` });
     }
   }
   return { files: opened, notes };

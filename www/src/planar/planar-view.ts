@@ -21,7 +21,7 @@ import {
   type ViewFacts,
 } from '../components/run-view.js';
 import { shared } from '../components/theme.js';
-import type { NamedFile } from '../datasets/gather.js';
+import type { PlanarFiles } from '../datasets/spatial-files.js';
 import { fetchDataset, fetchSample } from '../datasets/remote.js';
 import type { EngineFacts, FrameResult, IterationRecord, PlanarPoint, Settings } from '../engine/protocol.js';
 import type { GivenFiles } from '../evaluate/evaluate-view.js';
@@ -105,8 +105,8 @@ export class ScanstitchPlanar extends LitElement implements RunView {
   }
 
   /** Takes in files that were dropped or picked, asked for at clock time `requested_at`. */
-  add(files: readonly NamedFile[], requested_at: number): Promise<void> {
-    return this.session.add(files, requested_at);
+  add({ files, notes }: PlanarFiles, requested_at: number): Promise<void> {
+    return this.session.add(files, requested_at, notes);
   }
 
   openSample(): void {
