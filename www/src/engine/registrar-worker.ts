@@ -12,13 +12,11 @@ import type {
   SpatialFacts,
   SpatialPreset,
   SpatialSettingDescription,
-  SpatialSettings,
 } from './spatial-protocol.js';
 
 type Async<T> = { [K in keyof T]: T[K] extends (...args: infer A) => infer R ? (...args: A) => R | Promise<R> : never };
 
 let reconstruction: SpatialReconstruction | null = null;
-let settings: Partial<SpatialSettings> = {};
 let adding_ms = 0;
 
 function engine(): SpatialReconstruction {
@@ -40,7 +38,6 @@ const api: Async<RegistrarApi> = {
     const next = new SpatialReconstruction(given);
     reconstruction?.free();
     reconstruction = next;
-    settings = given;
   },
 
   setIntrinsics: (name, bytes) => engine().set_intrinsics(name, bytes),
@@ -67,8 +64,6 @@ const api: Async<RegistrarApi> = {
 
   snapshot() {
     const here = engine();
-    const { map_voxel_size } = settings;
-    const [map_size] = map_voxel_size ? here.map_sizes(new Float64Array([map_voxel_size])) : [];
     return {
       result: here.result(),
       points: {
@@ -77,8 +72,13 @@ const api: Async<RegistrarApi> = {
         normals: here.map_normals(),
         frames: here.map_frames(),
       },
-      map_size: map_size ?? null,
     };
+  },
+
+  mapSize(voxel_size) {
+    const start = performance.now();
+    const [size] = engine().map_sizes(new Float64Array([voxel_size]));
+    return { voxel_size, num_points: 0, num_bytes: 0, ...size, ms: performance.now() - start };
   },
 
   ask: <K extends keyof SpatialAnswers>(kind: K) => engine()[kind]() as SpatialAnswers[K],

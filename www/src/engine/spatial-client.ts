@@ -11,6 +11,7 @@ import { EngineProblem, Remote } from './remote.js';
 import type {
   PreparerApi,
   RegistrarApi,
+  SizedMap,
   SpatialAnswers,
   SpatialFacts,
   SpatialSettings,
@@ -143,6 +144,11 @@ export class SpatialClient {
   ask<K extends keyof SpatialAnswers>(kind: K): Promise<SpatialAnswers[K]> {
     if (!this.#registrar) return Promise.reject(new Error('The engine is not running.'));
     return this.#registrar.call('ask', kind) as Promise<SpatialAnswers[K]>;
+  }
+
+  /** What the map would come to in voxels of this size, m. */
+  mapSize(voxel_size: number): Promise<SizedMap> {
+    return this.#registrar?.call('mapSize', voxel_size) ?? Promise.reject(new Error('The engine is not running.'));
   }
 
   /** The pixels of a depth image, read in a worker of their own. */

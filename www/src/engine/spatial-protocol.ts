@@ -38,7 +38,12 @@ export interface SpatialFacts {
 export interface SpatialSnapshot {
   result: SpatialResult;
   points: MapPoints;
-  map_size: MapSize | null;
+}
+
+/** What the map comes to in voxels of another size. */
+export interface SizedMap extends MapSize {
+  /** Milliseconds of making it. */
+  ms: number;
 }
 
 /** What can be taken home. */
@@ -63,6 +68,7 @@ export interface RegistrarApi {
   setReference(name: string, bytes: Uint8Array, num_recorded: number): void;
   clearReference(): void;
   snapshot(): SpatialSnapshot;
+  mapSize(voxel_size: number): SizedMap;
   ask<K extends keyof SpatialAnswers>(kind: K): SpatialAnswers[K];
 }
 

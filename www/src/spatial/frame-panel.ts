@@ -3,7 +3,7 @@ import { customElement, property, query } from 'lit/decorators.js';
 import { icon } from '../components/icons.js';
 import { statusBadge } from '../components/status-badge.js';
 import { chart_styles, panel_styles, shared, status_styles } from '../components/theme.js';
-import type { SpatialResult } from '../engine/spatial-protocol.js';
+import type { SizedMap, SpatialResult } from '../engine/spatial-protocol.js';
 import { barAt, barChart, CHART_VIEW_BOX } from '../views/chart.js';
 import {
   baseName,
@@ -19,6 +19,7 @@ import {
 import { cssColor, type Rgb } from '../views/palette.js';
 import { frameSummary, sentence } from '../views/words.js';
 import { type DepthPicture, depthLegend } from './depth-picture.js';
+import { formatBytes } from './headline.js';
 import { heading } from './rows.js';
 
 /** The images of a frame; null where there is none, or not yet. */
@@ -37,7 +38,7 @@ const MAX_BAD_SHOWN = 6;
 /**
  * Beside the map: the two images of a frame, what its registration found, and all frames in charts, which select one.
  *
- * Fires `frame-selected` with a frame number or null.
+ * Fires `frame-selected` with a frame number or null, and `sizes-wanted`.
  */
 @customElement('scanstitch-frame-panel')
 export class ScanstitchFramePanel extends LitElement {
@@ -49,6 +50,10 @@ export class ScanstitchFramePanel extends LitElement {
   @property({ attribute: false }) images: FrameImages = NO_IMAGES;
   /** The frame the images belong to. */
   @property({ attribute: false }) pictured: number | null = null;
+  /** The map in voxels of other sizes; null before it was asked for. */
+  @property({ attribute: false }) sizes: readonly SizedMap[] | null = null;
+  /** Whether the map can be measured now. */
+  @property({ type: Boolean }) measurable = false;
   @query('canvas') private canvas!: HTMLCanvasElement | null;
 
   protected override updated(changed: PropertyValues<this>): void {
@@ -67,6 +72,7 @@ export class ScanstitchFramePanel extends LitElement {
     return html`
       ${selected === null ? this.renderAll(result) : this.renderFrame(result, selected)} ${this.renderImages()}
       ${selected === null ? nothing : this.renderFacts(result, selected)} ${this.renderCharts(result)}
+      ${this.selected === null ? this.renderSizes() : nothing}
       ${result.notes.map((note) => html`<p class="explanation">${note}</p>`)}
       ${result.comparison?.convention ? html`<p class="explanation">${sentence(result.comparison.convention)}</p>` : nothing}
     `;
@@ -277,6 +283,45 @@ export class ScanstitchFramePanel extends LitElement {
     </section>`;
   }
 
+  private renderSizes(): TemplateResult {
+    const { sizes } = this;
+    return html`<section>
+      <h3>The map in other voxels</h3>
+      ${
+        sizes === null
+          ? html`<p>
+              <button
+                ?disabled=${!this.measurable}
+                @click=${() => this.dispatchEvent(new CustomEvent('sizes-wanted', { bubbles: true, composed: true }))}
+              >
+                Measure
+              </button>
+            </p>`
+          : html`<table class="number">
+              <thead>
+                <tr>
+                  <th scope="col">voxel</th>
+                  <th scope="col">points</th>
+                  <th scope="col">size</th>
+                  <th scope="col">time</th>
+                </tr>
+              </thead>
+              <tbody>
+                ${sizes.map(
+                  ({ voxel_size, num_points, num_bytes, ms }) =>
+                    html`<tr>
+                      <th scope="row">${formatFixed(voxel_size * 100, 0)} cm</th>
+                      <td>${formatCount(num_points)}</td>
+                      <td>${formatBytes(num_bytes)}</td>
+                      <td>${formatDuration(ms)}</td>
+                    </tr>`,
+                )}
+              </tbody>
+            </table>`
+      }
+    </section>`;
+  }
+
   private css(index: number): string {
     return cssColor(this.colors[index] ?? [0, 0, 0]);
   }
@@ -362,6 +407,19 @@ export class ScanstitchFramePanel extends LitElement {
       }
       svg.bars {
         cursor: pointer;
+      }
+      table {
+        border-collapse: collapse;
+        font-size: 12.5px;
+      }
+      th,
+      td {
+        padding: 2px 0;
+        font-weight: 400;
+        text-align: right;
+      }
+      thead th {
+        color: var(--muted);
       }
     `,
   ];

@@ -1,5 +1,5 @@
 /** The figures at the top of a run in space. */
-import type { MapSize, SpatialResult } from '../engine/spatial-protocol.js';
+import type { SpatialResult } from '../engine/spatial-protocol.js';
 import { DEGREES, formatCount, formatDuration, formatFixed, formatLength } from '../views/format.js';
 import type { Figure } from '../views/headline.js';
 
@@ -11,12 +11,7 @@ export interface SpatialTiming {
 }
 
 /** `num_points`: of the map as it is shown. */
-export function spatialFigures(
-  result: SpatialResult,
-  timing: SpatialTiming,
-  num_points: number,
-  map_size: MapSize | null,
-): Figure[] {
+export function spatialFigures(result: SpatialResult, timing: SpatialTiming, num_points: number): Figure[] {
   const { frames, comparison } = result;
   const counts = { good: 0, doubtful: 0, lost: 0 };
   for (const { status } of frames) counts[status]++;
@@ -54,9 +49,7 @@ export function spatialFigures(
     {
       label: 'Map',
       value: `${formatCount(num_points)} points`,
-      meaning: map_size
-        ? `${formatBytes(map_size.num_bytes)} at voxels of ${formatLength(map_size.voxel_size)}`
-        : 'one for each voxel',
+      meaning: `one for each voxel of ${formatLength(result.settings.map_voxel_size ?? 0)}`,
       tone: 'plain',
     },
   );

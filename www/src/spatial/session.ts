@@ -10,7 +10,13 @@ import {
   type SpatialJob,
   type SpatialState,
 } from '../engine/spatial-client.js';
-import type { SpatialAnswers, SpatialFacts, SpatialSettings, SpatialSnapshot } from '../engine/spatial-protocol.js';
+import type {
+  SizedMap,
+  SpatialAnswers,
+  SpatialFacts,
+  SpatialSettings,
+  SpatialSnapshot,
+} from '../engine/spatial-protocol.js';
 import { baseName, formatDuration, formatLength, plural } from '../views/format.js';
 import { NO_POINTS } from './leveling.js';
 
@@ -18,6 +24,8 @@ export type Phase = 'starting' | 'empty' | 'reading' | 'running' | 'stopped' | '
 
 /** A change of a setting waits this long for the next one before all is computed again. */
 const SETTINGS_DELAY_MS = 250;
+/** Voxels the map is measured in, m. */
+const MEASURED_SIZES = [0.1, 0.05, 0.02, 0.01];
 
 /** What is loaded: its files, and what was understood of them. */
 export interface SpatialDataset {
@@ -49,6 +57,8 @@ export class SpatialSession implements ReactiveController {
   generation = 0;
   progress = 0;
   activity = '';
+  /** The map in voxels of other sizes; null before it was asked for. */
+  sizes: readonly SizedMap[] | null = null;
   messages: readonly Message[] = [];
   /** For those who listen: said once at each turn of events. */
   announcement = '';
@@ -179,6 +189,23 @@ export class SpatialSession implements ReactiveController {
     return this.#client?.ask(kind) ?? Promise.reject(new Error('The page was closed.'));
   }
 
+  /** Makes the map in voxels of several sizes, one after the other, and tells what it comes to. */
+  async measureSizes(): Promise<void> {
+    const { snapshot } = this;
+    if (this.sizes || !this.#client) return;
+    this.sizes = [];
+    for (const voxel_size of MEASURED_SIZES) {
+      try {
+        const size = await this.#client.mapSize(voxel_size);
+        if (this.snapshot !== snapshot) return;
+        this.sizes = [...this.sizes, size];
+        this.#host.requestUpdate();
+      } catch {
+        return; // the registrar died, which is told elsewhere
+      }
+    }
+  }
+
   decodeDepth(file: Readable): ReturnType<SpatialClient['decodeDepth']> {
     return this.#client?.decodeDepth(file) ?? Promise.reject(new Error('The page was closed.'));
   }
@@ -298,6 +325,7 @@ export class SpatialSession implements ReactiveController {
   #onSnapshot(state: SpatialState, snapshot: SpatialSnapshot): void {
     if (!this.dataset) return;
     this.snapshot = snapshot;
+    this.sizes = null;
     this.points = snapshot.points;
     this.frame_ms = snapshot.result.frames.map(({ index }) => this.#ms_by_index.get(index) ?? 0);
     if (state !== 'running') {

@@ -189,7 +189,7 @@ export class ScanstitchSpatial extends LitElement implements RunView {
                 )}
                 .names=${this.namesOf(frames)}
                 .reference_name=${result?.comparison?.name ?? ''}
-                .voxel_size=${session.settings?.map_voxel_size ?? 0.05}
+                .voxel_size=${result?.settings.map_voxel_size || 0.05}
                 .has_colors=${session.points.colors.length > 0}
                 .fit_key=${session.generation}
                 .description=${this.mapWords(result)}
@@ -223,7 +223,7 @@ export class ScanstitchSpatial extends LitElement implements RunView {
     const { snapshot, points, frame_ms, elapsed_ms } = this.session;
     if (!snapshot || snapshot.result.frames.length === 0) return nothing;
     const timing = this.timingOf(frame_ms, elapsed_ms);
-    const figures = this.figuresOf(snapshot.result, timing, points.positions.length / 3, snapshot.map_size);
+    const figures = this.figuresOf(snapshot.result, timing, points.positions.length / 3);
     return html`<scanstitch-headline .figures=${figures}></scanstitch-headline>`;
   }
 
@@ -256,6 +256,9 @@ export class ScanstitchSpatial extends LitElement implements RunView {
       .selected=${this.selected}
       .images=${this.loader.images}
       .pictured=${this.loader.frame}
+      .sizes=${this.session.sizes}
+      ?measurable=${this.session.phase === 'done' || this.session.phase === 'stopped'}
+      @sizes-wanted=${() => this.session.measureSizes()}
     ></scanstitch-frame-panel>`;
   }
 

@@ -1,0 +1,162 @@
+/** Depth images become a trajectory and a coloured map in space; what the page shows of them. */
+import { existsSync } from 'node:fs';
+import { join } from 'node:path';
+import { zipSync } from 'fflate';
+import { recording, truth } from './spatial_recording.js';
+import { expect, test } from './spatial_page.js';
+
+const SHARED = join(import.meta.dirname, '../../../shared/data/rgbd');
+const NUM_FRAMES = 10;
+
+test('a dropped recording becomes a map, a path and its error against the truth', async ({ spatial, page }) => {
+  await spatial.drop([...recording(NUM_FRAMES), truth(NUM_FRAMES)]);
+  const { result } = await spatial.stitched();
+  expect(result.frames.map(({ status }) => status)).toEqual(Array(NUM_FRAMES).fill('good'));
+  expect(result.comparison?.num_matched).toBe(NUM_FRAMES);
+  expect(result.comparison?.mean).toBeLessThanOrEqual(0.02);
+  await expect(page.locator('.title')).toHaveText('room');
+  await expect(spatial.figures).toContainText('Mean L2 to truth.txt');
+  await expect(spatial.figures).toContainText(/160 × 120, 90°/);
+  await expect(spatial.table.getByRole('row')).toHaveCount(NUM_FRAMES + 1);
+  expect(await spatial.numPainted()).toBeGreaterThan(20_000);
+  // What cannot be seen is told.
+  await expect(page.getByRole('img', { name: /points from 10 of 10 frames along a path/ })).toBeVisible();
+  await expect(page.getByRole('status').filter({ hasText: /10 frames placed/ })).toHaveCount(1);
+});
+
+test('a zip of the recording, and the planar scans after it, each go to their view', async ({ spatial, page }) => {
+  const files = [...recording(4), truth(4)];
+  const packed = zipSync(Object.fromEntries(files.map(({ name, content }) => [name, Buffer.from(content)])));
+  await spatial.drop([{ name: 'room.zip', content: Buffer.from(packed) }]);
+  expect((await spatial.stitched()).result.frames).toHaveLength(4);
+  await expect(spatial.map).toBeVisible();
+  await page.getByRole('button', { name: 'Open' }).click();
+  await page.getByRole('menuitem', { name: /^The sample/ }).click();
+  expect((await spatial.app.stitched()).result.frames).toHaveLength(10);
+  await expect(spatial.map).toBeHidden();
+  await expect(spatial.app.map).toBeVisible();
+});
+
+test('slider, charts, table and keys select a frame and show its images', async ({ spatial, page }) => {
+  await spatial.drop([...recording(NUM_FRAMES), truth(NUM_FRAMES)]);
+  await spatial.stitched();
+  await spatial.slider.focus();
+  await page.keyboard.press('Home');
+  await page.keyboard.press('ArrowRight');
+  await page.keyboard.press('ArrowRight');
+  await expect(spatial.slider).toHaveAttribute('aria-valuetext', '3 of 10 frames');
+  await expect(spatial.panel.getByRole('heading', { level: 2 })).toHaveText('3');
+  await expect(spatial.panel.getByRole('img', { name: 'What the camera saw in frame 3' })).toBeVisible();
+  await expect(spatial.panel.getByRole('img', { name: /Depth image of frame 3, from \d/ })).toBeVisible();
+  await expect(spatial.panel.getByText('From the truth')).toBeVisible();
+  const few = await spatial.numPainted();
+  await page.keyboard.press('End');
+  await expect.poll(() => spatial.numPainted()).toBeGreaterThan(few);
+
+  await spatial.panel.getByRole('img', { name: /^Time of each frame/ }).click({ position: { x: 150, y: 40 } });
+  await expect(spatial.panel.getByRole('heading', { level: 2 })).not.toHaveText('10');
+  await spatial.map.getByRole('group', { name: 'Map' }).focus();
+  await page.keyboard.press('Escape');
+  await expect(spatial.panel.getByRole('heading', { name: 'All frames' })).toBeVisible();
+  await page.keyboard.press(',');
+  await expect(spatial.panel.getByRole('heading', { level: 2 })).toHaveText('10');
+});
+
+test('the section cuts the ceiling, and keys turn, move and zoom', async ({ spatial, page }) => {
+  await spatial.drop(recording(6));
+  await spatial.stitched();
+  await spatial.settled();
+  const view = async (): Promise<string> => {
+    await spatial.settled();
+    return (await spatial.canvas.screenshot()).toString('base64');
+  };
+  const open = await view();
+  expect(await spatial.section.getAttribute('aria-valuetext')).toMatch(/ m above the floor$/);
+  await spatial.section.focus();
+  await page.keyboard.press('End');
+  await expect(spatial.section).toHaveAttribute('aria-valuetext', 'nothing is cut away');
+  expect(await view()).not.toBe(open);
+  await page.keyboard.press('Home');
+  // Below the floor nothing is left but paths and cameras.
+  const shut = await spatial.numPainted();
+  await page.keyboard.press('End');
+  expect(await spatial.numPainted()).toBeGreaterThan(3 * shut);
+
+  await spatial.map.getByRole('group', { name: 'Map' }).focus();
+  let before = await view();
+  for (const key of ['ArrowLeft', 'ArrowDown', 'Shift+ArrowLeft', '+', 'p', 't']) {
+    await page.keyboard.press(key);
+    const now = await view();
+    expect(now, key).not.toBe(before);
+    before = now;
+  }
+});
+
+test('colours by height, frame and direction differ', async ({ spatial, page }) => {
+  await spatial.drop(recording(4));
+  await spatial.stitched();
+  await page.getByRole('button', { name: 'What is drawn' }).last().click();
+  const pictures = new Set<string>();
+  for (const mode of ['image', 'height', 'frame', 'normal']) {
+    await spatial.map.getByRole('combobox', { name: 'Colour' }).selectOption(mode);
+    await spatial.settled();
+    pictures.add((await spatial.canvas.screenshot()).toString('base64'));
+  }
+  expect(pictures.size).toBe(4);
+});
+
+test('more frames, dropped on a finished run, go on from it', async ({ spatial }) => {
+  await spatial.drop(recording(5));
+  const first = await spatial.stitched();
+  await spatial.drop([...recording(4, 5), truth(9)]);
+  const { result } = await spatial.stitched();
+  expect(result.frames).toHaveLength(9);
+  expect(result.comparison?.mean).toBeLessThanOrEqual(0.02);
+  // The first frames were not computed again.
+  expect(result.frames[2]?.T_world_sensor).toEqual(first.result.frames[2]?.T_world_sensor);
+});
+
+test('the first load fetches neither three.js nor the view in space', async ({ spatial, page }) => {
+  const loaded = await page.evaluate(() => performance.getEntriesByType('resource').map(({ name }) => name));
+  expect(loaded.filter((name) => /scene-|spatial-view-/.test(name))).toEqual([]);
+  await spatial.drop(recording(2));
+  await spatial.stitched();
+});
+
+test('at the width of a phone all is there, in tabs, and nothing scrolls sideways', async ({ spatial, page }) => {
+  await page.setViewportSize({ width: 360, height: 740 });
+  await spatial.drop([...recording(4), truth(4)]);
+  await spatial.stitched();
+  for (const name of ['Result', 'Frame', 'Frames', 'Settings']) {
+    await page.getByRole('tab', { name, exact: true }).click();
+    expect(await page.evaluate(() => document.documentElement.scrollWidth)).toBeLessThanOrEqual(360);
+  }
+  const box = await spatial.map.boundingBox();
+  expect(box?.width).toBe(360);
+  expect(box?.height).toBeGreaterThan(200);
+});
+
+test('every control has a name, in the dark as well', async ({ spatial, page }) => {
+  await page.emulateMedia({ colorScheme: 'dark', reducedMotion: 'reduce' });
+  await spatial.drop([...recording(4), truth(4)]);
+  await spatial.stitched();
+  await page.getByRole('button', { name: 'What is drawn' }).last().click();
+  const controls = await page.locator('button:visible, input:visible, select:visible, [tabindex="0"]:visible').all();
+  expect(controls.length).toBeGreaterThan(20);
+  for (const control of controls) await expect(control).toHaveAccessibleName(/\w/);
+});
+
+test('the first floor of an apartment, with nothing set', async ({ spatial, page }, info) => {
+  const folder = join(SHARED, 'apartment_first_floor');
+  test.skip(!existsSync(folder), '../shared/data is absent');
+  test.setTimeout(180_000);
+  await page.locator('#pick-folder').setInputFiles(folder);
+  await page.waitForFunction(() => window.stitched.length > 1, undefined, { timeout: 160_000 });
+  const { result, elapsed_ms, timing } = await spatial.stitched();
+  expect(result.frames).toHaveLength(80);
+  expect(result.comparison?.mean).toBeLessThanOrEqual(0.06);
+  await expect(spatial.figures).toContainText(/Mean L2 to GT_pose\.npy\s*\d+\.\d mm/);
+  info.annotations.push({ type: 'mean L2', description: `${((result.comparison?.mean ?? 0) * 1000).toFixed(1)} mm` });
+  info.annotations.push({ type: 'from drop to drawn map', description: `${(elapsed_ms / 1000).toFixed(1)} s` });
+  info.annotations.push({ type: 'registering', description: `${(timing.total / 80).toFixed(1)} ms a frame` });
+});

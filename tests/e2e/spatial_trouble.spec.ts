@@ -1,0 +1,143 @@
+/** Bad input, workers that die, a graphics card that gives up: each is told, and nothing that was computed is lost. */
+import { readFileSync } from 'node:fs';
+import type { Worker } from '@playwright/test';
+import { colorPicture, evenDepth, recording, truth } from './spatial_recording.js';
+import { expect, type SpatialPage, test } from './spatial_page.js';
+
+/** The frame `number`'s depth image replaced. */
+function withDepth(number: number, content: Buffer, num_frames = 5) {
+  return recording(num_frames).map((file) => (file.name === `room/depth/${number}.png` ? { ...file, content } : file));
+}
+
+test('a cut-off depth image is named, and the frames around it are placed', async ({ spatial }) => {
+  const good = recording(5).find(({ name }) => name === 'room/depth/3.png')?.content as Buffer;
+  await spatial.drop([...withDepth(3, good.subarray(0, 2000)), truth(5)]);
+  const { result } = await spatial.stitched();
+  expect(result.frames).toHaveLength(4);
+  expect(result.comparison?.mean).toBeLessThanOrEqual(0.02);
+  await expect(spatial.messages.getByRole('listitem')).toHaveCount(1);
+  await expect(spatial.messages).toContainText('3.png');
+});
+
+test('a depth image of zeros only is named', async ({ spatial }) => {
+  await spatial.drop(withDepth(2, evenDepth(0)));
+  expect((await spatial.stitched()).result.frames).toHaveLength(4);
+  await expect(spatial.messages).toContainText('2.png');
+});
+
+test('colour images in the place of depth are told', async ({ spatial }) => {
+  await spatial.drop(
+    recording(4).map((file) => (/depth/.test(file.name) ? { ...file, content: colorPicture() } : file)),
+  );
+  await expect(spatial.messages).toContainText(/colou?r/i);
+  expect(await spatial.app.numStitched()).toBe(1);
+});
+
+test('a truth with another number of poses is told, and the frames are placed without it', async ({ spatial }) => {
+  await spatial.drop([...recording(5), truth(3)]);
+  const { result } = await spatial.stitched();
+  expect(result.frames).toHaveLength(5);
+  const words = [...result.notes, (await spatial.messages.isVisible()) ? await spatial.messages.innerText() : ''].join(
+    ' ',
+  );
+  expect(words).toMatch(/truth\.txt/);
+  expect(words).toMatch(/\b3\b/);
+});
+
+test('a truth with numbers that are none is told', async ({ spatial }) => {
+  const bad = String(truth(5).content).replace(/^2 \S+/m, '2 nan');
+  await spatial.drop([...recording(5), { name: 'room/truth.txt', content: bad }]);
+  const { result } = await spatial.stitched();
+  expect(result.frames).toHaveLength(5);
+  await expect(spatial.messages).toContainText(/truth\.txt/);
+});
+
+/** The workers that prepare frames. */
+async function preparers({ page }: SpatialPage): Promise<Worker[]> {
+  await expect.poll(() => page.workers().some((worker) => /preparer/.test(worker.url()))).toBe(true);
+  return page.workers().filter((worker) => /preparer/.test(worker.url()));
+}
+
+const throwInside = (worker: Worker): Promise<unknown> =>
+  worker.evaluate(() => {
+    setTimeout(() => {
+      throw new Error('for the sake of this test');
+    });
+  });
+
+test('a preparing worker that dies in the middle is replaced, and no frame is missing', async ({ spatial }) => {
+  await spatial.drop([...recording(40), truth(40)]);
+  for (const worker of await preparers(spatial)) await throwInside(worker);
+  const { result } = await spatial.stitched();
+  expect(result.frames).toHaveLength(40);
+  expect(result.comparison?.num_matched).toBe(40);
+  await expect(spatial.messages).toContainText('another one has taken it over');
+});
+
+test('a registrar that crashes is told and begins again by itself', async ({ spatial, page }) => {
+  await spatial.drop([...recording(40), truth(40)]);
+  await expect(spatial.table.getByRole('row').nth(3)).toBeVisible();
+  const registrar = page.workers().find((worker) => /registrar/.test(worker.url()));
+  await throwInside(registrar as Worker);
+  const { result } = await spatial.stitched();
+  expect(result.frames).toHaveLength(40);
+  await expect(spatial.messages).toContainText('A fresh one has taken over');
+});
+
+test('a stop answers at once and keeps what is done; it goes on from there', async ({ spatial, page }, info) => {
+  await spatial.drop([...recording(60), truth(60)]);
+  await expect(spatial.table.getByRole('row').nth(3)).toBeVisible();
+  const ms = await page.evaluate(async () => {
+    const root = document.querySelector('scanstitch-app')?.shadowRoot?.querySelector('scanstitch-spatial')?.shadowRoot;
+    const stop = [...(root?.querySelectorAll('button') ?? [])].find((button) => button.textContent === 'Stop');
+    const start = performance.now();
+    stop?.click();
+    while (!root?.textContent?.includes('Stopped: the map so far')) await new Promise((resolve) => setTimeout(resolve));
+    return performance.now() - start;
+  });
+  info.annotations.push({ type: 'from stop to stopped', description: `${ms.toFixed(0)} ms` });
+  expect(ms).toBeLessThan(100);
+  const rows = await spatial.table.getByRole('row').count();
+  expect(rows).toBeGreaterThan(3);
+  await expect(page.getByRole('button', { name: 'Export' })).toBeEnabled();
+  await page.getByRole('button', { name: 'Go on' }).click();
+  expect((await spatial.stitched()).result.frames).toHaveLength(60);
+});
+
+test('a lost graphics context is told and comes back with all that was computed', async ({ spatial, page }) => {
+  await spatial.drop(recording(5));
+  await spatial.stitched();
+  const before = await spatial.numPainted();
+  await spatial.canvas.evaluate((canvas: HTMLCanvasElement) => {
+    canvas.getContext('webgl2')?.getExtension('WEBGL_lose_context')?.loseContext();
+  });
+  await expect(page.getByRole('status').filter({ hasText: 'The map is drawn again' })).toHaveCount(1);
+  expect(await spatial.numPainted()).toBeGreaterThan(0.9 * before);
+  await expect(spatial.table.getByRole('row')).toHaveCount(6);
+});
+
+test('everything can be taken home', async ({ spatial, page }) => {
+  await spatial.drop([...recording(5), truth(5)]);
+  await spatial.stitched();
+  const files: [RegExp, string, (bytes: Buffer) => void][] = [
+    [/^Trajectory/, 'trajectory.tum', (bytes) => expect(bytes.toString().trim().split('\n')).toHaveLength(5)],
+    [
+      /^Map as PLY/,
+      'map.ply',
+      (bytes) => expect(bytes.toString('latin1', 0, 300)).toMatch(/^ply\n[^]*property \w+ red/),
+    ],
+    [/^Map as PCD/, 'map.pcd', (bytes) => expect(bytes.toString('latin1', 0, 200)).toMatch(/VERSION/)],
+    [/^Report/, 'report.json', (bytes) => expect(JSON.parse(bytes.toString()).frames).toHaveLength(5)],
+    [/^Errors/, 'errors.csv', (bytes) => expect(bytes.toString()).toMatch(/error_m[^]*\n4,/)],
+    [/^Picture/, 'map.png', (bytes) => expect(bytes.readUInt32BE(16)).toBeGreaterThan(1000)],
+    [/^Everything/, 'scanstitch.zip', (bytes) => expect(bytes.length).toBeGreaterThan(10_000)],
+  ];
+  for (const [item, name, check] of files) {
+    await page.getByRole('button', { name: 'Export' }).click();
+    const download = page.waitForEvent('download');
+    await page.getByRole('menuitem', { name: item }).click();
+    const taken = await download;
+    expect(taken.suggestedFilename()).toBe(name);
+    check(readFileSync(await taken.path()));
+  }
+});
