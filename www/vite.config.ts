@@ -15,6 +15,7 @@ export default defineConfig({
     outDir: 'dist',
     emptyOutDir: true,
     assetsInlineLimit: 0, // scans stay files: they are fetched only when the sample is shown
+    chunkSizeWarningLimit: 650, // kB; three.js, which only the view in space loads
     rolldownOptions: {
       input: { index: 'index.html', [ELEMENT]: `src/${ELEMENT}.ts` },
       output: {

@@ -6,6 +6,7 @@ import { recording, truth } from './spatial_recording.js';
 import { expect, test } from './spatial_page.js';
 
 const SHARED = join(import.meta.dirname, '../../../shared/data/rgbd');
+const SAMPLE = join(import.meta.dirname, '../../www/samples/apartment');
 const NUM_FRAMES = 10;
 
 test('a dropped recording becomes a map, a path and its error against the truth', async ({ spatial, page }) => {
@@ -45,21 +46,21 @@ test('slider, charts, table and keys select a frame and show its images', async 
   await page.keyboard.press('ArrowRight');
   await page.keyboard.press('ArrowRight');
   await expect(spatial.slider).toHaveAttribute('aria-valuetext', '3 of 10 frames');
-  await expect(spatial.panel.getByRole('heading', { level: 2 })).toHaveText('3');
-  await expect(spatial.panel.getByRole('img', { name: 'What the camera saw in frame 3' })).toBeVisible();
-  await expect(spatial.panel.getByRole('img', { name: /Depth image of frame 3, from \d/ })).toBeVisible();
+  await expect(spatial.panel.getByRole('heading', { level: 2 })).toHaveText('3.png');
+  await expect(spatial.panel.getByRole('img', { name: 'What the camera saw in frame 3.png' })).toBeVisible();
+  await expect(spatial.panel.getByRole('img', { name: /Depth image of frame 3\.png, from \d/ })).toBeVisible();
   await expect(spatial.panel.getByText('From the truth')).toBeVisible();
   const few = await spatial.numPainted();
   await page.keyboard.press('End');
   await expect.poll(() => spatial.numPainted()).toBeGreaterThan(few);
 
   await spatial.panel.getByRole('img', { name: /^Time of each frame/ }).click({ position: { x: 150, y: 40 } });
-  await expect(spatial.panel.getByRole('heading', { level: 2 })).not.toHaveText('10');
+  await expect(spatial.panel.getByRole('heading', { level: 2 })).not.toHaveText('10.png');
   await spatial.map.getByRole('group', { name: 'Map' }).focus();
   await page.keyboard.press('Escape');
   await expect(spatial.panel.getByRole('heading', { name: 'All frames' })).toBeVisible();
   await page.keyboard.press(',');
-  await expect(spatial.panel.getByRole('heading', { level: 2 })).toHaveText('10');
+  await expect(spatial.panel.getByRole('heading', { level: 2 })).toHaveText('10.png');
 });
 
 test('the section cuts the ceiling, and keys turn, move and zoom', async ({ spatial, page }) => {
@@ -155,8 +156,22 @@ test('the first floor of an apartment, with nothing set', async ({ spatial, page
   const { result, elapsed_ms, timing } = await spatial.stitched();
   expect(result.frames).toHaveLength(80);
   expect(result.comparison?.mean).toBeLessThanOrEqual(0.06);
-  await expect(spatial.figures).toContainText(/Mean L2 to GT_pose\.npy\s*\d+\.\d mm/);
+  await expect(spatial.figures).toContainText(/Mean L2 to GT_pose\.npy\s*\d+\.\d\smm/);
   info.annotations.push({ type: 'mean L2', description: `${((result.comparison?.mean ?? 0) * 1000).toFixed(1)} mm` });
   info.annotations.push({ type: 'from drop to drawn map', description: `${(elapsed_ms / 1000).toFixed(1)} s` });
   info.annotations.push({ type: 'registering', description: `${(timing.total / 80).toFixed(1)} ms a frame` });
+});
+
+test('the sample of an apartment opens and finishes', async ({ spatial, page }, info) => {
+  test.skip(!existsSync(SAMPLE), 'the sample has not been rendered');
+  test.setTimeout(120_000);
+  await page.getByRole('button', { name: 'Open' }).click();
+  await page.getByRole('menuitem', { name: /^An apartment/ }).click();
+  await page.waitForFunction(() => window.stitched.length > 1, undefined, { timeout: 100_000 });
+  const { result } = await spatial.stitched();
+  expect(result.frames.filter(({ status }) => status !== 'good')).toEqual([]);
+  expect(result.comparison?.mean).toBeLessThanOrEqual(0.03);
+  const shown = await spatial.figures.innerText();
+  expect(shown).toMatch(/Mean L2 to GT_pose\.npy\s+\d+\.\d\smm/);
+  info.annotations.push({ type: 'mean L2', description: shown.match(/\d+\.\d\smm/)?.[0] ?? '' });
 });

@@ -38,7 +38,7 @@ export function walk(num_frames: number): TruePose[] {
   });
 }
 
-/** depth/N.png (16 bits, millimetres), rgb/N.png, and truth.txt as TUM writes it. */
+/** depth/N.png (16 bits, millimetres), rgb/N.png, and the camera. */
 export function recording(num_frames: number, first = 0): InputFile[] {
   const poses = walk(first + num_frames);
   const files = poses.slice(first).flatMap((pose, i): InputFile[] => {
@@ -49,9 +49,11 @@ export function recording(num_frames: number, first = 0): InputFile[] {
       { name: `room/rgb/${number}.png`, content: png(color, 8, 'colour') },
     ];
   });
-  return files;
+  const intrinsics = `${FOCAL} 0 ${WIDTH / 2}\n0 ${FOCAL} ${HEIGHT / 2}\n0 0 1\n`;
+  return [...files, { name: 'room/camera-intrinsics.txt', content: intrinsics }];
 }
 
+/** The true path, as TUM writes it. */
 export function truth(num_frames: number): InputFile {
   const lines = walk(num_frames).map(
     ({ x, z, heading }, i) => `${i} ${x} 0 ${z} 0 ${Math.sin(heading / 2)} 0 ${Math.cos(heading / 2)}`,

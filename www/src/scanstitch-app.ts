@@ -9,7 +9,7 @@ import type { MenuItem } from './components/menu.js';
 import { type Layout, NO_FACTS, type RunView } from './components/run-view.js';
 import { shared, tokens } from './components/theme.js';
 import { filesOfDrop, filesOfInput, type NamedFile } from './datasets/gather.js';
-import { fetchApartment, type SpatialFiles, tellApart } from './datasets/spatial-files.js';
+import { type SpatialFiles, tellApart } from './datasets/spatial-files.js';
 import type { GivenFiles } from './evaluate/evaluate-view.js';
 import type { ScanstitchPlanar } from './planar/planar-view.js';
 import type { ScanstitchSpatial } from './spatial/spatial-view.js';
@@ -28,6 +28,8 @@ const OPEN_ITEMS: readonly MenuItem[] = [
   { id: 'apartment', label: 'An apartment', detail: 'depth images of several rooms, with the true path' },
   { id: 'clear', label: 'Remove all', detail: 'the next files start afresh' },
 ];
+
+const fetchApartment = async (): Promise<SpatialFiles> => (await import('./datasets/apartment.js')).fetchApartment();
 
 /**
  * Scanstitch as one element: `<scanstitch-app></scanstitch-app>`. Drop laser scans or depth images on it; it shows the

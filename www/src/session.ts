@@ -113,8 +113,16 @@ export class Session implements ReactiveController {
     this.#load(dataset);
   }
 
-  /** Takes in files that were dropped or picked, asked for at clock time `requested_at`; `notes`: of those left aside before. */
-  async add(files: readonly NamedFile[], requested_at: number, notes: readonly Note[] = []): Promise<void> {
+  /**
+   * Takes in files that were dropped or picked, asked for at clock time `requested_at`. `notes` tell of others of the
+   * `num_given` that were left aside before.
+   */
+  async add(
+    files: readonly NamedFile[],
+    requested_at: number,
+    notes: readonly Note[] = [],
+    num_given = files.length,
+  ): Promise<void> {
     if (files.length + notes.length === 0) return;
     const intake = await takeIn(files);
     this.requested_at = requested_at;
@@ -125,7 +133,7 @@ export class Session implements ReactiveController {
           kind: 'error',
           file: '',
           place: '',
-          text: `Nothing to use among ${plural(files.length + notes.length, 'file')}`,
+          text: `Nothing to use among ${plural(num_given, 'file')}`,
           remedy: 'Drop laser scans as PLY files, one file a scan, or depth images, or a folder of them',
         },
       ]);

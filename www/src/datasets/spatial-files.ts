@@ -40,6 +40,8 @@ export async function understandFiles(files: readonly StoredFile[]): Promise<Rec
 export interface PlanarFiles {
   files: readonly NamedFile[];
   notes: readonly Note[];
+  /** Files that were given, used or not. */
+  num_given: number;
 }
 
 /**
@@ -51,16 +53,23 @@ export async function tellApart(
   shown: 'planar' | 'spatial',
 ): Promise<{ planar: PlanarFiles } | { spatial: SpatialFiles }> {
   const { files, notes } = await open(given);
-  const { kind } = await understandFiles(files);
+  const { kind, notes: told } = await understandFiles(files);
   if (kind === 'depth_images' || kind === 'clouds' || (kind === 'nothing' && shown === 'spatial')) {
     return { spatial: { title: '', is_given: false, files, notes } };
   }
   const loose = given.filter(({ name }) => !isArchive(name));
   const loose_names = new Set(loose.map(({ name }) => name));
   const packed = files.filter(({ path }) => !loose_names.has(path));
-  return { planar: { files: [...loose, ...(await Promise.all(packed.map(toNamedFile)))], notes } };
+  const num_given = Math.max(given.length, files.length);
+  if (kind === 'nothing' && files.filter(({ path }) => isImage(path)).length > 1) {
+    // Meant as depth images: why they are none is better known there than in the plane.
+    return { planar: { files: [], notes: [...notes, ...told], num_given } };
+  }
+  const planar_files = [...loose, ...(await Promise.all(packed.map(toNamedFile)))];
+  return { planar: { files: planar_files, notes, num_given } };
 }
 
+const isImage = (name: string): boolean => /\.(png|jpe?g|pgm|ppm)$/i.test(name);
 const isArchive = (name: string): boolean => /\.zip$/i.test(name);
 
 /** Zips are opened; what lies in them is unpacked when it is read. */
@@ -115,43 +124,7 @@ async function toNamedFile(stored: StoredFile): Promise<NamedFile> {
   return { name: stored.path, file: new File([await stored.blob()], stored.path) };
 }
 
-function blobOf(path: string, bytes: Uint8Array): Blob {
+export function blobOf(path: string, bytes: Uint8Array): Blob {
   const type = /\.jpe?g$/i.test(path) ? 'image/jpeg' : /\.png$/i.test(path) ? 'image/png' : '';
   return new Blob([new Uint8Array(bytes)], { type });
-}
-
-const apartment = import.meta.glob<string>('../../samples/apartment/**/*.{jpg,png,npy,json,txt}', {
-  query: '?url',
-  import: 'default',
-  eager: true,
-});
-
-/** The built-in sample: depth images of an apartment. Its files are fetched one by one, when they are needed. */
-export async function fetchApartment(): Promise<SpatialFiles> {
-  const files = Object.entries(apartment).map(([path, url]) => onServer(path.slice(path.indexOf('apartment/')), url));
-  return { title: 'Sample: an apartment', is_given: true, files, notes: [] };
-}
-
-function onServer(path: string, url: string): StoredFile {
-  let kept: Promise<Uint8Array> | null = null;
-  const read = (): Promise<Uint8Array> => {
-    kept ??= fetchBytes(url).catch((error: unknown) => {
-      kept = null;
-      throw error;
-    });
-    return kept;
-  };
-  return {
-    path,
-    size: 1, // unknown before it is fetched; only whether it is empty matters
-    read: async () => (await read()).slice(),
-    readHead: async (length) => (await read()).slice(0, length),
-    blob: async () => blobOf(path, await read()),
-  };
-}
-
-async function fetchBytes(url: string): Promise<Uint8Array> {
-  const response = await fetch(url);
-  if (!response.ok) throw new Error(`${url} answered ${response.status} ${response.statusText}`);
-  return new Uint8Array(await response.arrayBuffer());
 }

@@ -1,5 +1,9 @@
 /** What can be taken home, and how it leaves the page: as downloads, nothing else. */
 import type { Answers } from '../engine/protocol.js';
+import { Remote } from '../engine/remote.js';
+import { startWorker } from '../engine/start.js';
+import type { ZipApi } from './zip-worker.js';
+import zip_url from './zip-worker.ts?worker&url';
 
 export interface ExportItem {
   id: 'trajectory' | 'matrices' | 'map' | 'picture' | 'everything';
@@ -83,11 +87,12 @@ async function plyBytes({ ask }: Sources): Promise<Uint8Array<ArrayBuffer>> {
 }
 
 export async function zip(files: Files): Promise<Blob> {
-  const { zip: deflate } = await import('fflate');
-  const bytes = await new Promise<Uint8Array>((resolve, reject) => {
-    deflate(files, { level: 6 }, (error, data) => (error ? reject(error) : resolve(data)));
-  });
-  return new Blob([new Uint8Array(bytes)], { type: 'application/zip' });
+  const zipper = new Remote<ZipApi>(startWorker(zip_url));
+  try {
+    return new Blob([new Uint8Array(await zipper.call('zip', files))], { type: 'application/zip' });
+  } finally {
+    zipper.end();
+  }
 }
 
 export function textBlob(text: string): Blob {

@@ -105,8 +105,8 @@ export class ScanstitchPlanar extends LitElement implements RunView {
   }
 
   /** Takes in files that were dropped or picked, asked for at clock time `requested_at`. */
-  add({ files, notes }: PlanarFiles, requested_at: number): Promise<void> {
-    return this.session.add(files, requested_at, notes);
+  add({ files, notes, num_given }: PlanarFiles, requested_at: number): Promise<void> {
+    return this.session.add(files, requested_at, notes, num_given);
   }
 
   openSample(): void {
