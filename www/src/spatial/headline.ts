@@ -59,11 +59,12 @@ export function spatialFigures(result: SpatialResult, timing: SpatialTiming, num
   return figures;
 }
 
-/** How the truth was read: its first part stands out, the rest explains. */
+/** How the truth was read: the order of its quaternions stands out, the rest explains. */
 function conventionFigure(convention: string): Figure {
-  const [first = '', ...others] = convention.split(', ');
-  const value = first.replace(/^quaternions /, '');
-  return { label: 'Truth read as', value, meaning: [...others, 'first poses made equal'].join(', '), tone: 'plain' };
+  const parts = convention.split(', ');
+  const order = parts.find((part) => part.startsWith('quaternions '));
+  const meaning = [...parts.filter((part) => part !== order), 'first poses made equal'].join(', ');
+  return { label: 'Truth read as', value: order?.replace('quaternions ', '') ?? 'matrices', meaning, tone: 'plain' };
 }
 
 function cameraFigure({ camera, depth_scale, quantisation }: SpatialResult): Figure | null {

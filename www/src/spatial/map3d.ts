@@ -184,10 +184,13 @@ export class ScanstitchMap3d extends LitElement implements GestureTarget {
     this.fly(fitted(orbit, this.openSamples(), this.size, margin), at_once);
   }
 
-  /** What the section leaves. */
+  /** What the section leaves, and all cameras: as heavy as a part of the map, lest they count as strays. */
   private openSamples(): Vec3[] {
     const cut = this.cut();
-    return this.sampled.filter(([, y]) => y <= cut);
+    const open = this.sampled.filter(([, y]) => y <= cut);
+    const cameras = this.marks.poses.map((pose) => this.toView(positionOf(pose)));
+    const weight = Math.ceil((open.length * 0.02) / Math.max(cameras.length, 1));
+    return [...open, ...Array.from({ length: weight }, () => cameras).flat()];
   }
 
   /** The map as a picture, at twice the resolution of the screen or better. */
@@ -416,8 +419,7 @@ export class ScanstitchMap3d extends LitElement implements GestureTarget {
     }
     this.graphics = 'unavailable';
     this.emit('graphics-changed', 'unavailable');
-    // What waits for the map to be seen need not wait for ever.
-    if (this.has_new_points) this.emit('map-painted', null);
+    this.requestPaint();
   }
 
   /** A fresh canvas with a fresh context; the points and paths are passed to it again. */
@@ -522,9 +524,11 @@ export class ScanstitchMap3d extends LitElement implements GestureTarget {
       this.orbit = between(from, to, t);
       if (t >= 1) this.flight = null;
     }
-    if (!this.scene || this.size.width === 0) return;
-    this.scene.render(this.orbit, this.look(), this.up());
+    if (this.size.width === 0) return;
+    this.scene?.render(this.orbit, this.look(), this.up());
     if (this.flight) this.requestPaint();
+    // Where nothing can be drawn, whoever waits for the map need not wait for ever.
+    if (!this.scene && this.graphics !== 'unavailable') return;
     if (this.has_new_points) {
       this.has_new_points = false;
       this.emit('map-painted', null);
@@ -700,6 +704,9 @@ export class ScanstitchMap3d extends LitElement implements GestureTarget {
         align-items: flex-end;
         justify-content: flex-end;
         gap: 14px;
+        padding: 3px 8px 4px;
+        border-radius: 6px;
+        background: color-mix(in srgb, var(--surface) 84%, transparent);
         color: var(--muted);
         font-size: 12px;
         pointer-events: none;
