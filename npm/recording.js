@@ -251,7 +251,10 @@ function chooseClouds(clouds) {
 async function truthAndCamera(files, frames, read) {
   const truth = await findReference(files, frames, read);
   const camera = await findIntrinsics(files, frames, read);
-  const rest = files.filter(({ path }) => !frames.isElsewhere(folderOf(path)) && !truth.taken.has(path) && !camera.taken.has(path) && !isListName(path));
+  const rest = files.filter(
+    ({ path }) =>
+      !frames.isElsewhere(folderOf(path)) && !truth.taken.has(path) && !camera.taken.has(path) && !isListName(path),
+  );
   const notes = [
     ...truth.notes,
     ...camera.notes,
