@@ -52,6 +52,7 @@ const MAX_DEATHS = 2;
 
 /** A worker that has ended without an answer. */
 export class WorkerDied extends Error {
+  /** @override */
   name = 'WorkerDied';
 }
 
@@ -76,7 +77,8 @@ export class SpatialRun {
   #preparation = null;
   /** What the registrar is still at; a stop does not wait for it, the next run does. @type {Promise<void>} */
   #registering = Promise.resolve();
-  #isRunning = false;
+  /** @type {Session | null} */
+  #session = null;
   /** @type {Problem[]} */
   #problems = [];
 
@@ -106,6 +108,7 @@ export class SpatialRun {
       }
       this.#entries.push({ job, state: 'waiting', prepared: null });
     }
+    this.#session?.changed();
   }
 
   /** Frames that were added. */
@@ -119,15 +122,15 @@ export class SpatialRun {
    * @returns {Promise<Outcome>} rejects only where nothing can go on: the registrar failed, or no worker can be started
    */
   async run(signal) {
-    if (this.#isRunning) throw new Error('It is running already.');
-    this.#isRunning = true;
+    if (this.#session) throw new Error('It is running already.');
     const session = new Session(signal);
+    this.#session = session;
     try {
       await Promise.race([this.#work(session), session.stopped]);
     } finally {
       session.end();
       for (const entry of this.#entries) if (entry.state === 'preparing') entry.state = 'waiting';
-      this.#isRunning = false;
+      this.#session = null;
     }
     const numRegistered = this.#entries.filter(({ state }) => state === 'registered').length;
     return { state: signal?.aborted ? 'stopped' : 'done', numRegistered, problems: [...this.#problems] };
@@ -145,7 +148,8 @@ export class SpatialRun {
       numAlive -= 1;
       if (numAlive === 0 && this.#waiting() && !session.isOver) throw new Error('No worker can be started.');
     });
-    await Promise.all([this.#registerAll(session), ...preparing]);
+    const registering = this.#registerAll(session).then(() => session.finish());
+    await Promise.all([registering, ...preparing]);
   }
 
   /** The first frame that can be looked at tells how all are prepared. @param {Session} session */
@@ -169,10 +173,9 @@ export class SpatialRun {
 
   /** Claims frame after frame, as far ahead as may be. @param {Preparer<J>} preparer @param {Session} session */
   async #prepareAll(preparer, session) {
-    while (!session.isOver) {
+    while (!session.isOver && !session.isFinished) {
       const inFlight = this.#entries.filter(({ state }) => state === 'preparing' || state === 'prepared').length;
       const entry = this.#waiting();
-      if (!entry && inFlight === 0) return;
       if (!entry || inFlight >= this.#maxInFlight) {
         await session.change();
         continue;
@@ -280,6 +283,8 @@ export class SpatialRun {
 /** One call of `run`: whether it is over, and word of every change to those who wait for one. */
 class Session {
   isOver = false;
+  /** Every frame is placed or left out. */
+  isFinished = false;
   /** Fulfilled when the signal aborts. @type {Promise<void>} */
   stopped;
   #controller = new AbortController();
@@ -313,9 +318,14 @@ class Session {
     this.changed();
   }
 
+  finish() {
+    this.isFinished = true;
+    this.changed();
+  }
+
   /** @returns {Promise<void>} */
   change() {
-    return this.isOver ? Promise.resolve() : new Promise((resolve) => this.#waiting.push(resolve));
+    return this.isOver || this.isFinished ? Promise.resolve() : new Promise((resolve) => this.#waiting.push(resolve));
   }
 
   changed() {
