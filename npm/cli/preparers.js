@@ -111,8 +111,19 @@ class ThreadPreparer {
     const id = this.#nextId;
     this.#nextId += 1;
     return new Promise((resolve, reject) => {
-      this.#waiting.set(id, { resolve, reject });
-      signal.addEventListener('abort', () => reject(new Error('stopped')), { once: true });
+      const stop = () => reject(new Error('Stopped'));
+      const settled = () => signal.removeEventListener('abort', stop);
+      this.#waiting.set(id, {
+        resolve: (prepared) => {
+          settled();
+          resolve(prepared);
+        },
+        reject: (error) => {
+          settled();
+          reject(error);
+        },
+      });
+      signal.addEventListener('abort', stop, { once: true });
       const buffers = [order.file, order.color].flatMap((bytes) => (bytes instanceof Uint8Array ? [bytes.buffer] : []));
       this.#worker.postMessage({ id, order }, /** @type {ArrayBuffer[]} */ (buffers));
     });

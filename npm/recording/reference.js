@@ -210,6 +210,14 @@ export async function findIntrinsics(files, frames, read) {
     const bytes = await read(path, Math.min(size, 2 ** 16));
     const numbers = bytes && (new TextDecoder().decode(bytes).match(/[-+]?\d+(\.\d*)?/g) ?? []);
     if (!numbers || numbers.length < 4) continue;
+    const size = imageSizeOfViewer(bytes);
+    if (size) {
+      const view = `the camera of a viewer that spans 60 degrees over ${size} rows`;
+      notes.push({
+        file: path,
+        reason: `${view}, perhaps not the one that recorded the depth; if the map is bent, give that one`,
+      });
+    }
     candidates.push({ path, rank: rankOfCamera(path), closeness: depthOf(commonFolder(folderOf(path), frames.root)) });
   }
   candidates.sort((a, b) => b.rank - a.rank || b.closeness - a.closeness || compareNaturally(a.path, b.path));
@@ -219,4 +227,19 @@ export async function findIntrinsics(files, frames, read) {
   }
   const taken = new Set([...candidates.map(({ path }) => path), ...notes.map(({ file }) => file)]);
   return { intrinsics: best?.path ?? null, notes, taken };
+}
+
+/**
+ * Rows of the images where the camera is the one that Open3D's viewer begins with: 60 degrees from top to bottom, as no
+ * sensor has them to the last digit. People save it beside recordings it has nothing to do with.
+ * @param {Uint8Array} bytes
+ */
+function imageSizeOfViewer(bytes) {
+  try {
+    const { height, intrinsic_matrix } = JSON.parse(new TextDecoder().decode(bytes));
+    const focal = Number(intrinsic_matrix[0]);
+    return Math.abs(focal - height / 2 / Math.tan(Math.PI / 6)) < 1e-9 * focal ? Number(height) : null;
+  } catch {
+    return null;
+  }
 }
