@@ -34,15 +34,18 @@ export async function reconstructSpatial(task) {
   }
 
   const result = reconstruction.result();
+  for (const { name, status, reason } of result.frames) {
+    if (status === 'lost') complain(`${name}: This frame could not be placed: ${reason}.`);
+    if (status === 'doubtful') note(`${name} is doubtful: ${reason}.`);
+  }
+  if (result.frames.every(({ status }) => status === 'lost')) {
+    throw new CommandError('No frame could be placed, so nothing was written.');
+  }
   writeResults(options.out, {
     'trajectory.tum': reconstruction.trajectory_tum(),
     'map.ply': reconstruction.map_ply(),
     'report.json': reconstruction.report_json(),
   });
-  for (const { name, status, reason } of result.frames) {
-    if (status === 'lost') complain(`${name}: This frame could not be placed: ${reason}.`);
-    if (status === 'doubtful') note(`${name} is doubtful: ${reason}.`);
-  }
   const isCompared = result.comparison !== null;
   for (const text of result.notes) {
     if (reference && !isCompared && text.startsWith(reference.name)) complain(text);

@@ -209,10 +209,10 @@ export async function findIntrinsics(files, frames, read) {
     }
     const bytes = await read(path, Math.min(size, 2 ** 16));
     const numbers = bytes && (new TextDecoder().decode(bytes).match(/[-+]?\d+(\.\d*)?/g) ?? []);
-    if (!numbers || numbers.length < 4) continue;
-    const size = imageSizeOfViewer(bytes);
-    if (size) {
-      const view = `the camera of a viewer that spans 60 degrees over ${size} rows`;
+    if (!bytes || !numbers || numbers.length < 4) continue;
+    const rows = rowsOfViewer(bytes);
+    if (rows !== null) {
+      const view = `the camera of a viewer that spans 60 degrees over ${rows} rows`;
       notes.push({
         file: path,
         reason: `${view}, perhaps not the one that recorded the depth; if the map is bent, give that one`,
@@ -234,7 +234,7 @@ export async function findIntrinsics(files, frames, read) {
  * sensor has them to the last digit. People save it beside recordings it has nothing to do with.
  * @param {Uint8Array} bytes
  */
-function imageSizeOfViewer(bytes) {
+function rowsOfViewer(bytes) {
   try {
     const { height, intrinsic_matrix } = JSON.parse(new TextDecoder().decode(bytes));
     const focal = Number(intrinsic_matrix[0]);
