@@ -71,6 +71,8 @@ class ThreadPreparer {
   #nextId = 0;
   /** @type {Map<number, Waiting>} */
   #waiting = new Map();
+  /** Why the thread has ended. @type {string | null} */
+  #end = null;
 
   /** @param {WebAssembly.Module} module */
   constructor(module) {
@@ -79,6 +81,7 @@ class ThreadPreparer {
   }
 
   #start() {
+    this.#end = null;
     const worker = new Worker(new URL('./prepare_worker.js', import.meta.url), {
       workerData: { module: this.#module },
     });
@@ -100,7 +103,8 @@ class ThreadPreparer {
 
   /** @param {Worker} worker @param {string} message */
   #die(worker, message) {
-    if (worker !== this.#worker) return;
+    if (worker !== this.#worker || this.#end !== null) return;
+    this.#end = message;
     for (const { reject } of this.#waiting.values()) reject(new WorkerDied(message));
     this.#waiting.clear();
   }
@@ -108,6 +112,7 @@ class ThreadPreparer {
   /** @param {FrameJob} job @param {string} preparation @param {AbortSignal} signal @returns {Promise<Prepared>} */
   async prepare(job, preparation, signal) {
     const order = await orderOf(job, preparation);
+    if (this.#end !== null) throw new WorkerDied(this.#end);
     const id = this.#nextId;
     this.#nextId += 1;
     return new Promise((resolve, reject) => {

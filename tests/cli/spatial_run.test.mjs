@@ -3,7 +3,10 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { setTimeout as sleep } from 'node:timers/promises';
+import { startPreparers } from '../../npm/cli/preparers.js';
+import * as engine from '../../npm/index.js';
 import { SpatialRun, WorkerDied } from '../../npm/spatial_run.js';
+import { walkFiles } from './depth_room.mjs';
 
 /** @typedef {import('../../npm/spatial_run.js').Job} Job */
 /** @typedef {import('../../npm/spatial_run.js').RunEvent} RunEvent */
@@ -345,4 +348,75 @@ test('two runs at a time are refused', async () => {
   const first = run.run();
   await assert.rejects(run.run(), /running already/);
   await first;
+});
+
+/** The made-up walk, its files in memory. */
+function walk() {
+  const files = walkFiles();
+  const source = (/** @type {string} */ path) => {
+    // A copy: what is given to a thread is gone here.
+    const read = async () => Uint8Array.from(Buffer.from(files[path] ?? ''));
+    return { path, size: 0, disk: null, read, readHead: read };
+  };
+  return [1, 2, 3, 4, 5, 6].map((number, index) => ({
+    index,
+    name: `${number}.png`,
+    time: null,
+    kind: /** @type {const} */ ('depth_images'),
+    file: source(`depth/${number}.png`),
+    color: source(`rgb/${number}.png`),
+  }));
+}
+
+/**
+ * Reconstructs the walk with the real engine.
+ * @param {Awaited<ReturnType<typeof startPreparers>>} preparers
+ */
+async function reconstructWalk(preparers) {
+  const reconstruction = new engine.SpatialReconstruction();
+  /** @type {RunEvent[]} */
+  const events = [];
+  const run = new SpatialRun({
+    preparers,
+    registrar: {
+      begin: async ({ name, file }) => reconstruction.begin(name, await file.read()),
+      add_prepared: (bytes) => reconstruction.add_prepared(bytes),
+      step: () => reconstruction.step(),
+    },
+    onEvent: (event) => events.push(event),
+  });
+  run.add(walk());
+  const outcome = await run.run();
+  await Promise.all(preparers.map((preparer) => preparer.close()));
+  const [trajectory, map] = [reconstruction.trajectory_tum(), reconstruction.map_ply()];
+  reconstruction.free();
+  return { outcome, events, trajectory, map };
+}
+
+test('the engine in real threads: the same bytes with one thread, with three, and when threads are killed', async () => {
+  await engine.load();
+  const alone = await reconstructWalk(await startPreparers(engine, 0));
+  assert.deepEqual(alone.outcome, { state: 'done', numRegistered: 6, problems: [] });
+  const three = await reconstructWalk(await startPreparers(engine, 3));
+  assert.deepEqual([three.trajectory, three.map], [alone.trajectory, alone.map]);
+
+  const threads = await startPreparers(engine, 2);
+  const killed = new Set();
+  const mortal = threads.map((thread) => ({
+    prepare: (/** @type {Parameters<typeof thread.prepare>} */ ...args) => {
+      const prepared = thread.prepare(...args);
+      const { index } = args[0];
+      if (index % 2 === 1 && !killed.has(index)) {
+        killed.add(index);
+        thread.close();
+      }
+      return prepared;
+    },
+    replace: () => thread.replace(),
+    close: () => thread.close(),
+  }));
+  const survived = await reconstructWalk(mortal);
+  assert.equal(survived.events.filter(({ type }) => type === 'replaced').length, 3);
+  assert.deepEqual(survived.outcome.problems, []);
+  assert.deepEqual([survived.trajectory, survived.map], [alone.trajectory, alone.map]);
 });
