@@ -17,6 +17,9 @@ import { frameFiles } from './trajectories.js';
 /** @typedef {import('../index.js').SpatialReconstruction} SpatialReconstruction */
 /** @typedef {{ name: string, bytes: Uint8Array }} NamedBytes */
 
+/** The map is counted in voxels of these sizes (m). */
+const MAP_SIZES = Float64Array.of(0.01, 0.02, 0.05, 0.1);
+
 /** @param {Task} task */
 export async function reconstructSpatial(task) {
   const { engine, recording, options, complain } = task;
@@ -41,9 +44,9 @@ export async function reconstructSpatial(task) {
   if (result.frames.every(({ status }) => status === 'lost')) {
     throw new CommandError('No frame could be placed, so nothing was written.');
   }
+  // What is small first: a map may be too large for the memory.
   writeResults(options.out, {
     'trajectory.tum': reconstruction.trajectory_tum(),
-    'map.ply': reconstruction.map_ply(),
     'report.json': reconstruction.report_json(),
   });
   const isCompared = result.comparison !== null;
@@ -51,9 +54,33 @@ export async function reconstructSpatial(task) {
     if (reference && !isCompared && text.startsWith(reference.name)) complain(text);
     else note(text);
   }
-  const sizes = reconstruction.map_sizes(Float64Array.of(0.01, 0.02, 0.05, 0.1));
-  process.stdout.write(`${frameTable(result, timing)}\n${headline(result, timing, sizes, jobs.length)}`);
+  const { sizes, milliseconds } = writeMap(reconstruction, options.out, complain);
+  const summary = headline(result, { ...timing, map: milliseconds }, sizes, jobs.length);
+  process.stdout.write(`${frameTable(result, timing)}\n${summary}`);
   process.stdout.write(`Written to ${options.out}\n`);
+}
+
+/**
+ * The map, what it takes in voxels of several sizes, and how long it took to stitch (ms).
+ * @param {SpatialReconstruction} reconstruction
+ * @param {string} out
+ * @param {(problem: string) => void} complain
+ */
+function writeMap(reconstruction, out, complain) {
+  const start = performance.now();
+  let milliseconds = 0;
+  try {
+    const map = reconstruction.map_ply();
+    milliseconds = performance.now() - start;
+    writeResults(out, { 'map.ply': map });
+    return { milliseconds, sizes: reconstruction.map_sizes(MAP_SIZES) };
+  } catch (error) {
+    // An engine without memory left ends in a trap.
+    if (!(error instanceof WebAssembly.RuntimeError || error instanceof RangeError)) throw error;
+    const what = milliseconds === 0 ? 'map.ply' : 'The map in voxels of 1 cm';
+    complain(`${what} does not fit into the memory. Larger voxels take less: --set map_voxel_size=0.05`);
+    return { milliseconds, sizes: [] };
+  }
 }
 
 /**

@@ -38,7 +38,7 @@ export function frameTable({ frames, comparison }, { frames: milliseconds }) {
 
 /**
  * @param {SpatialResult} result
- * @param {Timing} timing
+ * @param {Timing & { map: number }} timing map: ms of stitching it
  * @param {MapSize[]} sizes
  * @param {number} numRecorded frames of the recording
  */
@@ -56,7 +56,8 @@ export function headline({ frames, comparison, camera, depth_scale, quantisation
   const map = sizes.map(({ voxel_size, num_points, num_bytes }) => {
     return `${(100 * voxel_size).toFixed(0)} cm: ${num_points} points, ${(num_bytes / 1e6).toFixed(1)} MB`;
   });
-  lines.push(`Map in voxels of ${map.join('; ')}`);
+  const stitched = `stitched in ${timing.map.toFixed(0)} ms`;
+  if (sizes.length > 0) lines.push(`Map, ${stitched}; in voxels of ${map.join('; ')}`);
   if (comparison) {
     const { name, num_matched, mean, rmse, max, convention } = comparison;
     const figures = `mean ${mean.toFixed(4)} m, rmse ${rmse.toFixed(4)} m, max ${max.toFixed(4)} m`;
