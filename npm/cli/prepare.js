@@ -26,12 +26,12 @@ export async function prepare(engine, { preparation, kind, name, index, time, fi
   const start = performance.now();
   const bytes = typeof file === 'string' ? await read(file, name) : file;
   const colors = typeof color === 'string' ? await read(color, basename(color)).catch(() => null) : color;
-  const read_end = performance.now();
+  const readEnd = performance.now();
   const prepared =
     kind === 'clouds'
       ? engine.prepare_cloud(preparation, name, index, time, bytes)
       : engine.prepare_frame(preparation, name, index, time, bytes, colors);
-  return { bytes: prepared, milliseconds: { read: read_end - start, prepare: performance.now() - read_end } };
+  return { bytes: prepared, milliseconds: { read: readEnd - start, prepare: performance.now() - readEnd } };
 }
 
 /** @param {string} path @param {string} name */

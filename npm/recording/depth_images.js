@@ -312,6 +312,9 @@ function picturesAlone(pictures) {
  */
 export function leftAside(chosen, others, pictures) {
   const [strays, recordings] = partition(others, ({ depth }) => depth.folder === chosen.depth.folder);
+  const titleOf = (/** @type {DepthRecording} */ { root, depth }) => {
+    return root === '' || (root === chosen.root && depth !== chosen.depth) ? nameOf(depth) : root;
+  };
   const titles = [...new Set(recordings.map(titleOf))];
   const used = `one is used at a time, the longest: ${titleOf(chosen)}, with ${chosen.depth.members.length}`;
   return [
@@ -340,11 +343,6 @@ export function leftAside(chosen, others, pictures) {
 /** A folder that holds nothing of the chosen recording. @param {string} root @param {string} chosen */
 export function isApart(root, chosen) {
   return root !== chosen && !contains(root, chosen);
-}
-
-/** @param {DepthRecording} recording */
-function titleOf({ root, depth }) {
-  return root === '' ? nameOf(depth) : root;
 }
 
 /** @template T @param {T[]} values @param {(value: T) => boolean} isFirst @returns {[T[], T[]]} */

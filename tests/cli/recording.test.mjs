@@ -308,6 +308,17 @@ test('several recordings: the longest with its own colours and truth, the others
   assert.deepEqual(recording.notes, [{ file: 'home/first', reason }]);
 });
 
+test('a second kind of depth beside the first is told apart by its files', async () => {
+  const recording = await understandAll({
+    ...many([1, 2, 3], (i) => `home/depth/${i}.png`, DEPTH16),
+    ...many([1, 2, 3], (i) => `home/depth_predicted/${i}.png`, DEPTH16),
+    ...many([1, 2, 3], (i) => `home/rgb/${i}.png`, RGB),
+  });
+  assert.ok(recording.depth_frames.every(({ depth }) => depth.startsWith('home/depth/')));
+  const reason = 'left aside: another recording, of 3 depth images; one is used at a time, the longest: home, with 3';
+  assert.deepEqual(recording.notes, [{ file: 'home/depth_predicted/1.png to 3.png', reason }]);
+});
+
 test('the truth of another recording is not taken', async () => {
   const recording = await understandAll({
     ...many([1, 2, 3], (i) => `a/depth/${i}.png`, DEPTH8),
