@@ -14,7 +14,7 @@ import { settings } from './cli/settings.js';
 /** @type {import('./cli/command.js').Command[]} */
 const COMMANDS = [reconstruct, evaluate, convert, mapQuality, settings];
 
-const INTRODUCTION = `Laser scans to a trajectory and a stitched map, and trajectories against the truth.
+const INTRODUCTION = `Laser scans, depth images and clouds to a trajectory and a stitched map, and trajectories against the truth.
 
 Usage: scanstitch COMMAND [ARGUMENT]...
        scanstitch COMMAND --help

@@ -2,7 +2,6 @@
 /** Settings on the command line: `scanstitch settings`, `--preset NAME` and `--set name=value`. */
 import { CommandError, EXIT, readArguments } from './command.js';
 
-/** @typedef {import('../index.js').Settings} Settings */
 /** @typedef {import('../index.js').SettingDescription} SettingDescription */
 
 const WIDTH = 100;
@@ -13,7 +12,8 @@ export const settings = {
   about: 'list every setting with its default and limits, and the presets',
   help: () => `scanstitch settings
 
-Lists every setting of a reconstruction with its default, limits and one line of explanation, and the presets.
+Lists every setting of a reconstruction with its default, limits and one line of explanation, and the presets: those for
+planar scans, and those for depth images and clouds.
 `,
   run: (engine, args) => {
     readArguments('settings', { args, options: {} });
@@ -23,29 +23,58 @@ Lists every setting of a reconstruction with its default, limits and one line of
 };
 
 /**
+ * What can be set, for one kind of input.
+ * @typedef {object} Catalogue
+ * @property {string} about what it is for
+ * @property {SettingDescription[]} descriptions
+ * @property {{ name: string, explanation: string, settings: Record<string, unknown> }[]} presets the first is the default
+ */
+
+/** @param {import('./command.js').Engine} engine @returns {Catalogue} */
+export function planarCatalogue(engine) {
+  return {
+    about: 'planar scans',
+    descriptions: engine.describe_settings(),
+    presets: engine.presets().map((preset) => ({ ...preset, settings: { ...preset.settings } })),
+  };
+}
+
+/** @param {import('./command.js').Engine} engine @returns {Catalogue} */
+export function spatialCatalogue(engine) {
+  return {
+    about: 'depth images and clouds',
+    descriptions: engine.describe_spatial_settings(),
+    presets: engine.spatial_presets().map((preset) => ({ ...preset, settings: { ...preset.settings } })),
+  };
+}
+
+/**
  * All settings and presets as text.
  * @param {import('./command.js').Engine} engine
  */
 export function settingsHelp(engine) {
-  const presets = engine.presets();
+  return [planarCatalogue(engine), spatialCatalogue(engine)].map(describeAll).join('\n');
+}
+
+/** @param {Catalogue} catalogue */
+function describeAll({ about, descriptions, presets }) {
   const defaults = presets[0]?.settings;
-  const descriptions = engine.describe_settings();
   const groups = [...new Set(descriptions.map(({ group }) => group))].map((group) => {
     const members = descriptions.filter((description) => description.group === group);
     return `  ${group}\n${members.map((description) => describeOne(description, defaults)).join('')}`;
   });
   const presetLines = presets.map(({ name, explanation }) => `  ${name}\n${wrap(explanation)}`);
-  return `Settings:\n\n${groups.join('\n')}\nPresets:\n\n${presetLines.join('')}`;
+  return `Settings for ${about}:\n\n${groups.join('\n')}\nPresets for ${about}:\n\n${presetLines.join('')}`;
 }
 
 /**
  * @param {SettingDescription} description
- * @param {Settings | undefined} defaults
+ * @param {Record<string, unknown> | undefined} defaults
  */
 function describeOne({ name, unit, explanation, kind }, defaults) {
   const limits =
     kind.type === 'choice' ? kind.choices.map(({ value }) => value).join(' | ') : `${kind.min} to ${short(kind.max)}`;
-  const value = defaults?.[/** @type {keyof Settings} */ (name)];
+  const value = defaults?.[name];
   const shown = typeof value === 'number' ? short(value) : value;
   return `    ${name}=${shown}${unit && ` ${unit}`}   (${limits})\n${wrap(explanation)}`;
 }
@@ -68,34 +97,34 @@ function wrap(text) {
 
 /**
  * The settings asked for: those of the preset, with the assignments over them.
- * @param {import('./command.js').Engine} engine
+ * @param {Catalogue} catalogue
  * @param {string | undefined} presetName
  * @param {string[]} assignments each `name=value`
- * @returns {Partial<Settings>}
+ * @returns {Record<string, unknown>}
  */
-export function readSettings(engine, presetName, assignments) {
-  const presets = engine.presets();
+export function readSettings({ about, presets, descriptions }, presetName, assignments) {
   const preset = presets.find(({ name }) => name === presetName);
   if (presetName !== undefined && !preset) {
     const known = presets.map(({ name }) => name).join(', ');
-    throw new CommandError(`There is no preset ${JSON.stringify(presetName)}. There are: ${known}`);
+    throw new CommandError(`There is no preset ${JSON.stringify(presetName)} for ${about}. There are: ${known}`);
   }
-  const descriptions = engine.describe_settings();
-  const assigned = assignments.map((assignment) => readAssignment(descriptions, assignment));
+  const assigned = assignments.map((assignment) => readAssignment(about, descriptions, assignment));
   return { ...preset?.settings, ...Object.fromEntries(assigned) };
 }
 
 /**
+ * @param {string} about
  * @param {SettingDescription[]} descriptions
  * @param {string} assignment
  * @returns {[string, number | string]}
  */
-function readAssignment(descriptions, assignment) {
+function readAssignment(about, descriptions, assignment) {
   const [, name = '', value = ''] = assignment.match(/^([^=]+)=(.+)$/s) ?? [];
   if (!name) throw new CommandError(`--set ${assignment}: write it as name=value`);
   const description = descriptions.find((description) => description.name === name);
   if (!description) {
-    throw new CommandError(`--set ${assignment}: there is no setting ${name}. To list all: scanstitch settings`);
+    const problem = `there is no setting ${name} for ${about}`;
+    throw new CommandError(`--set ${assignment}: ${problem}. To list all: scanstitch settings`);
   }
   const { kind, unit } = description;
   if (kind.type === 'choice') {

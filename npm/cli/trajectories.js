@@ -70,26 +70,37 @@ function readFile(engine, path, format, complain) {
 }
 
 /**
+ * The text files of a folder that hold one pose each; empty where there are none, which is told.
+ * @param {string} folder
+ * @param {(problem: string) => void} complain
+ * @returns {import('./inputs.js').Input[]}
+ */
+export function frameFiles(folder, complain) {
+  try {
+    const all = readdirSync(folder);
+    const poses = all.filter((name) => /pose.*\.txt$/i.test(name));
+    const names = (poses.length > 0 ? poses : all.filter((name) => /\.(txt|csv|mat)$/i.test(name))).sort(
+      compareNaturally,
+    );
+    if (names.length === 0) complain(`${folder}: There is no text file in this folder.`);
+    return names.map((name) => ({ name, path: join(folder, name) }));
+  } catch (error) {
+    complain(`${folder}: ${fileProblem(error)}`);
+    return [];
+  }
+}
+
+/**
  * @param {Engine} engine
  * @param {string} folder
  * @param {(problem: string) => void} complain
  */
 function readFrames(engine, folder, complain) {
-  /** @type {string[]} */
-  let names;
-  try {
-    const all = readdirSync(folder);
-    const poses = all.filter((name) => /pose.*\.txt$/i.test(name));
-    names = (poses.length > 0 ? poses : all.filter((name) => /\.(txt|csv|mat)$/i.test(name))).sort(compareNaturally);
-  } catch (error) {
-    complain(`${folder}: ${fileProblem(error)}`);
-    return null;
-  }
-  if (names.length === 0) {
-    complain(`${folder}: There is no text file in this folder.`);
-    return null;
-  }
-  const files = names.map((name) => readInput({ name, path: join(folder, name) }, complain));
-  if (files.some((file) => file === null)) return null;
-  return engine.Trajectory.read_frames(names, /** @type {Uint8Array[]} */ (files));
+  const inputs = frameFiles(folder, complain);
+  const files = inputs.map((input) => readInput(input, complain));
+  if (files.length === 0 || files.some((file) => file === null)) return null;
+  return engine.Trajectory.read_frames(
+    inputs.map(({ name }) => name),
+    /** @type {Uint8Array[]} */ (files),
+  );
 }

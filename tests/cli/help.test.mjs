@@ -25,13 +25,17 @@ test('--help names every command, option, exit code, setting and preset', () => 
     '--reference',
     '--preset',
     '--set',
+    '--workers',
+    '--intrinsics',
+    '--recording',
     '--out',
     '--version',
     'Exit codes',
   ];
-  const settings = engine.describe_settings();
-  assert.ok(settings.length >= 15);
-  for (const word of [...words, ...engine.presets().map(({ name }) => name)]) assert.ok(stdout.includes(word), word);
+  const settings = [...engine.describe_settings(), ...engine.describe_spatial_settings()];
+  assert.ok(settings.length >= 30);
+  for (const word of [...words, ...[...engine.presets(), ...engine.spatial_presets()].map(({ name }) => name)])
+    assert.ok(stdout.includes(word), word);
   for (const { name, kind } of settings) {
     assert.match(stdout, new RegExp(`^ +${name}=\\S+`, 'm'), `${name} with its default`);
     if (kind.type === 'choice') for (const { value } of kind.choices) assert.ok(stdout.includes(value), value);
@@ -43,7 +47,7 @@ test('--help names every command, option, exit code, setting and preset', () => 
 test('each command has its own help, and settings lists the settings', () => {
   const help = scanstitch(['reconstruct', '--help']);
   assert.equal(help.status, 0);
-  assert.match(help.stdout, /^scanstitch reconstruct FILES-OR-FOLDER/);
+  assert.match(help.stdout, /^scanstitch reconstruct FILES-OR-FOLDER-OR-ZIP/);
   const list = scanstitch(['settings']);
   assert.equal(list.status, 0);
   assert.ok(help.stdout.endsWith(list.stdout));

@@ -1,0 +1,44 @@
+// @ts-check
+/** Reading and preparing one frame: the same in a thread of its own and in the only one. */
+import { readFile } from 'node:fs/promises';
+import { basename } from 'node:path';
+import { fileError } from '../errors.js';
+import { fileProblem } from './inputs.js';
+
+/**
+ * A frame to prepare. Files are given as paths on the disk, or as their bytes.
+ * @typedef {object} Order
+ * @property {string} preparation what `begin` returned
+ * @property {'depth_images' | 'clouds'} kind
+ * @property {string} name
+ * @property {number} index
+ * @property {number | null} time
+ * @property {string | Uint8Array} file depth image or cloud
+ * @property {string | Uint8Array | null} color
+ */
+
+/**
+ * @param {typeof import('../index.js')} engine
+ * @param {Order} order
+ * @returns {Promise<import('../spatial_run.js').Prepared>} rejects with a ScanstitchError where the frame is at fault
+ */
+export async function prepare(engine, { preparation, kind, name, index, time, file, color }) {
+  const start = performance.now();
+  const bytes = typeof file === 'string' ? await read(file, name) : file;
+  const colors = typeof color === 'string' ? await read(color, basename(color)).catch(() => null) : color;
+  const readEnd = performance.now();
+  const prepared =
+    kind === 'clouds'
+      ? engine.prepare_cloud(preparation, name, index, time, bytes)
+      : engine.prepare_frame(preparation, name, index, time, bytes, colors);
+  return { bytes: prepared, milliseconds: { read: readEnd - start, prepare: performance.now() - readEnd } };
+}
+
+/** @param {string} path @param {string} name */
+async function read(path, name) {
+  try {
+    return await readFile(path);
+  } catch (error) {
+    throw fileError(name, fileProblem(error).replace(/\.$/, ''), 'Was it moved or deleted?');
+  }
+}

@@ -1,0 +1,23 @@
+// @ts-check
+/** A thread that prepares frames, with an instance of the engine of its own. */
+import { parentPort, workerData } from 'node:worker_threads';
+import * as engine from '../index.js';
+import { isScanstitchError } from './command.js';
+import { prepare } from './prepare.js';
+
+/** @typedef {{ id: number, bytes: Uint8Array, milliseconds: Record<string, number> }} Done */
+/** @typedef {{ id: number, error: { message: string } & Record<string, unknown> }} Refused */
+
+await engine.load(workerData.module);
+
+parentPort?.on('message', async (/** @type {{ id: number, order: import('./prepare.js').Order }} */ { id, order }) => {
+  try {
+    const { bytes, milliseconds } = await prepare(engine, order);
+    parentPort?.postMessage({ id, bytes, milliseconds }, [/** @type {ArrayBuffer} */ (bytes.buffer)]);
+  } catch (error) {
+    // Anything but bad input has left this instance of the engine broken: the thread ends and is replaced.
+    if (!isScanstitchError(error)) throw error;
+    const { message, file, place, problem, remedy } = error;
+    parentPort?.postMessage({ id, error: { message, file, place, problem, remedy } });
+  }
+});

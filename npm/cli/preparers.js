@@ -1,0 +1,146 @@
+// @ts-check
+/** Threads of Node that prepare frames. */
+import { readFile } from 'node:fs/promises';
+import { Worker } from 'node:worker_threads';
+import { WorkerDied } from '../spatial_run.js';
+import { prepare } from './prepare.js';
+
+/** @typedef {import('../spatial_run.js').Prepared} Prepared */
+/** @typedef {import('./inputs.js').Source} Source */
+/**
+ * @typedef {object} FrameJob
+ * @property {number} index
+ * @property {string} name
+ * @property {number | null} time
+ * @property {'depth_images' | 'clouds'} kind
+ * @property {Source} file
+ * @property {Source | null} color
+ */
+
+/** @typedef {import('../spatial_run.js').Preparer<FrameJob> & { close: () => Promise<unknown> }} ClosingPreparer */
+
+/**
+ * @param {import('./command.js').Engine} engine
+ * @param {number} count threads; 0: frames are prepared in this one
+ * @returns {Promise<ClosingPreparer[]>}
+ */
+export async function startPreparers(engine, count) {
+  if (count === 0) return [new InlinePreparer(engine)];
+  const module = await WebAssembly.compile(await readFile(new URL('../../pkg/scanstitch_bg.wasm', import.meta.url)));
+  return Array.from({ length: count }, () => new ThreadPreparer(module));
+}
+
+/**
+ * Files on the disk are read by the thread; those of an archive come unpacked.
+ * @param {FrameJob} job
+ * @param {string} preparation
+ * @returns {Promise<import('./prepare.js').Order>}
+ */
+async function orderOf({ index, name, time, kind, file, color }, preparation) {
+  const contents = file.disk ?? (await file.read());
+  // Broken colours are the engine's to tell; a frame is used without them.
+  const colors = color && (color.disk ?? (await color.read().catch(() => new Uint8Array())));
+  return { preparation, kind, name, index, time, file: contents, color: colors };
+}
+
+/** @implements {ClosingPreparer} */
+class InlinePreparer {
+  #engine;
+
+  /** @param {import('./command.js').Engine} engine */
+  constructor(engine) {
+    this.#engine = engine;
+  }
+
+  /** @param {FrameJob} job @param {string} preparation */
+  async prepare(job, preparation) {
+    return prepare(this.#engine, await orderOf(job, preparation));
+  }
+
+  replace() {}
+
+  async close() {}
+}
+
+/** @typedef {{ resolve: (prepared: Prepared) => void, reject: (error: Error) => void }} Waiting */
+
+/** @implements {ClosingPreparer} */
+class ThreadPreparer {
+  #module;
+  #worker;
+  #nextId = 0;
+  /** @type {Map<number, Waiting>} */
+  #waiting = new Map();
+  /** Why the thread has ended. @type {string | null} */
+  #end = null;
+
+  /** @param {WebAssembly.Module} module */
+  constructor(module) {
+    this.#module = module;
+    this.#worker = this.#start();
+  }
+
+  #start() {
+    this.#end = null;
+    const worker = new Worker(new URL('./prepare_worker.js', import.meta.url), {
+      workerData: { module: this.#module },
+    });
+    worker.on(
+      'message',
+      (/** @type {import('./prepare_worker.js').Done | import('./prepare_worker.js').Refused} */ answer) => {
+        const waiting = this.#waiting.get(answer.id);
+        this.#waiting.delete(answer.id);
+        if ('error' in answer) waiting?.reject(Object.assign(new Error(), answer.error, { name: 'ScanstitchError' }));
+        else waiting?.resolve({ bytes: answer.bytes, milliseconds: answer.milliseconds });
+      },
+    );
+    worker.on('error', (error) =>
+      this.#die(worker, `The thread that prepared this frame broke down: ${error.message}`),
+    );
+    worker.on('exit', () => this.#die(worker, 'The thread that prepared this frame has ended'));
+    return worker;
+  }
+
+  /** @param {Worker} worker @param {string} message */
+  #die(worker, message) {
+    if (worker !== this.#worker || this.#end !== null) return;
+    this.#end = message;
+    for (const { reject } of this.#waiting.values()) reject(new WorkerDied(message));
+    this.#waiting.clear();
+  }
+
+  /** @param {FrameJob} job @param {string} preparation @param {AbortSignal} signal @returns {Promise<Prepared>} */
+  async prepare(job, preparation, signal) {
+    const order = await orderOf(job, preparation);
+    if (this.#end !== null) throw new WorkerDied(this.#end);
+    const id = this.#nextId;
+    this.#nextId += 1;
+    return new Promise((resolve, reject) => {
+      const stop = () => reject(new Error('Stopped'));
+      const settled = () => signal.removeEventListener('abort', stop);
+      this.#waiting.set(id, {
+        resolve: (prepared) => {
+          settled();
+          resolve(prepared);
+        },
+        reject: (error) => {
+          settled();
+          reject(error);
+        },
+      });
+      signal.addEventListener('abort', stop, { once: true });
+      const buffers = [order.file, order.color].flatMap((bytes) => (bytes instanceof Uint8Array ? [bytes.buffer] : []));
+      this.#worker.postMessage({ id, order }, /** @type {ArrayBuffer[]} */ (buffers));
+    });
+  }
+
+  replace() {
+    const old = this.#worker;
+    this.#worker = this.#start();
+    old.terminate();
+  }
+
+  close() {
+    return this.#worker.terminate();
+  }
+}

@@ -1,0 +1,137 @@
+// @ts-check
+/** Planar scans to a trajectory, a map and a report. */
+import { basename } from 'node:path';
+import { CommandError, table } from './command.js';
+import { readInput, readSource } from './inputs.js';
+import { accepted, create, millimetres, note, writeResults } from './results.js';
+import { planarCatalogue, readSettings } from './settings.js';
+
+/** @typedef {import('../index.js').ReconstructionResult} ReconstructionResult */
+
+/**
+ * @param {import('./results.js').Task} task
+ */
+export async function reconstructPlanar({ engine, inputs, recording, options, complain }) {
+  const settings = readSettings(planarCatalogue(engine), options.preset, options.set);
+  const reconstruction = create(() => new engine.Reconstruction(settings));
+  const added = await addScans(reconstruction, scansOf(inputs, recording), complain);
+  if (added === 0) throw new CommandError('No scan could be used, so nothing was computed.');
+  if (options.reference !== undefined) {
+    const reference = { name: basename(options.reference), path: options.reference };
+    const bytes = readInput(reference, complain);
+    if (bytes) accepted(() => reconstruction.set_reference(reference.name, bytes), complain);
+  }
+
+  const { milliseconds, total } = runToTheEnd(reconstruction);
+  const result = reconstruction.result();
+  writeResults(options.out, {
+    'trajectory.tum': reconstruction.trajectory_tum(),
+    'map.ply': reconstruction.map_ply(),
+    'report.json': reconstruction.report_json(),
+  });
+  for (const { name, status, reason, cleaning } of result.frames) {
+    if (cleaning.non_finite > 0) {
+      const some = `${cleaning.non_finite} of its ${cleaning.num_read} points`;
+      note(`${name}: ${some} have coordinates that are not finite and were dropped.`);
+    }
+    if (status === 'lost') complain(`${name}: This scan could not be placed: ${reason}.`);
+    if (status === 'doubtful') note(`${name} is doubtful: ${reason}.`);
+  }
+  result.notes.forEach(note);
+  process.stdout.write(`${frameTable(result, milliseconds)}\n${headline(result, total)}Written to ${options.out}\n`);
+}
+
+/**
+ * The scans, under short names where those are distinct.
+ * @param {import('./inputs.js').Inputs} inputs
+ * @param {import('../recording.js').Recording} recording
+ */
+function scansOf({ sources }, { scans }) {
+  const found = scans.flatMap((path) => sources.get(path) ?? []);
+  const names = found.map(({ path }) => basename(path));
+  const distinct = new Set(names).size === names.length;
+  return found.map((source) => ({ source, name: distinct ? basename(source.path) : (source.disk ?? source.path) }));
+}
+
+/**
+ * @param {import('../index.js').Reconstruction} reconstruction
+ * @param {ReturnType<typeof scansOf>} scans
+ * @param {(problem: string) => void} complain
+ * @returns {Promise<number>} how many could be used
+ */
+async function addScans(reconstruction, scans, complain) {
+  let added = 0;
+  for (const { source, name } of scans) {
+    const bytes = await readSource(source, name, complain);
+    if (bytes && accepted(() => reconstruction.add_scan(name, bytes), complain)) added += 1;
+  }
+  return added;
+}
+
+/**
+ * Runs it, with the time that each frame's registration took, and all together (ms).
+ * @param {import('../index.js').Reconstruction} reconstruction
+ */
+function runToTheEnd(reconstruction) {
+  /** @type {Map<number, number>} */
+  const milliseconds = new Map();
+  const started = performance.now();
+  for (;;) {
+    const start = performance.now();
+    const { stage, frame } = reconstruction.step();
+    if (frame !== null) milliseconds.set(frame, (milliseconds.get(frame) ?? 0) + performance.now() - start);
+    if (stage === 'done') return { milliseconds, total: performance.now() - started };
+  }
+}
+
+/**
+ * @param {ReconstructionResult} result
+ * @param {Map<number, number>} milliseconds
+ */
+function frameTable({ frames }, milliseconds) {
+  const heads = ['scan', 'x (m)', 'y (m)', 'heading (deg)', 'inliers', 'rmse (mm)', 'iterations', 'ms', 'status'];
+  const rows = frames.map((frame, index) => [
+    frame.name,
+    frame.T_world_sensor.x.toFixed(3),
+    frame.T_world_sensor.y.toFixed(3),
+    ((frame.T_world_sensor.theta * 180) / Math.PI).toFixed(2),
+    String(frame.num_inliers),
+    millimetres(frame.inlier_rmse),
+    String(frame.iterations),
+    (milliseconds.get(index) ?? 0).toFixed(1),
+    frame.status,
+  ]);
+  return table(heads, rows, new Set([0, 8]));
+}
+
+/**
+ * @param {ReconstructionResult} result
+ * @param {number} total (ms)
+ */
+function headline({ frames, sharpness, comparison }, total) {
+  const lines = [`${frames.length} ${frames.length === 1 ? 'scan' : 'scans'} in ${total.toFixed(0)} ms`];
+  lines.push(cleaningLine(frames));
+  if (sharpness) {
+    lines.push(`Sharpness ${millimetres(sharpness.mean_residual)} mm, mean over ${sharpness.num_pairs} pairs`);
+  }
+  if (comparison) {
+    const { name, num_matched, mean, rmse, max } = comparison;
+    const figures = `mean ${millimetres(mean)} mm, rmse ${millimetres(rmse)} mm, max ${millimetres(max)} mm`;
+    lines.push(`Distance to ${name}: ${figures} over ${num_matched} of ${frames.length} scans`);
+  }
+  return lines.map((line) => `${line}\n`).join('');
+}
+
+/** What cleaning dropped from all scans. @param {ReconstructionResult['frames']} frames */
+function cleaningLine(frames) {
+  const sum = (/** @type {keyof import('../index.js').CleaningReport} */ field) =>
+    frames.reduce((total, { cleaning }) => total + cleaning[field], 0);
+  const reasons = /** @type {const} */ ([
+    ['not finite', 'non_finite'],
+    ['too near', 'too_near'],
+    ['at the range limit', 'at_range_limit'],
+    ['duplicate', 'duplicates'],
+  ]).flatMap(([words, field]) => (sum(field) > 0 ? [`${sum(field)} ${words}`] : []));
+  const dropped = reasons.length > 0 ? `; dropped: ${reasons.join(', ')}` : '';
+  return `${sum('num_kept')} of ${sum('num_read')} points used${dropped}`;
+}

@@ -1,0 +1,231 @@
+// @ts-check
+/** Depth images or clouds to a trajectory, a map and a report. */
+import { statSync } from 'node:fs';
+import { basename, relative } from 'node:path';
+import { joinPoses } from '../recording.js';
+import { SpatialRun } from '../spatial_run.js';
+import { CommandError, isScanstitchError } from './command.js';
+import { readInput, readSource } from './inputs.js';
+import { startPreparers } from './preparers.js';
+import { accepted, create, note, writeResults } from './results.js';
+import { readSettings, spatialCatalogue } from './settings.js';
+import { frameTable, headline } from './spatial_summary.js';
+import { frameFiles } from './trajectories.js';
+
+/** @typedef {import('./results.js').Task} Task */
+/** @typedef {import('./preparers.js').FrameJob} FrameJob */
+/** @typedef {import('../index.js').SpatialReconstruction} SpatialReconstruction */
+/** @typedef {{ name: string, bytes: Uint8Array }} NamedBytes */
+
+/** The map is counted in voxels of these sizes (m). */
+const MAP_SIZES = Float64Array.of(0.01, 0.02, 0.05, 0.1);
+
+/** @param {Task} task */
+export async function reconstructSpatial(task) {
+  const { engine, recording, options, complain } = task;
+  for (const { file, reason } of recording.notes) note(`${file}: ${reason}.`);
+  const settings = readSettings(spatialCatalogue(engine), options.preset, options.set);
+  const reconstruction = create(() => new engine.SpatialReconstruction(settings));
+  await setIntrinsics(reconstruction, task);
+
+  const jobs = jobsOf(task);
+  const timing = await runAll(reconstruction, jobs, task);
+  if (timing.frames.size === 0) throw new CommandError('No frame could be used, so nothing was computed.');
+  const reference = await readReference(task);
+  if (reference) {
+    accepted(() => reconstruction.set_reference(reference.name, reference.bytes, jobs.length), complain);
+  }
+
+  const result = reconstruction.result();
+  for (const { name, status, reason } of result.frames) {
+    if (status === 'lost') complain(`${name}: This frame could not be placed: ${reason}.`);
+    if (status === 'doubtful') note(`${name} is doubtful: ${reason}.`);
+  }
+  if (result.frames.every(({ status }) => status === 'lost')) {
+    throw new CommandError('No frame could be placed, so nothing was written.');
+  }
+  // What is small first: a map may be too large for the memory.
+  writeResults(options.out, {
+    'trajectory.tum': reconstruction.trajectory_tum(),
+    'report.json': reconstruction.report_json(),
+  });
+  const isCompared = result.comparison !== null;
+  for (const text of result.notes) {
+    if (reference && !isCompared && text.startsWith(reference.name)) complain(text);
+    else note(text);
+  }
+  const { sizes, milliseconds } = writeMap(reconstruction, options.out, complain);
+  const summary = headline(result, { ...timing, map: milliseconds }, sizes, jobs.length);
+  process.stdout.write(`${frameTable(result, timing)}\n${summary}`);
+  process.stdout.write(`Written to ${options.out}\n`);
+}
+
+/**
+ * The map, what it takes in voxels of several sizes, and how long it took to stitch (ms).
+ * @param {SpatialReconstruction} reconstruction
+ * @param {string} out
+ * @param {(problem: string) => void} complain
+ */
+function writeMap(reconstruction, out, complain) {
+  const start = performance.now();
+  let milliseconds = 0;
+  try {
+    const map = reconstruction.map_ply();
+    milliseconds = performance.now() - start;
+    writeResults(out, { 'map.ply': map });
+    return { milliseconds, sizes: reconstruction.map_sizes(MAP_SIZES) };
+  } catch (error) {
+    // An engine without memory left ends in a trap.
+    if (!(error instanceof WebAssembly.RuntimeError || error instanceof RangeError)) throw error;
+    const what = milliseconds === 0 ? 'map.ply' : 'The map in voxels of 1 cm';
+    complain(`${what} does not fit into the memory. Larger voxels take less: --set map_voxel_size=0.05`);
+    return { milliseconds, sizes: [] };
+  }
+}
+
+/**
+ * @param {Task} task
+ * @returns {FrameJob[]}
+ */
+function jobsOf({ inputs: { sources }, recording: { kind, root, depth_frames, clouds } }) {
+  const source = (/** @type {string} */ path) => {
+    const found = sources.get(path);
+    if (!found) throw new Error(`${path} is not listed`);
+    return found;
+  };
+  if (kind === 'clouds') {
+    return clouds.map((path, index) => {
+      return { index, name: relative(root, path), time: null, kind, file: source(path), color: null };
+    });
+  }
+  return depth_frames.map(({ name, depth, color, time }, index) => {
+    return {
+      index,
+      name,
+      time,
+      kind: 'depth_images',
+      file: source(depth),
+      color: color === null ? null : source(color),
+    };
+  });
+}
+
+/** @param {SpatialReconstruction} reconstruction @param {Task} task */
+async function setIntrinsics(reconstruction, { inputs, recording, options, complain }) {
+  if (options.intrinsics !== undefined) {
+    const name = basename(options.intrinsics);
+    const fail = (/** @type {string} */ problem) => {
+      throw new CommandError(problem);
+    };
+    const bytes = readInput({ name, path: options.intrinsics }, fail);
+    if (bytes) accepted(() => reconstruction.set_intrinsics(name, bytes), fail);
+    return;
+  }
+  const found = recording.intrinsics === null ? undefined : inputs.sources.get(recording.intrinsics);
+  if (!found) return;
+  const bytes = await readSource(found, found.path, complain);
+  if (bytes) accepted(() => reconstruction.set_intrinsics(found.path, bytes), complain);
+}
+
+/**
+ * The trajectory to compare with: the one that was named, or the one that was found.
+ * @param {Task} task
+ * @returns {Promise<NamedBytes | null>}
+ */
+async function readReference({ inputs, recording, options, complain }) {
+  if (options.reference !== undefined) {
+    const { reference: path } = options;
+    const isFolder = statSync(path, { throwIfNoEntry: false })?.isDirectory() ?? false;
+    const files = isFolder ? frameFiles(path, complain) : [{ name: basename(path), path }];
+    const contents = files.map((file) => readInput(file, complain));
+    const whole = contents.filter((bytes) => bytes !== null);
+    if (whole.length === 0 || whole.length < contents.length) return null;
+    return { name: basename(path), bytes: isFolder ? joinPoses(whole) : /** @type {Uint8Array} */ (whole[0]) };
+  }
+  const sources = recording.reference.flatMap((path) => inputs.sources.get(path) ?? []);
+  const [first] = sources;
+  const last = sources.at(-1);
+  if (!first || !last) return null;
+  const contents = [];
+  for (const source of sources) {
+    const bytes = await readSource(source, source.path, complain);
+    if (!bytes) return null;
+    contents.push(bytes);
+  }
+  if (first === last) return { name: basename(first.path), bytes: /** @type {Uint8Array} */ (contents[0]) };
+  return { name: `${basename(first.path)} to ${basename(last.path)}`, bytes: joinPoses(contents) };
+}
+
+/**
+ * @typedef {object} Timing
+ * @property {number} total wall time (ms)
+ * @property {Map<number, Record<string, number>>} frames ms of each stage, by the frame's place in the recording
+ * @property {number} workers
+ * @property {boolean} isStopped
+ */
+
+/**
+ * @param {SpatialReconstruction} reconstruction
+ * @param {FrameJob[]} jobs
+ * @param {Task} task
+ * @returns {Promise<Timing>}
+ */
+async function runAll(reconstruction, jobs, { engine, options, complain }) {
+  const workers = Math.min(options.workers, jobs.length);
+  const preparers = await startPreparers(engine, workers);
+  /** @type {Timing['frames']} */
+  const frames = new Map();
+  const controller = new AbortController();
+  const stop = () => controller.abort();
+  process.once('SIGINT', stop);
+  const progress = progressLine(jobs.length);
+  const run = new SpatialRun({
+    preparers,
+    registrar: {
+      begin: async ({ name, file }) => reconstruction.begin(name, await readFirst(name, file)),
+      add_prepared: (bytes) => reconstruction.add_prepared(bytes),
+      step: () => reconstruction.step(),
+    },
+    onEvent: (event) => {
+      if (event.type === 'registered') frames.set(event.index, event.milliseconds);
+      if (event.type === 'problem')
+        complain(isScanstitchError(event.error) ? event.error.message : `${event.name}: ${event.error.message}.`);
+      if (event.type === 'registered') progress.show(frames.size);
+    },
+  });
+  run.add(jobs);
+  const start = performance.now();
+  try {
+    const { state } = await run.run(controller.signal);
+    const total = performance.now() - start;
+    const isStopped = state === 'stopped';
+    if (isStopped) complain(`Stopped after ${frames.size} of ${jobs.length} frames; these are written.`);
+    return { total, frames, workers, isStopped };
+  } finally {
+    progress.clear();
+    process.removeListener('SIGINT', stop);
+    await Promise.all(preparers.map((preparer) => preparer.close()));
+  }
+}
+
+/** @param {string} name @param {import('./inputs.js').Source} file */
+async function readFirst(name, file) {
+  /** @type {string[]} */
+  const problems = [];
+  const bytes = await readSource(file, name, (problem) => problems.push(problem));
+  if (!bytes) throw new Error(problems[0]);
+  return bytes;
+}
+
+/** A line that counts, where somebody looks. @param {number} total */
+function progressLine(total) {
+  const isSeen = process.stderr.isTTY;
+  return {
+    show: (/** @type {number} */ done) => {
+      if (isSeen) process.stderr.write(`\r${done} of ${total} frames`);
+    },
+    clear: () => {
+      if (isSeen) process.stderr.write('\r\x1b[K');
+    },
+  };
+}

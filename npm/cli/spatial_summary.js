@@ -1,0 +1,90 @@
+// @ts-check
+/** The results of a reconstruction in space, as text. */
+import { table } from './command.js';
+import { millimetres } from './results.js';
+
+/** @typedef {import('../index.js').SpatialResult} SpatialResult */
+/** @typedef {import('../index.js').MapSize} MapSize */
+/** @typedef {import('./reconstruct_spatial.js').Timing} Timing */
+
+/**
+ * A line a frame. The turn is that since the first frame.
+ * @param {SpatialResult} result
+ * @param {Timing} timing
+ */
+export function frameTable({ frames, comparison }, { frames: milliseconds }) {
+  const heads = ['frame', 'x (m)', 'y (m)', 'z (m)', 'turn (deg)', 'inliers', 'rmse (mm)', 'ms'];
+  if (comparison) heads.push('error (mm)');
+  const rows = frames.map((frame, index) => {
+    const { x, y, z, qx, qy, qz, qw } = frame.T_world_sensor;
+    const turn = 2 * Math.atan2(Math.hypot(qx, qy, qz), Math.abs(qw));
+    const times = Object.values(milliseconds.get(frame.index) ?? {});
+    const error = comparison?.errors[index];
+    return [
+      frame.name,
+      x.toFixed(3),
+      y.toFixed(3),
+      z.toFixed(3),
+      ((turn * 180) / Math.PI).toFixed(2),
+      String(frame.num_inliers),
+      millimetres(frame.inlier_rmse),
+      sum(times).toFixed(1),
+      ...(comparison ? [typeof error === 'number' ? millimetres(error) : '-'] : []),
+      frame.status,
+    ];
+  });
+  return table([...heads, 'status'], rows, new Set([0, heads.length]));
+}
+
+/**
+ * @param {SpatialResult} result
+ * @param {Timing & { map: number }} timing map: ms of stitching it
+ * @param {MapSize[]} sizes
+ * @param {number} numRecorded frames of the recording
+ */
+export function headline({ frames, comparison, camera, depth_scale, quantisation }, timing, sizes, numRecorded) {
+  const lines = [timeLine(frames.length, timing, numRecorded), statusLine(frames)];
+  if (camera) {
+    const [fx, fy, cx, cy] = [camera.fx, camera.fy, camera.cx, camera.cy].map((value) => Number(value.toFixed(2)));
+    lines.push(`Camera: ${camera.width} x ${camera.height} pixels, fx ${fx}, fy ${fy}, cx ${cx}, cy ${cy}`);
+  }
+  if (depth_scale) {
+    const made =
+      quantisation === 'truncated' ? ', truncated to whole values' : quantisation === 'rounded' ? ', rounded' : '';
+    lines.push(`Depth: ${Number(depth_scale.toPrecision(6))} raw values a metre${made}`);
+  }
+  const map = sizes.map(({ voxel_size, num_points, num_bytes }) => {
+    return `${(100 * voxel_size).toFixed(0)} cm: ${num_points} points, ${(num_bytes / 1e6).toFixed(1)} MB`;
+  });
+  const stitched = `stitched in ${timing.map.toFixed(0)} ms`;
+  if (sizes.length > 0) lines.push(`Map, ${stitched}; in voxels of ${map.join('; ')}`);
+  if (comparison) {
+    const { name, num_matched, mean, rmse, max, convention } = comparison;
+    const figures = `mean ${mean.toFixed(4)} m, rmse ${rmse.toFixed(4)} m, max ${max.toFixed(4)} m`;
+    lines.push(`Distance to ${name}: ${figures} over ${num_matched} of ${numRecorded} frames, first poses made equal`);
+    if (convention) lines.push(`  read as: ${convention}`);
+  }
+  return lines.map((line) => `${line}\n`).join('');
+}
+
+/** @param {number} count @param {Timing} timing @param {number} numRecorded */
+function timeLine(count, { total, frames, workers }, numRecorded) {
+  const mean = (/** @type {string} */ stage) => {
+    const times = [...frames.values()].map((milliseconds) => milliseconds[stage] ?? 0);
+    return (sum(times) / times.length).toFixed(1);
+  };
+  const stages = `read ${mean('read')}, prepare ${mean('prepare')}, register ${mean('register')}`;
+  const threads = workers === 0 ? 'one thread' : `${workers} ${workers === 1 ? 'worker' : 'workers'}`;
+  return `${count} of ${numRecorded} frames in ${total.toFixed(0)} ms, ${(total / count).toFixed(1)} ms a frame with ${threads} (${stages})`;
+}
+
+/** @param {SpatialResult['frames']} frames */
+function statusLine(frames) {
+  const count = (/** @type {string} */ status) => frames.filter((frame) => frame.status === status).length;
+  return `${count('good')} good, ${count('doubtful')} doubtful, ${count('lost')} lost`;
+}
+
+/** @param {number[]} numbers */
+function sum(numbers) {
+  return numbers.reduce((total, number) => total + number, 0);
+}

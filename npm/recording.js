@@ -1,0 +1,318 @@
+// @ts-check
+/**
+ * What a folder, an archive or a drop of files is: planar scans, depth images or clouds in space, in which order, and
+ * which files tell the true path and the camera. One understanding for the page and the command line. Only names,
+ * sizes and the beginnings of files are looked at; nothing is kept.
+ */
+import { compareNaturally } from './natural_order.js';
+import { classify, isSystemFile } from './recording/classify.js';
+import { findDepthRecordings, framesOf, isApart, isImageName, leftAside, nameOf } from './recording/depth_images.js';
+import { HEAD_BYTES, readPlyExtent } from './recording/heads.js';
+import { isListName } from './recording/lists.js';
+import { baseOf, commonFolder, contains, folderOf, groupBy, seriesOf } from './recording/names.js';
+import { findIntrinsics, findReference } from './recording/reference.js';
+
+/** @typedef {{ path: string, size: number }} ListedFile path: folders apart by slashes; size in bytes */
+/** @typedef {{ file: string, reason: string }} Note reason: completes "FILE: ..." */
+/** @typedef {{ name: string, depth: string, color: string | null, time: number | null }} DepthFrame name: short, for messages
+ *    and results; depth, color: paths; time: seconds, where the recording has times */
+/**
+ * @typedef {object} Recording
+ * @property {'planar_scans' | 'depth_images' | 'clouds' | 'nothing'} kind
+ * @property {string} root the folder that holds it; empty where that is the top
+ * @property {DepthFrame[]} depth_frames in order
+ * @property {string[]} clouds paths, in order
+ * @property {string[]} scans paths, in order
+ * @property {string[]} reference the true path: one file, or a file with one pose for each frame; empty without
+ * @property {string | null} intrinsics a file that describes the depth camera
+ * @property {Note[]} notes what was left aside or is worth knowing, in plain words
+ */
+
+/** @typedef {(path: string, length: number) => Promise<Uint8Array>} ReadHead the first bytes of a file, or all it has */
+
+/** So many clouds are looked into to tell planar ones from those in space. */
+const LOOKED_INTO = 8;
+const CLOUD_NAMES = /\.(ply|pcd)$/i;
+/** What `scanstitch reconstruct` writes: its own results are no input. */
+const RESULTS = ['trajectory.tum', 'map.ply', 'report.json'];
+
+/**
+ * Understands the files of a drop, a folder or an archive. Where they hold several recordings, the one with the most
+ * frames is taken and the others are named in the notes.
+ *
+ * @param {readonly ListedFile[]} files
+ * @param {ReadHead} readHead
+ * @returns {Promise<Recording>}
+ */
+export async function understand(files, readHead) {
+  const known = withoutResults(files.filter(({ path }) => !isSystemFile(path))).toSorted(byName);
+  /** @type {Note[]} */
+  const unreadable = [];
+  const read = async (/** @type {string} */ path, /** @type {number} */ length) => {
+    try {
+      return await readHead(path, length);
+    } catch {
+      if (unreadable.every(({ file }) => file !== path)) {
+        unreadable.push({ file: path, reason: 'could not be read; was it moved or deleted?' });
+      }
+      return null;
+    }
+  };
+  const depth = await findDepthRecordings(known, (path) => read(path, HEAD_BYTES));
+  const numFrames = depth.recordings[0]?.depth.members.length ?? 0;
+  const clouds = await findClouds(known, numFrames, read);
+  const recording =
+    numFrames > 0 && numFrames >= clouds.files.length
+      ? await depthImages(depth, known, read)
+      : clouds.extent === 'space'
+        ? await spatialClouds(clouds.files, known, read)
+        : clouds.files.length > 0
+          ? await planarScans(known, read)
+          : nothing(depth.notes, known);
+  const notes = [...unreadable, ...recording.notes];
+  return { ...empty(), ...recording, notes };
+}
+
+/**
+ * A reference that is one file for each frame, as one text: what the engine takes.
+ * @param {readonly Uint8Array[]} files
+ */
+export function joinPoses(files) {
+  const texts = files.map((bytes) => new TextDecoder().decode(bytes).trim());
+  return new TextEncoder().encode(`${texts.join('\n')}\n`);
+}
+
+/** @returns {Recording} */
+function empty() {
+  return {
+    kind: 'nothing',
+    root: '',
+    depth_frames: [],
+    clouds: [],
+    scans: [],
+    reference: [],
+    intrinsics: null,
+    notes: [],
+  };
+}
+
+/** @param {ListedFile} a @param {ListedFile} b */
+function byName(a, b) {
+  return compareNaturally(a.path, b.path);
+}
+
+/** @param {ListedFile[]} files */
+function withoutResults(files) {
+  const paths = new Set(files.map(({ path }) => path));
+  const isResult = (/** @type {ListedFile} */ { path }) => {
+    const folder = folderOf(path);
+    const names = RESULTS.map((name) => (folder === '' ? name : `${folder}/${name}`));
+    return names.includes(path) && names.every((name) => paths.has(name));
+  };
+  return files.filter((file) => !isResult(file));
+}
+
+/** @typedef {(path: string, length: number) => Promise<Uint8Array | null>} Read null: it cannot be read, which is noted */
+
+/**
+ * All clouds, and whether they lie in the plane or in space: as most of those looked into do.
+ * @param {ListedFile[]} files
+ * @param {number} numFrames depth images there are
+ * @param {Read} read
+ */
+async function findClouds(files, numFrames, read) {
+  const clouds = files.filter(({ path }) => CLOUD_NAMES.test(path));
+  // A PLY file may have lost its ending; it is searched for where there is nothing else.
+  for (const file of numFrames === 0 && clouds.length === 0 ? files : []) {
+    if (isImageName(file.path)) continue;
+    const head = await read(file.path, HEAD_BYTES);
+    if (head && classify(file.path, head).role === 'scan') clouds.push(file);
+  }
+  const step = Math.max(1, clouds.length / LOOKED_INTO);
+  const looked = clouds.filter((_, index) => index % step < 1);
+  let inSpace = 0;
+  let inPlane = 0;
+  for (const { path } of looked) {
+    const head = /\.pcd$/i.test(path) ? null : await read(path, HEAD_BYTES);
+    const extent = head === null ? 'space' : readPlyExtent(head);
+    if (extent === 'space') inSpace += 1;
+    if (extent === 'plane') inPlane += 1;
+  }
+  return { files: clouds, extent: /** @type {'space' | 'plane'} */ (inSpace > inPlane ? 'space' : 'plane') };
+}
+
+/**
+ * @param {Awaited<ReturnType<typeof findDepthRecordings>>} found
+ * @param {ListedFile[]} files
+ * @param {Read} read
+ * @returns {Promise<Partial<Recording> & { notes: Note[] }>}
+ */
+async function depthImages({ recordings: [chosen, ...others], notes, pictures }, files, read) {
+  if (!chosen) return { notes };
+  const { frames, notes: pairNotes } = await framesOf(chosen, files, read);
+  const { root } = chosen;
+  const keyOf = new Map(chosen.depth.members.map(({ path, key }) => [path, key]));
+  const elsewhere = others.map(({ root }) => root).filter((other) => isApart(other, root));
+  const isElsewhere = (/** @type {string} */ folder) => elsewhere.some((other) => contains(other, folder));
+  const rest = await truthAndCamera(
+    files.filter(({ path }) => !isImageName(path) && !CLOUD_NAMES.test(path)),
+    {
+      root,
+      keys: frames.map(({ depth }) => keyOf.get(depth) ?? ''),
+      times: frames.flatMap(({ time }) => time ?? []),
+      isElsewhere,
+    },
+    read,
+  );
+  const clouds = files.filter(({ path }) => CLOUD_NAMES.test(path));
+  return {
+    ...rest,
+    kind: 'depth_images',
+    root,
+    depth_frames: frames,
+    notes: [
+      ...notes,
+      ...pairNotes,
+      ...leftAside(chosen, others, pictures),
+      ...rest.notes,
+      ...unused(clouds, 'a cloud beside depth images'),
+    ],
+  };
+}
+
+/**
+ * @param {ListedFile[]} clouds
+ * @param {ListedFile[]} files
+ * @param {Read} read
+ * @returns {Promise<Partial<Recording> & { notes: Note[] }>}
+ */
+async function spatialClouds(clouds, files, read) {
+  const { chosen, others } = chooseClouds(clouds);
+  const root = chosen.map(({ path }) => folderOf(path)).reduce(commonFolder);
+  const elsewhere = new Set(others.map(({ path }) => folderOf(path)));
+  const members = seriesOf(chosen).flatMap(({ members }) => members);
+  const rest = await truthAndCamera(
+    files.filter(({ path }) => !isImageName(path) && !CLOUD_NAMES.test(path)),
+    {
+      root,
+      keys: members.map(({ key }) => key),
+      times: members.flatMap(({ time }) => time ?? []),
+      isElsewhere: (folder) => folder !== root && elsewhere.has(folder),
+    },
+    read,
+  );
+  const images = files.filter(({ path }) => isImageName(path));
+  const used = `those of one folder are used, the one with most, here ${nameOf({ folder: '', pattern: '', members })}`;
+  return {
+    ...rest,
+    kind: 'clouds',
+    root,
+    clouds: chosen.map(({ path }) => path),
+    intrinsics: null,
+    notes: [...otherClouds(others, used), ...rest.notes, ...unused(images, 'an image beside clouds')],
+  };
+}
+
+/**
+ * A note about each folder of clouds.
+ * @param {ListedFile[]} clouds
+ * @param {string} used
+ * @returns {Note[]}
+ */
+function otherClouds(clouds, used) {
+  const folders = groupBy(clouds, ({ path }) => folderOf(path));
+  return [...folders.values()].map((files) => {
+    const [first] = files;
+    const what = files.length === 1 ? 'another cloud' : `the first of ${files.length} other clouds`;
+    return { file: first?.path ?? '', reason: `left aside: ${what}; ${used}` };
+  });
+}
+
+/**
+ * The folder with the most clouds, without a map that lies beside them.
+ * @param {ListedFile[]} clouds
+ */
+function chooseClouds(clouds) {
+  const folders = groupBy(clouds, ({ path }) => folderOf(path));
+  const largest = [...folders.values()].toSorted((a, b) => b.length - a.length)[0] ?? [];
+  // One cloud in each folder: the folders are numbered, not the clouds.
+  const candidates = largest.length > 1 ? largest : clouds;
+  const numbered = candidates.filter(({ path }) => /\d/.test(baseOf(path)));
+  const chosen = largest.length > 1 && numbered.length >= 3 ? numbered : candidates;
+  return { chosen, others: clouds.filter((cloud) => !chosen.includes(cloud)) };
+}
+
+/**
+ * The reference, the camera, and a word about every other file.
+ * @param {ListedFile[]} files
+ * @param {import('./recording/reference.js').Frames} frames
+ * @param {Read} read
+ */
+async function truthAndCamera(files, frames, read) {
+  const truth = await findReference(files, frames, read);
+  const camera = await findIntrinsics(files, frames, read);
+  const rest = files.filter(
+    ({ path }) =>
+      !frames.isElsewhere(folderOf(path)) && !truth.taken.has(path) && !camera.taken.has(path) && !isListName(path),
+  );
+  const notes = [
+    ...truth.notes,
+    ...camera.notes,
+    ...unused(rest, 'neither an image nor a trajectory of this recording'),
+  ];
+  return { reference: truth.reference, intrinsics: camera.intrinsics, notes };
+}
+
+/**
+ * A note about each file, or about each series of files.
+ * @param {ListedFile[]} files
+ * @param {string} what
+ * @returns {Note[]}
+ */
+function unused(files, what) {
+  return seriesOf(files).map((series) => ({ file: nameOf(series), reason: `left aside: ${what}` }));
+}
+
+/**
+ * @param {ListedFile[]} files
+ * @param {Read} read
+ * @returns {Promise<Partial<Recording> & { notes: Note[] }>}
+ */
+async function planarScans(files, read) {
+  /** @type {string[]} */
+  const scans = [];
+  /** @type {string[]} */
+  const reference = [];
+  /** @type {Note[]} */
+  const notes = [];
+  for (const { path } of files) {
+    const isTold = /\.ply$/i.test(path) || isImageName(path);
+    const head = isTold ? new Uint8Array() : await read(path, HEAD_BYTES);
+    if (!head) continue;
+    const role = classify(path, head);
+    if (role.role === 'scan') scans.push(path);
+    else if (role.role === 'ignored') {
+      if (role.reason !== null) notes.push({ file: path, reason: `left aside: ${role.reason}` });
+    } else if (reference[0] === undefined) reference.push(path);
+    else {
+      notes.push({
+        file: path,
+        reason: `left aside: one reference trajectory is used at a time, here ${reference[0]}`,
+      });
+    }
+  }
+  const root = scans.map(folderOf).reduce(commonFolder);
+  return { kind: 'planar_scans', root, scans, reference, notes };
+}
+
+/**
+ * @param {Note[]} notes about images
+ * @param {ListedFile[]} files
+ * @returns {Partial<Recording> & { notes: Note[] }}
+ */
+function nothing(notes, files) {
+  const others = files.filter(({ path }) => !isImageName(path));
+  const told = new Set(notes.map(({ file }) => file));
+  const rest = unused(others, 'neither a scan, nor a cloud, nor a depth image').filter(({ file }) => !told.has(file));
+  return { notes: [...notes, ...rest] };
+}

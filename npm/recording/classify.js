@@ -1,0 +1,69 @@
+// @ts-check
+/** Planar scans: which files are scans, which one is the reference trajectory, and why the rest is left aside. */
+
+/**
+ * What a file is for. `reason` completes "notes.pdf: left aside: ..."; null: not worth a word (a file the system put
+ * there).
+ * @typedef {{ role: 'scan' } | { role: 'reference' } | { role: 'ignored', reason: string | null }} Role
+ */
+
+const SYSTEM_FILES = /^(\.|thumbs\.db$|desktop\.ini$|__macosx$)/i;
+const TRAJECTORY_NAMES = /\.(tum|traj)$/i;
+const TEXT_NAMES = /\.(txt|csv|tsv|dat|xyz)$/i;
+const IMAGE_NAMES = /\.(png|jpe?g|tiff?|bmp|webp|pgm)$/i;
+const ARCHIVE_NAMES = /\.(zip|tar|gz|tgz|7z|rar)$/i;
+
+/**
+ * Whether the system put it there, or hides it.
+ * @param {string} path
+ */
+export function isSystemFile(path) {
+  return path.split('/').some((part) => SYSTEM_FILES.test(part) && part !== '.' && part !== '..');
+}
+
+/**
+ * The part a file plays among planar scans.
+ * @param {string} path
+ * @param {Uint8Array} head the beginning of the file, a few kilobytes
+ * @returns {Role}
+ */
+export function classify(path, head) {
+  if (isSystemFile(path)) return { role: 'ignored', reason: null };
+  const base = path.split('/').at(-1) ?? path;
+  if (/\.ply$/i.test(base) || startsAsPly(head)) return { role: 'scan' };
+  if (TRAJECTORY_NAMES.test(base)) return { role: 'reference' };
+  if (TEXT_NAMES.test(base) || !base.includes('.')) {
+    if (looksLikeNumbers(head)) return { role: 'reference' };
+    return { role: 'ignored', reason: 'holds neither a PLY scan nor lines of numbers that could be a trajectory' };
+  }
+  if (/\.npy$/i.test(base)) {
+    return { role: 'ignored', reason: 'NumPy arrays are not read; save the trajectory as text, one pose a line' };
+  }
+  if (/\.(pcd|las|laz|e57|xyz|bag|db3|mcap|log)$/i.test(base)) {
+    return { role: 'ignored', reason: 'this format is not read; convert the scans to PLY, one file a scan' };
+  }
+  if (IMAGE_NAMES.test(base)) return { role: 'ignored', reason: 'an image, not a laser scan' };
+  if (ARCHIVE_NAMES.test(base)) return { role: 'ignored', reason: 'an archive; unpack it and drop the folder' };
+  return { role: 'ignored', reason: 'not a PLY scan and not a trajectory (.tum or .txt)' };
+}
+
+/** @param {Uint8Array} head */
+function startsAsPly(head) {
+  return /^ply\s/.test(new TextDecoder('latin1').decode(head.subarray(0, 4)));
+}
+
+/**
+ * The first lines that say anything hold two numbers or more.
+ * @param {Uint8Array} head
+ */
+export function looksLikeNumbers(head) {
+  if (head.includes(0)) return false;
+  const lines = new TextDecoder().decode(head).split(/\r?\n/);
+  const spoken = lines.map((line) => line.trim()).filter((line) => line !== '' && !/^(#|%|\/\/)/.test(line));
+  const isNumeric = (/** @type {string} */ line) => {
+    const numbers = line.split(/[\s,;]+/).filter((word) => word !== '' && Number.isFinite(Number(word)));
+    return numbers.length >= 2;
+  };
+  // A table may begin with the names of its columns.
+  return spoken.slice(0, 3).some(isNumeric) && spoken.slice(1, 4).every(isNumeric);
+}

@@ -1,0 +1,351 @@
+// @ts-check
+/** Depth images with or without colour: which images are which, what belongs together, how many recordings there are. */
+import { compareNaturally } from '../natural_order.js';
+import { readImage } from './heads.js';
+import { readLists } from './lists.js';
+import { baseOf, commonFolder, contains, depthOf, hintOf, hintOfSeries, seriesOf } from './names.js';
+import { countMatches, pairUp } from './pairs.js';
+
+/** @typedef {import('../recording.js').ListedFile} ListedFile */
+/** @typedef {import('../recording.js').DepthFrame} DepthFrame */
+/** @typedef {import('../recording.js').Note} Note */
+/** @typedef {import('./heads.js').ImageFacts} ImageFacts */
+/** @typedef {import('./names.js').Series} Series */
+/** @typedef {(path: string) => Promise<Uint8Array | null>} Peek the first bytes; null where the file cannot be read */
+
+/** @typedef {Series & { facts: ImageFacts, hint: import('./names.js').Hint | null }} ImageSeries */
+/** @typedef {{ root: string, depth: ImageSeries, colour: ImageSeries | null }} DepthRecording */
+
+const IMAGE_NAMES = /\.(png|jpe?g|pgm|ppm|pnm|bmp|webp)$/i;
+/** Images that hold distances in forms that are not read. */
+const FOREIGN_DEPTH_NAMES = /\.(tiff?|exr|pfm|npy|npz|bin|raw|dpt)$/i;
+/** So many files of a series are looked into: one may be broken. */
+const LOOKED_INTO = 3;
+const REMEDY = 'save the depth itself as grey PNG images, of 16 bits (millimetres) or 8';
+
+/** @param {string} path */
+export function isImageName(path) {
+  return IMAGE_NAMES.test(path);
+}
+
+/**
+ * The recordings of depth images in these files, the longest first, and what is wrong with the images.
+ * @param {readonly ListedFile[]} files
+ * @param {Peek} peek
+ * @returns {Promise<{ recordings: DepthRecording[], notes: Note[], pictures: ImageSeries[] }>}
+ */
+export async function findDepthRecordings(files, peek) {
+  /** @type {ImageSeries[]} */
+  const images = [];
+  for (const series of seriesOf(files.filter(({ path }) => isImageName(path)))) {
+    const facts = await lookInto(series, peek);
+    if (facts) images.push({ ...series, facts, hint: hintOfSeries(series) });
+  }
+  const { depth, colour } = tellApart(images);
+  const recordings = depth
+    .map((series) => {
+      const partner = partnerOf(series, colour, depth);
+      return { root: rootOf(series, partner), depth: series, colour: partner };
+    })
+    .sort(
+      (a, b) => b.depth.members.length - a.depth.members.length || compareNaturally(nameOf(a.depth), nameOf(b.depth)),
+    );
+  const used = new Set(recordings.flatMap(({ depth, colour }) => [depth, colour]));
+  const rest = images.filter((series) => !used.has(series));
+  const pictures = rest.filter(({ hint }) => hint !== 'depth');
+  const notes = misnamedDepth(rest, files);
+  if (recordings.length === 0 && notes.length === 0) notes.push(...picturesAlone(pictures));
+  return { recordings, notes, pictures: recordings.length > 0 ? pictures : [] };
+}
+
+/**
+ * What the first of its files are that can be told.
+ * @param {Series} series
+ * @param {Peek} peek
+ */
+async function lookInto({ members }, peek) {
+  const places = Array.from({ length: LOOKED_INTO }, (_, i) =>
+    Math.round((i * (members.length - 1)) / (LOOKED_INTO - 1)),
+  );
+  /** @type {ImageFacts[]} */
+  const seen = [];
+  for (const place of new Set(places)) {
+    const head = await peek(members[place]?.path ?? '');
+    const facts = head && readImage(head);
+    if (facts) seen.push(facts);
+  }
+  const votes = (/** @type {ImageFacts} */ { channels }) => seen.filter((facts) => facts.channels === channels).length;
+  return seen.sort((a, b) => votes(b) - votes(a))[0] ?? null;
+}
+
+/**
+ * The header tells: shades are distances, colours are colours. Names tell where pictures are grey as well.
+ * @param {ImageSeries[]} images
+ */
+function tellApart(images) {
+  const grey = images.filter(({ facts, hint }) => facts.channels === 'grey' && hint !== 'aside');
+  const coloured = images.filter(({ facts, hint }) => facts.channels !== 'grey' && hint !== 'aside');
+  const isPicture = (/** @type {ImageSeries} */ series) => {
+    if (series.facts.bits > 8 || series.hint === 'depth') return false;
+    const others = grey.filter((other) => other !== series && countMatches(series.members, other.members) > 0);
+    if (others.some(({ facts, hint }) => facts.bits > 8 || hint === 'depth')) return true;
+    // A grey picture beside nothing but pictures; but where colours lie beside it, it can only be the depth.
+    return series.hint === 'colour' && !coloured.some((other) => countMatches(series.members, other.members) > 0);
+  };
+  const depth = grey.filter((series) => !isPicture(series));
+  const colour = [...grey.filter(isPicture), ...coloured.filter(({ hint }) => hint !== 'depth')];
+  // Colours that are called depth are a picture only where something else is the depth.
+  const misnamed = coloured.filter(({ hint, members }) => {
+    return (
+      hint === 'depth' && depth.some((series) => series.hint === 'colour' && countMatches(series.members, members) > 0)
+    );
+  });
+  return { depth, colour: [...colour, ...misnamed] };
+}
+
+/**
+ * The colour pictures of these depth images: those nearest to them among the folders, and nearer to no others.
+ * @param {ImageSeries} depth
+ * @param {ImageSeries[]} colours
+ * @param {ImageSeries[]} allDepth
+ */
+function partnerOf(depth, colours, allDepth) {
+  const closeness = (/** @type {ImageSeries} */ a, /** @type {ImageSeries} */ b) => {
+    return depthOf(commonFolder(a.folder, b.folder));
+  };
+  const ranked = colours
+    .filter((colour) => allDepth.every((other) => closeness(other, colour) <= closeness(depth, colour)))
+    .map((colour) => {
+      const { pairs, way } = pairUp(depth.members, colour.members);
+      const matched = pairs.filter(({ color }) => color !== null).length;
+      return {
+        colour,
+        rank: [
+          closeness(depth, colour),
+          Number(matched > 0 && way !== 'order'),
+          Number(colour.hint === 'colour'),
+          matched,
+        ],
+      };
+    })
+    .filter(({ colour, rank }) => rank[3] !== 0 || (colour.members.length > 1 && depth.members.length > 1))
+    .sort((a, b) => rankOrder(a.rank, b.rank) || compareNaturally(nameOf(a.colour), nameOf(b.colour)));
+  return ranked[0]?.colour ?? null;
+}
+
+/** Descending. @param {number[]} a @param {number[]} b */
+function rankOrder(a, b) {
+  return a.map((value, index) => (b[index] ?? 0) - value).find((difference) => difference !== 0) ?? 0;
+}
+
+/**
+ * The folder of the recording: what holds both kinds of images, or what holds a folder called `depth`.
+ * @param {ImageSeries} depth
+ * @param {ImageSeries | null} colour
+ */
+function rootOf(depth, colour) {
+  if (colour) return commonFolder(depth.folder, colour.folder);
+  const [, parent = '', last = ''] = depth.folder.match(/^(?:(.*)\/)?([^/]*)$/) ?? [];
+  return hintOf(last) === 'depth' ? parent : depth.folder;
+}
+
+/** What to call these files. @param {Series} series */
+export function nameOf({ members }) {
+  const [first] = members;
+  const last = members.at(-1);
+  if (!first || !last) return '';
+  return first === last ? first.path : `${first.path} to ${baseOf(last.path)}`;
+}
+
+/**
+ * The frames of a recording, in order, and what stays without a partner.
+ * @param {DepthRecording} recording
+ * @param {readonly ListedFile[]} files
+ * @param {(path: string, size: number) => Promise<Uint8Array | null>} read
+ * @returns {Promise<{ frames: DepthFrame[], notes: Note[] }>}
+ */
+export async function framesOf({ root, depth, colour }, files, read) {
+  const lists = await readLists(root, files, [...depth.members, ...(colour?.members ?? [])], read);
+  const dated = (/** @type {import('./names.js').Member[]} */ members) =>
+    members.map((member) => ({ ...member, time: lists.times.get(member.path) ?? member.time }));
+  const [depths, colours] = [dated(depth.members), dated(colour?.members ?? [])];
+  const colourOf = new Map(colours.map((member) => [member.path, member]));
+  const listed = depths.flatMap((member) => {
+    const color = colourOf.get(lists.partners.get(member.path) ?? '');
+    return color ? [{ depth: member, color }] : [];
+  });
+  const taken = new Set(listed.flatMap(({ depth, color }) => [depth, color]));
+  const rest = (/** @type {import('./names.js').Member[]} */ members) => members.filter((member) => !taken.has(member));
+  const { pairs, unused, way } = pairUp(rest(depths), rest(colours), listed.length === 0);
+  const all = [...listed, ...pairs].sort((a, b) => inTime(a.depth, b.depth));
+  const frames = all.map(({ depth, color }) => ({
+    name: root === '' ? depth.path : depth.path.slice(root.length + 1),
+    depth: depth.path,
+    color: color?.path ?? null,
+    time: depth.time,
+  }));
+  const notes = colour
+    ? pairNotes(
+        depth,
+        colour,
+        pairs.filter(({ color }) => !color).map(({ depth }) => depth),
+        unused,
+        way,
+      )
+    : [];
+  return { frames, notes: [...notes, ...lists.notes] };
+}
+
+/** @param {import('./names.js').Member} a @param {import('./names.js').Member} b */
+function inTime(a, b) {
+  return a.time !== null && b.time !== null ? a.time - b.time : compareNaturally(a.path, b.path);
+}
+
+/**
+ * @param {ImageSeries} depth
+ * @param {ImageSeries} colour
+ * @param {import('./names.js').Member[]} bare depth images without a picture
+ * @param {import('./names.js').Member[]} unused pictures without a depth image
+ * @param {ReturnType<typeof pairUp>['way']} way
+ * @returns {Note[]}
+ */
+function pairNotes(depth, colour, bare, unused, way) {
+  const [numDepth, numColour] = [depth.members.length, colour.members.length];
+  const [first, last] = [depth.members[0], colour.members[0]].map((member) => baseOf(member?.path ?? ''));
+  if (way === 'none' && unused.length === numColour) {
+    const reason = `none of the ${numColour} colour pictures belongs to one of the ${numDepth} depth images by its name (${last} and ${first}): the map is made without colours. Give both the same numbers`;
+    return [{ file: colour.folder || nameOf(colour), reason }];
+  }
+  /** @type {Note[]} */
+  const notes = [];
+  if (way === 'order' && bare.length === 0) {
+    const reason = `numbered from ${last}, the depth images from ${first}; as there are ${numColour} of each, they are paired in their order`;
+    notes.push({ file: colour.folder || nameOf(colour), reason });
+  }
+  const [withIt, withThem] =
+    way === 'time'
+      ? ['taken within 0.02 s of it', 'taken within 0.02 s of them']
+      : ['with its number', 'with their number'];
+  return [
+    ...notes,
+    ...each(
+      bare,
+      depth,
+      `no colour picture ${withIt}: used without colours`,
+      (count) => `${count} of ${numDepth} depth images have no colour picture ${withThem} and are used without colours`,
+    ),
+    ...each(
+      unused,
+      colour,
+      `left aside: no depth image ${withIt}`,
+      (count) => `${count} of ${numColour} colour pictures have no depth image ${withThem} and are left aside`,
+    ),
+  ];
+}
+
+/**
+ * A few files one by one, many in one note.
+ * @param {import('./names.js').Member[]} members
+ * @param {Series} series
+ * @param {string} reason of one
+ * @param {(count: number) => string} together of many
+ * @returns {Note[]}
+ */
+function each(members, series, reason, together) {
+  if (members.length <= 4) return members.map(({ path }) => ({ file: path, reason }));
+  const names = members.slice(0, 3).map(({ path }) => baseOf(path));
+  return [{ file: series.folder || nameOf(series), reason: `${together(members.length)} (${names.join(', ')}, ...)` }];
+}
+
+/**
+ * What is called depth and cannot be used as such.
+ * @param {ImageSeries[]} images
+ * @param {readonly ListedFile[]} files
+ * @returns {Note[]}
+ */
+function misnamedDepth(images, files) {
+  const coloured = images.filter(({ hint }) => hint === 'depth');
+  const foreign = seriesOf(files.filter(({ path }) => FOREIGN_DEPTH_NAMES.test(path)));
+  return [
+    ...coloured.map((series) => {
+      const { channels, format } = series.facts;
+      const held =
+        channels === 'palette'
+          ? 'the numbers of a palette'
+          : format === 'JPEG'
+            ? 'a JPEG picture'
+            : `${series.facts.bits}-bit colours`;
+      const reason = `called depth, but holds ${held}, not distances, which cannot be had back from it; ${REMEDY}`;
+      return { file: nameOf(series), reason };
+    }),
+    ...foreign
+      .filter((series) => series.members.length > 1 && hintOfSeries(series) === 'depth')
+      .map((series) => {
+        return {
+          file: nameOf(series),
+          reason: `depth is read from PNG and PGM images, not from this format; ${REMEDY}`,
+        };
+      }),
+  ];
+}
+
+/**
+ * Pictures without any depth image.
+ * @param {ImageSeries[]} pictures
+ * @returns {Note[]}
+ */
+function picturesAlone(pictures) {
+  const [first] = pictures;
+  if (!first) return [];
+  const total = pictures.reduce((sum, { members }) => sum + members.length, 0);
+  const what =
+    total === 1 ? 'a picture, and no depth image with it' : `${total} pictures, and no depth image with them`;
+  return [{ file: nameOf(first), reason: `${what}; a map needs the depth image of each picture, a grey PNG` }];
+}
+
+/**
+ * The recordings that were not chosen, and images that belong to no frame.
+ * @param {DepthRecording} chosen
+ * @param {DepthRecording[]} others
+ * @param {ImageSeries[]} pictures
+ * @returns {Note[]}
+ */
+export function leftAside(chosen, others, pictures) {
+  const [strays, recordings] = partition(others, ({ depth }) => depth.folder === chosen.depth.folder);
+  const titleOf = (/** @type {DepthRecording} */ { root, depth }) => {
+    return root === '' || (root === chosen.root && depth !== chosen.depth) ? nameOf(depth) : root;
+  };
+  const titles = [...new Set(recordings.map(titleOf))];
+  const used = `one is used at a time, the longest: ${titleOf(chosen)}, with ${chosen.depth.members.length}`;
+  return [
+    ...strays.map(({ depth }) => {
+      return {
+        file: nameOf(depth),
+        reason: `left aside: not named as the other depth images, ${nameOf(chosen.depth)}`,
+      };
+    }),
+    ...titles.map((title) => {
+      const count = recordings
+        .filter((recording) => titleOf(recording) === title)
+        .reduce((sum, { depth }) => sum + depth.members.length, 0);
+      const images = count === 1 ? 'one depth image' : `${count} depth images`;
+      return { file: title, reason: `left aside: another recording, of ${images}; ${used}` };
+    }),
+    ...pictures
+      .filter(({ folder }) => !others.some(({ root }) => isApart(root, chosen.root) && contains(root, folder)))
+      .map((series) => {
+        const count = series.members.length === 1 ? 'an image' : 'images';
+        return { file: nameOf(series), reason: `left aside: ${count} that no frame needs` };
+      }),
+  ];
+}
+
+/** A folder that holds nothing of the chosen recording. @param {string} root @param {string} chosen */
+export function isApart(root, chosen) {
+  return root !== chosen && !contains(root, chosen);
+}
+
+/** @template T @param {T[]} values @param {(value: T) => boolean} isFirst @returns {[T[], T[]]} */
+function partition(values, isFirst) {
+  return [values.filter(isFirst), values.filter((value) => !isFirst(value))];
+}

@@ -1,0 +1,124 @@
+// @ts-check
+/** What the first bytes of a file tell about it. Each answers null, or 'unknown', where they tell nothing. */
+
+/** As many bytes as everything here needs. */
+export const HEAD_BYTES = 8192;
+
+/** What can be seen in an image's pixels: shades, or colours. */
+/** @typedef {{ format: 'PNG' | 'PGM' | 'PPM' | 'JPEG' | 'other', channels: 'grey' | 'colour' | 'palette', bits: number }} ImageFacts */
+
+const PNG_SIGNATURE = [0x89, 0x50, 0x4e, 0x47, 0x0d, 0x0a, 0x1a, 0x0a];
+/** Colour types of a PNG header (PNG specification, 11.2.2). */
+const PNG_CHANNELS = /** @type {const} */ ({ 0: 'grey', 2: 'colour', 3: 'palette', 4: 'grey', 6: 'colour' });
+
+/**
+ * @param {Uint8Array} head
+ * @returns {ImageFacts | null}
+ */
+export function readImage(head) {
+  if (PNG_SIGNATURE.every((byte, index) => head[index] === byte)) {
+    const channels = PNG_CHANNELS[/** @type {keyof typeof PNG_CHANNELS} */ (head[25] ?? -1)];
+    return channels ? { format: 'PNG', channels, bits: head[24] ?? 0 } : null;
+  }
+  if (head[0] === 0xff && head[1] === 0xd8) return { format: 'JPEG', channels: 'colour', bits: 8 };
+  const magic = latin1(head.subarray(0, 512));
+  const [, kind, values = ''] = magic.match(/^P([2356])\s([^]*)/) ?? [];
+  if (kind) {
+    // Width, height and the largest value; comments may stand between them.
+    const numbers = values.replaceAll(/#.*/g, ' ').trim().split(/\s+/);
+    const bits = Number(numbers[2]) > 255 ? 16 : 8;
+    const isGrey = kind === '2' || kind === '5';
+    return { format: isGrey ? 'PGM' : 'PPM', channels: isGrey ? 'grey' : 'colour', bits };
+  }
+  if (/^(BM|RIFF....WEBP)/s.test(magic)) return { format: 'other', channels: 'colour', bits: 8 };
+  return null;
+}
+
+/**
+ * Where the points of a cloud lie, as far as its first bytes hold them: in the plane z = 0, or in space.
+ * @param {Uint8Array} head
+ * @returns {'plane' | 'space' | 'unknown'}
+ */
+export function readPlyExtent(head) {
+  const [header] = latin1(head).match(/^ply\s[^]*?end_header[^\n]*\n/) ?? [];
+  if (header === undefined) return 'unknown';
+  const [, format = ''] = header.match(/^format (\w+)/m) ?? [];
+  const elements = header.split(/^element /m).slice(1);
+  const [vertex = ''] = elements;
+  if (!vertex.startsWith('vertex')) return 'unknown';
+  const properties = [...vertex.matchAll(/^property (\w+) (\w+)/gm)].map(([, type = '', name = '']) => ({
+    type,
+    name,
+  }));
+  const count = Number(vertex.match(/^vertex (\d+)/)?.[1]);
+  const z = properties.findIndex(({ name }) => name === 'z');
+  if (z < 0) return properties.some(({ name }) => name === 'x') ? 'plane' : 'unknown';
+  const body = head.subarray(header.length);
+  const heights =
+    format === 'ascii'
+      ? asciiColumn(body, z, count)
+      : binaryColumn(body, properties, z, count, format.endsWith('little_endian'));
+  const finite = heights.filter(Number.isFinite);
+  if (finite.length === 0) return 'unknown';
+  return finite.every((height) => height === 0) ? 'plane' : 'space';
+}
+
+/**
+ * @param {Uint8Array} body
+ * @param {number} column
+ * @param {number} count rows there are at the most
+ */
+function asciiColumn(body, column, count) {
+  const lines = latin1(body).split('\n').slice(0, -1); // the last one may be cut off
+  return lines.slice(0, count).map((line) => Number(line.trim().split(/\s+/)[column] ?? Number.NaN));
+}
+
+/** @type {Record<string, [size: number, read: keyof DataView]>} */
+const PLY_TYPES = {
+  ...{ char: [1, 'getInt8'], int8: [1, 'getInt8'], uchar: [1, 'getUint8'], uint8: [1, 'getUint8'] },
+  ...{ short: [2, 'getInt16'], int16: [2, 'getInt16'], ushort: [2, 'getUint16'], uint16: [2, 'getUint16'] },
+  ...{ int: [4, 'getInt32'], int32: [4, 'getInt32'], uint: [4, 'getUint32'], uint32: [4, 'getUint32'] },
+  ...{ float: [4, 'getFloat32'], float32: [4, 'getFloat32'], double: [8, 'getFloat64'], float64: [8, 'getFloat64'] },
+};
+
+/**
+ * @param {Uint8Array} body
+ * @param {{ type: string, name: string }[]} properties
+ * @param {number} column
+ * @param {number} count rows there are at the most
+ * @param {boolean} littleEndian
+ */
+function binaryColumn(body, properties, column, count, littleEndian) {
+  const types = properties.map(({ type }) => PLY_TYPES[type]);
+  if (types.some((type) => type === undefined)) return []; // a list among the coordinates
+  const sizes = types.map((type) => type?.[0] ?? 0);
+  const sum = (/** @type {number[]} */ numbers) => numbers.reduce((total, number) => total + number, 0);
+  const [stride, offset] = [sum(sizes), sum(sizes.slice(0, column))];
+  const read = /** @type {'getFloat32'} */ (types[column]?.[1]);
+  const view = new DataView(body.buffer, body.byteOffset, body.byteLength);
+  const rows = Math.min(count, Math.floor(body.byteLength / stride));
+  return Array.from({ length: rows }, (_, row) => view[read](row * stride + offset, littleEndian));
+}
+
+/**
+ * Shape of a NumPy array, from its header.
+ * @param {Uint8Array} head
+ */
+export function readNpyShape(head) {
+  const [, shape] = latin1(head.subarray(0, 1024)).match(/^\x93NUMPY[^]*?'shape':\s*\(([\d,\s]*)\)/) ?? [];
+  return shape === undefined
+    ? null
+    : shape
+        .split(',')
+        .filter((part) => part.trim() !== '')
+        .map(Number);
+}
+
+/** One character a byte, so that positions in the text are positions in the file. @param {Uint8Array} bytes */
+export function latin1(bytes) {
+  let text = '';
+  for (let start = 0; start < bytes.length; start += 4096) {
+    text += String.fromCharCode(...bytes.subarray(start, start + 4096));
+  }
+  return text;
+}

@@ -1,0 +1,245 @@
+// @ts-check
+/** Which file is the true path of a recording, and which one describes its camera. */
+import { compareNaturally } from '../natural_order.js';
+import { readNpyShape } from './heads.js';
+import { isListName } from './lists.js';
+import { baseOf, commonFolder, contains, depthOf, folderOf, seriesOf, wordsOf } from './names.js';
+
+/** @typedef {import('../recording.js').ListedFile} ListedFile */
+/** @typedef {import('../recording.js').Note} Note */
+/** @typedef {(path: string, size: number) => Promise<Uint8Array | null>} Read */
+
+/** @typedef {{ root: string, keys: string[], times: number[], isElsewhere: (folder: string) => boolean }} Frames keys:
+ *    of the frames' names; isElsewhere: whether a folder belongs to another recording */
+
+/** @typedef {{ paths: string[], likelihood: number, fits: number, closeness: number }} Candidate */
+
+/** A path of a million poses is longer than that; anything longer is no trajectory. */
+const MAX_BYTES = 64 * 2 ** 20;
+const TRAJECTORY_NAMES = /\.(npy|tum|traj|log|csv|txt|tsv|dat|kitti|freiburg|mat|xyz)$/i;
+
+/** How likely a file of such a name is the truth; below zero: somebody's own result. */
+const WORDS = /** @type {const} */ ([
+  [-1, /^(est\w*|result\w*|reconstruct\w*|pred\w*|slam|orb|icp|mine|output|scanstitch)$/],
+  [5, /^(gt|truth|ground|groundtruth)$/],
+  [4, /^(ref|reference)$/],
+  [3, /^(poses?|extrinsics?)$/],
+  [2, /^(odom|odometry)$/],
+  [1, /^(traj|trajectory|tum|kitti|path)$/],
+]);
+
+/** @param {string} path */
+function likelihood(path) {
+  const words = wordsOf(baseOf(path));
+  return WORDS.find(([, pattern]) => words.some((word) => pattern.test(word)))?.[0] ?? 0;
+}
+
+/**
+ * @param {readonly ListedFile[]} files those that are no images and no clouds
+ * @param {Frames} frames
+ * @param {Read} read
+ * @returns {Promise<{ reference: string[], notes: Note[], taken: Set<string> }>} taken: files that are spoken of
+ */
+export async function findReference(files, frames, read) {
+  const near = files.filter(({ path }) => TRAJECTORY_NAMES.test(path) && isNear(folderOf(path), frames));
+  const { candidate: perFrame, gaps } = posesPerFrame(near, frames);
+  const inSeries = new Set([...(perFrame?.paths ?? []), ...gaps.flatMap(({ paths }) => paths)]);
+  /** @type {Candidate[]} */
+  const candidates = perFrame ? [perFrame] : [];
+  for (const { path, size } of near) {
+    if (inSeries.has(path) || isCameraName(path) || (isListName(path) && likelihood(path) <= 0)) continue;
+    const poses = await countPoses(path, size, read);
+    const fits = poses ? fitOf(poses, frames) : 0;
+    const likely = likelihood(path);
+    if (poses && (likely > 0 || (likely === 0 && fits > 0 && poses.isFull))) {
+      const closeness = depthOf(commonFolder(folderOf(path), frames.root));
+      candidates.push({ paths: [path], likelihood: likely, fits, closeness });
+    }
+  }
+  candidates.sort(
+    (a, b) =>
+      b.fits - a.fits ||
+      b.likelihood - a.likelihood ||
+      b.closeness - a.closeness ||
+      compareNaturally(a.paths[0] ?? '', b.paths[0] ?? ''),
+  );
+  const [best, ...rest] = candidates;
+  const notes = rest.map(({ paths }) => ({
+    file: paths[0] ?? '',
+    reason: `left aside: one reference trajectory is used at a time, here ${best?.paths[0]}`,
+  }));
+  const taken = new Set([...inSeries, ...candidates.flatMap(({ paths }) => paths)]);
+  return { reference: best?.paths ?? [], notes: [...notes, ...gaps.map(({ note }) => note)], taken };
+}
+
+/**
+ * In the recording's folder, inside it, or on the way to it.
+ * @param {string} folder
+ * @param {Frames} frames
+ */
+function isNear(folder, { root, isElsewhere }) {
+  return (contains(root, folder) || contains(folder, root)) && !isElsewhere(folder);
+}
+
+/**
+ * Files with one pose each, numbered as the frames are; with gaps they are of no use.
+ * @param {readonly ListedFile[]} files
+ * @param {Frames} frames
+ */
+function posesPerFrame(files, { root, keys }) {
+  /** @type {Candidate[]} */
+  const candidates = [];
+  /** @type {{ paths: string[], note: Note }[]} */
+  const gaps = [];
+  for (const { folder, members } of keys.length < 2 ? [] : seriesOf(files)) {
+    const likely = likelihood(members[0]?.path ?? '') || likelihood(folder);
+    const pathOf = new Map(members.map(({ key, path }) => [key, path]));
+    const paths = keys.flatMap((key) => pathOf.get(key) ?? []);
+    if (likely <= 0 || paths.length < 2) continue;
+    if (paths.length === keys.length) {
+      candidates.push({ paths, likelihood: likely, fits: 2, closeness: depthOf(commonFolder(folder, root)) });
+    } else if (members.length > 2) {
+      const missing = keys.length - paths.length;
+      const first = keys.find((key) => !pathOf.has(key));
+      const reason = `left aside: ${missing} of ${keys.length} frames have no such file (number ${first} first); the true path needs one for each`;
+      gaps.push({ paths: members.map(({ path }) => path), note: { file: members[0]?.path ?? '', reason } });
+    }
+  }
+  return { candidate: candidates.sort((a, b) => b.likelihood - a.likelihood)[0] ?? null, gaps };
+}
+
+/** @typedef {{ count: number, isFull: boolean, times: [first: number, last: number] | null }} Poses isFull: with their rotation */
+
+/**
+ * @param {string} path
+ * @param {number} size
+ * @param {Read} read
+ * @returns {Promise<Poses | null>} null: no trajectory
+ */
+async function countPoses(path, size, read) {
+  if (size > MAX_BYTES) return null;
+  if (/\.npy$/i.test(path)) {
+    const head = await read(path, Math.min(size, 1024));
+    const [count = 0, ...shape] = (head && readNpyShape(head)) || [];
+    const isFull = ['7', '8', '12', '16', '4,4', '3,4'].includes(shape.join());
+    return isFull ? { count, isFull, times: null } : null;
+  }
+  const bytes = await read(path, size);
+  return bytes && countRows(bytes);
+}
+
+/**
+ * Poses in a text, by its rows of numbers: a row each, or four rows of four.
+ * @param {Uint8Array} bytes
+ * @returns {Poses | null}
+ */
+export function countRows(bytes) {
+  if (bytes.includes(0)) return null;
+  /** @type {Map<number, number>} */
+  const rowsOf = new Map();
+  /** @type {number[]} */
+  const first = [];
+  let foreign = 0;
+  for (const line of new TextDecoder().decode(bytes).split('\n')) {
+    const words = line.split(/[\s,;]+/).filter((word) => word !== '');
+    if (words.length === 0 || /^(#|%|\/\/)/.test(words[0] ?? '')) continue;
+    const isNumbers = words.every((word) => /^[-+]?(nan|inf\w*)$/i.test(word) || Number.isFinite(Number(word)));
+    if (!isNumbers) foreign += 1;
+    else rowsOf.set(words.length, (rowsOf.get(words.length) ?? 0) + 1);
+    if (isNumbers) first.push(Number(words[0]));
+  }
+  const [columns, rows] = [...rowsOf].sort((a, b) => b[1] - a[1])[0] ?? [0, 0];
+  // A table may begin with the names of its columns, and a row may be damaged.
+  if (columns < 2 || foreign > 1 + rows / 10) return null;
+  if (columns === 4 && rows % 4 === 0) return { count: rows / 4, isFull: true, times: null };
+  const isFull = columns >= 7;
+  return { count: rows, isFull, times: columns >= 8 ? [first[0] ?? 0, first.at(-1) ?? 0] : null };
+}
+
+/**
+ * 2: made for these frames; 0: not, or not to be told by the count.
+ * @param {Poses} poses
+ * @param {Frames} frames
+ */
+function fitOf({ count, times }, frames) {
+  if (count === frames.keys.length) return 2;
+  const [first] = frames.times;
+  const last = frames.times.at(-1);
+  if (!times || first === undefined || last === undefined) return 0;
+  // Recorded together: the times overlap.
+  return times[0] <= last && times[1] >= first ? 2 : 0;
+}
+
+/** @param {string} path */
+function isCameraName(path) {
+  return /\.(txt|json|ya?ml|xml|csv|npy)$/i.test(path) && rankOfCamera(path) > 0 && likelihood(path) <= 0;
+}
+
+/** @param {string} path */
+function rankOfCamera(path) {
+  const words = wordsOf(baseOf(path).replace(/\.[^.]*$/, ''));
+  const ranks = words.map((word) => {
+    if (/^intrinsics?$/.test(word)) return 3;
+    if (/^calib\w*$/.test(word)) return 2;
+    return /^(camera|cam|pinhole|k)$/.test(word) ? 1 : 0;
+  });
+  const best = Math.max(0, ...ranks);
+  // Where each camera has its own file, the depth's is the one.
+  if (best > 0 && words.includes('depth')) return best + 0.5;
+  return best > 0 && words.some((word) => /^(rgb|colou?r)$/.test(word)) ? best - 0.5 : best;
+}
+
+/**
+ * @param {readonly ListedFile[]} files
+ * @param {Frames} frames
+ * @param {Read} read
+ * @returns {Promise<{ intrinsics: string | null, notes: Note[], taken: Set<string> }>}
+ */
+export async function findIntrinsics(files, frames, read) {
+  /** @type {{ path: string, rank: number, closeness: number }[]} */
+  const candidates = [];
+  /** @type {Note[]} */
+  const notes = [];
+  for (const { path, size } of files) {
+    if (!isCameraName(path) || !isNear(folderOf(path), frames)) continue;
+    if (!/\.(txt|json|csv)$/i.test(path)) {
+      const remedy = 'write fx fy cx cy, or the 3 x 3 matrix, into camera-intrinsics.txt';
+      notes.push({ file: path, reason: `left aside: the camera is not read from this format; ${remedy}` });
+      continue;
+    }
+    const bytes = await read(path, Math.min(size, 2 ** 16));
+    const numbers = bytes && (new TextDecoder().decode(bytes).match(/[-+]?\d+(\.\d*)?/g) ?? []);
+    if (!bytes || !numbers || numbers.length < 4) continue;
+    const rows = rowsOfViewer(bytes);
+    if (rows !== null) {
+      const view = `the camera of a viewer that spans 60 degrees over ${rows} rows`;
+      notes.push({
+        file: path,
+        reason: `${view}, perhaps not the one that recorded the depth; if the map is bent, give that one`,
+      });
+    }
+    candidates.push({ path, rank: rankOfCamera(path), closeness: depthOf(commonFolder(folderOf(path), frames.root)) });
+  }
+  candidates.sort((a, b) => b.rank - a.rank || b.closeness - a.closeness || compareNaturally(a.path, b.path));
+  const [best, ...rest] = candidates;
+  for (const { path } of rest) {
+    notes.push({ file: path, reason: `left aside: the camera is described by ${best?.path}` });
+  }
+  const taken = new Set([...candidates.map(({ path }) => path), ...notes.map(({ file }) => file)]);
+  return { intrinsics: best?.path ?? null, notes, taken };
+}
+
+/**
+ * Rows of the images where the camera is the one that Open3D's viewer begins with: 60 degrees from top to bottom, as no
+ * sensor has them to the last digit. People save it beside recordings it has nothing to do with.
+ * @param {Uint8Array} bytes
+ */
+function rowsOfViewer(bytes) {
+  try {
+    const { height, intrinsic_matrix } = JSON.parse(new TextDecoder().decode(bytes));
+    const focal = Number(intrinsic_matrix[0]);
+    return Math.abs(focal - height / 2 / Math.tan(Math.PI / 6)) < 1e-9 * focal ? Number(height) : null;
+  } catch {
+    return null;
+  }
+}

@@ -1,0 +1,360 @@
+// @ts-check
+/**
+ * Runs a reconstruction on several threads: frames are read and prepared ahead by as many preparers as there are
+ * workers, while one registrar places them in their order. It knows neither Web Workers nor those of Node, neither
+ * files nor the engine: those are behind two small interfaces.
+ */
+
+/** @typedef {{ index: number, name: string }} Job a frame; the preparer knows what else is in it */
+/** @typedef {Record<string, number>} Milliseconds of each stage */
+/** @typedef {{ bytes: Uint8Array, milliseconds: Milliseconds }} Prepared */
+/** @typedef {{ stage: string, done: number, total: number, frame: number | null }} Progress as the engine tells it */
+
+/**
+ * Prepares one frame at a time in a thread of its own.
+ * @template {Job} J
+ * @typedef {object} Preparer
+ * @property {(job: J, preparation: string, signal: AbortSignal) => Promise<Prepared>} prepare rejects with a WorkerDied
+ *   where the thread is gone, with any other error where it is the frame's fault
+ * @property {() => void | Promise<void>} replace a new thread in the place of the one that died
+ */
+
+/**
+ * Places frames, in order.
+ * @template {Job} J
+ * @typedef {object} Registrar
+ * @property {(job: J) => string | Promise<string>} begin looks at the first frame; what it returns is for all preparers
+ * @property {(bytes: Uint8Array) => unknown} add_prepared
+ * @property {() => Progress | Promise<Progress>} step
+ */
+
+/** @typedef {{ index: number, name: string, error: Error }} Problem a frame that was left out, and why */
+
+/**
+ * @typedef {{ type: 'prepared', index: number, name: string, milliseconds: Milliseconds }
+ *   | { type: 'registered', index: number, name: string, milliseconds: Milliseconds, progress: Progress }
+ *   | { type: 'problem', index: number, name: string, error: Error }
+ *   | { type: 'replaced', index: number, name: string }
+ *   | { type: 'step', milliseconds: Milliseconds, progress: Progress }} RunEvent
+ */
+
+/** @typedef {{ state: 'done' | 'stopped', numRegistered: number, problems: Problem[] }} Outcome */
+
+/**
+ * @template {Job} J
+ * @typedef {{ job: J, state: 'waiting' | 'preparing' | 'prepared' | 'registered' | 'failed', prepared: Prepared | null }} Entry
+ */
+
+/** So many frames more than there are workers are prepared or being prepared at a time: what bounds the memory. */
+const FRAMES_AHEAD = 4;
+/** A frame on which this many workers died is left out. */
+const MAX_DEATHS = 2;
+
+/** A worker that has ended without an answer. */
+export class WorkerDied extends Error {
+  /** @override */
+  name = 'WorkerDied';
+}
+
+/**
+ * One reconstruction. Frames are added, and `run` works until all are placed; after a stop, or when more frames were
+ * added, `run` goes on.
+ * @template {Job} J
+ */
+export class SpatialRun {
+  /** @type {Registrar<J>} */
+  #registrar;
+  /** @type {Preparer<J>[]} */
+  #preparers;
+  /** @type {(event: RunEvent) => void} */
+  #tell;
+  #maxInFlight;
+  /** @type {Entry<J>[]} */
+  #entries = [];
+  /** Entries before this one are registered or left out. */
+  #next = 0;
+  /** @type {string | null} */
+  #preparation = null;
+  /** What the registrar is still at; a stop does not wait for it, the next run does. @type {Promise<void>} */
+  #registering = Promise.resolve();
+  /** @type {Session | null} */
+  #session = null;
+  /** @type {Problem[]} */
+  #problems = [];
+
+  /**
+   * @param {object} parts
+   * @param {Registrar<J>} parts.registrar
+   * @param {Preparer<J>[]} parts.preparers
+   * @param {(event: RunEvent) => void} [parts.onEvent]
+   * @param {number} [parts.maxInFlight] frames prepared or being prepared at a time
+   */
+  constructor({ registrar, preparers, onEvent = () => {}, maxInFlight = preparers.length + FRAMES_AHEAD }) {
+    this.#registrar = registrar;
+    this.#preparers = preparers;
+    this.#tell = onEvent;
+    this.#maxInFlight = Math.max(1, maxInFlight);
+  }
+
+  /**
+   * More frames, which come after those there are.
+   * @param {readonly J[]} jobs
+   */
+  add(jobs) {
+    for (const job of jobs) {
+      const last = this.#entries.at(-1);
+      if (last && job.index <= last.job.index) {
+        throw new RangeError(`Frame ${job.index} (${job.name}) cannot come after frame ${last.job.index}.`);
+      }
+      this.#entries.push({ job, state: 'waiting', prepared: null });
+    }
+    this.#session?.changed();
+  }
+
+  /** Frames that were added. */
+  get total() {
+    return this.#entries.length;
+  }
+
+  /**
+   * Works until every frame is placed or left out. When the signal aborts, it answers at once and keeps what is done.
+   * @param {AbortSignal} [signal]
+   * @returns {Promise<Outcome>} rejects only where nothing can go on: the registrar failed, or no worker can be started
+   */
+  async run(signal) {
+    if (this.#session) throw new Error('It is running already.');
+    const session = new Session(signal);
+    this.#session = session;
+    try {
+      await Promise.race([this.#work(session), session.stopped]);
+    } finally {
+      session.end();
+      for (const entry of this.#entries) if (entry.state === 'preparing') entry.state = 'waiting';
+      this.#session = null;
+    }
+    const numRegistered = this.#entries.filter(({ state }) => state === 'registered').length;
+    return { state: signal?.aborted ? 'stopped' : 'done', numRegistered, problems: [...this.#problems] };
+  }
+
+  /** @param {Session} session */
+  async #work(session) {
+    await this.#registering;
+    if (session.isOver) return;
+    await this.#begin(session);
+    if (this.#preparation === null || session.isOver) return;
+    let numAlive = this.#preparers.length;
+    const preparing = this.#preparers.map(async (preparer) => {
+      await this.#prepareAll(preparer, session);
+      numAlive -= 1;
+      if (numAlive === 0 && this.#waiting() && !session.isOver) throw new Error('No worker can be started.');
+    });
+    const registering = this.#registerAll(session).then(() => session.finish());
+    await Promise.all([registering, ...preparing]);
+  }
+
+  /** The first frame that can be looked at tells how all are prepared. @param {Session} session */
+  async #begin(session) {
+    for (const entry of this.#entries) {
+      if (this.#preparation !== null || session.isOver) return;
+      if (entry.state !== 'waiting') continue;
+      try {
+        const preparation = await this.#registrar.begin(entry.job);
+        this.#preparation ??= preparation;
+      } catch (error) {
+        if (!session.isOver) this.#leaveOut(entry, error);
+      }
+      await nextTurn();
+    }
+  }
+
+  #waiting() {
+    return this.#entries.find(({ state }) => state === 'waiting');
+  }
+
+  /** Claims frame after frame, as far ahead as may be. @param {Preparer<J>} preparer @param {Session} session */
+  async #prepareAll(preparer, session) {
+    while (!session.isOver && !session.isFinished) {
+      const inFlight = this.#entries.filter(({ state }) => state === 'preparing' || state === 'prepared').length;
+      const entry = this.#waiting();
+      if (!entry || inFlight >= this.#maxInFlight) {
+        await session.change();
+        continue;
+      }
+      entry.state = 'preparing';
+      const isAlive = await this.#prepare(entry, preparer, session);
+      session.changed();
+      if (!isAlive) return;
+    }
+  }
+
+  /**
+   * Whether the preparer can go on.
+   * @param {Entry<J>} entry
+   * @param {Preparer<J>} preparer
+   * @param {Session} session
+   */
+  async #prepare(entry, preparer, session) {
+    const { index, name } = entry.job;
+    for (let deaths = 0; ;) {
+      try {
+        const prepared = await preparer.prepare(entry.job, this.#preparation ?? '', session.signal);
+        if (session.isOver) return true;
+        entry.prepared = prepared;
+        entry.state = 'prepared';
+        this.#tell({ type: 'prepared', index, name, milliseconds: prepared.milliseconds });
+        return true;
+      } catch (error) {
+        const hasDied = error instanceof WorkerDied;
+        deaths += Number(hasDied);
+        if (session.isOver && !hasDied) return true;
+        if (!session.isOver && (!hasDied || deaths === MAX_DEATHS)) this.#leaveOut(entry, error);
+        if (hasDied && !(await isReplaced(preparer))) {
+          // Another worker may still do it.
+          if (!session.isOver && entry.state === 'preparing') entry.state = 'waiting';
+          return false;
+        }
+        if (session.isOver || entry.state === 'failed') return true;
+        this.#tell({ type: 'replaced', index, name });
+      }
+    }
+  }
+
+  /** @param {Entry<J>} entry @param {unknown} thrown */
+  #leaveOut(entry, thrown) {
+    const error = thrown instanceof Error ? thrown : new Error(String(thrown));
+    const { index, name } = entry.job;
+    entry.state = 'failed';
+    this.#problems.push({ index, name, error });
+    this.#tell({ type: 'problem', index, name, error });
+  }
+
+  /** @param {Session} session */
+  async #registerAll(session) {
+    let hasMore = true;
+    while (!session.isOver && (hasMore || this.#next < this.#entries.length)) {
+      const entry = this.#entries[this.#next];
+      if (entry && (entry.state === 'waiting' || entry.state === 'preparing')) {
+        await session.change();
+        continue;
+      }
+      if (entry?.state === 'failed') this.#next += 1;
+      else {
+        this.#registering = this.#register(entry ?? null).then((stage) => {
+          hasMore = stage !== 'done';
+        });
+        const result = this.#registering;
+        // The next run must not fail for what this one tells.
+        this.#registering = result.catch(() => {});
+        await result;
+        await nextTurn();
+      }
+      session.changed();
+    }
+  }
+
+  /** One frame, or what is left to do after the last one. @param {Entry<J> | null} entry */
+  async #register(entry) {
+    const start = performance.now();
+    if (!entry?.prepared) {
+      const progress = await this.#registrar.step();
+      this.#tell({ type: 'step', milliseconds: { register: performance.now() - start }, progress });
+      return progress.stage;
+    }
+    const { bytes, milliseconds } = entry.prepared;
+    const { index, name } = entry.job;
+    entry.prepared = null;
+    this.#next += 1;
+    try {
+      await this.#registrar.add_prepared(bytes);
+      const progress = await this.#registrar.step();
+      entry.state = 'registered';
+      const register = performance.now() - start;
+      this.#tell({ type: 'registered', index, name, milliseconds: { ...milliseconds, register }, progress });
+      return progress.stage;
+    } catch (error) {
+      this.#leaveOut(entry, error);
+      // Bad input is told; an engine that broke cannot go on.
+      if (/** @type {Error} */ (error).name !== 'ScanstitchError') throw error;
+      return '';
+    }
+  }
+}
+
+/** One call of `run`: whether it is over, and word of every change to those who wait for one. */
+class Session {
+  isOver = false;
+  /** Every frame is placed or left out. */
+  isFinished = false;
+  /** Fulfilled when the signal aborts. @type {Promise<void>} */
+  stopped;
+  #controller = new AbortController();
+  /** @type {(() => void)[]} */
+  #waiting = [];
+  /** @type {() => void} */
+  #unlisten = () => {};
+
+  /** @param {AbortSignal} [signal] */
+  constructor(signal) {
+    this.stopped = new Promise((resolve) => {
+      const stop = () => {
+        this.end();
+        resolve();
+      };
+      if (signal?.aborted) stop();
+      signal?.addEventListener('abort', stop, { once: true });
+      this.#unlisten = () => signal?.removeEventListener('abort', stop);
+    });
+  }
+
+  get signal() {
+    return this.#controller.signal;
+  }
+
+  end() {
+    if (this.isOver) return;
+    this.isOver = true;
+    this.#unlisten();
+    this.#controller.abort();
+    this.changed();
+  }
+
+  finish() {
+    this.isFinished = true;
+    this.changed();
+  }
+
+  /** @returns {Promise<void>} */
+  change() {
+    return this.isOver || this.isFinished ? Promise.resolve() : new Promise((resolve) => this.#waiting.push(resolve));
+  }
+
+  changed() {
+    for (const resolve of this.#waiting.splice(0)) resolve();
+  }
+}
+
+/** @template {Job} J @param {Preparer<J>} preparer */
+async function isReplaced(preparer) {
+  try {
+    await preparer.replace();
+    return true;
+  } catch {
+    return false;
+  }
+}
+
+/** Lets messages and a stop come in between two frames; timers would be slow in a tab in the background. */
+function nextTurn() {
+  return new Promise((resolve) => {
+    if (typeof setImmediate === 'function') {
+      setImmediate(resolve);
+      return;
+    }
+    const { port1, port2 } = new MessageChannel();
+    port1.onmessage = () => {
+      port1.close();
+      resolve(undefined);
+    };
+    port2.postMessage(null);
+  });
+}

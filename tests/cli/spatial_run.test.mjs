@@ -1,0 +1,422 @@
+// @ts-check
+/** The run on several threads, with threads made up: order, bounds, deaths, errors, stops. */
+import assert from 'node:assert/strict';
+import { test } from 'node:test';
+import { setTimeout as sleep } from 'node:timers/promises';
+import { startPreparers } from '../../npm/cli/preparers.js';
+import * as engine from '../../npm/index.js';
+import { SpatialRun, WorkerDied } from '../../npm/spatial_run.js';
+import { walkFiles } from './depth_room.mjs';
+
+/** @typedef {import('../../npm/spatial_run.js').Job} Job */
+/** @typedef {import('../../npm/spatial_run.js').RunEvent} RunEvent */
+
+/** @param {number} count */
+function jobs(count, from = 0) {
+  return Array.from({ length: count }, (_, i) => ({ index: from + i, name: `${from + i}.png` }));
+}
+
+/** Notes the frames it is given. */
+class Recorder {
+  /** @type {number[]} */
+  registered = [];
+  begun = '';
+  isBusy = false;
+  milliseconds = 0;
+  /** What a frame's begin or registration throws. @type {Map<number, Error>} */
+  refused = new Map();
+  /** @type {Map<number, Error>} */
+  unreadable = new Map();
+
+  /** @param {Job} job */
+  begin({ index, name }) {
+    const error = this.unreadable.get(index);
+    if (error) throw error;
+    this.begun = name;
+    return `as ${name}`;
+  }
+
+  /** @param {Uint8Array} bytes */
+  async add_prepared([index = -1]) {
+    assert.ok(!this.isBusy, 'one frame at a time');
+    this.isBusy = true;
+    if (this.milliseconds > 0) await sleep(this.milliseconds);
+    const error = this.refused.get(index);
+    this.isBusy = false;
+    if (error) throw error;
+    this.registered.push(index);
+  }
+
+  step() {
+    const done = this.registered.length;
+    return { stage: 'register', done, total: done, frame: done - 1 };
+  }
+}
+
+/** Ends by itself: `done` where nothing is added between two steps. */
+class Finisher extends Recorder {
+  #last = -1;
+  /** @override */
+  step() {
+    const done = this.registered.length;
+    const stage = done === this.#last ? 'done' : 'register';
+    this.#last = done;
+    return { stage, done, total: done, frame: done - 1 };
+  }
+}
+
+/** @param {number} [count] @param {Partial<{ milliseconds: (index: number) => number, fails: (index: number, attempt: number) => Error | null, replaced: () => Promise<void> }>} [behaviour] */
+function fakes(count = 3, behaviour = {}) {
+  const { milliseconds = () => 1, fails = () => null, replaced = async () => {} } = behaviour;
+  const seen = { inFlight: 0, started: /** @type {number[]} */ ([]), replaced: 0, preparations: new Set() };
+  /** @type {Map<number, number>} */
+  const attempts = new Map();
+  const preparers = Array.from({ length: count }, () => {
+    let isBusy = false;
+    return {
+      prepare: async (
+        /** @type {Job} */ { index },
+        /** @type {string} */ preparation,
+        /** @type {AbortSignal} */ signal,
+      ) => {
+        assert.ok(!isBusy, 'a preparer has one frame at a time');
+        isBusy = true;
+        seen.started.push(index);
+        seen.preparations.add(preparation);
+        const attempt = (attempts.get(index) ?? 0) + 1;
+        attempts.set(index, attempt);
+        try {
+          await sleep(milliseconds(index), undefined, { signal });
+          const error = fails(index, attempt);
+          if (error) throw error;
+          return { bytes: Uint8Array.of(index), milliseconds: { prepare: milliseconds(index) } };
+        } finally {
+          isBusy = false;
+        }
+      },
+      replace: async () => {
+        seen.replaced += 1;
+        await replaced();
+      },
+    };
+  });
+  return { preparers, seen };
+}
+
+/** @param {number} count */
+function upTo(count) {
+  return Array.from({ length: count }, (_, i) => i);
+}
+
+test('frames are placed in order, whatever order they are prepared in', async () => {
+  const { preparers, seen } = fakes(4, { milliseconds: (index) => ((index * 7) % 5) * 3 });
+  const registrar = new Finisher();
+  /** @type {RunEvent[]} */
+  const events = [];
+  const run = new SpatialRun({ registrar, preparers, onEvent: (event) => events.push(event) });
+  run.add(jobs(20));
+  assert.deepEqual(await run.run(), { state: 'done', numRegistered: 20, problems: [] });
+  assert.deepEqual(registrar.registered, upTo(20));
+  assert.deepEqual([...seen.preparations], ['as 0.png']);
+  const registered = events.flatMap((event) => (event.type === 'registered' ? [event] : []));
+  assert.deepEqual(
+    registered.map(({ index }) => index),
+    upTo(20),
+  );
+  assert.equal(events.filter(({ type }) => type === 'prepared').length, 20);
+  const [first] = registered;
+  assert.deepEqual(Object.keys(first?.milliseconds ?? {}), ['prepare', 'register']);
+});
+
+test('preparing runs ahead, but no further than the bound', async () => {
+  const { preparers, seen } = fakes(3);
+  const registrar = new Finisher();
+  registrar.milliseconds = 10;
+  let ahead = 0;
+  const run = new SpatialRun({
+    registrar,
+    preparers,
+    onEvent: () => {
+      ahead = Math.max(ahead, seen.started.length - registrar.registered.length);
+    },
+  });
+  run.add(jobs(30));
+  await run.run();
+  assert.deepEqual(registrar.registered, upTo(30));
+  // One more is being registered.
+  assert.ok(ahead > 3 && ahead <= 3 + 4 + 1, `${ahead} frames ahead`);
+});
+
+test('several preparers work at the same time', async () => {
+  const { preparers } = fakes(4, { milliseconds: () => 20 });
+  const run = new SpatialRun({ registrar: new Finisher(), preparers });
+  run.add(jobs(16));
+  const start = performance.now();
+  await run.run();
+  const milliseconds = performance.now() - start;
+  assert.ok(milliseconds < 16 * 20 * 0.75, `${milliseconds} ms`);
+});
+
+test('an error of one frame is told, the others go on', async () => {
+  const { preparers, seen } = fakes(2, { fails: (index) => (index === 3 ? new Error('3.png is cut off') : null) });
+  const registrar = new Finisher();
+  const refused = Object.assign(new Error('5.png: no'), { name: 'ScanstitchError' });
+  registrar.refused.set(5, refused);
+  const run = new SpatialRun({ registrar, preparers });
+  run.add(jobs(8));
+  const { state, problems } = await run.run();
+  assert.equal(state, 'done');
+  assert.deepEqual(registrar.registered, [0, 1, 2, 4, 6, 7]);
+  assert.deepEqual(
+    problems.map(({ index, name, error }) => [index, name, error.message]),
+    [
+      [3, '3.png', '3.png is cut off'],
+      [5, '5.png', '5.png: no'],
+    ],
+  );
+  assert.equal(seen.replaced, 0);
+});
+
+test('the first frame that can be looked at begins', async () => {
+  const { preparers, seen } = fakes(2);
+  const registrar = new Finisher();
+  registrar.unreadable.set(0, new Error('0.png is cut off'));
+  registrar.unreadable.set(1, new Error('1.png holds no depth'));
+  const run = new SpatialRun({ registrar, preparers });
+  run.add(jobs(5));
+  const { problems } = await run.run();
+  assert.equal(registrar.begun, '2.png');
+  assert.deepEqual(registrar.registered, [2, 3, 4]);
+  assert.deepEqual(
+    problems.map(({ index }) => index),
+    [0, 1],
+  );
+  assert.ok(!seen.started.includes(0) && !seen.started.includes(1));
+});
+
+test('no frame can be looked at: all are told', async () => {
+  const { preparers } = fakes(2);
+  const registrar = new Finisher();
+  for (const index of upTo(4)) registrar.unreadable.set(index, new Error('no'));
+  const run = new SpatialRun({ registrar, preparers });
+  run.add(jobs(4));
+  const outcome = await run.run();
+  assert.equal(outcome.numRegistered, 0);
+  assert.equal(outcome.problems.length, 4);
+});
+
+test('a worker that dies is replaced and its frame tried again', async () => {
+  const died = (/** @type {number} */ index, /** @type {number} */ attempt) =>
+    index === 4 && attempt === 1 ? new WorkerDied('gone') : null;
+  const { preparers, seen } = fakes(2, { fails: died });
+  const registrar = new Finisher();
+  /** @type {RunEvent[]} */
+  const events = [];
+  const run = new SpatialRun({ registrar, preparers, onEvent: (event) => events.push(event) });
+  run.add(jobs(8));
+  assert.deepEqual(await run.run(), { state: 'done', numRegistered: 8, problems: [] });
+  assert.deepEqual(registrar.registered, upTo(8));
+  assert.equal(seen.replaced, 1);
+  assert.deepEqual(
+    events.filter(({ type }) => type === 'replaced'),
+    [{ type: 'replaced', index: 4, name: '4.png' }],
+  );
+});
+
+test('a frame on which two workers die is told and left out', async () => {
+  const { preparers, seen } = fakes(2, { fails: (index) => (index === 4 ? new WorkerDied('gone') : null) });
+  const registrar = new Finisher();
+  const run = new SpatialRun({ registrar, preparers });
+  run.add(jobs(8));
+  const { problems, numRegistered } = await run.run();
+  assert.equal(numRegistered, 7);
+  assert.deepEqual(
+    problems.map(({ index, error }) => [index, error.name]),
+    [[4, 'WorkerDied']],
+  );
+  assert.equal(seen.replaced, 2);
+});
+
+test('workers that cannot be replaced: the others do it; none left is an error, and what is done is kept', async () => {
+  const replaced = async () => {
+    throw new Error('no memory');
+  };
+  const once = fakes(3, {
+    fails: (index, attempt) => (index === 2 && attempt === 1 ? new WorkerDied('x') : null),
+    replaced,
+  });
+  const registrar = new Finisher();
+  const run = new SpatialRun({ registrar, preparers: once.preparers });
+  run.add(jobs(9));
+  assert.equal((await run.run()).numRegistered, 9);
+
+  const always = fakes(2, { fails: (index) => (index >= 5 ? new WorkerDied('x') : null), replaced });
+  const kept = new Finisher();
+  const doomed = new SpatialRun({ registrar: kept, preparers: always.preparers });
+  doomed.add(jobs(9));
+  await assert.rejects(doomed.run(), /No worker can be started/);
+  assert.deepEqual(kept.registered, upTo(5));
+});
+
+test('a stop answers at once and keeps what is done; the run goes on later', async () => {
+  const { preparers } = fakes(2, { milliseconds: (index) => (index < 3 ? 1 : index === 3 ? 5000 : 2) });
+  const registrar = new Finisher();
+  const controller = new AbortController();
+  const run = new SpatialRun({ registrar, preparers });
+  run.add(jobs(8));
+  setTimeout(() => controller.abort(), 60);
+  const outcome = await run.run(controller.signal);
+  assert.equal(outcome.state, 'stopped');
+  assert.equal(outcome.numRegistered, 3);
+  assert.deepEqual(outcome.problems, []);
+
+  const quick = fakes(2);
+  preparers.forEach((preparer, i) => Object.assign(preparer, quick.preparers[i]));
+  assert.deepEqual(await run.run(), { state: 'done', numRegistered: 8, problems: [] });
+  assert.deepEqual(registrar.registered, upTo(8));
+});
+
+test('a stop while nobody obeys it answers within 100 ms, and nothing is placed twice', async () => {
+  const preparers = fakes(2).preparers.map((preparer) => ({
+    ...preparer,
+    prepare: async (/** @type {Job} */ { index }) => {
+      await sleep(index < 2 ? 1 : 300); // deaf
+      return { bytes: Uint8Array.of(index), milliseconds: {} };
+    },
+  }));
+  const registrar = new Finisher();
+  registrar.milliseconds = 150;
+  const controller = new AbortController();
+  const run = new SpatialRun({ registrar, preparers });
+  run.add(jobs(6));
+  let stopped = 0;
+  setTimeout(() => {
+    stopped = performance.now();
+    controller.abort();
+  }, 200);
+  assert.equal((await run.run(controller.signal)).state, 'stopped');
+  assert.ok(performance.now() - stopped < 100, 'within 100 ms');
+  const { state } = await run.run();
+  assert.equal(state, 'done');
+  assert.deepEqual(registrar.registered, upTo(6));
+});
+
+test('stopped before it began', async () => {
+  const { preparers, seen } = fakes(2);
+  const run = new SpatialRun({ registrar: new Finisher(), preparers });
+  run.add(jobs(3));
+  assert.equal((await run.run(AbortSignal.abort())).state, 'stopped');
+  assert.deepEqual(seen.started, []);
+});
+
+test('more frames can be added to a finished run, and while it runs', async () => {
+  const { preparers, seen } = fakes(2, { milliseconds: () => 15 });
+  const registrar = new Finisher();
+  const run = new SpatialRun({ registrar, preparers });
+  run.add(jobs(3));
+  assert.equal((await run.run()).numRegistered, 3);
+  run.add(jobs(3, 10));
+  const running = run.run();
+  await sleep(5);
+  run.add(jobs(2, 20));
+  assert.equal((await running).numRegistered, 8);
+  assert.deepEqual(registrar.registered, [0, 1, 2, 10, 11, 12, 20, 21]);
+  assert.deepEqual([...seen.preparations], ['as 0.png'], 'looked at once');
+  assert.throws(() => run.add(jobs(1, 21)), /Frame 21 .* cannot come after frame 21/);
+});
+
+test('a registrar that breaks ends the run', async () => {
+  const { preparers } = fakes(2);
+  const registrar = new Finisher();
+  registrar.refused.set(2, new WebAssembly.RuntimeError('unreachable'));
+  const run = new SpatialRun({ registrar, preparers });
+  run.add(jobs(5));
+  await assert.rejects(run.run(), /unreachable/);
+  assert.deepEqual(registrar.registered, [0, 1]);
+});
+
+test('nothing to do is done', async () => {
+  const { preparers } = fakes(1);
+  const run = new SpatialRun({ registrar: new Finisher(), preparers });
+  assert.deepEqual(await run.run(), { state: 'done', numRegistered: 0, problems: [] });
+});
+
+test('two runs at a time are refused', async () => {
+  const { preparers } = fakes(1);
+  const run = new SpatialRun({ registrar: new Finisher(), preparers });
+  run.add(jobs(2));
+  const first = run.run();
+  await assert.rejects(run.run(), /running already/);
+  await first;
+});
+
+/** The made-up walk, its files in memory. */
+function walk() {
+  const files = walkFiles();
+  const source = (/** @type {string} */ path) => {
+    // A copy: what is given to a thread is gone here.
+    const read = async () => Uint8Array.from(Buffer.from(files[path] ?? ''));
+    return { path, size: 0, disk: null, read, readHead: read };
+  };
+  return [1, 2, 3, 4, 5, 6].map((number, index) => ({
+    index,
+    name: `${number}.png`,
+    time: null,
+    kind: /** @type {const} */ ('depth_images'),
+    file: source(`depth/${number}.png`),
+    color: source(`rgb/${number}.png`),
+  }));
+}
+
+/**
+ * Reconstructs the walk with the real engine.
+ * @param {Awaited<ReturnType<typeof startPreparers>>} preparers
+ */
+async function reconstructWalk(preparers) {
+  const reconstruction = new engine.SpatialReconstruction();
+  /** @type {RunEvent[]} */
+  const events = [];
+  const run = new SpatialRun({
+    preparers,
+    registrar: {
+      begin: async ({ name, file }) => reconstruction.begin(name, await file.read()),
+      add_prepared: (bytes) => reconstruction.add_prepared(bytes),
+      step: () => reconstruction.step(),
+    },
+    onEvent: (event) => events.push(event),
+  });
+  run.add(walk());
+  const outcome = await run.run();
+  await Promise.all(preparers.map((preparer) => preparer.close()));
+  const [trajectory, map] = [reconstruction.trajectory_tum(), reconstruction.map_ply()];
+  reconstruction.free();
+  return { outcome, events, trajectory, map };
+}
+
+test('the engine in real threads: the same bytes with one thread, with three, and when threads are killed', async () => {
+  await engine.load();
+  const alone = await reconstructWalk(await startPreparers(engine, 0));
+  assert.deepEqual(alone.outcome, { state: 'done', numRegistered: 6, problems: [] });
+  const three = await reconstructWalk(await startPreparers(engine, 3));
+  assert.deepEqual([three.trajectory, three.map], [alone.trajectory, alone.map]);
+
+  const threads = await startPreparers(engine, 2);
+  const killed = new Set();
+  const mortal = threads.map((thread) => ({
+    prepare: (/** @type {Parameters<typeof thread.prepare>} */ ...args) => {
+      const prepared = thread.prepare(...args);
+      const { index } = args[0];
+      if (index % 2 === 1 && !killed.has(index)) {
+        killed.add(index);
+        thread.close();
+      }
+      return prepared;
+    },
+    replace: () => thread.replace(),
+    close: () => thread.close(),
+  }));
+  const survived = await reconstructWalk(mortal);
+  assert.equal(survived.events.filter(({ type }) => type === 'replaced').length, 3);
+  assert.deepEqual(survived.outcome.problems, []);
+  assert.deepEqual([survived.trajectory, survived.map], [alone.trajectory, alone.map]);
+});
