@@ -117,6 +117,17 @@ test('more frames, dropped on a finished run, go on from it', async ({ spatial }
   expect(result.frames[2]?.T_world_sensor).toEqual(first.result.frames[2]?.T_world_sensor);
 });
 
+test('a changed setting computes again: all poses together at the end', async ({ spatial, page }) => {
+  await spatial.drop([...recording(8), truth(8)]);
+  const chain = await spatial.stitched();
+  await page.locator('scanstitch-spatial').getByLabel('At the end').selectOption('joint');
+  const { result } = await spatial.stitched();
+  expect(result.settings.refinement).toBe('joint');
+  expect(result.frames).toHaveLength(8);
+  expect(result.comparison?.mean).toBeLessThanOrEqual(0.02);
+  expect(result.frames[7]?.T_world_sensor).not.toEqual(chain.result.frames[7]?.T_world_sensor);
+});
+
 test('the first load fetches neither three.js nor the view in space', async ({ spatial, page }) => {
   const loaded = await page.evaluate(() => performance.getEntriesByType('resource').map(({ name }) => name));
   expect(loaded.filter((name) => /scene-|spatial-view-/.test(name))).toEqual([]);

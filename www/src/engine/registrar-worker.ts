@@ -50,6 +50,8 @@ const api: Async<RegistrarApi> = {
     adding_ms += performance.now() - start;
   },
 
+  finish: () => engine().finish(),
+
   step() {
     const start = performance.now();
     const progress = engine().step();

@@ -51,6 +51,8 @@ export interface SpatialListener {
   ready(facts: SpatialFacts): void;
   /** A frame was registered: `done` of `total` are over, good or bad. */
   registered(index: number, ms: number, done: number, total: number): void;
+  /** All frames are placed; their poses are being solved for together. */
+  solving(done: number, total: number): void;
   snapshot(state: SpatialState, snapshot: SpatialSnapshot): void;
   /** Input that cannot be used, or a setting that is not taken. */
   problem(problem: Problem): void;
@@ -213,12 +215,19 @@ export class SpatialClient {
     const cores = navigator.hardwareConcurrency || 2;
     const wanted = Math.min(Math.max(cores, 1), MAX_PREPARERS);
     while (this.#preparers.length < wanted) this.#preparers.push(new ThreadPreparer(this.#module));
+    let has_added = false;
     const run: SpatialRun<SpatialJob> = new SpatialRun<SpatialJob>({
       preparers: this.#preparers,
       registrar: {
         begin: async ({ name, file }) => registrar.call('begin', name, await file.read()),
-        add_prepared: (bytes) => registrar.give('add_prepared', [bytes.buffer], bytes),
+        add_prepared: (bytes) => {
+          has_added = true;
+          return registrar.give('add_prepared', [bytes.buffer], bytes);
+        },
         step: async () => {
+          // A step for no frame comes when all frames are placed.
+          if (!has_added) await registrar.call('finish');
+          has_added = false;
           const progress = await registrar.call('step');
           return { ...progress, frame: progress.frame ?? null };
         },
@@ -233,6 +242,9 @@ export class SpatialClient {
         } else if (event.type === 'problem') {
           this.#num_done++;
           this.#listener.problem(problemOf(event.error, event.name));
+        } else if (event.type === 'step') {
+          const { stage, done, total } = event.progress;
+          if (stage === 'joint') this.#listener.solving(done, total);
         } else if (event.type === 'replaced') {
           this.#listener.replaced(event.name);
         }

@@ -63,7 +63,9 @@ export interface RegistrarApi {
   /** Looks at the first file; returns what the preparing workers need. */
   begin(name: string, first_frame: Uint8Array): string;
   add_prepared(prepared: Uint8Array): void;
-  /** Registers one frame; `ms`: what this and adding it took, without waiting. */
+  /** Says that no frame will follow for now: `step` then solves for all poses together, where that is set. */
+  finish(): void;
+  /** One piece of work, such as registering a frame; `ms`: what this and adding it took, without waiting. */
   step(): Progress & { ms: number };
   setReference(name: string, bytes: Uint8Array, num_recorded: number): void;
   clearReference(): void;

@@ -83,6 +83,7 @@ export class SpatialSession implements ReactiveController {
     this.#client ??= new SpatialClient({
       ready: (facts) => this.#onReady(facts),
       registered: (index, ms, done, total) => this.#onRegistered(index, ms, done, total),
+      solving: (done, total) => this.#onSolving(done, total),
       snapshot: (state, snapshot) => this.#onSnapshot(state, snapshot),
       problem: (problem) => this.#tell([messageOf(problem)]),
       replaced: (name) =>
@@ -319,6 +320,13 @@ export class SpatialSession implements ReactiveController {
     if (this.phase !== 'running') return;
     this.progress = done / Math.max(total, 1);
     this.activity = `Aligning frame ${Math.min(done + 1, total)} of ${total}`;
+    this.#host.requestUpdate();
+  }
+
+  #onSolving(done: number, total: number): void {
+    if (this.phase !== 'running') return;
+    this.progress = done / Math.max(total, 1);
+    this.activity = 'Solving for all frames together';
     this.#host.requestUpdate();
   }
 
