@@ -38,6 +38,7 @@ export {
   bev_in_axes,
   bev_presets,
   bev_refine,
+  bev_with_poses,
   BevImage,
   BirdsEyeView,
   check_bev_image,

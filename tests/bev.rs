@@ -10,8 +10,8 @@ use scanstitch::camera::bev::presets::{homework_numbers, homework_views};
 use scanstitch::camera::bev::scene::other_field_of_view;
 use scanstitch::camera::bev::warp::warp_rows;
 use scanstitch::camera::bev::{
-    BevAxes, BevCamera, BevIntrinsics, BevLayout, BevPair, BevParameter, BevPlane, BevPose, BevRefinementOptions,
-    BevRole, BevScene, BevSide, BevStatus, WholePixels, presets, refine,
+    BevAxes, BevCamera, BevIntrinsics, BevLayout, BevPair, BevParameter, BevPlane, BevPose, BevPoseKind,
+    BevRefinementOptions, BevRole, BevScene, BevSide, BevStatus, WholePixels, presets, refine,
 };
 
 /// Uniform numbers: a multiply-with-carry generator, enough for choosing cases.
@@ -289,11 +289,13 @@ fn random_scenes_agree_with_the_plain_matrices_both_ways() {
 }
 
 #[test]
-fn changing_the_axes_changes_no_pixel() {
+fn changing_the_axes_and_the_kind_of_pose_changes_no_pixel() {
     let mut chance = Chance(2);
     for _ in 0..NUM_CASES {
         let scene = chance.scene();
-        let other = scene.in_axes(chance.one_of(&AXES)).unwrap();
+        let kinds = [BevPoseKind::Euler, BevPoseKind::Quaternion, BevPoseKind::Matrix];
+        let other = scene.with_poses(chance.one_of(&kinds), chance.one_of(&EULER_ORDERS)).unwrap();
+        let other = other.in_axes(chance.one_of(&AXES)).unwrap();
         let (before, after) = (scene.front_from_top().unwrap(), other.front_from_top().unwrap());
         for _ in 0..5 {
             let marked = chance.pixel(&scene.top);
@@ -529,10 +531,39 @@ fn refinement_says_what_pairs_cannot_tell() {
     assert!(message(&[same[0], same[1], behind], &all).contains("pair 3"));
     let nothing = BevRefinementOptions { parameters: vec![], ..all };
     assert!(message(&same, &nothing).contains("Nothing"));
+    // Both cameras stand over one place: only the ratio of their heights shows, so not the ground as well.
+    let ratio = BevRefinementOptions { parameters: vec![BevParameter::Height, BevParameter::Ground], ..height_only() };
+    let spread = [pair(100.0, 40.0, [0.0, 9.0]), pair(300.0, 90.0, [0.0, 7.0]), pair(400.0, 120.0, [0.0, 8.0])];
+    assert!(message(&spread, &ratio).contains("do not tell"));
     // One pair is enough for one number.
-    let height = BevRefinementOptions { parameters: vec![BevParameter::Height], camera: BevRole::Front };
-    let found = refine(&scene, &[pair(256.0, 56.0, [0.0, 12.0])], &height).unwrap();
+    let found = refine(&scene, &[pair(256.0, 56.0, [0.0, 12.0])], &height_only()).unwrap();
     assert!(found.converged && found.rmse < 1e-9 && found.height > 0.05, "{found:?}");
+}
+
+fn height_only() -> BevRefinementOptions {
+    BevRefinementOptions { parameters: vec![BevParameter::Height], camera: BevRole::Front }
+}
+
+#[test]
+fn refinement_finds_the_ground() {
+    for axes in AXES {
+        let scene = homework_views().in_axes(axes).unwrap();
+        let mut lower = scene.clone();
+        lower.plane = BevPlane::Level { height: -0.1 };
+        let shown = lower.front_from_top().unwrap();
+        let pairs = [[100.0, 40.0], [300.0, 90.0], [400.0, 120.0]]
+            .map(|top| BevPair { top, front: shown.point(top).projected.unwrap() });
+        let options = BevRefinementOptions { parameters: vec![BevParameter::Ground], camera: BevRole::Front };
+        let found = refine(&scene, &pairs, &options).unwrap();
+        assert!(found.converged && (found.ground + 0.1).abs() < 1e-9, "{axes:?}: {}", found.ground);
+        assert_eq!((&found.scene.top, &found.scene.front), (&scene.top, &scene.front));
+        // The same ground given by its normal, which may point down and have any length.
+        let normal = (axes.up() * -2.0).into();
+        let tilted = BevScene { plane: BevPlane::Tilted { normal, offset: 0.0 }, ..scene.clone() };
+        let found = refine(&tilted, &pairs, &options).unwrap();
+        assert!((found.ground + 0.1).abs() < 1e-9);
+        assert!(matches!(found.scene.plane, BevPlane::Tilted { offset, .. } if (offset - 0.2).abs() < 1e-9));
+    }
 }
 
 #[test]

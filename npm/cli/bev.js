@@ -14,7 +14,8 @@ import { fileProblem, readInput } from './inputs.js';
 /** @typedef {import('./command.js').Engine} Engine */
 
 const ROLES = /** @type {const} */ (['top', 'front']);
-const PARAMETERS = /** @type {const} */ (['pitch', 'height', 'offset']);
+const PARAMETERS = /** @type {const} */ (['pitch', 'height', 'offset', 'ground']);
+const REFINED = 'pitch,height,offset';
 
 const OPTIONS = /** @type {const} */ ({
   scene: { type: 'string' },
@@ -25,7 +26,7 @@ const OPTIONS = /** @type {const} */ ({
   round: { type: 'boolean', default: false },
   polygon: { type: 'boolean', default: false },
   pairs: { type: 'string' },
-  refine: { type: 'string', default: PARAMETERS.join(',') },
+  refine: { type: 'string', default: REFINED },
   camera: { type: 'string', default: 'front' },
   json: { type: 'boolean', default: false },
   out: { type: 'string' },
@@ -69,7 +70,8 @@ Options:
                        shows, clipped before it is projected
   --pairs FILE         places marked in both views, top_u top_v front_u front_v a line: moves a camera until the
                        projections fall on the marks, and uses the scene so refined
-  --refine LIST        what of the camera is refined: ${PARAMETERS.join(',')} (default: all)
+  --refine LIST        what is refined: ${PARAMETERS.join(',')} (default: ${REFINED}); ground is the
+                       height of the ground itself
   --camera VIEW        the camera that is refined: top | front (default: front)
 
 Output:
@@ -225,10 +227,10 @@ function tellHidden(points, from) {
  * @param {BevRefinement} refinement
  * @param {BevRole} camera
  */
-function toldRefinement({ pitch, height, right, ahead, rmse_before, rmse, residuals, converged }, camera) {
+function toldRefinement({ pitch, height, right, ahead, ground, rmse_before, rmse, residuals, converged }, camera) {
   const degrees = ((pitch * 180) / Math.PI).toFixed(3);
   const metres = (/** @type {number} */ value) => `${value.toFixed(4)} m`;
-  const moved = `turned up by ${degrees} degrees, raised by ${metres(height)}, to the right by ${metres(right)}, ahead by ${metres(ahead)}`;
+  const moved = `turned up by ${degrees} degrees, raised by ${metres(height)}, to the right by ${metres(right)}, ahead by ${metres(ahead)}${ground === 0 ? '' : `, the ground raised by ${metres(ground)}`}`;
   const fit = `${residuals.length} pairs, rmse ${rmse_before.toFixed(3)} before, ${rmse.toFixed(3)} pixels after`;
   return `note: ${camera} camera ${moved}; ${fit}${converged ? '' : ' (not converged)'}\n`;
 }

@@ -65,6 +65,8 @@ const OPEN_ITEMS: readonly MenuItem[] = [
  *   trajectory, apart by spaces. `src="none"` begins empty.
  * - `settings`: `name=value&name=value` in SI units, for example `strategy=scan_to_scan&max_range=20`.
  * - `preset`: name of the preset to begin with.
+ * - `view`: `bev` begins with the bird's-eye view; `src` then names a `scene.json`, whose pictures lie beside it. A link
+ *   that ends in `#bev` does so as well.
  * - `theme`: `light`, `dark`, or `auto` (the default: as the system has it).
  * - `remember-settings`: changed settings are kept in the fragment of the page's address, so a link carries them.
  *
@@ -78,6 +80,7 @@ export class ScanstitchApp extends LitElement {
   @property() src = '';
   @property({ attribute: 'settings' }) initial_settings = '';
   @property() preset = '';
+  @property() view: 'map' | 'bev' = 'map';
   @property({ reflect: true }) theme: Theme = 'auto';
   @property({ type: Boolean, attribute: 'remember-settings' }) remember_settings = false;
 
@@ -94,6 +97,8 @@ export class ScanstitchApp extends LitElement {
   @state() private is_exporting = false;
   @state() private is_evaluating = false;
   @state() private was_evaluating = false;
+  @state() private is_bev = false;
+  @state() private was_bev = false;
   @state() private evaluated_run: (GivenFiles & { of: unknown }) | null = null;
   @query('scanstitch-map') private map!: ScanstitchMap;
   @query('#pick-files') private file_input!: HTMLInputElement;
@@ -123,6 +128,13 @@ export class ScanstitchApp extends LitElement {
     this.system_dark.addEventListener('change', this.onSystemTheme);
     window.addEventListener('hashchange', this.onHash);
     this.session.beginWith((facts) => this.initialSettings(facts));
+    if (/^#bev\b/.test(location.hash)) this.view = 'bev';
+    if (this.view === 'bev') this.toggleBev();
+    else this.openFirst();
+  }
+
+  /** What the map begins with. */
+  private openFirst(): void {
     if (this.session.dataset) return;
     if (this.src === 'none') this.session.clear();
     else this.session.openGiven(this.src === '' ? fetchSample() : fetchDataset(this.src));
@@ -153,6 +165,7 @@ export class ScanstitchApp extends LitElement {
     const { snapshot, phase } = session;
     const result = snapshot?.result;
     const frames = result?.frames ?? NO_FRAMES;
+    const is_aside = this.is_evaluating || this.is_bev;
     const is_empty = snapshot === null && (phase === 'empty' || phase === 'unavailable');
     return html`
       <div
@@ -166,10 +179,10 @@ export class ScanstitchApp extends LitElement {
           this.hovered = detail;
         }}
       >
-        ${this.renderHeader()} ${this.renderEvaluation()}
-        ${is_empty && !this.is_evaluating ? this.renderEmpty() : nothing}
-        ${layout === 'narrow' || this.is_evaluating ? nothing : this.renderFigures()}
-        <main ?hidden=${is_empty || this.is_evaluating}>
+        ${this.renderHeader()} ${this.renderEvaluation()} ${this.renderBev()}
+        ${is_empty && !is_aside ? this.renderEmpty() : nothing}
+        ${layout === 'narrow' || is_aside ? nothing : this.renderFigures()}
+        <main ?hidden=${is_empty || is_aside}>
           ${layout === 'wide' ? html`<aside class="side left" aria-label="Settings">${this.renderSettings()}</aside>` : nothing}
           <div class="middle">
             <div class="map-area">
@@ -228,8 +241,8 @@ export class ScanstitchApp extends LitElement {
       <div class="brand">${logo()}<span>Scanstitch</span></div>
       <div class="dataset">
         ${
-          this.is_evaluating
-            ? html`<span class="title">Trajectories against the truth</span>`
+          this.is_evaluating || this.is_bev
+            ? html`<span class="title">${this.is_bev ? "Bird's-eye view" : 'Trajectories against the truth'}</span>`
             : dataset
               ? html`<span class="title" title=${dataset.title}>${dataset.title}</span>
                   <span class="muted count">${plural(dataset.scans.length, 'scan')}</span>
@@ -252,6 +265,15 @@ export class ScanstitchApp extends LitElement {
       </div>
       <nav aria-label="Actions">
         <button
+          ?hidden=${this.is_evaluating}
+          aria-pressed=${this.is_bev}
+          title="Points of a top view, found in a front view"
+          @click=${this.toggleBev}
+        >
+          ${this.is_bev ? 'Back to the map' : 'BEV'}
+        </button>
+        <button
+          ?hidden=${this.is_bev}
           aria-pressed=${this.is_evaluating}
           title="Compare trajectories with the truth"
           @click=${this.toggleEvaluation}
@@ -259,7 +281,7 @@ export class ScanstitchApp extends LitElement {
           ${this.is_evaluating ? 'Back to the map' : 'Evaluate'}
         </button>
         <scanstitch-menu
-          ?hidden=${this.is_evaluating}
+          ?hidden=${this.is_evaluating || this.is_bev}
           label="Open"
           icon="open"
           .items=${OPEN_ITEMS}
@@ -267,7 +289,7 @@ export class ScanstitchApp extends LitElement {
           @menu-chosen=${this.onOpen}
         ></scanstitch-menu>
         <scanstitch-menu
-          ?hidden=${this.is_evaluating}
+          ?hidden=${this.is_evaluating || this.is_bev}
           label="Export"
           icon="download"
           .items=${EXPORTS}
@@ -311,6 +333,24 @@ export class ScanstitchApp extends LitElement {
       this.was_evaluating = true;
     }
     this.is_evaluating = !this.is_evaluating;
+  }
+
+  /** The third view, loaded when it is first asked for. */
+  private renderBev(): TemplateResult | typeof nothing {
+    if (!this.was_bev) return nothing;
+    return html`<scanstitch-bev
+      ?hidden=${!this.is_bev}
+      ?dark=${this.isDark()}
+      src=${this.view === 'bev' && this.src !== 'none' ? this.src : ''}
+      ?remember-scene=${this.remember_settings}
+    ></scanstitch-bev>`;
+  }
+
+  private async toggleBev(): Promise<void> {
+    if (!this.is_bev) await import('./bev/bev-view.js');
+    else if (this.view === 'bev' && this.src === '') this.openFirst();
+    this.is_bev = !this.is_bev;
+    this.was_bev = true;
   }
 
   private renderFigures(): TemplateResult | typeof nothing {

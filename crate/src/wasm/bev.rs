@@ -9,8 +9,8 @@ use crate::camera::bev::points::{FRONT_POINT_COLUMNS, PAIR_COLUMNS, POINT_COLUMN
 use crate::camera::bev::refine::refine;
 use crate::camera::bev::warp::warp_rows;
 use crate::camera::bev::{
-    BevAxes, BevCamera, BevLayout, BevPair, BevPoint, BevPolygon, BevPreset, BevRefinement, BevRefinementOptions,
-    BevRole, BevScene, BevSegment, PlaneTransfer, WholePixels, presets,
+    BevAxes, BevCamera, BevLayout, BevPair, BevPoint, BevPolygon, BevPoseKind, BevPreset, BevRefinement,
+    BevRefinementOptions, BevRole, BevScene, BevSegment, EulerOrder, PlaneTransfer, WholePixels, presets,
 };
 use crate::error::Error;
 
@@ -25,6 +25,12 @@ extern "C" {
     /// Which way axes point.
     #[wasm_bindgen(typescript_type = "BevAxes")]
     pub type AxesName;
+    /// How a pose is given.
+    #[wasm_bindgen(typescript_type = "BevPoseKind")]
+    pub type BevPoseKindName;
+    /// The order of three turns.
+    #[wasm_bindgen(typescript_type = "EulerOrder")]
+    pub type EulerOrderName;
     /// What is done to projected pixels.
     #[wasm_bindgen(typescript_type = "WholePixels")]
     pub type WholePixelsName;
@@ -217,6 +223,21 @@ pub fn read_bev_pairs(bytes: &[u8], name: &str) -> Result<Vec<Ts<BevPair>>, JsVa
 pub fn bev_in_axes(scene: &BevSceneObject, axes: &AxesName) -> Result<Ts<BevScene>, JsValue> {
     let axes: BevAxes = from_object(Some(axes.into()))?;
     plain(&scene_of(scene)?.in_axes(axes).map_err(|error| thrown(&error))?)
+}
+
+/// The same scene, its two poses given another way.
+///
+/// # Errors
+/// When a camera is none or a name is unknown.
+#[wasm_bindgen]
+pub fn bev_with_poses(
+    scene: &BevSceneObject,
+    kind: &BevPoseKindName,
+    order: &EulerOrderName,
+) -> Result<Ts<BevScene>, JsValue> {
+    let kind: BevPoseKind = from_object(Some(kind.into()))?;
+    let order: EulerOrder = from_object(Some(order.into()))?;
+    plain(&scene_of(scene)?.with_poses(kind, order).map_err(|error| thrown(&error))?)
 }
 
 /// Moves a camera until the projections of pairs fall on their marks: pitch, height and offset, by least squares.

@@ -68,5 +68,5 @@ pub use clip::{BevPolygon, BevSegment};
 pub use points::{BevPoint, BevStatus, WholePixels};
 pub use presets::{BevPreset, presets};
 pub use refine::{BevPair, BevParameter, BevRefinement, BevRefinementOptions, BevRole, refine};
-pub use scene::{BevCamera, BevIntrinsics, BevPlane, BevPose, BevScene, BevSide};
+pub use scene::{BevCamera, BevIntrinsics, BevPlane, BevPose, BevPoseKind, BevScene, BevSide};
 pub use transfer::{BevLayout, BevLayoutCamera, Plane, PlaneTransfer, PosedCamera};

@@ -2,13 +2,14 @@
 //!
 //! The camera's pose is `T = Trans(h up + r right + a ahead) T_0 Rx(pitch)`: its height and its offset along the ground,
 //! and a turn about its own x axis. `up` is the plane's normal, `right` the camera's x axis laid on the plane, `ahead`
-//! at right angles to both. The sum of squared distances between projected and marked pixels in the front view is made
+//! at right angles to both. The ground may be raised as well, `delta = delta_0 + g`: a simulator's floor often lies a few
+//! centimetres beside the height that its cameras are given over. The sum of squared distances between projected and marked pixels in the front view is made
 //! smallest by Gauss and Newton's method, a step being halved as long as it makes things worse.
 
 use nalgebra::{DMatrix, DVector, Matrix2x3, Rotation3, Translation3, UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
 
-use super::scene::{BevPose, BevScene};
+use super::scene::{BevPlane, BevPose, BevScene};
 use super::transfer::{Plane, PlaneTransfer, PosedCamera};
 use crate::error::{Error, Result};
 use crate::geometry::Pose3;
@@ -46,6 +47,8 @@ pub enum BevParameter {
     Height,
     /// The place along the ground: two numbers.
     Offset,
+    /// The height of the ground itself, both cameras staying where they are.
+    Ground,
 }
 
 /// What is refined.
@@ -80,6 +83,8 @@ pub struct BevRefinement {
     pub right: f64,
     /// How far it was moved ahead; for a camera that looks straight down, towards the upper edge of its image (m).
     pub ahead: f64,
+    /// How far the ground was raised (m).
+    pub ground: f64,
     /// For each pair the projected pixel less the marked one, in the front view, before.
     pub residuals_before: Vec<[f64; 2]>,
     /// The same, after.
@@ -131,11 +136,12 @@ pub fn refine(scene: &BevScene, pairs: &[BevPair], options: &BevRefinementOption
     let moved = directions.moved(&start, &theta);
     let change = |motion: Motion| directions.free.iter().position(|&free| free == motion).map_or(0.0, |i| theta[i]);
     Ok(BevRefinement {
-        scene: written_back(scene, &moved, options.camera),
+        scene: written_back(scene, &moved, options),
         pitch: change(Motion::Pitch),
         height: change(Motion::Height),
         right: change(Motion::Right),
         ahead: change(Motion::Ahead),
+        ground: change(Motion::Ground),
         rmse_before: (squares(&residuals_before) / pairs.len() as f64).sqrt(),
         rmse: (squares(&residuals) / pairs.len() as f64).sqrt(),
         residuals_before,
@@ -152,12 +158,15 @@ enum Motion {
     Height,
     Right,
     Ahead,
+    Ground,
 }
 
 /// What may move, and where to.
 struct Directions {
     camera: BevRole,
     free: Vec<Motion>,
+    /// 1 where the plane's normal points to the side of the top camera, -1 otherwise.
+    ground_side: f64,
     up: Vector3<f64>,
     right: Vector3<f64>,
     ahead: Vector3<f64>,
@@ -181,20 +190,23 @@ impl Directions {
             (Motion::Height, BevParameter::Height),
             (Motion::Right, BevParameter::Offset),
             (Motion::Ahead, BevParameter::Offset),
+            (Motion::Ground, BevParameter::Ground),
         ];
         let free = free.iter().filter(|(_, parameter)| options.parameters.contains(parameter));
         Self {
             camera: options.camera,
             free: free.map(|&(motion, _)| motion).collect(),
+            ground_side: start.plane.height_of(&start.marked).signum(),
             up,
             right,
             ahead: up.cross(&right),
         }
     }
 
+    /// Where the camera goes; `None` for what is no shift of it.
     fn direction(&self, motion: Motion) -> Option<Vector3<f64>> {
         match motion {
-            Motion::Pitch => None,
+            Motion::Pitch | Motion::Ground => None,
             Motion::Height => Some(self.up),
             Motion::Right => Some(self.right),
             Motion::Ahead => Some(self.ahead),
@@ -205,10 +217,12 @@ impl Directions {
     fn moved(&self, start: &PlaneTransfer, theta: &DVector<f64>) -> PlaneTransfer {
         let mut shift = Vector3::zeros();
         let mut pitch = 0.0;
+        let mut plane = start.plane;
         for (&motion, &amount) in self.free.iter().zip(theta.iter()) {
-            match self.direction(motion) {
-                Some(direction) => shift += direction * amount,
-                None => pitch = amount,
+            match motion {
+                Motion::Pitch => pitch = amount,
+                Motion::Ground => plane.offset += self.ground_side * amount,
+                _ => shift += self.direction(motion).unwrap_or_default() * amount,
             }
         }
         let moved = |camera: &PosedCamera| {
@@ -217,8 +231,8 @@ impl Directions {
             PosedCamera { T_world_camera, ..*camera }
         };
         match self.camera {
-            BevRole::Top => PlaneTransfer::new(moved(&start.marked), start.projected, start.plane),
-            BevRole::Front => PlaneTransfer::new(start.marked, moved(&start.projected), start.plane),
+            BevRole::Top => PlaneTransfer::new(moved(&start.marked), start.projected, plane),
+            BevRole::Front => PlaneTransfer::new(start.marked, moved(&start.projected), plane),
         }
     }
 }
@@ -276,7 +290,7 @@ fn gauss_newton_step(
     let solved = if smallest > OPEN { scaled.cholesky() } else { None };
     let Some(cholesky) = solved else {
         return Err(Error::whole(
-            "The pairs do not tell pitch, height and offset apart",
+            "The pairs do not tell apart what is to be refined",
             "Spread them over near and far, left and right, or refine less at once",
         ));
     };
@@ -294,27 +308,32 @@ fn jacobian(transfer: &PlaneTransfer, pair: &BevPair, directions: &Directions) -
     let of_pixel: Matrix2x3<f64> = front.pinhole.projection_jacobian(&point);
     let R_front = front.T_world_camera.rotation.to_rotation_matrix();
     let column = |motion: Motion| -> Vector3<f64> {
-        let direction = directions.direction(motion);
-        match directions.camera {
-            // X' = Rx^T R_0^T (X - C), eq. (5), by C and by the turn.
-            BevRole::Front => match direction {
-                Some(direction) => -(R_front.inverse() * direction),
-                None => -Vector3::x().cross(&point),
-            },
-            BevRole::Top => R_front.inverse() * ground_derivative(transfer, pair, direction),
+        match (directions.camera, directions.direction(motion)) {
+            // Of X' = Rx^T R_0^T (X - C), eq. (5), by C and by the turn.
+            (BevRole::Front, Some(direction)) => -(R_front.inverse() * direction),
+            (BevRole::Front, None) if motion == Motion::Pitch => -Vector3::x().cross(&point),
+            _ => R_front.inverse() * ground_derivative(transfer, pair, directions, motion),
         }
     };
     let columns: Vec<_> = directions.free.iter().map(|&motion| of_pixel * column(motion)).collect();
     Some(DMatrix::from_fn(2, columns.len(), |row, index| columns[index][row]))
 }
 
-/// Derivative of the point of the ground, eqs. (3) and (4), by a shift of the top camera, or by its pitch where there is
-/// no direction. Whatever moves the ray's point by dX without the plane moves it by `dX - r (n . dX) / (n . r)` on it.
-fn ground_derivative(transfer: &PlaneTransfer, pair: &BevPair, direction: Option<Vector3<f64>>) -> Vector3<f64> {
+/// Derivative of the point of the ground, eqs. (3) and (4), by a motion of the top camera or of the ground. Whatever moves
+/// the ray's point by dX without the plane moves it by `dX - r (n . dX) / (n . r)` on it.
+fn ground_derivative(
+    transfer: &PlaneTransfer,
+    pair: &BevPair,
+    directions: &Directions,
+    motion: Motion,
+) -> Vector3<f64> {
     let top = &transfer.marked;
     let normal = transfer.plane.normal;
     let r = top.ray(pair.top);
-    let moved = direction.unwrap_or_else(|| {
+    if motion == Motion::Ground {
+        return r * (directions.ground_side / normal.dot(&r));
+    }
+    let moved = directions.direction(motion).unwrap_or_else(|| {
         let t = -transfer.plane.height_of(top) / normal.dot(&r);
         let d = top.pinhole.ray(pair.top[0], pair.top[1]);
         top.T_world_camera.rotation * Vector3::x().cross(&d) * t
@@ -338,10 +357,21 @@ fn shortened(
     })
 }
 
-/// The scene with the moved camera's pose, written as it was given.
-fn written_back(scene: &BevScene, moved: &PlaneTransfer, role: BevRole) -> BevScene {
+/// The scene with the moved camera and ground, written as they were given.
+fn written_back(scene: &BevScene, moved: &PlaneTransfer, options: &BevRefinementOptions) -> BevScene {
     let mut scene = scene.clone();
-    let (camera, posed) = match role {
+    if options.parameters.contains(&BevParameter::Ground) {
+        scene.plane = match scene.plane {
+            BevPlane::Level { .. } => BevPlane::Level { height: moved.plane.offset },
+            BevPlane::Tilted { normal, .. } => {
+                BevPlane::Tilted { normal, offset: moved.plane.offset * Vector3::from(normal).norm() }
+            }
+        };
+        if options.parameters.len() == 1 {
+            return scene; // the camera was not touched, not even in its last digit
+        }
+    }
+    let (camera, posed) = match options.camera {
         BevRole::Top => (&mut scene.top, &moved.marked),
         BevRole::Front => (&mut scene.front, &moved.projected),
     };
@@ -351,7 +381,7 @@ fn written_back(scene: &BevScene, moved: &PlaneTransfer, role: BevRole) -> BevSc
         BevPose::Quaternion { .. } | BevPose::Matrix { .. } => scene.axes.euler_order(),
     };
     let R = Rotation3::from(rotation).into_inner();
-    camera.pose = camera.pose.like(scene.axes, &R, &translation.vector, order);
+    camera.pose = BevPose::of(camera.pose.kind(), scene.axes, &R, &translation.vector, order);
     scene
 }
 
@@ -372,12 +402,14 @@ mod tests {
         let start = scene.front_from_top().unwrap();
         let pair = BevPair { top: [300.0, 90.0], front: [0.0, 0.0] };
         for camera in [BevRole::Top, BevRole::Front] {
-            let directions = Directions::of(&start, &BevRefinementOptions { camera, ..Default::default() });
+            let parameters =
+                vec![BevParameter::Pitch, BevParameter::Height, BevParameter::Offset, BevParameter::Ground];
+            let directions = Directions::of(&start, &BevRefinementOptions { camera, parameters });
             let J = jacobian(&start, &pair, &directions).unwrap();
-            assert_eq!(J.shape(), (2, 4));
-            for column in 0..4 {
+            assert_eq!(J.shape(), (2, 5));
+            for column in 0..5 {
                 let at = |step: f64| {
-                    let theta = DVector::from_fn(4, |row, _| if row == column { step } else { 0.0 });
+                    let theta = DVector::from_fn(5, |row, _| if row == column { step } else { 0.0 });
                     DVector::from_row_slice(&residuals_of(&directions.moved(&start, &theta), &[pair]).unwrap()[0])
                 };
                 let numeric = (at(1e-6) - at(-1e-6)) / 2e-6;

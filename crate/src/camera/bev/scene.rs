@@ -134,6 +134,20 @@ pub enum BevPose {
     },
 }
 
+/// The ways to give a pose.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
+pub enum BevPoseKind {
+    /// Position and three turns.
+    #[default]
+    Euler,
+    /// Position and quaternion.
+    Quaternion,
+    /// A 4 x 4 matrix.
+    Matrix,
+}
+
 /// The homework's own views, see [`super::presets()`].
 impl Default for BevScene {
     fn default() -> Self {
@@ -191,6 +205,20 @@ impl BevScene {
         Ok(PlaneTransfer::new(projected, marked, plane))
     }
 
+    /// The same scene, its two poses given another way. Angles are in the order that is given.
+    ///
+    /// # Errors
+    /// When a camera is none.
+    pub fn with_poses(&self, kind: BevPoseKind, order: EulerOrder) -> Result<Self> {
+        let given = |camera: &BevCamera, name: &str| -> Result<BevCamera> {
+            let T = camera.resolve(self.axes, name)?.T_world_camera;
+            let R = T.rotation.to_rotation_matrix().into_inner();
+            let pose = BevPose::of(kind, self.axes, &R, &T.translation.vector, order);
+            Ok(BevCamera { pose, ..camera.clone() })
+        };
+        Ok(Self { top: given(&self.top, "top")?, front: given(&self.front, "front")?, ..self.clone() })
+    }
+
     /// The same scene in other axes. Poses keep their kind; angles take the order that the axes are used with.
     ///
     /// # Errors
@@ -206,7 +234,8 @@ impl BevScene {
         let turned = |camera: &BevCamera, name: &str| -> Result<BevCamera> {
             let T = camera.resolve(self.axes, name)?.T_world_camera;
             let R = R_new_old * T.rotation.to_rotation_matrix().into_inner();
-            let pose = camera.pose.like(axes, &R, &(R_new_old * T.translation.vector), axes.euler_order());
+            let pose =
+                BevPose::of(camera.pose.kind(), axes, &R, &(R_new_old * T.translation.vector), axes.euler_order());
             Ok(BevCamera { pose, ..camera.clone() })
         };
         Ok(Self { axes, plane, top: turned(&self.top, "top")?, front: turned(&self.front, "front")? })
@@ -318,9 +347,18 @@ impl BevPose {
         Ok((R, position))
     }
 
-    /// A pose of the same kind with this rotation of our camera axes and this position.
-    pub(super) fn like(
-        &self,
+    /// How this pose is given.
+    pub fn kind(&self) -> BevPoseKind {
+        match self {
+            Self::Euler { .. } => BevPoseKind::Euler,
+            Self::Quaternion { .. } => BevPoseKind::Quaternion,
+            Self::Matrix { .. } => BevPoseKind::Matrix,
+        }
+    }
+
+    /// The pose with this rotation of our camera axes and this position, in the named axes.
+    pub(super) fn of(
+        kind: BevPoseKind,
         axes: BevAxes,
         R_ours: &Matrix3<f64>,
         position: &Vector3<f64>,
@@ -328,13 +366,13 @@ impl BevPose {
     ) -> Self {
         let R = R_ours * axes.R_named_camera().transpose();
         let position: [f64; 3] = (*position).into();
-        match self {
-            Self::Euler { .. } => Self::Euler { position, order, angles: order.angles(&R) },
-            Self::Quaternion { .. } => {
+        match kind {
+            BevPoseKind::Euler => Self::Euler { position, order, angles: order.angles(&R) },
+            BevPoseKind::Quaternion => {
                 let q = nearest_rotation(&R).unwrap_or_default();
                 Self::Quaternion { position, qx: q.i, qy: q.j, qz: q.k, qw: q.w }
             }
-            Self::Matrix { .. } => {
+            BevPoseKind::Matrix => {
                 let row = |i: usize| [R[(i, 0)], R[(i, 1)], R[(i, 2)], position[i]];
                 Self::Matrix { T_world_camera: [row(0), row(1), row(2), [0.0, 0.0, 0.0, 1.0]] }
             }
