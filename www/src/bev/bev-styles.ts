@@ -150,7 +150,7 @@ export const bev_styles = css`
     flex-wrap: wrap;
     align-items: center;
     gap: 2px 14px;
-    min-height: 34px;
+    min-height: 48px; /* two lines, so that nothing jumps */
     padding: 4px 12px;
     color: var(--muted);
     font-size: 12.5px;

@@ -29,7 +29,7 @@ import './picture.js';
 import { type HandleMove, type ScanstitchBevPicture, shortPixel } from './picture.js';
 import './points-table.js';
 import type { TypedPixel } from './points-table.js';
-import type { BevAxes, BevPoint, BevRefinement, BevRole, BevScene, Pixel, WholePixels } from './protocol.js';
+import type { BevAxes, BevPoint, BevPreset, BevRefinement, BevRole, BevScene, Pixel, WholePixels } from './protocol.js';
 import './refinement.js';
 import type { RefinementWish } from './refinement.js';
 import { BevSession } from './session.js';
@@ -81,6 +81,9 @@ export class ScanstitchBev extends LitElement {
   private num_pointed = 0;
   private topOverlayOf = remember(topOverlay);
   private frontOverlayOf = remember(frontOverlay);
+  private openItemsOf = remember(openItems);
+  private topHandlesOf = remember(topHandles);
+  private frontHandlesOf = remember(frontHandles);
   private onHash = (): void => {
     if (isOfBev(location.hash)) this.session.openLink();
   };
@@ -132,13 +135,13 @@ export class ScanstitchBev extends LitElement {
 
   private renderControls(made: BevDocument): TemplateResult {
     const { session } = this;
-    const open: MenuItem[] = [
-      { id: 'files', label: 'Files…', detail: 'two views (PNG, JPEG), a scene.json, a table of points (CSV)' },
-      ...(has_sample ? [{ id: 'sample', label: 'The sample', detail: 'a rendered pair with exact cameras' }] : []),
-      ...session.presets.map(({ name, label, explanation }) => ({ id: name, label, detail: explanation })),
-    ];
     return html`<div class="controls" role="toolbar" aria-label="Bird's-eye view">
-      <scanstitch-menu label="Open" icon="open" .items=${open} @menu-chosen=${this.onOpen}></scanstitch-menu>
+      <scanstitch-menu
+        label="Open"
+        icon="open"
+        .items=${this.openItemsOf(session.presets)}
+        @menu-chosen=${this.onOpen}
+      ></scanstitch-menu>
       <div class="tools" role="group" aria-label="What is marked">
         ${TOOLS.map(
           ([tool, label]) =>
@@ -293,7 +296,7 @@ export class ScanstitchBev extends LitElement {
         .height=${height}
         .bitmap=${bitmap}
         .overlay=${overlay}
-        .handles=${is_top ? topHandles(made) : frontHandles(answered)}
+        .handles=${is_top ? this.topHandlesOf(made) : this.frontHandlesOf(answered)}
         .blend=${is_top ? 0 : session.blend}
         placeholder=${picture && !bitmap ? 'The image has another size than its camera' : `Drop the ${role} view here`}
         @picture-pressed=${({ detail }: CustomEvent<Pixel>) => this.onPressed(role, detail)}
@@ -618,6 +621,14 @@ export class ScanstitchBev extends LitElement {
   }
 
   static override styles = [tokens, shared, bev_styles];
+}
+
+function openItems(presets: readonly BevPreset[]): MenuItem[] {
+  return [
+    { id: 'files', label: 'Files…', detail: 'two views (PNG, JPEG), a scene.json, a table of points (CSV)' },
+    ...(has_sample ? [{ id: 'sample', label: 'The sample', detail: 'a rendered pair with exact cameras' }] : []),
+    ...presets.map(({ name, label, explanation }) => ({ id: name, label, detail: explanation })),
+  ];
 }
 
 declare global {

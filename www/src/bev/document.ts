@@ -106,10 +106,10 @@ export const STATUS_WORDS: Record<BevPoint['status'], string> = {
 
 /** What to do with each tool. */
 export const HINTS: Record<Tool, string> = {
-  polygon: 'Click the corners of a region in the top view; drag them; arrow keys move the chosen one by a pixel.',
+  polygon: 'Click the corners of a region; drag them, or move them with the arrow keys.',
   grid: 'Click two opposite corners in the top view.',
   points: 'Click points in either view: the other one follows.',
-  pairs: 'Click a place in the top view, then the same place in the front view. Then refine the camera.',
+  pairs: 'Click a place in the top view, then the same place in the front view.',
 };
 
 /** How many points have no place in the front view, and why. */

@@ -60,8 +60,9 @@ export function topOverlay(
       made.pairs.forEach(({ top }, index) => pen.dot(top, letter(index), PAIR, index === selected));
     } else {
       const is_grid = lines.length > 0;
-      points.forEach((point, index) => pen.dot(point, is_grid ? '' : String(index + 1), MARK, index === selected));
-      if (is_grid) made.corners.forEach((point, index) => pen.dot(point, String(index + 1), MARK, false));
+      if (is_grid) for (const point of points) pen.dot(point, '', MARK, false);
+      const numbered = is_grid ? made.corners : points;
+      numbered.forEach((point, index) => pen.dot(point, String(index + 1), MARK, index === selected));
     }
     if (ghost) pen.cross(ghost, SEEN);
   };
@@ -102,7 +103,8 @@ export function frontOverlay(
       const is_grid = made.tool === 'grid' && made.corners.length === 2;
       answer.points.forEach((point, index) => {
         const label = is_grid ? '' : String(index + 1);
-        if (point.status === 'visible' && point.projected) pen.dot(point.projected, label, MARK, index === selected);
+        const is_selected = index === selected && !is_grid;
+        if (point.status === 'visible' && point.projected) pen.dot(point.projected, label, MARK, is_selected);
         else if (point.status === 'outside_image' && point.projected && !is_grid) pen.arrow(point, label);
       });
     }

@@ -51,7 +51,14 @@ export class ScanstitchBevPicture extends LitElement {
   @query('.marks') private marks!: HTMLCanvasElement;
   @query('.loupe') private loupe!: HTMLCanvasElement | null;
   private dragged: { key: string; pointer_id: number } | null = null;
-  private observer = new ResizeObserver(() => this.paint());
+  /** The click that ends a drag means nothing of its own. */
+  private was_dragged = false;
+  /** Where the pointer was pressed: a click itself is told in whole CSS pixels only. */
+  private pressed_at: Pixel = [0, 0];
+  private observer = new ResizeObserver(() => {
+    this.paintBase();
+    this.paint();
+  });
 
   override connectedCallback(): void {
     super.connectedCallback();
@@ -98,7 +105,7 @@ export class ScanstitchBevPicture extends LitElement {
 
   protected override updated(changed: PropertyValues): void {
     if (changed.has('bitmap') || changed.has('width') || changed.has('height')) this.paintBase();
-    this.paint();
+    if (changed.has('overlay')) this.paint();
     if (this.loupe_at) this.paintLoupe(this.loupe_at);
   }
 
@@ -112,13 +119,14 @@ export class ScanstitchBevPicture extends LitElement {
       aria-label=${this.name}
       style="aspect-ratio:${width}/${height}"
       @pointerdown=${this.onPress}
+      @click=${this.onClick}
       @pointermove=${this.onMove}
       @pointerup=${this.onRelease}
       @pointercancel=${this.onRelease}
       @pointerleave=${() => this.tell('picture-pointed', null)}
     >
       <canvas class="base"></canvas>
-      <canvas class="warp" style="opacity:${this.blend}"></canvas>
+      <canvas class="warp" ?hidden=${this.blend === 0} style="opacity:${this.blend}"></canvas>
       <canvas class="marks"></canvas>
       ${this.bitmap ? nothing : html`<p class="placeholder">${this.placeholder}</p>`}
       ${repeat(
@@ -147,13 +155,18 @@ export class ScanstitchBevPicture extends LitElement {
     </div>`;
   }
 
+  /** The picture in the size that it is shown in: a screen that is composed anew with every mark has less to do. */
   private paintBase(): void {
-    const { base, bitmap } = this;
-    [base.width, base.height] = [this.width, this.height];
-    if (bitmap) base.getContext('2d')?.drawImage(bitmap, 0, 0);
-    if (this.warp.width !== this.width || this.warp.height !== this.height) {
-      [this.warp.width, this.warp.height] = [this.width, this.height];
+    const { base, bitmap, warp } = this;
+    const density = devicePixelRatio || 1;
+    const share = Math.min(1, (base.clientWidth * density) / this.width || 1);
+    [base.width, base.height] = [Math.round(this.width * share), Math.round(this.height * share)];
+    const context = base.getContext('2d');
+    if (bitmap && context) {
+      context.imageSmoothingQuality = 'high';
+      context.drawImage(bitmap, 0, 0, base.width, base.height);
     }
+    if (warp.width !== this.width || warp.height !== this.height) [warp.width, warp.height] = [this.width, this.height];
   }
 
   /** Draws the marks alone: the picture beneath them stays. */
@@ -176,7 +189,8 @@ export class ScanstitchBevPicture extends LitElement {
     context.imageSmoothingEnabled = false;
     context.fillStyle = '#808080';
     context.fillRect(0, 0, LOUPE, LOUPE);
-    context.drawImage(this.base, u + 0.5 - side / 2, v + 0.5 - side / 2, side, side, 0, 0, LOUPE, LOUPE);
+    if (this.bitmap)
+      context.drawImage(this.bitmap, u + 0.5 - side / 2, v + 0.5 - side / 2, side, side, 0, 0, LOUPE, LOUPE);
     const middle = LOUPE / 2 - MAGNIFIED / 2;
     context.strokeStyle = '#fff';
     context.strokeRect(middle, middle, MAGNIFIED, MAGNIFIED);
@@ -194,18 +208,22 @@ export class ScanstitchBevPicture extends LitElement {
 
   private onPress(event: PointerEvent): void {
     if (event.button !== 0 || !event.isPrimary) return;
-    const handle = event.composedPath().find((one) => one instanceof HTMLElement && one.dataset.key !== undefined);
-    const at = this.pixelAt(event);
-    if (handle instanceof HTMLElement && handle.dataset.key !== undefined) {
-      this.dragged = { key: handle.dataset.key, pointer_id: event.pointerId };
-      (event.currentTarget as HTMLElement).setPointerCapture(event.pointerId);
-      handle.focus({ preventScroll: true });
-      this.loupe_at = at;
-      this.tell('handle-moved', { key: this.dragged.key, at: this.placeOf(this.dragged.key), phase: 'begin' });
-      event.preventDefault();
-    } else {
-      this.tell('picture-pressed', at);
-    }
+    const handle = handleOf(event);
+    this.pressed_at = this.pixelAt(event);
+    this.was_dragged = handle !== null;
+    if (!handle) return;
+    const key = handle.dataset.key ?? '';
+    this.dragged = { key, pointer_id: event.pointerId };
+    (event.currentTarget as HTMLElement).setPointerCapture(event.pointerId);
+    handle.focus({ preventScroll: true });
+    this.loupe_at = this.pressed_at;
+    this.tell('handle-moved', { key, at: this.placeOf(key), phase: 'begin' });
+    event.preventDefault();
+  }
+
+  /** A click, and not the press before it: a finger that scrolls the page presses as well. */
+  private onClick(event: PointerEvent): void {
+    if (!this.was_dragged && !handleOf(event)) this.tell('picture-pressed', this.pressed_at);
   }
 
   private onMove(event: PointerEvent): void {
@@ -213,8 +231,9 @@ export class ScanstitchBevPicture extends LitElement {
     if (this.dragged?.pointer_id === event.pointerId) {
       this.loupe_at = at;
       this.tell('handle-moved', { key: this.dragged.key, at, phase: 'drag' });
+    } else {
+      this.tell('picture-pointed', at);
     }
-    this.tell('picture-pointed', at);
   }
 
   private onRelease(event: PointerEvent): void {
@@ -325,6 +344,11 @@ export class ScanstitchBevPicture extends LitElement {
       }
     `,
   ];
+}
+
+function handleOf(event: Event): HTMLElement | null {
+  const found = event.composedPath().find((one) => one instanceof HTMLElement && one.dataset.key !== undefined);
+  return found instanceof HTMLElement ? found : null;
 }
 
 /** Whole numbers as they are, others with two decimals. */

@@ -93,7 +93,8 @@ export class BevSession implements ReactiveController {
     const { history } = this;
     if (!history) return;
     const next = { ...history.present, ...change };
-    this.take(is_step ? continued(history, next) : changed(history, next));
+    if (!is_step) this.take(changed(history, next));
+    else this.take(continued(history, next), false);
   }
 
   setScene(scene: BevScene): void {
@@ -108,11 +109,12 @@ export class BevSession implements ReactiveController {
     if (this.history) this.take(redone(this.history));
   }
 
-  private take(history: History): void {
+  /** Steps of a drag are drawn once, with their answer. */
+  private take(history: History, is_shown_at_once = true): void {
     const before = this.history?.present;
     this.history = history;
     const { present } = history;
-    this.host.requestUpdate();
+    if (is_shown_at_once) this.host.requestUpdate();
     this.ask(present);
     if (before?.scene === present.scene) return;
     this.checkSizes(present.scene);
@@ -127,7 +129,11 @@ export class BevSession implements ReactiveController {
         return;
       }
       this.settle('scene');
-      this.answered = { made, answer };
+      const { answered } = this;
+      // What follows from the scene alone stays the same object, so that nobody draws it again.
+      const same = answered?.made.scene === made.scene ? answered.answer : answer;
+      const { layout, homography, common } = same;
+      this.answered = { made, answer: { ...answer, layout, homography, common } };
       this.host.requestUpdate();
       this.listener.answered(since);
     });
