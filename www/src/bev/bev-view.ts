@@ -503,6 +503,7 @@ export class ScanstitchBev extends LitElement {
   private async onMoved(role: BevRole, { key, at, phase }: HandleMove): Promise<void> {
     if (phase === 'begin') {
       this.drag_begins = true;
+      this.onPointed(role, null);
       return;
     }
     const mark = markOf(key);
