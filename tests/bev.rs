@@ -566,6 +566,29 @@ fn refinement_finds_the_ground() {
     }
 }
 
+/// Places of the floor in the homework's own two pairs of views, read off the enlarged pictures by eye, to 2 px.
+#[test]
+fn the_homeworks_views_show_a_floor_that_lies_a_little_lower() {
+    let on_the_rug = [
+        BevPair { top: [234.0, 46.0], front: [228.0, 387.0] }, // corner of the rug
+        BevPair { top: [305.0, 120.0], front: [346.0, 454.0] }, // corner of the table's shadow
+    ];
+    let on_the_floor = [
+        BevPair { top: [237.0, 66.0], front: [231.0, 404.0] }, // corners of the planks in the doorway
+        BevPair { top: [307.0, 84.0], front: [332.0, 419.0] },
+    ];
+    let official = homework_views();
+    let options = BevRefinementOptions { parameters: vec![BevParameter::Ground], camera: BevRole::Front };
+    for (pairs, lowest, highest) in [(on_the_rug, -0.10, -0.04), (on_the_floor, -0.14, -0.11)] {
+        let found = refine(&official, &pairs, &options).unwrap();
+        for [across, down] in &found.residuals_before {
+            assert!(across.abs() < 2.6 && (-11.0..-5.0).contains(down), "{across} {down}");
+        }
+        assert!((lowest..highest).contains(&found.ground), "{}", found.ground);
+        assert!(found.rmse < 2.8, "{}", found.rmse);
+    }
+}
+
 #[test]
 fn every_degenerate_input_has_its_own_message() {
     let with = |change: &dyn Fn(&mut BevScene)| {

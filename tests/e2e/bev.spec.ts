@@ -1,161 +1,10 @@
 /** The third view: points of a top view land in a front view. */
-import { existsSync, readFileSync } from 'node:fs';
+import { existsSync } from 'node:fs';
 import { join } from 'node:path';
-import { deflateSync } from 'node:zlib';
-import { expect, type Locator, type Page, test as base } from '@playwright/test';
-import type { BevPreset, BevScene } from '../../pkg/scanstitch.js';
-import * as engine from '../../npm/index.js';
+import type { BevScene } from '../../pkg/scanstitch.js';
+import { BevPage, engine, expect, pair, type Picture, picture, presetNamed, test } from './bev_page.js';
 
 const SHARED = join(import.meta.dirname, '../../../shared/data/bev');
-
-interface Picture {
-  name: string;
-  mimeType: string;
-  buffer: Buffer;
-}
-
-type Color = (u: number, v: number) => readonly [number, number, number];
-
-/** A PNG file with these colours. */
-function picture(name: string, width: number, height: number, color: Color): Picture {
-  const rows = Buffer.alloc(height * (1 + 3 * width));
-  for (let v = 0; v < height; v++) {
-    for (let u = 0; u < width; u++) rows.set(color(u, v), v * (1 + 3 * width) + 1 + 3 * u);
-  }
-  const header = Buffer.alloc(13);
-  header.writeUInt32BE(width, 0);
-  header.writeUInt32BE(height, 4);
-  header.set([8, 2, 0, 0, 0], 8); // 8 bits, RGB
-  const parts = [chunk('IHDR', header), chunk('IDAT', deflateSync(rows)), chunk('IEND', Buffer.alloc(0))];
-  return { name, mimeType: 'image/png', buffer: Buffer.concat([Buffer.from('\x89PNG\r\n\x1a\n', 'latin1'), ...parts]) };
-}
-
-function chunk(type: string, data: Buffer): Buffer {
-  const body = Buffer.concat([Buffer.from(type, 'latin1'), data]);
-  const ends = Buffer.alloc(4);
-  ends.writeUInt32BE(crc(body));
-  const length = Buffer.alloc(4);
-  length.writeUInt32BE(data.length);
-  return Buffer.concat([length, body, ends]);
-}
-
-/** The checksum of PNG, bit by bit. */
-function crc(bytes: Buffer): number {
-  let sum = 0xffffffff;
-  for (const byte of bytes) {
-    sum ^= byte;
-    for (let bit = 0; bit < 8; bit++) sum = sum & 1 ? (sum >>> 1) ^ 0xedb88320 : sum >>> 1;
-  }
-  return (sum ^ 0xffffffff) >>> 0;
-}
-
-/** A floor of 16 x 16 tiles in the top view; plain grey in the front view. */
-function pair(size: number): Picture[] {
-  const tile = size / 16;
-  const floor: Color = (u, v) => ((Math.floor(u / tile) + Math.floor(v / tile)) % 2 ? [230, 90, 40] : [40, 90, 230]);
-  return [picture('top.png', size, size, floor), picture('front.png', size, size, () => [128, 128, 128])];
-}
-
-class BevPage {
-  readonly faults: string[] = [];
-
-  constructor(readonly page: Page) {
-    page.on('pageerror', (error) => this.faults.push(error.message));
-  }
-
-  async open(address = './#bev'): Promise<void> {
-    await this.page.addInitScript(() => {
-      const drawn: number[] = [];
-      Object.assign(window, { drawn });
-      addEventListener('bev-drawn', (event) => drawn.push((event as CustomEvent).detail.elapsed_ms));
-    });
-    await this.page.goto(address);
-    await this.drawn(0);
-  }
-
-  /** Waits until something was drawn after this many times. */
-  async drawn(before: number): Promise<void> {
-    await expect.poll(() => this.numDrawn(), { timeout: 30_000 }).toBeGreaterThan(before);
-  }
-
-  async numDrawn(): Promise<number> {
-    return (await this.times()).length;
-  }
-
-  async times(): Promise<number[]> {
-    return this.page.evaluate(() => (window as unknown as { drawn?: number[] }).drawn ?? []);
-  }
-
-  get view(): Locator {
-    return this.page.locator('scanstitch-bev');
-  }
-
-  /** The middle of a pixel on the screen. */
-  async place(role: 'top' | 'front', u: number, v: number): Promise<[number, number]> {
-    const picture = this.page.locator(`scanstitch-bev-picture#${role}`);
-    const [width, height] = await picture.evaluate((one: HTMLElement & { width: number; height: number }) => [
-      one.width,
-      one.height,
-    ]);
-    const box = await picture.locator('.marks').boundingBox();
-    if (!box) throw new Error('The picture has no size.');
-    return [box.x + ((u + 0.5) * box.width) / (width ?? 1), box.y + ((v + 0.5) * box.height) / (height ?? 1)];
-  }
-
-  async click(role: 'top' | 'front', u: number, v: number): Promise<void> {
-    const before = await this.numDrawn();
-    await this.page.mouse.click(...(await this.place(role, u, v)));
-    await this.drawn(before);
-  }
-
-  async load(files: Picture[] | string[]): Promise<void> {
-    await this.page.locator('#pick').setInputFiles(files);
-  }
-
-  async choose(menu: 'Open' | 'Export', item: RegExp): Promise<void> {
-    await this.view.getByRole('button', { name: menu, exact: true }).click();
-    await this.page.getByRole('menuitem', { name: item }).click();
-  }
-
-  async download(item: RegExp): Promise<Buffer> {
-    const saving = this.page.waitForEvent('download');
-    await this.choose('Export', item);
-    return readFileSync((await (await saving).path()) as string);
-  }
-
-  get rows(): Locator {
-    return this.page.getByRole('table', { name: 'Points and their projections' }).locator('tbody tr');
-  }
-
-  /** What the table says of the projections. */
-  async projections(): Promise<string[]> {
-    const cells = await this.rows.evaluateAll((rows) =>
-      rows.map((row) => [...row.querySelectorAll('.front')].map((cell) => cell.textContent).join(' ')),
-    );
-    return cells;
-  }
-
-  /** Colour of a pixel of a layer of a picture. */
-  async colorAt(role: 'top' | 'front', layer: 'base' | 'warp', u: number, v: number): Promise<number[]> {
-    return this.page
-      .locator(`scanstitch-bev-picture#${role} .${layer}`)
-      .evaluate(
-        (canvas: HTMLCanvasElement, [u, v]) => [...(canvas.getContext('2d')?.getImageData(u, v, 1, 1).data ?? [])],
-        [u, v] as const,
-      );
-  }
-}
-
-const test = base.extend<{ bev: BevPage }>({
-  bev: async ({ page }, use) => {
-    await page.setViewportSize({ width: 1600, height: 1100 }); // room for pictures in their full size
-    const bev = new BevPage(page);
-    await bev.open();
-    await bev.choose('Open', /the worked numbers/);
-    await use(bev);
-    expect(bev.faults).toEqual([]);
-  },
-});
 
 /** Marked in the top view, and where they are published to land. */
 const MARKED = [
@@ -290,14 +139,6 @@ async function colorBelow(scene: BevScene, u: number, v: number): Promise<number
   const is_orange = (Math.floor((top_u + 0.5) / 32) + Math.floor((top_v + 0.5) / 32)) % 2;
   return is_orange ? [230, 90, 40, 255] : [40, 90, 230, 255];
 }
-
-function presetNamed(name: string): BevPreset {
-  const found = engine.bev_presets().find((preset) => preset.name === name);
-  if (!found) throw new Error(`There is no preset ${name}.`);
-  return found;
-}
-
-test.beforeAll(() => engine.load());
 
 test('pairs marked in both views refine the camera', async ({ bev, page }) => {
   await bev.choose('Open', /the two views/);
@@ -473,54 +314,20 @@ test('on a phone in the dark all of it is reached', async ({ bev, page }, info) 
   await page.screenshot({ path: info.outputPath('phone.png') });
 });
 
-test.describe('measured', () => {
-  test.use({ trace: 'off' }); // recording a trace costs more than what is measured
-
-  test('a drag over images of 2048 x 2048 pixels', async ({ bev, page }, info) => {
-    const { scene } = presetNamed('homework_views');
-    for (const camera of [scene.top, scene.front]) [camera.width, camera.height] = [2048, 2048];
-    await bev.load([
-      { name: 'scene.json', mimeType: 'application/json', buffer: Buffer.from(JSON.stringify(scene)) },
-      ...pair(2048),
-    ]);
-    await expect.poll(async () => (await bev.colorAt('front', 'warp', 1000, 1900))[3], { timeout: 30_000 }).toBe(255);
-    for (const [u, v] of [
-      [900, 200],
-      [1300, 200],
-      [1300, 500],
-      [900, 500],
-    ] as const) {
-      await bev.click('top', u, v);
-    }
-    // Wall time says how busy the machine is; the processor's own time is the page's.
-    const session = await page.context().newCDPSession(page);
-    await session.send('Performance.enable', { timeDomain: 'threadTicks' });
-    const processorTime = async () => {
-      const { metrics } = await session.send('Performance.getMetrics');
-      return 1000 * (metrics.find(({ name }) => name === 'TaskDuration')?.value ?? Number.NaN);
-    };
-    const before = await bev.numDrawn();
-    const [x, y] = await bev.place('top', 900, 500);
-    await page.mouse.move(x, y);
-    await page.mouse.down();
-    const steps = 40;
-    const start = await processorTime();
-    for (let step = 1; step <= steps; step++) {
-      await page.mouse.move(x + 2 * step, y - step);
-      await page.evaluate(() => new Promise((resolve) => requestAnimationFrame(resolve)));
-    }
-    const spent = ((await processorTime()) - start) / steps;
-    await page.mouse.up();
-    await bev.drawn(before);
-    const times = (await bev.times()).slice(before).toSorted((a, b) => a - b);
-    expect(times.length).toBeGreaterThan(10);
-    const [median, worst] = [times[times.length >> 1] ?? Number.NaN, times.at(-1) ?? Number.NaN];
-    const words = `${median.toFixed(1)} ms in the middle, ${worst.toFixed(1)} ms at worst, of ${times.length}`;
-    info.annotations.push({ type: 'a step of a drag, until both views are drawn', description: words });
-    info.annotations.push({
-      type: 'the same, time of the processor on the main thread',
-      description: `${spent.toFixed(1)} ms`,
-    });
-    console.log(`drag on 2048 x 2048: ${words}; ${spent.toFixed(1)} ms of the processor`);
-  });
+test('a course page begins with its own scene', async ({ bev, page, baseURL }) => {
+  const { scene } = presetNamed('homework_numbers');
+  const [top, front] = pair(512);
+  scene.top.image = 'top.png';
+  scene.front.image = 'views/front.png';
+  const script = `<script type="module" src="${baseURL}scanstitch-app.js"></script>`;
+  const body = `<!doctype html><title>Lesson</title><scanstitch-app view="bev" src="set/scene.json"></scanstitch-app>`;
+  await page.route('**/lesson/', (route) => route.fulfill({ contentType: 'text/html', body: body + script }));
+  await page.route('**/lesson/set/scene.json', (route) => route.fulfill({ json: scene }));
+  await page.route('**/lesson/set/top.png', (route) => route.fulfill({ body: top?.buffer ?? '' }));
+  await page.route('**/lesson/set/views/front.png', (route) => route.fulfill({ body: front?.buffer ?? '' }));
+  await bev.open(`${baseURL}lesson/`);
+  await expect(bev.view.getByText('views/front.png')).toBeVisible();
+  await bev.click('top', 239, 141);
+  await expect.poll(() => bev.projections()).toEqual(['247.28 387.33']);
+  await expect(page.getByRole('alert')).toHaveCount(0);
 });
