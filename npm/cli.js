@@ -5,6 +5,7 @@ import { CommandError, EXIT } from './cli/command.js';
  * The `scanstitch` command. Each subcommand is a module of `cli/` with a name, a line about it, its help and what it
  * does; this file only chooses.
  */
+import { bev } from './cli/bev.js';
 import { convert } from './cli/convert.js';
 import { evaluate } from './cli/evaluate.js';
 import { mapQuality } from './cli/map_quality.js';
@@ -12,7 +13,7 @@ import { reconstruct } from './cli/reconstruct.js';
 import { settings } from './cli/settings.js';
 
 /** @type {import('./cli/command.js').Command[]} */
-const COMMANDS = [reconstruct, evaluate, convert, mapQuality, settings];
+const COMMANDS = [reconstruct, evaluate, convert, mapQuality, bev, settings];
 
 const INTRODUCTION = `Laser scans, depth images and clouds to a trajectory and a stitched map, and trajectories against the truth.
 

@@ -35,6 +35,13 @@
  */
 export type * from '../pkg/scanstitch.js';
 export {
+  bev_in_axes,
+  bev_presets,
+  bev_refine,
+  bev_with_poses,
+  BevImage,
+  BirdsEyeView,
+  check_bev_image,
   decode_depth,
   DepthPixels,
   describe_settings,
@@ -47,6 +54,9 @@ export {
   prepare_cloud,
   prepare_frame,
   presets,
+  read_bev_pairs,
+  read_bev_points,
+  read_bev_scene,
   Reconstruction,
   register,
   relation_errors,

@@ -20,6 +20,7 @@ use crate::reconstruction::Reconstruction as Engine;
 use crate::report::{Progress, ReconstructionResult};
 use crate::settings::{Preset, SettingDescription, descriptions};
 
+mod bev;
 mod evaluation;
 mod spatial;
 

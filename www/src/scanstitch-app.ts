@@ -16,7 +16,9 @@ import type { ScanstitchSpatial } from './spatial/spatial-view.js';
 import { baseName } from './views/format.js';
 
 type Theme = 'auto' | 'light' | 'dark';
-type View = 'planar' | 'spatial' | 'evaluation';
+/** Views of a run, and views beside it. */
+type Run = 'planar' | 'spatial';
+type View = Run | 'evaluation' | 'bev';
 
 const WIDE_FROM = 1180; // CSS pixels of the element, not of the window: it may sit in a column of a course page
 const MEDIUM_FROM = 760;
@@ -41,6 +43,8 @@ const fetchApartment = async (): Promise<SpatialFiles> => (await import('./datas
  *   trajectory, apart by spaces. `src="none"` begins empty, `src="apartment"` with the depth images of the second sample.
  * - `settings`: `name=value&name=value` in SI units, for example `strategy=scan_to_scan&max_range=20`.
  * - `preset`: name of the preset to begin with.
+ * - `view`: `bev` begins with the bird's-eye view; `src` then names a `scene.json`, whose pictures lie beside it. A link
+ *   that ends in `#bev` does so as well.
  * - `theme`: `light`, `dark`, or `auto` (the default: as the system has it).
  * - `remember-settings`: changed settings are kept in the fragment of the page's address, so a link carries them.
  *
@@ -54,13 +58,14 @@ export class ScanstitchApp extends LitElement {
   @property() src = '';
   @property({ attribute: 'settings' }) initial_settings = '';
   @property() preset = '';
+  @property({ attribute: 'view' }) first_view: 'map' | 'bev' = 'map';
   @property({ reflect: true }) theme: Theme = 'auto';
   @property({ type: Boolean, attribute: 'remember-settings' }) remember_settings = false;
 
   @state() private layout: Layout = 'wide';
   @state() private view: View = 'planar';
-  /** The view of a run that is shown, or lies behind the evaluation. */
-  @state() private run: Exclude<View, 'evaluation'> = 'planar';
+  /** The view of a run that is shown, or lies behind one beside it. */
+  @state() private run: Run = 'planar';
   /** Views that were shown once stay, hidden, with all they hold. */
   @state() private opened: ReadonlySet<View> = new Set<View>(['planar']);
   @state() private is_system_dark = false;
@@ -85,6 +90,7 @@ export class ScanstitchApp extends LitElement {
     this.resize_observer.observe(this);
     this.onSystemTheme();
     this.system_dark.addEventListener('change', this.onSystemTheme);
+    if (/^#bev\b/.test(location.hash)) this.first_view = 'bev';
   }
 
   override disconnectedCallback(): void {
@@ -94,7 +100,8 @@ export class ScanstitchApp extends LitElement {
   }
 
   protected override firstUpdated(): void {
-    if (this.src === 'apartment') this.openSpatial(fetchApartment(), performance.now());
+    if (this.first_view === 'bev') this.toggleBev();
+    else if (this.src === 'apartment') this.openSpatial(fetchApartment(), performance.now());
   }
 
   protected override render(): TemplateResult {
@@ -119,9 +126,19 @@ export class ScanstitchApp extends LitElement {
               ></scanstitch-evaluate>`
             : nothing
         }
+        ${
+          this.opened.has('bev')
+            ? html`<scanstitch-bev
+                ?hidden=${this.view !== 'bev'}
+                ?dark=${this.isDark()}
+                src=${this.first_view === 'bev' && this.src !== 'none' ? this.src : ''}
+                ?remember-scene=${this.remember_settings}
+              ></scanstitch-bev>`
+            : nothing
+        }
         <scanstitch-planar
           ?hidden=${this.view !== 'planar'}
-          .src=${this.src === 'apartment' ? 'none' : this.src}
+          .src=${this.first_view === 'bev' || this.src === 'apartment' ? 'none' : this.src}
           .initial_settings=${this.initial_settings}
           .preset=${this.preset}
           .remember_settings=${this.remember_settings}
@@ -157,14 +174,16 @@ export class ScanstitchApp extends LitElement {
   private renderHeader(): TemplateResult {
     const is_narrow = this.layout === 'narrow';
     const is_evaluating = this.view === 'evaluation';
+    const is_bev = this.view === 'bev';
+    const is_aside = is_evaluating || is_bev;
     const run = this.runView();
     const { title, count, reference, can_export } = run?.facts ?? NO_FACTS;
     return html`<header class="bar">
       <div class="brand">${logo()}<span>Scanstitch</span></div>
       <div class="dataset">
         ${
-          is_evaluating
-            ? html`<span class="title">Trajectories against the truth</span>`
+          is_aside
+            ? html`<span class="title">${is_bev ? "Bird's-eye view" : 'Trajectories against the truth'}</span>`
             : title
               ? html`<span class="title" title=${title}>${title}</span> <span class="muted count">${count}</span> ${
                     reference && !is_narrow
@@ -185,6 +204,15 @@ export class ScanstitchApp extends LitElement {
       </div>
       <nav aria-label="Actions">
         <button
+          ?hidden=${is_evaluating}
+          aria-pressed=${is_bev}
+          title="Points of a top view, found in a front view"
+          @click=${this.toggleBev}
+        >
+          ${is_bev ? 'Back to the map' : 'BEV'}
+        </button>
+        <button
+          ?hidden=${is_bev}
           aria-pressed=${is_evaluating}
           title="Compare trajectories with the truth"
           @click=${this.toggleEvaluation}
@@ -192,7 +220,7 @@ export class ScanstitchApp extends LitElement {
           ${is_evaluating ? 'Back to the map' : 'Evaluate'}
         </button>
         <scanstitch-menu
-          ?hidden=${is_evaluating}
+          ?hidden=${is_aside}
           label="Open"
           icon="open"
           .items=${OPEN_ITEMS}
@@ -200,7 +228,7 @@ export class ScanstitchApp extends LitElement {
           @menu-chosen=${({ detail }: CustomEvent<string>) => this.open(detail)}
         ></scanstitch-menu>
         <scanstitch-menu
-          ?hidden=${is_evaluating}
+          ?hidden=${is_aside}
           label="Export"
           icon="download"
           .items=${run?.exports ?? []}
@@ -229,7 +257,7 @@ export class ScanstitchApp extends LitElement {
   private show(view: View): void {
     this.opened = new Set([...this.opened, view]);
     this.view = view;
-    if (view !== 'evaluation') this.run = view;
+    if (view === 'planar' || view === 'spatial') this.run = view;
   }
 
   /** A run that is done goes along, with its reference. */
@@ -245,6 +273,17 @@ export class ScanstitchApp extends LitElement {
       if (files) this.evaluated_run = { ...files, of: run.facts.result };
     }
     this.show('evaluation');
+  }
+
+  private async toggleBev(): Promise<void> {
+    if (this.view !== 'bev') {
+      await import('./bev/bev-view.js');
+      this.show('bev');
+      return;
+    }
+    this.show(this.run);
+    // What the map begins with, where the page began with this view.
+    if (this.first_view === 'bev' && this.src === '' && !this.runView()?.facts.title) this.planar.openSample();
   }
 
   private open(id: string): void {

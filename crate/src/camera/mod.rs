@@ -2,6 +2,7 @@
 //!
 //! Camera frames: x right, y down, z forward. Pixel (0, 0) is the middle of the upper left pixel.
 
+pub mod bev;
 pub mod color_image;
 pub mod depth_image;
 pub mod pinhole;

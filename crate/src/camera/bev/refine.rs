@@ -1,0 +1,420 @@
+//! How a camera really stood, from pairs of pixels that show the same place of the ground.
+//!
+//! The camera's pose is `T = Trans(h up + r right + a ahead) T_0 Rx(pitch)`: its height and its offset along the ground,
+//! and a turn about its own x axis. `up` is the plane's normal, `right` the camera's x axis laid on the plane, `ahead`
+//! at right angles to both. The ground may be raised as well, `delta = delta_0 + g`: a simulator's floor often lies a few
+//! centimetres beside the height that its cameras are given over. The sum of squared distances between projected and marked pixels in the front view is made
+//! smallest by Gauss and Newton's method, a step being halved as long as it makes things worse.
+
+use nalgebra::{DMatrix, DVector, Matrix2x3, Rotation3, Translation3, UnitQuaternion, Vector3};
+use serde::{Deserialize, Serialize};
+
+use super::scene::{BevPlane, BevPose, BevScene};
+use super::transfer::{Plane, PlaneTransfer, PosedCamera};
+use crate::error::{Error, Result};
+use crate::geometry::Pose3;
+
+/// Two pixels that show the same place of the ground.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
+pub struct BevPair {
+    /// Pixel of the top view.
+    pub top: [f64; 2],
+    /// Pixel of the front view.
+    pub front: [f64; 2],
+}
+
+/// One of the two cameras.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
+pub enum BevRole {
+    /// The camera that points are marked in.
+    Top,
+    /// The camera that they are looked for in.
+    Front,
+}
+
+/// What about a camera is refined.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
+pub enum BevParameter {
+    /// The turn about the camera's own x axis.
+    Pitch,
+    /// The height above the ground.
+    Height,
+    /// The place along the ground: two numbers.
+    Offset,
+    /// The height of the ground itself, both cameras staying where they are.
+    Ground,
+}
+
+/// What is refined.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+#[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
+pub struct BevRefinementOptions {
+    /// The camera that is moved; the other one stays.
+    pub camera: BevRole,
+    /// What about it is refined.
+    pub parameters: Vec<BevParameter>,
+}
+
+impl Default for BevRefinementOptions {
+    fn default() -> Self {
+        let parameters = vec![BevParameter::Pitch, BevParameter::Height, BevParameter::Offset];
+        Self { camera: BevRole::Front, parameters }
+    }
+}
+
+/// The refined scene and the evidence for it.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
+pub struct BevRefinement {
+    /// The scene with the camera moved; poses keep their kind.
+    pub scene: BevScene,
+    /// How far the camera was turned upwards (rad).
+    pub pitch: f64,
+    /// How far it was raised (m).
+    pub height: f64,
+    /// How far it was moved to its right (m).
+    pub right: f64,
+    /// How far it was moved ahead; for a camera that looks straight down, towards the upper edge of its image (m).
+    pub ahead: f64,
+    /// How far the ground was raised (m).
+    pub ground: f64,
+    /// For each pair the projected pixel less the marked one, in the front view, before.
+    pub residuals_before: Vec<[f64; 2]>,
+    /// The same, after.
+    pub residuals: Vec<[f64; 2]>,
+    /// Root of the mean squared distance between projected and marked pixels, before.
+    pub rmse_before: f64,
+    /// The same, after.
+    pub rmse: f64,
+    /// Steps taken.
+    pub iterations: usize,
+    /// Whether the last step was too small to matter.
+    pub converged: bool,
+}
+
+const MAX_ITERATIONS: usize = 60;
+const MAX_HALVINGS: i32 = 30;
+/// A step below this (rad, m) ends the iteration.
+const STEP_EPS: f64 = 1e-11;
+/// Where the normal matrix, scaled to a unit diagonal, has an eigenvalue below this, the pairs leave a motion open.
+const OPEN: f64 = 1e-9;
+
+/// Moves a camera until the projections of the pairs fall on their marks.
+///
+/// # Errors
+/// When the scene is none, nothing is to be refined, a pair cannot be projected, or the pairs are too few or too alike to
+/// tell.
+pub fn refine(scene: &BevScene, pairs: &[BevPair], options: &BevRefinementOptions) -> Result<BevRefinement> {
+    let start = scene.front_from_top()?;
+    let directions = Directions::of(&start, options);
+    check(&start, pairs, &directions)?;
+
+    let mut theta = DVector::zeros(directions.free.len());
+    let mut residuals = residuals_of(&start, pairs).unwrap_or_default();
+    let residuals_before = residuals.clone();
+    let (mut iterations, mut converged) = (0, false);
+    while iterations < MAX_ITERATIONS && !converged {
+        iterations += 1;
+        let moved = directions.moved(&start, &theta);
+        let step = gauss_newton_step(&moved, pairs, &residuals, &directions)?;
+        let Some((share, better)) = shortened(&start, pairs, &directions, &theta, &step, squares(&residuals)) else {
+            converged = true; // no shorter step is better either
+            break;
+        };
+        converged = step.norm() * share < STEP_EPS;
+        theta += step * share;
+        residuals = better;
+    }
+
+    let moved = directions.moved(&start, &theta);
+    let change = |motion: Motion| directions.free.iter().position(|&free| free == motion).map_or(0.0, |i| theta[i]);
+    Ok(BevRefinement {
+        scene: written_back(scene, &moved, options),
+        pitch: change(Motion::Pitch),
+        height: change(Motion::Height),
+        right: change(Motion::Right),
+        ahead: change(Motion::Ahead),
+        ground: change(Motion::Ground),
+        rmse_before: (squares(&residuals_before) / pairs.len() as f64).sqrt(),
+        rmse: (squares(&residuals) / pairs.len() as f64).sqrt(),
+        residuals_before,
+        residuals,
+        iterations,
+        converged,
+    })
+}
+
+/// One of the numbers that are estimated.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Motion {
+    Pitch,
+    Height,
+    Right,
+    Ahead,
+    Ground,
+}
+
+/// What may move, and where to.
+struct Directions {
+    camera: BevRole,
+    free: Vec<Motion>,
+    /// 1 where the plane's normal points to the side of the top camera, -1 otherwise.
+    ground_side: f64,
+    up: Vector3<f64>,
+    right: Vector3<f64>,
+    ahead: Vector3<f64>,
+}
+
+impl Directions {
+    fn of(start: &PlaneTransfer, options: &BevRefinementOptions) -> Self {
+        let camera = match options.camera {
+            BevRole::Top => &start.marked,
+            BevRole::Front => &start.projected,
+        };
+        let Plane { normal, .. } = start.plane;
+        let up = normal * start.plane.height_of(camera).signum();
+        let on_plane = |axis: Vector3<f64>| axis - up * up.dot(&axis);
+        let R = camera.T_world_camera.rotation;
+        let x = on_plane(R * Vector3::x());
+        // A camera that lies on its side has its y axis along the plane.
+        let right = if x.norm() > 0.1 { x } else { on_plane(R * Vector3::y()) }.normalize();
+        let free = [
+            (Motion::Pitch, BevParameter::Pitch),
+            (Motion::Height, BevParameter::Height),
+            (Motion::Right, BevParameter::Offset),
+            (Motion::Ahead, BevParameter::Offset),
+            (Motion::Ground, BevParameter::Ground),
+        ];
+        let free = free.iter().filter(|(_, parameter)| options.parameters.contains(parameter));
+        Self {
+            camera: options.camera,
+            free: free.map(|&(motion, _)| motion).collect(),
+            ground_side: start.plane.height_of(&start.marked).signum(),
+            up,
+            right,
+            ahead: up.cross(&right),
+        }
+    }
+
+    /// Where the camera goes; `None` for what is no shift of it.
+    fn direction(&self, motion: Motion) -> Option<Vector3<f64>> {
+        match motion {
+            Motion::Pitch | Motion::Ground => None,
+            Motion::Height => Some(self.up),
+            Motion::Right => Some(self.right),
+            Motion::Ahead => Some(self.ahead),
+        }
+    }
+
+    /// The cameras with one of them moved by `theta`.
+    fn moved(&self, start: &PlaneTransfer, theta: &DVector<f64>) -> PlaneTransfer {
+        let mut shift = Vector3::zeros();
+        let mut pitch = 0.0;
+        let mut plane = start.plane;
+        for (&motion, &amount) in self.free.iter().zip(theta.iter()) {
+            match motion {
+                Motion::Pitch => pitch = amount,
+                Motion::Ground => plane.offset += self.ground_side * amount,
+                _ => shift += self.direction(motion).unwrap_or_default() * amount,
+            }
+        }
+        let moved = |camera: &PosedCamera| {
+            let turn = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), pitch);
+            let T_world_camera = Translation3::from(shift) * camera.T_world_camera * turn;
+            PosedCamera { T_world_camera, ..*camera }
+        };
+        match self.camera {
+            BevRole::Top => PlaneTransfer::new(moved(&start.marked), start.projected, plane),
+            BevRole::Front => PlaneTransfer::new(start.marked, moved(&start.projected), plane),
+        }
+    }
+}
+
+fn check(start: &PlaneTransfer, pairs: &[BevPair], directions: &Directions) -> Result<()> {
+    if directions.free.is_empty() {
+        return Err(Error::whole("Nothing is to be refined", "Choose pitch, height or offset"));
+    }
+    for (index, pair) in pairs.iter().enumerate() {
+        if start.point(pair.top).projected.is_none() {
+            let problem = format!("The top pixel of pair {} is not seen by the front camera", index + 1);
+            return Err(Error::whole(problem, "Remove the pair, or turn the cameras roughly right first"));
+        }
+    }
+    if pairs.len() * 2 < directions.free.len() {
+        let problem =
+            format!("{} pairs give {} numbers, but {} are wanted", pairs.len(), pairs.len() * 2, directions.free.len());
+        return Err(Error::whole(problem, "Mark more pairs, or refine less"));
+    }
+    Ok(())
+}
+
+/// Projected less marked pixel of each pair; `None` where a projection is none.
+fn residuals_of(transfer: &PlaneTransfer, pairs: &[BevPair]) -> Option<Vec<[f64; 2]>> {
+    let residual = |pair: &BevPair| {
+        let [u, v] = transfer.point(pair.top).projected?;
+        Some([u - pair.front[0], v - pair.front[1]])
+    };
+    pairs.iter().map(residual).collect()
+}
+
+fn squares(residuals: &[[f64; 2]]) -> f64 {
+    residuals.iter().map(|[u, v]| u * u + v * v).sum()
+}
+
+/// Solves H step = -b with H = sum J^T J, b = sum J^T residual.
+fn gauss_newton_step(
+    transfer: &PlaneTransfer,
+    pairs: &[BevPair],
+    residuals: &[[f64; 2]],
+    directions: &Directions,
+) -> Result<DVector<f64>> {
+    let size = directions.free.len();
+    let mut H = DMatrix::zeros(size, size);
+    let mut b = DVector::zeros(size);
+    for (pair, residual) in pairs.iter().zip(residuals) {
+        let Some(J) = jacobian(transfer, pair, directions) else { continue };
+        H += J.transpose() * &J;
+        b += J.transpose() * DVector::from_row_slice(residual);
+    }
+    // Radians and metres are made comparable before asking whether H has an inverse.
+    let scale: DVector<f64> = H.diagonal().map(|value: f64| if value > 0.0 { 1.0 / value.sqrt() } else { 1.0 });
+    let scaled = DMatrix::from_fn(size, size, |i, j| H[(i, j)] * scale[i] * scale[j]);
+    let smallest = scaled.clone().symmetric_eigenvalues().min();
+    let solved = if smallest > OPEN { scaled.cholesky() } else { None };
+    let Some(cholesky) = solved else {
+        return Err(Error::whole(
+            "The pairs do not tell apart what is to be refined",
+            "Spread them over near and far, left and right, or refine less at once",
+        ));
+    };
+    Ok(-cholesky.solve(&b.component_mul(&scale)).component_mul(&scale))
+}
+
+/// Derivative of the projected pixel by the numbers that are estimated; a column each.
+fn jacobian(transfer: &PlaneTransfer, pair: &BevPair, directions: &Directions) -> Option<DMatrix<f64>> {
+    let X = transfer.ground(pair.top)?;
+    let front = &transfer.projected;
+    let point = front.T_world_camera.inverse_transform_point(&X.into()).coords;
+    if point.z <= 0.0 {
+        return None;
+    }
+    let of_pixel: Matrix2x3<f64> = front.pinhole.projection_jacobian(&point);
+    let R_front = front.T_world_camera.rotation.to_rotation_matrix();
+    let column = |motion: Motion| -> Vector3<f64> {
+        match (directions.camera, directions.direction(motion)) {
+            // Of X' = Rx^T R_0^T (X - C), eq. (5), by C and by the turn.
+            (BevRole::Front, Some(direction)) => -(R_front.inverse() * direction),
+            (BevRole::Front, None) if motion == Motion::Pitch => -Vector3::x().cross(&point),
+            _ => R_front.inverse() * ground_derivative(transfer, pair, directions, motion),
+        }
+    };
+    let columns: Vec<_> = directions.free.iter().map(|&motion| of_pixel * column(motion)).collect();
+    Some(DMatrix::from_fn(2, columns.len(), |row, index| columns[index][row]))
+}
+
+/// Derivative of the point of the ground, eqs. (3) and (4), by a motion of the top camera or of the ground. Whatever moves
+/// the ray's point by dX without the plane moves it by `dX - r (n . dX) / (n . r)` on it.
+fn ground_derivative(
+    transfer: &PlaneTransfer,
+    pair: &BevPair,
+    directions: &Directions,
+    motion: Motion,
+) -> Vector3<f64> {
+    let top = &transfer.marked;
+    let normal = transfer.plane.normal;
+    let r = top.ray(pair.top);
+    if motion == Motion::Ground {
+        return r * (directions.ground_side / normal.dot(&r));
+    }
+    let moved = directions.direction(motion).unwrap_or_else(|| {
+        let t = -transfer.plane.height_of(top) / normal.dot(&r);
+        let d = top.pinhole.ray(pair.top[0], pair.top[1]);
+        top.T_world_camera.rotation * Vector3::x().cross(&d) * t
+    });
+    moved - r * (normal.dot(&moved) / normal.dot(&r))
+}
+
+/// The largest of the shares 1, 1/2, 1/4, ... of a step that makes the sum of squares smaller, and the residuals there.
+fn shortened(
+    start: &PlaneTransfer,
+    pairs: &[BevPair],
+    directions: &Directions,
+    theta: &DVector<f64>,
+    step: &DVector<f64>,
+    before: f64,
+) -> Option<(f64, Vec<[f64; 2]>)> {
+    (0..MAX_HALVINGS).map(|halvings| 0.5_f64.powi(halvings)).find_map(|share| {
+        let moved = directions.moved(start, &(theta + step * share));
+        let residuals = residuals_of(&moved, pairs)?;
+        (squares(&residuals) < before).then_some((share, residuals))
+    })
+}
+
+/// The scene with the moved camera and ground, written as they were given.
+fn written_back(scene: &BevScene, moved: &PlaneTransfer, options: &BevRefinementOptions) -> BevScene {
+    let mut scene = scene.clone();
+    if options.parameters.contains(&BevParameter::Ground) {
+        scene.plane = match scene.plane {
+            BevPlane::Level { .. } => BevPlane::Level { height: moved.plane.offset },
+            BevPlane::Tilted { normal, .. } => {
+                BevPlane::Tilted { normal, offset: moved.plane.offset * Vector3::from(normal).norm() }
+            }
+        };
+        if options.parameters.len() == 1 {
+            return scene; // the camera was not touched, not even in its last digit
+        }
+    }
+    let (camera, posed) = match options.camera {
+        BevRole::Top => (&mut scene.top, &moved.marked),
+        BevRole::Front => (&mut scene.front, &moved.projected),
+    };
+    let Pose3 { rotation, translation } = posed.T_world_camera;
+    let order = match camera.pose {
+        BevPose::Euler { order, .. } => order,
+        BevPose::Quaternion { .. } | BevPose::Matrix { .. } => scene.axes.euler_order(),
+    };
+    let R = Rotation3::from(rotation).into_inner();
+    camera.pose = BevPose::of(camera.pose.kind(), scene.axes, &R, &translation.vector, order);
+    scene
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::presets::homework_views;
+    use super::*;
+
+    #[test]
+    fn jacobian_is_the_numeric_one_for_either_camera() {
+        let mut scene = homework_views();
+        if let BevPose::Euler { angles, .. } = &mut scene.front.pose {
+            *angles = [-0.2, 0.1, 0.05];
+        }
+        if let BevPose::Euler { angles, .. } = &mut scene.top.pose {
+            angles[1] += 0.15;
+        }
+        let start = scene.front_from_top().unwrap();
+        let pair = BevPair { top: [300.0, 90.0], front: [0.0, 0.0] };
+        for camera in [BevRole::Top, BevRole::Front] {
+            let parameters =
+                vec![BevParameter::Pitch, BevParameter::Height, BevParameter::Offset, BevParameter::Ground];
+            let directions = Directions::of(&start, &BevRefinementOptions { camera, parameters });
+            let J = jacobian(&start, &pair, &directions).unwrap();
+            assert_eq!(J.shape(), (2, 5));
+            for column in 0..5 {
+                let at = |step: f64| {
+                    let theta = DVector::from_fn(5, |row, _| if row == column { step } else { 0.0 });
+                    DVector::from_row_slice(&residuals_of(&directions.moved(&start, &theta), &[pair]).unwrap()[0])
+                };
+                let numeric = (at(1e-6) - at(-1e-6)) / 2e-6;
+                assert!((J.column(column) - &numeric).norm() < 1e-5 * numeric.norm().max(1.0), "{camera:?}, {column}");
+            }
+        }
+    }
+}

@@ -1,0 +1,298 @@
+//! Bird's-eye view, as JavaScript sees it: pixels of a top view found in a front view, and back.
+
+use js_sys::JSON;
+use tsify::Ts;
+use wasm_bindgen::prelude::*;
+
+use super::{from_object, plain, thrown};
+use crate::camera::bev::points::{FRONT_POINT_COLUMNS, PAIR_COLUMNS, POINT_COLUMNS, points_csv, read_pixels};
+use crate::camera::bev::refine::refine;
+use crate::camera::bev::warp::warp_rows;
+use crate::camera::bev::{
+    BevAxes, BevCamera, BevLayout, BevPair, BevPoint, BevPolygon, BevPoseKind, BevPreset, BevRefinement,
+    BevRefinementOptions, BevRole, BevScene, BevSegment, EulerOrder, PlaneTransfer, WholePixels, presets,
+};
+use crate::error::Error;
+
+#[wasm_bindgen]
+extern "C" {
+    /// Two cameras over a plane.
+    #[wasm_bindgen(typescript_type = "BevScene")]
+    pub type BevSceneObject;
+    /// Which of the two cameras.
+    #[wasm_bindgen(typescript_type = "BevRole")]
+    pub type BevRoleName;
+    /// Which way axes point.
+    #[wasm_bindgen(typescript_type = "BevAxes")]
+    pub type AxesName;
+    /// How a pose is given.
+    #[wasm_bindgen(typescript_type = "BevPoseKind")]
+    pub type BevPoseKindName;
+    /// The order of three turns.
+    #[wasm_bindgen(typescript_type = "EulerOrder")]
+    pub type EulerOrderName;
+    /// What is done to projected pixels.
+    #[wasm_bindgen(typescript_type = "WholePixels")]
+    pub type WholePixelsName;
+    /// Pixels that show the same places.
+    #[wasm_bindgen(typescript_type = "BevPair[]")]
+    pub type BevPairObjects;
+    /// Some of the options; the others have their defaults.
+    #[wasm_bindgen(typescript_type = "Partial<BevRefinementOptions>")]
+    pub type PartialBevRefinementOptions;
+}
+
+/// Two cameras over a plane, ready to follow pixels from one to the other. Call `free()` when done.
+#[wasm_bindgen]
+pub struct BirdsEyeView {
+    front_from_top: PlaneTransfer,
+    top_from_front: PlaneTransfer,
+}
+
+#[wasm_bindgen]
+impl BirdsEyeView {
+    /// From a scene.
+    ///
+    /// # Errors
+    /// When a camera or the plane is none, or the plane passes through a camera.
+    #[wasm_bindgen(constructor)]
+    pub fn new(scene: &BevSceneObject) -> Result<BirdsEyeView, JsValue> {
+        let scene = scene_of(scene)?;
+        let ready = || Ok(Self { front_from_top: scene.front_from_top()?, top_from_front: scene.top_from_front()? });
+        ready().map_err(|error: Error| thrown(&error))
+    }
+
+    /// Follows pixels, u v u v ..., of the camera `from` to the other one.
+    ///
+    /// # Errors
+    /// When the numbers are no whole pixels' or a name is unknown.
+    pub fn points(
+        &self,
+        marked: &[f64],
+        from: &BevRoleName,
+        whole: Option<WholePixelsName>,
+    ) -> Result<Vec<Ts<BevPoint>>, JsValue> {
+        self.followed(marked, from, whole)?.iter().map(plain).collect()
+    }
+
+    /// The same as a table: `number,top_u,top_v,x,y,z,front_u,front_v,status`.
+    ///
+    /// # Errors
+    /// As `points`.
+    pub fn points_csv(
+        &self,
+        marked: &[f64],
+        from: &BevRoleName,
+        whole: Option<WholePixelsName>,
+    ) -> Result<String, JsValue> {
+        let points = self.followed(marked, from, whole)?;
+        Ok(match role_of(from)? {
+            BevRole::Top => points_csv(&points, "top", "front"),
+            BevRole::Front => points_csv(&points, "front", "top"),
+        })
+    }
+
+    /// What the other camera sees of the region with these corners, u v u v ..., clipped before it is projected.
+    ///
+    /// # Errors
+    /// As `points`.
+    pub fn polygon(&self, corners: &[f64], from: &BevRoleName) -> Result<Ts<BevPolygon>, JsValue> {
+        plain(&self.transfer(from)?.polygon(&pixels(corners)?))
+    }
+
+    /// What the other camera sees of lines, u v u v for each; lines of which it sees nothing are left out.
+    ///
+    /// # Errors
+    /// As `points`.
+    pub fn segments(&self, ends: &[f64], from: &BevRoleName) -> Result<Vec<Ts<BevSegment>>, JsValue> {
+        let transfer = self.transfer(from)?;
+        let lines = pixels(ends)?;
+        lines
+            .chunks_exact(2)
+            .filter_map(|line| transfer.segment([line[0], line[1]]))
+            .map(|found| plain(&found))
+            .collect()
+    }
+
+    /// The plane's homography, row by row: maps (u, v, 1) of the camera `from` to the other one's pixel up to scale.
+    ///
+    /// # Errors
+    /// When the name is unknown.
+    pub fn homography(&self, from: &BevRoleName) -> Result<Vec<f64>, JsValue> {
+        Ok(self.transfer(from)?.homography().transpose().as_slice().to_vec())
+    }
+
+    /// Where everything stands, for a drawing. What the cameras see of the ground is cut at `max_depth` (m).
+    ///
+    /// # Errors
+    /// Never for the input's sake.
+    pub fn layout(&self, max_depth: f64) -> Result<Ts<BevLayout>, JsValue> {
+        plain(&BevLayout::new(&self.front_from_top, max_depth))
+    }
+
+    fn transfer(&self, from: &BevRoleName) -> Result<&PlaneTransfer, JsValue> {
+        Ok(match role_of(from)? {
+            BevRole::Top => &self.front_from_top,
+            BevRole::Front => &self.top_from_front,
+        })
+    }
+
+    fn followed(
+        &self,
+        marked: &[f64],
+        from: &BevRoleName,
+        whole: Option<WholePixelsName>,
+    ) -> Result<Vec<BevPoint>, JsValue> {
+        let whole: WholePixels = from_object(whole.map(JsValue::from))?;
+        let transfer = self.transfer(from)?;
+        Ok(pixels(marked)?.into_iter().map(|pixel| transfer.point(pixel).in_whole_pixels(whole)).collect())
+    }
+}
+
+/// A picture of the top view, kept by the engine to be warped. Call `free()` when done.
+#[wasm_bindgen]
+pub struct BevImage {
+    rgba: Vec<u8>,
+}
+
+#[wasm_bindgen]
+impl BevImage {
+    /// From red, green, blue, opacity, red, ...
+    #[wasm_bindgen(constructor)]
+    pub fn new(rgba: Vec<u8>) -> BevImage {
+        Self { rgba }
+    }
+
+    /// Rows of the top view as the front camera would see it, were everything flat: RGBA, transparent where it shows
+    /// nothing.
+    ///
+    /// # Errors
+    /// When the picture has not the size of the top camera's image.
+    pub fn warp_rows(&self, view: &BirdsEyeView, first_row: usize, num_rows: usize) -> Result<Vec<u8>, JsValue> {
+        warp_rows(&view.top_from_front, &self.rgba, first_row, num_rows).map_err(|error| thrown(&error))
+    }
+}
+
+/// Scenes to begin with: the homework's two layouts.
+///
+/// # Errors
+/// Never for the input's sake.
+#[wasm_bindgen]
+pub fn bev_presets() -> Result<Vec<Ts<BevPreset>>, JsValue> {
+    presets().iter().map(plain).collect()
+}
+
+/// Reads `scene.json`.
+///
+/// # Errors
+/// When the file is no scene.
+#[wasm_bindgen]
+pub fn read_bev_scene(bytes: &[u8], name: &str) -> Result<Ts<BevScene>, JsValue> {
+    plain(&BevScene::read(bytes).map_err(|error| thrown(&error.in_file(name)))?)
+}
+
+/// Reads a table of pixels of the camera `from`: u v u v ...
+///
+/// # Errors
+/// When a line is none of two numbers.
+#[wasm_bindgen]
+pub fn read_bev_points(bytes: &[u8], name: &str, from: &BevRoleName) -> Result<Vec<f64>, JsValue> {
+    let columns = match role_of(from)? {
+        BevRole::Top => POINT_COLUMNS,
+        BevRole::Front => FRONT_POINT_COLUMNS,
+    };
+    let rows = read_pixels(bytes, columns).map_err(|error| thrown(&error.in_file(name)))?;
+    Ok(rows.into_iter().flatten().collect())
+}
+
+/// Reads a table of pairs: top_u top_v front_u front_v on each line.
+///
+/// # Errors
+/// When a line is none of four numbers.
+#[wasm_bindgen]
+pub fn read_bev_pairs(bytes: &[u8], name: &str) -> Result<Vec<Ts<BevPair>>, JsValue> {
+    let rows = read_pixels(bytes, PAIR_COLUMNS).map_err(|error| thrown(&error.in_file(name)))?;
+    rows.iter().map(|&[tu, tv, fu, fv]| plain(&BevPair { top: [tu, tv], front: [fu, fv] })).collect()
+}
+
+/// The same scene in other axes.
+///
+/// # Errors
+/// When a camera is none or the name is unknown.
+#[wasm_bindgen]
+pub fn bev_in_axes(scene: &BevSceneObject, axes: &AxesName) -> Result<Ts<BevScene>, JsValue> {
+    let axes: BevAxes = from_object(Some(axes.into()))?;
+    plain(&scene_of(scene)?.in_axes(axes).map_err(|error| thrown(&error))?)
+}
+
+/// The same scene, its two poses given another way.
+///
+/// # Errors
+/// When a camera is none or a name is unknown.
+#[wasm_bindgen]
+pub fn bev_with_poses(
+    scene: &BevSceneObject,
+    kind: &BevPoseKindName,
+    order: &EulerOrderName,
+) -> Result<Ts<BevScene>, JsValue> {
+    let kind: BevPoseKind = from_object(Some(kind.into()))?;
+    let order: EulerOrder = from_object(Some(order.into()))?;
+    plain(&scene_of(scene)?.with_poses(kind, order).map_err(|error| thrown(&error))?)
+}
+
+/// Moves a camera until the projections of pairs fall on their marks: pitch, height and offset, by least squares.
+///
+/// # Errors
+/// When the scene is none or the pairs do not tell what is asked.
+#[wasm_bindgen]
+pub fn bev_refine(
+    scene: &BevSceneObject,
+    pairs: &BevPairObjects,
+    options: Option<PartialBevRefinementOptions>,
+) -> Result<Ts<BevRefinement>, JsValue> {
+    let pairs: Vec<BevPair> = from_object(Some(pairs.into()))?;
+    let options: BevRefinementOptions = from_object(options.map(JsValue::from))?;
+    plain(&refine(&scene_of(scene)?, &pairs, &options).map_err(|error| thrown(&error))?)
+}
+
+/// Whether a picture has the size that its camera is said to have; throws where it has not.
+///
+/// # Errors
+/// When it has not, with both sizes.
+#[wasm_bindgen]
+pub fn check_bev_image(scene: &BevSceneObject, role: &BevRoleName, width: usize, height: usize) -> Result<(), JsValue> {
+    let scene = scene_of(scene)?;
+    let check = |camera: &BevCamera, name| camera.check_image(name, width, height);
+    match role_of(role)? {
+        BevRole::Top => check(&scene.top, "top"),
+        BevRole::Front => check(&scene.front, "front"),
+    }
+    .map_err(|error| thrown(&error))
+}
+
+fn scene_of(scene: &BevSceneObject) -> Result<BevScene, JsValue> {
+    let json = JSON::stringify(scene).map(String::from)?;
+    BevScene::read(json.as_bytes()).map_err(|error| {
+        // Nobody has seen the lines of this text.
+        thrown(&Error::whole(format!("The scene is not right: {}", error.problem), error.remedy))
+    })
+}
+
+fn role_of(name: &BevRoleName) -> Result<BevRole, JsValue> {
+    match JsValue::from(name).as_string().as_deref() {
+        Some("top") => Ok(BevRole::Top),
+        Some("front") => Ok(BevRole::Front),
+        other => {
+            let problem = format!("{} is no camera of the scene", other.unwrap_or("This"));
+            Err(thrown(&Error::whole(problem, "Use \"top\" or \"front\"")))
+        }
+    }
+}
+
+fn pixels(flat: &[f64]) -> Result<Vec<[f64; 2]>, JsValue> {
+    if !flat.len().is_multiple_of(2) {
+        let problem = format!("{} numbers are no whole pixels", flat.len());
+        return Err(thrown(&Error::whole(problem, "Give u and v of every pixel")));
+    }
+    Ok(flat.chunks_exact(2).map(|pixel| [pixel[0], pixel[1]]).collect())
+}

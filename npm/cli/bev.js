@@ -1,0 +1,236 @@
+// @ts-check
+/** `scanstitch bev`: pixels of a top view, found in a front view by way of the ground. */
+import { readFileSync, writeFileSync } from 'node:fs';
+import { basename } from 'node:path';
+import { CommandError, EXIT, isScanstitchError, readArguments } from './command.js';
+import { fileProblem, readInput } from './inputs.js';
+
+/** @typedef {import('../index.js').BevScene} BevScene */
+/** @typedef {import('../index.js').BevPoint} BevPoint */
+/** @typedef {import('../index.js').BevRole} BevRole */
+/** @typedef {import('../index.js').BevRefinement} BevRefinement */
+/** @typedef {import('../index.js').BevParameter} BevParameter */
+/** @typedef {import('../index.js').WholePixels} WholePixels */
+/** @typedef {import('./command.js').Engine} Engine */
+
+const ROLES = /** @type {const} */ (['top', 'front']);
+const PARAMETERS = /** @type {const} */ (['pitch', 'height', 'offset', 'ground']);
+const REFINED = 'pitch,height,offset';
+
+const OPTIONS = /** @type {const} */ ({
+  scene: { type: 'string' },
+  preset: { type: 'string' },
+  points: { type: 'string' },
+  from: { type: 'string', default: 'top' },
+  truncate: { type: 'boolean', default: false },
+  round: { type: 'boolean', default: false },
+  polygon: { type: 'boolean', default: false },
+  pairs: { type: 'string' },
+  refine: { type: 'string', default: REFINED },
+  camera: { type: 'string', default: 'front' },
+  json: { type: 'boolean', default: false },
+  out: { type: 'string' },
+});
+
+/** @type {import('./command.js').Command} */
+export const bev = {
+  name: 'bev',
+  about: 'pixels of a top view, found in a front view by way of the ground',
+  help: (engine) => `scanstitch bev --scene SCENE.json --points POINTS.csv [OPTION]...
+
+Follows each pixel to the point of the ground that it sees, and on to the pixel at which the other camera sees that
+point. Both cameras are pinholes; pixel (0, 0) is the middle of the upper left pixel.
+
+The points: a line each, u and v apart by commas or spaces; a first line may name the columns (u, v).
+The scene: the two cameras and the ground, in metres and radians, for example
+
+  { "axes": "three_js", "plane": { "kind": "level", "height": 0 },
+    "top": { "width": 512, "height": 512,
+      "intrinsics": { "kind": "field_of_view", "field_of_view": 1.5707963267948966, "side": "horizontal" },
+      "pose": { "kind": "euler", "position": [0, 2.5, 0], "order": "XYZ", "angles": [-1.5707963267948966, 0, 0] } },
+    "front": { ... } }
+
+  axes        three_js | opencv | habitat | robotics | ros_optical
+  plane       level: height; or tilted: normal, offset (normal . X = offset)
+  intrinsics  field_of_view: field_of_view, side (horizontal | vertical); or focal: fx, fy, cx, cy
+  pose        euler: position, order (XYZ is R = Rx Ry Rz), angles about x, y, z; or quaternion: position, qx, qy, qz,
+              qw; or matrix: T_world_camera, four rows
+
+Options:
+  --scene FILE         the scene; without it, a preset
+  --preset NAME        ${engine
+    .bev_presets()
+    .map(({ name }) => name)
+    .join(' | ')} (default: the first)
+  --points FILE        the pixels; - reads them from stdin
+  --from VIEW          the view that they are marked in: top | front (default: top)
+  --truncate           projected pixels with their fractions cut off
+  --round              projected pixels rounded
+  --polygon            the points are the corners of a region: with --json, also the part of it that the other view
+                       shows, clipped before it is projected
+  --pairs FILE         places marked in both views, top_u top_v front_u front_v a line: moves a camera until the
+                       projections fall on the marks, and uses the scene so refined
+  --refine LIST        what is refined: ${PARAMETERS.join(',')} (default: ${REFINED}); ground is the
+                       height of the ground itself
+  --camera VIEW        the camera that is refined: top | front (default: front)
+
+Output:
+  --json               points, scene, homography and refinement as JSON; otherwise the points as CSV:
+                       number,top_u,top_v,x,y,z,front_u,front_v,status
+  --out FILE           into a file: JSON where its name ends so, CSV otherwise
+
+Examples:
+  scanstitch bev --scene scene.json --points points.csv --truncate
+  echo "239,141" | scanstitch bev --preset homework_numbers --points - --truncate
+  scanstitch bev --scene scene.json --pairs pairs.csv --refine pitch,height --json
+`,
+  run,
+};
+
+/**
+ * @param {Engine} engine
+ * @param {string[]} args
+ */
+function run(engine, args) {
+  const { values } = readArguments('bev', { args, options: OPTIONS });
+  if (values.points === undefined && values.pairs === undefined) {
+    throw new CommandError('Name the points to project: --points FILE. See: scanstitch bev --help');
+  }
+  if (values.truncate && values.round) throw new CommandError('Choose --truncate or --round, not both.');
+  const from = oneOf('from', values.from, ROLES);
+  const camera = oneOf('camera', values.camera, ROLES);
+  const parameters = values.refine.split(',').map((word) => oneOf('refine', word.trim(), PARAMETERS));
+  /** @type {WholePixels} */
+  const whole = values.truncate ? 'truncated' : values.round ? 'rounded' : 'exact';
+  try {
+    let scene = sceneOf(engine, values.scene, values.preset);
+    /** @type {BevRefinement | null} */
+    let refinement = null;
+    if (values.pairs !== undefined) {
+      const pairs = engine.read_bev_pairs(contents(values.pairs), basename(values.pairs));
+      refinement = engine.bev_refine(scene, pairs, { camera, parameters });
+      scene = refinement.scene;
+      process.stderr.write(toldRefinement(refinement, camera));
+    }
+    const marked =
+      values.points === undefined
+        ? new Float64Array()
+        : engine.read_bev_points(contents(values.points), basename(values.points), from);
+    const view = new engine.BirdsEyeView(scene);
+    const points = view.points(marked, from, whole);
+    const is_json = values.json || /\.json$/i.test(values.out ?? '');
+    const report = {
+      version: engine.version(),
+      scene,
+      from,
+      whole_pixels: whole,
+      homography: rows(view.homography(from)),
+      points,
+      ...(values.polygon && { polygon: view.polygon(marked, from) }),
+      ...(refinement && { refinement: { ...refinement, scene: undefined } }),
+    };
+    const csv = view.points_csv(marked, from, whole);
+    view.free();
+    write(values.out, is_json ? `${JSON.stringify(report, null, 2)}\n` : csv);
+    tellHidden(points, from);
+    return EXIT.done;
+  } catch (error) {
+    if (isScanstitchError(error)) throw new CommandError(error.message);
+    throw error;
+  }
+}
+
+/**
+ * @param {Engine} engine
+ * @param {string | undefined} path
+ * @param {string | undefined} preset
+ * @returns {BevScene}
+ */
+function sceneOf(engine, path, preset) {
+  if (path !== undefined && preset !== undefined) throw new CommandError('Choose --scene or --preset, not both.');
+  if (path !== undefined) return engine.read_bev_scene(contents(path), basename(path));
+  const presets = engine.bev_presets();
+  const chosen = preset === undefined ? presets[0] : presets.find(({ name }) => name === preset);
+  if (chosen) return chosen.scene;
+  const known = presets.map(({ name }) => name).join(', ');
+  throw new CommandError(`There is no preset ${JSON.stringify(preset)}. There are: ${known}.`);
+}
+
+/** Bytes of a file, or of stdin. @param {string} path */
+function contents(path) {
+  if (path === '-') return readFileSync(0);
+  let problem = '';
+  const complain = (/** @type {string} */ told) => {
+    problem = told;
+  };
+  const bytes = readInput({ name: path, path }, complain);
+  if (!bytes) throw new CommandError(problem);
+  return bytes;
+}
+
+/**
+ * @template {string} T
+ * @param {string} option
+ * @param {string} value
+ * @param {readonly T[]} choices
+ * @returns {T}
+ */
+function oneOf(option, value, choices) {
+  const chosen = choices.find((choice) => choice === value);
+  if (chosen === undefined) {
+    throw new CommandError(`--${option} is one of ${choices.join(', ')}, not ${JSON.stringify(value)}.`);
+  }
+  return chosen;
+}
+
+/** Nine numbers as three rows. @param {Float64Array} matrix */
+function rows(matrix) {
+  return [0, 3, 6].map((start) => [...matrix.subarray(start, start + 3)]);
+}
+
+/**
+ * @param {string | undefined} path
+ * @param {string} text
+ */
+function write(path, text) {
+  if (path === undefined) {
+    process.stdout.write(text);
+    return;
+  }
+  try {
+    writeFileSync(path, text);
+  } catch (error) {
+    throw new CommandError(`${path}: ${fileProblem(error)}`);
+  }
+}
+
+/**
+ * Points without a place in the other image are results like others, and are told.
+ * @param {BevPoint[]} points
+ * @param {BevRole} from
+ */
+function tellHidden(points, from) {
+  const other = from === 'top' ? 'front' : 'top';
+  const words = {
+    outside_image: `outside the image of the ${other} view`,
+    behind_camera: `behind the ${other} camera`,
+    no_ground: `at or above the horizon of the ${from} view, where no ground is seen`,
+  };
+  for (const [status, where] of Object.entries(words)) {
+    const numbers = points.flatMap((point, index) => (point.status === status ? [index + 1] : []));
+    const listed = numbers.length > 10 ? `${numbers.slice(0, 10).join(', ')}, ...` : numbers.join(', ');
+    if (numbers.length > 0) process.stderr.write(`note: ${numbers.length} of ${points.length} ${where}: ${listed}\n`);
+  }
+}
+
+/**
+ * @param {BevRefinement} refinement
+ * @param {BevRole} camera
+ */
+function toldRefinement({ pitch, height, right, ahead, ground, rmse_before, rmse, residuals, converged }, camera) {
+  const degrees = ((pitch * 180) / Math.PI).toFixed(3);
+  const metres = (/** @type {number} */ value) => `${value.toFixed(4)} m`;
+  const moved = `turned up by ${degrees} degrees, raised by ${metres(height)}, to the right by ${metres(right)}, ahead by ${metres(ahead)}${ground === 0 ? '' : `, the ground raised by ${metres(ground)}`}`;
+  const fit = `${residuals.length} pairs, rmse ${rmse_before.toFixed(3)} before, ${rmse.toFixed(3)} pixels after`;
+  return `note: ${camera} camera ${moved}; ${fit}${converged ? '' : ' (not converged)'}\n`;
+}

@@ -1,0 +1,224 @@
+import { css } from 'lit';
+
+export const bev_styles = css`
+  :host {
+    display: block;
+    flex: 1;
+    min-height: 0;
+    overflow: auto;
+    background: var(--background);
+    container-type: inline-size;
+  }
+  .bev {
+    position: relative;
+    display: grid;
+    gap: 10px;
+    min-height: 100%;
+    padding: 10px;
+    align-content: start;
+  }
+  .controls {
+    display: flex;
+    flex-wrap: wrap;
+    align-items: center;
+    gap: 8px 12px;
+    padding: 8px 12px;
+    border: 1px solid var(--line);
+    border-radius: var(--radius);
+    background: var(--surface);
+  }
+  .controls label {
+    display: flex;
+    align-items: center;
+    gap: 6px;
+    color: var(--muted);
+    font-size: 12px;
+  }
+  .tools {
+    display: flex;
+  }
+  .tools button {
+    border-radius: 0;
+    margin-left: -1px;
+  }
+  .tools button:first-child {
+    border-radius: 7px 0 0 7px;
+    margin-left: 0;
+  }
+  .tools button:last-child {
+    border-radius: 0 7px 7px 0;
+  }
+  .tools button[aria-pressed='true'] {
+    z-index: 1;
+    border-color: var(--accent);
+    background: var(--accent-soft);
+    color: var(--accent);
+    font-weight: 600;
+  }
+  .group {
+    display: flex;
+    gap: 6px;
+  }
+  .mirrored svg {
+    transform: scaleX(-1);
+  }
+  .end {
+    margin-left: auto;
+  }
+  select,
+  input[type='number'] {
+    min-height: 32px;
+    max-width: 240px;
+    padding: 0 8px;
+    border: 1px solid var(--line-strong);
+    border-radius: 7px;
+    background: var(--surface);
+    color: var(--text);
+    font-size: 13px;
+  }
+  input[type='number'] {
+    width: 62px;
+  }
+  .problems {
+    display: grid;
+    gap: 4px;
+  }
+  .problems li {
+    display: flex;
+    flex-wrap: wrap;
+    align-items: center;
+    gap: 8px;
+    padding: 6px 10px;
+    border-radius: var(--radius);
+    color: var(--doubtful);
+    background: var(--doubtful-soft);
+    font-size: 13px;
+    overflow-wrap: anywhere;
+  }
+  .problems span {
+    flex: 1;
+    min-width: 200px;
+  }
+  .problems button {
+    min-height: 28px;
+  }
+  .work {
+    display: grid;
+    grid-template-columns: minmax(0, 1fr);
+    gap: 10px;
+    align-items: start;
+  }
+  .views {
+    display: grid;
+    grid-template-columns: minmax(0, 1fr);
+    gap: 10px;
+  }
+  .stack {
+    display: grid;
+    gap: 10px;
+  }
+  section {
+    min-width: 0;
+    border: 1px solid var(--line);
+    border-radius: var(--radius);
+    background: var(--surface);
+    overflow: hidden;
+  }
+  section > header {
+    display: flex;
+    flex-wrap: wrap;
+    align-items: center;
+    gap: 4px 10px;
+    min-height: 40px;
+    padding: 4px 6px 4px 12px;
+  }
+  section > header .file {
+    overflow: hidden;
+    flex: 1;
+    min-width: 0;
+    color: var(--muted);
+    font-size: 12px;
+    text-overflow: ellipsis;
+    white-space: nowrap;
+  }
+  section > header button {
+    min-height: 28px;
+    font-size: 12px;
+  }
+  .readout {
+    display: flex;
+    flex-wrap: wrap;
+    align-items: center;
+    gap: 2px 14px;
+    min-height: 48px; /* two lines, so that nothing jumps */
+    padding: 4px 12px;
+    color: var(--muted);
+    font-size: 12.5px;
+    font-variant-numeric: tabular-nums;
+  }
+  .readout b {
+    color: var(--text);
+    font-weight: 550;
+  }
+  .blend {
+    display: flex;
+    flex: 1;
+    align-items: center;
+    gap: 8px;
+    min-width: 200px;
+    color: var(--muted);
+    font-size: 12px;
+  }
+  .blend input {
+    flex: 1;
+    min-width: 60px;
+    accent-color: var(--accent);
+  }
+  .panel {
+    padding: 0 12px 12px;
+  }
+  .matrix {
+    display: block;
+    margin: 0;
+    padding: 8px 10px;
+    overflow-x: auto;
+    border-radius: 6px;
+    background: var(--sunken);
+    font-family: var(--mono);
+    font-size: 12px;
+    white-space: pre;
+  }
+  .hint {
+    padding: 0 12px 10px;
+    color: var(--muted);
+    font-size: 13px;
+  }
+  .drop-hint {
+    position: absolute;
+    inset: 0;
+    z-index: 30;
+    display: grid;
+    padding: 14px;
+    background: color-mix(in srgb, var(--background) 82%, transparent);
+    pointer-events: none;
+  }
+  .drop-hint > div {
+    display: grid;
+    place-content: center;
+    border: 2px dashed var(--accent);
+    border-radius: 14px;
+    color: var(--accent);
+    font-size: 20px;
+    font-weight: 600;
+  }
+  @container (min-width: 700px) {
+    .views {
+      grid-template-columns: repeat(2, minmax(0, 1fr));
+    }
+  }
+  @container (min-width: 1080px) {
+    .work {
+      grid-template-columns: minmax(0, 1fr) 330px;
+    }
+  }
+`;

@@ -1,0 +1,639 @@
+import { html, LitElement, nothing, type TemplateResult } from 'lit';
+import { customElement, property, query, state } from 'lit/decorators.js';
+import { icon } from '../components/icons.js';
+import '../components/menu.js';
+import type { MenuItem } from '../components/menu.js';
+import { shared, tokens } from '../components/theme.js';
+import { filesOfDrop, filesOfInput } from '../datasets/gather.js';
+import { download } from '../export/exports.js';
+import { remember } from '../views/remember.js';
+import { bev_styles } from './bev-styles.js';
+import './cameras.js';
+import type { PoseKindWish } from './cameras.js';
+import {
+  type BevDocument,
+  flat,
+  hiddenWords,
+  HINTS,
+  MAX_GRID,
+  markedPixels,
+  type Tool,
+  wholePairs,
+} from './document.js';
+import { EXPORTS, pointsJson } from './export.js';
+import { has_sample } from './images.js';
+import { fragmentOf, isOfBev } from './link.js';
+import { frontHandles, type Mark, markOf, movedTo, tabledKind, topHandles, without, withoutAny } from './marks.js';
+import { frontOverlay, topOverlay } from './paint.js';
+import './picture.js';
+import { type HandleMove, type ScanstitchBevPicture, shortPixel } from './picture.js';
+import './points-table.js';
+import type { TypedPixel } from './points-table.js';
+import type { BevAxes, BevPoint, BevPreset, BevRefinement, BevRole, BevScene, Pixel, WholePixels } from './protocol.js';
+import './refinement.js';
+import type { RefinementWish } from './refinement.js';
+import { BevSession } from './session.js';
+import './sketch.js';
+
+const TOOLS: readonly [Tool, string][] = [
+  ['polygon', 'Polygon'],
+  ['grid', 'Grid'],
+  ['points', 'Points'],
+  ['pairs', 'Pairs'],
+];
+const WHOLE: readonly [WholePixels, string][] = [
+  ['exact', 'with fractions'],
+  ['truncated', 'truncated'],
+  ['rounded', 'rounded'],
+];
+const NO_POINTS: readonly BevPoint[] = [];
+
+/**
+ * Bird's-eye view: points marked in a top view land in a front view.
+ *
+ * Fires `bev-drawn` when marks and projections are on the screen; `detail.elapsed_ms` is the time since the change.
+ */
+@customElement('scanstitch-bev')
+export class ScanstitchBev extends LitElement {
+  @property({ type: Boolean, reflect: true }) dark = false;
+  /** Address of a scene.json to begin with; the pictures that it names lie beside it. */
+  @property() src = '';
+  /** Whether the page's address may be changed to that of the scene. */
+  @property({ type: Boolean, attribute: 'remember-scene' }) remember_scene = false;
+  @state() private selected: number | null = null;
+  /** What the pointer is over. */
+  @state() private pointed: { role: BevRole; point: BevPoint } | null = null;
+  @state() private refined: BevRefinement | null = null;
+  @state() private is_dropping = false;
+  @state() private said = '';
+  @query('#top') private top_picture!: ScanstitchBevPicture | null;
+  @query('#front') private front_picture!: ScanstitchBevPicture | null;
+  @query('#pick') private input!: HTMLInputElement;
+
+  private session = new BevSession(this, {
+    strip: (strip) => this.front_picture?.takeStrip(strip),
+    unwarped: () => this.front_picture?.forgetWarp(),
+    answered: (since) => this.tellDrawn(since),
+  });
+  private picked_role: BevRole | null = null;
+  /** Whether a mark was taken hold of and has not been moved yet. */
+  private drag_begins = false;
+  private num_pointed = 0;
+  private topOverlayOf = remember(topOverlay);
+  private frontOverlayOf = remember(frontOverlay);
+  private openItemsOf = remember(openItems);
+  private topHandlesOf = remember(topHandles);
+  private frontHandlesOf = remember(frontHandles);
+  private onHash = (): void => {
+    if (isOfBev(location.hash)) this.session.openLink();
+  };
+
+  override connectedCallback(): void {
+    super.connectedCallback();
+    window.addEventListener('hashchange', this.onHash);
+    this.session.begin(this.src);
+  }
+
+  override disconnectedCallback(): void {
+    super.disconnectedCallback();
+    window.removeEventListener('hashchange', this.onHash);
+  }
+
+  private async tellDrawn(since: number): Promise<void> {
+    await this.updateComplete;
+    await Promise.all([this.top_picture?.updateComplete, this.front_picture?.updateComplete]);
+    const detail = { elapsed_ms: performance.now() - since };
+    this.dispatchEvent(new CustomEvent('bev-drawn', { detail, bubbles: true, composed: true }));
+  }
+
+  // What is shown.
+
+  protected override render(): TemplateResult {
+    const { made } = this.session;
+    return html`<div
+      class="bev"
+      @keydown=${this.onKey}
+      @dragenter=${this.onDrag}
+      @dragover=${this.onDrag}
+      @dragleave=${(event: DragEvent) => {
+        if (event.relatedTarget === null) this.is_dropping = false;
+      }}
+      @drop=${this.onDrop}
+    >
+      ${made ? html`${this.renderControls(made)} ${this.renderProblems()} ${this.renderWork(made)}` : nothing}
+      <div class="visually-hidden" role="status" aria-live="polite">${this.said}</div>
+      <input id="pick" type="file" multiple hidden @change=${this.onPicked} />
+      ${
+        this.is_dropping
+          ? html`<div class="drop-hint" aria-hidden="true">
+              <div>Drop the two views, a scene.json or a table of points</div>
+            </div>`
+          : nothing
+      }
+    </div>`;
+  }
+
+  private renderControls(made: BevDocument): TemplateResult {
+    const { session } = this;
+    return html`<div class="controls" role="toolbar" aria-label="Bird's-eye view">
+      <scanstitch-menu
+        label="Open"
+        icon="open"
+        .items=${this.openItemsOf(session.presets)}
+        @menu-chosen=${this.onOpen}
+      ></scanstitch-menu>
+      <div class="tools" role="group" aria-label="What is marked">
+        ${TOOLS.map(
+          ([tool, label]) =>
+            html`<button aria-pressed=${made.tool === tool} @click=${() => this.change({ tool }, null)}>
+              ${label}
+            </button>`,
+        )}
+      </div>
+      ${made.tool === 'grid' ? this.renderCells(made) : nothing}
+      <div class="group">
+        <button
+          class="icon"
+          aria-label="Undo"
+          title="Undo (Ctrl+Z)"
+          ?disabled=${!session.can_undo}
+          @click=${() => this.goBack()}
+        >
+          ${icon('reset')}
+        </button>
+        <button
+          class="icon mirrored"
+          aria-label="Redo"
+          title="Redo (Ctrl+Y)"
+          ?disabled=${!session.can_redo}
+          @click=${() => this.goForth()}
+        >
+          ${icon('reset')}
+        </button>
+        <button
+          class="icon"
+          aria-label="Remove all marks"
+          title="Remove all marks"
+          ?disabled=${markedPixels(made).length === 0}
+          @click=${() => this.change(withoutAny(made), null)}
+        >
+          ${icon('trash')}
+        </button>
+      </div>
+      <label
+        >Front pixels
+        <select
+          @change=${(event: Event) => session.change({ whole: (event.target as HTMLSelectElement).value as WholePixels })}
+        >
+          ${WHOLE.map(([whole, label]) => html`<option value=${whole} .selected=${whole === made.whole}>${label}</option>`)}
+        </select>
+      </label>
+      <span class="end">
+        <scanstitch-menu
+          label="Export"
+          icon="download"
+          .items=${EXPORTS}
+          @menu-chosen=${this.onExport}
+        ></scanstitch-menu>
+      </span>
+    </div>`;
+  }
+
+  private renderCells(made: BevDocument): TemplateResult {
+    const set = (name: 'columns' | 'rows', { target }: Event) => {
+      const value = Number((target as HTMLInputElement).value);
+      if (Number.isInteger(value) && value >= 1 && value <= MAX_GRID) this.session.change({ [name]: value });
+    };
+    return html`${(['columns', 'rows'] as const).map(
+      (name) =>
+        html`<label
+          >${name}<input
+            type="number"
+            min="1"
+            max=${MAX_GRID}
+            .value=${String(made[name])}
+            @change=${(event: Event) => set(name, event)}
+        /></label>`,
+    )}`;
+  }
+
+  private renderProblems(): TemplateResult | typeof nothing {
+    const { problems } = this.session;
+    if (problems.size === 0) return nothing;
+    return html`<ul class="problems">
+      ${[...problems].map(
+        ([key, { text, remedy }]) =>
+          html`<li role="alert">
+            ${icon('doubtful')}<span>${text}</span>
+            ${remedy ? html`<button @click=${remedy.act}>${remedy.label}</button>` : nothing}
+            <button class="quiet icon" aria-label="Put the message away" @click=${() => this.session.settle(key)}>
+              ${icon('close', 12)}
+            </button>
+          </li>`,
+      )}
+    </ul>`;
+  }
+
+  private renderWork(made: BevDocument): TemplateResult {
+    const answer = this.session.answered?.answer;
+    return html`<div class="work">
+      <div class="stack">
+        <div class="views">${this.renderView('top', made)} ${this.renderView('front', made)}</div>
+        ${this.renderPoints(made)}
+      </div>
+      <div class="stack">
+        ${made.tool === 'pairs' ? this.renderRefinement(made) : nothing}
+        <section aria-label="Sketch">
+          <scanstitch-bev-sketch
+            .layout=${answer?.layout ?? null}
+            .points=${answer?.points ?? NO_POINTS}
+            ?dark=${this.dark}
+          ></scanstitch-bev-sketch>
+        </section>
+        <section aria-label="Cameras">
+          <header><h2>Cameras and ground</h2></header>
+          <div class="panel">
+            <scanstitch-bev-cameras
+              .scene=${made.scene}
+              .layout=${answer?.layout ?? null}
+              @scene-changed=${({ detail }: CustomEvent<BevScene>) => this.setScene(detail)}
+              @axes-chosen=${({ detail: axes }: CustomEvent<BevAxes>) =>
+                this.rewrite(this.session.client?.call('in_axes', { scene: made.scene, axes }))}
+              @pose-kind-chosen=${({ detail }: CustomEvent<PoseKindWish>) =>
+                this.rewrite(this.session.client?.call('with_poses', { scene: made.scene, ...detail }))}
+            ></scanstitch-bev-cameras>
+          </div>
+        </section>
+        ${answer ? this.renderHomography(answer.homography) : nothing}
+      </div>
+    </div>`;
+  }
+
+  private renderView(role: BevRole, made: BevDocument): TemplateResult {
+    const { session, selected, pointed } = this;
+    const is_top = role === 'top';
+    const { width, height } = made.scene[role];
+    const { answered } = session;
+    const ghost = pointed && pointed.role !== role ? pointed.point.projected : null;
+    const overlay = is_top
+      ? this.topOverlayOf(made, answered?.answer ?? null, selected, ghost)
+      : this.frontOverlayOf(answered?.made ?? made, answered?.answer ?? null, selected, ghost);
+    const title = is_top ? 'Top view' : 'Front view';
+    const picture = session.pictureOf(role);
+    const bitmap = session.bitmapOf(role);
+    return html`<section aria-label=${title}>
+      <header>
+        <h2>${title}</h2>
+        <span class="file" title=${picture?.name ?? ''}>${picture?.name ?? `${width} × ${height}`}</span>
+        <button class="quiet" aria-label="Choose the image of the ${role} view" @click=${() => this.pick(role)}>
+          ${icon('file', 14)}Image…
+        </button>
+      </header>
+      <scanstitch-bev-picture
+        id=${role}
+        name=${title}
+        .width=${width}
+        .height=${height}
+        .bitmap=${bitmap}
+        .overlay=${overlay}
+        .handles=${is_top ? this.topHandlesOf(made) : this.frontHandlesOf(answered)}
+        .blend=${is_top ? 0 : session.blend}
+        placeholder=${picture && !bitmap ? 'The image has another size than its camera' : `Drop the ${role} view here`}
+        @picture-pressed=${({ detail }: CustomEvent<Pixel>) => this.onPressed(role, detail)}
+        @handle-moved=${({ detail }: CustomEvent<HandleMove>) => this.onMoved(role, detail)}
+        @handle-removed=${({ detail }: CustomEvent<string>) => this.removeMark(markOf(detail))}
+        @handle-focused=${({ detail }: CustomEvent<string>) => {
+          this.selected = markOf(detail).index;
+        }}
+        @picture-pointed=${({ detail }: CustomEvent<Pixel | null>) => this.onPointed(role, detail)}
+      ></scanstitch-bev-picture>
+      <div class="readout">${is_top ? this.renderReadout(made) : this.renderBlend()}</div>
+    </section>`;
+  }
+
+  private renderReadout({ tool }: BevDocument): TemplateResult {
+    const { pointed } = this;
+    if (!pointed) return html`${HINTS[tool]}`;
+    const { marked, ground, projected, status } = pointed.point;
+    const [here, there] = pointed.role === 'top' ? ['top', 'front'] : ['front', 'top'];
+    const metres = ground?.map((value) => value.toFixed(3)).join(', ');
+    const outside = status === 'visible' ? '' : ', outside';
+    return html`<span>${here} <b>${shortPixel(marked)}</b></span>
+      <span>${metres ? html`ground <b>${metres}</b> m` : 'no ground: at or above the horizon'}</span>
+      ${projected ? html`<span>${there} <b>${shortPixel(projected)}</b>${outside}</span>` : nothing}
+      ${ground && !projected ? html`<span>behind the ${there} camera</span>` : nothing}`;
+  }
+
+  private renderBlend(): TemplateResult {
+    const { session } = this;
+    const percent = Math.round(100 * session.blend);
+    return html`<label class="blend"
+      ><span>Front view</span
+      ><input
+        type="range"
+        min="0"
+        max="100"
+        aria-label="Blend: how much of the warped top view covers the front view"
+        ?disabled=${!session.bitmapOf('top')}
+        .value=${String(percent)}
+        @input=${(event: Event) => {
+          session.blend = Number((event.target as HTMLInputElement).value) / 100;
+          this.requestUpdate();
+        }}
+      /><span>warped top view ${percent} %</span></label
+    >`;
+  }
+
+  private renderPoints(made: BevDocument): TemplateResult {
+    const { answered } = this.session;
+    const { width, height } = made.scene.top;
+    const middle: Pixel = [Math.floor(width / 2), Math.floor(height / 4)];
+    return html`<section aria-label="Points">
+      <header>
+        <h2>Points</h2>
+        <span class="file">${answered ? hiddenWords(answered.answer) : ''}</span>
+        <button class="quiet" ?hidden=${made.tool === 'grid'} @click=${() => this.addInTop(made, middle)}>
+          ${icon('plus', 14)}Add
+        </button>
+      </header>
+      ${
+        markedPixels(made).length === 0
+          ? html`<p class="hint">${HINTS[made.tool]}</p>`
+          : html`<scanstitch-bev-points
+              .made=${made}
+              .points=${answered?.answer.told ?? NO_POINTS}
+              .selected=${this.selected}
+              @pixel-typed=${({ detail }: CustomEvent<TypedPixel>) => this.onTyped(made, detail)}
+              @row-removed=${({ detail: index }: CustomEvent<number>) =>
+                this.removeMark({ kind: tabledKind(made), index })}
+            ></scanstitch-bev-points>`
+      }
+    </section>`;
+  }
+
+  private renderRefinement(made: BevDocument): TemplateResult {
+    const { answered } = this.session;
+    const residuals = made.pairs.map(({ front }, index) => {
+      const projected = answered?.answer.pair_points[index]?.projected;
+      return front && projected ? ([projected[0] - front[0], projected[1] - front[1]] as const) : null;
+    });
+    return html`<section aria-label="Refinement">
+      <header><h2>Refine a camera</h2></header>
+      <div class="panel">
+        <scanstitch-bev-refinement
+          .residuals=${residuals}
+          .refined=${this.refined}
+          @refinement-wished=${({ detail }: CustomEvent<RefinementWish>) => this.refine(made, detail)}
+        ></scanstitch-bev-refinement>
+      </div>
+    </section>`;
+  }
+
+  private renderHomography(homography: readonly number[]): TemplateResult {
+    const rows = [0, 3, 6].map((start) => homography.slice(start, start + 3));
+    const shown = rows.map((row) => row.map((value) => value.toPrecision(7).padStart(14)).join(' ')).join('\n');
+    const copy = () =>
+      this.session.attempt('export', () => this.copy(JSON.stringify(rows), 'The homography was copied.'));
+    return html`<section aria-label="Homography">
+      <header>
+        <h2>Homography</h2>
+        <span class="file">top (u, v, 1) → front, up to scale</span>
+        <button class="quiet" @click=${copy}>Copy</button>
+      </header>
+      <div class="panel"><pre class="matrix">${shown}</pre></div>
+    </section>`;
+  }
+
+  // Changes.
+
+  private change(change: Partial<BevDocument>, selected: number | null): void {
+    this.session.change(change);
+    this.selected = selected;
+  }
+
+  private setScene(scene: BevScene): void {
+    this.refined = null;
+    this.session.setScene(scene);
+  }
+
+  /** The engine says the same scene with other numbers. */
+  private rewrite(call: Promise<BevScene> | undefined): Promise<void> {
+    return this.session.attempt('scene', async () => {
+      const scene = await call;
+      if (scene) this.setScene(scene);
+    });
+  }
+
+  private goBack(): void {
+    this.selected = null;
+    this.refined = null;
+    this.session.undo();
+  }
+
+  private goForth(): void {
+    this.selected = null;
+    this.refined = null;
+    this.session.redo();
+  }
+
+  private refine(made: BevDocument, { camera, parameters }: RefinementWish): Promise<void> {
+    return this.session.attempt('refinement', async () => {
+      const given = { scene: made.scene, pairs: wholePairs(made), camera, parameters };
+      const result = await this.session.client?.call('refine', given);
+      if (!result) return;
+      this.setScene(result.scene);
+      this.refined = result;
+    });
+  }
+
+  // Marks.
+
+  private onPressed(role: BevRole, at: Pixel): void {
+    const { made } = this.session;
+    if (!made) return;
+    if (role === 'top') this.addInTop(made, at);
+    else this.addInFront(made, at);
+  }
+
+  private addInTop(made: BevDocument, at: Pixel): void {
+    if (made.tool === 'grid') {
+      const corners = made.corners.length < 2 ? [...made.corners, at] : [at];
+      this.mark({ corners }, { kind: 'c', index: corners.length - 1 });
+    } else if (made.tool === 'pairs') {
+      // A pair whose second place was not marked is given up.
+      const complete = made.pairs.filter(({ front }) => front !== null);
+      this.mark({ pairs: [...complete, { top: at, front: null }] }, { kind: 't', index: complete.length });
+      this.said = 'Now click the same place in the front view.';
+    } else {
+      this.mark({ points: [...made.points, at] }, { kind: 'p', index: made.points.length });
+    }
+  }
+
+  private async addInFront(made: BevDocument, at: Pixel): Promise<void> {
+    if (made.tool !== 'pairs') {
+      const top = await this.followFromFront(at);
+      const { made: now } = this.session;
+      if (top && now) this.addInTop(now, top);
+      return;
+    }
+    const open = made.pairs.findIndex(({ front }) => front === null);
+    if (open < 0) this.said = 'Click the place in the top view first.';
+    else this.change({ pairs: made.pairs.map((pair, i) => (i === open ? { ...pair, front: at } : pair)) }, open);
+  }
+
+  /** The top pixel of a front pixel; null, and said, where there is none. */
+  private async followFromFront(pixel: Pixel): Promise<Pixel | null> {
+    const point = await this.session.follow('front', pixel);
+    if (point?.projected) return point.projected;
+    this.said =
+      point?.status === 'behind_camera'
+        ? 'The ground there lies behind the top camera.'
+        : 'That pixel of the front view looks at or above the horizon: it sees no ground.';
+    return null;
+  }
+
+  /** Adds a mark and gives it the keyboard once it is there. */
+  private async mark(change: Partial<BevDocument>, { kind, index }: Mark): Promise<void> {
+    this.change(change, index);
+    await this.updateComplete;
+    await this.top_picture?.updateComplete;
+    this.top_picture?.focusHandle(`${kind}${index}`);
+  }
+
+  private async onMoved(role: BevRole, { key, at, phase }: HandleMove): Promise<void> {
+    if (phase === 'begin') {
+      this.drag_begins = true;
+      this.onPointed(role, null);
+      return;
+    }
+    const mark = markOf(key);
+    // Points lie in the top view; dragged in the front view they go where it says.
+    const place = role === 'front' && mark.kind === 'p' ? await this.followFromFront(at) : at;
+    const { made } = this.session;
+    const moved = place && made ? movedTo(made, mark, place) : null;
+    if (!moved) return;
+    this.session.change(moved, phase === 'drag' && !this.drag_begins);
+    this.drag_begins = false;
+  }
+
+  private onTyped(made: BevDocument, { index, axis, value }: TypedPixel): void {
+    const [u, v] = markedPixels(made)[index] ?? [0, 0];
+    const moved = movedTo(made, { kind: tabledKind(made), index }, axis === 0 ? [value, v] : [u, value]);
+    if (moved) this.change(moved, index);
+  }
+
+  private removeMark(mark: Mark): void {
+    const { made } = this.session;
+    if (made) this.change(without(made, mark), null);
+  }
+
+  private async onPointed(role: BevRole, pixel: Pixel | null): Promise<void> {
+    const number = ++this.num_pointed;
+    const point = pixel ? await this.session.follow(role, pixel) : null;
+    if (number === this.num_pointed) this.pointed = point ? { role, point } : null;
+  }
+
+  private onKey(event: KeyboardEvent): void {
+    if (!(event.ctrlKey || event.metaKey) || event.altKey) return;
+    const key = event.key.toLowerCase();
+    const [target] = event.composedPath();
+    const is_field = target instanceof HTMLInputElement || target instanceof HTMLTextAreaElement;
+    if (is_field || (key !== 'z' && key !== 'y')) return;
+    event.preventDefault();
+    if (key === 'y' || event.shiftKey) this.goForth();
+    else this.goBack();
+  }
+
+  // Files.
+
+  private onOpen({ detail }: CustomEvent<string>): void {
+    const preset = this.session.presets.find(({ name }) => name === detail);
+    if (preset) this.setScene(preset.scene);
+    else if (detail === 'sample') this.session.openSample();
+    else this.pick(null);
+  }
+
+  private pick(role: BevRole | null): void {
+    this.picked_role = role;
+    this.input.click();
+  }
+
+  private async onPicked(): Promise<void> {
+    const files = filesOfInput(this.input);
+    await this.session.open(files, this.picked_role);
+    this.input.value = '';
+  }
+
+  private onDrag(event: DragEvent): void {
+    if (!event.dataTransfer?.types.includes('Files')) return;
+    event.preventDefault();
+    event.stopPropagation();
+    this.is_dropping = true;
+  }
+
+  private async onDrop(event: DragEvent): Promise<void> {
+    if (!event.dataTransfer?.types.includes('Files')) return;
+    event.preventDefault();
+    event.stopPropagation();
+    this.is_dropping = false;
+    const path = event.composedPath();
+    const role = (['top', 'front'] as const).find((one) => path.includes(this[`${one}_picture`] as EventTarget));
+    await this.session.open(await filesOfDrop(event.dataTransfer), role ?? null);
+  }
+
+  private async onExport({ detail }: CustomEvent<string>): Promise<void> {
+    const { made, answered, client, version } = this.session;
+    if (!made || !client) return;
+    const save = (name: string, content: string | Blob) =>
+      download({ name, blob: typeof content === 'string' ? new Blob([content], { type: 'text/plain' }) : content });
+    await this.session.attempt('export', async () => {
+      if (detail === 'csv') {
+        const given = { scene: made.scene, marked: flat(markedPixels(made)), whole: made.whole };
+        save('points.csv', await client.call('points_csv', given));
+      } else if (detail === 'json' && answered) {
+        save('bev.json', pointsJson(version, answered.made, answered.answer));
+      } else if (detail === 'scene') {
+        save('scene.json', `${JSON.stringify(made.scene, null, 2)}\n`);
+      } else if (detail === 'link') {
+        await this.copyLink(made);
+      } else {
+        const picture = detail === 'top' ? this.top_picture : this.front_picture;
+        if (picture) save(`${detail}_view.png`, await picture.png());
+      }
+    });
+  }
+
+  private async copyLink(made: BevDocument): Promise<void> {
+    const { blend, is_sample } = this.session;
+    const fragment = fragmentOf({ made, blend, is_sample });
+    if (this.remember_scene) history.replaceState(history.state, '', fragment);
+    const has_own = !is_sample && (this.session.pictureOf('top') ?? this.session.pictureOf('front')) !== null;
+    const pictures = has_own ? ' Your own images are not in it: they never leave this machine.' : '';
+    await this.copy(new URL(fragment, location.href).href, `The link was copied.${pictures}`);
+  }
+
+  private async copy(text: string, said: string): Promise<void> {
+    try {
+      await navigator.clipboard.writeText(text);
+    } catch {
+      throw new Error(`The browser does not let this page copy. Here it is: ${text}`);
+    }
+    this.said = said;
+  }
+
+  static override styles = [tokens, shared, bev_styles];
+}
+
+function openItems(presets: readonly BevPreset[]): MenuItem[] {
+  return [
+    { id: 'files', label: 'Files…', detail: 'two views (PNG, JPEG), a scene.json, a table of points (CSV)' },
+    ...(has_sample ? [{ id: 'sample', label: 'The sample', detail: 'a rendered pair with exact cameras' }] : []),
+    ...presets.map(({ name, label, explanation }) => ({ id: name, label, detail: explanation })),
+  ];
+}
+
+declare global {
+  interface HTMLElementTagNameMap {
+    'scanstitch-bev': ScanstitchBev;
+  }
+}

@@ -1,0 +1,78 @@
+/** Marks as things that can be taken hold of, moved and removed. A key is the kind of mark and its number: `p3`. */
+import type { BevDocument } from './document.js';
+import { letter } from './paint.js';
+import type { Handle } from './picture.js';
+import type { Answer, Pixel } from './protocol.js';
+
+/** p: a point; c: a corner of the grid; t and f: a pair's place in the top and in the front view. */
+export type MarkKind = 'p' | 'c' | 't' | 'f';
+
+export interface Mark {
+  kind: MarkKind;
+  index: number;
+}
+
+export function markOf(key: string): Mark {
+  return { kind: key.charAt(0) as MarkKind, index: Number(key.slice(1)) };
+}
+
+/** The kind of mark that rows of the table stand for. */
+export function tabledKind({ tool }: BevDocument): MarkKind {
+  return tool === 'pairs' ? 't' : 'p';
+}
+
+/** The change that puts a mark to another place; null where there is no such mark, or it lies there already. */
+export function movedTo(made: BevDocument, { kind, index }: Mark, at: Pixel): Partial<BevDocument> | null {
+  const is_there = (pixel: Pixel | null | undefined) => !pixel || (pixel[0] === at[0] && pixel[1] === at[1]);
+  const placed = (all: readonly Pixel[]) => all.map((pixel, i) => (i === index ? at : pixel));
+  const paired = (change: { top: Pixel } | { front: Pixel }) => ({
+    pairs: made.pairs.map((pair, i) => (i === index ? { ...pair, ...change } : pair)),
+  });
+  switch (kind) {
+    case 'p':
+      return is_there(made.points[index]) ? null : { points: placed(made.points) };
+    case 'c':
+      return is_there(made.corners[index]) ? null : { corners: placed(made.corners) };
+    case 't':
+      return is_there(made.pairs[index]?.top) ? null : paired({ top: at });
+    case 'f':
+      return is_there(made.pairs[index]?.front) ? null : paired({ front: at });
+  }
+}
+
+export function without(made: BevDocument, { kind, index }: Mark): Partial<BevDocument> {
+  const rest = <T>(all: readonly T[]) => all.filter((_, i) => i !== index);
+  if (kind === 'c') return { corners: rest(made.corners) };
+  return kind === 'p' ? { points: rest(made.points) } : { pairs: rest(made.pairs) };
+}
+
+/** The change that removes the marks of the tool at hand. */
+export function withoutAny({ tool }: BevDocument): Partial<BevDocument> {
+  if (tool === 'grid') return { corners: [] };
+  return tool === 'pairs' ? { pairs: [] } : { points: [] };
+}
+
+export function topHandles({ tool, points, corners, pairs }: BevDocument): Handle[] {
+  const named = (kind: MarkKind, words: (index: number) => string) => (at: Pixel, index: number) => {
+    return { key: `${kind}${index}`, at, label: words(index) };
+  };
+  if (tool === 'grid') return corners.map(named('c', (index) => `Corner ${index + 1} of the grid`));
+  if (tool === 'pairs') return pairs.map(({ top }) => top).map(named('t', (index) => `Pair ${letter(index)}, top`));
+  return points.map(named('p', (index) => `Point ${index + 1}`));
+}
+
+/** Projections can be taken hold of as well: the point follows. */
+export function frontHandles(answered: { made: BevDocument; answer: Answer } | null): Handle[] {
+  if (!answered || answered.made.tool === 'grid') return [];
+  const { made, answer } = answered;
+  if (made.tool === 'pairs') {
+    return made.pairs.flatMap(({ front }, index) =>
+      front ? [{ key: `f${index}`, at: front, label: `Pair ${letter(index)}, front` }] : [],
+    );
+  }
+  return answer.points.flatMap(({ projected, status }, index) =>
+    status === 'visible' && projected
+      ? [{ key: `p${index}`, at: projected, label: `Point ${index + 1} in the front view` }]
+      : [],
+  );
+}

@@ -1,0 +1,161 @@
+import { css, html, LitElement, nothing, type TemplateResult } from 'lit';
+import { customElement, property } from 'lit/decorators.js';
+import { icon } from '../components/icons.js';
+import { shared } from '../components/theme.js';
+import { type BevDocument, markedPixels, STATUS_WORDS } from './document.js';
+import { letter } from './paint.js';
+import { shortNumber } from './picture.js';
+import type { BevPoint } from './protocol.js';
+
+const NO_POINTS: readonly BevPoint[] = [];
+
+/** A number of a mark, typed in. */
+export interface TypedPixel {
+  index: number;
+  axis: 0 | 1;
+  value: number;
+}
+
+/**
+ * Every mark with its pixel, its place on the ground and its projection.
+ *
+ * Fires `pixel-typed` (TypedPixel) and `row-removed` with the index.
+ */
+@customElement('scanstitch-bev-points')
+export class ScanstitchBevPoints extends LitElement {
+  @property({ attribute: false }) made: BevDocument | null = null;
+  /** The points as they are told: in whole pixels where these are wanted. */
+  @property({ attribute: false }) points: readonly BevPoint[] = NO_POINTS;
+  @property({ attribute: false }) selected: number | null = null;
+
+  protected override render(): TemplateResult | typeof nothing {
+    const { made } = this;
+    if (!made) return nothing;
+    const columns = ['#', 'top u', 'top v', 'x (m)', 'y (m)', 'z (m)', 'front u', 'front v'];
+    return html`<table aria-label="Points and their projections">
+      <thead>
+        <tr>
+          ${columns.map((column) => html`<th scope="col">${column}</th>`)}
+          <th></th>
+          <th></th>
+        </tr>
+      </thead>
+      <tbody>
+        ${markedPixels(made).map((_, index) => this.renderRow(made, index))}
+      </tbody>
+    </table>`;
+  }
+
+  private renderRow(made: BevDocument, index: number): TemplateResult {
+    // Points of a grid follow from its corners.
+    const is_editable = made.tool !== 'grid';
+    const name = made.tool === 'pairs' ? letter(index) : String(index + 1);
+    const pixel = markedPixels(made)[index] ?? [0, 0];
+    const point = this.points[index];
+    const status = point?.status ?? 'visible';
+    return html`<tr class=${index === this.selected && is_editable ? 'selected' : ''}>
+      <td>${name}</td>
+      ${([0, 1] as const).map((axis) =>
+        is_editable
+          ? html`<td>
+              <input
+                type="number"
+                step="any"
+                aria-label="Point ${name}, top ${axis === 0 ? 'u' : 'v'}"
+                .value=${String(Number(pixel[axis].toFixed(4)))}
+                @change=${(event: Event) => this.type(index, axis, event)}
+              />
+            </td>`
+          : html`<td>${shortNumber(pixel[axis])}</td>`,
+      )}
+      ${[0, 1, 2].map((axis) => html`<td>${point?.ground?.[axis]?.toFixed(3) ?? '–'}</td>`)}
+      ${[0, 1].map((axis) => {
+        const value = point?.projected?.[axis];
+        return html`<td class="front">${value === undefined ? '–' : shortNumber(value)}</td>`;
+      })}
+      <td class="status ${status === 'visible' ? '' : 'unseen'}">${STATUS_WORDS[status]}</td>
+      <td>
+        ${
+          is_editable
+            ? html`<button
+                class="icon quiet"
+                aria-label="Remove point ${name}"
+                @click=${() => this.dispatchEvent(new CustomEvent('row-removed', { detail: index }))}
+              >
+                ${icon('close', 12)}
+              </button>`
+            : nothing
+        }
+      </td>
+    </tr>`;
+  }
+
+  private type(index: number, axis: 0 | 1, event: Event): void {
+    const { value: text } = event.target as HTMLInputElement;
+    const value = Number(text);
+    if (text.trim() === '' || !Number.isFinite(value)) return;
+    this.dispatchEvent(new CustomEvent<TypedPixel>('pixel-typed', { detail: { index, axis, value } }));
+  }
+
+  static override styles = [
+    shared,
+    css`
+      :host {
+        display: block;
+        max-height: 340px;
+        overflow: auto;
+      }
+      table {
+        width: 100%;
+        border-collapse: collapse;
+        font-size: 13px;
+        font-variant-numeric: tabular-nums;
+      }
+      th,
+      td {
+        padding: 2px 8px;
+        border-top: 1px solid var(--line);
+        text-align: right;
+        white-space: nowrap;
+      }
+      th {
+        position: sticky;
+        top: 0;
+        border-top: 0;
+        background: var(--surface);
+        color: var(--muted);
+        font-size: 12px;
+        font-weight: 600;
+      }
+      .status {
+        text-align: left;
+      }
+      .unseen {
+        color: var(--doubtful);
+      }
+      input {
+        width: 74px;
+        min-height: 28px;
+        padding: 0 4px;
+        border: 1px solid var(--line);
+        border-radius: 6px;
+        background: var(--surface);
+        font-size: 13px;
+        text-align: right;
+      }
+      button.icon {
+        width: 28px;
+        min-height: 28px;
+      }
+      .selected td {
+        background: var(--selected-soft);
+      }
+    `,
+  ];
+}
+
+declare global {
+  interface HTMLElementTagNameMap {
+    'scanstitch-bev-points': ScanstitchBevPoints;
+  }
+}

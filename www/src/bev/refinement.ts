@@ -1,0 +1,173 @@
+import { css, html, LitElement, nothing, type TemplateResult } from 'lit';
+import { customElement, property, state } from 'lit/decorators.js';
+import { shared } from '../components/theme.js';
+import { letter } from './paint.js';
+import type { BevParameter, BevRefinement, BevRole } from './protocol.js';
+
+/** What is to be refined. */
+export interface RefinementWish {
+  camera: BevRole;
+  parameters: readonly BevParameter[];
+}
+
+const PARAMETERS: readonly [BevParameter, string, string][] = [
+  ['pitch', 'pitch', 'the turn about the camera’s own x axis'],
+  ['height', 'height', 'the height of the camera'],
+  ['offset', 'offset', 'the place of the camera along the ground'],
+  ['ground', 'ground', 'the height of the ground itself; both cameras stay'],
+];
+const DEGREES = 180 / Math.PI;
+
+/**
+ * A camera moved until projections fall on their marks, and what is left between them.
+ *
+ * Fires `refinement-wished` (RefinementWish).
+ */
+@customElement('scanstitch-bev-refinement')
+export class ScanstitchBevRefinement extends LitElement {
+  /** For each pair the projected less the marked pixel; null where one is missing. */
+  @property({ attribute: false }) residuals: readonly (readonly [number, number] | null)[] = [];
+  /** The last refinement, while its scene is the one that is shown. */
+  @property({ attribute: false }) refined: BevRefinement | null = null;
+  @state() private camera: BevRole = 'front';
+  @state() private parameters: readonly BevParameter[] = ['pitch', 'height', 'offset'];
+
+  protected override render(): TemplateResult {
+    const count = this.residuals.filter((residual) => residual !== null).length;
+    return html`<p class="muted">
+        ${count} pair${count === 1 ? '' : 's'} marked in both views. What is chosen is moved until the projections
+        (crosses) fall on the marks.
+      </p>
+      <div class="checks">
+        <label
+          >Camera
+          <select
+            @change=${(event: Event) => {
+              this.camera = (event.target as HTMLSelectElement).value as BevRole;
+            }}
+          >
+            <option value="front" .selected=${this.camera === 'front'}>front</option>
+            <option value="top" .selected=${this.camera === 'top'}>top</option>
+          </select>
+        </label>
+        ${PARAMETERS.map(
+          ([parameter, label, hint]) =>
+            html`<label title=${hint}
+              ><input
+                type="checkbox"
+                .checked=${this.parameters.includes(parameter)}
+                @change=${(event: Event) => this.choose(parameter, (event.target as HTMLInputElement).checked)}
+              />${label}</label
+            >`,
+        )}
+        <button class="primary" ?disabled=${count === 0} @click=${this.wish}>Refine</button>
+      </div>
+      ${count > 0 ? this.renderResiduals() : nothing} ${this.refined ? this.renderEvidence(this.refined) : nothing}`;
+  }
+
+  private renderResiduals(): TemplateResult {
+    return html`<table aria-label="Residuals">
+      <thead>
+        <tr>
+          ${['pair', 'du (px)', 'dv (px)', 'distance'].map((column) => html`<th scope="col">${column}</th>`)}
+        </tr>
+      </thead>
+      <tbody>
+        ${this.residuals.map((residual, index) =>
+          residual
+            ? html`<tr>
+                <td>${letter(index)}</td>
+                ${[...residual, Math.hypot(...residual)].map((value) => html`<td>${value.toFixed(2)}</td>`)}
+              </tr>`
+            : nothing,
+        )}
+      </tbody>
+    </table>`;
+  }
+
+  private renderEvidence(result: BevRefinement): TemplateResult {
+    const changes = [
+      ['pitch', result.pitch * DEGREES, '°', 3],
+      ['height', result.height, ' m', 4],
+      ['right', result.right, ' m', 4],
+      ['ahead', result.ahead, ' m', 4],
+      ['ground', result.ground, ' m', 4],
+    ] as const;
+    const moved = changes.filter(([, value]) => value !== 0);
+    const words = moved.map(
+      ([name, value, unit, digits]) => `${name} ${value > 0 ? '+' : '−'}${Math.abs(value).toFixed(digits)}${unit}`,
+    );
+    return html`<p class="evidence" role="status">
+      ${words.join(', ') || 'Nothing had to move'}. rmse ${result.rmse_before.toFixed(3)} → ${result.rmse.toFixed(3)} px
+      in ${result.iterations} step${result.iterations === 1 ? '' : 's'}${result.converged ? '' : ', not converged'}.
+    </p>`;
+  }
+
+  private choose(parameter: BevParameter, is_on: boolean): void {
+    const rest = this.parameters.filter((one) => one !== parameter);
+    this.parameters = is_on ? [...rest, parameter] : rest;
+  }
+
+  private wish(): void {
+    const { camera, parameters } = this;
+    this.dispatchEvent(new CustomEvent<RefinementWish>('refinement-wished', { detail: { camera, parameters } }));
+  }
+
+  static override styles = [
+    shared,
+    css`
+      :host {
+        display: block;
+      }
+      .checks {
+        display: flex;
+        flex-wrap: wrap;
+        align-items: center;
+        gap: 6px 14px;
+        margin: 6px 0 10px;
+      }
+      label {
+        display: flex;
+        align-items: center;
+        gap: 5px;
+        font-size: 13px;
+      }
+      select {
+        min-height: 30px;
+        padding: 0 6px;
+        border: 1px solid var(--line-strong);
+        border-radius: 6px;
+        background: var(--surface);
+      }
+      table {
+        width: 100%;
+        border-collapse: collapse;
+        font-size: 13px;
+        font-variant-numeric: tabular-nums;
+      }
+      th,
+      td {
+        padding: 2px 8px;
+        border-top: 1px solid var(--line);
+        text-align: right;
+      }
+      th {
+        border-top: 0;
+        color: var(--muted);
+        font-size: 12px;
+        font-weight: 600;
+      }
+      .evidence {
+        margin-top: 8px;
+        font-size: 13px;
+        font-variant-numeric: tabular-nums;
+      }
+    `,
+  ];
+}
+
+declare global {
+  interface HTMLElementTagNameMap {
+    'scanstitch-bev-refinement': ScanstitchBevRefinement;
+  }
+}

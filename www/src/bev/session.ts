@@ -1,0 +1,328 @@
+/** What the view works on: the document with its history, the pictures, the engine's answers, and what went wrong. */
+import type { ReactiveController, ReactiveControllerHost } from 'lit';
+import type { NamedFile } from '../datasets/gather.js';
+import { BevClient, Refusal } from './client.js';
+import { type BevDocument, begun, changed, continued, type History, newDocument, questionOf } from './document.js';
+import { redone, undone } from './document.js';
+import { decodePicture, fetchBlob, fetchSampleFile, has_sample, type Picture, pixelsOf, roleOfName } from './images.js';
+import { isOfBev, readFragment } from './link.js';
+import type { Answer, BevPoint, BevPreset, BevRole, BevScene, Pixel, Strip } from './protocol.js';
+
+export interface Problem {
+  text: string;
+  /** What can be done about it with one click. */
+  remedy?: { label: string; act: () => void };
+}
+
+/** What the session tells its view. */
+export interface Listener {
+  strip(strip: Strip): void;
+  /** The warped picture no longer holds. */
+  unwarped(): void;
+  /** An answer is to be drawn; `since` is when its question came up. */
+  answered(since: number): void;
+}
+
+/** A picture that is no scene and no table. */
+const TABLE = /\.(csv|txt|tsv)$/i;
+const SCENE = /\.json$/i;
+
+export class BevSession implements ReactiveController {
+  /** The latest answer, with the document that it belongs to. */
+  answered: { made: BevDocument; answer: Answer } | null = null;
+  problems: ReadonlyMap<string, Problem> = new Map();
+  presets: readonly BevPreset[] = [];
+  /** Whether the pictures are the sample's. */
+  is_sample = false;
+  /** How much of the warped top view covers the front view, 0 to 1. */
+  blend = 0;
+  version = '';
+  client: BevClient | null = null;
+  private history: History | null = null;
+  private pictures: Record<BevRole, Picture | null> = { top: null, front: null };
+
+  constructor(
+    private readonly host: ReactiveControllerHost,
+    private readonly listener: Listener,
+  ) {
+    host.addController(this);
+  }
+
+  hostDisconnected(): void {
+    this.client?.dispose();
+    this.client = null;
+  }
+
+  /** Begins with what the page's address holds, the scene at `src`, the sample, or a preset. */
+  async begin(src: string): Promise<void> {
+    const client = new BevClient(
+      (strip) => this.listener.strip(strip),
+      (message) => this.report('crash', `The engine stopped: ${message} Load the page again; please report this.`),
+    );
+    this.client = client;
+    const { version, presets } = await client.call('about', null);
+    this.version = version;
+    this.presets = presets;
+    const [first] = presets;
+    if (this.history) {
+      this.take(this.history); // the element was moved: its new engine knows nothing yet
+      return this.keepTop();
+    }
+    if (first) this.take(begun(newDocument(first.scene)));
+    if (isOfBev(location.hash) && this.openLink()) return;
+    if (src !== '') await this.attempt('file', () => this.openAddress(src));
+    else if (has_sample) await this.openSample();
+  }
+
+  // The document.
+
+  get made(): BevDocument | null {
+    return this.history?.present ?? null;
+  }
+
+  get can_undo(): boolean {
+    return (this.history?.past.length ?? 0) > 0;
+  }
+
+  get can_redo(): boolean {
+    return (this.history?.future.length ?? 0) > 0;
+  }
+
+  /** A change of its own, or the next step of a drag. */
+  change(change: Partial<BevDocument>, is_step = false): void {
+    const { history } = this;
+    if (!history) return;
+    const next = { ...history.present, ...change };
+    if (!is_step) this.take(changed(history, next));
+    else this.take(continued(history, next), false);
+  }
+
+  setScene(scene: BevScene): void {
+    this.change({ scene });
+  }
+
+  undo(): void {
+    if (this.history) this.take(undone(this.history));
+  }
+
+  redo(): void {
+    if (this.history) this.take(redone(this.history));
+  }
+
+  /** Steps of a drag are drawn once, with their answer. */
+  private take(history: History, is_shown_at_once = true): void {
+    const before = this.history?.present;
+    this.history = history;
+    const { present } = history;
+    if (is_shown_at_once) this.host.requestUpdate();
+    this.ask(present);
+    if (before?.scene === present.scene) return;
+    this.checkSizes(present.scene);
+    this.warp();
+  }
+
+  private ask(made: BevDocument): void {
+    const since = performance.now();
+    this.client?.project(questionOf(made), (answer) => {
+      if (answer instanceof Refusal) {
+        this.report('scene', answer.message);
+        return;
+      }
+      this.settle('scene');
+      const { answered } = this;
+      // What follows from the scene alone stays the same object, so that nobody draws it again.
+      const same = answered?.made.scene === made.scene ? answered.answer : answer;
+      const { layout, homography, common } = same;
+      this.answered = { made, answer: { ...answer, layout, homography, common } };
+      this.host.requestUpdate();
+      this.listener.answered(since);
+    });
+  }
+
+  /** The part of the top view that lies over the front view is made anew. */
+  private warp(): void {
+    const { made } = this;
+    if (made && this.bitmapOf('top')) this.client?.warp(made.scene);
+    else this.listener.unwarped();
+  }
+
+  /** A pixel followed to the other view; null where the scene is none, which is told already. */
+  async follow(from: BevRole, pixel: Pixel): Promise<BevPoint | null> {
+    const { made, client } = this;
+    if (!made || !client) return null;
+    try {
+      return await client.call('follow', { scene: made.scene, from, pixel });
+    } catch (error) {
+      if (error instanceof Refusal) return null;
+      throw error;
+    }
+  }
+
+  // Pictures and files.
+
+  pictureOf(role: BevRole): Picture | null {
+    return this.pictures[role];
+  }
+
+  /** The picture of a view, where it has the size that its camera is said to have. */
+  bitmapOf(role: BevRole): ImageBitmap | null {
+    const bitmap = this.pictures[role]?.bitmap ?? null;
+    const camera = this.made?.scene[role];
+    return bitmap && camera && bitmap.width === camera.width && bitmap.height === camera.height ? bitmap : null;
+  }
+
+  /** Files of any kind: scenes, points, pictures; a single picture is of the view `role`. */
+  async open(files: readonly NamedFile[], role: BevRole | null = null): Promise<void> {
+    for (const { name, file } of files) {
+      if (SCENE.test(name)) await this.attempt('file', () => this.openScene(name, file));
+      else if (TABLE.test(name)) await this.attempt('file', () => this.openPoints(name, file));
+    }
+    const pictures = files.filter(({ name }) => !SCENE.test(name) && !TABLE.test(name));
+    const roles = pictures.map(({ name }) => (pictures.length === 1 ? role : null) ?? roleOfName(name));
+    for (const [index, { name, file }] of pictures.entries()) {
+      const free = (['top', 'front'] as const).filter((one) => !roles.includes(one));
+      const chosen = roles[index] ?? free.find((one) => !this.pictures[one]) ?? free[0] ?? 'top';
+      roles[index] = chosen;
+      await this.openPicture(chosen, name, file);
+    }
+  }
+
+  async openSample(): Promise<void> {
+    await this.attempt('file', async () => {
+      await this.openScene('scene.json', await fetchSampleFile('scene.json'));
+      await this.openSamplePictures();
+    });
+  }
+
+  /** Opens what the address of the page holds; false where it holds nothing. */
+  openLink(): boolean {
+    try {
+      const linked = readFragment(location.hash);
+      if (!linked) return false;
+      this.take(this.history ? changed(this.history, linked.made) : begun(linked.made));
+      this.blend = linked.blend;
+      if (linked.is_sample && has_sample) this.attempt('file', () => this.openSamplePictures());
+      return true;
+    } catch (error) {
+      this.report('file', error instanceof Error ? error.message : String(error));
+      return false;
+    }
+  }
+
+  private async openScene(name: string, blob: Blob): Promise<BevScene | null> {
+    const bytes = new Uint8Array(await blob.arrayBuffer());
+    const scene = await this.client?.call('read_scene', { name, bytes });
+    if (scene) this.setScene(scene);
+    return scene ?? null;
+  }
+
+  private async openPoints(name: string, blob: Blob): Promise<void> {
+    const bytes = new Uint8Array(await blob.arrayBuffer());
+    const marked = (await this.client?.call('read_points', { name, bytes })) ?? new Float64Array();
+    const points = Array.from({ length: marked.length / 2 }, (_, i): Pixel => [
+      marked[2 * i] as number,
+      marked[2 * i + 1] as number,
+    ]);
+    this.change({ points, tool: this.made?.tool === 'points' ? 'points' : 'polygon' });
+  }
+
+  private async openAddress(address: string): Promise<void> {
+    const url = new URL(address, document.baseURI);
+    const scene = await this.openScene(address, await fetchBlob(url.href));
+    for (const role of ['top', 'front'] as const) {
+      const image = scene?.[role].image;
+      if (image) await this.openPicture(role, image, await fetchBlob(new URL(image, url).href));
+    }
+  }
+
+  private async openSamplePictures(): Promise<void> {
+    for (const role of ['top', 'front'] as const) {
+      await this.openPicture(role, `${role}.jpg`, await fetchSampleFile(`${role}.jpg`));
+    }
+    this.is_sample = true;
+  }
+
+  /** Shows a picture; what is none leaves the last one. */
+  private async openPicture(role: BevRole, name: string, blob: Blob): Promise<void> {
+    await this.attempt(`picture of ${role}`, async () => {
+      const picture = await decodePicture(name, blob);
+      this.is_sample = false;
+      this.pictures = { ...this.pictures, [role]: picture };
+      this.host.requestUpdate();
+      if (this.made) await this.checkSizes(this.made.scene);
+      if (role === 'top') await this.keepTop();
+    });
+  }
+
+  /** Hands the top view to the engine, which warps it. */
+  private async keepTop(): Promise<void> {
+    const { top } = this.pictures;
+    if (!top) return;
+    const rgba = pixelsOf(top);
+    await this.client?.call('keep_image', rgba, [rgba.buffer]);
+    this.warp();
+  }
+
+  private async checkSizes(scene: BevScene): Promise<void> {
+    for (const role of ['top', 'front'] as const) {
+      const bitmap = this.pictures[role]?.bitmap;
+      if (bitmap) await this.checkSize(scene, role, bitmap);
+    }
+  }
+
+  private async checkSize(scene: BevScene, role: BevRole, { width, height }: ImageBitmap): Promise<void> {
+    try {
+      await this.client?.call('check_image', { scene, role, width, height });
+      this.settle(`size of ${role}`);
+    } catch (error) {
+      if (!(error instanceof Refusal)) throw error;
+      const act = () => this.useSize(role, width, height);
+      this.report(`size of ${role}`, error.message, { label: `Use ${width} × ${height}`, act });
+    }
+  }
+
+  /** Gives a camera the size of its picture; focal lengths grow along. */
+  private useSize(role: BevRole, width: number, height: number): void {
+    const { made } = this;
+    if (!made) return;
+    const camera = made.scene[role];
+    const { intrinsics } = camera;
+    const [along_u, along_v] = [width / camera.width, height / camera.height];
+    const scaled =
+      intrinsics.kind === 'focal'
+        ? {
+            ...intrinsics,
+            fx: intrinsics.fx * along_u,
+            cx: intrinsics.cx * along_u,
+            fy: intrinsics.fy * along_v,
+            cy: intrinsics.cy * along_v,
+          }
+        : intrinsics;
+    this.setScene({ ...made.scene, [role]: { ...camera, width, height, intrinsics: scaled } });
+  }
+
+  // Problems.
+
+  report(key: string, text: string, remedy?: Problem['remedy']): void {
+    this.problems = new Map(this.problems).set(key, remedy ? { text, remedy } : { text });
+    this.host.requestUpdate();
+  }
+
+  settle(key: string): void {
+    if (!this.problems.has(key)) return;
+    const rest = new Map(this.problems);
+    rest.delete(key);
+    this.problems = rest;
+    this.host.requestUpdate();
+  }
+
+  /** Does something with what the user gave; what is wrong with it is told, and all else stays as it was. */
+  async attempt(key: string, action: () => Promise<unknown>): Promise<void> {
+    try {
+      this.settle(key);
+      await action();
+    } catch (error) {
+      this.report(key, error instanceof Error ? error.message : String(error));
+    }
+  }
+}

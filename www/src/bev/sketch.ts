@@ -1,0 +1,287 @@
+import { css, html, LitElement, type PropertyValues, type TemplateResult } from 'lit';
+import { customElement, property, query, state } from 'lit/decorators.js';
+import { shared } from '../components/theme.js';
+import type { BevLayout, BevLayoutCamera, BevPoint } from './protocol.js';
+
+type Vector = readonly [number, number, number];
+type Place = readonly [number, number];
+
+interface Inks {
+  line: string;
+  text: string;
+  top: string;
+  front: string;
+  mark: string;
+}
+
+/** How long the pyramids of the cameras are, as a share of the height of the higher one. */
+const PYRAMID = 0.35;
+const FREEDOM = 1.45;
+
+/**
+ * The scene as a small drawing in space: the ground, what each camera sees of it, and the marks on it. Parallel lines
+ * stay parallel. Dragging and the arrow keys turn it.
+ */
+@customElement('scanstitch-bev-sketch')
+export class ScanstitchBevSketch extends LitElement {
+  @property({ attribute: false }) layout: BevLayout | null = null;
+  @property({ attribute: false }) points: readonly BevPoint[] = [];
+  @property({ type: Boolean, reflect: true }) dark = false;
+  @state() private azimuth = -0.7;
+  @state() private elevation = 0.5;
+  @query('canvas') private canvas!: HTMLCanvasElement;
+  private dragged_from: { x: number; y: number } | null = null;
+  private observer = new ResizeObserver(() => this.paint());
+
+  override connectedCallback(): void {
+    super.connectedCallback();
+    this.observer.observe(this);
+  }
+
+  override disconnectedCallback(): void {
+    super.disconnectedCallback();
+    this.observer.disconnect();
+  }
+
+  protected override updated(_changed: PropertyValues): void {
+    this.paint();
+  }
+
+  protected override render(): TemplateResult {
+    return html`<canvas
+      role="img"
+      tabindex="0"
+      aria-label=${this.words()}
+      @pointerdown=${this.onDown}
+      @pointermove=${this.onMove}
+      @pointerup=${this.onUp}
+      @pointercancel=${this.onUp}
+      @keydown=${this.onKey}
+    ></canvas>`;
+  }
+
+  private words(): string {
+    const { layout } = this;
+    if (!layout) return 'Sketch of the two cameras';
+    const metres = ({ height }: BevLayoutCamera) => `${height.toFixed(2)} metres above the ground`;
+    return `Sketch in space: top camera ${metres(layout.top)}, front camera ${metres(layout.front)}. Arrow keys turn it.`;
+  }
+
+  private paint(): void {
+    const { canvas, layout } = this;
+    const density = devicePixelRatio || 1;
+    const [width, height] = [canvas.clientWidth * density, canvas.clientHeight * density];
+    const context = canvas.getContext('2d');
+    if (!context || width === 0 || height === 0) return;
+    [canvas.width, canvas.height] = [Math.round(width), Math.round(height)];
+    if (!layout) return;
+    const dark = this.dark;
+    const inks: Inks = {
+      line: dark ? '#3a4553' : '#c3ccd6',
+      text: dark ? '#e5eaf1' : '#17202c',
+      top: dark ? '#8ab0ff' : '#2356c7',
+      front: dark ? '#f2b862' : '#a85f00',
+      mark: dark ? '#ff6fb1' : '#c4126a',
+    };
+    const place = placer(layout, this.azimuth, this.elevation, [width, height], 22 * density);
+    draw(context, layout, this.points, place, inks, density);
+  }
+
+  private onDown(event: PointerEvent): void {
+    this.dragged_from = { x: event.clientX, y: event.clientY };
+    this.canvas.setPointerCapture(event.pointerId);
+  }
+
+  private onMove(event: PointerEvent): void {
+    if (!this.dragged_from) return;
+    this.turn(event.clientX - this.dragged_from.x, event.clientY - this.dragged_from.y);
+    this.dragged_from = { x: event.clientX, y: event.clientY };
+  }
+
+  private onUp(): void {
+    this.dragged_from = null;
+  }
+
+  private onKey(event: KeyboardEvent): void {
+    const step = { ArrowLeft: [-12, 0], ArrowRight: [12, 0], ArrowUp: [0, -12], ArrowDown: [0, 12] }[event.key];
+    if (!step) return;
+    event.preventDefault();
+    this.turn(step[0] ?? 0, step[1] ?? 0);
+  }
+
+  private turn(dx: number, dy: number): void {
+    this.azimuth += dx * 0.01;
+    this.elevation = Math.min(Math.max(this.elevation + dy * 0.01, 0.02), FREEDOM);
+  }
+
+  static override styles = [
+    shared,
+    css`
+      :host {
+        display: block;
+        height: 220px;
+      }
+      canvas {
+        display: block;
+        width: 100%;
+        height: 100%;
+        cursor: grab;
+        touch-action: none;
+      }
+      canvas:active {
+        cursor: grabbing;
+      }
+      canvas:focus-visible {
+        outline-offset: -2px;
+      }
+    `,
+  ];
+}
+
+/** Where points of the world lie on the canvas: all of the scene fits. */
+function placer(
+  layout: BevLayout,
+  azimuth: number,
+  elevation: number,
+  [width, height]: Place,
+  margin: number,
+): (point: Vector) => Place {
+  const up = layout.up;
+  // Ahead is where the front camera looks; where it looks straight down, where the top of its image points.
+  const level = (v: Vector): Vector => add(v, up, -dot(v, up));
+  const forward = level(layout.front.forward);
+  const ahead = unit(length(forward) > 0.1 ? forward : level(scaled(layout.front.down, -1)));
+  const right = cross(ahead, up);
+  const [sin, cos] = [Math.sin(azimuth), Math.cos(azimuth)];
+  const along: Vector = add(scaled(right, cos), ahead, sin);
+  const deep: Vector = add(scaled(ahead, cos), right, -sin);
+  const flat = (p: Vector): Place => [
+    dot(p, along),
+    -(dot(p, up) * Math.cos(elevation) + dot(p, deep) * Math.sin(elevation)),
+  ];
+  const all = [layout.top, layout.front].flatMap(({ position, footprint }) => [
+    position,
+    foot(layout, position),
+    ...footprint,
+  ]);
+  const placed = all.map(flat);
+  const [xs, ys] = [placed.map(([x]) => x), placed.map(([, y]) => y)];
+  const [x0, x1, y0, y1] = [Math.min(...xs), Math.max(...xs), Math.min(...ys), Math.max(...ys)];
+  const scale = Math.min(
+    (width - 2 * margin) / Math.max(x1 - x0, 1e-6),
+    (height - 2 * margin) / Math.max(y1 - y0, 1e-6),
+  );
+  return (point) => {
+    const [x, y] = flat(point);
+    return [width / 2 + (x - (x0 + x1) / 2) * scale, height / 2 + (y - (y0 + y1) / 2) * scale];
+  };
+}
+
+function draw(
+  context: CanvasRenderingContext2D,
+  layout: BevLayout,
+  points: readonly BevPoint[],
+  place: (point: Vector) => Place,
+  inks: Inks,
+  density: number,
+): void {
+  const path = (corners: readonly Vector[], is_closed: boolean) => {
+    context.beginPath();
+    for (const corner of corners) context.lineTo(...(place(corner) as [number, number]));
+    if (is_closed) context.closePath();
+  };
+  const stroke = (color: string, thickness: number, dash: number[] = []) => {
+    context.setLineDash(dash.map((size) => size * density));
+    context.strokeStyle = color;
+    context.lineWidth = thickness * density;
+    context.stroke();
+    context.setLineDash([]);
+  };
+  const cameras = [
+    [layout.top, inks.top, 'top'],
+    [layout.front, inks.front, 'front'],
+  ] as const;
+  for (const [{ footprint }, color] of cameras) {
+    if (footprint.length < 3) continue;
+    path(footprint, true);
+    context.globalAlpha = 0.16;
+    context.fillStyle = color;
+    context.fill();
+    context.globalAlpha = 1;
+    stroke(color, 1);
+  }
+  const grounds = points.flatMap(({ ground }) => (ground ? [ground] : []));
+  context.fillStyle = inks.mark;
+  for (const ground of grounds) {
+    const [x, y] = place(ground);
+    context.beginPath();
+    context.arc(x, y, 2.5 * density, 0, 2 * Math.PI);
+    context.fill();
+  }
+  const size = PYRAMID * Math.max(Math.abs(layout.top.height), Math.abs(layout.front.height));
+  context.font = `600 ${12 * density}px system-ui, sans-serif`;
+  for (const [camera, color, name] of cameras) {
+    const { position, corners } = camera;
+    path([position, foot(layout, position)], false);
+    stroke(inks.line, 1.25, [3, 3]);
+    // Wide cameras have long corners: all pyramids are of one length.
+    const reach = size / Math.max(...corners.map(length), 1);
+    const ends = corners.map((corner) => add(position, corner, reach));
+    for (const end of ends) {
+      path([position, end], false);
+      stroke(color, 1.25);
+    }
+    path(ends, true);
+    stroke(color, 1.5);
+    // A roof over the upper edge tells which way up the image is.
+    const [upper_left, upper_right] = ends;
+    if (upper_left && upper_right) {
+      const middle = scaled(add(upper_left, upper_right, 1), 0.5);
+      path([upper_left, add(middle, camera.down, -0.18 * size), upper_right], true);
+      context.fillStyle = color;
+      context.fill();
+    }
+    const [x, y] = place(position);
+    context.fillStyle = inks.text;
+    const words = `${name} ${camera.height.toFixed(2)} m`;
+    const wide = context.measureText(words).width;
+    const left = Math.min(x + 8 * density, context.canvas.width - wide - 4 * density);
+    context.fillText(words, left, y - 6 * density);
+  }
+}
+
+/** The point of the ground below a camera. */
+function foot({ up, ground }: BevLayout, position: Vector): Vector {
+  return add(position, up, dot(ground, up) - dot(position, up));
+}
+
+function dot(a: Vector, b: Vector): number {
+  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+/** a + share b */
+function add(a: Vector, b: Vector, share: number): Vector {
+  return [a[0] + share * b[0], a[1] + share * b[1], a[2] + share * b[2]];
+}
+
+function scaled(a: Vector, share: number): Vector {
+  return [share * a[0], share * a[1], share * a[2]];
+}
+
+function length(a: Vector): number {
+  return Math.sqrt(dot(a, a));
+}
+
+function unit(a: Vector): Vector {
+  return scaled(a, 1 / (length(a) || 1));
+}
+
+function cross([a, b, c]: Vector, [x, y, z]: Vector): Vector {
+  return [b * z - c * y, c * x - a * z, a * y - b * x];
+}
+
+declare global {
+  interface HTMLElementTagNameMap {
+    'scanstitch-bev-sketch': ScanstitchBevSketch;
+  }
+}
