@@ -188,8 +188,10 @@ async function runAll(reconstruction, jobs, { engine, options, complain }) {
     },
     onEvent: (event) => {
       if (event.type === 'registered') frames.set(event.index, event.milliseconds);
-      if (event.type === 'problem')
+      if (event.type === 'problem') {
+        progress.clear();
         complain(isScanstitchError(event.error) ? event.error.message : `${event.name}: ${event.error.message}.`);
+      }
       if (event.type === 'registered') progress.show(frames.size);
     },
   });
