@@ -77,8 +77,8 @@ function writeMap(reconstruction, out, complain) {
   } catch (error) {
     // An engine without memory left ends in a trap.
     if (!(error instanceof WebAssembly.RuntimeError || error instanceof RangeError)) throw error;
-    const what = milliseconds === 0 ? 'map.ply' : 'The map in voxels of 1 cm';
-    complain(`${what} does not fit into the memory. Larger voxels take less: --set map_voxel_size=0.05`);
+    if (milliseconds > 0) note('The map is not counted in voxels of 1 cm: it would not fit into the memory.');
+    else complain('map.ply: The map does not fit into the memory. Larger voxels take less: --set map_voxel_size=0.05');
     return { milliseconds, sizes: [] };
   }
 }
