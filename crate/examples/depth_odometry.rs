@@ -77,17 +77,20 @@ fn redwood(root: &Path) -> Recording {
     Recording { name: "redwood5", depth, intrinsics: Some([525.0, 525.0, 319.5, 239.5]), truth }
 }
 
-/// Every so many frames, or all but a random third.
+/// Which frames of a recording are run.
 #[derive(Clone, Copy)]
 enum Choice {
     Every(usize),
     TwoThirds(u64),
+    /// All, walked to and fro so many times.
+    ToAndFro(usize),
 }
 
 impl Choice {
     fn keeps(self, index: usize) -> bool {
         match self {
             Self::Every(stride) => index.is_multiple_of(stride),
+            Self::ToAndFro(_) => true,
             Self::TwoThirds(seed) => {
                 let mixed = (index as u64 + 1000 * seed + 1).wrapping_mul(0x9E37_79B9_7F4A_7C15);
                 index == 0 || (mixed ^ mixed >> 29).wrapping_mul(0xBF58_476D_1CE4_E5B9) >> 33 & 0xFFFF < 43_690
@@ -96,7 +99,16 @@ impl Choice {
     }
 
     fn of<T: Clone>(self, all: &[T]) -> Vec<T> {
-        all.iter().enumerate().filter(|(index, _)| self.keeps(*index)).map(|(_, item)| item.clone()).collect()
+        let kept = all.iter().enumerate().filter(|(index, _)| self.keeps(*index)).map(|(_, item)| item.clone());
+        let mut kept: Vec<T> = kept.collect();
+        if let Self::ToAndFro(times) = self {
+            let there = kept.clone();
+            for time in 1..times {
+                let way: Vec<T> = if time % 2 == 1 { there.iter().rev().cloned().collect() } else { there.clone() };
+                kept.extend(way);
+            }
+        }
+        kept
     }
 }
 
@@ -111,7 +123,8 @@ fn main() {
     let effort = if std::env::args().any(|argument| argument == "--quick") { Effort::Quick } else { Effort::Thorough };
     let every = argument("--every").and_then(|number| number.parse().ok()).unwrap_or(1);
     let seed = argument("--two-thirds").and_then(|number| number.parse().ok());
-    let choice = seed.map_or(Choice::Every(every), Choice::TwoThirds);
+    let times = argument("--to-and-fro").and_then(|number| number.parse().ok());
+    let choice = times.map(Choice::ToAndFro).or(seed.map(Choice::TwoThirds)).unwrap_or(Choice::Every(every));
     let recordings = [
         apartment(&root, "apartment_first_floor"),
         apartment(&root, "apartment_second_floor"),

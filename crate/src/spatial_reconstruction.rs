@@ -15,7 +15,7 @@ use crate::report::{Progress, Stage};
 use crate::spatial_report::{MapSize, SpatialComparison, SpatialFrameResult, SpatialResult};
 use crate::spatial_settings::{Method, Quantisation, Refinement, SpatialSettings};
 use crate::verdict::Status;
-use crate::voxel_map::VoxelMap;
+use crate::voxel_map::{VoxelCount, VoxelMap};
 
 /// So many registered frames decide how depth was made whole.
 const DECIDING_FRAMES: usize = 12;
@@ -110,7 +110,7 @@ impl Reading {
 
     fn add(&mut self, surfaces: &Surfaces) {
         let mut graph_frame = None;
-        let estimate = match (&mut self.odometry, surfaces) {
+        let mut estimate = match (&mut self.odometry, surfaces) {
             (Odometry::Depth(odometry), Surfaces::Surfels(images)) => {
                 let Some((_, surfels)) = images.iter().find(|(quantisation, _)| *quantisation == self.quantisation)
                 else {
@@ -136,6 +136,10 @@ impl Reading {
             // Preparation, which knows the method, makes no other pairs.
             _ => return,
         };
+        if let Some(registration) = &mut estimate.registration {
+            // The bulk of a result, and nobody asks for it.
+            registration.correspondences = Vec::new();
+        }
         self.estimates.push(estimate);
         self.graph_frames.push(graph_frame);
     }
@@ -407,18 +411,23 @@ impl SpatialReconstruction {
     }
 
     fn insert_frames(&self, map: &mut VoxelMap, first: usize, poses: &[Option<Pose3>]) {
+        for (index, pose) in poses.iter().enumerate().skip(first) {
+            if let Some(pose) = pose {
+                self.with_map_cloud(index, |cloud| map.insert(cloud, pose, index, self.settings.max_height));
+            }
+        }
+    }
+
+    /// What a frame gives to the map, in the sensor's frame.
+    fn with_map_cloud(&self, index: usize, work: impl FnOnce(&PointCloud)) {
         let quantisation = self.quantisation().unwrap_or(Quantisation::Rounded);
         let step = self.depth().map_or(0.0, |depth| depth.depth_step);
-        for (index, (frame, pose)) in self.frames.iter().zip(poses).enumerate().skip(first) {
-            if let Some(pose) = pose {
-                match &frame.map_points {
-                    MapPoints::Image(image, prepared_as) => {
-                        let shift = (quantisation.offset() - prepared_as.offset()) * step;
-                        map.insert(&image.cloud(shift), pose, index, self.settings.max_height);
-                    }
-                    MapPoints::Cloud(cloud) => map.insert(cloud, pose, index, self.settings.max_height),
-                }
+        match self.frames.get(index).map(|frame| &frame.map_points) {
+            Some(MapPoints::Image(image, prepared_as)) => {
+                work(&image.cloud((quantisation.offset() - prepared_as.offset()) * step));
             }
+            Some(MapPoints::Cloud(cloud)) => work(cloud),
+            None => {}
         }
     }
 
@@ -426,10 +435,14 @@ impl SpatialReconstruction {
     pub fn map_sizes(&self, voxel_sizes: &[f64]) -> Vec<MapSize> {
         let poses = self.poses_up_to(Status::Good);
         let finest = voxel_sizes.iter().copied().fold(f64::INFINITY, f64::min);
-        let filled = |voxel_size| {
-            let mut map = VoxelMap::new(voxel_size);
-            self.insert_frames(&mut map, 0, &poses);
-            map
+        let count = |voxel_size| {
+            let mut count = VoxelCount::new(voxel_size);
+            for (index, pose) in poses.iter().enumerate() {
+                if let Some(pose) = pose {
+                    self.with_map_cloud(index, |cloud| count.insert(cloud, pose, self.settings.max_height));
+                }
+            }
+            count
         };
         let has_colors = self.frames.iter().any(|frame| match &frame.map_points {
             MapPoints::Image(image, _) => image.colors.is_some(),
@@ -437,12 +450,12 @@ impl SpatialReconstruction {
         });
         // Position and normal in single precision, and three bytes of colour.
         let bytes_a_point = if has_colors { 27 } else { 24 };
-        let finest_map = filled(finest);
+        let finest_count = count(finest);
         let size = |&voxel_size: &f64| {
             let multiple = (voxel_size / finest).round();
             let is_multiple = (multiple * finest - voxel_size).abs() < 1e-9 * voxel_size;
             let num_points =
-                if is_multiple { finest_map.len_of_multiple(multiple as i32) } else { filled(voxel_size).len() };
+                if is_multiple { finest_count.len_of_multiple(multiple as i32) } else { count(voxel_size).len() };
             MapSize { voxel_size, num_points, num_bytes: num_points * bytes_a_point }
         };
         voxel_sizes.iter().map(size).collect()

@@ -121,11 +121,74 @@ impl VoxelMap {
     pub fn frames(&self) -> Vec<u32> {
         self.voxels.iter().map(|voxel| voxel.frame).collect()
     }
+}
 
-    /// How many points there would be in voxels of a whole multiple of this map's side.
+/// How many voxels some points fill, without keeping the points: a bit a voxel.
+#[derive(Debug, Clone)]
+pub struct VoxelCount {
+    voxel_size: f64,
+    /// For each block of [`BLOCK`] voxels a side, layer by layer, a bit for each that is filled.
+    blocks: FxHashMap<u64, [u64; BLOCK as usize]>,
+}
+
+impl VoxelCount {
+    /// Of nothing; `voxel_size` (m) is positive.
+    pub fn new(voxel_size: f64) -> Self {
+        Self { voxel_size, blocks: FxHashMap::default() }
+    }
+
+    /// Adds the points that [`VoxelMap::insert`] would.
+    pub fn insert(&mut self, cloud: &PointCloud, T_world_sensor: &Pose3, max_height: f64) {
+        let (R, t) = single(T_world_sensor);
+        let inverse = 1.0 / self.voxel_size;
+        let mut layers = (u64::MAX, [0; BLOCK as usize]);
+        for &position in &cloud.positions {
+            let position = R * position.as_dvec3() + t;
+            let Some(corner) = corner_of(position * inverse).filter(|_| -position.y <= max_height) else { continue };
+            let key = pack(corner.map(|cell| cell.div_euclid(BLOCK)));
+            if key != layers.0 {
+                self.fill(layers);
+                layers = (key, [0; BLOCK as usize]);
+            }
+            let [x, y, z] = corner.map(|cell| cell.rem_euclid(BLOCK));
+            layers.1[z as usize] |= 1 << (y * BLOCK + x);
+        }
+        self.fill(layers);
+    }
+
+    fn fill(&mut self, (key, layers): (u64, [u64; BLOCK as usize])) {
+        if key != u64::MAX {
+            let filled = self.blocks.entry(key).or_default();
+            filled.iter_mut().zip(layers).for_each(|(filled, layer)| *filled |= layer);
+        }
+    }
+
+    /// Number of voxels.
+    pub fn len(&self) -> usize {
+        self.blocks.values().flatten().map(|layer| layer.count_ones() as usize).sum()
+    }
+
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.blocks.is_empty()
+    }
+
+    /// How many there would be with a side that is a whole multiple of this one's.
     pub fn len_of_multiple(&self, multiple: i32) -> usize {
-        let coarser = |voxel: &Voxel| pack(voxel.corner.map(|cell| cell.div_euclid(multiple.max(1))));
-        self.voxels.iter().map(coarser).collect::<FxHashSet<_>>().len()
+        let mut coarser = FxHashSet::default();
+        for (&key, layers) in &self.blocks {
+            let first = unpack(key).map(|block| block * BLOCK);
+            for (z, &layer) in (0..).zip(layers) {
+                let mut rest = layer;
+                while rest != 0 {
+                    let bit = rest.trailing_zeros() as i32;
+                    rest &= rest - 1;
+                    let corner = [first[0] + bit % BLOCK, first[1] + bit / BLOCK, first[2] + z];
+                    coarser.insert(pack(corner.map(|cell| cell.div_euclid(multiple.max(1)))));
+                }
+            }
+        }
+        coarser.len()
     }
 }
 
@@ -146,6 +209,11 @@ fn corner_of(scaled: DVec3) -> Option<[i32; 3]> {
 fn pack(corner: [i32; 3]) -> u64 {
     let [x, y, z] = corner.map(|cell| u64::from((cell + (1 << (KEY_BITS - 1))) as u32));
     x | y << KEY_BITS | z << (2 * KEY_BITS)
+}
+
+fn unpack(key: u64) -> [i32; 3] {
+    let mask = (1 << KEY_BITS) - 1;
+    [key, key >> KEY_BITS, key >> (2 * KEY_BITS)].map(|part| (part & mask) as i32 - (1 << (KEY_BITS - 1)))
 }
 
 fn single(T: &Pose3) -> (glam::DMat3, DVec3) {
@@ -211,15 +279,18 @@ mod tests {
             (random >> 8) as f32 / 1e7 - 0.8
         };
         let points: Vec<[f32; 3]> = (0..3000).map(|_| [next(), next(), next()]).collect();
+        let cloud = PointCloud::from_positions(points.iter().map(|&p| Vec3::from(p)).collect());
         let filled = |voxel_size| {
             let mut map = VoxelMap::new(voxel_size);
-            let cloud = PointCloud::from_positions(points.iter().map(|&p| Vec3::from(p)).collect());
-            map.insert(&cloud, &Pose3::identity(), 0, 100.0);
-            map
+            map.insert(&cloud, &Pose3::identity(), 0, 0.5);
+            map.len()
         };
-        let fine = filled(0.0625);
+        let mut fine = VoxelCount::new(0.0625);
+        assert!(fine.is_empty());
+        fine.insert(&cloud, &Pose3::identity(), 0.5);
+        assert_eq!(fine.len(), filled(0.0625));
         for multiple in [1, 2, 5] {
-            assert_eq!(fine.len_of_multiple(multiple), filled(0.0625 * f64::from(multiple)).len());
+            assert_eq!(fine.len_of_multiple(multiple), filled(0.0625 * f64::from(multiple)));
         }
     }
 }
