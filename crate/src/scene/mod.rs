@@ -3,10 +3,12 @@
 //! Sines and cosines come from the `libm` crate, since the standard library's differ from platform to platform in the
 //! last digit.
 
+pub mod apartment;
 pub mod corridor;
 pub mod laser;
 pub mod office;
 mod passage;
 pub mod random;
 pub mod recording;
+pub mod space;
 pub mod world;

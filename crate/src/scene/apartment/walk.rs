@@ -1,0 +1,308 @@
+//! A walk through the flat: steps and turns on the spot, never through anything, back to its start.
+
+use std::cmp::Ordering;
+use std::collections::{BTreeMap, BinaryHeap};
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
+
+use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector2, Vector3};
+
+use super::super::random::Random;
+use super::Apartment;
+use super::plan::{OpeningKind, RoomKind};
+use super::ways::{Ways, obstacles};
+use crate::geometry::Pose3;
+
+/// Where a walk goes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Tour {
+    /// Round the pier between living room and kitchen.
+    Pier,
+    /// Through every room.
+    AllRooms,
+}
+
+/// How one walks.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct WalkOptions {
+    /// Each seed gives another walk through the same flat.
+    pub seed: u64,
+    /// Where it goes.
+    pub tour: Tour,
+    /// Length of a step (m).
+    pub step: f64,
+    /// Angle of a turn on the spot, a whole fraction of a full turn (rad).
+    pub turn: f64,
+    /// The walk is cut off after so many frames; `None` for all of it.
+    pub num_frames: Option<usize>,
+    /// Height of the camera over the floor (m).
+    pub camera_height: f64,
+}
+
+impl Default for WalkOptions {
+    /// The motion of the homework's recordings, through all rooms.
+    fn default() -> Self {
+        Self {
+            seed: 1,
+            tour: Tour::AllRooms,
+            step: 0.25,
+            turn: 10f64.to_radians(),
+            num_frames: None,
+            camera_height: 1.25,
+        }
+    }
+}
+
+/// The camera keeps this far from everything (m).
+pub const CLEARANCE: f64 = 0.22;
+/// and rather this far; nearer steps count more.
+const COMFORTABLE: f64 = 0.4;
+/// Squares of the floor (m).
+const SQUARE: f64 = 0.04;
+/// A place counts as reached from this far (m).
+const REACHED: f64 = 0.2;
+/// and the start, at the end of the walk.
+const BACK: f64 = 0.13;
+/// States of the search for a way, before it is given up.
+const MAX_STATES: usize = 2_000_000;
+
+/// Position on the floor and number of turns from x.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct State {
+    position: Vector2<f64>,
+    heading: usize,
+}
+
+struct Walker<'a> {
+    options: &'a WalkOptions,
+    headings: usize,
+    /// Where one passes, and where with room to spare.
+    ways: Ways,
+    comfortable: Ways,
+}
+
+impl Apartment {
+    /// The poses `T_world_camera` of a walk: camera frames with x right, y down, z forward, the camera level. Empty where
+    /// the step or the turn is none, or no way is wide enough for it.
+    pub fn walk(&self, options: &WalkOptions) -> Vec<Pose3> {
+        let sound = options.step > 0.01 && options.step.is_finite() && (0.01..=PI).contains(&options.turn);
+        if !sound {
+            return Vec::new();
+        }
+        let walker = Walker::new(self, options);
+        let states = walker.tour(self).unwrap_or_default();
+        let frames = options.num_frames.unwrap_or(states.len());
+        states.iter().take(frames).map(|state| walker.pose(state)).collect()
+    }
+}
+
+/// The pose of a level camera: `heading` is the direction it looks in, from x towards y (rad).
+pub fn level_pose(position: Vector3<f64>, heading: f64) -> Pose3 {
+    // At heading 0: right is -y, down is -z, forward is x.
+    let level = Quaternion::new(0.5, -0.5, 0.5, -0.5);
+    let turn = Quaternion::new(libm::cos(heading / 2.0), 0.0, 0.0, libm::sin(heading / 2.0));
+    let rotation = UnitQuaternion::new_unchecked(turn * level);
+    Isometry3::from_parts(Translation3::from(position), rotation)
+}
+
+/// Poses as the homework's files have them: y of the world points up, and the camera looks along -z with y up.
+pub fn in_homework_axes(T_world_camera: &Pose3) -> Pose3 {
+    let half = 0.5f64.sqrt();
+    let R_up = UnitQuaternion::new_unchecked(Quaternion::new(half, -half, 0.0, 0.0)); // z up to y up
+    let flip = UnitQuaternion::new_unchecked(Quaternion::new(0.0, 1.0, 0.0, 0.0)); // half a turn about x
+    let rotation = R_up * T_world_camera.rotation * flip;
+    let rotation = if rotation.w < 0.0 { UnitQuaternion::new_unchecked(-rotation.into_inner()) } else { rotation };
+    let p = T_world_camera.translation.vector;
+    Isometry3::from_parts(Translation3::new(p.x, p.z, -p.y), rotation)
+}
+
+impl<'a> Walker<'a> {
+    fn new(apartment: &Apartment, options: &'a WalkOptions) -> Self {
+        let mut ways = Ways::new(apartment.plan.size, SQUARE);
+        let mut comfortable = ways.clone();
+        for obstacle in obstacles(apartment.space.solids()) {
+            ways.block(&obstacle, CLEARANCE);
+            comfortable.block(&obstacle, COMFORTABLE);
+        }
+        let headings = (TAU / options.turn).round().max(1.0) as usize;
+        Self { options, headings, ways, comfortable }
+    }
+
+    fn pose(&self, state: &State) -> Pose3 {
+        let position = Vector3::new(state.position.x, state.position.y, self.options.camera_height);
+        level_pose(position, self.angle(state.heading))
+    }
+
+    fn angle(&self, heading: usize) -> f64 {
+        TAU * heading as f64 / self.headings as f64
+    }
+
+    /// All of the walk, from its start back to it.
+    fn tour(&self, apartment: &Apartment) -> Option<Vec<State>> {
+        let mut random = Random::new(self.options.seed);
+        let places = match self.options.tour {
+            Tour::Pier => self.round_the_pier(apartment)?,
+            Tour::AllRooms => self.through_all_rooms(apartment, &mut random),
+        };
+        let (&first, others) = places.split_first()?;
+        let quarter = random.uniform(0.0, 4.0).floor() * FRAC_PI_2;
+        let heading = match self.options.tour {
+            // Along the wall, to the first passage.
+            Tour::Pier => libm::atan2(others.first()?.y - first.y, others.first()?.x - first.x),
+            Tour::AllRooms => quarter,
+        };
+        let heading = (heading.rem_euclid(TAU) / TAU * self.headings as f64).round() as usize % self.headings;
+        let start = State { position: first, heading };
+        let mut states = vec![start];
+        for place in others {
+            let from = *states.last()?;
+            states.extend(self.way(&from, place, REACHED, None)?);
+        }
+        let from = *states.last()?;
+        states.extend(self.way(&from, &first, BACK, Some(heading))?);
+        Some(states)
+    }
+
+    /// Before the pier in the living room, through one passage, behind the pier, through the other.
+    fn round_the_pier(&self, apartment: &Apartment) -> Option<Vec<Vector2<f64>>> {
+        let plan = &apartment.plan;
+        let (living, kitchen) = (plan.room(RoomKind::Living)?, plan.room(RoomKind::Kitchen)?);
+        let between = |opening: &&super::plan::Opening| {
+            opening.kind == OpeningKind::Passage
+                && super::plan::Side::ALL.iter().any(|side| opening.is_in(living, *side))
+                && super::plan::Side::ALL.iter().any(|side| opening.is_in(kitchen, *side))
+        };
+        let passages: Vec<Vector2<f64>> = plan.openings.iter().filter(between).map(|o| o.center()).collect();
+        let [a, b] = passages[..] else { return None };
+        let pier = a.lerp(&b, 0.5);
+        let beside = |towards: Vector2<f64>| {
+            let across = (b - a).normalize();
+            let off = towards - pier;
+            let off = (off - across * across.dot(&off)).normalize();
+            (5..14).map(|tenth| pier + off * (0.1 * f64::from(tenth))).find(|place| self.comfortable.is_free(place))
+        };
+        Some(vec![beside(living.inner().center())?, a, beside(kitchen.inner().center())?, b])
+    }
+
+    /// The places of all rooms with the most room around them, each the nearest of those left.
+    fn through_all_rooms(&self, apartment: &Apartment, random: &mut Random) -> Vec<Vector2<f64>> {
+        let rooms = &apartment.plan.rooms;
+        let mut left: Vec<Vector2<f64>> = rooms.iter().filter_map(|room| self.lookout(room, random)).collect();
+        let mut places = Vec::new();
+        let mut next = if left.is_empty() { None } else { Some(random.uniform(0.0, left.len() as f64) as usize) };
+        while let Some(index) = next {
+            let place = left.swap_remove(index.min(left.len() - 1));
+            let distances = self.ways.distances(&place);
+            let distance = |to: &Vector2<f64>| self.ways.cell(to).map_or(u32::MAX, |cell| distances[cell]);
+            left.retain(|to| distance(to) < u32::MAX);
+            next = (0..left.len()).min_by_key(|&index| distance(&left[index]));
+            places.push(place);
+        }
+        places
+    }
+
+    /// A place of a room where one can stand, rather free, rather in the middle.
+    fn lookout(&self, room: &super::plan::Room, random: &mut Random) -> Option<Vector2<f64>> {
+        let inner = room.inner();
+        let mut best: Option<(f64, Vector2<f64>)> = None;
+        for _ in 0..300 {
+            let share = Vector2::from_fn(|_, _| random.uniform(0.0, 1.0));
+            let place = inner.low + inner.size().component_mul(&share);
+            let off = (place - inner.center()).norm() + if self.comfortable.is_free(&place) { 0.0 } else { 2.0 };
+            if self.ways.is_free(&place) && best.is_none_or(|(least, _)| off < least) {
+                best = Some((off, place));
+            }
+        }
+        best.map(|(_, place)| place)
+    }
+
+    /// The fewest turns and steps to within `reach` of a place, looking in a direction if one is given, by A* (Hart,
+    /// Nilsson and Raphael 1968) over positions and headings. Without the state it starts from.
+    fn way(&self, from: &State, to: &Vector2<f64>, reach: f64, heading: Option<usize>) -> Option<Vec<State>> {
+        let distances = self.ways.distances(to);
+        let steps_left = |position: &Vector2<f64>| {
+            let length = self.ways.cell(position).map_or(u32::MAX, |cell| distances[cell]);
+            // Lengths along squares are up to a tenth more than the straight way.
+            (self.ways.metres(length) * 0.9 - reach).max(0.0) / self.options.step
+        };
+        let key = |state: &State| {
+            let square = |value: f64| (value / (0.6 * SQUARE)).round() as i64;
+            (square(state.position.x), square(state.position.y), state.heading)
+        };
+        let mut known: Vec<(State, usize)> = vec![(*from, 0)];
+        let mut costs = BTreeMap::from([(key(from), 0.0)]);
+        let mut open = BinaryHeap::from([Candidate { estimate: 0.0, cost: 0.0, index: 0 }]);
+        while let Some(Candidate { cost, index, .. }) = open.pop() {
+            let (state, _) = known[index];
+            if costs.get(&key(&state)).is_some_and(|&least| least < cost) {
+                continue;
+            }
+            let there = (state.position - to).norm() < reach && heading.is_none_or(|heading| heading == state.heading);
+            if there {
+                return Some(trace(&known, index));
+            }
+            if known.len() > MAX_STATES {
+                return None;
+            }
+            for (next, price) in self.moves(&state) {
+                let (total, left) = (cost + price, steps_left(&next.position));
+                let better = costs.get(&key(&next)).is_none_or(|&least| total < least);
+                if better && left.is_finite() {
+                    costs.insert(key(&next), total);
+                    open.push(Candidate { estimate: total + left, cost: total, index: known.len() });
+                    known.push((next, index));
+                }
+            }
+        }
+        None
+    }
+
+    /// A turn to either side, and a step where there is room.
+    fn moves(&self, state: &State) -> impl Iterator<Item = (State, f64)> {
+        let turned = |by: usize| State { heading: (state.heading + by) % self.headings, ..*state };
+        let angle = self.angle(state.heading);
+        let position = state.position + Vector2::new(libm::cos(angle), libm::sin(angle)) * self.options.step;
+        let price = if self.comfortable.is_free(&position) { 1.0 } else { 1.6 };
+        let step =
+            self.ways.is_free_between(&state.position, &position).then_some((State { position, ..*state }, price));
+        [(turned(1), 1.0), (turned(self.headings - 1), 1.0)].into_iter().chain(step)
+    }
+}
+
+/// The states after the first one up to this one.
+fn trace(known: &[(State, usize)], end: usize) -> Vec<State> {
+    let (mut states, mut index) = (Vec::new(), end);
+    while index > 0 {
+        let (state, before) = known[index];
+        states.push(state);
+        index = before;
+    }
+    states.reverse();
+    states
+}
+
+/// A state to go on from; the one with the least estimate first, of equals the one found first.
+struct Candidate {
+    estimate: f64,
+    cost: f64,
+    index: usize,
+}
+
+impl PartialEq for Candidate {
+    fn eq(&self, other: &Self) -> bool {
+        self.cmp(other) == Ordering::Equal
+    }
+}
+
+impl Eq for Candidate {}
+
+impl PartialOrd for Candidate {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl Ord for Candidate {
+    fn cmp(&self, other: &Self) -> Ordering {
+        other.estimate.total_cmp(&self.estimate).then(other.index.cmp(&self.index))
+    }
+}

@@ -1,0 +1,71 @@
+//! A world of solids in space, and a camera that looks at it: exact depth, and colour that a person can read.
+//!
+//! The world's z axis points up. Rays may have any length: the parameter of a hit counts lengths of the ray, so that with
+//! rays of z = 1 in the camera's frame it is the depth itself.
+
+pub mod depth_sensor;
+mod hierarchy;
+mod light;
+pub mod material;
+mod noise;
+mod pattern;
+pub mod render;
+mod shading;
+pub mod solid;
+
+pub use depth_sensor::DepthSensor;
+pub use light::{Light, Sun};
+pub use material::{Color, Material, Pattern, srgb};
+pub use render::RenderedFrame;
+pub use solid::{Shape, Solid};
+
+use nalgebra::Vector3;
+
+use hierarchy::Hierarchy;
+
+/// What a ray meets first.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Hit {
+    /// Index of the solid.
+    pub solid: usize,
+    /// Lengths of the ray up to the surface.
+    pub distance: f64,
+}
+
+/// Everything that can be seen, and the light it is seen in.
+#[derive(Debug, Clone)]
+pub struct Space {
+    solids: Vec<Solid>,
+    materials: Vec<Material>,
+    lights: Vec<Light>,
+    sun: Option<Sun>,
+    hierarchy: Hierarchy,
+}
+
+impl Space {
+    /// A world of these solids, whose `material` is an index into `materials`.
+    pub fn new(solids: Vec<Solid>, materials: Vec<Material>, lights: Vec<Light>, sun: Option<Sun>) -> Self {
+        let hierarchy = Hierarchy::new(&solids);
+        Self { solids, materials, lights, sun, hierarchy }
+    }
+
+    /// All solids.
+    pub fn solids(&self) -> &[Solid] {
+        &self.solids
+    }
+
+    /// The material of a solid.
+    pub fn material(&self, solid: &Solid) -> &Material {
+        &self.materials[solid.material]
+    }
+
+    /// The first solid that a ray meets, `None` where there is none.
+    pub fn cast(&self, origin: &Vector3<f64>, direction: &Vector3<f64>) -> Option<Hit> {
+        self.hierarchy.cast(&self.solids, origin, direction)
+    }
+
+    /// Whether something opaque lies on the way from `origin` to `origin + direction`.
+    fn is_shaded(&self, origin: &Vector3<f64>, direction: &Vector3<f64>) -> bool {
+        self.hierarchy.meets(&self.solids, origin, direction, |solid| self.materials[solid.material].casts_shadow)
+    }
+}
