@@ -22,15 +22,17 @@ struct Item {
 }
 
 /// One can walk where a disc of this radius passes (m).
-const WALKER: f64 = 0.33;
+const WALKER: f64 = 0.3;
 /// Squares of the floor (m).
-const SQUARE: f64 = 0.1;
+const SQUARE: f64 = 0.08;
 /// Between a piece and its wall (m).
 const GAP: f64 = 0.03;
 /// The floor in front of a door is kept free so deep (m).
 const APPROACH: f64 = 0.75;
 /// and in front of a window, for radiators and curtains.
 const WINDOW_APPROACH: f64 = 0.24;
+/// Between a low piece and the wall with the window that it stands under, over the radiator (m).
+const WINDOW_GAP: f64 = WINDOW_APPROACH + 0.1;
 /// Places that are tried for a piece.
 const TRIES: usize = 60;
 
@@ -63,7 +65,7 @@ pub fn furnish(plan: &FloorPlan, builder: &mut Builder) {
         builder,
         taken: Vec::new(),
         kept_free: doors.map(approach).chain(leaves).collect(),
-        windows: windows.map(|opening| opening.approach(WINDOW_APPROACH).grown(0.15)).collect(),
+        windows: windows.map(|opening| opening.approach(WINDOW_APPROACH + 0.06)).collect(),
         hidden: Vec::new(),
         ways,
     };
@@ -101,7 +103,9 @@ impl Furnisher<'_> {
     fn living(&mut self, room: &Room) -> Option<Vector2<f64>> {
         let sofa = self.builder.random.uniform(1.7, 2.1);
         let group: fn(&mut Piece, [f64; 2]) = sofa_with_table;
-        self.at_wall(room, Item { size: [sofa, 2.0], tall: false, build: group });
+        if self.at_wall(room, Item { size: [sofa, 1.95], tall: false, build: group }).is_none() {
+            self.at_wall(room, Item { size: [sofa, 0.92], tall: false, build: seats::sofa });
+        }
         self.at_wall(room, Item { size: [1.5, 0.42], tall: true, build: storage::sideboard });
         self.at_wall(room, Item { size: [1.0, 0.32], tall: true, build: storage::bookshelf });
         let length = self.builder.random.uniform(1.3, 1.7);
@@ -225,7 +229,8 @@ impl Furnisher<'_> {
     /// Puts a piece at a wall if it fits there; `along` is where its lower end comes to lie.
     fn at(&mut self, inner: &Rectangle, side: Side, along: f64, item: Item) -> Option<Rectangle> {
         let [width, depth] = item.size;
-        let (back, inwards) = (inner.side(side) - side.sign() * GAP, -side.sign());
+        let gap = if self.stands_before_window(inner, side, along, item) { WINDOW_GAP } else { GAP };
+        let (back, inwards) = (inner.side(side) - side.sign() * gap, -side.sign());
         let corner = |along: f64, deep: f64| {
             let across = back + inwards * deep;
             if side.along() == 0 { Vector2::new(along, across) } else { Vector2::new(across, along) }
@@ -239,6 +244,17 @@ impl Furnisher<'_> {
         };
         let place = Place::on_floor(corner(along + width / 2.0, 0.0), turn);
         self.put(inner, place, footprint, item)
+    }
+
+    /// Whether a low piece would come to stand under a window.
+    fn stands_before_window(&self, inner: &Rectangle, side: Side, along: f64, item: Item) -> bool {
+        let at = |along: f64| {
+            let across = inner.side(side);
+            if side.along() == 0 { Vector2::new(along, across) } else { Vector2::new(across, along) }
+        };
+        let back = Rectangle::new(at(along), at(along + item.size[0])).grown(0.05);
+        let low = |opening: &&super::plan::Opening| opening.kind == OpeningKind::Window;
+        !item.tall && self.plan.openings.iter().filter(low).any(|window| window.approach(0.2).overlaps(&back))
     }
 
     fn in_the_middle(&mut self, room: &Room, item: Item) -> Option<Rectangle> {

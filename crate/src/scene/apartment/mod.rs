@@ -30,6 +30,7 @@ use super::space::{Color, Space, Sun};
 use crate::camera::Pinhole;
 use crate::geometry::Pose3;
 use builder::Builder;
+use plan::{Opening, OpeningKind, RoomKind, Side};
 
 /// A flat. The floor is the plane z = 0, z points up, x and y are those of the plan.
 #[derive(Debug, Clone)]
@@ -50,8 +51,8 @@ impl Apartment {
         let mut builder = Builder::new(random);
         let floors = shell::build(&plan, &mut builder);
         furnish::furnish(&plan, &mut builder);
-        let sun = sun(&mut builder.random);
-        let space = Space::new(builder.solids, builder.materials, builder.lights, Some(sun));
+        let sun = sun(&plan, &mut builder.random);
+        let space = Space::new(builder.solids, builder.materials, builder.lights, sun);
         Self { plan, space, floors }
     }
 
@@ -62,11 +63,21 @@ impl Apartment {
     }
 }
 
-/// The sun in the morning or the afternoon, at a slant to all walls.
-fn sun(random: &mut Random) -> Sun {
-    let quarter = random.uniform(0.0, 4.0).floor() * std::f64::consts::FRAC_PI_2;
-    let (around, up) = (quarter + random.uniform(0.4, 1.1), random.uniform(0.45, 0.7));
-    let level = libm::cos(up);
-    let direction = Vector3::new(level * libm::cos(around), level * libm::sin(around), libm::sin(up));
-    Sun { direction, irradiance: Color::new(2.3, 2.05, 1.7) }
+/// The sun, low enough to shine in by the windows of the living room.
+fn sun(plan: &FloorPlan, random: &mut Random) -> Option<Sun> {
+    let living = plan.room(RoomKind::Living)?;
+    let side = Side::ALL.into_iter().find(|&side| {
+        let french = |opening: &&Opening| opening.kind == OpeningKind::FrenchWindow;
+        plan.openings.iter().filter(french).any(|opening| opening.is_in(living, side))
+    })?;
+    let outwards = side.sign();
+    let (aside, up) =
+        (random.uniform(0.35, 0.8) * if random.happens(0.5) { 1.0 } else { -1.0 }, random.uniform(0.55, 0.8));
+    let (level, along) = (libm::cos(up) * libm::cos(aside) * outwards, libm::cos(up) * libm::sin(aside));
+    let direction = if side.along() == 0 {
+        Vector3::new(along, level, libm::sin(up))
+    } else {
+        Vector3::new(level, along, libm::sin(up))
+    };
+    Some(Sun { direction, irradiance: Color::new(2.1, 1.9, 1.6) })
 }

@@ -302,7 +302,7 @@ impl FloorPlan {
         self.add_opening(OpeningKind::Door, 0, m.lower, bedroom - random.uniform(1.0, 1.4), 0.85);
         self.add_opening(OpeningKind::Window, 0, 0.0, random.uniform(0.8, bedroom - 2.1), 1.4);
         self.add_room(RoomKind::Bath, [bedroom, 0.0], [bedroom + bath, m.lower]);
-        self.add_opening(OpeningKind::Door, 0, m.lower, bedroom + 0.25, 0.8);
+        self.add_opening(OpeningKind::Door, 0, m.lower, bedroom + 0.27, 0.85);
         self.add_opening(OpeningKind::Window, 0, 0.0, bedroom + bath - 1.1, 0.7);
         if third {
             let kind = if random.happens(0.5) { RoomKind::Study } else { RoomKind::Child };

@@ -47,15 +47,15 @@ impl Wall {
 /// The empty flat. Gives the solids that are floors.
 pub fn build(plan: &FloorPlan, builder: &mut Builder) -> Vec<usize> {
     let white = srgb(0x00EC_EAE4);
-    let door = builder.choose(&[0x00E9_E7E0, 0x00E9_E7E0, 0x00B9_8B5E, 0x008F_5F3A]);
-    let door = Material::of(Pattern::Grain(2), srgb(door), srgb(door) * 0.86);
+    let wood = |color: u32| Material::of(Pattern::Grain(2), srgb(color), srgb(color) * 0.8);
+    let door = builder.choose(&[Material::plain(srgb(0x00EC_EAE3)), wood(0x00B9_8B5E), wood(0x008F_5F3A)]);
     let sky = Material::of(Pattern::Outdoors([-0.3, 2.3]), srgb(0x007F_B2E8), srgb(0x004C_6B35));
     let paints = Paints {
         white: builder.paint(Material::plain(white).glossy(0.12)),
         ceiling: builder.paint(Material::of(Pattern::Plaster, srgb(0x00F1_EFEA), white).continuing()),
         door: builder.paint(door.glossy(0.1)),
         steel: builder.paint(Material::plain(srgb(0x00A9_A9A6)).glossy(0.5)),
-        daylight: builder.paint(sky.continuing().glowing(1.5)),
+        daylight: builder.paint(sky.continuing().glowing(1.25)),
     };
     let boards = floor_boards(builder);
     let tiles = floor_tiles(builder);
@@ -179,6 +179,7 @@ fn add_walls(plan: &FloorPlan, room: &Room, builder: &mut Builder, paints: &Pain
             }
             if top < plan.height {
                 wall.slab(builder, span, body, [top, plan.height], paint);
+                add_cornice(&wall, builder, paints, span, plan.height);
             }
             from = span[1];
         }
@@ -189,7 +190,10 @@ fn add_walls(plan: &FloorPlan, room: &Room, builder: &mut Builder, paints: &Pain
 fn add_strip(wall: &Wall, builder: &mut Builder, paints: &Paints, paint: Paint, along: [f64; 2], height: f64) {
     wall.slab(builder, along, [0.0, wall.thickness], [0.0, height], paint);
     add_skirting(wall, builder, paints, along);
-    // Cornice.
+    add_cornice(wall, builder, paints, along, height);
+}
+
+fn add_cornice(wall: &Wall, builder: &mut Builder, paints: &Paints, along: [f64; 2], height: f64) {
     wall.slab(builder, along, [-0.05, 0.0], [height - 0.05, height], paints.white);
 }
 
@@ -318,7 +322,7 @@ fn swing(plan: &FloorPlan, opening: &Opening, builder: &mut Builder) -> (Vector2
     let (at_low, inwards) = hinge_side(plan, opening, into);
     let along = if at_low { opening.span[0] + 0.03 } else { opening.span[1] - 0.03 };
     let hinge = opening.at(along, inwards * (HALF_WALL + LEAF / 2.0));
-    let open = builder.random.uniform(1.5, 1.75); // rad: a right angle or a little more
+    let open = builder.random.uniform(1.58, 1.78); // rad: a right angle or a little more
     let shut = if at_low { 0.0 } else { std::f64::consts::PI } + if opening.along == 1 { HALF_TURN } else { 0.0 };
     let turns_left = (inwards > 0.0) == at_low;
     let turns_left = if opening.along == 1 { !turns_left } else { turns_left };

@@ -1,10 +1,11 @@
 //! A walk through the flat: steps and turns on the spot, never through anything, back to its start.
 
 use std::cmp::Ordering;
-use std::collections::{BTreeMap, BinaryHeap};
+use std::collections::BinaryHeap;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector2, Vector3};
+use rustc_hash::FxHashMap;
 
 use super::super::random::Random;
 use super::Apartment;
@@ -62,6 +63,10 @@ const SQUARE: f64 = 0.04;
 const REACHED: f64 = 0.2;
 /// and the start, at the end of the walk.
 const BACK: f64 = 0.13;
+/// Positions this near count as one in the search for a way (m).
+const SAME: f64 = 0.06;
+/// Ways longer than the shortest by this factor will do: they are found far sooner.
+const GREED: f64 = 1.5;
 /// States of the search for a way, before it is given up.
 const MAX_STATES: usize = 2_000_000;
 
@@ -215,7 +220,7 @@ impl<'a> Walker<'a> {
         best.map(|(_, place)| place)
     }
 
-    /// The fewest turns and steps to within `reach` of a place, looking in a direction if one is given, by A* (Hart,
+    /// Few turns and steps to within `reach` of a place, looking in a direction if one is given, by A* (Hart,
     /// Nilsson and Raphael 1968) over positions and headings. Without the state it starts from.
     fn way(&self, from: &State, to: &Vector2<f64>, reach: f64, heading: Option<usize>) -> Option<Vec<State>> {
         let distances = self.ways.distances(to);
@@ -225,11 +230,11 @@ impl<'a> Walker<'a> {
             (self.ways.metres(length) * 0.9 - reach).max(0.0) / self.options.step
         };
         let key = |state: &State| {
-            let square = |value: f64| (value / (0.6 * SQUARE)).round() as i64;
+            let square = |value: f64| (value / SAME).round() as i32;
             (square(state.position.x), square(state.position.y), state.heading)
         };
         let mut known: Vec<(State, usize)> = vec![(*from, 0)];
-        let mut costs = BTreeMap::from([(key(from), 0.0)]);
+        let mut costs = FxHashMap::from_iter([(key(from), 0.0)]);
         let mut open = BinaryHeap::from([Candidate { estimate: 0.0, cost: 0.0, index: 0 }]);
         while let Some(Candidate { cost, index, .. }) = open.pop() {
             let (state, _) = known[index];
@@ -248,7 +253,7 @@ impl<'a> Walker<'a> {
                 let better = costs.get(&key(&next)).is_none_or(|&least| total < least);
                 if better && left.is_finite() {
                     costs.insert(key(&next), total);
-                    open.push(Candidate { estimate: total + left, cost: total, index: known.len() });
+                    open.push(Candidate { estimate: total + GREED * left, cost: total, index: known.len() });
                     known.push((next, index));
                 }
             }

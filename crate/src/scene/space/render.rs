@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 use super::material::Color;
-use super::shading::{Illumination, NUM_PATTERNS, Surface};
+use super::shading::{Illumination, NUM_PATTERNS, SIDE, Surface};
 use super::{Hit, Space};
 use crate::camera::Pinhole;
 use crate::geometry::{Pose3, RigidMotion};
@@ -27,6 +27,9 @@ const SUBPIXELS: [[f64; 2]; 4] = [[-0.125, -0.375], [0.375, -0.125], [-0.375, 0.
 const SAME_PLANE: f64 = 0.01;
 /// and up to this cosine between the normals.
 const SAME_FACING: f64 = 0.95;
+
+/// Where fewer of the neighbours share the plane, more are asked.
+const FEW: f64 = 44.0;
 
 /// What the middles of the pixels see.
 struct View<'a> {
@@ -91,29 +94,46 @@ impl<'a> View<'a> {
             .map(|index| {
                 let (u, v) = (index % width, index / width);
                 let surface = self.surface(u, v)?;
-                Some((surface, self.space.illumination(&surface, u % 4 + 4 * (v % 4))))
+                Some((surface, self.space.illumination(&surface, u % SIDE + SIDE * (v % SIDE))))
             })
             .collect();
         let mean = |index: usize| {
             let (surface, _) = single[index]?;
-            let (u, v) = (index % width, index / width);
-            let reach = SAME_PLANE * self.hits[index]?.distance.max(0.3);
-            let (mut sum, mut count) = (Illumination::default(), 0.0);
-            for row in v.saturating_sub(2)..(v + 2).min(height) {
-                for (other, light) in single[row * width..][u.saturating_sub(2)..(u + 2).min(width)].iter().flatten() {
-                    let same = other.normal.dot(&surface.normal) > SAME_FACING
-                        && surface.normal.dot(&(other.point - surface.point)).abs() < reach;
-                    if same {
-                        sum.irradiance += light.irradiance;
-                        sum.mirrored += light.mirrored;
-                        count += 1.0;
-                    }
-                }
-            }
-            let light = Illumination { irradiance: sum.irradiance / count, mirrored: sum.mirrored / count };
-            Some((surface, light))
+            let within = SAME_PLANE * self.hits[index]?.distance.max(0.3);
+            let gathered = self.gather(&single, index, &surface, within, SIDE / 2);
+            let (sum, count) =
+                if gathered.1 < FEW { self.gather(&single, index, &surface, within, SIDE) } else { gathered };
+            let irradiance = sum.irradiance / count + self.space.sunlight(&surface);
+            Some((surface, Illumination { irradiance, mirrored: sum.mirrored / count }))
         };
         (0..width * height).map(mean).collect()
+    }
+
+    /// Sum of the light of the neighbours on the same plane, and their number; a window of twice `half` pixels a side.
+    fn gather(
+        &self,
+        single: &[Option<(Surface, Illumination)>],
+        index: usize,
+        surface: &Surface,
+        within: f64,
+        half: usize,
+    ) -> (Illumination, f64) {
+        let (width, height) = (self.camera.width, self.camera.height);
+        let (u, v) = (index % width, index / width);
+        let (mut sum, mut count) = (Illumination::default(), 0.0);
+        for row in v.saturating_sub(half)..(v + half).min(height) {
+            let columns = u.saturating_sub(half)..(u + half).min(width);
+            for (other, light) in single[row * width..][columns].iter().flatten() {
+                let same = other.normal.dot(&surface.normal) > SAME_FACING
+                    && surface.normal.dot(&(other.point - surface.point)).abs() < within;
+                if same {
+                    sum.irradiance += light.irradiance;
+                    sum.mirrored += light.mirrored;
+                    count += 1.0;
+                }
+            }
+        }
+        (sum, count)
     }
 
     /// Colour of a pixel on the screen.
@@ -173,11 +193,12 @@ impl<'a> View<'a> {
                 }
             }
         }
-        let mut sum = Illumination::default();
-        for pattern in (0..NUM_PATTERNS).step_by(5) {
+        let mut sum = Illumination { irradiance: self.space.sunlight(surface), mirrored: Color::zeros() };
+        // One in each row and in each column of the patterns.
+        for pattern in (0..NUM_PATTERNS).step_by(NUM_PATTERNS / SIDE + 1) {
             let one = self.space.illumination(surface, pattern);
-            sum.irradiance += one.irradiance / 4.0;
-            sum.mirrored += one.mirrored / 4.0;
+            sum.irradiance += one.irradiance / SIDE as f64;
+            sum.mirrored += one.mirrored / SIDE as f64;
         }
         sum
     }
@@ -186,8 +207,8 @@ impl<'a> View<'a> {
 /// Light as a screen shows it, 0 to 1: bright places are compressed (Reinhard et al., "Photographic tone reproduction for
 /// digital images", SIGGRAPH 2002, eq. 4); the square root stands for the screen's gamma and is exact everywhere.
 fn on_screen(light: f64) -> f64 {
-    const EXPOSURE: f64 = 1.55;
-    const WHITE: f64 = 2.6;
+    const EXPOSURE: f64 = 2.0;
+    const WHITE: f64 = 2.2;
     let light = light * EXPOSURE;
     (light * (1.0 + light / (WHITE * WHITE)) / (1.0 + light)).clamp(0.0, 1.0).sqrt()
 }

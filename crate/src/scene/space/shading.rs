@@ -1,7 +1,7 @@
 //! Light on a surface: lamps, windows and the sun with their shadows, light from all round, and what is mirrored.
 //!
-//! Areas are lit by few rays: one of sixteen patterns at each pixel, so that the mean over four by four neighbours is the
-//! mean over all sixteen.
+//! Areas are lit by few rays: one of eight by eight patterns at each pixel, so that the mean over eight by eight neighbours
+//! is the mean over all of them.
 
 use std::f64::consts::TAU;
 use std::sync::LazyLock;
@@ -34,10 +34,12 @@ pub struct Illumination {
     pub mirrored: Color,
 }
 
+/// Patterns along a row of pixels, and along a column.
+pub const SIDE: usize = 8;
 /// Patterns of rays.
-pub const NUM_PATTERNS: usize = 16;
+pub const NUM_PATTERNS: usize = SIDE * SIDE;
 /// Rays that look, at each pixel, how open the place is.
-const OPENNESS_RAYS: usize = 4;
+const OPENNESS_RAYS: usize = 2;
 /// The longest of them (m).
 const OPENNESS_REACH: f64 = 1.3;
 /// Light that comes from everywhere: from above and from below.
@@ -53,18 +55,23 @@ const LIFT: f64 = 1e-5;
 /// Directions over the half space about z, more of them towards z, each as long as it looks (m), pattern by pattern.
 static OPENNESS: LazyLock<Vec<[Vector3<f64>; OPENNESS_RAYS]>> = LazyLock::new(|| {
     let ray = |pattern: usize, ray: usize| {
-        // Eight by eight strata: four by four of the pattern, two by two of the ray.
-        let a = ((pattern % 4) * 2 + ray % 2) as f64 + 0.5;
-        let b = ((pattern / 4) * 2 + ray / 2) as f64 + 0.5;
-        let (angle, sq_radius) = (TAU * (a / 8.0 + b / 64.0), b / 8.0);
+        // Strata of direction, of height over the surface, and of length: near things darken more than far ones.
+        let [a, b] = strata(pattern);
+        let c = ((pattern * 11 + ray * 5) % 16) as f64 / 16.0 + 1.0 / 32.0;
+        let angle = TAU * (a + 0.5 * ray as f64 + b / 8.0);
+        let sq_radius = (b + if ray == 0 { 0.0 } else { 1.0 - 2.0 * b }).clamp(0.0, 0.99);
         let radius = sq_radius.sqrt();
-        // Lengths that follow no stratum: near things darken more than far ones.
-        let share = ((pattern * 7 + ray * 5) % NUM_PATTERNS) as f64 + 0.5;
-        let reach = OPENNESS_REACH * share / NUM_PATTERNS as f64;
-        Vector3::new(radius * libm::cos(angle), radius * libm::sin(angle), (1.0 - sq_radius).sqrt()) * reach
+        let direction = Vector3::new(radius * libm::cos(angle), radius * libm::sin(angle), (1.0 - sq_radius).sqrt());
+        direction * (OPENNESS_REACH * c)
     };
     (0..NUM_PATTERNS).map(|pattern| std::array::from_fn(|index| ray(pattern, index))).collect()
 });
+
+/// The middle of the pattern's square in the unit square.
+fn strata(pattern: usize) -> [f64; 2] {
+    let share = |index: usize| (index as f64 + 0.5) / SIDE as f64;
+    [share(pattern % SIDE), share(pattern / SIDE % SIDE)]
+}
 
 impl Space {
     /// The place that a ray has met.
@@ -92,22 +99,25 @@ impl Space {
         let from = surface.point + surface.normal * LIFT;
         let mut irradiance = self.from_all_round(surface, &from, pattern);
         for (index, light) in self.lights.iter().enumerate() {
-            let turned = pattern + 5 * index;
-            let pick = [((turned % 4) as f64 + 0.5) / 4.0, ((turned / 4 % 4) as f64 + 0.5) / 4.0];
-            let arriving = light.towards(&from, &surface.normal, pick);
+            let arriving = light.towards(&from, &surface.normal, strata(pattern + 5 * index));
             let strength = arriving.irradiance.max();
             if strength > FAINT && !self.is_shaded(&from, &(arriving.path * 0.999)) {
                 irradiance += arriving.irradiance * ((strength - FAINT) / (2.0 * FAINT)).min(1.0);
             }
         }
-        if let Some(sun) = &self.sun {
-            let cosine = surface.normal.dot(&sun.direction);
-            if cosine > 0.0 && !self.is_shaded(&from, &(sun.direction * SUNBEAM)) {
-                irradiance += sun.irradiance * cosine;
-            }
-        }
         let mirrored = if material.gloss > 0.0 { self.mirrored(surface, &from, pattern) } else { Color::zeros() };
         Illumination { irradiance, mirrored }
+    }
+
+    /// The sun's light, whose shadows are sharp.
+    pub(super) fn sunlight(&self, surface: &Surface) -> Color {
+        let Some(sun) = &self.sun else { return Color::zeros() };
+        let cosine = surface.normal.dot(&sun.direction);
+        let from = surface.point + surface.normal * LIFT;
+        if cosine <= 0.0 || self.is_shaded(&from, &(sun.direction * SUNBEAM)) {
+            return Color::zeros();
+        }
+        sun.irradiance * cosine
     }
 
     fn from_all_round(&self, surface: &Surface, from: &Vector3<f64>, pattern: usize) -> Color {
@@ -126,7 +136,7 @@ impl Space {
         let mirror = surface.sight - surface.normal * (2.0 * towards);
         let (u, v) = across(&mirror);
         let spread = 0.16 * (1.0 - gloss);
-        let [a, b] = [(pattern % 4) as f64 / 1.5 - 1.0, (pattern / 4) as f64 / 1.5 - 1.0];
+        let [a, b] = strata(pattern).map(|share| 2.0 * share - 1.0);
         let direction = mirror + (u * a + v * b) * spread;
         // Schlick, "An inexpensive BRDF model for physically-based rendering", CGF 13 (1994): more at grazing sight.
         let grazing = 1.0 - towards.abs();

@@ -21,16 +21,21 @@ pub fn plant(piece: &mut Piece, [x, y, z]: [f64; 3], height: f64) {
     let radius = deep * 0.55;
     piece.tapered([x, y, z], [radius * 0.75, radius], deep, pot);
     piece.post([x, y, z + deep], radius * 0.9, 0.004, earth);
-    let stems = 7 + (height * 8.0) as usize;
+    let stems = 9 + (height * 16.0) as usize;
     for stem in 0..stems {
-        let angle = TAU * stem as f64 * 0.381_966;
-        let (lean, tall) = (piece.uniform(0.1, 0.55) * height * 0.6, piece.uniform(0.35, 0.7) * height);
+        let angle = TAU * stem as f64 * 0.381_966; // the golden angle: no leaf covers another
+        let share = (stem as f64 + 0.5) / stems as f64;
+        let (lean, tall) = (height * (0.1 + 0.16 * share), height * (0.66 - 0.45 * share));
+        let (lean, tall) = (lean * piece.uniform(0.7, 1.2), tall * piece.uniform(0.85, 1.1));
         let (sin, cos) = (libm::sin(angle), libm::cos(angle));
         let tip = [x + cos * lean, y + sin * lean, z + deep + tall];
-        piece.rod([x + cos * 0.02, y + sin * 0.02, z + deep - 0.01], tip, 0.005, leaf);
-        let size = piece.uniform(0.09, 0.15) * height.sqrt();
-        let droop = piece.uniform(-0.9, 0.1);
-        piece.ball_turned(tip, [size * 0.45, size, 0.008], [droop, angle - TAU / 4.0], leaf);
+        piece.rod([x + cos * 0.02, y + sin * 0.02, z + deep - 0.01], tip, 0.0045, leaf);
+        // The leaf begins at the tip and hangs outwards.
+        let half = piece.uniform(0.10, 0.15) * height.sqrt();
+        let droop = piece.uniform(0.1, 0.75);
+        let (out, down) = (half * 0.85 * libm::cos(droop), half * 0.85 * libm::sin(droop));
+        let middle = [tip[0] + cos * out, tip[1] + sin * out, tip[2] - down];
+        piece.ball_turned(middle, [half * 0.34, half, 0.006], [-droop, angle - TAU / 4.0], leaf);
     }
 }
 

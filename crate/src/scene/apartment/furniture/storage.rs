@@ -140,14 +140,18 @@ pub fn coat_rack(piece: &mut Piece, [width, depth]: [f64; 2]) {
         piece.standing([side * (width / 2.0 - 0.012), depth / 2.0, 0.0], [0.024, depth, 0.45], board);
     }
     piece.standing([0.0, depth / 2.0, 0.45], [width, depth, 0.03], board);
-    let hooks = (width / 0.2) as usize;
+    let hooks = (width / 0.38) as usize;
     for index in 0..hooks {
         let x = -width / 2.0 + width * (index as f64 + 0.5) / hooks as f64;
         piece.rod([x, 0.03, 1.66], [x, 0.1, 1.69], 0.008, hook);
-        if piece.happens(0.65) {
+        if piece.happens(0.8) {
             let coat = super::cloth(piece);
             let long = piece.uniform(0.6, 0.95);
-            piece.rounded([x, 0.12, 1.66 - long / 2.0], [0.17, 0.14, long], 0.06, coat);
+            piece.rounded([x, 0.12, 1.64 - long / 2.0], [0.3, 0.11, long], 0.05, coat);
+            piece.rounded([x, 0.12, 1.6], [0.36, 0.1, 0.14], 0.05, coat);
+            for side in [-1.0, 1.0] {
+                piece.rounded([x + side * 0.165, 0.13, 1.35], [0.09, 0.09, 0.56], 0.04, coat);
+            }
         }
     }
     for index in 0..4 {
