@@ -157,8 +157,12 @@ impl Rectangle {
 
     /// Distance from a point, 0 within.
     pub fn distance(&self, point: &Vector2<f64>) -> f64 {
-        let beyond = |axis: usize| (self.low[axis] - point[axis]).max(point[axis] - self.high[axis]).max(0.0);
-        Vector2::new(beyond(0), beyond(1)).norm()
+        self.way_from(point).norm()
+    }
+
+    /// From a point outside to the nearest point.
+    pub fn way_from(&self, point: &Vector2<f64>) -> Vector2<f64> {
+        point.sup(&self.low).inf(&self.high) - point
     }
 
     /// Where a side lies on the axis across it.

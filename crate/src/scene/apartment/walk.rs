@@ -151,8 +151,11 @@ impl<'a> Walker<'a> {
         let (&first, others) = places.split_first()?;
         let quarter = random.uniform(0.0, 4.0).floor() * FRAC_PI_2;
         let heading = match self.options.tour {
-            // Along the wall, to the first passage.
-            Tour::Pier => libm::atan2(others.first()?.y - first.y, others.first()?.x - first.x),
+            // Into the living room.
+            Tour::Pier => {
+                let ahead = apartment.plan.room(RoomKind::Living)?.inner().way_from(&first);
+                libm::atan2(ahead.y, ahead.x)
+            }
             Tour::AllRooms => quarter,
         };
         let heading = (heading.rem_euclid(TAU) / TAU * self.headings as f64).round() as usize % self.headings;
@@ -167,7 +170,7 @@ impl<'a> Walker<'a> {
         Some(states)
     }
 
-    /// Before the pier in the living room, through one passage, behind the pier, through the other.
+    /// In one passage, before the pier in the living room, in the other passage, behind the pier.
     fn round_the_pier(&self, apartment: &Apartment) -> Option<Vec<Vector2<f64>>> {
         let plan = &apartment.plan;
         let (living, kitchen) = (plan.room(RoomKind::Living)?, plan.room(RoomKind::Kitchen)?);
@@ -183,9 +186,12 @@ impl<'a> Walker<'a> {
             let across = (b - a).normalize();
             let off = towards - pier;
             let off = (off - across * across.dot(&off)).normalize();
-            (5..14).map(|tenth| pier + off * (0.1 * f64::from(tenth))).find(|place| self.comfortable.is_free(place))
+            let places = || (5..14).map(|tenth| pier + off * (0.1 * f64::from(tenth)));
+            places()
+                .find(|place| self.comfortable.is_free(place))
+                .or_else(|| places().find(|place| self.ways.is_free(place)))
         };
-        Some(vec![beside(living.inner().center())?, a, beside(kitchen.inner().center())?, b])
+        Some(vec![b, beside(living.inner().center())?, a, beside(kitchen.inner().center())?])
     }
 
     /// The places of all rooms with the most room around them, each the nearest of those left.

@@ -103,20 +103,22 @@ impl Hierarchy {
         best
     }
 
-    /// Whether a solid that `counts` lies on the way to `origin + direction`.
+    /// A solid that `counts` and lies on the way to `origin + direction`, not always the first.
     pub fn meets(
         &self,
         solids: &[Solid],
         origin: &Vector3<f64>,
         direction: &Vector3<f64>,
         counts: impl Fn(&Solid) -> bool,
-    ) -> bool {
-        let mut met = false;
+    ) -> Option<usize> {
+        let mut met = None;
         self.visit(origin, direction, 1.0, |index, reach| {
             let solid = &solids[index as usize];
-            let enter = solid.enter(origin, direction);
-            met = enter.is_some_and(|distance| distance > START && distance < 1.0) && counts(solid);
-            (!met).then_some(reach)
+            if lies_between(solid, origin, direction) && counts(solid) {
+                met = Some(index as usize);
+                return None;
+            }
+            Some(reach)
         });
         met
     }
@@ -173,6 +175,11 @@ impl Hierarchy {
             current = stack[height];
         }
     }
+}
+
+/// Whether a solid lies on the way to `origin + direction`.
+pub fn lies_between(solid: &Solid, origin: &Vector3<f64>, direction: &Vector3<f64>) -> bool {
+    solid.enter(origin, direction).is_some_and(|distance| distance > START && distance < 1.0)
 }
 
 /// Sorts along the best axis and gives where to cut: the sum over both halves of area times solids is the least.
@@ -239,8 +246,8 @@ mod tests {
                 let expected = hits.min_by(|a, b| a.distance.total_cmp(&b.distance));
                 assert_eq!(tree.cast(&solids, &origin, &direction), expected);
                 let met = expected.is_some_and(|hit| hit.distance < 1.0);
-                assert_eq!(tree.meets(&solids, &origin, &direction, |_| true), met);
-                assert!(!tree.meets(&solids, &origin, &direction, |_| false));
+                assert_eq!(tree.meets(&solids, &origin, &direction, |_| true).is_some(), met);
+                assert_eq!(tree.meets(&solids, &origin, &direction, |_| false), None);
             }
         }
     }

@@ -21,7 +21,7 @@ pub use solid::{Shape, Solid};
 
 use nalgebra::Vector3;
 
-use hierarchy::Hierarchy;
+use hierarchy::{Hierarchy, lies_between};
 
 /// What a ray meets first.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -64,8 +64,15 @@ impl Space {
         self.hierarchy.cast(&self.solids, origin, direction)
     }
 
-    /// Whether something opaque lies on the way from `origin` to `origin + direction`.
-    fn is_shaded(&self, origin: &Vector3<f64>, direction: &Vector3<f64>) -> bool {
-        self.hierarchy.meets(&self.solids, origin, direction, |solid| self.materials[solid.material].casts_shadow)
+    /// Whether something opaque lies on the way from `origin` to `origin + direction`. `last` is tried first, and is what
+    /// was met: the next ray to the same light is likely to meet it, too.
+    fn is_shaded(&self, origin: &Vector3<f64>, direction: &Vector3<f64>, last: &mut Option<usize>) -> bool {
+        if last.is_some_and(|solid| lies_between(&self.solids[solid], origin, direction)) {
+            return true;
+        }
+        let casts_shadow = |solid: &Solid| self.materials[solid.material].casts_shadow;
+        let met = self.hierarchy.meets(&self.solids, origin, direction, casts_shadow);
+        *last = met.or(*last);
+        met.is_some()
     }
 }

@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 use super::material::Color;
-use super::shading::{Illumination, NUM_PATTERNS, SIDE, Surface};
+use super::shading::{Illumination, NUM_PATTERNS, SIDE, Shades, Surface};
 use super::{Hit, Space};
 use crate::camera::Pinhole;
 use crate::geometry::{Pose3, RigidMotion};
@@ -56,9 +56,10 @@ impl Space {
     /// The picture and the depth.
     pub fn render(&self, T_world_camera: &Pose3, camera: &Pinhole) -> RenderedFrame {
         let view = View::new(self, T_world_camera, camera);
-        let light = view.light();
+        let mut shades = Shades::default();
+        let light = view.light(&mut shades);
         let pixels = (0..camera.height).flat_map(|v| (0..camera.width).map(move |u| (u, v)));
-        let rgb = pixels.flat_map(|(u, v)| view.color(&light, u, v)).collect();
+        let rgb = pixels.flat_map(|(u, v)| view.color(&light, u, v, &mut shades)).collect();
         RenderedFrame { width: camera.width, height: camera.height, rgb, depth: view.depth() }
     }
 }
@@ -88,25 +89,25 @@ impl<'a> View<'a> {
     }
 
     /// Light at every pixel: one pattern of rays each, then the mean over the neighbours on the same surface.
-    fn light(&self) -> Vec<Option<(Surface, Illumination)>> {
+    fn light(&self, shades: &mut Shades) -> Vec<Option<(Surface, Illumination)>> {
         let (width, height) = (self.camera.width, self.camera.height);
         let single: Vec<Option<(Surface, Illumination)>> = (0..width * height)
             .map(|index| {
                 let (u, v) = (index % width, index / width);
                 let surface = self.surface(u, v)?;
-                Some((surface, self.space.illumination(&surface, u % SIDE + SIDE * (v % SIDE))))
+                Some((surface, self.space.illumination(&surface, u % SIDE + SIDE * (v % SIDE), shades)))
             })
             .collect();
-        let mean = |index: usize| {
+        let mut mean = |index: usize| {
             let (surface, _) = single[index]?;
             let within = SAME_PLANE * self.hits[index]?.distance.max(0.3);
             let gathered = self.gather(&single, index, &surface, within, SIDE / 2);
             let (sum, count) =
                 if gathered.1 < FEW { self.gather(&single, index, &surface, within, SIDE) } else { gathered };
-            let irradiance = sum.irradiance / count + self.space.sunlight(&surface);
+            let irradiance = sum.irradiance / count + self.space.sunlight(&surface, shades);
             Some((surface, Illumination { irradiance, mirrored: sum.mirrored / count }))
         };
-        (0..width * height).map(mean).collect()
+        (0..width * height).map(&mut mean).collect()
     }
 
     /// Sum of the light of the neighbours on the same plane, and their number; a window of twice `half` pixels a side.
@@ -137,7 +138,7 @@ impl<'a> View<'a> {
     }
 
     /// Colour of a pixel on the screen.
-    fn color(&self, light: &[Option<(Surface, Illumination)>], u: usize, v: usize) -> [u8; 3] {
+    fn color(&self, light: &[Option<(Surface, Illumination)>], u: usize, v: usize, shades: &mut Shades) -> [u8; 3] {
         let inside = self.is_inside_one_solid(u, v);
         let origin = self.T_world_camera.translation.vector;
         let mut sum = Color::zeros();
@@ -149,7 +150,7 @@ impl<'a> View<'a> {
             });
             let Some(hit) = alone.or_else(|| self.space.cast(&origin, &direction)) else { continue };
             let surface = self.space.surface(&origin, &direction, &hit);
-            let illumination = self.light_on(light, &surface, u, v);
+            let illumination = self.light_on(light, &surface, [u, v], shades);
             let glow = self.space.materials[self.space.solids[hit.solid].material].glow;
             let albedo = self.space.albedo(&surface);
             let radiance = albedo.component_mul(&illumination.irradiance) + albedo * glow + illumination.mirrored;
@@ -174,8 +175,8 @@ impl<'a> View<'a> {
         &self,
         light: &[Option<(Surface, Illumination)>],
         surface: &Surface,
-        u: usize,
-        v: usize,
+        [u, v]: [usize; 2],
+        shades: &mut Shades,
     ) -> Illumination {
         let width = self.camera.width;
         let near = |u: usize, v: usize| {
@@ -193,10 +194,10 @@ impl<'a> View<'a> {
                 }
             }
         }
-        let mut sum = Illumination { irradiance: self.space.sunlight(surface), mirrored: Color::zeros() };
+        let mut sum = Illumination { irradiance: self.space.sunlight(surface, shades), mirrored: Color::zeros() };
         // One in each row and in each column of the patterns.
         for pattern in (0..NUM_PATTERNS).step_by(NUM_PATTERNS / SIDE + 1) {
-            let one = self.space.illumination(surface, pattern);
+            let one = self.space.illumination(surface, pattern, shades);
             sum.irradiance += one.irradiance / SIDE as f64;
             sum.mirrored += one.mirrored / SIDE as f64;
         }

@@ -34,6 +34,14 @@ pub struct Illumination {
     pub mirrored: Color,
 }
 
+/// What shaded the places before: the next place is likely to lie in the same shadows.
+#[derive(Debug, Clone, Default)]
+pub struct Shades {
+    around: Option<usize>,
+    of_lights: Vec<Option<usize>>,
+    of_sun: Option<usize>,
+}
+
 /// Patterns along a row of pixels, and along a column.
 pub const SIDE: usize = 8;
 /// Patterns of rays.
@@ -46,7 +54,7 @@ const OPENNESS_REACH: f64 = 1.3;
 const FROM_ABOVE: [f64; 3] = [0.50, 0.49, 0.47];
 const FROM_BELOW: [f64; 3] = [0.40, 0.36, 0.31];
 /// Less light than this is left out; it fades in up to three times as much.
-const FAINT: f64 = 0.006;
+const FAINT: f64 = 0.01;
 /// A sunbeam is followed so far (m).
 const SUNBEAM: f64 = 40.0;
 /// Surfaces are left by this before light is looked for (m).
@@ -94,14 +102,15 @@ impl Space {
     }
 
     /// Light at a place, by one pattern of rays.
-    pub(super) fn illumination(&self, surface: &Surface, pattern: usize) -> Illumination {
+    pub(super) fn illumination(&self, surface: &Surface, pattern: usize, shades: &mut Shades) -> Illumination {
         let material = &self.materials[self.solids[surface.solid].material];
         let from = surface.point + surface.normal * LIFT;
-        let mut irradiance = self.from_all_round(surface, &from, pattern);
+        let mut irradiance = self.from_all_round(surface, &from, pattern, &mut shades.around);
+        shades.of_lights.resize(self.lights.len(), None);
         for (index, light) in self.lights.iter().enumerate() {
             let arriving = light.towards(&from, &surface.normal, strata(pattern + 5 * index));
             let strength = arriving.irradiance.max();
-            if strength > FAINT && !self.is_shaded(&from, &(arriving.path * 0.999)) {
+            if strength > FAINT && !self.is_shaded(&from, &(arriving.path * 0.999), &mut shades.of_lights[index]) {
                 irradiance += arriving.irradiance * ((strength - FAINT) / (2.0 * FAINT)).min(1.0);
             }
         }
@@ -110,21 +119,27 @@ impl Space {
     }
 
     /// The sun's light, whose shadows are sharp.
-    pub(super) fn sunlight(&self, surface: &Surface) -> Color {
+    pub(super) fn sunlight(&self, surface: &Surface, shades: &mut Shades) -> Color {
         let Some(sun) = &self.sun else { return Color::zeros() };
         let cosine = surface.normal.dot(&sun.direction);
         let from = surface.point + surface.normal * LIFT;
-        if cosine <= 0.0 || self.is_shaded(&from, &(sun.direction * SUNBEAM)) {
+        if cosine <= 0.0 || self.is_shaded(&from, &(sun.direction * SUNBEAM), &mut shades.of_sun) {
             return Color::zeros();
         }
         sun.irradiance * cosine
     }
 
-    fn from_all_round(&self, surface: &Surface, from: &Vector3<f64>, pattern: usize) -> Color {
+    fn from_all_round(
+        &self,
+        surface: &Surface,
+        from: &Vector3<f64>,
+        pattern: usize,
+        last: &mut Option<usize>,
+    ) -> Color {
         let (u, v) = across(&surface.normal);
         let open = OPENNESS[pattern]
             .iter()
-            .filter(|ray| !self.is_shaded(from, &(u * ray.x + v * ray.y + surface.normal * ray.z)))
+            .filter(|ray| !self.is_shaded(from, &(u * ray.x + v * ray.y + surface.normal * ray.z), last))
             .count();
         ambient(&surface.normal) * (open as f64 / OPENNESS_RAYS as f64)
     }
