@@ -4,6 +4,7 @@
 //! `GT_pose.npy`.
 
 #[path = "apartment/recording.rs"]
+#[allow(dead_code)] // the samples and the tests use the rest
 mod recording;
 
 use std::error::Error;

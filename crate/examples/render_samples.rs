@@ -1,10 +1,14 @@
-//! Renders the samples of the page: `cargo run --release --example render_samples [--place corridor|office] [--out DIR]
-//! [--seed N] [--scans N] [--beams N] [--noise METRES]`. Without options, the committed ones.
+//! Renders the samples of the page: `cargo run --release --example render_samples`, all of the committed ones; or one of
+//! them, or another drive: `[--place corridor|office|apartment|bev] [--out DIR]`, and for the first two `[--seed N]
+//! [--scans N] [--beams N] [--noise METRES]`. Other walks through other flats: the example `render_apartment`.
+
+#[path = "apartment/recording.rs"]
+mod recording;
 
 use std::error::Error;
 use std::fmt::Write as _;
 use std::fs;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use nalgebra::Vector2;
@@ -12,10 +16,20 @@ use scanstitch::io::trajectory::{in_space, tum_text};
 use scanstitch::scene::corridor::{self, CorridorOptions};
 use scanstitch::scene::laser::Laser;
 use scanstitch::scene::office::{self, OfficeOptions};
+use scanstitch::scene::samples;
+use scanstitch::scene::space::DepthSensor;
 
+const CORRIDOR: &str = "www/samples/corridor";
+const APARTMENT: &str = "www/samples/apartment";
+const BEV: &str = "www/samples/bev";
 const OPTIONS: &str = "--place, --out, --seed, --scans, --beams and --noise";
 
 fn main() -> Result<(), Box<dyn Error>> {
+    if std::env::args().len() == 1 {
+        render_drive("corridor", None, None, Laser::default(), Path::new(CORRIDOR))?;
+        render_apartment(Path::new(APARTMENT))?;
+        return render_bev(Path::new(BEV));
+    }
     let mut place = "corridor".to_owned();
     let (mut seed, mut num_scans, mut laser, mut out) = (None, None, Laser::default(), None);
     let mut arguments = std::env::args().skip(1);
@@ -35,31 +49,66 @@ fn main() -> Result<(), Box<dyn Error>> {
         return Err(format!("--noise is a standard deviation in metres, 0 or more, not {}", laser.noise_sigma).into());
     }
 
-    let recording = match place.as_str() {
-        "corridor" => {
-            let default = CorridorOptions::default();
-            let (seed, num_scans) = (seed.unwrap_or(default.seed), num_scans.unwrap_or(default.num_scans));
-            corridor::generate(&CorridorOptions { seed, num_scans, laser })
-        }
-        "office" => {
-            let default = OfficeOptions::default();
-            let (seed, num_scans) = (seed.unwrap_or(default.seed), num_scans.unwrap_or(default.num_scans));
-            office::generate(&OfficeOptions { seed, num_scans, laser })
-        }
-        _ => return Err(format!("--place is corridor or office, not {place}").into()),
+    let out_or = |committed: &str| out.clone().unwrap_or_else(|| PathBuf::from(committed));
+    match place.as_str() {
+        "corridor" => render_drive(&place, seed, num_scans, laser, &out_or(CORRIDOR)),
+        "office" => match &out {
+            Some(out) => render_drive(&place, seed, num_scans, laser, out),
+            None => Err("an office is no committed sample: --out says where to put it".into()),
+        },
+        "apartment" => render_apartment(&out_or(APARTMENT)),
+        "bev" => render_bev(&out_or(BEV)),
+        _ => Err(format!("--place is corridor, office, apartment or bev, not {place}").into()),
+    }
+}
+
+/// A drive with a planar laser.
+fn render_drive(
+    place: &str,
+    seed: Option<u64>,
+    num_scans: Option<usize>,
+    laser: Laser,
+    out: &Path,
+) -> Result<(), Box<dyn Error>> {
+    let recording = if place == "corridor" {
+        let default = CorridorOptions::default();
+        let (seed, num_scans) = (seed.unwrap_or(default.seed), num_scans.unwrap_or(default.num_scans));
+        corridor::generate(&CorridorOptions { seed, num_scans, laser })
+    } else {
+        let default = OfficeOptions::default();
+        let (seed, num_scans) = (seed.unwrap_or(default.seed), num_scans.unwrap_or(default.num_scans));
+        office::generate(&OfficeOptions { seed, num_scans, laser })
     };
-    let out = match (out, place.as_str()) {
-        (Some(out), _) => out,
-        (None, "corridor") => PathBuf::from("www/samples/corridor"),
-        (None, _) => return Err(format!("an {place} is no committed sample: --out says where to put it").into()),
-    };
-    fs::create_dir_all(&out)?;
+    fs::create_dir_all(out)?;
     for (index, scan) in recording.scans.iter().enumerate() {
         fs::write(out.join(format!("{index}.ply")), ply_of_doubles(scan))?;
     }
     let poses: Vec<_> = recording.T_world_sensor.iter().map(in_space).collect();
     fs::write(out.join("truth.tum"), tum_text(None, &poses))?;
     println!("{} scans and their true trajectory are in {}", recording.scans.len(), out.display());
+    Ok(())
+}
+
+/// A walk through the flat with the homework's camera.
+fn render_apartment(out: &Path) -> Result<(), Box<dyn Error>> {
+    let sample = samples::apartment()?;
+    let walk = &sample.T_world_camera;
+    recording::write_recording(out, &sample.apartment, &sample.camera, walk, DepthSensor::HOMEWORK, 0)?;
+    println!("{} frames and their true poses are in {}", walk.len(), out.display());
+    Ok(())
+}
+
+/// A top and a front view of one room.
+fn render_bev(out: &Path) -> Result<(), Box<dyn Error>> {
+    let sample = samples::bev()?;
+    fs::create_dir_all(out)?;
+    for (name, pose) in ["top", "front"].into_iter().zip(&sample.T_world_camera) {
+        let frame = sample.apartment.space.render(pose, &sample.camera);
+        fs::write(out.join(format!("{name}.jpg")), recording::jpeg(&frame)?)?;
+    }
+    let [top, front] = [&sample.T_world_camera[0], &sample.T_world_camera[1]];
+    fs::write(out.join("scene.json"), recording::bev_scene(&sample.camera, [top, front]))?;
+    println!("both views and their cameras are in {}", out.display());
     Ok(())
 }
 

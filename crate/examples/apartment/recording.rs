@@ -84,7 +84,45 @@ pub fn write_recording(
     if let Some(error) = failure.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner) {
         return Err(error.into());
     }
-    let poses: Vec<Pose3> = walk.iter().map(in_homework_axes).collect();
-    fs::write(out.join("GT_pose.npy"), write(&Trajectory::from_poses(&poses), TrajectoryFormat::Npy)?)?;
+    fs::write(out.join("GT_pose.npy"), poses_npy(walk)?)?;
     Ok(())
+}
+
+/// The poses of a walk as the homework's `GT_pose.npy`.
+pub fn poses_npy(walk: &[Pose3]) -> Result<Vec<u8>, Box<dyn Error>> {
+    let poses: Vec<Pose3> = walk.iter().map(in_homework_axes).collect();
+    Ok(write(&Trajectory::from_poses(&poses), TrajectoryFormat::Npy)?)
+}
+
+/// `scene.json` of the top and the front view: robotics axes for the world (z up), x right, y down, z forward for the
+/// cameras, the floor at height 0.
+pub fn bev_scene(camera: &Pinhole, [top, front]: [&Pose3; 2]) -> String {
+    let side = |name: &str, pose: &Pose3| {
+        let matrix = pose.to_homogeneous();
+        // Quarter turns leave rounding errors of sines and cosines: no position is meant to a picometre.
+        let tidy = |value: f64| (value * 1e12).round() / 1e12 + 0.0;
+        let row = |row: usize| {
+            let values: Vec<String> = (0..4).map(|column| tidy(matrix[(row, column)]).to_string()).collect();
+            format!("[{}]", values.join(", "))
+        };
+        let rows: Vec<String> = (0..4).map(row).collect();
+        format!(
+            "  \"{name}\": {{\n    \"image\": \"{name}.jpg\",\n    \"width\": {},\n    \"height\": {},\n    \
+             \"intrinsics\": {{ \"kind\": \"focal\", \"fx\": {}, \"fy\": {}, \"cx\": {}, \"cy\": {} }},\n    \
+             \"pose\": {{\n      \"kind\": \"matrix\",\n      \"T_world_camera\": [\n        {}\n      ]\n    }}\n  }}",
+            camera.width,
+            camera.height,
+            camera.fx,
+            camera.fy,
+            camera.cx,
+            camera.cy,
+            rows.join(",\n        ")
+        )
+    };
+    let plane = "{ \"kind\": \"level\", \"height\": 0 }";
+    format!(
+        "{{\n  \"axes\": \"ros_optical\",\n  \"plane\": {plane},\n{},\n{}\n}}\n",
+        side("top", top),
+        side("front", front)
+    )
 }

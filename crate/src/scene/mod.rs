@@ -10,5 +10,6 @@ pub mod office;
 mod passage;
 pub mod random;
 pub mod recording;
+pub mod samples;
 pub mod space;
 pub mod world;

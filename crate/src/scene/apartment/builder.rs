@@ -26,7 +26,7 @@ pub struct Place {
 /// A piece that is being built.
 pub struct Piece<'a> {
     pub builder: &'a mut Builder,
-    R_world_piece: Matrix3<f64>,
+    R_world_own: Matrix3<f64>,
     origin: Vector3<f64>,
 }
 
@@ -48,7 +48,7 @@ impl Builder {
     }
 
     pub fn piece(&mut self, place: &Place) -> Piece<'_> {
-        Piece { builder: self, R_world_piece: about_z(place.turn), origin: place.origin }
+        Piece { builder: self, R_world_own: about_z(place.turn), origin: place.origin }
     }
 
     /// A box along the axes of the world, from corner to corner.
@@ -88,16 +88,16 @@ impl Piece<'_> {
     /// The same piece with its origin so far to the right and to the front.
     pub fn shifted(&mut self, [x, y]: [f64; 2]) -> Piece<'_> {
         let origin = self.at(x, y, 0.0);
-        Piece { builder: self.builder, R_world_piece: self.R_world_piece, origin }
+        Piece { builder: self.builder, R_world_own: self.R_world_own, origin }
     }
 
     /// A point of the piece in the world.
     pub fn at(&self, x: f64, y: f64, z: f64) -> Vector3<f64> {
-        self.origin + self.R_world_piece * Vector3::new(x, y, z)
+        self.origin + self.R_world_own * Vector3::new(x, y, z)
     }
 
     fn add(&mut self, shape: Shape, [x, y, z]: [f64; 3], R_piece_solid: Matrix3<f64>, material: Paint) {
-        let (center, R_world_solid) = (self.at(x, y, z), self.R_world_piece * R_piece_solid);
+        let (center, R_world_solid) = (self.at(x, y, z), self.R_world_own * R_piece_solid);
         self.builder.solids.push(Solid { shape, R_world_solid, center, material });
     }
 

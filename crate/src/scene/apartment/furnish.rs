@@ -7,7 +7,7 @@ use nalgebra::{Vector2, Vector3};
 
 use super::builder::{Builder, Piece, Place};
 use super::furniture::{bath, beds, decoration, kitchen, seats, storage, tables};
-use super::plan::{FloorPlan, OpeningKind, Rectangle, Room, RoomKind, Side};
+use super::plan::{FloorPlan, Opening, OpeningKind, Rectangle, Room, RoomKind, Side};
 use super::shell::swept_by_leaf;
 use super::ways::{Ways, obstacles};
 
@@ -59,7 +59,7 @@ pub fn furnish(plan: &FloorPlan, builder: &mut Builder) {
     let doors = plan.openings.iter().filter(|opening| !is_window(opening.kind) && opening.kind != OpeningKind::Open);
     let windows = plan.openings.iter().filter(|opening| is_window(opening.kind));
     let leaves = plan.openings.iter().filter_map(|opening| swept_by_leaf(plan, opening));
-    let approach = |opening: &super::plan::Opening| opening.approach(APPROACH).grown(0.05);
+    let approach = |opening: &Opening| opening.approach(APPROACH).grown(0.05);
     let mut furnisher = Furnisher {
         plan,
         builder,
@@ -253,7 +253,7 @@ impl Furnisher<'_> {
             if side.along() == 0 { Vector2::new(along, across) } else { Vector2::new(across, along) }
         };
         let back = Rectangle::new(at(along), at(along + item.size[0])).grown(0.05);
-        let low = |opening: &&super::plan::Opening| opening.kind == OpeningKind::Window;
+        let low = |opening: &&Opening| opening.kind == OpeningKind::Window;
         !item.tall && self.plan.openings.iter().filter(low).any(|window| window.approach(0.2).overlaps(&back))
     }
 

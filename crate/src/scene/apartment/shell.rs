@@ -69,9 +69,10 @@ pub fn build(plan: &FloorPlan, builder: &mut Builder) -> Vec<usize> {
         builder.slab(corner(low, plan.height), corner(high, plan.height + SLAB), paints.ceiling);
         add_walls(plan, room, builder, &paints);
     }
+    let curtains: Vec<Paint> = plan.rooms.iter().map(|_| curtain_cloth(builder)).collect();
     for opening in &plan.openings {
         match opening.kind {
-            OpeningKind::Window | OpeningKind::FrenchWindow => add_window(plan, opening, builder, &paints),
+            OpeningKind::Window | OpeningKind::FrenchWindow => add_window(plan, opening, builder, &paints, &curtains),
             OpeningKind::Open => {}
             _ => add_door(plan, opening, builder, &paints),
         }
@@ -201,16 +202,11 @@ fn add_skirting(wall: &Wall, builder: &mut Builder, paints: &Paints, along: [f64
     wall.slab(builder, along, [-SKIRTING[1], 0.0], [0.0, SKIRTING[0]], paints.white);
 }
 
-/// The wall that a window or entrance is in, seen from the room.
-fn outer_wall(plan: &FloorPlan, opening: &Opening) -> Option<Wall> {
-    let (room, side) = plan.rooms_at(opening).next()?;
-    let face = plan.rooms[room].inner().side(side);
-    Some(Wall { along: side.along(), face, outwards: side.sign(), thickness: OUTER_WALL })
-}
-
 /// Frame, bars, pane, sill, sometimes a radiator below or curtains at its sides; and the daylight.
-fn add_window(plan: &FloorPlan, opening: &Opening, builder: &mut Builder, paints: &Paints) {
-    let Some(wall) = outer_wall(plan, opening) else { return };
+fn add_window(plan: &FloorPlan, opening: &Opening, builder: &mut Builder, paints: &Paints, curtains: &[Paint]) {
+    let Some((room, side)) = plan.rooms_at(opening).next() else { return };
+    let face = plan.rooms[room].inner().side(side);
+    let wall = Wall { along: side.along(), face, outwards: side.sign(), thickness: OUTER_WALL };
     let ([from, to], [bottom, top]) = (opening.span, opening.heights(plan.height));
     let (depth, bar) = (wall.thickness - 0.08, 0.055);
     let frame = [depth - 0.05, depth + 0.02];
@@ -233,7 +229,7 @@ fn add_window(plan: &FloorPlan, opening: &Opening, builder: &mut Builder, paints
         }
     }
     if to - from > 1.0 && builder.random.happens(0.75) {
-        add_curtains(&wall, builder, opening, plan.height);
+        add_curtains(&wall, builder, opening, plan.height, curtains[room]);
     }
     let middle = wall.corner(f64::midpoint(from, to), depth - 0.06, f64::midpoint(bottom, top));
     let inwards = wall.corner(0.0, -1.0, 0.0) - wall.corner(0.0, 0.0, 0.0);
@@ -253,10 +249,14 @@ fn add_radiator(wall: &Wall, builder: &mut Builder, paints: &Paints, [from, to]:
     wall.slab(builder, [from, to], [-0.08, -0.05], [0.6, 0.64], paints.white);
 }
 
-/// Folds on both sides of a window, on a rod.
-fn add_curtains(wall: &Wall, builder: &mut Builder, opening: &Opening, height: f64) {
+/// Curtains of one room are of one cloth.
+fn curtain_cloth(builder: &mut Builder) -> Paint {
     let color = builder.choose(&[0x00C9_B79A, 0x0087_9AA6, 0x00B4_6A5A, 0x00E2_DCD0, 0x0072_8B74, 0x00A9_8FA8]);
-    let cloth = builder.paint(Material::of(Pattern::Cloth, srgb(color), srgb(color) * 0.75));
+    builder.paint(Material::of(Pattern::Cloth, srgb(color), srgb(color) * 0.75))
+}
+
+/// Folds on both sides of a window, on a rod.
+fn add_curtains(wall: &Wall, builder: &mut Builder, opening: &Opening, height: f64, cloth: Paint) {
     let rod = builder.paint(Material::plain(srgb(0x0055_4A40)));
     let long = opening.kind == OpeningKind::FrenchWindow || builder.random.happens(0.4);
     let bottom = if long { 0.03 } else { 0.72 };

@@ -9,7 +9,7 @@ use rustc_hash::FxHashMap;
 
 use super::super::random::Random;
 use super::Apartment;
-use super::plan::{OpeningKind, RoomKind};
+use super::plan::{Opening, OpeningKind, Room, RoomKind, Side};
 use super::ways::{Ways, obstacles};
 use crate::geometry::Pose3;
 
@@ -57,6 +57,11 @@ impl Default for WalkOptions {
 pub const CLEARANCE: f64 = 0.22;
 /// and rather this far; nearer steps count more.
 const COMFORTABLE: f64 = 0.4;
+/// Of so many looks ahead most should reach this far (m): walks rather turn away from a near wall than towards it.
+const LOOKS: usize = 5;
+const OPEN_VIEW: f64 = 1.3;
+/// A blank view counts as so many steps.
+const BLANK_VIEW: f64 = 4.0;
 /// Squares of the floor (m).
 const SQUARE: f64 = 0.04;
 /// A place counts as reached from this far (m).
@@ -68,7 +73,7 @@ const SAME: f64 = 0.06;
 /// Ways longer than the shortest by this factor will do: they are found far sooner.
 const GREED: f64 = 1.5;
 /// States of the search for a way, before it is given up.
-const MAX_STATES: usize = 2_000_000;
+const MAX_STATES: usize = 1_200_000;
 
 /// Position on the floor and number of turns from x.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -78,6 +83,7 @@ struct State {
 }
 
 struct Walker<'a> {
+    apartment: &'a Apartment,
     options: &'a WalkOptions,
     headings: usize,
     /// Where one passes, and where with room to spare.
@@ -94,7 +100,7 @@ impl Apartment {
             return Vec::new();
         }
         let walker = Walker::new(self, options);
-        let states = walker.tour(self).unwrap_or_default();
+        let states = walker.tour().unwrap_or_default();
         let frames = options.num_frames.unwrap_or(states.len());
         states.iter().take(frames).map(|state| walker.pose(state)).collect()
     }
@@ -121,7 +127,7 @@ pub fn in_homework_axes(T_world_camera: &Pose3) -> Pose3 {
 }
 
 impl<'a> Walker<'a> {
-    fn new(apartment: &Apartment, options: &'a WalkOptions) -> Self {
+    fn new(apartment: &'a Apartment, options: &'a WalkOptions) -> Self {
         let mut ways = Ways::new(apartment.plan.size, SQUARE);
         let mut comfortable = ways.clone();
         for obstacle in obstacles(apartment.space.solids()) {
@@ -129,7 +135,7 @@ impl<'a> Walker<'a> {
             comfortable.block(&obstacle, COMFORTABLE);
         }
         let headings = (TAU / options.turn).round().max(1.0) as usize;
-        Self { options, headings, ways, comfortable }
+        Self { apartment, options, headings, ways, comfortable }
     }
 
     fn pose(&self, state: &State) -> Pose3 {
@@ -142,18 +148,18 @@ impl<'a> Walker<'a> {
     }
 
     /// All of the walk, from its start back to it.
-    fn tour(&self, apartment: &Apartment) -> Option<Vec<State>> {
+    fn tour(&self) -> Option<Vec<State>> {
         let mut random = Random::new(self.options.seed);
         let places = match self.options.tour {
-            Tour::Pier => self.round_the_pier(apartment)?,
-            Tour::AllRooms => self.through_all_rooms(apartment, &mut random),
+            Tour::Pier => self.round_the_pier()?,
+            Tour::AllRooms => self.through_all_rooms(&mut random),
         };
         let (&first, others) = places.split_first()?;
         let quarter = random.uniform(0.0, 4.0).floor() * FRAC_PI_2;
         let heading = match self.options.tour {
             // Into the living room.
             Tour::Pier => {
-                let ahead = apartment.plan.room(RoomKind::Living)?.inner().way_from(&first);
+                let ahead = self.apartment.plan.room(RoomKind::Living)?.inner().way_from(&first);
                 libm::atan2(ahead.y, ahead.x)
             }
             Tour::AllRooms => quarter,
@@ -163,23 +169,23 @@ impl<'a> Walker<'a> {
         let mut states = vec![start];
         for place in others {
             let from = *states.last()?;
-            states.extend(self.way(&from, place, REACHED, None)?);
+            states.extend(self.way_near(&from, place, REACHED, None)?);
         }
         let from = *states.last()?;
-        states.extend(self.way(&from, &first, BACK, Some(heading))?);
+        states.extend(self.way_near(&from, &first, BACK, Some(heading))?);
         Some(states)
     }
 
     /// In one passage, before the pier in the living room, in the other passage, behind the pier.
-    fn round_the_pier(&self, apartment: &Apartment) -> Option<Vec<Vector2<f64>>> {
-        let plan = &apartment.plan;
+    fn round_the_pier(&self) -> Option<Vec<Vector2<f64>>> {
+        let plan = &self.apartment.plan;
         let (living, kitchen) = (plan.room(RoomKind::Living)?, plan.room(RoomKind::Kitchen)?);
-        let between = |opening: &&super::plan::Opening| {
+        let between = |opening: &&Opening| {
             opening.kind == OpeningKind::Passage
-                && super::plan::Side::ALL.iter().any(|side| opening.is_in(living, *side))
-                && super::plan::Side::ALL.iter().any(|side| opening.is_in(kitchen, *side))
+                && Side::ALL.iter().any(|side| opening.is_in(living, *side))
+                && Side::ALL.iter().any(|side| opening.is_in(kitchen, *side))
         };
-        let passages: Vec<Vector2<f64>> = plan.openings.iter().filter(between).map(|o| o.center()).collect();
+        let passages: Vec<Vector2<f64>> = plan.openings.iter().filter(between).map(Opening::center).collect();
         let [a, b] = passages[..] else { return None };
         let pier = a.lerp(&b, 0.5);
         let beside = |towards: Vector2<f64>| {
@@ -195,8 +201,8 @@ impl<'a> Walker<'a> {
     }
 
     /// The places of all rooms with the most room around them, each the nearest of those left.
-    fn through_all_rooms(&self, apartment: &Apartment, random: &mut Random) -> Vec<Vector2<f64>> {
-        let rooms = &apartment.plan.rooms;
+    fn through_all_rooms(&self, random: &mut Random) -> Vec<Vector2<f64>> {
+        let rooms = &self.apartment.plan.rooms;
         let mut left: Vec<Vector2<f64>> = rooms.iter().filter_map(|room| self.lookout(room, random)).collect();
         let mut places = Vec::new();
         let mut next = if left.is_empty() { None } else { Some(random.uniform(0.0, left.len() as f64) as usize) };
@@ -212,7 +218,7 @@ impl<'a> Walker<'a> {
     }
 
     /// A place of a room where one can stand, rather free, rather in the middle.
-    fn lookout(&self, room: &super::plan::Room, random: &mut Random) -> Option<Vector2<f64>> {
+    fn lookout(&self, room: &Room, random: &mut Random) -> Option<Vector2<f64>> {
         let inner = room.inner();
         let mut best: Option<(f64, Vector2<f64>)> = None;
         for _ in 0..300 {
@@ -224,6 +230,11 @@ impl<'a> Walker<'a> {
             }
         }
         best.map(|(_, place)| place)
+    }
+
+    /// As near as long steps and wide turns allow.
+    fn way_near(&self, from: &State, to: &Vector2<f64>, reach: f64, heading: Option<usize>) -> Option<Vec<State>> {
+        (1..=3).find_map(|times| self.way(from, to, f64::from(times) * reach, heading))
     }
 
     /// Few turns and steps to within `reach` of a place, looking in a direction if one is given, by A* (Hart,
@@ -241,6 +252,7 @@ impl<'a> Walker<'a> {
         };
         let mut known: Vec<(State, usize)> = vec![(*from, 0)];
         let mut costs = FxHashMap::from_iter([(key(from), 0.0)]);
+        let mut prices = FxHashMap::default();
         let mut open = BinaryHeap::from([Candidate { estimate: 0.0, cost: 0.0, index: 0 }]);
         while let Some(Candidate { cost, index, .. }) = open.pop() {
             let (state, _) = known[index];
@@ -254,7 +266,8 @@ impl<'a> Walker<'a> {
             if known.len() > MAX_STATES {
                 return None;
             }
-            for (next, price) in self.moves(&state) {
+            for next in self.moves(&state) {
+                let price = *prices.entry(key(&next)).or_insert_with(|| self.price(&next));
                 let (total, left) = (cost + price, steps_left(&next.position));
                 let better = costs.get(&key(&next)).is_none_or(|&least| total < least);
                 if better && left.is_finite() {
@@ -268,14 +281,25 @@ impl<'a> Walker<'a> {
     }
 
     /// A turn to either side, and a step where there is room.
-    fn moves(&self, state: &State) -> impl Iterator<Item = (State, f64)> {
+    fn moves(&self, state: &State) -> impl Iterator<Item = State> {
         let turned = |by: usize| State { heading: (state.heading + by) % self.headings, ..*state };
         let angle = self.angle(state.heading);
         let position = state.position + Vector2::new(libm::cos(angle), libm::sin(angle)) * self.options.step;
-        let price = if self.comfortable.is_free(&position) { 1.0 } else { 1.6 };
-        let step =
-            self.ways.is_free_between(&state.position, &position).then_some((State { position, ..*state }, price));
-        [(turned(1), 1.0), (turned(self.headings - 1), 1.0)].into_iter().chain(step)
+        let step = self.ways.is_free_between(&state.position, &position).then_some(State { position, ..*state });
+        [turned(1), turned(self.headings - 1)].into_iter().chain(step)
+    }
+
+    /// What a frame counts: one, more in narrow places, more where nothing but a near wall is seen.
+    fn price(&self, state: &State) -> f64 {
+        let narrow = if self.comfortable.is_free(&state.position) { 0.0 } else { 0.6 };
+        let from = Vector3::new(state.position.x, state.position.y, self.options.camera_height);
+        let open = (0..LOOKS).filter(|&look| {
+            let angle = self.angle(state.heading) + 0.35 * (look as f64 - (LOOKS / 2) as f64);
+            let along = Vector3::new(libm::cos(angle), libm::sin(angle), 0.0);
+            self.apartment.space.cast(&from, &along).is_none_or(|hit| hit.distance > OPEN_VIEW)
+        });
+        let blank = if open.count() > LOOKS / 2 { 0.0 } else { BLANK_VIEW };
+        1.0 + narrow + blank
     }
 }
 

@@ -105,7 +105,7 @@ impl Space {
     pub(super) fn illumination(&self, surface: &Surface, pattern: usize, shades: &mut Shades) -> Illumination {
         let material = &self.materials[self.solids[surface.solid].material];
         let from = surface.point + surface.normal * LIFT;
-        let mut irradiance = self.from_all_round(surface, &from, pattern, &mut shades.around);
+        let mut irradiance = self.all_round(surface, &from, pattern, &mut shades.around);
         shades.of_lights.resize(self.lights.len(), None);
         for (index, light) in self.lights.iter().enumerate() {
             let arriving = light.towards(&from, &surface.normal, strata(pattern + 5 * index));
@@ -129,13 +129,7 @@ impl Space {
         sun.irradiance * cosine
     }
 
-    fn from_all_round(
-        &self,
-        surface: &Surface,
-        from: &Vector3<f64>,
-        pattern: usize,
-        last: &mut Option<usize>,
-    ) -> Color {
+    fn all_round(&self, surface: &Surface, from: &Vector3<f64>, pattern: usize, last: &mut Option<usize>) -> Color {
         let (u, v) = across(&surface.normal);
         let open = OPENNESS[pattern]
             .iter()

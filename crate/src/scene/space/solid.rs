@@ -243,7 +243,7 @@ mod tests {
     #[test]
     fn rays_enter_where_marching_along_them_first_finds_the_body() {
         let mut random = Random::new(5);
-        let mut coordinate = |reach| random.uniform(-reach, reach);
+        let mut coordinate = |reach: f64| random.uniform(-reach, reach);
         for shape in SHAPES {
             let mut hits = 0;
             for _ in 0..400 {
