@@ -6,6 +6,8 @@
 #[path = "../crate/examples/apartment/recording.rs"]
 #[allow(dead_code)] // the examples use the rest
 mod recording;
+#[path = "../crate/examples/apartment/registering.rs"]
+mod registering;
 
 use std::collections::BTreeSet;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
@@ -13,15 +15,15 @@ use std::fs;
 
 use nalgebra::{Point3, Vector2, Vector3};
 use scanstitch::camera::Pinhole;
-use scanstitch::depth_reconstruction::{DepthReconstruction, DepthSettings, Quantisation};
+use scanstitch::camera::bev::BevScene;
 use scanstitch::geometry::{Pose3, RigidMotion};
 use scanstitch::io::{depth_png, trajectory};
-use scanstitch::report::Stage;
 use scanstitch::scene::apartment::walk::{in_homework_axes, level_pose};
 use scanstitch::scene::apartment::{Apartment, CLEARANCE, Tour, WalkOptions};
 use scanstitch::scene::random::Random;
 use scanstitch::scene::samples;
 use scanstitch::scene::space::DepthSensor;
+use scanstitch::spatial_settings::{Quantisation, SpatialSettings};
 
 const APARTMENT: &str = "www/samples/apartment";
 const BEV: &str = "www/samples/bev";
@@ -81,19 +83,29 @@ fn the_committed_views_have_the_cameras_of_their_scene() {
 }
 
 #[test]
-fn floor_pixels_of_both_views_meet_on_the_floor() {
+fn floor_pixels_of_one_view_land_in_the_other_where_the_renderer_sees_them() {
     let sample = samples::bev().unwrap();
     let (apartment, camera) = (&sample.apartment, &sample.camera);
     let [top, front] = [&sample.T_world_camera[0], &sample.T_world_camera[1]];
-    let mut both = 0;
-    for (u, v) in (0..64).flat_map(|v| (0..64).map(move |u| (f64::from(u) * 16.0, f64::from(v) * 16.0))) {
-        let Some(floor) = apartment.floor_seen_at(top, camera, u, v) else { continue };
-        assert!(floor.z.abs() < 1e-9);
-        let Some(pixel) = camera.project(&(front.inverse() * Point3::from(floor)).coords) else { continue };
-        let back = apartment.floor_seen_at(front, camera, pixel.x, pixel.y).filter(|seen| (seen - floor).norm() < 1e-6);
-        both += usize::from(back.is_some() && pixel.min() > 0.0 && pixel.max() < 1023.0);
+    let scene = BevScene::read(&fs::read(format!("{BEV}/scene.json")).unwrap()).unwrap();
+    let directions = [(top, front, scene.front_from_top().unwrap()), (front, top, scene.top_from_front().unwrap())];
+    for (from, to, transfer) in directions {
+        let mut both = 0;
+        for (u, v) in (0..128).flat_map(|v| (0..128).map(move |u| (f64::from(u) * 8.0, f64::from(v) * 8.0))) {
+            let Some(floor) = apartment.floor_seen_at(from, camera, u, v) else { continue };
+            assert!(floor.z.abs() < 1e-9);
+            let Some(pixel) = camera.project(&(to.inverse() * Point3::from(floor)).coords) else { continue };
+            let seen =
+                apartment.floor_seen_at(to, camera, pixel.x, pixel.y).filter(|seen| (seen - floor).norm() < 1e-6);
+            if seen.is_none() || pixel.min() < 0.0 || pixel.max() > 1023.0 {
+                continue; // hidden, or out of the picture
+            }
+            both += 1;
+            let [x, y] = transfer.point([u, v]).projected.unwrap();
+            assert!((pixel - Vector2::new(x, y)).norm() < 1e-6, "({u}, {v}) lands on ({x}, {y}), not on {pixel}");
+        }
+        assert!(both > 600, "{both} of 16384 pixels see floor that the other view sees, too");
     }
-    assert!(both > 150, "{both} of 4096 pixels see floor that the front view sees, too");
 }
 
 #[test]
@@ -259,13 +271,11 @@ fn rendered_depth_is_registered() {
     let camera = Pinhole::from_field_of_view(512, 512, FRAC_PI_2).unwrap();
     let sensors = [DepthSensor::HOMEWORK, DepthSensor::Millimetres { square_noise: 1.5e-3 }];
     for sensor in sensors {
-        let mut reconstruction = DepthReconstruction::new(DepthSettings::default()).unwrap();
-        for (index, pose) in walk.iter().enumerate() {
-            let depth = apartment.space.depth(pose, &camera);
-            let image = sensor.measure(&depth, 512, &mut Random::new(index as u64));
-            reconstruction.add_frame(&index.to_string(), &recording::depth_png(&image).unwrap()).unwrap();
-        }
-        while reconstruction.step().unwrap().stage != Stage::Done {}
+        let measured = |(index, pose): (usize, &Pose3)| {
+            sensor.measure(&apartment.space.depth(pose, &camera), 512, &mut Random::new(index as u64))
+        };
+        let images: Vec<_> = walk.iter().enumerate().map(measured).collect();
+        let reconstruction = registering::reconstruct(SpatialSettings::default(), &images).unwrap();
         let truth: Vec<Pose3> = walk.iter().map(|pose| walk[0].inverse() * pose).collect();
         let poses = reconstruction.poses();
         let errors = poses.iter().zip(&truth).map(|(a, b)| (a.translation.vector - b.translation.vector).norm());

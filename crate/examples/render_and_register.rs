@@ -6,18 +6,20 @@
 #[path = "apartment/recording.rs"]
 #[allow(dead_code)]
 mod recording;
+#[path = "apartment/registering.rs"]
+mod registering;
 
 use std::error::Error;
 
 use scanstitch::camera::Pinhole;
-use scanstitch::depth_reconstruction::{DepthReconstruction, DepthSettings};
 use scanstitch::geometry::{Pose3, RigidMotion};
 use scanstitch::preprocess::depth_surfels::{DepthModel, depth_surfels};
 use scanstitch::preprocess::wrap_around::usable_pixels;
-use scanstitch::report::Stage;
 use scanstitch::scene::apartment::{Apartment, Tour, WalkOptions};
 use scanstitch::scene::random::Random;
 use scanstitch::scene::space::DepthSensor;
+use scanstitch::spatial_reconstruction::SpatialReconstruction;
+use scanstitch::spatial_settings::SpatialSettings;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let argument = |name: &str| std::env::args().skip_while(|argument| argument != name).nth(1);
@@ -41,7 +43,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         let apartment = Apartment::generate(seed);
         let walk = apartment.walk(&options);
         let walk: Vec<Pose3> = walk.into_iter().step_by(number("--every", 1.0) as usize).collect();
-        let mut reconstruction = DepthReconstruction::new(DepthSettings::default())?;
+        let mut images = Vec::new();
         let (mut usable_share, mut surfel_share) = (0.0, 0.0);
         for (index, pose) in walk.iter().enumerate() {
             let depth = apartment.space.depth(pose, &camera);
@@ -55,16 +57,16 @@ fn main() -> Result<(), Box<dyn Error>> {
             let surfels = depth_surfels(&image, &usable, &camera, &model);
             usable_share += usable.iter().filter(|usable| **usable).count() as f64 / usable.len() as f64;
             surfel_share += surfels.surfels().count() as f64 / surfels.cells.len() as f64;
-            reconstruction.add_frame(&index.to_string(), &recording::depth_png(&image)?)?;
+            images.push(image);
         }
-        while reconstruction.step()?.stage != Stage::Done {}
+        let reconstruction = registering::reconstruct(SpatialSettings::default(), &images)?;
         report(seed, &walk, &reconstruction, [usable_share, surfel_share], each);
     }
     Ok(())
 }
 
 /// One line, or one more for every frame.
-fn report(seed: u64, walk: &[Pose3], reconstruction: &DepthReconstruction, shares: [f64; 2], each: bool) {
+fn report(seed: u64, walk: &[Pose3], reconstruction: &SpatialReconstruction, shares: [f64; 2], each: bool) {
     let (poses, count) = (reconstruction.poses(), walk.len() as f64);
     let truth: Vec<Pose3> = walk.iter().map(|pose| walk[0].inverse() * pose).collect();
     let error = |index: usize| (poses[index].translation.vector - truth[index].translation.vector).norm();
