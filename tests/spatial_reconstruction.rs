@@ -107,7 +107,7 @@ fn every<T: Clone>(stride: usize, all: &[T]) -> Vec<T> {
     all.iter().step_by(stride).cloned().collect()
 }
 
-/// The project asks for 0.06 and 0.08 m; what is reached is 0.0062 and 0.0143 m, and must not get lost again.
+/// The project asks for 0.06 and 0.08 m; what is reached is 0.0066 and 0.0160 m, and must not get lost again.
 #[test]
 fn both_floors_are_within_two_centimetres_of_the_truth() {
     let Some(folder) = data() else { return };
@@ -234,6 +234,18 @@ fn frames_can_be_added_to_a_finished_run_and_travel_as_bytes() {
     let sizes = whole.map_sizes(&[0.01, 0.02, 0.05, 0.1]);
     assert!(sizes.is_sorted_by(|finer, coarser| finer.num_points > 2 * coarser.num_points), "{sizes:?}");
     assert_eq!(sizes[1].num_points, stitched.len());
+}
+
+/// What is seen again and again must not be dragged along by those who see it.
+#[test]
+fn a_walk_to_and_fro_stays_in_its_map() {
+    let Some(folder) = data() else { return };
+    let folder = folder.join("apartment_first_floor");
+    let (mut frames, mut truth) = (files(&folder.join("depth"), ".png"), apartment_truth(&folder));
+    frames.extend(frames.clone().into_iter().rev());
+    truth.extend(truth.clone().into_iter().rev());
+    let (mean, translation, _) = errors(&run(&frames, None).poses(), &truth);
+    assert!(mean < 0.02 && translation < 0.03, "{mean} {translation}");
 }
 
 /// The joint solution spreads what little is left, and leaves the first pose where the world is.

@@ -37,8 +37,9 @@ const SPACING: f64 = 0.025;
 const SAME_SURFACE_COSINE: f64 = 0.9;
 /// Pieces further apart than this along the normal (m), beyond their own uncertainty, are of different surfaces.
 const SAME_SURFACE_DISTANCE: f64 = 0.03;
-/// Poses are no better than this: a surface seen often is not known better (m).
-const MIN_DEVIATION: f64 = 2e-3;
+/// Surfaces seen often are not known better than this (m), for their poses are not independent of each other. Twice as
+/// much lets each frame of a long recording drag the map along; half as much makes the first frames' errors last.
+const MIN_DEVIATION: f64 = 1e-3;
 
 impl SurfelMap {
     /// A map without anything in it.
