@@ -163,7 +163,8 @@ fn without_a_guess(pair: &Pair, num_seeds: u64) {
         let target = cloud.target();
         DescribedCloud::new(&cloud.cloud().positions, target.normals(), target.tree(), around)
     };
-    let target = describe(&prepare(&pair.target));
+    let prepared_target = prepare(&pair.target);
+    let target = describe(&prepared_target);
     for method in [GlobalMethod::Ransac, GlobalMethod::Consistency] {
         let (mut successes, mut times, mut worst) = (0, Vec::new(), (0.0f64, 0.0f64));
         let mut inliers = Vec::new();
@@ -183,7 +184,8 @@ fn without_a_guess(pair: &Pair, num_seeds: u64) {
             let source = PreparedCloud::new(&turned, &options).expect("sound options");
             let start = Instant::now();
             let source = describe(&source);
-            let found = register_globally(&source, &target, method, 1.5 * pair.voxel_size);
+            let found =
+                register_globally(&source, &target, prepared_target.target().tree(), method, 1.5 * pair.voxel_size);
             times.push(start.elapsed().as_secs_f64() * 1e3);
             match found {
                 Ok(found) => {

@@ -14,7 +14,7 @@ use crate::cloud_map::CloudMap;
 use crate::error::{Error, Result};
 use crate::geometry::{PointCloud, Pose3};
 use crate::preprocess::estimate_normals::estimate_normals;
-use crate::preprocess::voxel_downsample::voxel_downsample;
+use crate::preprocess::voxel_downsample::voxel_downsample_from;
 use crate::registration::global::{DescribedCloud, GlobalMethod, register_globally};
 use crate::registration::icp::{Criteria, IcpOptions, Rejection, Source, Weighting};
 use crate::registration::robust_kernel::RobustKernel;
@@ -200,10 +200,13 @@ impl PreparedCloud {
                 "The coordinates are those of a map, not of a sensor: they are too large for single precision";
             return Err(Error::whole(problem, "Give clouds in the frame of the sensor that took them"));
         }
+        let finite = cloud.positions.iter().filter(|p| p.is_finite());
+        let lowest = finite.copied().reduce(glam::Vec3::min).unwrap_or_default();
+        let corner = lowest.as_dvec3() - 0.5 * options.voxel_size;
         let mut cloud = if cloud.normals.is_some() {
-            voxel_downsample(&PointCloud { normals: None, ..cloud.clone() }, options.voxel_size)?
+            voxel_downsample_from(&PointCloud { normals: None, ..cloud.clone() }, options.voxel_size, corner)?
         } else {
-            voxel_downsample(cloud, options.voxel_size)?
+            voxel_downsample_from(cloud, options.voxel_size, corner)?
         };
         let tree = KdTree::build(bytemuck::cast_slice(&cloud.positions));
         let normals = estimate_normals(&cloud.positions, &tree, options.normals, options.viewpoint);
@@ -362,7 +365,7 @@ impl CloudOdometry {
         let global = || {
             let max_distance = GLOBAL_DISTANCE * self.options.voxel_size;
             let (source, target) = (frame.described(&self.options), last.described(&self.options));
-            let found = register_globally(source, target, self.options.global_method, max_distance);
+            let found = register_globally(source, target, last.target.tree(), self.options.global_method, max_distance);
             found.map(|found| T_target_last * self.options.motion.nearest(&found.consensus.T_target_source))
         };
         let near = || self.refined(frame, target, &[*T_target_last, T_target_last * self.last_motion]);

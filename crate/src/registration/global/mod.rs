@@ -94,7 +94,7 @@ pub struct GlobalRegistration {
 /// Fewer matches than this agree by chance.
 const MIN_INLIERS: usize = 8;
 
-/// Registers `source` to `target` without a guess; matches that the motion brings together to within
+/// Registers `source` to `target` without a guess; `target_tree` was built from the target's points, and matches that the motion brings together to within
 /// `max_correspondence_distance` (m) speak for it.
 ///
 /// # Errors
@@ -102,6 +102,7 @@ const MIN_INLIERS: usize = 8;
 pub fn register_globally(
     source: &DescribedCloud,
     target: &DescribedCloud,
+    target_tree: &KdTree<3>,
     method: GlobalMethod,
     max_correspondence_distance: f64,
 ) -> Result<GlobalRegistration> {
@@ -113,9 +114,12 @@ pub fn register_globally(
         .collect();
     let consensus = match method {
         GlobalMethod::Consistency => consistent_motion(&pairs, max_correspondence_distance),
-        GlobalMethod::Ransac => {
-            ransac(&pairs, &RansacOptions { max_correspondence_distance, ..RansacOptions::default() })
-        }
+        GlobalMethod::Ransac => ransac(
+            &pairs,
+            &source.points,
+            target_tree,
+            &RansacOptions { max_correspondence_distance, ..RansacOptions::default() },
+        ),
     };
     let remedy = "Give clouds that overlap more, or a first guess";
     let num_matches = matches.len();
