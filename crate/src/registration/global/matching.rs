@@ -96,12 +96,14 @@ fn widest_directions(features: &[Feature]) -> [Feature; DIRECTIONS] {
     std::array::from_fn(|k| std::array::from_fn(|i| (SHORTENED * eigen.eigenvectors[(i, order[k])]) as f32))
 }
 
-/// All pairs that are each other's nearest in the space of features, by source.
-pub fn mutual_matches(source: &FeatureIndex, target: &FeatureIndex) -> Vec<Match> {
+/// Pairs that are each other's nearest in the space of features, by source: all of them, or those of every so many source
+/// points, of which about `max_points` are looked at.
+pub fn mutual_matches(source: &FeatureIndex, target: &FeatureIndex, max_points: usize) -> Vec<Match> {
+    let stride = source.features.len().div_ceil(max_points.max(1)).max(1);
     // Whether a target point's nearest is a source point is asked only of those that are a source point's nearest.
     let mut nearest_source: Vec<Option<Option<u32>>> = vec![None; target.features.len()];
     let mut matches = Vec::new();
-    for (index, feature) in (0..).zip(&source.features) {
+    for (index, feature) in (0..).zip(&source.features).step_by(stride) {
         let Some(partner) = target.nearest(feature, f32::MAX) else { continue };
         let back = nearest_source[partner as usize].get_or_insert_with(|| {
             // It is at most as far as the source point that asks.
@@ -165,14 +167,16 @@ mod tests {
             })
             .collect();
         assert!(expected.len() > 50, "{}", expected.len());
-        assert_eq!(mutual_matches(&source, &target), expected);
+        assert_eq!(mutual_matches(&source, &target, usize::MAX), expected);
+        let some: Vec<Match> = expected.into_iter().filter(|found| found.source % 3 == 0).collect();
+        assert_eq!(mutual_matches(&source, &target, 234), some);
     }
 
     #[test]
     fn nothing_matches_nothing() {
         let (none, some) = (FeatureIndex::new(Vec::new()), FeatureIndex::new(features(50, 0.0)));
-        assert!(mutual_matches(&none, &some).is_empty() && mutual_matches(&some, &none).is_empty());
+        assert!(mutual_matches(&none, &some, 99).is_empty() && mutual_matches(&some, &none, 99).is_empty());
         let unknown = FeatureIndex::new(vec![[f32::NAN; FEATURE_SIZE]; 5]);
-        assert!(mutual_matches(&unknown, &some).is_empty());
+        assert!(mutual_matches(&unknown, &some, 99).is_empty());
     }
 }

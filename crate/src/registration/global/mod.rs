@@ -91,6 +91,9 @@ pub struct GlobalRegistration {
     pub num_matches: usize,
 }
 
+/// Source points that matches are looked for, where not for all: matching takes most of the time, and more of them are hardly
+/// ever needed.
+const MAX_MATCHED_POINTS: usize = 5000;
 /// So many matches hardly ever agree by chance: on pairs of frames of two rendered floors that show different rooms up to 23
 /// of hundreds or thousands do, on pairs that overlap by a third 90 and more.
 const MIN_INLIERS: usize = 30;
@@ -111,7 +114,11 @@ pub fn register_globally(
     method: GlobalMethod,
     max_correspondence_distance: f64,
 ) -> Result<GlobalRegistration> {
-    let matches = mutual_matches(&source.index, &target.index);
+    let max_points = match method {
+        GlobalMethod::Consistency => MAX_MATCHED_POINTS,
+        GlobalMethod::Ransac => usize::MAX,
+    };
+    let matches = mutual_matches(&source.index, &target.index, max_points);
     let double = |p: Vec3| Vector3::new(f64::from(p.x), f64::from(p.y), f64::from(p.z));
     let pairs: Vec<_> = matches
         .iter()

@@ -102,15 +102,16 @@ impl<'a> Overlap<'a> {
         let R = Mat3::from_cols_slice(R.as_slice());
         let t = T.translation.vector;
         let t = Vec3::new(t.x as f32, t.y as f32, t.z as f32);
-        let mut misses_left = (self.source.len() - self.most) as isize;
+        let may_miss = self.source.len() - self.most;
+        let mut misses = 0;
         for &point in &self.source {
             let moved = R * point + t;
-            misses_left -= isize::from(!self.target.has_within(&moved.to_array(), self.max_distance));
-            if misses_left <= 0 {
+            misses += usize::from(!self.target.has_within(&moved.to_array(), self.max_distance));
+            if misses >= may_miss {
                 return false;
             }
         }
-        self.most += misses_left as usize;
+        self.most = self.source.len() - misses;
         true
     }
 }
