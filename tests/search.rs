@@ -55,6 +55,7 @@ fn check<const D: usize>(name: &str, points: &[[f32; D]], queries: &[[f32; D]], 
             let place = format!("{name}, D = {D}, query {query:?}, within {reach}");
             let expected = brute_force(points, query, reach);
             assert_eq!(tree.nearest(query, reach), expected.first().copied(), "{place}");
+            assert_eq!(tree.has_within(query, reach), !expected.is_empty(), "{place}");
             for divisor in [1, 2, 7, u32::MAX] {
                 let accept = |index: u32| index % divisor == divisor / 2;
                 let nearest = expected.iter().copied().find(|neighbor| accept(neighbor.index));

@@ -39,6 +39,7 @@ fn back_projected(path: &Path) -> PointCloud {
     PointCloud::from_positions(image.values.iter().enumerate().filter_map(point).collect())
 }
 
+#[allow(clippy::too_many_lines)]
 fn run(folder: &Path, label: &str, options: CloudOptions, verbose: bool) {
     let frames = numbered(&folder.join("depth"));
     let mut odometry = CloudOdometry::new(options).expect("sound options");

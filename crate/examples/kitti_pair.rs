@@ -17,7 +17,7 @@ use scanstitch::preprocess::voxel_downsample::voxel_downsample;
 use scanstitch::registration::global::fpfh::fpfh;
 use scanstitch::registration::global::matching::{FeatureIndex, mutual_matches};
 use scanstitch::registration::global::{DescribedCloud, GlobalMethod, register_globally};
-use scanstitch::registration::icp::{Criteria, IcpOptions, Rejection, Source, Weighting};
+use scanstitch::registration::icp::{Criteria, IcpOptions, Rejection, Weighting};
 use scanstitch::registration::robust_kernel::RobustKernel;
 use scanstitch::registration::solver::Motion;
 use scanstitch::registration::spatial::{SpatialMetric, register_in_space};
@@ -104,17 +104,17 @@ fn plain_icp(max_correspondence_distance: f64) -> IcpOptions {
 
 fn align(pair: &Pair) {
     let (voxel_size, name) = (pair.voxel_size, pair.name);
-    let twenty = Neighbourhood { max_neighbors: 10, radius: f64::INFINITY };
+    let ten = Neighbourhood { max_neighbors: 10, radius: f64::INFINITY };
     let (voxels_ms, cloud) = timed(|| voxel_downsample(&pair.target, voxel_size).expect("a voxel"));
     let points: &[[f32; 3]] = bytemuck::cast_slice(&cloud.positions);
     let (tree_ms, tree) = timed(|| KdTree::build(points));
-    let (normals_ms, normals) = timed(|| estimate_normals(&cloud.positions, &tree, twenty, DVec3::ZERO));
+    let (normals_ms, normals) = timed(|| estimate_normals(&cloud.positions, &tree, ten, DVec3::ZERO));
     println!(
         "{name}: {} points, {} at {voxel_size} m: voxels {voxels_ms:.2} ms, index {tree_ms:.2}, normals of 10 {normals_ms:.2}",
         pair.target.len(),
         cloud.len()
     );
-    let options = CloudOptions { normals: twenty, ..CloudOptions::new(voxel_size) };
+    let options = CloudOptions { normals: ten, ..CloudOptions::new(voxel_size) };
     let [source, target] =
         [&pair.source, &pair.target].map(|cloud| PreparedCloud::new(cloud, &options).expect("sound options"));
     let icp = plain_icp(4.0 * voxel_size);
@@ -125,7 +125,7 @@ fn align(pair: &Pair) {
         {
             let (ms, found) = timed(|| {
                 let identity = Pose3::identity();
-                register_in_space(metric, source.source(), source_target(&target), identity, (&icp, &[]), &solver)
+                register_in_space(metric, source.source(), target.target(), identity, (&icp, &[]), &solver)
             });
             let (metres, degrees) = error(&found.T_target_source, &pair.T_target_source);
             println!(
@@ -141,20 +141,16 @@ fn align(pair: &Pair) {
     let (build_ms, index) = timed(|| FeatureIndex::new(features.clone()));
     let others = voxel_downsample(&pair.source, voxel_size).expect("a voxel");
     let other_tree = KdTree::build(bytemuck::cast_slice(&others.positions));
-    let other_normals = estimate_normals(&others.positions, &other_tree, twenty, DVec3::ZERO);
+    let other_normals = estimate_normals(&others.positions, &other_tree, ten, DVec3::ZERO);
     let other = FeatureIndex::new(fpfh(&others.positions, &other_normals, &other_tree, around));
-    let (match_ms, matches) = timed(|| mutual_matches(&other, &index));
+    let (match_ms, matches) = timed(|| mutual_matches(&other, &index, usize::MAX));
     println!(
         "  features {feature_ms:.2} ms, their index {build_ms:.2}, matching {match_ms:.2}: {} matches",
         matches.len()
     );
 }
 
-fn source_target(cloud: &PreparedCloud) -> &scanstitch::registration::target::OrientedTarget<3> {
-    cloud.target()
-}
-
-/// Random turns, any way round, and shifts of up to twenty metres.
+/// Random turns, any way round, and shifts of up to ten metres.
 fn without_a_guess(pair: &Pair, num_seeds: u64) {
     let options = CloudOptions::new(pair.voxel_size);
     let prepare = |cloud: &PointCloud| PreparedCloud::new(cloud, &options).expect("sound options");
@@ -163,7 +159,8 @@ fn without_a_guess(pair: &Pair, num_seeds: u64) {
         let target = cloud.target();
         DescribedCloud::new(&cloud.cloud().positions, target.normals(), target.tree(), around)
     };
-    let target = describe(&prepare(&pair.target));
+    let prepared_target = prepare(&pair.target);
+    let target = describe(&prepared_target);
     for method in [GlobalMethod::Ransac, GlobalMethod::Consistency] {
         let (mut successes, mut times, mut worst) = (0, Vec::new(), (0.0f64, 0.0f64));
         let mut inliers = Vec::new();
@@ -183,7 +180,8 @@ fn without_a_guess(pair: &Pair, num_seeds: u64) {
             let source = PreparedCloud::new(&turned, &options).expect("sound options");
             let start = Instant::now();
             let source = describe(&source);
-            let found = register_globally(&source, &target, method, 1.5 * pair.voxel_size);
+            let found =
+                register_globally(&source, &target, prepared_target.target().tree(), method, 1.5 * pair.voxel_size);
             times.push(start.elapsed().as_secs_f64() * 1e3);
             match found {
                 Ok(found) => {
@@ -234,5 +232,4 @@ fn main() {
             without_a_guess(&pair, num_seeds);
         }
     }
-    let _ = Source::<3> { points: &[], normals: None, deviations: None };
 }

@@ -1,5 +1,7 @@
 //! Registration of two clouds alone, planar or in space: for those who need nothing else.
 
+use std::borrow::Cow;
+
 use glam::{DVec3, Vec3};
 use nalgebra::{Matrix3, Matrix4, Translation3, Vector3};
 use serde::{Deserialize, Serialize};
@@ -7,14 +9,20 @@ use serde::{Deserialize, Serialize};
 use crate::error::{Error, Result};
 use crate::geometry::{PointCloud, Pose2, Pose3, RigidMotion};
 use crate::io::trajectory::in_space;
+use crate::preprocess::estimate_normals::estimate_normals;
 use crate::preprocess::planar_scan::PlanarScan;
+use crate::preprocess::voxel_downsample::voxel_downsample;
 use crate::registration::correlative::{LikelihoodGrid, SearchWindow};
 use crate::registration::factors::{PointToPlane, PointToPoint};
+use crate::registration::global::{DescribedCloud, GlobalMethod, register_globally};
 use crate::registration::icp::{
-    Criteria, IcpOptions, IterationRecord, Registration, Rejection, Source, Weighting, register,
+    Criteria, IcpOptions, IterationRecord, Registration, Rejection, Source, Weighting, register, register_with,
 };
 use crate::registration::robust_kernel::RobustKernel;
+use crate::registration::solver::Motion;
+use crate::registration::spatial::{SpatialMetric, register_in_space};
 use crate::registration::target::{OrientedTarget, PointTarget};
+use crate::search::{KdTree, Neighbourhood};
 
 /// What a correspondence measures.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -25,8 +33,24 @@ pub enum CloudMetric {
     PointToPoint,
     /// Distance to the line through the nearest point, for planar clouds; normals come from neighbouring beams.
     PointToLine,
-    /// Distance to the plane through the nearest point, for clouds in space whose target has normals.
+    /// Distance to the plane through the nearest point, for clouds in space. A target without normals gets them from its points.
     PointToPlane,
+    /// Distance of the planes through both points, for clouds in space: generalised ICP. Clouds without normals get them
+    /// from their points.
+    Gicp,
+}
+
+/// Where a registration starts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
+pub enum RegistrationInit {
+    /// At `init_T_target_source`.
+    #[default]
+    Guess,
+    /// Clouds in space: where points that look alike lie on each other, wherever the clouds are. With `max_iterations` 0 this
+    /// is all that is done.
+    Global,
 }
 
 /// Options of [`register_clouds`].
@@ -34,10 +58,17 @@ pub enum CloudMetric {
 #[serde(default, deny_unknown_fields)]
 #[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify), tsify(missing_as_null))]
 pub struct RegistrationOptions {
-    /// Null: point to line for planar clouds, point to plane where the target has normals, point to point otherwise.
+    /// Null: point to line for planar clouds, point to plane where the target's file has normals, point to point otherwise.
     pub metric: Option<CloudMetric>,
     /// First guess, 4 x 4, row by row; null is the identity.
     pub init_T_target_source: Option<[f64; 16]>,
+    /// Clouds in space: where to start.
+    pub init: RegistrationInit,
+    /// Clouds in space: how the source may move from the guess, or in the target's frame where there is none.
+    pub motion: Motion,
+    /// Clouds in space: side of the cubes that each are thinned to one point (m); 0: all points are used, and a global
+    /// registration chooses a size by itself.
+    pub voxel_size: f64,
     /// Planar clouds: half width of a search around the guess in x and y (m); 0 is no search.
     pub search_translation: f64,
     /// Planar clouds: half width of the search in heading (rad).
@@ -65,6 +96,9 @@ impl Default for RegistrationOptions {
         Self {
             metric: None,
             init_T_target_source: None,
+            init: RegistrationInit::Guess,
+            motion: Motion::Free,
+            voxel_size: 0.0,
             search_translation: 0.0,
             search_rotation: 0.0,
             max_correspondence_distance: 0.5,
@@ -134,11 +168,11 @@ pub fn register_clouds(
     // Both clouds relative to the target's origin, which may be far away: T = shift * T_near * shift^-1.
     let origin = Translation3::new(target.origin.x, target.origin.y, target.origin.z);
     let guess = origin.inverse() * first_guess(options)? * origin;
-    let (source, target) = (Near::new(source, target.origin), Near::new(target, target.origin));
     let mut result = if planar {
+        let (source, target) = (Near::new(source, target.origin), Near::new(target, target.origin));
         register_planar(&source, &target, &guess, options)?
     } else {
-        register_spatial(&source, target, guess, options)?
+        register_spatial(source, target, guess, options)?
     };
     result.T_target_source = row_major(&(origin * pose_from(&result.T_target_source)? * origin.inverse()));
     Ok(result)
@@ -159,7 +193,23 @@ impl Near {
         let normals = cloud.normals.as_ref().map(|normals| finite().map(|(index, _)| normal(normals[index])).collect());
         Self { points, normals }
     }
+
+    /// Its normals, or those that its points tell of.
+    fn known_or_estimated_normals(&self) -> Vec<Option<Vector3<f64>>> {
+        self.normals.clone().unwrap_or_else(|| {
+            let points: Vec<Vec3> = self.points.iter().map(|p| DVec3::from(<[f64; 3]>::from(*p)).as_vec3()).collect();
+            let tree = KdTree::build(bytemuck::cast_slice(&points));
+            estimate_normals(&points, &tree, NORMAL_NEIGHBORS, DVec3::ZERO)
+        })
+    }
+
+    fn as_source(&self) -> Source<'_, 3> {
+        Source { points: &self.points, normals: self.normals.as_deref(), deviations: None }
+    }
 }
+
+/// Points that make a normal.
+const NORMAL_NEIGHBORS: Neighbourhood = Neighbourhood { max_neighbors: 20, radius: f64::INFINITY };
 
 fn register_planar(
     source: &Near,
@@ -185,8 +235,8 @@ fn register_planar(
             let target = OrientedTarget::new(target.points, target.normals);
             register::<2, 3, Pose2, PointToPlane>(points, &target, guess, &icp)
         }
-        CloudMetric::PointToPlane => {
-            let problem = "point_to_plane does not fit planar clouds: all their points lie in one plane";
+        CloudMetric::PointToPlane | CloudMetric::Gicp => {
+            let problem = "point_to_plane and gicp do not fit planar clouds: all their points lie in one plane";
             return Err(Error::whole(problem, "Use point_to_line"));
         }
     };
@@ -194,31 +244,104 @@ fn register_planar(
 }
 
 fn register_spatial(
-    source: &Near,
-    target: Near,
-    guess: Pose3,
+    source: &PointCloud,
+    target: &PointCloud,
+    mut guess: Pose3,
     options: &RegistrationOptions,
 ) -> Result<RegistrationResult> {
-    let icp = icp_options(options);
-    let points = Source { points: &source.points, normals: source.normals.as_deref(), deviations: None };
-    let registration = match (options.metric, target.normals) {
-        (Some(CloudMetric::PointToLine), _) => {
+    let [source, target] = [thinned(source, options)?, thinned(target, options)?];
+    if options.init == RegistrationInit::Global {
+        guess = options.motion.nearest(&without_a_guess(&source, &target, options)?);
+    }
+    let metric = options.metric.unwrap_or(match target.normals {
+        Some(_) => CloudMetric::PointToPlane,
+        None => CloudMetric::PointToPoint,
+    });
+    let (icp, solver) = (icp_options(options), options.motion.solver());
+    let (mut source, target) = (Near::new(&source, target.origin), Near::new(&target, target.origin));
+    let metric = match metric {
+        CloudMetric::PointToLine => {
             let problem = "point_to_line is for planar clouds, and these are clouds in space";
             return Err(Error::whole(problem, "Use point_to_plane or point_to_point"));
         }
-        (Some(CloudMetric::PointToPlane), None) => {
-            let problem = "point_to_plane needs normals, and the target has none";
-            return Err(Error::whole(problem, "Give a target with normals (nx, ny, nz) or use point_to_point"));
+        CloudMetric::PointToPoint => {
+            let target = PointTarget::new(target.points);
+            let registration =
+                register_with::<3, 6, Pose3, PointToPoint>(source.as_source(), &target, guess, &icp, &solver);
+            return Ok(result(&registration, &registration.T_target_source));
         }
-        (None | Some(CloudMetric::PointToPlane), Some(normals)) => {
-            let target = OrientedTarget::new(target.points, normals);
-            register::<3, 6, Pose3, PointToPlane>(points, &target, guess, &icp)
-        }
-        (None | Some(CloudMetric::PointToPoint), _) => {
-            register::<3, 6, Pose3, PointToPoint>(points, &PointTarget::new(target.points), guess, &icp)
+        CloudMetric::PointToPlane => SpatialMetric::PointToPlane,
+        CloudMetric::Gicp => {
+            source.normals = Some(source.known_or_estimated_normals());
+            SpatialMetric::Gicp
         }
     };
+    let normals = target.known_or_estimated_normals();
+    if normals.iter().all(Option::is_none) {
+        let problem = "The metric needs normals, and the target has none, nor do its points span a surface";
+        return Err(Error::whole(problem, "Give a target with normals (nx, ny, nz) or use point_to_point"));
+    }
+    let target = OrientedTarget::new(target.points, normals);
+    let registration = register_in_space(metric, source.as_source(), &target, guess, (&icp, &[]), &solver);
     Ok(result(&registration, &registration.T_target_source))
+}
+
+/// The cloud with one point a voxel, or all of it.
+fn thinned<'a>(cloud: &'a PointCloud, options: &RegistrationOptions) -> Result<Cow<'a, PointCloud>> {
+    if options.voxel_size == 0.0 {
+        return Ok(Cow::Borrowed(cloud));
+    }
+    Ok(Cow::Owned(voxel_downsample(cloud, options.voxel_size)?))
+}
+
+/// Points of a cloud that are enough for a global registration.
+const GLOBAL_POINTS: f64 = 6000.0;
+/// The size of voxels that leave about so many points is looked for so often.
+const SIZE_TRIES: usize = 4;
+
+/// The motion from `source` to `target` relative to the target's origin, whatever it is.
+fn without_a_guess(source: &PointCloud, target: &PointCloud, options: &RegistrationOptions) -> Result<Pose3> {
+    let voxel_size = if options.voxel_size > 0.0 { options.voxel_size } else { telling_voxel_size(target)? };
+    let describe = |cloud: &PointCloud| -> Result<(DescribedCloud, KdTree<3>)> {
+        let cloud = voxel_downsample(cloud, voxel_size)?;
+        let tree = KdTree::build(bytemuck::cast_slice(&cloud.positions));
+        // Features need normals that all face the same way: those of files may not.
+        let normals = estimate_normals(&cloud.positions, &tree, NORMAL_NEIGHBORS, DVec3::ZERO);
+        let around = Neighbourhood { max_neighbors: 100, radius: FEATURE_RADIUS * voxel_size };
+        Ok((DescribedCloud::new(&cloud.positions, &normals, &tree, around), tree))
+    };
+    let ((described_source, _), (described_target, tree)) = (describe(source)?, describe(target)?);
+    let max_distance = GLOBAL_DISTANCE * voxel_size;
+    let method = GlobalMethod::Consistency;
+    let found = register_globally(&described_source, &described_target, &tree, method, max_distance)?;
+    let shift = source.origin - target.origin;
+    Ok(found.consensus.T_target_source * Translation3::new(shift.x, shift.y, shift.z).inverse())
+}
+
+/// Voxels within which a feature is made and ...
+const FEATURE_RADIUS: f64 = 5.0;
+/// ... to within which matches speak for a motion.
+const GLOBAL_DISTANCE: f64 = 1.5;
+
+/// A side of voxels (m) that leaves about [`GLOBAL_POINTS`] points.
+fn telling_voxel_size(cloud: &PointCloud) -> Result<f64> {
+    let finite = || cloud.positions.iter().copied().filter(|p| p.is_finite());
+    let (low, high) = (finite().reduce(Vec3::min).unwrap_or_default(), finite().reduce(Vec3::max).unwrap_or_default());
+    let mut size = f64::from((high - low).max_element()) / 100.0;
+    if size <= 0.0 {
+        let problem = "All points of the target are one: nothing looks like anything";
+        return Err(Error::whole(problem, "Give a cloud of surfaces"));
+    }
+    for _ in 0..SIZE_TRIES {
+        let count = voxel_downsample(cloud, size)?.len() as f64;
+        // Surfaces: the number of voxels goes with the square of their size.
+        let ratio = (count / GLOBAL_POINTS).sqrt().clamp(0.1, 10.0);
+        if (0.8..=1.25).contains(&ratio) || (ratio < 1.0 && count > 0.9 * cloud.len() as f64) {
+            break;
+        }
+        size *= ratio;
+    }
+    Ok(size)
 }
 
 fn result<const D: usize, const DOF: usize, M>(

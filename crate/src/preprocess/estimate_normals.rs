@@ -107,7 +107,7 @@ mod tests {
     fn the_smallest_eigenvector_is_that_of_an_iterative_solver() {
         for i in 0..2000 {
             let A = Matrix3::from_fn(|row, column| wave(9 * i + 3 * row + column, 1.37));
-            let scale = 10f64.powi((i % 7) as i32 - 3);
+            let scale = [1e-3, 0.1, 1.0, 30.0, 1e3][i % 5];
             let C = A * A.transpose() * scale;
             let expected = C.symmetric_eigen();
             let index = expected.eigenvalues.imin();

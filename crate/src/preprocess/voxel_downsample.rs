@@ -23,6 +23,15 @@ struct Sums {
 /// # Errors
 /// When `voxel_size` is not positive.
 pub fn voxel_downsample(cloud: &PointCloud, voxel_size: f64) -> Result<PointCloud> {
+    voxel_downsample_from(cloud, voxel_size, glam::DVec3::ZERO)
+}
+
+/// The same with cubes of which `corner` (m, in the frame of the positions) is a common corner. Cubes that are the same to the sensor in
+/// every frame pull one frame towards another: they cut its rays at the same places.
+///
+/// # Errors
+/// When `voxel_size` is not positive.
+pub fn voxel_downsample_from(cloud: &PointCloud, voxel_size: f64, corner: glam::DVec3) -> Result<PointCloud> {
     if !(voxel_size > 0.0 && voxel_size.is_finite()) {
         return Err(Error::whole(format!("A voxel of {voxel_size} m is none"), "Give a positive voxel_size"));
     }
@@ -30,7 +39,7 @@ pub fn voxel_downsample(cloud: &PointCloud, voxel_size: f64) -> Result<PointClou
     let mut voxels: Vec<Sums> = Vec::new();
     for (point, position) in cloud.positions.iter().enumerate().filter(|(_, position)| position.is_finite()) {
         let position = position.as_dvec3();
-        let voxel = (position / voxel_size).floor();
+        let voxel = ((position - corner) / voxel_size).floor();
         let number = match index.entry([voxel.x as i64, voxel.y as i64, voxel.z as i64]) {
             Entry::Occupied(entry) => *entry.get(),
             Entry::Vacant(entry) => {

@@ -156,9 +156,11 @@ where
     let mut converged = false;
     let mut visited = vec![T];
     let mut damping = solver.damping.unwrap_or_default();
+    let mut partners = vec![NO_PARTNER; source.points.len()];
 
     while !converged && history.len() < options.criteria.max_iterations {
-        let num_correspondences = match_points::<D, DOF, M, F>(source, target, &T, options, &mut correspondences);
+        let num_correspondences =
+            match_again::<D, DOF, M, F>(source, target, &T, options, &mut partners, &mut correspondences);
         let step = solver.step::<D, M, F>(target, &correspondences, &mut damping);
         let (rotation_step, translation_step) =
             step.map_or((0.0, 0.0), |step| (step.rotation_angle(), step.translation_norm()));
@@ -212,13 +214,38 @@ where
     M: RigidMotion<D, DOF>,
     F: Metric<D, DOF, M>,
 {
+    let mut partners = vec![NO_PARTNER; source.points.len()];
+    match_again::<D, DOF, M, F>(source, target, T, options, &mut partners, correspondences)
+}
+
+/// A source point that has had no partner so far.
+const NO_PARTNER: u32 = u32::MAX;
+
+/// The same, with the partner that each source point had last, or [`NO_PARTNER`]: they make it quicker.
+fn match_again<const D: usize, const DOF: usize, M, F>(
+    source: Source<'_, D>,
+    target: &F::Target,
+    T: &M,
+    options: &IcpOptions,
+    partners: &mut [u32],
+    correspondences: &mut Vec<Correspondence<D>>,
+) -> usize
+where
+    M: RigidMotion<D, DOF>,
+    F: Metric<D, DOF, M>,
+{
     let Rejection { max_correspondence_distance, max_normal_angle, trim_fraction } = options.rejection;
     let min_normal_cosine = max_normal_angle.cos();
     let mut num_correspondences = 0;
     correspondences.clear();
-    for (index, point) in source.points.iter().enumerate() {
+    for (index, (point, partner)) in source.points.iter().zip(partners).enumerate() {
         let moved = T.act(point);
-        let Some(neighbor) = target.nearest(&moved, max_correspondence_distance) else { continue };
+        let neighbor = match *partner {
+            NO_PARTNER => target.nearest(&moved, max_correspondence_distance),
+            last => target.nearest_again(&moved, max_correspondence_distance, last),
+        };
+        let Some(neighbor) = neighbor else { continue };
+        *partner = neighbor.index;
         num_correspondences += 1;
         let normal = source.normals.and_then(|normals| normals[index].as_ref()).map(|normal| T.rotate(normal));
         if let (Some(normal), Some(target_normal)) = (&normal, target.normal(neighbor.index))

@@ -9,5 +9,6 @@ pub mod projective;
 pub mod robust_kernel;
 pub mod solver;
 pub mod spatial;
+pub mod spherical_view;
 pub mod target;
 pub mod visibility;

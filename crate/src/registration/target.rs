@@ -73,6 +73,10 @@ impl<const D: usize> OrientedTarget<D> {
 pub trait Target<const D: usize> {
     /// The nearest target point within `max_distance` (m) of a point in the target frame.
     fn nearest(&self, query: &SVector<f64, D>, max_distance: f64) -> Option<Neighbor>;
+    /// The same, for a point whose partner was `last` when it lay nearby: that bounds the search, and changes nothing else.
+    fn nearest_again(&self, query: &SVector<f64, D>, max_distance: f64, _last: u32) -> Option<Neighbor> {
+        self.nearest(query, max_distance)
+    }
     /// Position of a target point (m).
     fn point(&self, index: u32) -> &SVector<f64, D>;
     /// Unit normal of a target point, where it has one.
@@ -88,6 +92,15 @@ impl<const D: usize> Target<D> for PointTarget<D> {
         self.tree.nearest(&single_precision(query), max_distance as f32)
     }
 
+    fn nearest_again(&self, query: &SVector<f64, D>, max_distance: f64, last: u32) -> Option<Neighbor> {
+        let query = single_precision(query);
+        let last = single_precision(&self.points[last as usize]);
+        let sq_distance = query.iter().zip(last).fold(0.0, |sum, (a, b)| sum + (a - b) * (a - b));
+        // Limits are squared again: a little more, so that rounding does not shut out the partner itself.
+        let reach = sq_distance.sqrt() * (1.0 + 4.0 * f32::EPSILON) + f32::MIN_POSITIVE;
+        self.tree.nearest(&query, reach.min(max_distance as f32))
+    }
+
     fn point(&self, index: u32) -> &SVector<f64, D> {
         &self.points[index as usize]
     }
@@ -100,6 +113,10 @@ impl<const D: usize> Target<D> for PointTarget<D> {
 impl<const D: usize> Target<D> for OrientedTarget<D> {
     fn nearest(&self, query: &SVector<f64, D>, max_distance: f64) -> Option<Neighbor> {
         self.points.nearest(query, max_distance)
+    }
+
+    fn nearest_again(&self, query: &SVector<f64, D>, max_distance: f64, last: u32) -> Option<Neighbor> {
+        self.points.nearest_again(query, max_distance, last)
     }
 
     fn point(&self, index: u32) -> &SVector<f64, D> {

@@ -157,6 +157,27 @@ impl<const D: usize> KdTree<D> {
         found(search.best)
     }
 
+    /// Whether there is a point within `max_distance` (m): quicker than the nearest one.
+    pub fn has_within(&self, query: &[f32; D], max_distance: f32) -> bool {
+        let mut search = HasWithin { limit: Neighbor::limit(max_distance), found: false };
+        self.search(query, &mut search);
+        search.found
+    }
+
+    /// The nearest point by a distance of which the tree's own is a lower bound, up to a squared distance of
+    /// `max_sq_distance`: `sq_distance` gives the squared distance of a point of this index, and is asked only about points
+    /// that may come before the best so far.
+    pub fn nearest_by(
+        &self,
+        query: &[f32; D],
+        max_sq_distance: f32,
+        sq_distance: impl FnMut(u32) -> f32,
+    ) -> Option<Neighbor> {
+        let mut search = NearestBy { best: Neighbor { index: u32::MAX, sq_distance: max_sq_distance }, sq_distance };
+        self.search(query, &mut search);
+        found(search.best)
+    }
+
     /// The `k` nearest points within `max_distance` (m), or as many as there are, into `out`: nearest first, of equal
     /// distances the smallest index first. What `out` held before is dropped.
     pub fn k_nearest(&self, query: &[f32; D], max_distance: f32, k: usize, out: &mut Vec<Neighbor>) {
@@ -380,6 +401,46 @@ impl<F: FnMut(u32) -> bool> Search for NearestWhere<F> {
         for_each_within(sq_distances, indices, self.best.sq_distance, |candidate| {
             if candidate.comes_before(self.best) && (self.accept)(candidate.index) {
                 self.best = candidate;
+            }
+        });
+    }
+}
+
+struct HasWithin {
+    limit: Neighbor,
+    found: bool,
+}
+
+impl Search for HasWithin {
+    /// Once a point is found, nothing is wanted any more.
+    fn limit(&self) -> Neighbor {
+        if self.found { Neighbor { index: 0, sq_distance: -1.0 } } else { self.limit }
+    }
+
+    #[inline]
+    fn visit(&mut self, sq_distances: &[f32; LEAF], _indices: &[u32; LEAF]) {
+        self.found |= sq_distances.iter().copied().fold(f32::INFINITY, smaller) <= self.limit.sq_distance;
+    }
+}
+
+struct NearestBy<F> {
+    best: Neighbor,
+    sq_distance: F,
+}
+
+impl<F: FnMut(u32) -> f32> Search for NearestBy<F> {
+    fn limit(&self) -> Neighbor {
+        self.best
+    }
+
+    #[inline]
+    fn visit(&mut self, sq_distances: &[f32; LEAF], indices: &[u32; LEAF]) {
+        for_each_within(sq_distances, indices, self.best.sq_distance, |Neighbor { index, sq_distance }| {
+            if sq_distance <= self.best.sq_distance {
+                let candidate = Neighbor { index, sq_distance: (self.sq_distance)(index) };
+                if candidate.comes_before(self.best) {
+                    self.best = candidate;
+                }
             }
         });
     }

@@ -30,16 +30,11 @@ pub fn fpfh(
     neighbourhood: Neighbourhood,
 ) -> Vec<Feature> {
     assert_eq!(points.len(), normals.len(), "one normal a point");
-    let normals: Vec<Option<Vec3>> =
-        normals.iter().map(|normal| normal.map(|n| Vec3::new(n.x as f32, n.y as f32, n.z as f32))).collect();
+    let single = |normal: &Vector3<f64>| Vec3::new(normal.x as f32, normal.y as f32, normal.z as f32);
+    let normals: Vec<Vec3> = normals.iter().map(|normal| normal.as_ref().map_or(Vec3::NAN, single)).collect();
     let neighbors = Neighbors::new(points, &normals, tree, neighbourhood);
-    let mut pairs = Pairs::default();
-    let simple: Vec<Feature> = (0..points.len())
-        .map(|index| match normals[index] {
-            Some(normal) => pairs.simple_histogram(points, &normals, points[index], normal, neighbors.of(index)),
-            None => [f32::NAN; FEATURE_SIZE],
-        })
-        .collect();
+    let simple: Vec<Feature> =
+        (0..points.len()).map(|index| simple_histogram(points, &normals, index, neighbors.of(index))).collect();
     (0..points.len()).map(|index| weighted(&simple, index, neighbors.of(index))).collect()
 }
 
@@ -52,7 +47,7 @@ struct Neighbors {
 impl Neighbors {
     fn new(
         points: &[Vec3],
-        normals: &[Option<Vec3>],
+        normals: &[Vec3],
         tree: &KdTree<3>,
         Neighbourhood { max_neighbors, radius }: Neighbourhood,
     ) -> Self {
@@ -60,7 +55,7 @@ impl Neighbors {
         let (mut all, mut found) = (Vec::new(), Vec::new());
         starts.push(0);
         for (index, point) in points.iter().enumerate() {
-            if normals[index].is_some() {
+            if normals[index].is_finite() {
                 tree.within(&point.to_array(), radius as f32, &mut found);
                 if found.len() > max_neighbors && max_neighbors > 0 {
                     let order = |neighbor: &Neighbor| (neighbor.sq_distance.to_bits(), neighbor.index);
@@ -69,7 +64,7 @@ impl Neighbors {
                 }
                 // A point on another one has no direction to it and infinite weight.
                 let counts =
-                    |neighbor: &&Neighbor| neighbor.sq_distance > 0.0 && normals[neighbor.index as usize].is_some();
+                    |neighbor: &&Neighbor| neighbor.sq_distance > 0.0 && normals[neighbor.index as usize].is_finite();
                 all.extend(found.iter().filter(counts));
             }
             starts.push(all.len());
@@ -82,53 +77,37 @@ impl Neighbors {
     }
 }
 
-/// What is computed of the pairs of a point, lane by lane.
-#[derive(Default)]
-struct Pairs {
-    /// Cosines of the first normal with the line, of the second with it, and of both, and their triple product with it.
-    along_first: Vec<f32>,
-    along_second: Vec<f32>,
-    cosine: Vec<f32>,
-    triple: Vec<f32>,
-    bins: Vec<[u32; 3]>,
-}
+/// Pairs that are computed at once, lane by lane.
+const LANES: usize = 16;
 
-impl Pairs {
-    fn simple_histogram(
-        &mut self,
-        points: &[Vec3],
-        normals: &[Option<Vec3>],
-        point: Vec3,
-        normal: Vec3,
-        neighbors: &[Neighbor],
-    ) -> Feature {
-        self.along_first.clear();
-        self.along_second.clear();
-        self.cosine.clear();
-        self.triple.clear();
-        for neighbor in neighbors {
-            let index = neighbor.index as usize;
-            let other = normals[index].unwrap_or(Vec3::NAN);
-            let line = (points[index] - point) / neighbor.sq_distance.sqrt();
-            self.along_first.push(normal.dot(line));
-            self.along_second.push(other.dot(line));
-            self.cosine.push(normal.dot(other));
-            self.triple.push(other.dot(line.cross(normal)));
+/// The histogram of a point's own pairs.
+fn simple_histogram(points: &[Vec3], normals: &[Vec3], index: usize, neighbors: &[Neighbor]) -> Feature {
+    let (point, normal) = (points[index], normals[index]);
+    let mut counts = [0u32; FEATURE_SIZE];
+    for neighbors in neighbors.chunks(LANES) {
+        let (mut lines, mut others) = ([[0.0; LANES]; 3], [[0.0; LANES]; 3]);
+        for (lane, neighbor) in neighbors.iter().enumerate() {
+            let line = points[neighbor.index as usize] - point;
+            let other = normals[neighbor.index as usize];
+            (lines[0][lane], lines[1][lane], lines[2][lane]) = (line.x, line.y, line.z);
+            (others[0][lane], others[1][lane], others[2][lane]) = (other.x, other.y, other.z);
         }
-        self.bins.resize(neighbors.len(), [0; 3]);
-        let lanes = self.along_first.iter().zip(&self.along_second).zip(&self.cosine).zip(&self.triple);
-        for (bins, (((a, b), c), t)) in self.bins.iter_mut().zip(lanes) {
-            *bins = pair_bins(*a, *b, *c, *t);
+        let mut bins = [[0; LANES]; 3];
+        for lane in 0..LANES {
+            let line = Vec3::new(lines[0][lane], lines[1][lane], lines[2][lane]);
+            let other = Vec3::new(others[0][lane], others[1][lane], others[2][lane]);
+            let line = line * (1.0 / line.length_squared().sqrt());
+            let found = pair_bins(normal.dot(line), other.dot(line), normal.dot(other), other.dot(line.cross(normal)));
+            (bins[0][lane], bins[1][lane], bins[2][lane]) = (found[0], found[1], found[2]);
         }
-        let mut counts = [0u32; FEATURE_SIZE];
-        for [theta, alpha, phi] in &self.bins {
-            counts[*theta as usize] += 1;
-            counts[BINS + *alpha as usize] += 1;
-            counts[2 * BINS + *phi as usize] += 1;
+        for (third, bins) in bins.iter().enumerate() {
+            for &bin in &bins[..neighbors.len()] {
+                counts[BINS * third + bin as usize] += 1;
+            }
         }
-        let share = 100.0 / neighbors.len() as f32; // no neighbour: NaN
-        counts.map(|count| count as f32 * share)
     }
+    let share = 100.0 / neighbors.len() as f32; // no neighbour: NaN
+    counts.map(|count| count as f32 * share)
 }
 
 /// The bins of the three angles of a pair with the line d from the first to the second point: theta = atan2(w . n2, u . n2),

@@ -1,15 +1,17 @@
-//! Random sample consensus over matches of features: three matches make a motion, the motion that most of the others agree
-//! with wins.
+//! Random sample consensus over matches of features: three matches make a motion, and the motion under which the clouds
+//! overlap most wins.
 //!
 //! Fischler and Bolles, "Random sample consensus", CACM 24 (1981); samples are sorted out by the lengths of their edges before a
 //! motion is computed at all (Buch et al., "Pose estimation using local structure-specific shape and appearance
 //! context", ICRA 2013).
 
+use glam::{Mat3, Vec3};
 use nalgebra::Vector3;
 
 use super::Consensus;
 use crate::geometry::Pose3;
 use crate::registration::factors::best_rigid_motion;
+use crate::search::KdTree;
 
 /// Options of [`ransac`].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -22,25 +24,38 @@ pub struct RansacOptions {
     pub edge_length_ratio: f64,
     /// Matches that a motion brings together to within this distance (m) are inliers.
     pub max_correspondence_distance: f64,
+    /// Of the random samples; the same clouds and seed give the same motion everywhere.
+    pub seed: u64,
 }
 
 impl Default for RansacOptions {
     /// What courses teach with voxels of 5 cm.
     fn default() -> Self {
-        Self { max_iterations: 100_000, confidence: 0.999, edge_length_ratio: 0.9, max_correspondence_distance: 0.075 }
+        Self {
+            max_iterations: 100_000,
+            confidence: 0.999,
+            edge_length_ratio: 0.9,
+            max_correspondence_distance: 0.075,
+            seed: 1,
+        }
     }
 }
 
-/// The constant seed: the same clouds give the same motion everywhere.
-const SEED: u64 = 0x5CA2_571C;
-
-/// The motion that the most pairs (source, target) agree with; `None` where there are fewer than three or no sample passes.
-pub fn ransac(pairs: &[(Vector3<f64>, Vector3<f64>)], options: &RansacOptions) -> Option<Consensus> {
+/// The motion that brings the most points of `source` (m) to within the distance limit of a point of `target`, from samples
+/// of the matched pairs (source, target); its inliers are pairs. `None` where there are fewer than three or no sample passes.
+pub fn ransac(
+    pairs: &[(Vector3<f64>, Vector3<f64>)],
+    source: &[Vec3],
+    target: &KdTree<3>,
+    options: &RansacOptions,
+) -> Option<Consensus> {
     if pairs.len() < 3 {
         return None;
     }
-    let mut random = SplitMix(SEED);
+    let max_distance = options.max_correspondence_distance;
+    let mut random = SplitMix(options.seed);
     let mut best: Option<Consensus> = None;
+    let mut overlap = Overlap::new(source, target, max_distance as f32);
     let mut last = options.max_iterations;
     let mut iteration = 0;
     while iteration < last {
@@ -50,23 +65,55 @@ pub fn ransac(pairs: &[(Vector3<f64>, Vector3<f64>)], options: &RansacOptions) -
             continue;
         }
         let Some(T) = best_rigid_motion::<3, 6, Pose3>(sample.iter().map(|(p, q)| (*p, *q, 1.0))) else { continue };
-        let max_distance = options.max_correspondence_distance;
-        let sq_limit = max_distance * max_distance;
-        let R = T.rotation.to_rotation_matrix().into_inner();
-        let t = T.translation.vector;
-        let sq_distance = |(p, q): &(Vector3<f64>, Vector3<f64>)| (R * p + t - q).norm_squared();
-        if sample.iter().any(|pair| sq_distance(pair) > sq_limit) {
-            continue;
-        }
-        let consensus = Consensus::of(&T, pairs, max_distance);
-        if best.as_ref().is_none_or(|best| consensus.is_better_than(best)) {
+        if Consensus::of(&T, &sample, max_distance).num_inliers == sample.len() && overlap.improves(&T) {
+            let consensus = Consensus::of(&T, pairs, max_distance);
             let share = consensus.num_inliers as f64 / pairs.len() as f64;
             let needed = (1.0 - options.confidence).ln() / (1.0 - share.powi(3)).ln();
-            last = last.min(needed.ceil().max(0.0) as usize); // no inlier: infinite, and the limit stays
+            if needed < options.max_iterations as f64 {
+                last = needed.ceil() as usize;
+            }
             best = Some(consensus);
         }
     }
     best
+}
+
+/// How many points of the source lie on the target, and how many did at the best motion so far.
+struct Overlap<'a> {
+    /// In an order that visits all parts of the cloud early: a motion that is worse is soon found out.
+    source: Vec<Vec3>,
+    target: &'a KdTree<3>,
+    max_distance: f32,
+    most: usize,
+}
+
+/// Points are looked at in so many rounds over the cloud.
+const ROUNDS: usize = 64;
+
+impl<'a> Overlap<'a> {
+    fn new(source: &[Vec3], target: &'a KdTree<3>, max_distance: f32) -> Self {
+        let rounds = (0..ROUNDS).flat_map(|round| source.iter().copied().skip(round).step_by(ROUNDS));
+        Self { source: rounds.collect(), target, max_distance, most: 0 }
+    }
+
+    /// Whether more points lie on the target under `T` than under all motions before.
+    fn improves(&mut self, T: &Pose3) -> bool {
+        let R = T.rotation.to_rotation_matrix().into_inner().cast::<f32>();
+        let R = Mat3::from_cols_slice(R.as_slice());
+        let t = T.translation.vector;
+        let t = Vec3::new(t.x as f32, t.y as f32, t.z as f32);
+        let may_miss = self.source.len() - self.most;
+        let mut misses = 0;
+        for &point in &self.source {
+            let moved = R * point + t;
+            misses += usize::from(!self.target.has_within(&moved.to_array(), self.max_distance));
+            if misses >= may_miss {
+                return false;
+            }
+        }
+        self.most = self.source.len() - misses;
+        true
+    }
 }
 
 /// Whether the edges of two triangles have about the same lengths.

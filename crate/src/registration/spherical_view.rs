@@ -1,0 +1,106 @@
+//! What a sensor saw all around it: the nearest range in every direction.
+//!
+//! A point that lies nearer than what was seen in its direction stands in free space: the motion that put it there is
+//! contradicted, whatever the distances to the nearest points say. Directions are cells on the faces of a cube.
+
+use nalgebra::Vector3;
+
+/// Cells along an edge of a face: 2 degrees each, in the mean.
+const CELLS: usize = 45;
+/// So many of the nine cells around a direction must have seen something before a point counts as standing in free space.
+const MIN_SEEN: usize = 5;
+
+/// The nearest range (m) in every cell; infinity where nothing was seen.
+pub struct SphericalView {
+    viewpoint: Vector3<f64>,
+    nearest: Vec<f64>,
+}
+
+/// What a view says of a point.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum SphericalSight {
+    /// A surface was seen there.
+    Agreeing,
+    /// The sensor looked through where it lies.
+    InFreeSpace,
+    /// It is hidden, or nothing was seen in its direction.
+    Unknown,
+}
+
+impl SphericalView {
+    /// The view of `points` (m) from `viewpoint` (m, same frame).
+    pub fn new(points: &[Vector3<f64>], viewpoint: Vector3<f64>) -> Self {
+        let mut nearest = vec![f64::INFINITY; 6 * CELLS * CELLS];
+        for point in points {
+            let line = point - viewpoint;
+            if let Some((face, u, v)) = cell(&line) {
+                let range = &mut nearest[(face * CELLS + v) * CELLS + u];
+                *range = range.min(line.norm());
+            }
+        }
+        Self { viewpoint, nearest }
+    }
+
+    /// What the view says of a point, give or take `tolerance` (m).
+    pub fn look(&self, point: &Vector3<f64>, tolerance: f64) -> SphericalSight {
+        let line = point - self.viewpoint;
+        let Some((face, u, v)) = cell(&line) else { return SphericalSight::Unknown };
+        let range = line.norm();
+        let (mut seen, mut through) = (0, 0);
+        for v in v.saturating_sub(1)..(v + 2).min(CELLS) {
+            for u in u.saturating_sub(1)..(u + 2).min(CELLS) {
+                let nearest = self.nearest[(face * CELLS + v) * CELLS + u];
+                if (nearest - range).abs() <= tolerance {
+                    return SphericalSight::Agreeing;
+                }
+                seen += usize::from(nearest.is_finite());
+                through += usize::from(nearest.is_finite() && nearest > range + tolerance);
+            }
+        }
+        if seen >= MIN_SEEN && through == seen { SphericalSight::InFreeSpace } else { SphericalSight::Unknown }
+    }
+}
+
+/// The face of the cube that a line goes through, and where; `None` for a line without direction.
+fn cell(line: &Vector3<f64>) -> Option<(usize, usize, usize)> {
+    let axis = line.iamax();
+    let depth = line[axis].abs();
+    if !(depth > 0.0 && depth.is_finite()) {
+        return None;
+    }
+    let face = 2 * axis + usize::from(line[axis] < 0.0);
+    let place = |along: f64| (((along / depth + 1.0) * (CELLS as f64 / 2.0)) as usize).min(CELLS - 1);
+    Some((face, place(line[(axis + 1) % 3]), place(line[(axis + 2) % 3])))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A sphere of 3 m around a viewpoint.
+    fn sphere(center: Vector3<f64>) -> Vec<Vector3<f64>> {
+        let golden = std::f64::consts::PI * (3.0 - 5f64.sqrt());
+        let direction = |i: u32| {
+            let y = 1.0 - 2.0 * (f64::from(i) + 0.5) / 40_000.0;
+            let angle = golden * f64::from(i);
+            Vector3::new(angle.cos() * (1.0 - y * y).sqrt(), y, angle.sin() * (1.0 - y * y).sqrt())
+        };
+        (0..40_000).map(|i| center + direction(i) * 3.0).collect()
+    }
+
+    #[test]
+    fn points_inside_are_in_free_space_points_outside_hidden() {
+        let center = Vector3::new(1.0, -2.0, 0.5);
+        let view = SphericalView::new(&sphere(center), center);
+        for point in sphere(Vector3::zeros()).iter().step_by(7) {
+            let at = |share: f64| view.look(&(center + point * share), 0.1);
+            assert_eq!(at(1.0), SphericalSight::Agreeing);
+            assert_eq!(at(0.97), SphericalSight::Agreeing);
+            assert_eq!(at(0.9), SphericalSight::InFreeSpace);
+            assert_eq!(at(1.1), SphericalSight::Unknown);
+        }
+        assert_eq!(view.look(&center, 0.1), SphericalSight::Unknown);
+        let nothing = SphericalView::new(&[], center);
+        assert_eq!(nothing.look(&Vector3::zeros(), 0.1), SphericalSight::Unknown);
+    }
+}

@@ -1,0 +1,173 @@
+//! Registration without a guess: clouds turned and shifted at random, and clouds that have nothing in common.
+#![cfg(not(target_arch = "wasm32"))] // it reads files
+#![allow(non_snake_case)]
+
+use std::path::Path;
+
+use glam::{DVec3, Vec3};
+use nalgebra::{Isometry3, Matrix3, Point3, Rotation3, Translation3, UnitQuaternion, Vector3};
+use scanstitch::cloud_odometry::{CloudOptions, PreparedCloud};
+use scanstitch::cloud_registration::{CloudMetric, RegistrationInit, RegistrationOptions, register_clouds};
+use scanstitch::geometry::{PointCloud, Pose3};
+use scanstitch::io::{depth_png, ply};
+use scanstitch::registration::global::{DescribedCloud, GlobalMethod, GlobalRegistration, register_globally};
+use scanstitch::scene::random::Random;
+use scanstitch::search::Neighbourhood;
+
+const KITTI: &str = "../shared/data/lidar/kitti_pair";
+const ROOMS: &str = "../shared/data/rgbd";
+
+fn is_there(folder: &str) -> bool {
+    let there = Path::new(folder).is_dir();
+    if !there {
+        eprintln!("skipped: {folder} is absent");
+    }
+    there
+}
+
+fn pose_of(rows: &[f64]) -> Pose3 {
+    let rotation = Rotation3::from_matrix(&Matrix3::from_fn(|row, column| rows[4 * row + column]));
+    let rotation = UnitQuaternion::from_rotation_matrix(&rotation);
+    Isometry3::from_parts(Translation3::new(rows[3], rows[7], rows[11]), rotation)
+}
+
+fn kitti(name: &str) -> PointCloud {
+    PointCloud::from_positions(ply::read(&std::fs::read(format!("{KITTI}/{name}.ply")).unwrap()).unwrap().positions)
+}
+
+fn kitti_truth() -> Pose3 {
+    let text = std::fs::read_to_string(format!("{KITTI}/T_target_source.txt")).unwrap();
+    pose_of(&text.split_whitespace().map(|token| token.parse().unwrap()).collect::<Vec<f64>>())
+}
+
+/// A frame of the rendered rooms, every pixel a point.
+fn room(floor: &str, frame: usize) -> PointCloud {
+    let path = format!("{ROOMS}/apartment_{floor}_floor/depth/{frame}.png");
+    let image = depth_png::read(&std::fs::read(path).unwrap()).unwrap();
+    let pixels = image.values.iter().enumerate().filter(|(_, value)| **value > 0);
+    let points = pixels.map(|(index, &value)| {
+        let z = f32::from(value) * 10.0 / 255.0;
+        let (u, v) = ((index % image.width) as f32, (index / image.width) as f32);
+        Vec3::new((u - 256.0) / 256.0 * z, (v - 256.0) / 256.0 * z, z)
+    });
+    PointCloud::from_positions(points.collect())
+}
+
+fn described(cloud: &PointCloud, voxel_size: f64, viewpoint: DVec3) -> (PreparedCloud, DescribedCloud) {
+    let options = CloudOptions { viewpoint, ..CloudOptions::new(voxel_size) };
+    let prepared = PreparedCloud::new(cloud, &options).unwrap();
+    let target = prepared.target();
+    let around = Neighbourhood { max_neighbors: 100, radius: 5.0 * voxel_size };
+    let described = DescribedCloud::new(&prepared.cloud().positions, target.normals(), target.tree(), around);
+    (prepared, described)
+}
+
+/// The cloud as a sensor sees it that stands elsewhere, and that motion.
+fn turned(cloud: &PointCloud, seed: u64) -> (PointCloud, Pose3) {
+    let mut random = Random::new(seed);
+    let axis = Vector3::new(random.normal(), random.normal(), random.normal()).normalize();
+    let rotation = UnitQuaternion::from_scaled_axis(axis * random.uniform(0.0, std::f64::consts::PI));
+    let shift = Vector3::from_fn(|_, _| random.uniform(-20.0, 20.0));
+    let T_cloud_turned = Pose3::from_parts(shift.into(), rotation);
+    let T_turned_cloud = T_cloud_turned.inverse();
+    let points = cloud.positions.iter().map(|p| {
+        let p = T_turned_cloud * Point3::from(p.as_dvec3().to_array());
+        DVec3::new(p.x, p.y, p.z).as_vec3()
+    });
+    (PointCloud::from_positions(points.collect()), T_cloud_turned)
+}
+
+/// How many seeds of a street lead back to within half a metre and three degrees.
+fn num_found(method: GlobalMethod, seeds: std::ops::Range<u64>) -> usize {
+    const VOXEL: f64 = 0.25;
+    let (target, described_target) = described(&kitti("target"), VOXEL, DVec3::ZERO);
+    let (source, truth) = (kitti("source"), kitti_truth());
+    let found = seeds.filter(|&seed| {
+        let (source, T_source_turned) = turned(&source, seed);
+        let sensor = T_source_turned.inverse().translation.vector;
+        let (_, source) = described(&source, VOXEL, DVec3::from(<[f64; 3]>::from(sensor)));
+        let tree = target.target().tree();
+        let Ok(found) = register_globally(&source, &described_target, tree, method, 1.5 * VOXEL) else { return false };
+        let off = (truth * T_source_turned).inverse() * found.consensus.T_target_source;
+        let moved = off * Point3::from(sensor) - Point3::from(sensor);
+        moved.norm() < 0.5 && off.rotation.angle().to_degrees() < 3.0
+    });
+    found.count()
+}
+
+#[test]
+fn a_street_is_found_again_from_anywhere() {
+    if is_there(KITTI) {
+        assert_eq!(num_found(GlobalMethod::Consistency, 0..12), 12);
+        assert!(num_found(GlobalMethod::Ransac, 100..106) >= 5);
+    }
+}
+
+fn between(source: &PointCloud, target: &PointCloud, voxel_size: f64) -> scanstitch::Result<GlobalRegistration> {
+    let (target, described_target) = described(target, voxel_size, DVec3::ZERO);
+    let (_, source) = described(source, voxel_size, DVec3::ZERO);
+    let method = GlobalMethod::Consistency;
+    register_globally(&source, &described_target, target.target().tree(), method, 1.5 * voxel_size)
+}
+
+#[test]
+fn rooms_that_have_nothing_in_common_are_told_so() {
+    if !is_there(ROOMS) {
+        return;
+    }
+    let here = room("first", 4);
+    for frame in [11, 51, 101] {
+        let refused = between(&room("second", frame), &here, 0.1).unwrap_err().to_string();
+        assert!(refused.contains("look alike") && refused.contains("overlap more"), "{refused}");
+    }
+    let neighbor = between(&room("first", 7), &here, 0.1).unwrap(); // a turn of 30 degrees
+    assert!(neighbor.consensus.num_inliers > 100);
+    assert!((neighbor.consensus.T_target_source.rotation.angle().to_degrees() - 30.0).abs() < 1.5);
+    assert!(neighbor.consensus.T_target_source.translation.vector.norm() < 0.1);
+}
+
+#[test]
+fn a_cloud_without_surfaces_is_refused() {
+    let mut random = Random::new(3);
+    let dust = |random: &mut Random| Vec3::from(std::array::from_fn(|_| random.uniform(-5.0, 5.0) as f32));
+    let [source, target] =
+        [0, 1].map(|_| PointCloud::from_positions((0..3000).map(|_| dust(&mut random)).collect::<Vec<Vec3>>()));
+    assert!(between(&source, &target, 0.25).is_err());
+    let points = PointCloud::from_positions(vec![Vec3::ONE; 500]);
+    assert!(between(&points, &points, 0.25).unwrap_err().to_string().starts_with("0 points look alike"));
+    let options = RegistrationOptions { init: RegistrationInit::Global, ..RegistrationOptions::default() };
+    assert!(register_clouds(&points, &points, &options).unwrap_err().to_string().contains("All points"));
+}
+
+/// The public way: no guess, no voxel size, no normals.
+#[test]
+fn two_clouds_alone_are_registered_without_a_guess() {
+    if !is_there(KITTI) {
+        return;
+    }
+    let (target, truth) = (kitti("target"), kitti_truth());
+    let spin = Pose3::rotation(Vector3::new(0.0, 0.0, 2.5));
+    let points = kitti("source").positions.into_iter().map(|p| {
+        let p = spin.inverse() * Point3::from(p.as_dvec3().to_array());
+        DVec3::new(p.x, p.y, p.z).as_vec3()
+    });
+    let source = PointCloud::from_positions(points.collect());
+    let options = RegistrationOptions {
+        metric: Some(CloudMetric::Gicp),
+        init: RegistrationInit::Global,
+        max_correspondence_distance: 1.0,
+        robust_kernel_width: 0.1,
+        voxel_size: 0.25,
+        ..RegistrationOptions::default()
+    };
+    let error = |options: &RegistrationOptions| {
+        let found = register_clouds(&source, &target, options).unwrap();
+        let off = (truth * spin).inverse() * pose_of(&found.T_target_source);
+        (off.translation.vector.norm(), off.rotation.angle().to_degrees())
+    };
+    let (metres, degrees) = error(&options);
+    assert!(metres < 0.03 && degrees < 0.4, "{metres} m, {degrees} deg");
+    let alone = RegistrationOptions { voxel_size: 0.0, max_iterations: 0, ..options };
+    let (metres, degrees) = error(&alone);
+    assert!(metres < 0.5 && degrees < 2.0, "{metres} m, {degrees} deg");
+}
