@@ -195,6 +195,7 @@ fn frames_that_do_not_belong_are_lost_and_the_rest_holds() {
     }
     assert!(!run.estimates()[11].verdict.reason.is_empty());
     let keep = |index: &usize| ![5, 11].contains(index);
+    assert_eq!(run.quantisation(), Some(Quantisation::Truncated));
     let poses = run.poses();
     let poses: Vec<Pose3> = (0..24).filter(keep).map(|index| poses[index]).collect();
     let truth: Vec<Pose3> = (0..24).filter(keep).map(|index| truth[index]).collect();
