@@ -181,7 +181,7 @@ impl VoxelCount {
             for (z, &layer) in (0..).zip(layers) {
                 let mut rest = layer;
                 while rest != 0 {
-                    let bit = rest.trailing_zeros() as i32;
+                    let bit = rest.trailing_zeros().cast_signed();
                     rest &= rest - 1;
                     let corner = [first[0] + bit % BLOCK, first[1] + bit / BLOCK, first[2] + z];
                     coarser.insert(pack(corner.map(|cell| cell.div_euclid(multiple.max(1)))));

@@ -190,10 +190,11 @@ fn features(files: Files) -> Outcome {
 
 fn global(files: Files) -> Outcome {
     let target = described(&files)?();
+    let (_, target_tree) = thinned(&files)?;
     let source = described(&files.into_iter().skip(2).collect())?();
     frame(move || {
         let method = GlobalMethod::Consistency;
-        black_box(register_globally(black_box(&source), &target, method, 1.5 * VOXEL_SIZE).ok());
+        black_box(register_globally(black_box(&source), &target, &target_tree, method, 1.5 * VOXEL_SIZE).ok());
     })
 }
 

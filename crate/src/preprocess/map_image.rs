@@ -6,8 +6,8 @@ use super::depth_surfels::DepthModel;
 use crate::camera::{ColorImage, DepthImage, Pinhole, SurfelImage};
 use crate::geometry::PointCloud;
 
-/// Every [`STRIDE`]th pixel of every `STRIDE`th row with its depth, colour and normal, small enough to be kept for every
-/// frame of a long recording.
+/// Every second pixel of every second row with its depth, colour and normal, small enough to be kept for every frame of a
+/// long recording.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MapImage {
     /// The camera that sees these pixels.

@@ -92,13 +92,14 @@ pub fn decode_depth(name: &str, bytes: &[u8]) -> Result<DepthPixels, JsValue> {
 /// # Errors
 /// When the depth image is broken, holds no depth, or differs from the first one in size.
 #[wasm_bindgen]
+#[allow(clippy::needless_pass_by_value, reason = "optional arrays cross by value")]
 pub fn prepare_frame(
     preparation: &str,
     name: &str,
     index: usize,
     time: Option<f64>,
     depth: &[u8],
-    color: Option<Box<[u8]>>,
+    color: Option<Vec<u8>>,
 ) -> Result<Vec<u8>, JsValue> {
     let preparation = parse_preparation(preparation)?;
     let label = FrameLabel { name: name.to_owned(), index, time };
