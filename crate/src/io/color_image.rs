@@ -2,11 +2,8 @@
 //!
 //! They are decoded here rather than by the browser, so that every platform sees the same colours.
 
+use jpeg_decoder::{Decoder as JpegDecoder, PixelFormat};
 use png::{ColorType, Transformations};
-use zune_jpeg::JpegDecoder;
-use zune_jpeg::zune_core::bytestream::ZCursor;
-use zune_jpeg::zune_core::colorspace::ColorSpace;
-use zune_jpeg::zune_core::options::DecoderOptions;
 
 use super::depth_png::{MAX_INFLATION, MAX_PIXELS, PNG_SIGNATURE};
 use super::text::quote;
@@ -61,16 +58,27 @@ fn read_png(bytes: &[u8]) -> Result<ColorImage> {
 }
 
 fn read_jpeg(bytes: &[u8]) -> Result<ColorImage> {
-    let broken = |error: zune_jpeg::errors::DecodeErrors| {
-        Error::whole(format!("The JPEG is broken: {error}"), "Copy or export it again")
-    };
-    let options = DecoderOptions::default().set_strict_mode(true).jpeg_set_out_colorspace(ColorSpace::RGB);
-    let mut decoder = JpegDecoder::new_with_options(ZCursor::new(bytes), options);
-    decoder.decode_headers().map_err(broken)?;
-    let (width, height) = decoder.dimensions().unwrap_or_default();
+    let broken =
+        |error: jpeg_decoder::Error| Error::whole(format!("The JPEG is broken: {error}"), "Copy or export it again");
+    let nothing = || Error::whole("The JPEG holds no image", "Copy or export it again");
+    let mut decoder = JpegDecoder::new(bytes);
+    decoder.read_info().map_err(broken)?;
+    let info = decoder.info().ok_or_else(nothing)?;
+    let (width, height) = (usize::from(info.width), usize::from(info.height));
     check_size(width, height, bytes.len() as u64 * MAX_JPEG_PIXELS_A_BYTE)?;
     let data = decoder.decode().map_err(broken)?;
-    Ok(ColorImage { width, height, pixels: data.chunks_exact(3).map(color).collect() })
+    let pixels: Vec<[u8; 3]> = match info.pixel_format {
+        PixelFormat::L8 => data.iter().map(|&grey| [grey; 3]).collect(),
+        PixelFormat::L16 => data.chunks_exact(2).map(|grey| [grey[0]; 3]).collect(),
+        PixelFormat::RGB24 => data.chunks_exact(3).map(color).collect(),
+        PixelFormat::CMYK32 => {
+            return Err(Error::whole("The JPEG has the inks of a printer for colours", "Export it with RGB colours"));
+        }
+    };
+    if pixels.len() != width * height {
+        return Err(nothing());
+    }
+    Ok(ColorImage { width, height, pixels })
 }
 
 fn color(pixel: &[u8]) -> [u8; 3] {

@@ -9,11 +9,12 @@ const apartment = import.meta.glob<string>('../../samples/apartment/**/*.{jpg,pn
 
 /** The built-in sample: depth images of an apartment. Its files are fetched one by one, when they are needed. */
 export async function fetchApartment(): Promise<SpatialFiles> {
-  const files = Object.entries(apartment).map(([path, url]) => onServer(path.slice(path.indexOf('apartment/')), url));
+  const entries = Object.entries(apartment).map(([path, url]) => onServer(path.slice(path.indexOf('apartment/')), url));
+  const files = await Promise.all(entries);
   return { title: 'Sample: an apartment', is_given: true, files, notes: [] };
 }
 
-function onServer(path: string, url: string): StoredFile {
+async function onServer(path: string, url: string): Promise<StoredFile> {
   let kept: Promise<Uint8Array> | null = null;
   const read = (): Promise<Uint8Array> => {
     kept ??= fetchBytes(url).catch((error: unknown) => {
@@ -24,7 +25,8 @@ function onServer(path: string, url: string): StoredFile {
   };
   return {
     path,
-    size: 1, // unknown before it is fetched; only whether it is empty matters
+    // Of images it is unknown before they are fetched, and only whether they are empty matters.
+    size: /\.(jpg|png)$/.test(path) ? 1 : (await read()).length,
     read: async () => (await read()).slice(),
     readHead: async (length) => (await read()).slice(0, length),
     blob: async () => blobOf(path, await read()),

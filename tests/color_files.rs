@@ -1,0 +1,72 @@
+//! Colour images: what is read, and what is refused with which reason.
+
+use jpeg_encoder::{ColorType, Encoder, SamplingFactor};
+use scanstitch::camera::ColorImage;
+use scanstitch::io::color_image;
+
+/// Red from left to right, green from top to bottom, blue in a disc: no two channels are alike.
+fn picture(width: usize, height: usize) -> ColorImage {
+    let pixel = |index: usize| {
+        let (u, v) = (index % width, index / width);
+        let in_disc = (2 * u).abs_diff(width).pow(2) + (2 * v).abs_diff(height).pow(2) < width * height / 4;
+        [(255 * u / width) as u8, (255 * v / height) as u8, if in_disc { 200 } else { 60 }]
+    };
+    ColorImage { width, height, pixels: (0..width * height).map(pixel).collect() }
+}
+
+fn jpeg(image: &ColorImage, sampling: SamplingFactor, progressive: bool, own_tables: bool) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    let mut encoder = Encoder::new(&mut bytes, 92);
+    encoder.set_sampling_factor(sampling);
+    encoder.set_progressive(progressive);
+    encoder.set_optimized_huffman_tables(own_tables);
+    let (width, height) = (image.width as u16, image.height as u16);
+    encoder.encode(image.pixels.as_flattened(), width, height, ColorType::Rgb).unwrap();
+    bytes
+}
+
+fn png(image: &ColorImage) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    let mut encoder = png::Encoder::new(&mut bytes, image.width as u32, image.height as u32);
+    encoder.set_color(png::ColorType::Rgb);
+    encoder.write_header().unwrap().write_image_data(image.pixels.as_flattened()).unwrap();
+    bytes
+}
+
+/// Mean difference of the channels.
+fn difference(a: &ColorImage, b: &ColorImage) -> f64 {
+    assert_eq!((a.width, a.height, a.pixels.len()), (b.width, b.height, b.pixels.len()));
+    let channels = a.pixels.as_flattened().iter().zip(b.pixels.as_flattened());
+    channels.map(|(a, b)| f64::from(a.abs_diff(*b))).sum::<f64>() / (3 * a.pixels.len()) as f64
+}
+
+#[test]
+fn colours_come_as_they_are() {
+    for (width, height) in [(512, 512), (640, 480), (33, 17), (8, 8), (1, 1)] {
+        let image = picture(width, height);
+        assert_eq!(color_image::read(&png(&image)).unwrap(), image);
+        for sampling in [SamplingFactor::R_4_4_4, SamplingFactor::R_4_2_2, SamplingFactor::R_4_2_0] {
+            for (progressive, own_tables) in [(false, false), (true, false), (false, true), (true, true)] {
+                let read = color_image::read(&jpeg(&image, sampling, progressive, own_tables)).unwrap();
+                let off = difference(&read, &image);
+                let what =
+                    format!("{width} x {height}, {sampling:?}, progressive {progressive}, own tables {own_tables}");
+                // Of a few pixels, the colours are those of a block.
+                let bar = if width < 64 { 20.0 } else { 6.0 };
+                assert!(off < bar, "{what}: {off}");
+            }
+        }
+    }
+}
+
+#[test]
+fn what_is_broken_is_refused() {
+    let image = picture(64, 48);
+    for bytes in [png(&image), jpeg(&image, SamplingFactor::R_4_2_0, false, true)] {
+        for length in [0, 1, 3, 20, 100, bytes.len() / 2] {
+            let error = color_image::read(&bytes[..length]).unwrap_err();
+            assert!(!error.problem.is_empty() && !error.remedy.is_empty());
+        }
+    }
+    assert!(color_image::read(b"GIF89a").unwrap_err().to_string().contains("neither a PNG nor a JPEG"));
+}
