@@ -10,6 +10,7 @@ pub mod associate;
 pub mod convention;
 pub mod drift;
 pub mod evaluate;
+pub mod frame_clouds;
 pub mod map_quality;
 pub mod metrics;
 pub mod pairs;
