@@ -125,7 +125,8 @@ impl FrameClouds {
             return Err(Error::whole(format!("max_pair_distance is {reach} m"), "Give a positive distance"));
         }
         let num_points: usize = self.frames.iter().map(|frame| frame.positions.len()).sum();
-        let stride = if options.max_points == 0 { 1.0 } else { (num_points as f64 / options.max_points as f64).max(1.0) };
+        let stride =
+            if options.max_points == 0 { 1.0 } else { (num_points as f64 / options.max_points as f64).max(1.0) };
         let (mut sum, mut sum_of_squares, mut num_pairs, mut num_overlaps) = (0.0, 0.0, 0, 0);
         let mut seen = 0;
         for (frame, pose) in self.frames.iter().zip(poses) {
