@@ -68,7 +68,7 @@ test('hand-in mode: many estimates are ranked, sorted, copied and removed', asyn
   const ranked = ['ben/pred.tum', 'cleo/pred.tum', 'anna/pred.tum'];
   expect(await evaluation.column(/^estimate/)).toEqual([...ranked, 'dirk/pred.tum']);
   // The row of what could not be compared says why, and no rank.
-  await expect(evaluation.rows.last()).toHaveText(/^–\s*dirk\/pred\.tum\s*Line 2: /);
+  await expect(evaluation.rows.last()).toHaveText(/^\s*–\s*dirk\/pred\.tum\s*Line 2: /);
   await expect(page.getByRole('alert')).toContainText('dirk/pred.tum');
   await page.getByRole('columnheader', { name: /^max/ }).getByRole('button').click();
   await page.getByRole('columnheader', { name: /^max/ }).getByRole('button').click();

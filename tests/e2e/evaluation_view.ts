@@ -40,20 +40,24 @@ export class EvaluationView {
     return this.rows.locator(`td:nth-child(${index + 1})`).allInnerTexts();
   }
 
+  /** Drops files, and waits until what follows from them is on the screen; what that took (ms). */
   async drop(files: readonly InputFile[]): Promise<number> {
-    return this.answered(async () => {
-      const sent = files.map(({ name, content }) => ({ name, base64: Buffer.from(content).toString('base64') }));
-      const transfer = await this.page.evaluateHandle((given) => {
-        const all = new DataTransfer();
-        for (const { name, base64 } of given) {
-          all.items.add(new File([Uint8Array.from(atob(base64), (c) => c.charCodeAt(0))], name));
-        }
-        return all;
-      }, sent);
-      const target = this.view.locator('.evaluate');
-      await target.dispatchEvent('dragenter', { dataTransfer: transfer });
-      await target.dispatchEvent('drop', { dataTransfer: transfer });
-    });
+    return this.answered(() => this.offer(files));
+  }
+
+  /** Drops files. */
+  async offer(files: readonly InputFile[]): Promise<void> {
+    const sent = files.map(({ name, content }) => ({ name, base64: Buffer.from(content).toString('base64') }));
+    const transfer = await this.page.evaluateHandle((given) => {
+      const all = new DataTransfer();
+      for (const { name, base64 } of given) {
+        all.items.add(new File([Uint8Array.from(atob(base64), (c) => c.charCodeAt(0))], name));
+      }
+      return all;
+    }, sent);
+    const target = this.view.locator('.evaluate');
+    await target.dispatchEvent('dragenter', { dataTransfer: transfer });
+    await target.dispatchEvent('drop', { dataTransfer: transfer });
   }
 
   /** Does something, and waits until the figures that follow from it are on the screen; what that took (ms). */

@@ -47,7 +47,10 @@ export class ScanstitchFigure extends LitElement {
   /** Whether places on it mean instants. */
   @property({ type: Boolean }) steppable = false;
   @query('canvas') private canvas!: HTMLCanvasElement;
+  /** As last observed: to ask for it at every move would lay the page out anew. */
+  private known_size: Size | null = null;
   private observer = new ResizeObserver(() => {
+    this.known_size = { width: this.clientWidth, height: this.clientHeight };
     this.paint();
     this.requestUpdate();
   });
@@ -55,7 +58,7 @@ export class ScanstitchFigure extends LitElement {
 
   /** CSS pixels. */
   get size(): Size {
-    return { width: this.clientWidth, height: this.clientHeight };
+    return this.known_size ?? { width: this.clientWidth, height: this.clientHeight };
   }
 
   override connectedCallback(): void {
