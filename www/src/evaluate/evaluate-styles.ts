@@ -281,6 +281,8 @@ export const ranking_styles = css`
     display: block;
   }
   .scroll {
+    /* Also for words that are only heard: they stand inside the table. */
+    position: relative;
     overflow-x: auto;
   }
   table {

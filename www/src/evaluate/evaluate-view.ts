@@ -79,6 +79,9 @@ export class ScanstitchEvaluate extends LitElement {
   @query('#pick-trajectories') private input!: HTMLInputElement;
   @query('scanstitch-evaluation-figures') private figures!: ScanstitchEvaluationFigures | null;
 
+  /** The run that was given, until all is removed. */
+  @state() private run: GivenFiles | null = null;
+
   private next_id = 0;
   /** Of a run without a truth: never taken for the truth. */
   private run_id = -1;
@@ -161,6 +164,7 @@ export class ScanstitchEvaluate extends LitElement {
     this.clouds = [];
     this.problems = this.remarks = [];
     this.reference_id = this.run_id = -1;
+    this.run = null;
     this.options = START_OPTIONS;
     this.judged = '';
   }
@@ -236,10 +240,11 @@ export class ScanstitchEvaluate extends LitElement {
   }
 
   private async judgeRun(): Promise<void> {
-    if (!this.given) return;
+    const { run } = this;
+    if (!run) return;
     this.is_judging = true;
-    const bytes = await this.given.readMap();
-    this.clouds = [...this.clouds, { name: `${this.given.estimate.name}.ply`, bytes }];
+    const bytes = await run.readMap();
+    this.clouds = [...this.clouds, { name: `${run.estimate.name}.ply`, bytes }];
     this.judge();
   }
 
@@ -247,18 +252,20 @@ export class ScanstitchEvaluate extends LitElement {
     if (changed.has('given') && this.given) this.begin(this.given);
   }
 
-  private begin({ reference, estimate }: GivenFiles): void {
+  private begin(run: GivenFiles): void {
+    const { reference, estimate } = run;
     this.asked_at = performance.now();
     this.clear();
+    this.run = run;
     this.options = { ...START_OPTIONS, ...RUN_OPTIONS };
     const bytes = new TextEncoder().encode(estimate.text);
-    const run = { id: this.next_id++, name: estimate.name, parts: [{ name: estimate.name, bytes }] };
-    this.run_id = run.id;
-    if (!reference) return this.add([run]);
+    const own = { id: this.next_id++, name: estimate.name, parts: [{ name: estimate.name, bytes }] };
+    this.run_id = own.id;
+    if (!reference) return this.add([own]);
     const part = { name: reference.name, bytes: new Uint8Array(reference.bytes.slice(0)) };
     const truth = { id: this.next_id++, name: reference.name, parts: [part] };
     this.reference_id = truth.id;
-    this.add([truth, run]);
+    this.add([truth, own]);
   }
 
   // What is shown.
@@ -360,20 +367,8 @@ export class ScanstitchEvaluate extends LitElement {
     const { comparisons, answer } = this;
     const order = this.orderOf(this.files, this.reference_id);
     const has_relations = comparisons.some(({ relations }) => relations !== null);
-    const has_maps = this.clouds.length > 0 || this.given !== null;
+    const has_maps = this.clouds.length > 0 || this.run !== null;
     return html`${
-      comparisons.length > 0
-        ? html`<scanstitch-evaluation-figures
-            .comparisons=${comparisons}
-            .selected_id=${this.selected_id}
-            .order=${order}
-            .data_key=${this.data_key}
-            .first_abscissa=${this.run_id < 0 ? 'seconds' : 'number'}
-            ?dark=${this.dark}
-          ></scanstitch-evaluation-figures>`
-        : nothing
-    }
-    ${
       answer && comparisons.length + answer.refusals.length > 0
         ? html`<scanstitch-ranking
             .ranked=${this.ranked()}
@@ -391,11 +386,23 @@ export class ScanstitchEvaluate extends LitElement {
         : nothing
     }
     ${
+      comparisons.length > 0
+        ? html`<scanstitch-evaluation-figures
+            .comparisons=${comparisons}
+            .selected_id=${this.selected_id}
+            .order=${order}
+            .data_key=${this.data_key}
+            .first_abscissa=${this.run_id < 0 ? 'seconds' : 'number'}
+            ?dark=${this.dark}
+          ></scanstitch-evaluation-figures>`
+        : nothing
+    }
+    ${
       has_maps
         ? html`<scanstitch-map-panel
             .answer=${this.map_answer}
             ?busy=${this.is_judging}
-            ?has_run=${this.given !== null && this.clouds.length === 0}
+            ?has_run=${this.run !== null && this.clouds.length === 0}
             @run-map-wanted=${() => this.judgeRun()}
           ></scanstitch-map-panel>`
         : nothing

@@ -104,13 +104,18 @@ export function drawHistogram(
     const shade = colors.ramp[Math.floor((bin / num_bins) * colors.ramp.length)] ?? colors.text;
     pen.rect(area.x + bin * pitch + 0.5, area.y + area.height - height, Math.max(pitch - 1, 1), height, shade);
   });
-  marks.forEach(({ name, value }, index) => {
+  marks.forEach(({ value }) => {
     const at = area.x + (area.width * value) / range.high;
     pen.line([at, area.y, at, area.y + area.height], { color: colors.text, width: 1.25, dash: [4, 3] });
-    pen.text(at + 4, area.y + 7 + 13 * index, `${name} ${tickWord(Number(value.toPrecision(3)))}`, {
-      color: colors.text,
-      size: 11,
-    });
+  });
+  // Words on a ground of their own, on the side of the line that has room.
+  marks.forEach(({ name, value }, index) => {
+    const at = area.x + (area.width * value) / range.high;
+    const words = `${name} ${tickWord(Number(value.toPrecision(3)))}`;
+    const [y, width] = [area.y + 8 + 16 * index, 6.3 * words.length + 6];
+    const is_left = at - width - 6 > area.x && (at + width + 6 > area.x + area.width || value < range.high / 2);
+    pen.rect(is_left ? at - width - 3 : at + 3, y - 7, width, 14, colors.background);
+    pen.text(is_left ? at - 6 : at + 6, y, words, { color: colors.text, size: 11, align: is_left ? 'end' : 'start' });
   });
 }
 
