@@ -127,19 +127,16 @@ function panelData(
 ): [Float64Array | null, Float64Array | null] {
   if (!comparison) return [null, null];
   if (kind === 'positions') return [comparison.reference_positions, comparison.estimate_positions];
-  return [
-    inDegrees(comparison.reference_angles, null),
-    inDegrees(comparison.estimate_angles, comparison.reference_angles),
-  ];
+  const of_reference = inDegrees(comparison.reference_angles, null);
+  return [of_reference, inDegrees(comparison.estimate_angles, of_reference)];
 }
 
-/** Angles (deg) without jumps by a whole turn; those of the estimate begin next to the reference's. */
+/** Angles (deg) without jumps by a whole turn: near the angles before them, or, where given, near those beside them. */
 function inDegrees(angles: Float64Array | null, beside: Float64Array | null): Float64Array | null {
-  const near = (degrees: number, to: number) => degrees - 360 * Math.round((degrees - to) / 360);
   const shown = angles?.map((angle) => (angle * 180) / Math.PI) ?? null;
   shown?.forEach((degrees, i) => {
-    const before = i >= 3 ? (shown[i - 3] as number) : beside ? ((beside[i] ?? 0) * 180) / Math.PI : degrees;
-    shown[i] = near(degrees, before);
+    const to = beside ? beside[i] : shown[i - 3];
+    if (to !== undefined) shown[i] = degrees - 360 * Math.round((degrees - to) / 360);
   });
   return shown;
 }
