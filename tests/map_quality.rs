@@ -93,8 +93,8 @@ fn judged(clouds: &FrameClouds, poses: &[Pose3]) -> (MapQuality, FrameResidual) 
     let map = clouds.map(poses).unwrap();
     // Where 50 frames see one wall, the nearest points around a point are a thin slice of the blur: the radius must reach
     // through all of it.
-    let options = MapQualityOptions { radius: 0.2, max_points: 4000, ..MapQualityOptions::default() };
-    let residual = clouds.residual(poses, &FrameResidualOptions { max_points: 4000, ..Default::default() });
+    let options = MapQualityOptions { radius: 0.2, max_points: 2000, ..MapQualityOptions::default() };
+    let residual = clouds.residual(poses, &FrameResidualOptions { max_points: 2000, ..Default::default() });
     (map_quality(&map, &options).unwrap(), residual.unwrap())
 }
 

@@ -21,9 +21,9 @@ export const mapQuality = {
   help: () => `scanstitch map-quality MAP... [OPTION]...
        scanstitch map-quality --frames FOLDER TRAJECTORY... [OPTION]...
 
-How crisp maps are (PLY or PCD): the smaller, the crisper. The figures compare maps of the same scans. With --frames, the
-clouds of a recording are placed by trajectories, and the point-to-plane residual between overlapping frames (in the plane:
-point-to-line) is told as well.
+How crisp maps are (PLY or PCD): the smaller, the crisper. The figures compare maps of the same scans.
+With --frames, the clouds of a recording are placed by trajectories, and the point-to-plane residual between overlapping
+frames (in the plane: point-to-line) is told as well.
 Mean map entropy: Droeschel and Behnke 2014. Mean plane variance: Razlaw et al. 2015; of planar maps, across the lines.
 
 Options:

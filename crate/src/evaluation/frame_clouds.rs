@@ -296,8 +296,8 @@ mod tests {
                 taken.extend(strided(before, count, stride).into_iter().map(|at| at + before));
                 before += count;
             }
-            let expected: Vec<usize> =
-                (0..).map(|k| (f64::from(k) * stride) as usize).take_while(|&at| at < before).collect();
+            let all = (0..before).map(|k| (k as f64 * stride) as usize);
+            let expected: Vec<usize> = all.take_while(|&at| at < before).collect();
             assert_eq!(taken, expected);
         }
     }
