@@ -49,6 +49,7 @@ export {
   Evaluation,
   evaluate,
   evaluation_defaults,
+  FrameClouds,
   map_quality,
   PointCloud,
   prepare_cloud,

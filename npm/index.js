@@ -20,6 +20,7 @@ export {
   Evaluation,
   evaluate,
   evaluation_defaults,
+  FrameClouds,
   map_quality,
   PointCloud,
   prepare_cloud,

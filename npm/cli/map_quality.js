@@ -1,12 +1,16 @@
 // @ts-check
 /** `scanstitch map-quality`: how crisp maps are, without any truth. */
-import { basename } from 'node:path';
+import { readdirSync } from 'node:fs';
+import { basename, join } from 'node:path';
+import { compareNaturally } from '../natural_order.js';
 import { CommandError, EXIT, isScanstitchError, readArguments, table } from './command.js';
-import { readInput } from './inputs.js';
+import { fileProblem, readInput } from './inputs.js';
+import { readTrajectory } from './trajectories.js';
 
 const OPTIONS = /** @type {const} */ ({
   radius: { type: 'string' },
   'max-points': { type: 'string' },
+  frames: { type: 'string' },
   json: { type: 'boolean', default: false },
 });
 
@@ -14,18 +18,23 @@ const OPTIONS = /** @type {const} */ ({
 export const mapQuality = {
   name: 'map-quality',
   about: 'mean map entropy and mean plane variance of maps, without any truth',
-  help: () => `scanstitch map-quality MAP.ply... [OPTION]...
+  help: () => `scanstitch map-quality MAP... [OPTION]...
+       scanstitch map-quality --frames FOLDER TRAJECTORY... [OPTION]...
 
-How crisp maps are: the smaller, the crisper. The figures compare maps of the same scans.
+How crisp maps are (PLY or PCD): the smaller, the crisper. The figures compare maps of the same scans.
+With --frames, the clouds of a recording are placed by trajectories, and the point-to-plane residual between overlapping
+frames (in the plane: point-to-line) is told as well.
 Mean map entropy: Droeschel and Behnke 2014. Mean plane variance: Razlaw et al. 2015; of planar maps, across the lines.
 
 Options:
+  --frames FOLDER    one cloud a frame, PLY or PCD, in the order of their numbers, each in its sensor's frame
   --radius METRES    of the neighbourhood of a point (default: 0.3)
   --max-points N     points that are looked at, spread over the map; 0 for all (default: 50000)
   --json             in full precision
 
-Example:
+Examples:
   scanstitch map-quality mine/map.ply theirs/map.ply --radius 0.2
+  scanstitch map-quality --frames scans/ truth.tum mine.tum
 `,
   run,
 };
@@ -36,7 +45,8 @@ Example:
  */
 function run(engine, args) {
   const { values, positionals } = readArguments('map-quality', { args, options: OPTIONS, allowPositionals: true });
-  if (positionals.length === 0) throw new CommandError('No map was given. See: scanstitch map-quality --help');
+  if (positionals.length === 0)
+    throw new CommandError('Nothing to judge was given. See: scanstitch map-quality --help');
   const options = {
     ...(values.radius !== undefined && { radius: number('radius', values.radius) }),
     ...(values['max-points'] !== undefined && { max_points: number('max-points', values['max-points']) }),
@@ -46,35 +56,121 @@ function run(engine, args) {
     process.stderr.write(`${problem}\n`);
     complaints += 1;
   };
-  const results = positionals.flatMap((path) => {
-    const name = basename(path);
-    const bytes = readInput({ name, path }, complain);
-    if (!bytes) return [];
+  const results =
+    values.frames === undefined
+      ? positionals.flatMap((path) => judgedMap(engine, path, options, complain))
+      : judgedFrames(engine, values.frames, positionals, options, complain);
+  if (results.length === 0) throw new CommandError('Nothing could be used, so nothing was computed.');
+  process.stdout.write(values.json ? `${JSON.stringify(results, null, 2)}\n` : printed(results));
+  return complaints > 0 ? EXIT.partial : EXIT.done;
+}
+
+/** @typedef {import('../index.js').MapQuality & { name: string, residual?: import('../index.js').FrameResidual }} Judged */
+/** @typedef {Partial<import('../index.js').MapQualityOptions>} Options */
+/** @typedef {(problem: string) => void} Complain */
+
+/**
+ * @param {import('./command.js').Engine} engine
+ * @param {string} path
+ * @param {Options} options
+ * @param {Complain} complain
+ * @returns {Judged[]}
+ */
+function judgedMap(engine, path, options, complain) {
+  const name = basename(path);
+  const bytes = readInput({ name, path }, complain);
+  if (!bytes) return [];
+  return attempt(name, complain, () => {
+    const map = engine.PointCloud.read(bytes, name);
     try {
-      const map = engine.PointCloud.from_ply(bytes, name);
-      const quality = engine.map_quality(map, options);
+      return { name: path, ...engine.map_quality(map, options) };
+    } finally {
       map.free();
-      return [{ name: path, ...quality }];
-    } catch (error) {
-      if (!isScanstitchError(error)) throw error;
-      complain(error.message.startsWith(name) ? error.message : `${name}: ${error.message}`);
-      return [];
     }
   });
-  if (results.length === 0) throw new CommandError('No map could be used, so nothing was computed.');
-  if (values.json) {
-    process.stdout.write(`${JSON.stringify(results, null, 2)}\n`);
-  } else {
-    const heads = ['map', 'mean map entropy (nats)', 'mean plane variance (mm^2)', 'points'];
-    const rows = results.map(({ name, mean_map_entropy, mean_plane_variance, num_points }) => [
-      name,
-      mean_map_entropy.toFixed(4),
-      (1e6 * mean_plane_variance).toFixed(2),
-      String(num_points),
-    ]);
-    process.stdout.write(table(heads, rows, new Set([0])));
+}
+
+/**
+ * @param {import('./command.js').Engine} engine
+ * @param {string} folder
+ * @param {string[]} trajectories
+ * @param {Options} options
+ * @param {Complain} complain
+ * @returns {Judged[]}
+ */
+function judgedFrames(engine, folder, trajectories, options, complain) {
+  const clouds = new engine.FrameClouds();
+  try {
+    for (const name of cloudNames(folder)) {
+      const bytes = readInput({ name, path: join(folder, name) }, complain);
+      // Without this frame the poses would be those of other ones.
+      if (!bytes) return [];
+      const cloud = engine.PointCloud.read(bytes, name);
+      clouds.add(cloud, name);
+      cloud.free();
+    }
+    return trajectories.flatMap((path) => {
+      const trajectory = readTrajectory(engine, path, {}, complain);
+      if (!trajectory) return [];
+      return attempt(basename(path), complain, () => {
+        try {
+          const { map, residual } = clouds.quality(trajectory, undefined, options);
+          return { name: path, ...map, residual };
+        } finally {
+          trajectory.free();
+        }
+      });
+    });
+  } catch (error) {
+    if (!isScanstitchError(error)) throw error;
+    throw new CommandError(error.message);
+  } finally {
+    clouds.free();
   }
-  return complaints > 0 ? EXIT.partial : EXIT.done;
+}
+
+/** @param {string} folder */
+function cloudNames(folder) {
+  try {
+    const names = readdirSync(folder).filter((name) => /\.(ply|pcd)$/i.test(name));
+    if (names.length === 0) throw new CommandError(`${folder}: There is no PLY or PCD file in this folder.`);
+    return names.sort(compareNaturally);
+  } catch (error) {
+    if (error instanceof CommandError) throw error;
+    throw new CommandError(`${folder}: ${fileProblem(error)}`);
+  }
+}
+
+/**
+ * What is wrong with one input is told, and the others go on.
+ * @param {string} name
+ * @param {Complain} complain
+ * @param {() => Judged} judge
+ * @returns {Judged[]}
+ */
+function attempt(name, complain, judge) {
+  try {
+    return [judge()];
+  } catch (error) {
+    if (!isScanstitchError(error)) throw error;
+    complain(error.message.startsWith(name) ? error.message : `${name}: ${error.message}`);
+    return [];
+  }
+}
+
+/** @param {Judged[]} results */
+function printed(results) {
+  const ofFrames = results.some(({ residual }) => residual);
+  const heads = ['mean map entropy (nats)', 'mean plane variance (mm^2)', 'points'];
+  const rows = results.map(({ name, mean_map_entropy, mean_plane_variance, num_points, residual }) => [
+    name,
+    ...(ofFrames ? [residual ? (1e3 * residual.mean_residual).toFixed(2) : '-'] : []),
+    mean_map_entropy.toFixed(4),
+    (1e6 * mean_plane_variance).toFixed(2),
+    String(num_points),
+  ]);
+  const first = ofFrames ? ['frames placed by', 'residual (mm)'] : ['map'];
+  return table([...first, ...heads], rows, new Set([0]));
 }
 
 /**

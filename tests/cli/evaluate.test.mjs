@@ -194,7 +194,7 @@ test('wrong commands: one line each, exit code 1', () => {
     [['evaluate', REFERENCE, ESTIMATE, '--max-diff', 'wide'], /--max-diff is a number, not "wide"/],
     [['evaluate', REFERENCE, ESTIMATE, '--align-first', '1.5'], /--align-first is a whole number from 1/],
     [['evaluate', REFERENCE, ESTIMATE, '--format', 'bag'], /"bag" is no form of a trajectory/],
-    [['map-quality'], /No map was given/],
+    [['map-quality'], /Nothing to judge was given/],
     [['convert', REFERENCE], /Name one input and one output/],
   ]);
   for (const [args, message] of cases) {
@@ -218,6 +218,44 @@ test('map-quality: a blurred map scores worse', (t) => {
   assert.ok(crisp.mean_map_entropy < blurred.mean_map_entropy);
   assert.ok(crisp.mean_plane_variance < blurred.mean_plane_variance / 10);
   assert.match(scanstitch(['map-quality', ...paths]).stdout, /^map +mean map entropy \(nats\)/);
+});
+
+test('map-quality: frames are placed by trajectories, and what does not fit them is told', (t) => {
+  const folder = temporaryFolder(t);
+  // A corner of three walls, seen from places along a line; each frame has points of its own.
+  const shift = 0.1;
+  const frame = (/** @type {number} */ number) =>
+    asciiPly(
+      Array.from({ length: 1200 }, (_, i) => {
+        const random = (/** @type {number} */ k) =>
+          Math.abs(Math.sin(12.9898 * i + 78.233 * number + k) * 43758.5453) % 1;
+        const [u, v] = [2 * random(1), 2 * random(2)];
+        const [x = 0, y = 0, z = 0] = [[u, v, 0], [u, 0, v], [0, u, v]][i % 3] ?? []; // prettier-ignore
+        return [x - 1, y - 1 - shift * number, z - 1];
+      }),
+    );
+  const poses = (/** @type {number} */ off) =>
+    [0, 1, 2, 3].map((i) => `${i} 1 ${1 + shift * i + (i % 2) * off} 1 0 0 0 1\n`).join('');
+  mkdirSync(join(folder, 'scans'));
+  writeFiles(join(folder, 'scans'), { '0.ply': frame(0), '1.ply': frame(1), '2.ply': frame(2), '10.ply': frame(3) });
+  const [truth = '', mine = '', short = ''] = writeFiles(folder, {
+    'truth.tum': poses(0),
+    'mine.tum': poses(0.04),
+    'short.tum': '0 0 0 0 0 0 0 1\n',
+  });
+  const args = ['map-quality', '--frames', join(folder, 'scans'), truth, mine];
+  const [exact, off] = JSON.parse(scanstitch([...args, '--json']).stdout);
+  assert.equal(exact.residual.num_overlaps, 6);
+  assert.ok(exact.residual.mean_residual < 0.005 && off.residual.mean_residual > exact.residual.mean_residual + 0.003);
+  assert.ok(exact.mean_plane_variance < off.mean_plane_variance);
+  assert.match(scanstitch(args).stdout, /^frames placed by +residual \(mm\) +mean map entropy/);
+  const { status, stderr } = scanstitch([...args, short]);
+  assert.equal(status, 2);
+  assert.match(stderr, /^short\.tum: There are 4 frames and 1 poses/);
+  assert.match(
+    scanstitch(['map-quality', '--frames', folder, truth]).stderr,
+    /There is no PLY or PCD file in this folder/,
+  );
 });
 
 test('in JavaScript: arrays of an evaluation', () => {

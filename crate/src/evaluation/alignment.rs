@@ -4,7 +4,7 @@ use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
 use super::path::Path;
-use super::umeyama::{Similarity, umeyama};
+use super::umeyama::{Fit, Similarity, umeyama};
 use crate::{Error, Result};
 
 /// How the estimate is brought into the reference's frame before they are compared.
@@ -30,21 +30,22 @@ pub enum Alignment {
 ///
 /// # Errors
 /// When the positions do not fix it; when the first poses have to be made equal and one has no orientation.
-pub fn align(
-    reference: &Path,
-    estimate: &Path,
-    alignment: Alignment,
-    align_first: Option<usize>,
-) -> Result<Similarity> {
+pub fn align(reference: &Path, estimate: &Path, alignment: Alignment, align_first: Option<usize>) -> Result<Fit> {
     let n = align_first.unwrap_or(usize::MAX).min(reference.len()).min(estimate.len());
     let fit = |with_scale| umeyama(&estimate.positions[..n], &reference.positions[..n], with_scale);
     match alignment {
-        Alignment::None => Ok(Similarity::identity()),
-        Alignment::Origin => origin(reference, estimate),
+        Alignment::None => Ok(exact(Similarity::identity())),
+        Alignment::Origin => origin(reference, estimate).map(exact),
         Alignment::Se3 => fit(false),
         Alignment::Sim3 => fit(true),
-        Alignment::Scale => fit(true).map(|fit| Similarity { scale: fit.scale, ..Similarity::identity() }),
+        Alignment::Scale => {
+            fit(true).map(|fit| exact(Similarity { scale: fit.similarity.scale, ..Similarity::identity() }))
+        }
     }
+}
+
+fn exact(similarity: Similarity) -> Fit {
+    Fit { similarity, is_about_a_line: false }
 }
 
 /// T_ref_0 * T_est_0^-1.

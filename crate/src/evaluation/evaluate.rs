@@ -10,7 +10,7 @@ use super::metrics::{PoseRelation, ape, rpe};
 use super::pairs::{DeltaUnit, PairOptions};
 use super::path::Path;
 use super::statistics::Statistics;
-use super::umeyama::Similarity;
+use super::umeyama::{Fit, Similarity};
 use crate::geometry::rotation::nearest_rotation;
 use crate::io::trajectory::Trajectory;
 use crate::{Error, Result};
@@ -152,6 +152,9 @@ pub struct Evaluation {
     pub estimate: Path,
 }
 
+const ABOUT_A_LINE: &str = "The positions lie on a straight line, so the alignment may be turned about it at will: \
+    distances between positions are right, but orientations cannot be compared.";
+
 /// Compares an estimate with the reference.
 ///
 /// # Errors
@@ -163,7 +166,8 @@ pub fn evaluate(reference: &Trajectory, estimate: &Trajectory, options: &Evaluat
     let reference_path = Path::of(reference, matched.iter().map(|pair| pair.reference));
     let unaligned = Path::of(estimate, matched.iter().map(|pair| pair.estimate));
     let align_first = (options.align_first > 0).then_some(options.align_first);
-    let alignment = align(&reference_path, &unaligned, options.alignment, align_first)?;
+    let Fit { similarity: alignment, is_about_a_line } =
+        align(&reference_path, &unaligned, options.alignment, align_first)?;
     let aligned = if alignment == Similarity::identity() { unaligned } else { unaligned.aligned(&alignment) };
 
     let (errors, error_poses, without_motion) = match options.metric {
@@ -199,6 +203,9 @@ pub fn evaluate(reference: &Trajectory, estimate: &Trajectory, options: &Evaluat
     };
     if !summary.statistics.sse.is_finite() {
         return Err(Error::whole("The errors are too large for double precision", "Are the positions in metres"));
+    }
+    if is_about_a_line {
+        summary.notes.push(ABOUT_A_LINE.to_owned());
     }
     if without_motion > 0 {
         summary.notes.push(format!("In {without_motion} pairs the reference does not move; they were left out."));

@@ -5,8 +5,9 @@ use nalgebra::{Matrix3, Vector3};
 
 use crate::{Error, Result};
 
-/// Of a covariance whose second singular value is smaller than this times the largest, rounding is all there is.
-const RANK_TOLERANCE: f64 = 1e-13;
+/// Where the second singular value of the covariance is smaller than this times the largest, what fixes the turn about a
+/// line is rounding: that of a file with nine decimals, for one.
+const STRAIGHT: f64 = 1e-9;
 
 /// A rotation, a scale and a translation: p -> scale * rotation * p + translation.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -26,12 +27,22 @@ impl Similarity {
     }
 }
 
+/// A similarity that was fitted, and whether all of it means something.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Fit {
+    /// The one with the least sum of squared distances.
+    pub similarity: Similarity,
+    /// Whether one of the two point sets is as good as straight: the turn about that line is then chance. No distance depends on it, every rotation does.
+    pub is_about_a_line: bool,
+}
+
 /// The similarity with the least sum of squared distances from the mapped `source` points to the `target` points of the
 /// same index; with scale 1 unless `with_scale`.
 ///
 /// # Errors
-/// When the points do not fix a rotation: fewer than three, all in one place, or all on one line.
-pub fn umeyama(source: &[Vector3<f64>], target: &[Vector3<f64>], with_scale: bool) -> Result<Similarity> {
+/// When the points do not fix a rotation, by evo's rule: two singular values of their covariance have to be larger than
+/// the epsilon of double precision. Fewer than three points, all in one place, or all on one line have not.
+pub fn umeyama(source: &[Vector3<f64>], target: &[Vector3<f64>], with_scale: bool) -> Result<Fit> {
     let n = source.len().min(target.len());
     if n == 0 {
         return Err(degenerate(n, "there are none"));
@@ -57,7 +68,7 @@ pub fn umeyama(source: &[Vector3<f64>], target: &[Vector3<f64>], with_scale: boo
     if D.x <= f64::EPSILON {
         return Err(degenerate(n, "one of the two stays in one place"));
     }
-    if D.y <= f64::EPSILON.max(RANK_TOLERANCE * D.x) {
+    if D.y <= f64::EPSILON {
         return Err(degenerate(n, "one of the two stays on a straight line, about which it may be turned at will"));
     }
     // S, eq. 43: a rotation is wanted also where a reflection would fit better.
@@ -67,7 +78,8 @@ pub fn umeyama(source: &[Vector3<f64>], target: &[Vector3<f64>], with_scale: boo
     let rotation = U * Matrix3::from_diagonal(&S) * V.transpose();
     let scale = if with_scale { D.dot(&S) / variance } else { 1.0 };
     let translation = mean_target - scale * (rotation * mean_source);
-    Ok(Similarity { rotation, translation, scale })
+    let similarity = Similarity { rotation, translation, scale };
+    Ok(Fit { similarity, is_about_a_line: D.y <= STRAIGHT * D.x })
 }
 
 fn degenerate(n: usize, why: &str) -> Error {

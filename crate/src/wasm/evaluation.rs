@@ -2,16 +2,18 @@
 
 use js_sys::{Array, Uint8Array};
 use nalgebra::Vector3;
+use serde::Serialize;
 use tsify::Ts;
 use wasm_bindgen::prelude::*;
 
 use super::{PointCloud, from_object, plain, thrown};
 use crate::error::Error;
 use crate::evaluation::evaluate::{EvaluationOptions, EvaluationSummary, roll_pitch_yaw};
+use crate::evaluation::frame_clouds::{FrameResidual, FrameResidualOptions};
 use crate::evaluation::map_quality::{MapQuality, MapQualityOptions};
 use crate::evaluation::path::Path;
 use crate::evaluation::relations::RelationErrors;
-use crate::evaluation::{evaluate as engine, map_quality as quality, relations as known};
+use crate::evaluation::{evaluate as engine, frame_clouds, map_quality as quality, relations as known};
 use crate::io::relations::read as read_relations;
 use crate::io::trajectory::{self, Contents, TrajectoryFormat};
 
@@ -23,6 +25,9 @@ extern "C" {
     /// Some of the options; the others have their defaults.
     #[wasm_bindgen(typescript_type = "Partial<MapQualityOptions>")]
     pub type PartialMapQualityOptions;
+    /// Some of the options; the others have their defaults.
+    #[wasm_bindgen(typescript_type = "Partial<FrameResidualOptions>")]
+    pub type PartialFrameResidualOptions;
     /// How a file holds a trajectory.
     #[wasm_bindgen(typescript_type = "TrajectoryFormat")]
     pub type FormatName;
@@ -247,14 +252,93 @@ pub fn relation_errors(
 #[wasm_bindgen]
 pub fn map_quality(map: &PointCloud, options: Option<PartialMapQualityOptions>) -> Result<Ts<MapQuality>, JsValue> {
     let options: MapQualityOptions = from_object(options.map(JsValue::from))?;
-    let found = if map.cloud.is_planar() {
-        let points: Vec<[f32; 2]> = map.cloud.positions.iter().map(|p| [p.x, p.y]).collect();
-        quality::map_quality(&points, &options)
+    let points: Vec<[f32; 3]> = map.cloud.positions.iter().map(glam::Vec3::to_array).collect();
+    plain(&quality_of(&points, map.cloud.is_planar(), &options)?)
+}
+
+fn quality_of(points: &[[f32; 3]], is_planar: bool, options: &MapQualityOptions) -> Result<MapQuality, JsValue> {
+    let found = if is_planar {
+        let flat: Vec<[f32; 2]> = points.iter().map(|&[x, y, _]| [x, y]).collect();
+        quality::map_quality(&flat, options)
     } else {
-        let points: Vec<[f32; 3]> = map.cloud.positions.iter().map(glam::Vec3::to_array).collect();
-        quality::map_quality(&points, &options)
+        quality::map_quality(points, options)
     };
-    plain(&found.map_err(|error| thrown(&error))?)
+    found.map_err(|error| thrown(&error))
+}
+
+#[wasm_bindgen]
+impl PointCloud {
+    /// Reads a PLY or PCD file; `name` is for the messages.
+    ///
+    /// # Errors
+    /// When the file is neither, or broken.
+    pub fn read(bytes: &[u8], name: &str) -> Result<PointCloud, JsValue> {
+        Ok(Self { cloud: crate::io::point_cloud::read(bytes).map_err(|error| thrown(&error.in_file(name)))? })
+    }
+}
+
+/// How well the frames of a recording fit each other at the poses of a trajectory.
+#[derive(Serialize, tsify::Tsify)]
+pub struct FrameQuality {
+    /// Between overlapping frames.
+    pub residual: FrameResidual,
+    /// Of the map that the frames make together.
+    pub map: MapQuality,
+}
+
+/// The clouds of the frames of a recording, each in its own sensor's frame, to judge trajectories by without any truth.
+/// Call `free()` when done.
+#[wasm_bindgen]
+#[derive(Default)]
+pub struct FrameClouds {
+    clouds: frame_clouds::FrameClouds,
+    is_planar: bool,
+}
+
+#[wasm_bindgen]
+impl FrameClouds {
+    /// No frame yet.
+    #[wasm_bindgen(constructor)]
+    pub fn new() -> Self {
+        Self { clouds: frame_clouds::FrameClouds::new(), is_planar: true }
+    }
+
+    /// Adds the next frame: a planar scan or a cloud in space. `name` is for the messages.
+    ///
+    /// # Errors
+    /// When the cloud has no finite point.
+    pub fn add(&mut self, cloud: &PointCloud, name: &str) -> Result<(), JsValue> {
+        self.clouds.push(&cloud.cloud).map_err(|error| thrown(&error.in_file(name)))?;
+        self.is_planar &= cloud.cloud.is_planar();
+        Ok(())
+    }
+
+    /// Number of frames.
+    #[wasm_bindgen(getter)]
+    pub fn length(&self) -> usize {
+        self.clouds.len()
+    }
+
+    /// The figures at the poses of a trajectory, one for each frame, in their order.
+    ///
+    /// # Errors
+    /// When the trajectory has no orientations or another number of poses, or no two frames overlap.
+    pub fn quality(
+        &self,
+        trajectory: &Trajectory,
+        residual_options: Option<PartialFrameResidualOptions>,
+        map_options: Option<PartialMapQualityOptions>,
+    ) -> Result<Ts<FrameQuality>, JsValue> {
+        let residual_options: FrameResidualOptions = from_object(residual_options.map(JsValue::from))?;
+        let map_options: MapQualityOptions = from_object(map_options.map(JsValue::from))?;
+        let poses = trajectory.contents.trajectory.poses().ok_or_else(|| {
+            let problem = "The trajectory has positions alone, and frames cannot be placed by them";
+            thrown(&Error::whole(problem, "Give a trajectory with orientations"))
+        })?;
+        let residual = self.clouds.residual(&poses, &residual_options).map_err(|error| thrown(&error))?;
+        let points = self.clouds.map(&poses).map_err(|error| thrown(&error))?;
+        plain(&FrameQuality { residual, map: quality_of(&points, self.is_planar, &map_options)? })
+    }
 }
 
 fn flat(positions: &[Vector3<f64>]) -> Vec<f64> {

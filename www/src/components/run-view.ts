@@ -29,7 +29,7 @@ export interface RunView extends HTMLElement {
   clear(): void;
   removeReference(): void;
   runExport(id: string): Promise<void>;
-  /** What the evaluation takes over from a run that is done; null without a reference. */
+  /** What the evaluation takes over from a run that is done; null before. */
   filesToEvaluate(): Promise<GivenFiles | null>;
 }
 

@@ -52,7 +52,7 @@ export async function tellApart(
   given: readonly NamedFile[],
   shown: 'planar' | 'spatial',
 ): Promise<{ planar: PlanarFiles } | { spatial: SpatialFiles }> {
-  const { files, notes } = await open(given);
+  const { files, notes } = await openFiles(given);
   const { kind, notes: told } = await understandFiles(files);
   if (kind === 'depth_images' || kind === 'clouds' || (kind === 'nothing' && shown === 'spatial')) {
     return { spatial: { title: '', is_given: false, files, notes } };
@@ -73,7 +73,7 @@ const isImage = (name: string): boolean => /\.(png|jpe?g|pgm|ppm)$/i.test(name);
 const isArchive = (name: string): boolean => /\.zip$/i.test(name);
 
 /** Zips are opened; what lies in them is unpacked when it is read. */
-async function open(files: readonly NamedFile[]): Promise<{ files: StoredFile[]; notes: Note[] }> {
+export async function openFiles(files: readonly NamedFile[]): Promise<{ files: StoredFile[]; notes: Note[] }> {
   const opened: StoredFile[] = [];
   const notes: Note[] = [];
   for (const { name, file } of files) {

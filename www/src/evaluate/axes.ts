@@ -74,7 +74,7 @@ export function drawAxes(
   colors: Colors,
 ): void {
   const small = { color: colors.muted, size: 11 };
-  for (const value of ticks(y, Math.max(area.height / 38, 2.5))) {
+  for (const value of ticks(y, Math.max(area.height / 38, 3.5))) {
     const at = area.y + area.height * (1 - (value - y.low) / (y.high - y.low));
     pen.line([area.x, at, area.x + area.width, at], { color: colors.line, width: 1 });
     pen.text(area.x - 6, at, tickWord(value), { ...small, align: 'end' });

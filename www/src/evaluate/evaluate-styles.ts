@@ -1,5 +1,6 @@
 import { css } from 'lit';
 
+/** Of the view as a whole. */
 export const evaluate_styles = css`
   :host {
     display: block;
@@ -16,6 +17,74 @@ export const evaluate_styles = css`
     min-height: 100%;
     padding: 10px;
   }
+  .problems {
+    display: grid;
+    gap: 4px;
+  }
+  .problems li {
+    display: flex;
+    align-items: start;
+    gap: 8px;
+    padding: 7px 10px;
+    border-radius: var(--radius);
+    background: var(--surface);
+    font-size: 13px;
+    overflow-wrap: anywhere;
+  }
+  .problems li svg {
+    margin-top: 2px;
+  }
+  .problem,
+  .problems .problem {
+    color: var(--doubtful);
+    background: var(--doubtful-soft);
+  }
+  .empty {
+    display: flex;
+    flex-direction: column;
+    align-items: center;
+    gap: 14px;
+    max-width: 560px;
+    margin: auto;
+    padding: 32px 28px;
+    border: 1.5px dashed var(--line-strong);
+    border-radius: 14px;
+    background: var(--surface);
+    text-align: center;
+  }
+  .empty h2 {
+    font-size: 18px;
+  }
+  .empty .problem {
+    padding: 6px 12px;
+    border-radius: var(--radius);
+  }
+  .drop-hint {
+    position: absolute;
+    inset: 0;
+    z-index: 30;
+    display: grid;
+    padding: 14px;
+    background: color-mix(in srgb, var(--background) 82%, transparent);
+    pointer-events: none;
+  }
+  .drop-hint > div {
+    display: grid;
+    place-content: center;
+    border: 2px dashed var(--accent);
+    border-radius: 14px;
+    color: var(--accent);
+    font-size: 20px;
+    font-weight: 600;
+  }
+`;
+
+/** Of the bar of choices. */
+export const controls_styles = css`
+  :host {
+    display: block;
+    container-type: inline-size;
+  }
   .controls {
     display: flex;
     flex-wrap: wrap;
@@ -26,13 +95,14 @@ export const evaluate_styles = css`
     border-radius: var(--radius);
     background: var(--surface);
   }
-  .controls label {
+  label {
     display: grid;
     gap: 3px;
+    min-width: 0;
     color: var(--muted);
     font-size: 12px;
   }
-  .controls label.check {
+  label.check {
     display: flex;
     align-items: center;
     gap: 6px;
@@ -57,33 +127,49 @@ export const evaluate_styles = css`
     gap: 6px;
     margin-left: auto;
   }
-  .problems {
-    display: grid;
-    gap: 4px;
-  }
-  .problems li {
+  .beside {
     display: flex;
-    align-items: start;
-    gap: 8px;
-    padding: 7px 10px;
-    border-radius: var(--radius);
-    background: var(--surface);
-    font-size: 13px;
-    overflow-wrap: anywhere;
+    flex-basis: 100%;
+    flex-wrap: wrap;
+    gap: 6px;
   }
-  .problems li svg {
-    margin-top: 2px;
+  .beside li {
+    display: flex;
+    align-items: center;
+    gap: 6px;
+    padding-left: 10px;
+    border: 1px solid var(--line);
+    border-radius: 999px;
+    font-size: 12px;
   }
-  .problems .problem,
-  .empty .problem {
-    color: var(--doubtful);
-    background: var(--doubtful-soft);
+  .beside button {
+    min-height: 26px;
+    width: 26px;
+    border-radius: 50%;
   }
-  .grid {
-    display: grid;
-    grid-template-columns: repeat(12, 1fr);
-    gap: 10px;
+  .beside label.check {
+    min-height: 26px;
   }
+  @container (max-width: 560px) {
+    .controls > label:not(.check) {
+      flex: 1 1 calc(50% - 6px);
+    }
+    .controls select,
+    .controls input[type='number'] {
+      width: 100%;
+      max-width: none;
+    }
+    .actions {
+      flex-basis: 100%;
+    }
+    .actions button {
+      flex: 1;
+    }
+  }
+`;
+
+/** Of every box with a heading. */
+export const section_styles = css`
   section {
     position: relative;
     display: flex;
@@ -101,6 +187,9 @@ export const evaluate_styles = css`
     min-height: 40px;
     padding: 4px 6px 0 12px;
   }
+  header .muted {
+    font-size: 12px;
+  }
   .save {
     display: flex;
     margin-left: auto;
@@ -112,9 +201,35 @@ export const evaluate_styles = css`
     color: var(--muted);
     font-size: 12px;
   }
+  .looks {
+    display: flex;
+  }
+  .looks button.icon {
+    width: 28px;
+    padding: 0;
+  }
   .looks button[aria-pressed='true'] {
     background: var(--accent-soft);
     color: var(--accent);
+  }
+`;
+
+/** Of the figures. */
+export const figures_styles = css`
+  :host {
+    display: block;
+    container-type: inline-size;
+  }
+  .grid {
+    display: grid;
+    grid-template-columns: repeat(12, 1fr);
+    gap: 10px;
+  }
+  .grid > section {
+    grid-column: span 6;
+  }
+  .paths {
+    grid-row: span 2;
   }
   .over {
     color: var(--muted);
@@ -122,18 +237,11 @@ export const evaluate_styles = css`
   }
   .over select {
     min-height: 28px;
-    border-color: var(--line);
+    border: 1px solid var(--line);
+    border-radius: 7px;
+    background: var(--surface);
+    color: var(--text);
     font-size: 12px;
-  }
-  .paths {
-    grid-column: span 6;
-    grid-row: span 2;
-  }
-  .errors,
-  .histogram,
-  .positions,
-  .angles {
-    grid-column: span 6;
   }
   .paths scanstitch-figure {
     flex: 1;
@@ -157,7 +265,24 @@ export const evaluate_styles = css`
     font-size: 12px;
     pointer-events: none;
   }
+  @container (max-width: 900px) {
+    .grid > section {
+      grid-column: span 12;
+    }
+    .paths scanstitch-figure {
+      min-height: 340px;
+    }
+  }
+`;
+
+/** Of tables of figures. */
+export const ranking_styles = css`
+  :host {
+    display: block;
+  }
   .scroll {
+    /* Also for words that are only heard: they stand inside the table. */
+    position: relative;
     overflow-x: auto;
   }
   table {
@@ -173,11 +298,14 @@ export const evaluate_styles = css`
     text-align: right;
     white-space: nowrap;
   }
-  th {
+  thead th {
     border-top: 0;
     color: var(--muted);
     font-size: 12px;
     font-weight: 600;
+  }
+  tbody th {
+    font-weight: inherit;
   }
   th button {
     min-height: 26px;
@@ -197,52 +325,35 @@ export const evaluate_styles = css`
     height: 10px;
     border-radius: 50%;
   }
-  tbody tr {
+  .ranking tbody tr:not(.refused) {
     cursor: pointer;
   }
-  tbody tr:hover {
+  .ranking tbody tr:not(.refused):hover {
     background: var(--sunken);
   }
-  tr.selected {
+  tbody tr.selected {
     background: var(--accent-soft);
   }
   tr.selected .name button {
     font-weight: 650;
   }
-  .empty {
-    align-items: center;
-    gap: 14px;
-    max-width: 520px;
-    margin: auto;
-    padding: 32px 28px;
-    border: 1.5px dashed var(--line-strong);
-    border-radius: 14px;
-    text-align: center;
+  td.why {
+    color: var(--doubtful);
+    text-align: left;
+    white-space: normal;
+    min-width: 260px;
   }
-  .empty h2 {
-    font-size: 18px;
+  td.why svg {
+    display: inline;
+    margin-right: 6px;
+    vertical-align: -2px;
   }
-  .drop-hint {
-    position: absolute;
-    inset: 0;
-    z-index: 30;
-    display: grid;
-    padding: 14px;
-    background: color-mix(in srgb, var(--background) 82%, transparent);
-    pointer-events: none;
+  p {
+    padding: 4px 12px 10px;
   }
-  .drop-hint > div {
-    display: grid;
-    place-content: center;
-    border: 2px dashed var(--accent);
-    border-radius: 14px;
-    color: var(--accent);
-    font-size: 20px;
-    font-weight: 600;
-  }
-  @media (max-width: 900px) {
-    .grid > section {
-      grid-column: span 12;
-    }
+  p.problem {
+    display: flex;
+    gap: 8px;
+    color: var(--doubtful);
   }
 `;

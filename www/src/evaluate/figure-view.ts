@@ -1,38 +1,64 @@
-import { css, html, LitElement, type PropertyValues, type TemplateResult } from 'lit';
+import {
+  css,
+  html,
+  LitElement,
+  nothing,
+  type PropertyValues,
+  type SVGTemplateResult,
+  svg,
+  type TemplateResult,
+} from 'lit';
 import { customElement, property, query } from 'lit/decorators.js';
 import { shared } from '../components/theme.js';
-import { CanvasPen, type Pen } from './pen.js';
 import type { Size } from './figures.js';
+import { CanvasPen, type Pen } from './pen.js';
 
 /** Draws on a surface of this size. */
 export type Painter = (pen: Pen, size: Size) => void;
 
+/** A stroke or a dot that follows the pointer. */
+export type Mark =
+  | { line: readonly [number, number, number, number]; color: string; width: number }
+  | { dot: readonly [number, number]; radius: number; color: string };
+export type Marker = (size: Size) => readonly Mark[];
+
+/** Steps of the arrow keys: of a figure that moves, in pixels; of an instant, in shares of the axis. */
+const KEY_PIXELS = 30;
+const KEY_ZOOM = 1.25;
+
 /**
- * Two canvases on top of each other: what is drawn once, and the marks that follow the pointer.
+ * A canvas that is drawn once, and marks above it that follow the pointer: elements, so that moving them costs the few
+ * pixels that they cover, and not the figure.
  *
  * Fires `figure-pointer` with the place on it ({ x, y }, or null where the pointer has left), `figure-dragged` with
- * { dx, dy }, `figure-zoomed` with { factor }, and `figure-resized`.
+ * { dx, dy }, `figure-zoomed` with { factor }, and `figure-stepped` with { direction } for the arrow keys of a figure that
+ * does not move.
  */
 @customElement('scanstitch-figure')
 export class ScanstitchFigure extends LitElement {
   /** What is drawn once. A new function is drawn anew. */
   @property({ attribute: false }) painter: Painter = () => undefined;
   /** What follows the pointer. */
-  @property({ attribute: false }) marker: Painter = () => undefined;
+  @property({ attribute: false }) marker: Marker = () => [];
+  @property() label = '';
   @property() description = '';
-  /** Whether dragging and the wheel mean something. */
+  /** Whether dragging and the wheel move what is shown. */
   @property({ type: Boolean }) movable = false;
-  @query('.base') private base!: HTMLCanvasElement;
-  @query('.marks') private marks!: HTMLCanvasElement;
+  /** Whether places on it mean instants. */
+  @property({ type: Boolean }) steppable = false;
+  @query('canvas') private canvas!: HTMLCanvasElement;
+  /** As last observed: to ask for it at every move would lay the page out anew. */
+  private known_size: Size | null = null;
   private observer = new ResizeObserver(() => {
+    this.known_size = { width: this.clientWidth, height: this.clientHeight };
     this.paint();
-    this.paintMarks();
+    this.requestUpdate();
   });
   private dragged_from: { x: number; y: number } | null = null;
 
   /** CSS pixels. */
   get size(): Size {
-    return { width: this.clientWidth, height: this.clientHeight };
+    return this.known_size ?? { width: this.clientWidth, height: this.clientHeight };
   }
 
   override connectedCallback(): void {
@@ -47,13 +73,15 @@ export class ScanstitchFigure extends LitElement {
 
   protected override updated(changed: PropertyValues): void {
     if (changed.has('painter')) this.paint();
-    if (changed.has('painter') || changed.has('marker')) this.paintMarks();
   }
 
   protected override render(): TemplateResult {
+    const is_live = this.movable || this.steppable;
     return html`<div
-      role="img"
-      aria-label=${this.description}
+      role=${is_live ? 'group' : 'img'}
+      aria-label=${this.label}
+      aria-describedby="description"
+      tabindex=${is_live ? 0 : nothing}
       class=${this.movable ? 'movable' : ''}
       @pointermove=${this.onMove}
       @pointerdown=${this.onDown}
@@ -61,17 +89,28 @@ export class ScanstitchFigure extends LitElement {
       @pointercancel=${this.onUp}
       @pointerleave=${() => this.tell('figure-pointer', null)}
       @wheel=${this.onWheel}
+      @keydown=${this.onKey}
     >
-      <canvas class="base"></canvas><canvas class="marks"></canvas>
+      <canvas aria-hidden="true"></canvas>
+      <svg class="marks" aria-hidden="true">${this.marker(this.size).map(drawn)}</svg>
+      <p id="description" hidden>
+        ${this.description}
+        ${this.movable ? 'Arrow keys move it, plus and minus zoom.' : this.steppable ? 'Arrow keys go along it.' : ''}
+      </p>
     </div>`;
   }
 
   private paint(): void {
-    draw(this.base, this.size, this.painter);
-  }
-
-  private paintMarks(): void {
-    draw(this.marks, this.size, this.marker);
+    const { canvas, size } = this;
+    const context = canvas?.getContext('2d');
+    if (!context || size.width === 0 || size.height === 0) return;
+    const density = devicePixelRatio || 1;
+    const [width, height] = [Math.round(size.width * density), Math.round(size.height * density)];
+    if (canvas.width !== width || canvas.height !== height) [canvas.width, canvas.height] = [width, height];
+    context.setTransform(1, 0, 0, 1, 0, 0);
+    context.clearRect(0, 0, width, height);
+    context.setTransform(density, 0, 0, density, 0, 0);
+    this.painter(new CanvasPen(context), size);
   }
 
   private onMove(event: PointerEvent): void {
@@ -100,6 +139,17 @@ export class ScanstitchFigure extends LitElement {
     this.tell('figure-zoomed', { factor: Math.exp(-event.deltaY * 0.0015) });
   }
 
+  private onKey(event: KeyboardEvent): void {
+    const [right, down] = ARROWS[event.key] ?? [0, 0];
+    const factor = { '+': KEY_ZOOM, '=': KEY_ZOOM, '-': 1 / KEY_ZOOM }[event.key];
+    if (this.movable && (right || down)) {
+      this.tell('figure-dragged', { dx: -right * KEY_PIXELS, dy: -down * KEY_PIXELS });
+    } else if (this.movable && factor) this.tell('figure-zoomed', { factor });
+    else if (this.steppable && right) this.tell('figure-stepped', { direction: event.shiftKey ? 10 * right : right });
+    else return;
+    event.preventDefault();
+  }
+
   private place(event: MouseEvent): { x: number; y: number } {
     const { left, top } = this.getBoundingClientRect();
     return { x: event.clientX - left, y: event.clientY - top };
@@ -122,6 +172,9 @@ export class ScanstitchFigure extends LitElement {
         position: absolute;
         inset: 0;
       }
+      div:focus-visible {
+        outline-offset: -2px;
+      }
       .movable {
         cursor: grab;
         touch-action: none;
@@ -129,7 +182,8 @@ export class ScanstitchFigure extends LitElement {
       .movable:active {
         cursor: grabbing;
       }
-      canvas {
+      canvas,
+      .marks {
         position: absolute;
         width: 100%;
         height: 100%;
@@ -137,20 +191,28 @@ export class ScanstitchFigure extends LitElement {
       .marks {
         pointer-events: none;
       }
+      circle {
+        stroke: var(--surface);
+        stroke-width: 2;
+      }
     `,
   ];
 }
 
-function draw(canvas: HTMLCanvasElement | null, size: Size, painter: Painter): void {
-  const context = canvas?.getContext('2d');
-  if (!canvas || !context || size.width === 0 || size.height === 0) return;
-  const density = devicePixelRatio || 1;
-  const [width, height] = [Math.round(size.width * density), Math.round(size.height * density)];
-  if (canvas.width !== width || canvas.height !== height) [canvas.width, canvas.height] = [width, height];
-  context.setTransform(1, 0, 0, 1, 0, 0);
-  context.clearRect(0, 0, width, height);
-  context.setTransform(density, 0, 0, density, 0, 0);
-  painter(new CanvasPen(context), size);
+const ARROWS: Record<string, readonly [right: number, down: number]> = {
+  ArrowLeft: [-1, 0],
+  ArrowRight: [1, 0],
+  ArrowUp: [0, -1],
+  ArrowDown: [0, 1],
+};
+
+function drawn(mark: Mark): SVGTemplateResult {
+  if ('dot' in mark) {
+    const [x, y] = mark.dot;
+    return svg`<circle cx=${x.toFixed(1)} cy=${y.toFixed(1)} r=${mark.radius} fill=${mark.color} />`;
+  }
+  const [x1, y1, x2, y2] = mark.line.map((value) => value.toFixed(1));
+  return svg`<line x1=${x1} y1=${y1} x2=${x2} y2=${y2} stroke=${mark.color} stroke-width=${mark.width} />`;
 }
 
 declare global {

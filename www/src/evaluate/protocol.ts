@@ -1,21 +1,38 @@
-/** What the view and its worker say to each other. Plain data: views know neither the worker nor the engine. */
-import type { EvaluationOptions, EvaluationSummary } from '../../../pkg/scanstitch.js';
+/** What the view and its workers say to each other. Plain data: views know neither the workers nor the engine. */
+import type {
+  EvaluationOptions,
+  EvaluationSummary,
+  FrameQuality,
+  MapQuality,
+  RelationErrors,
+} from '../../../pkg/scanstitch.js';
 
-export type { EvaluationOptions, EvaluationSummary };
+export type { EvaluationOptions, EvaluationSummary, FrameQuality, MapQuality, RelationErrors };
 
-/** A trajectory in a file. */
-export interface TrajectoryFile {
-  /** No other file's, though it may have the same name. */
-  id: number;
+/** A file as it was opened. */
+export interface Part {
   name: string;
   bytes: Uint8Array;
 }
 
-export interface Question {
+/** A trajectory: one file, or a file with one pose for each frame. */
+export interface TrajectoryFile {
+  /** No other trajectory's, though it may have the same name. */
   id: number;
-  reference: TrajectoryFile;
-  estimates: readonly TrajectoryFile[];
+  name: string;
+  parts: readonly Part[];
+}
+
+export interface Question {
+  reference: number;
+  estimates: readonly number[];
   options: Partial<EvaluationOptions>;
+  /** Times of the poses, one a line, for trajectories without. */
+  times: Part | null;
+  /** Relations between poses that are known to be right. */
+  relations: Part | null;
+  /** Leaves out relations between one pose and the next. */
+  loops_only: boolean;
 }
 
 /** An estimate compared with the reference; poses that belong together have the same index in all arrays. */
@@ -23,6 +40,8 @@ export interface Comparison {
   id: number;
   name: string;
   summary: EvaluationSummary;
+  /** Null without a list of relations, or where none can be compared. */
+  relations: RelationErrors | null;
   errors: Float64Array;
   /** The pose of each error. */
   error_poses: Uint32Array;
@@ -46,14 +65,41 @@ export interface Refusal {
 }
 
 export interface Answer {
-  id: number;
   comparisons: Comparison[];
   refusals: Refusal[];
   /** What is wrong with the reference itself; nothing was compared then. */
   reference_problem: string | null;
+  /** What is wrong with the list of relations. */
+  relations_problem: string | null;
   /** Reading and computing in the worker (ms). */
   elapsed_ms: number;
 }
 
-export type ToWorker = { type: 'start'; module: WebAssembly.Module } | { type: 'ask'; question: Question };
-export type FromWorker = { type: 'ready' } | { type: 'answer'; answer: Answer } | { type: 'crashed'; message: string };
+/** Maps to be judged; and clouds that are the frames of a recording, with the trajectories that may place them. */
+export interface MapQuestion {
+  maps: readonly Part[];
+  frames: readonly Part[];
+  trajectories: readonly TrajectoryFile[];
+}
+
+export interface MapAnswer {
+  maps: { name: string; quality: MapQuality }[];
+  /** By the trajectory that places the frames. */
+  placed: { name: string; quality: FrameQuality }[];
+  refusals: { name: string; problem: string }[];
+  elapsed_ms: number;
+}
+
+/** What is said to a worker that answers questions; `Told` is what it is to remember. */
+export type ToWorker<Told, Asked> =
+  | { type: 'start'; module: WebAssembly.Module }
+  | { type: 'tell'; told: Told }
+  | { type: 'ask'; id: number; question: Asked };
+export type FromWorker<Given> =
+  { type: 'ready' } | { type: 'answer'; id: number; answer: Given } | { type: 'crashed'; message: string };
+
+/** What the worker of comparisons is told: trajectories to read, when they are asked for, and to forget. */
+export interface Told {
+  add: readonly TrajectoryFile[];
+  remove: readonly number[];
+}

@@ -1,64 +1,68 @@
-/** The evaluation's thread: reads trajectories, keeps them, compares them. The only module here that imports the engine. */
-import init, { evaluate, Trajectory } from '../../../pkg/scanstitch.js';
-import type {
-  Answer,
-  Comparison,
-  EvaluationOptions,
-  FromWorker,
-  Question,
-  ToWorker,
-  TrajectoryFile,
-} from './protocol.js';
+/** The thread of comparisons: reads trajectories, keeps them, compares them. */
+import { evaluate, relation_errors, Trajectory } from '../../../pkg/scanstitch.js';
+import type { Answer, Comparison, Part, Question, RelationErrors, Told, TrajectoryFile } from './protocol.js';
+import { attempt, serve } from './serve.js';
 
-/** Trajectories by their file: the same file is read once, whatever is asked of it. */
-const known = new Map<number, Trajectory>();
+const files = new Map<number, TrajectoryFile>();
+/** Trajectories by their file, read once, whatever is asked of them; and the file of times that they were given. */
+const known = new Map<number, { trajectory: Trajectory; times: string | null }>();
 
-self.onmessage = ({ data }: MessageEvent<ToWorker>): void => {
-  handle(data).catch((error: unknown) => {
-    post({ type: 'crashed', message: error instanceof Error ? error.message : String(error) });
-  });
-};
+serve<Told, Question, Answer>(
+  ({ add, remove }) => {
+    for (const file of add) files.set(file.id, file);
+    for (const id of remove) {
+      files.delete(id);
+      forget(id);
+    }
+  },
+  (question) => {
+    const answer = compareAll(question);
+    const arrays = answer.comparisons.flatMap((comparison) => Object.values(comparison));
+    return { answer, transfer: arrays.flatMap((array) => (ArrayBuffer.isView(array) ? [array.buffer] : [])) };
+  },
+);
 
-async function handle(message: ToWorker): Promise<void> {
-  if (message.type === 'start') {
-    await init({ module_or_path: message.module });
-    post({ type: 'ready' });
-    return;
-  }
-  const answer = compareAll(message.question);
-  const buffers = answer.comparisons.flatMap((comparison) =>
-    Object.values(comparison).flatMap((value) => (ArrayBuffer.isView(value) ? [value.buffer as ArrayBuffer] : [])),
-  );
-  post({ type: 'answer', answer }, buffers);
-}
-
-function compareAll({ id, reference, estimates, options }: Question): Answer {
+function compareAll(question: Question): Answer {
   const start = performance.now();
-  const answer: Answer = { id, comparisons: [], refusals: [], reference_problem: null, elapsed_ms: 0 };
-  forgetAllBut([reference, ...estimates]);
-  const truth = attempt(() => read(reference));
+  const answer: Answer = {
+    comparisons: [],
+    refusals: [],
+    reference_problem: null,
+    relations_problem: null,
+    elapsed_ms: 0,
+  };
+  const truth = attempt(() => read(question.reference, question.times));
   if ('problem' in truth) {
     answer.reference_problem = truth.problem;
     return answer;
   }
-  for (const file of estimates) {
-    const compared = attempt(() => compare(truth.value, file, options));
-    if ('problem' in compared) answer.refusals.push({ id: file.id, name: file.name, problem: compared.problem });
-    else answer.comparisons.push(compared.value);
+  for (const id of question.estimates) {
+    const compared = attempt(() => compare(truth.value, id, question));
+    if ('problem' in compared) answer.refusals.push({ id, name: nameOf(id), problem: compared.problem });
+    else {
+      answer.comparisons.push(compared.value.comparison);
+      answer.relations_problem ??= compared.value.relations_problem;
+    }
   }
   answer.elapsed_ms = performance.now() - start;
   return answer;
 }
 
-function compare(truth: Trajectory, file: TrajectoryFile, options: Partial<EvaluationOptions>): Comparison {
-  const estimate = read(file);
-  const evaluation = evaluate(truth, estimate, options);
+function compare(
+  truth: Trajectory,
+  id: number,
+  question: Question,
+): { comparison: Comparison; relations_problem: string | null } {
+  const estimate = read(id, question.times);
+  const evaluation = evaluate(truth, estimate, question.options);
   try {
     const summary = evaluation.summary();
-    return {
-      id: file.id,
-      name: file.name,
+    const related = attempt(() => relate(estimate, question));
+    const comparison: Comparison = {
+      id,
+      name: nameOf(id),
       summary: { ...summary, notes: [...estimate.notes, ...summary.notes] },
+      relations: 'problem' in related ? null : related.value,
       errors: evaluation.errors(),
       error_poses: evaluation.error_poses(),
       stamps: evaluation.stamps() ?? null,
@@ -68,38 +72,49 @@ function compare(truth: Trajectory, file: TrajectoryFile, options: Partial<Evalu
       reference_angles: evaluation.reference_roll_pitch_yaw() ?? null,
       estimate_angles: evaluation.estimate_roll_pitch_yaw() ?? null,
     };
+    return { comparison, relations_problem: 'problem' in related ? related.problem : null };
   } finally {
     evaluation.free();
   }
 }
 
-function read({ id, name, bytes }: TrajectoryFile): Trajectory {
+function relate(estimate: Trajectory, { relations, loops_only, options }: Question): RelationErrors | null {
+  if (!relations) return null;
+  return relation_errors(estimate, relations.bytes, relations.name, options.max_diff ?? 0.01, loops_only);
+}
+
+function read(id: number, times: Part | null): Trajectory {
   const found = known.get(id);
-  if (found) return found;
-  const trajectory = Trajectory.read(bytes, name);
-  known.set(id, trajectory);
+  const wanted = times?.name ?? null;
+  if (found && (found.times === wanted || (found.times === null && found.trajectory.stamps() !== undefined))) {
+    return found.trajectory;
+  }
+  forget(id);
+  const { name, parts } = files.get(id) ?? { name: '', parts: [] };
+  const [only] = parts;
+  const trajectory =
+    parts.length === 1 && only
+      ? Trajectory.read(only.bytes, name)
+      : Trajectory.read_frames(
+          parts.map((part) => part.name),
+          parts.map(({ bytes }) => bytes),
+        );
+  const is_timed = trajectory.stamps() !== undefined;
+  try {
+    if (times && !is_timed) trajectory.set_stamps(times.bytes, times.name);
+  } catch (error) {
+    trajectory.free();
+    throw error;
+  }
+  known.set(id, { trajectory, times: is_timed ? null : wanted });
   return trajectory;
 }
 
-function forgetAllBut(files: readonly TrajectoryFile[]): void {
-  const wanted = new Set(files.map(({ id }) => id));
-  for (const [id, trajectory] of known) {
-    if (wanted.has(id)) continue;
-    trajectory.free();
-    known.delete(id);
-  }
+function forget(id: number): void {
+  known.get(id)?.trajectory.free();
+  known.delete(id);
 }
 
-/** The value, or what is wrong with the input; a defect of the engine goes on up. */
-function attempt<T>(action: () => T): { value: T } | { problem: string } {
-  try {
-    return { value: action() };
-  } catch (error) {
-    if (error instanceof Error && error.name === 'ScanstitchError') return { problem: error.message };
-    throw error;
-  }
-}
-
-function post(message: FromWorker, transfer: Transferable[] = []): void {
-  self.postMessage(message, { transfer });
+function nameOf(id: number): string {
+  return files.get(id)?.name ?? '';
 }

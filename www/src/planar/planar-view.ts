@@ -124,9 +124,12 @@ export class ScanstitchPlanar extends LitElement implements RunView {
 
   async filesToEvaluate(): Promise<GivenFiles | null> {
     const { session } = this;
-    const reference = session.dataset?.reference;
-    if (!reference || !session.snapshot || session.phase !== 'done') return null;
-    return { reference, estimate: { name: 'this run', text: await session.ask('trajectory_tum') } };
+    if (!session.snapshot || session.phase !== 'done') return null;
+    return {
+      reference: session.dataset?.reference ?? null,
+      estimate: { name: 'this run', text: await session.ask('trajectory_tum') },
+      readMap: () => session.ask('map_ply'),
+    };
   }
 
   async runExport(id: string): Promise<void> {

@@ -30,6 +30,7 @@ import { makeSpatialExport, SPATIAL_EXPORTS } from './exports.js';
 import { FrameImageLoader } from './frame-images.js';
 import { spatialFigures } from './headline.js';
 import type { ScanstitchMap3d, SpatialMarks } from './map3d.js';
+import { trajectoriesToEvaluate } from './to-evaluate.js';
 import { errorCsv, spatialColumns, spatialRows } from './rows.js';
 import { SpatialSession } from './session.js';
 
@@ -105,9 +106,7 @@ export class ScanstitchSpatial extends LitElement implements RunView {
   async filesToEvaluate(): Promise<GivenFiles | null> {
     const { session } = this;
     if (!session.snapshot || session.phase !== 'done') return null;
-    const reference = await session.referenceFile();
-    if (!reference) return null;
-    return { reference, estimate: { name: 'this run', text: await session.ask('trajectory_tum') } };
+    return trajectoriesToEvaluate(session.snapshot.result, () => session.ask('map_ply'));
   }
 
   async runExport(id: string): Promise<void> {

@@ -1,0 +1,224 @@
+import { html, LitElement, nothing, type TemplateResult } from 'lit';
+import { customElement, property } from 'lit/decorators.js';
+import { icon } from '../components/icons.js';
+import { shared } from '../components/theme.js';
+import { baseName } from '../views/format.js';
+import { controls_styles } from './evaluate-styles.js';
+import type { EvaluationOptions } from './protocol.js';
+
+interface Choice {
+  option: keyof EvaluationOptions;
+  label: string;
+  choices: readonly (readonly [string, string])[];
+}
+
+const RELATIONS: Choice = {
+  option: 'relation',
+  label: 'of the',
+  choices: [
+    ['translation_part', 'translation (m)'],
+    ['rotation_angle_deg', 'rotation angle (deg)'],
+    ['rotation_angle_rad', 'rotation angle (rad)'],
+    ['rotation_part', 'rotation part'],
+    ['full_transformation', 'full transformation'],
+    ['point_distance', 'point distance (m)'],
+  ],
+};
+/** Of the relative error alone. */
+const RATIO = ['point_distance_error_ratio', 'ratio of point distances (%)'] as const;
+
+const CHOICES: readonly Choice[] = [
+  {
+    option: 'alignment',
+    label: 'Alignment',
+    choices: [
+      ['none', 'none'],
+      ['origin', 'first poses equal'],
+      ['se3', 'SE(3), Umeyama'],
+      ['sim3', 'Sim(3), with scale'],
+      ['scale', 'scale alone'],
+    ],
+  },
+  {
+    option: 'metric',
+    label: 'Error',
+    choices: [
+      ['ape', 'absolute (APE)'],
+      ['rpe', 'relative (RPE)'],
+    ],
+  },
+];
+const ASSOCIATION: Choice = {
+  option: 'association',
+  label: 'Poses matched by',
+  choices: [
+    ['auto', 'time if known'],
+    ['time', 'time'],
+    ['index', 'their number'],
+  ],
+};
+const DELTA_UNITS: Choice = {
+  option: 'delta_unit',
+  label: 'apart, in',
+  choices: [
+    ['frames', 'frames'],
+    ['meters', 'metres'],
+    ['seconds', 'seconds'],
+    ['degrees', 'degrees'],
+    ['radians', 'radians'],
+  ],
+};
+
+type NumberOption = 'delta' | 'delta_tolerance' | 'max_diff' | 'offset' | 'align_first';
+
+/** A file beside the trajectories, which can be taken away. */
+export interface BesideFile {
+  id: 'times' | 'relations' | 'clouds';
+  label: string;
+  name: string;
+}
+
+/**
+ * How trajectories are compared. Fires `reference-chosen` (the id), `options-changed` (some of them), `beside-removed`
+ * (its id), `loops-only-changed`, `files-wanted` and `all-removed`.
+ */
+@customElement('scanstitch-evaluation-controls')
+export class ScanstitchEvaluationControls extends LitElement {
+  @property({ attribute: false }) files: readonly { id: number; name: string }[] = [];
+  @property({ attribute: false }) reference_id = -1;
+  @property({ attribute: false }) options: Partial<EvaluationOptions> = {};
+  @property({ attribute: false }) beside: readonly BesideFile[] = [];
+  @property({ attribute: false }) loops_only = false;
+
+  protected override render(): TemplateResult {
+    const is_relative = this.options.metric === 'rpe';
+    const relations = is_relative ? { ...RELATIONS, choices: [...RELATIONS.choices, RATIO] } : RELATIONS;
+    return html`<form
+      class="controls"
+      aria-label="How they are compared"
+      @submit=${(event: Event) => event.preventDefault()}
+    >
+      ${this.renderReference()} ${CHOICES.map((choice) => this.renderChoice(choice))} ${this.renderChoice(relations)}
+      ${is_relative ? this.renderPairs() : nothing} ${this.renderChoice(ASSOCIATION)}
+      ${this.renderNumber('max_diff', 'Largest time difference (s)', 0.01, 0)}
+      ${this.renderNumber('offset', 'Time offset (s)', 0, null)}
+      ${this.renderNumber('align_first', 'Align by the first n', 0, 0, '0: by all')}
+      <span class="actions">
+        <button type="button" @click=${() => this.tell('files-wanted', null)}>${icon('plus')}Add files…</button>
+        <button type="button" class="quiet" @click=${() => this.tell('all-removed', null)}>
+          ${icon('trash')}Remove all
+        </button>
+      </span>
+      ${this.beside.length > 0 ? this.renderBeside() : nothing}
+    </form>`;
+  }
+
+  private renderReference(): TemplateResult {
+    return html`<label
+      >Reference
+      <select
+        @change=${(event: Event) => this.tell('reference-chosen', Number((event.target as HTMLSelectElement).value))}
+      >
+        ${this.reference_id < 0 ? html`<option value="-1" selected>none yet</option>` : nothing}
+        ${this.files.map(
+          ({ id, name }) => html`<option value=${id} .selected=${id === this.reference_id}>${name}</option>`,
+        )}
+      </select></label
+    >`;
+  }
+
+  private renderPairs(): TemplateResult {
+    const check = (option: 'all_pairs' | 'pairs_from_reference', words: string): TemplateResult =>
+      html`<label class="check"
+        ><input
+          type="checkbox"
+          .checked=${this.options[option] ?? false}
+          @change=${(event: Event) => this.set({ [option]: (event.target as HTMLInputElement).checked })}
+        />${words}</label
+      >`;
+    return html`${this.renderNumber('delta', 'Pairs', 1, 0)} ${this.renderChoice(DELTA_UNITS)}
+    ${check('all_pairs', 'all pairs')}
+    ${this.options.all_pairs ? this.renderNumber('delta_tolerance', 'Tolerance (share)', 0.1, 0) : nothing}
+    ${check('pairs_from_reference', "by the reference's path")}`;
+  }
+
+  private renderBeside(): TemplateResult {
+    return html`<ul class="beside" aria-label="Beside the trajectories">
+      ${this.beside.map(
+        ({ id, label, name }) =>
+          html`<li>
+            <span class="muted">${label}</span> <span title=${name}>${baseName(name)}</span>
+            ${
+              id === 'relations'
+                ? html`<label class="check"
+                    ><input
+                      type="checkbox"
+                      .checked=${this.loops_only}
+                      @change=${(event: Event) =>
+                        this.tell('loops-only-changed', (event.target as HTMLInputElement).checked)}
+                    />loops only</label
+                  >`
+                : nothing
+            }
+            <button
+              type="button"
+              class="icon quiet"
+              aria-label="Remove ${name}"
+              @click=${() => this.tell('beside-removed', id)}
+            >
+              ${icon('close', 12)}
+            </button>
+          </li>`,
+      )}
+    </ul>`;
+  }
+
+  private renderChoice({ option, label, choices }: Choice): TemplateResult {
+    const present = this.options[option] ?? choices[0]?.[0];
+    return html`<label
+      >${label}
+      <select @change=${(event: Event) => this.set({ [option]: (event.target as HTMLSelectElement).value })}>
+        ${choices.map(([value, words]) => html`<option value=${value} .selected=${value === present}>${words}</option>`)}
+      </select></label
+    >`;
+  }
+
+  private renderNumber(
+    option: NumberOption,
+    label: string,
+    initial: number,
+    min: number | null,
+    title = '',
+  ): TemplateResult {
+    return html`<label title=${title || nothing}
+      >${label}
+      <input
+        type="number"
+        step="any"
+        min=${min ?? nothing}
+        .value=${String(this.options[option] ?? initial)}
+        @change=${(event: Event) => {
+          const value = (event.target as HTMLInputElement).valueAsNumber;
+          if (Number.isFinite(value)) this.set({ [option]: option === 'align_first' ? Math.round(value) : value });
+        }}
+    /></label>`;
+  }
+
+  private set(change: Partial<EvaluationOptions>): void {
+    // What only the relative error has must not outlive it.
+    const is_lost = change.metric === 'ape' && this.options.relation === RATIO[0];
+    this.tell('options-changed', is_lost ? { ...change, relation: 'translation_part' } : change);
+  }
+
+  private tell(name: string, detail: unknown): void {
+    this.dispatchEvent(new CustomEvent(name, { detail }));
+  }
+
+  static override styles = [shared, controls_styles];
+}
+
+declare global {
+  interface HTMLElementTagNameMap {
+    'scanstitch-evaluation-controls': ScanstitchEvaluationControls;
+  }
+}

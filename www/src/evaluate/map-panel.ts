@@ -1,0 +1,91 @@
+import { html, LitElement, nothing, type TemplateResult } from 'lit';
+import { customElement, property } from 'lit/decorators.js';
+import { icon } from '../components/icons.js';
+import { shared } from '../components/theme.js';
+import { ranking_styles, section_styles } from './evaluate-styles.js';
+import type { MapAnswer, MapQuality } from './protocol.js';
+
+/** How crisp maps are, where there is no truth. Fires `run-map-wanted` where the map of a run can be judged. */
+@customElement('scanstitch-map-panel')
+export class ScanstitchMapPanel extends LitElement {
+  @property({ attribute: false }) answer: MapAnswer | null = null;
+  @property({ type: Boolean }) busy = false;
+  /** Whether a run waits whose map may be judged. */
+  @property({ type: Boolean }) has_run = false;
+
+  protected override render(): TemplateResult {
+    const { answer } = this;
+    const rows = [
+      ...(answer?.placed ?? []).map(({ name, quality }) => ({ name, ...quality })),
+      ...(answer?.maps ?? []).map(({ name, quality }) => ({ name, map: quality, residual: null })),
+    ];
+    return html`<section class="maps" aria-label="Crispness of the map">
+      <header>
+        <h2>Crispness of the map</h2>
+        <span class="muted">no truth needed; smaller is better, for maps of the same frames</span>
+        ${
+          this.has_run
+            ? html`<span class="save"
+                ><button ?disabled=${this.busy} @click=${() => this.dispatchEvent(new CustomEvent('run-map-wanted'))}>
+                  Judge this run’s map
+                </button></span
+              >`
+            : nothing
+        }
+      </header>
+      ${this.busy ? html`<p class="muted" role="status">Looking at the points…</p>` : nothing}
+      ${(answer?.refusals ?? []).map(
+        ({ name, problem }) =>
+          html`<p class="problem" role="alert">
+            ${icon('doubtful', 14)}${problem.startsWith(name) ? problem : `${name}: ${problem}`}
+          </p>`,
+      )}
+      ${rows.length > 0 ? this.renderTable(rows) : nothing}
+    </section>`;
+  }
+
+  private renderTable(
+    rows: readonly { name: string; map: MapQuality; residual: { mean_residual: number; num_pairs: number } | null }[],
+  ): TemplateResult {
+    const has_residual = rows.some(({ residual }) => residual !== null);
+    return html`<div class="scroll" role="region" aria-label="The figures of the maps" tabindex="0">
+      <table aria-label="Crispness of maps">
+        <thead>
+          <tr>
+            <th scope="col" class="name">${has_residual ? 'frames placed by' : 'map'}</th>
+            ${
+              has_residual
+                ? html`<th scope="col" title="mean distance of a point from the surface that another frame saw there">
+                    residual (mm)
+                  </th>`
+                : nothing
+            }
+            <th scope="col" title="mean map entropy, Droeschel and Behnke 2014">entropy (nats)</th>
+            <th scope="col" title="mean plane variance, Razlaw et al. 2015">plane variance (mm²)</th>
+            <th scope="col" title="points that were looked at">points</th>
+          </tr>
+        </thead>
+        <tbody>
+          ${rows.map(
+            ({ name, map, residual }) =>
+              html`<tr>
+                <th scope="row" class="name">${name}</th>
+                ${has_residual ? html`<td>${residual ? (1e3 * residual.mean_residual).toFixed(2) : '–'}</td>` : nothing}
+                <td>${map.mean_map_entropy.toFixed(4)}</td>
+                <td>${(1e6 * map.mean_plane_variance).toFixed(1)}</td>
+                <td>${map.num_points}</td>
+              </tr>`,
+          )}
+        </tbody>
+      </table>
+    </div>`;
+  }
+
+  static override styles = [shared, section_styles, ranking_styles];
+}
+
+declare global {
+  interface HTMLElementTagNameMap {
+    'scanstitch-map-panel': ScanstitchMapPanel;
+  }
+}

@@ -1,0 +1,29 @@
+/** From dropped files, folders and archives to bytes. */
+import type { NamedFile } from '../datasets/gather.js';
+import { openFiles } from '../datasets/spatial-files.js';
+import { isOfNoUse } from './intake.js';
+import type { Part } from './protocol.js';
+
+export interface OpenedFiles {
+  parts: Part[];
+  /** Files that cannot be opened, and why. */
+  problems: string[];
+  /** Names of files that can be no trajectory, map or times, and were not opened. */
+  set_aside: string[];
+}
+
+export async function readAll(named: readonly NamedFile[]): Promise<OpenedFiles> {
+  const { files, notes } = await openFiles(named);
+  const wanted = files.filter(({ path }) => !isOfNoUse(path));
+  const opened: OpenedFiles = {
+    parts: [],
+    problems: notes.map(({ file, reason }) => `${file}: ${reason}`),
+    set_aside: files.filter((file) => !wanted.includes(file)).map(({ path }) => path),
+  };
+  const read = await Promise.allSettled(wanted.map(async (file) => ({ name: file.path, bytes: await file.read() })));
+  for (const result of read) {
+    if (result.status === 'fulfilled') opened.parts.push(result.value);
+    else opened.problems.push(result.reason instanceof Error ? result.reason.message : String(result.reason));
+  }
+  return opened;
+}

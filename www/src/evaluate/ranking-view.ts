@@ -1,0 +1,146 @@
+import { html, LitElement, nothing, type TemplateResult } from 'lit';
+import { customElement, property } from 'lit/decorators.js';
+import { icon } from '../components/icons.js';
+import { shared } from '../components/theme.js';
+import { ranking_styles, section_styles } from './evaluate-styles.js';
+import type { Comparison, Refusal } from './protocol.js';
+import { bareProblem, type Column, csv, figure, markdown } from './table.js';
+
+export interface Sort {
+  id: string;
+  is_falling: boolean;
+}
+
+/**
+ * The estimates, ranked by a figure, and those that could not be compared, with the reason. Fires `estimate-selected` and
+ * `estimate-removed` (the id), `sort-changed`, and `said` (words for those who do not see it).
+ */
+@customElement('scanstitch-ranking')
+export class ScanstitchRanking extends LitElement {
+  /** From the first of the present order. */
+  @property({ attribute: false }) ranked: readonly Comparison[] = [];
+  @property({ attribute: false }) refusals: readonly Refusal[] = [];
+  @property({ attribute: false }) columns: readonly Column[] = [];
+  @property({ attribute: false }) sort: Sort = { id: 'rmse', is_falling: false };
+  @property({ attribute: false }) selected_id = -1;
+  @property({ attribute: false }) elapsed_ms = 0;
+  @property({ attribute: false }) colors: ReadonlyMap<number, string> = new Map();
+
+  protected override render(): TemplateResult {
+    const { ranked, refusals } = this;
+    const count = ranked.length + refusals.length;
+    const failed = refusals.length === 0 ? '' : `, ${refusals.length} of ${count} not`;
+    return html`<section class="ranking" aria-label=${count === 1 ? 'Figures' : 'Ranking'}>
+      <header>
+        <h2>${count === 1 ? 'Figures' : 'Ranking'}</h2>
+        <span class="muted"
+          >${ranked.length} compared in ${this.elapsed_ms.toFixed(0)}
+          ms${failed}${count > 1 ? '; a column’s name ranks by it' : ''}</span
+        >
+        <span class="save">
+          <button class="quiet" @click=${() => this.copy(markdown, 'Markdown')}>Copy Markdown</button>
+          <button class="quiet" @click=${() => this.copy(csv, 'CSV')}>Copy CSV</button>
+        </span>
+      </header>
+      <div class="scroll" role="region" aria-label="The table, which may be wider than the page" tabindex="0">
+        <table aria-label="Estimates, ranked">
+          <thead>
+            <tr>
+              <th scope="col">#</th>
+              <th scope="col" class="name">estimate</th>
+              <th scope="col">poses</th>
+              ${this.columns.map((column) => this.renderHead(column))}
+              <th scope="col"><span class="visually-hidden">remove</span></th>
+            </tr>
+          </thead>
+          <tbody>
+            ${ranked.map((comparison, index) => this.renderRow(comparison, index))}
+            ${refusals.map((refusal) => this.renderRefusal(refusal))}
+          </tbody>
+        </table>
+      </div>
+    </section>`;
+  }
+
+  private renderHead({ id, label, hint }: Column): TemplateResult {
+    const { sort } = this;
+    const order = sort.id === id ? (sort.is_falling ? 'descending' : 'ascending') : 'none';
+    const arrow = { descending: ' ▾', ascending: ' ▴', none: '' }[order];
+    return html`<th scope="col" aria-sort=${order}>
+      <button
+        class="quiet"
+        title=${hint}
+        @click=${() => this.tell('sort-changed', { id, is_falling: sort.id === id && !sort.is_falling })}
+      >
+        ${label}${arrow}
+      </button>
+    </th>`;
+  }
+
+  private renderRow(comparison: Comparison, index: number): TemplateResult {
+    const { id, name, summary } = comparison;
+    const is_selected = id === this.selected_id;
+    return html`<tr class=${is_selected ? 'selected' : ''} @click=${() => this.tell('estimate-selected', id)}>
+      <td>${index + 1}</td>
+      <td class="name">
+        <button
+          class="link"
+          aria-pressed=${is_selected}
+          @click=${(event: Event) => {
+            event.stopPropagation();
+            this.tell('estimate-selected', id);
+          }}
+        >
+          <i style="background:${this.colors.get(id) ?? 'none'}"></i>${name}
+        </button>
+      </td>
+      <td>${summary.num_matched}/${summary.num_estimate}</td>
+      ${this.columns.map((column) => html`<td>${figure(column.value(comparison))}</td>`)}
+      <td>${this.renderRemove(id, name)}</td>
+    </tr>`;
+  }
+
+  private renderRefusal(refusal: Refusal): TemplateResult {
+    return html`<tr class="refused">
+      <td>–</td>
+      <td class="name">${refusal.name}</td>
+      <td colspan=${this.columns.length + 1} class="why">${icon('doubtful', 14)}${bareProblem(refusal)}</td>
+      <td>${this.renderRemove(refusal.id, refusal.name)}</td>
+    </tr>`;
+  }
+
+  private renderRemove(id: number, name: string): TemplateResult | typeof nothing {
+    return html`<button
+      class="icon quiet"
+      aria-label="Remove ${name}"
+      @click=${(event: Event) => {
+        event.stopPropagation();
+        this.tell('estimate-removed', id);
+      }}
+    >
+      ${icon('close', 12)}
+    </button>`;
+  }
+
+  private async copy(write: typeof markdown, form: string): Promise<void> {
+    const { ranked, refusals, columns } = this;
+    try {
+      await navigator.clipboard.writeText(write({ ranked, refusals, columns }));
+      this.tell('said', `The table was copied as ${form}.`);
+    } catch {
+      this.tell('said', 'The browser did not allow copying.');
+    }
+  }
+
+  private tell(name: string, detail: unknown): void {
+    this.dispatchEvent(new CustomEvent(name, { detail }));
+  }
+
+  static override styles = [shared, section_styles, ranking_styles];
+}
+
+declare global {
+  interface HTMLElementTagNameMap {
+    'scanstitch-ranking': ScanstitchRanking;
+  }
+}
