@@ -1,6 +1,7 @@
 //! Runs the pipeline that courses teach (voxels, FPFH, RANSAC, point-to-plane ICP, frame to frame) on the rendered rooms of
 //! ../shared/data/rgbd, and the engine's own odometry of clouds beside it, and prints how far both are from the truth, with
-//! the first poses made equal, and the time by stage. The truth is read after the estimate.
+//! the first poses made equal, and the time by stage. The truth is read after the estimate. `--course`: that pipeline alone; `--seed N`: with other random samples;
+//! `--frames`: frame by frame.
 
 #![allow(non_snake_case)]
 
@@ -12,6 +13,7 @@ use nalgebra::{UnitQuaternion, Vector3};
 use scanstitch::cloud_odometry::{CloudMethod, CloudOdometry, CloudOptions, PreparedCloud};
 use scanstitch::geometry::{PointCloud, Pose3};
 use scanstitch::io::{depth_png, trajectory};
+use scanstitch::registration::global::GlobalMethod;
 use scanstitch::registration::spatial::SpatialMetric;
 
 /// Focal length and centre of the rendered images (pixels), and metres a step of their depth.
@@ -68,11 +70,12 @@ fn run(folder: &Path, label: &str, options: CloudOptions, verbose: bool) {
         let expected = truth[0].inverse() * truth[index];
         (poses[index].translation.vector - expected.translation.vector).norm()
     };
-    let (mut worst, mut worst_turn) = ((0.0, 0), (0.0, 0));
+    let (mut worst, mut worst_turn, mut steps_off) = ((0.0, 0), (0.0, 0), 0.0);
     for index in 1..poses.len() {
         let step = poses[index - 1].inverse() * poses[index];
         let off = (truth[index - 1].inverse() * truth[index]).inverse() * step;
         let (metres, degrees) = (off.translation.vector.norm(), off.rotation.angle().to_degrees());
+        steps_off += metres;
         if metres > worst.0 {
             worst = (metres, index);
         }
@@ -85,12 +88,13 @@ fn run(folder: &Path, label: &str, options: CloudOptions, verbose: bool) {
     }
     let count = poses.len() as f64;
     println!(
-        "{} {label}: {} frames of {:.0} points: mean L2 {:.4} m, worst step {worst:.3?} m {worst_turn:.2?} deg; good, \
+        "{} {label}: {} frames of {:.0} points: mean L2 {:.4} m, steps off by {:.4} m, at worst {worst:.3?} m {worst_turn:.2?} deg; good, \
          doubtful, lost {counts:?}; ms a frame: read {:.1}, prepare {:.1}, register {:.1}",
         folder.file_name().unwrap_or_default().to_string_lossy(),
         poses.len(),
         num_points as f64 / count,
         (0..poses.len()).map(error).sum::<f64>() / count,
+        steps_off / (count - 1.0),
         1e3 * seconds[0] / count,
         1e3 * seconds[1] / count,
         1e3 * seconds[2] / count
@@ -105,9 +109,11 @@ fn main() {
     }
     let verbose = std::env::args().any(|argument| argument == "--frames");
     let only_course = std::env::args().any(|argument| argument == "--course");
+    let seed = std::env::args().skip_while(|argument| argument != "--seed").nth(1).and_then(|seed| seed.parse().ok());
+    let global_method = GlobalMethod::Ransac { seed: seed.unwrap_or(1) };
     for name in ["apartment_first_floor", "apartment_second_floor"] {
         let folder = root.join(name);
-        run(&folder, "course", CloudOptions::course(0.05), verbose);
+        run(&folder, "course", CloudOptions { global_method, ..CloudOptions::course(0.05) }, verbose);
         if only_course {
             continue;
         }

@@ -68,6 +68,8 @@ const FEATURE_RADIUS: f64 = 5.0;
 pub(super) const GLOBAL_DISTANCE: f64 = 1.5;
 const COURSE_DISTANCE: f64 = 0.4;
 const DEFAULT_DISTANCE: f64 = 3.0;
+/// Of the random samples: any is as good as another, but the same clouds must give the same motions.
+const COURSE_SEED: u64 = 1;
 /// Neighbours of a feature.
 const FEATURE_NEIGHBORS: usize = 100;
 
@@ -95,7 +97,7 @@ impl CloudOptions {
         Self {
             method: CloudMethod::CloudToCloud,
             global_registration: GlobalRegistrationUse::Always,
-            global_method: GlobalMethod::Ransac,
+            global_method: GlobalMethod::Ransac { seed: COURSE_SEED },
             max_correspondence_distance: COURSE_DISTANCE * voxel_size,
             normals: Neighbourhood { max_neighbors: 30, radius: COURSE_NORMAL_RADIUS * voxel_size },
             robust: false,

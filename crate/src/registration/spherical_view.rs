@@ -7,8 +7,9 @@ use nalgebra::Vector3;
 
 /// Cells along an edge of a face: 2 degrees each, in the mean.
 const CELLS: usize = 45;
-/// So many of the nine cells around a direction must have seen something before a point counts as standing in free space.
-const MIN_SEEN: usize = 5;
+/// So many of the nine cells around a direction (four, at a corner of the cube) must have seen something before a point counts
+/// as standing in free space.
+const MIN_SEEN: usize = 4;
 
 /// The nearest range (m) in every cell; infinity where nothing was seen.
 pub struct SphericalView {

@@ -26,7 +26,10 @@ pub enum GlobalMethod {
     #[default]
     Consistency,
     /// From random samples of three matches, as courses teach it.
-    Ransac,
+    Ransac {
+        /// Of the random samples; the same clouds and seed give the same motion everywhere.
+        seed: u64,
+    },
 }
 
 /// Points (m) with their features: what is registered globally.
@@ -116,7 +119,7 @@ pub fn register_globally(
 ) -> Result<GlobalRegistration> {
     let max_points = match method {
         GlobalMethod::Consistency => MAX_MATCHED_POINTS,
-        GlobalMethod::Ransac => usize::MAX,
+        GlobalMethod::Ransac { .. } => usize::MAX,
     };
     let matches = mutual_matches(&source.index, &target.index, max_points);
     let double = |p: Vec3| Vector3::new(f64::from(p.x), f64::from(p.y), f64::from(p.z));
@@ -126,11 +129,11 @@ pub fn register_globally(
         .collect();
     let consensus = match method {
         GlobalMethod::Consistency => consistent_motion(&pairs, max_correspondence_distance),
-        GlobalMethod::Ransac => ransac(
+        GlobalMethod::Ransac { seed } => ransac(
             &pairs,
             &source.points,
             target_tree,
-            &RansacOptions { max_correspondence_distance, ..RansacOptions::default() },
+            &RansacOptions { max_correspondence_distance, seed, ..RansacOptions::default() },
         ),
     };
     let remedy = "Give clouds that overlap more, or a first guess";
