@@ -194,7 +194,7 @@ export class BevSession implements ReactiveController {
     });
   }
 
-  /** Opens what the address of the page holds; false where it holds nothing. */
+  /** Opens what the address of the page holds, or tells why that cannot be; false where it holds nothing. */
   openLink(): boolean {
     try {
       const linked = readFragment(location.hash);
@@ -205,7 +205,7 @@ export class BevSession implements ReactiveController {
       return true;
     } catch (error) {
       this.report('file', error instanceof Error ? error.message : String(error));
-      return false;
+      return true;
     }
   }
 
