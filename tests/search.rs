@@ -48,6 +48,10 @@ fn check<const D: usize>(name: &str, points: &[[f32; D]], queries: &[[f32; D]], 
     let num_finite = points.iter().filter(|point| point.iter().all(|x| x.is_finite())).count();
     assert_eq!(tree.len(), num_finite, "{name}");
     assert_eq!(tree.is_empty(), num_finite == 0, "{name}");
+    let mut order: Vec<u32> = tree.order().collect();
+    order.sort_unstable();
+    let finite = (0u32..).zip(points).filter(|(_, point)| point.iter().all(|x| x.is_finite()));
+    assert!(order.into_iter().eq(finite.map(|(index, _)| index)), "{name}");
     // Left over from another search, to be dropped.
     let mut out = vec![Neighbor { index: 7, sq_distance: -1.0 }];
     for query in queries {

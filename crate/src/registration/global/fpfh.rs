@@ -92,13 +92,27 @@ fn simple_histogram(points: &[Vec3], normals: &[Vec3], index: usize, neighbors: 
             (lines[0][lane], lines[1][lane], lines[2][lane]) = (line.x, line.y, line.z);
             (others[0][lane], others[1][lane], others[2][lane]) = (other.x, other.y, other.z);
         }
-        let mut bins = [[0; LANES]; 3];
+        // In steps, each over all lanes: one after the other they need fewer registers than all at once.
+        let mut cosines = [[0.0; LANES]; 4];
         for lane in 0..LANES {
             let line = Vec3::new(lines[0][lane], lines[1][lane], lines[2][lane]);
             let other = Vec3::new(others[0][lane], others[1][lane], others[2][lane]);
-            let line = line * (1.0 / line.length_squared().sqrt());
-            let found = pair_bins(normal.dot(line), other.dot(line), normal.dot(other), other.dot(line.cross(normal)));
-            (bins[0][lane], bins[1][lane], bins[2][lane]) = (found[0], found[1], found[2]);
+            let scale = 1.0 / line.length_squared().sqrt();
+            cosines[0][lane] = normal.dot(line) * scale;
+            cosines[1][lane] = other.dot(line) * scale;
+            cosines[2][lane] = normal.dot(other);
+            cosines[3][lane] = other.dot(line.cross(normal)) * scale;
+        }
+        let mut angles = [[0.0; LANES]; 4];
+        for lane in 0..LANES {
+            let found = pair_angles(cosines[0][lane], cosines[1][lane], cosines[2][lane], cosines[3][lane]);
+            (angles[0][lane], angles[1][lane], angles[2][lane], angles[3][lane]) = (found.0, found.1, found.2, found.3);
+        }
+        let mut bins = [[0; LANES]; 3];
+        for lane in 0..LANES {
+            bins[0][lane] = bin(atan2(angles[0][lane], angles[1][lane]) * std::f32::consts::FRAC_1_PI);
+            bins[1][lane] = bin(angles[2][lane]);
+            bins[2][lane] = bin(angles[3][lane]);
         }
         for (third, bins) in bins.iter().enumerate() {
             for &bin in &bins[..neighbors.len()] {
@@ -110,22 +124,21 @@ fn simple_histogram(points: &[Vec3], normals: &[Vec3], index: usize, neighbors: 
     counts.map(|count| count as f32 * share)
 }
 
-/// The bins of the three angles of a pair with the line d from the first to the second point: theta = atan2(w . n2, u . n2),
-/// alpha = v . n2 and phi = u . d in the frame u = n1, v = d x u, w = u x v. With the cosines a = n1 . d, b = n2 . d, c = n1 . n2 and
-/// the triple product t = n2 . (d x n1), the frame itself is not needed; exchanging the points exchanges a and b and
+/// The angles of a pair with the line d from the first to the second point: theta = atan2(w . n2, u . n2), as the two numbers in the
+/// brackets, alpha = v . n2 and phi = u . d in the frame u = n1, v = d x u, w = u x v. With the cosines a = n1 . d, b = n2 . d, c = n1 . n2
+/// and the triple product t = n2 . (d x n1), the frame itself is not needed; exchanging the points exchanges a and b and
 /// turns both round, and leaves c and t.
 #[inline]
-fn pair_bins(a: f32, b: f32, c: f32, t: f32) -> [u32; 3] {
+fn pair_angles(a: f32, b: f32, c: f32, t: f32) -> (f32, f32, f32, f32) {
     let exchanged = a.abs() < b.abs();
     let (phi, other) = if exchanged { (-b, -a) } else { (a, b) };
     let sq_sine = 1.0 - phi * phi;
     // A normal along the line leaves the frame open: all angles count as zero.
     let open = sq_sine < 1e-12;
     let inverse_sine = if open { 0.0 } else { 1.0 / sq_sine.sqrt() };
-    let alpha = t * inverse_sine;
-    let theta = atan2((other - c * phi) * inverse_sine, if open { 1.0 } else { c });
-    let phi = if open { 0.0 } else { phi };
-    [bin(theta * std::f32::consts::FRAC_1_PI), bin(alpha), bin(phi)]
+    let cosine = if open { 1.0 } else { c };
+    let phi_or_zero = if open { 0.0 } else { phi };
+    ((other - c * phi) * inverse_sine, cosine, t * inverse_sine, phi_or_zero)
 }
 
 /// The bin of a number in [-1, 1].
@@ -180,6 +193,11 @@ mod tests {
 
     fn unit(i: usize) -> Vec3 {
         Vec3::new(wave(i, 1.9) as f32, wave(i, 2.7) as f32, wave(i, 3.3) as f32).normalize()
+    }
+
+    fn pair_bins(a: f32, b: f32, c: f32, t: f32) -> [u32; 3] {
+        let (y, x, alpha, phi) = pair_angles(a, b, c, t);
+        [bin(atan2(y, x) / std::f32::consts::PI), bin(alpha), bin(phi)]
     }
 
     /// The angles in the frame itself, as the paper has them.
