@@ -1,6 +1,7 @@
 //! Every search against brute force, to the last bit, on random and on degenerate clouds.
 
-use scanstitch::search::{KdTree, Neighbor};
+use glam::Vec3;
+use scanstitch::search::{KdTree, Neighbor, ReachGrid};
 
 /// Uniform numbers from a constant seed (xorshift64*).
 struct Random(u64);
@@ -227,4 +228,36 @@ fn a_hundred_thousand_identical_or_coplanar_points_are_no_trap() {
         tree.k_nearest(&[1.2, 0.4, 0.5], 10.0, 50, &mut out);
         assert_eq!(out, brute_force(points, &[1.2, 0.4, 0.5], 10.0)[..50]);
     }
+}
+
+#[test]
+fn a_grid_of_reach_answers_as_brute_force_does() {
+    let mut random = Random(5);
+    let mut points = random.cloud::<3>(400);
+    points[7] = [f32::NAN, 0.5, 0.5];
+    points[8] = [0.5, f32::INFINITY, 0.5];
+    // A flat cloud, one point, the points far from the origin, and one cloud too large for a grid.
+    let flat: Vec<_> = points.iter().map(|&[x, y, _]| [x, y, 0.25]).collect();
+    let far: Vec<_> = points.iter().map(|&[x, y, z]| [x + 500.0, y - 300.0, z]).collect();
+    let huge: Vec<_> = points.iter().map(|&[x, y, z]| [1e6 * x, 1e6 * y, 1e6 * z]).collect();
+    let (mut grids, mut answers) = (0, [0; 2]);
+    for points in [&points[..], &flat, &points[..1], &far, &huge, &[]] {
+        let tree = KdTree::build(points);
+        let positions: Vec<Vec3> = points.iter().map(|&p| Vec3::from(p)).collect();
+        for distance in [0.02, 0.05, 0.3, 10.0, 0.0, -1.0, f32::NAN] {
+            let grid = ReachGrid::new(&positions, &tree, distance);
+            grids += usize::from(grid.has_cells());
+            let near =
+                points.iter().flat_map(|&p| [-1.0, -0.8, 0.0, 0.5, 0.999, 1.001].map(|k| p.map(|x| x + k * distance)));
+            let along = points.iter().flat_map(|&[x, y, z]| [0.999, 1.0, 1.001].map(|k| [x, y + k * distance, z]));
+            let others = [[f32::NAN; 3], [f32::INFINITY, 0.0, 0.0], [-1e30, 0.0, 0.0], [0.0; 3]];
+            for query in near.chain(along).chain(others) {
+                let expected = tree.has_within(&query, distance);
+                assert_eq!(expected, !brute_force(points, &query, distance).is_empty() && distance >= 0.0);
+                assert_eq!(grid.has_within(Vec3::from(query)), expected, "{query:?} within {distance}");
+                answers[usize::from(expected)] += 1;
+            }
+        }
+    }
+    assert!(grids > 10 && answers[0] > 5000 && answers[1] > 5000, "{grids} {answers:?}");
 }

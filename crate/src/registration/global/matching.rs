@@ -108,24 +108,29 @@ fn widest_directions(features: &[Feature]) -> [Feature; DIRECTIONS] {
 /// points, of which about `max_points` are looked at.
 pub fn mutual_matches(source: &FeatureIndex, target: &FeatureIndex, max_points: usize) -> Vec<Match> {
     let stride = source.features.len().div_ceil(max_points.max(1)).max(1);
-    // Whether a target point's nearest is a source point is asked only of those that are a source point's nearest.
-    let mut nearest_source: Vec<Option<Option<u32>>> = vec![None; target.features.len()];
-    let mut matches = Vec::new();
-    // The next point lies near the last one mostly, and looks as much like the last one's partner.
+    // Of each target point, the nearest of the source points whose nearest it is: no other can be its own nearest.
+    let mut nearest_source: Vec<Option<(f32, u32)>> = vec![None; target.features.len()];
+    // Those that are alike follow each other: the next one looks much like the last one's partner as well.
     let mut last: Option<u32> = None;
-    for (index, feature) in (0..).zip(&source.features).step_by(stride) {
+    for &index in source.numbers.iter().filter(|&&index| (index as usize).is_multiple_of(stride)) {
+        let feature = &source.features[index as usize];
         let limit = last.map_or(f32::MAX, |last| sq_distance(&target.features[last as usize], feature));
         let Some(partner) = target.nearest(feature, limit) else { continue };
         last = Some(partner);
-        let back = nearest_source[partner as usize].get_or_insert_with(|| {
-            // It is at most as far as the source point that asks.
-            let partner = &target.features[partner as usize];
-            source.nearest(partner, sq_distance(feature, partner))
-        });
-        if *back == Some(index) {
+        let found = (sq_distance(&target.features[partner as usize], feature), index);
+        let nearest = &mut nearest_source[partner as usize];
+        if nearest.is_none_or(|nearest| found < nearest) {
+            *nearest = Some(found);
+        }
+    }
+    let mut matches = Vec::new();
+    for &partner in &target.numbers {
+        let Some((limit, index)) = nearest_source[partner as usize] else { continue };
+        if source.nearest(&target.features[partner as usize], limit) == Some(index) {
             matches.push(Match { source: index, target: partner });
         }
     }
+    matches.sort_unstable_by_key(|found| found.source);
     matches
 }
 

@@ -132,7 +132,7 @@ pub fn register_globally(
         GlobalMethod::Ransac { seed } => ransac(
             &pairs,
             &source.points,
-            target_tree,
+            (&target.points, target_tree),
             &RansacOptions { max_correspondence_distance, seed, ..RansacOptions::default() },
         ),
     };

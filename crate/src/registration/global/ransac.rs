@@ -11,7 +11,7 @@ use nalgebra::Vector3;
 use super::Consensus;
 use crate::geometry::Pose3;
 use crate::registration::factors::best_rigid_motion;
-use crate::search::KdTree;
+use crate::search::{KdTree, ReachGrid};
 
 /// Options of [`ransac`].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -42,11 +42,11 @@ impl Default for RansacOptions {
 }
 
 /// The motion that brings the most points of `source` (m) to within the distance limit of a point of `target`, from samples
-/// of the matched pairs (source, target); its inliers are pairs. `None` where there are fewer than three or no sample passes.
+/// of the matched pairs (source, target); its inliers are pairs. The target comes with its index. `None` where there are fewer than three or no sample passes.
 pub fn ransac(
     pairs: &[(Vector3<f64>, Vector3<f64>)],
     source: &[Vec3],
-    target: &KdTree<3>,
+    (target, target_tree): (&[Vec3], &KdTree<3>),
     options: &RansacOptions,
 ) -> Option<Consensus> {
     if pairs.len() < 3 {
@@ -55,7 +55,7 @@ pub fn ransac(
     let max_distance = options.max_correspondence_distance;
     let mut random = SplitMix(options.seed);
     let mut best: Option<Consensus> = None;
-    let mut overlap = Overlap::new(source, target, max_distance as f32);
+    let mut overlap = Overlap::new(source, ReachGrid::new(target, target_tree, max_distance as f32));
     let mut last = options.max_iterations;
     let mut iteration = 0;
     while iteration < last {
@@ -82,8 +82,7 @@ pub fn ransac(
 struct Overlap<'a> {
     /// In an order that visits all parts of the cloud early: a motion that is worse is soon found out.
     source: Vec<Vec3>,
-    target: &'a KdTree<3>,
-    max_distance: f32,
+    target: ReachGrid<'a>,
     most: usize,
 }
 
@@ -91,9 +90,9 @@ struct Overlap<'a> {
 const ROUNDS: usize = 64;
 
 impl<'a> Overlap<'a> {
-    fn new(source: &[Vec3], target: &'a KdTree<3>, max_distance: f32) -> Self {
+    fn new(source: &[Vec3], target: ReachGrid<'a>) -> Self {
         let rounds = (0..ROUNDS).flat_map(|round| source.iter().copied().skip(round).step_by(ROUNDS));
-        Self { source: rounds.collect(), target, max_distance, most: 0 }
+        Self { source: rounds.collect(), target, most: 0 }
     }
 
     /// Whether more points lie on the target under `T` than under all motions before.
@@ -105,8 +104,7 @@ impl<'a> Overlap<'a> {
         let may_miss = self.source.len() - self.most;
         let mut misses = 0;
         for &point in &self.source {
-            let moved = R * point + t;
-            misses += usize::from(!self.target.has_within(&moved.to_array(), self.max_distance));
+            misses += usize::from(!self.target.has_within(R * point + t));
             if misses >= may_miss {
                 return false;
             }
