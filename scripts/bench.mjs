@@ -2,13 +2,17 @@
 /**
  * `npm run bench`: times the benchmarks of crate/bench natively, and as WebAssembly under Node and in Chromium where there
  * is one, side by side, and prints one JSON document. Progress goes to stderr, so `npm run --silent bench > bench.json` keeps it.
- * `npm run bench -- NAME...` runs those whose name contains one of the words.
+ * `npm run bench -- NAME...` runs those whose name contains one of the words. Names beginning with `run_` are whole runs, on one
+ * core and on two; `small_gicp` is that library on the same pair of clouds, where it can be installed.
  */
 import { existsSync, readdirSync } from 'node:fs';
 import { cpus, totalmem } from 'node:os';
 import { join } from 'node:path';
 import { compareNaturally } from '../npm/natural_order.js';
+import { hasSmallGicp, timeSmallGicp } from './bench_peers.mjs';
+import { listRuns, timeRuns } from './bench_runs.mjs';
 import {
+  buildPage,
   buildWasm,
   capture,
   ensureWasmTarget,
@@ -105,23 +109,23 @@ async function time(command, args, job) {
   const [work = '', samples = ''] = output.trim().split('\n');
   if (code !== 0 || samples === '') throw new StepError(`The benchmark ${job.label} failed:\n${output}`);
   const [amount, unit] = work.split(' ');
-  const sorted = samples
-    .split(' ')
-    .map(Number)
-    .sort((a, b) => a - b);
-  const median_ns = quantile(sorted, 0.5);
-  /** @type {Timing} */
-  const timing = {
-    median_ns,
+  const timing = summary(samples.split(' ').map(Number));
+  if (unit === '-' || unit === undefined) return { timing, unit: undefined };
+  const per_second = Number(amount) / (timing.median_ns * 1e-9);
+  return unit === 'bytes'
+    ? { timing: { ...timing, rate: round(per_second / 1e6) }, unit: 'MB/s' }
+    : { timing: { ...timing, rate: round(per_second) }, unit: `${unit}/s` };
+}
+
+/** @param {number[]} nanoseconds @returns {Timing} */
+function summary(nanoseconds) {
+  const sorted = nanoseconds.toSorted((a, b) => a - b);
+  return {
+    median_ns: quantile(sorted, 0.5),
     min_ns: quantile(sorted, 0),
     max_ns: quantile(sorted, 1),
     iqr_ns: Math.round(quantile(sorted, 0.75) - quantile(sorted, 0.25)),
   };
-  if (unit === '-' || unit === undefined) return { timing, unit: undefined };
-  const per_second = Number(amount) / (median_ns * 1e-9);
-  return unit === 'bytes'
-    ? { timing: { ...timing, rate: round(per_second / 1e6) }, unit: 'MB/s' }
-    : { timing: { ...timing, rate: round(per_second) }, unit: `${unit}/s` };
 }
 
 /** Linear between the neighbouring samples. @param {number[]} sorted @param {number} share */
@@ -145,10 +149,12 @@ await runMain(async () => {
   await run('cargo', ['build', '--release', '--package', 'scanstitch-bench']);
   await buildWasm('scanstitch-bench', PKG);
 
-  const jobs = (await listJobs()).filter(
-    ({ label }) => words.length === 0 || words.some((word) => label.includes(word)),
-  );
-  if (jobs.length === 0) throw new StepError(`No benchmark has a name with ${words.join(' or ')} in it.`);
+  const isWanted = (/** @type {string} */ name) => words.length === 0 || words.some((word) => name.includes(word));
+  const jobs = (await listJobs()).filter(({ label }) => isWanted(label));
+  const recordings = listRuns(isWanted);
+  const withPeer = isWanted('small_gicp') || jobs.some(({ name }) => name.startsWith('pair_'));
+  if (jobs.length + recordings.length === 0 && !withPeer)
+    throw new StepError(`No benchmark has a name with ${words.join(' or ')} in it.`);
   const browser = findChromium();
   if (!browser) console.error('Chromium is absent: timed natively and in Node');
   const benchmarks = [];
@@ -171,6 +177,23 @@ await runMain(async () => {
     const in_chromium = chromium ? `, Chromium ${show(chromium.timing)}` : '';
     console.error(`  native ${show(native.timing)}, wasm in Node ${show(wasm.timing)}${in_chromium}, ratio ${ratio}`);
   }
+  /** @type {{ name: string, peer: Timing }[]} */
+  const peers = [];
+  if (withPeer && (await hasSmallGicp())) {
+    for (const { name, nanoseconds } of await timeSmallGicp({ warm_up_ms: WARM_UP_MS, samples: SAMPLES })) {
+      peers.push({ name, peer: summary(nanoseconds) });
+      console.error(`${name}: ${(summary(nanoseconds).median_ns / 1e6).toFixed(3)} ms`);
+    }
+  }
+  const runs = [];
+  if (recordings.length > 0) {
+    await buildWasm();
+    await buildPage();
+  }
+  for (const recording of recordings) {
+    console.error(`${recording.name}: a whole run of ${recording.folder}`);
+    runs.push({ ...recording, timings: await timeRuns(recording, browser) });
+  }
   const { output: rustc } = await capture('rustc', ['--version']);
   const machine = {
     cpu: cpus()[0]?.model.trim() ?? 'unknown',
@@ -181,5 +204,5 @@ await runMain(async () => {
     rustc: rustc.trim(),
   };
   const policy = { warm_up_ms: WARM_UP_MS, sample_ms: SAMPLE_MS, samples: SAMPLES, threads: 1 };
-  process.stdout.write(`${JSON.stringify({ machine, policy, benchmarks }, null, 2)}\n`);
+  process.stdout.write(`${JSON.stringify({ machine, policy, benchmarks, peers, runs }, null, 2)}\n`);
 });

@@ -207,6 +207,14 @@ export async function buildWasm(packageName = 'scanstitch', outDir = 'pkg') {
   );
 }
 
+/** Builds the page into www/dist from pkg/. */
+export function buildPage() {
+  return step('Building the page into www/dist', async () => {
+    const { build } = await import('vite');
+    await build({ root: join(ROOT, 'www'), logLevel: 'info', clearScreen: false });
+  });
+}
+
 /**
  * Runs a script's main function: a StepError is one plain paragraph and exit code 1.
  * @param {() => Promise<void>} main

@@ -1,0 +1,46 @@
+// @ts-check
+/**
+ * Drops a folder on the built page in a fresh tab of Chromium and prints, as JSON, how many frames were placed, how long it
+ * took from the drop to the last one, and how far they are from the truth. `node bench_page.mjs FOLDER`
+ */
+import { chromium } from '@playwright/test';
+import { serve } from '../tests/e2e/static_server.mjs';
+import { findChromium } from './steps.mjs';
+
+const [folder = ''] = process.argv.slice(2);
+const server = await serve('www/dist');
+const address = server.address();
+if (typeof address !== 'object' || address === null) throw new Error('The page is not served.');
+const browser = await chromium.launch({
+  executablePath: findChromium() ?? 'chromium',
+  args: ['--no-sandbox', '--disable-gpu', '--disable-3d-apis'],
+});
+try {
+  const page = await browser.newPage();
+  /** @typedef {{ result: { frames: unknown[], comparison?: { mean: number } | null }, elapsed_ms: number }} Stitched */
+  await page.addInitScript(() => {
+    const stitched = /** @type {Stitched[]} */ ([]);
+    Object.assign(window, { stitched });
+    addEventListener('scanstitch-stitched', (event) => stitched.push(/** @type {CustomEvent} */ (event).detail));
+  });
+  const count = (/** @type {number} */ least) =>
+    page.waitForFunction(
+      (least) => /** @type {{ stitched: Stitched[] }} */ (/** @type {unknown} */ (window)).stitched.length >= least,
+      least,
+      { timeout: 300_000 },
+    );
+  await page.goto(`http://localhost:${address.port}/`);
+  await count(1); // the sample that the page opens with
+  await page.locator('#pick-folder').setInputFiles(folder);
+  await count(2);
+  const found = await page.evaluate(() => {
+    const { stitched } = /** @type {{ stitched: Stitched[] }} */ (/** @type {unknown} */ (window));
+    const last = /** @type {Stitched} */ (stitched.at(-1));
+    const { frames, comparison } = last.result;
+    return { frames: frames.length, milliseconds: last.elapsed_ms, mean_error: comparison?.mean ?? null };
+  });
+  console.log(JSON.stringify(found));
+} finally {
+  await browser.close();
+  server.close();
+}
