@@ -76,6 +76,34 @@ for (const [name, elements] of Object.entries(LAYOUTS)) {
   }
 }
 
+/** Two points with a normal, a colour and a number, in the three ways of PCD; the packed one is LZF of literals alone. */
+const pcd = (encoding, body) => {
+  const header =
+    '# seed\nVERSION 0.7\nFIELDS x y z rgb normal_x normal_y normal_z i\nSIZE 4 4 4 4 4 4 4 2\nTYPE F F F F F F F U\n' +
+    `COUNT 1 1 1 1 1 1 1 1\nWIDTH 2\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS 2\nDATA ${encoding}\n`;
+  writeFileSync(join(corpus('pcd'), `${encoding}.pcd`), Buffer.concat([Buffer.from(header), body]));
+};
+const numbers = [[1.5, -2, 3.25, 1e-40, 0, 0, 1, 7], [0.5, 4, -1, 2e-40, 1, 0, 0, 8]];
+pcd('ascii', Buffer.from(numbers.map((row) => `${row.join(' ')}\n`).join('')));
+const column = (index, row) => {
+  const view = new DataView(new ArrayBuffer(index === 7 ? 2 : 4));
+  if (index === 7) view.setUint16(0, row[index], true);
+  else view.setFloat32(0, row[index], true);
+  return Buffer.from(view.buffer);
+};
+pcd('binary', Buffer.concat(numbers.flatMap((row) => row.map((_, index) => column(index, row)))));
+const columns = Buffer.concat(numbers[0].flatMap((_, index) => numbers.map((row) => column(index, row))));
+const sizes = Buffer.alloc(8);
+const literals = [];
+for (let at = 0; at < columns.length; at += 32) {
+  const chunk = columns.subarray(at, at + 32);
+  literals.push(Buffer.from([chunk.length - 1]), chunk);
+}
+const packed = Buffer.concat(literals);
+sizes.writeUInt32LE(packed.length, 0);
+sizes.writeUInt32LE(columns.length, 4);
+pcd('binary_compressed', Buffer.concat([sizes, packed]));
+
 const own = join(here, '../../tests/data');
 for (const file of readdirSync(own)) {
   if (file.endsWith('.ply')) copyFileSync(join(own, file), join(corpus('ply'), file));
