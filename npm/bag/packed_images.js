@@ -137,11 +137,11 @@ function unpackPng(parts, size) {
 
 /** Undoes what a row was made smaller with, in place. @param {number} filter @param {Uint8Array} row @param {Uint8Array} above */
 function unfilter(filter, row, above) {
-  const a_pixel = 2;
+  const pixelBytes = 2;
   for (let index = 0; index < row.length; index += 1) {
-    const left = index < a_pixel ? 0 : (row[index - a_pixel] ?? 0);
+    const left = index < pixelBytes ? 0 : (row[index - pixelBytes] ?? 0);
     const up = above[index] ?? 0;
-    const corner = index < a_pixel ? 0 : (above[index - a_pixel] ?? 0);
+    const corner = index < pixelBytes ? 0 : (above[index - pixelBytes] ?? 0);
     const guess = [0, left, up, (left + up) >> 1, paeth(left, up, corner)][filter] ?? 0;
     row[index] = (row[index] ?? 0) + guess;
   }
