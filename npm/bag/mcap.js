@@ -139,6 +139,7 @@ class McapFile {
   /** Reads record after record from the beginning. */
   async walk() {
     const { size } = this.#source;
+    /** @type {Uint8Array} */
     let window = new Uint8Array();
     let windowStart = 0;
     const peek = async (/** @type {number} */ start, /** @type {number} */ length) => {

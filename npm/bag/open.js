@@ -4,8 +4,9 @@
  * memory but where each message lies.
  */
 import { fileError } from '../errors.js';
-import { baseOf, folderOf, groupBy } from '../recording/names.js';
+import { folderOf, groupBy } from '../recording/names.js';
 import { isMcap } from './mcap_records.js';
+import { isBagMetadata, isBagName } from './names.js';
 import { isSqlite } from './sqlite.js';
 
 /** @typedef {import('../archive.js').ByteSource} ByteSource */
@@ -33,19 +34,8 @@ import { isSqlite } from './sqlite.js';
  */
 /** @typedef {{ container: Container, messages: MessageIndex }} Part of a topic, in one file */
 
-const BAG_NAMES = /\.(db3|mcap|bag)(\.zstd)?$/i;
 const ROS1_MAGIC = '#ROSBAG V';
 const UNPACK = 'Unpack it first: zstd -d, or ros2 bag convert';
-
-/** Whether a file is a bag by its name, or belongs to one. @param {string} path */
-export function isBagName(path) {
-  return BAG_NAMES.test(path);
-}
-
-/** @param {string} path */
-export function isBagMetadata(path) {
-  return baseOf(path).toLowerCase() === 'metadata.yaml';
-}
 
 export class Bag {
   /** @type {Topic[]} */

@@ -104,10 +104,6 @@ class Maker {
     });
     if (depths.length > 0) this.#recording.kind = 'depth_images';
     if (camera) await this.#takeCamera(camera, depth);
-    if (this.#recording.intrinsics === null) {
-      const reason = `no CameraInfo with it tells the focal length, so one is assumed, and the map may be bent; give the camera's file (fx fy cx cy), or its field of view in the settings`;
-      this.#note(depth.topic.name, reason);
-    }
   }
 
   /** @param {TopicFacts} clouds */

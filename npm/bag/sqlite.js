@@ -133,6 +133,7 @@ export class SqliteFile {
     bytes.set(local);
     let filled = local.length;
     const room = this.#usable - 4;
+    /** @type {Uint8Array} */
     let run = new Uint8Array();
     let runStart = 0;
     for (let page = overflow; filled < size;) {

@@ -1,5 +1,6 @@
 // @ts-check
 /** What each topic of a bag can be used as, and which ones are used unless somebody chooses others. */
+import { fileError } from '../errors.js';
 import { hintOf } from '../recording/names.js';
 import { depthEnding, usesOf } from './images.js';
 import { decodeCloudShape, decodeCompressedFormat, decodeHeader, decodeImageShape, HEAD_BYTES, TYPES } from './messages.js';
@@ -194,4 +195,44 @@ function sharedParts(a, b) {
   const [parts, others] = [a.split('/').slice(1), b.split('/').slice(1)];
   const differing = parts.findIndex((part, index) => part !== others[index]);
   return differing < 0 ? parts.length : differing;
+}
+
+/** What somebody wants each to be: the name of a topic, or null to do without. @typedef {Partial<Record<Role, string | null>>} Wishes */
+
+/**
+ * The sensible choice, changed as somebody wishes.
+ * @param {string} bag for messages
+ * @param {readonly TopicFacts[]} topics
+ * @param {Wishes} wishes
+ * @returns {Choice} throws a ScanstitchError where a topic is not there or cannot be used as that
+ */
+export function chooseAsWished(bag, topics, wishes) {
+  const settled = new Set(ROLES.filter((role) => role in wishes));
+  const sources = SOURCES.filter((role) => wishes[role]);
+  if (sources.length > 1) {
+    throw fileError(bag, `A map is made of one of ${sources.join(' and ')}`, 'Choose one of them');
+  }
+  /** @type {Choice} */
+  const choice = sources.length > 0 ? {} : chooseTopics(topics.filter(({ topic }) => !isUnwanted(topic.name, wishes)));
+  for (const role of settled) {
+    const name = wishes[role];
+    delete choice[role];
+    if (name === null || name === undefined) continue;
+    const facts = topics.find(({ topic }) => topic.name === name);
+    if (!facts) {
+      throw fileError(bag, `It has no topic ${name}`, `It has ${topics.map(({ topic }) => topic.name).join(', ')}`);
+    }
+    if (!facts.uses.includes(role)) {
+      const can = facts.uses.length > 0 ? `It can be used as ${facts.uses.join(' or ')}` : 'Choose another topic';
+      const why = facts.problem === '' ? facts.topic.type : facts.problem;
+      throw fileError(bag, `${name} cannot be used as ${role} (${why})`, can);
+    }
+    choice[role] = name;
+  }
+  return complete(topics, choice, settled);
+}
+
+/** Whether it would be chosen for what somebody does not want. @param {string} name @param {Wishes} wishes */
+function isUnwanted(name, wishes) {
+  return ROLES.some((role) => wishes[role] === name && !SOURCES.includes(role));
 }
