@@ -127,7 +127,14 @@ async function givenRecording(given, files, read) {
     ...chosen,
     reference: other === undefined ? chosen.reference : beside.reference,
     intrinsics,
-    notes: [...notes, ...beside.notes, ...unused(loose.filter((file) => !isTold(file)), 'it lies beside a bag, which is used')],
+    notes: [
+      ...notes,
+      ...beside.notes,
+      ...unused(
+        loose.filter((file) => !isTold(file)),
+        'it lies beside a bag, which is used',
+      ),
+    ],
   };
 }
 

@@ -37,11 +37,12 @@ function wishesFor({ bag }, all, wishes) {
  * The recording that the topics of each bag make.
  * @param {readonly ListedBag[]} bags
  * @param {Wishes} wishes
+ * @param {(done: number, total: number) => void} [onProgress] messages looked into, of one bag after the other
  * @returns {Promise<Awaited<ReturnType<typeof recordingOf>>[]>}
  */
-export async function recordingsOf(bags, wishes) {
+export async function recordingsOf(bags, wishes, onProgress) {
   const recordings = [];
-  for (const listed of bags) recordings.push(await recordingOf(listed, wishesFor(listed, bags, wishes)));
+  for (const listed of bags) recordings.push(await recordingOf(listed, wishesFor(listed, bags, wishes), onProgress));
   return recordings;
 }
 
@@ -53,7 +54,7 @@ export async function recordingsOf(bags, wishes) {
  * @returns {Promise<import('./recording.js').BagRecording & { choice: Choice }>} rejects with a ScanstitchError where a
  *    wish cannot be granted
  */
-export async function recordingOf({ bag, topics }, wishes, onProgress) {
+async function recordingOf({ bag, topics }, wishes, onProgress) {
   const choice = chooseAsWished(bag.path, topics, wishes);
   return { ...(await recordingOfBag(bag, topics, choice, onProgress)), choice };
 }

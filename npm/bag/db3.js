@@ -22,7 +22,11 @@ const ZSTD_MAGIC = [0x28, 0xb5, 0x2f, 0xfd];
 export async function openDb3(name, source) {
   const file = await SqliteFile.open(name, source);
   if (!file.has('topics') || !file.has('messages')) {
-    throw fileError(name, 'This SQLite file has no tables of topics and messages, so it is no bag', 'Give the bag itself');
+    throw fileError(
+      name,
+      'This SQLite file has no tables of topics and messages, so it is no bag',
+      'Give the bag itself',
+    );
   }
   const topics = await readTopics(file);
   const [time, topic, data] = ['timestamp', 'topic_id', 'data'].map((column) => file.column('messages', column));

@@ -138,7 +138,10 @@ function startFile(header, bodyBytes) {
  * @param {boolean} isSigned values below zero mean nothing
  */
 function wholeFile({ width, height, bigEndian }, { bytes, stride }, isWide, isSigned) {
-  const { bytes: file, body } = startFile(`P5\n${width} ${height}\n${isWide ? 65535 : 255}\n`, width * height * (isWide ? 2 : 1));
+  const { bytes: file, body } = startFile(
+    `P5\n${width} ${height}\n${isWide ? 65535 : 255}\n`,
+    width * height * (isWide ? 2 : 1),
+  );
   const rowBytes = isWide ? 2 * width : width;
   for (let v = 0, out = body; v < height; v += 1, out += rowBytes) {
     const row = bytes.subarray(v * stride, v * stride + rowBytes);
@@ -183,7 +186,9 @@ function floatFile({ width, height, bigEndian }, { bytes, stride }, isDouble) {
       continue;
     }
     for (let u = 0; u < width; u += 1, out += 4) {
-      const value = isDouble ? source.getFloat64(start + 8 * u, !bigEndian) : source.getFloat32(start + 4 * u, !bigEndian);
+      const value = isDouble
+        ? source.getFloat64(start + 8 * u, !bigEndian)
+        : source.getFloat32(start + 4 * u, !bigEndian);
       target.setFloat32(out, value, true);
     }
   }

@@ -125,7 +125,9 @@ class McapFile {
     try {
       for (let first = 0; first < indexes.length; first += READ_AT_ONCE) {
         const batch = indexes.slice(first, first + READ_AT_ONCE);
-        const regions = await Promise.all(batch.map((index) => this.#readRegion(index.indexStart ?? 0, index.indexLength)));
+        const regions = await Promise.all(
+          batch.map((index) => this.#readRegion(index.indexStart ?? 0, index.indexLength)),
+        );
         regions.forEach((region, index) => this.#takeIndexes(first + index, region));
       }
     } catch (error) {
@@ -133,7 +135,9 @@ class McapFile {
     }
     const found = [...this.#messages.values()].reduce((sum, { length }) => sum + length, 0);
     const isWhole = count === null || found === count;
-    return isWhole || this.#forget(null, `its indexes name ${found} of ${count} messages, so it was read from its beginning`);
+    return (
+      isWhole || this.#forget(null, `its indexes name ${found} of ${count} messages, so it was read from its beginning`)
+    );
   }
 
   /** Reads record after record from the beginning. */
@@ -175,7 +179,8 @@ class McapFile {
       const reason = `cut off or damaged at byte ${place} of ${size}; the messages before that are used`;
       this.notes.push({ file: this.#name, reason });
     }
-    if (strays > 0) this.notes.push({ file: this.#name, reason: `${strays} messages belong to no topic and are left out` });
+    if (strays > 0)
+      this.notes.push({ file: this.#name, reason: `${strays} messages belong to no topic and are left out` });
   }
 
   /**
@@ -333,7 +338,11 @@ class McapFile {
       else if (compression === 'lz4') records = unpackLz4(packed, size);
       else if (compression !== '') {
         const remedy = 'Convert the bag to zstd with the mcap tool (mcap compress)';
-        throw fileError(this.#name, `The chunk at byte ${start} is packed with ${compression}, which is not read`, remedy);
+        throw fileError(
+          this.#name,
+          `The chunk at byte ${start} is packed with ${compression}, which is not read`,
+          remedy,
+        );
       }
     } catch (error) {
       if (/** @type {Error} */ (error).name === 'ScanstitchError') throw error;
@@ -358,7 +367,8 @@ class McapFile {
 
   /** @param {number} start @param {number} length */
   async #readRegion(start, length) {
-    const bytes = start + length <= this.#source.size ? await this.#source.read(start, start + length) : new Uint8Array();
+    const bytes =
+      start + length <= this.#source.size ? await this.#source.read(start, start + length) : new Uint8Array();
     if (bytes.length < length) throw this.#broken(`What should lie at byte ${start} lies behind its end`);
     return bytes;
   }

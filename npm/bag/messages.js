@@ -111,7 +111,12 @@ export function decodeCloud(bytes) {
 /** @param {Uint8Array} bytes @returns {CameraMessage} */
 export function decodeCamera(bytes) {
   const r = new CdrReader(bytes);
-  const header = { ...readHeader(r), height: r.u32('height'), width: r.u32('width'), model: r.string('distortion_model') };
+  const header = {
+    ...readHeader(r),
+    height: r.u32('height'),
+    width: r.u32('width'),
+    model: r.string('distortion_model'),
+  };
   const [d, k] = [r.f64Sequence('d'), r.f64s(9, 'k')];
   r.f64s(9, 'r');
   const p = r.f64s(12, 'p');

@@ -190,7 +190,12 @@ function filesIn(yaml) {
   const [, list = ''] = yaml.match(/^\s*relative_file_paths:\s*\n((?:\s*-\s.*\n?)+)/m) ?? [];
   return list
     .split('\n')
-    .map((line) => line.replace(/^\s*-\s+/, '').trim().replace(/^(['"])(.*)\1$/, '$2'))
+    .map((line) =>
+      line
+        .replace(/^\s*-\s+/, '')
+        .trim()
+        .replace(/^(['"])(.*)\1$/, '$2'),
+    )
     .filter((name) => name !== '');
 }
 
@@ -200,7 +205,9 @@ function formatsIn(yaml) {
     return block.match(new RegExp(`^\\s*${key}:\\s*(\\S+)\\s*$`, 'm'))?.[1] ?? '';
   };
   const blocks = yaml.split(/topic_metadata:/).slice(1);
-  const pairs = blocks.map((block) => /** @type {const} */ ([valueOf(block, 'name'), valueOf(block, 'serialization_format')]));
+  const pairs = blocks.map(
+    (block) => /** @type {const} */ ([valueOf(block, 'name'), valueOf(block, 'serialization_format')]),
+  );
   return new Map(pairs.filter(([name, format]) => name !== '' && format !== ''));
 }
 

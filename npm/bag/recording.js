@@ -91,13 +91,26 @@ class Maker {
           imageFile(color, bytes, colorFile),
         )
       : [];
-    const member = (/** @type {TimedContent} */ { path, size, time }) => ({ path, size, key: path, time: Number(time) / 1e9 });
+    const member = (/** @type {TimedContent} */ { path, size, time }) => ({
+      path,
+      size,
+      key: path,
+      time: Number(time) / 1e9,
+    });
     const { pairs, unused } = pairUp(depths.map(member), colors.map(member), false);
     const bare = pairs.filter(({ color }) => !color).length;
     if (color && bare === pairs.length) this.#note(color.topic.name, NO_PAIRS);
     else if (color) {
-      if (bare > 0) this.#note(depth.topic.name, `${plural(bare, 'depth image')} without a colour image within 0.02 s, used without colours`);
-      if (unused.length > 0) this.#note(color.topic.name, `${plural(unused.length, 'colour image')} left aside: no depth image within 0.02 s`);
+      if (bare > 0)
+        this.#note(
+          depth.topic.name,
+          `${plural(bare, 'depth image')} without a colour image within 0.02 s, used without colours`,
+        );
+      if (unused.length > 0)
+        this.#note(
+          color.topic.name,
+          `${plural(unused.length, 'colour image')} left aside: no depth image within 0.02 s`,
+        );
     }
     this.#recording.depth_frames = pairs.map(({ depth: { path, time }, color }) => {
       return { name: path.slice(this.#bag.path.length + 1), depth: path, color: color?.path ?? null, time };
@@ -149,13 +162,16 @@ class Maker {
   /** @param {Choice} choice @returns {BagRecording} */
   finish(choice) {
     const used = new Set(Object.values(choice));
-    const faulty = this.#topics.filter(({ problem, topic }) => problem !== '' && topic.count > 0 && !used.has(topic.name));
+    const faulty = this.#topics.filter(
+      ({ problem, topic }) => problem !== '' && topic.count > 0 && !used.has(topic.name),
+    );
     /** @type {Map<string, TopicFacts[]>} */
     const byProblem = new Map();
     for (const facts of faulty) byProblem.set(facts.problem, [...(byProblem.get(facts.problem) ?? []), facts]);
     for (const [problem, topics] of byProblem) {
       const names = topics.map(({ topic }) => `${topic.name} (${topic.type})`);
-      const shown = names.length > 4 ? `${names.slice(0, 3).join(', ')} and ${names.length - 3} more` : names.join(', ');
+      const shown =
+        names.length > 4 ? `${names.slice(0, 3).join(', ')} and ${names.length - 3} more` : names.join(', ');
       this.#note(this.#bag.path, `left aside: ${shown}: ${problem}`);
     }
     return { files: this.#files, recording: this.#recording };
@@ -174,7 +190,10 @@ class Maker {
           return;
         }
         if (message.d.some((value) => value !== 0) && !/rect/.test(depthTopic.name)) {
-          this.#note(topic.name, `the lens distorts (${message.model || 'model unknown'}), which is not undone; rectified depth gives a truer map`);
+          this.#note(
+            topic.name,
+            `the lens distorts (${message.model || 'model unknown'}), which is not undone; rectified depth gives a truer map`,
+          );
         }
         const bytes = new TextEncoder().encode(`${JSON.stringify(camera)}\n`);
         const path = `${this.#bag.path}/depth-camera.json`;
@@ -205,7 +224,9 @@ class Maker {
    */
   async #contents(topic, folder, ending, convert) {
     const before = folder === 'color' ? this.#total - topic.count : 0;
-    const { messages, notes } = await stampedMessages(this.#bag, topic, (done) => this.#onProgress(before + done, this.#total));
+    const { messages, notes } = await stampedMessages(this.#bag, topic, (done) =>
+      this.#onProgress(before + done, this.#total),
+    );
     this.#recording.notes.push(...notes);
     const contents = messages.map(({ index, time }) => {
       const path = `${this.#bag.path}/${folder}/${timeText(time)}.${ending}`;
@@ -240,7 +261,9 @@ class Maker {
 
 /** @param {TopicFacts} facts @param {Uint8Array} bytes @param {(image: import('./messages.js').ImageMessage) => Uint8Array} rawFile */
 function imageFile({ topic }, bytes, rawFile) {
-  return topic.type === 'sensor_msgs/msg/CompressedImage' ? packedFile(decodeCompressed(bytes)) : rawFile(decodeImage(bytes));
+  return topic.type === 'sensor_msgs/msg/CompressedImage'
+    ? packedFile(decodeCompressed(bytes))
+    : rawFile(decodeImage(bytes));
 }
 
 /**
@@ -249,7 +272,9 @@ function imageFile({ topic }, bytes, rawFile) {
  */
 function pinholeOf({ width, height, k, p, binning, offset }, topic, depthTopic) {
   const isRectified = /rect/.test(`${topic} ${depthTopic}`) && (p[0] ?? 0) > 0;
-  const [fx = 0, , cx = 0, , , fy = 0, cy = 0] = isRectified ? [p[0], 0, p[2], 0, 0, p[5], p[6]] : [k[0], 0, k[2], 0, 0, k[4], k[5]];
+  const [fx = 0, , cx = 0, , , fy = 0, cy = 0] = isRectified
+    ? [p[0], 0, p[2], 0, 0, p[5], p[6]]
+    : [k[0], 0, k[2], 0, 0, k[4], k[5]];
   if (!(fx > 0 && fy > 0)) return null; // not calibrated
   const [binX, binY] = binning.map((value) => Math.max(1, value));
   return {

@@ -201,7 +201,12 @@ export class SqliteFile {
     const [rowid, body] = readVarint(bytes, afterSize);
     const local = this.#localSize(size);
     if (body + local > bytes.length) throw new RangeError('a row beyond its page');
-    return { rowid, size, local: bytes.slice(body, body + local), overflow: local < size ? readU32(bytes, body + local) : 0 };
+    return {
+      rowid,
+      size,
+      local: bytes.slice(body, body + local),
+      overflow: local < size ? readU32(bytes, body + local) : 0,
+    };
   }
 
   /** How much of a record of this size lies in its page (section 1.6). @param {number} size */

@@ -30,7 +30,9 @@ export async function stampedMessages(bag, topic, onProgress = () => {}) {
   let numUnset = 0;
   for (let first = 0; first < topic.count; first += READ_AT_ONCE) {
     const indexes = Array.from({ length: Math.min(READ_AT_ONCE, topic.count - first) }, (_, i) => first + i);
-    const heads = await Promise.allSettled(indexes.map(async (index) => stampIn(await bag.readHead(topic, index, STAMP_BYTES))));
+    const heads = await Promise.allSettled(
+      indexes.map(async (index) => stampIn(await bag.readHead(topic, index, STAMP_BYTES))),
+    );
     for (const [i, head] of heads.entries()) {
       if (head.status === 'fulfilled') {
         if (head.value === 0n) numUnset += 1;
@@ -52,7 +54,10 @@ export async function stampedMessages(bag, topic, onProgress = () => {}) {
     notes.push({ file: topic.name, reason: `${plural(count, 'message')} of ${topic.count} left out: ${reason}` });
   }
   if (isSet && numUnset > 0) {
-    notes.push({ file: topic.name, reason: `${plural(numUnset, 'message')} left out: the time in the header is not set` });
+    notes.push({
+      file: topic.name,
+      reason: `${plural(numUnset, 'message')} left out: the time in the header is not set`,
+    });
   }
   return { messages, notes };
 }

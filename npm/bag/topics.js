@@ -3,7 +3,14 @@
 import { fileError } from '../errors.js';
 import { hintOf } from '../recording/names.js';
 import { depthEnding, usesOf } from './images.js';
-import { decodeCloudShape, decodeCompressedFormat, decodeHeader, decodeImageShape, HEAD_BYTES, TYPES } from './messages.js';
+import {
+  decodeCloudShape,
+  decodeCompressedFormat,
+  decodeHeader,
+  decodeImageShape,
+  HEAD_BYTES,
+  TYPES,
+} from './messages.js';
 import { useOfPacked } from './packed_images.js';
 
 /** @typedef {import('./open.js').Bag} Bag */
@@ -78,7 +85,12 @@ function factsOf(kind, head) {
     const names = fields.map(({ name }) => name);
     const isInSpace = ['x', 'y', 'z'].every((axis) => names.includes(axis));
     const about = `${width * height} points of ${names.join(' ')}`;
-    return { about, frame, uses: isInSpace ? ['clouds'] : [], problem: isInSpace ? '' : 'its points have no x, y and z' };
+    return {
+      about,
+      frame,
+      uses: isInSpace ? ['clouds'] : [],
+      problem: isInSpace ? '' : 'its points have no x, y and z',
+    };
   }
   const { frame } = kind === 'transforms' ? { frame: '' } : decodeHeader(head);
   return { about: frame && `in ${frame}`, frame, uses: usesOfKind(kind) };

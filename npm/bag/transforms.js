@@ -35,7 +35,8 @@ function multiply([ax, ay, az, aw], [bx, by, bz, bw]) {
 /** @param {Quaternion} q @param {Vector} v @returns {Vector} */
 function rotate([x, y, z, w], v) {
   // v + 2 w (q x v) + 2 q x (q x v), for a unit quaternion.
-  const cross = (/** @type {Vector} */ [a, b, c]) => /** @type {Vector} */ ([y * c - z * b, z * a - x * c, x * b - y * a]);
+  const cross = (/** @type {Vector} */ [a, b, c]) =>
+    /** @type {Vector} */ ([y * c - z * b, z * a - x * c, x * b - y * a]);
   const once = cross(v);
   const twice = cross(once);
   return /** @type {Vector} */ (v.map((value, i) => value + 2 * (w * (once[i] ?? 0) + (twice[i] ?? 0))));
@@ -43,12 +44,18 @@ function rotate([x, y, z, w], v) {
 
 /** Between two poses: positions along a line, rotations along the shorter arc. @param {Transform} a @param {Transform} b @param {number} share @returns {Transform} */
 function interpolate(a, b, share) {
-  const mix = (/** @type {number[]} */ from, /** @type {number[]} */ to, /** @type {number} */ p, /** @type {number} */ q) =>
-    from.map((value, i) => p * value + q * (to[i] ?? 0));
+  const mix = (
+    /** @type {number[]} */ from,
+    /** @type {number[]} */ to,
+    /** @type {number} */ p,
+    /** @type {number} */ q,
+  ) => from.map((value, i) => p * value + q * (to[i] ?? 0));
   const dot = a.rotation.reduce((sum, value, i) => sum + value * (b.rotation[i] ?? 0), 0);
   const angle = Math.acos(Math.min(1, Math.abs(dot)));
   const [p, q] =
-    angle < 1e-6 ? [1 - share, share] : [Math.sin((1 - share) * angle), Math.sin(share * angle)].map((s) => s / Math.sin(angle));
+    angle < 1e-6
+      ? [1 - share, share]
+      : [Math.sin((1 - share) * angle), Math.sin(share * angle)].map((s) => s / Math.sin(angle));
   const rotation = mix(a.rotation, b.rotation, p ?? 1, dot < 0 ? -(q ?? 0) : (q ?? 0));
   return {
     translation: /** @type {Vector} */ (mix(a.translation, b.translation, 1 - share, share)),

@@ -29,9 +29,11 @@ export async function referenceText(bag, topics, topic, sensor) {
     for (const pose of await posesOf(bag, other, notes)) tree.add(pose, true);
   }
   const poses = await posesOf(bag, topic, notes);
-  const samples = topic.type === TF ? fromTree(tree, poses, topic, sensor, notes) : fromPoses(tree, poses, topic, sensor, notes);
+  const samples =
+    topic.type === TF ? fromTree(tree, poses, topic, sensor, notes) : fromPoses(tree, poses, topic, sensor, notes);
   if (samples.length === 0) {
-    if (notes.every(({ file }) => file !== topic.name)) notes.push({ file: topic.name, reason: 'left aside: it holds no pose' });
+    if (notes.every(({ file }) => file !== topic.name))
+      notes.push({ file: topic.name, reason: 'left aside: it holds no pose' });
     return { text: null, notes };
   }
   return { text: tumText(samples), notes };
@@ -54,7 +56,8 @@ async function posesOf(bag, topic, notes) {
       faults += 1;
     }
   }
-  if (faults > 0) notes.push({ file: topic.name, reason: `${plural(faults, 'message')} of ${topic.count} left out: ${fault}` });
+  if (faults > 0)
+    notes.push({ file: topic.name, reason: `${plural(faults, 'message')} of ${topic.count} left out: ${fault}` });
   return poses;
 }
 
@@ -67,7 +70,10 @@ function fromTree(tree, poses, topic, sensor, notes) {
     notes.push({ file: topic.name, reason: `the reference is the path of ${sensor} in ${path.world}` });
     return path.samples;
   }
-  notes.push({ file: topic.name, reason: `left aside: it tells no path of the sensor's frame, ${sensor || 'which has no name'}` });
+  notes.push({
+    file: topic.name,
+    reason: `left aside: it tells no path of the sensor's frame, ${sensor || 'which has no name'}`,
+  });
   return [];
 }
 
@@ -84,7 +90,10 @@ function fromPoses(tree, poses, topic, sensor, notes) {
     return good ? [{ stamp, pose: compose(good, mount ?? IDENTITY) }] : [];
   });
   if (samples.length < poses.length) {
-    notes.push({ file: topic.name, reason: `${plural(poses.length - samples.length, 'pose')} left out: no numbers of a pose` });
+    notes.push({
+      file: topic.name,
+      reason: `${plural(poses.length - samples.length, 'pose')} left out: no numbers of a pose`,
+    });
   }
   return samples;
 }

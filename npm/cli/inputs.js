@@ -40,7 +40,11 @@ export async function gather(paths, complain, wishes = {}) {
   try {
     const opened = await openBagsAmong(found, handles, wishes);
     const named = withDistinctPaths(opened.sources);
-    return { sources: new Map(named.map((source) => [source.path, source])), notes: [...notes, ...opened.notes], close };
+    return {
+      sources: new Map(named.map((source) => [source.path, source])),
+      notes: [...notes, ...opened.notes],
+      close,
+    };
   } catch (error) {
     await close();
     throw error;

@@ -25,7 +25,11 @@ pub fn read(bytes: &[u8]) -> Result<DepthImage> {
         read_pgm(bytes)
     } else if bytes.starts_with(b"Pf") {
         read_pfm(bytes)
-    } else if bytes.starts_with(b"P6") || bytes.starts_with(b"P3") || bytes.starts_with(b"PF") || bytes.starts_with(b"\xFF\xD8") {
+    } else if bytes.starts_with(b"P6")
+        || bytes.starts_with(b"P3")
+        || bytes.starts_with(b"PF")
+        || bytes.starts_with(b"\xFF\xD8")
+    {
         Err(Error::whole("This is a colour image, not depth", REMEDY))
     } else {
         let start = quote(&bytes[..bytes.len().min(8)]);

@@ -25,9 +25,8 @@ pub(super) fn header(bytes: &[u8], format: &str, position: &mut usize) -> Result
     *position = 2;
     let mut header = [0; 3];
     for (slot, name) in header.iter_mut().zip(["width", "height", "largest value"]) {
-        *slot = next_whole(bytes, position).ok_or_else(|| {
-            Error::byte(*position, format!("The {format}'s header has no {name} here"), EXPORT_AGAIN)
-        })?;
+        *slot = next_whole(bytes, position)
+            .ok_or_else(|| Error::byte(*position, format!("The {format}'s header has no {name} here"), EXPORT_AGAIN))?;
     }
     Ok(header)
 }
@@ -44,9 +43,8 @@ pub(super) fn pfm_values(bytes: &[u8], check: impl Fn([u64; 2]) -> Result<()>) -
     let mut position = 2;
     let mut size = [0; 2];
     for (slot, name) in size.iter_mut().zip(["width", "height"]) {
-        *slot = next_whole(bytes, &mut position).ok_or_else(|| {
-            Error::byte(position, format!("The PFM's header has no {name} here"), EXPORT_AGAIN)
-        })?;
+        *slot = next_whole(bytes, &mut position)
+            .ok_or_else(|| Error::byte(position, format!("The PFM's header has no {name} here"), EXPORT_AGAIN))?;
     }
     let no_scale = |at: usize| Error::byte(at, "The PFM's header has no scale here", EXPORT_AGAIN);
     skip_blanks(bytes, &mut position).ok_or_else(|| no_scale(bytes.len()))?;
