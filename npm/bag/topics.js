@@ -93,7 +93,7 @@ function factsOf(kind, head) {
     };
   }
   const { frame } = kind === 'transforms' ? { frame: '' } : decodeHeader(head);
-  return { about: frame && `in ${frame}`, frame, uses: usesOfKind(kind) };
+  return { about: frame && `frame ${frame}`, frame, uses: usesOfKind(kind) };
 }
 
 /** Where the data of a CompressedImage begins. @param {Uint8Array} head @param {string} frame @param {string} format */

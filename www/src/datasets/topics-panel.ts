@@ -212,9 +212,9 @@ export class ScanstitchTopics extends LitElement {
           clip-path: inset(50%);
         }
         tr {
-          display: grid;
-          grid-template-columns: auto auto 1fr;
-          gap: 2px 14px;
+          display: flex;
+          flex-wrap: wrap;
+          gap: 2px 8px;
           align-items: center;
           padding: 8px 0;
           border-top: 1px solid var(--line);
@@ -226,7 +226,7 @@ export class ScanstitchTopics extends LitElement {
         }
         tbody th,
         td:last-child {
-          grid-column: 1 / -1;
+          flex-basis: 100%;
         }
         td:nth-child(3)::after {
           content: ' messages';
