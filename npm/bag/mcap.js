@@ -78,6 +78,8 @@ class McapFile {
   #channels = new Map();
   /** @type {Map<number, MessageIndex>} */
   #messages = new Map();
+  /** It does not end as MCAP files do. */
+  #isCut = false;
 
   /** @param {string} name @param {ByteSource} source */
   constructor(name, source) {
@@ -178,6 +180,8 @@ class McapFile {
     if (place < size) {
       const reason = `cut off or damaged at byte ${place} of ${size}; the messages before that are used`;
       this.notes.push({ file: this.#name, reason });
+    } else if (this.#isCut) {
+      this.notes.push({ file: this.#name, reason: 'cut off behind its last message; all messages are used' });
     }
     if (strays > 0)
       this.notes.push({ file: this.#name, reason: `${strays} messages belong to no topic and are left out` });
@@ -210,7 +214,8 @@ class McapFile {
     const tail = await this.#source.read(Math.max(0, size - TAIL_BYTES), size);
     const view = new DataView(tail.buffer, tail.byteOffset, tail.byteLength);
     const isWhole = tail.length === TAIL_BYTES && tail[0] === OPCODE.footer && isMcap(tail.subarray(-MAGIC.length));
-    if (!isWhole) return null; // cut off, which the walk will tell
+    this.#isCut = !isWhole;
+    if (!isWhole) return null;
     const start = Number(view.getBigUint64(RECORD_HEADER_BYTES, true));
     if (start === 0) return null;
     const end = size - TAIL_BYTES;

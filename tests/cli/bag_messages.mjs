@@ -92,8 +92,22 @@ export function stampAt(seconds) {
  * @param {{ stamp: Stamp, width: number, height: number, encoding: string, data: Uint8Array, step?: number, bigEndian?: boolean,
  *   frame?: string, isLittle?: boolean }} image
  */
-export function image({ stamp, width, height, encoding, data, step = 0, bigEndian = false, frame = 'camera', isLittle = true }) {
-  const writer = new CdrWriter(isLittle, data.length + 256).header(stamp, frame).u32(height).u32(width).string(encoding);
+export function image({
+  stamp,
+  width,
+  height,
+  encoding,
+  data,
+  step = 0,
+  bigEndian = false,
+  frame = 'camera',
+  isLittle = true,
+}) {
+  const writer = new CdrWriter(isLittle, data.length + 256)
+    .header(stamp, frame)
+    .u32(height)
+    .u32(width)
+    .string(encoding);
   return writer.u8(Number(bigEndian)).u32(step).bytes(data).done();
 }
 
@@ -113,15 +127,32 @@ export function cameraInfo(stamp, width, height, [fx, fy, cx, cy]) {
  * @param {{ stamp: Stamp, width: number, height?: number, fields: [name: string, offset: number, datatype: number, count?: number][],
  *   pointStep: number, rowStep?: number, data: Uint8Array, bigEndian?: boolean }} cloud
  */
-export function pointCloud({ stamp, width, height = 1, fields, pointStep, rowStep = width * pointStep, data, bigEndian = false }) {
-  const writer = new CdrWriter(true, data.length + 1024).header(stamp, 'lidar').u32(height).u32(width).u32(fields.length);
+export function pointCloud({
+  stamp,
+  width,
+  height = 1,
+  fields,
+  pointStep,
+  rowStep = width * pointStep,
+  data,
+  bigEndian = false,
+}) {
+  const writer = new CdrWriter(true, data.length + 1024)
+    .header(stamp, 'lidar')
+    .u32(height)
+    .u32(width)
+    .u32(fields.length);
   for (const [name, offset, datatype, count = 1] of fields) writer.string(name).u32(offset).u8(datatype).u32(count);
   return writer.u8(Number(bigEndian)).u32(pointStep).u32(rowStep).bytes(data).u8(1).done();
 }
 
 /** @param {Stamp} stamp @param {number} angleMin @param {number} increment @param {[number, number]} limits @param {number[]} ranges */
 export function laserScan(stamp, angleMin, increment, [rangeMin, rangeMax], ranges) {
-  const writer = new CdrWriter().header(stamp, 'laser').f32(angleMin).f32(angleMin + increment * ranges.length).f32(increment);
+  const writer = new CdrWriter()
+    .header(stamp, 'laser')
+    .f32(angleMin)
+    .f32(angleMin + increment * ranges.length)
+    .f32(increment);
   writer.f32(0).f32(0.1).f32(rangeMin).f32(rangeMax).u32(ranges.length);
   for (const range of ranges) writer.f32(range);
   return writer.u32(0).done();
@@ -131,18 +162,28 @@ export function laserScan(stamp, angleMin, increment, [rangeMin, rangeMax], rang
 
 /** @param {Stamp} stamp @param {string} frame @param {string} child @param {Pose} pose */
 export function odometry(stamp, frame, child, pose) {
-  const writer = new CdrWriter().header(stamp, frame).string(child).f64(...pose, ...Array(36).fill(0));
+  const writer = new CdrWriter()
+    .header(stamp, frame)
+    .string(child)
+    .f64(...pose, ...Array(36).fill(0));
   return writer.f64(...Array(6).fill(0), ...Array(36).fill(0)).done();
 }
 
 /** @param {Stamp} stamp @param {string} frame @param {Pose} pose */
 export function poseStamped(stamp, frame, pose) {
-  return new CdrWriter().header(stamp, frame).f64(...pose).done();
+  return new CdrWriter()
+    .header(stamp, frame)
+    .f64(...pose)
+    .done();
 }
 
 /** @param {[stamp: Stamp, frame: string, child: string, pose: Pose][]} transforms */
 export function transforms(transforms) {
   const writer = new CdrWriter().u32(transforms.length);
-  for (const [stamp, frame, child, pose] of transforms) writer.header(stamp, frame).string(child).f64(...pose);
+  for (const [stamp, frame, child, pose] of transforms)
+    writer
+      .header(stamp, frame)
+      .string(child)
+      .f64(...pose);
   return writer.done();
 }

@@ -67,7 +67,10 @@ export function writeMcap(path, topics, messages, { isIndexed = true, hasChunks 
     const times = waiting.map(({ time }) => time);
     const [start, end] = [times.reduce((a, b) => (b < a ? b : a)), times.reduce((a, b) => (b > a ? b : a))];
     const sum = [4, crc32(records)];
-    const head = pack([8, start], [8, end], [8, records.length], /** @type {[number, number]} */ (sum), '', [8, records.length]);
+    const head = pack([8, start], [8, end], [8, records.length], /** @type {[number, number]} */ (sum), '', [
+      8,
+      records.length,
+    ]);
     const chunkStart = place;
     put(record(6, pack(head, records)));
     const chunkLength = place - chunkStart;
@@ -91,7 +94,17 @@ export function writeMcap(path, topics, messages, { isIndexed = true, hasChunks 
       chunkIndexes.push(
         record(
           8,
-          pack(...[start, end, chunkStart, chunkLength].map((value) => /** @type {[number, bigint]} */ ([8, BigInt(value)])), [4, map.length], map, [8, place - indexStart], '', [8, records.length], [8, records.length]),
+          pack(
+            ...[start, end, chunkStart, chunkLength].map(
+              (value) => /** @type {[number, bigint]} */ ([8, BigInt(value)]),
+            ),
+            [4, map.length],
+            map,
+            [8, place - indexStart],
+            '',
+            [8, records.length],
+            [8, records.length],
+          ),
         ),
       );
     }
@@ -123,7 +136,18 @@ export function writeMcap(path, topics, messages, { isIndexed = true, hasChunks 
     const map = Buffer.concat(counts.map((count, id) => pack([2, id], [8, count])));
     const statistics = record(
       11,
-      pack([8, total], [2, topics.length], [4, topics.length], [4, 0], [4, 0], [4, chunkIndexes.length], [8, first], [8, last], [4, map.length], map),
+      pack(
+        [8, total],
+        [2, topics.length],
+        [4, topics.length],
+        [4, 0],
+        [4, 0],
+        [4, chunkIndexes.length],
+        [8, first],
+        [8, last],
+        [4, map.length],
+        map,
+      ),
     );
     const summary = Buffer.concat([...definitions, statistics, ...chunkIndexes]);
     const footer = pack(2, [8, 20], [8, summaryStart], [8, 0]);
@@ -263,9 +287,19 @@ export function writeDb3(path, topics, messages) {
     })(),
   );
   const tables = [
-    ['topics', 2, 'CREATE TABLE topics(id INTEGER PRIMARY KEY,name TEXT NOT NULL,type TEXT NOT NULL,serialization_format TEXT NOT NULL,offered_qos_profiles TEXT NOT NULL)'],
-    ['messages', 3, 'CREATE TABLE messages(id INTEGER PRIMARY KEY,topic_id INTEGER NOT NULL,timestamp INTEGER NOT NULL, data BLOB NOT NULL)'],
-  ].map(([name, root, sql], index) => leafCell(index + 1, row(['table', String(name), String(name), Number(root), String(sql)])));
+    [
+      'topics',
+      2,
+      'CREATE TABLE topics(id INTEGER PRIMARY KEY,name TEXT NOT NULL,type TEXT NOT NULL,serialization_format TEXT NOT NULL,offered_qos_profiles TEXT NOT NULL)',
+    ],
+    [
+      'messages',
+      3,
+      'CREATE TABLE messages(id INTEGER PRIMARY KEY,topic_id INTEGER NOT NULL,timestamp INTEGER NOT NULL, data BLOB NOT NULL)',
+    ],
+  ].map(([name, root, sql], index) =>
+    leafCell(index + 1, row(['table', String(name), String(name), Number(root), String(sql)])),
+  );
   const page = treePage(13, tables, 0, 100);
   page.write('SQLite format 3\0', 0, 'latin1');
   page.writeUInt16BE(PAGE, 16);
