@@ -29,7 +29,7 @@ export interface OpenedBag {
 
 /** News of bags that are being opened: their topics, then how many messages of how many have been looked into. */
 export interface BagListener {
-  listed(bags: readonly ListedBag[]): void;
+  listed(bags: readonly ListedBag[]): Promise<void>;
   looking(done: number, total: number): void;
 }
 
@@ -107,7 +107,7 @@ const isArchive = (name: string): boolean => /\.zip$/i.test(name);
 /** Zips and bags are opened; what lies in them is unpacked when it is read. */
 export async function openFiles(
   given: readonly NamedFile[],
-  listener: BagListener = { listed: () => undefined, looking: () => undefined },
+  listener: BagListener = { listed: async () => undefined, looking: () => undefined },
   wishes: Wishes = {},
 ): Promise<OpenedFiles> {
   const { files, notes } = await openArchives(given);
@@ -115,7 +115,7 @@ export async function openFiles(
   if (!of_bags.some(({ path }) => isBagName(path))) return { given, files, notes, bags: [] };
   const { listBags } = await import('../../../npm/bag/bag_recordings.js');
   const listed = await listBags(of_bags.map((file) => ({ path: file.path, source: () => sourceOf(file, given) })));
-  listener.listed(listed.bags);
+  await listener.listed(listed.bags);
   const opened = await openBags(listed.bags, wishes, listener);
   return { given, files: [...rest, ...opened.files], notes: [...notes, ...listed.notes], bags: opened.bags };
 }

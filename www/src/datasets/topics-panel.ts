@@ -59,7 +59,7 @@ export class ScanstitchTopics extends LitElement {
         ${plural(listed.topics.length, 'topic')}
       </button>
       <p class="summary">${activity === '' ? this.renderUsed() : html`<span role="status">${activity} …</span>`}</p>
-      <div id="list" class="list" ?hidden=${!this.is_open} tabindex="0">
+      <div id="list" class="list" role="group" aria-label="List of topics" ?hidden=${!this.is_open} tabindex="0">
         ${this.is_open ? this.renderTable() : nothing}
       </div>
     </section>`;
