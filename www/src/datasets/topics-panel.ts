@@ -157,7 +157,7 @@ export class ScanstitchTopics extends LitElement {
       }
       .list {
         flex-basis: 100%;
-        max-height: min(44vh, 340px);
+        max-height: min(38vh, 272px);
         overflow: auto;
       }
       table {
