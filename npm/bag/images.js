@@ -83,12 +83,13 @@ export function colorFile(image) {
   if (!color && !yuv) {
     throw new MessageError(`Colours of the encoding ${encoding} are not read`, OTHER_RECORDING);
   }
+  // First of all, whether the message holds so many pixels.
+  const rows = rowsOf(image, color ? width * color.bytes : 4 * Math.ceil(width / 2));
   const { bytes: file, body } = startFile(`P6\n${width} ${height}\n255\n`, 3 * width * height);
   if (color) {
     const [red, green, blue] = color.channels.map((channel) => {
       return color.wide ? 2 * channel + (image.bigEndian ? 0 : 1) : channel;
     });
-    const rows = rowsOf(image, width * color.bytes);
     let out = body;
     for (let v = 0; v < height; v += 1) {
       let place = v * rows.stride;
@@ -98,7 +99,7 @@ export function colorFile(image) {
         file[out + 2] = rows.bytes[place + (blue ?? 0)] ?? 0;
       }
     }
-  } else if (yuv) writeYuv(file, body, image, rowsOf(image, 4 * Math.ceil(width / 2)), yuv);
+  } else if (yuv) writeYuv(file, body, image, rows, yuv);
   return file;
 }
 
