@@ -1,13 +1,14 @@
 // @ts-check
 /**
  * Opens a large bag in Chromium and measures: `node scripts/bench_bag.mjs [--format mcap|db3] [--gigabytes 2] [--bag FILE]`.
+ * A bag that is named is used, or written and kept where there is none.
  * The bag is written into a temporary folder first: depth and colour images of 640 x 480 pixels, a camera that walks to
  * and fro in a made-up room, with its CameraInfo and true path. Then the built page (npm run build) opens it, and these
  * are printed as JSON: milliseconds to the list of topics and to the first map, seconds of the whole run, frames placed,
  * and the most memory that the tab's process had (megabytes resident, all its workers in it, as /proc tells).
  */
 import { spawn } from 'node:child_process';
-import { mkdtempSync, readFileSync, rmSync, statSync } from 'node:fs';
+import { existsSync, mkdtempSync, readFileSync, rmSync, statSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { parseArgs } from 'node:util';
@@ -86,7 +87,7 @@ const browser = await chromium.launch({
 });
 try {
   const path = values.bag ?? join(folder, `large.${values.format}`);
-  if (!values.bag) (values.format === 'db3' ? writeDb3 : writeMcap)(path, TOPICS, messages());
+  if (!existsSync(path)) (values.format === 'db3' ? writeDb3 : writeMcap)(path, TOPICS, messages());
   const page = await browser.newPage({ viewport: { width: 1280, height: 800 } });
   await page.goto(`http://localhost:${PORT}/`);
   await page.getByRole('table').first().waitFor();
