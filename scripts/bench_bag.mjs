@@ -1,7 +1,8 @@
 // @ts-check
 /**
- * Opens a large bag in Chromium and measures: `node scripts/bench_bag.mjs [--format mcap|db3] [--gigabytes 2] [--bag FILE]`.
- * A bag that is named is used, or written and kept where there is none.
+ * Opens a large bag in Chromium and measures: `node scripts/bench_bag.mjs [--format mcap|db3] [--gigabytes 2] [--bag FILE]
+ * [--seconds N]`.
+ * A bag that is named is used, or written and kept where there is none; after so many seconds it is ended.
  * The bag is written into a temporary folder first: depth and colour images of 640 x 480 pixels, a camera that walks to
  * and fro in a made-up room, with its CameraInfo and true path. Then the built page (npm run build) opens it, and these
  * are printed as JSON: milliseconds to the list of topics and to the first map, seconds of the whole run, frames placed,
@@ -35,6 +36,7 @@ const { values } = parseArgs({
     format: { type: 'string', default: 'mcap' },
     gigabytes: { type: 'string', default: '2' },
     bag: { type: 'string' },
+    seconds: { type: 'string', default: 'Infinity' },
   },
 });
 
@@ -113,7 +115,9 @@ try {
   const mapMs = performance.now() - start;
   const result = () =>
     page.evaluate(() => {
-      const [detail] = /** @type {any} */ (window).stitched;
+      const { stitched } = /** @type {any} */ (window);
+      // The sample may have been stitched meanwhile.
+      const detail = stitched.find((/** @type {any} */ { result }) => /^depth\//.test(result.frames[0]?.name));
       if (!detail) return null;
       const { frames, comparison } = detail.result;
       const good = frames.filter((/** @type {{ status: string }} */ { status }) => status === 'good').length;
@@ -121,7 +125,7 @@ try {
     });
   const log = [];
   let done = await result();
-  for (; !done; done = await result()) {
+  for (; !done && performance.now() - start < 1000 * Number(values.seconds); done = await result()) {
     await new Promise((resolve) => setTimeout(resolve, POLL_MS));
     if (log.length * 10_000 < performance.now() - start) {
       const memory = Math.max(...renderers.map((id) => memoryOf(id).now));

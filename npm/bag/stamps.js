@@ -9,7 +9,7 @@ import { CdrReader } from './cdr.js';
 /** @typedef {{ index: number, time: bigint }} Stamped time: ns */
 
 /** So many messages are looked into at a time. */
-const READ_AT_ONCE = 32;
+const READ_AT_ONCE = 64;
 const STAMP_BYTES = 12;
 /** A time that lies further back than this is a new beginning; what lies nearer came out of order (ns). */
 const NEW_BEGINNING = 1_000_000_000n;
