@@ -6,6 +6,7 @@
  *
  * Source of the layout: PKWARE, APPNOTE.TXT 6.3.10, sections 4.3 and 4.5.3 (ZIP64).
  */
+import { crc32 } from './crc32.js';
 import { fileError } from './errors.js';
 
 /** @typedef {import('./recording.js').ListedFile} ListedFile */
@@ -317,21 +318,6 @@ async function unpack(source, entry, length) {
     }
   }
   return bytes.subarray(0, filled);
-}
-
-/** @type {Uint32Array | undefined} */
-let crcTable;
-
-/** CRC-32 of ISO 3309, as in ZIP and PNG. @param {Uint8Array} bytes */
-function crc32(bytes) {
-  crcTable ??= Uint32Array.from({ length: 256 }, (_, index) => {
-    let value = index;
-    for (let bit = 0; bit < 8; bit += 1) value = value & 1 ? (value >>> 1) ^ 0xedb88320 : value >>> 1;
-    return value;
-  });
-  let crc = 0xffffffff;
-  for (const byte of bytes) crc = (crc >>> 8) ^ /** @type {number} */ (crcTable[(crc ^ byte) & 0xff]);
-  return ~crc >>> 0;
 }
 
 /** @param {Uint8Array} bytes */

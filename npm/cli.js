@@ -11,9 +11,10 @@ import { evaluate } from './cli/evaluate.js';
 import { mapQuality } from './cli/map_quality.js';
 import { reconstruct } from './cli/reconstruct.js';
 import { settings } from './cli/settings.js';
+import { topics } from './cli/topics.js';
 
 /** @type {import('./cli/command.js').Command[]} */
-const COMMANDS = [reconstruct, evaluate, convert, mapQuality, bev, settings];
+const COMMANDS = [reconstruct, evaluate, convert, mapQuality, bev, topics, settings];
 
 const INTRODUCTION = `Laser scans, depth images and clouds to a trajectory and a stitched map, and trajectories against the truth.
 

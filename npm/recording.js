@@ -12,7 +12,8 @@ import { isListName } from './recording/lists.js';
 import { baseOf, commonFolder, contains, folderOf, groupBy, seriesOf } from './recording/names.js';
 import { findIntrinsics, findReference } from './recording/reference.js';
 
-/** @typedef {{ path: string, size: number }} ListedFile path: folders apart by slashes; size in bytes */
+/** @typedef {{ path: string, size: number, given?: Recording }} ListedFile path: folders apart by slashes; size in bytes;
+ *    given: the recording that it is a part of, where that is known, as it is of what lies in a bag */
 /** @typedef {{ file: string, reason: string }} Note reason: completes "FILE: ..." */
 /** @typedef {{ name: string, depth: string, color: string | null, time: number | null }} DepthFrame name: short, for messages
  *    and results; depth, color: paths; time: seconds, where the recording has times */
@@ -58,6 +59,11 @@ export async function understand(files, readHead) {
       return null;
     }
   };
+  const given = known.flatMap((file) => file.given ?? []);
+  if (given.length > 0) {
+    const recording = await givenRecording(new Set(given), known, read);
+    return { ...recording, notes: [...unreadable, ...recording.notes] };
+  }
   const depth = await findDepthRecordings(known, (path) => read(path, HEAD_BYTES));
   const numFrames = depth.recordings[0]?.depth.members.length ?? 0;
   const clouds = await findClouds(known, numFrames, read);
@@ -71,6 +77,65 @@ export async function understand(files, readHead) {
           : nothing(depth.notes, known);
   const notes = [...unreadable, ...recording.notes];
   return { ...empty(), ...recording, notes };
+}
+
+/**
+ * The longest of the recordings that are known, with a true path or a camera that lies beside it.
+ * @param {ReadonlySet<Recording>} given
+ * @param {ListedFile[]} files
+ * @param {Read} read
+ * @returns {Promise<Recording>}
+ */
+async function givenRecording(given, files, read) {
+  const length = (/** @type {Recording} */ { depth_frames, clouds, scans }) =>
+    depth_frames.length + clouds.length + scans.length;
+  const [chosen = empty(), ...others] = [...given].sort((a, b) => length(b) - length(a));
+  const { kind, root } = chosen;
+  const loose = files.filter((file) => !file.given);
+  const isTold = (/** @type {ListedFile} */ { path }) => !isImageName(path) && !CLOUD_NAMES.test(path);
+  const beside = await truthAndCamera(
+    loose.filter(isTold),
+    {
+      root,
+      keys: [...chosen.depth_frames.map(({ depth }) => depth), ...chosen.clouds],
+      times: chosen.depth_frames.flatMap(({ time }) => time ?? []),
+      isElsewhere: () => false,
+    },
+    read,
+  );
+  const [own] = chosen.reference;
+  const [other] = beside.reference;
+  const notes = [...chosen.notes];
+  if (own !== undefined && other !== undefined) {
+    notes.push({ file: own, reason: `left aside: one reference trajectory is used at a time, here ${other}` });
+  }
+  for (const recording of others.filter((recording) => length(recording) > 0)) {
+    const reason = `left aside: another recording; one is used at a time, the longest: ${root}`;
+    notes.push({ file: recording.root, reason });
+  }
+  const intrinsics = kind === 'depth_images' ? (beside.intrinsics ?? chosen.intrinsics) : null;
+  if (kind === 'depth_images' && intrinsics === null) {
+    const remedy = 'give fx fy cx cy in a file beside the bag (or with --intrinsics), or set field_of_view';
+    const reason = `no CameraInfo tells the focal length of its depth images, so a usual one is assumed and the map may be bent; ${remedy}`;
+    notes.push({ file: root, reason });
+  }
+  if (kind === 'nothing') {
+    notes.push(...others.flatMap((recording) => recording.notes));
+    notes.push({ file: root, reason: 'no topic of this bag can be used as depth images, clouds or laser scans' });
+  }
+  return {
+    ...chosen,
+    reference: other === undefined ? chosen.reference : beside.reference,
+    intrinsics,
+    notes: [
+      ...notes,
+      ...beside.notes,
+      ...unused(
+        loose.filter((file) => !isTold(file)),
+        'it lies beside a bag, which is used',
+      ),
+    ],
+  };
 }
 
 /**

@@ -70,3 +70,18 @@ fn what_is_broken_is_refused() {
     }
     assert!(color_image::read(b"GIF89a").unwrap_err().to_string().contains("neither a PNG nor a JPEG"));
 }
+
+#[test]
+fn pixmaps_keep_their_colours() {
+    let image = picture(7, 5);
+    let ppm = [b"P6\n# by hand\n7 5\n255\n", image.pixels.as_flattened()].concat();
+    assert_eq!(color_image::read(&ppm), Ok(image));
+    let grey = color_image::read(b"P5 3 1 255\n\x00\x07\xff").unwrap();
+    assert_eq!((grey.width, grey.height, grey.pixels), (3, 1, vec![[0; 3], [7; 3], [255; 3]]));
+    let refused = |bytes: &[u8]| color_image::read(bytes).unwrap_err().to_string();
+    assert!(refused(&ppm[..ppm.len() - 1]).contains("cannot hold"));
+    assert!(refused(b"P6 4294967297 4294967297 255\n\x01\x02\x03").contains("cannot hold"));
+    assert!(refused(b"P6 0 1 255\n").contains("cannot hold"));
+    assert!(refused(b"P5 1 1 65535\n\x00\x00").contains("65535"));
+    assert!(refused(b"P6 3").contains("no height"));
+}

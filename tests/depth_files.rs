@@ -17,6 +17,29 @@ fn png(width: u32, height: u32, color: png::ColorType, depth: png::BitDepth, dat
     bytes
 }
 
+/// Rows from the bottom up.
+fn pfm(header: &str, values: &[f32], low_first: bool) -> Vec<u8> {
+    let bytes = values.iter().flat_map(|value| if low_first { value.to_le_bytes() } else { value.to_be_bytes() });
+    header.bytes().chain(bytes).collect()
+}
+
+#[test]
+fn metres_become_millimetres() {
+    let values = [1.2345, f32::NAN, 0.0, f32::INFINITY, 65.535, 65.54, -1.0, 0.0004, 2.0];
+    for (scale, low_first) in [("-1.0", true), ("1", false)] {
+        let image = depth_png::read(&pfm(&format!("Pf\n3 3\n{scale}\n"), &values, low_first)).unwrap();
+        assert_eq!((image.width, image.height, image.bits), (3, 3, 32));
+        assert_eq!(image.values, [0, 0, 2000, 0, 65535, 0, 1235, 0, 0], "rows from the top");
+    }
+    let whole = pfm("Pf 2 1 -1\n", &[1.0, 2.0], true);
+    assert!(refused(&whole[..whole.len() - 1]).contains("cut off: it ends in value 2 of 2"));
+    assert!(refused(&pfm("Pf 0 1 -1\n", &[], true)).contains("no pixel"));
+    assert!(refused(b"Pf 4294967296 4294967296 -1\n").contains("more than the file can hold"));
+    assert!(refused(b"Pf 2").contains("no height"));
+    assert!(refused(b"Pf 2 2").contains("no scale"));
+    assert!(refused(&pfm("PF 1 1 -1\n", &[1.0, 2.0, 3.0], true)).contains("colour image"));
+}
+
 fn refused(bytes: &[u8]) -> String {
     depth_png::read(bytes).unwrap_err().to_string()
 }

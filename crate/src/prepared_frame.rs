@@ -147,6 +147,33 @@ pub enum MapPoints {
     Cloud(PointCloud),
 }
 
+impl MapPoints {
+    /// About what it takes in memory.
+    pub(crate) fn num_bytes(&self) -> usize {
+        match self {
+            Self::Image(image, _) => image.depths.len() * if image.colors.is_some() { 8 } else { 5 },
+            Self::Cloud(cloud) => {
+                let a_point =
+                    12 + if cloud.normals.is_some() { 12 } else { 0 } + if cloud.colors.is_some() { 3 } else { 0 };
+                cloud.len() * a_point
+            }
+        }
+    }
+
+    /// Leaves one point in four: of frames that follow one another others, so that they fill each other's gaps. `index`
+    /// counts the frames, `round` how often this one has been thinned out before.
+    pub(crate) fn thin(&mut self, index: usize, round: usize) {
+        let phase = (index >> (2 * round).min(30)) % 4;
+        match self {
+            Self::Image(image, _) => *image = image.thinned(phase % 2, phase / 2),
+            Self::Cloud(cloud) => {
+                let kept: Vec<usize> = (phase..cloud.len()).step_by(4).collect();
+                *cloud = selected(cloud, &kept);
+            }
+        }
+    }
+}
+
 impl PreparedFrame {
     /// Decodes and prepares a depth image, with the colours of its pixels where there is a colour image. A colour image
     /// that cannot be used is left out, with a note.
@@ -231,6 +258,10 @@ impl PreparedFrame {
 fn in_range(cloud: &PointCloud, min_range: f32, max_range: f32) -> PointCloud {
     let keep = |position: &glam::Vec3| position.is_finite() && (min_range..=max_range).contains(&position.length());
     let kept: Vec<usize> = (0..cloud.len()).filter(|&point| keep(&cloud.positions[point])).collect();
+    selected(cloud, &kept)
+}
+
+fn selected(cloud: &PointCloud, kept: &[usize]) -> PointCloud {
     PointCloud {
         positions: kept.iter().map(|&point| cloud.positions[point]).collect(),
         normals: cloud.normals.as_ref().map(|normals| kept.iter().map(|&point| normals[point]).collect()),

@@ -1,7 +1,10 @@
 //! The whole run in space: prepared frames in, trajectory and map out, one frame after the other.
 
+mod kept_frames;
+
 use std::collections::VecDeque;
 
+use self::kept_frames::{Frame, KeptFrames};
 use crate::cloud_odometry::{CloudEstimate, CloudOdometry, PreparedCloud};
 use crate::depth_graph::{DepthGraph, GraphFrame};
 use crate::depth_odometry::{DepthOdometry, SpatialEstimate};
@@ -10,7 +13,7 @@ use crate::evaluation::convention::KnownConvention;
 use crate::evaluation::spatial_error::{EstimatedFrame, spatial_error};
 use crate::geometry::{PointCloud, Pose3};
 use crate::io::trajectory::Contents;
-use crate::prepared_frame::{DepthPreparation, FrameLabel, MapPoints, Preparation, PreparedFrame, Surfaces};
+use crate::prepared_frame::{DepthPreparation, MapPoints, Preparation, PreparedFrame, Surfaces};
 use crate::report::{Progress, Stage};
 use crate::spatial_report::{MapSize, SpatialComparison, SpatialFrameResult, SpatialResult};
 use crate::spatial_settings::{Method, Quantisation, Refinement, SpatialSettings};
@@ -34,7 +37,7 @@ pub struct SpatialReconstruction {
     settings: SpatialSettings,
     preparation: Option<Preparation>,
     waiting: VecDeque<PreparedFrame>,
-    frames: Vec<Frame>,
+    frames: KeptFrames,
     readings: Vec<Reading>,
     /// Whether no frame will follow, so that all may be solved for together.
     is_complete: bool,
@@ -49,12 +52,6 @@ struct Joint {
     members: Vec<usize>,
     graph: DepthGraph,
     is_done: bool,
-}
-
-/// What is kept of a frame once it is registered.
-struct Frame {
-    label: FrameLabel,
-    map_points: MapPoints,
 }
 
 struct Reference {
@@ -158,7 +155,7 @@ impl SpatialReconstruction {
             settings,
             preparation: None,
             waiting: VecDeque::new(),
-            frames: Vec::new(),
+            frames: KeptFrames::default(),
             readings: Vec::new(),
             is_complete: false,
             joint: None,
@@ -244,7 +241,10 @@ impl SpatialReconstruction {
             reading.add(&frame.surfaces);
         }
         self.decide();
-        self.frames.push(Frame { label: frame.label, map_points: frame.map_points });
+        if self.frames.push(Frame { label: frame.label, map_points: frame.map_points }) {
+            // The map is one of the frames as they are kept, whenever it is asked for.
+            self.stitched = None;
+        }
         let done = self.frames.len();
         Progress { stage: Stage::Register, done, total: done + self.waiting.len(), frame: Some(done - 1) }
     }
@@ -342,6 +342,7 @@ impl SpatialReconstruction {
     /// What is known so far.
     pub fn result(&self) -> SpatialResult {
         let mut notes = self.notes.clone();
+        notes.extend(self.frames.note());
         let comparison = self.reference.as_ref().and_then(|reference| {
             notes.extend(reference.contents.notes.iter().map(|note| format!("{}: {note}", reference.name)));
             match self.compare(reference) {

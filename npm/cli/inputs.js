@@ -4,7 +4,8 @@ import { readdirSync, readFileSync, statSync } from 'node:fs';
 import { open, readFile } from 'node:fs/promises';
 import { basename, join, normalize, resolve, sep } from 'node:path';
 import { isArchiveName, openArchive } from '../archive.js';
-import { isScanstitchError } from './command.js';
+import { isBagMetadata, isBagName } from '../bag/names.js';
+import { CommandError, isScanstitchError } from './command.js';
 
 /** @typedef {{ name: string, path: string }} Input name: short, for messages and results */
 
@@ -16,18 +17,128 @@ import { isScanstitchError } from './command.js';
  * @property {string | null} disk where it lies; null in an archive
  * @property {() => Promise<Uint8Array>} read
  * @property {(length: number) => Promise<Uint8Array>} readHead
+ * @property {import('../recording.js').Recording} [given] the recording that it is a part of, in a bag
  */
 
+/** @typedef {import('../bag/topics.js').Wishes} Wishes */
 /** @typedef {{ sources: Map<string, Source>, notes: import('../recording.js').Note[], close: () => Promise<void> }} Inputs */
 
 /**
- * All files that these arguments name: files as they are, what lies in folders, to any depth, and in ZIP archives.
- * Nothing is read but the archives' directories. What cannot be found is told and left out.
+ * All files that these arguments name: files as they are, what lies in folders, to any depth, in ZIP archives and in the
+ * bags of ROS 2. Nothing is read but the directories of archives and the indexes of bags. What cannot be found is told and
+ * left out.
  * @param {string[]} paths
  * @param {(problem: string) => void} complain
+ * @param {Wishes} [wishes] topics of bags
  * @returns {Promise<Inputs>}
  */
-export async function gather(paths, complain) {
+export async function gather(paths, complain, wishes = {}) {
+  const { found, notes, handles } = await findFiles(paths, complain);
+  const close = async () => {
+    for (const handle of handles) await handle.close();
+  };
+  try {
+    const opened = await openBagsAmong(found, handles, wishes);
+    const named = withDistinctPaths(opened.sources);
+    return {
+      sources: new Map(named.map((source) => [source.path, source])),
+      notes: [...notes, ...opened.notes],
+      close,
+    };
+  } catch (error) {
+    await close();
+    throw error;
+  }
+}
+
+/**
+ * The bags that these arguments name, and their topics.
+ * @param {string[]} paths
+ * @param {(problem: string) => void} complain
+ */
+export async function gatherBags(paths, complain) {
+  const { found, handles } = await findFiles(paths, complain);
+  const { listBags } = await import('../bag/bag_recordings.js');
+  const listed = await listBags(bagFiles(withDistinctPaths(found), handles));
+  return {
+    ...listed,
+    close: async () => {
+      for (const handle of handles) await handle.close();
+    },
+  };
+}
+
+/** @typedef {import('node:fs/promises').FileHandle[]} Handles to be closed in the end */
+
+/**
+ * What lies in bags takes the place of their files.
+ * @param {Source[]} sources
+ * @param {Handles} handles
+ * @param {Wishes} wishes
+ * @returns {Promise<{ sources: Source[], notes: import('../recording.js').Note[] }>}
+ */
+async function openBagsAmong(sources, handles, wishes) {
+  const files = bagFiles(withDistinctPaths(sources), handles);
+  if (!sources.some(({ path }) => isBagName(path))) {
+    if (Object.keys(wishes).length > 0) throw new CommandError('--topic: there is no bag among the input');
+    return { sources, notes: [] };
+  }
+  const { listBags, recordingsOf } = await import('../bag/bag_recordings.js');
+  const { bags, notes } = await listBags(files);
+  const rest = sources.filter(({ path }) => !isBagName(path) && !isBagMetadata(path));
+  const recordings = await recordingsOf(bags, wishes).catch((error) => {
+    // A wish that cannot be granted.
+    throw isScanstitchError(error) ? new CommandError(error.message) : error;
+  });
+  for (const { files, recording } of recordings) {
+    // A bag without anything to use is still to be told of.
+    const empty = { path: recording.root, size: 0, read: async () => new Uint8Array() };
+    rest.push(...(files.length > 0 ? files : [empty]).map((file) => sourceInBag(file, recording)));
+  }
+  return { sources: rest, notes };
+}
+
+/**
+ * @param {Source[]} sources
+ * @param {Handles} handles
+ * @returns {import('../bag/open.js').BagFile[]}
+ */
+function bagFiles(sources, handles) {
+  const files = sources.filter(({ path }) => isBagName(path) || isBagMetadata(path));
+  return files.map(({ path, disk, read }) => ({
+    path,
+    source: async () => {
+      if (disk === null) {
+        const bytes = await read();
+        return { size: bytes.length, read: async (start, end) => bytes.subarray(start, end) };
+      }
+      const handle = await open(disk);
+      handles.push(handle);
+      return bytesOfFile(handle, (await handle.stat()).size);
+    },
+  }));
+}
+
+/**
+ * @param {import('../bag/recording.js').BagContent} content
+ * @param {import('../recording.js').Recording} given
+ * @returns {Source}
+ */
+function sourceInBag({ path, size, read }, given) {
+  return { path, size, disk: null, given, read, readHead: async (length) => (await read()).subarray(0, length) };
+}
+
+/** @param {Source[]} sources */
+function withDistinctPaths(sources) {
+  const distinct = new Set(sources.map(({ path }) => path)).size === sources.length;
+  return distinct ? sources : sources.map((source) => ({ ...source, path: source.disk ?? source.path }));
+}
+
+/**
+ * @param {string[]} paths
+ * @param {(problem: string) => void} complain
+ */
+async function findFiles(paths, complain) {
   /** @type {Source[]} */
   const found = [];
   /** @type {import('../recording.js').Note[]} */
@@ -53,15 +164,7 @@ export async function gather(paths, complain) {
       complain(isScanstitchError(error) ? error.message : `${path}: ${fileProblem(error)}`);
     }
   }
-  const distinct = new Set(found.map(({ path }) => path)).size === found.length;
-  const named = distinct ? found : found.map((source) => ({ ...source, path: source.disk ?? source.path }));
-  return {
-    sources: new Map(named.map((source) => [source.path, source])),
-    notes,
-    close: async () => {
-      for (const handle of handles) await handle.close();
-    },
-  };
+  return { found, notes, handles };
 }
 
 /** @param {string} folder */

@@ -9,11 +9,13 @@ import { reconstructPlanar } from './reconstruct_planar.js';
 import { reconstructSpatial } from './reconstruct_spatial.js';
 import { note } from './results.js';
 import { settingsHelp } from './settings.js';
+import { readWishes } from './topics.js';
 
 const OPTIONS = /** @type {const} */ ({
   reference: { type: 'string' },
   intrinsics: { type: 'string' },
   recording: { type: 'string' },
+  topic: { type: 'string', multiple: true },
   preset: { type: 'string' },
   set: { type: 'string', multiple: true },
   workers: { type: 'string' },
@@ -24,13 +26,15 @@ const OPTIONS = /** @type {const} */ ({
 export const reconstruct = {
   name: 'reconstruct',
   about: 'scans, depth images or clouds to a trajectory and a stitched map',
-  help: (engine) => `scanstitch reconstruct FILES-OR-FOLDER-OR-ZIP... [OPTION]...
+  help: (engine) => `scanstitch reconstruct FILES-OR-FOLDER-OR-ZIP-OR-BAG... [OPTION]...
 
 Places what a sensor saw from frame to frame in one world, that of the first frame. What it is, is told from the files:
   planar scans   PLY files, z = 0, in metres
   depth images   PNG (8 or 16 bits) or PGM, with colour pictures (PNG, JPEG) of the same numbers or times, or without:
                  rgb/ and depth/ folders, names such as frame-000001.depth.png, the layout of TUM RGB-D
   clouds         PLY or PCD files in space, in metres
+  bags of ROS 2  .db3 or .mcap with Image, CompressedImage, CameraInfo, PointCloud2, LaserScan, Odometry, PoseStamped,
+                 Path and TFMessage; sensible topics are taken, see: scanstitch topics BAG
 Files are taken in natural order of their names: 2.ply comes before 10.ply. The true path (GT_pose.npy, *.tum, *.log,
 groundtruth.txt, a pose file for each frame, ...) and the camera (camera-intrinsics.txt, camera.json, ...) of depth
 images and clouds are found beside them.
@@ -40,6 +44,7 @@ Options:
   --reference FILE   a trajectory to compare with, or a folder with a file for each frame; used for nothing else
   --intrinsics FILE  the depth camera: a 3 x 3 matrix, fx fy cx cy, or Open3D's JSON, in pixels
   --recording DIR    which one to take, where a folder or archive holds several (default: the longest)
+  --topic ROLE=NAME  a topic of a bag to use as depth, color, camera, clouds, scans or reference; none: do without
   --workers N        threads that prepare frames ahead; 0: none (default: one for each core)
   --preset NAME      settings for one purpose, see below (default: ${engine.presets()[0]?.name}, or ${engine.spatial_presets()[0]?.name})
   --set NAME=VALUE   one setting, see below; may be repeated. Angles are radians, or degrees as 35deg
@@ -56,6 +61,7 @@ stops; what has been computed is written.
 Examples:
   scanstitch reconstruct scans/ --reference truth.tum --set max_range=30 --out result
   scanstitch reconstruct first_floor.zip --preset course --workers 4
+  scanstitch reconstruct walk.mcap --topic depth=/camera/depth/image_raw --topic reference=none
 
 ${settingsHelp(engine)}`,
   run,
@@ -69,7 +75,7 @@ async function run(engine, args) {
   const { values, positionals } = readArguments('reconstruct', { args, options: OPTIONS, allowPositionals: true });
   if (positionals.length === 0) {
     throw new CommandError(
-      'No input was given: name files, a folder or a ZIP archive. See: scanstitch reconstruct --help',
+      'No input was given: name files, a folder, a ZIP archive or a bag. See: scanstitch reconstruct --help',
     );
   }
   const { out, reference, intrinsics, preset, set = [] } = values;
@@ -79,7 +85,7 @@ async function run(engine, args) {
     process.stderr.write(`${problem}\n`);
     complaints += 1;
   };
-  const inputs = await gather(positionals, complain);
+  const inputs = await gather(positionals, complain, readWishes(values.topic));
   try {
     const recording = await understandInputs(inputs, values.recording);
     const task = { engine, inputs, recording, options, complain };

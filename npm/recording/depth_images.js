@@ -16,9 +16,9 @@ import { countMatches, pairUp } from './pairs.js';
 /** @typedef {Series & { facts: ImageFacts, hint: import('./names.js').Hint | null }} ImageSeries */
 /** @typedef {{ root: string, depth: ImageSeries, colour: ImageSeries | null }} DepthRecording */
 
-const IMAGE_NAMES = /\.(png|jpe?g|pgm|ppm|pnm|bmp|webp)$/i;
+const IMAGE_NAMES = /\.(png|jpe?g|pgm|ppm|pnm|pfm|bmp|webp)$/i;
 /** Images that hold distances in forms that are not read. */
-const FOREIGN_DEPTH_NAMES = /\.(tiff?|exr|pfm|npy|npz|bin|raw|dpt)$/i;
+const FOREIGN_DEPTH_NAMES = /\.(tiff?|exr|npy|npz|bin|raw|dpt)$/i;
 /** So many files of a series are looked into: one may be broken. */
 const LOOKED_INTO = 3;
 const REMEDY = 'save the depth itself as grey PNG images, of 16 bits (millimetres) or 8';
@@ -283,7 +283,7 @@ function misnamedDepth(images, files) {
       .map((series) => {
         return {
           file: nameOf(series),
-          reason: `depth is read from PNG and PGM images, not from this format; ${REMEDY}`,
+          reason: `depth is read from PNG, PGM and PFM images, not from this format; ${REMEDY}`,
         };
       }),
   ];

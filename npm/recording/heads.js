@@ -5,7 +5,7 @@
 export const HEAD_BYTES = 8192;
 
 /** What can be seen in an image's pixels: shades, or colours. */
-/** @typedef {{ format: 'PNG' | 'PGM' | 'PPM' | 'JPEG' | 'other', channels: 'grey' | 'colour' | 'palette', bits: number }} ImageFacts */
+/** @typedef {{ format: 'PNG' | 'PGM' | 'PPM' | 'PFM' | 'JPEG' | 'other', channels: 'grey' | 'colour' | 'palette', bits: number }} ImageFacts */
 
 const PNG_SIGNATURE = [0x89, 0x50, 0x4e, 0x47, 0x0d, 0x0a, 0x1a, 0x0a];
 /** Colour types of a PNG header (PNG specification, 11.2.2). */
@@ -22,6 +22,7 @@ export function readImage(head) {
   }
   if (head[0] === 0xff && head[1] === 0xd8) return { format: 'JPEG', channels: 'colour', bits: 8 };
   const magic = latin1(head.subarray(0, 512));
+  if (/^P[fF]\s/.test(magic)) return { format: 'PFM', channels: magic[1] === 'f' ? 'grey' : 'colour', bits: 32 };
   const [, kind, values = ''] = magic.match(/^P([2356])\s([^]*)/) ?? [];
   if (kind) {
     // Width, height and the largest value; comments may stand between them.

@@ -3,8 +3,6 @@
 import { deflateSync } from 'node:zlib';
 
 export const SIZE = 192;
-/** A right angle of view: what the engine takes a square image for. */
-const FOCAL = SIZE / 2;
 /** Walls seen from inside, and furniture seen from outside: lower and upper corners (m; x right, y down, z forward). */
 const ROOM = /** @type {const} */ ([-2, -1.3, -2, 2.4, 1.2, 3.2]);
 const FURNITURE = /** @type {const} */ ([
@@ -37,14 +35,18 @@ export function truthOf(poses) {
 }
 
 /**
- * What the camera sees: depth along its axis in millimetres, and colours.
+ * What the camera sees: depth along its axis in millimetres, and colours. Its view spans a right angle: what the engine
+ * takes a square image for.
  * @param {Pose} pose
+ * @param {number} [width]
+ * @param {number} [height]
  */
-export function see([x, y, z, yaw]) {
-  const depth = new Uint16Array(SIZE * SIZE);
-  const colours = new Uint8Array(3 * SIZE * SIZE);
-  for (let pixel = 0; pixel < SIZE * SIZE; pixel += 1) {
-    const [u, v] = [((pixel % SIZE) - SIZE / 2) / FOCAL, (Math.floor(pixel / SIZE) - SIZE / 2) / FOCAL];
+export function see([x, y, z, yaw], width = SIZE, height = SIZE) {
+  const depth = new Uint16Array(width * height);
+  const colours = new Uint8Array(3 * width * height);
+  const focal = width / 2;
+  for (let pixel = 0; pixel < width * height; pixel += 1) {
+    const [u, v] = [((pixel % width) - width / 2) / focal, (Math.floor(pixel / width) - height / 2) / focal];
     const ray = [u * Math.cos(yaw) + Math.sin(yaw), v, Math.cos(yaw) - u * Math.sin(yaw)];
     const reach = Math.min(exit(ROOM, [x, y, z], ray), ...FURNITURE.map((box) => entry(box, [x, y, z], ray)));
     depth[pixel] = Math.round(1000 * reach);
@@ -139,7 +141,7 @@ function crc32(bytes) {
   return ~crc >>> 0;
 }
 
-const VIEWS = WALK.map(see);
+const VIEWS = WALK.map((pose) => see(pose));
 
 /**
  * The walk as files: rgb/N.png and depth/N.png from 1, and the truth.

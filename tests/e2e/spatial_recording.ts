@@ -9,10 +9,10 @@ interface Box {
   color: Vec3;
 }
 
-const WIDTH = 160;
-const HEIGHT = 120;
+export const WIDTH = 160;
+export const HEIGHT = 120;
 /** 90 degrees across. */
-const FOCAL = WIDTH / 2;
+export const FOCAL = WIDTH / 2;
 
 /** x right, y down, z forward of the first camera, which stands 1.4 m above the floor. The room is seen from inside. */
 const ROOM: Box = { low: [-3, -1.1, -2], high: [2.5, 1.4, 4], color: [205, 200, 190] };
@@ -71,7 +71,8 @@ export function colorPicture(): Buffer {
   return png(render(walk(1)[0] as TruePose).color, 8, 'colour');
 }
 
-function render({ x, z, heading }: TruePose): { depth: Uint16Array; color: Uint8Array } {
+/** Depth in millimetres and colours, row by row. */
+export function render({ x, z, heading }: TruePose): { depth: Uint16Array; color: Uint8Array } {
   const depth = new Uint16Array(WIDTH * HEIGHT);
   const color = new Uint8Array(3 * WIDTH * HEIGHT);
   const eye: Vec3 = [x, 0, z];

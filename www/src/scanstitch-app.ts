@@ -9,7 +9,15 @@ import type { MenuItem } from './components/menu.js';
 import { type Layout, NO_FACTS, type RunView } from './components/run-view.js';
 import { shared, tokens } from './components/theme.js';
 import { filesOfDrop, filesOfInput, type NamedFile } from './datasets/gather.js';
-import { type SpatialFiles, tellApart } from './datasets/spatial-files.js';
+import {
+  type BagListener,
+  chooseTopics,
+  type OpenedFiles,
+  openFiles,
+  type SpatialFiles,
+  tellApart,
+} from './datasets/spatial-files.js';
+import type { BagState, Wishes } from './datasets/topics-panel.js';
 import type { GivenFiles } from './evaluate/evaluate-view.js';
 import type { ScanstitchPlanar } from './planar/planar-view.js';
 import type { ScanstitchSpatial } from './spatial/spatial-view.js';
@@ -22,14 +30,23 @@ type View = Run | 'evaluation' | 'bev';
 
 const WIDE_FROM = 1180; // CSS pixels of the element, not of the window: it may sit in a column of a course page
 const MEDIUM_FROM = 760;
+/** How far a bag has been looked into is told at most this often. */
+const LOOKING_INTERVAL_MS = 100;
 
 const OPEN_ITEMS: readonly MenuItem[] = [
-  { id: 'files', label: 'Files…', detail: 'scans, depth images, clouds, a zip; and a trajectory to compare with' },
+  {
+    id: 'files',
+    label: 'Files…',
+    detail: 'scans, depth images, clouds, a ROS 2 bag, a zip; and a trajectory to compare with',
+  },
   { id: 'folder', label: 'Folder…', detail: 'with all that lies in it' },
   { id: 'sample', label: 'The sample', detail: 'ten scans of a corridor, with the true path' },
   { id: 'apartment', label: 'An apartment', detail: 'depth images of several rooms, with the true path' },
   { id: 'clear', label: 'Remove all', detail: 'the next files start afresh' },
 ];
+
+/** What may join the recording that is open: a true path, a camera. */
+const isBeside = (path: string): boolean => /\.(npy|txt|tum|csv|log|traj|json)$/i.test(path);
 
 const fetchApartment = async (): Promise<SpatialFiles> => (await import('./datasets/apartment.js')).fetchApartment();
 
@@ -75,6 +92,12 @@ export class ScanstitchApp extends LitElement {
   @query('#pick-files') private file_input!: HTMLInputElement;
   @query('#pick-folder') private folder_input!: HTMLInputElement;
 
+  /** The bag that is open, and its files. */
+  @state() private bag: BagState | null = null;
+  private opened_files: OpenedFiles | null = null;
+  /** Counts what was asked for: the last one wins. */
+  private num_taken = 0;
+
   private drop_target = new DropTarget(this, (transfer) => {
     const dropped_at = performance.now();
     filesOfDrop(transfer).then((files) => this.take(files, dropped_at));
@@ -117,6 +140,14 @@ export class ScanstitchApp extends LitElement {
         @drop=${drop_target.drop}
       >
         ${this.renderHeader()}
+        ${
+          this.bag && (this.view === 'planar' || this.view === 'spatial')
+            ? html`<scanstitch-topics
+                .bag=${this.bag}
+                @topics-chosen=${({ detail }: CustomEvent<Wishes>) => this.choose(detail)}
+              ></scanstitch-topics>`
+            : nothing
+        }
         ${
           this.opened.has('evaluation')
             ? html`<scanstitch-evaluate
@@ -287,6 +318,11 @@ export class ScanstitchApp extends LitElement {
   }
 
   private open(id: string): void {
+    if (id !== 'files' && id !== 'folder') {
+      this.num_taken++;
+      this.bag = null;
+      this.opened_files = null;
+    }
     if (id === 'files') this.file_input.click();
     else if (id === 'folder') this.folder_input.click();
     else if (id === 'apartment') this.openSpatial(fetchApartment(), performance.now());
@@ -300,13 +336,65 @@ export class ScanstitchApp extends LitElement {
   /** Planar scans go to one view, depth images and clouds to the other, by themselves. */
   private async take(files: readonly NamedFile[], requested_at: number): Promise<void> {
     if (files.length === 0) return;
-    const told = await tellApart(files, this.run);
+    const own = ++this.num_taken;
+    await this.showOpened(openFiles(files, this.bagListener(own, {})), own, {}, requested_at);
+  }
+
+  /** The bag that is open, with other topics. */
+  private async choose(wishes: Wishes): Promise<void> {
+    const { opened_files } = this;
+    if (!opened_files) return;
+    const own = ++this.num_taken;
+    await this.showOpened(
+      chooseTopics(opened_files, wishes, this.bagListener(own, wishes)),
+      own,
+      wishes,
+      performance.now(),
+    );
+  }
+
+  private async showOpened(
+    opening: Promise<OpenedFiles>,
+    own: number,
+    wishes: Wishes,
+    requested_at: number,
+  ): Promise<void> {
+    const opened = await opening;
+    if (own !== this.num_taken) return;
+    const told = await tellApart(opened, this.run);
+    if (own !== this.num_taken) return;
+    if (told.bag) {
+      this.opened_files = opened;
+      this.bag = { listed: told.bag.listed, choice: told.bag.choice, wishes, activity: '' };
+    } else if (this.opened_files && opened.files.every(({ path }) => isBeside(path))) {
+      this.opened_files = { ...this.opened_files, files: [...this.opened_files.files, ...opened.files] };
+    } else {
+      this.bag = null;
+      this.opened_files = null;
+    }
     if ('spatial' in told) {
       await this.openSpatial(Promise.resolve(told.spatial), requested_at);
     } else {
       this.show('planar');
       await this.planar.add(told.planar, requested_at);
     }
+  }
+
+  /** A bag's topics are shown as soon as they are known, before its messages are looked into. */
+  private bagListener(own: number, wishes: Wishes): BagListener {
+    let next_at = 0;
+    return {
+      listed: async ([listed]) => {
+        await import('./datasets/topics-panel.js');
+        if (own === this.num_taken && listed)
+          this.bag = { listed, choice: null, wishes, activity: 'Looking at the messages' };
+      },
+      looking: (done, total) => {
+        if (own !== this.num_taken || !this.bag || performance.now() < next_at) return;
+        next_at = performance.now() + LOOKING_INTERVAL_MS;
+        this.bag = { ...this.bag, activity: `Looking at message ${done} of ${total}` };
+      },
+    };
   }
 
   private async openSpatial(files: Promise<SpatialFiles>, requested_at: number): Promise<void> {

@@ -9,8 +9,13 @@ pub struct DepthImage {
     pub height: usize,
     /// `width * height` values.
     pub values: Vec<u16>,
-    /// Bits a value had in the file: 8 (or fewer) or 16.
+    /// Bits a value had in the file: 8 (or fewer) or 16; or [`Self::METRES`].
     pub bits: u8,
+}
+
+impl DepthImage {
+    /// `bits` of an image whose file holds metres as fractions: its values are millimetres.
+    pub const METRES: u8 = 32;
 }
 
 /// Depth along the optical axis in metres = raw value * `step`.
@@ -32,7 +37,7 @@ impl DepthScale {
     pub const TUM: Self = Self { step: 1.0 / 5000.0 };
 
     /// The preset that fits: 8 bits reach 10 m; of 16 bits, millimetres unless the median pixel of all `images` would
-    /// lie beyond any room, then 5000 a metre.
+    /// lie beyond any room, then 5000 a metre. Files that hold metres need no guess.
     pub fn guess<'a>(images: impl IntoIterator<Item = &'a DepthImage>) -> Self {
         let (mut histogram, mut bits) = (vec![0u64; usize::from(u16::MAX) + 1], 0);
         for image in images {
@@ -40,6 +45,9 @@ impl DepthScale {
             for &value in image.values.iter().filter(|&&value| value > 0) {
                 histogram[usize::from(value)] += 1;
             }
+        }
+        if bits == DepthImage::METRES {
+            return Self::MILLIMETRES;
         }
         if bits <= 8 {
             return Self::TEN_METRES_IN_8_BITS;
@@ -68,6 +76,8 @@ mod tests {
         assert_eq!(DepthScale::guess(&[image(8, &[10, 200])]), DepthScale::TEN_METRES_IN_8_BITS);
         assert_eq!(DepthScale::guess(&[image(16, &[0, 0, 0, 900, 2500, 60_000])]), DepthScale::MILLIMETRES);
         assert_eq!(DepthScale::guess(&[image(16, &[0, 0, 0, 4900, 14_000, 15_000])]), DepthScale::TUM);
+        let far_in_metres = image(DepthImage::METRES, &[0, 14_000, 15_000]);
+        assert_eq!(DepthScale::guess(&[far_in_metres]), DepthScale::MILLIMETRES);
         assert_eq!(DepthScale::guess(&[image(16, &[0, 0])]), DepthScale::MILLIMETRES);
         assert_eq!(DepthScale::guess(&[]), DepthScale::TEN_METRES_IN_8_BITS);
     }

@@ -1,4 +1,4 @@
-//! Colour images: PNG and JPEG.
+//! Colour images: PNG, JPEG, and PPM or PGM of 8 bits.
 //!
 //! They are decoded here rather than by the browser, so that every platform sees the same colours.
 
@@ -6,26 +6,29 @@ use jpeg_decoder::{Decoder as JpegDecoder, PixelFormat};
 use png::{ColorType, Transformations};
 
 use super::depth_png::{MAX_INFLATION, MAX_PIXELS, PNG_SIGNATURE};
+use super::netpbm;
 use super::text::quote;
 use crate::camera::ColorImage;
 use crate::{Error, Result};
 
-const REMEDY: &str = "Colour images are PNG or JPEG files";
+const REMEDY: &str = "Colour images are PNG, JPEG or PPM files";
 /// A byte of JPEG stands for at most a block of 64 pixels in four by four of its kind, coded in a few bits.
 const MAX_JPEG_PIXELS_A_BYTE: u64 = 1 << 14;
 
 /// Reads a colour image, given as the bytes of its file. Grey images become grey colours, transparency is dropped.
 ///
 /// # Errors
-/// Neither PNG nor JPEG; a file that is cut off or broken; a size the file cannot hold.
+/// Neither PNG nor JPEG nor PPM; a file that is cut off or broken; a size the file cannot hold.
 pub fn read(bytes: &[u8]) -> Result<ColorImage> {
     if bytes.starts_with(PNG_SIGNATURE) {
         read_png(bytes)
     } else if bytes.starts_with(b"\xFF\xD8") {
         read_jpeg(bytes)
+    } else if bytes.starts_with(b"P6") || bytes.starts_with(b"P5") {
+        read_pixmap(bytes)
     } else {
         let start = quote(&bytes[..bytes.len().min(8)]);
-        Err(Error::byte(0, format!("This is neither a PNG nor a JPEG: it begins with {start}"), REMEDY))
+        Err(Error::byte(0, format!("This is neither a PNG nor a JPEG nor a PPM: it begins with {start}"), REMEDY))
     }
 }
 
@@ -78,6 +81,23 @@ fn read_jpeg(bytes: &[u8]) -> Result<ColorImage> {
     if pixels.len() != width * height {
         return Err(nothing());
     }
+    Ok(ColorImage { width, height, pixels })
+}
+
+/// `P6 width height 255`, a blank, then three bytes a pixel; one in P5.
+fn read_pixmap(bytes: &[u8]) -> Result<ColorImage> {
+    let (format, channels) = if bytes[1] == b'6' { ("PPM", 3) } else { ("PGM", 1) };
+    let mut position = 0;
+    let [width, height, largest] = netpbm::header(bytes, format, &mut position)?;
+    let [width, height] = [width, height].map(|value| usize::try_from(value).unwrap_or(usize::MAX));
+    if largest != 255 {
+        let problem = format!("The {format}'s largest value is {largest}");
+        return Err(Error::byte(position, problem, "Colour images have 8 bits a channel, up to 255"));
+    }
+    let data = bytes.get(position + 1..).unwrap_or_default();
+    check_size(width, height, (data.len() / channels) as u64)?;
+    let pixels = data[..width * height * channels].chunks_exact(channels);
+    let pixels = if channels == 3 { pixels.map(color).collect() } else { pixels.map(|grey| [grey[0]; 3]).collect() };
     Ok(ColorImage { width, height, pixels })
 }
 

@@ -1,9 +1,10 @@
-//! Depth images: PNG and PGM of grey values with up to 16 bits.
+//! Depth images: PNG and PGM of grey values with up to 16 bits, and PFM in metres.
 //!
-//! Read are grey PNGs (an alpha channel is dropped), colour PNGs of 8 bits whose three channels are equal, and PGM,
-//! binary (P5) and plain (P2). Everything else is no depth image and refused with the reason.
+//! Read are grey PNGs (an alpha channel is dropped), colour PNGs of 8 bits whose three channels are equal, PGM, binary
+//! (P5) and plain (P2), and grey PFM (Pf). Everything else is no depth image and refused with the reason.
 
-use super::text::{leading_number, quote};
+use super::netpbm::{self, next_whole, pfm_values};
+use super::text::quote;
 use crate::camera::DepthImage;
 use crate::{Error, Result};
 
@@ -16,21 +17,27 @@ pub(super) const PNG_SIGNATURE: &[u8] = b"\x89PNG\r\n\x1a\n";
 /// Reads a depth image, given as the bytes of its file.
 ///
 /// # Errors
-/// Neither PNG nor PGM; a colour image; a file that is cut off or broken; a size the file cannot hold.
+/// Neither PNG nor PGM nor PFM; a colour image; a file that is cut off or broken; a size the file cannot hold.
 pub fn read(bytes: &[u8]) -> Result<DepthImage> {
     if bytes.starts_with(PNG_SIGNATURE) {
         read_png(bytes)
     } else if bytes.starts_with(b"P5") || bytes.starts_with(b"P2") {
         read_pgm(bytes)
-    } else if bytes.starts_with(b"P6") || bytes.starts_with(b"P3") || bytes.starts_with(b"\xFF\xD8") {
+    } else if bytes.starts_with(b"Pf") {
+        read_pfm(bytes)
+    } else if bytes.starts_with(b"P6")
+        || bytes.starts_with(b"P3")
+        || bytes.starts_with(b"PF")
+        || bytes.starts_with(b"\xFF\xD8")
+    {
         Err(Error::whole("This is a colour image, not depth", REMEDY))
     } else {
         let start = quote(&bytes[..bytes.len().min(8)]);
-        Err(Error::byte(0, format!("This is neither a PNG nor a PGM: it begins with {start}"), REMEDY))
+        Err(Error::byte(0, format!("This is neither a PNG nor a PGM nor a PFM: it begins with {start}"), REMEDY))
     }
 }
 
-const REMEDY: &str = "Depth images are grey PNG or PGM files of 8 or 16 bits";
+const REMEDY: &str = "Depth images are grey PNG or PGM files of 8 or 16 bits, or PFM files in metres";
 
 fn read_png(bytes: &[u8]) -> Result<DepthImage> {
     let broken = |error: png::DecodingError| {
@@ -93,13 +100,8 @@ fn read_png(bytes: &[u8]) -> Result<DepthImage> {
 /// Jef Poskanzer's format: `P5 width height maxval`, a single blank, then the values, two bytes each with the high one
 /// first where maxval is over 255. `#` begins a comment.
 fn read_pgm(bytes: &[u8]) -> Result<DepthImage> {
-    let mut position = 2;
-    let mut header = [0u64; 3];
-    for (slot, name) in header.iter_mut().zip(["width", "height", "largest value"]) {
-        *slot = next_whole(bytes, &mut position).ok_or_else(|| {
-            Error::byte(position, format!("The PGM's header has no {name} here"), "Export the image again")
-        })?;
-    }
+    let mut position = 0;
+    let header = netpbm::header(bytes, "PGM", &mut position)?;
     let [width, height, largest] = header;
     if largest == 0 || largest > u64::from(u16::MAX) {
         let problem = format!("The PGM's largest value is {largest}");
@@ -138,19 +140,18 @@ fn read_pgm(bytes: &[u8]) -> Result<DepthImage> {
     image(width as usize, height as usize, values, if wide { 16 } else { 8 })
 }
 
-/// The next whole number after blanks and comments.
-fn next_whole(bytes: &[u8], position: &mut usize) -> Option<u64> {
-    loop {
-        match bytes.get(*position)? {
-            b'#' => *position += bytes[*position..].iter().position(|&byte| byte == b'\n')?,
-            byte if byte.is_ascii_whitespace() => *position += 1,
-            _ => break,
-        }
-    }
-    let digits = bytes[*position..].iter().take_while(|byte| byte.is_ascii_digit()).take(19).count();
-    let (value, length) = leading_number(&bytes[*position..*position + digits])?;
-    *position += length;
-    Some(value as u64)
+/// Metres as fractions: what is not a number, infinite, negative or zero was not measured. They are kept in whole
+/// millimetres, as depth cameras tell them; what lies beyond 65.535 m was not measured either.
+fn read_pfm(bytes: &[u8]) -> Result<DepthImage> {
+    let (width, height, values) = pfm_values(bytes, |pixels| {
+        check_size(pixels[0], pixels[1], bytes.len() as u64 / 4)?;
+        Ok(())
+    })?;
+    let millimetres = |metres: f32| {
+        let value = (f64::from(metres) * 1000.0).round();
+        if value >= 1.0 && value <= f64::from(u16::MAX) { value as u16 } else { 0 }
+    };
+    image(width, height, values.into_iter().map(millimetres).collect(), DepthImage::METRES)
 }
 
 /// The number of pixels, if the file can hold them: `most` is how many its bytes can.

@@ -6,6 +6,7 @@
 pub mod color_image;
 pub mod depth_png;
 pub mod intrinsics;
+mod netpbm;
 pub mod pcd;
 pub mod ply;
 pub mod point_cloud;

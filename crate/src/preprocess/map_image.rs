@@ -84,6 +84,29 @@ impl MapImage {
         Self { camera, unit: unit as f32, depths, normals, colors }
     }
 
+    /// Every second pixel of every second row, from pixel (`left`, `top`) on, each 0 or 1.
+    #[must_use]
+    pub fn thinned(&self, left: usize, top: usize) -> Self {
+        let Pinhole { width, height, fx, fy, cx, cy } = self.camera;
+        let every_second = |first: usize, count: usize| (first..count).step_by(2);
+        let kept = || every_second(top, height).flat_map(|v| every_second(left, width).map(move |u| v * width + u));
+        let camera = Pinhole {
+            width: every_second(left, width).len(),
+            height: every_second(top, height).len(),
+            fx: fx / 2.0,
+            fy: fy / 2.0,
+            cx: (cx - left as f64) / 2.0,
+            cy: (cy - top as f64) / 2.0,
+        };
+        Self {
+            camera,
+            unit: self.unit,
+            depths: kept().map(|index| self.depths[index]).collect(),
+            normals: kept().map(|index| self.normals[index]).collect(),
+            colors: self.colors.as_ref().map(|colors| kept().map(|index| colors[index]).collect()),
+        }
+    }
+
     /// Its points in the camera's frame, with `shift` (m) added to their depths.
     pub fn cloud(&self, shift: f64) -> PointCloud {
         let table = self.camera.ray_table();

@@ -2,8 +2,13 @@
  * Files of a recording in space: where each one's bytes are, read when they are needed. They may lie on the disk, in a
  * zip, or on the server.
  */
+import type { ListedBag } from '../../../npm/bag/bag_recordings.js';
+import { isBagMetadata, isBagName } from '../../../npm/bag/names.js';
+import type { ByteSource } from '../../../npm/archive.js';
+import type { Choice, Wishes } from '../../../npm/bag/topics.js';
 import type { Recording } from '../../../npm/recording.js';
 import type { Readable } from '../engine/spatial-client.js';
+import { bitmapOf } from './bitmap.js';
 import type { Note } from './dataset.js';
 import type { NamedFile } from './gather.js';
 
@@ -12,6 +17,20 @@ export interface StoredFile extends Readable {
   readHead(length: number): Promise<Uint8Array>;
   /** For an image element. */
   blob(): Promise<Blob>;
+  /** The recording that it is a part of, in a bag. */
+  given?: Recording;
+}
+
+/** A bag of ROS 2: what is in it, and which of its topics are used as what. */
+export interface OpenedBag {
+  listed: ListedBag;
+  choice: Choice;
+}
+
+/** News of bags that are being opened: their topics, then how many messages of how many have been looked into. */
+export interface BagListener {
+  listed(bags: readonly ListedBag[]): Promise<void>;
+  looking(done: number, total: number): void;
 }
 
 /** What was opened together. */
@@ -31,7 +50,7 @@ export async function understandFiles(files: readonly StoredFile[]): Promise<Rec
   const { understand } = await import('../../../npm/recording.js');
   const byPath = new Map(files.map((file) => [file.path, file]));
   return understand(
-    files.map(({ path, size }) => ({ path, size })),
+    files.map(({ path, size, given }) => (given ? { path, size, given } : { path, size })),
     async (path, length) => (await byPath.get(path)?.readHead(length)) ?? new Uint8Array(),
   );
 }
@@ -44,36 +63,120 @@ export interface PlanarFiles {
   num_given: number;
 }
 
+/** Files that were opened, ready to be understood. */
+export interface OpenedFiles {
+  /** As they were given. */
+  given: readonly NamedFile[];
+  files: StoredFile[];
+  notes: Note[];
+  bags: OpenedBag[];
+}
+
+/** What the files are made to, and the bag they come from. */
+export type Told = ({ planar: PlanarFiles } | { spatial: SpatialFiles }) & { bag: OpenedBag | null };
+
 /**
  * Which view takes these files: planar scans the flat one, depth images and clouds the one in space; what is neither,
  * as a trajectory alone, the one that is shown.
  */
 export async function tellApart(
-  given: readonly NamedFile[],
+  { given, files, notes, bags }: OpenedFiles,
   shown: 'planar' | 'spatial',
-): Promise<{ planar: PlanarFiles } | { spatial: SpatialFiles }> {
-  const { files, notes } = await openFiles(given);
-  const { kind, notes: told } = await understandFiles(files);
+): Promise<Told> {
+  const { kind, root, notes: told } = await understandFiles(files);
+  const bag = bags.find(({ listed }) => listed.bag.path === root) ?? bags[0] ?? null;
   if (kind === 'depth_images' || kind === 'clouds' || (kind === 'nothing' && shown === 'spatial')) {
-    return { spatial: { title: '', is_given: false, files, notes } };
+    return { spatial: { title: '', is_given: false, files, notes }, bag };
   }
-  const loose = given.filter(({ name }) => !isArchive(name));
+  const loose = given.filter(({ name }) => !isArchive(name) && !isBagName(name) && !isBagMetadata(name));
   const loose_names = new Set(loose.map(({ name }) => name));
   const packed = files.filter(({ path }) => !loose_names.has(path));
   const num_given = Math.max(given.length, files.length);
-  if (kind === 'nothing' && files.filter(({ path }) => isImage(path)).length > 1) {
+  if (kind === 'nothing' && (bags.length > 0 || files.filter(({ path }) => isImage(path)).length > 1)) {
     // Meant as depth images: why they are none is better known there than in the plane.
-    return { planar: { files: [], notes: [...notes, ...told], num_given } };
+    return { planar: { files: [], notes: [...notes, ...told], num_given: given.length }, bag };
   }
   const planar_files = [...loose, ...(await Promise.all(packed.map(toNamedFile)))];
-  return { planar: { files: planar_files, notes, num_given } };
+  const bag_notes = bags.length > 0 ? told : [];
+  return { planar: { files: planar_files, notes: [...notes, ...bag_notes], num_given }, bag };
 }
 
 const isImage = (name: string): boolean => /\.(png|jpe?g|pgm|ppm)$/i.test(name);
 const isArchive = (name: string): boolean => /\.zip$/i.test(name);
 
-/** Zips are opened; what lies in them is unpacked when it is read. */
-export async function openFiles(files: readonly NamedFile[]): Promise<{ files: StoredFile[]; notes: Note[] }> {
+/** Zips and bags are opened; what lies in them is unpacked when it is read. */
+export async function openFiles(
+  given: readonly NamedFile[],
+  listener: BagListener = { listed: async () => undefined, looking: () => undefined },
+  wishes: Wishes = {},
+): Promise<OpenedFiles> {
+  const { files, notes } = await openArchives(given);
+  const [of_bags, rest] = [files.filter(isOfBag), files.filter((file) => !isOfBag(file))];
+  if (!of_bags.some(({ path }) => isBagName(path))) return { given, files, notes, bags: [] };
+  const { listBags } = await import('../../../npm/bag/bag_recordings.js');
+  const listed = await listBags(of_bags.map((file) => ({ path: file.path, source: () => sourceOf(file, given) })));
+  await listener.listed(listed.bags);
+  const opened = await openBags(listed.bags, wishes, listener);
+  return { given, files: [...rest, ...opened.files], notes: [...notes, ...listed.notes], bags: opened.bags };
+}
+
+/** The same files with other topics of their bags. */
+export async function chooseTopics(opened: OpenedFiles, wishes: Wishes, listener: BagListener): Promise<OpenedFiles> {
+  const { bags, files } = await openBags(
+    opened.bags.map(({ listed }) => listed),
+    wishes,
+    listener,
+  );
+  const before = new Map(opened.files.map((file) => [file.path, file]));
+  const sources = (bag: OpenedBag | undefined): string => JSON.stringify({ ...bag?.choice, reference: '' });
+  // Where only the truth changes, the frames are the same, and need not be computed again.
+  const is_same = opened.bags.every((bag, i) => sources(bag) === sources(bags[i]));
+  const kept = files.map((file) => {
+    const old = before.get(file.path);
+    return is_same && old && !file.path.endsWith('.tum') ? Object.assign(old, { given: file.given }) : file;
+  });
+  return { ...opened, files: [...opened.files.filter(({ given }) => !given), ...kept], bags };
+}
+
+async function openBags(
+  bags: readonly ListedBag[],
+  wishes: Wishes,
+  listener: BagListener,
+): Promise<{ bags: OpenedBag[]; files: StoredFile[] }> {
+  const { recordingsOf } = await import('../../../npm/bag/bag_recordings.js');
+  const recordings = await recordingsOf(bags, wishes, (done, total) => listener.looking(done, total));
+  const files = recordings.flatMap(({ files, recording }) => {
+    // A bag without anything to use is still to be told of.
+    const empty = { path: recording.root, size: 0, read: async () => new Uint8Array() };
+    return (files.length > 0 ? files : [empty]).map((file) => inBag(file, recording));
+  });
+  return { files, bags: bags.map((listed, i) => ({ listed, choice: recordings[i]?.choice ?? {} })) };
+}
+
+const isOfBag = ({ path }: StoredFile): boolean => isBagName(path) || isBagMetadata(path);
+
+function inBag(
+  { path, size, read }: { path: string; size: number; read(): Promise<Uint8Array> },
+  given: Recording,
+): StoredFile {
+  return {
+    path,
+    size,
+    given,
+    read,
+    readHead: async (length) => (await read()).subarray(0, length),
+    blob: async () => blobOf(path, await read()),
+  };
+}
+
+/** On the disk a bag is read piece by piece; one in a zip has to be unpacked as a whole. */
+async function sourceOf(file: StoredFile, given: readonly NamedFile[]): Promise<ByteSource> {
+  const on_disk = given.find(({ name }) => name === file.path);
+  const { bytesOfBlob } = await import('../../../npm/archive.js');
+  return bytesOfBlob(on_disk?.file ?? (await file.blob()));
+}
+
+async function openArchives(files: readonly NamedFile[]): Promise<{ files: StoredFile[]; notes: Note[] }> {
   const opened: StoredFile[] = [];
   const notes: Note[] = [];
   for (const { name, file } of files) {
@@ -124,7 +227,9 @@ async function toNamedFile(stored: StoredFile): Promise<NamedFile> {
   return { name: stored.path, file: new File([await stored.blob()], stored.path) };
 }
 
+/** Browsers show PNG and JPEG; a pixmap is given as BMP. */
 export function blobOf(path: string, bytes: Uint8Array): Blob {
+  if (/\.(ppm|pgm)$/i.test(path)) return new Blob([bitmapOf(bytes)], { type: 'image/bmp' });
   const type = /\.jpe?g$/i.test(path) ? 'image/jpeg' : /\.png$/i.test(path) ? 'image/png' : '';
   return new Blob([new Uint8Array(bytes)], { type });
 }

@@ -1,0 +1,158 @@
+// @ts-check
+/**
+ * Values of a serialised ROS 2 message, one after the other. What lies beyond the message's end is never read: the error
+ * names the field.
+ *
+ * Source of the layout: OMG, DDS-XTypes 1.3, 7.4.3 (XCDR1 and plain XCDR2); OMG, DDSI-RTPS 2.5, 10.2 (encapsulation).
+ */
+
+/** Plain data, by the second byte of a message: whether the low byte comes first, and what 8-byte values are aligned to. */
+const ENCAPSULATIONS = /** @type {Record<number, { littleEndian: boolean, widest: number }>} */ ({
+  0: { littleEndian: false, widest: 8 },
+  1: { littleEndian: true, widest: 8 },
+  6: { littleEndian: false, widest: 4 },
+  7: { littleEndian: true, widest: 4 },
+});
+const HEADER_BYTES = 4;
+const DAMAGED = 'It was damaged or cut off when it was recorded; leave it out';
+
+/** What is wrong with a message; where it lies is for others to say. */
+export class MessageError extends Error {
+  /** @param {string} problem a sentence without its full stop @param {string} [remedy] likewise */
+  constructor(problem, remedy = DAMAGED) {
+    super(`${problem}. ${remedy}.`);
+    this.problem = problem;
+    this.remedy = remedy;
+  }
+}
+
+export class CdrReader {
+  #view;
+  #bytes;
+  #place = HEADER_BYTES;
+  #littleEndian;
+  #widest;
+
+  /** @param {Uint8Array} bytes a message with its encapsulation header, or its beginning */
+  constructor(bytes) {
+    if (bytes.length < HEADER_BYTES) throw new MessageError(`The message has ${bytes.length} bytes, not even a header`);
+    const kind = ENCAPSULATIONS[bytes[1] ?? 0];
+    if (bytes[0] !== 0 || !kind) {
+      const [first, second] = [bytes[0], bytes[1]].map((byte) => (byte ?? 0).toString(16).padStart(2, '0'));
+      throw new MessageError(
+        `The message begins with ${first} ${second}, which is no plain CDR as ROS 2 writes it`,
+        'Record it with the default middleware',
+      );
+    }
+    this.#bytes = bytes;
+    this.#view = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
+    this.#littleEndian = kind.littleEndian;
+    this.#widest = kind.widest;
+  }
+
+  /** Where the next value begins, before alignment. */
+  get place() {
+    return this.#place;
+  }
+
+  get littleEndian() {
+    return this.#littleEndian;
+  }
+
+  /** @param {string} field */
+  u8(field) {
+    return this.#view.getUint8(this.#take(1, 1, field));
+  }
+
+  /** @param {string} field */
+  u32(field) {
+    return this.#view.getUint32(this.#take(4, 4, field), this.#littleEndian);
+  }
+
+  /** @param {string} field */
+  i32(field) {
+    return this.#view.getInt32(this.#take(4, 4, field), this.#littleEndian);
+  }
+
+  /** @param {string} field */
+  f32(field) {
+    return this.#view.getFloat32(this.#take(4, 4, field), this.#littleEndian);
+  }
+
+  /** @param {string} field */
+  f64(field) {
+    return this.#view.getFloat64(this.#take(8, this.#widest, field), this.#littleEndian);
+  }
+
+  /** @param {string} field */
+  string(field) {
+    const length = this.u32(field);
+    const start = this.#take(length, 1, field);
+    const text = this.#bytes.subarray(start, start + length);
+    // The terminating zero counts.
+    return new TextDecoder().decode(text.at(-1) === 0 ? text.subarray(0, -1) : text);
+  }
+
+  /** A sequence of bytes, not copied. @param {string} field */
+  bytes(field) {
+    const length = this.u32(field);
+    const start = this.#take(length, 1, field);
+    return this.#bytes.subarray(start, start + length);
+  }
+
+  /** @param {number} count @param {string} field */
+  f64s(count, field) {
+    const start = this.#take(8 * count, this.#widest, field);
+    return Array.from({ length: count }, (_, index) => this.#view.getFloat64(start + 8 * index, this.#littleEndian));
+  }
+
+  /** A sequence of f64. @param {string} field */
+  f64Sequence(field) {
+    const count = this.u32(field);
+    return count === 0 ? [] : this.f64s(count, field);
+  }
+
+  /** A sequence of f32. @param {string} field */
+  f32Sequence(field) {
+    const count = this.u32(field);
+    const values = new Float32Array(this.#fits(4 * count, field) ? count : 0);
+    const start = this.#take(4 * count, 4, field);
+    for (let index = 0; index < count; index += 1) {
+      values[index] = this.#view.getFloat32(start + 4 * index, this.#littleEndian);
+    }
+    return values;
+  }
+
+  /**
+   * As many values as a sequence announces, each of at least so many bytes: a count that cannot be is refused before
+   * anything is made of it.
+   * @param {number} leastBytes @param {string} field
+   */
+  count(leastBytes, field) {
+    const count = this.u32(field);
+    this.#fits(count * leastBytes, field);
+    return count;
+  }
+
+  /** @param {number} length @param {string} field */
+  #fits(length, field) {
+    if (this.#place + length > this.#bytes.length) this.#refuse(length, field);
+    return true;
+  }
+
+  /** @param {number} length @param {number} alignment @param {string} field */
+  #take(length, alignment, field) {
+    // Alignment counts from behind the encapsulation header.
+    const start = this.#place + ((HEADER_BYTES - this.#place) & (alignment - 1));
+    if (start + length > this.#bytes.length) this.#refuse(length, field);
+    this.#place = start + length;
+    return start;
+  }
+
+  /** @param {number} length @param {string} field @returns {never} */
+  #refuse(length, field) {
+    throw new MessageError(
+      `The message is shorter than it says: its ${field} of ${length} bytes begins at byte ${this.#place}, and it has ${this.#bytes.length}`,
+    );
+  }
+}

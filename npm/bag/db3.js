@@ -1,0 +1,92 @@
+// @ts-check
+/**
+ * A bag of rosbag2's SQLite storage: the tables `topics` and `messages`. All rows are walked once, without the messages
+ * themselves; a message is read when it is asked for.
+ */
+import { fileError } from '../errors.js';
+import { unpackZstd } from './decompress.js';
+import { MessageIndex } from './message_index.js';
+import { SqliteFile } from './sqlite.js';
+
+/** @typedef {import('./open.js').Container} Container */
+/** @typedef {import('./open.js').StoredTopic} StoredTopic */
+
+/** What a message begins with that rosbag2 packed by itself. */
+const ZSTD_MAGIC = [0x28, 0xb5, 0x2f, 0xfd];
+
+/**
+ * @param {string} name for messages
+ * @param {import('../archive.js').ByteSource} source
+ * @returns {Promise<Container>}
+ */
+export async function openDb3(name, source) {
+  const file = await SqliteFile.open(name, source);
+  if (!file.has('topics') || !file.has('messages')) {
+    throw fileError(
+      name,
+      'This SQLite file has no tables of topics and messages, so it is no bag',
+      'Give the bag itself',
+    );
+  }
+  const topics = await readTopics(file);
+  const [time, topic, data] = ['timestamp', 'topic_id', 'data'].map((column) => file.column('messages', column));
+  if (time === undefined || topic === undefined || data === undefined || Math.min(time, topic, data) < 0) {
+    throw fileError(name, 'Its messages have no column for their time, topic or data', 'Record it with rosbag2');
+  }
+  /** @type {Map<number, MessageIndex>} */
+  const byId = new Map(topics.map(({ id, messages }) => [id, messages]));
+  let strays = 0;
+  for await (const { place, cell } of file.rows('messages')) {
+    const values = file.valuesInPage(cell);
+    const messages = byId.get(Number(values[topic]));
+    if (messages) messages.push(BigInt(/** @type {number | bigint} */ (values[time] ?? 0)), place.page, place.cell);
+    else strays += 1;
+  }
+  const notes = file.notes;
+  if (strays > 0) notes.push({ file: name, reason: `${strays} messages belong to no topic and are left out` });
+  for (const { messages } of topics) messages.sort();
+
+  const blobOf = async (/** @type {[number, number]} */ [page, cell], /** @type {boolean} */ isWhole) => {
+    const row = await file.row({ page, cell });
+    const values = isWhole ? await file.valuesOf(row) : file.valuesInPage(row);
+    const blob = values[data];
+    return blob instanceof Uint8Array ? blob : new Uint8Array();
+  };
+  const read = async (/** @type {[number, number]} */ place) => {
+    const bytes = await blobOf(place, true);
+    return isPacked(bytes) ? unpackZstd(bytes, null) : bytes;
+  };
+  return {
+    topics,
+    notes,
+    read,
+    readHead: async (place, length) => {
+      const head = await blobOf(place, false);
+      if (head.length >= length && !isPacked(head)) return head.subarray(0, length);
+      return (await read(place)).subarray(0, length);
+    },
+  };
+}
+
+/** @param {SqliteFile} file @returns {Promise<(StoredTopic & { id: number })[]>} */
+async function readTopics(file) {
+  const place = (/** @type {string} */ column) => file.column('topics', column);
+  const [name, type, format] = [place('name'), place('type'), place('serialization_format')];
+  const topics = [];
+  for await (const { cell } of file.rows('topics')) {
+    const values = await file.valuesOf(cell);
+    topics.push({
+      id: cell.rowid,
+      name: String(values[name] ?? ''),
+      type: String(values[type] ?? ''),
+      format: String(values[format] ?? 'cdr'),
+      messages: new MessageIndex(),
+    });
+  }
+  return topics;
+}
+
+/** @param {Uint8Array} bytes */
+function isPacked(bytes) {
+  return ZSTD_MAGIC.every((byte, index) => bytes[index] === byte);
+}

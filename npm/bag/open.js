@@ -1,0 +1,232 @@
+// @ts-check
+/**
+ * Bags of ROS 2: which files of a drop make up one, which topics it has, and its messages one by one. Nothing is kept in
+ * memory but where each message lies.
+ */
+import { fileError } from '../errors.js';
+import { folderOf, groupBy } from '../recording/names.js';
+import { isMcap } from './mcap_records.js';
+import { isBagMetadata, isBagName } from './names.js';
+import { isSqlite } from './sqlite.js';
+
+/** @typedef {import('../archive.js').ByteSource} ByteSource */
+/** @typedef {import('../recording.js').Note} Note */
+/** @typedef {import('./message_index.js').MessageIndex} MessageIndex */
+/** @typedef {{ path: string, source: () => Promise<ByteSource> }} BagFile */
+/** @typedef {{ name: string, type: string, format: string, messages: MessageIndex }} StoredTopic */
+/**
+ * One file of a bag. Places of messages are those of its topics' indexes.
+ * @typedef {object} Container
+ * @property {StoredTopic[]} topics
+ * @property {Note[]} notes
+ * @property {(place: [number, number]) => Promise<Uint8Array>} read
+ * @property {(place: [number, number], length: number) => Promise<Uint8Array>} readHead at least so much, where the
+ *    message has it
+ */
+/**
+ * @typedef {object} Topic
+ * @property {string} name
+ * @property {string} type as ROS 2 spells it: package/msg/Name
+ * @property {string} format how its messages are serialised
+ * @property {number} count messages
+ * @property {{ first: bigint, last: bigint } | null} span when they were recorded, ns; null without messages
+ * @property {number | null} rate messages a second; null where there are fewer than two
+ */
+/** @typedef {{ container: Container, messages: MessageIndex }} Part of a topic, in one file */
+
+const ROS1_MAGIC = '#ROSBAG V';
+const UNPACK = 'Unpack it first: zstd -d, or ros2 bag convert';
+
+export class Bag {
+  /** @type {Topic[]} */
+  topics = [];
+  /** @type {Note[]} */
+  notes = [];
+  #path;
+  /** @type {Map<Topic, Part[]>} */
+  #parts = new Map();
+
+  /**
+   * @param {string} path the bag's file, or the folder of its files
+   * @param {Container[]} containers in order
+   * @param {ReadonlyMap<string, string>} [formats] how topics are serialised where the bag's metadata says so
+   */
+  constructor(path, containers, formats = new Map()) {
+    this.#path = path;
+    const stored = containers.flatMap((container) => {
+      return container.topics.map((topic) => {
+        return { container, topic: { ...topic, format: formats.get(topic.name) ?? topic.format } };
+      });
+    });
+    const groups = groupBy(stored, ({ topic: { name, type, format } }) => JSON.stringify([name, typeOf(type), format]));
+    for (const group of groups.values()) {
+      const [{ topic }] = /** @type {[typeof stored[0]]} */ (group);
+      const parts = group.map(({ container, topic: { messages } }) => ({ container, messages }));
+      const described = describe({ ...topic, type: typeOf(topic.type) }, parts);
+      this.topics.push(described);
+      this.#parts.set(described, parts);
+    }
+    this.topics.sort((a, b) => (a.name < b.name ? -1 : a.name > b.name ? 1 : 0));
+    this.notes.push(...containers.flatMap(({ notes }) => notes));
+  }
+
+  get path() {
+    return this.#path;
+  }
+
+  /** @param {string} name */
+  topic(name) {
+    return this.topics.find((topic) => topic.name === name);
+  }
+
+  /** When a message was recorded, ns. @param {Topic} topic @param {number} index */
+  time(topic, index) {
+    const { part, inside } = this.#find(topic, index);
+    return part.messages.time(inside);
+  }
+
+  /** @param {Topic} topic @param {number} index @returns {Promise<Uint8Array>} */
+  read(topic, index) {
+    const { part, inside } = this.#find(topic, index);
+    return part.container.read(part.messages.place(inside));
+  }
+
+  /** At least so many bytes of a message, where it has them. @param {Topic} topic @param {number} index @param {number} length */
+  readHead(topic, index, length) {
+    const { part, inside } = this.#find(topic, index);
+    return part.container.readHead(part.messages.place(inside), length);
+  }
+
+  /** @param {Topic} topic @param {number} index */
+  #find(topic, index) {
+    let inside = index;
+    for (const part of this.#parts.get(topic) ?? []) {
+      if (inside < part.messages.length) return { part, inside };
+      inside -= part.messages.length;
+    }
+    throw new RangeError(`${topic.name} has no message ${index}`);
+  }
+}
+
+/**
+ * Opens the bags among these files. What cannot be opened is told, and the rest is opened.
+ * @param {readonly BagFile[]} files bags and their metadata.yaml
+ * @returns {Promise<{ bags: Bag[], notes: Note[] }>}
+ */
+export async function openBags(files) {
+  /** @type {Bag[]} */
+  const bags = [];
+  /** @type {Note[]} */
+  const notes = [];
+  for (const { path, parts, formats } of await groupFiles(files, notes)) {
+    /** @type {Container[]} */
+    const containers = [];
+    for (const file of parts) {
+      try {
+        containers.push(await openContainer(file.path, await file.source()));
+      } catch (error) {
+        const { problem, remedy = '', message } = /** @type {Error & { problem?: string, remedy?: string }} */ (error);
+        const reason = problem === undefined ? `left aside: ${message}` : `left aside: ${problem}. ${remedy}`;
+        notes.push({ file: file.path, reason: reason.replace(/\.?\s*$/, '') });
+      }
+    }
+    if (containers.length > 0) bags.push(new Bag(path, containers, formats));
+  }
+  return { bags, notes };
+}
+
+/** @param {string} name @param {ByteSource} source @returns {Promise<Container>} */
+async function openContainer(name, source) {
+  const head = await source.read(0, Math.min(source.size, 64));
+  if (head.length === 0) throw fileError(name, 'The file is empty', 'Copy the bag again');
+  if (isMcap(head)) return (await import('./mcap.js')).openMcap(name, source);
+  if (isSqlite(head)) return (await import('./db3.js')).openDb3(name, source);
+  if (new TextDecoder('latin1').decode(head).startsWith(ROS1_MAGIC)) {
+    const remedy = 'Convert it: rosbags-convert --src FILE --dst FOLDER (pip install rosbags)';
+    throw fileError(name, 'This is a bag of ROS 1, and those of ROS 2 are read', remedy);
+  }
+  if (head[0] === 0x28 && head[1] === 0xb5 && head[2] === 0x2f && head[3] === 0xfd) {
+    throw fileError(name, 'The whole file is packed with zstd, so that it could only be read as a whole', UNPACK);
+  }
+  throw fileError(name, 'This is neither an SQLite file nor an MCAP file, as bags of ROS 2 are', 'Copy the bag again');
+}
+
+/**
+ * Files that a metadata.yaml names are one bag, and so are files whose names differ by their last number alone.
+ * @param {readonly BagFile[]} files
+ * @param {Note[]} notes
+ */
+async function groupFiles(files, notes) {
+  /** @type {{ path: string, parts: BagFile[], formats: Map<string, string> }[]} */
+  const groups = [];
+  const rest = new Map(files.filter(({ path }) => isBagName(path)).map((file) => [file.path, file]));
+  for (const { path, source } of files.filter(({ path }) => isBagMetadata(path))) {
+    const folder = folderOf(path);
+    const opened = await source();
+    const text = new TextDecoder().decode(await opened.read(0, Math.min(opened.size, 2 ** 20)));
+    const named = filesIn(text).map((name) => (folder === '' ? name : `${folder}/${name}`));
+    if (named.length === 0) continue;
+    const present = named.flatMap((name) => rest.get(name) ?? []);
+    for (const missing of named.filter((name) => !rest.has(name))) {
+      notes.push({ file: missing, reason: `is not here, though ${path} names it; what it holds is missing` });
+    }
+    if (present.length === 0) continue;
+    const [first] = present;
+    const bag = present.length === 1 ? (first?.path ?? '') : folder || 'bag';
+    groups.push({ path: bag, parts: present, formats: formatsIn(text) });
+    for (const file of present) rest.delete(file.path);
+  }
+  const byStem = groupBy([...rest.values()], ({ path }) => path.replace(/_\d+(\.\w+)$/, '$1'));
+  for (const [stem, parts] of byStem) {
+    const number = (/** @type {string} */ path) => Number(path.match(/_(\d+)\.\w+$/)?.[1] ?? -1);
+    parts.sort((a, b) => number(a.path) - number(b.path));
+    groups.push({ path: parts.length === 1 ? (parts[0]?.path ?? stem) : stem, parts, formats: new Map() });
+  }
+  return groups;
+}
+
+/** Names of the files under `relative_file_paths`. @param {string} yaml */
+function filesIn(yaml) {
+  const [, list = ''] = yaml.match(/^\s*relative_file_paths:\s*\n((?:\s*-\s.*\n?)+)/m) ?? [];
+  return list
+    .split('\n')
+    .map((line) =>
+      line
+        .replace(/^\s*-\s+/, '')
+        .trim()
+        .replace(/^(['"])(.*)\1$/, '$2'),
+    )
+    .filter((name) => name !== '');
+}
+
+/** How each topic is serialised. @param {string} yaml */
+function formatsIn(yaml) {
+  const valueOf = (/** @type {string} */ block, /** @type {string} */ key) => {
+    return block.match(new RegExp(`^\\s*${key}:\\s*(\\S+)\\s*$`, 'm'))?.[1] ?? '';
+  };
+  const blocks = yaml.split(/topic_metadata:/).slice(1);
+  const pairs = blocks.map(
+    (block) => /** @type {const} */ ([valueOf(block, 'name'), valueOf(block, 'serialization_format')]),
+  );
+  return new Map(pairs.filter(([name, format]) => name !== '' && format !== ''));
+}
+
+/** `sensor_msgs/Image`, as some recorders write it, is `sensor_msgs/msg/Image`. @param {string} type */
+function typeOf(type) {
+  return type.replace(/^(\w+)\/(\w+)$/, '$1/msg/$2').replace(/^(\w+)::msg::(?:dds_::)?(\w+?)_?$/, '$1/msg/$2');
+}
+
+/** @param {{ name: string, type: string, format: string }} topic @param {Part[]} parts @returns {Topic} */
+function describe({ name, type, format }, parts) {
+  const count = parts.reduce((sum, { messages }) => sum + messages.length, 0);
+  const spans = parts.flatMap(({ messages }) => messages.span() ?? []);
+  const [any] = spans;
+  const span = any
+    ? spans.reduce((all, { first, last }) => ({
+        first: first < all.first ? first : all.first,
+        last: last > all.last ? last : all.last,
+      }))
+    : null;
+  const seconds = span ? Number(span.last - span.first) / 1e9 : 0;
+  return { name, type, format, count, span, rate: seconds > 0 ? (count - 1) / seconds : null };
+}

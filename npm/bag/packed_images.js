@@ -1,0 +1,199 @@
+// @ts-check
+/**
+ * Packed images of ROS as files: PNG and JPEG as they are, and depth as image_transport packs it.
+ *
+ * Source: compressed_depth_image_transport (codec.cpp): a header of 12 bytes (what it is, and two parameters A and B),
+ * then a PNG of 16 bits, whose values are millimetres, or, of depth in metres, A / depth + B; or else RVL (A. D. Wilson,
+ * "Fast Lossless Depth Image Compression", ISS 2017).
+ */
+import { unzlibSync } from 'fflate';
+import { MessageError } from './cdr.js';
+import { depthFile } from './images.js';
+
+/** @typedef {import('./messages.js').CompressedMessage} CompressedMessage */
+
+const CONFIG_BYTES = 12;
+const PNG = [0x89, 0x50, 0x4e, 0x47];
+/** No depth camera has more pixels. */
+const MAX_PIXELS = 2 ** 26;
+
+/**
+ * What a packed image of this format can be used as. A PNG may hold either, which its header tells.
+ * @param {string} format @param {Uint8Array} data the beginning of the image
+ * @returns {'depth' | 'color' | null}
+ */
+export function useOfPacked(format, data) {
+  if (/compressedDepth/i.test(format)) return 'depth';
+  if (startsAsPng(data)) return data[24] === 16 && data[25] === 0 ? 'depth' : 'color';
+  return data[0] === 0xff && data[1] === 0xd8 ? 'color' : null;
+}
+
+/** Ending of the file that it becomes. @param {string} format @param {Uint8Array} data its beginning */
+export function packedEnding(format, data) {
+  if (/compressedDepth/i.test(format)) return isFloat(format) ? 'pfm' : /rvl/i.test(format) ? 'pgm' : 'png';
+  return startsAsPng(data) ? 'png' : 'jpg';
+}
+
+/** @param {CompressedMessage} image */
+export function packedFile(image) {
+  const { format, data } = image;
+  if (!/compressedDepth/i.test(format)) {
+    if (startsAsPng(data) || (data[0] === 0xff && data[1] === 0xd8)) return data.slice();
+    throw new MessageError(`The image is packed as "${format}", which is not read`, 'Record it as PNG or JPEG');
+  }
+  const body = data.subarray(CONFIG_BYTES);
+  const isRvl = /rvl/i.test(format);
+  if (!isRvl && !startsAsPng(body)) {
+    throw new MessageError('The packed depth holds no PNG behind its header of 12 bytes');
+  }
+  if (!isFloat(format) && !isRvl) return body.slice();
+  const { width, height, values } = isRvl ? readRvl(body) : readGreyPng(body);
+  const pixels = isFloat(format) ? toMetres(values, data) : values;
+  return depthFile({
+    stamp: image.stamp,
+    frame: image.frame,
+    width,
+    height,
+    encoding: isFloat(format) ? '32FC1' : '16UC1',
+    // As this machine has them: typed arrays are written as they lie.
+    bigEndian: new Uint8Array(Uint16Array.of(1).buffer)[0] === 0,
+    step: 0,
+    data: new Uint8Array(pixels.buffer),
+  });
+}
+
+/** @param {string} format */
+function isFloat(format) {
+  return /^\s*32FC1/.test(format);
+}
+
+/** @param {Uint8Array} bytes */
+function startsAsPng(bytes) {
+  return PNG.every((byte, index) => bytes[index] === byte);
+}
+
+/** depth = A / (value - B); zero means that nothing was measured. @param {Uint16Array} values @param {Uint8Array} data */
+function toMetres(values, data) {
+  const view = new DataView(data.buffer, data.byteOffset, data.byteLength);
+  const [a, b] = [view.getFloat32(4, true), view.getFloat32(8, true)];
+  return Float32Array.from(values, (value) => (value === 0 ? Number.NaN : a / (value - b)));
+}
+
+/** @param {number} width @param {number} height */
+function checkSize(width, height) {
+  if (!(width > 0 && height > 0 && width * height <= MAX_PIXELS)) {
+    throw new MessageError(`The packed depth is said to have ${width} x ${height} pixels`);
+  }
+}
+
+/**
+ * A grey PNG of 16 bits, not interlaced (PNG specification, 9 and 11.2).
+ * @param {Uint8Array} file
+ */
+function readGreyPng(file) {
+  const view = new DataView(file.buffer, file.byteOffset, file.byteLength);
+  /** @type {Uint8Array[]} */
+  const parts = [];
+  for (let place = 8; place + 12 <= file.length;) {
+    const length = view.getUint32(place);
+    if (view.getUint32(place + 4) === 0x49444154) parts.push(file.subarray(place + 8, place + 8 + length)); // IDAT
+    place += 12 + length;
+  }
+  const isGrey16 = file.length > 33 && file[24] === 16 && file[25] === 0 && file[28] === 0;
+  if (!isGrey16 || parts.length === 0) throw new MessageError('The packed depth is no grey PNG of 16 bits');
+  const [width, height] = [view.getUint32(16), view.getUint32(20)];
+  checkSize(width, height);
+  const rowBytes = 2 * width;
+  const rows = unpackPng(parts, (rowBytes + 1) * height);
+  const values = new Uint16Array(width * height);
+  let before = new Uint8Array(rowBytes);
+  for (let v = 0; v < height; v += 1) {
+    const start = v * (rowBytes + 1);
+    const row = rows.subarray(start + 1, start + 1 + rowBytes);
+    unfilter(rows[start] ?? 0, row, before);
+    for (let u = 0; u < width; u += 1) values[v * width + u] = ((row[2 * u] ?? 0) << 8) | (row[2 * u + 1] ?? 0);
+    before = row;
+  }
+  return { width, height, values };
+}
+
+/** @param {Uint8Array[]} parts @param {number} size */
+function unpackPng(parts, size) {
+  const packed = new Uint8Array(parts.reduce((sum, { length }) => sum + length, 0));
+  let filled = 0;
+  for (const part of parts) {
+    packed.set(part, filled);
+    filled += part.length;
+  }
+  let rows;
+  try {
+    rows = unzlibSync(packed, { out: new Uint8Array(size) });
+  } catch (error) {
+    throw new MessageError(`The PNG of the packed depth is damaged (${/** @type {Error} */ (error).message})`);
+  }
+  if (rows.length < size) throw new MessageError('The PNG of the packed depth is cut off');
+  return rows;
+}
+
+/** Undoes what a row was made smaller with, in place. @param {number} filter @param {Uint8Array} row @param {Uint8Array} above */
+function unfilter(filter, row, above) {
+  const pixelBytes = 2;
+  for (let index = 0; index < row.length; index += 1) {
+    const left = index < pixelBytes ? 0 : (row[index - pixelBytes] ?? 0);
+    const up = above[index] ?? 0;
+    const corner = index < pixelBytes ? 0 : (above[index - pixelBytes] ?? 0);
+    const guess = [0, left, up, (left + up) >> 1, paeth(left, up, corner)][filter] ?? 0;
+    row[index] = (row[index] ?? 0) + guess;
+  }
+}
+
+/** @param {number} left @param {number} up @param {number} corner */
+function paeth(left, up, corner) {
+  const guess = left + up - corner;
+  const [toLeft, toUp, toCorner] = [Math.abs(guess - left), Math.abs(guess - up), Math.abs(guess - corner)];
+  if (toLeft <= toUp && toLeft <= toCorner) return left;
+  return toUp <= toCorner ? up : corner;
+}
+
+/**
+ * Runs of zeros and of differences, in numbers of three bits and a bit that says whether more follow.
+ * @param {Uint8Array} body width and height, then the code
+ */
+function readRvl(body) {
+  const view = new DataView(body.buffer, body.byteOffset, body.byteLength);
+  if (body.length < 8) throw new MessageError('The packed depth ends within its header');
+  const [width, height] = [view.getUint32(0, true), view.getUint32(4, true)];
+  checkSize(width, height);
+  const values = new Uint16Array(width * height);
+  let place = 8;
+  let word = 0;
+  let left = 0;
+  const next = () => {
+    let value = 0;
+    for (let shift = 0; shift < 30; shift += 3) {
+      if (left === 0) {
+        if (place + 4 > body.length) throw new MessageError('The packed depth is cut off');
+        word = view.getUint32(place, true);
+        place += 4;
+        left = 8;
+      }
+      const nibble = word >>> 28;
+      word <<= 4;
+      left -= 1;
+      value |= (nibble & 7) << shift;
+      if (!(nibble & 8)) break;
+    }
+    return value;
+  };
+  let previous = 0;
+  for (let filled = 0; filled < values.length;) {
+    filled += next();
+    const run = next();
+    for (let index = 0; index < run && filled < values.length; index += 1, filled += 1) {
+      const code = next();
+      previous = (previous + ((code >>> 1) ^ -(code & 1))) & 0xffff;
+      values[filled] = previous;
+    }
+  }
+  return { width, height, values };
+}

@@ -1,0 +1,294 @@
+// @ts-check
+/**
+ * A bag as a recording: what its chosen topics hold, as files of standard formats that are made when they are read, and
+ * how they belong together.
+ */
+import { fileError } from '../errors.js';
+import { pairUp } from '../recording/pairs.js';
+import { MessageError } from './cdr.js';
+import { cloudFile } from './clouds.js';
+import { colorEnding, colorFile, depthEnding, depthFile } from './images.js';
+import { scanLine } from './laser_scans.js';
+import { decodeCamera, decodeCloud, decodeCompressed, decodeImage, decodeScan } from './messages.js';
+import { packedEnding, packedFile } from './packed_images.js';
+import { plural, stampedMessages, timeText } from './stamps.js';
+import { referenceText } from './truth.js';
+
+/** @typedef {import('../recording.js').Note} Note */
+/** @typedef {import('../recording.js').Recording} Recording */
+/** @typedef {import('./open.js').Bag} Bag */
+/** @typedef {import('./open.js').Topic} Topic */
+/** @typedef {import('./topics.js').TopicFacts} TopicFacts */
+/** @typedef {import('./topics.js').Choice} Choice */
+/** @typedef {import('./topics.js').Role} Role */
+/**
+ * A file that is made of messages when it is read.
+ * @typedef {object} BagContent
+ * @property {string} path
+ * @property {number} size of the messages, about; 1 where it is unknown
+ * @property {() => Promise<Uint8Array>} read rejects with a ScanstitchError
+ */
+/** @typedef {{ files: BagContent[], recording: Recording }} BagRecording */
+/** @typedef {BagContent & { time: bigint }} TimedContent */
+
+/** Why there are no colours, where two clocks were at work. */
+const NO_PAIRS = 'none of its times lies within 0.02 s of a depth image: the map is made without colours';
+
+/**
+ * @param {Bag} bag
+ * @param {readonly TopicFacts[]} topics
+ * @param {Choice} choice
+ * @param {(done: number, total: number) => void} [onProgress] messages looked into
+ * @returns {Promise<BagRecording>}
+ */
+export async function recordingOfBag(bag, topics, choice, onProgress = () => {}) {
+  const made = new Maker(bag, topics, onProgress);
+  const chosen = (/** @type {Role} */ role) => topics.find(({ topic }) => topic.name === choice[role]) ?? null;
+  const [depth, clouds, scans] = [chosen('depth'), chosen('clouds'), chosen('scans')];
+  const source = depth ?? clouds ?? scans;
+  if (depth) await made.takeDepth(depth, chosen('color'), chosen('camera'));
+  else if (clouds) await made.takeClouds(clouds);
+  else if (scans) await made.takeScans(scans);
+  const reference = chosen('reference');
+  if (source && reference) await made.takeReference(reference, source);
+  return made.finish(choice);
+}
+
+class Maker {
+  /** @type {BagContent[]} */
+  #files = [];
+  /** @type {Recording} */
+  #recording;
+  #bag;
+  #topics;
+  #onProgress;
+  #total = 0;
+
+  /** @param {Bag} bag @param {readonly TopicFacts[]} topics @param {(done: number, total: number) => void} onProgress */
+  constructor(bag, topics, onProgress) {
+    this.#bag = bag;
+    this.#topics = topics;
+    this.#onProgress = onProgress;
+    this.#recording = {
+      kind: 'nothing',
+      root: bag.path,
+      depth_frames: [],
+      clouds: [],
+      scans: [],
+      reference: [],
+      intrinsics: null,
+      notes: [...bag.notes],
+    };
+  }
+
+  /** @param {TopicFacts} depth @param {TopicFacts | null} color @param {TopicFacts | null} camera */
+  async takeDepth(depth, color, camera) {
+    this.#total = depth.topic.count + (color?.topic.count ?? 0);
+    const ending = await this.#endingOf(depth, depthEnding);
+    const depths = await this.#contents(depth.topic, 'depth', ending, (bytes) => imageFile(depth, bytes, depthFile));
+    const colors = color
+      ? await this.#contents(color.topic, 'color', await this.#endingOf(color, colorEnding), (bytes) =>
+          imageFile(color, bytes, colorFile),
+        )
+      : [];
+    const member = (/** @type {TimedContent} */ { path, size, time }) => ({
+      path,
+      size,
+      key: path,
+      time: Number(time) / 1e9,
+    });
+    const { pairs, unused } = pairUp(depths.map(member), colors.map(member), false);
+    const bare = pairs.filter(({ color }) => !color).length;
+    if (color && bare === pairs.length) this.#note(color.topic.name, NO_PAIRS);
+    else if (color) {
+      if (bare > 0)
+        this.#note(
+          depth.topic.name,
+          `${plural(bare, 'depth image')} without a colour image within 0.02 s, used without colours`,
+        );
+      if (unused.length > 0)
+        this.#note(
+          color.topic.name,
+          `${plural(unused.length, 'colour image')} left aside: no depth image within 0.02 s`,
+        );
+    }
+    this.#recording.depth_frames = pairs.map(({ depth: { path, time }, color }) => {
+      return { name: path.slice(this.#bag.path.length + 1), depth: path, color: color?.path ?? null, time };
+    });
+    if (depths.length > 0) this.#recording.kind = 'depth_images';
+    if (camera) await this.#takeCamera(camera, depth);
+  }
+
+  /** @param {TopicFacts} clouds */
+  async takeClouds({ topic }) {
+    this.#total = topic.count;
+    const contents = await this.#contents(topic, 'clouds', 'pcd', (bytes) => cloudFile(decodeCloud(bytes)));
+    this.#recording.clouds = contents.map(({ path }) => path);
+    if (contents.length > 0) this.#recording.kind = 'clouds';
+  }
+
+  /** One log of all scans. @param {TopicFacts} scans */
+  async takeScans({ topic }) {
+    this.#total = topic.count;
+    const { messages, notes } = await stampedMessages(this.#bag, topic, (done) => this.#onProgress(done, this.#total));
+    this.#recording.notes.push(...notes);
+    if (messages.length === 0) return;
+    const path = `${this.#bag.path}/${topic.name.replace(/^\//, '').replaceAll('/', '_')}.log`;
+    const read = async () => {
+      /** @type {string[]} */
+      const lines = [];
+      for (const { index } of messages) {
+        const line = await this.#convert(topic, index, path, (bytes) => scanLine(decodeScan(bytes))).catch(() => null);
+        if (line !== null) lines.push(line);
+      }
+      return new TextEncoder().encode(`${lines.join('\n')}\n`);
+    };
+    this.#files.push({ path, size: 1, read });
+    this.#recording.scans = [path];
+    this.#recording.kind = 'planar_scans';
+  }
+
+  /** @param {TopicFacts} reference @param {TopicFacts} source */
+  async takeReference(reference, source) {
+    const { text, notes } = await referenceText(this.#bag, this.#topics, reference.topic, source.frame);
+    this.#recording.notes.push(...notes);
+    if (text === null) return;
+    const path = `${this.#bag.path}/${reference.topic.name.replace(/^\//, '').replaceAll('/', '_')}.tum`;
+    const bytes = new TextEncoder().encode(text);
+    this.#files.push({ path, size: bytes.length, read: async () => bytes.slice() });
+    this.#recording.reference = [path];
+  }
+
+  /** @param {Choice} choice @returns {BagRecording} */
+  finish(choice) {
+    const used = new Set(Object.values(choice));
+    const faulty = this.#topics.filter(
+      ({ problem, topic }) => problem !== '' && topic.count > 0 && !used.has(topic.name),
+    );
+    /** @type {Map<string, TopicFacts[]>} */
+    const byProblem = new Map();
+    for (const facts of faulty) byProblem.set(facts.problem, [...(byProblem.get(facts.problem) ?? []), facts]);
+    for (const [problem, topics] of byProblem) {
+      const names = topics.map(({ topic }) => `${topic.name} (${topic.type})`);
+      const shown =
+        names.length > 4 ? `${names.slice(0, 3).join(', ')} and ${names.length - 3} more` : names.join(', ');
+      this.#note(this.#bag.path, `left aside: ${shown}: ${problem}`);
+    }
+    return { files: this.#files, recording: this.#recording };
+  }
+
+  /** @param {TopicFacts} camera @param {TopicFacts} depth */
+  async #takeCamera({ topic }, { topic: depthTopic, size }) {
+    for (let index = 0; index < Math.min(topic.count, 10); index += 1) {
+      try {
+        const message = decodeCamera(await this.#bag.read(topic, index));
+        const camera = pinholeOf(message, topic.name, depthTopic.name);
+        if (!camera) continue;
+        if (size && (camera.width !== size[0] || camera.height !== size[1])) {
+          const reason = `describes images of ${camera.width} x ${camera.height} pixels, and the depth has ${size[0]} x ${size[1]}; not used`;
+          this.#note(topic.name, reason);
+          return;
+        }
+        if (message.d.some((value) => value !== 0) && !/rect/.test(depthTopic.name)) {
+          this.#note(
+            topic.name,
+            `the lens distorts (${message.model || 'model unknown'}), which is not undone; rectified depth gives a truer map`,
+          );
+        }
+        const bytes = new TextEncoder().encode(`${JSON.stringify(camera)}\n`);
+        const path = `${this.#bag.path}/depth-camera.json`;
+        this.#files.push({ path, size: bytes.length, read: async () => bytes.slice() });
+        this.#recording.intrinsics = path;
+        return;
+      } catch (error) {
+        if (index === 0) this.#note(topic.name, `its first message cannot be used: ${wordsOf(error)}`);
+      }
+    }
+  }
+
+  /** @param {TopicFacts} facts @param {(encoding: string) => string} rawEnding */
+  async #endingOf({ topic, encoding }, rawEnding) {
+    if (topic.type !== 'sensor_msgs/msg/CompressedImage') return rawEnding(encoding);
+    try {
+      const { format, data } = decodeCompressed(await this.#bag.read(topic, 0));
+      return packedEnding(format, data);
+    } catch {
+      return /jpe?g/i.test(encoding) ? 'jpg' : 'png';
+    }
+  }
+
+  /**
+   * A file for each message, named by its time.
+   * @param {Topic} topic @param {string} folder @param {string} ending @param {(bytes: Uint8Array) => Uint8Array} convert
+   * @returns {Promise<TimedContent[]>}
+   */
+  async #contents(topic, folder, ending, convert) {
+    const before = folder === 'color' ? this.#total - topic.count : 0;
+    const { messages, notes } = await stampedMessages(this.#bag, topic, (done) =>
+      this.#onProgress(before + done, this.#total),
+    );
+    this.#recording.notes.push(...notes);
+    const contents = messages.map(({ index, time }) => {
+      const path = `${this.#bag.path}/${folder}/${timeText(time)}.${ending}`;
+      return { path, size: 1, time, read: () => this.#convert(topic, index, path, convert) };
+    });
+    this.#files.push(...contents);
+    return contents;
+  }
+
+  /**
+   * @template T
+   * @param {Topic} topic @param {number} index @param {string} path @param {(bytes: Uint8Array) => T} convert
+   * @returns {Promise<T>}
+   */
+  async #convert(topic, index, path, convert) {
+    try {
+      return convert(await this.#bag.read(topic, index));
+    } catch (error) {
+      if (error instanceof MessageError) {
+        throw fileError(path, `Message ${index + 1} of ${topic.name}: ${error.problem}`, error.remedy);
+      }
+      const { problem, remedy } = /** @type {{ problem?: string, remedy?: string }} */ (error);
+      throw problem === undefined ? error : fileError(path, problem, remedy);
+    }
+  }
+
+  /** @param {string} file @param {string} reason */
+  #note(file, reason) {
+    this.#recording.notes.push({ file, reason });
+  }
+}
+
+/** @param {TopicFacts} facts @param {Uint8Array} bytes @param {(image: import('./messages.js').ImageMessage) => Uint8Array} rawFile */
+function imageFile({ topic }, bytes, rawFile) {
+  return topic.type === 'sensor_msgs/msg/CompressedImage'
+    ? packedFile(decodeCompressed(bytes))
+    : rawFile(decodeImage(bytes));
+}
+
+/**
+ * The camera of the images as they are sent: binned, and cut to a region; of rectified ones their own (CameraInfo's P).
+ * @param {import('./messages.js').CameraMessage} message @param {string} topic @param {string} depthTopic
+ */
+function pinholeOf({ width, height, k, p, binning, offset }, topic, depthTopic) {
+  const isRectified = /rect/.test(`${topic} ${depthTopic}`) && (p[0] ?? 0) > 0;
+  const [fx = 0, , cx = 0, , , fy = 0, cy = 0] = isRectified
+    ? [p[0], 0, p[2], 0, 0, p[5], p[6]]
+    : [k[0], 0, k[2], 0, 0, k[4], k[5]];
+  if (!(fx > 0 && fy > 0)) return null; // not calibrated
+  const [binX, binY] = binning.map((value) => Math.max(1, value));
+  return {
+    width: Math.floor(width / (binX ?? 1)),
+    height: Math.floor(height / (binY ?? 1)),
+    fx: fx / (binX ?? 1),
+    fy: fy / (binY ?? 1),
+    cx: (cx - offset[0]) / (binX ?? 1),
+    cy: (cy - offset[1]) / (binY ?? 1),
+  };
+}
+
+/** @param {unknown} error */
+function wordsOf(error) {
+  const { problem, message } = /** @type {Error & { problem?: string }} */ (error);
+  return problem ?? message;
+}

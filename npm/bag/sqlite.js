@@ -1,0 +1,334 @@
+// @ts-check
+/**
+ * Tables of an SQLite file, read page by page where they lie: on the disk or in a file of the page, never as a whole. It
+ * only walks tables from the first row to the last and reads rows again; nothing is ever written.
+ *
+ * Why not SQLite itself: its WebAssembly builds take the whole file into memory in Node, and in the page need a worker
+ * with blocking reads and a megabyte of code. A bag needs two tables, walked once.
+ *
+ * Source of the layout: sqlite.org, "Database File Format", sections 1.3, 1.6, 2.1.
+ */
+import { fileError } from '../errors.js';
+
+/** @typedef {import('../archive.js').ByteSource} ByteSource */
+/** @typedef {import('../recording.js').Note} Note */
+/** @typedef {null | number | bigint | string | Uint8Array} Value */
+/** @typedef {{ page: number, cell: number }} Place of a row */
+/**
+ * What a page holds of a row: the beginning of its record, and where the rest lies.
+ * @typedef {{ rowid: number, size: number, local: Uint8Array, overflow: number }} Cell
+ */
+/** @typedef {{ place: Place, cell: Cell }} Row */
+
+const MAGIC = 'SQLite format 3\0';
+const LEAF = 0x0d;
+const INTERIOR = 0x05;
+/** Pages are read together in blocks of so many bytes, and so many blocks are kept. */
+const BLOCK_BYTES = 2 ** 16;
+const KEPT_BLOCKS = 32;
+/** No table is deeper: each level multiplies the rows. */
+const MAX_DEPTH = 20;
+const CUT_OFF = 'Copy the bag again';
+
+/** @param {Uint8Array} head */
+export function isSqlite(head) {
+  return new TextDecoder('latin1').decode(head.subarray(0, 16)) === MAGIC;
+}
+
+export class SqliteFile {
+  #name;
+  #source;
+  #pageSize;
+  /** Bytes of a page that hold data. */
+  #usable;
+  /** @type {Map<number, Promise<Uint8Array>>} */
+  #blocks = new Map();
+  /** Pages that are missing or are not what they should be, each told once. @type {Map<string, { count: number, page: number }>} */
+  #faults = new Map();
+  /** Root page and names of the columns of each table. @type {Map<string, { root: number, columns: string[] }>} */
+  #tables = new Map();
+
+  /** @param {string} name @param {ByteSource} source @param {number} pageSize @param {number} usable */
+  constructor(name, source, pageSize, usable) {
+    this.#name = name;
+    this.#source = source;
+    this.#pageSize = pageSize;
+    this.#usable = usable;
+  }
+
+  /**
+   * @param {string} name for messages
+   * @param {ByteSource} source
+   */
+  static async open(name, source) {
+    const head = await source.read(0, 100);
+    if (head.length < 100 || !isSqlite(head)) {
+      throw fileError(name, 'This is no SQLite file, as the bags of ROS 2 that end in .db3 are', CUT_OFF);
+    }
+    const view = new DataView(head.buffer, head.byteOffset, head.byteLength);
+    const pageSize = view.getUint16(16) === 1 ? 65_536 : view.getUint16(16);
+    if (pageSize < 512 || (pageSize & (pageSize - 1)) !== 0) {
+      throw fileError(name, `Its header announces pages of ${pageSize} bytes, which cannot be`, CUT_OFF);
+    }
+    const file = new SqliteFile(name, source, pageSize, pageSize - (head[20] ?? 0));
+    const announced = view.getUint32(24) === view.getUint32(92) ? view.getUint32(28) * pageSize : 0;
+    if (announced > source.size) {
+      file.#note(`cut off after ${source.size} of ${announced} bytes; the messages before that are used`, 0);
+    }
+    for await (const { cell } of file.#rowsUnder(1)) {
+      const [type, table, , root, sql] = file.#values(await file.record(cell));
+      if (type === 'table') {
+        file.#tables.set(String(table), { root: Number(root), columns: columnsOf(String(sql)) });
+      }
+    }
+    return file;
+  }
+
+  /** What was found missing so far. @returns {Note[]} */
+  get notes() {
+    return [...this.#faults].map(([fault, { count, page }]) => {
+      const pages = count > 1 ? ` (${count} pages, the first is ${page})` : page > 0 ? ` (page ${page})` : '';
+      return { file: this.#name, reason: `${fault}${pages}` };
+    });
+  }
+
+  /** @param {string} table */
+  has(table) {
+    return this.#tables.has(table);
+  }
+
+  /** Place of a column in the rows of a table. @param {string} table @param {string} column */
+  column(table, column) {
+    return this.#tables.get(table)?.columns.indexOf(column) ?? -1;
+  }
+
+  /** All rows of a table; what is missing or damaged is noted and left out. @param {string} table */
+  rows(table) {
+    return this.#rowsUnder(this.#tables.get(table)?.root ?? 0);
+  }
+
+  /** A row that `rows` has told of. @param {Place} place */
+  async row({ page, cell }) {
+    return this.#cell(page, await this.#page(page), cell);
+  }
+
+  /**
+   * Values of a row as far as its page holds them; a blob that goes on elsewhere comes with its beginning alone.
+   * @param {Cell} cell
+   */
+  valuesInPage(cell) {
+    return this.#values(cell.local);
+  }
+
+  /** The values of a whole record. @param {Cell} cell */
+  async valuesOf(cell) {
+    return this.#values(await this.record(cell));
+  }
+
+  /** The whole record of a row. @param {Cell} cell */
+  async record({ size, local, overflow }) {
+    if (local.length >= size) return local;
+    if (size > this.#source.size) throw this.#broken('A row is said to be larger than the file');
+    const bytes = new Uint8Array(size);
+    bytes.set(local);
+    let filled = local.length;
+    const room = this.#usable - 4;
+    /** @type {Uint8Array} */
+    let run = new Uint8Array();
+    let runStart = 0;
+    for (let page = overflow; filled < size;) {
+      if (page < 1) throw this.#broken('A message ends before it should');
+      // Pages that belong together were mostly written one after the other.
+      if (page < runStart || (page - runStart + 1) * this.#pageSize > run.length) {
+        run = await this.#pages(page, Math.ceil((size - filled) / room));
+        runStart = page;
+      }
+      const start = (page - runStart) * this.#pageSize;
+      const part = run.subarray(start + 4, start + 4 + Math.min(room, size - filled));
+      bytes.set(part, filled);
+      filled += part.length;
+      page = readU32(run, start);
+    }
+    return bytes;
+  }
+
+  /** @param {number} root @returns {AsyncGenerator<Row>} */
+  async *#rowsUnder(root) {
+    const seen = new Set();
+    /** Pages to come, the next one last. @type {{ page: number, depth: number }[]} */
+    const waiting = [{ page: root, depth: 0 }];
+    for (let next = waiting.pop(); next; next = waiting.pop()) {
+      const { page, depth } = next;
+      if (seen.has(page) || depth > MAX_DEPTH) {
+        this.#note('damaged: its pages lead back to one another', page);
+        continue;
+      }
+      seen.add(page);
+      let bytes;
+      try {
+        bytes = await this.#page(page);
+      } catch {
+        this.#note('cut off: messages that lay behind its end are left out', page);
+        continue;
+      }
+      const header = page === 1 ? 100 : 0;
+      const [kind, count] = [bytes[header], readU16(bytes, header + 3)];
+      if (kind === LEAF) {
+        for (let cell = 0; cell < count; cell += 1) {
+          try {
+            yield { place: { page, cell }, cell: this.#cell(page, bytes, cell) };
+          } catch (error) {
+            if (!(error instanceof RangeError)) throw error;
+            this.#note('damaged: some of its rows cannot be read and are left out', page);
+          }
+        }
+      } else if (kind === INTERIOR) {
+        const children = Array.from({ length: count }, (_, cell) => {
+          return readU32(bytes, readU16(bytes, header + 12 + 2 * cell));
+        });
+        children.push(readU32(bytes, header + 8));
+        waiting.push(...children.reverse().map((child) => ({ page: child, depth: depth + 1 })));
+      } else {
+        this.#note('damaged: some of its pages are not what they should be and are left out', page);
+      }
+    }
+  }
+
+  /** @param {number} page @param {Uint8Array} bytes @param {number} index @returns {Cell} */
+  #cell(page, bytes, index) {
+    const start = readU16(bytes, (page === 1 ? 108 : 8) + 2 * index);
+    const [size, afterSize] = readVarint(bytes, start);
+    const [rowid, body] = readVarint(bytes, afterSize);
+    const local = this.#localSize(size);
+    if (body + local > bytes.length) throw new RangeError('a row beyond its page');
+    return {
+      rowid,
+      size,
+      local: bytes.slice(body, body + local),
+      overflow: local < size ? readU32(bytes, body + local) : 0,
+    };
+  }
+
+  /** How much of a record of this size lies in its page (section 1.6). @param {number} size */
+  #localSize(size) {
+    const most = this.#usable - 35;
+    if (size <= most) return size;
+    const least = Math.floor(((this.#usable - 12) * 32) / 255) - 23;
+    const tail = least + ((size - least) % (this.#usable - 4));
+    return tail <= most ? tail : least;
+  }
+
+  /** @param {Uint8Array} record @returns {Value[]} */
+  #values(record) {
+    const [headerSize, first] = readVarint(record, 0);
+    /** @type {Value[]} */
+    const values = [];
+    let body = headerSize;
+    for (let place = first; place < headerSize;) {
+      const [type, next] = readVarint(record, place);
+      place = next;
+      const size = sizeOf(type);
+      values.push(readValue(record, body, type, size));
+      body += size;
+    }
+    return values;
+  }
+
+  /** @param {number} page */
+  async #page(page) {
+    const perBlock = Math.max(1, BLOCK_BYTES / this.#pageSize);
+    const block = Math.floor((page - 1) / perBlock);
+    let reading = this.#blocks.get(block);
+    if (reading) this.#blocks.delete(block);
+    else {
+      const start = block * perBlock * this.#pageSize;
+      reading = this.#source.read(start, Math.min(this.#source.size, start + perBlock * this.#pageSize));
+    }
+    this.#blocks.set(block, reading); // the last one used comes last
+    const [oldest] = this.#blocks.keys();
+    if (this.#blocks.size > KEPT_BLOCKS && oldest !== undefined) this.#blocks.delete(oldest);
+    const bytes = await reading;
+    const offset = (page - 1 - block * perBlock) * this.#pageSize;
+    if (page < 1 || offset + this.#pageSize > bytes.length) throw this.#broken(`Page ${page} lies behind its end`);
+    return bytes.subarray(offset, offset + this.#pageSize);
+  }
+
+  /** Whole pages from one on, as many of `count` as there are. @param {number} page @param {number} count */
+  async #pages(page, count) {
+    const start = (page - 1) * this.#pageSize;
+    const end = Math.min(this.#source.size, start + count * this.#pageSize);
+    const bytes = start < end ? await this.#source.read(start, end) : new Uint8Array();
+    if (bytes.length < this.#pageSize) throw this.#broken(`Page ${page} lies behind its end`);
+    return bytes;
+  }
+
+  /** @param {string} problem */
+  #broken(problem) {
+    return fileError(this.#name, `${problem}: the bag is cut off or damaged`, CUT_OFF);
+  }
+
+  /** @param {string} fault @param {number} page */
+  #note(fault, page) {
+    const known = this.#faults.get(fault);
+    if (known) known.count += 1;
+    else this.#faults.set(fault, { count: 1, page });
+  }
+}
+
+/** Names of the columns in `CREATE TABLE name(...)`. @param {string} sql */
+function columnsOf(sql) {
+  const [, inside = ''] = sql.match(/\(([^]*)\)/) ?? [];
+  return inside
+    .replaceAll(/\([^)]*\)/g, '')
+    .split(',')
+    .map((column) => (column.trim().split(/\s+/)[0] ?? '').replaceAll(/["'`[\]]/g, ''));
+}
+
+/** @param {Uint8Array} bytes @param {number} place */
+function readU16(bytes, place) {
+  return ((bytes[place] ?? 0) << 8) | (bytes[place + 1] ?? 0);
+}
+
+/** @param {Uint8Array} bytes @param {number} place */
+function readU32(bytes, place) {
+  return readU16(bytes, place) * 0x10000 + readU16(bytes, place + 2);
+}
+
+/**
+ * Seven bits a byte, the high ones first; of a ninth byte all eight (section 1.6).
+ * @param {Uint8Array} bytes @param {number} place @returns {[value: number, next: number]}
+ */
+function readVarint(bytes, place) {
+  let value = 0;
+  for (let index = 0; index < 9; index += 1) {
+    const byte = bytes[place + index];
+    if (byte === undefined) throw new RangeError('a number beyond its page');
+    if (index === 8) return [value * 256 + byte, place + 9];
+    value = value * 128 + (byte & 0x7f);
+    if (byte < 0x80) return [value, place + index + 1];
+  }
+  return [value, place + 9];
+}
+
+/** Bytes of a value of this serial type (section 2.1). @param {number} type */
+function sizeOf(type) {
+  if (type >= 12) return Math.floor((type - 12) / 2);
+  return [0, 1, 2, 3, 4, 6, 8, 8, 0, 0, 0, 0][type] ?? 0;
+}
+
+/** @param {Uint8Array} record @param {number} place @param {number} type @param {number} size @returns {Value} */
+function readValue(record, place, type, size) {
+  if (type >= 12) {
+    const bytes = record.subarray(place, place + size);
+    return type % 2 === 0 ? bytes : new TextDecoder().decode(bytes);
+  }
+  if (type === 0) return null;
+  if (type === 8 || type === 9) return type - 8;
+  if (place + size > record.length) throw new RangeError('a value beyond its row');
+  const view = new DataView(record.buffer, record.byteOffset + place, size);
+  if (type === 7) return view.getFloat64(0);
+  if (type === 6) return view.getBigInt64(0);
+  let value = view.getInt8(0);
+  for (let index = 1; index < size; index += 1) value = value * 256 + view.getUint8(index);
+  return value;
+}

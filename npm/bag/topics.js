@@ -1,0 +1,250 @@
+// @ts-check
+/** What each topic of a bag can be used as, and which ones are used unless somebody chooses others. */
+import { fileError } from '../errors.js';
+import { hintOf } from '../recording/names.js';
+import { depthEnding, usesOf } from './images.js';
+import {
+  decodeCloudShape,
+  decodeCompressedFormat,
+  decodeHeader,
+  decodeImageShape,
+  HEAD_BYTES,
+  TYPES,
+} from './messages.js';
+import { useOfPacked } from './packed_images.js';
+
+/** @typedef {import('./open.js').Bag} Bag */
+/** @typedef {import('./open.js').Topic} Topic */
+/** @typedef {'depth' | 'color' | 'camera' | 'clouds' | 'scans' | 'reference'} Role */
+/**
+ * @typedef {object} TopicFacts
+ * @property {Topic} topic
+ * @property {string} about what its messages are, in a few words
+ * @property {string} frame the frame they are told in
+ * @property {Role[]} uses what it can be used as; empty: nothing
+ * @property {string} problem why it cannot be used; empty where it can
+ * @property {string} encoding of images; empty otherwise
+ * @property {[width: number, height: number] | null} size of images, where it is known
+ */
+/** The topic used as each; what is missing is not used. @typedef {Partial<Record<Role, string>>} Choice */
+
+/** @type {readonly Role[]} */
+export const ROLES = Object.freeze(['depth', 'color', 'camera', 'clouds', 'scans', 'reference']);
+/** Of these one is used at a time: what the map is made of. @type {readonly Role[]} */
+export const SOURCES = Object.freeze(['depth', 'clouds', 'scans']);
+
+/** @param {Bag} bag @returns {Promise<TopicFacts[]>} in the order of the bag's topics */
+export function describeTopics(bag) {
+  return Promise.all(bag.topics.map((topic) => describeTopic(bag, topic)));
+}
+
+/** @param {Bag} bag @param {Topic} topic @returns {Promise<TopicFacts>} */
+async function describeTopic(bag, topic) {
+  /** @type {TopicFacts} */
+  const facts = { topic, about: '', frame: '', uses: [], problem: '', encoding: '', size: null };
+  const kind = /** @type {Record<string, string>} */ (TYPES)[topic.type];
+  if (topic.format !== 'cdr') {
+    const problem = `serialised as ${topic.format}, and only cdr is read; record it with the default middleware`;
+    return { ...facts, problem: topic.format === '' ? 'how it is serialised is unknown' : problem };
+  }
+  if (kind === undefined) return { ...facts, problem: 'messages of this type are not used' };
+  if (topic.count === 0) return { ...facts, problem: 'no messages' };
+  try {
+    return { ...facts, ...factsOf(kind, await bag.readHead(topic, 0, HEAD_BYTES)) };
+  } catch (error) {
+    const { problem, message } = /** @type {Error & { problem?: string }} */ (error);
+    return { ...facts, uses: usesOfKind(kind), about: `its first message cannot be read: ${problem ?? message}` };
+  }
+}
+
+/** @param {string} kind @returns {Role[]} */
+function usesOfKind(kind) {
+  if (kind === 'cloud') return ['clouds'];
+  if (kind === 'laser scan') return ['scans'];
+  if (kind === 'camera') return ['camera'];
+  return kind === 'image' || kind === 'packed image' ? ['depth', 'color'] : ['reference'];
+}
+
+/** @param {string} kind @param {Uint8Array} head @returns {Partial<TopicFacts>} */
+function factsOf(kind, head) {
+  if (kind === 'image') {
+    const { width, height, encoding, frame } = decodeImageShape(head);
+    const uses = usesOf(encoding);
+    const problem = uses.length > 0 ? '' : `images of the encoding ${encoding} are not read`;
+    return { about: `${width} x ${height}, ${encoding}`, frame, uses, problem, encoding, size: [width, height] };
+  }
+  if (kind === 'packed image') {
+    const { frame, format } = decodeCompressedFormat(head);
+    const start = head.subarray(dataStart(head, frame, format));
+    const use = useOfPacked(format, start);
+    const problem = use ? '' : `images packed as "${format}" are not read`;
+    return { about: format, frame, uses: use ? [use] : [], problem, encoding: format };
+  }
+  if (kind === 'cloud') {
+    const { width, height, fields, frame } = decodeCloudShape(head);
+    const names = fields.map(({ name }) => name);
+    const isInSpace = ['x', 'y', 'z'].every((axis) => names.includes(axis));
+    const about = `${width * height} points of ${names.join(' ')}`;
+    return {
+      about,
+      frame,
+      uses: isInSpace ? ['clouds'] : [],
+      problem: isInSpace ? '' : 'its points have no x, y and z',
+    };
+  }
+  const { frame } = kind === 'transforms' ? { frame: '' } : decodeHeader(head);
+  return { about: frame && `frame ${frame}`, frame, uses: usesOfKind(kind) };
+}
+
+/** Where the data of a CompressedImage begins. @param {Uint8Array} head @param {string} frame @param {string} format */
+function dataStart(head, frame, format) {
+  const align = (/** @type {number} */ place) => (place + 3) & ~3;
+  const text = (/** @type {string} */ value) => new TextEncoder().encode(value).length + 1;
+  return Math.min(head.length, align(align(16 + text(frame)) + 4 + text(format)) + 4);
+}
+
+/**
+ * The sensible choice: depth with its colours and its camera, or else clouds, or else laser scans; and what may be the
+ * truth.
+ * @param {readonly TopicFacts[]} topics
+ * @returns {Choice}
+ */
+export function chooseTopics(topics) {
+  const depth = best(topics, 'depth', depthRank);
+  const clouds = best(topics, 'clouds', cloudRank);
+  const scans = best(topics, 'scans', () => 1);
+  /** @type {Choice} */
+  const choice = {};
+  if (depth && (depth.topic.count > 1 || !clouds)) choice.depth = depth.topic.name;
+  else if (clouds) choice.clouds = clouds.topic.name;
+  else if (scans) choice.scans = scans.topic.name;
+  return complete(topics, choice);
+}
+
+/**
+ * A choice with what belongs to its depth, clouds or scans where nothing was said about it.
+ * @param {readonly TopicFacts[]} topics
+ * @param {Choice} choice
+ * @param {ReadonlySet<Role>} [settled] what somebody has chosen, or chosen to do without
+ * @returns {Choice}
+ */
+export function complete(topics, choice, settled = new Set()) {
+  const depth = topics.find(({ topic }) => topic.name === choice.depth);
+  const made = { ...choice };
+  const fill = (/** @type {Role} */ role, /** @type {TopicFacts | null | undefined} */ found) => {
+    if (settled.has(role)) return;
+    if (found) made[role] = found.topic.name;
+    else delete made[role];
+  };
+  fill('color', depth && best(topics, 'color', (facts) => colorRank(facts, depth)));
+  fill('camera', depth && cameraOf(topics, depth));
+  fill('reference', SOURCES.some((role) => choice[role]) ? best(topics, 'reference', referenceRank) : null);
+  return made;
+}
+
+/**
+ * The one of the highest rank above zero; of equal ones the one with the most messages.
+ * @param {readonly TopicFacts[]} topics @param {Role} role @param {(facts: TopicFacts) => number} rankOf
+ */
+function best(topics, role, rankOf) {
+  const ranked = topics
+    .filter(({ uses }) => uses.includes(role))
+    .map((facts) => ({ facts, rank: rankOf(facts) }))
+    .filter(({ rank }) => rank > 0);
+  ranked.sort((a, b) => b.rank - a.rank || b.facts.topic.count - a.facts.topic.count);
+  return ranked[0]?.facts ?? null;
+}
+
+/** @param {TopicFacts} facts */
+function depthRank({ topic: { name }, encoding, uses }) {
+  const hint = hintOf(name);
+  if (hint === 'aside') return 0;
+  // A grey picture is depth only where it is called so.
+  if (uses.includes('color') && hint !== 'depth') return 0;
+  const isRaw = encoding === '16UC1' || depthEnding(encoding) === 'pfm';
+  return (isRaw ? 3 : 2) + (/aligned|registered/.test(name) ? 3 : 0);
+}
+
+/** @param {TopicFacts} facts @param {TopicFacts} depth */
+function colorRank({ topic, encoding, size }, depth) {
+  const hint = hintOf(topic.name);
+  if (topic === depth.topic || hint === 'aside' || hint === 'depth') return 0;
+  // Colours are laid over the depth pixel by pixel.
+  if (size && depth.size && (size[0] !== depth.size[0] || size[1] !== depth.size[1])) return 0;
+  const common = sharedParts(topic.name, depth.topic.name);
+  return 1 + 4 * Number(hint === 'colour') + 2 * common + Number(/^(rgb|bgr)/.test(encoding) && size !== null);
+}
+
+/** The camera of the depth images: beside them, or in their frame. @param {readonly TopicFacts[]} topics @param {TopicFacts} depth */
+function cameraOf(topics, depth) {
+  return best(topics, 'camera', ({ topic, frame }) => {
+    const folder = topic.name.slice(0, topic.name.lastIndexOf('/') + 1);
+    const isBeside = depth.topic.name.startsWith(folder) && folder !== '/';
+    const isItsFrame = frame === depth.frame;
+    if (!isBeside && !isItsFrame) return 0;
+    return 1 + (isBeside ? 2 + sharedParts(topic.name, depth.topic.name) : 0) + Number(isItsFrame);
+  });
+}
+
+/** @param {TopicFacts} facts */
+function cloudRank({ topic: { name } }) {
+  if (/(^|[/_])(map|octomap|costmap|global|obstacles?|ground|voxels?|plane)/i.test(name)) return 1;
+  return /depth|camera/i.test(name) ? 2 : 3;
+}
+
+/** Who calls itself the truth comes first; the wheels come last. @param {TopicFacts} facts */
+function referenceRank({ topic: { name, type } }) {
+  if (/tf_static$/.test(name)) return 0;
+  if (/goal|plan|command|cmd|target|setpoint|initialpose/i.test(name)) return 0;
+  if (/(^|[/_])(gt|ground_?truth|truth|reference)/i.test(name)) return 6;
+  if (/vicon|optitrack|mocap|qualisys|vrpn/i.test(name)) return 5;
+  if (type === 'tf2_msgs/msg/TFMessage') return 4;
+  return type === 'nav_msgs/msg/Odometry' ? 2 : 3;
+}
+
+/** How many parts of their names are the same from the beginning. @param {string} a @param {string} b */
+function sharedParts(a, b) {
+  const [parts, others] = [a.split('/').slice(1), b.split('/').slice(1)];
+  const differing = parts.findIndex((part, index) => part !== others[index]);
+  return differing < 0 ? parts.length : differing;
+}
+
+/** What somebody wants each to be: the name of a topic, or null to do without. @typedef {Partial<Record<Role, string | null>>} Wishes */
+
+/**
+ * The sensible choice, changed as somebody wishes.
+ * @param {string} bag for messages
+ * @param {readonly TopicFacts[]} topics
+ * @param {Wishes} wishes
+ * @returns {Choice} throws a ScanstitchError where a topic is not there or cannot be used as that
+ */
+export function chooseAsWished(bag, topics, wishes) {
+  const settled = new Set(ROLES.filter((role) => role in wishes));
+  const sources = SOURCES.filter((role) => wishes[role]);
+  if (sources.length > 1) {
+    throw fileError(bag, `A map is made of one of ${sources.join(' and ')}`, 'Choose one of them');
+  }
+  /** @type {Choice} */
+  const choice = sources.length > 0 ? {} : chooseTopics(topics.filter(({ topic }) => !isUnwanted(topic.name, wishes)));
+  for (const role of settled) {
+    const name = wishes[role];
+    delete choice[role];
+    if (name === null || name === undefined) continue;
+    const facts = topics.find(({ topic }) => topic.name === name);
+    if (!facts) {
+      throw fileError(bag, `It has no topic ${name}`, `It has ${topics.map(({ topic }) => topic.name).join(', ')}`);
+    }
+    if (!facts.uses.includes(role)) {
+      const can = facts.uses.length > 0 ? `It can be used as ${facts.uses.join(' or ')}` : 'Choose another topic';
+      const why = facts.problem === '' ? facts.topic.type : facts.problem;
+      throw fileError(bag, `${name} cannot be used as ${role} (${why})`, can);
+    }
+    choice[role] = name;
+  }
+  return complete(topics, choice, settled);
+}
+
+/** Whether it would be chosen for what somebody does not want. @param {string} name @param {Wishes} wishes */
+function isUnwanted(name, wishes) {
+  return ROLES.some((role) => wishes[role] === name && !SOURCES.includes(role));
+}

@@ -1,0 +1,90 @@
+// @ts-check
+/** `scanstitch topics`: what is in a bag, and what of it would be used. */
+import { chooseAsWished, ROLES } from '../bag/topics.js';
+import { CommandError, EXIT, isScanstitchError, readArguments, table } from './command.js';
+import { gatherBags } from './inputs.js';
+
+/** @typedef {import('../bag/topics.js').Role} Role */
+/** @typedef {import('../bag/topics.js').Wishes} Wishes */
+
+const OPTIONS = /** @type {const} */ ({ topic: { type: 'string', multiple: true } });
+
+/** @type {import('./command.js').Command} */
+export const topics = {
+  name: 'topics',
+  about: 'what is in a bag of ROS 2, and what of it would be used',
+  help: () => `scanstitch topics BAG... [--topic ROLE=NAME]...
+
+Lists the topics of bags of ROS 2 (.db3, with or without metadata.yaml, or .mcap; folders and ZIP archives of them): how
+many messages each has, how many a second, what they hold, and what reconstruct would use it as. A bag of several files
+is one where they are given together.
+
+Options:
+  --topic ROLE=NAME  use this topic as depth, color, camera, clouds, scans or reference; none: do without
+
+Examples:
+  scanstitch topics walk.mcap
+  scanstitch topics bags/ --topic clouds=/velodyne_points
+`,
+  run,
+};
+
+/**
+ * @param {import('./command.js').Engine} _engine
+ * @param {string[]} args
+ */
+async function run(_engine, args) {
+  const { values, positionals } = readArguments('topics', { args, options: OPTIONS, allowPositionals: true });
+  if (positionals.length === 0) throw new CommandError('No bag was given. See: scanstitch topics --help');
+  const wishes = readWishes(values.topic);
+  let complaints = 0;
+  const complain = (/** @type {string} */ problem) => {
+    process.stderr.write(`${problem}\n`);
+    complaints += 1;
+  };
+  const { bags, notes, close } = await gatherBags(positionals, complain);
+  try {
+    for (const { file, reason } of [...notes, ...bags.flatMap(({ bag }) => bag.notes)]) complain(`${file}: ${reason}.`);
+    if (bags.length === 0) throw new CommandError('No bag could be opened.');
+    for (const { bag, topics } of bags) process.stdout.write(`${bag.path}\n${list(bag.path, topics, wishes)}\n`);
+  } finally {
+    await close();
+  }
+  return complaints > 0 ? EXIT.partial : EXIT.done;
+}
+
+/** @param {string} bag @param {import('../bag/topics.js').TopicFacts[]} topics @param {Wishes} wishes */
+function list(bag, topics, wishes) {
+  let choice;
+  try {
+    choice = chooseAsWished(bag, topics, wishes);
+  } catch (error) {
+    if (isScanstitchError(error)) throw new CommandError(error.message);
+    throw error;
+  }
+  const rows = topics.map(({ topic, about, problem }) => {
+    const role = ROLES.find((role) => choice[role] === topic.name);
+    const rate = topic.rate === null ? '' : topic.rate.toFixed(1);
+    return [topic.name, topic.type, String(topic.count), rate, role ?? '-', problem ? `not used: ${problem}` : about];
+  });
+  return table(['topic', 'type', 'messages', 'a second', 'used as', ''], rows, new Set([0, 1, 4, 5]));
+}
+
+/**
+ * What `--topic ROLE=NAME` asks for.
+ * @param {string[]} [texts]
+ * @returns {Wishes}
+ */
+export function readWishes(texts = []) {
+  /** @type {Wishes} */
+  const wishes = {};
+  for (const text of texts) {
+    const [, role, name = ''] = text.match(/^(\w+)=(\S+)$/) ?? [];
+    const known = ROLES.find((candidate) => candidate === role);
+    if (!known) {
+      throw new CommandError(`--topic ${text}: this is ROLE=NAME, with ${ROLES.join(', ')} for ROLE`);
+    }
+    wishes[known] = name === 'none' ? null : name;
+  }
+  return wishes;
+}

@@ -1,0 +1,159 @@
+// @ts-check
+/**
+ * Opens a large bag in Chromium and measures: `node scripts/bench_bag.mjs [--format mcap|db3] [--gigabytes 2] [--bag FILE]
+ * [--seconds N]`.
+ * A bag that is named is used, or written and kept where there is none; after so many seconds it is ended.
+ * The bag is written into a temporary folder first: depth and colour images of 640 x 480 pixels, a camera that walks to
+ * and fro in a made-up room, with its CameraInfo and true path. Then the built page (npm run build) opens it, and these
+ * are printed as JSON: milliseconds to the list of topics and to the first map, seconds of the whole run, frames placed,
+ * and the most memory that the tab's process had (megabytes resident, all its workers in it, as /proc tells).
+ */
+import { spawn } from 'node:child_process';
+import { existsSync, mkdtempSync, readFileSync, rmSync, statSync } from 'node:fs';
+import { tmpdir } from 'node:os';
+import { join } from 'node:path';
+import { parseArgs } from 'node:util';
+import { chromium } from '@playwright/test';
+import { cameraInfo, image, poseStamped, stampAt } from '../tests/cli/bag_messages.mjs';
+import { writeDb3, writeMcap } from '../tests/cli/bag_writer.mjs';
+import { see } from '../tests/cli/depth_room.mjs';
+import { findChromium, ROOT } from './steps.mjs';
+
+const [WIDTH, HEIGHT] = [640, 480];
+/** So many views are rendered; the walk repeats them to and fro. */
+const NUM_VIEWS = 40;
+const PORT = 4399;
+const POLL_MS = 100;
+const TOPICS = [
+  { name: '/camera/depth/image_raw', type: 'sensor_msgs/msg/Image' },
+  { name: '/camera/color/image_raw', type: 'sensor_msgs/msg/Image' },
+  { name: '/camera/depth/camera_info', type: 'sensor_msgs/msg/CameraInfo' },
+  { name: '/ground_truth', type: 'geometry_msgs/msg/PoseStamped' },
+];
+
+const { values } = parseArgs({
+  options: {
+    format: { type: 'string', default: 'mcap' },
+    gigabytes: { type: 'string', default: '2' },
+    bag: { type: 'string' },
+    seconds: { type: 'string', default: 'Infinity' },
+  },
+});
+
+function* messages() {
+  const views = Array.from({ length: NUM_VIEWS }, (_, i) => {
+    const share = i / NUM_VIEWS;
+    /** @type {import('../tests/cli/depth_room.mjs').Pose} */
+    const pose = [0.3 * share, 0, 0.5 * share, 0.5 * share];
+    return { pose, ...see(pose, WIDTH, HEIGHT) };
+  });
+  const bytesPerFrame = 5 * WIDTH * HEIGHT + 1000;
+  const numFrames = Math.ceil((Number(values.gigabytes) * 2 ** 30) / bytesPerFrame);
+  for (let i = 0; i < numFrames; i += 1) {
+    const round = i % (2 * NUM_VIEWS);
+    const view = views[round < NUM_VIEWS ? round : 2 * NUM_VIEWS - 1 - round];
+    if (!view) continue;
+    const stamp = stampAt(1000 + i / 30);
+    const time = BigInt(stamp.sec) * 1_000_000_000n + BigInt(stamp.nsec);
+    const [x, y, z, yaw] = view.pose;
+    const shape = { stamp, width: WIDTH, height: HEIGHT };
+    const data = [
+      image({ ...shape, encoding: '16UC1', data: new Uint8Array(view.depth.buffer) }),
+      image({ ...shape, encoding: 'rgb8', data: view.colours }),
+      cameraInfo(stamp, WIDTH, HEIGHT, [WIDTH / 2, WIDTH / 2, WIDTH / 2, HEIGHT / 2]),
+      poseStamped(stamp, 'world', [x, y, z, 0, Math.sin(yaw / 2), 0, Math.cos(yaw / 2)]),
+    ];
+    for (const [topic, bytes] of data.entries()) yield { topic: TOPICS[topic]?.name ?? '', time, data: bytes };
+  }
+}
+
+/** Most memory the process ever had, and has now (MB). @param {number} id */
+function memoryOf(id) {
+  const status = readFileSync(`/proc/${id}/status`, 'utf8');
+  const megabytes = (/** @type {string} */ name) =>
+    Number(status.match(new RegExp(`${name}:\\s+(\\d+) kB`))?.[1]) / 1024;
+  return { peak: megabytes('VmHWM'), now: megabytes('VmRSS') };
+}
+
+const folder = mkdtempSync(join(tmpdir(), 'scanstitch-bag-'));
+const server = spawn(
+  process.execPath,
+  [join(ROOT, 'tests/e2e/static_server.mjs'), join(ROOT, 'www/dist'), String(PORT)],
+  {
+    stdio: 'ignore',
+  },
+);
+const browser = await chromium.launch({
+  executablePath: findChromium() ?? 'chromium',
+  args: ['--no-sandbox', '--disable-gpu'],
+});
+try {
+  const path = values.bag ?? join(folder, `large.${values.format}`);
+  if (!existsSync(path)) (values.format === 'db3' ? writeDb3 : writeMcap)(path, TOPICS, messages());
+  const page = await browser.newPage({ viewport: { width: 1280, height: 800 } });
+  await page.goto(`http://localhost:${PORT}/`);
+  await page.getByRole('table').first().waitFor();
+  await page.evaluate(() => {
+    const times = /** @type {any} */ (window);
+    times.stitched = [];
+    document.addEventListener('scanstitch-stitched', (event) =>
+      times.stitched.push(/** @type {CustomEvent} */ (event).detail),
+    );
+  });
+  const session = await browser.newBrowserCDPSession();
+  const { processInfo } = await session.send('SystemInfo.getProcessInfo');
+  const renderers = processInfo.filter(({ type }) => type === 'renderer').map(({ id }) => id);
+  const before = Math.max(...renderers.map((id) => memoryOf(id).now));
+  const start = performance.now();
+  await page.locator('#pick-files').setInputFiles(path);
+  await page
+    .locator('scanstitch-topics')
+    .getByText(/\d+ topics/)
+    .waitFor();
+  const topicsMs = performance.now() - start;
+  await page.locator('scanstitch-map3d canvas').waitFor({ timeout: 120_000 });
+  const mapMs = performance.now() - start;
+  const result = () =>
+    page.evaluate(() => {
+      const { stitched } = /** @type {any} */ (window);
+      // The sample may have been stitched meanwhile.
+      const detail = stitched.find((/** @type {any} */ { result }) => /^depth\//.test(result.frames[0]?.name));
+      if (!detail) return null;
+      const { frames, comparison } = detail.result;
+      const good = frames.filter((/** @type {{ status: string }} */ { status }) => status === 'good').length;
+      return { frames: frames.length, good, mean_error: comparison?.mean ?? null };
+    });
+  const log = [];
+  let done = await result();
+  for (; !done && performance.now() - start < 1000 * Number(values.seconds); done = await result()) {
+    await new Promise((resolve) => setTimeout(resolve, POLL_MS));
+    if (log.length * 10_000 < performance.now() - start) {
+      const memory = Math.max(...renderers.map((id) => memoryOf(id).now));
+      log.push(Math.round(memory));
+      const line = await page
+        .getByRole('progressbar')
+        .first()
+        .getAttribute('aria-valuetext')
+        .catch(() => '');
+      process.stderr.write(
+        `${Math.round((performance.now() - start) / 1000)} s, ${Math.round(memory)} MB ${line ?? ''}\n`,
+      );
+    }
+  }
+  const seconds = (performance.now() - start) / 1000;
+  const peak = Math.max(...renderers.map((id) => memoryOf(id).peak));
+  console.log(
+    JSON.stringify({
+      bag: { format: values.format, bytes: statSync(path).size },
+      topics_ms: Math.round(topicsMs),
+      map_ms: Math.round(mapMs),
+      run_s: Number(seconds.toFixed(1)),
+      ...done,
+      memory_mb: { before: Math.round(before), every_10_s: log, peak: Math.round(peak) },
+    }),
+  );
+} finally {
+  await browser.close();
+  server.kill();
+  rmSync(folder, { recursive: true });
+}

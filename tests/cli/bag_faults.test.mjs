@@ -1,0 +1,303 @@
+// @ts-check
+/** Bags that are damaged, cut off or odd: what is wrong is named, and the rest is used. */
+import assert from 'node:assert/strict';
+import { readFileSync } from 'node:fs';
+import { join } from 'node:path';
+import { test } from 'node:test';
+import { recordingsOf } from '../../npm/bag/bag_recordings.js';
+import { decodePoses } from '../../npm/bag/messages.js';
+import { openBags } from '../../npm/bag/open.js';
+import { understand } from '../../npm/recording.js';
+import { bagFile, db3Bytes, listOne, mcapBytes, openOne } from './bag_files.mjs';
+import { cameraInfo, image, odometry, stampAt } from './bag_messages.mjs';
+import { ROOT, scanstitch, temporaryFolder, writeFiles } from './support.mjs';
+
+const DEPTH = { name: '/camera/depth/image_raw', type: 'sensor_msgs/msg/Image' };
+const CAMERA = { name: '/camera/depth/camera_info', type: 'sensor_msgs/msg/CameraInfo' };
+const ODOMETRY = { name: '/odom', type: 'nav_msgs/msg/Odometry' };
+const [WIDTH, HEIGHT] = [32, 24];
+
+/** @param {number} seconds */
+const nanoseconds = (seconds) => BigInt(Math.round(seconds * 1e9));
+
+/** @param {number} seconds @param {Partial<Parameters<typeof image>[0]>} [changes] */
+function depthAt(seconds, changes = {}) {
+  const data = new Uint8Array(2 * WIDTH * HEIGHT).fill(7);
+  const shape = { stamp: stampAt(seconds), width: WIDTH, height: HEIGHT, encoding: '16UC1', data };
+  return { topic: DEPTH.name, time: nanoseconds(seconds), data: image({ ...shape, ...changes }) };
+}
+
+/** @param {number} seconds */
+function cameraAt(seconds) {
+  return {
+    topic: CAMERA.name,
+    time: nanoseconds(seconds),
+    data: cameraInfo(stampAt(seconds), WIDTH, HEIGHT, [30, 30, 16, 12]),
+  };
+}
+
+/** @param {number} count */
+function walk(count) {
+  return Array.from({ length: count }, (_, index) => [depthAt(10 + index / 10), cameraAt(10 + index / 10)]).flat();
+}
+
+/** The recording of the only bag, and the bytes of its files. @param {Uint8Array} bytes @param {import('../../npm/bag/topics.js').Wishes} [wishes] */
+async function recordingOf(bytes, wishes = {}) {
+  const [made] = await recordingsOf([await listOne('walk.mcap', bytes)], wishes);
+  if (!made) throw new Error('no recording');
+  return made;
+}
+
+test('a bag that was cut off: told where, and what lies before that is used', async () => {
+  const whole = mcapBytes([DEPTH, CAMERA], walk(20), { chunkBytes: 8000 });
+  for (const share of [0.3, 0.62, 0.95]) {
+    const end = Math.floor(share * whole.length);
+    const { bag, notes } = await openOne('walk.mcap', whole.subarray(0, end));
+    assert.equal(notes.length, 1);
+    assert.match(notes[0]?.reason ?? '', new RegExp(`cut off or damaged at byte \\d+ of ${end}`));
+    const count = bag.topic(DEPTH.name)?.count ?? 0;
+    assert.ok(count > 20 * (share - 0.3) && count < 20, `${count} of 20 at ${share}`);
+    for (const topic of bag.topics) {
+      for (let index = 0; index < topic.count; index += 1) await bag.read(topic, index);
+    }
+  }
+  const database = db3Bytes([DEPTH, CAMERA], walk(20));
+  const { bag, notes } = await openOne('walk.db3', database.subarray(0, Math.floor(0.6 * database.length)));
+  assert.match(notes.map(({ reason }) => reason).join('; '), /cut off after \d+ of \d+ bytes/);
+  assert.equal(bag.topics.length, 2);
+  const depth = bag.topic(DEPTH.name);
+  // The table's root lies in front; of its rows some are gone, and some lost their ends.
+  assert.ok(depth && depth.count > 0 && depth.count <= 20);
+  const read = await Promise.allSettled(Array.from({ length: depth.count }, (_, index) => bag.read(depth, index)));
+  assert.ok(read.some(({ status }) => status === 'fulfilled'));
+  for (const result of read) {
+    if (result.status === 'rejected') assert.match(result.reason.message, /cut off or damaged/);
+  }
+});
+
+test('every length that a cut-off bag may have is borne', async () => {
+  for (const [name, bytes] of /** @type {const} */ ([
+    ['bag.mcap', mcapBytes([DEPTH, CAMERA], walk(2))],
+    ['bag.db3', db3Bytes([DEPTH, CAMERA], walk(2))],
+  ])) {
+    for (let end = 0; end < bytes.length; end += 61) {
+      const { bag, notes } = await openOne(name, bytes.subarray(0, end));
+      assert.ok(notes.length > 0, `${name} cut at ${end} of ${bytes.length} says nothing`);
+      for (const topic of bag.topics) {
+        for (let index = 0; index < topic.count; index += 1) {
+          await bag.read(topic, index).catch((error) => assert.equal(error.name, 'ScanstitchError'));
+        }
+      }
+    }
+  }
+});
+
+test('every byte may be wrong without a crash', async () => {
+  const packed = (/** @type {string} */ name) =>
+    new Uint8Array(readFileSync(join(ROOT, 'tests', 'data', 'bags', name)));
+  for (const [name, bytes] of /** @type {const} */ ([
+    ['bag.mcap', mcapBytes([DEPTH, CAMERA], walk(1))],
+    ['bag.db3', db3Bytes([DEPTH, CAMERA], walk(2))],
+    ['zstd.mcap', packed('zstd.mcap')],
+    ['lz4.mcap', packed('lz4.mcap')],
+  ])) {
+    const step = Math.max(1, Math.floor(bytes.length / 400));
+    for (let place = 0; place < bytes.length; place += step) {
+      const damaged = bytes.slice();
+      damaged[place] = (damaged[place] ?? 0) ^ 0xff;
+      const { bags } = await openBags([bagFile(name, damaged)]);
+      for (const bag of bags) {
+        for (const topic of bag.topics.filter(({ count }) => count < 100)) {
+          for (let index = 0; index < topic.count; index += 1) {
+            await bag.read(topic, index).catch((error) => {
+              assert.equal(error.name, 'ScanstitchError', `${name}, byte ${place}: ${error.stack}`);
+            });
+          }
+        }
+      }
+    }
+  }
+});
+
+test('a chunk with a wrong checksum is named and passed over', async () => {
+  const messages = walk(20);
+  for (const isIndexed of [true, false]) {
+    const bytes = mcapBytes([DEPTH, CAMERA], messages, { chunkBytes: 8000, isIndexed });
+    // Within the pixels of the first image.
+    bytes[900] = 99;
+    const { recording, files } = await recordingOf(bytes);
+    const results = await Promise.allSettled(
+      recording.depth_frames.map(({ depth }) => files.find(({ path }) => path === depth)?.read()),
+    );
+    const problems = [
+      ...recording.notes.map(({ reason }) => reason),
+      ...results.flatMap((result) => (result.status === 'rejected' ? [result.reason.message] : [])),
+    ];
+    assert.match(problems.join('\n'), /The chunk at byte \d+ has another checksum than the one written in it/);
+    const good = results.filter(({ status }) => status === 'fulfilled').length;
+    assert.ok(good >= 14 && good < 20, `${good} of 20 frames are left`);
+  }
+});
+
+test('a summary that is damaged is told, and the bag is read without it', async () => {
+  const bytes = mcapBytes([DEPTH, CAMERA], walk(5));
+  bytes[bytes.length - 60] = (bytes[bytes.length - 60] ?? 0) ^ 1;
+  const { bag, notes } = await openOne('walk.mcap', bytes);
+  assert.match(notes[0]?.reason ?? '', /summary is damaged, so it was read from its beginning/);
+  assert.deepEqual(
+    bag.topics.map(({ count }) => count),
+    [5, 5],
+  );
+});
+
+test('a message that is shorter than it says is named; the others are used', async (t) => {
+  const messages = walk(5);
+  const short = depthAt(10.2);
+  messages[4] = { ...short, data: short.data.subarray(0, 500) };
+  messages[6] = depthAt(10.3, { data: new Uint8Array(100) });
+  const { recording, files } = await recordingOf(mcapBytes([DEPTH, CAMERA], messages));
+  assert.equal(recording.depth_frames.length, 5);
+  const read = (/** @type {number} */ frame) => {
+    return (
+      files.find(({ path }) => path === recording.depth_frames[frame]?.depth)?.read() ??
+      Promise.reject(new Error('no file'))
+    );
+  };
+  await assert.rejects(
+    read(2),
+    /Message 3 of \/camera\/depth\/image_raw: The message is shorter than it says: its data of 1536 bytes/,
+  );
+  await assert.rejects(
+    read(3),
+    /Message 4 .* The image is shorter than it says: 32 x 24 pixels take 1536 bytes, and it has 100/,
+  );
+  assert.equal((await read(4)).length, 'P5\n32 24\n65535\n'.length + 1536);
+  // All of it through the command: named, and the rest placed or not for reasons of its own.
+  const [path = ''] = writeFiles(temporaryFolder(t), { 'walk.mcap': mcapBytes([DEPTH, CAMERA], messages) });
+  const { stderr } = scanstitch(['reconstruct', path, '--out', join(temporaryFolder(t), 'out')]);
+  assert.match(stderr, /Message 3 of \/camera\/depth\/image_raw: The message is shorter/);
+  assert.doesNotMatch(stderr, /defect/);
+});
+
+test('time that runs backwards is told, and order is made of it', async () => {
+  const swapped = [depthAt(10), depthAt(10.2), depthAt(10.1), depthAt(10.3)];
+  swapped.forEach((message, index) => Object.assign(message, { time: nanoseconds(20 + index) }));
+  const one = await recordingOf(mcapBytes([DEPTH], swapped));
+  assert.deepEqual(
+    one.recording.depth_frames.map(({ time }) => time),
+    [10, 10.1, 10.2, 10.3],
+  );
+  assert.match(one.recording.notes.map(({ reason }) => reason).join(), /time runs backwards at 1 message/);
+
+  const twice = [...walk(3), ...walk(6)].map((message, index) => ({ ...message, time: nanoseconds(20 + index) }));
+  const two = await recordingOf(mcapBytes([DEPTH, CAMERA], twice));
+  assert.equal(two.recording.depth_frames.length, 6, 'distinct times, from whichever round');
+  const again = [...walk(30), ...walk(20)].map((message, index) => ({ ...message, time: nanoseconds(20 + index) }));
+  const { recording } = await recordingOf(mcapBytes([DEPTH, CAMERA], again));
+  assert.equal(recording.depth_frames.length, 30);
+  assert.match(
+    recording.notes.map(({ reason }) => reason).join(),
+    /time jumps back once; the longest stretch is used, 30 of 50/,
+  );
+
+  const unset = [1, 2, 3].map((index) => ({ ...depthAt(0), time: nanoseconds(index) }));
+  const recorded = await recordingOf(mcapBytes([DEPTH], unset));
+  assert.deepEqual(
+    recorded.recording.depth_frames.map(({ time }) => time),
+    [1, 2, 3],
+    'by when they were recorded',
+  );
+});
+
+test('depth without CameraInfo: the camera is asked for, and one in a file is taken', async () => {
+  const made = await recordingOf(mcapBytes([DEPTH], [depthAt(1), depthAt(2)]));
+  const listed = made.files.map(({ path, size }) => ({ path, size, given: made.recording }));
+  const bare = await understand(listed, async () => new Uint8Array());
+  assert.match(bare.notes.map(({ reason }) => reason).join(), /no CameraInfo .* --intrinsics.*field_of_view/);
+  const file = new TextEncoder().encode('30 30 16 12\n');
+  const beside = await understand([...listed, { path: 'camera-intrinsics.txt', size: file.length }], async () => file);
+  assert.equal(beside.intrinsics, 'camera-intrinsics.txt');
+  assert.doesNotMatch(beside.notes.map(({ reason }) => reason).join(), /no CameraInfo/);
+});
+
+test('what is no bag of ROS 2 is told with what to do', async () => {
+  const text = (/** @type {string} */ value) => new TextEncoder().encode(value.padEnd(200, '.'));
+  for (const [name, bytes, reason] of /** @type {const} */ ([
+    ['old.bag', text('#ROSBAG V2.0\n'), /bag of ROS 1.*rosbags-convert/],
+    ['packed.db3.zstd', Uint8Array.of(0x28, 0xb5, 0x2f, 0xfd, 0, 0, 0, 0), /packed with zstd.*zstd -d/],
+    ['notes.mcap', text('hello'), /neither an SQLite file nor an MCAP file/],
+    ['empty.db3', new Uint8Array(), /empty/],
+  ])) {
+    const { notes, numBags } = await openOne(name, bytes);
+    assert.equal(numBags, 0);
+    assert.match(notes[0]?.reason ?? '', reason);
+  }
+});
+
+test('wishes that cannot be granted are told', async () => {
+  const bytes = mcapBytes([DEPTH, ODOMETRY], [depthAt(1), depthAt(2)]);
+  await assert.rejects(
+    recordingOf(bytes, { depth: '/nothing' }),
+    /no topic \/nothing\. It has \/camera\/depth\/image_raw, \/odom/,
+  );
+  await assert.rejects(
+    recordingOf(bytes, { clouds: DEPTH.name }),
+    /cannot be used as clouds.* It can be used as depth/,
+  );
+  await assert.rejects(recordingOf(bytes, { depth: DEPTH.name, clouds: DEPTH.name }), /one of depth and clouds/);
+});
+
+test('chunks packed by zstd and by lz4 hold what was put in', async () => {
+  for (const name of ['zstd.mcap', 'lz4.mcap']) {
+    const { bag, notes } = await openOne(name, new Uint8Array(readFileSync(join(ROOT, 'tests', 'data', 'bags', name))));
+    assert.deepEqual(notes, []);
+    const topic = bag.topic('/odom');
+    assert.ok(topic && topic.count === 40);
+    for (let index = 0; index < 40; index += 1) {
+      const [pose] = decodePoses(topic.type, await bag.read(topic, index));
+      const expected = { translation: [0.1 * index, 0.2, 0.3], rotation: [0, 0, 0.6, 0.8] };
+      assert.deepEqual([pose?.frame, pose?.child, pose?.pose], ['odom', 'base', expected]);
+      assert.equal(
+        bag.time(topic, index),
+        BigInt(100 + Math.floor(index / 10)) * 1_000_000_000n + BigInt(index % 10) * 100_000_000n,
+      );
+    }
+  }
+});
+
+test('each way of laying messages down gives the same bag', async () => {
+  const messages = [
+    ...walk(40),
+    ...Array.from({ length: 3000 }, (_, i) => {
+      const time = 10 + i / 1000;
+      return {
+        topic: ODOMETRY.name,
+        time: nanoseconds(time),
+        data: odometry(stampAt(time), 'odom', 'base', [i, 0, 0, 0, 0, 0, 1]),
+      };
+    }),
+  ];
+  const topics = [DEPTH, CAMERA, ODOMETRY];
+  const bags = await Promise.all([
+    openOne('a.mcap', mcapBytes(topics, messages)),
+    openOne('b.mcap', mcapBytes(topics, messages, { isIndexed: false, chunkBytes: 5000 })),
+    openOne('c.mcap', mcapBytes(topics, messages, { hasChunks: false })),
+    openOne('d.mcap', mcapBytes(topics, messages, { hasChunks: false, isIndexed: false })),
+    openOne('e.db3', db3Bytes(topics, messages)),
+  ]);
+  for (const { bag, notes } of bags) {
+    assert.deepEqual(notes, [], bag.path);
+    for (const { name, type } of topics) {
+      const topic = bag.topic(name);
+      const expected = messages.filter(({ topic }) => topic === name).sort((a, b) => Number(a.time - b.time));
+      assert.ok(topic && topic.type === type && topic.count === expected.length, `${bag.path} ${name}`);
+      for (const [index, { time, data }] of expected.entries()) {
+        if (index % 7 !== 0) continue;
+        assert.equal(bag.time(topic, index), time);
+        assert.deepEqual(Buffer.from(await bag.read(topic, index)), Buffer.from(data), `${bag.path} ${name} ${index}`);
+        const head = await bag.readHead(topic, index, 40);
+        assert.deepEqual(Buffer.from(head.subarray(0, 40)), Buffer.from(data.subarray(0, 40)));
+      }
+    }
+  }
+});
