@@ -4,14 +4,13 @@
 use std::path::{Path, PathBuf};
 
 use nalgebra::{Isometry3, Matrix3, Rotation3, Translation3, UnitQuaternion, Vector3};
-use scanstitch::evaluation::convention::KnownConvention;
 use scanstitch::geometry::Pose3;
 use scanstitch::io::trajectory::Trajectory;
 use scanstitch::io::{depth_png, trajectory};
 use scanstitch::prepared_frame::{FrameLabel, MapPoints, PreparedFrame};
 use scanstitch::report::Stage;
 use scanstitch::spatial_reconstruction::SpatialReconstruction;
-use scanstitch::spatial_settings::{Quantisation, Refinement, SpatialSettings};
+use scanstitch::spatial_settings::{Quantisation, ReferenceAxes, Refinement, SpatialSettings};
 use scanstitch::verdict::Status;
 
 const FUSION_DEMO: [f64; 4] = [585.0, 585.0, 320.0, 240.0];
@@ -284,14 +283,23 @@ fn the_truth_is_compared_with_whatever_its_conventions_and_used_for_nothing_else
     let truth = trajectory::read_lenient(&std::fs::read(folder.join("GT_pose.npy")).unwrap(), None).unwrap();
     let mut twenty = truth.clone();
     twenty.trajectory = Trajectory::from_poses(&truth.trajectory.poses().unwrap()[..20]);
-    with.set_reference("GT_pose.npy", twenty, 20, KnownConvention::default());
+    let first_twenty = twenty.clone();
+    with.set_reference("GT_pose.npy", twenty, 20);
     add(&mut with, 0, &frames);
     assert_eq!(with.poses(), without.poses());
     let comparison = with.result().comparison.unwrap();
     let (mean, ..) = errors(&with.poses(), &apartment_truth(&folder)[..20]);
     assert!((comparison.mean - mean).abs() < 1e-12 && comparison.num_matched == 20);
     assert!(comparison.convention.contains("qw qx qy qz") && comparison.convention.contains("looking along -z"));
-    with.set_reference("GT_pose.npy", truth, 20, KnownConvention::default());
+    // Set by hand it is read so, for better or worse.
+    let settings = SpatialSettings { reference_axes: ReferenceAxes::Opencv, ..SpatialSettings::default() };
+    let mut set = SpatialReconstruction::new(settings).unwrap();
+    set.set_reference("GT_pose.npy", first_twenty, 20);
+    add(&mut set, 0, &frames);
+    let read_so = set.result().comparison.unwrap();
+    assert!(read_so.convention.contains("z forward") && read_so.mean > comparison.mean, "{}", read_so.convention);
+    assert_eq!(set.poses(), without.poses());
+    with.set_reference("GT_pose.npy", truth, 20);
     let result = with.result();
     assert_eq!(result.comparison, None);
     assert!(result.notes[0].starts_with("GT_pose.npy: The reference has 80 poses"), "{:?}", result.notes);

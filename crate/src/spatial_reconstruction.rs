@@ -9,7 +9,6 @@ use crate::cloud_odometry::{CloudEstimate, CloudOdometry, PreparedCloud};
 use crate::depth_graph::{DepthGraph, GraphFrame};
 use crate::depth_odometry::{DepthOdometry, SpatialEstimate};
 use crate::error::{Error, Result};
-use crate::evaluation::convention::KnownConvention;
 use crate::evaluation::spatial_error::{EstimatedFrame, spatial_error};
 use crate::geometry::{PointCloud, Pose3};
 use crate::io::trajectory::Contents;
@@ -58,7 +57,6 @@ struct Reference {
     name: String,
     contents: Contents,
     num_recorded: usize,
-    known: KnownConvention,
 }
 
 /// A map with what it was made of: it is made anew where that has changed.
@@ -294,8 +292,8 @@ impl SpatialReconstruction {
 
     /// Sets what to compare with; it is used for nothing else. `num_recorded` is the number of frames of the recording,
     /// whether they could be used or not.
-    pub fn set_reference(&mut self, name: &str, contents: Contents, num_recorded: usize, known: KnownConvention) {
-        self.reference = Some(Reference { name: name.to_owned(), contents, num_recorded, known });
+    pub fn set_reference(&mut self, name: &str, contents: Contents, num_recorded: usize) {
+        self.reference = Some(Reference { name: name.to_owned(), contents, num_recorded });
     }
 
     /// Forgets the reference.
@@ -383,7 +381,8 @@ impl SpatialReconstruction {
         if frames.is_empty() {
             return Ok(None);
         }
-        let error = spatial_error(&frames, reference.num_recorded, &reference.contents, &reference.known)?;
+        let error =
+            spatial_error(&frames, reference.num_recorded, &reference.contents, &self.settings.known_convention())?;
         Ok(Some(SpatialComparison::new(&reference.name, error)))
     }
 

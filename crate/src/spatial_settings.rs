@@ -9,6 +9,7 @@ use crate::camera::Pinhole;
 use crate::cloud_odometry::{CloudMethod, CloudOptions, GlobalRegistrationUse};
 use crate::depth_odometry::{DepthOptions, Effort};
 use crate::error::{Error, Result};
+use crate::evaluation::convention::{KnownConvention, PoseDirection, QuaternionOrder, SensorAxes};
 use crate::registration::solver::Motion;
 use crate::registration::spatial::SpatialMetric;
 use crate::settings::{SettingDescription, check_limits, choice, number};
@@ -60,6 +61,47 @@ pub enum Refinement {
     None,
 }
 
+/// How the quaternions of a reference are read.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
+pub enum ReferenceQuaternions {
+    /// As its motions fit the estimated ones best.
+    ToldFromData,
+    /// qx qy qz qw.
+    RealPartLast,
+    /// qw qx qy qz.
+    RealPartFirst,
+}
+
+/// Where the sensor's axes point in a reference.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
+pub enum ReferenceAxes {
+    /// As its motions fit the estimated ones best.
+    ToldFromData,
+    /// [`SensorAxes::Opencv`].
+    Opencv,
+    /// [`SensorAxes::Opengl`].
+    Opengl,
+    /// [`SensorAxes::Robotics`].
+    Robotics,
+}
+
+/// What a pose of a reference maps.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
+pub enum ReferenceDirection {
+    /// As its motions fit the estimated ones best.
+    ToldFromData,
+    /// [`PoseDirection::SensorToWorld`].
+    SensorToWorld,
+    /// [`PoseDirection::WorldToSensor`].
+    WorldToSensor,
+}
+
 /// Settings of a reconstruction in space. The default works with nothing set on rendered rooms and on depth cameras.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
@@ -103,6 +145,12 @@ pub struct SpatialSettings {
     pub refinement: Refinement,
     /// The map holds one point in a cube of this side (m); 0: 2 cm, for clouds half their voxel.
     pub map_voxel_size: f64,
+    /// The reference: order of its quaternions.
+    pub reference_quaternions: ReferenceQuaternions,
+    /// The reference: the axes of its sensor.
+    pub reference_axes: ReferenceAxes,
+    /// The reference: what its poses map.
+    pub reference_direction: ReferenceDirection,
 }
 
 impl Default for SpatialSettings {
@@ -127,6 +175,9 @@ impl Default for SpatialSettings {
             global_registration: GlobalRegistrationUse::WhenDoubtful,
             refinement: Refinement::None,
             map_voxel_size: 0.0,
+            reference_quaternions: ReferenceQuaternions::ToldFromData,
+            reference_axes: ReferenceAxes::ToldFromData,
+            reference_direction: ReferenceDirection::ToldFromData,
         }
     }
 }
@@ -200,6 +251,28 @@ impl SpatialSettings {
             voxel_size,
             map_voxel_size: or(self.map_voxel_size, voxel_size / 2.0),
             ..self.clone()
+        }
+    }
+
+    /// What is set of the reading of a reference. The estimate does not depend on it.
+    pub fn known_convention(&self) -> KnownConvention {
+        KnownConvention {
+            quaternion_order: match self.reference_quaternions {
+                ReferenceQuaternions::ToldFromData => None,
+                ReferenceQuaternions::RealPartLast => Some(QuaternionOrder::RealPartLast),
+                ReferenceQuaternions::RealPartFirst => Some(QuaternionOrder::RealPartFirst),
+            },
+            sensor_axes: match self.reference_axes {
+                ReferenceAxes::ToldFromData => None,
+                ReferenceAxes::Opencv => Some(SensorAxes::Opencv),
+                ReferenceAxes::Opengl => Some(SensorAxes::Opengl),
+                ReferenceAxes::Robotics => Some(SensorAxes::Robotics),
+            },
+            direction: match self.reference_direction {
+                ReferenceDirection::ToldFromData => None,
+                ReferenceDirection::SensorToWorld => Some(PoseDirection::SensorToWorld),
+                ReferenceDirection::WorldToSensor => Some(PoseDirection::WorldToSensor),
+            },
         }
     }
 
@@ -418,6 +491,40 @@ pub fn spatial_descriptions() -> Vec<SettingDescription> {
             "m",
             "The map holds one point in a cube of this side. 0: 2 cm, for clouds half their voxel.",
             (0.0, 10.0, 0.01),
+        ),
+        choice(
+            "reference_quaternions",
+            "Quaternions",
+            "True poses",
+            "How the file of true poses orders its quaternions. It is used to compare only, never to estimate.",
+            &[
+                ("told_from_data", "Told from the data"),
+                ("real_part_last", "qx qy qz qw"),
+                ("real_part_first", "qw qx qy qz"),
+            ],
+        ),
+        choice(
+            "reference_axes",
+            "Camera axes",
+            "True poses",
+            "Where the camera's axes point in the file of true poses.",
+            &[
+                ("told_from_data", "Told from the data"),
+                ("opencv", "x right, y down, z forward"),
+                ("opengl", "x right, y up, z backward"),
+                ("robotics", "x forward, y left, z up"),
+            ],
+        ),
+        choice(
+            "reference_direction",
+            "Direction",
+            "True poses",
+            "What a true pose turns into what: mostly camera coordinates into those of the world.",
+            &[
+                ("told_from_data", "Told from the data"),
+                ("sensor_to_world", "Camera to world"),
+                ("world_to_sensor", "World to camera"),
+            ],
         ),
     ]
 }

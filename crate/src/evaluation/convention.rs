@@ -71,9 +71,7 @@ pub struct PoseConvention {
 }
 
 /// What of the reading is given; the rest is told from the motions.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-#[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct KnownConvention {
     /// Order of the quaternions.
     pub quaternion_order: Option<QuaternionOrder>,

@@ -11,9 +11,8 @@ use super::factors::{Correspondence, Metric};
 use super::observability::{Observability, observability};
 use super::robust_kernel::RobustKernel;
 use super::solver::Solver;
-use super::target::Target;
+use super::target::{LastSearch, Target};
 use crate::geometry::RigidMotion;
-use crate::search::Neighbor;
 
 /// What is registered: points (m) and, where known, unit normals, in the source frame.
 #[derive(Debug, Clone, Copy)]
@@ -157,11 +156,11 @@ where
     let mut converged = false;
     let mut visited = vec![T];
     let mut damping = solver.damping.unwrap_or_default();
-    let mut partners = vec![Partner::Unknown; source.points.len()];
+    let mut searches = vec![LastSearch::None; source.points.len()];
 
     while !converged && history.len() < options.criteria.max_iterations {
         let num_correspondences =
-            match_again::<D, DOF, M, F>(source, target, &T, options, &mut partners, &mut correspondences);
+            match_again::<D, DOF, M, F>(source, target, &T, options, &mut searches, &mut correspondences);
         let step = solver.step::<D, M, F>(target, &correspondences, &mut damping);
         let (rotation_step, translation_step) =
             step.map_or((0.0, 0.0), |step| (step.rotation_angle(), step.translation_norm()));
@@ -215,56 +214,17 @@ where
     M: RigidMotion<D, DOF>,
     F: Metric<D, DOF, M>,
 {
-    let mut partners = vec![Partner::Unknown; source.points.len()];
-    match_again::<D, DOF, M, F>(source, target, T, options, &mut partners, correspondences)
+    let mut searches = vec![LastSearch::None; source.points.len()];
+    match_again::<D, DOF, M, F>(source, target, T, options, &mut searches, correspondences)
 }
 
-/// What an iteration remembers of a source point, to make the next one quicker. It changes no result.
-#[derive(Clone, Copy)]
-enum Partner<const D: usize> {
-    /// Nothing was looked for yet.
-    Unknown,
-    /// The target point that was nearest last.
-    Known(u32),
-    /// No target point was this near (m) to the place where the point stood then.
-    NoneNear(SVector<f64, D>, f64),
-}
-
-/// A point without a partner is looked for in so many times the distance limit: as long as it moves by less than what is beyond, it
-/// still has none.
-const CLEARANCE: f64 = 2.0;
-/// Distances in single precision are right to this share.
-const ROUNDING: f64 = 1e-4;
-
-impl<const D: usize> Partner<D> {
-    /// The target point nearest to `moved` within a distance.
-    fn find<T: Target<D>>(&mut self, target: &T, moved: &SVector<f64, D>, max_distance: f64) -> Option<Neighbor> {
-        let found = match *self {
-            Self::Known(last) => target.nearest_again(moved, max_distance, last),
-            Self::NoneNear(place, clearance) if (moved - place).norm() + max_distance < clearance => return None,
-            Self::Unknown | Self::NoneNear(..) => {
-                let nearest = target.nearest(moved, CLEARANCE * max_distance);
-                let distance =
-                    nearest.map_or(CLEARANCE * max_distance, |nearest| f64::from(nearest.sq_distance).sqrt());
-                *self = Self::NoneNear(*moved, distance * (1.0 - ROUNDING));
-                let limit = max_distance as f32;
-                nearest.filter(|nearest| nearest.sq_distance <= limit * limit)
-            }
-        };
-        if let Some(found) = found {
-            *self = Self::Known(found.index);
-        }
-        found
-    }
-}
-
-/// The same, with what is remembered of each source point.
+/// The same, with what is remembered of the last search for each source point: it makes this one quicker and changes nothing.
 fn match_again<const D: usize, const DOF: usize, M, F>(
     source: Source<'_, D>,
     target: &F::Target,
     T: &M,
     options: &IcpOptions,
-    partners: &mut [Partner<D>],
+    searches: &mut [LastSearch<D>],
     correspondences: &mut Vec<Correspondence<D>>,
 ) -> usize
 where
@@ -275,9 +235,9 @@ where
     let min_normal_cosine = max_normal_angle.cos();
     let mut num_correspondences = 0;
     correspondences.clear();
-    for (index, (point, partner)) in source.points.iter().zip(partners).enumerate() {
+    for (index, (point, last)) in source.points.iter().zip(searches).enumerate() {
         let moved = T.act(point);
-        let Some(neighbor) = partner.find(target, &moved, max_correspondence_distance) else { continue };
+        let Some(neighbor) = target.nearest_again(&moved, max_correspondence_distance, last) else { continue };
         num_correspondences += 1;
         let normal = source.normals.and_then(|normals| normals[index].as_ref()).map(|normal| T.rotate(normal));
         if let (Some(normal), Some(target_normal)) = (&normal, target.normal(neighbor.index))

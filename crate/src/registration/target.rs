@@ -26,6 +26,16 @@ impl<const D: usize> PointTarget<D> {
     pub fn points(&self) -> &[SVector<f64, D>] {
         &self.points
     }
+
+    /// The nearest point within `max_distance` (m), which is no farther than the point `last`, if that is within it.
+    fn nearest_up_to(&self, query: &SVector<f64, D>, max_distance: f64, last: u32) -> Option<Neighbor> {
+        let query = single_precision(query);
+        let last = single_precision(&self.points[last as usize]);
+        let sq_distance = query.iter().zip(last).fold(0.0, |sum, (a, b)| sum + (a - b) * (a - b));
+        // Limits are squared again: a little more, so that rounding does not shut out the partner itself.
+        let reach = sq_distance.sqrt() * (1.0 + 4.0 * f32::EPSILON) + f32::MIN_POSITIVE;
+        self.tree.nearest(&query, reach.min(max_distance as f32))
+    }
 }
 
 /// Points (m) with an index and unit normals: what point-to-line and point-to-plane need.
@@ -69,12 +79,30 @@ impl<const D: usize> OrientedTarget<D> {
     }
 }
 
+/// What is remembered of the last search for a point.
+#[derive(Debug, Clone, Copy)]
+pub enum LastSearch<const D: usize> {
+    /// There was none.
+    None,
+    /// This target point was the nearest.
+    Nearest(u32),
+    /// No target point lay this near (m) to the place where the point was looked for.
+    NoneWithin(SVector<f64, D>, f64),
+}
+
+/// A point without a partner is looked for within so many times the limit: while it moves by less than what is beyond, it
+/// still has none.
+const CLEARANCE: f64 = 2.0;
+/// Distances in single precision are right to this share.
+const ROUNDING: f64 = 1e-4;
+
 /// What the registration loop asks of a target, whatever the metric.
 pub trait Target<const D: usize> {
     /// The nearest target point within `max_distance` (m) of a point in the target frame.
     fn nearest(&self, query: &SVector<f64, D>, max_distance: f64) -> Option<Neighbor>;
-    /// The same, for a point whose partner was `last` when it lay nearby: that bounds the search, and changes nothing else.
-    fn nearest_again(&self, query: &SVector<f64, D>, max_distance: f64, _last: u32) -> Option<Neighbor> {
+    /// The same, for a point that was looked for before, when it lay nearby. What is remembered may bound the search, and
+    /// changes nothing else.
+    fn nearest_again(&self, query: &SVector<f64, D>, max_distance: f64, _last: &mut LastSearch<D>) -> Option<Neighbor> {
         self.nearest(query, max_distance)
     }
     /// Position of a target point (m).
@@ -92,13 +120,25 @@ impl<const D: usize> Target<D> for PointTarget<D> {
         self.tree.nearest(&single_precision(query), max_distance as f32)
     }
 
-    fn nearest_again(&self, query: &SVector<f64, D>, max_distance: f64, last: u32) -> Option<Neighbor> {
-        let query = single_precision(query);
-        let last = single_precision(&self.points[last as usize]);
-        let sq_distance = query.iter().zip(last).fold(0.0, |sum, (a, b)| sum + (a - b) * (a - b));
-        // Limits are squared again: a little more, so that rounding does not shut out the partner itself.
-        let reach = sq_distance.sqrt() * (1.0 + 4.0 * f32::EPSILON) + f32::MIN_POSITIVE;
-        self.tree.nearest(&query, reach.min(max_distance as f32))
+    fn nearest_again(&self, query: &SVector<f64, D>, max_distance: f64, last: &mut LastSearch<D>) -> Option<Neighbor> {
+        let found = match *last {
+            LastSearch::Nearest(index) => self.nearest_up_to(query, max_distance, index),
+            LastSearch::NoneWithin(place, clearance) if (query - place).norm() + max_distance < clearance => {
+                return None;
+            }
+            LastSearch::None | LastSearch::NoneWithin(..) => {
+                let nearest = self.nearest(query, CLEARANCE * max_distance);
+                let distance =
+                    nearest.map_or(CLEARANCE * max_distance, |nearest| f64::from(nearest.sq_distance).sqrt());
+                *last = LastSearch::NoneWithin(*query, distance * (1.0 - ROUNDING));
+                let limit = max_distance as f32;
+                nearest.filter(|nearest| nearest.sq_distance <= limit * limit)
+            }
+        };
+        if let Some(found) = found {
+            *last = LastSearch::Nearest(found.index);
+        }
+        found
     }
 
     fn point(&self, index: u32) -> &SVector<f64, D> {
@@ -115,7 +155,7 @@ impl<const D: usize> Target<D> for OrientedTarget<D> {
         self.points.nearest(query, max_distance)
     }
 
-    fn nearest_again(&self, query: &SVector<f64, D>, max_distance: f64, last: u32) -> Option<Neighbor> {
+    fn nearest_again(&self, query: &SVector<f64, D>, max_distance: f64, last: &mut LastSearch<D>) -> Option<Neighbor> {
         self.points.nearest_again(query, max_distance, last)
     }
 

@@ -5,7 +5,6 @@ use wasm_bindgen::prelude::*;
 
 use super::{from_object, plain, thrown};
 use crate::error::Error;
-use crate::evaluation::convention::KnownConvention;
 use crate::geometry::{PointCloud, Pose3};
 use crate::io::{depth_png, intrinsics, pcd, ply, trajectory};
 use crate::prepared_frame::{FrameLabel, Preparation, PreparedFrame};
@@ -21,9 +20,6 @@ extern "C" {
     /// Some of the settings; the others have their defaults.
     #[wasm_bindgen(typescript_type = "Partial<SpatialSettings>")]
     pub type PartialSpatialSettings;
-    /// What is known of a reference's conventions; the rest is told from the motions.
-    #[wasm_bindgen(typescript_type = "Partial<KnownConvention>")]
-    pub type PartialKnownConvention;
 }
 
 /// Every setting of a reconstruction in space, with its limits and a line of explanation.
@@ -193,20 +189,13 @@ impl SpatialReconstruction {
     }
 
     /// Sets the trajectory to compare with, in any form that is read. It is used for nothing else. `num_recorded` is the
-    /// number of frames of the recording, whether they could be used or not.
+    /// number of frames of the recording, whether they could be used or not. How its poses are read is told from the data, or set.
     ///
     /// # Errors
     /// When the file is no trajectory.
-    pub fn set_reference(
-        &mut self,
-        name: &str,
-        bytes: &[u8],
-        num_recorded: usize,
-        known: Option<PartialKnownConvention>,
-    ) -> Result<(), JsValue> {
-        let known: KnownConvention = from_object(known.map(JsValue::from))?;
+    pub fn set_reference(&mut self, name: &str, bytes: &[u8], num_recorded: usize) -> Result<(), JsValue> {
         let contents = trajectory::read_lenient(bytes, None).map_err(|error| thrown(&error.in_file(name)))?;
-        self.engine.set_reference(name, contents, num_recorded, known);
+        self.engine.set_reference(name, contents, num_recorded);
         Ok(())
     }
 
