@@ -147,8 +147,8 @@ export function joinPoses(files) {
   return new TextEncoder().encode(`${texts.join('\n')}\n`);
 }
 
-/** @returns {Recording} */
-function empty() {
+/** A recording of nothing. @returns {Recording} */
+export function empty() {
   return {
     kind: 'nothing',
     root: '',

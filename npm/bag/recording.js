@@ -4,6 +4,7 @@
  * how they belong together.
  */
 import { fileError } from '../errors.js';
+import { empty } from '../recording.js';
 import { pairUp } from '../recording/pairs.js';
 import { MessageError } from './cdr.js';
 import { cloudFile } from './clouds.js';
@@ -69,16 +70,7 @@ class Maker {
     this.#bag = bag;
     this.#topics = topics;
     this.#onProgress = onProgress;
-    this.#recording = {
-      kind: 'nothing',
-      root: bag.path,
-      depth_frames: [],
-      clouds: [],
-      scans: [],
-      reference: [],
-      intrinsics: null,
-      notes: [...bag.notes],
-    };
+    this.#recording = { ...empty(), root: bag.path, notes: [...bag.notes] };
   }
 
   /** @param {TopicFacts} depth @param {TopicFacts | null} color @param {TopicFacts | null} camera */

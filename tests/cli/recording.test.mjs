@@ -358,7 +358,7 @@ test('depth in forms that are not read is told', async () => {
     recording.notes.map(({ file }) => file),
     ['depth/1.exr to 3.exr'],
   );
-  assert.match(recording.notes[0]?.reason ?? '', /read from PNG and PGM/);
+  assert.match(recording.notes[0]?.reason ?? '', /read from PNG, PGM and PFM/);
 });
 
 test('pictures without depth, an empty folder, a text: nothing, and why', async () => {
