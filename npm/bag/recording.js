@@ -76,6 +76,7 @@ class Maker {
       clouds: [],
       scans: [],
       reference: [],
+      odometry: null,
       intrinsics: null,
       notes: [...bag.notes],
     };
