@@ -57,9 +57,9 @@ Written into DIR:
   map.pgm, map.yaml  of planar scans: what is free and what is occupied, as ROS's map_server reads it
   report.json        settings, version, results of every frame, comparison, in metres and radians
 
-Printed: a line a frame, and the figures of the whole. Of planar scans, sharpness is the mean distance of returns within
-29 m to the surface that the other scans saw there. Of more than 200 scans, those that are not good are listed. A file that cannot be used is named on stderr and left out. Ctrl-C
-stops; what has been computed is written.
+Printed: a line a frame (of more than 200 planar scans, those that are not good), and the figures of the whole.
+Of planar scans, sharpness is the mean distance of returns within 29 m to the surface that the other scans saw there. A
+file that cannot be used is named on stderr and left out. Ctrl-C stops; what has been computed is written.
 
 Examples:
   scanstitch reconstruct scans/ --reference truth.tum --set max_range=30 --out result
