@@ -58,6 +58,8 @@ export {
   read_bev_pairs,
   read_bev_points,
   read_bev_scene,
+  is_laser_log,
+  OccupancyGrid,
   Reconstruction,
   register,
   relation_errors,

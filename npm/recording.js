@@ -25,6 +25,7 @@ import { findIntrinsics, findReference } from './recording/reference.js';
  * @property {string[]} clouds paths, in order
  * @property {string[]} scans paths, in order
  * @property {string[]} reference the true path: one file, or a file with one pose for each frame; empty without
+ * @property {string | null} odometry what the wheels of a robot with planar scans told: one file
  * @property {string | null} intrinsics a file that describes the depth camera
  * @property {Note[]} notes what was left aside or is worth knowing, in plain words
  */
@@ -36,6 +37,8 @@ const LOOKED_INTO = 8;
 const CLOUD_NAMES = /\.(ply|pcd)$/i;
 /** What `scanstitch reconstruct` writes: its own results are no input. */
 const RESULTS = ['trajectory.tum', 'map.ply', 'report.json'];
+/** These beside them, of planar scans. */
+const GRID_RESULTS = ['map.pgm', 'map.yaml'];
 
 /**
  * Understands the files of a drop, a folder or an archive. Where they hold several recordings, the one with the most
@@ -156,6 +159,7 @@ export function empty() {
     clouds: [],
     scans: [],
     reference: [],
+    odometry: null,
     intrinsics: null,
     notes: [],
   };
@@ -171,8 +175,9 @@ function withoutResults(files) {
   const paths = new Set(files.map(({ path }) => path));
   const isResult = (/** @type {ListedFile} */ { path }) => {
     const folder = folderOf(path);
-    const names = RESULTS.map((name) => (folder === '' ? name : `${folder}/${name}`));
-    return names.includes(path) && names.every((name) => paths.has(name));
+    const inFolder = (/** @type {string} */ name) => (folder === '' ? name : `${folder}/${name}`);
+    const names = RESULTS.map(inFolder);
+    return [...names, ...GRID_RESULTS.map(inFolder)].includes(path) && names.every((name) => paths.has(name));
   };
   return files.filter((file) => !isResult(file));
 }
@@ -348,6 +353,8 @@ async function planarScans(files, read) {
   const scans = [];
   /** @type {string[]} */
   const reference = [];
+  /** @type {string | null} */
+  let odometry = null;
   /** @type {Note[]} */
   const notes = [];
   for (const { path } of files) {
@@ -358,6 +365,9 @@ async function planarScans(files, read) {
     if (role.role === 'scan') scans.push(path);
     else if (role.role === 'ignored') {
       if (role.reason !== null) notes.push({ file: path, reason: `left aside: ${role.reason}` });
+    } else if (role.role === 'odometry') {
+      if (odometry === null) odometry = path;
+      else notes.push({ file: path, reason: `left aside: one odometry is used at a time, here ${odometry}` });
     } else if (reference[0] === undefined) reference.push(path);
     else {
       notes.push({
@@ -367,7 +377,7 @@ async function planarScans(files, read) {
     }
   }
   const root = scans.map(folderOf).reduce(commonFolder);
-  return { kind: 'planar_scans', root, scans, reference, notes };
+  return { kind: 'planar_scans', root, scans, reference, odometry, notes };
 }
 
 /**

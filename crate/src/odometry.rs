@@ -29,23 +29,24 @@ pub struct Odometry {
 }
 
 impl Odometry {
-    /// Odometry without any scan so far.
-    pub fn new(settings: Settings) -> Self {
+    /// Odometry without any scan so far; the first one will be at `T_world_first`.
+    pub fn new(settings: Settings, T_world_first: Pose2) -> Self {
         let map = LocalMap::new(settings.map_capacity());
-        Self { settings, map, T_world_last: Pose2::identity(), last_motion: Pose2::identity() }
+        Self { settings, map, T_world_last: T_world_first, last_motion: Pose2::identity() }
     }
 
-    /// Registers the next scan. A scan that is lost is not added to the map; the scans after it start from the
-    /// prediction all the same.
-    pub fn register_frame(&mut self, scan: &Rc<PlanarScan>) -> FrameEstimate {
-        let prediction = self.T_world_last * self.last_motion;
+    /// Registers the next scan, which is expected at this motion from the last one; without any, the last motion is
+    /// expected once more. A scan that is lost is not added to the map; the scans after it start from the prediction all
+    /// the same.
+    pub fn register_frame(&mut self, scan: &Rc<PlanarScan>, motion: Option<Pose2>) -> FrameEstimate {
+        let prediction = self.T_world_last * motion.unwrap_or(self.last_motion);
         let unregistered = |verdict| FrameEstimate { T_world_sensor: prediction, registration: None, verdict };
         let estimate = if scan.points.len() < MIN_POINTS {
             unregistered(Verdict::too_few_points(scan.points.len()))
         } else if self.map.is_empty() {
             unregistered(Verdict::first())
         } else {
-            self.register_to_map(scan, &prediction)
+            self.register_to_map(scan, &prediction, motion.is_some())
         };
         if estimate.verdict.status != Status::Lost {
             self.last_motion = self.T_world_last.inverse() * estimate.T_world_sensor;
@@ -57,27 +58,39 @@ impl Odometry {
 
     /// Registers from the guess that the settings ask for; where the result is not good and a search is allowed, once
     /// more from the best pose in a wide window, and the better of the two is kept.
-    fn register_to_map(&self, scan: &PlanarScan, prediction: &Pose2) -> FrameEstimate {
-        let window =
-            SearchWindow { translation: self.settings.search_translation, rotation: self.settings.search_rotation };
+    ///
+    /// Measured motion is a better guess than any search: one runs only where that guess leads nowhere.
+    fn register_to_map(&self, scan: &PlanarScan, prediction: &Pose2, is_measured: bool) -> FrameEstimate {
+        if is_measured {
+            let measured = self.register_from(scan, *prediction, prediction);
+            if measured.verdict.status == Status::Good || self.settings.initial_guess != InitialGuess::Correlative {
+                return measured;
+            }
+            let searched = self.register_by_search(scan, prediction);
+            return if searched.verdict.agreement > measured.verdict.agreement { searched } else { measured };
+        }
         match self.settings.initial_guess {
             InitialGuess::Identity => self.register_from(scan, self.T_world_last, prediction),
             InitialGuess::ConstantVelocity => self.register_from(scan, *prediction, prediction),
-            InitialGuess::Correlative => {
-                let grid = LikelihoodGrid::new(&self.map.points());
-                let search = |center: &Pose2, window| {
-                    let guess = grid.search(&scan.points, center, window).map_or(*center, |best| best.T_target_source);
-                    self.register_from(scan, guess, prediction)
-                };
-                let first = search(prediction, window);
-                if first.verdict.status == Status::Good {
-                    return first;
-                }
-                let wide = SearchWindow { translation: 2.0 * window.translation, rotation: std::f64::consts::PI };
-                let second = search(&self.T_world_last, wide);
-                if second.verdict.agreement > first.verdict.agreement { second } else { first }
-            }
+            InitialGuess::Correlative => self.register_by_search(scan, prediction),
         }
+    }
+
+    fn register_by_search(&self, scan: &PlanarScan, prediction: &Pose2) -> FrameEstimate {
+        let window =
+            SearchWindow { translation: self.settings.search_translation, rotation: self.settings.search_rotation };
+        let grid = LikelihoodGrid::new(&self.map.points());
+        let search = |center: &Pose2, window| {
+            let guess = grid.search(&scan.points, center, window).map_or(*center, |best| best.T_target_source);
+            self.register_from(scan, guess, prediction)
+        };
+        let first = search(prediction, window);
+        if first.verdict.status == Status::Good {
+            return first;
+        }
+        let wide = SearchWindow { translation: 2.0 * window.translation, rotation: std::f64::consts::PI };
+        let second = search(&self.T_world_last, wide);
+        if second.verdict.agreement > first.verdict.agreement { second } else { first }
     }
 
     fn register_from(&self, scan: &PlanarScan, guess: Pose2, prediction: &Pose2) -> FrameEstimate {

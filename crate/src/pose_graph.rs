@@ -30,6 +30,19 @@ pub struct Edge {
     pub target: usize,
 }
 
+/// A motion between two nodes that is known from elsewhere.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct KnownMotion<const DOF: usize, M> {
+    /// Node in whose frame it is.
+    pub from: usize,
+    /// The other node.
+    pub to: usize,
+    /// Pose of `to` in the frame of `from`.
+    pub T_from_to: M,
+    /// By a perturbation on the left, rotation first, in the unit of the matches' normal equations: of residuals in metres.
+    pub information: SMatrix<f64, DOF, DOF>,
+}
+
 /// Nodes further apart are no neighbours (m).
 const MAX_NEIGHBOR_DISTANCE: f64 = 4.0;
 
@@ -61,6 +74,7 @@ fn nearest<const D: usize>(positions: &[SVector<f64, D>], to: &SVector<f64, D>, 
 pub struct PoseGraph<const D: usize, const DOF: usize, M> {
     poses: Vec<M>,
     edges: Vec<Edge>,
+    known: Vec<KnownMotion<DOF, M>>,
     /// The edge to be matched next; from here on they are not in the sums yet.
     next_edge: usize,
     /// Normal equations of all poses but the first, which stays: it is where the world is.
@@ -84,6 +98,7 @@ impl<const D: usize, const DOF: usize, M: RigidMotion<D, DOF>> PoseGraph<D, DOF,
         Self {
             poses,
             edges,
+            known: Vec::new(),
             next_edge: 0,
             H: BlockMatrix::new(num_variables),
             b: vec![SVector::zeros(); num_variables],
@@ -96,6 +111,13 @@ impl<const D: usize, const DOF: usize, M: RigidMotion<D, DOF>> PoseGraph<D, DOF,
             undetermined: false,
             correspondences: Vec::new(),
         }
+    }
+
+    /// The same with motions that are known from elsewhere: they hold where the matches leave something open.
+    #[must_use]
+    pub fn with_known_motions(mut self, known: Vec<KnownMotion<DOF, M>>) -> Self {
+        self.known = known;
+        self
     }
 
     /// The poses as they are now.
@@ -156,23 +178,37 @@ impl<const D: usize, const DOF: usize, M: RigidMotion<D, DOF>> PoseGraph<D, DOF,
         self.num_inliers += self.correspondences.len();
         self.sq_residuals += self.correspondences.iter().map(|c| c.residual * c.residual).sum::<f64>();
 
-        let NormalEquations { H, b } = F::normal_equations(target, &self.correspondences);
-        let adjoint = T_target_world.adjoint();
+        let equations = F::normal_equations(target, &self.correspondences);
+        self.add(edge.target, edge.source, &T_target_world, equations);
+    }
+
+    /// Adds the normal equations of the motion from one node to another, `T_from_world` being the first one's pose.
+    fn add(&mut self, from: usize, to: usize, T_from_world: &M, NormalEquations { H, b }: NormalEquations<DOF>) {
+        let adjoint = T_from_world.adjoint();
         let H = adjoint.tr_mul(&(H * adjoint));
         let b = adjoint.tr_mul(&b);
         let variable = |node: usize| node.checked_sub(1); // the first pose is none
-        for (node, sign) in [(edge.source, 1.0), (edge.target, -1.0)] {
+        for (node, sign) in [(to, 1.0), (from, -1.0)] {
             if let Some(variable) = variable(node) {
                 self.H.add(variable, variable, &H);
                 self.b[variable] += b * sign;
             }
         }
-        if let (Some(source), Some(target)) = (variable(edge.source), variable(edge.target)) {
-            self.H.add(source, target, &-H);
+        if let (Some(to), Some(from)) = (variable(to), variable(from)) {
+            self.H.add(to, from, &-H);
         }
     }
 
+    fn add_known(&mut self, KnownMotion { from, to, T_from_to, information }: KnownMotion<DOF, M>) {
+        let T_from_world = self.poses[from].inverse();
+        let residual = (T_from_world * self.poses[to] * T_from_to.inverse()).log();
+        self.add(from, to, &T_from_world, NormalEquations { H: information, b: information * residual });
+    }
+
     fn take_step(&mut self, options: &IcpOptions) {
+        for known in 0..self.known.len() {
+            self.add_known(self.known[known]);
+        }
         let num_variables = self.b.len();
         let trace: f64 = (0..num_variables).map(|variable| self.H.block(variable, variable).trace()).sum();
         let damping = SMatrix::identity() * (RELATIVE_DAMPING * trace / num_variables.max(1) as f64);

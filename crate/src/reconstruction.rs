@@ -1,5 +1,7 @@
 //! The whole run: scans in, trajectory and map out, one bounded piece of work after the other.
 
+mod long;
+
 use std::rc::Rc;
 
 use nalgebra::Vector2;
@@ -8,21 +10,27 @@ use crate::error::{Error, Result};
 use crate::evaluation::position_error::{PositionError, position_error};
 use crate::evaluation::sharpness::{Sharpness, SharpnessMeter};
 use crate::geometry::{PointCloud, Pose2, Pose3};
+use crate::io::laser_log::LaserLog;
 use crate::io::trajectory::{Trajectory, in_space};
 use crate::map::{LocalMap, StitchedMap};
+use crate::occupancy_grid::OccupancyGrid;
 use crate::odometry::{FrameEstimate, Odometry};
 use crate::pose_graph::{Node, PoseGraph, edges_between};
 use crate::preprocess::clean::{CleaningReport, RangeLimits, clean, range_limit};
 use crate::preprocess::planar_scan::PlanarScan;
+use crate::recorded_scan::{RecordedScan, first_guesses};
 use crate::registration::factors::{PointToPlane, PointToPoint};
-use crate::registration::icp::Source;
+use crate::registration::icp::{IcpOptions, Source};
 use crate::registration::target::{OrientedTarget, PointTarget};
-use crate::report::{FrameResult, Progress, ReconstructionResult, Stage};
+use crate::report::{AddedLog, FrameResult, Progress, ReconstructionResult, Stage};
 use crate::settings::{MetricName, Settings, Strategy};
 use crate::verdict::Status;
+use long::{LONG_SEQUENCE, LongSequence};
 
 /// Points that look for partners in one piece of work: a few milliseconds.
 const POINTS_A_STEP: usize = 20_000;
+/// The joint solution of a long sequence starts close to its end, and one iteration takes long.
+const LONG_ITERATIONS: usize = 8;
 
 /// A reconstruction of planar scans.
 ///
@@ -30,14 +38,19 @@ const POINTS_A_STEP: usize = 20_000;
 pub struct Reconstruction {
     settings: Settings,
     names: Vec<String>,
-    clouds: Vec<PointCloud>,
+    recorded: Vec<RecordedScan>,
     reference: Option<(String, Trajectory)>,
+    odometry: Option<(String, Trajectory)>,
     run: Option<Run>,
 }
 
 /// What a run has come to.
 struct Run {
     num_scans: usize,
+    /// Where the robot is, as seen from the laser of each scan.
+    T_laser_robot: Vec<Pose2>,
+    /// The motion of the laser from the scan before to each, where odometry gives it.
+    motions: Vec<Option<Pose2>>,
     /// The range that many returns share, taken for the sensor's limit (m).
     detected_limit: Option<f64>,
     /// The scans registered so far, cleaned, and what that left out.
@@ -46,6 +59,8 @@ struct Run {
     odometry: Odometry,
     estimates: Vec<FrameEstimate>,
     poses: Vec<Pose2>,
+    /// Keyframes and loops, where there are many scans.
+    long: Option<LongSequence>,
     joint: Option<Joint>,
     meter: Option<SharpnessMeter>,
     sharpness: Option<Sharpness>,
@@ -71,7 +86,7 @@ impl Reconstruction {
     /// When a setting is out of its limits.
     pub fn new(settings: Settings) -> Result<Self> {
         settings.validate()?;
-        Ok(Self { settings, names: Vec::new(), clouds: Vec::new(), reference: None, run: None })
+        Ok(Self { settings, names: Vec::new(), recorded: Vec::new(), reference: None, odometry: None, run: None })
     }
 
     /// Keeps the scans and starts over with other settings.
@@ -109,19 +124,49 @@ impl Reconstruction {
             return Err(Error::whole(problem, "Give planar laser scans, with z = 0 for every point").in_file(name));
         }
         self.names.push(name.to_owned());
-        self.clouds.push(cloud);
+        self.recorded.push(RecordedScan::of_cloud(cloud));
         self.run = None;
         Ok(report)
     }
 
+    /// Adds all scans of a log, under the name of the file and their number from 0, and starts over. The poses in the log
+    /// are compared with where there is no other reference; see [`Settings::odometry`] for the only other use of them.
+    pub fn add_log(&mut self, name: &str, log: &LaserLog) -> AddedLog {
+        self.names.extend((0..log.scans.len()).map(|index| format!("{name} #{index}")));
+        self.recorded.extend(RecordedScan::of_log(log));
+        self.run = None;
+        let has_poses = log.scans.iter().all(|scan| scan.reference.is_some());
+        AddedLog { num_scans: log.scans.len(), has_poses, notes: log.notes.clone() }
+    }
+
     /// Number of scans.
     pub fn num_scans(&self) -> usize {
-        self.clouds.len()
+        self.recorded.len()
     }
 
     /// Sets the trajectory that the result is compared with. It is used for nothing else.
     pub fn set_reference(&mut self, name: &str, reference: Trajectory) {
         self.reference = Some((name.to_owned(), reference));
+    }
+
+    /// Sets the odometry that a scan's first guess comes from, as the settings ask for it, and starts over.
+    ///
+    /// # Errors
+    /// When it has no headings; the one set before stays.
+    pub fn set_odometry(&mut self, name: &str, odometry: Trajectory) -> Result<()> {
+        if odometry.orientations.is_none() {
+            let remedy = "Give rows of id x y theta, or TUM: t x y z qx qy qz qw";
+            return Err(Error::whole("These positions have no headings, so they are no odometry", remedy).in_file(name));
+        }
+        self.odometry = Some((name.to_owned(), odometry));
+        self.run = None;
+        Ok(())
+    }
+
+    /// Forgets the odometry and starts over.
+    pub fn clear_odometry(&mut self) {
+        self.odometry = None;
+        self.run = None;
     }
 
     /// Forgets the reference.
@@ -131,10 +176,11 @@ impl Reconstruction {
 
     /// Does one bounded piece of work: one frame, or a part of the joint solution.
     pub fn step(&mut self) -> Progress {
-        let Self { settings, clouds, run, .. } = self;
-        let run = run.get_or_insert_with(|| Run::new(settings, clouds));
+        let Self { settings, recorded, odometry, run, .. } = self;
+        let run = run.get_or_insert_with(|| Run::new(settings, recorded, odometry.as_ref().map(|(_, given)| given)));
         match run.stage {
-            Stage::Register => run.register_next(&clouds[run.poses.len()], settings),
+            Stage::Register => run.register_next(&recorded[run.poses.len()], settings),
+            Stage::Loops => run.advance_loops(settings),
             Stage::Joint => run.advance_joint(settings),
             Stage::Evaluate => run.evaluate(),
             Stage::Done => run.progress(None),
@@ -171,9 +217,17 @@ impl Reconstruction {
         StitchedMap::new(run.believed().map(|frame| (frame as u32, run.scans[frame].as_ref(), run.poses[frame])))
     }
 
-    /// `T_world_sensor` of every frame so far; a lost one's is a prediction.
-    pub fn poses(&self) -> &[Pose2] {
-        self.run.as_ref().map_or(&[], |run| &run.poses)
+    /// What is free and what is occupied, by all frames that are not lost, in cells of this side (m).
+    pub fn occupancy_grid(&self, resolution: f64) -> OccupancyGrid {
+        let placed: Vec<(&PlanarScan, Pose2)> = self.run.iter().flat_map(Run::placed).collect();
+        OccupancyGrid::new(&placed, resolution)
+    }
+
+    /// `T_world_sensor` of every frame so far; a lost one's is a prediction. Where a log tells how the laser sits on its
+    /// robot, it is the robot whose poses these are, and its first one is the world.
+    pub fn poses(&self) -> Vec<Pose2> {
+        let run = self.run.iter();
+        run.flat_map(|run| (0..run.poses.len()).map(|frame| run.pose_of_robot(frame))).collect()
     }
 
     /// The same in space.
@@ -187,40 +241,59 @@ impl Reconstruction {
         self.run.as_ref().map_or_else(Vec::new, |run| run.correspondences(frame, &self.settings))
     }
 
+    /// The poses that a log holds for its scans, if that one log is all there is.
+    fn poses_in_logs(&self) -> Option<(String, Trajectory)> {
+        let poses = self.recorded.iter().map(|scan| scan.reference.as_ref().map(in_space));
+        let poses = poses.collect::<Option<Vec<Pose3>>>().filter(|poses| !poses.is_empty())?;
+        let is_one_log = self.recorded.iter().enumerate().all(|(number, scan)| scan.index == number);
+        is_one_log.then(|| ("the poses in the log".to_owned(), Trajectory::from_poses(&poses)))
+    }
+
     fn joint(&self) -> Option<&Joint> {
         self.run.as_ref()?.joint.as_ref()
     }
 
     fn comparison(&self) -> Result<Option<PositionError>> {
-        let (Some(run), Some((name, reference))) = (&self.run, &self.reference) else { return Ok(None) };
+        let in_logs = self.poses_in_logs();
+        let (Some(run), Some((name, reference))) = (&self.run, self.reference.as_ref().or(in_logs.as_ref())) else {
+            return Ok(None);
+        };
         if run.poses.len() < self.names.len() {
             return Ok(None);
         }
-        let estimate: Vec<Option<Pose2>> = (0..run.poses.len()).map(|frame| run.believed_pose(frame)).collect();
+        let estimate: Vec<Option<Pose2>> =
+            (0..run.poses.len()).map(|frame| run.believed_pose(frame).map(|_| run.pose_of_robot(frame))).collect();
         let names: Vec<&str> = self.names.iter().map(String::as_str).collect();
         position_error(&estimate, &names, name, reference).map(Some)
     }
 }
 
 impl Run {
-    fn new(settings: &Settings, clouds: &[PointCloud]) -> Self {
+    fn new(settings: &Settings, recorded: &[RecordedScan], odometry: Option<&Trajectory>) -> Self {
         Self {
-            num_scans: clouds.len(),
-            detected_limit: range_limit(clouds.iter().map(|cloud| cloud.positions.as_slice())),
+            num_scans: recorded.len(),
+            T_laser_robot: recorded.iter().map(|scan| scan.T_robot_laser.inverse()).collect(),
+            motions: first_guesses(settings.odometry, recorded, odometry),
+            detected_limit: range_limit(recorded.iter().map(|scan| scan.cloud.positions.as_slice())),
             scans: Vec::new(),
             cleaning: Vec::new(),
-            odometry: Odometry::new(settings.clone()),
+            odometry: Odometry::new(
+                settings.clone(),
+                recorded.first().map_or_else(Pose2::identity, |scan| scan.T_robot_laser),
+            ),
             estimates: Vec::new(),
             poses: Vec::new(),
+            long: None,
             joint: None,
             meter: None,
             sharpness: None,
-            stage: if clouds.is_empty() { Stage::Done } else { Stage::Register },
+            stage: if recorded.is_empty() { Stage::Done } else { Stage::Register },
         }
     }
 
     fn progress(&self, frame: Option<usize>) -> Progress {
         let (done, total) = match (self.stage, &self.joint) {
+            (Stage::Loops, _) => self.long.as_ref().map_or((0, 1), |long| long.closure.progress()),
             (Stage::Register, _) => (self.poses.len(), self.num_scans),
             (Stage::Joint, Some(joint)) => joint.graph.progress(),
             (Stage::Evaluate, _) => self.meter.as_ref().map_or((0, 1), SharpnessMeter::progress),
@@ -229,32 +302,62 @@ impl Run {
         Progress { stage: self.stage, done, total, frame }
     }
 
-    fn register_next(&mut self, cloud: &PointCloud, settings: &Settings) -> Progress {
+    fn register_next(&mut self, recorded: &RecordedScan, settings: &Settings) -> Progress {
         let frame = self.poses.len();
         let limits = settings.range_limits();
-        let max_range = self.detected_limit.unwrap_or(f64::INFINITY).min(limits.max_range);
-        let cleaned = clean(&cloud.positions, &RangeLimits { max_range, ..limits });
+        let max_range = self.detected_limit.unwrap_or(f64::INFINITY).min(limits.max_range).min(recorded.max_range);
+        let cleaned = clean(&recorded.cloud.positions, &RangeLimits { max_range, ..limits });
         let points = cleaned.positions.iter().map(|p| Vector2::new(f64::from(p.x), f64::from(p.y))).collect();
         let scan = Rc::new(PlanarScan::new(points));
-        let estimate = self.odometry.register_frame(&scan);
+        let estimate = self.odometry.register_frame(&scan, self.motions[frame]);
         self.scans.push(scan);
         self.cleaning.push(cleaned.report);
         self.poses.push(estimate.T_world_sensor);
         self.estimates.push(estimate);
         if self.poses.len() == self.num_scans {
-            self.stage = if settings.strategy == Strategy::Joint { Stage::Joint } else { Stage::Evaluate };
+            self.stage = match settings.strategy {
+                Strategy::Joint if self.believed().count() >= LONG_SEQUENCE => Stage::Loops,
+                Strategy::Joint => Stage::Joint,
+                _ => Stage::Evaluate,
+            };
         }
         self.progress(Some(frame))
     }
 
+    fn advance_loops(&mut self, settings: &Settings) -> Progress {
+        let Self { long, estimates, scans, poses, motions, .. } = self;
+        let long = long.get_or_insert_with(|| LongSequence::new(estimates, scans, poses, motions));
+        long.closure.advance(&settings.icp_options());
+        if long.closure.is_done() {
+            let solved = long.closure.solved_poses();
+            long.place(&solved, poses);
+            for frame in long.unconfirmed(&solved) {
+                estimates[frame].verdict.hangs_on_a_doubt();
+            }
+            self.stage = Stage::Joint;
+        }
+        self.progress(None)
+    }
+
     fn advance_joint(&mut self, settings: &Settings) -> Progress {
-        let frames: Vec<usize> = self.believed().collect();
-        let joint = self.joint.get_or_insert_with(|| Joint::new(frames, &self.scans, &self.poses, settings));
-        let options = settings.icp_options();
+        if self.joint.is_none() {
+            let frames = self.long.as_ref().map_or_else(|| self.believed().collect(), |long| long.nodes.clone());
+            self.joint = Some(Joint::new(frames, &self.scans, &self.poses, settings, self.long.as_ref()));
+        }
+        let Some(joint) = &mut self.joint else { return self.progress(None) };
+        let mut options = settings.icp_options();
+        if self.long.is_some() {
+            options.criteria.max_iterations = options.criteria.max_iterations.min(LONG_ITERATIONS);
+        }
         if !joint.graph.is_done(&options) {
-            joint.advance(&self.scans, settings);
-            for (&frame, pose) in joint.frames.iter().zip(joint.graph.poses()) {
-                self.poses[frame] = *pose;
+            joint.advance(&self.scans, &options);
+            match &self.long {
+                Some(long) => long.place(joint.graph.poses(), &mut self.poses),
+                None => {
+                    for (&frame, pose) in joint.frames.iter().zip(joint.graph.poses()) {
+                        self.poses[frame] = *pose;
+                    }
+                }
             }
         }
         if joint.graph.is_done(&options) {
@@ -283,17 +386,23 @@ impl Run {
         (0..self.poses.len()).filter(|&frame| self.believed_pose(frame).is_some())
     }
 
+    fn placed(&self) -> impl Iterator<Item = (&PlanarScan, Pose2)> + '_ {
+        self.believed().map(|frame| (self.scans[frame].as_ref(), self.poses[frame]))
+    }
+
+    fn pose_of_robot(&self, frame: usize) -> Pose2 {
+        self.poses[frame] * self.T_laser_robot[frame]
+    }
+
     fn believed_pose(&self, frame: usize) -> Option<Pose2> {
         (self.estimates[frame].verdict.status != Status::Lost).then(|| self.poses[frame])
     }
 
     fn frame_results<'a>(&'a self, names: &'a [String]) -> impl Iterator<Item = FrameResult> + 'a {
-        let estimates = self.estimates.iter().zip(&self.poses);
-        names
-            .iter()
-            .zip(&self.cleaning)
-            .zip(estimates)
-            .map(|((name, cleaning), (estimate, pose))| FrameResult::new(name, *cleaning, estimate, *pose))
+        let estimates = self.estimates.iter().enumerate();
+        names.iter().zip(&self.cleaning).zip(estimates).map(|((name, cleaning), (frame, estimate))| {
+            FrameResult::new(name, *cleaning, estimate, self.pose_of_robot(frame))
+        })
     }
 
     fn correspondences(&self, frame: usize, settings: &Settings) -> Vec<[Vector2<f64>; 2]> {
@@ -310,7 +419,13 @@ impl Run {
 }
 
 impl Joint {
-    fn new(frames: Vec<usize>, scans: &[Rc<PlanarScan>], poses: &[Pose2], settings: &Settings) -> Self {
+    fn new(
+        frames: Vec<usize>,
+        scans: &[Rc<PlanarScan>],
+        poses: &[Pose2],
+        settings: &Settings,
+        long: Option<&LongSequence>,
+    ) -> Self {
         let scans = frames.iter().map(|&frame| &scans[frame]);
         let targets = match settings.metric {
             MetricName::PointToPoint => {
@@ -321,22 +436,27 @@ impl Joint {
             ),
         };
         let poses: Vec<Pose2> = frames.iter().map(|&frame| poses[frame]).collect();
-        let positions: Vec<Vector2<f64>> = poses.iter().map(|pose| pose.translation.vector).collect();
-        let edges = edges_between(&positions, settings.matched_scans);
-        Self { frames, targets, graph: PoseGraph::new(poses, edges) }
+        let edges = match long {
+            Some(long) => long.edges(&poses),
+            None => {
+                let positions: Vec<Vector2<f64>> = poses.iter().map(|pose| pose.translation.vector).collect();
+                edges_between(&positions, settings.matched_scans)
+            }
+        };
+        let known = long.map_or_else(Vec::new, |long| long.known_motions(&poses));
+        Self { frames, targets, graph: PoseGraph::new(poses, edges).with_known_motions(known) }
     }
 
-    fn advance(&mut self, scans: &[Rc<PlanarScan>], settings: &Settings) {
-        let options = settings.icp_options();
+    fn advance(&mut self, scans: &[Rc<PlanarScan>], options: &IcpOptions) {
         let sources = self.frames.iter().map(|&frame| source(&scans[frame]));
         match &self.targets {
             JointTargets::Points(targets) => {
                 let nodes: Vec<_> = sources.zip(targets).map(|(source, target)| Node { source, target }).collect();
-                self.graph.advance::<PointToPoint>(&nodes, &options, POINTS_A_STEP);
+                self.graph.advance::<PointToPoint>(&nodes, options, POINTS_A_STEP);
             }
             JointTargets::Oriented(targets) => {
                 let nodes: Vec<_> = sources.zip(targets).map(|(source, target)| Node { source, target }).collect();
-                self.graph.advance::<PointToPlane>(&nodes, &options, POINTS_A_STEP);
+                self.graph.advance::<PointToPlane>(&nodes, options, POINTS_A_STEP);
             }
         }
     }

@@ -130,6 +130,18 @@ pub struct ReconstructionResult {
     pub notes: Vec<String>,
 }
 
+/// What a laser log gave.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
+pub struct AddedLog {
+    /// Scans in it.
+    pub num_scans: usize,
+    /// Whether it holds poses that its scans are compared with.
+    pub has_poses: bool,
+    /// What is worth knowing, in whole sentences.
+    pub notes: Vec<String>,
+}
+
 /// How far a run has come.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify), tsify(missing_as_null))]
@@ -151,6 +163,8 @@ pub struct Progress {
 pub enum Stage {
     /// Scan by scan.
     Register,
+    /// Places that come into view again, in long sequences.
+    Loops,
     /// All poses together.
     Joint,
     /// Sharpness and distances.

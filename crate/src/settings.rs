@@ -34,6 +34,19 @@ pub enum InitialGuess {
     Correlative,
 }
 
+/// Where measured motion between scans comes from, as a first guess.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
+pub enum OdometrySource {
+    /// From a file of its own, where one is given.
+    File,
+    /// From a file of its own, or else from the poses that the laser log holds.
+    Log,
+    /// From nowhere: scans alone.
+    None,
+}
+
 /// What a correspondence measures.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -62,6 +75,8 @@ pub struct Settings {
     pub matched_scans: usize,
     /// What a registration starts from.
     pub initial_guess: InitialGuess,
+    /// Where measured motion comes from; where there is some, it goes before `initial_guess`.
+    pub odometry: OdometrySource,
     /// Half width of the correlative search in x and y (m).
     pub search_translation: f64,
     /// Half width of the correlative search in heading (rad).
@@ -95,6 +110,7 @@ impl Default for Settings {
             local_map_scans: 5,
             matched_scans: 10,
             initial_guess: InitialGuess::Correlative,
+            odometry: OdometrySource::File,
             search_translation: 1.5,
             search_rotation: 35f64.to_radians(),
             metric: MetricName::PointToLine,
@@ -331,6 +347,13 @@ pub fn descriptions() -> Vec<SettingDescription> {
             "First guess",
             "Where ICP starts. ICP finds the nearest fit, not the best: a search first keeps it from the wrong one.",
             &[("correlative", "Search"), ("constant_velocity", "Constant velocity"), ("identity", "Last pose")],
+        ),
+        choice(
+            "odometry",
+            "Odometry",
+            "First guess",
+            "Motion that the robot measured, as a first guess. The poses inside a laser log are often corrected ones: they are used only if asked for.",
+            &[("file", "From its file"), ("log", "Also from the log"), ("none", "Never")],
         ),
         number(
             "search_translation",

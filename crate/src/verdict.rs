@@ -56,6 +56,18 @@ impl Verdict {
     }
 }
 
+impl Verdict {
+    /// Good in itself, but the way to it leads over a scan that is not.
+    pub fn hangs_on_a_doubt(&mut self) {
+        if self.status == Status::Good {
+            self.status = Status::Doubtful;
+            "it fits the scans before it, but where these lie is not certain: the way to them leads over a scan that \
+             could not be placed for sure, and no place seen again confirms it"
+                .clone_into(&mut self.reason);
+        }
+    }
+}
+
 /// Judges a registration by its evidence and by what the sensors saw.
 pub fn judge(registration: &PlanarRegistration, visibility: Visibility) -> Verdict {
     let agreement = visibility.agreement();

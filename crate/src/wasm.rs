@@ -13,11 +13,13 @@ use wasm_bindgen::prelude::*;
 use crate::cloud_registration::{RegistrationOptions, RegistrationResult, register_clouds};
 use crate::error::{Error, Place};
 use crate::geometry::PointCloud as Cloud;
+use crate::io::laser_log;
 use crate::io::ply;
 use crate::io::trajectory;
+use crate::occupancy_grid::RESOLUTION;
 use crate::preprocess::clean::CleaningReport;
 use crate::reconstruction::Reconstruction as Engine;
-use crate::report::{Progress, ReconstructionResult};
+use crate::report::{AddedLog, Progress, ReconstructionResult};
 use crate::settings::{Preset, SettingDescription, descriptions};
 
 mod bev;
@@ -198,6 +200,30 @@ impl Reconstruction {
         plain(&self.engine.add_scan(name, cloud).map_err(|error| thrown(&error))?)
     }
 
+    /// Adds all scans of a laser log, CARMEN's text or CSM's JSON, and starts over. Their poses are not used for the
+    /// estimate, unless the setting `odometry` asks for it.
+    ///
+    /// # Errors
+    /// When the file is no sound log; what was added before stays.
+    pub fn add_log(&mut self, name: &str, bytes: &[u8]) -> Result<Ts<AddedLog>, JsValue> {
+        let log = laser_log::read(bytes).map_err(|error| thrown(&error.in_file(name)))?;
+        plain(&self.engine.add_log(name, &log))
+    }
+
+    /// Sets the odometry that first guesses come from, and starts over: rows of `id x y theta`, or TUM.
+    ///
+    /// # Errors
+    /// When the file is no trajectory with headings.
+    pub fn set_odometry(&mut self, name: &str, bytes: &[u8]) -> Result<(), JsValue> {
+        let odometry = trajectory::read(bytes).map_err(|error| thrown(&error.in_file(name)))?;
+        self.engine.set_odometry(name, odometry).map_err(|error| thrown(&error))
+    }
+
+    /// Forgets the odometry and starts over.
+    pub fn clear_odometry(&mut self) {
+        self.engine.clear_odometry();
+    }
+
     /// Keeps the scans and starts over with these settings; those not given have their defaults.
     ///
     /// # Errors
@@ -247,6 +273,11 @@ impl Reconstruction {
         self.engine.map().frames
     }
 
+    /// What is free, occupied and unknown, in cells of this side (m; 0.05 where none is given).
+    pub fn occupancy_grid(&self, resolution: Option<f64>) -> OccupancyGrid {
+        OccupancyGrid { grid: self.engine.occupancy_grid(resolution.unwrap_or(RESOLUTION)) }
+    }
+
     /// Points of a frame and their partners in the scans before it: x y of the point, x y of the partner, ... in the
     /// world frame (m).
     pub fn correspondences(&self, frame: usize) -> Vec<f32> {
@@ -272,6 +303,60 @@ impl Reconstruction {
     /// The result as the text of `report.json`.
     pub fn report_json(&self) -> String {
         serde_json::to_string_pretty(&self.engine.result()).unwrap_or_default()
+    }
+}
+
+/// Whether a file that begins with these bytes is a laser log.
+#[wasm_bindgen]
+pub fn is_laser_log(head: &[u8]) -> bool {
+    laser_log::is_laser_log(head)
+}
+
+/// What is free, occupied and unknown. Call `free()` when done.
+#[wasm_bindgen]
+pub struct OccupancyGrid {
+    grid: crate::occupancy_grid::OccupancyGrid,
+}
+
+#[wasm_bindgen]
+impl OccupancyGrid {
+    /// Cells along x.
+    #[wasm_bindgen(getter)]
+    pub fn width(&self) -> usize {
+        self.grid.width
+    }
+
+    /// Cells along y.
+    #[wasm_bindgen(getter)]
+    pub fn height(&self) -> usize {
+        self.grid.height
+    }
+
+    /// Side of a cell (m).
+    #[wasm_bindgen(getter)]
+    pub fn resolution(&self) -> f64 {
+        self.grid.resolution
+    }
+
+    /// x and y of the corner of the cell with the least of both, in the world frame (m).
+    #[wasm_bindgen(getter)]
+    pub fn origin(&self) -> Vec<f64> {
+        vec![self.grid.origin.x, self.grid.origin.y]
+    }
+
+    /// A grey value a cell, row by row from the largest y down: 0 occupied, 254 free, 205 unknown.
+    pub fn grey_values(&self) -> Vec<u8> {
+        self.grid.grey_values()
+    }
+
+    /// The picture as a PGM file.
+    pub fn pgm(&self) -> Vec<u8> {
+        self.grid.pgm()
+    }
+
+    /// The YAML file that ROS's map_server reads beside the picture, whose name it holds.
+    pub fn yaml(&self, image: &str) -> String {
+        self.grid.yaml(image)
     }
 }
 

@@ -13,6 +13,7 @@ import { readWishes } from './topics.js';
 
 const OPTIONS = /** @type {const} */ ({
   reference: { type: 'string' },
+  odometry: { type: 'string' },
   intrinsics: { type: 'string' },
   recording: { type: 'string' },
   topic: { type: 'string', multiple: true },
@@ -29,7 +30,7 @@ export const reconstruct = {
   help: (engine) => `scanstitch reconstruct FILES-OR-FOLDER-OR-ZIP-OR-BAG... [OPTION]...
 
 Places what a sensor saw from frame to frame in one world, that of the first frame. What it is, is told from the files:
-  planar scans   PLY files, z = 0, in metres
+  planar scans   PLY files, z = 0, in metres; or a laser log with many scans: CARMEN (FLASER, ROBOTLASER1), CSM's JSON
   depth images   PNG (8 or 16 bits) or PGM, with colour pictures (PNG, JPEG) of the same numbers or times, or without:
                  rgb/ and depth/ folders, names such as frame-000001.depth.png, the layout of TUM RGB-D
   clouds         PLY or PCD files in space, in metres
@@ -42,6 +43,7 @@ images and clouds are found beside them.
 Options:
   --out DIR          where the results go; made when missing (default: ${OPTIONS.out.default})
   --reference FILE   a trajectory to compare with, or a folder with a file for each frame; used for nothing else
+  --odometry FILE    motion the robot measured, as a first guess for planar scans: rows of id x y theta, or TUM
   --intrinsics FILE  the depth camera: a 3 x 3 matrix, fx fy cx cy, or Open3D's JSON, in pixels
   --recording DIR    which one to take, where a folder or archive holds several (default: the longest)
   --topic ROLE=NAME  a topic of a bag to use as depth, color, camera, clouds, scans or reference; none: do without
@@ -52,14 +54,16 @@ Options:
 Written into DIR:
   trajectory.tum     a line a frame: index or time, x y z qx qy qz qw, the pose of the sensor in the world
   map.ply            the points of all frames in the world; of depth images with their colours
+  map.pgm, map.yaml  of planar scans: what is free and what is occupied, as ROS's map_server reads it
   report.json        settings, version, results of every frame, comparison, in metres and radians
 
-Printed: a line a frame, and the figures of the whole. Of planar scans, sharpness is the mean distance of returns within
-29 m to the surface that the other scans saw there. A file that cannot be used is named on stderr and left out. Ctrl-C
-stops; what has been computed is written.
+Printed: a line a frame (of more than 200 planar scans, those that are not good), and the figures of the whole.
+Of planar scans, sharpness is the mean distance of returns within 29 m to the surface that the other scans saw there. A
+file that cannot be used is named on stderr and left out. Ctrl-C stops; what has been computed is written.
 
 Examples:
   scanstitch reconstruct scans/ --reference truth.tum --set max_range=30 --out result
+  scanstitch reconstruct drive.log --odometry wheels.txt --out result
   scanstitch reconstruct first_floor.zip --preset course --workers 4
   scanstitch reconstruct walk.mcap --topic depth=/camera/depth/image_raw --topic reference=none
 
@@ -78,8 +82,8 @@ async function run(engine, args) {
       'No input was given: name files, a folder, a ZIP archive or a bag. See: scanstitch reconstruct --help',
     );
   }
-  const { out, reference, intrinsics, preset, set = [] } = values;
-  const options = { out, reference, intrinsics, preset, set, workers: readWorkers(values.workers) };
+  const { out, reference, odometry, intrinsics, preset, set = [] } = values;
+  const options = { out, reference, odometry, intrinsics, preset, set, workers: readWorkers(values.workers) };
   let complaints = 0;
   const complain = (/** @type {string} */ problem) => {
     process.stderr.write(`${problem}\n`);

@@ -5,6 +5,10 @@ import { CommandError, table } from './command.js';
 import { readInput, readSource } from './inputs.js';
 import { accepted, create, millimetres, note, writeResults } from './results.js';
 import { planarCatalogue, readSettings } from './settings.js';
+import { HEAD_BYTES } from '../recording/heads.js';
+
+/** Of more scans than this, only those that are not good have a line. */
+const MOST_ROWS = 200;
 
 /** @typedef {import('../index.js').ReconstructionResult} ReconstructionResult */
 
@@ -14,8 +18,9 @@ import { planarCatalogue, readSettings } from './settings.js';
 export async function reconstructPlanar({ engine, inputs, recording, options, complain }) {
   const settings = readSettings(planarCatalogue(engine), options.preset, options.set);
   const reconstruction = create(() => new engine.Reconstruction(settings));
-  const added = await addScans(reconstruction, scansOf(inputs, recording), complain);
+  const added = await addScans(engine, reconstruction, scansOf(inputs, recording), complain);
   if (added === 0) throw new CommandError('No scan could be used, so nothing was computed.');
+  await addOdometry(reconstruction, inputs, options.odometry, recording.odometry, complain);
   if (options.reference !== undefined) {
     const reference = { name: basename(options.reference), path: options.reference };
     const bytes = readInput(reference, complain);
@@ -27,6 +32,7 @@ export async function reconstructPlanar({ engine, inputs, recording, options, co
   writeResults(options.out, {
     'trajectory.tum': reconstruction.trajectory_tum(),
     'map.ply': reconstruction.map_ply(),
+    ...gridFiles(reconstruction),
     'report.json': reconstruction.report_json(),
   });
   for (const { name, status, reason, cleaning } of result.frames) {
@@ -35,7 +41,7 @@ export async function reconstructPlanar({ engine, inputs, recording, options, co
       note(`${name}: ${some} have coordinates that are not finite and were dropped.`);
     }
     if (status === 'lost') complain(`${name}: This scan could not be placed: ${reason}.`);
-    if (status === 'doubtful') note(`${name} is doubtful: ${reason}.`);
+    if (status === 'doubtful' && result.frames.length <= MOST_ROWS) note(`${name} is doubtful: ${reason}.`);
   }
   result.notes.forEach(note);
   process.stdout.write(`${frameTable(result, milliseconds)}\n${headline(result, total)}Written to ${options.out}\n`);
@@ -54,18 +60,53 @@ function scansOf({ sources }, { scans }) {
 }
 
 /**
+ * @param {import('./command.js').Engine} engine
  * @param {import('../index.js').Reconstruction} reconstruction
- * @param {ReturnType<typeof scansOf>} scans
+ * @param {ReturnType<typeof scansOf>} files each one scan, or a log of many
  * @param {(problem: string) => void} complain
- * @returns {Promise<number>} how many could be used
+ * @returns {Promise<number>} how many files could be used
  */
-async function addScans(reconstruction, scans, complain) {
+async function addScans(engine, reconstruction, files, complain) {
   let added = 0;
-  for (const { source, name } of scans) {
+  for (const { source, name } of files) {
     const bytes = await readSource(source, name, complain);
-    if (bytes && accepted(() => reconstruction.add_scan(name, bytes), complain)) added += 1;
+    if (!bytes) continue;
+    const add = engine.is_laser_log(bytes.subarray(0, HEAD_BYTES))
+      ? () => reconstruction.add_log(name, bytes).notes.forEach((text) => complain(`${name}: ${text}`))
+      : () => reconstruction.add_scan(name, bytes);
+    if (accepted(add, complain)) added += 1;
   }
   return added;
+}
+
+/**
+ * Odometry that was named, or that lies beside the scans.
+ * @param {import('../index.js').Reconstruction} reconstruction
+ * @param {import('./inputs.js').Inputs} inputs
+ * @param {string | undefined} named
+ * @param {string | null} found
+ * @param {(problem: string) => void} complain
+ */
+async function addOdometry(reconstruction, { sources }, named, found, complain) {
+  const source = found === null ? undefined : sources.get(found);
+  const name = basename(named ?? found ?? '');
+  const bytes =
+    named !== undefined
+      ? readInput({ name, path: named }, complain)
+      : source && (await readSource(source, name, complain));
+  if (bytes && accepted(() => reconstruction.set_odometry(name, bytes), complain)) {
+    note(`${name} gives the first guess of every scan.`);
+  }
+}
+
+/** @param {import('../index.js').Reconstruction} reconstruction */
+function gridFiles(reconstruction) {
+  const grid = reconstruction.occupancy_grid();
+  try {
+    return { 'map.pgm': grid.pgm(), 'map.yaml': grid.yaml('map.pgm') };
+  } finally {
+    grid.free();
+  }
 }
 
 /**
@@ -90,7 +131,10 @@ function runToTheEnd(reconstruction) {
  */
 function frameTable({ frames }, milliseconds) {
   const heads = ['scan', 'x (m)', 'y (m)', 'heading (deg)', 'inliers', 'rmse (mm)', 'iterations', 'ms', 'status'];
-  const rows = frames.map((frame, index) => [
+  const numbered = frames.map((frame, index) => ({ frame, index }));
+  const shown = frames.length > MOST_ROWS ? numbered.filter(({ frame }) => frame.status !== 'good') : numbered;
+  if (shown.length === 0) return '';
+  const rows = shown.map(({ frame, index }) => [
     frame.name,
     frame.T_world_sensor.x.toFixed(3),
     frame.T_world_sensor.y.toFixed(3),
@@ -110,6 +154,10 @@ function frameTable({ frames }, milliseconds) {
  */
 function headline({ frames, sharpness, comparison }, total) {
   const lines = [`${frames.length} ${frames.length === 1 ? 'scan' : 'scans'} in ${total.toFixed(0)} ms`];
+  const count = (/** @type {string} */ wanted) => frames.filter(({ status }) => status === wanted).length;
+  if (frames.length > MOST_ROWS) {
+    lines.push(`${count('good')} good, ${count('doubtful')} doubtful, ${count('lost')} lost`);
+  }
   lines.push(cleaningLine(frames));
   if (sharpness) {
     lines.push(`Sharpness ${millimetres(sharpness.mean_residual)} mm, mean over ${sharpness.num_pairs} pairs`);

@@ -19,6 +19,7 @@ import { fileProblem } from './inputs.js';
  * @typedef {object} Options
  * @property {string} out
  * @property {string | undefined} reference
+ * @property {string | undefined} odometry of planar scans
  * @property {string | undefined} intrinsics
  * @property {string | undefined} preset
  * @property {string[]} set

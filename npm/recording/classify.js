@@ -1,10 +1,11 @@
 // @ts-check
 /** Planar scans: which files are scans, which one is the reference trajectory, and why the rest is left aside. */
+import { isLaserLog, isOdometryName } from './laser_logs.js';
 
 /**
  * What a file is for. `reason` completes "notes.pdf: left aside: ..."; null: not worth a word (a file the system put
  * there).
- * @typedef {{ role: 'scan' } | { role: 'reference' } | { role: 'ignored', reason: string | null }} Role
+ * @typedef {{ role: 'scan' } | { role: 'reference' } | { role: 'odometry' } | { role: 'ignored', reason: string | null }} Role
  */
 
 const SYSTEM_FILES = /^(\.|thumbs\.db$|desktop\.ini$|__macosx$)/i;
@@ -30,17 +31,20 @@ export function isSystemFile(path) {
 export function classify(path, head) {
   if (isSystemFile(path)) return { role: 'ignored', reason: null };
   const base = path.split('/').at(-1) ?? path;
-  if (/\.ply$/i.test(base) || startsAsPly(head)) return { role: 'scan' };
-  if (TRAJECTORY_NAMES.test(base)) return { role: 'reference' };
+  if (/\.ply$/i.test(base) || startsAsPly(head) || isLaserLog(head)) return { role: 'scan' };
+  if (TRAJECTORY_NAMES.test(base)) return { role: isOdometryName(base) ? 'odometry' : 'reference' };
   if (TEXT_NAMES.test(base) || !base.includes('.')) {
-    if (looksLikeNumbers(head)) return { role: 'reference' };
-    return { role: 'ignored', reason: 'holds neither a PLY scan nor lines of numbers that could be a trajectory' };
+    if (looksLikeNumbers(head)) return { role: isOdometryName(base) ? 'odometry' : 'reference' };
+    return { role: 'ignored', reason: 'holds neither scans nor lines of numbers that could be a trajectory' };
   }
   if (/\.npy$/i.test(base)) {
     return { role: 'ignored', reason: 'NumPy arrays are not read; save the trajectory as text, one pose a line' };
   }
-  if (/\.(pcd|las|laz|e57|xyz|bag|db3|mcap|log)$/i.test(base)) {
+  if (/\.(pcd|las|laz|e57|xyz|bag|db3|mcap)$/i.test(base)) {
     return { role: 'ignored', reason: 'this format is not read; convert the scans to PLY, one file a scan' };
+  }
+  if (/\.(log|json|carmen|clf)$/i.test(base)) {
+    return { role: 'ignored', reason: 'no laser log: neither lines of CARMEN nor scans as CSM writes them' };
   }
   if (IMAGE_NAMES.test(base)) return { role: 'ignored', reason: 'an image, not a laser scan' };
   if (ARCHIVE_NAMES.test(base)) return { role: 'ignored', reason: 'an archive; unpack it and drop the folder' };

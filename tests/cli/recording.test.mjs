@@ -91,6 +91,7 @@ test('rgb/N.png and depth/N.png with GT_pose.npy, inside a folder', async () => 
     clouds: [],
     scans: [],
     reference: ['floor/GT_pose.npy'],
+    odometry: null,
     intrinsics: null,
     notes: [],
   });
@@ -460,9 +461,32 @@ test('planar scans, their trajectory, and a word about everything else', async (
     { file: 'room/photo.png', reason: 'left aside: an image, not a laser scan' },
     {
       file: 'room/readme.txt',
-      reason: 'left aside: holds neither a PLY scan nor lines of numbers that could be a trajectory',
+      reason: 'left aside: holds neither scans nor lines of numbers that could be a trajectory',
     },
   ]);
+});
+
+test('a laser log is a scan file whatever it is called, and odometry beside it is told by its name', async () => {
+  const flaser = 'FLASER 3 1.0 2.0 3.0 0 0 0 0 0 0 1 host 1\n';
+  const recording = await understandAll({
+    'drive/robot.log': `# CARMEN\n${flaser}`,
+    'drive/robot.odometry.txt': '0 0 0 0\n1 0.1 0 0\n',
+    'drive/truth.txt': '0 0 0 0\n1 0.1 0 0\n',
+    'drive/other_odom.txt': '0 0 0 0\n1 0.1 0 0\n',
+    'drive/server.log': 'started\nstopped\n',
+  });
+  assert.equal(recording.kind, 'planar_scans');
+  assert.deepEqual(recording.scans, ['drive/robot.log']);
+  assert.deepEqual(recording.reference, ['drive/truth.txt']);
+  assert.equal(recording.odometry, 'drive/other_odom.txt');
+  assert.deepEqual(
+    recording.notes.map(({ file }) => file),
+    ['drive/robot.odometry.txt', 'drive/server.log'],
+  );
+  const csm = await understandAll({
+    'scans.json': '{"nrays": 2, "min_theta": 0, "max_theta": 1, "readings": [1, 2]}\n',
+  });
+  assert.deepEqual([csm.kind, csm.scans], ['planar_scans', ['scans.json']]);
 });
 
 const SPACE = asciiPly([

@@ -153,8 +153,19 @@ test('what a file is for is told by its name and its first bytes', () => {
 
 test('scans replace a given set and join the own one; a reference joins either', () => {
   const file = (name: string) => ({ name, bytes: new ArrayBuffer(0) });
-  const intake = (...names: string[]): Intake => ({ scans: names.map(file), reference: null, notes: [] });
-  const sample: Dataset = { title: 'Sample', is_given: true, scans: [file('s.ply')], reference: file('truth.tum') };
+  const intake = (...names: string[]): Intake => ({
+    scans: names.map(file),
+    reference: null,
+    odometry: null,
+    notes: [],
+  });
+  const sample: Dataset = {
+    title: 'Sample',
+    is_given: true,
+    scans: [file('s.ply')],
+    reference: file('truth.tum'),
+    odometry: null,
+  };
 
   const own = combine(sample, intake('walk/2.ply', 'walk/10.ply'));
   expect(own.scans.map(({ name }) => name)).toEqual(['walk/2.ply', 'walk/10.ply']);
@@ -162,7 +173,7 @@ test('scans replace a given set and join the own one; a reference joins either',
   const more = combine(own, intake('walk/3.ply', 'walk/2.ply'));
   expect(more.scans.map(({ name }) => name)).toEqual(['walk/2.ply', 'walk/3.ply', 'walk/10.ply']);
 
-  const compared = combine(sample, { scans: [], reference: file('mine.tum'), notes: [] });
+  const compared = combine(sample, { scans: [], reference: file('mine.tum'), odometry: null, notes: [] });
   expect([compared.title, compared.is_given, compared.reference?.name]).toEqual(['Sample', true, 'mine.tum']);
 });
 

@@ -6,6 +6,7 @@ import { EngineClient } from './engine/client.js';
 import type {
   Answers,
   EngineFacts,
+  InputFile,
   Inputs,
   Problem,
   Progress,
@@ -67,7 +68,7 @@ export class Session implements ReactiveController {
     this.#client ??= new EngineClient({
       ready: (facts) => this.#onReady(facts),
       reading: (file, done, total) => this.#onReading(file, done, total),
-      loaded: (inputs, accepted, _has_reference, problems) => this.#onLoaded(inputs, accepted, problems),
+      loaded: (inputs, accepted, problems) => this.#onLoaded(inputs, accepted, problems),
       progress: (progress) => this.#onProgress(progress),
       snapshot: (state, snapshot) => this.#onSnapshot(state, snapshot),
       rejected: (problem) => this.#tell([messageOf(problem)]),
@@ -127,14 +128,15 @@ export class Session implements ReactiveController {
     const intake = await takeIn(files);
     this.requested_at = requested_at;
     this.messages = [...notes, ...intake.notes].map(noteMessage);
-    if (intake.scans.length === 0 && !intake.reference) {
+    if (intake.scans.length === 0 && !intake.reference && !intake.odometry) {
       this.#tell([
         {
           kind: 'error',
           file: '',
           place: '',
           text: `Nothing to use among ${plural(num_given, 'file')}`,
-          remedy: 'Drop laser scans as PLY files, one file a scan, or depth images, or a folder of them',
+          remedy:
+            'Drop laser scans as PLY files, one file a scan, or a laser log, or depth images, or a folder of them',
         },
       ]);
       return;
@@ -143,7 +145,7 @@ export class Session implements ReactiveController {
       this.#tell([
         {
           kind: 'error',
-          file: intake.reference?.name ?? '',
+          file: (intake.reference ?? intake.odometry)?.name ?? '',
           place: '',
           text: 'This is a trajectory, but there are no scans to compare with it yet',
           remedy: 'Drop the scans together with it',
@@ -165,7 +167,8 @@ export class Session implements ReactiveController {
     }
     this.messages = [];
     this.requested_at = performance.now();
-    this.#load({ ...dataset, scans, reference: dataset.reference?.name === name ? null : dataset.reference });
+    const unless = (file: InputFile | null): InputFile | null => (file?.name === name ? null : file);
+    this.#load({ ...dataset, scans, reference: unless(dataset.reference), odometry: unless(dataset.odometry) });
   }
 
   clear(): void {
@@ -235,7 +238,10 @@ export class Session implements ReactiveController {
     this.progress = 0;
     this.activity = `Reading ${plural(dataset.scans.length, 'scan')}`;
     if (this.facts && this.settings)
-      this.#client?.load({ scans: dataset.scans, reference: dataset.reference }, this.settings);
+      this.#client?.load(
+        { scans: dataset.scans, reference: dataset.reference, odometry: dataset.odometry },
+        this.settings,
+      );
     this.#host.requestUpdate();
   }
 
@@ -286,6 +292,7 @@ export class Session implements ReactiveController {
     this.progress = total > 0 ? done / total : 0;
     this.activity = {
       register: `Aligning scan ${Math.min(done + 1, total)} of ${total}`,
+      loops: `Looking for places that come into view again, ${done} of ${total}`,
       joint: 'Solving all scans together',
       evaluate: 'Measuring the map',
       done: 'Done',

@@ -6,6 +6,7 @@
 pub mod color_image;
 pub mod depth_png;
 pub mod intrinsics;
+pub mod laser_log;
 mod netpbm;
 pub mod pcd;
 pub mod ply;

@@ -96,7 +96,9 @@ pub fn range_limit<'a>(scans: impl IntoIterator<Item = &'a [Vec3]>) -> Option<f6
     let num_over = |least: f64| ranges.iter().filter(|&&range| range >= least * largest).count();
     let num_at_limit = num_over(SAME);
     let num_below = num_over(BELOW) - num_at_limit;
-    (largest > 0.0 && num_at_limit >= FEWEST && num_at_limit > num_below).then_some(largest)
+    // Where nothing is nearer, it is a round wall about the sensor, or nothing can be told.
+    let is_farther = num_at_limit + num_below < ranges.len();
+    (largest > 0.0 && num_at_limit >= FEWEST && num_at_limit > num_below && is_farther).then_some(largest)
 }
 
 #[cfg(test)]
@@ -153,5 +155,7 @@ mod tests {
         assert_eq!(limit(&[]), None);
         let (one, other) = (scan(&[3.0, 8.19, 2.0]), scan(&[8.19, 8.19]));
         assert!(range_limit([one.as_slice(), other.as_slice()]).is_some());
+        // A round wall about the sensor.
+        assert_eq!(limit(&[1.0; 180]), None);
     }
 }

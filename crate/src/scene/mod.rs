@@ -5,6 +5,7 @@
 
 pub mod apartment;
 pub mod corridor;
+pub mod drive;
 pub mod laser;
 pub mod office;
 mod passage;

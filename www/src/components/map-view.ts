@@ -4,6 +4,7 @@ import { baseName, formatFixed } from '../views/format.js';
 import { MapCanvas, type MapContent } from '../views/map-canvas.js';
 import { type Layers, type MapMarks, poseAt } from '../views/map-painter.js';
 import type { Rgb } from '../views/palette.js';
+import type { OccupancyPicture } from '../views/occupancy.js';
 import { NO_POINTS, nearestFrame, type PointSet } from '../views/point-layer.js';
 import {
   type Bounds,
@@ -41,7 +42,8 @@ const REST_MS = 90;
 /**
  * The map: points, paths and poses on a canvas that pans and zooms.
  *
- * Fires `frame-selected` with a frame number or null, and `map-painted` when a new set of points is on the screen.
+ * Fires `frame-selected` with a frame number or null, `map-painted` when a new set of points is on the screen, and
+ * `occupancy-wanted` with whether the occupancy grid is to be shown.
  */
 @customElement('scanstitch-map')
 export class ScanstitchMap extends LitElement {
@@ -52,11 +54,14 @@ export class ScanstitchMap extends LitElement {
   @property({ attribute: false }) colors: readonly Rgb[] = [];
   @property({ attribute: false }) reference_name = '';
   @property({ type: Boolean }) dark = false;
+  /** Whether there is a grid to ask for; and the grid, once it has come. */
+  @property({ type: Boolean }) has_occupancy = false;
+  @property({ attribute: false }) occupancy: OccupancyPicture | null = null;
   /** Changes with the data set: the view is fitted anew. */
   @property({ attribute: false }) fit_key: unknown = null;
   @property({ attribute: false }) description = '';
 
-  @state() private layers: Layers = { grid: true, path: true, reference: true };
+  @state() private layers: Layers = { grid: true, occupancy: false, path: true, reference: true };
   @state() private layers_open = false;
   @state() private pointer: { x: number; y: number } | null = null;
   @state() private hovered: number | null = null;
@@ -240,6 +245,9 @@ export class ScanstitchMap extends LitElement {
           .checked=${this.layers[name]}
           @change=${(event: Event) => {
             this.layers = { ...this.layers, [name]: (event.target as HTMLInputElement).checked };
+            if (name === 'occupancy') {
+              this.dispatchEvent(new CustomEvent('occupancy-wanted', { detail: this.layers.occupancy }));
+            }
             this.requestPaint();
           }}
         />
@@ -250,6 +258,7 @@ export class ScanstitchMap extends LitElement {
       <legend class="visually-hidden">What is drawn</legend>
       ${layer('path', 'Path and poses', 'path')}
       ${this.marks.reference.length > 0 ? layer('reference', `Reference: ${baseName(this.reference_name)}`, 'reference') : nothing}
+      ${this.has_occupancy ? layer('occupancy', 'Free and occupied, in place of points', 'occupancy') : nothing}
       ${layer('grid', 'Grid', 'grid')}
     </fieldset>`;
   }
@@ -296,8 +305,15 @@ export class ScanstitchMap extends LitElement {
   }
 
   private content(): MapContent {
-    const { points, colors, layers, dark } = this;
-    return { points, colors, layers, dark, marks: { ...this.marks, hovered: this.hovered ?? this.marks.hovered } };
+    const { points, colors, layers, occupancy, dark } = this;
+    return {
+      points,
+      colors,
+      layers,
+      occupancy,
+      dark,
+      marks: { ...this.marks, hovered: this.hovered ?? this.marks.hovered },
+    };
   }
 
   // Moving about.

@@ -20,10 +20,11 @@ export interface Note {
 export interface Intake {
   scans: InputFile[];
   reference: InputFile | null;
+  odometry: InputFile | null;
   notes: Note[];
 }
 
-const HEAD_BYTES = 4096;
+const HEAD_BYTES = 8192;
 
 /** Reads the files and tells them apart. A file the browser cannot read becomes a note; the rest goes on. */
 export async function takeIn(files: readonly NamedFile[]): Promise<Intake> {
@@ -31,6 +32,7 @@ export async function takeIn(files: readonly NamedFile[]): Promise<Intake> {
   const notes: Note[] = [];
   const scans: InputFile[] = [];
   let reference: InputFile | null = null;
+  let odometry: InputFile | null = null;
   const contents = await Promise.allSettled(ordered.map(readKnown));
   for (const [index, content] of contents.entries()) {
     const { name } = ordered[index] as NamedFile;
@@ -43,6 +45,10 @@ export async function takeIn(files: readonly NamedFile[]): Promise<Intake> {
       if (role.reason !== null) notes.push({ file: name, reason: `left aside: ${role.reason}` });
     } else if (role.role === 'scan') {
       scans.push({ name, bytes });
+    } else if (role.role === 'odometry') {
+      if (odometry)
+        notes.push({ file: name, reason: `left aside: one odometry is used at a time, here ${odometry.name}` });
+      odometry ??= { name, bytes };
     } else if (reference) {
       notes.push({
         file: name,
@@ -52,7 +58,7 @@ export async function takeIn(files: readonly NamedFile[]): Promise<Intake> {
       reference = { name, bytes };
     }
   }
-  return { scans, reference, notes };
+  return { scans, reference, odometry, notes };
 }
 
 async function readKnown({ name, file }: NamedFile) {
@@ -64,7 +70,7 @@ async function readKnown({ name, file }: NamedFile) {
 
 /**
  * What the page shows after `intake` arrived on top of `present`: scans replace a given set and extend the user's own
- * (a file of the same path takes the place of the old one); a reference alone joins whatever is there.
+ * (a file of the same path takes the place of the old one); a reference or odometry alone joins whatever is there.
  */
 export function combine(present: Dataset | null, intake: Intake): Dataset {
   const extends_present = present !== null && (!present.is_given || intake.scans.length === 0);
@@ -77,6 +83,7 @@ export function combine(present: Dataset | null, intake: Intake): Dataset {
     is_given: extends_present && present.is_given,
     scans,
     reference: intake.reference ?? (extends_present ? present.reference : null),
+    odometry: intake.odometry ?? (extends_present ? present.odometry : null),
   };
 }
 

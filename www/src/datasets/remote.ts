@@ -10,6 +10,7 @@ interface Manifest {
   title?: string;
   scans: string[];
   reference?: string;
+  odometry?: string;
 }
 
 const sample_scans = import.meta.glob<string>('../../samples/corridor/*.ply', {
@@ -33,6 +34,7 @@ export async function fetchSample(): Promise<Dataset> {
     is_given: true,
     scans: await Promise.all(scans.map(fetchFile)),
     reference: truth ? await fetchFile(truth) : null,
+    odometry: null,
   };
 }
 
@@ -51,15 +53,16 @@ export async function fetchDataset(src: string): Promise<Dataset> {
       .map((url) => fetchFile({ name: nameOf(url), url: url.href })),
   );
   const roles = files.map(({ name, bytes }) =>
-    classify(name, new Uint8Array(bytes, 0, Math.min(bytes.byteLength, 4096))),
+    classify(name, new Uint8Array(bytes, 0, Math.min(bytes.byteLength, 8192))),
   );
   const scans = files.filter((_, i) => roles[i]?.role === 'scan');
-  if (scans.length === 0) throw new Error(`none of the addresses in src="${src}" is a PLY scan`);
+  if (scans.length === 0) throw new Error(`none of the addresses in src="${src}" is a scan`);
   return {
     title: 'Scans of this page',
     is_given: true,
     scans: scans.sort((a, b) => compareNaturally(a.name, b.name)),
     reference: files.find((_, i) => roles[i]?.role === 'reference') ?? null,
+    odometry: files.find((_, i) => roles[i]?.role === 'odometry') ?? null,
   };
 }
 
@@ -76,6 +79,7 @@ async function fetchManifest(url: URL): Promise<Dataset> {
     is_given: true,
     scans: await Promise.all(manifest.scans.map((path) => fetchFile(located(path)))),
     reference: manifest.reference ? await fetchFile(located(manifest.reference)) : null,
+    odometry: manifest.odometry ? await fetchFile(located(manifest.odometry)) : null,
   };
 }
 

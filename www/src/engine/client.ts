@@ -7,6 +7,7 @@ import type {
   Answers,
   EngineFacts,
   FromWorker,
+  InputFile,
   Inputs,
   Problem,
   Progress,
@@ -22,7 +23,7 @@ export interface EngineListener {
   ready(facts: EngineFacts): void;
   reading(file: string, done: number, total: number): void;
   /** `accepted` empty: nothing could be read, and what was there before is still there. */
-  loaded(inputs: Inputs, accepted: readonly string[], has_reference: boolean, problems: readonly Problem[]): void;
+  loaded(inputs: Inputs, accepted: readonly string[], problems: readonly Problem[]): void;
   progress(progress: Progress): void;
   snapshot(state: RunState, snapshot: Snapshot): void;
   /** A setting the engine does not take. */
@@ -144,7 +145,7 @@ export class EngineClient {
         this.#listener.reading(message.file, message.done, message.total);
         return;
       case 'loaded':
-        this.#loaded(message.accepted, message.has_reference, message.problems);
+        this.#loaded(message.accepted, message.refused, message.problems);
         return;
       case 'progress':
         this.#listener.progress(message.progress);
@@ -169,7 +170,7 @@ export class EngineClient {
     }
   }
 
-  #loaded(accepted: string[], has_reference: boolean, problems: Problem[]): void {
+  #loaded(accepted: string[], refused: string[], problems: Problem[]): void {
     clearTimeout(this.#stop_timer);
     this.#reading = null;
     const candidate = this.#candidate;
@@ -179,10 +180,11 @@ export class EngineClient {
     const names = new Set(accepted);
     const kept: Inputs = {
       scans: candidate.scans.filter(({ name }) => names.has(name)),
-      reference: has_reference ? candidate.reference : null,
+      reference: unlessNamed(candidate.reference, refused),
+      odometry: unlessNamed(candidate.odometry, refused),
     };
     if (accepted.length > 0) this.#inputs = kept;
-    this.#listener.loaded(kept, accepted, has_reference, problems);
+    this.#listener.loaded(kept, accepted, problems);
   }
 
   /**
@@ -228,6 +230,14 @@ export class EngineClient {
   }
 }
 
-function withoutFile({ scans, reference }: Inputs, name: string): Inputs {
-  return { scans: scans.filter((scan) => scan.name !== name), reference: reference?.name === name ? null : reference };
+function withoutFile({ scans, reference, odometry }: Inputs, name: string): Inputs {
+  return {
+    scans: scans.filter((scan) => scan.name !== name),
+    reference: unlessNamed(reference, [name]),
+    odometry: unlessNamed(odometry, [name]),
+  };
+}
+
+function unlessNamed(file: InputFile | null, names: readonly string[]): InputFile | null {
+  return file && names.includes(file.name) ? null : file;
 }

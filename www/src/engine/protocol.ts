@@ -36,8 +36,25 @@ export interface InputFile {
 }
 
 export interface Inputs {
+  /** Files of one scan each, or logs of many. */
   scans: readonly InputFile[];
   reference: InputFile | null;
+  /** What the robot's wheels told: a first guess. */
+  odometry: InputFile | null;
+}
+
+/** What is free and what is occupied, as ROS's map_server reads it. */
+export interface Grid {
+  width: number;
+  height: number;
+  /** Side of a cell, m. */
+  resolution: number;
+  /** x and y of the corner of the cell with the least of both, m. */
+  origin: Float64Array;
+  /** Row by row from the largest y down: 0 occupied, 254 free, 205 unknown. */
+  grey_values: Uint8Array;
+  pgm: Uint8Array;
+  yaml: string;
 }
 
 export type Place = { line: number } | { byte: number } | null;
@@ -87,6 +104,7 @@ export interface Answers {
   trajectory_tum: string;
   trajectory_matrices: string[];
   map_ply: Uint8Array;
+  occupancy_grid: Grid;
   report_json: string;
 }
 
@@ -102,7 +120,7 @@ export type ToWorker =
 export type FromWorker =
   | { type: 'ready'; facts: EngineFacts }
   | { type: 'reading'; run: number; file: string; done: number; total: number }
-  | { type: 'loaded'; run: number; accepted: string[]; has_reference: boolean; problems: Problem[] }
+  | { type: 'loaded'; run: number; accepted: string[]; refused: string[]; problems: Problem[] }
   | { type: 'progress'; run: number; progress: Progress }
   | { type: 'snapshot'; run: number; state: RunState; snapshot: Snapshot }
   | { type: 'rejected'; run: number; problem: Problem }

@@ -2,11 +2,13 @@
  * The engine's thread, and the only module that imports the engine. It works in slices of a few milliseconds and reads
  * its messages between them, so a stop is obeyed and a question answered while a long input is computed.
  */
-import init, { describe_settings, presets, Reconstruction, version } from '../../../pkg/scanstitch.js';
+import init, { describe_settings, is_laser_log, presets, Reconstruction, version } from '../../../pkg/scanstitch.js';
 import type {
   Answers,
   EngineFacts,
   FromWorker,
+  Grid,
+  InputFile,
   Inputs,
   Preset,
   Problem,
@@ -21,6 +23,8 @@ import type {
 
 /** The page is answered at least this often, unless one step takes longer. */
 const SLICE_MS = 15;
+/** A laser log is told by its beginning. */
+const LOG_HEAD_BYTES = 8192;
 /** Progress is told at most this often. */
 const PROGRESS_INTERVAL_MS = 50;
 /** The map is sent at most this often while it grows... */
@@ -84,7 +88,7 @@ async function load(run: number, inputs: Inputs, settings: Partial<Settings>, ho
   for (const [index, { name, bytes }] of inputs.scans.entries()) {
     post({ type: 'reading', run, file: name, done: index, total: inputs.scans.length });
     const start = performance.now();
-    if (attempt(problems, name, () => next.add_scan(name, new Uint8Array(bytes)))) accepted.push(name);
+    if (attempt(problems, name, () => addScans(next, { name, bytes }, problems))) accepted.push(name);
     load_ms += performance.now() - start;
     if (performance.now() - slice_start > SLICE_MS) {
       await otherMessages();
@@ -98,21 +102,34 @@ async function load(run: number, inputs: Inputs, settings: Partial<Settings>, ho
       slice_start = performance.now();
     }
   }
-  const { reference } = inputs;
-  let has_reference = false;
-  if (reference && is_reading) {
-    post({ type: 'reading', run, file: reference.name, done: inputs.scans.length, total: inputs.scans.length });
-    has_reference = attempt(problems, reference.name, () =>
-      next.set_reference(reference.name, new Uint8Array(reference.bytes)),
-    );
-  }
+  const refused: string[] = [];
+  const give = (file: InputFile | null, take: (name: string, bytes: Uint8Array) => void): void => {
+    if (!file || !is_reading) return;
+    post({ type: 'reading', run, file: file.name, done: inputs.scans.length, total: inputs.scans.length });
+    const is_taken = attempt(problems, file.name, () => take(file.name, new Uint8Array(file.bytes)));
+    if (!is_taken) refused.push(file.name);
+  };
+  give(inputs.reference, (name, bytes) => next.set_reference(name, bytes));
+  give(inputs.odometry, (name, bytes) => next.set_odometry(name, bytes));
   is_reading = false;
-  post({ type: 'loaded', run, accepted, has_reference, problems });
+  post({ type: 'loaded', run, accepted, refused, problems });
   if (accepted.length === 0) return next.free();
   reconstruction?.free();
   reconstruction = next;
-  timing = { load: load_ms, frames: accepted.map(() => 0), joint: 0, total: load_ms };
+  timing = { load: load_ms, frames: [], joint: 0, total: load_ms };
   if (!hold) await compute(run);
+}
+
+/** A file is one scan, or a log of many. */
+function addScans(engine: Reconstruction, { name, bytes }: InputFile, problems: Problem[]): void {
+  const content = new Uint8Array(bytes);
+  if (!is_laser_log(content.subarray(0, LOG_HEAD_BYTES))) {
+    engine.add_scan(name, content);
+    return;
+  }
+  for (const problem of engine.add_log(name, content).notes) {
+    problems.push({ file: name, place: null, problem: problem.replace(/\.$/, ''), remedy: '' });
+  }
 }
 
 async function configure(run: number, settings: Partial<Settings>): Promise<void> {
@@ -191,12 +208,26 @@ function sendSnapshot(run: number, state: RunState): void {
 function answer(id: number, kind: keyof Answers, frame: number): void {
   try {
     if (!reconstruction) throw new Error('No scans are loaded.');
-    const value = kind === 'correspondences' ? reconstruction.correspondences(frame) : reconstruction[kind]();
+    const value =
+      kind === 'correspondences'
+        ? reconstruction.correspondences(frame)
+        : kind === 'occupancy_grid'
+          ? occupancyGrid(reconstruction)
+          : reconstruction[kind]();
     post({ type: 'answer', id, value });
   } catch (error) {
     if (isFatal(error)) throw error;
     post({ type: 'refused', id, message: error instanceof Error ? error.message : String(error) });
   }
+}
+
+function occupancyGrid(engine: Reconstruction): Grid {
+  const grid = engine.occupancy_grid();
+  const { width, height, resolution, origin } = grid;
+  const grey_values = grid.grey_values();
+  const plain: Grid = { width, height, resolution, origin, grey_values, pgm: grid.pgm(), yaml: grid.yaml('map.pgm') };
+  grid.free();
+  return plain;
 }
 
 /** Runs `action`; what is wrong with the input becomes a problem of `file`, what is wrong with the engine goes on up. */

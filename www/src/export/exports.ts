@@ -1,12 +1,12 @@
 /** What can be taken home, and how it leaves the page: as downloads, nothing else. */
-import type { Answers } from '../engine/protocol.js';
+import type { Answers, Grid } from '../engine/protocol.js';
 import { Remote } from '../engine/remote.js';
 import { startWorker } from '../engine/start.js';
 import type { ZipApi } from './zip-worker.js';
 import zip_url from './zip-worker.ts?worker&url';
 
 export interface ExportItem {
-  id: 'trajectory' | 'matrices' | 'map' | 'picture' | 'everything';
+  id: 'trajectory' | 'matrices' | 'map' | 'grid' | 'picture' | 'everything';
   label: string;
   detail: string;
 }
@@ -16,6 +16,7 @@ export const EXPORTS: readonly ExportItem[] = [
   { id: 'trajectory', label: 'Trajectory', detail: 'TUM text: t x y z qx qy qz qw a line' },
   { id: 'matrices', label: 'Matrices', detail: 'one 4 × 4 text file a scan, as a zip' },
   { id: 'map', label: 'Map', detail: 'all points in one frame, as PLY' },
+  { id: 'grid', label: 'Occupancy grid', detail: 'map.pgm and map.yaml for ROS, as a zip' },
   { id: 'picture', label: 'Picture', detail: 'the map as you see it, as PNG' },
 ];
 
@@ -39,6 +40,8 @@ export async function makeExport(id: ExportItem['id'], sources: Sources): Promis
       return { name: 'trajectory_matrices.zip', blob: await zip(await matricesOf(sources)) };
     case 'map':
       return { name: 'map.ply', blob: new Blob([await plyBytes(sources)]) };
+    case 'grid':
+      return { name: 'occupancy_grid.zip', blob: await zip(gridFiles(await sources.ask('occupancy_grid'))) };
     case 'picture':
       return { name: 'map.png', blob: await sources.picture() };
     case 'everything':
@@ -63,6 +66,7 @@ async function allFiles(sources: Sources): Promise<Files> {
     'trajectory.tum': utf8(await sources.ask('trajectory_tum')),
     ...(await matricesOf(sources)),
     'map.ply': await plyBytes(sources),
+    ...gridFiles(await sources.ask('occupancy_grid')),
     'map.png': new Uint8Array(await (await sources.picture()).arrayBuffer()),
     'report.json': utf8(await sources.ask('report_json')),
   };
@@ -70,6 +74,10 @@ async function allFiles(sources: Sources): Promise<Files> {
 
 async function matricesOf({ ask, frame_names }: Sources): Promise<Files> {
   return matrixFiles(await ask('trajectory_matrices'), frame_names);
+}
+
+function gridFiles({ pgm, yaml }: Grid): Files {
+  return { 'map.pgm': new Uint8Array(pgm), 'map.yaml': utf8(yaml) };
 }
 
 /** `matrices/0007_7.txt`: the number keeps the order, the name tells which scan it was. */

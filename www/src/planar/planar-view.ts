@@ -23,7 +23,7 @@ import {
 import { shared } from '../components/theme.js';
 import type { PlanarFiles } from '../datasets/spatial-files.js';
 import { fetchDataset, fetchSample } from '../datasets/remote.js';
-import type { EngineFacts, FrameResult, IterationRecord, PlanarPoint, Settings } from '../engine/protocol.js';
+import type { EngineFacts, FrameResult, IterationRecord, PlanarPoint, Settings, Snapshot } from '../engine/protocol.js';
 import type { GivenFiles } from '../evaluate/evaluate-view.js';
 import { download, EXPORTS, type ExportItem, makeExport } from '../export/exports.js';
 import { Session } from '../session.js';
@@ -32,6 +32,7 @@ import { frameColumns } from '../views/frame-columns.js';
 import { frameRows } from '../views/frame-rows.js';
 import { headlineFigures } from '../views/headline.js';
 import type { MapMarks } from '../views/map-painter.js';
+import { type OccupancyPicture, occupancyPicture } from '../views/occupancy.js';
 import { framePalette, type Rgb } from '../views/palette.js';
 import { remember } from '../views/remember.js';
 import { parseSettings, writeSettings } from '../views/setting-fields.js';
@@ -73,6 +74,11 @@ export class ScanstitchPlanar extends LitElement implements RunView {
   @state() private pairs_shown = false;
   @state() private pairs: Float32Array | null = null;
   @state() private is_exporting = false;
+  @state() private wants_occupancy = false;
+  @state() private occupancy: OccupancyPicture | null = null;
+  /** The result that the grid is of, and whether its colours are for the dark. */
+  private occupancy_of: Snapshot | null = null;
+  private occupancy_dark = false;
   @query('scanstitch-map') private map!: ScanstitchMap;
 
   readonly exports = EXPORTS;
@@ -161,13 +167,33 @@ export class ScanstitchPlanar extends LitElement implements RunView {
     if (this.selected !== null && this.selected >= count) this.selected = null;
     if (!TABS[this.layout].includes(this.tab)) this.tab = TABS[this.layout][0] ?? this.tab;
     this.fetchPairs();
+    this.fetchOccupancy();
+  }
+
+  /** The grid of the result that is shown, where it is wanted; drawn anew for light and dark. */
+  private fetchOccupancy(): void {
+    const { snapshot, phase } = this.session;
+    const of = this.wants_occupancy && (phase === 'done' || phase === 'stopped') ? snapshot : null;
+    if (of === this.occupancy_of && this.occupancy_dark === this.dark) return;
+    this.occupancy_of = of;
+    this.occupancy_dark = this.dark;
+    if (!of) {
+      this.occupancy = null;
+      return;
+    }
+    this.session.ask('occupancy_grid').then(
+      (grid) => {
+        if (this.occupancy_of === of) this.occupancy = occupancyPicture(grid, this.dark);
+      },
+      () => undefined, // the run was stopped or begun anew: it is asked for again
+    );
   }
 
   protected override updated(): void {
     const { dataset, snapshot, phase } = this.session;
     const facts: ViewFacts = {
       title: dataset?.title ?? '',
-      count: dataset ? plural(dataset.scans.length, 'scan') : '',
+      count: dataset ? plural(Math.max(snapshot?.result.frames.length ?? 0, dataset.scans.length), 'scan') : '',
       reference: dataset?.reference?.name ?? '',
       can_export: snapshot !== null && (phase === 'done' || phase === 'stopped') && !this.is_exporting,
       result: snapshot,
@@ -211,6 +237,11 @@ export class ScanstitchPlanar extends LitElement implements RunView {
                 .colors=${this.colors()}
                 .reference_name=${result?.comparison?.name ?? ''}
                 .fit_key=${session.generation}
+                .has_occupancy=${phase === 'done' || phase === 'stopped'}
+                .occupancy=${this.occupancy}
+                @occupancy-wanted=${({ detail }: CustomEvent<boolean>) => {
+                  this.wants_occupancy = detail;
+                }}
                 .description=${this.mapWords()}
                 ?dark=${this.dark}
                 @map-painted=${this.onPainted}
@@ -346,9 +377,9 @@ export class ScanstitchPlanar extends LitElement implements RunView {
         ${icon('open', 32)}
         <h2>Drop laser scans or depth images here</h2>
         <p>
-          Laser scans in the plane as PLY files, numbered in the order in which they were taken; or depth images with
-          their colour images; or clouds in space. Single files, the folder they lie in, or a zip of it. The true path
-          may lie beside them.
+          Laser scans in the plane as PLY files, numbered in the order in which they were taken, or a laser log (CARMEN,
+          CSM) with many; or depth images with their colour images; or clouds in space. Single files, the folder they
+          lie in, or a zip of it. The true path may lie beside them.
         </p>
         <p class="actions">
           <button class="primary" @click=${() => want('files')}>Choose files</button>

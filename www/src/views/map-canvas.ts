@@ -15,6 +15,7 @@ import {
   paintTrajectory,
   paintUndetermined,
 } from './map-painter.js';
+import { type OccupancyPicture, paintOccupancy } from './occupancy.js';
 import { packColor, type Rgb } from './palette.js';
 import { paintPoints, pointDiameter, type PointSet } from './point-layer.js';
 import { type Size, toScreenX, toScreenY, type Viewport } from './viewport.js';
@@ -25,6 +26,7 @@ export interface MapContent {
   /** One for each frame, or more. */
   colors: readonly Rgb[];
   layers: Layers;
+  occupancy: OccupancyPicture | null;
   dark: boolean;
 }
 
@@ -98,7 +100,7 @@ export class MapCanvas {
     this.#layer_ms = performance.now() - start;
   }
 
-  #compose({ marks, colors, layers, dark }: MapContent, view: Viewport): void {
+  #compose({ marks, colors, layers, occupancy, dark }: MapContent, view: Viewport): void {
     const size = this.#size;
     const theme = dark ? DARK_MAP : LIGHT_MAP;
     const ctx = context2d(this.canvas);
@@ -112,8 +114,12 @@ export class MapCanvas {
     const factor = view.scale / shown.scale;
     const left = toScreenX(view, size, shown.center_x, shown.center_y) - (size.width / 2) * factor;
     const top = toScreenY(view, size, shown.center_x, shown.center_y) - (size.height / 2) * factor;
-    ctx.imageSmoothingEnabled = factor !== 1;
-    ctx.drawImage(this.#layer, left, top, size.width * factor, size.height * factor);
+    if (layers.occupancy && occupancy) {
+      paintOccupancy(ctx, size, view, occupancy);
+    } else {
+      ctx.imageSmoothingEnabled = factor !== 1;
+      ctx.drawImage(this.#layer, left, top, size.width * factor, size.height * factor);
+    }
 
     if (layers.reference) paintReference(ctx, size, view, marks, theme);
     if (marks.pairs) paintPairs(ctx, size, view, marks.pairs, theme);

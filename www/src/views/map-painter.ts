@@ -30,6 +30,8 @@ export interface MapMarks {
 
 export interface Layers {
   grid: boolean;
+  /** What is free and what is occupied, in place of the points. */
+  occupancy: boolean;
   path: boolean;
   reference: boolean;
 }

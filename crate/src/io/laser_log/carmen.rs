@@ -1,0 +1,237 @@
+//! CARMEN's logs, and what pose graph tools made of them.
+//!
+//! - `FLASER n r1 .. rn x y theta odom_x odom_y odom_theta time host time`: the pose of the laser, then the robot's;
+//! - `ROBOTLASER1 type start_angle field_of_view angular_resolution maximum_range accuracy remission_mode n r1 .. rn
+//!   m v1 .. vm laser_x laser_y laser_theta robot_x robot_y robot_theta tv rv forward side turn_axis time host time`;
+//! - `RAWLASER1`, the same as far as the remissions, then times; the robot's pose is that of the last `ODOM x y theta ...`;
+//! - `VERTEX2 id x y theta` before a scan: where a pose graph puts it; `PARAM name value` for the laser.
+//!
+//! Metres and radians. Lines of other words are stepped over.
+
+use std::f64::consts::{FRAC_PI_2, PI};
+
+use super::{Bearings, LaserLog, LaserScan, MAX_BEAMS, common_offset, pose};
+use crate::geometry::Pose2;
+use crate::io::text::{number, quote};
+use crate::{Error, Result};
+
+/// Kinds of lines that hold a scan, the preferred first.
+const SCANS: [&[u8]; 3] = [b"ROBOTLASER1", b"FLASER", b"RAWLASER1"];
+/// Words that begin a line of such a log.
+const WORDS: [&[u8]; 9] =
+    [b"FLASER", b"ROBOTLASER1", b"RAWLASER1", b"ODOM", b"PARAM", b"VERTEX2", b"EDGE2", b"SYNC", b"RLASER"];
+
+/// Whether the beginning of a file is one of a CARMEN log.
+pub(super) fn looks_like_carmen(head: &[u8]) -> bool {
+    let first = |line: &[u8]| words(line).next().is_some_and(|word| WORDS.contains(&word));
+    lines(head).map(|(_, line)| line).filter(|line| !is_comment(line)).take(3).any(first)
+}
+
+/// The log with the poses of its laser, which are judged once all are known.
+struct Reader {
+    scans: Vec<LaserScan>,
+    /// The laser's pose in each scan's line, where there is one.
+    laser_poses: Vec<Option<Pose2>>,
+    kind: &'static [u8],
+    vertex: Option<Pose2>,
+    odometry: Option<Pose2>,
+    field_of_view: Option<f64>,
+    max_range: f64,
+}
+
+pub(super) fn read(bytes: &[u8]) -> Result<LaserLog> {
+    let kinds = |kind: &&&[u8]| lines(bytes).any(|(_, line)| words(line).next() == Some(**kind));
+    let kind = SCANS.iter().find(kinds).copied().unwrap_or(SCANS[0]);
+    let mut reader = Reader {
+        scans: Vec::new(),
+        laser_poses: Vec::new(),
+        kind,
+        vertex: None,
+        odometry: None,
+        field_of_view: None,
+        max_range: f64::INFINITY,
+    };
+    let mut notes = Vec::new();
+    for (line, text) in lines(bytes) {
+        if let Err(error) = reader.take(line, text) {
+            // A recorder that was switched off leaves half a line behind.
+            let is_cut_off = text.as_ptr_range().end == bytes.as_ptr_range().end && !reader.scans.is_empty();
+            if !is_cut_off {
+                return Err(error);
+            }
+            notes.push(format!("Line {line}, the last one, is cut off and was left out."));
+        }
+    }
+    Ok(reader.finish(notes))
+}
+
+impl Reader {
+    fn take(&mut self, line: usize, text: &[u8]) -> Result<()> {
+        if is_comment(text) {
+            return Ok(());
+        }
+        let mut fields = Fields { words: words(text).collect(), next: 0, line };
+        let Some(word) = fields.words.first().copied() else { return Ok(()) };
+        fields.next = 1;
+        match word {
+            b"VERTEX2" => {
+                fields.next = 2;
+                self.vertex = Some(fields.pose("VERTEX2")?);
+            }
+            b"ODOM" => self.odometry = Some(fields.pose("ODOM")?),
+            b"PARAM" => self.parameter(&fields),
+            kind if kind == self.kind => self.scan(&mut fields)?,
+            _ => {}
+        }
+        Ok(())
+    }
+
+    /// Parameters say what a FLASER line does not. Unknown ones, and such that are no numbers, are none of ours.
+    fn parameter(&mut self, fields: &Fields<'_>) {
+        let &[_, name, value, ..] = fields.words.as_slice() else { return };
+        let Some(value) = number(value).filter(|value| value.is_finite() && *value > 0.0) else { return };
+        match name {
+            b"laser_front_laser_fov" => self.field_of_view = Some(value.to_radians()),
+            b"robot_front_laser_max" | b"robot_frontlaser_max" => self.max_range = value,
+            _ => {}
+        }
+    }
+
+    fn scan(&mut self, fields: &mut Fields<'_>) -> Result<()> {
+        let mut bearings = None;
+        let mut max_range = self.max_range;
+        if self.kind != b"FLASER" {
+            let [_, start, _, step, limit, _, _] = fields.numbers::<7>("what the laser is like")?;
+            if step <= 0.0 {
+                return Err(fields.fault(format!("The angle from beam to beam is {step}"), "It has to be above zero"));
+            }
+            bearings = Some(Bearings::Even { start, step });
+            if limit > 0.0 {
+                max_range = limit;
+            }
+        }
+        let ranges = fields.list("readings")?;
+        if self.kind != b"FLASER" && fields.next < fields.words.len() {
+            fields.list("remissions")?;
+        }
+        let bearings = bearings.unwrap_or_else(|| front_laser(ranges.len(), self.field_of_view));
+        let (laser, robot) = match self.kind {
+            b"RAWLASER1" => (None, self.odometry),
+            _ if fields.left() >= 6 => (Some(fields.pose("the laser's pose")?), Some(fields.pose("the robot's pose")?)),
+            _ if fields.left() >= 3 && self.kind == b"FLASER" => (None, Some(fields.pose("the robot's pose")?)),
+            _ if fields.left() == 0 => (None, self.odometry),
+            _ => {
+                let problem = format!("After the readings there are {} of 6 numbers of poses", fields.left());
+                return Err(fields.fault(problem, "The line may be cut off: complete it or remove it"));
+            }
+        };
+        if self.kind == b"ROBOTLASER1" {
+            fields.next += 5; // velocities, safety distances and the axis of turning
+        }
+        let time = fields.words.get(fields.next).and_then(|word| number(word)).filter(|time| time.is_finite());
+        let reference = self.vertex.take().or(robot);
+        self.laser_poses.push(laser);
+        self.scans.push(LaserScan { line: fields.line, bearings, ranges, max_range, time, reference, odometry: robot });
+        Ok(())
+    }
+
+    /// Where laser and robot keep their distance, that is the offset; where they do not, the laser's poses have been
+    /// corrected afterwards and the robot's are what its wheels told.
+    fn finish(mut self, notes: Vec<String>) -> LaserLog {
+        let poses = self.scans.iter().zip(&self.laser_poses);
+        let pairs: Vec<(Pose2, Pose2)> = poses.filter_map(|(scan, laser)| Some((scan.odometry?, (*laser)?))).collect();
+        let offset = common_offset(pairs.iter().copied());
+        if offset.is_none() && !pairs.is_empty() {
+            for (scan, laser) in self.scans.iter_mut().zip(&self.laser_poses) {
+                scan.reference = laser.or(scan.reference);
+            }
+        }
+        LaserLog { scans: self.scans, T_robot_laser: offset.unwrap_or_else(Pose2::identity), notes }
+    }
+}
+
+/// A FLASER line does not tell its angles: a SICK laser looks over 180 degrees, in steps of 1 or 0.5 degrees, or over 100
+/// degrees in steps of 0.25; with an even number of readings the last beam is left out.
+fn front_laser(num_readings: usize, field_of_view: Option<f64>) -> Bearings {
+    let view = field_of_view.unwrap_or(if num_readings == 401 { 100f64.to_radians() } else { PI });
+    let num_steps = if num_readings.is_multiple_of(2) { num_readings } else { num_readings - 1 };
+    let start = if field_of_view.is_none() && num_readings != 401 { -FRAC_PI_2 } else { -view / 2.0 };
+    Bearings::Even { start, step: view / num_steps.max(1) as f64 }
+}
+
+/// The words of a line, taken one after the other.
+struct Fields<'a> {
+    words: Vec<&'a [u8]>,
+    next: usize,
+    line: usize,
+}
+
+impl Fields<'_> {
+    fn left(&self) -> usize {
+        self.words.len().saturating_sub(self.next)
+    }
+
+    fn fault(&self, problem: String, remedy: &str) -> Error {
+        Error::line(self.line, problem, remedy)
+    }
+
+    fn number(&mut self, what: &str) -> Result<f64> {
+        let Some(word) = self.words.get(self.next) else {
+            return Err(self.fault(format!("The line ends before {what}"), "Complete the line or remove it"));
+        };
+        let value = number(word).ok_or_else(|| {
+            self.fault(format!("{} in the place of {what} is no number", quote(word)), "Correct the line or remove it")
+        })?;
+        self.next += 1;
+        Ok(value)
+    }
+
+    fn numbers<const N: usize>(&mut self, what: &str) -> Result<[f64; N]> {
+        let mut values = [0.0; N];
+        for value in &mut values {
+            *value = self.number(what)?;
+            if !value.is_finite() {
+                return Err(self.fault(format!("{value} in the place of {what} is not finite"), "Correct the line"));
+            }
+        }
+        Ok(values)
+    }
+
+    fn pose(&mut self, what: &str) -> Result<Pose2> {
+        let [x, y, theta] = self.numbers::<3>(what)?;
+        pose(x, y, theta).ok_or_else(|| self.fault(format!("{what} is not finite"), "Correct the line"))
+    }
+
+    /// A count and as many numbers. NaN and infinite readings stand for none.
+    fn list(&mut self, what: &str) -> Result<Vec<f32>> {
+        let count = self.number(&format!("the number of {what}"))?;
+        let most = self.left().min(MAX_BEAMS);
+        if !(count >= 0.0 && count.fract() == 0.0 && count <= most as f64) {
+            let problem = format!("The line announces {count} {what}, and {} words follow", self.left());
+            return Err(self.fault(problem, "The line may be cut off: complete it or remove it"));
+        }
+        let mut values = Vec::with_capacity(count as usize);
+        for _ in 0..count as usize {
+            let value = self.number(what)? as f32;
+            values.push(if value.is_finite() && value >= 0.0 { value } else { f32::NAN });
+        }
+        Ok(values)
+    }
+}
+
+/// Lines with their numbers, from 1. LF, CRLF and lone CR end one.
+fn lines(bytes: &[u8]) -> impl Iterator<Item = (usize, &[u8])> {
+    bytes
+        .split(|&byte| byte == b'\n')
+        .flat_map(|line| line.strip_suffix(b"\r").unwrap_or(line).split(|&byte| byte == b'\r'))
+        .enumerate()
+        .map(|(index, line)| (index + 1, line))
+}
+
+fn is_comment(line: &[u8]) -> bool {
+    line.iter().find(|byte| !byte.is_ascii_whitespace()).is_none_or(|&byte| byte == b'#')
+}
+
+fn words(line: &[u8]) -> impl Iterator<Item = &[u8]> {
+    line.split(|byte| byte.is_ascii_whitespace()).filter(|word| !word.is_empty())
+}

@@ -1,0 +1,149 @@
+//! The JSON of CSM, the Canonical Scan Matcher: an object a scan, one or many in a file.
+//!
+//! `readings` (m, `null` for none), `theta` (rad, a bearing a reading) or `min_theta` and `max_theta`; `valid` (0: the
+//! reading is none); `odometry`, `estimate` and `true_pose` (x, y, theta; `null` where unknown); `timestamp` (s, or
+//! [s, microseconds]). Objects may have `min_range` and `max_range` (m) as well: readings outside are none. Fields of other
+//! names are stepped over.
+
+use serde::Deserialize;
+
+use super::{Bearings, LaserLog, LaserScan, MAX_BEAMS, pose};
+use crate::geometry::Pose2;
+use crate::{Error, Result};
+
+/// Whether the beginning of a JSON file is one of scans.
+pub(super) fn looks_like_csm(head: &[u8]) -> bool {
+    let has = |name: &[u8]| head.windows(name.len()).any(|window| window == name);
+    has(b"\"readings\"") || (has(b"\"nrays\"") && has(b"\"min_theta\""))
+}
+
+#[derive(Deserialize)]
+struct RawScan {
+    readings: Vec<Option<f64>>,
+    theta: Option<Vec<Option<f64>>>,
+    min_theta: Option<f64>,
+    max_theta: Option<f64>,
+    valid: Option<Vec<Option<f64>>>,
+    #[serde(alias = "range_min")]
+    min_range: Option<f64>,
+    #[serde(alias = "range_max")]
+    max_range: Option<f64>,
+    odometry: Option<[Option<f64>; 3]>,
+    estimate: Option<[Option<f64>; 3]>,
+    true_pose: Option<[Option<f64>; 3]>,
+    #[serde(alias = "time")]
+    timestamp: Option<Timestamp>,
+}
+
+#[derive(Deserialize)]
+#[serde(untagged)]
+enum Timestamp {
+    Seconds(f64),
+    SecondsAndMicroseconds([f64; 2]),
+}
+
+#[derive(Deserialize)]
+#[serde(untagged)]
+enum OneOrMany {
+    Many(Vec<RawScan>),
+    One(Box<RawScan>),
+}
+
+pub(super) fn read(bytes: &[u8]) -> Result<LaserLog> {
+    let mut scans = Vec::new();
+    let mut notes = Vec::new();
+    let is_list = bytes.iter().find(|byte| !byte.is_ascii_whitespace()) == Some(&b'[');
+    let mut lines = Lines { bytes, offset: 0, line: 1 };
+    if is_list {
+        let many: OneOrMany = serde_json::from_slice(bytes).map_err(|error| fault(1, bytes, &error))?;
+        let many = match many {
+            OneOrMany::Many(many) => many,
+            OneOrMany::One(one) => vec![*one],
+        };
+        for raw in many {
+            scans.push(scan(raw, 1)?);
+        }
+    } else {
+        let mut objects = serde_json::Deserializer::from_slice(bytes).into_iter::<RawScan>();
+        while let Some(object) = objects.next() {
+            match object {
+                Ok(raw) => scans.push(scan(raw, lines.at(objects.byte_offset()))?),
+                Err(error) if error.is_eof() && !scans.is_empty() => {
+                    notes.push("The last scan of the file is cut off and was left out.".to_owned());
+                }
+                Err(error) => return Err(fault(lines.at(objects.byte_offset()), bytes, &error)),
+            }
+        }
+    }
+    Ok(LaserLog { scans, T_robot_laser: Pose2::identity(), notes })
+}
+
+/// Lines are counted along: a file of many objects is gone through once.
+struct Lines<'a> {
+    bytes: &'a [u8],
+    offset: usize,
+    line: usize,
+}
+
+impl Lines<'_> {
+    fn at(&mut self, offset: usize) -> usize {
+        let end = offset.min(self.bytes.len()).max(self.offset);
+        self.line += self.bytes[self.offset..end].iter().filter(|&&byte| byte == b'\n').count();
+        self.offset = end;
+        self.line
+    }
+}
+
+fn fault(line: usize, bytes: &[u8], error: &serde_json::Error) -> Error {
+    let line = if error.line() > 0 { error.line() } else { line };
+    // What serde says ends with the place, which is told already.
+    let text = error.to_string();
+    let problem = text.split(" at line ").next().unwrap_or(&text);
+    let cut_off = if bytes.is_empty() { "" } else { ": every scan is an object with readings and theta" };
+    Error::line(line, format!("This is no scan as CSM writes it ({problem})"), format!("Correct the JSON{cut_off}"))
+}
+
+fn scan(raw: RawScan, line: usize) -> Result<LaserScan> {
+    let count = raw.readings.len();
+    let wrong = |problem: String| Error::line(line, problem, "Give one bearing for each reading");
+    if count > MAX_BEAMS {
+        return Err(wrong(format!("{count} readings are no planar scan")));
+    }
+    let bearings = match (raw.theta, raw.min_theta, raw.max_theta) {
+        (Some(theta), _, _) => {
+            if theta.len() != count {
+                return Err(wrong(format!("There are {} bearings (theta) for {count} readings", theta.len())));
+            }
+            Bearings::Listed(theta.into_iter().map(|angle| angle.unwrap_or(f64::NAN)).collect())
+        }
+        (None, Some(start), Some(end)) => Bearings::Even { start, step: (end - start) / (count.max(2) - 1) as f64 },
+        _ => return Err(wrong("The scan has neither theta nor min_theta and max_theta".to_owned())),
+    };
+    let is_valid = |beam: usize| {
+        let listed = raw.valid.as_ref().and_then(|valid| valid.get(beam)).copied().flatten();
+        listed.is_none_or(|valid| valid != 0.0) && bearings.of(beam).is_finite()
+    };
+    let least = raw.min_range.unwrap_or(0.0);
+    let reading = |(beam, &reading): (usize, &Option<f64>)| {
+        reading.filter(|&range| range >= least && is_valid(beam)).map_or(f32::NAN, |range| range as f32)
+    };
+    let ranges = raw.readings.iter().enumerate().map(reading).collect();
+    let known = |values: Option<[Option<f64>; 3]>| {
+        let [x, y, theta] = values?;
+        pose(x?, y?, theta?)
+    };
+    let time = raw.timestamp.map(|time| match time {
+        Timestamp::Seconds(seconds) => seconds,
+        Timestamp::SecondsAndMicroseconds([seconds, micros]) => seconds + 1e-6 * micros,
+    });
+    let odometry = known(raw.odometry);
+    Ok(LaserScan {
+        line,
+        bearings,
+        ranges,
+        max_range: raw.max_range.filter(|&range| range > 0.0).unwrap_or(f64::INFINITY),
+        time,
+        reference: known(raw.true_pose).or_else(|| known(raw.estimate)).or(odometry),
+        odometry,
+    })
+}

@@ -1,0 +1,134 @@
+//! Logs of planar laser scans: many scans in one file, with what the robot knew of its way.
+//!
+//! | format | a scan |
+//! |---|---|
+//! | [CARMEN](carmen) | a line `FLASER n r1 .. rn x y theta odom_x odom_y odom_theta time host time`, or `ROBOTLASER1 ...`, which tells its angles and its limit; `ODOM`, `PARAM` and `VERTEX2` lines are read along |
+//! | [CSM](csm) | a JSON object with `readings`, `theta` and poses; one or many, a line each or not |
+//!
+//! The poses in such logs are of two kinds and are kept apart: `odometry` is what the wheels told, `reference` is what
+//! somebody computed or measured. Neither is needed to place the scans.
+
+use crate::geometry::{Pose2, RigidMotion};
+use crate::io::text::without_byte_order_mark;
+use crate::{Error, Result};
+
+pub mod carmen;
+pub mod csm;
+
+/// The bearings of a scan's beams in the laser's frame: x ahead, y left, counter-clockwise (rad).
+#[derive(Debug, Clone, PartialEq)]
+pub enum Bearings {
+    /// Beams at equal steps.
+    Even {
+        /// Of the first beam (rad).
+        start: f64,
+        /// From one beam to the next (rad).
+        step: f64,
+    },
+    /// One bearing a beam (rad).
+    Listed(Vec<f64>),
+}
+
+impl Bearings {
+    /// Bearing of a beam (rad); NaN where none is listed.
+    pub fn of(&self, beam: usize) -> f64 {
+        match self {
+            Self::Even { start, step } => start + step * beam as f64,
+            Self::Listed(bearings) => bearings.get(beam).copied().unwrap_or(f64::NAN),
+        }
+    }
+}
+
+/// One scan of a log.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LaserScan {
+    /// Line of the file that it stands on or ends on, from 1.
+    pub line: usize,
+    /// Bearing of each beam.
+    pub bearings: Bearings,
+    /// Range of each beam (m); NaN where the log says that the reading is none.
+    pub ranges: Vec<f32>,
+    /// Readings at this range or beyond mean that nothing came back (m); infinite where the log does not tell.
+    pub max_range: f64,
+    /// Time (s), from whatever zero the recorder had.
+    pub time: Option<f64>,
+    /// Where the robot was, by whoever corrected or measured it.
+    pub reference: Option<Pose2>,
+    /// Where the robot thought it was, by its wheels.
+    pub odometry: Option<Pose2>,
+}
+
+impl LaserScan {
+    /// x and y of every reading that is one, in the laser's frame (m): readings beyond the limit are among them.
+    pub fn points(&self) -> Vec<[f32; 2]> {
+        let readings = self.ranges.iter().enumerate().filter(|(_, range)| range.is_finite());
+        let point = |(beam, &range): (usize, &f32)| {
+            let (sin, cos) = self.bearings.of(beam).sin_cos();
+            [(f64::from(range) * cos) as f32, (f64::from(range) * sin) as f32]
+        };
+        readings.map(point).collect()
+    }
+}
+
+/// A log: its scans in their order.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LaserLog {
+    /// At least one.
+    pub scans: Vec<LaserScan>,
+    /// Where the laser sits on the robot; the identity where the log does not tell.
+    pub T_robot_laser: Pose2,
+    /// What was stepped over, in whole sentences.
+    pub notes: Vec<String>,
+}
+
+/// More readings than this are no planar scan: the finest lasers have some ten thousand.
+const MAX_BEAMS: usize = 100_000;
+/// The laser sits on its robot: poses further apart (m) are not those of one machine at one time.
+const MAX_OFFSET: f64 = 2.0;
+/// An offset that is one is the same in every scan, but for the digits that were written (m, rad).
+const SAME_OFFSET: f64 = 0.01;
+
+/// Whether a file that begins like this is a laser log.
+pub fn is_laser_log(head: &[u8]) -> bool {
+    let head = without_byte_order_mark(head);
+    let text = &head[head.iter().position(|byte| !byte.is_ascii_whitespace()).unwrap_or(head.len())..];
+    match text.first() {
+        Some(b'{' | b'[') => csm::looks_like_csm(text),
+        _ => carmen::looks_like_carmen(text),
+    }
+}
+
+/// Reads a laser log of either kind.
+///
+/// # Errors
+/// Names the line that is wrong; or says that there is no scan in the file.
+pub fn read(bytes: &[u8]) -> Result<LaserLog> {
+    let text = without_byte_order_mark(bytes);
+    let first = text.iter().find(|byte| !byte.is_ascii_whitespace());
+    let log = if matches!(first, Some(b'{' | b'[')) { csm::read(text) } else { carmen::read(text) }?;
+    if log.scans.is_empty() {
+        return Err(Error::whole(
+            "There is no laser scan in this log",
+            "Give a CARMEN log with FLASER or ROBOTLASER1 lines, or JSON objects with readings",
+        ));
+    }
+    Ok(log)
+}
+
+/// The offset that poses of laser and robot have in common; `None` where they differ: then one of the two has been
+/// corrected and the other has not.
+fn common_offset(pairs: impl Iterator<Item = (Pose2, Pose2)>) -> Option<Pose2> {
+    let offsets: Vec<Pose2> =
+        pairs.map(|(T_world_robot, T_world_laser)| T_world_robot.inverse() * T_world_laser).collect();
+    let first = offsets.first()?;
+    let is_same = |offset: &Pose2| {
+        let apart = first.inverse() * offset;
+        apart.translation_norm() < SAME_OFFSET && apart.rotation_angle() < SAME_OFFSET
+    };
+    (first.translation_norm() < MAX_OFFSET && offsets.iter().all(is_same)).then_some(*first)
+}
+
+/// A pose of three finite numbers.
+fn pose(x: f64, y: f64, theta: f64) -> Option<Pose2> {
+    [x, y, theta].iter().all(|value| value.is_finite()).then(|| Pose2::new(nalgebra::Vector2::new(x, y), theta))
+}

@@ -1,0 +1,69 @@
+/** Laser logs on the page: many scans from one file, odometry beside it, the grid, stop and resume. */
+import { existsSync, readFileSync } from 'node:fs';
+import { join } from 'node:path';
+import { expect, test } from './scanstitch_page.js';
+
+const FREIBURG = join(import.meta.dirname, '../../../shared/data/laser/fr079');
+
+/** A robot that drives 5 cm a scan ahead in a room, as CARMEN logs it. */
+function smallLog(num_scans: number): string {
+  const lines = Array.from({ length: num_scans }, (_, scan) => {
+    const x = 0.05 * scan;
+    const ranges = Array.from({ length: 180 }, (_, beam) => {
+      const angle = ((beam - 90) * Math.PI) / 180;
+      const to_side = 3 / Math.max(Math.abs(Math.sin(angle)), 1e-9);
+      const to_end = (4 - x) / Math.max(Math.cos(angle), 1e-9);
+      return Math.min(to_side, to_end, beam > 20 && beam < 40 ? 2.2 : 50).toFixed(2);
+    });
+    return `FLASER 180 ${ranges.join(' ')} ${x} 0 0 ${x} 0 0 ${scan} robot ${scan}`;
+  });
+  return `# a room\n${lines.join('\n')}\n`;
+}
+
+test('a log is many scans, its poses are a reference, and odometry beside it is told', async ({ app, page }) => {
+  await app.drop([
+    { name: 'room.log', content: smallLog(12) },
+    { name: 'room.odometry.txt', content: Array.from({ length: 12 }, (_, i) => `${i} ${0.05 * i} 0 0`).join('\n') },
+  ]);
+  const { result } = await app.stitched();
+  expect(result.frames).toHaveLength(12);
+  expect(result.frames[11]?.name).toBe('room.log #11');
+  expect(result.frames.every(({ status }) => status === 'good')).toBe(true);
+  expect(result.comparison?.name).toBe('the poses in the log');
+  expect(result.comparison?.max).toBeLessThan(0.05);
+  await expect(page.locator('.count')).toHaveText('12 scans');
+});
+
+test('the occupancy grid is a layer of the map and an export', async ({ app, page }) => {
+  await app.drop([{ name: 'room.log', content: smallLog(12) }]);
+  await app.stitched();
+  const before = await app.picture();
+  await page.getByRole('button', { name: 'What is drawn' }).click();
+  await page.getByLabel(/Free and occupied/).check();
+  await expect.poll(() => app.picture()).not.toBe(before);
+  await page.getByRole('button', { name: 'Export' }).click();
+  const download = page.waitForEvent('download');
+  await page.getByRole('menuitem', { name: /Occupancy grid/ }).click();
+  expect((await download).suggestedFilename()).toBe('occupancy_grid.zip');
+});
+
+test('a log that is wrong is told with its line', async ({ app }) => {
+  await app.drop([{ name: 'bad.log', content: 'FLASER 3 1 2 3 0 0 0 0 0 0\nFLASER 3 1 x 3 0 0 0 0 0 0\n# end\n' }]);
+  await expect(app.messages).toContainText('bad.log');
+  await expect(app.messages).toContainText('line 2');
+});
+
+test('1464 scans of a building, stopped and resumed', async ({ app, page }, info) => {
+  test.skip(!existsSync(FREIBURG), '../shared/data is absent');
+  test.setTimeout(180_000);
+  const file = (name: string) => ({ name, content: readFileSync(join(FREIBURG, name)) });
+  await app.drop([file('fr079.log'), file('fr079.odometry.txt')]);
+  await page.getByRole('button', { name: 'Stop' }).click();
+  await page.getByRole('button', { name: /Resume|Go on|Continue/ }).click();
+  await page.waitForFunction(() => window.stitched.length > 1, null, { timeout: 120_000 });
+  const { result, timing } = await app.stitched();
+  info.annotations.push({ type: 'computing', description: `${timing.total.toFixed(0)} ms` });
+  expect(result.frames).toHaveLength(1464);
+  expect(result.comparison?.mean).toBeLessThan(0.08);
+  await info.attach('map', { body: await page.screenshot(), contentType: 'image/png' });
+});

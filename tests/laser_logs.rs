@@ -1,0 +1,179 @@
+//! Laser logs: what is read from each kind, what is told of bad ones, and that nothing breaks on hostile ones.
+#![allow(non_snake_case)]
+
+use std::f64::consts::{FRAC_PI_2, PI};
+use std::fs;
+
+use scanstitch::geometry::RigidMotion;
+use scanstitch::io::laser_log::{Bearings, is_laser_log, read};
+use scanstitch::scene::random::Random;
+
+fn shared(path: &str) -> Option<Vec<u8>> {
+    let path = format!("../shared/data/laser/{path}");
+    let bytes = fs::read(&path).ok();
+    if bytes.is_none() {
+        eprintln!("skipped: {path} is absent");
+    }
+    bytes
+}
+
+#[test]
+fn the_freiburg_log_is_read_with_its_offset_and_its_limit() {
+    let Some(bytes) = shared("fr079/fr079.log") else { return };
+    assert!(is_laser_log(&bytes[..8192]));
+    let log = read(&bytes).unwrap();
+    assert_eq!(log.scans.len(), 1464);
+    assert!((log.T_robot_laser.translation.x + 0.04).abs() < 1e-4, "{:?}", log.T_robot_laser);
+    for scan in &log.scans {
+        assert_eq!((scan.ranges.len(), scan.max_range), (360, 50.0));
+        assert_eq!(scan.bearings, Bearings::Even { start: -1.570_796, step: 0.008_727 });
+        assert!(scan.reference.is_some() && scan.time.is_some());
+    }
+    assert_eq!(log.scans[0].ranges[..3], [1.67, 1.65, 1.64]);
+    let vertex = log.scans[1].reference.unwrap();
+    assert!((vertex.translation.x - 0.344).abs() < 0.01, "{vertex}");
+}
+
+#[test]
+fn csm_logs_are_read_with_null_readings_and_true_poses() {
+    let Some(bytes) = shared("csm/raytracer_test01-scans.json") else { return };
+    let log = read(&bytes).unwrap();
+    assert_eq!(log.scans[0].ranges.len(), 181);
+    assert!(log.scans[0].reference.is_some() && log.scans[0].odometry.is_none());
+    for (file, count) in [("csm/stallo2_pair.json", 2), ("csm/failure2.json", 2)] {
+        let Some(bytes) = shared(file) else { return };
+        assert!(is_laser_log(&bytes[..bytes.len().min(8192)]), "{file}");
+        assert_eq!(read(&bytes).unwrap().scans.len(), count, "{file}");
+    }
+}
+
+#[test]
+fn flaser_lines_tell_their_angles_by_their_number() {
+    let line = |count: usize| format!("FLASER {count}{} 1 2 0.5 1 2 0.5 7.25 host 0.1\n", " 3.5".repeat(count));
+    let first_and_step = |count| match read(line(count).as_bytes()).unwrap().scans[0].bearings {
+        Bearings::Even { start, step } => (start, step.to_degrees()),
+        Bearings::Listed(_) => unreachable!("FLASER lists no angles"),
+    };
+    for (count, step) in [(180, 1.0), (181, 1.0), (360, 0.5), (361, 0.5)] {
+        let (start, found) = first_and_step(count);
+        assert!((start + FRAC_PI_2).abs() < 1e-12 && (found - step).abs() < 1e-9, "{count}");
+    }
+    let log = read(line(180).as_bytes()).unwrap();
+    let scan = &log.scans[0];
+    assert_eq!((scan.time, scan.line), (Some(7.25), 1));
+    let points = scan.points();
+    assert!((points[0][1] + 3.5).abs() < 1e-5 && (points[90][0] - 3.5).abs() < 1e-5, "{:?}", points[0]);
+    assert!((scan.odometry.unwrap().rotation.angle() - 0.5).abs() < 1e-12);
+}
+
+#[test]
+fn corrected_poses_are_the_reference_and_the_wheels_the_odometry() {
+    let text = "PARAM robot_front_laser_max 8.0\nODOM 0 0 0 0 0 0 1.0 h 1.0\n\
+                FLASER 2 1.0 2.0 0.1 0 0 0 0 0 1 h 1\nFLASER 2 1.0 2.0 5.1 0 0 4 0 0 2 h 2\n";
+    let log = read(text.as_bytes()).unwrap();
+    let scan = &log.scans[1];
+    assert!(log.T_robot_laser.translation_norm() < 1e-12, "the two disagree, so there is no offset");
+    assert_eq!((scan.reference.unwrap().translation.x, scan.odometry.unwrap().translation.x), (5.1, 4.0));
+    assert_eq!(scan.max_range, 8.0);
+    let steady = text.replace("5.1 0 0 4", "5.1 0 0 5.0");
+    let log = read(steady.as_bytes()).unwrap();
+    assert!((log.T_robot_laser.translation.x - 0.1).abs() < 1e-9);
+}
+
+#[test]
+fn errors_name_the_line_and_the_remedy() {
+    for (text, line, words) in [
+        ("FLASER 3 1 2 3 0 0 0 0 0 0\nFLASER 3 1 x 3 0 0 0 0 0 0\n# end\n", 2, "\"x\""),
+        ("FLASER 99999999999 1 2\n", 1, "announces"),
+        ("FLASER 2 1 2 0 0\n", 1, "2 of 6"),
+        ("ROBOTLASER1 0 -1.57 3.14 0 50 0.1 0 2 1 1 0 0 0 0 0 0 0\n", 1, "from beam to beam"),
+        ("ODOM 1 2\nFLASER 1 1 0 0 0 0 0 0\n", 1, "ends before"),
+        ("{\"readings\": [1, 2], \"theta\": [0]}", 1, "bearings"),
+        ("{\"readings\": [1, 2]}", 1, "neither theta"),
+        ("{\"theta\": [0], \"readings\": [1]}\n{\"theta\": [0], \"readings\": [\"a\"]}\n", 2, "no scan as CSM"),
+    ] {
+        let error = read(text.as_bytes()).unwrap_err();
+        let told = error.clone().in_file("drive.log").to_string();
+        assert!(told.starts_with(&format!("drive.log, line {line}: ")) && told.contains(words), "{told}");
+        assert!(!error.remedy.is_empty(), "{told}");
+    }
+    assert!(read(b"").is_err() && read(b"EDGE2 0 1 0 0 0 1 0 1 1 0 0\n").is_err());
+}
+
+#[test]
+fn a_log_that_was_cut_off_gives_what_came_before() {
+    let text = "FLASER 2 1.0 2.0 0 0 0 0 0 0 1 h 1\nFLASER 2 1.0";
+    let log = read(text.as_bytes()).unwrap();
+    assert_eq!((log.scans.len(), log.notes.len()), (1, 1));
+    let json = "{\"theta\": [0, 0.1], \"readings\": [1, null]}\n{\"theta\": [0, 0";
+    let log = read(json.as_bytes()).unwrap();
+    assert_eq!((log.scans.len(), log.notes.len()), (1, 1));
+    assert!(log.scans[0].ranges[1].is_nan());
+}
+
+#[test]
+fn scans_of_a_list_and_of_messages_are_read_too() {
+    let json = "[{\"min_theta\": -1, \"max_theta\": 1, \"readings\": [1, 5, 9], \"range_min\": 2, \"range_max\": 8,\
+                 \"timestamp\": [3, 500000], \"true_pose\": [1, 2, 3.5], \"more\": {}}]";
+    let scan = &read(json.as_bytes()).unwrap().scans[0];
+    assert!(scan.ranges[0].is_nan() && scan.ranges[1] == 5.0 && scan.max_range == 8.0);
+    assert_eq!((scan.bearings.of(2), scan.time), (1.0, Some(3.5)));
+    assert!((scan.reference.unwrap().rotation.angle() - (3.5 - 2.0 * PI)).abs() < 1e-12);
+}
+
+/// Bytes of good logs, changed, cut and mixed: an answer or an error, never a panic.
+#[test]
+fn hostile_logs_are_refused_or_read_and_never_break_anything() {
+    let good = [
+        "FLASER 4 1.0 2.0 81.83 nan 1 2 3 4 5 6 1.5 host 2.5\n".repeat(3),
+        "VERTEX2 0 1 2 3\nROBOTLASER1 0 -1.57 3.14 0.01 50 0.1 0 3 1 2 3 1 7 1 2 3 4 5 6 0 0 0 0 0 9.5 h 1\n".repeat(3),
+        "{\"nrays\":2,\"min_theta\":0,\"max_theta\":1,\"theta\":[0,1],\"readings\":[1,null],\"odometry\":[0,0,null]}\n"
+            .repeat(3),
+        "PARAM laser_front_laser_fov 100\nODOM 1 2 3 0 0 0 1 h 1\nRAWLASER1 0 -1 2 0.5 30 0.1 0 2 1 2 0 1.5 h 2\n"
+            .repeat(2),
+    ];
+    let pieces: [&[u8]; 12] = [
+        b"1e999",
+        b"-1",
+        b"nan",
+        b"4294967296",
+        b"18446744073709551615",
+        b"null",
+        b"[[[[",
+        b"{",
+        b"\0",
+        b"\xff\xfe",
+        b"FLASER",
+        b"\r",
+    ];
+    let mut random = Random::new(11);
+    let pick = |random: &mut Random, count: usize| (random.uniform(0.0, count as f64) as usize).min(count - 1);
+    for text in &good {
+        assert!(read(text.as_bytes()).is_ok(), "{text}");
+        for _ in 0..3000 {
+            let mut bytes = text.clone().into_bytes();
+            for _ in 0..=pick(&mut random, 4) {
+                let at = pick(&mut random, bytes.len());
+                match pick(&mut random, 4) {
+                    0 => bytes[at] = random.uniform(0.0, 256.0) as u8,
+                    1 => bytes.truncate(at.max(1)),
+                    2 => {
+                        let piece = pieces[pick(&mut random, pieces.len())];
+                        bytes.splice(at..at, piece.iter().copied());
+                    }
+                    _ => {
+                        bytes.remove(at);
+                        bytes.push(b' ');
+                    }
+                }
+            }
+            if let Ok(log) = read(&bytes) {
+                let readings: usize = log.scans.iter().map(|scan| scan.ranges.len()).sum();
+                assert!(!log.scans.is_empty() && readings <= bytes.len());
+                assert!(log.scans.iter().all(|scan| scan.points().len() <= scan.ranges.len()));
+            }
+        }
+    }
+    let deep = [b"[".repeat(200_000), b"{\"readings\":".repeat(50_000)].concat();
+    assert!(read(&deep).is_err());
+}

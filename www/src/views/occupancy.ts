@@ -1,0 +1,59 @@
+/** An occupancy grid in place of the map's points: free, occupied, and between them what nobody saw. */
+import type { Grid } from '../engine/protocol.js';
+import { type Size, toScreenX, toScreenY, type Viewport } from './viewport.js';
+
+/** A grid as a picture, with where it lies in the world. */
+export interface OccupancyPicture {
+  image: HTMLCanvasElement;
+  /** Side of a cell, m. */
+  resolution: number;
+  /** The corner with the least x and y, m. */
+  origin_x: number;
+  origin_y: number;
+}
+
+/** Grey value of each kind of cell, on a light map and on a dark one. */
+const SHADES = {
+  light: { free: 255, occupied: 20, unknown: 205 },
+  dark: { free: 75, occupied: 240, unknown: 38 },
+} as const;
+const FREE = 254;
+const OCCUPIED = 0;
+
+export function occupancyPicture(grid: Grid, dark: boolean): OccupancyPicture | null {
+  const { width, height, resolution, grey_values } = grid;
+  const [origin_x = 0, origin_y = 0] = grid.origin;
+  const image = document.createElement('canvas');
+  const context = image.getContext('2d');
+  if (!context || width === 0 || height === 0) return null;
+  image.width = width;
+  image.height = height;
+  const pixels = context.createImageData(width, height);
+  const shades = dark ? SHADES.dark : SHADES.light;
+  for (const [cell, value] of grey_values.entries()) {
+    const shade = value === FREE ? shades.free : value === OCCUPIED ? shades.occupied : shades.unknown;
+    pixels.data.set([shade, shade, shade, 255], 4 * cell);
+  }
+  context.putImageData(pixels, 0, 0);
+  return { image, resolution, origin_x, origin_y };
+}
+
+/** Draws the picture where it lies, turned as the view is. */
+export function paintOccupancy(
+  ctx: CanvasRenderingContext2D,
+  size: Size,
+  view: Viewport,
+  { image, resolution, origin_x, origin_y }: OccupancyPicture,
+): void {
+  const top = origin_y + image.height * resolution;
+  const at = (x: number, y: number): [number, number] => [toScreenX(view, size, x, y), toScreenY(view, size, x, y)];
+  const [left_x, left_y] = at(origin_x, top);
+  const [right_x, right_y] = at(origin_x + resolution, top);
+  const [below_x, below_y] = at(origin_x, top - resolution);
+  ctx.save();
+  // One pixel of the picture is one cell.
+  ctx.transform(right_x - left_x, right_y - left_y, below_x - left_x, below_y - left_y, left_x, left_y);
+  ctx.imageSmoothingEnabled = view.scale * resolution < 1;
+  ctx.drawImage(image, 0, 0);
+  ctx.restore();
+}
