@@ -18,7 +18,7 @@ const LAYERS: &[&[&str]] = &[
     &["spatial_settings", "depth_graph"],
     &["prepared_frame"],
     &["report", "spatial_report"],
-    &["reconstruction", "spatial_reconstruction"],
+    &["reconstruction", "spatial_reconstruction", "strategies"],
     &["wasm"],
 ];
 
