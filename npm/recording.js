@@ -35,7 +35,8 @@ import { findIntrinsics, findReference } from './recording/reference.js';
 const LOOKED_INTO = 8;
 const CLOUD_NAMES = /\.(ply|pcd)$/i;
 /** What `scanstitch reconstruct` writes: its own results are no input. */
-const RESULTS = ['trajectory.tum', 'map.ply', 'report.json'];
+const RESULTS = ['trajectory.tum', 'report.json'];
+const MAPS = ['map.ply', 'map.pcd'];
 
 /**
  * Understands the files of a drop, a folder or an archive. Where they hold several recordings, the one with the most
@@ -171,8 +172,10 @@ function withoutResults(files) {
   const paths = new Set(files.map(({ path }) => path));
   const isResult = (/** @type {ListedFile} */ { path }) => {
     const folder = folderOf(path);
-    const names = RESULTS.map((name) => (folder === '' ? name : `${folder}/${name}`));
-    return names.includes(path) && names.every((name) => paths.has(name));
+    const inFolder = (/** @type {string} */ name) => (folder === '' ? name : `${folder}/${name}`);
+    const [results, maps] = [RESULTS.map(inFolder), MAPS.map(inFolder)];
+    const isComplete = results.every((name) => paths.has(name)) && maps.some((name) => paths.has(name));
+    return isComplete && [...results, ...maps].includes(path);
   };
   return files.filter((file) => !isResult(file));
 }

@@ -7,7 +7,7 @@ import { CommandError, EXIT, readArguments } from './command.js';
 import { gather } from './inputs.js';
 import { reconstructPlanar } from './reconstruct_planar.js';
 import { reconstructSpatial } from './reconstruct_spatial.js';
-import { note } from './results.js';
+import { note, readMapFormat } from './results.js';
 import { settingsHelp } from './settings.js';
 import { readWishes } from './topics.js';
 
@@ -19,6 +19,7 @@ const OPTIONS = /** @type {const} */ ({
   preset: { type: 'string' },
   set: { type: 'string', multiple: true },
   workers: { type: 'string' },
+  'map-format': { type: 'string' },
   out: { type: 'string', default: 'scanstitch-out' },
 });
 
@@ -45,13 +46,14 @@ Options:
   --intrinsics FILE  the depth camera: a 3 x 3 matrix, fx fy cx cy, or Open3D's JSON, in pixels
   --recording DIR    which one to take, where a folder or archive holds several (default: the longest)
   --topic ROLE=NAME  a topic of a bag to use as depth, color, camera, clouds, scans or reference; none: do without
+  --map-format NAME  of the map: ply (default) or pcd, both binary; ply-ascii, pcd-ascii; pcd-compressed
   --workers N        threads that prepare frames ahead; 0: none (default: one for each core)
   --preset NAME      settings for one purpose, see below (default: ${engine.presets()[0]?.name}, or ${engine.spatial_presets()[0]?.name})
   --set NAME=VALUE   one setting, see below; may be repeated. Angles are radians, or degrees as 35deg
 
 Written into DIR:
   trajectory.tum     a line a frame: index or time, x y z qx qy qz qw, the pose of the sensor in the world
-  map.ply            the points of all frames in the world; of depth images with their colours
+  map.ply or .pcd    the points of all frames in the world; of depth images with their colours
   report.json        settings, version, results of every frame, comparison, in metres and radians
 
 Printed: a line a frame, and the figures of the whole. Of planar scans, sharpness is the mean distance of returns within
@@ -79,7 +81,8 @@ async function run(engine, args) {
     );
   }
   const { out, reference, intrinsics, preset, set = [] } = values;
-  const options = { out, reference, intrinsics, preset, set, workers: readWorkers(values.workers) };
+  const mapFormat = readMapFormat(values['map-format']);
+  const options = { out, reference, intrinsics, preset, set, workers: readWorkers(values.workers), mapFormat };
   let complaints = 0;
   const complain = (/** @type {string} */ problem) => {
     process.stderr.write(`${problem}\n`);

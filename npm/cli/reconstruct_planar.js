@@ -3,7 +3,7 @@
 import { basename } from 'node:path';
 import { CommandError, table } from './command.js';
 import { readInput, readSource } from './inputs.js';
-import { accepted, create, millimetres, note, writeResults } from './results.js';
+import { accepted, create, mapFile, millimetres, note, writeResults } from './results.js';
 import { planarCatalogue, readSettings } from './settings.js';
 
 /** @typedef {import('../index.js').ReconstructionResult} ReconstructionResult */
@@ -24,9 +24,10 @@ export async function reconstructPlanar({ engine, inputs, recording, options, co
 
   const { milliseconds, total } = runToTheEnd(reconstruction);
   const result = reconstruction.result();
+  const map = mapFile(reconstruction, options);
   writeResults(options.out, {
     'trajectory.tum': reconstruction.trajectory_tum(),
-    'map.ply': reconstruction.map_ply(),
+    [map.name]: map.bytes,
     'report.json': reconstruction.report_json(),
   });
   for (const { name, status, reason, cleaning } of result.frames) {
