@@ -7,7 +7,7 @@ import { SpatialRun } from '../spatial_run.js';
 import { CommandError, isScanstitchError } from './command.js';
 import { readInput, readSource } from './inputs.js';
 import { startPreparers } from './preparers.js';
-import { accepted, create, note, writeResults } from './results.js';
+import { accepted, create, mapFile, note, writeResults } from './results.js';
 import { readSettings, spatialCatalogue } from './settings.js';
 import { frameTable, headline } from './spatial_summary.js';
 import { frameFiles } from './trajectories.js';
@@ -54,7 +54,7 @@ export async function reconstructSpatial(task) {
     if (reference && !isCompared && text.startsWith(reference.name)) complain(text);
     else note(text);
   }
-  const { sizes, milliseconds } = writeMap(reconstruction, options.out, complain);
+  const { sizes, milliseconds } = writeMap(reconstruction, options, complain);
   const summary = headline(result, { ...timing, map: milliseconds }, sizes, jobs.length);
   process.stdout.write(`${frameTable(result, timing)}\n${summary}`);
   process.stdout.write(`Written to ${options.out}\n`);
@@ -63,22 +63,22 @@ export async function reconstructSpatial(task) {
 /**
  * The map, what it takes in voxels of several sizes, and how long it took to stitch (ms).
  * @param {SpatialReconstruction} reconstruction
- * @param {string} out
+ * @param {import('./results.js').Options} options
  * @param {(problem: string) => void} complain
  */
-function writeMap(reconstruction, out, complain) {
+function writeMap(reconstruction, options, complain) {
   const start = performance.now();
   let milliseconds = 0;
   try {
-    const map = reconstruction.map_ply();
+    const { name, bytes } = mapFile(reconstruction, options);
     milliseconds = performance.now() - start;
-    writeResults(out, { 'map.ply': map });
+    writeResults(options.out, { [name]: bytes });
     return { milliseconds, sizes: reconstruction.map_sizes(MAP_SIZES) };
   } catch (error) {
     // An engine without memory left ends in a trap.
     if (!(error instanceof WebAssembly.RuntimeError || error instanceof RangeError)) throw error;
     if (milliseconds > 0) note('The map is not counted in voxels of 1 cm: it would not fit into the memory.');
-    else complain('map.ply: The map does not fit into the memory. Larger voxels take less: --set map_voxel_size=0.05');
+    else complain('The map does not fit into the memory. Larger voxels take less: --set map_voxel_size=0.05');
     return { milliseconds, sizes: [] };
   }
 }
@@ -87,7 +87,7 @@ function writeMap(reconstruction, out, complain) {
  * @param {Task} task
  * @returns {FrameJob[]}
  */
-function jobsOf({ inputs: { sources }, recording: { kind, root, depth_frames, clouds } }) {
+export function jobsOf({ inputs: { sources }, recording: { kind, root, depth_frames, clouds } }) {
   const source = (/** @type {string} */ path) => {
     const found = sources.get(path);
     if (!found) throw new Error(`${path} is not listed`);
@@ -110,8 +110,8 @@ function jobsOf({ inputs: { sources }, recording: { kind, root, depth_frames, cl
   });
 }
 
-/** @param {SpatialReconstruction} reconstruction @param {Task} task */
-async function setIntrinsics(reconstruction, { inputs, recording, options, complain }) {
+/** @param {Pick<SpatialReconstruction, 'set_intrinsics'>} reconstruction @param {Task} task */
+export async function setIntrinsics(reconstruction, { inputs, recording, options, complain }) {
   if (options.intrinsics !== undefined) {
     const name = basename(options.intrinsics);
     const fail = (/** @type {string} */ problem) => {
@@ -132,7 +132,7 @@ async function setIntrinsics(reconstruction, { inputs, recording, options, compl
  * @param {Task} task
  * @returns {Promise<NamedBytes | null>}
  */
-async function readReference({ inputs, recording, options, complain }) {
+export async function readReference({ inputs, recording, options, complain }) {
   if (options.reference !== undefined) {
     const { reference: path } = options;
     const isFolder = statSync(path, { throwIfNoEntry: false })?.isDirectory() ?? false;
@@ -211,7 +211,7 @@ async function runAll(reconstruction, jobs, { engine, options, complain }) {
 }
 
 /** @param {string} name @param {import('./inputs.js').Source} file */
-async function readFirst(name, file) {
+export async function readFirst(name, file) {
   /** @type {string[]} */
   const problems = [];
   const bytes = await readSource(file, name, (problem) => problems.push(problem));
@@ -220,7 +220,7 @@ async function readFirst(name, file) {
 }
 
 /** A line that counts, where somebody looks. @param {number} total */
-function progressLine(total) {
+export function progressLine(total) {
   const isSeen = process.stderr.isTTY;
   return {
     show: (/** @type {number} */ done) => {
