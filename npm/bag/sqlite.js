@@ -25,7 +25,9 @@ const LEAF = 0x0d;
 const INTERIOR = 0x05;
 /** Pages are read together in blocks of so many bytes, and so many blocks are kept. */
 const BLOCK_BYTES = 2 ** 16;
-const KEPT_BLOCKS = 32;
+const KEPT_BLOCKS = 64;
+/** Pages that are read before they are needed, when a table is walked. */
+const READ_AHEAD = 16;
 /** No table is deeper: each level multiplies the rows. */
 const MAX_DEPTH = 20;
 const CUT_OFF = 'Copy the bag again';
@@ -159,6 +161,8 @@ export class SqliteFile {
     const waiting = [{ page: root, depth: 0 }];
     for (let next = waiting.pop(); next; next = waiting.pop()) {
       const { page, depth } = next;
+      // In a browser each read of a file costs a millisecond, several at a time hardly more.
+      for (const { page: soon } of waiting.slice(-READ_AHEAD)) this.#page(soon).catch(() => {});
       if (seen.has(page) || depth > MAX_DEPTH) {
         this.#note('damaged: its pages lead back to one another', page);
         continue;
