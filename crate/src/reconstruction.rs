@@ -436,12 +436,11 @@ impl Joint {
             ),
         };
         let poses: Vec<Pose2> = frames.iter().map(|&frame| poses[frame]).collect();
-        let edges = match long {
-            Some(long) => long.edges(&poses),
-            None => {
-                let positions: Vec<Vector2<f64>> = poses.iter().map(|pose| pose.translation.vector).collect();
-                edges_between(&positions, settings.matched_scans)
-            }
+        let edges = if let Some(long) = long {
+            long.edges(&poses)
+        } else {
+            let positions: Vec<Vector2<f64>> = poses.iter().map(|pose| pose.translation.vector).collect();
+            edges_between(&positions, settings.matched_scans)
         };
         let known = long.map_or_else(Vec::new, |long| long.known_motions(&poses));
         Self { frames, targets, graph: PoseGraph::new(poses, edges).with_known_motions(known) }

@@ -1,7 +1,7 @@
 //! A scan as it was recorded, and what the recording tells of the way to it.
 
 use glam::Vec3;
-use nalgebra::{Rotation3, Vector3};
+use nalgebra::Rotation3;
 
 use crate::geometry::{PointCloud, Pose2, RigidMotion};
 use crate::io::laser_log::LaserLog;
@@ -82,7 +82,6 @@ fn poses_of(scans: &[RecordedScan], given: &Trajectory) -> Vec<Option<Pose2>> {
     let Some(poses) = given.poses() else { return vec![None; scans.len()] };
     let planar = |pose: &crate::geometry::Pose3| {
         let (_, _, heading) = Rotation3::from(pose.rotation).euler_angles();
-        let Vector3 { .. } = pose.translation.vector;
         Pose2::new(pose.translation.vector.xy(), heading)
     };
     let poses: Vec<Pose2> = poses.iter().map(planar).collect();

@@ -188,8 +188,8 @@ impl LoopClosure {
     /// The submaps that this one most likely overlaps with, and what is left open between them.
     fn candidates(&self, source: usize, drifts: &[Option<Drift>]) -> Vec<(usize, Drift)> {
         let mut candidates: Vec<(f64, usize, Drift)> = Vec::new();
-        for target in 0..source.saturating_sub(NEIGHBORS - 1) {
-            let Some(drift) = drifts[target] else { continue };
+        for (target, drift) in drifts.iter().enumerate().take(source.saturating_sub(NEIGHBORS - 1)) {
+            let Some(drift) = *drift else { continue };
             let between = self.poses[target].inverse() * self.poses[source];
             let apart = between.translation_norm();
             if apart < REACH + drift.position_sigma().min(WIDEST) {

@@ -88,7 +88,7 @@ struct Lines<'a> {
 impl Lines<'_> {
     fn at(&mut self, offset: usize) -> usize {
         let end = offset.min(self.bytes.len()).max(self.offset);
-        self.line += self.bytes[self.offset..end].iter().filter(|&&byte| byte == b'\n').count();
+        self.line += self.bytes[self.offset..end].split(|&byte| byte == b'\n').count() - 1;
         self.offset = end;
         self.line
     }

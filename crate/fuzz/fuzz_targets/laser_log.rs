@@ -1,0 +1,16 @@
+//! Any bytes: no panic, and scans with as many readings at the most as there were bytes.
+#![no_main]
+
+use libfuzzer_sys::fuzz_target;
+use scanstitch::io::laser_log::{is_laser_log, read};
+
+fuzz_target!(|bytes: &[u8]| {
+    let _ = is_laser_log(bytes);
+    let Ok(log) = read(bytes) else { return };
+    assert!(!log.scans.is_empty());
+    assert!(log.scans.iter().map(|scan| scan.ranges.len()).sum::<usize>() <= bytes.len());
+    for scan in &log.scans {
+        assert!(scan.points().len() <= scan.ranges.len());
+        assert!(scan.ranges.iter().all(|range| range.is_nan() || *range >= 0.0));
+    }
+});
