@@ -10,12 +10,14 @@ use serde::{Deserialize, Serialize};
 
 use crate::camera::surfel_image::SurfelImage;
 use crate::geometry::Pose3;
+use crate::geometry::rotation::angle_of;
 use crate::registration::factors::PointToSurfel;
 use crate::registration::icp::{Criteria, IcpOptions, Rejection, Source, Weighting, register_with};
 use crate::registration::projective::{ProjectiveTarget, Sight};
 use crate::registration::robust_kernel::RobustKernel;
 use crate::registration::solver::{Motion, Solver};
 pub use crate::registration::spatial::SpatialRegistration;
+use crate::key_views::KeyViews;
 use crate::surfel_map::SurfelMap;
 use crate::verdict::{Status, Verdict};
 
@@ -57,6 +59,7 @@ pub struct DepthOptions {
 pub struct DepthOdometry {
     options: DepthOptions,
     map: SurfelMap,
+    key_views: KeyViews,
     T_world_last: Pose3,
     last_motion: Pose3,
 }
@@ -81,6 +84,12 @@ const SAME_GUESS_ROTATION: f64 = 0.1;
 const ROUGH_TOLERANCE: f64 = 0.1;
 /// ... and with a refined one when they are this near.
 const FINE_TOLERANCE: f64 = 0.03;
+/// Taken off the support for every metre, and for every radian, from where the last frame was.
+const FAR_AWAY: f64 = 0.01;
+/// Another place than where the last frame was is believed when it agrees better by this share ...
+const BETTER_AGREEMENT: f64 = 0.02;
+/// ... and has so much more support.
+const BETTER_SUPPORT: f64 = 0.05;
 /// Surfaces that agree face the same way (cosine).
 const AGREEING_COSINE: f64 = 0.8;
 
@@ -98,7 +107,13 @@ const DOUBTFUL_AGREEMENT: f64 = 0.95;
 impl DepthOdometry {
     /// Odometry without frames.
     pub fn new(options: DepthOptions) -> Self {
-        Self { options, map: SurfelMap::new(), T_world_last: Pose3::identity(), last_motion: Pose3::identity() }
+        Self {
+            options,
+            map: SurfelMap::new(),
+            key_views: KeyViews::default(),
+            T_world_last: Pose3::identity(),
+            last_motion: Pose3::identity(),
+        }
     }
 
     /// Registers the next frame. A frame that is lost or contradicted is not added to the map, and the frames after it are looked for
@@ -112,10 +127,11 @@ impl DepthOdometry {
         if self.map.is_empty() {
             let view = self.map.view(frame, &self.T_world_last);
             self.map.insert(frame, &self.T_world_last, &view);
+            self.key_views.add(frame, &self.T_world_last);
             let T_world_sensor = self.T_world_last;
             return SpatialEstimate { T_world_sensor, registration: None, overlap: 1.0, verdict: Verdict::first() };
         }
-        let matching = Matching::new(&self.map, frame, self.options);
+        let matching = Matching::new(&self.map, &self.key_views, frame, self.options);
         let mut found = match self.options.effort {
             Effort::Thorough => matching.best_of(&self.near_guesses(), &self.T_world_last),
             Effort::Quick => matching.best_of(&self.few_guesses(), &self.T_world_last),
@@ -123,9 +139,9 @@ impl DepthOdometry {
         if self.options.effort == Effort::Quick && found.verdict().status != Status::Good {
             found = matching.best_of(&self.near_guesses(), &self.T_world_last);
         }
-        if found.verdict().status != Status::Good {
+        if found.is_contradicted() {
             let again = matching.best_of_all_around(&self.T_world_last);
-            if again.support > found.support {
+            if again.agreement > found.agreement + BETTER_AGREEMENT && again.support > found.support + BETTER_SUPPORT {
                 found = again;
             }
         }
@@ -143,8 +159,9 @@ impl DepthOdometry {
             return SpatialEstimate { registration: Some(found.registration), ..self.lost(verdict.reason, overlap) };
         }
         let T_world_sensor = found.registration.T_target_source;
-        if found.agreement >= DOUBTFUL_AGREEMENT {
+        if verdict.status == Status::Good {
             self.map.insert(frame, &T_world_sensor, &found.view);
+            self.key_views.add(frame, &T_world_sensor);
         }
         self.last_motion = self.T_world_last.inverse() * T_world_sensor;
         self.T_world_last = T_world_sensor;
@@ -196,6 +213,7 @@ fn around(
 /// A frame that is being looked for in a map.
 struct Matching<'a> {
     map: &'a SurfelMap,
+    key_views: &'a KeyViews,
     frame: &'a SurfelImage,
     /// The frame as its own camera sees it: what the map's surfaces are held against.
     own_view: ProjectiveTarget,
@@ -216,6 +234,11 @@ struct Found {
 }
 
 impl Found {
+    /// Whether it stands in free space, or on nothing that is known.
+    fn is_contradicted(&self) -> bool {
+        self.overlap < LOST_OVERLAP || self.agreement < DOUBTFUL_AGREEMENT
+    }
+
     fn verdict(&self) -> Verdict {
         let percent = |share: f64| format!("{:.0} %", 100.0 * share);
         let with = |status, reason| Verdict { status, reason, agreement: self.agreement };
@@ -235,7 +258,7 @@ impl Found {
             let reason = format!("{} of the surface in view stands in free space", percent(1.0 - self.agreement));
             return with(Status::Doubtful, reason);
         }
-        if self.registration.observability.is_undetermined() {
+        if is_undetermined(&self.registration) {
             return with(Status::Doubtful, "the surfaces in view leave the position along one direction open".into());
         }
         if !self.registration.converged {
@@ -247,10 +270,11 @@ impl Found {
 }
 
 impl<'a> Matching<'a> {
-    fn new(map: &'a SurfelMap, frame: &'a SurfelImage, options: DepthOptions) -> Self {
+    fn new(map: &'a SurfelMap, key_views: &'a KeyViews, frame: &'a SurfelImage, options: DepthOptions) -> Self {
         let cloud = SurfelCloud::new(frame);
         Self {
             map,
+            key_views,
             frame,
             own_view: ProjectiveTarget::draw((0..).zip(frame.surfels()), &frame.cell_camera(), &Pose3::identity()),
             sparse: cloud.at_most(SPARSE_POINTS),
@@ -264,7 +288,7 @@ impl<'a> Matching<'a> {
     fn best_of(&self, guesses: &[Pose3], T_world_view: &Pose3) -> Found {
         let view = self.map.view(self.frame, T_world_view);
         let scored = guesses.iter().map(|guess| (score(&view, &self.sparse, guess), *guess));
-        self.refine(&view, scored.collect())
+        self.refine(&view, scored.collect(), T_world_view)
     }
 
     /// The same for turns by any angle and moves of up to a metre around a pose.
@@ -274,21 +298,21 @@ impl<'a> Matching<'a> {
             let view = self.map.view(self.frame, &turned);
             let guesses = around(&turned, -6..=6, 7.5f64.to_radians(), 4, 4);
             let scored: Vec<_> = guesses.map(|guess| (score(&view, &self.sparse, &guess), guess)).collect();
-            self.refine(&view, scored)
+            self.refine(&view, scored, T_world_last)
         });
         let [first, others @ ..] = quarters;
         others.into_iter().fold(first, |best, next| if next.support > best.support { next } else { best })
     }
 
     /// From scored guesses to one registration: few points for many guesses, more points for few.
-    fn refine(&self, view: &ProjectiveTarget, scored: Vec<(f64, Pose3)>) -> Found {
+    fn refine(&self, view: &ProjectiveTarget, scored: Vec<(f64, Pose3)>, T_world_last: &Pose3) -> Found {
         let rough = best_apart(scored, ROUGH_GUESSES).into_iter().map(|guess| {
             let refined = self.register_to(view, &self.sparse, guess, &rough_options()).T_target_source;
-            (self.evidence(view, &self.sparse, &refined).support, refined)
+            (self.evidence(view, &self.sparse, &refined).support - unlikelihood(T_world_last, &refined), refined)
         });
         let refined = best_apart(rough.collect(), REFINED_GUESSES).into_iter().map(|guess| {
             let refined = self.register_to(view, &self.middle, guess, &middle_options()).T_target_source;
-            (self.evidence(view, &self.middle, &refined).support, refined)
+            (self.evidence(view, &self.middle, &refined).support - unlikelihood(T_world_last, &refined), refined)
         });
         let best = best_apart(refined.collect(), 1).first().copied().unwrap_or_else(Pose3::identity);
 
@@ -313,8 +337,14 @@ impl<'a> Matching<'a> {
     fn evidence(&self, view: &ProjectiveTarget, cloud: &SurfelCloud, T_world_camera: &Pose3) -> Evidence {
         let (R, t) = parts(T_world_camera);
         let mut frame_in_map = Tally::default();
+        let witnesses = self.key_views.near(T_world_camera);
         for (point, normal) in cloud.points.iter().zip(&cloud.normals) {
-            frame_in_map.add(view.look_around(&(R * point + t), FINE_TOLERANCE), &(R * normal));
+            let (point, normal) = (R * point + t, R * normal);
+            match view.look_around(&point, FINE_TOLERANCE) {
+                Sight::Agreeing(seen) if seen.normal.dot(&normal) > AGREEING_COSINE => frame_in_map.agreeing += 1.0,
+                _ if witnesses.iter().any(|witness| witness.saw_through(&point)) => frame_in_map.against += 1.0,
+                _ => {}
+            }
         }
         let (R, t) = parts(&T_world_camera.inverse());
         let mut map_in_frame = Tally::default();
@@ -329,6 +359,23 @@ impl<'a> Matching<'a> {
         let support = (agreeing - 2.0 * against) / (2 * cloud.points.len().max(1)) as f64;
         Evidence { support, overlap, agreement }
     }
+}
+
+/// A direction is held by the surfaces that face along it at least so much (cosine), ...
+const HOLDING_COSINE: f64 = 0.3;
+/// ... if they are at least this share of all.
+const HOLDING_SHARE: f64 = 0.01;
+
+/// Whether too few surfaces face along the direction of motion that is known least. Long walls do not add up to one that
+/// faces the other way, however many there are and however noisy their normals.
+fn is_undetermined(registration: &SpatialRegistration) -> bool {
+    let fitting = registration.correspondences.iter().filter(|pair| pair.residual.abs() < FINE_TOLERANCE);
+    let normals: Vec<Vector3<f64>> = fitting.filter_map(|pair| pair.normal).collect();
+    let spread: Matrix3<f64> = normals.iter().map(|normal| normal * normal.transpose()).sum();
+    let eigen = spread.symmetric_eigen();
+    let weakest = eigen.eigenvectors.column(eigen.eigenvalues.imin()).into_owned();
+    let holding = normals.iter().filter(|normal| normal.dot(&weakest).abs() > HOLDING_COSINE).count();
+    (holding as f64) < HOLDING_SHARE * normals.len() as f64
 }
 
 struct Evidence {
@@ -361,6 +408,12 @@ fn score(view: &ProjectiveTarget, cloud: &SurfelCloud, T_world_camera: &Pose3) -
         tally.add(view.look_at(&(R * point + t), ROUGH_TOLERANCE), &(R * normal));
     }
     (tally.agreeing - tally.against) / cloud.points.len().max(1) as f64
+}
+
+/// What a long way takes off the support: of two places that look the same, the nearer one is the likelier.
+fn unlikelihood(T_world_last: &Pose3, T_world_camera: &Pose3) -> f64 {
+    let moved = T_world_last.inverse() * T_world_camera;
+    FAR_AWAY * (moved.translation.vector.norm() + angle_of(&moved.rotation))
 }
 
 /// The best poses by their score, each apart from the ones before it.
@@ -430,18 +483,52 @@ impl SurfelCloud {
         }
     }
 
-    /// Every so many of them, so that there are about `most`.
+    /// About `most` of them, as many of every direction as there are, so that the few that hold a corridor's length count
+    /// beside its long walls (Rusinkiewicz and Levoy, "Efficient variants of the ICP algorithm", 3DIM 2001).
     pub(crate) fn at_most(&self, most: usize) -> Self {
-        let stride = self.points.len().div_ceil(most).max(1);
+        let kept = even_over_directions(&self.normals, most);
         Self {
-            points: self.points.iter().copied().step_by(stride).collect(),
-            normals: self.normals.iter().copied().step_by(stride).collect(),
-            known_normals: self.known_normals.iter().copied().step_by(stride).collect(),
-            deviations: self.deviations.iter().copied().step_by(stride).collect(),
+            points: kept.iter().map(|&index| self.points[index]).collect(),
+            normals: kept.iter().map(|&index| self.normals[index]).collect(),
+            known_normals: kept.iter().map(|&index| self.known_normals[index]).collect(),
+            deviations: kept.iter().map(|&index| self.deviations[index]).collect(),
         }
     }
 
     pub(crate) fn source(&self) -> Source<'_, 3> {
         Source { points: &self.points, normals: Some(&self.known_normals), deviations: Some(&self.deviations) }
     }
+}
+
+/// Directions are told apart by which of their components are beyond this, and on which side.
+const DIRECTION_COMPONENT: f64 = 0.4;
+const NUM_DIRECTIONS: usize = 27;
+
+/// Indices of about `most` of the normals in their order, evenly over their directions as far as there are enough.
+fn even_over_directions(normals: &[Vector3<f64>], most: usize) -> Vec<usize> {
+    let third = |component: f64| {
+        usize::from(component > -DIRECTION_COMPONENT) + usize::from(component > DIRECTION_COMPONENT)
+    };
+    let direction = |normal: &Vector3<f64>| 9 * third(normal.x) + 3 * third(normal.y) + third(normal.z);
+    let mut counts = [0usize; NUM_DIRECTIONS];
+    for normal in normals {
+        counts[direction(normal)] += 1;
+    }
+    // What small directions do not use up is shared among the larger ones.
+    let mut by_size: [usize; NUM_DIRECTIONS] = std::array::from_fn(|index| index);
+    by_size.sort_by_key(|&index| (counts[index], index));
+    let (mut quotas, mut left) = ([0usize; NUM_DIRECTIONS], most);
+    for (place, &index) in by_size.iter().enumerate() {
+        quotas[index] = counts[index].min(left / (NUM_DIRECTIONS - place));
+        left -= quotas[index];
+    }
+    let mut seen = [0usize; NUM_DIRECTIONS];
+    let is_kept = |normal: &Vector3<f64>| {
+        let index = direction(normal);
+        let before = seen[index] * quotas[index] / counts[index];
+        seen[index] += 1;
+        seen[index] * quotas[index] / counts[index] > before
+    };
+    let kept: Vec<bool> = normals.iter().map(is_kept).collect();
+    (0..normals.len()).filter(|&index| kept[index]).collect()
 }
