@@ -159,7 +159,7 @@ impl DepthOdometry {
             return SpatialEstimate { registration: Some(found.registration), ..self.lost(verdict.reason, overlap) };
         }
         let T_world_sensor = found.registration.T_target_source;
-        if verdict.status == Status::Good {
+        if !found.is_contradicted() {
             self.map.insert(frame, &T_world_sensor, &found.view);
             self.key_views.add(frame, &T_world_sensor);
         }
@@ -231,6 +231,8 @@ struct Found {
     support: f64,
     overlap: f64,
     agreement: f64,
+    /// Whether it might as well stand somewhere else along a direction.
+    is_open: bool,
 }
 
 impl Found {
@@ -258,7 +260,7 @@ impl Found {
             let reason = format!("{} of the surface in view stands in free space", percent(1.0 - self.agreement));
             return with(Status::Doubtful, reason);
         }
-        if is_undetermined(&self.registration) {
+        if self.is_open {
             return with(Status::Doubtful, "the surfaces in view leave the position along one direction open".into());
         }
         if !self.registration.converged {
@@ -316,11 +318,47 @@ impl<'a> Matching<'a> {
         });
         let best = best_apart(refined.collect(), 1).first().copied().unwrap_or_else(Pose3::identity);
 
-        let view = self.map.view(self.frame, &best);
-        let registration = self.register_to(&view, &self.fine, best, &fine_options());
+        self.settle(self.register_finely(best))
+    }
+
+    fn register_finely(&self, guess: Pose3) -> Found {
+        let view = self.map.view(self.frame, &guess);
+        let registration = self.register_to(&view, &self.fine, guess, &fine_options());
         let Evidence { support, overlap, agreement } =
             self.evidence(&view, &self.middle, &registration.T_target_source);
-        Found { registration, view, support, overlap, agreement }
+        Found { registration, view, support, overlap, agreement, is_open: false }
+    }
+
+    /// Where hardly any surface holds a direction, the borders of things may: the registration does not see them, but what
+    /// stands in free space tells. Places along that direction are compared by it, and not by how much of the map they
+    /// see: that is most where nothing new is in view.
+    fn settle(&self, found: Found) -> Found {
+        let Some(open) = OpenDirection::of(&found.registration) else { return found };
+        let here = self.agreement_at(&found, &open, 0).0;
+        let elsewhere = self.best_elsewhere(&found, &open);
+        let (mut found, mut is_told) = (found, elsewhere.0 < here - TELLING_AGREEMENT);
+        if elsewhere.0 > here + TELLING_AGREEMENT {
+            let other = self.register_finely(elsewhere.1);
+            if other.agreement > found.agreement + TELLING_AGREEMENT {
+                is_told = self.best_elsewhere(&other, &open).0 < other.agreement - TELLING_AGREEMENT;
+                found = other;
+            }
+        }
+        found.is_open = open.num_holding < FEWEST_HOLDING || !is_told;
+        found
+    }
+
+    /// The agreement so many places along an open direction, and where that is.
+    fn agreement_at(&self, found: &Found, open: &OpenDirection, place: i32) -> (f64, Pose3) {
+        let moved = open.direction * (f64::from(place) * BETWEEN_PLACES);
+        let pose = Pose3::translation(moved.x, moved.y, moved.z) * found.registration.T_target_source;
+        (self.evidence(&found.view, &self.middle, &pose).agreement, pose)
+    }
+
+    fn best_elsewhere(&self, found: &Found, open: &OpenDirection) -> (f64, Pose3) {
+        let places = (-PLACES..=PLACES).filter(|place| *place != 0);
+        let agreements = places.map(|place| self.agreement_at(found, open, place));
+        agreements.fold((0.0, Pose3::identity()), |best, next| if next.0 > best.0 { next } else { best })
     }
 
     fn register_to(
@@ -365,17 +403,32 @@ impl<'a> Matching<'a> {
 const HOLDING_COSINE: f64 = 0.3;
 /// ... if they are at least this share of all.
 const HOLDING_SHARE: f64 = 0.01;
+/// Fewer of them will do where the borders of things tell the rest, but not fewer than this.
+const FEWEST_HOLDING: usize = 5;
+/// Places along an open direction that are compared, so many either way ...
+const PLACES: i32 = 10;
+/// ... and so far apart (m).
+const BETWEEN_PLACES: f64 = 0.1;
+/// A place is told from another when it agrees so much better.
+const TELLING_AGREEMENT: f64 = 0.01;
 
-/// Whether too few surfaces face along the direction of motion that is known least. Long walls do not add up to one that
-/// faces the other way, however many there are and however noisy their normals.
-fn is_undetermined(registration: &SpatialRegistration) -> bool {
-    let fitting = registration.correspondences.iter().filter(|pair| pair.residual.abs() < FINE_TOLERANCE);
-    let normals: Vec<Vector3<f64>> = fitting.filter_map(|pair| pair.normal).collect();
-    let spread: Matrix3<f64> = normals.iter().map(|normal| normal * normal.transpose()).sum();
-    let eigen = spread.symmetric_eigen();
-    let weakest = eigen.eigenvectors.column(eigen.eigenvalues.imin()).into_owned();
-    let holding = normals.iter().filter(|normal| normal.dot(&weakest).abs() > HOLDING_COSINE).count();
-    (holding as f64) < HOLDING_SHARE * normals.len() as f64
+/// The direction of motion that is known least, where hardly any surface faces along it. Long walls do not add up to one
+/// that faces the other way, however many there are and however noisy their normals.
+struct OpenDirection {
+    direction: Vector3<f64>,
+    num_holding: usize,
+}
+
+impl OpenDirection {
+    fn of(registration: &SpatialRegistration) -> Option<Self> {
+        let fitting = registration.correspondences.iter().filter(|pair| pair.residual.abs() < FINE_TOLERANCE);
+        let normals: Vec<Vector3<f64>> = fitting.filter_map(|pair| pair.normal).collect();
+        let spread: Matrix3<f64> = normals.iter().map(|normal| normal * normal.transpose()).sum();
+        let eigen = spread.symmetric_eigen();
+        let direction = eigen.eigenvectors.column(eigen.eigenvalues.imin()).into_owned();
+        let num_holding = normals.iter().filter(|normal| normal.dot(&direction).abs() > HOLDING_COSINE).count();
+        ((num_holding as f64) < HOLDING_SHARE * normals.len() as f64).then_some(Self { direction, num_holding })
+    }
 }
 
 struct Evidence {
