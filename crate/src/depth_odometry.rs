@@ -11,13 +11,13 @@ use serde::{Deserialize, Serialize};
 use crate::camera::surfel_image::SurfelImage;
 use crate::geometry::Pose3;
 use crate::geometry::rotation::angle_of;
+use crate::key_views::{KeyViews, apart};
 use crate::registration::factors::PointToSurfel;
 use crate::registration::icp::{Criteria, IcpOptions, Rejection, Source, Weighting, register_with};
 use crate::registration::projective::{ProjectiveTarget, Sight};
 use crate::registration::robust_kernel::RobustKernel;
 use crate::registration::solver::{Motion, Solver};
 pub use crate::registration::spatial::SpatialRegistration;
-use crate::key_views::KeyViews;
 use crate::surfel_map::SurfelMap;
 use crate::verdict::{Status, Verdict};
 
@@ -58,10 +58,55 @@ pub struct DepthOptions {
 #[derive(Clone)]
 pub struct DepthOdometry {
     options: DepthOptions,
-    map: SurfelMap,
-    key_views: KeyViews,
+    seen: Seen,
+    unconfirmed: Option<Unconfirmed>,
+    correction: Option<Correction>,
     T_world_last: Pose3,
     last_motion: Pose3,
+}
+
+/// What frames that are part of the map have shown.
+#[derive(Clone, Default)]
+struct Seen {
+    map: SurfelMap,
+    key_views: KeyViews,
+}
+
+impl Seen {
+    /// `view` is the map as seen from about there.
+    fn insert(&mut self, frame: &SurfelImage, T_world_camera: &Pose3, view: &ProjectiveTarget) {
+        self.map.insert(frame, T_world_camera, view);
+        self.key_views.add(frame, T_world_camera);
+    }
+}
+
+/// Frames since one whose place was left open along a direction: where that one is off, so are those after it.
+#[derive(Clone)]
+struct Unconfirmed {
+    /// What was seen before them.
+    before: Seen,
+    /// Whether their own place is open, one a frame.
+    are_open: Vec<bool>,
+}
+
+/// What is found out later about the frames before one: it knew where it was from what was seen before all of them.
+#[derive(Debug, Clone)]
+pub struct Correction {
+    /// One motion (of the world's frame) for each of the frames before, the latest last.
+    pub motions: Vec<Pose3>,
+}
+
+impl Unconfirmed {
+    /// The frames whose own place is open share what was found in the end, all others are off by all that came before.
+    fn corrected_by(&self, motion: &Pose3) -> Correction {
+        let num_open = self.are_open.iter().filter(|is_open| **is_open).count().max(1) as f64;
+        let mut passed = 0.0;
+        let share = |&is_open: &bool| {
+            passed += f64::from(u8::from(is_open));
+            Pose3::identity().try_lerp_slerp(motion, passed / num_open, 1e-9).unwrap_or(*motion)
+        };
+        Correction { motions: self.are_open.iter().map(share).collect() }
+    }
 }
 
 /// Points that score a guess: hundreds of guesses are looked at.
@@ -86,10 +131,24 @@ const ROUGH_TOLERANCE: f64 = 0.1;
 const FINE_TOLERANCE: f64 = 0.03;
 /// Taken off the support for every metre, and for every radian, from where the last frame was.
 const FAR_AWAY: f64 = 0.01;
+/// As far (m, and rad added) as guesses near the last frame go ...
+const SEARCH_REACH: f64 = 1.3;
+/// ... and what is taken off for what is beyond.
+const BEYOND_SEARCH: f64 = 0.2;
 /// Another place than where the last frame was is believed when it agrees better by this share ...
 const BETTER_AGREEMENT: f64 = 0.02;
 /// ... and has so much more support.
 const BETTER_SUPPORT: f64 = 0.05;
+/// Places that look most like a frame that is nowhere near: so many are looked at.
+const PLACES_ANYWHERE: usize = 6;
+/// A place far from where the last frame was is believed when so much of the frame lies on it ...
+const UNMISTAKABLE_OVERLAP: f64 = 0.5;
+/// ... and so much of it agrees.
+const UNMISTAKABLE_AGREEMENT: f64 = 0.98;
+/// What was seen before frames in doubt holds a frame after them when it shows so much of it.
+const ANCHORING_OVERLAP: f64 = 0.25;
+/// Poses nearer to each other than this are the same (m, turns included).
+const SAME_PLACE: f64 = 0.05;
 /// Surfaces that agree face the same way (cosine).
 const AGREEING_COSINE: f64 = 0.8;
 
@@ -109,8 +168,9 @@ impl DepthOdometry {
     pub fn new(options: DepthOptions) -> Self {
         Self {
             options,
-            map: SurfelMap::new(),
-            key_views: KeyViews::default(),
+            seen: Seen::default(),
+            unconfirmed: None,
+            correction: None,
             T_world_last: Pose3::identity(),
             last_motion: Pose3::identity(),
         }
@@ -118,20 +178,49 @@ impl DepthOdometry {
 
     /// Registers the next frame. A frame that is lost or contradicted is not added to the map, and the frames after it are looked for
     /// from where the last one was found.
+    ///
+    /// What it tells of the frames before is to be [taken](Self::take_correction) after it.
     pub fn register_frame(&mut self, frame: &SurfelImage) -> SpatialEstimate {
+        let estimate = self.register(frame);
+        if let Some(unconfirmed) = &mut self.unconfirmed {
+            let is_open = estimate.verdict.status == Status::Doubtful;
+            unconfirmed.are_open.push(is_open);
+        }
+        estimate
+    }
+
+    /// How the frames before the last one are to be moved, where that one has told. It is told once.
+    pub fn take_correction(&mut self) -> Option<Correction> {
+        self.correction.take()
+    }
+
+    fn register(&mut self, frame: &SurfelImage) -> SpatialEstimate {
         let num_surfels = frame.surfels().count();
         if num_surfels < MIN_SURFELS {
             let reason = format!("{num_surfels} pieces of surface could be told, too few to place it");
             return self.lost(reason, 0.0);
         }
-        if self.map.is_empty() {
-            let view = self.map.view(frame, &self.T_world_last);
-            self.map.insert(frame, &self.T_world_last, &view);
-            self.key_views.add(frame, &self.T_world_last);
+        if self.seen.map.is_empty() {
             let T_world_sensor = self.T_world_last;
+            let view = self.seen.map.view(frame, &T_world_sensor);
+            self.seen.insert(frame, &T_world_sensor, &view);
             return SpatialEstimate { T_world_sensor, registration: None, overlap: 1.0, verdict: Verdict::first() };
         }
-        let matching = Matching::new(&self.map, &self.key_views, frame, self.options);
+        let found = self.search(frame);
+        if found.is_contradicted() || !found.registration.converged {
+            return self.doubt(found);
+        }
+        self.believe(frame, found)
+    }
+
+    /// The map so far.
+    pub fn map(&self) -> &SurfelMap {
+        &self.seen.map
+    }
+
+    /// Near where the last frame was, then all around, then in all places seen before: as far as the evidence sends it.
+    fn search(&self, frame: &SurfelImage) -> Found {
+        let matching = Matching::new(&self.seen, frame, self.options);
         let mut found = match self.options.effort {
             Effort::Thorough => matching.best_of(&self.near_guesses(), &self.T_world_last),
             Effort::Quick => matching.best_of(&self.few_guesses(), &self.T_world_last),
@@ -141,31 +230,59 @@ impl DepthOdometry {
         }
         if found.is_contradicted() {
             let again = matching.best_of_all_around(&self.T_world_last);
-            if again.agreement > found.agreement + BETTER_AGREEMENT && again.support > found.support + BETTER_SUPPORT {
+            let is_better =
+                again.agreement > found.agreement + BETTER_AGREEMENT && again.support > found.support + BETTER_SUPPORT;
+            if is_better && again.is_anchored() {
                 found = again;
             }
         }
-        self.believe(frame, found)
+        if found.is_contradicted()
+            && let Some(elsewhere) = matching.best_of_everywhere().filter(Found::is_unmistakable)
+        {
+            found = elsewhere;
+        }
+        found
     }
 
-    /// The map so far.
-    pub fn map(&self) -> &SurfelMap {
-        &self.map
+    /// A frame that nothing contradicts becomes part of the map. Where its place is open along a direction, it does so until
+    /// a frame after it tells, from what was seen before it, where it really is.
+    fn believe(&mut self, frame: &SurfelImage, mut found: Found) -> SpatialEstimate {
+        if found.is_open {
+            let before = || Unconfirmed { before: self.seen.clone(), are_open: Vec::new() };
+            self.unconfirmed.get_or_insert_with(before);
+        } else if let Some(unconfirmed) = self.unconfirmed.take() {
+            let T_world_found = found.registration.T_target_source;
+            let anchored = Matching::new(&unconfirmed.before, frame, self.options).settled(T_world_found);
+            let T_world_anchored = anchored.registration.T_target_source;
+            if !anchored.is_anchored() {
+                self.unconfirmed = Some(unconfirmed);
+            } else if apart(&T_world_anchored, &T_world_found) > SAME_PLACE {
+                self.correction = Some(unconfirmed.corrected_by(&(T_world_anchored * T_world_found.inverse())));
+                self.seen = unconfirmed.before;
+                found = anchored;
+            }
+        }
+        let (verdict, overlap) = (found.verdict(), found.overlap);
+        let T_world_sensor = found.registration.T_target_source;
+        self.seen.insert(frame, &T_world_sensor, &found.view);
+        self.move_to(T_world_sensor);
+        SpatialEstimate { T_world_sensor, registration: Some(found.registration), overlap, verdict }
     }
 
-    fn believe(&mut self, frame: &SurfelImage, found: Found) -> SpatialEstimate {
+    /// A frame that is contradicted is no part of the map.
+    fn doubt(&mut self, found: Found) -> SpatialEstimate {
         let (verdict, overlap) = (found.verdict(), found.overlap);
         if verdict.status == Status::Lost {
             return SpatialEstimate { registration: Some(found.registration), ..self.lost(verdict.reason, overlap) };
         }
         let T_world_sensor = found.registration.T_target_source;
-        if !found.is_contradicted() {
-            self.map.insert(frame, &T_world_sensor, &found.view);
-            self.key_views.add(frame, &T_world_sensor);
-        }
+        self.move_to(T_world_sensor);
+        SpatialEstimate { T_world_sensor, registration: Some(found.registration), overlap, verdict }
+    }
+
+    fn move_to(&mut self, T_world_sensor: Pose3) {
         self.last_motion = self.T_world_last.inverse() * T_world_sensor;
         self.T_world_last = T_world_sensor;
-        SpatialEstimate { T_world_sensor, registration: Some(found.registration), overlap, verdict }
     }
 
     fn lost(&self, reason: String, overlap: f64) -> SpatialEstimate {
@@ -212,8 +329,7 @@ fn around(
 
 /// A frame that is being looked for in a map.
 struct Matching<'a> {
-    map: &'a SurfelMap,
-    key_views: &'a KeyViews,
+    seen: &'a Seen,
     frame: &'a SurfelImage,
     /// The frame as its own camera sees it: what the map's surfaces are held against.
     own_view: ProjectiveTarget,
@@ -239,6 +355,19 @@ impl Found {
     /// Whether it stands in free space, or on nothing that is known.
     fn is_contradicted(&self) -> bool {
         self.overlap < LOST_OVERLAP || self.agreement < DOUBTFUL_AGREEMENT
+    }
+
+    /// Whether it is beyond doubt though it is far from where the last frame was.
+    fn is_unmistakable(&self) -> bool {
+        self.overlap > UNMISTAKABLE_OVERLAP
+            && self.agreement > UNMISTAKABLE_AGREEMENT
+            && !self.is_open
+            && self.registration.converged
+    }
+
+    /// Whether what has been seen holds it in all directions.
+    fn is_anchored(&self) -> bool {
+        self.overlap > ANCHORING_OVERLAP && !self.is_contradicted() && !self.is_open && self.registration.converged
     }
 
     fn verdict(&self) -> Verdict {
@@ -272,11 +401,10 @@ impl Found {
 }
 
 impl<'a> Matching<'a> {
-    fn new(map: &'a SurfelMap, key_views: &'a KeyViews, frame: &'a SurfelImage, options: DepthOptions) -> Self {
+    fn new(seen: &'a Seen, frame: &'a SurfelImage, options: DepthOptions) -> Self {
         let cloud = SurfelCloud::new(frame);
         Self {
-            map,
-            key_views,
+            seen,
             frame,
             own_view: ProjectiveTarget::draw((0..).zip(frame.surfels()), &frame.cell_camera(), &Pose3::identity()),
             sparse: cloud.at_most(SPARSE_POINTS),
@@ -288,7 +416,7 @@ impl<'a> Matching<'a> {
 
     /// The registration that the best of these guesses leads to; the map is seen from `T_world_view` at first.
     fn best_of(&self, guesses: &[Pose3], T_world_view: &Pose3) -> Found {
-        let view = self.map.view(self.frame, T_world_view);
+        let view = self.seen.map.view(self.frame, T_world_view);
         let scored = guesses.iter().map(|guess| (score(&view, &self.sparse, guess), *guess));
         self.refine(&view, scored.collect(), T_world_view)
     }
@@ -297,7 +425,7 @@ impl<'a> Matching<'a> {
     fn best_of_all_around(&self, T_world_last: &Pose3) -> Found {
         let quarters = [0, 1, 2, 3].map(|quarter| {
             let turned = T_world_last * Isometry3::rotation(Vector3::y() * f64::from(quarter) * 90f64.to_radians());
-            let view = self.map.view(self.frame, &turned);
+            let view = self.seen.map.view(self.frame, &turned);
             let guesses = around(&turned, -6..=6, 7.5f64.to_radians(), 4, 4);
             let scored: Vec<_> = guesses.map(|guess| (score(&view, &self.sparse, &guess), guess)).collect();
             self.refine(&view, scored, T_world_last)
@@ -318,11 +446,34 @@ impl<'a> Matching<'a> {
         });
         let best = best_apart(refined.collect(), 1).first().copied().unwrap_or_else(Pose3::identity);
 
-        self.settle(self.register_finely(best))
+        self.settled(best)
+    }
+
+    /// In the places of all key frames: where this frame looks like one of them, if anywhere.
+    fn best_of_everywhere(&self) -> Option<Found> {
+        let mut scored = Vec::new();
+        for key_view in self.seen.key_views.all() {
+            for T_key_camera in around(&Pose3::identity(), -2..=2, 15f64.to_radians(), 1, 1) {
+                scored.push((
+                    score(key_view.view(), &self.sparse, &T_key_camera),
+                    key_view.T_world_camera * T_key_camera,
+                ));
+            }
+        }
+        let found = best_apart(scored, PLACES_ANYWHERE).into_iter().map(|guess| {
+            let view = self.seen.map.view(self.frame, &guess);
+            self.refine(&view, vec![(0.0, guess)], &guess)
+        });
+        found.max_by(|a, b| a.support.total_cmp(&b.support))
+    }
+
+    /// The registration near a guess, with places along a direction that it leaves open compared.
+    fn settled(&self, guess: Pose3) -> Found {
+        self.settle(self.register_finely(guess))
     }
 
     fn register_finely(&self, guess: Pose3) -> Found {
-        let view = self.map.view(self.frame, &guess);
+        let view = self.seen.map.view(self.frame, &guess);
         let registration = self.register_to(&view, &self.fine, guess, &fine_options());
         let Evidence { support, overlap, agreement } =
             self.evidence(&view, &self.middle, &registration.T_target_source);
@@ -344,7 +495,7 @@ impl<'a> Matching<'a> {
                 found = other;
             }
         }
-        found.is_open = open.num_holding < FEWEST_HOLDING || !is_told;
+        found.is_open = !is_told;
         found
     }
 
@@ -375,7 +526,7 @@ impl<'a> Matching<'a> {
     fn evidence(&self, view: &ProjectiveTarget, cloud: &SurfelCloud, T_world_camera: &Pose3) -> Evidence {
         let (R, t) = parts(T_world_camera);
         let mut frame_in_map = Tally::default();
-        let witnesses = self.key_views.near(T_world_camera);
+        let witnesses = self.seen.key_views.near(T_world_camera);
         for (point, normal) in cloud.points.iter().zip(&cloud.normals) {
             let (point, normal) = (R * point + t, R * normal);
             match view.look_around(&point, FINE_TOLERANCE) {
@@ -403,8 +554,6 @@ impl<'a> Matching<'a> {
 const HOLDING_COSINE: f64 = 0.3;
 /// ... if they are at least this share of all.
 const HOLDING_SHARE: f64 = 0.01;
-/// Fewer of them will do where the borders of things tell the rest, but not fewer than this.
-const FEWEST_HOLDING: usize = 5;
 /// Places along an open direction that are compared, so many either way ...
 const PLACES: i32 = 10;
 /// ... and so far apart (m).
@@ -416,7 +565,6 @@ const TELLING_AGREEMENT: f64 = 0.01;
 /// that faces the other way, however many there are and however noisy their normals.
 struct OpenDirection {
     direction: Vector3<f64>,
-    num_holding: usize,
 }
 
 impl OpenDirection {
@@ -427,7 +575,7 @@ impl OpenDirection {
         let eigen = spread.symmetric_eigen();
         let direction = eigen.eigenvectors.column(eigen.eigenvalues.imin()).into_owned();
         let num_holding = normals.iter().filter(|normal| normal.dot(&direction).abs() > HOLDING_COSINE).count();
-        ((num_holding as f64) < HOLDING_SHARE * normals.len() as f64).then_some(Self { direction, num_holding })
+        ((num_holding as f64) < HOLDING_SHARE * normals.len() as f64).then_some(Self { direction })
     }
 }
 
@@ -466,7 +614,8 @@ fn score(view: &ProjectiveTarget, cloud: &SurfelCloud, T_world_camera: &Pose3) -
 /// What a long way takes off the support: of two places that look the same, the nearer one is the likelier.
 fn unlikelihood(T_world_last: &Pose3, T_world_camera: &Pose3) -> f64 {
     let moved = T_world_last.inverse() * T_world_camera;
-    FAR_AWAY * (moved.translation.vector.norm() + angle_of(&moved.rotation))
+    let far = moved.translation.vector.norm() + angle_of(&moved.rotation);
+    FAR_AWAY * far + BEYOND_SEARCH * (far - SEARCH_REACH).max(0.0)
 }
 
 /// The best poses by their score, each apart from the ones before it.
@@ -559,9 +708,8 @@ const NUM_DIRECTIONS: usize = 27;
 
 /// Indices of about `most` of the normals in their order, evenly over their directions as far as there are enough.
 fn even_over_directions(normals: &[Vector3<f64>], most: usize) -> Vec<usize> {
-    let third = |component: f64| {
-        usize::from(component > -DIRECTION_COMPONENT) + usize::from(component > DIRECTION_COMPONENT)
-    };
+    let third =
+        |component: f64| usize::from(component > -DIRECTION_COMPONENT) + usize::from(component > DIRECTION_COMPONENT);
     let direction = |normal: &Vector3<f64>| 9 * third(normal.x) + 3 * third(normal.y) + third(normal.z);
     let mut counts = [0usize; NUM_DIRECTIONS];
     for normal in normals {

@@ -13,7 +13,8 @@ use crate::registration::projective::{ProjectiveTarget, Sight};
 /// What one frame saw.
 #[derive(Clone)]
 pub struct KeyView {
-    T_world_camera: Pose3,
+    /// Where it was taken.
+    pub T_world_camera: Pose3,
     /// In the camera's own frame.
     view: ProjectiveTarget,
 }
@@ -46,6 +47,11 @@ impl KeyViews {
         self.views.push(KeyView { T_world_camera: *T_world_camera, view });
     }
 
+    /// All of them, in the order they were taken.
+    pub fn all(&self) -> &[KeyView] {
+        &self.views
+    }
+
     /// The views that see most of what a camera at this pose sees, by where they were taken.
     pub fn near(&self, T_world_camera: &Pose3) -> Vec<&KeyView> {
         let distances = self.views.iter().map(|view| (apart(&view.T_world_camera, T_world_camera), view));
@@ -57,6 +63,11 @@ impl KeyViews {
 }
 
 impl KeyView {
+    /// What it saw, in the camera's own frame.
+    pub fn view(&self) -> &ProjectiveTarget {
+        &self.view
+    }
+
     /// Whether it looked through where this point (world frame) lies.
     pub fn saw_through(&self, point: &Vector3<f64>) -> bool {
         let point = self.T_world_camera.inverse_transform_point(&(*point).into()).coords;
@@ -64,8 +75,8 @@ impl KeyView {
     }
 }
 
-/// How far apart what two cameras see is (m).
-fn apart(a: &Pose3, b: &Pose3) -> f64 {
+/// How far apart what two cameras see is (m): turns take it out of view as moves do.
+pub fn apart(a: &Pose3, b: &Pose3) -> f64 {
     let between = a.inverse() * b;
     between.translation.vector.norm() + METRES_A_RADIAN * angle_of(&between.rotation)
 }

@@ -114,6 +114,10 @@ impl Reading {
                     return;
                 };
                 let estimate = odometry.register_frame(surfels);
+                if let Some(correction) = odometry.take_correction() {
+                    let before = self.estimates.iter_mut().rev().zip(correction.motions.iter().rev());
+                    before.for_each(|(estimate, motion)| estimate.T_world_sensor = motion * estimate.T_world_sensor);
+                }
                 let is_good = estimate.verdict.status == Status::Good;
                 // Frames that do not belong fit in no way.
                 if let Some(registration) = estimate.registration.as_ref().filter(|_| is_good) {

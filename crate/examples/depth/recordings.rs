@@ -143,11 +143,8 @@ impl Walk {
     /// The recording of the flat with this seed; depth images are kept in the folder `cache` for the next time.
     pub fn recording(&self, seed: u64, cache: Option<&Path>) -> Recording {
         let camera = Pinhole::from_field_of_view(512, 512, std::f64::consts::FRAC_PI_2).expect("a camera");
-        let sensor = if self.bits > 8 {
-            DepthSensor::Millimetres { square_noise: self.noise }
-        } else {
-            DepthSensor::HOMEWORK
-        };
+        let sensor =
+            if self.bits > 8 { DepthSensor::Millimetres { square_noise: self.noise } } else { DepthSensor::HOMEWORK };
         let apartment = Apartment::generate(seed);
         let options = WalkOptions {
             tour: self.tour,
