@@ -12,7 +12,7 @@ const LAYERS: &[&[&str]] = &[
     &["search", "camera"],
     &["io", "preprocess", "registration"],
     &["settings", "evaluation", "cloud_registration", "scene"],
-    &["map", "surfel_map", "cloud_map", "voxel_map"],
+    &["map", "surfel_map", "cloud_map", "voxel_map", "key_views"],
     &["verdict"],
     &["odometry", "pose_graph", "depth_odometry", "cloud_odometry"],
     &["spatial_settings", "depth_graph"],

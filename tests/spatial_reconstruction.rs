@@ -1,15 +1,20 @@
 //! Depth images to a trajectory: real recordings against their truth, and frames that are not what they should be.
 #![cfg(not(target_arch = "wasm32"))] // it reads files
 
+use std::f64::consts::FRAC_PI_2;
 use std::path::{Path, PathBuf};
 
 use nalgebra::{Isometry3, Matrix3, Rotation3, Translation3, UnitQuaternion, Vector3};
+use scanstitch::camera::Pinhole;
 use scanstitch::evaluation::convention::KnownConvention;
 use scanstitch::geometry::Pose3;
 use scanstitch::io::trajectory::Trajectory;
 use scanstitch::io::{depth_png, trajectory};
 use scanstitch::prepared_frame::{FrameLabel, MapPoints, PreparedFrame};
 use scanstitch::report::Stage;
+use scanstitch::scene::apartment::{Apartment, WalkOptions};
+use scanstitch::scene::random::Random;
+use scanstitch::scene::space::DepthSensor;
 use scanstitch::spatial_reconstruction::SpatialReconstruction;
 use scanstitch::spatial_settings::{Quantisation, Refinement, SpatialSettings};
 use scanstitch::verdict::Status;
@@ -107,11 +112,11 @@ fn every<T: Clone>(stride: usize, all: &[T]) -> Vec<T> {
     all.iter().step_by(stride).cloned().collect()
 }
 
-/// The project asks for 0.06 and 0.08 m; what is reached is 0.0066 and 0.0160 m, and must not get lost again.
+/// The project asks for 0.06 and 0.08 m; what is reached is 0.0067 and 0.0119 m, and must not get lost again.
 #[test]
 fn both_floors_are_within_two_centimetres_of_the_truth() {
     let Some(folder) = data() else { return };
-    for (name, bar) in [("apartment_first_floor", 0.012), ("apartment_second_floor", 0.02)] {
+    for (name, bar) in [("apartment_first_floor", 0.012), ("apartment_second_floor", 0.016)] {
         let folder = folder.join(name);
         let run = run(&files(&folder.join("depth"), ".png"), None);
         let (mean, translation, rotation) = errors(&run.poses(), &apartment_truth(&folder));
@@ -201,6 +206,62 @@ fn frames_that_do_not_belong_are_lost_and_the_rest_holds() {
     let truth: Vec<Pose3> = (0..24).filter(keep).map(|index| truth[index]).collect();
     let (mean, ..) = errors(&poses, &truth);
     assert!(mean < 0.02, "{mean}");
+}
+
+/// A walk whose parts come in another order: every frame that is believed is where it should be, and most are believed.
+#[test]
+fn frames_in_a_wrong_order_are_found_again() {
+    let Some(folder) = data() else { return };
+    let folder = folder.join("apartment_first_floor");
+    let (all, truth) = (files(&folder.join("depth"), ".png"), apartment_truth(&folder));
+    let order: Vec<usize> = (0..24).chain([3, 17, 8]).chain((0..6).rev()).collect();
+    let frames: Vec<Vec<u8>> = order.iter().map(|&index| all[index].clone()).collect();
+    let truth: Vec<Pose3> = order.iter().map(|&index| truth[index]).collect();
+    believed_frames_are_right(&run(&frames, None), &truth, |_| true);
+}
+
+/// The same of a generated flat, with frames of another flat, a blank and a repeated one among them.
+#[test]
+fn frames_of_another_flat_are_not_believed() {
+    let camera = Pinhole::from_field_of_view(256, 256, FRAC_PI_2).unwrap();
+    let walk = |seed: u64| {
+        let apartment = Apartment::generate(seed);
+        let walk = apartment.walk(&WalkOptions { num_frames: Some(24), ..WalkOptions::default() });
+        let frame = |pose: &Pose3| {
+            let depth = apartment.space.depth(pose, &camera);
+            let image = DepthSensor::HOMEWORK.measure(&depth, camera.width, &mut Random::new(seed));
+            let mut bytes = b"P5 256 256 255\n".to_vec();
+            bytes.extend(image.values.iter().map(|&value| value as u8));
+            bytes
+        };
+        (walk.iter().map(frame).collect::<Vec<_>>(), walk)
+    };
+    let ((mut frames, mut truth), (others, _)) = (walk(4), walk(9));
+    frames[6] = others[12].clone();
+    frames[13] = [b"P5 256 256 255\n".as_slice(), &vec![0u8; 256 * 256 - 1], &[9]].concat();
+    frames[19] = frames[18].clone();
+    truth[19] = truth[18];
+    let run = run(&frames, None);
+    for index in [6, 13] {
+        assert_ne!(run.estimates()[index].verdict.status, Status::Good, "{index}");
+    }
+    believed_frames_are_right(&run, &truth, |index| ![6, 13].contains(&index));
+}
+
+/// Those that belong: all that are believed are right, and at most one in five is not believed.
+fn believed_frames_are_right(run: &SpatialReconstruction, truth: &[Pose3], belongs: impl Fn(usize) -> bool) {
+    let (mut num_believed, mut num_belonging) = (0, 0);
+    for (index, (pose, estimate)) in run.poses().iter().zip(run.estimates()).enumerate().filter(|(at, _)| belongs(*at))
+    {
+        num_belonging += 1;
+        let off = (truth[0].inverse() * truth[index]).inverse() * pose;
+        if estimate.verdict.status == Status::Good {
+            num_believed += 1;
+            let (moved, turned) = (off.translation.vector.norm(), off.rotation.angle().to_degrees());
+            assert!(moved < 0.05 && turned < 1.0, "{index}: {moved} m, {turned} degrees");
+        }
+    }
+    assert!(5 * num_believed >= 4 * num_belonging, "{num_believed} of {num_belonging}");
 }
 
 #[test]
