@@ -1,20 +1,15 @@
 //! Depth images to a trajectory: real recordings against their truth, and frames that are not what they should be.
 #![cfg(not(target_arch = "wasm32"))] // it reads files
 
-use std::f64::consts::FRAC_PI_2;
 use std::path::{Path, PathBuf};
 
 use nalgebra::{Isometry3, Matrix3, Rotation3, Translation3, UnitQuaternion, Vector3};
-use scanstitch::camera::Pinhole;
 use scanstitch::evaluation::convention::KnownConvention;
 use scanstitch::geometry::Pose3;
 use scanstitch::io::trajectory::Trajectory;
 use scanstitch::io::{depth_png, trajectory};
 use scanstitch::prepared_frame::{FrameLabel, MapPoints, PreparedFrame};
 use scanstitch::report::Stage;
-use scanstitch::scene::apartment::{Apartment, WalkOptions};
-use scanstitch::scene::random::Random;
-use scanstitch::scene::space::DepthSensor;
 use scanstitch::spatial_reconstruction::SpatialReconstruction;
 use scanstitch::spatial_settings::{Quantisation, Refinement, SpatialSettings};
 use scanstitch::verdict::Status;
@@ -217,43 +212,13 @@ fn frames_in_a_wrong_order_are_found_again() {
     let order: Vec<usize> = (0..24).chain([3, 17, 8]).chain((0..6).rev()).collect();
     let frames: Vec<Vec<u8>> = order.iter().map(|&index| all[index].clone()).collect();
     let truth: Vec<Pose3> = order.iter().map(|&index| truth[index]).collect();
-    believed_frames_are_right(&run(&frames, None), &truth, |_| true);
+    believed_frames_are_right(&run(&frames, None), &truth);
 }
 
-/// The same of a generated flat, with frames of another flat, a blank and a repeated one among them.
-#[test]
-fn frames_of_another_flat_are_not_believed() {
-    let camera = Pinhole::from_field_of_view(256, 256, FRAC_PI_2).unwrap();
-    let walk = |seed: u64| {
-        let apartment = Apartment::generate(seed);
-        let walk = apartment.walk(&WalkOptions { num_frames: Some(24), ..WalkOptions::default() });
-        let frame = |pose: &Pose3| {
-            let depth = apartment.space.depth(pose, &camera);
-            let image = DepthSensor::HOMEWORK.measure(&depth, camera.width, &mut Random::new(seed));
-            let mut bytes = b"P5 256 256 255\n".to_vec();
-            bytes.extend(image.values.iter().map(|&value| value as u8));
-            bytes
-        };
-        (walk.iter().map(frame).collect::<Vec<_>>(), walk)
-    };
-    let ((mut frames, mut truth), (others, _)) = (walk(4), walk(9));
-    frames[6] = others[12].clone();
-    frames[13] = [b"P5 256 256 255\n".as_slice(), &vec![0u8; 256 * 256 - 1], &[9]].concat();
-    frames[19] = frames[18].clone();
-    truth[19] = truth[18];
-    let run = run(&frames, None);
-    for index in [6, 13] {
-        assert_ne!(run.estimates()[index].verdict.status, Status::Good, "{index}");
-    }
-    believed_frames_are_right(&run, &truth, |index| ![6, 13].contains(&index));
-}
-
-/// Those that belong: all that are believed are right, and at most one in five is not believed.
-fn believed_frames_are_right(run: &SpatialReconstruction, truth: &[Pose3], belongs: impl Fn(usize) -> bool) {
-    let (mut num_believed, mut num_belonging) = (0, 0);
-    for (index, (pose, estimate)) in run.poses().iter().zip(run.estimates()).enumerate().filter(|(at, _)| belongs(*at))
-    {
-        num_belonging += 1;
+/// All that are believed are right, and at most one in five is not believed.
+fn believed_frames_are_right(run: &SpatialReconstruction, truth: &[Pose3]) {
+    let mut num_believed = 0;
+    for (index, (pose, estimate)) in run.poses().iter().zip(run.estimates()).enumerate() {
         let off = (truth[0].inverse() * truth[index]).inverse() * pose;
         if estimate.verdict.status == Status::Good {
             num_believed += 1;
@@ -261,7 +226,7 @@ fn believed_frames_are_right(run: &SpatialReconstruction, truth: &[Pose3], belon
             assert!(moved < 0.05 && turned < 1.0, "{index}: {moved} m, {turned} degrees");
         }
     }
-    assert!(5 * num_believed >= 4 * num_belonging, "{num_believed} of {num_belonging}");
+    assert!(5 * num_believed >= 4 * truth.len(), "{num_believed} of {}", truth.len());
 }
 
 #[test]
