@@ -83,14 +83,14 @@ struct Reading {
 }
 
 enum Odometry {
-    Depth(DepthOdometry),
+    Depth(Box<DepthOdometry>),
     Cloud(Box<CloudOdometry>),
 }
 
 impl Reading {
     fn new(quantisation: Quantisation, settings: &SpatialSettings) -> Result<Self> {
         let odometry = match settings.method {
-            Method::SurfelMap => Odometry::Depth(DepthOdometry::new(settings.depth_options())),
+            Method::SurfelMap => Odometry::Depth(Box::new(DepthOdometry::new(settings.depth_options()))),
             _ => Odometry::Cloud(Box::new(CloudOdometry::new(settings.cloud_options())?)),
         };
         let is_joint = settings.refinement == Refinement::Joint;
