@@ -12,7 +12,7 @@ const LAYERS: &[&[&str]] = &[
     &["search", "camera"],
     &["io", "preprocess", "registration"],
     &["settings", "evaluation", "cloud_registration", "scene"],
-    &["map", "occupancy_grid", "surfel_map", "cloud_map", "voxel_map"],
+    &["map", "occupancy_grid", "surfel_map", "cloud_map", "voxel_map", "key_views"],
     &["verdict"],
     &["odometry", "pose_graph", "relation_graph", "depth_odometry", "cloud_odometry"],
     &["loop_closure"],

@@ -106,11 +106,11 @@ fn every<T: Clone>(stride: usize, all: &[T]) -> Vec<T> {
     all.iter().step_by(stride).cloned().collect()
 }
 
-/// The project asks for 0.06 and 0.08 m; what is reached is 0.0066 and 0.0160 m, and must not get lost again.
+/// The project asks for 0.06 and 0.08 m; what is reached is 0.0067 and 0.0119 m, and must not get lost again.
 #[test]
 fn both_floors_are_within_two_centimetres_of_the_truth() {
     let Some(folder) = data() else { return };
-    for (name, bar) in [("apartment_first_floor", 0.012), ("apartment_second_floor", 0.02)] {
+    for (name, bar) in [("apartment_first_floor", 0.012), ("apartment_second_floor", 0.016)] {
         let folder = folder.join(name);
         let run = run(&files(&folder.join("depth"), ".png"), None);
         let (mean, translation, rotation) = errors(&run.poses(), &apartment_truth(&folder));
@@ -200,6 +200,32 @@ fn frames_that_do_not_belong_are_lost_and_the_rest_holds() {
     let truth: Vec<Pose3> = (0..24).filter(keep).map(|index| truth[index]).collect();
     let (mean, ..) = errors(&poses, &truth);
     assert!(mean < 0.02, "{mean}");
+}
+
+/// A walk whose parts come in another order: every frame that is believed is where it should be, and most are believed.
+#[test]
+fn frames_in_a_wrong_order_are_found_again() {
+    let Some(folder) = data() else { return };
+    let folder = folder.join("apartment_first_floor");
+    let (all, truth) = (files(&folder.join("depth"), ".png"), apartment_truth(&folder));
+    let order: Vec<usize> = (0..24).chain([3, 17, 8]).chain((0..6).rev()).collect();
+    let frames: Vec<Vec<u8>> = order.iter().map(|&index| all[index].clone()).collect();
+    let truth: Vec<Pose3> = order.iter().map(|&index| truth[index]).collect();
+    believed_frames_are_right(&run(&frames, None), &truth);
+}
+
+/// All that are believed are right, and at most one in five is not believed.
+fn believed_frames_are_right(run: &SpatialReconstruction, truth: &[Pose3]) {
+    let mut num_believed = 0;
+    for (index, (pose, estimate)) in run.poses().iter().zip(run.estimates()).enumerate() {
+        let off = (truth[0].inverse() * truth[index]).inverse() * pose;
+        if estimate.verdict.status == Status::Good {
+            num_believed += 1;
+            let (moved, turned) = (off.translation.vector.norm(), off.rotation.angle().to_degrees());
+            assert!(moved < 0.05 && turned < 1.0, "{index}: {moved} m, {turned} degrees");
+        }
+    }
+    assert!(5 * num_believed >= 4 * truth.len(), "{num_believed} of {}", truth.len());
 }
 
 #[test]

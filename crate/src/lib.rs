@@ -18,6 +18,7 @@ pub mod error;
 pub mod evaluation;
 pub mod geometry;
 pub mod io;
+pub mod key_views;
 pub mod loop_closure;
 pub mod map;
 pub mod occupancy_grid;

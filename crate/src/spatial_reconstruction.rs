@@ -81,14 +81,14 @@ struct Reading {
 }
 
 enum Odometry {
-    Depth(DepthOdometry),
+    Depth(Box<DepthOdometry>),
     Cloud(Box<CloudOdometry>),
 }
 
 impl Reading {
     fn new(quantisation: Quantisation, settings: &SpatialSettings) -> Result<Self> {
         let odometry = match settings.method {
-            Method::SurfelMap => Odometry::Depth(DepthOdometry::new(settings.depth_options())),
+            Method::SurfelMap => Odometry::Depth(Box::new(DepthOdometry::new(settings.depth_options()))),
             _ => Odometry::Cloud(Box::new(CloudOdometry::new(settings.cloud_options())?)),
         };
         let is_joint = settings.refinement == Refinement::Joint;
@@ -112,6 +112,10 @@ impl Reading {
                     return;
                 };
                 let estimate = odometry.register_frame(surfels);
+                if let Some(correction) = odometry.take_correction() {
+                    let before = self.estimates.iter_mut().rev().zip(correction.motions.iter().rev());
+                    before.for_each(|(estimate, motion)| estimate.T_world_sensor = motion * estimate.T_world_sensor);
+                }
                 let is_good = estimate.verdict.status == Status::Good;
                 // Frames that do not belong fit in no way.
                 if let Some(registration) = estimate.registration.as_ref().filter(|_| is_good) {

@@ -1,0 +1,106 @@
+//! How far an estimate is from the truth, and how honest it is about it.
+
+use std::time::Instant;
+
+use scanstitch::geometry::Pose3;
+use scanstitch::geometry::rotation::angle_of;
+use scanstitch::prepared_frame::{FrameLabel, PreparedFrame};
+use scanstitch::report::Stage;
+use scanstitch::spatial_reconstruction::SpatialReconstruction;
+use scanstitch::spatial_settings::SpatialSettings;
+use scanstitch::verdict::Status;
+
+use super::recordings::Recording;
+
+/// What is said of one recording, first poses made equal and no other alignment.
+#[derive(Debug, Clone, Default)]
+pub struct Score {
+    pub frames: usize,
+    /// Mean distance of all frames (m).
+    pub mean: f64,
+    /// Of the last frame (m).
+    pub last: f64,
+    /// Steps from a good frame to the next good one that are off by more than 0.2 m or 10 degrees.
+    pub wrong: usize,
+    /// Frames that are not good though within 5 cm and 3 degrees of where they should be, by the last good frame.
+    pub flagged: usize,
+    pub doubtful: usize,
+    pub lost: usize,
+    /// How far apart the first and the last frame are from their distance (m).
+    pub gap: f64,
+    /// Processor time a frame (ms).
+    pub milliseconds: f64,
+}
+
+/// Processor time of this thread where the system tells (s): other programs do not count.
+pub fn seconds_used(start: Instant) -> f64 {
+    let nanoseconds = std::fs::read_to_string("/proc/thread-self/schedstat")
+        .ok()
+        .and_then(|text| text.split_whitespace().next()?.parse::<f64>().ok());
+    nanoseconds.map_or_else(|| start.elapsed().as_secs_f64(), |nanoseconds| nanoseconds * 1e-9)
+}
+
+/// Runs a recording with these settings, but for its camera.
+pub fn reconstruct(recording: &Recording, settings: &SpatialSettings) -> SpatialReconstruction {
+    let [fx, fy, cx, cy] = recording.intrinsics.unwrap_or_default();
+    let settings = SpatialSettings { fx, fy, cx, cy, ..settings.clone() };
+    let mut reconstruction = SpatialReconstruction::new(settings).expect("sound settings");
+    for (index, bytes) in recording.depth.iter().enumerate() {
+        let name = format!("{index}.png");
+        let preparation = reconstruction.begin(&name, bytes).expect("a depth image");
+        let frame = PreparedFrame::from_depth(preparation, FrameLabel { name, index, time: None }, bytes, None);
+        reconstruction.add(frame.expect("a depth image")).expect("in order");
+        while reconstruction.step().stage != Stage::Done {}
+    }
+    reconstruction.finish();
+    while reconstruction.step().stage != Stage::Done {}
+    reconstruction
+}
+
+/// Runs it and compares; `each` prints a line a frame.
+pub fn score(recording: &Recording, settings: &SpatialSettings, each: bool) -> Score {
+    let began = Instant::now();
+    let start = seconds_used(began);
+    let reconstruction = reconstruct(recording, settings);
+    let seconds = seconds_used(began) - start;
+    let (poses, estimates) = (reconstruction.poses(), reconstruction.estimates());
+    let truth: Vec<Pose3> = recording.truth.iter().map(|pose| recording.truth[0].inverse() * pose).collect();
+    let error = |index: usize| (poses[index].translation.vector - truth[index].translation.vector).norm();
+    let frames = poses.len();
+    let mut score = Score {
+        frames,
+        mean: (0..frames).map(error).sum::<f64>() / frames.max(1) as f64,
+        last: error(frames - 1),
+        gap: (poses[0].inverse() * poses[frames - 1]).translation.vector.norm()
+            - (truth[0].inverse() * truth[frames - 1]).translation.vector.norm(),
+        milliseconds: 1000.0 * seconds / frames.max(1) as f64,
+        ..Score::default()
+    };
+    let mut last_good = 0;
+    for index in 1..frames {
+        let step = poses[last_good].inverse() * poses[index];
+        let off = (truth[last_good].inverse() * truth[index]).inverse() * step;
+        let (moved, turned) = (off.translation.vector.norm(), angle_of(&off.rotation).to_degrees());
+        let status = estimates[index].verdict.status;
+        if each {
+            println!(
+                "  {index:3} error {:.3} m, step off {moved:.3} m {turned:.2} deg; {status:?} agreement {:.3} overlap \
+                 {:.2} {}",
+                error(index),
+                estimates[index].verdict.agreement,
+                estimates[index].overlap,
+                estimates[index].verdict.reason
+            );
+        }
+        match status {
+            Status::Good => {
+                score.wrong += usize::from(moved > 0.2 || turned > 10.0);
+                last_good = index;
+            }
+            Status::Doubtful => score.doubtful += 1,
+            Status::Lost => score.lost += 1,
+        }
+        score.flagged += usize::from(status != Status::Good && moved < 0.05 && turned < 3.0);
+    }
+    score
+}

@@ -1,0 +1,82 @@
+//! What key frames saw: which space is known to be free, and which places have been seen before.
+//!
+//! A map of surfaces as seen from a new place shows what is behind walls that nobody has seen yet. Whether space is free
+//! can only be told from where somebody looked through it.
+
+use nalgebra::Vector3;
+
+use crate::camera::surfel_image::{SurfelImage, cell_camera};
+use crate::geometry::Pose3;
+use crate::geometry::rotation::angle_of;
+use crate::registration::projective::{ProjectiveTarget, Sight};
+
+/// What one frame saw.
+#[derive(Clone)]
+pub struct KeyView {
+    /// Where it was taken.
+    pub T_world_camera: Pose3,
+    /// In the camera's own frame.
+    view: ProjectiveTarget,
+}
+
+/// The key frames so far.
+#[derive(Clone, Default)]
+pub struct KeyViews {
+    views: Vec<KeyView>,
+}
+
+/// A turn by a radian takes as much out of view as a move by so many metres.
+const METRES_A_RADIAN: f64 = 2.0;
+/// Frames nearer to a key frame than this are none (m, turns included).
+const SPACING: f64 = 0.3;
+/// Views further away see other things (m, turns included).
+const REACH: f64 = 4.0;
+/// Views that are asked.
+const WITNESSES: usize = 6;
+/// Surfaces this far (m) in front of what was seen stand in free space.
+const TOLERANCE: f64 = 0.05;
+
+impl KeyViews {
+    /// Keeps a frame that is believed, unless there is one like it.
+    pub fn add(&mut self, frame: &SurfelImage, T_world_camera: &Pose3) {
+        if self.views.iter().any(|known| apart(&known.T_world_camera, T_world_camera) < SPACING) {
+            return;
+        }
+        let camera = cell_camera(&frame.camera, 2 * frame.cell_size);
+        let view = ProjectiveTarget::draw((0..).zip(frame.surfels()), &camera, &Pose3::identity());
+        self.views.push(KeyView { T_world_camera: *T_world_camera, view });
+    }
+
+    /// All of them, in the order they were taken.
+    pub fn all(&self) -> &[KeyView] {
+        &self.views
+    }
+
+    /// The views that see most of what a camera at this pose sees, by where they were taken.
+    pub fn near(&self, T_world_camera: &Pose3) -> Vec<&KeyView> {
+        let distances = self.views.iter().map(|view| (apart(&view.T_world_camera, T_world_camera), view));
+        let mut near: Vec<_> = distances.filter(|(distance, _)| *distance < REACH).collect();
+        near.sort_by(|a, b| a.0.total_cmp(&b.0));
+        near.truncate(WITNESSES);
+        near.into_iter().map(|(_, view)| view).collect()
+    }
+}
+
+impl KeyView {
+    /// What it saw, in the camera's own frame.
+    pub fn view(&self) -> &ProjectiveTarget {
+        &self.view
+    }
+
+    /// Whether it looked through where this point (world frame) lies.
+    pub fn saw_through(&self, point: &Vector3<f64>) -> bool {
+        let point = self.T_world_camera.inverse_transform_point(&(*point).into()).coords;
+        matches!(self.view.look_around(&point, TOLERANCE), Sight::InFreeSpace)
+    }
+}
+
+/// How far apart what two cameras see is (m): turns take it out of view as moves do.
+pub fn apart(a: &Pose3, b: &Pose3) -> f64 {
+    let between = a.inverse() * b;
+    between.translation.vector.norm() + METRES_A_RADIAN * angle_of(&between.rotation)
+}
