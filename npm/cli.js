@@ -11,10 +11,11 @@ import { evaluate } from './cli/evaluate.js';
 import { mapQuality } from './cli/map_quality.js';
 import { reconstruct } from './cli/reconstruct.js';
 import { settings } from './cli/settings.js';
+import { strategies } from './cli/strategies.js';
 import { topics } from './cli/topics.js';
 
 /** @type {import('./cli/command.js').Command[]} */
-const COMMANDS = [reconstruct, evaluate, convert, mapQuality, bev, topics, settings];
+const COMMANDS = [reconstruct, evaluate, convert, mapQuality, strategies, bev, topics, settings];
 
 const INTRODUCTION = `Laser scans, depth images and clouds to a trajectory and a stitched map, and trajectories against the truth.
 

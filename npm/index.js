@@ -17,6 +17,7 @@ export {
   DepthPixels,
   describe_settings,
   describe_spatial_settings,
+  describe_strategy_settings,
   Evaluation,
   evaluate,
   evaluation_defaults,
@@ -36,6 +37,8 @@ export {
   relation_errors,
   spatial_presets,
   SpatialReconstruction,
+  strategy_presets,
+  StrategyComparison,
   Trajectory,
   version,
 } from '../pkg/scanstitch.js';

@@ -344,7 +344,7 @@ async function isReplaced(preparer) {
 }
 
 /** Lets messages and a stop come in between two frames; timers would be slow in a tab in the background. */
-function nextTurn() {
+export function nextTurn() {
   return new Promise((resolve) => {
     if (typeof setImmediate === 'function') {
       setImmediate(resolve);

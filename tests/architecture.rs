@@ -20,7 +20,7 @@ const LAYERS: &[&[&str]] = &[
     &["prepared_frame"],
     &["recorded_scan"],
     &["report", "spatial_report"],
-    &["reconstruction", "spatial_reconstruction"],
+    &["reconstruction", "spatial_reconstruction", "strategies"],
     &["wasm"],
 ];
 

@@ -37,6 +37,7 @@ pub mod sparse;
 pub mod spatial_reconstruction;
 pub mod spatial_report;
 pub mod spatial_settings;
+pub mod strategies;
 pub mod surfel_map;
 pub mod verdict;
 pub mod voxel_map;

@@ -25,6 +25,7 @@ use crate::settings::{Preset, SettingDescription, descriptions};
 mod bev;
 mod evaluation;
 mod spatial;
+mod strategies;
 
 #[wasm_bindgen(typescript_custom_section)]
 const TYPES: &str = "

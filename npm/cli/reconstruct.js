@@ -106,7 +106,7 @@ async function run(engine, args) {
 }
 
 /** @param {string | undefined} text */
-function readWorkers(text) {
+export function readWorkers(text) {
   if (text === undefined) return availableParallelism();
   if (!/^\d{1,3}$/.test(text)) throw new CommandError(`--workers ${text}: this is a number of threads, such as 4`);
   return Number(text);
@@ -116,7 +116,7 @@ function readWorkers(text) {
  * @param {import('./inputs.js').Inputs} inputs
  * @param {string | undefined} chosen
  */
-async function understandInputs({ sources, notes }, chosen) {
+export async function understandInputs({ sources, notes }, chosen) {
   for (const { file, reason } of notes) note(`${file}: ${reason}.`);
   const files = [...sources.values()];
   const taken = chosen === undefined ? files : filesOfRecording(files, chosen.replace(/\/+$/, ''));

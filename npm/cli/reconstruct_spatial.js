@@ -87,7 +87,7 @@ function writeMap(reconstruction, out, complain) {
  * @param {Task} task
  * @returns {FrameJob[]}
  */
-function jobsOf({ inputs: { sources }, recording: { kind, root, depth_frames, clouds } }) {
+export function jobsOf({ inputs: { sources }, recording: { kind, root, depth_frames, clouds } }) {
   const source = (/** @type {string} */ path) => {
     const found = sources.get(path);
     if (!found) throw new Error(`${path} is not listed`);
@@ -110,8 +110,8 @@ function jobsOf({ inputs: { sources }, recording: { kind, root, depth_frames, cl
   });
 }
 
-/** @param {SpatialReconstruction} reconstruction @param {Task} task */
-async function setIntrinsics(reconstruction, { inputs, recording, options, complain }) {
+/** @param {Pick<SpatialReconstruction, 'set_intrinsics'>} reconstruction @param {Task} task */
+export async function setIntrinsics(reconstruction, { inputs, recording, options, complain }) {
   if (options.intrinsics !== undefined) {
     const name = basename(options.intrinsics);
     const fail = (/** @type {string} */ problem) => {
@@ -132,7 +132,7 @@ async function setIntrinsics(reconstruction, { inputs, recording, options, compl
  * @param {Task} task
  * @returns {Promise<NamedBytes | null>}
  */
-async function readReference({ inputs, recording, options, complain }) {
+export async function readReference({ inputs, recording, options, complain }) {
   if (options.reference !== undefined) {
     const { reference: path } = options;
     const isFolder = statSync(path, { throwIfNoEntry: false })?.isDirectory() ?? false;
@@ -211,7 +211,7 @@ async function runAll(reconstruction, jobs, { engine, options, complain }) {
 }
 
 /** @param {string} name @param {import('./inputs.js').Source} file */
-async function readFirst(name, file) {
+export async function readFirst(name, file) {
   /** @type {string[]} */
   const problems = [];
   const bytes = await readSource(file, name, (problem) => problems.push(problem));
@@ -220,7 +220,7 @@ async function readFirst(name, file) {
 }
 
 /** A line that counts, where somebody looks. @param {number} total */
-function progressLine(total) {
+export function progressLine(total) {
   const isSeen = process.stderr.isTTY;
   return {
     show: (/** @type {number} */ done) => {

@@ -69,6 +69,15 @@ export function writeResults(folder, files) {
   }
 }
 
+/** One file, where it is asked for. @param {string} path @param {string | Uint8Array} contents */
+export function writeFile(path, contents) {
+  try {
+    writeFileSync(path, contents);
+  } catch (error) {
+    throw new CommandError(`${path}: The file could not be written. ${fileProblem(error)}`);
+  }
+}
+
 /** @param {string} text */
 export function note(text) {
   process.stderr.write(`note: ${text}\n`);

@@ -57,7 +57,7 @@ export function settingsHelp(engine) {
 }
 
 /** @param {Catalogue} catalogue */
-function describeAll({ about, descriptions, presets }) {
+export function describeAll({ about, descriptions, presets }) {
   const defaults = presets[0]?.settings;
   const groups = [...new Set(descriptions.map(({ group }) => group))].map((group) => {
     const members = descriptions.filter((description) => description.group === group);

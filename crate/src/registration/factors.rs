@@ -205,11 +205,11 @@ impl<const D: usize, const DOF: usize, M: RigidMotion<D, DOF>> Metric<D, DOF, M>
 }
 
 /// n . (p - q).
-fn plane_residual<const D: usize>(target: &impl Target<D>, index: u32, moved: &SVector<f64, D>) -> Option<f64> {
+pub(crate) fn plane_residual<const D: usize>(target: &impl Target<D>, index: u32, moved: &SVector<f64, D>) -> Option<f64> {
     target.normal(index).map(|normal| normal.dot(&(moved - target.point(index))))
 }
 
-fn plane_equations<const D: usize, const DOF: usize, M: RigidMotion<D, DOF>>(
+pub(crate) fn plane_equations<const D: usize, const DOF: usize, M: RigidMotion<D, DOF>>(
     target: &impl Target<D>,
     correspondences: &[Correspondence<D>],
 ) -> NormalEquations<DOF> {
@@ -223,7 +223,7 @@ fn plane_equations<const D: usize, const DOF: usize, M: RigidMotion<D, DOF>>(
     sums
 }
 
-pub(super) fn gauss_newton_step<const D: usize, const DOF: usize, M: RigidMotion<D, DOF>>(
+pub(crate) fn gauss_newton_step<const D: usize, const DOF: usize, M: RigidMotion<D, DOF>>(
     equations: &NormalEquations<DOF>,
 ) -> Option<M> {
     let damping = SMatrix::identity() * (RELATIVE_DAMPING * equations.H.trace());

@@ -1,0 +1,64 @@
+//! The distance limit of partners, told from how far off the predictions of the motion have been.
+//!
+//! Vizzo et al., "KISS-ICP", RA-L 8 (2023), section III-D, eqs. 5 to 7 for the deviation of one frame and those after them for the
+//! threshold.
+
+use crate::geometry::{Pose3, RigidMotion};
+
+/// Deviations below this (m) tell nothing: a sensor that stands still must not narrow the threshold to nothing
+/// (delta_min in the paper).
+const MIN_DEVIATION: f64 = 0.1;
+/// The threshold is three standard deviations, tau = 3 sigma.
+const SIGMAS: f64 = 3.0;
+
+/// Deviations of the predictions so far.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct AdaptiveThreshold {
+    sum_of_squares: f64,
+    count: f64,
+}
+
+impl AdaptiveThreshold {
+    /// Without any frame, the threshold is `initial` (m); it counts as one deviation, as in the authors' code.
+    pub fn new(initial: f64) -> Self {
+        let sigma = initial / SIGMAS;
+        Self { sum_of_squares: sigma * sigma, count: 1.0 }
+    }
+
+    /// Takes in the motion by which a frame was off its prediction; `max_range` (m) is how far its points reach.
+    pub fn update(&mut self, deviation: &Pose3, max_range: f64) {
+        let angle = <Pose3 as RigidMotion<3, 6>>::rotation_angle(deviation);
+        let delta_rot = 2.0 * max_range * (0.5 * angle).sin(); // eq. 6: the angle is arccos((tr R - 1) / 2)
+        let delta_trans = <Pose3 as RigidMotion<3, 6>>::translation_norm(deviation); // eq. 7
+        let delta = delta_rot + delta_trans; // eq. 5
+        if delta > MIN_DEVIATION {
+            self.sum_of_squares += delta * delta;
+            self.count += 1.0;
+        }
+    }
+
+    /// The threshold (m): three times the root mean square of the deviations that count.
+    pub fn threshold(&self) -> f64 {
+        SIGMAS * (self.sum_of_squares / self.count).sqrt()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::Vector6;
+
+    #[test]
+    fn follows_the_deviations_and_does_not_fall_below_what_tells() {
+        let mut threshold = AdaptiveThreshold::new(1.5);
+        assert!((threshold.threshold() - 1.5).abs() < 1e-12);
+        let small = <Pose3 as RigidMotion<3, 6>>::exp(&Vector6::new(0.0, 0.001, 0.0, 0.01, 0.0, 0.0));
+        threshold.update(&small, 10.0);
+        assert!((threshold.threshold() - 1.5).abs() < 1e-12);
+        // A turn of 0.1 rad moves a point at 4 m by 0.4 m, to which 0.2 m of way are added.
+        let turn = Pose3::translation(0.2, 0.0, 0.0) * <Pose3 as RigidMotion<3, 6>>::exp(&(Vector6::y() * 0.1));
+        threshold.update(&turn, 4.0);
+        let delta = 8.0 * 0.05_f64.sin() + 0.2;
+        assert!((threshold.threshold() - 3.0 * (f64::midpoint(0.25, delta * delta)).sqrt()).abs() < 1e-12);
+    }
+}

@@ -1,0 +1,154 @@
+//! Strategies side by side for JavaScript: which map, which points, which motion, which threshold.
+
+use tsify::Ts;
+use wasm_bindgen::prelude::*;
+
+use super::spatial::{PartialKnownConvention, PartialSpatialSettings};
+use super::{from_object, plain, thrown};
+use crate::error::Error;
+use crate::evaluation::convention::KnownConvention;
+use crate::io::{intrinsics, ply, trajectory};
+use crate::prepared_frame::PreparedFrame;
+use crate::settings::SettingDescription;
+use crate::strategies::{
+    StrategyComparison as Engine, StrategyFrame, StrategyPreset, StrategyResult, StrategySettings, strategy_descriptions,
+};
+
+#[wasm_bindgen]
+extern "C" {
+    /// Settings of each strategy; those not given have their defaults.
+    #[wasm_bindgen(typescript_type = "readonly Partial<StrategySettings>[]")]
+    pub type PartialStrategies;
+}
+
+/// Every setting of a strategy, with its limits and a line of explanation.
+///
+/// # Errors
+/// Never for the input's sake.
+#[wasm_bindgen]
+pub fn describe_strategy_settings() -> Result<Vec<Ts<SettingDescription>>, JsValue> {
+    strategy_descriptions().iter().map(plain).collect()
+}
+
+/// The strategies that are compared unless others are asked for.
+///
+/// # Errors
+/// Never for the input's sake.
+#[wasm_bindgen]
+pub fn strategy_presets() -> Result<Vec<Ts<StrategyPreset>>, JsValue> {
+    crate::strategies::strategy_presets().iter().map(plain).collect()
+}
+
+/// Strategies side by side: `begin` with the first file, then `offer` each prepared frame, and `step` every strategy that is to
+/// go on; ask for `result` at any time. Call `free()` when done.
+#[wasm_bindgen]
+pub struct StrategyComparison {
+    engine: Engine,
+}
+
+#[wasm_bindgen]
+impl StrategyComparison {
+    /// A comparison without frames. `settings` say how frames are read; `voxel_size` of them, how they are thinned before every
+    /// strategy.
+    ///
+    /// # Errors
+    /// When a setting is unknown or out of its limits.
+    #[wasm_bindgen(constructor)]
+    pub fn new(
+        strategies: PartialStrategies,
+        settings: Option<PartialSpatialSettings>,
+    ) -> Result<StrategyComparison, JsValue> {
+        let strategies: Vec<StrategySettings> = from_object(Some(strategies.into()))?;
+        let engine = Engine::new(strategies, from_object(settings.map(JsValue::from))?);
+        Ok(Self { engine: engine.map_err(|error| thrown(&error))? })
+    }
+
+    /// Reads the camera from a file beside the images, unless the settings have one. Before `begin`.
+    ///
+    /// # Errors
+    /// When the file holds no camera, and after `begin`.
+    pub fn set_intrinsics(&mut self, name: &str, bytes: &[u8]) -> Result<(), JsValue> {
+        let camera = intrinsics::read(bytes).map_err(|error| thrown(&error.in_file(name)))?;
+        self.engine.set_intrinsics(camera).map_err(|error| thrown(&error))
+    }
+
+    /// Looks at the first file; returns what `prepare_frame` and `prepare_cloud` need.
+    ///
+    /// # Errors
+    /// When it is neither a depth image nor a cloud, holds nothing, or the settings make no camera.
+    pub fn begin(&mut self, name: &str, first_frame: &[u8]) -> Result<String, JsValue> {
+        let preparation = self.engine.begin(name, first_frame).map_err(|error| thrown(&error))?;
+        Ok(serde_json::to_string(preparation).unwrap_or_default())
+    }
+
+    /// Offers the next frame to every strategy. Frames come in the order of the recording; gaps are fine.
+    ///
+    /// # Errors
+    /// When the bytes are no prepared frame, or the frame comes before the last one.
+    pub fn offer(&mut self, prepared: &[u8]) -> Result<(), JsValue> {
+        let frame = PreparedFrame::from_bytes(prepared);
+        frame.and_then(|frame| self.engine.offer(frame)).map_err(|error| thrown(&error))
+    }
+
+    /// Places the frame on offer by one strategy, counted from 0: this is what costs time.
+    ///
+    /// # Errors
+    /// Where there is no such strategy, or it has placed that frame.
+    pub fn step(&mut self, strategy: usize) -> Result<Ts<StrategyFrame>, JsValue> {
+        match self.engine.step(strategy) {
+            Some(frame) => plain(frame),
+            None => Err(thrown(&Error::whole(
+                format!("Strategy {strategy} has no frame to place"),
+                "Offer a frame, then step each strategy once",
+            ))),
+        }
+    }
+
+    /// Sets the trajectory to compare with, in any form that is read. It is used for nothing else. `num_recorded` is the
+    /// number of frames of the recording, whether they could be used or not.
+    ///
+    /// # Errors
+    /// When the file is no trajectory.
+    pub fn set_reference(
+        &mut self,
+        name: &str,
+        bytes: &[u8],
+        num_recorded: usize,
+        known: Option<PartialKnownConvention>,
+    ) -> Result<(), JsValue> {
+        let known: KnownConvention = from_object(known.map(JsValue::from))?;
+        let contents = trajectory::read_lenient(bytes, None).map_err(|error| thrown(&error.in_file(name)))?;
+        self.engine.set_reference(name, contents, num_recorded, known);
+        Ok(())
+    }
+
+    /// What is known of a strategy so far; `milliseconds` are what its frames took, as you measured them, or none.
+    ///
+    /// # Errors
+    /// Where there is no such strategy.
+    pub fn result(&self, strategy: usize, milliseconds: &[f64]) -> Result<Ts<StrategyResult>, JsValue> {
+        plain(&self.engine.result(strategy, milliseconds).ok_or_else(|| no_strategy(strategy))?)
+    }
+
+    /// The map of a strategy as a binary PLY file.
+    ///
+    /// # Errors
+    /// Where there is no such strategy.
+    pub fn map_ply(&self, strategy: usize) -> Result<Vec<u8>, JsValue> {
+        let map = self.engine.map(strategy).ok_or_else(|| no_strategy(strategy))?;
+        Ok(ply::write(&map, ply::Format::BinaryLittleEndian))
+    }
+
+    /// The path that a strategy found as TUM writes it: time or number of the frame, x y z qx qy qz qw, a line a frame.
+    ///
+    /// # Errors
+    /// Where there is no such strategy.
+    pub fn trajectory_tum(&self, strategy: usize) -> Result<String, JsValue> {
+        let (times, poses) = self.engine.trajectory(strategy).ok_or_else(|| no_strategy(strategy))?;
+        Ok(trajectory::tum_text(times.as_deref(), &poses))
+    }
+}
+
+fn no_strategy(strategy: usize) -> JsValue {
+    thrown(&Error::whole(format!("There is no strategy {strategy}"), "Strategies are counted from 0"))
+}

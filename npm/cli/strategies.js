@@ -1,0 +1,229 @@
+// @ts-check
+/** `scanstitch strategies`: what a map costs and gains, strategies side by side. */
+import { availableParallelism } from 'node:os';
+import { basename } from 'node:path';
+import { SpatialRun } from '../spatial_run.js';
+import { StrategyRace } from '../strategy_race.js';
+import { cell, columnsOf, csvOf, framesCsvOf } from '../strategy_table.js';
+import { CommandError, EXIT, isScanstitchError, readArguments, table } from './command.js';
+import { gather } from './inputs.js';
+import { startPreparers } from './preparers.js';
+import { readWorkers, understandInputs } from './reconstruct.js';
+import { jobsOf, progressLine, readFirst, readReference, setIntrinsics } from './reconstruct_spatial.js';
+import { accepted, create, note, writeFile } from './results.js';
+import { describeAll, readSettings, spatialCatalogue } from './settings.js';
+
+const OPTIONS = /** @type {const} */ ({
+  strategies: { type: 'string' },
+  strategy: { type: 'string', multiple: true },
+  reference: { type: 'string' },
+  intrinsics: { type: 'string' },
+  recording: { type: 'string' },
+  set: { type: 'string', multiple: true },
+  workers: { type: 'string' },
+  out: { type: 'string' },
+  frames: { type: 'string' },
+  json: { type: 'boolean', default: false },
+});
+
+/** @typedef {import('./command.js').Engine} Engine */
+/** @typedef {{ name: string, label: string, settings: Record<string, unknown> }} Chosen */
+
+/** @param {Engine} engine @returns {import('./settings.js').Catalogue} */
+function strategyCatalogue(engine) {
+  return {
+    about: 'strategies',
+    descriptions: engine.describe_strategy_settings(),
+    presets: engine.strategy_presets().map((preset) => ({ ...preset, settings: { ...preset.settings } })),
+  };
+}
+
+/** @type {import('./command.js').Command} */
+export const strategies = {
+  name: 'strategies',
+  about: 'what a map costs and gains: strategies of odometry side by side',
+  help: (engine) => `scanstitch strategies FILES-OR-FOLDER-OR-ZIP... [OPTION]...
+
+Runs several strategies over one recording of depth images or clouds: each frame is registered by ICP to the map of all
+before it, and the strategies differ in how that map is kept and how frames are matched with it. The truth, where it lies
+beside the frames or is given, is used for the errors alone.
+
+Printed, a line a strategy: points of the map and their bytes (24 a point), the time a frame takes (median, last, and by
+how much it grows from frame to frame, with the standard error), the distance to the truth (APE, first poses made equal)
+and the error from frame to frame (RPE), and how crisp all frames lie on each other (mean map entropy, mean plane
+variance). Ctrl-C stops; what has been computed is printed.
+
+Options:
+  --strategies A,B   which of those below, in this order (default: all of them)
+  --strategy "NAME, SETTING=VALUE, ..."
+                     one of those below with other settings; may be repeated. They come after those of --strategies
+  --out FILE.csv     the table in full precision, in SI units, with the settings of each strategy
+  --frames FILE.csv  a line for each frame of each strategy: ms, points of the map, error, pose
+  --json             print everything as JSON
+  --reference FILE   a trajectory to compare with, or a folder with a file for each frame
+  --intrinsics FILE  the depth camera, see scanstitch reconstruct --help
+  --recording DIR    which one to take, where a folder or archive holds several (default: the longest)
+  --set NAME=VALUE   how frames are read, for all strategies alike: see the settings for depth images and clouds of
+                     scanstitch settings. voxel_size thins every frame before all else (depth images: 0.05 m)
+  --workers N        threads that prepare frames ahead (default: one less than there are cores)
+
+Examples:
+  scanstitch strategies second_floor/ --out table.csv
+  scanstitch strategies bag.zip --strategies plain,voxels_0.1 --strategy "voxels_0.1, kept=mean, crop_distance=8"
+
+${describeAll(strategyCatalogue(engine))}`,
+  run,
+};
+
+/**
+ * @param {Engine} engine
+ * @param {string[]} args
+ */
+async function run(engine, args) {
+  const { values, positionals } = readArguments('strategies', { args, options: OPTIONS, allowPositionals: true });
+  if (positionals.length === 0) {
+    throw new CommandError(
+      'No input was given: name files, a folder or a ZIP archive. See: scanstitch strategies --help',
+    );
+  }
+  const chosen = choose(strategyCatalogue(engine), values.strategies, values.strategy ?? []);
+  const settings = readSettings(spatialCatalogue(engine), undefined, values.set ?? []);
+  let complaints = 0;
+  const complain = (/** @type {string} */ problem) => {
+    process.stderr.write(`${problem}\n`);
+    complaints += 1;
+  };
+  const inputs = await gather(positionals, complain);
+  const { reference, intrinsics } = values;
+  const workers = values.workers === undefined ? Math.max(1, availableParallelism() - 1) : readWorkers(values.workers);
+  const options = { out: '', reference, intrinsics, preset: undefined, set: [], workers };
+  try {
+    const recording = await understandInputs(inputs, values.recording);
+    for (const { file, reason } of recording.notes) note(`${file}: ${reason}.`);
+    if (recording.kind !== 'depth_images' && recording.kind !== 'clouds') {
+      throw new CommandError('Neither depth images nor clouds in space were found: strategies are compared on those.');
+    }
+    const compared = await compareAll({ engine, inputs, recording, options, complain }, chosen, settings);
+    if (values.out !== undefined) writeFile(values.out, csvOf(compared.rows));
+    if (values.frames !== undefined) writeFile(values.frames, framesCsvOf(compared.rows, compared.milliseconds));
+    process.stdout.write(values.json ? jsonOf(compared) : printed(compared.rows));
+    for (const file of [values.out, values.frames]) if (file !== undefined) note(`Written to ${file}`);
+  } finally {
+    await inputs.close();
+  }
+  return complaints > 0 ? EXIT.partial : EXIT.done;
+}
+
+/**
+ * @param {import('./settings.js').Catalogue} catalogue
+ * @param {string | undefined} names
+ * @param {string[]} others
+ * @returns {Chosen[]}
+ */
+function choose(catalogue, names, others) {
+  const known = catalogue.presets.map(({ name }) => name);
+  const listed = names === undefined ? (others.length > 0 ? [] : known) : names.split(',').map((name) => name.trim());
+  return [...listed, ...others]
+    .filter((text) => text !== '')
+    .map((text) => {
+      const [name = '', ...assignments] = text.split(',').map((part) => part.trim());
+      const label = assignments.length > 0 ? `${name}, ${assignments.join(', ')}` : name;
+      return { name: label, label, settings: readSettings(catalogue, name, assignments) };
+    });
+}
+
+/**
+ * @param {import('./results.js').Task} task
+ * @param {Chosen[]} chosen
+ * @param {Record<string, unknown>} settings
+ */
+async function compareAll(task, chosen, settings) {
+  const { engine, options, complain } = task;
+  const comparison = create(
+    () =>
+      new engine.StrategyComparison(
+        chosen.map(({ settings }) => settings),
+        settings,
+      ),
+  );
+  await setIntrinsics(comparison, task);
+  const jobs = jobsOf(task);
+  const reference = await readReference(task);
+  if (reference) accepted(() => comparison.set_reference(reference.name, reference.bytes, jobs.length), complain);
+  const controller = new AbortController();
+  const race = new StrategyRace(comparison, chosen.length, { isOver: () => controller.signal.aborted });
+  const numPlaced = await runRace(task, jobs, comparison, race, controller);
+  if (numPlaced === 0) throw new CommandError('No frame could be used, so nothing was computed.');
+  const rows = chosen.map(({ name, label }, strategy) => {
+    const result = comparison.result(strategy, Float64Array.from(race.milliseconds[strategy] ?? []));
+    return { name, label, result };
+  });
+  for (const text of new Set(rows.flatMap(({ result }) => result.notes))) {
+    if (reference && text.startsWith(basename(reference.name))) complain(text);
+    else note(text);
+  }
+  comparison.free();
+  return { rows, milliseconds: race.milliseconds };
+}
+
+/**
+ * @param {import('./results.js').Task} task
+ * @param {import('./preparers.js').FrameJob[]} jobs
+ * @param {import('../index.js').StrategyComparison} comparison
+ * @param {StrategyRace} race
+ * @param {AbortController} controller
+ */
+async function runRace({ engine, options, complain }, jobs, comparison, race, controller) {
+  const preparers = await startPreparers(engine, Math.min(options.workers, jobs.length));
+  const stop = () => controller.abort();
+  process.once('SIGINT', stop);
+  const progress = progressLine(jobs.length);
+  let numPlaced = 0;
+  const run = new SpatialRun({
+    preparers,
+    registrar: {
+      begin: async ({ name, file }) => comparison.begin(name, await readFirst(name, file)),
+      add_prepared: (bytes) => race.add_prepared(bytes),
+      step: () => race.step(),
+    },
+    onEvent: (event) => {
+      if (event.type === 'problem') {
+        progress.clear();
+        complain(isScanstitchError(event.error) ? event.error.message : `${event.name}: ${event.error.message}.`);
+      }
+      if (event.type === 'registered') {
+        numPlaced += 1;
+        progress.show(numPlaced);
+      }
+    },
+  });
+  // A colour of the map says nothing here, and takes time to read.
+  run.add(jobs.map((job) => ({ ...job, color: null })));
+  try {
+    const { state } = await run.run(controller.signal);
+    if (state === 'stopped') {
+      // The strategy at work is let finish its frame: the engine answers nothing meanwhile.
+      progress.clear();
+      complain(`Stopped after ${numPlaced} of ${jobs.length} frames.`);
+    }
+    return numPlaced;
+  } finally {
+    progress.clear();
+    process.removeListener('SIGINT', stop);
+    await Promise.all(preparers.map((preparer) => preparer.close()));
+  }
+}
+
+/** @param {import('../strategy_table.js').Row[]} rows */
+function printed(rows) {
+  const columns = columnsOf(rows);
+  const heads = ['strategy', ...columns.map(({ label, unit }) => (unit ? `${label} (${unit})` : label))];
+  const lines = rows.map(({ label, result }) => [label, ...columns.map((column) => cell(column, result))]);
+  return table(heads, lines, new Set([0]));
+}
+
+/** @param {{ rows: import('../strategy_table.js').Row[], milliseconds: number[][] }} compared */
+function jsonOf({ rows, milliseconds }) {
+  const all = rows.map(({ name, result }, strategy) => ({ name, ...result, milliseconds: milliseconds[strategy] }));
+  return `${JSON.stringify(all, null, 2)}\n`;
+}

@@ -1,0 +1,221 @@
+// @ts-check
+/** Results of strategies as rows: for CSV, Markdown and tables on a screen. One list of columns serves them all. */
+
+/** @typedef {import('../pkg/scanstitch.js').StrategyResult} StrategyResult */
+/** @typedef {{ name: string, label: string, result: StrategyResult }} Row */
+
+/**
+ * @typedef {object} Column
+ * @property {string} name in CSV; SI units, but for milliseconds, which are named so
+ * @property {string} label on a screen
+ * @property {string} unit of `shown`
+ * @property {string} about in plain words
+ * @property {(result: StrategyResult) => number | null} value in full precision
+ * @property {(value: number, result: StrategyResult) => string} shown for people
+ */
+
+/** @type {readonly Column[]} */
+export const COLUMNS = [
+  {
+    name: 'frames',
+    label: 'Frames',
+    unit: '',
+    about: 'Frames that went through it',
+    value: ({ frames }) => frames.length,
+    shown: String,
+  },
+  {
+    name: 'lost',
+    label: 'Lost',
+    unit: '',
+    about: 'Frames that it could not place: the prediction stands in for them',
+    value: ({ num_lost }) => num_lost,
+    shown: String,
+  },
+  {
+    name: 'map_points',
+    label: 'Map points',
+    unit: '',
+    about: 'Points of the map after the last frame',
+    value: ({ map_points }) => map_points,
+    shown: (value) => value.toLocaleString('en-US'),
+  },
+  {
+    name: 'map_bytes',
+    label: 'Stored',
+    unit: 'MB',
+    about: '24 bytes a point: three coordinates in double precision; normals and the search index are not counted',
+    value: ({ map_bytes }) => map_bytes,
+    shown: (value) => (value / 1e6).toFixed(value < 1e7 ? 2 : 1),
+  },
+  {
+    name: 'ms_median',
+    label: 'Median',
+    unit: 'ms',
+    about: 'Time a frame takes, from the second one on; half the frames took less',
+    value: ({ timing }) => timing?.median ?? null,
+    shown: (value) => value.toFixed(1),
+  },
+  {
+    name: 'ms_last',
+    label: 'Last',
+    unit: 'ms',
+    about: 'Time that the last frame took',
+    value: ({ timing }) => timing?.last ?? null,
+    shown: (value) => value.toFixed(1),
+  },
+  {
+    name: 'ms_slope',
+    label: 'Growth',
+    unit: 'ms/frame',
+    about: 'By how much a frame takes longer than the one before it: least squares, with the standard error',
+    value: ({ timing }) => timing?.trend?.slope ?? null,
+    shown: (value, { timing }) => `${value.toFixed(2)} ±${(timing?.trend?.standard_error ?? 0).toFixed(2)}`,
+  },
+  {
+    name: 'map_growth',
+    label: 'Map grows',
+    unit: 'points/frame',
+    about: 'Points that a frame adds to the map in the mean, over the second half of the frames',
+    value: ({ growth }) => growth?.slope ?? null,
+    shown: (value) => value.toFixed(0),
+  },
+  {
+    name: 'ape_mean',
+    label: 'APE mean',
+    unit: 'm',
+    about: 'Distance to the truth, first poses made equal',
+    value: ({ comparison }) => comparison?.ape_mean ?? null,
+    shown: (value) => value.toFixed(3),
+  },
+  {
+    name: 'ape_rmse',
+    label: 'APE rmse',
+    unit: 'm',
+    about: 'Root mean square distance to the truth',
+    value: ({ comparison }) => comparison?.ape_rmse ?? null,
+    shown: (value) => value.toFixed(3),
+  },
+  {
+    name: 'ape_max',
+    label: 'APE max',
+    unit: 'm',
+    about: 'Largest distance to the truth',
+    value: ({ comparison }) => comparison?.ape_max ?? null,
+    shown: (value) => value.toFixed(3),
+  },
+  {
+    name: 'rpe_mean',
+    label: 'RPE mean',
+    unit: 'mm',
+    about: 'Error of the way from each frame to the next, in the mean',
+    value: ({ comparison }) => comparison?.rpe_mean ?? null,
+    shown: (value) => (1e3 * value).toFixed(1),
+  },
+  {
+    name: 'rpe_rmse',
+    label: 'RPE rmse',
+    unit: 'mm',
+    about: 'Root mean square of the error from each frame to the next',
+    value: ({ comparison }) => comparison?.rpe_rmse ?? null,
+    shown: (value) => (1e3 * value).toFixed(1),
+  },
+  {
+    name: 'rpe_max',
+    label: 'RPE max',
+    unit: 'mm',
+    about: 'Largest error from a frame to the next',
+    value: ({ comparison }) => comparison?.rpe_max ?? null,
+    shown: (value) => (1e3 * value).toFixed(1),
+  },
+  {
+    name: 'rpe_rotation_mean',
+    label: 'RPE turn',
+    unit: 'deg',
+    about: 'Error of the turn from each frame to the next, in the mean',
+    value: ({ comparison }) => comparison?.rpe_rotation_mean ?? null,
+    shown: (value) => ((value * 180) / Math.PI).toFixed(3),
+  },
+  {
+    name: 'mean_map_entropy',
+    label: 'Entropy',
+    unit: 'nats',
+    about: 'Mean map entropy of the same points of all frames at the poses found: the smaller, the crisper',
+    value: ({ sharpness }) => sharpness?.mean_map_entropy ?? null,
+    shown: (value) => value.toFixed(3),
+  },
+  {
+    name: 'mean_plane_variance',
+    label: 'Plane variance',
+    unit: 'mm²',
+    about: 'Mean plane variance of the same points: the smaller, the crisper',
+    value: ({ sharpness }) => sharpness?.mean_plane_variance ?? null,
+    shown: (value) => (1e6 * value).toFixed(0),
+  },
+];
+
+/** Columns of errors, which say nothing without a truth. */
+const OF_TRUTH = /^(ape|rpe)_/;
+
+/** The columns that hold something. @param {readonly Row[]} rows @returns {readonly Column[]} */
+export function columnsOf(rows) {
+  const hasTruth = rows.some(({ result }) => result.comparison !== null);
+  return COLUMNS.filter(({ name }) => hasTruth || !OF_TRUTH.test(name));
+}
+
+/** @param {Column} column @param {StrategyResult} result */
+export function cell(column, result) {
+  const value = column.value(result);
+  return value === null ? '–' : column.shown(value, result);
+}
+
+/** In full precision and SI units, a line a strategy, its settings at the end. @param {readonly Row[]} rows */
+export function csvOf(rows) {
+  const settings = Object.keys(rows[0]?.result.settings ?? {});
+  const heads = [
+    'strategy',
+    ...COLUMNS.flatMap(({ name }) => (name === 'ms_slope' ? [name, 'ms_slope_error'] : name)),
+    ...settings,
+  ];
+  const lines = rows.map(({ name, result }) => [
+    name,
+    ...COLUMNS.flatMap((column) => {
+      const value = column.value(result);
+      return column.name === 'ms_slope' ? [value, result.timing?.trend?.standard_error ?? null] : value;
+    }),
+    ...Object.values(result.settings),
+  ]);
+  return [heads, ...lines].map((line) => `${line.map(quoted).join(',')}\n`).join('');
+}
+
+/** One line a frame and strategy. @param {readonly Row[]} rows @param {readonly (readonly number[])[]} milliseconds */
+export function framesCsvOf(rows, milliseconds) {
+  const heads = ['strategy', 'index', 'name', 'status', 'ms', 'map_points', 'map_bytes', 'num_added', 'num_source'];
+  const more = ['threshold', 'fitness', 'inlier_rmse', 'iterations', 'error', 'x', 'y', 'z', 'qx', 'qy', 'qz', 'qw'];
+  const lines = rows.flatMap(({ name, result }, strategy) =>
+    result.frames.map((frame, place) => {
+      const { x, y, z, qx, qy, qz, qw } = frame.T_world_sensor;
+      return [
+        ...[name, frame.index, frame.name, frame.status, milliseconds[strategy]?.[place] ?? null],
+        ...[frame.map_points, frame.map_bytes, frame.num_added, frame.num_source, frame.threshold, frame.fitness],
+        ...[frame.inlier_rmse, frame.iterations, result.comparison?.errors[place] ?? null, x, y, z, qx, qy, qz, qw],
+      ];
+    }),
+  );
+  return [[...heads, ...more], ...lines].map((line) => `${line.map(quoted).join(',')}\n`).join('');
+}
+
+/** As it is shown, for a report. @param {readonly Row[]} rows */
+export function markdownOf(rows) {
+  const columns = columnsOf(rows);
+  const heads = ['Strategy', ...columns.map(({ label, unit }) => (unit ? `${label} (${unit})` : label))];
+  const lines = rows.map(({ label, result }) => [label, ...columns.map((column) => cell(column, result))]);
+  const line = (/** @type {string[]} */ cells) => `| ${cells.join(' | ')} |\n`;
+  return line(heads) + line(heads.map((_, index) => (index === 0 ? '---' : '---:'))) + lines.map(line).join('');
+}
+
+/** @param {unknown} value */
+function quoted(value) {
+  const text = value === null || value === undefined ? '' : String(value);
+  return /[",\n]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text;
+}
