@@ -6,7 +6,30 @@
 import { nextTurn } from './spatial_run.js';
 
 /** @typedef {import('../pkg/scanstitch.js').StrategyFrame} StrategyFrame */
-/** @typedef {Pick<import('../pkg/scanstitch.js').StrategyComparison, 'offer' | 'step'>} Comparison */
+/** @typedef {{ frame: StrategyFrame, milliseconds: number }} Placed */
+
+/**
+ * Strategies, in this thread or in another one.
+ * @typedef {object} Comparison
+ * @property {(bytes: Uint8Array) => void | Promise<void>} offer
+ * @property {(strategy: number) => Placed | Promise<Placed>} place
+ */
+
+/**
+ * The engine's comparison with a clock.
+ * @param {Pick<import('../pkg/scanstitch.js').StrategyComparison, 'offer' | 'step'>} comparison
+ * @returns {{ offer: (bytes: Uint8Array) => void, place: (strategy: number) => Placed }}
+ */
+export function timed(comparison) {
+  return {
+    offer: (bytes) => comparison.offer(bytes),
+    place: (strategy) => {
+      const start = performance.now();
+      const frame = comparison.step(strategy);
+      return { frame, milliseconds: performance.now() - start };
+    },
+  };
+}
 
 export class StrategyRace {
   /** What each frame took, of each strategy (ms). @type {number[][]} */
@@ -50,8 +73,8 @@ export class StrategyRace {
   }
 
   /** @param {Uint8Array} bytes */
-  add_prepared(bytes) {
-    this.#comparison.offer(bytes);
+  async add_prepared(bytes) {
+    await this.#comparison.offer(bytes);
     this.#numOffered += 1;
     this.#hasFrame = true;
   }
@@ -63,9 +86,7 @@ export class StrategyRace {
     this.#hasFrame = false;
     for (const [strategy, times] of this.milliseconds.entries()) {
       if (!this.#runs[strategy] || this.#isOver()) continue;
-      const start = performance.now();
-      const frame = this.#comparison.step(strategy);
-      const milliseconds = performance.now() - start;
+      const { frame, milliseconds } = await this.#comparison.place(strategy);
       times.push(milliseconds);
       this.#tell(strategy, frame, milliseconds);
       await nextTurn();

@@ -3,7 +3,7 @@
 import { availableParallelism } from 'node:os';
 import { basename } from 'node:path';
 import { SpatialRun } from '../spatial_run.js';
-import { StrategyRace } from '../strategy_race.js';
+import { StrategyRace, timed } from '../strategy_race.js';
 import { cell, columnsOf, csvOf, framesCsvOf } from '../strategy_table.js';
 import { CommandError, EXIT, isScanstitchError, readArguments, table } from './command.js';
 import { gather } from './inputs.js';
@@ -151,7 +151,7 @@ async function compareAll(task, chosen, settings) {
   const reference = await readReference(task);
   if (reference) accepted(() => comparison.set_reference(reference.name, reference.bytes, jobs.length), complain);
   const controller = new AbortController();
-  const race = new StrategyRace(comparison, chosen.length, { isOver: () => controller.signal.aborted });
+  const race = new StrategyRace(timed(comparison), chosen.length, { isOver: () => controller.signal.aborted });
   const numPlaced = await runRace(task, jobs, comparison, race, controller);
   if (numPlaced === 0) throw new CommandError('No frame could be used, so nothing was computed.');
   const rows = chosen.map(({ name, label }, strategy) => {

@@ -21,12 +21,13 @@ import type { BagState, Wishes } from './datasets/topics-panel.js';
 import type { GivenFiles } from './evaluate/evaluate-view.js';
 import type { ScanstitchPlanar } from './planar/planar-view.js';
 import type { ScanstitchSpatial } from './spatial/spatial-view.js';
+import type { GivenRecording } from './strategies/protocol.js';
 import { baseName } from './views/format.js';
 
 type Theme = 'auto' | 'light' | 'dark';
 /** Views of a run, and views beside it. */
 type Run = 'planar' | 'spatial';
-type View = Run | 'evaluation' | 'bev';
+type View = Run | 'evaluation' | 'bev' | 'strategies';
 
 const WIDE_FROM = 1180; // CSS pixels of the element, not of the window: it may sit in a column of a course page
 const MEDIUM_FROM = 760;
@@ -86,6 +87,7 @@ export class ScanstitchApp extends LitElement {
   /** Views that were shown once stay, hidden, with all they hold. */
   @state() private opened: ReadonlySet<View> = new Set<View>(['planar']);
   @state() private is_system_dark = false;
+  @state() private compared_recording: GivenRecording | null = null;
   @state() private evaluated_run: (GivenFiles & { of: unknown }) | null = null;
   @query('scanstitch-planar') private planar!: ScanstitchPlanar;
   @query('scanstitch-spatial') private spatial!: ScanstitchSpatial | null;
@@ -158,6 +160,15 @@ export class ScanstitchApp extends LitElement {
             : nothing
         }
         ${
+          this.opened.has('strategies')
+            ? html`<scanstitch-strategies
+                ?hidden=${this.view !== 'strategies'}
+                ?dark=${this.isDark()}
+                .given=${this.compared_recording}
+              ></scanstitch-strategies>`
+            : nothing
+        }
+        ${
           this.opened.has('bev')
             ? html`<scanstitch-bev
                 ?hidden=${this.view !== 'bev'}
@@ -206,7 +217,8 @@ export class ScanstitchApp extends LitElement {
     const is_narrow = this.layout === 'narrow';
     const is_evaluating = this.view === 'evaluation';
     const is_bev = this.view === 'bev';
-    const is_aside = is_evaluating || is_bev;
+    const is_comparing = this.view === 'strategies';
+    const is_aside = is_evaluating || is_bev || is_comparing;
     const run = this.runView();
     const { title, count, reference, can_export } = run?.facts ?? NO_FACTS;
     return html`<header class="bar">
@@ -214,7 +226,9 @@ export class ScanstitchApp extends LitElement {
       <div class="dataset">
         ${
           is_aside
-            ? html`<span class="title">${is_bev ? "Bird's-eye view" : 'Trajectories against the truth'}</span>`
+            ? html`<span class="title"
+                >${is_bev ? "Bird's-eye view" : is_comparing ? 'Strategies side by side' : 'Trajectories against the truth'}</span
+              >`
             : title
               ? html`<span class="title" title=${title}>${title}</span> <span class="muted count">${count}</span> ${
                     reference && !is_narrow
@@ -235,7 +249,15 @@ export class ScanstitchApp extends LitElement {
       </div>
       <nav aria-label="Actions">
         <button
-          ?hidden=${is_evaluating}
+          ?hidden=${is_evaluating || is_bev || this.run !== 'spatial' || title === ''}
+          aria-pressed=${is_comparing}
+          title="Compare strategies: what a map costs in memory and time, and gains in accuracy"
+          @click=${this.toggleStrategies}
+        >
+          ${is_comparing ? 'Back to the map' : is_narrow ? 'Strategies' : 'Compare strategies'}
+        </button>
+        <button
+          ?hidden=${is_evaluating || is_comparing}
           aria-pressed=${is_bev}
           title="Points of a top view, found in a front view"
           @click=${this.toggleBev}
@@ -243,7 +265,7 @@ export class ScanstitchApp extends LitElement {
           ${is_bev ? 'Back to the map' : 'BEV'}
         </button>
         <button
-          ?hidden=${is_bev}
+          ?hidden=${is_bev || is_comparing}
           aria-pressed=${is_evaluating}
           title="Compare trajectories with the truth"
           @click=${this.toggleEvaluation}
@@ -304,6 +326,22 @@ export class ScanstitchApp extends LitElement {
       if (files) this.evaluated_run = { ...files, of: run.facts.result };
     }
     this.show('evaluation');
+  }
+
+  /** The recording goes along; the comparison of one that has been compared stays as it is. */
+  private async toggleStrategies(): Promise<void> {
+    if (this.view === 'strategies') {
+      this.show(this.run);
+      return;
+    }
+    await import('./strategies/strategies-view.js');
+    const recording = this.spatial?.recordingToCompare() ?? null;
+    const jobs = this.compared_recording?.inputs.jobs;
+    const is_same =
+      jobs === recording?.inputs.jobs &&
+      this.compared_recording?.inputs.reference?.path === recording?.inputs.reference?.path;
+    if (!is_same) this.compared_recording = recording;
+    this.show('strategies');
   }
 
   private async toggleBev(): Promise<void> {

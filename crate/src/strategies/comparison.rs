@@ -104,6 +104,8 @@ impl StrategyComparison {
             Some(known) => known,
             None => Preparation::new(&self.settings, name, first)?,
         };
+        let spacing = preparation.settings.voxel_size;
+        self.strategies.iter_mut().for_each(|strategy| strategy.odometry.set_spacing(spacing));
         Ok(self.preparation.insert(preparation))
     }
 

@@ -25,6 +25,6 @@ pub use self::odometry::StrategyOdometry;
 pub use self::presets::{StrategyPreset, strategy_presets};
 pub use self::report::{BYTES_A_POINT, StrategyErrors, StrategyFrame, StrategyResult, StrategyTiming, Trend};
 pub use self::settings::{
-    AddedPoints, KeptPoint, MapKind, StrategyMetric, StrategyMotion, StrategySettings, ThresholdKind,
+    AddedPoints, KeptPoint, MapKind, Stages, StrategyMetric, StrategyMotion, StrategySettings, ThresholdKind,
     strategy_descriptions,
 };

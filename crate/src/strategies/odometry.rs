@@ -5,7 +5,7 @@ use rustc_hash::FxHashSet;
 
 use super::adaptive_threshold::AdaptiveThreshold;
 use super::local_map::{LocalMap, PlaneToMap, PointToMap, placed};
-use super::settings::{AddedPoints, StrategyMetric, StrategyMotion, StrategySettings, ThresholdKind};
+use super::settings::{AddedPoints, MapKind, Stages, StrategyMetric, StrategyMotion, StrategySettings, ThresholdKind};
 use crate::error::Result;
 use crate::geometry::{PointCloud, Pose3};
 use crate::registration::icp::{Criteria, IcpOptions, Rejection, Source, Weighting, register_with};
@@ -23,13 +23,17 @@ const LOST_FITNESS: f64 = 0.2;
 const DOUBTFUL_FITNESS: f64 = 0.5;
 /// A last step larger than this (m) tells of a registration that was cut off on its way.
 const RESTLESS_STEP: f64 = 0.01;
+/// Close by is within so many spacings of the frame's points, ...
+const CLOSE_SPACINGS: f64 = 3.0;
+/// ... and so many voxels of the map.
+const CLOSE_VOXELS: f64 = 1.5;
 /// Points that compare the two predictions.
 const COMPARED_POINTS: usize = 1000;
 /// The width of the robust kernel is this share of the threshold: kappa = sigma / 3, with tau = 3 sigma, is a variance in
 /// Vizzo et al. 2023; as a distance, sigma itself serves every size of scene alike.
 const KERNEL_SHARE: f64 = 1.0 / 3.0;
 /// Pairs whose normals differ by more are none: the two sides of a wall (rad).
-const MAX_NORMAL_ANGLE: f64 = std::f64::consts::FRAC_PI_2;
+const MAX_NORMAL_ANGLE: f64 = std::f64::consts::FRAC_PI_4;
 /// A registration has converged when its step turns less (rad) ...
 const ROTATION_EPS: f64 = 1e-4;
 /// ... and moves less (m).
@@ -59,6 +63,8 @@ pub struct StrategyEstimate {
 /// Odometry by one strategy. The world is the frame of the first cloud.
 pub struct StrategyOdometry {
     settings: StrategySettings,
+    /// How far apart the points of a frame lie (m), roughly.
+    spacing: f64,
     map: LocalMap,
     threshold: AdaptiveThreshold,
     solver: Solver<6>,
@@ -89,6 +95,7 @@ impl StrategyOdometry {
     pub fn new(settings: StrategySettings) -> Result<Self> {
         settings.validate()?;
         Ok(Self {
+            spacing: 0.0,
             map: LocalMap::new(&settings),
             threshold: AdaptiveThreshold::new(settings.max_correspondence_distance),
             solver: Solver::default(),
@@ -97,6 +104,11 @@ impl StrategyOdometry {
             last_motion: Pose3::identity(),
             settings,
         })
+    }
+
+    /// Says how far apart the points of a frame lie (m), roughly: the side of the voxels that it was thinned with.
+    pub fn set_spacing(&mut self, spacing: f64) {
+        self.spacing = spacing;
     }
 
     /// The settings.
@@ -188,15 +200,15 @@ impl StrategyOdometry {
     }
 
     fn register(&self, source: &Points, guess: Pose3, threshold: f64) -> SpatialRegistration {
-        let options = IcpOptions {
+        let stage = |distance: f64| IcpOptions {
             rejection: Rejection {
-                max_correspondence_distance: threshold,
+                max_correspondence_distance: distance,
                 max_normal_angle: MAX_NORMAL_ANGLE,
                 trim_fraction: 0.0,
             },
             weighting: Weighting {
                 robust_kernel: RobustKernel::GemanMcclure,
-                robust_kernel_width: KERNEL_SHARE * threshold,
+                robust_kernel_width: KERNEL_SHARE * distance,
             },
             criteria: Criteria {
                 max_iterations: self.settings.max_iterations,
@@ -209,15 +221,32 @@ impl StrategyOdometry {
             StrategyMetric::PointToPlane => register_with::<3, 6, Pose3, PlaneToMap>,
         };
         let source = Source { points: &source.positions, normals: Some(&source.normals), deviations: None };
-        let registration = register(source, &self.map, guess, &options, &self.solver);
-        let T_target_source = self.on_plane(&registration.T_target_source);
+        let mut registration = register(source, &self.map, guess, &stage(threshold), &self.solver);
+        let close_by = self.close_by();
+        if self.settings.stages == Stages::Two && close_by < threshold {
+            let mut history = std::mem::take(&mut registration.history);
+            registration = register(source, &self.map, registration.T_target_source, &stage(close_by), &self.solver);
+            history.append(&mut registration.history);
+            registration.history = history;
+        }
+        let T_target_source = self.made_exact(&registration.T_target_source);
         SpatialRegistration { T_target_source, ..registration }
     }
 
-    /// A pose without what rounding has added across the plane.
-    fn on_plane(&self, T: &Pose3) -> Pose3 {
-        let Some(upright) = self.upright else { return *T };
+    /// What counts as close by in the second stage (m).
+    fn close_by(&self) -> f64 {
+        let of_map = if self.settings.map == MapKind::Voxels { CLOSE_VOXELS * self.settings.map_voxel_size } else { 0.0 };
+        f64::max(CLOSE_SPACINGS * self.spacing, of_map)
+    }
+
+    /// A pose without what rounding has added to it: across the plane, and to the length of its quaternion. The inverse of a
+    /// quaternion that is a little too long is too long as well, and a prediction multiplies three of them: left alone, the
+    /// error more than doubles with every frame.
+    fn made_exact(&self, T: &Pose3) -> Pose3 {
         let (q, t) = (T.rotation.quaternion(), T.translation.vector);
+        let Some(upright) = self.upright else {
+            return Pose3::from_parts(t.into(), UnitQuaternion::new_normalize(*q));
+        };
         // The twist of the swing-twist decomposition: the part of the quaternion along the axis.
         let (axis, along, t) = match upright {
             Upright::Y => (Vector3::y_axis(), q.j, Vector3::new(t.x, 0.0, t.z)),

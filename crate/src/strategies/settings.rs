@@ -78,6 +78,18 @@ pub enum StrategyMetric {
     PointToPlane,
 }
 
+/// In how many stages a frame is registered.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
+pub enum Stages {
+    /// Partners within the threshold, to the end, as KISS-ICP does.
+    One,
+    /// Then once more from there, with partners close by alone: within three spacings of the frame's points, or one and a half
+    /// voxels of the map, whichever is more.
+    Two,
+}
+
 /// One strategy. The default is a map of voxels of 0.1 m.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
@@ -108,7 +120,9 @@ pub struct StrategySettings {
     pub source_voxel_size: f64,
     /// What a pair of partners measures.
     pub metric: StrategyMetric,
-    /// Most iterations of a registration.
+    /// In how many stages a frame is registered.
+    pub stages: Stages,
+    /// Most iterations of a stage.
     pub max_iterations: usize,
 }
 
@@ -127,6 +141,7 @@ impl Default for StrategySettings {
             crop_distance: 0.0,
             source_voxel_size: 0.1,
             metric: StrategyMetric::PointToPlane,
+            stages: Stages::Two,
             max_iterations: 50,
         }
     }
@@ -240,7 +255,14 @@ pub fn strategy_descriptions() -> Vec<SettingDescription> {
             "The distance to the plane through the map's point, or to the point itself, as KISS-ICP does.",
             &[("point_to_point", "Point to point"), ("point_to_plane", "Point to plane")],
         ),
-        integer("max_iterations", "Iterations", "Registration", "Most iterations of a registration.", 1, 1000),
+        choice(
+            "stages",
+            "Stages",
+            "Registration",
+            "One: partners within the threshold to the end. Two: then once more, with partners close by alone.",
+            &[("one", "One"), ("two", "Two")],
+        ),
+        integer("max_iterations", "Iterations", "Registration", "Most iterations of a stage.", 1, 1000),
     ]
 }
 

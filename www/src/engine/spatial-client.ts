@@ -318,7 +318,7 @@ export class SpatialClient {
 }
 
 /** One thread that prepares frames; where it dies, another takes its place. */
-class ThreadPreparer {
+export class ThreadPreparer {
   #module: Promise<WebAssembly.Module>;
   #remote: Promise<Remote<PreparerApi>> | null = null;
 
@@ -383,7 +383,7 @@ class ThreadPreparer {
   }
 }
 
-function problemOf(error: unknown, file: string): Problem {
+export function problemOf(error: unknown, file: string): Problem {
   if (error instanceof EngineProblem) return { ...error.problem, file: error.problem.file || file };
   const { place = null, problem = messageOf(error), remedy = '' } = error as Partial<Problem>;
   return { file: (error as Partial<Problem>).file || file, place, problem, remedy };

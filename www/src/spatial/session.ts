@@ -211,6 +211,11 @@ export class SpatialSession implements ReactiveController {
     return this.#client?.decodeDepth(file) ?? Promise.reject(new Error('The page was closed.'));
   }
 
+  /** The recording with all that lies beside it, for another look at the same frames; null before there is one. */
+  get recording(): { title: string; inputs: SpatialInputs; settings: SpatialSettings | null } | null {
+    return this.dataset && { title: this.dataset.title, inputs: this.#inputs(), settings: this.settings };
+  }
+
   /** The true path as one file, with its bytes; null without. */
   async referenceFile(): Promise<{ name: string; bytes: ArrayBuffer } | null> {
     const reference = this.#reference();

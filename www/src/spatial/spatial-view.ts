@@ -29,6 +29,7 @@ import { remember } from '../views/remember.js';
 import { makeSpatialExport, SPATIAL_EXPORTS } from './exports.js';
 import { FrameImageLoader } from './frame-images.js';
 import { spatialFigures } from './headline.js';
+import type { GivenRecording } from '../strategies/protocol.js';
 import type { ScanstitchMap3d, SpatialMarks } from './map3d.js';
 import { trajectoriesToEvaluate } from './to-evaluate.js';
 import { errorCsv, spatialColumns, spatialRows } from './rows.js';
@@ -101,6 +102,15 @@ export class ScanstitchSpatial extends LitElement implements RunView {
 
   removeReference(): void {
     this.session.removeReference();
+  }
+
+  /** What strategies are compared on. A run that is under way stops: they are to have the machine to themselves. */
+  recordingToCompare(): GivenRecording | null {
+    const { recording, phase } = this.session;
+    if (!recording) return null;
+    if (phase === 'running') this.session.stop();
+    const { title, inputs, settings } = recording;
+    return { title, inputs, settings: readingOf(settings) };
   }
 
   async filesToEvaluate(): Promise<GivenFiles | null> {
@@ -371,6 +381,13 @@ export class ScanstitchSpatial extends LitElement implements RunView {
   }
 
   static override styles = [shared, layout_styles];
+}
+
+/** How frames are read, without what is only of a run's own registration. */
+function readingOf(settings: SpatialSettings | null): Partial<SpatialSettings> {
+  if (!settings) return {};
+  const { fx, fy, cx, cy, field_of_view, depth_scale, quantisation, min_range, max_range } = settings;
+  return { fx, fy, cx, cy, field_of_view, depth_scale, quantisation, min_range, max_range };
 }
 
 // The same empty list every time: a new one would be a change.

@@ -1,0 +1,161 @@
+/** The page's side of a comparison: the worker that places frames, those that prepare them, and what is known so far. */
+import { SpatialRun } from '../../../npm/spatial_run.js';
+import { StrategyRace } from '../../../npm/strategy_race.js';
+import wasm_url from '../../../pkg/scanstitch_bg.wasm?url';
+import { problemOf, type SpatialJob, ThreadPreparer } from '../engine/spatial-client.js';
+import type { Problem } from '../engine/protocol.js';
+import { Remote } from '../engine/remote.js';
+import { compile, startWorker } from '../engine/start.js';
+import type { ComparerApi, GivenRecording, StrategyPreset, StrategyResult } from './protocol.js';
+import worker_url from './worker.ts?worker&url';
+
+/** Results are asked for at most this often while frames come in, ... */
+const RESULT_INTERVAL_MS = 1500;
+/** ... and take at most this share of the time: they cost more with every frame. */
+const RESULT_SHARE = 0.1;
+
+export interface StrategyListener {
+  /** A frame went through all strategies: `done` of `total`. */
+  progressed(done: number, total: number): void;
+  /** One entry a strategy. */
+  results(results: readonly StrategyResult[], milliseconds: readonly (readonly number[])[]): void;
+  problem(problem: Problem): void;
+}
+
+/** One comparison at a time. */
+export class StrategyClient {
+  #listener: StrategyListener;
+  #module = compile(wasm_url);
+  #worker: Promise<{ remote: Remote<ComparerApi>; presets: StrategyPreset[] }> | null = null;
+  #preparers: ThreadPreparer[] = [];
+  #stopping: AbortController | null = null;
+  #race: StrategyRace | null = null;
+  #next_results = 0;
+
+  constructor(listener: StrategyListener) {
+    this.#listener = listener;
+  }
+
+  async presets(): Promise<readonly StrategyPreset[]> {
+    return (await this.#start()).presets;
+  }
+
+  /** Runs these strategies over a recording; whether all frames went through. */
+  async run(given: GivenRecording, strategies: readonly StrategyPreset[]): Promise<boolean> {
+    const stopping = new AbortController();
+    this.#stopping = stopping;
+    const { remote } = await this.#start();
+    const { jobs, intrinsics, reference, num_recorded } = given.inputs;
+    await remote.call(
+      'create',
+      strategies.map(({ settings }) => settings),
+      given.settings,
+    );
+    if (intrinsics) {
+      await this.#tolerate(intrinsics.path, async () =>
+        remote.call('setIntrinsics', intrinsics.path, await intrinsics.read()),
+      );
+    }
+    if (reference) {
+      await this.#tolerate(reference.path, async () =>
+        remote.call('setReference', reference.path, await reference.read(), num_recorded),
+      );
+    }
+    const race = new StrategyRace(
+      {
+        offer: (bytes) => remote.give('offer', [bytes.buffer], bytes),
+        place: (strategy) => remote.call('place', strategy),
+      },
+      strategies.length,
+      { isOver: () => stopping.signal.aborted },
+    );
+    this.#race = race;
+    this.#next_results = performance.now() + RESULT_INTERVAL_MS;
+    const run = this.#makeRun(remote, race, jobs.length);
+    // Colours say nothing here, and take time to read.
+    run.add(jobs.map((job) => ({ ...job, color: null })));
+    const { state } = await run.run(stopping.signal);
+    await this.#tellResults(remote, race);
+    return state === 'done';
+  }
+
+  stop(): void {
+    this.#stopping?.abort();
+  }
+
+  /** Leaves a strategy as it stands; the others go on. */
+  retire(strategy: number): void {
+    this.#race?.retire(strategy);
+  }
+
+  dispose(): void {
+    this.stop();
+    this.#worker?.then(
+      ({ remote }) => remote.end(),
+      () => undefined,
+    );
+    this.#worker = null;
+    for (const preparer of this.#preparers.splice(0)) preparer.end();
+  }
+
+  #makeRun(remote: Remote<ComparerApi>, race: StrategyRace, total: number): SpatialRun<SpatialJob> {
+    // One core is left to the strategies, which are being timed.
+    const wanted = Math.max(1, (navigator.hardwareConcurrency || 2) - 1);
+    while (this.#preparers.length < Math.min(wanted, MAX_PREPARERS)) {
+      this.#preparers.push(new ThreadPreparer(this.#module));
+    }
+    let done = 0;
+    return new SpatialRun<SpatialJob>({
+      preparers: this.#preparers,
+      registrar: {
+        begin: async ({ name, file }) => remote.call('begin', name, await file.read()),
+        add_prepared: (bytes) => race.add_prepared(bytes),
+        step: async () => {
+          const progress = await race.step();
+          if (performance.now() >= this.#next_results) await this.#tellResults(remote, race);
+          return progress;
+        },
+      },
+      onEvent: (event) => {
+        if (event.type === 'problem') this.#listener.problem(problemOf(event.error, event.name));
+        if (event.type === 'problem' || event.type === 'registered') this.#listener.progressed(++done, total);
+      },
+    });
+  }
+
+  async #tellResults(remote: Remote<ComparerApi>, race: StrategyRace): Promise<void> {
+    const start = performance.now();
+    const results: StrategyResult[] = [];
+    for (const [strategy, times] of race.milliseconds.entries()) {
+      results.push(await remote.call('result', strategy, times));
+    }
+    const cost = performance.now() - start;
+    this.#next_results = performance.now() + Math.max(RESULT_INTERVAL_MS, cost / RESULT_SHARE);
+    if (race !== this.#race) return;
+    this.#listener.results(
+      results,
+      race.milliseconds.map((times) => [...times]),
+    );
+  }
+
+  /** What is wrong with a file beside the frames is told, and the frames go on without it. */
+  async #tolerate(name: string, action: () => Promise<unknown>): Promise<void> {
+    try {
+      await action();
+    } catch (error) {
+      this.#listener.problem(problemOf(error, name));
+    }
+  }
+
+  #start(): Promise<{ remote: Remote<ComparerApi>; presets: StrategyPreset[] }> {
+    this.#worker ??= this.#module.then(async (module) => {
+      const remote = new Remote<ComparerApi>(startWorker(worker_url), () => {
+        this.#worker = null;
+      });
+      return { remote, presets: await remote.call('start', module) };
+    });
+    return this.#worker;
+  }
+}
+
+const MAX_PREPARERS = 4;

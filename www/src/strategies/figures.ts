@@ -1,0 +1,104 @@
+/** The plots that make the argument: what each strategy costs and gains from frame to frame. */
+import { type Colors, drawAxes, type Range, rangeOf } from '../evaluate/axes.js';
+import type { Painter } from '../evaluate/figure-view.js';
+import { drawSeries, plotArea, type Series } from '../evaluate/figures.js';
+import type { StrategyResult } from './protocol.js';
+
+/** One strategy, as the figures see it. */
+export interface Drawn {
+  result: StrategyResult;
+  milliseconds: readonly number[];
+  color: string;
+  is_selected: boolean;
+}
+
+export type FigureId = 'points' | 'time' | 'error' | 'paths';
+
+export const FIGURES: readonly { id: FigureId; title: string; about: string }[] = [
+  {
+    id: 'points',
+    title: 'Points of the map',
+    about: 'A map kept whole grows with every frame; voxels only with what is new.',
+  },
+  { id: 'time', title: 'Time a frame takes', about: 'What must not grow, if the recording is to go on.' },
+  {
+    id: 'error',
+    title: 'Distance to the truth',
+    about: 'First poses made equal. A jump is a frame that was placed wrong.',
+  },
+  { id: 'paths', title: 'Paths from above', about: 'Dashed: the truth.' },
+];
+
+export function makePainter(id: FigureId, all: readonly Drawn[], colors: Colors, is_log: boolean): Painter {
+  // The one that is looked at comes last, on top.
+  const drawn = [...all].sort((a, b) => Number(a.is_selected) - Number(b.is_selected));
+  if (id === 'paths') return pathPainter(drawn, colors);
+  const shown = (value: number): number => (is_log ? Math.log10(Math.max(value, 1e-3)) : value);
+  const values: Record<Exclude<FigureId, 'paths'>, (one: Drawn) => readonly (number | null)[]> = {
+    points: ({ result }) => result.frames.map(({ map_points }) => map_points),
+    time: ({ milliseconds }) => milliseconds.map((value, place) => (place === 0 ? null : value)),
+    error: ({ result }) => result.comparison?.errors ?? [],
+  };
+  const series = drawn.map((one): Series => {
+    const known = values[id](one).flatMap((value, place) =>
+      value === null ? [] : [[one.result.frames[place]?.index ?? place, shown(value)] as const],
+    );
+    return {
+      x: known.map(([index]) => index),
+      values: known.map(([, value]) => value),
+      stride: 1,
+      offset: 0,
+      color: one.color,
+      width: one.is_selected ? 2.5 : 1.5,
+      is_dashed: false,
+    };
+  });
+  const x = { ...rangeOf(series.map(({ x }) => x)), low: 0 };
+  const unit = { points: 'points', time: 'ms', error: 'm' }[id];
+  const names = { x: 'frame', y: is_log ? `log10 ${unit}` : unit };
+  return (pen, size) => {
+    drawSeries(pen, size, series, x, names, colors, !is_log);
+  };
+}
+
+/** Right and ahead of the first frame: x and z of a camera, x and y where that spreads more, as in a robot's own frame. */
+function pathPainter(drawn: readonly Drawn[], colors: Colors): Painter {
+  const truth = drawn.find(({ result }) => result.comparison)?.result.comparison?.reference ?? [];
+  const poses = truth.filter((pose) => pose !== null);
+  const basis = poses.length > 0 ? poses : (drawn.at(-1)?.result.frames.map((frame) => frame.T_world_sensor) ?? []);
+  const spread = (axis: 'y' | 'z'): number => {
+    const { low, high } = rangeOf([basis.map((pose) => pose[axis])]);
+    return high - low;
+  };
+  const ahead = spread('z') >= spread('y') ? 'z' : 'y';
+  const paths = [
+    { points: poses, color: colors.reference, width: 1.5, dash: [5, 4] },
+    ...drawn.map(({ result, color, is_selected }) => ({
+      points: result.frames.map((frame) => frame.T_world_sensor),
+      color,
+      width: is_selected ? 2.5 : 1.5,
+      dash: undefined,
+    })),
+  ];
+  const across = rangeOf(paths.map(({ points }) => points.map(({ x }) => x)));
+  const up = rangeOf(paths.map(({ points }) => points.map((pose) => pose[ahead])));
+  return (pen, size) => {
+    const area = plotArea(size);
+    const scale = Math.min(area.width / (across.high - across.low), area.height / (up.high - up.low)) * 0.92;
+    const around = ({ low, high }: Range, length: number): Range => {
+      const half = length / scale / 2;
+      return { low: (low + high) / 2 - half, high: (low + high) / 2 + half };
+    };
+    const [x, y] = [around(across, area.width), around(up, area.height)];
+    drawAxes(pen, area, x, y, { x: 'x (m)', y: `${ahead} (m)` }, colors);
+    pen.inside(area.x, area.y, area.width, area.height, () => {
+      for (const { points, color, width, dash } of paths) {
+        const line = points.flatMap((pose) => [
+          area.x + (pose.x - x.low) * scale,
+          area.y + area.height - (pose[ahead] - y.low) * scale,
+        ]);
+        pen.line(line, { color, width, ...(dash && { dash }) });
+      }
+    });
+  };
+}

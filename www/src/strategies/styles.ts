@@ -1,0 +1,102 @@
+import { css } from 'lit';
+
+export const strategy_styles = css`
+  :host {
+    display: block;
+    flex: 1;
+    min-height: 0;
+    overflow: auto;
+    background: var(--background);
+    container-type: inline-size;
+  }
+  .strategies {
+    display: flex;
+    flex-direction: column;
+    gap: 10px;
+    padding: 10px;
+  }
+  .bar {
+    display: flex;
+    flex-wrap: wrap;
+    align-items: center;
+    gap: 6px 12px;
+    padding: 8px 12px;
+  }
+  .bar progress {
+    flex: 1 1 160px;
+    min-width: 100px;
+    accent-color: var(--accent);
+  }
+  .problems li {
+    padding: 6px 10px;
+    border-radius: var(--radius);
+    color: var(--doubtful);
+    background: var(--doubtful-soft);
+    font-size: 13px;
+    overflow-wrap: anywhere;
+  }
+  td button.icon {
+    min-height: 24px;
+    width: 24px;
+  }
+  tr.retired td {
+    color: var(--muted);
+  }
+  td.best {
+    font-weight: 700;
+    color: var(--good);
+  }
+  .choice {
+    padding: 4px 12px 12px;
+  }
+  .choice ul {
+    display: grid;
+    grid-template-columns: repeat(auto-fill, minmax(min(320px, 100%), 1fr));
+    gap: 8px 18px;
+  }
+  .choice label {
+    display: grid;
+    grid-template-columns: auto 1fr;
+    gap: 0 8px;
+    align-items: baseline;
+  }
+  .choice label > span {
+    grid-column: 2;
+  }
+  .choice .about {
+    color: var(--muted);
+    font-size: 12.5px;
+  }
+  .choice i {
+    display: inline-block;
+    width: 10px;
+    height: 10px;
+    margin-right: 6px;
+    border-radius: 50%;
+  }
+  .choice p {
+    padding-top: 10px;
+  }
+  .figures {
+    display: grid;
+    grid-template-columns: repeat(2, minmax(0, 1fr));
+    gap: 10px;
+  }
+  .figures header label {
+    display: flex;
+    align-items: center;
+    gap: 5px;
+    margin-left: auto;
+    padding-right: 8px;
+    color: var(--muted);
+    font-size: 12px;
+  }
+  .figures scanstitch-figure {
+    height: 260px;
+  }
+  @container (max-width: 760px) {
+    .figures {
+      grid-template-columns: minmax(0, 1fr);
+    }
+  }
+`;

@@ -1,0 +1,36 @@
+/** The thread that places every frame by each strategy in turn: one after the other, so that the clock is fair. */
+import init, { strategy_presets, StrategyComparison } from '../../../pkg/scanstitch.js';
+import { timed } from '../../../npm/strategy_race.js';
+import { serve } from '../engine/serve.js';
+import type { ComparerApi, StrategyPreset } from './protocol.js';
+
+type Async<T> = { [K in keyof T]: T[K] extends (...args: infer A) => infer R ? (...args: A) => R | Promise<R> : never };
+
+let comparison: StrategyComparison | null = null;
+
+function engine(): StrategyComparison {
+  if (!comparison) throw Object.assign(new Error('Nothing is loaded.'), { name: 'ScanstitchError' });
+  return comparison;
+}
+
+const api: Async<ComparerApi> = {
+  async start(module): Promise<StrategyPreset[]> {
+    await init({ module_or_path: module });
+    return strategy_presets() as StrategyPreset[];
+  },
+
+  create(strategies, settings) {
+    const next = new StrategyComparison(strategies, settings);
+    comparison?.free();
+    comparison = next;
+  },
+
+  setIntrinsics: (name, bytes) => engine().set_intrinsics(name, bytes),
+  setReference: (name, bytes, num_recorded) => engine().set_reference(name, bytes, num_recorded),
+  begin: (name, first_frame) => engine().begin(name, first_frame),
+  offer: (prepared) => engine().offer(prepared),
+  place: (strategy) => timed(engine()).place(strategy),
+  result: (strategy, milliseconds) => engine().result(strategy, Float64Array.from(milliseconds)),
+};
+
+serve(api);
