@@ -36,7 +36,8 @@ import { findIntrinsics, findReference } from './recording/reference.js';
 const LOOKED_INTO = 8;
 const CLOUD_NAMES = /\.(ply|pcd)$/i;
 /** What `scanstitch reconstruct` writes: its own results are no input. */
-const RESULTS = ['trajectory.tum', 'map.ply', 'report.json'];
+const RESULTS = ['trajectory.tum', 'report.json'];
+const MAPS = ['map.ply', 'map.pcd'];
 /** These beside them, of planar scans. */
 const GRID_RESULTS = ['map.pgm', 'map.yaml'];
 
@@ -176,8 +177,9 @@ function withoutResults(files) {
   const isResult = (/** @type {ListedFile} */ { path }) => {
     const folder = folderOf(path);
     const inFolder = (/** @type {string} */ name) => (folder === '' ? name : `${folder}/${name}`);
-    const names = RESULTS.map(inFolder);
-    return [...names, ...GRID_RESULTS.map(inFolder)].includes(path) && names.every((name) => paths.has(name));
+    const [results, maps] = [RESULTS.map(inFolder), MAPS.map(inFolder)];
+    const isComplete = results.every((name) => paths.has(name)) && maps.some((name) => paths.has(name));
+    return isComplete && [...results, ...maps, ...GRID_RESULTS.map(inFolder)].includes(path);
   };
   return files.filter((file) => !isResult(file));
 }

@@ -278,7 +278,9 @@ impl CloudOdometry {
         if verdict.status == Status::Lost {
             return self.lost(verdict.reason, Some(registration), overlap);
         }
-        let T_world_sensor = T_world_target * registration.T_target_source;
+        let mut T_world_sensor = T_world_target * registration.T_target_source;
+        // A guess multiplies three poses: left alone, the rounding of their quaternions' length would double with every frame.
+        T_world_sensor.rotation.renormalize();
         self.last_motion = self.T_world_last.inverse() * T_world_sensor;
         self.T_world_last = T_world_sensor;
         self.keep(frame, agreement >= DOUBTFUL_AGREEMENT);

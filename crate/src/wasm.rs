@@ -15,6 +15,7 @@ use crate::error::{Error, Place};
 use crate::geometry::PointCloud as Cloud;
 use crate::io::laser_log;
 use crate::io::ply;
+use crate::io::point_cloud::{self, CloudFormat};
 use crate::io::trajectory;
 use crate::occupancy_grid::RESOLUTION;
 use crate::preprocess::clean::CleaningReport;
@@ -50,6 +51,11 @@ extern "C" {
     /// How a PLY file holds its numbers.
     #[wasm_bindgen(typescript_type = "'ascii' | 'binary_little_endian'")]
     pub type PlyFormat;
+    /// A format of clouds: PLY or PCD, as text or binary; `ply` and `pcd` are the binary ones.
+    #[wasm_bindgen(
+        typescript_type = "'ply' | 'ply_ascii' | 'ply_binary' | 'pcd' | 'pcd_ascii' | 'pcd_binary' | 'pcd_binary_compressed'"
+    )]
+    pub type MapFormat;
 }
 
 /// Makes a panic, which would be a defect of the engine, say where it happened.
@@ -301,6 +307,14 @@ impl Reconstruction {
         ply::write(&self.engine.map().to_cloud(), ply::Format::BinaryLittleEndian)
     }
 
+    /// The map as a file of this format.
+    ///
+    /// # Errors
+    /// When there is no such format.
+    pub fn map_file(&self, format: &MapFormat) -> Result<Vec<u8>, JsValue> {
+        Ok(point_cloud::write(&self.engine.map().to_cloud(), map_format(format)?))
+    }
+
     /// The result as the text of `report.json`.
     pub fn report_json(&self) -> String {
         serde_json::to_string_pretty(&self.engine.result()).unwrap_or_default()
@@ -359,6 +373,11 @@ impl OccupancyGrid {
     pub fn yaml(&self, image: &str) -> String {
         self.grid.yaml(image)
     }
+}
+
+fn map_format(format: &MapFormat) -> Result<CloudFormat, JsValue> {
+    let name = JsValue::from(format).as_string().unwrap_or_default();
+    CloudFormat::named(&name).map_err(|error| thrown(&error))
 }
 
 fn read_ply(name: &str, bytes: &[u8]) -> Result<Cloud, JsValue> {

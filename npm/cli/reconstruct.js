@@ -7,7 +7,7 @@ import { CommandError, EXIT, readArguments } from './command.js';
 import { gather } from './inputs.js';
 import { reconstructPlanar } from './reconstruct_planar.js';
 import { reconstructSpatial } from './reconstruct_spatial.js';
-import { note } from './results.js';
+import { note, readMapFormat } from './results.js';
 import { settingsHelp } from './settings.js';
 import { readWishes } from './topics.js';
 
@@ -20,6 +20,7 @@ const OPTIONS = /** @type {const} */ ({
   preset: { type: 'string' },
   set: { type: 'string', multiple: true },
   workers: { type: 'string' },
+  'map-format': { type: 'string' },
   out: { type: 'string', default: 'scanstitch-out' },
 });
 
@@ -47,13 +48,14 @@ Options:
   --intrinsics FILE  the depth camera: a 3 x 3 matrix, fx fy cx cy, or Open3D's JSON, in pixels
   --recording DIR    which one to take, where a folder or archive holds several (default: the longest)
   --topic ROLE=NAME  a topic of a bag to use as depth, color, camera, clouds, scans or reference; none: do without
+  --map-format NAME  of the map: ply (default) or pcd, both binary; ply-ascii, pcd-ascii; pcd-compressed
   --workers N        threads that prepare frames ahead; 0: none (default: one for each core)
   --preset NAME      settings for one purpose, see below (default: ${engine.presets()[0]?.name}, or ${engine.spatial_presets()[0]?.name})
   --set NAME=VALUE   one setting, see below; may be repeated. Angles are radians, or degrees as 35deg
 
 Written into DIR:
   trajectory.tum     a line a frame: index or time, x y z qx qy qz qw, the pose of the sensor in the world
-  map.ply            the points of all frames in the world; of depth images with their colours
+  map.ply or .pcd    the points of all frames in the world; of depth images with their colours
   map.pgm, map.yaml  of planar scans: what is free and what is occupied, as ROS's map_server reads it
   report.json        settings, version, results of every frame, comparison, in metres and radians
 
@@ -83,7 +85,8 @@ async function run(engine, args) {
     );
   }
   const { out, reference, odometry, intrinsics, preset, set = [] } = values;
-  const options = { out, reference, odometry, intrinsics, preset, set, workers: readWorkers(values.workers) };
+  const [workers, mapFormat] = [readWorkers(values.workers), readMapFormat(values['map-format'])];
+  const options = { out, reference, odometry, intrinsics, preset, set, workers, mapFormat };
   let complaints = 0;
   const complain = (/** @type {string} */ problem) => {
     process.stderr.write(`${problem}\n`);

@@ -3,7 +3,7 @@
 import { basename } from 'node:path';
 import { CommandError, table } from './command.js';
 import { readInput, readSource } from './inputs.js';
-import { accepted, create, millimetres, note, writeResults } from './results.js';
+import { accepted, create, mapFile, millimetres, note, writeResults } from './results.js';
 import { planarCatalogue, readSettings } from './settings.js';
 import { HEAD_BYTES } from '../recording/heads.js';
 
@@ -29,9 +29,10 @@ export async function reconstructPlanar({ engine, inputs, recording, options, co
 
   const { milliseconds, total } = runToTheEnd(reconstruction);
   const result = reconstruction.result();
+  const map = mapFile(reconstruction, options);
   writeResults(options.out, {
     'trajectory.tum': reconstruction.trajectory_tum(),
-    'map.ply': reconstruction.map_ply(),
+    [map.name]: map.bytes,
     ...gridFiles(reconstruction),
     'report.json': reconstruction.report_json(),
   });

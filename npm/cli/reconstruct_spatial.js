@@ -7,7 +7,7 @@ import { SpatialRun } from '../spatial_run.js';
 import { CommandError, isScanstitchError } from './command.js';
 import { readInput, readSource } from './inputs.js';
 import { startPreparers } from './preparers.js';
-import { accepted, create, note, writeResults } from './results.js';
+import { accepted, create, mapFile, note, writeResults } from './results.js';
 import { readSettings, spatialCatalogue } from './settings.js';
 import { frameTable, headline } from './spatial_summary.js';
 import { frameFiles } from './trajectories.js';
@@ -54,7 +54,7 @@ export async function reconstructSpatial(task) {
     if (reference && !isCompared && text.startsWith(reference.name)) complain(text);
     else note(text);
   }
-  const { sizes, milliseconds } = writeMap(reconstruction, options.out, complain);
+  const { sizes, milliseconds } = writeMap(reconstruction, options, complain);
   const summary = headline(result, { ...timing, map: milliseconds }, sizes, jobs.length);
   process.stdout.write(`${frameTable(result, timing)}\n${summary}`);
   process.stdout.write(`Written to ${options.out}\n`);
@@ -63,22 +63,22 @@ export async function reconstructSpatial(task) {
 /**
  * The map, what it takes in voxels of several sizes, and how long it took to stitch (ms).
  * @param {SpatialReconstruction} reconstruction
- * @param {string} out
+ * @param {import('./results.js').Options} options
  * @param {(problem: string) => void} complain
  */
-function writeMap(reconstruction, out, complain) {
+function writeMap(reconstruction, options, complain) {
   const start = performance.now();
   let milliseconds = 0;
   try {
-    const map = reconstruction.map_ply();
+    const { name, bytes } = mapFile(reconstruction, options);
     milliseconds = performance.now() - start;
-    writeResults(out, { 'map.ply': map });
+    writeResults(options.out, { [name]: bytes });
     return { milliseconds, sizes: reconstruction.map_sizes(MAP_SIZES) };
   } catch (error) {
     // An engine without memory left ends in a trap.
     if (!(error instanceof WebAssembly.RuntimeError || error instanceof RangeError)) throw error;
     if (milliseconds > 0) note('The map is not counted in voxels of 1 cm: it would not fit into the memory.');
-    else complain('map.ply: The map does not fit into the memory. Larger voxels take less: --set map_voxel_size=0.05');
+    else complain('The map does not fit into the memory. Larger voxels take less: --set map_voxel_size=0.05');
     return { milliseconds, sizes: [] };
   }
 }

@@ -24,7 +24,33 @@ import { fileProblem } from './inputs.js';
  * @property {string | undefined} preset
  * @property {string[]} set
  * @property {number} workers
+ * @property {MapFormat} [mapFormat] of the map; binary PLY without
  */
+
+/** @typedef {Parameters<import('../index.js').SpatialReconstruction['map_file']>[0]} MapFormat */
+
+/** Formats of a map, as the command line calls them. @type {Readonly<Record<string, MapFormat>>} */
+const MAP_FORMATS = Object.freeze({
+  ply: 'ply',
+  'ply-ascii': 'ply_ascii',
+  pcd: 'pcd',
+  'pcd-ascii': 'pcd_ascii',
+  'pcd-compressed': 'pcd_binary_compressed',
+});
+
+/** @param {string | undefined} name @returns {MapFormat | undefined} */
+export function readMapFormat(name) {
+  if (name === undefined) return undefined;
+  const known = MAP_FORMATS[name];
+  if (known) return known;
+  throw new CommandError(`--map-format ${name}: it is one of ${Object.keys(MAP_FORMATS).join(', ')}`);
+}
+
+/** The name of the map's file, and its bytes. @param {{ map_file: (format: MapFormat) => Uint8Array }} reconstruction @param {Options} options */
+export function mapFile(reconstruction, { mapFormat = 'ply' }) {
+  const name = `map.${mapFormat.slice(0, 3)}`;
+  return { name, bytes: reconstruction.map_file(mapFormat) };
+}
 
 /**
  * What the engine makes of settings it may refuse.

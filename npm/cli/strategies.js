@@ -138,7 +138,7 @@ function choose(catalogue, names, others) {
  * @param {Record<string, unknown>} settings
  */
 async function compareAll(task, chosen, settings) {
-  const { engine, options, complain } = task;
+  const { engine, complain } = task;
   const comparison = create(
     () =>
       new engine.StrategyComparison(

@@ -21,6 +21,48 @@ pub fn read(bytes: &[u8]) -> Result<PointCloud> {
     if is_cloud(bytes) { pcd::read(bytes) } else { Err(Error::byte(0, "This is neither a PLY nor a PCD file", REMEDY)) }
 }
 
+/// A format that clouds are written in.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum CloudFormat {
+    /// PLY.
+    Ply(ply::Format),
+    /// PCD.
+    Pcd(pcd::Format),
+}
+
+impl CloudFormat {
+    /// Every format by its name, in the words of the files' own headers; the short names `ply` and `pcd` are their binary forms.
+    pub const NAMES: [(&str, Self); 7] = [
+        ("ply", Self::Ply(ply::Format::BinaryLittleEndian)),
+        ("ply_ascii", Self::Ply(ply::Format::Ascii)),
+        ("ply_binary", Self::Ply(ply::Format::BinaryLittleEndian)),
+        ("pcd", Self::Pcd(pcd::Format::Binary)),
+        ("pcd_ascii", Self::Pcd(pcd::Format::Ascii)),
+        ("pcd_binary", Self::Pcd(pcd::Format::Binary)),
+        ("pcd_binary_compressed", Self::Pcd(pcd::Format::BinaryCompressed)),
+    ];
+
+    /// The format of this name.
+    ///
+    /// # Errors
+    /// When there is none; the error lists those there are.
+    pub fn named(name: &str) -> Result<Self> {
+        let known = Self::NAMES.iter().find(|(known, _)| *known == name);
+        known.map(|(_, format)| *format).ok_or_else(|| {
+            let names = Self::NAMES.map(|(name, _)| name).join(", ");
+            Error::whole(format!("There is no format {name:?} of a cloud"), format!("Use one of {names}"))
+        })
+    }
+}
+
+/// The bytes of a file with this cloud: positions (m), then normals and colours where the cloud has them.
+pub fn write(cloud: &PointCloud, format: CloudFormat) -> Vec<u8> {
+    match format {
+        CloudFormat::Ply(format) => ply::write(cloud, format),
+        CloudFormat::Pcd(format) => pcd::write(cloud, format),
+    }
+}
+
 const REMEDY: &str = "Clouds are PLY or PCD files";
 
 #[cfg(test)]
@@ -32,6 +74,11 @@ mod tests {
         let cloud = PointCloud::from_positions(vec![glam::Vec3::new(1.0, 2.0, 3.0)]);
         assert_eq!(read(&ply::write(&cloud, ply::Format::Ascii)).unwrap(), cloud);
         assert_eq!(read(&pcd::write(&cloud, pcd::Format::Binary)).unwrap(), cloud);
+        for (name, format) in CloudFormat::NAMES {
+            assert_eq!(CloudFormat::named(name).unwrap(), format);
+            assert_eq!(read(&write(&cloud, format)).unwrap(), cloud, "{name}");
+        }
+        assert!(CloudFormat::named("pcd_lzf").unwrap_err().to_string().contains("pcd_binary_compressed"));
         assert!(read(b"\x89PNG\r\n\x1a\n").is_err() && !is_cloud(b"P5 1 1 255\n"));
     }
 }

@@ -3,10 +3,10 @@
 use tsify::Ts;
 use wasm_bindgen::prelude::*;
 
-use super::{from_object, plain, thrown};
+use super::{MapFormat, from_object, map_format, plain, thrown};
 use crate::error::Error;
 use crate::geometry::{PointCloud, Pose3};
-use crate::io::{depth_png, intrinsics, pcd, ply, trajectory};
+use crate::io::{depth_png, intrinsics, pcd, ply, point_cloud, trajectory};
 use crate::prepared_frame::{FrameLabel, Preparation, PreparedFrame};
 use crate::report::Progress;
 use crate::settings::SettingDescription;
@@ -263,6 +263,15 @@ impl SpatialReconstruction {
     /// The map as a binary PCD file.
     pub fn map_pcd(&mut self) -> Vec<u8> {
         pcd::write(&self.map_cloud(), pcd::Format::Binary)
+    }
+
+    /// The map as a file of this format.
+    ///
+    /// # Errors
+    /// When there is no such format.
+    pub fn map_file(&mut self, format: &MapFormat) -> Result<Vec<u8>, JsValue> {
+        let format = map_format(format)?;
+        Ok(point_cloud::write(&self.map_cloud(), format))
     }
 
     /// The result as the text of `report.json`.

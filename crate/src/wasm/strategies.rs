@@ -4,10 +4,10 @@ use tsify::Ts;
 use wasm_bindgen::prelude::*;
 
 use super::spatial::{PartialKnownConvention, PartialSpatialSettings};
-use super::{from_object, plain, thrown};
+use super::{MapFormat, from_object, map_format, plain, thrown};
 use crate::error::Error;
 use crate::evaluation::convention::KnownConvention;
-use crate::io::{intrinsics, ply, trajectory};
+use crate::io::{intrinsics, point_cloud, trajectory};
 use crate::prepared_frame::PreparedFrame;
 use crate::settings::SettingDescription;
 use crate::strategies::{
@@ -130,13 +130,13 @@ impl StrategyComparison {
         plain(&self.engine.result(strategy, milliseconds).ok_or_else(|| no_strategy(strategy))?)
     }
 
-    /// The map of a strategy as a binary PLY file.
+    /// The map of a strategy as a file of this format.
     ///
     /// # Errors
-    /// Where there is no such strategy.
-    pub fn map_ply(&self, strategy: usize) -> Result<Vec<u8>, JsValue> {
+    /// Where there is no such strategy or format.
+    pub fn map_file(&self, strategy: usize, format: &MapFormat) -> Result<Vec<u8>, JsValue> {
         let map = self.engine.map(strategy).ok_or_else(|| no_strategy(strategy))?;
-        Ok(ply::write(&map, ply::Format::BinaryLittleEndian))
+        Ok(point_cloud::write(&map, map_format(format)?))
     }
 
     /// The path that a strategy found as TUM writes it: time or number of the frame, x y z qx qy qz qw, a line a frame.

@@ -24,6 +24,17 @@ function engine(): SpatialReconstruction {
   return reconstruction;
 }
 
+const answers: { [K in keyof SpatialAnswers]: () => SpatialAnswers[K] } = {
+  trajectory_tum: () => engine().trajectory_tum(),
+  trajectory_matrices: () => engine().trajectory_matrices(),
+  map_ply: () => engine().map_ply(),
+  map_pcd: () => engine().map_pcd(),
+  map_ply_ascii: () => engine().map_file('ply_ascii'),
+  map_pcd_ascii: () => engine().map_file('pcd_ascii'),
+  map_pcd_compressed: () => engine().map_file('pcd_binary_compressed'),
+  report_json: () => engine().report_json(),
+};
+
 const api: Async<RegistrarApi> = {
   async start(module): Promise<SpatialFacts> {
     await init({ module_or_path: module });
@@ -83,7 +94,7 @@ const api: Async<RegistrarApi> = {
     return { voxel_size, num_points: 0, num_bytes: 0, ...size, ms: performance.now() - start };
   },
 
-  ask: <K extends keyof SpatialAnswers>(kind: K) => engine()[kind]() as SpatialAnswers[K],
+  ask: <K extends keyof SpatialAnswers>(kind: K) => answers[kind]() as SpatialAnswers[K],
 };
 
 serve(api);

@@ -52,6 +52,9 @@ export interface SpatialAnswers {
   trajectory_matrices: string[];
   map_ply: Uint8Array;
   map_pcd: Uint8Array;
+  map_ply_ascii: Uint8Array;
+  map_pcd_ascii: Uint8Array;
+  map_pcd_compressed: Uint8Array;
   report_json: string;
 }
 

@@ -7,7 +7,10 @@ export const SPATIAL_EXPORTS: readonly MenuItem[] = [
   { id: 'everything', label: 'Everything', detail: 'all of these and the matrices, as a zip' },
   { id: 'trajectory', label: 'Trajectory', detail: 'TUM text: t x y z qx qy qz qw a line' },
   { id: 'ply', label: 'Map as PLY', detail: 'points with colours and normals, binary' },
-  { id: 'pcd', label: 'Map as PCD', detail: 'the same for PCL' },
+  { id: 'ply_ascii', label: 'Map as PLY, text', detail: 'the same, to be read by eye' },
+  { id: 'pcd', label: 'Map as PCD', detail: 'the same for PCL, binary' },
+  { id: 'pcd_binary_compressed', label: 'Map as PCD, compressed', detail: 'smaller, lossless' },
+  { id: 'pcd_ascii', label: 'Map as PCD, text', detail: 'to be read by eye' },
   { id: 'report', label: 'Report', detail: 'report.json: settings, frames, comparison' },
   { id: 'errors', label: 'Errors', detail: 'one line a frame, as CSV' },
   { id: 'picture', label: 'Picture', detail: 'the map as you see it, as PNG' },
@@ -29,6 +32,12 @@ export async function makeSpatialExport(id: string, sources: SpatialSources): Pr
       return { name: 'map.ply', blob: new Blob([new Uint8Array(await sources.ask('map_ply'))]) };
     case 'pcd':
       return { name: 'map.pcd', blob: new Blob([new Uint8Array(await sources.ask('map_pcd'))]) };
+    case 'ply_ascii':
+      return { name: 'map.ply', blob: new Blob([new Uint8Array(await sources.ask('map_ply_ascii'))]) };
+    case 'pcd_ascii':
+      return { name: 'map.pcd', blob: new Blob([new Uint8Array(await sources.ask('map_pcd_ascii'))]) };
+    case 'pcd_binary_compressed':
+      return { name: 'map.pcd', blob: new Blob([new Uint8Array(await sources.ask('map_pcd_compressed'))]) };
     case 'report':
       return { name: 'report.json', blob: textBlob(await sources.ask('report_json')) };
     case 'errors':
