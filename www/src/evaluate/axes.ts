@@ -72,12 +72,13 @@ export function drawAxes(
   y: Range,
   names: { x: string; y: string },
   colors: Colors,
+  yWord: (value: number) => string = tickWord,
 ): void {
   const small = { color: colors.muted, size: 11 };
   for (const value of ticks(y, Math.max(area.height / 38, 3.5))) {
     const at = area.y + area.height * (1 - (value - y.low) / (y.high - y.low));
     pen.line([area.x, at, area.x + area.width, at], { color: colors.line, width: 1 });
-    pen.text(area.x - 6, at, tickWord(value), { ...small, align: 'end' });
+    pen.text(area.x - 6, at, yWord(value), { ...small, align: 'end' });
   }
   for (const value of ticks(x, area.width / 80)) {
     const at = area.x + (area.width * (value - x.low)) / (x.high - x.low);

@@ -37,12 +37,13 @@ export function drawSeries(
   names: { x: string; y: string },
   colors: Colors,
   from_zero: boolean,
+  yWord?: (value: number) => string,
 ): Range {
   const ranges = series.map(({ values, stride, offset }) => rangeOf([values], stride, offset));
   const all = rangeOf(ranges.map(({ low, high }) => [low, high]));
   const y = from_zero ? { low: 0, high: Math.max(all.high, 1e-12) * 1.05 } : padded(all);
   const area = plotArea(size);
-  drawAxes(pen, area, x, y, names, colors);
+  drawAxes(pen, area, x, y, names, colors, yWord);
   pen.inside(area.x, area.y, area.width, area.height, () => {
     for (const one of series) {
       const points = columns(one, area, x, y);

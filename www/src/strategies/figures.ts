@@ -1,5 +1,5 @@
 /** The plots that make the argument: what each strategy costs and gains from frame to frame. */
-import { type Colors, drawAxes, type Range, rangeOf } from '../evaluate/axes.js';
+import { type Colors, drawAxes, type Range, rangeOf, tickWord } from '../evaluate/axes.js';
 import type { Painter } from '../evaluate/figure-view.js';
 import { drawSeries, plotArea, type Series } from '../evaluate/figures.js';
 import type { StrategyResult } from './protocol.js';
@@ -55,11 +55,20 @@ export function makePainter(id: FigureId, all: readonly Drawn[], colors: Colors,
   });
   const x = { ...rangeOf(series.map(({ x }) => x)), low: 0 };
   const unit = { points: 'points', time: 'ms', error: 'm' }[id];
-  const names = { x: 'frame', y: is_log ? `log10 ${unit}` : unit };
+  const names = { x: 'frame', y: unit };
+  const word = is_log ? powerWord : shortWord;
   return (pen, size) => {
-    drawSeries(pen, size, series, x, names, colors, !is_log);
+    drawSeries(pen, size, series, x, names, colors, !is_log, word);
   };
 }
+
+/** Large numbers with their thousands or millions: there is little room beside an axis. */
+function shortWord(value: number): string {
+  const [unit, word] = value >= 1e6 ? [1e6, 'M'] : value >= 1e4 ? [1e3, 'k'] : [1, ''];
+  return `${tickWord(Number((value / unit).toPrecision(3)))}${word}`;
+}
+
+const powerWord = (exponent: number): string => shortWord(Number((10 ** exponent).toPrecision(2)));
 
 /** Right and ahead of the first frame: x and z of a camera, x and y where that spreads more, as in a robot's own frame. */
 function pathPainter(drawn: readonly Drawn[], colors: Colors): Painter {

@@ -1,0 +1,138 @@
+/** Strategies side by side: from a recording on the page to the table and the figures, one click. */
+import { readFileSync } from 'node:fs';
+import type { Page } from '@playwright/test';
+import { expectNamedControls, findWeakContrast } from './access.js';
+import { recording, truth } from './spatial_recording.js';
+import { expect, test, type SpatialPage } from './spatial_page.js';
+
+const NUM_FRAMES = 8;
+const LABELS = [
+  'Plain',
+  'Voxels 0.1 m',
+  'Voxels 0.3 m',
+  'Planar motion',
+  'Golden data',
+  'Adaptive threshold',
+  'All together',
+];
+
+interface ComparedRow {
+  name: string;
+  result: {
+    frames: unknown[];
+    num_lost: number;
+    map_bytes: number;
+    timing: { median: number };
+    comparison: { ape_mean: number } | null;
+  };
+}
+
+/** Clicks the one button, and waits until all frames went through. */
+async function compare(page: Page): Promise<ComparedRow[]> {
+  const compared = page.evaluate(
+    () =>
+      new Promise<ComparedRow[]>((resolve) => {
+        addEventListener('scanstitch-compared', (event) => resolve((event as CustomEvent).detail), { once: true });
+      }),
+  );
+  await page.getByRole('button', { name: 'Compare strategies' }).click();
+  return compared;
+}
+
+async function load(spatial: SpatialPage): Promise<void> {
+  await spatial.drop([...recording(NUM_FRAMES), truth(NUM_FRAMES)]);
+  await spatial.stitched();
+}
+
+test('one click compares all strategies on the recording', async ({ spatial, page }) => {
+  await expect(page.getByRole('button', { name: 'Compare strategies' })).toBeHidden();
+  await load(spatial);
+  const rows = await compare(page);
+  expect(rows.map(({ name }) => name)).toHaveLength(LABELS.length);
+  for (const { name, result } of rows) {
+    expect(result.frames, name).toHaveLength(NUM_FRAMES);
+    expect(result.num_lost, name).toBe(0);
+    expect(result.comparison?.ape_mean, name).toBeLessThan(0.06);
+    expect(result.timing.median, name).toBeGreaterThan(0);
+  }
+  expect(rows[0]?.result.map_bytes).toBeGreaterThan(4 * (rows[1]?.result.map_bytes ?? 0));
+
+  const table = page.getByRole('table', { name: 'Strategies' });
+  await expect(table.getByRole('row')).toHaveCount(LABELS.length + 1);
+  for (const title of ['Points of the map', 'Time a frame takes', 'Distance to the truth', 'Paths from above']) {
+    await expect(page.getByRole('region', { name: title })).toBeVisible();
+  }
+  // A column sorts, and sorts the other way.
+  const stored = table.getByRole('button', { name: /^Stored \(MB\)/ });
+  await stored.click();
+  await expect(table.getByRole('row').nth(1)).toContainText('Voxels 0.3 m');
+  await stored.click();
+  await expect(table.getByRole('row').nth(1)).toContainText('Plain');
+  await expect(table.getByRole('columnheader', { name: /^Stored/ })).toHaveAttribute('aria-sort', 'descending');
+
+  const download = page.waitForEvent('download');
+  await page.getByRole('button', { name: 'Save CSV' }).click();
+  const csv = readFileSync(await (await download).path(), 'utf8')
+    .trimEnd()
+    .split('\n');
+  expect(csv).toHaveLength(LABELS.length + 1);
+  expect(csv[0]).toMatch(/^strategy,frames,lost,map_points,map_bytes,ms_median,ms_last,ms_slope,ms_slope_error/);
+
+  await page.getByRole('button', { name: 'Back to the map' }).click();
+  await expect(spatial.map).toBeVisible();
+  // What has been compared stays.
+  await page.getByRole('button', { name: 'Compare strategies' }).click();
+  await expect(page.getByText(`${NUM_FRAMES} frames by 7 strategies`)).toBeVisible();
+});
+
+test('the table is copied, strategies are chosen by the keyboard, and a run is stopped', async ({ spatial, page }) => {
+  await page.context().grantPermissions(['clipboard-read', 'clipboard-write']);
+  await load(spatial);
+  await compare(page);
+  await page.getByRole('button', { name: 'Copy Markdown' }).click();
+  const markdown = await page.evaluate(() => navigator.clipboard.readText());
+  expect(markdown.split('\n')[0]).toMatch(/^\| Strategy \| Frames \| Lost \|/);
+  expect(markdown).toContain('| Golden data |');
+  await expect(page.getByRole('status').filter({ hasText: 'copied as Markdown' })).toHaveCount(1);
+
+  for (const label of LABELS.slice(2)) {
+    const choice = page.getByRole('checkbox', { name: new RegExp(`^${label}`) });
+    await choice.focus();
+    await page.keyboard.press('Space');
+    await expect(choice).not.toBeChecked();
+  }
+  await page.getByRole('button', { name: 'Compare again' }).focus();
+  await page.keyboard.press('Enter');
+  await page.getByRole('button', { name: 'Stop' }).click();
+  await expect(page.getByRole('button', { name: /^Compare/ }).and(page.locator('.primary'))).toBeVisible();
+  await page.locator('scanstitch-strategies').locator('button.primary').click();
+  await expect(page.getByText(`${NUM_FRAMES} frames by 2 strategies`)).toBeVisible({ timeout: 30_000 });
+  await expect(page.getByRole('table', { name: 'Strategies' }).getByRole('row')).toHaveCount(3);
+});
+
+test('a broken frame is named and left out; nothing is cut off on a phone, in the dark', async ({ spatial, page }) => {
+  const files = recording(NUM_FRAMES).map((file) =>
+    file.name.endsWith('depth/3.png') ? { ...file, content: file.content.slice(0, 200) } : file,
+  );
+  await spatial.drop([...files, truth(NUM_FRAMES)]);
+  await spatial.stitched();
+  const rows = await compare(page);
+  expect(rows[1]?.result.frames).toHaveLength(NUM_FRAMES - 1);
+  await expect(page.getByRole('list', { name: 'Problems' })).toContainText('3.png');
+  await expectNamedControls(page);
+  await page.getByRole('button', { name: 'Dark colours' }).click();
+  expect(await page.evaluate(findWeakContrast)).toEqual([]);
+  await page.setViewportSize({ width: 390, height: 844 });
+  const overflow = await page.evaluate(() => document.documentElement.scrollWidth - innerWidth);
+  expect(overflow).toBeLessThanOrEqual(0);
+  await expect(page.getByRole('region', { name: /^The table, which may be wider/ })).toBeVisible();
+});
+
+test('a map is saved as compressed PCD', async ({ spatial, page }) => {
+  await load(spatial);
+  await page.getByRole('button', { name: 'Export' }).click();
+  const download = page.waitForEvent('download');
+  await page.getByRole('menuitem', { name: /^Map as PCD, compressed/ }).click();
+  const bytes = readFileSync(await (await download).path());
+  expect(bytes.subarray(0, 400).toString('latin1')).toMatch(/DATA binary_compressed\n/);
+});

@@ -1,0 +1,137 @@
+//! Strategies side by side, on the made-up flat and on recorded frames: what each one stores, and that each finds its way.
+#![cfg(not(target_arch = "wasm32"))] // it reads files
+#![allow(non_snake_case)]
+
+use std::fs;
+
+use scanstitch::evaluation::convention::KnownConvention;
+use scanstitch::io::trajectory;
+use scanstitch::prepared_frame::{FrameLabel, PreparedFrame};
+use scanstitch::spatial_settings::SpatialSettings;
+use scanstitch::strategies::{
+    AddedPoints, MapKind, StrategyComparison, StrategyMetric, StrategyMotion, StrategyResult, StrategySettings,
+    ThresholdKind, strategy_presets,
+};
+use scanstitch::verdict::Status;
+
+const SAMPLE: &str = "www/samples/apartment";
+const SECOND_FLOOR: &str = "../shared/data/rgbd/apartment_second_floor";
+
+/// Runs strategies over every `every`th of the first frames of a recording, compared with its truth.
+fn run(folder: &str, frames: std::ops::RangeInclusive<usize>, strategies: &[StrategySettings]) -> Vec<StrategyResult> {
+    let mut comparison = StrategyComparison::new(strategies.to_vec(), SpatialSettings::default()).unwrap();
+    let num_recorded = fs::read_dir(format!("{folder}/depth")).unwrap().count();
+    let truth = fs::read(format!("{folder}/GT_pose.npy")).unwrap();
+    let contents = trajectory::read_lenient(&truth, None).unwrap();
+    comparison.set_reference("GT_pose.npy", contents, num_recorded, KnownConvention::default());
+    for number in frames {
+        let name = format!("{number}.png");
+        let depth = fs::read(format!("{folder}/depth/{name}")).unwrap();
+        let preparation = comparison.begin(&name, &depth).unwrap().clone();
+        let label = FrameLabel { name, index: number - 1, time: None };
+        comparison.offer(PreparedFrame::from_depth(&preparation, label, &depth, None).unwrap()).unwrap();
+        for strategy in 0..strategies.len() {
+            assert!(comparison.step(strategy).is_some());
+            assert!(comparison.step(strategy).is_none(), "a frame is placed once");
+        }
+    }
+    (0..strategies.len()).map(|strategy| comparison.result(strategy, &[]).unwrap()).collect()
+}
+
+#[test]
+fn every_preset_finds_its_way_through_the_flat_and_voxels_store_a_tenth() {
+    let presets = strategy_presets();
+    let settings: Vec<StrategySettings> = presets.iter().map(|preset| preset.settings.clone()).collect();
+    let results = run(SAMPLE, 1..=16, &settings);
+    for (preset, result) in presets.iter().zip(&results) {
+        let name = preset.name;
+        assert_eq!((result.frames.len(), result.num_lost), (16, 0), "{name}");
+        let errors = result.comparison.as_ref().unwrap();
+        assert!(errors.ape_mean < 0.04 && errors.num_matched == 16, "{name}: {}", errors.ape_mean);
+        assert!(errors.rpe_mean.unwrap() < 0.04 && errors.rpe_rotation_mean.unwrap() < 0.01, "{name}");
+        assert!(result.sharpness.is_some() && result.growth.is_some() && result.timing.is_none(), "{name}");
+        assert!(result.frames.windows(2).all(|pair| pair[0].map_points <= pair[1].map_points), "{name}");
+        assert_eq!(result.map_bytes, 24 * result.map_points);
+    }
+    let bytes = |name: &str| {
+        let at = presets.iter().position(|preset| preset.name == name).unwrap();
+        results[at].map_bytes
+    };
+    assert!(10 * bytes("voxels_0.1") < bytes("plain"));
+    assert!(3 * bytes("voxels_0.3") < bytes("voxels_0.1"));
+    assert!(bytes("golden_data") < bytes("voxels_0.1"));
+    // A level camera on a floor: nothing but x and z, to the bit.
+    let planar = &results[presets.iter().position(|preset| preset.name == "planar").unwrap()];
+    assert!(planar.frames.iter().all(|frame| frame.T_world_sensor.y == 0.0 && frame.T_world_sensor.qx == 0.0));
+}
+
+#[test]
+fn every_other_choice_works_as_well() {
+    let voxels = StrategySettings::default();
+    let strategies = [
+        StrategySettings { metric: StrategyMetric::PointToPoint, ..voxels.clone() },
+        StrategySettings { points_per_voxel: 5, kept: scanstitch::strategies::KeptPoint::Newest, ..voxels.clone() },
+        StrategySettings { kept: scanstitch::strategies::KeptPoint::Mean, crop_distance: 4.0, ..voxels.clone() },
+        StrategySettings { map: MapKind::Whole, added: AddedPoints::Unmatched, ..voxels.clone() },
+        StrategySettings { threshold: ThresholdKind::Adaptive, stages: scanstitch::strategies::Stages::One, ..voxels },
+    ];
+    for result in run(SAMPLE, 1..=8, &strategies) {
+        let error = result.comparison.as_ref().unwrap().ape_mean;
+        assert!(result.num_lost == 0 && error < 0.06, "{error} {:?}", result.settings);
+    }
+}
+
+#[test]
+fn many_frames_do_not_wear_the_poses_out() {
+    if !fs::exists(SECOND_FLOOR).unwrap_or(false) {
+        println!("skipped: {SECOND_FLOOR} is absent");
+        return;
+    }
+    // Each prediction multiplies three poses: rounding that is let grow bends the path from about the 40th frame on.
+    let free = StrategySettings { map_voxel_size: 0.3, source_voxel_size: 0.3, ..StrategySettings::default() };
+    let [result] = &run(SECOND_FLOOR, 1..=123, &[free])[..] else { panic!("one strategy") };
+    for frame in &result.frames {
+        let T = frame.T_world_sensor;
+        let norm = (T.qx * T.qx + T.qy * T.qy + T.qz * T.qz + T.qw * T.qw).sqrt();
+        assert!((norm - 1.0).abs() < 1e-12, "{}: {norm}", frame.name);
+        assert_eq!(frame.status, Status::Good, "{}", frame.name);
+    }
+    let errors = result.comparison.as_ref().unwrap();
+    assert!(errors.ape_mean < 0.2, "{}", errors.ape_mean);
+}
+
+#[test]
+fn what_cannot_be_is_refused_and_a_lost_frame_is_no_part_of_the_map() {
+    let bad = StrategySettings { map_voxel_size: -1.0, ..StrategySettings::default() };
+    let refused = StrategyComparison::new(vec![bad], SpatialSettings::default()).err().unwrap().to_string();
+    assert!(refused.contains("map_voxel_size = -1"), "{refused}");
+
+    let strategy = StrategySettings { motion: StrategyMotion::PlanarXy, ..StrategySettings::default() };
+    let mut comparison = StrategyComparison::new(vec![strategy], SpatialSettings::default()).unwrap();
+    assert!(comparison.step(0).is_none() && comparison.result(7, &[]).is_none());
+    let first = fs::read(format!("{SAMPLE}/depth/1.png")).unwrap();
+    let preparation = comparison.begin("1.png", &first).unwrap().clone();
+    let offer = |index, bytes: &[u8]| {
+        let label = FrameLabel { name: format!("{index}.png"), index, time: None };
+        PreparedFrame::from_depth(&preparation, label, bytes, None).unwrap()
+    };
+    comparison.offer(offer(3, &first)).unwrap();
+    comparison.step(0).unwrap();
+    let error = comparison.offer(offer(3, &first)).unwrap_err().to_string();
+    assert!(error.contains("in the order of the recording"), "{error}");
+    // A wall right before the camera, where there was a room.
+    let wall = scanstitch::camera::DepthImage { width: 512, height: 512, bits: 8, values: vec![4; 512 * 512] };
+    let mut encoded = Vec::new();
+    encode(&wall, &mut encoded);
+    comparison.offer(offer(4, &encoded)).unwrap();
+    let before = comparison.result(0, &[]).unwrap().map_points;
+    let frame = comparison.step(0).unwrap().clone();
+    assert!(frame.status == Status::Lost && frame.reason.contains("found"), "{frame:?}");
+    assert_eq!((frame.map_points, frame.num_added), (before, 0));
+}
+
+/// A PGM file.
+fn encode(image: &scanstitch::camera::DepthImage, out: &mut Vec<u8>) {
+    out.extend(format!("P5 {} {} 255\n", image.width, image.height).bytes());
+    out.extend(image.values.iter().map(|&value| value as u8));
+}
