@@ -132,7 +132,7 @@ test('a map is saved as compressed PCD', async ({ spatial, page }) => {
   await load(spatial);
   await page.getByRole('button', { name: 'Export' }).click();
   const download = page.waitForEvent('download');
-  await page.getByRole('menuitem', { name: /^Map as PCD, compressed/ }).click();
+  await page.getByRole('menuitem', { name: /^PCD, compressed/ }).click();
   const bytes = readFileSync(await (await download).path());
   expect(bytes.subarray(0, 400).toString('latin1')).toMatch(/DATA binary_compressed\n/);
 });
