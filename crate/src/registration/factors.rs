@@ -205,7 +205,11 @@ impl<const D: usize, const DOF: usize, M: RigidMotion<D, DOF>> Metric<D, DOF, M>
 }
 
 /// n . (p - q).
-pub(crate) fn plane_residual<const D: usize>(target: &impl Target<D>, index: u32, moved: &SVector<f64, D>) -> Option<f64> {
+pub(crate) fn plane_residual<const D: usize>(
+    target: &impl Target<D>,
+    index: u32,
+    moved: &SVector<f64, D>,
+) -> Option<f64> {
     target.normal(index).map(|normal| normal.dot(&(moved - target.point(index))))
 }
 

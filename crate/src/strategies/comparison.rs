@@ -104,8 +104,8 @@ impl StrategyComparison {
             Some(known) => known,
             None => Preparation::new(&self.settings, name, first)?,
         };
-        let spacing = preparation.settings.voxel_size;
-        self.strategies.iter_mut().for_each(|strategy| strategy.odometry.set_spacing(spacing));
+        let (spacing, is_camera) = (preparation.settings.voxel_size, preparation.depth.is_some());
+        self.strategies.iter_mut().for_each(|strategy| strategy.odometry.expect_frames(spacing, is_camera));
         Ok(self.preparation.insert(preparation))
     }
 
@@ -276,7 +276,8 @@ fn relative_errors(estimated: &[EstimatedFrame], error: &SpatialError) -> Option
     };
     let (estimate, truth) = (path(&mut pairs.iter().map(|pair| pair.0)), path(&mut pairs.iter().map(|pair| pair.1)));
     let of = |relation| {
-        let errors = rpe(&truth, &estimate, relation, &PairOptions { all_pairs: true, ..PairOptions::default() }).ok()?;
+        let errors =
+            rpe(&truth, &estimate, relation, &PairOptions { all_pairs: true, ..PairOptions::default() }).ok()?;
         Statistics::of(&errors.errors)
     };
     Some((of(PoseRelation::TranslationPart)?, of(PoseRelation::RotationAngleRad)?))

@@ -30,11 +30,11 @@ enum Index {
 }
 
 impl LocalMap {
-    /// A map without points.
-    pub fn new(settings: &StrategySettings) -> Self {
+    /// A map without points, of frames whose points lie so far apart (m), roughly.
+    pub fn new(settings: &StrategySettings, spacing: f64) -> Self {
         let index = match settings.map {
             MapKind::Whole => Index::Tree(KdTree::build(&[])),
-            MapKind::Voxels => Index::Grid(VoxelGrid::new(settings.map_voxel_size, settings.points_per_voxel)),
+            MapKind::Voxels => Index::Grid(VoxelGrid::new(settings.map_voxel_size, settings.points_per_voxel, spacing)),
         };
         Self {
             points: Vec::new(),
@@ -170,12 +170,7 @@ pub struct PlaneToMap;
 impl<M: RigidMotion<3, 6>> Metric<3, 6, M> for PointToMap {
     type Target = LocalMap;
 
-    fn residual(
-        target: &LocalMap,
-        index: u32,
-        moved: &Vector3<f64>,
-        _normal: Option<&Vector3<f64>>,
-    ) -> Option<f64> {
+    fn residual(target: &LocalMap, index: u32, moved: &Vector3<f64>, _normal: Option<&Vector3<f64>>) -> Option<f64> {
         Some((moved - target.point(index)).norm())
     }
 
@@ -197,12 +192,7 @@ impl<M: RigidMotion<3, 6>> Metric<3, 6, M> for PointToMap {
 impl<M: RigidMotion<3, 6>> Metric<3, 6, M> for PlaneToMap {
     type Target = LocalMap;
 
-    fn residual(
-        target: &LocalMap,
-        index: u32,
-        moved: &Vector3<f64>,
-        _normal: Option<&Vector3<f64>>,
-    ) -> Option<f64> {
+    fn residual(target: &LocalMap, index: u32, moved: &Vector3<f64>, _normal: Option<&Vector3<f64>>) -> Option<f64> {
         plane_residual(target, index, moved)
     }
 
@@ -235,7 +225,7 @@ mod tests {
 
     /// Points along x in one voxel, then one in the next.
     fn filled(settings: &StrategySettings) -> LocalMap {
-        let mut map = LocalMap::new(settings);
+        let mut map = LocalMap::new(settings, 0.05);
         for x in [0.1, 0.2, 0.3, 0.4, 0.6] {
             map.insert(Vector3::new(x, 0.1, 0.1), Some(Vector3::z()));
         }
@@ -277,7 +267,7 @@ mod tests {
 
     #[test]
     fn a_wall_keeps_the_side_that_was_seen_first() {
-        let mut map = LocalMap::new(&settings(KeptPoint::Mean, 1));
+        let mut map = LocalMap::new(&settings(KeptPoint::Mean, 1), 0.05);
         map.insert(Vector3::new(0.1, 0.1, 0.1), Some(Vector3::z()));
         map.insert(Vector3::new(0.3, 0.1, 0.1), Some(-Vector3::z()));
         assert_eq!(map.normals()[0], Some(Vector3::z()));

@@ -21,7 +21,7 @@ mod voxel_grid;
 pub use self::adaptive_threshold::AdaptiveThreshold;
 pub use self::comparison::StrategyComparison;
 pub use self::local_map::LocalMap;
-pub use self::odometry::StrategyOdometry;
+pub use self::odometry::{StrategyEstimate, StrategyOdometry};
 pub use self::presets::{StrategyPreset, strategy_presets};
 pub use self::report::{BYTES_A_POINT, StrategyErrors, StrategyFrame, StrategyResult, StrategyTiming, Trend};
 pub use self::settings::{

@@ -38,8 +38,10 @@ const MAX_NORMAL_ANGLE: f64 = std::f64::consts::FRAC_PI_4;
 const ROTATION_EPS: f64 = 1e-4;
 /// ... and moves less (m).
 const TRANSLATION_EPS: f64 = 1e-4;
-/// A first frame of which this share lies ahead, within 60 degrees of the z axis, is a camera's view.
+/// A first cloud of which this share lies ahead, ...
 const VIEW_SHARE: f64 = 0.99;
+/// ... within 75 degrees of the z axis, is a camera's view. The floor around a robot lies across its z axis.
+const VIEW_COSINE: f64 = 0.25;
 
 /// Where a frame was found, and what that took.
 #[derive(Debug, Clone)]
@@ -65,6 +67,8 @@ pub struct StrategyOdometry {
     settings: StrategySettings,
     /// How far apart the points of a frame lie (m), roughly.
     spacing: f64,
+    /// Whether a camera is known to have taken the frames.
+    is_camera: bool,
     map: LocalMap,
     threshold: AdaptiveThreshold,
     solver: Solver<6>,
@@ -96,7 +100,8 @@ impl StrategyOdometry {
         settings.validate()?;
         Ok(Self {
             spacing: 0.0,
-            map: LocalMap::new(&settings),
+            is_camera: false,
+            map: LocalMap::new(&settings, 0.0),
             threshold: AdaptiveThreshold::new(settings.max_correspondence_distance),
             solver: Solver::default(),
             upright: None,
@@ -106,9 +111,13 @@ impl StrategyOdometry {
         })
     }
 
-    /// Says how far apart the points of a frame lie (m), roughly: the side of the voxels that it was thinned with.
-    pub fn set_spacing(&mut self, spacing: f64) {
-        self.spacing = spacing;
+    /// Says how far apart the points of a frame lie (m), roughly, the side of the voxels that it was thinned with, and whether
+    /// a camera took them. Before the first frame; it is not heard later.
+    pub fn expect_frames(&mut self, spacing: f64, is_camera: bool) {
+        if self.T_world_last.is_none() {
+            (self.spacing, self.is_camera) = (spacing, is_camera);
+            self.map = LocalMap::new(&self.settings, spacing);
+        }
     }
 
     /// The settings.
@@ -165,7 +174,8 @@ impl StrategyOdometry {
             StrategyMotion::Free => None,
             StrategyMotion::PlanarXz => Some(Upright::Y),
             StrategyMotion::PlanarXy => Some(Upright::Z),
-            StrategyMotion::Planar => Some(if first.is_view() { Upright::Y } else { Upright::Z }),
+            StrategyMotion::Planar if self.is_camera || first.is_view() => Some(Upright::Y),
+            StrategyMotion::Planar => Some(Upright::Z),
         };
         let axes: Option<&[usize]> = self.upright.map(|upright| match upright {
             Upright::Y => &[1, 3, 5][..], // wy, x and z
@@ -223,7 +233,7 @@ impl StrategyOdometry {
         let source = Source { points: &source.positions, normals: Some(&source.normals), deviations: None };
         let mut registration = register(source, &self.map, guess, &stage(threshold), &self.solver);
         let close_by = self.close_by();
-        if self.settings.stages == Stages::Two && close_by < threshold {
+        if self.settings.stages == Stages::Two && (f64::MIN_POSITIVE..threshold).contains(&close_by) {
             let mut history = std::mem::take(&mut registration.history);
             registration = register(source, &self.map, registration.T_target_source, &stage(close_by), &self.solver);
             history.append(&mut registration.history);
@@ -233,9 +243,10 @@ impl StrategyOdometry {
         SpatialRegistration { T_target_source, ..registration }
     }
 
-    /// What counts as close by in the second stage (m).
+    /// What counts as close by in the second stage (m); 0 where nothing tells.
     fn close_by(&self) -> f64 {
-        let of_map = if self.settings.map == MapKind::Voxels { CLOSE_VOXELS * self.settings.map_voxel_size } else { 0.0 };
+        let of_map =
+            if self.settings.map == MapKind::Voxels { CLOSE_VOXELS * self.settings.map_voxel_size } else { 0.0 };
         f64::max(CLOSE_SPACINGS * self.spacing, of_map)
     }
 
@@ -313,8 +324,7 @@ impl Points {
 
     /// Whether it looks like what a camera sees along z, and not like what a laser sees all around.
     fn is_view(&self) -> bool {
-        let cosine = 0.5; // of 60 degrees
-        let ahead = self.positions.iter().filter(|point| point.z > cosine * point.norm()).count();
+        let ahead = self.positions.iter().filter(|point| point.z > VIEW_COSINE * point.norm()).count();
         ahead as f64 >= VIEW_SHARE * self.positions.len() as f64
     }
 }

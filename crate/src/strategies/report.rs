@@ -95,7 +95,8 @@ impl StrategyTiming {
         let mut sorted = registered.to_vec();
         sorted.sort_by(f64::total_cmp);
         let middle = sorted.len() / 2;
-        let median = if sorted.len() % 2 == 1 { sorted[middle] } else { f64::midpoint(sorted[middle - 1], sorted[middle]) };
+        let median =
+            if sorted.len() % 2 == 1 { sorted[middle] } else { f64::midpoint(sorted[middle - 1], sorted[middle]) };
         Some(Self { median, last, total: milliseconds.iter().sum(), trend: Trend::of(registered) })
     }
 }

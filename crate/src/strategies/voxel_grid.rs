@@ -12,7 +12,7 @@ use crate::search::Neighbor;
 /// A point, by its number, and the voxel of its cell that it lies in.
 #[derive(Debug, Clone, Copy)]
 struct Entry {
-    voxel: u8,
+    voxel: u16,
     point: u32,
 }
 
@@ -32,11 +32,16 @@ const REACH: f64 = 1e9;
 const FEW_POINTS: usize = 2;
 const WIDE: i32 = 4;
 const NARROW: i32 = 2;
+/// Where points lie further apart than voxels are wide, a cell is so many of their spacings wide: most would be empty otherwise.
+const SPACINGS: f64 = 4.0;
+/// The voxels of a cell are numbered with 16 bits.
+const WIDEST: i32 = 40;
 
 impl VoxelGrid {
-    /// A grid without points; `voxel_size` (m) is positive.
-    pub fn new(voxel_size: f64, points_per_voxel: usize) -> Self {
-        let width = if points_per_voxel <= FEW_POINTS { WIDE } else { NARROW };
+    /// A grid without points; `voxel_size` (m) is positive, `spacing` (m) is how far apart the points of a frame lie, roughly.
+    pub fn new(voxel_size: f64, points_per_voxel: usize, spacing: f64) -> Self {
+        let narrowest = if points_per_voxel <= FEW_POINTS { WIDE } else { NARROW };
+        let width = ((SPACINGS * spacing / voxel_size).ceil() as i32).clamp(narrowest, WIDEST);
         Self { voxel_size, width, cells: FxHashMap::default() }
     }
 
@@ -46,7 +51,7 @@ impl VoxelGrid {
     }
 
     /// The cell of a point and its voxel in it; `None` where it is not finite or too far away.
-    fn place(&self, point: &Vector3<f64>) -> Option<([i32; 3], u8)> {
+    fn place(&self, point: &Vector3<f64>) -> Option<([i32; 3], u16)> {
         let scaled = point / self.voxel_size;
         // Not a number fails the comparison.
         if !scaled.iter().all(|x| x.abs() < REACH) {
@@ -54,7 +59,7 @@ impl VoxelGrid {
         }
         let voxel: [i32; 3] = scaled.map(|x| x.floor() as i32).into();
         let [x, y, z] = voxel.map(|v| v.rem_euclid(self.width));
-        Some((voxel.map(|v| v.div_euclid(self.width)), ((z * self.width + y) * self.width + x) as u8))
+        Some((voxel.map(|v| v.div_euclid(self.width)), ((z * self.width + y) * self.width + x) as u16))
     }
 
     /// The numbers of the points in the voxel of a point, in the order in which they came, into `found`. Whether there is
@@ -176,8 +181,9 @@ mod tests {
         let mut point = || Vector3::from_fn(|_, _| random.normal());
         let points: Vec<Vector3<f64>> = (0..2000).map(|_| point()).collect();
         let queries: Vec<Vector3<f64>> = (0..500).map(|_| 1.5 * point()).collect();
-        for (voxel_size, points_per_voxel) in [(0.05, 1), (0.1, 20), (3.0, 20)] {
-            let mut grid = VoxelGrid::new(voxel_size, points_per_voxel);
+        for (voxel_size, points_per_voxel, spacing) in [(0.05, 1, 0.0), (0.1, 20, 0.05), (3.0, 20, 0.2), (0.01, 1, 0.2)]
+        {
+            let mut grid = VoxelGrid::new(voxel_size, points_per_voxel, spacing);
             (0..).zip(&points).for_each(|(number, point)| grid.insert(point, number));
             for max_distance in [0.05, 0.4, 2.0] {
                 for query in &queries {
@@ -194,7 +200,7 @@ mod tests {
 
     #[test]
     fn strays_are_no_part_of_it() {
-        let mut grid = VoxelGrid::new(0.1, 1);
+        let mut grid = VoxelGrid::new(0.1, 1, 0.0);
         let strays = [Vector3::new(f64::NAN, 0.0, 0.0), Vector3::new(1e30, 0.0, 0.0), Vector3::new(0.0, 0.0, 1.0)];
         (0..).zip(&strays).for_each(|(number, stray)| grid.insert(stray, number));
         assert_eq!(grid.nearest(&strays, &Vector3::zeros(), 100.0).unwrap().index, 2);

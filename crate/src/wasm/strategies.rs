@@ -11,7 +11,8 @@ use crate::io::{intrinsics, point_cloud, trajectory};
 use crate::prepared_frame::PreparedFrame;
 use crate::settings::SettingDescription;
 use crate::strategies::{
-    StrategyComparison as Engine, StrategyFrame, StrategyPreset, StrategyResult, StrategySettings, strategy_descriptions,
+    StrategyComparison as Engine, StrategyFrame, StrategyPreset, StrategyResult, StrategySettings,
+    strategy_descriptions,
 };
 
 #[wasm_bindgen]
