@@ -12,6 +12,7 @@ import { readWorkers, understandInputs } from './reconstruct.js';
 import { jobsOf, progressLine, readFirst, readReference, setIntrinsics } from './reconstruct_spatial.js';
 import { accepted, create, note, writeFile } from './results.js';
 import { describeAll, readSettings, spatialCatalogue } from './settings.js';
+import { readWishes } from './topics.js';
 
 const OPTIONS = /** @type {const} */ ({
   strategies: { type: 'string' },
@@ -19,6 +20,7 @@ const OPTIONS = /** @type {const} */ ({
   reference: { type: 'string' },
   intrinsics: { type: 'string' },
   recording: { type: 'string' },
+  topic: { type: 'string', multiple: true },
   set: { type: 'string', multiple: true },
   workers: { type: 'string' },
   out: { type: 'string' },
@@ -42,7 +44,7 @@ function strategyCatalogue(engine) {
 export const strategies = {
   name: 'strategies',
   about: 'what a map costs and gains: strategies of odometry side by side',
-  help: (engine) => `scanstitch strategies FILES-OR-FOLDER-OR-ZIP... [OPTION]...
+  help: (engine) => `scanstitch strategies FILES-OR-FOLDER-OR-ZIP-OR-BAG... [OPTION]...
 
 Runs several strategies over one recording of depth images or clouds: each frame is registered by ICP to the map of all
 before it, and the strategies differ in how that map is kept and how frames are matched with it. The truth, where it lies
@@ -63,6 +65,7 @@ Options:
   --reference FILE   a trajectory to compare with, or a folder with a file for each frame
   --intrinsics FILE  the depth camera, see scanstitch reconstruct --help
   --recording DIR    which one to take, where a folder or archive holds several (default: the longest)
+  --topic ROLE=NAME  a topic of a bag to use, see scanstitch reconstruct --help
   --set NAME=VALUE   how frames are read, for all strategies alike: see the settings for depth images and clouds of
                      scanstitch settings. voxel_size thins every frame before all else (depth images: 0.05 m)
   --workers N        threads that prepare frames ahead (default: one less than there are cores)
@@ -83,7 +86,7 @@ async function run(engine, args) {
   const { values, positionals } = readArguments('strategies', { args, options: OPTIONS, allowPositionals: true });
   if (positionals.length === 0) {
     throw new CommandError(
-      'No input was given: name files, a folder or a ZIP archive. See: scanstitch strategies --help',
+      'No input was given: name files, a folder, a ZIP archive or a bag. See: scanstitch strategies --help',
     );
   }
   const chosen = choose(strategyCatalogue(engine), values.strategies, values.strategy ?? []);
@@ -93,7 +96,7 @@ async function run(engine, args) {
     process.stderr.write(`${problem}\n`);
     complaints += 1;
   };
-  const inputs = await gather(positionals, complain);
+  const inputs = await gather(positionals, complain, readWishes(values.topic));
   const { reference, intrinsics } = values;
   const workers = values.workers === undefined ? Math.max(1, availableParallelism() - 1) : readWorkers(values.workers);
   const options = { out: '', reference, intrinsics, preset: undefined, set: [], workers };
