@@ -63,14 +63,15 @@ impl StrategyComparison {
     ///
     /// # Errors
     /// When a setting is out of its limits.
-    pub fn new(strategies: Vec<StrategySettings>, settings: SpatialSettings) -> Result<Self> {
+    pub fn new(strategies: Vec<StrategySettings>, mut settings: SpatialSettings) -> Result<Self> {
         settings.validate()?;
+        settings.method = Method::CloudMap;
         let strategy = |settings| {
             let odometry = StrategyOdometry::new(settings)?;
             Ok(Strategy { odometry, has_stepped: true, places: Vec::new(), frames: Vec::new() })
         };
         Ok(Self {
-            settings: SpatialSettings { method: Method::CloudMap, ..settings },
+            settings,
             preparation: None,
             strategies: strategies.into_iter().map(strategy).collect::<Result<_>>()?,
             current: None,

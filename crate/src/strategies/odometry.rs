@@ -173,9 +173,8 @@ impl StrategyOdometry {
         self.upright = match self.settings.motion {
             StrategyMotion::Free => None,
             StrategyMotion::PlanarXz => Some(Upright::Y),
-            StrategyMotion::PlanarXy => Some(Upright::Z),
             StrategyMotion::Planar if self.is_camera || first.is_view() => Some(Upright::Y),
-            StrategyMotion::Planar => Some(Upright::Z),
+            StrategyMotion::Planar | StrategyMotion::PlanarXy => Some(Upright::Z),
         };
         let axes: Option<&[usize]> = self.upright.map(|upright| match upright {
             Upright::Y => &[1, 3, 5][..], // wy, x and z
