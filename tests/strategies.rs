@@ -6,7 +6,6 @@ use std::fs;
 
 use glam::Vec3;
 use nalgebra::{Isometry3, Point3, Vector3};
-use scanstitch::evaluation::convention::KnownConvention;
 use scanstitch::geometry::PointCloud;
 use scanstitch::io::trajectory;
 use scanstitch::prepared_frame::{FrameLabel, PreparedFrame};
@@ -27,7 +26,7 @@ fn run(folder: &str, frames: std::ops::RangeInclusive<usize>, strategies: &[Stra
     let num_recorded = fs::read_dir(format!("{folder}/depth")).unwrap().count();
     let truth = fs::read(format!("{folder}/GT_pose.npy")).unwrap();
     let contents = trajectory::read_lenient(&truth, None).unwrap();
-    comparison.set_reference("GT_pose.npy", contents, num_recorded, KnownConvention::default());
+    comparison.set_reference("GT_pose.npy", contents, num_recorded);
     for number in frames {
         let name = format!("{number}.png");
         let depth = fs::read(format!("{folder}/depth/{name}")).unwrap();

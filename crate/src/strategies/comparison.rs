@@ -6,7 +6,6 @@ use super::odometry::StrategyOdometry;
 use super::report::{BYTES_A_POINT, StrategyErrors, StrategyFrame, StrategyResult, StrategyTiming, Trend};
 use super::settings::StrategySettings;
 use crate::error::{Error, Result};
-use crate::evaluation::convention::KnownConvention;
 use crate::evaluation::map_quality::{MapQuality, MapQualityOptions, map_quality};
 use crate::evaluation::metrics::{PoseRelation, rpe};
 use crate::evaluation::pairs::PairOptions;
@@ -54,7 +53,6 @@ struct Reference {
     name: String,
     contents: Contents,
     num_recorded: usize,
-    known: KnownConvention,
 }
 
 impl StrategyComparison {
@@ -162,9 +160,9 @@ impl StrategyComparison {
     }
 
     /// Sets the trajectory to compare with; it is used for nothing else. `num_recorded` is the number of frames of the
-    /// recording, whether they could be used or not.
-    pub fn set_reference(&mut self, name: &str, contents: Contents, num_recorded: usize, known: KnownConvention) {
-        self.reference = Some(Reference { name: name.to_owned(), contents, num_recorded, known });
+    /// recording, whether they could be used or not. How its poses are read is told from the data, or set.
+    pub fn set_reference(&mut self, name: &str, contents: Contents, num_recorded: usize) {
+        self.reference = Some(Reference { name: name.to_owned(), contents, num_recorded });
     }
 
     /// Number of strategies.
@@ -231,7 +229,8 @@ impl StrategyComparison {
                 T_world_sensor: Some(frame.T_world_sensor.into()),
             })
             .collect();
-        let error = spatial_error(&estimated, reference.num_recorded, &reference.contents, &reference.known)?;
+        let known = self.settings.known_convention();
+        let error = spatial_error(&estimated, reference.num_recorded, &reference.contents, &known)?;
         let relative = error.convention.is_some().then(|| relative_errors(&estimated, &error)).flatten();
         let (moved, turned) = relative.unzip();
         Ok(StrategyErrors {

@@ -3,10 +3,9 @@
 use tsify::Ts;
 use wasm_bindgen::prelude::*;
 
-use super::spatial::{PartialKnownConvention, PartialSpatialSettings};
+use super::spatial::PartialSpatialSettings;
 use super::{MapFormat, from_object, map_format, plain, thrown};
 use crate::error::Error;
-use crate::evaluation::convention::KnownConvention;
 use crate::io::{intrinsics, point_cloud, trajectory};
 use crate::prepared_frame::PreparedFrame;
 use crate::settings::SettingDescription;
@@ -110,16 +109,9 @@ impl StrategyComparison {
     ///
     /// # Errors
     /// When the file is no trajectory.
-    pub fn set_reference(
-        &mut self,
-        name: &str,
-        bytes: &[u8],
-        num_recorded: usize,
-        known: Option<PartialKnownConvention>,
-    ) -> Result<(), JsValue> {
-        let known: KnownConvention = from_object(known.map(JsValue::from))?;
+    pub fn set_reference(&mut self, name: &str, bytes: &[u8], num_recorded: usize) -> Result<(), JsValue> {
         let contents = trajectory::read_lenient(bytes, None).map_err(|error| thrown(&error.in_file(name)))?;
-        self.engine.set_reference(name, contents, num_recorded, known);
+        self.engine.set_reference(name, contents, num_recorded);
         Ok(())
     }
 
