@@ -85,8 +85,7 @@ async function run(engine, args) {
     );
   }
   const { out, reference, odometry, intrinsics, preset, set = [] } = values;
-  const mapFormat = readMapFormat(values['map-format']);
-  const workers = readWorkers(values.workers);
+  const [workers, mapFormat] = [readWorkers(values.workers), readMapFormat(values['map-format'])];
   const options = { out, reference, odometry, intrinsics, preset, set, workers, mapFormat };
   let complaints = 0;
   const complain = (/** @type {string} */ problem) => {

@@ -160,7 +160,7 @@ impl StrategyComparison {
     }
 
     /// Sets the trajectory to compare with; it is used for nothing else. `num_recorded` is the number of frames of the
-    /// recording, whether they could be used or not.
+    /// recording, whether they could be used or not. How its poses are read is told from the data, or set.
     pub fn set_reference(&mut self, name: &str, contents: Contents, num_recorded: usize) {
         self.reference = Some(Reference { name: name.to_owned(), contents, num_recorded });
     }
@@ -229,8 +229,8 @@ impl StrategyComparison {
                 T_world_sensor: Some(frame.T_world_sensor.into()),
             })
             .collect();
-        let error =
-            spatial_error(&estimated, reference.num_recorded, &reference.contents, &self.settings.known_convention())?;
+        let known = self.settings.known_convention();
+        let error = spatial_error(&estimated, reference.num_recorded, &reference.contents, &known)?;
         let relative = error.convention.is_some().then(|| relative_errors(&estimated, &error)).flatten();
         let (moved, turned) = relative.unzip();
         Ok(StrategyErrors {

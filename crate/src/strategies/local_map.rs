@@ -11,6 +11,10 @@ use crate::registration::factors::{
 use crate::registration::target::{LastSearch, Target};
 use crate::search::{KdTree, Neighbor};
 
+/// A point without a partner is looked for within so many times the limit: while it moves by less than what is beyond, it
+/// still has none, and need not be looked for again.
+const CLEARANCE: f64 = 1.25;
+
 /// Points (m, world frame) with normals where they are known, and an index of them.
 pub struct LocalMap {
     points: Vec<Vector3<f64>>,
@@ -147,14 +151,26 @@ impl Target<3> for LocalMap {
     }
 
     fn nearest_again(&self, query: &Vector3<f64>, max_distance: f64, last: &mut LastSearch<3>) -> Option<Neighbor> {
-        let reach = match *last {
-            // A little more than the way to the last partner, so that rounding does not shut it out.
-            LastSearch::Nearest(index) => (self.points[index as usize] - query).norm() * (1.0 + 1e-6) + 1e-6,
-            LastSearch::None | LastSearch::NoneWithin(..) => max_distance,
+        let found = match *last {
+            LastSearch::Nearest(index) => {
+                // A little more than the way to the last partner, so that rounding does not shut it out.
+                let reach = (self.points[index as usize] - query).norm() * (1.0 + 1e-6) + 1e-6;
+                self.nearest(query, reach.min(max_distance))
+            }
+            LastSearch::NoneWithin(place, clearance) if (query - place).norm() + max_distance < clearance => {
+                return None;
+            }
+            LastSearch::None | LastSearch::NoneWithin(..) => {
+                let nearest = self.nearest(query, CLEARANCE * max_distance);
+                let distance = nearest.map_or(CLEARANCE * max_distance, |found| f64::from(found.sq_distance).sqrt());
+                *last = LastSearch::NoneWithin(*query, distance * (1.0 - 1e-4));
+                nearest.filter(|_| distance <= max_distance)
+            }
         };
-        let found = self.nearest(query, reach.min(max_distance))?;
-        *last = LastSearch::Nearest(found.index);
-        Some(found)
+        if let Some(found) = found {
+            *last = LastSearch::Nearest(found.index);
+        }
+        found
     }
 
     fn point(&self, index: u32) -> &Vector3<f64> {
@@ -266,7 +282,13 @@ mod tests {
             map.make_ready();
             assert!(map.has_partner(&near, 0.05) && !map.has_partner(&far, 0.05), "{settings:?}");
             let nearest = map.nearest(&far, 10.0).unwrap().index;
-            assert_eq!(map.nearest_again(&far, 10.0, 0).unwrap().index, nearest);
+            let mut last = LastSearch::Nearest(0);
+            assert_eq!(map.nearest_again(&far, 10.0, &mut last).unwrap().index, nearest);
+            // What was too far away is told so again, and found once it is near.
+            let mut last = LastSearch::None;
+            let at = |x: f64| Vector3::new(x, 0.1, 0.1);
+            assert!([2.0, 1.99, 1.8].map(|x| map.nearest_again(&at(x), 1.0, &mut last)).iter().all(Option::is_none));
+            assert!(map.nearest_again(&at(0.9), 1.0, &mut last).is_some());
         }
     }
 

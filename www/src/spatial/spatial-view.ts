@@ -387,7 +387,9 @@ export class ScanstitchSpatial extends LitElement implements RunView {
 function readingOf(settings: SpatialSettings | null): Partial<SpatialSettings> {
   if (!settings) return {};
   const { fx, fy, cx, cy, field_of_view, depth_scale, quantisation, min_range, max_range } = settings;
-  return { fx, fy, cx, cy, field_of_view, depth_scale, quantisation, min_range, max_range };
+  const { reference_quaternions, reference_axes, reference_direction } = settings;
+  const reading = { fx, fy, cx, cy, field_of_view, depth_scale, quantisation, min_range, max_range };
+  return { ...reading, reference_quaternions, reference_axes, reference_direction };
 }
 
 // The same empty list every time: a new one would be a change.
