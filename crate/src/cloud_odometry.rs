@@ -13,7 +13,7 @@ pub use self::options::{CloudMethod, CloudOptions, GlobalRegistrationUse};
 pub use self::prepared::PreparedCloud;
 use crate::cloud_map::CloudMap;
 use crate::error::Result;
-use crate::geometry::Pose3;
+use crate::geometry::{Pose3, RigidMotion};
 use crate::registration::global::register_globally;
 use crate::registration::icp::Source;
 use crate::registration::spatial::{SpatialRegistration, register_in_space};
@@ -278,9 +278,7 @@ impl CloudOdometry {
         if verdict.status == Status::Lost {
             return self.lost(verdict.reason, Some(registration), overlap);
         }
-        let mut T_world_sensor = T_world_target * registration.T_target_source;
-        // A guess multiplies three poses: left alone, the rounding of their quaternions' length would double with every frame.
-        T_world_sensor.rotation.renormalize();
+        let T_world_sensor = (T_world_target * registration.T_target_source).renormalized();
         self.last_motion = self.T_world_last.inverse() * T_world_sensor;
         self.T_world_last = T_world_sensor;
         self.keep(frame, agreement >= DOUBTFUL_AGREEMENT);

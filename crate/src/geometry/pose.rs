@@ -45,6 +45,10 @@ pub trait RigidMotion<const D: usize, const DOF: usize>: Copy + std::ops::Mul<Ou
     fn rotation_angle(&self) -> f64;
     /// Length of the translation (m).
     fn translation_norm(&self) -> f64;
+    /// The same motion without what rounding has added to the length of its rotation's complex number or quaternion. Where
+    /// products of poses make the next pose, that would double each time.
+    #[must_use]
+    fn renormalized(&self) -> Self;
 }
 
 impl RigidMotion<2, 3> for Pose2 {
@@ -118,6 +122,12 @@ impl RigidMotion<2, 3> for Pose2 {
 
     fn rotation_angle(&self) -> f64 {
         self.rotation.angle().abs()
+    }
+
+    fn renormalized(&self) -> Self {
+        let mut pose = *self;
+        pose.rotation.renormalize();
+        pose
     }
 
     fn translation_norm(&self) -> f64 {
@@ -210,6 +220,12 @@ impl RigidMotion<3, 6> for Pose3 {
 
     fn rotation_angle(&self) -> f64 {
         self.rotation.angle()
+    }
+
+    fn renormalized(&self) -> Self {
+        let mut pose = *self;
+        pose.rotation.renormalize();
+        pose
     }
 
     fn translation_norm(&self) -> f64 {

@@ -150,7 +150,7 @@ where
     M: RigidMotion<D, DOF>,
     F: Metric<D, DOF, M>,
 {
-    let mut T = init_T_target_source;
+    let mut T = init_T_target_source.renormalized();
     let mut history: Vec<IterationRecord> = Vec::new();
     let mut correspondences = Vec::with_capacity(source.points.len());
     let mut converged = false;
@@ -172,7 +172,7 @@ where
             translation_step,
         });
         let Some(step) = step else { break };
-        T = step * T;
+        T = (step * T).renormalized();
         let Criteria { rotation_eps, translation_eps, .. } = options.criteria;
         converged = rotation_step < rotation_eps && translation_step < translation_eps;
         // A pose seen before leads to the same steps again: a few points change partners to and fro for ever.
