@@ -47,8 +47,8 @@ export const strategies = {
   help: (engine) => `scanstitch strategies FILES-OR-FOLDER-OR-ZIP-OR-BAG... [OPTION]...
 
 Runs several strategies over one recording of depth images or clouds: each frame is registered by ICP to the map of all
-before it, and the strategies differ in how that map is kept and how frames are matched with it. The truth, where it lies
-beside the frames or is given, is used for the errors alone.
+before it, and the strategies differ in how that map is kept and how frames are matched with it. The truth, where it
+lies beside the frames or is given, is used for the errors alone.
 
 Printed, a line a strategy: points of the map and their bytes (24 a point), the time a frame takes (median, last, and by
 how much it grows from frame to frame, with the standard error), the distance to the truth (APE, first poses made equal)
@@ -99,7 +99,7 @@ async function run(engine, args) {
   const inputs = await gather(positionals, complain, readWishes(values.topic));
   const { reference, intrinsics } = values;
   const workers = values.workers === undefined ? Math.max(1, availableParallelism() - 1) : readWorkers(values.workers);
-  const options = { out: '', reference, intrinsics, preset: undefined, set: [], workers };
+  const options = { out: '', reference, odometry: undefined, intrinsics, preset: undefined, set: [], workers };
   try {
     const recording = await understandInputs(inputs, values.recording);
     for (const { file, reason } of recording.notes) note(`${file}: ${reason}.`);
