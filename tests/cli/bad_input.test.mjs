@@ -148,7 +148,10 @@ test('wrong commands: one line each, exit code 1', (t) => {
   const folder = temporaryFolder(t);
   writeFiles(folder, { '0.ply': roomScan(ROOM_POSES[0]) });
   const cases = /** @type {[string[], RegExp][]} */ ([
-    [[], /No command was given\. There are: reconstruct, evaluate, convert, map-quality, strategies, bev, topics, settings/],
+    [
+      [],
+      /No command was given\. There are: reconstruct, evaluate, convert, map-quality, strategies, bev, topics, settings/,
+    ],
     [['reconstrukt'], /There is no command "reconstrukt"/],
     [['reconstruct'], /No input was given/],
     [['reconstruct', folder, '--outt', 'x'], /--outt.*See: scanstitch reconstruct --help/],
