@@ -221,7 +221,10 @@ impl PreparedFrame {
         let surfaces = if preparation.settings.method == Method::SurfelMap {
             Surfaces::Surfels(surfels)
         } else {
-            let cloud = depth_cloud(&image, &usable, camera, &model, None);
+            // Courses take every value for what it says.
+            let is_course = preparation.settings.method == Method::Course;
+            let taken = if is_course { vec![true; image.values.len()] } else { usable };
+            let cloud = depth_cloud(&image, &taken, camera, &model, None);
             Surfaces::Cloud(PreparedCloud::new(&cloud, &preparation.settings.cloud_options())?.cloud().clone())
         };
         Ok(Self { label, surfaces, map_points, notes })

@@ -350,8 +350,9 @@ pub fn spatial_presets() -> Vec<SpatialPreset> {
             explanation: "As courses teach it with Open3D: voxels of 5 cm, FPFH, RANSAC, point-to-plane ICP, each frame with the one before it.",
             settings: SpatialSettings {
                 method: Method::Course,
-                // Courses take the raw value for the depth.
+                // Courses take the raw value for the depth, whatever it is.
                 quantisation: Quantisation::Rounded,
+                min_range: 0.0,
                 voxel_size: 0.05,
                 max_correspondence_distance: 0.02,
                 global_registration: GlobalRegistrationUse::Always,
