@@ -188,7 +188,7 @@ await runMain(async () => {
   const runs = [];
   if (recordings.length > 0) {
     await buildWasm();
-    await buildPage();
+    await buildPage('warn'); // what it tells else goes to stdout
   }
   for (const recording of recordings) {
     console.error(`${recording.name}: a whole run of ${recording.folder}`);

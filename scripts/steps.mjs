@@ -207,11 +207,14 @@ export async function buildWasm(packageName = 'scanstitch', outDir = 'pkg') {
   );
 }
 
-/** Builds the page into www/dist from pkg/. */
-export function buildPage() {
+/**
+ * Builds the page into www/dist from pkg/.
+ * @param {import('vite').LogLevel} [logLevel]
+ */
+export function buildPage(logLevel = 'info') {
   return step('Building the page into www/dist', async () => {
     const { build } = await import('vite');
-    await build({ root: join(ROOT, 'www'), logLevel: 'info', clearScreen: false });
+    await build({ root: join(ROOT, 'www'), logLevel, clearScreen: false });
   });
 }
 
