@@ -34,6 +34,22 @@ test('colour images in the place of depth are told', async ({ spatial }) => {
   expect(await spatial.app.numStitched()).toBe(1);
 });
 
+test('a colour image of another size, and one that is missing, are told, and every frame is placed', async ({
+  spatial,
+}) => {
+  const one_pixel = Buffer.from(
+    'iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAIAAACQd1PeAAAADElEQVR4nGP4z8AAAAMBAQDJ/pLvAAAAAElFTkSuQmCC',
+    'base64',
+  );
+  const files = recording(4)
+    .filter(({ name }) => name !== 'room/rgb/4.png')
+    .map((file) => (file.name === 'room/rgb/2.png' ? { ...file, content: one_pixel } : file));
+  await spatial.drop(files);
+  expect((await spatial.stitched()).result.frames.map(({ status }) => status)).toEqual(Array(4).fill('good'));
+  await expect(spatial.page.getByText(/2\.png.*1 x 1 pixels, the depth image 160 x 120/)).toBeVisible();
+  await expect(spatial.messages).toContainText(/4\.png/);
+});
+
 test('a truth with another number of poses is told, and the frames are placed without it', async ({ spatial }) => {
   await spatial.drop([...recording(5), truth(3)]);
   const { result } = await spatial.stitched();
