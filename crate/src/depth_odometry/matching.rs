@@ -1,0 +1,203 @@
+//! A frame that is being looked for in a map.
+
+use nalgebra::{Isometry3, Vector3};
+
+use super::evidence::{Evidence, score};
+use super::found::Found;
+use super::guesses::{around, best_apart, unlikelihood};
+use super::open_direction::OpenDirection;
+use super::seen::Seen;
+use super::surfel_cloud::SurfelCloud;
+use super::{DepthOptions, Effort};
+use crate::camera::surfel_image::SurfelImage;
+use crate::geometry::Pose3;
+use crate::registration::factors::PointToSurfel;
+use crate::registration::icp::{Criteria, IcpOptions, Rejection, Weighting, register_with};
+use crate::registration::projective::ProjectiveTarget;
+use crate::registration::robust_kernel::RobustKernel;
+use crate::registration::solver::Solver;
+use crate::registration::spatial::SpatialRegistration;
+
+/// Points that score a guess: hundreds of guesses are looked at.
+const SPARSE_POINTS: usize = 250;
+/// Points that refine the best guesses.
+const MIDDLE_POINTS: usize = 800;
+/// Points of the registration itself, ...
+const FINE_POINTS: usize = 3000;
+/// ... and where it is to be quick.
+const QUICK_POINTS: usize = 1200;
+/// Guesses that are refined with few points, ...
+const ROUGH_GUESSES: usize = 8;
+/// ... and of these with more.
+const REFINED_GUESSES: usize = 3;
+/// Places that look most like a frame that is nowhere near: so many are looked at.
+const PLACES_ANYWHERE: usize = 6;
+/// Places along an open direction that are compared, so many either way ...
+const PLACES: i32 = 10;
+/// ... and so far apart (m).
+const BETWEEN_PLACES: f64 = 0.1;
+/// A place is told from another when it agrees so much better.
+const TELLING_AGREEMENT: f64 = 0.01;
+
+/// A frame that is being looked for in a map.
+pub(super) struct Matching<'a> {
+    seen: &'a Seen,
+    frame: &'a SurfelImage,
+    /// The frame as its own camera sees it: what the map's surfaces are held against.
+    own_view: ProjectiveTarget,
+    sparse: SurfelCloud,
+    middle: SurfelCloud,
+    fine: SurfelCloud,
+    solver: Solver<6>,
+}
+
+impl<'a> Matching<'a> {
+    pub(super) fn new(seen: &'a Seen, frame: &'a SurfelImage, options: DepthOptions) -> Self {
+        let cloud = SurfelCloud::new(frame);
+        Self {
+            seen,
+            frame,
+            own_view: ProjectiveTarget::draw((0..).zip(frame.surfels()), &frame.cell_camera(), &Pose3::identity()),
+            sparse: cloud.at_most(SPARSE_POINTS),
+            middle: cloud.at_most(MIDDLE_POINTS),
+            fine: cloud.at_most(if options.effort == Effort::Quick { QUICK_POINTS } else { FINE_POINTS }),
+            solver: options.motion.solver(),
+        }
+    }
+
+    /// The registration that the best of these guesses leads to; the map is seen from `T_world_view` at first.
+    pub(super) fn best_of(&self, guesses: &[Pose3], T_world_view: &Pose3) -> Found {
+        let view = self.seen.map.view(self.frame, T_world_view);
+        let scored = guesses.iter().map(|guess| (score(&view, &self.sparse, guess), *guess));
+        self.refine(&view, scored.collect(), T_world_view)
+    }
+
+    /// The same for turns by any angle and moves of up to a metre around a pose.
+    pub(super) fn best_of_all_around(&self, T_world_last: &Pose3) -> Found {
+        let quarters = [0, 1, 2, 3].map(|quarter| {
+            let turned = T_world_last * Isometry3::rotation(Vector3::y() * f64::from(quarter) * 90f64.to_radians());
+            let view = self.seen.map.view(self.frame, &turned);
+            let guesses = around(&turned, -6..=6, 7.5f64.to_radians(), 4, 4);
+            let scored: Vec<_> = guesses.map(|guess| (score(&view, &self.sparse, &guess), guess)).collect();
+            self.refine(&view, scored, T_world_last)
+        });
+        let [first, others @ ..] = quarters;
+        others.into_iter().fold(first, |best, next| if next.support > best.support { next } else { best })
+    }
+
+    /// From scored guesses to one registration: few points for many guesses, more points for few.
+    fn refine(&self, view: &ProjectiveTarget, scored: Vec<(f64, Pose3)>, T_world_last: &Pose3) -> Found {
+        let rough = best_apart(scored, ROUGH_GUESSES).into_iter().map(|guess| {
+            let refined = self.register_to(view, &self.sparse, guess, &rough_options()).T_target_source;
+            (self.evidence(view, &self.sparse, &refined).support - unlikelihood(T_world_last, &refined), refined)
+        });
+        let refined = best_apart(rough.collect(), REFINED_GUESSES).into_iter().map(|guess| {
+            let refined = self.register_to(view, &self.middle, guess, &middle_options()).T_target_source;
+            (self.evidence(view, &self.middle, &refined).support - unlikelihood(T_world_last, &refined), refined)
+        });
+        let best = best_apart(refined.collect(), 1).first().copied().unwrap_or_else(Pose3::identity);
+
+        self.settled(best)
+    }
+
+    /// In the places of all key frames: where this frame looks like one of them, if anywhere.
+    pub(super) fn best_of_everywhere(&self) -> Option<Found> {
+        let mut scored = Vec::new();
+        for key_view in self.seen.key_views.all() {
+            for T_key_camera in around(&Pose3::identity(), -2..=2, 15f64.to_radians(), 1, 1) {
+                scored.push((
+                    score(key_view.view(), &self.sparse, &T_key_camera),
+                    key_view.T_world_camera * T_key_camera,
+                ));
+            }
+        }
+        let found = best_apart(scored, PLACES_ANYWHERE).into_iter().map(|guess| {
+            let view = self.seen.map.view(self.frame, &guess);
+            self.refine(&view, vec![(0.0, guess)], &guess)
+        });
+        found.max_by(|a, b| a.support.total_cmp(&b.support))
+    }
+
+    /// The registration near a guess, with places along a direction that it leaves open compared.
+    pub(super) fn settled(&self, guess: Pose3) -> Found {
+        self.settle(self.register_finely(guess))
+    }
+
+    fn register_finely(&self, guess: Pose3) -> Found {
+        let view = self.seen.map.view(self.frame, &guess);
+        let registration = self.register_to(&view, &self.fine, guess, &fine_options());
+        let Evidence { support, overlap, agreement } =
+            self.evidence(&view, &self.middle, &registration.T_target_source);
+        Found { registration, view, support, overlap, agreement, is_open: false }
+    }
+
+    /// Where hardly any surface holds a direction, the borders of things may: the registration does not see them, but what
+    /// stands in free space tells. Places along that direction are compared by it, and not by how much of the map they
+    /// see: that is most where nothing new is in view.
+    fn settle(&self, found: Found) -> Found {
+        let Some(open) = OpenDirection::of(&found.registration) else { return found };
+        let here = self.agreement_at(&found, &open, 0).0;
+        let elsewhere = self.best_elsewhere(&found, &open);
+        let (mut found, mut is_told) = (found, elsewhere.0 < here - TELLING_AGREEMENT);
+        if elsewhere.0 > here + TELLING_AGREEMENT {
+            let other = self.register_finely(elsewhere.1);
+            if other.agreement > found.agreement + TELLING_AGREEMENT {
+                is_told = self.best_elsewhere(&other, &open).0 < other.agreement - TELLING_AGREEMENT;
+                found = other;
+            }
+        }
+        found.is_open = !is_told;
+        found
+    }
+
+    /// The agreement so many places along an open direction, and where that is.
+    fn agreement_at(&self, found: &Found, open: &OpenDirection, place: i32) -> (f64, Pose3) {
+        let moved = open.direction * (f64::from(place) * BETWEEN_PLACES);
+        let pose = Pose3::translation(moved.x, moved.y, moved.z) * found.registration.T_target_source;
+        (self.evidence(&found.view, &self.middle, &pose).agreement, pose)
+    }
+
+    fn best_elsewhere(&self, found: &Found, open: &OpenDirection) -> (f64, Pose3) {
+        let places = (-PLACES..=PLACES).filter(|place| *place != 0);
+        let agreements = places.map(|place| self.agreement_at(found, open, place));
+        agreements.fold((0.0, Pose3::identity()), |best, next| if next.0 > best.0 { next } else { best })
+    }
+
+    fn register_to(
+        &self,
+        view: &ProjectiveTarget,
+        cloud: &SurfelCloud,
+        guess: Pose3,
+        options: &IcpOptions,
+    ) -> SpatialRegistration {
+        register_with::<3, 6, Pose3, PointToSurfel>(cloud.source(), view, guess, options, &self.solver)
+    }
+    fn evidence(&self, view: &ProjectiveTarget, cloud: &SurfelCloud, T_world_camera: &Pose3) -> Evidence {
+        Evidence::gather(self.seen, view, cloud, &self.own_view, T_world_camera)
+    }
+}
+
+fn rough_options() -> IcpOptions {
+    options((0.4, 0.7), 0.15, Criteria { max_iterations: 8, rotation_eps: 3e-3, translation_eps: 5e-3 })
+}
+
+fn middle_options() -> IcpOptions {
+    options((0.3, 0.6), 0.08, Criteria { max_iterations: 15, rotation_eps: 1e-3, translation_eps: 2e-3 })
+}
+
+fn fine_options() -> IcpOptions {
+    options((0.15, 0.5), 0.03, Criteria { max_iterations: 30, rotation_eps: 1e-4, translation_eps: 1e-4 })
+}
+
+/// Pairs within a distance (m) and an angle (rad), the kernel's width (m), and when to end.
+fn options(
+    (max_correspondence_distance, max_normal_angle): (f64, f64),
+    robust_kernel_width: f64,
+    criteria: Criteria,
+) -> IcpOptions {
+    IcpOptions {
+        rejection: Rejection { max_correspondence_distance, max_normal_angle, trim_fraction: 0.0 },
+        weighting: Weighting { robust_kernel: RobustKernel::GemanMcclure, robust_kernel_width },
+        criteria,
+    }
+}

@@ -1,0 +1,30 @@
+//! Directions of motion that the surfaces in view leave open.
+
+use nalgebra::{Matrix3, Vector3};
+
+use super::evidence::FINE_TOLERANCE;
+use crate::registration::spatial::SpatialRegistration;
+
+/// A direction is held by the surfaces that face along it at least so much (cosine), ...
+const HOLDING_COSINE: f64 = 0.3;
+/// ... if they are at least this share of all.
+const HOLDING_SHARE: f64 = 0.01;
+
+/// The direction of motion that is known least, where hardly any surface faces along it. Long walls do not add up to one
+/// that faces the other way, however many there are and however noisy their normals.
+pub(super) struct OpenDirection {
+    pub(super) direction: Vector3<f64>,
+}
+
+impl OpenDirection {
+    /// None where enough surfaces hold every direction.
+    pub(super) fn of(registration: &SpatialRegistration) -> Option<Self> {
+        let fitting = registration.correspondences.iter().filter(|pair| pair.residual.abs() < FINE_TOLERANCE);
+        let normals: Vec<Vector3<f64>> = fitting.filter_map(|pair| pair.normal).collect();
+        let spread: Matrix3<f64> = normals.iter().map(|normal| normal * normal.transpose()).sum();
+        let eigen = spread.symmetric_eigen();
+        let direction = eigen.eigenvectors.column(eigen.eigenvalues.imin()).into_owned();
+        let num_holding = normals.iter().filter(|normal| normal.dot(&direction).abs() > HOLDING_COSINE).count();
+        ((num_holding as f64) < HOLDING_SHARE * normals.len() as f64).then_some(Self { direction })
+    }
+}

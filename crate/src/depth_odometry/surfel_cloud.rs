@@ -1,0 +1,74 @@
+//! A frame's pieces of surface, thinned out for the registration.
+
+use nalgebra::Vector3;
+
+use crate::camera::surfel_image::SurfelImage;
+use crate::registration::icp::Source;
+
+/// A frame's pieces of surface, column by column.
+#[derive(Clone)]
+pub(crate) struct SurfelCloud {
+    pub(super) points: Vec<Vector3<f64>>,
+    pub(super) normals: Vec<Vector3<f64>>,
+    known_normals: Vec<Option<Vector3<f64>>>,
+    deviations: Vec<f64>,
+}
+
+impl SurfelCloud {
+    pub(crate) fn new(frame: &SurfelImage) -> Self {
+        Self {
+            points: frame.surfels().map(|surfel| surfel.point).collect(),
+            normals: frame.surfels().map(|surfel| surfel.normal).collect(),
+            known_normals: frame.surfels().map(|surfel| Some(surfel.normal)).collect(),
+            deviations: frame.surfels().map(|surfel| surfel.deviation).collect(),
+        }
+    }
+
+    /// About `most` of them, as many of every direction as there are, so that the few that hold a corridor's length count
+    /// beside its long walls (Rusinkiewicz and Levoy, "Efficient variants of the ICP algorithm", 3DIM 2001).
+    pub(crate) fn at_most(&self, most: usize) -> Self {
+        let kept = even_over_directions(&self.normals, most);
+        Self {
+            points: kept.iter().map(|&index| self.points[index]).collect(),
+            normals: kept.iter().map(|&index| self.normals[index]).collect(),
+            known_normals: kept.iter().map(|&index| self.known_normals[index]).collect(),
+            deviations: kept.iter().map(|&index| self.deviations[index]).collect(),
+        }
+    }
+
+    pub(crate) fn source(&self) -> Source<'_, 3> {
+        Source { points: &self.points, normals: Some(&self.known_normals), deviations: Some(&self.deviations) }
+    }
+}
+
+/// Directions are told apart by which of their components are beyond this, and on which side.
+const DIRECTION_COMPONENT: f64 = 0.4;
+const NUM_DIRECTIONS: usize = 27;
+
+/// Indices of about `most` of the normals in their order, evenly over their directions as far as there are enough.
+fn even_over_directions(normals: &[Vector3<f64>], most: usize) -> Vec<usize> {
+    let third =
+        |component: f64| usize::from(component > -DIRECTION_COMPONENT) + usize::from(component > DIRECTION_COMPONENT);
+    let direction = |normal: &Vector3<f64>| 9 * third(normal.x) + 3 * third(normal.y) + third(normal.z);
+    let mut counts = [0usize; NUM_DIRECTIONS];
+    for normal in normals {
+        counts[direction(normal)] += 1;
+    }
+    // What small directions do not use up is shared among the larger ones.
+    let mut by_size: [usize; NUM_DIRECTIONS] = std::array::from_fn(|index| index);
+    by_size.sort_by_key(|&index| (counts[index], index));
+    let (mut quotas, mut left) = ([0usize; NUM_DIRECTIONS], most);
+    for (place, &index) in by_size.iter().enumerate() {
+        quotas[index] = counts[index].min(left / (NUM_DIRECTIONS - place));
+        left -= quotas[index];
+    }
+    let mut seen = [0usize; NUM_DIRECTIONS];
+    let is_kept = |normal: &Vector3<f64>| {
+        let index = direction(normal);
+        let before = seen[index] * quotas[index] / counts[index];
+        seen[index] += 1;
+        seen[index] * quotas[index] / counts[index] > before
+    };
+    let kept: Vec<bool> = normals.iter().map(is_kept).collect();
+    (0..normals.len()).filter(|&index| kept[index]).collect()
+}
