@@ -64,9 +64,12 @@ export interface SpatialListener {
   unavailable(message: string): void;
 }
 
-/** The map is sent at most this often while it grows, and sending it takes at most this share of the time. */
-const SNAPSHOT_INTERVAL_MS = 250;
-const SNAPSHOT_SHARE = 0.12;
+/** The map is sent after so long at first, then ever later, as there is ever less that is new in it: ... */
+const SNAPSHOT_INTERVALS_MS = { least: 250, most: 1500 };
+/** ... after this share of the time that the run has taken so far, ... */
+const SNAPSHOT_GROWTH = 0.4;
+/** ... and so that sending takes at most this share of the time. */
+const SNAPSHOT_SHARE = 0.06;
 /** Preparing workers, as many as there are cores, within these bounds. */
 const MAX_PREPARERS = 4;
 /** A worker that has had a frame for so long is taken for dead: one that is ended from outside says nothing. */
@@ -89,6 +92,7 @@ export class SpatialClient {
   #working: Promise<void> = Promise.resolve();
   #num_done = 0;
   #num_restarts = 0;
+  #computing_since = 0;
   #next_snapshot = 0;
   #is_sending = false;
   #is_disposed = false;
@@ -205,7 +209,8 @@ export class SpatialClient {
   async #compute(order: number): Promise<void> {
     const run = this.#run;
     if (!run || order !== this.#order) return;
-    this.#next_snapshot = performance.now() + SNAPSHOT_INTERVAL_MS;
+    this.#computing_since = performance.now();
+    this.#next_snapshot = this.#computing_since + SNAPSHOT_INTERVALS_MS.least;
     const { state } = await run.run(this.#stopping.signal);
     if (order !== this.#order) return;
     await this.#send(state, order);
@@ -285,8 +290,10 @@ export class SpatialClient {
       return; // the registrar died, which is told elsewhere
     } finally {
       this.#is_sending = false;
-      const cost = performance.now() - start;
-      this.#next_snapshot = performance.now() + Math.max(SNAPSHOT_INTERVAL_MS, cost / SNAPSHOT_SHARE);
+      const now = performance.now();
+      const { least, most } = SNAPSHOT_INTERVALS_MS;
+      const interval = Math.min(Math.max(SNAPSHOT_GROWTH * (now - this.#computing_since), least), most);
+      this.#next_snapshot = now + Math.max(interval, (now - start) / SNAPSHOT_SHARE);
     }
   }
 

@@ -12,6 +12,7 @@ import { COLOR_MODES, ramp, sceneColors } from './look.js';
 import {
   between,
   fitted,
+  isAlike,
   metresPerPixel,
   type Orbit,
   orbited,
@@ -80,6 +81,8 @@ export class ScanstitchMap3d extends LitElement implements GestureTarget {
   /** Changes with the data set: the view is fitted anew. */
   @property({ attribute: false }) fit_key: unknown = null;
   @property({ attribute: false }) description = '';
+  /** Whether more points are to come: small changes do not move the view until then. */
+  @property({ type: Boolean }) growing = false;
   /** The selected frame's picture. */
   @property({ attribute: false }) image: HTMLImageElement | null = null;
 
@@ -157,8 +160,9 @@ export class ScanstitchMap3d extends LitElement implements GestureTarget {
     if (changed.has('points')) {
       this.scene?.setPoints(this.points);
       this.has_new_points = true;
-      if (!this.is_moved) this.fit(changed.has('fit_key'));
     }
+    const is_whole = changed.has('growing') && !this.growing;
+    if ((changed.has('points') || is_whole) && !this.is_moved) this.follow(changed.has('fit_key'));
     const before = changed.get('marks');
     if (changed.has('marks') || changed.has('image') || changed.has('points')) this.passMarks(before ?? null);
     this.requestPaint();
@@ -177,11 +181,22 @@ export class ScanstitchMap3d extends LitElement implements GestureTarget {
     this.flyToAll({ ...this.orbit, azimuth: this.straight, elevation: STRAIGHT_DOWN }, false);
   }
 
+  /** Keeps the map in view while it grows; the view stands still where little has been added. */
+  private follow(at_once: boolean): void {
+    const azimuth = this.orbit.elevation === STRAIGHT_DOWN ? this.straight : this.orbit.azimuth;
+    const to = this.toAll({ ...this.orbit, azimuth });
+    if (at_once || !this.growing || !isAlike(this.flight?.to ?? this.orbit, to)) this.fly(to, at_once);
+  }
+
   private flyToAll(orbit: Orbit, at_once: boolean): void {
-    if (this.sampled.length === 0) return;
+    this.fly(this.toAll(orbit), at_once);
+  }
+
+  /** The orbit that shows all there is from where this one looks. */
+  private toAll(orbit: Orbit): Orbit {
     // Beside the map the section's slider and the buttons need room.
     const margin = this.size.width < 520 ? { across: 30, along: 16 } : { across: 64, along: 30 };
-    this.fly(fitted(orbit, this.openSamples(), this.size, margin), at_once);
+    return fitted(orbit, this.openSamples(), this.size, margin);
   }
 
   /** What the section leaves, and all cameras: as heavy as a part of the map, lest they count as strays. */
@@ -544,6 +559,7 @@ export class ScanstitchMap3d extends LitElement implements GestureTarget {
   // Moving about.
 
   private fly(to: Orbit, at_once: boolean): void {
+    if (this.sampled.length === 0) return;
     const is_still = at_once || matchMedia('(prefers-reduced-motion: reduce)').matches || this.orbit === FIRST_VIEW;
     this.flight = is_still ? null : { from: this.orbit, to, start: performance.now() };
     if (is_still) this.orbit = to;

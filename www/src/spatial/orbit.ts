@@ -100,6 +100,13 @@ export function fitted(orbit: Orbit, points: readonly Vec3[], size: Size, margin
   return { ...orbit, target, distance };
 }
 
+/** Whether a move from one to the other would hardly be noticed. */
+export function isAlike(a: Orbit, b: Orbit): boolean {
+  const apart = Math.hypot(...added(a.target, b.target, -1)) / b.distance;
+  const turned = Math.hypot(a.azimuth - b.azimuth, a.elevation - b.elevation);
+  return apart < 0.08 && Math.abs(Math.log(a.distance / b.distance)) < 0.12 && turned < 0.15;
+}
+
 function range(values: readonly number[]): { low: number; high: number } {
   const sorted = Float64Array.from(values).sort();
   const cut = Math.floor(sorted.length * 0.004);

@@ -24,6 +24,8 @@ export type Phase = 'starting' | 'empty' | 'reading' | 'running' | 'stopped' | '
 
 /** A change of a setting waits this long for the next one before all is computed again. */
 const SETTINGS_DELAY_MS = 250;
+/** Frames may be registered many times a second; their count is told at most this often. */
+const PROGRESS_INTERVAL_MS = 120;
 /** Voxels the map is measured in, m. */
 const MEASURED_SIZES = [0.1, 0.05, 0.02, 0.01];
 
@@ -69,6 +71,7 @@ export class SpatialSession implements ReactiveController {
   #settings_timer: ReturnType<typeof setTimeout> | undefined;
   #ms_by_index = new Map<number, number>();
   #started_at = 0;
+  #progress_told_at = 0;
   #worked_ms = 0;
   /** What was taken in before the engine was ready, or asked for last. */
   #pending: (() => void) | null = null;
@@ -322,7 +325,9 @@ export class SpatialSession implements ReactiveController {
 
   #onRegistered(index: number, ms: number, done: number, total: number): void {
     this.#ms_by_index.set(index, ms);
-    if (this.phase !== 'running') return;
+    const now = performance.now();
+    if (this.phase !== 'running' || now < this.#progress_told_at + PROGRESS_INTERVAL_MS) return;
+    this.#progress_told_at = now;
     this.progress = done / Math.max(total, 1);
     this.activity = `Aligning frame ${Math.min(done + 1, total)} of ${total}`;
     this.#host.requestUpdate();

@@ -203,6 +203,7 @@ export class ScanstitchSpatial extends LitElement implements RunView {
                 .fit_key=${session.generation}
                 .description=${this.mapWords(result)}
                 .image=${this.selected !== null && this.loader.frame === this.selected ? this.loader.images.color : null}
+                ?growing=${phase === 'running'}
                 ?dark=${this.dark}
                 @map-painted=${this.onPainted}
                 @graphics-changed=${this.onGraphics}
