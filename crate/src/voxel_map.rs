@@ -31,6 +31,21 @@ struct Voxel {
     frame: u32,
 }
 
+/// A point on its way into the map.
+struct Placed {
+    /// Its index in the cloud.
+    point: usize,
+    corner: [i32; 3],
+    /// Its block, and its voxel's place in that.
+    slot: (u32, u32),
+    /// The number of its voxel.
+    number: u32,
+    /// Its position relative to the voxel's corner (m).
+    offset: Vec3,
+}
+
+/// Points that are placed together: what is far away in memory is waited for once and not for each of them.
+const BATCH: usize = 64;
 /// Voxels along a side of a block.
 const BLOCK: i32 = 8;
 const BLOCK_VOXELS: usize = (BLOCK * BLOCK * BLOCK) as usize;
@@ -50,46 +65,57 @@ impl VoxelMap {
         let inverse = 1.0 / self.voxel_size;
         self.has_colors |= cloud.colors.is_some();
         let mut last_block = (u64::MAX, 0);
-        for (point, &position) in cloud.positions.iter().enumerate() {
-            let position = R * position.as_dvec3() + t;
-            if -position.y > max_height {
-                continue;
+        let mut batch: Vec<Placed> = Vec::with_capacity(BATCH);
+        for start in (0..cloud.positions.len()).step_by(BATCH) {
+            batch.clear();
+            for point in start..(start + BATCH).min(cloud.positions.len()) {
+                let position = R * cloud.positions[point].as_dvec3() + t;
+                if -position.y > max_height {
+                    continue;
+                }
+                let scaled = position * inverse;
+                let Some(corner) = corner_of(scaled) else { continue };
+                let key = pack(corner.map(|cell| cell.div_euclid(BLOCK)));
+                if key != last_block.0 {
+                    last_block = (key, self.block(key));
+                }
+                let [x, y, z] = corner.map(|cell| cell.rem_euclid(BLOCK));
+                let slot = (last_block.1, ((z * BLOCK + y) * BLOCK + x) as u32);
+                let offset = ((scaled - DVec3::from(corner.map(f64::from))) * self.voxel_size).as_vec3();
+                batch.push(Placed { point, corner, slot, number: 0, offset });
             }
-            let scaled = position * inverse;
-            let Some(corner) = corner_of(scaled) else { continue };
-            let key = pack(corner.map(|cell| cell.div_euclid(BLOCK)));
-            if key != last_block.0 {
-                last_block = (key, self.block(key));
+            for placed in &mut batch {
+                let slot = &mut self.blocks[placed.slot.0 as usize][placed.slot.1 as usize];
+                if *slot == 0 {
+                    self.voxels.push(Voxel::new(placed.corner, frame));
+                    *slot = self.voxels.len() as u32;
+                }
+                placed.number = *slot - 1;
             }
-            let [x, y, z] = corner.map(|cell| cell.rem_euclid(BLOCK));
-            let slot = &mut self.blocks[last_block.1][((z * BLOCK + y) * BLOCK + x) as usize];
-            if *slot == 0 {
-                self.voxels.push(Voxel::new(corner, frame));
-                *slot = self.voxels.len() as u32;
-            }
-            let number = *slot - 1;
-            let Some(voxel) = self.voxels.get_mut(number as usize) else { continue };
-            voxel.offset += ((scaled - DVec3::from(corner.map(f64::from))) * self.voxel_size).as_vec3();
-            voxel.count += 1;
-            if let Some(normals) = &cloud.normals {
-                voxel.normal += (R * normals[point].as_dvec3()).as_vec3();
-            }
-            if let Some(colors) = &cloud.colors {
-                for (sum, &channel) in voxel.color.iter_mut().zip(&colors[point]) {
-                    *sum += u32::from(channel);
+            for &Placed { point, number, offset, .. } in &batch {
+                let Some(voxel) = self.voxels.get_mut(number as usize) else { continue };
+                voxel.offset += offset;
+                voxel.count += 1;
+                if let Some(normals) = &cloud.normals {
+                    voxel.normal += (R * normals[point].as_dvec3()).as_vec3();
+                }
+                if let Some(colors) = &cloud.colors {
+                    for (sum, &channel) in voxel.color.iter_mut().zip(&colors[point]) {
+                        *sum += u32::from(channel);
+                    }
                 }
             }
         }
     }
 
     /// The number of the block of this key, which is made where there is none.
-    fn block(&mut self, key: u64) -> usize {
+    fn block(&mut self, key: u64) -> u32 {
         let next = self.blocks.len() as u32;
         let number = *self.index.entry(key).or_insert(next);
         if number == next {
             self.blocks.push([0; BLOCK_VOXELS]);
         }
-        number as usize
+        number
     }
 
     /// Number of points.

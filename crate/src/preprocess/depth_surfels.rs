@@ -166,10 +166,10 @@ impl SummedMoments {
             }
             let window = self.window(column - reach..column + reach + 1, row - reach..row + reach + 1);
             let side = (2 * reach + 1) * CELL_SIZE;
-            let Some(plane) = fit(&window) else { continue };
-            if plane.misfit > MAX_MISFIT || plane.num_pixels < MIN_FILLED * (side * side) as f64 {
+            if window[10] < MIN_FILLED * (side * side) as f64 {
                 continue;
             }
+            let Some(plane) = fit(&window).filter(|plane| plane.misfit <= MAX_MISFIT) else { continue };
             let r = plane.a * ray.x + plane.b * ray.y + plane.c;
             if r <= 0.0 {
                 continue;
@@ -209,7 +209,7 @@ fn oriented(
     // What the steps leave open shrinks with the number of them in the window; noise with the number of pixels.
     let step_deviation = model.step / 12f64.sqrt() / (1.0 + steps);
     let noise = model.square_noise * depth * depth / (plane.num_pixels / CORRELATED_PIXELS).max(1.0).sqrt();
-    let deviation = step_deviation.hypot(noise);
+    let deviation = (step_deviation * step_deviation + noise * noise).sqrt();
     // Both ends of the window may be off by the deviation; its width lies across the line of sight.
     let normal_deviation = deviation / (half_width * depth) * cosine;
     if normal_deviation > MAX_NORMAL_DEVIATION {
@@ -217,7 +217,8 @@ fn oriented(
     }
     // An error in depth moves the point along the ray; the surface moves by its share along the normal.
     let along_normal = deviation * -normal.dot(ray);
-    Some(Surfel { point: ray * depth, normal, deviation: along_normal.hypot(MIN_DEVIATION) })
+    let deviation = (along_normal * along_normal + MIN_DEVIATION * MIN_DEVIATION).sqrt();
+    Some(Surfel { point: ray * depth, normal, deviation })
 }
 
 /// Errors of triangulating cameras are the same over patches of about this many pixels.
@@ -229,15 +230,18 @@ fn fit(window: &Moments) -> Option<InversePlane> {
     if num_pixels < 12.0 {
         return None;
     }
-    let (x, y, r) = (wx / w, wy / w, wr / w);
-    let (xx, xy, yy) = (wxx / w - x * x, wxy / w - x * y, wyy / w - y * y);
-    let (xr, yr, rr) = (wxr / w - x * r, wyr / w - y * r, wrr / w - r * r);
+    // Tens of thousands of windows an image: one division for all.
+    let inverse = 1.0 / w;
+    let (x, y, r) = (wx * inverse, wy * inverse, wr * inverse);
+    let (xx, xy, yy) = (wxx * inverse - x * x, wxy * inverse - x * y, wyy * inverse - y * y);
+    let (xr, yr, rr) = (wxr * inverse - x * r, wyr * inverse - y * r, wrr * inverse - r * r);
     let determinant = xx * yy - xy * xy;
     if determinant <= 1e-6 * xx * yy {
         return None;
     }
-    let a = (xr * yy - yr * xy) / determinant;
-    let b = (yr * xx - xr * xy) / determinant;
+    let inverse = 1.0 / determinant;
+    let a = (xr * yy - yr * xy) * inverse;
+    let b = (yr * xx - xr * xy) * inverse;
     let misfit = (rr - a * xr - b * yr).max(0.0) * w / num_pixels;
     Some(InversePlane { a, b, c: r - a * x - b * y, misfit, num_pixels })
 }

@@ -1,9 +1,10 @@
 //! What a depth image gives to the stitched map: fewer pixels, the steps of coarse depth smoothed, silhouettes left out.
 
 use glam::Vec3;
+use nalgebra::Vector3;
 
 use super::depth_surfels::DepthModel;
-use crate::camera::{ColorImage, DepthImage, Pinhole, SurfelImage};
+use crate::camera::{ColorImage, DepthImage, Pinhole, Surfel, SurfelImage};
 use crate::geometry::PointCloud;
 
 /// Every second pixel of every second row with its depth, colour and normal, small enough to be kept for every frame of a
@@ -52,29 +53,30 @@ impl MapImage {
             cy: full.cy / stride,
         };
         let unit = FINEST_UNIT.max(model.max_range * 1.01 / f64::from(u16::MAX));
-        let depth = |index: usize| if usable[index] { model.depth(image.values[index]) } else { None };
-        let (mut depths, mut normals) = (Vec::with_capacity(width * height), Vec::with_capacity(width * height));
-        for v in (0..image.height).step_by(STRIDE) {
-            for u in (0..image.width).step_by(STRIDE) {
-                let index = v * image.width + u;
-                let known = depth(index).filter(|&z| !is_mixed(image, u, v, z, model, &depth));
-                let Some(z) = known else {
-                    depths.push(0);
-                    normals.push([0; 3]);
+        let table = DepthTable::new(image, model);
+        let depth = |index: usize| if usable[index] { table.of(image.values[index]) } else { 0.0 };
+        let planes: Vec<Option<Plane>> = surfels.cells.iter().map(|surfel| surfel.as_ref().map(Plane::of)).collect();
+        let rays = full.ray_table();
+        let (mut depths, mut normals) = (vec![0; width * height], vec![[0; 3]; width * height]);
+        for (row, v) in (0..image.height).step_by(STRIDE).enumerate() {
+            for (column, u) in (0..image.width).step_by(STRIDE).enumerate() {
+                let z = depth(v * image.width + u);
+                if z == 0.0 || is_mixed(image, u, v, z, model, &depth) {
                     continue;
-                };
-                let (column, row) = (u / surfels.cell_size, v / surfels.cell_size);
-                let inside = column < surfels.columns && row < surfels.rows;
-                let surfel = if inside { surfels.cells[row * surfels.columns + column].as_ref() } else { None };
-                let on_surface = surfel.and_then(|surfel| {
-                    let on_plane = surfel.normal.dot(&surfel.point) / surfel.normal.dot(&full.ray(u as f64, v as f64));
+                }
+                let (cell_column, cell_row) = (u / surfels.cell_size, v / surfels.cell_size);
+                let is_inside = cell_column < surfels.columns && cell_row < surfels.rows;
+                let plane = if is_inside { &planes[cell_row * surfels.columns + cell_column] } else { &None };
+                let on_surface = plane.as_ref().and_then(|plane| {
+                    let on_plane = plane.depth(rays.x[u], rays.y[v]);
                     let noise = 0.6 * model.step + 2.0 * model.square_noise * z * z;
-                    ((on_plane - z).abs() < noise).then_some((on_plane, surfel.normal))
+                    ((on_plane - z).abs() < noise).then_some((on_plane, plane.rounded_normal))
                 });
-                let (z, normal) =
-                    on_surface.map_or((z, [0; 3]), |(z, n)| (z, [n.x, n.y, n.z].map(|x| (127.0 * x).round() as i8)));
-                depths.push((z / unit).round().clamp(1.0, f64::from(u16::MAX)) as u16);
-                normals.push(normal);
+                let (z, normal) = on_surface.unwrap_or((z, [0; 3]));
+                let index = row * width + column;
+                // Halves go up: depths are positive.
+                depths[index] = (z / unit + 0.5).clamp(1.0, f64::from(u16::MAX)) as u16;
+                normals[index] = normal;
             }
         }
         let colors = colors.map(|colors| {
@@ -126,6 +128,43 @@ impl MapImage {
     }
 }
 
+/// The depth (m) of each raw value; 0 where it stands for none.
+struct DepthTable {
+    depths: Vec<f64>,
+}
+
+impl DepthTable {
+    fn new(image: &DepthImage, model: &DepthModel) -> Self {
+        let largest = image.values.iter().copied().max().unwrap_or(0);
+        Self { depths: (0..=largest).map(|value| model.depth(value).unwrap_or(0.0)).collect() }
+    }
+
+    fn of(&self, value: u16) -> f64 {
+        self.depths[usize::from(value)]
+    }
+}
+
+/// The plane of a piece of surface.
+struct Plane {
+    normal: Vector3<f64>,
+    /// The normal times any of its points (m).
+    offset: f64,
+    rounded_normal: [i8; 3],
+}
+
+impl Plane {
+    fn of(surfel: &Surfel) -> Self {
+        let normal = surfel.normal;
+        let rounded_normal = [normal.x, normal.y, normal.z].map(|x| (127.0 * x).round() as i8);
+        Self { normal, offset: normal.dot(&surfel.point), rounded_normal }
+    }
+
+    /// Where the ray (x, y, 1) meets it (m).
+    fn depth(&self, x: f64, y: f64) -> f64 {
+        self.offset / (self.normal.x * x + self.normal.y * y + self.normal.z)
+    }
+}
+
 /// Whether a pixel is the mean of what lies left and right of it, or above and below, and near to neither.
 fn is_mixed(
     image: &DepthImage,
@@ -133,12 +172,11 @@ fn is_mixed(
     v: usize,
     z: f64,
     model: &DepthModel,
-    depth: &impl Fn(usize) -> Option<f64>,
+    depth: &impl Fn(usize) -> f64,
 ) -> bool {
     let (index, gap) = (v * image.width + u, MIXED * z + 2.0 * model.step);
-    let between = |a: Option<f64>, b: Option<f64>| match (a, b) {
-        (Some(a), Some(b)) => (a - z > gap && z - b > gap) || (z - a > gap && b - z > gap),
-        _ => false,
+    let between = |a: f64, b: f64| {
+        a > 0.0 && b > 0.0 && ((a - z > gap && z - b > gap) || (z - a > gap && b - z > gap))
     };
     let across = u > 0 && u + 1 < image.width && between(depth(index - 1), depth(index + 1));
     let along = v > 0 && v + 1 < image.height && between(depth(index - image.width), depth(index + image.width));
