@@ -5,7 +5,7 @@ import { isLaserLog, isOdometryName } from './laser_logs.js';
 /**
  * What a file is for. `reason` completes "notes.pdf: left aside: ..."; null: not worth a word (a file the system put
  * there).
- * @typedef {{ role: 'scan' } | { role: 'reference' } | { role: 'odometry' } | { role: 'ignored', reason: string | null }} Role
+ * @typedef {{ role: 'scan', is_log: boolean } | { role: 'reference' } | { role: 'odometry' } | { role: 'ignored', reason: string | null }} Role
  */
 
 const SYSTEM_FILES = /^(\.|thumbs\.db$|desktop\.ini$|__macosx$)/i;
@@ -31,7 +31,8 @@ export function isSystemFile(path) {
 export function classify(path, head) {
   if (isSystemFile(path)) return { role: 'ignored', reason: null };
   const base = path.split('/').at(-1) ?? path;
-  if (/\.ply$/i.test(base) || startsAsPly(head) || isLaserLog(head)) return { role: 'scan' };
+  if (/\.ply$/i.test(base) || startsAsPly(head)) return { role: 'scan', is_log: false };
+  if (isLaserLog(head)) return { role: 'scan', is_log: true };
   if (TRAJECTORY_NAMES.test(base)) return { role: isOdometryName(base) ? 'odometry' : 'reference' };
   if (TEXT_NAMES.test(base) || !base.includes('.')) {
     if (looksLikeNumbers(head)) return { role: isOdometryName(base) ? 'odometry' : 'reference' };

@@ -151,10 +151,11 @@ test('what a file is for is told by its name and its first bytes', () => {
   expect(classify('__MACOSX/0.ply', new Uint8Array())).toEqual({ role: 'ignored', reason: null });
 });
 
-test('scans replace a given set and join the own one; a reference joins either', () => {
+test('scans replace a given set or a log and join own scans; a reference joins either', () => {
   const file = (name: string) => ({ name, bytes: new ArrayBuffer(0) });
   const intake = (...names: string[]): Intake => ({
     scans: names.map(file),
+    has_log: false,
     reference: null,
     odometry: null,
     notes: [],
@@ -162,6 +163,7 @@ test('scans replace a given set and join the own one; a reference joins either',
   const sample: Dataset = {
     title: 'Sample',
     is_given: true,
+    is_log: false,
     scans: [file('s.ply')],
     reference: file('truth.tum'),
     odometry: null,
@@ -173,8 +175,13 @@ test('scans replace a given set and join the own one; a reference joins either',
   const more = combine(own, intake('walk/3.ply', 'walk/2.ply'));
   expect(more.scans.map(({ name }) => name)).toEqual(['walk/2.ply', 'walk/3.ply', 'walk/10.ply']);
 
-  const compared = combine(sample, { scans: [], reference: file('mine.tum'), odometry: null, notes: [] });
+  const compared = combine(sample, { ...intake(), reference: file('mine.tum') });
   expect([compared.title, compared.is_given, compared.reference?.name]).toEqual(['Sample', true, 'mine.tum']);
+
+  const logged = combine(own, { ...intake('hall.log'), has_log: true });
+  expect(logged.scans.map(({ name }) => name)).toEqual(['hall.log']);
+  expect(combine(logged, { ...intake(), reference: file('mine.tum') }).scans).toEqual(logged.scans);
+  expect(combine(logged, intake('walk/2.ply')).scans.map(({ name }) => name)).toEqual(['walk/2.ply']);
 });
 
 test('settings go to the screen and back, and into an address and back', () => {

@@ -9,6 +9,8 @@ export interface Dataset extends Inputs {
   title: string;
   /** The built-in sample or a course page's own set: replaced, not extended, by the user's files. */
   is_given: boolean;
+  /** Whether it is a log, or several: a recording that is whole. */
+  is_log: boolean;
 }
 
 export interface Note {
@@ -19,6 +21,8 @@ export interface Note {
 /** What a drop holds once its files are read and told apart. */
 export interface Intake {
   scans: InputFile[];
+  /** Whether there is a log of many scans among them. */
+  has_log: boolean;
   reference: InputFile | null;
   odometry: InputFile | null;
   notes: Note[];
@@ -31,6 +35,7 @@ export async function takeIn(files: readonly NamedFile[]): Promise<Intake> {
   const ordered = [...files].sort((a, b) => compareNaturally(a.name, b.name));
   const notes: Note[] = [];
   const scans: InputFile[] = [];
+  let has_log = false;
   let reference: InputFile | null = null;
   let odometry: InputFile | null = null;
   const contents = await Promise.allSettled(ordered.map(readKnown));
@@ -45,6 +50,7 @@ export async function takeIn(files: readonly NamedFile[]): Promise<Intake> {
       if (role.reason !== null) notes.push({ file: name, reason: `left aside: ${role.reason}` });
     } else if (role.role === 'scan') {
       scans.push({ name, bytes });
+      has_log ||= role.is_log;
     } else if (role.role === 'odometry') {
       if (odometry)
         notes.push({ file: name, reason: `left aside: one odometry is used at a time, here ${odometry.name}` });
@@ -58,7 +64,7 @@ export async function takeIn(files: readonly NamedFile[]): Promise<Intake> {
       reference = { name, bytes };
     }
   }
-  return { scans, reference, odometry, notes };
+  return { scans, has_log, reference, odometry, notes };
 }
 
 async function readKnown({ name, file }: NamedFile) {
@@ -70,10 +76,12 @@ async function readKnown({ name, file }: NamedFile) {
 
 /**
  * What the page shows after `intake` arrived on top of `present`: scans replace a given set and extend the user's own
- * (a file of the same path takes the place of the old one); a reference or odometry alone joins whatever is there.
+ * (a file of the same path takes the place of the old one), unless either is a log, which is whole; a reference or
+ * odometry alone joins whatever is there.
  */
 export function combine(present: Dataset | null, intake: Intake): Dataset {
-  const extends_present = present !== null && (!present.is_given || intake.scans.length === 0);
+  const is_whole = intake.has_log || present?.is_log || present?.is_given;
+  const extends_present = present !== null && (!is_whole || intake.scans.length === 0);
   const old_scans = extends_present ? present.scans : [];
   const fresh = new Set(intake.scans.map(({ name }) => name));
   const scans = [...old_scans.filter(({ name }) => !fresh.has(name)), ...intake.scans];
@@ -81,6 +89,7 @@ export function combine(present: Dataset | null, intake: Intake): Dataset {
   return {
     title: extends_present ? present.title : titleOf(intake.scans),
     is_given: extends_present && present.is_given,
+    is_log: extends_present ? present.is_log : intake.has_log,
     scans,
     reference: intake.reference ?? (extends_present ? present.reference : null),
     odometry: intake.odometry ?? (extends_present ? present.odometry : null),

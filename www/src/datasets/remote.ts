@@ -32,6 +32,7 @@ export async function fetchSample(): Promise<Dataset> {
   return {
     title: 'Sample: a corridor',
     is_given: true,
+    is_log: false,
     scans: await Promise.all(scans.map(fetchFile)),
     reference: truth ? await fetchFile(truth) : null,
     odometry: null,
@@ -60,6 +61,7 @@ export async function fetchDataset(src: string): Promise<Dataset> {
   return {
     title: 'Scans of this page',
     is_given: true,
+    is_log: false,
     scans: scans.sort((a, b) => compareNaturally(a.name, b.name)),
     reference: files.find((_, i) => roles[i]?.role === 'reference') ?? null,
     odometry: files.find((_, i) => roles[i]?.role === 'odometry') ?? null,
@@ -77,6 +79,7 @@ async function fetchManifest(url: URL): Promise<Dataset> {
   return {
     title: manifest.title ?? 'Scans of this page',
     is_given: true,
+    is_log: false,
     scans: await Promise.all(manifest.scans.map((path) => fetchFile(located(path)))),
     reference: manifest.reference ? await fetchFile(located(manifest.reference)) : null,
     odometry: manifest.odometry ? await fetchFile(located(manifest.odometry)) : null,
