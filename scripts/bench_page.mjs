@@ -7,6 +7,9 @@ import { chromium } from '@playwright/test';
 import { serve } from '../tests/e2e/static_server.mjs';
 import { findChromium } from './steps.mjs';
 
+/** A browser that has just been started is busy with itself for so long. */
+const SETTLING_MS = 3000;
+
 const [folder = ''] = process.argv.slice(2);
 const server = await serve('www/dist');
 const address = server.address();
@@ -39,6 +42,7 @@ try {
     );
   await page.goto(`http://localhost:${address.port}/`);
   await count(1); // the sample that the page opens with
+  await page.waitForTimeout(SETTLING_MS);
   await page.locator('#pick-folder').setInputFiles(folder);
   await count(2);
   const found = await page.evaluate(() => {

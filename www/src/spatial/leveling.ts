@@ -116,7 +116,7 @@ function fullestBin(heights: readonly number[]): number | null {
 }
 
 /** Points that the plan's turn is found from. */
-const TURN_SAMPLES = 500;
+const TURN_SAMPLES = 300;
 
 /** The turn about the vertical (rad) at which the plan fills the smallest rectangle, its long side across the screen. */
 export function straightAzimuth(sampled: readonly Vec3[], is_wide: boolean): number {
