@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use recordings::{Choice, Recording, Walk};
+use recordings::{Choice, Lens, Recording, Walk, Way};
 use scanstitch::depth_odometry::Effort;
 use scanstitch::registration::solver::Motion;
 use scanstitch::scene::apartment::Tour;
@@ -92,14 +92,40 @@ fn real_runs() -> Vec<Run> {
 }
 
 fn generated_runs(seed: u64, frames: usize, cache: Option<&Path>) -> Vec<Run> {
-    let walk = |tour, step, turn, bits, noise| Walk { tour, step, turn, bits, noise, frames };
+    let flat = |step, turn, bits, noise| Walk {
+        way: Way::Flat(Tour::AllRooms),
+        step,
+        turn,
+        bits,
+        noise,
+        frames,
+        focal: 1.0,
+        camera: Lens::Wide,
+    };
+    let pier = |step, turn, bits| Walk { way: Way::Flat(Tour::Pier), frames: 1000, ..flat(step, turn, bits, 0.0) };
+    let ring = |step, turn, bits, noise, focal| Walk {
+        way: Way::Ring(4.0),
+        frames: 1000,
+        focal,
+        ..flat(step, turn, bits, noise)
+    };
+    let small = |step, turn, focal| Walk { camera: Lens::Narrow, ..ring(step, turn, 16, 2e-3, focal) };
     let kinds = [
-        ("flats, 8 bit, 0.25 m, 10 deg", walk(Tour::AllRooms, 0.25, 10.0, 8, 0.0)),
-        ("flats, 8 bit, 0.5 m, 20 deg", walk(Tour::AllRooms, 0.5, 20.0, 8, 0.0)),
-        ("flats, 16 bit, 0.25 m, 10 deg", walk(Tour::AllRooms, 0.25, 10.0, 16, 0.0)),
-        ("flats, 16 bit, 0.5 m, 20 deg", walk(Tour::AllRooms, 0.5, 20.0, 16, 0.0)),
-        ("flats, 16 bit noisy, 0.25 m, 10 deg", walk(Tour::AllRooms, 0.25, 10.0, 16, 2e-3)),
-        ("loops, 8 bit, 0.25 m, 10 deg", Walk { frames: 1000, ..walk(Tour::Pier, 0.25, 10.0, 8, 0.0) }),
+        ("flats, 8 bit, 0.25 m, 10 deg", flat(0.25, 10.0, 8, 0.0)),
+        ("flats, 8 bit, 0.5 m, 20 deg", flat(0.5, 20.0, 8, 0.0)),
+        ("flats, 16 bit, 0.25 m, 10 deg", flat(0.25, 10.0, 16, 0.0)),
+        ("flats, 16 bit, 0.5 m, 20 deg", flat(0.5, 20.0, 16, 0.0)),
+        ("flats, 16 bit noisy, 0.25 m, 10 deg", flat(0.25, 10.0, 16, 2e-3)),
+        ("loops, 8 bit, 0.25 m, 10 deg", pier(0.25, 10.0, 8)),
+        ("loops, 8 bit, 0.5 m, 20 deg", pier(0.5, 20.0, 8)),
+        ("loops, 16 bit, 0.25 m, 10 deg", pier(0.25, 10.0, 16)),
+        ("loops, 16 bit, 0.5 m, 20 deg", pier(0.5, 20.0, 16)),
+        ("rings, 8 bit, 0.25 m, 10 deg", ring(0.25, 10.0, 8, 0.0, 1.0)),
+        ("rings, 8 bit, 0.5 m, 15 deg", ring(0.5, 15.0, 8, 0.0, 1.0)),
+        ("rings, 16 bit noisy, 0.25 m, 10 deg", ring(0.25, 10.0, 16, 2e-3, 1.0)),
+        ("rings, 16 bit noisy, 0.25 m, 10 deg, focal length 1 % off", ring(0.25, 10.0, 16, 2e-3, 1.01)),
+        ("rings, small camera, 0.25 m, 10 deg", small(0.25, 10.0, 1.0)),
+        ("rings, small camera, 0.25 m, 10 deg, focal length 2 % off", small(0.25, 10.0, 1.02)),
     ];
     let run = |(group, walk): (&str, Walk)| {
         let cache = cache.map(Path::to_owned);

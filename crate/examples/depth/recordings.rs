@@ -9,7 +9,8 @@ use scanstitch::geometry::Pose3;
 use scanstitch::io::trajectory;
 use scanstitch::scene::apartment::{Apartment, Tour, WalkOptions};
 use scanstitch::scene::random::Random;
-use scanstitch::scene::space::DepthSensor;
+use scanstitch::scene::ring::Ring;
+use scanstitch::scene::space::{DepthSensor, Space};
 
 /// The folder of the real recordings.
 pub const DATA: &str = "../shared/data/rgbd";
@@ -123,10 +124,19 @@ pub fn redwood() -> Recording {
     Recording { name: "redwood5".into(), depth, intrinsics: Some([525.0, 525.0, 319.5, 239.5]), truth }
 }
 
-/// A walk through a generated flat.
+/// Where a generated walk goes.
+#[derive(Debug, Clone, Copy)]
+pub enum Way {
+    /// Through a generated flat.
+    Flat(Tour),
+    /// Round a corridor and so many metres further.
+    Ring(f64),
+}
+
+/// A walk through a generated world.
 #[derive(Debug, Clone, Copy)]
 pub struct Walk {
-    pub tour: Tour,
+    pub way: Way,
     /// m
     pub step: f64,
     /// degrees
@@ -137,26 +147,51 @@ pub struct Walk {
     pub noise: f64,
     /// Frames at the most.
     pub frames: usize,
+    /// The focal length that the engine is told over the true one.
+    pub focal: f64,
+    /// Whether the camera is the homework's, or a small one that sees 57 degrees and 4 m.
+    pub camera: Lens,
+}
+
+/// What a generated walk is seen with.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Lens {
+    /// 512 x 512 pixels over 90 degrees, to any distance.
+    Wide,
+    /// 320 x 240 pixels over 57 degrees, to 4 m.
+    Narrow,
+}
+
+impl Lens {
+    fn camera(self) -> Pinhole {
+        let (width, height, degrees): (usize, usize, f64) = match self {
+            Self::Wide => (512, 512, 90.0),
+            Self::Narrow => (320, 240, 57.0),
+        };
+        Pinhole::from_field_of_view(width, height, degrees.to_radians()).expect("a camera")
+    }
+
+    /// m
+    fn reach(self) -> f64 {
+        if self == Self::Wide { f64::INFINITY } else { 4.0 }
+    }
 }
 
 impl Walk {
-    /// The recording of the flat with this seed; depth images are kept in the folder `cache` for the next time.
+    /// The recording of the world with this seed; depth images are kept in the folder `cache` for the next time.
     pub fn recording(&self, seed: u64, cache: Option<&Path>) -> Recording {
-        let camera = Pinhole::from_field_of_view(512, 512, std::f64::consts::FRAC_PI_2).expect("a camera");
+        let camera = self.camera.camera();
         let sensor =
             if self.bits > 8 { DepthSensor::Millimetres { square_noise: self.noise } } else { DepthSensor::HOMEWORK };
-        let apartment = Apartment::generate(seed);
-        let options = WalkOptions {
-            tour: self.tour,
-            step: self.step,
-            turn: self.turn.to_radians(),
-            num_frames: Some(self.frames),
-            ..WalkOptions::default()
-        };
-        let truth = apartment.walk(&options);
+        let (space, truth) = self.world(seed);
         let folder = cache.map(|cache| {
-            let Self { tour, step, turn, bits, noise, .. } = self;
-            cache.join(format!("{seed}_{tour:?}_{step}_{turn}_{bits}_{noise}"))
+            let Self { step, turn, bits, noise, .. } = self;
+            let way = match self.way {
+                Way::Flat(tour) => format!("{tour:?}"),
+                Way::Ring(beyond) => format!("Ring{beyond}"),
+            };
+            let lens = if self.camera == Lens::Narrow { "_narrow" } else { "" };
+            cache.join(format!("{seed}_{way}_{step}_{turn}_{bits}_{noise}{lens}"))
         });
         if let Some(folder) = &folder {
             fs::create_dir_all(folder).expect("a folder for the cache");
@@ -166,7 +201,8 @@ impl Walk {
             if let Some(bytes) = file.as_ref().and_then(|file| fs::read(file).ok()) {
                 return bytes;
             }
-            let depth = apartment.space.depth(pose, &camera);
+            let mut depth = space.depth(pose, &camera);
+            depth.iter_mut().filter(|z| **z > self.camera.reach()).for_each(|z| *z = f64::INFINITY);
             let mut random = Random::new(seed * 1000 + index as u64);
             let bytes = pgm(&sensor.measure(&depth, camera.width, &mut random));
             if let Some(file) = file {
@@ -175,7 +211,33 @@ impl Walk {
             bytes
         };
         let depth = truth.iter().enumerate().map(render).collect();
-        Recording { name: format!("flat {seed}"), depth, intrinsics: None, truth }
+        let told = [camera.fx * self.focal, camera.fy * self.focal, camera.cx, camera.cy];
+        let is_default = self.focal == 1.0 && self.camera == Lens::Wide;
+        let intrinsics = (!is_default).then_some(told);
+        Recording { name: format!("seed {seed}"), depth, intrinsics, truth }
+    }
+
+    fn world(&self, seed: u64) -> (Space, Vec<Pose3>) {
+        match self.way {
+            Way::Flat(tour) => {
+                let apartment = Apartment::generate(seed);
+                let options = WalkOptions {
+                    tour,
+                    step: self.step,
+                    turn: self.turn.to_radians(),
+                    num_frames: Some(self.frames),
+                    ..WalkOptions::default()
+                };
+                let walk = apartment.walk(&options);
+                (apartment.space, walk)
+            }
+            Way::Ring(beyond) => {
+                let ring = Ring::generate(seed);
+                let mut walk = ring.walk(self.step, self.turn.to_radians(), beyond);
+                walk.truncate(self.frames);
+                (ring.space, walk)
+            }
+        }
     }
 }
 

@@ -16,7 +16,7 @@ use crate::preprocess::planar_scan::PlanarScan;
 use crate::registration::correlative::SearchWindow;
 use crate::registration::icp::IcpOptions;
 use crate::registration::visibility::Visibility;
-use crate::relation_graph::{PoseRelation, solve_relations};
+use crate::relation_graph::{PlanarRelation, PoseRelation, solve_relations};
 
 mod matching;
 mod submap;
@@ -83,11 +83,11 @@ pub struct LoopClosure {
     /// Pose of each submap's anchor.
     poses: Vec<Pose2>,
     /// Between the anchors of the submaps: the chain, then loops.
-    relations: Vec<PoseRelation>,
+    relations: Vec<PlanarRelation>,
     drifts: Vec<(usize, usize, Drift)>,
     /// Matches that wait for another one.
     pending: Vec<(usize, usize, SubmapMatch)>,
-    loops: Vec<PoseRelation>,
+    loops: Vec<PlanarRelation>,
     next: usize,
 }
 
@@ -276,8 +276,8 @@ impl LoopClosure {
 
     fn solve(&mut self) {
         let built = self.next;
-        let within = |relation: &&PoseRelation| relation.to < built && relation.from < built;
-        let relations: Vec<PoseRelation> = self.relations.iter().filter(within).copied().collect();
+        let within = |relation: &&PlanarRelation| relation.to < built && relation.from < built;
+        let relations: Vec<PlanarRelation> = self.relations.iter().filter(within).copied().collect();
         let last = self.poses[built - 1];
         solve_relations(&mut self.poses[..built], &relations, STEPS);
         // What comes later is carried along.
@@ -301,7 +301,7 @@ impl LoopClosure {
 
     /// For each link whether trusted motions and loops that fit lead to it from the first one.
     pub fn is_connected(&self, poses: &[Pose2]) -> Vec<bool> {
-        let trusted: Vec<PoseRelation> = self
+        let trusted: Vec<PlanarRelation> = self
             .relations_of_links()
             .into_iter()
             .filter(|relation| !relation.is_switchable || relation.weight(relation.squared_distance(poses)) > FITTING)
@@ -323,7 +323,7 @@ impl LoopClosure {
     }
 
     /// The chain's motions, and the loops between anchors.
-    pub fn relations_of_links(&self) -> Vec<PoseRelation> {
+    pub fn relations_of_links(&self) -> Vec<PlanarRelation> {
         let chain = (1..self.links.len()).map(|index| PoseRelation {
             from: index - 1,
             to: index,

@@ -11,6 +11,7 @@ pub mod office;
 mod passage;
 pub mod random;
 pub mod recording;
+pub mod ring;
 pub mod samples;
 pub mod space;
 pub mod world;
