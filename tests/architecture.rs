@@ -15,7 +15,7 @@ const LAYERS: &[&[&str]] = &[
     &["map", "occupancy_grid", "surfel_map", "cloud_map", "voxel_map", "key_views"],
     &["verdict"],
     &["odometry", "pose_graph", "relation_graph", "depth_odometry", "cloud_odometry"],
-    &["loop_closure"],
+    &["loop_closure", "spatial_loops"],
     &["spatial_settings", "depth_graph"],
     &["prepared_frame"],
     &["recorded_scan"],

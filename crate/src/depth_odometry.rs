@@ -17,6 +17,10 @@ use serde::{Deserialize, Serialize};
 use self::found::Found;
 use self::matching::Matching;
 use self::seen::Seen;
+pub(crate) use self::evidence::{AGREEING_COSINE, FINE_TOLERANCE, score};
+pub(crate) use self::guesses::{around, best_apart};
+pub(crate) use self::matching::{fine_options, middle_options};
+pub(crate) use self::open_direction::OpenDirection;
 pub(crate) use self::surfel_cloud::SurfelCloud;
 use crate::camera::surfel_image::SurfelImage;
 use crate::geometry::Pose3;
@@ -66,6 +70,8 @@ pub struct DepthOdometry {
     seen: Seen,
     unconfirmed: Option<Unconfirmed>,
     correction: Option<Correction>,
+    /// Frames registered so far; also the number of the next one.
+    num_frames: u32,
     T_world_last: Pose3,
     last_motion: Pose3,
 }
@@ -115,6 +121,7 @@ impl DepthOdometry {
             seen: Seen::default(),
             unconfirmed: None,
             correction: None,
+            num_frames: 0,
             T_world_last: Pose3::identity(),
             last_motion: Pose3::identity(),
         }
@@ -130,12 +137,28 @@ impl DepthOdometry {
             let is_open = estimate.verdict.status == Status::Doubtful;
             unconfirmed.are_open.push(is_open);
         }
+        self.num_frames += 1;
         estimate
     }
 
     /// How the frames before the last one are to be moved, where that one has told. It is told once.
     pub fn take_correction(&mut self) -> Option<Correction> {
         self.correction.take()
+    }
+
+    /// Moves what each frame has shown by `motion` (of the world) of its number, frames being counted from 0, and the next
+    /// frame is looked for from where that leaves the last one.
+    pub fn move_frames(&mut self, motion: impl Fn(u32) -> Pose3) {
+        self.seen.move_frames(&motion);
+        if let Some(unconfirmed) = &mut self.unconfirmed {
+            unconfirmed.before.move_frames(&motion);
+        }
+        self.T_world_last = motion(self.num_frames.saturating_sub(1)) * self.T_world_last;
+    }
+
+    /// Looks for the next frame from here: it is known from elsewhere where the last one was.
+    pub fn go_on_from(&mut self, T_world_sensor: &Pose3) {
+        self.move_to(*T_world_sensor);
     }
 
     fn register(&mut self, frame: &SurfelImage) -> SpatialEstimate {
@@ -147,7 +170,7 @@ impl DepthOdometry {
         if self.seen.map.is_empty() {
             let T_world_sensor = self.T_world_last;
             let view = self.seen.map.view(frame, &T_world_sensor);
-            self.seen.insert(frame, &T_world_sensor, &view);
+            self.seen.insert(frame, self.num_frames, &T_world_sensor, &view);
             return SpatialEstimate { T_world_sensor, registration: None, overlap: 1.0, verdict: Verdict::first() };
         }
         let found = self.search(frame);
@@ -210,7 +233,7 @@ impl DepthOdometry {
         }
         let (verdict, overlap) = (found.verdict(), found.overlap);
         let T_world_sensor = found.registration.T_target_source;
-        self.seen.insert(frame, &T_world_sensor, &found.view);
+        self.seen.insert(frame, self.num_frames, &T_world_sensor, &found.view);
         self.move_to(T_world_sensor);
         SpatialEstimate { T_world_sensor, registration: Some(found.registration), overlap, verdict }
     }

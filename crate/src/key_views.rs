@@ -15,6 +15,8 @@ use crate::registration::projective::{ProjectiveTarget, Sight};
 pub struct KeyView {
     /// Where it was taken.
     pub T_world_camera: Pose3,
+    /// The number of its frame.
+    frame: u32,
     /// In the camera's own frame.
     view: ProjectiveTarget,
 }
@@ -37,14 +39,21 @@ const WITNESSES: usize = 6;
 const TOLERANCE: f64 = 0.05;
 
 impl KeyViews {
-    /// Keeps a frame that is believed, unless there is one like it.
-    pub fn add(&mut self, frame: &SurfelImage, T_world_camera: &Pose3) {
+    /// Keeps a frame that is believed, with a number of the caller's, unless there is one like it.
+    pub fn add(&mut self, frame: &SurfelImage, number: u32, T_world_camera: &Pose3) {
         if self.views.iter().any(|known| apart(&known.T_world_camera, T_world_camera) < SPACING) {
             return;
         }
         let camera = cell_camera(&frame.camera, 2 * frame.cell_size);
         let view = ProjectiveTarget::draw((0..).zip(frame.surfels()), &camera, &Pose3::identity());
-        self.views.push(KeyView { T_world_camera: *T_world_camera, view });
+        self.views.push(KeyView { T_world_camera: *T_world_camera, frame: number, view });
+    }
+
+    /// Moves each by `motion` (of the world) of its frame's number.
+    pub fn move_frames(&mut self, motion: impl Fn(u32) -> Pose3) {
+        for view in &mut self.views {
+            view.T_world_camera = motion(view.frame) * view.T_world_camera;
+        }
     }
 
     /// All of them, in the order they were taken.

@@ -35,6 +35,7 @@ pub mod scene;
 pub mod search;
 pub mod settings;
 pub mod sparse;
+pub mod spatial_loops;
 pub mod spatial_reconstruction;
 pub mod spatial_report;
 pub mod spatial_settings;

@@ -14,8 +14,9 @@ use crate::geometry::{PointCloud, Pose3};
 use crate::io::trajectory::Contents;
 use crate::prepared_frame::{DepthPreparation, MapPoints, Preparation, PreparedFrame, Surfaces};
 use crate::report::{Progress, Stage};
+use crate::spatial_loops::{LoopReport, SpatialLoops};
 use crate::spatial_report::{MapSize, SpatialComparison, SpatialFrameResult, SpatialResult};
-use crate::spatial_settings::{Method, Quantisation, Refinement, SpatialSettings};
+use crate::spatial_settings::{LoopClosing, Method, Quantisation, Refinement, SpatialSettings};
 use crate::verdict::Status;
 use crate::voxel_map::{VoxelCount, VoxelMap};
 
@@ -72,6 +73,7 @@ struct Reading {
     is_joint: bool,
     odometry: Odometry,
     estimates: Vec<SpatialEstimate>,
+    loops: Option<SpatialLoops>,
     /// Of every frame, what it is to the joint solution; none where it is not believed.
     graph_frames: Vec<Option<GraphFrame>>,
     /// Sum over the registered frames of the mean square residual over the mean square depth: a reading that makes
@@ -97,6 +99,7 @@ impl Reading {
             is_joint,
             odometry,
             estimates: Vec::new(),
+            loops: (settings.loop_closing == LoopClosing::On).then(SpatialLoops::default),
             graph_frames: Vec::new(),
             misfit: 0.0,
             num_registered: 0,
@@ -111,10 +114,18 @@ impl Reading {
                 else {
                     return;
                 };
-                let estimate = odometry.register_frame(surfels);
+                let mut estimate = odometry.register_frame(surfels);
                 if let Some(correction) = odometry.take_correction() {
                     let before = self.estimates.iter_mut().rev().zip(correction.motions.iter().rev());
                     before.for_each(|(estimate, motion)| estimate.T_world_sensor = motion * estimate.T_world_sensor);
+                    if let Some(loops) = &mut self.loops {
+                        loops.corrected(|frame| self.estimates[frame as usize].T_world_sensor);
+                    }
+                }
+                let number = self.estimates.len() as u32;
+                if let Some(held) = self.loops.as_mut().and_then(|loops| loops.add(number, surfels, &estimate)) {
+                    odometry.go_on_from(&held.T_world_sensor);
+                    estimate = held;
                 }
                 let is_good = estimate.verdict.status == Status::Good;
                 // Frames that do not belong fit in no way.
@@ -143,6 +154,25 @@ impl Reading {
         }
         self.estimates.push(estimate);
         self.graph_frames.push(graph_frame);
+    }
+
+    fn has_open_loop(&self) -> bool {
+        self.loops.as_ref().is_some_and(SpatialLoops::is_open)
+    }
+
+    /// Moves all frames, and what they have shown, to where the loops want them.
+    fn close_loops(&mut self) {
+        let Some(motions) = self.loops.as_mut().and_then(SpatialLoops::close) else { return };
+        let motion_of = |frame: u32| {
+            let place = motions.partition_point(|(first, _)| *first <= frame);
+            place.checked_sub(1).map_or_else(Pose3::identity, |place| motions[place].1)
+        };
+        for (frame, estimate) in (0..).zip(&mut self.estimates) {
+            estimate.T_world_sensor = motion_of(frame) * estimate.T_world_sensor;
+        }
+        if let Odometry::Depth(odometry) = &mut self.odometry {
+            odometry.move_frames(motion_of);
+        }
     }
 }
 
@@ -228,6 +258,11 @@ impl SpatialReconstruction {
 
     /// Does one bounded piece of work: registers one frame, or takes the joint solution further.
     pub fn step(&mut self) -> Progress {
+        if let Some(reading) = self.readings.iter_mut().find(|reading| reading.has_open_loop()) {
+            reading.close_loops();
+            let done = self.frames.len();
+            return Progress { stage: Stage::Loops, done, total: done + self.waiting.len(), frame: None };
+        }
         if let Some(frame) = self.waiting.pop_front() {
             return self.register(frame);
         }
@@ -326,6 +361,11 @@ impl SpatialReconstruction {
         poses
     }
 
+    /// The places that were recognised, and what came of it.
+    pub fn loop_report(&self) -> LoopReport {
+        self.best().and_then(|reading| reading.loops.as_ref()).map_or_else(LoopReport::default, SpatialLoops::report)
+    }
+
     /// How depth was made whole, as set or as found so far; `None` for clouds.
     pub fn quantisation(&self) -> Option<Quantisation> {
         self.depth()?;
@@ -345,6 +385,7 @@ impl SpatialReconstruction {
     pub fn result(&self) -> SpatialResult {
         let mut notes = self.notes.clone();
         notes.extend(self.frames.note());
+        notes.extend(self.loop_report().note());
         let comparison = self.reference.as_ref().and_then(|reference| {
             notes.extend(reference.contents.notes.iter().map(|note| format!("{}: {note}", reference.name)));
             match self.compare(reference) {
@@ -368,6 +409,7 @@ impl SpatialReconstruction {
                 })
                 .collect(),
             joint_history: self.joint.as_ref().map_or_else(Vec::new, |joint| joint.graph.history().to_vec()),
+            loops: self.loop_report(),
             comparison,
             notes,
         }

@@ -8,6 +8,7 @@ use crate::depth_odometry::SpatialEstimate;
 use crate::evaluation::spatial_error::SpatialError;
 use crate::geometry::Pose3;
 use crate::registration::icp::IterationRecord;
+use crate::spatial_loops::LoopReport;
 use crate::spatial_settings::{Quantisation, SpatialSettings};
 use crate::verdict::Status;
 
@@ -165,6 +166,8 @@ pub struct SpatialResult {
     pub frames: Vec<SpatialFrameResult>,
     /// Iterations of the joint solution; empty without one.
     pub joint_history: Vec<IterationRecord>,
+    /// Places that came into view again, and what came of it.
+    pub loops: LoopReport,
     /// Errors against the reference, where one was given and fits.
     pub comparison: Option<SpatialComparison>,
     /// What else is worth knowing, in whole sentences.

@@ -61,6 +61,17 @@ pub enum Refinement {
     None,
 }
 
+/// What is done where a path comes back to a place.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
+pub enum LoopClosing {
+    /// What the way round has added up is spread over it; of depth images with surfaces.
+    On,
+    /// Nothing.
+    Off,
+}
+
 /// How the quaternions of a reference are read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -141,6 +152,8 @@ pub struct SpatialSettings {
     pub max_correspondence_distance: f64,
     /// Clouds: when features are searched for over the whole of two clouds.
     pub global_registration: GlobalRegistrationUse,
+    /// What is done where the path comes back to a place.
+    pub loop_closing: LoopClosing,
     /// What is done once all frames are registered.
     pub refinement: Refinement,
     /// The map holds one point in a cube of this side (m); 0: 2 cm, for clouds half their voxel.
@@ -173,6 +186,7 @@ impl Default for SpatialSettings {
             metric: SpatialMetric::PointToPlane,
             max_correspondence_distance: 0.0,
             global_registration: GlobalRegistrationUse::WhenDoubtful,
+            loop_closing: LoopClosing::On,
             refinement: Refinement::None,
             map_voxel_size: 0.0,
             reference_quaternions: ReferenceQuaternions::ToldFromData,
@@ -396,6 +410,13 @@ pub fn spatial_descriptions() -> Vec<SettingDescription> {
             "Registration",
             "Surfaces: thorough looks for every frame in hundreds of places, quick in a few dozen unless that is doubtful.",
             &[("thorough", "Thorough"), ("quick", "Quick")],
+        ),
+        choice(
+            "loop_closing",
+            "Loops",
+            "Registration",
+            "Surfaces: where the path comes back to a place and does not quite meet it, the error is spread over the way round.",
+            &[("on", "Closed"), ("off", "Left as they are")],
         ),
         choice(
             "refinement",

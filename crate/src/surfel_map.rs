@@ -25,6 +25,8 @@ pub struct SurfelMap {
 struct Block {
     center: Vector3<f64>,
     surfels: Vec<Surfel>,
+    /// Of each piece the number of the frame that saw it first.
+    frames: Vec<u32>,
 }
 
 /// Side of a block (m).
@@ -73,8 +75,9 @@ impl SurfelMap {
         ProjectiveTarget::draw(surfels, &camera, T_world_view)
     }
 
-    /// Adds a frame at its pose. `view` is this map, without changes since it was drawn, as seen from about there.
-    pub fn insert(&mut self, frame: &SurfelImage, T_world_camera: &Pose3, view: &ProjectiveTarget) {
+    /// Adds a frame, with a number of the caller's, at its pose. `view` is this map, without changes since it was drawn, as
+    /// seen from about there.
+    pub fn insert(&mut self, frame: &SurfelImage, number: u32, T_world_camera: &Pose3, view: &ProjectiveTarget) {
         let cell_width = 1.0 / frame.cell_camera().fx;
         let R = T_world_camera.rotation.to_rotation_matrix().into_inner();
         let t = T_world_camera.translation.vector;
@@ -82,7 +85,7 @@ impl SurfelMap {
             let moved = Surfel { point: R * surfel.point + t, normal: R * surfel.normal, ..*surfel };
             let reach = SPACING.max(cell_width * surfel.point.z);
             let Some(neighbor) = view.nearest(&moved.point, 2.0 * reach) else {
-                self.add(moved);
+                self.add(moved, number);
                 continue;
             };
             let Some(known) = self.get_mut(view.number(neighbor.index)) else { continue };
@@ -91,7 +94,7 @@ impl SurfelMap {
             if known.normal.dot(&moved.normal) > SAME_SURFACE_COSINE && across.abs() < distance {
                 average(known, &moved, across);
             } else if f64::from(neighbor.sq_distance) > reach * reach {
-                self.add(moved);
+                self.add(moved, number);
             }
         }
     }
@@ -100,15 +103,28 @@ impl SurfelMap {
         self.blocks.get_mut((number >> 32) as usize)?.surfels.get_mut((number & u64::from(u32::MAX)) as usize)
     }
 
-    fn add(&mut self, surfel: Surfel) {
+    /// Moves every piece with the frame that saw it first, by `motion` (of the world) of that frame's number.
+    pub fn move_frames(&mut self, motion: impl Fn(u32) -> Pose3) {
+        let mut last: Option<(u32, Pose3)> = None;
+        for block in std::mem::take(self).blocks {
+            for (surfel, frame) in block.surfels.into_iter().zip(block.frames) {
+                let (_, T) = *last.insert(last.filter(|(known, _)| *known == frame).unwrap_or((frame, motion(frame))));
+                let point = <Pose3 as RigidMotion<3, 6>>::act(&T, &surfel.point);
+                self.add(Surfel { point, normal: T.rotation * surfel.normal, ..surfel }, frame);
+            }
+        }
+    }
+
+    fn add(&mut self, surfel: Surfel, frame: u32) {
         let cell = surfel.point.map(|x| (x / BLOCK).floor() as i32);
         let next = self.blocks.len() as u32;
         let number = *self.index.entry([cell.x, cell.y, cell.z]).or_insert(next);
         if number == next {
             let center = cell.map(|x| (f64::from(x) + 0.5) * BLOCK);
-            self.blocks.push(Block { center, surfels: Vec::new() });
+            self.blocks.push(Block { center, surfels: Vec::new(), frames: Vec::new() });
         }
         self.blocks[number as usize].surfels.push(surfel);
+        self.blocks[number as usize].frames.push(frame);
         self.len += 1;
     }
 }
@@ -178,7 +194,7 @@ mod tests {
 
     fn insert(map: &mut SurfelMap, frame: &SurfelImage, T: &Pose3) {
         let view = map.view(frame, T);
-        map.insert(frame, T, &view);
+        map.insert(frame, 0, T, &view);
     }
 
     #[test]
@@ -205,6 +221,22 @@ mod tests {
         let num_surfels = map.len();
         insert(&mut map, &wall(1.5, 0.01), &Pose3::identity());
         assert_eq!(map.len(), 2 * num_surfels);
+    }
+
+    #[test]
+    fn pieces_go_with_the_frame_that_saw_them_first() {
+        let (mut map, at) = (SurfelMap::new(), [Pose3::identity(), Pose3::translation(0.0, 0.0, 5.0)]);
+        for (number, T) in (0..).zip(&at) {
+            let view = map.view(&wall(2.0, 0.01), T);
+            map.insert(&wall(2.0, 0.01), number, T, &view);
+        }
+        let before: Vec<Surfel> = map.surfels().copied().collect();
+        map.move_frames(|frame| Pose3::translation(0.0, 0.0, 1.5 * f64::from(frame)));
+        assert_eq!(map.len(), before.len());
+        let at_depth = |z: f64| map.surfels().filter(|surfel| (surfel.point.z - z).abs() < 1e-9).count();
+        assert_eq!((at_depth(2.0), at_depth(8.5)), (before.len() / 2, before.len() / 2));
+        let (camera, T) = (wall(2.0, 0.01), Pose3::translation(0.0, 0.0, 6.5));
+        assert_eq!(map.view(&camera, &T).len(), before.len() / 2, "blocks are where their pieces are");
     }
 
     #[test]

@@ -149,38 +149,12 @@ pub struct Walk {
     pub frames: usize,
     /// The focal length that the engine is told over the true one.
     pub focal: f64,
-    /// Whether the camera is the homework's, or a small one that sees 57 degrees and 4 m.
-    pub camera: Lens,
-}
-
-/// What a generated walk is seen with.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Lens {
-    /// 512 x 512 pixels over 90 degrees, to any distance.
-    Wide,
-    /// 320 x 240 pixels over 57 degrees, to 4 m.
-    Narrow,
-}
-
-impl Lens {
-    fn camera(self) -> Pinhole {
-        let (width, height, degrees): (usize, usize, f64) = match self {
-            Self::Wide => (512, 512, 90.0),
-            Self::Narrow => (320, 240, 57.0),
-        };
-        Pinhole::from_field_of_view(width, height, degrees.to_radians()).expect("a camera")
-    }
-
-    /// m
-    fn reach(self) -> f64 {
-        if self == Self::Wide { f64::INFINITY } else { 4.0 }
-    }
 }
 
 impl Walk {
     /// The recording of the world with this seed; depth images are kept in the folder `cache` for the next time.
     pub fn recording(&self, seed: u64, cache: Option<&Path>) -> Recording {
-        let camera = self.camera.camera();
+        let camera = Pinhole::from_field_of_view(512, 512, std::f64::consts::FRAC_PI_2).expect("a camera");
         let sensor =
             if self.bits > 8 { DepthSensor::Millimetres { square_noise: self.noise } } else { DepthSensor::HOMEWORK };
         let (space, truth) = self.world(seed);
@@ -190,8 +164,7 @@ impl Walk {
                 Way::Flat(tour) => format!("{tour:?}"),
                 Way::Ring(beyond) => format!("Ring{beyond}"),
             };
-            let lens = if self.camera == Lens::Narrow { "_narrow" } else { "" };
-            cache.join(format!("{seed}_{way}_{step}_{turn}_{bits}_{noise}{lens}"))
+            cache.join(format!("{seed}_{way}_{step}_{turn}_{bits}_{noise}"))
         });
         if let Some(folder) = &folder {
             fs::create_dir_all(folder).expect("a folder for the cache");
@@ -201,8 +174,7 @@ impl Walk {
             if let Some(bytes) = file.as_ref().and_then(|file| fs::read(file).ok()) {
                 return bytes;
             }
-            let mut depth = space.depth(pose, &camera);
-            depth.iter_mut().filter(|z| **z > self.camera.reach()).for_each(|z| *z = f64::INFINITY);
+            let depth = space.depth(pose, &camera);
             let mut random = Random::new(seed * 1000 + index as u64);
             let bytes = pgm(&sensor.measure(&depth, camera.width, &mut random));
             if let Some(file) = file {
@@ -212,8 +184,7 @@ impl Walk {
         };
         let depth = truth.iter().enumerate().map(render).collect();
         let told = [camera.fx * self.focal, camera.fy * self.focal, camera.cx, camera.cy];
-        let is_default = self.focal == 1.0 && self.camera == Lens::Wide;
-        let intrinsics = (!is_default).then_some(told);
+        let intrinsics = (self.focal != 1.0).then_some(told);
         Recording { name: format!("seed {seed}"), depth, intrinsics, truth }
     }
 

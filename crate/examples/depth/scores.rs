@@ -28,6 +28,8 @@ pub struct Score {
     pub lost: usize,
     /// How far apart the first and the last frame are from their distance (m).
     pub gap: f64,
+    /// How often a way round was closed.
+    pub closed: usize,
     /// Processor time a frame (ms).
     pub milliseconds: f64,
 }
@@ -69,6 +71,7 @@ pub fn score(recording: &Recording, settings: &SpatialSettings, each: bool) -> S
     let frames = poses.len();
     let mut score = Score {
         frames,
+        closed: reconstruction.loop_report().num_closed,
         mean: (0..frames).map(error).sum::<f64>() / frames.max(1) as f64,
         last: error(frames - 1),
         gap: (poses[0].inverse() * poses[frames - 1]).translation.vector.norm()

@@ -10,9 +10,9 @@ use crate::registration::projective::{ProjectiveTarget, Sight};
 /// Surfaces agree with a rough guess when they are this near (m), ...
 const ROUGH_TOLERANCE: f64 = 0.1;
 /// ... and with a refined one when they are this near.
-pub(super) const FINE_TOLERANCE: f64 = 0.03;
+pub(crate) const FINE_TOLERANCE: f64 = 0.03;
 /// Surfaces that agree face the same way (cosine).
-const AGREEING_COSINE: f64 = 0.8;
+pub(crate) const AGREEING_COSINE: f64 = 0.8;
 
 /// The evidence for a pose.
 pub(super) struct Evidence {
@@ -76,7 +76,7 @@ impl Evidence {
 }
 
 /// What speaks for a guess, cheaply: the share of the points that agree with the view, less those in its free space.
-pub(super) fn score(view: &ProjectiveTarget, cloud: &SurfelCloud, T_world_camera: &Pose3) -> f64 {
+pub(crate) fn score(view: &ProjectiveTarget, cloud: &SurfelCloud, T_world_camera: &Pose3) -> f64 {
     let (R, t) = parts(T_world_camera);
     let mut tally = Tally::default();
     for (point, normal) in cloud.points.iter().zip(&cloud.normals) {

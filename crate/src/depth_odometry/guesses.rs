@@ -33,7 +33,7 @@ pub(super) fn few(T_world_last: &Pose3, last_motion: &Pose3) -> Vec<Pose3> {
 
 /// Poses around a pose: turns about the camera's vertical by multiples of `turn` (rad), moves by multiples of a quarter of
 /// a metre, up to `ahead` of them ahead and back and up to `aside` of them to either side.
-pub(super) fn around(
+pub(crate) fn around(
     T_world_camera: &Pose3,
     turns: std::ops::RangeInclusive<i32>,
     turn: f64,
@@ -60,7 +60,7 @@ pub(super) fn unlikelihood(T_world_last: &Pose3, T_world_camera: &Pose3) -> f64 
 }
 
 /// The best poses by their score, each apart from the ones before it.
-pub(super) fn best_apart(mut scored: Vec<(f64, Pose3)>, most: usize) -> Vec<Pose3> {
+pub(crate) fn best_apart(mut scored: Vec<(f64, Pose3)>, most: usize) -> Vec<Pose3> {
     scored.sort_by(|a, b| b.0.total_cmp(&a.0));
     let mut best: Vec<Pose3> = Vec::with_capacity(most);
     for (_, pose) in scored {

@@ -181,11 +181,11 @@ fn rough_options() -> IcpOptions {
     options((0.4, 0.7), 0.15, Criteria { max_iterations: 8, rotation_eps: 3e-3, translation_eps: 5e-3 })
 }
 
-fn middle_options() -> IcpOptions {
+pub(crate) fn middle_options() -> IcpOptions {
     options((0.3, 0.6), 0.08, Criteria { max_iterations: 15, rotation_eps: 1e-3, translation_eps: 2e-3 })
 }
 
-fn fine_options() -> IcpOptions {
+pub(crate) fn fine_options() -> IcpOptions {
     options((0.15, 0.5), 0.03, Criteria { max_iterations: 30, rotation_eps: 1e-4, translation_eps: 1e-4 })
 }
 

@@ -12,13 +12,13 @@ const HOLDING_SHARE: f64 = 0.01;
 
 /// The direction of motion that is known least, where hardly any surface faces along it. Long walls do not add up to one
 /// that faces the other way, however many there are and however noisy their normals.
-pub(super) struct OpenDirection {
-    pub(super) direction: Vector3<f64>,
+pub(crate) struct OpenDirection {
+    pub(crate) direction: Vector3<f64>,
 }
 
 impl OpenDirection {
     /// None where enough surfaces hold every direction.
-    pub(super) fn of(registration: &SpatialRegistration) -> Option<Self> {
+    pub(crate) fn of(registration: &SpatialRegistration) -> Option<Self> {
         let fitting = registration.correspondences.iter().filter(|pair| pair.residual.abs() < FINE_TOLERANCE);
         let normals: Vec<Vector3<f64>> = fitting.filter_map(|pair| pair.normal).collect();
         let spread: Matrix3<f64> = normals.iter().map(|normal| normal * normal.transpose()).sum();

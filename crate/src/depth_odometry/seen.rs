@@ -14,9 +14,15 @@ pub(super) struct Seen {
 }
 
 impl Seen {
-    /// Adds a frame. `view` is the map as seen from about there.
-    pub(super) fn insert(&mut self, frame: &SurfelImage, T_world_camera: &Pose3, view: &ProjectiveTarget) {
-        self.map.insert(frame, T_world_camera, view);
-        self.key_views.add(frame, T_world_camera);
+    /// Adds a frame with its number. `view` is the map as seen from about there.
+    pub(super) fn insert(&mut self, frame: &SurfelImage, number: u32, T_world_camera: &Pose3, view: &ProjectiveTarget) {
+        self.map.insert(frame, number, T_world_camera, view);
+        self.key_views.add(frame, number, T_world_camera);
+    }
+
+    /// Moves what each frame has shown by its `motion` (of the world).
+    pub(super) fn move_frames(&mut self, motion: &impl Fn(u32) -> Pose3) {
+        self.map.move_frames(motion);
+        self.key_views.move_frames(motion);
     }
 }

@@ -8,8 +8,8 @@ use crate::registration::icp::Source;
 /// A frame's pieces of surface, column by column.
 #[derive(Clone)]
 pub(crate) struct SurfelCloud {
-    pub(super) points: Vec<Vector3<f64>>,
-    pub(super) normals: Vec<Vector3<f64>>,
+    pub(crate) points: Vec<Vector3<f64>>,
+    pub(crate) normals: Vec<Vector3<f64>>,
     known_normals: Vec<Option<Vector3<f64>>>,
     deviations: Vec<f64>,
 }

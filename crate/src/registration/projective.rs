@@ -108,6 +108,11 @@ impl ProjectiveTarget {
         self.surfels.is_empty()
     }
 
+    /// The camera whose pixels are the cells.
+    pub fn camera(&self) -> &Pinhole {
+        &self.camera
+    }
+
     /// Everything that was drawn and is seen, world frame.
     pub fn surfels(&self) -> &[Surfel] {
         &self.surfels

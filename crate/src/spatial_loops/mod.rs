@@ -1,0 +1,371 @@
+//! Loops in space: places that come into view again, and the poses of all frames once they are known.
+//!
+//! A chain that registers each frame to one map hides what it has added up in errors: where its path comes back, the frame
+//! is drawn to the old surfaces within a few steps, and the map stays bent behind it. So in places seen before a frame is
+//! registered twice, to what the last frames saw and to what was seen there earlier. Where the two do not meet, that is
+//! what the way round has added up: it is spread over the way by a graph of all relations (see
+//! [`relation_graph`](crate::relation_graph)), as surely as each is known. A frame that the map contradicts is held by the
+//! last frames alone until that is done.
+
+mod place;
+
+use std::ops::Range;
+
+use nalgebra::{Matrix6, Vector6};
+use serde::Serialize;
+
+use self::place::{FrameSurfaces, Held, Place};
+use crate::camera::surfel_image::SurfelImage;
+use crate::depth_odometry::SpatialEstimate;
+use crate::geometry::{Pose3, RigidMotion};
+use crate::key_views::apart;
+use crate::registration::spatial::SpatialRegistration;
+use crate::relation_graph::{PoseRelation, SpatialRelation, solve_relations};
+use crate::verdict::{Status, Verdict};
+
+/// What a place's frames saw may come into view again after a way so long (m, turns included, two metres a radian).
+const LOOP: f64 = 8.0;
+/// Frames nearer to each other than this (m, turns included) see the same, ...
+const SAME_VIEW: f64 = 1.2;
+/// ... by what the way between them may have added up: this share of it, ...
+const DRIFT: f64 = 0.02;
+/// ... but no more than this (m).
+const MOST_DRIFT: f64 = 1.5;
+/// A place is what was seen on so long a way (m, turns included) before and after, ...
+const PLACE: f64 = 2.0;
+/// ... by at most so many frames.
+const PLACE_FRAMES: usize = 6;
+/// Loops are looked for after every so long a way (m, turns included), ...
+const BETWEEN_LOOKS: f64 = 0.5;
+/// ... in so many places.
+const PLACES: usize = 2;
+/// Where the way round ends further from where it should (m) ...
+const GAP: f64 = 0.03;
+/// ... or turned by more (rad), the loop is closed.
+const TURNED_GAP: f64 = 0.012;
+/// So many frames in a row that hang on those before them alone are believed.
+const MOST_HELD: usize = 40;
+/// A doubtful frame with less agreement than this is contradicted by the map.
+const CONTRADICTED: f64 = 0.95;
+/// What is said of frames that hang on those before them alone.
+const HELD: &str = "it fits the last frames, but not what was seen here earlier";
+/// How well a registration to the map is known at best (rad, m), ...
+const CHAIN_SIGMA: (f64, f64) = (1.5e-3, 4e-3);
+/// ... one to a few frames, ...
+const PLACE_SIGMA: (f64, f64) = (2e-3, 6e-3);
+/// ... and what nothing measures (rad, m).
+const UNKNOWN: (f64, f64) = (0.3, 0.5);
+/// Steps of the solution, first with all loops and then with those that fit.
+const STEPS: usize = 15;
+/// So many of the last checks decide whether a solution is kept ...
+const JUDGES: usize = 12;
+/// ... which may not agree less than before by more than this share.
+const WORSE: f64 = 0.004;
+/// Most frames whose surfaces are kept.
+const MOST_FRAMES: usize = 600;
+
+/// A frame of the graph.
+struct Node {
+    /// Its number among all frames.
+    frame: u32,
+    T_world_camera: Pose3,
+    /// Where the last frames alone put it, on a way through places seen before.
+    T_world_local: Pose3,
+    /// Length of the way to it (m, turns included).
+    path: f64,
+    surfaces: Option<FrameSurfaces>,
+}
+
+/// What the search has come to.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
+#[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
+pub struct LoopReport {
+    /// How often a way round was closed.
+    pub num_closed: usize,
+    /// How far a pose was moved by it at the most (m).
+    pub farthest_move: f64,
+}
+
+impl LoopReport {
+    /// The same in plain words, where there is something to tell.
+    pub fn note(&self) -> Option<String> {
+        let times = if self.num_closed == 1 { "once".to_owned() } else { format!("{} times", self.num_closed) };
+        let centimetres = 100.0 * self.farthest_move;
+        (self.num_closed > 0).then(|| {
+            format!(
+                "The path came back to places seen before and did not quite meet them: {times} the error was spread over \
+                 the way round, which moved frames by up to {centimetres:.1} cm"
+            )
+        })
+    }
+}
+
+/// The search for loops along a chain of frames.
+#[derive(Default)]
+pub struct SpatialLoops {
+    nodes: Vec<Node>,
+    /// From each node to the next one.
+    chain: Vec<SpatialRelation>,
+    loops: Vec<SpatialRelation>,
+    /// The node at which loops were looked for last.
+    last_look: usize,
+    num_held: usize,
+    /// What the last look found missing (a motion of the world), on the present way through places seen before.
+    missing: Option<Pose3>,
+    is_open: bool,
+    report: LoopReport,
+}
+
+/// How frames are to be moved: the number of the first of them, and the motion (of the world) from there on.
+pub type FrameMotions = Vec<(u32, Pose3)>;
+
+impl SpatialLoops {
+    /// What the search has come to.
+    pub fn report(&self) -> LoopReport {
+        self.report
+    }
+
+    /// Takes in a frame as the chain has found it. Where the map contradicts it and the last frames alone hold it, what they
+    /// say of it.
+    pub fn add(&mut self, number: u32, frame: &SurfelImage, estimate: &SpatialEstimate) -> Option<SpatialEstimate> {
+        let surfaces = FrameSurfaces::new(frame);
+        let Verdict { status, agreement, .. } = estimate.verdict;
+        let is_good = status == Status::Good || (status == Status::Doubtful && agreement > CONTRADICTED);
+        let mut T_world_camera = estimate.T_world_sensor;
+        let Some(last) = self.nodes.last() else {
+            if is_good {
+                self.push(number, T_world_camera, T_world_camera, Some(surfaces));
+            }
+            return None;
+        };
+        let (T_last, T_last_local, is_next) = (last.T_world_camera, last.T_world_local, last.frame + 1 == number);
+        let guess = T_last.inverse() * T_world_camera;
+        let here = self.nodes.len();
+        let revisited = if is_good { self.revisited(here, &T_world_camera, last.path) } else { Vec::new() };
+        // In a place seen before, the chain's own motion is partly the way back to the old surfaces.
+        let local = (is_next && (!is_good || !revisited.is_empty()))
+            .then(|| self.find(self.recent(), here - 1, &surfaces, &guess, !is_good))
+            .flatten();
+        self.num_held = if is_good { 0 } else { self.num_held + 1 };
+        if !is_good && (local.is_none() || self.num_held > MOST_HELD) {
+            return None;
+        }
+        let relation = match &local {
+            Some(held) => relation(here - 1, here, held.T_place_camera, &held.information, PLACE_SIGMA),
+            None if is_next => {
+                let information = estimate.registration.as_ref().map(|r| in_frame_of(&T_last, r)).unwrap_or_default();
+                relation(here - 1, here, guess, &information, CHAIN_SIGMA)
+            }
+            None => relation(here - 1, here, guess, &Matrix6::zeros(), CHAIN_SIGMA),
+        };
+        if !is_good {
+            T_world_camera = T_last * relation.T_from_to;
+        }
+        let is_new = is_good && revisited.is_empty();
+        let T_world_local = if is_new { T_world_camera } else { T_last_local * relation.T_from_to };
+        self.missing = self.missing.filter(|_| !is_new);
+        self.chain.push(relation);
+        self.push(number, T_world_camera, T_world_local, Some(surfaces));
+        if self.nodes[here].path - self.nodes[self.last_look].path > BETWEEN_LOOKS {
+            self.look_for_loops(here);
+        }
+        local.filter(|_| !is_good).map(|held| SpatialEstimate {
+            T_world_sensor: T_world_camera,
+            registration: None,
+            overlap: held.overlap,
+            verdict: Verdict { status: Status::Doubtful, reason: HELD.to_owned(), agreement: held.agreement },
+        })
+    }
+
+    fn push(&mut self, frame: u32, T_world_camera: Pose3, T_world_local: Pose3, surfaces: Option<FrameSurfaces>) {
+        let step = self.nodes.last().map_or(0.0, |last| apart(&last.T_world_camera, &T_world_camera));
+        let path = self.nodes.last().map_or(0.0, |last| last.path) + step;
+        self.nodes.push(Node { frame, T_world_camera, T_world_local, path, surfaces });
+        let kept = self.nodes.iter().filter(|node| node.surfaces.is_some()).count();
+        if kept > MOST_FRAMES {
+            let with_surfaces = self.nodes.iter_mut().filter(|node| node.surfaces.is_some());
+            with_surfaces.step_by(2).for_each(|node| node.surfaces = None);
+        }
+    }
+
+    /// The chain has found out where the frames before the last one really are.
+    pub fn corrected(&mut self, pose_of: impl Fn(u32) -> Pose3) {
+        for index in 0..self.nodes.len() {
+            let T_world_camera = pose_of(self.nodes[index].frame);
+            if apart(&self.nodes[index].T_world_camera, &T_world_camera) < 1e-6 {
+                continue;
+            }
+            self.nodes[index].T_world_camera = T_world_camera;
+            self.nodes[index].T_world_local = T_world_camera;
+            for next in [index, index + 1] {
+                if let Some(relation) = next.checked_sub(1).and_then(|before| self.chain.get_mut(before)) {
+                    let (from, to) = (&self.nodes[relation.from], &self.nodes[relation.to]);
+                    relation.T_from_to = from.T_world_camera.inverse() * to.T_world_camera;
+                }
+            }
+        }
+    }
+
+    /// Nodes that a camera at this pose may see the same as, the nearest first, after a way of this length.
+    fn revisited(&self, before: usize, T_world_camera: &Pose3, path: f64) -> Vec<usize> {
+        let near = self.nodes[..before].iter().enumerate().filter_map(|(index, node)| {
+            let drift = (DRIFT * (path - node.path)).min(MOST_DRIFT);
+            let distance = apart(&node.T_world_camera, T_world_camera);
+            (path - node.path > LOOP && node.surfaces.is_some() && distance < SAME_VIEW + drift)
+                .then_some((distance, index))
+        });
+        let mut near: Vec<(f64, usize)> = near.collect();
+        near.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        let mut chosen: Vec<usize> = Vec::new();
+        for (_, index) in near {
+            let is_new = |other: &usize| (self.nodes[*other].path - self.nodes[index].path).abs() > 2.0 * PLACE;
+            if chosen.len() < PLACES && chosen.iter().all(is_new) {
+                chosen.push(index);
+            }
+        }
+        chosen
+    }
+
+    /// The last nodes.
+    fn recent(&self) -> Range<usize> {
+        let path = self.nodes.last().map_or(0.0, |node| node.path);
+        let first = self.nodes.partition_point(|node| node.path < path - PLACE);
+        first.max(self.nodes.len().saturating_sub(PLACE_FRAMES))..self.nodes.len()
+    }
+
+    /// Nodes about one.
+    fn about(&self, index: usize) -> Range<usize> {
+        let path = self.nodes[index].path;
+        let first = self.nodes.partition_point(|node| node.path < path - PLACE).max(index.saturating_sub(PLACE_FRAMES / 2));
+        let end = self.nodes.partition_point(|node| node.path <= path + PLACE).min(index + PLACE_FRAMES / 2 + 1);
+        first..end
+    }
+
+    /// What some nodes saw, in the frame of one of them.
+    fn place(&self, nodes: Range<usize>, in_frame_of: usize, pose: impl Fn(usize) -> Pose3) -> Place<'_> {
+        let T_place_world = pose(in_frame_of).inverse();
+        let frames = nodes.filter_map(|node| Some((self.nodes[node].surfaces.as_ref()?, T_place_world * pose(node))));
+        Place::new(frames.collect())
+    }
+
+    fn find(
+        &self,
+        nodes: Range<usize>,
+        place: usize,
+        frame: &FrameSurfaces,
+        guess: &Pose3,
+        is_wide: bool,
+    ) -> Option<Held> {
+        let of = |node: usize| self.nodes[node].T_world_local;
+        self.place(nodes, place, of).find(frame, guess, is_wide)
+    }
+
+    /// Looks for a node in the places seen long before it.
+    fn look_for_loops(&mut self, node: usize) {
+        let Node { T_world_camera, T_world_local, path, .. } = self.nodes[node];
+        let Some(surfaces) = self.nodes[node].surfaces.clone() else { return };
+        let places = self.revisited(node, &T_world_camera, path);
+        if places.is_empty() {
+            return;
+        }
+        self.last_look = node;
+        for place in places {
+            let T_place_world = self.nodes[place].T_world_camera.inverse();
+            let drift = (DRIFT * (path - self.nodes[place].path)).min(MOST_DRIFT);
+            let near = |is_wide| {
+                let guess = T_place_world * T_world_camera;
+                self.place(self.about(place), place, |node| self.nodes[node].T_world_camera).find(&surfaces, &guess, is_wide)
+            };
+            let Some(held) = near(false).or_else(|| (drift > GAP).then(|| near(true)).flatten()) else { continue };
+            let T_world_found = T_place_world.inverse() * held.T_place_camera;
+            if is_apart(&T_world_found, &T_world_local) {
+                // Twice the same is no mistake.
+                let again = self.missing.is_some_and(|missing| !is_apart(&T_world_found, &(missing * T_world_local)));
+                self.is_open |= again;
+                self.missing = Some(T_world_found * T_world_local.inverse());
+            } else {
+                (self.nodes[node].T_world_local, self.missing) = (T_world_camera, None);
+            }
+            let found = relation(place, node, held.T_place_camera, &held.information, PLACE_SIGMA);
+            self.loops.push(PoseRelation { is_switchable: true, ..found });
+        }
+    }
+
+    /// Whether a way round waits to be closed.
+    pub fn is_open(&self) -> bool {
+        self.is_open
+    }
+
+    /// Closes what is open: how the frames are to be moved, if what was seen agrees that this is better.
+    pub fn close(&mut self) -> Option<FrameMotions> {
+        if !std::mem::take(&mut self.is_open) {
+            return None;
+        }
+        let mut poses: Vec<Pose3> = self.nodes.iter().map(|node| node.T_world_camera).collect();
+        let sure = self.loops.iter().map(|found| PoseRelation { is_switchable: false, ..*found });
+        let all: Vec<SpatialRelation> = self.chain.iter().copied().chain(sure).collect();
+        solve_relations(&mut poses, &all, STEPS);
+        let all: Vec<SpatialRelation> = self.chain.iter().chain(&self.loops).copied().collect();
+        solve_relations(&mut poses, &all, STEPS);
+        let present: Vec<Pose3> = self.nodes.iter().map(|node| node.T_world_camera).collect();
+        let (before, after) = (self.agreement(&present), self.agreement(&poses));
+        if after.0 < before.0 - WORSE || after.1 < before.1 * (1.0 - WORSE) {
+            return None;
+        }
+        let mut motions = Vec::with_capacity(self.nodes.len());
+        for (node, pose) in self.nodes.iter_mut().zip(poses) {
+            let moved = (node.T_world_camera.inverse() * pose).translation_norm();
+            self.report.farthest_move = self.report.farthest_move.max(moved);
+            motions.push((node.frame, pose * node.T_world_camera.inverse()));
+            (node.T_world_camera, node.T_world_local) = (pose, pose);
+        }
+        self.report.num_closed += 1;
+        Some(motions)
+    }
+
+    /// How well the frames of the last loops fit the places they have come back to, and the frames before them, were all at
+    /// these poses: the agreement, and the share of their surface that lies on what was seen.
+    fn agreement(&self, poses: &[Pose3]) -> (f64, f64) {
+        let (mut agreement, mut overlap, mut count) = (0.0, 0.0, 0.0);
+        for found in self.loops.iter().rev().take(JUDGES) {
+            let (place, node) = (found.from, found.to);
+            let Some(surfaces) = &self.nodes[node].surfaces else { continue };
+            let recent = node.saturating_sub(PLACE_FRAMES)..node;
+            for (nodes, place) in [(self.about(place), place), (recent, node - 1)] {
+                let fit = self.place(nodes, place, |node| poses[node]).fit(surfaces, &(poses[place].inverse() * poses[node]));
+                (overlap, agreement, count) = (overlap + fit.0, agreement + fit.1, count + 1.0);
+            }
+        }
+        (agreement / f64::max(count, 1.0), overlap / f64::max(count, 1.0))
+    }
+}
+
+/// Whether two poses of a frame are further apart than registrations are wrong.
+fn is_apart(a: &Pose3, b: &Pose3) -> bool {
+    let off = a.inverse() * b;
+    off.translation_norm() > GAP || off.rotation_angle() > TURNED_GAP
+}
+
+/// The information of a registration to the world's frame, as that of the motion from a pose there.
+fn in_frame_of(T_world_from: &Pose3, registration: &SpatialRegistration) -> Matrix6<f64> {
+    let adjoint = T_world_from.adjoint();
+    adjoint.tr_mul(&(registration.information * adjoint))
+}
+
+/// A relation that is known by what was measured, but no better than `best` and no worse than [`UNKNOWN`].
+fn relation(
+    from: usize,
+    to: usize,
+    T_from_to: Pose3,
+    information: &Matrix6<f64>,
+    best: (f64, f64),
+) -> SpatialRelation {
+    let diagonal = |(rotation, translation): (f64, f64), power: i32| {
+        let of = |sigma: f64| sigma.powi(power);
+        let (r, t) = (of(rotation), of(translation));
+        Matrix6::from_diagonal(&Vector6::new(r, r, r, t, t, t))
+    };
+    let covariance = (information + diagonal(UNKNOWN, -2)).try_inverse().unwrap_or_else(|| diagonal(UNKNOWN, 2));
+    let information = (covariance + diagonal(best, 2)).try_inverse().unwrap_or_else(|| diagonal(UNKNOWN, -2));
+    PoseRelation { from, to, T_from_to, information, is_switchable: false }
+}
