@@ -16,7 +16,7 @@ const LAYERS: &[&[&str]] = &[
     &["verdict"],
     &["odometry", "pose_graph", "relation_graph", "depth_odometry", "cloud_odometry"],
     &["loop_closure", "spatial_loops"],
-    &["spatial_settings", "depth_graph"],
+    &["spatial_settings"],
     &["prepared_frame"],
     &["recorded_scan"],
     &["report", "spatial_report"],

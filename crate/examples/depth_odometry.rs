@@ -157,11 +157,8 @@ fn run(recording: &Recording, effort: Effort, choice: Choice, verbose: bool) {
         preparing += prepared - start;
         registering += seconds_used(began) - prepared;
     }
-    let chain = reconstruction.poses();
     reconstruction.finish();
-    let before = seconds_used(began);
     while reconstruction.step().stage != Stage::Done {}
-    let joint_seconds = seconds_used(began) - before;
     let registered = seconds_used(began);
     let num_points = reconstruction.map().len();
     let stitching = seconds_used(began) - registered;
@@ -170,17 +167,6 @@ fn run(recording: &Recording, effort: Effort, choice: Choice, verbose: bool) {
     let truth: Vec<Pose3> = truth.iter().map(|pose| truth[0].inverse() * pose).collect();
     let poses = reconstruction.poses();
     let error = |index: usize| (poses[index].translation.vector - truth[index].translation.vector).norm();
-    let mean = |poses: &[Pose3]| {
-        let off = |(pose, truth): (&Pose3, &Pose3)| (pose.translation.vector - truth.translation.vector).norm();
-        poses.iter().zip(&truth).map(off).sum::<f64>() / poses.len() as f64
-    };
-    println!(
-        "chain {:.4} m, joint {:.4} m in {:.2} s, {} iterations",
-        mean(&chain),
-        mean(&poses),
-        joint_seconds,
-        reconstruction.result().joint_history.len()
-    );
     let mut worst = ((0.0f64, 0), (0.0f64, 0));
     let mut counts = [0; 3];
     for index in 0..poses.len() {

@@ -1,5 +1,5 @@
 //! Scores the depth engine on all recordings at once, real and generated: `cargo run --release --example depth_scores --
-//! [--only 'WORDS|WORDS'] [--first SEED] [--seeds N] [--frames N] [--cache FOLDER] [--runs] [--each] [--quick] [--planar] [--joint] [--open]
+//! [--only 'WORDS|WORDS'] [--first SEED] [--seeds N] [--frames N] [--cache FOLDER] [--runs] [--each] [--quick] [--planar] [--open]
 //! [--threads N]`. One row a kind of recording, as a Markdown table.
 
 #[path = "depth/recordings.rs"]
@@ -15,7 +15,7 @@ use recordings::{Choice, Recording, Walk, Way};
 use scanstitch::depth_odometry::Effort;
 use scanstitch::registration::solver::Motion;
 use scanstitch::scene::apartment::Tour;
-use scanstitch::spatial_settings::{LoopClosing, Refinement, SpatialSettings};
+use scanstitch::spatial_settings::{LoopClosing, SpatialSettings};
 use scores::{Score, score};
 
 /// A recording that is made when it is its turn.
@@ -32,7 +32,6 @@ fn main() {
         effort: if flag("--quick") { Effort::Quick } else { Effort::Thorough },
         motion: if flag("--planar") { Motion::Planar } else { Motion::Free },
         loop_closing: if flag("--open") { LoopClosing::Off } else { LoopClosing::On },
-        refinement: if flag("--joint") { Refinement::Joint } else { Refinement::None },
         ..SpatialSettings::default()
     };
     let cache = argument("--cache").map(PathBuf::from);

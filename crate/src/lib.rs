@@ -12,7 +12,6 @@ pub mod camera;
 pub mod cloud_map;
 pub mod cloud_odometry;
 pub mod cloud_registration;
-pub mod depth_graph;
 pub mod depth_odometry;
 pub mod error;
 pub mod evaluation;

@@ -6,7 +6,6 @@ use std::collections::VecDeque;
 
 use self::kept_frames::{Frame, KeptFrames};
 use crate::cloud_odometry::{CloudEstimate, CloudOdometry, PreparedCloud};
-use crate::depth_graph::{DepthGraph, GraphFrame};
 use crate::depth_odometry::{DepthOdometry, SpatialEstimate};
 use crate::error::{Error, Result};
 use crate::evaluation::spatial_error::{EstimatedFrame, spatial_error};
@@ -16,7 +15,7 @@ use crate::prepared_frame::{DepthPreparation, MapPoints, Preparation, PreparedFr
 use crate::report::{Progress, Stage};
 use crate::spatial_loops::{LoopReport, SpatialLoops};
 use crate::spatial_report::{MapSize, SpatialComparison, SpatialFrameResult, SpatialResult};
-use crate::spatial_settings::{LoopClosing, Method, Quantisation, Refinement, SpatialSettings};
+use crate::spatial_settings::{LoopClosing, Method, Quantisation, SpatialSettings};
 use crate::verdict::Status;
 use crate::voxel_map::{VoxelCount, VoxelMap};
 
@@ -31,7 +30,7 @@ const DECIDING_RATIO: f64 = 1.05;
 ///
 /// [`begin`](Self::begin) looks at the first frame and says what preparing has to know; prepared frames are
 /// [added](Self::add) in their order, and [`step`](Self::step) registers one after the other. After the last one,
-/// [`finish`](Self::finish) lets it solve for all poses together. What is known so far may be asked for at any time, and
+/// [`finish`](Self::finish) closes the last loop. What is known so far may be asked for at any time, and
 /// more frames may be added to a finished run.
 pub struct SpatialReconstruction {
     settings: SpatialSettings,
@@ -39,19 +38,11 @@ pub struct SpatialReconstruction {
     waiting: VecDeque<PreparedFrame>,
     frames: KeptFrames,
     readings: Vec<Reading>,
-    /// Whether no frame will follow, so that all may be solved for together.
-    is_complete: bool,
-    joint: Option<Joint>,
     reference: Option<Reference>,
     notes: Vec<String>,
     stitched: Option<Stitched>,
-}
-
-/// The joint solution of some of the frames.
-struct Joint {
-    members: Vec<usize>,
-    graph: DepthGraph,
-    is_done: bool,
+    /// Whether it has been said that no frame will follow, and nothing has been done about it.
+    is_complete: bool,
 }
 
 struct Reference {
@@ -70,12 +61,9 @@ struct Stitched {
 /// A run with one way of reading the depth; while the data have not decided there may be two. Clouds have one.
 struct Reading {
     quantisation: Quantisation,
-    is_joint: bool,
     odometry: Odometry,
     estimates: Vec<SpatialEstimate>,
     loops: Option<SpatialLoops>,
-    /// Of every frame, what it is to the joint solution; none where it is not believed.
-    graph_frames: Vec<Option<GraphFrame>>,
     /// Sum over the registered frames of the mean square residual over the mean square depth: a reading that makes
     /// everything smaller makes the residuals smaller, too.
     misfit: f64,
@@ -93,21 +81,17 @@ impl Reading {
             Method::SurfelMap => Odometry::Depth(Box::new(DepthOdometry::new(settings.depth_options()))),
             _ => Odometry::Cloud(Box::new(CloudOdometry::new(settings.cloud_options())?)),
         };
-        let is_joint = settings.refinement == Refinement::Joint;
         Ok(Self {
             quantisation,
-            is_joint,
             odometry,
             estimates: Vec::new(),
             loops: (settings.loop_closing == LoopClosing::On).then(SpatialLoops::default),
-            graph_frames: Vec::new(),
             misfit: 0.0,
             num_registered: 0,
         })
     }
 
     fn add(&mut self, surfaces: &Surfaces) {
-        let mut graph_frame = None;
         let mut estimate = match (&mut self.odometry, surfaces) {
             (Odometry::Depth(odometry), Surfaces::Surfels(images)) => {
                 let Some((_, surfels)) = images.iter().find(|(quantisation, _)| *quantisation == self.quantisation)
@@ -135,9 +119,6 @@ impl Reading {
                     self.misfit += registration.last.inlier_rmse.powi(2) / sq_depth.max(f64::MIN_POSITIVE);
                     self.num_registered += 1;
                 }
-                if self.is_joint && is_good {
-                    graph_frame = Some(GraphFrame::new(surfels));
-                }
                 estimate
             }
             (Odometry::Cloud(odometry), Surfaces::Cloud(cloud)) => {
@@ -153,14 +134,9 @@ impl Reading {
             registration.correspondences = Vec::new();
         }
         self.estimates.push(estimate);
-        self.graph_frames.push(graph_frame);
     }
 
-    fn has_open_loop(&self) -> bool {
-        self.loops.as_ref().is_some_and(SpatialLoops::is_open)
-    }
-
-    /// Moves all frames, and what they have shown, to where the loops want them.
+    /// Moves all frames, and what they have shown, to where open loops want them.
     fn close_loops(&mut self) {
         let Some(motions) = self.loops.as_mut().and_then(SpatialLoops::close) else { return };
         let motion_of = |frame: u32| {
@@ -189,11 +165,10 @@ impl SpatialReconstruction {
             waiting: VecDeque::new(),
             frames: KeptFrames::default(),
             readings: Vec::new(),
-            is_complete: false,
-            joint: None,
             reference: None,
             notes: Vec::new(),
             stitched: None,
+            is_complete: false,
         })
     }
 
@@ -245,29 +220,27 @@ impl SpatialReconstruction {
         }
         self.notes.extend(frame.notes.iter().cloned());
         self.waiting.push_back(frame);
-        self.is_complete = false;
-        self.joint = None;
         Ok(())
     }
 
-    /// Says that no frame will follow: [`step`](Self::step) then goes on to solve for all poses together. Should one
-    /// follow nevertheless, the poses are those of the chain again, until this is said anew.
+    /// Says that no frame will follow: [`step`](Self::step) then closes a loop that has been seen but once, too. Should one
+    /// follow nevertheless, it goes on from there.
     pub fn finish(&mut self) {
         self.is_complete = true;
     }
 
-    /// Does one bounded piece of work: registers one frame, or takes the joint solution further.
+    /// Does one bounded piece of work: registers one frame, or closes a loop.
     pub fn step(&mut self) -> Progress {
-        if let Some(reading) = self.readings.iter_mut().find(|reading| reading.has_open_loop()) {
-            reading.close_loops();
-            let done = self.frames.len();
-            return Progress { stage: Stage::Loops, done, total: done + self.waiting.len(), frame: None };
-        }
         if let Some(frame) = self.waiting.pop_front() {
             return self.register(frame);
         }
-        if self.is_complete && self.joint.as_ref().is_none_or(|joint| !joint.is_done) {
-            return self.advance_joint();
+        if std::mem::take(&mut self.is_complete) {
+            for reading in &mut self.readings {
+                reading.loops.iter_mut().for_each(SpatialLoops::finish);
+                reading.close_loops();
+            }
+            let total = self.frames.len();
+            return Progress { stage: Stage::Loops, done: total, total, frame: None };
         }
         let total = self.frames.len();
         Progress { stage: Stage::Done, done: total, total, frame: None }
@@ -276,6 +249,7 @@ impl SpatialReconstruction {
     fn register(&mut self, frame: PreparedFrame) -> Progress {
         for reading in &mut self.readings {
             reading.add(&frame.surfaces);
+            reading.close_loops();
         }
         self.decide();
         if self.frames.push(Frame { label: frame.label, map_points: frame.map_points }) {
@@ -284,24 +258,6 @@ impl SpatialReconstruction {
         }
         let done = self.frames.len();
         Progress { stage: Stage::Register, done, total: done + self.waiting.len(), frame: Some(done - 1) }
-    }
-
-    fn advance_joint(&mut self) -> Progress {
-        let mut joint = self.joint.take();
-        let mut progress = (1, 1);
-        if let Some(reading) = self.best() {
-            let frames = || reading.graph_frames.iter().enumerate();
-            let joint = joint.get_or_insert_with(|| {
-                let members: Vec<usize> =
-                    frames().filter(|(_, frame)| frame.is_some()).map(|(index, _)| index).collect();
-                let poses = members.iter().map(|&index| reading.estimates[index].T_world_sensor).collect();
-                Joint { members, graph: DepthGraph::new(poses), is_done: false }
-            });
-            joint.is_done = joint.graph.advance(frames().filter_map(|(_, frame)| frame.as_ref()));
-            progress = joint.graph.progress();
-        }
-        self.joint = joint;
-        Progress { stage: Stage::Joint, done: progress.0, total: progress.1, frame: None }
     }
 
     /// Drops the reading that fits worse, once enough frames have been registered.
@@ -345,20 +301,9 @@ impl SpatialReconstruction {
         self.best().map_or(&[], |reading| &reading.estimates)
     }
 
-    /// Poses `T_world_sensor` of the frames so far; the world is the frame of the first one. A frame that is no part of the
-    /// joint solution goes along with the one before it.
+    /// Poses `T_world_sensor` of the frames so far; the world is the frame of the first one.
     pub fn poses(&self) -> Vec<Pose3> {
-        let mut poses: Vec<Pose3> = self.estimates().iter().map(|estimate| estimate.T_world_sensor).collect();
-        let Some(joint) = &self.joint else { return poses };
-        let mut refined = joint.members.iter().zip(joint.graph.poses()).peekable();
-        let mut moved = Pose3::identity();
-        for (index, pose) in poses.iter_mut().enumerate() {
-            if let Some((_, refined)) = refined.next_if(|(member, _)| **member == index) {
-                moved = refined * pose.inverse();
-            }
-            *pose = moved * *pose;
-        }
-        poses
+        self.estimates().iter().map(|estimate| estimate.T_world_sensor).collect()
     }
 
     /// The places that were recognised, and what came of it.
@@ -408,7 +353,6 @@ impl SpatialReconstruction {
                     SpatialFrameResult::new(&label.name, label.index, label.time, estimate, pose)
                 })
                 .collect(),
-            joint_history: self.joint.as_ref().map_or_else(Vec::new, |joint| joint.graph.history().to_vec()),
             loops: self.loop_report(),
             comparison,
             notes,

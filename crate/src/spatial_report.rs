@@ -164,8 +164,6 @@ pub struct SpatialResult {
     pub quantisation: Option<Quantisation>,
     /// One entry a registered frame.
     pub frames: Vec<SpatialFrameResult>,
-    /// Iterations of the joint solution; empty without one.
-    pub joint_history: Vec<IterationRecord>,
     /// Places that came into view again, and what came of it.
     pub loops: LoopReport,
     /// Errors against the reference, where one was given and fits.

@@ -50,17 +50,6 @@ impl Quantisation {
     }
 }
 
-/// What is done once all frames are registered.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-#[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
-pub enum Refinement {
-    /// All poses are solved for together; of depth images with surfaces.
-    Joint,
-    /// Nothing.
-    None,
-}
-
 /// What is done where a path comes back to a place.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -154,8 +143,6 @@ pub struct SpatialSettings {
     pub global_registration: GlobalRegistrationUse,
     /// What is done where the path comes back to a place.
     pub loop_closing: LoopClosing,
-    /// What is done once all frames are registered.
-    pub refinement: Refinement,
     /// The map holds one point in a cube of this side (m); 0: 2 cm, for clouds half their voxel.
     pub map_voxel_size: f64,
     /// The reference: order of its quaternions.
@@ -187,7 +174,6 @@ impl Default for SpatialSettings {
             max_correspondence_distance: 0.0,
             global_registration: GlobalRegistrationUse::WhenDoubtful,
             loop_closing: LoopClosing::On,
-            refinement: Refinement::None,
             map_voxel_size: 0.0,
             reference_quaternions: ReferenceQuaternions::ToldFromData,
             reference_axes: ReferenceAxes::ToldFromData,
@@ -379,8 +365,7 @@ pub fn spatial_presets() -> Vec<SpatialPreset> {
             explanation: "Fewer points, and fewer places where a frame is looked for, unless that is doubtful; a map of 5 cm.",
             settings: SpatialSettings {
                 effort: Effort::Quick,
-                refinement: Refinement::None,
-                map_voxel_size: 0.05,
+                    map_voxel_size: 0.05,
                 ..SpatialSettings::default()
             },
         },
@@ -417,13 +402,6 @@ pub fn spatial_descriptions() -> Vec<SettingDescription> {
             "Registration",
             "Surfaces: where the path comes back to a place and does not quite meet it, the error is spread over the way round.",
             &[("on", "Closed"), ("off", "Left as they are")],
-        ),
-        choice(
-            "refinement",
-            "At the end",
-            "Registration",
-            "Surfaces: all poses can be solved for together, which spreads errors over the path. Where frames are matched with the map all along, it seldom helps.",
-            &[("none", "Nothing"), ("joint", "All poses together")],
         ),
         choice(
             "motion",

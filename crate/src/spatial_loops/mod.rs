@@ -14,7 +14,7 @@ use std::ops::Range;
 use nalgebra::{Matrix6, Vector6};
 use serde::Serialize;
 
-use self::place::{FrameSurfaces, Held, Place};
+use self::place::{FrameSurfaces, Held, Place, Search};
 use crate::camera::surfel_image::SurfelImage;
 use crate::depth_odometry::SpatialEstimate;
 use crate::geometry::{Pose3, RigidMotion};
@@ -144,7 +144,7 @@ impl SpatialLoops {
         let revisited = if is_good { self.revisited(here, &T_world_camera, last.path) } else { Vec::new() };
         // In a place seen before, the chain's own motion is partly the way back to the old surfaces.
         let local = (is_next && (!is_good || !revisited.is_empty()))
-            .then(|| self.find(self.recent(), here - 1, &surfaces, &guess, !is_good))
+            .then(|| self.by_the_last(&surfaces, &guess, if is_good { Search::Here } else { Search::Wide }))
             .flatten();
         self.num_held = if is_good { 0 } else { self.num_held + 1 };
         if !is_good && (local.is_none() || self.num_held > MOST_HELD) {
@@ -248,16 +248,10 @@ impl SpatialLoops {
         Place::new(frames.collect())
     }
 
-    fn find(
-        &self,
-        nodes: Range<usize>,
-        place: usize,
-        frame: &FrameSurfaces,
-        guess: &Pose3,
-        is_wide: bool,
-    ) -> Option<Held> {
-        let of = |node: usize| self.nodes[node].T_world_local;
-        self.place(nodes, place, of).find(frame, guess, is_wide)
+    /// Where the last nodes put a frame, in the frame of the last one.
+    fn by_the_last(&self, frame: &FrameSurfaces, guess: &Pose3, search: Search) -> Option<Held> {
+        let last = self.nodes.len() - 1;
+        self.place(self.recent(), last, |node| self.nodes[node].T_world_local).find(frame, guess, search)
     }
 
     /// Looks for a node in the places seen long before it.
@@ -272,11 +266,11 @@ impl SpatialLoops {
         for place in places {
             let T_place_world = self.nodes[place].T_world_camera.inverse();
             let drift = (DRIFT * (path - self.nodes[place].path)).min(MOST_DRIFT);
-            let near = |is_wide| {
+            let look = |search| {
                 let guess = T_place_world * T_world_camera;
-                self.place(self.about(place), place, |node| self.nodes[node].T_world_camera).find(&surfaces, &guess, is_wide)
+                self.place(self.about(place), place, |node| self.nodes[node].T_world_camera).find(&surfaces, &guess, search)
             };
-            let Some(held) = near(false).or_else(|| (drift > GAP).then(|| near(true)).flatten()) else { continue };
+            let Some(held) = look(Search::Near).or_else(|| (drift > GAP).then(|| look(Search::Wide)).flatten()) else { continue };
             let T_world_found = T_place_world.inverse() * held.T_place_camera;
             if is_apart(&T_world_found, &T_world_local) {
                 // Twice the same is no mistake.
@@ -291,9 +285,9 @@ impl SpatialLoops {
         }
     }
 
-    /// Whether a way round waits to be closed.
-    pub fn is_open(&self) -> bool {
-        self.is_open
+    /// No frame will follow: what was found missing once counts.
+    pub fn finish(&mut self) {
+        self.is_open |= self.missing.take().is_some();
     }
 
     /// Closes what is open: how the frames are to be moved, if what was seen agrees that this is better.

@@ -33,6 +33,17 @@ pub(super) struct FrameSurfaces {
     view: ProjectiveTarget,
 }
 
+/// How far a frame may be from a guess.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Search {
+    /// Some centimetres.
+    Here,
+    /// A step of the search.
+    Near,
+    /// Three quarters of a metre and 15 degrees.
+    Wide,
+}
+
 /// Where a frame stands among others, in the frame of one of them.
 pub(super) struct Held {
     pub(super) T_place_camera: Pose3,
@@ -67,23 +78,29 @@ impl<'a> Place<'a> {
         Self { frames }
     }
 
-    /// Where a frame stands, if these frames hold it: near a guess, or within a metre and 15 degrees of it.
-    pub(super) fn find(&self, frame: &FrameSurfaces, guess: &Pose3, is_wide: bool) -> Option<Held> {
-        if !is_wide {
-            return self.settle(frame, guess);
+    /// Where a frame stands, if these frames hold it.
+    pub(super) fn find(&self, frame: &FrameSurfaces, guess: &Pose3, search: Search) -> Option<Held> {
+        match search {
+            Search::Here => return self.settle(frame, *guess),
+            Search::Near => return self.settle_near(frame, guess),
+            Search::Wide => {}
         }
         let view = self.seen_from(guess, frame);
         let guesses = around(guess, -2..=2, 7.5f64.to_radians(), 3, 3);
         let scored = guesses.map(|guess| (score(&view, &frame.sparse, &guess), guess)).collect();
-        let found = best_apart(scored, GUESSES).into_iter().filter_map(|guess| self.settle(frame, &guess));
+        let found = best_apart(scored, GUESSES).into_iter().filter_map(|guess| self.settle_near(frame, &guess));
         found.max_by(|a, b| (a.overlap * a.agreement).total_cmp(&(b.overlap * b.agreement)))
     }
 
     /// First with all that might be partners, then, seen from where that leads, with the near ones.
-    fn settle(&self, frame: &FrameSurfaces, guess: &Pose3) -> Option<Held> {
-        let rough = register(frame, &self.seen_from(guess, frame), *guess, &middle_options()).T_target_source;
-        let view = self.seen_from(&rough, frame);
-        let registration = register(frame, &view, rough, &fine_options());
+    fn settle_near(&self, frame: &FrameSurfaces, guess: &Pose3) -> Option<Held> {
+        let view = self.seen_from(guess, frame);
+        self.settle(frame, register(frame, &view, *guess, &middle_options()).T_target_source)
+    }
+
+    fn settle(&self, frame: &FrameSurfaces, guess: Pose3) -> Option<Held> {
+        let view = self.seen_from(&guess, frame);
+        let registration = register(frame, &view, guess, &fine_options());
         let T_place_camera = registration.T_target_source;
         let (overlap, agreement) = self.evidence(frame, &view, &T_place_camera);
         let is_held = overlap > MIN_OVERLAP && agreement > MIN_AGREEMENT && registration.fitness > MIN_OVERLAP;

@@ -174,12 +174,12 @@ impl SpatialReconstruction {
         frame.and_then(|frame| self.engine.add(frame)).map_err(|error| thrown(&error))
     }
 
-    /// Says that no frame will follow: `step()` then goes on to solve for all poses together.
+    /// Says that no frame will follow: `step()` then closes a loop that has been seen but once, too.
     pub fn finish(&mut self) {
         self.engine.finish();
     }
 
-    /// Does one bounded piece of work: registers a frame, or, after `finish()`, takes the joint solution further. `done`
+    /// Does one bounded piece of work: registers a frame, or closes a loop. `done`
     /// when nothing waits.
     ///
     /// # Errors

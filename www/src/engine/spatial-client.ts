@@ -249,7 +249,7 @@ export class SpatialClient {
           this.#listener.problem(problemOf(event.error, event.name));
         } else if (event.type === 'step') {
           const { stage, done, total } = event.progress;
-          if (stage === 'joint') this.#listener.solving(done, total);
+          if (stage === 'loops') this.#listener.solving(done, total);
         } else if (event.type === 'replaced') {
           this.#listener.replaced(event.name);
         }

@@ -336,7 +336,7 @@ export class SpatialSession implements ReactiveController {
   #onSolving(done: number, total: number): void {
     if (this.phase !== 'running') return;
     this.progress = done / Math.max(total, 1);
-    this.activity = 'Solving for all frames together';
+    this.activity = 'Closing loops';
     this.#host.requestUpdate();
   }
 
