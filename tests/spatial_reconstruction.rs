@@ -10,7 +10,7 @@ use scanstitch::io::{depth_png, trajectory};
 use scanstitch::prepared_frame::{FrameLabel, MapPoints, PreparedFrame};
 use scanstitch::report::Stage;
 use scanstitch::spatial_reconstruction::SpatialReconstruction;
-use scanstitch::spatial_settings::{LoopClosing, Quantisation, ReferenceAxes, SpatialSettings};
+use scanstitch::spatial_settings::{Quantisation, ReferenceAxes, SpatialSettings};
 use scanstitch::verdict::Status;
 
 const FUSION_DEMO: [f64; 4] = [585.0, 585.0, 320.0, 240.0];

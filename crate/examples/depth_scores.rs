@@ -1,7 +1,9 @@
 //! Scores the depth engine on all recordings at once, real and generated: `cargo run --release --example depth_scores --
-//! [--only 'WORDS|WORDS'] [--first SEED] [--seeds N] [--frames N] [--cache FOLDER] [--runs] [--each] [--quick] [--planar] [--open]
+//! [--only 'WORDS|WORDS'] [--first SEED] [--seeds N] [--frames N] [--cache FOLDER] [--runs] [--each] [--quick] [--planar] [--open] [--pictures FOLDER]
 //! [--threads N]`. One row a kind of recording, as a Markdown table.
 
+#[path = "depth/picture.rs"]
+mod picture;
 #[path = "depth/recordings.rs"]
 mod recordings;
 #[path = "depth/scores.rs"]
@@ -35,6 +37,7 @@ fn main() {
         ..SpatialSettings::default()
     };
     let cache = argument("--cache").map(PathBuf::from);
+    let pictures = argument("--pictures").map(PathBuf::from);
     let first = number("--first", 1) as u64;
     let mut runs = real_runs();
     for seed in first..first + number("--seeds", 10) as u64 {
@@ -52,7 +55,11 @@ fn main() {
                     if recording.truth.len() < 2 {
                         continue;
                     }
-                    let score = score(&recording, &settings, flag("--each"));
+                    let (score, mut reconstruction) = score(&recording, &settings, flag("--each"));
+                    if let Some(folder) = &pictures {
+                        let name = format!("{}, {}.png", run.group, recording.name).replace('%', "percent");
+                        picture::draw(&reconstruction.map().cloud().positions, &folder.join(name));
+                    }
                     if flag("--runs") {
                         println!("{} {}: {}", run.group, recording.name, line(&score));
                     }
@@ -92,15 +99,8 @@ fn real_runs() -> Vec<Run> {
 }
 
 fn generated_runs(seed: u64, frames: usize, cache: Option<&Path>) -> Vec<Run> {
-    let flat = |step, turn, bits, noise| Walk {
-        way: Way::Flat(Tour::AllRooms),
-        step,
-        turn,
-        bits,
-        noise,
-        frames,
-        focal: 1.0,
-    };
+    let flat =
+        |step, turn, bits, noise| Walk { way: Way::Flat(Tour::AllRooms), step, turn, bits, noise, frames, focal: 1.0 };
     let pier = |step, turn, bits| Walk { way: Way::Flat(Tour::Pier), frames: 1000, ..flat(step, turn, bits, 0.0) };
     let ring = |step, turn, bits, noise, focal| Walk {
         way: Way::Ring(4.0),
@@ -124,7 +124,10 @@ fn generated_runs(seed: u64, frames: usize, cache: Option<&Path>) -> Vec<Run> {
         ("rings, 16 bit noisy, 0.25 m, 10 deg, focal length 3 % off", ring(0.25, 10.0, 16, 2e-3, 1.03)),
         ("rings, 16 bit noisy, 0.25 m, 10 deg, focal length 6 % off", ring(0.25, 10.0, 16, 2e-3, 1.06)),
         ("rings, 8 bit, 0.25 m, 10 deg, focal length 5 % short", ring(0.25, 10.0, 8, 0.0, 0.95)),
-        ("flats, 16 bit noisy, 0.25 m, 10 deg, focal length 5 % off", Walk { focal: 1.05, ..flat(0.25, 10.0, 16, 2e-3) }),
+        (
+            "flats, 16 bit noisy, 0.25 m, 10 deg, focal length 5 % off",
+            Walk { focal: 1.05, ..flat(0.25, 10.0, 16, 2e-3) },
+        ),
     ];
     let run = |(group, walk): (&str, Walk)| {
         let cache = cache.map(Path::to_owned);
@@ -134,13 +137,15 @@ fn generated_runs(seed: u64, frames: usize, cache: Option<&Path>) -> Vec<Run> {
 }
 
 fn line(score: &Score) -> String {
-    let Score { frames, mean, last, wrong, flagged, doubtful, lost, gap, closed, milliseconds } = score;
+    let Score { frames, mean, last, wrong, flagged, doubtful, lost, gap, closed, milliseconds, early_and_late } = score;
     format!(
         "{frames} frames, mean {:.1} mm, last {:.1} mm, {wrong} wrong, {flagged} flagged, {doubtful} doubtful, {lost} lost, \
-         gap {:.1} mm, {closed} closed, {milliseconds:.1} ms a frame",
+         gap {:.1} mm, {closed} closed, {milliseconds:.1} ms a frame, registering {:.1} ms in frames 20 to 40 and {:.1} ms in 100 to 120",
         1000.0 * mean,
         1000.0 * last,
-        1000.0 * gap
+        1000.0 * gap,
+        early_and_late[0],
+        early_and_late[1]
     )
 }
 

@@ -14,13 +14,13 @@ mod surfel_cloud;
 
 use serde::{Deserialize, Serialize};
 
-use self::found::Found;
-use self::matching::Matching;
-use self::seen::Seen;
 pub(crate) use self::evidence::{AGREEING_COSINE, FINE_TOLERANCE, score};
+use self::found::Found;
 pub(crate) use self::guesses::{around, best_apart};
+use self::matching::Matching;
 pub(crate) use self::matching::{fine_options, middle_options};
 pub(crate) use self::open_direction::OpenDirection;
+use self::seen::Seen;
 pub(crate) use self::surfel_cloud::SurfelCloud;
 use crate::camera::surfel_image::SurfelImage;
 use crate::geometry::Pose3;

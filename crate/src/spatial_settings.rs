@@ -363,11 +363,7 @@ pub fn spatial_presets() -> Vec<SpatialPreset> {
             name: "fast",
             label: "Fast",
             explanation: "Fewer points, and fewer places where a frame is looked for, unless that is doubtful; a map of 5 cm.",
-            settings: SpatialSettings {
-                effort: Effort::Quick,
-                    map_voxel_size: 0.05,
-                ..SpatialSettings::default()
-            },
+            settings: SpatialSettings { effort: Effort::Quick, map_voxel_size: 0.05, ..SpatialSettings::default() },
         },
     ]
 }

@@ -30,8 +30,10 @@ pub struct Score {
     pub gap: f64,
     /// How often a way round was closed.
     pub closed: usize,
-    /// Processor time a frame (ms).
+    /// Processor time a frame (ms), decoding and preparing included.
     pub milliseconds: f64,
+    /// Median processor time of registering one of frames 20 to 40, and of frames 100 to 120 (ms).
+    pub early_and_late: [f64; 2],
 }
 
 /// Processor time of this thread where the system tells (s): other programs do not count.
@@ -43,27 +45,39 @@ pub fn seconds_used(start: Instant) -> f64 {
 }
 
 /// Runs a recording with these settings, but for its camera.
-pub fn reconstruct(recording: &Recording, settings: &SpatialSettings) -> SpatialReconstruction {
+///
+/// Also gives the processor time of registering each frame (s).
+pub fn reconstruct(recording: &Recording, settings: &SpatialSettings) -> (SpatialReconstruction, Vec<f64>) {
     let [fx, fy, cx, cy] = recording.intrinsics.unwrap_or_default();
     let settings = SpatialSettings { fx, fy, cx, cy, ..settings.clone() };
     let mut reconstruction = SpatialReconstruction::new(settings).expect("sound settings");
+    let (began, mut seconds) = (Instant::now(), Vec::new());
     for (index, bytes) in recording.depth.iter().enumerate() {
         let name = format!("{index}.png");
         let preparation = reconstruction.begin(&name, bytes).expect("a depth image");
         let frame = PreparedFrame::from_depth(preparation, FrameLabel { name, index, time: None }, bytes, None);
         reconstruction.add(frame.expect("a depth image")).expect("in order");
+        let start = seconds_used(began);
         while reconstruction.step().stage != Stage::Done {}
+        seconds.push(seconds_used(began) - start);
     }
     reconstruction.finish();
     while reconstruction.step().stage != Stage::Done {}
-    reconstruction
+    (reconstruction, seconds)
 }
 
-/// Runs it and compares; `each` prints a line a frame.
-pub fn score(recording: &Recording, settings: &SpatialSettings, each: bool) -> Score {
+/// The median of some of the frames' times (ms).
+fn median(seconds: &[f64], frames: std::ops::Range<usize>) -> f64 {
+    let mut chosen = seconds.get(frames).unwrap_or_default().to_vec();
+    chosen.sort_by(f64::total_cmp);
+    chosen.get(chosen.len() / 2).map_or(f64::NAN, |seconds| 1000.0 * seconds)
+}
+
+/// Runs it and compares; `each` prints a line a frame. Also gives the run.
+pub fn score(recording: &Recording, settings: &SpatialSettings, each: bool) -> (Score, SpatialReconstruction) {
     let began = Instant::now();
     let start = seconds_used(began);
-    let reconstruction = reconstruct(recording, settings);
+    let (reconstruction, times) = reconstruct(recording, settings);
     let seconds = seconds_used(began) - start;
     let (poses, estimates) = (reconstruction.poses(), reconstruction.estimates());
     let truth: Vec<Pose3> = recording.truth.iter().map(|pose| recording.truth[0].inverse() * pose).collect();
@@ -71,6 +85,7 @@ pub fn score(recording: &Recording, settings: &SpatialSettings, each: bool) -> S
     let frames = poses.len();
     let mut score = Score {
         frames,
+        early_and_late: [median(&times, 20..40), median(&times, 100..120)],
         closed: reconstruction.loop_report().num_closed,
         mean: (0..frames).map(error).sum::<f64>() / frames.max(1) as f64,
         last: error(frames - 1),
@@ -105,5 +120,5 @@ pub fn score(recording: &Recording, settings: &SpatialSettings, each: bool) -> S
         }
         score.flagged += usize::from(status != Status::Good && moved < 0.05 && turned < 3.0);
     }
-    score
+    (score, reconstruction)
 }

@@ -32,7 +32,8 @@ impl Ring {
     /// A corridor with furniture along its walls; each seed gives other furniture.
     pub fn generate(seed: u64) -> Self {
         let mut random = Random::new(seed);
-        let paints: &[u32] = &[0x00d8_d2c4, 0x008a_6f52, 0x00a8_5a48, 0x0050_7a8c, 0x0069_8455, 0x00c9_a24a, 0x0074_5f86];
+        let paints: &[u32] =
+            &[0x00d8_d2c4, 0x008a_6f52, 0x00a8_5a48, 0x0050_7a8c, 0x0069_8455, 0x00c9_a24a, 0x0074_5f86];
         let materials = paints.iter().map(|&paint| Material::plain(srgb(paint))).collect();
         let mut solids = Vec::new();
         let [outer, inner] = [1.0, -1.0].map(|side| SIDES.map(|length| (length + side * WIDTH) / 2.0));
@@ -70,7 +71,9 @@ impl Ring {
                 (0..count as usize).map(move |i| (quarter, from + (to - from) * i as f64 / count))
             };
             if leg == 4 {
-                poses.extend(along(0, 0.0, beyond.min(here)).map(|(quarter, at)| pose(in_side(quarter, at, 0.0), heading)));
+                poses.extend(
+                    along(0, 0.0, beyond.min(here)).map(|(quarter, at)| pose(in_side(quarter, at, 0.0), heading)),
+                );
                 break;
             }
             poses.extend(along(quarter, 0.0, here).map(|(quarter, at)| pose(in_side(quarter, at, 0.0), heading)));

@@ -61,8 +61,8 @@ const STEPS: usize = 15;
 const JUDGES: usize = 12;
 /// ... which may not agree less than before by more than this share.
 const WORSE: f64 = 0.004;
-/// Most frames whose surfaces are kept.
-const MOST_FRAMES: usize = 600;
+/// Most frames whose surfaces are kept: of more, every other one of the older ones gives up its own.
+const MOST_FRAMES: usize = 400;
 
 /// A frame of the graph.
 struct Node {
@@ -183,7 +183,8 @@ impl SpatialLoops {
         self.nodes.push(Node { frame, T_world_camera, T_world_local, path, surfaces });
         let kept = self.nodes.iter().filter(|node| node.surfaces.is_some()).count();
         if kept > MOST_FRAMES {
-            let with_surfaces = self.nodes.iter_mut().filter(|node| node.surfaces.is_some());
+            let older = self.nodes.len() - 2 * PLACE_FRAMES;
+            let with_surfaces = self.nodes[..older].iter_mut().filter(|node| node.surfaces.is_some());
             with_surfaces.step_by(2).for_each(|node| node.surfaces = None);
         }
     }
@@ -236,7 +237,8 @@ impl SpatialLoops {
     /// Nodes about one.
     fn about(&self, index: usize) -> Range<usize> {
         let path = self.nodes[index].path;
-        let first = self.nodes.partition_point(|node| node.path < path - PLACE).max(index.saturating_sub(PLACE_FRAMES / 2));
+        let first =
+            self.nodes.partition_point(|node| node.path < path - PLACE).max(index.saturating_sub(PLACE_FRAMES / 2));
         let end = self.nodes.partition_point(|node| node.path <= path + PLACE).min(index + PLACE_FRAMES / 2 + 1);
         first..end
     }
@@ -268,9 +270,12 @@ impl SpatialLoops {
             let drift = (DRIFT * (path - self.nodes[place].path)).min(MOST_DRIFT);
             let look = |search| {
                 let guess = T_place_world * T_world_camera;
-                self.place(self.about(place), place, |node| self.nodes[node].T_world_camera).find(&surfaces, &guess, search)
+                self.place(self.about(place), place, |node| self.nodes[node].T_world_camera)
+                    .find(&surfaces, &guess, search)
             };
-            let Some(held) = look(Search::Near).or_else(|| (drift > GAP).then(|| look(Search::Wide)).flatten()) else { continue };
+            let Some(held) = look(Search::Near).or_else(|| (drift > GAP).then(|| look(Search::Wide)).flatten()) else {
+                continue;
+            };
             let T_world_found = T_place_world.inverse() * held.T_place_camera;
             if is_apart(&T_world_found, &T_world_local) {
                 // Twice the same is no mistake.
@@ -326,7 +331,8 @@ impl SpatialLoops {
             let Some(surfaces) = &self.nodes[node].surfaces else { continue };
             let recent = node.saturating_sub(PLACE_FRAMES)..node;
             for (nodes, place) in [(self.about(place), place), (recent, node - 1)] {
-                let fit = self.place(nodes, place, |node| poses[node]).fit(surfaces, &(poses[place].inverse() * poses[node]));
+                let fit =
+                    self.place(nodes, place, |node| poses[node]).fit(surfaces, &(poses[place].inverse() * poses[node]));
                 (overlap, agreement, count) = (overlap + fit.0, agreement + fit.1, count + 1.0);
             }
         }
@@ -347,13 +353,7 @@ fn in_frame_of(T_world_from: &Pose3, registration: &SpatialRegistration) -> Matr
 }
 
 /// A relation that is known by what was measured, but no better than `best` and no worse than [`UNKNOWN`].
-fn relation(
-    from: usize,
-    to: usize,
-    T_from_to: Pose3,
-    information: &Matrix6<f64>,
-    best: (f64, f64),
-) -> SpatialRelation {
+fn relation(from: usize, to: usize, T_from_to: Pose3, information: &Matrix6<f64>, best: (f64, f64)) -> SpatialRelation {
     let diagonal = |(rotation, translation): (f64, f64), power: i32| {
         let of = |sigma: f64| sigma.powi(power);
         let (r, t) = (of(rotation), of(translation));

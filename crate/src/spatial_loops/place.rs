@@ -4,7 +4,8 @@ use nalgebra::{Matrix3, Matrix6, Vector3};
 
 use crate::camera::surfel_image::{Surfel, SurfelImage, cell_camera};
 use crate::depth_odometry::{
-    AGREEING_COSINE, FINE_TOLERANCE, OpenDirection, SurfelCloud, around, best_apart, fine_options, middle_options, score,
+    AGREEING_COSINE, FINE_TOLERANCE, OpenDirection, SurfelCloud, around, best_apart, fine_options, middle_options,
+    score,
 };
 use crate::geometry::Pose3;
 use crate::registration::factors::PointToSurfel;
@@ -165,12 +166,7 @@ impl<'a> Place<'a> {
     }
 }
 
-fn register(
-    frame: &FrameSurfaces,
-    view: &ProjectiveTarget,
-    guess: Pose3,
-    options: &IcpOptions,
-) -> SpatialRegistration {
+fn register(frame: &FrameSurfaces, view: &ProjectiveTarget, guess: Pose3, options: &IcpOptions) -> SpatialRegistration {
     let solver = Solver { subspace: None, damping: None };
     register_with::<3, 6, Pose3, PointToSurfel>(frame.source.source(), view, guess, options, &solver)
 }

@@ -53,6 +53,11 @@ export function spatialFigures(result: SpatialResult, timing: SpatialTiming, num
       tone: 'plain',
     },
   );
+  const { num_closed, farthest_move } = result.loops;
+  if (num_closed > 0) {
+    const meaning = `frames moved by up to ${formatLength(farthest_move)} where the path met itself`;
+    figures.push({ label: 'Loops closed', value: formatCount(num_closed), meaning, tone: 'plain' });
+  }
   const camera = cameraFigure(result);
   if (camera) figures.push(camera);
   if (comparison?.convention) figures.push(conventionFigure(comparison.convention));
