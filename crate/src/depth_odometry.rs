@@ -156,11 +156,6 @@ impl DepthOdometry {
         self.T_world_last = motion(self.num_frames.saturating_sub(1)) * self.T_world_last;
     }
 
-    /// Looks for the next frame from here: it is known from elsewhere where the last one was.
-    pub fn go_on_from(&mut self, T_world_sensor: &Pose3) {
-        self.move_to(*T_world_sensor);
-    }
-
     fn register(&mut self, frame: &SurfelImage) -> SpatialEstimate {
         let num_surfels = frame.surfels().count();
         if num_surfels < MIN_SURFELS {

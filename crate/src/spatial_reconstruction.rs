@@ -98,7 +98,7 @@ impl Reading {
                 else {
                     return;
                 };
-                let mut estimate = odometry.register_frame(surfels);
+                let estimate = odometry.register_frame(surfels);
                 if let Some(correction) = odometry.take_correction() {
                     let before = self.estimates.iter_mut().rev().zip(correction.motions.iter().rev());
                     before.for_each(|(estimate, motion)| estimate.T_world_sensor = motion * estimate.T_world_sensor);
@@ -107,9 +107,8 @@ impl Reading {
                     }
                 }
                 let number = self.estimates.len() as u32;
-                if let Some(held) = self.loops.as_mut().and_then(|loops| loops.add(number, surfels, &estimate)) {
-                    odometry.go_on_from(&held.T_world_sensor);
-                    estimate = held;
+                if let Some(loops) = &mut self.loops {
+                    loops.add(number, surfels, &estimate);
                 }
                 let is_good = estimate.verdict.status == Status::Good;
                 // Frames that do not belong fit in no way.

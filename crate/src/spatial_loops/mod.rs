@@ -4,8 +4,7 @@
 //! is drawn to the old surfaces within a few steps, and the map stays bent behind it. So in places seen before a frame is
 //! registered twice, to what the last frames saw and to what was seen there earlier. Where the two do not meet, that is
 //! what the way round has added up: it is spread over the way by a graph of all relations (see
-//! [`relation_graph`](crate::relation_graph)), as surely as each is known. A frame that the map contradicts is held by the
-//! last frames alone until that is done.
+//! [`relation_graph`](crate::relation_graph)), as surely as each is known.
 
 mod place;
 
@@ -43,12 +42,8 @@ const PLACES: usize = 2;
 const GAP: f64 = 0.03;
 /// ... or turned by more (rad), the loop is closed.
 const TURNED_GAP: f64 = 0.012;
-/// So many frames in a row that hang on those before them alone are believed.
-const MOST_HELD: usize = 40;
 /// A doubtful frame with less agreement than this is contradicted by the map.
 const CONTRADICTED: f64 = 0.95;
-/// What is said of frames that hang on those before them alone.
-const HELD: &str = "it fits the last frames, but not what was seen here earlier";
 /// How well a registration to the map is known at best (rad, m), ...
 const CHAIN_SIGMA: (f64, f64) = (1.5e-3, 4e-3);
 /// ... one to a few frames, ...
@@ -109,7 +104,6 @@ pub struct SpatialLoops {
     loops: Vec<SpatialRelation>,
     /// The node at which loops were looked for last.
     last_look: usize,
-    num_held: usize,
     /// What the last look found missing (a motion of the world), on the present way through places seen before.
     missing: Option<Pose3>,
     is_open: bool,
@@ -125,62 +119,43 @@ impl SpatialLoops {
         self.report
     }
 
-    /// Takes in a frame as the chain has found it. Where the map contradicts it and the last frames alone hold it, what they
-    /// say of it.
-    pub fn add(&mut self, number: u32, frame: &SurfelImage, estimate: &SpatialEstimate) -> Option<SpatialEstimate> {
-        let surfaces = FrameSurfaces::new(frame);
+    /// Takes in a frame as the chain has found it; one that the map contradicts is no part of the graph.
+    pub fn add(&mut self, number: u32, frame: &SurfelImage, estimate: &SpatialEstimate) {
         let Verdict { status, agreement, .. } = estimate.verdict;
-        let is_good = status == Status::Good || (status == Status::Doubtful && agreement > CONTRADICTED);
-        let mut T_world_camera = estimate.T_world_sensor;
+        if status == Status::Lost || (status == Status::Doubtful && agreement < CONTRADICTED) {
+            return;
+        }
+        let (surfaces, T_world_camera) = (FrameSurfaces::new(frame), estimate.T_world_sensor);
         let Some(last) = self.nodes.last() else {
-            if is_good {
-                self.push(number, T_world_camera, T_world_camera, Some(surfaces));
-            }
-            return None;
+            return self.push(number, T_world_camera, T_world_camera, surfaces);
         };
         let (T_last, T_last_local, is_next) = (last.T_world_camera, last.T_world_local, last.frame + 1 == number);
-        let guess = T_last.inverse() * T_world_camera;
         let here = self.nodes.len();
-        let revisited = if is_good { self.revisited(here, &T_world_camera, last.path) } else { Vec::new() };
+        let is_new = self.revisited(here, &T_world_camera, last.path).is_empty();
         // In a place seen before, the chain's own motion is partly the way back to the old surfaces.
-        let local = (is_next && (!is_good || !revisited.is_empty()))
-            .then(|| self.by_the_last(&surfaces, &guess, if is_good { Search::Here } else { Search::Wide }))
-            .flatten();
-        self.num_held = if is_good { 0 } else { self.num_held + 1 };
-        if !is_good && (local.is_none() || self.num_held > MOST_HELD) {
-            return None;
-        }
-        let relation = match &local {
+        let guess = T_last.inverse() * T_world_camera;
+        let local = (is_next && !is_new).then(|| self.by_the_last(&surfaces, &guess)).flatten();
+        let measured = estimate.registration.as_ref().filter(|_| is_next);
+        let relation = match local {
             Some(held) => relation(here - 1, here, held.T_place_camera, &held.information, PLACE_SIGMA),
-            None if is_next => {
-                let information = estimate.registration.as_ref().map(|r| in_frame_of(&T_last, r)).unwrap_or_default();
+            None => {
+                let information = measured.map(|registration| in_frame_of(&T_last, registration)).unwrap_or_default();
                 relation(here - 1, here, guess, &information, CHAIN_SIGMA)
             }
-            None => relation(here - 1, here, guess, &Matrix6::zeros(), CHAIN_SIGMA),
         };
-        if !is_good {
-            T_world_camera = T_last * relation.T_from_to;
-        }
-        let is_new = is_good && revisited.is_empty();
         let T_world_local = if is_new { T_world_camera } else { T_last_local * relation.T_from_to };
         self.missing = self.missing.filter(|_| !is_new);
         self.chain.push(relation);
-        self.push(number, T_world_camera, T_world_local, Some(surfaces));
+        self.push(number, T_world_camera, T_world_local, surfaces);
         if self.nodes[here].path - self.nodes[self.last_look].path > BETWEEN_LOOKS {
             self.look_for_loops(here);
         }
-        local.filter(|_| !is_good).map(|held| SpatialEstimate {
-            T_world_sensor: T_world_camera,
-            registration: None,
-            overlap: held.overlap,
-            verdict: Verdict { status: Status::Doubtful, reason: HELD.to_owned(), agreement: held.agreement },
-        })
     }
 
-    fn push(&mut self, frame: u32, T_world_camera: Pose3, T_world_local: Pose3, surfaces: Option<FrameSurfaces>) {
+    fn push(&mut self, frame: u32, T_world_camera: Pose3, T_world_local: Pose3, surfaces: FrameSurfaces) {
         let step = self.nodes.last().map_or(0.0, |last| apart(&last.T_world_camera, &T_world_camera));
         let path = self.nodes.last().map_or(0.0, |last| last.path) + step;
-        self.nodes.push(Node { frame, T_world_camera, T_world_local, path, surfaces });
+        self.nodes.push(Node { frame, T_world_camera, T_world_local, path, surfaces: Some(surfaces) });
         let kept = self.nodes.iter().filter(|node| node.surfaces.is_some()).count();
         if kept > MOST_FRAMES {
             let older = self.nodes.len() - 2 * PLACE_FRAMES;
@@ -251,9 +226,9 @@ impl SpatialLoops {
     }
 
     /// Where the last nodes put a frame, in the frame of the last one.
-    fn by_the_last(&self, frame: &FrameSurfaces, guess: &Pose3, search: Search) -> Option<Held> {
+    fn by_the_last(&self, frame: &FrameSurfaces, guess: &Pose3) -> Option<Held> {
         let last = self.nodes.len() - 1;
-        self.place(self.recent(), last, |node| self.nodes[node].T_world_local).find(frame, guess, search)
+        self.place(self.recent(), last, |node| self.nodes[node].T_world_local).find(frame, guess, Search::Here)
     }
 
     /// Looks for a node in the places seen long before it.
