@@ -67,9 +67,7 @@ fn errors(poses: &[Pose3], truth: &[Pose3]) -> (f64, f64) {
 fn what_a_way_round_adds_up_is_spread_over_it_and_told() {
     let (truth, images) = recording();
     let [open, closed] = [LoopClosing::Off, LoopClosing::On].map(|closing| reconstruct(&images, closing));
-    println!("{:?}", closed.loop_report());
     let [before, after] = [&open, &closed].map(|run| errors(&run.poses(), &truth));
-    println!("{before:?} {after:?}");
     assert!(after.0 < 0.8 * before.0, "mean error {} m, {} m before", after.0, before.0);
     assert!(after.1 < 0.7 * before.1, "largest step off {} m, {} m before", after.1, before.1);
     assert_eq!((open.loop_report().num_closed, open.loop_report().note()), (0, None));
