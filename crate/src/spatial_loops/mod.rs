@@ -54,7 +54,9 @@ const UNKNOWN: (f64, f64) = (0.3, 0.5);
 const STEPS: usize = 15;
 /// So many of the last checks decide whether a solution is kept ...
 const JUDGES: usize = 12;
-/// ... which may not agree less than before by more than this share.
+/// ... for which agreement and overlap must be better by so much together (shares, 0..=1), ...
+const BETTER: f64 = 0.01;
+/// ... and neither may be worse by more than this.
 const WORSE: f64 = 0.004;
 /// Most frames whose surfaces are kept: of more, every other one of the older ones gives up its own.
 const MOST_FRAMES: usize = 400;
@@ -283,7 +285,8 @@ impl SpatialLoops {
         solve_relations(&mut poses, &all, STEPS);
         let present: Vec<Pose3> = self.nodes.iter().map(|node| node.T_world_camera).collect();
         let (before, after) = (self.agreement(&present), self.agreement(&poses));
-        if after.0 < before.0 - WORSE || after.1 < before.1 * (1.0 - WORSE) {
+        let (agreement, overlap) = (after.0 - before.0, after.1 - before.1);
+        if agreement + overlap < BETTER || agreement < -WORSE || overlap < -WORSE {
             return None;
         }
         let mut motions = Vec::with_capacity(self.nodes.len());
