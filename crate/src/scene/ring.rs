@@ -36,7 +36,7 @@ impl Ring {
             &[0x00d8_d2c4, 0x008a_6f52, 0x00a8_5a48, 0x0050_7a8c, 0x0069_8455, 0x00c9_a24a, 0x0074_5f86];
         let materials = paints.iter().map(|&paint| Material::plain(srgb(paint))).collect();
         let mut solids = Vec::new();
-        let [outer, inner] = [1.0, -1.0].map(|side| SIDES.map(|length| (length + side * WIDTH) / 2.0));
+        let [outer, inner] = [1.0, -1.0].map(|side| SIDES.map(|length| f64::midpoint(length, side * WIDTH)));
         shell(outer, inner, &mut solids);
         for quarter in 0..4u8 {
             let length = SIDES[usize::from(quarter % 2)];

@@ -138,12 +138,11 @@ impl SpatialLoops {
         let guess = T_last.inverse() * T_world_camera;
         let local = (is_next && !is_new).then(|| self.by_the_last(&surfaces, &guess)).flatten();
         let measured = estimate.registration.as_ref().filter(|_| is_next);
-        let relation = match local {
-            Some(held) => relation(here - 1, here, held.T_place_camera, &held.information, PLACE_SIGMA),
-            None => {
-                let information = measured.map(|registration| in_frame_of(&T_last, registration)).unwrap_or_default();
-                relation(here - 1, here, guess, &information, CHAIN_SIGMA)
-            }
+        let relation = if let Some(held) = local {
+            relation(here - 1, here, held.T_place_camera, &held.information, PLACE_SIGMA)
+        } else {
+            let information = measured.map(|registration| in_frame_of(&T_last, registration)).unwrap_or_default();
+            relation(here - 1, here, guess, &information, CHAIN_SIGMA)
         };
         let T_world_local = if is_new { T_world_camera } else { T_last_local * relation.T_from_to };
         self.missing = self.missing.filter(|_| !is_new);
