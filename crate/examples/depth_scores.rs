@@ -15,7 +15,7 @@ use recordings::{Choice, Recording, Walk};
 use scanstitch::depth_odometry::Effort;
 use scanstitch::registration::solver::Motion;
 use scanstitch::scene::apartment::Tour;
-use scanstitch::spatial_settings::{Refinement, SpatialSettings};
+use scanstitch::spatial_settings::{ColorUse, Refinement, SpatialSettings};
 use scores::{Score, score};
 
 /// A recording that is made when it is its turn.
@@ -32,13 +32,18 @@ fn main() {
         effort: if flag("--quick") { Effort::Quick } else { Effort::Thorough },
         motion: if flag("--planar") { Motion::Planar } else { Motion::Free },
         refinement: if flag("--joint") { Refinement::Joint } else { Refinement::None },
+        color: match argument("--color").as_deref() {
+            Some("not_used") => ColorUse::NotUsed,
+            Some("where_open") => ColorUse::WhereOpen,
+            _ => ColorUse::Used,
+        },
         ..SpatialSettings::default()
     };
     let cache = argument("--cache").map(PathBuf::from);
     let first = number("--first", 1) as u64;
     let mut runs = real_runs();
     for seed in first..first + number("--seeds", 10) as u64 {
-        runs.extend(generated_runs(seed, number("--frames", 100), cache.as_deref()));
+        runs.extend(generated_runs(seed, number("--frames", 100), cache.as_deref(), flag("--images")));
     }
     let only = argument("--only").unwrap_or_default();
     runs.retain(|run| only.split('|').any(|words| run.group.contains(words)));
@@ -91,8 +96,8 @@ fn real_runs() -> Vec<Run> {
     runs
 }
 
-fn generated_runs(seed: u64, frames: usize, cache: Option<&Path>) -> Vec<Run> {
-    let walk = |tour, step, turn, bits, noise| Walk { tour, step, turn, bits, noise, frames };
+fn generated_runs(seed: u64, frames: usize, cache: Option<&Path>, has_color: bool) -> Vec<Run> {
+    let walk = |tour, step, turn, bits, noise| Walk { tour, step, turn, bits, noise, frames, has_color };
     let kinds = [
         ("flats, 8 bit, 0.25 m, 10 deg", walk(Tour::AllRooms, 0.25, 10.0, 8, 0.0)),
         ("flats, 8 bit, 0.5 m, 20 deg", walk(Tour::AllRooms, 0.5, 20.0, 8, 0.0)),

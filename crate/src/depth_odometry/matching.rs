@@ -2,6 +2,7 @@
 
 use nalgebra::{Isometry3, Vector3};
 
+use super::color::Colored;
 use super::evidence::{Evidence, score};
 use super::found::Found;
 use super::guesses::{around, best_apart, unlikelihood};
@@ -41,14 +42,16 @@ const TELLING_AGREEMENT: f64 = 0.01;
 
 /// A frame that is being looked for in a map.
 pub(super) struct Matching<'a> {
-    seen: &'a Seen,
-    frame: &'a SurfelImage,
+    pub(super) seen: &'a Seen,
+    pub(super) frame: &'a SurfelImage,
     /// The frame as its own camera sees it: what the map's surfaces are held against.
     own_view: ProjectiveTarget,
     sparse: SurfelCloud,
-    middle: SurfelCloud,
-    fine: SurfelCloud,
-    solver: Solver<6>,
+    pub(super) middle: SurfelCloud,
+    pub(super) fine: SurfelCloud,
+    pub(super) solver: Solver<6>,
+    /// What stands out of it, where its colours are to be used.
+    pub(super) colored: Option<Colored>,
 }
 
 impl<'a> Matching<'a> {
@@ -62,6 +65,7 @@ impl<'a> Matching<'a> {
             middle: cloud.at_most(MIDDLE_POINTS),
             fine: cloud.at_most(if options.effort == Effort::Quick { QUICK_POINTS } else { FINE_POINTS }),
             solver: options.motion.solver(),
+            colored: Colored::new(frame, options.color),
         }
     }
 
@@ -120,10 +124,10 @@ impl<'a> Matching<'a> {
 
     /// The registration near a guess, with places along a direction that it leaves open compared.
     pub(super) fn settled(&self, guess: Pose3) -> Found {
-        self.settle(self.register_finely(guess))
+        self.colored(self.settle(self.register_finely(guess)))
     }
 
-    fn register_finely(&self, guess: Pose3) -> Found {
+    pub(super) fn register_finely(&self, guess: Pose3) -> Found {
         let view = self.seen.map.view(self.frame, &guess);
         let registration = self.register_to(&view, &self.fine, guess, &fine_options());
         let Evidence { support, overlap, agreement } =
@@ -172,7 +176,7 @@ impl<'a> Matching<'a> {
     ) -> SpatialRegistration {
         register_with::<3, 6, Pose3, PointToSurfel>(cloud.source(), view, guess, options, &self.solver)
     }
-    fn evidence(&self, view: &ProjectiveTarget, cloud: &SurfelCloud, T_world_camera: &Pose3) -> Evidence {
+    pub(super) fn evidence(&self, view: &ProjectiveTarget, cloud: &SurfelCloud, T_world_camera: &Pose3) -> Evidence {
         Evidence::gather(self.seen, view, cloud, &self.own_view, T_world_camera)
     }
 }
