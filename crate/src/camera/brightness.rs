@@ -39,14 +39,14 @@ impl Brightness {
     /// From a colour image: the mean of the three channels.
     pub fn new(colors: &ColorImage) -> Self {
         let (width, height) = (colors.width / FINEST, colors.height / FINEST);
-        let grey = |pixel: &[u8; 3]| pixel.iter().map(|&channel| u32::from(channel)).sum::<u32>();
+        let grey = |[r, g, b]: [u8; 3]| u32::from(r) + u32::from(g) + u32::from(b);
         let mut values = Vec::with_capacity(width * height);
         for rows in colors.pixels.chunks_exact(FINEST * colors.width.max(1)) {
             let (upper, lower) = rows.split_at(colors.width);
             let pairs = upper.chunks_exact(FINEST).zip(lower.chunks_exact(FINEST));
             values.extend(pairs.map(|(upper, lower)| {
-                let sum: u32 = upper.iter().chain(lower).map(grey).sum(); // of 12 channels
-                (sum * 256 / 12) as u16
+                // The mean of twelve channels.
+                ((grey(upper[0]) + grey(upper[1]) + grey(lower[0]) + grey(lower[1])) * 256 / 12) as u16
             }));
         }
         Self::from_finest(width, height, Level { width, height, values }.smoothed().values)
@@ -107,21 +107,20 @@ impl Brightness {
         }
         let (column, row) = (u as usize, v as usize);
         let (right, down) = (u - column as f64, v - row as f64);
-        let rows: [[f64; 4]; 4] = std::array::from_fn(|j| {
-            let start = (row + j - 1) * width + column - 1;
-            let line = &values[start..start + 4];
-            std::array::from_fn(|i| f64::from(line[i]))
-        });
-        let blend = |of: &dyn Fn(usize, usize) -> f64| {
-            let upper = of(1, 1) * (1.0 - right) + of(1, 2) * right;
-            let lower = of(2, 1) * (1.0 - right) + of(2, 2) * right;
-            UNIT * (upper * (1.0 - down) + lower * down)
+        // The four rows around the place, each at its columns left, here, right and one further.
+        let line = |row: usize| {
+            let line = &values[row * width + column - 1..][..4];
+            [f64::from(line[0]), f64::from(line[1]), f64::from(line[2]), f64::from(line[3])]
         };
+        let (above, upper, lower, below) = (line(row - 1), line(row), line(row + 1), line(row + 2));
+        let between = |line: [f64; 4]| line[1] + right * (line[2] - line[1]);
+        let across = |line: [f64; 4]| line[2] - line[0] + right * (line[3] - line[1] - line[2] + line[0]);
+        let blend = |upper: f64, lower: f64| upper + down * (lower - upper);
         Some(Sample {
-            value: blend(&|j, i| rows[j][i]),
+            value: UNIT * blend(between(upper), between(lower)),
             slope: [
-                0.5 * blend(&|j, i| rows[j][i + 1] - rows[j][i - 1]),
-                0.5 * blend(&|j, i| rows[j + 1][i] - rows[j - 1][i]),
+                0.5 * UNIT * blend(across(upper), across(lower)),
+                0.5 * UNIT * blend(between(lower) - between(above), between(below) - between(upper)),
             ],
         })
     }
@@ -132,9 +131,9 @@ impl Level {
     fn smoothed(&self) -> Self {
         let Self { width, height, values } = self;
         let (width, height) = (*width, *height);
-        let kernel = |at: [u16; 5]| {
-            let [a, b, c, d, e] = at.map(u32::from);
-            ((a + e + 4 * (b + d) + 6 * c + 8) / 16) as u16
+        let kernel = |a: u16, b: u16, c: u16, d: u16, e: u16| {
+            let (ends, inner) = (u32::from(a) + u32::from(e), u32::from(b) + u32::from(d));
+            ((ends + 4 * inner + 6 * u32::from(c) + 8) / 16) as u16
         };
         let mut along_rows = Vec::with_capacity(values.len());
         let mut padded = Vec::with_capacity(width + 4);
@@ -143,15 +142,14 @@ impl Level {
             padded.extend([row[0]; 2]);
             padded.extend_from_slice(row);
             padded.extend([row[width - 1]; 2]);
-            along_rows.extend(padded.windows(5).map(|five| kernel([five[0], five[1], five[2], five[3], five[4]])));
+            along_rows.extend(padded.windows(5).map(|five| kernel(five[0], five[1], five[2], five[3], five[4])));
         }
         let mut smoothed = Vec::with_capacity(values.len());
         for row in 0..height {
-            let rows: [&[u16]; 5] = std::array::from_fn(|offset| {
-                let row = (row + offset).clamp(2, height + 1) - 2;
-                &along_rows[row * width..][..width]
-            });
-            smoothed.extend((0..width).map(|column| kernel(rows.map(|row| row[column]))));
+            let line = |row: usize| &along_rows[row.min(height - 1) * width..][..width];
+            let (a, b, c, d, e) =
+                (line(row.saturating_sub(2)), line(row.saturating_sub(1)), line(row), line(row + 1), line(row + 2));
+            smoothed.extend((0..width).map(|column| kernel(a[column], b[column], c[column], d[column], e[column])));
         }
         Self { width, height, values: smoothed }
     }

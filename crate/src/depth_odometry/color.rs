@@ -8,13 +8,14 @@ use nalgebra::{Matrix6, Vector6};
 use super::ColorUse;
 use super::evidence::Evidence;
 use super::found::Found;
+use super::guesses::best_apart;
 use super::matching::Matching;
 use super::open_direction::OpenDirection;
 use super::seen::Seen;
 use crate::camera::SurfelImage;
 use crate::camera::brightness::NUM_LEVELS;
 use crate::geometry::{Pose3, RigidMotion};
-use crate::key_views::KeyView;
+use crate::key_views::{KeyView, apart};
 use crate::registration::clustered::unit_variance;
 use crate::registration::factors::{Metric, NormalEquations, PointToSurfel};
 use crate::registration::photometric::{
@@ -36,8 +37,11 @@ const MAX_SQ_DEVIATIONS: f64 = 6.0 * 5.0 * 5.0;
 const FINE_LEVEL: usize = NUM_LEVELS - 2;
 /// or when so much less of the surfaces agrees there.
 const WORSE_AGREEMENT: f64 = 0.005;
-/// Places along an open direction that are compared, so many either way ...
-const PLACES: i32 = 20;
+/// A move as small as this (m, turns included) changes nothing of what agrees.
+const SAME_EVIDENCE: f64 = 0.01;
+/// Places along an open direction that are compared, so many either way: as far as a frame may have moved, so that what
+/// repeats itself, as tiles do, is seen to. ...
+const PLACES: i32 = 32;
 /// ... and so far apart (m).
 const BETWEEN_PLACES: f64 = 0.05;
 /// Places that are not more than so many apart are one.
@@ -112,12 +116,16 @@ fn surfaces_of(matching: &Matching<'_>, found: &Found) -> Gaussian {
 
 impl Matching<'_> {
     /// Moved by what colours tell, where there are any and they agree.
-    pub(super) fn colored(&self, found: Found) -> Found {
+    pub(super) fn colored(&self, mut found: Found) -> Found {
         let Some(colored) = &self.colored else { return found };
         if let Some(open) = OpenDirection::of(&found.registration)
-            && let Some(placed) = self.placed_by_color(colored, &found, &open)
+            && let Some(place) = self.place_of(colored, &found, &open)
         {
-            return placed;
+            if let Some(placed) = self.placed(colored, &found, &open, place) {
+                return placed;
+            }
+            // Colours say that it is elsewhere, surfaces that it is not there either.
+            found.is_open |= place.abs() > APART;
         }
         if colored.is_for_open_only {
             return found;
@@ -131,6 +139,36 @@ impl Matching<'_> {
         self.moved(found, &result)
     }
 
+    /// Where surfaces leave a direction open and colours do not tell the place along it, the place may be another one
+    /// altogether: that of the guesses which looks most like the pictures.
+    pub(super) fn told_by_color(&self, found: Found, guesses: Vec<(f64, Pose3)>) -> Found {
+        let Some(colored) = self.colored.as_ref().filter(|_| found.is_open) else { return found };
+        let alike = |T: &Pose3| self.alike(colored, T);
+        let here = alike(&found.registration.T_target_source);
+        let refined = best_apart(guesses, usize::MAX).into_iter().map(|guess| {
+            let refined = self.register_to_middle(&found.view, guess);
+            (alike(&refined), refined)
+        });
+        let best =
+            refined.fold((here, None), |best, (alike, pose)| if alike > best.0 { (alike, Some(pose)) } else { best });
+        let (alike_there, Some(pose)) = best else { return found };
+        if alike_there < MIN_CORRELATION || alike_there < here + TELLING_CORRELATION {
+            return found;
+        }
+        let there = self.settled(pose);
+        let is_better = !there.is_open
+            && alike(&there.registration.T_target_source) > here + TELLING_CORRELATION
+            && there.agreement > found.agreement - CONTRADICTION;
+        if is_better { there } else { found }
+    }
+
+    /// How well the brightness at a pose agrees with the pictures, by the coarsest level; 0 where too little is seen.
+    fn alike(&self, colored: &Colored, T_world_camera: &Pose3) -> f64 {
+        let witnesses = colored.witnesses(self.seen, T_world_camera);
+        let (correlation, num_compared) = correlation(&colored.points, &witnesses, T_world_camera, NUM_LEVELS - 1);
+        if num_compared * MIN_COMPARED > colored.points.len() { correlation } else { 0.0 }
+    }
+
     /// The likeliest pose near that of the surfaces, where the pictures agree.
     fn by_brightness(&self, colored: &Colored, surfaces: &Gaussian, coarsest: usize) -> Option<PhotometricResult> {
         let witnesses = colored.witnesses(self.seen, &surfaces.T_world_camera);
@@ -140,38 +178,36 @@ impl Matching<'_> {
 
     /// A registration moved to where brightness holds it, unless the surfaces agree less there.
     fn moved(&self, mut found: Found, result: &PhotometricResult) -> Found {
-        let Evidence { support, overlap, agreement } = self.evidence(&found.view, &self.middle, &result.T_world_camera);
-        if agreement < found.agreement - WORSE_AGREEMENT {
-            return found;
+        if apart(&found.registration.T_target_source, &result.T_world_camera) > SAME_EVIDENCE {
+            let Evidence { support, overlap, agreement } =
+                self.evidence(&found.view, &self.middle, &result.T_world_camera);
+            if agreement < found.agreement - WORSE_AGREEMENT {
+                return found;
+            }
+            found = Found { support, overlap, agreement, ..found };
         }
         found.registration.T_target_source = result.T_world_camera;
         // Surfaces alone may go round in a circle.
         found.registration.converged |= result.converged;
-        Found { support, overlap, agreement, ..found }
+        found
     }
 
-    /// Where surfaces leave a direction open, pictures may tell the place along it. None where they do not.
-    fn placed_by_color(&self, colored: &Colored, found: &Found, open: &OpenDirection) -> Option<Found> {
-        let along = |place: i32| {
-            let moved = open.direction * (f64::from(place) * BETWEEN_PLACES);
-            Pose3::translation(moved.x, moved.y, moved.z) * found.registration.T_target_source
-        };
-        let alike = |place: i32| {
-            let witnesses = colored.witnesses(self.seen, &along(place));
-            let (correlation, num_compared) = correlation(&colored.points, &witnesses, &along(place), NUM_LEVELS - 1);
-            let is_enough = num_compared * MIN_COMPARED > colored.points.len();
-            (if is_enough { correlation } else { 0.0 }, place)
-        };
-        let places: Vec<(f64, i32)> = (-PLACES..=PLACES).map(alike).collect();
+    /// Where surfaces leave a direction open, pictures may tell the place along it: so many places away. None where they do
+    /// not.
+    fn place_of(&self, colored: &Colored, found: &Found, open: &OpenDirection) -> Option<i32> {
+        let places: Vec<(f64, i32)> =
+            (-PLACES..=PLACES).map(|place| (self.alike(colored, &along(found, open, place)), place)).collect();
         let best = places.iter().copied().fold((0.0, 0), |best, next| if next.0 > best.0 { next } else { best });
         let elsewhere = places.iter().filter(|(_, place)| (place - best.1).abs() > APART);
         let second = elsewhere.map(|(correlation, _)| *correlation).fold(0.0, f64::max);
         // What is left unexplained tells two places apart that both look much the same.
         let is_told = best.0 - second > TELLING_CORRELATION || 1.0 - second > TELLING_RATIO * (1.0 - best.0);
-        if best.0 < MIN_CORRELATION || !is_told {
-            return None;
-        }
-        let surfaces = Gaussian { T_world_camera: along(best.1), ..surfaces_of(self, found) };
+        (best.0 > MIN_CORRELATION && is_told).then_some(best.1)
+    }
+
+    /// The registration so many places along an open direction, if colours and surfaces both hold it there.
+    fn placed(&self, colored: &Colored, found: &Found, open: &OpenDirection, place: i32) -> Option<Found> {
+        let surfaces = Gaussian { T_world_camera: along(found, open, place), ..surfaces_of(self, found) };
         let result = self.held_by_color(colored, open, &surfaces)?;
         // The surfaces there are other ones.
         let again = self.register_finely(result.T_world_camera);
@@ -192,4 +228,10 @@ impl Matching<'_> {
         let variance = direction.dot(&known.H.cholesky()?.solve(&known.b));
         (variance < HELD_DEVIATION * HELD_DEVIATION).then_some(result)
     }
+}
+
+/// The pose so many places along an open direction.
+fn along(found: &Found, open: &OpenDirection, place: i32) -> Pose3 {
+    let moved = open.direction * (f64::from(place) * BETWEEN_PLACES);
+    Pose3::translation(moved.x, moved.y, moved.z) * found.registration.T_target_source
 }

@@ -95,13 +95,15 @@ impl<'a> Matching<'a> {
             let refined = self.register_to(view, &self.sparse, guess, &rough_options()).T_target_source;
             (self.evidence(view, &self.sparse, &refined).support - unlikelihood(T_world_last, &refined), refined)
         });
-        let refined = best_apart(rough.collect(), REFINED_GUESSES).into_iter().map(|guess| {
-            let refined = self.register_to(view, &self.middle, guess, &middle_options()).T_target_source;
+        let rough: Vec<(f64, Pose3)> = rough.collect();
+        let refined = best_apart(rough.clone(), REFINED_GUESSES).into_iter().map(|guess| {
+            let refined = self.register_to_middle(view, guess);
             (self.evidence(view, &self.middle, &refined).support - unlikelihood(T_world_last, &refined), refined)
         });
         let best = best_apart(refined.collect(), 1).first().copied().unwrap_or_else(Pose3::identity);
 
-        self.settled(best)
+        let found = self.settled(best);
+        self.told_by_color(found, rough)
     }
 
     /// In the places of all key frames: where this frame looks like one of them, if anywhere.
@@ -165,6 +167,10 @@ impl<'a> Matching<'a> {
         let places = (-PLACES..=PLACES).filter(|place| *place != 0);
         let agreements = places.map(|place| self.agreement_at(found, open, place));
         agreements.fold((0.0, Pose3::identity()), |best, next| if next.0 > best.0 { next } else { best })
+    }
+
+    pub(super) fn register_to_middle(&self, view: &ProjectiveTarget, guess: Pose3) -> Pose3 {
+        self.register_to(view, &self.middle, guess, &middle_options()).T_target_source
     }
 
     fn register_to(

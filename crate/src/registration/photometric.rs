@@ -69,17 +69,17 @@ pub struct PhotometricResult {
 }
 
 /// Side of the squares of cells of which one point is kept.
-const SPACING: usize = 4;
+const SPACING: usize = 5;
 /// Side of a patch in such squares.
-const PATCH: usize = 4;
+const PATCH: usize = 3;
 /// Points stand out when the brightness changes by this much a pixel of the middle level (grey levels).
 const MIN_SLOPE: f64 = 1.0;
 /// The level whose pixels are the cells.
 const CELL_LEVEL: usize = 1;
 /// Steps on each level.
 const MAX_STEPS: usize = 4;
-/// Steps smaller than this (rad and m) are none.
-const SMALL_STEP: f64 = 2e-4;
+/// Steps smaller than this (rad and m) are none on the finest level, twice as large ones on the next and so on.
+const SMALL_STEP: f64 = 3e-4;
 /// Degrees of freedom of the t-distribution of the residuals (Kerl 2013).
 const T_FREEDOM: f64 = 5.0;
 /// Residuals are not believed to be smaller than this (grey levels).
@@ -311,7 +311,7 @@ pub fn register_by_brightness(
             let damping = Matrix6::identity() * (RELATIVE_DAMPING * equations.H.trace());
             let step = -(equations.H + damping).cholesky()?.solve(&equations.b);
             T = (Pose3::exp(&step) * T).renormalized();
-            let converged = step.norm() < SMALL_STEP;
+            let converged = step.norm() < SMALL_STEP * f64::from(1 << level);
             let Sums { correlation, num_compared, .. } = sums;
             result = Some(PhotometricResult { T_world_camera: T, information, correlation, num_compared, converged });
             if converged {
