@@ -145,7 +145,8 @@ impl Matching<'_> {
         let Some(colored) = self.colored.as_ref().filter(|_| found.is_open) else { return found };
         let alike = |T: &Pose3| self.alike(colored, T);
         let here = alike(&found.registration.T_target_source);
-        let refined = best_apart(guesses, usize::MAX).into_iter().map(|guess| {
+        let num_guesses = guesses.len();
+        let refined = best_apart(guesses, num_guesses).into_iter().map(|guess| {
             let refined = self.register_to_middle(&found.view, guess);
             (alike(&refined), refined)
         });
