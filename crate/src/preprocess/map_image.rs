@@ -166,18 +166,9 @@ impl Plane {
 }
 
 /// Whether a pixel is the mean of what lies left and right of it, or above and below, and near to neither.
-fn is_mixed(
-    image: &DepthImage,
-    u: usize,
-    v: usize,
-    z: f64,
-    model: &DepthModel,
-    depth: &impl Fn(usize) -> f64,
-) -> bool {
+fn is_mixed(image: &DepthImage, u: usize, v: usize, z: f64, model: &DepthModel, depth: &impl Fn(usize) -> f64) -> bool {
     let (index, gap) = (v * image.width + u, MIXED * z + 2.0 * model.step);
-    let between = |a: f64, b: f64| {
-        a > 0.0 && b > 0.0 && ((a - z > gap && z - b > gap) || (z - a > gap && b - z > gap))
-    };
+    let between = |a: f64, b: f64| a > 0.0 && b > 0.0 && ((a - z > gap && z - b > gap) || (z - a > gap && b - z > gap));
     let across = u > 0 && u + 1 < image.width && between(depth(index - 1), depth(index + 1));
     let along = v > 0 && v + 1 < image.height && between(depth(index - image.width), depth(index + image.width));
     across || along
