@@ -73,7 +73,9 @@ impl PreparedFrame {
         put(&mut bytes, &serde_json::to_vec(&header).unwrap_or_default());
         match &self.surfaces {
             Surfaces::Surfels(images) => {
-                images.iter().for_each(|(_, image)| put_surfels(&mut bytes, image));
+                for (_, image) in images {
+                    put_surfels(&mut bytes, image);
+                }
                 if let Some((_, _, values)) = brightness_of(images) {
                     put(&mut bytes, values);
                 }
@@ -110,7 +112,9 @@ impl PreparedFrame {
                         return Err(no_frame());
                     }
                     let brightness = Arc::new(Brightness::from_finest(width, height, values));
-                    images.iter_mut().for_each(|(_, image)| image.brightness = Some(brightness.clone()));
+                    for (_, image) in &mut images {
+                        image.brightness = Some(brightness.clone());
+                    }
                 }
                 Surfaces::Surfels(images)
             }

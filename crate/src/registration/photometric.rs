@@ -249,7 +249,9 @@ fn weighted_residuals(comparisons: &[Comparison]) -> Option<(Vec<f64>, Vec<f64>,
         if round == 0 {
             correlation = light.correlation;
         } else {
-            weights.iter_mut().for_each(|weight| *weight /= sigma * sigma);
+            for weight in &mut weights {
+                *weight /= sigma * sigma;
+            }
         }
     }
     Some((residuals, weights, correlation))
