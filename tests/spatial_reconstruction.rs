@@ -10,7 +10,7 @@ use scanstitch::io::{depth_png, trajectory};
 use scanstitch::prepared_frame::{FrameLabel, MapPoints, PreparedFrame};
 use scanstitch::report::Stage;
 use scanstitch::spatial_reconstruction::SpatialReconstruction;
-use scanstitch::spatial_settings::{Quantisation, ReferenceAxes, SpatialSettings};
+use scanstitch::spatial_settings::{ColorUse, Quantisation, ReferenceAxes, SpatialSettings};
 use scanstitch::verdict::Status;
 
 const FUSION_DEMO: [f64; 4] = [585.0, 585.0, 320.0, 240.0];
@@ -232,8 +232,10 @@ fn believed_frames_are_right(run: &SpatialReconstruction, truth: &[Pose3]) {
 fn frames_can_be_added_to_a_finished_run_and_travel_as_bytes() {
     let Some(folder) = data() else { return };
     let frames = files(&folder.join("redwood5/depth"), ".png");
-    let mut whole = run(&frames, Some(REDWOOD));
-    let mut parts = run(&frames[..3], Some(REDWOOD));
+    // Colours colour the map, here, and nothing else: the first frames have none.
+    let settings = SpatialSettings { color: ColorUse::NotUsed, ..with_camera(Some(REDWOOD)) };
+    let mut whole = run_with(settings.clone(), &frames);
+    let mut parts = run_with(settings, &frames[..3]);
     assert!(!parts.map().is_empty());
     for (index, bytes) in frames.iter().enumerate().skip(3) {
         let preparation = parts.begin("later.png", bytes).unwrap();

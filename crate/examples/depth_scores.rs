@@ -17,7 +17,7 @@ use recordings::{Choice, Recording, Walk, Way};
 use scanstitch::depth_odometry::Effort;
 use scanstitch::registration::solver::Motion;
 use scanstitch::scene::apartment::Tour;
-use scanstitch::spatial_settings::{LoopClosing, SpatialSettings};
+use scanstitch::spatial_settings::{ColorUse, LoopClosing, SpatialSettings};
 use scores::{Score, score};
 
 /// A recording that is made when it is its turn.
@@ -34,6 +34,11 @@ fn main() {
         effort: if flag("--quick") { Effort::Quick } else { Effort::Thorough },
         motion: if flag("--planar") { Motion::Planar } else { Motion::Free },
         loop_closing: if flag("--open") { LoopClosing::Off } else { LoopClosing::On },
+        color: match argument("--color").as_deref() {
+            Some("not_used") => ColorUse::NotUsed,
+            Some("where_open") => ColorUse::WhereOpen,
+            _ => ColorUse::Used,
+        },
         ..SpatialSettings::default()
     };
     let cache = argument("--cache").map(PathBuf::from);
@@ -41,7 +46,7 @@ fn main() {
     let first = number("--first", 1) as u64;
     let mut runs = real_runs();
     for seed in first..first + number("--seeds", 10) as u64 {
-        runs.extend(generated_runs(seed, number("--frames", 100), cache.as_deref()));
+        runs.extend(generated_runs(seed, number("--frames", 100), cache.as_deref(), flag("--images")));
     }
     let only = argument("--only").unwrap_or_default();
     runs.retain(|run| only.split('|').any(|words| run.group.contains(words)));
@@ -98,9 +103,17 @@ fn real_runs() -> Vec<Run> {
     runs
 }
 
-fn generated_runs(seed: u64, frames: usize, cache: Option<&Path>) -> Vec<Run> {
-    let flat =
-        |step, turn, bits, noise| Walk { way: Way::Flat(Tour::AllRooms), step, turn, bits, noise, frames, focal: 1.0 };
+fn generated_runs(seed: u64, frames: usize, cache: Option<&Path>, has_color: bool) -> Vec<Run> {
+    let flat = |step, turn, bits, noise| Walk {
+        way: Way::Flat(Tour::AllRooms),
+        step,
+        turn,
+        bits,
+        noise,
+        frames,
+        focal: 1.0,
+        has_color,
+    };
     let pier = |step, turn, bits| Walk { way: Way::Flat(Tour::Pier), frames: 1000, ..flat(step, turn, bits, 0.0) };
     let ring = |step, turn, bits, noise, focal| Walk {
         way: Way::Ring(4.0),

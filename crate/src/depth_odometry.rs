@@ -4,6 +4,7 @@
 //! the best few are refined, and the one that is contradicted least is kept. No motion model is trusted: robots stop
 //! and turn. A result that is still contradicted starts a search all around before it is given up.
 
+mod color;
 mod evidence;
 mod found;
 mod guesses;
@@ -54,6 +55,20 @@ pub enum Effort {
     Quick,
 }
 
+/// What colours are used for in the estimate.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
+pub enum ColorUse {
+    /// Every frame that has them, as far as they fit.
+    #[default]
+    Used,
+    /// Frames whose surfaces leave a direction open.
+    WhereOpen,
+    /// Nothing.
+    NotUsed,
+}
+
 /// All options of [`DepthOdometry`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct DepthOptions {
@@ -61,6 +76,8 @@ pub struct DepthOptions {
     pub motion: Motion,
     /// How hard a first guess is looked for.
     pub effort: Effort,
+    /// What colours are used for, where frames have them.
+    pub color: ColorUse,
 }
 
 /// Frame-to-map odometry in space. The world frame is the frame of the first camera.

@@ -8,6 +8,7 @@ use nalgebra::Vector3;
 use crate::camera::surfel_image::{SurfelImage, cell_camera};
 use crate::geometry::Pose3;
 use crate::geometry::rotation::angle_of;
+use crate::registration::photometric::Picture;
 use crate::registration::projective::{ProjectiveTarget, Sight};
 
 /// What one frame saw.
@@ -19,6 +20,7 @@ pub struct KeyView {
     frame: u32,
     /// In the camera's own frame.
     view: ProjectiveTarget,
+    picture: Option<Picture>,
 }
 
 /// The key frames so far.
@@ -46,7 +48,8 @@ impl KeyViews {
         }
         let camera = cell_camera(&frame.camera, 2 * frame.cell_size);
         let view = ProjectiveTarget::draw((0..).zip(frame.surfels()), &camera, &Pose3::identity());
-        self.views.push(KeyView { T_world_camera: *T_world_camera, frame: number, view });
+        let picture = frame.brightness.clone().map(|brightness| Picture::new(brightness, &frame.camera));
+        self.views.push(KeyView { T_world_camera: *T_world_camera, frame: number, view, picture });
     }
 
     /// Moves each by `motion` (of the world) of its frame's number.
@@ -75,6 +78,11 @@ impl KeyView {
     /// What it saw, in the camera's own frame.
     pub fn view(&self) -> &ProjectiveTarget {
         &self.view
+    }
+
+    /// How bright it was, where the frame had colours that are used.
+    pub fn picture(&self) -> Option<&Picture> {
+        self.picture.as_ref()
     }
 
     /// Whether it looked through where this point (world frame) lies.

@@ -3,9 +3,11 @@
 //! Prepared frames travel as bytes, so that workers that share no memory can prepare frames ahead while registration
 //! goes on in order.
 
+use std::sync::Arc;
+
 use serde::{Deserialize, Serialize};
 
-use crate::camera::{ColorImage, DepthImage, DepthScale, Pinhole, SurfelImage};
+use crate::camera::{Brightness, ColorImage, DepthImage, DepthScale, Pinhole, SurfelImage};
 use crate::cloud_odometry::PreparedCloud;
 use crate::error::{Error, Result};
 use crate::geometry::PointCloud;
@@ -15,7 +17,7 @@ use crate::preprocess::depth_surfels::{DepthModel, depth_surfels};
 use crate::preprocess::map_image::MapImage;
 use crate::preprocess::voxel_downsample::voxel_downsample;
 use crate::preprocess::wrap_around::usable_pixels;
-use crate::spatial_settings::{Method, Quantisation, SpatialSettings};
+use crate::spatial_settings::{ColorUse, Method, Quantisation, SpatialSettings};
 
 mod bytes;
 
@@ -208,8 +210,11 @@ impl PreparedFrame {
             }
         });
         let usable = usable_pixels(&image);
+        let is_used = preparation.settings.color != ColorUse::NotUsed;
+        let brightness = colors.as_ref().filter(|_| is_used).map(|colors| Arc::new(Brightness::new(colors)));
         let surfels = |&quantisation: &Quantisation| {
-            (quantisation, depth_surfels(&image, &usable, camera, &preparation.depth_model(depth, quantisation)))
+            let surfels = depth_surfels(&image, &usable, camera, &preparation.depth_model(depth, quantisation));
+            (quantisation, SurfelImage { brightness: brightness.clone(), ..surfels })
         };
         let surfels: Vec<(Quantisation, SurfelImage)> = depth.quantisations_of(&label).iter().map(surfels).collect();
         let Some((quantisation, likeliest)) = surfels.first() else {

@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::camera::Pinhole;
 use crate::cloud_odometry::{CloudMethod, CloudOptions, GlobalRegistrationUse};
+pub use crate::depth_odometry::ColorUse;
 use crate::depth_odometry::{DepthOptions, Effort};
 use crate::error::{Error, Result};
 use crate::evaluation::convention::{KnownConvention, PoseDirection, QuaternionOrder, SensorAxes};
@@ -111,6 +112,8 @@ pub struct SpatialSettings {
     pub method: Method,
     /// How hard a first guess is looked for, with surfaces.
     pub effort: Effort,
+    /// What the colours of depth images are used for, with surfaces.
+    pub color: ColorUse,
     /// How the sensor may move.
     pub motion: Motion,
     /// Focal length along the rows (pixels); 0: from the field of view.
@@ -158,6 +161,7 @@ impl Default for SpatialSettings {
         Self {
             method: Method::SurfelMap,
             effort: Effort::Thorough,
+            color: ColorUse::default(),
             motion: Motion::Free,
             fx: 0.0,
             fy: 0.0,
@@ -278,7 +282,7 @@ impl SpatialSettings {
 
     /// The options of the odometry of depth images.
     pub fn depth_options(&self) -> DepthOptions {
-        DepthOptions { motion: self.motion, effort: self.effort }
+        DepthOptions { motion: self.motion, effort: self.effort, color: self.color }
     }
 
     /// The options of the odometry of clouds, once nothing is left open.
@@ -391,6 +395,17 @@ pub fn spatial_descriptions() -> Vec<SettingDescription> {
             "Registration",
             "Surfaces: thorough looks for every frame in hundreds of places, quick in a few dozen unless that is doubtful.",
             &[("thorough", "Thorough"), ("quick", "Quick")],
+        ),
+        choice(
+            "color",
+            "Colours",
+            "Registration",
+            "Surfaces: what is painted on walls tells where along them the camera is. Colours count by how well they fit, so that changing light does no harm.",
+            &[
+                ("used", "Used where they fit"),
+                ("where_open", "Where surfaces leave it open"),
+                ("not_used", "For the map only"),
+            ],
         ),
         choice(
             "loop_closing",

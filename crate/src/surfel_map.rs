@@ -189,7 +189,8 @@ mod tests {
             deviation,
         };
         let surfels = (0..cells.width * cells.height).map(|cell| Some(surfel(cell))).collect();
-        SurfelImage { camera, cell_size: 4, columns: cells.width, rows: cells.height, cells: surfels }
+        let (columns, rows) = (cells.width, cells.height);
+        SurfelImage { camera, cell_size: 4, columns, rows, cells: surfels, brightness: None }
     }
 
     fn insert(map: &mut SurfelMap, frame: &SurfelImage, T: &Pose3) {

@@ -3,6 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use jpeg_encoder::{ColorType, Encoder};
 use nalgebra::{Isometry3, Matrix3, Rotation3, Translation3, UnitQuaternion, Vector3};
 use scanstitch::camera::{DepthImage, Pinhole};
 use scanstitch::geometry::Pose3;
@@ -10,7 +11,7 @@ use scanstitch::io::trajectory;
 use scanstitch::scene::apartment::{Apartment, Tour, WalkOptions};
 use scanstitch::scene::random::Random;
 use scanstitch::scene::ring::Ring;
-use scanstitch::scene::space::{DepthSensor, Space};
+use scanstitch::scene::space::{DepthSensor, RenderedFrame, Space};
 
 /// The folder of the real recordings.
 pub const DATA: &str = "../shared/data/rgbd";
@@ -21,6 +22,8 @@ pub struct Recording {
     pub name: String,
     /// The files' bytes.
     pub depth: Vec<Vec<u8>>,
+    /// The colour images' bytes, one a frame, or none at all.
+    pub color: Vec<Vec<u8>>,
     /// fx, fy, cx, cy where the default is not right.
     pub intrinsics: Option<[f64; 4]>,
     /// `T_world_camera`, x right, y down, z forward.
@@ -63,7 +66,12 @@ impl Choice {
 
     /// The recording with the chosen frames.
     pub fn apply(self, recording: &Recording) -> Recording {
-        Recording { depth: self.of(&recording.depth), truth: self.of(&recording.truth), ..recording.clone() }
+        Recording {
+            depth: self.of(&recording.depth),
+            color: self.of(&recording.color),
+            truth: self.of(&recording.truth),
+            ..recording.clone()
+        }
     }
 }
 
@@ -101,18 +109,20 @@ pub fn floor(which: &str) -> Recording {
     let flip = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI);
     let truth = truth.poses().unwrap().iter().map(|pose| pose * flip).collect();
     let depth = bytes(&numbered(&folder.join("depth"), ".png"));
-    Recording { name: format!("{which} floor"), depth, intrinsics: None, truth }
+    let color = bytes(&numbered(&folder.join("rgb"), ".png"));
+    Recording { name: format!("{which} floor"), depth, color, intrinsics: None, truth }
 }
 
 /// 50 frames of a Kinect.
 pub fn fusion_demo() -> Recording {
     let folder = Path::new(DATA).join("fusion_demo50/rgbd-frames");
     let depth = bytes(&numbered(&folder, ".depth.png"));
+    let color = bytes(&numbered(&folder, ".color.png"));
     let truth = numbered(&folder, ".pose.txt")
         .iter()
         .map(|path| matrix_pose(&numbers(&fs::read_to_string(path).unwrap())))
         .collect();
-    Recording { name: "fusion_demo50".into(), depth, intrinsics: Some([585.0, 585.0, 320.0, 240.0]), truth }
+    Recording { name: "fusion_demo50".into(), depth, color, intrinsics: Some([585.0, 585.0, 320.0, 240.0]), truth }
 }
 
 /// Five frames of another depth camera.
@@ -121,7 +131,8 @@ pub fn redwood() -> Recording {
     let log = numbers(&fs::read_to_string(folder.join("odometry.log")).unwrap());
     let truth = log.chunks_exact(19).map(|pose| matrix_pose(&pose[3..])).collect();
     let depth = bytes(&numbered(&folder.join("depth"), ".png"));
-    Recording { name: "redwood5".into(), depth, intrinsics: Some([525.0, 525.0, 319.5, 239.5]), truth }
+    let color = bytes(&numbered(&folder.join("color"), ".jpg"));
+    Recording { name: "redwood5".into(), depth, color, intrinsics: Some([525.0, 525.0, 319.5, 239.5]), truth }
 }
 
 /// Where a generated walk goes.
@@ -149,43 +160,52 @@ pub struct Walk {
     pub frames: usize,
     /// The focal length that the engine is told over the true one.
     pub focal: f64,
+    /// Whether there are colour images.
+    pub has_color: bool,
 }
 
 impl Walk {
-    /// The recording of the world with this seed; depth images are kept in the folder `cache` for the next time.
+    /// The recording of the flat with this seed; images are kept in the folder `cache` for the next time, colours apart from
+    /// depth: they are the same for every depth camera.
     pub fn recording(&self, seed: u64, cache: Option<&Path>) -> Recording {
         let camera = Pinhole::from_field_of_view(512, 512, std::f64::consts::FRAC_PI_2).expect("a camera");
         let sensor =
             if self.bits > 8 { DepthSensor::Millimetres { square_noise: self.noise } } else { DepthSensor::HOMEWORK };
         let (space, truth) = self.world(seed);
-        let folder = cache.map(|cache| {
-            let Self { step, turn, bits, noise, .. } = self;
-            let way = match self.way {
-                Way::Flat(tour) => format!("{tour:?}"),
-                Way::Ring(beyond) => format!("Ring{beyond}"),
-            };
-            cache.join(format!("{seed}_{way}_{step}_{turn}_{bits}_{noise}"))
-        });
-        if let Some(folder) = &folder {
-            fs::create_dir_all(folder).expect("a folder for the cache");
-        }
-        let render = |(index, pose): (usize, &Pose3)| {
-            let file = folder.as_ref().map(|folder| folder.join(format!("{index}.pgm")));
-            if let Some(bytes) = file.as_ref().and_then(|file| fs::read(file).ok()) {
-                return bytes;
+        let Self { step, turn, bits, noise, .. } = self;
+        let way = match self.way {
+            Way::Flat(tour) => format!("{tour:?}"),
+            Way::Ring(beyond) => format!("Ring{beyond}"),
+        };
+        let walk = format!("{seed}_{way}_{step}_{turn}");
+        let cached = |name: String, suffix: &'static str, render: &dyn Fn(usize, &Pose3) -> Vec<u8>| -> Vec<Vec<u8>> {
+            let folder = cache.map(|cache| cache.join(name));
+            if let Some(folder) = &folder {
+                fs::create_dir_all(folder).expect("a folder for the cache");
             }
+            let image = |(index, pose): (usize, &Pose3)| {
+                let file = folder.as_ref().map(|folder| folder.join(format!("{index}.{suffix}")));
+                if let Some(bytes) = file.as_ref().and_then(|file| fs::read(file).ok()) {
+                    return bytes;
+                }
+                let bytes = render(index, pose);
+                if let Some(file) = file {
+                    fs::write(file, &bytes).expect("room in the cache");
+                }
+                bytes
+            };
+            truth.iter().enumerate().map(image).collect()
+        };
+        let depth = cached(format!("{walk}_{bits}_{noise}"), "pgm", &|index, pose| {
             let depth = space.depth(pose, &camera);
             let mut random = Random::new(seed * 1000 + index as u64);
-            let bytes = pgm(&sensor.measure(&depth, camera.width, &mut random));
-            if let Some(file) = file {
-                fs::write(file, &bytes).expect("room in the cache");
-            }
-            bytes
-        };
-        let depth = truth.iter().enumerate().map(render).collect();
+            pgm(&sensor.measure(&depth, camera.width, &mut random))
+        });
+        let color = |_: usize, pose: &Pose3| jpeg(&space.render(pose, &camera));
+        let color = if self.has_color { cached(format!("{walk}_color"), "jpg", &color) } else { Vec::new() };
         let told = [camera.fx * self.focal, camera.fy * self.focal, camera.cx, camera.cy];
         let intrinsics = (self.focal != 1.0).then_some(told);
-        Recording { name: format!("seed {seed}"), depth, intrinsics, truth }
+        Recording { name: format!("seed {seed}"), depth, color, intrinsics, truth }
     }
 
     fn world(&self, seed: u64) -> (Space, Vec<Pose3>) {
@@ -210,6 +230,13 @@ impl Walk {
             }
         }
     }
+}
+
+fn jpeg(frame: &RenderedFrame) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    let encoder = Encoder::new(&mut bytes, 90);
+    encoder.encode(&frame.rgb, frame.width as u16, frame.height as u16, ColorType::Rgb).expect("a picture");
+    bytes
 }
 
 fn pgm(image: &DepthImage) -> Vec<u8> {

@@ -55,7 +55,8 @@ pub fn reconstruct(recording: &Recording, settings: &SpatialSettings) -> (Spatia
     for (index, bytes) in recording.depth.iter().enumerate() {
         let name = format!("{index}.png");
         let preparation = reconstruction.begin(&name, bytes).expect("a depth image");
-        let frame = PreparedFrame::from_depth(preparation, FrameLabel { name, index, time: None }, bytes, None);
+        let color = recording.color.get(index).map(Vec::as_slice);
+        let frame = PreparedFrame::from_depth(preparation, FrameLabel { name, index, time: None }, bytes, color);
         reconstruction.add(frame.expect("a depth image")).expect("in order");
         let start = seconds_used(began);
         while reconstruction.step().stage != Stage::Done {}

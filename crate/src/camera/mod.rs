@@ -3,11 +3,13 @@
 //! Camera frames: x right, y down, z forward. Pixel (0, 0) is the middle of the upper left pixel.
 
 pub mod bev;
+pub mod brightness;
 pub mod color_image;
 pub mod depth_image;
 pub mod pinhole;
 pub mod surfel_image;
 
+pub use brightness::Brightness;
 pub use color_image::ColorImage;
 pub use depth_image::{DepthImage, DepthScale};
 pub use pinhole::Pinhole;

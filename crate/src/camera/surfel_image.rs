@@ -1,8 +1,10 @@
 //! A depth image as small pieces of surface: what registration and mapping work with.
 
+use std::sync::Arc;
+
 use nalgebra::Vector3;
 
-use super::Pinhole;
+use super::{Brightness, Pinhole};
 
 /// A piece of surface: a point on it, where it faces and how well that is known.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -28,6 +30,8 @@ pub struct SurfelImage {
     pub rows: usize,
     /// Row by row; `None` where no surface could be told.
     pub cells: Vec<Option<Surfel>>,
+    /// How bright the image is, where the frame has colours that are to be used.
+    pub brightness: Option<Arc<Brightness>>,
 }
 
 impl SurfelImage {

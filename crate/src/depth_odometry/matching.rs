@@ -2,6 +2,7 @@
 
 use nalgebra::{Isometry3, Vector3};
 
+use super::color::Colored;
 use super::evidence::{Evidence, score};
 use super::found::Found;
 use super::guesses::{around, best_apart, unlikelihood};
@@ -41,14 +42,16 @@ const TELLING_AGREEMENT: f64 = 0.01;
 
 /// A frame that is being looked for in a map.
 pub(super) struct Matching<'a> {
-    seen: &'a Seen,
-    frame: &'a SurfelImage,
+    pub(super) seen: &'a Seen,
+    pub(super) frame: &'a SurfelImage,
     /// The frame as its own camera sees it: what the map's surfaces are held against.
     own_view: ProjectiveTarget,
     sparse: SurfelCloud,
-    middle: SurfelCloud,
-    fine: SurfelCloud,
-    solver: Solver<6>,
+    pub(super) middle: SurfelCloud,
+    pub(super) fine: SurfelCloud,
+    pub(super) solver: Solver<6>,
+    /// What stands out of it, where its colours are to be used.
+    pub(super) colored: Option<Colored>,
 }
 
 impl<'a> Matching<'a> {
@@ -62,6 +65,7 @@ impl<'a> Matching<'a> {
             middle: cloud.at_most(MIDDLE_POINTS),
             fine: cloud.at_most(if options.effort == Effort::Quick { QUICK_POINTS } else { FINE_POINTS }),
             solver: options.motion.solver(),
+            colored: Colored::new(frame, options.color),
         }
     }
 
@@ -91,13 +95,15 @@ impl<'a> Matching<'a> {
             let refined = self.register_to(view, &self.sparse, guess, &rough_options()).T_target_source;
             (self.evidence(view, &self.sparse, &refined).support - unlikelihood(T_world_last, &refined), refined)
         });
-        let refined = best_apart(rough.collect(), REFINED_GUESSES).into_iter().map(|guess| {
-            let refined = self.register_to(view, &self.middle, guess, &middle_options()).T_target_source;
+        let rough: Vec<(f64, Pose3)> = rough.collect();
+        let refined = best_apart(rough.clone(), REFINED_GUESSES).into_iter().map(|guess| {
+            let refined = self.register_to_middle(view, guess);
             (self.evidence(view, &self.middle, &refined).support - unlikelihood(T_world_last, &refined), refined)
         });
         let best = best_apart(refined.collect(), 1).first().copied().unwrap_or_else(Pose3::identity);
 
-        self.settled(best)
+        let found = self.settled(best);
+        self.told_by_color(found, rough)
     }
 
     /// In the places of all key frames: where this frame looks like one of them, if anywhere.
@@ -120,10 +126,10 @@ impl<'a> Matching<'a> {
 
     /// The registration near a guess, with places along a direction that it leaves open compared.
     pub(super) fn settled(&self, guess: Pose3) -> Found {
-        self.settle(self.register_finely(guess))
+        self.colored(self.settle(self.register_finely(guess)))
     }
 
-    fn register_finely(&self, guess: Pose3) -> Found {
+    pub(super) fn register_finely(&self, guess: Pose3) -> Found {
         let view = self.seen.map.view(self.frame, &guess);
         let registration = self.register_to(&view, &self.fine, guess, &fine_options());
         let Evidence { support, overlap, agreement } =
@@ -163,6 +169,10 @@ impl<'a> Matching<'a> {
         agreements.fold((0.0, Pose3::identity()), |best, next| if next.0 > best.0 { next } else { best })
     }
 
+    pub(super) fn register_to_middle(&self, view: &ProjectiveTarget, guess: Pose3) -> Pose3 {
+        self.register_to(view, &self.middle, guess, &middle_options()).T_target_source
+    }
+
     fn register_to(
         &self,
         view: &ProjectiveTarget,
@@ -172,7 +182,7 @@ impl<'a> Matching<'a> {
     ) -> SpatialRegistration {
         register_with::<3, 6, Pose3, PointToSurfel>(cloud.source(), view, guess, options, &self.solver)
     }
-    fn evidence(&self, view: &ProjectiveTarget, cloud: &SurfelCloud, T_world_camera: &Pose3) -> Evidence {
+    pub(super) fn evidence(&self, view: &ProjectiveTarget, cloud: &SurfelCloud, T_world_camera: &Pose3) -> Evidence {
         Evidence::gather(self.seen, view, cloud, &self.own_view, T_world_camera)
     }
 }

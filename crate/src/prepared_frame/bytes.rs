@@ -1,12 +1,14 @@
 //! Prepared frames as bytes and back: a header in JSON, then flat arrays, each with its length before it.
 
+use std::sync::Arc;
+
 use bytemuck::{AnyBitPattern, NoUninit};
 use glam::Vec3;
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
 use super::{FrameLabel, MapPoints, PreparedFrame, Surfaces};
-use crate::camera::{Pinhole, Surfel, SurfelImage};
+use crate::camera::{Brightness, Pinhole, Surfel, SurfelImage};
 use crate::error::{Error, Result};
 use crate::geometry::PointCloud;
 use crate::preprocess::map_image::MapImage;
@@ -22,7 +24,7 @@ struct Header {
 
 #[derive(Serialize, Deserialize)]
 enum SurfacesHeader {
-    Surfels(Vec<Grid>),
+    Surfels { grids: Vec<Grid>, brightness: Option<[usize; 2]> },
     Cloud(CloudHeader),
 }
 
@@ -51,7 +53,10 @@ impl PreparedFrame {
     /// The frame as bytes.
     pub fn to_bytes(&self) -> Vec<u8> {
         let surfaces = match &self.surfaces {
-            Surfaces::Surfels(images) => SurfacesHeader::Surfels(images.iter().map(grid_of).collect()),
+            Surfaces::Surfels(images) => SurfacesHeader::Surfels {
+                grids: images.iter().map(grid_of).collect(),
+                brightness: brightness_of(images).map(|(width, height, _)| [width, height]),
+            },
             Surfaces::Cloud(cloud) => SurfacesHeader::Cloud(cloud_header(cloud)),
         };
         let map_points = match &self.map_points {
@@ -67,7 +72,14 @@ impl PreparedFrame {
         let mut bytes = Vec::new();
         put(&mut bytes, &serde_json::to_vec(&header).unwrap_or_default());
         match &self.surfaces {
-            Surfaces::Surfels(images) => images.iter().for_each(|(_, image)| put_surfels(&mut bytes, image)),
+            Surfaces::Surfels(images) => {
+                for (_, image) in images {
+                    put_surfels(&mut bytes, image);
+                }
+                if let Some((_, _, values)) = brightness_of(images) {
+                    put(&mut bytes, values);
+                }
+            }
             Surfaces::Cloud(cloud) => put_cloud(&mut bytes, cloud),
         }
         match &self.map_points {
@@ -91,9 +103,20 @@ impl PreparedFrame {
         let mut rest = bytes;
         let header: Header = serde_json::from_slice(&take::<u8>(&mut rest)?).map_err(|_| no_frame())?;
         let surfaces = match header.surfaces {
-            SurfacesHeader::Surfels(grids) => {
+            SurfacesHeader::Surfels { grids, brightness } => {
                 let images = grids.iter().map(|grid| Ok((grid.quantisation, take_surfels(grid, &mut rest)?)));
-                Surfaces::Surfels(images.collect::<Result<_>>()?)
+                let mut images: Vec<(Quantisation, SurfelImage)> = images.collect::<Result<_>>()?;
+                if let Some([width, height]) = brightness {
+                    let values = take::<u16>(&mut rest)?;
+                    if width.checked_mul(height) != Some(values.len()) {
+                        return Err(no_frame());
+                    }
+                    let brightness = Arc::new(Brightness::from_finest(width, height, values));
+                    for (_, image) in &mut images {
+                        image.brightness = Some(brightness.clone());
+                    }
+                }
+                Surfaces::Surfels(images)
             }
             SurfacesHeader::Cloud(header) => Surfaces::Cloud(take_cloud(&header, &mut rest)?),
         };
@@ -122,6 +145,11 @@ fn grid_of((quantisation, image): &(Quantisation, SurfelImage)) -> Grid {
         columns: image.columns,
         rows: image.rows,
     }
+}
+
+/// All readings of one image are of the same brightness.
+fn brightness_of(images: &[(Quantisation, SurfelImage)]) -> Option<(usize, usize, &[u16])> {
+    images.first()?.1.brightness.as_ref().map(|brightness| brightness.finest())
 }
 
 fn put_surfels(bytes: &mut Vec<u8>, image: &SurfelImage) {
@@ -168,7 +196,8 @@ fn take_surfels(grid: &Grid, rest: &mut &[u8]) -> Result<SurfelImage> {
         let surfel = Surfel { point: Vector3::new(x, y, z), normal: Vector3::new(nx, ny, nz), deviation };
         *cells.get_mut(cell as usize).ok_or_else(no_frame)? = Some(surfel);
     }
-    Ok(SurfelImage { camera: grid.camera, cell_size: grid.cell_size, columns: grid.columns, rows: grid.rows, cells })
+    let Grid { camera, cell_size, columns, rows, .. } = *grid;
+    Ok(SurfelImage { camera, cell_size, columns, rows, cells, brightness: None })
 }
 
 /// No image that can be read has more cells.

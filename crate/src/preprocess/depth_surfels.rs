@@ -71,7 +71,14 @@ pub fn depth_surfels(image: &DepthImage, usable: &[bool], camera: &Pinhole, mode
             *surfel = sums.surfel(column, row, &ray, &cells, model);
         }
     }
-    SurfelImage { camera: *camera, cell_size: CELL_SIZE, columns: cells.width, rows: cells.height, cells: surfels }
+    SurfelImage {
+        camera: *camera,
+        cell_size: CELL_SIZE,
+        columns: cells.width,
+        rows: cells.height,
+        cells: surfels,
+        brightness: None,
+    }
 }
 
 /// Weighted sums over pixels: of w, wx, wy, wxx, wxy, wyy, wr, wxr, wyr, wrr with r = 1 / z; the last is the number of

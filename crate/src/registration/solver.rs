@@ -128,7 +128,7 @@ impl<const DOF: usize> Solver<DOF> {
     }
 
     /// The normal equations with what is not free held fast.
-    pub(super) fn restricted(&self, equations: NormalEquations<DOF>) -> NormalEquations<DOF> {
+    pub(crate) fn restricted(&self, equations: NormalEquations<DOF>) -> NormalEquations<DOF> {
         self.subspace.as_ref().map_or(equations, |subspace| subspace.restrict(&equations))
     }
 }

@@ -1,0 +1,223 @@
+//! How bright the pixels of a colour image are, at half its size and coarser: what places on a wall are told apart by.
+
+use super::{ColorImage, Pinhole};
+
+/// Brightness in an image pyramid, each level half as wide as the one before it.
+///
+/// Burt and Adelson, "The Laplacian pyramid as a compact image code", IEEE Transactions on Communications 31 (1983).
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Brightness {
+    levels: Vec<Level>,
+}
+
+/// One level: pixel (u, v) is the middle of the pixels around (2 u, 2 v) of the level before it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+struct Level {
+    width: usize,
+    height: usize,
+    /// Row by row, grey levels (0 to 255) in [`UNIT`]s.
+    values: Vec<u16>,
+}
+
+/// Brightness at a place and its slope.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sample {
+    /// Grey levels, 0 to 255.
+    pub value: f64,
+    /// Grey levels a pixel of the level, along the rows and along the columns.
+    pub slope: [f64; 2],
+}
+
+/// Levels of the pyramid.
+pub const NUM_LEVELS: usize = 3;
+/// Pixels of the image that make one of the finest level, along each side.
+const FINEST: usize = 2;
+/// Grey levels are kept to this.
+const UNIT: f64 = 1.0 / 256.0;
+
+impl Brightness {
+    /// From a colour image: the mean of the three channels.
+    pub fn new(colors: &ColorImage) -> Self {
+        let (width, height) = (colors.width / FINEST, colors.height / FINEST);
+        let grey = |[r, g, b]: [u8; 3]| u32::from(r) + u32::from(g) + u32::from(b);
+        let mut values = Vec::with_capacity(width * height);
+        for rows in colors.pixels.chunks_exact(FINEST * colors.width.max(1)) {
+            let (upper, lower) = rows.split_at(colors.width);
+            let pairs = upper.chunks_exact(FINEST).zip(lower.chunks_exact(FINEST));
+            values.extend(pairs.map(|(upper, lower)| {
+                // The mean of twelve channels.
+                ((grey(upper[0]) + grey(upper[1]) + grey(lower[0]) + grey(lower[1])) * 256 / 12) as u16
+            }));
+        }
+        Self::from_finest(width, height, Level { width, height, values }.smoothed().values)
+    }
+
+    /// From the finest level, as [`finest`](Self::finest) gives it. `values` are `width * height`.
+    pub fn from_finest(width: usize, height: usize, values: Vec<u16>) -> Self {
+        let mut levels = vec![Level { width, height, values }];
+        for level in 1..NUM_LEVELS {
+            let next = levels[level - 1].smoothed().halved();
+            levels.push(next);
+        }
+        Self { levels }
+    }
+
+    /// Columns, rows and values of the finest level.
+    pub fn finest(&self) -> (usize, usize, &[u16]) {
+        let Level { width, height, values } = &self.levels[0];
+        (*width, *height, values)
+    }
+
+    /// The camera that sees the pixels of a level, `camera` being that of the colour image.
+    pub fn camera(&self, camera: &Pinhole, level: usize) -> Pinhole {
+        let finest = FINEST as f64;
+        let shift = (finest - 1.0) / 2.0;
+        let scale = finest * f64::from(1 << level);
+        Pinhole {
+            width: self.levels[level].width,
+            height: self.levels[level].height,
+            fx: camera.fx / scale,
+            fy: camera.fy / scale,
+            cx: (camera.cx - shift) / scale,
+            cy: (camera.cy - shift) / scale,
+        }
+    }
+
+    /// How steep the brightness is at a pixel of a level (grey levels a pixel), squared; 0 at the border.
+    #[inline]
+    pub fn sq_steepness(&self, level: usize, column: usize, row: usize) -> f64 {
+        let Level { width, height, values } = &self.levels[level];
+        if column == 0 || row == 0 || column + 1 >= *width || row + 1 >= *height {
+            return 0.0;
+        }
+        let index = row * width + column;
+        let half = |a: u16, b: u16| 0.5 * UNIT * (f64::from(a) - f64::from(b));
+        let across = half(values[index + 1], values[index - 1]);
+        let along = half(values[index + width], values[index - width]);
+        across * across + along * along
+    }
+
+    /// What is seen at the place (u, v) of a level; none within a pixel of the border.
+    #[inline]
+    pub fn sample(&self, level: usize, u: f64, v: f64) -> Option<Sample> {
+        let Level { width, height, values } = &self.levels[level];
+        // Comparisons that also turn away what is no number.
+        if !(u >= 1.0 && v >= 1.0 && u < (*width as f64) - 2.0 && v < (*height as f64) - 2.0) {
+            return None;
+        }
+        let (column, row) = (u as usize, v as usize);
+        let (right, down) = (u - column as f64, v - row as f64);
+        // The four rows around the place, each at its columns left, here, right and one further.
+        let line = |row: usize| {
+            let line = &values[row * width + column - 1..][..4];
+            [f64::from(line[0]), f64::from(line[1]), f64::from(line[2]), f64::from(line[3])]
+        };
+        let (above, upper, lower, below) = (line(row - 1), line(row), line(row + 1), line(row + 2));
+        let between = |line: [f64; 4]| line[1] + right * (line[2] - line[1]);
+        let across = |line: [f64; 4]| line[2] - line[0] + right * (line[3] - line[1] - line[2] + line[0]);
+        let blend = |upper: f64, lower: f64| upper + down * (lower - upper);
+        Some(Sample {
+            value: UNIT * blend(between(upper), between(lower)),
+            slope: [
+                0.5 * UNIT * blend(across(upper), across(lower)),
+                0.5 * UNIT * blend(between(lower) - between(above), between(below) - between(upper)),
+            ],
+        })
+    }
+}
+
+impl Level {
+    /// With the kernel 1 4 6 4 1 along rows and columns; what lies beyond the border is as the border.
+    fn smoothed(&self) -> Self {
+        let Self { width, height, values } = self;
+        let (width, height) = (*width, *height);
+        let kernel = |a: u16, b: u16, c: u16, d: u16, e: u16| {
+            let (ends, inner) = (u32::from(a) + u32::from(e), u32::from(b) + u32::from(d));
+            ((ends + 4 * inner + 6 * u32::from(c) + 8) / 16) as u16
+        };
+        let mut along_rows = Vec::with_capacity(values.len());
+        let mut padded = Vec::with_capacity(width + 4);
+        for row in values.chunks_exact(width.max(1)) {
+            padded.clear();
+            padded.extend([row[0]; 2]);
+            padded.extend_from_slice(row);
+            padded.extend([row[width - 1]; 2]);
+            along_rows.extend(padded.windows(5).map(|five| kernel(five[0], five[1], five[2], five[3], five[4])));
+        }
+        let mut smoothed = Vec::with_capacity(values.len());
+        for row in 0..height {
+            let line = |row: usize| &along_rows[row.min(height - 1) * width..][..width];
+            let (a, b, c, d, e) =
+                (line(row.saturating_sub(2)), line(row.saturating_sub(1)), line(row), line(row + 1), line(row + 2));
+            smoothed.extend((0..width).map(|column| kernel(a[column], b[column], c[column], d[column], e[column])));
+        }
+        Self { width, height, values: smoothed }
+    }
+
+    /// Every second pixel of every second row.
+    fn halved(&self) -> Self {
+        let rows = self.values.chunks_exact(self.width.max(1)).step_by(2);
+        let values = rows.flat_map(|row| row.iter().step_by(2).copied()).collect();
+        Self { width: self.width.div_ceil(2), height: self.height.div_ceil(2), values }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn image(width: usize, height: usize, grey: impl Fn(f64, f64) -> f64) -> ColorImage {
+        let pixel = |index: usize| [grey((index % width) as f64, (index / width) as f64).round() as u8; 3];
+        ColorImage { width, height, pixels: (0..width * height).map(pixel).collect() }
+    }
+
+    #[test]
+    fn every_level_sees_the_same_ramp_with_its_own_camera() {
+        let (width, height) = (90, 71);
+        let camera = Pinhole::new(width, height, [80.0, 80.0, 44.5, 35.0]).unwrap();
+        let ramp = |u: f64, v: f64| 20.0 + 1.5 * u + 0.7 * v;
+        let brightness = Brightness::new(&image(width, height, ramp));
+        for level in 0..NUM_LEVELS {
+            let pixel = camera.ray(47.3, 33.8);
+            let place = brightness.camera(&camera, level).project(&pixel).unwrap();
+            let Sample { value, slope } = brightness.sample(level, place.x, place.y).unwrap();
+            assert!((value - ramp(47.3, 33.8)).abs() < 0.3, "level {level}: {value}");
+            let scale = f64::from(2 << level);
+            assert!((slope[0] / scale - 1.5).abs() < 0.05 && (slope[1] / scale - 0.7).abs() < 0.05, "{slope:?}");
+        }
+    }
+
+    #[test]
+    fn the_slope_is_that_of_the_values_of_a_smooth_image() {
+        let wave = |u: f64, v: f64| 128.0 + 90.0 * (u / 9.0).sin() * (v / 11.0).cos();
+        let brightness = Brightness::new(&image(128, 96, wave));
+        for (u, v) in [(20.2, 17.9), (40.5, 30.5), (33.1, 12.0)] {
+            let value = |u, v| brightness.sample(0, u, v).unwrap().value;
+            let numeric = [(value(u + 0.5, v) - value(u - 0.5, v)), (value(u, v + 0.5) - value(u, v - 0.5))];
+            let slope = brightness.sample(0, u, v).unwrap().slope;
+            assert!(
+                (slope[0] - numeric[0]).abs() < 0.4 && (slope[1] - numeric[1]).abs() < 0.4,
+                "{slope:?} {numeric:?}"
+            );
+        }
+    }
+
+    #[test]
+    fn beyond_the_border_nothing_is_seen_and_tiny_images_have_nothing() {
+        let brightness = Brightness::new(&image(32, 32, |u, _| u));
+        for (u, v) in [(0.5, 5.0), (5.0, 0.9), (14.0, 5.0), (5.0, 14.5), (f64::NAN, 5.0), (-3.0, 5.0)] {
+            assert_eq!(brightness.sample(0, u, v), None, "{u} {v}");
+        }
+        for (width, height) in [(0, 0), (1, 1), (3, 2), (5, 4)] {
+            let brightness = Brightness::new(&image(width, height, |_, _| 7.0));
+            assert_eq!(brightness.sample(NUM_LEVELS - 1, 1.0, 1.0), None);
+        }
+    }
+
+    #[test]
+    fn the_finest_level_is_all_there_is_to_know() {
+        let brightness = Brightness::new(&image(41, 30, |u, v| 3.0 * u + 2.0 * v));
+        let (width, height, values) = brightness.finest();
+        assert_eq!(Brightness::from_finest(width, height, values.to_vec()), brightness);
+    }
+}

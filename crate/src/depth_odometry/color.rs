@@ -1,0 +1,238 @@
+//! Colours in the estimate: what is painted on surfaces holds a frame where the surfaces do not.
+//!
+//! A frame's points are compared with the pictures of key frames rather than with a map of mean colours: nothing is
+//! smeared. Brightness and surfaces count by their own uncertainties; where they contradict each other, surfaces win.
+
+use nalgebra::{Matrix6, Vector6};
+
+use super::ColorUse;
+use super::evidence::Evidence;
+use super::found::Found;
+use super::guesses::best_apart;
+use super::matching::Matching;
+use super::open_direction::OpenDirection;
+use super::seen::Seen;
+use crate::camera::SurfelImage;
+use crate::camera::brightness::NUM_LEVELS;
+use crate::geometry::{Pose3, RigidMotion};
+use crate::key_views::{KeyView, apart};
+use crate::registration::clustered::unit_variance;
+use crate::registration::factors::{Metric, NormalEquations, PointToSurfel};
+use crate::registration::photometric::{
+    Gaussian, MIN_POINTS, PhotometricResult, TexturedPoint, Witness, correlation, register_by_brightness,
+    textured_points,
+};
+use crate::registration::projective::Sight;
+
+/// Pictures that a frame is compared with.
+const MAX_WITNESSES: usize = 3;
+/// A point is seen in a picture where the surface there is this near (m).
+const SAME_SURFACE: f64 = 0.05;
+/// Brightness that agrees less than this is of other light or another place.
+const MIN_CORRELATION: f64 = 0.6;
+/// Surfaces know better when brightness is off by so many of their standard deviations in the mean of the six directions
+/// (squared and summed up), ...
+const MAX_SQ_DEVIATIONS: f64 = 6.0 * 5.0 * 5.0;
+/// Where surfaces hold a frame it is off by little: the coarsest level is left out.
+const FINE_LEVEL: usize = NUM_LEVELS - 2;
+/// or when so much less of the surfaces agrees there.
+const WORSE_AGREEMENT: f64 = 0.005;
+/// A move as small as this (m, turns included) changes nothing of what agrees.
+const SAME_EVIDENCE: f64 = 0.01;
+/// Places along an open direction that are compared, so many either way: as far as a frame may have moved, so that what
+/// repeats itself, as tiles do, is seen to. ...
+const PLACES: i32 = 32;
+/// ... and so far apart (m).
+const BETWEEN_PLACES: f64 = 0.05;
+/// Places that are not more than so many apart are one.
+const APART: i32 = 5;
+/// The best place is told from another when brightness agrees so much better, ...
+const TELLING_CORRELATION: f64 = 0.15;
+/// ... or leaves so many times less unexplained.
+const TELLING_RATIO: f64 = 3.0;
+/// One in so many of the points is to be seen at a place, at the least.
+const MIN_COMPARED: usize = 8;
+/// A place is held when it is known so well (m).
+const HELD_DEVIATION: f64 = 0.03;
+/// Colours that are right contradict surfaces by no more than this share of what agrees.
+const CONTRADICTION: f64 = 0.02;
+/// Side of a patch of surfaces whose errors are not independent (cells).
+const PATCH: usize = 16;
+/// One pair of surfaces in so many is asked.
+const SURFACE_STRIDE: usize = 3;
+/// Surfaces are not known better than so (rad and m), however well they fit.
+const MIN_DEVIATION: f64 = 2e-4;
+
+/// A frame's points that stand out.
+pub(super) struct Colored {
+    points: Vec<TexturedPoint>,
+    is_for_open_only: bool,
+}
+
+impl Colored {
+    /// None where the frame has no colours that are to be used, or nothing in it stands out.
+    pub(super) fn new(frame: &SurfelImage, color: ColorUse) -> Option<Self> {
+        let points = if color == ColorUse::NotUsed { Vec::new() } else { textured_points(frame) };
+        let is_for_open_only = color == ColorUse::WhereOpen;
+        (points.len() >= MIN_POINTS).then_some(Self { points, is_for_open_only })
+    }
+
+    /// The pictures of key frames that see most of the points from about this pose.
+    fn witnesses<'a>(&self, seen: &'a Seen, T_world_camera: &Pose3) -> Vec<Witness<'a>> {
+        let views = seen.key_views.near(T_world_camera).into_iter();
+        let witness = |view: &'a KeyView| {
+            let picture = view.picture()?;
+            let T_view_camera = view.T_world_camera.inverse() * T_world_camera;
+            let (R, t) = (T_view_camera.rotation.to_rotation_matrix().into_inner(), T_view_camera.translation.vector);
+            let is_seen = |&index: &u32| {
+                let point = R * self.points[index as usize].point + t;
+                matches!(view.view().look_at(&point, SAME_SURFACE), Sight::Agreeing(_))
+            };
+            let seen: Vec<u32> = (0..self.points.len() as u32).filter(is_seen).collect();
+            (seen.len() >= MIN_POINTS).then_some(Witness { picture, T_world_camera: view.T_world_camera, seen })
+        };
+        views.filter_map(witness).take(MAX_WITNESSES).collect()
+    }
+}
+
+/// What the surfaces of a registration tell of the pose. The errors of a patch of them are one error.
+fn surfaces_of(matching: &Matching<'_>, found: &Found) -> Gaussian {
+    let Matching { frame, fine, solver, .. } = matching;
+    let camera = frame.cell_camera();
+    let (columns, rows) = (frame.columns.div_ceil(PATCH).max(1), frame.rows.div_ceil(PATCH).max(1));
+    let mut patches = vec![Vector6::zeros(); columns * rows];
+    let mut sum = NormalEquations { H: Matrix6::zeros(), b: Vector6::zeros() };
+    for pair in found.registration.correspondences.iter().step_by(SURFACE_STRIDE) {
+        let equations =
+            <PointToSurfel as Metric<3, 6, Pose3>>::normal_equations(&found.view, std::slice::from_ref(pair));
+        let Some(place) = camera.project(&fine.points[pair.source as usize]) else { continue };
+        let (column, row) = (place.x.max(0.0) as usize / PATCH, place.y.max(0.0) as usize / PATCH);
+        sum.H += equations.H;
+        patches[row.min(rows - 1) * columns + column.min(columns - 1)] += equations.b;
+    }
+    let variance = unit_variance(&solver.restricted(sum).H, &patches).max(MIN_DEVIATION * MIN_DEVIATION);
+    Gaussian { T_world_camera: found.registration.T_target_source, information: sum.H / variance }
+}
+
+impl Matching<'_> {
+    /// Moved by what colours tell, where there are any and they agree.
+    pub(super) fn colored(&self, mut found: Found) -> Found {
+        let Some(colored) = &self.colored else { return found };
+        if let Some(open) = OpenDirection::of(&found.registration)
+            && let Some(place) = self.place_of(colored, &found, &open)
+        {
+            if let Some(placed) = self.placed(colored, &found, &open, place) {
+                return placed;
+            }
+            // Colours say that it is elsewhere, surfaces that it is not there either.
+            found.is_open |= place.abs() > APART;
+        }
+        if colored.is_for_open_only {
+            return found;
+        }
+        let surfaces = surfaces_of(self, &found);
+        let Some(result) = self.by_brightness(colored, &surfaces, FINE_LEVEL) else { return found };
+        let off = (result.T_world_camera * surfaces.T_world_camera.inverse()).log();
+        if off.dot(&(surfaces.information * off)) > MAX_SQ_DEVIATIONS {
+            return found;
+        }
+        self.moved(found, &result)
+    }
+
+    /// Where surfaces leave a direction open and colours do not tell the place along it, the place may be another one
+    /// altogether: that of the guesses which looks most like the pictures.
+    pub(super) fn told_by_color(&self, found: Found, guesses: Vec<(f64, Pose3)>) -> Found {
+        let Some(colored) = self.colored.as_ref().filter(|_| found.is_open) else { return found };
+        let alike = |T: &Pose3| self.alike(colored, T);
+        let here = alike(&found.registration.T_target_source);
+        let num_guesses = guesses.len();
+        let refined = best_apart(guesses, num_guesses).into_iter().map(|guess| {
+            let refined = self.register_to_middle(&found.view, guess);
+            (alike(&refined), refined)
+        });
+        let best =
+            refined.fold((here, None), |best, (alike, pose)| if alike > best.0 { (alike, Some(pose)) } else { best });
+        let (alike_there, Some(pose)) = best else { return found };
+        if alike_there < MIN_CORRELATION || alike_there < here + TELLING_CORRELATION {
+            return found;
+        }
+        let there = self.settled(pose);
+        let is_better = !there.is_open
+            && alike(&there.registration.T_target_source) > here + TELLING_CORRELATION
+            && there.agreement > found.agreement - CONTRADICTION;
+        if is_better { there } else { found }
+    }
+
+    /// How well the brightness at a pose agrees with the pictures, by the coarsest level; 0 where too little is seen.
+    fn alike(&self, colored: &Colored, T_world_camera: &Pose3) -> f64 {
+        let witnesses = colored.witnesses(self.seen, T_world_camera);
+        let (correlation, num_compared) = correlation(&colored.points, &witnesses, T_world_camera, NUM_LEVELS - 1);
+        if num_compared * MIN_COMPARED > colored.points.len() { correlation } else { 0.0 }
+    }
+
+    /// The likeliest pose near that of the surfaces, where the pictures agree.
+    fn by_brightness(&self, colored: &Colored, surfaces: &Gaussian, coarsest: usize) -> Option<PhotometricResult> {
+        let witnesses = colored.witnesses(self.seen, &surfaces.T_world_camera);
+        let result = register_by_brightness(&colored.points, &witnesses, surfaces, coarsest, &self.solver)?;
+        (result.correlation > MIN_CORRELATION).then_some(result)
+    }
+
+    /// A registration moved to where brightness holds it, unless the surfaces agree less there.
+    fn moved(&self, mut found: Found, result: &PhotometricResult) -> Found {
+        if apart(&found.registration.T_target_source, &result.T_world_camera) > SAME_EVIDENCE {
+            let Evidence { support, overlap, agreement } =
+                self.evidence(&found.view, &self.middle, &result.T_world_camera);
+            if agreement < found.agreement - WORSE_AGREEMENT {
+                return found;
+            }
+            found = Found { support, overlap, agreement, ..found };
+        }
+        found.registration.T_target_source = result.T_world_camera;
+        // Surfaces alone may go round in a circle.
+        found.registration.converged |= result.converged;
+        found
+    }
+
+    /// Where surfaces leave a direction open, pictures may tell the place along it: so many places away. None where they do
+    /// not.
+    fn place_of(&self, colored: &Colored, found: &Found, open: &OpenDirection) -> Option<i32> {
+        let places: Vec<(f64, i32)> =
+            (-PLACES..=PLACES).map(|place| (self.alike(colored, &along(found, open, place)), place)).collect();
+        let best = places.iter().copied().fold((0.0, 0), |best, next| if next.0 > best.0 { next } else { best });
+        let elsewhere = places.iter().filter(|(_, place)| (place - best.1).abs() > APART);
+        let second = elsewhere.map(|(correlation, _)| *correlation).fold(0.0, f64::max);
+        // What is left unexplained tells two places apart that both look much the same.
+        let is_told = best.0 - second > TELLING_CORRELATION || 1.0 - second > TELLING_RATIO * (1.0 - best.0);
+        (best.0 > MIN_CORRELATION && is_told).then_some(best.1)
+    }
+
+    /// The registration so many places along an open direction, if colours and surfaces both hold it there.
+    fn placed(&self, colored: &Colored, found: &Found, open: &OpenDirection, place: i32) -> Option<Found> {
+        let surfaces = Gaussian { T_world_camera: along(found, open, place), ..surfaces_of(self, found) };
+        let result = self.held_by_color(colored, open, &surfaces)?;
+        // The surfaces there are other ones.
+        let again = self.register_finely(result.T_world_camera);
+        let result = self.held_by_color(colored, open, &surfaces_of(self, &again))?;
+        let placed = self.moved(again, &result);
+        let is_there = placed.registration.T_target_source == result.T_world_camera;
+        (is_there && placed.agreement > found.agreement - CONTRADICTION).then_some(placed)
+    }
+
+    /// The likeliest pose if colours know the place along a direction; surfaces have no say in that.
+    fn held_by_color(&self, colored: &Colored, open: &OpenDirection, surfaces: &Gaussian) -> Option<PhotometricResult> {
+        let along = &open.direction;
+        let direction = Vector6::new(0.0, 0.0, 0.0, along.x, along.y, along.z);
+        let across = Matrix6::identity() - direction * direction.transpose();
+        let information = across * surfaces.information * across;
+        let result = self.by_brightness(colored, &Gaussian { information, ..*surfaces }, NUM_LEVELS - 1)?;
+        let known = self.solver.restricted(NormalEquations { H: information + result.information, b: direction });
+        let variance = direction.dot(&known.H.cholesky()?.solve(&known.b));
+        (variance < HELD_DEVIATION * HELD_DEVIATION).then_some(result)
+    }
+}
+
+/// The pose so many places along an open direction.
+fn along(found: &Found, open: &OpenDirection, place: i32) -> Pose3 {
+    let moved = open.direction * (f64::from(place) * BETWEEN_PLACES);
+    Pose3::translation(moved.x, moved.y, moved.z) * found.registration.T_target_source
+}

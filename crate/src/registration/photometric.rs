@@ -1,0 +1,436 @@
+//! Registration by brightness: a frame's points are as bright as the places of pictures taken before where they are seen.
+//!
+//! Steinbruecker, Sturm and Cremers, "Real-time visual odometry from dense RGB-D images", ICCV workshops 2011; Kerl,
+//! Sturm and Cremers, "Robust odometry estimation for RGB-D cameras", ICRA 2013, with weights from a t-distribution
+//! (eq. 19). What surfaces tell of the pose comes in as a Gaussian, and each side counts by its own uncertainty.
+
+use std::sync::Arc;
+
+use nalgebra::{Matrix6, Vector3, Vector6};
+
+use super::clustered::unit_variance;
+use super::factors::{NormalEquations, RELATIVE_DAMPING};
+use super::solver::Solver;
+use crate::camera::brightness::{Brightness, NUM_LEVELS, Sample};
+use crate::camera::{Pinhole, SurfelImage};
+use crate::geometry::{Pose3, RigidMotion};
+
+/// How bright a frame was, with the camera of every level.
+#[derive(Debug, Clone)]
+pub struct Picture {
+    brightness: Arc<Brightness>,
+    cameras: [Pinhole; NUM_LEVELS],
+}
+
+/// A point of a frame that stands out from what is around it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TexturedPoint {
+    /// Camera frame (m).
+    pub point: Vector3<f64>,
+    /// The patch of the image it lies in: errors of one patch are not independent.
+    pub patch: u32,
+    /// Its brightness in every level, grey levels.
+    pub values: [f64; NUM_LEVELS],
+}
+
+/// A picture taken before, and which of the points are seen in it.
+#[derive(Debug, Clone)]
+pub struct Witness<'a> {
+    /// The picture.
+    pub picture: &'a Picture,
+    /// Where it was taken.
+    pub T_world_camera: Pose3,
+    /// Indices of the points that it sees.
+    pub seen: Vec<u32>,
+}
+
+/// A pose with its information matrix, by a perturbation on the left of it (rotation first).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Gaussian {
+    /// The likeliest pose.
+    pub T_world_camera: Pose3,
+    /// In 1/rad^2 and 1/m^2.
+    pub information: Matrix6<f64>,
+}
+
+/// What brightness tells of a pose.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PhotometricResult {
+    /// The likeliest pose by surfaces and brightness together.
+    pub T_world_camera: Pose3,
+    /// What brightness alone knows about it, in 1/rad^2 and 1/m^2.
+    pub information: Matrix6<f64>,
+    /// How well the points' brightness agrees with that of the pictures, -1..=1.
+    pub correlation: f64,
+    /// Points that were compared, over all pictures.
+    pub num_compared: usize,
+    /// Whether the last step was small.
+    pub converged: bool,
+}
+
+/// Side of the squares of cells of which one point is kept.
+const SPACING: usize = 5;
+/// Side of a patch in such squares.
+const PATCH: usize = 3;
+/// Points stand out when the brightness changes by this much a pixel of the middle level (grey levels).
+const MIN_SLOPE: f64 = 1.0;
+/// The level whose pixels are the cells.
+const CELL_LEVEL: usize = 1;
+/// Steps on each level.
+const MAX_STEPS: usize = 4;
+/// Steps smaller than this (rad and m) are none on the finest level, twice as large ones on the next and so on.
+const SMALL_STEP: f64 = 3e-4;
+/// Degrees of freedom of the t-distribution of the residuals (Kerl 2013).
+const T_FREEDOM: f64 = 5.0;
+/// Residuals are not believed to be smaller than this (grey levels).
+const MIN_SIGMA: f64 = 1.0;
+/// From the median of absolute values to a standard deviation, normal distribution.
+const MEDIAN_TO_SIGMA: f64 = 1.4826;
+/// How much brighter one picture may be than another.
+const MAX_GAIN: f64 = 4.0;
+/// Fewer points than this do not tell the light of two pictures apart from their contents.
+pub const MIN_POINTS: usize = 40;
+
+impl Picture {
+    /// A frame's brightness and the camera of its images.
+    pub fn new(brightness: Arc<Brightness>, camera: &Pinhole) -> Self {
+        let cameras = std::array::from_fn(|level| brightness.camera(camera, level));
+        Self { brightness, cameras }
+    }
+
+    /// What is seen of a point in the picture's own camera frame, with the slope by that point.
+    #[inline]
+    fn look(&self, level: usize, point: &Vector3<f64>) -> Option<(f64, Vector3<f64>)> {
+        let camera = &self.cameras[level];
+        let place = camera.project(point)?;
+        let Sample { value, slope } = self.brightness.sample(level, place.x, place.y)?;
+        let slope = camera.projection_jacobian(point).tr_mul(&nalgebra::Vector2::from(slope));
+        Some((value, slope))
+    }
+}
+
+/// The points of a frame that stand out, evenly over the image; empty where it has no colours.
+pub fn textured_points(frame: &SurfelImage) -> Vec<TexturedPoint> {
+    let Some(brightness) = &frame.brightness else { return Vec::new() };
+    let picture = Picture::new(brightness.clone(), &frame.camera);
+    let camera = picture.cameras[CELL_LEVEL];
+    let squares_across = frame.columns.div_ceil(SPACING);
+    let patches_across = squares_across.div_ceil(PATCH);
+    let mut points = Vec::new();
+    for square in 0..squares_across * frame.rows.div_ceil(SPACING) {
+        let (left, top) = (square % squares_across * SPACING, square / squares_across * SPACING);
+        let mut best = (MIN_SLOPE * MIN_SLOPE, None);
+        for row in top..(top + SPACING).min(frame.rows) {
+            for column in left..(left + SPACING).min(frame.columns) {
+                let sq_steepness = brightness.sq_steepness(CELL_LEVEL, column, row);
+                if sq_steepness > best.0
+                    && let Some(surfel) = &frame.cells[row * frame.columns + column]
+                {
+                    best = (sq_steepness, Some((column, row, surfel)));
+                }
+            }
+        }
+        let Some((column, row, surfel)) = best.1 else { continue };
+        let ray = camera.ray(column as f64, row as f64);
+        let point = ray * (surfel.normal.dot(&surfel.point) / surfel.normal.dot(&ray));
+        let value = |level: usize| Some(picture.look(level, &point)?.0);
+        let [Some(fine), Some(middle), Some(coarse)] = [value(0), value(1), value(2)] else { continue };
+        let patch = (top / SPACING / PATCH * patches_across + left / SPACING / PATCH) as u32;
+        points.push(TexturedPoint { point, patch, values: [fine, middle, coarse] });
+    }
+    points
+}
+
+/// One point in one picture.
+struct Comparison {
+    index: u32,
+    here: f64,
+    there: f64,
+    /// By the point's place in the world.
+    slope: Vector3<f64>,
+    place: Vector3<f64>,
+}
+
+/// The brightness of one picture is `gain` times that of another, and `offset` more: exposure, and light from elsewhere.
+struct Light {
+    gain: f64,
+    offset: f64,
+    correlation: f64,
+}
+
+fn compare(points: &[TexturedPoint], witness: &Witness<'_>, T: &Pose3, level: usize) -> Vec<Comparison> {
+    let T_witness_world = witness.T_world_camera.inverse();
+    let (R, t) = (T_witness_world.rotation.to_rotation_matrix().into_inner(), T_witness_world.translation.vector);
+    let (R_world, t_world) = (T.rotation.to_rotation_matrix().into_inner(), T.translation.vector);
+    let compare = |&index: &u32| {
+        let point = &points[index as usize];
+        let place = R_world * point.point + t_world;
+        let (there, slope) = witness.picture.look(level, &(R * place + t))?;
+        Some(Comparison { index, here: point.values[level], there, slope: R.tr_mul(&slope), place })
+    };
+    witness.seen.iter().filter_map(compare).collect()
+}
+
+impl Light {
+    /// The line through weighted pairs that treats both sides alike: their means and spreads are made equal.
+    fn between(comparisons: &[Comparison], weights: &[f64]) -> Option<Self> {
+        let sum: f64 = weights.iter().sum();
+        let mean = |of: fn(&Comparison) -> f64| {
+            comparisons.iter().zip(weights).map(|(c, weight)| weight * of(c)).sum::<f64>() / sum
+        };
+        let (here, there) = (mean(|c| c.here), mean(|c| c.there));
+        let spread = |of: &dyn Fn(&Comparison) -> f64| {
+            comparisons.iter().zip(weights).map(|(c, weight)| weight * of(c)).sum::<f64>() / sum
+        };
+        let spread_here = spread(&|c| (c.here - here).powi(2));
+        let spread_there = spread(&|c| (c.there - there).powi(2));
+        let common = spread(&|c| (c.here - here) * (c.there - there));
+        let gain = (spread_there / spread_here).sqrt();
+        let is_light = gain.is_finite() && (MAX_GAIN.recip()..=MAX_GAIN).contains(&gain);
+        let correlation = common / (spread_here * spread_there).sqrt();
+        is_light.then_some(Self { gain, offset: there - gain * here, correlation })
+    }
+}
+
+/// Normal equations of the brightness, each picture's residuals over their own variance, and their sums over the patches.
+struct Sums {
+    equations: NormalEquations<6>,
+    patches: Vec<Vector6<f64>>,
+    correlation: f64,
+    num_compared: usize,
+}
+
+fn sums(points: &[TexturedPoint], witnesses: &[Witness<'_>], T: &Pose3, level: usize) -> Sums {
+    let num_patches = points.iter().map(|point| point.patch as usize + 1).max().unwrap_or(0);
+    let mut sums = Sums {
+        equations: NormalEquations { H: Matrix6::zeros(), b: Vector6::zeros() },
+        patches: vec![Vector6::zeros(); num_patches],
+        correlation: 0.0,
+        num_compared: 0,
+    };
+    for witness in witnesses {
+        let comparisons = compare(points, witness, T, level);
+        if comparisons.len() < MIN_POINTS {
+            continue;
+        }
+        let Some((residuals, weights, correlation)) = weighted_residuals(&comparisons) else { continue };
+        for ((comparison, residual), weight) in comparisons.iter().zip(residuals).zip(weights) {
+            let gradient = gradient(comparison);
+            sums.equations.H += gradient * gradient.transpose() * weight;
+            let pull = gradient * (weight * residual);
+            sums.equations.b += pull;
+            sums.patches[points[comparison.index as usize].patch as usize] += pull;
+        }
+        sums.correlation += correlation * comparisons.len() as f64;
+        sums.num_compared += comparisons.len();
+    }
+    sums.correlation /= sums.num_compared.max(1) as f64;
+    sums
+}
+
+/// Of the brightness there by a perturbation on the left of the pose (rotation first).
+fn gradient(comparison: &Comparison) -> Vector6<f64> {
+    let turn = comparison.place.cross(&comparison.slope); // slope . (omega x place) = omega . (place x slope)
+    Vector6::new(turn.x, turn.y, turn.z, comparison.slope.x, comparison.slope.y, comparison.slope.z)
+}
+
+/// Residuals (grey levels) once the light is made equal, their weights over their variance, and the correlation.
+fn weighted_residuals(comparisons: &[Comparison]) -> Option<(Vec<f64>, Vec<f64>, f64)> {
+    let mut weights = vec![1.0; comparisons.len()];
+    let mut residuals = Vec::new();
+    let mut correlation = 0.0;
+    // The light by all pairs, then by those that fit it.
+    for round in 0..2 {
+        let light = Light::between(comparisons, &weights)?;
+        residuals = comparisons.iter().map(|c| c.there - light.gain * c.here - light.offset).collect();
+        let sigma = sigma(&residuals);
+        let weight = |residual: &f64| (T_FREEDOM + 1.0) / (T_FREEDOM + (residual / sigma).powi(2));
+        weights = residuals.iter().map(weight).collect();
+        if round == 0 {
+            correlation = light.correlation;
+        } else {
+            for weight in &mut weights {
+                *weight /= sigma * sigma;
+            }
+        }
+    }
+    Some((residuals, weights, correlation))
+}
+
+fn sigma(residuals: &[f64]) -> f64 {
+    let mut sizes: Vec<f64> = residuals.iter().map(|residual| residual.abs()).collect();
+    let middle = sizes.len() / 2;
+    if sizes.is_empty() {
+        return MIN_SIGMA;
+    }
+    let (_, median, _) = sizes.select_nth_unstable_by(middle, f64::total_cmp);
+    (MEDIAN_TO_SIGMA * *median).max(MIN_SIGMA)
+}
+
+/// How well the brightness of the points agrees with the pictures at a pose, -1..=1, and how many are compared.
+pub fn correlation(points: &[TexturedPoint], witnesses: &[Witness<'_>], T: &Pose3, level: usize) -> (f64, usize) {
+    let (mut sum, mut num_compared) = (0.0, 0);
+    for witness in witnesses {
+        let comparisons = compare(points, witness, T, level);
+        let weights = vec![1.0; comparisons.len()];
+        if comparisons.len() < MIN_POINTS {
+            continue;
+        }
+        if let Some(light) = Light::between(&comparisons, &weights) {
+            sum += light.correlation * comparisons.len() as f64;
+        }
+        num_compared += comparisons.len();
+    }
+    (sum / num_compared.max(1) as f64, num_compared)
+}
+
+/// The likeliest pose by what surfaces tell and by brightness, from the level `coarsest` to the finest; `None` where the
+/// pictures show too little of the points. `witnesses` are seen from about there.
+pub fn register_by_brightness(
+    points: &[TexturedPoint],
+    witnesses: &[Witness<'_>],
+    surfaces: &Gaussian,
+    coarsest: usize,
+    solver: &Solver<6>,
+) -> Option<PhotometricResult> {
+    let mut T = surfaces.T_world_camera;
+    let mut result = None;
+    for level in (0..=coarsest.min(NUM_LEVELS - 1)).rev() {
+        for _ in 0..MAX_STEPS {
+            let sums = sums(points, witnesses, &T, level);
+            if sums.num_compared < MIN_POINTS {
+                return None;
+            }
+            // What the residuals of whole patches have beyond their own variance.
+            let variance = unit_variance(&solver.restricted(sums.equations).H, &sums.patches).max(1.0);
+            let information = sums.equations.H / variance;
+            // Of the Gaussian's exponent, to first order: T = exp(x) T_surfaces.
+            let off = (T * surfaces.T_world_camera.inverse()).log();
+            let equations = solver.restricted(NormalEquations {
+                H: surfaces.information + information,
+                b: surfaces.information * off + sums.equations.b / variance,
+            });
+            let damping = Matrix6::identity() * (RELATIVE_DAMPING * equations.H.trace());
+            let step = -(equations.H + damping).cholesky()?.solve(&equations.b);
+            T = (Pose3::exp(&step) * T).renormalized();
+            let converged = step.norm() < SMALL_STEP * f64::from(1 << level);
+            let Sums { correlation, num_compared, .. } = sums;
+            result = Some(PhotometricResult { T_world_camera: T, information, correlation, num_compared, converged });
+            if converged {
+                break;
+            }
+        }
+    }
+    result
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::camera::{ColorImage, Surfel};
+    use crate::registration::solver::Motion;
+
+    fn camera() -> Pinhole {
+        Pinhole::new(256, 192, [180.0, 180.0, 127.5, 95.5]).unwrap()
+    }
+
+    /// A painted wall 2 m ahead of the origin as a camera sees it, its light times `gain`.
+    fn wall(T_world_camera: &Pose3, gain: f64) -> SurfelImage {
+        let camera = camera();
+        let paint = |x: f64, y: f64| 120.0 + 50.0 * (9.0 * x + 2.0 * y).sin() + 40.0 * (7.0 * y - 3.0 * x * y).cos();
+        let on_wall = |u: f64, v: f64| {
+            let (eye, ray) = (T_world_camera.translation.vector, T_world_camera.rotate(&camera.ray(u, v)));
+            let depth = (2.0 - eye.z) / ray.z;
+            (eye + ray * depth, depth)
+        };
+        let pixel = |index: usize| {
+            let (point, _) = on_wall((index % 256) as f64, (index / 256) as f64);
+            [(gain * paint(point.x, point.y)).round() as u8; 3]
+        };
+        let colors = ColorImage { width: 256, height: 192, pixels: (0..256 * 192).map(pixel).collect() };
+        let normal = T_world_camera.inverse().rotate(&-Vector3::z());
+        let cell = |index: usize| {
+            let (u, v) = ((index % 64) as f64 * 4.0 + 1.5, (index / 64) as f64 * 4.0 + 1.5);
+            Some(Surfel { point: camera.unproject(u, v, on_wall(u, v).1), normal, deviation: 1e-3 })
+        };
+        let brightness = Some(Arc::new(Brightness::new(&colors)));
+        SurfelImage { camera, cell_size: 4, columns: 64, rows: 48, cells: (0..64 * 48).map(cell).collect(), brightness }
+    }
+
+    fn picture(frame: &SurfelImage) -> Picture {
+        Picture::new(frame.brightness.clone().unwrap(), &frame.camera)
+    }
+
+    fn witness<'a>(picture: &'a Picture, points: &[TexturedPoint]) -> Witness<'a> {
+        Witness { picture, T_world_camera: Pose3::identity(), seen: (0..points.len() as u32).collect() }
+    }
+
+    #[test]
+    fn the_gradient_is_the_numeric_one() {
+        let T = Pose3::exp(&Vector6::new(0.02, -0.03, 0.01, 0.05, 0.02, -0.1));
+        let (before, now) = (picture(&wall(&Pose3::identity(), 1.0)), wall(&T, 1.0));
+        let points = textured_points(&now);
+        assert!(points.len() > 100, "{}", points.len());
+        let witness = witness(&before, &points);
+        let h = 2e-3; // half a pixel of the finest level: slopes are taken over that
+        let there = |T: &Pose3| compare(&points, &witness, T, 0);
+        let here = there(&T);
+        for axis in 0..6 {
+            let step = Vector6::from_fn(|row, _| if row == axis { h } else { 0.0 });
+            let (ahead, back) = (there(&(Pose3::exp(&step) * T)), there(&(Pose3::exp(&-step) * T)));
+            let at = |list: &[Comparison], index: u32| list.iter().find(|c| c.index == index).map(|c| c.there);
+            let (mut off, mut size) = (0.0, 0.0);
+            for comparison in &here {
+                let (Some(ahead), Some(back)) = (at(&ahead, comparison.index), at(&back, comparison.index)) else {
+                    continue;
+                };
+                let numeric = (ahead - back) / (2.0 * h);
+                off += (gradient(comparison)[axis] - numeric).powi(2);
+                size += numeric * numeric;
+            }
+            assert!(size > 0.0 && off < 0.05f64.powi(2) * size, "axis {axis}: {} of {}", off.sqrt(), size.sqrt());
+        }
+    }
+
+    #[test]
+    fn paint_tells_the_place_along_a_wall_in_any_light() {
+        let truth = Pose3::exp(&Vector6::new(0.01, -0.02, 0.005, 0.07, 0.04, -0.1));
+        let before = picture(&wall(&Pose3::identity(), 1.0));
+        for gain in [1.0, 0.6, 1.15] {
+            let points = textured_points(&wall(&truth, gain));
+            // The wall tells how far away it is and how it is turned, and nothing along it.
+            let mut information = Matrix6::zeros();
+            for known in [0, 1, 5] {
+                information[(known, known)] = 1e6;
+            }
+            let slid = Pose3::translation(0.03, -0.02, 0.0) * truth;
+            let surfaces = Gaussian { T_world_camera: slid, information };
+            let witnesses = [witness(&before, &points)];
+            let found = register_by_brightness(&points, &witnesses, &surfaces, 2, &Motion::Free.solver()).unwrap();
+            let off = (found.T_world_camera * truth.inverse()).log();
+            assert!(off.norm() < 2e-3, "gain {gain}: {off}");
+            assert!(found.correlation > 0.98 && found.converged, "gain {gain}: {found:?}");
+            let (there, compared) = correlation(&points, &witnesses, &truth, 2);
+            let (elsewhere, _) = correlation(&points, &witnesses, &(Pose3::translation(0.2, 0.1, 0.0) * truth), 2);
+            assert!(there > 0.98 && elsewhere < 0.8 && compared > 100, "{there} {elsewhere} {compared}");
+        }
+    }
+
+    #[test]
+    fn nothing_is_told_where_nothing_is_painted_or_seen() {
+        let mut bare = wall(&Pose3::identity(), 1.0);
+        let colors = ColorImage { width: 256, height: 192, pixels: vec![[90; 3]; 256 * 192] };
+        bare.brightness = Some(Arc::new(Brightness::new(&colors)));
+        assert_eq!(textured_points(&bare), []);
+        bare.brightness = None;
+        assert_eq!(textured_points(&bare), []);
+
+        let painted = wall(&Pose3::identity(), 1.0);
+        let (points, picture) = (textured_points(&painted), picture(&painted));
+        let surfaces = Gaussian { T_world_camera: Pose3::identity(), information: Matrix6::identity() };
+        let unseen = Witness { seen: Vec::new(), ..witness(&picture, &points) };
+        let solver = Motion::Free.solver();
+        assert_eq!(register_by_brightness(&points, &[unseen], &surfaces, 1, &solver), None);
+        assert_eq!(register_by_brightness(&points, &[], &surfaces, 1, &solver), None);
+    }
+}
