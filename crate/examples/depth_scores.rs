@@ -1,11 +1,18 @@
 //! Scores the depth engine on all recordings at once, real and generated: `cargo run --release --example depth_scores --
 //! [--only 'WORDS|WORDS'] [--first SEED] [--seeds N] [--frames N] [--cache FOLDER] [--runs] [--each] [--quick] [--planar] [--joint]
-//! [--threads N]`. One row a kind of recording, as a Markdown table.
+//! [--threads N] [--ablations | --per-seed]`. Prints a Markdown table: one row a kind of recording; with `--ablations` a column for
+//! each part of the engine that is left out; with `--per-seed` a row for each generated flat.
 
+#[path = "depth/ablations.rs"]
+mod ablations;
+#[path = "depth/processor_time.rs"]
+mod processor_time;
 #[path = "depth/recordings.rs"]
 mod recordings;
 #[path = "depth/scores.rs"]
 mod scores;
+#[path = "depth/tables.rs"]
+mod tables;
 
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
@@ -16,7 +23,8 @@ use scanstitch::depth_odometry::Effort;
 use scanstitch::registration::solver::Motion;
 use scanstitch::scene::apartment::Tour;
 use scanstitch::spatial_settings::{Refinement, SpatialSettings};
-use scores::{Score, score};
+use scores::score;
+use tables::Scored;
 
 /// A recording that is made when it is its turn.
 struct Run {
@@ -34,9 +42,10 @@ fn main() {
         refinement: if flag("--joint") { Refinement::Joint } else { Refinement::None },
         ..SpatialSettings::default()
     };
+    let variants = if flag("--ablations") { ablations::ablations(&settings) } else { ablations::unchanged(&settings) };
     let cache = argument("--cache").map(PathBuf::from);
     let first = number("--first", 1) as u64;
-    let mut runs = real_runs();
+    let mut runs = if flag("--per-seed") { Vec::new() } else { real_runs() };
     for seed in first..first + number("--seeds", 10) as u64 {
         runs.extend(generated_runs(seed, number("--frames", 100), cache.as_deref()));
     }
@@ -47,21 +56,37 @@ fn main() {
     std::thread::scope(|scope| {
         for _ in 0..number("--threads", 2) {
             scope.spawn(|| {
-                while let Some(run) = runs.get(next.fetch_add(1, Ordering::Relaxed)) {
+                loop {
+                    let place = next.fetch_add(1, Ordering::Relaxed);
+                    let Some(run) = runs.get(place) else { break };
                     let recording = (run.make)();
                     if recording.truth.len() < 2 {
                         continue;
                     }
-                    let score = score(&recording, &settings, flag("--each"));
-                    if flag("--runs") {
-                        println!("{} {}: {}", run.group, recording.name, line(&score));
+                    for variant in &variants {
+                        let score = score(&recording, &variant.settings, flag("--each"));
+                        if flag("--runs") {
+                            println!("{} {}, {}: {}", run.group, recording.name, variant.name, tables::line(&score));
+                        }
+                        let (group, name) = (run.group.clone(), recording.name.clone());
+                        let run = Scored { group, name, variant: variant.name, score };
+                        scored.lock().unwrap().push((place, run));
                     }
-                    scored.lock().unwrap().push((run.group.clone(), score));
                 }
             });
         }
     });
-    table(&runs, &scored.into_inner().unwrap());
+    let mut scored = scored.into_inner().unwrap();
+    scored.sort_by_key(|(place, _)| *place);
+    let scored: Vec<Scored> = scored.into_iter().map(|(_, run)| run).collect();
+    let table = if flag("--ablations") {
+        tables::by_variant(&scored)
+    } else if flag("--per-seed") {
+        tables::by_recording(&scored)
+    } else {
+        tables::by_kind(&scored)
+    };
+    print!("{table}");
 }
 
 fn real_runs() -> Vec<Run> {
@@ -106,51 +131,4 @@ fn generated_runs(seed: u64, frames: usize, cache: Option<&Path>) -> Vec<Run> {
         Run { group: group.to_owned(), make: Box::new(move || walk.recording(seed, cache.as_deref())) }
     };
     kinds.map(run).into()
-}
-
-fn line(score: &Score) -> String {
-    let Score { frames, mean, last, wrong, flagged, doubtful, lost, gap, milliseconds } = score;
-    format!(
-        "{frames} frames, mean {:.1} mm, last {:.1} mm, {wrong} wrong, {flagged} flagged, {doubtful} doubtful, {lost} lost, \
-         gap {:.1} mm, {milliseconds:.1} ms a frame",
-        1000.0 * mean,
-        1000.0 * last,
-        1000.0 * gap
-    )
-}
-
-fn table(runs: &[Run], scored: &[(String, Score)]) {
-    println!(
-        "| recording | runs | frames | median of the means | worst mean | worst last | believed wrong steps | right but \
-         doubted | doubtful | lost | ms a frame |\n|---|---|---|---|---|---|---|---|---|---|---|"
-    );
-    let mut groups: Vec<&str> = Vec::new();
-    for run in runs {
-        if !groups.contains(&run.group.as_str()) {
-            groups.push(&run.group);
-        }
-    }
-    for group in groups {
-        let of: Vec<&Score> = scored.iter().filter(|(name, _)| name == group).map(|(_, score)| score).collect();
-        if of.is_empty() {
-            continue;
-        }
-        let mut means: Vec<f64> = of.iter().map(|score| score.mean).collect();
-        means.sort_by(f64::total_cmp);
-        let worst_last = of.iter().map(|score| score.last).fold(0.0, f64::max);
-        let sum = |count: fn(&Score) -> usize| of.iter().map(|score| count(score)).sum::<usize>();
-        println!(
-            "| {group} | {} | {} | {:.1} mm | {:.1} mm | {:.1} mm | {} | {} | {} | {} | {:.1} |",
-            of.len(),
-            sum(|score| score.frames),
-            1000.0 * means[means.len() / 2],
-            1000.0 * means[means.len() - 1],
-            1000.0 * worst_last,
-            sum(|score| score.wrong),
-            sum(|score| score.flagged),
-            sum(|score| score.doubtful),
-            sum(|score| score.lost),
-            of.iter().map(|score| score.milliseconds).sum::<f64>() / of.len() as f64
-        );
-    }
 }

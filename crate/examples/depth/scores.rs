@@ -1,7 +1,5 @@
 //! How far an estimate is from the truth, and how honest it is about it.
 
-use std::time::Instant;
-
 use scanstitch::geometry::Pose3;
 use scanstitch::geometry::rotation::angle_of;
 use scanstitch::prepared_frame::{FrameLabel, PreparedFrame};
@@ -10,6 +8,7 @@ use scanstitch::spatial_reconstruction::SpatialReconstruction;
 use scanstitch::spatial_settings::SpatialSettings;
 use scanstitch::verdict::Status;
 
+use super::processor_time::timed;
 use super::recordings::Recording;
 
 /// What is said of one recording, first poses made equal and no other alignment.
@@ -32,14 +31,6 @@ pub struct Score {
     pub milliseconds: f64,
 }
 
-/// Processor time of this thread where the system tells (s): other programs do not count.
-pub fn seconds_used(start: Instant) -> f64 {
-    let nanoseconds = std::fs::read_to_string("/proc/thread-self/schedstat")
-        .ok()
-        .and_then(|text| text.split_whitespace().next()?.parse::<f64>().ok());
-    nanoseconds.map_or_else(|| start.elapsed().as_secs_f64(), |nanoseconds| nanoseconds * 1e-9)
-}
-
 /// Runs a recording with these settings, but for its camera.
 pub fn reconstruct(recording: &Recording, settings: &SpatialSettings) -> SpatialReconstruction {
     let [fx, fy, cx, cy] = recording.intrinsics.unwrap_or_default();
@@ -59,10 +50,7 @@ pub fn reconstruct(recording: &Recording, settings: &SpatialSettings) -> Spatial
 
 /// Runs it and compares; `each` prints a line a frame.
 pub fn score(recording: &Recording, settings: &SpatialSettings, each: bool) -> Score {
-    let began = Instant::now();
-    let start = seconds_used(began);
-    let reconstruction = reconstruct(recording, settings);
-    let seconds = seconds_used(began) - start;
+    let (seconds, reconstruction) = timed(|| reconstruct(recording, settings));
     let (poses, estimates) = (reconstruction.poses(), reconstruction.estimates());
     let truth: Vec<Pose3> = recording.truth.iter().map(|pose| recording.truth[0].inverse() * pose).collect();
     let error = |index: usize| (poses[index].translation.vector - truth[index].translation.vector).norm();
