@@ -7,6 +7,8 @@
 mod evidence;
 mod found;
 mod guesses;
+mod lattice;
+mod lone_frame;
 mod matching;
 mod open_direction;
 mod seen;
@@ -15,6 +17,7 @@ mod surfel_cloud;
 use serde::{Deserialize, Serialize};
 
 use self::found::Found;
+pub use self::lone_frame::{LoneFrame, Search};
 use self::matching::Matching;
 use self::seen::Seen;
 pub(crate) use self::surfel_cloud::SurfelCloud;
