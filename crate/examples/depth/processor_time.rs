@@ -1,4 +1,5 @@
 //! How long a piece of work takes, other programs apart.
+#![allow(dead_code)] // each example uses some of it
 
 use std::sync::LazyLock;
 use std::time::Instant;

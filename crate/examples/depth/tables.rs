@@ -27,13 +27,13 @@ pub fn line(score: &Score) -> String {
 
 /// One row a kind of recording.
 pub fn by_kind(scored: &[Scored]) -> String {
-    let mut table = String::from(
+    let mut rows = vec![String::from(
         "| recording | runs | frames | median of the means | worst mean | worst last | believed wrong steps | right but \
          doubted | doubtful | lost | ms a frame |\n|---|---|---|---|---|---|---|---|---|---|---|\n",
-    );
+    )];
     for group in distinct(scored.iter().map(|run| run.group.as_str())) {
         let sum = Sum::of(scored.iter().filter(|run| run.group == group));
-        table += &format!(
+        rows.push(format!(
             "| {group} | {} | {} | {:.1} mm | {:.1} mm | {:.1} mm | {} | {} | {} | {} | {:.1} |\n",
             sum.runs,
             sum.frames,
@@ -45,16 +45,16 @@ pub fn by_kind(scored: &[Scored]) -> String {
             sum.doubtful,
             sum.lost,
             sum.milliseconds
-        );
+        ));
     }
-    table
+    rows.concat()
 }
 
 /// One row a kind of recording and one column a variant of the settings: the median and the worst of the mean errors,
 /// the steps that were believed though wrong, the frames that were doubted though right, and the time a frame.
 pub fn by_variant(scored: &[Scored]) -> String {
     let variants = distinct(scored.iter().map(|run| run.variant));
-    let mut table = format!("| recording | {} |\n|---|{}\n", variants.join(" | "), "---|".repeat(variants.len()));
+    let mut rows = vec![format!("| recording | {} |\n|---|{}\n", variants.join(" | "), "---|".repeat(variants.len()))];
     for group in distinct(scored.iter().map(|run| run.group.as_str())) {
         let cells = variants.iter().map(|&variant| {
             let sum = Sum::of(scored.iter().filter(|run| run.group == group && run.variant == variant));
@@ -62,16 +62,16 @@ pub fn by_variant(scored: &[Scored]) -> String {
             let both = if sum.runs > 1 { format!("{median:.1}, {worst:.1} mm") } else { format!("{median:.1} mm") };
             format!("{both}; {}; {}; {:.0} ms", sum.wrong, sum.flagged, sum.milliseconds)
         });
-        table += &format!("| {group} | {} |\n", cells.collect::<Vec<_>>().join(" | "));
+        rows.push(format!("| {group} | {} |\n", cells.collect::<Vec<_>>().join(" | ")));
     }
-    table
+    rows.concat()
 }
 
 /// One row a recording and one column a kind of it: the mean error, and of loops how far the end is off from the start
 /// as well.
 pub fn by_recording(scored: &[Scored]) -> String {
     let groups = distinct(scored.iter().map(|run| run.group.as_str()));
-    let mut table = format!("| recording | {} |\n|---|{}\n", groups.join(" | "), "---|".repeat(groups.len()));
+    let mut rows = vec![format!("| recording | {} |\n|---|{}\n", groups.join(" | "), "---|".repeat(groups.len()))];
     for name in distinct(scored.iter().map(|run| run.name.as_str())) {
         let cells = groups.iter().map(|&group| {
             let Some(run) = scored.iter().find(|run| run.group == group && run.name == name) else {
@@ -83,9 +83,9 @@ pub fn by_recording(scored: &[Scored]) -> String {
             let end = if is_loop { format!(", end {:.1} mm", 1000.0 * run.score.last) } else { String::new() };
             mean + &wrong + &end
         });
-        table += &format!("| {name} | {} |\n", cells.collect::<Vec<_>>().join(" | "));
+        rows.push(format!("| {name} | {} |\n", cells.collect::<Vec<_>>().join(" | ")));
     }
-    table
+    rows.concat()
 }
 
 /// The runs of one kind together.
