@@ -1,13 +1,21 @@
 //! Scores the depth engine on all recordings at once, real and generated: `cargo run --release --example depth_scores --
-//! [--only 'WORDS|WORDS'] [--first SEED] [--seeds N] [--frames N] [--cache FOLDER] [--runs] [--each] [--quick] [--planar] [--open] [--pictures FOLDER]
-//! [--threads N]`. One row a kind of recording, as a Markdown table.
+//! [--only 'WORDS|WORDS'] [--first SEED] [--seeds N] [--frames N] [--cache FOLDER] [--runs] [--each] [--quick] [--planar]
+//! [--open] [--color used|where_open|not_used] [--images] [--pictures FOLDER] [--threads N] [--ablations | --per-seed]`.
+//! Prints a Markdown table: one row a kind of recording; with `--ablations` a column for each part of the engine that is left
+//! out; with `--per-seed` a row for each generated world. `--images` renders colour images of flats as well.
 
+#[path = "depth/ablations.rs"]
+mod ablations;
 #[path = "depth/picture.rs"]
 mod picture;
+#[path = "depth/processor_time.rs"]
+mod processor_time;
 #[path = "depth/recordings.rs"]
 mod recordings;
 #[path = "depth/scores.rs"]
 mod scores;
+#[path = "depth/tables.rs"]
+mod tables;
 
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
@@ -18,7 +26,8 @@ use scanstitch::depth_odometry::Effort;
 use scanstitch::registration::solver::Motion;
 use scanstitch::scene::apartment::Tour;
 use scanstitch::spatial_settings::{ColorUse, LoopClosing, SpatialSettings};
-use scores::{Score, score};
+use scores::score;
+use tables::Scored;
 
 /// A recording that is made when it is its turn.
 struct Run {
@@ -41,10 +50,11 @@ fn main() {
         },
         ..SpatialSettings::default()
     };
+    let variants = if flag("--ablations") { ablations::ablations(&settings) } else { ablations::unchanged(&settings) };
     let cache = argument("--cache").map(PathBuf::from);
     let pictures = argument("--pictures").map(PathBuf::from);
     let first = number("--first", 1) as u64;
-    let mut runs = real_runs();
+    let mut runs = if flag("--per-seed") { Vec::new() } else { real_runs() };
     for seed in first..first + number("--seeds", 10) as u64 {
         runs.extend(generated_runs(seed, number("--frames", 100), cache.as_deref(), flag("--images")));
     }
@@ -55,25 +65,41 @@ fn main() {
     std::thread::scope(|scope| {
         for _ in 0..number("--threads", 2) {
             scope.spawn(|| {
-                while let Some(run) = runs.get(next.fetch_add(1, Ordering::Relaxed)) {
+                loop {
+                    let place = next.fetch_add(1, Ordering::Relaxed);
+                    let Some(run) = runs.get(place) else { break };
                     let recording = (run.make)();
                     if recording.truth.len() < 2 {
                         continue;
                     }
-                    let (score, mut reconstruction) = score(&recording, &settings, flag("--each"));
-                    if let Some(folder) = &pictures {
-                        let name = format!("{}, {}.png", run.group, recording.name).replace('%', "percent");
-                        picture::draw(&reconstruction.map().cloud().positions, &folder.join(name));
+                    for variant in &variants {
+                        let (score, mut reconstruction) = score(&recording, &variant.settings, flag("--each"));
+                        if let Some(folder) = &pictures {
+                            let name = format!("{}, {}.png", run.group, recording.name).replace('%', "percent");
+                            picture::draw(&reconstruction.map().cloud().positions, &folder.join(name));
+                        }
+                        if flag("--runs") {
+                            println!("{} {}, {}: {}", run.group, recording.name, variant.name, tables::line(&score));
+                        }
+                        let (group, name) = (run.group.clone(), recording.name.clone());
+                        let run = Scored { group, name, variant: variant.name, score };
+                        scored.lock().unwrap().push((place, run));
                     }
-                    if flag("--runs") {
-                        println!("{} {}: {}", run.group, recording.name, line(&score));
-                    }
-                    scored.lock().unwrap().push((run.group.clone(), score));
                 }
             });
         }
     });
-    table(&runs, &scored.into_inner().unwrap());
+    let mut scored = scored.into_inner().unwrap();
+    scored.sort_by_key(|(place, _)| *place);
+    let scored: Vec<Scored> = scored.into_iter().map(|(_, run)| run).collect();
+    let table = if flag("--ablations") {
+        tables::by_variant(&scored)
+    } else if flag("--per-seed") {
+        tables::by_recording(&scored)
+    } else {
+        tables::by_kind(&scored)
+    };
+    print!("{table}");
 }
 
 fn real_runs() -> Vec<Run> {
@@ -147,53 +173,4 @@ fn generated_runs(seed: u64, frames: usize, cache: Option<&Path>, has_color: boo
         Run { group: group.to_owned(), make: Box::new(move || walk.recording(seed, cache.as_deref())) }
     };
     kinds.map(run).into()
-}
-
-fn line(score: &Score) -> String {
-    let Score { frames, mean, last, wrong, flagged, doubtful, lost, gap, closed, milliseconds, early_and_late } = score;
-    format!(
-        "{frames} frames, mean {:.1} mm, last {:.1} mm, {wrong} wrong, {flagged} flagged, {doubtful} doubtful, {lost} lost, \
-         gap {:.1} mm, {closed} closed, {milliseconds:.1} ms a frame, registering {:.1} ms in frames 20 to 40 and {:.1} ms in 100 to 120",
-        1000.0 * mean,
-        1000.0 * last,
-        1000.0 * gap,
-        early_and_late[0],
-        early_and_late[1]
-    )
-}
-
-fn table(runs: &[Run], scored: &[(String, Score)]) {
-    println!(
-        "| recording | runs | frames | median of the means | worst mean | worst last | believed wrong steps | right but \
-         doubted | doubtful | lost | ms a frame |\n|---|---|---|---|---|---|---|---|---|---|---|"
-    );
-    let mut groups: Vec<&str> = Vec::new();
-    for run in runs {
-        if !groups.contains(&run.group.as_str()) {
-            groups.push(&run.group);
-        }
-    }
-    for group in groups {
-        let of: Vec<&Score> = scored.iter().filter(|(name, _)| name == group).map(|(_, score)| score).collect();
-        if of.is_empty() {
-            continue;
-        }
-        let mut means: Vec<f64> = of.iter().map(|score| score.mean).collect();
-        means.sort_by(f64::total_cmp);
-        let worst_last = of.iter().map(|score| score.last).fold(0.0, f64::max);
-        let sum = |count: fn(&Score) -> usize| of.iter().map(|score| count(score)).sum::<usize>();
-        println!(
-            "| {group} | {} | {} | {:.1} mm | {:.1} mm | {:.1} mm | {} | {} | {} | {} | {:.1} |",
-            of.len(),
-            sum(|score| score.frames),
-            1000.0 * means[means.len() / 2],
-            1000.0 * means[means.len() - 1],
-            1000.0 * worst_last,
-            sum(|score| score.wrong),
-            sum(|score| score.flagged),
-            sum(|score| score.doubtful),
-            sum(|score| score.lost),
-            of.iter().map(|score| score.milliseconds).sum::<f64>() / of.len() as f64
-        );
-    }
 }

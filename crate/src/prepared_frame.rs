@@ -107,6 +107,24 @@ impl DepthPreparation {
     }
 }
 
+/// Gives the settings the camera (fx, fy, cx, cy in pixels) that a file beside the images tells, unless they have one.
+///
+/// # Errors
+/// When there is a preparation: frames have been prepared with another camera.
+pub(crate) fn set_intrinsics(
+    settings: &mut SpatialSettings,
+    preparation: Option<&Preparation>,
+    [fx, fy, cx, cy]: [f64; 4],
+) -> Result<()> {
+    if preparation.is_some() {
+        return Err(Error::whole("The camera is set after the first frame", "Set it before all frames"));
+    }
+    if settings.fx == 0.0 && settings.field_of_view == 0.0 {
+        *settings = SpatialSettings { fx, fy, cx, cy, ..settings.clone() };
+    }
+    Ok(())
+}
+
 /// Where a frame stands in its recording.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct FrameLabel {

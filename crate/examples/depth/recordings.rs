@@ -1,4 +1,5 @@
 //! Recordings with their truth: those of ../shared/data/rgbd, whole, thinned out or walked to and fro, and generated ones.
+#![allow(dead_code)] // each example uses some of them
 
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -1,7 +1,5 @@
 //! How far an estimate is from the truth, and how honest it is about it.
 
-use std::time::Instant;
-
 use scanstitch::geometry::Pose3;
 use scanstitch::geometry::rotation::angle_of;
 use scanstitch::prepared_frame::{FrameLabel, PreparedFrame};
@@ -10,6 +8,7 @@ use scanstitch::spatial_reconstruction::SpatialReconstruction;
 use scanstitch::spatial_settings::SpatialSettings;
 use scanstitch::verdict::Status;
 
+use super::processor_time::timed;
 use super::recordings::Recording;
 
 /// What is said of one recording, first poses made equal and no other alignment.
@@ -36,14 +35,6 @@ pub struct Score {
     pub early_and_late: [f64; 2],
 }
 
-/// Processor time of this thread where the system tells (s): other programs do not count.
-pub fn seconds_used(start: Instant) -> f64 {
-    let nanoseconds = std::fs::read_to_string("/proc/thread-self/schedstat")
-        .ok()
-        .and_then(|text| text.split_whitespace().next()?.parse::<f64>().ok());
-    nanoseconds.map_or_else(|| start.elapsed().as_secs_f64(), |nanoseconds| nanoseconds * 1e-9)
-}
-
 /// Runs a recording with these settings, but for its camera.
 ///
 /// Also gives the processor time of registering each frame (s).
@@ -51,16 +42,16 @@ pub fn reconstruct(recording: &Recording, settings: &SpatialSettings) -> (Spatia
     let [fx, fy, cx, cy] = recording.intrinsics.unwrap_or_default();
     let settings = SpatialSettings { fx, fy, cx, cy, ..settings.clone() };
     let mut reconstruction = SpatialReconstruction::new(settings).expect("sound settings");
-    let (began, mut seconds) = (Instant::now(), Vec::new());
+    let mut seconds = Vec::new();
     for (index, bytes) in recording.depth.iter().enumerate() {
         let name = format!("{index}.png");
         let preparation = reconstruction.begin(&name, bytes).expect("a depth image");
         let color = recording.color.get(index).map(Vec::as_slice);
         let frame = PreparedFrame::from_depth(preparation, FrameLabel { name, index, time: None }, bytes, color);
         reconstruction.add(frame.expect("a depth image")).expect("in order");
-        let start = seconds_used(began);
+        let start = seconds_used();
         while reconstruction.step().stage != Stage::Done {}
-        seconds.push(seconds_used(began) - start);
+        seconds.push(seconds_used() - start);
     }
     reconstruction.finish();
     while reconstruction.step().stage != Stage::Done {}
@@ -75,10 +66,9 @@ fn mean(seconds: &[f64], frames: std::ops::Range<usize>) -> f64 {
 
 /// Runs it and compares; `each` prints a line a frame. Also gives the run.
 pub fn score(recording: &Recording, settings: &SpatialSettings, each: bool) -> (Score, SpatialReconstruction) {
-    let began = Instant::now();
-    let start = seconds_used(began);
+    let start = seconds_used();
     let (reconstruction, times) = reconstruct(recording, settings);
-    let seconds = seconds_used(began) - start;
+    let seconds = seconds_used() - start;
     let (poses, estimates) = (reconstruction.poses(), reconstruction.estimates());
     let truth: Vec<Pose3> = recording.truth.iter().map(|pose| recording.truth[0].inverse() * pose).collect();
     let error = |index: usize| (poses[index].translation.vector - truth[index].translation.vector).norm();

@@ -1,18 +1,11 @@
 //! Any bytes: no panic, and what is read, written and read again is the same, packed or not.
 #![no_main]
 
-use libfuzzer_sys::fuzz_target;
-use scanstitch::geometry::PointCloud;
-use scanstitch::io::pcd::{Format, read, write};
+mod cloud_bits;
 
-/// The bits of the positions with the origin in them, of normals and of colours: NaN equals itself.
-fn bits(cloud: &PointCloud) -> Vec<u64> {
-    let bits = |value: f64| if value.is_nan() { u64::MAX } else { value.to_bits() };
-    let positions = cloud.positions.iter().flat_map(|p| (p.as_dvec3() + cloud.origin).to_array());
-    let normals = cloud.normals.iter().flatten().flat_map(|n| n.as_dvec3().to_array());
-    let colors = cloud.colors.iter().flatten().flatten().map(|&channel| u64::from(channel));
-    positions.chain(normals).map(bits).chain(colors).collect()
-}
+use cloud_bits::bits;
+use libfuzzer_sys::fuzz_target;
+use scanstitch::io::pcd::{Format, read, write};
 
 fuzz_target!(|bytes: &[u8]| {
     let Ok(cloud) = read(bytes) else { return };

@@ -85,6 +85,22 @@ pub(crate) fn score(view: &ProjectiveTarget, cloud: &SurfelCloud, T_world_camera
     (tally.agreeing - tally.against) / cloud.points.len().max(1) as f64
 }
 
+/// The same for points and normals that have been turned already and are moved by `shift`, for many moves with one turn.
+/// Surfaces agree when they are within `tolerance` (m).
+pub(super) fn score_turned(
+    view: &ProjectiveTarget,
+    points: &[Vector3<f64>],
+    normals: &[Vector3<f64>],
+    shift: &Vector3<f64>,
+    tolerance: f64,
+) -> f64 {
+    let mut tally = Tally::default();
+    for (point, normal) in points.iter().zip(normals) {
+        tally.add(view.look_at(&(point + shift), tolerance), normal);
+    }
+    (tally.agreeing - tally.against) / points.len().max(1) as f64
+}
+
 fn parts(T: &Pose3) -> (Matrix3<f64>, Vector3<f64>) {
     (T.rotation.to_rotation_matrix().into_inner(), T.translation.vector)
 }

@@ -6,6 +6,7 @@ use super::color::Colored;
 use super::evidence::{Evidence, score};
 use super::found::Found;
 use super::guesses::{around, best_apart, unlikelihood};
+use super::lattice::{self, best_places};
 use super::open_direction::OpenDirection;
 use super::seen::Seen;
 use super::surfel_cloud::SurfelCloud;
@@ -31,6 +32,10 @@ const QUICK_POINTS: usize = 1200;
 const ROUGH_GUESSES: usize = 8;
 /// ... and of these with more.
 const REFINED_GUESSES: usize = 3;
+/// Guesses of a frame of which nothing is known that are refined with few points, ...
+const GUESSES_ANYWHERE: usize = 24;
+/// ... and of these with more.
+const REFINED_ANYWHERE: usize = 5;
 /// Places that look most like a frame that is nowhere near: so many are looked at.
 const PLACES_ANYWHERE: usize = 6;
 /// Places along an open direction that are compared, so many either way ...
@@ -89,21 +94,38 @@ impl<'a> Matching<'a> {
         others.into_iter().fold(first, |best, next| if next.support > best.support { next } else { best })
     }
 
+    /// The same for turns by any angle about the view's vertical and moves of up to four metres ahead and aside, near or far
+    /// alike: for a frame of which nothing is known.
+    pub(super) fn best_of_anywhere(&self, T_world_view: &Pose3) -> Found {
+        let view = self.seen.map.view(self.frame, T_world_view);
+        let places = best_places(&view, &self.sparse.at_most(lattice::POINTS), T_world_view);
+        self.refine_best(&view, places, [GUESSES_ANYWHERE, REFINED_ANYWHERE], |_| 0.0)
+    }
+
     /// From scored guesses to one registration: few points for many guesses, more points for few.
     fn refine(&self, view: &ProjectiveTarget, scored: Vec<(f64, Pose3)>, T_world_last: &Pose3) -> Found {
-        let rough = best_apart(scored, ROUGH_GUESSES).into_iter().map(|guess| {
-            let refined = self.register_to(view, &self.sparse, guess, &rough_options()).T_target_source;
-            (self.evidence(view, &self.sparse, &refined).support - unlikelihood(T_world_last, &refined), refined)
-        });
-        let rough: Vec<(f64, Pose3)> = rough.collect();
-        let refined = best_apart(rough.clone(), REFINED_GUESSES).into_iter().map(|guess| {
-            let refined = self.register_to_middle(view, guess);
-            (self.evidence(view, &self.middle, &refined).support - unlikelihood(T_world_last, &refined), refined)
-        });
-        let best = best_apart(refined.collect(), 1).first().copied().unwrap_or_else(Pose3::identity);
+        self.refine_best(view, scored, [ROUGH_GUESSES, REFINED_GUESSES], |pose| unlikelihood(T_world_last, pose))
+    }
 
-        let found = self.settled(best);
-        self.told_by_color(found, rough)
+    /// The same for so many guesses with few points and with more; `unlikelihood` is taken off what speaks for a pose.
+    fn refine_best(
+        &self,
+        view: &ProjectiveTarget,
+        scored: Vec<(f64, Pose3)>,
+        [num_rough, num_refined]: [usize; 2],
+        unlikelihood: impl Fn(&Pose3) -> f64,
+    ) -> Found {
+        let refined = |guesses: Vec<Pose3>, cloud: &SurfelCloud, options: &IcpOptions| -> Vec<(f64, Pose3)> {
+            let refined = guesses.into_iter().map(|guess| {
+                let refined = self.register_to(view, cloud, guess, options).T_target_source;
+                (self.evidence(view, cloud, &refined).support - unlikelihood(&refined), refined)
+            });
+            refined.collect()
+        };
+        let rough = refined(best_apart(scored, num_rough), &self.sparse, &rough_options());
+        let middle = refined(best_apart(rough.clone(), num_refined), &self.middle, &middle_options());
+        let best = best_apart(middle, 1).first().copied().unwrap_or_else(Pose3::identity);
+        self.told_by_color(self.settled(best), rough)
     }
 
     /// In the places of all key frames: where this frame looks like one of them, if anywhere.

@@ -14,7 +14,7 @@ use crate::evaluation::spatial_error::{EstimatedFrame, SpatialError, spatial_err
 use crate::evaluation::statistics::Statistics;
 use crate::geometry::{PointCloud, Pose3};
 use crate::io::trajectory::Contents;
-use crate::prepared_frame::{FrameLabel, Preparation, PreparedFrame, Surfaces};
+use crate::prepared_frame::{FrameLabel, Preparation, PreparedFrame, Surfaces, set_intrinsics};
 use crate::spatial_report::SpatialPose;
 use crate::spatial_settings::{Method, SpatialSettings};
 use crate::verdict::Status;
@@ -83,14 +83,8 @@ impl StrategyComparison {
     ///
     /// # Errors
     /// After [`begin`](Self::begin): frames have been prepared with another camera.
-    pub fn set_intrinsics(&mut self, [fx, fy, cx, cy]: [f64; 4]) -> Result<()> {
-        if self.preparation.is_some() {
-            return Err(Error::whole("The camera is set after the first frame", "Set it before all frames"));
-        }
-        if self.settings.fx == 0.0 && self.settings.field_of_view == 0.0 {
-            self.settings = SpatialSettings { fx, fy, cx, cy, ..self.settings.clone() };
-        }
-        Ok(())
+    pub fn set_intrinsics(&mut self, intrinsics: [f64; 4]) -> Result<()> {
+        set_intrinsics(&mut self.settings, self.preparation.as_ref(), intrinsics)
     }
 
     /// Looks at the first file, a depth image or a cloud, given as its bytes; says what preparing has to know. The first call
