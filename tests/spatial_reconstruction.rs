@@ -252,7 +252,10 @@ fn frames_can_be_added_to_a_finished_run_and_travel_as_bytes() {
         parts.add(back).unwrap();
         assert!(parts.add(frame).unwrap_err().to_string().contains("later.png"), "the same again");
     }
+    parts.finish();
     while parts.step().stage != Stage::Done {}
+    parts.finish();
+    assert_eq!(parts.step().stage, Stage::Done, "said once more, nothing is left to do");
     assert_eq!(parts.poses(), whole.poses());
     assert_eq!(parts.result().frames[4].name, "later.png");
     let (stitched_in_parts, stitched) = (parts.map().cloud(), whole.map().cloud());

@@ -41,8 +41,10 @@ pub struct SpatialReconstruction {
     reference: Option<Reference>,
     notes: Vec<String>,
     stitched: Option<Stitched>,
-    /// Whether it has been said that no frame will follow, and nothing has been done about it.
+    /// Whether it has been said that no frame will follow.
     is_complete: bool,
+    /// Whether what comes after the last frame has been done.
+    is_finished: bool,
 }
 
 struct Reference {
@@ -168,6 +170,7 @@ impl SpatialReconstruction {
             notes: Vec::new(),
             stitched: None,
             is_complete: false,
+            is_finished: false,
         })
     }
 
@@ -213,6 +216,7 @@ impl SpatialReconstruction {
         }
         self.notes.extend(frame.notes.iter().cloned());
         self.waiting.push_back(frame);
+        (self.is_complete, self.is_finished) = (false, false);
         Ok(())
     }
 
@@ -227,7 +231,8 @@ impl SpatialReconstruction {
         if let Some(frame) = self.waiting.pop_front() {
             return self.register(frame);
         }
-        if std::mem::take(&mut self.is_complete) {
+        if self.is_complete && !self.is_finished {
+            self.is_finished = true;
             for reading in &mut self.readings {
                 reading.loops.iter_mut().for_each(SpatialLoops::finish);
                 reading.close_loops();

@@ -8,7 +8,7 @@ use scanstitch::spatial_reconstruction::SpatialReconstruction;
 use scanstitch::spatial_settings::SpatialSettings;
 use scanstitch::verdict::Status;
 
-use super::processor_time::timed;
+use super::processor_time::seconds_used;
 use super::recordings::Recording;
 
 /// What is said of one recording, first poses made equal and no other alignment.
