@@ -370,7 +370,7 @@ mod tests {
         let T = Pose3::exp(&Vector6::new(0.02, -0.03, 0.01, 0.05, 0.02, -0.1));
         let (before, now) = (picture(&wall(&Pose3::identity(), 1.0)), wall(&T, 1.0));
         let points = textured_points(&now);
-        assert!(points.len() > 100, "{}", points.len());
+        assert!(points.len() > MIN_POINTS, "{}", points.len());
         let witness = witness(&before, &points);
         let h = 2e-3; // half a pixel of the finest level: slopes are taken over that
         let there = |T: &Pose3| compare(&points, &witness, T, 0);
@@ -412,7 +412,7 @@ mod tests {
             assert!(found.correlation > 0.98 && found.converged, "gain {gain}: {found:?}");
             let (there, compared) = correlation(&points, &witnesses, &truth, 2);
             let (elsewhere, _) = correlation(&points, &witnesses, &(Pose3::translation(0.2, 0.1, 0.0) * truth), 2);
-            assert!(there > 0.98 && elsewhere < 0.8 && compared > 100, "{there} {elsewhere} {compared}");
+            assert!(there > 0.98 && elsewhere < 0.8 && compared > MIN_POINTS, "{there} {elsewhere} {compared}");
         }
     }
 
