@@ -115,20 +115,15 @@ function fullestBin(heights: readonly number[]): number | null {
   return fullest ? fullest[0] * BIN : null;
 }
 
-/** Points that the plan's turn is found from. */
-const TURN_SAMPLES = 300;
-
 /** The turn about the vertical (rad) at which the plan fills the smallest rectangle, its long side across the screen. */
 export function straightAzimuth(sampled: readonly Vec3[], is_wide: boolean): number {
   const STEPS = 60;
-  const stride = Math.max(1, Math.floor(sampled.length / TURN_SAMPLES));
-  const chosen = sampled.filter((_, i) => i % stride === 0);
   let best = { area: Number.POSITIVE_INFINITY, azimuth: 0, is_wide: true };
   for (let step = 0; step < STEPS; step++) {
     const azimuth = ((step / STEPS) * Math.PI) / 2;
     const [cos, sin] = [Math.cos(azimuth), Math.sin(azimuth)];
-    const width = spread(chosen.map(([x, , z]) => x * cos - z * sin));
-    const depth = spread(chosen.map(([x, , z]) => x * sin + z * cos));
+    const width = spread(sampled.map(([x, , z]) => x * cos - z * sin));
+    const depth = spread(sampled.map(([x, , z]) => x * sin + z * cos));
     if (width * depth < best.area * 0.995) best = { area: width * depth, azimuth, is_wide: width >= depth };
   }
   return best.is_wide === is_wide ? best.azimuth : best.azimuth - Math.PI / 2;

@@ -473,7 +473,9 @@ export class ScanstitchMap3d extends LitElement implements GestureTarget {
     this.sampled = sample(points, this.R_view_map, NUM_SAMPLES);
     const cameras = marks.poses.map((pose) => this.toView(positionOf(pose)));
     this.heights = heightsOf(sample(points, this.R_view_map, 8 * NUM_SAMPLES), cameras);
-    this.straight = straightAzimuth(this.openSamples(), this.size.width >= this.size.height);
+    // While the map grows, a rough turn will do.
+    const open = this.openSamples().filter((_, i) => !this.growing || i % 5 === 0);
+    this.straight = straightAzimuth(open, this.size.width >= this.size.height);
   }
 
   private toView(point: Vec3): Vec3 {
