@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::error::Result;
-use crate::settings::{SettingDescription, check_limits, choice, integer, number};
+use crate::settings::description::{SettingDescription, check_limits, choice, integer, number};
 
 /// How the map is kept.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
