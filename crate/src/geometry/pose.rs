@@ -63,11 +63,8 @@ impl RigidMotion<2, 3> for Pose2 {
     /// Eqs. 156 and 158.
     fn exp(tangent: &Vector3<f64>) -> Self {
         let theta = tangent.x;
-        let (sin_over, one_minus_cos_over) = if theta.abs() < SMALL_ANGLE {
-            (1.0 - theta * theta / 6.0, theta / 2.0)
-        } else {
-            (theta.sin() / theta, (1.0 - theta.cos()) / theta)
-        };
+        let sin_over = if theta.abs() < SMALL_ANGLE { 1.0 - theta * theta / 6.0 } else { theta.sin() / theta };
+        let one_minus_cos_over = one_minus_cos_over_square(theta) * theta;
         let V = Matrix2::new(sin_over, -one_minus_cos_over, one_minus_cos_over, sin_over);
         let translation = V * Vector2::new(tangent.y, tangent.z);
         Isometry2::from_parts(Translation2::from(translation), UnitComplex::new(theta))
@@ -149,11 +146,9 @@ impl RigidMotion<3, 6> for Pose3 {
         let omega: Vector3<f64> = tangent.fixed_rows::<3>(0).into();
         let rho: Vector3<f64> = tangent.fixed_rows::<3>(3).into();
         let theta = omega.norm();
-        let (a, b) = if theta < SMALL_ANGLE {
-            (0.5 - theta * theta / 24.0, 1.0 / 6.0 - theta * theta / 120.0)
-        } else {
-            ((1.0 - theta.cos()) / (theta * theta), (theta - theta.sin()) / theta.powi(3))
-        };
+        let a = one_minus_cos_over_square(theta);
+        let b =
+            if theta < SMALL_ANGLE { 1.0 / 6.0 - theta * theta / 120.0 } else { (theta - theta.sin()) / theta.powi(3) };
         let W = omega.cross_matrix();
         let V = Matrix3::identity() + W * a + W * W * b;
         Isometry3::from_parts(Translation3::from(V * rho), UnitQuaternion::from_scaled_axis(omega))
@@ -239,6 +234,15 @@ const MAX_SVD_SWEEPS: usize = 100;
 /// Below this angle (rad) the series of the trigonometric quotients are more exact than the quotients.
 const SMALL_ANGLE: f64 = 1e-4;
 
+/// (1 - cos theta) / theta^2, by the half angle: 1 - cos theta has few digits left where theta is small.
+fn one_minus_cos_over_square(theta: f64) -> f64 {
+    if theta.abs() < SMALL_ANGLE {
+        return 0.5 - theta * theta / 24.0;
+    }
+    let quotient = (theta / 2.0).sin() / theta;
+    2.0 * quotient * quotient
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -279,6 +283,19 @@ mod tests {
     #[test]
     fn exp_log_adjoint_and_jacobian_in_space() {
         check::<3, 6, Pose3>();
+    }
+
+    #[test]
+    fn small_turns_keep_all_digits() {
+        for theta in [1e-6f64, 0.9e-4, 1.1e-4, 1e-3, 1e-2] {
+            // Both parts of a motion along an arc, as series.
+            let aside = theta / 2.0 - theta.powi(3) / 24.0 + theta.powi(5) / 720.0;
+            let ahead = 1.0 - theta.powi(2) / 6.0 + theta.powi(4) / 120.0;
+            let flat = Pose2::exp(&Vector3::new(theta, 1.0, 0.0)).translation.vector;
+            assert!((flat - Vector2::new(ahead, aside)).norm() < 1e-15, "{theta}: {flat}");
+            let spatial = Pose3::exp(&Vector6::new(0.0, 0.0, theta, 1.0, 0.0, 0.0)).translation.vector;
+            assert!((spatial - Vector3::new(ahead, aside, 0.0)).norm() < 1e-15, "{theta}: {spatial}");
+        }
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! The distance limit of partners, told from how far off the predictions of the motion have been.
 //!
-//! Vizzo et al., "KISS-ICP", RA-L 8 (2023), section III-D, eqs. 5 to 7 for the deviation of one frame and those after them for the
-//! threshold.
+//! Vizzo et al., "KISS-ICP", RA-L 8 (2023), section III-D: the deviation of one frame is how far it
+//! moves the points that reach furthest (`delta_rot` + `delta_trans`), the threshold three standard deviations of it.
 
 use crate::geometry::{Pose3, RigidMotion};
 
@@ -28,9 +28,9 @@ impl AdaptiveThreshold {
     /// Takes in the motion by which a frame was off its prediction; `max_range` (m) is how far its points reach.
     pub fn update(&mut self, deviation: &Pose3, max_range: f64) {
         let angle = <Pose3 as RigidMotion<3, 6>>::rotation_angle(deviation);
-        let delta_rot = 2.0 * max_range * (0.5 * angle).sin(); // eq. 6: the angle is arccos((tr R - 1) / 2)
-        let delta_trans = <Pose3 as RigidMotion<3, 6>>::translation_norm(deviation); // eq. 7
-        let delta = delta_rot + delta_trans; // eq. 5
+        let delta_rot = 2.0 * max_range * (0.5 * angle).sin();
+        let delta_trans = <Pose3 as RigidMotion<3, 6>>::translation_norm(deviation);
+        let delta = delta_rot + delta_trans;
         if delta > MIN_DEVIATION {
             self.sum_of_squares += delta * delta;
             self.count += 1.0;

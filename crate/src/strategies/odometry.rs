@@ -190,7 +190,7 @@ impl StrategyOdometry {
         }
     }
 
-    /// The better of two predictions: the sensor moved on as it did last (Vizzo et al. 2023, eq. 1), or it stood still.
+    /// The better of two predictions: the sensor moved on as it did last (Vizzo et al. 2023, section III-A), or it stood still.
     /// Recordings that go step by step, a step ahead and then a turn, follow no constant velocity.
     fn predict(&self, source: &Points, T_world_last: &Pose3, threshold: f64) -> Pose3 {
         let moved_on = T_world_last * self.last_motion;
