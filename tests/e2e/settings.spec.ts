@@ -50,6 +50,26 @@ test('changed settings are kept in the address, and a link carries them', async 
   expect(result.settings.metric).toBe('point_to_line');
 });
 
+test('settings in space are kept in the address, and a link carries them to the depth images', async ({
+  page,
+  context,
+}) => {
+  test.slow();
+  const app = new ScanstitchPage(page);
+  const { result } = await app.open('./#spatial&map_voxel_size=0.05&color=not_used&metric=nonsense');
+  expect(result.frames.length).toBeGreaterThan(10);
+  const settings = result.settings as unknown as Record<string, unknown>;
+  expect([settings.map_voxel_size, settings.color, settings.metric]).toEqual([0.05, 'not_used', 'point_to_plane']);
+
+  await page.locator('scanstitch-spatial').getByLabel('Search', { exact: true }).selectOption('quick');
+  await app.stitched();
+  const link = new URL(page.url()).hash;
+  expect(new URLSearchParams(link.slice(1)).get('effort')).toBe('quick');
+  const again = await new ScanstitchPage(await context.newPage()).open(`./${link}`);
+  const carried = again.result.settings as unknown as Record<string, unknown>;
+  expect([carried.effort, carried.color, carried.map_voxel_size]).toEqual(['quick', 'not_used', 0.05]);
+});
+
 test('every setting has a label and a line of explanation', async ({ page, app }) => {
   const panel = page.locator('scanstitch-settings');
   const folded = panel.locator('details:not([open]) summary');

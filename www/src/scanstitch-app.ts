@@ -23,6 +23,7 @@ import type { ScanstitchPlanar } from './planar/planar-view.js';
 import type { ScanstitchSpatial } from './spatial/spatial-view.js';
 import type { GivenRecording } from './strategies/protocol.js';
 import { baseName } from './views/format.js';
+import { ownerOf } from './views/settings-link.js';
 
 type Theme = 'auto' | 'light' | 'dark';
 /** Views of a run, and views beside it. */
@@ -59,12 +60,14 @@ const fetchApartment = async (): Promise<SpatialFiles> => (await import('./datas
  * - `src`: scans to begin with instead of the built-in sample: the address of a manifest
  *   `{ "title": "...", "scans": ["0.ply", ...], "reference": "truth.tum" }`, or the addresses of scans and one
  *   trajectory, apart by spaces. `src="none"` begins empty, `src="apartment"` with the depth images of the second sample.
- * - `settings`: `name=value&name=value` in SI units, for example `strategy=scan_to_scan&max_range=20`.
+ * - `settings`: `name=value&name=value` in SI units, for example `strategy=scan_to_scan&max_range=20`; for laser scans and
+ *   for depth images, each taking those of its names.
  * - `preset`: name of the preset to begin with.
  * - `view`: `bev` begins with the bird's-eye view; `src` then names a `scene.json`, whose pictures lie beside it. A link
  *   that ends in `#bev` does so as well.
  * - `theme`: `light`, `dark`, or `auto` (the default: as the system has it).
  * - `remember-settings`: changed settings are kept in the fragment of the page's address, so a link carries them.
+ *   Those in space stand behind `#spatial`, which begins with the depth images.
  *
  * The height is the page's choice; without one it is 760 pixels or nine tenths of the window.
  *
@@ -115,7 +118,8 @@ export class ScanstitchApp extends LitElement {
     this.resize_observer.observe(this);
     this.onSystemTheme();
     this.system_dark.addEventListener('change', this.onSystemTheme);
-    if (/^#bev\b/.test(location.hash)) this.first_view = 'bev';
+    if (ownerOf(location.hash) === 'bev') this.first_view = 'bev';
+    else if (this.src === '' && this.remember_settings && ownerOf(location.hash) === 'spatial') this.src = 'apartment';
   }
 
   override disconnectedCallback(): void {
@@ -193,6 +197,9 @@ export class ScanstitchApp extends LitElement {
           this.opened.has('spatial')
             ? html`<scanstitch-spatial
                 ?hidden=${this.view !== 'spatial'}
+                .initial_settings=${this.initial_settings}
+                .preset=${this.preset}
+                .remember_settings=${this.remember_settings}
                 .layout=${this.layout}
                 ?dark=${this.isDark()}
                 @facts-changed=${onFacts}

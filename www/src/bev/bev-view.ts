@@ -7,6 +7,7 @@ import { shared, tokens } from '../components/theme.js';
 import { filesOfDrop, filesOfInput } from '../datasets/gather.js';
 import { download } from '../export/exports.js';
 import { remember } from '../views/remember.js';
+import { ownerOf } from '../views/settings-link.js';
 import { bev_styles } from './bev-styles.js';
 import './cameras.js';
 import type { PoseKindWish } from './cameras.js';
@@ -22,7 +23,7 @@ import {
 } from './document.js';
 import { EXPORTS, pointsJson } from './export.js';
 import { has_sample } from './images.js';
-import { fragmentOf, isOfBev } from './link.js';
+import { fragmentOf } from './link.js';
 import { frontHandles, type Mark, markOf, movedTo, tabledKind, topHandles, without, withoutAny } from './marks.js';
 import { frontOverlay, topOverlay } from './paint.js';
 import './picture.js';
@@ -85,7 +86,7 @@ export class ScanstitchBev extends LitElement {
   private topHandlesOf = remember(topHandles);
   private frontHandlesOf = remember(frontHandles);
   private onHash = (): void => {
-    if (isOfBev(location.hash)) this.session.openLink();
+    if (ownerOf(location.hash) === 'bev') this.session.openLink();
   };
 
   override connectedCallback(): void {

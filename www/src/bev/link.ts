@@ -15,11 +15,6 @@ const NAME = 'bev';
 const TOOLS: readonly Tool[] = ['polygon', 'grid', 'points', 'pairs'];
 const WHOLE: readonly WholePixels[] = ['exact', 'truncated', 'rounded'];
 
-/** Whether a fragment opens this view. */
-export function isOfBev(fragment: string): boolean {
-  return new URLSearchParams(fragment.replace(/^#/, '')).has(NAME);
-}
-
 export function fragmentOf({ made, blend, is_sample }: Linked): string {
   const json = JSON.stringify({ ...made, blend, is_sample });
   const binary = Array.from(new TextEncoder().encode(json), (byte) => String.fromCharCode(byte)).join('');

@@ -5,7 +5,8 @@ import { BevClient, Refusal } from './client.js';
 import { type BevDocument, begun, changed, continued, type History, newDocument, questionOf } from './document.js';
 import { redone, undone } from './document.js';
 import { decodePicture, fetchBlob, fetchSampleFile, has_sample, type Picture, pixelsOf, roleOfName } from './images.js';
-import { isOfBev, readFragment } from './link.js';
+import { ownerOf } from '../views/settings-link.js';
+import { readFragment } from './link.js';
 import type { Answer, BevPoint, BevPreset, BevRole, BevScene, Pixel, Strip } from './protocol.js';
 
 export interface Problem {
@@ -69,7 +70,7 @@ export class BevSession implements ReactiveController {
       return this.keepTop();
     }
     if (first) this.take(begun(newDocument(first.scene)));
-    if (isOfBev(location.hash) && this.openLink()) return;
+    if (ownerOf(location.hash) === 'bev' && this.openLink()) return;
     if (src !== '') await this.attempt('file', () => this.openAddress(src));
     else if (has_sample) await this.openSample();
   }

@@ -35,7 +35,7 @@ import type { MapMarks } from '../views/map-painter.js';
 import { type OccupancyPicture, occupancyPicture } from '../views/occupancy.js';
 import { framePalette, type Rgb } from '../views/palette.js';
 import { remember } from '../views/remember.js';
-import { parseSettings, writeSettings } from '../views/setting-fields.js';
+import { ownerOf, rememberSettings, settingsToBegin } from '../views/settings-link.js';
 
 type Tab = 'why' | 'settings' | 'table' | 'figures';
 
@@ -406,11 +406,9 @@ export class ScanstitchPlanar extends LitElement implements RunView {
     return `${shown} of ${plural(frames.length, 'scan')}, ${plural(points.points.length / 2, 'point')}.${chosen}`;
   }
 
-  private initialSettings({ presets, descriptions }: EngineFacts): Settings {
-    const base = presets.find(({ name }) => name === this.preset)?.settings ?? presets[0]?.settings;
-    if (!base) throw new Error('The engine names no preset.');
-    const given = parseSettings(this.initial_settings, base, descriptions);
-    return this.remember_settings ? parseSettings(location.hash.slice(1), given, descriptions) : given;
+  private initialSettings(facts: EngineFacts): Settings {
+    const fragment = this.remember_settings ? location.hash : '';
+    return settingsToBegin('planar', facts, this.preset, this.initial_settings, fragment);
   }
 
   private select(frame: number | null): void {
@@ -444,15 +442,15 @@ export class ScanstitchPlanar extends LitElement implements RunView {
 
   private onSettings({ detail }: CustomEvent<Settings>): void {
     this.session.configure(detail);
-    const base = this.session.facts?.presets[0]?.settings;
-    if (!this.remember_settings || !base) return;
-    const text = writeSettings(detail, base);
-    history.replaceState(history.state, '', text === '' ? location.pathname + location.search : `#${text}`);
+    const { facts } = this.session;
+    if (this.remember_settings && facts) rememberSettings('planar', facts, detail);
   }
 
   private onHash = (): void => {
     const { facts } = this.session;
-    if (this.remember_settings && facts) this.session.configure(this.initialSettings(facts));
+    if (this.remember_settings && facts && ownerOf(location.hash) === 'planar') {
+      this.session.configure(this.initialSettings(facts));
+    }
   };
 
   private onPainted(): void {

@@ -68,6 +68,7 @@ export class SpatialSession implements ReactiveController {
 
   #host: ReactiveControllerHost;
   #client: SpatialClient | null = null;
+  #initial_settings: (facts: SpatialFacts) => SpatialSettings | null = ({ presets }) => presets[0]?.settings ?? null;
   #settings_timer: ReturnType<typeof setTimeout> | undefined;
   #ms_by_index = new Map<number, number>();
   #started_at = 0;
@@ -103,6 +104,11 @@ export class SpatialSession implements ReactiveController {
     this.facts = null;
     // Come back to the page, it computes again what it was showing.
     if (this.dataset) this.#pending = () => this.#load();
+  }
+
+  /** To be called before the engine is ready: how to find the settings to begin with. */
+  beginWith(initial_settings: (facts: SpatialFacts) => SpatialSettings): void {
+    this.#initial_settings = initial_settings;
   }
 
   /** Takes files in: a recording of its own replaces what is there, further frames or a true path join it. */
@@ -315,8 +321,7 @@ export class SpatialSession implements ReactiveController {
 
   #onReady(facts: SpatialFacts): void {
     this.facts = facts;
-    const [first] = facts.presets;
-    this.settings ??= first?.settings ?? null;
+    this.settings ??= this.#initial_settings(facts);
     if (this.phase === 'starting') this.phase = 'empty';
     this.#pending?.();
     this.#pending = null;

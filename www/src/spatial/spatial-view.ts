@@ -20,12 +20,13 @@ import {
 } from '../components/run-view.js';
 import { shared } from '../components/theme.js';
 import type { SpatialFiles } from '../datasets/spatial-files.js';
-import type { SpatialFrameResult, SpatialResult, SpatialSettings } from '../engine/spatial-protocol.js';
+import type { SpatialFacts, SpatialFrameResult, SpatialResult, SpatialSettings } from '../engine/spatial-protocol.js';
 import type { GivenFiles } from '../evaluate/evaluate-view.js';
 import { download } from '../export/exports.js';
 import { baseName, formatLength, plural } from '../views/format.js';
 import { framePalette, type Rgb } from '../views/palette.js';
 import { remember } from '../views/remember.js';
+import { ownerOf, rememberSettings, settingsToBegin } from '../views/settings-link.js';
 import { makeSpatialExport, SPATIAL_EXPORTS } from './exports.js';
 import { FrameImageLoader } from './frame-images.js';
 import { spatialFigures } from './headline.js';
@@ -53,6 +54,9 @@ const DEPTH_SCALE = 1000;
  */
 @customElement('scanstitch-spatial')
 export class ScanstitchSpatial extends LitElement implements RunView {
+  @property({ attribute: false }) initial_settings = '';
+  @property({ attribute: false }) preset = '';
+  @property({ attribute: false }) remember_settings = false;
   @property({ attribute: false }) layout: Layout = 'wide';
   @property({ type: Boolean }) dark = false;
 
@@ -90,6 +94,17 @@ export class ScanstitchSpatial extends LitElement implements RunView {
   );
   private shown_generation = 0;
   private announced: unknown = null;
+
+  override connectedCallback(): void {
+    super.connectedCallback();
+    window.addEventListener('hashchange', this.onHash);
+    this.session.beginWith((facts) => this.initialSettings(facts));
+  }
+
+  override disconnectedCallback(): void {
+    super.disconnectedCallback();
+    window.removeEventListener('hashchange', this.onHash);
+  }
 
   /** Takes files in, asked for at clock time `requested_at`. */
   add(files: Promise<SpatialFiles>, requested_at: number): Promise<void> {
@@ -254,7 +269,7 @@ export class ScanstitchSpatial extends LitElement implements RunView {
       .descriptions=${facts?.descriptions ?? []}
       .presets=${facts?.presets ?? []}
       .values=${settings}
-      @settings-changed=${({ detail }: CustomEvent<SpatialSettings>) => this.session.configure(detail)}
+      @settings-changed=${this.onSettings}
     ></scanstitch-settings>`;
   }
 
@@ -355,6 +370,24 @@ export class ScanstitchSpatial extends LitElement implements RunView {
     this.selected = frame;
     if (frame !== null && this.until !== null && frame >= this.until) this.until = frame + 1;
   }
+
+  private initialSettings(facts: SpatialFacts): SpatialSettings {
+    const fragment = this.remember_settings ? location.hash : '';
+    return settingsToBegin('spatial', facts, this.preset, this.initial_settings, fragment);
+  }
+
+  private onSettings({ detail }: CustomEvent<SpatialSettings>): void {
+    this.session.configure(detail);
+    const { facts } = this.session;
+    if (this.remember_settings && facts) rememberSettings('spatial', facts, detail);
+  }
+
+  private onHash = (): void => {
+    const { facts } = this.session;
+    if (this.remember_settings && facts && ownerOf(location.hash) === 'spatial') {
+      this.session.configure(this.initialSettings(facts));
+    }
+  };
 
   private onUntil({ detail }: CustomEvent<number>): void {
     const count = this.session.snapshot?.result.frames.length ?? 0;

@@ -1,0 +1,37 @@
+/** The settings that a page begins with, and a link that carries them: `#name=value`, in space `#spatial&name=value`. */
+import { type Field, parseSettings, writeSettings } from './setting-fields.js';
+
+export type Settable = 'planar' | 'spatial';
+
+interface Facts<S extends object> {
+  presets: readonly { name: string; settings: S }[];
+  descriptions: readonly (Field & { name: keyof S; kind: { choices?: { value: string }[] } })[];
+}
+
+/** Which view a fragment is of. */
+export function ownerOf(fragment: string): Settable | 'bev' {
+  const names = new URLSearchParams(fragment.replace(/^#/, ''));
+  return names.has('spatial') ? 'spatial' : names.has('bev') ? 'bev' : 'planar';
+}
+
+/** Those of the preset, then what is given as text, then what the page's fragment holds for this view. */
+export function settingsToBegin<S extends object>(
+  view: Settable,
+  { presets, descriptions }: Facts<S>,
+  preset: string,
+  given: string,
+  fragment: string,
+): S {
+  const base = presets.find(({ name }) => name === preset)?.settings ?? presets[0]?.settings;
+  if (!base) throw new Error('The engine names no preset.');
+  const settings = parseSettings(given, base, descriptions);
+  return ownerOf(fragment) === view ? parseSettings(fragment.replace(/^#/, ''), settings, descriptions) : settings;
+}
+
+/** Writes what differs from the default into the page's address. */
+export function rememberSettings<S extends object>(view: Settable, { presets }: Facts<S>, settings: S): void {
+  const [first] = presets;
+  const text = first ? writeSettings(settings, first.settings) : '';
+  const fragment = view === 'planar' ? `#${text}` : `#${view}&${text}`;
+  history.replaceState(history.state, '', text === '' ? location.pathname + location.search : fragment);
+}
