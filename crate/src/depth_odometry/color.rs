@@ -163,6 +163,14 @@ impl Matching<'_> {
         if is_better { there } else { found }
     }
 
+    /// Whether the pictures leave half as much unexplained at one place as at the other; false without colours.
+    pub(super) fn looks_more_alike(&self, there: &Found, here: &Found) -> bool {
+        self.colored.as_ref().is_some_and(|colored| {
+            let unexplained = |found: &Found| 1.0 - self.alike(colored, &found.registration.T_target_source);
+            2.0 * unexplained(there) < unexplained(here)
+        })
+    }
+
     /// How well the brightness at a pose agrees with the pictures, by the coarsest level; 0 where too little is seen.
     fn alike(&self, colored: &Colored, T_world_camera: &Pose3) -> f64 {
         let witnesses = colored.witnesses(self.seen, T_world_camera);

@@ -10,9 +10,10 @@ use super::lattice::{self, best_places};
 use super::open_direction::OpenDirection;
 use super::seen::Seen;
 use super::surfel_cloud::SurfelCloud;
-use super::{DepthOptions, Effort};
+use super::{DepthOptions, Effort, SAME_PLACE};
 use crate::camera::surfel_image::SurfelImage;
 use crate::geometry::Pose3;
+use crate::key_views::apart;
 use crate::registration::factors::PointToSurfel;
 use crate::registration::icp::{Criteria, IcpOptions, Rejection, Weighting, register_with};
 use crate::registration::projective::ProjectiveTarget;
@@ -42,6 +43,8 @@ const PLACES_ANYWHERE: usize = 6;
 const PLACES: i32 = 10;
 /// ... and so far apart (m).
 const BETWEEN_PLACES: f64 = 0.1;
+/// Where more than this agrees, no other place is asked for.
+const CLEAR_AGREEMENT: f64 = 0.998;
 /// A place is told from another when it agrees so much better.
 const TELLING_AGREEMENT: f64 = 0.01;
 
@@ -124,8 +127,31 @@ impl<'a> Matching<'a> {
         };
         let rough = refined(best_apart(scored, num_rough), &self.sparse, &rough_options());
         let middle = refined(best_apart(rough.clone(), num_refined), &self.middle, &middle_options());
-        let best = best_apart(middle, 1).first().copied().unwrap_or_else(Pose3::identity);
-        self.told_by_color(self.settled(best), rough)
+        let best = self.best_settled(middle);
+        self.told_by_color(best, rough)
+    }
+
+    /// The registration that the best of a few scored poses leads to; where something contradicts it, the others are held
+    /// against it, each with the map as it is seen from there: so far they have all been seen from one place.
+    fn best_settled(&self, mut scored: Vec<(f64, Pose3)>) -> Found {
+        scored.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let mut poses = scored.iter().map(|(_, pose)| *pose);
+        let mut best = self.settled(poses.next().unwrap_or_else(Pose3::identity));
+        for pose in poses {
+            if best.agreement > CLEAR_AGREEMENT {
+                break;
+            }
+            if apart(&pose, &best.registration.T_target_source) < SAME_PLACE {
+                continue;
+            }
+            let other = self.settled(pose);
+            let is_less_contradicted = 2.0 * (1.0 - other.agreement) < 1.0 - best.agreement;
+            let is_likelier = other.support > best.support || self.looks_more_alike(&other, &best);
+            if is_less_contradicted && is_likelier && other.is_open <= best.is_open {
+                best = other;
+            }
+        }
+        best
     }
 
     /// In the places of all key frames: where this frame looks like one of them, if anywhere.
