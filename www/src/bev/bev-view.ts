@@ -1,8 +1,6 @@
 import { html, LitElement, nothing, type TemplateResult } from 'lit';
 import { customElement, property, query, state } from 'lit/decorators.js';
 import { icon } from '../components/icons.js';
-import '../components/menu.js';
-import type { MenuItem } from '../components/menu.js';
 import { shared, tokens } from '../components/theme.js';
 import { filesOfDrop, filesOfInput } from '../datasets/gather.js';
 import { download } from '../export/exports.js';
@@ -11,42 +9,23 @@ import { ownerOf } from '../views/settings-link.js';
 import { bev_styles } from './bev-styles.js';
 import './cameras.js';
 import type { PoseKindWish } from './cameras.js';
-import {
-  type BevDocument,
-  flat,
-  hiddenWords,
-  HINTS,
-  MAX_GRID,
-  markedPixels,
-  type Tool,
-  wholePairs,
-} from './document.js';
-import { EXPORTS, pointsJson } from './export.js';
-import { has_sample } from './images.js';
+import { type BevDocument, flat, hiddenWords, HINTS, markedPixels, wholePairs } from './document.js';
+import { pointsJson } from './export.js';
 import { fragmentOf } from './link.js';
-import { frontHandles, type Mark, markOf, movedTo, tabledKind, topHandles, without, withoutAny } from './marks.js';
+import { frontHandles, type Mark, markOf, movedTo, tabledKind, topHandles, without } from './marks.js';
 import { frontOverlay, topOverlay } from './paint.js';
 import './picture.js';
-import { type HandleMove, type ScanstitchBevPicture, shortPixel } from './picture.js';
+import { type HandleMove, type ScanstitchBevPicture } from './picture.js';
 import './points-table.js';
 import type { TypedPixel } from './points-table.js';
-import type { BevAxes, BevPoint, BevPreset, BevRefinement, BevRole, BevScene, Pixel, WholePixels } from './protocol.js';
+import type { BevAxes, BevPoint, BevRefinement, BevRole, BevScene, Pixel } from './protocol.js';
+import { homographyPanel, type Pointed, readout } from './readout.js';
 import './refinement.js';
 import type { RefinementWish } from './refinement.js';
 import { BevSession } from './session.js';
 import './sketch.js';
+import { openItems, toolbar } from './toolbar.js';
 
-const TOOLS: readonly [Tool, string][] = [
-  ['polygon', 'Polygon'],
-  ['grid', 'Grid'],
-  ['points', 'Points'],
-  ['pairs', 'Pairs'],
-];
-const WHOLE: readonly [WholePixels, string][] = [
-  ['exact', 'with fractions'],
-  ['truncated', 'truncated'],
-  ['rounded', 'rounded'],
-];
 const NO_POINTS: readonly BevPoint[] = [];
 
 /**
@@ -63,7 +42,7 @@ export class ScanstitchBev extends LitElement {
   @property({ type: Boolean, attribute: 'remember-scene' }) remember_scene = false;
   @state() private selected: number | null = null;
   /** What the pointer is over. */
-  @state() private pointed: { role: BevRole; point: BevPoint } | null = null;
+  @state() private pointed: Pointed | null = null;
   @state() private refined: BevRefinement | null = null;
   @state() private is_dropping = false;
   @state() private said = '';
@@ -135,87 +114,17 @@ export class ScanstitchBev extends LitElement {
   }
 
   private renderControls(made: BevDocument): TemplateResult {
-    const { session } = this;
-    return html`<div class="controls" role="toolbar" aria-label="Bird's-eye view">
-      <scanstitch-menu
-        label="Open"
-        icon="open"
-        .items=${this.openItemsOf(session.presets)}
-        @menu-chosen=${this.onOpen}
-      ></scanstitch-menu>
-      <div class="tools" role="group" aria-label="What is marked">
-        ${TOOLS.map(
-          ([tool, label]) =>
-            html`<button aria-pressed=${made.tool === tool} @click=${() => this.change({ tool }, null)}>
-              ${label}
-            </button>`,
-        )}
-      </div>
-      ${made.tool === 'grid' ? this.renderCells(made) : nothing}
-      <div class="group">
-        <button
-          class="icon"
-          aria-label="Undo"
-          title="Undo (Ctrl+Z)"
-          ?disabled=${!session.can_undo}
-          @click=${() => this.goBack()}
-        >
-          ${icon('reset')}
-        </button>
-        <button
-          class="icon mirrored"
-          aria-label="Redo"
-          title="Redo (Ctrl+Y)"
-          ?disabled=${!session.can_redo}
-          @click=${() => this.goForth()}
-        >
-          ${icon('reset')}
-        </button>
-        <button
-          class="icon"
-          aria-label="Remove all marks"
-          title="Remove all marks"
-          ?disabled=${markedPixels(made).length === 0}
-          @click=${() => this.change(withoutAny(made), null)}
-        >
-          ${icon('trash')}
-        </button>
-      </div>
-      <label
-        >Front pixels
-        <select
-          @change=${(event: Event) => session.change({ whole: (event.target as HTMLSelectElement).value as WholePixels })}
-        >
-          ${WHOLE.map(([whole, label]) => html`<option value=${whole} .selected=${whole === made.whole}>${label}</option>`)}
-        </select>
-      </label>
-      <span class="end">
-        <scanstitch-menu
-          label="Export"
-          icon="download"
-          .items=${EXPORTS}
-          @menu-chosen=${this.onExport}
-        ></scanstitch-menu>
-      </span>
-    </div>`;
-  }
-
-  private renderCells(made: BevDocument): TemplateResult {
-    const set = (name: 'columns' | 'rows', { target }: Event) => {
-      const value = Number((target as HTMLInputElement).value);
-      if (Number.isInteger(value) && value >= 1 && value <= MAX_GRID) this.session.change({ [name]: value });
-    };
-    return html`${(['columns', 'rows'] as const).map(
-      (name) =>
-        html`<label
-          >${name}<input
-            type="number"
-            min="1"
-            max=${MAX_GRID}
-            .value=${String(made[name])}
-            @change=${(event: Event) => set(name, event)}
-        /></label>`,
-    )}`;
+    const { can_undo, can_redo, presets } = this.session;
+    return toolbar(made, {
+      open_items: this.openItemsOf(presets),
+      can_undo,
+      can_redo,
+      open: (event) => this.onOpen(event),
+      export: (event) => this.onExport(event),
+      undo: () => this.goBack(),
+      redo: () => this.goForth(),
+      change: (wanted, keeps_selection) => this.change(wanted, keeps_selection ? this.selected : null),
+    });
   }
 
   private renderProblems(): TemplateResult | typeof nothing {
@@ -265,7 +174,7 @@ export class ScanstitchBev extends LitElement {
             ></scanstitch-bev-cameras>
           </div>
         </section>
-        ${answer ? this.renderHomography(answer.homography) : nothing}
+        ${answer ? homographyPanel(answer.homography, (text) => this.copyHomography(text)) : nothing}
       </div>
     </div>`;
   }
@@ -308,21 +217,8 @@ export class ScanstitchBev extends LitElement {
         }}
         @picture-pointed=${({ detail }: CustomEvent<Pixel | null>) => this.onPointed(role, detail)}
       ></scanstitch-bev-picture>
-      <div class="readout">${is_top ? this.renderReadout(made) : this.renderBlend()}</div>
+      <div class="readout">${is_top ? readout(this.pointed, made.tool) : this.renderBlend()}</div>
     </section>`;
-  }
-
-  private renderReadout({ tool }: BevDocument): TemplateResult {
-    const { pointed } = this;
-    if (!pointed) return html`${HINTS[tool]}`;
-    const { marked, ground, projected, status } = pointed.point;
-    const [here, there] = pointed.role === 'top' ? ['top', 'front'] : ['front', 'top'];
-    const metres = ground?.map((value) => value.toFixed(3)).join(', ');
-    const outside = status === 'visible' ? '' : ', outside';
-    return html`<span>${here} <b>${shortPixel(marked)}</b></span>
-      <span>${metres ? html`ground <b>${metres}</b> m` : 'no ground: at or above the horizon'}</span>
-      ${projected ? html`<span>${there} <b>${shortPixel(projected)}</b>${outside}</span>` : nothing}
-      ${ground && !projected ? html`<span>behind the ${there} camera</span>` : nothing}`;
   }
 
   private renderBlend(): TemplateResult {
@@ -387,21 +283,6 @@ export class ScanstitchBev extends LitElement {
           @refinement-wished=${({ detail }: CustomEvent<RefinementWish>) => this.refine(made, detail)}
         ></scanstitch-bev-refinement>
       </div>
-    </section>`;
-  }
-
-  private renderHomography(homography: readonly number[]): TemplateResult {
-    const rows = [0, 3, 6].map((start) => homography.slice(start, start + 3));
-    const shown = rows.map((row) => row.map((value) => value.toPrecision(7).padStart(14)).join(' ')).join('\n');
-    const copy = () =>
-      this.session.attempt('export', () => this.copy(JSON.stringify(rows), 'The homography was copied.'));
-    return html`<section aria-label="Homography">
-      <header>
-        <h2>Homography</h2>
-        <span class="file">top (u, v, 1) → front, up to scale</span>
-        <button class="quiet" @click=${copy}>Copy</button>
-      </header>
-      <div class="panel"><pre class="matrix">${shown}</pre></div>
     </section>`;
   }
 
@@ -613,6 +494,10 @@ export class ScanstitchBev extends LitElement {
     await this.copy(new URL(fragment, location.href).href, `The link was copied.${pictures}`);
   }
 
+  private copyHomography(text: string): Promise<void> {
+    return this.session.attempt('export', () => this.copy(text, 'The homography was copied.'));
+  }
+
   private async copy(text: string, said: string): Promise<void> {
     try {
       await navigator.clipboard.writeText(text);
@@ -623,14 +508,6 @@ export class ScanstitchBev extends LitElement {
   }
 
   static override styles = [tokens, shared, bev_styles];
-}
-
-function openItems(presets: readonly BevPreset[]): MenuItem[] {
-  return [
-    { id: 'files', label: 'Files…', detail: 'two views (PNG, JPEG), a scene.json, a table of points (CSV)' },
-    ...(has_sample ? [{ id: 'sample', label: 'The sample', detail: 'a rendered pair with exact cameras' }] : []),
-    ...presets.map(({ name, label, explanation }) => ({ id: name, label, detail: explanation })),
-  ];
 }
 
 declare global {

@@ -1,0 +1,104 @@
+/** The bar above the two views. */
+import { html, nothing, type TemplateResult } from 'lit';
+import { icon } from '../components/icons.js';
+import '../components/menu.js';
+import type { MenuItem } from '../components/menu.js';
+import { type BevDocument, MAX_GRID, markedPixels, type Tool } from './document.js';
+import { EXPORTS } from './export.js';
+import { has_sample } from './images.js';
+import { withoutAny } from './marks.js';
+import type { BevPreset, WholePixels } from './protocol.js';
+
+const TOOLS: readonly [Tool, string][] = [
+  ['polygon', 'Polygon'],
+  ['grid', 'Grid'],
+  ['points', 'Points'],
+  ['pairs', 'Pairs'],
+];
+const WHOLE: readonly [WholePixels, string][] = [
+  ['exact', 'with fractions'],
+  ['truncated', 'truncated'],
+  ['rounded', 'rounded'],
+];
+/** What the bar shows beside the document, and what it asks for. */
+export interface ToolbarState {
+  open_items: MenuItem[];
+  can_undo: boolean;
+  can_redo: boolean;
+  open: (event: CustomEvent<string>) => void;
+  export: (event: CustomEvent<string>) => void;
+  undo: () => void;
+  redo: () => void;
+  /** A change of the document. */
+  change: (wanted: Partial<BevDocument>, keeps_selection: boolean) => void;
+}
+
+/** What is opened, marked, taken back and exported. */
+export function toolbar(made: BevDocument, { can_undo, can_redo, ...has }: ToolbarState): TemplateResult {
+  const change = (wanted: Partial<BevDocument>) => () => has.change(wanted, false);
+  return html`<div class="controls" role="toolbar" aria-label="Bird's-eye view">
+    <scanstitch-menu label="Open" icon="open" .items=${has.open_items} @menu-chosen=${has.open}></scanstitch-menu>
+    <div class="tools" role="group" aria-label="What is marked">
+      ${TOOLS.map(
+        ([tool, label]) =>
+          html`<button aria-pressed=${made.tool === tool} @click=${change({ tool })}>${label}</button>`,
+      )}
+    </div>
+    ${made.tool === 'grid' ? cells(made, has.change) : nothing}
+    <div class="group">
+      <button class="icon" aria-label="Undo" title="Undo (Ctrl+Z)" ?disabled=${!can_undo} @click=${has.undo}>
+        ${icon('reset')}
+      </button>
+      <button class="icon mirrored" aria-label="Redo" title="Redo (Ctrl+Y)" ?disabled=${!can_redo} @click=${has.redo}>
+        ${icon('reset')}
+      </button>
+      <button
+        class="icon"
+        aria-label="Remove all marks"
+        title="Remove all marks"
+        ?disabled=${markedPixels(made).length === 0}
+        @click=${change(withoutAny(made))}
+      >
+        ${icon('trash')}
+      </button>
+    </div>
+    <label
+      >Front pixels
+      <select
+        @change=${(event: Event) => has.change({ whole: (event.target as HTMLSelectElement).value as WholePixels }, true)}
+      >
+        ${WHOLE.map(([whole, label]) => html`<option value=${whole} .selected=${whole === made.whole}>${label}</option>`)}
+      </select>
+    </label>
+    <span class="end">
+      <scanstitch-menu label="Export" icon="download" .items=${EXPORTS} @menu-chosen=${has.export}></scanstitch-menu>
+    </span>
+  </div>`;
+}
+
+function cells(made: BevDocument, change: ToolbarState['change']): TemplateResult {
+  const set = (name: 'columns' | 'rows', { target }: Event) => {
+    const value = Number((target as HTMLInputElement).value);
+    if (Number.isInteger(value) && value >= 1 && value <= MAX_GRID) change({ [name]: value }, true);
+  };
+  return html`${(['columns', 'rows'] as const).map(
+    (name) =>
+      html`<label
+        >${name}<input
+          type="number"
+          min="1"
+          max=${MAX_GRID}
+          .value=${String(made[name])}
+          @change=${(event: Event) => set(name, event)}
+      /></label>`,
+  )}`;
+}
+
+/** What can be opened. */
+export function openItems(presets: readonly BevPreset[]): MenuItem[] {
+  return [
+    { id: 'files', label: 'Files…', detail: 'two views (PNG, JPEG), a scene.json, a table of points (CSV)' },
+    ...(has_sample ? [{ id: 'sample', label: 'The sample', detail: 'a rendered pair with exact cameras' }] : []),
+    ...presets.map(({ name, label, explanation }) => ({ id: name, label, detail: explanation })),
+  ];
+}
