@@ -25,7 +25,7 @@ use self::matching::Matching;
 pub(crate) use self::matching::{fine_options, middle_options};
 pub(crate) use self::open_direction::OpenDirection;
 use self::seen::Seen;
-pub(crate) use self::surfel_cloud::SurfelCloud;
+pub(crate) use self::surfel_cloud::{AllSurfels, SurfelCloud};
 use crate::camera::surfel_image::SurfelImage;
 use crate::geometry::Pose3;
 use crate::key_views::apart;

@@ -401,21 +401,28 @@ impl SpatialReconstruction {
     }
 
     fn insert_frames(&self, map: &mut VoxelMap, first: usize, poses: &[Option<Pose3>]) {
-        for (index, pose) in poses.iter().enumerate().skip(first) {
-            if let Some(pose) = pose {
-                self.with_map_cloud(index, |cloud| map.insert(cloud, pose, index, self.settings.max_height));
+        let max_height = self.settings.max_height;
+        for (index, (frame, pose)) in self.frames.iter().zip(poses).enumerate().skip(first) {
+            match (&frame.map_points, pose) {
+                (_, None) => {}
+                (MapPoints::Image(image, prepared_as), Some(pose)) => {
+                    map.insert_image(image, self.depth_shift(*prepared_as), pose, index, max_height);
+                }
+                (MapPoints::Cloud(cloud), Some(pose)) => map.insert(cloud, pose, index, max_height),
             }
         }
     }
 
+    /// What is to be added to depths (m) that were prepared by one way of reading them.
+    fn depth_shift(&self, prepared_as: Quantisation) -> f64 {
+        let quantisation = self.quantisation().unwrap_or(Quantisation::Rounded);
+        (quantisation.offset() - prepared_as.offset()) * self.depth().map_or(0.0, |depth| depth.depth_step)
+    }
+
     /// What a frame gives to the map, in the sensor's frame.
     fn with_map_cloud(&self, index: usize, work: impl FnOnce(&PointCloud)) {
-        let quantisation = self.quantisation().unwrap_or(Quantisation::Rounded);
-        let step = self.depth().map_or(0.0, |depth| depth.depth_step);
         match self.frames.get(index).map(|frame| &frame.map_points) {
-            Some(MapPoints::Image(image, prepared_as)) => {
-                work(&image.cloud((quantisation.offset() - prepared_as.offset()) * step));
-            }
+            Some(MapPoints::Image(image, prepared_as)) => work(&image.cloud(self.depth_shift(*prepared_as))),
             Some(MapPoints::Cloud(cloud)) => work(cloud),
             None => {}
         }

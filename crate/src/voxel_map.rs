@@ -1,9 +1,10 @@
 //! The stitched map in space: one point a voxel, the mean of what all frames saw there.
 
-use glam::{DVec3, Vec3};
-use rustc_hash::{FxHashMap, FxHashSet};
+use glam::{DVec3, Mat3A, Vec3, Vec3A};
+use rustc_hash::FxHashMap;
 
 use crate::geometry::{PointCloud, Pose3};
+use crate::preprocess::map_image::MapImage;
 
 /// Points of many frames in the world frame, without doubles.
 ///
@@ -21,7 +22,7 @@ pub struct VoxelMap {
 
 #[derive(Debug, Clone)]
 struct Voxel {
-    /// Sum of the positions relative to the voxel's corner (m).
+    /// Sum of the positions relative to the voxel's corner, in sides of it.
     offset: Vec3,
     corner: [i32; 3],
     normal: Vec3,
@@ -33,21 +34,22 @@ struct Voxel {
 
 /// A point on its way into the map.
 struct Placed {
-    /// Its index in the cloud.
-    point: usize,
     corner: [i32; 3],
     /// Its block, and its voxel's place in that.
     slot: (u32, u32),
     /// The number of its voxel.
     number: u32,
-    /// Its position relative to the voxel's corner (m).
-    offset: Vec3,
+    /// Its position relative to the voxel's corner, in sides of it.
+    offset: Vec3A,
+    normal: Vec3A,
+    color: [u8; 3],
 }
 
 /// Points that are placed together: what is far away in memory is waited for once and not for each of them.
 const BATCH: usize = 64;
-/// Voxels along a side of a block.
-const BLOCK: i32 = 8;
+/// Voxels along a side of a block, and that as a power of two.
+const BLOCK: i32 = 1 << BLOCK_BITS;
+const BLOCK_BITS: i32 = 3;
 const BLOCK_VOXELS: usize = (BLOCK * BLOCK * BLOCK) as usize;
 /// Bits of a key for each axis: voxels of a millimetre reach a kilometre.
 const KEY_BITS: u32 = 21;
@@ -61,51 +63,38 @@ impl VoxelMap {
     /// Adds the points of a frame at its pose. Points higher than `max_height` (m) above the world's origin are left out;
     /// the world's y axis points down.
     pub fn insert(&mut self, cloud: &PointCloud, T_world_sensor: &Pose3, frame: usize, max_height: f64) {
-        let (R, t) = single(T_world_sensor);
-        let inverse = 1.0 / self.voxel_size;
         self.has_colors |= cloud.colors.is_some();
-        let mut last_block = (u64::MAX, 0);
-        let mut batch: Vec<Placed> = Vec::with_capacity(BATCH);
-        for start in (0..cloud.positions.len()).step_by(BATCH) {
-            batch.clear();
-            for point in start..(start + BATCH).min(cloud.positions.len()) {
-                let position = R * cloud.positions[point].as_dvec3() + t;
-                if -position.y > max_height {
-                    continue;
-                }
-                let scaled = position * inverse;
-                let Some(corner) = corner_of(scaled) else { continue };
-                let key = pack(corner.map(|cell| cell.div_euclid(BLOCK)));
-                if key != last_block.0 {
-                    last_block = (key, self.block(key));
-                }
-                let [x, y, z] = corner.map(|cell| cell.rem_euclid(BLOCK));
-                let slot = (last_block.1, ((z * BLOCK + y) * BLOCK + x) as u32);
-                let offset = ((scaled - DVec3::from(corner.map(f64::from))) * self.voxel_size).as_vec3();
-                batch.push(Placed { point, corner, slot, number: 0, offset });
-            }
-            for placed in &mut batch {
-                let slot = &mut self.blocks[placed.slot.0 as usize][placed.slot.1 as usize];
-                if *slot == 0 {
-                    self.voxels.push(Voxel::new(placed.corner, frame));
-                    *slot = self.voxels.len() as u32;
-                }
-                placed.number = *slot - 1;
-            }
-            for &Placed { point, number, offset, .. } in &batch {
-                let Some(voxel) = self.voxels.get_mut(number as usize) else { continue };
-                voxel.offset += offset;
-                voxel.count += 1;
-                if let Some(normals) = &cloud.normals {
-                    voxel.normal += (R * normals[point].as_dvec3()).as_vec3();
-                }
-                if let Some(colors) = &cloud.colors {
-                    for (sum, &channel) in voxel.color.iter_mut().zip(&colors[point]) {
-                        *sum += u32::from(channel);
-                    }
-                }
-            }
+        let R = rotation(T_world_sensor);
+        let mut stitching = Stitching::new(self, T_world_sensor, frame, max_height);
+        for (index, &position) in cloud.positions.iter().enumerate() {
+            let normal = cloud.normals.as_ref().map_or(Vec3A::ZERO, |normals| R * Vec3A::from(normals[index]));
+            let color = cloud.colors.as_ref().map_or([0; 3], |colors| colors[index]);
+            stitching.add(position, normal, color);
         }
+        stitching.flush();
+    }
+
+    /// The same for the points of an image, with `shift` (m) added to their depths.
+    pub fn insert_image(
+        &mut self,
+        image: &MapImage,
+        shift: f64,
+        T_world_sensor: &Pose3,
+        frame: usize,
+        max_height: f64,
+    ) {
+        self.has_colors |= image.colors.is_some();
+        let R = rotation(T_world_sensor);
+        let mut stitching = Stitching::new(self, T_world_sensor, frame, max_height);
+        // Neighbours are mostly of one surface.
+        let mut last = ([0; 3], Vec3A::ZERO);
+        image.for_each_point(shift, |position, normal, color| {
+            if normal != last.0 {
+                last = (normal, (R * Vec3A::from(normal.map(f32::from))).normalize_or_zero());
+            }
+            stitching.add(position, last.1, color);
+        });
+        stitching.flush();
     }
 
     /// The number of the block of this key, which is made where there is none.
@@ -130,22 +119,128 @@ impl VoxelMap {
 
     /// The points, world frame, in the order in which they were first seen.
     pub fn cloud(&self) -> PointCloud {
-        let position = |voxel: &Voxel| {
-            let corner = DVec3::from(voxel.corner.map(f64::from)) * self.voxel_size;
-            (corner + voxel.offset.as_dvec3() / f64::from(voxel.count)).as_vec3()
-        };
-        let color = |voxel: &Voxel| voxel.color.map(|sum| ((sum + voxel.count / 2) / voxel.count) as u8);
         PointCloud {
-            positions: self.voxels.iter().map(position).collect(),
-            normals: Some(self.voxels.iter().map(|voxel| voxel.normal.normalize_or_zero()).collect()),
-            colors: self.has_colors.then(|| self.voxels.iter().map(color).collect()),
+            positions: self.positions(),
+            normals: Some(self.normals()),
+            colors: self.colors(),
             origin: DVec3::ZERO,
         }
+    }
+
+    /// Where the points are (m).
+    pub fn positions(&self) -> Vec<Vec3> {
+        let position = |voxel: &Voxel| {
+            let offset = voxel.offset.as_dvec3() / f64::from(voxel.count);
+            ((DVec3::from(voxel.corner.map(f64::from)) + offset) * self.voxel_size).as_vec3()
+        };
+        self.voxels.iter().map(position).collect()
+    }
+
+    /// Unit normals of the points; zero where unknown.
+    pub fn normals(&self) -> Vec<Vec3> {
+        self.voxels.iter().map(|voxel| voxel.normal.normalize_or_zero()).collect()
+    }
+
+    /// Colours of the points, where any of them has one.
+    pub fn colors(&self) -> Option<Vec<[u8; 3]>> {
+        let color = |voxel: &Voxel| voxel.color.map(|sum| ((sum + voxel.count / 2) / voxel.count) as u8);
+        self.has_colors.then(|| self.voxels.iter().map(color).collect())
     }
 
     /// The first frame that saw each point.
     pub fn frames(&self) -> Vec<u32> {
         self.voxels.iter().map(|voxel| voxel.frame).collect()
+    }
+}
+
+/// Points of one frame on their way into a map, a few at a time.
+struct Stitching<'a> {
+    map: &'a mut VoxelMap,
+    grid: Grid,
+    frame: usize,
+    /// Key and number.
+    last_block: (u64, u32),
+    batch: Vec<Placed>,
+}
+
+impl<'a> Stitching<'a> {
+    fn new(map: &'a mut VoxelMap, T_world_sensor: &Pose3, frame: usize, max_height: f64) -> Self {
+        let grid = Grid::new(map.voxel_size, T_world_sensor, max_height);
+        Self { map, grid, frame, last_block: (u64::MAX, 0), batch: Vec::with_capacity(BATCH) }
+    }
+
+    /// A position in the sensor's frame (m), with its normal in the world's.
+    #[inline]
+    fn add(&mut self, position: Vec3, normal: Vec3A, color: [u8; 3]) {
+        let Some((corner, offset)) = self.grid.voxel_of(position) else { return };
+        let key = block_key(corner);
+        if key != self.last_block.0 {
+            self.last_block = (key, self.map.block(key));
+        }
+        let [x, y, z] = corner.map(|cell| cell & (BLOCK - 1));
+        let slot = (self.last_block.1, ((z * BLOCK + y) * BLOCK + x) as u32);
+        self.batch.push(Placed { corner, slot, number: 0, offset, normal, color });
+        if self.batch.len() == BATCH {
+            self.flush();
+        }
+    }
+
+    fn flush(&mut self) {
+        let VoxelMap { blocks, voxels, .. } = &mut *self.map;
+        for placed in &mut self.batch {
+            let slot = &mut blocks[placed.slot.0 as usize][placed.slot.1 as usize];
+            if *slot == 0 {
+                voxels.push(Voxel::new(placed.corner, self.frame));
+                *slot = voxels.len() as u32;
+            }
+            placed.number = *slot - 1;
+        }
+        for &Placed { number, offset, normal, color, .. } in &self.batch {
+            let Some(voxel) = voxels.get_mut(number as usize) else { continue };
+            voxel.offset += Vec3::from(offset);
+            voxel.normal += Vec3::from(normal);
+            voxel.count += 1;
+            for (sum, channel) in voxel.color.iter_mut().zip(color) {
+                *sum += u32::from(channel);
+            }
+        }
+        self.batch.clear();
+    }
+}
+
+/// From a sensor's frame to voxels of the world, in single precision: it tells micrometres apart in a house and millimetres
+/// in a town.
+struct Grid {
+    /// To the world's frame in sides of a voxel.
+    R: Mat3A,
+    t: Vec3A,
+    /// Below this y, which points down, it is too high.
+    least_y: f32,
+}
+
+impl Grid {
+    fn new(voxel_size: f64, T_world_sensor: &Pose3, max_height: f64) -> Self {
+        let (inverse, t) = (1.0 / voxel_size, T_world_sensor.translation.vector);
+        Self {
+            R: rotation(T_world_sensor) * inverse as f32,
+            t: (DVec3::new(t.x, t.y, t.z) * inverse).as_vec3a(),
+            least_y: (-max_height * inverse) as f32,
+        }
+    }
+
+    /// The voxel of a position (m, sensor's frame), and where in it that lies (in sides of it); `None` where it is too high,
+    /// not finite or too far away.
+    #[inline]
+    fn voxel_of(&self, position: Vec3) -> Option<([i32; 3], Vec3A)> {
+        const LIMIT: f32 = ((1 << (KEY_BITS - 1)) - 1) as f32;
+        let scaled = self.R * Vec3A::from(position) + self.t;
+        // Not a number fails the comparison.
+        let is_inside = (scaled.cmpge(Vec3A::splat(-LIMIT)) & scaled.cmple(Vec3A::splat(LIMIT))).all();
+        if !is_inside || scaled.y < self.least_y {
+            return None;
+        }
+        let floor = scaled.floor();
+        Some((floor.to_array().map(|cell| cell as i32), scaled - floor))
     }
 }
 
@@ -165,18 +260,16 @@ impl VoxelCount {
 
     /// Adds the points that [`VoxelMap::insert`] would.
     pub fn insert(&mut self, cloud: &PointCloud, T_world_sensor: &Pose3, max_height: f64) {
-        let (R, t) = single(T_world_sensor);
-        let inverse = 1.0 / self.voxel_size;
+        let grid = Grid::new(self.voxel_size, T_world_sensor, max_height);
         let mut layers = (u64::MAX, [0; BLOCK as usize]);
         for &position in &cloud.positions {
-            let position = R * position.as_dvec3() + t;
-            let Some(corner) = corner_of(position * inverse).filter(|_| -position.y <= max_height) else { continue };
-            let key = pack(corner.map(|cell| cell.div_euclid(BLOCK)));
+            let Some((corner, _)) = grid.voxel_of(position) else { continue };
+            let key = block_key(corner);
             if key != layers.0 {
                 self.fill(layers);
                 layers = (key, [0; BLOCK as usize]);
             }
-            let [x, y, z] = corner.map(|cell| cell.rem_euclid(BLOCK));
+            let [x, y, z] = corner.map(|cell| cell & (BLOCK - 1));
             layers.1[z as usize] |= 1 << (y * BLOCK + x);
         }
         self.fill(layers);
@@ -201,7 +294,7 @@ impl VoxelCount {
 
     /// How many there would be with a side that is a whole multiple of this one's.
     pub fn len_of_multiple(&self, multiple: i32) -> usize {
-        let mut coarser = FxHashSet::default();
+        let (multiple, mut coarser) = (multiple.max(1), Vec::new());
         for (&key, layers) in &self.blocks {
             let first = unpack(key).map(|block| block * BLOCK);
             for (z, &layer) in (0..).zip(layers) {
@@ -210,10 +303,16 @@ impl VoxelCount {
                     let bit = rest.trailing_zeros().cast_signed();
                     rest &= rest - 1;
                     let corner = [first[0] + bit % BLOCK, first[1] + bit / BLOCK, first[2] + z];
-                    coarser.insert(pack(corner.map(|cell| cell.div_euclid(multiple.max(1)))));
+                    let key = pack(corner.map(|cell| cell.div_euclid(multiple)));
+                    // Neighbours are mostly of one coarser voxel.
+                    if coarser.last() != Some(&key) {
+                        coarser.push(key);
+                    }
                 }
             }
         }
+        coarser.sort_unstable();
+        coarser.dedup();
         coarser.len()
     }
 }
@@ -224,14 +323,13 @@ impl Voxel {
     }
 }
 
-/// The voxel of a position in units of its side; `None` where it is not finite or too far away.
-fn corner_of(scaled: DVec3) -> Option<[i32; 3]> {
-    let limit = f64::from(1 << (KEY_BITS - 1));
-    // Not a number fails the comparison.
-    let is_inside = scaled.abs().max_element() < limit - 1.0 && scaled.is_finite();
-    is_inside.then(|| scaled.floor().to_array().map(|cell| cell as i32))
+/// The key of the block that a voxel lies in.
+#[inline]
+fn block_key(corner: [i32; 3]) -> u64 {
+    pack(corner.map(|cell| cell >> BLOCK_BITS))
 }
 
+#[inline]
 fn pack(corner: [i32; 3]) -> u64 {
     let [x, y, z] = corner.map(|cell| u64::from((cell + (1 << (KEY_BITS - 1))) as u32));
     x | y << KEY_BITS | z << (2 * KEY_BITS)
@@ -242,10 +340,9 @@ fn unpack(key: u64) -> [i32; 3] {
     [key, key >> KEY_BITS, key >> (2 * KEY_BITS)].map(|part| (part & mask) as i32 - (1 << (KEY_BITS - 1)))
 }
 
-fn single(T: &Pose3) -> (glam::DMat3, DVec3) {
+fn rotation(T: &Pose3) -> Mat3A {
     let R = T.rotation.to_rotation_matrix();
-    let t = T.translation.vector;
-    (glam::DMat3::from_cols_slice(R.matrix().as_slice()), DVec3::new(t.x, t.y, t.z))
+    Mat3A::from_cols_array(&R.into_inner().as_slice().try_into().map_or([0.0; 9], |R: [f64; 9]| R.map(|x| x as f32)))
 }
 
 #[cfg(test)]

@@ -5,7 +5,7 @@ use nalgebra::{Matrix3, Vector3};
 use super::seen::Seen;
 use super::surfel_cloud::SurfelCloud;
 use crate::geometry::Pose3;
-use crate::registration::projective::{ProjectiveTarget, Sight};
+use crate::registration::projective::{Glances, ProjectiveTarget, Sight};
 
 /// Surfaces agree with a rough guess when they are this near (m), ...
 const ROUGH_TOLERANCE: f64 = 0.1;
@@ -76,13 +76,9 @@ impl Evidence {
 }
 
 /// What speaks for a guess, cheaply: the share of the points that agree with the view, less those in its free space.
-pub(crate) fn score(view: &ProjectiveTarget, cloud: &SurfelCloud, T_world_camera: &Pose3) -> f64 {
-    let (R, t) = parts(T_world_camera);
-    let mut tally = Tally::default();
-    for (point, normal) in cloud.points.iter().zip(&cloud.normals) {
-        tally.add(view.look_at(&(R * point + t), ROUGH_TOLERANCE), &(R * normal));
-    }
-    (tally.agreeing - tally.against) / cloud.points.len().max(1) as f64
+pub(crate) fn score(view: &ProjectiveTarget, glances: &Glances, T_world_camera: &Pose3) -> f64 {
+    let glanced = view.glance(glances, T_world_camera, ROUGH_TOLERANCE, AGREEING_COSINE as f32);
+    (glanced.agreeing as f64 - glanced.in_free_space as f64) / glances.len().max(1) as f64
 }
 
 /// The same for points and normals that have been turned already and are moved by `shift`, for many moves with one turn.

@@ -9,7 +9,7 @@ use super::guesses::{around, best_apart, unlikelihood};
 use super::lattice::{self, best_places};
 use super::open_direction::OpenDirection;
 use super::seen::Seen;
-use super::surfel_cloud::SurfelCloud;
+use super::surfel_cloud::{AllSurfels, SurfelCloud};
 use super::{DepthOptions, Effort, SAME_PLACE};
 use crate::camera::surfel_image::SurfelImage;
 use crate::geometry::Pose3;
@@ -64,7 +64,7 @@ pub(super) struct Matching<'a> {
 
 impl<'a> Matching<'a> {
     pub(super) fn new(seen: &'a Seen, frame: &'a SurfelImage, options: DepthOptions) -> Self {
-        let cloud = SurfelCloud::new(frame);
+        let cloud = AllSurfels::new(frame);
         Self {
             seen,
             frame,
@@ -80,17 +80,19 @@ impl<'a> Matching<'a> {
     /// The registration that the best of these guesses leads to; the map is seen from `T_world_view` at first.
     pub(super) fn best_of(&self, guesses: &[Pose3], T_world_view: &Pose3) -> Found {
         let view = self.seen.map.view(self.frame, T_world_view);
-        let scored = guesses.iter().map(|guess| (score(&view, &self.sparse, guess), *guess));
+        let sparse = self.sparse.glances();
+        let scored = guesses.iter().map(|guess| (score(&view, &sparse, guess), *guess));
         self.refine(&view, scored.collect(), T_world_view)
     }
 
     /// The same for turns by any angle and moves of up to a metre around a pose.
     pub(super) fn best_of_all_around(&self, T_world_last: &Pose3) -> Found {
+        let sparse = self.sparse.glances();
         let quarters = [0, 1, 2, 3].map(|quarter| {
             let turned = T_world_last * Isometry3::rotation(Vector3::y() * f64::from(quarter) * 90f64.to_radians());
             let view = self.seen.map.view(self.frame, &turned);
             let guesses = around(&turned, -6..=6, 7.5f64.to_radians(), 4, 4);
-            let scored: Vec<_> = guesses.map(|guess| (score(&view, &self.sparse, &guess), guess)).collect();
+            let scored: Vec<_> = guesses.map(|guess| (score(&view, &sparse, &guess), guess)).collect();
             self.refine(&view, scored, T_world_last)
         });
         let [first, others @ ..] = quarters;
@@ -156,13 +158,10 @@ impl<'a> Matching<'a> {
 
     /// In the places of all key frames: where this frame looks like one of them, if anywhere.
     pub(super) fn best_of_everywhere(&self) -> Option<Found> {
-        let mut scored = Vec::new();
+        let (mut scored, sparse) = (Vec::new(), self.sparse.glances());
         for key_view in self.seen.key_views.all() {
             for T_key_camera in around(&Pose3::identity(), -2..=2, 15f64.to_radians(), 1, 1) {
-                scored.push((
-                    score(key_view.view(), &self.sparse, &T_key_camera),
-                    key_view.T_world_camera * T_key_camera,
-                ));
+                scored.push((score(key_view.view(), &sparse, &T_key_camera), key_view.T_world_camera * T_key_camera));
             }
         }
         let found = best_apart(scored, PLACES_ANYWHERE).into_iter().map(|guess| {

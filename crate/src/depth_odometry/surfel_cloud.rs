@@ -2,8 +2,9 @@
 
 use nalgebra::Vector3;
 
-use crate::camera::surfel_image::SurfelImage;
+use crate::camera::surfel_image::{Surfel, SurfelImage};
 use crate::registration::icp::Source;
+use crate::registration::projective::Glances;
 
 /// A frame's pieces of surface, column by column.
 #[derive(Clone)]
@@ -15,25 +16,21 @@ pub(crate) struct SurfelCloud {
 }
 
 impl SurfelCloud {
-    pub(crate) fn new(frame: &SurfelImage) -> Self {
-        Self {
-            points: frame.surfels().map(|surfel| surfel.point).collect(),
-            normals: frame.surfels().map(|surfel| surfel.normal).collect(),
-            known_normals: frame.surfels().map(|surfel| Some(surfel.normal)).collect(),
-            deviations: frame.surfels().map(|surfel| surfel.deviation).collect(),
-        }
-    }
-
     /// About `most` of them, as many of every direction as there are, so that the few that hold a corridor's length count
     /// beside its long walls (Rusinkiewicz and Levoy, "Efficient variants of the ICP algorithm", 3DIM 2001).
     pub(crate) fn at_most(&self, most: usize) -> Self {
-        let kept = even_over_directions(&self.normals, most);
+        let kept = Directions::of(self.normals.iter()).evenly(most);
         Self {
             points: kept.iter().map(|&index| self.points[index]).collect(),
             normals: kept.iter().map(|&index| self.normals[index]).collect(),
             known_normals: kept.iter().map(|&index| self.known_normals[index]).collect(),
             deviations: kept.iter().map(|&index| self.deviations[index]).collect(),
         }
+    }
+
+    /// The same points for many quick looks.
+    pub(crate) fn glances(&self) -> Glances {
+        Glances::new(&self.points, &self.normals)
     }
 
     pub(crate) fn source(&self) -> Source<'_, 3> {
@@ -45,30 +42,69 @@ impl SurfelCloud {
 const DIRECTION_COMPONENT: f64 = 0.4;
 const NUM_DIRECTIONS: usize = 27;
 
-/// Indices of about `most` of the normals in their order, evenly over their directions as far as there are enough.
-fn even_over_directions(normals: &[Vector3<f64>], most: usize) -> Vec<usize> {
-    let third =
-        |component: f64| usize::from(component > -DIRECTION_COMPONENT) + usize::from(component > DIRECTION_COMPONENT);
-    let direction = |normal: &Vector3<f64>| 9 * third(normal.x) + 3 * third(normal.y) + third(normal.z);
-    let mut counts = [0usize; NUM_DIRECTIONS];
-    for normal in normals {
-        counts[direction(normal)] += 1;
+/// All pieces of surface of a frame, to be thinned out.
+pub(crate) struct AllSurfels<'a> {
+    surfels: Vec<&'a Surfel>,
+    directions: Directions,
+}
+
+impl<'a> AllSurfels<'a> {
+    pub(crate) fn new(frame: &'a SurfelImage) -> Self {
+        let surfels: Vec<&Surfel> = frame.surfels().collect();
+        let directions = Directions::of(surfels.iter().map(|surfel| &surfel.normal));
+        Self { surfels, directions }
     }
-    // What small directions do not use up is shared among the larger ones.
-    let mut by_size: [usize; NUM_DIRECTIONS] = std::array::from_fn(|index| index);
-    by_size.sort_by_key(|&index| (counts[index], index));
-    let (mut quotas, mut left) = ([0usize; NUM_DIRECTIONS], most);
-    for (place, &index) in by_size.iter().enumerate() {
-        quotas[index] = counts[index].min(left / (NUM_DIRECTIONS - place));
-        left -= quotas[index];
+
+    /// As [`SurfelCloud::at_most`].
+    pub(crate) fn at_most(&self, most: usize) -> SurfelCloud {
+        let kept: Vec<&Surfel> = self.directions.evenly(most).into_iter().map(|index| self.surfels[index]).collect();
+        SurfelCloud {
+            points: kept.iter().map(|surfel| surfel.point).collect(),
+            normals: kept.iter().map(|surfel| surfel.normal).collect(),
+            known_normals: kept.iter().map(|surfel| Some(surfel.normal)).collect(),
+            deviations: kept.iter().map(|surfel| surfel.deviation).collect(),
+        }
     }
-    let mut seen = [0usize; NUM_DIRECTIONS];
-    let is_kept = |normal: &Vector3<f64>| {
-        let index = direction(normal);
-        let before = seen[index] * quotas[index] / counts[index];
-        seen[index] += 1;
-        seen[index] * quotas[index] / counts[index] > before
-    };
-    let kept: Vec<bool> = normals.iter().map(is_kept).collect();
-    (0..normals.len()).filter(|&index| kept[index]).collect()
+}
+
+/// Which of [`NUM_DIRECTIONS`] each of some normals has, and how many have each.
+struct Directions {
+    of: Vec<u8>,
+    counts: [usize; NUM_DIRECTIONS],
+}
+
+impl Directions {
+    fn of<'a>(normals: impl Iterator<Item = &'a Vector3<f64>>) -> Self {
+        let third =
+            |component: f64| u8::from(component > -DIRECTION_COMPONENT) + u8::from(component > DIRECTION_COMPONENT);
+        let direction = |normal: &Vector3<f64>| 9 * third(normal.x) + 3 * third(normal.y) + third(normal.z);
+        let of: Vec<u8> = normals.map(direction).collect();
+        let mut counts = [0usize; NUM_DIRECTIONS];
+        of.iter().for_each(|&direction| counts[usize::from(direction)] += 1);
+        Self { of, counts }
+    }
+
+    /// Indices of about `most` of the normals in their order, evenly over their directions as far as there are enough.
+    fn evenly(&self, most: usize) -> Vec<usize> {
+        let counts = &self.counts;
+        // What small directions do not use up is shared among the larger ones.
+        let mut by_size: [usize; NUM_DIRECTIONS] = std::array::from_fn(|index| index);
+        by_size.sort_by_key(|&index| (counts[index], index));
+        let (mut quotas, mut left) = ([0usize; NUM_DIRECTIONS], most);
+        for (place, &index) in by_size.iter().enumerate() {
+            quotas[index] = counts[index].min(left / (NUM_DIRECTIONS - place));
+            left -= quotas[index];
+        }
+        // The next one is kept whenever the quotas of those so far come to another whole.
+        let mut filled = [0usize; NUM_DIRECTIONS];
+        let is_kept = |&direction: &u8| {
+            let index = usize::from(direction);
+            filled[index] += quotas[index];
+            let is_full = filled[index] >= counts[index];
+            filled[index] -= if is_full { counts[index] } else { 0 };
+            is_full
+        };
+        let kept: Vec<bool> = self.of.iter().map(is_kept).collect();
+        (0..kept.len()).filter(|&index| kept[index]).collect()
+    }
 }

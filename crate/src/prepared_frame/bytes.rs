@@ -69,7 +69,7 @@ impl PreparedFrame {
             MapPoints::Cloud(cloud) => MapPointsHeader::Cloud(cloud_header(cloud)),
         };
         let header = Header { label: self.label.clone(), notes: self.notes.clone(), surfaces, map_points };
-        let mut bytes = Vec::new();
+        let mut bytes = Vec::with_capacity(self.most_bytes());
         put(&mut bytes, &serde_json::to_vec(&header).unwrap_or_default());
         match &self.surfaces {
             Surfaces::Surfels(images) => {
@@ -93,6 +93,23 @@ impl PreparedFrame {
             MapPoints::Cloud(cloud) => put_cloud(&mut bytes, cloud),
         }
         bytes
+    }
+
+    /// No fewer bytes than it takes, so that they are written in one place.
+    fn most_bytes(&self) -> usize {
+        let of_surfaces: usize = match &self.surfaces {
+            Surfaces::Surfels(images) => {
+                let brightness = brightness_of(images).map_or(0, |(_, _, values)| size_of_val(values));
+                images.iter().map(|(_, image)| image.cells.len() * SURFEL_BYTES).sum::<usize>() + brightness
+            }
+            Surfaces::Cloud(cloud) => cloud.len() * POINT_BYTES,
+        };
+        let of_map = match &self.map_points {
+            MapPoints::Image(image, _) => image.depths.len() * PIXEL_BYTES,
+            MapPoints::Cloud(cloud) => cloud.len() * POINT_BYTES,
+        };
+        let of_words: usize = self.notes.iter().map(String::len).sum();
+        of_surfaces + of_map + 2 * of_words + HEADER_BYTES
     }
 
     /// The frame that [`to_bytes`](Self::to_bytes) wrote.
@@ -152,10 +169,15 @@ fn brightness_of(images: &[(Quantisation, SurfelImage)]) -> Option<(usize, usize
     images.first()?.1.brightness.as_ref().map(|brightness| brightness.finest())
 }
 
+/// The filled cells, each with its piece of surface.
 fn put_surfels(bytes: &mut Vec<u8>, image: &SurfelImage) {
-    let filled = || image.cells.iter().enumerate().filter_map(|(cell, surfel)| Some((cell, surfel.as_ref()?)));
-    put(bytes, &filled().map(|(cell, _)| cell as u32).collect::<Vec<_>>());
-    put(bytes, &filled().map(|(_, surfel)| numbers_of(surfel)).collect::<Vec<_>>());
+    bytes.extend((image.surfels().count() as u64).to_le_bytes());
+    for (cell, surfel) in (0u32..).zip(&image.cells) {
+        if let Some(surfel) = surfel {
+            bytes.extend_from_slice(bytemuck::bytes_of(&cell));
+            bytes.extend_from_slice(bytemuck::bytes_of(&numbers_of(surfel)));
+        }
+    }
 }
 
 fn cloud_header(cloud: &PointCloud) -> CloudHeader {
@@ -189,16 +211,28 @@ fn numbers_of(surfel: &Surfel) -> [f64; 7] {
 }
 
 fn take_surfels(grid: &Grid, rest: &mut &[u8]) -> Result<SurfelImage> {
-    let (filled, numbers) = (take::<u32>(rest)?, take::<[f64; 7]>(rest)?);
+    let filled = take_bytes(rest, SURFEL_BYTES)?;
     let num_cells = grid.columns.checked_mul(grid.rows).filter(|&cells| cells <= MAX_CELLS).ok_or_else(no_frame)?;
     let mut cells = vec![None; num_cells];
-    for (&cell, &[x, y, z, nx, ny, nz, deviation]) in filled.iter().zip(&numbers) {
+    for filled in filled.chunks_exact(SURFEL_BYTES) {
+        let (cell, numbers) = filled.split_at(size_of::<u32>());
+        let [x, y, z, nx, ny, nz, deviation]: [f64; 7] = bytemuck::pod_read_unaligned(numbers);
         let surfel = Surfel { point: Vector3::new(x, y, z), normal: Vector3::new(nx, ny, nz), deviation };
+        let cell: u32 = bytemuck::pod_read_unaligned(cell);
         *cells.get_mut(cell as usize).ok_or_else(no_frame)? = Some(surfel);
     }
     let Grid { camera, cell_size, columns, rows, .. } = *grid;
     Ok(SurfelImage { camera, cell_size, columns, rows, cells, brightness: None })
 }
+
+/// Number of a cell, and the numbers of its piece of surface.
+const SURFEL_BYTES: usize = size_of::<u32>() + size_of::<[f64; 7]>();
+/// Depth, normal and colour of a pixel of the map's.
+const PIXEL_BYTES: usize = 8;
+/// Position, normal and colour of a point.
+const POINT_BYTES: usize = 27;
+/// Far more than all that is no list takes.
+const HEADER_BYTES: usize = 4096;
 
 /// No image that can be read has more cells.
 const MAX_CELLS: usize = 1 << 24;
@@ -209,12 +243,17 @@ fn put<T: NoUninit>(bytes: &mut Vec<u8>, values: &[T]) {
 }
 
 fn take<T: NoUninit + AnyBitPattern>(rest: &mut &[u8]) -> Result<Vec<T>> {
+    Ok(bytemuck::allocation::pod_collect_to_vec(take_bytes(rest, size_of::<T>())?))
+}
+
+/// A list's entries of `size` bytes each, as they lie.
+fn take_bytes<'a>(rest: &mut &'a [u8], size: usize) -> Result<&'a [u8]> {
     let (length, after) = rest.split_first_chunk::<8>().ok_or_else(no_frame)?;
     let length = usize::try_from(u64::from_le_bytes(*length)).map_err(|_| no_frame())?;
-    let size = length.checked_mul(size_of::<T>()).filter(|&size| size <= after.len()).ok_or_else(no_frame)?;
-    let (values, after) = after.split_at(size);
+    let size = length.checked_mul(size).filter(|&size| size <= after.len()).ok_or_else(no_frame)?;
+    let (entries, after) = after.split_at(size);
     *rest = after;
-    Ok(bytemuck::allocation::pod_collect_to_vec(values))
+    Ok(entries)
 }
 
 fn no_frame() -> Error {

@@ -8,6 +8,7 @@
 
 use nalgebra::Vector3;
 
+use crate::camera::pinhole::RayTable;
 use crate::camera::surfel_image::{Surfel, SurfelImage, cell_camera};
 use crate::camera::{DepthImage, Pinhole};
 
@@ -81,9 +82,12 @@ pub fn depth_surfels(image: &DepthImage, usable: &[bool], camera: &Pinhole, mode
     }
 }
 
-/// Weighted sums over pixels: of w, wx, wy, wxx, wxy, wyy, wr, wxr, wyr, wrr with r = 1 / z; the last is the number of
-/// pixels.
-type Moments = [f64; 11];
+/// Weighted sums over pixels: of w, wx, wy, wxx, wxy, wyy, wr, wxr, wyr, wrr with r = 1 / z, and the number of pixels; the
+/// last is nothing, which makes them whole registers of vector units.
+type Moments = [f64; 12];
+
+/// Place of the number of pixels.
+const COUNT: usize = 10;
 
 /// Sums of the moments over the cells above and to the left.
 struct SummedMoments {
@@ -108,38 +112,14 @@ impl SummedMoments {
         let table = camera.ray_table();
         let weights = WeightTable::new(image, model);
         let stride = columns + 1;
-        let mut sums = vec![[0.0; 11]; stride * (rows + 1)];
+        let mut sums = vec![[0.0; 12]; stride * (rows + 1)];
         for row in 0..rows {
-            let mut left: Moments = [0.0; 11];
+            let mut left: Moments = [0.0; 12];
             for column in 0..columns {
-                let mut cell: Moments = [0.0; 11];
-                for v in CELL_SIZE * row..CELL_SIZE * (row + 1) {
-                    let y = table.y[v];
-                    let start = v * image.width + CELL_SIZE * column;
-                    let pixels = image.values[start..start + CELL_SIZE].iter().zip(&usable[start..start + CELL_SIZE]);
-                    let (mut w, mut wx, mut wxx, mut wr, mut wxr, mut wrr, mut n) = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
-                    for ((&value, &usable), &x) in pixels.zip(&table.x[CELL_SIZE * column..]) {
-                        let [weight, r] = weights.of(value);
-                        if !usable || weight == 0.0 {
-                            continue;
-                        }
-                        let (x_weight, r_weight) = (weight * x, weight * r);
-                        w += weight;
-                        wx += x_weight;
-                        wxx += x_weight * x;
-                        wr += r_weight;
-                        wxr += x_weight * r;
-                        wrr += r_weight * r;
-                        n += 1.0;
-                    }
-                    let line = [w, wx, w * y, wxx, wx * y, w * y * y, wr, wxr, wr * y, wrr, n];
-                    for (sum, value) in cell.iter_mut().zip(line) {
-                        *sum += value;
-                    }
-                }
+                let cell = weights.moments_of_cell(image, usable, &table, column, row);
                 let above = sums[row * stride + column + 1];
                 let sum = &mut sums[(row + 1) * stride + column + 1];
-                for index in 0..11 {
+                for index in 0..12 {
                     left[index] += cell[index];
                     sum[index] = above[index] + left[index];
                 }
@@ -148,11 +128,16 @@ impl SummedMoments {
         Self { columns, rows, sums }
     }
 
-    fn window(&self, columns: std::ops::Range<usize>, rows: std::ops::Range<usize>) -> Moments {
+    /// The four sums at the corners of a window of cells.
+    #[inline]
+    fn corners(&self, columns: std::ops::Range<usize>, rows: std::ops::Range<usize>) -> [&Moments; 4] {
         let at = |row: usize, column: usize| &self.sums[row * (self.columns + 1) + column];
-        let (a, b) = (at(rows.end, columns.end), at(rows.start, columns.end));
-        let (c, d) = (at(rows.end, columns.start), at(rows.start, columns.start));
-        std::array::from_fn(|index| a[index] - b[index] - c[index] + d[index])
+        [
+            at(rows.end, columns.end),
+            at(rows.start, columns.end),
+            at(rows.end, columns.start),
+            at(rows.start, columns.start),
+        ]
     }
 
     fn surfel(
@@ -163,19 +148,21 @@ impl SummedMoments {
         cells: &Pinhole,
         model: &DepthModel,
     ) -> Option<Surfel> {
-        let cell = self.window(column..column + 1, row..row + 1);
-        if cell[10] * 2.0 < (CELL_SIZE * CELL_SIZE) as f64 {
+        let cell = between(self.corners(column..column + 1, row..row + 1));
+        if cell[COUNT] * 2.0 < (CELL_SIZE * CELL_SIZE) as f64 {
             return None;
         }
         for reach in REACHES {
             if column < reach || row < reach || column + reach >= self.columns || row + reach >= self.rows {
                 continue;
             }
-            let window = self.window(column - reach..column + reach + 1, row - reach..row + reach + 1);
+            let corners = self.corners(column - reach..column + reach + 1, row - reach..row + reach + 1);
             let side = (2 * reach + 1) * CELL_SIZE;
-            if window[10] < MIN_FILLED * (side * side) as f64 {
+            let [a, b, c, d] = corners.map(|sums| sums[COUNT]);
+            if a - b - c + d < MIN_FILLED * (side * side) as f64 {
                 continue;
             }
+            let window = between(corners);
             let Some(plane) = fit(&window).filter(|plane| plane.misfit <= MAX_MISFIT) else { continue };
             let r = plane.a * ray.x + plane.b * ray.y + plane.c;
             if r <= 0.0 {
@@ -184,13 +171,20 @@ impl SummedMoments {
             let depth = 1.0 / r;
             // Off in 1 / z by this much, in standard deviations of one pixel.
             let mean_offset = (cell[6] - plane.a * cell[1] - plane.b * cell[2] - plane.c * cell[0]) / cell[0];
-            if mean_offset.abs() * depth * depth > MAX_CELL_OFFSET * model.variance(depth).sqrt() {
+            let cell_offset = mean_offset * depth * depth;
+            if cell_offset * cell_offset > MAX_CELL_OFFSET * MAX_CELL_OFFSET * model.variance(depth) {
                 return None;
             }
             return oriented(&plane, ray, depth, reach, cells, model);
         }
         None
     }
+}
+
+/// What a window sums up to, from its [corners](SummedMoments::corners).
+#[inline]
+fn between([a, b, c, d]: [&Moments; 4]) -> Moments {
+    std::array::from_fn(|index| a[index] - b[index] - c[index] + d[index])
 }
 
 /// The piece of surface, if it is certain enough where it faces.
@@ -204,28 +198,34 @@ fn oriented(
 ) -> Option<Surfel> {
     // (a, b, c) = n / d: towards the camera it is the other way round.
     let gradient = Vector3::new(plane.a, plane.b, plane.c);
-    let normal = -gradient / gradient.norm();
-    let cosine = -normal.dot(ray) / ray.norm();
+    let normal = gradient * -gradient.norm().recip();
+    let towards = -normal.dot(ray);
+    let cosine = towards / ray.norm();
     if cosine < MIN_COSINE {
         return None;
     }
     let half_width = (reach as f64 + 0.5) / cells.fx; // as a tangent
     // Depths over the window differ by the slope of the plane: in steps.
-    let slope = depth * depth * plane.a.abs().max(plane.b.abs());
+    let slope = depth * depth * larger(plane.a.abs(), plane.b.abs());
     let steps = 2.0 * half_width * slope / model.step;
     // What the steps leave open shrinks with the number of them in the window; noise with the number of pixels.
     let step_deviation = model.step / 12f64.sqrt() / (1.0 + steps);
-    let noise = model.square_noise * depth * depth / (plane.num_pixels / CORRELATED_PIXELS).max(1.0).sqrt();
+    let noise = model.square_noise * depth * depth / larger(plane.num_pixels / CORRELATED_PIXELS, 1.0).sqrt();
     let deviation = (step_deviation * step_deviation + noise * noise).sqrt();
     // Both ends of the window may be off by the deviation; its width lies across the line of sight.
-    let normal_deviation = deviation / (half_width * depth) * cosine;
-    if normal_deviation > MAX_NORMAL_DEVIATION {
+    if deviation * cosine > MAX_NORMAL_DEVIATION * half_width * depth {
         return None;
     }
     // An error in depth moves the point along the ray; the surface moves by its share along the normal.
-    let along_normal = deviation * -normal.dot(ray);
+    let along_normal = deviation * towards;
     let deviation = (along_normal * along_normal + MIN_DEVIATION * MIN_DEVIATION).sqrt();
     Some(Surfel { point: ray * depth, normal, deviation })
+}
+
+/// As `f64::max`, which is a call in WebAssembly.
+#[inline]
+fn larger(a: f64, b: f64) -> f64 {
+    if a > b { a } else { b }
 }
 
 /// Errors of triangulating cameras are the same over patches of about this many pixels.
@@ -233,7 +233,7 @@ const CORRELATED_PIXELS: f64 = 50.0;
 
 /// The weighted least squares plane through a window, none where the pixels do not span one.
 fn fit(window: &Moments) -> Option<InversePlane> {
-    let [w, wx, wy, wxx, wxy, wyy, wr, wxr, wyr, wrr, num_pixels] = *window;
+    let [w, wx, wy, wxx, wxy, wyy, wr, wxr, wyr, wrr, num_pixels, _] = *window;
     if num_pixels < 12.0 {
         return None;
     }
@@ -249,13 +249,14 @@ fn fit(window: &Moments) -> Option<InversePlane> {
     let inverse = 1.0 / determinant;
     let a = (xr * yy - yr * xy) * inverse;
     let b = (yr * xx - xr * xy) * inverse;
-    let misfit = (rr - a * xr - b * yr).max(0.0) * w / num_pixels;
+    let misfit = larger(rr - a * xr - b * yr, 0.0) * w / num_pixels;
     Some(InversePlane { a, b, c: r - a * x - b * y, misfit, num_pixels })
 }
 
-/// For each raw value the weight of 1 / z, one over its variance, and 1 / z.
+/// For each raw value the weight w of r = 1 / z, which is one over its variance, w r, w r r, and how many pixels it counts
+/// for: one, or none where it stands for no depth.
 struct WeightTable {
-    weights: Vec<[f64; 2]>,
+    weights: Vec<[f64; 4]>,
 }
 
 impl WeightTable {
@@ -263,14 +264,61 @@ impl WeightTable {
         let largest = image.values.iter().copied().max().unwrap_or(0);
         let weight = |value| match model.depth(value) {
             // d(1/z) = dz / z^2
-            Some(depth) => [depth.powi(4) / model.variance(depth), 1.0 / depth],
-            None => [0.0, 0.0],
+            Some(depth) => {
+                let (weight, r) = (depth.powi(4) / model.variance(depth), 1.0 / depth);
+                [weight, weight * r, weight * r * r, 1.0]
+            }
+            None => [0.0; 4],
         };
         Self { weights: (0..=largest).map(weight).collect() }
     }
 
-    fn of(&self, value: u16) -> [f64; 2] {
-        self.weights[usize::from(value)]
+    /// The moments of one cell's pixels.
+    #[inline]
+    fn moments_of_cell(
+        &self,
+        image: &DepthImage,
+        usable: &[bool],
+        rays: &RayTable,
+        column: usize,
+        row: usize,
+    ) -> Moments {
+        // All rays of a column share x, all of a row y: what is multiplied by them is summed up first.
+        let mut by_column = [[0.0; 4]; CELL_SIZE];
+        let (mut wy, mut wxy, mut wyy, mut wyr) = (0.0, 0.0, 0.0, 0.0);
+        let xs = &rays.x[CELL_SIZE * column..][..CELL_SIZE];
+        for v in CELL_SIZE * row..CELL_SIZE * (row + 1) {
+            let start = v * image.width + CELL_SIZE * column;
+            let (values, usable) = (&image.values[start..][..CELL_SIZE], &usable[start..][..CELL_SIZE]);
+            let (mut w, mut wx, mut wr) = (0.0, 0.0, 0.0);
+            for lane in 0..CELL_SIZE {
+                // 0 stands for no depth.
+                let value = if usable[lane] { values[lane] } else { 0 };
+                let weights = &self.weights[usize::from(value)];
+                for (sum, weight) in by_column[lane].iter_mut().zip(weights) {
+                    *sum += weight;
+                }
+                w += weights[0];
+                wx += weights[0] * xs[lane];
+                wr += weights[1];
+            }
+            let y = rays.y[v];
+            wy += w * y;
+            wxy += wx * y;
+            wyy += w * y * y;
+            wyr += wr * y;
+        }
+        let (mut w, mut wx, mut wxx, mut wr, mut wxr, mut wrr, mut count) = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
+        for (sums, x) in by_column.iter().zip(xs) {
+            w += sums[0];
+            wx += sums[0] * x;
+            wxx += sums[0] * x * x;
+            wr += sums[1];
+            wxr += sums[1] * x;
+            wrr += sums[2];
+            count += sums[3];
+        }
+        [w, wx, wy, wxx, wxy, wyy, wr, wxr, wyr, wrr, count, 0.0]
     }
 }
 

@@ -4,6 +4,7 @@ use glam::Vec3;
 use nalgebra::Vector3;
 
 use super::depth_surfels::DepthModel;
+use crate::camera::pinhole::RayTable;
 use crate::camera::{ColorImage, DepthImage, Pinhole, Surfel, SurfelImage};
 use crate::geometry::PointCloud;
 
@@ -53,30 +54,32 @@ impl MapImage {
             cy: full.cy / stride,
         };
         let unit = FINEST_UNIT.max(model.max_range * 1.01 / f64::from(u16::MAX));
-        let table = DepthTable::new(image, model);
-        let depth = |index: usize| if usable[index] { table.of(image.values[index]) } else { 0.0 };
+        let (a_metre, table) = (1.0 / unit, DepthTable::new(image, model));
         let planes: Vec<Option<Plane>> = surfels.cells.iter().map(|surfel| surfel.as_ref().map(Plane::of)).collect();
         let rays = full.ray_table();
         let (mut depths, mut normals) = (vec![0; width * height], vec![[0; 3]; width * height]);
         for (row, v) in (0..image.height).step_by(STRIDE).enumerate() {
-            for (column, u) in (0..image.width).step_by(STRIDE).enumerate() {
-                let z = depth(v * image.width + u);
-                if z == 0.0 || is_mixed(image, u, v, z, model, &depth) {
+            let start = v * image.width;
+            let (values, usable_here) = (&image.values[start..][..image.width], &usable[start..][..image.width]);
+            let cell_row = v / surfels.cell_size;
+            let planes =
+                if cell_row < surfels.rows { &planes[cell_row * surfels.columns..][..surfels.columns] } else { &[] };
+            let kept = depths[row * width..][..width].iter_mut().zip(&mut normals[row * width..][..width]);
+            for (column, (kept_depth, kept_normal)) in kept.enumerate() {
+                let u = column * STRIDE;
+                let z = if usable_here[u] { table.of(values[u]) } else { 0.0 };
+                if z == 0.0 || table.is_mixed(image, usable, u, v) {
                     continue;
                 }
-                let (cell_column, cell_row) = (u / surfels.cell_size, v / surfels.cell_size);
-                let is_inside = cell_column < surfels.columns && cell_row < surfels.rows;
-                let plane = if is_inside { &planes[cell_row * surfels.columns + cell_column] } else { &None };
-                let on_surface = plane.as_ref().and_then(|plane| {
+                let on_surface = planes.get(u / surfels.cell_size).and_then(Option::as_ref).and_then(|plane| {
                     let on_plane = plane.depth(rays.x[u], rays.y[v]);
                     let noise = 0.6 * model.step + 2.0 * model.square_noise * z * z;
                     ((on_plane - z).abs() < noise).then_some((on_plane, plane.rounded_normal))
                 });
                 let (z, normal) = on_surface.unwrap_or((z, [0; 3]));
-                let index = row * width + column;
-                // Halves go up: depths are positive.
-                depths[index] = (z / unit + 0.5).clamp(1.0, f64::from(u16::MAX)) as u16;
-                normals[index] = normal;
+                // Halves go up: depths are positive. A cast saturates.
+                *kept_depth = ((z * a_metre + 0.5) as u16).max(1);
+                *kept_normal = normal;
             }
         }
         let colors = colors.map(|colors| {
@@ -109,20 +112,35 @@ impl MapImage {
         }
     }
 
-    /// Its points in the camera's frame, with `shift` (m) added to their depths.
-    pub fn cloud(&self, shift: f64) -> PointCloud {
-        let table = self.camera.ray_table();
-        let (mut positions, mut normals, mut colors) = (Vec::new(), Vec::new(), Vec::new());
-        for (index, (&depth, normal)) in self.depths.iter().zip(&self.normals).enumerate() {
-            if depth == 0 {
-                continue;
+    /// Its points in the camera's frame, with `shift` (m) added to their depths: position (m), normal in 127ths and colour,
+    /// black where there are no colours.
+    #[inline]
+    pub fn for_each_point(&self, shift: f64, mut work: impl FnMut(Vec3, [i8; 3], [u8; 3])) {
+        let (width, unit, shift) = (self.camera.width.max(1), self.unit, shift as f32);
+        let RayTable { x, y } = self.camera.ray_table();
+        let [x, y] = [x, y].map(|rays| rays.into_iter().map(|ray| ray as f32).collect::<Vec<f32>>());
+        let rows = self.depths.chunks_exact(width).zip(self.normals.chunks_exact(width)).zip(&y);
+        for (row, ((depths, normals), &y)) in rows.enumerate() {
+            let colors = self.colors.as_ref().map(|colors| &colors[row * width..][..width]);
+            for (column, ((&depth, &normal), &x)) in depths.iter().zip(normals).zip(&x).enumerate() {
+                if depth != 0 {
+                    let z = f32::from(depth) * unit + shift;
+                    work(Vec3::new(x * z, y * z, z), normal, colors.map_or([0; 3], |colors| colors[column]));
+                }
             }
-            let (u, v) = (index % self.camera.width, index / self.camera.width);
-            let z = f64::from(depth) * f64::from(self.unit) + shift;
-            positions.push(Vec3::new((table.x[u] * z) as f32, (table.y[v] * z) as f32, z as f32));
-            normals.push(Vec3::from(normal.map(f32::from)).normalize_or_zero());
-            colors.extend(self.colors.as_ref().map(|colors| colors[index]));
         }
+    }
+
+    /// The same as a cloud, with unit normals.
+    pub fn cloud(&self, shift: f64) -> PointCloud {
+        let most = self.depths.len();
+        let (mut positions, mut normals, mut colors) =
+            (Vec::with_capacity(most), Vec::with_capacity(most), Vec::with_capacity(most));
+        self.for_each_point(shift, |position, normal, color| {
+            positions.push(position);
+            normals.push(Vec3::from(normal.map(f32::from)).normalize_or_zero());
+            colors.push(color);
+        });
         let colors = self.colors.is_some().then_some(colors);
         PointCloud { positions, normals: Some(normals), colors, ..PointCloud::default() }
     }
@@ -131,16 +149,36 @@ impl MapImage {
 /// The depth (m) of each raw value; 0 where it stands for none.
 struct DepthTable {
     depths: Vec<f64>,
+    /// Of the model, in raw values.
+    offset: f64,
 }
 
 impl DepthTable {
     fn new(image: &DepthImage, model: &DepthModel) -> Self {
         let largest = image.values.iter().copied().max().unwrap_or(0);
-        Self { depths: (0..=largest).map(|value| model.depth(value).unwrap_or(0.0)).collect() }
+        let depths = (0..=largest).map(|value| model.depth(value).unwrap_or(0.0)).collect();
+        Self { depths, offset: model.offset }
     }
 
+    #[inline]
     fn of(&self, value: u16) -> f64 {
         self.depths[usize::from(value)]
+    }
+
+    /// Whether a pixel is the mean of what lies left and right of it, or above and below, and near to neither.
+    #[inline]
+    fn is_mixed(&self, image: &DepthImage, usable: &[bool], u: usize, v: usize) -> bool {
+        let index = v * image.width + u;
+        // Depths are as far apart as their raw values, which are at hand.
+        let gap = (MIXED * (f64::from(image.values[index]) + self.offset)) as i32 + 2;
+        let value = i32::from(image.values[index]);
+        let between = |before: usize, after: usize| {
+            let (a, b) = (i32::from(image.values[before]) - value, value - i32::from(image.values[after]));
+            let is_between = (a > gap && b > gap) || (-a > gap && -b > gap);
+            is_between && [before, after].iter().all(|&other| usable[other] && self.of(image.values[other]) > 0.0)
+        };
+        (u > 0 && u + 1 < image.width && between(index - 1, index + 1))
+            || (v > 0 && v + 1 < image.height && between(index - image.width, index + image.width))
     }
 }
 
@@ -155,7 +193,8 @@ struct Plane {
 impl Plane {
     fn of(surfel: &Surfel) -> Self {
         let normal = surfel.normal;
-        let rounded_normal = [normal.x, normal.y, normal.z].map(|x| (127.0 * x).round() as i8);
+        // Shifted, so that cutting off rounds: a call to round costs more than all else here.
+        let rounded_normal = [normal.x, normal.y, normal.z].map(|x| ((127.0 * x + 128.5) as i16 - 128) as i8);
         Self { normal, offset: normal.dot(&surfel.point), rounded_normal }
     }
 
@@ -163,15 +202,6 @@ impl Plane {
     fn depth(&self, x: f64, y: f64) -> f64 {
         self.offset / (self.normal.x * x + self.normal.y * y + self.normal.z)
     }
-}
-
-/// Whether a pixel is the mean of what lies left and right of it, or above and below, and near to neither.
-fn is_mixed(image: &DepthImage, u: usize, v: usize, z: f64, model: &DepthModel, depth: &impl Fn(usize) -> f64) -> bool {
-    let (index, gap) = (v * image.width + u, MIXED * z + 2.0 * model.step);
-    let between = |a: f64, b: f64| a > 0.0 && b > 0.0 && ((a - z > gap && z - b > gap) || (z - a > gap && b - z > gap));
-    let across = u > 0 && u + 1 < image.width && between(depth(index - 1), depth(index + 1));
-    let along = v > 0 && v + 1 < image.height && between(depth(index - image.width), depth(index + image.width));
-    across || along
 }
 
 #[cfg(test)]

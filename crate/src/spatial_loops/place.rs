@@ -4,8 +4,8 @@ use nalgebra::{Matrix3, Matrix6, Vector3};
 
 use crate::camera::surfel_image::{Surfel, SurfelImage, cell_camera};
 use crate::depth_odometry::{
-    AGREEING_COSINE, FINE_TOLERANCE, OpenDirection, SurfelCloud, around, best_apart, fine_options, middle_options,
-    score,
+    AGREEING_COSINE, AllSurfels, FINE_TOLERANCE, OpenDirection, SurfelCloud, around, best_apart, fine_options,
+    middle_options, score,
 };
 use crate::geometry::Pose3;
 use crate::registration::factors::PointToSurfel;
@@ -64,7 +64,7 @@ pub(super) struct Place<'a> {
 impl FrameSurfaces {
     pub(super) fn new(frame: &SurfelImage) -> Self {
         let camera = cell_camera(&frame.camera, 2 * frame.cell_size);
-        let cloud = SurfelCloud::new(frame);
+        let cloud = AllSurfels::new(frame);
         Self {
             source: cloud.at_most(POINTS),
             sparse: cloud.at_most(SPARSE_POINTS),
@@ -87,8 +87,8 @@ impl<'a> Place<'a> {
             Search::Wide => {}
         }
         let view = self.seen_from(guess, frame);
-        let guesses = around(guess, -2..=2, 7.5f64.to_radians(), 3, 3);
-        let scored = guesses.map(|guess| (score(&view, &frame.sparse, &guess), guess)).collect();
+        let (guesses, sparse) = (around(guess, -2..=2, 7.5f64.to_radians(), 3, 3), frame.sparse.glances());
+        let scored = guesses.map(|guess| (score(&view, &sparse, &guess), guess)).collect();
         let found = best_apart(scored, GUESSES).into_iter().filter_map(|guess| self.settle_near(frame, &guess));
         found.max_by(|a, b| (a.overlap * a.agreement).total_cmp(&(b.overlap * b.agreement)))
     }

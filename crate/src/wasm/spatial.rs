@@ -214,17 +214,17 @@ impl SpatialReconstruction {
 
     /// The map: x y z ... (m) in the world frame: x right, y down, z forward of the first sensor.
     pub fn map_positions(&mut self) -> Vec<f32> {
-        bytemuck::cast_slice(&self.map_cloud().positions).to_vec()
+        bytemuck::cast_vec(self.engine.map().positions())
     }
 
     /// Colours of the map's points: red, green, blue, ...; empty where the recording has none.
     pub fn map_colors(&mut self) -> Vec<u8> {
-        self.map_cloud().colors.map_or_else(Vec::new, |colors| bytemuck::cast_slice(&colors).to_vec())
+        self.engine.map().colors().map_or_else(Vec::new, bytemuck::cast_vec)
     }
 
     /// Normals of the map's points: x y z ...; zero where unknown.
     pub fn map_normals(&mut self) -> Vec<f32> {
-        self.map_cloud().normals.map_or_else(Vec::new, |normals| bytemuck::cast_slice(&normals).to_vec())
+        bytemuck::cast_vec(self.engine.map().normals())
     }
 
     /// The first frame that saw each of the map's points.
