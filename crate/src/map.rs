@@ -86,7 +86,7 @@ impl LocalMap {
     ) -> Vec<[Vector2<f64>; 2]> {
         let target = PointTarget::new(self.points());
         let moved = scan.points.iter().map(|point| T_world_sensor.act(point));
-        moved.filter_map(|p| target.nearest(&p, max_distance).map(|n| [p, *target.point(n.index)])).collect()
+        moved.filter_map(|p| target.nearest(&p, max_distance).map(|n| [p, target.point(n.index)])).collect()
     }
 
     /// How a scan at a pose looks from the sensors of the map, and the map from it.

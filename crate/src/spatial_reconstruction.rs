@@ -260,6 +260,10 @@ impl SpatialReconstruction {
 
     /// Drops the reading that fits worse, once enough frames have been registered.
     fn decide(&mut self) {
+        #[cfg(not(target_arch = "wasm32"))]
+        if std::env::var("MISFIT").is_ok() && self.readings.len() > 1 {
+            eprintln!("misfit {} {:.4} {:.3e}", self.readings[0].num_registered, self.readings[0].misfit / self.readings[1].misfit, self.readings[0].misfit);
+        }
         if self.readings.first().is_some_and(|reading| reading.num_registered >= DECIDING_FRAMES) {
             let best = self.best_index();
             self.readings.swap(0, best);

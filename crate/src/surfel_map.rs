@@ -67,6 +67,7 @@ impl Block {
         Columns {
             points: self.points.each_ref().map(Vec::as_slice),
             normals: self.normals.each_ref().map(Vec::as_slice),
+            deviations: &self.deviations,
         }
     }
 }
@@ -116,10 +117,7 @@ impl SurfelMap {
                 drawing.add(number << 32, block.columns());
             }
         }
-        drawing.finish(|number| {
-            let (block, index) = parts(number);
-            (number, self.blocks[block].get(index))
-        })
+        drawing.finish()
     }
 
     /// Adds a frame, with a number of the caller's, at its pose. `view` is this map, without changes since it was drawn, as

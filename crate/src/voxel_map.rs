@@ -32,17 +32,18 @@ struct Voxel {
     frame: u32,
 }
 
-/// A point on its way into the map.
+/// Neighbouring points of one voxel on their way into the map.
 struct Placed {
     corner: [i32; 3],
     /// Its block, and its voxel's place in that.
     slot: (u32, u32),
     /// The number of its voxel.
     number: u32,
-    /// Its position relative to the voxel's corner, in sides of it.
+    /// Sums of their positions relative to the voxel's corner, in sides of it, of their normals and colours.
     offset: Vec3A,
     normal: Vec3A,
-    color: [u8; 3],
+    color: [u32; 3],
+    count: u32,
 }
 
 /// Points that are placed together: what is far away in memory is waited for once and not for each of them.
@@ -173,16 +174,24 @@ impl<'a> Stitching<'a> {
     #[inline]
     fn add(&mut self, position: Vec3, normal: Vec3A, color: [u8; 3]) {
         let Some((corner, offset)) = self.grid.voxel_of(position) else { return };
+        let color = color.map(u32::from);
+        if let Some(last) = self.batch.last_mut().filter(|last| last.corner == corner) {
+            last.offset += offset;
+            last.normal += normal;
+            last.color.iter_mut().zip(color).for_each(|(sum, channel)| *sum += channel);
+            last.count += 1;
+            return;
+        }
+        if self.batch.len() == BATCH {
+            self.flush();
+        }
         let key = block_key(corner);
         if key != self.last_block.0 {
             self.last_block = (key, self.map.block(key));
         }
         let [x, y, z] = corner.map(|cell| cell & (BLOCK - 1));
         let slot = (self.last_block.1, ((z * BLOCK + y) * BLOCK + x) as u32);
-        self.batch.push(Placed { corner, slot, number: 0, offset, normal, color });
-        if self.batch.len() == BATCH {
-            self.flush();
-        }
+        self.batch.push(Placed { corner, slot, number: 0, offset, normal, color, count: 1 });
     }
 
     fn flush(&mut self) {
@@ -195,13 +204,13 @@ impl<'a> Stitching<'a> {
             }
             placed.number = *slot - 1;
         }
-        for &Placed { number, offset, normal, color, .. } in &self.batch {
+        for &Placed { number, offset, normal, color, count, .. } in &self.batch {
             let Some(voxel) = voxels.get_mut(number as usize) else { continue };
             voxel.offset += Vec3::from(offset);
             voxel.normal += Vec3::from(normal);
-            voxel.count += 1;
+            voxel.count += count;
             for (sum, channel) in voxel.color.iter_mut().zip(color) {
-                *sum += u32::from(channel);
+                *sum += channel;
             }
         }
         self.batch.clear();

@@ -31,9 +31,10 @@ export async function readLists(root, files, images, read) {
   const partners = new Map();
   /** @type {Note[]} */
   const notes = [];
-  for (const { path, size } of files) {
-    if (!isListName(path) || folderOf(path) !== root || size > MAX_BYTES) continue;
-    const bytes = await read(path, size);
+  for (const file of files) {
+    const { path } = file;
+    if (!isListName(path) || folderOf(path) !== root || file.size > MAX_BYTES) continue;
+    const bytes = await read(path, file.size);
     if (!bytes) continue;
     const { rows, missing } = readRows(new TextDecoder().decode(bytes), root, known);
     for (const row of rows) {

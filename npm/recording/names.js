@@ -3,7 +3,7 @@
 import { compareNaturally } from '../natural_order.js';
 
 /** @typedef {import('../recording.js').ListedFile} ListedFile */
-/** @typedef {{ path: string, size: number, key: string, time: number | null }} Member key: equal in files that belong together */
+/** @typedef {{ path: string, key: string, time: number | null }} Member key: equal in files that belong together */
 /** Files of one folder whose names differ in their numbers alone, in natural order. */
 /** @typedef {{ folder: string, pattern: string, members: Member[] }} Series */
 
@@ -66,8 +66,8 @@ export function seriesOf(files) {
     const pattern = baseOf(id);
     const sorted = group.sort((a, b) => compareNaturally(a.path, b.path));
     const keys = keysOf(sorted.map(({ path }) => baseOf(path)));
-    const members = sorted.map(({ path, size }, index) => {
-      return { path, size, key: keys[index] ?? '', time: timeOf(baseOf(path)) };
+    const members = sorted.map(({ path }, index) => {
+      return { path, key: keys[index] ?? '', time: timeOf(baseOf(path)) };
     });
     return { folder: folderOf(id), pattern, members };
   });

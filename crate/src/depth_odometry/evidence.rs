@@ -31,7 +31,7 @@ struct Tally {
 }
 
 impl Tally {
-    fn add(&mut self, sight: Sight<'_>, normal: &Vector3<f64>) {
+    fn add(&mut self, sight: Sight, normal: &Vector3<f64>) {
         match sight {
             Sight::Agreeing(seen) if seen.normal.dot(normal) > AGREEING_COSINE => self.agreeing += 1.0,
             Sight::InFreeSpace => self.against += 1.0,
@@ -62,7 +62,7 @@ impl Evidence {
         }
         let (R, t) = parts(&T_world_camera.inverse());
         let mut map_in_frame = Tally::default();
-        for surfel in view.surfels().iter().step_by(view.len().div_ceil(cloud.points.len()).max(1)) {
+        for surfel in view.surfels().step_by(view.len().div_ceil(cloud.points.len()).max(1)) {
             map_in_frame.add(own_view.look_around(&(R * surfel.point + t), FINE_TOLERANCE), &(R * surfel.normal));
         }
         let agreeing = frame_in_map.agreeing + map_in_frame.agreeing;

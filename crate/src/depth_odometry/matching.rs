@@ -23,6 +23,10 @@ use crate::registration::spatial::SpatialRegistration;
 
 /// Points that score a guess: hundreds of guesses are looked at.
 const SPARSE_POINTS: usize = 250;
+/// Points that tell which of them are worth that, ...
+const FIRST_POINTS: usize = 80;
+/// ... which is one in so many.
+const RESCORED_SHARE: usize = 4;
 /// Points that refine the best guesses.
 const MIDDLE_POINTS: usize = 800;
 /// Points of the registration itself, ...
@@ -80,20 +84,31 @@ impl<'a> Matching<'a> {
     /// The registration that the best of these guesses leads to; the map is seen from `T_world_view` at first.
     pub(super) fn best_of(&self, guesses: &[Pose3], T_world_view: &Pose3) -> Found {
         let view = self.seen.map.view(self.frame, T_world_view);
-        let sparse = self.sparse.glances();
-        let scored = guesses.iter().map(|guess| (score(&view, &sparse, guess), *guess));
-        self.refine(&view, scored.collect(), T_world_view)
+        self.refine(&view, self.scored(&view, guesses.iter().copied()), T_world_view)
+    }
+
+    /// Guesses with what speaks for them, by few points and, where that is much, by more.
+    fn scored(&self, view: &ProjectiveTarget, guesses: impl Iterator<Item = Pose3>) -> Vec<(f64, Pose3)> {
+        let (few, more) = (self.sparse.at_most(FIRST_POINTS).glances(), self.sparse.glances());
+        let mut scored: Vec<(f64, Pose3)> = guesses.map(|guess| (score(view, &few, &guess), guess)).collect();
+        let rescored = scored.len() / RESCORED_SHARE;
+        if rescored > 0 {
+            scored.select_nth_unstable_by(rescored, |a, b| b.0.total_cmp(&a.0));
+        }
+        let rescored = if rescored > 0 { rescored } else { scored.len() };
+        for (support, guess) in &mut scored[..rescored] {
+            *support = score(view, &more, guess);
+        }
+        scored
     }
 
     /// The same for turns by any angle and moves of up to a metre around a pose.
     pub(super) fn best_of_all_around(&self, T_world_last: &Pose3) -> Found {
-        let sparse = self.sparse.glances();
         let quarters = [0, 1, 2, 3].map(|quarter| {
             let turned = T_world_last * Isometry3::rotation(Vector3::y() * f64::from(quarter) * 90f64.to_radians());
             let view = self.seen.map.view(self.frame, &turned);
             let guesses = around(&turned, -6..=6, 7.5f64.to_radians(), 4, 4);
-            let scored: Vec<_> = guesses.map(|guess| (score(&view, &sparse, &guess), guess)).collect();
-            self.refine(&view, scored, T_world_last)
+            self.refine(&view, self.scored(&view, guesses), T_world_last)
         });
         let [first, others @ ..] = quarters;
         others.into_iter().fold(first, |best, next| if next.support > best.support { next } else { best })

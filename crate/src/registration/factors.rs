@@ -76,7 +76,7 @@ impl<const D: usize, const DOF: usize, M: RigidMotion<D, DOF>> Metric<D, DOF, M>
     }
 
     fn step(target: &Self::Target, correspondences: &[Correspondence<D>]) -> Option<M> {
-        best_rigid_motion(correspondences.iter().map(|c| (c.moved, *target.point(c.target), c.weight)))
+        best_rigid_motion(correspondences.iter().map(|c| (c.moved, target.point(c.target), c.weight)))
     }
 
     fn normal_equations(target: &Self::Target, correspondences: &[Correspondence<D>]) -> NormalEquations<DOF> {
@@ -177,7 +177,7 @@ impl<const D: usize, const DOF: usize, M: RigidMotion<D, DOF>> Metric<D, DOF, M>
         normal: Option<&SVector<f64, D>>,
     ) -> Option<f64> {
         let target_normal = target.normal(index)?;
-        let precision = Precision::new(target_normal, normal.unwrap_or(target_normal));
+        let precision = Precision::new(&target_normal, normal.unwrap_or(&target_normal));
         Some(precision.sq_length(&(moved - target.point(index))).sqrt())
     }
 
@@ -189,7 +189,7 @@ impl<const D: usize, const DOF: usize, M: RigidMotion<D, DOF>> Metric<D, DOF, M>
         let mut sums = NormalEquations { H: SMatrix::zeros(), b: SVector::zeros() };
         for c in correspondences {
             let Some(target_normal) = target.normal(c.target) else { continue };
-            let precision = Precision::new(target_normal, c.normal.as_ref().unwrap_or(target_normal));
+            let precision = Precision::new(&target_normal, c.normal.as_ref().unwrap_or(&target_normal));
             let (J, d) = (M::point_jacobian(&c.moved), c.moved - target.point(c.target));
             let isotropic = Precision::<D>::ISOTROPIC * c.weight;
             sums.H += J.tr_mul(&J) * isotropic;
@@ -220,7 +220,7 @@ pub(crate) fn plane_equations<const D: usize, const DOF: usize, M: RigidMotion<D
     let mut sums = NormalEquations { H: SMatrix::zeros(), b: SVector::zeros() };
     for c in correspondences {
         let Some(normal) = target.normal(c.target) else { continue };
-        let gradient = M::point_jacobian(&c.moved).tr_mul(normal); // of n . (exp(delta) p - q)
+        let gradient = M::point_jacobian(&c.moved).tr_mul(&normal); // of n . (exp(delta) p - q)
         sums.H += gradient * gradient.transpose() * c.weight;
         sums.b += gradient * (c.residual * c.weight);
     }

@@ -241,7 +241,7 @@ where
         num_correspondences += 1;
         let normal = source.normals.and_then(|normals| normals[index].as_ref()).map(|normal| T.rotate(normal));
         if let (Some(normal), Some(target_normal)) = (&normal, target.normal(neighbor.index))
-            && normal.dot(target_normal) < min_normal_cosine
+            && normal.dot(&target_normal) < min_normal_cosine
         {
             continue;
         }

@@ -3,7 +3,7 @@
 //! Blais and Levine, "Registering multiview range data to create 3D computer objects", PAMI 17 (1995). Surfaces are drawn
 //! into a grid of cells once; from then on a look-up costs a projection and nine comparisons, whatever the map's size.
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Vector3;
 
 use super::target::Target;
 use crate::camera::{Pinhole, Surfel};
@@ -13,41 +13,40 @@ use crate::search::Neighbor;
 /// Pieces of surface by the cell that they are seen in from a view.
 #[derive(Clone)]
 pub struct ProjectiveTarget {
-    camera: Pinhole,
-    R_view_world: Matrix3<f64>,
-    t_view_world: Vector3<f64>,
-    /// What is seen in each cell, row by row.
-    cells: Vec<Cell>,
-    /// In the order of their cells.
-    surfels: Vec<Surfel>,
-    /// The caller's number of each of `surfels`.
+    eye: Eye,
+    /// Index into `pieces` by cell, row by row; of the last one where nothing is seen.
+    cells: Vec<u32>,
+    /// In the order of their cells; after them one that is infinitely far away.
+    pieces: Vec<Piece>,
+    /// The caller's number of each piece.
     numbers: Vec<u64>,
 }
 
-/// The piece of surface that is seen in a cell, in the view's frame: what looking needs, side by side in memory. Single
-/// precision tells micrometres apart.
+/// What is seen in a cell, in the world's frame: all that looking needs, side by side in memory. Single precision tells
+/// micrometres apart.
 #[derive(Clone, Copy)]
-struct Cell {
-    /// At infinity where nothing is seen.
+struct Piece {
     point: [f32; 3],
-    /// Index into the surfels; [`EMPTY`] where nothing is seen.
-    index: u32,
+    deviation: f32,
     normal: [f32; 3],
+    /// From the view along its axis.
+    depth: f32,
 }
 
-const EMPTY: u32 = u32::MAX;
-const NOTHING: Cell = Cell { point: [f32::INFINITY; 3], index: EMPTY, normal: [0.0; 3] };
+const NOTHING: Piece = Piece { point: [f32::INFINITY; 3], deviation: 0.0, normal: [0.0; 3], depth: f32::INFINITY };
 /// Nearer than this (m) nothing is drawn: it would be all there is to see.
-const MIN_DEPTH: f64 = 0.05;
+const MIN_DEPTH: f32 = 0.05;
 /// In front and behind are told apart only beyond this share of the depth, and the tolerance: oblique surfaces change
 /// their depth within a cell.
 const SIGHT_TOLERANCE: f32 = 0.02;
+/// Points that are moved and projected together.
+const LANES: usize = 16;
 
 /// What is seen of a point from the view.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Sight<'a> {
+pub enum Sight {
     /// The surface at the point's depth, give or take the tolerance.
-    Agreeing(&'a Surfel),
+    Agreeing(Surfel),
     /// A surface behind the point: the view looked through where it lies.
     InFreeSpace,
     /// A surface in front of it: nothing can be said.
@@ -56,20 +55,298 @@ pub enum Sight<'a> {
     Unknown,
 }
 
-/// Points with normals to be looked at many times, in single precision and in the order that vector units want.
+/// As [`Sight`], with the index of what agrees.
+enum Look {
+    Agreeing(u32),
+    InFreeSpace,
+    Hidden,
+    Unknown,
+}
+
+/// A pose in single precision, by the rows of its matrix.
+#[derive(Clone, Copy)]
+struct Transform {
+    rows: [[f32; 3]; 3],
+    shift: [f32; 3],
+}
+
+impl Transform {
+    fn new(T: &Pose3) -> Self {
+        let R = T.rotation.to_rotation_matrix().into_inner();
+        Self { rows: std::array::from_fn(|row| single(&R.row(row).transpose())), shift: single(&T.translation.vector) }
+    }
+
+    #[inline]
+    fn act(&self, p: &[f32; 3]) -> [f32; 3] {
+        std::array::from_fn(|axis| dot(&self.rows[axis], p) + self.shift[axis])
+    }
+
+    /// The same for as many points as vector units like.
+    #[inline]
+    fn act_on_all(&self, [x, y, z]: &[[f32; LANES]; 3]) -> [[f32; LANES]; 3] {
+        std::array::from_fn(|axis| {
+            let ([a, b, c], shift) = (self.rows[axis], self.shift[axis]);
+            std::array::from_fn(|lane| a * x[lane] + b * y[lane] + c * z[lane] + shift)
+        })
+    }
+}
+
+/// Where a camera stands whose pixels are the cells.
+#[derive(Clone, Copy)]
+struct Eye {
+    camera: Pinhole,
+    T_view_world: Transform,
+    /// fx, fy, and the optical axis from the outer corner of the first cell.
+    intrinsics: [f32; 4],
+}
+
+impl Eye {
+    fn new(camera: &Pinhole, T_world_view: &Pose3) -> Self {
+        let Pinhole { fx, fy, cx, cy, .. } = *camera;
+        let intrinsics = [fx, fy, cx + 0.5, cy + 0.5].map(|x| x as f32);
+        Self { camera: *camera, T_view_world: Transform::new(&T_world_view.inverse()), intrinsics }
+    }
+
+    /// Column and row of the cell that a point in the view's frame is seen in.
+    #[inline]
+    fn cell(&self, [x, y, z]: &[f32; 3]) -> Option<(usize, usize)> {
+        let [fx, fy, cx, cy] = self.intrinsics;
+        let away = 1.0 / z;
+        self.inside(fx * x * away + cx, fy * y * away + cy, *z)
+    }
+
+    /// The same for many points: their columns and rows as fractions.
+    #[inline]
+    fn project_all(&self, [x, y, z]: &[[f32; LANES]; 3]) -> [[f32; LANES]; 2] {
+        let [fx, fy, cx, cy] = self.intrinsics;
+        let away: [f32; LANES] = std::array::from_fn(|lane| 1.0 / z[lane]);
+        [
+            std::array::from_fn(|lane| fx * x[lane] * away[lane] + cx),
+            std::array::from_fn(|lane| fy * y[lane] * away[lane] + cy),
+        ]
+    }
+
+    /// Column and row as whole numbers, where they are in the image and in front of the camera.
+    #[inline]
+    fn inside(&self, u: f32, v: f32, z: f32) -> Option<(usize, usize)> {
+        // Not a number fails all of these.
+        if !(z >= MIN_DEPTH && u >= 0.0 && v >= 0.0) {
+            return None;
+        }
+        let (column, row) = (u as usize, v as usize);
+        (column < self.camera.width && row < self.camera.height).then_some((column, row))
+    }
+}
+
+#[inline]
+fn dot(a: &[f32; 3], b: &[f32; 3]) -> f32 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+#[inline]
+fn between(a: &[f32; 3], b: &[f32; 3]) -> [f32; 3] {
+    [b[0] - a[0], b[1] - a[1], b[2] - a[2]]
+}
+
+#[inline]
+fn single(p: &Vector3<f64>) -> [f32; 3] {
+    [p.x as f32, p.y as f32, p.z as f32]
+}
+
+#[inline]
+fn double([x, y, z]: [f32; 3]) -> Vector3<f64> {
+    Vector3::new(x.into(), y.into(), z.into())
+}
+
+impl Piece {
+    #[inline]
+    fn surfel(&self) -> Surfel {
+        Surfel { point: double(self.point), normal: double(self.normal), deviation: self.deviation.into() }
+    }
+
+    /// What is seen of a point (world frame) at a depth in the view.
+    #[inline]
+    fn look(&self, index: u32, point: &[f32; 3], depth: f32, tolerance: f32) -> Look {
+        if dot(&self.normal, &between(&self.point, point)).abs() <= tolerance {
+            return Look::Agreeing(index);
+        }
+        // Nothing is in front of an infinite depth less an infinite margin, nor behind.
+        let margin = tolerance + SIGHT_TOLERANCE * self.depth;
+        if depth < self.depth - margin {
+            Look::InFreeSpace
+        } else if depth > self.depth + margin {
+            Look::Hidden
+        } else {
+            Look::Unknown
+        }
+    }
+}
+
+impl ProjectiveTarget {
+    /// Draws pieces of surface (world frame), each with a number of the caller's, as a camera sees them whose pixels are
+    /// the cells, the view being at `T_world_view`. Of those in one cell the nearest is kept; what faces away is not drawn.
+    pub fn draw<'a>(surfels: impl Iterator<Item = (u64, &'a Surfel)>, camera: &Pinhole, T_world_view: &Pose3) -> Self {
+        let mut drawing = Drawing::new(camera, T_world_view);
+        for (number, surfel) in surfels {
+            drawing.add_one(number, single(&surfel.point), single(&surfel.normal), surfel.deviation as f32);
+        }
+        drawing.finish()
+    }
+
+    /// Number of cells in which something is seen.
+    pub fn len(&self) -> usize {
+        self.numbers.len()
+    }
+
+    /// Whether nothing is seen.
+    pub fn is_empty(&self) -> bool {
+        self.numbers.is_empty()
+    }
+
+    /// The camera whose pixels are the cells.
+    pub fn camera(&self) -> &Pinhole {
+        &self.eye.camera
+    }
+
+    /// Everything that was drawn and is seen, world frame, row by row of the cells.
+    pub fn surfels(&self) -> impl ExactSizeIterator<Item = Surfel> {
+        self.pieces[..self.len()].iter().map(Piece::surfel)
+    }
+
+    /// The caller's number of a piece of surface.
+    pub fn number(&self, index: u32) -> u64 {
+        self.numbers[index as usize]
+    }
+
+    /// What is seen of a point (world frame) from the view in its own cell, surfaces `tolerance` (m) off along their
+    /// normal agreeing.
+    #[inline]
+    pub fn look_at(&self, point: &Vector3<f64>, tolerance: f64) -> Sight {
+        let point = single(point);
+        let seen = self.eye.T_view_world.act(&point);
+        let look = |(column, row): (usize, usize)| {
+            let index = self.cells[row * self.eye.camera.width + column];
+            self.pieces[index as usize].look(index, &point, seen[2], tolerance as f32)
+        };
+        self.sight(self.eye.cell(&seen).map_or(Look::Unknown, look))
+    }
+
+    /// The same with the benefit of the doubt: at the border of an object its own cell and the eight around it see the
+    /// object and what is behind. One that agrees is enough, and only where none agrees or hides it the point stands in
+    /// free space.
+    pub fn look_around(&self, point: &Vector3<f64>, tolerance: f64) -> Sight {
+        let (point, tolerance) = (single(point), tolerance as f32);
+        let seen = self.eye.T_view_world.act(&point);
+        let Some((column, row)) = self.eye.cell(&seen) else { return Sight::Unknown };
+        let look = |index: u32| self.pieces[index as usize].look(index, &point, seen[2], tolerance);
+        let mut best = look(self.cells[row * self.eye.camera.width + column]);
+        if matches!(best, Look::Agreeing(_)) {
+            return self.sight(best);
+        }
+        for cells in self.cells_around(column, row) {
+            for &index in &self.cells[cells] {
+                match (look(index), &best) {
+                    (look @ Look::Agreeing(_), _) => return self.sight(look),
+                    (Look::Hidden, Look::InFreeSpace) => best = Look::Hidden,
+                    _ => {}
+                }
+            }
+        }
+        self.sight(best)
+    }
+
+    /// Looks at all points in their own cells, their frame being at `T_world_points`; the normals of surfaces that agree
+    /// differ by no more than an angle of this cosine.
+    pub fn glance(&self, glances: &Glances, T_world_points: &Pose3, tolerance: f64, min_cosine: f32) -> Glanced {
+        let (T_world_points, tolerance) = (Transform::new(T_world_points), tolerance as f32);
+        let mut glanced = Glanced::default();
+        for (points, normals) in glances.points.iter().zip(glances.normals.chunks(LANES)) {
+            let moved = T_world_points.act_on_all(points);
+            let seen = self.eye.T_view_world.act_on_all(&moved);
+            let [u, v] = self.eye.project_all(&seen);
+            for (lane, normal) in normals.iter().enumerate() {
+                let depth = seen[2][lane];
+                let Some((column, row)) = self.eye.inside(u[lane], v[lane], depth) else { continue };
+                let index = self.cells[row * self.eye.camera.width + column];
+                let piece = &self.pieces[index as usize];
+                match piece.look(index, &moved.map(|axis| axis[lane]), depth, tolerance) {
+                    Look::Agreeing(_) => {
+                        let turned = T_world_points.rows.map(|row| dot(&row, normal));
+                        glanced.agreeing += usize::from(dot(&turned, &piece.normal) > min_cosine);
+                    }
+                    Look::InFreeSpace => glanced.in_free_space += 1,
+                    Look::Hidden | Look::Unknown => {}
+                }
+            }
+        }
+        glanced
+    }
+
+    #[inline]
+    fn sight(&self, look: Look) -> Sight {
+        match look {
+            Look::Agreeing(index) => Sight::Agreeing(self.pieces[index as usize].surfel()),
+            Look::InFreeSpace => Sight::InFreeSpace,
+            Look::Hidden => Sight::Hidden,
+            Look::Unknown => Sight::Unknown,
+        }
+    }
+
+    /// A cell and its neighbours, row by row.
+    #[inline]
+    fn cells_around(&self, column: usize, row: usize) -> impl Iterator<Item = std::ops::Range<usize>> + use<> {
+        let (width, height) = (self.eye.camera.width, self.eye.camera.height);
+        let (left, right) = (column.saturating_sub(1), (column + 2).min(width));
+        (row.saturating_sub(1)..(row + 2).min(height)).map(move |row| row * width + left..row * width + right)
+    }
+}
+
+impl Target<3> for ProjectiveTarget {
+    /// The nearest of the pieces seen in the point's cell and the eight around it.
+    fn nearest(&self, query: &Vector3<f64>, max_distance: f64) -> Option<Neighbor> {
+        let query = single(query);
+        let (column, row) = self.eye.cell(&self.eye.T_view_world.act(&query))?;
+        // Distances and indices in one number, the distance first: bits of positive floats are ordered as they are. So the
+        // least is found without a branch that could be guessed wrong.
+        let ranked = |sq_distance: f32, index: u32| u64::from(sq_distance.to_bits()) << 32 | u64::from(index);
+        let limit = ranked((max_distance * max_distance) as f32, 0);
+        let mut best = limit;
+        for cells in self.cells_around(column, row) {
+            for &index in &self.cells[cells] {
+                let off = between(&self.pieces[index as usize].point, &query);
+                best = best.min(ranked(dot(&off, &off), index));
+            }
+        }
+        (best < limit).then_some(Neighbor { index: best as u32, sq_distance: f32::from_bits((best >> 32) as u32) })
+    }
+
+    #[inline]
+    fn point(&self, index: u32) -> Vector3<f64> {
+        double(self.pieces[index as usize].point)
+    }
+
+    #[inline]
+    fn normal(&self, index: u32) -> Option<Vector3<f64>> {
+        Some(double(self.pieces[index as usize].normal))
+    }
+
+    #[inline]
+    fn deviation(&self, index: u32) -> f64 {
+        self.pieces[index as usize].deviation.into()
+    }
+}
+
+/// Points with normals to be looked at many times, in the order that vector units want.
 pub struct Glances {
     /// x, y and z, [`LANES`] of each in a row; what is left over is not a number, which is seen nowhere.
     points: Vec<[[f32; LANES]; 3]>,
     normals: Vec<[f32; 3]>,
 }
 
-/// Points that are moved and projected together.
-const LANES: usize = 16;
-
 impl Glances {
     /// From points (m) and their unit normals in one frame.
     pub fn new(points: &[Vector3<f64>], normals: &[Vector3<f64>]) -> Self {
-        let transposed = |points: &[Vector3<f64>]| {
+        let in_lanes = |points: &[Vector3<f64>]| {
             let mut lanes = [[f32::NAN; LANES]; 3];
             for (lane, point) in points.iter().enumerate() {
                 for (axis, values) in lanes.iter_mut().enumerate() {
@@ -78,7 +355,7 @@ impl Glances {
             }
             lanes
         };
-        Self { points: points.chunks(LANES).map(transposed).collect(), normals: normals.iter().map(single).collect() }
+        Self { points: points.chunks(LANES).map(in_lanes).collect(), normals: normals.iter().map(single).collect() }
     }
 
     /// Number of points.
@@ -101,341 +378,123 @@ pub struct Glanced {
     pub in_free_space: usize,
 }
 
-#[inline]
-fn dot(a: &[f32; 3], b: &[f32; 3]) -> f32 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-#[inline]
-fn single(p: &Vector3<f64>) -> [f32; 3] {
-    [p.x as f32, p.y as f32, p.z as f32]
-}
-
-/// As [`Sight`], for points whose partner is not asked for.
-enum Look {
-    Agreeing(u32),
-    InFreeSpace,
-    Hidden,
-    Unknown,
-}
-
-impl ProjectiveTarget {
-    /// Draws pieces of surface (world frame), each with a number of the caller's, as a camera sees them whose pixels are
-    /// the cells, the view being at `T_world_view`. Of those in one cell the nearest is kept; what faces away is not drawn.
-    pub fn draw<'a>(surfels: impl Iterator<Item = (u64, &'a Surfel)>, camera: &Pinhole, T_world_view: &Pose3) -> Self {
-        let surfels: Vec<(u64, &Surfel)> = surfels.collect();
-        let mut drawing = Drawing::new(camera, T_world_view);
-        for (place, (_, surfel)) in (0..).zip(&surfels) {
-            drawing.add_one(place, &single(&surfel.point), &single(&surfel.normal));
-        }
-        drawing.finish(|place| surfels[place as usize])
-    }
-
-    /// The cell that a point in the view's frame is seen in.
-    #[inline]
-    fn cell(&self, point: &Vector3<f64>) -> Option<usize> {
-        if point.z < MIN_DEPTH {
-            return None;
-        }
-        let (u, v) =
-            (self.camera.fx * point.x / point.z + self.camera.cx, self.camera.fy * point.y / point.z + self.camera.cy);
-        // A cast cuts off towards zero and saturates: what is left of or above the image must be told apart first.
-        if u < -0.5 || v < -0.5 {
-            return None;
-        }
-        let (column, row) = ((u + 0.5) as usize, (v + 0.5) as usize);
-        (column < self.camera.width && row < self.camera.height).then(|| row * self.camera.width + column)
-    }
-
-    /// Number of cells in which something is seen.
-    pub fn len(&self) -> usize {
-        self.surfels.len()
-    }
-
-    /// Whether nothing is seen.
-    pub fn is_empty(&self) -> bool {
-        self.surfels.is_empty()
-    }
-
-    /// The camera whose pixels are the cells.
-    pub fn camera(&self) -> &Pinhole {
-        &self.camera
-    }
-
-    /// Everything that was drawn and is seen, world frame, row by row of the cells.
-    pub fn surfels(&self) -> &[Surfel] {
-        &self.surfels
-    }
-
-    /// The caller's number of a piece of surface.
-    pub fn number(&self, index: u32) -> u64 {
-        self.numbers[index as usize]
-    }
-
-    /// What is seen of a point (world frame) from the view in its own cell, surfaces `tolerance` (m) off along their
-    /// normal agreeing.
-    #[inline]
-    pub fn look_at(&self, point: &Vector3<f64>, tolerance: f64) -> Sight<'_> {
-        let seen = self.R_view_world * point + self.t_view_world;
-        let look = |cell: usize| self.cells[cell].look(&single(&seen), tolerance as f32);
-        self.sight(self.cell(&seen).map_or(Look::Unknown, look))
-    }
-
-    /// The same with the benefit of the doubt: at the border of an object its own cell and the eight around it see the
-    /// object and what is behind. One that agrees is enough, and only where none agrees or hides it the point stands in
-    /// free space.
-    pub fn look_around(&self, point: &Vector3<f64>, tolerance: f64) -> Sight<'_> {
-        let seen = self.R_view_world * point + self.t_view_world;
-        let Some(cell) = self.cell(&seen) else { return Sight::Unknown };
-        let (seen, tolerance) = (single(&seen), tolerance as f32);
-        let mut best = self.cells[cell].look(&seen, tolerance);
-        if matches!(best, Look::Agreeing(_)) {
-            return self.sight(best);
-        }
-        for cells in self.cells_around(cell) {
-            for cell in &self.cells[cells] {
-                match (cell.look(&seen, tolerance), &best) {
-                    (look @ Look::Agreeing(_), _) => return self.sight(look),
-                    (Look::Hidden, Look::InFreeSpace) => best = Look::Hidden,
-                    _ => {}
-                }
-            }
-        }
-        self.sight(best)
-    }
-
-    /// Looks at all points in their own cells, their frame being at `T_world_points`; the normals of surfaces that agree
-    /// differ by no more than an angle of this cosine. As [`look_at`](Self::look_at), in single precision.
-    pub fn glance(&self, glances: &Glances, T_world_points: &Pose3, tolerance: f64, min_cosine: f32) -> Glanced {
-        let R = T_world_points.rotation.to_rotation_matrix().into_inner();
-        let t = self.R_view_world * T_world_points.translation.vector + self.t_view_world;
-        let (R, t, tolerance) = ((self.R_view_world * R).transpose(), single(&t), tolerance as f32);
-        let rows: [[f32; 3]; 3] = std::array::from_fn(|row| single(&R.column(row).into_owned()));
-        let Pinhole { fx, fy, cx, cy, .. } = self.camera;
-        let [fx, fy, cx, cy] = [fx, fy, cx + 0.5, cy + 0.5].map(|x| x as f32);
-        let (width, height) = (self.camera.width as f32, self.camera.height as f32);
-        let mut glanced = Glanced::default();
-        for ([x, y, z], normals) in glances.points.iter().zip(glances.normals.chunks(LANES)) {
-            let moved: [[f32; LANES]; 3] = std::array::from_fn(|axis| {
-                let ([a, b, c], shift) = (rows[axis], t[axis]);
-                std::array::from_fn(|lane| a * x[lane] + b * y[lane] + c * z[lane] + shift)
-            });
-            let u: [f32; LANES] = std::array::from_fn(|lane| fx * moved[0][lane] / moved[2][lane] + cx);
-            let v: [f32; LANES] = std::array::from_fn(|lane| fy * moved[1][lane] / moved[2][lane] + cy);
-            for (lane, normal) in normals.iter().enumerate() {
-                let (u, v, seen) = (u[lane], v[lane], [moved[0][lane], moved[1][lane], moved[2][lane]]);
-                if !(seen[2] >= MIN_DEPTH as f32 && u >= 0.0 && v >= 0.0 && u < width && v < height) {
-                    continue;
-                }
-                let cell = &self.cells[v as usize * self.camera.width + u as usize];
-                match cell.look(&seen, tolerance) {
-                    Look::Agreeing(_) => {
-                        let turned = rows.map(|row| dot(&row, normal));
-                        glanced.agreeing += usize::from(dot(&turned, &cell.normal) > min_cosine);
-                    }
-                    Look::InFreeSpace => glanced.in_free_space += 1,
-                    Look::Hidden | Look::Unknown => {}
-                }
-            }
-        }
-        glanced
-    }
-
-    #[inline]
-    fn sight(&self, look: Look) -> Sight<'_> {
-        match look {
-            Look::Agreeing(index) => Sight::Agreeing(&self.surfels[index as usize]),
-            Look::InFreeSpace => Sight::InFreeSpace,
-            Look::Hidden => Sight::Hidden,
-            Look::Unknown => Sight::Unknown,
-        }
-    }
-
-    /// The cell and its neighbours, row by row.
-    #[inline]
-    fn cells_around(&self, cell: usize) -> impl Iterator<Item = std::ops::Range<usize>> + use<> {
-        let (width, height) = (self.camera.width, self.camera.height);
-        let (row, column) = (cell / width, cell % width);
-        let (left, right) = (column.saturating_sub(1), (column + 2).min(width));
-        (row.saturating_sub(1)..(row + 2).min(height)).map(move |row| row * width + left..row * width + right)
-    }
-}
-
-/// Columns of numbers of pieces of surface, world frame: points (m) and unit normals by axis, all of one length.
+/// Columns of numbers of pieces of surface, world frame, all of one length.
 #[derive(Clone, Copy)]
 pub struct Columns<'a> {
-    /// x, y and z of the points.
+    /// x, y and z of the points (m).
     pub points: [&'a [f32]; 3],
-    /// x, y and z of the normals.
+    /// x, y and z of the unit normals.
     pub normals: [&'a [f32]; 3],
+    /// Standard deviations along the normals (m).
+    pub deviations: &'a [f32],
 }
 
 /// A view that is being drawn.
 pub struct Drawing {
-    camera: Pinhole,
-    R_view_world: Matrix3<f64>,
-    t_view_world: Vector3<f64>,
-    /// The same in single precision, by rows.
-    rows: [[f32; 3]; 3],
-    shift: [f32; 3],
-    eye: [f32; 3],
-    cells: Vec<Cell>,
-    /// What is seen in each cell, by a number of the caller's; `u64::MAX` where nothing is.
+    eye: Eye,
+    viewpoint: [f32; 3],
+    /// The nearest depth of each cell.
+    depths: Vec<f32>,
+    /// Index into `pieces` by cell; [`EMPTY`] where nothing is seen.
+    cells: Vec<u32>,
+    pieces: Vec<Piece>,
     numbers: Vec<u64>,
 }
+
+const EMPTY: u32 = u32::MAX;
 
 impl Drawing {
     /// Nothing yet, as seen from `T_world_view` by a camera whose pixels are the cells.
     pub fn new(camera: &Pinhole, T_world_view: &Pose3) -> Self {
-        let T_view_world = T_world_view.inverse();
-        let (R, t) = (T_view_world.rotation.to_rotation_matrix().into_inner(), T_view_world.translation.vector);
         let num_cells = camera.width * camera.height;
         Self {
-            camera: *camera,
-            R_view_world: R,
-            t_view_world: t,
-            rows: std::array::from_fn(|row| single(&R.row(row).transpose())),
-            shift: single(&t),
-            eye: single(&T_world_view.translation.vector),
-            cells: vec![NOTHING; num_cells],
-            numbers: vec![u64::MAX; num_cells],
+            eye: Eye::new(camera, T_world_view),
+            viewpoint: single(&T_world_view.translation.vector),
+            depths: vec![f32::INFINITY; num_cells],
+            cells: vec![EMPTY; num_cells],
+            pieces: Vec::with_capacity(num_cells / 2),
+            numbers: Vec::with_capacity(num_cells / 2),
         }
     }
 
     /// Draws pieces of surface that have consecutive numbers, from `first` on.
-    pub fn add(&mut self, first: u64, Columns { points, normals }: Columns<'_>) {
-        let lanes = |columns: [&'_ [f32]; 3], start: usize| -> Option<[[f32; LANES]; 3]> {
+    pub fn add(&mut self, first: u64, columns: Columns<'_>) {
+        let Columns { points, normals, deviations } = columns;
+        let lanes = |columns: [&[f32]; 3], start: usize| -> Option<[[f32; LANES]; 3]> {
             let [x, y, z] = columns.map(|column| column.get(start..)?.first_chunk::<LANES>().copied());
             Some([x?, y?, z?])
         };
         let mut start = 0;
         while let (Some(p), Some(n)) = (lanes(points, start), lanes(normals, start)) {
-            // Whole registers of a vector unit at a time; what is seen is looked at one by one.
+            let [x, y, z] = self.viewpoint;
             let facing: [f32; LANES] = std::array::from_fn(|lane| {
-                (p[0][lane] - self.eye[0]) * n[0][lane]
-                    + (p[1][lane] - self.eye[1]) * n[1][lane]
-                    + (p[2][lane] - self.eye[2]) * n[2][lane]
+                (p[0][lane] - x) * n[0][lane] + (p[1][lane] - y) * n[1][lane] + (p[2][lane] - z) * n[2][lane]
             });
-            let moved: [[f32; LANES]; 3] = std::array::from_fn(|axis| {
-                let ([a, b, c], shift) = (self.rows[axis], self.shift[axis]);
-                std::array::from_fn(|lane| a * p[0][lane] + b * p[1][lane] + c * p[2][lane] + shift)
-            });
-            let [fx, fy, cx, cy] = self.intrinsics();
-            let u: [f32; LANES] = std::array::from_fn(|lane| fx * moved[0][lane] / moved[2][lane] + cx);
-            let v: [f32; LANES] = std::array::from_fn(|lane| fy * moved[1][lane] / moved[2][lane] + cy);
+            let seen = self.eye.T_view_world.act_on_all(&p);
+            let [u, v] = self.eye.project_all(&seen);
             for lane in 0..LANES {
-                if facing[lane] < 0.0 {
-                    let seen = [moved[0][lane], moved[1][lane], moved[2][lane]];
-                    self.put(first + (start + lane) as u64, &seen, u[lane], v[lane]);
+                let depth = seen[2][lane];
+                if facing[lane] < 0.0
+                    && let Some(cell) = self.eye.inside(u[lane], v[lane], depth)
+                {
+                    let index = start + lane;
+                    let (point, normal) = (p.map(|axis| axis[lane]), n.map(|axis| axis[lane]));
+                    let piece = || Piece { point, deviation: deviations[index], normal, depth };
+                    self.put(first + index as u64, cell, depth, piece);
                 }
             }
             start += LANES;
         }
-        for index in start..points[0].len() {
-            self.add_one(first + index as u64, &points.map(|axis| axis[index]), &normals.map(|axis| axis[index]));
+        for index in start..deviations.len() {
+            let (point, normal) = (points.map(|axis| axis[index]), normals.map(|axis| axis[index]));
+            self.add_one(first + index as u64, point, normal, deviations[index]);
         }
     }
 
-    fn add_one(&mut self, number: u64, point: &[f32; 3], normal: &[f32; 3]) {
-        let from_eye: [f32; 3] = std::array::from_fn(|axis| point[axis] - self.eye[axis]);
-        if dot(&from_eye, normal) < 0.0 {
-            let moved: [f32; 3] = std::array::from_fn(|axis| dot(&self.rows[axis], point) + self.shift[axis]);
-            let [fx, fy, cx, cy] = self.intrinsics();
-            self.put(number, &moved, fx * moved[0] / moved[2] + cx, fy * moved[1] / moved[2] + cy);
+    fn add_one(&mut self, number: u64, point: [f32; 3], normal: [f32; 3], deviation: f32) {
+        let seen = self.eye.T_view_world.act(&point);
+        if dot(&between(&self.viewpoint, &point), &normal) < 0.0
+            && let Some(cell) = self.eye.cell(&seen)
+        {
+            let depth = seen[2];
+            self.put(number, cell, depth, || Piece { point, deviation, normal, depth });
         }
-    }
-
-    /// fx, fy, and the optical axis from the outer corner of the first cell.
-    fn intrinsics(&self) -> [f32; 4] {
-        let Pinhole { fx, fy, cx, cy, .. } = self.camera;
-        [fx, fy, cx + 0.5, cy + 0.5].map(|x| x as f32)
     }
 
     #[inline]
-    fn put(&mut self, number: u64, point: &[f32; 3], u: f32, v: f32) {
-        let (width, height) = (self.camera.width as f32, self.camera.height as f32);
-        if !(point[2] >= MIN_DEPTH as f32 && u >= 0.0 && v >= 0.0 && u < width && v < height) {
+    fn put(&mut self, number: u64, (column, row): (usize, usize), depth: f32, piece: impl FnOnce() -> Piece) {
+        let cell = row * self.eye.camera.width + column;
+        if depth >= self.depths[cell] {
             return;
         }
-        let place = v as usize * self.camera.width + u as usize;
-        let cell = &mut self.cells[place];
-        if point[2] < cell.point[2] {
-            cell.point = *point;
-            self.numbers[place] = number;
-        }
-    }
-
-    /// What came to be seen; `surfel_of` tells the piece of surface of a number, and the number it is to have.
-    pub fn finish<S: std::borrow::Borrow<Surfel>>(self, surfel_of: impl Fn(u64) -> (u64, S)) -> ProjectiveTarget {
-        let Self { camera, R_view_world, t_view_world, mut cells, numbers: seen, .. } = self;
-        let num_seen = seen.iter().filter(|&&number| number != u64::MAX).count();
-        let (mut surfels, mut numbers) = (Vec::with_capacity(num_seen), Vec::with_capacity(num_seen));
-        for (cell, number) in cells.iter_mut().zip(seen) {
-            if number != u64::MAX {
-                let (number, surfel) = surfel_of(number);
-                let surfel = surfel.borrow();
-                cell.index = surfels.len() as u32;
-                cell.normal = single(&(R_view_world * surfel.normal));
-                surfels.push(*surfel);
-                numbers.push(number);
-            }
-        }
-        ProjectiveTarget { camera, R_view_world, t_view_world, cells, surfels, numbers }
-    }
-}
-
-impl Cell {
-    /// What is seen of a point in the view's frame.
-    #[inline]
-    fn look(&self, seen: &[f32; 3], tolerance: f32) -> Look {
-        if self.index == EMPTY {
-            return Look::Unknown;
-        }
-        let off = [seen[0] - self.point[0], seen[1] - self.point[1], seen[2] - self.point[2]];
-        if dot(&self.normal, &off).abs() <= tolerance {
-            return Look::Agreeing(self.index);
-        }
-        let margin = tolerance + SIGHT_TOLERANCE * self.point[2];
-        if off[2] < -margin {
-            Look::InFreeSpace
-        } else if off[2] > margin {
-            Look::Hidden
+        self.depths[cell] = depth;
+        if let Some(hidden) = self.pieces.get_mut(self.cells[cell] as usize) {
+            *hidden = piece();
+            self.numbers[self.cells[cell] as usize] = number;
         } else {
-            Look::Unknown
+            self.cells[cell] = self.pieces.len() as u32;
+            self.pieces.push(piece());
+            self.numbers.push(number);
         }
     }
-}
 
-impl Target<3> for ProjectiveTarget {
-    /// The nearest of the pieces seen in the point's cell and the eight around it.
-    fn nearest(&self, query: &Vector3<f64>, max_distance: f64) -> Option<Neighbor> {
-        let seen = self.R_view_world * query + self.t_view_world;
-        let cell = self.cell(&seen)?;
-        let seen = single(&seen);
-        let mut best = Neighbor { index: EMPTY, sq_distance: (max_distance * max_distance) as f32 };
-        for cells in self.cells_around(cell) {
-            for cell in &self.cells[cells] {
-                // Empty cells are infinitely far away.
-                let off = [seen[0] - cell.point[0], seen[1] - cell.point[1], seen[2] - cell.point[2]];
-                let sq_distance = dot(&off, &off);
-                if sq_distance < best.sq_distance {
-                    best = Neighbor { index: cell.index, sq_distance };
-                }
+    /// What has come to be seen.
+    pub fn finish(self) -> ProjectiveTarget {
+        let Self { eye, mut cells, pieces: drawn, numbers: drawn_numbers, .. } = self;
+        let (mut pieces, mut numbers) = (Vec::with_capacity(drawn.len() + 1), Vec::with_capacity(drawn.len()));
+        // Neighbours are looked at together.
+        for cell in &mut cells {
+            if *cell == EMPTY {
+                *cell = drawn.len() as u32;
+            } else {
+                let place = *cell as usize;
+                *cell = pieces.len() as u32;
+                pieces.push(drawn[place]);
+                numbers.push(drawn_numbers[place]);
             }
         }
-        (best.index != EMPTY).then_some(best)
-    }
-
-    fn point(&self, index: u32) -> &Vector3<f64> {
-        &self.surfels[index as usize].point
-    }
-
-    fn normal(&self, index: u32) -> Option<&Vector3<f64>> {
-        Some(&self.surfels[index as usize].normal)
-    }
-
-    fn deviation(&self, index: u32) -> f64 {
-        self.surfels[index as usize].deviation
+        pieces.push(NOTHING);
+        ProjectiveTarget { eye, cells, pieces, numbers }
     }
 }
 
@@ -468,9 +527,10 @@ mod tests {
             let Some(neighbor) = target.nearest(&query, 0.045) else { continue };
             let truly = pieces.iter().map(|piece| (piece.point - query).norm()).fold(f64::INFINITY, f64::min);
             assert!((f64::from(neighbor.sq_distance).sqrt() - truly).abs() < 1e-6);
-            assert_eq!(pieces[target.number(neighbor.index) as usize].point, *target.point(neighbor.index));
-            assert_eq!(target.normal(neighbor.index), Some(&-Vector3::z()));
-            assert_eq!(target.deviation(neighbor.index), 0.004);
+            let known = &pieces[target.number(neighbor.index) as usize];
+            assert!((known.point - target.point(neighbor.index)).norm() < 1e-6);
+            assert_eq!(target.normal(neighbor.index), Some(-Vector3::z()));
+            assert!((target.deviation(neighbor.index) - 0.004).abs() < 1e-9);
             found += 1;
         }
         assert!(found > 300, "{found}");
@@ -500,8 +560,8 @@ mod tests {
         let back = Surfel { point: Vector3::new(0.3, 0.0, 1.0), normal: Vector3::z(), deviation: 0.0 };
         pieces.extend([near, back]);
         let target = ProjectiveTarget::draw((0..).zip(&pieces), &camera, &Pose3::identity());
-        assert!(matches!(target.look_at(&near.point, 0.01), Sight::Agreeing(seen) if *seen == near));
-        assert!(target.surfels().iter().all(|seen| seen.normal == -Vector3::z()));
+        assert!(matches!(target.look_at(&near.point, 0.01), Sight::Agreeing(seen) if seen == near));
+        assert!(target.surfels().all(|seen| seen.normal == -Vector3::z()));
         assert_eq!(target.len(), target.surfels().len());
         assert!(!target.is_empty());
     }

@@ -106,9 +106,9 @@ pub trait Target<const D: usize> {
         self.nearest(query, max_distance)
     }
     /// Position of a target point (m).
-    fn point(&self, index: u32) -> &SVector<f64, D>;
+    fn point(&self, index: u32) -> SVector<f64, D>;
     /// Unit normal of a target point, where it has one.
-    fn normal(&self, index: u32) -> Option<&SVector<f64, D>>;
+    fn normal(&self, index: u32) -> Option<SVector<f64, D>>;
     /// Standard deviation of the surface at a target point along its normal (m); 0 where nothing is known of it.
     fn deviation(&self, _index: u32) -> f64 {
         0.0
@@ -141,11 +141,11 @@ impl<const D: usize> Target<D> for PointTarget<D> {
         found
     }
 
-    fn point(&self, index: u32) -> &SVector<f64, D> {
-        &self.points[index as usize]
+    fn point(&self, index: u32) -> SVector<f64, D> {
+        self.points[index as usize]
     }
 
-    fn normal(&self, _index: u32) -> Option<&SVector<f64, D>> {
+    fn normal(&self, _index: u32) -> Option<SVector<f64, D>> {
         None
     }
 }
@@ -159,12 +159,12 @@ impl<const D: usize> Target<D> for OrientedTarget<D> {
         self.points.nearest_again(query, max_distance, last)
     }
 
-    fn point(&self, index: u32) -> &SVector<f64, D> {
+    fn point(&self, index: u32) -> SVector<f64, D> {
         self.points.point(index)
     }
 
-    fn normal(&self, index: u32) -> Option<&SVector<f64, D>> {
-        self.normals[index as usize].as_ref()
+    fn normal(&self, index: u32) -> Option<SVector<f64, D>> {
+        self.normals[index as usize]
     }
 }
 

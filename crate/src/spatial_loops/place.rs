@@ -121,12 +121,12 @@ impl<'a> Place<'a> {
     fn seen_from(&self, T_place_view: &Pose3, frame: &FrameSurfaces) -> ProjectiveTarget {
         let moved = self.frames.iter().flat_map(|(frame, T)| {
             let R = T.rotation.to_rotation_matrix().into_inner();
-            let move_surfel = move |surfel: &Surfel| Surfel {
+            let move_surfel = move |surfel: Surfel| Surfel {
                 point: R * surfel.point + T.translation.vector,
                 normal: R * surfel.normal,
-                ..*surfel
+                ..surfel
             };
-            frame.view.surfels().iter().map(move_surfel)
+            frame.view.surfels().map(move_surfel)
         });
         let surfels: Vec<Surfel> = moved.collect();
         ProjectiveTarget::draw((0..).zip(&surfels), frame.view.camera(), T_place_view)
@@ -155,7 +155,7 @@ impl<'a> Place<'a> {
         }
         let overlap = agreeing / frame.source.points.len().max(1) as f64;
         let (R, t) = parts(&T_place_camera.inverse());
-        for surfel in view.surfels().iter().step_by(view.len().div_ceil(POINTS).max(1)) {
+        for surfel in view.surfels().step_by(view.len().div_ceil(POINTS).max(1)) {
             match frame.view.look_around(&(R * surfel.point + t), FINE_TOLERANCE) {
                 Sight::Agreeing(seen) if seen.normal.dot(&(R * surfel.normal)) > AGREEING_COSINE => agreeing += 1.0,
                 Sight::InFreeSpace => against += 1.0,

@@ -173,12 +173,12 @@ impl Target<3> for LocalMap {
         found
     }
 
-    fn point(&self, index: u32) -> &Vector3<f64> {
-        &self.points[index as usize]
+    fn point(&self, index: u32) -> Vector3<f64> {
+        self.points[index as usize]
     }
 
-    fn normal(&self, index: u32) -> Option<&Vector3<f64>> {
-        self.normals[index as usize].as_ref()
+    fn normal(&self, index: u32) -> Option<Vector3<f64>> {
+        self.normals[index as usize]
     }
 }
 
@@ -196,7 +196,7 @@ impl<M: RigidMotion<3, 6>> Metric<3, 6, M> for PointToMap {
     }
 
     fn step(target: &LocalMap, correspondences: &[Correspondence<3>]) -> Option<M> {
-        best_rigid_motion(correspondences.iter().map(|c| (c.moved, *target.point(c.target), c.weight)))
+        best_rigid_motion(correspondences.iter().map(|c| (c.moved, target.point(c.target), c.weight)))
     }
 
     fn normal_equations(target: &LocalMap, correspondences: &[Correspondence<3>]) -> NormalEquations<6> {

@@ -50,7 +50,7 @@ export async function understandFiles(files: readonly StoredFile[]): Promise<Rec
   const { understand } = await import('../../../npm/recording.js');
   const byPath = new Map(files.map((file) => [file.path, file]));
   return understand(
-    files.map(({ path, size, given }) => (given ? { path, size, given } : { path, size })),
+    files,
     async (path, length) => (await byPath.get(path)?.readHead(length)) ?? new Uint8Array(),
   );
 }
@@ -216,7 +216,10 @@ function onDisk(path: string, file: File): StoredFile {
   };
   return {
     path,
-    size: file.size,
+    // Browsers ask the disk for it, and the page waits: of a folder's files, few are asked.
+    get size() {
+      return file.size;
+    },
     read: () => bytes(file),
     readHead: (length) => bytes(file.slice(0, length)),
     blob: async () => file,

@@ -17,7 +17,6 @@ import type {
 type Async<T> = { [K in keyof T]: T[K] extends (...args: infer A) => infer R ? (...args: A) => R | Promise<R> : never };
 
 let reconstruction: SpatialReconstruction | null = null;
-let adding_ms = 0;
 
 function engine(): SpatialReconstruction {
   if (!reconstruction) throw Object.assign(new Error('Nothing is loaded.'), { name: 'ScanstitchError' });
@@ -55,20 +54,13 @@ const api: Async<RegistrarApi> = {
 
   begin: (name, first_frame) => engine().begin(name, first_frame),
 
-  add_prepared(prepared) {
-    const start = performance.now();
-    engine().add_prepared(prepared);
-    adding_ms += performance.now() - start;
-  },
-
   finish: () => engine().finish(),
 
-  step() {
+  step(prepared) {
     const start = performance.now();
+    if (prepared) engine().add_prepared(prepared);
     const progress = engine().step();
-    const ms = performance.now() - start + adding_ms;
-    adding_ms = 0;
-    return { ...progress, ms };
+    return { ...progress, ms: performance.now() - start };
   },
 
   setReference: (name, bytes, num_recorded) => engine().set_reference(name, bytes, num_recorded),

@@ -65,9 +65,9 @@ export interface SpatialListener {
 }
 
 /** The map is sent after so long at first, then ever later, as there is ever less that is new in it: ... */
-const SNAPSHOT_INTERVALS_MS = { least: 250, most: 1500 };
+const SNAPSHOT_INTERVALS_MS = { least: 300, most: 1500 };
 /** ... after this share of the time that the run has taken so far, ... */
-const SNAPSHOT_GROWTH = 0.4;
+const SNAPSHOT_GROWTH = 0.7;
 /** ... and so that sending takes at most this share of the time. */
 const SNAPSHOT_SHARE = 0.06;
 /** Preparing workers, as many as there are cores, within these bounds. */
@@ -220,20 +220,23 @@ export class SpatialClient {
     const cores = navigator.hardwareConcurrency || 2;
     const wanted = Math.min(Math.max(cores, 1), MAX_PREPARERS);
     while (this.#preparers.length < wanted) this.#preparers.push(new ThreadPreparer(this.#module));
-    let has_added = false;
+    let added: Uint8Array | null = null;
     const run: SpatialRun<SpatialJob> = new SpatialRun<SpatialJob>({
       preparers: this.#preparers,
       registrar: {
         begin: async ({ name, file }) => registrar.call('begin', name, await file.read()),
+        // Adding a frame and registering it are one call: each crossing of threads costs the page time.
         add_prepared: (bytes) => {
-          has_added = true;
-          return registrar.give('add_prepared', [bytes.buffer], bytes);
+          added = bytes;
         },
         step: async () => {
+          const bytes = added;
+          added = null;
           // A step for no frame comes when all frames are placed.
-          if (!has_added) await registrar.call('finish');
-          has_added = false;
-          const progress = await registrar.call('step');
+          if (!bytes) await registrar.call('finish');
+          const progress = await (bytes
+            ? registrar.give('step', [bytes.buffer as ArrayBuffer], bytes)
+            : registrar.call('step', null));
           return { ...progress, frame: progress.frame ?? null };
         },
       },

@@ -65,11 +65,10 @@ export interface RegistrarApi {
   setIntrinsics(name: string, bytes: Uint8Array): void;
   /** Looks at the first file; returns what the preparing workers need. */
   begin(name: string, first_frame: Uint8Array): string;
-  add_prepared(prepared: Uint8Array): void;
   /** Says that no frame will follow for now: `step` then solves for all poses together, where that is set. */
   finish(): void;
-  /** One piece of work, such as registering a frame; `ms`: what this and adding it took, without waiting. */
-  step(): Progress & { ms: number };
+  /** One piece of work, such as registering a frame, which may be given; `ms`: what this and adding it took, without waiting. */
+  step(prepared: Uint8Array | null): Progress & { ms: number };
   setReference(name: string, bytes: Uint8Array, num_recorded: number): void;
   clearReference(): void;
   snapshot(): SpatialSnapshot;

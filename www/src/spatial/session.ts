@@ -25,7 +25,7 @@ export type Phase = 'starting' | 'empty' | 'reading' | 'running' | 'stopped' | '
 /** A change of a setting waits this long for the next one before all is computed again. */
 const SETTINGS_DELAY_MS = 250;
 /** Frames may be registered many times a second; their count is told at most this often. */
-const PROGRESS_INTERVAL_MS = 120;
+const PROGRESS_INTERVAL_MS = 250;
 /** Voxels the map is measured in, m. */
 const MEASURED_SIZES = [0.1, 0.05, 0.02, 0.01];
 
