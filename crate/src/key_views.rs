@@ -5,7 +5,7 @@
 
 use nalgebra::Vector3;
 
-use crate::camera::surfel_image::{SurfelImage, cell_camera};
+use crate::camera::surfel_image::SurfelImage;
 use crate::geometry::Pose3;
 use crate::geometry::rotation::angle_of;
 use crate::registration::photometric::Picture;
@@ -46,8 +46,7 @@ impl KeyViews {
         if self.views.iter().any(|known| apart(&known.T_world_camera, T_world_camera) < SPACING) {
             return;
         }
-        let camera = cell_camera(&frame.camera, 2 * frame.cell_size);
-        let view = ProjectiveTarget::draw((0..).zip(frame.surfels()), &camera, &Pose3::identity());
+        let view = ProjectiveTarget::of_frame(frame, 2);
         let picture = frame.brightness.clone().map(|brightness| Picture::new(brightness, &frame.camera));
         self.views.push(KeyView { T_world_camera: *T_world_camera, frame: number, view, picture });
     }

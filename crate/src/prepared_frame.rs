@@ -49,8 +49,8 @@ pub struct DepthPreparation {
 /// (Khoshelham and Elberink, "Accuracy and resolution of Kinect depth data", Sensors 12 (2012)).
 const TRIANGULATION_NOISE: f64 = 2e-3;
 
-/// The first frames are prepared in every way, whatever has been decided meanwhile.
-const UNDECIDED_FRAMES: usize = 32;
+/// The first frames are prepared in every way, whatever has been decided meanwhile: twice as many as decide.
+const UNDECIDED_FRAMES: usize = 24;
 
 impl Preparation {
     /// From the settings and the first file, a depth image or a cloud: later ones must not change what earlier ones

@@ -72,7 +72,7 @@ impl<'a> Matching<'a> {
         Self {
             seen,
             frame,
-            own_view: ProjectiveTarget::draw((0..).zip(frame.surfels()), &frame.cell_camera(), &Pose3::identity()),
+            own_view: ProjectiveTarget::of_frame(frame, 1),
             sparse: cloud.at_most(SPARSE_POINTS),
             middle: cloud.at_most(MIDDLE_POINTS),
             fine: cloud.at_most(if options.effort == Effort::Quick { QUICK_POINTS } else { FINE_POINTS }),

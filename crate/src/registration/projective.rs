@@ -6,7 +6,8 @@
 use nalgebra::Vector3;
 
 use super::target::Target;
-use crate::camera::{Pinhole, Surfel};
+use crate::camera::surfel_image::cell_camera;
+use crate::camera::{Pinhole, Surfel, SurfelImage};
 use crate::geometry::Pose3;
 use crate::search::Neighbor;
 
@@ -18,7 +19,7 @@ pub struct ProjectiveTarget {
     cells: Vec<u32>,
     /// In the order of their cells; after them one that is infinitely far away.
     pieces: Vec<Piece>,
-    /// The caller's number of each piece.
+    /// The caller's number of each piece; empty where there are none.
     numbers: Vec<u64>,
 }
 
@@ -193,14 +194,43 @@ impl ProjectiveTarget {
         drawing.finish()
     }
 
+    /// A frame as its own camera sees it, in its camera's frame: by its own cells, or by squares of `side` times `side` of
+    /// them, of which the nearest is kept. The same as drawing it from there, without projecting anything.
+    pub fn of_frame(frame: &SurfelImage, side: usize) -> Self {
+        let camera = cell_camera(&frame.camera, side * frame.cell_size);
+        let num_cells = camera.width * camera.height;
+        let (mut cells, mut pieces) = (Vec::with_capacity(num_cells), Vec::with_capacity(num_cells + 1));
+        for row in 0..camera.height {
+            for column in 0..camera.width {
+                let rows = (row * side..(row + 1) * side).map(|row| row * frame.columns + column * side);
+                let seen = rows.flat_map(|first| frame.cells[first..first + side].iter().flatten());
+                let nearest = seen.fold(None, |nearest: Option<&Surfel>, surfel| match nearest {
+                    Some(nearest) if nearest.point.z as f32 <= surfel.point.z as f32 => Some(nearest),
+                    _ => Some(surfel),
+                });
+                cells.push(nearest.map_or(EMPTY, |_| pieces.len() as u32));
+                pieces.extend(nearest.map(|surfel| Piece {
+                    point: single(&surfel.point),
+                    deviation: surfel.deviation as f32,
+                    normal: single(&surfel.normal),
+                    depth: surfel.point.z as f32,
+                }));
+            }
+        }
+        cells.iter_mut().filter(|cell| **cell == EMPTY).for_each(|cell| *cell = pieces.len() as u32);
+        let numbers = Vec::new();
+        pieces.push(NOTHING);
+        Self { eye: Eye::new(&camera, &Pose3::identity()), cells, pieces, numbers }
+    }
+
     /// Number of cells in which something is seen.
     pub fn len(&self) -> usize {
-        self.numbers.len()
+        self.pieces.len() - 1
     }
 
     /// Whether nothing is seen.
     pub fn is_empty(&self) -> bool {
-        self.numbers.is_empty()
+        self.len() == 0
     }
 
     /// The camera whose pixels are the cells.
@@ -213,9 +243,9 @@ impl ProjectiveTarget {
         self.pieces[..self.len()].iter().map(Piece::surfel)
     }
 
-    /// The caller's number of a piece of surface.
+    /// The caller's number of a piece of surface; that of its place in the view where it was drawn without.
     pub fn number(&self, index: u32) -> u64 {
-        self.numbers[index as usize]
+        self.numbers.get(index as usize).copied().unwrap_or(index.into())
     }
 
     /// What is seen of a point (world frame) from the view in its own cell, surfaces `tolerance` (m) off along their
@@ -537,6 +567,28 @@ mod tests {
         assert_eq!(target.nearest(&Vector3::new(0.0, 0.0, -1.0), 10.0), None);
         assert_eq!(target.nearest(&Vector3::new(0.01, 0.0, 1.0), 0.5), None);
         assert_eq!(target.nearest(&Vector3::new(f64::NAN, 0.0, 1.0), 0.5), None);
+    }
+
+    #[test]
+    fn a_frame_seen_by_its_own_camera_is_as_if_it_had_been_drawn() {
+        let camera = Pinhole::new(162, 121, [120.0, 120.0, 79.5, 59.5]).unwrap();
+        let cells = cell_camera(&camera, 4);
+        let surfel = |cell: usize| {
+            let ray = cells.ray((cell % cells.width) as f64, (cell / cells.width) as f64);
+            let depth = 2.0 + (cell as f64 * 0.7).sin();
+            (cell % 7 != 3).then_some(Surfel { point: ray * depth, normal: -ray.normalize(), deviation: 0.01 })
+        };
+        let (columns, rows) = (cells.width, cells.height);
+        let cells = (0..columns * rows).map(surfel).collect();
+        let frame = SurfelImage { camera, cell_size: 4, columns, rows, cells, brightness: None };
+        for side in [1, 2] {
+            let camera = cell_camera(&frame.camera, side * frame.cell_size);
+            let drawn = ProjectiveTarget::draw((0..).zip(frame.surfels()), &camera, &Pose3::identity());
+            let own = ProjectiveTarget::of_frame(&frame, side);
+            assert_eq!((own.len(), own.camera()), (drawn.len(), drawn.camera()));
+            assert!(own.len() > 200 && own.surfels().eq(drawn.surfels()));
+            assert_eq!(own.cells, drawn.cells);
+        }
     }
 
     #[test]

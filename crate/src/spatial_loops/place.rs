@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix3, Matrix6, Vector3};
 
-use crate::camera::surfel_image::{Surfel, SurfelImage, cell_camera};
+use crate::camera::surfel_image::{Surfel, SurfelImage};
 use crate::depth_odometry::{
     AGREEING_COSINE, AllSurfels, FINE_TOLERANCE, OpenDirection, SurfelCloud, around, best_apart, fine_options,
     middle_options, score,
@@ -63,12 +63,11 @@ pub(super) struct Place<'a> {
 
 impl FrameSurfaces {
     pub(super) fn new(frame: &SurfelImage) -> Self {
-        let camera = cell_camera(&frame.camera, 2 * frame.cell_size);
         let cloud = AllSurfels::new(frame);
         Self {
             source: cloud.at_most(POINTS),
             sparse: cloud.at_most(SPARSE_POINTS),
-            view: ProjectiveTarget::draw((0..).zip(frame.surfels()), &camera, &Pose3::identity()),
+            view: ProjectiveTarget::of_frame(frame, 2),
         }
     }
 }

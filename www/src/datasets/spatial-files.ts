@@ -49,10 +49,7 @@ export type Kind = Recording['kind'];
 export async function understandFiles(files: readonly StoredFile[]): Promise<Recording> {
   const { understand } = await import('../../../npm/recording.js');
   const byPath = new Map(files.map((file) => [file.path, file]));
-  return understand(
-    files,
-    async (path, length) => (await byPath.get(path)?.readHead(length)) ?? new Uint8Array(),
-  );
+  return understand(files, async (path, length) => (await byPath.get(path)?.readHead(length)) ?? new Uint8Array());
 }
 
 /** Files for the flat view, and what became of those that cannot be opened. */

@@ -52,17 +52,22 @@ function voteOnUp({ normals }: MapPoints, presumed: Vec3): { up: Vec3; share: nu
   let up = presumed;
   let share = 0;
   for (const cone of CONES) {
-    let sum: Vec3 = [0, 0, 0];
+    const [up_x, up_y, up_z] = up;
+    let [sum_x, sum_y, sum_z] = [0, 0, 0];
     let votes = 0;
-    for (let i = 0; i < count; i += stride) {
-      const normal: Vec3 = [normals[3 * i] ?? 0, normals[3 * i + 1] ?? 0, normals[3 * i + 2] ?? 0];
-      const cosine = dot(normal, up);
+    // This is done whenever the map has grown: no vector is made for a point.
+    for (let at = 0; at < 3 * count; at += 3 * stride) {
+      const [x, y, z] = [normals[at] ?? 0, normals[at + 1] ?? 0, normals[at + 2] ?? 0];
+      const cosine = x * up_x + y * up_y + z * up_z;
       if (Math.abs(cosine) < cone) continue;
-      sum = added(sum, normal, Math.sign(cosine));
+      const sign = Math.sign(cosine);
+      sum_x += sign * x;
+      sum_y += sign * y;
+      sum_z += sign * z;
       votes++;
     }
     if (votes === 0) return { up: presumed, share: 0 };
-    up = normalized(sum);
+    up = normalized([sum_x, sum_y, sum_z]);
     share = votes / Math.ceil(count / stride);
   }
   return { up, share };
@@ -96,7 +101,7 @@ const BELOW_CEILING = 0.2;
 
 /** From points and cameras in the picture's world. */
 export function heightsOf(sampled: readonly Vec3[], cameras: readonly Vec3[]): Heights {
-  const heights = sampled.map(([, y]) => y).sort((a, b) => a - b);
+  const heights = Float64Array.from(sampled, ([, y]) => y).sort();
   const at = (share: number): number => heights[Math.floor(share * (heights.length - 1))] ?? 0;
   const [bottom, top] = [at(0.002), at(0.998)];
   const highest = cameras.reduce((high, [, y]) => Math.max(high, y), Number.NEGATIVE_INFINITY);
@@ -108,7 +113,7 @@ export function heightsOf(sampled: readonly Vec3[], cameras: readonly Vec3[]): H
   return { floor, top, section: section > floor + 0.5 ? section : top };
 }
 
-function fullestBin(heights: readonly number[]): number | null {
+function fullestBin(heights: Float64Array): number | null {
   const counts = new Map<number, number>();
   for (const height of heights) counts.set(Math.round(height / BIN), (counts.get(Math.round(height / BIN)) ?? 0) + 1);
   const [fullest] = [...counts].sort((a, b) => b[1] - a[1]);
