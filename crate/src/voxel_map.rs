@@ -131,26 +131,33 @@ impl VoxelMap {
     /// Where the points are (m).
     pub fn positions(&self) -> Vec<Vec3> {
         let position = |voxel: &Voxel| {
-            let offset = voxel.offset.as_dvec3() / f64::from(voxel.count);
-            ((DVec3::from(voxel.corner.map(f64::from)) + offset) * self.voxel_size).as_vec3()
+            let offset = voxel.offset * (1.0 / voxel.count as f32);
+            ((DVec3::from(voxel.corner.map(f64::from)) + offset.as_dvec3()) * self.voxel_size).as_vec3()
         };
-        self.voxels.iter().map(position).collect()
+        self.all(position)
     }
 
     /// Unit normals of the points; zero where unknown.
     pub fn normals(&self) -> Vec<Vec3> {
-        self.voxels.iter().map(|voxel| voxel.normal.normalize_or_zero()).collect()
+        self.all(|voxel| voxel.normal.normalize_or_zero())
     }
 
     /// Colours of the points, where any of them has one.
     pub fn colors(&self) -> Option<Vec<[u8; 3]>> {
-        let color = |voxel: &Voxel| voxel.color.map(|sum| ((sum + voxel.count / 2) / voxel.count) as u8);
-        self.has_colors.then(|| self.voxels.iter().map(color).collect())
+        let color = |voxel: &Voxel| {
+            let share = 1.0 / voxel.count as f32;
+            voxel.color.map(|sum| (sum as f32 * share + 0.5) as u8)
+        };
+        self.has_colors.then(|| self.all(color))
     }
 
     /// The first frame that saw each point.
     pub fn frames(&self) -> Vec<u32> {
-        self.voxels.iter().map(|voxel| voxel.frame).collect()
+        self.all(|voxel| voxel.frame)
+    }
+
+    fn all<T>(&self, of: impl Fn(&Voxel) -> T) -> Vec<T> {
+        self.voxels.iter().map(of).collect()
     }
 }
 
