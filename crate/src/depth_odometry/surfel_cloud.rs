@@ -80,7 +80,9 @@ impl Directions {
         let direction = |normal: &Vector3<f64>| 9 * third(normal.x) + 3 * third(normal.y) + third(normal.z);
         let of: Vec<u8> = normals.map(direction).collect();
         let mut counts = [0usize; NUM_DIRECTIONS];
-        of.iter().for_each(|&direction| counts[usize::from(direction)] += 1);
+        for &direction in &of {
+            counts[usize::from(direction)] += 1;
+        }
         Self { of, counts }
     }
 

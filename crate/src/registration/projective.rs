@@ -57,6 +57,7 @@ pub enum Sight {
 }
 
 /// As [`Sight`], with the index of what agrees.
+#[derive(Clone, Copy)]
 enum Look {
     Agreeing(u32),
     InFreeSpace,
