@@ -3,6 +3,8 @@
 //! A map of surfaces as seen from a new place shows what is behind walls that nobody has seen yet. Whether space is free
 //! can only be told from where somebody looked through it.
 
+use std::sync::Arc;
+
 use nalgebra::Vector3;
 
 use crate::camera::surfel_image::{SurfelImage, cell_camera};
@@ -19,7 +21,7 @@ pub struct KeyView {
     /// The number of its frame.
     frame: u32,
     /// In the camera's own frame.
-    view: ProjectiveTarget,
+    view: Arc<ProjectiveTarget>,
     picture: Option<Picture>,
 }
 
@@ -27,6 +29,8 @@ pub struct KeyView {
 #[derive(Clone, Default)]
 pub struct KeyViews {
     views: Vec<KeyView>,
+    /// What they take on the heap.
+    num_bytes: usize,
 }
 
 /// A turn by a radian takes as much out of view as a move by so many metres.
@@ -37,6 +41,12 @@ const SPACING: f64 = 0.3;
 const REACH: f64 = 4.0;
 /// Views that are asked.
 const WITNESSES: usize = 6;
+/// All together take at most this much memory (bytes): of more, the ones with the nearest neighbours go, ...
+const MOST_BYTES: usize = 96 << 20;
+/// ... until this much is left.
+const LEFT_BYTES: usize = 72 << 20;
+/// How much further apart they must be than before, each time that they are thinned out.
+const THINNING: f64 = 1.25;
 /// Surfaces this far (m) in front of what was seen stand in free space.
 const TOLERANCE: f64 = 0.05;
 
@@ -47,9 +57,33 @@ impl KeyViews {
             return;
         }
         let camera = cell_camera(&frame.camera, 2 * frame.cell_size);
-        let view = ProjectiveTarget::draw((0..).zip(frame.surfels()), &camera, &Pose3::identity());
+        let mut view = ProjectiveTarget::draw((0..).zip(frame.surfels()), &camera, &Pose3::identity());
+        view.shrink();
         let picture = frame.brightness.clone().map(|brightness| Picture::new(brightness, &frame.camera));
-        self.views.push(KeyView { T_world_camera: *T_world_camera, frame: number, view, picture });
+        let added = KeyView { T_world_camera: *T_world_camera, frame: number, view: Arc::new(view), picture };
+        self.num_bytes += added.num_bytes();
+        self.views.push(added);
+        if self.num_bytes > MOST_BYTES {
+            let mut spacing = SPACING;
+            while self.num_bytes > LEFT_BYTES && self.views.len() > 1 {
+                spacing *= THINNING;
+                self.thin(spacing);
+            }
+        }
+    }
+
+    /// Leaves the later one of any two that are nearer to each other than this (m, turns included). Where the camera comes
+    /// by again, what has gone is replaced.
+    fn thin(&mut self, spacing: f64) {
+        let mut kept: Vec<KeyView> = Vec::with_capacity(self.views.len());
+        for view in std::mem::take(&mut self.views).into_iter().rev() {
+            if kept.iter().all(|other| apart(&other.T_world_camera, &view.T_world_camera) >= spacing) {
+                kept.push(view);
+            }
+        }
+        kept.reverse();
+        self.num_bytes = kept.iter().map(KeyView::num_bytes).sum();
+        self.views = kept;
     }
 
     /// Moves each by `motion` (of the world) of its frame's number.
@@ -75,6 +109,11 @@ impl KeyViews {
 }
 
 impl KeyView {
+    /// What it takes on the heap.
+    fn num_bytes(&self) -> usize {
+        self.view.num_bytes() + self.picture.as_ref().map_or(0, Picture::num_bytes)
+    }
+
     /// What it saw, in the camera's own frame.
     pub fn view(&self) -> &ProjectiveTarget {
         &self.view

@@ -130,17 +130,31 @@ impl VoxelMap {
 
     /// The points, world frame, in the order in which they were first seen.
     pub fn cloud(&self) -> PointCloud {
-        let position = |voxel: &Voxel| {
-            let corner = DVec3::from(voxel.corner.map(f64::from)) * self.voxel_size;
-            (corner + voxel.offset.as_dvec3() / f64::from(voxel.count)).as_vec3()
-        };
-        let color = |voxel: &Voxel| voxel.color.map(|sum| ((sum + voxel.count / 2) / voxel.count) as u8);
         PointCloud {
-            positions: self.voxels.iter().map(position).collect(),
-            normals: Some(self.voxels.iter().map(|voxel| voxel.normal.normalize_or_zero()).collect()),
-            colors: self.has_colors.then(|| self.voxels.iter().map(color).collect()),
+            positions: self.positions().collect(),
+            normals: Some(self.normals().collect()),
+            colors: self.colors().map(Iterator::collect),
             origin: DVec3::ZERO,
         }
+    }
+
+    /// Where the points are (m), in the order of [`cloud`](Self::cloud).
+    pub fn positions(&self) -> impl ExactSizeIterator<Item = Vec3> {
+        self.voxels.iter().map(|voxel| {
+            let corner = DVec3::from(voxel.corner.map(f64::from)) * self.voxel_size;
+            (corner + voxel.offset.as_dvec3() / f64::from(voxel.count)).as_vec3()
+        })
+    }
+
+    /// Where their surfaces face: unit vectors, zero where that is unknown.
+    pub fn normals(&self) -> impl ExactSizeIterator<Item = Vec3> {
+        self.voxels.iter().map(|voxel| voxel.normal.normalize_or_zero())
+    }
+
+    /// Their colours (red, green, blue), where any frame had some.
+    pub fn colors(&self) -> Option<impl ExactSizeIterator<Item = [u8; 3]>> {
+        let color = |voxel: &Voxel| voxel.color.map(|sum| ((sum + voxel.count / 2) / voxel.count) as u8);
+        self.has_colors.then(|| self.voxels.iter().map(color))
     }
 
     /// The first frame that saw each point.

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use crate::camera::surfel_image::SurfelImage;
+use crate::camera::surfel_image::{Surfel, SurfelImage};
 use crate::registration::icp::Source;
 
 /// A frame's pieces of surface, column by column.
@@ -16,12 +16,23 @@ pub(crate) struct SurfelCloud {
 
 impl SurfelCloud {
     pub(crate) fn new(frame: &SurfelImage) -> Self {
+        Self::of(|| frame.surfels().copied())
+    }
+
+    /// Of these pieces in their order, which are asked for column by column.
+    pub(crate) fn of<I: Iterator<Item = Surfel>>(surfels: impl Fn() -> I) -> Self {
         Self {
-            points: frame.surfels().map(|surfel| surfel.point).collect(),
-            normals: frame.surfels().map(|surfel| surfel.normal).collect(),
-            known_normals: frame.surfels().map(|surfel| Some(surfel.normal)).collect(),
-            deviations: frame.surfels().map(|surfel| surfel.deviation).collect(),
+            points: surfels().map(|surfel| surfel.point).collect(),
+            normals: surfels().map(|surfel| surfel.normal).collect(),
+            known_normals: surfels().map(|surfel| Some(surfel.normal)).collect(),
+            deviations: surfels().map(|surfel| surfel.deviation).collect(),
         }
+    }
+
+    /// Its pieces, in order.
+    pub(crate) fn surfels(&self) -> impl Iterator<Item = Surfel> {
+        let columns = self.points.iter().zip(&self.normals).zip(&self.deviations);
+        columns.map(|((&point, &normal), &deviation)| Surfel { point, normal, deviation })
     }
 
     /// About `most` of them, as many of every direction as there are, so that the few that hold a corridor's length count

@@ -82,6 +82,45 @@ impl ProjectiveTarget {
         target
     }
 
+    /// Of pieces of surface in their cells (row by row), each in a cell of its own, in the view's frame. They are numbered
+    /// in their order.
+    pub(crate) fn from_cells(camera: &Pinhole, pieces: impl ExactSizeIterator<Item = (u32, Surfel)>) -> Self {
+        let mut target = Self::draw(std::iter::empty(), camera, &Pose3::identity());
+        target.numbers = (0..pieces.len() as u64).collect();
+        target.surfels.reserve_exact(pieces.len());
+        for (cell, surfel) in pieces {
+            if let Some(index) = target.cells.get_mut(cell as usize) {
+                *index = target.surfels.len() as u32;
+            }
+            target.surfels.push(surfel);
+        }
+        target
+    }
+
+    /// The cell of each of [`surfels`](Self::surfels).
+    pub(crate) fn cells_of_surfels(&self) -> Vec<u32> {
+        let mut cells = vec![0; self.surfels.len()];
+        for (cell, &index) in (0..).zip(&self.cells) {
+            if let Some(own) = cells.get_mut(index as usize) {
+                *own = cell;
+            }
+        }
+        cells
+    }
+
+    /// Gives back memory that it does not need, to be kept for long.
+    pub(crate) fn shrink(&mut self) {
+        self.surfels.shrink_to_fit();
+        self.numbers.shrink_to_fit();
+    }
+
+    /// What it takes on the heap.
+    pub(crate) fn num_bytes(&self) -> usize {
+        size_of::<u32>() * self.cells.capacity()
+            + size_of::<Surfel>() * self.surfels.capacity()
+            + size_of::<u64>() * self.numbers.capacity()
+    }
+
     /// The cell that a point in the view's frame is seen in.
     #[inline]
     fn cell(&self, point: &Vector3<f64>) -> Option<usize> {

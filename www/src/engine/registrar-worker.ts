@@ -59,6 +59,7 @@ const api: Async<RegistrarApi> = {
     const start = performance.now();
     engine().add_prepared(prepared);
     adding_ms += performance.now() - start;
+    return prepared;
   },
 
   finish: () => engine().finish(),

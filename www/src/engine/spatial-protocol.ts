@@ -65,7 +65,8 @@ export interface RegistrarApi {
   setIntrinsics(name: string, bytes: Uint8Array): void;
   /** Looks at the first file; returns what the preparing workers need. */
   begin(name: string, first_frame: Uint8Array): string;
-  add_prepared(prepared: Uint8Array): void;
+  /** Returns the bytes, for others to come. */
+  add_prepared(prepared: Uint8Array): Uint8Array;
   /** Says that no frame will follow for now: `step` then solves for all poses together, where that is set. */
   finish(): void;
   /** One piece of work, such as registering a frame; `ms`: what this and adding it took, without waiting. */
@@ -77,7 +78,14 @@ export interface RegistrarApi {
   ask<K extends keyof SpatialAnswers>(kind: K): SpatialAnswers[K];
 }
 
-/** The workers that decode and prepare frames. */
+/** A prepared frame, and the bytes that it was made from, for others to come. */
+export interface PreparedBytes {
+  prepared: Uint8Array;
+  spent: Uint8Array;
+  spent_color: Uint8Array | null;
+}
+
+/** The workers that decode and prepare frames; `spare`: where a prepared frame may be written. */
 export interface PreparerApi {
   start(module: WebAssembly.Module): void;
   prepareFrame(
@@ -87,7 +95,15 @@ export interface PreparerApi {
     time: number | null,
     depth: Uint8Array,
     color: Uint8Array | null,
-  ): Uint8Array;
-  prepareCloud(preparation: string, name: string, index: number, time: number | null, cloud: Uint8Array): Uint8Array;
+    spare: Uint8Array | null,
+  ): PreparedBytes;
+  prepareCloud(
+    preparation: string,
+    name: string,
+    index: number,
+    time: number | null,
+    cloud: Uint8Array,
+    spare: Uint8Array | null,
+  ): PreparedBytes;
   decodeDepth(name: string, bytes: Uint8Array): { width: number; height: number; bits: number; values: Uint16Array };
 }

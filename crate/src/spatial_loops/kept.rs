@@ -1,0 +1,85 @@
+//! What is kept of a frame's surfaces for as long as the run goes on: a third of what they take while they are matched.
+
+use std::borrow::Cow;
+
+use nalgebra::Vector3;
+
+use super::place::FrameSurfaces;
+use crate::camera::{Pinhole, Surfel};
+use crate::depth_odometry::SurfelCloud;
+use crate::registration::projective::ProjectiveTarget;
+
+/// What a frame saw: the last frames are matched with every new one, older ones where the path comes back to them.
+pub(super) enum Kept {
+    Whole(FrameSurfaces),
+    Packed(PackedSurfaces),
+}
+
+/// Surfaces in single precision: to a micrometre the same.
+pub(super) struct PackedSurfaces {
+    source: Vec<[f32; 7]>,
+    sparse: Vec<[f32; 7]>,
+    camera: Pinhole,
+    /// What the view shows, and in which cells.
+    view: Vec<[f32; 7]>,
+    cells: Vec<u32>,
+}
+
+impl Kept {
+    /// As it can be matched.
+    pub(super) fn surfaces(&self) -> Cow<'_, FrameSurfaces> {
+        match self {
+            Self::Whole(surfaces) => Cow::Borrowed(surfaces),
+            Self::Packed(packed) => Cow::Owned(packed.unpacked()),
+        }
+    }
+
+    pub(super) fn pack(&mut self) {
+        if let Self::Whole(surfaces) = self {
+            *self = Self::Packed(PackedSurfaces::new(surfaces));
+        }
+    }
+
+    /// What it takes on the heap, packed.
+    pub(super) fn num_packed_bytes(&self) -> usize {
+        let Self::Packed(PackedSurfaces { source, sparse, view, cells, .. }) = self else { return 0 };
+        let num_pieces = source.capacity() + sparse.capacity() + view.capacity();
+        size_of::<[f32; 7]>() * num_pieces + size_of::<u32>() * cells.capacity()
+    }
+}
+
+impl PackedSurfaces {
+    fn new(FrameSurfaces { source, sparse, view }: &FrameSurfaces) -> Self {
+        let packed = |cloud: &SurfelCloud| {
+            let mut packed = Vec::with_capacity(cloud.points.len());
+            packed.extend(cloud.surfels().map(|surfel| pack(&surfel)));
+            packed
+        };
+        Self {
+            source: packed(source),
+            sparse: packed(sparse),
+            camera: *view.camera(),
+            view: view.surfels().iter().map(pack).collect(),
+            cells: view.cells_of_surfels(),
+        }
+    }
+
+    fn unpacked(&self) -> FrameSurfaces {
+        let cloud = |packed: &[[f32; 7]]| SurfelCloud::of(|| packed.iter().map(unpack));
+        let pieces = self.cells.iter().copied().zip(self.view.iter().map(unpack));
+        FrameSurfaces {
+            source: cloud(&self.source),
+            sparse: cloud(&self.sparse),
+            view: ProjectiveTarget::from_cells(&self.camera, pieces),
+        }
+    }
+}
+
+fn pack(Surfel { point, normal, deviation }: &Surfel) -> [f32; 7] {
+    [point.x, point.y, point.z, normal.x, normal.y, normal.z, *deviation].map(|number| number as f32)
+}
+
+fn unpack(packed: &[f32; 7]) -> Surfel {
+    let [x, y, z, nx, ny, nz, deviation] = packed.map(f64::from);
+    Surfel { point: Vector3::new(x, y, z), normal: Vector3::new(nx, ny, nz), deviation }
+}
