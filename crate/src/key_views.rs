@@ -136,3 +136,61 @@ pub fn apart(a: &Pose3, b: &Pose3) -> f64 {
     let between = a.inverse() * b;
     between.translation.vector.norm() + METRES_A_RADIAN * angle_of(&between.rotation)
 }
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::Translation3;
+
+    use super::*;
+    use crate::camera::{Brightness, ColorImage, Pinhole, Surfel};
+
+    /// A wall two metres ahead, as a camera of 640 x 480 pixels with colours sees it.
+    fn wall() -> SurfelImage {
+        let camera = Pinhole::new(640, 480, [500.0, 500.0, 319.5, 239.5]).unwrap();
+        let (columns, rows) = (160, 120);
+        let cells = cell_camera(&camera, 4);
+        let surfel = |cell: usize| {
+            let point = 2.0 * cells.ray((cell % columns) as f64, (cell / columns) as f64);
+            Some(Surfel { point, normal: -Vector3::z(), deviation: 0.01 })
+        };
+        let colors = ColorImage { width: 640, height: 480, pixels: vec![[90; 3]; 640 * 480] };
+        SurfelImage {
+            camera,
+            cell_size: 4,
+            columns,
+            rows,
+            cells: (0..columns * rows).map(surfel).collect(),
+            brightness: Some(Arc::new(Brightness::new(&colors))),
+        }
+    }
+
+    #[test]
+    fn what_key_frames_take_is_bounded_and_they_stay_spread_over_the_way() {
+        let (frame, mut key_views) = (wall(), KeyViews::default());
+        let step = 1.01 * SPACING;
+        let at = |index: u32| Pose3::from(Translation3::new(step * f64::from(index), 0.0, 0.0));
+        let num_frames = 500;
+        for index in 0..num_frames {
+            key_views.add(&frame, index, &at(index));
+            assert!(key_views.num_bytes <= MOST_BYTES, "{} bytes", key_views.num_bytes);
+        }
+        let bytes_each = key_views.num_bytes / key_views.all().len();
+        assert!(bytes_each < 560_000, "{bytes_each} bytes a key frame");
+        let counted: usize = key_views.all().iter().map(KeyView::num_bytes).sum();
+        assert_eq!(counted, key_views.num_bytes);
+        // The way is covered from its beginning to its end, the last frame is there, and wherever one comes back to, some saw it.
+        assert_eq!(key_views.all().last().unwrap().frame, num_frames - 1);
+        for index in 0..num_frames {
+            assert!(!key_views.near(&at(index)).is_empty(), "nothing is known about frame {index}");
+        }
+    }
+
+    #[test]
+    fn a_short_walk_keeps_every_key_frame() {
+        let (frame, mut key_views) = (wall(), KeyViews::default());
+        for index in 0..100 {
+            key_views.add(&frame, index, &Pose3::from(Translation3::new(0.0, 0.0, -0.31 * f64::from(index))));
+        }
+        assert_eq!(key_views.all().len(), 100);
+    }
+}

@@ -308,7 +308,11 @@ impl SpatialLoops {
                 self.is_open |= again;
                 self.missing = Some(T_world_found * T_world_local.inverse());
             } else {
-                (self.nodes[node].T_world_local, self.missing) = (T_world_camera, None);
+                self.missing = None;
+                // The next frame is registered to all of the last ones: they go on together from where the map has them.
+                for recent in self.recent() {
+                    self.nodes[recent].T_world_local = self.nodes[recent].T_world_camera;
+                }
             }
             let found = relation(place, node, held.T_place_camera, &held.information, PLACE_SIGMA);
             self.loops.push(PoseRelation { is_switchable: true, ..found });
@@ -390,4 +394,30 @@ fn relation(from: usize, to: usize, T_from_to: Pose3, information: &Matrix6<f64>
     let covariance = (information + diagonal(UNKNOWN, -2)).try_inverse().unwrap_or_else(|| diagonal(UNKNOWN, 2));
     let information = (covariance + diagonal(best, 2)).try_inverse().unwrap_or_else(|| diagonal(UNKNOWN, -2));
     PoseRelation { from, to, T_from_to, information, is_switchable: false }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_kept_of_a_long_way_is_bounded_and_spread_over_it() {
+        let (frame, mut loops) = (kept::tests::wall(), SpatialLoops::default());
+        let num_frames = 1200;
+        for number in 0..num_frames {
+            let T_world_sensor = Pose3::translation(0.05 * f64::from(number), 0.0, 0.0);
+            let verdict = Verdict::first();
+            loops.add(number, &frame, &SpatialEstimate { T_world_sensor, registration: None, overlap: 1.0, verdict });
+            assert!(loops.num_packed_bytes <= MOST_BYTES, "{} bytes", loops.num_packed_bytes);
+        }
+        let counted: usize =
+            loops.nodes.iter().flat_map(|node| &node.surfaces).map(|kept| kept.num_packed_bytes()).sum();
+        assert_eq!(counted, loops.num_packed_bytes);
+        let paths: Vec<f64> = loops.nodes.iter().filter(|node| node.surfaces.is_some()).map(|node| node.path).collect();
+        assert!(paths.len() < 400, "{} frames keep their surfaces", paths.len());
+        assert_eq!(paths[0], 0.0);
+        let widest = paths.windows(2).map(|pair| pair[1] - pair[0]).fold(0.0, f64::max);
+        assert!(widest < 0.4, "{widest} m without surfaces");
+        assert_eq!(loops.about(600).len(), PLACE_FRAMES + 1, "a place has as many frames as ever");
+    }
 }
