@@ -22,7 +22,6 @@ use crate::geometry::{Pose3, RigidMotion};
 use crate::key_views::apart;
 use crate::registration::spatial::SpatialRegistration;
 use crate::relation_graph::{PoseRelation, SpatialRelation, solve_relations};
-use crate::verdict::{Status, Verdict};
 
 /// What a place's frames saw may come into view again after a way so long (m, turns included, two metres a radian).
 const LOOP: f64 = 8.0;
@@ -44,8 +43,6 @@ const PLACES: usize = 2;
 const GAP: f64 = 0.03;
 /// ... or turned by more (rad), the loop is closed.
 const TURNED_GAP: f64 = 0.012;
-/// A doubtful frame with less agreement than this is contradicted by the map.
-const CONTRADICTED: f64 = 0.95;
 /// How well a registration to the map is known at best (rad, m), ...
 const CHAIN_SIGMA: (f64, f64) = (1.5e-3, 4e-3);
 /// ... one to a few frames, ...
@@ -135,10 +132,9 @@ impl SpatialLoops {
         self.report
     }
 
-    /// Takes in a frame as the chain has found it; one that the map contradicts is no part of the graph.
+    /// Takes in a frame as the chain has found it; one that is no part of the map is none of the graph.
     pub fn add(&mut self, number: u32, frame: &SurfelImage, estimate: &SpatialEstimate) {
-        let Verdict { status, agreement, .. } = estimate.verdict;
-        if status == Status::Lost || (status == Status::Doubtful && agreement < CONTRADICTED) {
+        if !estimate.is_in_map {
             return;
         }
         let (surfaces, T_world_camera) = (FrameSurfaces::new(frame), estimate.T_world_sensor);
