@@ -10,6 +10,7 @@ use super::unconfirmed::{Told, Unconfirmed};
 use super::{DepthOptions, Effort, SpatialEstimate};
 use crate::camera::surfel_image::SurfelImage;
 use crate::geometry::Pose3;
+use crate::key_views::apart;
 use crate::verdict::{Status, Verdict};
 
 /// Another place than where the last frame was is believed when it agrees better by this share ...
@@ -17,6 +18,12 @@ const BETTER_AGREEMENT: f64 = 0.02;
 /// ... and has so much more support.
 const BETTER_SUPPORT: f64 = 0.05;
 
+/// Poses further apart than this are other places (m, turns included).
+const ANOTHER_PLACE: f64 = 0.2;
+/// Two places fit about as well where so much less agrees, ...
+const AS_GOOD_AGREEMENT: f64 = 0.005;
+/// ... of so much of the overlap.
+const AS_GOOD_OVERLAP: f64 = 0.6;
 /// Brightness agrees so well before it is known how it does in a recording.
 const ALIKE_AT_FIRST: f64 = 0.95;
 /// The last frame has this share in the mean.
@@ -210,7 +217,7 @@ impl Chain {
         let matching = Matching::new(unconfirmed.before(), frame, self.options);
         let around = [self.T_world_last, unconfirmed.T_world_before()];
         let found = around.into_iter().map(|T_world_near| near(&matching, &T_world_near, &Pose3::identity()));
-        let best = found.max_by(|a, b| a.support.total_cmp(&b.support))?;
+        let best = found.into_iter().max_by(|a, b| a.support.total_cmp(&b.support))?;
         let num_between = unconfirmed.len() as u32 + self.num_missed;
         let reach = Reach::between(&unconfirmed.T_world_before(), &best.registration.T_target_source, num_between);
         self.is_firm(&best, reach).then(|| (unconfirmed.clone(), best))
@@ -231,15 +238,21 @@ impl Chain {
             neighbors.iter().map(from).any(|reach| self.is_firm(found, reach)) || self.is_firm(found, Reach::Afar)
         };
         let around = neighbors.iter().map(|member| member.T_world_sensor).chain([left.T_world_sensor]);
-        let found = around.map(|T_world_near| {
-            let found = near(&matching, &T_world_near, &Pose3::identity());
-            if is_firm(&found) { found } else { better_of(found, matching.best_of_all_around(&T_world_near)) }
-        });
-        let best = found.max_by(|a, b| a.support.total_cmp(&b.support)).filter(is_firm);
-        if best.is_some() || !everywhere {
-            return best;
+        let mut found: Vec<Found> =
+            around.map(|T_world_near| near(&matching, &T_world_near, &Pose3::identity())).collect();
+        if everywhere && !found.iter().any(is_firm) {
+            found.extend(neighbors.first().map(|member| matching.best_of_all_around(&member.T_world_sensor)));
         }
-        matching.best_of_everywhere().filter(|found| self.is_firm(found, Reach::Afar))
+        let best = found.into_iter().max_by(|a, b| a.support.total_cmp(&b.support)).filter(is_firm);
+        let elsewhere = || matching.best_of_everywhere().filter(|found| self.is_firm(found, Reach::Afar));
+        let found = best.or_else(|| everywhere.then(elsewhere).flatten())?;
+        // Of two places that fit about as well neither is believed.
+        let seemed = matching.settled(left.T_world_sensor);
+        let is_another =
+            apart(&seemed.registration.T_target_source, &found.registration.T_target_source) > ANOTHER_PLACE;
+        let fits_as_well =
+            seemed.agreement > found.agreement - AS_GOOD_AGREEMENT && seemed.overlap > AS_GOOD_OVERLAP * found.overlap;
+        (!is_another || !fits_as_well).then_some(found)
     }
 
     /// A frame that is where it is for sure. What was known before frames that are not tells where those are, once it is seen
@@ -303,10 +316,10 @@ impl Chain {
             self.alike += ALIKE_SHARE * (alike - self.alike);
         }
         if let Some(unconfirmed) = &mut self.unconfirmed {
-            unconfirmed.push(number, doubt.is_some());
+            unconfirmed.push(number, doubt.is_some(), found.is_open);
         }
         let mut verdict = doubt.unwrap_or_else(|| found.verdict());
-        if self.unconfirmed.is_some() {
+        if self.unconfirmed.as_ref().is_some_and(Unconfirmed::may_be_elsewhere) {
             verdict.hangs_on_an_open_place();
         }
         self.insert(number, frame, found, verdict)

@@ -168,3 +168,26 @@ impl Found {
         with(Status::Good, String::new())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::{Isometry3, Vector3};
+
+    use super::*;
+
+    fn at(metres: f64, degrees: f64) -> Pose3 {
+        Isometry3::new(Vector3::z() * metres, Vector3::y() * degrees.to_radians())
+    }
+
+    #[test]
+    fn less_is_expected_the_further_a_place_is_and_the_longer_nothing_was_known() {
+        let reach =
+            |metres, degrees, between| Reach::between(&at(1.0, 10.0), &(at(1.0, 10.0) * at(metres, degrees)), between);
+        assert_eq!(reach(1.0, 50.0, 0), Reach::Next);
+        assert_eq!(reach(1.0, 50.0, 2), Reach::Near);
+        assert_eq!(reach(1.0, 50.0, 3), Reach::Afar);
+        assert_eq!(reach(2.0, 0.0, 0), Reach::Beyond);
+        assert_eq!(reach(0.0, 170.0, 1), Reach::Beyond);
+        assert_eq!(reach(3.0, 0.0, 0), Reach::Afar);
+    }
+}

@@ -19,8 +19,10 @@ pub(super) struct Unconfirmed {
 #[derive(Clone)]
 struct Since {
     number: u32,
-    /// Whether its own place is not certain.
+    /// Whether its own place is not certain, ...
     is_open: bool,
+    /// ... and not only along a direction.
+    may_be_elsewhere: bool,
 }
 
 /// What a frame tells of those since the open one.
@@ -51,8 +53,14 @@ impl Unconfirmed {
         self.T_world_before
     }
 
-    pub(super) fn push(&mut self, number: u32, is_open: bool) {
-        self.since.push(Since { number, is_open });
+    /// Takes in a frame; `is_open` if its own place is not certain, and then `is_along` if only along a direction.
+    pub(super) fn push(&mut self, number: u32, is_open: bool, is_along: bool) {
+        self.since.push(Since { number, is_open, may_be_elsewhere: is_open && !is_along });
+    }
+
+    /// Whether those after them may be anywhere, and not only a little off.
+    pub(super) fn may_be_elsewhere(&self) -> bool {
+        self.since.iter().any(|since| since.may_be_elsewhere)
     }
 
     pub(super) fn len(&self) -> usize {
