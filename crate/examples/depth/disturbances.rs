@@ -61,17 +61,19 @@ impl Disturbance {
             Self::Mirrored => broken(recording, every(8, num), mirror),
             Self::Repeated => {
                 let order = (0..num).flat_map(|index| std::iter::repeat_n(index, 1 + usize::from(index % 5 == 4)));
-                ordered(recording, order.collect())
+                ordered(recording, &order.collect::<Vec<_>>())
             }
-            Self::ReversedBlock => ordered(recording, (0..20).chain((20..32).rev()).chain(32..num).collect()),
-            Self::RepeatedBlock => ordered(recording, (0..30).chain(20..num).collect()),
+            Self::ReversedBlock => {
+                ordered(recording, &(0..20).chain((20..32).rev()).chain(32..num).collect::<Vec<_>>())
+            }
+            Self::RepeatedBlock => ordered(recording, &(0..30).chain(20..num).collect::<Vec<_>>()),
             Self::Shuffled => {
                 let mut order: Vec<usize> = (0..num).collect();
                 let mut random = Random::new(num as u64);
                 for index in (6..num.min(46)).rev() {
                     order.swap(index, random.uniform(5.0, (index + 1) as f64) as usize);
                 }
-                ordered(recording, order)
+                ordered(recording, &order)
             }
             Self::HalfMissing => spoilt(recording, &every(6, num), |_, image| {
                 let width = image.width;
@@ -126,7 +128,7 @@ fn spoilt(recording: &Recording, which: &[usize], spoil: impl Fn(usize, &mut Dep
     recording
 }
 
-fn ordered(recording: &Recording, order: Vec<usize>) -> Recording {
+fn ordered(recording: &Recording, order: &[usize]) -> Recording {
     Recording {
         depth: order.iter().map(|&index| recording.depth[index].clone()).collect(),
         color: order.iter().filter_map(|&index| recording.color.get(index).cloned()).collect(),

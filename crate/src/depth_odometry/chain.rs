@@ -7,7 +7,7 @@ use super::left_out::LeftOutFrame;
 use super::matching::Matching;
 use super::seen::Seen;
 use super::unconfirmed::{Told, Unconfirmed};
-use super::{DepthOptions, Effort, SpatialEstimate};
+use super::{DepthOptions, ESTABLISHED, Effort, SpatialEstimate};
 use crate::camera::surfel_image::SurfelImage;
 use crate::geometry::Pose3;
 use crate::key_views::apart;
@@ -141,7 +141,9 @@ impl Chain {
         if let Some((unconfirmed, found)) = self.find_without_unconfirmed(frame) {
             return self.believe_without(unconfirmed, number, frame, found);
         }
-        if found.may_be_there(reach) {
+        // Of a few frames it is not known yet whether they belong.
+        let may_be_there = found.may_be_there(reach) && (found.is_open || self.members.len() > ESTABLISHED);
+        if may_be_there {
             self.unconfirmed.get_or_insert_with(|| Unconfirmed::new(self.seen.clone(), self.T_world_last));
             let verdict = found.verdict_at(reach, self.looks_like_it(&found));
             return self.append(number, frame, found, Some(verdict)).into();
