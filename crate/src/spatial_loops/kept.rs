@@ -11,7 +11,7 @@ use crate::registration::projective::ProjectiveTarget;
 
 /// What a frame saw: the last frames are matched with every new one, older ones where the path comes back to them.
 pub(super) enum Kept {
-    Whole(FrameSurfaces),
+    Whole(Box<FrameSurfaces>),
     Packed(PackedSurfaces),
 }
 
@@ -126,7 +126,7 @@ pub(super) mod tests {
 
     #[test]
     fn a_frame_takes_little_memory() {
-        let mut kept = Kept::Whole(FrameSurfaces::new(&wall()));
+        let mut kept = Kept::Whole(Box::new(FrameSurfaces::new(&wall())));
         kept.pack();
         let bytes = kept.num_packed_bytes();
         assert!((100_000..200_000).contains(&bytes), "{bytes} bytes");

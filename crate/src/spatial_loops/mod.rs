@@ -166,7 +166,7 @@ impl SpatialLoops {
     fn push(&mut self, frame: u32, T_world_camera: Pose3, T_world_local: Pose3, surfaces: FrameSurfaces) {
         let step = self.nodes.last().map_or(0.0, |last| apart(&last.T_world_camera, &T_world_camera));
         let path = self.nodes.last().map_or(0.0, |last| last.path) + step;
-        let surfaces = Some(Kept::Whole(surfaces));
+        let surfaces = Some(Kept::Whole(Box::new(surfaces)));
         self.nodes.push(Node { frame, T_world_camera, T_world_local, path, surfaces });
         let older = self.nodes.len().saturating_sub(2 * PLACE_FRAMES);
         if let Some(kept) = older.checked_sub(1).and_then(|oldest| self.nodes[oldest].surfaces.as_mut()) {
