@@ -395,6 +395,7 @@ fn relation(from: usize, to: usize, T_from_to: Pose3, information: &Matrix6<f64>
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::verdict::Verdict;
 
     #[test]
     fn what_is_kept_of_a_long_way_is_bounded_and_spread_over_it() {
@@ -403,7 +404,9 @@ mod tests {
         for number in 0..num_frames {
             let T_world_sensor = Pose3::translation(0.05 * f64::from(number), 0.0, 0.0);
             let verdict = Verdict::first();
-            loops.add(number, &frame, &SpatialEstimate { T_world_sensor, registration: None, overlap: 1.0, verdict });
+            let estimate =
+                SpatialEstimate { T_world_sensor, registration: None, overlap: 1.0, verdict, is_in_map: true };
+            loops.add(number, &frame, &estimate);
             assert!(loops.num_packed_bytes <= MOST_BYTES, "{} bytes", loops.num_packed_bytes);
         }
         let counted: usize =
