@@ -409,8 +409,7 @@ mod tests {
             loops.add(number, &frame, &estimate);
             assert!(loops.num_packed_bytes <= MOST_BYTES, "{} bytes", loops.num_packed_bytes);
         }
-        let counted: usize =
-            loops.nodes.iter().flat_map(|node| &node.surfaces).map(|kept| kept.num_packed_bytes()).sum();
+        let counted: usize = loops.nodes.iter().flat_map(|node| &node.surfaces).map(Kept::num_packed_bytes).sum();
         assert_eq!(counted, loops.num_packed_bytes);
         let paths: Vec<f64> = loops.nodes.iter().filter(|node| node.surfaces.is_some()).map(|node| node.path).collect();
         assert!(paths.len() < 400, "{} frames keep their surfaces", paths.len());
