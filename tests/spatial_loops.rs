@@ -67,6 +67,7 @@ fn closed(poses: &[Pose3], images: &[SurfelImage]) -> (Vec<Pose3>, SpatialLoops)
             T_world_sensor: poses[index],
             registration: None,
             overlap: 1.0,
+            is_in_map: true,
             verdict: Verdict::first(),
         };
         loops.add(index as u32, image, &estimate);

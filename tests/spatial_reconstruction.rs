@@ -1,14 +1,19 @@
 //! Depth images to a trajectory: real recordings against their truth, and frames that are not what they should be.
 #![cfg(not(target_arch = "wasm32"))] // it reads files
 
+use std::f64::consts::FRAC_PI_2;
 use std::path::{Path, PathBuf};
 
 use nalgebra::{Isometry3, Matrix3, Rotation3, Translation3, UnitQuaternion, Vector3};
+use scanstitch::camera::Pinhole;
 use scanstitch::geometry::Pose3;
 use scanstitch::io::trajectory::Trajectory;
 use scanstitch::io::{depth_png, trajectory};
 use scanstitch::prepared_frame::{FrameLabel, MapPoints, PreparedFrame};
 use scanstitch::report::Stage;
+use scanstitch::scene::apartment::{Apartment, WalkOptions};
+use scanstitch::scene::random::Random;
+use scanstitch::scene::space::DepthSensor;
 use scanstitch::spatial_reconstruction::SpatialReconstruction;
 use scanstitch::spatial_settings::{ColorUse, Quantisation, ReferenceAxes, SpatialSettings};
 use scanstitch::verdict::Status;
@@ -73,6 +78,8 @@ fn run(files: &[Vec<u8>], intrinsics: Option<[f64; 4]>) -> SpatialReconstruction
 fn run_with(settings: SpatialSettings, files: &[Vec<u8>]) -> SpatialReconstruction {
     let mut reconstruction = SpatialReconstruction::new(settings).unwrap();
     add(&mut reconstruction, 0, files);
+    reconstruction.finish();
+    while reconstruction.step().stage != Stage::Done {}
     reconstruction
 }
 
@@ -211,21 +218,105 @@ fn frames_in_a_wrong_order_are_found_again() {
     let order: Vec<usize> = (0..24).chain([3, 17, 8]).chain((0..6).rev()).collect();
     let frames: Vec<Vec<u8>> = order.iter().map(|&index| all[index].clone()).collect();
     let truth: Vec<Pose3> = order.iter().map(|&index| truth[index]).collect();
-    believed_frames_are_right(&run(&frames, None), &truth);
+    believed_frames_are_right("a wrong order", &run(&frames, None), &truth, &[]);
 }
 
-/// All that are believed are right, and at most one in five is not believed.
-fn believed_frames_are_right(run: &SpatialReconstruction, truth: &[Pose3]) {
-    let mut num_believed = 0;
-    for (index, (pose, estimate)) in run.poses().iter().zip(run.estimates()).enumerate() {
-        let off = (truth[0].inverse() * truth[index]).inverse() * pose;
-        if estimate.verdict.status == Status::Good {
-            num_believed += 1;
-            let (moved, turned) = (off.translation.vector.norm(), off.rotation.angle().to_degrees());
-            assert!(moved < 0.05 && turned < 1.0, "{index}: {moved} m, {turned} degrees");
-        }
+/// Every second frame, so half-metre steps, of which twelve come backwards: the way from the last frame before them to their first
+/// one shows nothing of what was seen, but the way back does.
+#[test]
+fn a_block_in_reverse_order_is_found_from_its_end() {
+    let Some(folder) = data() else { return };
+    let folder = folder.join("apartment_first_floor");
+    let (all, truth) = (every(2, &files(&folder.join("depth"), ".png")), every(2, &apartment_truth(&folder)));
+    let order: Vec<usize> = (0..20).chain((20..32).rev()).chain(32..36).collect();
+    let frames: Vec<Vec<u8>> = order.iter().map(|&index| all[index].clone()).collect();
+    let truth: Vec<Pose3> = order.iter().map(|&index| truth[index]).collect();
+    believed_frames_are_right("a block reversed", &run(&frames, None), &truth, &[]);
+}
+
+/// Steps of more than a metre, turns of 50 degrees: what is believed is right, and most is.
+#[test]
+fn every_fifth_frame_is_enough() {
+    let Some(folder) = data() else { return };
+    for name in ["apartment_first_floor", "apartment_second_floor"] {
+        let folder = folder.join(name);
+        let run = run(&every(5, &files(&folder.join("depth"), ".png")), None);
+        believed_frames_are_right(name, &run, &every(5, &apartment_truth(&folder)), &[]);
     }
-    assert!(5 * num_believed >= 4 * truth.len(), "{num_believed} of {}", truth.len());
+}
+
+/// A recording that begins with frames of the other floor, or has some in between, is that of the floor that most are of.
+#[test]
+fn frames_swapped_between_the_floors_are_not_believed() {
+    let Some(folder) = data() else { return };
+    let first = folder.join("apartment_first_floor");
+    let (all, truth) = (files(&first.join("depth"), ".png"), apartment_truth(&first));
+    let others = files(&folder.join("apartment_second_floor").join("depth"), ".png");
+    for strangers in [&[0][..], &[0, 1, 2], &[6, 13, 20]] {
+        let (mut frames, truth) = (all[..24].to_vec(), &truth[..24]);
+        for &index in strangers {
+            frames[index] = others[index + 30].clone();
+        }
+        believed_frames_are_right("the first floor", &run(&frames, None), truth, strangers);
+    }
+}
+
+/// The depth of a walk's frames in a generated flat, 256 pixels wide, and where they were taken.
+fn generated_walk(seed: u64) -> (Vec<Vec<u8>>, Vec<Pose3>) {
+    let camera = Pinhole::from_field_of_view(256, 256, FRAC_PI_2).unwrap();
+    let apartment = Apartment::generate(seed);
+    let walk = apartment.walk(&WalkOptions { num_frames: Some(24), ..WalkOptions::default() });
+    let frame = |pose: &Pose3| {
+        let depth = apartment.space.depth(pose, &camera);
+        let image = DepthSensor::HOMEWORK.measure(&depth, camera.width, &mut Random::new(seed));
+        let mut bytes = b"P5 256 256 255\n".to_vec();
+        bytes.extend(image.values.iter().map(|&value| value as u8));
+        bytes
+    };
+    (walk.iter().map(frame).collect(), walk)
+}
+
+/// A frame of another flat, a blank and a repeated one.
+#[test]
+fn frames_of_another_flat_are_not_believed() {
+    let (others, _) = generated_walk(9);
+    for (seed, strangers) in [(4, &[6][..])] {
+        let (mut frames, mut truth) = generated_walk(seed);
+        for &index in strangers {
+            frames[index] = others[index + 6].clone();
+        }
+        frames[15] = [b"P5 256 256 255\n".as_slice(), &vec![0u8; 256 * 256 - 1], &[9]].concat();
+        frames[19] = frames[18].clone();
+        truth[19] = truth[18];
+        let strangers = [strangers, &[15]].concat();
+        let num_believed = believed_and_right(&format!("flat {seed}"), &run(&frames, None), &truth, &strangers);
+        assert!(2 * num_believed >= truth.len(), "flat {seed}: {num_believed} of {}", truth.len());
+    }
+}
+
+/// All that are believed are right, strangers are not, and of those that belong at most one in five is not believed.
+fn believed_frames_are_right(name: &str, run: &SpatialReconstruction, truth: &[Pose3], strangers: &[usize]) {
+    let num_believed = believed_and_right(name, run, truth, strangers);
+    let num_belonging = truth.len() - strangers.len();
+    assert!(5 * num_believed >= 4 * num_belonging, "{name}: {num_believed} of {num_belonging}");
+}
+
+/// All that are believed are right, strangers are not, and all others have a reason; how many are believed.
+fn believed_and_right(name: &str, run: &SpatialReconstruction, truth: &[Pose3], strangers: &[usize]) -> usize {
+    let poses = run.poses();
+    let believed: Vec<usize> =
+        (0..poses.len()).filter(|&index| run.estimates()[index].verdict.status == Status::Good).collect();
+    for &index in &believed {
+        assert!(!strangers.contains(&index), "{name}: {index} belongs elsewhere");
+        let moved = poses[believed[0]].inverse() * poses[index];
+        let off = (truth[believed[0]].inverse() * truth[index]).inverse() * moved;
+        let (moved, turned) = (off.translation.vector.norm(), off.rotation.angle().to_degrees());
+        assert!(moved < 0.06 && turned < 1.0, "{name}, {index}: {moved} m, {turned} degrees");
+    }
+    for (index, estimate) in run.estimates().iter().enumerate() {
+        assert_eq!(estimate.verdict.reason.is_empty(), believed.contains(&index), "{name}, {index}");
+    }
+    believed.len()
 }
 
 #[test]

@@ -6,6 +6,8 @@
 
 #[path = "depth/ablations.rs"]
 mod ablations;
+#[path = "depth/disturbances.rs"]
+mod disturbances;
 #[path = "depth/picture.rs"]
 mod picture;
 #[path = "depth/processor_time.rs"]
@@ -21,6 +23,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
+use disturbances::Disturbance;
 use recordings::{Choice, Recording, Walk, Way};
 use scanstitch::depth_odometry::Effort;
 use scanstitch::registration::solver::Motion;
@@ -28,6 +31,9 @@ use scanstitch::scene::apartment::Tour;
 use scanstitch::spatial_settings::{ColorUse, LoopClosing, SpatialSettings};
 use scores::score;
 use tables::Scored;
+
+/// So many frames of a recording are disturbed.
+const DISTURBED_FRAMES: usize = 50;
 
 /// A recording that is made when it is its turn.
 struct Run {
@@ -102,6 +108,11 @@ fn main() {
     print!("{table}");
 }
 
+/// Every second frame of a floor.
+fn thinned(which: &'static str) -> Recording {
+    Choice::Every(2).apply(&recordings::floor(which)).first(DISTURBED_FRAMES)
+}
+
 fn real_runs() -> Vec<Run> {
     if !Path::new(recordings::DATA).is_dir() {
         eprintln!("skipped: ../shared/data is absent");
@@ -113,7 +124,7 @@ fn real_runs() -> Vec<Run> {
     };
     for which in ["first", "second"] {
         add(&format!("{which} floor"), Box::new(move || recordings::floor(which)));
-        for stride in [2, 3, 4] {
+        for stride in 2..=6 {
             let make = move || Choice::Every(stride).apply(&recordings::floor(which));
             add(&format!("{which} floor, one of {stride}"), Box::new(make));
         }
@@ -123,6 +134,12 @@ fn real_runs() -> Vec<Run> {
         }
         let make = move || Choice::ToAndFro(3).apply(&recordings::floor(which));
         add(&format!("{which} floor, to and fro 3x"), Box::new(make));
+    }
+    for (name, disturbance) in Disturbance::ALL {
+        for (which, other) in [("first", "second"), ("second", "first")] {
+            let make = move || disturbance.apply(&thinned(which), &thinned(other));
+            add(&format!("disturbed floors: {name}"), Box::new(make));
+        }
     }
     add("fusion_demo50", Box::new(recordings::fusion_demo));
     add("redwood5", Box::new(recordings::redwood));
@@ -172,5 +189,23 @@ fn generated_runs(seed: u64, frames: usize, cache: Option<&Path>, has_color: boo
         let cache = cache.map(Path::to_owned);
         Run { group: group.to_owned(), make: Box::new(move || walk.recording(seed, cache.as_deref())) }
     };
-    kinds.map(run).into()
+    let mut runs: Vec<Run> = kinds.map(run).into();
+    let folder = cache.map(Path::to_owned);
+    runs.push(Run {
+        group: "flats, 8 bit, 0.5 m, 20 deg, random two thirds".into(),
+        make: Box::new(move || Choice::TwoThirds(seed).apply(&kinds[1].1.recording(seed, folder.as_deref()))),
+    });
+    for (name, disturbance) in Disturbance::ALL {
+        for (step, walk) in [("0.25 m", kinds[0].1), ("0.5 m", kinds[1].1)] {
+            let folder = cache.map(Path::to_owned);
+            let make = move || {
+                let recording = |seed| walk.recording(seed, folder.as_deref()).first(DISTURBED_FRAMES);
+                // Seeds in fives: the strangers of a set of seeds are of the same set.
+                let other = if seed.is_multiple_of(5) { seed - 4 } else { seed + 1 };
+                disturbance.apply(&recording(seed), &recording(other))
+            };
+            runs.push(Run { group: format!("disturbed, {step}: {name}"), make: Box::new(make) });
+        }
+    }
+    runs
 }

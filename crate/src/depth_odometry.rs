@@ -4,31 +4,32 @@
 //! the best few are refined, and the one that is contradicted least is kept. No motion model is trusted: robots stop
 //! and turn. A result that is still contradicted starts a search all around before it is given up.
 
+mod chain;
 mod color;
 mod evidence;
 mod found;
 mod guesses;
 mod lattice;
+mod left_out;
 mod lone_frame;
 mod matching;
 mod open_direction;
 mod seen;
 mod surfel_cloud;
+mod unconfirmed;
 
 use serde::{Deserialize, Serialize};
 
+use self::chain::{Chain, Member};
 pub(crate) use self::evidence::{AGREEING_COSINE, FINE_TOLERANCE, score};
-use self::found::Found;
 pub(crate) use self::guesses::{around, best_apart};
+use self::left_out::LeftOut;
 pub use self::lone_frame::{LoneFrame, Search};
-use self::matching::Matching;
 pub(crate) use self::matching::{fine_options, middle_options};
 pub(crate) use self::open_direction::OpenDirection;
-use self::seen::Seen;
 pub(crate) use self::surfel_cloud::{AllSurfels, SurfelCloud};
 use crate::camera::surfel_image::SurfelImage;
 use crate::geometry::Pose3;
-use crate::key_views::apart;
 use crate::registration::solver::Motion;
 pub use crate::registration::spatial::SpatialRegistration;
 use crate::surfel_map::SurfelMap;
@@ -44,6 +45,8 @@ pub struct SpatialEstimate {
     pub overlap: f64,
     /// Whether it is believed.
     pub verdict: Verdict,
+    /// Whether it has become part of the map that frames are registered to.
+    pub is_in_map: bool,
 }
 
 /// How hard a first guess is looked for.
@@ -87,190 +90,244 @@ pub struct DepthOptions {
 #[derive(Clone)]
 pub struct DepthOdometry {
     options: DepthOptions,
-    seen: Seen,
-    unconfirmed: Option<Unconfirmed>,
-    correction: Option<Correction>,
     /// Frames registered so far; also the number of the next one.
     num_frames: u32,
-    T_world_last: Pose3,
-    last_motion: Pose3,
+    nothing: SurfelMap,
+    chain: Option<Chain>,
+    /// Frames that do not fit the chain but each other. Should they become more, it is the chain that does not belong.
+    aside: Option<Chain>,
+    left_out: LeftOut,
+    revisions: Vec<Revision>,
+    rounds: Option<Rounds>,
 }
-/// Frames since one whose place was left open along a direction: where that one is off, so are those after it.
+
+/// Going through the frames that were not found, once all others are.
 #[derive(Clone)]
-struct Unconfirmed {
-    /// What was seen before them.
-    before: Seen,
-    /// Whether their own place is open, one a frame.
-    are_open: Vec<bool>,
+struct Rounds {
+    num_left: usize,
+    /// Those that are left of this round.
+    to_try: Vec<u32>,
+    /// Whether one has been found in it, so that there may be more.
+    is_news: bool,
 }
 
-/// What is found out later about the frames before one: it knew where it was from what was seen before all of them.
-#[derive(Debug, Clone)]
-pub struct Correction {
-    /// One motion (of the world's frame) for each of the frames before, the latest last.
-    pub motions: Vec<Pose3>,
+/// What is found out later about a frame.
+#[derive(Clone)]
+pub struct Revision {
+    /// Its number in the order they were registered, from 0.
+    pub frame: u32,
+    /// Where it is now taken to be.
+    pub T_world_sensor: Pose3,
+    /// Whether that is believed.
+    pub verdict: Verdict,
+    /// The registration that tells, and the overlap, where there is a new one.
+    pub registration: Option<(SpatialRegistration, f64)>,
 }
 
-impl Unconfirmed {
-    /// The frames whose own place is open share what was found in the end, all others are off by all that came before.
-    fn corrected_by(&self, motion: &Pose3) -> Correction {
-        let num_open = self.are_open.iter().filter(|is_open| **is_open).count().max(1) as f64;
-        let mut passed = 0.0;
-        let share = |&is_open: &bool| {
-            passed += f64::from(u8::from(is_open));
-            Pose3::identity().try_lerp_slerp(motion, passed / num_open, 1e-9).unwrap_or(*motion)
-        };
-        Correction { motions: self.are_open.iter().map(share).collect() }
-    }
-}
-
-/// Another place than where the last frame was is believed when it agrees better by this share ...
-const BETTER_AGREEMENT: f64 = 0.02;
-/// ... and has so much more support.
-const BETTER_SUPPORT: f64 = 0.05;
 /// Poses nearer to each other than this are the same (m, turns included).
 const SAME_PLACE: f64 = 0.05;
 /// Fewer pieces of surface than this make no frame.
 const MIN_SURFELS: usize = 200;
+/// So many frames that fit each other are more than those that do not fit them.
+const MIN_MAJORITY: usize = 3;
+/// A chain of more frames than this is kept beside the one that outnumbers it.
+const ESTABLISHED: usize = 5;
+/// Frames that were not found are tried so often once all others are.
+const ROUNDS: usize = 3;
+/// So many frames before one that was found are tried again, ...
+const LOOK_BACK: u32 = 12;
+/// ... until so many of them do not fit.
+const LOOK_BACK_FAILURES: usize = 2;
 
 impl DepthOdometry {
     /// Odometry without frames.
     pub fn new(options: DepthOptions) -> Self {
         Self {
             options,
-            seen: Seen::default(),
-            unconfirmed: None,
-            correction: None,
             num_frames: 0,
-            T_world_last: Pose3::identity(),
-            last_motion: Pose3::identity(),
+            nothing: SurfelMap::new(),
+            chain: None,
+            aside: None,
+            left_out: LeftOut::default(),
+            revisions: Vec::new(),
+            rounds: None,
         }
     }
 
-    /// Registers the next frame. A frame that is lost or contradicted is not added to the map, and the frames after it are looked for
-    /// from where the last one was found.
+    /// Registers the next frame. One that is lost or contradicted is not added to the map, and the frames after it are looked
+    /// for from where the last one was found.
     ///
-    /// What it tells of the frames before is to be [taken](Self::take_correction) after it.
+    /// What it tells of the frames before is to be [taken](Self::take_revisions) after it.
     pub fn register_frame(&mut self, frame: &SurfelImage) -> SpatialEstimate {
-        let estimate = self.register(frame);
-        if let Some(unconfirmed) = &mut self.unconfirmed {
-            let is_open = estimate.verdict.status == Status::Doubtful;
-            unconfirmed.are_open.push(is_open);
-        }
+        let number = self.num_frames;
         self.num_frames += 1;
+        self.rounds = None;
+        let num_surfels = frame.surfels().count();
+        if num_surfels < MIN_SURFELS {
+            return self.blank(num_surfels);
+        }
+        let Some(chain) = &mut self.chain else {
+            let (chain, estimate) = Chain::new(self.options, number, frame);
+            self.chain = Some(chain);
+            return estimate;
+        };
+        let is_gap = chain.num_missed() > 0;
+        let chain::Outcome { estimate, confirmed, dropped, uncertain } = chain.register(number, frame);
+        self.revisions.extend(confirmed.iter().map(Revision::of));
+        self.revisions.extend(dropped.iter().map(Revision::of));
+        if !estimate.is_in_map {
+            self.left_out.push(number, frame, estimate.T_world_sensor);
+            return self.set_aside(number, frame).unwrap_or(estimate);
+        }
+        for member in confirmed {
+            self.left_out.remove(member.number);
+        }
+        for number in uncertain {
+            self.left_out.remove(number);
+        }
+        if estimate.verdict.status != Status::Good {
+            // It may be dropped again.
+            self.left_out.push(number, frame, estimate.T_world_sensor);
+        }
+        self.aside = self.aside.take().filter(|aside| aside.members().len() > ESTABLISHED);
+        if is_gap || !dropped.is_empty() {
+            self.look_back(number);
+        }
         estimate
     }
 
-    /// How the frames before the last one are to be moved, where that one has told. It is told once.
-    pub fn take_correction(&mut self) -> Option<Correction> {
-        self.correction.take()
+    /// What has been found out of frames before, in the order in which it was. It is told once.
+    pub fn take_revisions(&mut self) -> Vec<Revision> {
+        std::mem::take(&mut self.revisions)
     }
 
     /// Moves what each frame has shown by `motion` (of the world) of its number, frames being counted from 0, and the next
     /// frame is looked for from where that leaves the last one.
     pub fn move_frames(&mut self, motion: impl Fn(u32) -> Pose3) {
-        self.seen.move_frames(&motion);
-        if let Some(unconfirmed) = &mut self.unconfirmed {
-            unconfirmed.before.move_frames(&motion);
+        if let Some(chain) = &mut self.chain {
+            chain.move_frames(&motion);
         }
-        self.T_world_last = motion(self.num_frames.saturating_sub(1)) * self.T_world_last;
+        self.left_out.move_frames(&motion);
     }
 
-    fn register(&mut self, frame: &SurfelImage) -> SpatialEstimate {
-        let num_surfels = frame.surfels().count();
-        if num_surfels < MIN_SURFELS {
-            let reason = format!("{num_surfels} pieces of surface could be told, too few to place it");
-            return self.lost(reason, 0.0);
+    /// Tries one of the frames that were not found again, once no frame will follow; whether there may be more to try.
+    pub fn try_again(&mut self) -> bool {
+        let Some(chain) = &mut self.chain else { return false };
+        let rounds = self.rounds.get_or_insert_with(|| Rounds { num_left: ROUNDS, to_try: Vec::new(), is_news: true });
+        if rounds.to_try.is_empty() {
+            if rounds.num_left == 0 || !rounds.is_news {
+                return false;
+            }
+            let to_try = self.left_out.numbers().into_iter().filter(|number| !chain.is_member(*number)).collect();
+            *rounds = Rounds { num_left: rounds.num_left - 1, to_try, is_news: false };
         }
-        if self.seen.map.is_empty() {
-            let T_world_sensor = self.T_world_last;
-            let view = self.seen.map.view(frame, &T_world_sensor);
-            self.seen.insert(frame, self.num_frames, &T_world_sensor, &view);
-            return SpatialEstimate { T_world_sensor, registration: None, overlap: 1.0, verdict: Verdict::first() };
+        let Some(number) = rounds.to_try.pop() else { return false };
+        if self.find_left_out(number, true)
+            && let Some(rounds) = &mut self.rounds
+        {
+            // What it shows may tell where the others are.
+            rounds.is_news = true;
         }
-        let found = self.search(frame);
-        if found.is_contradicted() || !found.registration.converged {
-            return self.doubt(found);
-        }
-        self.believe(frame, found)
+        true
     }
 
     /// The map so far.
     pub fn map(&self) -> &SurfelMap {
-        &self.seen.map
+        self.chain.as_ref().map_or(&self.nothing, |chain| &chain.seen().map)
     }
 
-    /// Near where the last frame was, then all around, then in all places seen before: as far as the evidence sends it.
-    fn search(&self, frame: &SurfelImage) -> Found {
-        let matching = Matching::new(&self.seen, frame, self.options);
-        let mut found = match self.options.effort {
-            Effort::Thorough => {
-                matching.best_of(&guesses::near(&self.T_world_last, &self.last_motion), &self.T_world_last)
+    fn blank(&self, num_surfels: usize) -> SpatialEstimate {
+        let reason = format!("{num_surfels} pieces of surface could be told, too few to place it");
+        match &self.chain {
+            Some(chain) => chain.lost(reason, 0.0),
+            None => SpatialEstimate {
+                T_world_sensor: Pose3::identity(),
+                registration: None,
+                overlap: 0.0,
+                verdict: Verdict { status: Status::Lost, reason, agreement: 0.0 },
+                is_in_map: false,
+            },
+        }
+    }
+
+    /// Tries the frames before one that was found, backwards from there.
+    fn look_back(&mut self, number: u32) {
+        let mut num_failures = 0;
+        for earlier in (number.saturating_sub(LOOK_BACK)..number).rev() {
+            if self.chain.as_ref().is_some_and(|chain| chain.is_member(earlier)) {
+                break;
             }
-            Effort::Quick => matching.best_of(&guesses::few(&self.T_world_last, &self.last_motion), &self.T_world_last),
+            if self.left_out.get(earlier).is_some() && !self.find_left_out(earlier, false) {
+                num_failures += 1;
+                if num_failures == LOOK_BACK_FAILURES {
+                    break;
+                }
+            }
+        }
+    }
+
+    /// Looks for a frame that was left out again; whether it was found.
+    fn find_left_out(&mut self, number: u32, everywhere: bool) -> bool {
+        let (Some(chain), Some(left)) = (&mut self.chain, self.left_out.get(number)) else { return false };
+        let Some(found) = chain.find_again(left, everywhere) else { return false };
+        let verdict = Verdict { status: Status::Good, reason: String::new(), agreement: found.agreement };
+        let estimate = chain.insert(number, &left.frame, found, verdict);
+        self.left_out.remove(number);
+        self.revisions.push(Revision::found(number, estimate));
+        true
+    }
+
+    /// Frames that the chain does not place are chained aside. Where those that fit each other have become more, they are the
+    /// chain; then this is where the frame is.
+    fn set_aside(&mut self, number: u32, frame: &SurfelImage) -> Option<SpatialEstimate> {
+        let Some(aside) = &mut self.aside else {
+            self.aside = Some(Chain::new(self.options, number, frame).0);
+            return None;
         };
-        if self.options.effort == Effort::Quick && found.verdict().status != Status::Good {
-            found = matching.best_of(&guesses::near(&self.T_world_last, &self.last_motion), &self.T_world_last);
+        let chain::Outcome { estimate, .. } = aside.register_aside(number, frame);
+        let num_aside = aside.members().len();
+        if !estimate.is_in_map {
+            if aside.num_missed() as usize >= num_aside {
+                self.aside = Some(Chain::new(self.options, number, frame).0);
+            }
+            return None;
         }
-        if found.is_contradicted() {
-            let again = matching.best_of_all_around(&self.T_world_last);
-            let is_better =
-                again.agreement > found.agreement + BETTER_AGREEMENT && again.support > found.support + BETTER_SUPPORT;
-            if is_better && again.is_anchored() {
-                found = again;
+        let num_members = self.chain.as_ref().map_or(0, |chain| chain.members().len());
+        if num_aside < MIN_MAJORITY || num_aside <= num_members {
+            return None;
+        }
+        self.change_chains(number);
+        Some(estimate)
+    }
+
+    fn change_chains(&mut self, number: u32) {
+        std::mem::swap(&mut self.chain, &mut self.aside);
+        let (Some(chain), Some(outnumbered)) = (&self.chain, &self.aside) else { return };
+        for member in outnumbered.members() {
+            let mut verdict = Verdict { status: Status::Lost, reason: String::new(), agreement: 0.0 };
+            verdict.is_outnumbered();
+            let T_world_sensor = Pose3::identity();
+            self.revisions.push(Revision { frame: member.number, T_world_sensor, verdict, registration: None });
+        }
+        for member in chain.members() {
+            self.left_out.remove(member.number);
+            if member.number != number {
+                self.revisions.push(Revision::of(member));
             }
         }
-        if found.is_contradicted()
-            && let Some(elsewhere) = matching.best_of_everywhere().filter(Found::is_unmistakable)
-        {
-            found = elsewhere;
-        }
-        found
+        self.aside = self.aside.take().filter(|aside| aside.members().len() > ESTABLISHED);
+    }
+}
+
+impl Revision {
+    fn of(member: &Member) -> Self {
+        let Member { number, T_world_sensor, verdict } = member.clone();
+        Self { frame: number, T_world_sensor, verdict, registration: None }
     }
 
-    /// A frame that nothing contradicts becomes part of the map. Where its place is open along a direction, it does so until
-    /// a frame after it tells, from what was seen before it, where it really is.
-    fn believe(&mut self, frame: &SurfelImage, mut found: Found) -> SpatialEstimate {
-        if found.is_open {
-            let before = || Unconfirmed { before: self.seen.clone(), are_open: Vec::new() };
-            self.unconfirmed.get_or_insert_with(before);
-        } else if let Some(unconfirmed) = self.unconfirmed.take() {
-            let T_world_found = found.registration.T_target_source;
-            let anchored = Matching::new(&unconfirmed.before, frame, self.options).settled(T_world_found);
-            let T_world_anchored = anchored.registration.T_target_source;
-            if !anchored.is_anchored() {
-                self.unconfirmed = Some(unconfirmed);
-            } else if apart(&T_world_anchored, &T_world_found) > SAME_PLACE {
-                self.correction = Some(unconfirmed.corrected_by(&(T_world_anchored * T_world_found.inverse())));
-                self.seen = unconfirmed.before;
-                found = anchored;
-            }
-        }
-        let (verdict, overlap) = (found.verdict(), found.overlap);
-        let T_world_sensor = found.registration.T_target_source;
-        self.seen.insert(frame, self.num_frames, &T_world_sensor, &found.view);
-        self.move_to(T_world_sensor);
-        SpatialEstimate { T_world_sensor, registration: Some(found.registration), overlap, verdict }
-    }
-
-    /// A frame that is contradicted is no part of the map.
-    fn doubt(&mut self, found: Found) -> SpatialEstimate {
-        let (verdict, overlap) = (found.verdict(), found.overlap);
-        if verdict.status == Status::Lost {
-            return SpatialEstimate { registration: Some(found.registration), ..self.lost(verdict.reason, overlap) };
-        }
-        let T_world_sensor = found.registration.T_target_source;
-        self.move_to(T_world_sensor);
-        SpatialEstimate { T_world_sensor, registration: Some(found.registration), overlap, verdict }
-    }
-
-    fn move_to(&mut self, T_world_sensor: Pose3) {
-        self.last_motion = self.T_world_last.inverse() * T_world_sensor;
-        self.T_world_last = T_world_sensor;
-    }
-
-    fn lost(&self, reason: String, overlap: f64) -> SpatialEstimate {
-        let verdict = Verdict { status: Status::Lost, reason, agreement: 0.0 };
-        SpatialEstimate { T_world_sensor: self.T_world_last, registration: None, overlap, verdict }
+    fn found(frame: u32, estimate: SpatialEstimate) -> Self {
+        let SpatialEstimate { T_world_sensor, registration, overlap, verdict, .. } = estimate;
+        let registration = registration.map(|registration| (registration, overlap));
+        Self { frame, T_world_sensor, verdict, registration }
     }
 }

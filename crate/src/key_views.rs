@@ -3,6 +3,8 @@
 //! A map of surfaces as seen from a new place shows what is behind walls that nobody has seen yet. Whether space is free
 //! can only be told from where somebody looked through it.
 
+use std::sync::Arc;
+
 use nalgebra::Vector3;
 
 use crate::camera::surfel_image::SurfelImage;
@@ -19,7 +21,7 @@ pub struct KeyView {
     /// The number of its frame.
     frame: u32,
     /// In the camera's own frame.
-    view: ProjectiveTarget,
+    view: Arc<ProjectiveTarget>,
     picture: Option<Picture>,
 }
 
@@ -27,6 +29,8 @@ pub struct KeyView {
 #[derive(Clone, Default)]
 pub struct KeyViews {
     views: Vec<KeyView>,
+    /// What they take on the heap.
+    num_bytes: usize,
 }
 
 /// A turn by a radian takes as much out of view as a move by so many metres.
@@ -37,6 +41,12 @@ const SPACING: f64 = 0.3;
 const REACH: f64 = 4.0;
 /// Views that are asked.
 const WITNESSES: usize = 6;
+/// All together take at most this much memory (bytes): of more, the ones with the nearest neighbours go, ...
+const MOST_BYTES: usize = 96 << 20;
+/// ... until this much is left.
+const LEFT_BYTES: usize = 72 << 20;
+/// How much further apart they must be than before, each time that they are thinned out.
+const THINNING: f64 = 1.25;
 /// Surfaces this far (m) in front of what was seen stand in free space.
 const TOLERANCE: f64 = 0.05;
 
@@ -46,9 +56,33 @@ impl KeyViews {
         if self.views.iter().any(|known| apart(&known.T_world_camera, T_world_camera) < SPACING) {
             return;
         }
-        let view = ProjectiveTarget::of_frame(frame, 2);
+        let mut view = ProjectiveTarget::of_frame(frame, 2);
+        view.shrink();
         let picture = frame.brightness.clone().map(|brightness| Picture::new(brightness, &frame.camera));
-        self.views.push(KeyView { T_world_camera: *T_world_camera, frame: number, view, picture });
+        let added = KeyView { T_world_camera: *T_world_camera, frame: number, view: Arc::new(view), picture };
+        self.num_bytes += added.num_bytes();
+        self.views.push(added);
+        if self.num_bytes > MOST_BYTES {
+            let mut spacing = SPACING;
+            while self.num_bytes > LEFT_BYTES && self.views.len() > 1 {
+                spacing *= THINNING;
+                self.thin(spacing);
+            }
+        }
+    }
+
+    /// Leaves the later one of any two that are nearer to each other than this (m, turns included). Where the camera comes
+    /// by again, what has gone is replaced.
+    fn thin(&mut self, spacing: f64) {
+        let mut kept: Vec<KeyView> = Vec::with_capacity(self.views.len());
+        for view in std::mem::take(&mut self.views).into_iter().rev() {
+            if kept.iter().all(|other| apart(&other.T_world_camera, &view.T_world_camera) >= spacing) {
+                kept.push(view);
+            }
+        }
+        kept.reverse();
+        self.num_bytes = kept.iter().map(KeyView::num_bytes).sum();
+        self.views = kept;
     }
 
     /// Moves each by `motion` (of the world) of its frame's number.
@@ -74,6 +108,11 @@ impl KeyViews {
 }
 
 impl KeyView {
+    /// What it takes on the heap.
+    fn num_bytes(&self) -> usize {
+        self.view.num_bytes() + self.picture.as_ref().map_or(0, Picture::num_bytes)
+    }
+
     /// What it saw, in the camera's own frame.
     pub fn view(&self) -> &ProjectiveTarget {
         &self.view
@@ -95,4 +134,63 @@ impl KeyView {
 pub fn apart(a: &Pose3, b: &Pose3) -> f64 {
     let between = a.inverse() * b;
     between.translation.vector.norm() + METRES_A_RADIAN * angle_of(&between.rotation)
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::Translation3;
+
+    use super::*;
+    use crate::camera::surfel_image::cell_camera;
+    use crate::camera::{Brightness, ColorImage, Pinhole, Surfel};
+
+    /// A wall two metres ahead, as a camera of 640 x 480 pixels with colours sees it.
+    fn wall() -> SurfelImage {
+        let camera = Pinhole::new(640, 480, [500.0, 500.0, 319.5, 239.5]).unwrap();
+        let (columns, rows) = (160, 120);
+        let cells = cell_camera(&camera, 4);
+        let surfel = |cell: usize| {
+            let point = 2.0 * cells.ray((cell % columns) as f64, (cell / columns) as f64);
+            Some(Surfel { point, normal: -Vector3::z(), deviation: 0.01 })
+        };
+        let colors = ColorImage { width: 640, height: 480, pixels: vec![[90; 3]; 640 * 480] };
+        SurfelImage {
+            camera,
+            cell_size: 4,
+            columns,
+            rows,
+            cells: (0..columns * rows).map(surfel).collect(),
+            brightness: Some(Arc::new(Brightness::new(&colors))),
+        }
+    }
+
+    #[test]
+    fn what_key_frames_take_is_bounded_and_they_stay_spread_over_the_way() {
+        let (frame, mut key_views) = (wall(), KeyViews::default());
+        let step = 1.01 * SPACING;
+        let at = |index: u32| Pose3::from(Translation3::new(step * f64::from(index), 0.0, 0.0));
+        let num_frames = 500;
+        for index in 0..num_frames {
+            key_views.add(&frame, index, &at(index));
+            assert!(key_views.num_bytes <= MOST_BYTES, "{} bytes", key_views.num_bytes);
+        }
+        let bytes_each = key_views.num_bytes / key_views.all().len();
+        assert!(bytes_each < 560_000, "{bytes_each} bytes a key frame");
+        let counted: usize = key_views.all().iter().map(KeyView::num_bytes).sum();
+        assert_eq!(counted, key_views.num_bytes);
+        // The way is covered from its beginning to its end, the last frame is there, and wherever one comes back to, some saw it.
+        assert_eq!(key_views.all().last().unwrap().frame, num_frames - 1);
+        for index in 0..num_frames {
+            assert!(!key_views.near(&at(index)).is_empty(), "nothing is known about frame {index}");
+        }
+    }
+
+    #[test]
+    fn a_short_walk_keeps_every_key_frame() {
+        let (frame, mut key_views) = (wall(), KeyViews::default());
+        for index in 0..100 {
+            key_views.add(&frame, index, &Pose3::from(Translation3::new(0.0, 0.0, -0.31 * f64::from(index))));
+        }
+        assert_eq!(key_views.all().len(), 100);
+    }
 }

@@ -6,7 +6,7 @@ use std::collections::VecDeque;
 
 use self::kept_frames::{Frame, KeptFrames};
 use crate::cloud_odometry::{CloudEstimate, CloudOdometry, PreparedCloud};
-use crate::depth_odometry::{DepthOdometry, SpatialEstimate};
+use crate::depth_odometry::{DepthOdometry, Revision, SpatialEstimate};
 use crate::error::{Error, Result};
 use crate::evaluation::spatial_error::{EstimatedFrame, spatial_error};
 use crate::geometry::{PointCloud, Pose3};
@@ -106,13 +106,7 @@ impl Reading {
                     return;
                 };
                 let estimate = odometry.register_frame(surfels);
-                if let Some(correction) = odometry.take_correction() {
-                    let before = self.estimates.iter_mut().rev().zip(correction.motions.iter().rev());
-                    before.for_each(|(estimate, motion)| estimate.T_world_sensor = motion * estimate.T_world_sensor);
-                    if let Some(loops) = &mut self.loops {
-                        loops.corrected(|frame| self.estimates[frame as usize].T_world_sensor);
-                    }
-                }
+                revise(odometry, &mut self.estimates, self.loops.as_mut());
                 let number = self.estimates.len() as u32;
                 if let Some(loops) = &mut self.loops {
                     loops.add(number, surfels, &estimate);
@@ -130,7 +124,8 @@ impl Reading {
             (Odometry::Cloud(odometry), Surfaces::Cloud(cloud)) => {
                 let CloudEstimate { T_world_sensor, registration, overlap, verdict, .. } =
                     odometry.register_frame(PreparedCloud::from_cloud(cloud.clone()));
-                SpatialEstimate { T_world_sensor, registration, overlap, verdict }
+                let is_in_map = verdict.status != Status::Lost;
+                SpatialEstimate { T_world_sensor, registration, overlap, verdict, is_in_map }
             }
             // Preparation, which knows the method, makes no other pairs.
             _ => return,
@@ -155,6 +150,28 @@ impl Reading {
         if let Odometry::Depth(odometry) = &mut self.odometry {
             odometry.move_frames(motion_of);
         }
+    }
+}
+
+/// What has been found out of frames before the last one.
+fn revise(odometry: &mut DepthOdometry, estimates: &mut [SpatialEstimate], loops: Option<&mut SpatialLoops>) {
+    let revisions = odometry.take_revisions();
+    if revisions.is_empty() {
+        return;
+    }
+    let is_another_chain = revisions.iter().any(|revision| revision.verdict.status == Status::Lost);
+    for Revision { frame, T_world_sensor, verdict, registration } in revisions {
+        let Some(estimate) = estimates.get_mut(frame as usize) else { continue };
+        (estimate.T_world_sensor, estimate.verdict) = (T_world_sensor, verdict);
+        if let Some((mut registration, overlap)) = registration {
+            registration.correspondences = Vec::new();
+            (estimate.registration, estimate.overlap) = (Some(registration), overlap);
+        }
+    }
+    match loops {
+        Some(loops) if is_another_chain => *loops = SpatialLoops::default(),
+        Some(loops) => loops.corrected(|frame| estimates[frame as usize].T_world_sensor),
+        None => {}
     }
 }
 
@@ -236,6 +253,10 @@ impl SpatialReconstruction {
         if let Some(frame) = self.waiting.pop_front() {
             return self.register(frame);
         }
+        if self.is_complete && !self.is_finished && self.try_again() {
+            let total = self.frames.len();
+            return Progress { stage: Stage::Loops, done: total, total, frame: None };
+        }
         if self.is_complete && !self.is_finished {
             self.is_finished = true;
             for reading in &mut self.readings {
@@ -261,6 +282,18 @@ impl SpatialReconstruction {
         }
         let done = self.frames.len();
         Progress { stage: Stage::Register, done, total: done + self.waiting.len(), frame: Some(done - 1) }
+    }
+
+    /// Tries one of the frames again that were not found; whether there may be more.
+    fn try_again(&mut self) -> bool {
+        let best = self.best_index();
+        let Some(Reading { odometry: Odometry::Depth(odometry), estimates, loops, .. }) = self.readings.get_mut(best)
+        else {
+            return false;
+        };
+        let is_more = odometry.try_again();
+        revise(odometry, estimates, loops.as_mut());
+        is_more
     }
 
     /// Drops the reading that fits worse, once enough frames have been registered.

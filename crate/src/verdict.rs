@@ -68,6 +68,24 @@ impl Verdict {
     }
 }
 
+impl Verdict {
+    /// One of a few that more frames do not hang together with.
+    pub fn is_outnumbered(&mut self) {
+        self.status = Status::Lost;
+        "more frames fit each other, but not this one: it shows another place".clone_into(&mut self.reason);
+    }
+
+    /// Good in itself, but found by frames before it whose own place is in doubt.
+    pub fn hangs_on_an_open_place(&mut self) {
+        if self.status == Status::Good {
+            self.status = Status::Doubtful;
+            "it fits the frames before it, but where these lie is not certain, and it shows too little of what is known \
+             for sure"
+                .clone_into(&mut self.reason);
+        }
+    }
+}
+
 /// Judges a registration by its evidence and by what the sensors saw.
 pub fn judge(registration: &PlanarRegistration, visibility: Visibility) -> Verdict {
     let agreement = visibility.agreement();

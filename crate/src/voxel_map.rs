@@ -121,43 +121,38 @@ impl VoxelMap {
     /// The points, world frame, in the order in which they were first seen.
     pub fn cloud(&self) -> PointCloud {
         PointCloud {
-            positions: self.positions(),
-            normals: Some(self.normals()),
-            colors: self.colors(),
+            positions: self.positions().collect(),
+            normals: Some(self.normals().collect()),
+            colors: self.colors().map(Iterator::collect),
             origin: DVec3::ZERO,
         }
     }
 
-    /// Where the points are (m).
-    pub fn positions(&self) -> Vec<Vec3> {
-        let position = |voxel: &Voxel| {
+    /// Where the points are (m), in the order of [`cloud`](Self::cloud).
+    pub fn positions(&self) -> impl ExactSizeIterator<Item = Vec3> {
+        self.voxels.iter().map(|voxel| {
             let offset = voxel.offset * (1.0 / voxel.count as f32);
             ((DVec3::from(voxel.corner.map(f64::from)) + offset.as_dvec3()) * self.voxel_size).as_vec3()
-        };
-        self.all(position)
+        })
     }
 
-    /// Unit normals of the points; zero where unknown.
-    pub fn normals(&self) -> Vec<Vec3> {
-        self.all(|voxel| voxel.normal.normalize_or_zero())
+    /// Where their surfaces face: unit vectors, zero where that is unknown.
+    pub fn normals(&self) -> impl ExactSizeIterator<Item = Vec3> {
+        self.voxels.iter().map(|voxel| voxel.normal.normalize_or_zero())
     }
 
-    /// Colours of the points, where any of them has one.
-    pub fn colors(&self) -> Option<Vec<[u8; 3]>> {
+    /// Their colours (red, green, blue), where any frame had some.
+    pub fn colors(&self) -> Option<impl ExactSizeIterator<Item = [u8; 3]>> {
         let color = |voxel: &Voxel| {
             let share = 1.0 / voxel.count as f32;
             voxel.color.map(|sum| (sum as f32 * share + 0.5) as u8)
         };
-        self.has_colors.then(|| self.all(color))
+        self.has_colors.then(|| self.voxels.iter().map(color))
     }
 
     /// The first frame that saw each point.
     pub fn frames(&self) -> Vec<u32> {
-        self.all(|voxel| voxel.frame)
-    }
-
-    fn all<T>(&self, of: impl Fn(&Voxel) -> T) -> Vec<T> {
-        self.voxels.iter().map(of).collect()
+        self.voxels.iter().map(|voxel| voxel.frame).collect()
     }
 }
 

@@ -5,6 +5,7 @@
  * Source of the encodings: sensor_msgs/image_encodings.hpp; of depth: REP 118; of the files: netpbm (pgm, ppm), P. Debevec
  * (pfm).
  */
+import { takeBytes } from '../buffers.js';
 import { MessageError } from './cdr.js';
 
 /** @typedef {import('./messages.js').ImageMessage} ImageMessage */
@@ -124,10 +125,10 @@ function rowsOf({ width, height, step, data }, least) {
   return { bytes: data, stride };
 }
 
-/** @param {string} header @param {number} bodyBytes */
+/** What comes after the header is to be written, all of it. @param {string} header @param {number} bodyBytes */
 function startFile(header, bodyBytes) {
   const head = new TextEncoder().encode(header);
-  const bytes = new Uint8Array(head.length + bodyBytes);
+  const bytes = takeBytes(head.length + bodyBytes);
   bytes.set(head);
   return { bytes, body: head.length };
 }

@@ -37,8 +37,12 @@ import { MessageIndex } from './message_index.js';
 
 /** Where a message lies: the number of its chunk, and the offset in that; or this, and the offset in the file. */
 const OUTSIDE = -1;
-/** Unpacked chunks that are kept, together: frames that follow one another lie in the same ones. */
-const KEPT_BYTES = 2 ** 26;
+/** Unpacked chunks that are kept, together: frames that follow one another lie in the same ones. Most chunks are small; ... */
+const KEPT_BYTES = 2 ** 24;
+/** ... of larger ones, so many are kept, ... */
+const KEPT_CHUNKS = 4;
+/** ... where they take no more than this. */
+const MOST_KEPT_BYTES = 2 ** 26;
 /** So many small parts of the file are read at a time. */
 const READ_AT_ONCE = 32;
 /** When the file is walked, so much of it is read at a time. */
@@ -308,9 +312,9 @@ class McapFile {
     const records = await reading;
     this.#unpackedBytes.set(chunk, records.length);
     let total = 0;
-    for (const kept of [...this.#unpacked.keys()].reverse()) {
+    for (const [place, kept] of [...this.#unpacked.keys()].reverse().entries()) {
       total += this.#unpackedBytes.get(kept) ?? 0;
-      if (total > KEPT_BYTES && kept !== chunk) this.#unpacked.delete(kept);
+      if (total > (place < KEPT_CHUNKS ? MOST_KEPT_BYTES : KEPT_BYTES) && kept !== chunk) this.#unpacked.delete(kept);
     }
     return records;
   }

@@ -29,6 +29,18 @@ pub struct Recording {
     pub intrinsics: Option<[f64; 4]>,
     /// `T_world_camera`, x right, y down, z forward.
     pub truth: Vec<Pose3>,
+    /// Frames that belong nowhere, so that no pose of theirs is right.
+    pub strangers: Vec<usize>,
+}
+
+impl Recording {
+    /// Its first frames.
+    pub fn first(mut self, frames: usize) -> Self {
+        self.depth.truncate(frames);
+        self.color.truncate(frames);
+        self.truth.truncate(frames);
+        self
+    }
 }
 
 /// Which frames of a recording are run.
@@ -111,7 +123,7 @@ pub fn floor(which: &str) -> Recording {
     let truth = truth.poses().unwrap().iter().map(|pose| pose * flip).collect();
     let depth = bytes(&numbered(&folder.join("depth"), ".png"));
     let color = bytes(&numbered(&folder.join("rgb"), ".png"));
-    Recording { name: format!("{which} floor"), depth, color, intrinsics: None, truth }
+    Recording { name: format!("{which} floor"), depth, color, intrinsics: None, truth, strangers: Vec::new() }
 }
 
 /// 50 frames of a Kinect.
@@ -123,7 +135,14 @@ pub fn fusion_demo() -> Recording {
         .iter()
         .map(|path| matrix_pose(&numbers(&fs::read_to_string(path).unwrap())))
         .collect();
-    Recording { name: "fusion_demo50".into(), depth, color, intrinsics: Some([585.0, 585.0, 320.0, 240.0]), truth }
+    Recording {
+        name: "fusion_demo50".into(),
+        depth,
+        color,
+        intrinsics: Some([585.0, 585.0, 320.0, 240.0]),
+        truth,
+        strangers: Vec::new(),
+    }
 }
 
 /// Five frames of another depth camera.
@@ -133,7 +152,14 @@ pub fn redwood() -> Recording {
     let truth = log.chunks_exact(19).map(|pose| matrix_pose(&pose[3..])).collect();
     let depth = bytes(&numbered(&folder.join("depth"), ".png"));
     let color = bytes(&numbered(&folder.join("color"), ".jpg"));
-    Recording { name: "redwood5".into(), depth, color, intrinsics: Some([525.0, 525.0, 319.5, 239.5]), truth }
+    Recording {
+        name: "redwood5".into(),
+        depth,
+        color,
+        intrinsics: Some([525.0, 525.0, 319.5, 239.5]),
+        truth,
+        strangers: Vec::new(),
+    }
 }
 
 /// Where a generated walk goes.
@@ -206,7 +232,7 @@ impl Walk {
         let color = if self.has_color { cached(format!("{walk}_color"), "jpg", &color) } else { Vec::new() };
         let told = [camera.fx * self.focal, camera.fy * self.focal, camera.cx, camera.cy];
         let intrinsics = (self.focal != 1.0).then_some(told);
-        Recording { name: format!("seed {seed}"), depth, color, intrinsics, truth }
+        Recording { name: format!("seed {seed}"), depth, color, intrinsics, truth, strangers: Vec::new() }
     }
 
     fn world(&self, seed: u64) -> (Space, Vec<Pose3>) {
@@ -240,7 +266,8 @@ fn jpeg(frame: &RenderedFrame) -> Vec<u8> {
     bytes
 }
 
-fn pgm(image: &DepthImage) -> Vec<u8> {
+/// A depth image as a file.
+pub fn pgm(image: &DepthImage) -> Vec<u8> {
     let largest = if image.bits == 8 { 255 } else { 65_535 };
     let mut bytes = format!("P5 {} {} {largest}\n", image.width, image.height).into_bytes();
     if image.bits == 8 {

@@ -15,11 +15,14 @@ use super::recordings::Recording;
 #[derive(Debug, Clone, Default)]
 pub struct Score {
     pub frames: usize,
-    /// Mean distance of all frames (m).
+    /// Mean distance of all frames that belong (m).
     pub mean: f64,
+    /// Of those that are believed (m).
+    pub believed_mean: f64,
     /// Of the last frame (m).
     pub last: f64,
-    /// Steps from a good frame to the next good one that are off by more than 0.2 m or 10 degrees.
+    /// Steps from a good frame to the next good one that are off by more than 0.2 m or 10 degrees, and good frames that
+    /// belong nowhere.
     pub wrong: usize,
     /// Frames that are not good though within 5 cm and 3 degrees of where they should be, by the last good frame.
     pub flagged: usize,
@@ -46,7 +49,7 @@ pub fn reconstruct(recording: &Recording, settings: &SpatialSettings) -> (Spatia
     for (index, bytes) in recording.depth.iter().enumerate() {
         let name = format!("{index}.png");
         let preparation = reconstruction.begin(&name, bytes).expect("a depth image");
-        let color = recording.color.get(index).map(Vec::as_slice);
+        let color = recording.color.get(index).map(Vec::as_slice).filter(|color| !color.is_empty());
         let frame = PreparedFrame::from_depth(preparation, FrameLabel { name, index, time: None }, bytes, color);
         reconstruction.add(frame.expect("a depth image")).expect("in order");
         let start = seconds_used();
@@ -70,22 +73,30 @@ pub fn score(recording: &Recording, settings: &SpatialSettings, each: bool) -> (
     let (reconstruction, times) = reconstruct(recording, settings);
     let seconds = seconds_used() - start;
     let (poses, estimates) = (reconstruction.poses(), reconstruction.estimates());
-    let truth: Vec<Pose3> = recording.truth.iter().map(|pose| recording.truth[0].inverse() * pose).collect();
-    let error = |index: usize| (poses[index].translation.vector - truth[index].translation.vector).norm();
     let frames = poses.len();
+    let is_good = |index: &usize| estimates[*index].verdict.status == Status::Good;
+    let belongs = |index: &usize| !recording.strangers.contains(index);
+    let first = (0..frames).filter(belongs).find(is_good).unwrap_or(0);
+    let truth: Vec<Pose3> = recording.truth.iter().map(|pose| recording.truth[first].inverse() * pose).collect();
+    let poses: Vec<Pose3> = poses.iter().map(|pose| poses[first].inverse() * pose).collect();
+    let error = |index: usize| (poses[index].translation.vector - truth[index].translation.vector).norm();
+    let mean_error = |which: &[usize]| which.iter().map(|&i| error(i)).sum::<f64>() / which.len().max(1) as f64;
+    let belonging: Vec<usize> = (0..frames).filter(belongs).collect();
+    let believed: Vec<usize> = belonging.iter().copied().filter(is_good).collect();
     let mut score = Score {
         frames,
         early_and_late: [mean(&times, 20..40), mean(&times, 100..120)],
         closed: reconstruction.loop_report().num_closed,
-        mean: (0..frames).map(error).sum::<f64>() / frames.max(1) as f64,
+        mean: mean_error(&belonging),
+        believed_mean: mean_error(&believed),
         last: error(frames - 1),
         gap: (poses[0].inverse() * poses[frames - 1]).translation.vector.norm()
             - (truth[0].inverse() * truth[frames - 1]).translation.vector.norm(),
         milliseconds: 1000.0 * seconds / frames.max(1) as f64,
         ..Score::default()
     };
-    let mut last_good = 0;
-    for index in 1..frames {
+    let mut last_good = first;
+    for index in 0..frames {
         let step = poses[last_good].inverse() * poses[index];
         let off = (truth[last_good].inverse() * truth[index]).inverse() * step;
         let (moved, turned) = (off.translation.vector.norm(), angle_of(&off.rotation).to_degrees());
@@ -93,14 +104,16 @@ pub fn score(recording: &Recording, settings: &SpatialSettings, each: bool) -> (
         if each {
             println!(
                 "  {index:3} error {:.3} m, step off {moved:.3} m {turned:.2} deg; {status:?} agreement {:.3} overlap \
-                 {:.2} {}",
+                 {:.2}{} {}",
                 error(index),
                 estimates[index].verdict.agreement,
                 estimates[index].overlap,
+                if belongs(&index) { "" } else { " STRANGER" },
                 estimates[index].verdict.reason
             );
         }
         match status {
+            Status::Good if !belongs(&index) => score.wrong += 1,
             Status::Good => {
                 score.wrong += usize::from(moved > 0.2 || turned > 10.0);
                 last_good = index;
@@ -108,7 +121,7 @@ pub fn score(recording: &Recording, settings: &SpatialSettings, each: bool) -> (
             Status::Doubtful => score.doubtful += 1,
             Status::Lost => score.lost += 1,
         }
-        score.flagged += usize::from(status != Status::Good && moved < 0.05 && turned < 3.0);
+        score.flagged += usize::from(status != Status::Good && belongs(&index) && moved < 0.05 && turned < 3.0);
     }
     (score, reconstruction)
 }

@@ -15,11 +15,25 @@ pub struct Scored {
 
 /// All that is said of one run, in a line.
 pub fn line(score: &Score) -> String {
-    let Score { frames, mean, last, wrong, flagged, doubtful, lost, gap, closed, milliseconds, early_and_late } = score;
+    let Score {
+        frames,
+        mean,
+        believed_mean,
+        last,
+        wrong,
+        flagged,
+        doubtful,
+        lost,
+        gap,
+        closed,
+        milliseconds,
+        early_and_late,
+    } = score;
     format!(
-        "{frames} frames, mean {:.1} mm, last {:.1} mm, {wrong} wrong, {flagged} flagged, {doubtful} doubtful, {lost} lost, \
+        "{frames} frames, mean {:.1} mm ({:.1} mm of the believed), last {:.1} mm, {wrong} wrong, {flagged} flagged, {doubtful} doubtful, {lost} lost, \
          gap {:.1} mm, {closed} closed, {milliseconds:.1} ms a frame, registering {:.1} ms in frames 20 to 40 and {:.1} ms in 100 to 120",
         1000.0 * mean,
+        1000.0 * believed_mean,
         1000.0 * last,
         1000.0 * gap,
         early_and_late[0],
@@ -30,17 +44,18 @@ pub fn line(score: &Score) -> String {
 /// One row a kind of recording.
 pub fn by_kind(scored: &[Scored]) -> String {
     let mut rows = vec![String::from(
-        "| recording | runs | frames | median of the means | worst mean | worst last | believed wrong steps | right but \
-         doubted | doubtful | lost | ms a frame |\n|---|---|---|---|---|---|---|---|---|---|---|\n",
+        "| recording | runs | frames | median of the means | worst mean | worst of the believed | worst last | believed \
+         wrong steps | right but doubted | doubtful | lost | ms a frame |\n|---|---|---|---|---|---|---|---|---|---|---|---|\n",
     )];
     for group in distinct(scored.iter().map(|run| run.group.as_str())) {
         let sum = Sum::of(scored.iter().filter(|run| run.group == group));
         rows.push(format!(
-            "| {group} | {} | {} | {:.1} mm | {:.1} mm | {:.1} mm | {} | {} | {} | {} | {:.1} |\n",
+            "| {group} | {} | {} | {:.1} mm | {:.1} mm | {:.1} mm | {:.1} mm | {} | {} | {} | {} | {:.1} |\n",
             sum.runs,
             sum.frames,
             1000.0 * sum.median_mean,
             1000.0 * sum.worst_mean,
+            1000.0 * sum.worst_believed,
             1000.0 * sum.worst_last,
             sum.wrong,
             sum.flagged,
@@ -96,6 +111,7 @@ struct Sum {
     frames: usize,
     median_mean: f64,
     worst_mean: f64,
+    worst_believed: f64,
     worst_last: f64,
     wrong: usize,
     flagged: usize,
@@ -115,6 +131,7 @@ impl Sum {
             frames: sum(|score| score.frames),
             median_mean: means.get(means.len() / 2).copied().unwrap_or(f64::NAN),
             worst_mean: means.last().copied().unwrap_or(f64::NAN),
+            worst_believed: scores.iter().map(|score| score.believed_mean).fold(0.0, f64::max),
             worst_last: scores.iter().map(|score| score.last).fold(0.0, f64::max),
             wrong: sum(|score| score.wrong),
             flagged: sum(|score| score.flagged),

@@ -68,6 +68,11 @@ impl Brightness {
         (*width, *height, values)
     }
 
+    /// What it takes on the heap.
+    pub fn num_bytes(&self) -> usize {
+        self.levels.iter().map(|level| size_of::<u16>() * level.values.capacity()).sum()
+    }
+
     /// The camera that sees the pixels of a level, `camera` being that of the colour image.
     pub fn camera(&self, camera: &Pinhole, level: usize) -> Pinhole {
         let finest = FINEST as f64;
@@ -156,9 +161,12 @@ impl Level {
 
     /// Every second pixel of every second row.
     fn halved(&self) -> Self {
-        let rows = self.values.chunks_exact(self.width.max(1)).step_by(2);
-        let values = rows.flat_map(|row| row.iter().step_by(2).copied()).collect();
-        Self { width: self.width.div_ceil(2), height: self.height.div_ceil(2), values }
+        let (width, height) = (self.width.div_ceil(2), self.height.div_ceil(2));
+        let mut values = Vec::with_capacity(width * height);
+        for row in self.values.chunks_exact(self.width.max(1)).step_by(2) {
+            values.extend(row.iter().step_by(2));
+        }
+        Self { width, height, values }
     }
 }
 

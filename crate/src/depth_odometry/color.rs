@@ -50,6 +50,12 @@ const APART: i32 = 5;
 const TELLING_CORRELATION: f64 = 0.15;
 /// ... or leaves so many times less unexplained.
 const TELLING_RATIO: f64 = 3.0;
+/// Brightness that agrees better than this does so by chance.
+const LEAST_UNEXPLAINED: f64 = 0.004;
+/// Where a place looks less like the pictures than this, others are looked at. ...
+const USUAL_CORRELATION: f64 = 0.95;
+/// ... A place that looks less like the pictures than this may be another one, as one a tile further is.
+pub(super) const SAME_PLACE_CORRELATION: f64 = 0.9;
 /// One in so many of the points is to be seen at a place, at the least.
 const MIN_COMPARED: usize = 8;
 /// A place is held when it is known so well (m).
@@ -119,13 +125,13 @@ impl Matching<'_> {
     pub(super) fn colored(&self, mut found: Found) -> Found {
         let Some(colored) = &self.colored else { return found };
         if let Some(open) = OpenDirection::of(&found.registration)
-            && let Some(place) = self.place_of(colored, &found, &open)
+            && let Some(told) = self.place_of(colored, &found, &open)
         {
-            if let Some(placed) = self.placed(colored, &found, &open, place) {
+            if let Some(placed) = self.placed(colored, &found, &open, told) {
                 return placed;
             }
             // Colours say that it is elsewhere, surfaces that it is not there either.
-            found.is_open |= place.abs() > APART;
+            found.is_open |= told.place.abs() > APART;
         }
         if colored.is_for_open_only {
             return found;
@@ -139,26 +145,41 @@ impl Matching<'_> {
         self.moved(found, &result)
     }
 
-    /// Where surfaces leave a direction open and colours do not tell the place along it, the place may be another one
-    /// altogether: that of the guesses which looks most like the pictures.
-    pub(super) fn told_by_color(&self, found: Found, guesses: Vec<(f64, Pose3)>) -> Found {
-        let Some(colored) = self.colored.as_ref().filter(|_| found.is_open) else { return found };
-        let alike = |T: &Pose3| self.alike(colored, T);
-        let here = alike(&found.registration.T_target_source);
+    /// Where surfaces leave a direction open and colours do not tell the place along it, or where brightness contradicts the
+    /// place, it may be another one altogether: that of the guesses which looks most like the pictures.
+    pub(super) fn told_by_color(&self, mut found: Found, guesses: Vec<(f64, Pose3)>) -> Found {
+        let is_asked = |colored: &&Colored| found.is_open || !colored.is_for_open_only;
+        let Some(colored) = self.colored.as_ref().filter(is_asked) else { return found };
+        found.alike = self.alike(colored, &found.registration.T_target_source);
+        let here = found.alike.unwrap_or(0.0);
+        if !found.is_open && found.alike.is_none_or(|alike| alike > USUAL_CORRELATION) {
+            return found;
+        }
+        if !found.is_open {
+            let (weakest, _) = OpenDirection::weakest(&found.registration);
+            if let Some(told) = self.place_of(colored, &found, &weakest).filter(|told| told.place.abs() > APART) {
+                if let Some(placed) = self.placed(colored, &found, &weakest, told) {
+                    return placed;
+                }
+                // As where a direction is open.
+                found.is_open = true;
+            }
+        }
         let num_guesses = guesses.len();
         let refined = best_apart(guesses, num_guesses).into_iter().map(|guess| {
             let refined = self.register_to_middle(&found.view, guess);
-            (alike(&refined), refined)
+            (self.alike(colored, &refined).unwrap_or(0.0), refined)
         });
         let best =
             refined.fold((here, None), |best, (alike, pose)| if alike > best.0 { (alike, Some(pose)) } else { best });
         let (alike_there, Some(pose)) = best else { return found };
-        if alike_there < MIN_CORRELATION || alike_there < here + TELLING_CORRELATION {
+        if alike_there < MIN_CORRELATION || !is_told(alike_there, here) {
             return found;
         }
-        let there = self.settled(pose);
+        let mut there = self.settled(pose);
+        there.alike = self.alike(colored, &there.registration.T_target_source);
         let is_better = !there.is_open
-            && alike(&there.registration.T_target_source) > here + TELLING_CORRELATION
+            && is_told(there.alike.unwrap_or(0.0), here)
             && there.agreement > found.agreement - CONTRADICTION;
         if is_better { there } else { found }
     }
@@ -166,16 +187,17 @@ impl Matching<'_> {
     /// Whether the pictures leave half as much unexplained at one place as at the other; false without colours.
     pub(super) fn looks_more_alike(&self, there: &Found, here: &Found) -> bool {
         self.colored.as_ref().is_some_and(|colored| {
-            let unexplained = |found: &Found| 1.0 - self.alike(colored, &found.registration.T_target_source);
+            let unexplained =
+                |found: &Found| 1.0 - self.alike(colored, &found.registration.T_target_source).unwrap_or(0.0);
             2.0 * unexplained(there) < unexplained(here)
         })
     }
 
-    /// How well the brightness at a pose agrees with the pictures, by the coarsest level; 0 where too little is seen.
-    fn alike(&self, colored: &Colored, T_world_camera: &Pose3) -> f64 {
+    /// How well the brightness at a pose agrees with the pictures, by the coarsest level; none where too little is seen.
+    fn alike(&self, colored: &Colored, T_world_camera: &Pose3) -> Option<f64> {
         let witnesses = colored.witnesses(self.seen, T_world_camera);
         let (correlation, num_compared) = correlation(&colored.points, &witnesses, T_world_camera, NUM_LEVELS - 1);
-        if num_compared * MIN_COMPARED > colored.points.len() { correlation } else { 0.0 }
+        (num_compared * MIN_COMPARED > colored.points.len()).then_some(correlation)
     }
 
     /// The likeliest pose near that of the surfaces, where the pictures agree.
@@ -203,26 +225,27 @@ impl Matching<'_> {
 
     /// Where surfaces leave a direction open, pictures may tell the place along it: so many places away. None where they do
     /// not.
-    fn place_of(&self, colored: &Colored, found: &Found, open: &OpenDirection) -> Option<i32> {
-        let places: Vec<(f64, i32)> =
-            (-PLACES..=PLACES).map(|place| (self.alike(colored, &along(found, open, place)), place)).collect();
+    fn place_of(&self, colored: &Colored, found: &Found, open: &OpenDirection) -> Option<Told> {
+        let places: Vec<(f64, i32)> = (-PLACES..=PLACES)
+            .map(|place| (self.alike(colored, &along(found, open, place)).unwrap_or(0.0), place))
+            .collect();
         let best = places.iter().copied().fold((0.0, 0), |best, next| if next.0 > best.0 { next } else { best });
         let elsewhere = places.iter().filter(|(_, place)| (place - best.1).abs() > APART);
         let second = elsewhere.map(|(correlation, _)| *correlation).fold(0.0, f64::max);
-        // What is left unexplained tells two places apart that both look much the same.
-        let is_told = best.0 - second > TELLING_CORRELATION || 1.0 - second > TELLING_RATIO * (1.0 - best.0);
-        (best.0 > MIN_CORRELATION && is_told).then_some(best.1)
+        (best.0 > MIN_CORRELATION && is_told(best.0, second)).then_some(Told { place: best.1, alike_elsewhere: second })
     }
 
     /// The registration so many places along an open direction, if colours and surfaces both hold it there.
-    fn placed(&self, colored: &Colored, found: &Found, open: &OpenDirection, place: i32) -> Option<Found> {
-        let surfaces = Gaussian { T_world_camera: along(found, open, place), ..surfaces_of(self, found) };
+    fn placed(&self, colored: &Colored, found: &Found, open: &OpenDirection, told: Told) -> Option<Found> {
+        let surfaces = Gaussian { T_world_camera: along(found, open, told.place), ..surfaces_of(self, found) };
         let result = self.held_by_color(colored, open, &surfaces)?;
         // The surfaces there are other ones.
         let again = self.register_finely(result.T_world_camera);
         let result = self.held_by_color(colored, open, &surfaces_of(self, &again))?;
-        let placed = self.moved(again, &result);
-        let is_there = placed.registration.T_target_source == result.T_world_camera;
+        let mut placed = self.moved(again, &result);
+        placed.alike = self.alike(colored, &placed.registration.T_target_source);
+        let is_there = placed.registration.T_target_source == result.T_world_camera
+            && placed.alike.is_some_and(|alike| is_told(alike, told.alike_elsewhere));
         (is_there && placed.agreement > found.agreement - CONTRADICTION).then_some(placed)
     }
 
@@ -237,6 +260,19 @@ impl Matching<'_> {
         let variance = direction.dot(&known.H.cholesky()?.solve(&known.b));
         (variance < HELD_DEVIATION * HELD_DEVIATION).then_some(result)
     }
+}
+
+/// A place along a direction that brightness tells from all others, and how well it agrees with the best of those.
+#[derive(Clone, Copy)]
+struct Told {
+    place: i32,
+    alike_elsewhere: f64,
+}
+
+/// Whether brightness tells one place from another: what is left unexplained does where both look much the same.
+fn is_told(alike: f64, alike_elsewhere: f64) -> bool {
+    let unexplained = (1.0 - alike).max(LEAST_UNEXPLAINED);
+    alike - alike_elsewhere > TELLING_CORRELATION || 1.0 - alike_elsewhere > TELLING_RATIO * unexplained
 }
 
 /// The pose so many places along an open direction.

@@ -42,7 +42,7 @@ impl LoneFrame {
         };
         let (verdict, overlap) = (found.verdict(), found.overlap);
         let T_world_sensor = found.registration.T_target_source;
-        SpatialEstimate { T_world_sensor, registration: Some(found.registration), overlap, verdict }
+        SpatialEstimate { T_world_sensor, registration: Some(found.registration), overlap, verdict, is_in_map: false }
     }
 }
 

@@ -196,7 +196,7 @@ impl<'a> Matching<'a> {
         let registration = self.register_to(&view, &self.fine, guess, &fine_options());
         let Evidence { support, overlap, agreement } =
             self.evidence(&view, &self.middle, &registration.T_target_source);
-        Found { registration, view, support, overlap, agreement, is_open: false }
+        Found { registration, view, support, overlap, agreement, is_open: false, alike: None }
     }
 
     /// Where hardly any surface holds a direction, the borders of things may: the registration does not see them, but what

@@ -19,12 +19,18 @@ pub(crate) struct OpenDirection {
 impl OpenDirection {
     /// None where enough surfaces hold every direction.
     pub(crate) fn of(registration: &SpatialRegistration) -> Option<Self> {
+        let (weakest, share) = Self::weakest(registration);
+        (share < HOLDING_SHARE).then_some(weakest)
+    }
+
+    /// The direction that is held least, and the share of all surfaces that hold it.
+    pub(crate) fn weakest(registration: &SpatialRegistration) -> (Self, f64) {
         let fitting = registration.correspondences.iter().filter(|pair| pair.residual.abs() < FINE_TOLERANCE);
         let normals: Vec<Vector3<f64>> = fitting.filter_map(|pair| pair.normal).collect();
         let spread: Matrix3<f64> = normals.iter().map(|normal| normal * normal.transpose()).sum();
         let eigen = spread.symmetric_eigen();
         let direction = eigen.eigenvectors.column(eigen.eigenvalues.imin()).into_owned();
         let num_holding = normals.iter().filter(|normal| normal.dot(&direction).abs() > HOLDING_COSINE).count();
-        ((num_holding as f64) < HOLDING_SHARE * normals.len() as f64).then_some(Self { direction })
+        (Self { direction }, num_holding as f64 / normals.len().max(1) as f64)
     }
 }

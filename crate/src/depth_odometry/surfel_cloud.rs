@@ -16,6 +16,22 @@ pub(crate) struct SurfelCloud {
 }
 
 impl SurfelCloud {
+    /// Of these pieces in their order, which are asked for column by column.
+    pub(crate) fn of<I: Iterator<Item = Surfel>>(surfels: impl Fn() -> I) -> Self {
+        Self {
+            points: surfels().map(|surfel| surfel.point).collect(),
+            normals: surfels().map(|surfel| surfel.normal).collect(),
+            known_normals: surfels().map(|surfel| Some(surfel.normal)).collect(),
+            deviations: surfels().map(|surfel| surfel.deviation).collect(),
+        }
+    }
+
+    /// Its pieces, in order.
+    pub(crate) fn surfels(&self) -> impl Iterator<Item = Surfel> {
+        let columns = self.points.iter().zip(&self.normals).zip(&self.deviations);
+        columns.map(|((&point, &normal), &deviation)| Surfel { point, normal, deviation })
+    }
+
     /// About `most` of them, as many of every direction as there are, so that the few that hold a corridor's length count
     /// beside its long walls (Rusinkiewicz and Levoy, "Efficient variants of the ICP algorithm", 3DIM 2001).
     pub(crate) fn at_most(&self, most: usize) -> Self {
@@ -57,13 +73,8 @@ impl<'a> AllSurfels<'a> {
 
     /// As [`SurfelCloud::at_most`].
     pub(crate) fn at_most(&self, most: usize) -> SurfelCloud {
-        let kept: Vec<&Surfel> = self.directions.evenly(most).into_iter().map(|index| self.surfels[index]).collect();
-        SurfelCloud {
-            points: kept.iter().map(|surfel| surfel.point).collect(),
-            normals: kept.iter().map(|surfel| surfel.normal).collect(),
-            known_normals: kept.iter().map(|surfel| Some(surfel.normal)).collect(),
-            deviations: kept.iter().map(|surfel| surfel.deviation).collect(),
-        }
+        let kept = self.directions.evenly(most);
+        SurfelCloud::of(|| kept.iter().map(|&index| *self.surfels[index]))
     }
 }
 

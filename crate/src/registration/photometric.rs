@@ -98,6 +98,11 @@ impl Picture {
         Self { brightness, cameras }
     }
 
+    /// What its brightness takes on the heap.
+    pub fn num_bytes(&self) -> usize {
+        self.brightness.num_bytes()
+    }
+
     /// What is seen of a point in the picture's own camera frame, with the slope by that point.
     #[inline]
     fn look(&self, level: usize, point: &Vector3<f64>) -> Option<(f64, Vector3<f64>)> {

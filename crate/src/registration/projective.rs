@@ -161,6 +161,17 @@ fn double([x, y, z]: [f32; 3]) -> Vector3<f64> {
 }
 
 impl Piece {
+    /// Of a surface in the view's own frame.
+    #[inline]
+    fn of_own(surfel: &Surfel) -> Self {
+        Self {
+            point: single(&surfel.point),
+            deviation: surfel.deviation as f32,
+            normal: single(&surfel.normal),
+            depth: surfel.point.z as f32,
+        }
+    }
+
     #[inline]
     fn surfel(&self) -> Surfel {
         Surfel { point: double(self.point), normal: double(self.normal), deviation: self.deviation.into() }
@@ -210,18 +221,51 @@ impl ProjectiveTarget {
                     _ => Some(surfel),
                 });
                 cells.push(nearest.map_or(EMPTY, |_| pieces.len() as u32));
-                pieces.extend(nearest.map(|surfel| Piece {
-                    point: single(&surfel.point),
-                    deviation: surfel.deviation as f32,
-                    normal: single(&surfel.normal),
-                    depth: surfel.point.z as f32,
-                }));
+                pieces.extend(nearest.map(Piece::of_own));
             }
         }
         cells.iter_mut().filter(|cell| **cell == EMPTY).for_each(|cell| *cell = pieces.len() as u32);
         let numbers = Vec::new();
         pieces.push(NOTHING);
         Self { eye: Eye::new(&camera, &Pose3::identity()), cells, pieces, numbers }
+    }
+
+    /// Of pieces of surface in their cells, row by row, each in a cell of its own, in the view's frame.
+    pub(crate) fn from_cells(camera: &Pinhole, pieces: impl ExactSizeIterator<Item = (u32, Surfel)>) -> Self {
+        let mut cells = vec![pieces.len() as u32; camera.width * camera.height];
+        let mut seen = Vec::with_capacity(pieces.len() + 1);
+        for (cell, surfel) in pieces {
+            if let Some(index) = cells.get_mut(cell as usize) {
+                *index = seen.len() as u32;
+            }
+            seen.push(Piece::of_own(&surfel));
+        }
+        seen.push(NOTHING);
+        Self { eye: Eye::new(camera, &Pose3::identity()), cells, pieces: seen, numbers: Vec::new() }
+    }
+
+    /// The cell of each of [`surfels`](Self::surfels).
+    pub(crate) fn cells_of_surfels(&self) -> Vec<u32> {
+        let mut cells = vec![0; self.len()];
+        for (cell, &index) in (0..).zip(&self.cells) {
+            if let Some(own) = cells.get_mut(index as usize) {
+                *own = cell;
+            }
+        }
+        cells
+    }
+
+    /// Gives back memory that it does not need, to be kept for long.
+    pub(crate) fn shrink(&mut self) {
+        self.pieces.shrink_to_fit();
+        self.numbers.shrink_to_fit();
+    }
+
+    /// What it takes on the heap.
+    pub(crate) fn num_bytes(&self) -> usize {
+        size_of::<u32>() * self.cells.capacity()
+            + size_of::<Piece>() * self.pieces.capacity()
+            + size_of::<u64>() * self.numbers.capacity()
     }
 
     /// Number of cells in which something is seen.

@@ -6,6 +6,7 @@
 //! what the way round has added up: it is spread over the way by a graph of all relations (see
 //! [`relation_graph`](crate::relation_graph)), as surely as each is known.
 
+mod kept;
 mod place;
 
 use std::ops::Range;
@@ -13,6 +14,7 @@ use std::ops::Range;
 use nalgebra::{Matrix6, Vector6};
 use serde::Serialize;
 
+use self::kept::Kept;
 use self::place::{FrameSurfaces, Held, Place, Search};
 use crate::camera::surfel_image::SurfelImage;
 use crate::depth_odometry::SpatialEstimate;
@@ -20,7 +22,6 @@ use crate::geometry::{Pose3, RigidMotion};
 use crate::key_views::apart;
 use crate::registration::spatial::SpatialRegistration;
 use crate::relation_graph::{PoseRelation, SpatialRelation, solve_relations};
-use crate::verdict::{Status, Verdict};
 
 /// What a place's frames saw may come into view again after a way so long (m, turns included, two metres a radian).
 const LOOP: f64 = 8.0;
@@ -42,8 +43,6 @@ const PLACES: usize = 2;
 const GAP: f64 = 0.03;
 /// ... or turned by more (rad), the loop is closed.
 const TURNED_GAP: f64 = 0.012;
-/// A doubtful frame with less agreement than this is contradicted by the map.
-const CONTRADICTED: f64 = 0.95;
 /// How well a registration to the map is known at best (rad, m), ...
 const CHAIN_SIGMA: (f64, f64) = (1.5e-3, 4e-3);
 /// ... one to a few frames, ...
@@ -58,8 +57,16 @@ const JUDGES: usize = 12;
 const BETTER: f64 = 0.01;
 /// ... and neither may be worse by more than this.
 const WORSE: f64 = 0.004;
-/// Most frames whose surfaces are kept: of more, every other one of the older ones gives up its own.
-const MOST_FRAMES: usize = 400;
+/// Surfaces that are kept take at most this much memory (bytes): of more, frames near to others on the way give up theirs, ...
+const MOST_BYTES: usize = 64 << 20;
+/// ... until this much is left.
+const LEFT_BYTES: usize = 48 << 20;
+/// How long a way (m, turns included) lies at least between the frames that are left then, at first, ...
+const LEFT_SPACING: f64 = 0.1;
+/// ... times this whenever that is still too much, ...
+const LEFT_GROWTH: f64 = 1.5;
+/// ... and at most.
+const MOST_SPACING: f64 = 1e3;
 
 /// A frame of the graph.
 struct Node {
@@ -70,7 +77,7 @@ struct Node {
     T_world_local: Pose3,
     /// Length of the way to it (m, turns included).
     path: f64,
-    surfaces: Option<FrameSurfaces>,
+    surfaces: Option<Kept>,
 }
 
 /// What the search has come to.
@@ -110,6 +117,10 @@ pub struct SpatialLoops {
     missing: Option<Pose3>,
     is_open: bool,
     report: LoopReport,
+    /// What the surfaces of older frames take.
+    num_packed_bytes: usize,
+    /// How long a way lies at least between older frames that still have surfaces.
+    left_spacing: f64,
 }
 
 /// How frames are to be moved: the number of the first of them, and the motion (of the world) from there on.
@@ -121,10 +132,9 @@ impl SpatialLoops {
         self.report
     }
 
-    /// Takes in a frame as the chain has found it; one that the map contradicts is no part of the graph.
+    /// Takes in a frame as the chain has found it; one that is no part of the map is none of the graph.
     pub fn add(&mut self, number: u32, frame: &SurfelImage, estimate: &SpatialEstimate) {
-        let Verdict { status, agreement, .. } = estimate.verdict;
-        if status == Status::Lost || (status == Status::Doubtful && agreement < CONTRADICTED) {
+        if !estimate.is_in_map {
             return;
         }
         let (surfaces, T_world_camera) = (FrameSurfaces::new(frame), estimate.T_world_sensor);
@@ -156,13 +166,35 @@ impl SpatialLoops {
     fn push(&mut self, frame: u32, T_world_camera: Pose3, T_world_local: Pose3, surfaces: FrameSurfaces) {
         let step = self.nodes.last().map_or(0.0, |last| apart(&last.T_world_camera, &T_world_camera));
         let path = self.nodes.last().map_or(0.0, |last| last.path) + step;
-        self.nodes.push(Node { frame, T_world_camera, T_world_local, path, surfaces: Some(surfaces) });
-        let kept = self.nodes.iter().filter(|node| node.surfaces.is_some()).count();
-        if kept > MOST_FRAMES {
-            let older = self.nodes.len() - 2 * PLACE_FRAMES;
-            let with_surfaces = self.nodes[..older].iter_mut().filter(|node| node.surfaces.is_some());
-            with_surfaces.step_by(2).for_each(|node| node.surfaces = None);
+        let surfaces = Some(Kept::Whole(Box::new(surfaces)));
+        self.nodes.push(Node { frame, T_world_camera, T_world_local, path, surfaces });
+        let older = self.nodes.len().saturating_sub(2 * PLACE_FRAMES);
+        if let Some(kept) = older.checked_sub(1).and_then(|oldest| self.nodes[oldest].surfaces.as_mut()) {
+            kept.pack();
+            self.num_packed_bytes += kept.num_packed_bytes();
         }
+        if self.num_packed_bytes > MOST_BYTES {
+            self.thin(older);
+            while self.num_packed_bytes > LEFT_BYTES && self.left_spacing < MOST_SPACING {
+                self.left_spacing = f64::max(LEFT_SPACING, LEFT_GROWTH * self.left_spacing);
+                self.thin(older);
+            }
+        }
+    }
+
+    /// Of the first so many nodes, those that follow another one too soon give up their surfaces.
+    fn thin(&mut self, older: usize) {
+        let (mut last, mut num_bytes) = (f64::NEG_INFINITY, 0);
+        for node in &mut self.nodes[..older] {
+            let Some(kept) = &node.surfaces else { continue };
+            if node.path - last < self.left_spacing {
+                node.surfaces = None;
+            } else {
+                last = node.path;
+                num_bytes += kept.num_packed_bytes();
+            }
+        }
+        self.num_packed_bytes = num_bytes;
     }
 
     /// The chain has found out where the frames before the last one really are.
@@ -210,19 +242,30 @@ impl SpatialLoops {
         first.max(self.nodes.len().saturating_sub(PLACE_FRAMES))..self.nodes.len()
     }
 
-    /// Nodes about one.
-    fn about(&self, index: usize) -> Range<usize> {
+    /// Nodes about one, those that have surfaces.
+    fn about(&self, index: usize) -> Vec<usize> {
         let path = self.nodes[index].path;
-        let first =
-            self.nodes.partition_point(|node| node.path < path - PLACE).max(index.saturating_sub(PLACE_FRAMES / 2));
-        let end = self.nodes.partition_point(|node| node.path <= path + PLACE).min(index + PLACE_FRAMES / 2 + 1);
-        first..end
+        let is_near = |&node: &usize| (self.nodes[node].path - path).abs() <= PLACE;
+        let has_surfaces = |node: &usize| self.nodes[*node].surfaces.is_some();
+        let before = (0..index).rev().take_while(is_near).filter(has_surfaces).take(PLACE_FRAMES / 2);
+        let from = (index..self.nodes.len()).take_while(is_near).filter(has_surfaces).take(PLACE_FRAMES / 2 + 1);
+        let mut about: Vec<usize> = before.chain(from).collect();
+        about.sort_unstable();
+        about
     }
 
     /// What some nodes saw, in the frame of one of them.
-    fn place(&self, nodes: Range<usize>, in_frame_of: usize, pose: impl Fn(usize) -> Pose3) -> Place<'_> {
+    fn place(
+        &self,
+        nodes: impl IntoIterator<Item = usize>,
+        in_frame_of: usize,
+        pose: impl Fn(usize) -> Pose3,
+    ) -> Place<'_> {
         let T_place_world = pose(in_frame_of).inverse();
-        let frames = nodes.filter_map(|node| Some((self.nodes[node].surfaces.as_ref()?, T_place_world * pose(node))));
+        let frames = nodes.into_iter().filter_map(|node| {
+            let surfaces = self.nodes[node].surfaces.as_ref()?.surfaces();
+            Some((surfaces, T_place_world * pose(node)))
+        });
         Place::new(frames.collect())
     }
 
@@ -235,7 +278,9 @@ impl SpatialLoops {
     /// Looks for a node in the places seen long before it.
     fn look_for_loops(&mut self, node: usize) {
         let Node { T_world_camera, T_world_local, path, .. } = self.nodes[node];
-        let Some(surfaces) = self.nodes[node].surfaces.clone() else { return };
+        let Some(surfaces) = self.nodes[node].surfaces.as_ref().map(|kept| kept.surfaces().into_owned()) else {
+            return;
+        };
         let places = self.revisited(node, &T_world_camera, path);
         if places.is_empty() {
             return;
@@ -259,7 +304,11 @@ impl SpatialLoops {
                 self.is_open |= again;
                 self.missing = Some(T_world_found * T_world_local.inverse());
             } else {
-                (self.nodes[node].T_world_local, self.missing) = (T_world_camera, None);
+                self.missing = None;
+                // The next frame is registered to all of the last ones: they go on together from where the map has them.
+                for recent in self.recent() {
+                    self.nodes[recent].T_world_local = self.nodes[recent].T_world_camera;
+                }
             }
             let found = relation(place, node, held.T_place_camera, &held.information, PLACE_SIGMA);
             self.loops.push(PoseRelation { is_switchable: true, ..found });
@@ -305,11 +354,13 @@ impl SpatialLoops {
         let (mut agreement, mut overlap, mut count) = (0.0, 0.0, 0.0);
         for found in self.loops.iter().rev().take(JUDGES) {
             let (place, node) = (found.from, found.to);
-            let Some(surfaces) = &self.nodes[node].surfaces else { continue };
-            let recent = node.saturating_sub(PLACE_FRAMES)..node;
+            let Some(kept) = &self.nodes[node].surfaces else { continue };
+            let surfaces = kept.surfaces();
+            let recent = (node.saturating_sub(PLACE_FRAMES)..node).collect();
             for (nodes, place) in [(self.about(place), place), (recent, node - 1)] {
-                let fit =
-                    self.place(nodes, place, |node| poses[node]).fit(surfaces, &(poses[place].inverse() * poses[node]));
+                let fit = self
+                    .place(nodes, place, |node| poses[node])
+                    .fit(&surfaces, &(poses[place].inverse() * poses[node]));
                 (overlap, agreement, count) = (overlap + fit.0, agreement + fit.1, count + 1.0);
             }
         }
@@ -339,4 +390,32 @@ fn relation(from: usize, to: usize, T_from_to: Pose3, information: &Matrix6<f64>
     let covariance = (information + diagonal(UNKNOWN, -2)).try_inverse().unwrap_or_else(|| diagonal(UNKNOWN, 2));
     let information = (covariance + diagonal(best, 2)).try_inverse().unwrap_or_else(|| diagonal(UNKNOWN, -2));
     PoseRelation { from, to, T_from_to, information, is_switchable: false }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::verdict::Verdict;
+
+    #[test]
+    fn what_is_kept_of_a_long_way_is_bounded_and_spread_over_it() {
+        let (frame, mut loops) = (kept::tests::wall(), SpatialLoops::default());
+        let num_frames = 1200;
+        for number in 0..num_frames {
+            let T_world_sensor = Pose3::translation(0.05 * f64::from(number), 0.0, 0.0);
+            let verdict = Verdict::first();
+            let estimate =
+                SpatialEstimate { T_world_sensor, registration: None, overlap: 1.0, verdict, is_in_map: true };
+            loops.add(number, &frame, &estimate);
+            assert!(loops.num_packed_bytes <= MOST_BYTES, "{} bytes", loops.num_packed_bytes);
+        }
+        let counted: usize = loops.nodes.iter().flat_map(|node| &node.surfaces).map(Kept::num_packed_bytes).sum();
+        assert_eq!(counted, loops.num_packed_bytes);
+        let paths: Vec<f64> = loops.nodes.iter().filter(|node| node.surfaces.is_some()).map(|node| node.path).collect();
+        assert!(paths.len() < 400, "{} frames keep their surfaces", paths.len());
+        assert_eq!(paths[0], 0.0);
+        let widest = paths.windows(2).map(|pair| pair[1] - pair[0]).fold(0.0, f64::max);
+        assert!(widest < 0.4, "{widest} m without surfaces");
+        assert_eq!(loops.about(600).len(), PLACE_FRAMES + 1, "a place has as many frames as ever");
+    }
 }

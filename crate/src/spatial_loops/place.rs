@@ -1,5 +1,7 @@
 //! A frame that is looked for in what a few other frames saw: where it stands among them, and whether that is believed.
 
+use std::borrow::Cow;
+
 use nalgebra::{Matrix3, Matrix6, Vector3};
 
 use crate::camera::surfel_image::{Surfel, SurfelImage};
@@ -28,10 +30,10 @@ const MIN_AGREEMENT: f64 = 0.96;
 /// What is kept of a frame to be matched with others.
 #[derive(Clone)]
 pub(super) struct FrameSurfaces {
-    source: SurfelCloud,
-    sparse: SurfelCloud,
+    pub(super) source: SurfelCloud,
+    pub(super) sparse: SurfelCloud,
     /// In the camera's own frame. Of four neighbouring pieces one is enough.
-    view: ProjectiveTarget,
+    pub(super) view: ProjectiveTarget,
 }
 
 /// How far a frame may be from a guess.
@@ -58,7 +60,7 @@ pub(super) struct Held {
 
 /// Frames that saw a place, each with its pose there.
 pub(super) struct Place<'a> {
-    frames: Vec<(&'a FrameSurfaces, Pose3)>,
+    frames: Vec<(Cow<'a, FrameSurfaces>, Pose3)>,
 }
 
 impl FrameSurfaces {
@@ -74,7 +76,7 @@ impl FrameSurfaces {
 
 impl<'a> Place<'a> {
     /// `T_place_camera` of each frame: in the frame of the place, whichever that is.
-    pub(super) fn new(frames: Vec<(&'a FrameSurfaces, Pose3)>) -> Self {
+    pub(super) fn new(frames: Vec<(Cow<'a, FrameSurfaces>, Pose3)>) -> Self {
         Self { frames }
     }
 

@@ -1,5 +1,6 @@
 //! Reconstruction in space for JavaScript: depth images, each prepared in any worker, registered in one.
 
+use js_sys::Uint8Array;
 use tsify::Ts;
 use wasm_bindgen::prelude::*;
 
@@ -83,7 +84,8 @@ pub fn decode_depth(name: &str, bytes: &[u8]) -> Result<DepthPixels, JsValue> {
 }
 
 /// Makes a depth image ready for registration, in any worker. `preparation` is what `begin` returned; `index` is the
-/// frame's place in its recording, `time` when it was taken (s), where known. Returns bytes for `add_prepared`.
+/// frame's place in its recording, `time` when it was taken (s), where known. Returns bytes for `add_prepared`, at the
+/// beginning of `into` where that is given and large enough: a buffer that went through `add_prepared` can be used again.
 ///
 /// # Errors
 /// When the depth image is broken, holds no depth, or differs from the first one in size.
@@ -96,11 +98,12 @@ pub fn prepare_frame(
     time: Option<f64>,
     depth: &[u8],
     color: Option<Vec<u8>>,
-) -> Result<Vec<u8>, JsValue> {
+    into: Option<Uint8Array>,
+) -> Result<Uint8Array, JsValue> {
     let preparation = parse_preparation(preparation)?;
     let label = FrameLabel { name: name.to_owned(), index, time };
     let frame = PreparedFrame::from_depth(&preparation, label, depth, color.as_deref());
-    Ok(frame.map_err(|error| thrown(&error))?.to_bytes())
+    Ok(written(&frame.map_err(|error| thrown(&error))?.to_bytes(), into))
 }
 
 /// Makes a cloud, PLY or PCD, ready for registration, in any worker; as [`prepare_frame`].
@@ -114,10 +117,22 @@ pub fn prepare_cloud(
     index: usize,
     time: Option<f64>,
     cloud: &[u8],
-) -> Result<Vec<u8>, JsValue> {
+    into: Option<Uint8Array>,
+) -> Result<Uint8Array, JsValue> {
     let preparation = parse_preparation(preparation)?;
     let frame = PreparedFrame::from_cloud(&preparation, FrameLabel { name: name.to_owned(), index, time }, cloud);
-    Ok(frame.map_err(|error| thrown(&error))?.to_bytes())
+    Ok(written(&frame.map_err(|error| thrown(&error))?.to_bytes(), into))
+}
+
+/// A copy at the beginning of `into`, or, where that is too small, of a new buffer that will hold the next frames, too.
+fn written(bytes: &[u8], into: Option<Uint8Array>) -> Uint8Array {
+    let length = bytes.len() as u32;
+    let Some(given) = into else { return Uint8Array::from(bytes) };
+    let is_enough = given.length() >= length;
+    let target = if is_enough { given } else { Uint8Array::new_with_length(length + length / 8) };
+    let target = target.subarray(0, length);
+    target.copy_from(bytes);
+    target
 }
 
 fn parse_preparation(json: &str) -> Result<Preparation, JsValue> {
@@ -214,17 +229,17 @@ impl SpatialReconstruction {
 
     /// The map: x y z ... (m) in the world frame: x right, y down, z forward of the first sensor.
     pub fn map_positions(&mut self) -> Vec<f32> {
-        bytemuck::cast_vec(self.engine.map().positions())
+        flat(self.engine.map().positions().map(|position| position.to_array()))
     }
 
     /// Colours of the map's points: red, green, blue, ...; empty where the recording has none.
     pub fn map_colors(&mut self) -> Vec<u8> {
-        self.engine.map().colors().map_or_else(Vec::new, bytemuck::cast_vec)
+        self.engine.map().colors().map_or_else(Vec::new, flat)
     }
 
     /// Normals of the map's points: x y z ...; zero where unknown.
     pub fn map_normals(&mut self) -> Vec<f32> {
-        bytemuck::cast_vec(self.engine.map().normals())
+        flat(self.engine.map().normals().map(|normal| normal.to_array()))
     }
 
     /// The first frame that saw each of the map's points.
@@ -282,4 +297,11 @@ impl SpatialReconstruction {
     fn map_cloud(&mut self) -> PointCloud {
         VoxelMap::cloud(self.engine.map())
     }
+}
+
+/// Triples one after the other, for which memory is taken once.
+fn flat<T: Copy>(triples: impl ExactSizeIterator<Item = [T; 3]>) -> Vec<T> {
+    let mut values = Vec::with_capacity(3 * triples.len());
+    triples.for_each(|triple| values.extend(triple));
+    values
 }

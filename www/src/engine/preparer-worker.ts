@@ -10,11 +10,16 @@ const api: Async<PreparerApi> = {
     await engine.default({ module_or_path: module });
   },
 
-  prepareFrame: (preparation, name, index, time, depth, color) =>
-    engine.prepare_frame(preparation, name, index, time ?? undefined, depth, color ?? undefined),
+  prepareFrame(preparation, name, index, time, depth, color, spare) {
+    const colors = color ?? undefined;
+    const prepared = engine.prepare_frame(preparation, name, index, time ?? undefined, depth, colors, whole(spare));
+    return { prepared, spent: depth, spent_color: color };
+  },
 
-  prepareCloud: (preparation, name, index, time, cloud) =>
-    engine.prepare_cloud(preparation, name, index, time ?? undefined, cloud),
+  prepareCloud(preparation, name, index, time, cloud, spare) {
+    const prepared = engine.prepare_cloud(preparation, name, index, time ?? undefined, cloud, whole(spare));
+    return { prepared, spent: cloud, spent_color: null };
+  },
 
   decodeDepth(name, bytes) {
     const pixels = engine.decode_depth(name, bytes);
@@ -24,5 +29,10 @@ const api: Async<PreparerApi> = {
     return { width, height, bits, values };
   },
 };
+
+/** All of the buffer that these bytes lie in. */
+function whole(bytes: Uint8Array | null): Uint8Array | undefined {
+  return bytes ? new Uint8Array(bytes.buffer) : undefined;
+}
 
 serve(api);

@@ -60,7 +60,7 @@ const api: Async<RegistrarApi> = {
     const start = performance.now();
     if (prepared) engine().add_prepared(prepared);
     const progress = engine().step();
-    return { ...progress, ms: performance.now() - start };
+    return { ...progress, ms: performance.now() - start, spent: prepared };
   },
 
   setReference: (name, bytes, num_recorded) => engine().set_reference(name, bytes, num_recorded),

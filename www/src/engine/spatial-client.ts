@@ -2,6 +2,7 @@
  * The page's side of a run in space: one registrar, a few preparing workers, and the order of what they do, which the
  * command line shares (npm/spatial_run.js). A worker that dies is replaced.
  */
+import { giveBack, owned } from '../../../npm/buffers.js';
 import { SpatialRun, WorkerDied } from '../../../npm/spatial_run.js';
 import wasm_url from '../../../pkg/scanstitch_bg.wasm?url';
 import preparer_url from './preparer-worker.ts?worker&url';
@@ -234,9 +235,10 @@ export class SpatialClient {
           added = null;
           // A step for no frame comes when all frames are placed.
           if (!bytes) await registrar.call('finish');
-          const progress = await (bytes
+          const { spent, ...progress } = await (bytes
             ? registrar.give('step', [bytes.buffer as ArrayBuffer], bytes)
             : registrar.call('step', null));
+          if (spent && spare_prepared.length < MOST_SPARE) spare_prepared.push(spent);
           return { ...progress, frame: progress.frame ?? null };
         },
       },
@@ -327,6 +329,11 @@ export class SpatialClient {
   }
 }
 
+/** Buffers of frames that have been registered, for those to come. */
+const spare_prepared: Uint8Array[] = [];
+/** As many as may be on their way at a time. */
+const MOST_SPARE = 8;
+
 /** One thread that prepares frames; where it dies, another takes its place. */
 export class ThreadPreparer {
   #module: Promise<WebAssembly.Module>;
@@ -342,20 +349,25 @@ export class ThreadPreparer {
     _signal: AbortSignal,
   ): Promise<{ bytes: Uint8Array; milliseconds: Record<string, number> }> {
     const { index, name, time, file, color, is_cloud } = job;
-    const [bytes, color_bytes] = await Promise.all([file.read(), color?.read() ?? null]);
+    // The thread gets them for its own; should it die, they are read again.
+    const read = async (from: Readable): Promise<Uint8Array> => owned(await from.read());
+    const [bytes, color_bytes] = await Promise.all([read(file), color ? read(color) : null]);
+    const spare = spare_prepared.pop() ?? null;
+    const buffers = [bytes, color_bytes, spare].flatMap((given) => (given ? [given.buffer] : []));
     const start = performance.now();
-    const prepared = await this.#patiently((remote) =>
+    const { prepared, spent, spent_color } = await this.#patiently((remote) =>
       is_cloud
-        ? remote.call('prepareCloud', preparation, name, index, time, bytes)
-        : remote.call('prepareFrame', preparation, name, index, time, bytes, color_bytes),
+        ? remote.give('prepareCloud', buffers, preparation, name, index, time, bytes, spare)
+        : remote.give('prepareFrame', buffers, preparation, name, index, time, bytes, color_bytes, spare),
     );
+    for (const read of [spent, spent_color]) if (read) giveBack(read);
     return { bytes: prepared, milliseconds: { prepare: performance.now() - start } };
   }
 
   async decode(file: Readable): Promise<ReturnType<PreparerApi['decodeDepth']>> {
-    const bytes = await file.read();
+    const bytes = owned(await file.read());
     try {
-      return await this.#patiently((remote) => remote.call('decodeDepth', file.path, bytes));
+      return await this.#patiently((remote) => remote.give('decodeDepth', [bytes.buffer], file.path, bytes));
     } catch (error) {
       if (error instanceof WorkerDied) this.replace();
       throw error;

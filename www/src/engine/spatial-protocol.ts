@@ -67,8 +67,9 @@ export interface RegistrarApi {
   begin(name: string, first_frame: Uint8Array): string;
   /** Says that no frame will follow for now: `step` then solves for all poses together, where that is set. */
   finish(): void;
-  /** One piece of work, such as registering a frame, which may be given; `ms`: what this and adding it took, without waiting. */
-  step(prepared: Uint8Array | null): Progress & { ms: number };
+  /** One piece of work, such as registering a frame, which may be given; `ms`: what this and adding it took, without waiting;
+   * `spent`: its bytes, for others to come. */
+  step(prepared: Uint8Array | null): Progress & { ms: number; spent: Uint8Array | null };
   setReference(name: string, bytes: Uint8Array, num_recorded: number): void;
   clearReference(): void;
   snapshot(): SpatialSnapshot;
@@ -76,7 +77,14 @@ export interface RegistrarApi {
   ask<K extends keyof SpatialAnswers>(kind: K): SpatialAnswers[K];
 }
 
-/** The workers that decode and prepare frames. */
+/** A prepared frame, and the bytes that it was made from, for others to come. */
+export interface PreparedBytes {
+  prepared: Uint8Array;
+  spent: Uint8Array;
+  spent_color: Uint8Array | null;
+}
+
+/** The workers that decode and prepare frames; `spare`: where a prepared frame may be written. */
 export interface PreparerApi {
   start(module: WebAssembly.Module): void;
   prepareFrame(
@@ -86,7 +94,15 @@ export interface PreparerApi {
     time: number | null,
     depth: Uint8Array,
     color: Uint8Array | null,
-  ): Uint8Array;
-  prepareCloud(preparation: string, name: string, index: number, time: number | null, cloud: Uint8Array): Uint8Array;
+    spare: Uint8Array | null,
+  ): PreparedBytes;
+  prepareCloud(
+    preparation: string,
+    name: string,
+    index: number,
+    time: number | null,
+    cloud: Uint8Array,
+    spare: Uint8Array | null,
+  ): PreparedBytes;
   decodeDepth(name: string, bytes: Uint8Array): { width: number; height: number; bits: number; values: Uint16Array };
 }
