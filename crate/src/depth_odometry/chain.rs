@@ -329,7 +329,7 @@ impl Chain {
         }
         let mut verdict = doubt.unwrap_or_else(|| found.verdict());
         if self.unconfirmed.as_ref().is_some_and(Unconfirmed::may_be_elsewhere) {
-            verdict.hangs_on_an_open_place();
+            verdict.mark_hanging_on_an_open_place();
         }
         self.insert(number, frame, found, verdict)
     }
