@@ -305,7 +305,7 @@ impl DepthOdometry {
         let (Some(chain), Some(outnumbered)) = (&self.chain, &self.aside) else { return };
         for member in outnumbered.members() {
             let mut verdict = Verdict { status: Status::Lost, reason: String::new(), agreement: 0.0 };
-            verdict.is_outnumbered();
+            verdict.mark_outnumbered();
             let T_world_sensor = Pose3::identity();
             self.revisions.push(Revision { frame: member.number, T_world_sensor, verdict, registration: None });
         }

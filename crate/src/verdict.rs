@@ -66,17 +66,15 @@ impl Verdict {
                 .clone_into(&mut self.reason);
         }
     }
-}
 
-impl Verdict {
     /// One of a few that more frames do not hang together with.
-    pub fn is_outnumbered(&mut self) {
+    pub fn mark_outnumbered(&mut self) {
         self.status = Status::Lost;
         "more frames fit each other, but not this one: it shows another place".clone_into(&mut self.reason);
     }
 
     /// Good in itself, but found by frames before it whose own place is in doubt.
-    pub fn hangs_on_an_open_place(&mut self) {
+    pub fn mark_hanging_on_an_open_place(&mut self) {
         if self.status == Status::Good {
             self.status = Status::Doubtful;
             "it fits the frames before it, but where these lie is not certain, and it shows too little of what is known \

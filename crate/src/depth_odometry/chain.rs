@@ -24,9 +24,9 @@ const ANOTHER_PLACE: f64 = 0.2;
 const AS_GOOD_AGREEMENT: f64 = 0.005;
 /// ... of so much of the overlap.
 const AS_GOOD_OVERLAP: f64 = 0.6;
-/// Brightness agrees so well before it is known how it does in a recording.
-const ALIKE_AT_FIRST: f64 = 0.95;
-/// The last frame has this share in the mean.
+/// So many frames tell how well brightness agrees in a recording: images may be of other frames, or of other light each time.
+const TELLING_FRAMES: u32 = 3;
+/// The last frame has this share in the mean, at the least.
 const ALIKE_SHARE: f64 = 0.2;
 /// Where brightness leaves so many times as much unexplained as usual, it is another place, or another light.
 const UNLIKE: f64 = 3.0;
@@ -46,6 +46,8 @@ pub(super) struct Chain {
     num_missed: u32,
     /// How well the brightness of frames agrees with the pictures of those before, in the mean of the last ones.
     alike: f64,
+    /// Frames that have told that.
+    num_alike: u32,
     unconfirmed: Option<Unconfirmed>,
 }
 
@@ -91,7 +93,8 @@ impl Chain {
             last_motion: Pose3::identity(),
             T_world_doubtful: None,
             num_missed: 0,
-            alike: ALIKE_AT_FIRST,
+            alike: 0.0,
+            num_alike: 0,
             unconfirmed: None,
         };
         (chain, estimate)
@@ -168,6 +171,9 @@ impl Chain {
     }
 
     fn looks_like_it(&self, found: &Found) -> bool {
+        if self.num_alike < TELLING_FRAMES {
+            return true;
+        }
         let usual = 1.0 - UNLIKE * (1.0 - self.alike);
         found.alike.is_none_or(|alike| alike > usual.min(SAME_PLACE_CORRELATION))
     }
@@ -315,14 +321,15 @@ impl Chain {
         self.last_motion = self.T_world_last.inverse() * T_world_sensor;
         (self.T_world_last, self.T_world_doubtful, self.num_missed) = (T_world_sensor, None, 0);
         if let Some(alike) = found.alike {
-            self.alike += ALIKE_SHARE * (alike - self.alike);
+            self.num_alike += 1;
+            self.alike += ALIKE_SHARE.max(1.0 / f64::from(self.num_alike)) * (alike - self.alike);
         }
         if let Some(unconfirmed) = &mut self.unconfirmed {
             unconfirmed.push(number, doubt.is_some(), found.is_open);
         }
         let mut verdict = doubt.unwrap_or_else(|| found.verdict());
         if self.unconfirmed.as_ref().is_some_and(Unconfirmed::may_be_elsewhere) {
-            verdict.hangs_on_an_open_place();
+            verdict.mark_hanging_on_an_open_place();
         }
         self.insert(number, frame, found, verdict)
     }

@@ -30,11 +30,11 @@ const MAX_WITNESSES: usize = 3;
 const SAME_SURFACE: f64 = 0.05;
 /// Brightness that agrees less than this is of other light or another place.
 const MIN_CORRELATION: f64 = 0.6;
+/// Where surfaces hold a frame it is off by little: the coarsest level is left out.
+const FINE_LEVEL: usize = NUM_LEVELS - 2;
 /// Surfaces know better when brightness is off by so many of their standard deviations in the mean of the six directions
 /// (squared and summed up), ...
 const MAX_SQ_DEVIATIONS: f64 = 6.0 * 5.0 * 5.0;
-/// Where surfaces hold a frame it is off by little: the coarsest level is left out.
-const FINE_LEVEL: usize = NUM_LEVELS - 2;
 /// or when so much less of the surfaces agrees there.
 const WORSE_AGREEMENT: f64 = 0.005;
 /// A move as small as this (m, turns included) changes nothing of what agrees.

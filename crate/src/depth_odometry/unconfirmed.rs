@@ -1,5 +1,5 @@
-//! Frames since one whose place is not certain, be it open along a direction or held by little: where that one is off, so are those after it, until one
-//! knows from what was seen before all of them where it is.
+//! Frames since one whose place is not certain, be it open along a direction or held by little: where that one is off, so
+//! are those after it, until one knows from what was seen before all of them where it is.
 
 use super::found::{Found, Reach};
 use super::matching::Matching;

@@ -46,7 +46,7 @@ pub struct Choice {
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify), tsify(missing_as_null))]
 pub struct SettingDescription {
-    /// Field of [`Settings`].
+    /// Field of the settings.
     pub name: &'static str,
     /// What a person reads.
     pub label: &'static str,
