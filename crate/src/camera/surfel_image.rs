@@ -17,15 +17,6 @@ pub struct Surfel {
     pub deviation: f64,
 }
 
-impl Surfel {
-    /// The same, as exactly as single precision tells it: to micrometres.
-    #[must_use]
-    pub fn in_single_precision(&self) -> Self {
-        let single = |vector: &Vector3<f64>| vector.map(|x| f64::from(x as f32));
-        Self { point: single(&self.point), normal: single(&self.normal), deviation: f64::from(self.deviation as f32) }
-    }
-}
-
 /// Pieces of surface in a grid of square cells over an image, in the camera's frame.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SurfelImage {

@@ -205,10 +205,9 @@ fn take_cloud(header: &CloudHeader, rest: &mut &[u8]) -> Result<PointCloud> {
     Ok(PointCloud { positions, normals, colors, ..PointCloud::default() })
 }
 
-/// Frames have their surfaces in single precision.
-fn numbers_of(surfel: &Surfel) -> [f32; 7] {
+fn numbers_of(surfel: &Surfel) -> [f64; 7] {
     let (p, n) = (surfel.point, surfel.normal);
-    [p.x, p.y, p.z, n.x, n.y, n.z, surfel.deviation].map(|x| x as f32)
+    [p.x, p.y, p.z, n.x, n.y, n.z, surfel.deviation]
 }
 
 fn take_surfels(grid: &Grid, rest: &mut &[u8]) -> Result<SurfelImage> {
@@ -217,8 +216,7 @@ fn take_surfels(grid: &Grid, rest: &mut &[u8]) -> Result<SurfelImage> {
     let mut cells = vec![None; num_cells];
     for filled in filled.chunks_exact(SURFEL_BYTES) {
         let (cell, numbers) = filled.split_at(size_of::<u32>());
-        let numbers: [f32; 7] = bytemuck::pod_read_unaligned(numbers);
-        let [x, y, z, nx, ny, nz, deviation] = numbers.map(f64::from);
+        let [x, y, z, nx, ny, nz, deviation]: [f64; 7] = bytemuck::pod_read_unaligned(numbers);
         let surfel = Surfel { point: Vector3::new(x, y, z), normal: Vector3::new(nx, ny, nz), deviation };
         let cell: u32 = bytemuck::pod_read_unaligned(cell);
         *cells.get_mut(cell as usize).ok_or_else(no_frame)? = Some(surfel);
@@ -228,7 +226,7 @@ fn take_surfels(grid: &Grid, rest: &mut &[u8]) -> Result<SurfelImage> {
 }
 
 /// Number of a cell, and the numbers of its piece of surface.
-const SURFEL_BYTES: usize = size_of::<u32>() + size_of::<[f32; 7]>();
+const SURFEL_BYTES: usize = size_of::<u32>() + size_of::<[f64; 7]>();
 /// Depth, normal and colour of a pixel of the map's.
 const PIXEL_BYTES: usize = 8;
 /// Position, normal and colour of a point.

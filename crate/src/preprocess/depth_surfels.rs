@@ -219,7 +219,7 @@ fn oriented(
     // An error in depth moves the point along the ray; the surface moves by its share along the normal.
     let along_normal = deviation * towards;
     let deviation = (along_normal * along_normal + MIN_DEVIATION * MIN_DEVIATION).sqrt();
-    Some(Surfel { point: ray * depth, normal, deviation }.in_single_precision())
+    Some(Surfel { point: ray * depth, normal, deviation })
 }
 
 /// As `f64::max`, which is a call in WebAssembly.
