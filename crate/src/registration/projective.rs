@@ -3,7 +3,16 @@
 //! Blais and Levine, "Registering multiview range data to create 3D computer objects", PAMI 17 (1995). Surfaces are drawn
 //! into a grid of cells once; from then on a look-up costs a projection and nine comparisons, whatever the map's size.
 
+mod drawing;
+mod eye;
+mod glances;
+
+pub use drawing::{Columns, Drawing};
+pub use glances::{Glanced, Glances};
+
 use nalgebra::Vector3;
+
+use eye::{Eye, between, dot, double, single};
 
 use super::target::Target;
 use crate::camera::surfel_image::cell_camera;
@@ -34,14 +43,13 @@ struct Piece {
     depth: f32,
 }
 
+/// Number of no piece.
+const EMPTY: u32 = u32::MAX;
+/// What the cells without a piece show: infinitely far away.
 const NOTHING: Piece = Piece { point: [f32::INFINITY; 3], deviation: 0.0, normal: [0.0; 3], depth: f32::INFINITY };
-/// Nearer than this (m) nothing is drawn: it would be all there is to see.
-const MIN_DEPTH: f32 = 0.05;
 /// In front and behind are told apart only beyond this share of the depth, and the tolerance: oblique surfaces change
 /// their depth within a cell.
 const SIGHT_TOLERANCE: f32 = 0.02;
-/// Points that are moved and projected together.
-const LANES: usize = 16;
 
 /// What is seen of a point from the view.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -63,101 +71,6 @@ enum Look {
     InFreeSpace,
     Hidden,
     Unknown,
-}
-
-/// A pose in single precision, by the rows of its matrix.
-#[derive(Clone, Copy)]
-struct Transform {
-    rows: [[f32; 3]; 3],
-    shift: [f32; 3],
-}
-
-impl Transform {
-    fn new(T: &Pose3) -> Self {
-        let R = T.rotation.to_rotation_matrix().into_inner();
-        Self { rows: std::array::from_fn(|row| single(&R.row(row).transpose())), shift: single(&T.translation.vector) }
-    }
-
-    #[inline]
-    fn act(&self, p: &[f32; 3]) -> [f32; 3] {
-        std::array::from_fn(|axis| dot(&self.rows[axis], p) + self.shift[axis])
-    }
-
-    /// The same for as many points as vector units like.
-    #[inline]
-    fn act_on_all(&self, [x, y, z]: &[[f32; LANES]; 3]) -> [[f32; LANES]; 3] {
-        std::array::from_fn(|axis| {
-            let ([a, b, c], shift) = (self.rows[axis], self.shift[axis]);
-            std::array::from_fn(|lane| a * x[lane] + b * y[lane] + c * z[lane] + shift)
-        })
-    }
-}
-
-/// Where a camera stands whose pixels are the cells.
-#[derive(Clone, Copy)]
-struct Eye {
-    camera: Pinhole,
-    T_view_world: Transform,
-    /// fx, fy, and the optical axis from the outer corner of the first cell.
-    intrinsics: [f32; 4],
-}
-
-impl Eye {
-    fn new(camera: &Pinhole, T_world_view: &Pose3) -> Self {
-        let Pinhole { fx, fy, cx, cy, .. } = *camera;
-        let intrinsics = [fx, fy, cx + 0.5, cy + 0.5].map(|x| x as f32);
-        Self { camera: *camera, T_view_world: Transform::new(&T_world_view.inverse()), intrinsics }
-    }
-
-    /// Column and row of the cell that a point in the view's frame is seen in.
-    #[inline]
-    fn cell(&self, [x, y, z]: &[f32; 3]) -> Option<(usize, usize)> {
-        let [fx, fy, cx, cy] = self.intrinsics;
-        let away = 1.0 / z;
-        self.inside(fx * x * away + cx, fy * y * away + cy, *z)
-    }
-
-    /// The same for many points: their columns and rows as fractions.
-    #[inline]
-    fn project_all(&self, [x, y, z]: &[[f32; LANES]; 3]) -> [[f32; LANES]; 2] {
-        let [fx, fy, cx, cy] = self.intrinsics;
-        let away: [f32; LANES] = std::array::from_fn(|lane| 1.0 / z[lane]);
-        [
-            std::array::from_fn(|lane| fx * x[lane] * away[lane] + cx),
-            std::array::from_fn(|lane| fy * y[lane] * away[lane] + cy),
-        ]
-    }
-
-    /// Column and row as whole numbers, where they are in the image and in front of the camera.
-    #[inline]
-    fn inside(&self, u: f32, v: f32, z: f32) -> Option<(usize, usize)> {
-        // Not a number fails all of these.
-        if !(z >= MIN_DEPTH && u >= 0.0 && v >= 0.0) {
-            return None;
-        }
-        let (column, row) = (u as usize, v as usize);
-        (column < self.camera.width && row < self.camera.height).then_some((column, row))
-    }
-}
-
-#[inline]
-fn dot(a: &[f32; 3], b: &[f32; 3]) -> f32 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-#[inline]
-fn between(a: &[f32; 3], b: &[f32; 3]) -> [f32; 3] {
-    [b[0] - a[0], b[1] - a[1], b[2] - a[2]]
-}
-
-#[inline]
-fn single(p: &Vector3<f64>) -> [f32; 3] {
-    [p.x as f32, p.y as f32, p.z as f32]
-}
-
-#[inline]
-fn double([x, y, z]: [f32; 3]) -> Vector3<f64> {
-    Vector3::new(x.into(), y.into(), z.into())
 }
 
 impl Piece {
@@ -330,33 +243,6 @@ impl ProjectiveTarget {
         self.sight(best)
     }
 
-    /// Looks at all points in their own cells, their frame being at `T_world_points`; the normals of surfaces that agree
-    /// differ by no more than an angle of this cosine.
-    pub fn glance(&self, glances: &Glances, T_world_points: &Pose3, tolerance: f64, min_cosine: f32) -> Glanced {
-        let (T_world_points, tolerance) = (Transform::new(T_world_points), tolerance as f32);
-        let mut glanced = Glanced::default();
-        for (points, normals) in glances.points.iter().zip(glances.normals.chunks(LANES)) {
-            let moved = T_world_points.act_on_all(points);
-            let seen = self.eye.T_view_world.act_on_all(&moved);
-            let [u, v] = self.eye.project_all(&seen);
-            for (lane, normal) in normals.iter().enumerate() {
-                let depth = seen[2][lane];
-                let Some((column, row)) = self.eye.inside(u[lane], v[lane], depth) else { continue };
-                let index = self.cells[row * self.eye.camera.width + column];
-                let piece = &self.pieces[index as usize];
-                match piece.look(index, &moved.map(|axis| axis[lane]), depth, tolerance) {
-                    Look::Agreeing(_) => {
-                        let turned = T_world_points.rows.map(|row| dot(&row, normal));
-                        glanced.agreeing += usize::from(dot(&turned, &piece.normal) > min_cosine);
-                    }
-                    Look::InFreeSpace => glanced.in_free_space += 1,
-                    Look::Hidden | Look::Unknown => {}
-                }
-            }
-        }
-        glanced
-    }
-
     #[inline]
     fn sight(&self, look: Look) -> Sight {
         match look {
@@ -408,168 +294,6 @@ impl Target<3> for ProjectiveTarget {
     #[inline]
     fn deviation(&self, index: u32) -> f64 {
         self.pieces[index as usize].deviation.into()
-    }
-}
-
-/// Points with normals to be looked at many times, in the order that vector units want.
-pub struct Glances {
-    /// x, y and z, [`LANES`] of each in a row; what is left over is not a number, which is seen nowhere.
-    points: Vec<[[f32; LANES]; 3]>,
-    normals: Vec<[f32; 3]>,
-}
-
-impl Glances {
-    /// From points (m) and their unit normals in one frame.
-    pub fn new(points: &[Vector3<f64>], normals: &[Vector3<f64>]) -> Self {
-        let in_lanes = |points: &[Vector3<f64>]| {
-            let mut lanes = [[f32::NAN; LANES]; 3];
-            for (lane, point) in points.iter().enumerate() {
-                for (axis, values) in lanes.iter_mut().enumerate() {
-                    values[lane] = point[axis] as f32;
-                }
-            }
-            lanes
-        };
-        Self { points: points.chunks(LANES).map(in_lanes).collect(), normals: normals.iter().map(single).collect() }
-    }
-
-    /// Number of points.
-    pub fn len(&self) -> usize {
-        self.normals.len()
-    }
-
-    /// Whether there is none.
-    pub fn is_empty(&self) -> bool {
-        self.normals.is_empty()
-    }
-}
-
-/// How many of some points agree with what is seen where they are, and how many stand in free space.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct Glanced {
-    /// On the surface that is seen, and facing as it does.
-    pub agreeing: usize,
-    /// In front of it.
-    pub in_free_space: usize,
-}
-
-/// Columns of numbers of pieces of surface, world frame, all of one length.
-#[derive(Clone, Copy)]
-pub struct Columns<'a> {
-    /// x, y and z of the points (m).
-    pub points: [&'a [f32]; 3],
-    /// x, y and z of the unit normals.
-    pub normals: [&'a [f32]; 3],
-    /// Standard deviations along the normals (m).
-    pub deviations: &'a [f32],
-}
-
-/// A view that is being drawn.
-pub struct Drawing {
-    eye: Eye,
-    viewpoint: [f32; 3],
-    /// The nearest depth of each cell.
-    depths: Vec<f32>,
-    /// Index into `pieces` by cell; [`EMPTY`] where nothing is seen.
-    cells: Vec<u32>,
-    pieces: Vec<Piece>,
-    numbers: Vec<u64>,
-}
-
-const EMPTY: u32 = u32::MAX;
-
-impl Drawing {
-    /// Nothing yet, as seen from `T_world_view` by a camera whose pixels are the cells.
-    pub fn new(camera: &Pinhole, T_world_view: &Pose3) -> Self {
-        let num_cells = camera.width * camera.height;
-        Self {
-            eye: Eye::new(camera, T_world_view),
-            viewpoint: single(&T_world_view.translation.vector),
-            depths: vec![f32::INFINITY; num_cells],
-            cells: vec![EMPTY; num_cells],
-            pieces: Vec::with_capacity(num_cells / 2),
-            numbers: Vec::with_capacity(num_cells / 2),
-        }
-    }
-
-    /// Draws pieces of surface that have consecutive numbers, from `first` on.
-    pub fn add(&mut self, first: u64, columns: Columns<'_>) {
-        let Columns { points, normals, deviations } = columns;
-        let lanes = |columns: [&[f32]; 3], start: usize| -> Option<[[f32; LANES]; 3]> {
-            let [x, y, z] = columns.map(|column| column.get(start..)?.first_chunk::<LANES>().copied());
-            Some([x?, y?, z?])
-        };
-        let mut start = 0;
-        while let (Some(p), Some(n)) = (lanes(points, start), lanes(normals, start)) {
-            let [x, y, z] = self.viewpoint;
-            let facing: [f32; LANES] = std::array::from_fn(|lane| {
-                (p[0][lane] - x) * n[0][lane] + (p[1][lane] - y) * n[1][lane] + (p[2][lane] - z) * n[2][lane]
-            });
-            let seen = self.eye.T_view_world.act_on_all(&p);
-            let [u, v] = self.eye.project_all(&seen);
-            for lane in 0..LANES {
-                let depth = seen[2][lane];
-                if facing[lane] < 0.0
-                    && let Some(cell) = self.eye.inside(u[lane], v[lane], depth)
-                {
-                    let index = start + lane;
-                    let (point, normal) = (p.map(|axis| axis[lane]), n.map(|axis| axis[lane]));
-                    let piece = || Piece { point, deviation: deviations[index], normal, depth };
-                    self.put(first + index as u64, cell, depth, piece);
-                }
-            }
-            start += LANES;
-        }
-        for index in start..deviations.len() {
-            let (point, normal) = (points.map(|axis| axis[index]), normals.map(|axis| axis[index]));
-            self.add_one(first + index as u64, point, normal, deviations[index]);
-        }
-    }
-
-    fn add_one(&mut self, number: u64, point: [f32; 3], normal: [f32; 3], deviation: f32) {
-        let seen = self.eye.T_view_world.act(&point);
-        if dot(&between(&self.viewpoint, &point), &normal) < 0.0
-            && let Some(cell) = self.eye.cell(&seen)
-        {
-            let depth = seen[2];
-            self.put(number, cell, depth, || Piece { point, deviation, normal, depth });
-        }
-    }
-
-    #[inline]
-    fn put(&mut self, number: u64, (column, row): (usize, usize), depth: f32, piece: impl FnOnce() -> Piece) {
-        let cell = row * self.eye.camera.width + column;
-        if depth >= self.depths[cell] {
-            return;
-        }
-        self.depths[cell] = depth;
-        if let Some(hidden) = self.pieces.get_mut(self.cells[cell] as usize) {
-            *hidden = piece();
-            self.numbers[self.cells[cell] as usize] = number;
-        } else {
-            self.cells[cell] = self.pieces.len() as u32;
-            self.pieces.push(piece());
-            self.numbers.push(number);
-        }
-    }
-
-    /// What has come to be seen.
-    pub fn finish(self) -> ProjectiveTarget {
-        let Self { eye, mut cells, pieces: drawn, numbers: drawn_numbers, .. } = self;
-        let (mut pieces, mut numbers) = (Vec::with_capacity(drawn.len() + 1), Vec::with_capacity(drawn.len()));
-        // Neighbours are looked at together.
-        for cell in &mut cells {
-            if *cell == EMPTY {
-                *cell = drawn.len() as u32;
-            } else {
-                let place = *cell as usize;
-                *cell = pieces.len() as u32;
-                pieces.push(drawn[place]);
-                numbers.push(drawn_numbers[place]);
-            }
-        }
-        pieces.push(NOTHING);
-        ProjectiveTarget { eye, cells, pieces, numbers }
     }
 }
 

@@ -1,0 +1,106 @@
+//! Where a view is seen from, in single precision.
+
+use nalgebra::Vector3;
+
+use crate::camera::Pinhole;
+use crate::geometry::Pose3;
+
+/// Nearer than this (m) nothing is drawn: it would be all there is to see.
+const MIN_DEPTH: f32 = 0.05;
+/// Points that are moved and projected together.
+pub(super) const LANES: usize = 16;
+
+/// Where a camera stands whose pixels are the cells.
+#[derive(Clone, Copy)]
+pub(super) struct Eye {
+    pub(super) camera: Pinhole,
+    pub(super) T_view_world: Transform,
+    /// fx, fy, and the optical axis from the outer corner of the first cell.
+    intrinsics: [f32; 4],
+}
+
+impl Eye {
+    pub(super) fn new(camera: &Pinhole, T_world_view: &Pose3) -> Self {
+        let Pinhole { fx, fy, cx, cy, .. } = *camera;
+        let intrinsics = [fx, fy, cx + 0.5, cy + 0.5].map(|x| x as f32);
+        Self { camera: *camera, T_view_world: Transform::new(&T_world_view.inverse()), intrinsics }
+    }
+
+    /// Column and row of the cell that a point in the view's frame is seen in.
+    #[inline]
+    pub(super) fn cell(&self, [x, y, z]: &[f32; 3]) -> Option<(usize, usize)> {
+        let [fx, fy, cx, cy] = self.intrinsics;
+        let away = 1.0 / z;
+        self.inside(fx * x * away + cx, fy * y * away + cy, *z)
+    }
+
+    /// The same for many points: their columns and rows as fractions.
+    #[inline]
+    pub(super) fn project_all(&self, [x, y, z]: &[[f32; LANES]; 3]) -> [[f32; LANES]; 2] {
+        let [fx, fy, cx, cy] = self.intrinsics;
+        let away: [f32; LANES] = std::array::from_fn(|lane| 1.0 / z[lane]);
+        [
+            std::array::from_fn(|lane| fx * x[lane] * away[lane] + cx),
+            std::array::from_fn(|lane| fy * y[lane] * away[lane] + cy),
+        ]
+    }
+
+    /// Column and row as whole numbers, where they are in the image and in front of the camera.
+    #[inline]
+    pub(super) fn inside(&self, u: f32, v: f32, z: f32) -> Option<(usize, usize)> {
+        // Not a number fails all of these.
+        if !(z >= MIN_DEPTH && u >= 0.0 && v >= 0.0) {
+            return None;
+        }
+        let (column, row) = (u as usize, v as usize);
+        (column < self.camera.width && row < self.camera.height).then_some((column, row))
+    }
+}
+
+/// A pose in single precision, by the rows of its matrix.
+#[derive(Clone, Copy)]
+pub(super) struct Transform {
+    pub(super) rows: [[f32; 3]; 3],
+    shift: [f32; 3],
+}
+
+impl Transform {
+    pub(super) fn new(T: &Pose3) -> Self {
+        let R = T.rotation.to_rotation_matrix().into_inner();
+        Self { rows: std::array::from_fn(|row| single(&R.row(row).transpose())), shift: single(&T.translation.vector) }
+    }
+
+    #[inline]
+    pub(super) fn act(&self, p: &[f32; 3]) -> [f32; 3] {
+        std::array::from_fn(|axis| dot(&self.rows[axis], p) + self.shift[axis])
+    }
+
+    /// The same for as many points as vector units like.
+    #[inline]
+    pub(super) fn act_on_all(&self, [x, y, z]: &[[f32; LANES]; 3]) -> [[f32; LANES]; 3] {
+        std::array::from_fn(|axis| {
+            let ([a, b, c], shift) = (self.rows[axis], self.shift[axis]);
+            std::array::from_fn(|lane| a * x[lane] + b * y[lane] + c * z[lane] + shift)
+        })
+    }
+}
+
+#[inline]
+pub(super) fn dot(a: &[f32; 3], b: &[f32; 3]) -> f32 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+#[inline]
+pub(super) fn between(a: &[f32; 3], b: &[f32; 3]) -> [f32; 3] {
+    [b[0] - a[0], b[1] - a[1], b[2] - a[2]]
+}
+
+#[inline]
+pub(super) fn single(p: &Vector3<f64>) -> [f32; 3] {
+    [p.x as f32, p.y as f32, p.z as f32]
+}
+
+#[inline]
+pub(super) fn double([x, y, z]: [f32; 3]) -> Vector3<f64> {
+    Vector3::new(x.into(), y.into(), z.into())
+}
