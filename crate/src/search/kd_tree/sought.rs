@@ -1,0 +1,215 @@
+//! What is looked for in a tree, leaf after leaf.
+
+use std::collections::BinaryHeap;
+
+use super::{LEAF, Neighbor, smaller};
+
+/// Lanes that are compared at once: a 128-bit vector, which is what WebAssembly has.
+const LANES: usize = 4;
+
+/// What is being looked for: it sees leaf after leaf, and its limit tells which subtrees can still matter.
+pub(super) trait Search {
+    /// Only points that come before this one are wanted.
+    fn limit(&self) -> Neighbor;
+    /// Takes what is wanted among the points of a leaf.
+    fn visit(&mut self, sq_distances: &[f32; LEAF], indices: &[u32; LEAF]);
+}
+
+/// The nearest point.
+pub(super) struct Nearest {
+    pub(super) best: Neighbor,
+}
+
+impl Search for Nearest {
+    fn limit(&self) -> Neighbor {
+        self.best
+    }
+
+    /// Lane by lane: the smallest distance of the leaf, then the smallest index at that distance.
+    #[inline]
+    fn visit(&mut self, sq_distances: &[f32; LEAF], indices: &[u32; LEAF]) {
+        let mut smallest = [f32::INFINITY; LANES];
+        for lanes in sq_distances.as_chunks::<LANES>().0 {
+            for (smallest, &x) in smallest.iter_mut().zip(lanes) {
+                *smallest = smaller(*smallest, x);
+            }
+        }
+        let sq_distance = smallest.into_iter().fold(f32::INFINITY, smaller);
+        if sq_distance <= self.best.sq_distance {
+            let at_distance = sq_distances.iter().zip(indices);
+            let index = at_distance
+                .map(|(&x, &index)| if x == sq_distance { index } else { u32::MAX })
+                .fold(u32::MAX, u32::min);
+            let candidate = Neighbor { index, sq_distance };
+            if candidate.comes_before(self.best) {
+                self.best = candidate;
+            }
+        }
+    }
+}
+
+/// The nearest of those that are accepted.
+pub(super) struct NearestWhere<F> {
+    pub(super) best: Neighbor,
+    pub(super) accept: F,
+}
+
+impl<F: FnMut(u32) -> bool> Search for NearestWhere<F> {
+    fn limit(&self) -> Neighbor {
+        self.best
+    }
+
+    #[inline]
+    fn visit(&mut self, sq_distances: &[f32; LEAF], indices: &[u32; LEAF]) {
+        for_each_within(sq_distances, indices, self.best.sq_distance, |candidate| {
+            if candidate.comes_before(self.best) && (self.accept)(candidate.index) {
+                self.best = candidate;
+            }
+        });
+    }
+}
+
+/// Whether there is any.
+pub(super) struct HasWithin {
+    pub(super) limit: Neighbor,
+    pub(super) found: bool,
+}
+
+impl Search for HasWithin {
+    /// Once a point is found, nothing is wanted any more.
+    fn limit(&self) -> Neighbor {
+        if self.found { Neighbor { index: 0, sq_distance: -1.0 } } else { self.limit }
+    }
+
+    #[inline]
+    fn visit(&mut self, sq_distances: &[f32; LEAF], _indices: &[u32; LEAF]) {
+        self.found |= sq_distances.iter().copied().fold(f32::INFINITY, smaller) <= self.limit.sq_distance;
+    }
+}
+
+/// The nearest by another distance.
+pub(super) struct NearestBy<F> {
+    pub(super) best: Neighbor,
+    pub(super) sq_distance: F,
+}
+
+impl<F: FnMut(u32) -> f32> Search for NearestBy<F> {
+    fn limit(&self) -> Neighbor {
+        self.best
+    }
+
+    #[inline]
+    fn visit(&mut self, sq_distances: &[f32; LEAF], indices: &[u32; LEAF]) {
+        for_each_within(sq_distances, indices, self.best.sq_distance, |Neighbor { index, sq_distance }| {
+            if sq_distance <= self.best.sq_distance {
+                let candidate = Neighbor { index, sq_distance: (self.sq_distance)(index) };
+                if candidate.comes_before(self.best) {
+                    self.best = candidate;
+                }
+            }
+        });
+    }
+}
+
+/// For small `k`: the points found so far stay sorted.
+pub(super) struct KNearest<'a> {
+    pub(super) k: usize,
+    pub(super) limit: Neighbor,
+    pub(super) found: &'a mut Vec<Neighbor>,
+}
+
+impl Search for KNearest<'_> {
+    fn limit(&self) -> Neighbor {
+        self.limit
+    }
+
+    /// The candidate goes through the whole list and each place keeps the nearer of the two: for small `k` that is
+    /// quicker than looking for its place, for it has no branch that the processor must guess.
+    #[inline]
+    fn visit(&mut self, sq_distances: &[f32; LEAF], indices: &[u32; LEAF]) {
+        for_each_within(sq_distances, indices, self.limit.sq_distance, |candidate| {
+            if !candidate.comes_before(self.limit) {
+                return;
+            }
+            let mut carried = candidate.key();
+            for neighbor in self.found.iter_mut() {
+                let key = neighbor.key();
+                *neighbor = Neighbor::from_key(key.min(carried));
+                carried = key.max(carried);
+            }
+            if self.found.len() < self.k {
+                self.found.push(Neighbor::from_key(carried));
+            }
+            if self.found.len() == self.k {
+                self.limit = self.found[self.k - 1];
+            }
+        });
+    }
+}
+
+/// For large `k`: a heap with the furthest point found so far on top.
+pub(super) struct ManyNearest {
+    pub(super) k: usize,
+    pub(super) limit: Neighbor,
+    pub(super) found: BinaryHeap<u64>,
+}
+
+impl Search for ManyNearest {
+    fn limit(&self) -> Neighbor {
+        self.limit
+    }
+
+    #[inline]
+    fn visit(&mut self, sq_distances: &[f32; LEAF], indices: &[u32; LEAF]) {
+        for_each_within(sq_distances, indices, self.limit.sq_distance, |candidate| {
+            if !candidate.comes_before(self.limit) {
+                return;
+            }
+            if self.found.len() < self.k {
+                self.found.push(candidate.key());
+            } else if let Some(mut furthest) = self.found.peek_mut() {
+                *furthest = candidate.key();
+            }
+            if self.found.len() == self.k {
+                self.limit = self.found.peek().map_or(self.limit, |&key| Neighbor::from_key(key));
+            }
+        });
+    }
+}
+
+/// All of them.
+pub(super) struct Within<'a> {
+    pub(super) limit: Neighbor,
+    pub(super) found: &'a mut Vec<Neighbor>,
+}
+
+impl Search for Within<'_> {
+    fn limit(&self) -> Neighbor {
+        self.limit
+    }
+
+    #[inline]
+    fn visit(&mut self, sq_distances: &[f32; LEAF], indices: &[u32; LEAF]) {
+        for_each_within(sq_distances, indices, self.limit.sq_distance, |neighbor| self.found.push(neighbor));
+    }
+}
+
+/// Calls `take` with the points of a leaf whose squared distance is at most `max_sq_distance`. Most leaves hold few:
+/// lanes are looked at one by one only where the vector has one that is near enough.
+#[inline]
+fn for_each_within(
+    sq_distances: &[f32; LEAF],
+    indices: &[u32; LEAF],
+    max_sq_distance: f32,
+    mut take: impl FnMut(Neighbor),
+) {
+    for (distances, indices) in sq_distances.as_chunks::<LANES>().0.iter().zip(indices.as_chunks::<LANES>().0) {
+        if distances.iter().copied().fold(f32::INFINITY, smaller) <= max_sq_distance {
+            for (&sq_distance, &index) in distances.iter().zip(indices) {
+                if sq_distance <= max_sq_distance {
+                    take(Neighbor { index, sq_distance });
+                }
+            }
+        }
+    }
+}
