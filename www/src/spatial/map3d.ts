@@ -1,14 +1,14 @@
-import { css, html, LitElement, nothing, type PropertyValues, type TemplateResult } from 'lit';
+import { html, LitElement, nothing, type PropertyValues, type TemplateResult } from 'lit';
 import { customElement, property, query, state } from 'lit/decorators.js';
 import { keyed } from 'lit/directives/keyed.js';
-import { icon } from '../components/icons.js';
 import { map_styles } from '../components/map-styles.js';
 import { shared } from '../components/theme.js';
-import { baseName, formatFixed } from '../views/format.js';
-import { cssColor, type Rgb } from '../views/palette.js';
+import type { Rgb } from '../views/palette.js';
 import { Gestures, type GestureTarget } from './gestures.js';
 import { type Heights, heightsOf, leveling, type MapPoints, NO_POINTS, sample, straightAzimuth } from './leveling.js';
-import { COLOR_MODES, ramp, sceneColors } from './look.js';
+import { ramp, sceneColors } from './look.js';
+import { buttons, type LayersState, readout, sectionSlider } from './map3d-controls.js';
+import { map3d_styles } from './map3d-styles.js';
 import {
   between,
   fitted,
@@ -234,7 +234,7 @@ export class ScanstitchMap3d extends LitElement implements GestureTarget {
           P changes between perspective and plan, comma and full stop select the frame before and after.
         </p>
       </div>
-      ${this.renderNotice()} ${this.renderSection()} ${this.renderReadout()} ${this.renderControls()}
+      ${this.renderNotice()} ${this.renderControls()}
     `;
   }
 
@@ -250,144 +250,48 @@ export class ScanstitchMap3d extends LitElement implements GestureTarget {
     </div>`;
   }
 
-  private renderSection(): TemplateResult | typeof nothing {
-    const { floor, top } = this.heights;
-    if (top - floor < 0.3) return nothing;
-    const value = this.cut();
-    const words = value >= top ? 'nothing cut' : `${formatFixed(value - floor, 2)} m`;
-    return html`<div class="section">
-      <span aria-hidden="true">ceiling</span>
-      <input
-        type="range"
-        class="upright"
-        min=${floor.toFixed(2)}
-        max=${(top + 0.05).toFixed(2)}
-        step="0.05"
-        .value=${String(Math.min(value, top + 0.05))}
-        aria-label="Section height: what is above is cut away"
-        aria-valuetext=${value >= top ? 'nothing is cut away' : `${formatFixed(value - floor, 2)} m above the floor`}
-        title="What lies above is cut away"
-        @input=${(event: Event) => {
-          this.section = Number((event.target as HTMLInputElement).value);
-          this.requestPaint();
-        }}
-      />
-      <output class="number" aria-hidden="true">${words}</output>
-    </div>`;
-  }
-
-  private renderReadout(): TemplateResult {
-    const metres = niceLength(110 * metresPerPixel(this.orbit, this.size));
-    const width = metres / metresPerPixel(this.orbit, this.size);
-    const { floor, top } = this.heights;
-    const mode = this.colorMode();
-    const stops = ramp(this.dark)
-      .filter((_, i) => i % 7 === 0)
-      .map((color) => cssColor(color));
-    return html`<div class="corner" aria-hidden="true">
-      ${this.hovered === null ? nothing : html`<span class="hovered">${baseName(this.names[this.hovered] ?? '')}</span>`}
-      ${
-        mode === 'height' || mode === 'frame'
-          ? html`<span class="legend number">
-              <span>${mode === 'height' ? '0 m' : 'first'}</span>
-              <i style="background: linear-gradient(to right, ${stops.join(', ')})"></i>
-              <span>${mode === 'height' ? `${formatFixed(Math.min(this.cut(), top) - floor, 1)} m` : 'last'}</span>
-            </span>`
-          : nothing
-      }
-      <span class="scale number" style="width: ${width.toFixed(1)}px">${metres} m</span>
-    </div>`;
-  }
-
   private renderControls(): TemplateResult {
-    const is_flat = this.orbit.projection === 'orthographic';
-    return html`<div class="controls" role="toolbar" aria-label="Map view">
-      <button class="icon" @click=${() => this.zoomBy(ZOOM_STEP)} aria-label="Zoom in" title="Zoom in (+)">
-        ${icon('plus')}
-      </button>
-      <button class="icon" @click=${() => this.zoomBy(1 / ZOOM_STEP)} aria-label="Zoom out" title="Zoom out (−)">
-        ${icon('minus')}
-      </button>
-      <button class="icon" @click=${() => this.fit()} aria-label="Show the whole map" title="Show the whole map (F)">
-        ${icon('fit')}
-      </button>
-      <button class="icon" @click=${() => this.fromAbove()} aria-label="Look from above" title="Look from above (T)">
-        ${icon('from_above')}
-      </button>
-      <button
-        class="icon"
-        aria-pressed=${is_flat}
-        @click=${() => this.toggleProjection()}
-        aria-label="Plan without perspective"
-        title="Plan without perspective (P)"
-      >
-        ${icon('flat')}
-      </button>
-      <button
-        class="icon"
-        @click=${() => {
-          this.layers_open = !this.layers_open;
-        }}
-        aria-label="What is drawn"
-        aria-expanded=${this.layers_open}
-        title="What is drawn, and how"
-      >
-        ${icon('layers')}
-      </button>
-      ${this.layers_open ? this.renderLayers() : nothing}
-    </div>`;
+    const section = { heights: this.heights, cut: this.cut() };
+    const onCut = (height: number): void => {
+      this.section = height;
+      this.requestPaint();
+    };
+    return html`${sectionSlider(section, onCut)}
+    ${readout(section, {
+      hovered: this.hovered === null ? null : (this.names[this.hovered] ?? ''),
+      mode: this.colorMode(),
+      dark: this.dark,
+      metres_per_pixel: metresPerPixel(this.orbit, this.size),
+    })}
+    ${buttons({
+      is_flat: this.orbit.projection === 'orthographic',
+      layers: this.layers_open ? this.layersState() : null,
+      zoom: (direction) => this.zoomBy(ZOOM_STEP ** direction),
+      fit: () => this.fit(),
+      fromAbove: () => this.fromAbove(),
+      toggleProjection: () => this.toggleProjection(),
+      toggleLayers: () => {
+        this.layers_open = !this.layers_open;
+      },
+    })}`;
   }
 
-  private renderLayers(): TemplateResult {
-    const layer = (name: LayerName, label: string, sign: string): TemplateResult => html`
-      <label>
-        <input
-          type="checkbox"
-          .checked=${this.shows[name]}
-          @change=${(event: Event) => {
-            this.shows = { ...this.shows, [name]: (event.target as HTMLInputElement).checked };
-          }}
-        />
-        <i class="sign ${sign}"></i>${label}
-      </label>
-    `;
-    const mode = this.colorMode();
-    return html`<fieldset class="layers">
-      <legend class="visually-hidden">What is drawn</legend>
-      <label class="row"
-        >Colour
-        <select
-          @change=${(event: Event) => {
-            this.mode = (event.target as HTMLSelectElement).value as ColorMode;
-          }}
-        >
-          ${COLOR_MODES.filter((item) => this.has_colors || item.mode !== 'image').map(
-            (item) => html`<option value=${item.mode} .selected=${item.mode === mode}>${item.label}</option>`,
-          )}
-        </select>
-      </label>
-      <label class="row"
-        >Point size
-        <input
-          type="range"
-          min="0.4"
-          max="4"
-          step="0.1"
-          .value=${String(this.size_factor)}
-          aria-valuetext="${formatFixed(this.size_factor * this.voxel_size * 100, 1)} cm"
-          @input=${(event: Event) => {
-            this.size_factor = Number((event.target as HTMLInputElement).value);
-          }}
-        />
-      </label>
-      ${layer('points', 'Points', 'dots')} ${layer('estimate', 'Estimated path', 'estimate')}
-      ${
-        this.marks.reference.length > 0
-          ? layer('reference', `True path: ${baseName(this.reference_name)}`, 'truth')
-          : nothing
-      }
-      ${this.marks.camera ? layer('cameras', 'Cameras', 'cameras') : nothing} ${layer('grid', 'Grid of 1 m', 'grid')}
-    </fieldset>`;
+  private layersState(): LayersState {
+    const { has_colors, size_factor, voxel_size, shows, marks, reference_name } = this;
+    return {
+      ...{ mode: this.colorMode(), has_colors, size_factor, voxel_size, shows },
+      reference_name: marks.reference.length > 0 ? reference_name : null,
+      has_cameras: marks.camera !== null,
+      setMode: (mode) => {
+        this.mode = mode;
+      },
+      setSize: (factor) => {
+        this.size_factor = factor;
+      },
+      show: (name, shown) => {
+        this.shows = { ...shows, [name]: shown };
+      },
+    };
   }
 
   // The scene and its graphics context.
@@ -664,134 +568,11 @@ export class ScanstitchMap3d extends LitElement implements GestureTarget {
     this.dispatchEvent(new CustomEvent(type, { detail, bubbles: true, composed: true }));
   }
 
-  static override styles = [
-    shared,
-    map_styles,
-    css`
-      .notice {
-        position: absolute;
-        top: 50%;
-        left: 50%;
-        display: grid;
-        justify-items: center;
-        gap: 10px;
-        width: min(380px, calc(100% - 40px));
-        padding: 14px 18px;
-        border: 1px solid var(--line);
-        border-radius: var(--radius);
-        background: var(--surface);
-        box-shadow: var(--shadow);
-        text-align: center;
-        transform: translate(-50%, -50%);
-      }
-      .section {
-        position: absolute;
-        top: 50%;
-        left: 8px;
-        display: flex;
-        flex-direction: column;
-        align-items: center;
-        gap: 6px;
-        padding: 8px 4px;
-        border-radius: var(--radius);
-        background: color-mix(in srgb, var(--surface) 84%, transparent);
-        color: var(--muted);
-        font-size: 11.5px;
-        transform: translateY(-50%);
-      }
-      .section output {
-        min-width: 46px;
-        color: var(--text);
-        text-align: center;
-      }
-      .upright {
-        width: 24px;
-        height: clamp(80px, 26cqh, 190px);
-        margin: 0;
-        accent-color: var(--accent);
-        writing-mode: vertical-lr;
-        direction: rtl;
-        cursor: ns-resize;
-      }
-      .corner {
-        position: absolute;
-        right: 12px;
-        bottom: 10px;
-        display: flex;
-        flex-wrap: wrap;
-        align-items: flex-end;
-        justify-content: flex-end;
-        gap: 14px;
-        padding: 3px 8px 4px;
-        border-radius: 6px;
-        background: color-mix(in srgb, var(--surface) 84%, transparent);
-        color: var(--muted);
-        font-size: 12px;
-        pointer-events: none;
-      }
-      .hovered {
-        padding: 1px 8px;
-        border-radius: 6px;
-        background: color-mix(in srgb, var(--surface) 88%, transparent);
-        color: var(--text);
-      }
-      .legend {
-        display: flex;
-        align-items: center;
-        gap: 6px;
-      }
-      .legend i {
-        width: 90px;
-        height: 6px;
-        border-radius: 3px;
-      }
-      .scale {
-        padding-bottom: 1px;
-        border: solid var(--line-strong);
-        border-width: 0 1.5px 1.5px;
-        text-align: center;
-      }
-      .layers .row {
-        justify-content: space-between;
-      }
-      .layers select {
-        min-height: 28px;
-        border: 1px solid var(--line-strong);
-        border-radius: 6px;
-        background: var(--surface);
-      }
-      .layers input[type='range'] {
-        width: 110px;
-      }
-      .sign.estimate {
-        border-top: 3px solid light-dark(#d6201c, #ff483e);
-      }
-      .sign.truth {
-        height: 5px;
-        border: 1px solid light-dark(#0a0c10, #d6e0ec);
-        background: #06080b;
-      }
-      .sign.dots {
-        border-top: 3px dotted var(--muted);
-      }
-      .sign.cameras {
-        height: 9px;
-        border: 1px solid light-dark(#d6201c, #ff483e);
-        width: 14px;
-        margin: 0 4px;
-      }
-    `,
-  ];
+  static override styles = [shared, map_styles, map3d_styles];
 }
 
 function pixelRatio(): number {
   return Math.min(window.devicePixelRatio || 1, 2);
-}
-
-/** The largest of 1, 2, 5, 10, ... that is not longer. */
-function niceLength(longest: number): number {
-  const power = 10 ** Math.floor(Math.log10(Math.max(longest, 1e-3)));
-  return Number((([5, 2, 1].find((step) => step * power <= longest) ?? 1) * power).toPrecision(1));
 }
 
 declare global {

@@ -1,0 +1,117 @@
+import { css } from 'lit';
+
+/** What lies over the map in space. */
+export const map3d_styles = css`
+  .notice {
+    position: absolute;
+    top: 50%;
+    left: 50%;
+    display: grid;
+    justify-items: center;
+    gap: 10px;
+    width: min(380px, calc(100% - 40px));
+    padding: 14px 18px;
+    border: 1px solid var(--line);
+    border-radius: var(--radius);
+    background: var(--surface);
+    box-shadow: var(--shadow);
+    text-align: center;
+    transform: translate(-50%, -50%);
+  }
+  .section {
+    position: absolute;
+    top: 50%;
+    left: 8px;
+    display: flex;
+    flex-direction: column;
+    align-items: center;
+    gap: 6px;
+    padding: 8px 4px;
+    border-radius: var(--radius);
+    background: color-mix(in srgb, var(--surface) 84%, transparent);
+    color: var(--muted);
+    font-size: 11.5px;
+    transform: translateY(-50%);
+  }
+  .section output {
+    min-width: 46px;
+    color: var(--text);
+    text-align: center;
+  }
+  .upright {
+    width: 24px;
+    height: clamp(80px, 26cqh, 190px);
+    margin: 0;
+    accent-color: var(--accent);
+    writing-mode: vertical-lr;
+    direction: rtl;
+    cursor: ns-resize;
+  }
+  .corner {
+    position: absolute;
+    right: 12px;
+    bottom: 10px;
+    display: flex;
+    flex-wrap: wrap;
+    align-items: flex-end;
+    justify-content: flex-end;
+    gap: 14px;
+    padding: 3px 8px 4px;
+    border-radius: 6px;
+    background: color-mix(in srgb, var(--surface) 84%, transparent);
+    color: var(--muted);
+    font-size: 12px;
+    pointer-events: none;
+  }
+  .hovered {
+    padding: 1px 8px;
+    border-radius: 6px;
+    background: color-mix(in srgb, var(--surface) 88%, transparent);
+    color: var(--text);
+  }
+  .legend {
+    display: flex;
+    align-items: center;
+    gap: 6px;
+  }
+  .legend i {
+    width: 90px;
+    height: 6px;
+    border-radius: 3px;
+  }
+  .scale {
+    padding-bottom: 1px;
+    border: solid var(--line-strong);
+    border-width: 0 1.5px 1.5px;
+    text-align: center;
+  }
+  .layers .row {
+    justify-content: space-between;
+  }
+  .layers select {
+    min-height: 28px;
+    border: 1px solid var(--line-strong);
+    border-radius: 6px;
+    background: var(--surface);
+  }
+  .layers input[type='range'] {
+    width: 110px;
+  }
+  .sign.estimate {
+    border-top: 3px solid light-dark(#d6201c, #ff483e);
+  }
+  .sign.truth {
+    height: 5px;
+    border: 1px solid light-dark(#0a0c10, #d6e0ec);
+    background: #06080b;
+  }
+  .sign.dots {
+    border-top: 3px dotted var(--muted);
+  }
+  .sign.cameras {
+    height: 9px;
+    border: 1px solid light-dark(#d6201c, #ff483e);
+    width: 14px;
+    margin: 0 4px;
+  }
+`;
