@@ -69,6 +69,7 @@ fn what_is_broken_is_refused() {
         }
     }
     assert!(color_image::read(b"GIF89a").unwrap_err().to_string().contains("neither a PNG nor a JPEG"));
+    assert!(color_image::read(b"").unwrap_err().to_string().contains("The file is empty"));
 }
 
 #[test]

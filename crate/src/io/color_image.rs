@@ -26,6 +26,8 @@ pub fn read(bytes: &[u8]) -> Result<ColorImage> {
         read_jpeg(bytes)
     } else if bytes.starts_with(b"P6") || bytes.starts_with(b"P5") {
         read_pixmap(bytes)
+    } else if bytes.is_empty() {
+        Err(Error::whole("The file is empty", "Export it again, or leave it out"))
     } else {
         let start = quote(&bytes[..bytes.len().min(8)]);
         Err(Error::byte(0, format!("This is neither a PNG nor a JPEG nor a PPM: it begins with {start}"), REMEDY))

@@ -31,6 +31,8 @@ pub fn read(bytes: &[u8]) -> Result<DepthImage> {
         || bytes.starts_with(b"\xFF\xD8")
     {
         Err(Error::whole("This is a colour image, not depth", REMEDY))
+    } else if bytes.is_empty() {
+        Err(Error::whole("The file is empty", "Export it again, or leave it out"))
     } else {
         let start = quote(&bytes[..bytes.len().min(8)]);
         Err(Error::byte(0, format!("This is neither a PNG nor a PGM nor a PFM: it begins with {start}"), REMEDY))
