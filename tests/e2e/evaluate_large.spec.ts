@@ -22,6 +22,7 @@ function trajectory(noise: number): string {
 const median = (values: number[]): number => [...values].sort((a, b) => a - b)[values.length >> 1] ?? Number.NaN;
 
 test('a hundred thousand poses are drawn, and hovering over them keeps up', async ({ app, page }, info) => {
+  test.setTimeout(180_000);
   const evaluation = new EvaluationView(page);
   await evaluation.open();
   const files = [

@@ -59,7 +59,8 @@ test('1464 scans of a building, stopped and resumed', async ({ app, page }, info
   const file = (name: string) => ({ name, content: readFileSync(join(FREIBURG, name)) });
   await app.drop([file('fr079.log'), file('fr079.odometry.txt')]);
   // The reading can be stopped as well: here the computing is.
-  await expect.poll(async () => Number(await app.table.getAttribute('aria-rowcount'))).toBeGreaterThan(20);
+  const numRows = async (): Promise<number> => Number(await app.table.getAttribute('aria-rowcount'));
+  await expect.poll(numRows, { timeout: 60_000 }).toBeGreaterThan(20);
   await page.getByRole('button', { name: 'Stop' }).click();
   await page.getByRole('button', { name: 'Go on' }).click();
   await page.waitForFunction(() => window.stitched.length > 1, null, { timeout: 120_000 });
