@@ -129,7 +129,7 @@ fn prepared(recording: &Recording) -> Vec<SurfelImage> {
 
 /// Share of a frame's surface that another one saw as well, by their true poses.
 fn overlap(source: &SurfelImage, target: &SurfelImage, T_target_source: &Pose3) -> f64 {
-    let view = ProjectiveTarget::draw((0..).zip(target.surfels()), &target.cell_camera(), &Pose3::identity());
+    let view = ProjectiveTarget::draw(target.surfels(), &target.cell_camera(), &Pose3::identity());
     let is_seen = |surfel: &&scanstitch::camera::surfel_image::Surfel| {
         let point = (T_target_source * Point3::from(surfel.point)).coords;
         matches!(view.look_around(&point, 0.1), Sight::Agreeing(seen) if seen.normal.dot(&(T_target_source.rotation * surfel.normal)) > 0.8)

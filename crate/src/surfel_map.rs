@@ -9,7 +9,7 @@ use rustc_hash::FxHashMap;
 use crate::camera::Pinhole;
 use crate::camera::surfel_image::{Surfel, SurfelImage};
 use crate::geometry::{Pose3, RigidMotion};
-use crate::registration::projective::{Columns, Drawing, ProjectiveTarget};
+use crate::registration::projective::{Drawing, PackedSurfel, ProjectiveTarget};
 use crate::registration::target::Target;
 
 /// Pieces of surface in the world frame, by the block of space they lie in: of a large map only the blocks in view are
@@ -21,55 +21,11 @@ pub struct SurfelMap {
     len: usize,
 }
 
-/// The pieces of a block in single precision, which tells micrometres apart, and in columns, as vector units want them.
+/// The pieces of a block, each with the number of the frame that saw it first.
 #[derive(Debug, Clone, Default)]
 struct Block {
     center: Vector3<f64>,
-    points: [Vec<f32>; 3],
-    normals: [Vec<f32>; 3],
-    deviations: Vec<f32>,
-    /// Of each piece the number of the frame that saw it first.
-    frames: Vec<u32>,
-}
-
-impl Block {
-    fn len(&self) -> usize {
-        self.frames.len()
-    }
-
-    fn get(&self, index: usize) -> Surfel {
-        let at = |columns: &[Vec<f32>; 3]| Vector3::from_fn(|axis, _| f64::from(columns[axis][index]));
-        Surfel { point: at(&self.points), normal: at(&self.normals), deviation: self.deviations[index].into() }
-    }
-
-    fn set(&mut self, index: usize, surfel: &Surfel) {
-        for axis in 0..3 {
-            self.points[axis][index] = surfel.point[axis] as f32;
-            self.normals[axis][index] = surfel.normal[axis] as f32;
-        }
-        self.deviations[index] = surfel.deviation as f32;
-    }
-
-    fn push(&mut self, surfel: &Surfel, frame: u32) {
-        for axis in 0..3 {
-            self.points[axis].push(surfel.point[axis] as f32);
-            self.normals[axis].push(surfel.normal[axis] as f32);
-        }
-        self.deviations.push(surfel.deviation as f32);
-        self.frames.push(frame);
-    }
-
-    fn surfels(&self) -> impl Iterator<Item = Surfel> {
-        (0..self.len()).map(|index| self.get(index))
-    }
-
-    fn columns(&self) -> Columns<'_> {
-        Columns {
-            points: self.points.each_ref().map(Vec::as_slice),
-            normals: self.normals.each_ref().map(Vec::as_slice),
-            deviations: &self.deviations,
-        }
-    }
+    surfels: Vec<PackedSurfel>,
 }
 
 /// Side of a block (m).
@@ -94,7 +50,7 @@ impl SurfelMap {
 
     /// Everything in it, world frame.
     pub fn surfels(&self) -> impl Iterator<Item = Surfel> {
-        self.blocks.iter().flat_map(Block::surfels)
+        self.blocks.iter().flat_map(|block| &block.surfels).map(PackedSurfel::surfel)
     }
 
     /// Number of pieces.
@@ -114,7 +70,7 @@ impl SurfelMap {
         let mut drawing = Drawing::new(&camera, T_world_view);
         for (number, block) in (0u64..).zip(&self.blocks) {
             if frustum.may_see(&block.center) {
-                drawing.add(number << 32, block.columns());
+                drawing.add(number << 32, &block.surfels);
             }
         }
         drawing.finish()
@@ -134,12 +90,14 @@ impl SurfelMap {
                 continue;
             };
             let (block, index) = parts(view.number(neighbor.index));
-            let Some(block) = self.blocks.get_mut(block).filter(|block| index < block.len()) else { continue };
-            let known = block.get(index);
+            let Some(packed) = self.blocks.get_mut(block).and_then(|block| block.surfels.get_mut(index)) else {
+                continue;
+            };
+            let known = packed.surfel();
             let across = known.normal.dot(&(moved.point - known.point));
             let distance = SAME_SURFACE_DISTANCE + 2.0 * (known.deviation + moved.deviation);
             if known.normal.dot(&moved.normal) > SAME_SURFACE_COSINE && across.abs() < distance {
-                block.set(index, &averaged(&known, &moved, across));
+                *packed = PackedSurfel::new(&averaged(&known, &moved, across), packed.tag);
             } else if f64::from(neighbor.sq_distance) > reach * reach {
                 self.add(moved, number);
             }
@@ -149,12 +107,11 @@ impl SurfelMap {
     /// Moves every piece with the frame that saw it first, by `motion` (of the world) of that frame's number.
     pub fn move_frames(&mut self, motion: impl Fn(u32) -> Pose3) {
         let mut last: Option<(u32, Pose3)> = None;
-        for block in std::mem::take(self).blocks {
-            for (surfel, &frame) in block.surfels().zip(&block.frames) {
-                let (_, T) = *last.insert(last.filter(|(known, _)| *known == frame).unwrap_or((frame, motion(frame))));
-                let point = <Pose3 as RigidMotion<3, 6>>::act(&T, &surfel.point);
-                self.add(Surfel { point, normal: T.rotation * surfel.normal, ..surfel }, frame);
-            }
+        for packed in std::mem::take(self).blocks.into_iter().flat_map(|block| block.surfels) {
+            let (surfel, frame) = (packed.surfel(), packed.tag);
+            let (_, T) = *last.insert(last.filter(|(known, _)| *known == frame).unwrap_or((frame, motion(frame))));
+            let point = <Pose3 as RigidMotion<3, 6>>::act(&T, &surfel.point);
+            self.add(Surfel { point, normal: T.rotation * surfel.normal, ..surfel }, frame);
         }
     }
 
@@ -166,7 +123,7 @@ impl SurfelMap {
             let center = cell.map(|x| (f64::from(x) + 0.5) * BLOCK);
             self.blocks.push(Block { center, ..Block::default() });
         }
-        self.blocks[number as usize].push(&surfel, frame);
+        self.blocks[number as usize].surfels.push(PackedSurfel::new(&surfel, frame));
         self.len += 1;
     }
 }
@@ -308,7 +265,7 @@ mod tests {
             let tangent = nalgebra::Vector6::new(0.1, f64::from(turn) * 0.17, 0.0, 0.3, 0.1, -0.2);
             let T = <Pose3 as RigidMotion<3, 6>>::exp(&tangent);
             let surfels: Vec<Surfel> = map.surfels().collect();
-            let everything = ProjectiveTarget::draw((0..).zip(&surfels), &with_margin(&frame.cell_camera()), &T);
+            let everything = ProjectiveTarget::draw(surfels.iter(), &with_margin(&frame.cell_camera()), &T);
             assert_eq!(map.view(&frame, &T).len(), everything.len());
         }
     }

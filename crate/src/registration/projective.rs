@@ -6,9 +6,11 @@
 mod drawing;
 mod eye;
 mod glances;
+mod packed;
 
-pub use drawing::{Columns, Drawing};
+pub use drawing::Drawing;
 pub use glances::{Glanced, Glances};
+pub use packed::PackedSurfel;
 
 use nalgebra::Vector3;
 
@@ -109,13 +111,12 @@ impl Piece {
 }
 
 impl ProjectiveTarget {
-    /// Draws pieces of surface (world frame), each with a number of the caller's, as a camera sees them whose pixels are
-    /// the cells, the view being at `T_world_view`. Of those in one cell the nearest is kept; what faces away is not drawn.
-    pub fn draw<'a>(surfels: impl Iterator<Item = (u64, &'a Surfel)>, camera: &Pinhole, T_world_view: &Pose3) -> Self {
+    /// Draws pieces of surface (world frame), numbered in their order, as a camera sees them whose pixels are the cells, the
+    /// view being at `T_world_view`. Of those in one cell the nearest is kept; what faces away is not drawn.
+    pub fn draw<'a>(surfels: impl Iterator<Item = &'a Surfel>, camera: &Pinhole, T_world_view: &Pose3) -> Self {
+        let surfels: Vec<PackedSurfel> = surfels.map(|surfel| PackedSurfel::new(surfel, 0)).collect();
         let mut drawing = Drawing::new(camera, T_world_view);
-        for (number, surfel) in surfels {
-            drawing.add_one(number, single(&surfel.point), single(&surfel.normal), surfel.deviation as f32);
-        }
+        drawing.add(0, &surfels);
         drawing.finish()
     }
 
@@ -318,7 +319,7 @@ mod tests {
     #[test]
     fn the_nearest_is_the_nearest_by_brute_force() {
         let (pieces, camera, T) = wall();
-        let target = ProjectiveTarget::draw((0..).zip(&pieces), &camera, &T);
+        let target = ProjectiveTarget::draw(pieces.iter(), &camera, &T);
         let mut found = 0;
         for step in 0..500 {
             let x = f64::from(step);
@@ -352,7 +353,7 @@ mod tests {
         let frame = SurfelImage { camera, cell_size: 4, columns, rows, cells, brightness: None };
         for side in [1, 2] {
             let camera = cell_camera(&frame.camera, side * frame.cell_size);
-            let drawn = ProjectiveTarget::draw((0..).zip(frame.surfels()), &camera, &Pose3::identity());
+            let drawn = ProjectiveTarget::draw(frame.surfels(), &camera, &Pose3::identity());
             let own = ProjectiveTarget::of_frame(&frame, side);
             assert_eq!((own.len(), own.camera()), (drawn.len(), drawn.camera()));
             assert!(own.len() > 200 && own.surfels().eq(drawn.surfels()));
@@ -364,7 +365,7 @@ mod tests {
     fn in_front_is_free_and_behind_is_hidden() {
         let (pieces, _, T) = wall();
         let camera = Pinhole::new(40, 30, [30.0, 30.0, 19.5, 14.5]).unwrap(); // a piece in every cell
-        let target = ProjectiveTarget::draw((0..).zip(&pieces), &camera, &T);
+        let target = ProjectiveTarget::draw(pieces.iter(), &camera, &T);
         for look in [ProjectiveTarget::look_at, ProjectiveTarget::look_around] {
             let see = |z| look(&target, &Vector3::new(0.1, 0.2, z), 0.03);
             assert!(matches!(see(2.02), Sight::Agreeing(_)));
@@ -380,7 +381,7 @@ mod tests {
         let near = Surfel { point: Vector3::new(0.0, 0.0, 1.0), normal: -Vector3::z(), deviation: 0.0 };
         let back = Surfel { point: Vector3::new(0.3, 0.0, 1.0), normal: Vector3::z(), deviation: 0.0 };
         pieces.extend([near, back]);
-        let target = ProjectiveTarget::draw((0..).zip(&pieces), &camera, &Pose3::identity());
+        let target = ProjectiveTarget::draw(pieces.iter(), &camera, &Pose3::identity());
         assert!(matches!(target.look_at(&near.point, 0.01), Sight::Agreeing(seen) if seen == near));
         assert!(target.surfels().all(|seen| seen.normal == -Vector3::z()));
         assert_eq!(target.len(), target.surfels().len());

@@ -130,7 +130,7 @@ impl<'a> Place<'a> {
             frame.view.surfels().map(move_surfel)
         });
         let surfels: Vec<Surfel> = moved.collect();
-        ProjectiveTarget::draw((0..).zip(&surfels), frame.view.camera(), T_place_view)
+        ProjectiveTarget::draw(surfels.iter(), frame.view.camera(), T_place_view)
     }
 
     /// The frame's surfaces held against theirs, free space being what one of them looked through, and theirs against it.

@@ -6,7 +6,7 @@ use crate::camera::Pinhole;
 use crate::geometry::Pose3;
 
 /// Nearer than this (m) nothing is drawn: it would be all there is to see.
-const MIN_DEPTH: f32 = 0.05;
+pub(super) const MIN_DEPTH: f32 = 0.05;
 /// Points that are moved and projected together.
 pub(super) const LANES: usize = 16;
 
@@ -75,7 +75,13 @@ impl Transform {
         std::array::from_fn(|axis| dot(&self.rows[axis], p) + self.shift[axis])
     }
 
-    /// The same for as many points as vector units like.
+    /// A direction.
+    #[inline]
+    pub(super) fn turn(&self, n: &[f32; 3]) -> [f32; 3] {
+        std::array::from_fn(|axis| dot(&self.rows[axis], n))
+    }
+
+    /// Points, as many as vector units like.
     #[inline]
     pub(super) fn act_on_all(&self, [x, y, z]: &[[f32; LANES]; 3]) -> [[f32; LANES]; 3] {
         std::array::from_fn(|axis| {
