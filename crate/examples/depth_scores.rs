@@ -2,7 +2,8 @@
 //! [--only 'WORDS|WORDS'] [--first SEED] [--seeds N] [--frames N] [--cache FOLDER] [--runs] [--each] [--quick] [--planar]
 //! [--open] [--color used|where_open|not_used] [--images] [--pictures FOLDER] [--threads N] [--ablations | --per-seed]`.
 //! Prints a Markdown table: one row a kind of recording; with `--ablations` a column for each part of the engine that is left
-//! out; with `--per-seed` a row for each generated world. `--images` renders colour images of flats as well.
+//! out; with `--per-seed` a row for each generated world. `--images` renders colour images of flats as well. Words after an
+//! equals sign are all of a recording's kind.
 
 #[path = "depth/ablations.rs"]
 mod ablations;
@@ -65,7 +66,8 @@ fn main() {
         runs.extend(generated_runs(seed, number("--frames", 100), cache.as_deref(), flag("--images")));
     }
     let only = argument("--only").unwrap_or_default();
-    runs.retain(|run| only.split('|').any(|words| run.group.contains(words)));
+    let is_meant = |group: &str, words: &str| words.strip_prefix('=').map_or(group.contains(words), |all| group == all);
+    runs.retain(|run| only.split('|').any(|words| is_meant(&run.group, words)));
 
     let (next, scored) = (AtomicUsize::new(0), Mutex::new(Vec::new()));
     std::thread::scope(|scope| {

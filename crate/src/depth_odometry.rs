@@ -75,6 +75,16 @@ pub enum ColorUse {
     NotUsed,
 }
 
+/// Whether a frame is held against what is known before it is believed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Verification {
+    /// Always.
+    #[default]
+    On,
+    /// Each is taken to be where it fits best near the last one: what comes of that shows what verification brings.
+    Off,
+}
+
 /// All options of [`DepthOdometry`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct DepthOptions {
@@ -84,6 +94,8 @@ pub struct DepthOptions {
     pub effort: Effort,
     /// What colours are used for, where frames have them.
     pub color: ColorUse,
+    /// Whether what is found is verified.
+    pub verification: Verification,
 }
 
 /// Frame-to-map odometry in space. The world frame is the frame of the first camera.

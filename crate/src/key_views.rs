@@ -53,7 +53,7 @@ const TOLERANCE: f64 = 0.05;
 impl KeyViews {
     /// Keeps a frame that is believed, with a number of the caller's, unless there is one like it.
     pub fn add(&mut self, frame: &SurfelImage, number: u32, T_world_camera: &Pose3) {
-        if self.views.iter().any(|known| apart(&known.T_world_camera, T_world_camera) < SPACING) {
+        if self.views.iter().any(|known| apart_within(&known.T_world_camera, T_world_camera, SPACING).is_some()) {
             return;
         }
         let mut view = ProjectiveTarget::of_frame(frame, 2);
@@ -99,8 +99,8 @@ impl KeyViews {
 
     /// The views that see most of what a camera at this pose sees, by where they were taken.
     pub fn near(&self, T_world_camera: &Pose3) -> Vec<&KeyView> {
-        let distances = self.views.iter().map(|view| (apart(&view.T_world_camera, T_world_camera), view));
-        let mut near: Vec<_> = distances.filter(|(distance, _)| *distance < REACH).collect();
+        let within = |view: &KeyView| apart_within(&view.T_world_camera, T_world_camera, REACH);
+        let mut near: Vec<_> = self.views.iter().filter_map(|view| Some((within(view)?, view))).collect();
         near.sort_by(|a, b| a.0.total_cmp(&b.0));
         near.truncate(WITNESSES);
         near.into_iter().map(|(_, view)| view).collect()
@@ -134,6 +134,12 @@ impl KeyView {
 pub fn apart(a: &Pose3, b: &Pose3) -> f64 {
     let between = a.inverse() * b;
     between.translation.vector.norm() + METRES_A_RADIAN * angle_of(&between.rotation)
+}
+
+/// The same where it is less than a limit; most of many are told by where they are alone.
+pub fn apart_within(a: &Pose3, b: &Pose3, limit: f64) -> Option<f64> {
+    let moved = a.translation.vector - b.translation.vector;
+    (moved.norm_squared() < limit * limit).then(|| apart(a, b)).filter(|distance| *distance < limit)
 }
 
 #[cfg(test)]

@@ -13,7 +13,7 @@ pub use self::list::{SpatialPreset, spatial_descriptions, spatial_presets};
 use crate::camera::Pinhole;
 use crate::cloud_odometry::{CloudMethod, CloudOptions, GlobalRegistrationUse};
 pub use crate::depth_odometry::ColorUse;
-use crate::depth_odometry::{DepthOptions, Effort};
+use crate::depth_odometry::{DepthOptions, Effort, Verification};
 use crate::error::{Error, Result};
 use crate::evaluation::convention::{KnownConvention, PoseDirection, QuaternionOrder, SensorAxes};
 use crate::registration::solver::Motion;
@@ -33,6 +33,9 @@ pub struct SpatialSettings {
     pub color: ColorUse,
     /// How the sensor may move.
     pub motion: Motion,
+    /// Whether frames are verified, with surfaces. For experiments alone: it can be set neither on the page nor by a file.
+    #[serde(skip)]
+    pub verification: Verification,
     /// Focal length along the rows (pixels); 0: from the field of view.
     pub fx: f64,
     /// Focal length along the columns (pixels); 0: that along the rows.
@@ -80,6 +83,7 @@ impl Default for SpatialSettings {
             effort: Effort::Thorough,
             color: ColorUse::default(),
             motion: Motion::Free,
+            verification: Verification::On,
             fx: 0.0,
             fy: 0.0,
             cx: 0.0,
@@ -199,7 +203,8 @@ impl SpatialSettings {
 
     /// The options of the odometry of depth images.
     pub fn depth_options(&self) -> DepthOptions {
-        DepthOptions { motion: self.motion, effort: self.effort, color: self.color }
+        let Self { motion, effort, color, verification, .. } = *self;
+        DepthOptions { motion, effort, color, verification }
     }
 
     /// The options of the odometry of clouds, once nothing is left open.

@@ -3,6 +3,8 @@
 //! Keller et al., "Real-time 3D reconstruction in dynamic scenes using point-based fusion", 3DV 2013: a piece that was
 //! seen before is averaged by its certainty, one that was not is added.
 
+use std::sync::Arc;
+
 use nalgebra::Vector3;
 use rustc_hash::FxHashMap;
 
@@ -16,7 +18,8 @@ use crate::registration::target::Target;
 /// looked at.
 #[derive(Debug, Clone, Default)]
 pub struct SurfelMap {
-    blocks: Vec<Block>,
+    /// Shared with clones until one of them changes.
+    blocks: Vec<Arc<Block>>,
     index: FxHashMap<[i32; 3], u32>,
     len: usize,
 }
@@ -90,14 +93,15 @@ impl SurfelMap {
                 continue;
             };
             let (block, index) = parts(view.number(neighbor.index));
-            let Some(packed) = self.blocks.get_mut(block).and_then(|block| block.surfels.get_mut(index)) else {
+            let Some(packed) = self.blocks.get(block).and_then(|block| block.surfels.get(index)).copied() else {
                 continue;
             };
             let known = packed.surfel();
             let across = known.normal.dot(&(moved.point - known.point));
             let distance = SAME_SURFACE_DISTANCE + 2.0 * (known.deviation + moved.deviation);
             if known.normal.dot(&moved.normal) > SAME_SURFACE_COSINE && across.abs() < distance {
-                *packed = PackedSurfel::new(&averaged(&known, &moved, across), packed.tag);
+                let averaged = averaged(&known, &moved, across);
+                Arc::make_mut(&mut self.blocks[block]).surfels[index] = PackedSurfel::new(&averaged, packed.tag);
             } else if f64::from(neighbor.sq_distance) > reach * reach {
                 self.add(moved, number);
             }
@@ -107,7 +111,7 @@ impl SurfelMap {
     /// Moves every piece with the frame that saw it first, by `motion` (of the world) of that frame's number.
     pub fn move_frames(&mut self, motion: impl Fn(u32) -> Pose3) {
         let mut last: Option<(u32, Pose3)> = None;
-        for packed in std::mem::take(self).blocks.into_iter().flat_map(|block| block.surfels) {
+        for packed in std::mem::take(self).blocks.iter().flat_map(|block| &block.surfels) {
             let (surfel, frame) = (packed.surfel(), packed.tag);
             let (_, T) = *last.insert(last.filter(|(known, _)| *known == frame).unwrap_or((frame, motion(frame))));
             let point = <Pose3 as RigidMotion<3, 6>>::act(&T, &surfel.point);
@@ -121,9 +125,9 @@ impl SurfelMap {
         let number = *self.index.entry([cell.x, cell.y, cell.z]).or_insert(next);
         if number == next {
             let center = cell.map(|x| (f64::from(x) + 0.5) * BLOCK);
-            self.blocks.push(Block { center, ..Block::default() });
+            self.blocks.push(Arc::new(Block { center, ..Block::default() }));
         }
-        self.blocks[number as usize].surfels.push(PackedSurfel::new(&surfel, frame));
+        Arc::make_mut(&mut self.blocks[number as usize]).surfels.push(PackedSurfel::new(&surfel, frame));
         self.len += 1;
     }
 }

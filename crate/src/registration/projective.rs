@@ -144,29 +144,30 @@ impl ProjectiveTarget {
         Self { eye: Eye::new(&camera, &Pose3::identity()), cells, pieces, numbers }
     }
 
-    /// Of pieces of surface in their cells, row by row, each in a cell of its own, in the view's frame.
-    pub(crate) fn from_cells(camera: &Pinhole, pieces: impl ExactSizeIterator<Item = (u32, Surfel)>) -> Self {
-        let mut cells = vec![pieces.len() as u32; camera.width * camera.height];
-        let mut seen = Vec::with_capacity(pieces.len() + 1);
-        for (cell, surfel) in pieces {
-            if let Some(index) = cells.get_mut(cell as usize) {
-                *index = seen.len() as u32;
+    /// Of pieces of surface in the view's frame, each in a cell of its own that its tag tells, row by row.
+    pub(crate) fn from_cells(camera: &Pinhole, packed: &[PackedSurfel]) -> Self {
+        let mut cells = vec![packed.len() as u32; camera.width * camera.height];
+        let mut pieces = Vec::with_capacity(packed.len() + 1);
+        for &PackedSurfel { point, deviation, normal, tag } in packed {
+            if let Some(index) = cells.get_mut(tag as usize) {
+                *index = pieces.len() as u32;
             }
-            seen.push(Piece::of_own(&surfel));
+            pieces.push(Piece { point, deviation, normal, depth: point[2] });
         }
-        seen.push(NOTHING);
-        Self { eye: Eye::new(camera, &Pose3::identity()), cells, pieces: seen, numbers: Vec::new() }
+        pieces.push(NOTHING);
+        Self { eye: Eye::new(camera, &Pose3::identity()), cells, pieces, numbers: Vec::new() }
     }
 
-    /// The cell of each of [`surfels`](Self::surfels).
-    pub(crate) fn cells_of_surfels(&self) -> Vec<u32> {
-        let mut cells = vec![0; self.len()];
-        for (cell, &index) in (0..).zip(&self.cells) {
-            if let Some(own) = cells.get_mut(index as usize) {
-                *own = cell;
-            }
-        }
-        cells
+    /// Each of [`surfels`](Self::surfels) with its cell for its tag.
+    pub(crate) fn packed_surfels(&self) -> Vec<PackedSurfel> {
+        let seen = (0..).zip(&self.cells).filter(|(_, index)| (**index as usize) < self.len());
+        let packed = |(tag, &index): (u32, &u32)| {
+            let Piece { point, deviation, normal, .. } = self.pieces[index as usize];
+            PackedSurfel { point, deviation, normal, tag }
+        };
+        let mut all = Vec::with_capacity(self.len());
+        all.extend(seen.map(packed));
+        all
     }
 
     /// Gives back memory that it does not need, to be kept for long.

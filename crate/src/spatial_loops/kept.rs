@@ -1,36 +1,42 @@
 //! What is kept of a frame's surfaces for as long as the run goes on: a third of what they take while they are matched.
 
 use std::borrow::Cow;
+use std::sync::Arc;
 
-use nalgebra::Vector3;
-
-use super::place::FrameSurfaces;
-use crate::camera::{Pinhole, Surfel};
+use super::place::{FrameSurfaces, Seen};
+use crate::camera::Pinhole;
 use crate::depth_odometry::SurfelCloud;
-use crate::registration::projective::ProjectiveTarget;
+use crate::registration::projective::{PackedSurfel, ProjectiveTarget};
 
 /// What a frame saw: the last frames are matched with every new one, older ones where the path comes back to them.
 pub(super) enum Kept {
-    Whole(Box<FrameSurfaces>),
+    Whole(Arc<FrameSurfaces>),
     Packed(PackedSurfaces),
 }
 
 /// Surfaces in single precision: to a micrometre the same.
 pub(super) struct PackedSurfaces {
-    source: Vec<[f32; 7]>,
-    sparse: Vec<[f32; 7]>,
+    source: Vec<PackedSurfel>,
+    sparse: Vec<PackedSurfel>,
     camera: Pinhole,
-    /// What the view shows, and in which cells.
-    view: Vec<[f32; 7]>,
-    cells: Vec<u32>,
+    /// What the view shows, each piece with its cell.
+    pieces: Vec<PackedSurfel>,
 }
 
 impl Kept {
     /// As it can be matched.
-    pub(super) fn surfaces(&self) -> Cow<'_, FrameSurfaces> {
+    pub(super) fn surfaces(&self) -> Arc<FrameSurfaces> {
         match self {
-            Self::Whole(surfaces) => Cow::Borrowed(surfaces),
-            Self::Packed(packed) => Cow::Owned(packed.unpacked()),
+            Self::Whole(surfaces) => Arc::clone(surfaces),
+            Self::Packed(packed) => Arc::new(packed.unpacked()),
+        }
+    }
+
+    /// What it saw, for others to be matched with.
+    pub(super) fn seen(&self) -> Seen<'_> {
+        match self {
+            Self::Whole(surfaces) => Seen { view: Cow::Borrowed(&surfaces.view), pieces: &surfaces.pieces },
+            Self::Packed(packed) => Seen { view: Cow::Owned(packed.view()), pieces: &packed.pieces },
         }
     }
 
@@ -42,53 +48,43 @@ impl Kept {
 
     /// What it takes on the heap, packed.
     pub(super) fn num_packed_bytes(&self) -> usize {
-        let Self::Packed(PackedSurfaces { source, sparse, view, cells, .. }) = self else { return 0 };
-        let num_pieces = source.capacity() + sparse.capacity() + view.capacity();
-        size_of::<[f32; 7]>() * num_pieces + size_of::<u32>() * cells.capacity()
+        let Self::Packed(PackedSurfaces { source, sparse, pieces, .. }) = self else { return 0 };
+        size_of::<PackedSurfel>() * (source.capacity() + sparse.capacity() + pieces.capacity())
     }
 }
 
 impl PackedSurfaces {
-    fn new(FrameSurfaces { source, sparse, view }: &FrameSurfaces) -> Self {
+    fn new(FrameSurfaces { source, sparse, view, pieces }: &FrameSurfaces) -> Self {
         let packed = |cloud: &SurfelCloud| {
             let mut packed = Vec::with_capacity(cloud.points.len());
-            packed.extend(cloud.surfels().map(|surfel| pack(&surfel)));
+            packed.extend(cloud.surfels().map(|surfel| PackedSurfel::new(&surfel, 0)));
             packed
         };
-        Self {
-            source: packed(source),
-            sparse: packed(sparse),
-            camera: *view.camera(),
-            view: view.surfels().map(|surfel| pack(&surfel)).collect(),
-            cells: view.cells_of_surfels(),
-        }
+        Self { source: packed(source), sparse: packed(sparse), camera: *view.camera(), pieces: pieces.clone() }
+    }
+
+    fn view(&self) -> ProjectiveTarget {
+        ProjectiveTarget::from_cells(&self.camera, &self.pieces)
     }
 
     fn unpacked(&self) -> FrameSurfaces {
-        let cloud = |packed: &[[f32; 7]]| SurfelCloud::of(|| packed.iter().map(unpack));
-        let pieces = self.cells.iter().copied().zip(self.view.iter().map(unpack));
+        let cloud = |packed: &[PackedSurfel]| SurfelCloud::of(|| packed.iter().map(PackedSurfel::surfel));
         FrameSurfaces {
             source: cloud(&self.source),
             sparse: cloud(&self.sparse),
-            view: ProjectiveTarget::from_cells(&self.camera, pieces),
+            view: self.view(),
+            pieces: self.pieces.clone(),
         }
     }
-}
-
-fn pack(Surfel { point, normal, deviation }: &Surfel) -> [f32; 7] {
-    [point.x, point.y, point.z, normal.x, normal.y, normal.z, *deviation].map(|number| number as f32)
-}
-
-fn unpack(packed: &[f32; 7]) -> Surfel {
-    let [x, y, z, nx, ny, nz, deviation] = packed.map(f64::from);
-    Surfel { point: Vector3::new(x, y, z), normal: Vector3::new(nx, ny, nz), deviation }
 }
 
 #[cfg(test)]
 pub(super) mod tests {
+    use nalgebra::Vector3;
+
     use super::*;
-    use crate::camera::SurfelImage;
     use crate::camera::surfel_image::cell_camera;
+    use crate::camera::{Surfel, SurfelImage};
     use crate::registration::projective::Sight;
 
     /// A wall with a bend two metres ahead, as a camera of 640 x 480 pixels sees it.
@@ -126,7 +122,7 @@ pub(super) mod tests {
 
     #[test]
     fn a_frame_takes_little_memory() {
-        let mut kept = Kept::Whole(Box::new(FrameSurfaces::new(&wall())));
+        let mut kept = Kept::Whole(Arc::new(FrameSurfaces::new(&wall())));
         kept.pack();
         let bytes = kept.num_packed_bytes();
         assert!((100_000..200_000).contains(&bytes), "{bytes} bytes");

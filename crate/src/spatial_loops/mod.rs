@@ -10,6 +10,7 @@ mod kept;
 mod place;
 
 use std::ops::Range;
+use std::sync::Arc;
 
 use nalgebra::{Matrix6, Vector6};
 use serde::Serialize;
@@ -19,7 +20,7 @@ use self::place::{FrameSurfaces, Held, Place, Search};
 use crate::camera::surfel_image::SurfelImage;
 use crate::depth_odometry::SpatialEstimate;
 use crate::geometry::{Pose3, RigidMotion};
-use crate::key_views::apart;
+use crate::key_views::{apart, apart_within};
 use crate::registration::spatial::SpatialRegistration;
 use crate::relation_graph::{PoseRelation, SpatialRelation, solve_relations};
 
@@ -166,7 +167,7 @@ impl SpatialLoops {
     fn push(&mut self, frame: u32, T_world_camera: Pose3, T_world_local: Pose3, surfaces: FrameSurfaces) {
         let step = self.nodes.last().map_or(0.0, |last| apart(&last.T_world_camera, &T_world_camera));
         let path = self.nodes.last().map_or(0.0, |last| last.path) + step;
-        let surfaces = Some(Kept::Whole(Box::new(surfaces)));
+        let surfaces = Some(Kept::Whole(Arc::new(surfaces)));
         self.nodes.push(Node { frame, T_world_camera, T_world_local, path, surfaces });
         let older = self.nodes.len().saturating_sub(2 * PLACE_FRAMES);
         if let Some(kept) = older.checked_sub(1).and_then(|oldest| self.nodes[oldest].surfaces.as_mut()) {
@@ -218,10 +219,11 @@ impl SpatialLoops {
     /// Nodes that a camera at this pose may see the same as, the nearest first, after a way of this length.
     fn revisited(&self, before: usize, T_world_camera: &Pose3, path: f64) -> Vec<usize> {
         let near = self.nodes[..before].iter().enumerate().filter_map(|(index, node)| {
+            if path - node.path <= LOOP || node.surfaces.is_none() {
+                return None;
+            }
             let drift = (DRIFT * (path - node.path)).min(MOST_DRIFT);
-            let distance = apart(&node.T_world_camera, T_world_camera);
-            (path - node.path > LOOP && node.surfaces.is_some() && distance < SAME_VIEW + drift)
-                .then_some((distance, index))
+            Some((apart_within(&node.T_world_camera, T_world_camera, SAME_VIEW + drift)?, index))
         });
         let mut near: Vec<(f64, usize)> = near.collect();
         near.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
@@ -263,8 +265,8 @@ impl SpatialLoops {
     ) -> Place<'_> {
         let T_place_world = pose(in_frame_of).inverse();
         let frames = nodes.into_iter().filter_map(|node| {
-            let surfaces = self.nodes[node].surfaces.as_ref()?.surfaces();
-            Some((surfaces, T_place_world * pose(node)))
+            let seen = self.nodes[node].surfaces.as_ref()?.seen();
+            Some((seen, T_place_world * pose(node)))
         });
         Place::new(frames.collect())
     }
@@ -278,7 +280,7 @@ impl SpatialLoops {
     /// Looks for a node in the places seen long before it.
     fn look_for_loops(&mut self, node: usize) {
         let Node { T_world_camera, T_world_local, path, .. } = self.nodes[node];
-        let Some(surfaces) = self.nodes[node].surfaces.as_ref().map(|kept| kept.surfaces().into_owned()) else {
+        let Some(surfaces) = self.nodes[node].surfaces.as_ref().map(Kept::surfaces) else {
             return;
         };
         let places = self.revisited(node, &T_world_camera, path);

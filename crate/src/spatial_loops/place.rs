@@ -4,7 +4,7 @@ use std::borrow::Cow;
 
 use nalgebra::{Matrix3, Matrix6, Vector3};
 
-use crate::camera::surfel_image::{Surfel, SurfelImage};
+use crate::camera::surfel_image::SurfelImage;
 use crate::depth_odometry::{
     AGREEING_COSINE, AllSurfels, FINE_TOLERANCE, OpenDirection, SurfelCloud, around, best_apart, fine_options,
     middle_options, score,
@@ -12,7 +12,7 @@ use crate::depth_odometry::{
 use crate::geometry::Pose3;
 use crate::registration::factors::PointToSurfel;
 use crate::registration::icp::{IcpOptions, register_with};
-use crate::registration::projective::{ProjectiveTarget, Sight};
+use crate::registration::projective::{Drawing, PackedSurfel, ProjectiveTarget, Sight};
 use crate::registration::solver::Solver;
 use crate::registration::spatial::SpatialRegistration;
 
@@ -34,6 +34,15 @@ pub(super) struct FrameSurfaces {
     pub(super) sparse: SurfelCloud,
     /// In the camera's own frame. Of four neighbouring pieces one is enough.
     pub(super) view: ProjectiveTarget,
+    /// The pieces of the view, each with its cell.
+    pub(super) pieces: Vec<PackedSurfel>,
+}
+
+/// What one of the frames of a place saw.
+pub(super) struct Seen<'a> {
+    pub(super) view: Cow<'a, ProjectiveTarget>,
+    /// The same in the camera's own frame, to be drawn.
+    pub(super) pieces: &'a [PackedSurfel],
 }
 
 /// How far a frame may be from a guess.
@@ -60,23 +69,25 @@ pub(super) struct Held {
 
 /// Frames that saw a place, each with its pose there.
 pub(super) struct Place<'a> {
-    frames: Vec<(Cow<'a, FrameSurfaces>, Pose3)>,
+    frames: Vec<(Seen<'a>, Pose3)>,
 }
 
 impl FrameSurfaces {
     pub(super) fn new(frame: &SurfelImage) -> Self {
         let cloud = AllSurfels::new(frame);
+        let view = ProjectiveTarget::of_frame(frame, 2);
         Self {
             source: cloud.at_most(POINTS),
             sparse: cloud.at_most(SPARSE_POINTS),
-            view: ProjectiveTarget::of_frame(frame, 2),
+            pieces: view.packed_surfels(),
+            view,
         }
     }
 }
 
 impl<'a> Place<'a> {
     /// `T_place_camera` of each frame: in the frame of the place, whichever that is.
-    pub(super) fn new(frames: Vec<(Cow<'a, FrameSurfaces>, Pose3)>) -> Self {
+    pub(super) fn new(frames: Vec<(Seen<'a>, Pose3)>) -> Self {
         Self { frames }
     }
 
@@ -120,23 +131,17 @@ impl<'a> Place<'a> {
     }
 
     fn seen_from(&self, T_place_view: &Pose3, frame: &FrameSurfaces) -> ProjectiveTarget {
-        let moved = self.frames.iter().flat_map(|(frame, T)| {
-            let R = T.rotation.to_rotation_matrix().into_inner();
-            let move_surfel = move |surfel: Surfel| Surfel {
-                point: R * surfel.point + T.translation.vector,
-                normal: R * surfel.normal,
-                ..surfel
-            };
-            frame.view.surfels().map(move_surfel)
-        });
-        let surfels: Vec<Surfel> = moved.collect();
-        ProjectiveTarget::draw(surfels.iter(), frame.view.camera(), T_place_view)
+        let mut drawing = Drawing::new(frame.view.camera(), T_place_view);
+        for (seen, T_place_camera) in &self.frames {
+            drawing.add_moved(0, seen.pieces, T_place_camera);
+        }
+        drawing.finish()
     }
 
     /// The frame's surfaces held against theirs, free space being what one of them looked through, and theirs against it.
     fn evidence(&self, frame: &FrameSurfaces, view: &ProjectiveTarget, T_place_camera: &Pose3) -> (f64, f64) {
         let witnesses: Vec<(&ProjectiveTarget, Pose3)> =
-            self.frames.iter().map(|(frame, T)| (&frame.view, T.inverse())).collect();
+            self.frames.iter().map(|(seen, T)| (&*seen.view, T.inverse())).collect();
         let is_seen_through = |point: &Vector3<f64>| {
             let looks = |(view, T): &(&ProjectiveTarget, Pose3)| {
                 let point = T.transform_point(&(*point).into()).coords;
