@@ -35,6 +35,12 @@ struct Block {
 const BLOCK: f64 = 1.0;
 /// Views reach beyond the image by this share of its size on every side: the map goes on where the image ends.
 const MARGIN: f64 = 0.25;
+/// Views reach so far (m), ...
+const REACH: f64 = 12.0;
+/// ... or so much further than the frame shows anything: a place that is looked at may be a few metres off.
+const BEYOND_FRAME: f64 = 4.0;
+/// One cell in so many tells how far that is.
+const DEPTH_STRIDE: usize = 13;
 /// Pieces of one surface are at least about this far apart (m).
 const SPACING: f64 = 0.025;
 /// Pieces whose normals differ by more (cosine) are of different surfaces.
@@ -66,10 +72,13 @@ impl SurfelMap {
         self.len == 0
     }
 
-    /// The map as seen from `T_world_view` with cells like those of `frame`, and some beyond its border.
+    /// The map as seen from `T_world_view` with cells like those of `frame`, and some beyond its border, as far as may matter to
+    /// the frame.
     pub fn view(&self, frame: &SurfelImage, T_world_view: &Pose3) -> ProjectiveTarget {
         let camera = with_margin(&frame.cell_camera());
-        let frustum = Frustum::new(&camera, T_world_view);
+        let depths = frame.cells.iter().step_by(DEPTH_STRIDE).flatten().map(|surfel| surfel.point.z);
+        let reach = REACH.max(depths.fold(0.0, f64::max) + BEYOND_FRAME);
+        let frustum = Frustum::new(&camera, T_world_view, reach);
         let mut drawing = Drawing::new(&camera, T_world_view);
         for (number, block) in (0u64..).zip(&self.blocks) {
             if frustum.may_see(&block.center) {
@@ -160,27 +169,29 @@ fn with_margin(camera: &Pinhole) -> Pinhole {
     }
 }
 
-/// The four sides of what a camera sees, as planes through it.
+/// The four sides of what a camera sees, as planes through it, and how far it is looked.
 struct Frustum {
     T_view_world: Pose3,
     /// Unit normals, inwards.
     sides: [Vector3<f64>; 4],
+    /// How far it reaches (m).
+    reach: f64,
 }
 
 impl Frustum {
-    fn new(camera: &Pinhole, T_world_view: &Pose3) -> Self {
+    fn new(camera: &Pinhole, T_world_view: &Pose3, reach: f64) -> Self {
         let (right, down) = (camera.width as f64 - 0.5, camera.height as f64 - 0.5);
         let corners = [(-0.5, -0.5), (right, -0.5), (right, down), (-0.5, down)].map(|(u, v)| camera.ray(u, v));
         // Clockwise on the image with y down: the product of a corner with the next points inwards.
         let sides = [0, 1, 2, 3].map(|side| corners[side].cross(&corners[(side + 1) % 4]).normalize());
-        Self { T_view_world: T_world_view.inverse(), sides }
+        Self { T_view_world: T_world_view.inverse(), sides, reach }
     }
 
     /// Whether a block with this centre reaches into what is seen.
     fn may_see(&self, center: &Vector3<f64>) -> bool {
         let center = <Pose3 as RigidMotion<3, 6>>::act(&self.T_view_world, center);
         let radius = BLOCK * 3f64.sqrt() / 2.0;
-        self.sides.iter().all(|side| side.dot(&center) > -radius) && center.z > -radius
+        self.sides.iter().all(|side| side.dot(&center) > -radius) && (-radius..self.reach + radius).contains(&center.z)
     }
 }
 

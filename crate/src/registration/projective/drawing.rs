@@ -1,6 +1,6 @@
 //! Pieces of surface into the cells of a view, the nearest of each cell.
 
-use super::eye::{Eye, LANES, MIN_DEPTH, Transform, single};
+use super::eye::{Eye, MIN_DEPTH, Transform, between, dot, single};
 use super::packed::PackedSurfel;
 use super::{NOTHING, Piece, ProjectiveTarget};
 use crate::camera::Pinhole;
@@ -15,10 +15,10 @@ pub struct Drawing<'a> {
     T_world_view: Pose3,
     /// Of each cell the depth of the nearest piece and, in the lower half, its place among all that were added: bits of
     /// positive floats are ordered as they are, so the nearest is the least, and of those as near the first. Behind the
-    /// cells some for what is not in view.
+    /// cells one for what is not in view.
     nearest: Vec<u64>,
     sheets: Vec<Sheet<'a>>,
-    /// Which of them so many places ([`LANES`]) belong to.
+    /// Which of them so many places ([`STRIDE`]) belong to.
     sheet_of: Vec<u32>,
 }
 
@@ -34,8 +34,10 @@ struct Sheet<'a> {
 
 /// Where nothing has been drawn.
 const NONE: u64 = u64::MAX;
-/// What is seen from nowhere.
-const NOWHERE: PackedSurfel = PackedSurfel { point: [f32::NAN; 3], deviation: 0.0, normal: [0.0; 3], tag: 0 };
+/// Pieces that are looked up together.
+const RUN: usize = 256;
+/// Places of a sheet begin at a multiple of this, so that they tell which sheet they are of.
+const STRIDE: usize = 16;
 
 impl<'a> Drawing<'a> {
     /// Nothing yet, as seen from `T_world_view` by a camera whose pixels are the cells.
@@ -43,7 +45,7 @@ impl<'a> Drawing<'a> {
         Self {
             camera: *camera,
             T_world_view: *T_world_view,
-            nearest: vec![NONE; camera.width * camera.height + LANES],
+            nearest: vec![NONE; camera.width * camera.height + 1],
             sheets: Vec::new(),
             sheet_of: Vec::new(),
         }
@@ -65,51 +67,19 @@ impl<'a> Drawing<'a> {
     /// Puts pieces that the view sees from a pose in their frame to their cells, where they are the nearest; the place of the
     /// first.
     fn put(&mut self, surfels: &[PackedSurfel], T_sheet_view: &Pose3) -> usize {
-        let start = LANES * self.sheet_of.len();
-        self.sheet_of.resize(self.sheet_of.len() + surfels.len().div_ceil(LANES), self.sheets.len() as u32);
-        let (eye, viewpoint) = (Eye::new(&self.camera, T_sheet_view), single(&T_sheet_view.translation.vector));
-        let (chunks, rest) = surfels.as_chunks::<LANES>();
-        let mut place = start;
-        for chunk in chunks {
-            self.put_chunk(&eye, &viewpoint, chunk, place);
-            place += LANES;
-        }
-        if !rest.is_empty() {
-            let mut chunk = [NOWHERE; LANES];
-            chunk[..rest.len()].copy_from_slice(rest);
-            self.put_chunk(&eye, &viewpoint, &chunk, place);
+        let start = STRIDE * self.sheet_of.len();
+        self.sheet_of.resize(self.sheet_of.len() + surfels.len().div_ceil(STRIDE), self.sheets.len() as u32);
+        let eye = Eye::new(&self.camera, T_sheet_view);
+        let viewpoint = single(&T_sheet_view.translation.vector);
+        let (mut cells, mut depths) = ([0; RUN], [0.0; RUN]);
+        for (run, first) in surfels.chunks(RUN).zip((start..).step_by(RUN)) {
+            look_up(&eye, &viewpoint, run, &mut cells, &mut depths);
+            for ((&cell, depth), place) in cells.iter().zip(&depths).take(run.len()).zip(first..) {
+                let nearest = &mut self.nearest[cell as usize];
+                *nearest = (*nearest).min(u64::from(depth.to_bits()) << 32 | place as u64);
+            }
         }
         start
-    }
-
-    #[inline]
-    fn put_chunk(&mut self, eye: &Eye, viewpoint: &[f32; 3], chunk: &[PackedSurfel; LANES], place: usize) {
-        let (width, height) = (self.camera.width, self.camera.height);
-        let (last_column, last_row, beyond) = (width as f32, height as f32, (width * height) as u32);
-        let p: [[f32; LANES]; 3] = std::array::from_fn(|axis| std::array::from_fn(|lane| chunk[lane].point[axis]));
-        let n: [[f32; LANES]; 3] = std::array::from_fn(|axis| std::array::from_fn(|lane| chunk[lane].normal[axis]));
-        let [x, y, z] = *viewpoint;
-        let facing: [f32; LANES] = std::array::from_fn(|lane| {
-            (p[0][lane] - x) * n[0][lane] + (p[1][lane] - y) * n[1][lane] + (p[2][lane] - z) * n[2][lane]
-        });
-        let seen = eye.T_view_world.act_on_all(&p);
-        let [u, v] = eye.project_all(&seen);
-        let cells: [u32; LANES] = std::array::from_fn(|lane| {
-            let (u, v) = (u[lane], v[lane]);
-            // Not a number fails all of these.
-            let is_seen = (facing[lane] < 0.0)
-                & (seen[2][lane] >= MIN_DEPTH)
-                & (u >= 0.0)
-                & (v >= 0.0)
-                & (u < last_column)
-                & (v < last_row);
-            let cell = floor(v).wrapping_mul(width as u32).wrapping_add(floor(u));
-            if is_seen { cell } else { beyond + lane as u32 }
-        });
-        for (lane, &cell) in cells.iter().enumerate() {
-            let nearest = &mut self.nearest[cell as usize];
-            *nearest = (*nearest).min(u64::from(seen[2][lane].to_bits()) << 32 | (place + lane) as u64);
-        }
     }
 
     /// What has come to be seen.
@@ -122,7 +92,7 @@ impl<'a> Drawing<'a> {
                 return num_seen as u32;
             }
             let (depth, place) = (f32::from_bits((nearest >> 32) as u32), nearest as u32 as usize);
-            let sheet = &self.sheets[self.sheet_of[place / LANES] as usize];
+            let sheet = &self.sheets[self.sheet_of[place / STRIDE] as usize];
             let index = place - sheet.start;
             pieces.push(sheet.piece(index, depth));
             numbers.push(sheet.first_number + index as u64);
@@ -141,6 +111,25 @@ impl Sheet<'_> {
             None => Piece { point, deviation, normal, depth },
             Some(T) => Piece { point: T.act(&point), deviation, normal: T.turn(&normal), depth },
         }
+    }
+}
+
+/// The cells that pieces are seen in, the one behind all cells where they are not, and their depths. Vector units do many
+/// together.
+#[inline]
+fn look_up(eye: &Eye, viewpoint: &[f32; 3], surfels: &[PackedSurfel], cells: &mut [u32; RUN], depths: &mut [f32; RUN]) {
+    let (width, height) = (eye.camera.width, eye.camera.height);
+    let (last_column, last_row, behind) = (width as f32, height as f32, (width * height) as u32);
+    for ((surfel, cell), depth) in surfels.iter().zip(cells).zip(depths) {
+        let facing = dot(&between(viewpoint, &surfel.point), &surfel.normal);
+        let seen = eye.T_view_world.act(&surfel.point);
+        let [u, v] = eye.project(&seen);
+        // Not a number fails all of these.
+        let is_seen =
+            (facing < 0.0) & (seen[2] >= MIN_DEPTH) & (u >= 0.0) & (v >= 0.0) & (u < last_column) & (v < last_row);
+        let inside = floor(v).wrapping_mul(width as u32).wrapping_add(floor(u));
+        *cell = if is_seen { inside } else { behind };
+        *depth = seen[2];
     }
 }
 

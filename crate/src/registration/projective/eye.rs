@@ -28,13 +28,20 @@ impl Eye {
 
     /// Column and row of the cell that a point in the view's frame is seen in.
     #[inline]
-    pub(super) fn cell(&self, [x, y, z]: &[f32; 3]) -> Option<(usize, usize)> {
-        let [fx, fy, cx, cy] = self.intrinsics;
-        let away = 1.0 / z;
-        self.inside(fx * x * away + cx, fy * y * away + cy, *z)
+    pub(super) fn cell(&self, seen: &[f32; 3]) -> Option<(usize, usize)> {
+        let [u, v] = self.project(seen);
+        self.inside(u, v, seen[2])
     }
 
-    /// The same for many points: their columns and rows as fractions.
+    /// The same as fractions.
+    #[inline]
+    pub(super) fn project(&self, [x, y, z]: &[f32; 3]) -> [f32; 2] {
+        let [fx, fy, cx, cy] = self.intrinsics;
+        let away = 1.0 / z;
+        [fx * x * away + cx, fy * y * away + cy]
+    }
+
+    /// The same for many points.
     #[inline]
     pub(super) fn project_all(&self, [x, y, z]: &[[f32; LANES]; 3]) -> [[f32; LANES]; 2] {
         let [fx, fy, cx, cy] = self.intrinsics;
