@@ -1,6 +1,7 @@
 //! Scores the depth engine on all recordings at once, real and generated: `cargo run --release --example depth_scores --
 //! [--only 'WORDS|WORDS'] [--first SEED] [--seeds N] [--frames N] [--cache FOLDER] [--runs] [--each] [--quick] [--planar]
-//! [--open] [--color used|where_open|not_used] [--images] [--pictures FOLDER] [--threads N] [--ablations | --per-seed]`.
+//! [--open] [--color used|where_open|not_used] [--images] [--pictures FOLDER] [--threads N] [--ablations
+//! [--variants 'NAME|NAME'] | --per-seed]`.
 //! Prints a Markdown table: one row a kind of recording; with `--ablations` a column for each part of the engine that is left
 //! out; with `--per-seed` a row for each generated world. `--images` renders colour images of flats as well. Words after an
 //! equals sign are all of a recording's kind.
@@ -57,7 +58,11 @@ fn main() {
         },
         ..SpatialSettings::default()
     };
-    let variants = if flag("--ablations") { ablations::ablations(&settings) } else { ablations::unchanged(&settings) };
+    let mut variants =
+        if flag("--ablations") { ablations::ablations(&settings) } else { ablations::unchanged(&settings) };
+    if let Some(names) = argument("--variants") {
+        variants.retain(|variant| names.split('|').any(|name| name == variant.name));
+    }
     let cache = argument("--cache").map(PathBuf::from);
     let pictures = argument("--pictures").map(PathBuf::from);
     let first = number("--first", 1) as u64;
