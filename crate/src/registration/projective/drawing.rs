@@ -53,7 +53,8 @@ impl<'a> Drawing<'a> {
 
     /// Draws pieces of surface in the world's frame that have consecutive numbers, from `first_number` on.
     pub fn add(&mut self, first_number: u64, surfels: &'a [PackedSurfel]) {
-        let start = self.put(surfels, &self.T_world_view.clone());
+        let T_sheet_view = self.T_world_view;
+        let start = self.put(surfels, &T_sheet_view);
         self.sheets.push(Sheet { surfels, first_number, start, T_world_sheet: None });
     }
 
@@ -116,6 +117,7 @@ impl Sheet<'_> {
 
 /// The cells that pieces are seen in, the one behind all cells where they are not, and their depths. Vector units do many
 /// together.
+#[expect(clippy::needless_bitwise_bool, reason = "branches could be guessed wrong, and keep vector units from it")]
 #[inline]
 fn look_up(eye: &Eye, viewpoint: &[f32; 3], surfels: &[PackedSurfel], cells: &mut [u32; RUN], depths: &mut [f32; RUN]) {
     let (width, height) = (eye.camera.width, eye.camera.height);
