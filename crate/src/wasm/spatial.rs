@@ -1,6 +1,6 @@
 //! Reconstruction in space for JavaScript: depth images, each prepared in any worker, registered in one.
 
-use js_sys::{Float32Array, Int8Array, Uint8Array};
+use js_sys::{Float32Array, Int16Array, Uint8Array};
 use tsify::Ts;
 use wasm_bindgen::prelude::*;
 
@@ -256,11 +256,11 @@ impl SpatialReconstruction {
         sent(normals, Float32Array::new_with_length, Float32Array::subarray, Float32Array::copy_from)
     }
 
-    /// The same in 127ths, as they are drawn.
-    pub fn map_small_normals(&mut self) -> Int8Array {
-        let small = |normal: glam::Vec3| (normal * 127.0).to_array().map(|x| (x + x.signum() * 0.5) as i8);
+    /// The same in whole numbers, 32767 to a unit: half the bytes, for those who draw them.
+    pub fn map_small_normals(&mut self) -> Int16Array {
+        let small = |normal: glam::Vec3| (normal * f32::from(i16::MAX)).to_array().map(|x| (x + 0.5).floor() as i16);
         let normals = self.engine.map().normals().map(small);
-        sent(normals, Int8Array::new_with_length, Int8Array::subarray, Int8Array::copy_from)
+        sent(normals, Int16Array::new_with_length, Int16Array::subarray, Int16Array::copy_from)
     }
 
     /// The first frame that saw each of the map's points.

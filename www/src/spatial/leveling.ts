@@ -9,8 +9,8 @@ export interface MapPoints {
   positions: Float32Array;
   /** red green blue ... */
   colors: Uint8Array;
-  /** Unit vectors in 127ths; zero where unknown. */
-  normals: Int8Array;
+  /** Unit vectors, a unit being `NORMAL_UNIT`; zero where unknown. */
+  normals: Int16Array;
   /** Frame that saw each point first. */
   frames: Uint32Array;
 }
@@ -18,7 +18,7 @@ export interface MapPoints {
 export const NO_POINTS: MapPoints = {
   positions: new Float32Array(),
   colors: new Uint8Array(),
-  normals: new Int8Array(),
+  normals: new Int16Array(),
   frames: new Uint32Array(),
 };
 
@@ -28,7 +28,7 @@ const CONES = [0.82, 0.94, 0.985];
 const MIN_SHARE = 0.08;
 const MAX_SAMPLES = 20_000;
 /** Length of a normal. */
-const NORMAL_UNIT = 127;
+export const NORMAL_UNIT = 32_767;
 
 /** Up in the world of the first camera, or of the first cloud of a laser that stands upright. */
 const CAMERA_UP: Vec3 = [0, -1, 0];
