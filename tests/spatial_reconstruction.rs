@@ -359,6 +359,27 @@ fn frames_can_be_added_to_a_finished_run_and_travel_as_bytes() {
 }
 
 /// What is seen again and again must not be dragged along by those who see it.
+/// Asked for early or late, stitched ahead or not: the map is that of the last poses.
+#[test]
+fn a_map_that_was_stitched_ahead_is_the_same() {
+    let (files, _) = generated_walk(3);
+    let files = &files[..24];
+    let mut at_the_end = run(files, None);
+    let mut ahead = SpatialReconstruction::new(SpatialSettings::default()).unwrap();
+    for (index, file) in files.iter().enumerate() {
+        add(&mut ahead, index, std::slice::from_ref(file));
+        ahead.stitch_ahead();
+        if index == 9 {
+            assert!(!ahead.map().is_empty());
+        }
+    }
+    ahead.finish();
+    while ahead.step().stage != Stage::Done {}
+    assert_eq!(ahead.poses(), at_the_end.poses());
+    assert_eq!(ahead.map().frames(), at_the_end.map().frames());
+    assert_eq!(ahead.map().cloud(), at_the_end.map().cloud());
+}
+
 #[test]
 fn a_walk_to_and_fro_stays_in_its_map() {
     let Some(folder) = data() else { return };

@@ -183,7 +183,8 @@ impl Reconstruction {
             Stage::Loops => run.advance_loops(settings),
             Stage::Joint => run.advance_joint(settings),
             Stage::Evaluate => run.evaluate(),
-            Stage::Done => run.progress(None),
+            // Frames are tried again in space alone.
+            Stage::Retry | Stage::Done => run.progress(None),
         }
     }
 

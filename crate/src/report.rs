@@ -163,6 +163,8 @@ pub struct Progress {
 pub enum Stage {
     /// Scan by scan.
     Register,
+    /// Frames that could not be placed when it was their turn, once more, now that all is known.
+    Retry,
     /// Places that come into view again, in long sequences.
     Loops,
     /// All poses together.

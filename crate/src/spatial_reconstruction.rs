@@ -31,6 +31,9 @@ const CLEAR_RATIO: f64 = 1.1;
 /// it open.
 const DECIDING_RATIO: f64 = 1.05;
 
+/// So many of the newest frames are not stitched before the map is asked for.
+const UNSETTLED_FRAMES: usize = 6;
+
 /// A reconstruction in space.
 ///
 /// [`begin`](Self::begin) looks at the first frame and says what preparing has to know; prepared frames are
@@ -63,6 +66,13 @@ struct Stitched {
     map: VoxelMap,
     quantisation: Quantisation,
     poses: Vec<Option<Pose3>>,
+}
+
+impl Stitched {
+    /// Number of frames.
+    fn len(&self) -> usize {
+        self.poses.len()
+    }
 }
 
 /// A run with one way of reading the depth; while the data have not decided there may be two. Clouds have one.
@@ -255,7 +265,7 @@ impl SpatialReconstruction {
         }
         if self.is_complete && !self.is_finished && self.try_again() {
             let total = self.frames.len();
-            return Progress { stage: Stage::Loops, done: total, total, frame: None };
+            return Progress { stage: Stage::Retry, done: total, total, frame: None };
         }
         if self.is_complete && !self.is_finished {
             self.is_finished = true;
@@ -432,39 +442,58 @@ impl SpatialReconstruction {
     /// The map so far: one point a voxel, coloured where the recording is, world frame. What has been added since it was
     /// last asked for is stitched to it.
     pub fn map(&mut self) -> &VoxelMap {
-        let (poses, quantisation) =
-            (self.poses_up_to(Status::Good), self.quantisation().unwrap_or(Quantisation::Rounded));
-        let kept = self
-            .stitched
-            .take()
-            .filter(|stitched| stitched.quantisation == quantisation && poses.starts_with(&stitched.poses));
-        let voxel_size = self.preparation.as_ref().map_or(1.0, |preparation| preparation.settings.map_voxel_size);
-        let mut map = match kept {
-            Some(stitched) => stitched,
-            None => Stitched { map: VoxelMap::new(voxel_size), quantisation, poses: Vec::new() },
-        };
-        self.insert_frames(&mut map.map, map.poses.len(), &poses);
-        map.poses = poses;
-        &self.stitched.insert(map).map
+        let poses = self.poses_up_to(Status::Good);
+        let stitched = self.stitch(&poses);
+        &self.stitched.insert(stitched).map
     }
 
-    fn insert_frames(&self, map: &mut VoxelMap, first: usize, poses: &[Option<Pose3>]) {
+    /// Stitches one more of the frames that are registered, so that less is left to do when the [map](Self::map) is asked
+    /// for: it becomes the same map. The newest frames have to wait, as their poses may still change.
+    pub fn stitch_ahead(&mut self) {
+        let poses = self.poses_up_to(Status::Good);
+        let num_settled = poses.len().saturating_sub(UNSETTLED_FRAMES);
+        let num_stitched =
+            self.stitched.as_ref().filter(|stitched| self.is_of(stitched, &poses)).map_or(0, Stitched::len);
+        if num_stitched < num_settled {
+            self.stitched = Some(self.stitch(&poses[..=num_stitched]));
+        }
+    }
+
+    /// The map of the first frames at these poses, made from what there is of it.
+    fn stitch(&mut self, poses: &[Option<Pose3>]) -> Stitched {
+        let kept = self.stitched.take().filter(|stitched| self.is_of(stitched, poses));
+        let voxel_size = self.preparation.as_ref().map_or(1.0, |preparation| preparation.settings.map_voxel_size);
+        let mut stitched = kept.unwrap_or_else(|| Stitched {
+            map: VoxelMap::new(voxel_size),
+            quantisation: self.map_quantisation(),
+            poses: Vec::new(),
+        });
         let max_height = self.settings.max_height;
-        for (index, (frame, pose)) in self.frames.iter().zip(poses).enumerate().skip(first) {
+        for (index, (frame, pose)) in self.frames.iter().zip(poses).enumerate().skip(stitched.len()) {
             match (&frame.map_points, pose) {
                 (_, None) => {}
                 (MapPoints::Image(image, prepared_as), Some(pose)) => {
-                    map.insert_image(image, self.depth_shift(*prepared_as), pose, index, max_height);
+                    stitched.map.insert_image(image, self.depth_shift(*prepared_as), pose, index, max_height);
                 }
-                (MapPoints::Cloud(cloud), Some(pose)) => map.insert(cloud, pose, index, max_height),
+                (MapPoints::Cloud(cloud), Some(pose)) => stitched.map.insert(cloud, pose, index, max_height),
             }
         }
+        stitched.poses.extend_from_slice(&poses[stitched.len()..]);
+        stitched
+    }
+
+    /// Whether a map is one of the first frames at these poses.
+    fn is_of(&self, stitched: &Stitched, poses: &[Option<Pose3>]) -> bool {
+        stitched.quantisation == self.map_quantisation() && poses.starts_with(&stitched.poses)
+    }
+
+    fn map_quantisation(&self) -> Quantisation {
+        self.quantisation().unwrap_or(Quantisation::Rounded)
     }
 
     /// What is to be added to depths (m) that were prepared by one way of reading them.
     fn depth_shift(&self, prepared_as: Quantisation) -> f64 {
-        let quantisation = self.quantisation().unwrap_or(Quantisation::Rounded);
-        (quantisation.offset() - prepared_as.offset()) * self.depth().map_or(0.0, |depth| depth.depth_step)
+        (self.map_quantisation().offset() - prepared_as.offset()) * self.depth().map_or(0.0, |depth| depth.depth_step)
     }
 
     /// What a frame gives to the map, in the sensor's frame.

@@ -1,8 +1,19 @@
 //! The stitched map in space: one point a voxel, the mean of what all frames saw there.
 
-use glam::{DVec3, Mat3A, Vec3, Vec3A};
+mod batch;
+mod count;
+mod grid;
+mod voxel;
+
+use std::hint::black_box;
+
+use glam::{DVec3, Mat3A, Vec3};
 use rustc_hash::FxHashMap;
 
+use self::batch::{BATCH, Batch};
+pub use self::count::VoxelCount;
+use self::grid::{BLOCK_VOXELS, Grid, KEY_BITS, block_key, rotation, slot};
+use self::voxel::{NORMAL_SCALE, Voxel};
 use crate::geometry::{PointCloud, Pose3};
 use crate::preprocess::map_image::MapImage;
 
@@ -12,65 +23,51 @@ use crate::preprocess::map_image::MapImage;
 #[derive(Debug, Clone)]
 pub struct VoxelMap {
     voxel_size: f64,
-    /// Number of each block of [`BLOCK`] voxels a side that holds a point: neighbours are found without hashing.
-    index: FxHashMap<u64, u32>,
-    /// For each block, the numbers of its voxels plus 1; 0 where there is none.
-    blocks: Vec<[u32; BLOCK_VOXELS]>,
+    /// For each block of voxels that holds a point, where its slots begin: neighbours are found without hashing.
+    blocks: FxHashMap<u64, u32>,
+    /// For each voxel of each block its number plus 1; 0 where there is none.
+    slots: Vec<u32>,
     voxels: Vec<Voxel>,
+    /// Of each voxel.
+    origins: Vec<Origin>,
     has_colors: bool,
 }
 
-#[derive(Debug, Clone)]
-struct Voxel {
-    /// Sum of the positions relative to the voxel's corner, in sides of it.
-    offset: Vec3,
+/// What is known of a voxel once it is seen.
+#[derive(Debug, Clone, Copy)]
+struct Origin {
     corner: [i32; 3],
-    normal: Vec3,
-    color: [u32; 3],
-    count: u32,
     /// The first frame that saw it.
     frame: u32,
 }
 
-/// Neighbouring points of one voxel on their way into the map.
-struct Placed {
-    corner: [i32; 3],
-    /// Its block, and its voxel's place in that.
-    slot: (u32, u32),
-    /// The number of its voxel.
-    number: u32,
-    /// Sums of their positions relative to the voxel's corner, in sides of it, of their normals and colours.
-    offset: Vec3A,
-    normal: Vec3A,
-    color: [u32; 3],
-    count: u32,
-}
-
-/// Points that are placed together: what is far away in memory is waited for once and not for each of them.
-const BATCH: usize = 64;
-/// Voxels along a side of a block, and that as a power of two.
-const BLOCK: i32 = 1 << BLOCK_BITS;
-const BLOCK_BITS: i32 = 3;
-const BLOCK_VOXELS: usize = (BLOCK * BLOCK * BLOCK) as usize;
-/// Bits of a key for each axis: voxels of a millimetre reach a kilometre.
-const KEY_BITS: u32 = 21;
+/// So many blocks that were found last are found without the map of all.
+const RECENT: usize = 256;
+/// Image normals are kept in 127ths.
+const IMAGE_UNIT: f32 = 127.0;
 
 impl VoxelMap {
     /// A map without points; `voxel_size` (m) is positive.
     pub fn new(voxel_size: f64) -> Self {
-        Self { voxel_size, index: FxHashMap::default(), blocks: Vec::new(), voxels: Vec::new(), has_colors: false }
+        Self {
+            voxel_size,
+            blocks: FxHashMap::default(),
+            slots: Vec::new(),
+            voxels: Vec::new(),
+            origins: Vec::new(),
+            has_colors: false,
+        }
     }
 
     /// Adds the points of a frame at its pose. Points higher than `max_height` (m) above the world's origin are left out;
     /// the world's y axis points down.
     pub fn insert(&mut self, cloud: &PointCloud, T_world_sensor: &Pose3, frame: usize, max_height: f64) {
         self.has_colors |= cloud.colors.is_some();
-        let R = rotation(T_world_sensor);
-        let mut stitching = Stitching::new(self, T_world_sensor, frame, max_height);
+        let mut stitching = Stitching::new(self, T_world_sensor, 1.0, frame, max_height);
         for (index, &position) in cloud.positions.iter().enumerate() {
-            let normal = cloud.normals.as_ref().map_or(Vec3A::ZERO, |normals| R * Vec3A::from(normals[index]));
+            let normal = cloud.normals.as_ref().map_or(Vec3::ZERO, |normals| normals[index].normalize_or_zero());
             let color = cloud.colors.as_ref().map_or([0; 3], |colors| colors[index]);
-            stitching.add(position, normal, color);
+            stitching.add(position, normal.to_array(), color);
         }
         stitching.flush();
     }
@@ -85,27 +82,32 @@ impl VoxelMap {
         max_height: f64,
     ) {
         self.has_colors |= image.colors.is_some();
-        let R = rotation(T_world_sensor);
-        let mut stitching = Stitching::new(self, T_world_sensor, frame, max_height);
-        // Neighbours are mostly of one surface.
-        let mut last = ([0; 3], Vec3A::ZERO);
+        let mut stitching = Stitching::new(self, T_world_sensor, IMAGE_UNIT, frame, max_height);
         image.for_each_point(shift, |position, normal, color| {
-            if normal != last.0 {
-                last = (normal, (R * Vec3A::from(normal.map(f32::from))).normalize_or_zero());
-            }
-            stitching.add(position, last.1, color);
+            stitching.add(position, normal.map(f32::from), color);
         });
         stitching.flush();
     }
 
-    /// The number of the block of this key, which is made where there is none.
+    /// Where the slots of the block of this key begin; it is made where there is none.
     fn block(&mut self, key: u64) -> u32 {
-        let next = self.blocks.len() as u32;
-        let number = *self.index.entry(key).or_insert(next);
-        if number == next {
-            self.blocks.push([0; BLOCK_VOXELS]);
+        let next = self.slots.len() as u32;
+        let first = *self.blocks.entry(key).or_insert(next);
+        if first == next {
+            self.slots.resize(self.slots.len() + BLOCK_VOXELS, 0);
         }
-        number
+        first
+    }
+
+    /// The number, plus 1, of the voxel that a slot stands for; it is made where there is none.
+    fn voxel(&mut self, slot: u32, corner: [i32; 3], frame: u32) -> u32 {
+        let number = &mut self.slots[slot as usize];
+        if *number == 0 {
+            self.voxels.push(Voxel::default());
+            self.origins.push(Origin { corner, frame });
+            *number = self.voxels.len() as u32;
+        }
+        *number
     }
 
     /// Number of points.
@@ -130,230 +132,95 @@ impl VoxelMap {
 
     /// Where the points are (m), in the order of [`cloud`](Self::cloud).
     pub fn positions(&self) -> impl ExactSizeIterator<Item = Vec3> {
-        self.voxels.iter().map(|voxel| {
-            let offset = voxel.offset * (1.0 / voxel.count as f32);
-            ((DVec3::from(voxel.corner.map(f64::from)) + offset.as_dvec3()) * self.voxel_size).as_vec3()
-        })
+        self.voxels.iter().zip(&self.origins).map(|(voxel, origin)| voxel.position(origin.corner, self.voxel_size))
     }
 
     /// Where their surfaces face: unit vectors, zero where that is unknown.
     pub fn normals(&self) -> impl ExactSizeIterator<Item = Vec3> {
-        self.voxels.iter().map(|voxel| voxel.normal.normalize_or_zero())
+        self.voxels.iter().map(Voxel::normal)
     }
 
     /// Their colours (red, green, blue), where any frame had some.
     pub fn colors(&self) -> Option<impl ExactSizeIterator<Item = [u8; 3]>> {
-        let color = |voxel: &Voxel| {
-            let share = 1.0 / voxel.count as f32;
-            voxel.color.map(|sum| (sum as f32 * share + 0.5) as u8)
-        };
-        self.has_colors.then(|| self.voxels.iter().map(color))
+        self.has_colors.then(|| self.voxels.iter().map(Voxel::color))
     }
 
     /// The first frame that saw each point.
     pub fn frames(&self) -> Vec<u32> {
-        self.voxels.iter().map(|voxel| voxel.frame).collect()
+        self.origins.iter().map(|origin| origin.frame).collect()
     }
 }
 
-/// Points of one frame on their way into a map, a few at a time.
+/// Points of one frame on their way into a map.
 struct Stitching<'a> {
     map: &'a mut VoxelMap,
     grid: Grid,
-    frame: usize,
-    /// Key and number.
-    last_block: (u64, u32),
-    batch: Vec<Placed>,
+    R_world_normal: Mat3A,
+    frame: u32,
+    /// Keys, and where the slots begin.
+    recent: [(u64, u32); RECENT],
+    batch: Batch,
 }
 
 impl<'a> Stitching<'a> {
-    fn new(map: &'a mut VoxelMap, T_world_sensor: &Pose3, frame: usize, max_height: f64) -> Self {
+    /// `unit` is the length of a normal.
+    fn new(map: &'a mut VoxelMap, T_world_sensor: &Pose3, unit: f32, frame: usize, max_height: f64) -> Self {
         let grid = Grid::new(map.voxel_size, T_world_sensor, max_height);
-        Self { map, grid, frame, last_block: (u64::MAX, 0), batch: Vec::with_capacity(BATCH) }
+        let R_world_normal = rotation(T_world_sensor) * (NORMAL_SCALE / unit);
+        let recent = [(u64::MAX, 0); RECENT];
+        Self { map, grid, R_world_normal, frame: frame as u32, recent, batch: Batch::new() }
     }
 
-    /// A position in the sensor's frame (m), with its normal in the world's.
+    /// A position and a normal in the sensor's frame (m).
     #[inline]
-    fn add(&mut self, position: Vec3, normal: Vec3A, color: [u8; 3]) {
-        let Some((corner, offset)) = self.grid.voxel_of(position) else { return };
-        let color = color.map(u32::from);
-        if let Some(last) = self.batch.last_mut().filter(|last| last.corner == corner) {
-            last.offset += offset;
-            last.normal += normal;
-            last.color.iter_mut().zip(color).for_each(|(sum, channel)| *sum += channel);
-            last.count += 1;
-            return;
-        }
-        if self.batch.len() == BATCH {
+    fn add(&mut self, position: Vec3, normal: [f32; 3], color: [u8; 3]) {
+        self.batch.push(position, normal, color);
+        if self.batch.is_full() {
             self.flush();
         }
-        let key = block_key(corner);
-        if key != self.last_block.0 {
-            self.last_block = (key, self.map.block(key));
-        }
-        let [x, y, z] = corner.map(|cell| cell & (BLOCK - 1));
-        let slot = (self.last_block.1, ((z * BLOCK + y) * BLOCK + x) as u32);
-        self.batch.push(Placed { corner, slot, number: 0, offset, normal, color, count: 1 });
     }
 
     fn flush(&mut self) {
-        let VoxelMap { blocks, voxels, .. } = &mut *self.map;
-        for placed in &mut self.batch {
-            let slot = &mut blocks[placed.slot.0 as usize][placed.slot.1 as usize];
-            if *slot == 0 {
-                voxels.push(Voxel::new(placed.corner, self.frame));
-                *slot = voxels.len() as u32;
-            }
-            placed.number = *slot - 1;
-        }
-        for &Placed { number, offset, normal, color, count, .. } in &self.batch {
-            let Some(voxel) = voxels.get_mut(number as usize) else { continue };
-            voxel.offset += Vec3::from(offset);
-            voxel.normal += Vec3::from(normal);
-            voxel.count += count;
-            for (sum, channel) in voxel.color.iter_mut().zip(color) {
-                *sum += channel;
-            }
-        }
-        self.batch.clear();
-    }
-}
-
-/// From a sensor's frame to voxels of the world, in single precision: it tells micrometres apart in a house and millimetres
-/// in a town.
-struct Grid {
-    /// To the world's frame in sides of a voxel.
-    R: Mat3A,
-    t: Vec3A,
-    /// Below this y, which points down, it is too high.
-    least_y: f32,
-}
-
-impl Grid {
-    fn new(voxel_size: f64, T_world_sensor: &Pose3, max_height: f64) -> Self {
-        let (inverse, t) = (1.0 / voxel_size, T_world_sensor.translation.vector);
-        Self {
-            R: rotation(T_world_sensor) * inverse as f32,
-            t: (DVec3::new(t.x, t.y, t.z) * inverse).as_vec3a(),
-            least_y: (-max_height * inverse) as f32,
-        }
-    }
-
-    /// The voxel of a position (m, sensor's frame), and where in it that lies (in sides of it); `None` where it is too high,
-    /// not finite or too far away.
-    #[inline]
-    fn voxel_of(&self, position: Vec3) -> Option<([i32; 3], Vec3A)> {
-        const LIMIT: f32 = ((1 << (KEY_BITS - 1)) - 1) as f32;
-        let scaled = self.R * Vec3A::from(position) + self.t;
-        // Not a number fails the comparison.
-        let is_inside = (scaled.cmpge(Vec3A::splat(-LIMIT)) & scaled.cmple(Vec3A::splat(LIMIT))).all();
-        if !is_inside || scaled.y < self.least_y {
-            return None;
-        }
-        let floor = scaled.floor();
-        Some((floor.to_array().map(|cell| cell as i32), scaled - floor))
-    }
-}
-
-/// How many voxels some points fill, without keeping the points: a bit a voxel.
-#[derive(Debug, Clone)]
-pub struct VoxelCount {
-    voxel_size: f64,
-    /// For each block of [`BLOCK`] voxels a side, layer by layer, a bit for each that is filled.
-    blocks: FxHashMap<u64, [u64; BLOCK as usize]>,
-}
-
-impl VoxelCount {
-    /// Of nothing; `voxel_size` (m) is positive.
-    pub fn new(voxel_size: f64) -> Self {
-        Self { voxel_size, blocks: FxHashMap::default() }
-    }
-
-    /// Adds the points that [`VoxelMap::insert`] would.
-    pub fn insert(&mut self, cloud: &PointCloud, T_world_sensor: &Pose3, max_height: f64) {
-        let grid = Grid::new(self.voxel_size, T_world_sensor, max_height);
-        let mut layers = (u64::MAX, [0; BLOCK as usize]);
-        for &position in &cloud.positions {
-            let Some((corner, _)) = grid.voxel_of(position) else { continue };
+        let Self { map, batch, recent, .. } = self;
+        batch.place(&self.grid, &self.R_world_normal);
+        let (mut points, mut slots, mut count) = ([0; BATCH], [0; BATCH], 0);
+        for at in batch.inside() {
+            let corner = batch.corner(at);
             let key = block_key(corner);
-            if key != layers.0 {
-                self.fill(layers);
-                layers = (key, [0; BLOCK as usize]);
+            let block = &mut recent[recent_place(key)];
+            if block.0 != key {
+                *block = (key, map.block(key));
             }
-            let [x, y, z] = corner.map(|cell| cell & (BLOCK - 1));
-            layers.1[z as usize] |= 1 << (y * BLOCK + x);
+            (points[count], slots[count]) = (at, block.1 + slot(corner));
+            count += 1;
         }
-        self.fill(layers);
-    }
+        let (points, slots) = (&points[..count], &slots[..count]);
 
-    fn fill(&mut self, (key, layers): (u64, [u64; BLOCK as usize])) {
-        if key != u64::MAX {
-            let filled = self.blocks.entry(key).or_default();
-            filled.iter_mut().zip(layers).for_each(|(filled, layer)| *filled |= layer);
+        let mut numbers = [0; BATCH];
+        for (number, &slot) in numbers.iter_mut().zip(slots) {
+            *number = map.slots[slot as usize];
         }
-    }
-
-    /// Number of voxels.
-    pub fn len(&self) -> usize {
-        self.blocks.values().flatten().map(|layer| layer.count_ones() as usize).sum()
-    }
-
-    /// Whether there is none.
-    pub fn is_empty(&self) -> bool {
-        self.blocks.is_empty()
-    }
-
-    /// How many there would be with a side that is a whole multiple of this one's.
-    pub fn len_of_multiple(&self, multiple: i32) -> usize {
-        let (multiple, mut coarser) = (multiple.max(1), Vec::new());
-        for (&key, layers) in &self.blocks {
-            let first = unpack(key).map(|block| block * BLOCK);
-            for (z, &layer) in (0..).zip(layers) {
-                let mut rest = layer;
-                while rest != 0 {
-                    let bit = rest.trailing_zeros().cast_signed();
-                    rest &= rest - 1;
-                    let corner = [first[0] + bit % BLOCK, first[1] + bit / BLOCK, first[2] + z];
-                    let key = pack(corner.map(|cell| cell.div_euclid(multiple)));
-                    // Neighbours are mostly of one coarser voxel.
-                    if coarser.last() != Some(&key) {
-                        coarser.push(key);
-                    }
-                }
+        for ((number, &slot), &at) in numbers.iter_mut().zip(slots).zip(points) {
+            if *number == 0 {
+                *number = map.voxel(slot, batch.corner(at), self.frame);
             }
         }
-        coarser.sort_unstable();
-        coarser.dedup();
-        coarser.len()
+        // All voxels are looked at before any is changed: the processor then waits for all of them together.
+        let counts = numbers[..count].iter().map(|&number| map.voxels[number as usize - 1].count);
+        black_box(counts.fold(0, u32::max));
+        for (&number, &at) in numbers.iter().zip(points) {
+            let point = batch.point(at);
+            map.voxels[number as usize - 1].add(point.offset, point.normal, point.color);
+        }
+        batch.clear();
     }
 }
 
-impl Voxel {
-    fn new(corner: [i32; 3], frame: usize) -> Self {
-        Self { offset: Vec3::ZERO, corner, normal: Vec3::ZERO, color: [0; 3], count: 0, frame: frame as u32 }
-    }
-}
-
-/// The key of the block that a voxel lies in.
+/// A place for each block, and neighbours at different ones.
 #[inline]
-fn block_key(corner: [i32; 3]) -> u64 {
-    pack(corner.map(|cell| cell >> BLOCK_BITS))
-}
-
-#[inline]
-fn pack(corner: [i32; 3]) -> u64 {
-    let [x, y, z] = corner.map(|cell| u64::from((cell + (1 << (KEY_BITS - 1))) as u32));
-    x | y << KEY_BITS | z << (2 * KEY_BITS)
-}
-
-fn unpack(key: u64) -> [i32; 3] {
-    let mask = (1 << KEY_BITS) - 1;
-    [key, key >> KEY_BITS, key >> (2 * KEY_BITS)].map(|part| (part & mask) as i32 - (1 << (KEY_BITS - 1)))
-}
-
-fn rotation(T: &Pose3) -> Mat3A {
-    let R = T.rotation.to_rotation_matrix();
-    Mat3A::from_cols_array(&R.into_inner().as_slice().try_into().map_or([0.0; 9], |R: [f64; 9]| R.map(|x| x as f32)))
+fn recent_place(key: u64) -> usize {
+    let [x, y, z] = [key, key >> KEY_BITS, key >> (2 * KEY_BITS)];
+    x.wrapping_add(7 * y).wrapping_add(31 * z) as usize % RECENT
 }
 
 #[cfg(test)]
@@ -426,5 +293,49 @@ mod tests {
         for multiple in [1, 2, 5] {
             assert_eq!(fine.len_of_multiple(multiple), filled(0.0625 * f64::from(multiple)));
         }
+    }
+
+    #[test]
+    fn a_batch_finds_the_voxels_that_single_points_lie_in() {
+        let T = <Pose3 as RigidMotion<3, 6>>::exp(&nalgebra::Vector6::new(0.3, -1.2, 0.4, -3.0, 2.0, 0.7));
+        let grid = Grid::new(0.05, &T, 2.0);
+        let positions: Vec<[f32; 3]> = (0..1000)
+            .map(|i| [(i % 10) as f32 * 0.3 - 1.5, (i / 100) as f32 * 0.4 - 2.0, (i / 10 % 10) as f32])
+            .collect();
+        let mut map = VoxelMap::new(0.05);
+        map.insert(&cloud(&positions), &T, 0, 2.0);
+        let mut seen = rustc_hash::FxHashSet::default();
+        let corners = positions.iter().filter_map(|&position| grid.corner(Vec3::from(position)));
+        let corners: Vec<_> = corners.filter(|&corner| seen.insert(corner)).collect();
+        assert!(corners.len() > 300 && corners.len() < 1000, "{}", corners.len());
+        assert_eq!(map.origins.iter().map(|origin| origin.corner).collect::<Vec<_>>(), corners);
+    }
+
+    #[test]
+    fn normals_and_colours_of_any_number_of_points_are_means() {
+        let normal = Vec3::new(-0.36, 0.48, -0.8);
+        let many = 5000;
+        let positions = (0..many).map(|i| Vec3::new(0.05 + 1e-6 * i as f32, 0.05, 0.05)).collect();
+        let colors = (0..many).map(|i| [255, (i % 2) as u8 * 255, 7]).collect();
+        let cloud = PointCloud {
+            positions,
+            // Of no unit length, as files may have them.
+            normals: Some(vec![3.0 * normal; many]),
+            colors: Some(colors),
+            ..PointCloud::default()
+        };
+        let mut map = VoxelMap::new(0.1);
+        map.insert(&cloud, &Pose3::identity(), 0, 100.0);
+        let found = map.cloud();
+        assert!(found.normals.unwrap()[0].distance(normal) < 2e-3);
+        assert_eq!(found.colors.unwrap(), [[255, 128, 7]]);
+        assert!((found.positions[0].x - 0.0525).abs() < 1e-5, "{}", found.positions[0]);
+    }
+
+    #[test]
+    fn each_voxel_of_a_block_has_a_slot_of_its_own() {
+        let mut slots: Vec<u32> = (0..512).map(|i| slot([i % 8 - 8, i / 8 % 8, i / 64 + 16])).collect();
+        slots.sort_unstable();
+        assert_eq!(slots, (0..512).collect::<Vec<_>>());
     }
 }

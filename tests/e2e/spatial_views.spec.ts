@@ -1,6 +1,6 @@
 /** The pure parts of the view in space, without a browser. */
 import { expect, test } from '@playwright/test';
-import { heightsOf, leveling, straightAzimuth } from '../../www/src/spatial/leveling.js';
+import { heightsOf, leveling, NORMAL_UNIT, spread, straightAzimuth } from '../../www/src/spatial/leveling.js';
 import { fitted, type Orbit, orbited, panned, STRAIGHT_DOWN, toScreen, zoomedAt } from '../../www/src/spatial/orbit.js';
 import { frustumSegments, pathSegments } from '../../www/src/spatial/poses.js';
 import { turned, type Vec3 } from '../../www/src/spatial/vectors.js';
@@ -28,11 +28,11 @@ function room(tilt: number) {
     }
   }
   const q = { qx: Math.sin(tilt / 2), qy: 0, qz: 0, qw: Math.cos(tilt / 2) };
-  const flat = (pick: 'point' | 'normal') => new Float32Array(upright.flatMap((entry) => turned(q, entry[pick])));
+  const flat = (pick: 'point' | 'normal') => upright.flatMap((entry) => turned(q, entry[pick]));
   const count = upright.length;
   return {
-    positions: flat('point'),
-    normals: flat('normal'),
+    positions: new Float32Array(flat('point')),
+    normals: Int16Array.from(flat('normal'), (x) => Math.round(NORMAL_UNIT * x)),
     colors: new Uint8Array(3 * count),
     frames: new Uint32Array(count),
   };
@@ -108,6 +108,15 @@ test('a plan that lies askew is turned straight, its long side across', () => {
   });
   expect(straightAzimuth(askew, true)).toBeCloseTo(0.4, 1);
   expect(straightAzimuth(askew, false)).toBeCloseTo(0.4 - Math.PI / 2, 1);
+});
+
+test('an extent leaves out the outermost hundredth on either side', () => {
+  for (const count of [0, 1, 2, 99, 100, 250, 1530]) {
+    const values = Array.from({ length: count }, (_, i) => ((i * 7919) % 1009) / 10 - 40);
+    const sorted = values.toSorted((a, b) => a - b);
+    const cut = Math.floor(count / 100);
+    expect(spread(values)).toBe((sorted[count - 1 - cut] ?? 0) - (sorted[cut] ?? 0));
+  }
 });
 
 test('a path bridges poses that are not known, and a frustum has eight edges', () => {

@@ -292,6 +292,7 @@ export class Session implements ReactiveController {
     this.progress = total > 0 ? done / total : 0;
     this.activity = {
       register: `Aligning scan ${Math.min(done + 1, total)} of ${total}`,
+      retry: 'Trying the scans again that were left out',
       loops: `Looking for places that come into view again, ${done} of ${total}`,
       joint: 'Solving all scans together',
       evaluate: 'Measuring the map',

@@ -1,6 +1,6 @@
 //! Reconstruction in space for JavaScript: depth images, each prepared in any worker, registered in one.
 
-use js_sys::Uint8Array;
+use js_sys::{Float32Array, Int16Array, Uint8Array};
 use tsify::Ts;
 use wasm_bindgen::prelude::*;
 
@@ -15,6 +15,9 @@ use crate::spatial_reconstruction::SpatialReconstruction as Engine;
 use crate::spatial_report::{MapSize, SpatialResult};
 use crate::spatial_settings::{SpatialPreset, spatial_descriptions};
 use crate::voxel_map::VoxelMap;
+
+/// Points of the map that are copied to JavaScript in one call.
+const SENT_TOGETHER: usize = 1024;
 
 #[wasm_bindgen]
 extern "C" {
@@ -203,6 +206,12 @@ impl SpatialReconstruction {
         plain(&self.engine.step())
     }
 
+    /// Stitches one more of the registered frames, so that less is left to do when the map is asked for: it becomes the
+    /// same map. To be called after steps that registered a frame, where the map is asked for in the end.
+    pub fn stitch_ahead(&mut self) {
+        self.engine.stitch_ahead();
+    }
+
     /// Sets the trajectory to compare with, in any form that is read. It is used for nothing else. `num_recorded` is the
     /// number of frames of the recording, whether they could be used or not. How its poses are read is told from the data, or set.
     ///
@@ -228,18 +237,30 @@ impl SpatialReconstruction {
     }
 
     /// The map: x y z ... (m) in the world frame: x right, y down, z forward of the first sensor.
-    pub fn map_positions(&mut self) -> Vec<f32> {
-        flat(self.engine.map().positions().map(|position| position.to_array()))
+    pub fn map_positions(&mut self) -> Float32Array {
+        let positions = self.engine.map().positions().map(|position| position.to_array());
+        sent(positions, Float32Array::new_with_length, Float32Array::subarray, Float32Array::copy_from)
     }
 
     /// Colours of the map's points: red, green, blue, ...; empty where the recording has none.
-    pub fn map_colors(&mut self) -> Vec<u8> {
-        self.engine.map().colors().map_or_else(Vec::new, flat)
+    pub fn map_colors(&mut self) -> Uint8Array {
+        self.engine.map().colors().map_or_else(
+            || Uint8Array::new_with_length(0),
+            |colors| sent(colors, Uint8Array::new_with_length, Uint8Array::subarray, Uint8Array::copy_from),
+        )
     }
 
     /// Normals of the map's points: x y z ...; zero where unknown.
-    pub fn map_normals(&mut self) -> Vec<f32> {
-        flat(self.engine.map().normals().map(|normal| normal.to_array()))
+    pub fn map_normals(&mut self) -> Float32Array {
+        let normals = self.engine.map().normals().map(|normal| normal.to_array());
+        sent(normals, Float32Array::new_with_length, Float32Array::subarray, Float32Array::copy_from)
+    }
+
+    /// The same in whole numbers, 32767 to a unit: half the bytes, for those who draw them.
+    pub fn map_small_normals(&mut self) -> Int16Array {
+        let small = |normal: glam::Vec3| (normal * f32::from(i16::MAX)).to_array().map(|x| (x + 0.5).floor() as i16);
+        let normals = self.engine.map().normals().map(small);
+        sent(normals, Int16Array::new_with_length, Int16Array::subarray, Int16Array::copy_from)
     }
 
     /// The first frame that saw each of the map's points.
@@ -299,9 +320,27 @@ impl SpatialReconstruction {
     }
 }
 
-/// Triples one after the other, for which memory is taken once.
-fn flat<T: Copy>(triples: impl ExactSizeIterator<Item = [T; 3]>) -> Vec<T> {
-    let mut values = Vec::with_capacity(3 * triples.len());
-    triples.for_each(|triple| values.extend(triple));
-    values
+/// Triples one after the other, as an array of JavaScript's own. A few at a time are copied there: a copy of all would take
+/// the engine's memory, which is never given back, and more time.
+fn sent<T: Copy + Default, A>(
+    triples: impl ExactSizeIterator<Item = [T; 3]>,
+    new: impl FnOnce(u32) -> A,
+    part: impl Fn(&A, u32, u32) -> A,
+    copy: impl Fn(&A, &[T]),
+) -> A {
+    let target = new(3 * triples.len() as u32);
+    let (mut few, mut start) = ([[T::default(); 3]; SENT_TOGETHER], 0);
+    let mut triples = triples.peekable();
+    while triples.peek().is_some() {
+        let mut count = 0;
+        for (place, triple) in few.iter_mut().zip(&mut triples) {
+            *place = triple;
+            count += 1;
+        }
+        let values = few[..count].as_flattened();
+        let end = start + values.len() as u32;
+        copy(&part(&target, start, end), values);
+        start = end;
+    }
+    target
 }

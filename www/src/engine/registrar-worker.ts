@@ -60,7 +60,10 @@ const api: Async<RegistrarApi> = {
     const start = performance.now();
     if (prepared) engine().add_prepared(prepared);
     const progress = engine().step();
-    return { ...progress, ms: performance.now() - start, spent: prepared };
+    const ms = performance.now() - start;
+    // The less there is left to stitch after the last frame, when the other threads have nothing to do, the better.
+    if (prepared) engine().stitch_ahead();
+    return { ...progress, ms, spent: prepared };
   },
 
   setReference: (name, bytes, num_recorded) => engine().set_reference(name, bytes, num_recorded),
@@ -74,7 +77,7 @@ const api: Async<RegistrarApi> = {
       points: {
         positions: here.map_positions(),
         colors: here.map_colors(),
-        normals: here.map_normals(),
+        normals: here.map_small_normals(),
         frames: here.map_frames(),
       },
     };

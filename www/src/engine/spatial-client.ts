@@ -52,8 +52,8 @@ export interface SpatialListener {
   ready(facts: SpatialFacts): void;
   /** A frame was registered: `done` of `total` are over, good or bad. */
   registered(index: number, ms: number, done: number, total: number): void;
-  /** All frames are placed; their poses are being solved for together. */
-  solving(done: number, total: number): void;
+  /** All frames have had their turn: those that were left out are tried again, then all poses are solved for together. */
+  finishing(stage: 'retry' | 'loops'): void;
   snapshot(state: SpatialState, snapshot: SpatialSnapshot): void;
   /** Input that cannot be used, or a setting that is not taken. */
   problem(problem: Problem): void;
@@ -253,8 +253,8 @@ export class SpatialClient {
           this.#num_done++;
           this.#listener.problem(problemOf(event.error, event.name));
         } else if (event.type === 'step') {
-          const { stage, done, total } = event.progress;
-          if (stage === 'loops') this.#listener.solving(done, total);
+          const { stage } = event.progress;
+          if (stage === 'retry' || stage === 'loops') this.#listener.finishing(stage);
         } else if (event.type === 'replaced') {
           this.#listener.replaced(event.name);
         }

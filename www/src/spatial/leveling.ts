@@ -9,7 +9,8 @@ export interface MapPoints {
   positions: Float32Array;
   /** red green blue ... */
   colors: Uint8Array;
-  normals: Float32Array;
+  /** Unit vectors, a unit being `NORMAL_UNIT`; zero where unknown. */
+  normals: Int16Array;
   /** Frame that saw each point first. */
   frames: Uint32Array;
 }
@@ -17,7 +18,7 @@ export interface MapPoints {
 export const NO_POINTS: MapPoints = {
   positions: new Float32Array(),
   colors: new Uint8Array(),
-  normals: new Float32Array(),
+  normals: new Int16Array(),
   frames: new Uint32Array(),
 };
 
@@ -26,6 +27,8 @@ const CONES = [0.82, 0.94, 0.985];
 /** At least this share of the sampled normals must stand upright for a vote to count. */
 const MIN_SHARE = 0.08;
 const MAX_SAMPLES = 20_000;
+/** Length of a normal. */
+export const NORMAL_UNIT = 32_767;
 
 /** Up in the world of the first camera, or of the first cloud of a laser that stands upright. */
 const CAMERA_UP: Vec3 = [0, -1, 0];
@@ -59,7 +62,7 @@ function voteOnUp({ normals }: MapPoints, presumed: Vec3): { up: Vec3; share: nu
     for (let at = 0; at < 3 * count; at += 3 * stride) {
       const [x, y, z] = [normals[at] ?? 0, normals[at + 1] ?? 0, normals[at + 2] ?? 0];
       const cosine = x * up_x + y * up_y + z * up_z;
-      if (Math.abs(cosine) < cone) continue;
+      if (Math.abs(cosine) < NORMAL_UNIT * cone) continue;
       const sign = Math.sign(cosine);
       sum_x += sign * x;
       sum_y += sign * y;
@@ -101,7 +104,7 @@ const BELOW_CEILING = 0.2;
 
 /** From points and cameras in the picture's world. */
 export function heightsOf(sampled: readonly Vec3[], cameras: readonly Vec3[]): Heights {
-  const heights = Float64Array.from(sampled, ([, y]) => y).sort();
+  const heights = coordinates(sampled, 1).sort();
   const at = (share: number): number => heights[Math.floor(share * (heights.length - 1))] ?? 0;
   const [bottom, top] = [at(0.002), at(0.998)];
   const highest = cameras.reduce((high, [, y]) => Math.max(high, y), Number.NEGATIVE_INFINITY);
@@ -123,20 +126,49 @@ function fullestBin(heights: Float64Array): number | null {
 /** The turn about the vertical (rad) at which the plan fills the smallest rectangle, its long side across the screen. */
 export function straightAzimuth(sampled: readonly Vec3[], is_wide: boolean): number {
   const STEPS = 60;
+  const [xs, zs] = [coordinates(sampled, 0), coordinates(sampled, 2)];
+  const along = new Float64Array(sampled.length);
+  const spreadAlong = (a: number, b: number): number => {
+    for (let i = 0; i < along.length; i++) along[i] = a * (xs[i] ?? 0) + b * (zs[i] ?? 0);
+    return spread(along);
+  };
   let best = { area: Number.POSITIVE_INFINITY, azimuth: 0, is_wide: true };
   for (let step = 0; step < STEPS; step++) {
     const azimuth = ((step / STEPS) * Math.PI) / 2;
     const [cos, sin] = [Math.cos(azimuth), Math.sin(azimuth)];
-    const width = spread(sampled.map(([x, , z]) => x * cos - z * sin));
-    const depth = spread(sampled.map(([x, , z]) => x * sin + z * cos));
+    const width = spreadAlong(cos, -sin);
+    const depth = spreadAlong(sin, cos);
     if (width * depth < best.area * 0.995) best = { area: width * depth, azimuth, is_wide: width >= depth };
   }
   return best.is_wide === is_wide ? best.azimuth : best.azimuth - Math.PI / 2;
 }
 
 /** Extent of all but the outermost hundredth on either side. */
-export function spread(values: readonly number[]): number {
-  const sorted = Float64Array.from(values).sort();
-  const cut = Math.floor(sorted.length / 100);
-  return (sorted[sorted.length - 1 - cut] ?? 0) - (sorted[cut] ?? 0);
+export function spread(values: ArrayLike<number>): number {
+  if (values.length === 0) return 0;
+  // The outermost ones in order, the innermost of them last: few values come in between, and the others need no order.
+  const count = Math.floor(values.length / 100) + 1;
+  const highest = new Float64Array(count).fill(Number.NEGATIVE_INFINITY);
+  const lowest = new Float64Array(count).fill(Number.NEGATIVE_INFINITY);
+  for (let i = 0; i < values.length; i++) {
+    const value = values[i] ?? 0;
+    takeIn(highest, value);
+    takeIn(lowest, -value);
+  }
+  return (highest[count - 1] ?? 0) + (lowest[count - 1] ?? 0);
+}
+
+/** Puts a value among the highest, which are in falling order. */
+function takeIn(highest: Float64Array, value: number): void {
+  let place = highest.length - 1;
+  if (value <= (highest[place] ?? 0)) return;
+  for (; place > 0 && value > (highest[place - 1] ?? 0); place--) highest[place] = highest[place - 1] ?? 0;
+  highest[place] = value;
+}
+
+/** One coordinate of each point. */
+function coordinates(points: readonly Vec3[], axis: 0 | 1 | 2): Float64Array {
+  const found = new Float64Array(points.length);
+  for (const [i, point] of points.entries()) found[i] = point[axis];
+  return found;
 }

@@ -99,7 +99,6 @@ export class ScanstitchMap3d extends LitElement implements GestureTarget {
     grid: true,
   };
   @state() private layers_open = false;
-  @state() private orbit: Orbit = FIRST_VIEW;
   @state() private hovered: number | null = null;
   @state() private guarded = false;
   @state() private graphics: 'starting' | 'there' | 'lost' | 'unavailable' = 'starting';
@@ -107,6 +106,9 @@ export class ScanstitchMap3d extends LitElement implements GestureTarget {
   @query('.stage') private stage!: HTMLElement;
   @query('canvas') private canvas!: HTMLCanvasElement;
 
+  /** Where the eye is. What is written beside the map follows when a flight ends: anew at each of its pictures, it would take
+   * more time than they do. */
+  private orbit: Orbit = FIRST_VIEW;
   private scene: MapScene | null = null;
   private size: Size = { width: 0, height: 0 };
   private R_view_map: Mat3 = FLAT;
@@ -443,7 +445,10 @@ export class ScanstitchMap3d extends LitElement implements GestureTarget {
       const { from, to, start } = this.flight;
       const t = Math.min((performance.now() - start) / FLIGHT_MS, 1);
       this.orbit = between(from, to, t);
-      if (t >= 1) this.flight = null;
+      if (t >= 1) {
+        this.flight = null;
+        this.requestUpdate();
+      }
     }
     if (this.size.width === 0) return;
     this.scene?.render(this.orbit, this.look(), this.up());
@@ -468,7 +473,10 @@ export class ScanstitchMap3d extends LitElement implements GestureTarget {
     if (this.sampled.length === 0) return;
     const is_still = at_once || matchMedia('(prefers-reduced-motion: reduce)').matches || this.orbit === FIRST_VIEW;
     this.flight = is_still ? null : { from: this.orbit, to, start: performance.now() };
-    if (is_still) this.orbit = to;
+    if (is_still) {
+      this.orbit = to;
+      this.requestUpdate();
+    }
     this.requestPaint();
   }
 
@@ -476,6 +484,7 @@ export class ScanstitchMap3d extends LitElement implements GestureTarget {
     this.flight = null;
     this.orbit = orbit;
     this.is_moved = true;
+    this.requestUpdate();
   }
 
   private zoomBy(factor: number): void {
@@ -486,6 +495,7 @@ export class ScanstitchMap3d extends LitElement implements GestureTarget {
     const projection = this.orbit.projection === 'perspective' ? 'orthographic' : 'perspective';
     this.flight = null;
     this.orbit = { ...this.orbit, projection };
+    this.requestUpdate();
     if (!this.is_moved) this.fit(true);
   }
 

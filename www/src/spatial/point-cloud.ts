@@ -137,7 +137,7 @@ export class PointCloud {
     for (let i = first; i < count; i++) {
       for (let k = 0; k < 3; k++) {
         color.array[4 * i + k] = colors[3 * i + k] ?? 128;
-        normal.array[4 * i + k] = Math.round((normals[3 * i + k] ?? 0) * 127);
+        normal.array[4 * i + k] = (normals[3 * i + k] ?? 0) >> 8; // a byte's worth
       }
     }
     const frame = attribute(geometry, 'frame');

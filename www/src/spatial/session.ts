@@ -87,7 +87,7 @@ export class SpatialSession implements ReactiveController {
     this.#client ??= new SpatialClient({
       ready: (facts) => this.#onReady(facts),
       registered: (index, ms, done, total) => this.#onRegistered(index, ms, done, total),
-      solving: (done, total) => this.#onSolving(done, total),
+      finishing: (stage) => this.#onFinishing(stage),
       snapshot: (state, snapshot) => this.#onSnapshot(state, snapshot),
       problem: (problem) => this.#tell([messageOf(problem)]),
       replaced: (name) =>
@@ -338,10 +338,13 @@ export class SpatialSession implements ReactiveController {
     this.#host.requestUpdate();
   }
 
-  #onSolving(done: number, total: number): void {
+  #onFinishing(stage: 'retry' | 'loops'): void {
     if (this.phase !== 'running') return;
-    this.progress = done / Math.max(total, 1);
-    this.activity = 'Closing loops';
+    this.progress = 1;
+    this.activity = {
+      retry: 'Trying again to place the frames that were left out',
+      loops: 'Fitting together the places that were seen more than once',
+    }[stage];
     this.#host.requestUpdate();
   }
 

@@ -1,0 +1,128 @@
+//! Points on their way into a map of voxels, a few at a time.
+//!
+//! All points of a batch go through one step before any goes through the next: arithmetic is then done for several points at
+//! once, and memory that is far away is waited for once and not point by point.
+
+use glam::{Mat3A, Vec3, Vec3A};
+
+use super::grid::{Grid, LIMIT};
+use super::voxel::{NORMAL_ZERO, packed};
+
+/// Points of a batch.
+pub(super) const BATCH: usize = 64;
+/// Single precision has no digits left behind the point here: adding it rounds, and leaves the whole number in the last bits.
+const ROUNDING: f32 = 12_582_912.0;
+
+/// So many values for each axis.
+type Axes<T> = [[T; BATCH]; 3];
+
+/// Points of one frame, first as the sensor sees them, then as the map takes them.
+pub(super) struct Batch {
+    len: usize,
+    /// In the sensor's frame (m); once placed, where they lie in their voxels, in sides of those.
+    positions: Axes<f32>,
+    /// In the sensor's frame, of any length; once placed, in the world's and as whole numbers to be summed up.
+    normals: Axes<f32>,
+    colors: [u64; BATCH],
+    /// The voxels that they lie in.
+    corners: Axes<i32>,
+    is_inside: [bool; BATCH],
+}
+
+/// A point as its voxel takes it.
+pub(super) struct Point {
+    /// In its voxel, in sides of that.
+    pub offset: Vec3,
+    pub normal: u64,
+    pub color: u64,
+}
+
+impl Batch {
+    pub fn new() -> Self {
+        Self {
+            len: 0,
+            positions: [[0.0; BATCH]; 3],
+            normals: [[0.0; BATCH]; 3],
+            colors: [0; BATCH],
+            corners: [[0; BATCH]; 3],
+            is_inside: [false; BATCH],
+        }
+    }
+
+    /// Takes a point in; there is room for [`BATCH`].
+    #[inline]
+    pub fn push(&mut self, position: Vec3, normal: [f32; 3], color: [u8; 3]) {
+        let at = self.len % BATCH;
+        for axis in 0..3 {
+            self.positions[axis][at] = position[axis];
+            self.normals[axis][at] = normal[axis];
+        }
+        self.colors[at] = packed(color.map(u32::from));
+        self.len = at + 1;
+    }
+
+    pub fn is_full(&self) -> bool {
+        self.len == BATCH
+    }
+
+    pub fn clear(&mut self) {
+        self.len = 0;
+    }
+
+    /// Takes the points into the world; `R_world_normal` takes normals there, in steps of their sums.
+    pub fn place(&mut self, grid: &Grid, R_world_normal: &Mat3A) {
+        let axes = |matrix: &Mat3A| [matrix.x_axis, matrix.y_axis, matrix.z_axis];
+        self.positions = turned(&axes(&grid.R), grid.t, &self.positions);
+        let zero = Vec3A::splat(ROUNDING + NORMAL_ZERO as f32);
+        self.normals = turned(&axes(R_world_normal), zero, &self.normals);
+
+        let [x, y, z] = &self.positions;
+        for at in 0..BATCH {
+            // Not a number fails every comparison.
+            self.is_inside[at] =
+                (x[at].abs() <= LIMIT) & (y[at].abs() <= LIMIT) & (z[at].abs() <= LIMIT) & (y[at] >= grid.least_y);
+        }
+        for (places, corners) in self.positions.iter_mut().zip(&mut self.corners) {
+            for at in 0..BATCH {
+                let rounded = places[at] + ROUNDING;
+                let whole = rounded - ROUNDING;
+                let excess = i32::from(whole > places[at]);
+                corners[at] = rounded.to_bits().wrapping_sub(ROUNDING.to_bits()).cast_signed() - excess;
+                places[at] -= whole - excess as f32;
+            }
+        }
+    }
+
+    /// The points inside the map's bounds, by their places in the batch.
+    #[inline]
+    pub fn inside(&self) -> impl Iterator<Item = usize> {
+        (0..self.len).filter(|&at| self.is_inside[at])
+    }
+
+    /// The voxel of a placed point.
+    #[inline]
+    pub fn corner(&self, at: usize) -> [i32; 3] {
+        [self.corners[0][at], self.corners[1][at], self.corners[2][at]]
+    }
+
+    /// A placed point.
+    #[inline]
+    pub fn point(&self, at: usize) -> Point {
+        let at = at % BATCH;
+        let [x, y, z] = [self.positions[0][at], self.positions[1][at], self.positions[2][at]];
+        let normal = [0, 1, 2].map(|axis| self.normals[axis][at].to_bits().wrapping_sub(ROUNDING.to_bits()));
+        Point { offset: Vec3::new(x, y, z), normal: packed(normal), color: self.colors[at] }
+    }
+}
+
+/// Vectors by a matrix of these columns, with `t` added; term by term as for a single vector, so that the sums are the same.
+fn turned(columns: &[Vec3A; 3], t: Vec3A, [x, y, z]: &Axes<f32>) -> Axes<f32> {
+    let mut turned = [[0.0; BATCH]; 3];
+    for (axis, turned) in turned.iter_mut().enumerate() {
+        let [a, b, c] = [columns[0][axis], columns[1][axis], columns[2][axis]];
+        for at in 0..BATCH {
+            turned[at] = a * x[at] + b * y[at] + c * z[at] + t[axis];
+        }
+    }
+    turned
+}

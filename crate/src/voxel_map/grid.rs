@@ -1,0 +1,75 @@
+//! Which voxel a point lies in, and which block of voxels.
+
+use glam::{DVec3, Mat3A, Vec3, Vec3A};
+
+use crate::geometry::Pose3;
+
+/// Voxels along a side of a block, and that as a power of two.
+pub(super) const BLOCK: i32 = 1 << BLOCK_BITS;
+const BLOCK_BITS: i32 = 3;
+pub(super) const BLOCK_VOXELS: usize = (BLOCK * BLOCK * BLOCK) as usize;
+/// Bits of a key for each axis: voxels of a millimetre reach a kilometre.
+pub(super) const KEY_BITS: u32 = 21;
+/// No voxel is further from the origin along an axis.
+pub(super) const LIMIT: f32 = ((1 << (KEY_BITS - 1)) - 1) as f32;
+
+/// From a sensor's frame to voxels of the world, in single precision: it tells micrometres apart in a house and millimetres
+/// in a town.
+pub(super) struct Grid {
+    /// To the world's frame in sides of a voxel.
+    pub R: Mat3A,
+    pub t: Vec3A,
+    /// Below this y, which points down, it is too high.
+    pub least_y: f32,
+}
+
+impl Grid {
+    pub fn new(voxel_size: f64, T_world_sensor: &Pose3, max_height: f64) -> Self {
+        let (inverse, t) = (1.0 / voxel_size, T_world_sensor.translation.vector);
+        Self {
+            R: rotation(T_world_sensor) * inverse as f32,
+            t: (DVec3::new(t.x, t.y, t.z) * inverse).as_vec3a(),
+            least_y: (-max_height * inverse) as f32,
+        }
+    }
+
+    /// The voxel of a position (m, sensor's frame); `None` where it is too high, not finite or too far away.
+    #[inline]
+    pub fn corner(&self, position: Vec3) -> Option<[i32; 3]> {
+        let scaled = self.R * Vec3A::from(position) + self.t;
+        // Not a number fails the comparison.
+        let is_inside = (scaled.cmpge(Vec3A::splat(-LIMIT)) & scaled.cmple(Vec3A::splat(LIMIT))).all();
+        (is_inside && scaled.y >= self.least_y).then(|| scaled.floor().to_array().map(|cell| cell as i32))
+    }
+}
+
+/// The key of the block that a voxel lies in.
+#[inline]
+pub(super) fn block_key(corner: [i32; 3]) -> u64 {
+    pack(corner.map(|cell| cell >> BLOCK_BITS))
+}
+
+/// A voxel's place in its block. Neighbours along all three axes are near each other: sixteen of them, 4 x 2 x 2, share a
+/// line of the cache, whichever way a surface runs.
+#[inline]
+pub(super) fn slot(corner: [i32; 3]) -> u32 {
+    let [x, y, z] = corner.map(|cell| (cell & (BLOCK - 1)).cast_unsigned());
+    let line = ((z >> 1) << 3) | ((y >> 1) << 1) | (x >> 2);
+    (line << 4) | ((z & 1) << 3) | ((y & 1) << 2) | (x & 3)
+}
+
+#[inline]
+pub(super) fn pack(corner: [i32; 3]) -> u64 {
+    let [x, y, z] = corner.map(|cell| u64::from((cell + (1 << (KEY_BITS - 1))) as u32));
+    x | y << KEY_BITS | z << (2 * KEY_BITS)
+}
+
+pub(super) fn unpack(key: u64) -> [i32; 3] {
+    let mask = (1 << KEY_BITS) - 1;
+    [key, key >> KEY_BITS, key >> (2 * KEY_BITS)].map(|part| (part & mask) as i32 - (1 << (KEY_BITS - 1)))
+}
+
+pub(super) fn rotation(T: &Pose3) -> Mat3A {
+    let R = T.rotation.to_rotation_matrix();
+    Mat3A::from_cols_array(&R.into_inner().as_slice().try_into().map_or([0.0; 9], |R: [f64; 9]| R.map(|x| x as f32)))
+}

@@ -1,0 +1,68 @@
+//! What is summed up in a voxel, in half a cache line: waiting for memory is most of stitching.
+
+use glam::{DVec3, Vec3};
+
+/// Bits of each of three whole numbers that are summed up in one.
+const LANE: u32 = 21;
+/// So many points give their normal and colour; what comes later to the same voxel would change nothing to be seen.
+const MOST: u32 = 1 << (LANE - BITS);
+/// Bits of each number that is added.
+const BITS: u32 = 10;
+/// Steps of a normal's coordinate to a unit: rounded normals may be a little longer, ...
+pub(super) const NORMAL_SCALE: f32 = 500.0;
+/// ... and what stands for 0, so that all are positive.
+pub(super) const NORMAL_ZERO: u32 = 1 << (BITS - 1);
+
+/// Sums over the points in a voxel.
+#[derive(Debug, Clone, Copy, Default)]
+#[repr(align(32))]
+pub(super) struct Voxel {
+    /// Of the positions relative to the voxel's corner, in sides of it.
+    offset: Vec3,
+    pub count: u32,
+    /// Of the first [`MOST`] normals and colours, each [`packed`].
+    normal: u64,
+    color: u64,
+}
+
+impl Voxel {
+    #[inline]
+    pub fn add(&mut self, offset: Vec3, normal: u64, color: u64) {
+        if self.count < MOST {
+            self.normal += normal;
+            self.color += color;
+        }
+        self.offset += offset;
+        self.count += 1;
+    }
+
+    /// The mean position (m) in the voxel at `corner`.
+    pub fn position(&self, corner: [i32; 3], voxel_size: f64) -> Vec3 {
+        let offset = self.offset * (1.0 / self.count as f32);
+        ((DVec3::from(corner.map(f64::from)) + offset.as_dvec3()) * voxel_size).as_vec3()
+    }
+
+    /// The direction of the mean normal; zero where there is none.
+    pub fn normal(&self) -> Vec3 {
+        let zero = NORMAL_ZERO * self.count.min(MOST);
+        Vec3::from(unpacked(self.normal).map(|sum| (sum.cast_signed() - zero.cast_signed()) as f32)).normalize_or_zero()
+    }
+
+    pub fn color(&self) -> [u8; 3] {
+        let share = 1.0 / self.count.min(MOST) as f32;
+        unpacked(self.color).map(|sum| (sum as f32 * share + 0.5) as u8)
+    }
+}
+
+/// Three numbers of [`BITS`] bits in one, of which [`MOST`] may be summed up.
+#[inline]
+pub(super) fn packed(numbers: [u32; 3]) -> u64 {
+    let [x, y, z] = numbers.map(|number| number & ((1 << BITS) - 1));
+    u64::from(x) | u64::from(y) << LANE | u64::from(z) << (2 * LANE)
+}
+
+#[inline]
+fn unpacked(sums: u64) -> [u32; 3] {
+    let mask = (1 << LANE) - 1;
+    [sums, sums >> LANE, sums >> (2 * LANE)].map(|sum| (sum & mask) as u32)
+}
