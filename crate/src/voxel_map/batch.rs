@@ -79,8 +79,9 @@ impl Batch {
         let [x, y, z] = &self.positions;
         for at in 0..BATCH {
             // Not a number fails every comparison.
-            self.is_inside[at] =
-                (x[at].abs() <= LIMIT) & (y[at].abs() <= LIMIT) & (z[at].abs() <= LIMIT) & (y[at] >= grid.least_y);
+            let is_near = (x[at].abs() <= LIMIT) & (y[at].abs() <= LIMIT) & (z[at].abs() <= LIMIT);
+            let is_low = y[at] >= grid.least_y;
+            self.is_inside[at] = is_near & is_low;
         }
         for (places, corners) in self.positions.iter_mut().zip(&mut self.corners) {
             for at in 0..BATCH {

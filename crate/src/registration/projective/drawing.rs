@@ -29,7 +29,7 @@ struct Sheet<'a> {
     first_number: u64,
     /// Its place.
     start: usize,
-    T_world_sheet: Option<Transform>,
+    moved: Option<Transform>,
 }
 
 /// Where nothing has been drawn.
@@ -55,14 +55,14 @@ impl<'a> Drawing<'a> {
     pub fn add(&mut self, first_number: u64, surfels: &'a [PackedSurfel]) {
         let T_sheet_view = self.T_world_view;
         let start = self.put(surfels, &T_sheet_view);
-        self.sheets.push(Sheet { surfels, first_number, start, T_world_sheet: None });
+        self.sheets.push(Sheet { surfels, first_number, start, moved: None });
     }
 
     /// The same in a frame of their own.
     pub fn add_moved(&mut self, first_number: u64, surfels: &'a [PackedSurfel], T_world_sheet: &Pose3) {
         let start = self.put(surfels, &(T_world_sheet.inverse() * self.T_world_view));
-        let T_world_sheet = Some(Transform::new(T_world_sheet));
-        self.sheets.push(Sheet { surfels, first_number, start, T_world_sheet });
+        let moved = Some(Transform::new(T_world_sheet));
+        self.sheets.push(Sheet { surfels, first_number, start, moved });
     }
 
     /// Puts pieces that the view sees from a pose in their frame to their cells, where they are the nearest; the place of the
@@ -108,7 +108,7 @@ impl<'a> Drawing<'a> {
 impl Sheet<'_> {
     fn piece(&self, index: usize, depth: f32) -> Piece {
         let PackedSurfel { point, deviation, normal, .. } = self.surfels[index];
-        match &self.T_world_sheet {
+        match &self.moved {
             None => Piece { point, deviation, normal, depth },
             Some(T) => Piece { point: T.act(&point), deviation, normal: T.turn(&normal), depth },
         }
