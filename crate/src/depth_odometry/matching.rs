@@ -49,8 +49,8 @@ const PLACES: i32 = 10;
 const BETWEEN_PLACES: f64 = 0.1;
 /// Where more than this agrees, no other place is asked for.
 const CLEAR_AGREEMENT: f64 = 0.998;
-/// Where more than this share of the surfaces face along the direction that is held least, they hold it. On generated flats
-/// and the real floors, with and without frames left out, no such frame was off by more than 3 cm.
+/// Where more than this share of the surfaces face along the direction that is held least, they hold it. Of 1486 frames of
+/// generated flats that agreed by 0.95 none with more was off by over 8 cm, but for one after a frame that was.
 const AMPLE_SHARE: f64 = 0.05;
 /// Where fewer do, the frame is pushed so far along it either way (m): noise alone does not lead back.
 const PUSHED: f64 = 0.15;
