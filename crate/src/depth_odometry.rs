@@ -191,19 +191,24 @@ impl DepthOdometry {
             self.left_out.push(number, frame, estimate.T_world_sensor);
             return self.set_aside(number, frame).unwrap_or(estimate);
         }
-        for member in confirmed {
-            self.left_out.remove(member.number);
+        if !chain.is_unconfirmed() {
+            for member in confirmed {
+                self.left_out.remove(member.number);
+            }
         }
         for number in uncertain {
             self.left_out.remove(number);
         }
-        if estimate.verdict.status != Status::Good {
+        if estimate.verdict.status != Status::Good || chain.is_unconfirmed() {
             // It may be dropped again.
             self.left_out.push(number, frame, estimate.T_world_sensor);
         }
         self.aside = self.aside.take().filter(|aside| aside.members().len() > ESTABLISHED);
-        if is_gap || !dropped.is_empty() {
+        if is_gap {
             self.look_back(number);
+        }
+        for member in dropped.iter().rev().take(LOOK_BACK as usize) {
+            self.find_left_out(member.number, false);
         }
         estimate
     }

@@ -59,7 +59,10 @@ impl KeyViews {
         let mut view = ProjectiveTarget::of_frame(frame, 2);
         view.shrink();
         let picture = frame.brightness.clone().map(|brightness| Picture::new(brightness, &frame.camera));
-        let added = KeyView { T_world_camera: *T_world_camera, frame: number, view: Arc::new(view), picture };
+        self.push(KeyView { T_world_camera: *T_world_camera, frame: number, view: Arc::new(view), picture });
+    }
+
+    fn push(&mut self, added: KeyView) {
         self.num_bytes += added.num_bytes();
         self.views.push(added);
         if self.num_bytes > MOST_BYTES {
@@ -89,6 +92,15 @@ impl KeyViews {
     pub fn move_frames(&mut self, motion: impl Fn(u32) -> Pose3) {
         for view in &mut self.views {
             view.T_world_camera = motion(view.frame) * view.T_world_camera;
+        }
+    }
+
+    /// Adds those of another map that have a `motion` (of the world) by their frame's number, moved by it.
+    pub fn take_in(&mut self, other: &Self, motion: impl Fn(u32) -> Option<Pose3>) {
+        for view in &other.views {
+            if let Some(motion) = motion(view.frame) {
+                self.push(KeyView { T_world_camera: motion * view.T_world_camera, ..view.clone() });
+            }
         }
     }
 
@@ -189,6 +201,18 @@ mod tests {
         for index in 0..num_frames {
             assert!(!key_views.near(&at(index)).is_empty(), "nothing is known about frame {index}");
         }
+    }
+
+    #[test]
+    fn of_others_only_what_is_to_be_moved_is_taken_in() {
+        let (frame, mut others, mut key_views) = (wall(), KeyViews::default(), KeyViews::default());
+        for number in 0..3 {
+            others.add(&frame, number, &Pose3::from(Translation3::new(f64::from(number), 0.0, 0.0)));
+        }
+        key_views.take_in(&others, |number| (number > 0).then(|| Translation3::new(0.0, 0.5, 0.0).into()));
+        let places: Vec<_> = key_views.all().iter().map(|view| view.T_world_camera.translation.vector).collect();
+        assert_eq!(places, [Vector3::new(1.0, 0.5, 0.0), Vector3::new(2.0, 0.5, 0.0)]);
+        assert_eq!(key_views.num_bytes, key_views.all().iter().map(KeyView::num_bytes).sum::<usize>());
     }
 
     #[test]

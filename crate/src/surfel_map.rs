@@ -119,10 +119,18 @@ impl SurfelMap {
 
     /// Moves every piece with the frame that saw it first, by `motion` (of the world) of that frame's number.
     pub fn move_frames(&mut self, motion: impl Fn(u32) -> Pose3) {
-        let mut last: Option<(u32, Pose3)> = None;
-        for packed in std::mem::take(self).blocks.iter().flat_map(|block| &block.surfels) {
+        let unmoved = std::mem::take(self);
+        self.take_in(&unmoved, |frame| Some(motion(frame)));
+    }
+
+    /// Adds what some frames have shown to another map, moved by `motion` (of the world) of the number of the frame that saw it
+    /// first; nothing of the others.
+    pub fn take_in(&mut self, other: &Self, motion: impl Fn(u32) -> Option<Pose3>) {
+        let mut last: Option<(u32, Option<Pose3>)> = None;
+        for packed in other.blocks.iter().flat_map(|block| &block.surfels) {
             let (surfel, frame) = (packed.surfel(), packed.tag);
             let (_, T) = *last.insert(last.filter(|(known, _)| *known == frame).unwrap_or((frame, motion(frame))));
+            let Some(T) = T else { continue };
             let point = <Pose3 as RigidMotion<3, 6>>::act(&T, &surfel.point);
             self.add(Surfel { point, normal: T.rotation * surfel.normal, ..surfel }, frame);
         }
@@ -259,6 +267,21 @@ mod tests {
         assert_eq!((at_depth(2.0), at_depth(8.5)), (before.len() / 2, before.len() / 2));
         let (camera, T) = (wall(2.0, 0.01), Pose3::translation(0.0, 0.0, 6.5));
         assert_eq!(map.view(&camera, &T).len(), before.len() / 2, "blocks are where their pieces are");
+    }
+
+    #[test]
+    fn of_another_map_only_what_is_to_be_moved_is_taken_in() {
+        let (mut other, at) = (SurfelMap::new(), [Pose3::identity(), Pose3::translation(0.0, 0.0, 5.0)]);
+        for (number, T) in (0..).zip(&at) {
+            let view = other.view(&wall(2.0, 0.01), T);
+            other.insert(&wall(2.0, 0.01), number, T, &view);
+        }
+        let mut map = SurfelMap::new();
+        insert(&mut map, &wall(1.0, 0.01), &Pose3::identity());
+        let (before, added) = (map.len(), other.len() / 2);
+        map.take_in(&other, |frame| (frame == 1).then(|| Pose3::translation(0.0, 0.0, 2.0)));
+        assert_eq!(map.len(), before + added);
+        assert_eq!(map.surfels().filter(|surfel| (surfel.point.z - 9.0).abs() < 1e-6).count(), added);
     }
 
     #[test]

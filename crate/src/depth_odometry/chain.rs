@@ -1,5 +1,7 @@
 //! A chain of frames: each is looked for in the map of those before it.
 
+mod in_doubt;
+
 use super::color::SAME_PLACE_CORRELATION;
 use super::found::{Found, Reach};
 use super::guesses;
@@ -31,6 +33,9 @@ const ALIKE_SHARE: f64 = 0.2;
 /// Where brightness leaves so many times as much unexplained as usual, it is another place, or another light.
 const UNLIKE: f64 = 3.0;
 
+/// So many places that are not certain are remembered with what was known before them: it is a copy of the map.
+const MOST_UNCONFIRMED: usize = 4;
+
 /// Frames that hang together, and their map.
 #[derive(Clone)]
 pub(super) struct Chain {
@@ -48,7 +53,8 @@ pub(super) struct Chain {
     alike: f64,
     /// Frames that have told that.
     num_alike: u32,
-    unconfirmed: Option<Unconfirmed>,
+    /// Frames since ones whose place is not certain, each of them after the ones of the last.
+    unconfirmed: Vec<Unconfirmed>,
 }
 
 /// A frame that is part of a chain's map.
@@ -95,7 +101,7 @@ impl Chain {
             num_missed: 0,
             alike: 0.0,
             num_alike: 0,
-            unconfirmed: None,
+            unconfirmed: Vec::new(),
         };
         (chain, estimate)
     }
@@ -122,7 +128,7 @@ impl Chain {
     /// is looked for from where that leaves the last one.
     pub(super) fn move_frames(&mut self, motion: &impl Fn(u32) -> Pose3) {
         self.seen.move_frames(motion);
-        if let Some(unconfirmed) = &mut self.unconfirmed {
+        for unconfirmed in &mut self.unconfirmed {
             unconfirmed.move_frames(motion);
         }
         let moved = self.members.last().map_or_else(Pose3::identity, |last| motion(last.number));
@@ -146,13 +152,17 @@ impl Chain {
         if self.is_firm(&found, reach) {
             return self.believe(number, frame, found);
         }
-        if let Some((unconfirmed, found)) = self.find_without_unconfirmed(frame) {
-            return self.believe_without(unconfirmed, number, frame, found);
+        if let Some((level, found)) = self.find_without_unconfirmed(frame, &found) {
+            return self.believe_without(level, number, frame, found);
         }
         // Of a few frames it is not known yet whether they belong.
         let may_be_there = found.may_be_there(reach) && (found.is_open || self.members.len() > ESTABLISHED);
         if may_be_there {
-            self.unconfirmed.get_or_insert_with(|| Unconfirmed::new(self.seen.clone(), self.T_world_last));
+            if self.unconfirmed.last().is_none_or(Unconfirmed::has_certain_end)
+                && self.unconfirmed.len() < MOST_UNCONFIRMED
+            {
+                self.unconfirmed.push(Unconfirmed::new(self.seen.clone(), self.T_world_last));
+            }
             let verdict = found.verdict_at(reach, self.looks_like_it(&found));
             return self.append(number, frame, found, Some(verdict)).into();
         }
@@ -224,18 +234,6 @@ impl Chain {
         found
     }
 
-    /// Where a frame is by what was seen before frames that are not where they are for sure: they may stand in its way.
-    fn find_without_unconfirmed(&self, frame: &SurfelImage) -> Option<(Unconfirmed, Found)> {
-        let unconfirmed = self.unconfirmed.as_ref()?;
-        let matching = Matching::new(unconfirmed.before(), frame, self.options);
-        let around = [self.T_world_last, unconfirmed.T_world_before()];
-        let found = around.into_iter().map(|T_world_near| near(&matching, &T_world_near, &Pose3::identity()));
-        let best = found.into_iter().max_by(|a, b| a.support.total_cmp(&b.support))?;
-        let num_between = unconfirmed.len() as u32 + self.num_missed;
-        let reach = Reach::between(&unconfirmed.T_world_before(), &best.registration.T_target_source, num_between);
-        self.is_firm(&best, reach).then(|| (unconfirmed.clone(), best))
-    }
-
     /// Looks for a frame around where members near it in the recording are, and where it seemed to be, and in all places
     /// seen before if `everywhere`.
     pub(super) fn find_again(&self, left: &LeftOutFrame, everywhere: bool) -> Option<Found> {
@@ -273,51 +271,29 @@ impl Chain {
     fn believe(&mut self, number: u32, frame: &SurfelImage, mut found: Found) -> Outcome {
         let (mut confirmed, mut dropped, mut uncertain) = (Vec::new(), Vec::new(), Vec::new());
         let is_next = self.num_missed == 0 && self.reach_of(&found) != Reach::Afar;
-        if let Some(unconfirmed) = self.unconfirmed.take() {
+        while let Some(unconfirmed) = self.unconfirmed.pop() {
             match unconfirmed.told_by(frame, &found.registration.T_target_source, self.options) {
-                Told::Nothing => self.unconfirmed = Some(unconfirmed),
+                Told::Nothing => {
+                    self.unconfirmed.push(unconfirmed);
+                    break;
+                }
                 // Found far from them, it says nothing of where they are.
-                Told::Confirmed(found) if !is_next => return self.believe_without(unconfirmed, number, frame, *found),
-                Told::Confirmed(_) => confirmed = self.confirm(&unconfirmed),
+                Told::Confirmed(found) if !is_next => {
+                    self.unconfirmed.push(unconfirmed);
+                    return self.believe_without(self.unconfirmed.len() - 1, number, frame, *found);
+                }
+                Told::Confirmed(_) => confirmed.extend(self.confirm(&unconfirmed)),
                 Told::Moved(anchored) => {
-                    let T_world_found = found.registration.T_target_source;
-                    let motion = anchored.registration.T_target_source * T_world_found.inverse();
-                    (dropped, uncertain) = (self.drop_members(&unconfirmed.moved_by(&motion)), unconfirmed.uncertain());
-                    (self.seen, found) = (unconfirmed.into_before(), *anchored);
+                    uncertain.extend(unconfirmed.uncertain());
+                    let (certain, others) = self.move_by(unconfirmed, &found, &anchored);
+                    confirmed.extend(certain);
+                    dropped.extend(others);
+                    found = *anchored;
+                    found.view = self.seen.map.view(frame, &found.registration.T_target_source);
                 }
             }
         }
         Outcome { estimate: self.append(number, frame, found, None), confirmed, dropped, uncertain }
-    }
-
-    /// The same where it was found by what was known before them alone: they have led nowhere.
-    fn believe_without(&mut self, unconfirmed: Unconfirmed, number: u32, frame: &SurfelImage, found: Found) -> Outcome {
-        let dropped = self.drop_members(&unconfirmed.moved_by(&Pose3::identity()));
-        let uncertain = unconfirmed.uncertain();
-        (self.seen, self.unconfirmed) = (unconfirmed.into_before(), None);
-        Outcome { estimate: self.append(number, frame, found, None), confirmed: Vec::new(), dropped, uncertain }
-    }
-
-    fn confirm(&mut self, unconfirmed: &Unconfirmed) -> Vec<Member> {
-        let mut confirmed = Vec::new();
-        for member in self.members.iter_mut().filter(|member| unconfirmed.confirms(member.number)) {
-            (member.verdict.status, member.verdict.reason) = (Status::Good, String::new());
-            confirmed.push(member.clone());
-        }
-        confirmed
-    }
-
-    fn drop_members(&mut self, motions: &[(u32, Pose3)]) -> Vec<Member> {
-        let mut dropped = Vec::new();
-        for (number, motion) in motions {
-            let Some(place) = self.members.iter().position(|member| member.number == *number) else { continue };
-            let Member { number, T_world_sensor, verdict } = self.members.remove(place);
-            let reason =
-                "the way to it led over a frame whose place was not certain, and a later frame told that it was off";
-            let verdict = Verdict { status: Status::Doubtful, reason: reason.to_owned(), ..verdict };
-            dropped.push(Member { number, T_world_sensor: motion * T_world_sensor, verdict });
-        }
-        dropped
     }
 
     /// Takes in the frame after the last one; with a verdict, if its own place is not certain.
@@ -329,11 +305,11 @@ impl Chain {
             self.num_alike += 1;
             self.alike += ALIKE_SHARE.max(1.0 / f64::from(self.num_alike)) * (alike - self.alike);
         }
-        if let Some(unconfirmed) = &mut self.unconfirmed {
-            unconfirmed.push(number, doubt.is_some(), found.is_open);
+        for unconfirmed in &mut self.unconfirmed {
+            unconfirmed.push(number, doubt.is_some().then(|| found.doubt()));
         }
         let mut verdict = doubt.unwrap_or_else(|| found.verdict());
-        if self.unconfirmed.as_ref().is_some_and(Unconfirmed::may_be_elsewhere) {
+        if self.may_be_elsewhere() {
             verdict.mark_hanging_on_an_open_place();
         }
         self.insert(number, frame, found, verdict)

@@ -1,5 +1,7 @@
 //! A registration with what speaks for and against it, and whether it is believed.
 
+use super::open_direction::OpenDirection;
+use super::unconfirmed::Doubt;
 use crate::geometry::Pose3;
 use crate::geometry::rotation::angle_of;
 use crate::registration::projective::ProjectiveTarget;
@@ -110,7 +112,7 @@ impl Found {
 
     /// Whether it may well be there, for all that can be told.
     pub(super) fn is_plausible(&self) -> bool {
-        !self.is_contradicted() && self.registration.converged
+        !self.is_contradicted() && (self.is_open || self.registration.converged)
     }
 
     /// Whether it is where it may be, though little says so, or nothing along a direction.
@@ -118,6 +120,15 @@ impl Found {
         self.is_plausible()
             && reach != Reach::Afar
             && (self.is_open || self.agreement > FIRM_AGREEMENT || self.is_firm(reach))
+    }
+
+    /// How it may be off where its place is not certain.
+    pub(super) fn doubt(&self) -> Doubt {
+        if self.is_open {
+            Doubt::Along(OpenDirection::weakest(&self.registration).0.direction)
+        } else {
+            Doubt::Anywhere
+        }
     }
 
     /// Whether what has been seen holds it in all directions.

@@ -7,7 +7,7 @@ use super::evidence::{Evidence, score};
 use super::found::Found;
 use super::guesses::{around, best_apart, unlikelihood};
 use super::lattice::{self, best_places};
-use super::open_direction::OpenDirection;
+use super::open_direction::{HOLDING_SHARE, OpenDirection};
 use super::seen::Seen;
 use super::surfel_cloud::{AllSurfels, SurfelCloud};
 use super::{DepthOptions, Effort, SAME_PLACE};
@@ -49,6 +49,11 @@ const PLACES: i32 = 10;
 const BETWEEN_PLACES: f64 = 0.1;
 /// Where more than this agrees, no other place is asked for.
 const CLEAR_AGREEMENT: f64 = 0.998;
+/// Where more than this share of the surfaces face along the direction that is held least, they hold it. Of 1486 frames of
+/// generated flats that agreed by 0.95 none with more was off by over 8 cm, but for one after a frame that was.
+const AMPLE_SHARE: f64 = 0.05;
+/// Where fewer do, the frame is pushed so far along it either way (m): noise alone does not lead back.
+const PUSHED: f64 = 0.15;
 /// A place is told from another when it agrees so much better.
 const TELLING_AGREEMENT: f64 = 0.01;
 
@@ -203,19 +208,41 @@ impl<'a> Matching<'a> {
     /// stands in free space tells. Places along that direction are compared by it, and not by how much of the map they
     /// see: that is most where nothing new is in view.
     fn settle(&self, found: Found) -> Found {
-        let Some(open) = OpenDirection::of(&found.registration) else { return found };
-        let here = self.agreement_at(&found, &open, 0).0;
-        let elsewhere = self.best_elsewhere(&found, &open);
+        let (weakest, share) = OpenDirection::weakest(&found.registration);
+        if self.is_held(&found, &weakest, share) {
+            return found;
+        }
+        let here = self.agreement_at(&found, &weakest, 0).0;
+        let elsewhere = self.best_elsewhere(&found, &weakest);
         let (mut found, mut is_told) = (found, elsewhere.0 < here - TELLING_AGREEMENT);
         if elsewhere.0 > here + TELLING_AGREEMENT {
             let other = self.register_finely(elsewhere.1);
             if other.agreement > found.agreement + TELLING_AGREEMENT {
-                is_told = self.best_elsewhere(&other, &open).0 < other.agreement - TELLING_AGREEMENT;
+                is_told = self.best_elsewhere(&other, &weakest).0 < other.agreement - TELLING_AGREEMENT;
                 found = other;
             }
         }
-        found.is_open = !is_told;
+        // What is still moving moves along it.
+        found.is_open = !is_told || !found.registration.converged;
         found
+    }
+
+    /// Whether surfaces hold a frame along its weakest direction: where only `share` of them face along it, they must lead
+    /// back to where it is from both sides.
+    fn is_held(&self, found: &Found, weakest: &OpenDirection, share: f64) -> bool {
+        if share < HOLDING_SHARE || !found.registration.converged {
+            return false;
+        }
+        share > AMPLE_SHARE || [-PUSHED, PUSHED].iter().all(|far| self.comes_back(found, weakest.direction * *far))
+    }
+
+    /// Whether the registration leads back to where it was found from so far away; where it ends elsewhere, that must be
+    /// contradicted.
+    fn comes_back(&self, found: &Found, push: Vector3<f64>) -> bool {
+        let T_world_found = &found.registration.T_target_source;
+        let again = self.register_finely(Pose3::translation(push.x, push.y, push.z) * T_world_found);
+        apart(T_world_found, &again.registration.T_target_source) < SAME_PLACE
+            || again.agreement < found.agreement - TELLING_AGREEMENT
     }
 
     /// The agreement so many places along an open direction, and where that is.

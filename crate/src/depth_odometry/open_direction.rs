@@ -8,7 +8,7 @@ use crate::registration::spatial::SpatialRegistration;
 /// A direction is held by the surfaces that face along it at least so much (cosine), ...
 const HOLDING_COSINE: f64 = 0.3;
 /// ... if they are at least this share of all.
-const HOLDING_SHARE: f64 = 0.01;
+pub(super) const HOLDING_SHARE: f64 = 0.01;
 
 /// The direction of motion that is known least, where hardly any surface faces along it. Long walls do not add up to one
 /// that faces the other way, however many there are and however noisy their normals.

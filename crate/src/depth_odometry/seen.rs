@@ -20,6 +20,12 @@ impl Seen {
         self.key_views.add(frame, number, T_world_camera);
     }
 
+    /// Adds what some other frames have shown, moved by the `motion` (of the world) of their numbers; nothing of those without.
+    pub(super) fn take_in(&mut self, other: &Self, motion: &impl Fn(u32) -> Option<Pose3>) {
+        self.map.take_in(&other.map, motion);
+        self.key_views.take_in(&other.key_views, motion);
+    }
+
     /// Moves what each frame has shown by its `motion` (of the world).
     pub(super) fn move_frames(&mut self, motion: &impl Fn(u32) -> Pose3) {
         self.map.move_frames(motion);

@@ -29,6 +29,7 @@ struct Sheet<'a> {
     first_number: u64,
     /// Its place.
     start: usize,
+    /// To the world's frame, where they are in another.
     moved: Option<Transform>,
 }
 
