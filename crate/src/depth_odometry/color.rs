@@ -124,9 +124,7 @@ impl Matching<'_> {
     /// Moved by what colours tell, where there are any and they agree.
     pub(super) fn colored(&self, mut found: Found) -> Found {
         let Some(colored) = &self.colored else { return found };
-        let weakest = || OpenDirection::weakest(&found.registration).0;
-        let open = if found.is_open { Some(weakest()) } else { OpenDirection::of(&found.registration) };
-        if let Some(open) = open
+        if let Some(open) = OpenDirection::of(&found.registration)
             && let Some(told) = self.place_of(colored, &found, &open)
         {
             if let Some(placed) = self.placed(colored, &found, &open, told) {

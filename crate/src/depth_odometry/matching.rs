@@ -227,13 +227,14 @@ impl<'a> Matching<'a> {
         found
     }
 
-    /// Whether surfaces hold a frame along its weakest direction: where only `share` of them face along it, they must lead
-    /// back to where it is from both sides.
+    /// Whether surfaces hold a frame along its weakest direction: where only `share` of them face along it, and no picture
+    /// will tell, they must lead back to where it is from both sides.
     fn is_held(&self, found: &Found, weakest: &OpenDirection, share: f64) -> bool {
-        if share < HOLDING_SHARE || !found.registration.converged {
-            return false;
+        if share < HOLDING_SHARE || share > AMPLE_SHARE || self.colored.is_some() {
+            return share > HOLDING_SHARE;
         }
-        share > AMPLE_SHARE || [-PUSHED, PUSHED].iter().all(|far| self.comes_back(found, weakest.direction * *far))
+        found.registration.converged
+            && [-PUSHED, PUSHED].iter().all(|far| self.comes_back(found, weakest.direction * *far))
     }
 
     /// Whether the registration leads back to where it was found from so far away; where it ends elsewhere, that must be
