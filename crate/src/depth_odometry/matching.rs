@@ -230,7 +230,7 @@ impl<'a> Matching<'a> {
     /// Whether surfaces hold a frame along its weakest direction: where only `share` of them face along it, and no picture
     /// will tell, they must lead back to where it is from both sides.
     fn is_held(&self, found: &Found, weakest: &OpenDirection, share: f64) -> bool {
-        if share < HOLDING_SHARE || share > AMPLE_SHARE || self.colored.is_some() {
+        if self.colored.is_some() || !(HOLDING_SHARE..=AMPLE_SHARE).contains(&share) {
             return share > HOLDING_SHARE;
         }
         found.registration.converged
