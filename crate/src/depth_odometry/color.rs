@@ -124,7 +124,9 @@ impl Matching<'_> {
     /// Moved by what colours tell, where there are any and they agree.
     pub(super) fn colored(&self, mut found: Found) -> Found {
         let Some(colored) = &self.colored else { return found };
-        if let Some(open) = OpenDirection::of(&found.registration)
+        let weakest = || OpenDirection::weakest(&found.registration).0;
+        let open = if found.is_open { Some(weakest()) } else { OpenDirection::of(&found.registration) };
+        if let Some(open) = open
             && let Some(told) = self.place_of(colored, &found, &open)
         {
             if let Some(placed) = self.placed(colored, &found, &open, told) {

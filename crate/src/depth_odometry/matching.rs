@@ -227,10 +227,10 @@ impl<'a> Matching<'a> {
         found
     }
 
-    /// Whether surfaces hold a frame along its weakest direction: where only `share` of them face along it, and no picture
-    /// will tell, they must lead back to where it is from both sides.
+    /// Whether surfaces hold a frame along its weakest direction: where only `share` of them face along it, they must lead
+    /// back to where it is from both sides.
     fn is_held(&self, found: &Found, weakest: &OpenDirection, share: f64) -> bool {
-        if self.colored.is_some() || !(HOLDING_SHARE..=AMPLE_SHARE).contains(&share) {
+        if !(HOLDING_SHARE..=AMPLE_SHARE).contains(&share) {
             return share > HOLDING_SHARE;
         }
         found.registration.converged
