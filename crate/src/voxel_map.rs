@@ -232,7 +232,7 @@ mod tests {
         PointCloud {
             positions: positions.iter().map(|&p| Vec3::from(p)).collect(),
             normals: Some(vec![Vec3::Z; positions.len()]),
-            colors: Some((0..positions.len()).map(|i| [i as u8 * 10, 0, 255]).collect()),
+            colors: Some((0..positions.len()).map(|i| [(i as u8).wrapping_mul(10), 0, 255]).collect()),
             ..PointCloud::default()
         }
     }
