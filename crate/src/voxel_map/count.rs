@@ -19,7 +19,7 @@ impl VoxelCount {
         Self { voxel_size, blocks: FxHashMap::default() }
     }
 
-    /// Adds the points that [`VoxelMap::insert`] would.
+    /// Adds the points that [`VoxelMap::insert`](super::VoxelMap::insert) would.
     pub fn insert(&mut self, cloud: &PointCloud, T_world_sensor: &Pose3, max_height: f64) {
         let grid = Grid::new(self.voxel_size, T_world_sensor, max_height);
         let mut layers = (u64::MAX, [0; BLOCK as usize]);
