@@ -6,7 +6,6 @@
 #[path = "depth/recordings.rs"]
 mod recordings;
 
-use std::path::Path;
 use std::time::Instant;
 
 use recordings::{Choice, Recording};
@@ -16,8 +15,7 @@ use scanstitch::spatial_reconstruction::SpatialReconstruction;
 use scanstitch::spatial_settings::{ColorUse, LoopClosing, SpatialSettings};
 
 fn main() {
-    if !Path::new(recordings::DATA).is_dir() {
-        eprintln!("skipped: ../shared/data is absent");
+    if !recordings::are_there() {
         return;
     }
     let argument = |name: &str| std::env::args().skip_while(|argument| argument != name).nth(1);

@@ -6,8 +6,6 @@ mod processor_time;
 #[path = "depth/recordings.rs"]
 mod recordings;
 
-use std::path::Path;
-
 use processor_time::seconds_used;
 use recordings::{Choice, Recording};
 use scanstitch::depth_odometry::Effort;
@@ -18,8 +16,7 @@ use scanstitch::spatial_reconstruction::SpatialReconstruction;
 use scanstitch::spatial_settings::SpatialSettings;
 
 fn main() {
-    if !Path::new(recordings::DATA).is_dir() {
-        eprintln!("skipped: ../shared/data is absent");
+    if !recordings::are_there() {
         return;
     }
     let argument = |name: &str| std::env::args().skip_while(|argument| argument != name).nth(1);

@@ -17,6 +17,15 @@ use scanstitch::scene::space::{DepthSensor, RenderedFrame, Space};
 /// The folder of the real recordings.
 pub const DATA: &str = "../shared/data/rgbd";
 
+/// Whether they are at hand; says so where they are not.
+pub fn are_there() -> bool {
+    let are_there = std::path::Path::new(DATA).is_dir();
+    if !are_there {
+        eprintln!("skipped: ../shared/data is absent");
+    }
+    are_there
+}
+
 /// Depth images and where they were taken.
 #[derive(Clone)]
 pub struct Recording {
