@@ -66,10 +66,15 @@ pub fn depth_surfels(image: &DepthImage, usable: &[bool], camera: &Pinhole, mode
     let cells = cell_camera(camera, CELL_SIZE);
     let sums = SummedMoments::new(image, usable, camera, model);
     let mut surfels = vec![None; cells.width * cells.height];
+    // Of the cells above, and of those to the left in this row; one more, that nothing is known of.
+    let mut known = vec![Misfits::default(); cells.width + 1];
     for (row, row_of_surfels) in surfels.chunks_exact_mut(cells.width.max(1)).enumerate() {
+        let mut misfits = Misfits::default();
         for (column, surfel) in row_of_surfels.iter_mut().enumerate() {
             let ray = cells.ray(column as f64, row as f64);
-            *surfel = sums.surfel(column, row, &ray, &cells, model);
+            misfits = Misfits::beside([&misfits, &known[column], &known[column + 1]]);
+            *surfel = sums.surfel(column, row, &ray, &cells, model, &mut misfits);
+            known[column] = misfits;
         }
     }
     SurfelImage {
@@ -95,6 +100,35 @@ struct SummedMoments {
     rows: usize,
     /// `(columns + 1) * (rows + 1)`, the first row and column zero.
     sums: Vec<Moments>,
+}
+
+/// What the squares of the residuals sum up to in the windows around a cell, at the least, in units of the noise, in the
+/// order of [`REACHES`].
+///
+/// Of a part of the pixels the best plane is never further off than the best plane of all: what does not fit a window fits
+/// none that the window lies in. Near silhouettes, where most windows fail, few are looked at.
+#[derive(Clone, Copy, Default)]
+struct Misfits([f64; REACHES.len()]);
+
+impl Misfits {
+    /// What is known beforehand, from cells next to this one: each window holds their next smaller ones.
+    #[inline]
+    fn beside(neighbours: [&Self; 3]) -> Self {
+        let mut known = [0.0; REACHES.len()];
+        for index in (0..REACHES.len() - 1).rev() {
+            let smaller = neighbours.map(|neighbour| neighbour.0[index + 1]);
+            known[index] = smaller.into_iter().fold(known[index + 1], larger);
+        }
+        Self(known)
+    }
+
+    /// Takes in what one window was found to have.
+    #[inline]
+    fn learn(&mut self, index: usize, squares: f64) {
+        for known in &mut self.0[..=index] {
+            *known = larger(*known, squares);
+        }
+    }
 }
 
 /// 1 / z = a x + b y + c over a window, with the mean square residual in units of the noise.
@@ -147,23 +181,28 @@ impl SummedMoments {
         ray: &Vector3<f64>,
         cells: &Pinhole,
         model: &DepthModel,
+        misfits: &mut Misfits,
     ) -> Option<Surfel> {
         let cell = between(self.corners(column..column + 1, row..row + 1));
         if cell[COUNT] * 2.0 < (CELL_SIZE * CELL_SIZE) as f64 {
             return None;
         }
-        for reach in REACHES {
+        for (index, reach) in REACHES.into_iter().enumerate() {
             if column < reach || row < reach || column + reach >= self.columns || row + reach >= self.rows {
                 continue;
             }
             let corners = self.corners(column - reach..column + reach + 1, row - reach..row + reach + 1);
             let side = (2 * reach + 1) * CELL_SIZE;
             let [a, b, c, d] = corners.map(|sums| sums[COUNT]);
-            if a - b - c + d < MIN_FILLED * (side * side) as f64 {
+            let num_pixels = a - b - c + d;
+            if num_pixels < MIN_FILLED * (side * side) as f64 || misfits.0[index] > MAX_MISFIT * num_pixels {
                 continue;
             }
-            let window = between(corners);
-            let Some(plane) = fit(&window).filter(|plane| plane.misfit <= MAX_MISFIT) else { continue };
+            let Some(plane) = fit(&between(corners)) else { continue };
+            misfits.learn(index, plane.misfit * num_pixels);
+            if plane.misfit > MAX_MISFIT {
+                continue;
+            }
             let r = plane.a * ray.x + plane.b * ray.y + plane.c;
             if r <= 0.0 {
                 continue;
