@@ -68,10 +68,11 @@ pub fn depth_surfels(image: &DepthImage, usable: &[bool], camera: &Pinhole, mode
     let mut surfels = vec![None; cells.width * cells.height];
     // Of the cells above, and of those to the left in this row; one more, that nothing is known of.
     let mut known = vec![Misfits::default(); cells.width + 1];
+    let rays = cells.ray_table();
     for (row, row_of_surfels) in surfels.chunks_exact_mut(cells.width.max(1)).enumerate() {
         let mut misfits = Misfits::default();
         for (column, surfel) in row_of_surfels.iter_mut().enumerate() {
-            let ray = cells.ray(column as f64, row as f64);
+            let ray = Vector3::new(rays.x[column], rays.y[row], 1.0);
             misfits = Misfits::beside([&misfits, &known[column], &known[column + 1]]);
             *surfel = sums.surfel(column, row, &ray, &cells, model, &mut misfits);
             known[column] = misfits;
@@ -146,17 +147,19 @@ impl SummedMoments {
         let table = camera.ray_table();
         let weights = WeightTable::new(image, model);
         let stride = columns + 1;
-        let mut sums = vec![[0.0; 12]; stride * (rows + 1)];
+        let mut sums = Vec::with_capacity(stride * (rows + 1));
+        sums.resize(stride, [0.0; 12]);
         for row in 0..rows {
             let mut left: Moments = [0.0; 12];
+            sums.push(left);
             for column in 0..columns {
                 let cell = weights.moments_of_cell(image, usable, &table, column, row);
-                let above = sums[row * stride + column + 1];
-                let sum = &mut sums[(row + 1) * stride + column + 1];
+                let mut sum: Moments = sums[row * stride + column + 1];
                 for index in 0..12 {
                     left[index] += cell[index];
-                    sum[index] = above[index] + left[index];
+                    sum[index] += left[index];
                 }
+                sums.push(sum);
             }
         }
         Self { columns, rows, sums }
@@ -183,23 +186,23 @@ impl SummedMoments {
         model: &DepthModel,
         misfits: &mut Misfits,
     ) -> Option<Surfel> {
-        let cell = between(self.corners(column..column + 1, row..row + 1));
-        if cell[COUNT] * 2.0 < (CELL_SIZE * CELL_SIZE) as f64 {
+        let cell = self.corners(column..column + 1, row..row + 1);
+        if count(cell) * 2.0 < (CELL_SIZE * CELL_SIZE) as f64 {
             return None;
         }
+        let most = column.min(row).min(self.columns - 1 - column).min(self.rows - 1 - row);
         for (index, reach) in REACHES.into_iter().enumerate() {
-            if column < reach || row < reach || column + reach >= self.columns || row + reach >= self.rows {
+            let side = (2 * reach + 1) * CELL_SIZE;
+            let area = (side * side) as f64;
+            if reach > most || misfits.0[index] > MAX_MISFIT * area {
                 continue;
             }
             let corners = self.corners(column - reach..column + reach + 1, row - reach..row + reach + 1);
-            let side = (2 * reach + 1) * CELL_SIZE;
-            let [a, b, c, d] = corners.map(|sums| sums[COUNT]);
-            let num_pixels = a - b - c + d;
-            if num_pixels < MIN_FILLED * (side * side) as f64 || misfits.0[index] > MAX_MISFIT * num_pixels {
+            if count(corners) < MIN_FILLED * area {
                 continue;
             }
             let Some(plane) = fit(&between(corners)) else { continue };
-            misfits.learn(index, plane.misfit * num_pixels);
+            misfits.learn(index, plane.misfit * plane.num_pixels);
             if plane.misfit > MAX_MISFIT {
                 continue;
             }
@@ -209,6 +212,7 @@ impl SummedMoments {
             }
             let depth = 1.0 / r;
             // Off in 1 / z by this much, in standard deviations of one pixel.
+            let cell = between(cell);
             let mean_offset = (cell[6] - plane.a * cell[1] - plane.b * cell[2] - plane.c * cell[0]) / cell[0];
             let cell_offset = mean_offset * depth * depth;
             if cell_offset * cell_offset > MAX_CELL_OFFSET * MAX_CELL_OFFSET * model.variance(depth) {
@@ -218,6 +222,13 @@ impl SummedMoments {
         }
         None
     }
+}
+
+/// The pixels of a window, from its [corners](SummedMoments::corners).
+#[inline]
+fn count(corners: [&Moments; 4]) -> f64 {
+    let [a, b, c, d] = corners.map(|sums| sums[COUNT]);
+    a - b - c + d
 }
 
 /// What a window sums up to, from its [corners](SummedMoments::corners).

@@ -4,7 +4,7 @@
 //! bare corridor, or a turn inside a round room (Censi, "On achievable accuracy for range-finder localization", ICRA
 //! 2007; Zhang, Kaess and Singh, "On degeneracy of optimization-based state estimation problems", ICRA 2016).
 
-use nalgebra::{DMatrix, SMatrix, SVector};
+use nalgebra::{SMatrix, SVector};
 
 use super::factors::Correspondence;
 use crate::geometry::RigidMotion;
@@ -58,10 +58,77 @@ pub fn observability<const D: usize, const DOF: usize, M: RigidMotion<D, DOF>>(
     let basis = to_center * scale;
     let normalised = basis.transpose() * H * basis / weights;
 
-    let eigen = DMatrix::from_iterator(DOF, DOF, normalised.iter().copied()).symmetric_eigen();
-    let weakest = eigen.eigenvalues.imin();
-    Observability {
-        weakest_direction: SVector::from_iterator(eigen.eigenvectors.column(weakest).iter().copied()),
-        weakest_share: eigen.eigenvalues[weakest].clamp(0.0, 1.0),
+    let (share, weakest_direction) = smallest_eigenpair(normalised);
+    Observability { weakest_direction, weakest_share: share.clamp(0.0, 1.0) }
+}
+
+/// The smallest eigenvalue of a symmetric matrix, and its unit eigenvector: by Jacobi's rotations (Golub and Van Loan,
+/// Matrix Computations, section on Jacobi methods), which need no memory and little code for the few rows there are.
+fn smallest_eigenpair<const N: usize>(mut A: SMatrix<f64, N, N>) -> (f64, SVector<f64, N>) {
+    /// Each sweep squares what is left beside the diagonal: a handful is enough.
+    const MOST_SWEEPS: usize = 20;
+    let mut V = SMatrix::<f64, N, N>::identity();
+    for _ in 0..MOST_SWEEPS {
+        let off = (0..N).flat_map(|p| (p + 1..N).map(move |q| (p, q))).map(|at| A[at] * A[at]).sum::<f64>();
+        if off <= f64::EPSILON * f64::EPSILON * A.norm_squared() {
+            break;
+        }
+        for p in 0..N {
+            for q in p + 1..N {
+                rotate(&mut A, &mut V, p, q);
+            }
+        }
+    }
+    let weakest = A.diagonal().imin();
+    (A[(weakest, weakest)], V.column(weakest).into_owned())
+}
+
+/// Makes the entry (p, q) zero by a rotation of rows and columns p and q, which is collected in `V`.
+fn rotate<const N: usize>(A: &mut SMatrix<f64, N, N>, V: &mut SMatrix<f64, N, N>, p: usize, q: usize) {
+    if A[(p, q)] == 0.0 {
+        return;
+    }
+    let tau = (A[(q, q)] - A[(p, p)]) / (2.0 * A[(p, q)]);
+    let tan = tau.signum() / (tau.abs() + (1.0 + tau * tau).sqrt());
+    let cos = 1.0 / (1.0 + tan * tan).sqrt();
+    let sin = tan * cos;
+    for k in 0..N {
+        let (a, b) = (A[(k, p)], A[(k, q)]);
+        (A[(k, p)], A[(k, q)]) = (cos * a - sin * b, sin * a + cos * b);
+    }
+    for k in 0..N {
+        let (a, b) = (A[(p, k)], A[(q, k)]);
+        (A[(p, k)], A[(q, k)]) = (cos * a - sin * b, sin * a + cos * b);
+    }
+    for k in 0..N {
+        let (a, b) = (V[(k, p)], V[(k, q)]);
+        (V[(k, p)], V[(k, q)]) = (cos * a - sin * b, sin * a + cos * b);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::Matrix6;
+
+    use super::*;
+
+    #[test]
+    fn the_smallest_eigenpair_is_that_of_a_general_solver() {
+        let mut state = 7_u32;
+        let mut random = || {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            f64::from(state >> 8) / f64::from(1 << 24) - 0.5
+        };
+        for rank in [6, 6, 6, 5, 3, 1] {
+            let A: Matrix6<f64> =
+                (0..rank).map(|_| nalgebra::Vector6::from_fn(|_, _| random())).map(|v| v * v.transpose()).sum();
+            let expected = A.symmetric_eigenvalues().min();
+            let (value, vector) = smallest_eigenpair(A);
+            assert!((value - expected).abs() < 1e-14, "{value} {expected}");
+            assert!((A * vector - vector * value).norm() < 1e-14 && (vector.norm() - 1.0).abs() < 1e-14);
+        }
+        let diagonal = Matrix6::from_diagonal(&[3.0, 1.0, 2.0, 0.25, 5.0, 4.0].into());
+        assert_eq!(smallest_eigenpair(diagonal), (0.25, nalgebra::Vector6::ith(3, 1.0)));
+        assert_eq!(smallest_eigenpair(Matrix6::zeros()).0, 0.0);
     }
 }

@@ -1,5 +1,7 @@
 //! Reconstruction in space for JavaScript: depth images, each prepared in any worker, registered in one.
 
+use std::cell::RefCell;
+
 use js_sys::{Float32Array, Int16Array, Uint8Array};
 use tsify::Ts;
 use wasm_bindgen::prelude::*;
@@ -103,10 +105,10 @@ pub fn prepare_frame(
     color: Option<Vec<u8>>,
     into: Option<Uint8Array>,
 ) -> Result<Uint8Array, JsValue> {
-    let preparation = parse_preparation(preparation)?;
     let label = FrameLabel { name: name.to_owned(), index, time };
-    let frame = PreparedFrame::from_depth(&preparation, label, depth, color.as_deref());
-    Ok(written(&frame.map_err(|error| thrown(&error))?.to_bytes(), into))
+    with_preparation(preparation, into, |preparation| {
+        PreparedFrame::from_depth(preparation, label, depth, color.as_deref())
+    })
 }
 
 /// Makes a cloud, PLY or PCD, ready for registration, in any worker; as [`prepare_frame`].
@@ -122,9 +124,8 @@ pub fn prepare_cloud(
     cloud: &[u8],
     into: Option<Uint8Array>,
 ) -> Result<Uint8Array, JsValue> {
-    let preparation = parse_preparation(preparation)?;
-    let frame = PreparedFrame::from_cloud(&preparation, FrameLabel { name: name.to_owned(), index, time }, cloud);
-    Ok(written(&frame.map_err(|error| thrown(&error))?.to_bytes(), into))
+    let label = FrameLabel { name: name.to_owned(), index, time };
+    with_preparation(preparation, into, |preparation| PreparedFrame::from_cloud(preparation, label, cloud))
 }
 
 /// A copy at the beginning of `into`, or, where that is too small, of a new buffer that will hold the next frames, too.
@@ -138,11 +139,28 @@ fn written(bytes: &[u8], into: Option<Uint8Array>) -> Uint8Array {
     target
 }
 
-fn parse_preparation(json: &str) -> Result<Preparation, JsValue> {
-    serde_json::from_str(json).map_err(|_| {
-        let remedy = "Pass on what begin() returned";
-        thrown(&Error::whole("This is no preparation", remedy))
-    })
+thread_local! {
+    /// What the last frame was prepared with, as JSON and as it was read: it is the same for most frames of a run.
+    static LAST_PREPARATION: RefCell<Option<(String, Preparation)>> = const { RefCell::new(None) };
+}
+
+/// Prepares a frame, and [writes](written) it.
+fn with_preparation(
+    json: &str,
+    into: Option<Uint8Array>,
+    prepare: impl FnOnce(&Preparation) -> Result<PreparedFrame, Error>,
+) -> Result<Uint8Array, JsValue> {
+    let frame = LAST_PREPARATION.with_borrow_mut(|last| {
+        let known = last.take().filter(|(known, _)| known == json).map_or_else(|| parse_preparation(json), Ok)?;
+        prepare(&last.insert(known).1)
+    });
+    Ok(written(&frame.map_err(|error| thrown(&error))?.to_bytes(), into))
+}
+
+fn parse_preparation(json: &str) -> Result<(String, Preparation), Error> {
+    let preparation = serde_json::from_str(json)
+        .map_err(|_| Error::whole("This is no preparation", "Pass on what begin() returned"))?;
+    Ok((json.to_owned(), preparation))
 }
 
 /// A reconstruction in space: `begin` with the first file, `add_prepared` frames in order, `step()` until its stage is

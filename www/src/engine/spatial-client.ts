@@ -68,7 +68,7 @@ export interface SpatialListener {
 /** The map is sent after so long at first, then ever later, as there is ever less that is new in it: ... */
 const SNAPSHOT_INTERVALS_MS = { least: 300, most: 1500 };
 /** ... after this share of the time that the run has taken so far, ... */
-const SNAPSHOT_GROWTH = 0.7;
+const SNAPSHOT_GROWTH = 1;
 /** ... and so that sending takes at most this share of the time. */
 const SNAPSHOT_SHARE = 0.06;
 /** Preparing workers, as many as there are cores, within these bounds. */

@@ -26,7 +26,8 @@ export const NO_POINTS: MapPoints = {
 const CONES = [0.82, 0.94, 0.985];
 /** At least this share of the sampled normals must stand upright for a vote to count. */
 const MIN_SHARE = 0.08;
-const MAX_SAMPLES = 20_000;
+/** Votes of so many are certain to a tenth of a degree; more would only take time, whenever the map has grown. */
+const MAX_SAMPLES = 4000;
 /** Length of a normal. */
 export const NORMAL_UNIT = 32_767;
 
@@ -51,7 +52,7 @@ export function leveling(points: MapPoints, has_camera: boolean): Mat3 {
 /** Floors, tables and ceilings are level: the mean of the normals that stand nearly upright. */
 function voteOnUp({ normals }: MapPoints, presumed: Vec3): { up: Vec3; share: number } {
   const count = normals.length / 3;
-  const stride = Math.max(1, Math.floor(count / MAX_SAMPLES));
+  const stride = Math.max(1, Math.ceil(count / MAX_SAMPLES));
   let up = presumed;
   let share = 0;
   for (const cone of CONES) {

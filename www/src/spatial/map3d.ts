@@ -378,7 +378,7 @@ export class ScanstitchMap3d extends LitElement implements GestureTarget {
     this.R_view_map = leveling(points, marks.camera !== null);
     this.sampled = sample(points, this.R_view_map, NUM_SAMPLES);
     const cameras = marks.poses.map((pose) => this.toView(positionOf(pose)));
-    this.heights = heightsOf(sample(points, this.R_view_map, 8 * NUM_SAMPLES), cameras);
+    this.heights = heightsOf(sample(points, this.R_view_map, 4 * NUM_SAMPLES), cameras);
     // While the map grows, a rough turn will do.
     const open = this.openSamples().filter((_, i) => !this.growing || i % 5 === 0);
     this.straight = straightAzimuth(open, this.size.width >= this.size.height);
