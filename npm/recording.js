@@ -361,8 +361,8 @@ async function planarScans(files, read) {
   const notes = [];
   for (const { path } of files) {
     const isTold = /\.ply$/i.test(path) || isImageName(path);
-    const head = isTold ? new Uint8Array() : await read(path, HEAD_BYTES);
-    if (!head) continue;
+    const head = isTold ? null : await read(path, HEAD_BYTES);
+    if (!isTold && !head) continue;
     const role = classify(path, head);
     if (role.role === 'scan') scans.push(path);
     else if (role.role === 'ignored') {

@@ -1,5 +1,6 @@
 // @ts-check
 /** Planar scans: which files are scans, which one is the reference trajectory, and why the rest is left aside. */
+import { brokenImage } from './heads.js';
 import { isLaserLog, isOdometryName } from './laser_logs.js';
 
 /**
@@ -12,6 +13,8 @@ const SYSTEM_FILES = /^(\.|thumbs\.db$|desktop\.ini$|__macosx$)/i;
 const TRAJECTORY_NAMES = /\.(tum|traj)$/i;
 const TEXT_NAMES = /\.(txt|csv|tsv|dat|xyz)$/i;
 const IMAGE_NAMES = /\.(png|jpe?g|tiff?|bmp|webp|pgm)$/i;
+/** What is in them is not looked into. */
+const UNKNOWN_IMAGE_NAMES = /\.tiff?$/i;
 const ARCHIVE_NAMES = /\.(zip|tar|gz|tgz|7z|rar)$/i;
 
 /**
@@ -25,10 +28,11 @@ export function isSystemFile(path) {
 /**
  * The part a file plays among planar scans.
  * @param {string} path
- * @param {Uint8Array} head the beginning of the file, a few kilobytes
+ * @param {Uint8Array | null} beginning of the file, a few kilobytes; null: its name says enough
  * @returns {Role}
  */
-export function classify(path, head) {
+export function classify(path, beginning) {
+  const head = beginning ?? new Uint8Array();
   if (isSystemFile(path)) return { role: 'ignored', reason: null };
   const base = path.split('/').at(-1) ?? path;
   if (/\.ply$/i.test(base) || startsAsPly(head)) return { role: 'scan', is_log: false };
@@ -47,7 +51,10 @@ export function classify(path, head) {
   if (/\.(log|json|carmen|clf)$/i.test(base)) {
     return { role: 'ignored', reason: 'no laser log: neither lines of CARMEN nor scans as CSM writes them' };
   }
-  if (IMAGE_NAMES.test(base)) return { role: 'ignored', reason: 'an image, not a laser scan' };
+  if (IMAGE_NAMES.test(base)) {
+    const fault = beginning && !UNKNOWN_IMAGE_NAMES.test(base) ? brokenImage(base, beginning) : null;
+    return { role: 'ignored', reason: fault ?? 'an image, not a laser scan' };
+  }
   if (ARCHIVE_NAMES.test(base)) return { role: 'ignored', reason: 'an archive; unpack it and drop the folder' };
   return { role: 'ignored', reason: 'not a PLY scan and not a trajectory (.tum or .txt)' };
 }

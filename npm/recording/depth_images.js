@@ -1,7 +1,7 @@
 // @ts-check
 /** Depth images with or without colour: which images are which, what belongs together, how many recordings there are. */
 import { compareNaturally } from '../natural_order.js';
-import { readImage } from './heads.js';
+import { brokenImage, readImage } from './heads.js';
 import { readLists } from './lists.js';
 import { baseOf, commonFolder, contains, depthOf, hintOf, hintOfSeries, seriesOf } from './names.js';
 import { countMatches, pairUp } from './pairs.js';
@@ -37,9 +37,12 @@ export function isImageName(path) {
 export async function findDepthRecordings(files, peek) {
   /** @type {ImageSeries[]} */
   const images = [];
+  /** @type {Note[]} */
+  const broken = [];
   for (const series of seriesOf(files.filter(({ path }) => isImageName(path)))) {
-    const facts = await lookInto(series, peek);
+    const { facts, fault } = await lookInto(series, peek);
     if (facts) images.push({ ...series, facts, hint: hintOfSeries(series) });
+    else if (fault) broken.push({ file: nameOf(series), reason: `left aside: ${fault}` });
   }
   const { depth, colour } = tellApart(images);
   const recordings = depth
@@ -55,13 +58,15 @@ export async function findDepthRecordings(files, peek) {
   const pictures = rest.filter(({ hint }) => hint !== 'depth');
   const notes = misnamedDepth(rest, files);
   if (recordings.length === 0 && notes.length === 0) notes.push(...picturesAlone(pictures));
+  notes.push(...broken);
   return { recordings, notes, pictures: recordings.length > 0 ? pictures : [] };
 }
 
 /**
- * What the first of its files are that can be told.
+ * What the first of its files are that can be told; where none can, what is wrong with the first.
  * @param {Series} series
  * @param {Peek} peek
+ * @returns {Promise<{ facts: ImageFacts | null, fault: string | null }>}
  */
 async function lookInto({ members }, peek) {
   const places = Array.from({ length: LOOKED_INTO }, (_, i) =>
@@ -69,13 +74,18 @@ async function lookInto({ members }, peek) {
   );
   /** @type {ImageFacts[]} */
   const seen = [];
+  /** @type {string | null} */
+  let fault = null;
   for (const place of new Set(places)) {
-    const head = await peek(members[place]?.path ?? '');
-    const facts = head && readImage(head);
+    const path = members[place]?.path ?? '';
+    const head = await peek(path);
+    if (!head) continue;
+    const facts = readImage(head);
     if (facts) seen.push(facts);
+    else fault ??= `${members.length > 1 ? `${baseOf(path)}: ` : ''}${brokenImage(path, head)}`;
   }
   const votes = (/** @type {ImageFacts} */ { channels }) => seen.filter((facts) => facts.channels === channels).length;
-  return seen.sort((a, b) => votes(b) - votes(a))[0] ?? null;
+  return { facts: seen.sort((a, b) => votes(b) - votes(a))[0] ?? null, fault };
 }
 
 /**

@@ -8,7 +8,8 @@ export const HEAD_BYTES = 8192;
 /** @typedef {{ format: 'PNG' | 'PGM' | 'PPM' | 'PFM' | 'JPEG' | 'other', channels: 'grey' | 'colour' | 'palette', bits: number }} ImageFacts */
 
 const PNG_SIGNATURE = [0x89, 0x50, 0x4e, 0x47, 0x0d, 0x0a, 0x1a, 0x0a];
-/** Colour types of a PNG header (PNG specification, 11.2.2). */
+/** Where in the file, and which there are (PNG specification, 11.2.2). */
+const COLOUR_TYPE_AT = 25;
 const PNG_CHANNELS = /** @type {const} */ ({ 0: 'grey', 2: 'colour', 3: 'palette', 4: 'grey', 6: 'colour' });
 
 /**
@@ -16,8 +17,8 @@ const PNG_CHANNELS = /** @type {const} */ ({ 0: 'grey', 2: 'colour', 3: 'palette
  * @returns {ImageFacts | null}
  */
 export function readImage(head) {
-  if (PNG_SIGNATURE.every((byte, index) => head[index] === byte)) {
-    const channels = PNG_CHANNELS[/** @type {keyof typeof PNG_CHANNELS} */ (head[25] ?? -1)];
+  if (startsAsPng(head)) {
+    const channels = PNG_CHANNELS[/** @type {keyof typeof PNG_CHANNELS} */ (head[COLOUR_TYPE_AT] ?? -1)];
     return channels ? { format: 'PNG', channels, bits: head[24] ?? 0 } : null;
   }
   if (head[0] === 0xff && head[1] === 0xd8) return { format: 'JPEG', channels: 'colour', bits: 8 };
@@ -33,6 +34,37 @@ export function readImage(head) {
   }
   if (/^(BM|RIFF....WEBP)/s.test(magic)) return { format: 'other', channels: 'colour', bits: 8 };
   return null;
+}
+
+/**
+ * Why a file that is named as an image cannot be read as one, and what to do; null where its beginning is one.
+ * Completes "3.png: ...".
+ * @param {string} path
+ * @param {Uint8Array} head
+ * @returns {string | null}
+ */
+export function brokenImage(path, head) {
+  if (readImage(head)) return null;
+  const kind = (path.match(/\.(\w+)$/)?.[1] ?? '').toUpperCase().replace('JPG', 'JPEG');
+  return `${faultOfImage(kind, head)}; copy or export it again`;
+}
+
+/** @param {string} kind as the name says it @param {Uint8Array} head */
+function faultOfImage(kind, head) {
+  if (head.length === 0) return `this ${kind} cannot be read: the file is empty`;
+  if (/^P[14]\s/.test(latin1(head.subarray(0, 3))))
+    return `this ${kind} is a bitmap: black and white alone are no depth`;
+  if (!startsAsPng(head)) {
+    const words = JSON.stringify(latin1(head.subarray(0, 8)).replaceAll(/[^ -~]/g, '?'));
+    return `this ${kind} cannot be read: at byte 0 it begins with ${words}, as no ${kind} does`;
+  }
+  if (head.length <= COLOUR_TYPE_AT) return `this PNG cannot be read: it is cut off at byte ${head.length}`;
+  return `this PNG cannot be read: at byte ${COLOUR_TYPE_AT} its header names the colour type ${head[COLOUR_TYPE_AT]}, which no PNG has`;
+}
+
+/** @param {Uint8Array} head */
+function startsAsPng(head) {
+  return PNG_SIGNATURE.every((byte, index) => head[index] === byte);
 }
 
 /**

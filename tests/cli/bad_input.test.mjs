@@ -37,6 +37,38 @@ const BAD_FILES = /** @type {Record<string, [string | Uint8Array, RegExp]>} */ (
   'no bytes': ['', /^bad\.ply: /],
 });
 
+const PNG_SIGNATURE = Buffer.from([0x89, 0x50, 0x4e, 0x47, 0x0d, 0x0a, 0x1a, 0x0a]);
+const PNG_HEADER = Buffer.concat([PNG_SIGNATURE, Buffer.from([0, 0, 0, 13]), Buffer.from('IHDR'), Buffer.alloc(8, 1)]);
+
+/** What each broken image is, and what the line about it must say. */
+const BROKEN_IMAGES = /** @type {Record<string, [name: string, contents: string | Uint8Array, message: RegExp]>} */ ({
+  'a PNG cut off in its header': [
+    'depth.png',
+    PNG_HEADER.subarray(0, 20),
+    /^depth\.png: .*PNG cannot be read.* byte 20/,
+  ],
+  'a PNG of an unknown kind': [
+    'depth.png',
+    Buffer.concat([PNG_HEADER, Buffer.from([16, 9])]),
+    /^depth\.png: .*PNG cannot be read.* byte 25 .*colour type 9/,
+  ],
+  'a text named .png': ['depth.png', 'Dear all', /^depth\.png: .*PNG cannot be read.* byte 0 .*"Dear all"/],
+  'an empty PNG': ['depth.png', '', /^depth\.png: .*PNG cannot be read.* empty/],
+  'a text named .jpg': ['photo.jpg', 'Dear all', /^photo\.jpg: .*JPEG cannot be read.* byte 0/],
+});
+
+for (const [what, [name, contents, message]] of Object.entries(BROKEN_IMAGES)) {
+  test(`${what}, alone: named with what to do`, (t) => {
+    const folder = temporaryFolder(t);
+    writeFiles(folder, { [name]: contents });
+    const { status, stderr } = scanstitch(['reconstruct', join(folder, name), '--out', join(folder, 'out')]);
+    assert.equal(status, 1);
+    assert.match(stderr, message);
+    assert.match(stderr, /copy or export it again/);
+    assert.ok(!existsSync(join(folder, 'out')));
+  });
+}
+
 /** 24 bytes a point. @param {number} count */
 function binaryPly(count) {
   const text = asciiPly([], count).replace('ascii', 'binary_little_endian');

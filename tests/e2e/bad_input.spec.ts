@@ -85,6 +85,18 @@ test('files that are neither scans nor a trajectory are named with the reason', 
   expect(await app.numStitched()).toBe(1);
 });
 
+test('a lone PNG that cannot be read is called so, with what to do', async ({ app }) => {
+  const signature = Buffer.from([0x89, 0x50, 0x4e, 0x47, 0x0d, 0x0a, 0x1a, 0x0a]);
+  await app.drop([{ name: 'depth.png', content: signature }]);
+  await expect(app.messages).toContainText('depth.png');
+  await expect(app.messages).toContainText(/PNG cannot be read: it is cut off at byte 8; copy or export it again/);
+  await app.drop([{ name: 'letter.png', content: 'Dear all' }]);
+  await expect(app.messages).toContainText('letter.png');
+  await expect(app.messages).toContainText(/PNG cannot be read: at byte 0 it begins with .Dear all./);
+  await expect(app.messages).not.toContainText('not a laser scan');
+  expect(await app.numStitched()).toBe(1);
+});
+
 test('a single scan is shown, and said to be alone', async ({ app }) => {
   await app.drop([{ name: 'alone.ply', content: ply(room(8, 6)) }]);
   const { result } = await app.stitched();

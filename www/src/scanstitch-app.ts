@@ -7,7 +7,7 @@ import { DropTarget } from './components/drop-target.js';
 import { icon, logo } from './components/icons.js';
 import type { MenuItem } from './components/menu.js';
 import { type Layout, NO_FACTS, type RunView } from './components/run-view.js';
-import { shared, tokens } from './components/theme.js';
+import { drop_styles, shared, tokens } from './components/theme.js';
 import { filesOfDrop, filesOfInput, type NamedFile } from './datasets/gather.js';
 import {
   type BagListener,
@@ -464,7 +464,7 @@ export class ScanstitchApp extends LitElement {
     this.is_system_dark = this.system_dark.matches;
   };
 
-  static override styles = [tokens, shared, app_styles];
+  static override styles = [tokens, shared, drop_styles, app_styles];
 }
 
 declare global {

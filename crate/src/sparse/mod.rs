@@ -3,6 +3,8 @@
 
 pub mod block_cholesky;
 pub mod block_matrix;
+mod dense_block;
+mod factor_pattern;
 mod ordering;
 
 pub use block_cholesky::{BlockCholesky, Factor, NotPositiveDefinite};

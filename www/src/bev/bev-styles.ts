@@ -2,11 +2,6 @@ import { css } from 'lit';
 
 export const bev_styles = css`
   :host {
-    display: block;
-    flex: 1;
-    min-height: 0;
-    overflow: auto;
-    background: var(--background);
     container-type: inline-size;
   }
   .bev {
@@ -192,24 +187,6 @@ export const bev_styles = css`
     padding: 0 12px 10px;
     color: var(--muted);
     font-size: 13px;
-  }
-  .drop-hint {
-    position: absolute;
-    inset: 0;
-    z-index: 30;
-    display: grid;
-    padding: 14px;
-    background: color-mix(in srgb, var(--background) 82%, transparent);
-    pointer-events: none;
-  }
-  .drop-hint > div {
-    display: grid;
-    place-content: center;
-    border: 2px dashed var(--accent);
-    border-radius: 14px;
-    color: var(--accent);
-    font-size: 20px;
-    font-weight: 600;
   }
   @container (min-width: 700px) {
     .views {

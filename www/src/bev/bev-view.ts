@@ -1,7 +1,7 @@
 import { html, LitElement, nothing, type TemplateResult } from 'lit';
 import { customElement, property, query, state } from 'lit/decorators.js';
 import { icon } from '../components/icons.js';
-import { shared, tokens } from '../components/theme.js';
+import { drop_styles, page_styles, shared, tokens } from '../components/theme.js';
 import { filesOfDrop, filesOfInput } from '../datasets/gather.js';
 import { download } from '../export/exports.js';
 import { remember } from '../views/remember.js';
@@ -507,7 +507,7 @@ export class ScanstitchBev extends LitElement {
     this.said = said;
   }
 
-  static override styles = [tokens, shared, bev_styles];
+  static override styles = [tokens, shared, page_styles, drop_styles, bev_styles];
 }
 
 declare global {

@@ -1,7 +1,7 @@
 import { css, html, LitElement, nothing, type TemplateResult } from 'lit';
 import { customElement, property } from 'lit/decorators.js';
 import { icon } from '../components/icons.js';
-import { shared } from '../components/theme.js';
+import { shared, table_styles } from '../components/theme.js';
 import { type BevDocument, markedPixels, STATUS_WORDS } from './document.js';
 import { letter } from './paint.js';
 import { shortNumber } from './picture.js';
@@ -99,23 +99,15 @@ export class ScanstitchBevPoints extends LitElement {
 
   static override styles = [
     shared,
+    table_styles,
     css`
       :host {
         display: block;
         max-height: 340px;
         overflow: auto;
       }
-      table {
-        width: 100%;
-        border-collapse: collapse;
-        font-size: 13px;
-        font-variant-numeric: tabular-nums;
-      }
       th,
       td {
-        padding: 2px 8px;
-        border-top: 1px solid var(--line);
-        text-align: right;
         white-space: nowrap;
       }
       th {

@@ -1,6 +1,6 @@
 import { css, html, LitElement, nothing, type TemplateResult } from 'lit';
 import { customElement, property, state } from 'lit/decorators.js';
-import { shared } from '../components/theme.js';
+import { shared, table_styles } from '../components/theme.js';
 import { letter } from './paint.js';
 import type { BevParameter, BevRefinement, BevRole } from './protocol.js';
 
@@ -115,6 +115,7 @@ export class ScanstitchBevRefinement extends LitElement {
 
   static override styles = [
     shared,
+    table_styles,
     css`
       :host {
         display: block;
@@ -138,18 +139,6 @@ export class ScanstitchBevRefinement extends LitElement {
         border: 1px solid var(--line-strong);
         border-radius: 6px;
         background: var(--surface);
-      }
-      table {
-        width: 100%;
-        border-collapse: collapse;
-        font-size: 13px;
-        font-variant-numeric: tabular-nums;
-      }
-      th,
-      td {
-        padding: 2px 8px;
-        border-top: 1px solid var(--line);
-        text-align: right;
       }
       th {
         border-top: 0;

@@ -90,26 +90,6 @@ export const app_styles = css`
     align-items: center;
     gap: 6px;
   }
-  .drop-hint {
-    position: absolute;
-    inset: 0;
-    z-index: 30;
-    display: grid;
-    padding: 14px;
-    background: color-mix(in srgb, var(--background) 82%, transparent);
-    pointer-events: none;
-  }
-  .drop-hint > div {
-    display: grid;
-    place-content: center;
-    justify-items: center;
-    gap: 12px;
-    border: 2px dashed var(--accent);
-    border-radius: 14px;
-    color: var(--accent);
-    font-size: 20px;
-    font-weight: 600;
-  }
   .narrow .bar {
     gap: 10px;
     padding: 0 8px 0 12px;

@@ -1,7 +1,9 @@
 import { css, html, LitElement, nothing, type PropertyValues, type TemplateResult } from 'lit';
 import { customElement, property, query, state } from 'lit/decorators.js';
 import { baseName, formatFixed } from '../views/format.js';
+import { Gestures, type GestureTarget } from '../views/gestures.js';
 import { MapCanvas, type MapContent } from '../views/map-canvas.js';
+import { belongsToPage, type KeyedMap, PAN_STEP, pressKey, ZOOM_STEP } from '../views/map-keys.js';
 import { type Layers, type MapMarks, poseAt } from '../views/map-painter.js';
 import type { Rgb } from '../views/palette.js';
 import type { OccupancyPicture } from '../views/occupancy.js';
@@ -18,8 +20,8 @@ import {
   type Viewport,
   zoomedAt,
 } from '../views/viewport.js';
-import { icon } from './icons.js';
 import { map_styles } from './map-styles.js';
+import { layerBox, layerList, mapButton, mapToolbar } from './map-toolbar.js';
 import { shared } from './theme.js';
 
 const NO_MARKS: MapMarks = {
@@ -34,8 +36,6 @@ const NO_MARKS: MapMarks = {
   undetermined: null,
 };
 
-const ZOOM_STEP = 1.3;
-const PAN_STEP = 60; // CSS pixels
 /** The map is in motion until the hand has rested for so long. */
 const REST_MS = 90;
 
@@ -46,7 +46,7 @@ const REST_MS = 90;
  * `occupancy-wanted` with whether the occupancy grid is to be shown.
  */
 @customElement('scanstitch-map')
-export class ScanstitchMap extends LitElement {
+export class ScanstitchMap extends LitElement implements GestureTarget, KeyedMap {
   @property({ attribute: false }) points: PointSet = NO_POINTS;
   @property({ attribute: false }) marks: MapMarks = NO_MARKS;
   @property({ attribute: false }) names: readonly string[] = [];
@@ -83,8 +83,7 @@ export class ScanstitchMap extends LitElement {
   private animation_frame = 0;
   private rest_timer: ReturnType<typeof setTimeout> | undefined;
   private has_new_points = false;
-  private fingers = new Map<number, { x: number; y: number }>();
-  private drag_distance = 0;
+  private gestures = new Gestures(this, this);
   private resize_observer = new ResizeObserver(() => this.resize());
 
   override connectedCallback(): void {
@@ -102,10 +101,9 @@ export class ScanstitchMap extends LitElement {
 
   protected override firstUpdated(): void {
     this.map_canvas = new MapCanvas(this.canvas);
+    this.gestures.listen(this.stage);
     this.resize_observer.observe(this.stage);
     this.resize();
-    // Registered here because Lit's listeners are passive where the browser decides so.
-    this.stage.addEventListener('wheel', (event) => this.onWheel(event), { passive: false });
   }
 
   protected override willUpdate(changed: PropertyValues<this>): void {
@@ -145,7 +143,7 @@ export class ScanstitchMap extends LitElement {
   }
 
   /** Turns the map by a quarter. */
-  turn(): void {
+  turnByQuarter(): void {
     this.turns = ((this.view.turns + 1) % 4) as Turns;
     this.fit();
   }
@@ -173,12 +171,7 @@ export class ScanstitchMap extends LitElement {
         aria-describedby="map-description map-keys"
         ?data-guarded=${this.guarded}
         @keydown=${this.onKey}
-        @pointerdown=${this.onPointerDown}
-        @pointermove=${this.onPointerMove}
-        @pointerup=${this.onPointerUp}
-        @pointercancel=${this.onPointerUp}
-        @pointerleave=${this.onPointerLeave}
-        @dblclick=${this.onDoubleClick}
+        @dblclick=${() => this.fit()}
         @focus=${this.updateGuard}
         @blur=${this.updateGuard}
       >
@@ -203,64 +196,34 @@ export class ScanstitchMap extends LitElement {
             }`
         }
       </div>
-      <div class="controls" role="toolbar" aria-label="Map view">
-        <button class="icon" @click=${() => this.zoomBy(ZOOM_STEP)} aria-label="Zoom in" title="Zoom in (+)">
-          ${icon('plus')}
-        </button>
-        <button class="icon" @click=${() => this.zoomBy(1 / ZOOM_STEP)} aria-label="Zoom out" title="Zoom out (−)">
-          ${icon('minus')}
-        </button>
-        <button class="icon" @click=${() => this.fit()} aria-label="Show the whole map" title="Show the whole map (F)">
-          ${icon('fit')}
-        </button>
-        <button
-          class="icon"
-          @click=${() => this.turn()}
-          aria-label="Turn the map by a quarter"
-          title="Turn by a quarter (R)"
-        >
-          ${icon('turn')}
-        </button>
-        <button
-          class="icon"
-          @click=${() => {
-            this.layers_open = !this.layers_open;
-          }}
-          aria-label="What is drawn"
-          aria-expanded=${this.layers_open}
-          title="What is drawn"
-        >
-          ${icon('layers')}
-        </button>
-        ${this.layers_open ? this.renderLayers() : nothing}
-      </div>
+      ${mapToolbar({
+        zoom: (direction) => this.zoomBy(ZOOM_STEP ** direction),
+        fit: () => this.fit(),
+        own: mapButton('turn', 'Turn the map by a quarter', 'Turn by a quarter (R)', () => this.turnByQuarter()),
+        layers: this.layers_open ? this.renderLayers() : null,
+        layers_hint: 'What is drawn',
+        toggleLayers: () => {
+          this.layers_open = !this.layers_open;
+        },
+      })}
     `;
   }
 
   private renderLayers(): TemplateResult {
-    const layer = (name: keyof Layers, label: string, sign: string): TemplateResult => html`
-      <label>
-        <input
-          type="checkbox"
-          .checked=${this.layers[name]}
-          @change=${(event: Event) => {
-            this.layers = { ...this.layers, [name]: (event.target as HTMLInputElement).checked };
-            if (name === 'occupancy') {
-              this.dispatchEvent(new CustomEvent('occupancy-wanted', { detail: this.layers.occupancy }));
-            }
-            this.requestPaint();
-          }}
-        />
-        <i class="sign ${sign}"></i>${label}
-      </label>
-    `;
-    return html`<fieldset class="layers">
-      <legend class="visually-hidden">What is drawn</legend>
-      ${layer('path', 'Path and poses', 'path')}
-      ${this.marks.reference.length > 0 ? layer('reference', `Reference: ${baseName(this.reference_name)}`, 'reference') : nothing}
-      ${this.has_occupancy ? layer('occupancy', 'Free and occupied, in place of points', 'occupancy') : nothing}
-      ${layer('grid', 'Grid', 'grid')}
-    </fieldset>`;
+    const layer = (name: keyof Layers, label: string): TemplateResult =>
+      layerBox(label, name, this.layers[name], (shown) => this.showLayer(name, shown));
+    return layerList(html`
+      ${layer('path', 'Path and poses')}
+      ${this.marks.reference.length > 0 ? layer('reference', `Reference: ${baseName(this.reference_name)}`) : nothing}
+      ${this.has_occupancy ? layer('occupancy', 'Free and occupied, in place of points') : nothing}
+      ${layer('grid', 'Grid')}
+    `);
+  }
+
+  private showLayer(name: keyof Layers, shown: boolean): void {
+    this.layers = { ...this.layers, [name]: shown };
+    if (name === 'occupancy') this.dispatchEvent(new CustomEvent('occupancy-wanted', { detail: shown }));
+    this.requestPaint();
   }
 
   private bounds(): Bounds | null {
@@ -280,9 +243,7 @@ export class ScanstitchMap extends LitElement {
   }
 
   private updateGuard(): void {
-    const page = document.scrollingElement;
-    const scrolls = page !== null && page.scrollHeight > page.clientHeight + 1;
-    this.guarded = scrolls && this.shadowRoot?.activeElement !== this.stage;
+    this.guarded = belongsToPage(this.stage);
   }
 
   // Painting. One frame at most per refresh of the screen, and none when nothing changed.
@@ -325,113 +286,55 @@ export class ScanstitchMap extends LitElement {
     this.requestPaint();
   }
 
-  private zoomBy(factor: number): void {
-    this.move(zoomedAt(this.view, this.size, this.size.width / 2, this.size.height / 2, factor));
+  zoomBy(factor: number): void {
+    this.zoom(this.size.width / 2, this.size.height / 2, factor);
   }
 
   private onKey(event: KeyboardEvent): void {
-    if (event.ctrlKey || event.metaKey || event.altKey) return;
-    const count = this.marks.poses.length;
-    const selected = this.marks.selected;
-    const actions: Record<string, () => void> = {
-      ArrowLeft: () => this.move(panned(this.view, PAN_STEP, 0)),
-      ArrowRight: () => this.move(panned(this.view, -PAN_STEP, 0)),
-      ArrowUp: () => this.move(panned(this.view, 0, PAN_STEP)),
-      ArrowDown: () => this.move(panned(this.view, 0, -PAN_STEP)),
-      '+': () => this.zoomBy(ZOOM_STEP),
-      '=': () => this.zoomBy(ZOOM_STEP),
-      '-': () => this.zoomBy(1 / ZOOM_STEP),
-      f: () => this.fit(),
-      F: () => this.fit(),
-      r: () => this.turn(),
-      R: () => this.turn(),
-      '.': () => this.select(Math.min((selected ?? -1) + 1, count - 1)),
-      ',': () => this.select(Math.max((selected ?? count) - 1, 0)),
-      Escape: () => this.select(null),
-    };
-    const action = actions[event.key];
-    if (!action) return;
-    event.preventDefault();
-    action();
+    pressKey(event, this, {
+      ArrowLeft: () => this.shift(PAN_STEP, 0),
+      ArrowRight: () => this.shift(-PAN_STEP, 0),
+      ArrowUp: () => this.shift(0, PAN_STEP),
+      ArrowDown: () => this.shift(0, -PAN_STEP),
+      r: () => this.turnByQuarter(),
+    });
   }
 
-  private onWheel(event: WheelEvent): void {
-    if (this.guarded && !event.ctrlKey) return;
-    event.preventDefault();
-    const { x, y } = this.place(event);
-    const lines = event.deltaMode === WheelEvent.DOM_DELTA_LINE ? 16 : 1;
-    // A pinch on a trackpad arrives as a wheel with the control key and small steps.
-    const speed = event.ctrlKey ? 0.01 : 0.0016;
-    this.move(zoomedAt(this.view, this.size, x, y, Math.exp(-event.deltaY * lines * speed)));
-    this.hover(x, y);
+  shift(right: number, down: number): void {
+    this.move(panned(this.view, right, down));
   }
 
-  private onPointerDown(event: PointerEvent): void {
-    if (event.button !== 0) return;
-    if (this.guarded && event.pointerType === 'touch') return;
-    this.stage.setPointerCapture(event.pointerId);
-    this.fingers.set(event.pointerId, this.place(event));
-    if (this.fingers.size === 1) this.drag_distance = 0;
+  zoom(x: number, y: number, factor: number): void {
+    this.move(zoomedAt(this.view, this.size, x, y, factor));
   }
 
-  private onPointerMove(event: PointerEvent): void {
-    const now = this.place(event);
-    const before = this.fingers.get(event.pointerId);
-    if (!before) {
-      if (event.pointerType !== 'touch') this.hover(now.x, now.y);
-      return;
-    }
-    this.fingers.set(event.pointerId, now);
-    this.drag_distance += Math.hypot(now.x - before.x, now.y - before.y);
-    if (this.fingers.size === 1) {
-      if (this.drag_distance > 4) this.move(panned(this.view, now.x - before.x, now.y - before.y));
-      return;
-    }
-    const other = [...this.fingers].find(([id]) => id !== event.pointerId)?.[1];
-    if (!other) return;
-    const spread =
-      Math.hypot(now.x - other.x, now.y - other.y) / Math.max(Math.hypot(before.x - other.x, before.y - other.y), 1);
-    const moved = panned(this.view, (now.x - before.x) / 2, (now.y - before.y) / 2);
-    this.move(zoomedAt(moved, this.size, (now.x + other.x) / 2, (now.y + other.y) / 2, spread));
+  tap(x: number, y: number, reach: number): void {
+    this.select(this.frameAt(x, y, reach));
   }
 
-  private onPointerUp(event: PointerEvent): void {
-    const was_pressed = this.fingers.delete(event.pointerId);
-    const is_tap = event.type === 'pointerup' && this.drag_distance <= (event.pointerType === 'touch' ? 10 : 4);
-    if ((was_pressed || this.guarded) && is_tap && this.fingers.size === 0) {
-      const { x, y } = this.place(event);
-      this.select(this.frameAt(x, y, event.pointerType === 'touch' ? 22 : 10));
-    }
+  hover(x: number, y: number): void {
+    this.pointer = { x, y };
+    this.hovered = this.frameAt(x, y, 12);
   }
 
-  private onPointerLeave(): void {
+  leave(): void {
     this.pointer = null;
     this.hovered = null;
   }
 
-  private onDoubleClick(): void {
-    this.fit();
-  }
-
-  private place(event: MouseEvent): { x: number; y: number } {
-    const box = this.stage.getBoundingClientRect();
-    return { x: event.clientX - box.left, y: event.clientY - box.top };
-  }
-
-  private hover(x: number, y: number): void {
-    this.pointer = { x, y };
-    this.hovered = this.frameAt(x, y, 10);
+  isGuarded(): boolean {
+    return this.guarded;
   }
 
   /** The frame whose pose, or else whose point, lies under a place on the screen. */
   private frameAt(x: number, y: number, reach: number): number | null {
-    const pose = this.layers.path ? poseAt(this.marks, this.size, this.view, x, y, reach + 2) : null;
+    const pose = this.layers.path ? poseAt(this.marks, this.size, this.view, x, y, reach) : null;
     if (pose !== null) return pose;
     const world = toWorld(this.view, this.size, x, y);
-    return nearestFrame(this.points, this.marks.until, world.x, world.y, reach / this.view.scale);
+    return nearestFrame(this.points, this.marks.until, world.x, world.y, (reach - 2) / this.view.scale);
   }
 
-  private select(frame: number | null): void {
+  select(frame: number | null): void {
     this.dispatchEvent(new CustomEvent('frame-selected', { detail: frame, bubbles: true, composed: true }));
   }
 

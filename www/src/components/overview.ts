@@ -1,14 +1,11 @@
-import { css, html, LitElement, nothing, type TemplateResult } from 'lit';
+import { html, LitElement, nothing, type TemplateResult } from 'lit';
 import { customElement, property } from 'lit/decorators.js';
 import type { FrameResult, IterationRecord } from '../engine/protocol.js';
-import { barAt, barChart, CHART_VIEW_BOX, lineChart } from '../views/chart.js';
+import { CHART_VIEW_BOX, lineChart } from '../views/chart.js';
 import { baseName, formatLength, formatPercent, plural } from '../views/format.js';
-import { cssColor, type Rgb } from '../views/palette.js';
-import { statusBadge } from './status-badge.js';
+import type { Rgb } from '../views/palette.js';
+import { badList, badOnes, frame_styles, frameBars } from './frame-parts.js';
 import { chart_styles, panel_styles, shared, status_styles } from './theme.js';
-
-/** Of a run that went wrong as a whole, the first few scans say enough. */
-const MAX_BAD_SHOWN = 6;
 
 /**
  * All scans at a glance, while none is selected: which need a look, how well each fits, what the engine has to say.
@@ -31,11 +28,12 @@ export class ScanstitchOverview extends LitElement {
     if (frames.length === 0) {
       return html`<p class="muted">The result of each scan appears here once scans are loaded.</p>`;
     }
-    const bad = frames.flatMap(({ status }, frame) => (status === 'good' ? [] : [frame]));
+    const num_bad = badOnes(frames).length;
     return html`
       <header><h2>All scans</h2></header>
-      <p>${this.verdict(bad.length)}</p>
-      ${bad.length > 0 ? this.renderBad(bad) : nothing} ${notes.map((note) => html`<p class="explanation">${note}</p>`)}
+      <p>${this.verdict(num_bad)}</p>
+      ${num_bad > 0 ? badList(frames, this.colors, (frame) => this.select(frame)) : nothing}
+      ${notes.map((note) => html`<p class="explanation">${note}</p>`)}
       ${frames.length > 1 ? this.renderCharts() : nothing}
     `;
   }
@@ -47,23 +45,6 @@ export class ScanstitchOverview extends LitElement {
     }
     if (num_bad > 0) return `${plural(num_bad, 'scan')} of ${length} ${num_bad === 1 ? 'needs' : 'need'} a look:`;
     return `All ${length} scans found their place. Select one, here, in the table or on the map, to see why it lies where it does.`;
-  }
-
-  private renderBad(bad: readonly number[]): TemplateResult {
-    return html`<ul>
-      ${bad.slice(0, MAX_BAD_SHOWN).map((index) => {
-        const frame = this.frames[index];
-        return frame
-          ? html`<li>
-              <button @click=${() => this.select(index)}>
-                <i class="swatch" style="background: ${cssColor(this.colors[index] ?? [0, 0, 0])}"></i>
-                ${baseName(frame.name)}${statusBadge(frame.status)}
-              </button>
-            </li>`
-          : nothing;
-      })}
-      ${bad.length > MAX_BAD_SHOWN ? html`<li class="muted">and ${bad.length - MAX_BAD_SHOWN} more</li>` : nothing}
-    </ul>`;
   }
 
   private renderCharts(): TemplateResult {
@@ -117,49 +98,16 @@ export class ScanstitchOverview extends LitElement {
     values: readonly (number | null)[],
     format: (value: number) => string,
   ): TemplateResult | typeof nothing {
-    const colors = this.colors.map((color) => cssColor(color));
-    const known = values.filter((value) => value !== null);
-    if (known.length === 0) return nothing;
-    const words = `${title}: from ${format(Math.min(...known))} to ${format(Math.max(...known))} over ${plural(known.length, 'scan')}.`;
-    return html`<section>
-      <h3>${title}</h3>
-      <p class="explanation">${explanation}</p>
-      <svg
-        class="bars"
-        viewBox=${CHART_VIEW_BOX}
-        role="img"
-        aria-label=${words}
-        @click=${(event: MouseEvent) => {
-          const box = (event.currentTarget as Element).getBoundingClientRect();
-          this.select(barAt((event.clientX - box.left) / box.width, values));
-        }}
-      >
-        ${barChart({ values, format, colors, names: this.frames.map(({ name }) => baseName(name)), selected: null })}
-      </svg>
-    </section>`;
+    const { frames, colors } = this;
+    const select = (frame: number | null): void => this.select(frame);
+    return frameBars({ noun: 'scan', frames, colors, selected: null, select, title, explanation, values, format });
   }
 
   private select(frame: number | null): void {
-    if (frame === null) return;
     this.dispatchEvent(new CustomEvent('frame-selected', { detail: frame, bubbles: true, composed: true }));
   }
 
-  static override styles = [
-    shared,
-    status_styles,
-    panel_styles,
-    chart_styles,
-    css`
-      ul {
-        display: grid;
-        justify-items: start;
-        gap: 6px;
-      }
-      svg.bars {
-        cursor: pointer;
-      }
-    `,
-  ];
+  static override styles = [shared, status_styles, panel_styles, chart_styles, frame_styles];
 }
 
 declare global {

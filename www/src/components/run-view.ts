@@ -1,8 +1,9 @@
 /** What the page's frame (header, menus) and the views of a run say to each other. */
-import type { TemplateResult } from 'lit';
-import { html } from 'lit';
+import { html, nothing, type TemplateResult } from 'lit';
+import './messages.js';
 import type { GivenFiles } from '../evaluate/evaluate-view.js';
 import type { MenuItem } from './menu.js';
+import type { Message } from './messages.js';
 
 /** What the header shows of a run. */
 export interface ViewFacts {
@@ -76,8 +77,41 @@ export function tabs<T extends string>(
   </aside>`;
 }
 
+/** What both kinds of run say of themselves while they go on. */
+export interface ActiveSession {
+  readonly phase: string;
+  readonly activity: string;
+  readonly progress: number | null;
+  readonly messages: readonly Message[];
+  stop(): void;
+  resume(): void;
+  dismissMessages(): void;
+}
+
 /** What goes on at the moment, over the map, with what can be done about it. */
-export function activityBox(words: string, progress: number | null, action: string, act: () => void): TemplateResult {
+export function activity(session: ActiveSession): TemplateResult | typeof nothing {
+  switch (session.phase) {
+    case 'reading':
+    case 'running':
+      return activityBox(session.activity, session.progress, 'Stop', () => session.stop());
+    case 'stopped':
+      return activityBox('Stopped: the map so far', null, 'Go on', () => session.resume());
+    case 'crashed':
+      return activityBox('Not computed since the crash', null, 'Compute again', () => session.resume());
+    default:
+      return nothing;
+  }
+}
+
+/** What the session has to tell, until it is dismissed. */
+export function messages(session: ActiveSession): TemplateResult {
+  return html`<scanstitch-messages
+    .messages=${session.messages}
+    @messages-dismissed=${() => session.dismissMessages()}
+  ></scanstitch-messages>`;
+}
+
+function activityBox(words: string, progress: number | null, action: string, act: () => void): TemplateResult {
   return html`<div class="activity">
     <div class="activity-words">
       <span>${words}</span><button class=${progress === null ? 'primary' : ''} @click=${act}>${action}</button>

@@ -254,3 +254,54 @@ export const chart_styles = css`
     font-variant-numeric: tabular-nums;
   }
 `;
+
+/** A view that fills the page below the header and scrolls. */
+export const page_styles = css`
+  :host {
+    display: block;
+    flex: 1;
+    min-height: 0;
+    overflow: auto;
+    background: var(--background);
+  }
+`;
+
+/** Over all of a view, while files are dragged over it. */
+export const drop_styles = css`
+  .drop-hint {
+    position: absolute;
+    inset: 0;
+    z-index: 30;
+    display: grid;
+    padding: 14px;
+    background: color-mix(in srgb, var(--background) 82%, transparent);
+    pointer-events: none;
+  }
+  .drop-hint > div {
+    display: grid;
+    place-content: center;
+    justify-items: center;
+    gap: 12px;
+    border: 2px dashed var(--accent);
+    border-radius: 14px;
+    color: var(--accent);
+    font-size: 20px;
+    font-weight: 600;
+  }
+`;
+
+/** A table of figures, with thin lines between its rows. */
+export const table_styles = css`
+  table {
+    width: 100%;
+    border-collapse: collapse;
+    font-size: 13px;
+    font-variant-numeric: tabular-nums;
+  }
+  th,
+  td {
+    padding: 2px 8px;
+    border-top: 1px solid var(--line);
+    text-align: right;
+  }
+`;

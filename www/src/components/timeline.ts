@@ -11,6 +11,19 @@ const FILM_MS = 5000;
 const SHORTEST_MS = 33;
 const LONGEST_MS = 600;
 
+/** Each browser has its own name for the track. */
+const track = css`
+  height: 6px;
+  border-radius: 3px;
+  background:
+    linear-gradient(
+      to right,
+      transparent var(--filled),
+      color-mix(in srgb, var(--surface) 78%, transparent) var(--filled)
+    ),
+    linear-gradient(to right, var(--stops));
+`;
+
 /**
  * The slider that builds the map scan by scan, and plays. Its track is the legend of the colours.
  *
@@ -132,26 +145,10 @@ export class ScanstitchTimeline extends LitElement {
         opacity: 0.5;
       }
       input::-webkit-slider-runnable-track {
-        height: 6px;
-        border-radius: 3px;
-        background:
-          linear-gradient(
-            to right,
-            transparent var(--filled),
-            color-mix(in srgb, var(--surface) 78%, transparent) var(--filled)
-          ),
-          linear-gradient(to right, var(--stops));
+        ${track}
       }
       input::-moz-range-track {
-        height: 6px;
-        border-radius: 3px;
-        background:
-          linear-gradient(
-            to right,
-            transparent var(--filled),
-            color-mix(in srgb, var(--surface) 78%, transparent) var(--filled)
-          ),
-          linear-gradient(to right, var(--stops));
+        ${track}
       }
       input::-webkit-slider-thumb {
         appearance: none;

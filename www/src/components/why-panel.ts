@@ -12,10 +12,10 @@ import {
   formatPercent,
   plural,
 } from '../views/format.js';
-import { cssColor, type Rgb } from '../views/palette.js';
+import type { Rgb } from '../views/palette.js';
 import { cleaningWords, directionWords, frameSummary, sentence } from '../views/words.js';
+import { frame_styles, frameHeader } from './frame-parts.js';
 import { icon } from './icons.js';
-import { statusBadge } from './status-badge.js';
 import { chart_styles, panel_styles, shared, status_styles } from './theme.js';
 
 /**
@@ -40,43 +40,10 @@ export class ScanstitchWhy extends LitElement {
     const frame = this.frames[index];
     if (!frame) return html``;
     const { T_world_sensor: pose, std, history } = frame;
-    const color = this.colors[index] ?? [0, 0, 0];
     const error = this.errors[index] ?? null;
     const is_matched = history.length > 0;
     return html`
-      <header>
-        <i class="swatch" style="background: ${cssColor(color)}"></i>
-        <h2 title=${frame.name}>${baseName(frame.name)}</h2>
-        ${statusBadge(frame.status)}
-        <span class="steps">
-          <button
-            class="quiet icon"
-            ?disabled=${index === 0}
-            @click=${() => this.select(index - 1)}
-            aria-label="Scan before"
-            title="Scan before (,)"
-          >
-            ${icon('previous')}
-          </button>
-          <button
-            class="quiet icon"
-            ?disabled=${index === this.frames.length - 1}
-            @click=${() => this.select(index + 1)}
-            aria-label="Scan after"
-            title="Scan after (.)"
-          >
-            ${icon('next')}
-          </button>
-          <button
-            class="quiet icon"
-            @click=${() => this.select(null)}
-            aria-label="Back to all scans"
-            title="Back to all scans (Esc)"
-          >
-            ${icon('close')}
-          </button>
-        </span>
-      </header>
+      ${frameHeader('scan', this.frames, index, this.colors[index], (to) => this.emit('frame-selected', to))}
       <p class="summary">${sentence(frame.reason || frameSummary(frame, index))}</p>
       ${frame.reason && is_matched ? html`<p class="muted">${frameSummary(frame, index)}</p>` : nothing}
       ${
@@ -217,10 +184,6 @@ export class ScanstitchWhy extends LitElement {
     `;
   }
 
-  private select(frame: number | null): void {
-    if (frame === null || (frame >= 0 && frame < this.frames.length)) this.emit('frame-selected', frame);
-  }
-
   private emit(type: string, detail: unknown): void {
     this.dispatchEvent(new CustomEvent(type, { detail, bubbles: true, composed: true }));
   }
@@ -230,11 +193,8 @@ export class ScanstitchWhy extends LitElement {
     status_styles,
     panel_styles,
     chart_styles,
+    frame_styles,
     css`
-      .steps {
-        display: flex;
-        margin-left: auto;
-      }
       .open-direction {
         display: flex;
         gap: 8px;
@@ -246,19 +206,6 @@ export class ScanstitchWhy extends LitElement {
       .open-direction svg {
         margin-top: 2px;
         color: light-dark(#b3261e, #ff8a80);
-      }
-      .facts {
-        display: grid;
-        grid-template-columns: auto 1fr;
-        gap: 4px 14px;
-        font-size: 13px;
-      }
-      .facts dt {
-        color: var(--muted);
-      }
-      abbr {
-        text-decoration: underline dotted;
-        text-underline-offset: 2px;
       }
       .pairs {
         display: flex;

@@ -2,13 +2,6 @@ import { css } from 'lit';
 
 /** Of the view as a whole. */
 export const evaluate_styles = css`
-  :host {
-    display: block;
-    flex: 1;
-    min-height: 0;
-    overflow: auto;
-    background: var(--background);
-  }
   .evaluate {
     position: relative;
     display: flex;
@@ -58,24 +51,6 @@ export const evaluate_styles = css`
   .empty .problem {
     padding: 6px 12px;
     border-radius: var(--radius);
-  }
-  .drop-hint {
-    position: absolute;
-    inset: 0;
-    z-index: 30;
-    display: grid;
-    padding: 14px;
-    background: color-mix(in srgb, var(--background) 82%, transparent);
-    pointer-events: none;
-  }
-  .drop-hint > div {
-    display: grid;
-    place-content: center;
-    border: 2px dashed var(--accent);
-    border-radius: 14px;
-    color: var(--accent);
-    font-size: 20px;
-    font-weight: 600;
   }
 `;
 
@@ -275,7 +250,7 @@ export const figures_styles = css`
   }
 `;
 
-/** Of tables of figures. */
+/** Of tables of figures: with `table_styles`. */
 export const ranking_styles = css`
   :host {
     display: block;
@@ -285,17 +260,9 @@ export const ranking_styles = css`
     position: relative;
     overflow-x: auto;
   }
-  table {
-    width: 100%;
-    border-collapse: collapse;
-    font-size: 13px;
-    font-variant-numeric: tabular-nums;
-  }
   th,
   td {
     padding: 3px 8px;
-    border-top: 1px solid var(--line);
-    text-align: right;
     white-space: nowrap;
   }
   thead th {

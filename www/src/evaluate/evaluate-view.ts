@@ -1,7 +1,7 @@
 import { html, LitElement, nothing, type PropertyValues, type TemplateResult } from 'lit';
 import { customElement, property, query, state } from 'lit/decorators.js';
 import { icon } from '../components/icons.js';
-import { shared, tokens } from '../components/theme.js';
+import { drop_styles, page_styles, shared, tokens } from '../components/theme.js';
 import { filesOfDrop, filesOfInput, type NamedFile } from '../datasets/gather.js';
 import { plural } from '../views/format.js';
 import { remember } from '../views/remember.js';
@@ -432,7 +432,7 @@ export class ScanstitchEvaluate extends LitElement {
     this.input.value = '';
   }
 
-  static override styles = [tokens, shared, evaluate_styles];
+  static override styles = [tokens, shared, page_styles, drop_styles, evaluate_styles];
 }
 
 declare global {

@@ -1,7 +1,7 @@
 import { html, LitElement, nothing, type TemplateResult } from 'lit';
 import { customElement, property } from 'lit/decorators.js';
 import { icon } from '../components/icons.js';
-import { shared } from '../components/theme.js';
+import { shared, table_styles } from '../components/theme.js';
 import { ranking_styles, section_styles } from './evaluate-styles.js';
 import type { MapAnswer, MapQuality } from './protocol.js';
 
@@ -81,7 +81,7 @@ export class ScanstitchMapPanel extends LitElement {
     </div>`;
   }
 
-  static override styles = [shared, section_styles, ranking_styles];
+  static override styles = [shared, section_styles, table_styles, ranking_styles];
 }
 
 declare global {

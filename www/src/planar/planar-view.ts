@@ -3,7 +3,6 @@ import { customElement, property, query, state } from 'lit/decorators.js';
 import '../components/frame-table.js';
 import '../components/headline.js';
 import '../components/map-view.js';
-import '../components/messages.js';
 import '../components/overview.js';
 import '../components/settings-panel.js';
 import '../components/timeline.js';
@@ -12,8 +11,9 @@ import { layout_styles } from '../components/app-styles.js';
 import { icon } from '../components/icons.js';
 import type { ScanstitchMap } from '../components/map-view.js';
 import {
-  activityBox,
+  activity,
   type Layout,
+  messages,
   NO_FACTS,
   type RunView,
   sameFacts,
@@ -246,7 +246,7 @@ export class ScanstitchPlanar extends LitElement implements RunView {
                 ?dark=${this.dark}
                 @map-painted=${this.onPainted}
               ></scanstitch-map>
-              ${this.renderActivity()} ${this.renderMessages()}
+              ${activity(session)} ${messages(session)}
             </div>
             <scanstitch-timeline
               .count=${frames.length}
@@ -344,35 +344,12 @@ export class ScanstitchPlanar extends LitElement implements RunView {
     });
   }
 
-  private renderActivity(): TemplateResult | typeof nothing {
-    const { session } = this;
-    switch (session.phase) {
-      case 'reading':
-      case 'running':
-        return activityBox(session.activity, session.progress, 'Stop', () => session.stop());
-      case 'stopped':
-        return activityBox('Stopped: the map so far', null, 'Go on', () => session.resume());
-      case 'crashed':
-        return activityBox('Not computed since the crash', null, 'Compute again', () => session.resume());
-      default:
-        return nothing;
-    }
-  }
-
-  private renderMessages(): TemplateResult {
-    const { session } = this;
-    return html`<scanstitch-messages
-      .messages=${session.messages}
-      @messages-dismissed=${() => session.dismissMessages()}
-    ></scanstitch-messages>`;
-  }
-
   private renderEmpty(): TemplateResult {
     const want = (detail: string): void => {
       this.dispatchEvent(new CustomEvent('files-wanted', { detail }));
     };
     return html`<div class="empty">
-      ${this.renderMessages()}
+      ${messages(this.session)}
       <section aria-label="No scans yet">
         ${icon('open', 32)}
         <h2>Drop laser scans or depth images here</h2>

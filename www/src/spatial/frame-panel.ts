@@ -1,10 +1,8 @@
 import { css, html, LitElement, nothing, type PropertyValues, type TemplateResult } from 'lit';
 import { customElement, property, query } from 'lit/decorators.js';
-import { icon } from '../components/icons.js';
-import { statusBadge } from '../components/status-badge.js';
+import { badList, badOnes, frame_styles, frameBars, frameHeader } from '../components/frame-parts.js';
 import { chart_styles, panel_styles, shared, status_styles } from '../components/theme.js';
 import type { SizedMap, SpatialResult } from '../engine/spatial-protocol.js';
-import { barAt, barChart, CHART_VIEW_BOX } from '../views/chart.js';
 import {
   baseName,
   formatAngle,
@@ -16,7 +14,7 @@ import {
   formatPercent,
   plural,
 } from '../views/format.js';
-import { cssColor, type Rgb } from '../views/palette.js';
+import type { Rgb } from '../views/palette.js';
 import { frameSummary, sentence } from '../views/words.js';
 import { type DepthPicture, depthLegend } from './depth-picture.js';
 import { formatBytes } from './headline.js';
@@ -31,9 +29,6 @@ export interface FrameImages {
 }
 
 export const NO_IMAGES: FrameImages = { color: null, depth: null, problem: '' };
-
-/** Of a run that went wrong as a whole, the first few frames say enough. */
-const MAX_BAD_SHOWN = 6;
 
 /**
  * Beside the map: the two images of a frame, what its registration found, and all frames in charts, which select one.
@@ -79,72 +74,25 @@ export class ScanstitchFramePanel extends LitElement {
   }
 
   private renderAll({ frames }: SpatialResult): TemplateResult {
-    const bad = frames.flatMap(({ status }, frame) => (status === 'good' ? [] : [frame]));
+    const num_bad = badOnes(frames).length;
     const verdict =
-      bad.length > 0
-        ? `${plural(bad.length, 'frame')} of ${frames.length} ${bad.length === 1 ? 'needs' : 'need'} a look:`
+      num_bad > 0
+        ? `${plural(num_bad, 'frame')} of ${frames.length} ${num_bad === 1 ? 'needs' : 'need'} a look:`
         : frames.length === 1
           ? 'One frame alone: it is where the map begins.'
           : `All ${frames.length} frames found their place. Select one, in a chart, in the table or on the map, to see what it saw.`;
     return html`
       <header><h2>All frames</h2></header>
       <p>${verdict}</p>
-      ${
-        bad.length === 0
-          ? nothing
-          : html`<ul>
-              ${bad.slice(0, MAX_BAD_SHOWN).map(
-                (index) =>
-                  html`<li>
-                    <button @click=${() => this.select(index)}>
-                      <i class="swatch" style="background: ${this.css(index)}"></i>
-                      ${baseName(frames[index]?.name ?? '')}${statusBadge(frames[index]?.status ?? 'good')}
-                    </button>
-                  </li>`,
-              )}
-              ${bad.length > MAX_BAD_SHOWN ? html`<li class="muted">and ${bad.length - MAX_BAD_SHOWN} more</li>` : nothing}
-            </ul>`
-      }
+      ${num_bad > 0 ? badList(frames, this.colors, this.select) : nothing}
     `;
   }
 
   private renderFrame({ frames }: SpatialResult, index: number): TemplateResult {
     const frame = frames[index];
     if (!frame) return html``;
-    return html`<header>
-        <i class="swatch" style="background: ${this.css(index)}"></i>
-        <h2 title=${frame.name}>${baseName(frame.name)}</h2>
-        ${statusBadge(frame.status)}
-        <span class="steps">
-          <button
-            class="quiet icon"
-            ?disabled=${index === 0}
-            @click=${() => this.select(index - 1)}
-            aria-label="Frame before"
-            title="Frame before (,)"
-          >
-            ${icon('previous')}
-          </button>
-          <button
-            class="quiet icon"
-            ?disabled=${index === frames.length - 1}
-            @click=${() => this.select(index + 1)}
-            aria-label="Frame after"
-            title="Frame after (.)"
-          >
-            ${icon('next')}
-          </button>
-          <button
-            class="quiet icon"
-            @click=${() => this.select(null)}
-            aria-label="Back to all frames"
-            title="Back to all frames (Esc)"
-          >
-            ${icon('close')}
-          </button>
-        </span>
-      </header>
-      ${frame.reason ? html`<p class="reason ${frame.status}">${sentence(frame.reason)}</p>` : nothing}`;
+    return html`${frameHeader('frame', frames, index, this.colors[index], this.select)}
+    ${frame.reason ? html`<p class="reason ${frame.status}">${sentence(frame.reason)}</p>` : nothing}`;
   }
 
   private renderImages(): TemplateResult | typeof nothing {
@@ -253,34 +201,13 @@ export class ScanstitchFramePanel extends LitElement {
     values: readonly (number | null)[],
     format: (value: number) => string,
   ): TemplateResult | typeof nothing {
-    const known = values.filter((value) => value !== null);
-    if (known.length === 0) return nothing;
-    const names = this.result?.frames.map(({ name }) => baseName(name)) ?? [];
-    const [low, high] = [known.reduce((a, b) => Math.min(a, b)), known.reduce((a, b) => Math.max(a, b))];
-    const here = this.selected === null ? null : (values[this.selected] ?? null);
-    return html`<section>
-      <h3>${title}${here === null ? nothing : html` <span class="here number">${format(here)}</span>`}</h3>
-      <svg
-        class="bars"
-        viewBox=${CHART_VIEW_BOX}
-        role="img"
-        aria-label="${title}: from ${format(low)} to ${format(high)} over ${plural(known.length, 'frame')}."
-        @click=${(event: MouseEvent) => {
-          const box = (event.currentTarget as Element).getBoundingClientRect();
-          const frame = barAt((event.clientX - box.left) / box.width, values);
-          if (frame !== null) this.select(frame);
-        }}
-      >
-        ${barChart({
-          values,
-          format,
-          colors: this.colors.map((color) => cssColor(color)),
-          names,
-          selected: this.selected,
-          ends: ['first frame', 'last'],
-        })}
-      </svg>
-    </section>`;
+    const { colors, selected, select } = this;
+    const frames = this.result?.frames ?? [];
+    return frameBars({
+      noun: 'frame',
+      ...{ frames, colors, selected, select, title, values, format },
+      ends: ['first frame', 'last'],
+    });
   }
 
   private renderSizes(): TemplateResult {
@@ -322,29 +249,17 @@ export class ScanstitchFramePanel extends LitElement {
     </section>`;
   }
 
-  private css(index: number): string {
-    return cssColor(this.colors[index] ?? [0, 0, 0]);
-  }
-
-  private select(frame: number | null): void {
+  private select = (frame: number | null): void => {
     this.dispatchEvent(new CustomEvent('frame-selected', { detail: frame, bubbles: true, composed: true }));
-  }
+  };
 
   static override styles = [
     shared,
     status_styles,
     panel_styles,
     chart_styles,
+    frame_styles,
     css`
-      .steps {
-        display: flex;
-        margin-left: auto;
-      }
-      ul {
-        display: grid;
-        justify-items: start;
-        gap: 6px;
-      }
       .reason {
         padding: 8px 10px;
         border-radius: var(--radius);
@@ -391,22 +306,6 @@ export class ScanstitchFramePanel extends LitElement {
         flex: 1;
         height: 6px;
         border-radius: 3px;
-      }
-      .facts {
-        display: grid;
-        grid-template-columns: auto 1fr;
-        gap: 4px 14px;
-        font-size: 13px;
-      }
-      .facts dt {
-        color: var(--muted);
-      }
-      .here {
-        float: right;
-        color: var(--selected);
-      }
-      svg.bars {
-        cursor: pointer;
       }
       table {
         border-collapse: collapse;

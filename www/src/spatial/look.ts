@@ -1,8 +1,9 @@
 /** How the map in space is painted, in the page's two themes. */
 import { frameColor, type Rgb } from '../views/palette.js';
 import { remember } from '../views/remember.js';
+import type { Heights } from './leveling.js';
 import type { ColorMode } from './point-cloud.js';
-import type { SceneColors } from './scene.js';
+import type { LayerName, SceneColors, SceneLook } from './scene.js';
 
 const ON_LIGHT: SceneColors = {
   background: [252, 253, 254],
@@ -21,7 +22,7 @@ const ON_DARK: SceneColors = {
   grid: [42, 52, 64],
 };
 
-export const sceneColors = (dark: boolean): SceneColors => (dark ? ON_DARK : ON_LIGHT);
+const sceneColors = (dark: boolean): SceneColors => (dark ? ON_DARK : ON_LIGHT);
 
 /** From low to high, from the first to the last: the colours of the timeline. */
 export const ramp = remember((dark: boolean): Rgb[] => Array.from({ length: 64 }, (_, i) => frameColor(i / 63, dark)));
@@ -32,3 +33,60 @@ export const COLOR_MODES: readonly { mode: ColorMode; label: string }[] = [
   { mode: 'frame', label: 'Frame' },
   { mode: 'normal', label: 'Surface direction' },
 ];
+
+/** What the user chooses of how the map is drawn. */
+export interface LookChoices {
+  /** Null: as the data suggest it, as for `section`. */
+  mode: ColorMode | null;
+  /** Of a point, in sides of a voxel. */
+  size_factor: number;
+  /** Where the map is cut, m above the first camera. */
+  section: number | null;
+  shows: Record<LayerName, boolean>;
+}
+
+export const FIRST_CHOICES: LookChoices = {
+  mode: null,
+  size_factor: 1.6,
+  section: null,
+  shows: { points: true, estimate: true, reference: true, cameras: true, grid: true },
+};
+
+/** What of a run the look depends on. */
+export interface LookFacts {
+  has_colors: boolean;
+  /** Edge of the map's voxels, m. */
+  voxel_size: number;
+  heights: Heights;
+  num_frames: number;
+  /** Frames shown, from the first on. */
+  until: number;
+  selected: number | null;
+  dark: boolean;
+}
+
+export const chosenMode = ({ mode }: LookChoices, has_colors: boolean): ColorMode =>
+  mode ?? (has_colors ? 'image' : 'height');
+
+export const chosenSection = ({ section }: LookChoices, heights: Heights): number => section ?? heights.section;
+
+/** How the scene is to be drawn. */
+export function sceneLook(choices: LookChoices, facts: LookFacts): SceneLook {
+  const { heights, num_frames, until, selected, dark } = facts;
+  const section = chosenSection(choices, heights);
+  const colors = sceneColors(dark);
+  return {
+    mode: chosenMode(choices, facts.has_colors),
+    point_size: choices.size_factor * facts.voxel_size,
+    section: section >= heights.top ? 1e9 : section,
+    until,
+    selected: selected ?? -1,
+    low: heights.floor,
+    high: Math.min(section, heights.top),
+    num_frames,
+    ramp: ramp(dark),
+    highlight: colors.selected,
+    colors,
+    shows: choices.shows,
+  };
+}

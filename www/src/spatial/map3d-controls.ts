@@ -1,10 +1,11 @@
-/** What lies over the map in space: the section's slider, the readout, buttons and layers. */
+/** What lies over the map in space alone: the section's slider, the readout, its own buttons and what is drawn. */
 import { html, nothing, type TemplateResult } from 'lit';
-import { icon } from '../components/icons.js';
+import { layerBox, layerList, mapButton } from '../components/map-toolbar.js';
 import { baseName, formatFixed } from '../views/format.js';
 import { cssColor } from '../views/palette.js';
+import type { GraphicsState } from './graphics.js';
 import type { Heights } from './leveling.js';
-import { COLOR_MODES, ramp } from './look.js';
+import { COLOR_MODES, chosenMode, type LookChoices, ramp } from './look.js';
 import type { ColorMode } from './point-cloud.js';
 import type { LayerName } from './scene.js';
 
@@ -76,88 +77,56 @@ function niceLength(longest: number): number {
   return Number((([5, 2, 1].find((step) => step * power <= longest) ?? 1) * power).toPrecision(1));
 }
 
-/** What the buttons show, and what they ask for. */
-export interface ButtonsState {
-  is_flat: boolean;
-  /** What is drawn, where that is open. */
-  layers: LayersState | null;
-  zoom: (direction: 1 | -1) => void;
-  fit: () => void;
-  fromAbove: () => void;
-  toggleProjection: () => void;
-  toggleLayers: () => void;
+/** What is said in the map's place where nothing can be drawn. */
+export function graphicsNotice(state: GraphicsState, retry: () => void): TemplateResult | typeof nothing {
+  if (state === 'there' || state === 'starting') return nothing;
+  return html`<div class="notice" role="status">
+    ${
+      state === 'lost'
+        ? 'The graphics card dropped the picture. It is being drawn again; nothing computed is lost.'
+        : html`This browser gives no 3D graphics (WebGL 2), so the map cannot be drawn. Everything else works: figures,
+            table, exports. <button @click=${retry}>Try again</button>`
+    }
+  </div>`;
 }
 
-/** The buttons beside the map. */
-export function buttons(has: ButtonsState): TemplateResult {
-  return html`<div class="controls" role="toolbar" aria-label="Map view">
-    <button class="icon" @click=${() => has.zoom(1)} aria-label="Zoom in" title="Zoom in (+)">${icon('plus')}</button>
-    <button class="icon" @click=${() => has.zoom(-1)} aria-label="Zoom out" title="Zoom out (−)">
-      ${icon('minus')}
-    </button>
-    <button class="icon" @click=${has.fit} aria-label="Show the whole map" title="Show the whole map (F)">
-      ${icon('fit')}
-    </button>
-    <button class="icon" @click=${has.fromAbove} aria-label="Look from above" title="Look from above (T)">
-      ${icon('from_above')}
-    </button>
-    <button
-      class="icon"
-      aria-pressed=${has.is_flat}
-      @click=${has.toggleProjection}
-      aria-label="Plan without perspective"
-      title="Plan without perspective (P)"
-    >
-      ${icon('flat')}
-    </button>
-    <button
-      class="icon"
-      @click=${has.toggleLayers}
-      aria-label="What is drawn"
-      aria-expanded=${has.layers !== null}
-      title="What is drawn, and how"
-    >
-      ${icon('layers')}
-    </button>
-    ${has.layers ? layers(has.layers) : nothing}
-  </div>`;
+/** What the map in space can do that the flat one cannot. */
+export function ownButtons({
+  is_flat,
+  fromAbove,
+  toggleProjection,
+}: {
+  is_flat: boolean;
+  fromAbove: () => void;
+  toggleProjection: () => void;
+}): TemplateResult {
+  return html`${mapButton('from_above', 'Look from above', 'Look from above (T)', fromAbove)}
+  ${mapButton('flat', 'Plan without perspective', 'Plan without perspective (P)', toggleProjection, { pressed: is_flat })}`;
 }
 
 /** What is drawn and how, and what is to change. */
 export interface LayersState {
-  mode: ColorMode;
+  choices: LookChoices;
   has_colors: boolean;
-  /** Of a point, in sides of a voxel. */
-  size_factor: number;
   /** m. */
   voxel_size: number;
-  shows: Record<LayerName, boolean>;
   /** Name of the true path's file; null: there is none. */
   reference_name: string | null;
   has_cameras: boolean;
-  setMode: (mode: ColorMode) => void;
-  setSize: (factor: number) => void;
-  show: (name: LayerName, shown: boolean) => void;
+  choose: (change: Partial<LookChoices>) => void;
 }
 
-function layers(has: LayersState): TemplateResult {
-  const layer = (name: LayerName, label: string, sign: string): TemplateResult => html`
-    <label>
-      <input
-        type="checkbox"
-        .checked=${has.shows[name]}
-        @change=${(event: Event) => has.show(name, (event.target as HTMLInputElement).checked)}
-      />
-      <i class="sign ${sign}"></i>${label}
-    </label>
-  `;
+export function layers({ choices, choose, ...has }: LayersState): TemplateResult {
+  const { shows, size_factor } = choices;
+  const layer = (name: LayerName, label: string, sign: string): TemplateResult =>
+    layerBox(label, sign, shows[name], (shown) => choose({ shows: { ...shows, [name]: shown } }));
+  const chosen = chosenMode(choices, has.has_colors);
   const modes = COLOR_MODES.filter(({ mode }) => has.has_colors || mode !== 'image');
-  return html`<fieldset class="layers">
-    <legend class="visually-hidden">What is drawn</legend>
+  return layerList(html`
     <label class="row"
       >Colour
-      <select @change=${(event: Event) => has.setMode((event.target as HTMLSelectElement).value as ColorMode)}>
-        ${modes.map(({ mode, label }) => html`<option value=${mode} .selected=${mode === has.mode}>${label}</option>`)}
+      <select @change=${(event: Event) => choose({ mode: (event.target as HTMLSelectElement).value as ColorMode })}>
+        ${modes.map(({ mode, label }) => html`<option value=${mode} .selected=${mode === chosen}>${label}</option>`)}
       </select>
     </label>
     <label class="row"
@@ -167,13 +136,13 @@ function layers(has: LayersState): TemplateResult {
         min="0.4"
         max="4"
         step="0.1"
-        .value=${String(has.size_factor)}
-        aria-valuetext="${formatFixed(has.size_factor * has.voxel_size * 100, 1)} cm"
-        @input=${(event: Event) => has.setSize(Number((event.target as HTMLInputElement).value))}
+        .value=${String(size_factor)}
+        aria-valuetext="${formatFixed(size_factor * has.voxel_size * 100, 1)} cm"
+        @input=${(event: Event) => choose({ size_factor: Number((event.target as HTMLInputElement).value) })}
       />
     </label>
     ${layer('points', 'Points', 'dots')} ${layer('estimate', 'Estimated path', 'estimate')}
     ${has.reference_name === null ? nothing : layer('reference', `True path: ${baseName(has.reference_name)}`, 'truth')}
     ${has.has_cameras ? layer('cameras', 'Cameras', 'cameras') : nothing} ${layer('grid', 'Grid of 1 m', 'grid')}
-  </fieldset>`;
+  `);
 }

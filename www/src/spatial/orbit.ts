@@ -126,6 +126,25 @@ export function toScreen(orbit: Orbit, size: Size, point: Vec3): { x: number; y:
   };
 }
 
+/** Which of the points is seen nearest to a place of the screen, within `reach` CSS pixels; null: none. */
+export function nearest(
+  points: readonly Vec3[],
+  orbit: Orbit,
+  size: Size,
+  x: number,
+  y: number,
+  reach: number,
+): number | null {
+  let best: { index: number; distance: number } | null = null;
+  for (const [index, point] of points.entries()) {
+    const place = toScreen(orbit, size, point);
+    if (!place) continue;
+    const distance = Math.hypot(place.x - x, place.y - y);
+    if (distance <= (best?.distance ?? reach)) best = { index, distance };
+  }
+  return best?.index ?? null;
+}
+
 /** On the way from one view to another, `t` from 0 to 1; turns go the short way round. */
 export function between(from: Orbit, to: Orbit, t: number): Orbit {
   if (t >= 1) return to;

@@ -2,7 +2,6 @@ import { html, LitElement, nothing, type TemplateResult } from 'lit';
 import { customElement, property, query, state } from 'lit/decorators.js';
 import '../components/frame-table.js';
 import '../components/headline.js';
-import '../components/messages.js';
 import '../components/settings-panel.js';
 import '../components/timeline.js';
 import './frame-panel.js';
@@ -10,8 +9,9 @@ import './map3d.js';
 import { layout_styles } from '../components/app-styles.js';
 import { icon } from '../components/icons.js';
 import {
-  activityBox,
+  activity,
   type Layout,
+  messages,
   NO_FACTS,
   type RunView,
   sameFacts,
@@ -223,7 +223,7 @@ export class ScanstitchSpatial extends LitElement implements RunView {
                 @map-painted=${this.onPainted}
                 @graphics-changed=${this.onGraphics}
               ></scanstitch-map3d>
-              ${this.renderActivity()} ${this.renderMessages()}
+              ${activity(session)} ${messages(session)}
             </div>
             <scanstitch-timeline
               .count=${frames.length}
@@ -301,35 +301,12 @@ export class ScanstitchSpatial extends LitElement implements RunView {
     });
   }
 
-  private renderActivity(): TemplateResult | typeof nothing {
-    const { session } = this;
-    switch (session.phase) {
-      case 'reading':
-      case 'running':
-        return activityBox(session.activity, session.progress, 'Stop', () => session.stop());
-      case 'stopped':
-        return activityBox('Stopped: the map so far', null, 'Go on', () => session.resume());
-      case 'crashed':
-        return activityBox('Not computed since the crash', null, 'Compute again', () => session.resume());
-      default:
-        return nothing;
-    }
-  }
-
-  private renderMessages(): TemplateResult {
-    const { session } = this;
-    return html`<scanstitch-messages
-      .messages=${session.messages}
-      @messages-dismissed=${() => session.dismissMessages()}
-    ></scanstitch-messages>`;
-  }
-
   private renderEmpty(): TemplateResult {
     const want = (detail: string): void => {
       this.dispatchEvent(new CustomEvent('files-wanted', { detail }));
     };
     return html`<div class="empty">
-      ${this.renderMessages()}
+      ${messages(this.session)}
       <section aria-label="No frames yet">
         ${icon('open', 32)}
         <h2>Drop depth images here</h2>

@@ -3,7 +3,7 @@ import { customElement, property, state } from 'lit/decorators.js';
 import '../evaluate/figure-view.js';
 import { cell, type Column, columnsOf, csvOf, markdownOf, type Row } from '../../../npm/strategy_table.js';
 import { icon } from '../components/icons.js';
-import { shared } from '../components/theme.js';
+import { page_styles, shared, table_styles } from '../components/theme.js';
 import { makeColors } from '../evaluate/colors.js';
 import { ranking_styles, section_styles } from '../evaluate/evaluate-styles.js';
 import { download } from '../export/exports.js';
@@ -388,7 +388,7 @@ export class ScanstitchStrategies extends LitElement {
     this.said = text;
   }
 
-  static override styles = [shared, section_styles, ranking_styles, strategy_styles];
+  static override styles = [shared, section_styles, table_styles, ranking_styles, page_styles, strategy_styles];
 }
 
 declare global {

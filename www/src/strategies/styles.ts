@@ -2,11 +2,6 @@ import { css } from 'lit';
 
 export const strategy_styles = css`
   :host {
-    display: block;
-    flex: 1;
-    min-height: 0;
-    overflow: auto;
-    background: var(--background);
     container-type: inline-size;
   }
   .strategies {

@@ -63,7 +63,7 @@ export interface BarSpec {
   names: readonly string[];
   selected: number | null;
   /** What stands under the first and the last bar. */
-  ends?: readonly [string, string];
+  ends?: readonly [string, string] | undefined;
 }
 
 /** More bars than these would be thinner than the eye tells apart. */

@@ -15,6 +15,36 @@ pub(super) trait Search {
     fn visit(&mut self, sq_distances: &[f32; LEAF], indices: &[u32; LEAF]);
 }
 
+/// A search that judges one point after the other.
+pub(super) trait PointByPoint {
+    /// As of [`Search`].
+    fn limit(&self) -> Neighbor;
+    /// Judges a point that is no further than the limit was when its leaf came up.
+    fn take(&mut self, candidate: Neighbor);
+}
+
+impl<S: PointByPoint> Search for S {
+    #[inline]
+    fn limit(&self) -> Neighbor {
+        PointByPoint::limit(self)
+    }
+
+    /// Most leaves hold few points that are near enough: lanes are looked at one by one only where the vector has one.
+    #[inline]
+    fn visit(&mut self, sq_distances: &[f32; LEAF], indices: &[u32; LEAF]) {
+        let max_sq_distance = PointByPoint::limit(self).sq_distance;
+        for (distances, indices) in sq_distances.as_chunks::<LANES>().0.iter().zip(indices.as_chunks::<LANES>().0) {
+            if distances.iter().copied().fold(f32::INFINITY, smaller) <= max_sq_distance {
+                for (&sq_distance, &index) in distances.iter().zip(indices) {
+                    if sq_distance <= max_sq_distance {
+                        self.take(Neighbor { index, sq_distance });
+                    }
+                }
+            }
+        }
+    }
+}
+
 /// The nearest point.
 pub(super) struct Nearest {
     pub(super) best: Neighbor,
@@ -54,18 +84,16 @@ pub(super) struct NearestWhere<F> {
     pub(super) accept: F,
 }
 
-impl<F: FnMut(u32) -> bool> Search for NearestWhere<F> {
+impl<F: FnMut(u32) -> bool> PointByPoint for NearestWhere<F> {
     fn limit(&self) -> Neighbor {
         self.best
     }
 
     #[inline]
-    fn visit(&mut self, sq_distances: &[f32; LEAF], indices: &[u32; LEAF]) {
-        for_each_within(sq_distances, indices, self.best.sq_distance, |candidate| {
-            if candidate.comes_before(self.best) && (self.accept)(candidate.index) {
-                self.best = candidate;
-            }
-        });
+    fn take(&mut self, candidate: Neighbor) {
+        if candidate.comes_before(self.best) && (self.accept)(candidate.index) {
+            self.best = candidate;
+        }
     }
 }
 
@@ -93,21 +121,19 @@ pub(super) struct NearestBy<F> {
     pub(super) sq_distance: F,
 }
 
-impl<F: FnMut(u32) -> f32> Search for NearestBy<F> {
+impl<F: FnMut(u32) -> f32> PointByPoint for NearestBy<F> {
     fn limit(&self) -> Neighbor {
         self.best
     }
 
     #[inline]
-    fn visit(&mut self, sq_distances: &[f32; LEAF], indices: &[u32; LEAF]) {
-        for_each_within(sq_distances, indices, self.best.sq_distance, |Neighbor { index, sq_distance }| {
-            if sq_distance <= self.best.sq_distance {
-                let candidate = Neighbor { index, sq_distance: (self.sq_distance)(index) };
-                if candidate.comes_before(self.best) {
-                    self.best = candidate;
-                }
+    fn take(&mut self, Neighbor { index, sq_distance }: Neighbor) {
+        if sq_distance <= self.best.sq_distance {
+            let candidate = Neighbor { index, sq_distance: (self.sq_distance)(index) };
+            if candidate.comes_before(self.best) {
+                self.best = candidate;
             }
-        });
+        }
     }
 }
 
@@ -118,7 +144,7 @@ pub(super) struct KNearest<'a> {
     pub(super) found: &'a mut Vec<Neighbor>,
 }
 
-impl Search for KNearest<'_> {
+impl PointByPoint for KNearest<'_> {
     fn limit(&self) -> Neighbor {
         self.limit
     }
@@ -126,24 +152,22 @@ impl Search for KNearest<'_> {
     /// The candidate goes through the whole list and each place keeps the nearer of the two: for small `k` that is
     /// quicker than looking for its place, for it has no branch that the processor must guess.
     #[inline]
-    fn visit(&mut self, sq_distances: &[f32; LEAF], indices: &[u32; LEAF]) {
-        for_each_within(sq_distances, indices, self.limit.sq_distance, |candidate| {
-            if !candidate.comes_before(self.limit) {
-                return;
-            }
-            let mut carried = candidate.key();
-            for neighbor in self.found.iter_mut() {
-                let key = neighbor.key();
-                *neighbor = Neighbor::from_key(key.min(carried));
-                carried = key.max(carried);
-            }
-            if self.found.len() < self.k {
-                self.found.push(Neighbor::from_key(carried));
-            }
-            if self.found.len() == self.k {
-                self.limit = self.found[self.k - 1];
-            }
-        });
+    fn take(&mut self, candidate: Neighbor) {
+        if !candidate.comes_before(self.limit) {
+            return;
+        }
+        let mut carried = candidate.key();
+        for neighbor in self.found.iter_mut() {
+            let key = neighbor.key();
+            *neighbor = Neighbor::from_key(key.min(carried));
+            carried = key.max(carried);
+        }
+        if self.found.len() < self.k {
+            self.found.push(Neighbor::from_key(carried));
+        }
+        if self.found.len() == self.k {
+            self.limit = self.found[self.k - 1];
+        }
     }
 }
 
@@ -154,26 +178,24 @@ pub(super) struct ManyNearest {
     pub(super) found: BinaryHeap<u64>,
 }
 
-impl Search for ManyNearest {
+impl PointByPoint for ManyNearest {
     fn limit(&self) -> Neighbor {
         self.limit
     }
 
     #[inline]
-    fn visit(&mut self, sq_distances: &[f32; LEAF], indices: &[u32; LEAF]) {
-        for_each_within(sq_distances, indices, self.limit.sq_distance, |candidate| {
-            if !candidate.comes_before(self.limit) {
-                return;
-            }
-            if self.found.len() < self.k {
-                self.found.push(candidate.key());
-            } else if let Some(mut furthest) = self.found.peek_mut() {
-                *furthest = candidate.key();
-            }
-            if self.found.len() == self.k {
-                self.limit = self.found.peek().map_or(self.limit, |&key| Neighbor::from_key(key));
-            }
-        });
+    fn take(&mut self, candidate: Neighbor) {
+        if !candidate.comes_before(self.limit) {
+            return;
+        }
+        if self.found.len() < self.k {
+            self.found.push(candidate.key());
+        } else if let Some(mut furthest) = self.found.peek_mut() {
+            *furthest = candidate.key();
+        }
+        if self.found.len() == self.k {
+            self.limit = self.found.peek().map_or(self.limit, |&key| Neighbor::from_key(key));
+        }
     }
 }
 
@@ -183,33 +205,13 @@ pub(super) struct Within<'a> {
     pub(super) found: &'a mut Vec<Neighbor>,
 }
 
-impl Search for Within<'_> {
+impl PointByPoint for Within<'_> {
     fn limit(&self) -> Neighbor {
         self.limit
     }
 
     #[inline]
-    fn visit(&mut self, sq_distances: &[f32; LEAF], indices: &[u32; LEAF]) {
-        for_each_within(sq_distances, indices, self.limit.sq_distance, |neighbor| self.found.push(neighbor));
-    }
-}
-
-/// Calls `take` with the points of a leaf whose squared distance is at most `max_sq_distance`. Most leaves hold few:
-/// lanes are looked at one by one only where the vector has one that is near enough.
-#[inline]
-fn for_each_within(
-    sq_distances: &[f32; LEAF],
-    indices: &[u32; LEAF],
-    max_sq_distance: f32,
-    mut take: impl FnMut(Neighbor),
-) {
-    for (distances, indices) in sq_distances.as_chunks::<LANES>().0.iter().zip(indices.as_chunks::<LANES>().0) {
-        if distances.iter().copied().fold(f32::INFINITY, smaller) <= max_sq_distance {
-            for (&sq_distance, &index) in distances.iter().zip(indices) {
-                if sq_distance <= max_sq_distance {
-                    take(Neighbor { index, sq_distance });
-                }
-            }
-        }
+    fn take(&mut self, candidate: Neighbor) {
+        self.found.push(candidate);
     }
 }

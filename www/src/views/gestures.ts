@@ -3,11 +3,12 @@ import type { ReactiveController, ReactiveControllerHost } from 'lit';
 
 export interface GestureTarget {
   /** Pixels moved since the last call. */
-  turn(right: number, down: number): void;
   shift(right: number, down: number): void;
+  /** Where there is a turn, a plain drag means it: shifting takes another button, Shift, or two fingers. */
+  turn?(right: number, down: number): void;
   zoom(x: number, y: number, factor: number): void;
   /** Fingers turned about each other, rad. */
-  twist(angle: number): void;
+  twist?(angle: number): void;
   tap(x: number, y: number, reach: number): void;
   hover(x: number, y: number): void;
   leave(): void;
@@ -45,7 +46,7 @@ export class Gestures implements ReactiveController {
     stage.addEventListener('pointerup', (event) => this.#up(event));
     stage.addEventListener('pointercancel', (event) => this.#up(event));
     stage.addEventListener('pointerleave', () => this.#target.leave());
-    stage.addEventListener('contextmenu', (event) => event.preventDefault());
+    if (this.#target.turn) stage.addEventListener('contextmenu', (event) => event.preventDefault());
     // Lit's own listener would be passive where the browser decides so.
     stage.addEventListener('wheel', (event) => this.#wheel(event), { passive: false });
   }
@@ -63,9 +64,11 @@ export class Gestures implements ReactiveController {
     // A pinch on a trackpad arrives as a wheel with the control key and small steps.
     const speed = event.ctrlKey ? 0.01 : 0.0016;
     this.#target.zoom(x, y, Math.exp(-event.deltaY * lines * speed));
+    this.#target.hover(x, y);
   }
 
   #down(event: PointerEvent): void {
+    if (event.button !== 0 && !this.#target.turn) return;
     if (this.#target.isGuarded() && event.pointerType === 'touch') return;
     this.#stage?.setPointerCapture(event.pointerId);
     this.#fingers.set(event.pointerId, { ...this.#place(event), shifts: event.button !== 0 || event.shiftKey });
@@ -84,8 +87,9 @@ export class Gestures implements ReactiveController {
     const other = [...this.#fingers].find(([id]) => id !== event.pointerId)?.[1];
     if (!other) {
       if (this.#distance <= TAP.mouse) return;
-      if (before.shifts) this.#target.shift(now.x - before.x, now.y - before.y);
-      else this.#target.turn(now.x - before.x, now.y - before.y);
+      const [right, down] = [now.x - before.x, now.y - before.y];
+      if (this.#target.turn && !before.shifts) this.#target.turn(right, down);
+      else this.#target.shift(right, down);
       return;
     }
     // Each of two fingers has half the say.
@@ -95,7 +99,7 @@ export class Gestures implements ReactiveController {
     const factor = Math.hypot(new_x, new_y) / Math.max(Math.hypot(old_x, old_y), 1);
     this.#target.zoom((now.x + other.x) / 2, (now.y + other.y) / 2, factor);
     const angle = Math.atan2(new_y, new_x) - Math.atan2(old_y, old_x);
-    this.#target.twist(Math.atan2(Math.sin(angle), Math.cos(angle)));
+    this.#target.twist?.(Math.atan2(Math.sin(angle), Math.cos(angle)));
   }
 
   #up(event: PointerEvent): void {

@@ -1,0 +1,92 @@
+//! Between the engine's values and JavaScript's: plain objects, names of formats, errors.
+
+use js_sys::{JSON, Object, Reflect};
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+use tsify::{Ts, Tsify};
+use wasm_bindgen::prelude::*;
+
+use crate::error::{Error, Place};
+use crate::geometry::PointCloud as Cloud;
+use crate::io::ply;
+use crate::io::point_cloud::CloudFormat;
+
+#[wasm_bindgen(typescript_custom_section)]
+const TYPES: &str = "
+/** Every error that the engine throws. */
+export interface ScanstitchError extends Error {
+  name: 'ScanstitchError';
+  file: string | null;
+  place: { line: number } | { byte: number } | null;
+  problem: string;
+  remedy: string;
+}
+";
+
+#[wasm_bindgen]
+extern "C" {
+    /// A format of clouds: PLY or PCD, as text or binary; `ply` and `pcd` are the binary ones.
+    #[wasm_bindgen(
+        typescript_type = "'ply' | 'ply_ascii' | 'ply_binary' | 'pcd' | 'pcd_ascii' | 'pcd_binary' | 'pcd_binary_compressed'"
+    )]
+    pub type MapFormat;
+}
+
+pub(super) fn map_format(format: &MapFormat) -> Result<CloudFormat, JsValue> {
+    let name = JsValue::from(format).as_string().unwrap_or_default();
+    CloudFormat::named(&name).map_err(|error| thrown(&error))
+}
+
+pub(super) fn read_ply(name: &str, bytes: &[u8]) -> Result<Cloud, JsValue> {
+    ply::read(bytes).map_err(|error| thrown(&error.in_file(name)))
+}
+
+/// Options from a plain object, by way of its JSON: serde then names unknown fields and wrong types.
+pub(super) fn from_object<T: DeserializeOwned + Default>(object: Option<JsValue>) -> Result<T, JsValue> {
+    let Some(object) = object.filter(|value| !value.is_undefined() && !value.is_null()) else {
+        return Ok(T::default());
+    };
+    let json = JSON::stringify(&object).map(String::from)?;
+    serde_json::from_str(&json).map_err(|error| {
+        let problem = format!("The options are not right: {error}");
+        thrown(&Error::whole(problem, "Give only the options that the documentation names"))
+    })
+}
+
+/// Plain data as a plain object.
+pub(super) fn plain<T: Tsify + Serialize>(data: &T) -> Result<Ts<T>, JsValue> {
+    data.into_ts().map_err(|error| JsValue::from(js_sys::Error::new(&error.to_string())))
+}
+
+/// The error as JavaScript throws it.
+pub(super) fn thrown(error: &Error) -> JsValue {
+    let place = match error.place {
+        Place::Whole => JsValue::NULL,
+        Place::Line(line) => number_field("line", line),
+        Place::Byte(offset) => number_field("byte", offset),
+    };
+    let thrown = js_sys::Error::new(&error.to_string());
+    thrown.set_name("ScanstitchError");
+    let file = error.file.as_deref().map_or(JsValue::NULL, JsValue::from_str);
+    let fields = [
+        ("file", file),
+        ("place", place),
+        ("problem", error.problem.as_str().into()),
+        ("remedy", error.remedy.as_str().into()),
+    ];
+    for (name, value) in fields {
+        set(&thrown, name, &value);
+    }
+    thrown.into()
+}
+
+fn number_field(name: &str, value: usize) -> JsValue {
+    let object = Object::new();
+    set(&object, name, &JsValue::from_f64(value as f64));
+    object.into()
+}
+
+/// Setting a field of a fresh object cannot fail.
+fn set(object: &Object, name: &str, value: &JsValue) {
+    let _ = Reflect::set(object, &JsValue::from_str(name), value);
+}

@@ -1,0 +1,53 @@
+//! Free, occupied and unknown cells for JavaScript.
+
+use wasm_bindgen::prelude::*;
+
+use crate::occupancy_grid::OccupancyGrid as Grid;
+
+/// What is free, occupied and unknown. Call `free()` when done.
+#[wasm_bindgen]
+pub struct OccupancyGrid {
+    pub(super) grid: Grid,
+}
+
+#[wasm_bindgen]
+impl OccupancyGrid {
+    /// Cells along x.
+    #[wasm_bindgen(getter)]
+    pub fn width(&self) -> usize {
+        self.grid.width
+    }
+
+    /// Cells along y.
+    #[wasm_bindgen(getter)]
+    pub fn height(&self) -> usize {
+        self.grid.height
+    }
+
+    /// Side of a cell (m).
+    #[wasm_bindgen(getter)]
+    pub fn resolution(&self) -> f64 {
+        self.grid.resolution
+    }
+
+    /// x and y of the corner of the cell with the least of both, in the world frame (m).
+    #[wasm_bindgen(getter)]
+    pub fn origin(&self) -> Vec<f64> {
+        vec![self.grid.origin.x, self.grid.origin.y]
+    }
+
+    /// A grey value a cell, row by row from the largest y down: 0 occupied, 254 free, 205 unknown.
+    pub fn grey_values(&self) -> Vec<u8> {
+        self.grid.grey_values()
+    }
+
+    /// The picture as a PGM file.
+    pub fn pgm(&self) -> Vec<u8> {
+        self.grid.pgm()
+    }
+
+    /// The YAML file that ROS's map_server reads beside the picture, whose name it holds.
+    pub fn yaml(&self, image: &str) -> String {
+        self.grid.yaml(image)
+    }
+}

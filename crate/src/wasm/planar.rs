@@ -1,0 +1,186 @@
+//! A reconstruction of planar scans for JavaScript: its settings, its steps, what comes out.
+
+use tsify::Ts;
+use wasm_bindgen::prelude::*;
+
+use super::occupancy_grid::OccupancyGrid;
+use super::{MapFormat, from_object, map_format, plain, read_ply, thrown};
+use crate::io::{laser_log, ply, point_cloud, trajectory};
+use crate::occupancy_grid::RESOLUTION;
+use crate::preprocess::clean::CleaningReport;
+use crate::reconstruction::Reconstruction as Engine;
+use crate::report::{AddedLog, Progress, ReconstructionResult};
+use crate::settings::{Preset, SettingDescription, descriptions};
+
+#[wasm_bindgen]
+extern "C" {
+    /// Some of the settings; the others have their defaults.
+    #[wasm_bindgen(typescript_type = "Partial<Settings>")]
+    pub type PartialSettings;
+}
+
+/// Every setting of a reconstruction, with its limits and a line of explanation.
+///
+/// # Errors
+/// Never for the input's sake.
+#[wasm_bindgen]
+pub fn describe_settings() -> Result<Vec<Ts<SettingDescription>>, JsValue> {
+    descriptions().iter().map(plain).collect()
+}
+
+/// Settings for one purpose each; the first is the default.
+///
+/// # Errors
+/// Never for the input's sake.
+#[wasm_bindgen]
+pub fn presets() -> Result<Vec<Ts<Preset>>, JsValue> {
+    crate::settings::presets().iter().map(plain).collect()
+}
+
+/// A reconstruction of planar scans: add scans, call `step()` until its stage is `done`, ask for `result()` at any time.
+/// Call `free()` when done.
+#[wasm_bindgen]
+pub struct Reconstruction {
+    engine: Engine,
+}
+
+#[wasm_bindgen]
+impl Reconstruction {
+    /// A reconstruction without scans.
+    ///
+    /// # Errors
+    /// When a setting is unknown or out of its limits.
+    #[wasm_bindgen(constructor)]
+    pub fn new(settings: Option<PartialSettings>) -> Result<Reconstruction, JsValue> {
+        let engine = Engine::new(from_object(settings.map(JsValue::from))?).map_err(|error| thrown(&error))?;
+        Ok(Self { engine })
+    }
+
+    /// Adds the next scan, a PLY file, and starts over.
+    ///
+    /// # Errors
+    /// When the file is no sound planar scan; what was added before stays.
+    pub fn add_scan(&mut self, name: &str, bytes: &[u8]) -> Result<Ts<CleaningReport>, JsValue> {
+        let cloud = read_ply(name, bytes)?;
+        plain(&self.engine.add_scan(name, cloud).map_err(|error| thrown(&error))?)
+    }
+
+    /// Adds all scans of a laser log, CARMEN's text or CSM's JSON, and starts over. Their poses are not used for the
+    /// estimate, unless the setting `odometry` asks for it.
+    ///
+    /// # Errors
+    /// When the file is no sound log; what was added before stays.
+    pub fn add_log(&mut self, name: &str, bytes: &[u8]) -> Result<Ts<AddedLog>, JsValue> {
+        let log = laser_log::read(bytes).map_err(|error| thrown(&error.in_file(name)))?;
+        plain(&self.engine.add_log(name, &log))
+    }
+
+    /// Sets the odometry that first guesses come from, and starts over: rows of `id x y theta`, or TUM.
+    ///
+    /// # Errors
+    /// When the file is no trajectory with headings.
+    pub fn set_odometry(&mut self, name: &str, bytes: &[u8]) -> Result<(), JsValue> {
+        let odometry = trajectory::read(bytes).map_err(|error| thrown(&error.in_file(name)))?;
+        self.engine.set_odometry(name, odometry).map_err(|error| thrown(&error))
+    }
+
+    /// Forgets the odometry and starts over.
+    pub fn clear_odometry(&mut self) {
+        self.engine.clear_odometry();
+    }
+
+    /// Keeps the scans and starts over with these settings; those not given have their defaults.
+    ///
+    /// # Errors
+    /// When a setting is unknown or out of its limits; the old ones stay.
+    pub fn set_settings(&mut self, settings: PartialSettings) -> Result<(), JsValue> {
+        self.engine.set_settings(from_object(Some(settings.into()))?).map_err(|error| thrown(&error))
+    }
+
+    /// Sets the trajectory to compare with: TUM, or lines of x y z. It is used for nothing else.
+    ///
+    /// # Errors
+    /// When the file is no trajectory.
+    pub fn set_reference(&mut self, name: &str, bytes: &[u8]) -> Result<(), JsValue> {
+        let reference = trajectory::read(bytes).map_err(|error| thrown(&error.in_file(name)))?;
+        self.engine.set_reference(name, reference);
+        Ok(())
+    }
+
+    /// Forgets the reference.
+    pub fn clear_reference(&mut self) {
+        self.engine.clear_reference();
+    }
+
+    /// One bounded piece of work.
+    ///
+    /// # Errors
+    /// Never for the input's sake.
+    pub fn step(&mut self) -> Result<Ts<Progress>, JsValue> {
+        plain(&self.engine.step())
+    }
+
+    /// What is known so far.
+    ///
+    /// # Errors
+    /// Never for the input's sake.
+    pub fn result(&self) -> Result<Ts<ReconstructionResult>, JsValue> {
+        plain(&self.engine.result())
+    }
+
+    /// The map: x y x y ... in the world frame (m).
+    pub fn map_points(&self) -> Vec<f32> {
+        bytemuck::cast_slice(&self.engine.map().points).to_vec()
+    }
+
+    /// Index of the frame that each point of the map comes from.
+    pub fn map_frames(&self) -> Vec<u32> {
+        self.engine.map().frames
+    }
+
+    /// What is free, occupied and unknown, in cells of this side (m; 0.05 where none is given).
+    pub fn occupancy_grid(&self, resolution: Option<f64>) -> OccupancyGrid {
+        OccupancyGrid { grid: self.engine.occupancy_grid(resolution.unwrap_or(RESOLUTION)) }
+    }
+
+    /// Points of a frame and their partners in the scans before it: x y of the point, x y of the partner, ... in the
+    /// world frame (m).
+    pub fn correspondences(&self, frame: usize) -> Vec<f32> {
+        let pairs = self.engine.correspondences(frame);
+        pairs.iter().flatten().flat_map(|p| [p.x as f32, p.y as f32]).collect()
+    }
+
+    /// The trajectory as TUM writes it: frame x y z qx qy qz qw, a line a frame.
+    pub fn trajectory_tum(&self) -> String {
+        trajectory::tum_text(None, &self.engine.poses_in_space())
+    }
+
+    /// The trajectory as one text of a 4 x 4 matrix a frame.
+    pub fn trajectory_matrices(&self) -> Vec<String> {
+        self.engine.poses_in_space().iter().map(trajectory::matrix_text).collect()
+    }
+
+    /// The map as a binary PLY file.
+    pub fn map_ply(&self) -> Vec<u8> {
+        ply::write(&self.engine.map().to_cloud(), ply::Format::BinaryLittleEndian)
+    }
+
+    /// The map as a file of this format.
+    ///
+    /// # Errors
+    /// When there is no such format.
+    pub fn map_file(&self, format: &MapFormat) -> Result<Vec<u8>, JsValue> {
+        Ok(point_cloud::write(&self.engine.map().to_cloud(), map_format(format)?))
+    }
+
+    /// The result as the text of `report.json`.
+    pub fn report_json(&self) -> String {
+        serde_json::to_string_pretty(&self.engine.result()).unwrap_or_default()
+    }
+}
+
+/// Whether a file that begins with these bytes is a laser log.
+#[wasm_bindgen]
+pub fn is_laser_log(head: &[u8]) -> bool {
+    laser_log::is_laser_log(head)
+}

@@ -1,0 +1,111 @@
+//! Clouds for JavaScript, and the registration of two.
+
+use tsify::Ts;
+use wasm_bindgen::prelude::*;
+
+use super::{from_object, plain, read_ply, thrown};
+use crate::cloud_registration::{RegistrationOptions, RegistrationResult, register_clouds};
+use crate::error::Error;
+use crate::geometry::PointCloud as Cloud;
+use crate::io::ply;
+
+#[wasm_bindgen]
+extern "C" {
+    /// Some of the options; the others have their defaults.
+    #[wasm_bindgen(typescript_type = "Partial<RegistrationOptions>")]
+    pub type PartialRegistrationOptions;
+    /// How a PLY file holds its numbers.
+    #[wasm_bindgen(typescript_type = "'ascii' | 'binary_little_endian'")]
+    pub type PlyFormat;
+}
+
+/// Points in metres, with normals and colours where the file had them. Call `free()` when done.
+#[wasm_bindgen]
+pub struct PointCloud {
+    pub(super) cloud: Cloud,
+}
+
+#[wasm_bindgen]
+impl PointCloud {
+    /// Reads a PLY file; `name` is for the messages.
+    ///
+    /// # Errors
+    /// When the file is no sound PLY file.
+    pub fn from_ply(bytes: &[u8], name: &str) -> Result<PointCloud, JsValue> {
+        Ok(Self { cloud: read_ply(name, bytes)? })
+    }
+
+    /// From x y z x y z ... (m); what is left of an incomplete point is an error.
+    ///
+    /// # Errors
+    /// When the length is no multiple of three.
+    pub fn from_positions(xyz: &[f32]) -> Result<PointCloud, JsValue> {
+        if !xyz.len().is_multiple_of(3) {
+            let problem = format!("{} numbers are no whole points", xyz.len());
+            return Err(thrown(&Error::whole(problem, "Give x, y and z of every point")));
+        }
+        Ok(Self { cloud: Cloud::from_positions(xyz.chunks_exact(3).map(glam::Vec3::from_slice).collect()) })
+    }
+
+    /// Number of points.
+    #[wasm_bindgen(getter)]
+    pub fn length(&self) -> usize {
+        self.cloud.len()
+    }
+
+    /// Whether all points lie in the plane z = 0, as a planar laser's do.
+    #[wasm_bindgen(getter)]
+    pub fn is_planar(&self) -> bool {
+        self.cloud.is_planar()
+    }
+
+    /// x y z x y z ... (m), relative to `origin()`.
+    pub fn positions(&self) -> Vec<f32> {
+        bytemuck::cast_slice(&self.cloud.positions).to_vec()
+    }
+
+    /// What to add to every position (m): zero but for clouds in map coordinates.
+    pub fn origin(&self) -> Vec<f64> {
+        self.cloud.origin.to_array().to_vec()
+    }
+
+    /// Unit normals, x y z x y z ..., where the file had them.
+    pub fn normals(&self) -> Option<Vec<f32>> {
+        self.cloud.normals.as_deref().map(|normals| bytemuck::cast_slice(normals).to_vec())
+    }
+
+    /// Red, green, blue, red, ... where the file had them.
+    pub fn colors(&self) -> Option<Vec<u8>> {
+        self.cloud.colors.as_deref().map(|colors| bytemuck::cast_slice(colors).to_vec())
+    }
+
+    /// A PLY file of the cloud.
+    ///
+    /// # Errors
+    /// When the format is unknown.
+    pub fn to_ply(&self, format: &PlyFormat) -> Result<Vec<u8>, JsValue> {
+        let format = match JsValue::from(format).as_string().as_deref() {
+            Some("ascii") => ply::Format::Ascii,
+            Some("binary_little_endian") => ply::Format::BinaryLittleEndian,
+            other => {
+                let problem = format!("{other:?} is no format of a PLY file");
+                return Err(thrown(&Error::whole(problem, "Use \"ascii\" or \"binary_little_endian\"")));
+            }
+        };
+        Ok(ply::write(&self.cloud, format))
+    }
+}
+
+/// Registers `source` to `target`: in the plane when both are planar, in space otherwise.
+///
+/// # Errors
+/// When a cloud has no points, when only one is planar, or when the options do not fit.
+#[wasm_bindgen]
+pub fn register(
+    source: &PointCloud,
+    target: &PointCloud,
+    options: Option<PartialRegistrationOptions>,
+) -> Result<Ts<RegistrationResult>, JsValue> {
+    let options: RegistrationOptions = from_object(options.map(JsValue::from))?;
+    plain(&register_clouds(&source.cloud, &target.cloud, &options).map_err(|error| thrown(&error))?)
+}

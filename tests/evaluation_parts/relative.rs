@@ -1,0 +1,135 @@
+//! Errors over a distance: pairs of poses, drift, relations between scans.
+
+use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
+use scanstitch::evaluation::drift::drift;
+use scanstitch::evaluation::pairs::{DeltaUnit, PairOptions, index_pairs};
+use scanstitch::evaluation::path::Path;
+use scanstitch::evaluation::relations::relation_errors;
+use scanstitch::io::relations;
+use scanstitch::io::trajectory::Trajectory;
+use scanstitch::scene::random::Random;
+
+use crate::samples::winding;
+
+#[test]
+fn pairs_a_delta_apart_in_seconds() {
+    let path = Path::of(&winding(30), 0..30);
+    let options = PairOptions { delta: 0.5, delta_unit: DeltaUnit::Seconds, ..PairOptions::default() };
+    assert_eq!(index_pairs(&path, &options).unwrap(), [(0, 5), (5, 10), (10, 15), (15, 20), (20, 25)]);
+    let all = index_pairs(&path, &PairOptions { all_pairs: true, ..options }).unwrap();
+    assert!(all.iter().map(|(i, j)| j - i).eq([5; 25]));
+}
+
+#[test]
+fn pairs_by_progress_agree_with_a_search_through_all() {
+    let mut random = Random::new(8);
+    let mut at = Vector3::zeros();
+    let positions: Vec<_> = (0..300)
+        .map(|_| {
+            // Every third pose stands still: distances are repeated.
+            if random.happens(0.66) {
+                at += Vector3::new(random.uniform(0.0, 0.2), 0.0, 0.0);
+            }
+            at
+        })
+        .collect();
+    let path = Path { positions, rotations: None, stamps: None };
+    let distances = path.distances();
+    for delta in [0.0, 0.15, 1.0, 5.0] {
+        let options = PairOptions { delta, delta_unit: DeltaUnit::Meters, all_pairs: true, ..PairOptions::default() };
+        let mut expected = Vec::new();
+        for i in 0..distances.len() - 1 {
+            let off = |j: &usize| (distances[*j] - distances[i] - delta).abs();
+            let j = (i + 1..distances.len()).min_by(|a, b| off(a).total_cmp(&off(b))).unwrap();
+            if off(&j) <= delta * 0.1 {
+                expected.push((i, j));
+            }
+        }
+        assert_eq!(index_pairs(&path, &options).unwrap(), expected, "{delta}");
+    }
+}
+
+#[test]
+fn drift_of_a_known_scale_and_turn() {
+    // 1000 m straight on, a pose a metre; the estimate is 2 % long and turns by 0.01 deg/m.
+    let straight = |scale: f64, turn: f64| {
+        let mut pose = Isometry3::identity();
+        let step = Isometry3::from_parts(
+            Translation3::new(scale, 0.0, 0.0),
+            UnitQuaternion::from_axis_angle(&Vector3::z_axis(), turn.to_radians()),
+        );
+        let poses: Vec<_> = (0..1001)
+            .map(|_| {
+                let now = pose;
+                pose *= step;
+                now
+            })
+            .collect();
+        Path::of(&Trajectory::from_poses(&poses), 0..1001)
+    };
+    let truth = straight(1.0, 0.0);
+    let scaled = drift(&truth, &straight(1.02, 0.0)).unwrap();
+    assert!(scaled.is_kitti && scaled.by_length.len() == 8 && scaled.rotation < 1e-9);
+    // A stretch ends at the first pose further along than its length: of 100 m it has 101 steps.
+    assert!((scaled.by_length[0].translation - 2.0 * 1.01).abs() < 1e-9, "{scaled:?}");
+    assert_eq!(scaled.by_length[0].num_stretches, 90);
+    let turned = drift(&truth, &straight(1.0, 0.01)).unwrap();
+    assert!((turned.by_length[7].rotation - 0.01 * 801.0 / 800.0).abs() < 1e-9, "{turned:?}");
+    let none = drift(&truth, &truth).unwrap();
+    assert!(none.translation < 1e-12 && none.rotation < 1e-12);
+
+    // Ten metres are measured over 1, 2, ... 8 m.
+    let short = Path { positions: truth.positions.iter().map(|p| p * 0.01).collect(), ..truth.clone() };
+    let scaled = drift(&short, &short).unwrap();
+    assert!(!scaled.is_kitti);
+    assert_eq!(
+        scaled.by_length.iter().map(|of| of.length).collect::<Vec<_>>(),
+        [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0]
+    );
+    let still = Path { positions: vec![Vector3::zeros(); 1001], ..truth };
+    assert!(drift(&still, &still).unwrap_err().to_string().contains("too short for drift"));
+}
+
+#[test]
+fn relations_of_every_form() {
+    let poses = winding(40);
+    let path = Path::of(&poses, 0..40);
+    let exact = poses.poses().unwrap();
+    let line = |i: usize, j: usize, off: f64| {
+        let motion = exact[i].inverse() * exact[j];
+        let (t, (roll, pitch, yaw)) = (motion.translation.vector, motion.rotation.euler_angles());
+        let q = motion.rotation.coords;
+        [
+            format!("EDGE3 {i} {j} {} {} {} {roll} {pitch} {yaw} 1 0 0\n", t.x + off, t.y, t.z),
+            format!("EDGE_SE3:QUAT {i} {j} {} {} {} {} {} {} {} 1\n", t.x, t.y + off, t.z, q.x, q.y, q.z, q.w),
+            format!(
+                "{} {} {} {} {} {roll} {pitch} {yaw}\r\n",
+                100.0 + 0.1 * i as f64,
+                100.0 + 0.1 * j as f64,
+                t.x,
+                t.y,
+                t.z + off
+            ),
+        ]
+    };
+    for form in 0..3 {
+        let text = format!("# relations\nVERTEX2 0 0 0 0\n{}{}", line(3, 30, 0.0)[form], line(5, 6, 0.5)[form]);
+        let read = relations::read(text.as_bytes()).unwrap();
+        assert_eq!(read.iter().map(relations::Relation::is_step).collect::<Vec<_>>(), [false, form < 2]);
+        let errors = relation_errors(&read, &path, 0.01).unwrap();
+        assert!((errors.translation.max - 0.5).abs() < 1e-9 && errors.translation.min < 1e-9, "{errors:?}");
+        assert!(errors.rotation.max < 1e-9);
+        assert!((errors.mean_squared_translation - 0.125).abs() < 1e-9);
+    }
+    for (text, told) in [
+        ("", "The file has no relation."),
+        ("EDGE2 0 1 0.5\n", "line 1: The line is no relation: 3 numbers"),
+        ("# a\r\nEDGE2 0 1 0.5 nan 1\r\n", "line 2: \"nan\" is not a finite number"),
+        ("EDGE2 0 1.5 0 0 0\n", "line 1: The line is no relation"),
+    ] {
+        let error = relations::read(text.as_bytes()).unwrap_err().to_string();
+        assert!(error.starts_with(told), "{error}");
+    }
+    let far = relations::read(b"EDGE2 100 200 0 0 0\n").unwrap();
+    assert!(relation_errors(&far, &path, 0.01).unwrap_err().to_string().contains("none of the 1 relations"));
+}

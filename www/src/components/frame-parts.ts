@@ -1,0 +1,156 @@
+/** Parts of the panels beside the map, the same for scans and for frames. */
+import { css, html, nothing, type TemplateResult } from 'lit';
+import { barAt, barChart, CHART_VIEW_BOX } from '../views/chart.js';
+import { baseName, plural } from '../views/format.js';
+import type { Status } from '../views/map-painter.js';
+import { cssColor, type Rgb } from '../views/palette.js';
+import { icon, type IconName } from './icons.js';
+import { statusBadge } from './status-badge.js';
+
+/** What a frame is called. */
+export type Noun = 'scan' | 'frame';
+type Select = (frame: number | null) => void;
+
+interface NamedFrame {
+  name: string;
+  status: Status;
+}
+
+/** Of a run that went wrong as a whole, the first few frames say enough. */
+const MAX_BAD_SHOWN = 6;
+
+/** Name and verdict of the selected frame, and the way to its neighbours and back to all. */
+export function frameHeader(
+  noun: Noun,
+  frames: readonly NamedFrame[],
+  index: number,
+  color: Rgb | undefined,
+  select: Select,
+): TemplateResult | typeof nothing {
+  const frame = frames[index];
+  if (!frame) return nothing;
+  const word = `${noun.slice(0, 1).toUpperCase()}${noun.slice(1)}`;
+  const step = (sign: IconName, label: string, key: string, to: number | null): TemplateResult =>
+    html`<button
+      class="quiet icon"
+      ?disabled=${to !== null && !frames[to]}
+      @click=${() => select(to)}
+      aria-label=${label}
+      title="${label} (${key})"
+    >
+      ${icon(sign)}
+    </button>`;
+  return html`<header>
+    ${swatch(color)}
+    <h2 title=${frame.name}>${baseName(frame.name)}</h2>
+    ${statusBadge(frame.status)}
+    <span class="steps">
+      ${step('previous', `${word} before`, ',', index - 1)} ${step('next', `${word} after`, '.', index + 1)}
+      ${step('close', `Back to all ${noun}s`, 'Esc', null)}
+    </span>
+  </header>`;
+}
+
+/** The frames that are not good, by number. */
+export function badOnes(frames: readonly NamedFrame[]): number[] {
+  return frames.flatMap(({ status }, index) => (status === 'good' ? [] : [index]));
+}
+
+/** Those that need a look, each a button that selects it. */
+export function badList(frames: readonly NamedFrame[], colors: readonly Rgb[], select: Select): TemplateResult {
+  const bad = badOnes(frames);
+  return html`<ul>
+    ${bad.slice(0, MAX_BAD_SHOWN).map(
+      (index) =>
+        html`<li>
+          <button @click=${() => select(index)}>
+            ${swatch(colors[index])}
+            ${baseName(frames[index]?.name ?? '')}${statusBadge(frames[index]?.status ?? 'good')}
+          </button>
+        </li>`,
+    )}
+    ${bad.length > MAX_BAD_SHOWN ? html`<li class="muted">and ${bad.length - MAX_BAD_SHOWN} more</li>` : nothing}
+  </ul>`;
+}
+
+function swatch(color: Rgb = [0, 0, 0]): TemplateResult {
+  return html`<i class="swatch" style="background: ${cssColor(color)}"></i>`;
+}
+
+export interface FrameBars {
+  noun: Noun;
+  frames: readonly NamedFrame[];
+  colors: readonly Rgb[];
+  selected: number | null;
+  select: Select;
+  title: string;
+  /** What is good and what is bad; empty where the title says enough. */
+  explanation?: string;
+  /** One for each frame; null where there is none. */
+  values: readonly (number | null)[];
+  format: (value: number) => string;
+  /** What stands under the first and the last bar. */
+  ends?: readonly [string, string];
+}
+
+/** A bar for each frame, which selects it; nothing where no frame has a value. */
+export function frameBars(bars: FrameBars): TemplateResult | typeof nothing {
+  const { noun, frames, selected, title, values, format } = bars;
+  const known = values.filter((value) => value !== null);
+  if (known.length === 0) return nothing;
+  const [low, high] = [known.reduce((a, b) => Math.min(a, b)), known.reduce((a, b) => Math.max(a, b))];
+  const here = selected === null ? null : (values[selected] ?? null);
+  return html`<section>
+    <h3>${title}${here === null ? nothing : html` <span class="here number">${format(here)}</span>`}</h3>
+    ${bars.explanation ? html`<p class="explanation">${bars.explanation}</p>` : nothing}
+    <svg
+      class="bars"
+      viewBox=${CHART_VIEW_BOX}
+      role="img"
+      aria-label="${title}: from ${format(low)} to ${format(high)} over ${plural(known.length, noun)}."
+      @click=${(event: MouseEvent) => {
+        const box = (event.currentTarget as Element).getBoundingClientRect();
+        const frame = barAt((event.clientX - box.left) / box.width, values);
+        if (frame !== null) bars.select(frame);
+      }}
+    >
+      ${barChart({
+        values,
+        format,
+        colors: bars.colors.map((color) => cssColor(color)),
+        names: frames.map(({ name }) => baseName(name)),
+        selected,
+        ends: bars.ends,
+      })}
+    </svg>
+  </section>`;
+}
+
+/** With `status_styles`, `panel_styles` and `chart_styles`. */
+export const frame_styles = css`
+  .steps {
+    display: flex;
+    margin-left: auto;
+  }
+  ul {
+    display: grid;
+    justify-items: start;
+    gap: 6px;
+  }
+  .facts {
+    display: grid;
+    grid-template-columns: auto 1fr;
+    gap: 4px 14px;
+    font-size: 13px;
+  }
+  .facts dt {
+    color: var(--muted);
+  }
+  .here {
+    float: right;
+    color: var(--selected);
+  }
+  svg.bars {
+    cursor: pointer;
+  }
+`;

@@ -1,0 +1,72 @@
+/** What lies over the flat map and over the map in space alike: the buttons, and the list of what is drawn. */
+import { html, nothing, type TemplateResult } from 'lit';
+import { type IconName, icon } from './icons.js';
+
+/** A button that shows a sign alone: `label` is what a screen reader says, `hint` what the pointer is told. */
+export function mapButton(
+  sign: IconName,
+  label: string,
+  hint: string,
+  press: () => void,
+  state: { pressed?: boolean; expanded?: boolean } = {},
+): TemplateResult {
+  return html`<button
+    class="icon"
+    @click=${press}
+    aria-label=${label}
+    aria-pressed=${state.pressed ?? nothing}
+    aria-expanded=${state.expanded ?? nothing}
+    title=${hint}
+  >
+    ${icon(sign)}
+  </button>`;
+}
+
+export interface MapToolbar {
+  /** In, or out. */
+  zoom: (direction: 1 | -1) => void;
+  fit: () => void;
+  /** Buttons that this map alone has. */
+  own: unknown;
+  /** The list of what is drawn, where it is open. */
+  layers: TemplateResult | null;
+  /** What that list is for. */
+  layers_hint: string;
+  toggleLayers: () => void;
+}
+
+/** `styles`: map_styles. */
+export function mapToolbar({ zoom, fit, own, layers, layers_hint, toggleLayers }: MapToolbar): TemplateResult {
+  return html`<div class="controls" role="toolbar" aria-label="Map view">
+    ${mapButton('plus', 'Zoom in', 'Zoom in (+)', () => zoom(1))}
+    ${mapButton('minus', 'Zoom out', 'Zoom out (−)', () => zoom(-1))}
+    ${mapButton('fit', 'Show the whole map', 'Show the whole map (F)', fit)} ${own}
+    ${mapButton('layers', 'What is drawn', layers_hint, toggleLayers, { expanded: layers !== null })}
+    ${layers ?? nothing}
+  </div>`;
+}
+
+/** The list of what is drawn, one `layerBox` each, and what else there is to choose. */
+export function layerList(entries: unknown): TemplateResult {
+  return html`<fieldset class="layers">
+    <legend class="visually-hidden">What is drawn</legend>
+    ${entries}
+  </fieldset>`;
+}
+
+/** `sign`: the class of the line or dots that stand for it on the map. */
+export function layerBox(
+  label: string,
+  sign: string,
+  is_shown: boolean,
+  show: (shown: boolean) => void,
+): TemplateResult {
+  return html`<label>
+    <input
+      type="checkbox"
+      .checked=${is_shown}
+      @change=${(event: Event) => show((event.target as HTMLInputElement).checked)}
+    />
+    <i class="sign ${sign}"></i>${label}
+  </label>`;
+}

@@ -1,0 +1,102 @@
+/** Keeps the scene and its graphics context alive: where the card drops it, a fresh canvas gets a fresh one. */
+import type { ReactiveController, ReactiveControllerHost } from 'lit';
+import type { MapScene } from './scene.js';
+
+export type GraphicsState = 'starting' | 'there' | 'lost' | 'unavailable';
+
+export interface GraphicsUser {
+  graphicsCanvas(): HTMLCanvasElement;
+  /** A new scene wants all there is to draw. */
+  onScene(scene: MapScene): void;
+  onGraphics(change: 'lost' | 'restored' | 'unavailable'): void;
+}
+
+/** A lost context is replaced after so long; again and again, ever later, where that fails. */
+const RESTORE_MS = [250, 1000, 2000, 4000];
+
+export class Graphics implements ReactiveController {
+  /** Null while there is none. */
+  scene: MapScene | null = null;
+  state: GraphicsState = 'starting';
+  /** The canvas belongs to its context: the host makes another one for every number. */
+  canvas_number = 1;
+  #started = 0;
+  #num_failures = 0;
+  #timer: ReturnType<typeof setTimeout> | undefined;
+  #host: ReactiveControllerHost;
+  #user: GraphicsUser;
+
+  constructor(host: ReactiveControllerHost, user: GraphicsUser) {
+    this.#host = host;
+    this.#user = user;
+    host.addController(this);
+  }
+
+  hostConnected(): void {
+    if (this.#started > 0 && !this.scene) this.restart();
+  }
+
+  hostDisconnected(): void {
+    clearTimeout(this.#timer);
+    this.scene?.dispose();
+    this.scene = null;
+  }
+
+  hostUpdated(): void {
+    if (this.#started === this.canvas_number) return;
+    this.#started = this.canvas_number;
+    void this.#start();
+  }
+
+  /** A fresh canvas with a fresh context. */
+  restart(): void {
+    this.canvas_number++;
+    this.#host.requestUpdate();
+  }
+
+  async #start(): Promise<void> {
+    const canvas = this.#user.graphicsCanvas();
+    let scene: MapScene;
+    try {
+      const { MapScene } = await import('./scene.js');
+      if (!canvas.isConnected) return;
+      this.scene?.dispose();
+      this.scene = null;
+      scene = new MapScene(canvas);
+    } catch {
+      this.#onFailed();
+      return;
+    }
+    canvas.addEventListener('webglcontextlost', () => {
+      if (this.scene === scene) this.#onLost();
+    });
+    const was_lost = this.state !== 'starting';
+    this.scene = scene;
+    this.#num_failures = 0;
+    this.#enter('there');
+    this.#user.onScene(scene);
+    if (was_lost) this.#user.onGraphics('restored');
+  }
+
+  #onLost(): void {
+    this.scene = null;
+    this.#enter('lost');
+    this.#user.onGraphics('lost');
+    this.#timer = setTimeout(() => this.restart(), RESTORE_MS[0]);
+  }
+
+  #onFailed(): void {
+    const wait = RESTORE_MS[++this.#num_failures];
+    if (this.state !== 'starting' && wait !== undefined) {
+      this.#timer = setTimeout(() => this.restart(), wait);
+      return;
+    }
+    this.#enter('unavailable');
+    this.#user.onGraphics('unavailable');
+  }
+
+  #enter(state: GraphicsState): void {
+    this.state = state;
+    this.#host.requestUpdate();
+  }
+}

@@ -1,0 +1,60 @@
+/** What is measured of a map before it is shown: how it lies before the eye, how high it is, which way its walls run. */
+import { type Heights, heightsOf, leveling, type MapPoints, sample, straightAzimuth } from './leveling.js';
+import { type Pose, positionOf } from './poses.js';
+import { type Mat3, transformed, type Vec3 } from './vectors.js';
+
+export interface Survey {
+  R_view_map: Mat3;
+  /** Some of the map's points in the picture's world: enough to fit a view to. */
+  sampled: readonly Vec3[];
+  heights: Heights;
+  /** The azimuth at which the walls run across and along the screen. */
+  straight: number;
+}
+
+export const NO_SURVEY: Survey = {
+  R_view_map: [
+    [1, 0, 0],
+    [0, -1, 0],
+    [0, 0, -1],
+  ],
+  sampled: [],
+  heights: { floor: 0, top: 0, section: 0 },
+  straight: 0,
+};
+
+const NUM_SAMPLES = 1500;
+
+/** The heights alone are measured on more points: a floor that is hardly seen counts there. */
+export function leveled(before: Survey, points: MapPoints, poses: readonly Pose[], has_camera: boolean): Survey {
+  // Without points the picture stays as it lies.
+  if (points.positions.length === 0) return { ...before, sampled: [], heights: NO_SURVEY.heights };
+  const R_view_map = leveling(points, has_camera);
+  const cameras = positions(poses, R_view_map);
+  const heights = heightsOf(sample(points, R_view_map, 4 * NUM_SAMPLES), cameras);
+  return { R_view_map, sampled: sample(points, R_view_map, NUM_SAMPLES), heights, straight: before.straight };
+}
+
+/** With the walls' direction, from what a section at the height `cut` leaves open. */
+export function straightened(
+  survey: Survey,
+  poses: readonly Pose[],
+  { cut, is_wide, is_rough }: { cut: number; is_wide: boolean; is_rough: boolean },
+): Survey {
+  if (survey.sampled.length === 0) return survey;
+  const open = openSamples(survey, poses, cut).filter((_, i) => !is_rough || i % 5 === 0);
+  return { ...survey, straight: straightAzimuth(open, is_wide) };
+}
+
+/** What the section leaves, and all cameras: as heavy as a part of the map, lest they count as strays. */
+export function openSamples({ sampled, R_view_map }: Survey, poses: readonly Pose[], cut: number): Vec3[] {
+  const open = sampled.filter(([, y]) => y <= cut);
+  const cameras = positions(poses, R_view_map);
+  const weight = Math.ceil((open.length * 0.02) / Math.max(cameras.length, 1));
+  return [...open, ...Array.from({ length: weight }, () => cameras).flat()];
+}
+
+/** Of the cameras, in the picture's world. */
+export function positions(poses: readonly Pose[], R_view_map: Mat3): Vec3[] {
+  return poses.map((pose) => transformed(R_view_map, positionOf(pose)));
+}
