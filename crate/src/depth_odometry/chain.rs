@@ -5,8 +5,10 @@ mod in_doubt;
 use super::color::SAME_PLACE_CORRELATION;
 use super::found::{Found, Reach};
 use super::guesses;
+use super::habit::Habit;
 use super::left_out::LeftOutFrame;
-use super::matching::Matching;
+use super::matching::{Matching, TELLING_AGREEMENT};
+use super::open_direction::OpenDirection;
 use super::seen::Seen;
 use super::unconfirmed::{Told, Unconfirmed};
 use super::{DepthOptions, ESTABLISHED, Effort, SpatialEstimate, Verification};
@@ -33,6 +35,10 @@ const ALIKE_SHARE: f64 = 0.2;
 /// Where brightness leaves so many times as much unexplained as usual, it is another place, or another light.
 const UNLIKE: f64 = 3.0;
 
+/// Surfaces along which hardly any other faces are off by so many times what their residuals tell, in the worst tenth of the
+/// frames of generated flats: they err together.
+const ERRING_TOGETHER: f64 = 40.0;
+
 /// So many places that are not certain are remembered with what was known before them: it is a copy of the map.
 const MOST_UNCONFIRMED: usize = 4;
 
@@ -45,6 +51,7 @@ pub(super) struct Chain {
     /// Where the last member was, and how it came there.
     T_world_last: Pose3,
     last_motion: Pose3,
+    habit: Habit,
     /// Where the last frame seemed to be, if it was contradicted: the next one may be near.
     T_world_doubtful: Option<Pose3>,
     /// Frames since the last member.
@@ -97,6 +104,7 @@ impl Chain {
             members: vec![Member { number, T_world_sensor, verdict: Verdict::first() }],
             T_world_last: T_world_sensor,
             last_motion: Pose3::identity(),
+            habit: Habit::default(),
             T_world_doubtful: None,
             num_missed: 0,
             alike: 0.0,
@@ -214,7 +222,35 @@ impl Chain {
                 return elsewhere;
             }
         }
-        found
+        self.as_usual(&matching, found)
+    }
+
+    /// Where nothing holds a frame along a direction, it has moved there as it usually does, unless that contradicts what is
+    /// known. It is open all the same.
+    fn as_usual(&self, matching: &Matching<'_>, found: Found) -> Found {
+        if !found.is_open || !found.is_plausible() || self.num_missed > 0 {
+            return found;
+        }
+        let (open, _) = OpenDirection::weakest(&found.registration);
+        let T_world_found = found.registration.T_target_source;
+        let motion = self.T_world_last.inverse() * T_world_found;
+        let direction = self.T_world_last.rotation.inverse() * open.direction;
+        let Some(expected) = self.habit.expected(&motion, &direction) else { return found };
+        // What is still moving tells nothing.
+        let deviation = if found.registration.converged {
+            ERRING_TOGETHER * open.deviation(&found.registration)
+        } else {
+            f64::INFINITY
+        };
+        let share = 1.0 / (1.0 + expected.variance / (deviation * deviation));
+        let moved = open.direction * (share * (expected.along - direction.dot(&motion.translation.vector)));
+        let mut usual = matching.register_across(&open, Pose3::translation(moved.x, moved.y, moved.z) * T_world_found);
+        if usual.agreement < found.agreement - TELLING_AGREEMENT {
+            return found;
+        }
+        // What the registration holds fast is known no better for it.
+        usual.registration.information = found.registration.information;
+        Found { is_open: true, alike: found.alike, ..usual }
     }
 
     fn find_near(&self, matching: &Matching<'_>) -> Found {
@@ -300,6 +336,9 @@ impl Chain {
     fn append(&mut self, number: u32, frame: &SurfelImage, found: Found, doubt: Option<Verdict>) -> SpatialEstimate {
         let T_world_sensor = found.registration.T_target_source;
         self.last_motion = self.T_world_last.inverse() * T_world_sensor;
+        if doubt.is_none() && self.num_missed == 0 {
+            self.habit.push(&self.last_motion);
+        }
         (self.T_world_last, self.T_world_doubtful, self.num_missed) = (T_world_sensor, None, 0);
         if let Some(alike) = found.alike {
             self.num_alike += 1;
