@@ -7,7 +7,7 @@ use super::found::{Found, Reach};
 use super::guesses;
 use super::habit::Habit;
 use super::left_out::LeftOutFrame;
-use super::matching::{Matching, TELLING_AGREEMENT};
+use super::matching::{Matching, TELLING_AGREEMENT, is_held_well};
 use super::open_direction::OpenDirection;
 use super::seen::Seen;
 use super::unconfirmed::{Told, Unconfirmed};
@@ -35,9 +35,13 @@ const ALIKE_SHARE: f64 = 0.2;
 /// Where brightness leaves so many times as much unexplained as usual, it is another place, or another light.
 const UNLIKE: f64 = 3.0;
 
-/// Surfaces along which hardly any other faces are off by so many times what their residuals tell, in the worst tenth of the
-/// frames of generated flats: they err together.
-const ERRING_TOGETHER: f64 = 40.0;
+/// Frames are off along the direction that is held least by so many times what their residuals tell (root mean square, in
+/// generated flats): surfaces err together. That is so where they hold them, however well, ...
+const HELD_ERRING_TOGETHER: f64 = 10.0;
+/// ... and this where they do not.
+const OPEN_ERRING_TOGETHER: f64 = 40.0;
+/// What is further from what is usual, in standard deviations, is something else: a frame may have been dropped.
+const MOST_UNUSUAL: f64 = 3.0;
 
 /// So many places that are not certain are remembered with what was known before them: it is a copy of the map.
 const MOST_UNCONFIRMED: usize = 4;
@@ -225,32 +229,40 @@ impl Chain {
         self.as_usual(&matching, found)
     }
 
-    /// Where nothing holds a frame along a direction, it has moved there as it usually does, unless that contradicts what is
-    /// known. It is open all the same.
+    /// Where little or nothing holds a frame along a direction, it has moved there as it usually does, as far as that is known
+    /// better, and unless it contradicts what is known. What was open is open all the same.
     fn as_usual(&self, matching: &Matching<'_>, found: Found) -> Found {
-        if !found.is_open || !found.is_plausible() || self.num_missed > 0 {
+        let (weakest, share) = OpenDirection::weakest(&found.registration);
+        let deviation = weakest.deviation(&found.registration);
+        let is_known = found.alike.is_some() || self.num_missed > 0 || !found.is_plausible();
+        if is_known || (!found.is_open && is_held_well(share, deviation)) {
             return found;
         }
-        let (open, _) = OpenDirection::weakest(&found.registration);
         let T_world_found = found.registration.T_target_source;
         let motion = self.T_world_last.inverse() * T_world_found;
-        let direction = self.T_world_last.rotation.inverse() * open.direction;
+        let direction = self.T_world_last.rotation.inverse() * weakest.direction;
         let Some(expected) = self.habit.expected(&motion, &direction) else { return found };
-        // What is still moving tells nothing.
-        let deviation = if found.registration.converged {
-            ERRING_TOGETHER * open.deviation(&found.registration)
-        } else {
-            f64::INFINITY
+        let deviation = match (found.registration.converged, found.is_open) {
+            // What is still moving tells nothing.
+            (false, _) => f64::INFINITY,
+            (true, true) => OPEN_ERRING_TOGETHER * deviation,
+            (true, false) => HELD_ERRING_TOGETHER * deviation,
         };
-        let share = 1.0 / (1.0 + expected.variance / (deviation * deviation));
-        let moved = open.direction * (share * (expected.along - direction.dot(&motion.translation.vector)));
-        let mut usual = matching.register_across(&open, Pose3::translation(moved.x, moved.y, moved.z) * T_world_found);
-        if usual.agreement < found.agreement - TELLING_AGREEMENT {
+        let off = expected.along - direction.dot(&motion.translation.vector);
+        let sq_deviation = deviation * deviation;
+        if off * off > MOST_UNUSUAL * MOST_UNUSUAL * (expected.variance + sq_deviation) {
+            return found;
+        }
+        let moved = weakest.direction * (off / (1.0 + expected.variance / sq_deviation));
+        let guess = Pose3::translation(moved.x, moved.y, moved.z) * T_world_found;
+        let mut usual = matching.register_across(&weakest, guess);
+        let is_contradicted = usual.agreement < found.agreement - TELLING_AGREEMENT;
+        if is_contradicted || !(usual.registration.converged || found.is_open) {
             return found;
         }
         // What the registration holds fast is known no better for it.
         usual.registration.information = found.registration.information;
-        Found { is_open: true, alike: found.alike, ..usual }
+        Found { is_open: found.is_open, ..usual }
     }
 
     fn find_near(&self, matching: &Matching<'_>) -> Found {

@@ -249,12 +249,11 @@ impl<'a> Matching<'a> {
     /// Whether surfaces hold a frame along its weakest direction: where only `share` of them face along it, they must fit so
     /// well that its place is known, or lead back to where it is from both sides.
     fn is_held(&self, found: &Found, weakest: &OpenDirection, share: f64) -> bool {
-        if share > AMPLE_SHARE {
-            return true;
-        }
         let deviation = weakest.deviation(&found.registration);
         let comes_back = || [-PUSHED, PUSHED].iter().all(|far| self.comes_back(found, weakest.direction * *far));
-        found.registration.converged && (deviation < CERTAIN_DEVIATION || (deviation < OPEN_DEVIATION && comes_back()))
+        share > AMPLE_SHARE
+            || found.registration.converged
+                && (is_held_well(share, deviation) || (deviation < OPEN_DEVIATION && comes_back()))
     }
 
     /// Whether the registration leads back to where it was found from so far away; where it ends elsewhere, that must be
@@ -296,6 +295,11 @@ impl<'a> Matching<'a> {
     pub(super) fn evidence(&self, view: &ProjectiveTarget, cloud: &SurfelCloud, T_world_camera: &Pose3) -> Evidence {
         Evidence::gather(self.seen, view, cloud, &self.own_view, T_world_camera)
     }
+}
+
+/// Whether surfaces hold a direction that this share of them face along, by their residuals to this deviation (m).
+pub(super) fn is_held_well(share: f64, deviation: f64) -> bool {
+    share > AMPLE_SHARE || deviation < CERTAIN_DEVIATION
 }
 
 fn register(
