@@ -206,7 +206,8 @@ impl Chain {
     }
 
     fn is_settled(&self, found: &Found) -> bool {
-        self.is_firm(found, self.reach_of(found)) || (found.is_open && found.is_plausible())
+        let reach = self.reach_of(found);
+        self.is_firm(found, reach) || found.may_be_open_there(reach)
     }
 
     /// Near where the last frame was, or seemed to be, then all around, then in all places seen before: as far as the
