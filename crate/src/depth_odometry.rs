@@ -9,6 +9,7 @@ mod color;
 mod evidence;
 mod found;
 mod guesses;
+mod habit;
 mod lattice;
 mod left_out;
 mod lone_frame;

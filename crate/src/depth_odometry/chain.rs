@@ -5,8 +5,10 @@ mod in_doubt;
 use super::color::SAME_PLACE_CORRELATION;
 use super::found::{Found, Reach};
 use super::guesses;
+use super::habit::Habit;
 use super::left_out::LeftOutFrame;
-use super::matching::Matching;
+use super::matching::{Matching, TELLING_AGREEMENT, is_held_well};
+use super::open_direction::OpenDirection;
 use super::seen::Seen;
 use super::unconfirmed::{Told, Unconfirmed};
 use super::{DepthOptions, ESTABLISHED, Effort, SpatialEstimate, Verification};
@@ -33,6 +35,14 @@ const ALIKE_SHARE: f64 = 0.2;
 /// Where brightness leaves so many times as much unexplained as usual, it is another place, or another light.
 const UNLIKE: f64 = 3.0;
 
+/// Frames are off along the direction that is held least by so many times what their residuals tell (root mean square, in
+/// generated flats): surfaces err together. That is so where they hold them, however well, ...
+const HELD_ERRING_TOGETHER: f64 = 10.0;
+/// ... and this where they do not.
+const OPEN_ERRING_TOGETHER: f64 = 40.0;
+/// What is further from what is usual, in standard deviations, is something else: a frame may have been dropped.
+const MOST_UNUSUAL: f64 = 3.0;
+
 /// So many places that are not certain are remembered with what was known before them: it is a copy of the map.
 const MOST_UNCONFIRMED: usize = 4;
 
@@ -45,6 +55,7 @@ pub(super) struct Chain {
     /// Where the last member was, and how it came there.
     T_world_last: Pose3,
     last_motion: Pose3,
+    habit: Habit,
     /// Where the last frame seemed to be, if it was contradicted: the next one may be near.
     T_world_doubtful: Option<Pose3>,
     /// Frames since the last member.
@@ -97,6 +108,7 @@ impl Chain {
             members: vec![Member { number, T_world_sensor, verdict: Verdict::first() }],
             T_world_last: T_world_sensor,
             last_motion: Pose3::identity(),
+            habit: Habit::default(),
             T_world_doubtful: None,
             num_missed: 0,
             alike: 0.0,
@@ -194,7 +206,8 @@ impl Chain {
     }
 
     fn is_settled(&self, found: &Found) -> bool {
-        self.is_firm(found, self.reach_of(found)) || (found.is_open && found.is_plausible())
+        let reach = self.reach_of(found);
+        self.is_firm(found, reach) || found.may_be_open_there(reach)
     }
 
     /// Near where the last frame was, or seemed to be, then all around, then in all places seen before: as far as the
@@ -214,7 +227,43 @@ impl Chain {
                 return elsewhere;
             }
         }
-        found
+        self.as_usual(&matching, found)
+    }
+
+    /// Where little or nothing holds a frame along a direction, it has moved there as it usually does, as far as that is known
+    /// better, and unless it contradicts what is known. What was open is open all the same.
+    fn as_usual(&self, matching: &Matching<'_>, found: Found) -> Found {
+        let (weakest, share) = OpenDirection::weakest(&found.registration);
+        let deviation = weakest.deviation(&found.registration);
+        let is_known = found.alike.is_some() || self.num_missed > 0 || !found.is_plausible();
+        if is_known || (!found.is_open && is_held_well(share, deviation)) {
+            return found;
+        }
+        let T_world_found = found.registration.T_target_source;
+        let motion = self.T_world_last.inverse() * T_world_found;
+        let direction = self.T_world_last.rotation.inverse() * weakest.direction;
+        let Some(expected) = self.habit.expected(&motion, &direction) else { return found };
+        let deviation = match (found.registration.converged, found.is_open) {
+            // What is still moving tells nothing.
+            (false, _) => f64::INFINITY,
+            (true, true) => OPEN_ERRING_TOGETHER * deviation,
+            (true, false) => HELD_ERRING_TOGETHER * deviation,
+        };
+        let off = expected.along - direction.dot(&motion.translation.vector);
+        let sq_deviation = deviation * deviation;
+        if off * off > MOST_UNUSUAL * MOST_UNUSUAL * (expected.variance + sq_deviation) {
+            return found;
+        }
+        let moved = weakest.direction * (off / (1.0 + expected.variance / sq_deviation));
+        let guess = Pose3::translation(moved.x, moved.y, moved.z) * T_world_found;
+        let mut usual = matching.register_across(&weakest, guess);
+        let is_contradicted = usual.agreement < found.agreement - TELLING_AGREEMENT;
+        if is_contradicted || !(usual.registration.converged || found.is_open) {
+            return found;
+        }
+        // What the registration holds fast is known no better for it.
+        usual.registration.information = found.registration.information;
+        Found { is_open: found.is_open, ..usual }
     }
 
     fn find_near(&self, matching: &Matching<'_>) -> Found {
@@ -300,6 +349,9 @@ impl Chain {
     fn append(&mut self, number: u32, frame: &SurfelImage, found: Found, doubt: Option<Verdict>) -> SpatialEstimate {
         let T_world_sensor = found.registration.T_target_source;
         self.last_motion = self.T_world_last.inverse() * T_world_sensor;
+        if doubt.is_none() && self.num_missed == 0 {
+            self.habit.push(&self.last_motion);
+        }
         (self.T_world_last, self.T_world_doubtful, self.num_missed) = (T_world_sensor, None, 0);
         if let Some(alike) = found.alike {
             self.num_alike += 1;

@@ -117,9 +117,17 @@ impl Found {
 
     /// Whether it is where it may be, though little says so, or nothing along a direction.
     pub(super) fn may_be_there(&self, reach: Reach) -> bool {
-        self.is_plausible()
-            && reach != Reach::Afar
-            && (self.is_open || self.agreement > FIRM_AGREEMENT || self.is_firm(reach))
+        self.may_be_open_there(reach)
+            || (self.is_plausible()
+                && !self.is_open
+                && reach != Reach::Afar
+                && (self.agreement > FIRM_AGREEMENT || self.is_firm(reach)))
+    }
+
+    /// Whether it is about where it is to be expected, and only its place along a direction is not told. Further away it may
+    /// be anywhere: bare walls fit everywhere.
+    pub(super) fn may_be_open_there(&self, reach: Reach) -> bool {
+        self.is_open && self.is_plausible() && matches!(reach, Reach::Next | Reach::Near)
     }
 
     /// How it may be off where its place is not certain.

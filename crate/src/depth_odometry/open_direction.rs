@@ -8,7 +8,7 @@ use crate::registration::spatial::SpatialRegistration;
 /// A direction is held by the surfaces that face along it at least so much (cosine), ...
 const HOLDING_COSINE: f64 = 0.3;
 /// ... if they are at least this share of all.
-pub(super) const HOLDING_SHARE: f64 = 0.01;
+const HOLDING_SHARE: f64 = 0.01;
 
 /// The direction of motion that is known least, where hardly any surface faces along it. Long walls do not add up to one
 /// that faces the other way, however many there are and however noisy their normals.
@@ -32,5 +32,12 @@ impl OpenDirection {
         let direction = eigen.eigenvectors.column(eigen.eigenvalues.imin()).into_owned();
         let num_holding = normals.iter().filter(|normal| normal.dot(&direction).abs() > HOLDING_COSINE).count();
         (Self { direction }, num_holding as f64 / normals.len().max(1) as f64)
+    }
+
+    /// Standard deviation (m) along it as far as the residuals tell, were they independent of each other. They are not, so it
+    /// tells which frames are held better than others, and not how far they are off.
+    pub(crate) fn deviation(&self, registration: &SpatialRegistration) -> f64 {
+        let information = registration.information.fixed_view::<3, 3>(3, 3);
+        self.direction.dot(&(information * self.direction)).sqrt().recip()
     }
 }

@@ -1,6 +1,6 @@
 //! From normal equations to a step: which motions are free, and how bold the step is.
 
-use nalgebra::{SMatrix, UnitQuaternion, Vector3};
+use nalgebra::{SMatrix, SVector, UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
 
 use super::factors::{Correspondence, Metric, NormalEquations, gauss_newton_step};
@@ -61,6 +61,14 @@ impl<const DOF: usize> Subspace<DOF> {
             projection[(axis, axis)] = 1.0;
         }
         Self { projection }
+    }
+
+    /// What of a subspace is across a direction; all of it where the direction is across it already.
+    fn across(projection: &SMatrix<f64, DOF, DOF>, direction: &SVector<f64, DOF>) -> Self {
+        let held = projection * direction;
+        let sq_length = held.norm_squared();
+        let held_by = if sq_length > 0.0 { held * held.transpose() / sq_length } else { SMatrix::zeros() };
+        Self { projection: projection - held_by }
     }
 
     /// The equations whose solution is that of P^T H P x = -P^T b in the subspace, P being a basis of it: everything
@@ -125,6 +133,13 @@ impl<const DOF: usize> Solver<DOF> {
             *damping = (*damping * DAMPING_FACTOR).max(f64::EPSILON);
         }
         Some(M::identity())
+    }
+
+    /// The same with one more direction of perturbations held fast: what little measures it is left out, and all others are
+    /// solved for (Zhang, Kaess and Singh, "On degeneracy of optimization-based state estimation problems", ICRA 2016).
+    pub(crate) fn holding(&self, direction: &SVector<f64, DOF>) -> Self {
+        let projection = self.subspace.map_or_else(SMatrix::identity, |subspace| subspace.projection);
+        Self { subspace: Some(Subspace::across(&projection, direction)), ..*self }
     }
 
     /// The normal equations with what is not free held fast.
