@@ -7,7 +7,8 @@
 use wasm_bindgen::prelude::*;
 
 use self::objects::{MapFormat, from_object, map_format, plain, read_ply, thrown};
-use self::point_cloud::PointCloud;
+pub use self::planar::{Reconstruction, describe_settings, presets};
+pub use self::point_cloud::PointCloud;
 
 mod bev;
 mod evaluation;
