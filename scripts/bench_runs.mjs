@@ -1,6 +1,6 @@
 // @ts-check
 /**
- * Whole runs as users make them, from the files to the placed frames: by the command line, and by a drop on the page in
+ * Whole runs as users make them, from the files to the placed frames: by the command line, and by files chosen on the page in
  * Chromium, on one core and on two. Graphics are off in Chromium: without a graphics card, emulating one would be timed.
  */
 import { existsSync, mkdtempSync, rmSync } from 'node:fs';

@@ -103,10 +103,17 @@ export class ScanstitchApp extends LitElement {
   /** Counts what was asked for: the last one wins. */
   private num_taken = 0;
 
-  private drop_target = new DropTarget(this, (transfer) => {
-    const dropped_at = performance.now();
-    filesOfDrop(transfer).then((files) => this.take(files, dropped_at));
-  });
+  /** Says that what is done in expectation of files is over. Null before any are expected. */
+  private expecting: AbortController | null = null;
+
+  private drop_target = new DropTarget(
+    this,
+    (transfer) => {
+      const dropped_at = performance.now();
+      filesOfDrop(transfer).then((files) => this.take(files, dropped_at));
+    },
+    () => this.expectFiles(),
+  );
   private system_dark = matchMedia('(prefers-color-scheme: dark)');
   private resize_observer = new ResizeObserver(([entry]) => {
     const width = entry?.contentRect.width ?? WIDE_FROM;
@@ -124,6 +131,7 @@ export class ScanstitchApp extends LitElement {
 
   override disconnectedCallback(): void {
     super.disconnectedCallback();
+    this.expecting?.abort();
     this.resize_observer.disconnect();
     this.system_dark.removeEventListener('change', this.onSystemTheme);
   }
@@ -285,6 +293,7 @@ export class ScanstitchApp extends LitElement {
           icon="open"
           .items=${OPEN_ITEMS}
           ?compact=${is_narrow}
+          @menu-opened=${this.expectFiles}
           @menu-chosen=${({ detail }: CustomEvent<string>) => this.open(detail)}
         ></scanstitch-menu>
         <scanstitch-menu
@@ -362,8 +371,22 @@ export class ScanstitchApp extends LitElement {
     if (this.first_view === 'bev' && this.src === '' && !this.runView()?.facts.title) this.planar.openSample();
   }
 
+  /** Someone is about to choose files, or drags some over the page: most that come are depth images. */
+  private async expectFiles(): Promise<void> {
+    if (this.expecting || this.opened.has('spatial')) return;
+    this.expecting = new AbortController();
+    const { signal } = this.expecting;
+    try {
+      const [{ warmUp }] = await Promise.all([import('./engine/warm-up.js'), import('./spatial/spatial-view.js')]);
+      if (!signal.aborted) await warmUp(signal);
+    } catch {
+      // Nothing is missing: what could not be loaded now is loaded when it is wanted, or told of then.
+    }
+  }
+
   private open(id: string): void {
     if (id !== 'files' && id !== 'folder') {
+      this.expecting?.abort();
       this.num_taken++;
       this.bag = null;
       this.opened_files = null;
@@ -381,6 +404,7 @@ export class ScanstitchApp extends LitElement {
   /** Planar scans go to one view, depth images and clouds to the other, by themselves. */
   private async take(files: readonly NamedFile[], requested_at: number): Promise<void> {
     if (files.length === 0) return;
+    this.expecting?.abort();
     const own = ++this.num_taken;
     await this.showOpened(openFiles(files, this.bagListener(own, {})), own, {}, requested_at);
   }

@@ -7,10 +7,17 @@ export class DropTarget implements ReactiveController {
   #depth = 0;
   #host: ReactiveControllerHost;
   #take: (transfer: DataTransfer) => void;
+  #expect: () => void;
 
-  constructor(host: ReactiveControllerHost, take: (transfer: DataTransfer) => void) {
+  /** `expect` is told whenever files come over the element. */
+  constructor(
+    host: ReactiveControllerHost,
+    take: (transfer: DataTransfer) => void,
+    expect: () => void = () => undefined,
+  ) {
     this.#host = host;
     this.#take = take;
+    this.#expect = expect;
     host.addController(this);
   }
 
@@ -21,6 +28,7 @@ export class DropTarget implements ReactiveController {
   enter = (event: DragEvent): void => {
     if (!hasFiles(event)) return;
     event.preventDefault();
+    if (this.#depth === 0) this.#expect();
     this.#become(this.#depth + 1);
   };
 

@@ -15,7 +15,7 @@ export interface MenuItem {
 /**
  * A button that opens a short list. Arrow keys move in it, Escape and a click elsewhere close it.
  *
- * Fires `menu-chosen` with the id of the item.
+ * Fires `menu-opened`, and `menu-chosen` with the id of the item.
  */
 @customElement('scanstitch-menu')
 export class ScanstitchMenu extends LitElement {
@@ -70,6 +70,7 @@ export class ScanstitchMenu extends LitElement {
   private async open(): Promise<void> {
     this.is_open = true;
     document.addEventListener('pointerdown', this.onOutside, true);
+    this.dispatchEvent(new CustomEvent('menu-opened'));
     await this.updateComplete;
     this.keepOnScreen();
     this.entries[0]?.focus();

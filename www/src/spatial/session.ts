@@ -2,6 +2,7 @@ import type { ReactiveController, ReactiveControllerHost } from 'lit';
 import { joinPoses, type Recording } from '../../../npm/recording.js';
 import type { Message } from '../components/messages.js';
 import { type SpatialFiles, type StoredFile, understandFiles } from '../datasets/spatial-files.js';
+import { jobsOf } from '../datasets/spatial-jobs.js';
 import type { Problem } from '../engine/protocol.js';
 import {
   type Readable,
@@ -459,25 +460,6 @@ function makeDataset(
   recording: Recording,
 ): SpatialDataset {
   const byPath = new Map(files.map((file) => [file.path, file]));
-  const file = (path: string): StoredFile => byPath.get(path) as StoredFile;
-  const is_cloud = recording.kind === 'clouds';
-  const jobs: SpatialJob[] = is_cloud
-    ? recording.clouds.map((path, index) => ({
-        index,
-        name: path,
-        time: null,
-        file: file(path),
-        color: null,
-        is_cloud,
-      }))
-    : recording.depth_frames.map(({ name, depth, color, time }, index) => ({
-        index,
-        name,
-        time,
-        file: file(depth),
-        color: color === null ? null : file(color),
-        is_cloud,
-      }));
   const [first = ''] = recording.reference;
   const folder = first.slice(0, Math.max(first.lastIndexOf('/'), 0));
   return {
@@ -485,7 +467,7 @@ function makeDataset(
     is_given,
     files: byPath,
     recording,
-    jobs,
+    jobs: jobsOf(recording, files),
     reference_name: recording.reference.length > 1 ? folder || 'the pose files' : first,
   };
 }

@@ -1,0 +1,33 @@
+/**
+ * A browser compiles the engine while it runs: at first quickly, and what is much used once more, well. The first recording
+ * would pay for that. So while the user is still choosing files, a few frames of the sample are computed, and thrown away.
+ */
+import { fetchApartment } from '../datasets/apartment.js';
+import { understandFiles } from '../datasets/spatial-files.js';
+import { jobsOf } from '../datasets/spatial-jobs.js';
+import { SpatialClient } from './spatial-client.js';
+
+/** Enough for nearly all that is much used; more frames would hardly find more. */
+const NUM_FRAMES = 12;
+
+/** Until it is done, or `signal` says that there is real work. */
+export async function warmUp(signal: AbortSignal): Promise<void> {
+  const { files } = await fetchApartment();
+  const jobs = jobsOf(await understandFiles(files), files).slice(0, NUM_FRAMES);
+  if (signal.aborted) return;
+  const ignore = (): void => undefined;
+  const client = new SpatialClient({
+    ready: () => client.load({ jobs, num_recorded: jobs.length, intrinsics: null, reference: null }, {}),
+    snapshot: (state) => {
+      if (state === 'done') client.dispose();
+    },
+    // What is wrong with the engine or the sample is told when they are wanted.
+    unavailable: () => client.dispose(),
+    crashed: () => client.dispose(),
+    problem: ignore,
+    registered: ignore,
+    finishing: ignore,
+    replaced: ignore,
+  });
+  signal.addEventListener('abort', () => client.dispose(), { once: true });
+}
