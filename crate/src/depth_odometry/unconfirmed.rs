@@ -4,7 +4,8 @@
 use nalgebra::Vector3;
 
 use super::found::{Found, Reach};
-use super::matching::Matching;
+use super::matching::{Matching, is_held_well};
+use super::open_direction::OpenDirection;
 use super::seen::Seen;
 use super::{DepthOptions, SAME_PLACE};
 use crate::camera::surfel_image::SurfelImage;
@@ -117,10 +118,14 @@ impl Unconfirmed {
         if !found.is_anchored() || !found.is_firm(Reach::Near) {
             return Told::Nothing;
         }
-        if apart(&found.registration.T_target_source, T_world_found) > SAME_PLACE {
-            return Told::Moved(Box::new(found));
+        if apart(&found.registration.T_target_source, T_world_found) < SAME_PLACE {
+            return Told::Confirmed(Box::new(found));
         }
-        Told::Confirmed(Box::new(found))
+        // What moves others must be held itself: along a bare wall the borders of things tell one place from another, but
+        // not for sure.
+        let (weakest, share) = OpenDirection::weakest(&found.registration);
+        let is_held = found.alike.is_some() || is_held_well(share, weakest.deviation(&found.registration));
+        if is_held { Told::Moved(Box::new(found)) } else { Told::Nothing }
     }
 
     /// How they are moved by what a frame after them tells: it is off by `motion` (of the world), which takes the camera from
