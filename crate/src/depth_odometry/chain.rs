@@ -233,10 +233,12 @@ impl Chain {
     /// Where little or nothing holds a frame along a direction, it has moved there as it usually does, as far as that is known
     /// better, and unless it contradicts what is known. What was open is open all the same.
     fn as_usual(&self, matching: &Matching<'_>, found: Found) -> Found {
+        if found.alike.is_some() || self.num_missed > 0 || !found.is_plausible() {
+            return found;
+        }
         let (weakest, share) = OpenDirection::weakest(&found.registration);
         let deviation = weakest.deviation(&found.registration);
-        let is_known = found.alike.is_some() || self.num_missed > 0 || !found.is_plausible();
-        if is_known || (!found.is_open && is_held_well(share, deviation)) {
+        if !found.is_open && is_held_well(share, deviation) {
             return found;
         }
         let T_world_found = found.registration.T_target_source;

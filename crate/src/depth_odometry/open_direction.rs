@@ -38,6 +38,7 @@ impl OpenDirection {
     /// tells which frames are held better than others, and not how far they are off.
     pub(crate) fn deviation(&self, registration: &SpatialRegistration) -> f64 {
         let information = registration.information.fixed_view::<3, 3>(3, 3);
-        self.direction.dot(&(information * self.direction)).sqrt().recip()
+        // Of a single wall nothing is told along it, and rounding may make that less than nothing.
+        self.direction.dot(&(information * self.direction)).max(0.0).sqrt().recip()
     }
 }
