@@ -35,6 +35,22 @@ export function readArguments(command, config) {
 }
 
 /**
+ * Does work that the first Ctrl-C stops and a second one ends with the program.
+ * @template T
+ * @param {(signal: AbortSignal) => Promise<T>} work
+ */
+export async function untilInterrupt(work) {
+  const controller = new AbortController();
+  const stop = () => controller.abort();
+  process.once('SIGINT', stop);
+  try {
+    return await work(controller.signal);
+  } finally {
+    process.removeListener('SIGINT', stop);
+  }
+}
+
+/**
  * Whether it is bad input, told by the engine, and not a defect of the engine.
  * @param {unknown} error
  * @returns {error is import('../index.js').ScanstitchError}

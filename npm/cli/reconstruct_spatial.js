@@ -4,7 +4,7 @@ import { statSync } from 'node:fs';
 import { basename, relative } from 'node:path';
 import { joinPoses } from '../recording.js';
 import { SpatialRun } from '../spatial_run.js';
-import { CommandError, isScanstitchError } from './command.js';
+import { CommandError, isScanstitchError, untilInterrupt } from './command.js';
 import { readInput, readSource } from './inputs.js';
 import { startPreparers } from './preparers.js';
 import { accepted, create, mapFile, note, writeResults } from './results.js';
@@ -29,8 +29,8 @@ export async function reconstructSpatial(task) {
   await setIntrinsics(reconstruction, task);
 
   const jobs = jobsOf(task);
-  const timing = await runAll(reconstruction, jobs, task);
-  if (timing.frames.size === 0) throw new CommandError('No frame could be used, so nothing was computed.');
+  const timing = await untilInterrupt((signal) => runAll(reconstruction, jobs, task, signal));
+  if (timing.frames.size === 0) throw nothingComputed(timing);
   const reference = await readReference(task);
   if (reference) {
     accepted(() => reconstruction.set_reference(reference.name, reference.bytes, jobs.length), complain);
@@ -168,16 +168,14 @@ export async function readReference({ inputs, recording, options, complain }) {
  * @param {SpatialReconstruction} reconstruction
  * @param {FrameJob[]} jobs
  * @param {Task} task
+ * @param {AbortSignal} signal
  * @returns {Promise<Timing>}
  */
-async function runAll(reconstruction, jobs, { engine, options, complain }) {
+async function runAll(reconstruction, jobs, { engine, options, complain }, signal) {
   const workers = Math.min(options.workers, jobs.length);
   const preparers = await startPreparers(engine, workers);
   /** @type {Timing['frames']} */
   const frames = new Map();
-  const controller = new AbortController();
-  const stop = () => controller.abort();
-  process.once('SIGINT', stop);
   const progress = progressLine(jobs.length);
   const run = new SpatialRun({
     preparers,
@@ -198,16 +196,23 @@ async function runAll(reconstruction, jobs, { engine, options, complain }) {
   run.add(jobs);
   const start = performance.now();
   try {
-    const { state } = await run.run(controller.signal);
+    const { state } = await run.run(signal);
     const total = performance.now() - start;
     const isStopped = state === 'stopped';
-    if (isStopped) complain(`Stopped after ${frames.size} of ${jobs.length} frames; these are written.`);
+    if (isStopped && frames.size > 0) {
+      complain(`Stopped after ${frames.size} of ${jobs.length} frames; these are written.`);
+    }
     return { total, frames, workers, isStopped };
   } finally {
     progress.clear();
-    process.removeListener('SIGINT', stop);
     await Promise.all(preparers.map((preparer) => preparer.close()));
   }
+}
+
+/** Why nothing came of a run. @param {{ isStopped: boolean }} run */
+export function nothingComputed({ isStopped }) {
+  const reason = isStopped ? 'Stopped before the first frame was placed' : 'No frame could be used';
+  return new CommandError(`${reason}, so nothing was computed.`);
 }
 
 /** @param {string} name @param {import('./inputs.js').Source} file */

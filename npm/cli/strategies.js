@@ -5,11 +5,18 @@ import { basename } from 'node:path';
 import { SpatialRun } from '../spatial_run.js';
 import { StrategyRace, timed } from '../strategy_race.js';
 import { cell, columnsOf, csvOf, framesCsvOf } from '../strategy_table.js';
-import { CommandError, EXIT, isScanstitchError, readArguments, table } from './command.js';
+import { CommandError, EXIT, isScanstitchError, readArguments, table, untilInterrupt } from './command.js';
 import { gather } from './inputs.js';
 import { startPreparers } from './preparers.js';
 import { readWorkers, understandInputs } from './reconstruct.js';
-import { jobsOf, progressLine, readFirst, readReference, setIntrinsics } from './reconstruct_spatial.js';
+import {
+  jobsOf,
+  nothingComputed,
+  progressLine,
+  readFirst,
+  readReference,
+  setIntrinsics,
+} from './reconstruct_spatial.js';
 import { accepted, create, note, writeFile } from './results.js';
 import { describeAll, readSettings, spatialCatalogue } from './settings.js';
 import { readWishes } from './topics.js';
@@ -153,10 +160,10 @@ async function compareAll(task, chosen, settings) {
   const jobs = jobsOf(task);
   const reference = await readReference(task);
   if (reference) accepted(() => comparison.set_reference(reference.name, reference.bytes, jobs.length), complain);
-  const controller = new AbortController();
-  const race = new StrategyRace(timed(comparison), chosen.length, { isOver: () => controller.signal.aborted });
-  const numPlaced = await runRace(task, jobs, comparison, race, controller);
-  if (numPlaced === 0) throw new CommandError('No frame could be used, so nothing was computed.');
+  const { race, numPlaced, isStopped } = await untilInterrupt((signal) =>
+    runRace(task, jobs, comparison, chosen.length, signal),
+  );
+  if (numPlaced === 0) throw nothingComputed({ isStopped });
   const rows = chosen.map(({ name, label }, strategy) => {
     const result = comparison.result(strategy, Float64Array.from(race.milliseconds[strategy] ?? []));
     return { name, label, result };
@@ -173,13 +180,12 @@ async function compareAll(task, chosen, settings) {
  * @param {import('./results.js').Task} task
  * @param {import('./preparers.js').FrameJob[]} jobs
  * @param {import('../index.js').StrategyComparison} comparison
- * @param {StrategyRace} race
- * @param {AbortController} controller
+ * @param {number} numStrategies
+ * @param {AbortSignal} signal
  */
-async function runRace({ engine, options, complain }, jobs, comparison, race, controller) {
+async function runRace({ engine, options, complain }, jobs, comparison, numStrategies, signal) {
+  const race = new StrategyRace(timed(comparison), numStrategies, { isOver: () => signal.aborted });
   const preparers = await startPreparers(engine, Math.min(options.workers, jobs.length));
-  const stop = () => controller.abort();
-  process.once('SIGINT', stop);
   const progress = progressLine(jobs.length);
   let numPlaced = 0;
   const run = new SpatialRun({
@@ -203,16 +209,16 @@ async function runRace({ engine, options, complain }, jobs, comparison, race, co
   // A colour of the map says nothing here, and takes time to read.
   run.add(jobs.map((job) => ({ ...job, color: null })));
   try {
-    const { state } = await run.run(controller.signal);
-    if (state === 'stopped') {
+    const { state } = await run.run(signal);
+    const isStopped = state === 'stopped';
+    if (isStopped && numPlaced > 0) {
       // The strategy at work is let finish its frame: the engine answers nothing meanwhile.
       progress.clear();
       complain(`Stopped after ${numPlaced} of ${jobs.length} frames.`);
     }
-    return numPlaced;
+    return { race, numPlaced, isStopped };
   } finally {
     progress.clear();
-    process.removeListener('SIGINT', stop);
     await Promise.all(preparers.map((preparer) => preparer.close()));
   }
 }

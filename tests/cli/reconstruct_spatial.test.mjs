@@ -2,11 +2,14 @@
 /** `scanstitch reconstruct` on depth images and clouds: a made-up room, recorded ones, and all that can be wrong. */
 import assert from 'node:assert/strict';
 import { spawn } from 'node:child_process';
+import { once } from 'node:events';
 import { cpSync, existsSync, mkdirSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
 import { dirname, join } from 'node:path';
 import { test } from 'node:test';
 import { zipSync } from 'fflate';
 import { colourPng, greyPng, see, SIZE, truthOf, WALK, walkFiles } from './depth_room.mjs';
+import { untilInterrupt } from '../../npm/cli/command.js';
+import { nothingComputed } from '../../npm/cli/reconstruct_spatial.js';
 import { asciiPly, ROOT, readReport, scanstitch, temporaryFolder } from './support.mjs';
 
 const DATA = join(ROOT, '..', 'shared', 'data');
@@ -377,26 +380,37 @@ function cloudOf(pose) {
 
 test('Ctrl-C: what is computed is written, and it is told', { skip: process.platform === 'win32' }, async (t) => {
   const folder = temporaryFolder(t);
-  const images = Array.from({ length: 300 }, (_, i) => [`depth/${i}.png`, FILES[`depth/${(i % 6) + 1}.png`] ?? '']);
+  // Frames are prepared a few ahead: when this one is told to be broken, others are placed.
+  const images = Array.from({ length: 300 }, (_, i) => {
+    return [`depth/${i}.png`, i === 40 ? '' : (FILES[`depth/${(i % 6) + 1}.png`] ?? '')];
+  });
   const input = writeTree(join(folder, 'walk'), Object.fromEntries(images));
   const out = join(folder, 'out');
   const child = spawn(process.execPath, [join(ROOT, 'npm', 'cli.js'), 'reconstruct', input, '--out', out], {
-    stdio: 'pipe',
+    stdio: ['ignore', 'ignore', 'pipe'],
   });
   let stderr = '';
   child.stderr.on('data', (data) => {
+    if (stderr === '') child.kill('SIGINT');
     stderr += data;
   });
-  // As soon as its threads run, it stops.
-  const timer = setTimeout(() => child.kill('SIGINT'), 1500);
-  const code = await new Promise((resolve) => child.on('exit', resolve));
-  clearTimeout(timer);
-  if (code === 0) return t.skip('it was done before it could be stopped');
-  assert.match(stderr, /^Stopped after \d+ of 300 frames; these are written\.$/m);
+  const [code] = await once(child, 'close');
+  const numDone = Number(stderr.match(/^Stopped after (\d+) of 300 frames; these are written\.$/m)?.[1]);
+  assert.ok(numDone > 0 && numDone < 300, stderr);
   assert.equal(code, 2);
-  const { frames } = resultIn(out);
-  assert.equal(frames.length, Number(stderr.match(/Stopped after (\d+)/)?.[1]));
-  assert.ok(frames.length < 300);
+  assert.equal(resultIn(out).frames.length, numDone);
+});
+
+test('Ctrl-C before a frame is placed: told, and another one ends the program', async () => {
+  const isStopped = await untilInterrupt(async (signal) => {
+    process.emit('SIGINT');
+    return signal.aborted;
+  });
+  assert.equal(process.listenerCount('SIGINT'), 0);
+  assert.equal(
+    nothingComputed({ isStopped }).message,
+    'Stopped before the first frame was placed, so nothing was computed.',
+  );
 });
 
 /** Mean distance to the truth that each recording must stay under, and the largest step to the frame before (m, deg). */

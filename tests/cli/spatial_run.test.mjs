@@ -262,9 +262,11 @@ test('a stop answers at once and keeps what is done; the run goes on later', asy
   const { preparers } = fakes(2, { milliseconds: (index) => (index < 3 ? 1 : index === 3 ? 5000 : 2) });
   const registrar = new Finisher();
   const controller = new AbortController();
-  const run = new SpatialRun({ registrar, preparers });
+  const onEvent = (/** @type {import('../../npm/spatial_run.js').RunEvent} */ event) => {
+    if (event.type === 'registered' && event.index === 2) controller.abort();
+  };
+  const run = new SpatialRun({ registrar, preparers, onEvent });
   run.add(jobs(8));
-  setTimeout(() => controller.abort(), 60);
   const outcome = await run.run(controller.signal);
   assert.equal(outcome.state, 'stopped');
   assert.equal(outcome.numRegistered, 3);
