@@ -1,32 +1,53 @@
 /** While files are being chosen, the engine for depth images is made ready; nothing of that is to be seen. */
-import type { Page } from '@playwright/test';
+import type { Page, Worker } from '@playwright/test';
 import { recording, truth } from './spatial_recording.js';
 import { expect, test } from './spatial_page.js';
 
 /** Threads that register or prepare depth images. */
-const numThreads = (page: Page): number =>
-  page.workers().filter((worker) => /(registrar|preparer)-worker/.test(worker.url())).length;
+const threads = (page: Page): Worker[] =>
+  page.workers().filter((worker) => /(registrar|preparer)-worker/.test(worker.url()));
 
-test('the engine is made ready while files are chosen, and is quiet again before they come', async ({
+const isWarm = (page: Page): Promise<boolean> =>
+  page.evaluate(() => performance.getEntriesByName('scanstitch-warm', 'mark').length === 1);
+
+test('the engine is made ready while files are chosen, and its threads take the recording', async ({
   spatial,
   page,
 }) => {
-  expect(numThreads(page)).toBe(0);
+  expect(threads(page)).toHaveLength(0);
   await page.getByRole('button', { name: 'Open' }).click();
-  await expect.poll(() => numThreads(page)).toBeGreaterThan(1);
-  await expect.poll(() => numThreads(page), { timeout: 60_000 }).toBe(0);
+  await expect.poll(() => threads(page).length).toBeGreaterThan(1);
+  await expect.poll(() => isWarm(page), { timeout: 60_000 }).toBe(true);
+  const warm = threads(page);
   await expect(page.getByText('Sample: a corridor')).toBeVisible();
   await expect(spatial.app.map).toBeVisible();
   await spatial.drop([...recording(4), truth(4)]);
   const { result } = await spatial.stitched();
   expect(result.frames.map(({ status }) => status)).toEqual(Array(4).fill('good'));
+  // One more reads the image that is shown.
+  expect(threads(page)).toEqual(expect.arrayContaining(warm));
+  expect(threads(page).length).toBeLessThanOrEqual(warm.length + 1);
+});
+
+test('threads that nobody wants end after a minute', async ({ spatial, page }) => {
+  await expect(spatial.app.map).toBeVisible();
+  // A minute takes a second; all that is shorter takes its time.
+  await page.evaluate(() => {
+    const wait = window.setTimeout;
+    const sooner = (action: () => void, ms = 0): number => wait(action, ms === 60_000 ? 1000 : ms);
+    Object.assign(window, { setTimeout: sooner });
+  });
+  await page.getByRole('button', { name: 'Open' }).click();
+  await expect.poll(() => isWarm(page), { timeout: 60_000 }).toBe(true);
+  expect(threads(page).length).toBeGreaterThan(1);
+  await expect.poll(() => threads(page).length).toBe(0);
 });
 
 test('what comes early ends it', async ({ spatial, page }) => {
   await page.getByRole('button', { name: 'Open' }).click();
-  await expect.poll(() => numThreads(page)).toBeGreaterThan(0);
+  await expect.poll(() => threads(page).length).toBeGreaterThan(0);
   await page.getByRole('menuitem', { name: /^The sample/ }).click();
-  await expect.poll(() => numThreads(page)).toBe(0);
+  await expect.poll(() => threads(page).length).toBe(0);
   expect((await spatial.app.stitched()).result.frames).toHaveLength(10);
   await expect(spatial.map).toHaveCount(0);
 });

@@ -73,6 +73,16 @@ export class Remote<T extends object> {
     this.#waiting.clear();
   }
 
+  /** Gives its worker away, if nobody waits for it; otherwise it ends. */
+  release(): Worker | null {
+    const worker = this.#waiting.size === 0 ? this.#worker : null;
+    if (worker) {
+      this.#worker = worker.onmessage = worker.onerror = null;
+    }
+    this.end();
+    return worker;
+  }
+
   private send(method: string, args: unknown[], transfer: Transferable[]): Promise<unknown> {
     const worker = this.#worker;
     if (!worker) return Promise.reject(new WorkerDied('it has ended'));

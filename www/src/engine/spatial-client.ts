@@ -18,7 +18,7 @@ import type {
   SpatialSettings,
   SpatialSnapshot,
 } from './spatial-protocol.js';
-import { compile, startWorker } from './start.js';
+import { compile, keepWorker, startWorker } from './start.js';
 
 /** A file that can be read whenever it is needed, and is not held in memory meanwhile. */
 export interface Readable {
@@ -101,8 +101,8 @@ export class SpatialClient {
   constructor(listener: SpatialListener) {
     this.#listener = listener;
     this.#startRegistrar().then(
-      (facts) => listener.ready(facts),
-      (error: unknown) => listener.unavailable(messageOf(error)),
+      (facts) => this.#is_disposed || listener.ready(facts),
+      (error: unknown) => this.#is_disposed || listener.unavailable(messageOf(error)),
     );
   }
 
@@ -170,6 +170,13 @@ export class SpatialClient {
     this.#stopping.abort();
     this.#registrar?.end();
     for (const preparer of [...this.#preparers, this.#decoder]) preparer?.end();
+  }
+
+  /** As `dispose`, when all is done; the next client goes on with its threads. */
+  retire(): void {
+    keep(registrar_url, this.#registrar);
+    for (const preparer of this.#preparers) preparer.retire();
+    this.dispose();
   }
 
   /** Ends what is being done, then does this, unless something else has been ordered meanwhile. */
@@ -304,6 +311,7 @@ export class SpatialClient {
 
   async #startRegistrar(): Promise<SpatialFacts> {
     const module = await this.#module;
+    if (this.#is_disposed) throw new WorkerDied('it was ended');
     const registrar = new Remote<RegistrarApi>(startWorker(registrar_url), (message) => {
       if (this.#registrar === registrar) this.#onRegistrarDeath(message);
     });
@@ -346,12 +354,14 @@ export class ThreadPreparer {
   async prepare(
     job: SpatialJob,
     preparation: string,
-    _signal: AbortSignal,
+    signal: AbortSignal,
   ): Promise<{ bytes: Uint8Array; milliseconds: Record<string, number> }> {
     const { index, name, time, file, color, is_cloud } = job;
     // The thread gets them for its own; should it die, they are read again.
     const read = async (from: Readable): Promise<Uint8Array> => owned(await from.read());
     const [bytes, color_bytes] = await Promise.all([read(file), color ? read(color) : null]);
+    // No thread is started for a run that has ended meanwhile.
+    signal.throwIfAborted();
     const spare = spare_prepared.pop() ?? null;
     const buffers = [bytes, color_bytes, spare].flatMap((given) => (given ? [given.buffer] : []));
     const start = performance.now();
@@ -379,10 +389,16 @@ export class ThreadPreparer {
   }
 
   end(): void {
-    this.#remote?.then(
-      (remote) => remote.end(),
-      () => undefined,
-    );
+    this.#leave((remote) => remote.end());
+  }
+
+  /** As `end`, but the thread is kept for the next client. */
+  retire(): void {
+    this.#leave((remote) => keep(preparer_url, remote));
+  }
+
+  #leave(action: (remote: Remote<PreparerApi>) => void): void {
+    this.#remote?.then(action, () => undefined);
     this.#remote = null;
   }
 
@@ -403,6 +419,11 @@ export class ThreadPreparer {
     await remote.call('start', module);
     return remote;
   }
+}
+
+function keep(worker_url: string, remote: Remote<PreparerApi> | Remote<RegistrarApi> | null): void {
+  const worker = remote?.release();
+  if (worker) keepWorker(worker_url, worker);
 }
 
 export function problemOf(error: unknown, file: string): Problem {

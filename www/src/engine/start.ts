@@ -18,11 +18,30 @@ async function fetchAndCompile(url: string): Promise<WebAssembly.Module> {
   return is_wasm ? WebAssembly.compileStreaming(response) : WebAssembly.compile(await response.arrayBuffer());
 }
 
+/** Workers that were started and have nothing to do, by their script. */
+const idle = new Map<string, Worker[]>();
+/** Nobody wanted them for so long: they end, and with them what memory they hold. */
+const IDLE_MS = 60_000;
+
+/** Keeps a worker for whoever starts the next one of this script; nobody else may hold it. */
+export function keepWorker(worker_url: string, worker: Worker): void {
+  const kept = idle.get(worker_url) ?? [];
+  idle.set(worker_url, kept);
+  kept.push(worker);
+  setTimeout(() => {
+    if (!kept.includes(worker)) return;
+    kept.splice(kept.indexOf(worker), 1);
+    worker.terminate();
+  }, IDLE_MS);
+}
+
 /**
  * A browser starts workers only from the page's own host. Where the element is embedded from another one, a line of
- * our own there imports the worker's script.
+ * our own there imports the worker's script. One that was kept is taken first.
  */
 export function startWorker(worker_url: string): Worker {
+  const kept = idle.get(worker_url)?.pop();
+  if (kept) return kept;
   const url = new URL(worker_url, import.meta.url);
   if (url.origin === location.origin) return new Worker(url, { type: 'module' });
   const script = new Blob([`import ${JSON.stringify(url.href)};`], { type: 'text/javascript' });

@@ -1,6 +1,7 @@
 /**
  * A browser compiles the engine while it runs: at first quickly, and what is much used once more, well. The first recording
- * would pay for that. So while the user is still choosing files, a few frames of the sample are computed, and thrown away.
+ * would pay for that, and for threads that start. So while the user is still choosing files, a few frames of the sample
+ * are computed and thrown away; the threads stay for the recording.
  */
 import { fetchApartment } from '../datasets/apartment.js';
 import { understandFiles } from '../datasets/spatial-files.js';
@@ -9,6 +10,9 @@ import { SpatialClient } from './spatial-client.js';
 
 /** Enough for nearly all that is much used; more frames would hardly find more. */
 const NUM_FRAMES = 12;
+
+/** The mark in the browser's own timeline when the engine is ready. */
+const WARM = 'scanstitch-warm';
 
 /** Until it is done, or `signal` says that there is real work. */
 export async function warmUp(signal: AbortSignal): Promise<void> {
@@ -19,7 +23,9 @@ export async function warmUp(signal: AbortSignal): Promise<void> {
   const client = new SpatialClient({
     ready: () => client.load({ jobs, num_recorded: jobs.length, intrinsics: null, reference: null }, {}),
     snapshot: (state) => {
-      if (state === 'done') client.dispose();
+      if (state !== 'done') return;
+      client.retire();
+      performance.mark(WARM);
     },
     // What is wrong with the engine or the sample is told when they are wanted.
     unavailable: () => client.dispose(),
