@@ -41,6 +41,8 @@ export interface SpatialFiles {
   is_given: boolean;
   files: readonly StoredFile[];
   notes: readonly Note[];
+  /** What the files are made out to be, where it is known already. */
+  recording?: Recording;
 }
 
 export type Kind = Recording['kind'];
@@ -80,10 +82,11 @@ export async function tellApart(
   { given, files, notes, bags }: OpenedFiles,
   shown: 'planar' | 'spatial',
 ): Promise<Told> {
-  const { kind, root, notes: told } = await understandFiles(files);
+  const recording = await understandFiles(files);
+  const { kind, root, notes: told } = recording;
   const bag = bags.find(({ listed }) => listed.bag.path === root) ?? bags[0] ?? null;
   if (kind === 'depth_images' || kind === 'clouds' || (kind === 'nothing' && shown === 'spatial')) {
-    return { spatial: { title: '', is_given: false, files, notes }, bag };
+    return { spatial: { title: '', is_given: false, files, notes, recording }, bag };
   }
   const loose = given.filter(({ name }) => !isArchive(name) && !isBagName(name) && !isBagMetadata(name));
   const loose_names = new Set(loose.map(({ name }) => name));

@@ -46,8 +46,13 @@ const api: Async<RegistrarApi> = {
 
   create(given) {
     const next = new SpatialReconstruction(given);
-    reconstruction?.free();
+    api.forget();
     reconstruction = next;
+  },
+
+  forget() {
+    reconstruction?.free();
+    reconstruction = null;
   },
 
   setIntrinsics: (name, bytes) => engine().set_intrinsics(name, bytes),

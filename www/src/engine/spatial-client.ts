@@ -173,7 +173,9 @@ export class SpatialClient {
   }
 
   /** As `dispose`, when all is done; the next client goes on with its threads. */
-  retire(): void {
+  async retire(): Promise<void> {
+    await this.#registrar?.call('forget').catch(() => this.dispose());
+    if (this.#is_disposed) return;
     keep(registrar_url, this.#registrar);
     for (const preparer of this.#preparers) preparer.retire();
     this.dispose();

@@ -62,6 +62,8 @@ export interface SpatialAnswers {
 export interface RegistrarApi {
   start(module: WebAssembly.Module): SpatialFacts;
   create(settings: Partial<SpatialSettings>): void;
+  /** Gives the reconstruction's memory back. */
+  forget(): void;
   setIntrinsics(name: string, bytes: Uint8Array): void;
   /** Looks at the first file; returns what the preparing workers need. */
   begin(name: string, first_frame: Uint8Array): string;

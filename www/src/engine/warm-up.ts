@@ -22,9 +22,9 @@ export async function warmUp(signal: AbortSignal): Promise<void> {
   const ignore = (): void => undefined;
   const client = new SpatialClient({
     ready: () => client.load({ jobs, num_recorded: jobs.length, intrinsics: null, reference: null }, {}),
-    snapshot: (state) => {
+    snapshot: async (state) => {
       if (state !== 'done') return;
-      client.retire();
+      await client.retire();
       performance.mark(WARM);
     },
     // What is wrong with the engine or the sample is told when they are wanted.

@@ -250,7 +250,7 @@ export class SpatialSession implements ReactiveController {
   // What is loaded.
 
   async #combine(given: SpatialFiles): Promise<SpatialDataset> {
-    const fresh = await understandFiles(given.files);
+    const fresh = given.recording ?? (await understandFiles(given.files));
     const present = this.dataset;
     const has_frames = framesOf(fresh) > 0;
     const joins =
