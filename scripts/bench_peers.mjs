@@ -8,14 +8,14 @@ const PAIR = join(ROOT, '../shared/data/lidar/kitti_pair');
 const ENVIRONMENT = join(TARGET_DIR, 'small_gicp');
 const PYTHON = join(ENVIRONMENT, 'bin', 'python');
 
-/** Whether small_gicp can be timed; it is installed into the target folder when it is asked for first. */
+/** Whether small_gicp can be timed; it is installed into the target folder when it is asked for first, with NumPy, which it needs. */
 export async function hasSmallGicp() {
   if (!existsSync(PAIR)) return false;
   const python = findProgram(['python3']);
   const imports = async () => (await capture(PYTHON, ['-c', 'import small_gicp'])).code === 0;
   if (existsSync(PYTHON) && (await imports())) return true;
   if (python && (await capture(python, ['-m', 'venv', ENVIRONMENT])).code === 0) {
-    await capture(PYTHON, ['-m', 'pip', 'install', '--quiet', 'small_gicp']);
+    await capture(PYTHON, ['-m', 'pip', 'install', '--quiet', 'small_gicp', 'numpy']);
     if (await imports()) return true;
   }
   console.error('skipped small_gicp: it could not be installed');
