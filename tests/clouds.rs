@@ -13,11 +13,12 @@ use scanstitch::cloud_registration::{CloudMetric, RegistrationOptions, register_
 use scanstitch::geometry::{PointCloud, Pose3, RigidMotion};
 use scanstitch::io::{depth_png, ply, trajectory};
 use scanstitch::registration::factors::{Correspondence, Metric, PLANE_THICKNESS, PlaneToPlane};
-use scanstitch::registration::icp::{Criteria, IcpOptions, Rejection, Weighting};
+use scanstitch::registration::icp::{Criteria, IcpOptions, Rejection, Weighting, register};
 use scanstitch::registration::robust_kernel::RobustKernel;
 use scanstitch::registration::solver::{Motion, Solver};
 use scanstitch::registration::spatial::{SpatialMetric, register_in_space};
-use scanstitch::registration::target::OrientedTarget;
+use scanstitch::registration::target::{LastSearch, OrientedTarget, Target};
+use scanstitch::registration::voxelized::{GaussianVoxels, PlaneToVoxel};
 use scanstitch::scene::random::Random;
 use scanstitch::verdict::Status;
 
@@ -33,10 +34,22 @@ fn wave(i: usize, k: f64) -> f64 {
     ((i as f64) * k + 0.5).sin()
 }
 
-/// 2e (C_target + C_source)^-1 with covariances of eigenvalues e, 1, 1, by a numeric inverse.
-fn precision(target: &Vector3<f64>, source: &Vector3<f64>) -> Matrix3<f64> {
-    let covariance = |n: &Vector3<f64>| Matrix3::identity() - n * n.transpose() * (1.0 - PLANE_THICKNESS);
-    (covariance(target) + covariance(source)).try_inverse().unwrap() * (2.0 * PLANE_THICKNESS)
+/// The covariance of a surface, of eigenvalues e, 1, 1.
+fn covariance(normal: &Vector3<f64>) -> Matrix3<f64> {
+    Matrix3::identity() - normal * normal.transpose() * (1.0 - PLANE_THICKNESS)
+}
+
+/// 2e (C_target + C_source)^-1 by a numeric inverse.
+fn precision(target: &Matrix3<f64>, source: &Matrix3<f64>) -> Matrix3<f64> {
+    (target + source).try_inverse().unwrap() * (2.0 * PLANE_THICKNESS)
+}
+
+/// How a point moves with each of the six perturbations on the left, by differences.
+fn numeric_jacobian(point: &Vector3<f64>) -> SMatrix<f64, 3, 6> {
+    SMatrix::from_columns(&std::array::from_fn::<_, 6, _>(|axis| {
+        let step = Vector6::from_fn(|row, _| if row == axis { 1e-6 } else { 0.0 });
+        (Pose3::exp(&step).act(point) - Pose3::exp(&-step).act(point)) / 2e-6
+    }))
 }
 
 #[test]
@@ -70,22 +83,65 @@ fn plane_to_plane_agrees_with_explicit_covariances_and_numeric_jacobians() {
     let (mut H, mut b) = (Matrix6::zeros(), Vector6::zeros());
     for c in &pairs {
         let i = c.source as usize;
-        let M = precision(&unit(i), &c.normal.unwrap_or(unit(i)));
+        let M = precision(&covariance(&unit(i)), &covariance(&c.normal.unwrap_or(unit(i))));
         let d = c.moved - points[i];
         assert!((c.residual.powi(2) - (d.transpose() * M * d).x).abs() < 1e-12);
         // Where both face the same way the residual is the distance along the normal, but for the thickness.
         if i % 4 != 2 {
             assert!((c.residual.powi(2) - unit(i).dot(&d).powi(2)).abs() < 2.0 * PLANE_THICKNESS * d.norm_squared());
         }
-        let J = SMatrix::<f64, 3, 6>::from_columns(&std::array::from_fn::<_, 6, _>(|axis| {
-            let step = Vector6::from_fn(|row, _| if row == axis { 1e-6 } else { 0.0 });
-            (Pose3::exp(&step).act(&c.moved) - Pose3::exp(&-step).act(&c.moved)) / 2e-6
-        }));
+        let J = numeric_jacobian(&c.moved);
         H += J.transpose() * M * J * c.weight;
         b += J.transpose() * M * d * c.weight;
     }
     let found = <PlaneToPlane as Metric<3, 6, Pose3>>::normal_equations(&target, &pairs);
     assert!((found.H - H).norm() < 1e-7 * H.norm() && (found.b - b).norm() < 1e-7 * b.norm());
+}
+
+#[test]
+fn voxels_are_the_means_of_their_points_and_agree_with_numeric_jacobians() {
+    let unit = |i: usize| Vector3::new(wave(i, 0.7), wave(i, 1.9), wave(i, 5.1)).normalize();
+    let point = |i: usize| Vector3::new(wave(i, 1.1), wave(i, 2.3), wave(i, 3.7)) * 1.5;
+    let voxel = |p: &Vector3<f64>| p.map(|x| (x / 0.7).floor());
+    let points: Vec<Vector3<f64>> = (0..300).map(point).collect();
+    // One in nine says nothing of its surface.
+    let normals: Vec<Option<Vector3<f64>>> = (0..300).map(|i| (i % 9 != 4).then(|| unit(i))).collect();
+    let grid = GaussianVoxels::new(&points, &normals, 0.7);
+    let (mut H, mut b, mut pairs, mut num_alone) = (Matrix6::zeros(), Vector6::zeros(), Vec::new(), 0);
+    let mut last = LastSearch::None;
+    for i in 300..500 {
+        let moved = point(i);
+        let inside: Vec<usize> =
+            (0..300).filter(|&k| normals[k].is_some() && voxel(&points[k]) == voxel(&moved)).collect();
+        let found = grid.nearest(&moved, 0.6);
+        assert_eq!(grid.nearest_again(&moved, 0.6, &mut last), found);
+        let share = 1.0 / inside.len().max(1) as f64;
+        let mean: Vector3<f64> = inside.iter().map(|&k| points[k]).sum::<Vector3<f64>>() * share;
+        let C: Matrix3<f64> = inside.iter().map(|&k| covariance(&unit(k))).sum::<Matrix3<f64>>() * share;
+        let d = moved - mean;
+        let Some(found) = found else {
+            assert!(inside.is_empty() || d.norm() > 0.6);
+            num_alone += 1;
+            continue;
+        };
+        assert!((grid.point(found.index) - mean).norm() < 1e-12 && (grid.covariance(found.index) - C).norm() < 1e-12);
+        assert!((f64::from(found.sq_distance) - d.norm_squared()).abs() < 1e-6);
+        let normal = (i % 4 != 0).then(|| unit(i));
+        let M = precision(&C, &normal.map_or(C, |normal| covariance(&normal)));
+        let residual =
+            <PlaneToVoxel as Metric<3, 6, Pose3>>::residual(&grid, found.index, &moved, normal.as_ref()).unwrap();
+        assert!((residual.powi(2) - (d.transpose() * M * d).x).abs() < 1e-12);
+        let (J, weight) = (numeric_jacobian(&moved), 0.3 + 0.2 * wave(i, 0.3));
+        H += J.transpose() * M * J * weight;
+        b += J.transpose() * M * d * weight;
+        pairs.push(Correspondence { source: i as u32, target: found.index, moved, normal, residual, weight });
+    }
+    assert!(pairs.len() > 100 && num_alone > 10, "{} {num_alone}", pairs.len());
+    let found = <PlaneToVoxel as Metric<3, 6, Pose3>>::normal_equations(&grid, &pairs);
+    assert!((found.H - H).norm() < 1e-7 * H.norm() && (found.b - b).norm() < 1e-7 * b.norm());
+    for stray in [f64::NAN, f64::INFINITY, 1e200, 5.0] {
+        assert_eq!(grid.nearest(&Vector3::new(stray, 0.0, 0.0), f64::INFINITY), None);
+    }
 }
 
 /// Points on the walls, the floor and some boxes of a room of 8 x 5 x 2.6 m, as seen from `T_world_sensor` (x right, y down,
@@ -136,6 +192,11 @@ fn both_metrics_find_a_motion_with_and_without_damping() {
             assert!(metres < 0.004 && radians < 0.002, "{metric:?}, {damping:?}: {metres} m, {radians} rad");
         }
     }
+    let voxels = GaussianVoxels::new(target.target().points(), target.target().normals(), 0.3);
+    let found = register::<3, 6, Pose3, PlaneToVoxel>(source.source(), &voxels, Pose3::identity(), &ICP);
+    let error = T.inverse() * found.T_target_source;
+    let (metres, radians) = (error.translation_norm(), error.rotation_angle());
+    assert!(metres < 0.004 && radians < 0.002, "voxels: {metres} m, {radians} rad");
 }
 
 #[test]
@@ -159,7 +220,7 @@ fn a_robot_on_a_floor_stays_on_it() {
     }
     // The public way.
     let [source, target] = [source, target].map(|cloud| PointCloud { normals: None, ..cloud.cloud().clone() });
-    for metric in [CloudMetric::PointToPoint, CloudMetric::PointToPlane, CloudMetric::Gicp] {
+    for metric in [CloudMetric::PointToPoint, CloudMetric::PointToPlane, CloudMetric::Gicp, CloudMetric::Vgicp] {
         let options =
             RegistrationOptions { metric: Some(metric), motion: Motion::Planar, ..RegistrationOptions::default() };
         let found = register_clouds(&source, &target, &options).unwrap().T_target_source;
@@ -256,6 +317,12 @@ fn pose_of(rows: &[f64]) -> Pose3 {
     Isometry3::from_parts(Translation3::new(rows[3], rows[7], rows[11]), rotation)
 }
 
+/// Metres and degrees from the truth.
+fn error_of(truth: &Pose3, found: &Pose3) -> (f64, f64) {
+    let error = truth.inverse() * found;
+    (error.translation_norm(), error.rotation_angle().to_degrees())
+}
+
 /// The reference is no better than 2 cm and 0.23 degrees itself.
 #[test]
 fn a_street_is_within_two_centimetres_of_the_reference() {
@@ -271,11 +338,21 @@ fn a_street_is_within_two_centimetres_of_the_reference() {
         )
     };
     let clouds = [read("target"), read("source")];
+    let options = RegistrationOptions {
+        metric: Some(CloudMetric::Vgicp),
+        voxel_size: 0.25,
+        max_correspondence_distance: 1.0,
+        robust_kernel: RobustKernel::None,
+        ..RegistrationOptions::default()
+    };
+    let found = pose_of(&register_clouds(&clouds[1], &clouds[0], &options).unwrap().T_target_source);
+    let (metres, degrees) = error_of(&truth, &found);
+    println!("voxels: {metres:.4} m, {degrees:.3} deg");
+    assert!(metres < 0.02 && degrees < 0.4, "voxels: {metres} m, {degrees} deg");
     for metric in [SpatialMetric::PointToPlane, SpatialMetric::Gicp] {
         for method in [CloudMethod::CloudToCloud, CloudMethod::CloudMap] {
             let found = &chain(CloudOptions { method, metric, ..CloudOptions::new(0.25) }, &clouds)[1];
-            let error = truth.inverse() * found.T_world_sensor;
-            let (metres, degrees) = (error.translation_norm(), error.rotation_angle().to_degrees());
+            let (metres, degrees) = error_of(&truth, &found.T_world_sensor);
             println!("{metric:?}, {method:?}: {metres:.4} m, {degrees:.3} deg, agreement {}", found.verdict.agreement);
             assert!(metres < 0.02 && degrees < 0.4, "{metric:?}, {method:?}: {metres} m, {degrees} deg");
             assert_eq!(found.verdict.status, Status::Good, "{}", found.verdict.reason);

@@ -22,6 +22,7 @@ use crate::registration::robust_kernel::RobustKernel;
 use crate::registration::solver::Motion;
 use crate::registration::spatial::{SpatialMetric, register_in_space};
 use crate::registration::target::{OrientedTarget, PointTarget};
+use crate::registration::voxelized::{GaussianVoxels, PlaneToVoxel};
 use crate::search::{KdTree, Neighbourhood};
 
 /// What a correspondence measures.
@@ -38,6 +39,9 @@ pub enum CloudMetric {
     /// Distance of the planes through both points, for clouds in space: generalised ICP. Clouds without normals get them
     /// from their points.
     Gicp,
+    /// As `gicp`, with the voxel that a point lies in for its partner: voxelised GICP. Quicker, and as coarse as
+    /// `gaussian_voxel_size`.
+    Vgicp,
 }
 
 /// Where a registration starts.
@@ -69,6 +73,8 @@ pub struct RegistrationOptions {
     /// Clouds in space: side of the cubes that each are thinned to one point (m); 0: all points are used, and a global
     /// registration chooses a size by itself.
     pub voxel_size: f64,
+    /// `vgicp`: side of the target's voxels (m); 0 is `max_correspondence_distance`.
+    pub gaussian_voxel_size: f64,
     /// Planar clouds: half width of a search around the guess in x and y (m); 0 is no search.
     pub search_translation: f64,
     /// Planar clouds: half width of the search in heading (rad).
@@ -99,6 +105,7 @@ impl Default for RegistrationOptions {
             init: RegistrationInit::Guess,
             motion: Motion::Free,
             voxel_size: 0.0,
+            gaussian_voxel_size: 0.0,
             search_translation: 0.0,
             search_rotation: 0.0,
             max_correspondence_distance: 0.5,
@@ -235,8 +242,8 @@ fn register_planar(
             let target = OrientedTarget::new(target.points, target.normals);
             register::<2, 3, Pose2, PointToPlane>(points, &target, guess, &icp)
         }
-        CloudMetric::PointToPlane | CloudMetric::Gicp => {
-            let problem = "point_to_plane and gicp do not fit planar clouds: all their points lie in one plane";
+        CloudMetric::PointToPlane | CloudMetric::Gicp | CloudMetric::Vgicp => {
+            let problem = "point_to_plane, gicp and vgicp do not fit planar clouds: all their points lie in one plane";
             return Err(Error::whole(problem, "Use point_to_line"));
         }
     };
@@ -259,31 +266,44 @@ fn register_spatial(
     });
     let (icp, solver) = (icp_options(options), options.motion.solver());
     let (mut source, target) = (Near::new(&source, target.origin), Near::new(&target, target.origin));
-    let metric = match metric {
-        CloudMetric::PointToLine => {
-            let problem = "point_to_line is for planar clouds, and these are clouds in space";
-            return Err(Error::whole(problem, "Use point_to_plane or point_to_point"));
-        }
-        CloudMetric::PointToPoint => {
-            let target = PointTarget::new(target.points);
-            let registration =
-                register_with::<3, 6, Pose3, PointToPoint>(source.as_source(), &target, guess, &icp, &solver);
-            return Ok(result(&registration, &registration.T_target_source));
-        }
-        CloudMetric::PointToPlane => SpatialMetric::PointToPlane,
-        CloudMetric::Gicp => {
-            source.normals = Some(source.known_or_estimated_normals());
-            SpatialMetric::Gicp
-        }
-    };
+    if metric == CloudMetric::PointToLine {
+        let problem = "point_to_line is for planar clouds, and these are clouds in space";
+        return Err(Error::whole(problem, "Use point_to_plane or point_to_point"));
+    }
+    if metric == CloudMetric::PointToPoint {
+        let target = PointTarget::new(target.points);
+        let registration =
+            register_with::<3, 6, Pose3, PointToPoint>(source.as_source(), &target, guess, &icp, &solver);
+        return Ok(result(&registration, &registration.T_target_source));
+    }
     let normals = target.known_or_estimated_normals();
     if normals.iter().all(Option::is_none) {
         let problem = "The metric needs normals, and the target has none, nor do its points span a surface";
         return Err(Error::whole(problem, "Give a target with normals (nx, ny, nz) or use point_to_point"));
     }
-    let target = OrientedTarget::new(target.points, normals);
-    let registration = register_in_space(metric, source.as_source(), &target, guess, (&icp, &[]), &solver);
+    if metric != CloudMetric::PointToPlane {
+        source.normals = Some(source.known_or_estimated_normals());
+    }
+    let source = source.as_source();
+    let registration = if metric == CloudMetric::Vgicp {
+        let target = GaussianVoxels::new(&target.points, &normals, gaussian_voxel_size(options)?);
+        register_with::<3, 6, Pose3, PlaneToVoxel>(source, &target, guess, &icp, &solver)
+    } else {
+        let metric = if metric == CloudMetric::Gicp { SpatialMetric::Gicp } else { SpatialMetric::PointToPlane };
+        let target = OrientedTarget::new(target.points, normals);
+        register_in_space(metric, source, &target, guess, (&icp, &[]), &solver)
+    };
     Ok(result(&registration, &registration.T_target_source))
+}
+
+/// The side of the voxels that `vgicp` registers to (m).
+fn gaussian_voxel_size(options: &RegistrationOptions) -> Result<f64> {
+    let size = options.gaussian_voxel_size;
+    let size = if size == 0.0 { options.max_correspondence_distance } else { size };
+    if size > 0.0 && size.is_finite() {
+        return Ok(size);
+    }
+    Err(Error::whole(format!("Voxels of {size} m hold no points"), "Give a positive gaussian_voxel_size"))
 }
 
 /// The cloud with one point a voxel, or all of it.

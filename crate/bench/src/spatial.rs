@@ -17,10 +17,11 @@ use scanstitch::preprocess::estimate_normals::estimate_normals;
 use scanstitch::preprocess::voxel_downsample::voxel_downsample;
 use scanstitch::preprocess::wrap_around::usable_pixels;
 use scanstitch::registration::global::{DescribedCloud, GlobalMethod, register_globally};
-use scanstitch::registration::icp::{Criteria, IcpOptions, Rejection, Weighting};
+use scanstitch::registration::icp::{Criteria, IcpOptions, Rejection, Weighting, register};
 use scanstitch::registration::robust_kernel::RobustKernel;
 use scanstitch::registration::solver::Motion;
 use scanstitch::registration::spatial::{SpatialMetric, register_in_space};
+use scanstitch::registration::voxelized::{GaussianVoxels, PlaneToVoxel};
 use scanstitch::search::{KdTree, Neighbourhood};
 use scanstitch::spatial_settings::SpatialSettings;
 use scanstitch::voxel_map::VoxelMap;
@@ -58,6 +59,11 @@ pub const PAIR_BENCHMARKS: &[Benchmark] = &[
         name: "pair_gicp",
         about: "plane to plane from the identity, prepared",
         prepare: |files| pair_align(&files, SpatialMetric::Gicp),
+    },
+    Benchmark {
+        name: "pair_vgicp",
+        about: "plane to voxels of 1 m from the identity, prepared",
+        prepare: |files| pair_vgicp(&files),
     },
 ];
 
@@ -246,24 +252,39 @@ fn pair_prepare(files: Files) -> Outcome {
 }
 
 fn pair_align(files: &Files, metric: SpatialMetric) -> Outcome {
+    let [source, target] = prepared_pair(files)?;
+    frame(move || {
+        let (source, target, solver) = (black_box(&source), target.target(), Motion::Free.solver());
+        black_box(register_in_space(metric, source.source(), target, Pose3::identity(), (&PAIR_ICP, &[]), &solver));
+    })
+}
+
+fn pair_vgicp(files: &Files) -> Outcome {
+    let [source, target] = prepared_pair(files)?;
+    let target = GaussianVoxels::new(target.target().points(), target.target().normals(), 1.0);
+    frame(move || {
+        let source = black_box(&source).source();
+        black_box(register::<3, 6, Pose3, PlaneToVoxel>(source, &target, Pose3::identity(), &PAIR_ICP));
+    })
+}
+
+fn prepared_pair(files: &Files) -> Result<[PreparedCloud; 2], String> {
     let [source, target] = [0, 1].map(|index| {
         let (name, bytes) = files.get(index).ok_or("two clouds are needed")?;
         let cloud = ply::read(bytes).map_err(|error| words(error.in_file(name)))?;
         PreparedCloud::new(&PointCloud::from_positions(cloud.positions), &pair_options()).map_err(words)
     });
-    let (source, target) = (source?, target?);
-    // As small_gicp's defaults have it.
-    let options = IcpOptions {
-        rejection: Rejection {
-            max_correspondence_distance: 1.0,
-            max_normal_angle: std::f64::consts::PI,
-            trim_fraction: 0.0,
-        },
-        weighting: Weighting { robust_kernel: RobustKernel::None, robust_kernel_width: 1.0 },
-        criteria: Criteria { max_iterations: 20, rotation_eps: 0.1f64.to_radians(), translation_eps: 1e-3 },
-    };
-    frame(move || {
-        let (source, target, solver) = (black_box(&source), target.target(), Motion::Free.solver());
-        black_box(register_in_space(metric, source.source(), target, Pose3::identity(), (&options, &[]), &solver));
-    })
+    Ok([source?, target?])
 }
+
+/// As small_gicp's defaults have it.
+const PAIR_ICP: IcpOptions = IcpOptions {
+    rejection: Rejection {
+        max_correspondence_distance: 1.0,
+        max_normal_angle: std::f64::consts::PI,
+        trim_fraction: 0.0,
+    },
+    weighting: Weighting { robust_kernel: RobustKernel::None, robust_kernel_width: 1.0 },
+    // 0.1 degrees.
+    criteria: Criteria { max_iterations: 20, rotation_eps: std::f64::consts::PI / 1800.0, translation_eps: 1e-3 },
+};

@@ -14,3 +14,4 @@ pub mod spatial;
 pub mod spherical_view;
 pub mod target;
 pub mod visibility;
+pub mod voxelized;

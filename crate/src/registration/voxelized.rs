@@ -1,0 +1,169 @@
+//! Plane to plane against a grid of Gaussians: a look-up takes the place of the search for the nearest point.
+//!
+//! Koide, Yokozuka, Oishi and Banno, "Voxelized GICP for Fast and Accurate 3D Point Cloud Registration", ICRA 2021: a voxel
+//! stands for the points in it, with the mean of their positions and of their covariances (eq. 14 and 15), and each source
+//! point is a partner of the voxel that it lies in.
+
+use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
+use rustc_hash::FxHashMap;
+
+use super::factors::{Correspondence, Metric, NormalEquations, PLANE_THICKNESS, gauss_newton_step};
+use super::target::{LastSearch, Target};
+use crate::geometry::RigidMotion;
+use crate::search::Neighbor;
+
+/// Points with normals as Gaussians, one a voxel.
+#[derive(Debug, Clone)]
+pub struct GaussianVoxels {
+    /// Voxels a metre.
+    resolution: f64,
+    indices: FxHashMap<[i32; 3], u32>,
+    voxels: Vec<GaussianVoxel>,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct GaussianVoxel {
+    cell: [i32; 3],
+    mean: Vector3<f64>,
+    covariance: Matrix3<f64>,
+}
+
+impl GaussianVoxels {
+    /// From points (m) with their unit normals; points without are left out. `voxel_size` (m) is positive.
+    ///
+    /// # Panics
+    /// When there is not one entry of `normals` for each point.
+    pub fn new(points: &[Vector3<f64>], normals: &[Option<Vector3<f64>>], voxel_size: f64) -> Self {
+        assert_eq!(points.len(), normals.len(), "one normal a point");
+        let mut grid = Self { resolution: 1.0 / voxel_size, indices: FxHashMap::default(), voxels: Vec::new() };
+        let mut counts: Vec<f64> = Vec::new();
+        for (point, normal) in points.iter().zip(normals) {
+            let (Some(normal), Some(cell)) = (normal, grid.cell(point)) else { continue };
+            let index = *grid.indices.entry(cell).or_insert_with(|| {
+                grid.voxels.push(GaussianVoxel { cell, mean: Vector3::zeros(), covariance: Matrix3::zeros() });
+                counts.push(0.0);
+                counts.len() as u32 - 1
+            }) as usize;
+            grid.voxels[index].mean += point;
+            grid.voxels[index].covariance += covariance(normal);
+            counts[index] += 1.0;
+        }
+        for (voxel, count) in grid.voxels.iter_mut().zip(counts) {
+            voxel.mean /= count;
+            voxel.covariance /= count;
+        }
+        grid
+    }
+
+    /// Number of voxels that hold a point.
+    pub fn len(&self) -> usize {
+        self.voxels.len()
+    }
+
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.voxels.is_empty()
+    }
+
+    /// The mean covariance of the points in a voxel: of no unit, [`PLANE_THICKNESS`] along their normals and 1 across.
+    pub fn covariance(&self, index: u32) -> &Matrix3<f64> {
+        &self.voxels[index as usize].covariance
+    }
+
+    /// Where a point lies in the grid; `None` where it is not finite or too far away.
+    #[inline]
+    fn cell(&self, point: &Vector3<f64>) -> Option<[i32; 3]> {
+        let scaled = point * self.resolution;
+        // Not a number fails the comparison.
+        scaled.iter().all(|x| x.abs() < REACH).then(|| scaled.map(floor).into())
+    }
+
+    fn partner(&self, index: u32, query: &Vector3<f64>, max_distance: f64) -> Option<Neighbor> {
+        let sq_distance = (query - self.voxels[index as usize].mean).norm_squared();
+        (sq_distance <= max_distance * max_distance).then_some(Neighbor { index, sq_distance: sq_distance as f32 })
+    }
+}
+
+/// Coordinates further out (in voxels) are in no grid.
+const REACH: f64 = 1e9;
+
+/// As `f64::floor`, which is a call where the processor cannot be asked for it.
+#[inline]
+fn floor(x: f64) -> i32 {
+    let whole = x as i32;
+    whole - i32::from(f64::from(whole) > x)
+}
+
+/// Of a point on a surface with this unit normal, as in Segal, Haehnel and Thrun, "Generalized-ICP", RSS 2009.
+fn covariance(normal: &Vector3<f64>) -> Matrix3<f64> {
+    Matrix3::identity() - normal * normal.transpose() * (1.0 - PLANE_THICKNESS)
+}
+
+/// The partner of a point is the voxel it lies in, if its mean is within the distance. Voxels have no normals: nothing is
+/// rejected by those.
+impl Target<3> for GaussianVoxels {
+    fn nearest(&self, query: &Vector3<f64>, max_distance: f64) -> Option<Neighbor> {
+        let index = *self.indices.get(&self.cell(query)?)?;
+        self.partner(index, query, max_distance)
+    }
+
+    fn nearest_again(&self, query: &Vector3<f64>, max_distance: f64, last: &mut LastSearch<3>) -> Option<Neighbor> {
+        let cell = self.cell(query)?;
+        let index = match *last {
+            LastSearch::Nearest(index) if self.voxels[index as usize].cell == cell => index,
+            _ => *self.indices.get(&cell)?,
+        };
+        *last = LastSearch::Nearest(index);
+        self.partner(index, query, max_distance)
+    }
+
+    fn point(&self, index: u32) -> Vector3<f64> {
+        self.voxels[index as usize].mean
+    }
+
+    fn normal(&self, _index: u32) -> Option<Vector3<f64>> {
+        None
+    }
+}
+
+/// Distance of a point's Gaussian to a voxel's; the step by Gauss-Newton (Koide et al. 2021, eq. 16).
+///
+/// The residual is scaled to metres as [that of plane to plane](super::factors::PlaneToPlane) is. A source point without a
+/// normal is taken to face as its voxel does.
+pub struct PlaneToVoxel;
+
+/// The inverse of C_target + C_source, scaled by 2e.
+#[inline]
+fn precision(target: &Matrix3<f64>, source: Option<&Vector3<f64>>) -> Matrix3<f64> {
+    let C = target + source.map_or(*target, covariance);
+    // Symmetric: six cofactors. Both covariances are positive definite, and the determinant is at least 8 e^3.
+    let (xx, xy, xz) = (C.m22 * C.m33 - C.m23 * C.m23, C.m13 * C.m23 - C.m12 * C.m33, C.m12 * C.m23 - C.m13 * C.m22);
+    let (yy, yz, zz) = (C.m11 * C.m33 - C.m13 * C.m13, C.m12 * C.m13 - C.m11 * C.m23, C.m11 * C.m22 - C.m12 * C.m12);
+    let scale = 2.0 * PLANE_THICKNESS / (C.m11 * xx + C.m12 * xy + C.m13 * xz);
+    Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz) * scale
+}
+
+impl<const DOF: usize, M: RigidMotion<3, DOF>> Metric<3, DOF, M> for PlaneToVoxel {
+    type Target = GaussianVoxels;
+
+    fn residual(target: &Self::Target, index: u32, moved: &Vector3<f64>, normal: Option<&Vector3<f64>>) -> Option<f64> {
+        let d = moved - target.point(index);
+        Some(d.dot(&(precision(target.covariance(index), normal) * d)).sqrt())
+    }
+
+    fn step(target: &Self::Target, correspondences: &[Correspondence<3>]) -> Option<M> {
+        gauss_newton_step(&<Self as Metric<3, DOF, M>>::normal_equations(target, correspondences))
+    }
+
+    fn normal_equations(target: &Self::Target, correspondences: &[Correspondence<3>]) -> NormalEquations<DOF> {
+        let mut sums = NormalEquations { H: SMatrix::zeros(), b: SVector::zeros() };
+        for c in correspondences {
+            let weighted = precision(target.covariance(c.target), c.normal.as_ref()) * c.weight;
+            let (J, d) = (M::point_jacobian(&c.moved), c.moved - target.point(c.target));
+            let projected = weighted * J; // symmetric
+            sums.H += J.tr_mul(&projected);
+            sums.b += projected.tr_mul(&d);
+        }
+        sums
+    }
+}
