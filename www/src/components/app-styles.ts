@@ -249,6 +249,12 @@ export const layout_styles = css`
     box-shadow: var(--shadow);
     transform: translateX(-50%);
   }
+  /* What tells the scale lies in the corner: above it, where there is no room beside it. */
+  @container (max-width: 720px) {
+    .activity {
+      bottom: 52px;
+    }
+  }
   .activity-words {
     display: flex;
     align-items: center;
