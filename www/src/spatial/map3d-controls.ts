@@ -59,7 +59,7 @@ export function readout(
   return html`<div class="corner" aria-hidden="true">
     ${hovered === null ? nothing : html`<span class="hovered">${baseName(hovered)}</span>`}
     ${
-      mode === 'height' || mode === 'frame'
+      (mode === 'height' && top > floor) || mode === 'frame'
         ? html`<span class="legend number">
             <span>${mode === 'height' ? '0 m' : 'first'}</span>
             <i style="background: linear-gradient(to right, ${stops.join(', ')})"></i>
