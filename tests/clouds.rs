@@ -229,6 +229,22 @@ fn a_robot_on_a_floor_stays_on_it() {
     }
 }
 
+#[test]
+fn voxels_of_no_size_are_refused_and_tiny_ones_fix_nothing() {
+    let [source, target] = [1, 2].map(|seed| room(&Pose3::identity(), 2000, seed));
+    let with = |gaussian_voxel_size| {
+        let metric = Some(CloudMetric::Vgicp);
+        let options = RegistrationOptions { metric, gaussian_voxel_size, ..RegistrationOptions::default() };
+        register_clouds(&source, &target, &options)
+    };
+    for size in [-0.1, f64::NAN, f64::INFINITY] {
+        let error = with(size).unwrap_err().to_string();
+        assert!(error.contains("hold no points") && error.contains("gaussian_voxel_size"), "{error}");
+    }
+    let found = with(1e-12).unwrap();
+    assert!(!found.converged && found.num_correspondences == 0);
+}
+
 fn chain(options: CloudOptions, clouds: &[PointCloud]) -> Vec<CloudEstimate> {
     let mut odometry = CloudOdometry::new(options).unwrap();
     clouds.iter().map(|cloud| odometry.register_frame(PreparedCloud::new(cloud, &options).unwrap())).collect()
