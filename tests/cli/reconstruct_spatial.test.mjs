@@ -403,10 +403,11 @@ test('Ctrl-C: what is computed is written, and it is told', { skip: process.plat
 
 test('Ctrl-C before a frame is placed: told, and another one ends the program', async () => {
   const isStopped = await untilInterrupt(async (signal) => {
+    assert.equal(process.listenerCount('SIGINT'), 1);
     process.emit('SIGINT');
+    assert.equal(process.listenerCount('SIGINT'), 0);
     return signal.aborted;
   });
-  assert.equal(process.listenerCount('SIGINT'), 0);
   assert.equal(
     nothingComputed({ isStopped }).message,
     'Stopped before the first frame was placed, so nothing was computed.',

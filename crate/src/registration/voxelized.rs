@@ -1,8 +1,8 @@
 //! Plane to plane against a grid of Gaussians: a look-up takes the place of the search for the nearest point.
 //!
 //! Koide, Yokozuka, Oishi and Banno, "Voxelized GICP for Fast and Accurate 3D Point Cloud Registration", ICRA 2021: a voxel
-//! stands for the points in it, with the mean of their positions and of their covariances (eq. 14 and 15), and each source
-//! point is a partner of the voxel that it lies in.
+//! stands for the points in it, with the mean of their positions and of their covariances, and each source point is a partner
+//! of the voxel that it lies in.
 
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 use rustc_hash::FxHashMap;
@@ -126,7 +126,7 @@ impl Target<3> for GaussianVoxels {
     }
 }
 
-/// Distance of a point's Gaussian to a voxel's; the step by Gauss-Newton (Koide et al. 2021, eq. 16).
+/// Distance of a point's Gaussian to a voxel's (Koide et al. 2021); the step by Gauss-Newton.
 ///
 /// The residual is scaled to metres as [that of plane to plane](super::factors::PlaneToPlane) is. A source point without a
 /// normal is taken to face as its voxel does.

@@ -76,10 +76,13 @@ export class Remote<T extends object> {
   /** Gives its worker away, if nobody waits for it; otherwise it ends. */
   release(): Worker | null {
     const worker = this.#waiting.size === 0 ? this.#worker : null;
-    if (worker) {
-      this.#worker = worker.onmessage = worker.onerror = null;
+    if (!worker) {
+      this.end();
+      return null;
     }
-    this.end();
+    this.#worker = null;
+    worker.onmessage = null;
+    worker.onerror = null;
     return worker;
   }
 
