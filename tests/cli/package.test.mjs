@@ -31,7 +31,12 @@ test('packed, installed elsewhere and run alone', (t) => {
   assert.deepEqual(foreign, [], 'nothing that the package does not need');
 
   writeFileSync(join(folder, 'package.json'), '{ "type": "module" }');
-  npm(['install', filename]);
+  // With what it depends on, as it is installed here: a machine that has only just installed it cannot tell offline which
+  // versions there are.
+  const { dependencies } = JSON.parse(readFileSync(join(ROOT, 'package.json'), 'utf8'));
+  const installed = Object.keys(dependencies).map((name) => join(ROOT, 'node_modules', name));
+  const needed = JSON.parse(npm(['pack', '--json', '--ignore-scripts', ...installed]));
+  npm(['install', filename, ...needed.map((/** @type {{ filename: string }} */ packed) => packed.filename)]);
   writeFiles(folder, ROOM_FILES);
   const run = spawnSync('npx', ['--no-install', 'scanstitch', 'reconstruct', '.'], { cwd: folder, encoding: 'utf8' });
   assert.equal(run.status, 0, run.stderr);
