@@ -8,7 +8,10 @@
 /** @typedef {{ index: number, name: string }} Job a frame; the preparer knows what else is in it */
 /** @typedef {Record<string, number>} Milliseconds of each stage */
 /** @typedef {{ bytes: Uint8Array, milliseconds: Milliseconds }} Prepared */
-/** @typedef {{ stage: string, done: number, total: number, frame: number | null }} Progress as the engine tells it */
+/**
+ * As the engine tells it; `preparation`: what frames to come are prepared with, where that may have changed.
+ * @typedef {{ stage: string, done: number, total: number, frame: number | null, preparation?: string | undefined }} Progress
+ */
 
 /**
  * Prepares one frame at a time in a thread of its own.
@@ -267,6 +270,7 @@ export class SpatialRun {
     try {
       await this.#registrar.add_prepared(bytes);
       const progress = await this.#registrar.step();
+      this.#preparation = progress.preparation ?? this.#preparation;
       entry.state = 'registered';
       const register = performance.now() - start;
       this.#tell({ type: 'registered', index, name, milliseconds: { ...milliseconds, register }, progress });

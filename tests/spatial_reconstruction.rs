@@ -9,7 +9,7 @@ use scanstitch::camera::Pinhole;
 use scanstitch::geometry::Pose3;
 use scanstitch::io::trajectory::Trajectory;
 use scanstitch::io::{depth_png, trajectory};
-use scanstitch::prepared_frame::{FrameLabel, MapPoints, PreparedFrame};
+use scanstitch::prepared_frame::{FrameLabel, MapPoints, Preparation, PreparedFrame, Surfaces};
 use scanstitch::report::Stage;
 use scanstitch::scene::apartment::{Apartment, WalkOptions};
 use scanstitch::scene::random::Random;
@@ -427,6 +427,30 @@ fn the_truth_is_compared_with_whatever_its_conventions_and_used_for_nothing_else
 
 fn pgm(width: usize, height: usize, value: u8) -> Vec<u8> {
     [format!("P5 {width} {height} 255\n").as_bytes(), &vec![value; width * height]].concat()
+}
+
+#[test]
+fn only_readings_that_are_open_are_prepared_and_the_map_is_given_the_same_points() {
+    let settings = SpatialSettings::default();
+    let image = [b"P5 64 48 255\n".as_slice(), &(0..64 * 48).map(|i| 50 + (i % 64) as u8).collect::<Vec<_>>()].concat();
+    let mut preparation = Preparation::new(&settings, "0.pgm", &image).unwrap();
+    let mut prepared = |decided| {
+        preparation.depth.as_mut().unwrap().decided = decided;
+        let label = FrameLabel { name: "0.pgm".into(), index: 0, time: None };
+        PreparedFrame::from_depth(&preparation, label, &image, None).unwrap()
+    };
+    let quantisations = |frame: &PreparedFrame| match &frame.surfaces {
+        Surfaces::Surfels(images) => images.iter().map(|&(quantisation, _)| quantisation).collect(),
+        Surfaces::Cloud(_) => Vec::new(),
+    };
+    let (truncated, rounded) = (Quantisation::Truncated, Quantisation::Rounded);
+    let open = prepared(None);
+    assert_eq!(quantisations(&open), [truncated, rounded]);
+    let decided = prepared(Some(truncated));
+    assert_eq!(quantisations(&decided), [truncated]);
+    assert_eq!(decided.map_points, open.map_points);
+    // The points of the map are of the likeliest reading, whatever is decided.
+    assert_eq!(prepared(Some(rounded)), open);
 }
 
 #[test]

@@ -49,9 +49,6 @@ pub struct DepthPreparation {
 /// (Khoshelham and Elberink, "Accuracy and resolution of Kinect depth data", Sensors 12 (2012)).
 const TRIANGULATION_NOISE: f64 = 2e-3;
 
-/// The first frames are prepared in every way, whatever has been decided meanwhile: twice as many as decide.
-const UNDECIDED_FRAMES: usize = 24;
-
 impl Preparation {
     /// From the settings and the first file, a depth image or a cloud: later ones must not change what earlier ones
     /// meant.
@@ -97,13 +94,11 @@ impl Preparation {
 }
 
 impl DepthPreparation {
-    /// The ways of reading a frame's depth. The decision falls while frames are being prepared ahead, so it counts from
-    /// a fixed frame on: a run must not depend on how far ahead the workers are.
-    fn quantisations_of(&self, label: &FrameLabel) -> Vec<Quantisation> {
-        match self.decided {
-            Some(decided) if label.index >= UNDECIDED_FRAMES => vec![decided],
-            _ => self.quantisations.clone(),
-        }
+    /// The ways of reading a frame's depth. The decision falls while frames are being prepared ahead, and a run must not
+    /// depend on how far: the map's points are always of the likeliest way, so that one is never left out.
+    fn open_quantisations(&self) -> &[Quantisation] {
+        let is_likeliest = self.decided.is_some() && self.decided.as_ref() == self.quantisations.first();
+        if is_likeliest { &self.quantisations[..1] } else { &self.quantisations }
     }
 }
 
@@ -234,7 +229,7 @@ impl PreparedFrame {
             let surfels = depth_surfels(&image, &usable, camera, &preparation.depth_model(depth, quantisation));
             (quantisation, SurfelImage { brightness: brightness.clone(), ..surfels })
         };
-        let surfels: Vec<(Quantisation, SurfelImage)> = depth.quantisations_of(&label).iter().map(surfels).collect();
+        let surfels: Vec<(Quantisation, SurfelImage)> = depth.open_quantisations().iter().map(surfels).collect();
         let Some((quantisation, likeliest)) = surfels.first() else {
             return Err(Error::whole("There is no way to read the depth", "Give a quantisation"));
         };

@@ -215,8 +215,7 @@ impl SpatialReconstruction {
     }
 
     /// Looks at the first file, a depth image or a cloud, given as its bytes; says what preparing has to know. The first call
-    /// counts. What it says becomes less work once the data have decided how depth was made whole; frames prepared by
-    /// what it said before stay good.
+    /// counts.
     ///
     /// # Errors
     /// When it is neither, holds nothing, or the settings make no camera.
@@ -230,6 +229,12 @@ impl SpatialReconstruction {
             self.preparation = Some(preparation);
         }
         self.preparation.as_ref().ok_or_else(not_begun)
+    }
+
+    /// What preparing has to know, after [`begin`](Self::begin). It becomes less work once the data have decided how depth
+    /// was made whole; frames prepared by what it was before stay good.
+    pub fn preparation(&self) -> Option<&Preparation> {
+        self.preparation.as_ref()
     }
 
     /// Adds the next frame to those that wait to be registered.

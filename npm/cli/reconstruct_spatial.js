@@ -179,11 +179,7 @@ async function runAll(reconstruction, jobs, { engine, options, complain }, signa
   const progress = progressLine(jobs.length);
   const run = new SpatialRun({
     preparers,
-    registrar: {
-      begin: async ({ name, file }) => reconstruction.begin(name, await readFirst(name, file)),
-      add_prepared: (bytes) => reconstruction.add_prepared(bytes),
-      step: () => reconstruction.step(),
-    },
+    registrar: registrarOf(reconstruction),
     onEvent: (event) => {
       if (event.type === 'registered') frames.set(event.index, event.milliseconds);
       if (event.type === 'problem') {
@@ -207,6 +203,19 @@ async function runAll(reconstruction, jobs, { engine, options, complain }, signa
     progress.clear();
     await Promise.all(preparers.map((preparer) => preparer.close()));
   }
+}
+
+/**
+ * The reconstruction as what places the frames of a run.
+ * @param {SpatialReconstruction} reconstruction
+ * @returns {import('../spatial_run.js').Registrar<FrameJob>}
+ */
+export function registrarOf(reconstruction) {
+  return {
+    begin: async ({ name, file }) => reconstruction.begin(name, await readFirst(name, file)),
+    add_prepared: (bytes) => reconstruction.add_prepared(bytes),
+    step: () => ({ ...reconstruction.step(), preparation: reconstruction.preparation() }),
+  };
 }
 
 /** Why nothing came of a run. @param {{ isStopped: boolean }} run */

@@ -4,9 +4,10 @@ import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { setTimeout as sleep } from 'node:timers/promises';
 import { startPreparers } from '../../npm/cli/preparers.js';
+import { registrarOf } from '../../npm/cli/reconstruct_spatial.js';
 import * as engine from '../../npm/index.js';
 import { SpatialRun, WorkerDied } from '../../npm/spatial_run.js';
-import { walkFiles } from './depth_room.mjs';
+import { see, SIZE, WALK, walkFiles } from './depth_room.mjs';
 
 /** @typedef {import('../../npm/spatial_run.js').Job} Job */
 /** @typedef {import('../../npm/spatial_run.js').RunEvent} RunEvent */
@@ -145,6 +146,33 @@ test('preparing runs ahead, but no further than the bound', async () => {
   assert.deepEqual(registrar.registered, upTo(30));
   // One more is being registered.
   assert.ok(ahead > 3 && ahead <= 3 + 4 + 1, `${ahead} frames ahead`);
+});
+
+test('frames to come are prepared with what the registrar says last', async () => {
+  const { preparers } = fakes(1);
+  /** @type {[number, string][]} */
+  const used = [];
+  const noting = preparers.map((preparer) => ({
+    ...preparer,
+    prepare: (/** @type {Parameters<typeof preparer.prepare>} */ ...args) => {
+      used.push([args[0].index, args[1]]);
+      return preparer.prepare(...args);
+    },
+  }));
+  const registrar = new (class extends Finisher {
+    /** @override */
+    step() {
+      const progress = super.step();
+      return progress.done === 2 ? { ...progress, preparation: 'as decided' } : progress;
+    }
+  })();
+  const run = new SpatialRun({ registrar, preparers: noting, maxInFlight: 1 });
+  run.add(jobs(5));
+  await run.run();
+  assert.deepEqual(
+    used.map(([, preparation]) => preparation),
+    ['as 0.png', 'as 0.png', 'as decided', 'as decided', 'as decided'],
+  );
 });
 
 test('several preparers work at the same time', async () => {
@@ -359,15 +387,18 @@ test('two runs at a time are refused', async () => {
   await first;
 });
 
-/** The made-up walk, its files in memory. */
-function walk() {
-  const files = walkFiles();
+/**
+ * Images of the made-up walk, in memory.
+ * @param {readonly number[]} numbers
+ * @param {Record<string, Uint8Array | string>} files
+ */
+function walk(numbers, files) {
   const source = (/** @type {string} */ path) => {
     // A copy: what is given to a thread is gone here.
     const read = async () => Uint8Array.from(Buffer.from(files[path] ?? ''));
     return { path, size: 0, disk: null, read, readHead: read };
   };
-  return [1, 2, 3, 4, 5, 6].map((number, index) => ({
+  return numbers.map((number, index) => ({
     index,
     name: `${number}.png`,
     time: null,
@@ -379,22 +410,18 @@ function walk() {
 
 /**
  * Reconstructs the walk with the real engine.
- * @param {Awaited<ReturnType<typeof startPreparers>>} preparers
+ * @param {Pick<Awaited<ReturnType<typeof startPreparers>>[number], 'prepare' | 'replace' | 'close'>[]} preparers
  */
-async function reconstructWalk(preparers) {
+async function reconstructWalk(preparers, jobs = walk([1, 2, 3, 4, 5, 6], walkFiles())) {
   const reconstruction = new engine.SpatialReconstruction();
   /** @type {RunEvent[]} */
   const events = [];
   const run = new SpatialRun({
     preparers,
-    registrar: {
-      begin: async ({ name, file }) => reconstruction.begin(name, await file.read()),
-      add_prepared: (bytes) => reconstruction.add_prepared(bytes),
-      step: () => reconstruction.step(),
-    },
+    registrar: registrarOf(reconstruction),
     onEvent: (event) => events.push(event),
   });
-  run.add(walk());
+  run.add(jobs);
   const outcome = await run.run();
   await Promise.all(preparers.map((preparer) => preparer.close()));
   const [trajectory, map] = [reconstruction.trajectory_tum(), reconstruction.map_ply()];
@@ -428,4 +455,46 @@ test('the engine in real threads: the same bytes with one thread, with three, an
   assert.equal(survived.events.filter(({ type }) => type === 'replaced').length, 3);
   assert.deepEqual(survived.outcome.problems, []);
   assert.deepEqual([survived.trajectory, survived.map], [alone.trajectory, alone.map]);
+});
+
+/** The walk as a camera sees it that cuts depths off to whole 255ths of 10 m. */
+function coarseWalkFiles() {
+  const images = WALK.map((pose, index) => {
+    const coarse = see(pose).depth.map((millimetres) => Math.floor((millimetres * 255) / 10_000));
+    return [
+      `depth/${index + 1}.png`,
+      Buffer.concat([Buffer.from(`P5 ${SIZE} ${SIZE} 255\n`), Uint8Array.from(coarse)]),
+    ];
+  });
+  return { ...walkFiles(), ...Object.fromEntries(images) };
+}
+
+test('once it is decided how depth is read, frames are prepared in one way, and nothing else changes', async () => {
+  await engine.load();
+  const toAndFro = [1, 2, 3, 4, 5, 6, 5, 4, 3, 2, 1, 2, 3, 4, 5, 6, 5, 4, 3, 2, 1];
+  const run = async (/** @type {boolean} */ isTold) => {
+    /** @type {number[]} */
+    const sizes = [];
+    const [thread] = await startPreparers(engine, 0);
+    assert.ok(thread);
+    /** @type {string | null} */
+    let first = null;
+    const noting = {
+      prepare: async (/** @type {Parameters<typeof thread.prepare>} */ ...[job, preparation, signal]) => {
+        first ??= preparation;
+        const prepared = await thread.prepare(job, isTold ? preparation : first, signal);
+        sizes.push(prepared.bytes.length);
+        return prepared;
+      },
+      replace: () => thread.replace(),
+      close: () => thread.close(),
+    };
+    return { ...(await reconstructWalk([noting], walk(toAndFro, coarseWalkFiles()))), sizes };
+  };
+  const [told, untold] = [await run(true), await run(false)];
+  // The first image and the last one are the same.
+  assert.ok((untold.sizes.at(-1) ?? 0) >= (untold.sizes[0] ?? 0), `${untold.sizes}`);
+  assert.equal(told.sizes[0], untold.sizes[0]);
+  assert.ok((told.sizes.at(-1) ?? 0) < 0.8 * (told.sizes[0] ?? 0), `${told.sizes}`);
+  assert.deepEqual([told.trajectory, told.map], [untold.trajectory, untold.map]);
 });

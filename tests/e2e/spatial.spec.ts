@@ -186,3 +186,35 @@ test('the sample of an apartment opens and finishes', async ({ spatial, page }, 
   expect(shown).toMatch(/Mean L2 to GT_pose\.npy\s+\d+\.\d\smm/);
   info.annotations.push({ type: 'mean L2', description: shown.match(/\d+\.\d\smm/)?.[0] ?? '' });
 });
+
+test('once it is decided how depth is read, the threads prepare it in one way', async ({ spatial, page }) => {
+  test.skip(!existsSync(SAMPLE), 'the sample has not been rendered');
+  test.setTimeout(120_000);
+  // Every frame that is given to a thread from now on; the menu's warm-up is another run, before.
+  await page.evaluate(() => {
+    const given: { frame: unknown; preparation: unknown }[] = [];
+    Object.assign(window, { given });
+    const { postMessage } = Worker.prototype;
+    Worker.prototype.postMessage = function (this: Worker, message: unknown, options: unknown): void {
+      const { method, args = [] } = message as { method?: string; args?: unknown[] };
+      if (method === 'prepareFrame') given.push({ preparation: args[0], frame: args[2] });
+      postMessage.call(this, message, options as StructuredSerializeOptions);
+    };
+  });
+  await page.getByRole('button', { name: 'Open' }).click();
+  await page.getByRole('menuitem', { name: /^An apartment/ }).click();
+  const { result } = await spatial.stitched();
+  const given = await page.evaluate(() => (window as unknown as { given: Given[] }).given);
+  const decidedFor = (frame: number): unknown => {
+    const { preparation } = given.findLast((one) => one.frame === frame) ?? { preparation: '{}' };
+    return (JSON.parse(preparation) as { depth: { decided: string | null } }).depth.decided;
+  };
+  expect(decidedFor(0)).toBeNull();
+  expect(decidedFor(result.frames.length - 1)).toBe(result.quantisation);
+});
+
+/** A frame that was given to a thread, and what it was to be prepared with. */
+interface Given {
+  frame: number;
+  preparation: string;
+}

@@ -191,14 +191,19 @@ impl SpatialReconstruction {
         self.engine.set_intrinsics(camera).map_err(|error| thrown(&error))
     }
 
-    /// Looks at the first file; returns what `prepare_frame` needs. Later calls look at nothing: what they return may be
-    /// less work for frames to come, and frames prepared by what was returned before stay good.
+    /// Looks at the first file; returns what `prepare_frame` needs. Later calls look at nothing.
     ///
     /// # Errors
     /// When it is no depth image, holds no depth, or the settings make no camera.
     pub fn begin(&mut self, name: &str, first_frame: &[u8]) -> Result<String, JsValue> {
         let preparation = self.engine.begin(name, first_frame).map_err(|error| thrown(&error))?;
         Ok(serde_json::to_string(preparation).unwrap_or_default())
+    }
+
+    /// What `prepare_frame` needs, after `begin`. It may have become less work for frames to come once some have been
+    /// registered; frames prepared by what it was before stay good.
+    pub fn preparation(&self) -> Option<String> {
+        serde_json::to_string(self.engine.preparation()?).ok()
     }
 
     /// Adds the next frame to those that wait. Frames come in the order of the recording; gaps are fine.

@@ -68,7 +68,7 @@ const api: Async<RegistrarApi> = {
     const ms = performance.now() - start;
     // The less there is left to stitch after the last frame, when the other threads have nothing to do, the better.
     if (prepared) engine().stitch_ahead();
-    return { ...progress, ms, spent: prepared };
+    return { ...progress, ms, spent: prepared, preparation: engine().preparation() };
   },
 
   setReference: (name, bytes, num_recorded) => engine().set_reference(name, bytes, num_recorded),

@@ -70,8 +70,12 @@ export interface RegistrarApi {
   /** Says that no frame will follow for now: `step` then solves for all poses together, where that is set. */
   finish(): void;
   /** One piece of work, such as registering a frame, which may be given; `ms`: what this and adding it took, without waiting;
-   * `spent`: its bytes, for others to come. */
-  step(prepared: Uint8Array | null): Progress & { ms: number; spent: Uint8Array | null };
+   * `spent`: its bytes, for others to come; `preparation`: what the preparing workers need from now on. */
+  step(prepared: Uint8Array | null): Progress & {
+    ms: number;
+    spent: Uint8Array | null;
+    preparation: string | undefined;
+  };
   setReference(name: string, bytes: Uint8Array, num_recorded: number): void;
   clearReference(): void;
   snapshot(): SpatialSnapshot;
