@@ -14,6 +14,7 @@ export {
   BirdsEyeView,
   check_bev_image,
   decode_depth,
+  DepthPicture,
   DepthPixels,
   describe_settings,
   describe_spatial_settings,

@@ -11,6 +11,6 @@ pub mod surfel_image;
 
 pub use brightness::Brightness;
 pub use color_image::ColorImage;
-pub use depth_image::{DepthImage, DepthScale};
+pub use depth_image::{DepthImage, DepthPicture, DepthScale};
 pub use pinhole::Pinhole;
 pub use surfel_image::{Surfel, SurfelImage};

@@ -76,6 +76,43 @@ impl DepthPixels {
     pub fn values(&self) -> Vec<u16> {
         self.image.values.clone()
     }
+
+    /// The image as the eye can read it, in these colours, from near to far.
+    pub fn picture(&self, colors: &[u32]) -> DepthPicture {
+        DepthPicture { picture: self.image.picture(colors) }
+    }
+}
+
+/// A depth image in colours. Call `free()` when done.
+#[wasm_bindgen]
+pub struct DepthPicture {
+    picture: crate::camera::DepthPicture,
+}
+
+#[wasm_bindgen]
+impl DepthPicture {
+    /// A colour for each pixel, row by row; 0 where nothing was measured.
+    pub fn pixels(&self) -> Vec<u32> {
+        self.picture.pixels.clone()
+    }
+
+    /// The raw value that has the first colour: the nearest one, the nearest hundredth of the pixels left out.
+    #[wasm_bindgen(getter)]
+    pub fn near(&self) -> u16 {
+        self.picture.near
+    }
+
+    /// The raw value that has the last colour.
+    #[wasm_bindgen(getter)]
+    pub fn far(&self) -> u16 {
+        self.picture.far
+    }
+
+    /// Number of pixels where nothing was measured.
+    #[wasm_bindgen(getter)]
+    pub fn num_invalid(&self) -> usize {
+        self.picture.num_invalid
+    }
 }
 
 /// Decodes a depth image, PNG or PGM.

@@ -21,12 +21,15 @@ const api: Async<PreparerApi> = {
     return { prepared, spent: cloud, spent_color: null };
   },
 
-  decodeDepth(name, bytes) {
-    const pixels = engine.decode_depth(name, bytes);
-    const { width, height, bits } = pixels;
-    const values = pixels.values();
-    pixels.free();
-    return { width, height, bits, values };
+  depthPicture(name, bytes, colors) {
+    const image = engine.decode_depth(name, bytes);
+    const picture = image.picture(colors);
+    const { width, height } = image;
+    const { near, far, num_invalid } = picture;
+    const pixels = picture.pixels();
+    picture.free();
+    image.free();
+    return { width, height, pixels, near, far, num_invalid };
   },
 };
 

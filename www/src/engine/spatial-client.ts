@@ -10,6 +10,7 @@ import type { Problem } from './protocol.js';
 import registrar_url from './registrar-worker.ts?worker&url';
 import { EngineProblem, Remote } from './remote.js';
 import type {
+  DepthColors,
   PreparerApi,
   RegistrarApi,
   SizedMap,
@@ -83,7 +84,6 @@ export class SpatialClient {
   #module = compile(wasm_url);
   #registrar: Remote<RegistrarApi> | null = null;
   #preparers: ThreadPreparer[] = [];
-  #decoder: ThreadPreparer | null = null;
   #inputs: SpatialInputs | null = null;
   #settings: Partial<SpatialSettings> = {};
   #run: SpatialRun<SpatialJob> | null = null;
@@ -158,10 +158,11 @@ export class SpatialClient {
     return this.#registrar?.call('mapSize', voxel_size) ?? Promise.reject(new Error('The engine is not running.'));
   }
 
-  /** The pixels of a depth image, read in a worker of their own. */
-  async decodeDepth(file: Readable): Promise<ReturnType<PreparerApi['decodeDepth']>> {
-    this.#decoder ??= new ThreadPreparer(this.#module);
-    return this.#decoder.decode(file);
+  /** A depth image in these colours, from near to far. A thread that prepares frames makes it in between. */
+  depthPicture(file: Readable, colors: Uint32Array): Promise<DepthColors> {
+    const preparer = this.#preparers.at(-1) ?? new ThreadPreparer(this.#module);
+    if (this.#preparers.length === 0) this.#preparers.push(preparer);
+    return preparer.depthPicture(file, colors);
   }
 
   dispose(): void {
@@ -169,7 +170,7 @@ export class SpatialClient {
     this.#order++;
     this.#stopping.abort();
     this.#registrar?.end();
-    for (const preparer of [...this.#preparers, this.#decoder]) preparer?.end();
+    for (const preparer of this.#preparers) preparer.end();
   }
 
   /** As `dispose`, when all is done; the next client goes on with its threads. */
@@ -376,19 +377,13 @@ export class ThreadPreparer {
     return { bytes: prepared, milliseconds: { prepare: performance.now() - start } };
   }
 
-  async decode(file: Readable): Promise<ReturnType<PreparerApi['decodeDepth']>> {
+  async depthPicture(file: Readable, colors: Uint32Array): Promise<DepthColors> {
     const bytes = owned(await file.read());
-    try {
-      return await this.#patiently((remote) => remote.give('decodeDepth', [bytes.buffer], file.path, bytes));
-    } catch (error) {
-      if (error instanceof WorkerDied) this.replace();
-      throw error;
-    }
+    return this.#patiently((remote) => remote.give('depthPicture', [bytes.buffer], file.path, bytes, colors));
   }
 
-  replace(): void {
-    this.end();
-  }
+  /** The next call starts a new thread: one that died is forgotten at once. */
+  replace(): void {}
 
   end(): void {
     this.#leave((remote) => remote.end());
@@ -405,11 +400,15 @@ export class ThreadPreparer {
   }
 
   async #patiently<R>(call: (remote: Remote<PreparerApi>) => Promise<R>): Promise<R> {
-    this.#remote ??= this.#start();
-    const remote = await this.#remote;
-    const timer = setTimeout(() => remote.kill('it did not answer'), PATIENCE_MS);
+    const started = (this.#remote ??= this.#start());
+    let timer: ReturnType<typeof setTimeout> | undefined;
     try {
+      const remote = await started;
+      timer = setTimeout(() => remote.kill('it did not answer'), PATIENCE_MS);
       return await call(remote);
+    } catch (error) {
+      if (error instanceof WorkerDied && this.#remote === started) this.#remote = null;
+      throw error;
     } finally {
       clearTimeout(timer);
     }

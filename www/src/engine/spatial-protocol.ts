@@ -110,5 +110,18 @@ export interface PreparerApi {
     cloud: Uint8Array,
     spare: Uint8Array | null,
   ): PreparedBytes;
-  decodeDepth(name: string, bytes: Uint8Array): { width: number; height: number; bits: number; values: Uint16Array };
+  /** The colours go from near to far. */
+  depthPicture(name: string, bytes: Uint8Array, colors: Uint32Array): DepthColors;
+}
+
+/** A depth image in colours. */
+export interface DepthColors {
+  width: number;
+  height: number;
+  /** A colour each, row by row; 0 where nothing was measured. */
+  pixels: Uint32Array;
+  /** Raw values of what has the first and the last colour. */
+  near: number;
+  far: number;
+  num_invalid: number;
 }

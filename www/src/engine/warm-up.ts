@@ -9,7 +9,7 @@ import { jobsOf } from '../datasets/spatial-jobs.js';
 import { SpatialClient } from './spatial-client.js';
 
 /** Enough for nearly all that is much used; more frames would hardly find more. */
-const NUM_FRAMES = 12;
+const NUM_FRAMES = 16;
 
 /** The mark in the browser's own timeline when the engine is ready. */
 const WARM = 'scanstitch-warm';

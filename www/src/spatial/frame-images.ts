@@ -1,7 +1,8 @@
 /** The two images of the frame that is looked at, fetched and decoded when it is selected; the last one asked for wins. */
 import type { ReactiveController, ReactiveControllerHost } from 'lit';
 import type { StoredFile } from '../datasets/spatial-files.js';
-import { depthPicture, type DepthPixels } from './depth-picture.js';
+import type { DepthColors } from '../engine/spatial-protocol.js';
+import { depthPicture } from './depth-picture.js';
 import { type FrameImages, NO_IMAGES } from './frame-panel.js';
 
 /** While the slider is drawn, frames rush by: only one that stays this long is decoded. */
@@ -12,14 +13,14 @@ export class FrameImageLoader implements ReactiveController {
   /** The frame they belong to. */
   frame: number | null = null;
   #host: ReactiveControllerHost;
-  #decode: (file: StoredFile) => Promise<DepthPixels>;
+  #picture: (file: StoredFile) => Promise<DepthColors>;
   #wanted: unknown = null;
   #timer: ReturnType<typeof setTimeout> | undefined;
   #url = '';
 
-  constructor(host: ReactiveControllerHost, decode: (file: StoredFile) => Promise<DepthPixels>) {
+  constructor(host: ReactiveControllerHost, picture: (file: StoredFile) => Promise<DepthColors>) {
     this.#host = host;
-    this.#decode = decode;
+    this.#picture = picture;
     host.addController(this);
   }
 
@@ -60,18 +61,18 @@ export class FrameImageLoader implements ReactiveController {
       await image.decode();
       return image;
     };
-    const [picture, pixels] = await Promise.allSettled([loadColor(), depth ? this.#decode(depth) : null]);
+    const [color_image, depth_colors] = await Promise.allSettled([loadColor(), depth ? this.#picture(depth) : null]);
     if (this.#wanted !== key) {
       URL.revokeObjectURL(url);
       return;
     }
     URL.revokeObjectURL(this.#url);
     this.#url = url;
-    const decoded = pixels.status === 'fulfilled' ? pixels.value : null;
+    const found = depth_colors.status === 'fulfilled' ? depth_colors.value : null;
     this.#show(frame, {
-      color: picture.status === 'fulfilled' ? picture.value : null,
-      depth: decoded && depthPicture(decoded, depth_scale),
-      problem: pixels.status === 'rejected' ? String((pixels.reason as Error).message) : '',
+      color: color_image.status === 'fulfilled' ? color_image.value : null,
+      depth: found && depthPicture(found, depth_scale),
+      problem: depth_colors.status === 'rejected' ? String((depth_colors.reason as Error).message) : '',
     });
   }
 

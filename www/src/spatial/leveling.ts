@@ -26,8 +26,6 @@ export const NO_POINTS: MapPoints = {
 const CONES = [0.82, 0.94, 0.985];
 /** At least this share of the sampled normals must stand upright for a vote to count. */
 const MIN_SHARE = 0.08;
-/** Votes of so many are certain to a tenth of a degree; more would only take time, whenever the map has grown. */
-const MAX_SAMPLES = 4000;
 /** Length of a normal. */
 export const NORMAL_UNIT = 32_767;
 
@@ -37,11 +35,12 @@ const LASER_UP: Vec3 = [0, 0, 1];
 
 /**
  * Rotation from the map's world to the picture's: rows are right, up and backward. `has_camera`: the sensor looks along
- * z and has y down; otherwise a laser with z up is thought possible too.
+ * z and has y down; otherwise a laser with z up is thought possible too. `max_count` points have a vote: 4000 are certain to a
+ * tenth of a degree.
  */
-export function leveling(points: MapPoints, has_camera: boolean): Mat3 {
+export function leveling(points: MapPoints, has_camera: boolean, max_count: number): Mat3 {
   const candidates = has_camera ? [CAMERA_UP] : [LASER_UP, CAMERA_UP];
-  const voted = candidates.map((presumed) => ({ presumed, ...voteOnUp(points, presumed) }));
+  const voted = candidates.map((presumed) => ({ presumed, ...voteOnUp(points, presumed, max_count) }));
   const best = voted.reduce((a, b) => (b.share > a.share ? b : a));
   const up = best.share >= MIN_SHARE ? best.up : best.presumed;
   const ahead: Vec3 = best.presumed === LASER_UP ? [1, 0, 0] : [0, 0, 1];
@@ -50,9 +49,9 @@ export function leveling(points: MapPoints, has_camera: boolean): Mat3 {
 }
 
 /** Floors, tables and ceilings are level: the mean of the normals that stand nearly upright. */
-function voteOnUp({ normals }: MapPoints, presumed: Vec3): { up: Vec3; share: number } {
+function voteOnUp({ normals }: MapPoints, presumed: Vec3, max_count: number): { up: Vec3; share: number } {
   const count = normals.length / 3;
-  const stride = Math.max(1, Math.ceil(count / MAX_SAMPLES));
+  const stride = Math.max(1, Math.ceil(count / max_count));
   let up = presumed;
   let share = 0;
   for (const cone of CONES) {

@@ -247,10 +247,10 @@ export class ScanstitchMap3d extends LitElement implements GestureTarget, Graphi
 
   private takeSurvey(): void {
     const { poses, camera } = this.marks;
-    this.survey = leveled(this.survey, this.points, poses, camera !== null);
-    // While the map grows, a rough turn will do.
+    const kind = { has_camera: camera !== null, is_rough: this.growing };
+    this.survey = leveled(this.survey, this.points, poses, kind);
     const is_wide = this.size.width >= this.size.height;
-    this.survey = straightened(this.survey, poses, { cut: this.cut(), is_wide, is_rough: this.growing });
+    this.survey = straightened(this.survey, poses, { cut: this.cut(), is_wide });
   }
 
   private cut(): number {

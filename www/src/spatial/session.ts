@@ -19,6 +19,7 @@ import type {
   SpatialSnapshot,
 } from '../engine/spatial-protocol.js';
 import { baseName, formatDuration, formatLength, plural } from '../views/format.js';
+import { depthRamp } from './depth-picture.js';
 import { NO_POINTS } from './leveling.js';
 
 export type Phase = 'starting' | 'empty' | 'reading' | 'running' | 'stopped' | 'done' | 'crashed' | 'unavailable';
@@ -217,8 +218,8 @@ export class SpatialSession implements ReactiveController {
     }
   }
 
-  decodeDepth(file: Readable): ReturnType<SpatialClient['decodeDepth']> {
-    return this.#client?.decodeDepth(file) ?? Promise.reject(new Error('The page was closed.'));
+  depthPicture(file: Readable): ReturnType<SpatialClient['depthPicture']> {
+    return this.#client?.depthPicture(file, depthRamp()) ?? Promise.reject(new Error('The page was closed.'));
   }
 
   /** The recording with all that lies beside it, for another look at the same frames; null before there is one. */

@@ -72,7 +72,7 @@ export class ScanstitchSpatial extends LitElement implements RunView {
   facts: ViewFacts = NO_FACTS;
 
   private session = new SpatialSession(this);
-  private loader = new FrameImageLoader(this, (file) => this.session.decodeDepth(file));
+  private loader = new FrameImageLoader(this, (file) => this.session.depthPicture(file));
   private colorsOf = remember(framePalette);
   private namesOf = remember((frames: readonly SpatialFrameResult[]) => frames.map(({ name }) => name));
   private statusesOf = remember((frames: readonly SpatialFrameResult[]) => frames.map(({ status }) => status));

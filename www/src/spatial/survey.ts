@@ -23,27 +23,35 @@ export const NO_SURVEY: Survey = {
   straight: 0,
 };
 
+/** So many points tell how a map lies. */
 const NUM_SAMPLES = 1500;
+/** While it grows, so many times fewer will do: it is looked at again and again. */
+const ROUGHNESS = 5;
 
 /** The heights alone are measured on more points: a floor that is hardly seen counts there. */
-export function leveled(before: Survey, points: MapPoints, poses: readonly Pose[], has_camera: boolean): Survey {
+export function leveled(
+  before: Survey,
+  points: MapPoints,
+  poses: readonly Pose[],
+  { has_camera, is_rough }: { has_camera: boolean; is_rough: boolean },
+): Survey {
   // Without points the picture stays as it lies.
   if (points.positions.length === 0) return { ...before, sampled: [], heights: NO_SURVEY.heights };
-  const R_view_map = leveling(points, has_camera);
+  const count = is_rough ? NUM_SAMPLES / ROUGHNESS : NUM_SAMPLES;
+  const R_view_map = leveling(points, has_camera, 3 * count);
   const cameras = positions(poses, R_view_map);
-  const heights = heightsOf(sample(points, R_view_map, 4 * NUM_SAMPLES), cameras);
-  return { R_view_map, sampled: sample(points, R_view_map, NUM_SAMPLES), heights, straight: before.straight };
+  const heights = heightsOf(sample(points, R_view_map, 4 * count), cameras);
+  return { R_view_map, sampled: sample(points, R_view_map, count), heights, straight: before.straight };
 }
 
 /** With the walls' direction, from what a section at the height `cut` leaves open. */
 export function straightened(
   survey: Survey,
   poses: readonly Pose[],
-  { cut, is_wide, is_rough }: { cut: number; is_wide: boolean; is_rough: boolean },
+  { cut, is_wide }: { cut: number; is_wide: boolean },
 ): Survey {
   if (survey.sampled.length === 0) return survey;
-  const open = openSamples(survey, poses, cut).filter((_, i) => !is_rough || i % 5 === 0);
-  return { ...survey, straight: straightAzimuth(open, is_wide) };
+  return { ...survey, straight: straightAzimuth(openSamples(survey, poses, cut), is_wide) };
 }
 
 /** What the section leaves, and all cameras: as heavy as a part of the map, lest they count as strays. */
