@@ -66,6 +66,7 @@ export {
   register,
   relation_errors,
   spatial_presets,
+  SpatialMapPoints,
   SpatialReconstruction,
   strategy_presets,
   StrategyComparison,

@@ -37,6 +37,7 @@ export {
   register,
   relation_errors,
   spatial_presets,
+  SpatialMapPoints,
   SpatialReconstruction,
   strategy_presets,
   StrategyComparison,

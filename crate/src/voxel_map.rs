@@ -6,6 +6,7 @@ mod grid;
 mod voxel;
 
 use std::hint::black_box;
+use std::ops::Range;
 
 use glam::{DVec3, Mat3A, Vec3};
 use rustc_hash::FxHashMap;
@@ -39,6 +40,19 @@ struct Origin {
     corner: [i32; 3],
     /// The first frame that saw it.
     frame: u32,
+}
+
+/// A point of the map.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MapPoint {
+    /// World frame (m).
+    pub position: Vec3,
+    /// Unit vector; zero where that is unknown.
+    pub normal: Vec3,
+    /// Red, green, blue; black where no frame had colours.
+    pub color: [u8; 3],
+    /// The first frame that saw it.
+    pub frame: u32,
 }
 
 /// So many blocks that were found last are found without the map of all.
@@ -143,6 +157,21 @@ impl VoxelMap {
     /// Their colours (red, green, blue), where any frame had some.
     pub fn colors(&self) -> Option<impl ExactSizeIterator<Item = [u8; 3]>> {
         self.has_colors.then(|| self.voxels.iter().map(Voxel::color))
+    }
+
+    /// Whether any frame had colours.
+    pub fn has_colors(&self) -> bool {
+        self.has_colors
+    }
+
+    /// All that is known of some of the points, by their places in [`cloud`](Self::cloud).
+    pub fn points(&self, places: Range<usize>) -> impl ExactSizeIterator<Item = MapPoint> {
+        self.voxels[places.clone()].iter().zip(&self.origins[places]).map(|(voxel, origin)| MapPoint {
+            position: voxel.position(origin.corner, self.voxel_size),
+            normal: voxel.normal(),
+            color: voxel.color(),
+            frame: origin.frame,
+        })
     }
 
     /// The first frame that saw each point.
@@ -330,6 +359,23 @@ mod tests {
         assert!(found.normals.unwrap()[0].distance(normal) < 2e-3);
         assert_eq!(found.colors.unwrap(), [[255, 128, 7]]);
         assert!((found.positions[0].x - 0.0525).abs() < 1e-5, "{}", found.positions[0]);
+    }
+
+    #[test]
+    fn points_are_those_of_the_cloud() {
+        let positions: Vec<[f32; 3]> = (0..100).map(|i| [i as f32 * 0.03, (i % 7) as f32 * 0.2, 1.0]).collect();
+        let mut map = VoxelMap::new(0.1);
+        map.insert(&cloud(&positions[..50]), &Pose3::identity(), 4, 100.0);
+        map.insert(&cloud(&positions[50..]), &Pose3::identity(), 9, 100.0);
+        let whole = map.cloud();
+        let (normals, colors) = (whole.normals.unwrap(), whole.colors.unwrap());
+        let points: Vec<MapPoint> = map.points(10..map.len()).collect();
+        assert_eq!(points.len(), map.len() - 10);
+        for (at, point) in (10..).zip(points) {
+            let MapPoint { position, normal, color, frame } = point;
+            assert_eq!((position, normal, color), (whole.positions[at], normals[at], colors[at]));
+            assert_eq!(frame, map.frames()[at]);
+        }
     }
 
     #[test]

@@ -425,8 +425,24 @@ async function reconstructWalk(preparers, jobs = walk([1, 2, 3, 4, 5, 6], walkFi
   const outcome = await run.run();
   await Promise.all(preparers.map((preparer) => preparer.close()));
   const [trajectory, map] = [reconstruction.trajectory_tum(), reconstruction.map_ply()];
+  assertSameArrays(reconstruction);
   reconstruction.free();
   return { outcome, events, trajectory, map };
+}
+
+/** The map's points all at once are those that are asked for one by one. @param {engine.SpatialReconstruction} whole */
+function assertSameArrays(whole) {
+  const points = whole.map_points();
+  assert.ok(points.frames.length > 1024);
+  assert.deepEqual(points.positions, whole.map_positions());
+  assert.deepEqual(points.colors, whole.map_colors());
+  assert.deepEqual(points.frames, whole.map_frames());
+  const normals = whole.map_normals();
+  assert.equal(points.normals.length, normals.length);
+  for (const [i, normal] of normals.entries()) {
+    assert.ok(Math.abs((points.normals[i] ?? 0) - 32_767 * normal) < 0.51, `${points.normals[i]}, ${normal}`);
+  }
+  points.free();
 }
 
 test('the engine in real threads: the same bytes with one thread, with three, and when threads are killed', async () => {

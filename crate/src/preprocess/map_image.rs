@@ -77,8 +77,8 @@ impl MapImage {
                     ((on_plane - z).abs() < noise).then_some((on_plane, plane.rounded_normal))
                 });
                 let (z, normal) = on_surface.unwrap_or((z, [0; 3]));
-                // Halves go up: depths are positive. A cast saturates.
-                *kept_depth = ((z * a_metre + 0.5) as u16).max(1);
+                // Halves go up: depths are positive. Signed on the way: unsigned conversions take many instructions.
+                *kept_depth = ((z * a_metre + 0.5) as i32).clamp(1, i32::from(u16::MAX)) as u16;
                 *kept_normal = normal;
             }
         }

@@ -50,7 +50,8 @@ impl Voxel {
 
     pub fn color(&self) -> [u8; 3] {
         let share = 1.0 / self.count.min(MOST) as f32;
-        unpacked(self.color).map(|sum| (sum as f32 * share + 0.5) as u8)
+        // Signed on the way: unsigned conversions take many instructions.
+        unpacked(self.color).map(|sum| (sum.cast_signed() as f32 * share + 0.5) as i32 as u8)
     }
 }
 

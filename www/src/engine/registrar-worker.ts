@@ -77,15 +77,10 @@ const api: Async<RegistrarApi> = {
 
   snapshot() {
     const here = engine();
-    return {
-      result: here.result(),
-      points: {
-        positions: here.map_positions(),
-        colors: here.map_colors(),
-        normals: here.map_small_normals(),
-        frames: here.map_frames(),
-      },
-    };
+    const map = here.map_points();
+    const { positions, colors, normals, frames } = map;
+    map.free();
+    return { result: here.result(), points: { positions, colors, normals, frames } };
   },
 
   mapSize(voxel_size) {
