@@ -148,7 +148,7 @@ fn prepare_one(preparation: &Preparation, index: usize, pair: &[(String, Vec<u8>
 /// As most frames of a recording are prepared: it is decided how depth is read.
 fn prepare(files: Files) -> Outcome {
     let (mut preparation, _) = prepared(&files)?;
-    for depth in &mut preparation.depth {
+    if let Some(depth) = &mut preparation.depth {
         depth.decided = depth.quantisations.first().copied();
     }
     frame(move || {
