@@ -147,6 +147,6 @@ mod tests {
         assert_eq!(nothing, DepthPicture { pixels: vec![0, 0], near: 0, far: 0, num_invalid: 2 });
         assert_eq!(image(16, &[7, 65_535]).picture(&[1, 2]).pixels, [1, 2]);
         assert_eq!(image(16, &[7]).picture(&[]).pixels, [0]);
-        assert_eq!(DepthImage::default().picture(&[1]).pixels, []);
+        assert!(DepthImage::default().picture(&[1]).pixels.is_empty());
     }
 }
