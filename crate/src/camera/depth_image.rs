@@ -41,10 +41,10 @@ impl DepthImage {
         let near = measured.clone().find(|&(_, &count)| past(&mut below, count)).map_or(0, |(value, _)| value);
         let far = measured.rfind(|&(_, &count)| past(&mut above, count)).map_or(0, |(value, _)| value);
         let last = colors.len().saturating_sub(1);
-        let range = far.saturating_sub(near).max(1);
+        let range = far.saturating_sub(near).max(1) as u64;
         let color_of = |value: usize| {
-            let place = (value.saturating_sub(near) * last + range / 2) / range;
-            if value == 0 { 0 } else { colors.get(place.min(last)).copied().unwrap_or(0) }
+            let place = (value.saturating_sub(near) as u64 * last as u64 + range / 2) / range;
+            if value == 0 { 0 } else { colors.get(last.min(place as usize)).copied().unwrap_or(0) }
         };
         let table: Vec<u32> = (0..counts.len()).map(color_of).collect();
         let pixels = self.values.iter().map(|&value| table[usize::from(value)]).collect();

@@ -349,6 +349,7 @@ const MOST_SPARE = 8;
 export class ThreadPreparer {
   #module: Promise<WebAssembly.Module>;
   #remote: Promise<Remote<PreparerApi>> | null = null;
+  #has_ended = false;
 
   constructor(module: Promise<WebAssembly.Module>) {
     this.#module = module;
@@ -397,9 +398,12 @@ export class ThreadPreparer {
   #leave(action: (remote: Remote<PreparerApi>) => void): void {
     this.#remote?.then(action, () => undefined);
     this.#remote = null;
+    this.#has_ended = true;
   }
 
   async #patiently<R>(call: (remote: Remote<PreparerApi>) => Promise<R>): Promise<R> {
+    // A file may have been read meanwhile.
+    if (this.#has_ended) throw new WorkerDied('it was ended');
     const started = (this.#remote ??= this.#start());
     let timer: ReturnType<typeof setTimeout> | undefined;
     try {
