@@ -27,7 +27,7 @@ impl DepthImage {
         counts
     }
 
-    /// The image as the eye can read it.
+    /// The image as the eye can read it: in these colours, from near to far, whatever they are packed as.
     pub fn picture(&self, colors: &[u32]) -> DepthPicture {
         let counts = self.histogram();
         let num_invalid = counts[0];
