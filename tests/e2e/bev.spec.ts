@@ -282,6 +282,33 @@ test('bad input has its own message each, and the page goes on', async ({ bev, p
   await expect.poll(() => bev.projections()).toEqual(['247 387']);
 });
 
+test('the sample gives way to what is opened while it loads, and afterwards', async ({ bev, page }) => {
+  let release = () => {};
+  const released = new Promise<void>((resolve) => (release = resolve));
+  await page.route(/front\b.*\.jpg$/, async (route) => {
+    await released;
+    await route.continue();
+  });
+  await page.reload();
+  await expect(bev.view.getByText('top.jpg')).toBeVisible();
+  await bev.choose('Open', /the worked numbers/);
+  await expect(bev.view.getByText('top.jpg')).toHaveCount(0);
+  const front = page.waitForResponse(/front\b.*\.jpg$/);
+  release();
+  await (await front).finished();
+  await bev.click('top', 239, 141);
+  await expect.poll(() => bev.projections()).toEqual(['247.28 387.33']);
+  await expect(bev.view.getByText('front.jpg')).toHaveCount(0);
+  await expect(page.getByRole('alert')).toHaveCount(0);
+
+  await bev.choose('Open', /sample/i);
+  await expect(bev.view.getByText('front.jpg')).toBeVisible();
+  await expect(page.getByLabel('Top camera: width (px)')).toHaveValue('1024');
+  await bev.choose('Open', /the worked numbers/);
+  await expect(bev.view.getByText('front.jpg')).toHaveCount(0);
+  await expect(page.getByRole('alert')).toHaveCount(0);
+});
+
 test('a scene and points as files, a grid, and the way back to the map', async ({ bev, page }) => {
   const { scene } = presetNamed('homework_numbers');
   await bev.load([

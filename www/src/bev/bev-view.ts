@@ -18,7 +18,7 @@ import './picture.js';
 import { type HandleMove, type ScanstitchBevPicture } from './picture.js';
 import './points-table.js';
 import type { TypedPixel } from './points-table.js';
-import type { BevAxes, BevPoint, BevRefinement, BevRole, BevScene, Pixel } from './protocol.js';
+import type { BevAxes, BevPoint, BevPreset, BevRefinement, BevRole, BevScene, Pixel } from './protocol.js';
 import { homographyPanel, type Pointed, readout } from './readout.js';
 import './refinement.js';
 import type { RefinementWish } from './refinement.js';
@@ -298,6 +298,11 @@ export class ScanstitchBev extends LitElement {
     this.session.setScene(scene);
   }
 
+  private openPreset(preset: BevPreset): void {
+    this.refined = null;
+    this.session.openPreset(preset);
+  }
+
   /** The engine says the same scene with other numbers. */
   private rewrite(call: Promise<BevScene> | undefined): Promise<void> {
     return this.session.attempt('scene', async () => {
@@ -430,7 +435,7 @@ export class ScanstitchBev extends LitElement {
 
   private onOpen({ detail }: CustomEvent<string>): void {
     const preset = this.session.presets.find(({ name }) => name === detail);
-    if (preset) this.setScene(preset.scene);
+    if (preset) this.openPreset(preset);
     else if (detail === 'sample') this.session.openSample();
     else this.pick(null);
   }

@@ -56,6 +56,11 @@ export class BevClient {
     return this.#generation;
   }
 
+  /** Strips of a scene before no longer come. */
+  unwarp(): void {
+    this.#generation++;
+  }
+
   dispose(): void {
     this.#worker.terminate();
     this.#waiting.clear();

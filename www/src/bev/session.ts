@@ -33,14 +33,14 @@ export class BevSession implements ReactiveController {
   answered: { made: BevDocument; answer: Answer } | null = null;
   problems: ReadonlyMap<string, Problem> = new Map();
   presets: readonly BevPreset[] = [];
-  /** Whether the pictures are the sample's. */
-  is_sample = false;
   /** How much of the warped top view covers the front view, 0 to 1. */
   blend = 0;
   version = '';
   client: BevClient | null = null;
   private history: History | null = null;
-  private pictures: Record<BevRole, Picture | null> = { top: null, front: null };
+  private pictures: Record<BevRole, (Picture & { is_sample: boolean }) | null> = { top: null, front: null };
+  /** How often something was opened: what the page opens by itself gives way to what is opened while it loads. */
+  private num_opened = 0;
 
   constructor(
     private readonly host: ReactiveControllerHost,
@@ -79,6 +79,12 @@ export class BevSession implements ReactiveController {
 
   get made(): BevDocument | null {
     return this.history?.present ?? null;
+  }
+
+  /** Whether the pictures are the sample's. */
+  get is_sample(): boolean {
+    const { top, front } = this.pictures;
+    return top?.is_sample === true && front?.is_sample === true;
   }
 
   get can_undo(): boolean {
@@ -143,8 +149,12 @@ export class BevSession implements ReactiveController {
   /** The part of the top view that lies over the front view is made anew. */
   private warp(): void {
     const { made } = this;
-    if (made && this.bitmapOf('top')) this.client?.warp(made.scene);
-    else this.listener.unwarped();
+    if (made && this.bitmapOf('top')) {
+      this.client?.warp(made.scene);
+    } else {
+      this.client?.unwarp();
+      this.listener.unwarped();
+    }
   }
 
   /** A pixel followed to the other view; null where the scene is none, which is told already. */
@@ -174,8 +184,9 @@ export class BevSession implements ReactiveController {
 
   /** Files of any kind: scenes, points, pictures; a single picture is of the view `role`. */
   async open(files: readonly NamedFile[], role: BevRole | null = null): Promise<void> {
+    this.num_opened++;
     for (const { name, file } of files) {
-      if (SCENE.test(name)) await this.attempt('file', () => this.openScene(name, file));
+      if (SCENE.test(name)) await this.attempt('file', async () => this.replaceScene(await this.readScene(name, file)));
       else if (TABLE.test(name)) await this.attempt('file', () => this.openPoints(name, file));
     }
     const pictures = files.filter(({ name }) => !SCENE.test(name) && !TABLE.test(name));
@@ -188,10 +199,18 @@ export class BevSession implements ReactiveController {
     }
   }
 
+  openPreset({ scene }: BevPreset): void {
+    this.num_opened++;
+    this.replaceScene(scene);
+  }
+
   async openSample(): Promise<void> {
     await this.attempt('file', async () => {
-      await this.openScene('scene.json', await fetchSampleFile('scene.json'));
-      await this.openSamplePictures();
+      const is_outdated = this.opening();
+      const scene = await this.readScene('scene.json', await fetchSampleFile('scene.json'));
+      if (is_outdated()) return;
+      this.setScene(scene);
+      await this.openSamplePictures(is_outdated);
     });
   }
 
@@ -200,9 +219,11 @@ export class BevSession implements ReactiveController {
     try {
       const linked = readFragment(location.hash);
       if (!linked) return false;
+      const is_outdated = this.opening();
+      if (!linked.is_sample) this.forgetSample();
       this.take(this.history ? changed(this.history, linked.made) : begun(linked.made));
       this.blend = linked.blend;
-      if (linked.is_sample && has_sample) this.attempt('file', () => this.openSamplePictures());
+      if (linked.is_sample && has_sample) this.attempt('file', () => this.openSamplePictures(is_outdated));
       return true;
     } catch (error) {
       this.report('file', error instanceof Error ? error.message : String(error));
@@ -210,11 +231,31 @@ export class BevSession implements ReactiveController {
     }
   }
 
-  private async openScene(name: string, blob: Blob): Promise<BevScene | null> {
+  /** Something begins to be opened; tells later whether something else was opened since. */
+  private opening(): () => boolean {
+    const number = ++this.num_opened;
+    return () => number !== this.num_opened;
+  }
+
+  private async readScene(name: string, blob: Blob): Promise<BevScene> {
     const bytes = new Uint8Array(await blob.arrayBuffer());
-    const scene = await this.client?.call('read_scene', { name, bytes });
-    if (scene) this.setScene(scene);
-    return scene ?? null;
+    const { client } = this;
+    if (!client) throw new Error('The view was closed.');
+    return client.call('read_scene', { name, bytes });
+  }
+
+  /** Another scene, which the sample's pictures do not show. */
+  private replaceScene(scene: BevScene): void {
+    this.forgetSample();
+    this.setScene(scene);
+  }
+
+  private forgetSample(): void {
+    const { top, front } = this.pictures;
+    this.pictures = { top: top?.is_sample ? null : top, front: front?.is_sample ? null : front };
+    for (const role of ['top', 'front'] as const) {
+      if (!this.pictures[role]) this.settle(`size of ${role}`);
+    }
   }
 
   private async openPoints(name: string, blob: Blob): Promise<void> {
@@ -228,26 +269,34 @@ export class BevSession implements ReactiveController {
   }
 
   private async openAddress(address: string): Promise<void> {
+    const is_outdated = this.opening();
     const url = new URL(address, document.baseURI);
-    const scene = await this.openScene(address, await fetchBlob(url.href));
+    const scene = await this.readScene(address, await fetchBlob(url.href));
+    if (is_outdated()) return;
+    this.setScene(scene);
     for (const role of ['top', 'front'] as const) {
-      const image = scene?.[role].image;
-      if (image) await this.openPicture(role, image, await fetchBlob(new URL(image, url).href));
+      const { image } = scene[role];
+      if (image) await this.openPicture(role, image, await fetchBlob(new URL(image, url).href), is_outdated);
     }
   }
 
-  private async openSamplePictures(): Promise<void> {
+  private async openSamplePictures(is_outdated: () => boolean): Promise<void> {
     for (const role of ['top', 'front'] as const) {
-      await this.openPicture(role, `${role}.jpg`, await fetchSampleFile(`${role}.jpg`));
+      await this.openPicture(role, `${role}.jpg`, await fetchSampleFile(`${role}.jpg`), is_outdated, true);
     }
-    this.is_sample = true;
   }
 
   /** Shows a picture; what is none leaves the last one. */
-  private async openPicture(role: BevRole, name: string, blob: Blob): Promise<void> {
+  private async openPicture(
+    role: BevRole,
+    name: string,
+    blob: Blob,
+    is_outdated = () => false,
+    is_sample = false,
+  ): Promise<void> {
     await this.attempt(`picture of ${role}`, async () => {
-      const picture = await decodePicture(name, blob);
-      this.is_sample = false;
+      const picture = { ...(await decodePicture(name, blob)), is_sample };
+      if (is_outdated()) return;
       this.pictures = { ...this.pictures, [role]: picture };
       this.host.requestUpdate();
       if (this.made) await this.checkSizes(this.made.scene);
