@@ -124,14 +124,14 @@ fn brightness_travels_with_the_frame() {
     };
     let colored = frame(Some(&recording.color[0]));
     let Surfaces::Surfels(images) = &colored.surfaces else { panic!("a depth image") };
-    assert!(images.iter().all(|(_, image)| image.brightness.is_some()));
+    assert!(images.iter().all(|(_, surfels)| surfels.image.brightness.is_some()));
     let bytes = colored.to_bytes();
     assert_eq!(PreparedFrame::from_bytes(&bytes).unwrap(), colored);
     for cut in (0..bytes.len()).step_by(bytes.len() / 50) {
         assert!(PreparedFrame::from_bytes(&bytes[..cut]).is_err(), "{cut}");
     }
     let Surfaces::Surfels(images) = frame(None).surfaces else { panic!("a depth image") };
-    assert!(images.iter().all(|(_, image)| image.brightness.is_none()));
+    assert!(images.iter().all(|(_, surfels)| surfels.image.brightness.is_none()));
     // One frame alone is the beginning, whatever its colours.
     let mut odometry = DepthOdometry::new(settings.depth_options());
     assert_eq!(odometry.register_frame(&images[0].1).T_world_sensor, Pose3::identity());

@@ -2,9 +2,10 @@
 #![cfg(not(target_arch = "wasm32"))] // slow in a browser
 #![allow(non_snake_case)]
 
-use scanstitch::camera::{Pinhole, SurfelImage};
+use scanstitch::camera::Pinhole;
 use scanstitch::depth_odometry::{DepthOptions, LoneFrame, Search};
 use scanstitch::geometry::Pose3;
+use scanstitch::prepared_surfels::PreparedSurfels;
 use scanstitch::preprocess::depth_surfels::{DepthModel, depth_surfels};
 use scanstitch::preprocess::wrap_around::usable_pixels;
 use scanstitch::scene::apartment::{Apartment, WalkOptions};
@@ -13,7 +14,7 @@ use scanstitch::scene::space::DepthSensor;
 use scanstitch::verdict::Status;
 
 /// Frames of a flat at poses of its walk, and those poses.
-fn frames(seed: u64, chosen: &[usize]) -> Vec<(SurfelImage, Pose3)> {
+fn frames(seed: u64, chosen: &[usize]) -> Vec<(PreparedSurfels, Pose3)> {
     let camera = Pinhole::from_field_of_view(320, 320, std::f64::consts::FRAC_PI_2).unwrap();
     let flat = Apartment::generate(seed);
     let walk = flat.walk(&WalkOptions { num_frames: Some(1 + chosen.iter().max().unwrap()), ..WalkOptions::default() });
@@ -21,7 +22,8 @@ fn frames(seed: u64, chosen: &[usize]) -> Vec<(SurfelImage, Pose3)> {
     let frame = |&index: &usize| {
         let sensor = DepthSensor::Millimetres { square_noise: 0.0 };
         let depth = sensor.measure(&flat.space.depth(&walk[index], &camera), camera.width, &mut Random::new(seed));
-        (depth_surfels(&depth, &usable_pixels(&depth), &camera, &model), walk[index])
+        let surfels = depth_surfels(&depth, &usable_pixels(&depth), &camera, &model);
+        (DepthOptions::default().prepared(surfels), walk[index])
     };
     chosen.iter().map(frame).collect()
 }

@@ -2,10 +2,11 @@
 #![cfg(not(target_arch = "wasm32"))] // half a minute in a browser
 
 use nalgebra::Vector6;
-use scanstitch::camera::{DepthImage, Pinhole, SurfelImage};
+use scanstitch::camera::{DepthImage, Pinhole};
 use scanstitch::depth_odometry::SpatialEstimate;
 use scanstitch::geometry::{Pose3, RigidMotion};
 use scanstitch::prepared_frame::{FrameLabel, Preparation, PreparedFrame, Surfaces};
+use scanstitch::prepared_surfels::PreparedSurfels;
 use scanstitch::scene::random::Random;
 use scanstitch::scene::ring::Ring;
 use scanstitch::scene::space::DepthSensor;
@@ -22,7 +23,7 @@ fn pgm(image: &DepthImage) -> Vec<u8> {
 }
 
 /// A walk round the corridor and four metres further, in the frame of its first pose, and what a camera saw.
-fn recording() -> (Vec<Pose3>, Vec<SurfelImage>) {
+fn recording() -> (Vec<Pose3>, Vec<PreparedSurfels>) {
     let ring = Ring::generate(1);
     let camera = Pinhole::from_field_of_view(SIDE, SIDE, std::f64::consts::FRAC_PI_2).unwrap();
     let walk = ring.walk(0.5, 15f64.to_radians(), 4.0);
@@ -59,7 +60,7 @@ fn mean_error(poses: &[Pose3], truth: &[Pose3]) -> f64 {
 }
 
 /// The poses when all frames have been taken in and what was open is closed, and how often something was.
-fn closed(poses: &[Pose3], images: &[SurfelImage]) -> (Vec<Pose3>, SpatialLoops) {
+fn closed(poses: &[Pose3], images: &[PreparedSurfels]) -> (Vec<Pose3>, SpatialLoops) {
     let mut loops = SpatialLoops::default();
     let mut poses = poses.to_vec();
     for (index, image) in images.iter().enumerate() {

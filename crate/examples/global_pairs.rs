@@ -22,6 +22,7 @@ use scanstitch::camera::SurfelImage;
 use scanstitch::depth_odometry::{DepthOptions, LoneFrame, Search};
 use scanstitch::geometry::{PointCloud, Pose3};
 use scanstitch::prepared_frame::{FrameLabel, Preparation, PreparedFrame, Surfaces};
+use scanstitch::prepared_surfels::PreparedSurfels;
 use scanstitch::preprocess::voxel_downsample::voxel_downsample;
 use scanstitch::registration::global::consistency::consistent_motion;
 use scanstitch::registration::global::fpfh::fpfh;
@@ -71,7 +72,7 @@ fn main() {
         let described: Vec<Option<Described>> = (0..frames.len())
             .map(|index| {
                 pairs.iter().any(|(a, b)| *a == index || *b == index).then(|| {
-                    let (seconds, described) = timed(|| Described::new(&frames[index], voxel_size));
+                    let (seconds, described) = timed(|| Described::new(&frames[index].image, voxel_size));
                     describing += seconds;
                     described
                 })
@@ -115,7 +116,7 @@ fn main() {
     }
 }
 
-fn prepared(recording: &Recording) -> Vec<SurfelImage> {
+fn prepared(recording: &Recording) -> Vec<PreparedSurfels> {
     let [fx, fy, cx, cy] = recording.intrinsics.unwrap_or_default();
     let settings = SpatialSettings { fx, fy, cx, cy, ..SpatialSettings::default() };
     let preparation = Preparation::new(&settings, "0", &recording.depth[0]).expect("a depth image");
@@ -139,7 +140,12 @@ fn overlap(source: &SurfelImage, target: &SurfelImage, T_target_source: &Pose3) 
     num_seen as f64 / source.surfels().step_by(7).count().max(1) as f64
 }
 
-fn overlapping_pairs(frames: &[SurfelImage], truth: &[Pose3], most: usize, random: &mut Random) -> Vec<(usize, usize)> {
+fn overlapping_pairs(
+    frames: &[PreparedSurfels],
+    truth: &[Pose3],
+    most: usize,
+    random: &mut Random,
+) -> Vec<(usize, usize)> {
     let mut pairs = Vec::new();
     let any = |random: &mut Random| (random.uniform(0.0, frames.len() as f64) as usize).min(frames.len() - 1);
     for _ in 0..200 * most {
@@ -149,8 +155,8 @@ fn overlapping_pairs(frames: &[SurfelImage], truth: &[Pose3], most: usize, rando
         }
         let T = truth[target].inverse() * truth[source];
         if T.translation.vector.norm() < 8.0
-            && overlap(&frames[source], &frames[target], &T) > 0.4
-            && overlap(&frames[target], &frames[source], &T.inverse()) > 0.4
+            && overlap(&frames[source].image, &frames[target].image, &T) > 0.4
+            && overlap(&frames[target].image, &frames[source].image, &T.inverse()) > 0.4
         {
             pairs.push((source, target));
             if pairs.len() == most {
@@ -195,7 +201,7 @@ impl Described {
 
 struct Input<'a> {
     lone: &'a LoneFrame,
-    frame: &'a SurfelImage,
+    frame: &'a PreparedSurfels,
     source: &'a Described,
     target: &'a Described,
     pairs: &'a [(Vector3<f64>, Vector3<f64>)],

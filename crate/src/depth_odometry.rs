@@ -16,7 +16,6 @@ mod lone_frame;
 mod matching;
 mod open_direction;
 mod seen;
-mod surfel_cloud;
 mod unconfirmed;
 
 use serde::{Deserialize, Serialize};
@@ -28,9 +27,9 @@ use self::left_out::LeftOut;
 pub use self::lone_frame::{LoneFrame, Search};
 pub(crate) use self::matching::{fine_options, middle_options};
 pub(crate) use self::open_direction::OpenDirection;
-pub(crate) use self::surfel_cloud::{AllSurfels, SurfelCloud};
 use crate::camera::surfel_image::SurfelImage;
 use crate::geometry::Pose3;
+use crate::prepared_surfels::PreparedSurfels;
 use crate::registration::solver::Motion;
 pub use crate::registration::spatial::SpatialRegistration;
 use crate::surfel_map::SurfelMap;
@@ -97,6 +96,19 @@ pub struct DepthOptions {
     pub color: ColorUse,
     /// Whether what is found is verified.
     pub verification: Verification,
+}
+
+/// Points of the registration itself, ...
+const FINE_POINTS: usize = 3000;
+/// ... and where it is to be quick.
+const QUICK_POINTS: usize = 1200;
+
+impl DepthOptions {
+    /// Makes a frame ready to be registered with these options: what can be done before it is its turn.
+    pub fn prepared(&self, frame: SurfelImage) -> PreparedSurfels {
+        let num_fine = if self.effort == Effort::Quick { QUICK_POINTS } else { FINE_POINTS };
+        PreparedSurfels::new(frame, num_fine)
+    }
 }
 
 /// Frame-to-map odometry in space. The world frame is the frame of the first camera.
@@ -171,11 +183,11 @@ impl DepthOdometry {
     /// for from where the last one was found.
     ///
     /// What it tells of the frames before is to be [taken](Self::take_revisions) after it.
-    pub fn register_frame(&mut self, frame: &SurfelImage) -> SpatialEstimate {
+    pub fn register_frame(&mut self, frame: &PreparedSurfels) -> SpatialEstimate {
         let number = self.num_frames;
         self.num_frames += 1;
         self.rounds = None;
-        let num_surfels = frame.surfels().count();
+        let num_surfels = frame.image.surfels().count();
         if num_surfels < MIN_SURFELS {
             return self.blank(num_surfels);
         }
@@ -297,7 +309,7 @@ impl DepthOdometry {
 
     /// Frames that the chain does not place are chained aside. Where those that fit each other have become more, they are the
     /// chain; then this is where the frame is.
-    fn set_aside(&mut self, number: u32, frame: &SurfelImage) -> Option<SpatialEstimate> {
+    fn set_aside(&mut self, number: u32, frame: &PreparedSurfels) -> Option<SpatialEstimate> {
         let Some(aside) = &mut self.aside else {
             self.aside = Some(Chain::new(self.options, number, frame).0);
             return None;

@@ -10,6 +10,7 @@ use nalgebra::Vector3;
 use crate::camera::surfel_image::SurfelImage;
 use crate::geometry::Pose3;
 use crate::geometry::rotation::angle_of;
+use crate::prepared_surfels::PreparedSurfels;
 use crate::registration::photometric::Picture;
 use crate::registration::projective::{ProjectiveTarget, Sight};
 
@@ -52,14 +53,14 @@ const TOLERANCE: f64 = 0.05;
 
 impl KeyViews {
     /// Keeps a frame that is believed, with a number of the caller's, unless there is one like it.
-    pub fn add(&mut self, frame: &SurfelImage, number: u32, T_world_camera: &Pose3) {
+    pub fn add(&mut self, frame: &PreparedSurfels, number: u32, T_world_camera: &Pose3) {
         if self.views.iter().any(|known| apart_within(&known.T_world_camera, T_world_camera, SPACING).is_some()) {
             return;
         }
-        let mut view = ProjectiveTarget::of_frame(frame, 2);
-        view.shrink();
-        let picture = frame.brightness.clone().map(|brightness| Picture::new(brightness, &frame.camera));
-        self.push(KeyView { T_world_camera: *T_world_camera, frame: number, view: Arc::new(view), picture });
+        let SurfelImage { brightness, camera, .. } = &frame.image;
+        let picture = brightness.clone().map(|brightness| Picture::new(brightness, camera));
+        let view = Arc::new(frame.coarse_view());
+        self.push(KeyView { T_world_camera: *T_world_camera, frame: number, view, picture });
     }
 
     fn push(&mut self, added: KeyView) {
@@ -161,9 +162,10 @@ mod tests {
     use super::*;
     use crate::camera::surfel_image::cell_camera;
     use crate::camera::{Brightness, ColorImage, Pinhole, Surfel};
+    use crate::depth_odometry::DepthOptions;
 
     /// A wall two metres ahead, as a camera of 640 x 480 pixels with colours sees it.
-    fn wall() -> SurfelImage {
+    fn wall() -> PreparedSurfels {
         let camera = Pinhole::new(640, 480, [500.0, 500.0, 319.5, 239.5]).unwrap();
         let (columns, rows) = (160, 120);
         let cells = cell_camera(&camera, 4);
@@ -172,14 +174,14 @@ mod tests {
             Some(Surfel { point, normal: -Vector3::z(), deviation: 0.01 })
         };
         let colors = ColorImage { width: 640, height: 480, pixels: vec![[90; 3]; 640 * 480] };
-        SurfelImage {
+        DepthOptions::default().prepared(SurfelImage {
             camera,
             cell_size: 4,
             columns,
             rows,
             cells: (0..columns * rows).map(surfel).collect(),
             brightness: Some(Arc::new(Brightness::new(&colors))),
-        }
+        })
     }
 
     #[test]

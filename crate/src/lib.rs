@@ -24,6 +24,7 @@ pub mod occupancy_grid;
 pub mod odometry;
 pub mod pose_graph;
 pub mod prepared_frame;
+pub mod prepared_surfels;
 pub mod preprocess;
 pub mod reconstruction;
 pub mod recorded_scan;

@@ -12,6 +12,7 @@ use crate::cloud_odometry::PreparedCloud;
 use crate::error::{Error, Result};
 use crate::geometry::PointCloud;
 use crate::io::{color_image, depth_png, point_cloud};
+use crate::prepared_surfels::PreparedSurfels;
 use crate::preprocess::depth_cloud::depth_cloud;
 use crate::preprocess::depth_surfels::{DepthModel, depth_surfels};
 use crate::preprocess::map_image::MapImage;
@@ -148,7 +149,7 @@ pub struct PreparedFrame {
 #[derive(Debug, Clone, PartialEq)]
 pub enum Surfaces {
     /// The surfaces of a depth image, for each way of reading the depth that was open.
-    Surfels(Vec<(Quantisation, SurfelImage)>),
+    Surfels(Vec<(Quantisation, PreparedSurfels)>),
     /// What [`PreparedCloud::cloud`] gave.
     Cloud(PointCloud),
 }
@@ -237,7 +238,10 @@ impl PreparedFrame {
         let map_image = MapImage::new(&image, &usable, likeliest, &model, colors.as_ref());
         let map_points = MapPoints::Image(map_image, *quantisation);
         let surfaces = if preparation.settings.method == Method::SurfelMap {
-            Surfaces::Surfels(surfels)
+            let options = preparation.settings.depth_options();
+            Surfaces::Surfels(
+                surfels.into_iter().map(|(quantisation, image)| (quantisation, options.prepared(image))).collect(),
+            )
         } else {
             // Courses take every value for what it says.
             let is_course = preparation.settings.method == Method::Course;

@@ -124,8 +124,8 @@ impl Reading {
                 let is_good = estimate.verdict.status == Status::Good;
                 // Frames that do not belong fit in no way.
                 if let Some(registration) = estimate.registration.as_ref().filter(|_| is_good) {
-                    let sq_depths: f64 = surfels.surfels().map(|surfel| surfel.point.z * surfel.point.z).sum();
-                    let sq_depth = sq_depths / surfels.surfels().count().max(1) as f64;
+                    let sq_depths: f64 = surfels.image.surfels().map(|surfel| surfel.point.z * surfel.point.z).sum();
+                    let sq_depth = sq_depths / surfels.image.surfels().count().max(1) as f64;
                     self.misfit += registration.last.inlier_rmse.powi(2) / sq_depth.max(f64::MIN_POSITIVE);
                     self.num_registered += 1;
                 }

@@ -49,12 +49,7 @@ impl Brightness {
                 ((grey(upper[0]) + grey(upper[1]) + grey(lower[0]) + grey(lower[1])) * 256 / 12) as u16
             }));
         }
-        Self::from_finest(width, height, Level { width, height, values }.smoothed().values)
-    }
-
-    /// From the finest level, as [`finest`](Self::finest) gives it. `values` are `width * height`.
-    pub fn from_finest(width: usize, height: usize, values: Vec<u16>) -> Self {
-        let mut levels = vec![Level { width, height, values }];
+        let mut levels = vec![Level { width, height, values }.smoothed()];
         for level in 1..NUM_LEVELS {
             let next = levels[level - 1].smoothed().halved();
             levels.push(next);
@@ -62,10 +57,19 @@ impl Brightness {
         Self { levels }
     }
 
-    /// Columns, rows and values of the finest level.
-    pub fn finest(&self) -> (usize, usize, &[u16]) {
-        let Level { width, height, values } = &self.levels[0];
-        (*width, *height, values)
+    /// From all levels, as [`levels`](Self::levels) gives them: columns, rows and values, the finest first. None where they
+    /// are none of one image.
+    pub fn from_levels(levels: [(usize, usize, Vec<u16>); NUM_LEVELS]) -> Option<Self> {
+        let levels = levels.map(|(width, height, values)| Level { width, height, values });
+        let is_whole = |level: &Level| level.width.checked_mul(level.height) == Some(level.values.len());
+        let follows = |(level, next): (&Level, &Level)| level.halved_size() == (next.width, next.height);
+        let is_pyramid = levels.iter().all(is_whole) && levels.iter().zip(&levels[1..]).all(follows);
+        is_pyramid.then(|| Self { levels: levels.into() })
+    }
+
+    /// Columns, rows and values of all levels, the finest first.
+    pub fn levels(&self) -> impl Iterator<Item = (usize, usize, &[u16])> {
+        self.levels.iter().map(|Level { width, height, values }| (*width, *height, &values[..]))
     }
 
     /// What it takes on the heap.
@@ -159,9 +163,13 @@ impl Level {
         Self { width, height, values: smoothed }
     }
 
+    fn halved_size(&self) -> (usize, usize) {
+        (self.width.div_ceil(2), self.height.div_ceil(2))
+    }
+
     /// Every second pixel of every second row.
     fn halved(&self) -> Self {
-        let (width, height) = (self.width.div_ceil(2), self.height.div_ceil(2));
+        let (width, height) = self.halved_size();
         let mut values = Vec::with_capacity(width * height);
         for row in self.values.chunks_exact(self.width.max(1)).step_by(2) {
             values.extend(row.iter().step_by(2));
@@ -223,9 +231,21 @@ mod tests {
     }
 
     #[test]
-    fn the_finest_level_is_all_there_is_to_know() {
+    fn it_is_made_of_its_levels_and_of_no_others() {
         let brightness = Brightness::new(&image(41, 30, |u, v| 3.0 * u + 2.0 * v));
-        let (width, height, values) = brightness.finest();
-        assert_eq!(Brightness::from_finest(width, height, values.to_vec()), brightness);
+        let levels = || -> [(usize, usize, Vec<u16>); NUM_LEVELS] {
+            let levels = brightness.levels().map(|(width, height, values)| (width, height, values.to_vec()));
+            levels.collect::<Vec<_>>().try_into().unwrap()
+        };
+        assert_eq!(Brightness::from_levels(levels()), Some(brightness.clone()));
+        for level in 0..NUM_LEVELS {
+            let mut short = levels();
+            short[level].2.pop();
+            assert_eq!(Brightness::from_levels(short), None);
+            let mut wider = levels();
+            wider[level].0 += 1;
+            wider[level].2.extend(vec![0; wider[level].1]);
+            assert_eq!(Brightness::from_levels(wider), None);
+        }
     }
 }

@@ -12,9 +12,9 @@ use super::open_direction::OpenDirection;
 use super::seen::Seen;
 use super::unconfirmed::{Told, Unconfirmed};
 use super::{DepthOptions, ESTABLISHED, Effort, SpatialEstimate, Verification};
-use crate::camera::surfel_image::SurfelImage;
 use crate::geometry::Pose3;
 use crate::key_views::apart;
+use crate::prepared_surfels::PreparedSurfels;
 use crate::verdict::{Status, Verdict};
 
 /// Another place than where the last frame was is believed when it agrees better by this share ...
@@ -96,9 +96,9 @@ impl From<SpatialEstimate> for Outcome {
 
 impl Chain {
     /// The chain that begins with this frame, at the world's origin.
-    pub(super) fn new(options: DepthOptions, number: u32, frame: &SurfelImage) -> (Self, SpatialEstimate) {
+    pub(super) fn new(options: DepthOptions, number: u32, frame: &PreparedSurfels) -> (Self, SpatialEstimate) {
         let (mut seen, T_world_sensor) = (Seen::default(), Pose3::identity());
-        let view = seen.map.view(frame, &T_world_sensor);
+        let view = seen.map.view(&frame.image, &T_world_sensor);
         seen.insert(frame, number, &T_world_sensor, &view);
         let verdict = Verdict::first();
         let estimate = SpatialEstimate { T_world_sensor, registration: None, overlap: 1.0, verdict, is_in_map: true };
@@ -153,7 +153,7 @@ impl Chain {
 
     /// Registers the frame after the last one. One that is contradicted, or where too little says that it is there, is no part of
     /// the map.
-    pub(super) fn register(&mut self, number: u32, frame: &SurfelImage) -> Outcome {
+    pub(super) fn register(&mut self, number: u32, frame: &PreparedSurfels) -> Outcome {
         if self.options.verification == Verification::Off {
             let found = self.find_near(&Matching::new(&self.seen, frame, self.options));
             let verdict = Verdict { agreement: found.agreement, ..Verdict::first() };
@@ -182,7 +182,7 @@ impl Chain {
     }
 
     /// Registers a frame after the last one if it is where such a frame is to be expected; for chains that are not it yet.
-    pub(super) fn register_aside(&mut self, number: u32, frame: &SurfelImage) -> Outcome {
+    pub(super) fn register_aside(&mut self, number: u32, frame: &PreparedSurfels) -> Outcome {
         let found = self.find_near(&Matching::new(&self.seen, frame, self.options));
         let reach = self.reach_of(&found);
         if self.is_firm(&found, reach) { self.believe(number, frame, found) } else { self.doubt(&found, reach).into() }
@@ -212,7 +212,7 @@ impl Chain {
 
     /// Near where the last frame was, or seemed to be, then all around, then in all places seen before: as far as the
     /// evidence sends it.
-    fn find(&self, frame: &SurfelImage) -> Found {
+    fn find(&self, frame: &PreparedSurfels) -> Found {
         let matching = Matching::new(&self.seen, frame, self.options);
         let mut found = self.find_near(&matching);
         if !self.is_settled(&found) {
@@ -319,7 +319,7 @@ impl Chain {
 
     /// A frame that is where it is for sure. What was known before frames that are not tells where those are, once it is seen
     /// again.
-    fn believe(&mut self, number: u32, frame: &SurfelImage, mut found: Found) -> Outcome {
+    fn believe(&mut self, number: u32, frame: &PreparedSurfels, mut found: Found) -> Outcome {
         let (mut confirmed, mut dropped, mut uncertain) = (Vec::new(), Vec::new(), Vec::new());
         let is_next = self.num_missed == 0 && self.reach_of(&found) != Reach::Afar;
         while let Some(unconfirmed) = self.unconfirmed.pop() {
@@ -340,7 +340,7 @@ impl Chain {
                     confirmed.extend(certain);
                     dropped.extend(others);
                     found = *anchored;
-                    found.view = self.seen.map.view(frame, &found.registration.T_target_source);
+                    found.view = self.seen.map.view(&frame.image, &found.registration.T_target_source);
                 }
             }
         }
@@ -348,7 +348,13 @@ impl Chain {
     }
 
     /// Takes in the frame after the last one; with a verdict, if its own place is not certain.
-    fn append(&mut self, number: u32, frame: &SurfelImage, found: Found, doubt: Option<Verdict>) -> SpatialEstimate {
+    fn append(
+        &mut self,
+        number: u32,
+        frame: &PreparedSurfels,
+        found: Found,
+        doubt: Option<Verdict>,
+    ) -> SpatialEstimate {
         let T_world_sensor = found.registration.T_target_source;
         self.last_motion = self.T_world_last.inverse() * T_world_sensor;
         if doubt.is_none() && self.num_missed == 0 {
@@ -373,7 +379,7 @@ impl Chain {
     pub(super) fn insert(
         &mut self,
         number: u32,
-        frame: &SurfelImage,
+        frame: &PreparedSurfels,
         found: Found,
         verdict: Verdict,
     ) -> SpatialEstimate {

@@ -12,15 +12,14 @@ use super::guesses::best_apart;
 use super::matching::Matching;
 use super::open_direction::OpenDirection;
 use super::seen::Seen;
-use crate::camera::SurfelImage;
 use crate::camera::brightness::NUM_LEVELS;
 use crate::geometry::{Pose3, RigidMotion};
 use crate::key_views::{KeyView, apart};
+use crate::prepared_surfels::PreparedSurfels;
 use crate::registration::clustered::unit_variance;
 use crate::registration::factors::{Metric, NormalEquations, PointToSurfel};
 use crate::registration::photometric::{
     Gaussian, MIN_POINTS, PhotometricResult, TexturedPoint, Witness, correlation, register_by_brightness,
-    textured_points,
 };
 use crate::registration::projective::Sight;
 
@@ -70,23 +69,23 @@ const SURFACE_STRIDE: usize = 3;
 const MIN_DEVIATION: f64 = 2e-4;
 
 /// A frame's points that stand out.
-pub(super) struct Colored {
-    points: Vec<TexturedPoint>,
+pub(super) struct Colored<'a> {
+    points: &'a [TexturedPoint],
     is_for_open_only: bool,
 }
 
-impl Colored {
+impl<'a> Colored<'a> {
     /// None where the frame has no colours that are to be used, or nothing in it stands out.
-    pub(super) fn new(frame: &SurfelImage, color: ColorUse) -> Option<Self> {
-        let points = if color == ColorUse::NotUsed { Vec::new() } else { textured_points(frame) };
+    pub(super) fn new(frame: &'a PreparedSurfels, color: ColorUse) -> Option<Self> {
+        let points = if color == ColorUse::NotUsed { &[] } else { &frame.textured[..] };
         let is_for_open_only = color == ColorUse::WhereOpen;
         (points.len() >= MIN_POINTS).then_some(Self { points, is_for_open_only })
     }
 
     /// The pictures of key frames that see most of the points from about this pose.
-    fn witnesses<'a>(&self, seen: &'a Seen, T_world_camera: &Pose3) -> Vec<Witness<'a>> {
+    fn witnesses<'s>(&self, seen: &'s Seen, T_world_camera: &Pose3) -> Vec<Witness<'s>> {
         let views = seen.key_views.near(T_world_camera).into_iter();
-        let witness = |view: &'a KeyView| {
+        let witness = |view: &'s KeyView| {
             let picture = view.picture()?;
             let T_view_camera = view.T_world_camera.inverse() * T_world_camera;
             let (R, t) = (T_view_camera.rotation.to_rotation_matrix().into_inner(), T_view_camera.translation.vector);
@@ -104,8 +103,8 @@ impl Colored {
 /// What the surfaces of a registration tell of the pose. The errors of a patch of them are one error.
 fn surfaces_of(matching: &Matching<'_>, found: &Found) -> Gaussian {
     let Matching { frame, fine, solver, .. } = matching;
-    let camera = frame.cell_camera();
-    let (columns, rows) = (frame.columns.div_ceil(PATCH).max(1), frame.rows.div_ceil(PATCH).max(1));
+    let camera = frame.image.cell_camera();
+    let (columns, rows) = (frame.image.columns.div_ceil(PATCH).max(1), frame.image.rows.div_ceil(PATCH).max(1));
     let mut patches = vec![Vector6::zeros(); columns * rows];
     let mut sum = NormalEquations { H: Matrix6::zeros(), b: Vector6::zeros() };
     for pair in found.registration.correspondences.iter().step_by(SURFACE_STRIDE) {
@@ -198,14 +197,14 @@ impl Matching<'_> {
     /// How well the brightness at a pose agrees with the pictures, by the coarsest level; none where too little is seen.
     fn alike(&self, colored: &Colored, T_world_camera: &Pose3) -> Option<f64> {
         let witnesses = colored.witnesses(self.seen, T_world_camera);
-        let (correlation, num_compared) = correlation(&colored.points, &witnesses, T_world_camera, NUM_LEVELS - 1);
+        let (correlation, num_compared) = correlation(colored.points, &witnesses, T_world_camera, NUM_LEVELS - 1);
         (num_compared * MIN_COMPARED > colored.points.len()).then_some(correlation)
     }
 
     /// The likeliest pose near that of the surfaces, where the pictures agree.
     fn by_brightness(&self, colored: &Colored, surfaces: &Gaussian, coarsest: usize) -> Option<PhotometricResult> {
         let witnesses = colored.witnesses(self.seen, &surfaces.T_world_camera);
-        let result = register_by_brightness(&colored.points, &witnesses, surfaces, coarsest, &self.solver)?;
+        let result = register_by_brightness(colored.points, &witnesses, surfaces, coarsest, &self.solver)?;
         (result.correlation > MIN_CORRELATION).then_some(result)
     }
 

@@ -3,8 +3,8 @@
 use nalgebra::{Matrix3, Vector3};
 
 use super::seen::Seen;
-use super::surfel_cloud::SurfelCloud;
 use crate::geometry::Pose3;
+use crate::prepared_surfels::SurfelCloud;
 use crate::registration::projective::{Glances, ProjectiveTarget, Sight};
 
 /// Surfaces agree with a rough guess when they are this near (m), ...

@@ -3,8 +3,8 @@
 use nalgebra::{UnitQuaternion, Vector3};
 
 use super::evidence::score_turned;
-use super::surfel_cloud::SurfelCloud;
 use crate::geometry::Pose3;
+use crate::prepared_surfels::SurfelCloud;
 use crate::registration::projective::ProjectiveTarget;
 
 /// Turns about the camera's vertical, the whole way round. On pairs of frames, three times as many places and half as many

@@ -2,8 +2,8 @@
 
 use std::collections::VecDeque;
 
-use crate::camera::surfel_image::SurfelImage;
 use crate::geometry::Pose3;
+use crate::prepared_surfels::PreparedSurfels;
 
 /// So many are kept, the latest: a frame takes a megabyte.
 const MOST: usize = 40;
@@ -13,7 +13,7 @@ const MOST: usize = 40;
 pub(super) struct LeftOutFrame {
     /// Its number among all frames.
     pub(super) number: u32,
-    pub(super) frame: SurfelImage,
+    pub(super) frame: PreparedSurfels,
     /// Where it seemed to be.
     pub(super) T_world_sensor: Pose3,
 }
@@ -25,7 +25,7 @@ pub(super) struct LeftOut {
 }
 
 impl LeftOut {
-    pub(super) fn push(&mut self, number: u32, frame: &SurfelImage, T_world_sensor: Pose3) {
+    pub(super) fn push(&mut self, number: u32, frame: &PreparedSurfels, T_world_sensor: Pose3) {
         if self.frames.len() == MOST {
             self.frames.pop_front();
         }

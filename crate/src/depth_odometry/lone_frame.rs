@@ -4,8 +4,8 @@ use super::found::Found;
 use super::matching::Matching;
 use super::seen::Seen;
 use super::{DepthOptions, SpatialEstimate};
-use crate::camera::surfel_image::SurfelImage;
 use crate::geometry::Pose3;
+use crate::prepared_surfels::PreparedSurfels;
 
 /// A frame that others are registered to, one by one and apart from each other. Poses are in its own frame.
 pub struct LoneFrame {
@@ -25,15 +25,15 @@ pub enum Search {
 
 impl LoneFrame {
     /// A frame alone.
-    pub fn new(frame: &SurfelImage) -> Self {
+    pub fn new(frame: &PreparedSurfels) -> Self {
         let (mut seen, identity) = (Seen::default(), Pose3::identity());
-        let view = seen.map.view(frame, &identity);
+        let view = seen.map.view(&frame.image, &identity);
         seen.insert(frame, 0, &identity, &view);
         Self { seen }
     }
 
     /// Registers another frame; the estimate's pose maps it into this frame.
-    pub fn register(&self, frame: &SurfelImage, search: Search, options: DepthOptions) -> SpatialEstimate {
+    pub fn register(&self, frame: &PreparedSurfels, search: Search, options: DepthOptions) -> SpatialEstimate {
         let matching = Matching::new(&self.seen, frame, options);
         let found = match search {
             Search::From(guess) => nearer(matching.best_of(&[guess], &guess), matching.settled(guess)),

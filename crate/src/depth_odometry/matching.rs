@@ -9,11 +9,10 @@ use super::guesses::{around, best_apart, unlikelihood};
 use super::lattice::{self, best_places};
 use super::open_direction::OpenDirection;
 use super::seen::Seen;
-use super::surfel_cloud::{AllSurfels, SurfelCloud};
-use super::{DepthOptions, Effort, SAME_PLACE};
-use crate::camera::surfel_image::SurfelImage;
+use super::{DepthOptions, SAME_PLACE};
 use crate::geometry::Pose3;
 use crate::key_views::apart;
+use crate::prepared_surfels::{PreparedSurfels, SurfelCloud};
 use crate::registration::factors::PointToSurfel;
 use crate::registration::icp::{Criteria, IcpOptions, Rejection, Weighting, register_with};
 use crate::registration::projective::ProjectiveTarget;
@@ -21,18 +20,10 @@ use crate::registration::robust_kernel::RobustKernel;
 use crate::registration::solver::Solver;
 use crate::registration::spatial::SpatialRegistration;
 
-/// Points that score a guess: hundreds of guesses are looked at.
-const SPARSE_POINTS: usize = 250;
-/// Points that tell which of them are worth that, ...
+/// Points that tell which guesses are worth to be scored by more, ...
 const FIRST_POINTS: usize = 80;
 /// ... which is one in so many.
 const RESCORED_SHARE: usize = 4;
-/// Points that refine the best guesses.
-const MIDDLE_POINTS: usize = 800;
-/// Points of the registration itself, ...
-const FINE_POINTS: usize = 3000;
-/// ... and where it is to be quick.
-const QUICK_POINTS: usize = 1200;
 /// Guesses that are refined with few points, ...
 const ROUGH_GUESSES: usize = 8;
 /// ... and of these with more.
@@ -67,7 +58,7 @@ pub(super) const TELLING_AGREEMENT: f64 = 0.01;
 /// A frame that is being looked for in a map.
 pub(super) struct Matching<'a> {
     pub(super) seen: &'a Seen,
-    pub(super) frame: &'a SurfelImage,
+    pub(super) frame: &'a PreparedSurfels,
     /// The frame as its own camera sees it: what the map's surfaces are held against.
     own_view: ProjectiveTarget,
     sparse: SurfelCloud,
@@ -75,19 +66,18 @@ pub(super) struct Matching<'a> {
     pub(super) fine: SurfelCloud,
     pub(super) solver: Solver<6>,
     /// What stands out of it, where its colours are to be used.
-    pub(super) colored: Option<Colored>,
+    pub(super) colored: Option<Colored<'a>>,
 }
 
 impl<'a> Matching<'a> {
-    pub(super) fn new(seen: &'a Seen, frame: &'a SurfelImage, options: DepthOptions) -> Self {
-        let cloud = AllSurfels::new(frame);
+    pub(super) fn new(seen: &'a Seen, frame: &'a PreparedSurfels, options: DepthOptions) -> Self {
         Self {
             seen,
             frame,
-            own_view: ProjectiveTarget::of_frame(frame, 1),
-            sparse: cloud.at_most(SPARSE_POINTS),
-            middle: cloud.at_most(MIDDLE_POINTS),
-            fine: cloud.at_most(if options.effort == Effort::Quick { QUICK_POINTS } else { FINE_POINTS }),
+            own_view: ProjectiveTarget::of_frame(&frame.image, 1),
+            sparse: frame.sparse(),
+            middle: frame.middle(),
+            fine: frame.fine(),
             solver: options.motion.solver(),
             colored: Colored::new(frame, options.color),
         }
@@ -95,7 +85,7 @@ impl<'a> Matching<'a> {
 
     /// The registration that the best of these guesses leads to; the map is seen from `T_world_view` at first.
     pub(super) fn best_of(&self, guesses: &[Pose3], T_world_view: &Pose3) -> Found {
-        let view = self.seen.map.view(self.frame, T_world_view);
+        let view = self.seen.map.view(&self.frame.image, T_world_view);
         self.refine(&view, self.scored(&view, guesses.iter().copied()), T_world_view)
     }
 
@@ -118,7 +108,7 @@ impl<'a> Matching<'a> {
     pub(super) fn best_of_all_around(&self, T_world_last: &Pose3) -> Found {
         let quarters = [0, 1, 2, 3].map(|quarter| {
             let turned = T_world_last * Isometry3::rotation(Vector3::y() * f64::from(quarter) * 90f64.to_radians());
-            let view = self.seen.map.view(self.frame, &turned);
+            let view = self.seen.map.view(&self.frame.image, &turned);
             let guesses = around(&turned, -6..=6, 7.5f64.to_radians(), 4, 4);
             self.refine(&view, self.scored(&view, guesses), T_world_last)
         });
@@ -129,7 +119,7 @@ impl<'a> Matching<'a> {
     /// The same for turns by any angle about the view's vertical and moves of up to four metres ahead and aside, near or far
     /// alike: for a frame of which nothing is known.
     pub(super) fn best_of_anywhere(&self, T_world_view: &Pose3) -> Found {
-        let view = self.seen.map.view(self.frame, T_world_view);
+        let view = self.seen.map.view(&self.frame.image, T_world_view);
         let places = best_places(&view, &self.sparse.at_most(lattice::POINTS), T_world_view);
         self.refine_best(&view, places, [GUESSES_ANYWHERE, REFINED_ANYWHERE], |_| 0.0)
     }
@@ -192,7 +182,7 @@ impl<'a> Matching<'a> {
             }
         }
         let found = best_apart(scored, PLACES_ANYWHERE).into_iter().map(|guess| {
-            let view = self.seen.map.view(self.frame, &guess);
+            let view = self.seen.map.view(&self.frame.image, &guess);
             self.refine(&view, vec![(0.0, guess)], &guess)
         });
         found.max_by(|a, b| a.support.total_cmp(&b.support))
@@ -216,7 +206,7 @@ impl<'a> Matching<'a> {
     }
 
     fn register_finely_by(&self, solver: &Solver<6>, guess: Pose3) -> Found {
-        let view = self.seen.map.view(self.frame, &guess);
+        let view = self.seen.map.view(&self.frame.image, &guess);
         let registration = register(solver, &view, &self.fine, guess, &fine_options());
         let Evidence { support, overlap, agreement } =
             self.evidence(&view, &self.middle, &registration.T_target_source);

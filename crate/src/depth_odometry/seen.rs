@@ -1,8 +1,8 @@
 //! What frames that are part of the map have shown.
 
-use crate::camera::surfel_image::SurfelImage;
 use crate::geometry::Pose3;
 use crate::key_views::KeyViews;
+use crate::prepared_surfels::PreparedSurfels;
 use crate::registration::projective::ProjectiveTarget;
 use crate::surfel_map::SurfelMap;
 
@@ -15,8 +15,14 @@ pub(super) struct Seen {
 
 impl Seen {
     /// Adds a frame with its number. `view` is the map as seen from about there.
-    pub(super) fn insert(&mut self, frame: &SurfelImage, number: u32, T_world_camera: &Pose3, view: &ProjectiveTarget) {
-        self.map.insert(frame, number, T_world_camera, view);
+    pub(super) fn insert(
+        &mut self,
+        frame: &PreparedSurfels,
+        number: u32,
+        T_world_camera: &Pose3,
+        view: &ProjectiveTarget,
+    ) {
+        self.map.insert(&frame.image, number, T_world_camera, view);
         self.key_views.add(frame, number, T_world_camera);
     }
 

@@ -8,9 +8,9 @@ use super::matching::{Matching, is_held_well};
 use super::open_direction::OpenDirection;
 use super::seen::Seen;
 use super::{DepthOptions, SAME_PLACE};
-use crate::camera::surfel_image::SurfelImage;
 use crate::geometry::Pose3;
 use crate::key_views::apart;
+use crate::prepared_surfels::PreparedSurfels;
 
 /// A frame that is open along a direction is to blame for what is off that way (cosine).
 const BLAMED_COSINE: f64 = 0.5;
@@ -113,7 +113,7 @@ impl Unconfirmed {
     }
 
     /// What a frame tells that they have led to this place.
-    pub(super) fn told_by(&self, frame: &SurfelImage, T_world_found: &Pose3, options: DepthOptions) -> Told {
+    pub(super) fn told_by(&self, frame: &PreparedSurfels, T_world_found: &Pose3, options: DepthOptions) -> Told {
         let found = Matching::new(&self.before, frame, options).settled(*T_world_found);
         if !found.is_anchored() || !found.is_firm(Reach::Near) {
             return Told::Nothing;

@@ -8,10 +8,14 @@ use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
 use super::{FrameLabel, MapPoints, PreparedFrame, Surfaces};
+use crate::camera::brightness::NUM_LEVELS;
 use crate::camera::{Brightness, Pinhole, Surfel, SurfelImage};
 use crate::error::{Error, Result};
 use crate::geometry::PointCloud;
+use crate::prepared_surfels::{PickedCells, PreparedSurfels};
 use crate::preprocess::map_image::MapImage;
+use crate::registration::photometric::TexturedPoint;
+use crate::registration::projective::PackedSurfel;
 use crate::spatial_settings::Quantisation;
 
 #[derive(Serialize, Deserialize)]
@@ -24,7 +28,7 @@ struct Header {
 
 #[derive(Serialize, Deserialize)]
 enum SurfacesHeader {
-    Surfels { grids: Vec<Grid>, brightness: Option<[usize; 2]> },
+    Surfels { grids: Vec<Grid>, brightness: Option<[[usize; 2]; NUM_LEVELS]> },
     Cloud(CloudHeader),
 }
 
@@ -55,7 +59,7 @@ impl PreparedFrame {
         let surfaces = match &self.surfaces {
             Surfaces::Surfels(images) => SurfacesHeader::Surfels {
                 grids: images.iter().map(grid_of).collect(),
-                brightness: brightness_of(images).map(|(width, height, _)| [width, height]),
+                brightness: brightness_of(images).map(sizes_of),
             },
             Surfaces::Cloud(cloud) => SurfacesHeader::Cloud(cloud_header(cloud)),
         };
@@ -74,9 +78,9 @@ impl PreparedFrame {
         match &self.surfaces {
             Surfaces::Surfels(images) => {
                 for (_, image) in images {
-                    put_surfels(&mut bytes, image);
+                    put_prepared(&mut bytes, image);
                 }
-                if let Some((_, _, values)) = brightness_of(images) {
+                for (_, _, values) in brightness_of(images).into_iter().flat_map(Brightness::levels) {
                     put(&mut bytes, values);
                 }
             }
@@ -99,8 +103,8 @@ impl PreparedFrame {
     fn most_bytes(&self) -> usize {
         let of_surfaces: usize = match &self.surfaces {
             Surfaces::Surfels(images) => {
-                let brightness = brightness_of(images).map_or(0, |(_, _, values)| size_of_val(values));
-                images.iter().map(|(_, image)| image.cells.len() * SURFEL_BYTES).sum::<usize>() + brightness
+                let brightness = brightness_of(images).map_or(0, Brightness::num_bytes);
+                images.iter().map(|(_, prepared)| most_bytes_of(prepared)).sum::<usize>() + brightness
             }
             Surfaces::Cloud(cloud) => cloud.len() * POINT_BYTES,
         };
@@ -121,16 +125,12 @@ impl PreparedFrame {
         let header: Header = serde_json::from_slice(&take::<u8>(&mut rest)?).map_err(|_| no_frame())?;
         let surfaces = match header.surfaces {
             SurfacesHeader::Surfels { grids, brightness } => {
-                let images = grids.iter().map(|grid| Ok((grid.quantisation, take_surfels(grid, &mut rest)?)));
-                let mut images: Vec<(Quantisation, SurfelImage)> = images.collect::<Result<_>>()?;
-                if let Some([width, height]) = brightness {
-                    let values = take::<u16>(&mut rest)?;
-                    if width.checked_mul(height) != Some(values.len()) {
-                        return Err(no_frame());
-                    }
-                    let brightness = Arc::new(Brightness::from_finest(width, height, values));
-                    for (_, image) in &mut images {
-                        image.brightness = Some(brightness.clone());
+                let images = grids.iter().map(|grid| Ok((grid.quantisation, take_prepared(grid, &mut rest)?)));
+                let mut images: Vec<(Quantisation, PreparedSurfels)> = images.collect::<Result<_>>()?;
+                if let Some(sizes) = brightness {
+                    let brightness = Arc::new(take_brightness(sizes, &mut rest)?);
+                    for (_, prepared) in &mut images {
+                        prepared.image.brightness = Some(brightness.clone());
                     }
                 }
                 Surfaces::Surfels(images)
@@ -154,7 +154,7 @@ impl PreparedFrame {
     }
 }
 
-fn grid_of((quantisation, image): &(Quantisation, SurfelImage)) -> Grid {
+fn grid_of((quantisation, PreparedSurfels { image, .. }): &(Quantisation, PreparedSurfels)) -> Grid {
     Grid {
         quantisation: *quantisation,
         camera: image.camera,
@@ -165,8 +165,59 @@ fn grid_of((quantisation, image): &(Quantisation, SurfelImage)) -> Grid {
 }
 
 /// All readings of one image are of the same brightness.
-fn brightness_of(images: &[(Quantisation, SurfelImage)]) -> Option<(usize, usize, &[u16])> {
-    images.first()?.1.brightness.as_ref().map(|brightness| brightness.finest())
+fn brightness_of(images: &[(Quantisation, PreparedSurfels)]) -> Option<&Brightness> {
+    images.first()?.1.image.brightness.as_deref()
+}
+
+/// Columns and rows of its levels.
+fn sizes_of(brightness: &Brightness) -> [[usize; 2]; NUM_LEVELS] {
+    let mut sizes = brightness.levels().map(|(width, height, _)| [width, height]);
+    [(); NUM_LEVELS].map(|()| sizes.next().unwrap_or_default())
+}
+
+fn take_brightness(sizes: [[usize; 2]; NUM_LEVELS], rest: &mut &[u8]) -> Result<Brightness> {
+    let mut levels = sizes.map(|[width, height]| (width, height, Vec::new()));
+    for (_, _, values) in &mut levels {
+        *values = take::<u16>(rest)?;
+    }
+    Brightness::from_levels(levels).ok_or_else(no_frame)
+}
+
+fn put_prepared(bytes: &mut Vec<u8>, PreparedSurfels { image, picked, coarse, textured }: &PreparedSurfels) {
+    put_surfels(bytes, image);
+    for cells in picked.lists() {
+        put(bytes, cells);
+    }
+    put_all(bytes, coarse.iter().map(|packed| packed.to_bits()));
+    put_all(bytes, textured.iter().map(|point| point.patch));
+    put_all(
+        bytes,
+        textured.iter().map(|TexturedPoint { point: p, values: [a, b, c], .. }| [p.x, p.y, p.z, *a, *b, *c]),
+    );
+}
+
+fn take_prepared(grid: &Grid, rest: &mut &[u8]) -> Result<PreparedSurfels> {
+    let image = take_surfels(grid, rest)?;
+    let picked = PickedCells::from_lists([take(rest)?, take(rest)?, take(rest)?, take(rest)?]);
+    let coarse = take::<[u32; 8]>(rest)?.into_iter().map(PackedSurfel::from_bits).collect();
+    let (patches, numbers) = (take::<u32>(rest)?, take::<[f64; 6]>(rest)?);
+    if patches.len() != numbers.len() || patches.iter().any(|&patch| patch as usize >= image.cells.len()) {
+        return Err(no_frame());
+    }
+    let textured = numbers.into_iter().zip(patches).map(|([x, y, z, values @ ..], patch)| {
+        let point = Vector3::new(x, y, z);
+        TexturedPoint { point, patch, values }
+    });
+    let textured = textured.collect();
+    Ok(PreparedSurfels { image, picked, coarse, textured })
+}
+
+fn most_bytes_of(PreparedSurfels { image, picked, coarse, textured }: &PreparedSurfels) -> usize {
+    let num_picked: usize = picked.lists().iter().map(|cells| cells.len()).sum();
+    image.cells.len() * SURFEL_BYTES
+        + num_picked * size_of::<u32>()
+        + coarse.len() * size_of::<PackedSurfel>()
+        + textured.len() * size_of::<TexturedPoint>()
 }
 
 /// The filled cells, each with its piece of surface.
@@ -240,6 +291,14 @@ const MAX_CELLS: usize = 1 << 24;
 fn put<T: NoUninit>(bytes: &mut Vec<u8>, values: &[T]) {
     bytes.extend((values.len() as u64).to_le_bytes());
     bytes.extend_from_slice(bytemuck::cast_slice(values));
+}
+
+/// The same, without a list of them.
+fn put_all<T: NoUninit>(bytes: &mut Vec<u8>, values: impl ExactSizeIterator<Item = T>) {
+    bytes.extend((values.len() as u64).to_le_bytes());
+    for value in values {
+        bytes.extend_from_slice(bytemuck::bytes_of(&value));
+    }
 }
 
 fn take<T: NoUninit + AnyBitPattern>(rest: &mut &[u8]) -> Result<Vec<T>> {

@@ -7,6 +7,7 @@ mod drawing;
 mod eye;
 mod glances;
 mod packed;
+mod places;
 
 pub use drawing::Drawing;
 pub use glances::{Glanced, Glances};
@@ -15,6 +16,7 @@ pub use packed::PackedSurfel;
 use nalgebra::Vector3;
 
 use eye::{Eye, between, dot, double, single};
+use places::Places;
 
 use super::target::Target;
 use crate::camera::surfel_image::cell_camera;
@@ -32,6 +34,8 @@ pub struct ProjectiveTarget {
     pieces: Vec<Piece>,
     /// The caller's number of each piece; empty where there are none.
     numbers: Vec<u64>,
+    /// For views that are registered to. Those that are looked at only are kept in large numbers.
+    places: Option<Places>,
 }
 
 /// What is seen in a cell, in the world's frame: all that looking needs, side by side in memory. Single precision tells
@@ -141,7 +145,7 @@ impl ProjectiveTarget {
         cells.iter_mut().filter(|cell| **cell == EMPTY).for_each(|cell| *cell = pieces.len() as u32);
         let numbers = Vec::new();
         pieces.push(NOTHING);
-        Self { eye: Eye::new(&camera, &Pose3::identity()), cells, pieces, numbers }
+        Self { eye: Eye::new(&camera, &Pose3::identity()), cells, pieces, numbers, places: None }
     }
 
     /// Of pieces of surface in the view's frame, each in a cell of its own that its tag tells, row by row.
@@ -155,7 +159,7 @@ impl ProjectiveTarget {
             pieces.push(Piece { point, deviation, normal, depth: point[2] });
         }
         pieces.push(NOTHING);
-        Self { eye: Eye::new(camera, &Pose3::identity()), cells, pieces, numbers: Vec::new() }
+        Self { eye: Eye::new(camera, &Pose3::identity()), cells, pieces, numbers: Vec::new(), places: None }
     }
 
     /// Each of [`surfels`](Self::surfels) with its cell for its tag.
@@ -170,17 +174,12 @@ impl ProjectiveTarget {
         all
     }
 
-    /// Gives back memory that it does not need, to be kept for long.
-    pub(crate) fn shrink(&mut self) {
-        self.pieces.shrink_to_fit();
-        self.numbers.shrink_to_fit();
-    }
-
     /// What it takes on the heap.
     pub(crate) fn num_bytes(&self) -> usize {
         size_of::<u32>() * self.cells.capacity()
             + size_of::<Piece>() * self.pieces.capacity()
             + size_of::<u64>() * self.numbers.capacity()
+            + self.places.as_ref().map_or(0, Places::num_bytes)
     }
 
     /// Number of cells in which something is seen.
@@ -269,10 +268,16 @@ impl Target<3> for ProjectiveTarget {
     fn nearest(&self, query: &Vector3<f64>, max_distance: f64) -> Option<Neighbor> {
         let query = single(query);
         let (column, row) = self.eye.cell(&self.eye.T_view_world.act(&query))?;
+        let sq_limit = (max_distance * max_distance) as f32;
+        if let Some(places) = &self.places {
+            let nearest = places.nearest(&query, column, row, sq_limit)?;
+            let cell = (row + nearest.row - 1) * self.eye.camera.width + column + nearest.column - 1;
+            return Some(Neighbor { index: self.cells[cell], sq_distance: nearest.sq_distance });
+        }
         // Distances and indices in one number, the distance first: bits of positive floats are ordered as they are. So the
         // least is found without a branch that could be guessed wrong.
         let ranked = |sq_distance: f32, index: u32| u64::from(sq_distance.to_bits()) << 32 | u64::from(index);
-        let limit = ranked((max_distance * max_distance) as f32, 0);
+        let limit = ranked(sq_limit, 0);
         let mut best = limit;
         for cells in self.cells_around(column, row) {
             for &index in &self.cells[cells] {

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use super::place::{FrameSurfaces, Seen};
 use crate::camera::Pinhole;
-use crate::depth_odometry::SurfelCloud;
+use crate::prepared_surfels::SurfelCloud;
 use crate::registration::projective::{PackedSurfel, ProjectiveTarget};
 
 /// What a frame saw: the last frames are matched with every new one, older ones where the path comes back to them.
@@ -68,7 +68,7 @@ impl PackedSurfaces {
     }
 
     fn unpacked(&self) -> FrameSurfaces {
-        let cloud = |packed: &[PackedSurfel]| SurfelCloud::of(|| packed.iter().map(PackedSurfel::surfel));
+        let cloud = |packed: &[PackedSurfel]| SurfelCloud::of(packed.iter().map(PackedSurfel::surfel));
         FrameSurfaces {
             source: cloud(&self.source),
             sparse: cloud(&self.sparse),
@@ -85,10 +85,12 @@ pub(super) mod tests {
     use super::*;
     use crate::camera::surfel_image::cell_camera;
     use crate::camera::{Surfel, SurfelImage};
+    use crate::depth_odometry::DepthOptions;
+    use crate::prepared_surfels::PreparedSurfels;
     use crate::registration::projective::Sight;
 
     /// A wall with a bend two metres ahead, as a camera of 640 x 480 pixels sees it.
-    pub(in super::super) fn wall() -> SurfelImage {
+    pub(in super::super) fn wall() -> PreparedSurfels {
         let camera = Pinhole::new(640, 480, [500.0, 500.0, 319.5, 239.5]).unwrap();
         let (columns, rows) = (160, 120);
         let cells = cell_camera(&camera, 4);
@@ -98,7 +100,8 @@ pub(super) mod tests {
             Some(Surfel { point: ray * (-2.0 / normal.dot(&ray)), normal, deviation: 0.01 })
         };
         let cells = (0..columns * rows).map(surfel).collect();
-        SurfelImage { camera, cell_size: 4, columns, rows, cells, brightness: None }
+        let image = SurfelImage { camera, cell_size: 4, columns, rows, cells, brightness: None };
+        DepthOptions::default().prepared(image)
     }
 
     #[test]

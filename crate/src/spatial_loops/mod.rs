@@ -17,10 +17,10 @@ use serde::Serialize;
 
 use self::kept::Kept;
 use self::place::{FrameSurfaces, Held, Place, Search};
-use crate::camera::surfel_image::SurfelImage;
 use crate::depth_odometry::SpatialEstimate;
 use crate::geometry::{Pose3, RigidMotion};
 use crate::key_views::{apart, apart_within};
+use crate::prepared_surfels::PreparedSurfels;
 use crate::registration::spatial::SpatialRegistration;
 use crate::relation_graph::{PoseRelation, SpatialRelation, solve_relations};
 
@@ -134,7 +134,7 @@ impl SpatialLoops {
     }
 
     /// Takes in a frame as the chain has found it; one that is no part of the map is none of the graph.
-    pub fn add(&mut self, number: u32, frame: &SurfelImage, estimate: &SpatialEstimate) {
+    pub fn add(&mut self, number: u32, frame: &PreparedSurfels, estimate: &SpatialEstimate) {
         if !estimate.is_in_map {
             return;
         }

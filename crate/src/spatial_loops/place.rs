@@ -4,22 +4,17 @@ use std::borrow::Cow;
 
 use nalgebra::{Matrix3, Matrix6, Vector3};
 
-use crate::camera::surfel_image::SurfelImage;
 use crate::depth_odometry::{
-    AGREEING_COSINE, AllSurfels, FINE_TOLERANCE, OpenDirection, SurfelCloud, around, best_apart, fine_options,
-    middle_options, score,
+    AGREEING_COSINE, FINE_TOLERANCE, OpenDirection, around, best_apart, fine_options, middle_options, score,
 };
 use crate::geometry::Pose3;
+use crate::prepared_surfels::{PLACE_POINTS, PreparedSurfels, SurfelCloud};
 use crate::registration::factors::PointToSurfel;
 use crate::registration::icp::{IcpOptions, register_with};
 use crate::registration::projective::{Drawing, PackedSurfel, ProjectiveTarget, Sight};
 use crate::registration::solver::Solver;
 use crate::registration::spatial::SpatialRegistration;
 
-/// Points of a frame that look for partners in others.
-const POINTS: usize = 700;
-/// Points that score a guess.
-const SPARSE_POINTS: usize = 250;
 /// Guesses that are refined where it is not known where to look.
 const GUESSES: usize = 4;
 /// A frame that lies on what others saw with less than this share of its surface is not held by them, ...
@@ -73,14 +68,12 @@ pub(super) struct Place<'a> {
 }
 
 impl FrameSurfaces {
-    pub(super) fn new(frame: &SurfelImage) -> Self {
-        let cloud = AllSurfels::new(frame);
-        let view = ProjectiveTarget::of_frame(frame, 2);
+    pub(super) fn new(frame: &PreparedSurfels) -> Self {
         Self {
-            source: cloud.at_most(POINTS),
-            sparse: cloud.at_most(SPARSE_POINTS),
-            pieces: view.packed_surfels(),
-            view,
+            source: frame.of_place(),
+            sparse: frame.sparse(),
+            view: frame.coarse_view(),
+            pieces: frame.coarse.clone(),
         }
     }
 }
@@ -161,7 +154,7 @@ impl<'a> Place<'a> {
         }
         let overlap = agreeing / frame.source.points.len().max(1) as f64;
         let (R, t) = parts(&T_place_camera.inverse());
-        for surfel in view.surfels().step_by(view.len().div_ceil(POINTS).max(1)) {
+        for surfel in view.surfels().step_by(view.len().div_ceil(PLACE_POINTS).max(1)) {
             match frame.view.look_around(&(R * surfel.point + t), FINE_TOLERANCE) {
                 Sight::Agreeing(seen) if seen.normal.dot(&(R * surfel.normal)) > AGREEING_COSINE => agreeing += 1.0,
                 Sight::InFreeSpace => against += 1.0,

@@ -4,8 +4,8 @@ use super::super::found::{Found, Reach};
 use super::super::matching::Matching;
 use super::super::unconfirmed::{Moved, Unconfirmed};
 use super::{AS_GOOD_AGREEMENT, Chain, Member, Outcome, near};
-use crate::camera::surfel_image::SurfelImage;
 use crate::geometry::Pose3;
+use crate::prepared_surfels::PreparedSurfels;
 use crate::verdict::{Status, Verdict};
 
 impl Chain {
@@ -16,7 +16,7 @@ impl Chain {
 
     /// Where a frame is by what was seen before frames that are not where they are for sure: they may stand in its way. Where
     /// it fits about as well `with` them, they do not.
-    pub(super) fn find_without_unconfirmed(&self, frame: &SurfelImage, with: &Found) -> Option<(usize, Found)> {
+    pub(super) fn find_without_unconfirmed(&self, frame: &PreparedSurfels, with: &Found) -> Option<(usize, Found)> {
         let without = |(level, unconfirmed): (usize, &Unconfirmed)| {
             let matching = Matching::new(unconfirmed.before(), frame, self.options);
             let around = [self.T_world_last, unconfirmed.T_world_before()];
@@ -55,7 +55,13 @@ impl Chain {
     }
 
     /// The same where it was found by what was known before them alone: they have led nowhere.
-    pub(super) fn believe_without(&mut self, level: usize, number: u32, frame: &SurfelImage, found: Found) -> Outcome {
+    pub(super) fn believe_without(
+        &mut self,
+        level: usize,
+        number: u32,
+        frame: &PreparedSurfels,
+        found: Found,
+    ) -> Outcome {
         let unconfirmed = self.unconfirmed.drain(level..).next().unwrap_or_default();
         let (dropped, uncertain) = (self.drop_members(&unconfirmed.not_moved()), unconfirmed.uncertain());
         for outer in &mut self.unconfirmed {

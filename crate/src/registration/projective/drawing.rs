@@ -2,6 +2,7 @@
 
 use super::eye::{Eye, MIN_DEPTH, Transform, between, dot, single};
 use super::packed::PackedSurfel;
+use super::places::Places;
 use super::{NOTHING, Piece, ProjectiveTarget};
 use crate::camera::Pinhole;
 use crate::geometry::Pose3;
@@ -86,23 +87,32 @@ impl<'a> Drawing<'a> {
 
     /// What has come to be seen.
     pub fn finish(self) -> ProjectiveTarget {
-        let nearest = &self.nearest[..self.camera.width * self.camera.height];
+        let Pinhole { width, height, .. } = self.camera;
+        let nearest = &self.nearest[..width * height];
         let num_seen = nearest.iter().filter(|nearest| **nearest != NONE).count();
         let (mut pieces, mut numbers) = (Vec::with_capacity(num_seen + 1), Vec::with_capacity(num_seen));
-        let cell_of = |&nearest: &u64| {
-            if nearest == NONE {
-                return num_seen as u32;
+        let mut places = Places::new(width, height);
+        let mut cells = Vec::with_capacity(nearest.len());
+        for (row, nearest) in nearest.chunks_exact(width.max(1)).enumerate() {
+            let [xs, ys, zs] = places.row(row);
+            for (((&nearest, x), y), z) in nearest.iter().zip(xs).zip(ys).zip(zs) {
+                if nearest == NONE {
+                    cells.push(num_seen as u32);
+                    continue;
+                }
+                let (depth, place) = (f32::from_bits((nearest >> 32) as u32), nearest as u32 as usize);
+                let sheet = &self.sheets[self.sheet_of[place / STRIDE] as usize];
+                let index = place - sheet.start;
+                let piece = sheet.piece(index, depth);
+                [*x, *y, *z] = piece.point;
+                cells.push(pieces.len() as u32);
+                pieces.push(piece);
+                numbers.push(sheet.first_number + index as u64);
             }
-            let (depth, place) = (f32::from_bits((nearest >> 32) as u32), nearest as u32 as usize);
-            let sheet = &self.sheets[self.sheet_of[place / STRIDE] as usize];
-            let index = place - sheet.start;
-            pieces.push(sheet.piece(index, depth));
-            numbers.push(sheet.first_number + index as u64);
-            pieces.len() as u32 - 1
-        };
-        let cells = nearest.iter().map(cell_of).collect();
+        }
         pieces.push(NOTHING);
-        ProjectiveTarget { eye: Eye::new(&self.camera, &self.T_world_view), cells, pieces, numbers }
+        let eye = Eye::new(&self.camera, &self.T_world_view);
+        ProjectiveTarget { eye, cells, pieces, numbers, places: Some(places) }
     }
 }
 

@@ -19,6 +19,19 @@ impl PackedSurfel {
         Self { point: single(&surfel.point), deviation: surfel.deviation as f32, normal: single(&surfel.normal), tag }
     }
 
+    /// All of it as numbers that travel.
+    pub(crate) fn to_bits(self) -> [u32; 8] {
+        let [x, y, z] = self.point.map(f32::to_bits);
+        let [nx, ny, nz] = self.normal.map(f32::to_bits);
+        [x, y, z, self.deviation.to_bits(), nx, ny, nz, self.tag]
+    }
+
+    /// What [`to_bits`](Self::to_bits) gave.
+    pub(crate) fn from_bits([x, y, z, deviation, nx, ny, nz, tag]: [u32; 8]) -> Self {
+        let floats = |bits: [u32; 3]| bits.map(f32::from_bits);
+        Self { point: floats([x, y, z]), deviation: f32::from_bits(deviation), normal: floats([nx, ny, nz]), tag }
+    }
+
     /// As it is worked with.
     #[inline]
     pub fn surfel(&self) -> Surfel {

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use crate::camera::surfel_image::{Surfel, SurfelImage};
+use crate::camera::Surfel;
 use crate::registration::icp::Source;
 use crate::registration::projective::Glances;
 
@@ -16,14 +16,22 @@ pub(crate) struct SurfelCloud {
 }
 
 impl SurfelCloud {
-    /// Of these pieces in their order, which are asked for column by column.
-    pub(crate) fn of<I: Iterator<Item = Surfel>>(surfels: impl Fn() -> I) -> Self {
-        Self {
-            points: surfels().map(|surfel| surfel.point).collect(),
-            normals: surfels().map(|surfel| surfel.normal).collect(),
-            known_normals: surfels().map(|surfel| Some(surfel.normal)).collect(),
-            deviations: surfels().map(|surfel| surfel.deviation).collect(),
+    /// Of these pieces, in their order.
+    pub(crate) fn of(surfels: impl Iterator<Item = Surfel>) -> Self {
+        let most = surfels.size_hint().1.unwrap_or(0);
+        let mut cloud = Self {
+            points: Vec::with_capacity(most),
+            normals: Vec::with_capacity(most),
+            known_normals: Vec::with_capacity(most),
+            deviations: Vec::with_capacity(most),
+        };
+        for Surfel { point, normal, deviation } in surfels {
+            cloud.points.push(point);
+            cloud.normals.push(normal);
+            cloud.known_normals.push(Some(normal));
+            cloud.deviations.push(deviation);
         }
+        cloud
     }
 
     /// Its pieces, in order.
@@ -58,34 +66,14 @@ impl SurfelCloud {
 const DIRECTION_COMPONENT: f64 = 0.4;
 const NUM_DIRECTIONS: usize = 27;
 
-/// All pieces of surface of a frame, to be thinned out.
-pub(crate) struct AllSurfels<'a> {
-    surfels: Vec<&'a Surfel>,
-    directions: Directions,
-}
-
-impl<'a> AllSurfels<'a> {
-    pub(crate) fn new(frame: &'a SurfelImage) -> Self {
-        let surfels: Vec<&Surfel> = frame.surfels().collect();
-        let directions = Directions::of(surfels.iter().map(|surfel| &surfel.normal));
-        Self { surfels, directions }
-    }
-
-    /// As [`SurfelCloud::at_most`].
-    pub(crate) fn at_most(&self, most: usize) -> SurfelCloud {
-        let kept = self.directions.evenly(most);
-        SurfelCloud::of(|| kept.iter().map(|&index| *self.surfels[index]))
-    }
-}
-
 /// Which of [`NUM_DIRECTIONS`] each of some normals has, and how many have each.
-struct Directions {
+pub(super) struct Directions {
     of: Vec<u8>,
     counts: [usize; NUM_DIRECTIONS],
 }
 
 impl Directions {
-    fn of<'a>(normals: impl Iterator<Item = &'a Vector3<f64>>) -> Self {
+    pub(super) fn of<'a>(normals: impl Iterator<Item = &'a Vector3<f64>>) -> Self {
         let third =
             |component: f64| u8::from(component > -DIRECTION_COMPONENT) + u8::from(component > DIRECTION_COMPONENT);
         let direction = |normal: &Vector3<f64>| 9 * third(normal.x) + 3 * third(normal.y) + third(normal.z);
@@ -98,7 +86,7 @@ impl Directions {
     }
 
     /// Indices of about `most` of the normals in their order, evenly over their directions as far as there are enough.
-    fn evenly(&self, most: usize) -> Vec<usize> {
+    pub(super) fn evenly(&self, most: usize) -> Vec<usize> {
         let counts = &self.counts;
         // What small directions do not use up is shared among the larger ones.
         let mut by_size: [usize; NUM_DIRECTIONS] = std::array::from_fn(|index| index);
