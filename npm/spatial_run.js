@@ -14,9 +14,11 @@
  */
 
 /**
- * Prepares one frame at a time in a thread of its own.
+ * Prepares frames, one after the other, in a thread of its own.
  * @template {Job} J
  * @typedef {object} Preparer
+ * @property {number} [ahead] frames that it is given at a time, 1 where it does not say: with another one at hand it need
+ *   not wait until this thread has time for it
  * @property {(job: J, preparation: string, signal: AbortSignal) => Promise<Prepared>} prepare rejects with a WorkerDied
  *   where the thread is gone, with any other error where it is the frame's fault
  * @property {() => void | Promise<void>} replace a new thread in the place of the one that died
@@ -27,8 +29,10 @@
  * @template {Job} J
  * @typedef {object} Registrar
  * @property {(job: J) => string | Promise<string>} begin looks at the first frame; what it returns is for all preparers
- * @property {(bytes: Uint8Array) => unknown} add_prepared
- * @property {() => Progress | Promise<Progress>} step
+ * @property {(bytes: Uint8Array) => Progress | Promise<Progress>} place
+ * @property {() => Progress | Promise<Progress>} finish does a piece of what is left to do after the last frame, until
+ *   it is `done`
+ * @property {number} [ahead] as a preparer's
  */
 
 /** @typedef {{ index: number, name: string, error: Error }} Problem a frame that was left out, and why */
@@ -57,6 +61,14 @@ const MAX_DEATHS = 2;
 export class WorkerDied extends Error {
   /** @override */
   name = 'WorkerDied';
+  /** Whether the frame only waited for its turn: it is not to blame. */
+  wasWaiting;
+
+  /** @param {string} message */
+  constructor(message, wasWaiting = false) {
+    super(message);
+    this.wasWaiting = wasWaiting;
+  }
 }
 
 /**
@@ -92,7 +104,7 @@ export class SpatialRun {
    * @param {(event: RunEvent) => void} [parts.onEvent]
    * @param {number} [parts.maxInFlight] frames prepared or being prepared at a time
    */
-  constructor({ registrar, preparers, onEvent = () => {}, maxInFlight = preparers.length + FRAMES_AHEAD }) {
+  constructor({ registrar, preparers, onEvent = () => {}, maxInFlight = numAhead(preparers) + FRAMES_AHEAD }) {
     this.#registrar = registrar;
     this.#preparers = preparers;
     this.#tell = onEvent;
@@ -145,8 +157,9 @@ export class SpatialRun {
     if (session.isOver) return;
     await this.#begin(session);
     if (this.#preparation === null || session.isOver) return;
-    let numAlive = this.#preparers.length;
-    const preparing = this.#preparers.map(async (preparer) => {
+    const orders = this.#preparers.flatMap((preparer) => Array.from({ length: preparer.ahead ?? 1 }, () => preparer));
+    let numAlive = orders.length;
+    const preparing = orders.map(async (preparer) => {
       await this.#prepareAll(preparer, session);
       numAlive -= 1;
       if (numAlive === 0 && this.#waiting() && !session.isOver) throw new Error('No worker can be started.');
@@ -208,7 +221,8 @@ export class SpatialRun {
         return true;
       } catch (error) {
         const hasDied = error instanceof WorkerDied;
-        deaths += Number(hasDied);
+        const isBlamed = hasDied && !error.wasWaiting;
+        deaths += Number(isBlamed);
         if (session.isOver && !hasDied) return true;
         if (!session.isOver && (!hasDied || deaths === MAX_DEATHS)) this.#leaveOut(entry, error);
         if (hasDied && !(await isReplaced(preparer))) {
@@ -217,7 +231,7 @@ export class SpatialRun {
           return false;
         }
         if (session.isOver || entry.state === 'failed') return true;
-        this.#tell({ type: 'replaced', index, name });
+        if (isBlamed) this.#tell({ type: 'replaced', index, name });
       }
     }
   }
@@ -233,33 +247,41 @@ export class SpatialRun {
 
   /** @param {Session} session */
   async #registerAll(session) {
-    let hasMore = true;
-    while (!session.isOver && (hasMore || this.#next < this.#entries.length)) {
+    const ahead = this.#registrar.ahead ?? 1;
+    let [hasMore, numOrdered] = [true, 0];
+    /** @type {unknown[]} */
+    const failures = [];
+    const order = (/** @type {Entry<J> | null} */ entry) => {
+      numOrdered += 1;
+      const isOver = this.#register(entry).then(
+        (stage) => (hasMore = stage !== 'done'),
+        (error) => failures.push(error),
+      );
+      this.#registering = Promise.all([this.#registering, isOver]).then(() => {
+        numOrdered -= 1;
+        session.changed();
+      });
+    };
+    const isDone = () => !hasMore && numOrdered === 0 && this.#next === this.#entries.length;
+    while (!session.isOver && failures.length === 0 && !isDone()) {
       const entry = this.#entries[this.#next];
-      if (entry && (entry.state === 'waiting' || entry.state === 'preparing')) {
-        await session.change();
-        continue;
-      }
-      if (entry?.state === 'failed') this.#next += 1;
-      else {
-        this.#registering = this.#register(entry ?? null).then((stage) => {
-          hasMore = stage !== 'done';
-        });
-        const result = this.#registering;
-        // The next run must not fail for what this one tells.
-        this.#registering = result.catch(() => {});
-        await result;
+      if (entry?.state === 'failed') {
+        this.#next += 1;
+      } else if (entry ? entry.state === 'prepared' && numOrdered < ahead : hasMore && numOrdered === 0) {
+        order(entry ?? null);
         await nextTurn();
+      } else {
+        await session.change();
       }
-      session.changed();
     }
+    if (failures.length > 0) throw failures[0];
   }
 
   /** One frame, or what is left to do after the last one. @param {Entry<J> | null} entry */
   async #register(entry) {
     const start = performance.now();
     if (!entry?.prepared) {
-      const progress = await this.#registrar.step();
+      const progress = await this.#registrar.finish();
       this.#tell({ type: 'step', milliseconds: { register: performance.now() - start }, progress });
       return progress.stage;
     }
@@ -268,8 +290,7 @@ export class SpatialRun {
     entry.prepared = null;
     this.#next += 1;
     try {
-      await this.#registrar.add_prepared(bytes);
-      const progress = await this.#registrar.step();
+      const progress = await this.#registrar.place(bytes);
       this.#preparation = progress.preparation ?? this.#preparation;
       entry.state = 'registered';
       const register = performance.now() - start;
@@ -335,6 +356,11 @@ class Session {
   changed() {
     for (const resolve of this.#waiting.splice(0)) resolve();
   }
+}
+
+/** @template {Job} J @param {readonly Preparer<J>[]} preparers */
+function numAhead(preparers) {
+  return preparers.reduce((sum, { ahead = 1 }) => sum + ahead, 0);
 }
 
 /** @template {Job} J @param {Preparer<J>} preparer */

@@ -39,7 +39,6 @@ export class StrategyRace {
   #runs;
   #tell;
   #numOffered = 0;
-  #hasFrame = false;
   #isOver = () => false;
 
   /**
@@ -72,18 +71,10 @@ export class StrategyRace {
     return !this.#runs.includes(true);
   }
 
-  /** @param {Uint8Array} bytes */
-  async add_prepared(bytes) {
+  /** Places a frame by every strategy that goes on. @param {Uint8Array} bytes */
+  async place(bytes) {
     await this.#comparison.offer(bytes);
     this.#numOffered += 1;
-    this.#hasFrame = true;
-  }
-
-  /** Places the frame by every strategy that goes on. */
-  async step() {
-    const done = this.#numOffered;
-    if (!this.#hasFrame) return { stage: 'done', done, total: done, frame: null };
-    this.#hasFrame = false;
     for (const [strategy, times] of this.milliseconds.entries()) {
       if (!this.#runs[strategy] || this.#isOver()) continue;
       const { frame, milliseconds } = await this.#comparison.place(strategy);
@@ -91,6 +82,13 @@ export class StrategyRace {
       this.#tell(strategy, frame, milliseconds);
       await nextTurn();
     }
+    const done = this.#numOffered;
     return { stage: 'register', done, total: done, frame: done - 1 };
+  }
+
+  /** Nothing is left to do after the last frame. */
+  finish() {
+    const done = this.#numOffered;
+    return { stage: 'done', done, total: done, frame: null };
   }
 }

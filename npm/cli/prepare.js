@@ -17,21 +17,30 @@ import { fileProblem } from './inputs.js';
  * @property {string | Uint8Array | null} color
  */
 
-/**
- * @param {typeof import('../index.js')} engine
- * @param {Order} order
- * @returns {Promise<import('../spatial_run.js').Prepared>} rejects with a ScanstitchError where the frame is at fault
- */
-export async function prepare(engine, { preparation, kind, name, index, time, file, color }) {
+/** @typedef {{ bytes: Uint8Array, colors: Uint8Array | null, milliseconds: number }} Contents and how long reading took */
+
+/** @param {Order} order @returns {Promise<Contents>} rejects with a ScanstitchError where the file cannot be read */
+export async function readContents({ name, file, color }) {
   const start = performance.now();
   const bytes = typeof file === 'string' ? await read(file, name) : file;
   const colors = typeof color === 'string' ? await read(color, basename(color)).catch(() => null) : color;
-  const readEnd = performance.now();
+  return { bytes, colors, milliseconds: performance.now() - start };
+}
+
+/**
+ * Throws a ScanstitchError where the frame is at fault.
+ * @param {typeof import('../index.js')} engine
+ * @param {Order} order
+ * @param {Contents} contents
+ * @returns {import('../spatial_run.js').Prepared}
+ */
+export function prepare(engine, { preparation, kind, name, index, time }, { bytes, colors, milliseconds }) {
+  const start = performance.now();
   const prepared =
     kind === 'clouds'
       ? engine.prepare_cloud(preparation, name, index, time, bytes)
       : engine.prepare_frame(preparation, name, index, time, bytes, colors);
-  return { bytes: prepared, milliseconds: { read: readEnd - start, prepare: performance.now() - readEnd } };
+  return { bytes: prepared, milliseconds: { read: milliseconds, prepare: performance.now() - start } };
 }
 
 /** @param {string} path @param {string} name */

@@ -3,16 +3,27 @@
 import { parentPort, workerData } from 'node:worker_threads';
 import * as engine from '../index.js';
 import { isScanstitchError } from './command.js';
-import { prepare } from './prepare.js';
+import { prepare, readContents } from './prepare.js';
 
 /** @typedef {{ id: number, bytes: Uint8Array, milliseconds: Record<string, number> }} Done */
 /** @typedef {{ id: number, error: { message: string } & Record<string, unknown> }} Refused */
 
 await engine.load(workerData.module);
 
-parentPort?.on('message', async (/** @type {{ id: number, order: import('./prepare.js').Order }} */ { id, order }) => {
+/** Frames are prepared in the order in which they come, and read meanwhile. */
+let turn = Promise.resolve();
+
+parentPort?.on('message', (/** @type {{ id: number, order: import('./prepare.js').Order }} */ { id, order }) => {
+  const reading = readContents(order);
+  // It is told when it is its turn.
+  reading.catch(() => {});
+  turn = turn.then(() => answer(id, order, reading));
+});
+
+/** @param {number} id @param {import('./prepare.js').Order} order @param {Promise<import('./prepare.js').Contents>} reading */
+async function answer(id, order, reading) {
   try {
-    const { bytes, milliseconds } = await prepare(engine, order);
+    const { bytes, milliseconds } = prepare(engine, order, await reading);
     parentPort?.postMessage({ id, bytes, milliseconds }, [/** @type {ArrayBuffer} */ (bytes.buffer)]);
   } catch (error) {
     // Anything but bad input has left this instance of the engine broken: the thread ends and is replaced.
@@ -20,4 +31,4 @@ parentPort?.on('message', async (/** @type {{ id: number, order: import('./prepa
     const { message, file, place, problem, remedy } = error;
     parentPort?.postMessage({ id, error: { message, file, place, problem, remedy } });
   }
-});
+}

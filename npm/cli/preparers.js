@@ -3,7 +3,7 @@
 import { readFile } from 'node:fs/promises';
 import { Worker } from 'node:worker_threads';
 import { WorkerDied } from '../spatial_run.js';
-import { prepare } from './prepare.js';
+import { prepare, readContents } from './prepare.js';
 
 /** @typedef {import('../spatial_run.js').Prepared} Prepared */
 /** @typedef {import('./inputs.js').Source} Source */
@@ -54,7 +54,8 @@ class InlinePreparer {
 
   /** @param {FrameJob} job @param {string} preparation */
   async prepare(job, preparation) {
-    return prepare(this.#engine, await orderOf(job, preparation));
+    const order = await orderOf(job, preparation);
+    return prepare(this.#engine, order, await readContents(order));
   }
 
   replace() {}
@@ -66,6 +67,8 @@ class InlinePreparer {
 
 /** @implements {ClosingPreparer} */
 class ThreadPreparer {
+  /** This thread places frames and is long about it. */
+  ahead = 2;
   #module;
   #worker;
   #nextId = 0;
@@ -105,7 +108,9 @@ class ThreadPreparer {
   #die(worker, message) {
     if (worker !== this.#worker || this.#end !== null) return;
     this.#end = message;
-    for (const { reject } of this.#waiting.values()) reject(new WorkerDied(message));
+    const [first, ...others] = this.#waiting.values();
+    first?.reject(new WorkerDied(message));
+    for (const { reject } of others) reject(new WorkerDied(message, true));
     this.#waiting.clear();
   }
 
@@ -134,7 +139,9 @@ class ThreadPreparer {
     });
   }
 
+  /** Every frame that it had asks for this. */
   replace() {
+    if (this.#end === null) return;
     const old = this.#worker;
     this.#worker = this.#start();
     old.terminate();

@@ -213,8 +213,14 @@ async function runAll(reconstruction, jobs, { engine, options, complain }, signa
 export function registrarOf(reconstruction) {
   return {
     begin: async ({ name, file }) => reconstruction.begin(name, await readFirst(name, file)),
-    add_prepared: (bytes) => reconstruction.add_prepared(bytes),
-    step: () => ({ ...reconstruction.step(), preparation: reconstruction.preparation() }),
+    place: (bytes) => {
+      reconstruction.add_prepared(bytes);
+      return { ...reconstruction.step(), preparation: reconstruction.preparation() };
+    },
+    finish: () => {
+      reconstruction.finish();
+      return reconstruction.step();
+    },
   };
 }
 

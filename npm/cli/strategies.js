@@ -192,8 +192,8 @@ async function runRace({ engine, options, complain }, jobs, comparison, numStrat
     preparers,
     registrar: {
       begin: async ({ name, file }) => comparison.begin(name, await readFirst(name, file)),
-      add_prepared: (bytes) => race.add_prepared(bytes),
-      step: () => race.step(),
+      place: (bytes) => race.place(bytes),
+      finish: () => race.finish(),
     },
     onEvent: (event) => {
       if (event.type === 'problem') {

@@ -37,8 +37,11 @@ class Recorder {
     return `as ${name}`;
   }
 
-  /** @param {Uint8Array} bytes */
-  async add_prepared([index = -1]) {
+  /** Pieces of work that are left after the last frame. */
+  numLeft = 0;
+
+  /** @param {Uint8Array} bytes @returns {Promise<import('../../npm/spatial_run.js').Progress>} */
+  async place([index = -1]) {
     assert.ok(!this.isBusy, 'one frame at a time');
     this.isBusy = true;
     if (this.milliseconds > 0) await sleep(this.milliseconds);
@@ -46,23 +49,15 @@ class Recorder {
     this.isBusy = false;
     if (error) throw error;
     this.registered.push(index);
-  }
-
-  step() {
     const done = this.registered.length;
     return { stage: 'register', done, total: done, frame: done - 1 };
   }
-}
 
-/** Ends by itself: `done` where nothing is added between two steps. */
-class Finisher extends Recorder {
-  #last = -1;
-  /** @override */
-  step() {
+  finish() {
+    assert.ok(!this.isBusy, 'when all frames are placed');
     const done = this.registered.length;
-    const stage = done === this.#last ? 'done' : 'register';
-    this.#last = done;
-    return { stage, done, total: done, frame: done - 1 };
+    const stage = this.numLeft-- > 0 ? 'loops' : 'done';
+    return { stage, done, total: done, frame: null };
   }
 }
 
@@ -111,7 +106,7 @@ function upTo(count) {
 
 test('frames are placed in order, whatever order they are prepared in', async () => {
   const { preparers, seen } = fakes(4, { milliseconds: (index) => ((index * 7) % 5) * 3 });
-  const registrar = new Finisher();
+  const registrar = new Recorder();
   /** @type {RunEvent[]} */
   const events = [];
   const run = new SpatialRun({ registrar, preparers, onEvent: (event) => events.push(event) });
@@ -131,7 +126,7 @@ test('frames are placed in order, whatever order they are prepared in', async ()
 
 test('preparing runs ahead, but no further than the bound', async () => {
   const { preparers, seen } = fakes(3);
-  const registrar = new Finisher();
+  const registrar = new Recorder();
   registrar.milliseconds = 10;
   let ahead = 0;
   const run = new SpatialRun({
@@ -159,10 +154,10 @@ test('frames to come are prepared with what the registrar says last', async () =
       return preparer.prepare(...args);
     },
   }));
-  const registrar = new (class extends Finisher {
-    /** @override */
-    step() {
-      const progress = super.step();
+  const registrar = new (class extends Recorder {
+    /** @override @param {Uint8Array} bytes */
+    async place(bytes) {
+      const progress = await super.place(bytes);
       return progress.done === 2 ? { ...progress, preparation: 'as decided' } : progress;
     }
   })();
@@ -184,7 +179,7 @@ test('several preparers work at the same time', async () => {
       return preparer.prepare(...given).finally(() => working--);
     },
   }));
-  const registrar = new Finisher();
+  const registrar = new Recorder();
   const run = new SpatialRun({ registrar, preparers });
   run.add(jobs(16));
   await run.run();
@@ -194,7 +189,7 @@ test('several preparers work at the same time', async () => {
 
 test('an error of one frame is told, the others go on', async () => {
   const { preparers, seen } = fakes(2, { fails: (index) => (index === 3 ? new Error('3.png is cut off') : null) });
-  const registrar = new Finisher();
+  const registrar = new Recorder();
   const refused = Object.assign(new Error('5.png: no'), { name: 'ScanstitchError' });
   registrar.refused.set(5, refused);
   const run = new SpatialRun({ registrar, preparers });
@@ -214,7 +209,7 @@ test('an error of one frame is told, the others go on', async () => {
 
 test('the first frame that can be looked at begins', async () => {
   const { preparers, seen } = fakes(2);
-  const registrar = new Finisher();
+  const registrar = new Recorder();
   registrar.unreadable.set(0, new Error('0.png is cut off'));
   registrar.unreadable.set(1, new Error('1.png holds no depth'));
   const run = new SpatialRun({ registrar, preparers });
@@ -231,7 +226,7 @@ test('the first frame that can be looked at begins', async () => {
 
 test('no frame can be looked at: all are told', async () => {
   const { preparers } = fakes(2);
-  const registrar = new Finisher();
+  const registrar = new Recorder();
   for (const index of upTo(4)) registrar.unreadable.set(index, new Error('no'));
   const run = new SpatialRun({ registrar, preparers });
   run.add(jobs(4));
@@ -244,7 +239,7 @@ test('a worker that dies is replaced and its frame tried again', async () => {
   const died = (/** @type {number} */ index, /** @type {number} */ attempt) =>
     index === 4 && attempt === 1 ? new WorkerDied('gone') : null;
   const { preparers, seen } = fakes(2, { fails: died });
-  const registrar = new Finisher();
+  const registrar = new Recorder();
   /** @type {RunEvent[]} */
   const events = [];
   const run = new SpatialRun({ registrar, preparers, onEvent: (event) => events.push(event) });
@@ -260,7 +255,7 @@ test('a worker that dies is replaced and its frame tried again', async () => {
 
 test('a frame on which two workers die is told and left out', async () => {
   const { preparers, seen } = fakes(2, { fails: (index) => (index === 4 ? new WorkerDied('gone') : null) });
-  const registrar = new Finisher();
+  const registrar = new Recorder();
   const run = new SpatialRun({ registrar, preparers });
   run.add(jobs(8));
   const { problems, numRegistered } = await run.run();
@@ -280,13 +275,13 @@ test('workers that cannot be replaced: the others do it; none left is an error, 
     fails: (index, attempt) => (index === 2 && attempt === 1 ? new WorkerDied('x') : null),
     replaced,
   });
-  const registrar = new Finisher();
+  const registrar = new Recorder();
   const run = new SpatialRun({ registrar, preparers: once.preparers });
   run.add(jobs(9));
   assert.equal((await run.run()).numRegistered, 9);
 
   const always = fakes(2, { fails: (index) => (index >= 5 ? new WorkerDied('x') : null), replaced });
-  const kept = new Finisher();
+  const kept = new Recorder();
   const doomed = new SpatialRun({ registrar: kept, preparers: always.preparers });
   doomed.add(jobs(9));
   await assert.rejects(doomed.run(), /No worker can be started/);
@@ -295,7 +290,7 @@ test('workers that cannot be replaced: the others do it; none left is an error, 
 
 test('a stop answers at once and keeps what is done; the run goes on later', async () => {
   const { preparers } = fakes(2, { milliseconds: (index) => (index < 3 ? 1 : index === 3 ? 5000 : 2) });
-  const registrar = new Finisher();
+  const registrar = new Recorder();
   const controller = new AbortController();
   const onEvent = (/** @type {import('../../npm/spatial_run.js').RunEvent} */ event) => {
     if (event.type === 'registered' && event.index === 2) controller.abort();
@@ -323,7 +318,7 @@ test('a stop while nobody obeys it answers before anybody does, and nothing is p
       return { bytes: Uint8Array.of(index), milliseconds: {} };
     },
   }));
-  const registrar = new Finisher();
+  const registrar = new Recorder();
   registrar.milliseconds = 150;
   const controller = new AbortController();
   const onEvent = (/** @type {import('../../npm/spatial_run.js').RunEvent} */ event) => {
@@ -340,7 +335,7 @@ test('a stop while nobody obeys it answers before anybody does, and nothing is p
 
 test('stopped before it began', async () => {
   const { preparers, seen } = fakes(2);
-  const run = new SpatialRun({ registrar: new Finisher(), preparers });
+  const run = new SpatialRun({ registrar: new Recorder(), preparers });
   run.add(jobs(3));
   assert.equal((await run.run(AbortSignal.abort())).state, 'stopped');
   assert.deepEqual(seen.started, []);
@@ -348,7 +343,7 @@ test('stopped before it began', async () => {
 
 test('more frames can be added to a finished run, and while it runs', async () => {
   const { preparers, seen } = fakes(2, { milliseconds: () => 15 });
-  const registrar = new Finisher();
+  const registrar = new Recorder();
   const run = new SpatialRun({ registrar, preparers });
   run.add(jobs(3));
   assert.equal((await run.run()).numRegistered, 3);
@@ -364,7 +359,7 @@ test('more frames can be added to a finished run, and while it runs', async () =
 
 test('a registrar that breaks ends the run', async () => {
   const { preparers } = fakes(2);
-  const registrar = new Finisher();
+  const registrar = new Recorder();
   registrar.refused.set(2, new WebAssembly.RuntimeError('unreachable'));
   const run = new SpatialRun({ registrar, preparers });
   run.add(jobs(5));
@@ -372,15 +367,132 @@ test('a registrar that breaks ends the run', async () => {
   assert.deepEqual(registrar.registered, [0, 1]);
 });
 
+test('a registrar in a thread of its own has the next frame at hand, and places them in order', async () => {
+  const { preparers } = fakes(2, { milliseconds: () => 0 });
+  /** @type {(() => void)[]} */
+  const waiting = [];
+  const registrar = new (class extends Recorder {
+    ahead = 2;
+    mostWaiting = 0;
+    /** @override @param {Uint8Array} bytes */
+    async place(bytes) {
+      /** @type {Promise<void>} */
+      const turn = new Promise((resolve) => waiting.push(resolve));
+      this.mostWaiting = Math.max(this.mostWaiting, waiting.length);
+      await turn;
+      return super.place(bytes);
+    }
+  })();
+  const refused = Object.assign(new Error('5.png: no'), { name: 'ScanstitchError' });
+  registrar.refused.set(5, refused);
+  const run = new SpatialRun({ registrar, preparers });
+  run.add(jobs(12));
+  const running = run.run();
+  // It answers once it has two frames, or the last one.
+  while (registrar.registered.length < 11) {
+    await sleep(1);
+    if (waiting.length === 2 || registrar.registered.length === 10) waiting.shift()?.();
+  }
+  const { problems, numRegistered } = await running;
+  assert.equal(registrar.mostWaiting, 2);
+  assert.deepEqual([numRegistered, problems.map(({ index }) => index)], [11, [5]]);
+  assert.deepEqual(
+    registrar.registered,
+    upTo(12).filter((index) => index !== 5),
+  );
+});
+
+test('a registrar that breaks with the next frame at hand ends the run', async () => {
+  const { preparers } = fakes(2);
+  const registrar = Object.assign(new Recorder(), {
+    ahead: 2,
+    place: async () => {
+      await sleep(20);
+      throw new WorkerDied('gone');
+    },
+  });
+  const run = new SpatialRun({ registrar, preparers });
+  run.add(jobs(5));
+  await assert.rejects(run.run(), /gone/);
+});
+
+test('a frame that waited in a thread that died is not to blame', async () => {
+  const [sick] = fakes(1).preparers;
+  assert.ok(sick);
+  let [numReplaced, mostAtHand] = [0, 0];
+  /** @type {{ index: number, resolve: (prepared: import('../../npm/spatial_run.js').Prepared) => void, reject: (error: Error) => void }[]} */
+  let atHand = [];
+  const work = async () => {
+    await sleep(2);
+    mostAtHand = Math.max(mostAtHand, atHand.length);
+    const [first, ...others] = atHand;
+    atHand = others;
+    if (first?.index !== 4) first?.resolve({ bytes: Uint8Array.of(first.index), milliseconds: {} });
+    else {
+      first.reject(new WorkerDied('gone'));
+      for (const { reject } of others) reject(new WorkerDied('gone', true));
+      atHand = [];
+    }
+  };
+  const preparer = {
+    ...sick,
+    ahead: 2,
+    prepare: (/** @type {Job} */ { index }) =>
+      new Promise((resolve, reject) => {
+        atHand.push({ index, resolve, reject });
+        work();
+      }),
+    replace: () => {
+      numReplaced += 1;
+    },
+  };
+  const registrar = new Recorder();
+  /** @type {RunEvent[]} */
+  const events = [];
+  const run = new SpatialRun({ registrar, preparers: [preparer], onEvent: (event) => events.push(event) });
+  run.add(jobs(9));
+  const { problems } = await run.run();
+  assert.equal(mostAtHand, 2);
+  assert.deepEqual(
+    problems.map(({ index }) => index),
+    [4],
+  );
+  assert.deepEqual(
+    registrar.registered,
+    upTo(9).filter((index) => index !== 4),
+  );
+  assert.ok(numReplaced >= 2);
+  const told = events.flatMap((event) => (event.type === 'replaced' ? [event.index] : []));
+  assert.deepEqual(told, [4]);
+});
+
+test('what is left after the last frame is done piece by piece', async () => {
+  const { preparers } = fakes(2);
+  const registrar = new Recorder();
+  registrar.numLeft = 2;
+  /** @type {string[]} */
+  const stages = [];
+  const onEvent = (/** @type {RunEvent} */ event) => {
+    if (event.type === 'step') stages.push(event.progress.stage);
+  };
+  const run = new SpatialRun({ registrar, preparers, onEvent });
+  run.add(jobs(3));
+  await run.run();
+  assert.deepEqual(stages, ['loops', 'loops', 'done']);
+  run.add(jobs(1, 3));
+  await run.run();
+  assert.deepEqual(stages.slice(3), ['done']);
+});
+
 test('nothing to do is done', async () => {
   const { preparers } = fakes(1);
-  const run = new SpatialRun({ registrar: new Finisher(), preparers });
+  const run = new SpatialRun({ registrar: new Recorder(), preparers });
   assert.deepEqual(await run.run(), { state: 'done', numRegistered: 0, problems: [] });
 });
 
 test('two runs at a time are refused', async () => {
   const { preparers } = fakes(1);
-  const run = new SpatialRun({ registrar: new Finisher(), preparers });
+  const run = new SpatialRun({ registrar: new Recorder(), preparers });
   run.add(jobs(2));
   const first = run.run();
   await assert.rejects(run.run(), /running already/);
@@ -449,6 +561,8 @@ test('the engine in real threads: the same bytes with one thread, with three, an
   await engine.load();
   const alone = await reconstructWalk(await startPreparers(engine, 0));
   assert.deepEqual(alone.outcome, { state: 'done', numRegistered: 6, problems: [] });
+  const stages = alone.events.flatMap((event) => (event.type === 'step' ? [event.progress.stage] : []));
+  assert.deepEqual(stages, ['loops', 'done'], 'the last loop is closed here as on the page');
   const three = await reconstructWalk(await startPreparers(engine, 3));
   assert.deepEqual([three.trajectory, three.map], [alone.trajectory, alone.map]);
 
@@ -471,6 +585,26 @@ test('the engine in real threads: the same bytes with one thread, with three, an
   assert.equal(survived.events.filter(({ type }) => type === 'replaced').length, 3);
   assert.deepEqual(survived.outcome.problems, []);
   assert.deepEqual([survived.trajectory, survived.map], [alone.trajectory, alone.map]);
+
+  const [thread] = await startPreparers(engine, 1);
+  assert.ok(thread && (thread.ahead ?? 1) > 1);
+  let isKilled = false;
+  const once = {
+    ahead: thread.ahead,
+    prepare: (/** @type {Parameters<typeof thread.prepare>} */ ...args) => {
+      const prepared = thread.prepare(...args);
+      if (args[0].index === 3 && !isKilled) {
+        isKilled = true;
+        thread.close();
+      }
+      return prepared;
+    },
+    replace: () => thread.replace(),
+    close: () => thread.close(),
+  };
+  const recovered = await reconstructWalk([once]);
+  assert.equal(recovered.events.filter(({ type }) => type === 'replaced').length, 1);
+  assert.deepEqual([recovered.trajectory, recovered.map], [alone.trajectory, alone.map]);
 });
 
 /** The walk as a camera sees it that cuts depths off to whole 255ths of 10 m. */

@@ -59,16 +59,19 @@ const api: Async<RegistrarApi> = {
 
   begin: (name, first_frame) => engine().begin(name, first_frame),
 
-  finish: () => engine().finish(),
-
-  step(prepared) {
+  place(prepared) {
     const start = performance.now();
-    if (prepared) engine().add_prepared(prepared);
+    engine().add_prepared(prepared);
     const progress = engine().step();
     const ms = performance.now() - start;
     // The less there is left to stitch after the last frame, when the other threads have nothing to do, the better.
-    if (prepared) engine().stitch_ahead();
+    engine().stitch_ahead();
     return { ...progress, ms, spent: prepared, preparation: engine().preparation() };
+  },
+
+  finish() {
+    engine().finish();
+    return engine().step();
   },
 
   setReference: (name, bytes, num_recorded) => engine().set_reference(name, bytes, num_recorded),

@@ -231,24 +231,19 @@ export class SpatialClient {
     const cores = navigator.hardwareConcurrency || 2;
     const wanted = Math.min(Math.max(cores, 1), MAX_PREPARERS);
     while (this.#preparers.length < wanted) this.#preparers.push(new ThreadPreparer(this.#module));
-    let added: Uint8Array | null = null;
     const run: SpatialRun<SpatialJob> = new SpatialRun<SpatialJob>({
       preparers: this.#preparers,
       registrar: {
         begin: async ({ name, file }) => registrar.call('begin', name, await file.read()),
-        // Adding a frame and registering it are one call: each crossing of threads costs the page time.
-        add_prepared: (bytes) => {
-          added = bytes;
+        // With the next frame at hand it need not wait until this thread has told it.
+        ahead: 2,
+        place: async (bytes) => {
+          const { spent, ...progress } = await registrar.give('place', [bytes.buffer as ArrayBuffer], bytes);
+          if (spare_prepared.length < MOST_SPARE) spare_prepared.push(spent);
+          return { ...progress, frame: progress.frame ?? null };
         },
-        step: async () => {
-          const bytes = added;
-          added = null;
-          // A step for no frame comes when all frames are placed.
-          if (!bytes) await registrar.call('finish');
-          const { spent, ...progress } = await (bytes
-            ? registrar.give('step', [bytes.buffer as ArrayBuffer], bytes)
-            : registrar.call('step', null));
-          if (spent && spare_prepared.length < MOST_SPARE) spare_prepared.push(spent);
+        finish: async () => {
+          const progress = await registrar.call('finish');
           return { ...progress, frame: progress.frame ?? null };
         },
       },

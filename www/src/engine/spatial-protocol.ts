@@ -67,15 +67,13 @@ export interface RegistrarApi {
   setIntrinsics(name: string, bytes: Uint8Array): void;
   /** Looks at the first file; returns what the preparing workers need. */
   begin(name: string, first_frame: Uint8Array): string;
-  /** Says that no frame will follow for now: `step` then solves for all poses together, where that is set. */
-  finish(): void;
-  /** One piece of work, such as registering a frame, which may be given; `ms`: what this and adding it took, without waiting;
-   * `spent`: its bytes, for others to come; `preparation`: what the preparing workers need from now on. */
-  step(prepared: Uint8Array | null): Progress & {
-    ms: number;
-    spent: Uint8Array | null;
-    preparation: string | undefined;
-  };
+  /** Adds a prepared frame and registers it; `ms`: what that took, without waiting; `spent`: its bytes, for others to come;
+   * `preparation`: what the preparing workers need from now on. */
+  place(prepared: Uint8Array): Progress & { ms: number; spent: Uint8Array; preparation: string | undefined };
+  /** Does a piece of what is left to do after the last frame, until it is `done`: looks for frames again that were not
+   * found, then closes the last loop. */
+  finish(): Progress;
+
   setReference(name: string, bytes: Uint8Array, num_recorded: number): void;
   clearReference(): void;
   snapshot(): SpatialSnapshot;

@@ -109,12 +109,12 @@ export class StrategyClient {
       preparers: this.#preparers,
       registrar: {
         begin: async ({ name, file }) => remote.call('begin', name, await file.read()),
-        add_prepared: (bytes) => race.add_prepared(bytes),
-        step: async () => {
-          const progress = await race.step();
+        place: async (bytes) => {
+          const progress = await race.place(bytes);
           if (performance.now() >= this.#next_results) await this.#tellResults(remote, race);
           return progress;
         },
+        finish: () => race.finish(),
       },
       onEvent: (event) => {
         if (event.type === 'problem') this.#listener.problem(problemOf(event.error, event.name));
