@@ -7,7 +7,7 @@ use nalgebra::{UnitQuaternion, Vector3};
 use scanstitch::depth_odometry::DepthOdometry;
 use scanstitch::geometry::Pose3;
 use scanstitch::io::{color_image, trajectory};
-use scanstitch::prepared_frame::{FrameLabel, Preparation, PreparedFrame, Surfaces};
+use scanstitch::prepared_frame::{ColorFile, FrameLabel, Preparation, PreparedFrame, Surfaces};
 use scanstitch::report::Stage;
 use scanstitch::spatial_reconstruction::SpatialReconstruction;
 use scanstitch::spatial_settings::{ColorUse, SpatialSettings};
@@ -47,7 +47,9 @@ fn run(recording: &Recording, color: ColorUse, image_of: impl Fn(usize) -> Optio
     for (index, bytes) in recording.depth.iter().enumerate() {
         let preparation = reconstruction.begin("frame.png", bytes).unwrap();
         let label = FrameLabel { name: format!("{index}.png"), index, time: None };
-        let frame = PreparedFrame::from_depth(preparation, label, bytes, image_of(index).as_deref()).unwrap();
+        let color = image_of(index);
+        let color = color.as_deref().map(|bytes| ColorFile { name: "frame.jpg", bytes });
+        let frame = PreparedFrame::from_depth(preparation, label, bytes, color).unwrap();
         reconstruction.add(frame).unwrap();
         while reconstruction.step().stage != Stage::Done {}
     }
@@ -120,7 +122,13 @@ fn brightness_travels_with_the_frame() {
     let preparation = Preparation::new(&settings, "0.png", &recording.depth[0]).unwrap();
     let frame = |color: Option<&[u8]>| {
         let label = FrameLabel { name: "0.png".into(), index: 0, time: None };
-        PreparedFrame::from_depth(&preparation, label, &recording.depth[0], color).unwrap()
+        PreparedFrame::from_depth(
+            &preparation,
+            label,
+            &recording.depth[0],
+            color.map(|bytes| ColorFile { name: "0.jpg", bytes }),
+        )
+        .unwrap()
     };
     let colored = frame(Some(&recording.color[0]));
     let Surfaces::Surfels(images) = &colored.surfaces else { panic!("a depth image") };

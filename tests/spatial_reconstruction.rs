@@ -9,7 +9,7 @@ use scanstitch::camera::Pinhole;
 use scanstitch::geometry::Pose3;
 use scanstitch::io::trajectory::Trajectory;
 use scanstitch::io::{depth_png, trajectory};
-use scanstitch::prepared_frame::{FrameLabel, MapPoints, Preparation, PreparedFrame, Surfaces};
+use scanstitch::prepared_frame::{ColorFile, FrameLabel, MapPoints, Preparation, PreparedFrame, Surfaces};
 use scanstitch::report::Stage;
 use scanstitch::scene::apartment::{Apartment, WalkOptions};
 use scanstitch::scene::random::Random;
@@ -332,7 +332,9 @@ fn frames_can_be_added_to_a_finished_run_and_travel_as_bytes() {
         let preparation = parts.begin("later.png", bytes).unwrap();
         let label = FrameLabel { name: "later.png".into(), index, time: Some(0.5) };
         let colors = std::fs::read(folder.join(format!("redwood5/color/{index:05}.jpg"))).unwrap();
-        let frame = PreparedFrame::from_depth(preparation, label, bytes, Some(&colors)).unwrap();
+        let frame =
+            PreparedFrame::from_depth(preparation, label, bytes, Some(ColorFile { name: "later.jpg", bytes: &colors }))
+                .unwrap();
         assert_eq!(frame.notes, [""; 0]);
         let as_bytes = frame.to_bytes();
         let back = PreparedFrame::from_bytes(&as_bytes).unwrap();
@@ -462,6 +464,7 @@ fn bad_frames_and_settings_are_refused_with_the_reason() {
     let preparation = reconstruction.begin("1.png", &pgm(64, 48, 50)).unwrap().clone();
     let prepare = |name: &str, bytes: &[u8], color: Option<&[u8]>| {
         let label = FrameLabel { name: name.into(), index: 0, time: None };
+        let color = color.map(|bytes| ColorFile { name: "5.jpg", bytes });
         PreparedFrame::from_depth(&preparation, label, bytes, color)
     };
     let refused = |name, bytes: &[u8]| prepare(name, bytes, None).unwrap_err().to_string();
@@ -470,7 +473,7 @@ fn bad_frames_and_settings_are_refused_with_the_reason() {
     assert!(refused("4.png", b"nonsense").contains("4.png, byte 0"));
     let uncoloured = prepare("5.png", &pgm(64, 48, 50), Some(b"\xFF\xD8\xFFcut")).unwrap();
     assert!(
-        uncoloured.notes[0].starts_with("5.png: its colours are left out: The JPEG is broken"),
+        uncoloured.notes[0].starts_with("5.png: its colours are left out: 5.jpg: The JPEG is broken"),
         "{:?}",
         uncoloured.notes
     );

@@ -9,7 +9,7 @@ mod recordings;
 use std::time::Instant;
 
 use recordings::{Choice, Recording};
-use scanstitch::prepared_frame::{FrameLabel, PreparedFrame};
+use scanstitch::prepared_frame::{ColorFile, FrameLabel, PreparedFrame};
 use scanstitch::report::Stage;
 use scanstitch::spatial_reconstruction::SpatialReconstruction;
 use scanstitch::spatial_settings::{ColorUse, LoopClosing, SpatialSettings};
@@ -53,7 +53,7 @@ fn times(recording: &Recording, settings: &SpatialSettings) -> Vec<f64> {
     let register = |(index, bytes): (usize, &Vec<u8>)| {
         let preparation = reconstruction.begin("frame", bytes).expect("a depth image");
         let label = FrameLabel { name: index.to_string(), index, time: None };
-        let color = recording.color.get(index).map(Vec::as_slice);
+        let color = recording.color.get(index).map(|bytes| ColorFile { name: "colours", bytes });
         let frame = PreparedFrame::from_depth(preparation, label, bytes, color).expect("a depth image");
         reconstruction.add(frame).expect("in order");
         let start = Instant::now();

@@ -132,6 +132,15 @@ pub struct FrameLabel {
     pub time: Option<f64>,
 }
 
+/// A colour image as it lies in its file.
+#[derive(Debug, Clone, Copy)]
+pub struct ColorFile<'a> {
+    /// Name of the file.
+    pub name: &'a str,
+    /// All of it.
+    pub bytes: &'a [u8],
+}
+
 /// A frame made ready.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PreparedFrame {
@@ -200,7 +209,7 @@ impl PreparedFrame {
         preparation: &Preparation,
         label: FrameLabel,
         bytes: &[u8],
-        color: Option<&[u8]>,
+        color: Option<ColorFile<'_>>,
     ) -> Result<Self> {
         let Some(depth) = &preparation.depth else {
             let problem = "This is a depth image, and the first frame is a cloud";
@@ -216,10 +225,10 @@ impl PreparedFrame {
             return Err(Error::whole(problem, "Give images of one camera, all of one size").in_file(&label.name));
         }
         let mut notes = Vec::new();
-        let colors = color.and_then(|bytes| match read_colors(bytes, &image) {
+        let colors = color.and_then(|color| match read_colors(color.bytes, &image) {
             Ok(colors) => Some(colors),
             Err(error) => {
-                notes.push(format!("{}: its colours are left out: {error}", label.name));
+                notes.push(format!("{}: its colours are left out: {}", label.name, error.in_file(color.name)));
                 None
             }
         });

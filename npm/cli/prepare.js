@@ -15,6 +15,7 @@ import { fileProblem } from './inputs.js';
  * @property {number | null} time
  * @property {string | Uint8Array} file depth image or cloud
  * @property {string | Uint8Array | null} color
+ * @property {string | undefined} color_name
  */
 
 /** @typedef {{ bytes: Uint8Array, colors: Uint8Array | null, milliseconds: number }} Contents and how long reading took */
@@ -34,12 +35,12 @@ export async function readContents({ name, file, color }) {
  * @param {Contents} contents
  * @returns {import('../spatial_run.js').Prepared}
  */
-export function prepare(engine, { preparation, kind, name, index, time }, { bytes, colors, milliseconds }) {
+export function prepare(engine, { preparation, kind, name, index, time, color_name }, { bytes, colors, milliseconds }) {
   const start = performance.now();
   const prepared =
     kind === 'clouds'
       ? engine.prepare_cloud(preparation, name, index, time, bytes)
-      : engine.prepare_frame(preparation, name, index, time, bytes, colors);
+      : engine.prepare_frame(preparation, name, index, time, bytes, colors, color_name);
   return { bytes: prepared, milliseconds: { read: milliseconds, prepare: performance.now() - start } };
 }
 

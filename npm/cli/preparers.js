@@ -40,7 +40,7 @@ async function orderOf({ index, name, time, kind, file, color }, preparation) {
   const contents = file.disk ?? (await file.read());
   // Broken colours are the engine's to tell; a frame is used without them.
   const colors = color && (color.disk ?? (await color.read().catch(() => new Uint8Array())));
-  return { preparation, kind, name, index, time, file: contents, color: colors };
+  return { preparation, kind, name, index, time, file: contents, color: colors, color_name: color?.path };
 }
 
 /** @implements {ClosingPreparer} */

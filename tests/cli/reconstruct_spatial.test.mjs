@@ -233,9 +233,20 @@ const BAD = [
     'colours of another size',
     { 'rgb/2.png': colourPng(new Uint8Array(3 * 64 * 64), 64) },
     6,
-    /^note: depth\/2\.png: its colours are left out: .*64 x 64/m,
+    /^note: depth\/2\.png: its colours are left out: .*rgb\/2\.png: .*64 x 64/m,
   ],
-  ['broken colours', { 'rgb/2.png': 'no picture' }, 6, /^note: depth\/2\.png: its colours are left out/m],
+  [
+    'broken colours',
+    { 'rgb/2.png': 'no picture' },
+    6,
+    /^note: depth\/2\.png: its colours are left out: .*rgb\/2\.png/m,
+  ],
+  [
+    'no colours',
+    { 'rgb/2.png': '' },
+    6,
+    /^note: depth\/2\.png: its colours are left out: .*rgb\/2\.png: The file is empty/m,
+  ],
 ];
 
 for (const [what, files, remaining, message] of BAD) {

@@ -10,7 +10,7 @@ use scanstitch::cloud_odometry::{CloudOptions, PreparedCloud};
 use scanstitch::depth_odometry::{DepthOdometry, DepthOptions};
 use scanstitch::geometry::{PointCloud, Pose3};
 use scanstitch::io::{color_image, depth_png, ply};
-use scanstitch::prepared_frame::{FrameLabel, MapPoints, Preparation, PreparedFrame, Surfaces};
+use scanstitch::prepared_frame::{ColorFile, FrameLabel, MapPoints, Preparation, PreparedFrame, Surfaces};
 use scanstitch::preprocess::depth_cloud::depth_cloud;
 use scanstitch::preprocess::depth_surfels::{DepthModel, depth_surfels};
 use scanstitch::preprocess::estimate_normals::estimate_normals;
@@ -140,7 +140,7 @@ fn prepared(files: &Files) -> Result<(Preparation, Vec<PreparedFrame>), String> 
 }
 
 fn prepare_one(preparation: &Preparation, index: usize, pair: &[(String, Vec<u8>)]) -> Result<PreparedFrame, String> {
-    let color = pair.get(1).map(|(_, bytes)| bytes.as_slice());
+    let color = pair.get(1).map(|(name, bytes)| ColorFile { name, bytes });
     let label = FrameLabel { name: pair[0].0.clone(), index, time: None };
     PreparedFrame::from_depth(preparation, label, &pair[0].1, color).map_err(words)
 }

@@ -2,7 +2,7 @@
 
 use scanstitch::geometry::Pose3;
 use scanstitch::geometry::rotation::angle_of;
-use scanstitch::prepared_frame::{FrameLabel, PreparedFrame};
+use scanstitch::prepared_frame::{ColorFile, FrameLabel, PreparedFrame};
 use scanstitch::report::Stage;
 use scanstitch::spatial_reconstruction::SpatialReconstruction;
 use scanstitch::spatial_settings::SpatialSettings;
@@ -49,8 +49,10 @@ pub fn reconstruct(recording: &Recording, settings: &SpatialSettings) -> (Spatia
     for (index, bytes) in recording.depth.iter().enumerate() {
         let name = format!("{index}.png");
         let preparation = reconstruction.begin(&name, bytes).expect("a depth image");
-        let color = recording.color.get(index).map(Vec::as_slice).filter(|color| !color.is_empty());
-        let frame = PreparedFrame::from_depth(preparation, FrameLabel { name, index, time: None }, bytes, color);
+        let color = recording.color.get(index).filter(|color| !color.is_empty());
+        let color = color.map(|bytes| ColorFile { name: &name, bytes });
+        let label = FrameLabel { name: name.clone(), index, time: None };
+        let frame = PreparedFrame::from_depth(preparation, label, bytes, color);
         reconstruction.add(frame.expect("a depth image")).expect("in order");
         let start = seconds_used();
         while reconstruction.step().stage != Stage::Done {}

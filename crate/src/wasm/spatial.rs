@@ -10,7 +10,7 @@ use super::{MapFormat, from_object, map_format, plain, thrown};
 use crate::error::Error;
 use crate::geometry::{PointCloud, Pose3};
 use crate::io::{depth_png, intrinsics, pcd, ply, point_cloud, trajectory};
-use crate::prepared_frame::{FrameLabel, Preparation, PreparedFrame};
+use crate::prepared_frame::{ColorFile, FrameLabel, Preparation, PreparedFrame};
 use crate::report::Progress;
 use crate::settings::SettingDescription;
 use crate::spatial_reconstruction::SpatialReconstruction as Engine;
@@ -126,7 +126,8 @@ pub fn decode_depth(name: &str, bytes: &[u8]) -> Result<DepthPixels, JsValue> {
 }
 
 /// Makes a depth image ready for registration, in any worker. `preparation` is what `begin` returned; `index` is the
-/// frame's place in its recording, `time` when it was taken (s), where known. Returns bytes for `add_prepared`, at the
+/// frame's place in its recording, `time` when it was taken (s), where known; `color` is the file of its colours, which
+/// notes call `color_name`. Returns bytes for `add_prepared`, at the
 /// beginning of `into` where that is given and large enough: a buffer that went through `add_prepared` can be used again.
 ///
 /// # Errors
@@ -140,11 +141,14 @@ pub fn prepare_frame(
     time: Option<f64>,
     depth: &[u8],
     color: Option<Vec<u8>>,
+    color_name: Option<String>,
     into: Option<Uint8Array>,
 ) -> Result<Uint8Array, JsValue> {
     let label = FrameLabel { name: name.to_owned(), index, time };
     with_preparation(preparation, into, |preparation| {
-        PreparedFrame::from_depth(preparation, label, depth, color.as_deref())
+        let name = color_name.as_deref().unwrap_or("its colour image");
+        let color = color.as_deref().map(|bytes| ColorFile { name, bytes });
+        PreparedFrame::from_depth(preparation, label, depth, color)
     })
 }
 

@@ -11,9 +11,10 @@ const api: Async<PreparerApi> = {
   },
 
   prepareFrame(preparation, name, index, time, depth, color, spare) {
-    const colors = color ?? undefined;
-    const prepared = engine.prepare_frame(preparation, name, index, time ?? undefined, depth, colors, whole(spare));
-    return { prepared, spent: depth, spent_color: color };
+    const { bytes, path } = color ?? {};
+    const at = time ?? undefined;
+    const prepared = engine.prepare_frame(preparation, name, index, at, depth, bytes, path, whole(spare));
+    return { prepared, spent: depth, spent_color: bytes ?? null };
   },
 
   prepareCloud(preparation, name, index, time, cloud, spare) {

@@ -361,13 +361,14 @@ export class ThreadPreparer {
     const [bytes, color_bytes] = await Promise.all([read(file), color ? read(color) : null]);
     // No thread is started for a run that has ended meanwhile.
     signal.throwIfAborted();
+    const colors = color && color_bytes ? { path: color.path, bytes: color_bytes } : null;
     const spare = spare_prepared.pop() ?? null;
     const buffers = [bytes, color_bytes, spare].flatMap((given) => (given ? [given.buffer] : []));
     const start = performance.now();
     const { prepared, spent, spent_color } = await this.#patiently((remote) =>
       is_cloud
         ? remote.give('prepareCloud', buffers, preparation, name, index, time, bytes, spare)
-        : remote.give('prepareFrame', buffers, preparation, name, index, time, bytes, color_bytes, spare),
+        : remote.give('prepareFrame', buffers, preparation, name, index, time, bytes, colors, spare),
     );
     for (const read of [spent, spent_color]) if (read) giveBack(read);
     return { bytes: prepared, milliseconds: { prepare: performance.now() - start } };

@@ -97,7 +97,7 @@ export interface PreparerApi {
     index: number,
     time: number | null,
     depth: Uint8Array,
-    color: Uint8Array | null,
+    color: { path: string; bytes: Uint8Array } | null,
     spare: Uint8Array | null,
   ): PreparedBytes;
   prepareCloud(
