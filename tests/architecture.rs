@@ -11,7 +11,7 @@ const LAYERS: &[&[&str]] = &[
     &["geometry", "sparse"],
     &["search", "camera"],
     &["io", "preprocess", "registration"],
-    &["settings", "evaluation", "cloud_registration", "scene"],
+    &["settings", "evaluation", "cloud_registration", "scene", "prepared_surfels"],
     &["map", "occupancy_grid", "surfel_map", "cloud_map", "voxel_map", "key_views"],
     &["verdict"],
     &["odometry", "pose_graph", "relation_graph", "depth_odometry", "cloud_odometry"],

@@ -162,7 +162,6 @@ mod tests {
     use super::*;
     use crate::camera::surfel_image::cell_camera;
     use crate::camera::{Brightness, ColorImage, Pinhole, Surfel};
-    use crate::depth_odometry::DepthOptions;
 
     /// A wall two metres ahead, as a camera of 640 x 480 pixels with colours sees it.
     fn wall() -> PreparedSurfels {
@@ -174,14 +173,15 @@ mod tests {
             Some(Surfel { point, normal: -Vector3::z(), deviation: 0.01 })
         };
         let colors = ColorImage { width: 640, height: 480, pixels: vec![[90; 3]; 640 * 480] };
-        DepthOptions::default().prepared(SurfelImage {
+        let image = SurfelImage {
             camera,
             cell_size: 4,
             columns,
             rows,
             cells: (0..columns * rows).map(surfel).collect(),
             brightness: Some(Arc::new(Brightness::new(&colors))),
-        })
+        };
+        PreparedSurfels::new(image, 0)
     }
 
     #[test]

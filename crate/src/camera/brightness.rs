@@ -7,7 +7,7 @@ use super::{ColorImage, Pinhole};
 /// Burt and Adelson, "The Laplacian pyramid as a compact image code", IEEE Transactions on Communications 31 (1983).
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Brightness {
-    levels: Vec<Level>,
+    levels: [Level; NUM_LEVELS],
 }
 
 /// One level: pixel (u, v) is the middle of the pixels around (2 u, 2 v) of the level before it.
@@ -49,12 +49,10 @@ impl Brightness {
                 ((grey(upper[0]) + grey(upper[1]) + grey(lower[0]) + grey(lower[1])) * 256 / 12) as u16
             }));
         }
-        let mut levels = vec![Level { width, height, values }.smoothed()];
-        for level in 1..NUM_LEVELS {
-            let next = levels[level - 1].smoothed().halved();
-            levels.push(next);
-        }
-        Self { levels }
+        let finest = Level { width, height, values }.smoothed();
+        let middle = finest.smoothed().halved();
+        let coarsest = middle.smoothed().halved();
+        Self { levels: [finest, middle, coarsest] }
     }
 
     /// From all levels, as [`levels`](Self::levels) gives them: columns, rows and values, the finest first. None where they
@@ -64,12 +62,12 @@ impl Brightness {
         let is_whole = |level: &Level| level.width.checked_mul(level.height) == Some(level.values.len());
         let follows = |(level, next): (&Level, &Level)| level.halved_size() == (next.width, next.height);
         let is_pyramid = levels.iter().all(is_whole) && levels.iter().zip(&levels[1..]).all(follows);
-        is_pyramid.then(|| Self { levels: levels.into() })
+        is_pyramid.then_some(Self { levels })
     }
 
     /// Columns, rows and values of all levels, the finest first.
-    pub fn levels(&self) -> impl Iterator<Item = (usize, usize, &[u16])> {
-        self.levels.iter().map(|Level { width, height, values }| (*width, *height, &values[..]))
+    pub fn levels(&self) -> [(usize, usize, &[u16]); NUM_LEVELS] {
+        self.levels.each_ref().map(|Level { width, height, values }| (*width, *height, &values[..]))
     }
 
     /// What it takes on the heap.
@@ -233,10 +231,7 @@ mod tests {
     #[test]
     fn it_is_made_of_its_levels_and_of_no_others() {
         let brightness = Brightness::new(&image(41, 30, |u, v| 3.0 * u + 2.0 * v));
-        let levels = || -> [(usize, usize, Vec<u16>); NUM_LEVELS] {
-            let levels = brightness.levels().map(|(width, height, values)| (width, height, values.to_vec()));
-            levels.collect::<Vec<_>>().try_into().unwrap()
-        };
+        let levels = || brightness.levels().map(|(width, height, values)| (width, height, values.to_vec()));
         assert_eq!(Brightness::from_levels(levels()), Some(brightness.clone()));
         for level in 0..NUM_LEVELS {
             let mut short = levels();

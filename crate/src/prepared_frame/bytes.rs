@@ -171,8 +171,7 @@ fn brightness_of(images: &[(Quantisation, PreparedSurfels)]) -> Option<&Brightne
 
 /// Columns and rows of its levels.
 fn sizes_of(brightness: &Brightness) -> [[usize; 2]; NUM_LEVELS] {
-    let mut sizes = brightness.levels().map(|(width, height, _)| [width, height]);
-    [(); NUM_LEVELS].map(|()| sizes.next().unwrap_or_default())
+    brightness.levels().map(|(width, height, _)| [width, height])
 }
 
 fn take_brightness(sizes: [[usize; 2]; NUM_LEVELS], rest: &mut &[u8]) -> Result<Brightness> {

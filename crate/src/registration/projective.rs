@@ -346,6 +346,30 @@ mod tests {
     }
 
     #[test]
+    fn vector_units_find_what_is_found_one_by_one() {
+        let (pieces, _, T) = wall();
+        // The wall reaches beyond the border of a narrow view, and has a piece in every cell of a coarse one.
+        for (width, height, focal) in [(80, 60, 60.0), (23, 17, 60.0), (9, 7, 6.0), (1, 1, 1.0)] {
+            let middle = [(width as f64 - 1.0) / 2.0, (height as f64 - 1.0) / 2.0];
+            let camera = Pinhole::new(width, height, [focal, focal, middle[0], middle[1]]).unwrap();
+            let target = ProjectiveTarget::draw(pieces.iter(), &camera, &T);
+            let one_by_one = ProjectiveTarget { places: None, ..target.clone() };
+            let mut found = 0;
+            for step in 0..4000 {
+                let x = f64::from(step);
+                let query = Vector3::new(1.6 * (x * 0.37).sin(), 1.1 * (x * 0.73).cos(), 2.0 + 0.1 * (x * 1.1).sin());
+                for max_distance in [0.02, 0.1, 1.0] {
+                    let nearest = target.nearest(&query, max_distance);
+                    assert_eq!(nearest, one_by_one.nearest(&query, max_distance));
+                    found += usize::from(nearest.is_some());
+                }
+            }
+            assert!(found > 100, "{found} in {width} x {height}");
+            assert_eq!(target.nearest(&pieces[0].point, f64::NAN), None);
+        }
+    }
+
+    #[test]
     fn a_frame_seen_by_its_own_camera_is_as_if_it_had_been_drawn() {
         let camera = Pinhole::new(162, 121, [120.0, 120.0, 79.5, 59.5]).unwrap();
         let cells = cell_camera(&camera, 4);

@@ -134,6 +134,7 @@ pub fn decode_depth(name: &str, bytes: &[u8]) -> Result<DepthPixels, JsValue> {
 /// When the depth image is broken, holds no depth, or differs from the first one in size.
 #[wasm_bindgen]
 #[allow(clippy::needless_pass_by_value, reason = "optional arrays cross by value")]
+#[allow(clippy::too_many_arguments, reason = "an object of them would have to be taken apart here")]
 pub fn prepare_frame(
     preparation: &str,
     name: &str,

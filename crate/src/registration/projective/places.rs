@@ -56,14 +56,10 @@ impl Places {
         };
         let rows = [0, 1, 2].map(sq_distances);
         let sq_distance = rows[0].min(rows[1]).min(rows[2]).min_element();
-        // Not a number is no limit either.
-        if !(sq_distance < sq_limit) {
-            return None;
-        }
         let found = |row: usize| {
             let is_there = rows[row].cmpeq(Vec4::splat(sq_distance)).bitmask();
             (is_there != 0).then(|| Nearest { row, column: is_there.trailing_zeros() as usize, sq_distance })
         };
-        (0..3).find_map(found)
+        if sq_distance < sq_limit { (0..3).find_map(found) } else { None }
     }
 }
