@@ -12,6 +12,7 @@ pub use self::point_cloud::PointCloud;
 
 mod bev;
 mod evaluation;
+mod memory;
 mod objects;
 mod occupancy_grid;
 mod planar;

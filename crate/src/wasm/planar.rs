@@ -3,6 +3,7 @@
 use tsify::Ts;
 use wasm_bindgen::prelude::*;
 
+use super::memory::grow_ahead;
 use super::occupancy_grid::OccupancyGrid;
 use super::{MapFormat, from_object, map_format, plain, read_ply, thrown};
 use crate::io::{laser_log, ply, point_cloud, trajectory};
@@ -117,6 +118,7 @@ impl Reconstruction {
     /// # Errors
     /// Never for the input's sake.
     pub fn step(&mut self) -> Result<Ts<Progress>, JsValue> {
+        grow_ahead();
         plain(&self.engine.step())
     }
 

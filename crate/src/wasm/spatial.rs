@@ -6,6 +6,7 @@ use js_sys::{Float32Array, Int16Array, Uint8Array, Uint32Array};
 use tsify::Ts;
 use wasm_bindgen::prelude::*;
 
+use super::memory::grow_ahead;
 use super::{MapFormat, from_object, map_format, plain, thrown};
 use crate::error::Error;
 use crate::geometry::{PointCloud, Pose3};
@@ -268,6 +269,7 @@ impl SpatialReconstruction {
     /// # Errors
     /// Never for the input's sake.
     pub fn step(&mut self) -> Result<Ts<Progress>, JsValue> {
+        grow_ahead();
         plain(&self.engine.step())
     }
 

@@ -3,6 +3,7 @@
 use tsify::Ts;
 use wasm_bindgen::prelude::*;
 
+use super::memory::grow_ahead;
 use super::spatial::PartialSpatialSettings;
 use super::{MapFormat, from_object, map_format, plain, thrown};
 use crate::error::Error;
@@ -95,6 +96,7 @@ impl StrategyComparison {
     /// # Errors
     /// Where there is no such strategy, or it has placed that frame.
     pub fn step(&mut self, strategy: usize) -> Result<Ts<StrategyFrame>, JsValue> {
+        grow_ahead();
         match self.engine.step(strategy) {
             Some(frame) => plain(frame),
             None => Err(thrown(&Error::whole(
