@@ -48,7 +48,7 @@ fn run(recording: &Recording, color: ColorUse, image_of: impl Fn(usize) -> Optio
         let preparation = reconstruction.begin("frame.png", bytes).unwrap();
         let label = FrameLabel { name: format!("{index}.png"), index, time: None };
         let color = image_of(index);
-        let color = color.as_deref().map(|bytes| ColorFile { name: "frame.jpg", bytes });
+        let color = color.as_deref().map(|bytes| ColorFile { name: "frame.jpg", bytes: Ok(bytes) });
         let frame = PreparedFrame::from_depth(preparation, label, bytes, color).unwrap();
         reconstruction.add(frame).unwrap();
         while reconstruction.step().stage != Stage::Done {}
@@ -126,7 +126,7 @@ fn brightness_travels_with_the_frame() {
             &preparation,
             label,
             &recording.depth[0],
-            color.map(|bytes| ColorFile { name: "0.jpg", bytes }),
+            color.map(|bytes| ColorFile { name: "0.jpg", bytes: Ok(bytes) }),
         )
         .unwrap()
     };

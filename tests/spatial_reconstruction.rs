@@ -332,9 +332,13 @@ fn frames_can_be_added_to_a_finished_run_and_travel_as_bytes() {
         let preparation = parts.begin("later.png", bytes).unwrap();
         let label = FrameLabel { name: "later.png".into(), index, time: Some(0.5) };
         let colors = std::fs::read(folder.join(format!("redwood5/color/{index:05}.jpg"))).unwrap();
-        let frame =
-            PreparedFrame::from_depth(preparation, label, bytes, Some(ColorFile { name: "later.jpg", bytes: &colors }))
-                .unwrap();
+        let frame = PreparedFrame::from_depth(
+            preparation,
+            label,
+            bytes,
+            Some(ColorFile { name: "later.jpg", bytes: Ok(&colors) }),
+        )
+        .unwrap();
         assert_eq!(frame.notes, [""; 0]);
         let as_bytes = frame.to_bytes();
         let back = PreparedFrame::from_bytes(&as_bytes).unwrap();
@@ -464,7 +468,7 @@ fn bad_frames_and_settings_are_refused_with_the_reason() {
     let preparation = reconstruction.begin("1.png", &pgm(64, 48, 50)).unwrap().clone();
     let prepare = |name: &str, bytes: &[u8], color: Option<&[u8]>| {
         let label = FrameLabel { name: name.into(), index: 0, time: None };
-        let color = color.map(|bytes| ColorFile { name: "5.jpg", bytes });
+        let color = color.map(|bytes| ColorFile { name: "5.jpg", bytes: Ok(bytes) });
         PreparedFrame::from_depth(&preparation, label, bytes, color)
     };
     let refused = |name, bytes: &[u8]| prepare(name, bytes, None).unwrap_err().to_string();
@@ -478,6 +482,11 @@ fn bad_frames_and_settings_are_refused_with_the_reason() {
         uncoloured.notes
     );
     assert!(matches!(&uncoloured.map_points, MapPoints::Image(image, _) if image.colors.is_none()));
+    let unread = ColorFile { name: "6.jpg", bytes: Err("6.jpg: permission denied") };
+    let label = FrameLabel { name: "6.png".into(), index: 0, time: None };
+    let uncoloured_too = PreparedFrame::from_depth(&preparation, label, &pgm(64, 48, 50), Some(unread)).unwrap();
+    assert_eq!(uncoloured_too.notes, ["6.png: its colours are left out: 6.jpg: permission denied"]);
+    assert_eq!(uncoloured_too.map_points, uncoloured.map_points);
     reconstruction.add(uncoloured).unwrap();
     assert_eq!(reconstruction.step().stage, Stage::Register);
     assert_eq!(reconstruction.step().stage, Stage::Done);

@@ -137,8 +137,8 @@ pub struct FrameLabel {
 pub struct ColorFile<'a> {
     /// Name of the file.
     pub name: &'a str,
-    /// All of it.
-    pub bytes: &'a [u8],
+    /// All of it, or why it could not be read, which names it.
+    pub bytes: std::result::Result<&'a [u8], &'a str>,
 }
 
 /// A frame made ready.
@@ -225,12 +225,10 @@ impl PreparedFrame {
             return Err(Error::whole(problem, "Give images of one camera, all of one size").in_file(&label.name));
         }
         let mut notes = Vec::new();
-        let colors = color.and_then(|color| match read_colors(color.bytes, &image) {
-            Ok(colors) => Some(colors),
-            Err(error) => {
-                notes.push(format!("{}: its colours are left out: {}", label.name, error.in_file(color.name)));
-                None
-            }
+        let colors = color.and_then(|ColorFile { name, bytes }| {
+            let read = |bytes| read_colors(bytes, &image).map_err(|error| error.in_file(name).to_string());
+            let note = |problem| notes.push(format!("{}: its colours are left out: {problem}", label.name));
+            bytes.map_err(str::to_owned).and_then(read).map_err(note).ok()
         });
         let usable = usable_pixels(&image);
         let is_used = preparation.settings.color != ColorUse::NotUsed;

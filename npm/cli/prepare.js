@@ -1,8 +1,8 @@
 // @ts-check
 /** Reading and preparing one frame: the same in a thread of its own and in the only one. */
 import { readFile } from 'node:fs/promises';
-import { basename } from 'node:path';
 import { fileError } from '../errors.js';
+import { isScanstitchError } from './command.js';
 import { fileProblem } from './inputs.js';
 
 /**
@@ -16,16 +16,40 @@ import { fileProblem } from './inputs.js';
  * @property {string | Uint8Array} file depth image or cloud
  * @property {string | Uint8Array | null} color
  * @property {string | undefined} color_name
+ * @property {string | undefined} color_problem why it could not be read, where it could not
  */
 
-/** @typedef {{ bytes: Uint8Array, colors: Uint8Array | null, milliseconds: number }} Contents and how long reading took */
+/**
+ * What is in the files, and how long reading took.
+ * @typedef {object} Contents
+ * @property {Uint8Array} bytes
+ * @property {Uint8Array | null} color
+ * @property {string | undefined} color_problem
+ * @property {number} milliseconds
+ */
 
 /** @param {Order} order @returns {Promise<Contents>} rejects with a ScanstitchError where the file cannot be read */
-export async function readContents({ name, file, color }) {
+export async function readContents({ name, file, color, color_name = '', color_problem }) {
   const start = performance.now();
   const bytes = typeof file === 'string' ? await read(file, name) : file;
-  const colors = typeof color === 'string' ? await read(color, basename(color)).catch(() => null) : color;
-  return { bytes, colors, milliseconds: performance.now() - start };
+  const colors =
+    typeof color === 'string' ? await readColors(() => read(color, color_name), color_name) : { color, color_problem };
+  return { bytes, ...colors, milliseconds: performance.now() - start };
+}
+
+/**
+ * A colour image, or why it cannot be read: the frame is used without it.
+ * @param {() => Promise<Uint8Array>} read
+ * @param {string} name
+ * @returns {Promise<{ color: Uint8Array | null, color_problem: string | undefined }>}
+ */
+export async function readColors(read, name) {
+  try {
+    return { color: await read(), color_problem: undefined };
+  } catch (error) {
+    const color_problem = isScanstitchError(error) ? error.message : `${name}: ${fileProblem(error)}`;
+    return { color: null, color_problem };
+  }
 }
 
 /**
@@ -35,12 +59,13 @@ export async function readContents({ name, file, color }) {
  * @param {Contents} contents
  * @returns {import('../spatial_run.js').Prepared}
  */
-export function prepare(engine, { preparation, kind, name, index, time, color_name }, { bytes, colors, milliseconds }) {
+export function prepare(engine, { preparation, kind, name, index, time, color_name }, contents) {
   const start = performance.now();
+  const { bytes, color, color_problem, milliseconds } = contents;
   const prepared =
     kind === 'clouds'
       ? engine.prepare_cloud(preparation, name, index, time, bytes)
-      : engine.prepare_frame(preparation, name, index, time, bytes, colors, color_name);
+      : engine.prepare_frame(preparation, name, index, time, bytes, color, color_name, color_problem);
   return { bytes: prepared, milliseconds: { read: milliseconds, prepare: performance.now() - start } };
 }
 
@@ -49,6 +74,6 @@ async function read(path, name) {
   try {
     return await readFile(path);
   } catch (error) {
-    throw fileError(name, fileProblem(error).replace(/\.$/, ''), 'Was it moved or deleted?');
+    throw fileError(name, fileProblem(error).replace(/\.$/, ''), 'See whether it was moved or deleted');
   }
 }

@@ -3,7 +3,7 @@
 import { readFile } from 'node:fs/promises';
 import { Worker } from 'node:worker_threads';
 import { WorkerDied } from '../spatial_run.js';
-import { prepare, readContents } from './prepare.js';
+import { prepare, readColors, readContents } from './prepare.js';
 
 /** @typedef {import('../spatial_run.js').Prepared} Prepared */
 /** @typedef {import('./inputs.js').Source} Source */
@@ -38,9 +38,19 @@ export async function startPreparers(engine, count) {
  */
 async function orderOf({ index, name, time, kind, file, color }, preparation) {
   const contents = file.disk ?? (await file.read());
-  // Broken colours are the engine's to tell; a frame is used without them.
-  const colors = color && (color.disk ?? (await color.read().catch(() => new Uint8Array())));
-  return { preparation, kind, name, index, time, file: contents, color: colors, color_name: color?.path };
+  const isUnpacked = color !== null && color.disk === null;
+  const colors = isUnpacked ? await readColors(color.read, color.path) : { color: color && color.disk };
+  return {
+    preparation,
+    kind,
+    name,
+    index,
+    time,
+    file: contents,
+    color_problem: undefined,
+    ...colors,
+    color_name: color?.path,
+  };
 }
 
 /** @implements {ClosingPreparer} */

@@ -1,10 +1,13 @@
 // @ts-check
 /** The run on several threads, with threads made up: order, bounds, deaths, errors, stops. */
 import assert from 'node:assert/strict';
+import { tmpdir } from 'node:os';
+import { join } from 'node:path';
 import { test } from 'node:test';
 import { setTimeout as sleep } from 'node:timers/promises';
 import { startPreparers } from '../../npm/cli/preparers.js';
 import { registrarOf } from '../../npm/cli/reconstruct_spatial.js';
+import { fileError } from '../../npm/errors.js';
 import * as engine from '../../npm/index.js';
 import { SpatialRun, WorkerDied } from '../../npm/spatial_run.js';
 import { see, SIZE, WALK, walkFiles } from './depth_room.mjs';
@@ -503,6 +506,7 @@ test('two runs at a time are refused', async () => {
  * Images of the made-up walk, in memory.
  * @param {readonly number[]} numbers
  * @param {Record<string, Uint8Array | string>} files
+ * @returns {import('../../npm/cli/preparers.js').FrameJob[]}
  */
 function walk(numbers, files) {
   const source = (/** @type {string} */ path) => {
@@ -537,9 +541,10 @@ async function reconstructWalk(preparers, jobs = walk([1, 2, 3, 4, 5, 6], walkFi
   const outcome = await run.run();
   await Promise.all(preparers.map((preparer) => preparer.close()));
   const [trajectory, map] = [reconstruction.trajectory_tum(), reconstruction.map_ply()];
+  const { notes } = reconstruction.result();
   assertSameArrays(reconstruction);
   reconstruction.free();
-  return { outcome, events, trajectory, map };
+  return { outcome, events, trajectory, map, notes };
 }
 
 /** The map's points all at once are those that are asked for one by one. @param {engine.SpatialReconstruction} whole */
@@ -605,6 +610,25 @@ test('the engine in real threads: the same bytes with one thread, with three, an
   const recovered = await reconstructWalk([once]);
   assert.equal(recovered.events.filter(({ type }) => type === 'replaced').length, 1);
   assert.deepEqual([recovered.trajectory, recovered.map], [alone.trajectory, alone.map]);
+});
+
+test('colours that cannot be read are told, with the reason, and the frame is used', async () => {
+  await engine.load();
+  for (const count of [0, 1]) {
+    const jobs = walk([1, 2, 3, 4, 5, 6], walkFiles());
+    const [, second, third] = jobs;
+    assert.ok(second?.color && third?.color);
+    second.color.read = async () => {
+      throw fileError('walk.mcap', 'The chunk at byte 7 is damaged', 'Record it again');
+    };
+    const gone = { ...third, color: { ...third.color, disk: join(tmpdir(), 'scanstitch-no-such-folder', '3.png') } };
+    const { outcome, notes } = await reconstructWalk(await startPreparers(engine, count), jobs.with(2, gone));
+    assert.deepEqual(outcome, { state: 'done', numRegistered: 6, problems: [] });
+    assert.deepEqual(notes.slice(0, 2), [
+      '2.png: its colours are left out: walk.mcap: The chunk at byte 7 is damaged. Record it again.',
+      '3.png: its colours are left out: rgb/3.png: There is no such file or folder. See whether it was moved or deleted.',
+    ]);
+  }
 });
 
 /** The walk as a camera sees it that cuts depths off to whole 255ths of 10 m. */

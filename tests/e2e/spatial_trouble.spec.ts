@@ -50,6 +50,28 @@ test('a colour image of another size, and one that is missing, are told, and eve
   await expect(spatial.messages).toContainText(/4\.png/);
 });
 
+test('a colour image that the browser can no longer read is told, and its frame is placed', async ({
+  spatial,
+  page,
+}) => {
+  const files = recording(4);
+  const gone = files.find(({ name }) => name === 'room/rgb/3.png')?.content as Buffer;
+  await page.evaluate((size) => {
+    const read = Object.getOwnPropertyDescriptor(Blob.prototype, 'arrayBuffer')?.value as Blob['arrayBuffer'];
+    Blob.prototype.arrayBuffer = function (this: Blob) {
+      const is_gone = this instanceof File && this.name.endsWith('3.png') && this.size === size;
+      return is_gone ? Promise.reject(new DOMException('gone', 'NotFoundError')) : read.call(this);
+    };
+  }, gone.length);
+  await spatial.drop(files);
+  const { result } = await spatial.stitched();
+  expect(result.frames.map(({ status }) => status)).toEqual(Array(4).fill('good'));
+  expect(result.notes.join('\n')).toMatch(
+    /depth\/3\.png: its colours are left out: .*rgb\/3\.png: The browser could not read this file; was it moved or deleted\?/,
+  );
+  await expect(page.getByText(/rgb\/3\.png: The browser could not read this file/)).toBeVisible();
+});
+
 test('a truth with another number of poses is told, and the frames are placed without it', async ({ spatial }) => {
   await spatial.drop([...recording(5), truth(3)]);
   const { result } = await spatial.stitched();

@@ -140,7 +140,7 @@ fn prepared(files: &Files) -> Result<(Preparation, Vec<PreparedFrame>), String> 
 }
 
 fn prepare_one(preparation: &Preparation, index: usize, pair: &[(String, Vec<u8>)]) -> Result<PreparedFrame, String> {
-    let color = pair.get(1).map(|(name, bytes)| ColorFile { name, bytes });
+    let color = pair.get(1).map(|(name, bytes)| ColorFile { name, bytes: Ok(bytes) });
     let label = FrameLabel { name: pair[0].0.clone(), index, time: None };
     PreparedFrame::from_depth(preparation, label, &pair[0].1, color).map_err(words)
 }

@@ -128,8 +128,9 @@ pub fn decode_depth(name: &str, bytes: &[u8]) -> Result<DepthPixels, JsValue> {
 
 /// Makes a depth image ready for registration, in any worker. `preparation` is what `begin` returned; `index` is the
 /// frame's place in its recording, `time` when it was taken (s), where known; `color` is the file of its colours, which
-/// notes call `color_name`. Returns bytes for `add_prepared`, at the
-/// beginning of `into` where that is given and large enough: a buffer that went through `add_prepared` can be used again.
+/// notes call `color_name`, or `color_problem` says why that could not be read, and names it. Returns bytes for
+/// `add_prepared`, at the beginning of `into` where that is given and large enough: a buffer that went through
+/// `add_prepared` can be used again.
 ///
 /// # Errors
 /// When the depth image is broken, holds no depth, or differs from the first one in size.
@@ -144,12 +145,14 @@ pub fn prepare_frame(
     depth: &[u8],
     color: Option<Vec<u8>>,
     color_name: Option<String>,
+    color_problem: Option<String>,
     into: Option<Uint8Array>,
 ) -> Result<Uint8Array, JsValue> {
     let label = FrameLabel { name: name.to_owned(), index, time };
     with_preparation(preparation, into, |preparation| {
         let name = color_name.as_deref().unwrap_or("its colour image");
-        let color = color.as_deref().map(|bytes| ColorFile { name, bytes });
+        let bytes = color.as_deref().map(Ok).or(color_problem.as_deref().map(Err));
+        let color = bytes.map(|bytes| ColorFile { name, bytes });
         PreparedFrame::from_depth(preparation, label, depth, color)
     })
 }

@@ -11,9 +11,9 @@ const api: Async<PreparerApi> = {
   },
 
   prepareFrame(preparation, name, index, time, depth, color, spare) {
-    const { bytes, path } = color ?? {};
+    const { bytes, path, problem } = color ?? {};
     const at = time ?? undefined;
-    const prepared = engine.prepare_frame(preparation, name, index, at, depth, bytes, path, whole(spare));
+    const prepared = engine.prepare_frame(preparation, name, index, at, depth, bytes, path, problem, whole(spare));
     return { prepared, spent: depth, spent_color: bytes ?? null };
   },
 

@@ -10,6 +10,7 @@ import type { Problem } from './protocol.js';
 import registrar_url from './registrar-worker.ts?worker&url';
 import { EngineProblem, Remote } from './remote.js';
 import type {
+  ColorFile,
   DepthColors,
   PreparerApi,
   RegistrarApi,
@@ -358,12 +359,18 @@ export class ThreadPreparer {
     const { index, name, time, file, color, is_cloud } = job;
     // The thread gets them for its own; should it die, they are read again.
     const read = async (from: Readable): Promise<Uint8Array> => owned(await from.read());
-    const [bytes, color_bytes] = await Promise.all([read(file), color ? read(color) : null]);
+    const readColors = async (from: Readable): Promise<ColorFile> => {
+      const { path } = from;
+      return read(from).then(
+        (bytes) => ({ path, bytes, problem: null }),
+        (error: unknown) => ({ path, bytes: null, problem: textOf(error, path) }),
+      );
+    };
+    const [bytes, colors] = await Promise.all([read(file), color && readColors(color)]);
     // No thread is started for a run that has ended meanwhile.
     signal.throwIfAborted();
-    const colors = color && color_bytes ? { path: color.path, bytes: color_bytes } : null;
     const spare = spare_prepared.pop() ?? null;
-    const buffers = [bytes, color_bytes, spare].flatMap((given) => (given ? [given.buffer] : []));
+    const buffers = [bytes, colors?.bytes, spare].flatMap((given) => (given ? [given.buffer] : []));
     const start = performance.now();
     const { prepared, spent, spent_color } = await this.#patiently((remote) =>
       is_cloud
@@ -431,6 +438,11 @@ export function problemOf(error: unknown, file: string): Problem {
   if (error instanceof EngineProblem) return { ...error.problem, file: error.problem.file || file };
   const { place = null, problem = messageOf(error), remedy = '' } = error as Partial<Problem>;
   return { file: (error as Partial<Problem>).file || file, place, problem, remedy };
+}
+
+/** What went wrong with a file, which is named. */
+function textOf(error: unknown, file: string): string {
+  return (error as Partial<Problem>).file ? messageOf(error) : `${file}: ${messageOf(error)}`;
 }
 
 function messageOf(error: unknown): string {

@@ -88,6 +88,13 @@ export interface PreparedBytes {
   spent_color: Uint8Array | null;
 }
 
+/** A colour image, or why it cannot be read: the frame is used without it. */
+export interface ColorFile {
+  path: string;
+  bytes: Uint8Array | null;
+  problem: string | null;
+}
+
 /** The workers that decode and prepare frames; `spare`: where a prepared frame may be written. */
 export interface PreparerApi {
   start(module: WebAssembly.Module): void;
@@ -97,7 +104,7 @@ export interface PreparerApi {
     index: number,
     time: number | null,
     depth: Uint8Array,
-    color: { path: string; bytes: Uint8Array } | null,
+    color: ColorFile | null,
     spare: Uint8Array | null,
   ): PreparedBytes;
   prepareCloud(
