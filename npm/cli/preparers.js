@@ -39,7 +39,7 @@ export async function startPreparers(engine, count) {
 async function orderOf({ index, name, time, kind, file, color }, preparation) {
   const contents = file.disk ?? (await file.read());
   const isUnpacked = color !== null && color.disk === null;
-  const colors = isUnpacked ? await readColors(color.read, color.path) : { color: color && color.disk };
+  const colors = isUnpacked ? await readColors(() => color.read(), color.path) : { color: color && color.disk };
   return {
     preparation,
     kind,
