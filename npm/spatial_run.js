@@ -4,6 +4,7 @@
  * workers, while one registrar places them in their order. It knows neither Web Workers nor those of Node, neither
  * files nor the engine: those are behind two small interfaces.
  */
+import { FrameQueue } from './frame_queue.js';
 
 /** @typedef {{ index: number, name: string }} Job a frame; the preparer knows what else is in it */
 /** @typedef {Record<string, number>} Milliseconds of each stage */
@@ -49,7 +50,7 @@
 
 /**
  * @template {Job} J
- * @typedef {{ job: J, state: 'waiting' | 'preparing' | 'prepared' | 'registered' | 'failed', prepared: Prepared | null }} Entry
+ * @typedef {import('./frame_queue.js').Frame<J>} Frame
  */
 
 /** So many frames more than there are workers are prepared or being prepared at a time: what bounds the memory. */
@@ -84,10 +85,8 @@ export class SpatialRun {
   /** @type {(event: RunEvent) => void} */
   #tell;
   #maxInFlight;
-  /** @type {Entry<J>[]} */
-  #entries = [];
-  /** Entries before this one are registered or left out. */
-  #next = 0;
+  /** @type {FrameQueue<J>} */
+  #frames = new FrameQueue();
   /** @type {string | null} */
   #preparation = null;
   /** What the registrar is still at; a stop does not wait for it, the next run does. @type {Promise<void>} */
@@ -116,19 +115,13 @@ export class SpatialRun {
    * @param {readonly J[]} jobs
    */
   add(jobs) {
-    for (const job of jobs) {
-      const last = this.#entries.at(-1);
-      if (last && job.index <= last.job.index) {
-        throw new RangeError(`Frame ${job.index} (${job.name}) cannot come after frame ${last.job.index}.`);
-      }
-      this.#entries.push({ job, state: 'waiting', prepared: null });
-    }
+    for (const job of jobs) this.#frames.add(job);
     this.#session?.changed();
   }
 
   /** Frames that were added. */
   get total() {
-    return this.#entries.length;
+    return this.#frames.length;
   }
 
   /**
@@ -144,10 +137,10 @@ export class SpatialRun {
       await Promise.race([this.#work(session), session.stopped]);
     } finally {
       session.end();
-      for (const entry of this.#entries) if (entry.state === 'preparing') entry.state = 'waiting';
+      this.#frames.release();
       this.#session = null;
     }
-    const numRegistered = this.#entries.filter(({ state }) => state === 'registered').length;
+    const { numRegistered } = this.#frames;
     return { state: signal?.aborted ? 'stopped' : 'done', numRegistered, problems: [...this.#problems] };
   }
 
@@ -162,7 +155,7 @@ export class SpatialRun {
     const preparing = orders.map(async (preparer) => {
       await this.#prepareAll(preparer, session);
       numAlive -= 1;
-      if (numAlive === 0 && this.#waiting() && !session.isOver) throw new Error('No worker can be started.');
+      if (numAlive === 0 && this.#frames.waiting() && !session.isOver) throw new Error('No worker can be started.');
     });
     const registering = this.#registerAll(session).then(() => session.finish());
     await Promise.all([registering, ...preparing]);
@@ -170,34 +163,29 @@ export class SpatialRun {
 
   /** The first frame that can be looked at tells how all are prepared. @param {Session} session */
   async #begin(session) {
-    for (const entry of this.#entries) {
-      if (this.#preparation !== null || session.isOver) return;
-      if (entry.state !== 'waiting') continue;
+    while (this.#preparation === null && !session.isOver) {
+      const frame = this.#frames.waiting();
+      if (!frame) return;
       try {
-        const preparation = await this.#registrar.begin(entry.job);
+        const preparation = await this.#registrar.begin(frame.job);
         this.#preparation ??= preparation;
       } catch (error) {
-        if (!session.isOver) this.#leaveOut(entry, error);
+        if (!session.isOver) this.#leaveOut(frame, error);
       }
       await nextTurn();
     }
   }
 
-  #waiting() {
-    return this.#entries.find(({ state }) => state === 'waiting');
-  }
-
   /** Claims frame after frame, as far ahead as may be. @param {Preparer<J>} preparer @param {Session} session */
   async #prepareAll(preparer, session) {
     while (!session.isOver && !session.isFinished) {
-      const inFlight = this.#entries.filter(({ state }) => state === 'preparing' || state === 'prepared').length;
-      const entry = this.#waiting();
-      if (!entry || inFlight >= this.#maxInFlight) {
+      const frame = this.#frames.waiting();
+      if (!frame || this.#frames.numInFlight >= this.#maxInFlight) {
         await session.change();
         continue;
       }
-      entry.state = 'preparing';
-      const isAlive = await this.#prepare(entry, preparer, session);
+      this.#frames.move(frame, 'preparing');
+      const isAlive = await this.#prepare(frame, preparer, session);
       session.changed();
       if (!isAlive) return;
     }
@@ -205,18 +193,18 @@ export class SpatialRun {
 
   /**
    * Whether the preparer can go on.
-   * @param {Entry<J>} entry
+   * @param {Frame<J>} frame
    * @param {Preparer<J>} preparer
    * @param {Session} session
    */
-  async #prepare(entry, preparer, session) {
-    const { index, name } = entry.job;
+  async #prepare(frame, preparer, session) {
+    const { index, name } = frame.job;
     for (let deaths = 0; ;) {
       try {
-        const prepared = await preparer.prepare(entry.job, this.#preparation ?? '', session.signal);
+        const prepared = await preparer.prepare(frame.job, this.#preparation ?? '', session.signal);
         if (session.isOver) return true;
-        entry.prepared = prepared;
-        entry.state = 'prepared';
+        frame.prepared = prepared;
+        this.#frames.move(frame, 'prepared');
         this.#tell({ type: 'prepared', index, name, milliseconds: prepared.milliseconds });
         return true;
       } catch (error) {
@@ -224,23 +212,23 @@ export class SpatialRun {
         const isBlamed = hasDied && !error.wasWaiting;
         deaths += Number(isBlamed);
         if (session.isOver && !hasDied) return true;
-        if (!session.isOver && (!hasDied || deaths === MAX_DEATHS)) this.#leaveOut(entry, error);
+        if (!session.isOver && (!hasDied || deaths === MAX_DEATHS)) this.#leaveOut(frame, error);
         if (hasDied && !(await isReplaced(preparer))) {
           // Another worker may still do it.
-          if (!session.isOver && entry.state === 'preparing') entry.state = 'waiting';
+          if (!session.isOver && frame.state === 'preparing') this.#frames.move(frame, 'waiting');
           return false;
         }
-        if (session.isOver || entry.state === 'failed') return true;
+        if (session.isOver || frame.state === 'failed') return true;
         if (isBlamed) this.#tell({ type: 'replaced', index, name });
       }
     }
   }
 
-  /** @param {Entry<J>} entry @param {unknown} thrown */
-  #leaveOut(entry, thrown) {
+  /** @param {Frame<J>} frame @param {unknown} thrown */
+  #leaveOut(frame, thrown) {
     const error = thrown instanceof Error ? thrown : new Error(String(thrown));
-    const { index, name } = entry.job;
-    entry.state = 'failed';
+    const { index, name } = frame.job;
+    this.#frames.move(frame, 'failed');
     this.#problems.push({ index, name, error });
     this.#tell({ type: 'problem', index, name, error });
   }
@@ -251,9 +239,9 @@ export class SpatialRun {
     let [hasMore, numOrdered] = [true, 0];
     /** @type {unknown[]} */
     const failures = [];
-    const order = (/** @type {Entry<J> | null} */ entry) => {
+    const order = (/** @type {Frame<J> | null} */ frame) => {
       numOrdered += 1;
-      const isOver = this.#register(entry).then(
+      const isOver = (frame ? this.#registerNext() : this.#finish()).then(
         (stage) => (hasMore = stage !== 'done'),
         (error) => failures.push(error),
       );
@@ -262,13 +250,11 @@ export class SpatialRun {
         session.changed();
       });
     };
-    const isDone = () => !hasMore && numOrdered === 0 && this.#next === this.#entries.length;
+    const isDone = () => !hasMore && numOrdered === 0 && this.#frames.next() === null;
     while (!session.isOver && failures.length === 0 && !isDone()) {
-      const entry = this.#entries[this.#next];
-      if (entry?.state === 'failed') {
-        this.#next += 1;
-      } else if (entry ? entry.state === 'prepared' && numOrdered < ahead : hasMore && numOrdered === 0) {
-        order(entry ?? null);
+      const frame = this.#frames.next();
+      if (frame ? frame.state === 'prepared' && numOrdered < ahead : hasMore && numOrdered === 0) {
+        order(frame);
         await nextTurn();
       } else {
         await session.change();
@@ -277,27 +263,28 @@ export class SpatialRun {
     if (failures.length > 0) throw failures[0];
   }
 
-  /** One frame, or what is left to do after the last one. @param {Entry<J> | null} entry */
-  async #register(entry) {
+  /** What is left to do after the last frame, or a piece of it. */
+  async #finish() {
     const start = performance.now();
-    if (!entry?.prepared) {
-      const progress = await this.#registrar.finish();
-      this.#tell({ type: 'step', milliseconds: { register: performance.now() - start }, progress });
-      return progress.stage;
-    }
-    const { bytes, milliseconds } = entry.prepared;
-    const { index, name } = entry.job;
-    entry.prepared = null;
-    this.#next += 1;
+    const progress = await this.#registrar.finish();
+    this.#tell({ type: 'step', milliseconds: { register: performance.now() - start }, progress });
+    return progress.stage;
+  }
+
+  /** The frame whose turn it is. */
+  async #registerNext() {
+    const start = performance.now();
+    const { frame, prepared } = this.#frames.take();
+    const { index, name } = frame.job;
     try {
-      const progress = await this.#registrar.place(bytes);
+      const progress = await this.#registrar.place(prepared.bytes);
       this.#preparation = progress.preparation ?? this.#preparation;
-      entry.state = 'registered';
+      this.#frames.move(frame, 'registered');
       const register = performance.now() - start;
-      this.#tell({ type: 'registered', index, name, milliseconds: { ...milliseconds, register }, progress });
+      this.#tell({ type: 'registered', index, name, milliseconds: { ...prepared.milliseconds, register }, progress });
       return progress.stage;
     } catch (error) {
-      this.#leaveOut(entry, error);
+      this.#leaveOut(frame, error);
       // Bad input is told; an engine that broke cannot go on.
       if (/** @type {Error} */ (error).name !== 'ScanstitchError') throw error;
       return '';

@@ -8,6 +8,7 @@ import { setTimeout as sleep } from 'node:timers/promises';
 import { startPreparers } from '../../npm/cli/preparers.js';
 import { registrarOf } from '../../npm/cli/reconstruct_spatial.js';
 import { fileError } from '../../npm/errors.js';
+import { Frame } from '../../npm/frame_queue.js';
 import * as engine from '../../npm/index.js';
 import { SpatialRun, WorkerDied } from '../../npm/spatial_run.js';
 import { see, SIZE, WALK, walkFiles } from './depth_room.mjs';
@@ -485,6 +486,55 @@ test('what is left after the last frame is done piece by piece', async () => {
   run.add(jobs(1, 3));
   await run.run();
   assert.deepEqual(stages.slice(3), ['done']);
+});
+
+/** How often the states of frames are looked at while it works. @param {() => Promise<void>} work */
+async function countLooks(work) {
+  const state = Object.getOwnPropertyDescriptor(Frame.prototype, 'state');
+  assert.ok(state?.get && state.set);
+  let numLooks = 0;
+  const get = state.get;
+  const counted = /** @this {unknown} */ function () {
+    numLooks += 1;
+    return get.call(this);
+  };
+  Object.defineProperty(Frame.prototype, 'state', { ...state, get: counted });
+  try {
+    await work();
+  } finally {
+    Object.defineProperty(Frame.prototype, 'state', state);
+  }
+  return numLooks;
+}
+
+test('a long run looks at each frame as often as a short one', async () => {
+  const numLooks = (/** @type {number} */ count) =>
+    countLooks(async () => {
+      const preparers = fakes(3).preparers.map((preparer) => ({
+        ...preparer,
+        // Without a timer: thousands of frames in a moment.
+        prepare: async (/** @type {Job} */ { index }) => {
+          if (index % 7 === 3) throw new Error('cut off');
+          if (index % 50 === 9) throw new WorkerDied('gone');
+          return { bytes: Uint8Array.of(index), milliseconds: {} };
+        },
+      }));
+      const registrar = new Recorder();
+      const run = new SpatialRun({ registrar, preparers });
+      const controller = new AbortController();
+      run.add(jobs(count));
+      const stopped = run.run(controller.signal);
+      await sleep(1);
+      controller.abort();
+      await stopped;
+      const { state, numRegistered, problems } = await run.run();
+      assert.equal(state, 'done');
+      assert.equal(numRegistered + problems.length, count);
+      assert.ok(problems.length > count / 8);
+    });
+  const [short, long] = [await numLooks(200), await numLooks(4000)];
+  assert.ok(short / 200 < 30, `${short} looks at 200 frames`);
+  assert.ok(long / 4000 < 30, `${long} looks at 4000 frames`);
 });
 
 test('nothing to do is done', async () => {
