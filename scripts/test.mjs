@@ -57,6 +57,12 @@ const STAGES = [
     [ensureNodeModules],
   ),
   lint(
+    'promises',
+    'no promise is left without anybody waiting for it',
+    ['npx', 'oxlint', '--type-aware', 'www/src', 'npm', 'scripts', 'tests/cli', 'tests/e2e'],
+    [ensureNodeModules, engine],
+  ),
+  lint(
     'types',
     'types of the package, scripts and tests',
     ['npx', 'tsc', '--project', '.'],

@@ -154,7 +154,7 @@ class ThreadPreparer {
     if (this.#end === null) return;
     const old = this.#worker;
     this.#worker = this.#start();
-    old.terminate();
+    void old.terminate();
   }
 
   close() {

@@ -444,7 +444,7 @@ test('a frame that waited in a thread that died is not to blame', async () => {
     prepare: (/** @type {Job} */ { index }) =>
       new Promise((resolve, reject) => {
         atHand.push({ index, resolve, reject });
-        work();
+        void work();
       }),
     replace: () => {
       numReplaced += 1;
@@ -629,7 +629,7 @@ test('the engine in real threads: the same bytes with one thread, with three, an
       const { index } = args[0];
       if (index % 2 === 1 && !killed.has(index)) {
         killed.add(index);
-        thread.close();
+        void thread.close();
       }
       return prepared;
     },
@@ -650,7 +650,7 @@ test('the engine in real threads: the same bytes with one thread, with three, an
       const prepared = thread.prepare(...args);
       if (args[0].index === 3 && !isKilled) {
         isKilled = true;
-        thread.close();
+        void thread.close();
       }
       return prepared;
     },

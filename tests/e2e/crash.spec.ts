@@ -1,3 +1,6 @@
+import type { Page } from '@playwright/test';
+import { BevPage } from './bev_page.js';
+import { EvaluationView } from './evaluation_view.js';
 import { expect, ScanstitchPage, test } from './scanstitch_page.js';
 
 test('a crash of the worker is told, and the scans can be computed again', async ({ page }) => {
@@ -39,4 +42,51 @@ test('a page whose engine cannot be fetched says so', async ({ page }) => {
   await page.route('**/*.wasm', (route) => route.fulfill({ status: 404 }));
   await page.goto('./');
   await expect(page.getByRole('region', { name: 'Messages' })).toContainText('The engine could not be started');
+});
+
+/** Makes the worker whose address matches throw outside of any call. */
+async function crash(page: Page, script: RegExp): Promise<void> {
+  await expect.poll(() => page.workers().filter((worker) => script.test(worker.url())).length).toBe(1);
+  const worker = page.workers().find((candidate) => script.test(candidate.url()));
+  await worker?.evaluate(() => {
+    setTimeout(() => {
+      throw new Error('for the sake of this test');
+    });
+  });
+}
+
+test('three crashes with nothing computed in between end it', async ({ page }) => {
+  const app = new ScanstitchPage(page);
+  await app.open();
+  for (let i = 0; i < 3; i++) {
+    await crash(page, /planar-worker/);
+    await expect(app.messages.getByRole('listitem')).toHaveCount(i + 1);
+  }
+  await expect(app.messages).toContainText('The engine crashed 3 times and is not started again');
+  expect(page.workers().filter((worker) => /planar-worker/.test(worker.url()))).toHaveLength(0);
+  // What was computed is still there to be looked at.
+  expect(await app.scanNames()).toHaveLength(10);
+});
+
+test('a crash of the evaluation is told, and it answers again', async ({ page }) => {
+  const app = new ScanstitchPage(page);
+  await app.open();
+  const evaluation = new EvaluationView(page);
+  await evaluation.open();
+  await expect(evaluation.rows).toHaveCount(1);
+  await crash(page, /evaluate-worker/);
+  await expect(evaluation.view.getByRole('alert')).toContainText('The evaluation crashed');
+  await evaluation.answered(() => page.getByLabel('Alignment').selectOption('none'));
+  await expect(evaluation.rows).toHaveCount(1);
+});
+
+test("a crash of the bird's-eye view is told, and it answers again", async ({ page }) => {
+  const bev = new BevPage(page);
+  await bev.open();
+  await crash(page, /bev-worker/);
+  await expect(page.getByText('The engine crashed')).toBeVisible();
+  const before = await bev.numDrawn();
+  await page.getByLabel('Front pixels').selectOption('truncated');
+  await bev.drawn(before);
+  expect(bev.faults).toEqual([]);
 });

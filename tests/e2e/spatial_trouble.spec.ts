@@ -106,6 +106,7 @@ const throwInside = (worker: Worker): Promise<unknown> =>
 
 test('a preparing worker that dies in the middle is replaced, and no frame is missing', async ({ spatial }) => {
   await spatial.drop([...recording(40), truth(40)]);
+  await expect(spatial.table.getByRole('row').nth(3)).toBeVisible();
   for (const worker of await preparers(spatial)) await throwInside(worker);
   const { result } = await spatial.stitched();
   expect(result.frames).toHaveLength(40);

@@ -1,9 +1,9 @@
 /** The pure parts of the view in space, without a browser. */
 import { expect, test } from '@playwright/test';
 import { heightsOf, leveling, NORMAL_UNIT, spread, straightAzimuth } from '../../www/src/spatial/leveling.js';
-import { fitted, type Orbit, orbited, panned, STRAIGHT_DOWN, toScreen, zoomedAt } from '../../www/src/spatial/orbit.js';
+import { fitted, type Orbit, orbited, panned, STRAIGHT_DOWN, toScreen, zoomedAt } from '../../www/src/views/orbit.js';
 import { frustumSegments, pathSegments } from '../../www/src/spatial/poses.js';
-import { turned, type Vec3 } from '../../www/src/spatial/vectors.js';
+import { turned, type Vec3 } from '../../www/src/views/vectors.js';
 
 const SIZE = { width: 800, height: 500 };
 const VIEWS: Orbit[] = (['perspective', 'orthographic'] as const).flatMap((projection) =>

@@ -17,11 +17,11 @@ import {
   type SpatialFiles,
   tellApart,
 } from './datasets/spatial-files.js';
-import type { BagState, Wishes } from './datasets/topics-panel.js';
-import type { GivenFiles } from './evaluate/evaluate-view.js';
+import type { BagState, Wishes } from './components/topics-panel.js';
+import type { GivenFiles } from './components/run-view.js';
 import type { ScanstitchPlanar } from './planar/planar-view.js';
 import type { ScanstitchSpatial } from './spatial/spatial-view.js';
-import type { GivenRecording } from './strategies/protocol.js';
+import type { GivenRecording } from './components/run-view.js';
 import { baseName } from './views/format.js';
 import { ownerOf } from './views/settings-link.js';
 
@@ -110,7 +110,7 @@ export class ScanstitchApp extends LitElement {
     this,
     (transfer) => {
       const dropped_at = performance.now();
-      filesOfDrop(transfer).then((files) => this.take(files, dropped_at));
+      void filesOfDrop(transfer).then((files) => this.take(files, dropped_at));
     },
     () => this.expectFiles(),
   );
@@ -137,8 +137,8 @@ export class ScanstitchApp extends LitElement {
   }
 
   protected override firstUpdated(): void {
-    if (this.first_view === 'bev') this.toggleBev();
-    else if (this.src === 'apartment') this.openSpatial(fetchApartment(), performance.now());
+    if (this.first_view === 'bev') void this.toggleBev();
+    else if (this.src === 'apartment') void this.openSpatial(fetchApartment(), performance.now());
   }
 
   protected override render(): TemplateResult {
@@ -377,7 +377,7 @@ export class ScanstitchApp extends LitElement {
     this.expecting = new AbortController();
     const { signal } = this.expecting;
     try {
-      const [{ warmUp }] = await Promise.all([import('./engine/warm-up.js'), import('./spatial/spatial-view.js')]);
+      const [{ warmUp }] = await Promise.all([import('./datasets/warm-up.js'), import('./spatial/spatial-view.js')]);
       if (!signal.aborted) await warmUp(signal);
     } catch {
       // Nothing is missing: what could not be loaded now is loaded when it is wanted, or told of then.
@@ -393,7 +393,7 @@ export class ScanstitchApp extends LitElement {
     }
     if (id === 'files') this.file_input.click();
     else if (id === 'folder') this.folder_input.click();
-    else if (id === 'apartment') this.openSpatial(fetchApartment(), performance.now());
+    else if (id === 'apartment') void this.openSpatial(fetchApartment(), performance.now());
     else if (id === 'clear') this.runView()?.clear();
     else {
       this.show('planar');
@@ -454,7 +454,7 @@ export class ScanstitchApp extends LitElement {
     let next_at = 0;
     return {
       listed: async ([listed]) => {
-        await import('./datasets/topics-panel.js');
+        await import('./components/topics-panel.js');
         if (own === this.num_taken && listed)
           this.bag = { listed, choice: null, wishes, activity: 'Looking at the messages' };
       },

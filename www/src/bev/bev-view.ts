@@ -4,7 +4,7 @@ import { icon } from '../components/icons.js';
 import { drop_styles, page_styles, shared, tokens } from '../components/theme.js';
 import { filesOfDrop, filesOfInput } from '../datasets/gather.js';
 import { download } from '../export/exports.js';
-import { remember } from '../views/remember.js';
+import { memoizeLast } from '../views/memoize-last.js';
 import { ownerOf } from '../views/settings-link.js';
 import { bev_styles } from './bev-styles.js';
 import './cameras.js';
@@ -59,11 +59,11 @@ export class ScanstitchBev extends LitElement {
   /** Whether a mark was taken hold of and has not been moved yet. */
   private drag_begins = false;
   private num_pointed = 0;
-  private topOverlayOf = remember(topOverlay);
-  private frontOverlayOf = remember(frontOverlay);
-  private openItemsOf = remember(openItems);
-  private topHandlesOf = remember(topHandles);
-  private frontHandlesOf = remember(frontHandles);
+  private topOverlayOf = memoizeLast(topOverlay);
+  private frontOverlayOf = memoizeLast(frontOverlay);
+  private openItemsOf = memoizeLast(openItems);
+  private topHandlesOf = memoizeLast(topHandles);
+  private frontHandlesOf = memoizeLast(frontHandles);
   private onHash = (): void => {
     if (ownerOf(location.hash) === 'bev') this.session.openLink();
   };
@@ -71,7 +71,7 @@ export class ScanstitchBev extends LitElement {
   override connectedCallback(): void {
     super.connectedCallback();
     window.addEventListener('hashchange', this.onHash);
-    this.session.begin(this.src);
+    void this.session.begin(this.src);
   }
 
   override disconnectedCallback(): void {
@@ -89,7 +89,7 @@ export class ScanstitchBev extends LitElement {
   // What is shown.
 
   protected override render(): TemplateResult {
-    const { made } = this.session;
+    const { document } = this.session;
     return html`<div
       class="bev"
       @keydown=${this.onKey}
@@ -100,7 +100,7 @@ export class ScanstitchBev extends LitElement {
       }}
       @drop=${this.onDrop}
     >
-      ${made ? html`${this.renderControls(made)} ${this.renderProblems()} ${this.renderWork(made)}` : nothing}
+      ${document ? html`${this.renderControls(document)} ${this.renderProblems()} ${this.renderWork(document)}` : nothing}
       <div class="visually-hidden" role="status" aria-live="polite">${this.said}</div>
       <input id="pick" type="file" multiple hidden @change=${this.onPicked} />
       ${
@@ -113,16 +113,16 @@ export class ScanstitchBev extends LitElement {
     </div>`;
   }
 
-  private renderControls(made: BevDocument): TemplateResult {
+  private renderControls(document: BevDocument): TemplateResult {
     const { can_undo, can_redo, presets } = this.session;
-    return toolbar(made, {
+    return toolbar(document, {
       open_items: this.openItemsOf(presets),
       can_undo,
       can_redo,
       open: (event) => this.onOpen(event),
       export: (event) => this.onExport(event),
-      undo: () => this.goBack(),
-      redo: () => this.goForth(),
+      undo: () => this.undo(),
+      redo: () => this.redo(),
       change: (wanted, keeps_selection) => this.change(wanted, keeps_selection ? this.selected : null),
     });
   }
@@ -144,15 +144,15 @@ export class ScanstitchBev extends LitElement {
     </ul>`;
   }
 
-  private renderWork(made: BevDocument): TemplateResult {
+  private renderWork(document: BevDocument): TemplateResult {
     const answer = this.session.answered?.answer;
     return html`<div class="work">
       <div class="stack">
-        <div class="views">${this.renderView('top', made)} ${this.renderView('front', made)}</div>
-        ${this.renderPoints(made)}
+        <div class="views">${this.renderView('top', document)} ${this.renderView('front', document)}</div>
+        ${this.renderPoints(document)}
       </div>
       <div class="stack">
-        ${made.tool === 'pairs' ? this.renderRefinement(made) : nothing}
+        ${document.tool === 'pairs' ? this.renderRefinement(document) : nothing}
         <section aria-label="Sketch">
           <scanstitch-bev-sketch
             .layout=${answer?.layout ?? null}
@@ -164,13 +164,13 @@ export class ScanstitchBev extends LitElement {
           <header><h2>Cameras and ground</h2></header>
           <div class="panel">
             <scanstitch-bev-cameras
-              .scene=${made.scene}
+              .scene=${document.scene}
               .layout=${answer?.layout ?? null}
               @scene-changed=${({ detail }: CustomEvent<BevScene>) => this.setScene(detail)}
               @axes-chosen=${({ detail: axes }: CustomEvent<BevAxes>) =>
-                this.rewrite(this.session.client?.call('in_axes', { scene: made.scene, axes }))}
+                this.rewrite(this.session.client?.call('in_axes', { scene: document.scene, axes }))}
               @pose-kind-chosen=${({ detail }: CustomEvent<PoseKindWish>) =>
-                this.rewrite(this.session.client?.call('with_poses', { scene: made.scene, ...detail }))}
+                this.rewrite(this.session.client?.call('with_poses', { scene: document.scene, ...detail }))}
             ></scanstitch-bev-cameras>
           </div>
         </section>
@@ -179,15 +179,15 @@ export class ScanstitchBev extends LitElement {
     </div>`;
   }
 
-  private renderView(role: BevRole, made: BevDocument): TemplateResult {
+  private renderView(role: BevRole, document: BevDocument): TemplateResult {
     const { session, selected, pointed } = this;
     const is_top = role === 'top';
-    const { width, height } = made.scene[role];
+    const { width, height } = document.scene[role];
     const { answered } = session;
     const ghost = pointed && pointed.role !== role ? pointed.point.projected : null;
     const overlay = is_top
-      ? this.topOverlayOf(made, answered?.answer ?? null, selected, ghost)
-      : this.frontOverlayOf(answered?.made ?? made, answered?.answer ?? null, selected, ghost);
+      ? this.topOverlayOf(document, answered?.answer ?? null, selected, ghost)
+      : this.frontOverlayOf(answered?.document ?? document, answered?.answer ?? null, selected, ghost);
     const title = is_top ? 'Top view' : 'Front view';
     const picture = session.pictureOf(role);
     const bitmap = session.bitmapOf(role);
@@ -206,7 +206,7 @@ export class ScanstitchBev extends LitElement {
         .height=${height}
         .bitmap=${bitmap}
         .overlay=${overlay}
-        .handles=${is_top ? this.topHandlesOf(made) : this.frontHandlesOf(answered)}
+        .handles=${is_top ? this.topHandlesOf(document) : this.frontHandlesOf(answered)}
         .blend=${is_top ? 0 : session.blend}
         placeholder=${picture && !bitmap ? 'The image has another size than its camera' : `Drop the ${role} view here`}
         @picture-pressed=${({ detail }: CustomEvent<Pixel>) => this.onPressed(role, detail)}
@@ -217,7 +217,7 @@ export class ScanstitchBev extends LitElement {
         }}
         @picture-pointed=${({ detail }: CustomEvent<Pixel | null>) => this.onPointed(role, detail)}
       ></scanstitch-bev-picture>
-      <div class="readout">${is_top ? readout(this.pointed, made.tool) : this.renderBlend()}</div>
+      <div class="readout">${is_top ? readout(this.pointed, document.tool) : this.renderBlend()}</div>
     </section>`;
   }
 
@@ -241,36 +241,36 @@ export class ScanstitchBev extends LitElement {
     >`;
   }
 
-  private renderPoints(made: BevDocument): TemplateResult {
+  private renderPoints(document: BevDocument): TemplateResult {
     const { answered } = this.session;
-    const { width, height } = made.scene.top;
+    const { width, height } = document.scene.top;
     const middle: Pixel = [Math.floor(width / 2), Math.floor(height / 4)];
     return html`<section aria-label="Points">
       <header>
         <h2>Points</h2>
         <span class="file">${answered ? hiddenWords(answered.answer) : ''}</span>
-        <button class="quiet" ?hidden=${made.tool === 'grid'} @click=${() => this.addInTop(made, middle)}>
+        <button class="quiet" ?hidden=${document.tool === 'grid'} @click=${() => this.addInTop(document, middle)}>
           ${icon('plus', 14)}Add
         </button>
       </header>
       ${
-        markedPixels(made).length === 0
-          ? html`<p class="hint">${HINTS[made.tool]}</p>`
+        markedPixels(document).length === 0
+          ? html`<p class="hint">${HINTS[document.tool]}</p>`
           : html`<scanstitch-bev-points
-              .made=${made}
-              .points=${answered?.answer.told ?? NO_POINTS}
+              .document=${document}
+              .points=${answered?.answer.reported ?? NO_POINTS}
               .selected=${this.selected}
-              @pixel-typed=${({ detail }: CustomEvent<TypedPixel>) => this.onTyped(made, detail)}
+              @pixel-typed=${({ detail }: CustomEvent<TypedPixel>) => this.onTyped(document, detail)}
               @row-removed=${({ detail: index }: CustomEvent<number>) =>
-                this.removeMark({ kind: tabledKind(made), index })}
+                this.removeMark({ kind: tabledKind(document), index })}
             ></scanstitch-bev-points>`
       }
     </section>`;
   }
 
-  private renderRefinement(made: BevDocument): TemplateResult {
+  private renderRefinement(document: BevDocument): TemplateResult {
     const { answered } = this.session;
-    const residuals = made.pairs.map(({ front }, index) => {
+    const residuals = document.pairs.map(({ front }, index) => {
       const projected = answered?.answer.pair_points[index]?.projected;
       return front && projected ? ([projected[0] - front[0], projected[1] - front[1]] as const) : null;
     });
@@ -280,7 +280,7 @@ export class ScanstitchBev extends LitElement {
         <scanstitch-bev-refinement
           .residuals=${residuals}
           .refined=${this.refined}
-          @refinement-wished=${({ detail }: CustomEvent<RefinementWish>) => this.refine(made, detail)}
+          @refinement-wished=${({ detail }: CustomEvent<RefinementWish>) => this.refine(document, detail)}
         ></scanstitch-bev-refinement>
       </div>
     </section>`;
@@ -311,21 +311,21 @@ export class ScanstitchBev extends LitElement {
     });
   }
 
-  private goBack(): void {
+  private undo(): void {
     this.selected = null;
     this.refined = null;
     this.session.undo();
   }
 
-  private goForth(): void {
+  private redo(): void {
     this.selected = null;
     this.refined = null;
     this.session.redo();
   }
 
-  private refine(made: BevDocument, { camera, parameters }: RefinementWish): Promise<void> {
+  private refine(document: BevDocument, { camera, parameters }: RefinementWish): Promise<void> {
     return this.session.attempt('refinement', async () => {
-      const given = { scene: made.scene, pairs: wholePairs(made), camera, parameters };
+      const given = { scene: document.scene, pairs: wholePairs(document), camera, parameters };
       const result = await this.session.client?.call('refine', given);
       if (!result) return;
       this.setScene(result.scene);
@@ -336,36 +336,36 @@ export class ScanstitchBev extends LitElement {
   // Marks.
 
   private onPressed(role: BevRole, at: Pixel): void {
-    const { made } = this.session;
-    if (!made) return;
-    if (role === 'top') this.addInTop(made, at);
-    else this.addInFront(made, at);
+    const { document } = this.session;
+    if (!document) return;
+    if (role === 'top') this.addInTop(document, at);
+    else void this.addInFront(document, at);
   }
 
-  private addInTop(made: BevDocument, at: Pixel): void {
-    if (made.tool === 'grid') {
-      const corners = made.corners.length < 2 ? [...made.corners, at] : [at];
-      this.mark({ corners }, { kind: 'c', index: corners.length - 1 });
-    } else if (made.tool === 'pairs') {
+  private addInTop(document: BevDocument, at: Pixel): void {
+    if (document.tool === 'grid') {
+      const corners = document.corners.length < 2 ? [...document.corners, at] : [at];
+      void this.mark({ corners }, { kind: 'c', index: corners.length - 1 });
+    } else if (document.tool === 'pairs') {
       // A pair whose second place was not marked is given up.
-      const complete = made.pairs.filter(({ front }) => front !== null);
-      this.mark({ pairs: [...complete, { top: at, front: null }] }, { kind: 't', index: complete.length });
+      const complete = document.pairs.filter(({ front }) => front !== null);
+      void this.mark({ pairs: [...complete, { top: at, front: null }] }, { kind: 't', index: complete.length });
       this.said = 'Now click the same place in the front view.';
     } else {
-      this.mark({ points: [...made.points, at] }, { kind: 'p', index: made.points.length });
+      void this.mark({ points: [...document.points, at] }, { kind: 'p', index: document.points.length });
     }
   }
 
-  private async addInFront(made: BevDocument, at: Pixel): Promise<void> {
-    if (made.tool !== 'pairs') {
+  private async addInFront(document: BevDocument, at: Pixel): Promise<void> {
+    if (document.tool !== 'pairs') {
       const top = await this.followFromFront(at);
-      const { made: now } = this.session;
+      const { document: now } = this.session;
       if (top && now) this.addInTop(now, top);
       return;
     }
-    const open = made.pairs.findIndex(({ front }) => front === null);
+    const open = document.pairs.findIndex(({ front }) => front === null);
     if (open < 0) this.said = 'Click the place in the top view first.';
-    else this.change({ pairs: made.pairs.map((pair, i) => (i === open ? { ...pair, front: at } : pair)) }, open);
+    else this.change({ pairs: document.pairs.map((pair, i) => (i === open ? { ...pair, front: at } : pair)) }, open);
   }
 
   /** The top pixel of a front pixel; null, and said, where there is none. */
@@ -390,28 +390,28 @@ export class ScanstitchBev extends LitElement {
   private async onMoved(role: BevRole, { key, at, phase }: HandleMove): Promise<void> {
     if (phase === 'begin') {
       this.drag_begins = true;
-      this.onPointed(role, null);
+      void this.onPointed(role, null);
       return;
     }
     const mark = markOf(key);
     // Points lie in the top view; dragged in the front view they go where it says.
     const place = role === 'front' && mark.kind === 'p' ? await this.followFromFront(at) : at;
-    const { made } = this.session;
-    const moved = place && made ? movedTo(made, mark, place) : null;
+    const { document } = this.session;
+    const moved = place && document ? movedTo(document, mark, place) : null;
     if (!moved) return;
     this.session.change(moved, phase === 'drag' && !this.drag_begins);
     this.drag_begins = false;
   }
 
-  private onTyped(made: BevDocument, { index, axis, value }: TypedPixel): void {
-    const [u, v] = markedPixels(made)[index] ?? [0, 0];
-    const moved = movedTo(made, { kind: tabledKind(made), index }, axis === 0 ? [value, v] : [u, value]);
+  private onTyped(document: BevDocument, { index, axis, value }: TypedPixel): void {
+    const [u, v] = markedPixels(document)[index] ?? [0, 0];
+    const moved = movedTo(document, { kind: tabledKind(document), index }, axis === 0 ? [value, v] : [u, value]);
     if (moved) this.change(moved, index);
   }
 
   private removeMark(mark: Mark): void {
-    const { made } = this.session;
-    if (made) this.change(without(made, mark), null);
+    const { document } = this.session;
+    if (document) this.change(without(document, mark), null);
   }
 
   private async onPointed(role: BevRole, pixel: Pixel | null): Promise<void> {
@@ -427,8 +427,8 @@ export class ScanstitchBev extends LitElement {
     const is_field = target instanceof HTMLInputElement || target instanceof HTMLTextAreaElement;
     if (is_field || (key !== 'z' && key !== 'y')) return;
     event.preventDefault();
-    if (key === 'y' || event.shiftKey) this.goForth();
-    else this.goBack();
+    if (key === 'y' || event.shiftKey) this.redo();
+    else this.undo();
   }
 
   // Files.
@@ -436,7 +436,7 @@ export class ScanstitchBev extends LitElement {
   private onOpen({ detail }: CustomEvent<string>): void {
     const preset = this.session.presets.find(({ name }) => name === detail);
     if (preset) this.openPreset(preset);
-    else if (detail === 'sample') this.session.openSample();
+    else if (detail === 'sample') void this.session.openSample();
     else this.pick(null);
   }
 
@@ -469,20 +469,20 @@ export class ScanstitchBev extends LitElement {
   }
 
   private async onExport({ detail }: CustomEvent<string>): Promise<void> {
-    const { made, answered, client, version } = this.session;
-    if (!made || !client) return;
+    const { document, answered, client, version } = this.session;
+    if (!document || !client) return;
     const save = (name: string, content: string | Blob) =>
       download({ name, blob: typeof content === 'string' ? new Blob([content], { type: 'text/plain' }) : content });
     await this.session.attempt('export', async () => {
       if (detail === 'csv') {
-        const given = { scene: made.scene, marked: flat(markedPixels(made)), whole: made.whole };
+        const given = { scene: document.scene, marked: flat(markedPixels(document)), whole: document.whole };
         save('points.csv', await client.call('points_csv', given));
       } else if (detail === 'json' && answered) {
-        save('bev.json', pointsJson(version, answered.made, answered.answer));
+        save('bev.json', pointsJson(version, answered.document, answered.answer));
       } else if (detail === 'scene') {
-        save('scene.json', `${JSON.stringify(made.scene, null, 2)}\n`);
+        save('scene.json', `${JSON.stringify(document.scene, null, 2)}\n`);
       } else if (detail === 'link') {
-        await this.copyLink(made);
+        await this.copyLink(document);
       } else {
         const picture = detail === 'top' ? this.top_picture : this.front_picture;
         if (picture) save(`${detail}_view.png`, await picture.png());
@@ -490,9 +490,9 @@ export class ScanstitchBev extends LitElement {
     });
   }
 
-  private async copyLink(made: BevDocument): Promise<void> {
+  private async copyLink(document: BevDocument): Promise<void> {
     const { blend, is_sample } = this.session;
-    const fragment = fragmentOf({ made, blend, is_sample });
+    const fragment = fragmentOf({ document, blend, is_sample });
     if (this.remember_scene) history.replaceState(history.state, '', fragment);
     const has_own = !is_sample && (this.session.pictureOf('top') ?? this.session.pictureOf('front')) !== null;
     const pictures = has_own ? ' Your own images are not in it: they never leave this machine.' : '';

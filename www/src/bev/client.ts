@@ -1,59 +1,60 @@
-/** The view's side of the worker of the bird's-eye view. */
-import wasm_url from '../../../pkg/scanstitch_bg.wasm?url';
-import { compile, startWorker } from '../engine/start.js';
-import type { Answer, BevScene, Call, Calls, FromWorker, Question, Strip, ToWorker } from './protocol.js';
-import worker_url from './worker.ts?worker&url';
+/** The page's side of the worker of the bird's-eye view. */
+import { EngineProblem, WorkerDied } from '../engine/remote.js';
+import { WorkerHost } from '../engine/worker-host.js';
+import type { About, BevApi, BevScene, Projection, Query, Strip } from './protocol.js';
+import worker_url from './bev-worker.ts?worker&url';
 
-/** Bad input, in words for the user. */
-export class Refusal extends Error {}
-
-interface Waiting {
-  resolve: (answer: unknown) => void;
-  reject: (error: Error) => void;
+export interface BevHooks {
+  strip(strip: Strip): void;
+  /** The worker died; the one that takes its place has no picture and has been asked nothing. */
+  crashed(message: string): void;
+  unavailable(message: string): void;
 }
 
+/** What can be asked at any time. */
+type Calls = Omit<BevApi, 'start' | 'project' | 'warp' | 'keep_image'>;
+
 export class BevClient {
-  #worker: Worker;
-  #next_id = 0;
-  #waiting = new Map<number, Waiting>();
+  #host: WorkerHost<BevApi, Strip>;
   #generation = 0;
   #is_projecting = false;
-  #next_question: { question: Question; answered: (answer: Answer | Refusal) => void } | null = null;
+  #next: { query: Query; answered: (result: Projection | EngineProblem) => void } | null = null;
 
-  constructor(
-    private readonly on_strip: (strip: Strip) => void,
-    private readonly on_crash: (message: string) => void,
-  ) {
-    this.#worker = startWorker(worker_url);
-    this.#worker.onmessage = ({ data }: MessageEvent<FromWorker>) => this.#receive(data);
-    this.#worker.onerror = (event) => {
-      event.preventDefault();
-      this.on_crash(event.message || 'The worker could not be loaded.');
-    };
-    compile(wasm_url).then(
-      (module) => this.#post({ type: 'start', module }),
-      (error: unknown) => this.on_crash(error instanceof Error ? error.message : String(error)),
-    );
+  constructor(hooks: BevHooks) {
+    this.#host = new WorkerHost<BevApi, Strip>(worker_url, {
+      event: (strip) => {
+        if (strip.generation !== this.#generation) return;
+        if (strip.is_last) this.#host.succeeded();
+        hooks.strip(strip);
+      },
+      crashed: hooks.crashed,
+      unavailable: hooks.unavailable,
+    });
   }
 
-  /** Asks the engine; rejects with a Refusal where the input is bad. */
-  call<K extends Call>(call: K, given: Calls[K][0], transfer: Transferable[] = []): Promise<Calls[K][1]> {
-    const id = this.#next_id++;
-    const answer = new Promise<unknown>((resolve, reject) => this.#waiting.set(id, { resolve, reject }));
-    this.#post({ type: 'call', id, call, given }, transfer);
-    return answer as Promise<Calls[K][1]>;
+  start(): Promise<About> {
+    return this.#host.start();
   }
 
-  /** Projects; while a question is being answered only the latest one after it waits. */
-  project(question: Question, answered: (answer: Answer | Refusal) => void): void {
-    this.#next_question = { question, answered };
-    if (!this.#is_projecting) this.#projectNext();
+  /** Asks the engine; rejects with an EngineProblem where the input is bad. */
+  call<K extends keyof Calls>(method: K, given: Parameters<Calls[K]>[0]): Promise<ReturnType<Calls[K]>> {
+    return this.#host.call(method, ...([given] as never)) as Promise<ReturnType<Calls[K]>>;
+  }
+
+  /** Keeps the picture of the top view, RGBA. */
+  keepImage(rgba: Uint8Array<ArrayBuffer>): Promise<void> {
+    return this.#host.give('keep_image', [rgba.buffer], rgba);
+  }
+
+  /** Projects; while a query is being answered only the latest one after it waits. */
+  project(query: Query, answered: (result: Projection | EngineProblem) => void): void {
+    this.#next = { query, answered };
+    if (!this.#is_projecting) void this.#projectAll();
   }
 
   /** Warps the kept picture anew; strips of an older scene no longer come. */
-  warp(scene: BevScene): number {
-    this.#post({ type: 'warp', generation: ++this.#generation, scene });
-    return this.#generation;
+  warp(scene: BevScene): void {
+    this.#host.call('warp', ++this.#generation, scene).catch(() => undefined); // a worker that died has been told
   }
 
   /** Strips of a scene before no longer come. */
@@ -62,39 +63,23 @@ export class BevClient {
   }
 
   dispose(): void {
-    this.#worker.terminate();
-    this.#waiting.clear();
+    this.#next = null;
+    this.#host.dispose();
   }
 
-  async #projectNext(): Promise<void> {
-    const next = this.#next_question;
-    if (!next) return;
-    this.#next_question = null;
+  async #projectAll(): Promise<void> {
     this.#is_projecting = true;
-    try {
-      next.answered(await this.call('project', next.question));
-    } catch (error) {
-      if (!(error instanceof Refusal)) throw error;
-      next.answered(error);
-    } finally {
-      this.#is_projecting = false;
+    while (this.#next) {
+      const { query, answered } = this.#next;
+      this.#next = null;
+      try {
+        answered(await this.#host.call('project', query));
+      } catch (error) {
+        if (error instanceof EngineProblem) answered(error);
+        else if (!(error instanceof WorkerDied)) throw error; // a worker that died has been told
+      } finally {
+        this.#is_projecting = this.#next !== null;
+      }
     }
-    this.#projectNext();
-  }
-
-  #receive(message: FromWorker): void {
-    if (message.type === 'crashed') return this.on_crash(message.message);
-    if (message.type === 'strip') {
-      if (message.strip.generation === this.#generation) this.on_strip(message.strip);
-      return;
-    }
-    const waiting = this.#waiting.get(message.id);
-    this.#waiting.delete(message.id);
-    if (message.type === 'answer') waiting?.resolve(message.answer);
-    else waiting?.reject(new Refusal(message.message));
-  }
-
-  #post(message: ToWorker, transfer: Transferable[] = []): void {
-    this.#worker.postMessage(message, transfer);
   }
 }

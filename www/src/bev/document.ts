@@ -1,5 +1,5 @@
 /** What the user made: cameras, marks and choices. Every change is a new document, so undoing is going back to one. */
-import type { Answer, BevPair, BevPoint, BevScene, Pixel, Question, WholePixels } from './protocol.js';
+import type { Projection, BevPair, BevPoint, BevScene, Pixel, Query, WholePixels } from './protocol.js';
 
 export type Tool = 'polygon' | 'grid' | 'points' | 'pairs';
 
@@ -29,14 +29,14 @@ export function newDocument(scene: BevScene): BevDocument {
 }
 
 /** The pixels that are followed, and shown in the table. */
-export function markedPixels(made: BevDocument): readonly Pixel[] {
-  switch (made.tool) {
+export function markedPixels(document: BevDocument): readonly Pixel[] {
+  switch (document.tool) {
     case 'grid':
-      return gridPixels(made);
+      return gridPixels(document);
     case 'pairs':
-      return made.pairs.map(({ top }) => top);
+      return document.pairs.map(({ top }) => top);
     default:
-      return made.points;
+      return document.points;
   }
 }
 
@@ -76,14 +76,14 @@ export function regionCorners({ tool, points, corners: [from, to] }: BevDocument
   return [from, [to[0], from[1]], to, [from[0], to[1]]];
 }
 
-export function questionOf(made: BevDocument): Question {
+export function queryOf(document: BevDocument): Query {
   return {
-    scene: made.scene,
-    marked: flat(markedPixels(made)),
-    region: flat(regionCorners(made)),
-    lines: flat(gridLines(made).flat()),
-    pair_tops: flat(made.pairs.map(({ top }) => top)),
-    whole: made.whole,
+    scene: document.scene,
+    marked: flat(markedPixels(document)),
+    region: flat(regionCorners(document)),
+    lines: flat(gridLines(document).flat()),
+    pair_tops: flat(document.pairs.map(({ top }) => top)),
+    whole: document.whole,
   };
 }
 
@@ -113,7 +113,7 @@ export const HINTS: Record<Tool, string> = {
 };
 
 /** How many points have no place in the front view, and why. */
-export function hiddenWords({ points, region }: Answer): string {
+export function hiddenWords({ points, region }: Projection): string {
   const counted = (['behind_camera', 'no_ground', 'outside_image'] as const).flatMap((status) => {
     const count = points.filter((point) => point.status === status).length;
     return count > 0 ? [`${count} ${STATUS_WORDS[status]}`] : [];

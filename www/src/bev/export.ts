@@ -1,7 +1,7 @@
 /** What can be taken home. */
 import type { MenuItem } from '../components/menu.js';
 import type { BevDocument } from './document.js';
-import type { Answer } from './protocol.js';
+import type { Projection } from './protocol.js';
 
 export const EXPORTS: readonly MenuItem[] = [
   { id: 'csv', label: 'Points', detail: 'CSV: top pixel, ground, front pixel' },
@@ -13,17 +13,17 @@ export const EXPORTS: readonly MenuItem[] = [
 ];
 
 /** Scene and points as JSON: the same fields that the command line writes. */
-export function pointsJson(version: string, made: BevDocument, answer: Answer): string {
+export function pointsJson(version: string, document: BevDocument, answer: Projection): string {
   const rows = [0, 3, 6].map((start) => answer.homography.slice(start, start + 3));
   const report = {
     version,
-    scene: made.scene,
+    scene: document.scene,
     from: 'top',
-    whole_pixels: made.whole,
+    whole_pixels: document.whole,
     homography: rows,
-    points: answer.told,
+    points: answer.reported,
     ...(answer.region && { polygon: answer.region }),
-    ...(made.pairs.length > 0 && { pairs: made.pairs }),
+    ...(document.pairs.length > 0 && { pairs: document.pairs }),
   };
   return `${JSON.stringify(report, null, 2)}\n`;
 }

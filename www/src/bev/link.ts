@@ -4,7 +4,7 @@ import type { BevScene, Pixel, WholePixels } from './protocol.js';
 
 /** What a link brings back. */
 export interface Linked {
-  made: BevDocument;
+  document: BevDocument;
   /** How much of the warped top view covers the front view. */
   blend: number;
   /** Whether the pictures are the sample's. */
@@ -15,8 +15,8 @@ const NAME = 'bev';
 const TOOLS: readonly Tool[] = ['polygon', 'grid', 'points', 'pairs'];
 const WHOLE: readonly WholePixels[] = ['exact', 'truncated', 'rounded'];
 
-export function fragmentOf({ made, blend, is_sample }: Linked): string {
-  const json = JSON.stringify({ ...made, blend, is_sample });
+export function fragmentOf({ document, blend, is_sample }: Linked): string {
+  const json = JSON.stringify({ ...document, blend, is_sample });
   const binary = Array.from(new TextEncoder().encode(json), (byte) => String.fromCharCode(byte)).join('');
   return `#${NAME}=${btoa(binary).replaceAll('+', '-').replaceAll('/', '_').replace(/=+$/, '')}`;
 }
@@ -39,16 +39,16 @@ export function readFragment(fragment: string): Linked | null {
     throw new Error('The link holds no scene. Copy it again, as a whole.');
   }
   // What the scene's numbers mean is checked by the engine, as with any other scene.
-  const made = newDocument(given.scene as BevScene);
+  const document = newDocument(given.scene as BevScene);
   return {
-    made: {
-      ...made,
-      tool: TOOLS.find((tool) => tool === given.tool) ?? made.tool,
-      whole: WHOLE.find((whole) => whole === given.whole) ?? made.whole,
+    document: {
+      ...document,
+      tool: TOOLS.find((tool) => tool === given.tool) ?? document.tool,
+      whole: WHOLE.find((whole) => whole === given.whole) ?? document.whole,
       points: pixels(given.points),
       corners: pixels(given.corners).slice(0, 2),
-      columns: cells(given.columns) ?? made.columns,
-      rows: cells(given.rows) ?? made.rows,
+      columns: cells(given.columns) ?? document.columns,
+      rows: cells(given.rows) ?? document.rows,
       pairs: list(given.pairs).flatMap((pair) => {
         const { top, front } = pair as { top: unknown; front: unknown };
         return isPixel(top) ? [{ top, front: isPixel(front) ? front : null }] : [];

@@ -2,7 +2,7 @@
 import type { BevDocument } from './document.js';
 import { letter } from './paint.js';
 import type { Handle } from './picture.js';
-import type { Answer, Pixel } from './protocol.js';
+import type { Projection, Pixel } from './protocol.js';
 
 /** p: a point; c: a corner of the grid; t and f: a pair's place in the top and in the front view. */
 export type MarkKind = 'p' | 'c' | 't' | 'f';
@@ -22,28 +22,28 @@ export function tabledKind({ tool }: BevDocument): MarkKind {
 }
 
 /** The change that puts a mark to another place; null where there is no such mark, or it lies there already. */
-export function movedTo(made: BevDocument, { kind, index }: Mark, at: Pixel): Partial<BevDocument> | null {
+export function movedTo(document: BevDocument, { kind, index }: Mark, at: Pixel): Partial<BevDocument> | null {
   const is_there = (pixel: Pixel | null | undefined) => !pixel || (pixel[0] === at[0] && pixel[1] === at[1]);
   const placed = (all: readonly Pixel[]) => all.map((pixel, i) => (i === index ? at : pixel));
   const paired = (change: { top: Pixel } | { front: Pixel }) => ({
-    pairs: made.pairs.map((pair, i) => (i === index ? { ...pair, ...change } : pair)),
+    pairs: document.pairs.map((pair, i) => (i === index ? { ...pair, ...change } : pair)),
   });
   switch (kind) {
     case 'p':
-      return is_there(made.points[index]) ? null : { points: placed(made.points) };
+      return is_there(document.points[index]) ? null : { points: placed(document.points) };
     case 'c':
-      return is_there(made.corners[index]) ? null : { corners: placed(made.corners) };
+      return is_there(document.corners[index]) ? null : { corners: placed(document.corners) };
     case 't':
-      return is_there(made.pairs[index]?.top) ? null : paired({ top: at });
+      return is_there(document.pairs[index]?.top) ? null : paired({ top: at });
     case 'f':
-      return is_there(made.pairs[index]?.front) ? null : paired({ front: at });
+      return is_there(document.pairs[index]?.front) ? null : paired({ front: at });
   }
 }
 
-export function without(made: BevDocument, { kind, index }: Mark): Partial<BevDocument> {
+export function without(document: BevDocument, { kind, index }: Mark): Partial<BevDocument> {
   const rest = <T>(all: readonly T[]) => all.filter((_, i) => i !== index);
-  if (kind === 'c') return { corners: rest(made.corners) };
-  return kind === 'p' ? { points: rest(made.points) } : { pairs: rest(made.pairs) };
+  if (kind === 'c') return { corners: rest(document.corners) };
+  return kind === 'p' ? { points: rest(document.points) } : { pairs: rest(document.pairs) };
 }
 
 /** The change that removes the marks of the tool at hand. */
@@ -62,11 +62,11 @@ export function topHandles({ tool, points, corners, pairs }: BevDocument): Handl
 }
 
 /** Projections can be taken hold of as well: the point follows. */
-export function frontHandles(answered: { made: BevDocument; answer: Answer } | null): Handle[] {
-  if (!answered || answered.made.tool === 'grid') return [];
-  const { made, answer } = answered;
-  if (made.tool === 'pairs') {
-    return made.pairs.flatMap(({ front }, index) =>
+export function frontHandles(answered: { document: BevDocument; answer: Projection } | null): Handle[] {
+  if (!answered || answered.document.tool === 'grid') return [];
+  const { document, answer } = answered;
+  if (document.tool === 'pairs') {
+    return document.pairs.flatMap(({ front }, index) =>
       front ? [{ key: `f${index}`, at: front, label: `Pair ${letter(index)}, front` }] : [],
     );
   }

@@ -1,7 +1,7 @@
 /** What is drawn over the two pictures. Coordinates are pixels of the picture; the middle of the first one is (0, 0). */
 import type { BevDocument } from './document.js';
 import { gridLines, markedPixels, regionCorners } from './document.js';
-import type { Answer, BevPoint, Pixel } from './protocol.js';
+import type { Projection, BevPoint, Pixel } from './protocol.js';
 
 /** Draws over a picture that is shown at `scale` canvas pixels for each of its own. */
 export type Overlay = (context: CanvasRenderingContext2D, stage: Stage) => void;
@@ -26,14 +26,14 @@ const SEEN = 'rgb(255 255 255 / 0.75)';
 
 /** The marks in the top view; `ghost` is where the pointer in the front view points to. */
 export function topOverlay(
-  made: BevDocument,
-  answer: Answer | null,
+  document: BevDocument,
+  answer: Projection | null,
   selected: number | null,
   ghost: Pixel | null,
 ): Overlay {
-  const points = markedPixels(made);
-  const corners = regionCorners(made);
-  const lines = gridLines(made);
+  const points = markedPixels(document);
+  const corners = regionCorners(document);
+  const lines = gridLines(document);
   return (context, stage) => {
     const pen = penOf(context, stage);
     if (answer?.common.is_clipped && answer.common.marked.length > 0) {
@@ -50,18 +50,18 @@ export function topOverlay(
       pen.path(marked, true);
       pen.fill(MARK_SOFT);
       pen.edges(marked, cuts);
-    } else if (made.tool === 'polygon') {
+    } else if (document.tool === 'polygon') {
       pen.path(points, false);
       pen.stroke(MARK, 2);
     }
     for (const [from, to] of lines) pen.line(from, to, CUT, 1, [4, 4]);
     for (const { marked } of answer?.lines ?? []) pen.line(marked[0], marked[1], MARK, 1.5);
-    if (made.tool === 'pairs') {
-      made.pairs.forEach(({ top }, index) => pen.dot(top, letter(index), PAIR, index === selected));
+    if (document.tool === 'pairs') {
+      document.pairs.forEach(({ top }, index) => pen.dot(top, letter(index), PAIR, index === selected));
     } else {
       const is_grid = lines.length > 0;
       if (is_grid) for (const point of points) pen.dot(point, '', MARK, false);
-      const numbered = is_grid ? made.corners : points;
+      const numbered = is_grid ? document.corners : points;
       numbered.forEach((point, index) => pen.dot(point, String(index + 1), MARK, index === selected));
     }
     if (ghost) pen.cross(ghost, SEEN);
@@ -70,8 +70,8 @@ export function topOverlay(
 
 /** The projections in the front view; `ghost` is where the pointer in the top view points to. */
 export function frontOverlay(
-  made: BevDocument,
-  answer: Answer | null,
+  document: BevDocument,
+  answer: Projection | null,
   selected: number | null,
   ghost: Pixel | null,
 ): Overlay {
@@ -83,7 +83,7 @@ export function frontOverlay(
       pen.path(projected, true);
       pen.fill(MARK_SOFT);
       pen.edges(projected, cuts);
-    } else if (made.tool === 'polygon') {
+    } else if (document.tool === 'polygon') {
       for (let i = 1; i < answer.points.length; i++) {
         const [from, to] = [answer.points[i - 1], answer.points[i]];
         if (from?.status === 'visible' && to?.status === 'visible' && from.projected && to.projected) {
@@ -92,15 +92,15 @@ export function frontOverlay(
       }
     }
     for (const { projected } of answer.lines) pen.line(projected[0], projected[1], MARK, 1.5);
-    if (made.tool === 'pairs') {
-      made.pairs.forEach(({ front }, index) => {
+    if (document.tool === 'pairs') {
+      document.pairs.forEach(({ front }, index) => {
         const projected = answer.pair_points[index]?.projected;
         if (front && projected) pen.line(projected, front, PAIR, 1.5);
         if (projected) pen.cross(projected, CUT);
         if (front) pen.dot(front, letter(index), PAIR, index === selected);
       });
     } else {
-      const is_grid = made.tool === 'grid' && made.corners.length === 2;
+      const is_grid = document.tool === 'grid' && document.corners.length === 2;
       answer.points.forEach((point, index) => {
         const label = is_grid ? '' : String(index + 1);
         const is_selected = index === selected && !is_grid;

@@ -23,14 +23,14 @@ export interface TypedPixel {
  */
 @customElement('scanstitch-bev-points')
 export class ScanstitchBevPoints extends LitElement {
-  @property({ attribute: false }) made: BevDocument | null = null;
+  @property({ attribute: false }) document: BevDocument | null = null;
   /** The points as they are told: in whole pixels where these are wanted. */
   @property({ attribute: false }) points: readonly BevPoint[] = NO_POINTS;
   @property({ attribute: false }) selected: number | null = null;
 
   protected override render(): TemplateResult | typeof nothing {
-    const { made } = this;
-    if (!made) return nothing;
+    const { document } = this;
+    if (!document) return nothing;
     const columns = ['#', 'top u', 'top v', 'x (m)', 'y (m)', 'z (m)', 'front u', 'front v'];
     return html`<table aria-label="Points and their projections">
       <thead>
@@ -41,16 +41,16 @@ export class ScanstitchBevPoints extends LitElement {
         </tr>
       </thead>
       <tbody>
-        ${markedPixels(made).map((_, index) => this.renderRow(made, index))}
+        ${markedPixels(document).map((_, index) => this.renderRow(document, index))}
       </tbody>
     </table>`;
   }
 
-  private renderRow(made: BevDocument, index: number): TemplateResult {
+  private renderRow(document: BevDocument, index: number): TemplateResult {
     // Points of a grid follow from its corners.
-    const is_editable = made.tool !== 'grid';
-    const name = made.tool === 'pairs' ? letter(index) : String(index + 1);
-    const pixel = markedPixels(made)[index] ?? [0, 0];
+    const is_editable = document.tool !== 'grid';
+    const name = document.tool === 'pairs' ? letter(index) : String(index + 1);
+    const pixel = markedPixels(document)[index] ?? [0, 0];
     const point = this.points[index];
     const status = point?.status ?? 'visible';
     return html`<tr class=${index === this.selected && is_editable ? 'selected' : ''}>

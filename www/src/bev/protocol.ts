@@ -19,7 +19,7 @@ import type {
   BevSegment,
   EulerOrder,
   WholePixels,
-} from '../../../pkg/scanstitch.js';
+} from '../engine/package.js';
 
 export type {
   BevAxes,
@@ -46,7 +46,7 @@ export type {
 export type Pixel = readonly [number, number];
 
 /** What is to be followed from the top view to the front view. */
-export interface Question {
+export interface Query {
   scene: BevScene;
   /** Pixels of the top view, u v u v ... */
   marked: Float64Array;
@@ -56,14 +56,14 @@ export interface Question {
   lines: Float64Array;
   /** Top pixels of pairs. */
   pair_tops: Float64Array;
-  /** What is done to the pixels that are told. */
+  /** What is done to the pixels that are reported. */
   whole: WholePixels;
 }
 
-export interface Answer {
+export interface Projection {
   points: BevPoint[];
   /** The same points in whole pixels, where these are wanted. */
-  told: BevPoint[];
+  reported: BevPoint[];
   region: BevPolygon | null;
   lines: BevSegment[];
   pair_points: BevPoint[];
@@ -74,27 +74,10 @@ export interface Answer {
   homography: number[];
 }
 
-/** What the worker can be asked, each with what it is given and what it answers. */
-export interface Calls {
-  about: [given: null, answer: { version: string; presets: BevPreset[] }];
-  project: [given: Question, answer: Answer];
-  /** One pixel of a view, followed to the other. */
-  follow: [given: { scene: BevScene; from: BevRole; pixel: Pixel }, answer: BevPoint];
-  in_axes: [given: { scene: BevScene; axes: BevAxes }, answer: BevScene];
-  with_poses: [given: { scene: BevScene; kind: BevPoseKind; order: EulerOrder }, answer: BevScene];
-  refine: [
-    given: { scene: BevScene; pairs: readonly BevPair[]; camera: BevRole; parameters: readonly BevParameter[] },
-    answer: BevRefinement,
-  ];
-  points_csv: [given: { scene: BevScene; marked: Float64Array; whole: WholePixels }, answer: string];
-  read_scene: [given: { name: string; bytes: Uint8Array }, answer: BevScene];
-  read_points: [given: { name: string; bytes: Uint8Array }, answer: Float64Array];
-  check_image: [given: { scene: BevScene; role: BevRole; width: number; height: number }, answer: null];
-  /** Keeps the picture of the top view, RGBA; null forgets it. */
-  keep_image: [given: Uint8Array | null, answer: null];
+export interface About {
+  version: string;
+  presets: BevPreset[];
 }
-
-export type Call = keyof Calls;
 
 /** A part of the warped top view, in rows of the front view. */
 export interface Strip {
@@ -106,15 +89,26 @@ export interface Strip {
   is_last: boolean;
 }
 
-export type ToWorker =
-  | { type: 'start'; module: WebAssembly.Module }
-  | { type: 'call'; id: number; call: Call; given: unknown }
-  /** Warps the kept picture strip by strip; a newer one ends it. */
-  | { type: 'warp'; generation: number; scene: BevScene };
-
-export type FromWorker =
-  | { type: 'answer'; id: number; answer: unknown }
-  /** Bad input, told by the engine. */
-  | { type: 'refused'; id: number; message: string }
-  | { type: 'strip'; strip: Strip }
-  | { type: 'crashed'; message: string };
+/** The worker of the bird's-eye view; its events are strips. */
+export interface BevApi {
+  start(module: WebAssembly.Module): About;
+  project(query: Query): Projection;
+  /** One pixel of a view, followed to the other. */
+  follow(given: { scene: BevScene; from: BevRole; pixel: Pixel }): BevPoint;
+  in_axes(given: { scene: BevScene; axes: BevAxes }): BevScene;
+  with_poses(given: { scene: BevScene; kind: BevPoseKind; order: EulerOrder }): BevScene;
+  refine(given: {
+    scene: BevScene;
+    pairs: readonly BevPair[];
+    camera: BevRole;
+    parameters: readonly BevParameter[];
+  }): BevRefinement;
+  points_csv(given: { scene: BevScene; marked: Float64Array; whole: WholePixels }): string;
+  read_scene(given: { name: string; bytes: Uint8Array }): BevScene;
+  read_points(given: { name: string; bytes: Uint8Array }): Float64Array;
+  check_image(given: { scene: BevScene; role: BevRole; width: number; height: number }): void;
+  /** Keeps the picture of the top view, RGBA; null forgets it. */
+  keep_image(rgba: Uint8Array | null): void;
+  /** Warps the kept picture strip by strip; a newer generation ends it. */
+  warp(generation: number, scene: BevScene): void;
+}

@@ -1,13 +1,14 @@
 /** What the view works on: the document with its history, the pictures, the engine's answers, and what went wrong. */
 import type { ReactiveController, ReactiveControllerHost } from 'lit';
 import type { NamedFile } from '../datasets/gather.js';
-import { BevClient, Refusal } from './client.js';
-import { type BevDocument, begun, changed, continued, type History, newDocument, questionOf } from './document.js';
+import { EngineProblem, WorkerDied } from '../engine/remote.js';
+import { BevClient } from './client.js';
+import { type BevDocument, begun, changed, continued, type History, newDocument, queryOf } from './document.js';
 import { redone, undone } from './document.js';
 import { decodePicture, fetchBlob, fetchSampleFile, has_sample, type Picture, pixelsOf, roleOfName } from './images.js';
 import { ownerOf } from '../views/settings-link.js';
 import { readFragment } from './link.js';
-import type { Answer, BevPoint, BevPreset, BevRole, BevScene, Pixel, Strip } from './protocol.js';
+import type { About, Projection, BevPoint, BevPreset, BevRole, BevScene, Pixel, Strip } from './protocol.js';
 
 export interface Problem {
   text: string;
@@ -30,7 +31,7 @@ const SCENE = /\.json$/i;
 
 export class BevSession implements ReactiveController {
   /** The latest answer, with the document that it belongs to. */
-  answered: { made: BevDocument; answer: Answer } | null = null;
+  answered: { document: BevDocument; answer: Projection } | null = null;
   problems: ReadonlyMap<string, Problem> = new Map();
   presets: readonly BevPreset[] = [];
   /** How much of the warped top view covers the front view, 0 to 1. */
@@ -56,12 +57,19 @@ export class BevSession implements ReactiveController {
 
   /** Begins with what the page's address holds, the scene at `src`, the sample, or a preset. */
   async begin(src: string): Promise<void> {
-    const client = new BevClient(
-      (strip) => this.listener.strip(strip),
-      (message) => this.report('crash', `The engine stopped: ${message} Load the page again; please report this.`),
-    );
+    const client = new BevClient({
+      strip: (strip) => this.listener.strip(strip),
+      crashed: (message) => this.onCrash(message),
+      unavailable: (message) => this.report('crash', `${message}. Reload the page; please report this.`),
+    });
     this.client = client;
-    const { version, presets } = await client.call('about', null);
+    let about: About;
+    try {
+      about = await client.start();
+    } catch {
+      return; // told as `unavailable`
+    }
+    const { version, presets } = about;
     this.version = version;
     this.presets = presets;
     const [first] = presets;
@@ -75,9 +83,16 @@ export class BevSession implements ReactiveController {
     else if (has_sample) await this.openSample();
   }
 
+  /** The worker that takes the place of one that crashed is given what that one had. */
+  private onCrash(message: string): void {
+    this.report('crash', `The engine crashed: ${message}. It was started anew; please report this.`);
+    void this.attempt('crash of the picture', () => this.keepTop());
+    if (this.history) this.ask(this.history.present);
+  }
+
   // The document.
 
-  get made(): BevDocument | null {
+  get document(): BevDocument | null {
     return this.history?.present ?? null;
   }
 
@@ -124,23 +139,23 @@ export class BevSession implements ReactiveController {
     if (is_shown_at_once) this.host.requestUpdate();
     this.ask(present);
     if (before?.scene === present.scene) return;
-    this.checkSizes(present.scene);
+    void this.checkSizes(present.scene);
     this.warp();
   }
 
-  private ask(made: BevDocument): void {
+  private ask(document: BevDocument): void {
     const since = performance.now();
-    this.client?.project(questionOf(made), (answer) => {
-      if (answer instanceof Refusal) {
+    this.client?.project(queryOf(document), (answer) => {
+      if (answer instanceof EngineProblem) {
         this.report('scene', answer.message);
         return;
       }
       this.settle('scene');
       const { answered } = this;
       // What follows from the scene alone stays the same object, so that nobody draws it again.
-      const same = answered?.made.scene === made.scene ? answered.answer : answer;
+      const same = answered?.document.scene === document.scene ? answered.answer : answer;
       const { layout, homography, common } = same;
-      this.answered = { made, answer: { ...answer, layout, homography, common } };
+      this.answered = { document, answer: { ...answer, layout, homography, common } };
       this.host.requestUpdate();
       this.listener.answered(since);
     });
@@ -148,9 +163,9 @@ export class BevSession implements ReactiveController {
 
   /** The part of the top view that lies over the front view is made anew. */
   private warp(): void {
-    const { made } = this;
-    if (made && this.bitmapOf('top')) {
-      this.client?.warp(made.scene);
+    const { document } = this;
+    if (document && this.bitmapOf('top')) {
+      this.client?.warp(document.scene);
     } else {
       this.client?.unwarp();
       this.listener.unwarped();
@@ -159,12 +174,12 @@ export class BevSession implements ReactiveController {
 
   /** A pixel followed to the other view; null where the scene is none, which is told already. */
   async follow(from: BevRole, pixel: Pixel): Promise<BevPoint | null> {
-    const { made, client } = this;
-    if (!made || !client) return null;
+    const { document, client } = this;
+    if (!document || !client) return null;
     try {
-      return await client.call('follow', { scene: made.scene, from, pixel });
+      return await client.call('follow', { scene: document.scene, from, pixel });
     } catch (error) {
-      if (error instanceof Refusal) return null;
+      if (error instanceof EngineProblem || error instanceof WorkerDied) return null;
       throw error;
     }
   }
@@ -178,7 +193,7 @@ export class BevSession implements ReactiveController {
   /** The picture of a view, where it has the size that its camera is said to have. */
   bitmapOf(role: BevRole): ImageBitmap | null {
     const bitmap = this.pictures[role]?.bitmap ?? null;
-    const camera = this.made?.scene[role];
+    const camera = this.document?.scene[role];
     return bitmap && camera && bitmap.width === camera.width && bitmap.height === camera.height ? bitmap : null;
   }
 
@@ -221,9 +236,9 @@ export class BevSession implements ReactiveController {
       if (!linked) return false;
       const is_outdated = this.opening();
       if (!linked.is_sample) this.forgetSample();
-      this.take(this.history ? changed(this.history, linked.made) : begun(linked.made));
+      this.take(this.history ? changed(this.history, linked.document) : begun(linked.document));
       this.blend = linked.blend;
-      if (linked.is_sample && has_sample) this.attempt('file', () => this.openSamplePictures(is_outdated));
+      if (linked.is_sample && has_sample) void this.attempt('file', () => this.openSamplePictures(is_outdated));
       return true;
     } catch (error) {
       this.report('file', error instanceof Error ? error.message : String(error));
@@ -265,12 +280,12 @@ export class BevSession implements ReactiveController {
       marked[2 * i] as number,
       marked[2 * i + 1] as number,
     ]);
-    this.change({ points, tool: this.made?.tool === 'points' ? 'points' : 'polygon' });
+    this.change({ points, tool: this.document?.tool === 'points' ? 'points' : 'polygon' });
   }
 
   private async openAddress(address: string): Promise<void> {
     const is_outdated = this.opening();
-    const url = new URL(address, document.baseURI);
+    const url = new URL(address, window.document.baseURI);
     const scene = await this.readScene(address, await fetchBlob(url.href));
     if (is_outdated()) return;
     this.setScene(scene);
@@ -299,7 +314,7 @@ export class BevSession implements ReactiveController {
       if (is_outdated()) return;
       this.pictures = { ...this.pictures, [role]: picture };
       this.host.requestUpdate();
-      if (this.made) await this.checkSizes(this.made.scene);
+      if (this.document) await this.checkSizes(this.document.scene);
       if (role === 'top') await this.keepTop();
     });
   }
@@ -309,7 +324,7 @@ export class BevSession implements ReactiveController {
     const { top } = this.pictures;
     if (!top) return;
     const rgba = pixelsOf(top);
-    await this.client?.call('keep_image', rgba, [rgba.buffer]);
+    await this.client?.keepImage(rgba);
     this.warp();
   }
 
@@ -325,7 +340,8 @@ export class BevSession implements ReactiveController {
       await this.client?.call('check_image', { scene, role, width, height });
       this.settle(`size of ${role}`);
     } catch (error) {
-      if (!(error instanceof Refusal)) throw error;
+      if (error instanceof WorkerDied) return; // told already
+      if (!(error instanceof EngineProblem)) throw error;
       const act = () => this.useSize(role, width, height);
       this.report(`size of ${role}`, error.message, { label: `Use ${width} × ${height}`, act });
     }
@@ -333,9 +349,9 @@ export class BevSession implements ReactiveController {
 
   /** Gives a camera the size of its picture; focal lengths grow along. */
   private useSize(role: BevRole, width: number, height: number): void {
-    const { made } = this;
-    if (!made) return;
-    const camera = made.scene[role];
+    const { document } = this;
+    if (!document) return;
+    const camera = document.scene[role];
     const { intrinsics } = camera;
     const [along_u, along_v] = [width / camera.width, height / camera.height];
     const scaled =
@@ -348,7 +364,7 @@ export class BevSession implements ReactiveController {
             cy: intrinsics.cy * along_v,
           }
         : intrinsics;
-    this.setScene({ ...made.scene, [role]: { ...camera, width, height, intrinsics: scaled } });
+    this.setScene({ ...document.scene, [role]: { ...camera, width, height, intrinsics: scaled } });
   }
 
   // Problems.

@@ -34,17 +34,17 @@ export interface ToolbarState {
 }
 
 /** What is opened, marked, taken back and exported. */
-export function toolbar(made: BevDocument, { can_undo, can_redo, ...has }: ToolbarState): TemplateResult {
+export function toolbar(document: BevDocument, { can_undo, can_redo, ...has }: ToolbarState): TemplateResult {
   const change = (wanted: Partial<BevDocument>) => () => has.change(wanted, false);
   return html`<div class="controls" role="toolbar" aria-label="Bird's-eye view">
     <scanstitch-menu label="Open" icon="open" .items=${has.open_items} @menu-chosen=${has.open}></scanstitch-menu>
     <div class="tools" role="group" aria-label="What is marked">
       ${TOOLS.map(
         ([tool, label]) =>
-          html`<button aria-pressed=${made.tool === tool} @click=${change({ tool })}>${label}</button>`,
+          html`<button aria-pressed=${document.tool === tool} @click=${change({ tool })}>${label}</button>`,
       )}
     </div>
-    ${made.tool === 'grid' ? cells(made, has.change) : nothing}
+    ${document.tool === 'grid' ? cells(document, has.change) : nothing}
     <div class="group">
       <button class="icon" aria-label="Undo" title="Undo (Ctrl+Z)" ?disabled=${!can_undo} @click=${has.undo}>
         ${icon('reset')}
@@ -56,8 +56,8 @@ export function toolbar(made: BevDocument, { can_undo, can_redo, ...has }: Toolb
         class="icon"
         aria-label="Remove all marks"
         title="Remove all marks"
-        ?disabled=${markedPixels(made).length === 0}
-        @click=${change(withoutAny(made))}
+        ?disabled=${markedPixels(document).length === 0}
+        @click=${change(withoutAny(document))}
       >
         ${icon('trash')}
       </button>
@@ -67,7 +67,7 @@ export function toolbar(made: BevDocument, { can_undo, can_redo, ...has }: Toolb
       <select
         @change=${(event: Event) => has.change({ whole: (event.target as HTMLSelectElement).value as WholePixels }, true)}
       >
-        ${WHOLE.map(([whole, label]) => html`<option value=${whole} .selected=${whole === made.whole}>${label}</option>`)}
+        ${WHOLE.map(([whole, label]) => html`<option value=${whole} .selected=${whole === document.whole}>${label}</option>`)}
       </select>
     </label>
     <span class="end">
@@ -76,7 +76,7 @@ export function toolbar(made: BevDocument, { can_undo, can_redo, ...has }: Toolb
   </div>`;
 }
 
-function cells(made: BevDocument, change: ToolbarState['change']): TemplateResult {
+function cells(document: BevDocument, change: ToolbarState['change']): TemplateResult {
   const set = (name: 'columns' | 'rows', { target }: Event) => {
     const value = Number((target as HTMLInputElement).value);
     if (Number.isInteger(value) && value >= 1 && value <= MAX_GRID) change({ [name]: value }, true);
@@ -88,7 +88,7 @@ function cells(made: BevDocument, change: ToolbarState['change']): TemplateResul
           type="number"
           min="1"
           max=${MAX_GRID}
-          .value=${String(made[name])}
+          .value=${String(document[name])}
           @change=${(event: Event) => set(name, event)}
       /></label>`,
   )}`;

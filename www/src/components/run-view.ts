@@ -1,7 +1,8 @@
 /** What the page's frame (header, menus) and the views of a run say to each other. */
 import { html, nothing, type TemplateResult } from 'lit';
 import './messages.js';
-import type { GivenFiles } from '../evaluate/evaluate-view.js';
+import type { SpatialInputs } from '../engine/spatial-client.js';
+import type { SpatialSettings } from '../engine/spatial-protocol.js';
 import type { MenuItem } from './menu.js';
 import type { Message } from './messages.js';
 
@@ -32,6 +33,23 @@ export interface RunView extends HTMLElement {
   runExport(id: string): Promise<void>;
   /** What the evaluation takes over from a run that is done; null before. */
   filesToEvaluate(): Promise<GivenFiles | null>;
+}
+
+/** A run of the reconstruction, to be compared with its reference. */
+export interface GivenFiles {
+  /** Null: the truth is still to be dropped. */
+  reference: { name: string; bytes: ArrayBuffer } | null;
+  estimate: { name: string; text: string };
+  /** The run's map, as PLY. */
+  readMap: () => Promise<Uint8Array>;
+}
+
+/** A recording to compare strategies on. */
+export interface GivenRecording {
+  title: string;
+  inputs: SpatialInputs;
+  /** How its frames are read. */
+  settings: Partial<SpatialSettings>;
 }
 
 export function sameFacts(a: ViewFacts, b: ViewFacts): boolean {

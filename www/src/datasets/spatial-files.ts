@@ -7,7 +7,7 @@ import { isBagMetadata, isBagName } from '../../../npm/bag/names.js';
 import type { ByteSource } from '../../../npm/archive.js';
 import type { Choice, Wishes } from '../../../npm/bag/topics.js';
 import type { Recording } from '../../../npm/recording.js';
-import type { Readable } from '../engine/spatial-client.js';
+import type { Readable } from '../engine/preparer.js';
 import { bitmapOf } from './bitmap.js';
 import type { Note } from './dataset.js';
 import type { NamedFile } from './gather.js';

@@ -1,6 +1,6 @@
 /** The frames of a recording as the engine is given them. */
 import type { Recording } from '../../../npm/recording.js';
-import type { SpatialJob } from '../engine/spatial-client.js';
+import type { SpatialJob } from '../engine/preparer.js';
 import type { StoredFile } from './spatial-files.js';
 
 /** `files` holds all that the recording names. */

@@ -1,13 +1,11 @@
 /** A thread that decodes and prepares frames, ahead of their registration. */
-import * as engine from '../../../pkg/scanstitch.js';
-import { serve } from './serve.js';
+import * as engine from './package.js';
+import { serve, type Served } from './serve.js';
 import type { PreparerApi } from './spatial-protocol.js';
 
-type Async<T> = { [K in keyof T]: T[K] extends (...args: infer A) => infer R ? (...args: A) => R | Promise<R> : never };
-
-const api: Async<PreparerApi> = {
+const api: Served<PreparerApi> = {
   async start(module) {
-    await engine.default({ module_or_path: module });
+    await engine.init({ module_or_path: module });
   },
 
   prepareFrame(preparation, name, index, time, depth, color, spare) {
@@ -39,4 +37,4 @@ function whole(bytes: Uint8Array | null): Uint8Array | undefined {
   return bytes ? new Uint8Array(bytes.buffer) : undefined;
 }
 
-serve(api);
+serve<PreparerApi>(api);

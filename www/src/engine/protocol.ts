@@ -8,7 +8,7 @@ import type {
   Settings as EngineSettings,
   Progress,
   ReconstructionResult,
-} from '../../../pkg/scanstitch.js';
+} from './package.js';
 
 export type {
   CleaningReport,
@@ -18,7 +18,7 @@ export type {
   PlanarPose,
   Progress,
   ReconstructionResult,
-} from '../../../pkg/scanstitch.js';
+} from './package.js';
 
 /** All settings. The engine takes some of them, and so calls each one optional. */
 export type Settings = Required<EngineSettings>;
@@ -108,22 +108,28 @@ export interface Answers {
   report_json: string;
 }
 
-/** `run` numbers the client's orders; news of an order that has been overtaken is dropped. */
-export type ToWorker =
-  | { type: 'start'; module: WebAssembly.Module }
-  | { type: 'load'; run: number; inputs: Inputs; settings: Partial<Settings>; hold: boolean }
-  | { type: 'configure'; run: number; settings: Partial<Settings> }
-  | { type: 'stop' }
-  | { type: 'resume'; run: number }
-  | { type: 'ask'; id: number; kind: keyof Answers; frame: number };
+/** What became of the files that were to be read. */
+export interface Loaded {
+  /** Names of the scans that were read; empty: what was there before is still there. */
+  accepted: string[];
+  /** Names of the other files that were not taken. */
+  refused: string[];
+  problems: Problem[];
+}
 
-export type FromWorker =
-  | { type: 'ready'; facts: EngineFacts }
+/** The worker of planar scans. `run` numbers the client's orders: events of an order that has been overtaken are dropped. */
+export interface PlanarApi {
+  start(module: WebAssembly.Module): EngineFacts;
+  /** Reads the files, then computes unless told to `hold`; null where another order has overtaken it. */
+  load(run: number, inputs: Inputs, settings: Partial<Settings>, hold: boolean): Loaded | null;
+  configure(run: number, settings: Partial<Settings>): void;
+  stop(): void;
+  resume(run: number): void;
+  /** `frame` matters for `correspondences` alone. */
+  ask<K extends keyof Answers>(kind: K, frame: number): Answers[K];
+}
+
+export type PlanarEvent =
   | { type: 'reading'; run: number; file: string; done: number; total: number }
-  | { type: 'loaded'; run: number; accepted: string[]; refused: string[]; problems: Problem[] }
   | { type: 'progress'; run: number; progress: Progress }
-  | { type: 'snapshot'; run: number; state: RunState; snapshot: Snapshot }
-  | { type: 'rejected'; run: number; problem: Problem }
-  | { type: 'answer'; id: number; value: Answers[keyof Answers] }
-  | { type: 'refused'; id: number; message: string }
-  | { type: 'crashed'; message: string };
+  | { type: 'snapshot'; run: number; state: RunState; snapshot: Snapshot };

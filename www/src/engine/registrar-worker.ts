@@ -1,11 +1,6 @@
 /** The thread that holds the reconstruction in space and registers one frame after the other. */
-import init, {
-  describe_spatial_settings,
-  spatial_presets,
-  SpatialReconstruction,
-  version,
-} from '../../../pkg/scanstitch.js';
-import { serve } from './serve.js';
+import { init, describe_spatial_settings, spatial_presets, SpatialReconstruction, version } from './package.js';
+import { nothingLoaded, serve, type Served } from './serve.js';
 import type {
   RegistrarApi,
   SpatialAnswers,
@@ -14,13 +9,16 @@ import type {
   SpatialSettingDescription,
 } from './spatial-protocol.js';
 
-type Async<T> = { [K in keyof T]: T[K] extends (...args: infer A) => infer R ? (...args: A) => R | Promise<R> : never };
-
 let reconstruction: SpatialReconstruction | null = null;
 
 function engine(): SpatialReconstruction {
-  if (!reconstruction) throw Object.assign(new Error('Nothing is loaded.'), { name: 'ScanstitchError' });
+  if (!reconstruction) throw nothingLoaded();
   return reconstruction;
+}
+
+function forget(): void {
+  reconstruction?.free();
+  reconstruction = null;
 }
 
 const answers: { [K in keyof SpatialAnswers]: () => SpatialAnswers[K] } = {
@@ -34,7 +32,7 @@ const answers: { [K in keyof SpatialAnswers]: () => SpatialAnswers[K] } = {
   report_json: () => engine().report_json(),
 };
 
-const api: Async<RegistrarApi> = {
+const api: Served<RegistrarApi> = {
   async start(module): Promise<SpatialFacts> {
     await init({ module_or_path: module });
     return {
@@ -46,14 +44,11 @@ const api: Async<RegistrarApi> = {
 
   create(given) {
     const next = new SpatialReconstruction(given);
-    api.forget();
+    forget();
     reconstruction = next;
   },
 
-  forget() {
-    reconstruction?.free();
-    reconstruction = null;
-  },
+  forget,
 
   setIntrinsics: (name, bytes) => engine().set_intrinsics(name, bytes),
 
@@ -95,4 +90,4 @@ const api: Async<RegistrarApi> = {
   ask: <K extends keyof SpatialAnswers>(kind: K) => answers[kind]() as SpatialAnswers[K],
 };
 
-serve(api);
+serve<RegistrarApi>(api);

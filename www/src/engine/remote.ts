@@ -1,7 +1,10 @@
-/** Calls across threads, the page's side. */
+/** Calls across threads, the page's side: one worker and the calls that wait for it. What becomes of it after a crash is
+ * for `WorkerHost` to say. */
 import { WorkerDied } from '../../../npm/spatial_run.js';
 import type { Problem } from './protocol.js';
-import type { Answer, Call } from './serve.js';
+import type { Call, Message } from './serve.js';
+
+export { WorkerDied };
 
 /** What is wrong with the input, as the engine says it. */
 export class EngineProblem extends Error {
@@ -11,30 +14,31 @@ export class EngineProblem extends Error {
   }
 }
 
-/** On the page: a worker and the calls that wait for it. */
-export class Remote<T extends object> {
+export type Arguments<F> = F extends (...given: infer A) => unknown ? A : never;
+export type Result<F> = F extends (...given: never[]) => infer R ? R : never;
+
+export interface RemoteHooks<Event> {
+  /** The worker told something that it was not asked for. */
+  event?(event: Event): void;
+  /** The worker died, or could not be loaded; the calls that waited for it have failed. */
+  died?(message: string): void;
+}
+
+export class Remote<Api extends object, Event = never> {
   #worker: Worker | null;
   #waiting = new Map<number, { resolve(value: unknown): void; reject(error: Error): void }>();
   #next = 0;
-  #onDeath: (message: string) => void;
+  #hooks: RemoteHooks<Event>;
 
-  constructor(worker: Worker, onDeath: (message: string) => void = () => undefined) {
+  constructor(worker: Worker, hooks: RemoteHooks<Event> = {}) {
     this.#worker = worker;
-    this.#onDeath = onDeath;
-    worker.onmessage = ({ data }: MessageEvent<Answer>) => {
-      if ('crash' in data) {
-        this.kill(data.crash);
-        return;
-      }
-      const waiting = this.#waiting.get(data.id);
-      this.#waiting.delete(data.id);
-      if ('error' in data) waiting?.reject(new EngineProblem(data.error));
-      else waiting?.resolve(data.value);
-    };
+    this.#hooks = hooks;
+    worker.onmessage = ({ data }: MessageEvent<Message>) => this.#receive(data);
     worker.onerror = (event) => {
       event.preventDefault();
-      this.kill(event.message || 'it could not be loaded');
+      this.kill(event.message || 'the worker could not be loaded');
     };
+    worker.onmessageerror = () => this.kill('a message of the worker could not be read');
   }
 
   get is_alive(): boolean {
@@ -42,31 +46,35 @@ export class Remote<T extends object> {
   }
 
   /** The buffers of arguments are not moved, but copied: whoever calls may need them again. */
-  call<K extends keyof T & string>(
-    method: K,
-    ...args: T[K] extends (...given: infer A) => unknown ? A : never
-  ): Promise<T[K] extends (...given: never[]) => infer R ? R : never> {
-    return this.send(method, args, []) as never;
+  call<K extends keyof Api & string>(method: K, ...args: Arguments<Api[K]>): Promise<Result<Api[K]>> {
+    return this.give(method, [], ...args);
   }
 
   /** As `call`, with buffers that are given away. */
-  give<K extends keyof T & string>(
+  give<K extends keyof Api & string>(
     method: K,
     transfer: Transferable[],
-    ...args: T[K] extends (...given: infer A) => unknown ? A : never
-  ): Promise<T[K] extends (...given: never[]) => infer R ? R : never> {
-    return this.send(method, args, transfer) as never;
+    ...args: Arguments<Api[K]>
+  ): Promise<Result<Api[K]>> {
+    const worker = this.#worker;
+    if (!worker) return Promise.reject(new WorkerDied('the worker has ended'));
+    const id = this.#next++;
+    const answer = new Promise<unknown>((resolve, reject) => {
+      this.#waiting.set(id, { resolve, reject });
+      worker.postMessage({ id, method, args } satisfies Call, { transfer });
+    });
+    return answer as Promise<Result<Api[K]>>;
   }
 
-  /** Ends the worker; every call that waits fails. */
+  /** Ends the worker as one that died: every call that waits fails, and `died` is told. */
   kill(message: string): void {
     if (!this.#worker) return;
     this.end(message);
-    this.#onDeath(message);
+    this.#hooks.died?.(message);
   }
 
-  /** As `kill`, on purpose: nobody is told. */
-  end(message = 'it was ended'): void {
+  /** As `kill`, on purpose: `died` is not told. */
+  end(message = 'the worker was ended'): void {
     this.#worker?.terminate();
     this.#worker = null;
     for (const { reject } of this.#waiting.values()) reject(new WorkerDied(message));
@@ -81,18 +89,21 @@ export class Remote<T extends object> {
       return null;
     }
     this.#worker = null;
-    worker.onmessage = null;
-    worker.onerror = null;
+    worker.onmessage = worker.onerror = worker.onmessageerror = null;
     return worker;
   }
 
-  private send(method: string, args: unknown[], transfer: Transferable[]): Promise<unknown> {
-    const worker = this.#worker;
-    if (!worker) return Promise.reject(new WorkerDied('it has ended'));
-    const id = this.#next++;
-    return new Promise((resolve, reject) => {
-      this.#waiting.set(id, { resolve, reject });
-      worker.postMessage({ id, method, args } satisfies Call, { transfer });
-    });
+  #receive(message: Message): void {
+    if (!this.#worker) return;
+    if ('crash' in message) {
+      this.kill(message.crash);
+    } else if ('event' in message) {
+      this.#hooks.event?.(message.event as Event);
+    } else {
+      const waiting = this.#waiting.get(message.id);
+      this.#waiting.delete(message.id);
+      if ('error' in message) waiting?.reject(new EngineProblem(message.error));
+      else waiting?.resolve(message.value);
+    }
   }
 }

@@ -1,11 +1,14 @@
 /**
- * Calls across threads, the worker's side: it serves the methods of an object, which the page calls by name. Results are
- * transferred where they can be. An error of the engine's own is passed on as it is; any other one means that the worker
- * is in an unknown state and must be replaced.
+ * Calls across threads, the worker's side: it serves the functions of an object, which the page calls by name, and sends
+ * events of its own accord. An error of the engine's own is passed on as it is; any other one means that the worker is in
+ * an unknown state and must be replaced.
  */
 import type { Problem } from './protocol.js';
 
-type Api = Record<string, (...args: never[]) => unknown>;
+/** What serves the calls of `Api`: each function at once or later. */
+export type Served<Api> = {
+  [K in keyof Api]: Api[K] extends (...args: infer A) => infer R ? (...args: A) => R | Promise<R> : never;
+};
 
 export interface Call {
   id: number;
@@ -13,25 +16,76 @@ export interface Call {
   args: unknown[];
 }
 
-export type Answer =
-  { id: number; value: unknown } | { id: number; error: Problem & { message: string } } | { id: number; crash: string };
+export type Message =
+  | { id: number; value: unknown }
+  | { id: number; error: Problem & { message: string } }
+  | { event: unknown }
+  | { crash: string };
+
+/** Buffers to be transferred with a result, where they lie deeper in it than `serve` looks. */
+const deep_buffers = new WeakMap<object, Transferable[]>();
+
+/** In the worker: a result whose `buffers` are transferred. */
+export function transferred<T extends object>(result: T, buffers: Transferable[]): T {
+  deep_buffers.set(result, buffers);
+  return result;
+}
 
 /** In the worker: serves `api`. */
-export function serve(api: object): void {
+export function serve<Api extends object>(api: Served<Api>): void {
+  const functions = api as Record<string, (...args: unknown[]) => unknown>;
   self.onmessage = async ({ data: { id, method, args } }: MessageEvent<Call>) => {
     try {
-      const value = await (api as Api)[method]?.(...(args as never[]));
-      self.postMessage({ id, value } satisfies Answer, { transfer: buffersOf(value) });
+      const value = await functions[method]?.(...args);
+      post({ id, value }, deep_buffers.get(value as object) ?? buffersOf(value));
     } catch (error) {
-      const message = error instanceof Error ? error.message : String(error);
-      if (error instanceof Error && error.name === 'ScanstitchError') {
-        const { file = '', place = null, problem = message, remedy = '' } = error as Error & Partial<Problem>;
-        self.postMessage({ id, error: { file, place, problem, remedy, message } } satisfies Answer);
-      } else {
-        self.postMessage({ id, crash: message } satisfies Answer);
+      const message = messageOf(error);
+      if (!isInputError(error)) {
+        post({ crash: message });
+        return;
       }
+      const { file = '', place = null, problem = message, remedy = '' } = error as Error & Partial<Problem>;
+      post({ id, error: { file, place, problem, remedy, message } });
     }
   };
+}
+
+/** In the worker: tells the page something that it did not ask for. */
+export function emit(event: unknown, transfer: Transferable[] = []): void {
+  post({ event }, transfer);
+}
+
+/** In the worker: this one can no longer be trusted, and is to be replaced. */
+export function reportCrash(error: unknown): void {
+  post({ crash: messageOf(error) });
+}
+
+/** Whether the engine refuses its input. After any other error it is in an unknown state. */
+export function isInputError(error: unknown): error is Error & Partial<Problem> {
+  return error instanceof Error && error.name === 'ScanstitchError';
+}
+
+/** The value, or what is wrong with the input; a defect of the engine goes on up. */
+export function attempt<T>(action: () => T): { value: T } | { problem: string } {
+  try {
+    return { value: action() };
+  } catch (error) {
+    if (isInputError(error)) return { problem: error.message };
+    throw error;
+  }
+}
+
+/** An error as the engine throws it, where there is nothing yet to work on. */
+export function nothingLoaded(): Error {
+  return Object.assign(new Error('Nothing is loaded.'), { name: 'ScanstitchError' });
+}
+
+function messageOf(error: unknown): string {
+  return error instanceof Error ? error.message : String(error);
+}
+
+function post(message: Message, transfer: Transferable[] = []): void {
+  self.postMessage(message, { transfer });
 }
 
 /** The buffers of typed arrays in a value or one or two levels within it. */

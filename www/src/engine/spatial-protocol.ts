@@ -9,16 +9,9 @@ import type {
   SettingDescription as EngineSettingDescription,
   SpatialSettings as EngineSettings,
   SpatialResult,
-} from '../../../pkg/scanstitch.js';
-import type { MapPoints } from '../spatial/leveling.js';
+} from './package.js';
 
-export type {
-  MapSize,
-  SpatialComparison,
-  SpatialFrameResult,
-  SpatialPose,
-  SpatialResult,
-} from '../../../pkg/scanstitch.js';
+export type { MapSize, SpatialComparison, SpatialFrameResult, SpatialPose, SpatialResult } from './package.js';
 
 /** All settings. The engine takes some of them, and so calls each one optional. */
 export type SpatialSettings = Required<EngineSettings>;
@@ -32,6 +25,18 @@ export interface SpatialFacts {
   version: string;
   descriptions: SpatialSettingDescription[];
   presets: SpatialPreset[];
+}
+
+/** The points of a map. */
+export interface MapPoints {
+  /** x y z x y z ..., world, m. */
+  positions: Float32Array;
+  /** red green blue ... */
+  colors: Uint8Array;
+  /** Unit vectors, a unit being 32 767; zero where unknown. */
+  normals: Int16Array;
+  /** Frame that saw each point first. */
+  frames: Uint32Array;
 }
 
 /** All there is to show, at one moment. */

@@ -1,13 +1,15 @@
-/** How the engine's module and the workers that run it come to life. */
+/** How the engine's module and the workers that run it are started. */
+import wasm_url from '../../../pkg/scanstitch_bg.wasm?url';
 
-const compiled = new Map<string, Promise<WebAssembly.Module>>();
+let compiled: Promise<WebAssembly.Module> | null = null;
 
-/** The compiled module, which can be posted to any number of workers. It is compiled once. */
-export function compile(url: string): Promise<WebAssembly.Module> {
-  const known = compiled.get(url) ?? fetchAndCompile(url);
-  compiled.set(url, known);
-  known.catch(() => compiled.delete(url)); // the next try may succeed
-  return known;
+/** The compiled engine, which can be posted to any number of workers. It is compiled once. */
+export function compileEngine(): Promise<WebAssembly.Module> {
+  compiled ??= fetchAndCompile(wasm_url).catch((error: unknown) => {
+    compiled = null; // the next try may succeed
+    throw error;
+  });
+  return compiled;
 }
 
 async function fetchAndCompile(url: string): Promise<WebAssembly.Module> {

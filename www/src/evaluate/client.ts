@@ -1,88 +1,71 @@
-/** The view's side of a worker of the evaluation: one question at a time, the latest wins. */
-import wasm_url from '../../../pkg/scanstitch_bg.wasm?url';
-import { compile, startWorker } from '../engine/start.js';
-import type { FromWorker, ToWorker } from './protocol.js';
+/** The view's side of a worker of the evaluation: one query at a time, the latest wins. */
+import { WorkerDied } from '../engine/remote.js';
+import { WorkerHost } from '../engine/worker-host.js';
+import type { QueryApi } from './protocol.js';
 
-export interface ClientHooks<Told, Given> {
-  answered(answer: Given): void;
+export interface ClientHooks<Command, Result> {
+  answered(result: Result): void;
   failed(message: string): void;
-  /** All that a worker has to be told before its first question, also after a crash. */
-  greet?(): Told;
+  /** All that a worker has to be told before its first query, also after a crash. */
+  greet?(): Command;
 }
 
-export class WorkerClient<Told, Asked, Given> {
-  #worker: Worker | null = null;
-  #is_ready = false;
+export class WorkerClient<Command, Query, Result> {
+  #host: WorkerHost<QueryApi<Command, Query, Result>>;
+  #hooks: ClientHooks<Command, Result>;
   #is_busy = false;
-  #waiting: ToWorker<Told, Asked>[] = [];
-  #next_id = 0;
+  #next_query: { query: Query } | null = null;
 
-  constructor(
-    private readonly worker_url: string,
-    private readonly hooks: ClientHooks<Told, Given>,
-  ) {
-    this.#start();
+  constructor(worker_url: string, hooks: ClientHooks<Command, Result>) {
+    this.#hooks = hooks;
+    this.#host = new WorkerHost<QueryApi<Command, Query, Result>>(worker_url, {
+      crashed: (message) => this.#onCrash(message),
+      unavailable: (message) => hooks.failed(`${message}. Reload the page; please report this.`),
+    });
   }
 
-  /** Said before all questions that follow. */
-  tell(told: Told): void {
-    this.#waiting.push({ type: 'tell', told });
-    this.#next();
+  /** Told before all queries that follow. */
+  tell(command: Command): void {
+    this.#host.call('tell', command).catch((error: unknown) => this.#onFailure(error));
   }
 
-  /** Asks; an older question that has not been begun is dropped, and the answer to it never comes. */
-  ask(question: Asked): void {
-    this.#waiting = this.#waiting.filter(({ type }) => type !== 'ask');
-    this.#waiting.push({ type: 'ask', id: ++this.#next_id, question });
-    this.#next();
+  /** Asks; an older query that has not been begun is dropped, and the answer to it never comes. */
+  ask(query: Query): void {
+    this.#next_query = { query };
+    if (!this.#is_busy) void this.#answerNext();
   }
 
   dispose(): void {
-    this.#worker?.terminate();
-    this.#worker = null;
+    this.#next_query = null;
+    this.#host.dispose();
   }
 
-  #start(): void {
-    const worker = startWorker(this.worker_url);
-    this.#worker = worker;
-    this.#is_ready = false;
+  async #answerNext(): Promise<void> {
+    this.#is_busy = true;
+    while (this.#next_query) {
+      const { query } = this.#next_query;
+      this.#next_query = null;
+      try {
+        const result = await this.#host.call('ask', query);
+        this.#host.succeeded();
+        if (this.#next_query === null) this.#hooks.answered(result as Result);
+      } catch (error) {
+        this.#onFailure(error);
+      }
+    }
     this.#is_busy = false;
-    worker.onmessage = ({ data }: MessageEvent<FromWorker<Given>>) => this.#receive(data);
-    worker.onerror = (event) => {
-      event.preventDefault();
-      this.#crashed(event.message || 'The worker could not be loaded.');
-    };
-    compile(wasm_url).then(
-      (module) => worker.postMessage({ type: 'start', module } satisfies ToWorker<Told, Asked>),
-      (error: unknown) => this.hooks.failed(error instanceof Error ? error.message : String(error)),
-    );
   }
 
-  #receive(message: FromWorker<Given>): void {
-    if (message.type === 'crashed') return this.#crashed(message.message);
-    if (message.type === 'ready') this.#is_ready = true;
-    else {
-      this.#is_busy = false;
-      if (message.id === this.#next_id) this.hooks.answered(message.answer);
-    }
-    this.#next();
+  #onCrash(message: string): void {
+    this.#next_query = null;
+    this.#hooks.failed(`The evaluation crashed: ${message}. It was started anew; please report this.`);
+    const command = this.#hooks.greet?.();
+    if (command !== undefined) this.tell(command);
   }
 
-  #next(): void {
-    while (this.#is_ready && !this.#is_busy && this.#worker) {
-      const message = this.#waiting.shift();
-      if (!message) return;
-      this.#worker.postMessage(message);
-      this.#is_busy = message.type === 'ask';
-    }
-  }
-
-  #crashed(message: string): void {
-    if (!this.#worker) return;
-    this.#worker.terminate();
-    this.hooks.failed(`The evaluation stopped: ${message} It was started anew; please report this.`);
-    const told = this.hooks.greet?.();
-    this.#waiting = told === undefined ? [] : [{ type: 'tell', told }];
-    this.#start();
+  /** A worker that died has been told. */
+  #onFailure(error: unknown): void {
+    if (error instanceof WorkerDied || this.#host.has_ended) return;
+    this.#hooks.failed(error instanceof Error ? error.message : String(error));
   }
 }

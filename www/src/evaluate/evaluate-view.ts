@@ -1,12 +1,13 @@
 import { html, LitElement, nothing, type PropertyValues, type TemplateResult } from 'lit';
 import { customElement, property, query, state } from 'lit/decorators.js';
 import { icon } from '../components/icons.js';
+import type { GivenFiles } from '../components/run-view.js';
 import { drop_styles, page_styles, shared, tokens } from '../components/theme.js';
 import { filesOfDrop, filesOfInput, type NamedFile } from '../datasets/gather.js';
 import { plural } from '../views/format.js';
-import { remember } from '../views/remember.js';
+import { memoizeLast } from '../views/memoize-last.js';
 import { WorkerClient } from './client.js';
-import { makeColors } from './colors.js';
+import { makeColors } from '../views/figure-colors.js';
 import './controls.js';
 import type { BesideFile } from './controls.js';
 import { evaluate_styles } from './evaluate-styles.js';
@@ -14,34 +15,25 @@ import './figures-view.js';
 import type { ScanstitchEvaluationFigures } from './figures-view.js';
 import { type Intake, sortOut } from './intake.js';
 import './map-panel.js';
-import map_worker_url from './map-worker.ts?worker&url';
+import map_worker_url from './map-quality-worker.ts?worker&url';
 import { asideWords, noticesOf } from './notices.js';
 import { readAll } from './open-files.js';
 import type {
-  Answer,
+  Result,
   Comparison,
   EvaluationOptions,
-  MapAnswer,
-  MapQuestion,
+  MapResult,
+  MapQuery,
   Part,
-  Question,
-  Told,
+  Query,
+  Command,
   TrajectoryFile,
 } from './protocol.js';
 import './ranking-view.js';
 import type { Sort } from './ranking-view.js';
 import { referenceAmong } from './roles.js';
 import { columnsOf, figure, sorted } from './table.js';
-import worker_url from './worker.ts?worker&url';
-
-/** A run of the reconstruction, to be compared with its reference. */
-export interface GivenFiles {
-  /** Null: the truth is still to be dropped. */
-  reference: { name: string; bytes: ArrayBuffer } | null;
-  estimate: { name: string; text: string };
-  /** The run's map, as PLY. */
-  readMap: () => Promise<Uint8Array>;
-}
+import worker_url from './evaluate-worker.ts?worker&url';
 
 const START_OPTIONS: Partial<EvaluationOptions> = { alignment: 'se3' };
 /** A run's poses are those of the reference one by one, in a world of their own. */
@@ -66,14 +58,14 @@ export class ScanstitchEvaluate extends LitElement {
   @state() private loops_only = false;
   @state() private clouds: readonly Part[] = [];
   @state() private options: Partial<EvaluationOptions> = START_OPTIONS;
-  @state() private answer: Answer | null = null;
-  @state() private map_answer: MapAnswer | null = null;
+  @state() private answer: Result | null = null;
+  @state() private map_answer: MapResult | null = null;
   @state() private is_judging = false;
   /** What became of files that cannot be used. */
   @state() private problems: readonly string[] = [];
   @state() private remarks: readonly string[] = [];
   @state() private selected_id = -1;
-  @state() private sort: Sort = { id: 'rmse', is_falling: false };
+  @state() private sort: Sort = { id: 'rmse', is_descending: false };
   @state() private is_dropping = false;
   @state() private said = '';
   @query('#pick-trajectories') private input!: HTMLInputElement;
@@ -89,18 +81,18 @@ export class ScanstitchEvaluate extends LitElement {
   private data_key = 0;
   private asked_at = 0;
   private judged = '';
-  private client: WorkerClient<Told, Question, Answer> | null = null;
-  private map_client: WorkerClient<never, MapQuestion, MapAnswer> | null = null;
-  private rankedBy = remember((comparisons: readonly Comparison[], { id, is_falling }: Sort) => {
+  private client: WorkerClient<Command, Query, Result> | null = null;
+  private map_client: WorkerClient<never, MapQuery, MapResult> | null = null;
+  private rankedBy = memoizeLast((comparisons: readonly Comparison[], { id, is_descending }: Sort) => {
     const columns = columnsOf(comparisons[0]?.summary.unit ?? '', true);
     const column = columns.find((candidate) => candidate.id === id) ?? columns[0];
-    return column ? sorted(comparisons, column, is_falling) : comparisons;
+    return column ? sorted(comparisons, column, is_descending) : comparisons;
   });
-  private columnsFor = remember(columnsOf);
-  private orderOf = remember((files: readonly TrajectoryFile[], reference_id: number) =>
+  private columnsFor = memoizeLast(columnsOf);
+  private orderOf = memoizeLast((files: readonly TrajectoryFile[], reference_id: number) =>
     files.map(({ id }) => id).filter((id) => id !== reference_id),
   );
-  private colorsOf = remember((order: readonly number[], dark: boolean) => {
+  private colorsOf = memoizeLast((order: readonly number[], dark: boolean) => {
     const { estimates } = makeColors(dark);
     return new Map(order.map((id, index) => [id, estimates[index % estimates.length] as string]));
   });
@@ -185,7 +177,7 @@ export class ScanstitchEvaluate extends LitElement {
     this.ask();
   }
 
-  private async onAnswer(answer: Answer): Promise<void> {
+  private async onAnswer(answer: Result): Promise<void> {
     this.answer = answer;
     if (!answer.comparisons.some(({ id }) => id === this.selected_id)) {
       this.selected_id = this.ranked()[0]?.id ?? -1;

@@ -1,7 +1,7 @@
 /** Figures as files. */
-import type { Painter } from './figure-view.js';
-import type { Size } from './figures.js';
-import { CanvasPen, SvgPen } from './pen.js';
+import type { Painter } from '../components/figure-view.js';
+import type { Size } from '../views/figures.js';
+import { CanvasPen, SvgPen } from '../views/pen.js';
 
 /** Pixels of a PNG for each of the screen's: sharp in print. */
 const DENSITY = 3;

@@ -3,13 +3,14 @@ import { customElement, property, query, state } from 'lit/decorators.js';
 import { icon } from '../components/icons.js';
 import { shared } from '../components/theme.js';
 import { download } from '../export/exports.js';
-import { remember } from '../views/remember.js';
-import { makeColors } from './colors.js';
+import { memoizeLast } from '../views/memoize-last.js';
+import { makeColors } from '../views/figure-colors.js';
 import { pngFile, svgFile } from './export.js';
-import './figure-view.js';
-import type { Marker, Painter, ScanstitchFigure } from './figure-view.js';
-import { figures_styles, section_styles } from './evaluate-styles.js';
-import { nearestIndex, plotArea, type Size } from './figures.js';
+import '../components/figure-view.js';
+import type { Marker, Painter, ScanstitchFigure } from '../components/figure-view.js';
+import { section_styles } from '../components/section-styles.js';
+import { figures_styles } from './evaluate-styles.js';
+import { nearestIndex, plotArea, type Size } from '../views/figures.js';
 import { instantMarker, NO_MARKS, poseMarker } from './marks.js';
 import { type FigureName, makePainter } from './painters.js';
 import { type Camera, type Look, poseAt, type Projection, projection, widestLook } from './paths.js';
@@ -57,10 +58,10 @@ export class ScanstitchEvaluationFigures extends LitElement {
   private scene!: Scene;
   private painters: Partial<Record<FigureName, Painter>> = {};
   private looked_at_key = -1;
-  private abscissasOf = remember(makeAbscissas);
-  private colorsOf = remember(makeColors);
+  private abscissasOf = memoizeLast(makeAbscissas);
+  private colorsOf = memoizeLast(makeColors);
   /** Asked for at every move of the pointer: made again only for another size, camera or answer. */
-  private rememberedProjection = remember(
+  private rememberedProjection = memoizeLast(
     (width: number, height: number, camera: Camera, comparisons: readonly Comparison[]) => {
       const paths = comparisons.flatMap((c) => [c.estimate_positions, c.reference_positions]);
       return projection({ width, height }, paths, camera);

@@ -1,5 +1,5 @@
 /**
- * What each of the files dropped together is: a trajectory, one pose of many, times, relations, or a cloud. Told from
+ * What each of the files dropped together is: a trajectory, one pose of many, times, relations, or a cloud. Command from
  * their names and beginnings, before anything is read in earnest.
  */
 import { compareNaturally } from '../../../npm/natural_order.js';

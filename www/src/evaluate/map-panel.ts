@@ -2,13 +2,13 @@ import { html, LitElement, nothing, type TemplateResult } from 'lit';
 import { customElement, property } from 'lit/decorators.js';
 import { icon } from '../components/icons.js';
 import { shared, table_styles } from '../components/theme.js';
-import { ranking_styles, section_styles } from './evaluate-styles.js';
-import type { MapAnswer, MapQuality } from './protocol.js';
+import { ranking_styles, section_styles } from '../components/section-styles.js';
+import type { MapResult, MapQuality } from './protocol.js';
 
 /** How crisp maps are, where there is no truth. Fires `run-map-wanted` where the map of a run can be judged. */
 @customElement('scanstitch-map-panel')
 export class ScanstitchMapPanel extends LitElement {
-  @property({ attribute: false }) answer: MapAnswer | null = null;
+  @property({ attribute: false }) answer: MapResult | null = null;
   @property({ type: Boolean }) busy = false;
   /** Whether a run waits whose map may be judged. */
   @property({ type: Boolean }) has_run = false;

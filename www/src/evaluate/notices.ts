@@ -1,5 +1,5 @@
 /** What the page says about files and answers, in whole sentences. */
-import type { Answer, Comparison, Refusal } from './protocol.js';
+import type { Result, Comparison, Refusal } from './protocol.js';
 
 /** More refusals than these are told in the table alone. */
 const MAX_ALERTS = 3;
@@ -15,7 +15,7 @@ export interface NoticeFacts {
   num_files: number;
   /** Empty: the truth is still to come. */
   reference: string;
-  answer: Answer | null;
+  answer: Result | null;
   selected: Comparison | null;
   /** Of files that could not be opened, or of a worker that stopped. */
   problems: readonly string[];

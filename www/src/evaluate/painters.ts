@@ -1,10 +1,10 @@
 /** How each figure is drawn, from the scene alone: the same on the screen, in PNG and in SVG. */
-import { type Range, rangeOf } from './axes.js';
-import { RAMP_STEPS } from './colors.js';
-import type { Painter } from './figure-view.js';
-import { drawHistogram, drawSeries, type Series, type Size } from './figures.js';
+import { type Range, rangeOf } from '../views/axes.js';
+import { RAMP_STEPS } from '../views/figure-colors.js';
+import type { Painter } from '../components/figure-view.js';
+import { drawHistogram, drawSeries, type Series, type Size } from '../views/figures.js';
 import { type Camera, drawKey, drawPaths, type Projection, type ShownPath } from './paths.js';
-import type { Pen } from './pen.js';
+import type { Pen } from '../views/pen.js';
 import type { Comparison } from './protocol.js';
 import { ABSCISSA_NAMES, type Scene } from './scene.js';
 

@@ -1,7 +1,7 @@
 /** Paths seen from a side. Plain numbers in, strokes out. */
-import { type Area, type Colors, drawAxes, type Range, tickWord } from './axes.js';
-import { plotArea, type Size } from './figures.js';
-import type { Pen } from './pen.js';
+import { type Area, type Colors, drawAxes, type Range, tickWord } from '../views/axes.js';
+import { plotArea, type Size } from '../views/figures.js';
+import type { Pen } from '../views/pen.js';
 
 export type Look = 'top' | 'side' | 'front' | 'space';
 

@@ -5,7 +5,7 @@ import type {
   FrameQuality,
   MapQuality,
   RelationErrors,
-} from '../../../pkg/scanstitch.js';
+} from '../engine/package.js';
 
 export type { EvaluationOptions, EvaluationSummary, FrameQuality, MapQuality, RelationErrors };
 
@@ -23,7 +23,7 @@ export interface TrajectoryFile {
   parts: readonly Part[];
 }
 
-export interface Question {
+export interface Query {
   reference: number;
   estimates: readonly number[];
   options: Partial<EvaluationOptions>;
@@ -64,7 +64,7 @@ export interface Refusal {
   problem: string;
 }
 
-export interface Answer {
+export interface Result {
   comparisons: Comparison[];
   refusals: Refusal[];
   /** What is wrong with the reference itself; nothing was compared then. */
@@ -76,13 +76,13 @@ export interface Answer {
 }
 
 /** Maps to be judged; and clouds that are the frames of a recording, with the trajectories that may place them. */
-export interface MapQuestion {
+export interface MapQuery {
   maps: readonly Part[];
   frames: readonly Part[];
   trajectories: readonly TrajectoryFile[];
 }
 
-export interface MapAnswer {
+export interface MapResult {
   maps: { name: string; quality: MapQuality }[];
   /** By the trajectory that places the frames. */
   placed: { name: string; quality: FrameQuality }[];
@@ -90,16 +90,15 @@ export interface MapAnswer {
   elapsed_ms: number;
 }
 
-/** What is said to a worker that answers questions; `Told` is what it is to remember. */
-export type ToWorker<Told, Asked> =
-  | { type: 'start'; module: WebAssembly.Module }
-  | { type: 'tell'; told: Told }
-  | { type: 'ask'; id: number; question: Asked };
-export type FromWorker<Given> =
-  { type: 'ready' } | { type: 'answer'; id: number; answer: Given } | { type: 'crashed'; message: string };
+/** A worker that is told commands and answers queries, one at a time. */
+export interface QueryApi<Command, Query, Result> {
+  start(module: WebAssembly.Module): void;
+  tell(command: Command): void;
+  ask(query: Query): Result;
+}
 
-/** What the worker of comparisons is told: trajectories to read, when they are asked for, and to forget. */
-export interface Told {
+/** For the worker of comparisons: trajectories to read, when a query needs them, and to forget. */
+export interface Command {
   add: readonly TrajectoryFile[];
   remove: readonly number[];
 }

@@ -2,13 +2,13 @@ import { html, LitElement, nothing, type TemplateResult } from 'lit';
 import { customElement, property } from 'lit/decorators.js';
 import { icon } from '../components/icons.js';
 import { shared, table_styles } from '../components/theme.js';
-import { ranking_styles, section_styles } from './evaluate-styles.js';
+import { ranking_styles, section_styles } from '../components/section-styles.js';
 import type { Comparison, Refusal } from './protocol.js';
 import { bareProblem, type Column, csv, figure, markdown } from './table.js';
 
 export interface Sort {
   id: string;
-  is_falling: boolean;
+  is_descending: boolean;
 }
 
 /**
@@ -21,7 +21,7 @@ export class ScanstitchRanking extends LitElement {
   @property({ attribute: false }) ranked: readonly Comparison[] = [];
   @property({ attribute: false }) refusals: readonly Refusal[] = [];
   @property({ attribute: false }) columns: readonly Column[] = [];
-  @property({ attribute: false }) sort: Sort = { id: 'rmse', is_falling: false };
+  @property({ attribute: false }) sort: Sort = { id: 'rmse', is_descending: false };
   @property({ attribute: false }) selected_id = -1;
   @property({ attribute: false }) elapsed_ms = 0;
   @property({ attribute: false }) colors: ReadonlyMap<number, string> = new Map();
@@ -64,13 +64,13 @@ export class ScanstitchRanking extends LitElement {
 
   private renderHead({ id, label, hint }: Column): TemplateResult {
     const { sort } = this;
-    const order = sort.id === id ? (sort.is_falling ? 'descending' : 'ascending') : 'none';
+    const order = sort.id === id ? (sort.is_descending ? 'descending' : 'ascending') : 'none';
     const arrow = { descending: ' ▾', ascending: ' ▴', none: '' }[order];
     return html`<th scope="col" aria-sort=${order}>
       <button
         class="quiet"
         title=${hint}
-        @click=${() => this.tell('sort-changed', { id, is_falling: sort.id === id && !sort.is_falling })}
+        @click=${() => this.tell('sort-changed', { id, is_descending: sort.id === id && !sort.is_descending })}
       >
         ${label}${arrow}
       </button>

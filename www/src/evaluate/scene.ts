@@ -1,6 +1,6 @@
 /** What all figures of an evaluation share: the comparisons, the one that is selected, colours, and the common axis. */
-import { type Colors, type Range, rangeOf } from './axes.js';
-import { nearestIndex } from './figures.js';
+import { type Colors, type Range, rangeOf } from '../views/axes.js';
+import { nearestIndex } from '../views/figures.js';
 import type { Comparison } from './protocol.js';
 
 /** What is plotted to the right. */

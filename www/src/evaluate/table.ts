@@ -75,8 +75,8 @@ export function columnsOf(unit: string, has_relations: boolean): Column[] {
 }
 
 /** By a column, smallest first or last; what has no value comes at the end. */
-export function sorted(comparisons: readonly Comparison[], column: Column, is_falling: boolean): Comparison[] {
-  const sign = is_falling ? -1 : 1;
+export function sorted(comparisons: readonly Comparison[], column: Column, is_descending: boolean): Comparison[] {
+  const sign = is_descending ? -1 : 1;
   return [...comparisons].sort((a, b) => {
     const [x, y] = [column.value(a), column.value(b)];
     if (x === null || y === null) return Number(x === null) - Number(y === null);

@@ -8,4 +8,4 @@ const api = {
 
 export type ZipApi = typeof api;
 
-serve(api);
+serve<ZipApi>(api);

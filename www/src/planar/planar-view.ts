@@ -24,9 +24,9 @@ import { shared } from '../components/theme.js';
 import type { PlanarFiles } from '../datasets/spatial-files.js';
 import { fetchDataset, fetchSample } from '../datasets/remote.js';
 import type { EngineFacts, FrameResult, IterationRecord, PlanarPoint, Settings, Snapshot } from '../engine/protocol.js';
-import type { GivenFiles } from '../evaluate/evaluate-view.js';
+import type { GivenFiles } from '../components/run-view.js';
 import { download, EXPORTS, type ExportItem, makeExport } from '../export/exports.js';
-import { Session } from '../session.js';
+import { Session } from './session.js';
 import { baseName, plural } from '../views/format.js';
 import { frameColumns } from '../views/frame-columns.js';
 import { frameRows } from '../views/frame-rows.js';
@@ -34,7 +34,7 @@ import { headlineFigures } from '../views/headline.js';
 import type { MapMarks } from '../views/map-painter.js';
 import { type OccupancyPicture, occupancyPicture } from '../views/occupancy.js';
 import { framePalette, type Rgb } from '../views/palette.js';
-import { remember } from '../views/remember.js';
+import { memoizeLast } from '../views/memoize-last.js';
 import { ownerOf, rememberSettings, settingsToBegin } from '../views/settings-link.js';
 
 type Tab = 'why' | 'settings' | 'table' | 'figures';
@@ -85,13 +85,13 @@ export class ScanstitchPlanar extends LitElement implements RunView {
   facts: ViewFacts = NO_FACTS;
 
   private session = new Session(this);
-  private colorsOf = remember(framePalette);
-  private namesOf = remember((frames: readonly FrameResult[]) => frames.map(({ name }) => name));
-  private statusesOf = remember((frames: readonly FrameResult[]) => frames.map(({ status }) => status));
-  private rowsOf = remember(frameRows);
-  private columnsOf = remember(frameColumns);
-  private figuresOf = remember(headlineFigures);
-  private marksOf = remember(mapMarks);
+  private colorsOf = memoizeLast(framePalette);
+  private namesOf = memoizeLast((frames: readonly FrameResult[]) => frames.map(({ name }) => name));
+  private statusesOf = memoizeLast((frames: readonly FrameResult[]) => frames.map(({ status }) => status));
+  private rowsOf = memoizeLast(frameRows);
+  private columnsOf = memoizeLast(frameColumns);
+  private figuresOf = memoizeLast(headlineFigures);
+  private marksOf = memoizeLast(mapMarks);
   private shown_generation = 0;
   private announced_snapshot: unknown = null;
   private pairs_made_of: readonly unknown[] = [];
@@ -102,7 +102,7 @@ export class ScanstitchPlanar extends LitElement implements RunView {
     this.session.beginWith((facts) => this.initialSettings(facts));
     if (this.session.dataset) return;
     if (this.src === 'none') this.session.clear();
-    else this.session.openGiven(this.src === '' ? fetchSample() : fetchDataset(this.src));
+    else void this.session.openGiven(this.src === '' ? fetchSample() : fetchDataset(this.src));
   }
 
   override disconnectedCallback(): void {
@@ -116,7 +116,7 @@ export class ScanstitchPlanar extends LitElement implements RunView {
   }
 
   openSample(): void {
-    this.session.openGiven(fetchSample());
+    void this.session.openGiven(fetchSample());
   }
 
   clear(): void {
@@ -166,7 +166,7 @@ export class ScanstitchPlanar extends LitElement implements RunView {
     }
     if (this.selected !== null && this.selected >= count) this.selected = null;
     if (!TABS[this.layout].includes(this.tab)) this.tab = TABS[this.layout][0] ?? this.tab;
-    this.fetchPairs();
+    void this.fetchPairs();
     this.fetchOccupancy();
   }
 

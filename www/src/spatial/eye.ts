@@ -1,5 +1,5 @@
 /** Where the eye is, and the flight on which it is. */
-import { between, type Orbit, STRAIGHT_DOWN } from './orbit.js';
+import { between, type Orbit, STRAIGHT_DOWN } from '../views/orbit.js';
 
 const FIRST_VIEW: Orbit = {
   target: [0, 0, -2],

@@ -2,18 +2,8 @@
  * How the map is laid before the eye. The world of the estimate is the first camera: x right, y down, z forward, and
  * that camera may have looked down a little. The picture's world has y up and the floor level.
  */
-import { added, cross, dot, type Mat3, normalized, transformed, type Vec3 } from './vectors.js';
-
-export interface MapPoints {
-  /** x y z x y z ..., world, m. */
-  positions: Float32Array;
-  /** red green blue ... */
-  colors: Uint8Array;
-  /** Unit vectors, a unit being `NORMAL_UNIT`; zero where unknown. */
-  normals: Int16Array;
-  /** Frame that saw each point first. */
-  frames: Uint32Array;
-}
+import type { MapPoints } from '../engine/spatial-protocol.js';
+import { added, cross, dot, type Mat3, normalized, transformed, type Vec3 } from '../views/vectors.js';
 
 export const NO_POINTS: MapPoints = {
   positions: new Float32Array(),
@@ -26,7 +16,7 @@ export const NO_POINTS: MapPoints = {
 const CONES = [0.82, 0.94, 0.985];
 /** At least this share of the sampled normals must stand upright for a vote to count. */
 const MIN_SHARE = 0.08;
-/** Length of a normal. */
+/** Length of a normal of `MapPoints`. */
 export const NORMAL_UNIT = 32_767;
 
 /** Up in the world of the first camera, or of the first cloud of a laser that stands upright. */

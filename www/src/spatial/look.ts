@@ -1,6 +1,6 @@
 /** How the map in space is painted, in the page's two themes. */
 import { frameColor, type Rgb } from '../views/palette.js';
-import { remember } from '../views/remember.js';
+import { memoizeLast } from '../views/memoize-last.js';
 import type { Heights } from './leveling.js';
 import type { ColorMode } from './point-cloud.js';
 import type { LayerName, SceneColors, SceneLook } from './scene.js';
@@ -25,7 +25,9 @@ const ON_DARK: SceneColors = {
 const sceneColors = (dark: boolean): SceneColors => (dark ? ON_DARK : ON_LIGHT);
 
 /** From low to high, from the first to the last: the colours of the timeline. */
-export const ramp = remember((dark: boolean): Rgb[] => Array.from({ length: 64 }, (_, i) => frameColor(i / 63, dark)));
+export const ramp = memoizeLast((dark: boolean): Rgb[] =>
+  Array.from({ length: 64 }, (_, i) => frameColor(i / 63, dark)),
+);
 
 export const COLOR_MODES: readonly { mode: ColorMode; label: string }[] = [
   { mode: 'image', label: 'Image' },

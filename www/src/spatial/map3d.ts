@@ -8,7 +8,8 @@ import { Gestures, type GestureTarget } from '../views/gestures.js';
 import { belongsToPage, type KeyedMap, PAN_STEP, pressKey, ZOOM_STEP } from '../views/map-keys.js';
 import { Eye } from './eye.js';
 import { Graphics, type GraphicsUser } from './graphics.js';
-import { type MapPoints, NO_POINTS } from './leveling.js';
+import type { MapPoints } from '../engine/spatial-protocol.js';
+import { NO_POINTS } from './leveling.js';
 import { chosenMode, chosenSection, FIRST_CHOICES, type LookChoices, sceneLook } from './look.js';
 import { graphicsNotice, layers, ownButtons, readout, sectionSlider } from './map3d-controls.js';
 import { map3d_styles } from './map3d-styles.js';
@@ -23,7 +24,7 @@ import {
   type Size,
   STRAIGHT_DOWN,
   zoomedAt,
-} from './orbit.js';
+} from '../views/orbit.js';
 import type { Camera, Pose } from './poses.js';
 import type { MapScene, SceneLook } from './scene.js';
 import { leveled, NO_SURVEY, openSamples, positions, type Survey, straightened } from './survey.js';

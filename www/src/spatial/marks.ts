@@ -15,7 +15,7 @@ import { LineMaterial } from 'three/addons/lines/LineMaterial.js';
 import { LineSegments2 } from 'three/addons/lines/LineSegments2.js';
 import { LineSegmentsGeometry } from 'three/addons/lines/LineSegmentsGeometry.js';
 import type { Rgb } from '../views/palette.js';
-import { added, type Mat3, type Vec3 } from './vectors.js';
+import { added, type Mat3, type Vec3 } from '../views/vectors.js';
 
 /** A line of a width in pixels, over everything, optionally with an outline that sets it off from what is behind. */
 export class Lines {

@@ -14,8 +14,8 @@ import {
   Vector3,
 } from 'three';
 import type { Rgb } from '../views/palette.js';
-import type { MapPoints } from './leveling.js';
-import type { Vec3 } from './vectors.js';
+import type { MapPoints } from '../engine/spatial-protocol.js';
+import type { Vec3 } from '../views/vectors.js';
 
 export type ColorMode = 'image' | 'height' | 'frame' | 'normal';
 const MODE_NUMBER: Record<ColorMode, number> = { image: 0, height: 1, frame: 2, normal: 3 };

@@ -1,5 +1,5 @@
 /** Poses of the sensor, and what is drawn of them: pieces of lines in the map's world. */
-import { added, turned, type Vec3 } from './vectors.js';
+import { added, turned, type Vec3 } from '../views/vectors.js';
 
 export interface Pose {
   x: number;

@@ -13,12 +13,12 @@ import {
   WebGLRenderer,
 } from 'three';
 import type { Rgb } from '../views/palette.js';
-import type { MapPoints } from './leveling.js';
+import type { MapPoints } from '../engine/spatial-protocol.js';
 import { FloorGrid, Lines, PictureFrame } from './marks.js';
-import { axes, eye, type Orbit, type Size, TAN_HALF_VIEW } from './orbit.js';
+import { axes, eye, type Orbit, type Size, TAN_HALF_VIEW } from '../views/orbit.js';
 import { PointCloud, type PointLook } from './point-cloud.js';
 import { type Camera, corners, frustumSegments, type Pose, pathSegments, positionOf } from './poses.js';
-import type { Mat3, Vec3 } from './vectors.js';
+import type { Mat3, Vec3 } from '../views/vectors.js';
 
 // Colours are given as the screen shows them; nothing is lit.
 ColorManagement.enabled = false;

@@ -4,13 +4,8 @@ import type { Message } from '../components/messages.js';
 import { type SpatialFiles, type StoredFile, understandFiles } from '../datasets/spatial-files.js';
 import { jobsOf } from '../datasets/spatial-jobs.js';
 import type { Problem } from '../engine/protocol.js';
-import {
-  type Readable,
-  SpatialClient,
-  type SpatialInputs,
-  type SpatialJob,
-  type SpatialState,
-} from '../engine/spatial-client.js';
+import type { Readable, SpatialJob } from '../engine/preparer.js';
+import { SpatialClient, type SpatialInputs, type SpatialState } from '../engine/spatial-client.js';
 import type {
   SizedMap,
   SpatialAnswers,

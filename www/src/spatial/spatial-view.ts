@@ -21,16 +21,16 @@ import {
 import { shared } from '../components/theme.js';
 import type { SpatialFiles } from '../datasets/spatial-files.js';
 import type { SpatialFacts, SpatialFrameResult, SpatialResult, SpatialSettings } from '../engine/spatial-protocol.js';
-import type { GivenFiles } from '../evaluate/evaluate-view.js';
+import type { GivenFiles } from '../components/run-view.js';
 import { download } from '../export/exports.js';
 import { baseName, formatLength, plural } from '../views/format.js';
 import { framePalette, type Rgb } from '../views/palette.js';
-import { remember } from '../views/remember.js';
+import { memoizeLast } from '../views/memoize-last.js';
 import { ownerOf, rememberSettings, settingsToBegin } from '../views/settings-link.js';
 import { makeSpatialExport, SPATIAL_EXPORTS } from './exports.js';
 import { FrameImageLoader } from './frame-images.js';
 import { spatialFigures } from './headline.js';
-import type { GivenRecording } from '../strategies/protocol.js';
+import type { GivenRecording } from '../components/run-view.js';
 import type { ScanstitchMap3d, SpatialMarks } from './map3d.js';
 import { trajectoriesToEvaluate } from './to-evaluate.js';
 import { errorCsv, spatialColumns, spatialRows } from './rows.js';
@@ -73,17 +73,17 @@ export class ScanstitchSpatial extends LitElement implements RunView {
 
   private session = new SpatialSession(this);
   private loader = new FrameImageLoader(this, (file) => this.session.depthPicture(file));
-  private colorsOf = remember(framePalette);
-  private namesOf = remember((frames: readonly SpatialFrameResult[]) => frames.map(({ name }) => name));
-  private statusesOf = remember((frames: readonly SpatialFrameResult[]) => frames.map(({ status }) => status));
-  private posesOf = remember((frames: readonly SpatialFrameResult[]) =>
+  private colorsOf = memoizeLast(framePalette);
+  private namesOf = memoizeLast((frames: readonly SpatialFrameResult[]) => frames.map(({ name }) => name));
+  private statusesOf = memoizeLast((frames: readonly SpatialFrameResult[]) => frames.map(({ status }) => status));
+  private posesOf = memoizeLast((frames: readonly SpatialFrameResult[]) =>
     frames.map(({ T_world_sensor }) => T_world_sensor),
   );
-  private rowsOf = remember(spatialRows);
-  private columnsOf = remember(spatialColumns);
-  private figuresOf = remember(spatialFigures);
-  private timingOf = remember((frames: readonly number[], elapsed: number) => ({ frames, elapsed }));
-  private marksOf = remember(
+  private rowsOf = memoizeLast(spatialRows);
+  private columnsOf = memoizeLast(spatialColumns);
+  private figuresOf = memoizeLast(spatialFigures);
+  private timingOf = memoizeLast((frames: readonly number[], elapsed: number) => ({ frames, elapsed }));
+  private marksOf = memoizeLast(
     (
       poses: SpatialMarks['poses'],
       reference: SpatialMarks['reference'],

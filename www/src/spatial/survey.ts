@@ -1,7 +1,8 @@
 /** What is measured of a map before it is shown: how it lies before the eye, how high it is, which way its walls run. */
-import { type Heights, heightsOf, leveling, type MapPoints, sample, straightAzimuth } from './leveling.js';
+import type { MapPoints } from '../engine/spatial-protocol.js';
+import { type Heights, heightsOf, leveling, sample, straightAzimuth } from './leveling.js';
 import { type Pose, positionOf } from './poses.js';
-import { type Mat3, transformed, type Vec3 } from './vectors.js';
+import { type Mat3, transformed, type Vec3 } from '../views/vectors.js';
 
 export interface Survey {
   R_view_map: Mat3;

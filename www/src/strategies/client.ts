@@ -1,18 +1,21 @@
 /** The page's side of a comparison: the worker that places frames, those that prepare them, and what is known so far. */
 import { SpatialRun } from '../../../npm/spatial_run.js';
 import { StrategyRace } from '../../../npm/strategy_race.js';
-import wasm_url from '../../../pkg/scanstitch_bg.wasm?url';
-import { problemOf, type SpatialJob, ThreadPreparer } from '../engine/spatial-client.js';
+import { problemOf, type SpatialJob, ThreadPreparer } from '../engine/preparer.js';
 import type { Problem } from '../engine/protocol.js';
-import { Remote } from '../engine/remote.js';
-import { compile, startWorker } from '../engine/start.js';
-import type { ComparerApi, GivenRecording, StrategyPreset, StrategyResult } from './protocol.js';
-import worker_url from './worker.ts?worker&url';
+import { WorkerDied } from '../engine/remote.js';
+import { WorkerHost } from '../engine/worker-host.js';
+import type { ComparerApi, StrategyPreset, StrategyResult } from './protocol.js';
+import type { GivenRecording } from '../components/run-view.js';
+import worker_url from './strategies-worker.ts?worker&url';
 
 /** Results are asked for at most this often while frames come in, ... */
 const RESULT_INTERVAL_MS = 1500;
 /** ... and take at most this share of the time: they cost more with every frame. */
 const RESULT_SHARE = 0.1;
+
+/** Preparing workers at most. */
+const MAX_PREPARERS = 4;
 
 export interface StrategyListener {
   /** A frame went through all strategies: `done` of `total`. */
@@ -25,8 +28,7 @@ export interface StrategyListener {
 /** One comparison at a time. */
 export class StrategyClient {
   #listener: StrategyListener;
-  #module = compile(wasm_url);
-  #worker: Promise<{ remote: Remote<ComparerApi>; presets: StrategyPreset[] }> | null = null;
+  #host: WorkerHost<ComparerApi>;
   #preparers: ThreadPreparer[] = [];
   #stopping: AbortController | null = null;
   #race: StrategyRace | null = null;
@@ -34,17 +36,22 @@ export class StrategyClient {
 
   constructor(listener: StrategyListener) {
     this.#listener = listener;
+    // The comparison that is running fails, and tells so itself.
+    this.#host = new WorkerHost<ComparerApi>(worker_url, {
+      crashed: () => this.stop(),
+      unavailable: () => this.stop(),
+    });
   }
 
-  async presets(): Promise<readonly StrategyPreset[]> {
-    return (await this.#start()).presets;
+  presets(): Promise<readonly StrategyPreset[]> {
+    return this.#host.start();
   }
 
   /** Runs these strategies over a recording; whether all frames went through. */
   async run(given: GivenRecording, strategies: readonly StrategyPreset[]): Promise<boolean> {
     const stopping = new AbortController();
     this.#stopping = stopping;
-    const { remote } = await this.#start();
+    const remote = this.#host;
     const { jobs, intrinsics, reference, num_recorded } = given.inputs;
     await remote.call(
       'create',
@@ -71,11 +78,12 @@ export class StrategyClient {
     );
     this.#race = race;
     this.#next_results = performance.now() + RESULT_INTERVAL_MS;
-    const run = this.#makeRun(remote, race, jobs.length);
+    const run = this.#makeRun(race, jobs.length);
     // Colours say nothing here, and take time to read.
     run.add(jobs.map((job) => ({ ...job, color: null })));
     const { state } = await run.run(stopping.signal);
-    await this.#tellResults(remote, race);
+    await this.#tellResults(race);
+    if (state === 'done') remote.succeeded();
     return state === 'done';
   }
 
@@ -90,28 +98,24 @@ export class StrategyClient {
 
   dispose(): void {
     this.stop();
-    this.#worker?.then(
-      ({ remote }) => remote.end(),
-      () => undefined,
-    );
-    this.#worker = null;
+    this.#host.dispose();
     for (const preparer of this.#preparers.splice(0)) preparer.end();
   }
 
-  #makeRun(remote: Remote<ComparerApi>, race: StrategyRace, total: number): SpatialRun<SpatialJob> {
+  #makeRun(race: StrategyRace, total: number): SpatialRun<SpatialJob> {
     // One core is left to the strategies, which are being timed.
     const wanted = Math.max(1, (navigator.hardwareConcurrency || 2) - 1);
     while (this.#preparers.length < Math.min(wanted, MAX_PREPARERS)) {
-      this.#preparers.push(new ThreadPreparer(this.#module));
+      this.#preparers.push(new ThreadPreparer());
     }
     let done = 0;
     return new SpatialRun<SpatialJob>({
       preparers: this.#preparers,
       registrar: {
-        begin: async ({ name, file }) => remote.call('begin', name, await file.read()),
+        begin: async ({ name, file }) => this.#host.call('begin', name, await file.read()),
         place: async (bytes) => {
           const progress = await race.place(bytes);
-          if (performance.now() >= this.#next_results) await this.#tellResults(remote, race);
+          if (performance.now() >= this.#next_results) await this.#tellResults(race);
           return progress;
         },
         finish: () => race.finish(),
@@ -123,11 +127,11 @@ export class StrategyClient {
     });
   }
 
-  async #tellResults(remote: Remote<ComparerApi>, race: StrategyRace): Promise<void> {
+  async #tellResults(race: StrategyRace): Promise<void> {
     const start = performance.now();
     const results: StrategyResult[] = [];
     for (const [strategy, times] of race.milliseconds.entries()) {
-      results.push(await remote.call('result', strategy, times));
+      results.push(await this.#host.call('result', strategy, times));
     }
     const cost = performance.now() - start;
     this.#next_results = performance.now() + Math.max(RESULT_INTERVAL_MS, cost / RESULT_SHARE);
@@ -143,19 +147,8 @@ export class StrategyClient {
     try {
       await action();
     } catch (error) {
+      if (error instanceof WorkerDied) throw error;
       this.#listener.problem(problemOf(error, name));
     }
   }
-
-  #start(): Promise<{ remote: Remote<ComparerApi>; presets: StrategyPreset[] }> {
-    this.#worker ??= this.#module.then(async (module) => {
-      const remote = new Remote<ComparerApi>(startWorker(worker_url), () => {
-        this.#worker = null;
-      });
-      return { remote, presets: await remote.call('start', module) };
-    });
-    return this.#worker;
-  }
 }
-
-const MAX_PREPARERS = 4;

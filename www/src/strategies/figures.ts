@@ -1,7 +1,7 @@
 /** The plots that make the argument: what each strategy costs and gains from frame to frame. */
-import { type Colors, drawAxes, type Range, rangeOf, tickWord } from '../evaluate/axes.js';
-import type { Painter } from '../evaluate/figure-view.js';
-import { drawSeries, plotArea, type Series } from '../evaluate/figures.js';
+import { type Colors, drawAxes, type Range, rangeOf, tickWord } from '../views/axes.js';
+import type { Painter } from '../components/figure-view.js';
+import { drawSeries, plotArea, type Series } from '../views/figures.js';
 import type { StrategyResult } from './protocol.js';
 
 /** One strategy, as the figures see it. */

@@ -4,22 +4,13 @@ import type {
   StrategyPreset as EnginePreset,
   StrategyResult,
   StrategySettings as EngineSettings,
-} from '../../../pkg/scanstitch.js';
-import type { SpatialInputs } from '../engine/spatial-client.js';
+} from '../engine/package.js';
 import type { SpatialSettings } from '../engine/spatial-protocol.js';
 
-export type { StrategyFrame, StrategyResult } from '../../../pkg/scanstitch.js';
+export type { StrategyFrame, StrategyResult } from '../engine/package.js';
 
 export type StrategySettings = Required<EngineSettings>;
 export type StrategyPreset = EnginePreset & { settings: StrategySettings };
-
-/** A recording to compare strategies on. */
-export interface GivenRecording {
-  title: string;
-  inputs: SpatialInputs;
-  /** How its frames are read. */
-  settings: Partial<SpatialSettings>;
-}
 
 /** The one worker that holds the maps of all strategies. */
 export interface ComparerApi {

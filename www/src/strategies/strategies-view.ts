@@ -1,24 +1,25 @@
 import { html, LitElement, nothing, type PropertyValues, type TemplateResult } from 'lit';
 import { customElement, property, state } from 'lit/decorators.js';
-import '../evaluate/figure-view.js';
+import '../components/figure-view.js';
 import { cell, type Column, columnsOf, csvOf, markdownOf, type Row } from '../../../npm/strategy_table.js';
 import { icon } from '../components/icons.js';
 import { page_styles, shared, table_styles } from '../components/theme.js';
-import { makeColors } from '../evaluate/colors.js';
-import { ranking_styles, section_styles } from '../evaluate/evaluate-styles.js';
+import { makeColors } from '../views/figure-colors.js';
+import { ranking_styles, section_styles } from '../components/section-styles.js';
 import { download } from '../export/exports.js';
 import { plural } from '../views/format.js';
-import { remember } from '../views/remember.js';
+import { memoizeLast } from '../views/memoize-last.js';
 import { StrategyClient } from './client.js';
 import { type Drawn, FIGURES, type FigureId, makePainter } from './figures.js';
-import type { GivenRecording, StrategyPreset, StrategyResult } from './protocol.js';
+import type { StrategyPreset, StrategyResult } from './protocol.js';
+import type { GivenRecording } from '../components/run-view.js';
 import { strategy_styles } from './styles.js';
 
 type Phase = 'waiting' | 'running' | 'stopped' | 'done' | 'failed';
 
 interface Sort {
   name: string;
-  is_falling: boolean;
+  is_descending: boolean;
 }
 
 /** Columns of which the smallest value is the best one. */
@@ -50,7 +51,7 @@ export class ScanstitchStrategies extends LitElement {
   @state() private said = '';
 
   private client: StrategyClient | null = null;
-  private colorsOf = remember(makeColors);
+  private colorsOf = memoizeLast(makeColors);
   private num_runs = 0;
 
   override disconnectedCallback(): void {
@@ -61,7 +62,7 @@ export class ScanstitchStrategies extends LitElement {
   }
 
   protected override updated(changed: PropertyValues<this>): void {
-    if (changed.has('given') && this.given) this.compare();
+    if (changed.has('given') && this.given) void this.compare();
   }
 
   protected override render(): TemplateResult {
@@ -144,14 +145,14 @@ export class ScanstitchStrategies extends LitElement {
 
   private renderHead({ name, label, unit, about }: Column): TemplateResult {
     const is_sorted = this.sort?.name === name;
-    const order = is_sorted ? (this.sort?.is_falling ? 'descending' : 'ascending') : 'none';
+    const order = is_sorted ? (this.sort?.is_descending ? 'descending' : 'ascending') : 'none';
     const arrow = { descending: ' ▾', ascending: ' ▴', none: '' }[order];
     return html`<th scope="col" aria-sort=${order}>
       <button
         class="quiet"
         title=${about}
         @click=${() => {
-          this.sort = { name, is_falling: is_sorted && !this.sort?.is_falling };
+          this.sort = { name, is_descending: is_sorted && !this.sort?.is_descending };
         }}
       >
         ${unit ? `${label} (${unit})` : label}${arrow}
@@ -333,7 +334,7 @@ export class ScanstitchStrategies extends LitElement {
     const { sort } = this;
     const column = sort && columnsOf(rows).find(({ name }) => name === sort.name);
     if (!column) return rows;
-    const sign = sort.is_falling ? -1 : 1;
+    const sign = sort.is_descending ? -1 : 1;
     const value = ({ result }: Row): number => column.value(result) ?? Number.POSITIVE_INFINITY;
     return rows.sort((a, b) => (value(a) === value(b) ? 0 : sign * (value(a) < value(b) ? -1 : 1)));
   }

@@ -3,10 +3,10 @@
  * would pay for that, and for threads that start. So while the user is still choosing files, a few frames of the sample
  * are computed and thrown away; the threads stay for the recording.
  */
-import { fetchApartment } from '../datasets/apartment.js';
-import { understandFiles } from '../datasets/spatial-files.js';
-import { jobsOf } from '../datasets/spatial-jobs.js';
-import { SpatialClient } from './spatial-client.js';
+import { fetchApartment } from './apartment.js';
+import { understandFiles } from './spatial-files.js';
+import { jobsOf } from './spatial-jobs.js';
+import { SpatialClient } from '../engine/spatial-client.js';
 
 /** Enough for nearly all that is much used; more frames would hardly find more. */
 const NUM_FRAMES = 16;

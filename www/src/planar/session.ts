@@ -1,8 +1,8 @@
 import type { ReactiveController, ReactiveControllerHost } from 'lit';
-import type { Message } from './components/messages.js';
-import { combine, type Dataset, type Note, takeIn } from './datasets/dataset.js';
-import type { NamedFile } from './datasets/gather.js';
-import { EngineClient } from './engine/client.js';
+import type { Message } from '../components/messages.js';
+import { combine, type Dataset, type Note, takeIn } from '../datasets/dataset.js';
+import type { NamedFile } from '../datasets/gather.js';
+import { PlanarClient } from '../engine/planar-client.js';
 import type {
   Answers,
   EngineFacts,
@@ -13,10 +13,10 @@ import type {
   RunState,
   Settings,
   Snapshot,
-} from './engine/protocol.js';
-import { formatLength, plural } from './views/format.js';
-import { lookDirection } from './views/look-direction.js';
-import { groupByFrame, NO_POINTS, type PointSet } from './views/point-layer.js';
+} from '../engine/protocol.js';
+import { formatLength, plural } from '../views/format.js';
+import { lookDirection } from '../views/look-direction.js';
+import { groupByFrame, NO_POINTS, type PointSet } from '../views/point-layer.js';
 
 /** What the page is doing. */
 export type Phase = 'starting' | 'empty' | 'reading' | 'running' | 'stopped' | 'done' | 'crashed' | 'unavailable';
@@ -51,7 +51,7 @@ export class Session implements ReactiveController {
   requested_at = 0;
 
   #host: ReactiveControllerHost;
-  #client: EngineClient | null = null;
+  #client: PlanarClient | null = null;
   /** Settings as text, applied once the engine has told which settings there are. */
   #initial_settings: (facts: EngineFacts) => Settings = ({ presets }) => firstSettings(presets);
   #candidate: Dataset | null = null;
@@ -65,7 +65,7 @@ export class Session implements ReactiveController {
   }
 
   hostConnected(): void {
-    this.#client ??= new EngineClient({
+    this.#client ??= new PlanarClient({
       ready: (facts) => this.#onReady(facts),
       reading: (file, done, total) => this.#onReading(file, done, total),
       loaded: (inputs, accepted, problems) => this.#onLoaded(inputs, accepted, problems),

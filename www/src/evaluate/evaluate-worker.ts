@@ -1,30 +1,34 @@
 /** The thread of comparisons: reads trajectories, keeps them, compares them. */
-import { evaluate, relation_errors, Trajectory } from '../../../pkg/scanstitch.js';
-import type { Answer, Comparison, Part, Question, RelationErrors, Told, TrajectoryFile } from './protocol.js';
-import { attempt, serve } from './serve.js';
+import { evaluate, init, relation_errors, Trajectory } from '../engine/package.js';
+import type { Result, Comparison, Part, Query, RelationErrors, Command, TrajectoryFile, QueryApi } from './protocol.js';
+import { attempt, serve, transferred } from '../engine/serve.js';
 
 const files = new Map<number, TrajectoryFile>();
 /** Trajectories by their file, read once, whatever is asked of them; and the file of times that they were given. */
 const known = new Map<number, { trajectory: Trajectory; times: string | null }>();
 
-serve<Told, Question, Answer>(
-  ({ add, remove }) => {
+serve<QueryApi<Command, Query, Result>>({
+  async start(module) {
+    await init({ module_or_path: module });
+  },
+  tell({ add, remove }) {
     for (const file of add) files.set(file.id, file);
     for (const id of remove) {
       files.delete(id);
       forget(id);
     }
   },
-  (question) => {
-    const answer = compareAll(question);
-    const arrays = answer.comparisons.flatMap((comparison) => Object.values(comparison));
-    return { answer, transfer: arrays.flatMap((array) => (ArrayBuffer.isView(array) ? [array.buffer] : [])) };
+  ask(query) {
+    const result = compareAll(query);
+    const arrays = result.comparisons.flatMap((comparison) => Object.values(comparison));
+    const buffers = arrays.flatMap((array) => (ArrayBuffer.isView(array) ? [array.buffer as ArrayBuffer] : []));
+    return transferred(result, buffers);
   },
-);
+});
 
-function compareAll(question: Question): Answer {
+function compareAll(question: Query): Result {
   const start = performance.now();
-  const answer: Answer = {
+  const answer: Result = {
     comparisons: [],
     refusals: [],
     reference_problem: null,
@@ -51,7 +55,7 @@ function compareAll(question: Question): Answer {
 function compare(
   truth: Trajectory,
   id: number,
-  question: Question,
+  question: Query,
 ): { comparison: Comparison; relations_problem: string | null } {
   const estimate = read(id, question.times);
   const evaluation = evaluate(truth, estimate, question.options);
@@ -78,7 +82,7 @@ function compare(
   }
 }
 
-function relate(estimate: Trajectory, { relations, loops_only, options }: Question): RelationErrors | null {
+function relate(estimate: Trajectory, { relations, loops_only, options }: Query): RelationErrors | null {
   if (!relations) return null;
   return relation_errors(estimate, relations.bytes, relations.name, options.max_diff ?? 0.01, loops_only);
 }

@@ -9,9 +9,9 @@ import {
   type TemplateResult,
 } from 'lit';
 import { customElement, property, query } from 'lit/decorators.js';
-import { shared } from '../components/theme.js';
-import type { Size } from './figures.js';
-import { CanvasPen, type Pen } from './pen.js';
+import { shared } from './theme.js';
+import type { Size } from '../views/figures.js';
+import { CanvasPen, type Pen } from '../views/pen.js';
 
 /** Draws on a surface of this size. */
 export type Painter = (pen: Pen, size: Size) => void;

@@ -3,7 +3,7 @@ import { css, html, LitElement, nothing, type TemplateResult } from 'lit';
 import { customElement, property, state } from 'lit/decorators.js';
 import type { ListedBag } from '../../../npm/bag/bag_recordings.js';
 import { type Choice, type Role, ROLES, SOURCES, type TopicFacts, type Wishes } from '../../../npm/bag/topics.js';
-import { shared } from '../components/theme.js';
+import { shared } from './theme.js';
 import { plural } from '../views/format.js';
 
 export type { Wishes };

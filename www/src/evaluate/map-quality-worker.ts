@@ -1,34 +1,37 @@
 /** The thread that judges maps without any truth. Its figures take seconds: comparisons go on meanwhile. */
-import { FrameClouds, map_quality, PointCloud, Trajectory } from '../../../pkg/scanstitch.js';
-import type { FrameQuality, MapAnswer, MapQuality, MapQuestion, Part, TrajectoryFile } from './protocol.js';
-import { attempt, serve } from './serve.js';
+import { FrameClouds, init, map_quality, PointCloud, Trajectory } from '../engine/package.js';
+import type { FrameQuality, MapResult, MapQuality, MapQuery, Part, TrajectoryFile, QueryApi } from './protocol.js';
+import { attempt, serve } from '../engine/serve.js';
 
-serve<never, MapQuestion, MapAnswer>(
-  () => undefined,
-  ({ maps, frames, trajectories }) => {
+serve<QueryApi<never, MapQuery, MapResult>>({
+  async start(module) {
+    await init({ module_or_path: module });
+  },
+  tell: () => undefined,
+  ask({ maps, frames, trajectories }) {
     const start = performance.now();
-    const answer: MapAnswer = { maps: [], placed: [], refusals: [], elapsed_ms: 0 };
+    const result: MapResult = { maps: [], placed: [], refusals: [], elapsed_ms: 0 };
     const take = <T>(name: string, judge: () => T): { name: string; quality: T }[] => {
       const found = attempt(judge);
       if ('value' in found) return [{ name, quality: found.value }];
-      answer.refusals.push({ name, problem: found.problem });
+      result.refusals.push({ name, problem: found.problem });
       return [];
     };
-    answer.maps = maps.flatMap((map) => take(map.name, () => judgeMap(map)));
+    result.maps = maps.flatMap((map) => take(map.name, () => judgeMap(map)));
     if (frames.length > 0) {
       const clouds = new FrameClouds();
       try {
         const kept = attempt(() => addAll(clouds, frames));
-        if ('problem' in kept) answer.refusals.push({ name: 'The frames', problem: kept.problem });
-        else answer.placed = trajectories.flatMap((file) => take(file.name, () => judgeFrames(clouds, file)));
+        if ('problem' in kept) result.refusals.push({ name: 'The frames', problem: kept.problem });
+        else result.placed = trajectories.flatMap((file) => take(file.name, () => judgeFrames(clouds, file)));
       } finally {
         clouds.free();
       }
     }
-    answer.elapsed_ms = performance.now() - start;
-    return { answer, transfer: [] };
+    result.elapsed_ms = performance.now() - start;
+    return result;
   },
-);
+});
 
 function judgeMap({ name, bytes }: Part): MapQuality {
   return withCloud(name, bytes, (cloud) => map_quality(cloud));

@@ -1,19 +1,17 @@
 /** The thread that places every frame by each strategy in turn: one after the other, so that the clock is fair. */
-import init, { strategy_presets, StrategyComparison } from '../../../pkg/scanstitch.js';
+import { init, strategy_presets, StrategyComparison } from '../engine/package.js';
 import { timed } from '../../../npm/strategy_race.js';
-import { serve } from '../engine/serve.js';
+import { nothingLoaded, serve, type Served } from '../engine/serve.js';
 import type { ComparerApi, StrategyPreset } from './protocol.js';
-
-type Async<T> = { [K in keyof T]: T[K] extends (...args: infer A) => infer R ? (...args: A) => R | Promise<R> : never };
 
 let comparison: StrategyComparison | null = null;
 
 function engine(): StrategyComparison {
-  if (!comparison) throw Object.assign(new Error('Nothing is loaded.'), { name: 'ScanstitchError' });
+  if (!comparison) throw nothingLoaded();
   return comparison;
 }
 
-const api: Async<ComparerApi> = {
+const api: Served<ComparerApi> = {
   async start(module): Promise<StrategyPreset[]> {
     await init({ module_or_path: module });
     return strategy_presets() as StrategyPreset[];
@@ -33,4 +31,4 @@ const api: Async<ComparerApi> = {
   result: (strategy, milliseconds) => engine().result(strategy, Float64Array.from(milliseconds)),
 };
 
-serve(api);
+serve<ComparerApi>(api);

@@ -1,5 +1,6 @@
-/** The thread of the bird's-eye view. The only module here that imports the engine. */
-import init, {
+/** The thread of the bird's-eye view. */
+import {
+  init,
   BevImage,
   BirdsEyeView,
   bev_in_axes,
@@ -10,8 +11,9 @@ import init, {
   read_bev_points,
   read_bev_scene,
   version,
-} from '../../../pkg/scanstitch.js';
-import type { Answer, BevScene, Call, Calls, FromWorker, Question, ToWorker } from './protocol.js';
+} from '../engine/package.js';
+import { emit, isInputError, reportCrash, serve } from '../engine/serve.js';
+import type { BevApi, BevScene, Projection, Query, Strip } from './protocol.js';
 
 /** A strip of the warp takes a few milliseconds, so that questions asked meanwhile need not wait. */
 const PIXELS_OF_A_STRIP = 200_000;
@@ -22,19 +24,13 @@ let image: BevImage | null = null;
 let generation = 0;
 let view: { scene: string; view: BirdsEyeView } | null = null;
 
-const ready = new Promise<WebAssembly.Module>((resolve) => {
-  self.onmessage = ({ data }: MessageEvent<ToWorker>): void => {
-    if (data.type === 'start') resolve(data.module);
-    else started.then(() => handle(data)).catch(crash);
-  };
-});
-const started = ready.then((module) => init({ module_or_path: module }));
-started.catch(crash);
-
-const HANDLERS: { [K in Call]: (given: Calls[K][0]) => Calls[K][1] } = {
-  about: () => ({ version: version(), presets: bev_presets() }),
+serve<BevApi>({
+  async start(module) {
+    await init({ module_or_path: module });
+    return { version: version(), presets: bev_presets() };
+  },
   project,
-  follow: ({ scene, from, pixel }) => {
+  follow({ scene, from, pixel }) {
     const [point] = viewOf(scene).points(Float64Array.from(pixel), from);
     if (!point) throw new Error('The engine followed no pixel.');
     return point;
@@ -46,34 +42,18 @@ const HANDLERS: { [K in Call]: (given: Calls[K][0]) => Calls[K][1] } = {
   points_csv: ({ scene, marked, whole }) => viewOf(scene).points_csv(marked, 'top', whole),
   read_scene: ({ name, bytes }) => read_bev_scene(bytes, name),
   read_points: ({ name, bytes }) => read_bev_points(bytes, name, 'top'),
-  check_image: ({ scene, role, width, height }) => {
-    check_bev_image(scene, role, width, height);
-    return null;
-  },
-  keep_image: (rgba) => {
+  check_image: ({ scene, role, width, height }) => check_bev_image(scene, role, width, height),
+  keep_image(rgba) {
     image?.free();
     image = rgba ? new BevImage(rgba) : null;
-    return null;
   },
-};
+  warp(of, scene) {
+    generation = of;
+    warpFrom(0, scene, of);
+  },
+});
 
-function handle(message: Exclude<ToWorker, { type: 'start' }>): void {
-  if (message.type === 'warp') {
-    generation = message.generation;
-    warpFrom(0, message.scene, message.generation);
-    return;
-  }
-  const { id, call, given } = message;
-  try {
-    const handler = HANDLERS[call] as (given: unknown) => unknown;
-    post({ type: 'answer', id, answer: handler(given) });
-  } catch (error) {
-    if (!(error instanceof Error && error.name === 'ScanstitchError')) throw error;
-    post({ type: 'refused', id, message: error.message });
-  }
-}
-
-function project({ scene, marked, region, lines, pair_tops, whole }: Question): Answer {
+function project({ scene, marked, region, lines, pair_tops, whole }: Query): Projection {
   const view = viewOf(scene);
   const { width, height } = scene.top;
   const [right, bottom] = [width - 0.5, height - 0.5];
@@ -81,7 +61,7 @@ function project({ scene, marked, region, lines, pair_tops, whole }: Question): 
   const max_depth = DEPTH_FOR_HEIGHT * Math.max(Math.abs(top.height), Math.abs(front.height));
   return {
     points: view.points(marked, 'top'),
-    told: view.points(marked, 'top', whole),
+    reported: view.points(marked, 'top', whole),
     region: region.length > 0 ? view.polygon(region, 'top') : null,
     lines: view.segments(lines, 'top'),
     pair_points: view.points(pair_tops, 'top'),
@@ -109,29 +89,21 @@ function warpFrom(first_row: number, scene: BevScene, of: number): void {
   try {
     rgba = image.warp_rows(viewOf(scene), first_row, num_rows);
   } catch (error) {
-    if (error instanceof Error && error.name === 'ScanstitchError') return; // told by `project` and `check_image`
+    if (isInputError(error)) return; // told by `project` and `check_image`
     throw error;
   }
   const is_last = first_row + num_rows >= height;
   const clamped = new Uint8ClampedArray(rgba.buffer as ArrayBuffer, rgba.byteOffset, rgba.length);
-  const strip = { generation: of, first_row, num_rows, width, rgba: clamped, is_last };
-  post({ type: 'strip', strip }, [clamped.buffer]);
+  const strip: Strip = { generation: of, first_row, num_rows, width, rgba: clamped, is_last };
+  emit(strip, [clamped.buffer]);
   // A task of its own, so that messages come in between.
-  if (!is_last) setTimeout(() => attempt(() => warpFrom(first_row + num_rows, scene, of)));
+  if (!is_last) setTimeout(() => warpNext(first_row + num_rows, scene, of));
 }
 
-function attempt(action: () => void): void {
+function warpNext(first_row: number, scene: BevScene, of: number): void {
   try {
-    action();
+    warpFrom(first_row, scene, of);
   } catch (error) {
-    crash(error);
+    reportCrash(error);
   }
-}
-
-function crash(error: unknown): void {
-  post({ type: 'crashed', message: error instanceof Error ? error.message : String(error) });
-}
-
-function post(message: FromWorker, transfer: Transferable[] = []): void {
-  self.postMessage(message, { transfer });
 }

@@ -1,15 +1,17 @@
 /**
- * The engine's thread, and the only module that imports the engine. It works in slices of a few milliseconds and reads
- * its messages between them, so a stop is obeyed and a question answered while a long input is computed.
+ * The thread of planar scans. It works in slices of a few milliseconds and reads its messages between them, so a stop is
+ * obeyed and a question answered while a long input is computed.
  */
-import init, { describe_settings, is_laser_log, presets, Reconstruction, version } from '../../../pkg/scanstitch.js';
+import { init, describe_settings, is_laser_log, presets, Reconstruction, version } from './package.js';
 import type {
   Answers,
   EngineFacts,
-  FromWorker,
   Grid,
   InputFile,
   Inputs,
+  Loaded,
+  PlanarApi,
+  PlanarEvent,
   Preset,
   Problem,
   Progress,
@@ -18,8 +20,8 @@ import type {
   Settings,
   Snapshot,
   Timing,
-  ToWorker,
 } from './protocol.js';
+import { emit, isInputError, nothingLoaded, reportCrash, serve, type Served } from './serve.js';
 
 /** The page is answered at least this often, unless one step takes longer. */
 const SLICE_MS = 15;
@@ -39,29 +41,20 @@ let current_run = 0;
 let is_running = false;
 let is_reading = false;
 
-self.onmessage = ({ data }: MessageEvent<ToWorker>): void => {
-  handle(data).catch(crash);
+const api: Served<PlanarApi> = {
+  async start(module) {
+    await init({ module_or_path: module });
+    return engineFacts();
+  },
+  load,
+  configure,
+  stop,
+  resume(run) {
+    current_run = run;
+    computeLater(run);
+  },
+  ask: <K extends keyof Answers>(kind: K, frame: number) => answer(kind, frame) as Answers[K],
 };
-
-async function handle(message: ToWorker): Promise<void> {
-  switch (message.type) {
-    case 'start':
-      await init({ module_or_path: message.module });
-      post({ type: 'ready', facts: engineFacts() });
-      return;
-    case 'load':
-      return load(message.run, message.inputs, message.settings, message.hold);
-    case 'configure':
-      return configure(message.run, message.settings);
-    case 'stop':
-      return stop();
-    case 'resume':
-      current_run = message.run;
-      return compute(message.run);
-    case 'ask':
-      return answer(message.id, message.kind, message.frame);
-  }
-}
 
 function engineFacts(): EngineFacts {
   return {
@@ -75,7 +68,7 @@ function engineFacts(): EngineFacts {
  * Reads the files into a new reconstruction. One with at least one scan replaces the present one; otherwise the
  * present one stays, and so does what the page shows. With `hold` nothing is computed yet.
  */
-async function load(run: number, inputs: Inputs, settings: Partial<Settings>, hold: boolean): Promise<void> {
+async function load(run: number, inputs: Inputs, settings: Partial<Settings>, hold: boolean): Promise<Loaded | null> {
   current_run = run;
   is_running = false;
   is_reading = true;
@@ -92,7 +85,10 @@ async function load(run: number, inputs: Inputs, settings: Partial<Settings>, ho
     load_ms += performance.now() - start;
     if (performance.now() - slice_start > SLICE_MS) {
       await otherMessages();
-      if (current_run !== run) return next.free();
+      if (current_run !== run) {
+        next.free();
+        return null;
+      }
       if (!is_reading) {
         const problem = `Reading was stopped after ${index + 1} of ${inputs.scans.length} scans`;
         problems.push({ file: '', place: null, problem, remedy: '' });
@@ -112,12 +108,15 @@ async function load(run: number, inputs: Inputs, settings: Partial<Settings>, ho
   give(inputs.reference, (name, bytes) => next.set_reference(name, bytes));
   give(inputs.odometry, (name, bytes) => next.set_odometry(name, bytes));
   is_reading = false;
-  post({ type: 'loaded', run, accepted, refused, problems });
-  if (accepted.length === 0) return next.free();
-  reconstruction?.free();
-  reconstruction = next;
-  timing = { load: load_ms, frames: [], joint: 0, total: load_ms };
-  if (!hold) await compute(run);
+  if (accepted.length === 0) {
+    next.free();
+  } else {
+    reconstruction?.free();
+    reconstruction = next;
+    timing = { load: load_ms, frames: [], joint: 0, total: load_ms };
+    if (!hold) computeLater(run);
+  }
+  return { accepted, refused, problems };
 }
 
 /** A file is one scan, or a log of many. */
@@ -132,23 +131,25 @@ function addScans(engine: Reconstruction, { name, bytes }: InputFile, problems: 
   }
 }
 
-async function configure(run: number, settings: Partial<Settings>): Promise<void> {
+function configure(run: number, settings: Partial<Settings>): void {
   if (!reconstruction) return;
   current_run = run;
   is_running = false;
-  try {
-    reconstruction.set_settings(settings);
-  } catch (error) {
-    post({ type: 'rejected', run, problem: toProblem(error, '') });
-    return;
-  }
+  reconstruction.set_settings(settings);
   timing = { load: timing.load, frames: timing.frames.map(() => 0), joint: 0, total: timing.load };
-  await compute(run);
+  computeLater(run);
+}
+
+/** Computes once the order has been answered. */
+function computeLater(run: number): void {
+  otherMessages()
+    .then(() => compute(run))
+    .catch(reportCrash);
 }
 
 /** Steps until all is done, or stopped, or overtaken; sends the growing map now and then and the whole one at the end. */
 async function compute(run: number): Promise<void> {
-  if (!reconstruction) return;
+  if (!reconstruction || current_run !== run) return;
   is_running = true;
   let next_progress = performance.now();
   let next_snapshot = performance.now() + SNAPSHOT_INTERVAL_MS;
@@ -205,20 +206,11 @@ function sendSnapshot(run: number, state: RunState): void {
   post({ type: 'snapshot', run, state, snapshot }, [snapshot.map_points.buffer, snapshot.map_frames.buffer]);
 }
 
-function answer(id: number, kind: keyof Answers, frame: number): void {
-  try {
-    if (!reconstruction) throw new Error('No scans are loaded.');
-    const value =
-      kind === 'correspondences'
-        ? reconstruction.correspondences(frame)
-        : kind === 'occupancy_grid'
-          ? occupancyGrid(reconstruction)
-          : reconstruction[kind]();
-    post({ type: 'answer', id, value });
-  } catch (error) {
-    if (isFatal(error)) throw error;
-    post({ type: 'refused', id, message: error instanceof Error ? error.message : String(error) });
-  }
+function answer(kind: keyof Answers, frame: number): Answers[keyof Answers] {
+  if (!reconstruction) throw nothingLoaded();
+  if (kind === 'correspondences') return reconstruction.correspondences(frame);
+  if (kind === 'occupancy_grid') return occupancyGrid(reconstruction);
+  return reconstruction[kind]();
 }
 
 function occupancyGrid(engine: Reconstruction): Grid {
@@ -236,15 +228,10 @@ function attempt(problems: Problem[], file: string, action: () => void): boolean
     action();
     return true;
   } catch (error) {
-    if (isFatal(error)) throw error;
+    if (!isInputError(error)) throw error;
     problems.push(toProblem(error, file));
     return false;
   }
-}
-
-/** Anything but the engine's own error leaves it in an unknown state: the worker must be replaced. */
-function isFatal(error: unknown): boolean {
-  return !(error instanceof Error && error.name === 'ScanstitchError');
 }
 
 function toProblem(error: unknown, file: string): Problem {
@@ -252,25 +239,20 @@ function toProblem(error: unknown, file: string): Problem {
   return { file: named || file, place: place ?? null, problem: problem || message, remedy: remedy ?? '' };
 }
 
-function crash(error: unknown): void {
-  is_running = false;
-  is_reading = false;
-  current_run = -1;
-  post({ type: 'crashed', message: error instanceof Error ? error.message : String(error) });
-}
-
-function post(message: FromWorker, transfer: Transferable[] = []): void {
-  self.postMessage(message, { transfer });
+function post(event: PlanarEvent, transfer: Transferable[] = []): void {
+  emit(event, transfer);
 }
 
 const channel = new MessageChannel();
-let wake: () => void = () => undefined;
-channel.port1.onmessage = () => wake();
+const waiting: (() => void)[] = [];
+channel.port1.onmessage = () => waiting.shift()?.();
 
 /** Lets the messages that wait be handled first: a task of our own behind them, without the delay of a timer. */
 function otherMessages(): Promise<void> {
   return new Promise((resolve) => {
-    wake = resolve;
+    waiting.push(resolve);
     channel.port2.postMessage(null);
   });
 }
+
+serve<PlanarApi>(api);

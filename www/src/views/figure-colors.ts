@@ -1,5 +1,5 @@
 /** Colours of the figures, on the screen and on paper. */
-import { cssColor, frameColor } from '../views/palette.js';
+import { cssColor, frameColor } from './palette.js';
 import type { Colors } from './axes.js';
 
 export const RAMP_STEPS = 32;

@@ -1,0 +1,123 @@
+/** Styles of boxes with a heading and of tables, which several views share. */
+import { css } from 'lit';
+
+/** Of every box with a heading. */
+export const section_styles = css`
+  section {
+    position: relative;
+    display: flex;
+    flex-direction: column;
+    min-width: 0;
+    border: 1px solid var(--line);
+    border-radius: var(--radius);
+    background: var(--surface);
+  }
+  section > header {
+    display: flex;
+    flex-wrap: wrap;
+    align-items: center;
+    gap: 4px 10px;
+    min-height: 40px;
+    padding: 4px 6px 0 12px;
+  }
+  header .muted {
+    font-size: 12px;
+  }
+  .save {
+    display: flex;
+    margin-left: auto;
+  }
+  .save button,
+  .looks button {
+    min-height: 28px;
+    padding: 0 8px;
+    color: var(--muted);
+    font-size: 12px;
+  }
+  .looks {
+    display: flex;
+  }
+  .looks button.icon {
+    width: 28px;
+    padding: 0;
+  }
+  .looks button[aria-pressed='true'] {
+    background: var(--accent-soft);
+    color: var(--accent);
+  }
+`;
+
+/** Of tables of figures: with `table_styles`. */
+export const ranking_styles = css`
+  :host {
+    display: block;
+  }
+  .scroll {
+    /* Also for words that are only heard: they stand inside the table. */
+    position: relative;
+    overflow-x: auto;
+  }
+  th,
+  td {
+    padding: 3px 8px;
+    white-space: nowrap;
+  }
+  thead th {
+    border-top: 0;
+    color: var(--muted);
+    font-size: 12px;
+    font-weight: 600;
+  }
+  tbody th {
+    font-weight: inherit;
+  }
+  th button {
+    min-height: 26px;
+    padding: 0 2px;
+    font-weight: 600;
+  }
+  .name {
+    text-align: left;
+  }
+  td.name button {
+    color: var(--text);
+    text-decoration: none;
+  }
+  td.name i {
+    flex: none;
+    width: 10px;
+    height: 10px;
+    border-radius: 50%;
+  }
+  .ranking tbody tr:not(.refused) {
+    cursor: pointer;
+  }
+  .ranking tbody tr:not(.refused):hover {
+    background: var(--sunken);
+  }
+  tbody tr.selected {
+    background: var(--accent-soft);
+  }
+  tr.selected .name button {
+    font-weight: 650;
+  }
+  td.why {
+    color: var(--doubtful);
+    text-align: left;
+    white-space: normal;
+    min-width: 260px;
+  }
+  td.why svg {
+    display: inline;
+    margin-right: 6px;
+    vertical-align: -2px;
+  }
+  p {
+    padding: 4px 12px 10px;
+  }
+  p.problem {
+    display: flex;
+    gap: 8px;
+    color: var(--doubtful);
+  }
+`;

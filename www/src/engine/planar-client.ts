@@ -1,0 +1,194 @@
+/**
+ * The page's side of the worker of planar scans. It keeps the bytes of every input, so that a worker that takes the place
+ * of one that crashed holds the same scans.
+ */
+import planar_url from './planar-worker.ts?worker&url';
+import type {
+  Answers,
+  EngineFacts,
+  InputFile,
+  Inputs,
+  Loaded,
+  PlanarApi,
+  PlanarEvent,
+  Problem,
+  Progress,
+  RunState,
+  Settings,
+  Snapshot,
+} from './protocol.js';
+import { EngineProblem, WorkerDied } from './remote.js';
+import { WorkerHost } from './worker-host.js';
+
+export interface PlanarListener {
+  ready(facts: EngineFacts): void;
+  reading(file: string, done: number, total: number): void;
+  /** `accepted` empty: nothing could be read, and what was there before is still there. */
+  loaded(inputs: Inputs, accepted: readonly string[], problems: readonly Problem[]): void;
+  progress(progress: Progress): void;
+  snapshot(state: RunState, snapshot: Snapshot): void;
+  /** A setting the engine does not take. */
+  rejected(problem: Problem): void;
+  /** The worker died; a new one is starting with the same inputs. */
+  crashed(message: string): void;
+  /** The engine cannot be started, or is not started again. */
+  unavailable(message: string): void;
+}
+
+/** A worker that has not obeyed a stop after this long is taken for stuck and replaced. */
+const STOP_PATIENCE_MS = 4000;
+
+export class PlanarClient {
+  #listener: PlanarListener;
+  #host: WorkerHost<PlanarApi, PlanarEvent>;
+  #run = 0;
+  #settings: Partial<Settings> = {};
+  /** What the worker holds, and what it is being asked to hold instead. */
+  #inputs: Inputs | null = null;
+  #candidate: Inputs | null = null;
+  /** The file being read, to know the culprit of a crash. */
+  #reading: string | null = null;
+  #stop_timer: ReturnType<typeof setTimeout> | undefined;
+
+  constructor(listener: PlanarListener) {
+    this.#listener = listener;
+    this.#host = new WorkerHost<PlanarApi, PlanarEvent>(planar_url, {
+      event: (event) => this.#onEvent(event),
+      crashed: (message) => this.#onCrash(message),
+      unavailable: (message) => {
+        clearTimeout(this.#stop_timer);
+        listener.unavailable(message);
+      },
+    });
+    this.#start();
+  }
+
+  /** Reads `inputs` and computes. */
+  load(inputs: Inputs, settings: Partial<Settings>): void {
+    this.#candidate = inputs;
+    this.#settings = settings;
+    this.#load(inputs, false);
+  }
+
+  /** Computes again with other settings. */
+  configure(settings: Partial<Settings>): void {
+    this.#settings = settings;
+    this.#order(this.#host.call('configure', ++this.#run, settings));
+  }
+
+  /** Stops computing; what has been computed arrives as a snapshot. */
+  stop(): void {
+    this.#order(this.#host.call('stop'));
+    clearTimeout(this.#stop_timer);
+    this.#stop_timer = setTimeout(() => this.#host.kill('It did not react to the stop.'), STOP_PATIENCE_MS);
+  }
+
+  /** Goes on where it was stopped, or computes for the first time what was only read. */
+  resume(): void {
+    this.#order(this.#host.call('resume', ++this.#run));
+  }
+
+  /** `frame` matters for `correspondences` alone. */
+  ask<K extends keyof Answers>(kind: K, frame = 0): Promise<Answers[K]> {
+    return this.#host.call('ask', kind, frame) as Promise<Answers[K]>;
+  }
+
+  dispose(): void {
+    clearTimeout(this.#stop_timer);
+    this.#host.dispose();
+  }
+
+  #start(): void {
+    this.#host.start().then(
+      (facts) => this.#listener.ready(facts),
+      () => undefined, // told as `unavailable`
+    );
+  }
+
+  #load(inputs: Inputs, hold: boolean): void {
+    const run = ++this.#run;
+    this.#order(
+      this.#host.call('load', run, inputs, this.#settings, hold).then((loaded) => {
+        if (loaded && run === this.#run) this.#onLoaded(loaded);
+      }),
+    );
+  }
+
+  /** Sees to an order that fails; a worker that died has been told already. */
+  #order(done: Promise<void>): void {
+    const run = this.#run;
+    done.catch((error: unknown) => {
+      if (error instanceof WorkerDied || run !== this.#run) return;
+      if (error instanceof EngineProblem) this.#listener.rejected(error.problem);
+      else this.#host.kill(error instanceof Error ? error.message : String(error));
+    });
+  }
+
+  #onEvent(event: PlanarEvent): void {
+    if (event.run !== this.#run) return;
+    if (event.type === 'reading') {
+      this.#reading = event.file;
+      this.#listener.reading(event.file, event.done, event.total);
+    } else if (event.type === 'progress') {
+      this.#listener.progress(event.progress);
+    } else {
+      if (event.state !== 'running') clearTimeout(this.#stop_timer);
+      if (event.state === 'done') this.#host.succeeded();
+      this.#listener.snapshot(event.state, event.snapshot);
+    }
+  }
+
+  #onLoaded({ accepted, refused, problems }: Loaded): void {
+    clearTimeout(this.#stop_timer);
+    this.#reading = null;
+    const candidate = this.#candidate;
+    this.#candidate = null;
+    if (!candidate) return; // read again after a crash: nothing is new
+    const names = new Set(accepted);
+    const kept: Inputs = {
+      scans: candidate.scans.filter(({ name }) => names.has(name)),
+      reference: unlessNamed(candidate.reference, refused),
+      odometry: unlessNamed(candidate.odometry, refused),
+    };
+    if (accepted.length > 0) this.#inputs = kept;
+    this.#listener.loaded(kept, accepted, problems);
+  }
+
+  /**
+   * Reads the inputs again in a new worker. A file it died on is left out; when it died otherwise, nothing is computed until
+   * the user asks for it.
+   */
+  #onCrash(message: string): void {
+    clearTimeout(this.#stop_timer);
+    const culprit = this.#reading;
+    this.#reading = null;
+    this.#start();
+    if (this.#candidate && culprit !== null) {
+      this.#host.succeeded(); // the file is to blame, not the engine
+      this.#listener.rejected({
+        file: culprit,
+        place: null,
+        problem: `The engine crashed while reading this file (${message})`,
+        remedy: 'It was left out; export it again',
+      });
+      this.load(withoutFile(this.#candidate, culprit), this.#settings);
+    } else if (this.#candidate) {
+      this.load(this.#candidate, this.#settings);
+    } else {
+      this.#listener.crashed(message);
+      if (this.#inputs) this.#load(this.#inputs, true);
+    }
+  }
+}
+
+function withoutFile({ scans, reference, odometry }: Inputs, name: string): Inputs {
+  return {
+    scans: scans.filter((scan) => scan.name !== name),
+    reference: unlessNamed(reference, [name]),
+    odometry: unlessNamed(odometry, [name]),
+  };
+}
+
+function unlessNamed(file: InputFile | null, names: readonly string[]): InputFile | null {
+  return file && names.includes(file.name) ? null : file;
+}

@@ -1,0 +1,131 @@
+/** One frame of a recording in space, and the threads that decode and prepare such frames. */
+import { giveBack, owned } from '../../../npm/buffers.js';
+import preparer_url from './preparer-worker.ts?worker&url';
+import type { Problem } from './protocol.js';
+import { EngineProblem, WorkerDied } from './remote.js';
+import type { ColorFile, DepthColors, PreparerApi } from './spatial-protocol.js';
+import { WorkerHost } from './worker-host.js';
+
+/** A file that can be read whenever it is needed, and is not held in memory meanwhile. */
+export interface Readable {
+  path: string;
+  read(): Promise<Uint8Array>;
+}
+
+/** One frame of the recording. */
+export interface SpatialJob {
+  index: number;
+  name: string;
+  time: number | null;
+  /** Depth image or cloud. */
+  file: Readable;
+  color: Readable | null;
+  is_cloud: boolean;
+}
+
+/** A worker that has had a frame for so long is taken for dead: one that is ended from outside says nothing. */
+const PATIENCE_MS = 20_000;
+/** Buffers of frames that have been registered, for those to come. */
+const spare_prepared: Uint8Array[] = [];
+/** As many as may be on their way at a time. */
+const MOST_SPARE = 8;
+
+/** Keeps the buffer of a frame that has been registered, for one to come. */
+export function keepSpare(bytes: Uint8Array): void {
+  if (spare_prepared.length < MOST_SPARE) spare_prepared.push(bytes);
+}
+
+/** One thread that prepares frames; where it dies, another takes its place. */
+export class ThreadPreparer {
+  #host = new WorkerHost<PreparerApi>(preparer_url, {
+    // The frame is to blame: it is left out when it has done so twice (npm/spatial_run.js).
+    crashed: (message) => {
+      this.#host.succeeded();
+      this.#died_idle = this.#is_busy ? null : message;
+    },
+    unavailable: () => undefined, // told by `replace`
+  });
+
+  #is_busy = false;
+  /** Why the thread died between two frames: the next frame is told. */
+  #died_idle: string | null = null;
+
+  async prepare(
+    job: SpatialJob,
+    preparation: string,
+    signal: AbortSignal,
+  ): Promise<{ bytes: Uint8Array; milliseconds: Record<string, number> }> {
+    const { index, name, time, file, color, is_cloud } = job;
+    // The thread gets them for its own; should it die, they are read again.
+    const read = async (from: Readable): Promise<Uint8Array> => owned(await from.read());
+    const readColors = async (from: Readable): Promise<ColorFile> => {
+      const { path } = from;
+      return read(from).then(
+        (bytes) => ({ path, bytes, problem: null }),
+        (error: unknown) => ({ path, bytes: null, problem: textOf(error, path) }),
+      );
+    };
+    const [bytes, colors] = await Promise.all([read(file), color && readColors(color)]);
+    // No thread is started for a run that has ended meanwhile.
+    signal.throwIfAborted();
+    const spare = spare_prepared.pop() ?? null;
+    const buffers = [bytes, colors?.bytes, spare].flatMap((given) => (given ? [given.buffer] : []));
+    const start = performance.now();
+    const { prepared, spent, spent_color } = await this.#patiently(() =>
+      is_cloud
+        ? this.#host.give('prepareCloud', buffers, preparation, name, index, time, bytes, spare)
+        : this.#host.give('prepareFrame', buffers, preparation, name, index, time, bytes, colors, spare),
+    );
+    for (const read of [spent, spent_color]) if (read) giveBack(read);
+    return { bytes: prepared, milliseconds: { prepare: performance.now() - start } };
+  }
+
+  async depthPicture(file: Readable, colors: Uint32Array): Promise<DepthColors> {
+    const bytes = owned(await file.read());
+    return this.#patiently(() => this.#host.give('depthPicture', [bytes.buffer], file.path, bytes, colors));
+  }
+
+  /** Starts another thread; rejects where none can be started. */
+  async replace(): Promise<void> {
+    await this.#host.start();
+  }
+
+  end(): void {
+    this.#host.dispose();
+  }
+
+  /** As `end`, but the thread is kept for the next client. */
+  retire(): void {
+    this.#host.retire();
+  }
+
+  async #patiently<R>(call: () => Promise<R>): Promise<R> {
+    const died = this.#died_idle;
+    this.#died_idle = null;
+    if (died !== null) throw new WorkerDied(died);
+    await this.#host.start();
+    const timer = setTimeout(() => this.#host.kill('it did not answer'), PATIENCE_MS);
+    this.#is_busy = true;
+    try {
+      return await call();
+    } finally {
+      clearTimeout(timer);
+      this.#is_busy = false;
+    }
+  }
+}
+
+export function problemOf(error: unknown, file: string): Problem {
+  if (error instanceof EngineProblem) return { ...error.problem, file: error.problem.file || file };
+  const { place = null, problem = messageOf(error), remedy = '' } = error as Partial<Problem>;
+  return { file: (error as Partial<Problem>).file || file, place, problem, remedy };
+}
+
+/** What went wrong with a file, which is named. */
+function textOf(error: unknown, file: string): string {
+  return (error as Partial<Problem>).file ? messageOf(error) : `${file}: ${messageOf(error)}`;
+}
+
+export function messageOf(error: unknown): string {
+  return error instanceof Error ? error.message : String(error);
+}

@@ -1,0 +1,141 @@
+/**
+ * One worker after the other, each with the engine started in it, and what is done when one dies; the same for all views.
+ * A worker that dies is told, and the calls that waited for it fail; another one starts with the next call. An engine that
+ * cannot be fetched, or the third worker that dies with no work finished in between, ends it: nothing is started any more.
+ */
+import { type Arguments, Remote, type Result, WorkerDied } from './remote.js';
+import { compileEngine, keepWorker, startWorker } from './start.js';
+
+/** So many crashes with no finished work in between end it. */
+export const MAX_CRASHES = 3;
+
+/** Every worker's first call, with the compiled engine; what it returns is what the engine tells of itself. */
+export interface Startable {
+  start(module: WebAssembly.Module): unknown;
+}
+
+export interface HostHooks<Event> {
+  event?(event: Event): void;
+  /** The worker died; the next call starts another. `num_crashes`: with no finished work in between. */
+  crashed(message: string, num_crashes: number): void;
+  /** In a sentence: the engine cannot be started, or it crashed `MAX_CRASHES` times. Every further call fails. */
+  unavailable(message: string): void;
+}
+
+interface Running<Api extends Startable, Event> {
+  remote: Remote<Api, Event>;
+  facts: Result<Api['start']>;
+}
+
+export class WorkerHost<Api extends Startable, Event = never> {
+  #worker_url: string;
+  #hooks: HostHooks<Event>;
+  #running: Promise<Running<Api, Event>> | null = null;
+  /** Also while it is still starting. */
+  #remote: Remote<Api, Event> | null = null;
+  #num_crashes = 0;
+  /** Why no worker is started any more. */
+  #end: string | null = null;
+
+  constructor(worker_url: string, hooks: HostHooks<Event>) {
+    this.#worker_url = worker_url;
+    this.#hooks = hooks;
+  }
+
+  get has_ended(): boolean {
+    return this.#end !== null;
+  }
+
+  /** Starts a worker where none runs; what the engine tells of itself. */
+  async start(): Promise<Result<Api['start']>> {
+    return (await this.#run()).facts;
+  }
+
+  async call<K extends keyof Api & string>(method: K, ...args: Arguments<Api[K]>): Promise<Result<Api[K]>> {
+    return (await this.#run()).remote.call(method, ...args);
+  }
+
+  /** As `call`, with buffers that are given away. */
+  async give<K extends keyof Api & string>(
+    method: K,
+    transfer: Transferable[],
+    ...args: Arguments<Api[K]>
+  ): Promise<Result<Api[K]>> {
+    return (await this.#run()).remote.give(method, transfer, ...args);
+  }
+
+  /** Work was finished: the crashes before it no longer count. */
+  succeeded(): void {
+    this.#num_crashes = 0;
+  }
+
+  /** Ends a worker that is stuck, as one that died. */
+  kill(message: string): void {
+    this.#remote?.kill(message);
+  }
+
+  /** Ends it for good, on purpose: nobody is told. */
+  dispose(message = 'the page was closed'): void {
+    this.#end ??= message;
+    this.#running = null;
+    this.#remote?.end(message);
+    this.#remote = null;
+  }
+
+  /** As `dispose`, but the worker is kept for whoever starts the next one of this script. */
+  retire(): void {
+    const worker = this.#remote?.release();
+    if (worker) keepWorker(this.#worker_url, worker);
+    this.dispose();
+  }
+
+  #run(): Promise<Running<Api, Event>> {
+    if (this.#end !== null) return Promise.reject(new WorkerDied(this.#end));
+    this.#running ??= this.#begin();
+    return this.#running;
+  }
+
+  /** Starts a worker. Nothing is lost with one that dies meanwhile: the next one is tried, as often as crashes are borne. */
+  async #begin(): Promise<Running<Api, Event>> {
+    for (;;) {
+      try {
+        return await this.#startOne(await compileEngine());
+      } catch (error) {
+        const is_crash = error instanceof WorkerDied && this.#end === null;
+        if (is_crash && ++this.#num_crashes < MAX_CRASHES) continue;
+        this.#giveUp(`The engine could not be started: ${error instanceof Error ? error.message : String(error)}`);
+        throw error;
+      }
+    }
+  }
+
+  async #startOne(module: WebAssembly.Module): Promise<Running<Api, Event>> {
+    if (this.#end !== null) throw new WorkerDied(this.#end);
+    let is_started = false;
+    const remote = new Remote<Api, Event>(startWorker(this.#worker_url), {
+      event: (event) => this.#hooks.event?.(event),
+      died: (message) => {
+        if (this.#remote === remote && is_started) this.#onCrash(message);
+      },
+    });
+    this.#remote = remote;
+    const facts = await remote.call('start', ...([module] as unknown as Arguments<Api['start']>));
+    is_started = true;
+    return { remote, facts: facts as Result<Api['start']> };
+  }
+
+  #onCrash(message: string): void {
+    this.#running = null;
+    this.#remote = null;
+    this.#num_crashes++;
+    if (this.#num_crashes >= MAX_CRASHES)
+      this.#giveUp(`The engine crashed ${MAX_CRASHES} times and is not started again: ${message}`);
+    else this.#hooks.crashed(message, this.#num_crashes);
+  }
+
+  #giveUp(message: string): void {
+    if (this.#end !== null) return;
+    this.dispose(message);
+    this.#hooks.unavailable(message);
+  }
+}
