@@ -18,12 +18,12 @@ use scanstitch::camera::Pinhole;
 use scanstitch::camera::bev::BevScene;
 use scanstitch::geometry::{Pose3, RigidMotion};
 use scanstitch::io::{depth_png, trajectory};
-use scanstitch::scene::apartment::walk::{in_homework_axes, level_pose};
-use scanstitch::scene::apartment::{Apartment, CLEARANCE, Tour, WalkOptions};
-use scanstitch::scene::random::Random;
-use scanstitch::scene::samples;
-use scanstitch::scene::space::DepthSensor;
-use scanstitch::spatial_settings::{Quantisation, SpatialSettings};
+use scanstitch::pipeline::spatial_settings::{Quantisation, SpatialSettings};
+use scanstitch_scene::apartment::walk::{in_homework_axes, level_pose};
+use scanstitch_scene::apartment::{Apartment, CLEARANCE, Tour, WalkOptions};
+use scanstitch_scene::random::Random;
+use scanstitch_scene::samples;
+use scanstitch_scene::space::DepthSensor;
 
 const APARTMENT: &str = "www/samples/apartment";
 const BEV: &str = "www/samples/bev";

@@ -6,12 +6,13 @@ use std::path::Path;
 
 use glam::{DVec3, Vec3};
 use nalgebra::{Isometry3, Matrix3, Matrix6, Rotation3, SMatrix, Translation3, UnitQuaternion, Vector3, Vector6};
-use scanstitch::cloud_odometry::{
-    CloudEstimate, CloudMethod, CloudOdometry, CloudOptions, GlobalRegistrationUse, PreparedCloud,
-};
-use scanstitch::cloud_registration::{CloudMetric, RegistrationOptions, register_clouds};
 use scanstitch::geometry::{PointCloud, Pose3, RigidMotion};
 use scanstitch::io::{depth_png, ply, trajectory};
+use scanstitch::odometry::assessment::Status;
+use scanstitch::odometry::cloud::{
+    CloudEstimate, CloudMethod, CloudOdometry, CloudOptions, GlobalRegistrationUse, PreparedCloud,
+};
+use scanstitch::registration::align::{CloudMetric, RegistrationOptions, register_clouds};
 use scanstitch::registration::factors::{Correspondence, Metric, PLANE_THICKNESS, PlaneToPlane};
 use scanstitch::registration::icp::{Criteria, IcpOptions, Rejection, Weighting, register};
 use scanstitch::registration::robust_kernel::RobustKernel;
@@ -19,8 +20,7 @@ use scanstitch::registration::solver::{Motion, Solver};
 use scanstitch::registration::spatial::{SpatialMetric, register_in_space};
 use scanstitch::registration::target::{LastSearch, OrientedTarget, Target};
 use scanstitch::registration::voxelized::{GaussianVoxels, PlaneToVoxel};
-use scanstitch::scene::random::Random;
-use scanstitch::verdict::Status;
+use scanstitch_scene::random::Random;
 
 fn is_there(folder: &str) -> bool {
     let there = Path::new(folder).is_dir();

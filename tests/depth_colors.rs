@@ -4,14 +4,14 @@
 use std::path::Path;
 
 use nalgebra::{UnitQuaternion, Vector3};
-use scanstitch::depth_odometry::DepthOdometry;
 use scanstitch::geometry::Pose3;
 use scanstitch::io::{color_image, trajectory};
-use scanstitch::prepared_frame::{ColorFile, FrameLabel, Preparation, PreparedFrame, Surfaces};
-use scanstitch::report::Stage;
-use scanstitch::spatial_reconstruction::SpatialReconstruction;
-use scanstitch::spatial_settings::{ColorUse, SpatialSettings};
-use scanstitch::verdict::Status;
+use scanstitch::odometry::assessment::Status;
+use scanstitch::odometry::depth::DepthOdometry;
+use scanstitch::pipeline::prepared_frame::{ColorFile, FrameLabel, Preparation, PreparedFrame, Surfaces};
+use scanstitch::pipeline::report::Stage;
+use scanstitch::pipeline::spatial::SpatialReconstruction;
+use scanstitch::pipeline::spatial_settings::{ColorUse, SpatialSettings};
 
 /// Depth images, colour images as pixmaps, and where they were taken.
 struct Recording {

@@ -6,13 +6,13 @@ use std::path::Path;
 
 use glam::{DVec3, Vec3};
 use nalgebra::{Isometry3, Matrix3, Point3, Rotation3, Translation3, UnitQuaternion, Vector3};
-use scanstitch::cloud_odometry::{CloudOptions, PreparedCloud};
-use scanstitch::cloud_registration::{CloudMetric, RegistrationInit, RegistrationOptions, register_clouds};
 use scanstitch::geometry::{PointCloud, Pose3};
 use scanstitch::io::{depth_png, ply};
+use scanstitch::odometry::cloud::{CloudOptions, PreparedCloud};
+use scanstitch::registration::align::{CloudMetric, RegistrationInit, RegistrationOptions, register_clouds};
 use scanstitch::registration::global::{DescribedCloud, GlobalMethod, GlobalRegistration, register_globally};
-use scanstitch::scene::random::Random;
 use scanstitch::search::Neighbourhood;
+use scanstitch_scene::random::Random;
 
 const KITTI: &str = "../shared/data/lidar/kitti_pair";
 const ROOMS: &str = "../shared/data/rgbd";

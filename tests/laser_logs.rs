@@ -6,7 +6,7 @@ use std::fs;
 
 use scanstitch::geometry::RigidMotion;
 use scanstitch::io::laser_log::{Bearings, is_laser_log, read};
-use scanstitch::scene::random::Random;
+use scanstitch_scene::random::Random;
 
 fn shared(path: &str) -> Option<Vec<u8>> {
     let path = format!("../shared/data/laser/{path}");

@@ -3,15 +3,15 @@
 #![allow(non_snake_case)]
 
 use scanstitch::camera::Pinhole;
-use scanstitch::depth_odometry::{DepthOptions, LoneFrame, Search};
 use scanstitch::geometry::Pose3;
-use scanstitch::prepared_surfels::PreparedSurfels;
+use scanstitch::odometry::assessment::Status;
+use scanstitch::odometry::depth::{DepthOptions, LoneFrame, Search};
 use scanstitch::preprocess::depth_surfels::{DepthModel, depth_surfels};
 use scanstitch::preprocess::wrap_around::usable_pixels;
-use scanstitch::scene::apartment::{Apartment, WalkOptions};
-use scanstitch::scene::random::Random;
-use scanstitch::scene::space::DepthSensor;
-use scanstitch::verdict::Status;
+use scanstitch::registration::prepared_surfels::PreparedSurfels;
+use scanstitch_scene::apartment::{Apartment, WalkOptions};
+use scanstitch_scene::random::Random;
+use scanstitch_scene::space::DepthSensor;
 
 /// Frames of a flat at poses of its walk, and those poses.
 fn frames(seed: u64, chosen: &[usize]) -> Vec<(PreparedSurfels, Pose3)> {

@@ -10,14 +10,14 @@ use scanstitch::geometry::{Pose2, Pose3};
 use scanstitch::io::laser_log::{self, LaserLog};
 use scanstitch::io::relations::{self, Relation};
 use scanstitch::io::trajectory::{self, Trajectory, in_space};
-use scanstitch::reconstruction::Reconstruction;
-use scanstitch::report::Stage;
-use scanstitch::scene::drive::{Drive, DriveOptions};
-use scanstitch::scene::laser::Laser;
-use scanstitch::scene::office::{OfficeOptions, generate};
-use scanstitch::scene::recording::PlanarRecording;
-use scanstitch::settings::{OdometrySource, Settings};
-use scanstitch::verdict::Status;
+use scanstitch::odometry::assessment::Status;
+use scanstitch::pipeline::planar::Reconstruction;
+use scanstitch::pipeline::report::Stage;
+use scanstitch::pipeline::settings::{OdometrySource, Settings};
+use scanstitch_scene::drive::{Drive, DriveOptions};
+use scanstitch_scene::laser::Laser;
+use scanstitch_scene::office::{OfficeOptions, generate};
+use scanstitch_scene::recording::PlanarRecording;
 
 fn run(log: &LaserLog, odometry: Option<Trajectory>, settings: Settings) -> Reconstruction {
     let mut reconstruction = Reconstruction::new(settings).unwrap();
@@ -69,7 +69,7 @@ fn the_freiburg_log_closes_its_loops_with_odometry_and_without() {
         let result = reconstruction.result();
         let comparison = result.comparison.unwrap();
         assert!(comparison.name.contains("log") && comparison.mean < 0.08, "{} {}", comparison.name, comparison.mean);
-        let wrong = |(frame, error): (&scanstitch::report::FrameResult, &Option<f64>)| {
+        let wrong = |(frame, error): (&scanstitch::pipeline::report::FrameResult, &Option<f64>)| {
             error.is_some_and(|error| error > 0.5) && frame.status == Status::Good
         };
         assert!(!result.frames.iter().zip(&comparison.errors).any(wrong), "a wrong scan is called good");

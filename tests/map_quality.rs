@@ -13,7 +13,7 @@ use scanstitch::io::{depth_png, trajectory};
 use scanstitch::preprocess::depth_cloud::depth_cloud;
 use scanstitch::preprocess::depth_surfels::DepthModel;
 use scanstitch::preprocess::wrap_around::usable_pixels;
-use scanstitch::scene::random::Random;
+use scanstitch_scene::random::Random;
 
 /// Standard deviation of the shaking along each axis (m).
 const SHAKES: [f64; 4] = [0.0, 0.01, 0.02, 0.05];

@@ -3,7 +3,7 @@
 
 use nalgebra::{Vector3, Vector6};
 use scanstitch::geometry::{Pose3, RigidMotion};
-use scanstitch::pose_graph::{Node, PoseGraph, edges_between};
+use scanstitch::graph::joint_scan_registration::{Node, PoseGraph, edges_between};
 use scanstitch::registration::factors::PointToPlane;
 use scanstitch::registration::icp::{Criteria, IcpOptions, Rejection, Source, Weighting};
 use scanstitch::registration::robust_kernel::RobustKernel;

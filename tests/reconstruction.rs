@@ -7,12 +7,12 @@ use glam::Vec3;
 use nalgebra::Vector2;
 use scanstitch::geometry::{PointCloud, Pose2, RigidMotion};
 use scanstitch::io::{ply, trajectory};
-use scanstitch::reconstruction::Reconstruction;
-use scanstitch::report::{ReconstructionResult, Stage};
-use scanstitch::scene::corridor::{CorridorOptions, generate};
-use scanstitch::scene::office;
-use scanstitch::settings::{Settings, Strategy, presets};
-use scanstitch::verdict::Status;
+use scanstitch::odometry::assessment::Status;
+use scanstitch::pipeline::planar::Reconstruction;
+use scanstitch::pipeline::report::{ReconstructionResult, Stage};
+use scanstitch::pipeline::settings::{Settings, Strategy, presets};
+use scanstitch_scene::corridor::{CorridorOptions, generate};
+use scanstitch_scene::office;
 
 /// Positions that MATLAB's `pcregistericp` gives for the ten real scans (m).
 const MATLAB: [[f64; 2]; 10] = [
@@ -46,7 +46,7 @@ fn run(reconstruction: &mut Reconstruction) -> ReconstructionResult {
 }
 
 fn distances(result: &ReconstructionResult, reference: impl Iterator<Item = Vector2<f64>>) -> Vec<f64> {
-    let position = |pose: &scanstitch::report::PlanarPose| Vector2::new(pose.x, pose.y);
+    let position = |pose: &scanstitch::pipeline::report::PlanarPose| Vector2::new(pose.x, pose.y);
     result.frames.iter().zip(reference).map(|(frame, truth)| (position(&frame.T_world_sensor) - truth).norm()).collect()
 }
 
@@ -96,7 +96,7 @@ fn generated_scans_are_placed_within_millimetres_for_every_seed() {
         let recording = generate(&CorridorOptions { seed, ..CorridorOptions::default() });
         let result = run(&mut reconstruction_of(recording.scans.iter().map(|s| cloud(s)), Settings::default()));
         let errors = distances(&result, recording.T_world_sensor.iter().map(|T| T.translation.vector));
-        let turned = |(frame, T): (&scanstitch::report::FrameResult, &Pose2)| {
+        let turned = |(frame, T): (&scanstitch::pipeline::report::FrameResult, &Pose2)| {
             (Pose2::rotation(frame.T_world_sensor.theta).inverse() * T).rotation_angle()
         };
         let heading = result.frames.iter().zip(&recording.T_world_sensor).map(turned).fold(0.0, f64::max);

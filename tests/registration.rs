@@ -5,9 +5,9 @@
 use std::fs;
 
 use nalgebra::{SVector, Vector2, Vector3, Vector6};
-use scanstitch::cloud_registration::{CloudMetric, RegistrationOptions, register_clouds};
 use scanstitch::geometry::{PointCloud, Pose2, Pose3, RigidMotion};
 use scanstitch::preprocess::planar_scan::PlanarScan;
+use scanstitch::registration::align::{CloudMetric, RegistrationOptions, register_clouds};
 use scanstitch::registration::factors::{Correspondence, Metric, PointToPlane, PointToPoint, best_rigid_motion};
 use scanstitch::registration::icp::{Criteria, IcpOptions, Rejection, Source, Weighting, register};
 use scanstitch::registration::robust_kernel::RobustKernel;

@@ -6,11 +6,11 @@ use std::fs;
 use nalgebra::Vector2;
 use scanstitch::geometry::RigidMotion;
 use scanstitch::io::{ply, trajectory};
-use scanstitch::scene::corridor::{CorridorOptions, MAX_TURN, MIN_CLEARANCE, STEP, generate};
-use scanstitch::scene::laser::Laser;
-use scanstitch::scene::office::{self, OfficeOptions};
-use scanstitch::scene::random::Random;
-use scanstitch::scene::recording::PlanarRecording;
+use scanstitch_scene::corridor::{CorridorOptions, MAX_TURN, MIN_CLEARANCE, STEP, generate};
+use scanstitch_scene::laser::Laser;
+use scanstitch_scene::office::{self, OfficeOptions};
+use scanstitch_scene::random::Random;
+use scanstitch_scene::recording::PlanarRecording;
 
 const SAMPLES: &str = "www/samples/corridor";
 

@@ -1,7 +1,7 @@
 //! Every search against brute force, to the last bit, on random and on degenerate clouds.
 
 use glam::Vec3;
-use scanstitch::search::{KdTree, Neighbor, ReachGrid};
+use scanstitch::search::{KdTree, Neighbor, RadiusGrid};
 
 /// Uniform numbers from a constant seed (xorshift64*).
 struct Random(u64);
@@ -245,7 +245,7 @@ fn a_grid_of_reach_answers_as_brute_force_does() {
         let tree = KdTree::build(points);
         let positions: Vec<Vec3> = points.iter().map(|&p| Vec3::from(p)).collect();
         for distance in [0.02, 0.05, 0.3, 10.0, 0.0, -1.0, f32::NAN] {
-            let grid = ReachGrid::new(&positions, &tree, distance);
+            let grid = RadiusGrid::new(&positions, &tree, distance);
             grids += usize::from(grid.has_cells());
             let near =
                 points.iter().flat_map(|&p| [-1.0, -0.8, 0.0, 0.5, 0.999, 1.001].map(|k| p.map(|x| x + k * distance)));

@@ -3,16 +3,16 @@
 
 use nalgebra::Vector6;
 use scanstitch::camera::{DepthImage, Pinhole};
-use scanstitch::depth_odometry::SpatialEstimate;
 use scanstitch::geometry::{Pose3, RigidMotion};
-use scanstitch::prepared_frame::{FrameLabel, Preparation, PreparedFrame, Surfaces};
-use scanstitch::prepared_surfels::PreparedSurfels;
-use scanstitch::scene::random::Random;
-use scanstitch::scene::ring::Ring;
-use scanstitch::scene::space::DepthSensor;
-use scanstitch::spatial_loops::SpatialLoops;
-use scanstitch::spatial_settings::SpatialSettings;
-use scanstitch::verdict::Verdict;
+use scanstitch::graph::loops::spatial::SpatialLoops;
+use scanstitch::odometry::assessment::Verdict;
+use scanstitch::odometry::depth::SpatialEstimate;
+use scanstitch::pipeline::prepared_frame::{FrameLabel, Preparation, PreparedFrame, Surfaces};
+use scanstitch::pipeline::spatial_settings::SpatialSettings;
+use scanstitch::registration::prepared_surfels::PreparedSurfels;
+use scanstitch_scene::random::Random;
+use scanstitch_scene::ring::Ring;
+use scanstitch_scene::space::DepthSensor;
 
 const SIDE: usize = 192;
 

@@ -8,14 +8,15 @@ use glam::Vec3;
 use nalgebra::{Isometry3, Point3, Vector3};
 use scanstitch::geometry::PointCloud;
 use scanstitch::io::trajectory;
-use scanstitch::prepared_frame::{FrameLabel, PreparedFrame};
-use scanstitch::scene::random::Random;
-use scanstitch::spatial_settings::SpatialSettings;
-use scanstitch::strategies::{
-    AddedPoints, KeptPoint, MapKind, Stages, StrategyComparison, StrategyMetric, StrategyMotion, StrategyOdometry,
-    StrategyResult, StrategySettings, ThresholdKind, strategy_presets,
+use scanstitch::odometry::assessment::Status;
+use scanstitch::odometry::voxel::{
+    AddedPoints, KeptPoint, MapKind, Stages, StrategyMetric, StrategyMotion, StrategyOdometry, StrategySettings,
+    ThresholdKind,
 };
-use scanstitch::verdict::Status;
+use scanstitch::pipeline::prepared_frame::{FrameLabel, PreparedFrame};
+use scanstitch::pipeline::spatial_settings::SpatialSettings;
+use scanstitch::pipeline::strategies::{StrategyComparison, StrategyResult, strategy_presets};
+use scanstitch_scene::random::Random;
 
 const SAMPLE: &str = "www/samples/apartment";
 const SECOND_FLOOR: &str = "../shared/data/rgbd/apartment_second_floor";
@@ -122,7 +123,7 @@ fn the_same_points_moved_are_found_again() {
         for map in [MapKind::Whole, MapKind::Voxels] {
             for motion in [StrategyMotion::Free, StrategyMotion::Planar] {
                 let settings = StrategySettings { metric, map, motion, max_iterations: 200, ..fine.clone() };
-                let mut odometry = StrategyOdometry::new(settings).unwrap();
+                let mut odometry = StrategyOdometry::new(settings);
                 odometry.register_frame(&seen_from(&Isometry3::identity()));
                 let estimate = odometry.register_frame(&seen_from(&T_world_second));
                 let off = T_world_second.inverse() * estimate.T_world_sensor;

@@ -10,9 +10,9 @@ use std::time::Instant;
 
 use glam::Vec3;
 use nalgebra::{UnitQuaternion, Vector3};
-use scanstitch::cloud_odometry::{CloudMethod, CloudOdometry, CloudOptions, PreparedCloud};
 use scanstitch::geometry::{PointCloud, Pose3};
 use scanstitch::io::{depth_png, trajectory};
+use scanstitch::odometry::cloud::{CloudMethod, CloudOdometry, CloudOptions, PreparedCloud};
 use scanstitch::registration::global::GlobalMethod;
 use scanstitch::registration::spatial::SpatialMetric;
 

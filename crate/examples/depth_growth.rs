@@ -9,10 +9,10 @@ mod recordings;
 use std::time::Instant;
 
 use recordings::{Choice, Recording};
-use scanstitch::prepared_frame::{ColorFile, FrameLabel, PreparedFrame};
-use scanstitch::report::Stage;
-use scanstitch::spatial_reconstruction::SpatialReconstruction;
-use scanstitch::spatial_settings::{ColorUse, LoopClosing, SpatialSettings};
+use scanstitch::pipeline::prepared_frame::{ColorFile, FrameLabel, PreparedFrame};
+use scanstitch::pipeline::report::Stage;
+use scanstitch::pipeline::spatial::SpatialReconstruction;
+use scanstitch::pipeline::spatial_settings::{ColorUse, LoopClosing, SpatialSettings};
 
 fn main() {
     if !recordings::are_there() {

@@ -8,12 +8,12 @@ mod recordings;
 
 use processor_time::seconds_used;
 use recordings::{Choice, Recording};
-use scanstitch::depth_odometry::Effort;
 use scanstitch::geometry::Pose3;
-use scanstitch::prepared_frame::{FrameLabel, PreparedFrame};
-use scanstitch::report::Stage;
-use scanstitch::spatial_reconstruction::SpatialReconstruction;
-use scanstitch::spatial_settings::SpatialSettings;
+use scanstitch::odometry::depth::Effort;
+use scanstitch::pipeline::prepared_frame::{FrameLabel, PreparedFrame};
+use scanstitch::pipeline::report::Stage;
+use scanstitch::pipeline::spatial::SpatialReconstruction;
+use scanstitch::pipeline::spatial_settings::SpatialSettings;
 
 fn main() {
     if !recordings::are_there() {

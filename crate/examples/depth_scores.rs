@@ -27,10 +27,10 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use disturbances::Disturbance;
 use recordings::{Choice, Recording, Walk, Way};
-use scanstitch::depth_odometry::Effort;
+use scanstitch::odometry::depth::Effort;
+use scanstitch::pipeline::spatial_settings::{ColorUse, LoopClosing, SpatialSettings};
 use scanstitch::registration::solver::Motion;
-use scanstitch::scene::apartment::Tour;
-use scanstitch::spatial_settings::{ColorUse, LoopClosing, SpatialSettings};
+use scanstitch_scene::apartment::Tour;
 use scores::score;
 use tables::Scored;
 

@@ -19,21 +19,21 @@ use nalgebra::{Point3, Vector3};
 use processor_time::timed;
 use recordings::{Recording, Walk, Way};
 use scanstitch::camera::SurfelImage;
-use scanstitch::depth_odometry::{DepthOptions, LoneFrame, Search};
 use scanstitch::geometry::{PointCloud, Pose3};
-use scanstitch::prepared_frame::{FrameLabel, Preparation, PreparedFrame, Surfaces};
-use scanstitch::prepared_surfels::PreparedSurfels;
+use scanstitch::odometry::assessment::Status;
+use scanstitch::odometry::depth::{DepthOptions, LoneFrame, Search};
+use scanstitch::pipeline::prepared_frame::{FrameLabel, Preparation, PreparedFrame, Surfaces};
+use scanstitch::pipeline::spatial_settings::SpatialSettings;
 use scanstitch::preprocess::voxel_downsample::voxel_downsample;
 use scanstitch::registration::global::consistency::consistent_motion;
 use scanstitch::registration::global::fpfh::fpfh;
 use scanstitch::registration::global::matching::{FeatureIndex, mutual_matches};
 use scanstitch::registration::global::ransac::{RansacOptions, ransac};
+use scanstitch::registration::prepared_surfels::PreparedSurfels;
 use scanstitch::registration::projective::{ProjectiveTarget, Sight};
-use scanstitch::scene::apartment::Tour;
-use scanstitch::scene::random::Random;
 use scanstitch::search::{KdTree, Neighbourhood};
-use scanstitch::spatial_settings::SpatialSettings;
-use scanstitch::verdict::Status;
+use scanstitch_scene::apartment::Tour;
+use scanstitch_scene::random::Random;
 
 fn main() {
     let argument = |name: &str| std::env::args().skip_while(|argument| argument != name).nth(1);

@@ -9,9 +9,9 @@ use std::time::Instant;
 
 use glam::{DVec3, Vec3};
 use nalgebra::{Isometry3, Matrix3, Rotation3, Translation3, UnitQuaternion, Vector3};
-use scanstitch::cloud_odometry::{CloudOptions, PreparedCloud};
 use scanstitch::geometry::{PointCloud, Pose3};
 use scanstitch::io::ply;
+use scanstitch::odometry::cloud::{CloudOptions, PreparedCloud};
 use scanstitch::preprocess::estimate_normals::estimate_normals;
 use scanstitch::preprocess::voxel_downsample::voxel_downsample;
 use scanstitch::registration::global::fpfh::fpfh;
@@ -21,8 +21,8 @@ use scanstitch::registration::icp::{Criteria, IcpOptions, Rejection, Weighting};
 use scanstitch::registration::robust_kernel::RobustKernel;
 use scanstitch::registration::solver::Motion;
 use scanstitch::registration::spatial::{SpatialMetric, register_in_space};
-use scanstitch::scene::random::Random;
 use scanstitch::search::{KdTree, Neighbourhood};
+use scanstitch_scene::random::Random;
 
 /// Median time of several runs (ms), and what the last one gave.
 fn timed<T>(mut run: impl FnMut() -> T) -> (f64, T) {

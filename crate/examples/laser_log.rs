@@ -9,10 +9,10 @@ use scanstitch::evaluation::path::Path;
 use scanstitch::evaluation::relations::relation_errors;
 use scanstitch::geometry::{Pose2, Pose3, RigidMotion};
 use scanstitch::io::{laser_log, relations, trajectory};
-use scanstitch::reconstruction::Reconstruction;
-use scanstitch::report::Stage;
-use scanstitch::settings::Settings;
-use scanstitch::verdict::Status;
+use scanstitch::odometry::assessment::Status;
+use scanstitch::pipeline::planar::Reconstruction;
+use scanstitch::pipeline::report::Stage;
+use scanstitch::pipeline::settings::Settings;
 
 fn main() {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -92,7 +92,11 @@ fn main() {
 }
 
 /// After the alignment that makes the sum of squared distances least.
-fn compare(reconstruction: &Reconstruction, reference: &[Pose3], result: &scanstitch::report::ReconstructionResult) {
+fn compare(
+    reconstruction: &Reconstruction,
+    reference: &[Pose3],
+    result: &scanstitch::pipeline::report::ReconstructionResult,
+) {
     let estimate: Vec<_> = reconstruction.poses_in_space().iter().map(|pose| pose.translation.vector.xy()).collect();
     let truth: Vec<_> = reference.iter().map(|pose| pose.translation.vector.xy()).collect();
     let n = estimate.len().min(truth.len()) as f64;

@@ -13,13 +13,13 @@ use std::error::Error;
 
 use scanstitch::camera::Pinhole;
 use scanstitch::geometry::{Pose3, RigidMotion};
+use scanstitch::pipeline::spatial::SpatialReconstruction;
+use scanstitch::pipeline::spatial_settings::SpatialSettings;
 use scanstitch::preprocess::depth_surfels::{DepthModel, depth_surfels};
 use scanstitch::preprocess::wrap_around::usable_pixels;
-use scanstitch::scene::apartment::{Apartment, Tour, WalkOptions};
-use scanstitch::scene::random::Random;
-use scanstitch::scene::space::DepthSensor;
-use scanstitch::spatial_reconstruction::SpatialReconstruction;
-use scanstitch::spatial_settings::SpatialSettings;
+use scanstitch_scene::apartment::{Apartment, Tour, WalkOptions};
+use scanstitch_scene::random::Random;
+use scanstitch_scene::space::DepthSensor;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let argument = |name: &str| std::env::args().skip_while(|argument| argument != name).nth(1);

@@ -13,8 +13,8 @@ use std::str::FromStr;
 use std::time::Instant;
 
 use scanstitch::camera::Pinhole;
-use scanstitch::scene::apartment::{Apartment, Tour, WalkOptions};
-use scanstitch::scene::space::DepthSensor;
+use scanstitch_scene::apartment::{Apartment, Tour, WalkOptions};
+use scanstitch_scene::space::DepthSensor;
 
 const OPTIONS: &str = "--out, --seed, --walk, --tour, --step, --turn, --frames, --every, --depth, --noise and --size";
 

@@ -7,10 +7,10 @@
 use std::fmt::Write as _;
 
 use scanstitch::geometry::Pose2;
-use scanstitch::scene::corridor::{self, CorridorOptions};
-use scanstitch::scene::drive::{Drive, DriveOptions};
-use scanstitch::scene::laser::Laser;
-use scanstitch::scene::office::{self, OfficeOptions};
+use scanstitch_scene::corridor::{self, CorridorOptions};
+use scanstitch_scene::drive::{Drive, DriveOptions};
+use scanstitch_scene::laser::Laser;
+use scanstitch_scene::office::{self, OfficeOptions};
 
 fn main() -> std::io::Result<()> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();

@@ -13,11 +13,11 @@ use std::str::FromStr;
 
 use nalgebra::Vector2;
 use scanstitch::io::trajectory::{in_space, tum_text};
-use scanstitch::scene::corridor::{self, CorridorOptions};
-use scanstitch::scene::laser::Laser;
-use scanstitch::scene::office::{self, OfficeOptions};
-use scanstitch::scene::samples;
-use scanstitch::scene::space::DepthSensor;
+use scanstitch_scene::corridor::{self, CorridorOptions};
+use scanstitch_scene::laser::Laser;
+use scanstitch_scene::office::{self, OfficeOptions};
+use scanstitch_scene::samples;
+use scanstitch_scene::space::DepthSensor;
 
 const CORRIDOR: &str = "www/samples/corridor";
 const APARTMENT: &str = "www/samples/apartment";

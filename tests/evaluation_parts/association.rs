@@ -1,7 +1,7 @@
 //! Which pose of the estimate belongs to which of the reference.
 
 use scanstitch::evaluation::associate::{Pair, by_index, by_time, oddities};
-use scanstitch::scene::random::Random;
+use scanstitch_scene::random::Random;
 
 fn pairs(found: &[Pair]) -> Vec<(usize, usize)> {
     found.iter().map(|pair| (pair.reference, pair.estimate)).collect()

@@ -8,7 +8,7 @@ use scanstitch::evaluation::path::Path;
 use scanstitch::evaluation::relations::relation_errors;
 use scanstitch::io::relations;
 use scanstitch::io::trajectory::Trajectory;
-use scanstitch::scene::random::Random;
+use scanstitch_scene::random::Random;
 
 use crate::samples::shared;
 

@@ -9,15 +9,15 @@ use scanstitch::evaluation::metrics::PoseRelation;
 use scanstitch::geometry::{Pose2, RigidMotion};
 use scanstitch::io::ply;
 use scanstitch::io::trajectory;
+use scanstitch::pipeline::planar::Reconstruction;
+use scanstitch::pipeline::report::Stage;
+use scanstitch::pipeline::settings::Settings;
 use scanstitch::preprocess::planar_scan::PlanarScan;
-use scanstitch::reconstruction::Reconstruction;
 use scanstitch::registration::factors::PointToPlane;
 use scanstitch::registration::icp::{Source, register};
 use scanstitch::registration::target::OrientedTarget;
-use scanstitch::report::Stage;
-use scanstitch::scene::corridor::{self, CorridorOptions};
 use scanstitch::search::KdTree;
-use scanstitch::settings::Settings;
+use scanstitch_scene::corridor::{self, CorridorOptions};
 
 use crate::spatial::{DEPTH_BENCHMARKS, PAIR_BENCHMARKS};
 

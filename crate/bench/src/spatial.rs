@@ -6,11 +6,13 @@ use std::hint::black_box;
 use glam::DVec3;
 use scanstitch::Error;
 use scanstitch::camera::{DepthImage, DepthScale, Pinhole};
-use scanstitch::cloud_odometry::{CloudOptions, PreparedCloud};
-use scanstitch::depth_odometry::{DepthOdometry, DepthOptions};
 use scanstitch::geometry::{PointCloud, Pose3};
 use scanstitch::io::{color_image, depth_png, ply};
-use scanstitch::prepared_frame::{ColorFile, FrameLabel, MapPoints, Preparation, PreparedFrame, Surfaces};
+use scanstitch::map::voxel::VoxelMap;
+use scanstitch::odometry::cloud::{CloudOptions, PreparedCloud};
+use scanstitch::odometry::depth::{DepthOdometry, DepthOptions};
+use scanstitch::pipeline::prepared_frame::{ColorFile, FrameLabel, MapPoints, Preparation, PreparedFrame, Surfaces};
+use scanstitch::pipeline::spatial_settings::SpatialSettings;
 use scanstitch::preprocess::depth_cloud::depth_cloud;
 use scanstitch::preprocess::depth_surfels::{DepthModel, depth_surfels};
 use scanstitch::preprocess::estimate_normals::estimate_normals;
@@ -23,8 +25,6 @@ use scanstitch::registration::solver::Motion;
 use scanstitch::registration::spatial::{SpatialMetric, register_in_space};
 use scanstitch::registration::voxelized::{GaussianVoxels, PlaneToVoxel};
 use scanstitch::search::{KdTree, Neighbourhood};
-use scanstitch::spatial_settings::SpatialSettings;
-use scanstitch::voxel_map::VoxelMap;
 
 use crate::benchmarks::{Benchmark, Files, Prepared};
 

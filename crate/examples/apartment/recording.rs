@@ -10,10 +10,10 @@ use jpeg_encoder::{ColorType, Encoder, SamplingFactor};
 use scanstitch::camera::{DepthImage, Pinhole};
 use scanstitch::geometry::Pose3;
 use scanstitch::io::trajectory::{Trajectory, TrajectoryFormat, write};
-use scanstitch::scene::apartment::Apartment;
-use scanstitch::scene::apartment::walk::in_homework_axes;
-use scanstitch::scene::random::Random;
-use scanstitch::scene::space::{DepthSensor, RenderedFrame};
+use scanstitch_scene::apartment::Apartment;
+use scanstitch_scene::apartment::walk::in_homework_axes;
+use scanstitch_scene::random::Random;
+use scanstitch_scene::space::{DepthSensor, RenderedFrame};
 
 /// Quality of the JPEG files.
 const QUALITY: u8 = 85;

@@ -3,10 +3,10 @@
 use std::error::Error;
 
 use scanstitch::camera::DepthImage;
-use scanstitch::prepared_frame::{FrameLabel, PreparedFrame};
-use scanstitch::report::Stage;
-use scanstitch::spatial_reconstruction::SpatialReconstruction;
-use scanstitch::spatial_settings::SpatialSettings;
+use scanstitch::pipeline::prepared_frame::{FrameLabel, PreparedFrame};
+use scanstitch::pipeline::report::Stage;
+use scanstitch::pipeline::spatial::SpatialReconstruction;
+use scanstitch::pipeline::spatial_settings::SpatialSettings;
 
 use super::recording::depth_png;
 

@@ -1,8 +1,8 @@
 //! Settings with a part of the engine left out: what each part brings.
 
-use scanstitch::depth_odometry::{Effort, Verification};
+use scanstitch::odometry::depth::{Effort, Verification};
+use scanstitch::pipeline::spatial_settings::{ColorUse, LoopClosing, Quantisation, SpatialSettings};
 use scanstitch::registration::solver::Motion;
-use scanstitch::spatial_settings::{ColorUse, LoopClosing, Quantisation, SpatialSettings};
 
 /// Settings under a name.
 pub struct Variant {

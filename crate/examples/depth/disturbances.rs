@@ -2,7 +2,7 @@
 
 use scanstitch::camera::DepthImage;
 use scanstitch::io::depth_png;
-use scanstitch::scene::random::Random;
+use scanstitch_scene::random::Random;
 
 use super::recordings::{Recording, pgm};
 

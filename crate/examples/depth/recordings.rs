@@ -9,10 +9,10 @@ use nalgebra::{Isometry3, Matrix3, Rotation3, Translation3, UnitQuaternion, Vect
 use scanstitch::camera::{DepthImage, Pinhole};
 use scanstitch::geometry::Pose3;
 use scanstitch::io::trajectory;
-use scanstitch::scene::apartment::{Apartment, Tour, WalkOptions};
-use scanstitch::scene::random::Random;
-use scanstitch::scene::ring::Ring;
-use scanstitch::scene::space::{DepthSensor, RenderedFrame, Space};
+use scanstitch_scene::apartment::{Apartment, Tour, WalkOptions};
+use scanstitch_scene::random::Random;
+use scanstitch_scene::ring::Ring;
+use scanstitch_scene::space::{DepthSensor, RenderedFrame, Space};
 
 /// The folder of the real recordings.
 pub const DATA: &str = "../shared/data/rgbd";

@@ -2,11 +2,11 @@
 
 use scanstitch::geometry::Pose3;
 use scanstitch::geometry::rotation::angle_of;
-use scanstitch::prepared_frame::{ColorFile, FrameLabel, PreparedFrame};
-use scanstitch::report::Stage;
-use scanstitch::spatial_reconstruction::SpatialReconstruction;
-use scanstitch::spatial_settings::SpatialSettings;
-use scanstitch::verdict::Status;
+use scanstitch::odometry::assessment::Status;
+use scanstitch::pipeline::prepared_frame::{ColorFile, FrameLabel, PreparedFrame};
+use scanstitch::pipeline::report::Stage;
+use scanstitch::pipeline::spatial::SpatialReconstruction;
+use scanstitch::pipeline::spatial_settings::SpatialSettings;
 
 use super::processor_time::seconds_used;
 use super::recordings::Recording;

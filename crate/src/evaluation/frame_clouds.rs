@@ -215,7 +215,7 @@ fn balls_meet(frame: (Point3<f64>, f64), other: (Point3<f64>, f64), T_other_fram
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::random::Random;
+    use scanstitch_scene::random::Random;
 
     /// A corner of three walls, seen from a few places.
     fn corner(random: &mut Random, sensor: &Pose3) -> PointCloud {

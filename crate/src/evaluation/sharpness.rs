@@ -95,9 +95,9 @@ fn single_precision(point: &Vector2<f64>) -> [f32; 2] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::corridor::{CorridorOptions, generate};
-    use crate::scene::random::Random;
-    use crate::scene::recording::PlanarRecording;
+    use scanstitch_scene::corridor::{CorridorOptions, generate};
+    use scanstitch_scene::random::Random;
+    use scanstitch_scene::recording::PlanarRecording;
 
     /// The definition, by looking at every point.
     fn by_brute_force(scans: &[(&PlanarScan, Pose2)]) -> Sharpness {

@@ -1,4 +1,7 @@
-//! From raw points to points fit for registration: cleaning and normals.
+//! From raw points or images to what registration works on: cleaned points, normals, surfels.
+//!
+//! Planar scans: [`clean`], [`beam_normals`], [`planar_scan`]. Clouds: [`voxel_downsample`], [`estimate_normals`]. Depth
+//! images: [`wrap_around`], [`depth_surfels`], [`depth_cloud`], [`map_image`]. Read [`planar_scan`] first.
 
 pub mod beam_normals;
 pub mod clean;

@@ -7,8 +7,8 @@
 use nalgebra::{SMatrix, SVector};
 use serde::Serialize;
 
+use super::degeneracy::{Observability, observability};
 use super::factors::{Correspondence, Metric};
-use super::observability::{Observability, observability};
 use super::robust_kernel::RobustKernel;
 use super::solver::Solver;
 use super::target::{LastSearch, Target};

@@ -1,17 +1,25 @@
-//! Aligning a source with a target.
+//! Registration: a source and a target in, `T_target_source` with its evidence out.
+//!
+//! [`align`] is the entry for two clouds. Inside, [`icp`] is the loop; [`factors`] measure a correspondence, [`target`]
+//! finds it, [`robust_kernel`] weighs it, [`solver`] takes the step. First guesses come from [`correlative`] (plane) and
+//! [`global`] (space); [`projective`] and [`photometric`] register depth and colour images. [`free_space`] and
+//! [`degeneracy`] say whether to believe the result.
+//!
+//! Read [`icp`] first.
 
-pub mod clustered;
+pub mod align;
 pub mod correlative;
+pub mod degeneracy;
 pub mod factors;
+pub mod free_space;
 pub mod global;
 pub mod icp;
-pub mod observability;
 pub mod photometric;
+pub mod prepared_surfels;
 pub mod projective;
 pub mod robust_kernel;
+pub mod sandwich_variance;
 pub mod solver;
 pub mod spatial;
-pub mod spherical_view;
 pub mod target;
-pub mod visibility;
 pub mod voxelized;

@@ -8,8 +8,8 @@ use std::sync::Arc;
 
 use nalgebra::{Matrix6, Vector3, Vector6};
 
-use super::clustered::unit_variance;
 use super::factors::{NormalEquations, RELATIVE_DAMPING};
+use super::sandwich_variance::unit_variance;
 use super::solver::Solver;
 use crate::camera::brightness::{Brightness, NUM_LEVELS, Sample};
 use crate::camera::{Pinhole, SurfelImage};

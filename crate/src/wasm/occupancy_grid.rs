@@ -2,7 +2,7 @@
 
 use wasm_bindgen::prelude::*;
 
-use crate::occupancy_grid::OccupancyGrid as Grid;
+use crate::map::occupancy_grid::OccupancyGrid as Grid;
 
 /// What is free, occupied and unknown. Call `free()` when done.
 #[wasm_bindgen]

@@ -7,11 +7,11 @@ use super::memory::grow_ahead;
 use super::occupancy_grid::OccupancyGrid;
 use super::{MapFormat, from_object, map_format, plain, read_ply, thrown};
 use crate::io::{laser_log, ply, point_cloud, trajectory};
-use crate::occupancy_grid::RESOLUTION;
+use crate::map::occupancy_grid::RESOLUTION;
+use crate::pipeline::planar::Reconstruction as Engine;
+use crate::pipeline::report::{AddedLog, Progress, ReconstructionResult};
+use crate::pipeline::settings::{Preset, SettingDescription, descriptions};
 use crate::preprocess::clean::CleaningReport;
-use crate::reconstruction::Reconstruction as Engine;
-use crate::report::{AddedLog, Progress, ReconstructionResult};
-use crate::settings::{Preset, SettingDescription, descriptions};
 
 #[wasm_bindgen]
 extern "C" {
@@ -35,7 +35,7 @@ pub fn describe_settings() -> Result<Vec<Ts<SettingDescription>>, JsValue> {
 /// Never for the input's sake.
 #[wasm_bindgen]
 pub fn presets() -> Result<Vec<Ts<Preset>>, JsValue> {
-    crate::settings::presets().iter().map(plain).collect()
+    crate::pipeline::settings::presets().iter().map(plain).collect()
 }
 
 /// A reconstruction of planar scans: add scans, call `step()` until its stage is `done`, ask for `result()` at any time.

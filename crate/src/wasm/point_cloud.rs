@@ -4,10 +4,10 @@ use tsify::Ts;
 use wasm_bindgen::prelude::*;
 
 use super::{from_object, plain, read_ply, thrown};
-use crate::cloud_registration::{RegistrationOptions, RegistrationResult, register_clouds};
 use crate::error::Error;
 use crate::geometry::PointCloud as Cloud;
 use crate::io::ply;
+use crate::registration::align::{RegistrationOptions, RegistrationResult, register_clouds};
 
 #[wasm_bindgen]
 extern "C" {

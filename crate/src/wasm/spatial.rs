@@ -11,13 +11,13 @@ use super::{MapFormat, from_object, map_format, plain, thrown};
 use crate::error::Error;
 use crate::geometry::{PointCloud, Pose3};
 use crate::io::{depth_png, intrinsics, pcd, ply, point_cloud, trajectory};
-use crate::prepared_frame::{ColorFile, FrameLabel, Preparation, PreparedFrame};
-use crate::report::Progress;
-use crate::settings::SettingDescription;
-use crate::spatial_reconstruction::SpatialReconstruction as Engine;
-use crate::spatial_report::{MapSize, SpatialResult};
-use crate::spatial_settings::{SpatialPreset, spatial_descriptions};
-use crate::voxel_map::VoxelMap;
+use crate::map::voxel::VoxelMap;
+use crate::pipeline::prepared_frame::{ColorFile, FrameLabel, Preparation, PreparedFrame};
+use crate::pipeline::report::Progress;
+use crate::pipeline::settings::SettingDescription;
+use crate::pipeline::spatial::SpatialReconstruction as Engine;
+use crate::pipeline::spatial_report::{MapSize, SpatialResult};
+use crate::pipeline::spatial_settings::{SpatialPreset, spatial_descriptions};
 
 /// Points of the map that are copied to JavaScript in one call.
 const SENT_TOGETHER: usize = 1024;
@@ -44,7 +44,7 @@ pub fn describe_spatial_settings() -> Result<Vec<Ts<SettingDescription>>, JsValu
 /// Never for the input's sake.
 #[wasm_bindgen]
 pub fn spatial_presets() -> Result<Vec<Ts<SpatialPreset>>, JsValue> {
-    crate::spatial_settings::spatial_presets().iter().map(plain).collect()
+    crate::pipeline::spatial_settings::spatial_presets().iter().map(plain).collect()
 }
 
 /// A depth image as it is in its file. Call `free()` when done.

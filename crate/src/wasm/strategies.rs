@@ -8,11 +8,11 @@ use super::spatial::PartialSpatialSettings;
 use super::{MapFormat, from_object, map_format, plain, thrown};
 use crate::error::Error;
 use crate::io::{intrinsics, point_cloud, trajectory};
-use crate::prepared_frame::PreparedFrame;
-use crate::settings::SettingDescription;
-use crate::strategies::{
-    StrategyComparison as Engine, StrategyFrame, StrategyPreset, StrategyResult, StrategySettings,
-    strategy_descriptions,
+use crate::odometry::voxel::StrategySettings;
+use crate::pipeline::prepared_frame::PreparedFrame;
+use crate::pipeline::settings::SettingDescription;
+use crate::pipeline::strategies::{
+    StrategyComparison as Engine, StrategyFrame, StrategyPreset, StrategyResult, strategy_descriptions,
 };
 
 #[wasm_bindgen]
@@ -37,7 +37,7 @@ pub fn describe_strategy_settings() -> Result<Vec<Ts<SettingDescription>>, JsVal
 /// Never for the input's sake.
 #[wasm_bindgen]
 pub fn strategy_presets() -> Result<Vec<Ts<StrategyPreset>>, JsValue> {
-    crate::strategies::strategy_presets().iter().map(plain).collect()
+    crate::pipeline::strategies::strategy_presets().iter().map(plain).collect()
 }
 
 /// Strategies side by side: `begin` with the first file, then `offer` each prepared frame, and `step` every strategy that is to

@@ -11,7 +11,7 @@ use nalgebra::Vector3;
 use super::Consensus;
 use crate::geometry::Pose3;
 use crate::registration::factors::best_rigid_motion;
-use crate::search::{KdTree, ReachGrid};
+use crate::search::{KdTree, RadiusGrid};
 
 /// Options of [`ransac`].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -55,7 +55,7 @@ pub fn ransac(
     let max_distance = options.max_correspondence_distance;
     let mut random = SplitMix(options.seed);
     let mut best: Option<Consensus> = None;
-    let mut overlap = Overlap::new(source, ReachGrid::new(target, target_tree, max_distance as f32));
+    let mut overlap = Overlap::new(source, RadiusGrid::new(target, target_tree, max_distance as f32));
     let mut last = options.max_iterations;
     let mut iteration = 0;
     while iteration < last {
@@ -82,7 +82,7 @@ pub fn ransac(
 struct Overlap<'a> {
     /// In an order that visits all parts of the cloud early: a motion that is worse is soon found out.
     source: Vec<Vec3>,
-    target: ReachGrid<'a>,
+    target: RadiusGrid<'a>,
     most: usize,
 }
 
@@ -90,7 +90,7 @@ struct Overlap<'a> {
 const ROUNDS: usize = 64;
 
 impl<'a> Overlap<'a> {
-    fn new(source: &[Vec3], target: ReachGrid<'a>) -> Self {
+    fn new(source: &[Vec3], target: RadiusGrid<'a>) -> Self {
         let rounds = (0..ROUNDS).flat_map(|round| source.iter().copied().skip(round).step_by(ROUNDS));
         Self { source: rounds.collect(), target, most: 0 }
     }

@@ -1,0 +1,18 @@
+//! The synthetic world that the samples are rendered from: exact, seeded, the same bytes on every machine.
+//!
+//! Sines and cosines come from the `libm` crate, since the standard library's differ from platform to platform in the
+//! last digit.
+#![allow(non_snake_case)] // T_world_camera: the field's notation
+
+pub mod apartment;
+pub mod corridor;
+pub mod drive;
+pub mod laser;
+pub mod office;
+mod passage;
+pub mod random;
+pub mod recording;
+pub mod ring;
+pub mod samples;
+pub mod space;
+pub mod world;

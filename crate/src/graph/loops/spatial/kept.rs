@@ -1,0 +1,133 @@
+//! What is kept of a frame's surfaces for as long as the run goes on: a third of what they take while they are matched.
+
+use std::borrow::Cow;
+use std::sync::Arc;
+
+use super::place::{FrameSurfaces, Seen};
+use crate::camera::Pinhole;
+use crate::registration::prepared_surfels::SurfelCloud;
+use crate::registration::projective::{PackedSurfel, ProjectiveTarget};
+
+/// What a frame saw: the last frames are matched with every new one, older ones where the path comes back to them.
+pub(super) enum Kept {
+    Whole(Arc<FrameSurfaces>),
+    Packed(PackedSurfaces),
+}
+
+/// Surfaces in single precision: to a micrometre the same.
+pub(super) struct PackedSurfaces {
+    source: Vec<PackedSurfel>,
+    sparse: Vec<PackedSurfel>,
+    camera: Pinhole,
+    /// What the view shows, each piece with its cell.
+    pieces: Vec<PackedSurfel>,
+}
+
+impl Kept {
+    /// As it can be matched.
+    pub(super) fn surfaces(&self) -> Arc<FrameSurfaces> {
+        match self {
+            Self::Whole(surfaces) => Arc::clone(surfaces),
+            Self::Packed(packed) => Arc::new(packed.unpacked()),
+        }
+    }
+
+    /// What it saw, for others to be matched with.
+    pub(super) fn seen(&self) -> Seen<'_> {
+        match self {
+            Self::Whole(surfaces) => Seen { view: Cow::Borrowed(&surfaces.view), pieces: &surfaces.pieces },
+            Self::Packed(packed) => Seen { view: Cow::Owned(packed.view()), pieces: &packed.pieces },
+        }
+    }
+
+    pub(super) fn pack(&mut self) {
+        if let Self::Whole(surfaces) = self {
+            *self = Self::Packed(PackedSurfaces::new(surfaces));
+        }
+    }
+
+    /// What it takes on the heap, packed.
+    pub(super) fn num_packed_bytes(&self) -> usize {
+        let Self::Packed(PackedSurfaces { source, sparse, pieces, .. }) = self else { return 0 };
+        size_of::<PackedSurfel>() * (source.capacity() + sparse.capacity() + pieces.capacity())
+    }
+}
+
+impl PackedSurfaces {
+    fn new(FrameSurfaces { source, sparse, view, pieces }: &FrameSurfaces) -> Self {
+        let packed = |cloud: &SurfelCloud| {
+            let mut packed = Vec::with_capacity(cloud.points.len());
+            packed.extend(cloud.surfels().map(|surfel| PackedSurfel::new(&surfel, 0)));
+            packed
+        };
+        Self { source: packed(source), sparse: packed(sparse), camera: *view.camera(), pieces: pieces.clone() }
+    }
+
+    fn view(&self) -> ProjectiveTarget {
+        ProjectiveTarget::from_cells(&self.camera, &self.pieces)
+    }
+
+    fn unpacked(&self) -> FrameSurfaces {
+        let cloud = |packed: &[PackedSurfel]| SurfelCloud::of(packed.iter().map(PackedSurfel::surfel));
+        FrameSurfaces {
+            source: cloud(&self.source),
+            sparse: cloud(&self.sparse),
+            view: self.view(),
+            pieces: self.pieces.clone(),
+        }
+    }
+}
+
+#[cfg(test)]
+pub(super) mod tests {
+    use nalgebra::Vector3;
+
+    use super::*;
+    use crate::camera::surfel_image::cell_camera;
+    use crate::camera::{Surfel, SurfelImage};
+    use crate::odometry::depth::DepthOptions;
+    use crate::registration::prepared_surfels::PreparedSurfels;
+    use crate::registration::projective::Sight;
+
+    /// A wall with a bend two metres ahead, as a camera of 640 x 480 pixels sees it.
+    pub(in super::super) fn wall() -> PreparedSurfels {
+        let camera = Pinhole::new(640, 480, [500.0, 500.0, 319.5, 239.5]).unwrap();
+        let (columns, rows) = (160, 120);
+        let cells = cell_camera(&camera, 4);
+        let surfel = |cell: usize| {
+            let ray = cells.ray((cell % columns) as f64, (cell / columns) as f64);
+            let normal = Vector3::new(if ray.x < 0.0 { 0.3 } else { -0.3 }, 0.1, -1.0).normalize();
+            Some(Surfel { point: ray * (-2.0 / normal.dot(&ray)), normal, deviation: 0.01 })
+        };
+        let cells = (0..columns * rows).map(surfel).collect();
+        let image = SurfelImage { camera, cell_size: 4, columns, rows, cells, brightness: None };
+        DepthOptions::default().prepared(image)
+    }
+
+    #[test]
+    fn what_was_packed_shows_the_same() {
+        let whole = FrameSurfaces::new(&wall());
+        let packed = PackedSurfaces::new(&whole);
+        let unpacked = packed.unpacked();
+        assert_eq!(unpacked.view.len(), whole.view.len());
+        for (before, after) in whole.view.surfels().zip(unpacked.view.surfels()) {
+            assert!((before.point - after.point).norm() < 1e-6 && (before.normal - after.normal).norm() < 1e-6);
+            let place = before.point * 0.999;
+            let (a, b) = (whole.view.look_around(&place, 0.02), unpacked.view.look_around(&place, 0.02));
+            assert!(matches!((a, b), (Sight::Agreeing(a), Sight::Agreeing(b)) if (a.point - b.point).norm() < 1e-6));
+        }
+        for (before, after) in [(&whole.source, &unpacked.source), (&whole.sparse, &unpacked.sparse)] {
+            assert_eq!(before.points.len(), after.points.len());
+            assert!(before.points.iter().zip(&after.points).all(|(a, b)| (a - b).norm() < 1e-6));
+            assert!(before.normals.iter().zip(&after.normals).all(|(a, b)| (a - b).norm() < 1e-6));
+        }
+    }
+
+    #[test]
+    fn a_frame_takes_little_memory() {
+        let mut kept = Kept::Whole(Arc::new(FrameSurfaces::new(&wall())));
+        kept.pack();
+        let bytes = kept.num_packed_bytes();
+        assert!((100_000..200_000).contains(&bytes), "{bytes} bytes");
+    }
+}

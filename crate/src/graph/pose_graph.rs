@@ -1,0 +1,231 @@
+//! Poses from relations between them: the sparse pose graph of relative motions, in the plane and in space alike.
+//!
+//! Lu and Milios, "Globally consistent range scan alignment for environment mapping", Autonomous Robots 4 (1997); solved
+//! as in Grisetti et al., "A tutorial on graph-based SLAM", ITSM 2 (2010). A relation that may be wrong, a loop, is
+//! switchable: its weight falls with its residual (Agarwal et al., "Robust map optimization using dynamic covariance
+//! scaling", ICRA 2013, eq. 15), so that a wrong one bends nothing.
+
+use nalgebra::{SMatrix, SVector};
+
+use crate::geometry::{Pose2, Pose3, RigidMotion};
+use crate::graph::sparse::{BlockCholesky, BlockMatrix};
+
+/// A relation in the plane.
+pub type PlanarRelation = PoseRelation<2, 3, Pose2>;
+/// A relation in space.
+pub type SpatialRelation = PoseRelation<3, 6, Pose3>;
+
+/// A measured motion between two nodes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PoseRelation<const D: usize, const DOF: usize, M> {
+    /// Node in whose frame `to` was measured.
+    pub from: usize,
+    /// The node measured.
+    pub to: usize,
+    /// Pose of `to` in the frame of `from`.
+    pub T_from_to: M,
+    /// By a perturbation on the left of `T_from_to`, rotation first (1/rad^2, 1/m^2).
+    pub information: SMatrix<f64, DOF, DOF>,
+    /// Whether it counts less where it does not fit.
+    pub is_switchable: bool,
+}
+
+/// A switchable relation keeps its full weight up to this squared Mahalanobis distance: 99 % of right ones lie below.
+const fn switch_width(degrees_of_freedom: usize) -> f64 {
+    if degrees_of_freedom > 3 { 16.8 } else { 11.3 }
+}
+
+/// Converged when the largest step is below this (rad, m).
+const SMALLEST_STEP: f64 = 1e-5;
+/// A step that makes things worse is taken back and damped this many times more.
+const DAMPING_FACTOR: f64 = 10.0;
+
+impl<const D: usize, const DOF: usize, M: RigidMotion<D, DOF>> PoseRelation<D, DOF, M> {
+    const SWITCH_WIDTH: f64 = switch_width(DOF);
+
+    /// log(T_from^-1 T_to T_from_to^-1): what these poses of the world make of it, rotation first.
+    pub fn residual(&self, T_world_from: &M, T_world_to: &M) -> SVector<f64, DOF> {
+        (T_world_from.inverse() * *T_world_to * self.T_from_to.inverse()).log()
+    }
+
+    /// Squared Mahalanobis distance of the residual.
+    pub fn squared_distance(&self, poses: &[M]) -> f64 {
+        let residual = self.residual(&poses[self.from], &poses[self.to]);
+        residual.dot(&(self.information * residual))
+    }
+
+    /// Its weight, 0..=1, at a squared Mahalanobis distance.
+    pub fn weight(&self, squared_distance: f64) -> f64 {
+        if !self.is_switchable {
+            return 1.0;
+        }
+        (2.0 * Self::SWITCH_WIDTH / (Self::SWITCH_WIDTH + squared_distance)).min(1.0).powi(2)
+    }
+
+    /// Its share of the sum that is made small: the loss whose influence has that weight.
+    fn loss(&self, squared_distance: f64) -> f64 {
+        if !self.is_switchable || squared_distance <= Self::SWITCH_WIDTH {
+            return squared_distance;
+        }
+        // The integral of the weight over the squared distance.
+        let whole = 4.0 * Self::SWITCH_WIDTH * Self::SWITCH_WIDTH;
+        Self::SWITCH_WIDTH + whole * (1.0 / (2.0 * Self::SWITCH_WIDTH) - 1.0 / (Self::SWITCH_WIDTH + squared_distance))
+    }
+}
+
+/// Moves the poses (`T_world_node`; the first stays) to where the relations fit best, in at most `max_iterations` steps
+/// of Levenberg and Marquardt. Returns the number of steps.
+pub fn solve_relations<const D: usize, const DOF: usize, M: RigidMotion<D, DOF>>(
+    poses: &mut [M],
+    relations: &[PoseRelation<D, DOF, M>],
+    max_iterations: usize,
+) -> usize {
+    let num_variables = poses.len().saturating_sub(1);
+    if num_variables == 0 || relations.is_empty() {
+        return 0;
+    }
+    let mut H = BlockMatrix::<DOF>::new(num_variables);
+    let mut b = vec![SVector::zeros(); num_variables];
+    let mut solver: Option<BlockCholesky<DOF>> = None;
+    let mut damping = 1e-6;
+    let mut present = total_loss(poses, relations);
+    for iteration in 0..max_iterations {
+        H.clear();
+        b.fill(SVector::zeros());
+        for relation in relations {
+            add(relation, poses, &mut H, &mut b);
+        }
+        for variable in 0..num_variables {
+            let diagonal = H.block(variable, variable).diagonal();
+            H.add(variable, variable, &SMatrix::from_diagonal(&diagonal.map(|entry| damping * (entry + 1.0))));
+        }
+        let Ok(factor) = solver.get_or_insert_with(|| BlockCholesky::new(&H)).factor(&H) else {
+            damping *= DAMPING_FACTOR;
+            continue;
+        };
+        factor.solve(&mut b);
+        let step = |(pose, delta): (&M, &SVector<f64, DOF>)| (M::exp(&-delta) * *pose).renormalized();
+        let moved: Vec<M> = std::iter::once(poses[0]).chain(poses[1..].iter().zip(&b).map(step)).collect();
+        let next = total_loss(&moved, relations);
+        if next > present * (1.0 + 1e-12) {
+            damping *= DAMPING_FACTOR;
+            if damping > 1e6 {
+                return iteration + 1;
+            }
+            continue;
+        }
+        let step = poses.iter().zip(&moved).map(|(old, new)| {
+            let step = old.inverse() * *new;
+            step.translation_norm().max(step.rotation_angle())
+        });
+        let largest = step.fold(0.0, f64::max);
+        poses.copy_from_slice(&moved);
+        present = next;
+        damping = (damping / DAMPING_FACTOR).max(1e-9);
+        if largest < SMALLEST_STEP {
+            return iteration + 1;
+        }
+    }
+    max_iterations
+}
+
+fn total_loss<const D: usize, const DOF: usize, M: RigidMotion<D, DOF>>(
+    poses: &[M],
+    relations: &[PoseRelation<D, DOF, M>],
+) -> f64 {
+    relations.iter().map(|relation| relation.loss(relation.squared_distance(poses))).sum()
+}
+
+/// Perturbing both poses on the left perturbs the residual by Ad(T_from^-1) (d_to - d_from).
+fn add<const D: usize, const DOF: usize, M: RigidMotion<D, DOF>>(
+    relation: &PoseRelation<D, DOF, M>,
+    poses: &[M],
+    H: &mut BlockMatrix<DOF>,
+    b: &mut [SVector<f64, DOF>],
+) {
+    let residual = relation.residual(&poses[relation.from], &poses[relation.to]);
+    let weighted = relation.information * relation.weight(residual.dot(&(relation.information * residual)));
+    let adjoint = poses[relation.from].inverse().adjoint();
+    let block = adjoint.tr_mul(&(weighted * adjoint));
+    let gradient = adjoint.tr_mul(&(weighted * residual));
+    let variable = |node: usize| node.checked_sub(1); // the first pose is none
+    for (node, sign) in [(relation.to, 1.0), (relation.from, -1.0)] {
+        if let Some(variable) = variable(node) {
+            H.add(variable, variable, &block);
+            b[variable] += gradient * sign;
+        }
+    }
+    if let (Some(from), Some(to)) = (variable(relation.from), variable(relation.to)) {
+        H.add(from, to, &-block);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::Vector6;
+
+    use super::*;
+
+    fn relation(poses: &[Pose3], from: usize, to: usize, off: &Vector6<f64>) -> SpatialRelation {
+        let T_from_to = Pose3::exp(off) * poses[from].inverse() * poses[to];
+        let information = SMatrix::from_diagonal(&Vector6::new(1e4, 2e4, 1e4, 400.0, 100.0, 900.0));
+        PoseRelation { from, to, T_from_to, information, is_switchable: false }
+    }
+
+    fn path() -> Vec<Pose3> {
+        let step = Pose3::exp(&Vector6::new(0.02, 0.25, -0.03, 0.1, 0.05, 0.4));
+        std::iter::successors(Some(Pose3::identity()), |pose| Some(pose * step)).take(12).collect()
+    }
+
+    #[test]
+    fn the_gradient_is_that_of_the_loss() {
+        let poses = path();
+        let of = [relation(&poses, 3, 7, &Vector6::new(1e-4, -2e-4, 1e-4, 2e-3, -1e-3, 1e-3))];
+        let (mut H, mut b) = (BlockMatrix::new(poses.len() - 1), vec![SVector::zeros(); poses.len() - 1]);
+        add(&of[0], &poses, &mut H, &mut b);
+        for node in [3, 7] {
+            for axis in 0..6 {
+                let loss = |size: f64| {
+                    let mut moved = poses.clone();
+                    moved[node] = Pose3::exp(&(Vector6::ith(axis, size))) * moved[node];
+                    total_loss(&moved, &of)
+                };
+                let numeric = (loss(1e-6) - loss(-1e-6)) / 4e-6; // half of it: the loss has no factor 1/2
+                let analytic = b[node - 1][axis];
+                assert!((numeric - analytic).abs() < 2e-3 * b[node - 1].norm(), "{node} {axis}: {numeric} {analytic}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_loop_in_space_spreads_what_a_chain_added_up() {
+        let truth = path();
+        let drift = Vector6::new(2e-3, 3e-3, -1e-3, 4e-3, 2e-3, -3e-3);
+        let mut relations: Vec<SpatialRelation> =
+            (1..truth.len()).map(|to| relation(&truth, to - 1, to, &drift)).collect();
+        let mut poses = vec![truth[0]];
+        for relation in &relations {
+            poses.push(poses[relation.from] * relation.T_from_to);
+        }
+        let gap = |poses: &[Pose3]| (truth[11].inverse() * poses[11]).translation_norm();
+        let before = gap(&poses);
+        let sure = relation(&truth, 0, 11, &Vector6::zeros());
+        relations.push(PoseRelation { information: sure.information * 1e4, ..sure });
+        let steps = solve_relations(&mut poses, &relations, 30);
+        assert!(steps < 30 && gap(&poses) < 0.01 * before, "{steps} steps, {} m of {before} m", gap(&poses));
+    }
+
+    #[test]
+    fn a_wrong_loop_in_space_bends_nothing() {
+        let truth = path();
+        let mut relations: Vec<SpatialRelation> =
+            (1..truth.len()).map(|to| relation(&truth, to - 1, to, &Vector6::zeros())).collect();
+        let wrong = relation(&truth, 0, 11, &Vector6::new(0.0, 1.0, 0.0, 2.0, 0.0, 0.0));
+        relations.push(PoseRelation { is_switchable: true, ..wrong });
+        let mut poses = truth.clone();
+        solve_relations(&mut poses, &relations, 30);
+        for (pose, truth) in poses.iter().zip(&truth) {
+            assert!((truth.inverse() * pose).translation_norm() < 0.02);
+        }
+    }
+}

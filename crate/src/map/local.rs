@@ -1,0 +1,149 @@
+//! Maps: what a frame is matched with, and what comes out.
+
+use std::collections::VecDeque;
+use std::rc::Rc;
+
+use glam::Vec3;
+use nalgebra::Vector2;
+use serde::{Deserialize, Serialize};
+
+use crate::geometry::{PointCloud, Pose2, RigidMotion};
+use crate::preprocess::planar_scan::PlanarScan;
+use crate::registration::factors::{PointToPlane, PointToPoint};
+use crate::registration::free_space::beams::{RangeProfile, Visibility};
+use crate::registration::icp::{IcpOptions, Registration, Source, register};
+use crate::registration::target::{OrientedTarget, PointTarget, Target};
+
+/// What a correspondence measures.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
+pub enum MetricName {
+    /// Distance to the nearest point.
+    PointToPoint,
+    /// Distance to the line through the nearest point.
+    PointToLine,
+}
+
+/// A registration in the plane.
+pub type PlanarRegistration = Registration<2, 3, Pose2>;
+
+/// The last few scans in the world frame: what the next scan is matched with.
+pub struct LocalMap {
+    capacity: usize,
+    scans: VecDeque<PlacedScan>,
+}
+
+struct PlacedScan {
+    scan: Rc<PlanarScan>,
+    profile: RangeProfile,
+    T_world_sensor: Pose2,
+}
+
+impl LocalMap {
+    /// An empty map of at most `capacity` scans (at least one).
+    pub fn new(capacity: usize) -> Self {
+        Self { capacity: capacity.max(1), scans: VecDeque::new() }
+    }
+
+    /// Adds a scan; the oldest leaves when the map is full.
+    pub fn insert(&mut self, scan: Rc<PlanarScan>, T_world_sensor: Pose2) {
+        if self.scans.len() == self.capacity {
+            self.scans.pop_front();
+        }
+        let profile = RangeProfile::new(&scan.points);
+        self.scans.push_back(PlacedScan { scan, profile, T_world_sensor });
+    }
+
+    /// Whether nothing has been added.
+    pub fn is_empty(&self) -> bool {
+        self.scans.is_empty()
+    }
+
+    /// All points in the world frame (m).
+    pub fn points(&self) -> Vec<Vector2<f64>> {
+        let placed = |s: &PlacedScan| s.scan.points.iter().map(|p| s.T_world_sensor.act(p)).collect::<Vec<_>>();
+        self.scans.iter().flat_map(placed).collect()
+    }
+
+    /// The normals of [`points`](Self::points), in the same order, in the world frame.
+    pub fn normals(&self) -> Vec<Option<Vector2<f64>>> {
+        let placed =
+            |s: &PlacedScan| s.scan.normals.iter().map(|n| n.map(|n| s.T_world_sensor.rotate(&n))).collect::<Vec<_>>();
+        self.scans.iter().flat_map(placed).collect()
+    }
+
+    /// Registers a scan to the map from a guess of `T_world_sensor`.
+    pub fn register(
+        &self,
+        scan: &PlanarScan,
+        guess: Pose2,
+        metric: MetricName,
+        options: &IcpOptions,
+    ) -> PlanarRegistration {
+        let source = Source { points: &scan.points, normals: Some(&scan.normals), deviations: None };
+        match metric {
+            MetricName::PointToPoint => {
+                register::<2, 3, Pose2, PointToPoint>(source, &PointTarget::new(self.points()), guess, options)
+            }
+            MetricName::PointToLine => {
+                let target = OrientedTarget::new(self.points(), self.normals());
+                register::<2, 3, Pose2, PointToPlane>(source, &target, guess, options)
+            }
+        }
+    }
+
+    /// Each point of a scan at a pose with its nearest neighbour within `max_distance` (m), in the world frame.
+    pub fn correspondences(
+        &self,
+        scan: &PlanarScan,
+        T_world_sensor: &Pose2,
+        max_distance: f64,
+    ) -> Vec<[Vector2<f64>; 2]> {
+        let target = PointTarget::new(self.points());
+        let moved = scan.points.iter().map(|point| T_world_sensor.act(point));
+        moved.filter_map(|p| target.nearest(&p, max_distance).map(|n| [p, target.point(n.index)])).collect()
+    }
+
+    /// How a scan at a pose looks from the sensors of the map, and the map from it.
+    pub fn visibility(&self, scan: &PlanarScan, T_world_sensor: &Pose2) -> Visibility {
+        let profile = RangeProfile::new(&scan.points);
+        let mut visibility = Visibility::default();
+        for placed in &self.scans {
+            let T_placed_sensor = placed.T_world_sensor.inverse() * T_world_sensor;
+            visibility += placed.profile.look_at(scan.points.iter().map(|p| T_placed_sensor.act(p)));
+            let T_sensor_placed = T_placed_sensor.inverse();
+            visibility += profile.look_at(placed.scan.points.iter().map(|p| T_sensor_placed.act(p)));
+        }
+        visibility
+    }
+}
+
+/// All scans in the world frame: the result.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct StitchedMap {
+    /// Points (m), world frame.
+    pub points: Vec<[f32; 2]>,
+    /// Index of the scan that each point comes from.
+    pub frames: Vec<u32>,
+}
+
+impl StitchedMap {
+    /// Lays scans over each other; each comes with the index it is to be known by.
+    pub fn new<'a>(placed: impl Iterator<Item = (u32, &'a PlanarScan, Pose2)>) -> Self {
+        let mut map = Self::default();
+        for (frame, scan, T_world_sensor) in placed {
+            for point in &scan.points {
+                let point = T_world_sensor.act(point);
+                map.points.push([point.x as f32, point.y as f32]);
+                map.frames.push(frame);
+            }
+        }
+        map
+    }
+
+    /// The map as a cloud in the plane z = 0.
+    pub fn to_cloud(&self) -> PointCloud {
+        PointCloud::from_positions(self.points.iter().map(|&[x, y]| Vec3::new(x, y, 0.0)).collect())
+    }
+}

@@ -1,0 +1,102 @@
+//! What speaks for a pose and against it: surfaces that agree, and surfaces that stand in free space.
+
+use nalgebra::{Matrix3, Vector3};
+
+use super::seen::Seen;
+use crate::geometry::Pose3;
+use crate::registration::prepared_surfels::SurfelCloud;
+use crate::registration::projective::{Glances, ProjectiveTarget, Sight};
+
+/// Surfaces agree with a rough guess when they are this near (m), ...
+const ROUGH_TOLERANCE: f64 = 0.1;
+/// ... and with a refined one when they are this near.
+pub(crate) const FINE_TOLERANCE: f64 = 0.03;
+/// Surfaces that agree face the same way (cosine).
+pub(crate) const AGREEING_COSINE: f64 = 0.8;
+
+/// The evidence for a pose.
+pub(super) struct Evidence {
+    /// What agrees less what is contradicted, as a share of all.
+    pub(super) support: f64,
+    /// Share of the frame's surface that lies on the map, 0..=1.
+    pub(super) overlap: f64,
+    /// Share of what agrees of all that agrees or is contradicted, 0..=1.
+    pub(super) agreement: f64,
+}
+
+#[derive(Default)]
+struct Tally {
+    agreeing: f64,
+    against: f64,
+}
+
+impl Tally {
+    fn add(&mut self, sight: Sight, normal: &Vector3<f64>) {
+        match sight {
+            Sight::Agreeing(seen) if seen.normal.dot(normal) > AGREEING_COSINE => self.agreeing += 1.0,
+            Sight::InFreeSpace => self.against += 1.0,
+            Sight::Agreeing(_) | Sight::Hidden | Sight::Unknown => {}
+        }
+    }
+}
+
+impl Evidence {
+    /// The frame's surface (`cloud`) held against the map's view, and the map's against the frame's own view.
+    pub(super) fn gather(
+        seen: &Seen,
+        view: &ProjectiveTarget,
+        cloud: &SurfelCloud,
+        own_view: &ProjectiveTarget,
+        T_world_camera: &Pose3,
+    ) -> Self {
+        let (R, t) = parts(T_world_camera);
+        let mut frame_in_map = Tally::default();
+        let witnesses = seen.key_views.near(T_world_camera);
+        for (point, normal) in cloud.points.iter().zip(&cloud.normals) {
+            let (point, normal) = (R * point + t, R * normal);
+            match view.look_around(&point, FINE_TOLERANCE) {
+                Sight::Agreeing(seen) if seen.normal.dot(&normal) > AGREEING_COSINE => frame_in_map.agreeing += 1.0,
+                _ if witnesses.iter().any(|witness| witness.saw_through(&point)) => frame_in_map.against += 1.0,
+                _ => {}
+            }
+        }
+        let (R, t) = parts(&T_world_camera.inverse());
+        let mut map_in_frame = Tally::default();
+        for surfel in view.surfels().step_by(view.len().div_ceil(cloud.points.len()).max(1)) {
+            map_in_frame.add(own_view.look_around(&(R * surfel.point + t), FINE_TOLERANCE), &(R * surfel.normal));
+        }
+        let agreeing = frame_in_map.agreeing + map_in_frame.agreeing;
+        let against = frame_in_map.against + map_in_frame.against;
+        let overlap = frame_in_map.agreeing / cloud.points.len().max(1) as f64;
+        let agreement = agreeing / (agreeing + against).max(1.0);
+        // What is contradicted counts against a pose more than what fits counts for it: walls fit in many ways.
+        let support = (agreeing - 2.0 * against) / (2 * cloud.points.len().max(1)) as f64;
+        Self { support, overlap, agreement }
+    }
+}
+
+/// What speaks for a guess, cheaply: the share of the points that agree with the view, less those in its free space.
+pub(crate) fn score(view: &ProjectiveTarget, glances: &Glances, T_world_camera: &Pose3) -> f64 {
+    let glanced = view.glance(glances, T_world_camera, ROUGH_TOLERANCE, AGREEING_COSINE as f32);
+    (glanced.agreeing as f64 - glanced.in_free_space as f64) / glances.len().max(1) as f64
+}
+
+/// The same for points and normals that have been turned already and are moved by `shift`, for many moves with one turn.
+/// Surfaces agree when they are within `tolerance` (m).
+pub(super) fn score_turned(
+    view: &ProjectiveTarget,
+    points: &[Vector3<f64>],
+    normals: &[Vector3<f64>],
+    shift: &Vector3<f64>,
+    tolerance: f64,
+) -> f64 {
+    let mut tally = Tally::default();
+    for (point, normal) in points.iter().zip(normals) {
+        tally.add(view.look_at(&(point + shift), tolerance), normal);
+    }
+    (tally.agreeing - tally.against) / points.len().max(1) as f64
+}
+
+fn parts(T: &Pose3) -> (Matrix3<f64>, Vector3<f64>) {
+    (T.rotation.to_rotation_matrix().into_inner(), T.translation.vector)
+}

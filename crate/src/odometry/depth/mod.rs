@@ -1,0 +1,363 @@
+//! The chain of depth frames: each is registered to the map of the frames before it.
+//!
+//! What starts a registration is chosen by evidence: many guesses are scored by what the map's view says of the frame,
+//! the best few are refined, and the one that is contradicted least is kept. No motion model is trusted: robots stop
+//! and turn. A result that is still contradicted starts a search all around before it is given up.
+
+mod chain;
+mod color;
+mod evidence;
+mod found;
+mod guesses;
+mod habit;
+mod lattice;
+mod left_out;
+mod lone_frame;
+mod matching;
+mod open_direction;
+mod seen;
+mod unconfirmed;
+
+use serde::{Deserialize, Serialize};
+
+use self::chain::{Chain, Member};
+pub(crate) use self::evidence::{AGREEING_COSINE, FINE_TOLERANCE, score};
+pub(crate) use self::guesses::{around, best_apart};
+use self::left_out::LeftOut;
+pub use self::lone_frame::{LoneFrame, Search};
+pub(crate) use self::matching::{fine_options, middle_options};
+pub(crate) use self::open_direction::OpenDirection;
+use crate::camera::surfel_image::SurfelImage;
+use crate::geometry::Pose3;
+use crate::map::surfel::SurfelMap;
+use crate::odometry::assessment::{Status, Verdict};
+use crate::registration::prepared_surfels::PreparedSurfels;
+use crate::registration::solver::Motion;
+pub use crate::registration::spatial::SpatialRegistration;
+
+/// Where a frame was found, and why that is believed or not.
+pub struct SpatialEstimate {
+    /// Pose of the sensor in the frame of the first one. Where the frame is lost, it is that of the last one found.
+    pub T_world_sensor: Pose3,
+    /// The registration; `None` for the first frame and for frames without surfaces.
+    pub registration: Option<SpatialRegistration>,
+    /// Share of the frame's surface that lies on what was seen before, 0..=1.
+    pub overlap: f64,
+    /// Whether it is believed.
+    pub verdict: Verdict,
+    /// Whether it has become part of the map that frames are registered to.
+    pub is_in_map: bool,
+}
+
+/// How hard a first guess is looked for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
+pub enum Effort {
+    /// Every frame is looked for in hundreds of places.
+    #[default]
+    Thorough,
+    /// A frame is looked for in a few dozen places, and in hundreds only when that is doubtful; with fewer points.
+    Quick,
+}
+
+/// What colours are used for in the estimate.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
+pub enum ColorUse {
+    /// Every frame that has them, as far as they fit.
+    #[default]
+    Used,
+    /// Frames whose surfaces leave a direction open.
+    WhereOpen,
+    /// Nothing.
+    NotUsed,
+}
+
+/// Whether a frame is held against what is known before it is believed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Verification {
+    /// Always.
+    #[default]
+    On,
+    /// Each is taken to be where it fits best near the last one: what comes of that shows what verification brings.
+    Off,
+}
+
+/// All options of [`DepthOdometry`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct DepthOptions {
+    /// How the camera moves. Where it is planar, the first camera's y axis stands upright on the floor.
+    pub motion: Motion,
+    /// How hard a first guess is looked for.
+    pub effort: Effort,
+    /// What colours are used for, where frames have them.
+    pub color: ColorUse,
+    /// Whether what is found is verified.
+    pub verification: Verification,
+}
+
+/// Points of the registration itself, ...
+const FINE_POINTS: usize = 3000;
+/// ... and where it is to be quick.
+const QUICK_POINTS: usize = 1200;
+
+impl DepthOptions {
+    /// Makes a frame ready to be registered with these options: what can be done before it is its turn.
+    pub fn prepared(&self, frame: SurfelImage) -> PreparedSurfels {
+        let num_fine = if self.effort == Effort::Quick { QUICK_POINTS } else { FINE_POINTS };
+        PreparedSurfels::new(frame, num_fine)
+    }
+}
+
+/// Frame-to-map odometry in space. The world frame is the frame of the first camera.
+#[derive(Clone)]
+pub struct DepthOdometry {
+    options: DepthOptions,
+    /// Frames registered so far; also the number of the next one.
+    num_frames: u32,
+    nothing: SurfelMap,
+    chain: Option<Chain>,
+    /// Frames that do not fit the chain but each other. Should they become more, it is the chain that does not belong.
+    aside: Option<Chain>,
+    left_out: LeftOut,
+    revisions: Vec<Revision>,
+    rounds: Option<Rounds>,
+}
+
+/// Going through the frames that were not found, once all others are.
+#[derive(Clone)]
+struct Rounds {
+    num_left: usize,
+    /// Those that are left of this round.
+    to_try: Vec<u32>,
+    /// Whether one has been found in it, so that there may be more.
+    is_news: bool,
+}
+
+/// What is found out later about a frame.
+#[derive(Clone)]
+pub struct Revision {
+    /// Its number in the order they were registered, from 0.
+    pub frame: u32,
+    /// Where it is now taken to be.
+    pub T_world_sensor: Pose3,
+    /// Whether that is believed.
+    pub verdict: Verdict,
+    /// The registration that tells, and the overlap, where there is a new one.
+    pub registration: Option<(SpatialRegistration, f64)>,
+}
+
+/// Poses nearer to each other than this are the same (m, turns included).
+const SAME_PLACE: f64 = 0.05;
+/// Fewer pieces of surface than this make no frame.
+const MIN_SURFELS: usize = 200;
+/// So many frames that fit each other are more than those that do not fit them.
+const MIN_MAJORITY: usize = 3;
+/// A chain of more frames than this is kept beside the one that outnumbers it.
+const ESTABLISHED: usize = 5;
+/// Frames that were not found are tried so often once all others are.
+const ROUNDS: usize = 3;
+/// So many frames before one that was found are tried again, ...
+const LOOK_BACK: u32 = 12;
+/// ... until so many of them do not fit.
+const LOOK_BACK_FAILURES: usize = 2;
+
+impl DepthOdometry {
+    /// Odometry without frames.
+    pub fn new(options: DepthOptions) -> Self {
+        Self {
+            options,
+            num_frames: 0,
+            nothing: SurfelMap::new(),
+            chain: None,
+            aside: None,
+            left_out: LeftOut::default(),
+            revisions: Vec::new(),
+            rounds: None,
+        }
+    }
+
+    /// Registers the next frame. One that is lost or contradicted is not added to the map, and the frames after it are looked
+    /// for from where the last one was found.
+    ///
+    /// What it tells of the frames before is to be [taken](Self::take_revisions) after it.
+    pub fn register_frame(&mut self, frame: &PreparedSurfels) -> SpatialEstimate {
+        let number = self.num_frames;
+        self.num_frames += 1;
+        self.rounds = None;
+        let num_surfels = frame.image.surfels().count();
+        if num_surfels < MIN_SURFELS {
+            return self.blank(num_surfels);
+        }
+        let Some(chain) = &mut self.chain else {
+            let (chain, estimate) = Chain::new(self.options, number, frame);
+            self.chain = Some(chain);
+            return estimate;
+        };
+        let is_gap = chain.num_missed() > 0;
+        let chain::Outcome { estimate, confirmed, dropped, uncertain } = chain.register(number, frame);
+        self.revisions.extend(confirmed.iter().map(Revision::of));
+        self.revisions.extend(dropped.iter().map(Revision::of));
+        if !estimate.is_in_map {
+            self.left_out.push(number, frame, estimate.T_world_sensor);
+            return self.set_aside(number, frame).unwrap_or(estimate);
+        }
+        if !chain.is_unconfirmed() {
+            for member in confirmed {
+                self.left_out.remove(member.number);
+            }
+        }
+        for number in uncertain {
+            self.left_out.remove(number);
+        }
+        if estimate.verdict.status != Status::Good || chain.is_unconfirmed() {
+            // It may be dropped again.
+            self.left_out.push(number, frame, estimate.T_world_sensor);
+        }
+        self.aside = self.aside.take().filter(|aside| aside.members().len() > ESTABLISHED);
+        if is_gap {
+            self.look_back(number);
+        }
+        for member in dropped.iter().rev().take(LOOK_BACK as usize) {
+            self.find_left_out(member.number, false);
+        }
+        estimate
+    }
+
+    /// What has been found out of frames before, in the order in which it was. It is told once.
+    pub fn take_revisions(&mut self) -> Vec<Revision> {
+        std::mem::take(&mut self.revisions)
+    }
+
+    /// Moves what each frame has shown by `motion` (of the world) of its number, frames being counted from 0, and the next
+    /// frame is looked for from where that leaves the last one.
+    pub fn move_frames(&mut self, motion: impl Fn(u32) -> Pose3) {
+        if let Some(chain) = &mut self.chain {
+            chain.move_frames(&motion);
+        }
+        self.left_out.move_frames(&motion);
+    }
+
+    /// Tries one of the frames that were not found again, once no frame will follow; whether there may be more to try.
+    pub fn try_again(&mut self) -> bool {
+        let Some(chain) = &mut self.chain else { return false };
+        let rounds = self.rounds.get_or_insert_with(|| Rounds { num_left: ROUNDS, to_try: Vec::new(), is_news: true });
+        if rounds.to_try.is_empty() {
+            if rounds.num_left == 0 || !rounds.is_news {
+                return false;
+            }
+            let to_try = self.left_out.numbers().into_iter().filter(|number| !chain.is_member(*number)).collect();
+            *rounds = Rounds { num_left: rounds.num_left - 1, to_try, is_news: false };
+        }
+        let Some(number) = rounds.to_try.pop() else { return false };
+        if self.find_left_out(number, true)
+            && let Some(rounds) = &mut self.rounds
+        {
+            // What it shows may tell where the others are.
+            rounds.is_news = true;
+        }
+        true
+    }
+
+    /// The map so far.
+    pub fn map(&self) -> &SurfelMap {
+        self.chain.as_ref().map_or(&self.nothing, |chain| &chain.seen().map)
+    }
+
+    fn blank(&self, num_surfels: usize) -> SpatialEstimate {
+        let reason = format!("{num_surfels} pieces of surface could be told, too few to place it");
+        match &self.chain {
+            Some(chain) => chain.lost(reason, 0.0),
+            None => SpatialEstimate {
+                T_world_sensor: Pose3::identity(),
+                registration: None,
+                overlap: 0.0,
+                verdict: Verdict { status: Status::Lost, reason, agreement: 0.0 },
+                is_in_map: false,
+            },
+        }
+    }
+
+    /// Tries the frames before one that was found, backwards from there.
+    fn look_back(&mut self, number: u32) {
+        let mut num_failures = 0;
+        for earlier in (number.saturating_sub(LOOK_BACK)..number).rev() {
+            if self.chain.as_ref().is_some_and(|chain| chain.is_member(earlier)) {
+                break;
+            }
+            if self.left_out.get(earlier).is_some() && !self.find_left_out(earlier, false) {
+                num_failures += 1;
+                if num_failures == LOOK_BACK_FAILURES {
+                    break;
+                }
+            }
+        }
+    }
+
+    /// Looks for a frame that was left out again; whether it was found.
+    fn find_left_out(&mut self, number: u32, everywhere: bool) -> bool {
+        let (Some(chain), Some(left)) = (&mut self.chain, self.left_out.get(number)) else { return false };
+        let Some(found) = chain.find_again(left, everywhere) else { return false };
+        let verdict = Verdict { status: Status::Good, reason: String::new(), agreement: found.agreement };
+        let estimate = chain.insert(number, &left.frame, found, verdict);
+        self.left_out.remove(number);
+        self.revisions.push(Revision::found(number, estimate));
+        true
+    }
+
+    /// Frames that the chain does not place are chained aside. Where those that fit each other have become more, they are the
+    /// chain; then this is where the frame is.
+    fn set_aside(&mut self, number: u32, frame: &PreparedSurfels) -> Option<SpatialEstimate> {
+        let Some(aside) = &mut self.aside else {
+            self.aside = Some(Chain::new(self.options, number, frame).0);
+            return None;
+        };
+        let chain::Outcome { estimate, .. } = aside.register_aside(number, frame);
+        let num_aside = aside.members().len();
+        if !estimate.is_in_map {
+            if aside.num_missed() as usize >= num_aside {
+                self.aside = Some(Chain::new(self.options, number, frame).0);
+            }
+            return None;
+        }
+        let num_members = self.chain.as_ref().map_or(0, |chain| chain.members().len());
+        if num_aside < MIN_MAJORITY || num_aside <= num_members {
+            return None;
+        }
+        self.change_chains(number);
+        Some(estimate)
+    }
+
+    fn change_chains(&mut self, number: u32) {
+        std::mem::swap(&mut self.chain, &mut self.aside);
+        let (Some(chain), Some(outnumbered)) = (&self.chain, &self.aside) else { return };
+        for member in outnumbered.members() {
+            let mut verdict = Verdict { status: Status::Lost, reason: String::new(), agreement: 0.0 };
+            verdict.mark_outnumbered();
+            let T_world_sensor = Pose3::identity();
+            self.revisions.push(Revision { frame: member.number, T_world_sensor, verdict, registration: None });
+        }
+        for member in chain.members() {
+            self.left_out.remove(member.number);
+            if member.number != number {
+                self.revisions.push(Revision::of(member));
+            }
+        }
+        self.aside = self.aside.take().filter(|aside| aside.members().len() > ESTABLISHED);
+    }
+}
+
+impl Revision {
+    fn of(member: &Member) -> Self {
+        let Member { number, T_world_sensor, verdict } = member.clone();
+        Self { frame: number, T_world_sensor, verdict, registration: None }
+    }
+
+    fn found(frame: u32, estimate: SpatialEstimate) -> Self {
+        let SpatialEstimate { T_world_sensor, registration, overlap, verdict, .. } = estimate;
+        let registration = registration.map(|registration| (registration, overlap));
+        Self { frame, T_world_sensor, verdict, registration }
+    }
+}

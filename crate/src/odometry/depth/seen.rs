@@ -1,0 +1,40 @@
+//! What frames that are part of the map have shown.
+
+use crate::geometry::Pose3;
+use crate::map::keyframes::KeyViews;
+use crate::map::surfel::SurfelMap;
+use crate::registration::prepared_surfels::PreparedSurfels;
+use crate::registration::projective::ProjectiveTarget;
+
+/// The map, and what key frames looked through.
+#[derive(Clone, Default)]
+pub(super) struct Seen {
+    pub(super) map: SurfelMap,
+    pub(super) key_views: KeyViews,
+}
+
+impl Seen {
+    /// Adds a frame with its number. `view` is the map as seen from about there.
+    pub(super) fn insert(
+        &mut self,
+        frame: &PreparedSurfels,
+        number: u32,
+        T_world_camera: &Pose3,
+        view: &ProjectiveTarget,
+    ) {
+        self.map.insert(&frame.image, number, T_world_camera, view);
+        self.key_views.add(frame, number, T_world_camera);
+    }
+
+    /// Adds what some other frames have shown, moved by the `motion` (of the world) of their numbers; nothing of those without.
+    pub(super) fn take_in(&mut self, other: &Self, motion: &impl Fn(u32) -> Option<Pose3>) {
+        self.map.take_in(&other.map, motion);
+        self.key_views.take_in(&other.key_views, motion);
+    }
+
+    /// Moves what each frame has shown by its `motion` (of the world).
+    pub(super) fn move_frames(&mut self, motion: &impl Fn(u32) -> Pose3) {
+        self.map.move_frames(motion);
+        self.key_views.move_frames(motion);
+    }
+}

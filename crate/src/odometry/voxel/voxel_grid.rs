@@ -1,0 +1,212 @@
+//! Nearest neighbours in a map that grows: a hash table of cells, each with a list of the points in it.
+//!
+//! Adding a point and finding one both take a time that does not depend on the size of the map, as with the voxel hash
+//! of Vizzo et al. 2023, section III-C. Unlike there, the search is exact: it goes outwards cell by cell until no nearer point
+//! can be left.
+
+use nalgebra::Vector3;
+use rustc_hash::FxHashMap;
+
+use crate::search::Neighbor;
+
+/// A point, by its number, and the voxel of its cell that it lies in.
+#[derive(Debug, Clone, Copy)]
+struct Entry {
+    voxel: u16,
+    point: u32,
+}
+
+/// Cells of a few voxels a side.
+#[derive(Debug, Clone)]
+pub struct VoxelGrid {
+    voxel_size: f64,
+    /// Voxels along a side of a cell.
+    width: i32,
+    cells: FxHashMap<[i32; 3], Vec<Entry>>,
+}
+
+/// Coordinates further out (in voxels) are no part of any map.
+const REACH: f64 = 1e9;
+/// With so many points a voxel at the most, cells are [`WIDE`] voxels wide: lists that are read through in no time, but few cells
+/// to look into. Voxels of more points are [`NARROW`] together.
+const FEW_POINTS: usize = 2;
+const WIDE: i32 = 4;
+const NARROW: i32 = 2;
+/// Where points lie further apart than voxels are wide, a cell is so many of their spacings wide: most would be empty otherwise.
+const SPACINGS: f64 = 4.0;
+/// The voxels of a cell are numbered with 16 bits.
+const WIDEST: i32 = 40;
+
+impl VoxelGrid {
+    /// A grid without points; `voxel_size` (m) is positive, `spacing` (m) is how far apart the points of a frame lie, roughly.
+    pub fn new(voxel_size: f64, points_per_voxel: usize, spacing: f64) -> Self {
+        let narrowest = if points_per_voxel <= FEW_POINTS { WIDE } else { NARROW };
+        let width = ((SPACINGS * spacing / voxel_size).ceil() as i32).clamp(narrowest, WIDEST);
+        Self { voxel_size, width, cells: FxHashMap::default() }
+    }
+
+    /// Forgets all points.
+    pub fn clear(&mut self) {
+        self.cells.clear();
+    }
+
+    /// The cell of a point and its voxel in it; `None` where it is not finite or too far away.
+    fn place(&self, point: &Vector3<f64>) -> Option<([i32; 3], u16)> {
+        let scaled = point / self.voxel_size;
+        // Not a number fails the comparison.
+        if !scaled.iter().all(|x| x.abs() < REACH) {
+            return None;
+        }
+        let voxel: [i32; 3] = scaled.map(|x| x.floor() as i32).into();
+        let [x, y, z] = voxel.map(|v| v.rem_euclid(self.width));
+        Some((voxel.map(|v| v.div_euclid(self.width)), ((z * self.width + y) * self.width + x) as u16))
+    }
+
+    /// The numbers of the points in the voxel of a point, in the order in which they came, into `found`. Whether there is
+    /// such a voxel.
+    pub fn voxel_of(&self, point: &Vector3<f64>, found: &mut Vec<u32>) -> bool {
+        found.clear();
+        let Some((cell, voxel)) = self.place(point) else { return false };
+        let entries = self.cells.get(&cell).map_or(&[][..], Vec::as_slice);
+        found.extend(entries.iter().filter(|entry| entry.voxel == voxel).map(|entry| entry.point));
+        true
+    }
+
+    /// Adds a point by its number. Points out of reach are not found again.
+    pub fn insert(&mut self, point: &Vector3<f64>, number: u32) {
+        if let Some((cell, voxel)) = self.place(point) {
+            self.cells.entry(cell).or_default().push(Entry { voxel, point: number });
+        }
+    }
+
+    /// Makes a point the last one of its voxel.
+    pub fn make_last(&mut self, point: &Vector3<f64>, number: u32) {
+        let Some((cell, voxel)) = self.place(point) else { return };
+        let Some(entries) = self.cells.get_mut(&cell) else { return };
+        entries.retain(|entry| entry.point != number);
+        entries.push(Entry { voxel, point: number });
+    }
+
+    /// The nearest of `points` within `max_distance` (m); of equal distances the smallest number wins.
+    pub fn nearest(&self, points: &[Vector3<f64>], query: &Vector3<f64>, max_distance: f64) -> Option<Neighbor> {
+        let (center, _) = self.place(query)?;
+        let side = self.voxel_size * f64::from(self.width);
+        let mut best: Option<(f64, u32)> = None;
+        let mut limit = max_distance * max_distance;
+        // How far the query lies from the nearest wall of its cell: what bounds the distance of every further layer.
+        let to_wall = (0..3)
+            .map(|axis| {
+                let inside = query[axis] - f64::from(center[axis]) * side;
+                inside.min(side - inside).max(0.0)
+            })
+            .fold(f64::INFINITY, f64::min);
+        let mut look_at = |cell: [i32; 3], entries: &[Entry]| {
+            if sq_distance_to_cell(query, cell, side) > limit {
+                return limit;
+            }
+            for entry in entries {
+                let sq_distance = (points[entry.point as usize] - query).norm_squared();
+                let wins = match best {
+                    None => sq_distance <= limit,
+                    Some((nearest, number)) => {
+                        sq_distance < nearest || (sq_distance == nearest && entry.point < number)
+                    }
+                };
+                if wins {
+                    (best, limit) = (Some((sq_distance, entry.point)), sq_distance);
+                }
+            }
+            limit
+        };
+        let mut limit = max_distance * max_distance;
+        for layer in 0_i32.. {
+            let nearest_possible = if layer == 0 { 0.0 } else { to_wall + f64::from(layer - 1) * side };
+            if nearest_possible * nearest_possible > limit {
+                break;
+            }
+            if (2 * layer as usize + 1).pow(2) > self.cells.len() {
+                // The map is smaller than what is left to search: all of it is quicker.
+                for (&cell, entries) in &self.cells {
+                    look_at(cell, entries);
+                }
+                break;
+            }
+            for_each_of_layer(layer, |offset| {
+                let cell: [i32; 3] = std::array::from_fn(|axis| center[axis].saturating_add(offset[axis]));
+                if sq_distance_to_cell(query, cell, side) <= limit
+                    && let Some(entries) = self.cells.get(&cell)
+                {
+                    limit = look_at(cell, entries);
+                }
+            });
+        }
+        best.map(|(sq_distance, index)| Neighbor { index, sq_distance: sq_distance as f32 })
+    }
+}
+
+fn sq_distance_to_cell(query: &Vector3<f64>, cell: [i32; 3], side: f64) -> f64 {
+    (0..3)
+        .map(|axis| {
+            let low = f64::from(cell[axis]) * side;
+            let outside = (low - query[axis]).max(query[axis] - low - side).max(0.0);
+            outside * outside
+        })
+        .sum()
+}
+
+/// The cells that are `layer` away along one axis at least, and no more along any.
+fn for_each_of_layer(layer: i32, mut visit: impl FnMut([i32; 3])) {
+    for z in -layer..=layer {
+        for y in -layer..=layer {
+            if z.abs() == layer || y.abs() == layer {
+                for x in -layer..=layer {
+                    visit([x, y, z]);
+                }
+            } else {
+                visit([-layer, y, z]);
+                visit([layer, y, z]);
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use scanstitch_scene::random::Random;
+
+    #[test]
+    fn finds_what_looking_at_every_point_finds() {
+        let mut random = Random::new(11);
+        let mut point = || Vector3::from_fn(|_, _| random.normal());
+        let points: Vec<Vector3<f64>> = (0..2000).map(|_| point()).collect();
+        let queries: Vec<Vector3<f64>> = (0..500).map(|_| 1.5 * point()).collect();
+        for (voxel_size, points_per_voxel, spacing) in [(0.05, 1, 0.0), (0.1, 20, 0.05), (3.0, 20, 0.2), (0.01, 1, 0.2)]
+        {
+            let mut grid = VoxelGrid::new(voxel_size, points_per_voxel, spacing);
+            (0..).zip(&points).for_each(|(number, point)| grid.insert(point, number));
+            for max_distance in [0.05, 0.4, 2.0] {
+                for query in &queries {
+                    let nearest = (0..).zip(&points).map(|(number, point)| ((point - query).norm_squared(), number));
+                    let expected: Option<(f64, u32)> = nearest
+                        .filter(|(sq_distance, _)| *sq_distance <= max_distance * max_distance)
+                        .min_by(|a, b| a.partial_cmp(b).unwrap());
+                    let found = grid.nearest(&points, query, max_distance);
+                    assert_eq!(found.map(|found| found.index), expected.map(|(_, number)| number));
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn strays_are_no_part_of_it() {
+        let mut grid = VoxelGrid::new(0.1, 1, 0.0);
+        let strays = [Vector3::new(f64::NAN, 0.0, 0.0), Vector3::new(1e30, 0.0, 0.0), Vector3::new(0.0, 0.0, 1.0)];
+        (0..).zip(&strays).for_each(|(number, stray)| grid.insert(stray, number));
+        assert_eq!(grid.nearest(&strays, &Vector3::zeros(), 100.0).unwrap().index, 2);
+        assert_eq!(grid.nearest(&strays, &strays[0], 100.0), None);
+        let mut found = Vec::new();
+        assert!(!grid.voxel_of(&strays[1], &mut found) && grid.voxel_of(&strays[2], &mut found));
+        assert_eq!(found, [2]);
+    }
+}

@@ -1,0 +1,339 @@
+//! A frame made ready for registration: what can be done to each frame on its own, in any worker.
+//!
+//! Prepared frames travel as bytes, so that workers that share no memory can prepare frames ahead while registration
+//! goes on in order.
+
+use std::sync::Arc;
+
+use serde::{Deserialize, Serialize};
+
+use crate::camera::{Brightness, ColorImage, DepthImage, DepthScale, Pinhole, SurfelImage};
+use crate::error::{Error, Result};
+use crate::geometry::PointCloud;
+use crate::io::{color_image, depth_png, point_cloud};
+use crate::odometry::cloud::PreparedCloud;
+use crate::pipeline::spatial_settings::{ColorUse, Method, Quantisation, SpatialSettings};
+use crate::preprocess::depth_cloud::depth_cloud;
+use crate::preprocess::depth_surfels::{DepthModel, depth_surfels};
+use crate::preprocess::map_image::MapImage;
+use crate::preprocess::voxel_downsample::voxel_downsample;
+use crate::preprocess::wrap_around::usable_pixels;
+use crate::registration::prepared_surfels::PreparedSurfels;
+
+mod bytes;
+
+/// What preparing a frame has to know.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Preparation {
+    /// The settings, with nothing left open that preparing needs.
+    pub settings: SpatialSettings,
+    /// How depth images are to be read; none where the frames are clouds.
+    pub depth: Option<DepthPreparation>,
+}
+
+/// How depth images are to be read, told from the first one.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct DepthPreparation {
+    /// The camera of all images.
+    pub camera: Pinhole,
+    /// Metres a raw step of depth.
+    pub depth_step: f64,
+    /// Bits of a raw value.
+    pub bits: u8,
+    /// The ways of reading the depth that are open at the beginning, the likeliest first.
+    pub quantisations: Vec<Quantisation>,
+    /// The one that the data have decided for.
+    pub decided: Option<Quantisation>,
+}
+
+/// Standard deviation of a triangulating camera's depth over its square (1/m): 2 mm at a metre. Kinect's is 1.4 to 2 mm
+/// (Khoshelham and Elberink, "Accuracy and resolution of Kinect depth data", Sensors 12 (2012)).
+const TRIANGULATION_NOISE: f64 = 2e-3;
+
+impl Preparation {
+    /// From the settings and the first file, a depth image or a cloud: later ones must not change what earlier ones
+    /// meant.
+    ///
+    /// # Errors
+    /// When the file is neither or holds nothing, or the settings make no camera. The error names the file.
+    pub fn new(settings: &SpatialSettings, name: &str, first: &[u8]) -> Result<Self> {
+        if point_cloud::is_cloud(first) {
+            let mut ranges: Vec<f32> = read_cloud(name, first)?.positions.iter().map(|p| p.length()).collect();
+            let middle = ranges.len() / 2;
+            let median = *ranges.select_nth_unstable_by(middle, f32::total_cmp).1;
+            return Ok(Self { settings: settings.for_clouds(f64::from(median)), depth: None });
+        }
+        let first = read_depth(name, first)?;
+        let settings = settings.for_depth();
+        let guessed = DepthScale::guess([&first]).step;
+        let quantisations = match settings.quantisation {
+            Quantisation::ToldFromData if first.bits > 8 => vec![Quantisation::Rounded],
+            // With clouds, nothing tells the two apart.
+            Quantisation::ToldFromData if settings.method != Method::SurfelMap => vec![Quantisation::Truncated],
+            Quantisation::ToldFromData => vec![Quantisation::Truncated, Quantisation::Rounded],
+            known => vec![known],
+        };
+        let depth = DepthPreparation {
+            camera: settings.camera(first.width, first.height, first.bits)?,
+            depth_step: if settings.depth_scale > 0.0 { 1.0 / settings.depth_scale } else { guessed },
+            bits: first.bits,
+            quantisations,
+            decided: None,
+        };
+        Ok(Self { settings, depth: Some(depth) })
+    }
+
+    fn depth_model(&self, depth: &DepthPreparation, quantisation: Quantisation) -> DepthModel {
+        DepthModel {
+            step: depth.depth_step,
+            offset: quantisation.offset(),
+            square_noise: if depth.bits > 8 { TRIANGULATION_NOISE } else { 0.0 },
+            min_range: self.settings.min_range,
+            max_range: self.settings.max_range,
+        }
+    }
+}
+
+impl DepthPreparation {
+    /// The ways of reading a frame's depth. The decision falls while frames are being prepared ahead, and a run must not
+    /// depend on how far: the map's points are always of the likeliest way, so that one is never left out.
+    fn open_quantisations(&self) -> &[Quantisation] {
+        let is_likeliest = self.decided.is_some() && self.decided.as_ref() == self.quantisations.first();
+        if is_likeliest { &self.quantisations[..1] } else { &self.quantisations }
+    }
+}
+
+/// Gives the settings the camera (fx, fy, cx, cy in pixels) that a file beside the images tells, unless they have one.
+///
+/// # Errors
+/// When there is a preparation: frames have been prepared with another camera.
+pub(crate) fn set_intrinsics(
+    settings: &mut SpatialSettings,
+    preparation: Option<&Preparation>,
+    [fx, fy, cx, cy]: [f64; 4],
+) -> Result<()> {
+    if preparation.is_some() {
+        return Err(Error::whole("The camera is set after the first frame", "Set it before all frames"));
+    }
+    if settings.fx == 0.0 && settings.field_of_view == 0.0 {
+        *settings = SpatialSettings { fx, fy, cx, cy, ..settings.clone() };
+    }
+    Ok(())
+}
+
+/// Where a frame stands in its recording.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct FrameLabel {
+    /// Name of the file.
+    pub name: String,
+    /// Its place in the recording, counted from 0, whatever was left out before it.
+    pub index: usize,
+    /// When it was taken (s), where known.
+    pub time: Option<f64>,
+}
+
+/// A colour image as it lies in its file.
+#[derive(Debug, Clone, Copy)]
+pub struct ColorFile<'a> {
+    /// Name of the file.
+    pub name: &'a str,
+    /// All of it, or why it could not be read, which names it.
+    pub bytes: std::result::Result<&'a [u8], &'a str>,
+}
+
+/// A frame made ready.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PreparedFrame {
+    /// Which one it is.
+    pub label: FrameLabel,
+    /// What is registered.
+    pub surfaces: Surfaces,
+    /// What it gives to the map.
+    pub map_points: MapPoints,
+    /// What could not be used of it, in whole sentences.
+    pub notes: Vec<String>,
+}
+
+/// What is registered of a frame, in the sensor's frame.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Surfaces {
+    /// The surfaces of a depth image, for each way of reading the depth that was open.
+    Surfels(Vec<(Quantisation, PreparedSurfels)>),
+    /// What [`PreparedCloud::cloud`] gave.
+    Cloud(PointCloud),
+}
+
+/// What a frame gives to the map, in the sensor's frame.
+#[derive(Debug, Clone, PartialEq)]
+pub enum MapPoints {
+    /// Of a depth image, by one way of reading the depth.
+    Image(MapImage, Quantisation),
+    /// Of a cloud.
+    Cloud(PointCloud),
+}
+
+impl MapPoints {
+    /// About what it takes in memory.
+    pub(crate) fn num_bytes(&self) -> usize {
+        match self {
+            Self::Image(image, _) => image.depths.len() * if image.colors.is_some() { 8 } else { 5 },
+            Self::Cloud(cloud) => {
+                let a_point =
+                    12 + if cloud.normals.is_some() { 12 } else { 0 } + if cloud.colors.is_some() { 3 } else { 0 };
+                cloud.len() * a_point
+            }
+        }
+    }
+
+    /// Leaves one point in four: of frames that follow one another others, so that they fill each other's gaps. `index`
+    /// counts the frames, `round` how often this one has been thinned out before.
+    pub(crate) fn thin(&mut self, index: usize, round: usize) {
+        let phase = (index >> (2 * round).min(30)) % 4;
+        match self {
+            Self::Image(image, _) => *image = image.thinned(phase % 2, phase / 2),
+            Self::Cloud(cloud) => {
+                let kept: Vec<usize> = (phase..cloud.len()).step_by(4).collect();
+                *cloud = selected(cloud, &kept);
+            }
+        }
+    }
+}
+
+impl PreparedFrame {
+    /// Decodes and prepares a depth image, with the colours of its pixels where there is a colour image. A colour image
+    /// that cannot be used is left out, with a note.
+    ///
+    /// # Errors
+    /// When the depth image is broken, holds no depth, or differs from the first one in size.
+    pub fn from_depth(
+        preparation: &Preparation,
+        label: FrameLabel,
+        bytes: &[u8],
+        color: Option<ColorFile<'_>>,
+    ) -> Result<Self> {
+        let Some(depth) = &preparation.depth else {
+            let problem = "This is a depth image, and the first frame is a cloud";
+            return Err(Error::whole(problem, "Give frames of one kind").in_file(&label.name));
+        };
+        let image = read_depth(&label.name, bytes)?;
+        let camera = &depth.camera;
+        if (image.width, image.height) != (camera.width, camera.height) {
+            let problem = format!(
+                "The depth image has {} x {} pixels, the first one has {} x {}",
+                image.width, image.height, camera.width, camera.height
+            );
+            return Err(Error::whole(problem, "Give images of one camera, all of one size").in_file(&label.name));
+        }
+        let mut notes = Vec::new();
+        let colors = color.and_then(|ColorFile { name, bytes }| {
+            let read = |bytes| read_colors(bytes, &image).map_err(|error| error.in_file(name).to_string());
+            let note = |problem| notes.push(format!("{}: its colours are left out: {problem}", label.name));
+            bytes.map_err(str::to_owned).and_then(read).map_err(note).ok()
+        });
+        let usable = usable_pixels(&image);
+        let is_used = preparation.settings.color != ColorUse::NotUsed;
+        let brightness = colors.as_ref().filter(|_| is_used).map(|colors| Arc::new(Brightness::new(colors)));
+        let surfels = |&quantisation: &Quantisation| {
+            let surfels = depth_surfels(&image, &usable, camera, &preparation.depth_model(depth, quantisation));
+            (quantisation, SurfelImage { brightness: brightness.clone(), ..surfels })
+        };
+        let surfels: Vec<(Quantisation, SurfelImage)> = depth.open_quantisations().iter().map(surfels).collect();
+        let Some((quantisation, likeliest)) = surfels.first() else {
+            return Err(Error::whole("There is no way to read the depth", "Give a quantisation"));
+        };
+        let model = preparation.depth_model(depth, *quantisation);
+        let map_image = MapImage::new(&image, &usable, likeliest, &model, colors.as_ref());
+        let map_points = MapPoints::Image(map_image, *quantisation);
+        let surfaces = if preparation.settings.method == Method::SurfelMap {
+            let options = preparation.settings.depth_options();
+            Surfaces::Surfels(
+                surfels.into_iter().map(|(quantisation, image)| (quantisation, options.prepared(image))).collect(),
+            )
+        } else {
+            // Courses take every value for what it says.
+            let is_course = preparation.settings.method == Method::Course;
+            let taken = if is_course { vec![true; image.values.len()] } else { usable };
+            let cloud = depth_cloud(&image, &taken, camera, &model, None);
+            Surfaces::Cloud(PreparedCloud::new(&cloud, &preparation.settings.cloud_options())?.cloud().clone())
+        };
+        Ok(Self { label, surfaces, map_points, notes })
+    }
+
+    /// Reads and prepares a cloud, in the frame of the sensor that took it.
+    ///
+    /// # Errors
+    /// When the file is broken or holds no points in range, or the first frame is a depth image.
+    pub fn from_cloud(preparation: &Preparation, label: FrameLabel, bytes: &[u8]) -> Result<Self> {
+        let settings = &preparation.settings;
+        if preparation.depth.is_some() {
+            let problem = "This is a cloud, and the first frame is a depth image";
+            return Err(Error::whole(problem, "Give frames of one kind").in_file(&label.name));
+        }
+        let cloud = in_range(&read_cloud(&label.name, bytes)?, settings.min_range as f32, settings.max_range as f32);
+        let in_file = |error: Error| error.in_file(&label.name);
+        if cloud.is_empty() {
+            let problem = format!("No point lies from {} m on in range", settings.min_range);
+            return Err(in_file(Error::whole(problem, "Give other limits of the range")));
+        }
+        let prepared = PreparedCloud::new(&cloud, &settings.cloud_options()).map_err(in_file)?.cloud().clone();
+        let map_points = if settings.map_voxel_size < settings.voxel_size {
+            voxel_downsample(&cloud, settings.map_voxel_size).map_err(in_file)?
+        } else {
+            prepared.clone()
+        };
+        let (surfaces, map_points) = (Surfaces::Cloud(prepared), MapPoints::Cloud(map_points));
+        Ok(Self { label, surfaces, map_points, notes: Vec::new() })
+    }
+}
+
+/// The points that are finite and from `min_range` to `max_range` (m) away from the sensor.
+fn in_range(cloud: &PointCloud, min_range: f32, max_range: f32) -> PointCloud {
+    let keep = |position: &glam::Vec3| position.is_finite() && (min_range..=max_range).contains(&position.length());
+    let kept: Vec<usize> = (0..cloud.len()).filter(|&point| keep(&cloud.positions[point])).collect();
+    selected(cloud, &kept)
+}
+
+fn selected(cloud: &PointCloud, kept: &[usize]) -> PointCloud {
+    PointCloud {
+        positions: kept.iter().map(|&point| cloud.positions[point]).collect(),
+        normals: cloud.normals.as_ref().map(|normals| kept.iter().map(|&point| normals[point]).collect()),
+        colors: cloud.colors.as_ref().map(|colors| kept.iter().map(|&point| colors[point]).collect()),
+        origin: cloud.origin,
+    }
+}
+
+fn read_cloud(name: &str, bytes: &[u8]) -> Result<PointCloud> {
+    let cloud = point_cloud::read(bytes).map_err(|error| error.in_file(name))?;
+    if cloud.is_empty() {
+        return Err(Error::whole("The cloud has no points", "Leave the file out or export it again").in_file(name));
+    }
+    if cloud.is_planar() {
+        let problem = "All points have z = 0: this is a scan of a planar laser, not a cloud in space";
+        return Err(Error::whole(problem, "Give planar scans apart from clouds").in_file(name));
+    }
+    Ok(cloud)
+}
+
+/// Reads a depth image that holds some depth.
+///
+/// # Errors
+/// When it is broken or all zero; the error names the file.
+fn read_depth(name: &str, bytes: &[u8]) -> Result<DepthImage> {
+    let image = depth_png::read(bytes).map_err(|error| error.in_file(name))?;
+    if image.values.iter().all(|&value| value == 0) {
+        return Err(Error::whole("All depths are zero: nothing was measured", "Leave the frame out").in_file(name));
+    }
+    Ok(image)
+}
+
+fn read_colors(bytes: &[u8], depth: &DepthImage) -> Result<ColorImage> {
+    let colors = color_image::read(bytes)?;
+    if (colors.width, colors.height) == (depth.width, depth.height) {
+        return Ok(colors);
+    }
+    let problem = format!(
+        "The colour image has {} x {} pixels, the depth image {} x {}",
+        colors.width, colors.height, depth.width, depth.height
+    );
+    Err(Error::whole(problem, "Give colour images that are registered to the depth images, pixel by pixel"))
+}

@@ -1,0 +1,227 @@
+//! All settings of a planar reconstruction: names, defaults, limits and explanations, for the page, the command line and
+//! the API alike.
+
+pub(crate) mod description;
+mod list;
+
+use serde::{Deserialize, Serialize};
+
+use self::description::check_limits;
+pub use self::description::{Choice, SettingDescription, SettingKind};
+pub use self::list::{Preset, descriptions, presets};
+use crate::error::{Error, Result};
+use crate::map::local::MetricName;
+use crate::odometry::planar::{InitialGuess, PlanarOptions};
+use crate::preprocess::clean::RangeLimits;
+use crate::registration::correlative::SearchWindow;
+use crate::registration::icp::{Criteria, IcpOptions, Rejection, Weighting};
+use crate::registration::robust_kernel::RobustKernel;
+
+/// How scans are chained.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
+pub enum Strategy {
+    /// Each scan with the one before it.
+    ScanToScan,
+    /// Each scan with a local map of the scans before it.
+    ScanToMap,
+    /// As scan to map, then all poses together: each scan with the n before it.
+    Joint,
+}
+
+/// Where measured motion between scans comes from, as a first guess.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
+pub enum OdometrySource {
+    /// From a file of its own, where one is given.
+    File,
+    /// From a file of its own, or else from the poses that the laser log holds.
+    Log,
+    /// From nowhere: scans alone.
+    None,
+}
+
+/// Settings of a planar reconstruction. The default works on whatever the samples and the homework's scans are like.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+#[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
+pub struct Settings {
+    /// Returns nearer than this are dropped (m).
+    pub min_range: f64,
+    /// Returns at or beyond this are dropped (m).
+    pub max_range: f64,
+    /// How scans are chained.
+    pub strategy: Strategy,
+    /// How many earlier scans form the local map.
+    pub local_map_scans: usize,
+    /// Joint: each scan is matched with the n before it and the n nearest before those; 0 means all.
+    pub matched_scans: usize,
+    /// What a registration starts from.
+    pub initial_guess: InitialGuess,
+    /// Where measured motion comes from; where there is some, it goes before `initial_guess`.
+    pub odometry: OdometrySource,
+    /// Half width of the correlative search in x and y (m).
+    pub search_translation: f64,
+    /// Half width of the correlative search in heading (rad).
+    pub search_rotation: f64,
+    /// What a correspondence measures.
+    pub metric: MetricName,
+    /// Pairs further apart are no correspondences (m).
+    pub max_correspondence_distance: f64,
+    /// Pairs whose normals differ by more are rejected (rad).
+    pub max_normal_angle: f64,
+    /// Share of the worst correspondences that is dropped.
+    pub trim_fraction: f64,
+    /// How far residuals count less.
+    pub robust_kernel: RobustKernel,
+    /// Residual at which the kernel sets in (m).
+    pub robust_kernel_width: f64,
+    /// Most iterations of a registration, and of the joint solution.
+    pub max_iterations: usize,
+    /// Converged when a step turns less (rad) and moves less than `translation_eps`.
+    pub rotation_eps: f64,
+    /// Converged when a step moves less (m) and turns less than `rotation_eps`.
+    pub translation_eps: f64,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self {
+            min_range: 0.05,
+            max_range: 50.0,
+            strategy: Strategy::Joint,
+            local_map_scans: 5,
+            matched_scans: 10,
+            initial_guess: InitialGuess::Correlative,
+            odometry: OdometrySource::File,
+            search_translation: 1.5,
+            search_rotation: 35f64.to_radians(),
+            metric: MetricName::PointToLine,
+            max_correspondence_distance: 0.5,
+            max_normal_angle: 45f64.to_radians(),
+            trim_fraction: 0.0,
+            robust_kernel: RobustKernel::Cauchy,
+            robust_kernel_width: 0.05,
+            max_iterations: 50,
+            rotation_eps: 1e-4,
+            translation_eps: 1e-4,
+        }
+    }
+}
+
+impl Settings {
+    /// Checks every value against the limits of its description.
+    ///
+    /// # Errors
+    /// Names the first setting out of its limits, with the value and the limits.
+    pub fn validate(&self) -> Result<()> {
+        check_limits(&descriptions(), |name| self.number(name))?;
+        if self.min_range >= self.max_range {
+            return Err(Error::whole(
+                format!("min_range = {} is not below max_range = {}", self.min_range, self.max_range),
+                "Give a smaller min_range or a larger max_range",
+            ));
+        }
+        Ok(())
+    }
+
+    /// The value of a numeric setting by its name; NaN for a choice.
+    fn number(&self, name: &str) -> f64 {
+        match name {
+            "min_range" => self.min_range,
+            "max_range" => self.max_range,
+            "local_map_scans" => self.local_map_scans as f64,
+            "matched_scans" => self.matched_scans as f64,
+            "search_translation" => self.search_translation,
+            "search_rotation" => self.search_rotation,
+            "max_correspondence_distance" => self.max_correspondence_distance,
+            "max_normal_angle" => self.max_normal_angle,
+            "trim_fraction" => self.trim_fraction,
+            "robust_kernel_width" => self.robust_kernel_width,
+            "max_iterations" => self.max_iterations as f64,
+            "rotation_eps" => self.rotation_eps,
+            "translation_eps" => self.translation_eps,
+            _ => f64::NAN,
+        }
+    }
+
+    /// The range limits of the cleaning.
+    pub fn range_limits(&self) -> RangeLimits {
+        RangeLimits { min_range: self.min_range, max_range: self.max_range }
+    }
+
+    /// How many scans the local map holds.
+    pub fn map_capacity(&self) -> usize {
+        if self.strategy == Strategy::ScanToScan { 1 } else { self.local_map_scans }
+    }
+
+    /// The options of the odometry.
+    pub fn odometry_options(&self) -> PlanarOptions {
+        PlanarOptions {
+            map_capacity: self.map_capacity(),
+            initial_guess: self.initial_guess,
+            search: SearchWindow { translation: self.search_translation, rotation: self.search_rotation },
+            metric: self.metric,
+            icp: self.icp_options(),
+        }
+    }
+
+    /// The options of the registration loop.
+    pub fn icp_options(&self) -> IcpOptions {
+        IcpOptions {
+            rejection: Rejection {
+                max_correspondence_distance: self.max_correspondence_distance,
+                max_normal_angle: self.max_normal_angle,
+                trim_fraction: self.trim_fraction,
+            },
+            weighting: Weighting { robust_kernel: self.robust_kernel, robust_kernel_width: self.robust_kernel_width },
+            criteria: Criteria {
+                max_iterations: self.max_iterations,
+                rotation_eps: self.rotation_eps,
+                translation_eps: self.translation_eps,
+            },
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_setting_is_described_once_and_every_preset_is_valid() {
+        let fields = serde_json::to_value(Settings::default()).unwrap();
+        let mut fields: Vec<String> = fields.as_object().unwrap().keys().cloned().collect();
+        let mut described: Vec<String> = descriptions().iter().map(|d| d.name.to_owned()).collect();
+        fields.sort();
+        described.sort();
+        assert_eq!(fields, described);
+        for preset in presets() {
+            preset.settings.validate().unwrap();
+        }
+        assert_eq!(presets()[0].settings, Settings::default());
+    }
+
+    #[test]
+    fn every_choice_is_a_value_of_its_setting() {
+        for description in descriptions() {
+            let SettingKind::Choice { choices } = &description.kind else { continue };
+            for choice in choices {
+                let json = serde_json::json!({ description.name: choice.value });
+                let settings: Settings = serde_json::from_value(json).unwrap();
+                assert_eq!(serde_json::to_value(&settings).unwrap()[description.name], choice.value);
+            }
+        }
+    }
+
+    #[test]
+    fn values_out_of_their_limits_are_named() {
+        let error = Settings { trim_fraction: 1.5, ..Settings::default() }.validate().unwrap_err();
+        assert!(error.to_string().contains("trim_fraction = 1.5"), "{error}");
+        assert!(Settings { max_range: f64::NAN, ..Settings::default() }.validate().is_err());
+        assert!(Settings { min_range: 60.0, ..Settings::default() }.validate().is_err());
+        assert!(serde_json::from_str::<Settings>("{\"max_rnage\": 3}").is_err());
+    }
+}

@@ -1,0 +1,562 @@
+//! The whole run in space: prepared frames in, trajectory and map out, one frame after the other.
+
+mod kept_frames;
+
+use std::collections::VecDeque;
+
+use self::kept_frames::{Frame, KeptFrames};
+use crate::error::{Error, Result};
+use crate::evaluation::spatial_error::{EstimatedFrame, spatial_error};
+use crate::geometry::{PointCloud, Pose3};
+use crate::graph::loops::spatial::{LoopReport, SpatialLoops};
+use crate::io::trajectory::Contents;
+use crate::map::voxel::{VoxelCount, VoxelMap};
+use crate::odometry::assessment::Status;
+use crate::odometry::cloud::{CloudEstimate, CloudOdometry, PreparedCloud};
+use crate::odometry::depth::{DepthOdometry, Revision, SpatialEstimate};
+use crate::pipeline::prepared_frame::{
+    DepthPreparation, MapPoints, Preparation, PreparedFrame, Surfaces, set_intrinsics,
+};
+use crate::pipeline::report::{Progress, Stage};
+use crate::pipeline::spatial_report::{MapSize, SpatialComparison, SpatialFrameResult, SpatialResult};
+use crate::pipeline::spatial_settings::{LoopClosing, Method, Quantisation, SpatialSettings};
+
+/// So many registered frames decide how depth was made whole, ...
+const DECIDING_FRAMES: usize = 12;
+/// ... or so many, ...
+const CLEARLY_DECIDING_FRAMES: usize = 6;
+/// ... where one reading has so many times the misfit of the other. On both real floors the wrong one has 1.2 to 1.6
+/// times as much in the end, and 1.13 to 1.5 times after six frames.
+const CLEAR_RATIO: f64 = 1.1;
+/// Truncated depth, which is what a cast to a whole number gives, is taken for rounded where that fits better by this ratio
+/// of the misfits. Half a step too near makes a room that turns about the camera bend; recordings that hardly turn leave
+/// it open.
+const DECIDING_RATIO: f64 = 1.05;
+
+/// So many of the newest frames are not stitched before the map is asked for.
+const UNSETTLED_FRAMES: usize = 6;
+
+/// A reconstruction in space.
+///
+/// [`begin`](Self::begin) looks at the first frame and says what preparing has to know; prepared frames are
+/// [added](Self::add) in their order, and [`step`](Self::step) registers one after the other. After the last one,
+/// [`finish`](Self::finish) closes the last loop. What is known so far may be asked for at any time, and
+/// more frames may be added to a finished run.
+pub struct SpatialReconstruction {
+    settings: SpatialSettings,
+    preparation: Option<Preparation>,
+    waiting: VecDeque<PreparedFrame>,
+    frames: KeptFrames,
+    readings: Vec<Reading>,
+    reference: Option<Reference>,
+    notes: Vec<String>,
+    stitched: Option<Stitched>,
+    /// Whether it has been said that no frame will follow.
+    is_complete: bool,
+    /// Whether what comes after the last frame has been done.
+    is_finished: bool,
+}
+
+struct Reference {
+    name: String,
+    contents: Contents,
+    num_recorded: usize,
+}
+
+/// A map with what it was made of: it is made anew where that has changed.
+struct Stitched {
+    map: VoxelMap,
+    quantisation: Quantisation,
+    poses: Vec<Option<Pose3>>,
+}
+
+impl Stitched {
+    /// Number of frames.
+    fn len(&self) -> usize {
+        self.poses.len()
+    }
+}
+
+/// A run with one way of reading the depth; while the data have not decided there may be two. Clouds have one.
+struct Reading {
+    quantisation: Quantisation,
+    odometry: Odometry,
+    estimates: Vec<SpatialEstimate>,
+    loops: Option<SpatialLoops>,
+    /// Sum over the registered frames of the mean square residual over the mean square depth: a reading that makes
+    /// everything smaller makes the residuals smaller, too.
+    misfit: f64,
+    num_registered: usize,
+}
+
+enum Odometry {
+    Depth(Box<DepthOdometry>),
+    Cloud(Box<CloudOdometry>),
+}
+
+impl Reading {
+    fn new(quantisation: Quantisation, settings: &SpatialSettings) -> Result<Self> {
+        let odometry = match settings.method {
+            Method::SurfelMap => Odometry::Depth(Box::new(DepthOdometry::new(settings.depth_options()))),
+            _ => Odometry::Cloud(Box::new(CloudOdometry::new(settings.cloud_options())?)),
+        };
+        Ok(Self {
+            quantisation,
+            odometry,
+            estimates: Vec::new(),
+            loops: (settings.loop_closing == LoopClosing::On).then(SpatialLoops::default),
+            misfit: 0.0,
+            num_registered: 0,
+        })
+    }
+
+    fn add(&mut self, surfaces: &Surfaces) {
+        let mut estimate = match (&mut self.odometry, surfaces) {
+            (Odometry::Depth(odometry), Surfaces::Surfels(images)) => {
+                let Some((_, surfels)) = images.iter().find(|(quantisation, _)| *quantisation == self.quantisation)
+                else {
+                    return;
+                };
+                let estimate = odometry.register_frame(surfels);
+                revise(odometry, &mut self.estimates, self.loops.as_mut());
+                let number = self.estimates.len() as u32;
+                if let Some(loops) = &mut self.loops {
+                    loops.add(number, surfels, &estimate);
+                }
+                let is_good = estimate.verdict.status == Status::Good;
+                // Frames that do not belong fit in no way.
+                if let Some(registration) = estimate.registration.as_ref().filter(|_| is_good) {
+                    let sq_depths: f64 = surfels.image.surfels().map(|surfel| surfel.point.z * surfel.point.z).sum();
+                    let sq_depth = sq_depths / surfels.image.surfels().count().max(1) as f64;
+                    self.misfit += registration.last.inlier_rmse.powi(2) / sq_depth.max(f64::MIN_POSITIVE);
+                    self.num_registered += 1;
+                }
+                estimate
+            }
+            (Odometry::Cloud(odometry), Surfaces::Cloud(cloud)) => {
+                let CloudEstimate { T_world_sensor, registration, overlap, verdict, .. } =
+                    odometry.register_frame(PreparedCloud::from_cloud(cloud.clone()));
+                let is_in_map = verdict.status != Status::Lost;
+                SpatialEstimate { T_world_sensor, registration, overlap, verdict, is_in_map }
+            }
+            // Preparation, which knows the method, makes no other pairs.
+            _ => return,
+        };
+        if let Some(registration) = &mut estimate.registration {
+            // The bulk of a result, and nobody asks for it.
+            registration.correspondences = Vec::new();
+        }
+        self.estimates.push(estimate);
+    }
+
+    /// Moves all frames, and what they have shown, to where open loops want them.
+    fn close_loops(&mut self) {
+        let Some(motions) = self.loops.as_mut().and_then(SpatialLoops::close) else { return };
+        let motion_of = |frame: u32| {
+            let place = motions.partition_point(|(first, _)| *first <= frame);
+            place.checked_sub(1).map_or_else(Pose3::identity, |place| motions[place].1)
+        };
+        for (frame, estimate) in (0..).zip(&mut self.estimates) {
+            estimate.T_world_sensor = motion_of(frame) * estimate.T_world_sensor;
+        }
+        if let Odometry::Depth(odometry) = &mut self.odometry {
+            odometry.move_frames(motion_of);
+        }
+    }
+}
+
+/// What has been found out of frames before the last one.
+fn revise(odometry: &mut DepthOdometry, estimates: &mut [SpatialEstimate], loops: Option<&mut SpatialLoops>) {
+    let revisions = odometry.take_revisions();
+    if revisions.is_empty() {
+        return;
+    }
+    let is_another_chain = revisions.iter().any(|revision| revision.verdict.status == Status::Lost);
+    for Revision { frame, T_world_sensor, verdict, registration } in revisions {
+        let Some(estimate) = estimates.get_mut(frame as usize) else { continue };
+        (estimate.T_world_sensor, estimate.verdict) = (T_world_sensor, verdict);
+        if let Some((mut registration, overlap)) = registration {
+            registration.correspondences = Vec::new();
+            (estimate.registration, estimate.overlap) = (Some(registration), overlap);
+        }
+    }
+    match loops {
+        Some(loops) if is_another_chain => *loops = SpatialLoops::default(),
+        Some(loops) => loops.corrected(|frame| estimates[frame as usize].T_world_sensor),
+        None => {}
+    }
+}
+
+impl SpatialReconstruction {
+    /// A reconstruction without frames.
+    ///
+    /// # Errors
+    /// When a setting is out of its limits.
+    pub fn new(settings: SpatialSettings) -> Result<Self> {
+        settings.validate()?;
+        Ok(Self {
+            settings,
+            preparation: None,
+            waiting: VecDeque::new(),
+            frames: KeptFrames::default(),
+            readings: Vec::new(),
+            reference: None,
+            notes: Vec::new(),
+            stitched: None,
+            is_complete: false,
+            is_finished: false,
+        })
+    }
+
+    /// Sets the camera (fx, fy, cx, cy in pixels), as a file beside the images tells it, unless the settings have one.
+    ///
+    /// # Errors
+    /// After [`begin`](Self::begin): frames have been prepared with another camera.
+    pub fn set_intrinsics(&mut self, intrinsics: [f64; 4]) -> Result<()> {
+        set_intrinsics(&mut self.settings, self.preparation.as_ref(), intrinsics)
+    }
+
+    /// Looks at the first file, a depth image or a cloud, given as its bytes; says what preparing has to know. The first call
+    /// counts.
+    ///
+    /// # Errors
+    /// When it is neither, holds nothing, or the settings make no camera.
+    pub fn begin(&mut self, name: &str, first: &[u8]) -> Result<&Preparation> {
+        if self.preparation.is_none() {
+            let preparation = Preparation::new(&self.settings, name, first)?;
+            let quantisations =
+                preparation.depth.as_ref().map_or(&[Quantisation::Rounded][..], |depth| &depth.quantisations);
+            let readings = quantisations.iter().map(|&quantisation| Reading::new(quantisation, &preparation.settings));
+            self.readings = readings.collect::<Result<_>>()?;
+            self.preparation = Some(preparation);
+        }
+        self.preparation.as_ref().ok_or_else(not_begun)
+    }
+
+    /// What preparing has to know, after [`begin`](Self::begin). It becomes less work once the data have decided how depth
+    /// was made whole; frames prepared by what it was before stay good.
+    pub fn preparation(&self) -> Option<&Preparation> {
+        self.preparation.as_ref()
+    }
+
+    /// Adds the next frame to those that wait to be registered.
+    ///
+    /// # Errors
+    /// Before [`begin`](Self::begin), and when the frame comes before the last one in the recording.
+    pub fn add(&mut self, frame: PreparedFrame) -> Result<()> {
+        if self.preparation.is_none() {
+            return Err(not_begun());
+        }
+        let last = self.waiting.back().map(|frame| frame.label.index);
+        let last = last.or_else(|| self.frames.last().map(|frame| frame.label.index));
+        if last.is_some_and(|last| frame.label.index <= last) {
+            let problem = format!("Frame {} of the recording comes after one behind it", frame.label.index);
+            return Err(Error::whole(problem, "Add frames in the order of the recording").in_file(&frame.label.name));
+        }
+        self.notes.extend(frame.notes.iter().cloned());
+        self.waiting.push_back(frame);
+        (self.is_complete, self.is_finished) = (false, false);
+        Ok(())
+    }
+
+    /// Says that no frame will follow: [`step`](Self::step) then closes a loop that has been seen but once, too. Should one
+    /// follow nevertheless, it goes on from there.
+    pub fn finish(&mut self) {
+        self.is_complete = true;
+    }
+
+    /// Does one bounded piece of work: registers one frame, or closes a loop.
+    pub fn step(&mut self) -> Progress {
+        if let Some(frame) = self.waiting.pop_front() {
+            return self.register(frame);
+        }
+        if self.is_complete && !self.is_finished && self.try_again() {
+            let total = self.frames.len();
+            return Progress { stage: Stage::Retry, done: total, total, frame: None };
+        }
+        if self.is_complete && !self.is_finished {
+            self.is_finished = true;
+            for reading in &mut self.readings {
+                reading.loops.iter_mut().for_each(SpatialLoops::finish);
+                reading.close_loops();
+            }
+            let total = self.frames.len();
+            return Progress { stage: Stage::Loops, done: total, total, frame: None };
+        }
+        let total = self.frames.len();
+        Progress { stage: Stage::Done, done: total, total, frame: None }
+    }
+
+    fn register(&mut self, frame: PreparedFrame) -> Progress {
+        for reading in &mut self.readings {
+            reading.add(&frame.surfaces);
+            reading.close_loops();
+        }
+        self.decide();
+        if self.frames.push(Frame { label: frame.label, map_points: frame.map_points }) {
+            // The map is one of the frames as they are kept, whenever it is asked for.
+            self.stitched = None;
+        }
+        let done = self.frames.len();
+        Progress { stage: Stage::Register, done, total: done + self.waiting.len(), frame: Some(done - 1) }
+    }
+
+    /// Tries one of the frames again that were not found; whether there may be more.
+    fn try_again(&mut self) -> bool {
+        let best = self.best_index();
+        let Some(Reading { odometry: Odometry::Depth(odometry), estimates, loops, .. }) = self.readings.get_mut(best)
+        else {
+            return false;
+        };
+        let is_more = odometry.try_again();
+        revise(odometry, estimates, loops.as_mut());
+        is_more
+    }
+
+    /// Drops the reading that fits worse, once enough frames have been registered.
+    fn decide(&mut self) {
+        if self.is_decided() {
+            let best = self.best_index();
+            self.readings.swap(0, best);
+            self.readings.truncate(1);
+            // What is prepared from now on need not keep the other one open.
+            let depth = self.preparation.as_mut().and_then(|preparation| preparation.depth.as_mut());
+            if let (Some(reading), Some(depth)) = (self.readings.first(), depth) {
+                depth.decided = Some(reading.quantisation);
+            }
+        }
+    }
+
+    /// Whether enough frames have been registered: few are, where one reading fits them far better.
+    fn is_decided(&self) -> bool {
+        let num_registered = self.readings.first().map_or(0, |reading| reading.num_registered);
+        let is_clear = match &self.readings[..] {
+            [a, b] => a.misfit > CLEAR_RATIO * b.misfit || b.misfit > CLEAR_RATIO * a.misfit,
+            _ => true,
+        };
+        num_registered >= DECIDING_FRAMES || (num_registered >= CLEARLY_DECIDING_FRAMES && is_clear)
+    }
+
+    fn best_index(&self) -> usize {
+        match &self.readings[..] {
+            [truncated, rounded] if truncated.misfit > DECIDING_RATIO * rounded.misfit => 1,
+            _ => 0,
+        }
+    }
+
+    fn best(&self) -> Option<&Reading> {
+        self.readings.get(self.best_index())
+    }
+
+    /// Sets what to compare with; it is used for nothing else. `num_recorded` is the number of frames of the recording,
+    /// whether they could be used or not.
+    pub fn set_reference(&mut self, name: &str, contents: Contents, num_recorded: usize) {
+        self.reference = Some(Reference { name: name.to_owned(), contents, num_recorded });
+    }
+
+    /// Forgets the reference.
+    pub fn clear_reference(&mut self) {
+        self.reference = None;
+    }
+
+    /// What was found of each frame when it was registered.
+    pub fn estimates(&self) -> &[SpatialEstimate] {
+        self.best().map_or(&[], |reading| &reading.estimates)
+    }
+
+    /// Poses `T_world_sensor` of the frames so far; the world is the frame of the first one.
+    pub fn poses(&self) -> Vec<Pose3> {
+        self.estimates().iter().map(|estimate| estimate.T_world_sensor).collect()
+    }
+
+    /// The places that were recognised, and what came of it.
+    pub fn loop_report(&self) -> LoopReport {
+        self.best().and_then(|reading| reading.loops.as_ref()).map_or_else(LoopReport::default, SpatialLoops::report)
+    }
+
+    /// How depth was made whole, as set or as found so far; `None` for clouds.
+    pub fn quantisation(&self) -> Option<Quantisation> {
+        self.depth()?;
+        self.best().map(|reading| reading.quantisation)
+    }
+
+    fn depth(&self) -> Option<&DepthPreparation> {
+        self.preparation.as_ref()?.depth.as_ref()
+    }
+
+    /// When the frames were taken (s), if that is known of all of them.
+    pub fn times(&self) -> Option<Vec<f64>> {
+        self.frames.iter().map(|frame| frame.label.time).collect()
+    }
+
+    /// What is known so far.
+    pub fn result(&self) -> SpatialResult {
+        let mut notes = self.notes.clone();
+        notes.extend(self.frames.note());
+        notes.extend(self.loop_report().note());
+        let comparison = self.reference.as_ref().and_then(|reference| {
+            notes.extend(reference.contents.notes.iter().map(|note| format!("{}: {note}", reference.name)));
+            match self.compare(reference) {
+                Ok(comparison) => comparison,
+                Err(error) => {
+                    notes.push(error.in_file(&reference.name).to_string());
+                    None
+                }
+            }
+        });
+        let frames = self.frames.iter().zip(self.estimates()).zip(self.poses());
+        SpatialResult {
+            version: env!("CARGO_PKG_VERSION"),
+            settings: self.preparation.as_ref().map_or(&self.settings, |preparation| &preparation.settings).clone(),
+            camera: self.depth().map(|depth| depth.camera),
+            depth_scale: self.depth().map(|depth| 1.0 / depth.depth_step),
+            quantisation: self.quantisation(),
+            frames: frames
+                .map(|((Frame { label, .. }, estimate), pose)| {
+                    SpatialFrameResult::new(&label.name, label.index, label.time, estimate, pose)
+                })
+                .collect(),
+            loops: self.loop_report(),
+            comparison,
+            notes,
+        }
+    }
+
+    /// None before there are frames.
+    fn compare(&self, reference: &Reference) -> Result<Option<SpatialComparison>> {
+        let estimated = |(frame, pose): (&Frame, Option<Pose3>)| EstimatedFrame {
+            index: frame.label.index,
+            time: frame.label.time,
+            T_world_sensor: pose,
+        };
+        let frames: Vec<EstimatedFrame> =
+            self.frames.iter().zip(self.poses_up_to(Status::Doubtful)).map(estimated).collect();
+        if frames.is_empty() {
+            return Ok(None);
+        }
+        let error =
+            spatial_error(&frames, reference.num_recorded, &reference.contents, &self.settings.known_convention())?;
+        Ok(Some(SpatialComparison::new(&reference.name, error)))
+    }
+
+    /// Poses of the frames that are at most so doubtful, `None` for the others.
+    fn poses_up_to(&self, worst: Status) -> Vec<Option<Pose3>> {
+        let believed = |estimate: &SpatialEstimate| estimate.verdict.status as u8 <= worst as u8;
+        let poses = self.poses();
+        self.estimates().iter().zip(poses).map(|(estimate, pose)| believed(estimate).then_some(pose)).collect()
+    }
+
+    /// The map so far: one point a voxel, coloured where the recording is, world frame. What has been added since it was
+    /// last asked for is stitched to it.
+    pub fn map(&mut self) -> &VoxelMap {
+        let poses = self.poses_up_to(Status::Good);
+        let stitched = self.stitch(&poses);
+        &self.stitched.insert(stitched).map
+    }
+
+    /// Stitches one more of the frames that are registered, so that less is left to do when the [map](Self::map) is asked
+    /// for: it becomes the same map. The newest frames have to wait, as their poses may still change.
+    pub fn stitch_ahead(&mut self) {
+        let poses = self.poses_up_to(Status::Good);
+        let num_settled = poses.len().saturating_sub(UNSETTLED_FRAMES);
+        let num_stitched =
+            self.stitched.as_ref().filter(|stitched| self.is_of(stitched, &poses)).map_or(0, Stitched::len);
+        if num_stitched < num_settled {
+            self.stitched = Some(self.stitch(&poses[..=num_stitched]));
+        }
+    }
+
+    /// The map of the first frames at these poses, made from what there is of it.
+    fn stitch(&mut self, poses: &[Option<Pose3>]) -> Stitched {
+        let kept = self.stitched.take().filter(|stitched| self.is_of(stitched, poses));
+        let voxel_size = self.preparation.as_ref().map_or(1.0, |preparation| preparation.settings.map_voxel_size);
+        let mut stitched = kept.unwrap_or_else(|| Stitched {
+            map: VoxelMap::new(voxel_size),
+            quantisation: self.map_quantisation(),
+            poses: Vec::new(),
+        });
+        let max_height = self.settings.max_height;
+        for (index, (frame, pose)) in self.frames.iter().zip(poses).enumerate().skip(stitched.len()) {
+            match (&frame.map_points, pose) {
+                (_, None) => {}
+                (MapPoints::Image(image, prepared_as), Some(pose)) => {
+                    stitched.map.insert_image(image, self.depth_shift(*prepared_as), pose, index, max_height);
+                }
+                (MapPoints::Cloud(cloud), Some(pose)) => stitched.map.insert(cloud, pose, index, max_height),
+            }
+        }
+        stitched.poses.extend_from_slice(&poses[stitched.len()..]);
+        stitched
+    }
+
+    /// Whether a map is one of the first frames at these poses.
+    fn is_of(&self, stitched: &Stitched, poses: &[Option<Pose3>]) -> bool {
+        stitched.quantisation == self.map_quantisation() && poses.starts_with(&stitched.poses)
+    }
+
+    fn map_quantisation(&self) -> Quantisation {
+        self.quantisation().unwrap_or(Quantisation::Rounded)
+    }
+
+    /// What is to be added to depths (m) that were prepared by one way of reading them.
+    fn depth_shift(&self, prepared_as: Quantisation) -> f64 {
+        (self.map_quantisation().offset() - prepared_as.offset()) * self.depth().map_or(0.0, |depth| depth.depth_step)
+    }
+
+    /// What a frame gives to the map, in the sensor's frame.
+    fn with_map_cloud(&self, index: usize, work: impl FnOnce(&PointCloud)) {
+        match self.frames.get(index).map(|frame| &frame.map_points) {
+            Some(MapPoints::Image(image, prepared_as)) => work(&image.cloud(self.depth_shift(*prepared_as))),
+            Some(MapPoints::Cloud(cloud)) => work(cloud),
+            None => {}
+        }
+    }
+
+    /// What the map would take in voxels of other sizes (m, positive).
+    pub fn map_sizes(&self, voxel_sizes: &[f64]) -> Vec<MapSize> {
+        let poses = self.poses_up_to(Status::Good);
+        let finest = voxel_sizes.iter().copied().fold(f64::INFINITY, f64::min);
+        let count = |voxel_size| {
+            let mut count = VoxelCount::new(voxel_size);
+            for (index, pose) in poses.iter().enumerate() {
+                if let Some(pose) = pose {
+                    self.with_map_cloud(index, |cloud| count.insert(cloud, pose, self.settings.max_height));
+                }
+            }
+            count
+        };
+        let has_colors = self.frames.iter().any(|frame| match &frame.map_points {
+            MapPoints::Image(image, _) => image.colors.is_some(),
+            MapPoints::Cloud(cloud) => cloud.colors.is_some(),
+        });
+        // Position and normal in single precision, and three bytes of colour.
+        let bytes_a_point = if has_colors { 27 } else { 24 };
+        let finest_count = count(finest);
+        let size = |&voxel_size: &f64| {
+            let multiple = (voxel_size / finest).round();
+            let is_multiple = (multiple * finest - voxel_size).abs() < 1e-9 * voxel_size;
+            let num_points =
+                if is_multiple { finest_count.len_of_multiple(multiple as i32) } else { count(voxel_size).len() };
+            MapSize { voxel_size, num_points, num_bytes: num_points * bytes_a_point }
+        };
+        voxel_sizes.iter().map(size).collect()
+    }
+
+    /// The pieces of surface that depth images are registered to, with normals, in the world frame.
+    pub fn surfel_cloud(&self) -> PointCloud {
+        let Some(Reading { odometry: Odometry::Depth(odometry), .. }) = self.best() else {
+            return PointCloud::default();
+        };
+        let single = |vector: &nalgebra::Vector3<f64>| glam::DVec3::new(vector.x, vector.y, vector.z).as_vec3();
+        let surfels = || odometry.map().surfels();
+        PointCloud {
+            positions: surfels().map(|surfel| single(&surfel.point)).collect(),
+            normals: Some(surfels().map(|surfel| single(&surfel.normal)).collect()),
+            ..PointCloud::default()
+        }
+    }
+}
+
+fn not_begun() -> Error {
+    Error::whole("A frame is added before the reconstruction has begun", "Call begin first")
+}

@@ -1,0 +1,304 @@
+//! All settings of a reconstruction in space, from depth images or clouds: names, defaults, limits and explanations, for
+//! the page, the command line and the API alike.
+
+mod choices;
+mod list;
+
+use std::f64::consts::FRAC_PI_2;
+
+use serde::{Deserialize, Serialize};
+
+pub use self::choices::{LoopClosing, Method, Quantisation, ReferenceAxes, ReferenceDirection, ReferenceQuaternions};
+pub use self::list::{SpatialPreset, spatial_descriptions, spatial_presets};
+use crate::camera::Pinhole;
+use crate::error::{Error, Result};
+use crate::evaluation::convention::{KnownConvention, PoseDirection, QuaternionOrder, SensorAxes};
+use crate::odometry::cloud::{CloudMethod, CloudOptions, GlobalRegistrationUse};
+pub use crate::odometry::depth::ColorUse;
+use crate::odometry::depth::{DepthOptions, Effort, Verification};
+use crate::pipeline::settings::description::check_limits;
+use crate::registration::solver::Motion;
+use crate::registration::spatial::SpatialMetric;
+
+/// Settings of a reconstruction in space. The default works with nothing set on rendered rooms and on depth cameras.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+#[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
+pub struct SpatialSettings {
+    /// What a frame is matched with.
+    pub method: Method,
+    /// How hard a first guess is looked for, with surfaces.
+    pub effort: Effort,
+    /// What the colours of depth images are used for, with surfaces.
+    pub color: ColorUse,
+    /// How the sensor may move.
+    pub motion: Motion,
+    /// Whether frames are verified, with surfaces. For experiments alone: it can be set neither on the page nor by a file.
+    #[serde(skip)]
+    pub verification: Verification,
+    /// Focal length along the rows (pixels); 0: from the field of view.
+    pub fx: f64,
+    /// Focal length along the columns (pixels); 0: that along the rows.
+    pub fy: f64,
+    /// Column of the optical axis (pixels), where fx is given.
+    pub cx: f64,
+    /// Row of the optical axis (pixels), where fx is given.
+    pub cy: f64,
+    /// The angle that a row of pixels spans (rad); 0: that of a Kinect for 16 bits of 4 : 3, a right angle otherwise.
+    pub field_of_view: f64,
+    /// Raw depth values a metre; 0: told from the first image.
+    pub depth_scale: f64,
+    /// How depth was made a whole number; matters for 8 bits.
+    pub quantisation: Quantisation,
+    /// Nearer depths are dropped (m).
+    pub min_range: f64,
+    /// Farther depths are dropped (m); 0: beyond 10 m in depth images, nothing in clouds.
+    pub max_range: f64,
+    /// The map ends so far above the first sensor (m).
+    pub max_height: f64,
+    /// Clouds: one point is kept in a cube of this side (m); 0: told from the first cloud.
+    pub voxel_size: f64,
+    /// Clouds: what a correspondence measures.
+    pub metric: SpatialMetric,
+    /// Clouds: pairs further apart are no correspondences (m); 0: three voxels.
+    pub max_correspondence_distance: f64,
+    /// Clouds: when features are searched for over the whole of two clouds.
+    pub global_registration: GlobalRegistrationUse,
+    /// What is done where the path comes back to a place.
+    pub loop_closing: LoopClosing,
+    /// The map holds one point in a cube of this side (m); 0: 2 cm, for clouds half their voxel.
+    pub map_voxel_size: f64,
+    /// The reference: order of its quaternions.
+    pub reference_quaternions: ReferenceQuaternions,
+    /// The reference: the axes of its sensor.
+    pub reference_axes: ReferenceAxes,
+    /// The reference: what its poses map.
+    pub reference_direction: ReferenceDirection,
+}
+
+impl Default for SpatialSettings {
+    fn default() -> Self {
+        Self {
+            method: Method::SurfelMap,
+            effort: Effort::Thorough,
+            color: ColorUse::default(),
+            motion: Motion::Free,
+            verification: Verification::On,
+            fx: 0.0,
+            fy: 0.0,
+            cx: 0.0,
+            cy: 0.0,
+            field_of_view: 0.0,
+            depth_scale: 0.0,
+            quantisation: Quantisation::ToldFromData,
+            min_range: 0.1,
+            max_range: 0.0,
+            max_height: 100.0,
+            voxel_size: 0.0,
+            metric: SpatialMetric::PointToPlane,
+            max_correspondence_distance: 0.0,
+            global_registration: GlobalRegistrationUse::WhenDoubtful,
+            loop_closing: LoopClosing::On,
+            map_voxel_size: 0.0,
+            reference_quaternions: ReferenceQuaternions::ToldFromData,
+            reference_axes: ReferenceAxes::ToldFromData,
+            reference_direction: ReferenceDirection::ToldFromData,
+        }
+    }
+}
+
+/// Depth images are used as far as this (m), unless set.
+const DEPTH_REACH: f64 = 10.0;
+/// Depth images make a map of voxels of this side (m), unless set.
+const DEPTH_MAP_VOXEL: f64 = 0.02;
+/// Voxels of depth images taken for clouds (m), unless set.
+const DEPTH_VOXEL: f64 = 0.05;
+/// Focal length over the width of the image of a Kinect, as the TUM RGB-D benchmark and Open3D assume it: 525 / 640.
+const KINECT_FOCAL_LENGTH: f64 = 525.0 / 640.0;
+
+impl SpatialSettings {
+    /// Checks every value against the limits of its description.
+    ///
+    /// # Errors
+    /// Names the first setting out of its limits, with the value and the limits.
+    pub fn validate(&self) -> Result<()> {
+        check_limits(&spatial_descriptions(), |name| self.number(name))?;
+        if self.max_range > 0.0 && self.min_range >= self.max_range {
+            return Err(Error::whole(
+                format!("min_range = {} is not below max_range = {}", self.min_range, self.max_range),
+                "Give a smaller min_range or a larger max_range",
+            ));
+        }
+        Ok(())
+    }
+
+    /// The value of a numeric setting by its name; NaN for a choice.
+    fn number(&self, name: &str) -> f64 {
+        match name {
+            "fx" => self.fx,
+            "fy" => self.fy,
+            "cx" => self.cx,
+            "cy" => self.cy,
+            "field_of_view" => self.field_of_view,
+            "depth_scale" => self.depth_scale,
+            "min_range" => self.min_range,
+            "max_range" => self.max_range,
+            "max_height" => self.max_height,
+            "voxel_size" => self.voxel_size,
+            "max_correspondence_distance" => self.max_correspondence_distance,
+            "map_voxel_size" => self.map_voxel_size,
+            _ => f64::NAN,
+        }
+    }
+
+    /// What is left open, for depth images.
+    #[must_use]
+    pub fn for_depth(&self) -> Self {
+        let or = |value: f64, default: f64| if value > 0.0 { value } else { default };
+        Self {
+            max_range: or(self.max_range, DEPTH_REACH),
+            voxel_size: or(self.voxel_size, DEPTH_VOXEL),
+            map_voxel_size: or(self.map_voxel_size, DEPTH_MAP_VOXEL),
+            ..self.clone()
+        }
+    }
+
+    /// What is left open, for clouds of which half the points lie nearer than `median_range` (m).
+    #[must_use]
+    pub fn for_clouds(&self, median_range: f64) -> Self {
+        let or = |value: f64, default: f64| if value > 0.0 { value } else { default };
+        let voxel_size = or(self.voxel_size, (median_range / 40.0).clamp(0.02, 1.0));
+        let method = if self.method == Method::SurfelMap { Method::CloudMap } else { self.method };
+        let max_range = or(self.max_range, f64::MAX);
+        Self {
+            method,
+            max_range,
+            voxel_size,
+            map_voxel_size: or(self.map_voxel_size, voxel_size / 2.0),
+            ..self.clone()
+        }
+    }
+
+    /// What is set of the reading of a reference. The estimate does not depend on it.
+    pub fn known_convention(&self) -> KnownConvention {
+        KnownConvention {
+            quaternion_order: match self.reference_quaternions {
+                ReferenceQuaternions::ToldFromData => None,
+                ReferenceQuaternions::RealPartLast => Some(QuaternionOrder::RealPartLast),
+                ReferenceQuaternions::RealPartFirst => Some(QuaternionOrder::RealPartFirst),
+            },
+            sensor_axes: match self.reference_axes {
+                ReferenceAxes::ToldFromData => None,
+                ReferenceAxes::Opencv => Some(SensorAxes::Opencv),
+                ReferenceAxes::Opengl => Some(SensorAxes::Opengl),
+                ReferenceAxes::Robotics => Some(SensorAxes::Robotics),
+            },
+            direction: match self.reference_direction {
+                ReferenceDirection::ToldFromData => None,
+                ReferenceDirection::SensorToWorld => Some(PoseDirection::SensorToWorld),
+                ReferenceDirection::WorldToSensor => Some(PoseDirection::WorldToSensor),
+            },
+        }
+    }
+
+    /// The options of the odometry of depth images.
+    pub fn depth_options(&self) -> DepthOptions {
+        let Self { motion, effort, color, verification, .. } = *self;
+        DepthOptions { motion, effort, color, verification }
+    }
+
+    /// The options of the odometry of clouds, once nothing is left open.
+    pub fn cloud_options(&self) -> CloudOptions {
+        let base = match self.method {
+            Method::Course => CloudOptions::course(self.voxel_size),
+            _ => CloudOptions::new(self.voxel_size),
+        };
+        let max_correspondence_distance = if self.max_correspondence_distance > 0.0 {
+            self.max_correspondence_distance
+        } else {
+            base.max_correspondence_distance
+        };
+        let is_map = matches!(self.method, Method::SurfelMap | Method::CloudMap);
+        CloudOptions {
+            method: if is_map { CloudMethod::CloudMap } else { CloudMethod::CloudToCloud },
+            metric: self.metric,
+            motion: self.motion,
+            global_registration: self.global_registration,
+            max_correspondence_distance,
+            ..base
+        }
+    }
+
+    /// The camera of images of this size: as set, or what such images mostly come from.
+    ///
+    /// # Errors
+    /// When what is set makes no camera.
+    pub fn camera(&self, width: usize, height: usize, bits: u8) -> Result<Pinhole> {
+        if self.fx > 0.0 {
+            let fy = if self.fy > 0.0 { self.fy } else { self.fx };
+            return Pinhole::new(width, height, [self.fx, fy, self.cx, self.cy]);
+        }
+        if self.field_of_view == 0.0 && bits > 8 && 3 * width == 4 * height {
+            let f = KINECT_FOCAL_LENGTH * width as f64;
+            return Pinhole::new(width, height, [f, f, (width as f64 - 1.0) / 2.0, (height as f64 - 1.0) / 2.0]);
+        }
+        let field_of_view = if self.field_of_view == 0.0 { FRAC_PI_2 } else { self.field_of_view };
+        Pinhole::from_field_of_view(width, height, field_of_view)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::PI;
+
+    use super::*;
+    use crate::pipeline::settings::SettingKind;
+
+    #[test]
+    fn every_setting_is_described_once_and_every_preset_is_valid() {
+        let fields = serde_json::to_value(SpatialSettings::default()).unwrap();
+        let mut fields: Vec<String> = fields.as_object().unwrap().keys().cloned().collect();
+        let mut described: Vec<String> = spatial_descriptions().iter().map(|d| d.name.to_owned()).collect();
+        fields.sort();
+        described.sort();
+        assert_eq!(fields, described);
+        for preset in spatial_presets() {
+            preset.settings.validate().unwrap();
+        }
+        assert_eq!(spatial_presets()[0].settings, SpatialSettings::default());
+    }
+
+    #[test]
+    fn every_choice_is_a_value_and_every_number_has_its_limits() {
+        for description in spatial_descriptions() {
+            match &description.kind {
+                SettingKind::Choice { choices } => {
+                    for choice in choices {
+                        let json = serde_json::json!({ description.name: choice.value });
+                        let settings: SpatialSettings = serde_json::from_value(json).unwrap();
+                        assert_eq!(serde_json::to_value(&settings).unwrap()[description.name], choice.value);
+                    }
+                }
+                _ => assert!(SpatialSettings::default().number(description.name).is_finite(), "{}", description.name),
+            }
+        }
+        let error = SpatialSettings { min_range: 5.0, max_range: 1.0, ..SpatialSettings::default() }.validate();
+        assert!(error.unwrap_err().to_string().contains("min_range = 5"));
+        let error = SpatialSettings { depth_scale: f64::NAN, ..SpatialSettings::default() }.validate();
+        assert!(error.unwrap_err().to_string().contains("depth_scale"));
+    }
+
+    #[test]
+    fn the_camera_is_the_set_one_or_the_likely_one() {
+        let default = SpatialSettings::default();
+        let of = |settings: &SpatialSettings, width, height, bits| {
+            let camera = settings.camera(width, height, bits).unwrap();
+            [camera.fx, camera.fy, camera.cx, camera.cy].map(|value| (value * 1e6).round() / 1e6)
+        };
+        assert_eq!(of(&default, 512, 512, 8), [256.0, 256.0, 256.0, 256.0]);
+        assert_eq!(of(&default, 640, 480, 16), [525.0, 525.0, 319.5, 239.5]);
+        assert_eq!(of(&SpatialSettings { field_of_view: PI / 2.0, ..default.clone() }, 640, 480, 16)[0], 320.0);
+        let set = SpatialSettings { fx: 585.0, cx: 320.0, cy: 240.0, ..default };
+        assert_eq!(of(&set, 640, 480, 16), [585.0, 585.0, 320.0, 240.0]);
+    }
+}

@@ -1,0 +1,381 @@
+//! A static k-d tree for points in the plane and in space.
+//!
+//! Bucketed leaves and the median of the widest axis as in Friedman, Bentley and Finkel, "An algorithm for finding best
+//! matches in logarithmic expected time" (1977); the bound of a subtree is kept up axis by axis as in Arya and Mount,
+//! "Algorithms for fast vector quantization" (1993).
+//!
+//! Results do not depend on the layout: of equal distances the smallest index wins, so the same points give the same
+//! neighbours everywhere. Bounds and distances are summed in the same order from terms that rounding keeps ordered, so
+//! a bound never exceeds the computed distance of a point behind it and the search is exact to the last bit.
+
+mod queries;
+
+use std::collections::BinaryHeap;
+
+use queries::{HasWithin, KNearest, ManyNearest, Nearest, NearestBy, NearestWhere, Search, Within};
+
+/// Points in a leaf. Measured on 100,000 points in the plane and in space: 32 builds in four fifths of the time, but
+/// queries take up to a quarter longer; with 8 both are slower.
+const LEAF: usize = 16;
+
+/// Up to this many nearest neighbours a sorted list is quicker than a heap.
+const MAX_SORTED: usize = 32;
+
+/// Leaves number less than 2^32 / [`LEAF`], and the search leaves at most one subtree behind on each level.
+const MAX_DEPTH: usize = 32 - LEAF.ilog2() as usize;
+
+/// A point found, by its index in the points that the tree was built from.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Neighbor {
+    /// Index of the point.
+    pub index: u32,
+    /// Its squared distance from the query (m^2), computed in single precision, axis by axis.
+    pub sq_distance: f32,
+}
+
+impl Neighbor {
+    /// The order of all results: nearest first, of equal distances the smallest index.
+    fn comes_before(self, other: Self) -> bool {
+        self.sq_distance < other.sq_distance || (self.sq_distance == other.sq_distance && self.index < other.index)
+    }
+
+    /// The same order as an integer; squared distances are not negative, so their bits grow with them.
+    fn key(self) -> u64 {
+        u64::from(self.sq_distance.to_bits()) << 32 | u64::from(self.index)
+    }
+
+    fn from_key(key: u64) -> Self {
+        Self { index: key as u32, sq_distance: f32::from_bits((key >> 32) as u32) }
+    }
+
+    /// The limit that admits every point up to `max_distance` and nothing where that is negative or not a number.
+    /// A distance whose square is not finite (1.8e19 m) is out of reach of every search.
+    fn limit(max_distance: f32) -> Self {
+        let sq_distance = if max_distance >= 0.0 { (max_distance * max_distance).min(f32::MAX) } else { -1.0 };
+        Self { index: u32::MAX, sq_distance }
+    }
+}
+
+/// An index of `D`-dimensional points in single precision; it keeps its own copy of them.
+///
+/// In all searches `max_distance` is inclusive: a point is found when its squared distance is at most
+/// `max_distance * max_distance`, both in single precision. A negative or NaN distance finds nothing, and so does a
+/// query that is not finite.
+#[derive(Debug, Clone)]
+pub struct KdTree<const D: usize> {
+    /// Inner nodes as a heap: the children of node i are 2i and 2i + 1, the root is 1, entry 0 is not used.
+    /// The nodes from `splits.len()` on are the leaves.
+    splits: Vec<Split>,
+    /// All full but for the last in the order of the splits.
+    leaves: Vec<Leaf<D>>,
+    /// What lies below each node, leaves included.
+    bounds: Vec<Bounds<D>>,
+    num_points: usize,
+}
+
+/// Points at most `position` along `axis` are on the left, points at least that on the right. `axis` is `D` where all
+/// points are the same: the smaller indices are on the left, and the search must see them first from either side.
+#[derive(Debug, Clone, Copy, Default)]
+struct Split {
+    position: f32,
+    axis: u32,
+}
+
+/// The smallest box around some points, and the smallest index among them.
+///
+/// Splits alone do not bound the axes they do not cut: seen from half a metre off a wall, all of the wall within half a
+/// metre would be worth a look. And without the index, equal points would all be visited.
+#[derive(Debug, Clone, Copy)]
+struct Bounds<const D: usize> {
+    low: [f32; D],
+    high: [f32; D],
+    smallest_index: u32,
+}
+
+/// Coordinates axis by axis, so that a scan fills whole vectors. Unused places hold infinity, which nothing reaches.
+#[derive(Debug, Clone)]
+struct Leaf<const D: usize> {
+    coordinates: [[f32; LEAF]; D],
+    indices: [u32; LEAF],
+}
+
+#[derive(Clone, Copy)]
+struct IndexedPoint<const D: usize> {
+    coordinates: [f32; D],
+    index: u32,
+}
+
+impl<const D: usize> KdTree<D> {
+    /// Builds the index. Points with a coordinate that is not finite are left out and are never found;
+    /// so is everything after the first 2^32 - 1 points.
+    pub fn build(points: &[[f32; D]]) -> Self {
+        let mut finite: Vec<_> = (0..u32::MAX)
+            .zip(points)
+            .filter(|(_, point)| point.iter().all(|x| x.is_finite()))
+            .map(|(index, &coordinates)| IndexedPoint { coordinates, index })
+            .collect();
+        let num_leaves = finite.len().div_ceil(LEAF);
+        let empty = Leaf { coordinates: [[f32::INFINITY; LEAF]; D], indices: [u32::MAX; LEAF] };
+        let mut tree = Self {
+            splits: vec![Split::default(); num_leaves],
+            leaves: vec![empty; num_leaves],
+            bounds: vec![Bounds::new(&[]); 2 * num_leaves],
+            num_points: finite.len(),
+        };
+        if num_leaves > 0 {
+            tree.build_node(1, &mut finite);
+        }
+        tree
+    }
+
+    /// Number of points in the index.
+    pub fn len(&self) -> usize {
+        self.num_points
+    }
+
+    /// Whether there is no point in the index.
+    pub fn is_empty(&self) -> bool {
+        self.num_points == 0
+    }
+
+    /// The indices of the points in the order of the leaves: what lies close together mostly comes close together. Data that a
+    /// search looks up by index are found faster where they are stored in this order.
+    pub fn order(&self) -> impl Iterator<Item = u32> + '_ {
+        self.leaves.iter().flat_map(|leaf| leaf.indices).filter(|&index| index != u32::MAX)
+    }
+
+    /// The nearest point within `max_distance` (m).
+    pub fn nearest(&self, query: &[f32; D], max_distance: f32) -> Option<Neighbor> {
+        let mut search = Nearest { best: Neighbor::limit(max_distance) };
+        self.search(query, &mut search);
+        found(search.best)
+    }
+
+    /// The nearest point within `max_distance` (m) among those whose index `accept` says yes to. It is asked only about
+    /// points nearer than the best so far, in no particular order.
+    pub fn nearest_where(
+        &self,
+        query: &[f32; D],
+        max_distance: f32,
+        accept: impl FnMut(u32) -> bool,
+    ) -> Option<Neighbor> {
+        let mut search = NearestWhere { best: Neighbor::limit(max_distance), accept };
+        self.search(query, &mut search);
+        found(search.best)
+    }
+
+    /// Whether there is a point within `max_distance` (m): quicker than the nearest one.
+    pub fn has_within(&self, query: &[f32; D], max_distance: f32) -> bool {
+        let mut search = HasWithin { limit: Neighbor::limit(max_distance), found: false };
+        self.search(query, &mut search);
+        search.found
+    }
+
+    /// The nearest point by a distance of which the tree's own is a lower bound, up to a squared distance of
+    /// `max_sq_distance`: `sq_distance` gives the squared distance of a point of this index, and is asked only about points
+    /// that may come before the best so far.
+    pub fn nearest_by(
+        &self,
+        query: &[f32; D],
+        max_sq_distance: f32,
+        sq_distance: impl FnMut(u32) -> f32,
+    ) -> Option<Neighbor> {
+        let mut search = NearestBy { best: Neighbor { index: u32::MAX, sq_distance: max_sq_distance }, sq_distance };
+        self.search(query, &mut search);
+        found(search.best)
+    }
+
+    /// The `k` nearest points within `max_distance` (m), or as many as there are, into `out`: nearest first, of equal
+    /// distances the smallest index first. What `out` held before is dropped.
+    pub fn k_nearest(&self, query: &[f32; D], max_distance: f32, k: usize, out: &mut Vec<Neighbor>) {
+        out.clear();
+        let limit = Neighbor::limit(max_distance);
+        match k {
+            0 => {}
+            1..=MAX_SORTED => self.search(query, &mut KNearest { k, limit, found: out }),
+            _ => {
+                let mut search = ManyNearest { k, limit, found: BinaryHeap::with_capacity(k.min(self.num_points)) };
+                self.search(query, &mut search);
+                let mut keys = search.found.into_vec();
+                keys.sort_unstable();
+                out.extend(keys.into_iter().map(Neighbor::from_key));
+            }
+        }
+    }
+
+    /// All points within `radius` (m), into `out`, in no particular order (sorting would double the time).
+    /// What `out` held before is dropped.
+    pub fn within(&self, query: &[f32; D], radius: f32, out: &mut Vec<Neighbor>) {
+        out.clear();
+        self.search(query, &mut Within { limit: Neighbor::limit(radius), found: out });
+    }
+
+    /// Builds the subtree of `node` from `points`.
+    fn build_node(&mut self, node: usize, points: &mut [IndexedPoint<D>]) {
+        let num_leaves = self.leaves.len();
+        self.bounds[node] = Bounds::new(points);
+        if node < num_leaves {
+            let axis = self.bounds[node].widest_axis();
+            // Whole leaves go left. The last leaf of all, which may hold less, is the rightmost below its ancestors.
+            let num_left = LEAF * leaves_below(2 * node, num_leaves);
+            points.select_nth_unstable_by_key(num_left, |point| sort_key(point.coordinates[axis], point.index));
+            let is_cut = self.bounds[node].width(axis) > 0.0;
+            self.splits[node] = Split {
+                position: points[num_left].coordinates[axis],
+                axis: if is_cut { axis as u32 } else { D as u32 },
+            };
+            let (left, right) = points.split_at_mut(num_left);
+            self.build_node(2 * node, left);
+            self.build_node(2 * node + 1, right);
+        } else {
+            let leaf = &mut self.leaves[node - num_leaves];
+            for (place, point) in points.iter().enumerate() {
+                for (lanes, &coordinate) in leaf.coordinates.iter_mut().zip(&point.coordinates) {
+                    lanes[place] = coordinate;
+                }
+                leaf.indices[place] = point.index;
+            }
+        }
+    }
+
+    /// Shows `search` every leaf that may hold a point within its limit, the likeliest first.
+    #[inline]
+    fn search(&self, query: &[f32; D], search: &mut impl Search) {
+        if self.is_empty() || !query.iter().all(|x| x.is_finite()) {
+            return;
+        }
+        let num_leaves = self.leaves.len();
+        let mut left_behind = [Subtree { node: 0, sq_distance: 0.0 }; MAX_DEPTH];
+        let mut num_left_behind = 0;
+        let mut node = 1;
+        loop {
+            let bounds = &self.bounds[node];
+            let offset = bounds.offset_from(query);
+            if bounds.may_matter(sq_norm(&offset), search.limit()) {
+                while node < num_leaves {
+                    let split = self.splits[node];
+                    let to_split = query.get(split.axis as usize).map_or(0.0, |x| x - split.position);
+                    let far_offset: [f32; D] =
+                        std::array::from_fn(|axis| if axis as u32 == split.axis { to_split } else { offset[axis] });
+                    let sq_distance = sq_norm(&far_offset);
+                    node = 2 * node + usize::from(to_split > 0.0);
+                    // Written always and kept by the count alone: a branch here would be a coin toss.
+                    left_behind[num_left_behind] = Subtree { node: (node ^ 1) as u32, sq_distance };
+                    num_left_behind += usize::from(sq_distance <= search.limit().sq_distance);
+                }
+                let leaf = &self.leaves[node - num_leaves];
+                search.visit(&leaf.sq_distances(query), &leaf.indices);
+            }
+            loop {
+                if num_left_behind == 0 {
+                    return;
+                }
+                num_left_behind -= 1;
+                let subtree = left_behind[num_left_behind];
+                if subtree.sq_distance <= search.limit().sq_distance {
+                    node = subtree.node as usize;
+                    break;
+                }
+            }
+        }
+    }
+}
+
+/// A subtree that the search has passed by, and a bound of its distance from the query.
+#[derive(Clone, Copy)]
+struct Subtree {
+    node: u32,
+    sq_distance: f32,
+}
+
+impl<const D: usize> Bounds<D> {
+    fn new(points: &[IndexedPoint<D>]) -> Self {
+        let mut bounds = Self { low: [f32::INFINITY; D], high: [f32::NEG_INFINITY; D], smallest_index: u32::MAX };
+        for point in points {
+            for (axis, &x) in point.coordinates.iter().enumerate() {
+                bounds.low[axis] = smaller(bounds.low[axis], x);
+                bounds.high[axis] = larger(bounds.high[axis], x);
+            }
+            bounds.smallest_index = bounds.smallest_index.min(point.index);
+        }
+        bounds
+    }
+
+    fn width(&self, axis: usize) -> f32 {
+        self.high[axis] - self.low[axis]
+    }
+
+    fn widest_axis(&self) -> usize {
+        (1..D).fold(0, |widest, axis| if self.width(axis) > self.width(widest) { axis } else { widest })
+    }
+
+    /// From the box to the query, axis by axis; zero along the axes where the query lies between the sides.
+    #[inline]
+    fn offset_from(&self, query: &[f32; D]) -> [f32; D] {
+        std::array::from_fn(|axis| larger(0.0, larger(self.low[axis] - query[axis], query[axis] - self.high[axis])))
+    }
+
+    /// Whether a point in the box, which is this far from the query, can come before `limit`.
+    #[inline]
+    fn may_matter(&self, sq_distance: f32, limit: Neighbor) -> bool {
+        sq_distance < limit.sq_distance || (sq_distance == limit.sq_distance && self.smallest_index < limit.index)
+    }
+}
+
+/// The smaller of two numbers that are not NaN: one instruction, unlike `f32::min`.
+#[inline]
+fn smaller(a: f32, b: f32) -> f32 {
+    if b < a { b } else { a }
+}
+
+/// The larger of two numbers that are not NaN.
+#[inline]
+fn larger(a: f32, b: f32) -> f32 {
+    if b > a { b } else { a }
+}
+
+#[inline]
+fn sq_norm<const D: usize>(vector: &[f32; D]) -> f32 {
+    vector.iter().fold(0.0, |sum, x| sum + x * x)
+}
+
+impl<const D: usize> Leaf<D> {
+    #[inline]
+    fn sq_distances(&self, query: &[f32; D]) -> [f32; LEAF] {
+        let mut sq_distances = [0.0; LEAF];
+        for (lanes, &x) in self.coordinates.iter().zip(query) {
+            for (sum, &coordinate) in sq_distances.iter_mut().zip(lanes) {
+                let difference = coordinate - x;
+                *sum += difference * difference;
+            }
+        }
+        sq_distances
+    }
+}
+
+/// `None` where the limit of a search was never replaced by a point.
+fn found(best: Neighbor) -> Option<Neighbor> {
+    (best.index != u32::MAX).then_some(best)
+}
+
+/// An integer that orders finite numbers by value and equal ones by index: one comparison without a branch, which
+/// makes the build four times as fast as comparing floats and then indices.
+#[inline]
+fn sort_key(value: f32, index: u32) -> u64 {
+    let bits = value.to_bits();
+    // Negative numbers grow downwards in their bits: all of them turn around; of the others the sign bit alone.
+    let ordered = if bits >> 31 == 1 { !bits } else { bits | 1 << 31 };
+    u64::from(ordered) << 32 | u64::from(index)
+}
+
+/// Number of leaves below `node`, or 1 where it is one, in a heap whose leaves are `num_leaves..2 * num_leaves`.
+fn leaves_below(node: usize, num_leaves: usize) -> usize {
+    let mut leaves = 0;
+    // The nodes below `node` on one level after the other.
+    let (mut first, mut end) = (node, node + 1);
+    while first < 2 * num_leaves {
+        leaves += end.min(2 * num_leaves).saturating_sub(first.max(num_leaves));
+        (first, end) = (2 * first, 2 * end);
+    }
+    leaves
+}
