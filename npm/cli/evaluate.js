@@ -2,7 +2,14 @@
 /** `scanstitch evaluate`: estimated trajectories against the truth, as evo measures them. */
 import { basename } from 'node:path';
 import { CommandError, EXIT, isScanstitchError, readArguments, table } from './command.js';
-import { readInput } from './inputs.js';
+import {
+  compareRelations,
+  readRelations,
+  RELATION_HEADS,
+  relationCells,
+  relationsJson,
+  relationsText,
+} from './relations.js';
 import { readTrajectory, TRAJECTORY_FORMATS, TRAJECTORY_HELP } from './trajectories.js';
 
 /** @typedef {import('../index.js').EvaluationOptions} EvaluationOptions */
@@ -10,6 +17,7 @@ import { readTrajectory, TRAJECTORY_FORMATS, TRAJECTORY_HELP } from './trajector
 /** @typedef {import('../index.js').RelationErrors} RelationErrors */
 /** @typedef {import('./command.js').Engine} Engine */
 /** @typedef {(problem: string) => void} Complain */
+/** @typedef {NonNullable<ReturnType<typeof readRelations>>} RelationFile */
 
 const CHOICES = /** @type {const} */ ({
   align: ['none', 'origin', 'se3', 'sim3', 'scale'],
@@ -58,9 +66,11 @@ export const evaluate = {
   name: 'evaluate',
   about: 'trajectories against the truth, with the figures of evo, ranked',
   help: () => `scanstitch evaluate REFERENCE ESTIMATE... [OPTION]...
+scanstitch evaluate ESTIMATE --relations FILE [OPTION]...
 
 Compares estimated trajectories with the reference and ranks them. Definitions, defaults and figures are those of evo
 (evo_ape and evo_rpe 1.38). Poses belong together by their times where both files have times, by their index otherwise.
+One trajectory alone is compared with relations between its poses that are known to be right.
 
 ${TRAJECTORY_HELP}
 What belongs together:
@@ -87,8 +97,11 @@ What is measured:
   --delta-tolerance PART  rpe with all pairs: how far off delta a pair may be, as a share of it (default: 0.1)
   --pairs-from-reference  rpe: path and angle are the reference's, not the estimate's
   --drift                 the drift as KITTI measures it (%, deg/m), over 100 to 800 m or scaled to a short path
-  --relations FILE        errors of relations known to be right (Kuemmerle 2009): EDGE2, EDGE_SE3:QUAT, or lines of
-                          time_i time_j dx dy dz roll pitch yaw
+
+Relations (Kuemmerle et al. 2009): mean, deviation, median and largest error, and the share beyond 0.5 m or 5 degrees:
+  --relations FILE        lines of time_i time_j dx dy dz roll pitch yaw (s, m, rad), whose poses are those nearest in time:
+                          within --max-diff, or half the distance of the estimate's times and 0.1 s at most;
+                          or EDGE2, EDGE_SE3:QUAT, which count the poses from 0
   --loops-only            leaves out relations between one pose and the next
 
 Output:
@@ -101,6 +114,7 @@ Examples:
   scanstitch evaluate truth.tum mine.tum --align se3
   scanstitch evaluate GT_pose.npy hand-ins/*.npy --table markdown
   scanstitch evaluate gt.txt est.txt --metric rpe --delta 1 --delta-unit meters --all-pairs --json
+  scanstitch evaluate result/trajectory.tum --relations aces.relations
 `,
   run,
 };
@@ -116,8 +130,12 @@ function run(engine, args) {
     allowPositionals: true,
   });
   const [reference, ...estimates] = positionals;
-  if (reference === undefined || estimates.length === 0) {
-    throw new CommandError('Name the reference and one estimate at least. See: scanstitch evaluate --help');
+  const isAlone = estimates.length === 0;
+  if (reference === undefined || (isAlone && values.relations === undefined)) {
+    throw new CommandError(
+      'Name the reference and one estimate at least, or one trajectory and --relations FILE. ' +
+        'See: scanstitch evaluate --help',
+    );
   }
   for (const [option, choices] of Object.entries(CHOICES)) {
     const value = values[/** @type {keyof typeof CHOICES} */ (option)];
@@ -131,15 +149,59 @@ function run(engine, args) {
     process.stderr.write(`${problem}\n`);
     complaints += 1;
   };
+  const relations = values.relations === undefined ? null : readRelations(values.relations, complain);
+  if (isAlone) {
+    if (!relations) throw new CommandError('The relations could not be used, so nothing was computed.');
+    relationsAlone(engine, reference, relations, values, complain);
+  } else {
+    rank(engine, reference, estimates, relations, { options, values }, complain);
+  }
+  return complaints > 0 ? EXIT.partial : EXIT.done;
+}
 
+/** @typedef {ReturnType<typeof readArguments<{ options: typeof OPTIONS }>>['values']} Values */
+
+/**
+ * One trajectory against relations between its poses.
+ * @param {Engine} engine
+ * @param {string} path
+ * @param {RelationFile} relations
+ * @param {Values} values
+ * @param {Complain} complain
+ */
+function relationsAlone(engine, path, relations, values, complain) {
+  const trajectory = readTrajectory(engine, path, { format: values.format, times: values.times }, complain);
+  if (!trajectory) throw new CommandError('The trajectory could not be used, so nothing was computed.');
+  const name = basename(path);
+  tell(name, trajectory.notes);
+  const known = compareRelations(engine, trajectory, name, relations, relationOptions(values), complain);
+  trajectory.free();
+  if (!known) throw new CommandError('No relation could be compared, so nothing was computed.');
+  if (values.json) {
+    const estimates = [{ name, relations: relationsJson(known, values.errors ?? false) }];
+    const report = { version: engine.version(), relations: relations.name, estimates };
+    process.stdout.write(`${JSON.stringify(report, null, 2)}\n`);
+  } else if (values.table === 'text') {
+    process.stdout.write(relationsText([{ name, relations: known }], relations.name));
+  } else {
+    process.stdout.write(rowsText(['estimate', ...RELATION_HEADS], [[name, ...relationCells(known)]], values.table, 0));
+  }
+}
+
+/**
+ * Estimates against the reference, ranked.
+ * @param {Engine} engine
+ * @param {string} reference
+ * @param {string[]} estimates
+ * @param {RelationFile | null} relations
+ * @param {{ options: Partial<EvaluationOptions>, values: Values }} how
+ * @param {Complain} complain
+ */
+function rank(engine, reference, estimates, relations, { options, values }, complain) {
   const read = { format: values.format, times: values.times };
   const truth = readTrajectory(engine, reference, read, complain);
   if (!truth) throw new CommandError('The reference could not be used, so nothing was computed.');
   tell(basename(reference), truth.notes);
-  const relations =
-    values.relations === undefined
-      ? null
-      : readInput({ name: basename(values.relations), path: values.relations }, complain);
 
   const names = shortNames(estimates);
   const results = estimates.flatMap((path, index) => {
@@ -148,17 +210,10 @@ function run(engine, args) {
     if (!trajectory) return [];
     tell(name, trajectory.notes);
     try {
-      const result = compare(engine, truth, trajectory, options, values.errors);
-      const known =
-        relations &&
-        engine.relation_errors(
-          trajectory,
-          relations,
-          basename(values.relations ?? ''),
-          options.max_diff ?? 0.01,
-          values['loops-only'],
-        );
+      const result = compare(engine, truth, trajectory, options, values.errors ?? false);
       tell(name, result.notes);
+      const known =
+        relations && compareRelations(engine, trajectory, name, relations, relationOptions(values), complain);
       return [{ name, ...result, relations: known }];
     } catch (error) {
       if (!isScanstitchError(error)) throw error;
@@ -174,14 +229,18 @@ function run(engine, args) {
   const figure = /** @type {typeof CHOICES.sort[number]} */ (values.sort);
   results.sort((a, b) => a.statistics[figure] - b.statistics[figure]);
   if (values.json) {
-    const ranked = results.map((result, index) => ({ rank: index + 1, ...result }));
+    const ranked = results.map((result, index) => ({
+      rank: index + 1,
+      ...result,
+      relations: relationsJson(result.relations, values.errors ?? false),
+    }));
     const full = { ...engine.evaluation_defaults(), ...options };
     const report = { version: engine.version(), reference: basename(reference), options: full, estimates: ranked };
     process.stdout.write(`${JSON.stringify(report, null, 2)}\n`);
   } else {
-    process.stdout.write(printed(results, values.table, values.drift, options));
+    process.stdout.write(printed(results, values.table ?? 'text', values.drift ?? false, options));
+    if (relations && values.table === 'text') process.stdout.write(`\n${relationsText(results, relations.name)}`);
   }
-  return complaints > 0 ? EXIT.partial : EXIT.done;
 }
 
 /** `--offset -0.25` as `--offset=-0.25`, which is what Node's parser wants. @param {string[]} args */
@@ -199,14 +258,7 @@ function joinNegative(args) {
  * @returns {Partial<EvaluationOptions>}
  */
 function evaluationOptions(engine, values) {
-  const number = (/** @type {string} */ option) => {
-    const text = values[option];
-    if (typeof text !== 'string') return undefined;
-    const value = Number(text);
-    if (text.trim() === '' || !Number.isFinite(value))
-      throw new CommandError(`--${option} is a number, not "${text}".`);
-    return value;
-  };
+  const number = (/** @type {string} */ option) => numberOf(values, option);
   const alignFirst = number('align-first');
   if (alignFirst !== undefined && !(Number.isInteger(alignFirst) && alignFirst > 0)) {
     throw new CommandError(`--align-first is a whole number from 1, not "${values['align-first']}".`);
@@ -227,6 +279,25 @@ function evaluationOptions(engine, values) {
   };
   const defaults = engine.evaluation_defaults();
   return { ...defaults, ...Object.fromEntries(Object.entries(given).filter(([, value]) => value !== undefined)) };
+}
+
+/**
+ * The number that an option has; undefined where it is not given.
+ * @param {Record<string, string | boolean | undefined>} values
+ * @param {string} option
+ */
+function numberOf(values, option) {
+  const text = values[option];
+  if (typeof text !== 'string') return undefined;
+  const value = Number(text);
+  if (text.trim() === '' || !Number.isFinite(value)) throw new CommandError(`--${option} is a number, not "${text}".`);
+  return value;
+}
+
+/** @param {Values} values @returns {import('./relations.js').RelationOptions} */
+function relationOptions(values) {
+  const [max_diff, offset] = [numberOf(values, 'max-diff'), numberOf(values, 'offset')];
+  return { max_diff, offset, loops_only: values['loops-only'] ?? false };
 }
 
 /**
@@ -286,17 +357,26 @@ function printed(results, form, withDrift, options) {
     }
     return row;
   });
-  if (form === 'markdown') {
-    const line = (/** @type {string[]} */ row) => `| ${row.map((cell) => cell.replaceAll('|', '\\|')).join(' | ')} |\n`;
-    const rule = heads.map((_, column) => (column === 1 ? '---' : '---:'));
-    return [heads, rule, ...rows].map(line).join('');
-  }
-  if (form === 'csv') {
-    const cell = (/** @type {string} */ text) => (/[",\n]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text);
-    return [heads, ...rows].map((row) => `${row.map(cell).join(',')}\n`).join('');
-  }
+  if (form !== 'text') return rowsText(heads, rows, form, 1);
   const described = `${options.metric === 'rpe' ? 'RPE' : 'APE'} of ${options.relation}, alignment ${options.alignment}`;
   return `${described}\n${table(heads, rows, new Set([1]))}`;
+}
+
+/**
+ * As Markdown or CSV.
+ * @param {string[]} heads
+ * @param {string[][]} rows
+ * @param {string} form
+ * @param {number} nameColumn the one column that is no number
+ */
+function rowsText(heads, rows, form, nameColumn) {
+  if (form === 'markdown') {
+    const line = (/** @type {string[]} */ row) => `| ${row.map((cell) => cell.replaceAll('|', '\\|')).join(' | ')} |\n`;
+    const rule = heads.map((_, column) => (column === nameColumn ? '---' : '---:'));
+    return [heads, rule, ...rows].map(line).join('');
+  }
+  const cell = (/** @type {string} */ text) => (/[",\n]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text);
+  return [heads, ...rows].map((row) => `${row.map(cell).join(',')}\n`).join('');
 }
 
 /** Six significant digits. @param {number} value */

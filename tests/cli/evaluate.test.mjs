@@ -183,10 +183,95 @@ test('relations that are known to be right', (t) => {
   assert.match(scanstitch(['evaluate', ...args]).stdout, /relations +trans \(m\) +rot \(deg\)\n.* 2 +0\.1 /);
 });
 
+/** A drive of 40 poses, one each 0.12 s, a quarter of a metre a step, and relations between every pose and the tenth after. */
+const DRIVE = Array.from({ length: 40 }, (_, i) => `${(70.25 + 0.12 * i).toFixed(6)} ${0.25 * i} 0 0 0 0 0 1\n`).join(
+  '',
+);
+/** @param {number} shift s, of their times @param {number} far how many of the thirty are a metre off */
+function timedRelations(shift, far = 0) {
+  const line = (/** @type {unknown} */ _, /** @type {number} */ i) => {
+    const times = [i, i + 10].map((pose) => (70.25 + 0.12 * pose + shift).toFixed(6));
+    return `${times.join(' ')} ${2.54 + (i < far ? 1 : 0)} 0.03 0 0 0 ${(2 * Math.PI) / 180}\n`;
+  };
+  return Array.from({ length: 30 }, line).join('');
+}
+
+test('relations by time and a trajectory alone: counts, figures, the share that is wrong', (t) => {
+  const folder = temporaryFolder(t);
+  const extra = '900.000000 901.000000 1 0 0 0 0 0\n';
+  const [drive = '', known = ''] = writeFiles(folder, {
+    'drive.tum': DRIVE,
+    'known.relations': timedRelations(0, 3) + extra,
+  });
+  const { status, stdout, stderr } = scanstitch(['evaluate', drive, '--relations', known]);
+  assert.deepEqual([status, stderr], [0, '']);
+  assert.match(
+    stdout,
+    /^drive\.tum against known\.relations: 30 relations used, 1 left out, matched within 0\.060 s$/m,
+  );
+  assert.match(stdout, /^ +mean +deviation +median +largest$/m);
+  assert.match(stdout, /^translation \(m\) +0\.1490 +0\.2971 +0\.0500 +1\.0404$/m);
+  assert.match(stdout, /^rotation \(deg\) +2\.0000 +0\.0000 +2\.0000 +2\.0000$/m);
+  assert.match(stdout, /^Off by more than 0\.5 m or 5 deg: 3 of 30 \(10\.00 %\)$/m);
+
+  const { relations, estimates } = evaluateJson([drive, '--relations', known]);
+  assert.equal(relations, 'known.relations');
+  const [{ name, relations: found }] = estimates;
+  assert.deepEqual([name, found.num_relations, found.num_compared, found.num_left_out], ['drive.tum', 31, 30, 1]);
+  assert.deepEqual([found.num_wrong, found.share_wrong, found.translation_errors], [3, 0.1, undefined]);
+  same(found.translation.median, 0.05);
+  same(found.rotation_deg.mean, 2);
+  const [{ relations: full }] = evaluateJson([drive, '--relations', known, '--errors']).estimates;
+  assert.equal(full.translation_errors.length, 30);
+  const csv = scanstitch(['evaluate', drive, '--relations', known, '--table', 'csv']).stdout;
+  assert.match(csv, /^estimate,relations,left out,trans \(m\),.*\ndrive\.tum,30,1,0\.1490,.*,10\.00\n$/);
+});
+
+test('relations whose times fit no pose are told with the remedy, and the rest is computed', (t) => {
+  const folder = temporaryFolder(t);
+  const counted = DRIVE.split('\n').slice(0, -1).map((line, i) => line.replace(/^\S+/, String(i))).join('\n'); // prettier-ignore
+  const files = {
+    'drive.tum': DRIVE,
+    'counted.tum': counted,
+    'late.relations': timedRelations(1234.5),
+    'edges.g2o': 'EDGE2 0 10 2.5 0 0 1 0 1 1 0 0\nEDGE2 300 310 1 0 0 1 0 1 1 0 0\nEDGE2 310 320 1 0 0 1 0 1 1 0 0\n',
+  };
+  const [drive = '', counts = '', late = '', edges = ''] = writeFiles(folder, files);
+  const alone = scanstitch(['evaluate', drive, '--relations', late]);
+  assert.deepEqual([alone.status, alone.stdout], [1, '']);
+  assert.match(
+    alone.stderr,
+    /^drive\.tum: late\.relations: The estimate has the poses of none of the 30 relations within/,
+  );
+  assert.match(
+    alone.stderr,
+    /an offset of 1234\.500 s would make them meet\.\nscanstitch: No relation could be compared/,
+  );
+  const shifted = scanstitch(['evaluate', drive, '--relations', late, '--offset', '1234.5']);
+  assert.equal(shifted.status, 0, shifted.stderr);
+  assert.match(shifted.stdout, /30 relations used, 0 left out/);
+
+  const counting = scanstitch(['evaluate', counts, '--relations', late]);
+  assert.equal(counting.status, 1);
+  assert.match(counting.stderr, /the estimate counts its poses: 0, 1, 2\. Reconstruct the log anew/);
+
+  // With a reference the rest is computed; some relations that fit are compared, and the others told.
+  const ranked = scanstitch(['evaluate', drive, drive, '--relations', late]);
+  assert.equal(ranked.status, 2);
+  assert.match(ranked.stdout, /^ +1 +drive\.tum +40\/40 +0 /m);
+  const partly = scanstitch(['evaluate', drive, '--relations', edges]);
+  assert.equal(partly.status, 2);
+  assert.match(
+    partly.stderr,
+    /both poses of 1 of the 3 relations: they count poses up to 320, and the estimate has 40/,
+  );
+  assert.match(partly.stdout, /1 relations used, 2 left out\n/);
+});
+
 test('wrong commands: one line each, exit code 1', () => {
   const cases = /** @type {[string[], RegExp][]} */ ([
     [['evaluate'], /Name the reference and one estimate at least/],
-    [['evaluate', REFERENCE], /Name the reference and one estimate at least/],
+    [['evaluate', REFERENCE], /Name the reference and one estimate at least, or one trajectory and --relations FILE/],
     [
       ['evaluate', REFERENCE, ESTIMATE, '--align', 'best'],
       /--align is one of none, origin, se3, sim3, scale, not "best"/,

@@ -4,9 +4,10 @@ use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use scanstitch::evaluation::drift::drift;
 use scanstitch::evaluation::pairs::{DeltaUnit, PairOptions, index_pairs};
 use scanstitch::evaluation::path::Path;
+use scanstitch::evaluation::relation_times::time_tolerance;
 use scanstitch::evaluation::relations::relation_errors;
 use scanstitch::io::relations;
-use scanstitch::io::trajectory::Trajectory;
+use scanstitch::io::trajectory::{self, Trajectory};
 use scanstitch_scene::random::Random;
 
 use crate::samples::winding;
@@ -132,4 +133,87 @@ fn relations_of_every_form() {
     }
     let far = relations::read(b"EDGE2 100 200 0 0 0\n").unwrap();
     assert!(relation_errors(&far, &path, 0.01).unwrap_err().to_string().contains("none of the 1 relations"));
+}
+
+/// A square of one metre, driven at one pose a second from 70.25 s on, and relations that are off by known amounts.
+#[test]
+fn figures_of_relations_by_time_on_poses_made_by_hand() {
+    let quarter = std::f64::consts::FRAC_PI_2;
+    let text =
+        format!("70.25 0 0 0 0 0 0 1\n71.25 1 0 0 0 0 {s} {s}\n72.25 1 1 0 0 0 1 0\n", s = (quarter / 2.0).sin());
+    let estimate = trajectory::read(text.as_bytes()).unwrap();
+    let path = Path::of(&estimate, 0..3);
+    assert_eq!(time_tolerance(path.stamps.as_ref().unwrap()), 0.1);
+    let read = |text: &str| relations::read(text.as_bytes()).unwrap();
+    let degree = 1f64.to_radians();
+    let list = format!(
+        "70.250000 71.250000 1.03 0.04 0 0 0 {}\n71.25 72.25 1 -0.6 0 0 0 {quarter}\n70.29 72.25 1 1 0 0 0 {}\n\
+         70.25 73.25 0 0 0 0 0 0\n",
+        quarter - 2.0 * degree,
+        2.0 * quarter + 6.0 * degree
+    );
+    let errors = relation_errors(&read(&list), &path, 0.1).unwrap();
+    assert_eq!((errors.num_relations, errors.num_compared, errors.num_left_out), (4, 3, 1));
+    // inv(delta*) delta: the error's length does not depend on how delta* is turned.
+    for (found, expected) in errors.translation_errors.iter().zip([0.05, 0.6, 0.0]) {
+        assert!((found - expected).abs() < 1e-12, "{errors:?}");
+    }
+    for (found, expected) in errors.rotation_errors.iter().zip([2.0, 0.0, 6.0]) {
+        assert!((found.to_degrees() - expected).abs() < 1e-6, "{errors:?}");
+    }
+    let (t, r) = (errors.translation, errors.rotation);
+    assert!((t.mean - 0.65 / 3.0).abs() < 1e-12 && (t.median - 0.05).abs() < 1e-12 && (t.max - 0.6).abs() < 1e-12);
+    assert!((r.mean.to_degrees() - 8.0 / 3.0).abs() < 1e-6 && (r.median.to_degrees() - 2.0).abs() < 1e-6);
+    let deviation = ((0.05f64.powi(2) + 0.36) / 3.0 - t.mean * t.mean).sqrt();
+    assert!((t.std - deviation).abs() < 1e-12);
+    // One is off by more than 0.5 m, one by more than 5 degrees.
+    assert_eq!((errors.num_wrong, errors.share_wrong, errors.max_diff), (2, 2.0 / 3.0, Some(0.1)));
+    assert!(errors.notes.is_empty());
+}
+
+#[test]
+fn relations_whose_times_fit_no_pose_are_told_with_what_would_help() {
+    let mut random = Random::new(4);
+    let mut time = 0.11;
+    let stamps: Vec<f64> = (0..500)
+        .map(|_| {
+            time += random.uniform(0.08, 0.2);
+            time
+        })
+        .collect();
+    let estimate = winding(500).with_stamps(stamps.clone()).unwrap();
+    let path = Path::of(&estimate, 0..500);
+    let tolerance = time_tolerance(&stamps);
+    assert!((0.06..0.08).contains(&tolerance), "{tolerance}");
+    let list = |shift: f64| {
+        let line = |i: usize| format!("{:.6} {:.6} 0.1 0 0 0 0 0\n", stamps[i] + shift, stamps[i + 7] + shift);
+        relations::read((0..490).map(line).collect::<String>().as_bytes()).unwrap()
+    };
+    // Exact times; no other pose is taken.
+    let fits = relation_errors(&list(0.0), &path, tolerance).unwrap();
+    assert_eq!((fits.num_compared, fits.num_left_out, fits.notes.len()), (490, 0, 0));
+    // Another clock: none fits, and the offset is found.
+    let told = relation_errors(&list(700.179), &path, tolerance).unwrap_err().to_string();
+    assert!(told.starts_with("The estimate has the poses of none of the 490 relations within 0.0"), "{told}");
+    assert!(told.contains("an offset of 700.179 s would make them meet"), "{told}");
+    // Of the same span, but of another recording: what is compared is chance, which is told.
+    let others = |i: u32| format!("{} {} 0.1 0 0 0 0 0\n", 0.3 + 0.497 * f64::from(i), 500.0 + f64::from(i));
+    let others = relations::read((0..100).map(others).collect::<String>().as_bytes()).unwrap();
+    let told = relation_errors(&others, &path, tolerance).unwrap_err().to_string();
+    assert!(told.contains("Give the relations of this recording"), "{told}");
+    let mixed: Vec<_> = others.iter().copied().chain(list(0.0).into_iter().take(20)).collect();
+    let partly = relation_errors(&mixed, &path, tolerance).unwrap();
+    assert_eq!(partly.num_compared, 20);
+    assert!(partly.notes[0].contains("both poses of 20 of the 120 relations"), "{:?}", partly.notes);
+    // Poses that are counted have no times, though some lie near a relation's by chance.
+    let counted = winding(500).with_stamps((0..500).map(f64::from).collect()).unwrap();
+    let told = relation_errors(&list(0.0), &Path::of(&counted, 0..500), 0.1).unwrap_err().to_string();
+    assert!(told.contains("the estimate counts its poses: 0, 1, 2. Reconstruct the log anew"), "{told}");
+    let told = relation_errors(&list(0.0), &Path { stamps: None, ..path.clone() }, 0.1).unwrap_err().to_string();
+    assert!(told.contains("and the estimate has none"), "{told}");
+    // By index, of a longer log.
+    let edges: String = (400..900).map(|i| format!("EDGE2 {i} {} 1 0 0 1 0 1 1 0 0\n", i + 30)).collect();
+    let longer = relation_errors(&relations::read(edges.as_bytes()).unwrap(), &path, 0.1).unwrap();
+    assert_eq!((longer.num_compared, longer.max_diff), (70, None));
+    assert!(longer.notes[0].contains("they count poses up to 929, and the estimate has 500"), "{:?}", longer.notes);
 }

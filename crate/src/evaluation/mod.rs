@@ -29,6 +29,7 @@ pub mod metrics;
 pub mod pairs;
 pub mod path;
 pub mod position_error;
+pub mod relation_times;
 pub mod relations;
 pub mod sharpness;
 pub mod spatial_error;

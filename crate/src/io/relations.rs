@@ -33,6 +33,19 @@ pub struct Relation {
 }
 
 impl Relation {
+    /// The times of its two poses (s), where it names them so.
+    pub fn times(&self) -> Option<[f64; 2]> {
+        match (self.from, self.to) {
+            (Place::Time(i), Place::Time(j)) => Some([i, j]),
+            _ => None,
+        }
+    }
+
+    /// Whether it names its poses by time.
+    pub fn is_by_time(&self) -> bool {
+        self.times().is_some()
+    }
+
     /// Whether it names poses by their number and joins one with the next.
     pub fn is_step(&self) -> bool {
         matches!((self.from, self.to), (Place::Index(i), Place::Index(j)) if i.abs_diff(j) == 1)

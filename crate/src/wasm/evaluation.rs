@@ -12,6 +12,7 @@ use crate::evaluation::evaluate::{EvaluationOptions, EvaluationSummary, roll_pit
 use crate::evaluation::frame_clouds::{FrameResidual, FrameResidualOptions};
 use crate::evaluation::map_quality::{MapQuality, MapQualityOptions};
 use crate::evaluation::path::Path;
+use crate::evaluation::relation_times::time_tolerance;
 use crate::evaluation::relations::RelationErrors;
 use crate::evaluation::{evaluate as engine, frame_clouds, map_quality as quality, relations as known};
 use crate::io::relations::read as read_relations;
@@ -225,8 +226,9 @@ pub fn evaluation_defaults() -> Result<Ts<EvaluationOptions>, JsValue> {
 }
 
 /// How far the poses of an estimate are from relations that are known to be right, a file of `EDGE2`, `EDGE_SE3:QUAT` or
-/// `time_i time_j dx dy dz roll pitch yaw` lines. `max_diff` (s) is for the latter. With `loops_only`, relations between
-/// one pose and the next are left out.
+/// `time_i time_j dx dy dz roll pitch yaw` lines. For the latter, poses belong to times no further away than `max_diff` (s;
+/// where none is given, half the distance of the estimate's times, and 0.1 s at most), once `offset` (s) is added to the
+/// estimate's times. With `loops_only`, relations between one pose and the next are left out.
 ///
 /// # Errors
 /// When the file is none such, or no relation can be compared.
@@ -235,13 +237,18 @@ pub fn relation_errors(
     estimate: &Trajectory,
     relations: &[u8],
     name: &str,
-    max_diff: f64,
+    max_diff: Option<f64>,
     loops_only: bool,
+    offset: Option<f64>,
 ) -> Result<Ts<RelationErrors>, JsValue> {
     let mut relations = read_relations(relations).map_err(|error| thrown(&error.in_file(name)))?;
     relations.retain(|relation| !(loops_only && relation.is_step()));
     let trajectory = &estimate.contents.trajectory;
-    let path = Path::of(trajectory, 0..trajectory.len());
+    let mut path = Path::of(trajectory, 0..trajectory.len());
+    for stamp in path.stamps.iter_mut().flatten() {
+        *stamp += offset.unwrap_or(0.0);
+    }
+    let max_diff = max_diff.unwrap_or_else(|| time_tolerance(path.stamps.as_deref().unwrap_or_default()));
     plain(&known::relation_errors(&relations, &path, max_diff).map_err(|error| thrown(&error.in_file(name)))?)
 }
 

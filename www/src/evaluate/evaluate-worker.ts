@@ -84,7 +84,7 @@ function compare(
 
 function relate(estimate: Trajectory, { relations, loops_only, options }: Query): RelationErrors | null {
   if (!relations) return null;
-  return relation_errors(estimate, relations.bytes, relations.name, options.max_diff ?? 0.01, loops_only);
+  return relation_errors(estimate, relations.bytes, relations.name, options.max_diff, loops_only, options.offset);
 }
 
 function read(id: number, times: Part | null): Trajectory {

@@ -59,6 +59,12 @@ const OF_RELATIONS: readonly Column[] = [
     hint: 'known relations whose two poses the estimate has',
     value: ({ relations }) => relations?.num_compared ?? null,
   },
+  {
+    id: 'wrong_relations',
+    label: 'wrong (%)',
+    hint: 'share of these relations that are off by more than 0.5 m or 5 degrees',
+    value: ({ relations }) => relations && 100 * relations.share_wrong,
+  },
 ];
 
 /** Columns of errors in a unit. */

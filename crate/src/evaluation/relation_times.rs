@@ -1,0 +1,139 @@
+//! Which poses of an estimate relations name, and what is the matter where they name none.
+
+use std::collections::HashMap;
+
+use super::path::Path;
+use crate::io::relations::{Place, Relation};
+use crate::{Error, Result};
+
+/// Largest time (s) from a relation's to its pose's that [`time_tolerance`] allows, as Kuemmerle's `metricEvaluator` has it.
+const MAX_TOLERANCE: f64 = 0.1;
+/// Times that agree differ by their rounding alone (s): the step in which a clock's offset is searched for.
+const CLOCK_STEP: f64 = 1e-3;
+/// So many times of relations vote on the offset of a clock.
+const VOTES: usize = 100;
+/// The share of them that has to agree on it.
+const AGREED: f64 = 0.8;
+
+/// How far (s) a pose may be from the time that a relation names, for poses at these times: half of their median distance,
+/// for beyond that another pose is nearer, and 0.1 s at most.
+pub fn time_tolerance(stamps: &[f64]) -> f64 {
+    let mut sorted = stamps.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    let mut steps: Vec<f64> = sorted.windows(2).map(|pair| pair[1] - pair[0]).filter(|&step| step > 0.0).collect();
+    if steps.is_empty() {
+        return MAX_TOLERANCE;
+    }
+    let middle = steps.len() / 2;
+    let (_, &mut median, _) = steps.select_nth_unstable_by(middle, f64::total_cmp);
+    (0.5 * median).min(MAX_TOLERANCE)
+}
+
+/// The poses of an estimate by index and by time.
+pub(super) struct PoseLookup<'a> {
+    num_poses: usize,
+    stamps: Option<&'a [f64]>,
+    /// Indices of the poses in the order of their times.
+    order: Vec<usize>,
+    max_diff: f64,
+}
+
+impl<'a> PoseLookup<'a> {
+    pub fn new(estimate: &'a Path, max_diff: f64) -> Self {
+        let stamps = estimate.stamps.as_deref();
+        let mut order: Vec<usize> = (0..estimate.len()).collect();
+        if let Some(stamps) = stamps {
+            order.sort_by(|&a, &b| stamps[a].total_cmp(&stamps[b]));
+        }
+        Self { num_poses: estimate.len(), stamps, order, max_diff }
+    }
+
+    /// Refuses relations by time where the estimate has no times, or has numbers in their place: some of those lie near a
+    /// time by chance, and what they say is nothing.
+    pub fn check(&self, relations: &[Relation]) -> Result<()> {
+        let mut times = relations.iter().filter_map(Relation::times).flatten();
+        let Some(first) = times.next() else { return Ok(()) };
+        let remedy = "Reconstruct the log anew, for its trajectory carries the log's times, or give the times of the poses \
+                      in a file of their own";
+        let Some(stamps) = self.stamps else {
+            let problem = format!("The relations name times (the first is {first} s), and the estimate has none");
+            return Err(Error::whole(problem, remedy));
+        };
+        let is_counted = stamps.iter().enumerate().all(|(index, &stamp)| stamp == index as f64);
+        if is_counted && (first.fract() != 0.0 || times.any(|time| time.fract() != 0.0)) {
+            let problem = format!(
+                "The relations name times (the first is {first} s), and the estimate counts its poses: 0, 1, 2"
+            );
+            return Err(Error::whole(problem, remedy));
+        }
+        Ok(())
+    }
+
+    pub fn find(&self, place: Place) -> Option<usize> {
+        match place {
+            Place::Index(index) => (index < self.num_poses).then_some(index),
+            Place::Time(time) => {
+                let stamps = self.stamps?;
+                let after = self.order.partition_point(|&index| stamps[index] < time);
+                let candidates = self.order[after.saturating_sub(1)..].iter().take(2);
+                let off = |index: usize| (stamps[index] - time).abs();
+                let nearest = candidates.copied().min_by(|&a, &b| off(a).total_cmp(&off(b)))?;
+                (off(nearest) <= self.max_diff).then_some(nearest)
+            }
+        }
+    }
+}
+
+/// What is the matter where fewer than half of the relations name poses of the estimate, and what would help.
+pub(super) fn misfit(
+    relations: &[Relation],
+    estimate: &Path,
+    max_diff: f64,
+    num_compared: usize,
+) -> Option<(String, String)> {
+    if 2 * num_compared >= relations.len() {
+        return None;
+    }
+    let has = if num_compared == 0 { "the poses of none".to_owned() } else { format!("both poses of {num_compared}") };
+    let times: Vec<f64> = relations.iter().filter_map(Relation::times).flatten().collect();
+    let stamps = estimate.stamps.as_deref().unwrap_or_default();
+    if times.is_empty() || stamps.is_empty() {
+        let index = |place| if let Place::Index(index) = place { index } else { 0 };
+        let largest = relations.iter().map(|relation| index(relation.from).max(index(relation.to))).max()?;
+        let problem = format!(
+            "The estimate has {has} of the {} relations: they count poses up to {largest}, and the estimate has {}",
+            relations.len(),
+            estimate.len()
+        );
+        return Some((problem, "Give the relations of this recording, and a pose for each of its scans".to_owned()));
+    }
+    let span =
+        |values: &[f64]| values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), &t| (l.min(t), h.max(t)));
+    let ((first, last), (from, to)) = (span(&times), span(stamps));
+    let problem = format!(
+        "The estimate has {has} of the {} relations within {max_diff:.3} s: their times span {first:.3} to {last:.3} s, the \
+         estimate's {from:.3} to {to:.3} s",
+        relations.len()
+    );
+    let remedy = match clock_offset(&times, stamps) {
+        Some(offset) => format!("Another clock timed them: an offset of {offset:.3} s would make them meet"),
+        None => "Give the relations of this recording; what other relations say of it is chance".to_owned(),
+    };
+    Some((problem, remedy))
+}
+
+/// What has to be added to the stamps so that most of the times are among them, where there is such an offset.
+fn clock_offset(times: &[f64], stamps: &[f64]) -> Option<f64> {
+    let stride = times.len().div_ceil(VOTES);
+    let voters: Vec<f64> = times.iter().copied().step_by(stride).collect();
+    let mut votes: HashMap<i64, usize> = HashMap::new();
+    for time in &voters {
+        for stamp in stamps {
+            *votes.entry(((time - stamp) / CLOCK_STEP).round() as i64).or_default() += 1;
+        }
+    }
+    // An offset between two steps has its votes in both.
+    let total = |step: i64| (step - 1..=step + 1).filter_map(|step| votes.get(&step)).sum::<usize>();
+    let best = votes.keys().copied().max_by_key(|&step| (total(step), votes[&step], -step.abs()))?;
+    (total(best) as f64 >= AGREED * voters.len() as f64).then_some(best as f64 * CLOCK_STEP)
+}
