@@ -5,6 +5,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use std::fs;
 
 use scanstitch::geometry::RigidMotion;
+use scanstitch::io::laser_log::stamps::stamps;
 use scanstitch::io::laser_log::{Bearings, is_laser_log, read};
 use scanstitch_scene::random::Random;
 
@@ -121,6 +122,102 @@ fn scans_of_a_list_and_of_messages_are_read_too() {
     assert!(scan.ranges[0].is_nan() && scan.ranges[1] == 5.0 && scan.max_range == 8.0);
     assert_eq!((scan.bearings.of(2), scan.time), (1.0, Some(3.5)));
     assert!((scan.reference.unwrap().rotation.angle() - (3.5 - 2.0 * PI)).abs() < 1e-12);
+}
+
+/// Scans of 180 and 181 beams in turn, one laser's; `others` stands between them.
+fn drive(count: usize, others: impl Fn(usize) -> String) -> String {
+    let line = |scan: usize| {
+        let (beams, x) = (180 + scan % 2, 0.1 * scan as f64);
+        format!("FLASER {beams}{} {x} 0 0 {x} 0 0 {}.5 h 0.1\n{}", " 3.5".repeat(beams), 7 + scan, others(scan))
+    };
+    (0..count).map(line).collect()
+}
+
+#[test]
+fn one_laser_of_several_is_kept_and_the_others_are_told() {
+    let steady = read(drive(40, |_| String::new()).as_bytes()).unwrap();
+    assert_eq!((steady.scans.len(), steady.notes.len()), (40, 0), "180 and 181 readings are one laser's");
+    let rear = |scan: usize| format!("RLASER 2 1 2 {scan} 0 3.14 {scan} 0 0 1 h 1\n");
+    let log = read(drive(40, rear).as_bytes()).unwrap();
+    assert_eq!((log.scans.len(), log.notes.len()), (40, 1));
+    assert!(log.notes[0].starts_with("40 scans of another laser (RLASER"), "{:?}", log.notes);
+
+    // Another laser under the same word: as many readings tell it apart.
+    let other = |scan: usize| format!("FLASER 361{} 0 0 0 0 0 0 {}.75 h 0.1\n", " 2".repeat(361), 7 + scan);
+    let log = read(drive(40, |scan| if scan % 3 == 1 { other(scan) } else { String::new() }).as_bytes()).unwrap();
+    assert_eq!(log.scans.len(), 40);
+    assert!(log.scans.iter().all(|scan| scan.ranges.len() < 200));
+    // The scans keep their numbers in the log.
+    assert_eq!(log.scans.iter().take(5).map(|scan| scan.number).collect::<Vec<_>>(), [0, 1, 3, 4, 5]);
+    assert!(
+        log.notes[0].contains("13 of 53 were left out and those with about 180 readings were kept"),
+        "{:?}",
+        log.notes
+    );
+    // A laser that was set up anew is the same laser.
+    let changed: String = (0..40).map(|scan| if scan < 20 { rear(scan) } else { other(scan) }).collect();
+    assert_eq!(read((drive(20, |_| String::new()) + &changed).as_bytes()).unwrap().scans.len(), 40);
+
+    // Two that are alike, but sit elsewhere on the robot: the one that looks ahead is kept.
+    let mounted = |scan: usize| {
+        let (ahead, heading) = if scan.is_multiple_of(2) { (-0.2, 3.14) } else { (0.3, 0.0) };
+        let x = 0.1 * scan as f64;
+        format!(
+            "ROBOTLASER1 0 -1.57 3.14 0.0174 50 0.1 0 4 1 2 3 4 0 {} 0 {heading} {x} 0 0 0 0 0 0 0 {scan} h 1\n",
+            x + ahead
+        )
+    };
+    let log = read((0..30).map(mounted).collect::<String>().as_bytes()).unwrap();
+    assert_eq!(log.scans.len(), 15);
+    assert!((log.T_robot_laser.translation.x - 0.3).abs() < 1e-9, "{:?}", log.T_robot_laser);
+    assert!(log.notes[0].contains("15 of 30 were left out and the front one's were kept"), "{:?}", log.notes);
+}
+
+#[test]
+fn a_log_that_was_cut_in_mid_scan_gives_the_rest() {
+    let text = drive(60, |_| String::new());
+    // At the end, wherever the cut is: within the readings, the poses or what follows them.
+    let last = text[..text.len() - 1].rfind('\n').unwrap() + 1;
+    for end in [last + 40, text.len() - 30, text.len() - 16, text.len() - 8] {
+        let log = read(&text.as_bytes()[..end]).unwrap();
+        assert_eq!((log.scans.len(), log.notes.len()), (59, 1), "{:?}", &text[end - 10..end]);
+        assert!(log.notes[0].starts_with("Line 60, the last one, is cut off"), "{:?}", log.notes);
+    }
+    assert_eq!(read(&text.as_bytes()[..text.len() - 1]).unwrap().scans.len(), 60);
+    // In the middle: the line is told, and the others keep their numbers.
+    let (start, end) = (text.match_indices('\n').nth(19).unwrap().0, text.match_indices('\n').nth(20).unwrap().0);
+    let spliced = format!("{}{}", &text[..start + 300], &text[end..]);
+    let log = read(spliced.as_bytes()).unwrap();
+    assert_eq!((log.scans.len(), log.scans[20].number, log.notes.len()), (59, 21, 1));
+    assert!(log.notes[0].starts_with("A line was left out. Line 21: The line announces 180"), "{:?}", log.notes);
+    // A file that is damaged all over is refused.
+    assert!(read(text.replace(" 0 0 ", " x 0 ").as_bytes()).unwrap_err().to_string().starts_with("line 1: "));
+
+    let list =
+        "[{\"theta\": [0, 0.1], \"readings\": [1, null]}, {\"theta\": [0, 0.1], \"readings\": [1, 2]}, {\"theta\": [0,";
+    let log = read(list.as_bytes()).unwrap();
+    assert_eq!((log.scans.len(), log.notes.len()), (2, 1));
+    assert!(read(b"[{\"theta\": [0], \"readings\": [\"a\"]}]").is_err() && read(b"[{\"theta\": [0").is_err());
+}
+
+#[test]
+fn the_times_of_the_radish_logs_are_those_of_the_relations() {
+    let Some(bytes) = shared("radish/aces.clf") else { return };
+    let log = read(&bytes).unwrap();
+    let times: Vec<Option<f64>> = log.scans.iter().map(|scan| scan.time).collect();
+    let stamps = stamps(&times);
+    assert_eq!((log.scans.len(), stamps.note), (7374, None));
+    let times = stamps.times.unwrap();
+    assert_eq!((times[0], times[1]), (70.2899, 70.410399));
+    let known = scanstitch::io::relations::read(&shared("radish/aces.relations").unwrap()).unwrap();
+    assert_eq!(known.len(), 1279);
+    let is_scan = |time: f64| times.binary_search_by(|other| other.total_cmp(&time)).is_ok();
+    assert!(known.iter().flat_map(|relation| relation.times().unwrap()).all(is_scan));
+    // All of one time, to the digits that were written.
+    let log = read(&shared("radish/belgioioso.log").unwrap()).unwrap();
+    let times: Vec<Option<f64>> = log.scans.iter().map(|scan| scan.time).collect();
+    let stamps = scanstitch::io::laser_log::stamps::stamps(&times);
+    assert!(stamps.times.is_none() && stamps.note.unwrap().contains("394 of 395 scans are not later"));
 }
 
 /// Bytes of good logs, changed, cut and mixed: an answer or an error, never a panic.

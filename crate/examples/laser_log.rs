@@ -57,7 +57,7 @@ fn main() {
     }
     let poses = reconstruction.poses_in_space();
     if let Some(file) = option("--out") {
-        std::fs::write(file, trajectory::tum_text(None, &poses)).expect("the trajectory can be written");
+        std::fs::write(file, reconstruction.trajectory_tum()).expect("the trajectory can be written");
     }
     if let Some(file) = option("--grid") {
         let started = Instant::now();

@@ -1,7 +1,10 @@
 //! Which pose of the estimate belongs to which of the reference.
 
-use scanstitch::evaluation::associate::{Pair, by_index, by_time, oddities};
+use scanstitch::evaluation::associate::{Pair, by_index, by_number, by_time, oddities};
+use scanstitch::evaluation::evaluate::{Association, EvaluationOptions, evaluate};
 use scanstitch_scene::random::Random;
+
+use crate::samples::winding;
 
 fn pairs(found: &[Pair]) -> Vec<(usize, usize)> {
     found.iter().map(|pair| (pair.reference, pair.estimate)).collect()
@@ -74,4 +77,26 @@ fn no_overlap_in_time_tells_both_spans_and_guesses() {
     let told_of_reference = by_time(&in_nanoseconds, &seconds, 0.01, 0.0).unwrap_err().to_string();
     assert!(told_of_reference.contains("The reference's times look like nanoseconds"), "{told_of_reference}");
     assert!(told(&[1000.5, 1001.5]).contains("The spans overlap"));
+}
+
+#[test]
+fn numbers_name_the_poses_of_a_trajectory_with_times() {
+    let times = [70.2, 70.4, 70.5, 70.9];
+    let (whose, found) = by_number(&[0.0, 2.0, 3.0], &times).unwrap();
+    assert_eq!((whose, pairs(&found)), ("reference", vec![(0, 0), (1, 2), (2, 3)]));
+    let (whose, found) = by_number(&times, &[1.0, 2.0]).unwrap();
+    assert_eq!((whose, pairs(&found)), ("estimate", vec![(1, 0), (2, 1)]));
+    for none in [[0.0, 4.0], [1.0, 1.0], [0.5, 1.0], [-1.0, 0.0]] {
+        assert!(by_number(&none, &times).is_none(), "{none:?}");
+    }
+    // Of two that count, neither counts the other's poses.
+    assert!(by_number(&[0.0, 1.0], &[0.0, 1.0]).is_none());
+
+    let timed = winding(4).with_stamps(times.to_vec()).unwrap();
+    let counted = winding(4).with_stamps(vec![0.0, 1.0, 2.0, 3.0]).unwrap();
+    let summary = evaluate(&counted, &timed, &EvaluationOptions::default()).unwrap().summary;
+    assert_eq!((summary.num_matched, summary.statistics.max), (4, 0.0));
+    assert!(summary.notes[0].contains("matched by number"), "{:?}", summary.notes);
+    let by_time = EvaluationOptions { association: Association::Time, ..EvaluationOptions::default() };
+    assert!(evaluate(&counted, &timed, &by_time).is_err());
 }

@@ -52,6 +52,26 @@ pub fn by_index(reference: usize, estimate: usize) -> Result<Vec<Pair>> {
     Ok((0..reference).map(|index| Pair { reference: index, estimate: index }).collect())
 }
 
+/// Pairs by number, where the times of one trajectory count the poses of the other, whose times are none such: whole
+/// numbers from 0, ascending, none beyond its last pose. Tells whose are numbers.
+pub fn by_number(reference: &[f64], estimate: &[f64]) -> Option<(&'static str, Vec<Pair>)> {
+    let counts = |numbers: &[f64], others: usize| {
+        let is_number = |&number: &f64| number >= 0.0 && number.fract() == 0.0 && number < others as f64;
+        numbers.iter().all(is_number) && numbers.windows(2).all(|pair| pair[0] < pair[1])
+    };
+    match (counts(reference, estimate.len()), counts(estimate, reference.len())) {
+        (true, false) => {
+            let pair = |(index, &number): (usize, &f64)| Pair { reference: index, estimate: number as usize };
+            Some(("reference", reference.iter().enumerate().map(pair).collect()))
+        }
+        (false, true) => {
+            let pair = |(index, &number): (usize, &f64)| Pair { reference: number as usize, estimate: index };
+            Some(("estimate", estimate.iter().enumerate().map(pair).collect()))
+        }
+        _ => None,
+    }
+}
+
 /// The nearest of sorted stamps, by halving. Of repeated stamps, the last is found, but for a query that is exactly as
 /// late as the very last ones: then the last but one is. This is what evo's search finds.
 fn nearest_sorted(queries: &[f64], stamps: &[f64], max_diff: f64) -> Vec<(usize, usize)> {

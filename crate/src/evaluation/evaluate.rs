@@ -4,7 +4,7 @@ use nalgebra::{UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
 
 use super::alignment::{Alignment, align};
-use super::associate::{Pair, by_index, by_time, oddities};
+use super::associate::{Pair, by_index, by_number, by_time, oddities};
 use super::drift::{Drift, drift};
 use super::metrics::{PoseRelation, ape, rpe};
 use super::pairs::{DeltaUnit, PairOptions};
@@ -32,7 +32,8 @@ pub enum ErrorMetric {
 #[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
 #[serde(rename_all = "snake_case")]
 pub enum Association {
-    /// Those of nearest times where both have times, those of the same index otherwise.
+    /// Those of nearest times where both have times, those of the same index otherwise; and of the same number where the
+    /// times of one count the poses of the other.
     #[default]
     Auto,
     /// Those of nearest times.
@@ -248,7 +249,17 @@ fn associate(
             for (whose, stamps) in [("reference", of_reference), ("estimate", of_estimate)] {
                 notes.extend(oddities(stamps).map(|oddities| format!("Of the {whose}, {oddities}.")));
             }
-            by_time(of_reference, of_estimate, options.max_diff, options.offset)?
+            let timed = by_time(of_reference, of_estimate, options.max_diff, options.offset);
+            let is_poor = timed.as_ref().map_or(0, Vec::len) < reference.len().min(estimate.len()).div_ceil(2);
+            let counted = (is_poor && options.association == Association::Auto)
+                .then(|| by_number(of_reference, of_estimate))
+                .flatten();
+            if let Some((whose, pairs)) = counted {
+                notes.push(format!("The {whose}'s times count the poses of the other: they were matched by number."));
+                pairs
+            } else {
+                timed?
+            }
         }
         (Association::Time, None) => {
             let whose = if reference.stamps.is_none() { "reference" } else { "estimate" };

@@ -43,13 +43,13 @@ impl RecordedScan {
 
     /// All scans of a log.
     pub fn of_log(log: &LaserLog) -> impl Iterator<Item = Self> + '_ {
-        log.scans.iter().enumerate().map(|(index, scan)| {
+        log.scans.iter().map(|scan| {
             let positions = scan.points().into_iter().map(|[x, y]| Vec3::new(x, y, 0.0)).collect();
             Self {
                 cloud: PointCloud::from_positions(positions),
                 max_range: scan.max_range,
                 T_robot_laser: log.T_robot_laser,
-                index,
+                index: scan.number,
                 time: scan.time,
                 reference: scan.reference,
                 odometry: scan.odometry,

@@ -37,6 +37,8 @@ impl From<Pose2> for PlanarPose {
 pub struct FrameResult {
     /// Name of the file.
     pub name: String,
+    /// Time of the scan (s), from whatever zero the recorder had, or null.
+    pub time: Option<f64>,
     /// Pose of the sensor; the world is the frame of the first scan.
     pub T_world_sensor: PlanarPose,
     /// One standard deviation of the registration to the scans before (m, m, rad); null where there is none.
@@ -76,6 +78,7 @@ impl FrameResult {
         let open = registration.filter(|r| r.observability.is_undetermined());
         Self {
             name: name.to_owned(),
+            time: None,
             T_world_sensor: pose.into(),
             std: registration.and_then(standard_deviation),
             status: estimate.verdict.status,

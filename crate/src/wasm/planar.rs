@@ -152,9 +152,10 @@ impl Reconstruction {
         pairs.iter().flatten().flat_map(|p| [p.x as f32, p.y as f32]).collect()
     }
 
-    /// The trajectory as TUM writes it: frame x y z qx qy qz qw, a line a frame.
+    /// The trajectory as TUM writes it: t x y z qx qy qz qw, a line a frame; the time is the log's (s), and the number of the
+    /// frame where there is none.
     pub fn trajectory_tum(&self) -> String {
-        trajectory::tum_text(None, &self.engine.poses_in_space())
+        self.engine.trajectory_tum()
     }
 
     /// The trajectory as one text of a 4 x 4 matrix a frame.

@@ -6,10 +6,12 @@
 //! - `RAWLASER1`, the same as far as the remissions, then times; the robot's pose is that of the last `ODOM x y theta ...`;
 //! - `VERTEX2 id x y theta` before a scan: where a pose graph puts it; `PARAM name value` for the laser.
 //!
-//! Metres and radians. Lines of other words are stepped over.
+//! Metres and radians. Lines of other words are stepped over. Of several lasers the front one's scans are read; `RLASER`,
+//! `ROBOTLASER2` and `RAWLASER2` are the others'.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
+use super::lasers::one_laser;
 use super::{Bearings, LaserLog, LaserScan, MAX_BEAMS, common_offset, pose};
 use crate::geometry::Pose2;
 use crate::io::text::{number, quote};
@@ -20,6 +22,13 @@ const SCANS: [&[u8]; 3] = [b"ROBOTLASER1", b"FLASER", b"RAWLASER1"];
 /// Words that begin a line of such a log.
 const WORDS: [&[u8]; 9] =
     [b"FLASER", b"ROBOTLASER1", b"RAWLASER1", b"ODOM", b"PARAM", b"VERTEX2", b"EDGE2", b"SYNC", b"RLASER"];
+
+/// Words that begin a scan of another laser than the front one.
+const OTHER_LASERS: [&[u8]; 3] = [b"RLASER", b"ROBOTLASER2", b"RAWLASER2"];
+/// One line in so many may be damaged: it is left out. Beyond that the file is not what it seems.
+const MAX_DAMAGED_SHARE: f64 = 0.05;
+/// So many damaged lines are told one by one.
+const MOST_TOLD: usize = 3;
 
 /// Whether the beginning of a file is one of a CARMEN log.
 pub(super) fn looks_like_carmen(head: &[u8]) -> bool {
@@ -32,7 +41,14 @@ struct Reader {
     scans: Vec<LaserScan>,
     /// The laser's pose in each scan's line, where there is one.
     laser_poses: Vec<Option<Pose2>>,
+    /// Words after the readings in each scan's line.
+    num_words_after: Vec<usize>,
     kind: &'static [u8],
+    /// Scans that there were so far, those that could not be read among them.
+    num_scans: usize,
+    /// Scans of other lasers, and of other lines about the same one.
+    num_others: usize,
+    num_same: usize,
     vertex: Option<Pose2>,
     odometry: Option<Pose2>,
     field_of_view: Option<f64>,
@@ -42,30 +58,58 @@ struct Reader {
 pub(super) fn read(bytes: &[u8]) -> Result<LaserLog> {
     let kinds = |kind: &&&[u8]| lines(bytes).any(|(_, line)| words(line).next() == Some(**kind));
     let kind = SCANS.iter().find(kinds).copied().unwrap_or(SCANS[0]);
-    let mut reader = Reader {
-        scans: Vec::new(),
-        laser_poses: Vec::new(),
-        kind,
-        vertex: None,
-        odometry: None,
-        field_of_view: None,
-        max_range: f64::INFINITY,
-    };
+    let mut reader = Reader::new(kind);
+    let mut damaged: Vec<Error> = Vec::new();
     let mut notes = Vec::new();
     for (line, text) in lines(bytes) {
-        if let Err(error) = reader.take(line, text) {
-            // A recorder that was switched off leaves half a line behind.
-            let is_cut_off = text.as_ptr_range().end == bytes.as_ptr_range().end && !reader.scans.is_empty();
-            if !is_cut_off {
-                return Err(error);
-            }
-            notes.push(format!("Line {line}, the last one, is cut off and was left out."));
+        // A recorder that was switched off leaves half a line behind.
+        let is_last = text.as_ptr_range().end == bytes.as_ptr_range().end && !text.is_empty();
+        match reader.take(line, text) {
+            Err(_) if is_last && !reader.scans.is_empty() => notes.push(cut_off(line)),
+            Err(error) => damaged.push(error),
+            Ok(()) if is_last && reader.take_back_if_cut(line) => notes.push(cut_off(line)),
+            Ok(()) => {}
         }
+    }
+    if let Some(first) = damaged.first()
+        && damaged.len() as f64 > MAX_DAMAGED_SHARE * reader.scans.len() as f64
+    {
+        return Err(first.clone());
+    }
+    notes.extend(damaged.iter().take(MOST_TOLD).map(|error| format!("A line was left out. {}", capitalized(error))));
+    if damaged.len() > MOST_TOLD {
+        notes.push(format!("{} more damaged lines were left out.", damaged.len() - MOST_TOLD));
     }
     Ok(reader.finish(notes))
 }
 
+fn cut_off(line: usize) -> String {
+    format!("Line {line}, the last one, is cut off and was left out.")
+}
+
+/// An error as a sentence.
+fn capitalized(error: &Error) -> String {
+    let text = error.to_string();
+    text.strip_prefix("line").map_or_else(|| text.clone(), |rest| format!("Line{rest}"))
+}
+
 impl Reader {
+    fn new(kind: &'static [u8]) -> Self {
+        Self {
+            scans: Vec::new(),
+            laser_poses: Vec::new(),
+            num_words_after: Vec::new(),
+            kind,
+            num_scans: 0,
+            num_others: 0,
+            num_same: 0,
+            vertex: None,
+            odometry: None,
+            field_of_view: None,
+            max_range: f64::INFINITY,
+        }
+    }
+
     fn take(&mut self, line: usize, text: &[u8]) -> Result<()> {
         if is_comment(text) {
             return Ok(());
@@ -80,10 +124,27 @@ impl Reader {
             }
             b"ODOM" => self.odometry = Some(fields.pose("ODOM")?),
             b"PARAM" => self.parameter(&fields),
-            kind if kind == self.kind => self.scan(&mut fields)?,
+            kind if kind == self.kind => {
+                self.num_scans += 1;
+                self.scan(&mut fields)?;
+            }
+            kind if OTHER_LASERS.contains(&kind) => self.num_others += 1,
+            kind if SCANS.contains(&kind) => self.num_same += 1,
             _ => {}
         }
         Ok(())
+    }
+
+    /// Takes the scan of the file's last line back where the line lacks words that the one before has.
+    fn take_back_if_cut(&mut self, line: usize) -> bool {
+        let [.., before, last] = self.num_words_after[..] else { return false };
+        let is_cut = last < before && self.scans.last().is_some_and(|scan| scan.line == line);
+        if is_cut {
+            self.scans.pop();
+            self.laser_poses.pop();
+            self.num_words_after.pop();
+        }
+        is_cut
     }
 
     /// Parameters say what a FLASER line does not. Unknown ones, and such that are no numbers, are none of ours.
@@ -114,6 +175,7 @@ impl Reader {
         if self.kind != b"FLASER" && fields.next < fields.words.len() {
             fields.list("remissions")?;
         }
+        let num_words_after = fields.left();
         let bearings = bearings.unwrap_or_else(|| front_laser(ranges.len(), self.field_of_view));
         let (laser, robot) = match self.kind {
             b"RAWLASER1" => (None, self.odometry),
@@ -131,13 +193,25 @@ impl Reader {
         let time = fields.words.get(fields.next).and_then(|word| number(word)).filter(|time| time.is_finite());
         let reference = self.vertex.take().or(robot);
         self.laser_poses.push(laser);
-        self.scans.push(LaserScan { line: fields.line, bearings, ranges, max_range, time, reference, odometry: robot });
+        self.num_words_after.push(num_words_after);
+        let number = self.num_scans - 1;
+        self.scans.push(LaserScan {
+            number,
+            line: fields.line,
+            bearings,
+            ranges,
+            max_range,
+            time,
+            reference,
+            odometry: robot,
+        });
         Ok(())
     }
 
     /// Where laser and robot keep their distance, that is the offset; where they do not, the laser's poses have been
     /// corrected afterwards and the robot's are what its wheels told.
-    fn finish(mut self, notes: Vec<String>) -> LaserLog {
+    fn finish(mut self, mut notes: Vec<String>) -> LaserLog {
+        self.keep_one_laser(&mut notes);
         let poses = self.scans.iter().zip(&self.laser_poses);
         let pairs: Vec<(Pose2, Pose2)> = poses.filter_map(|(scan, laser)| Some((scan.odometry?, (*laser)?))).collect();
         let offset = common_offset(pairs.iter().copied());
@@ -147,6 +221,31 @@ impl Reader {
             }
         }
         LaserLog { scans: self.scans, T_robot_laser: offset.unwrap_or_else(Pose2::identity), notes }
+    }
+
+    /// Leaves out the scans of other lasers, and says so.
+    fn keep_one_laser(&mut self, notes: &mut Vec<String>) {
+        let kind = String::from_utf8_lossy(self.kind);
+        if self.num_others > 0 {
+            let others = self.num_others;
+            notes.push(format!(
+                "{others} scans of another laser (RLASER, ROBOTLASER2) were left out: the front one's ({kind}) are placed."
+            ));
+        }
+        if self.num_same > 0 {
+            let same = self.num_same;
+            notes.push(format!(
+                "{same} lines of other kinds of scans were left out: {kind} lines tell more of the laser."
+            ));
+        }
+        let offset = |(scan, laser): (&LaserScan, &Option<Pose2>)| Some(scan.odometry?.inverse() * (*laser)?);
+        let offsets: Vec<Option<Pose2>> = self.scans.iter().zip(&self.laser_poses).map(offset).collect();
+        let Some((is_kept, note)) = one_laser(&self.scans, &offsets) else { return };
+        notes.push(note);
+        let mut keep = is_kept.iter();
+        self.scans.retain(|_| keep.next() == Some(&true));
+        let mut keep = is_kept.iter();
+        self.laser_poses.retain(|_| keep.next() == Some(&true));
     }
 }
 

@@ -49,33 +49,69 @@ enum OneOrMany {
     One(Box<RawScan>),
 }
 
+const CUT_OFF: &str = "The last scan of the file is cut off and was left out.";
+
 pub(super) fn read(bytes: &[u8]) -> Result<LaserLog> {
     let mut scans = Vec::new();
     let mut notes = Vec::new();
     let is_list = bytes.iter().find(|byte| !byte.is_ascii_whitespace()) == Some(&b'[');
     let mut lines = Lines { bytes, offset: 0, line: 1 };
     if is_list {
-        let many: OneOrMany = serde_json::from_slice(bytes).map_err(|error| fault(1, bytes, &error))?;
+        let whole = serde_json::from_slice(bytes).or_else(|error| {
+            let part = complete_part(bytes).filter(|_| is_cut_off(bytes, &error)).ok_or(error)?;
+            notes.push(CUT_OFF.to_owned());
+            serde_json::from_slice(&part)
+        });
+        let many: OneOrMany = whole.map_err(|error| fault(1, bytes, &error))?;
         let many = match many {
             OneOrMany::Many(many) => many,
             OneOrMany::One(one) => vec![*one],
         };
         for raw in many {
-            scans.push(scan(raw, 1)?);
+            scans.push(scan(raw, scans.len(), 1)?);
         }
     } else {
         let mut objects = serde_json::Deserializer::from_slice(bytes).into_iter::<RawScan>();
         while let Some(object) = objects.next() {
             match object {
-                Ok(raw) => scans.push(scan(raw, lines.at(objects.byte_offset()))?),
+                Ok(raw) => scans.push(scan(raw, scans.len(), lines.at(objects.byte_offset()))?),
                 Err(error) if error.is_eof() && !scans.is_empty() => {
-                    notes.push("The last scan of the file is cut off and was left out.".to_owned());
+                    notes.push(CUT_OFF.to_owned());
                 }
                 Err(error) => return Err(fault(lines.at(objects.byte_offset()), bytes, &error)),
             }
         }
     }
     Ok(LaserLog { scans, T_robot_laser: Pose2::identity(), notes })
+}
+
+/// Whether a list ends before it is closed.
+fn is_cut_off(bytes: &[u8], error: &serde_json::Error) -> bool {
+    // What stands in a list of either kind is told apart after it was read: then the end is not where the error is.
+    error.is_eof() || bytes.iter().rfind(|byte| !byte.is_ascii_whitespace()) != Some(&b']')
+}
+
+/// A list that was cut off, up to its last whole scan, and closed.
+fn complete_part(bytes: &[u8]) -> Option<Vec<u8>> {
+    let (mut depth, mut in_text, mut escaped, mut end) = (0_usize, false, false, None);
+    for (at, &byte) in bytes.iter().enumerate() {
+        match byte {
+            _ if escaped => escaped = false,
+            b'\\' if in_text => escaped = true,
+            b'"' => in_text = !in_text,
+            _ if in_text => {}
+            b'{' | b'[' => depth += 1,
+            b'}' | b']' => {
+                depth = depth.checked_sub(1)?;
+                if byte == b'}' && depth == 1 {
+                    end = Some(at + 1);
+                }
+            }
+            _ => {}
+        }
+    }
+    let end = end.filter(|_| depth > 0)?;
+    Some([&bytes[..end], b"]"].concat())
 }
 
 /// Lines are counted along: a file of many objects is gone through once.
@@ -103,7 +139,7 @@ fn fault(line: usize, bytes: &[u8], error: &serde_json::Error) -> Error {
     Error::line(line, format!("This is no scan as CSM writes it ({problem})"), format!("Correct the JSON{cut_off}"))
 }
 
-fn scan(raw: RawScan, line: usize) -> Result<LaserScan> {
+fn scan(raw: RawScan, number: usize, line: usize) -> Result<LaserScan> {
     let count = raw.readings.len();
     let wrong = |problem: String| Error::line(line, problem, "Give one bearing for each reading");
     if count > MAX_BEAMS {
@@ -138,6 +174,7 @@ fn scan(raw: RawScan, line: usize) -> Result<LaserScan> {
     });
     let odometry = known(raw.odometry);
     Ok(LaserScan {
+        number,
         line,
         bearings,
         ranges,

@@ -14,6 +14,8 @@ use crate::{Error, Result};
 
 pub mod carmen;
 pub mod csm;
+mod lasers;
+pub mod stamps;
 
 /// The bearings of a scan's beams in the laser's frame: x ahead, y left, counter-clockwise (rad).
 #[derive(Debug, Clone, PartialEq)]
@@ -42,6 +44,8 @@ impl Bearings {
 /// One scan of a log.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LaserScan {
+    /// Number of the scan in its file, from 0: those that were left out count.
+    pub number: usize,
     /// Line of the file that it stands on or ends on, from 1.
     pub line: usize,
     /// Bearing of each beam.
@@ -121,10 +125,7 @@ fn common_offset(pairs: impl Iterator<Item = (Pose2, Pose2)>) -> Option<Pose2> {
     let offsets: Vec<Pose2> =
         pairs.map(|(T_world_robot, T_world_laser)| T_world_robot.inverse() * T_world_laser).collect();
     let first = offsets.first()?;
-    let is_same = |offset: &Pose2| {
-        let apart = first.inverse() * offset;
-        apart.translation_norm() < SAME_OFFSET && apart.rotation_angle() < SAME_OFFSET
-    };
+    let is_same = |offset: &Pose2| lasers::is_same_offset(first, offset);
     (first.translation_norm() < MAX_OFFSET && offsets.iter().all(is_same)).then_some(*first)
 }
 

@@ -12,7 +12,8 @@ use crate::evaluation::sharpness::{Sharpness, SharpnessMeter};
 use crate::geometry::{PointCloud, Pose2, Pose3};
 use crate::graph::joint_scan_registration::{Node, PoseGraph, edges_between};
 use crate::io::laser_log::LaserLog;
-use crate::io::trajectory::{Trajectory, in_space};
+use crate::io::laser_log::stamps::{Stamps, stamps};
+use crate::io::trajectory::{Trajectory, in_space, tum_text};
 use crate::map::local::MetricName;
 use crate::map::local::{LocalMap, StitchedMap};
 use crate::map::occupancy_grid::OccupancyGrid;
@@ -48,6 +49,8 @@ pub struct Reconstruction {
 /// What a run has come to.
 struct Run {
     num_scans: usize,
+    /// Time of each scan (s).
+    times: Vec<Option<f64>>,
     /// Where the robot is, as seen from the laser of each scan.
     T_laser_robot: Vec<Pose2>,
     /// The motion of the laser from the scan before to each, where odometry gives it.
@@ -133,7 +136,7 @@ impl Reconstruction {
     /// Adds all scans of a log, under the name of the file and their number from 0, and starts over. The poses in the log
     /// are compared with where there is no other reference; see [`Settings::odometry`] for the only other use of them.
     pub fn add_log(&mut self, name: &str, log: &LaserLog) -> AddedLog {
-        self.names.extend((0..log.scans.len()).map(|index| format!("{name} #{index}")));
+        self.names.extend(log.scans.iter().map(|scan| format!("{name} #{}", scan.number)));
         self.recorded.extend(RecordedScan::of_log(log));
         self.run = None;
         let has_poses = log.scans.iter().all(|scan| scan.reference.is_some());
@@ -202,6 +205,7 @@ impl Reconstruction {
         if let Some(limit) = self.run.as_ref().and_then(|run| run.detected_limit) {
             notes.push(format!("Returns at {limit:.2} m were taken for the sensor's range limit and dropped."));
         }
+        notes.extend(self.stamps().note);
         ReconstructionResult {
             version: env!("CARGO_PKG_VERSION"),
             settings: self.settings.clone(),
@@ -237,6 +241,20 @@ impl Reconstruction {
         self.poses().iter().map(in_space).collect()
     }
 
+    /// The time of every scan (s), or its number in the log where there are no times and some numbers are missing.
+    pub fn stamps(&self) -> Stamps {
+        let times: Vec<Option<f64>> = self.recorded.iter().map(|scan| scan.time).collect();
+        let found = stamps(&times);
+        let has_gaps = self.is_one_log() && self.recorded.iter().enumerate().any(|(frame, scan)| scan.index != frame);
+        let numbers = || has_gaps.then(|| self.recorded.iter().map(|scan| scan.index as f64).collect());
+        Stamps { times: found.times.or_else(numbers), note: found.note }
+    }
+
+    /// The trajectory as TUM writes it: time or number of the frame, x y z qx qy qz qw, a line a frame.
+    pub fn trajectory_tum(&self) -> String {
+        tum_text(self.stamps().times.as_deref(), &self.poses_in_space())
+    }
+
     /// Pairs of a frame's points and their partners in the scans it is registered to, under the present poses, in the
     /// world frame (m). Empty for the first frame and for lost ones.
     pub fn correspondences(&self, frame: usize) -> Vec<[Vector2<f64>; 2]> {
@@ -247,8 +265,12 @@ impl Reconstruction {
     fn poses_in_logs(&self) -> Option<(String, Trajectory)> {
         let poses = self.recorded.iter().map(|scan| scan.reference.as_ref().map(in_space));
         let poses = poses.collect::<Option<Vec<Pose3>>>().filter(|poses| !poses.is_empty())?;
-        let is_one_log = self.recorded.iter().enumerate().all(|(number, scan)| scan.index == number);
-        is_one_log.then(|| ("the poses in the log".to_owned(), Trajectory::from_poses(&poses)))
+        self.is_one_log().then(|| ("the poses in the log".to_owned(), Trajectory::from_poses(&poses)))
+    }
+
+    /// Whether the scans are those of one log, whose numbers ascend.
+    fn is_one_log(&self) -> bool {
+        self.recorded.windows(2).all(|pair| pair[0].index < pair[1].index)
     }
 
     fn joint(&self) -> Option<&Joint> {
@@ -266,7 +288,7 @@ impl Reconstruction {
         let estimate: Vec<Option<Pose2>> =
             (0..run.poses.len()).map(|frame| run.believed_pose(frame).map(|_| run.pose_of_robot(frame))).collect();
         let names: Vec<&str> = self.names.iter().map(String::as_str).collect();
-        position_error(&estimate, &names, name, reference).map(Some)
+        position_error(&estimate, &names, self.stamps().times.as_deref(), name, reference).map(Some)
     }
 }
 
@@ -274,6 +296,7 @@ impl Run {
     fn new(settings: &Settings, recorded: &[RecordedScan], odometry: Option<&Trajectory>) -> Self {
         Self {
             num_scans: recorded.len(),
+            times: recorded.iter().map(|scan| scan.time).collect(),
             T_laser_robot: recorded.iter().map(|scan| scan.T_robot_laser.inverse()).collect(),
             motions: first_guesses(settings.odometry, recorded, odometry),
             detected_limit: range_limit(recorded.iter().map(|scan| scan.cloud.positions.as_slice())),
@@ -403,7 +426,8 @@ impl Run {
     fn frame_results<'a>(&'a self, names: &'a [String]) -> impl Iterator<Item = FrameResult> + 'a {
         let estimates = self.estimates.iter().enumerate();
         names.iter().zip(&self.cleaning).zip(estimates).map(|((name, cleaning), (frame, estimate))| {
-            FrameResult::new(name, *cleaning, estimate, self.pose_of_robot(frame))
+            let result = FrameResult::new(name, *cleaning, estimate, self.pose_of_robot(frame));
+            FrameResult { time: self.times[frame], ..result }
         })
     }
 
