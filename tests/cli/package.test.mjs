@@ -56,8 +56,8 @@ test('packed, installed elsewhere and run alone', (t) => {
 /** The JavaScript that the documentation shows for Node. */
 function examples() {
   const types = readFileSync(join(ROOT, 'npm', 'index.d.ts'), 'utf8').replaceAll(/^ \* ?/gm, '');
-  const readme = existsSync(join(ROOT, 'README.md')) ? readFileSync(join(ROOT, 'README.md'), 'utf8') : '';
-  const found = [types, readme].flatMap((text) =>
+  const guide = existsSync(join(ROOT, 'docs', 'api.md')) ? readFileSync(join(ROOT, 'docs', 'api.md'), 'utf8') : '';
+  const found = [types, guide].flatMap((text) =>
     [...text.matchAll(/^```js\n(.*?)^```$/gms)].map(([, code = '']) => code),
   );
   const ofNode = found.filter((code) => code.includes("from 'scanstitch'") && code.includes('node:fs'));
