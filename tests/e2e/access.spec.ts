@@ -64,16 +64,16 @@ test('a menu is worked by keys', async ({ app: { page } }) => {
   await expect(button).toBeFocused();
 });
 
-test('errors are said aloud', async ({ app, page }) => {
+test('errors are announced, and no later announcement takes their place', async ({ app, page }) => {
   await app.drop([{ name: 'letter.ply', content: 'Dear all' }, ...sampleScans().slice(0, 2)]);
-  const said: string[] = [];
-  await expect
-    .poll(async () => {
-      said.push(await page.getByRole('status').innerText());
-      return said.join(' ');
-    })
-    .toMatch(/letter\.ply|2 scans stitched/);
   await app.stitched();
+  const announced = page.getByRole('status').getByRole('paragraph');
+  await expect(announced.filter({ hasText: /^2 scans stitched/ })).toHaveCount(1);
+  const texts = await announced.allInnerTexts();
+  const error = texts.findIndex((text) => /^letter\.ply, line 1, This is no PLY file/.test(text));
+  const result = texts.findIndex((text) => /^2 scans stitched/.test(text));
+  expect(error, `the error is among: ${texts.join(' | ')}`).toBeGreaterThanOrEqual(0);
+  expect(result, 'the result is announced after it').toBeGreaterThan(error);
 });
 
 for (const scheme of ['light', 'dark'] as const) {
@@ -108,7 +108,7 @@ test.describe('on a phone', () => {
   test('nothing is wider than the screen, and all is within reach', async ({ app, page }) => {
     const width = (): Promise<number> => page.evaluate(() => document.documentElement.scrollWidth);
     expect(await width()).toBe(360);
-    for (const tab of ['Scans', 'Why', 'Settings', 'Result']) {
+    for (const tab of ['Scans', 'Details', 'Settings', 'Result']) {
       await page.getByRole('tab', { name: tab }).tap();
       await expect(page.getByRole('tabpanel', { name: tab })).toBeVisible();
       expect(await width()).toBe(360);
@@ -117,9 +117,9 @@ test.describe('on a phone', () => {
 
     await page.getByRole('tab', { name: 'Scans' }).tap();
     await app.row('2.ply').tap();
-    await page.getByRole('tab', { name: 'Why' }).tap();
+    await page.getByRole('tab', { name: 'Details' }).tap();
     await expect(page.getByRole('tabpanel')).toContainText('2.ply');
-    await page.getByRole('tab', { name: 'Why' }).press('ArrowRight');
+    await page.getByRole('tab', { name: 'Details' }).press('ArrowRight');
     await expect(page.getByRole('tab', { name: 'Settings' })).toBeFocused();
 
     for (const name of ['Open', 'Export']) {

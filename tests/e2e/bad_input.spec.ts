@@ -49,7 +49,7 @@ test('single returns that are no numbers are dropped and counted', async ({ app 
 test('several bad files are listed one by one, and what was on the page stays', async ({ app }) => {
   await app.drop(BAD_FILES.map(({ file }) => file));
   for (const { file } of BAD_FILES) await expect(app.messages).toContainText(file.name);
-  await expect(app.messages).toContainText('what was on the page stays');
+  await expect(app.messages).toContainText('the result on the page stays');
   expect(await app.scanNames()).toHaveLength(10);
   await app.row('3.ply').click();
   await expect(app.why).toContainText('found a partner');

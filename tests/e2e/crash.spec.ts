@@ -12,7 +12,7 @@ test('a crash of the worker is told, and the scans can be computed again', async
       throw new Error('out of memory, for the sake of this test');
     });
   });
-  await expect(app.messages).toContainText('The computation crashed');
+  await expect(app.messages).toContainText('The engine crashed');
   await expect(app.messages).toContainText('your scans are still loaded');
   // What was computed is still there to be looked at.
   expect(await app.scanNames()).toHaveLength(10);
@@ -33,7 +33,7 @@ test('after a crash a changed setting computes as well', async ({ page }) => {
       throw new Error('for the sake of this test');
     });
   });
-  await expect(app.messages).toContainText('The computation crashed');
+  await expect(app.messages).toContainText('The engine crashed');
   await app.setting('Strategy').selectOption('scan_to_map');
   expect((await app.stitched()).result.settings.strategy).toBe('scan_to_map');
 });

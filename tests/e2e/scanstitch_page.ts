@@ -103,7 +103,7 @@ export class ScanstitchPage {
   }
 
   get why(): Locator {
-    return this.page.getByRole('complementary', { name: 'Why' });
+    return this.page.getByRole('complementary', { name: 'Details' });
   }
 
   setting(label: string): Locator {

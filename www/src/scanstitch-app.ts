@@ -6,7 +6,8 @@ import { app_styles } from './components/app-styles.js';
 import { DropTarget } from './components/drop-target.js';
 import { icon, logo } from './components/icons.js';
 import type { MenuItem } from './components/menu.js';
-import { type Layout, NO_FACTS, type RunView } from './components/run-view.js';
+import type { Layout } from './components/run-parts.js';
+import { type GivenFiles, type GivenRecording, NO_FACTS } from './components/run-view.js';
 import { drop_styles, shared, tokens } from './components/theme.js';
 import { filesOfDrop, filesOfInput, type NamedFile } from './datasets/gather.js';
 import {
@@ -18,10 +19,8 @@ import {
   tellApart,
 } from './datasets/spatial-files.js';
 import type { BagState, Wishes } from './components/topics-panel.js';
-import type { GivenFiles } from './components/run-view.js';
 import type { ScanstitchPlanar } from './planar/planar-view.js';
 import type { ScanstitchSpatial } from './spatial/spatial-view.js';
-import type { GivenRecording } from './components/run-view.js';
 import { baseName } from './views/format.js';
 import { ownerOf } from './views/settings-link.js';
 
@@ -319,7 +318,7 @@ export class ScanstitchApp extends LitElement {
     </header>`;
   }
 
-  private runView(): RunView | null {
+  private runView(): ScanstitchPlanar | ScanstitchSpatial | null {
     return this.run === 'planar' ? this.planar : this.spatial;
   }
 

@@ -1,10 +1,23 @@
-/** What the page's frame (header, menus) and the views of a run say to each other. */
-import { html, nothing, type TemplateResult } from 'lit';
-import './messages.js';
+/** A view of a run, and what it and the page's frame (header, menus) say to each other. */
+import { html, LitElement, nothing, type TemplateResult } from 'lit';
+import { property, state } from 'lit/decorators.js';
+import './frame-table.js';
+import './headline.js';
+import './settings-panel.js';
+import './timeline.js';
 import type { SpatialInputs } from '../engine/spatial-client.js';
 import type { SpatialSettings } from '../engine/spatial-protocol.js';
+import { type Download, download } from '../export/exports.js';
+import type { Status } from '../views/map-painter.js';
+import { memoizeLast } from '../views/memoize-last.js';
+import { framePalette, type Rgb } from '../views/palette.js';
+import { ownerOf, rememberSettings, type SettingsFacts, settingsToBegin } from '../views/settings-link.js';
+import { announcements } from './announcer.js';
+import { layout_styles } from './app-styles.js';
 import type { MenuItem } from './menu.js';
-import type { Message } from './messages.js';
+import { activity, type Layout, messages, tabs } from './run-parts.js';
+import { type RunSession, wordsOf } from './session.js';
+import { shared } from './theme.js';
 
 /** What the header shows of a run. */
 export interface ViewFacts {
@@ -20,24 +33,9 @@ export interface ViewFacts {
 
 export const NO_FACTS: ViewFacts = { title: '', count: '', reference: '', can_export: false, result: null };
 
-/**
- * One way to look at a run: scans in the plane, or depth images and clouds in space. It fires `facts-changed` whenever
- * the header has something new to show, `files-wanted` ('files', 'folder' or 'sample') where it offers to open some,
- * and `scanstitch-stitched` when a computation is over.
- */
-export interface RunView extends HTMLElement {
-  readonly facts: ViewFacts;
-  readonly exports: readonly MenuItem[];
-  clear(): void;
-  removeReference(): void;
-  runExport(id: string): Promise<void>;
-  /** What the evaluation takes over from a run that is done; null before. */
-  filesToEvaluate(): Promise<GivenFiles | null>;
-}
-
 /** A run of the reconstruction, to be compared with its reference. */
 export interface GivenFiles {
-  /** Null: the truth is still to be dropped. */
+  /** Null: the reference is still to be dropped. */
   reference: { name: string; bytes: ArrayBuffer } | null;
   estimate: { name: string; text: string };
   /** The run's map, as PLY. */
@@ -52,88 +50,261 @@ export interface GivenRecording {
   settings: Partial<SpatialSettings>;
 }
 
-export function sameFacts(a: ViewFacts, b: ViewFacts): boolean {
-  return (Object.keys(a) as (keyof ViewFacts)[]).every((key) => a[key] === b[key]);
+/** What all results have in common. */
+interface RunSnapshot {
+  result: { frames: readonly { name: string; status: Status }[] };
 }
 
-export type Layout = 'wide' | 'medium' | 'narrow';
-
-/** Tabs beside or below the map, with the panel of the one that is chosen. `styles`: layout_styles. */
-export function tabs<T extends string>(
-  names: readonly { tab: T; label: string }[],
-  chosen: T,
-  panel: unknown,
-  choose: (tab: T) => void,
-): TemplateResult {
-  const onKey = (event: KeyboardEvent): void => {
-    const step = { ArrowRight: 1, ArrowLeft: -1 }[event.key];
-    if (step === undefined) return;
-    event.preventDefault();
-    const list = event.currentTarget as HTMLElement;
-    const at = names.findIndex(({ tab }) => tab === chosen);
-    const next = names.at((at + step) % names.length)?.tab ?? chosen;
-    choose(next);
-    requestAnimationFrame(() => list.querySelector<HTMLElement>(`#tab-${next}`)?.focus());
-  };
-  return html`<aside class="side tabs" aria-label="Details">
-    <div role="tablist" aria-label="Details" @keydown=${onKey}>
-      ${names.map(
-        ({ tab, label }) =>
-          html`<button
-            role="tab"
-            id="tab-${tab}"
-            aria-controls="panel"
-            aria-selected=${tab === chosen}
-            tabindex=${tab === chosen ? 0 : -1}
-            @click=${() => choose(tab)}
-          >
-            ${label}
-          </button>`,
-      )}
-    </div>
-    <div id="panel" role="tabpanel" aria-labelledby="tab-${chosen}">${panel}</div>
-  </aside>`;
+/** What is loaded; `num_frames` with those that are not registered yet. */
+export interface Loaded extends Pick<ViewFacts, 'title' | 'count' | 'reference'> {
+  num_frames: number;
 }
 
-/** What both kinds of run say of themselves while they go on. */
-export interface ActiveSession {
-  readonly phase: string;
-  readonly activity: string;
-  readonly progress: number | null;
-  readonly messages: readonly Message[];
-  stop(): void;
-  resume(): void;
-  dismissMessages(): void;
+/** One of the panels beside or below the map. */
+export type Panel = 'figures' | 'table' | 'details' | 'settings';
+
+/** What tells the two kinds of run apart. */
+export interface RunKind {
+  /** Whose settings the page's address holds. */
+  kind: 'planar' | 'spatial';
+  noun: 'scan' | 'frame';
+  exports: readonly MenuItem[];
+  /** The names of the tabs. */
+  panels: Record<Panel, string>;
+  /** The panels in the order of their tabs, where the map leaves room for them. */
+  tabs: Record<Layout, readonly Panel[]>;
 }
 
-/** What goes on at the moment, over the map, with what can be done about it. */
-export function activity(session: ActiveSession): TemplateResult | typeof nothing {
-  switch (session.phase) {
-    case 'reading':
-    case 'running':
-      return activityBox(session.activity, session.progress, 'Stop', () => session.stop());
-    case 'stopped':
-      return activityBox('Stopped: the map so far', null, 'Go on', () => session.resume());
-    case 'crashed':
-      return activityBox('Not computed since the crash', null, 'Compute again', () => session.resume());
-    default:
-      return nothing;
+/**
+ * One way to look at a run: scans in the plane, or depth images and clouds in space. It fires `facts-changed` whenever
+ * the header has something new to show, `files-wanted` ('files', 'folder' or the id of a sample) where it offers to open
+ * some, and `scanstitch-stitched` when a computation is over.
+ */
+export abstract class RunView<
+  Settings extends object,
+  Snapshot extends RunSnapshot,
+  Session extends RunSession<{ dispose(): void; stop(): void }, Settings, unknown, Snapshot>,
+> extends LitElement {
+  @property({ attribute: false }) initial_settings = '';
+  @property({ attribute: false }) preset = '';
+  @property({ attribute: false }) remember_settings = false;
+  @property({ attribute: false }) layout: Layout = 'wide';
+  @property({ type: Boolean }) dark = false;
+
+  @state() protected selected: number | null = null;
+  /** Number of frames shown; null: all there are. */
+  @state() protected until: number | null = null;
+  @state() protected hovered: number | null = null;
+  @state() private panel: Panel = 'figures';
+  @state() private is_exporting = false;
+
+  /** What the header shows. */
+  facts: ViewFacts = NO_FACTS;
+
+  protected abstract readonly session: Session;
+  protected abstract readonly of: RunKind;
+  private shown_generation = 0;
+  private announced: unknown = null;
+  private colorsOf = memoizeLast(framePalette);
+  private statusesOf = memoizeLast((frames: Snapshot['result']['frames']) => frames.map(({ status }) => status));
+
+  get exports(): readonly MenuItem[] {
+    return this.of.exports;
   }
+
+  override connectedCallback(): void {
+    super.connectedCallback();
+    window.addEventListener('hashchange', this.onHash);
+    this.session.beginWith((facts) => this.settingsToBegin(facts));
+  }
+
+  override disconnectedCallback(): void {
+    super.disconnectedCallback();
+    window.removeEventListener('hashchange', this.onHash);
+  }
+
+  clear(): void {
+    this.session.clear();
+  }
+
+  abstract removeReference(): void;
+  /** What the evaluation takes over from a run that is done; null before. */
+  abstract filesToEvaluate(): Promise<GivenFiles | null>;
+
+  async runExport(id: string): Promise<void> {
+    const { snapshot } = this.session;
+    if (!snapshot) return;
+    this.is_exporting = true;
+    try {
+      download(await this.makeExport(id, snapshot));
+    } catch (error) {
+      this.session.report(`The export failed: ${wordsOf(error)}`, 'Try again');
+    } finally {
+      this.is_exporting = false;
+    }
+  }
+
+  /** A message about no file, beside the map. */
+  report(text: string, remedy = ''): void {
+    this.session.report(text, remedy);
+  }
+
+  // What a kind of run adds.
+
+  protected abstract makeExport(id: string, snapshot: Snapshot): Promise<Download>;
+  protected abstract loaded(): Loaded;
+  protected abstract renderMap(): TemplateResult;
+  protected abstract renderEmpty(): TemplateResult;
+  protected abstract renderFigures(): TemplateResult | typeof nothing;
+  protected abstract renderTable(): TemplateResult;
+  protected abstract renderDetails(): TemplateResult;
+  /** The time of a run that is over, for whoever listens. */
+  protected abstract timing(snapshot: Snapshot): { total: number; frames: readonly number[] };
+
+  // What they have in common.
+
+  protected get num_frames(): number {
+    return this.session.snapshot?.result.frames.length ?? 0;
+  }
+
+  protected override willUpdate(_changed: Map<PropertyKey, unknown>): void {
+    const { session, num_frames } = this;
+    if (this.shown_generation !== session.generation || num_frames === 0) {
+      this.shown_generation = session.generation;
+      this.selected = null;
+      this.until = null;
+    }
+    if (this.selected !== null && this.selected >= num_frames) this.selected = null;
+    const shown = this.of.tabs[this.layout];
+    if (!shown.includes(this.panel)) this.panel = shown[0] ?? this.panel;
+  }
+
+  protected override updated(): void {
+    const { snapshot, phase } = this.session;
+    const { title, count, reference } = this.loaded();
+    const can_export = snapshot !== null && (phase === 'done' || phase === 'stopped') && !this.is_exporting;
+    const facts: ViewFacts = { title, count, reference, can_export, result: snapshot };
+    if (sameFacts(facts, this.facts)) return;
+    this.facts = facts;
+    this.dispatchEvent(new CustomEvent('facts-changed'));
+  }
+
+  protected override render(): TemplateResult {
+    const { session, layout, num_frames } = this;
+    const { snapshot, phase } = session;
+    const is_empty = snapshot === null && (phase === 'empty' || phase === 'unavailable');
+    return html`
+      <div
+        class="run ${this.of.kind} ${layout}"
+        @frame-selected=${({ detail }: CustomEvent<number | null>) => this.select(detail)}
+        @frame-hovered=${({ detail }: CustomEvent<number | null>) => {
+          this.hovered = detail;
+        }}
+      >
+        ${is_empty ? this.renderEmpty() : nothing} ${layout === 'narrow' ? nothing : this.renderFigures()}
+        <main ?hidden=${is_empty}>
+          ${layout === 'wide' ? html`<aside class="side left" aria-label="Settings">${this.renderSettings()}</aside>` : nothing}
+          <div class="middle">
+            <div class="map-area">${this.renderMap()} ${activity(session)} ${messages(session)}</div>
+            <scanstitch-timeline
+              .count=${num_frames}
+              .until=${this.until ?? num_frames}
+              .statuses=${this.statusesOf(snapshot?.result.frames ?? NO_FRAMES)}
+              noun=${this.of.noun}
+              ?dark=${this.dark}
+              @until-changed=${this.onUntil}
+            ></scanstitch-timeline>
+            ${layout === 'narrow' ? nothing : this.renderTable()}
+          </div>
+          ${this.renderSide()}
+        </main>
+        ${announcements(session.announcer)}
+      </div>
+    `;
+  }
+
+  private renderSettings(): TemplateResult {
+    const { facts, settings } = this.session;
+    return html`<scanstitch-settings
+      .descriptions=${facts?.descriptions ?? NO_FRAMES}
+      .presets=${facts?.presets ?? NO_FRAMES}
+      .values=${settings}
+      @settings-changed=${this.onSettings}
+    ></scanstitch-settings>`;
+  }
+
+  /** Beside the map: the details alone where settings have their own place, else tabs. */
+  private renderSide(): TemplateResult {
+    const { panels } = this.of;
+    if (this.layout === 'wide') {
+      return html`<aside class="side right" aria-label=${panels.details}>${this.renderDetails()}</aside>`;
+    }
+    const contents: Record<Panel, () => TemplateResult | typeof nothing> = {
+      figures: () => this.renderFigures(),
+      table: () => this.renderTable(),
+      details: () => this.renderDetails(),
+      settings: () => this.renderSettings(),
+    };
+    const names = this.of.tabs[this.layout].map((tab) => ({ tab, label: panels[tab] }));
+    return tabs(names, this.panel, contents[this.panel](), (panel) => {
+      this.panel = panel;
+    });
+  }
+
+  /** Asks the page's frame to open something. */
+  protected want(detail: string): void {
+    this.dispatchEvent(new CustomEvent('files-wanted', { detail }));
+  }
+
+  /** One colour for each frame there will be, also while only some are registered. */
+  protected colors(): readonly Rgb[] {
+    return this.colorsOf(Math.max(this.num_frames, this.loaded().num_frames), this.dark);
+  }
+
+  protected onPainted(): void {
+    const { session } = this;
+    const { snapshot } = session;
+    if (session.phase !== 'done' || !snapshot || this.announced === snapshot) return;
+    this.announced = snapshot;
+    const elapsed_ms = performance.now() - session.requested_at;
+    const detail = { result: snapshot.result, timing: this.timing(snapshot), elapsed_ms };
+    this.dispatchEvent(new CustomEvent('scanstitch-stitched', { detail, bubbles: true, composed: true }));
+  }
+
+  private select(frame: number | null): void {
+    this.selected = frame;
+    if (frame !== null && this.until !== null && frame >= this.until) this.until = frame + 1;
+  }
+
+  private onUntil({ detail }: CustomEvent<number>): void {
+    this.until = detail >= this.num_frames ? null : detail;
+    this.selected = detail - 1;
+  }
+
+  private settingsToBegin(facts: SettingsFacts<Settings>): Settings {
+    const fragment = this.remember_settings ? location.hash : '';
+    return settingsToBegin(this.of.kind, facts, this.preset, this.initial_settings, fragment);
+  }
+
+  private onSettings({ detail }: CustomEvent<Settings>): void {
+    this.session.configure(detail);
+    const { facts } = this.session;
+    if (this.remember_settings && facts) rememberSettings(this.of.kind, facts, detail);
+  }
+
+  private onHash = (): void => {
+    const { facts } = this.session;
+    if (this.remember_settings && facts && ownerOf(location.hash) === this.of.kind) {
+      this.session.configure(this.settingsToBegin(facts));
+    }
+  };
+
+  static override styles = [shared, layout_styles];
 }
 
-/** What the session has to tell, until it is dismissed. */
-export function messages(session: ActiveSession): TemplateResult {
-  return html`<scanstitch-messages
-    .messages=${session.messages}
-    @messages-dismissed=${() => session.dismissMessages()}
-  ></scanstitch-messages>`;
-}
+// The same empty list every time: a new one would be a change.
+const NO_FRAMES: readonly never[] = [];
 
-function activityBox(words: string, progress: number | null, action: string, act: () => void): TemplateResult {
-  return html`<div class="activity">
-    <div class="activity-words">
-      <span>${words}</span><button class=${progress === null ? 'primary' : ''} @click=${act}>${action}</button>
-    </div>
-    ${progress === null ? '' : html`<progress max="1" .value=${progress} aria-label=${words}></progress>`}
-  </div>`;
+function sameFacts(a: ViewFacts, b: ViewFacts): boolean {
+  return (Object.keys(a) as (keyof ViewFacts)[]).every((key) => a[key] === b[key]);
 }

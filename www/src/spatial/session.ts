@@ -1,26 +1,14 @@
-import type { ReactiveController, ReactiveControllerHost } from 'lit';
 import { joinPoses, type Recording } from '../../../npm/recording.js';
-import type { Message } from '../components/messages.js';
+import { errorMessage, noteMessage, RunSession, wordsOf } from '../components/session.js';
 import { type SpatialFiles, type StoredFile, understandFiles } from '../datasets/spatial-files.js';
 import { jobsOf } from '../datasets/spatial-jobs.js';
-import type { Problem } from '../engine/protocol.js';
 import type { Readable, SpatialJob } from '../engine/preparer.js';
 import { SpatialClient, type SpatialInputs, type SpatialState } from '../engine/spatial-client.js';
-import type {
-  SizedMap,
-  SpatialAnswers,
-  SpatialFacts,
-  SpatialSettings,
-  SpatialSnapshot,
-} from '../engine/spatial-protocol.js';
+import type { SizedMap, SpatialAnswers, SpatialSettings, SpatialSnapshot } from '../engine/spatial-protocol.js';
 import { baseName, formatDuration, formatLength, plural } from '../views/format.js';
 import { depthRamp } from './depth-picture.js';
 import { NO_POINTS } from './leveling.js';
 
-export type Phase = 'starting' | 'empty' | 'reading' | 'running' | 'stopped' | 'done' | 'crashed' | 'unavailable';
-
-/** A change of a setting waits this long for the next one before all is computed again. */
-const SETTINGS_DELAY_MS = 250;
 /** Frames may be registered many times a second; their count is told at most this often. */
 const PROGRESS_INTERVAL_MS = 250;
 /** Voxels the map is measured in, m. */
@@ -37,75 +25,42 @@ export interface SpatialDataset {
   reference_name: string;
 }
 
-/**
- * All that the page knows of a run in space, and what can be done with it. It holds no markup and asks its host to draw
- * again when something changed.
- */
-export class SpatialSession implements ReactiveController {
-  phase: Phase = 'starting';
-  facts: SpatialFacts | null = null;
-  dataset: SpatialDataset | null = null;
-  settings: SpatialSettings | null = null;
-  snapshot: SpatialSnapshot | null = null;
+/** A run of depth images or clouds in space: files, settings, result, messages. */
+export class SpatialSession extends RunSession<SpatialClient, SpatialSettings, SpatialDataset, SpatialSnapshot> {
   points = NO_POINTS;
   /** Milliseconds of registering each frame, in the order of the result's frames. */
   frame_ms: readonly number[] = [];
   /** Since the run was asked for, ms; waiting for the user not counted. */
   elapsed_ms = 0;
-  /** Counts the data sets shown: the view is fitted to each one once. */
-  generation = 0;
-  progress = 0;
-  activity = '';
   /** The map in voxels of other sizes; null before it was asked for. */
   sizes: readonly SizedMap[] | null = null;
-  messages: readonly Message[] = [];
-  /** For those who listen: said once at each turn of events. */
-  announcement = '';
-  requested_at = 0;
-
-  #host: ReactiveControllerHost;
-  #client: SpatialClient | null = null;
-  #initial_settings: (facts: SpatialFacts) => SpatialSettings | null = ({ presets }) => presets[0]?.settings ?? null;
-  #settings_timer: ReturnType<typeof setTimeout> | undefined;
   #ms_by_index = new Map<number, number>();
   #started_at = 0;
-  #progress_told_at = 0;
+  #next_progress = 0;
   #worked_ms = 0;
   /** What was taken in before the engine was ready, or asked for last. */
   #pending: (() => void) | null = null;
   #num_intakes = 0;
 
-  constructor(host: ReactiveControllerHost) {
-    this.#host = host;
-    host.addController(this);
-  }
-
-  hostConnected(): void {
-    this.#client ??= new SpatialClient({
-      ready: (facts) => this.#onReady(facts),
+  protected override createClient(): SpatialClient {
+    return new SpatialClient({
+      ready: (facts) => this.onReady(facts),
       registered: (index, ms, done, total) => this.#onRegistered(index, ms, done, total),
       finishing: (stage) => this.#onFinishing(stage),
       snapshot: (state, snapshot) => this.#onSnapshot(state, snapshot),
-      problem: (problem) => this.#tell([messageOf(problem)]),
+      problem: (problem) => this.tell([errorMessage(problem)]),
       replaced: (name) =>
-        this.#tell([note(name, 'the worker that prepared this frame died; another one has taken it over')]),
+        this.tell([noteMessage(name, 'The worker that prepared this frame crashed and was replaced')]),
       crashed: (message, restarts) => this.#onCrashed(message, restarts),
-      unavailable: (message) => this.#onUnavailable(message),
+      unavailable: (message) => this.#onEnded(message),
     });
   }
 
-  hostDisconnected(): void {
-    clearTimeout(this.#settings_timer);
-    this.#client?.dispose();
-    this.#client = null;
+  override hostDisconnected(): void {
+    super.hostDisconnected();
     this.facts = null;
     // Come back to the page, it computes again what it was showing.
     if (this.dataset) this.#pending = () => this.#load();
-  }
-
-  /** To be called before the engine is ready: how to find the settings to begin with. */
-  beginWith(initial_settings: (facts: SpatialFacts) => SpatialSettings): void {
-    this.#initial_settings = initial_settings;
   }
 
   /** Takes files in: a recording of its own replaces what is there, further frames or a true path join it. */
@@ -115,12 +70,12 @@ export class SpatialSession implements ReactiveController {
     if (this.phase !== 'running') this.phase = 'reading';
     this.activity = 'Looking at the files';
     this.progress = 0;
-    this.#host.requestUpdate();
+    this.changed();
     try {
       const given = await opened;
       const dataset = await this.#combine(given);
       if (intake !== this.#num_intakes) return;
-      this.messages = [...given.notes, ...dataset.recording.notes].map(({ file, reason }) => note(file, reason));
+      this.messages = [...given.notes, ...dataset.recording.notes].map(({ file, reason }) => noteMessage(file, reason));
       if (dataset.jobs.length === 0) {
         this.#tellNothing(given.files.length);
         return;
@@ -128,85 +83,73 @@ export class SpatialSession implements ReactiveController {
       const previous = this.dataset;
       const continues = previous !== null && this.snapshot !== null && isPrefix(previous.jobs, dataset.jobs);
       this.dataset = dataset;
-      const order = (): void => (continues && this.#client ? this.#extend(previous, dataset) : this.#load());
+      const order = (): void => (continues && this.client ? this.#extend(previous, dataset) : this.#load());
       if (this.facts) order();
       else this.#pending = () => this.#load();
     } catch (error) {
       if (intake !== this.#num_intakes) return;
-      this.phase = this.snapshot ? 'done' : 'empty';
-      this.#tell([
-        messageOf({ file: '', place: null, problem: words(error), remedy: 'Try again, or drop other files' }),
-      ]);
+      this.keepResult();
+      this.report(wordsOf(error), 'Try again, or drop other files');
     }
-    this.#host.requestUpdate();
+    this.changed();
   }
 
   removeReference(): void {
     if (!this.dataset) return;
     const { recording } = this.dataset;
     this.dataset = { ...this.dataset, recording: { ...recording, reference: [] }, reference_name: '' };
-    this.#client?.setReference(null);
+    this.client?.setReference(null);
   }
 
-  clear(): void {
+  override clear(): void {
     this.#num_intakes++;
-    this.#client?.stop();
+    this.client?.stop();
     this.dataset = null;
     this.snapshot = null;
     this.points = NO_POINTS;
     this.messages = [];
     this.phase = 'empty';
-    this.#announce('All frames removed.');
+    this.announce('All frames removed.');
   }
 
-  configure(settings: SpatialSettings): void {
-    this.settings = settings;
-    this.#host.requestUpdate();
-    clearTimeout(this.#settings_timer);
-    this.#settings_timer = setTimeout(() => {
-      if (!this.dataset) return;
-      this.messages = [];
-      this.requested_at = performance.now();
-      this.#load();
-      this.#announce('Computing again with the new settings.');
-    }, SETTINGS_DELAY_MS);
+  protected override recompute(): void {
+    if (!this.dataset) return;
+    this.messages = [];
+    this.requested_at = performance.now();
+    this.#load();
+    this.announce('Computing again with the new settings.');
   }
 
   /** Stops at once; the frame that is being registered may still come in. */
-  stop(): void {
-    this.#client?.stop();
+  override stop(): void {
+    this.client?.stop();
     this.phase = 'stopped';
     this.#pause();
-    this.#announce(`Stopped. ${plural(this.snapshot?.result.frames.length ?? 0, 'frame')} so far.`);
+    this.announce(`Stopped. ${plural(this.snapshot?.result.frames.length ?? 0, 'frame')} so far.`);
   }
 
-  resume(): void {
+  override resume(): void {
     this.phase = 'running';
     this.#started_at = performance.now();
-    this.#client?.resume();
-    this.#announce('Computing goes on.');
-  }
-
-  dismissMessages(): void {
-    this.messages = [];
-    this.#host.requestUpdate();
+    this.client?.resume();
+    this.announce('Computing goes on.');
   }
 
   ask<K extends keyof SpatialAnswers>(kind: K): Promise<SpatialAnswers[K]> {
-    return this.#client?.ask(kind) ?? Promise.reject(new Error('The page was closed.'));
+    return this.client?.ask(kind) ?? Promise.reject(new Error('The page was closed.'));
   }
 
   /** Makes the map in voxels of several sizes, one after the other, and tells what it comes to. */
   async measureSizes(): Promise<void> {
     const { snapshot } = this;
-    if (this.sizes || !this.#client) return;
+    if (this.sizes || !this.client) return;
     this.sizes = [];
     for (const voxel_size of MEASURED_SIZES) {
       try {
-        const size = await this.#client.mapSize(voxel_size);
+        const size = await this.client.mapSize(voxel_size);
         if (this.snapshot !== snapshot) return;
         this.sizes = [...this.sizes, size];
-        this.#host.requestUpdate();
+        this.changed();
       } catch {
         return; // the registrar died, which is told elsewhere
       }
@@ -214,7 +157,7 @@ export class SpatialSession implements ReactiveController {
   }
 
   depthPicture(file: Readable): ReturnType<SpatialClient['depthPicture']> {
-    return this.#client?.depthPicture(file, depthRamp()) ?? Promise.reject(new Error('The page was closed.'));
+    return this.client?.depthPicture(file, depthRamp()) ?? Promise.reject(new Error('The page was closed.'));
   }
 
   /** The recording with all that lies beside it, for another look at the same frames; null before there is one. */
@@ -227,11 +170,6 @@ export class SpatialSession implements ReactiveController {
     const reference = this.#reference();
     if (!reference) return null;
     return { name: reference.path, bytes: (await reference.read()).slice().buffer as ArrayBuffer };
-  }
-
-  /** A message of the page's own, about no file. */
-  report(text: string, remedy = ''): void {
-    this.#tell([messageOf({ file: '', place: null, problem: text, remedy })]);
   }
 
   /** The files of a registered frame. */
@@ -303,36 +241,33 @@ export class SpatialSession implements ReactiveController {
     this.generation++;
     this.snapshot = null;
     this.points = NO_POINTS;
-    this.#client?.load(this.#inputs(), this.settings);
-    this.#host.requestUpdate();
+    this.client?.load(this.#inputs(), this.settings);
+    this.changed();
   }
 
   #extend(previous: SpatialDataset, dataset: SpatialDataset): void {
     this.phase = 'running';
     this.#started_at = performance.now();
     if (dataset.jobs.length > previous.jobs.length) this.activity = 'Taking in more frames';
-    this.#client?.extend(this.#inputs());
+    this.client?.extend(this.#inputs());
   }
 
   // News of the engine.
 
-  #onReady(facts: SpatialFacts): void {
-    this.facts = facts;
-    this.settings ??= this.#initial_settings(facts);
+  protected override onStarted(): void {
     if (this.phase === 'starting') this.phase = 'empty';
     this.#pending?.();
     this.#pending = null;
-    this.#host.requestUpdate();
   }
 
   #onRegistered(index: number, ms: number, done: number, total: number): void {
     this.#ms_by_index.set(index, ms);
     const now = performance.now();
-    if (this.phase !== 'running' || now < this.#progress_told_at + PROGRESS_INTERVAL_MS) return;
-    this.#progress_told_at = now;
+    if (this.phase !== 'running' || now < this.#next_progress) return;
+    this.#next_progress = now + PROGRESS_INTERVAL_MS;
     this.progress = done / Math.max(total, 1);
     this.activity = `Aligning frame ${Math.min(done + 1, total)} of ${total}`;
-    this.#host.requestUpdate();
+    this.changed();
   }
 
   #onFinishing(stage: 'retry' | 'loops'): void {
@@ -342,7 +277,7 @@ export class SpatialSession implements ReactiveController {
       retry: 'Trying again to place the frames that were left out',
       loops: 'Fitting together the places that were seen more than once',
     }[stage];
-    this.#host.requestUpdate();
+    this.changed();
   }
 
   #onSnapshot(state: SpatialState, snapshot: SpatialSnapshot): void {
@@ -357,18 +292,18 @@ export class SpatialSession implements ReactiveController {
     }
     this.elapsed_ms = this.#worked_ms + (this.#started_at > 0 ? performance.now() - this.#started_at : 0);
     if (state === 'done') this.#onDone(snapshot);
-    this.#host.requestUpdate();
+    this.changed();
   }
 
   #onDone({ result }: SpatialSnapshot): void {
     if (result.frames.length === 0) {
       this.snapshot = null;
       this.phase = 'empty';
-      this.#announce('No frame could be used.');
+      this.announce('No frame could be used.');
       return;
     }
     const truth = result.comparison ? ` Mean distance to the truth ${formatLength(result.comparison.mean)}.` : '';
-    this.#announce(`${plural(result.frames.length, 'frame')} placed in ${formatDuration(this.elapsed_ms)}.${truth}`);
+    this.announce(`${plural(result.frames.length, 'frame')} placed in ${formatDuration(this.elapsed_ms)}.${truth}`);
     this.#tellOfReference(result.notes, result.comparison === null);
   }
 
@@ -377,8 +312,8 @@ export class SpatialSession implements ReactiveController {
     const name = this.dataset?.reference_name ?? '';
     if (name === '' || !is_unused) return;
     const own = notes.filter((text) => text.includes(baseName(name)));
-    this.#tell(
-      own.map((text) => messageOf({ file: name, place: null, problem: text.replace(`${name}: `, ''), remedy: '' })),
+    this.tell(
+      own.map((text) => errorMessage({ file: name, place: null, problem: text.replace(`${name}: `, ''), remedy: '' })),
     );
   }
 
@@ -390,62 +325,30 @@ export class SpatialSession implements ReactiveController {
       this.phase = 'running';
       this.progress = 0;
     } else this.phase = 'crashed';
-    const next = restarts
-      ? 'A fresh one has taken over and computes again from the first frame'
-      : 'A fresh one has been started, and your files are still loaded';
-    this.#tell([
-      messageOf({
-        file: '',
-        place: null,
-        problem: `The computation crashed (${message.replace(/\.$/, '')}). ${next}`,
-        remedy: restarts ? '' : 'Compute again, perhaps with other settings',
-      }),
-    ]);
+    if (restarts) this.tellCrash(message, 'It was started again and computes again from the first frame', '');
+    else {
+      const what_now = 'It was started again and your files are still loaded';
+      this.tellCrash(message, what_now, 'Compute again, perhaps with other settings');
+    }
   }
 
-  #onUnavailable(message: string): void {
-    this.phase = 'unavailable';
-    this.#tell([
-      messageOf({
-        file: '',
-        place: null,
-        problem: `The engine could not be started: ${message}`,
-        remedy: 'Reload the page; a browser of the last two years is needed',
-      }),
-    ]);
+  #onEnded(message: string): void {
+    this.#pause();
+    this.onUnavailable(message);
   }
 
   #tellNothing(num_files: number): void {
-    this.phase = this.snapshot ? 'done' : 'empty';
-    this.#tell([
-      messageOf({
-        file: '',
-        place: null,
-        problem: `Nothing to use among ${plural(num_files, 'file')}`,
-        remedy: 'Drop depth images (PNG or PGM) with their colour images, or clouds (PLY or PCD), one file a frame',
-      }),
-    ]);
-    if (this.snapshot) this.#tell([note('', 'What was on the page stays')]);
+    this.keepResult();
+    this.report(
+      `Nothing to use among ${plural(num_files, 'file')}`,
+      'Drop depth images (PNG or PGM) with their colour images, or clouds (PLY or PCD), one file a frame',
+    );
+    if (this.snapshot) this.tell([noteMessage('', 'The result on the page stays')]);
   }
 
   #pause(): void {
     if (this.#started_at > 0) this.#worked_ms += performance.now() - this.#started_at;
     this.#started_at = 0;
-  }
-
-  #tell(messages: readonly Message[]): void {
-    const all = [...this.messages, ...messages];
-    this.messages = [...all.filter(({ kind }) => kind === 'error'), ...all.filter(({ kind }) => kind === 'note')];
-    const errors = messages.filter(({ kind }) => kind === 'error');
-    if (errors.length > 0) {
-      this.#announce(errors.map(({ file, place, text }) => [file, place, text].filter(Boolean).join(', ')).join('. '));
-    }
-    this.#host.requestUpdate();
-  }
-
-  #announce(text: string): void {
-    this.announcement = text;
-    this.#host.requestUpdate();
   }
 }
 
@@ -477,14 +380,3 @@ function isFrame({ jobs }: SpatialDataset, path: string): boolean {
 function isPrefix(before: readonly SpatialJob[], now: readonly SpatialJob[]): boolean {
   return before.length <= now.length && before.every(({ file }, i) => file === now[i]?.file);
 }
-
-function messageOf({ file, place, problem, remedy }: Problem): Message {
-  const where = place === null ? '' : 'line' in place ? `line ${place.line}` : `byte ${place.byte}`;
-  return { kind: 'error', file, place: where, text: problem, remedy };
-}
-
-function note(file: string, text: string): Message {
-  return { kind: 'note', file, place: '', text, remedy: '' };
-}
-
-const words = (error: unknown): string => (error instanceof Error ? error.message : String(error));

@@ -3,7 +3,8 @@ import { type Field, parseSettings, writeSettings } from './setting-fields.js';
 
 export type Settable = 'planar' | 'spatial';
 
-interface Facts<S extends object> {
+/** What the engine tells of its settings. */
+export interface SettingsFacts<S extends object> {
   presets: readonly { name: string; settings: S }[];
   descriptions: readonly (Field & { name: keyof S; kind: { choices?: { value: string }[] } })[];
 }
@@ -17,7 +18,7 @@ export function ownerOf(fragment: string): Settable | 'bev' {
 /** Those of the preset, then what is given as text, then what the page's fragment holds for this view. */
 export function settingsToBegin<S extends object>(
   view: Settable,
-  { presets, descriptions }: Facts<S>,
+  { presets, descriptions }: SettingsFacts<S>,
   preset: string,
   given: string,
   fragment: string,
@@ -29,7 +30,7 @@ export function settingsToBegin<S extends object>(
 }
 
 /** Writes what differs from the default into the page's address. */
-export function rememberSettings<S extends object>(view: Settable, { presets }: Facts<S>, settings: S): void {
+export function rememberSettings<S extends object>(view: Settable, { presets }: SettingsFacts<S>, settings: S): void {
   const [first] = presets;
   const text = first ? writeSettings(settings, first.settings) : '';
   const fragment = view === 'planar' ? `#${text}` : `#${view}&${text}`;

@@ -1,0 +1,110 @@
+/** Parts of a run's view: tabs, what goes on over the map, messages, and what stands there before there is a result. */
+import { html, nothing, type TemplateResult } from 'lit';
+import './messages.js';
+import { icon } from './icons.js';
+import type { Message } from './messages.js';
+
+export type Layout = 'wide' | 'medium' | 'narrow';
+
+/** Tabs beside or below the map, with the panel of the one that is chosen. `styles`: layout_styles. */
+export function tabs<T extends string>(
+  names: readonly { tab: T; label: string }[],
+  chosen: T,
+  panel: unknown,
+  choose: (tab: T) => void,
+): TemplateResult {
+  const onKey = (event: KeyboardEvent): void => {
+    const step = { ArrowRight: 1, ArrowLeft: -1 }[event.key];
+    if (step === undefined) return;
+    event.preventDefault();
+    const list = event.currentTarget as HTMLElement;
+    const at = names.findIndex(({ tab }) => tab === chosen);
+    const next = names.at((at + step) % names.length)?.tab ?? chosen;
+    choose(next);
+    requestAnimationFrame(() => list.querySelector<HTMLElement>(`#tab-${next}`)?.focus());
+  };
+  return html`<aside class="side tabs" aria-label="Panels">
+    <div role="tablist" aria-label="Panels" @keydown=${onKey}>
+      ${names.map(
+        ({ tab, label }) =>
+          html`<button
+            role="tab"
+            id="tab-${tab}"
+            aria-controls="panel"
+            aria-selected=${tab === chosen}
+            tabindex=${tab === chosen ? 0 : -1}
+            @click=${() => choose(tab)}
+          >
+            ${label}
+          </button>`,
+      )}
+    </div>
+    <div id="panel" role="tabpanel" aria-labelledby="tab-${chosen}">${panel}</div>
+  </aside>`;
+}
+
+/** What both kinds of run say of themselves while they go on. */
+export interface ActiveSession {
+  readonly phase: string;
+  readonly activity: string;
+  readonly progress: number | null;
+  readonly messages: readonly Message[];
+  stop(): void;
+  resume(): void;
+  dismissMessages(): void;
+}
+
+/** What goes on at the moment, over the map, with what can be done about it. */
+export function activity(session: ActiveSession): TemplateResult | typeof nothing {
+  switch (session.phase) {
+    case 'reading':
+    case 'running':
+      return activityBox(session.activity, session.progress, 'Stop', () => session.stop());
+    case 'stopped':
+      return activityBox('Stopped: the map so far', null, 'Go on', () => session.resume());
+    case 'crashed':
+      return activityBox('Not computed since the crash', null, 'Compute again', () => session.resume());
+    default:
+      return nothing;
+  }
+}
+
+/** What the session has to tell, until it is dismissed. */
+export function messages(session: ActiveSession): TemplateResult {
+  return html`<scanstitch-messages
+    .messages=${session.messages}
+    @messages-dismissed=${() => session.dismissMessages()}
+  ></scanstitch-messages>`;
+}
+
+function activityBox(words: string, progress: number | null, action: string, act: () => void): TemplateResult {
+  return html`<div class="activity">
+    <div class="activity-words">
+      <span>${words}</span><button class=${progress === null ? 'primary' : ''} @click=${act}>${action}</button>
+    </div>
+    ${progress === null ? '' : html`<progress max="1" .value=${progress} aria-label=${words}></progress>`}
+  </div>`;
+}
+
+/** Where nothing is loaded yet. `choices`: what is offered, the most likely first; `want` is told which one was chosen. */
+export function emptyView(
+  given: { title: string; label: string; about: string; choices: readonly { id: string; label: string }[] },
+  session: ActiveSession,
+  want: (id: string) => void,
+): TemplateResult {
+  return html`<div class="empty">
+    ${messages(session)}
+    <section aria-label=${given.label}>
+      ${icon('open', 32)}
+      <h2>${given.title}</h2>
+      <p>${given.about}</p>
+      <p class="actions">
+        ${given.choices.map(
+          ({ id, label }, index) =>
+            html`<button class=${index === 0 ? 'primary' : ''} @click=${() => want(id)}>${label}</button>`,
+        )}
+      </p>
+      <p class="muted">Everything is computed in this tab. Nothing leaves your machine.</p>
+    </section>
+  </div>`;
+}

@@ -1,0 +1,161 @@
+/**
+ * What the sessions of all views have in common. A session holds what a view works on and what can be done with it, and no
+ * markup; it asks its host to draw again when something has changed.
+ */
+import type { ReactiveController, ReactiveControllerHost } from 'lit';
+import type { Problem } from '../engine/protocol.js';
+import type { SettingsFacts } from '../views/settings-link.js';
+import { Announcer } from './announcer.js';
+import type { Message } from './messages.js';
+
+/** What the page is doing. */
+export type Phase = 'starting' | 'empty' | 'reading' | 'running' | 'stopped' | 'done' | 'crashed' | 'unavailable';
+
+interface Disposable {
+  dispose(): void;
+}
+
+/** A client of the engine that lives as long as its host is on the page, with its progress, messages and announcements. */
+export abstract class Session<Client extends Disposable> implements ReactiveController {
+  phase: Phase = 'starting';
+  /** Share of the work done, 0..1, and in words what is being worked on. */
+  progress = 0;
+  activity = '';
+  messages: readonly Message[] = [];
+  readonly announcer = new Announcer(() => this.changed());
+  /** Clock time at which the present computation was asked for. */
+  requested_at = 0;
+  /** Null while its host is not on the page. */
+  client: Client | null = null;
+  readonly #host: ReactiveControllerHost;
+
+  constructor(host: ReactiveControllerHost) {
+    this.#host = host;
+    host.addController(this);
+  }
+
+  hostConnected(): void {
+    this.client ??= this.createClient();
+  }
+
+  hostDisconnected(): void {
+    this.client?.dispose();
+    this.client = null;
+  }
+
+  protected abstract createClient(): Client;
+
+  /** The host is to be drawn again. */
+  changed(): void {
+    this.#host.requestUpdate();
+  }
+
+  announce(text: string): void {
+    this.announcer.announce(text);
+  }
+
+  dismissMessages(): void {
+    this.messages = [];
+    this.changed();
+  }
+
+  /** A message of the page's own, about no file. */
+  report(text: string, remedy = ''): void {
+    this.tell([errorMessage({ file: '', place: null, problem: text, remedy })]);
+  }
+
+  /** Shows messages, errors first, and announces the errors. */
+  protected tell(messages: readonly Message[]): void {
+    const all = [...this.messages, ...messages];
+    this.messages = [...all.filter(({ kind }) => kind === 'error'), ...all.filter(({ kind }) => kind === 'note')];
+    const errors = messages.filter(({ kind }) => kind === 'error');
+    this.announce(errors.map(({ file, place, text }) => [file, place, text].filter(Boolean).join(', ')).join('. '));
+    this.changed();
+  }
+
+  /** `message`, in a sentence: the engine cannot be started, or is not started again. */
+  protected onUnavailable(message: string): void {
+    this.phase = 'unavailable';
+    this.report(message, 'Reload the page; a browser of the last two years is needed');
+  }
+
+  /** `what_now`: what happens to what the user has loaded. */
+  protected tellCrash(message: string, what_now: string, remedy: string): void {
+    this.report(`The engine crashed (${message.replace(/\.$/, '')}). ${what_now}`, remedy);
+  }
+}
+
+/** A change of a setting waits this long for the next one before all is computed again. */
+const SETTINGS_DELAY_MS = 200;
+
+/** A session that computes a result from files and settings: a run in the plane or in space. */
+export abstract class RunSession<
+  Client extends Disposable & { stop(): void },
+  Settings extends object,
+  Dataset,
+  Snapshot,
+> extends Session<Client> {
+  /** What the engine tells of itself; null before it is ready. */
+  facts: SettingsFacts<Settings> | null = null;
+  settings: Settings | null = null;
+  dataset: Dataset | null = null;
+  snapshot: Snapshot | null = null;
+  /** Counts the data sets shown: the view is fitted to each one once. */
+  generation = 0;
+  #settings_timer: ReturnType<typeof setTimeout> | undefined;
+  #initial_settings: (facts: SettingsFacts<Settings>) => Settings | null = ({ presets }) =>
+    presets[0]?.settings ?? null;
+
+  override hostDisconnected(): void {
+    clearTimeout(this.#settings_timer);
+    super.hostDisconnected();
+  }
+
+  /** To be called before the engine is ready: how to find the settings to begin with. */
+  beginWith(initial_settings: (facts: SettingsFacts<Settings>) => Settings): void {
+    this.#initial_settings = initial_settings;
+  }
+
+  /** Computes again with these settings, soon. */
+  configure(settings: Settings): void {
+    this.settings = settings;
+    this.changed();
+    clearTimeout(this.#settings_timer);
+    this.#settings_timer = setTimeout(() => this.recompute(settings), SETTINGS_DELAY_MS);
+  }
+
+  /** Stops; what has been computed stays. */
+  abstract stop(): void;
+  /** Goes on after a stop or a crash. */
+  abstract resume(): void;
+  /** Removes all files and what was computed from them. */
+  abstract clear(): void;
+  protected abstract recompute(settings: Settings): void;
+  /** Does what was asked for before the engine was ready. */
+  protected abstract onStarted(): void;
+
+  protected onReady(facts: SettingsFacts<Settings>): void {
+    this.facts = facts;
+    this.settings ??= this.#initial_settings(facts);
+    this.onStarted();
+    this.changed();
+  }
+
+  /** What was on the page, where nothing of what was given can be used. */
+  protected keepResult(): void {
+    this.phase = this.snapshot ? 'done' : 'empty';
+  }
+}
+
+export function errorMessage({ file, place, problem, remedy }: Problem): Message {
+  const where = place === null ? '' : 'line' in place ? `line ${place.line}` : `byte ${place.byte}`;
+  return { kind: 'error', file, place: where, text: problem, remedy };
+}
+
+export function noteMessage(file: string, text: string): Message {
+  return { kind: 'note', file, place: '', text, remedy: '' };
+}
+
+export function wordsOf(error: unknown): string {
+  return error instanceof Error ? error.message : String(error);
+}
