@@ -78,7 +78,7 @@ test('times for KITTI files, relations with loops, and a folder with one pose a 
     { name: 'readme.md', content: 'words' },
   ]);
   await expect(evaluation.view.locator('.problems')).toContainText(
-    'Left aside, as neither trajectories nor maps: readme.md',
+    'Skipped, as neither trajectories nor maps: readme.md',
   );
   await expect(page.getByLabel('over').locator('option:checked')).toHaveText('time');
   expect(await evaluation.column(/^relations$/)).toEqual(['3']);
@@ -151,7 +151,7 @@ test('a run without a truth waits for it, and its map can be judged', async ({ a
   await page.getByRole('button', { name: /^Remove the reference/ }).click();
   const evaluation = new EvaluationView(page);
   await evaluation.open();
-  await expect(evaluation.view.locator('.problems')).toContainText('Now drop the true trajectory');
+  await expect(evaluation.view.locator('.problems')).toContainText('Now drop the ground truth trajectory');
   await page.getByRole('button', { name: 'Judge this run’s map' }).click();
   await expect(page.getByRole('table', { name: 'Crispness of maps' }).getByRole('rowheader')).toHaveText([
     'this run.ply',

@@ -1,18 +1,21 @@
 /** Files dragged over an element and dropped on it. */
 import type { ReactiveController, ReactiveControllerHost } from 'lit';
 
-/** Bound to the four events of a drag. The depth tells leaving the element from entering one of its children. */
+/**
+ * Bound to the four events of a drag. The depth tells leaving the element from entering one of its children. A target inside
+ * another one keeps what it takes to itself.
+ */
 export class DropTarget implements ReactiveController {
   is_over = false;
   #depth = 0;
   #host: ReactiveControllerHost;
-  #take: (transfer: DataTransfer) => void;
+  #take: (transfer: DataTransfer, event: DragEvent) => void;
   #expect: () => void;
 
   /** `expect` is told whenever files come over the element. */
   constructor(
     host: ReactiveControllerHost,
-    take: (transfer: DataTransfer) => void,
+    take: (transfer: DataTransfer, event: DragEvent) => void,
     expect: () => void = () => undefined,
   ) {
     this.#host = host;
@@ -27,26 +30,28 @@ export class DropTarget implements ReactiveController {
 
   enter = (event: DragEvent): void => {
     if (!hasFiles(event)) return;
-    event.preventDefault();
+    keep(event);
     if (this.#depth === 0) this.#expect();
     this.#become(this.#depth + 1);
   };
 
   over = (event: DragEvent): void => {
     if (!hasFiles(event) || !event.dataTransfer) return;
-    event.preventDefault();
+    keep(event);
     event.dataTransfer.dropEffect = 'copy';
   };
 
   leave = (event: DragEvent): void => {
-    if (hasFiles(event)) this.#become(Math.max(0, this.#depth - 1));
+    if (!hasFiles(event)) return;
+    event.stopPropagation();
+    this.#become(Math.max(0, this.#depth - 1));
   };
 
   drop = (event: DragEvent): void => {
     if (!event.dataTransfer || !hasFiles(event)) return;
-    event.preventDefault();
+    keep(event);
     this.#become(0);
-    this.#take(event.dataTransfer);
+    this.#take(event.dataTransfer, event);
   };
 
   #become(depth: number): void {
@@ -54,6 +59,11 @@ export class DropTarget implements ReactiveController {
     this.is_over = depth > 0;
     this.#host.requestUpdate();
   }
+}
+
+function keep(event: DragEvent): void {
+  event.preventDefault();
+  event.stopPropagation();
 }
 
 function hasFiles(event: DragEvent): boolean {

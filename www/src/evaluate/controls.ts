@@ -5,6 +5,7 @@ import { shared } from '../components/theme.js';
 import { baseName } from '../views/format.js';
 import { controls_styles } from './evaluate-styles.js';
 import type { EvaluationOptions } from './protocol.js';
+import type { BesideId } from './session.js';
 
 interface Choice {
   option: keyof EvaluationOptions;
@@ -73,7 +74,7 @@ type NumberOption = 'delta' | 'delta_tolerance' | 'max_diff' | 'offset' | 'align
 
 /** A file beside the trajectories, which can be taken away. */
 export interface BesideFile {
-  id: 'times' | 'relations' | 'clouds';
+  id: BesideId;
   label: string;
   name: string;
 }

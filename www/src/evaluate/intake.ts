@@ -1,6 +1,6 @@
 /**
- * What each of the files dropped together is: a trajectory, one pose of many, times, relations, or a cloud. Command from
- * their names and beginnings, before anything is read in earnest.
+ * What each of the files dropped together is: a trajectory, one pose of many, times, relations, or a cloud. It is
+ * told by their names and beginnings, before they are read as a whole.
  */
 import { compareNaturally } from '../../../npm/natural_order.js';
 import type { Part } from './protocol.js';

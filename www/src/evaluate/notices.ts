@@ -1,4 +1,5 @@
 /** What the page says about files and answers, in whole sentences. */
+import type { Message } from '../components/messages.js';
 import type { Result, Comparison, Refusal } from './protocol.js';
 
 /** More refusals than these are told in the table alone. */
@@ -13,42 +14,41 @@ export interface Notices {
 
 export interface NoticeFacts {
   num_files: number;
-  /** Empty: the truth is still to come. */
+  /** Empty: the reference is still to come. */
   reference: string;
   answer: Result | null;
   selected: Comparison | null;
-  /** Of files that could not be opened, or of a worker that stopped. */
-  problems: readonly string[];
-  remarks: readonly string[];
+  /** Of files that could not be opened, or of a worker that crashed. */
+  messages: readonly Message[];
 }
 
-export function noticesOf({ num_files, reference, answer, selected, problems, remarks }: NoticeFacts): Notices {
+export function noticesOf({ num_files, reference, answer, selected, messages }: NoticeFacts): Notices {
   const refusals = answer?.refusals ?? [];
   const many = `${refusals.length} of ${num_files - 1} cannot be compared; the table says why.`;
   return {
     problems: [
-      ...problems,
+      ...messages.filter(({ kind }) => kind === 'error').map(({ text }) => text),
       ...(answer?.reference_problem ? [`The reference cannot be used. ${answer.reference_problem}`] : []),
       ...(answer?.relations_problem ? [answer.relations_problem] : []),
       ...(refusals.length > MAX_ALERTS ? [many] : refusals.map(refusalWords)),
     ],
     remarks: [
       ...(num_files === 1 ? [wantedWords(reference)] : []),
-      ...remarks,
+      ...messages.filter(({ kind }) => kind === 'note').map(({ text }) => text),
       ...(selected?.summary.notes ?? []).map((note) => `${selected?.name}: ${note}`),
     ],
   };
 }
 
 /** What became of files that were not even opened; empty where there are none. */
-export function asideWords(names: readonly string[]): string[] {
+export function skippedWords(names: readonly string[]): string[] {
   if (names.length === 0) return [];
   const more = names.length > MAX_NAMES ? ` and ${names.length - MAX_NAMES} more` : '';
-  return [`Left aside, as neither trajectories nor maps: ${names.slice(0, MAX_NAMES).join(', ')}${more}.`];
+  return [`Skipped, as neither trajectories nor maps: ${names.slice(0, MAX_NAMES).join(', ')}${more}.`];
 }
 
 function wantedWords(reference: string): string {
-  if (reference === '') return 'Now drop the true trajectory, to compare this run with it.';
+  if (reference === '') return 'Now drop the ground truth trajectory to compare this run with it.';
   return `Now drop estimates to compare with ${reference}.`;
 }
 

@@ -9,7 +9,7 @@ export interface OpenedFiles {
   /** Files that cannot be opened, and why. */
   problems: string[];
   /** Names of files that can be no trajectory, map or times, and were not opened. */
-  set_aside: string[];
+  skipped: string[];
 }
 
 export async function readAll(named: readonly NamedFile[]): Promise<OpenedFiles> {
@@ -18,7 +18,7 @@ export async function readAll(named: readonly NamedFile[]): Promise<OpenedFiles>
   const opened: OpenedFiles = {
     parts: [],
     problems: notes.map(({ file, reason }) => `${file}: ${reason}`),
-    set_aside: files.filter((file) => !wanted.includes(file)).map(({ path }) => path),
+    skipped: files.filter((file) => !wanted.includes(file)).map(({ path }) => path),
   };
   const read = await Promise.allSettled(wanted.map(async (file) => ({ name: file.path, bytes: await file.read() })));
   for (const result of read) {

@@ -1,0 +1,299 @@
+/** What the evaluation works on: trajectories, maps, options, and what the engine found of them. */
+import { errorMessage, noteMessage, Session } from '../components/session.js';
+import type { GivenFiles } from '../components/run-view.js';
+import type { NamedFile } from '../datasets/gather.js';
+import { memoizeLast } from '../views/memoize-last.js';
+import { WorkerClient } from './client.js';
+import evaluate_url from './evaluate-worker.ts?worker&url';
+import { type Intake, sortOut } from './intake.js';
+import map_url from './map-quality-worker.ts?worker&url';
+import { skippedWords } from './notices.js';
+import { readAll } from './open-files.js';
+import type {
+  Command,
+  Comparison,
+  EvaluationOptions,
+  MapQuery,
+  MapResult,
+  Part,
+  Query,
+  Result,
+  TrajectoryFile,
+} from './protocol.js';
+import type { Sort } from './ranking-view.js';
+import { referenceAmong } from './roles.js';
+import { columnsOf, figure, sorted } from './table.js';
+
+const START_OPTIONS: Partial<EvaluationOptions> = { alignment: 'se3' };
+/** A run's poses are those of the reference one by one, in a world of their own. */
+const RUN_OPTIONS: Partial<EvaluationOptions> = { alignment: 'origin', association: 'index' };
+const NO_COMPARISONS: readonly Comparison[] = [];
+
+/** A file beside the trajectories, which can be taken away. */
+export type BesideId = 'times' | 'relations' | 'clouds';
+
+/** What the user chooses. */
+interface Choices {
+  reference_id: number;
+  options: Partial<EvaluationOptions>;
+  loops_only: boolean;
+}
+
+type Clients = { trajectories: WorkerClient<Command, Query, Result>; dispose(): void };
+
+export class EvaluateSession extends Session<Clients> {
+  files: readonly TrajectoryFile[] = [];
+  choices: Choices = { reference_id: -1, options: START_OPTIONS, loops_only: false };
+  times: Part | null = null;
+  relations: Part | null = null;
+  clouds: readonly Part[] = [];
+  result: Result | null = null;
+  map_result: MapResult | null = null;
+  is_judging_map = false;
+  selected_id = -1;
+  sort: Sort = { id: 'rmse', is_descending: false };
+  /** The run that was given, until all is removed. */
+  run: GivenFiles | null = null;
+  /** Of a run without a reference: never taken for the reference. */
+  run_id = -1;
+  /** Another one for every set of files that begins anew. */
+  data_key = 0;
+  readonly #onResult: (result: Result) => void;
+  #map_client: WorkerClient<never, MapQuery, MapResult> | null = null;
+  #next_id = 0;
+  /** What the maps were last judged with. */
+  #judged = '';
+  #rankedBy = memoizeLast((comparisons: readonly Comparison[], { id, is_descending }: Sort) => {
+    const columns = columnsOf(comparisons[0]?.summary.unit ?? '', true);
+    const column = columns.find((candidate) => candidate.id === id) ?? columns[0];
+    return column ? sorted(comparisons, column, is_descending) : comparisons;
+  });
+  #orderOf = memoizeLast((files: readonly TrajectoryFile[], reference_id: number) =>
+    files.map(({ id }) => id).filter((id) => id !== reference_id),
+  );
+
+  /** `onResult` is told when a result of the engine is to be drawn. */
+  constructor(host: ConstructorParameters<typeof Session>[0], onResult: (result: Result) => void) {
+    super(host);
+    this.#onResult = onResult;
+    this.phase = 'empty';
+  }
+
+  protected override createClient(): Clients {
+    const trajectories = new WorkerClient<Command, Query, Result>(evaluate_url, {
+      answered: (result) => this.#onAnswered(result),
+      failed: (message) => this.#onFailed(message),
+      greet: () => ({ add: this.files, remove: [] }),
+    });
+    return {
+      trajectories,
+      dispose: () => {
+        trajectories.dispose();
+        this.#map_client?.dispose();
+        this.#map_client = null;
+      },
+    };
+  }
+
+  get comparisons(): readonly Comparison[] {
+    return this.result?.comparisons ?? NO_COMPARISONS;
+  }
+
+  /** From the best to the worst, or as the table is sorted. */
+  get ranked(): readonly Comparison[] {
+    return this.#rankedBy(this.comparisons, this.sort);
+  }
+
+  /** The estimates as they were opened, by their ids. */
+  get order(): readonly number[] {
+    return this.#orderOf(this.files, this.choices.reference_id);
+  }
+
+  /** Adds files; the first time, the one whose name says so is the reference, else the first. */
+  async open(named: readonly NamedFile[]): Promise<void> {
+    if (named.length === 0) return;
+    this.requested_at = performance.now();
+    const { parts, problems, skipped } = await readAll(named);
+    this.messages = [];
+    this.tell([
+      ...problems.map((problem) => errorMessage({ file: '', place: null, problem, remedy: '' })),
+      ...skippedWords(skipped).map((text) => noteMessage('', text)),
+    ]);
+    this.#take(sortOut(parts), problems.length > 0);
+  }
+
+  /** Begins anew with a run of the reconstruction. */
+  begin(run: GivenFiles): void {
+    const { reference, estimate } = run;
+    this.requested_at = performance.now();
+    this.clear();
+    this.run = run;
+    this.choices = { ...this.choices, options: { ...START_OPTIONS, ...RUN_OPTIONS } };
+    const bytes = new TextEncoder().encode(estimate.text);
+    const own = { id: this.#next_id++, name: estimate.name, parts: [{ name: estimate.name, bytes }] };
+    this.run_id = own.id;
+    if (!reference) {
+      this.#add([own]);
+      return;
+    }
+    const part = { name: reference.name, bytes: new Uint8Array(reference.bytes.slice(0)) };
+    const truth = { id: this.#next_id++, name: reference.name, parts: [part] };
+    this.choices.reference_id = truth.id;
+    this.#add([truth, own]);
+  }
+
+  /** Compares anew with other choices. */
+  choose(choices: Partial<Choices>): void {
+    this.requested_at = performance.now();
+    this.choices = { ...this.choices, ...choices };
+    this.#ask();
+  }
+
+  select(id: number): void {
+    this.selected_id = id;
+    this.changed();
+  }
+
+  sortBy(sort: Sort): void {
+    this.sort = sort;
+    this.changed();
+  }
+
+  removeEstimate(id: number): void {
+    this.requested_at = performance.now();
+    this.files = this.files.filter((file) => file.id !== id);
+    this.client?.trajectories.tell({ add: [], remove: [id] });
+    this.#ask();
+  }
+
+  removeBeside(id: BesideId): void {
+    this.requested_at = performance.now();
+    if (id === 'times') this.times = null;
+    else if (id === 'relations') this.relations = null;
+    else {
+      this.clouds = [];
+      this.map_result = null;
+      this.#judged = '';
+    }
+    this.#ask();
+  }
+
+  clear(): void {
+    this.client?.trajectories.tell({ add: [], remove: this.files.map(({ id }) => id) });
+    this.files = [];
+    this.times = this.relations = this.result = this.map_result = null;
+    this.clouds = [];
+    this.messages = [];
+    this.run = null;
+    this.run_id = -1;
+    this.choices = { ...this.choices, reference_id: -1, options: START_OPTIONS };
+    this.#judged = '';
+    this.phase = 'empty';
+    this.changed();
+  }
+
+  /** Judges the map of the run that was given. */
+  async judgeRun(): Promise<void> {
+    const { run } = this;
+    if (!run) return;
+    this.is_judging_map = true;
+    this.changed();
+    try {
+      const bytes = await run.readMap();
+      this.clouds = [...this.clouds, { name: `${run.estimate.name}.ply`, bytes }];
+      this.#judge();
+    } catch (error) {
+      this.#onFailed(error instanceof Error ? error.message : String(error));
+    }
+  }
+
+  #take({ trajectories, times, relations, clouds }: Intake, has_problems: boolean): void {
+    this.times = times ?? this.times;
+    this.relations = relations ?? this.relations;
+    this.clouds = [...this.clouds, ...clouds];
+    this.#add(trajectories.map((found) => ({ ...found, id: this.#next_id++ })));
+    const is_anything = trajectories.length + clouds.length > 0 || times !== null || relations !== null;
+    if (!is_anything && !has_problems) this.report('None of these files is a trajectory or a map.');
+    if (this.files.length === 0) this.#judge();
+  }
+
+  #add(files: readonly TrajectoryFile[]): void {
+    if (this.files.length === 0) this.data_key++;
+    this.files = [...this.files, ...files];
+    this.client?.trajectories.tell({ add: files, remove: [] });
+    if (!this.files.some(({ id }) => id === this.choices.reference_id)) {
+      const candidates = this.files.filter(({ id }) => id !== this.run_id);
+      const reference_id = candidates[referenceAmong(candidates.map(({ name }) => name))]?.id ?? -1;
+      this.choices = { ...this.choices, reference_id };
+    }
+    this.#ask();
+  }
+
+  #ask(): void {
+    const { reference_id: reference, options, loops_only } = this.choices;
+    if (reference < 0) {
+      this.result = null;
+    } else {
+      this.phase = 'running';
+      const { order: estimates, times, relations } = this;
+      this.client?.trajectories.ask({ reference, estimates, options, times, relations, loops_only });
+    }
+    this.changed();
+  }
+
+  #onAnswered(result: Result): void {
+    this.result = result;
+    this.phase = 'done';
+    const [first] = this.ranked;
+    if (!result.comparisons.some(({ id }) => id === this.selected_id)) this.selected_id = first?.id ?? -1;
+    if (first) {
+      const { statistics, unit } = first.summary;
+      this.announce(`${result.comparisons.length} compared. ${first.name}: rmse ${figure(statistics.rmse)} ${unit}`);
+    }
+    this.#judge();
+    this.changed();
+    this.#onResult(result);
+  }
+
+  #onFailed(message: string): void {
+    this.is_judging_map = false;
+    this.phase = 'crashed';
+    this.messages = [];
+    this.report(message);
+  }
+
+  /** Clouds that are as many as a trajectory's poses are its frames; others are maps. */
+  #judge(): void {
+    if (this.clouds.length === 0) return;
+    const trajectories =
+      this.clouds.length > 1 ? this.files.filter(({ id }) => this.#numPoses(id) === this.clouds.length) : [];
+    const are_frames = trajectories.length > 0;
+    const judged = [this.clouds.map(({ name }) => name), trajectories.map(({ id }) => id)].join('/');
+    if (judged === this.#judged) return;
+    this.#judged = judged;
+    this.is_judging_map = true;
+    this.#map_client ??= new WorkerClient<never, MapQuery, MapResult>(map_url, {
+      answered: (result) => this.#onJudged(result),
+      failed: (message) => this.#onFailed(message),
+    });
+    this.#map_client.ask({
+      maps: are_frames ? [] : this.clouds,
+      frames: are_frames ? this.clouds : [],
+      trajectories,
+    });
+    this.changed();
+  }
+
+  #onJudged(result: MapResult): void {
+    this.map_result = result;
+    this.is_judging_map = false;
+    this.announce('The sharpness of the map has been computed.');
+    this.changed();
+  }
+
+  #numPoses(id: number): number {
+    const { comparisons } = this;
+    if (id === this.choices.reference_id) return comparisons[0]?.summary.num_reference ?? 0;
+    return comparisons.find((comparison) => comparison.id === id)?.summary.num_estimate ?? 0;
+  }
+}
