@@ -1,18 +1,15 @@
 //! Cleaning a real recording.
 
-use std::path::Path;
+mod common;
 
+use common::shared_data;
 use glam::Vec3;
 use scanstitch::io::ply;
 use scanstitch::preprocess::clean::{RangeLimits, clean, range_limit};
 
 #[test]
 fn the_laser_of_zju10_reports_50_metres_where_nothing_came_back() {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data/laser/zju10");
-    if !folder.is_dir() {
-        eprintln!("skipped: ../shared/data is absent");
-        return;
-    }
+    let Some(folder) = shared_data("laser/zju10") else { return };
     let read = |index| ply::read(&std::fs::read(folder.join(format!("{index}.ply"))).unwrap()).unwrap().positions;
     let scans: Vec<Vec<Vec3>> = (0..10).map(read).collect();
     let max_range = range_limit(scans.iter().map(Vec::as_slice)).expect("four returns at 50 m");

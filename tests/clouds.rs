@@ -2,8 +2,11 @@
 #![cfg(not(target_arch = "wasm32"))] // it reads files
 #![allow(non_snake_case)]
 
+mod common;
+
 use std::path::Path;
 
+use common::shared_data;
 use glam::{DVec3, Vec3};
 use nalgebra::{Isometry3, Matrix3, Matrix6, Rotation3, SMatrix, Translation3, UnitQuaternion, Vector3, Vector6};
 use scanstitch::geometry::{PointCloud, Pose3, RigidMotion};
@@ -21,14 +24,6 @@ use scanstitch::registration::spatial::{SpatialMetric, register_in_space};
 use scanstitch::registration::target::{LastSearch, OrientedTarget, Target};
 use scanstitch::registration::voxelized::{GaussianVoxels, PlaneToVoxel};
 use scanstitch_scene::random::Random;
-
-fn is_there(folder: &str) -> bool {
-    let there = Path::new(folder).is_dir();
-    if !there {
-        eprintln!("skipped: {folder} is absent");
-    }
-    there
-}
 
 fn wave(i: usize, k: f64) -> f64 {
     ((i as f64) * k + 0.5).sin()
@@ -342,15 +337,12 @@ fn error_of(truth: &Pose3, found: &Pose3) -> (f64, f64) {
 /// The reference is no better than 2 cm and 0.23 degrees itself.
 #[test]
 fn a_street_is_within_two_centimetres_of_the_reference() {
-    let folder = "../shared/data/lidar/kitti_pair";
-    if !is_there(folder) {
-        return;
-    }
-    let text = std::fs::read_to_string(format!("{folder}/T_target_source.txt")).unwrap();
+    let Some(folder) = shared_data("lidar/kitti_pair") else { return };
+    let text = std::fs::read_to_string(folder.join("T_target_source.txt")).unwrap();
     let truth = pose_of(&text.split_whitespace().map(|token| token.parse().unwrap()).collect::<Vec<f64>>());
     let read = |name: &str| {
         PointCloud::from_positions(
-            ply::read(&std::fs::read(format!("{folder}/{name}.ply")).unwrap()).unwrap().positions,
+            ply::read(&std::fs::read(folder.join(format!("{name}.ply"))).unwrap()).unwrap().positions,
         )
     };
     let clouds = [read("target"), read("source")];
@@ -377,14 +369,15 @@ fn a_street_is_within_two_centimetres_of_the_reference() {
 }
 
 /// Mean distance from the truth (m) over the first frames of a recording of rendered rooms, every pixel a point.
-fn rooms_error(floor: &str, num_frames: usize, options: CloudOptions) -> f64 {
-    let folder = format!("../shared/data/rgbd/apartment_{floor}_floor");
-    let truth = trajectory::read(&std::fs::read(format!("{folder}/GT_pose.npy")).unwrap()).unwrap();
+fn rooms_error(recordings: &Path, floor: &str, num_frames: usize, options: CloudOptions) -> f64 {
+    let folder = recordings.join(format!("apartment_{floor}_floor"));
+    let truth = trajectory::read(&std::fs::read(folder.join("GT_pose.npy")).unwrap()).unwrap();
     let turn = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI);
     let truth: Vec<Pose3> = truth.poses().unwrap().iter().map(|pose| pose * turn).collect();
     let mut odometry = CloudOdometry::new(options).unwrap();
     let errors = (0..num_frames).map(|index| {
-        let image = depth_png::read(&std::fs::read(format!("{folder}/depth/{}.png", index + 1)).unwrap()).unwrap();
+        let image = std::fs::read(folder.join(format!("depth/{}.png", index + 1))).unwrap();
+        let image = depth_png::read(&image).unwrap();
         let pixels = image.values.iter().enumerate().filter(|(_, value)| **value > 0);
         let points = pixels.map(|(pixel, &value)| {
             let z = f32::from(value) * 10.0 / 255.0;
@@ -402,18 +395,16 @@ fn rooms_error(floor: &str, num_frames: usize, options: CloudOptions) -> f64 {
 /// The mean with Open3D on the first 30 frames of the first floor is 0.037 m. The whole runs: `cargo run --example course_pipeline`.
 #[test]
 fn the_course_pipeline_drifts_as_little_as_with_open3d() {
-    if is_there("../shared/data/rgbd/apartment_first_floor") {
-        let error = rooms_error("first", 16, CloudOptions::course(0.05));
-        assert!(error < 0.05, "{error}");
-        let error = rooms_error("second", 16, CloudOptions::course(0.05));
-        assert!(error < 0.05, "{error}");
+    let Some(recordings) = shared_data("rgbd") else { return };
+    for floor in ["first", "second"] {
+        let error = rooms_error(&recordings, floor, 16, CloudOptions::course(0.05));
+        assert!(error < 0.05, "{floor}: {error}");
     }
 }
 
 #[test]
 fn the_map_of_clouds_drifts_less() {
-    if is_there("../shared/data/rgbd/apartment_first_floor") {
-        let error = rooms_error("first", 16, CloudOptions::new(0.05));
-        assert!(error < 0.035, "{error}");
-    }
+    let Some(recordings) = shared_data("rgbd") else { return };
+    let error = rooms_error(&recordings, "first", 16, CloudOptions::new(0.05));
+    assert!(error < 0.035, "{error}");
 }

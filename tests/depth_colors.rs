@@ -1,8 +1,11 @@
 //! Colours in the estimate of depth images: they help where they fit, and do no harm where they do not.
 #![cfg(not(target_arch = "wasm32"))] // it reads files
 
+mod common;
+
 use std::path::Path;
 
+use common::shared_data;
 use nalgebra::{UnitQuaternion, Vector3};
 use scanstitch::geometry::Pose3;
 use scanstitch::io::{color_image, trajectory};
@@ -148,11 +151,7 @@ fn brightness_travels_with_the_frame() {
 /// Depth alone reaches 11.9 mm, colours with it 4.7 mm.
 #[test]
 fn a_real_recording_is_nearer_to_the_truth_with_colours() {
-    let folder = Path::new("../shared/data/rgbd/apartment_second_floor");
-    if !folder.is_dir() {
-        eprintln!("skipped: ../shared/data is absent");
-        return;
-    }
+    let Some(folder) = shared_data("rgbd/apartment_second_floor") else { return };
     let truth = trajectory::read(&std::fs::read(folder.join("GT_pose.npy")).unwrap()).unwrap();
     let turn = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI);
     let truth: Vec<Pose3> = truth.poses().unwrap().iter().map(|pose| pose * turn).collect();

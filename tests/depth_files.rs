@@ -1,8 +1,9 @@
 //! Depth images and NumPy arrays: what is read, and what is refused with which reason.
 #![cfg(not(target_arch = "wasm32"))] // it reads files
 
-use std::path::Path;
+mod common;
 
+use common::shared_data;
 use scanstitch::io::depth_png;
 
 fn png(width: u32, height: u32, color: png::ColorType, depth: png::BitDepth, data: &[u8]) -> Vec<u8> {
@@ -133,11 +134,7 @@ fn pgm_in_both_forms() {
 
 #[test]
 fn real_depth_images() {
-    let folder = Path::new("../shared/data/rgbd");
-    if !folder.is_dir() {
-        eprintln!("skipped: ../shared/data is absent");
-        return;
-    }
+    let Some(folder) = shared_data("rgbd") else { return };
     for (path, width, height, bits) in [
         ("apartment_first_floor/depth/1.png", 512, 512, 8),
         ("fusion_demo50/rgbd-frames/frame-000008.depth.png", 640, 480, 16),

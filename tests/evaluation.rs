@@ -1,9 +1,12 @@
 //! Trajectory evaluation against evo's figures, and what it says of input that makes no sense.
 #![cfg(not(target_arch = "wasm32"))] // it reads files
 
-use std::fs;
-use std::path::{Path, PathBuf};
+mod common;
 
+use std::fs;
+use std::path::Path;
+
+use common::shared_data;
 use scanstitch::evaluation::alignment::Alignment;
 use scanstitch::evaluation::evaluate::{ErrorMetric, Evaluation, EvaluationOptions, evaluate};
 use scanstitch::io::trajectory::{Trajectory, read_lenient};
@@ -13,15 +16,6 @@ use serde_json::Value;
 const RELATIVE: f64 = 1e-9;
 /// An error smaller than this is rounding and nothing else: a few units in the last place of a rotation matrix.
 const ROUNDING: f64 = 2e-14;
-
-fn shared_trajectories() -> Option<PathBuf> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data/trajectories");
-    if folder.is_dir() {
-        return Some(folder);
-    }
-    eprintln!("skipped: ../shared/data is absent");
-    None
-}
 
 fn load(path: &Path) -> Trajectory {
     let bytes = fs::read(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
@@ -188,7 +182,7 @@ fn tally(path: &Path) -> Tally {
 /// two is zero, and what evo and we find for it is rounding, 1e-18 to 3e-16 rad.
 #[test]
 fn every_case_of_the_oracle() {
-    let Some(folder) = shared_trajectories() else { return };
+    let Some(folder) = shared_data("trajectories") else { return };
     let tally = tally(&folder.join("evo_oracle.json"));
     assert_eq!((tally.compared, tally.refused), (456, 24));
     let mut expected = Vec::new();
@@ -217,7 +211,7 @@ fn cases_of_our_own_that_evo_computed() {
 /// evo's stored results are zip files whose members are not compressed: the text and the numbers lie in them as they are.
 #[test]
 fn the_stored_absolute_errors_of_evo() {
-    let Some(folder) = shared_trajectories() else { return };
+    let Some(folder) = shared_data("trajectories") else { return };
     for (zip, estimate) in [("orb_ape.zip", "KITTI_00_ORB.txt"), ("sptam_ape.zip", "KITTI_00_SPTAM.txt")] {
         let bytes = fs::read(folder.join("res_files").join(zip)).unwrap();
         let find = |needle: &[u8]| bytes.windows(needle.len()).position(|window| window == needle).unwrap();

@@ -2,8 +2,11 @@
 #![cfg(not(target_arch = "wasm32"))] // it reads files
 #![allow(non_snake_case)]
 
+mod common;
+
 use std::path::Path;
 
+use common::shared_data;
 use glam::{DVec3, Vec3};
 use nalgebra::{Isometry3, Matrix3, Point3, Rotation3, Translation3, UnitQuaternion, Vector3};
 use scanstitch::geometry::{PointCloud, Pose3};
@@ -14,16 +17,8 @@ use scanstitch::registration::global::{DescribedCloud, GlobalMethod, GlobalRegis
 use scanstitch::search::Neighbourhood;
 use scanstitch_scene::random::Random;
 
-const KITTI: &str = "../shared/data/lidar/kitti_pair";
-const ROOMS: &str = "../shared/data/rgbd";
-
-fn is_there(folder: &str) -> bool {
-    let there = Path::new(folder).is_dir();
-    if !there {
-        eprintln!("skipped: {folder} is absent");
-    }
-    there
-}
+const KITTI: &str = "lidar/kitti_pair";
+const ROOMS: &str = "rgbd";
 
 fn pose_of(rows: &[f64]) -> Pose3 {
     let rotation = Rotation3::from_matrix(&Matrix3::from_fn(|row, column| rows[4 * row + column]));
@@ -31,18 +26,19 @@ fn pose_of(rows: &[f64]) -> Pose3 {
     Isometry3::from_parts(Translation3::new(rows[3], rows[7], rows[11]), rotation)
 }
 
-fn kitti(name: &str) -> PointCloud {
-    PointCloud::from_positions(ply::read(&std::fs::read(format!("{KITTI}/{name}.ply")).unwrap()).unwrap().positions)
+fn kitti(folder: &Path, name: &str) -> PointCloud {
+    let bytes = std::fs::read(folder.join(format!("{name}.ply"))).unwrap();
+    PointCloud::from_positions(ply::read(&bytes).unwrap().positions)
 }
 
-fn kitti_truth() -> Pose3 {
-    let text = std::fs::read_to_string(format!("{KITTI}/T_target_source.txt")).unwrap();
+fn kitti_truth(folder: &Path) -> Pose3 {
+    let text = std::fs::read_to_string(folder.join("T_target_source.txt")).unwrap();
     pose_of(&text.split_whitespace().map(|token| token.parse().unwrap()).collect::<Vec<f64>>())
 }
 
 /// A frame of the rendered rooms, every pixel a point.
-fn room(floor: &str, frame: usize) -> PointCloud {
-    let path = format!("{ROOMS}/apartment_{floor}_floor/depth/{frame}.png");
+fn room(folder: &Path, floor: &str, frame: usize) -> PointCloud {
+    let path = folder.join(format!("apartment_{floor}_floor/depth/{frame}.png"));
     let image = depth_png::read(&std::fs::read(path).unwrap()).unwrap();
     let pixels = image.values.iter().enumerate().filter(|(_, value)| **value > 0);
     let points = pixels.map(|(index, &value)| {
@@ -78,10 +74,10 @@ fn turned(cloud: &PointCloud, seed: u64) -> (PointCloud, Pose3) {
 }
 
 /// How many seeds of a street lead back to within half a metre and three degrees.
-fn num_found(method: GlobalMethod, seeds: std::ops::Range<u64>) -> usize {
+fn num_found(folder: &Path, method: GlobalMethod, seeds: std::ops::Range<u64>) -> usize {
     const VOXEL: f64 = 0.25;
-    let (target, described_target) = described(&kitti("target"), VOXEL, DVec3::ZERO);
-    let (source, truth) = (kitti("source"), kitti_truth());
+    let (target, described_target) = described(&kitti(folder, "target"), VOXEL, DVec3::ZERO);
+    let (source, truth) = (kitti(folder, "source"), kitti_truth(folder));
     let found = seeds.filter(|&seed| {
         let (source, T_source_turned) = turned(&source, seed);
         let sensor = T_source_turned.inverse().translation.vector;
@@ -97,10 +93,9 @@ fn num_found(method: GlobalMethod, seeds: std::ops::Range<u64>) -> usize {
 
 #[test]
 fn a_street_is_found_again_from_anywhere() {
-    if is_there(KITTI) {
-        assert_eq!(num_found(GlobalMethod::Consistency, 0..12), 12);
-        assert!(num_found(GlobalMethod::Ransac { seed: 1 }, 100..106) >= 5);
-    }
+    let Some(folder) = shared_data(KITTI) else { return };
+    assert_eq!(num_found(&folder, GlobalMethod::Consistency, 0..12), 12);
+    assert!(num_found(&folder, GlobalMethod::Ransac { seed: 1 }, 100..106) >= 5);
 }
 
 fn between(source: &PointCloud, target: &PointCloud, voxel_size: f64) -> scanstitch::Result<GlobalRegistration> {
@@ -112,15 +107,13 @@ fn between(source: &PointCloud, target: &PointCloud, voxel_size: f64) -> scansti
 
 #[test]
 fn rooms_that_have_nothing_in_common_are_told_so() {
-    if !is_there(ROOMS) {
-        return;
-    }
-    let here = room("first", 4);
+    let Some(folder) = shared_data(ROOMS) else { return };
+    let here = room(&folder, "first", 4);
     for frame in [11, 51, 101] {
-        let refused = between(&room("second", frame), &here, 0.1).unwrap_err().to_string();
+        let refused = between(&room(&folder, "second", frame), &here, 0.1).unwrap_err().to_string();
         assert!(refused.contains("look alike") && refused.contains("overlap more"), "{refused}");
     }
-    let neighbor = between(&room("first", 7), &here, 0.1).unwrap(); // a turn of 30 degrees
+    let neighbor = between(&room(&folder, "first", 7), &here, 0.1).unwrap(); // a turn of 30 degrees
     assert!(neighbor.consensus.num_inliers > 100);
     assert!((neighbor.consensus.T_target_source.rotation.angle().to_degrees() - 30.0).abs() < 1.5);
     assert!(neighbor.consensus.T_target_source.translation.vector.norm() < 0.1);
@@ -142,12 +135,10 @@ fn a_cloud_without_surfaces_is_refused() {
 /// The public way: no guess, no voxel size, no normals.
 #[test]
 fn two_clouds_alone_are_registered_without_a_guess() {
-    if !is_there(KITTI) {
-        return;
-    }
-    let (target, truth) = (kitti("target"), kitti_truth());
+    let Some(folder) = shared_data(KITTI) else { return };
+    let (target, truth) = (kitti(&folder, "target"), kitti_truth(&folder));
     let spin = Pose3::rotation(Vector3::new(0.0, 0.0, 2.5));
-    let points = kitti("source").positions.into_iter().map(|p| {
+    let points = kitti(&folder, "source").positions.into_iter().map(|p| {
         let p = spin.inverse() * Point3::from(p.as_dvec3().to_array());
         DVec3::new(p.x, p.y, p.z).as_vec3()
     });

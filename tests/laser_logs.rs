@@ -1,26 +1,21 @@
 //! Laser logs: what is read from each kind, what is told of bad ones, and that nothing breaks on hostile ones.
 #![allow(non_snake_case)]
 
+mod common;
+
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::fs;
 
+use common::shared_data;
 use scanstitch::geometry::RigidMotion;
 use scanstitch::io::laser_log::stamps::stamps;
 use scanstitch::io::laser_log::{Bearings, is_laser_log, read};
 use scanstitch_scene::random::Random;
 
-fn shared(path: &str) -> Option<Vec<u8>> {
-    let path = format!("../shared/data/laser/{path}");
-    let bytes = fs::read(&path).ok();
-    if bytes.is_none() {
-        eprintln!("skipped: {path} is absent");
-    }
-    bytes
-}
-
 #[test]
 fn the_freiburg_log_is_read_with_its_offset_and_its_limit() {
-    let Some(bytes) = shared("fr079/fr079.log") else { return };
+    let Some(file) = shared_data("laser/fr079/fr079.log") else { return };
+    let bytes = fs::read(file).unwrap();
     assert!(is_laser_log(&bytes[..8192]));
     let log = read(&bytes).unwrap();
     assert_eq!(log.scans.len(), 1464);
@@ -39,12 +34,12 @@ fn the_freiburg_log_is_read_with_its_offset_and_its_limit() {
 
 #[test]
 fn csm_logs_are_read_with_null_readings_and_true_poses() {
-    let Some(bytes) = shared("csm/raytracer_test01-scans.json") else { return };
-    let log = read(&bytes).unwrap();
+    let Some(folder) = shared_data("laser/csm") else { return };
+    let log = read(&fs::read(folder.join("raytracer_test01-scans.json")).unwrap()).unwrap();
     assert_eq!(log.scans[0].ranges.len(), 181);
     assert!(log.scans[0].reference.is_some() && log.scans[0].odometry.is_none());
-    for (file, count) in [("csm/stallo2_pair.json", 2), ("csm/failure2.json", 2)] {
-        let Some(bytes) = shared(file) else { return };
+    for (file, count) in [("stallo2_pair.json", 2), ("failure2.json", 2)] {
+        let bytes = fs::read(folder.join(file)).unwrap();
         assert!(is_laser_log(&bytes[..bytes.len().min(8192)]), "{file}");
         assert_eq!(read(&bytes).unwrap().scans.len(), count, "{file}");
     }

@@ -1,8 +1,11 @@
 //! Long laser sequences: real and generated, with odometry and from scans alone, and the grid that comes of them.
 #![allow(non_snake_case)]
 
+mod common;
+
 use std::fs;
 
+use common::shared_data;
 use nalgebra::Vector2;
 use scanstitch::evaluation::path::Path;
 use scanstitch::evaluation::relations::relation_errors;
@@ -52,13 +55,10 @@ fn office(seed: u64, num_scans: usize, options: DriveOptions) -> (PlanarRecordin
 
 #[test]
 fn the_freiburg_log_closes_its_loops_with_odometry_and_without() {
-    let folder = "../shared/data/laser/fr079";
-    let Ok(bytes) = fs::read(format!("{folder}/fr079.log")) else {
-        eprintln!("skipped: {folder} is absent");
-        return;
-    };
+    let Some(folder) = shared_data("laser/fr079") else { return };
+    let bytes = fs::read(folder.join("fr079.log")).unwrap();
     let log = laser_log::read(&bytes).unwrap();
-    let odometry = trajectory::read(&fs::read(format!("{folder}/fr079.odometry.txt")).unwrap()).unwrap();
+    let odometry = trajectory::read(&fs::read(folder.join("fr079.odometry.txt")).unwrap()).unwrap();
     let loops: Vec<Relation> = relations::read(&bytes).unwrap().into_iter().filter(|r| !r.is_step()).collect();
     for odometry in [Some(odometry), None] {
         let reconstruction = run(&log, odometry, Settings::default());

@@ -1,9 +1,12 @@
 //! Sharpness of maps without any truth, on real depth images: the truth's poses make crisper maps than shaken ones.
 #![cfg(not(target_arch = "wasm32"))] // it reads files
 
+mod common;
+
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use common::shared_data;
 use nalgebra::{Isometry3, Matrix4, Translation3, UnitQuaternion, Vector3};
 use scanstitch::camera::Pinhole;
 use scanstitch::evaluation::frame_clouds::{FrameClouds, FrameResidual, FrameResidualOptions};
@@ -25,15 +28,6 @@ struct Recording {
     camera: Pinhole,
     model: DepthModel,
     poses: Vec<Pose3>,
-}
-
-fn data() -> Option<PathBuf> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data/rgbd");
-    if !folder.is_dir() {
-        eprintln!("skipped: ../shared/data is absent");
-        return None;
-    }
-    Some(folder)
 }
 
 /// Depth of 8 bits is truncated: the true one lies half a step further in the mean.
@@ -100,7 +94,7 @@ fn judged(clouds: &FrameClouds, poses: &[Pose3]) -> (MapQuality, FrameResidual) 
 
 #[test]
 fn shaken_poses_of_real_depth_images_blur_the_map() {
-    let Some(folder) = data() else { return };
+    let Some(folder) = shared_data("rgbd") else { return };
     for recording in [
         apartment(&folder, "apartment_first_floor"),
         apartment(&folder, "apartment_second_floor"),

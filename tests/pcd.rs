@@ -1,8 +1,11 @@
 //! PCD files: what is read, and what is refused with which reason.
 #![cfg(not(target_arch = "wasm32"))] // it reads files
 
+mod common;
+
 use std::path::Path;
 
+use common::shared_data;
 use glam::{DVec3, Vec3};
 use scanstitch::geometry::PointCloud;
 use scanstitch::io::pcd;
@@ -127,11 +130,7 @@ fn planar_scans_capitals_and_commas() {
 
 #[test]
 fn every_pcd_file_of_other_projects_is_read() {
-    let folder = Path::new("../shared/data/ply_pcd");
-    if !folder.is_dir() {
-        eprintln!("skipped: ../shared/data is absent");
-        return;
-    }
+    let Some(folder) = shared_data("ply_pcd") else { return };
     let mut expected = vec![
         ("capture0001.pcd", 307_200, false, false),
         ("capture0002.pcd", 307_200, false, false),
@@ -147,8 +146,8 @@ fn every_pcd_file_of_other_projects_is_read() {
         ("pdal/utm17_comma.pcd", 10, false, false),
         ("pdal/utm17_space.pcd", 10, false, false),
     ];
-    for path in pcd_files(folder) {
-        let name = path.strip_prefix(folder).unwrap().to_str().unwrap().to_owned();
+    for path in pcd_files(&folder) {
+        let name = path.strip_prefix(&folder).unwrap().to_str().unwrap().to_owned();
         let index = expected.iter().position(|entry| entry.0 == name).unwrap_or_else(|| panic!("{name} is new"));
         let (_, len, has_normals, has_colors) = expected.swap_remove(index);
         let cloud: PointCloud = pcd::read(&std::fs::read(&path).unwrap()).unwrap();

@@ -1,8 +1,11 @@
 //! Whole runs: real scans, generated scans, and input that is not what it should be.
 #![allow(non_snake_case)]
 
+mod common;
+
 use std::fs;
 
+use common::shared_data;
 use glam::Vec3;
 use nalgebra::Vector2;
 use scanstitch::geometry::{PointCloud, Pose2, RigidMotion};
@@ -59,12 +62,8 @@ fn largest(values: &[f64]) -> f64 {
 }
 
 fn zju10() -> Option<Vec<PointCloud>> {
-    let folder = "../shared/data/laser/zju10";
-    if !fs::exists(folder).unwrap() {
-        eprintln!("skipped: {folder} is absent");
-        return None;
-    }
-    Some((0..10).map(|i| ply::read(&fs::read(format!("{folder}/{i}.ply")).unwrap()).unwrap()).collect())
+    let folder = shared_data("laser/zju10")?;
+    Some((0..10).map(|i| ply::read(&fs::read(folder.join(format!("{i}.ply"))).unwrap()).unwrap()).collect())
 }
 
 #[test]

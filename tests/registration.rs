@@ -2,8 +2,11 @@
 
 #![allow(non_snake_case)]
 
+mod common;
+
 use std::fs;
 
+use common::shared_data;
 use nalgebra::{SVector, Vector2, Vector3, Vector6};
 use scanstitch::geometry::{PointCloud, Pose2, Pose3, RigidMotion};
 use scanstitch::preprocess::planar_scan::PlanarScan;
@@ -288,18 +291,15 @@ fn options_that_do_not_fit_the_clouds_are_refused_with_a_remedy() {
 /// A pair with normals and a known motion between.
 #[test]
 fn car_cloud_in_space_by_point_to_plane() {
-    let folder = "../shared/data/lidar/car_cloud";
-    let Ok(list) = fs::read_to_string(format!("{folder}/carCloudList.csv")) else {
-        eprintln!("skipped: {folder} is absent");
-        return;
-    };
+    let Some(folder) = shared_data("lidar/car_cloud") else { return };
+    let list = fs::read_to_string(folder.join("carCloudList.csv")).unwrap();
     let numbers = |line: &str| -> Vec<f64> {
         let words = line.split([',', ' ']).filter(|word| !word.is_empty());
         words.filter_map(|word| word.parse().ok()).collect()
     };
     let T_target_source = pose_of(&numbers(list.lines().nth(2).unwrap()).try_into().unwrap());
     let rows = |name: &str, columns: usize| -> Vec<Vec<f64>> {
-        let text = fs::read_to_string(format!("{folder}/{name}.csv")).unwrap();
+        let text = fs::read_to_string(folder.join(format!("{name}.csv"))).unwrap();
         text.lines().map(numbers).filter(|row| row.len() == columns).collect()
     };
     let vectors = |rows: &[Vec<f64>], from: usize| -> Vec<glam::Vec3> {

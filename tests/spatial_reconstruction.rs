@@ -1,9 +1,12 @@
 //! Depth images to a trajectory: real recordings against their truth, and frames that are not what they should be.
 #![cfg(not(target_arch = "wasm32"))] // it reads files
 
+mod common;
+
 use std::f64::consts::FRAC_PI_2;
 use std::path::{Path, PathBuf};
 
+use common::shared_data;
 use nalgebra::{Isometry3, Matrix3, Rotation3, Translation3, UnitQuaternion, Vector3};
 use scanstitch::camera::Pinhole;
 use scanstitch::geometry::Pose3;
@@ -20,16 +23,6 @@ use scanstitch_scene::space::DepthSensor;
 
 const FUSION_DEMO: [f64; 4] = [585.0, 585.0, 320.0, 240.0];
 const REDWOOD: [f64; 4] = [525.0, 525.0, 319.5, 239.5];
-
-/// The recordings' folder, unless it is absent.
-fn data() -> Option<PathBuf> {
-    let folder = Path::new("../shared/data/rgbd");
-    if !folder.is_dir() {
-        eprintln!("skipped: ../shared/data is absent");
-        return None;
-    }
-    Some(folder.to_owned())
-}
 
 /// Files of a folder whose names end so, by the number in their names.
 fn numbered(folder: &Path, suffix: &str) -> Vec<PathBuf> {
@@ -116,7 +109,7 @@ fn every<T: Clone>(stride: usize, all: &[T]) -> Vec<T> {
 /// The project asks for 0.06 and 0.08 m; what is reached is 0.0067 and 0.0119 m, and must not get lost again.
 #[test]
 fn both_floors_are_within_two_centimetres_of_the_truth() {
-    let Some(folder) = data() else { return };
+    let Some(folder) = shared_data("rgbd") else { return };
     for (name, bar) in [("apartment_first_floor", 0.012), ("apartment_second_floor", 0.016)] {
         let folder = folder.join(name);
         let run = run(&files(&folder.join("depth"), ".png"), None);
@@ -131,7 +124,7 @@ fn both_floors_are_within_two_centimetres_of_the_truth() {
 /// Half-metre steps and 20 degree turns, then three quarters and 30, then a metre and 40.
 #[test]
 fn left_out_frames_are_bridged() {
-    let Some(folder) = data() else { return };
+    let Some(folder) = shared_data("rgbd") else { return };
     for name in ["apartment_first_floor", "apartment_second_floor"] {
         let folder = folder.join(name);
         let (all, truth) = (files(&folder.join("depth"), ".png"), apartment_truth(&folder));
@@ -145,7 +138,7 @@ fn left_out_frames_are_bridged() {
 
 #[test]
 fn hand_held_recordings_are_within_a_centimetre() {
-    let Some(folder) = data() else { return };
+    let Some(folder) = shared_data("rgbd") else { return };
     let frames = folder.join("fusion_demo50/rgbd-frames");
     let truth: Vec<Pose3> = numbered(&frames, ".pose.txt").iter().map(|path| pose_of_rows(&numbers(path))).collect();
     let (mean, ..) = errors(&run(&files(&frames, ".depth.png"), Some(FUSION_DEMO)).poses(), &truth);
@@ -161,7 +154,7 @@ fn hand_held_recordings_are_within_a_centimetre() {
 /// Steps of 39 mm made steps of 78 mm in both ways: which one it was is told from the frames alone.
 #[test]
 fn truncated_and_rounded_depth_are_told_apart() {
-    let Some(folder) = data() else { return };
+    let Some(folder) = shared_data("rgbd") else { return };
     let mut frames = files(&folder.join("apartment_first_floor/depth"), ".png");
     frames.truncate(16);
     for (quantisation, halved) in [
@@ -184,7 +177,7 @@ fn coarser(bytes: &[u8], halved: impl Fn(u16) -> u16) -> Vec<u8> {
 /// A frame of the other floor, a blank wall and a repeated frame among good ones: the bad are called so, the rest holds.
 #[test]
 fn frames_that_do_not_belong_are_lost_and_the_rest_holds() {
-    let Some(folder) = data() else { return };
+    let Some(folder) = shared_data("rgbd") else { return };
     let (first, second) = (folder.join("apartment_first_floor"), folder.join("apartment_second_floor"));
     let (mut frames, mut truth) = (files(&first.join("depth"), ".png"), apartment_truth(&first));
     frames.truncate(24);
@@ -212,7 +205,7 @@ fn frames_that_do_not_belong_are_lost_and_the_rest_holds() {
 /// A walk whose parts come in another order: every frame that is believed is where it should be, and most are believed.
 #[test]
 fn frames_in_a_wrong_order_are_found_again() {
-    let Some(folder) = data() else { return };
+    let Some(folder) = shared_data("rgbd") else { return };
     let folder = folder.join("apartment_first_floor");
     let (all, truth) = (files(&folder.join("depth"), ".png"), apartment_truth(&folder));
     let order: Vec<usize> = (0..24).chain([3, 17, 8]).chain((0..6).rev()).collect();
@@ -225,7 +218,7 @@ fn frames_in_a_wrong_order_are_found_again() {
 /// one shows nothing of what was seen, but the way back does.
 #[test]
 fn a_block_in_reverse_order_is_found_from_its_end() {
-    let Some(folder) = data() else { return };
+    let Some(folder) = shared_data("rgbd") else { return };
     let folder = folder.join("apartment_first_floor");
     let (all, truth) = (every(2, &files(&folder.join("depth"), ".png")), every(2, &apartment_truth(&folder)));
     let order: Vec<usize> = (0..20).chain((20..32).rev()).chain(32..36).collect();
@@ -237,7 +230,7 @@ fn a_block_in_reverse_order_is_found_from_its_end() {
 /// Steps of more than a metre, turns of 50 degrees: what is believed is right, and most is.
 #[test]
 fn every_fifth_frame_is_enough() {
-    let Some(folder) = data() else { return };
+    let Some(folder) = shared_data("rgbd") else { return };
     for name in ["apartment_first_floor", "apartment_second_floor"] {
         let folder = folder.join(name);
         let run = run(&every(5, &files(&folder.join("depth"), ".png")), None);
@@ -248,7 +241,7 @@ fn every_fifth_frame_is_enough() {
 /// A recording that begins with frames of the other floor, or has some in between, is that of the floor that most are of.
 #[test]
 fn frames_swapped_between_the_floors_are_not_believed() {
-    let Some(folder) = data() else { return };
+    let Some(folder) = shared_data("rgbd") else { return };
     let first = folder.join("apartment_first_floor");
     let (all, truth) = (files(&first.join("depth"), ".png"), apartment_truth(&first));
     let others = files(&folder.join("apartment_second_floor").join("depth"), ".png");
@@ -321,7 +314,7 @@ fn believed_and_right(name: &str, run: &SpatialReconstruction, truth: &[Pose3], 
 
 #[test]
 fn frames_can_be_added_to_a_finished_run_and_travel_as_bytes() {
-    let Some(folder) = data() else { return };
+    let Some(folder) = shared_data("rgbd") else { return };
     let frames = files(&folder.join("redwood5/depth"), ".png");
     // Colours colour the map, here, and nothing else: the first frames have none.
     let settings = SpatialSettings { color: ColorUse::NotUsed, ..with_camera(Some(REDWOOD)) };
@@ -388,7 +381,7 @@ fn a_map_that_was_stitched_ahead_is_the_same() {
 
 #[test]
 fn a_walk_to_and_fro_stays_in_its_map() {
-    let Some(folder) = data() else { return };
+    let Some(folder) = shared_data("rgbd") else { return };
     let folder = folder.join("apartment_first_floor");
     let (mut frames, mut truth) = (files(&folder.join("depth"), ".png"), apartment_truth(&folder));
     frames.extend(frames.clone().into_iter().rev());
@@ -400,7 +393,7 @@ fn a_walk_to_and_fro_stays_in_its_map() {
 /// The reference's conventions are told, and it changes nothing.
 #[test]
 fn the_truth_is_compared_with_whatever_its_conventions_and_used_for_nothing_else() {
-    let Some(folder) = data() else { return };
+    let Some(folder) = shared_data("rgbd") else { return };
     let folder = folder.join("apartment_first_floor");
     let mut frames = files(&folder.join("depth"), ".png");
     frames.truncate(20);

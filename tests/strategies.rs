@@ -2,8 +2,12 @@
 #![cfg(not(target_arch = "wasm32"))] // it reads files
 #![allow(non_snake_case)]
 
-use std::fs;
+mod common;
 
+use std::fs;
+use std::path::Path;
+
+use common::shared_data;
 use glam::Vec3;
 use nalgebra::{Isometry3, Point3, Vector3};
 use scanstitch::geometry::PointCloud;
@@ -19,18 +23,17 @@ use scanstitch::pipeline::strategies::{StrategyComparison, StrategyResult, strat
 use scanstitch_scene::random::Random;
 
 const SAMPLE: &str = "www/samples/apartment";
-const SECOND_FLOOR: &str = "../shared/data/rgbd/apartment_second_floor";
 
 /// Runs strategies over frames of a recording, counted from 1, and compares them with its truth.
-fn run(folder: &str, frames: std::ops::RangeInclusive<usize>, strategies: &[StrategySettings]) -> Vec<StrategyResult> {
+fn run(folder: &Path, frames: std::ops::RangeInclusive<usize>, strategies: &[StrategySettings]) -> Vec<StrategyResult> {
     let mut comparison = StrategyComparison::new(strategies.to_vec(), SpatialSettings::default()).unwrap();
-    let num_recorded = fs::read_dir(format!("{folder}/depth")).unwrap().count();
-    let truth = fs::read(format!("{folder}/GT_pose.npy")).unwrap();
+    let num_recorded = fs::read_dir(folder.join("depth")).unwrap().count();
+    let truth = fs::read(folder.join("GT_pose.npy")).unwrap();
     let contents = trajectory::read_lenient(&truth, None).unwrap();
     comparison.set_reference("GT_pose.npy", contents, num_recorded);
     for number in frames {
         let name = format!("{number}.png");
-        let depth = fs::read(format!("{folder}/depth/{name}")).unwrap();
+        let depth = fs::read(folder.join("depth").join(&name)).unwrap();
         let preparation = comparison.begin(&name, &depth).unwrap().clone();
         let label = FrameLabel { name, index: number - 1, time: None };
         comparison.offer(PreparedFrame::from_depth(&preparation, label, &depth, None).unwrap()).unwrap();
@@ -46,7 +49,7 @@ fn run(folder: &str, frames: std::ops::RangeInclusive<usize>, strategies: &[Stra
 fn every_preset_finds_its_way_through_the_flat_and_voxels_store_a_tenth() {
     let presets = strategy_presets();
     let settings: Vec<StrategySettings> = presets.iter().map(|preset| preset.settings.clone()).collect();
-    let results = run(SAMPLE, 1..=16, &settings);
+    let results = run(Path::new(SAMPLE), 1..=16, &settings);
     for (preset, result) in presets.iter().zip(&results) {
         let name = preset.name;
         assert_eq!((result.frames.len(), result.num_lost), (16, 0), "{name}");
@@ -78,7 +81,7 @@ fn every_other_choice_works_as_well() {
         StrategySettings { map: MapKind::Whole, added: AddedPoints::Unmatched, ..voxels.clone() },
         StrategySettings { threshold: ThresholdKind::Adaptive, stages: Stages::One, ..voxels },
     ];
-    for result in run(SAMPLE, 1..=8, &strategies) {
+    for result in run(Path::new(SAMPLE), 1..=8, &strategies) {
         let error = result.comparison.as_ref().unwrap().ape_mean;
         assert!(result.num_lost == 0 && error < 0.06, "{error} {:?}", result.settings);
     }
@@ -137,13 +140,10 @@ fn the_same_points_moved_are_found_again() {
 
 #[test]
 fn many_frames_do_not_wear_the_poses_out() {
-    if !fs::exists(SECOND_FLOOR).unwrap_or(false) {
-        println!("skipped: {SECOND_FLOOR} is absent");
-        return;
-    }
+    let Some(second_floor) = shared_data("rgbd/apartment_second_floor") else { return };
     // Each prediction multiplies three poses: rounding that is let grow bends the path from about the 40th frame on.
     let free = StrategySettings { map_voxel_size: 0.3, source_voxel_size: 0.3, ..StrategySettings::default() };
-    let [result] = &run(SECOND_FLOOR, 1..=123, &[free])[..] else { panic!("one strategy") };
+    let [result] = &run(&second_floor, 1..=123, &[free])[..] else { panic!("one strategy") };
     for frame in &result.frames {
         let T = frame.T_world_sensor;
         let norm = (T.qx * T.qx + T.qy * T.qy + T.qz * T.qz + T.qw * T.qw).sqrt();

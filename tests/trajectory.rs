@@ -1,7 +1,10 @@
 //! Trajectory files, real ones and broken ones.
 
-use std::path::{Path, PathBuf};
+mod common;
 
+use std::path::Path;
+
+use common::shared_data;
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use scanstitch::geometry::{Pose2, Pose3, RigidMotion};
 use scanstitch::io::trajectory::{
@@ -12,16 +15,9 @@ fn project() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
 
-fn shared_trajectories() -> Option<PathBuf> {
-    Some(project().join("../shared/data/trajectories")).filter(|folder| folder.is_dir())
-}
-
 #[test]
 fn real_tum_files_are_read() {
-    let Some(folder) = shared_trajectories() else {
-        eprintln!("skipped: ../shared/data is absent");
-        return;
-    };
+    let Some(folder) = shared_data("trajectories") else { return };
     // Lines that hold numbers, counted with grep.
     for (name, num_poses) in [
         ("freiburg1_xyz-groundtruth.txt", 3000),
@@ -55,10 +51,7 @@ fn real_tum_files_are_read() {
 
 #[test]
 fn real_files_of_every_form_are_read() {
-    let Some(folder) = shared_trajectories() else {
-        eprintln!("skipped: ../shared/data is absent");
-        return;
-    };
+    let Some(folder) = shared_data("trajectories") else { return };
     let data = folder.join("..");
     for (name, num_poses, format) in [
         ("trajectories/freiburg1_xyz-rgbdslam.txt", 788, TrajectoryFormat::Tum),

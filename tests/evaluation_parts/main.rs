@@ -5,6 +5,8 @@
 
 mod alignment;
 mod association;
+#[path = "../common/mod.rs"]
+mod common;
 mod map_crispness;
 mod refusals;
 mod relative;

@@ -10,7 +10,7 @@ use scanstitch::io::relations;
 use scanstitch::io::trajectory::Trajectory;
 use scanstitch_scene::random::Random;
 
-use crate::samples::shared;
+use crate::common::shared_data;
 
 /// The scans of the log: beams from -90 to +90 deg, half a degree apart, in the laser's frame.
 fn fr079_scans(text: &str) -> Vec<Vec<[f64; 2]>> {
@@ -29,7 +29,7 @@ fn fr079_scans(text: &str) -> Vec<Vec<[f64; 2]>> {
 
 #[test]
 fn real_loops_fit_the_reference_and_its_map_is_the_crispest() {
-    let Some(folder) = shared("laser/fr079") else { return };
+    let Some(folder) = shared_data("laser/fr079") else { return };
     let log = fs::read_to_string(folder.join("fr079.log")).unwrap();
     let reference = fs::read(folder.join("fr079.reference_posegraph.txt")).unwrap();
     let reference = scanstitch::io::trajectory::read(&reference).unwrap();
@@ -79,7 +79,7 @@ fn ranked(what: &str, shakes: &[f64], qualities: &[MapQuality]) {
 
 #[test]
 fn a_real_pair_in_space_is_crispest_where_it_fits() {
-    let Some(folder) = shared("lidar/kitti_pair") else { return };
+    let Some(folder) = shared_data("lidar/kitti_pair") else { return };
     let cloud = |name: &str| scanstitch::io::ply::read(&fs::read(folder.join(name)).unwrap()).unwrap().positions;
     let (source, target) = (cloud("source.ply"), cloud("target.ply"));
     let text = fs::read_to_string(folder.join("T_target_source.txt")).unwrap();

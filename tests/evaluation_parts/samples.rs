@@ -1,18 +1,7 @@
-//! A path to evaluate, and where the recordings are.
-
-use std::path::{Path as FilePath, PathBuf};
+//! A path to evaluate.
 
 use nalgebra::{Isometry3, Translation3, UnitQuaternion};
 use scanstitch::io::trajectory::Trajectory;
-
-pub fn shared(folder: &str) -> Option<PathBuf> {
-    let path = FilePath::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data").join(folder);
-    if path.exists() {
-        return Some(path);
-    }
-    eprintln!("skipped: ../shared/data is absent");
-    None
-}
 
 /// A winding path in space.
 pub fn winding(n: usize) -> Trajectory {

@@ -1,13 +1,9 @@
 //! Files of other projects and recordings, of which is known what they hold.
 
-use std::path::{Path, PathBuf};
-
 use glam::{DVec3, Vec3};
 use scanstitch::io::ply::read;
 
-fn shared_data() -> Option<PathBuf> {
-    Some(Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data")).filter(|folder| folder.is_dir())
-}
+use crate::common::shared_data;
 
 /// What an independent reader (Python's plyfile) or the eye says a file holds: name, points, first and last position,
 /// whether there are normals and colours.
@@ -52,11 +48,7 @@ const REFUSED: [(&str, &str); 1] = [("assimp/empty.ply", "The file is empty.")];
 
 #[test]
 fn every_ply_file_of_seven_projects_is_read_or_refused_with_the_right_reason() {
-    let Some(data) = shared_data() else {
-        eprintln!("skipped: ../shared/data is absent");
-        return;
-    };
-    let folder = data.join("ply_pcd");
+    let Some(folder) = shared_data("ply_pcd") else { return };
     let mut found = Vec::new();
     for project in std::fs::read_dir(&folder).unwrap() {
         for file in std::fs::read_dir(project.unwrap().path()).into_iter().flatten() {
@@ -106,10 +98,7 @@ fn every_ply_file_of_seven_projects_is_read_or_refused_with_the_right_reason() {
 
 #[test]
 fn the_recordings_are_read() {
-    let Some(data) = shared_data() else {
-        eprintln!("skipped: ../shared/data is absent");
-        return;
-    };
+    let Some(data) = shared_data("") else { return };
     for index in 0..10 {
         let cloud = read(&std::fs::read(data.join(format!("laser/zju10/{index}.ply"))).unwrap()).unwrap();
         assert_eq!(cloud.len(), 180);
