@@ -83,6 +83,37 @@ test('files, stored and deflated, come out as they went in', async () => {
   await assert.rejects(archive.read('floor'), told(/^floor: There is no such file in floor\.zip\.$/));
 });
 
+test('a platform that cannot unpack by itself reads the same bytes', async () => {
+  const archive = await openArchive('a.zip', watched(zipSync({ noise: [NOISE, { level: 9 }] })));
+  const own = globalThis.DecompressionStream;
+  let numAsked = 0;
+  const read = async (/** @type {typeof DecompressionStream} */ stream) => {
+    globalThis.DecompressionStream = stream;
+    try {
+      assert.deepEqual(await archive.read('noise'), NOISE);
+    } finally {
+      globalThis.DecompressionStream = own;
+    }
+  };
+  await read(
+    class extends own {
+      /** @param {CompressionFormat} format */
+      constructor(format) {
+        super(format);
+        numAsked += 1;
+      }
+    },
+  );
+  assert.equal(numAsked, 1, 'it unpacks where it can');
+  await read(
+    class extends own {
+      constructor() {
+        super(/** @type {CompressionFormat} */ ('unknown'));
+      }
+    },
+  );
+});
+
 test('what the zip command writes is read, and so is a File of the page', async (t) => {
   const folder = temporaryFolder(t);
   writeFileSync(join(folder, 'noise.bin'), NOISE);
