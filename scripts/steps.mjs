@@ -5,8 +5,9 @@
  *
  * Nothing here may import a package: it runs before `npm ci` has.
  */
+import { AsyncLocalStorage } from 'node:async_hooks';
 import { spawn, spawnSync } from 'node:child_process';
-import { existsSync, statSync } from 'node:fs';
+import { existsSync, readFileSync, statSync } from 'node:fs';
 import { delimiter, join } from 'node:path';
 import { fileURLToPath } from 'node:url';
 import { parseArgs } from 'node:util';
@@ -23,6 +24,40 @@ const OLDEST_NODE = 20;
 /** A problem the person at the keyboard can mend: printed as it is, without a stack. */
 export class StepError extends Error {}
 
+/**
+ * Where a piece of work writes, and what its commands have cost, where several pieces are done at a time.
+ * @typedef {{ write: (text: string | Uint8Array) => void, cpuSeconds: number }} Account
+ */
+/** @type {AsyncLocalStorage<Account>} */
+export const account = new AsyncLocalStorage();
+
+/** @param {string | Uint8Array} text */
+function write(text) {
+  const { write } = account.getStore() ?? {};
+  if (write) write(text);
+  else process.stdout.write(text);
+}
+
+/** A line to the person at the keyboard. @param {string} line */
+export function say(line) {
+  write(`${line}\n`);
+}
+
+/**
+ * Processor time (s) of all commands that have ended, with those that they started and waited for; null where the system
+ * does not tell it as Linux does. Of a browser it is a part: nobody waits for some of its processes.
+ */
+export function commandSeconds() {
+  const TICKS_PER_SECOND = 100;
+  if (!existsSync('/proc/self/stat')) return null;
+  // proc(5): the fields after the name in brackets begin with the third; the 16th and 17th are those of children.
+  const fields = readFileSync('/proc/self/stat', 'utf8').split(') ').at(-1)?.split(' ') ?? [];
+  return (Number(fields[13]) + Number(fields[14])) / TICKS_PER_SECOND;
+}
+
+/** What of `commandSeconds` has been put down to an account. */
+let accountedSeconds = 0;
+
 /** @param {number} milliseconds */
 export function duration(milliseconds) {
   return milliseconds < 60_000
@@ -38,10 +73,10 @@ export function duration(milliseconds) {
  * @returns {Promise<T>}
  */
 export async function step(title, work) {
-  console.log(`\n> ${title}`);
+  say(`\n> ${title}`);
   const start = performance.now();
   const result = await work();
-  console.log(`  done in ${duration(performance.now() - start)}`);
+  say(`  done in ${duration(performance.now() - start)}`);
   return result;
 }
 
@@ -68,6 +103,7 @@ export async function run(command, args, options = {}) {
  * @returns {Promise<{ code: number, output: string }>}
  */
 export function capture(command, args, { env = {}, cwd = ROOT, echo = false } = {}) {
+  const own = account.getStore();
   return new Promise((resolve, reject) => {
     const child = spawn(command, args, { cwd, env: { ...process.env, ...env }, stdio: ['ignore', 'pipe', 'pipe'] });
     /** @type {Buffer[]} */
@@ -78,9 +114,15 @@ export function capture(command, args, { env = {}, cwd = ROOT, echo = false } = 
     ])) {
       from.on('data', (chunk) => {
         chunks.push(chunk);
-        if (echo) to.write(chunk);
+        if (echo && own) own.write(chunk);
+        else if (echo) to.write(chunk);
       });
     }
+    child.on('exit', () => {
+      const used = (commandSeconds() ?? 0) - accountedSeconds;
+      accountedSeconds += used;
+      if (own) own.cpuSeconds += used;
+    });
     child.on('error', (error) => reject(new StepError(`\`${command}\` could not be started: ${error.message}.`)));
     child.on('close', (code) => resolve({ code: code ?? 1, output: Buffer.concat(chunks).toString() }));
   });

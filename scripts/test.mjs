@@ -1,17 +1,20 @@
 // @ts-check
 /**
  * `npm test`: everything that can be checked, each stage with its counts and duration, and as the last line the sum,
- * `N passed, N failed`. A stage that fails does not stop the later ones; the exit code tells.
+ * `N passed, N failed`, and `N skipped` where something that a test needs is absent. A stage that fails does not stop the later ones; the exit code tells.
  * `npm test -- --only NAME` runs one stage (more with more `--only`), `--only lint` all checks that run no test,
  * `--list` names them.
  */
 import { existsSync, mkdirSync, readFileSync, rmSync } from 'node:fs';
 import { join } from 'node:path';
+import { believe, countCargo, countNode, countPlaywright } from './counts.mjs';
+import { runStages, sumOf } from './stages.mjs';
 import {
   answers,
   buildTestTools,
   buildWasm,
   capture,
+  commandSeconds,
   duration,
   ensureNodeModules,
   ensureRustLinters,
@@ -22,84 +25,110 @@ import {
   requireToolchain,
   run,
   runMain,
+  say,
   StepError,
   step,
   TARGET_DIR,
 } from './steps.mjs';
 
 const WASM = ['--target', 'wasm32-unknown-unknown'];
-/** The packages that compile to WebAssembly: all but the tools that make it. */
-const ENGINE = ['--package', 'scanstitch', '--package', 'scanstitch-bench'];
+/** All packages but the tools that make WebAssembly, which have a profile of their own and a hundred dependencies. */
+const ENGINE = ['--workspace', '--exclude', 'xtask'];
 const CLIPPY = ['cargo', 'clippy', '--all-targets', '--all-features'];
 const STRICTLY = ['--', '-D', 'warnings'];
 const WASM_PACK_VERSION = '0.15.1';
 
-/** @typedef {{ passed: number, failed: number }} Counts */
-/** @typedef {{ name: string, about: string, lint?: boolean, needs?: (() => Promise<void>)[], run: () => Promise<Counts> }} Stage */
+/** @typedef {import('./stages.mjs').Counts} Counts */
+/** @typedef {import('./stages.mjs').Stage} Stage */
 
-/** @type {Stage[]} */
+/** @type {Counts} */
+const NONE = { passed: 0, failed: 0, skipped: 0 };
+/** What the stages that have run came to. @type {Map<string, import('./stages.mjs').Outcome>} */
+const outcomes = new Map();
+
+/**
+ * In this order, but for those that go on beside others. What compiles Rust is ordered and flagged such that a dependency
+ * is compiled once for each target and profile: the same packages and features each time, or cargo starts anew.
+ * @type {Stage[]}
+ */
 const STAGES = [
   lint('format', 'Rust is formatted', ['cargo', 'fmt', '--all', '--check'], [ensureRustLinters]),
-  lint('clippy', 'clippy finds nothing', [...CLIPPY, '--workspace', ...STRICTLY], [ensureRustLinters]),
+  lint('clippy', 'clippy finds nothing', [...CLIPPY, ...ENGINE, ...STRICTLY], [ensureRustLinters]),
+  lint(
+    'clippy-tools',
+    'clippy finds nothing in the tools',
+    [...CLIPPY, '--profile', 'tools', '--package', 'xtask', ...STRICTLY],
+    [ensureRustLinters],
+  ),
   lint(
     'clippy-wasm',
     'clippy finds nothing in the WebAssembly build',
-    [...CLIPPY, ...WASM, ...ENGINE, ...STRICTLY],
+    // What is compiled for WebAssembly alone is in these; the rest has been looked at.
+    ['cargo', 'clippy', '--lib', '--test', 'browser', ...WASM, ...ENGINE, ...STRICTLY],
     [ensureRustLinters, ensureWasmTarget],
   ),
   lint('docs', 'the Rust documentation builds, and its links lead somewhere', [
     ...['cargo', 'doc', '--no-deps', '--lib', ...ENGINE],
   ]),
-  lint(
-    'prettier',
-    'JavaScript, TypeScript, HTML and CSS are formatted',
-    ['npx', 'prettier', '--check', '--log-level', 'warn', '.'],
-    [ensureNodeModules],
-  ),
-  lint(
-    'promises',
-    'no promise is left without anybody waiting for it',
-    ['npx', 'oxlint', '--type-aware', 'www/src', 'npm', 'scripts', 'tests/cli', 'tests/e2e'],
-    [ensureNodeModules, engine],
-  ),
-  lint(
-    'types',
-    'types of the package, scripts and tests',
-    ['npx', 'tsc', '--project', '.'],
-    [ensureNodeModules, engine],
-  ),
-  lint('types-page', 'types of the page', ['npx', 'tsc', '--project', 'www'], [ensureNodeModules, engine]),
   {
     name: 'rust',
     about: 'native tests',
     run: () => cargoTests('cargo', ['test', '--no-fail-fast', ...ENGINE]),
   },
   {
-    name: 'wasm',
-    about: 'tests of the WebAssembly build in headless Chromium',
-    needs: [ensureWasmTarget, browser],
-    run: () => cargoTests('cargo', ['test', '--no-fail-fast', ...WASM, '--test', 'browser']),
-  },
-  {
     name: 'wasm-pack',
-    about: 'wasm-pack test --headless --chrome',
+    about: 'tests of the WebAssembly build in headless Chromium: wasm-pack test --headless --chrome',
     needs: [ensureWasmTarget, browser, wasmPack],
     run: () => cargoTests('wasm-pack', ['test', '--headless', '--chrome']),
   },
   {
+    ...lint(
+      'prettier',
+      'JavaScript, TypeScript, HTML and CSS are formatted',
+      ['npx', 'prettier', '--check', '--log-level', 'warn', '.'],
+      [ensureNodeModules],
+    ),
+    beside: true,
+  },
+  {
+    ...lint(
+      'promises',
+      'no promise is left without anybody waiting for it',
+      ['npx', 'oxlint', '--type-aware', 'www/src', 'npm', 'scripts', 'tests/cli', 'tests/e2e'],
+      [ensureNodeModules, engine],
+    ),
+    beside: true,
+  },
+  {
+    ...lint(
+      'types',
+      'types of the package, scripts and tests',
+      ['npx', 'tsc', '--project', '.'],
+      [ensureNodeModules, engine],
+    ),
+    beside: true,
+  },
+  {
+    ...lint('types-page', 'types of the page', ['npx', 'tsc', '--project', 'www'], [ensureNodeModules, engine]),
+    beside: true,
+  },
+  {
     name: 'cli',
     about: 'the command line and the npm package',
+    beside: true,
     needs: [ensureNodeModules, engine],
     run: nodeTests,
   },
   {
     name: 'build',
     about: 'npm run build',
+    beside: true,
     run: () => succeeds(['npm', 'run', '--silent', 'build']),
   },
   {
     name: 'e2e',
     about: 'the built page in Chromium',
+    last: true,
     needs: [ensureNodeModules, browser, page],
     run: playwrightTests,
   },
@@ -121,7 +150,7 @@ function lint(name, about, command, needs = []) {
 async function succeeds([program = '', ...args]) {
   // What -D warnings is to clippy, on its command line, this is to rustdoc.
   const { code } = await capture(program, args, { env: { RUSTDOCFLAGS: '-D warnings' }, echo: true });
-  return code === 0 ? { passed: 1, failed: 0 } : { passed: 0, failed: 1 };
+  return code === 0 ? { ...NONE, passed: 1 } : { ...NONE, failed: 1 };
 }
 
 // What stages need. Each is done once, by the first stage that needs it.
@@ -172,7 +201,7 @@ async function wasmPack() {
   );
 }
 
-// What the runners count.
+// The runners, and what they count.
 
 /**
  * @param {string} command
@@ -180,19 +209,13 @@ async function wasmPack() {
  */
 async function cargoTests(command, args) {
   const { code, output } = await capture(command, args, { echo: true });
-  const counts = { passed: 0, failed: 0 };
-  for (const [, passed, failed] of output.matchAll(/^test result: .*?(\d+) passed; (\d+) failed;/gm)) {
-    counts.passed += Number(passed);
-    counts.failed += Number(failed);
-  }
-  return believe(counts, code);
+  return believe(countCargo(output), code);
 }
 
 async function nodeTests() {
   const args = ['--test', '--test-reporter=spec', 'tests/cli/'];
   const { code, output } = await capture(process.execPath, args, { echo: true });
-  const count = (/** @type {string} */ word) => Number(output.match(new RegExp(`^ℹ ${word} (\\d+)$`, 'm'))?.[1] ?? 0);
-  return believe({ passed: count('pass'), failed: count('fail') + count('cancelled') }, code);
+  return believe(countNode(output), code);
 }
 
 async function playwrightTests() {
@@ -200,44 +223,7 @@ async function playwrightTests() {
   const report = join(TARGET_DIR, 'e2e.json');
   rmSync(report, { force: true });
   const { code } = await capture('npx', ['playwright', 'test'], { env: { E2E_REPORT: report }, echo: true });
-  if (!existsSync(report)) return believe({ passed: 0, failed: 0 }, code);
-  const { stats } = JSON.parse(readFileSync(report, 'utf8'));
-  return believe({ passed: stats.expected, failed: stats.unexpected + stats.flaky }, code);
-}
-
-/**
- * A runner that failed without naming a test, or ran none, has failed once.
- * @param {Counts} counts
- * @param {number} code
- * @returns {Counts}
- */
-function believe({ passed, failed }, code) {
-  if (failed > 0) return { passed, failed };
-  if (code !== 0) return { passed, failed: 1 };
-  if (passed > 0) return { passed, failed };
-  console.error('No test was run.');
-  return { passed, failed: 1 };
-}
-
-/** @type {Map<() => Promise<void>, Promise<void>>} */
-const met = new Map();
-
-/**
- * @param {Stage} stage
- * @returns {Promise<Counts>}
- */
-async function runStage(stage) {
-  try {
-    for (const need of stage.needs ?? []) {
-      const done = met.get(need) ?? need();
-      met.set(need, done);
-      await done;
-    }
-    return await stage.run();
-  } catch (error) {
-    console.error(error instanceof StepError ? error.message : error);
-    return { passed: 0, failed: 1 };
-  }
+  return believe(existsSync(report) ? countPlaywright(readFileSync(report, 'utf8')) : NONE, code);
 }
 
 /** @param {string[]} names */
@@ -252,15 +238,6 @@ function select(names) {
   );
 }
 
-/** What the stages that have run came to, in their order. @type {Map<string, Counts & { milliseconds: number }>} */
-const outcomes = new Map();
-
-/** @param {string} name @param {Counts & { milliseconds: number }} outcome */
-function row(name, { passed, failed, milliseconds }) {
-  const cells = [`${passed} passed`.padStart(12), `${failed} failed`.padStart(10), duration(milliseconds).padStart(12)];
-  return `${name.padEnd(12)}${cells.join('')}`;
-}
-
 await runMain(async () => {
   const options = /** @type {const} */ ({ only: { type: 'string', multiple: true }, list: { type: 'boolean' } });
   const { values } = readArguments({ options }, 'Usage: npm test [-- [--list] [--only STAGE]...]');
@@ -271,19 +248,13 @@ await runMain(async () => {
   }
   requireToolchain();
   const started = performance.now();
-  for (const stage of stages) {
-    console.log(`\n=== ${stage.name}: ${stage.about}`);
-    const start = performance.now();
-    const counts = await runStage(stage);
-    const outcome = { ...counts, milliseconds: performance.now() - start };
-    outcomes.set(stage.name, outcome);
-    console.log(row(stage.name, outcome));
-  }
-  console.log('\n=== All stages, each with what it had to install and build first');
-  for (const [name, outcome] of outcomes) console.log(row(name, outcome));
-  const sum = (/** @type {'passed' | 'failed'} */ key) =>
-    [...outcomes.values()].reduce((total, o) => total + o[key], 0);
-  console.log(`\nin ${duration(performance.now() - started)}`);
-  console.log(`${sum('passed')} passed, ${sum('failed')} failed`);
-  if (sum('failed') > 0) process.exitCode = 1;
+  const rows = await runStages(stages, outcomes);
+  say('\n=== All stages, each with what it had to install and build first');
+  for (const row of rows) say(row);
+  const { line, failed } = sumOf(outcomes.values());
+  const seconds = commandSeconds();
+  const processors = seconds === null ? '' : `, ${seconds.toFixed(0)} s of processor time`;
+  say(`\nin ${duration(performance.now() - started)}${processors}`);
+  say(line);
+  if (failed > 0) process.exitCode = 1;
 });
