@@ -197,19 +197,19 @@ fn a_log_that_was_cut_in_mid_scan_gives_the_rest() {
 
 #[test]
 fn the_times_of_the_radish_logs_are_those_of_the_relations() {
-    let Some(bytes) = shared("radish/aces.clf") else { return };
-    let log = read(&bytes).unwrap();
+    let Some(folder) = shared_data("laser/radish") else { return };
+    let log = read(&fs::read(folder.join("aces.clf")).unwrap()).unwrap();
     let times: Vec<Option<f64>> = log.scans.iter().map(|scan| scan.time).collect();
     let stamps = stamps(&times);
     assert_eq!((log.scans.len(), stamps.note), (7374, None));
     let times = stamps.times.unwrap();
     assert_eq!((times[0], times[1]), (70.2899, 70.410399));
-    let known = scanstitch::io::relations::read(&shared("radish/aces.relations").unwrap()).unwrap();
+    let known = scanstitch::io::relations::read(&fs::read(folder.join("aces.relations")).unwrap()).unwrap();
     assert_eq!(known.len(), 1279);
     let is_scan = |time: f64| times.binary_search_by(|other| other.total_cmp(&time)).is_ok();
     assert!(known.iter().flat_map(|relation| relation.times().unwrap()).all(is_scan));
     // All of one time, to the digits that were written.
-    let log = read(&shared("radish/belgioioso.log").unwrap()).unwrap();
+    let log = read(&fs::read(folder.join("belgioioso.log")).unwrap()).unwrap();
     let times: Vec<Option<f64>> = log.scans.iter().map(|scan| scan.time).collect();
     let stamps = scanstitch::io::laser_log::stamps::stamps(&times);
     assert!(stamps.times.is_none() && stamps.note.unwrap().contains("394 of 395 scans are not later"));
