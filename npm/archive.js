@@ -51,11 +51,6 @@ const ZIP64_LOCATOR_BYTES = 20;
 const LOCAL_HEADER_BYTES = 30;
 const DAMAGED = 'The archive is damaged: download or pack it again';
 
-/** @param {string} path */
-export function isArchiveName(path) {
-  return /\.zip$/i.test(path);
-}
-
 /**
  * A file of the page as a source of bytes.
  * @param {Blob} blob

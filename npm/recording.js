@@ -6,10 +6,12 @@
  */
 import { compareNaturally } from './natural_order.js';
 import { classify, isSystemFile } from './recording/classify.js';
-import { findDepthRecordings, framesOf, isApart, isImageName, leftAside, nameOf } from './recording/depth_images.js';
+import { findDepthRecordings, framesOf, isApart, leftAside, nameOf } from './recording/depth_images.js';
 import { HEAD_BYTES, readPlyExtent } from './recording/heads.js';
+import { isCloudName, isImageName } from './recording/kinds.js';
 import { isListName } from './recording/lists.js';
 import { baseOf, commonFolder, contains, folderOf, groupBy, seriesOf } from './recording/names.js';
+import { assignRoles } from './recording/planar.js';
 import { findIntrinsics, findReference } from './recording/reference.js';
 
 /** @typedef {{ path: string, size: number, given?: Recording }} ListedFile path: folders apart by slashes; size in bytes;
@@ -34,7 +36,6 @@ import { findIntrinsics, findReference } from './recording/reference.js';
 
 /** So many clouds are looked into to tell planar ones from those in space. */
 const LOOKED_INTO = 8;
-const CLOUD_NAMES = /\.(ply|pcd)$/i;
 /** What `scanstitch reconstruct` writes: its own results are no input. */
 const RESULTS = ['trajectory.tum', 'report.json'];
 const MAPS = ['map.ply', 'map.pcd'];
@@ -96,8 +97,8 @@ async function givenRecording(given, files, read) {
   const [chosen = empty(), ...others] = [...given].sort((a, b) => length(b) - length(a));
   const { kind, root } = chosen;
   const loose = files.filter((file) => !file.given);
-  const isTold = (/** @type {ListedFile} */ { path }) => !isImageName(path) && !CLOUD_NAMES.test(path);
-  const beside = await truthAndCamera(
+  const isTold = (/** @type {ListedFile} */ { path }) => !isImageName(path) && !isCloudName(path);
+  const beside = await referenceAndCamera(
     loose.filter(isTold),
     {
       root,
@@ -193,7 +194,7 @@ function withoutResults(files) {
  * @param {Read} read
  */
 async function findClouds(files, numFrames, read) {
-  const clouds = files.filter(({ path }) => CLOUD_NAMES.test(path));
+  const clouds = files.filter(({ path }) => isCloudName(path));
   // A PLY file may have lost its ending; it is searched for where there is nothing else.
   for (const file of numFrames === 0 && clouds.length === 0 ? files : []) {
     if (isImageName(file.path)) continue;
@@ -226,8 +227,8 @@ async function depthImages({ recordings: [chosen, ...others], notes, pictures },
   const keyOf = new Map(chosen.depth.members.map(({ path, key }) => [path, key]));
   const elsewhere = others.map(({ root }) => root).filter((other) => isApart(other, root));
   const isElsewhere = (/** @type {string} */ folder) => elsewhere.some((other) => contains(other, folder));
-  const rest = await truthAndCamera(
-    files.filter(({ path }) => !isImageName(path) && !CLOUD_NAMES.test(path)),
+  const rest = await referenceAndCamera(
+    files.filter(({ path }) => !isImageName(path) && !isCloudName(path)),
     {
       root,
       keys: frames.map(({ depth }) => keyOf.get(depth) ?? ''),
@@ -236,7 +237,7 @@ async function depthImages({ recordings: [chosen, ...others], notes, pictures },
     },
     read,
   );
-  const clouds = files.filter(({ path }) => CLOUD_NAMES.test(path));
+  const clouds = files.filter(({ path }) => isCloudName(path));
   return {
     ...rest,
     kind: 'depth_images',
@@ -263,8 +264,8 @@ async function spatialClouds(clouds, files, read) {
   const root = chosen.map(({ path }) => folderOf(path)).reduce(commonFolder);
   const elsewhere = new Set(others.map(({ path }) => folderOf(path)));
   const members = seriesOf(chosen).flatMap(({ members }) => members);
-  const rest = await truthAndCamera(
-    files.filter(({ path }) => !isImageName(path) && !CLOUD_NAMES.test(path)),
+  const rest = await referenceAndCamera(
+    files.filter(({ path }) => !isImageName(path) && !isCloudName(path)),
     {
       root,
       keys: members.map(({ key }) => key),
@@ -320,19 +321,19 @@ function chooseClouds(clouds) {
  * @param {import('./recording/reference.js').Frames} frames
  * @param {Read} read
  */
-async function truthAndCamera(files, frames, read) {
-  const truth = await findReference(files, frames, read);
+async function referenceAndCamera(files, frames, read) {
+  const reference = await findReference(files, frames, read);
   const camera = await findIntrinsics(files, frames, read);
   const rest = files.filter(
     ({ path }) =>
-      !frames.isElsewhere(folderOf(path)) && !truth.taken.has(path) && !camera.taken.has(path) && !isListName(path),
+      !frames.isElsewhere(folderOf(path)) && !reference.taken.has(path) && !camera.taken.has(path) && !isListName(path),
   );
   const notes = [
-    ...truth.notes,
+    ...reference.notes,
     ...camera.notes,
     ...unused(rest, 'neither an image nor a trajectory of this recording'),
   ];
-  return { reference: truth.reference, intrinsics: camera.intrinsics, notes };
+  return { reference: reference.reference, intrinsics: camera.intrinsics, notes };
 }
 
 /**
@@ -351,35 +352,16 @@ function unused(files, what) {
  * @returns {Promise<Partial<Recording> & { notes: Note[] }>}
  */
 async function planarScans(files, read) {
-  /** @type {string[]} */
-  const scans = [];
-  /** @type {string[]} */
-  const reference = [];
-  /** @type {string | null} */
-  let odometry = null;
-  /** @type {Note[]} */
-  const notes = [];
+  /** @type {{ name: string, role: import('./recording/classify.js').Role, file: string }[]} */
+  const known = [];
   for (const { path } of files) {
     const isTold = /\.ply$/i.test(path) || isImageName(path);
     const head = isTold ? null : await read(path, HEAD_BYTES);
-    if (!isTold && !head) continue;
-    const role = classify(path, head);
-    if (role.role === 'scan') scans.push(path);
-    else if (role.role === 'ignored') {
-      if (role.reason !== null) notes.push({ file: path, reason: `left aside: ${role.reason}` });
-    } else if (role.role === 'odometry') {
-      if (odometry === null) odometry = path;
-      else notes.push({ file: path, reason: `left aside: one odometry is used at a time, here ${odometry}` });
-    } else if (reference[0] === undefined) reference.push(path);
-    else {
-      notes.push({
-        file: path,
-        reason: `left aside: one reference trajectory is used at a time, here ${reference[0]}`,
-      });
-    }
+    if (isTold || head) known.push({ name: path, role: classify(path, head), file: path });
   }
+  const { scans, reference, odometry, notes } = assignRoles(known);
   const root = scans.map(folderOf).reduce(commonFolder);
-  return { kind: 'planar_scans', root, scans, reference, odometry, notes };
+  return { kind: 'planar_scans', root, scans, reference: reference === null ? [] : [reference], odometry, notes };
 }
 
 /**

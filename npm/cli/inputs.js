@@ -3,21 +3,18 @@
 import { readdirSync, readFileSync, statSync } from 'node:fs';
 import { open, readFile } from 'node:fs/promises';
 import { basename, join, normalize, resolve, sep } from 'node:path';
-import { isArchiveName, openArchive } from '../archive.js';
+import { openArchive } from '../archive.js';
 import { isBagMetadata, isBagName } from '../bag/names.js';
+import { filesInArchive, filesInBags } from '../recording/contents.js';
+import { isArchiveName } from '../recording/kinds.js';
 import { CommandError, isScanstitchError } from './command.js';
 
 /** @typedef {{ name: string, path: string }} Input name: short, for messages and results */
 
 /**
- * A file that was named, or that lies in a folder or an archive that was.
- * @typedef {object} Source
- * @property {string} path as the results call it: from the folder or archive that was named
- * @property {number} size bytes
- * @property {string | null} disk where it lies; null in an archive
- * @property {() => Promise<Uint8Array>} read
- * @property {(length: number) => Promise<Uint8Array>} readHead
- * @property {import('../recording.js').Recording} [given] the recording that it is a part of, in a bag
+ * A file that was named, or that lies in a folder, an archive or a bag that was; its path counts from there. `disk`: where
+ * it lies; null in an archive or a bag.
+ * @typedef {import('../recording/contents.js').Content & { disk: string | null }} Source
  */
 
 /** @typedef {import('../bag/topics.js').Wishes} Wishes */
@@ -90,12 +87,7 @@ async function openBagsAmong(sources, handles, wishes) {
     // A wish that cannot be granted.
     throw isScanstitchError(error) ? new CommandError(error.message) : error;
   });
-  for (const { files, recording } of recordings) {
-    // A bag without anything to use is still to be told of.
-    const empty = { path: recording.root, size: 0, read: async () => new Uint8Array() };
-    rest.push(...(files.length > 0 ? files : [empty]).map((file) => sourceInBag(file, recording)));
-  }
-  return { sources: rest, notes };
+  return { sources: [...rest, ...filesInBags(recordings).map(packed)], notes };
 }
 
 /**
@@ -120,12 +112,11 @@ function bagFiles(sources, handles) {
 }
 
 /**
- * @param {import('../bag/recording.js').BagContent} content
- * @param {import('../recording.js').Recording} given
+ * @param {import('../recording/contents.js').Content} content
  * @returns {Source}
  */
-function sourceInBag({ path, size, read }, given) {
-  return { path, size, disk: null, given, read, readHead: async (length) => (await read()).subarray(0, length) };
+function packed(content) {
+  return { ...content, disk: null };
 }
 
 /** @param {Source[]} sources */
@@ -156,7 +147,7 @@ async function findFiles(paths, complain) {
         handles.push(handle);
         const archive = await openArchive(basename(path), bytesOfFile(handle, (await handle.stat()).size));
         notes.push(...archive.notes);
-        found.push(...archive.files.map((file) => sourceInArchive(archive, file)));
+        found.push(...filesInArchive(archive).map(packed));
       } else {
         found.push(sourceOnDisk(path, basename(path)));
       }
@@ -198,21 +189,6 @@ function sourceOnDisk(disk, path) {
         await handle.close();
       }
     },
-  };
-}
-
-/**
- * @param {import('../archive.js').Archive} archive
- * @param {import('../recording.js').ListedFile} file
- * @returns {Source}
- */
-function sourceInArchive(archive, { path, size }) {
-  return {
-    path,
-    size,
-    disk: null,
-    read: () => archive.read(path),
-    readHead: (length) => archive.readHead(path, length),
   };
 }
 

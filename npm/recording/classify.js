@@ -1,6 +1,7 @@
 // @ts-check
 /** Planar scans: which files are scans, which one is the reference trajectory, and why the rest is left aside. */
 import { brokenImage } from './heads.js';
+import { isImageName } from './kinds.js';
 import { isLaserLog, isOdometryName } from './laser_logs.js';
 
 /**
@@ -12,9 +13,8 @@ import { isLaserLog, isOdometryName } from './laser_logs.js';
 const SYSTEM_FILES = /^(\.|thumbs\.db$|desktop\.ini$|__macosx$)/i;
 const TRAJECTORY_NAMES = /\.(tum|traj)$/i;
 const TEXT_NAMES = /\.(txt|csv|tsv|dat|xyz)$/i;
-const IMAGE_NAMES = /\.(png|jpe?g|tiff?|bmp|webp|pgm)$/i;
-/** What is in them is not looked into. */
-const UNKNOWN_IMAGE_NAMES = /\.tiff?$/i;
+/** Images of a format that is not looked into. */
+const OTHER_IMAGE_NAMES = /\.tiff?$/i;
 const ARCHIVE_NAMES = /\.(zip|tar|gz|tgz|7z|rar)$/i;
 
 /**
@@ -51,8 +51,8 @@ export function classify(path, beginning) {
   if (/\.(log|json|carmen|clf)$/i.test(base)) {
     return { role: 'ignored', reason: 'no laser log: neither lines of CARMEN nor scans as CSM writes them' };
   }
-  if (IMAGE_NAMES.test(base)) {
-    const fault = beginning && !UNKNOWN_IMAGE_NAMES.test(base) ? brokenImage(base, beginning) : null;
+  if (isImageName(base) || OTHER_IMAGE_NAMES.test(base)) {
+    const fault = beginning && isImageName(base) ? brokenImage(base, beginning) : null;
     return { role: 'ignored', reason: fault ?? 'an image, not a laser scan' };
   }
   if (ARCHIVE_NAMES.test(base)) return { role: 'ignored', reason: 'an archive; unpack it and drop the folder' };

@@ -2,6 +2,7 @@
 /** Depth images with or without colour: which images are which, what belongs together, how many recordings there are. */
 import { compareNaturally } from '../natural_order.js';
 import { brokenImage, readImage } from './heads.js';
+import { isImageName } from './kinds.js';
 import { readLists } from './lists.js';
 import { baseOf, commonFolder, contains, depthOf, hintOf, hintOfSeries, seriesOf } from './names.js';
 import { countMatches, pairUp } from './pairs.js';
@@ -16,17 +17,11 @@ import { countMatches, pairUp } from './pairs.js';
 /** @typedef {Series & { facts: ImageFacts, hint: import('./names.js').Hint | null }} ImageSeries */
 /** @typedef {{ root: string, depth: ImageSeries, colour: ImageSeries | null }} DepthRecording */
 
-const IMAGE_NAMES = /\.(png|jpe?g|pgm|ppm|pnm|pfm|bmp|webp)$/i;
 /** Images that hold distances in forms that are not read. */
 const FOREIGN_DEPTH_NAMES = /\.(tiff?|exr|npy|npz|bin|raw|dpt)$/i;
 /** So many files of a series are looked into: one may be broken. */
 const LOOKED_INTO = 3;
 const REMEDY = 'save the depth itself as grey PNG images, of 16 bits (millimetres) or 8';
-
-/** @param {string} path */
-export function isImageName(path) {
-  return IMAGE_NAMES.test(path);
-}
 
 /**
  * The recordings of depth images in these files, the longest first, and what is wrong with the images.

@@ -6,7 +6,8 @@ import { readFileSync, writeFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { test } from 'node:test';
 import { deflateSync, zipSync } from 'fflate';
-import { bytesOfBlob, isArchiveName, LIMITS, openArchive } from '../../npm/archive.js';
+import { bytesOfBlob, LIMITS, openArchive } from '../../npm/archive.js';
+import { isArchiveName } from '../../npm/recording/kinds.js';
 import { temporaryFolder } from './support.mjs';
 
 const NOISE = Uint8Array.from({ length: 300_000 }, (_, i) => (i * 2654435761) >>> 13);

@@ -1,6 +1,6 @@
 /** The pure parts of the page, without a browser: numbers in, numbers and words out. */
 import { expect, test } from '@playwright/test';
-import { classify } from '../../www/src/datasets/classify.js';
+import { classify } from '../../npm/recording/classify.js';
 import { combine, type Dataset, type Intake } from '../../www/src/datasets/dataset.js';
 import { compareNaturally } from '../../npm/natural_order.js';
 import { formatAngle, formatCount, formatDuration, formatFixed, formatLength } from '../../www/src/views/format.js';

@@ -1,8 +1,10 @@
 /** A set of inputs: where it comes from, what is in it, what was left aside. Plain values; every change is a new one. */
 import type { InputFile, Inputs } from '../engine/protocol.js';
-import { classify } from './classify.js';
 import type { NamedFile } from './gather.js';
 import { compareNaturally } from '../../../npm/natural_order.js';
+import { classify, type Role } from '../../../npm/recording/classify.js';
+import { HEAD_BYTES } from '../../../npm/recording/heads.js';
+import { assignRoles } from '../../../npm/recording/planar.js';
 
 export interface Dataset extends Inputs {
   /** How the page calls it. */
@@ -28,43 +30,23 @@ export interface Intake {
   notes: Note[];
 }
 
-const HEAD_BYTES = 8192;
-
 /** Reads the files and tells them apart. A file the browser cannot read becomes a note; the rest goes on. */
 export async function takeIn(files: readonly NamedFile[]): Promise<Intake> {
   const ordered = [...files].sort((a, b) => compareNaturally(a.name, b.name));
   const notes: Note[] = [];
-  const scans: InputFile[] = [];
-  let has_log = false;
-  let reference: InputFile | null = null;
-  let odometry: InputFile | null = null;
+  const known: { name: string; role: Role; file: InputFile }[] = [];
   const contents = await Promise.allSettled(ordered.map(readKnown));
   for (const [index, content] of contents.entries()) {
     const { name } = ordered[index] as NamedFile;
     if (content.status === 'rejected') {
       notes.push({ file: name, reason: 'the browser could not read this file; was it moved or deleted?' });
-      continue;
-    }
-    const { role, bytes } = content.value;
-    if (role.role === 'ignored') {
-      if (role.reason !== null) notes.push({ file: name, reason: `left aside: ${role.reason}` });
-    } else if (role.role === 'scan') {
-      scans.push({ name, bytes });
-      has_log ||= role.is_log;
-    } else if (role.role === 'odometry') {
-      if (odometry)
-        notes.push({ file: name, reason: `left aside: one odometry is used at a time, here ${odometry.name}` });
-      odometry ??= { name, bytes };
-    } else if (reference) {
-      notes.push({
-        file: name,
-        reason: `left aside: one reference trajectory is used at a time, here ${reference.name}`,
-      });
     } else {
-      reference = { name, bytes };
+      const { role, bytes } = content.value;
+      known.push({ name, role, file: { name, bytes } });
     }
   }
-  return { scans, has_log, reference, odometry, notes };
+  const { scans, hasLog, reference, odometry, notes: left_aside } = assignRoles(known);
+  return { scans, has_log: hasLog, reference, odometry, notes: [...notes, ...left_aside] };
 }
 
 async function readKnown({ name, file }: NamedFile) {

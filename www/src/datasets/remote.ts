@@ -1,7 +1,9 @@
 /** Data sets that lie on a server: the built-in sample, or what a course page names in `src`. */
 
 import type { InputFile } from '../engine/protocol.js';
-import { classify } from './classify.js';
+import { classify } from '../../../npm/recording/classify.js';
+import { HEAD_BYTES } from '../../../npm/recording/heads.js';
+import { assignRoles } from '../../../npm/recording/planar.js';
 import type { Dataset } from './dataset.js';
 import { compareNaturally } from '../../../npm/natural_order.js';
 
@@ -53,18 +55,19 @@ export async function fetchDataset(src: string): Promise<Dataset> {
       .map((address) => new URL(address, document.baseURI))
       .map((url) => fetchFile({ name: nameOf(url), url: url.href })),
   );
-  const roles = files.map(({ name, bytes }) =>
-    classify(name, new Uint8Array(bytes, 0, Math.min(bytes.byteLength, 8192))),
-  );
-  const scans = files.filter((_, i) => roles[i]?.role === 'scan');
+  const known = files.map((file) => {
+    const head = new Uint8Array(file.bytes, 0, Math.min(file.bytes.byteLength, HEAD_BYTES));
+    return { name: file.name, role: classify(file.name, head), file };
+  });
+  const { scans, reference, odometry } = assignRoles(known);
   if (scans.length === 0) throw new Error(`none of the addresses in src="${src}" is a scan`);
   return {
     title: 'Scans of this page',
     is_given: true,
     is_log: false,
     scans: scans.sort((a, b) => compareNaturally(a.name, b.name)),
-    reference: files.find((_, i) => roles[i]?.role === 'reference') ?? null,
-    odometry: files.find((_, i) => roles[i]?.role === 'odometry') ?? null,
+    reference,
+    odometry,
   };
 }
 

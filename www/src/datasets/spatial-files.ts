@@ -4,6 +4,8 @@
  */
 import type { ListedBag } from '../../../npm/bag/bag_recordings.js';
 import { isBagMetadata, isBagName } from '../../../npm/bag/names.js';
+import { type Content, filesInArchive, filesInBags } from '../../../npm/recording/contents.js';
+import { isArchiveName, isImageName } from '../../../npm/recording/kinds.js';
 import type { ByteSource } from '../../../npm/archive.js';
 import type { Choice, Wishes } from '../../../npm/bag/topics.js';
 import type { Recording } from '../../../npm/recording.js';
@@ -88,11 +90,11 @@ export async function tellApart(
   if (kind === 'depth_images' || kind === 'clouds' || (kind === 'nothing' && shown === 'spatial')) {
     return { spatial: { title: '', is_given: false, files, notes, recording }, bag };
   }
-  const loose = given.filter(({ name }) => !isArchive(name) && !isBagName(name) && !isBagMetadata(name));
+  const loose = given.filter(({ name }) => !isArchiveName(name) && !isBagName(name) && !isBagMetadata(name));
   const loose_names = new Set(loose.map(({ name }) => name));
   const packed = files.filter(({ path }) => !loose_names.has(path));
   const num_given = Math.max(given.length, files.length);
-  if (kind === 'nothing' && (bags.length > 0 || files.filter(({ path }) => isImage(path)).length > 1)) {
+  if (kind === 'nothing' && (bags.length > 0 || files.filter(({ path }) => isImageName(path)).length > 1)) {
     // Meant as depth images: why they are none is better known there than in the plane.
     return { planar: { files: [], notes: [...notes, ...told], num_given: given.length }, bag };
   }
@@ -100,9 +102,6 @@ export async function tellApart(
   const bag_notes = bags.length > 0 ? told : [];
   return { planar: { files: planar_files, notes: [...notes, ...bag_notes], num_given }, bag };
 }
-
-const isImage = (name: string): boolean => /\.(png|jpe?g|pgm|ppm)$/i.test(name);
-const isArchive = (name: string): boolean => /\.zip$/i.test(name);
 
 /** Zips and bags are opened; what lies in them is unpacked when it is read. */
 export async function openFiles(
@@ -145,28 +144,15 @@ async function openBags(
 ): Promise<{ bags: OpenedBag[]; files: StoredFile[] }> {
   const { recordingsOf } = await import('../../../npm/bag/bag_recordings.js');
   const recordings = await recordingsOf(bags, wishes, (done, total) => listener.looking(done, total));
-  const files = recordings.flatMap(({ files, recording }) => {
-    // A bag without anything to use is still to be told of.
-    const empty = { path: recording.root, size: 0, read: async () => new Uint8Array() };
-    return (files.length > 0 ? files : [empty]).map((file) => inBag(file, recording));
-  });
+  const files = filesInBags(recordings).map(packed);
   return { files, bags: bags.map((listed, i) => ({ listed, choice: recordings[i]?.choice ?? {} })) };
 }
 
 const isOfBag = ({ path }: StoredFile): boolean => isBagName(path) || isBagMetadata(path);
 
-function inBag(
-  { path, size, read }: { path: string; size: number; read(): Promise<Uint8Array> },
-  given: Recording,
-): StoredFile {
-  return {
-    path,
-    size,
-    given,
-    read,
-    readHead: async (length) => (await read()).subarray(0, length),
-    blob: async () => blobOf(path, await read()),
-  };
+/** What lies in an archive or a bag. */
+function packed(content: Content): StoredFile {
+  return { ...content, blob: async () => blobOf(content.path, await content.read()) };
 }
 
 /** On the disk a bag is read piece by piece; one in a zip has to be unpacked as a whole. */
@@ -180,7 +166,7 @@ async function openArchives(files: readonly NamedFile[]): Promise<{ files: Store
   const opened: StoredFile[] = [];
   const notes: Note[] = [];
   for (const { name, file } of files) {
-    if (!isArchive(name)) {
+    if (!isArchiveName(name)) {
       opened.push(onDisk(name, file));
       continue;
     }
@@ -188,15 +174,7 @@ async function openArchives(files: readonly NamedFile[]): Promise<{ files: Store
     try {
       const archive = await openArchive(name, bytesOfBlob(file));
       notes.push(...archive.notes);
-      opened.push(
-        ...archive.files.map(({ path, size }) => ({
-          path,
-          size,
-          read: () => archive.read(path),
-          readHead: (length: number) => archive.readHead(path, length),
-          blob: async () => blobOf(path, await archive.read(path)),
-        })),
-      );
+      opened.push(...filesInArchive(archive).map(packed));
     } catch (error) {
       const { problem, message } = error as Error & { problem?: string };
       notes.push({ file: name, reason: `left aside: ${problem ?? message}` });

@@ -1,0 +1,44 @@
+// @ts-check
+/** What lies in archives and bags, as files of a recording: unpacked when it is read. */
+
+/** @typedef {import('../recording.js').Recording} Recording */
+/**
+ * A file of a recording, wherever it lies.
+ * @typedef {object} Content
+ * @property {string} path folders apart by slashes
+ * @property {number} size bytes
+ * @property {() => Promise<Uint8Array>} read all of it
+ * @property {(length: number) => Promise<Uint8Array>} readHead its first bytes, or all it has
+ * @property {Recording} [given] the recording that it is a part of, in a bag
+ */
+
+/**
+ * @param {import('../archive.js').Archive} archive
+ * @returns {Content[]}
+ */
+export function filesInArchive(archive) {
+  return archive.files.map(({ path, size }) => ({
+    path,
+    size,
+    read: () => archive.read(path),
+    readHead: (length) => archive.readHead(path, length),
+  }));
+}
+
+/**
+ * @param {Awaited<ReturnType<typeof import('../bag/bag_recordings.js').recordingsOf>>} recordings
+ * @returns {Content[]}
+ */
+export function filesInBags(recordings) {
+  return recordings.flatMap(({ files, recording }) => {
+    // A bag without anything to use is still to be told of.
+    const empty = { path: recording.root, size: 0, read: async () => new Uint8Array() };
+    return (files.length > 0 ? files : [empty]).map(({ path, size, read }) => ({
+      path,
+      size,
+      given: recording,
+      read,
+      readHead: async (/** @type {number} */ length) => (await read()).subarray(0, length),
+    }));
+  });
+}

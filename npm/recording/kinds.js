@@ -1,0 +1,21 @@
+// @ts-check
+/** What the ending of a name tells of a file. What is in it may tell otherwise: see classify.js and heads.js. */
+
+const IMAGES = /\.(png|jpe?g|pgm|ppm|pnm|pfm|bmp|webp)$/i;
+const CLOUDS = /\.(ply|pcd)$/i;
+const ARCHIVES = /\.zip$/i;
+
+/** An image of a format that is read, or that at least shows by its first bytes what it is. @param {string} path */
+export function isImageName(path) {
+  return IMAGES.test(path);
+}
+
+/** A cloud of a format that is read. @param {string} path */
+export function isCloudName(path) {
+  return CLOUDS.test(path);
+}
+
+/** An archive that is opened. @param {string} path */
+export function isArchiveName(path) {
+  return ARCHIVES.test(path);
+}

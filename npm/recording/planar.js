@@ -1,0 +1,43 @@
+// @ts-check
+/** Planar scans: what each file is used as. One reference and one odometry are used at a time: the first. */
+
+/** @typedef {import('../recording.js').Note} Note */
+/** @typedef {import('./classify.js').Role} Role */
+
+/**
+ * @template T
+ * @typedef {object} PlanarFiles
+ * @property {T[]} scans
+ * @property {boolean} hasLog whether a log of many scans is among them
+ * @property {T | null} reference
+ * @property {T | null} odometry
+ * @property {Note[]} notes what was left aside, and why
+ */
+
+/**
+ * @template T
+ * @param {readonly { name: string, role: Role, file: T }[]} files in natural order of their names
+ * @returns {PlanarFiles<T>}
+ */
+export function assignRoles(files) {
+  /** @type {PlanarFiles<T>} */
+  const used = { scans: [], hasLog: false, reference: null, odometry: null, notes: [] };
+  /** @type {{ reference: string | null, odometry: string | null }} */
+  const names = { reference: null, odometry: null };
+  for (const { name, role, file } of files) {
+    if (role.role === 'scan') {
+      used.scans.push(file);
+      used.hasLog ||= role.is_log;
+    } else if (role.role === 'ignored') {
+      if (role.reason !== null) used.notes.push({ file: name, reason: `left aside: ${role.reason}` });
+    } else if (names[role.role] === null) {
+      used[role.role] = file;
+      names[role.role] = name;
+    } else {
+      const what = role.role === 'reference' ? 'reference trajectory' : 'odometry';
+      const reason = `left aside: one ${what} is used at a time, here ${names[role.role]}`;
+      used.notes.push({ file: name, reason });
+    }
+  }
+  return used;
+}
