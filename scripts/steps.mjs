@@ -230,11 +230,16 @@ export async function ensureNodeModules() {
 
 const TOOLS = ['--profile', 'tools', '--package', 'xtask'];
 
+const TEST_TOOLS = ['build', ...TOOLS, '--features', 'test-tools', '--bins'];
+
 /** Builds the tools that tests need: wasm-bindgen and its test runner, into `tools` under the target folder. */
 export async function buildTestTools() {
-  await step('Building the test tools of crate/xtask', () =>
-    run('cargo', ['build', ...TOOLS, '--features', 'test-tools', '--bins']),
-  );
+  await step('Building the test tools of crate/xtask', () => run('cargo', TEST_TOOLS));
+}
+
+/** The same, and what cargo says. @param {NodeJS.ProcessEnv} env */
+export function captureTestTools(env) {
+  return capture('cargo', TEST_TOOLS, { env, echo: true });
 }
 
 /**
@@ -243,9 +248,12 @@ export async function buildTestTools() {
  * @param {string} [outDir]
  */
 export async function buildWasm(packageName = 'scanstitch', outDir = 'pkg') {
-  await step('Building the tool that makes WebAssembly (crate/xtask)', () => run('cargo', ['build', ...TOOLS]));
+  // Where the tools for tests are built as well: without their features, cargo would compile what both need anew.
+  const hasTestTools = existsSync(join(TARGET_DIR, 'tools', 'wasm-bindgen-test-runner'));
+  const tools = [...TOOLS, ...(hasTestTools ? ['--features', 'test-tools'] : [])];
+  await step('Building the tool that makes WebAssembly (crate/xtask)', () => run('cargo', ['build', ...tools]));
   await step(`Compiling ${packageName} to WebAssembly, into ${outDir}`, () =>
-    run('cargo', ['run', '--quiet', ...TOOLS, '--bin', 'wasm', '--', packageName, outDir]),
+    run('cargo', ['run', '--quiet', ...tools, '--bin', 'wasm', '--', packageName, outDir]),
   );
 }
 

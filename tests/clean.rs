@@ -1,4 +1,5 @@
 //! Cleaning a real recording.
+#![cfg(not(target_arch = "wasm32"))] // a browser runs tests/browser
 
 mod common;
 

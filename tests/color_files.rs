@@ -1,4 +1,5 @@
 //! Colour images: what is read, and what is refused with which reason.
+#![cfg(not(target_arch = "wasm32"))] // a browser runs tests/browser
 
 use jpeg_encoder::{ColorType, Encoder, SamplingFactor};
 use scanstitch::camera::ColorImage;

@@ -1,4 +1,5 @@
 //! Laser logs: what is read from each kind, what is told of bad ones, and that nothing breaks on hostile ones.
+#![cfg(not(target_arch = "wasm32"))] // a browser runs tests/browser
 #![allow(non_snake_case)]
 
 mod common;

@@ -1,5 +1,5 @@
 //! Two depth frames of a generated flat, registered to each other without a guess.
-#![cfg(not(target_arch = "wasm32"))] // slow in a browser
+#![cfg(not(target_arch = "wasm32"))] // a browser runs tests/browser
 #![allow(non_snake_case)]
 
 use scanstitch::camera::Pinhole;

@@ -1,4 +1,5 @@
 //! Long laser sequences: real and generated, with odometry and from scans alone, and the grid that comes of them.
+#![cfg(not(target_arch = "wasm32"))] // a browser runs tests/browser
 #![allow(non_snake_case)]
 
 mod common;

@@ -1,4 +1,5 @@
 //! The joint solution in space and in the plane.
+#![cfg(not(target_arch = "wasm32"))] // a browser runs tests/browser
 #![allow(non_snake_case)]
 
 use nalgebra::{Vector3, Vector6};

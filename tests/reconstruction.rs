@@ -1,4 +1,5 @@
 //! Whole runs: real scans, generated scans, and input that is not what it should be.
+#![cfg(not(target_arch = "wasm32"))] // a browser runs tests/browser
 #![allow(non_snake_case)]
 
 mod common;

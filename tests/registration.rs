@@ -1,5 +1,5 @@
 //! Registration against known motions, in the plane and in space, and where the scene leaves a motion open.
-
+#![cfg(not(target_arch = "wasm32"))] // a browser runs tests/browser
 #![allow(non_snake_case)]
 
 mod common;

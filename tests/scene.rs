@@ -1,4 +1,5 @@
 //! The synthetic world: the committed samples are what it renders, and it renders what it says.
+#![cfg(not(target_arch = "wasm32"))] // a browser runs tests/browser
 #![allow(non_snake_case)]
 
 use std::fs;

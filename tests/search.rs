@@ -1,4 +1,5 @@
 //! Every search against brute force, to the last bit, on random and on degenerate clouds.
+#![cfg(not(target_arch = "wasm32"))] // a browser runs tests/browser
 
 use glam::Vec3;
 use scanstitch::search::{KdTree, Neighbor, RadiusGrid};

@@ -1,5 +1,5 @@
 //! A way round a block that has added up errors: they are found where it closes, and spread over it.
-#![cfg(not(target_arch = "wasm32"))] // half a minute in a browser
+#![cfg(not(target_arch = "wasm32"))] // a browser runs tests/browser
 
 use nalgebra::Vector6;
 use scanstitch::camera::{DepthImage, Pinhole};

@@ -1,4 +1,5 @@
 //! Trajectory files, real ones and broken ones.
+#![cfg(not(target_arch = "wasm32"))] // a browser runs tests/browser
 
 mod common;
 

@@ -1,4 +1,5 @@
 //! Bird's-eye view: the published numbers, a plain matrix evaluation, a sampled reference, and everything degenerate.
+#![cfg(not(target_arch = "wasm32"))] // a browser runs tests/browser
 #![allow(non_snake_case)] // the names of the equations
 
 mod chance;
