@@ -16,7 +16,7 @@ use scanstitch::odometry::cloud::{
     CloudEstimate, CloudMethod, CloudOdometry, CloudOptions, GlobalRegistrationUse, PreparedCloud,
 };
 use scanstitch::registration::align::{CloudMetric, RegistrationOptions, register_clouds};
-use scanstitch::registration::factors::{Correspondence, Metric, PLANE_THICKNESS, PlaneToPlane};
+use scanstitch::registration::factors::{Correspondence, Factor, NormalEquations, PLANE_THICKNESS, PlaneToPlane};
 use scanstitch::registration::icp::{Criteria, IcpOptions, Rejection, Weighting, register};
 use scanstitch::registration::robust_kernel::RobustKernel;
 use scanstitch::registration::solver::{Motion, Solver};
@@ -53,7 +53,7 @@ fn plane_to_plane_agrees_with_explicit_covariances_and_numeric_jacobians() {
     let points: Vec<Vector3<f64>> =
         (0..60).map(|i| Vector3::new(wave(i, 1.1), wave(i, 2.3), wave(i, 3.7)) * 2.0).collect();
     let target = OrientedTarget::new(points.clone(), (0..60).map(|i| Some(unit(i))).collect());
-    let pairs: Vec<Correspondence<3>> = (0..60)
+    let pairs: Vec<Correspondence<Vector3<f64>>> = (0..60)
         .map(|i| {
             let moved = points[i] + Vector3::new(wave(i, 9.1), wave(i, 8.3), wave(i, 7.7)) * 0.1;
             // Every way to face: the same, the opposite, across, unknown.
@@ -64,7 +64,7 @@ fn plane_to_plane_agrees_with_explicit_covariances_and_numeric_jacobians() {
                 _ => None,
             };
             let residual =
-                <PlaneToPlane as Metric<3, 6, Pose3>>::residual(&target, i as u32, &moved, normal.as_ref()).unwrap();
+                Factor::<Pose3, _>::residual(&PlaneToPlane, &target, i as u32, &moved, normal.as_ref()).unwrap();
             Correspondence {
                 source: i as u32,
                 target: i as u32,
@@ -89,7 +89,7 @@ fn plane_to_plane_agrees_with_explicit_covariances_and_numeric_jacobians() {
         H += J.transpose() * M * J * c.weight;
         b += J.transpose() * M * d * c.weight;
     }
-    let found = <PlaneToPlane as Metric<3, 6, Pose3>>::normal_equations(&target, &pairs);
+    let found: NormalEquations<Pose3> = PlaneToPlane.normal_equations(&target, &pairs);
     assert!((found.H - H).norm() < 1e-7 * H.norm() && (found.b - b).norm() < 1e-7 * b.norm());
 }
 
@@ -123,8 +123,7 @@ fn voxels_are_the_means_of_their_points_and_agree_with_numeric_jacobians() {
         assert!((f64::from(found.sq_distance) - d.norm_squared()).abs() < 1e-6);
         let normal = (i % 4 != 0).then(|| unit(i));
         let M = precision(&C, &normal.map_or(C, |normal| covariance(&normal)));
-        let residual =
-            <PlaneToVoxel as Metric<3, 6, Pose3>>::residual(&grid, found.index, &moved, normal.as_ref()).unwrap();
+        let residual = PlaneToVoxel.residual(&grid, found.index, &moved, normal.as_ref()).unwrap();
         assert!((residual.powi(2) - (d.transpose() * M * d).x).abs() < 1e-12);
         let (J, weight) = (numeric_jacobian(&moved), 0.3 + 0.2 * wave(i, 0.3));
         H += J.transpose() * M * J * weight;
@@ -132,7 +131,7 @@ fn voxels_are_the_means_of_their_points_and_agree_with_numeric_jacobians() {
         pairs.push(Correspondence { source: i as u32, target: found.index, moved, normal, residual, weight });
     }
     assert!(pairs.len() > 100 && num_alone > 10, "{} {num_alone}", pairs.len());
-    let found = <PlaneToVoxel as Metric<3, 6, Pose3>>::normal_equations(&grid, &pairs);
+    let found = PlaneToVoxel.normal_equations(&grid, &pairs);
     assert!((found.H - H).norm() < 1e-7 * H.norm() && (found.b - b).norm() < 1e-7 * b.norm());
     for stray in [f64::NAN, f64::INFINITY, 1e200, 5.0] {
         assert_eq!(grid.nearest(&Vector3::new(stray, 0.0, 0.0), f64::INFINITY), None);
@@ -188,7 +187,7 @@ fn both_metrics_find_a_motion_with_and_without_damping() {
         }
     }
     let voxels = GaussianVoxels::new(target.target().points(), target.target().normals(), 0.3);
-    let found = register::<3, 6, Pose3, PlaneToVoxel>(source.source(), &voxels, Pose3::identity(), &ICP);
+    let found = register(source.source(), &voxels, Pose3::identity(), &PlaneToVoxel, &ICP);
     let error = T.inverse() * found.T_target_source;
     let (metres, radians) = (error.translation_norm(), error.rotation_angle());
     assert!(metres < 0.004 && radians < 0.002, "voxels: {metres} m, {radians} rad");

@@ -50,7 +50,7 @@ fn shaken_poses_in_space_come_back_to_where_they_were() {
         .iter()
         .zip(&targets)
         .map(|((points, normals), target)| Node {
-            source: Source { points, normals: Some(normals), deviations: None },
+            source: Source { points, normals: Some(normals), sigmas: None },
             target,
         })
         .collect();
@@ -60,9 +60,9 @@ fn shaken_poses_in_space_come_back_to_where_they_were() {
         *T * Pose3::exp(&shake)
     });
     let positions: Vec<Vector3<f64>> = truth.iter().map(|T| T.translation.vector).collect();
-    let mut graph = PoseGraph::<3, 6, Pose3>::new(shaken.collect(), edges_between(&positions, 0));
+    let mut graph = PoseGraph::<Pose3>::new(shaken.collect(), edges_between(&positions, 0));
     while !graph.is_done(&OPTIONS) {
-        graph.advance::<PointToPlane>(&nodes, &OPTIONS, 1000);
+        graph.advance(&PointToPlane, &nodes, &OPTIONS, 1000);
     }
     assert!(graph.converged(), "{:?}", graph.history().last());
     assert_eq!(graph.poses()[0], truth[0]);
@@ -76,16 +76,15 @@ fn nodes_that_share_nothing_end_the_solution_without_moving() {
     let (points, normals) = corner();
     let normals: Vec<_> = normals.into_iter().map(Some).collect();
     let target = OrientedTarget::new(points.clone(), normals.clone());
-    let node =
-        || Node { source: Source { points: &points, normals: Some(&normals), deviations: None }, target: &target };
+    let node = || Node { source: Source { points: &points, normals: Some(&normals), sigmas: None }, target: &target };
     let apart = vec![Pose3::identity(), Pose3::translation(100.0, 0.0, 0.0)];
-    let mut graph = PoseGraph::<3, 6, Pose3>::new(apart.clone(), edges_between(&[Vector3::zeros(), Vector3::x()], 1));
+    let mut graph = PoseGraph::<Pose3>::new(apart.clone(), edges_between(&[Vector3::zeros(), Vector3::x()], 1));
     while !graph.is_done(&OPTIONS) {
-        graph.advance::<PointToPlane>(&[node(), node()], &OPTIONS, usize::MAX);
+        graph.advance(&PointToPlane, &[node(), node()], &OPTIONS, usize::MAX);
     }
     assert!(!graph.converged());
     assert_eq!(graph.poses(), apart);
-    assert!(PoseGraph::<3, 6, Pose3>::new(Vec::new(), Vec::new()).is_done(&OPTIONS));
+    assert!(PoseGraph::<Pose3>::new(Vec::new(), Vec::new()).is_done(&OPTIONS));
 }
 
 #[test]

@@ -7,11 +7,11 @@ mod common;
 use std::fs;
 
 use common::shared_data;
-use nalgebra::{SVector, Vector2, Vector3, Vector6};
-use scanstitch::geometry::{PointCloud, Pose2, Pose3, RigidMotion};
+use nalgebra::{Vector2, Vector3, Vector6};
+use scanstitch::geometry::{PointCloud, Pose2, Pose3, RigidMotion, SquareMatrix, Vector};
 use scanstitch::preprocess::planar_scan::PlanarScan;
 use scanstitch::registration::align::{CloudMetric, RegistrationOptions, register_clouds};
-use scanstitch::registration::factors::{Correspondence, Metric, PointToPlane, PointToPoint, best_rigid_motion};
+use scanstitch::registration::factors::{Correspondence, Factor, PointToPlane, PointToPoint, best_rigid_motion};
 use scanstitch::registration::icp::{Criteria, IcpOptions, Rejection, Source, Weighting, register};
 use scanstitch::registration::robust_kernel::RobustKernel;
 use scanstitch::registration::target::{OrientedTarget, PointTarget, Target};
@@ -55,15 +55,15 @@ fn point_to_line_finds_a_known_motion_from_a_different_sampling() {
     let corners = ROOM.map(|c| <[f64; 2]>::from(T.inverse().act(&Vector2::from(c))));
     let source = PlanarScan::new(scan_inside(&corners));
     let oriented = OrientedTarget::new(target.points.clone(), target.normals.clone());
-    let source = Source { points: &source.points, normals: Some(&source.normals), deviations: None };
-    let result = register::<2, 3, Pose2, PointToPlane>(source, &oriented, Pose2::identity(), &OPTIONS);
+    let source = Source { points: &source.points, normals: Some(&source.normals), sigmas: None };
+    let result = register(source, &oriented, Pose2::identity(), &PointToPlane, &OPTIONS);
     let error = T.inverse() * result.T_target_source;
     assert!(result.converged && error.translation_norm() < 1e-3 && error.rotation_angle() < 1e-3, "{error}");
     assert!(!result.observability.is_undetermined());
     assert_eq!(result.last, *result.history.last().unwrap());
 
     let points = PointTarget::new(target.points);
-    let result = register::<2, 3, Pose2, PointToPoint>(source, &points, Pose2::identity(), &OPTIONS);
+    let result = register(source, &points, Pose2::identity(), &PointToPoint, &OPTIONS);
     let error = T.inverse() * result.T_target_source;
     assert!(error.translation_norm() < 0.05 && error.rotation_angle() < 0.02, "{error}");
 }
@@ -73,8 +73,8 @@ fn a_bare_corridor_leaves_the_motion_along_it_open_and_a_round_room_the_turn() {
     let register_to_itself = |scan: Vec<Vector2<f64>>| {
         let scan = PlanarScan::new(scan);
         let target = OrientedTarget::new(scan.points.clone(), scan.normals.clone());
-        let source = Source { points: &scan.points, normals: Some(&scan.normals), deviations: None };
-        register::<2, 3, Pose2, PointToPlane>(source, &target, Pose2::identity(), &OPTIONS)
+        let source = Source { points: &scan.points, normals: Some(&scan.normals), sigmas: None };
+        register(source, &target, Pose2::identity(), &PointToPlane, &OPTIONS)
     };
     let walls = [[-1e4, -1.0], [1e4, -1.0], [1e4, 1.0], [-1e4, 1.0]];
     let corridor = scan_inside(&walls).into_iter().filter(|p| p.norm() < 20.0).collect();
@@ -107,8 +107,8 @@ fn trimming_and_robust_kernels_withstand_outliers_that_least_squares_does_not() 
             ..OPTIONS
         };
         let oriented = OrientedTarget::new(target.points.clone(), target.normals.clone());
-        let source = Source { points: &source, normals: None, deviations: None };
-        let result = register::<2, 3, Pose2, PointToPlane>(source, &oriented, Pose2::identity(), &options);
+        let source = Source { points: &source, normals: None, sigmas: None };
+        let result = register(source, &oriented, Pose2::identity(), &PointToPlane, &options);
         (T.inverse() * result.T_target_source).translation_norm()
     };
     let plain = error_with(RobustKernel::None, 0.0);
@@ -126,12 +126,8 @@ fn nothing_to_match_is_no_convergence_and_no_panic() {
     let here = [Vector2::new(1.0, 0.0), Vector2::new(0.0, 1.0)];
     let guess = Pose2::translation(0.5, 0.25);
     for points in [&here[..], &[]] {
-        let result = register::<2, 3, Pose2, PointToPoint>(
-            Source { points, normals: None, deviations: None },
-            &far,
-            guess,
-            &OPTIONS,
-        );
+        let source = Source { points, normals: None, sigmas: None };
+        let result = register(source, &far, guess, &PointToPoint, &OPTIONS);
         assert!(!result.converged);
         assert_eq!(result.T_target_source, guess);
         assert_eq!((result.last.num_correspondences, result.fitness), (0, 0.0));
@@ -139,30 +135,35 @@ fn nothing_to_match_is_no_convergence_and_no_panic() {
 }
 
 /// Residual vectors' squared sum, as a function of a perturbation on the left.
-fn check_normal_equations<const D: usize, const DOF: usize, M, F>(
-    target: &F::Target,
-    correspondences: &[Correspondence<D>],
+fn check_normal_equations<M: RigidMotion, T: Target<Point = M::Point>>(
+    factor: &impl Factor<M, T>,
+    target: &T,
+    correspondences: &[Correspondence<M::Point>],
     residuals: impl Fn(&M) -> Vec<f64>,
-) where
-    M: RigidMotion<D, DOF>,
-    F: Metric<D, DOF, M>,
-{
+) {
     let h = 1e-6;
-    let unit = |axis: usize, size: f64| SVector::<f64, DOF>::from_fn(|row, _| if row == axis { size } else { 0.0 });
-    let columns: Vec<Vec<f64>> = (0..DOF)
+    let unit = |axis: usize, size: f64| {
+        let mut unit = M::Tangent::zeros();
+        unit[axis] = size;
+        unit
+    };
+    let columns: Vec<Vec<f64>> = (0..M::Tangent::LEN)
         .map(|axis| {
             let (ahead, behind) = (residuals(&M::exp(&unit(axis, h))), residuals(&M::exp(&unit(axis, -h))));
             ahead.iter().zip(&behind).map(|(a, b)| (a - b) / (2.0 * h)).collect()
         })
         .collect();
     let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
-    let r = residuals(&M::exp(&SVector::zeros()));
-    let equations = F::normal_equations(target, correspondences);
-    for row in 0..DOF {
+    let r = residuals(&M::identity());
+    let equations = factor.normal_equations(target, correspondences);
+    for row in 0..M::Tangent::LEN {
         assert!((equations.b[row] - dot(&columns[row], &r)).abs() < 1e-6 * (1.0 + equations.b.norm()));
-        for column in 0..DOF {
+        for column in 0..M::Tangent::LEN {
             let numeric = dot(&columns[row], &columns[column]);
-            assert!((equations.H[(row, column)] - numeric).abs() < 1e-6 * (1.0 + equations.H.norm()), "{row} {column}");
+            assert!(
+                (equations.H[(row, column)] - numeric).abs() < 1e-6 * (1.0 + equations.H.norm_squared().sqrt()),
+                "{row} {column}"
+            );
         }
     }
 }
@@ -181,7 +182,7 @@ fn normal_equations_agree_with_numeric_jacobians_in_space() {
         .map(|(i, p)| p + Vector3::new(wave(i, 9.1), wave(i, 8.3), wave(i, 7.7)) * 0.1)
         .collect();
     let weight = |i: usize| 0.2 + 0.7 * wave(i, 0.3).abs();
-    let pairs: Vec<Correspondence<3>> = (0..40)
+    let pairs: Vec<Correspondence<Vector3<f64>>> = (0..40)
         .map(|i| Correspondence {
             source: i as u32,
             target: i as u32,
@@ -191,11 +192,11 @@ fn normal_equations_agree_with_numeric_jacobians_in_space() {
             weight: weight(i),
         })
         .collect();
-    check_normal_equations::<3, 6, Pose3, PointToPlane>(&oriented, &pairs, |T| {
+    check_normal_equations(&PointToPlane, &oriented, &pairs, |T: &Pose3| {
         (0..40).map(|i| weight(i).sqrt() * normals[i].dot(&(T.act(&partners[i]) - points[i]))).collect()
     });
     let plain = PointTarget::new(points.clone());
-    check_normal_equations::<3, 6, Pose3, PointToPoint>(&plain, &pairs, |T| {
+    check_normal_equations(&PointToPoint, &plain, &pairs, |T: &Pose3| {
         (0..40).flat_map(|i| ((T.act(&partners[i]) - points[i]) * weight(i).sqrt()).as_slice().to_vec()).collect()
     });
 }
@@ -205,7 +206,7 @@ fn normal_equations_agree_with_numeric_jacobians_in_the_plane() {
     let target = PlanarScan::new(scan_inside(&ROOM));
     let oriented = OrientedTarget::new(target.points.clone(), target.normals.clone());
     let T = Pose2::exp(&Vector3::new(0.05, 0.1, -0.1));
-    let pairs: Vec<Correspondence<2>> = moved(&target.points, &T)
+    let pairs: Vec<Correspondence<Vector2<f64>>> = moved(&target.points, &T)
         .into_iter()
         .enumerate()
         .filter_map(|(i, moved)| {
@@ -216,8 +217,8 @@ fn normal_equations_agree_with_numeric_jacobians_in_the_plane() {
         })
         .collect();
     assert!(pairs.len() > 300);
-    check_normal_equations::<2, 3, Pose2, PointToPlane>(&oriented, &pairs, |T| {
-        let residual = |c: &Correspondence<2>| {
+    check_normal_equations(&PointToPlane, &oriented, &pairs, |T: &Pose2| {
+        let residual = |c: &Correspondence<Vector2<f64>>| {
             0.5f64.sqrt() * oriented.normal(c.target).unwrap().dot(&(T.act(&c.moved) - oriented.point(c.target)))
         };
         pairs.iter().map(residual).collect()
@@ -245,14 +246,14 @@ fn the_best_rigid_motion_is_exact_and_never_a_reflection() {
         let found: Pose3 = best_rigid_motion(pairs.iter().copied()).unwrap();
         assert!(pairs.iter().all(|(p, q, _)| (found.act(p) - q).norm() < 1e-9), "{count} points");
     }
-    assert!(best_rigid_motion::<3, 6, Pose3>(std::iter::empty()).is_none());
+    assert!(best_rigid_motion::<Pose3>(std::iter::empty()).is_none());
     let nan = (Vector3::repeat(f64::NAN), Vector3::zeros(), 1.0);
-    assert!(best_rigid_motion::<3, 6, Pose3>(std::iter::once(nan)).is_none());
+    assert!(best_rigid_motion::<Pose3>(std::iter::once(nan)).is_none());
 }
 
 fn pose_of(rows: &[f64; 16]) -> Pose3 {
     let matrix = nalgebra::Matrix4::from_row_slice(rows);
-    <Pose3 as RigidMotion<3, 6>>::from_parts(
+    <Pose3 as RigidMotion>::from_parts(
         &matrix.fixed_view::<3, 3>(0, 0).into_owned(),
         &matrix.fixed_view::<3, 1>(0, 3).into_owned(),
     )

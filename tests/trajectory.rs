@@ -202,7 +202,7 @@ fn broken_matrices_and_arrays_are_told() {
         let told = read(text.as_bytes()).expect_err(text).to_string();
         assert!(told.starts_with(expected), "{told}");
     }
-    let poses = Trajectory::from_poses(&[Pose3::translation(1.0, 2.0, 3.0), <Pose3 as RigidMotion<3, 6>>::identity()]);
+    let poses = Trajectory::from_poses(&[Pose3::translation(1.0, 2.0, 3.0), <Pose3 as RigidMotion>::identity()]);
     let good = write(&poses, TrajectoryFormat::Npy).unwrap();
     assert_eq!(good.len(), 128 + 2 * 7 * 8);
     assert_eq!(read(&good).unwrap().positions, poses.positions);
@@ -308,7 +308,7 @@ fn poses_are_written_and_lifted() {
     assert!((lifted.rotation_angle() - turn).abs() < 1e-15);
 
     assert_eq!(
-        tum_text(None, &[<Pose3 as RigidMotion<3, 6>>::identity(), Pose3::translation(1.0, 2.0, 3e-20)]),
+        tum_text(None, &[<Pose3 as RigidMotion>::identity(), Pose3::translation(1.0, 2.0, 3e-20)]),
         "# timestamp tx ty tz qx qy qz qw\n0.0 0.0 0.0 0.0 0.0 0.0 0.0 1.0\n1.0 1.0 2.0 3e-20 0.0 0.0 0.0 1.0\n"
     );
     assert_eq!(tum_text(Some(&[1_305_031_098.675_8]), &[lifted]).lines().nth(1).unwrap().split(' ').count(), 8);

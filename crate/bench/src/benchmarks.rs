@@ -200,8 +200,8 @@ fn icp_iteration() -> Prepared {
     Prepared {
         work: None,
         run: Box::new(move || {
-            let source = Source { points: &source.points, normals: Some(&source.normals), deviations: None };
-            black_box(register::<2, 3, Pose2, PointToPlane>(black_box(source), &target, guess, &options));
+            let source = Source { points: &source.points, normals: Some(&source.normals), sigmas: None };
+            black_box(register(black_box(source), &target, guess, &PointToPlane, &options));
         }),
     }
 }

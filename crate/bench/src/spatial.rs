@@ -265,7 +265,7 @@ fn pair_vgicp(files: &Files) -> Outcome {
     let target = GaussianVoxels::new(target.target().points(), target.target().normals(), 1.0);
     frame(move || {
         let source = black_box(&source).source();
-        black_box(register::<3, 6, Pose3, PlaneToVoxel>(source, &target, Pose3::identity(), &PAIR_ICP));
+        black_box(register(source, &target, Pose3::identity(), &PlaneToVoxel, &PAIR_ICP));
     })
 }
 

@@ -14,7 +14,7 @@ pub struct Surfel {
     /// Unit normal, towards the side it was seen from.
     pub normal: Vector3<f64>,
     /// Standard deviation of the surface along the normal (m).
-    pub deviation: f64,
+    pub sigma: f64,
 }
 
 /// Pieces of surface in a grid of square cells over an image, in the camera's frame.

@@ -216,7 +216,7 @@ mod tests {
         };
         (0..20).fold(vec![Pose3::identity()], |mut poses, i| {
             let last = poses[poses.len() - 1];
-            poses.push(last * <Pose3 as RigidMotion<3, 6>>::exp(&step(i)));
+            poses.push(last * <Pose3 as RigidMotion>::exp(&step(i)));
             poses
         })
     }

@@ -3,9 +3,11 @@
 //! [`PointCloud`] holds positions in single precision; [`Pose2`] and [`Pose3`] are rigid motions in double precision, with
 //! exponential, logarithm and adjoint behind [`RigidMotion`]. Read [`pose`] first.
 
+pub mod algebra;
 pub mod point_cloud;
 pub mod pose;
 pub mod rotation;
 
+pub use algebra::{Jacobian, SquareMatrix, Vector};
 pub use point_cloud::PointCloud;
 pub use pose::{Pose2, Pose3, RigidMotion};

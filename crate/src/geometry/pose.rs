@@ -6,41 +6,57 @@
 //!
 //! Tangent vectors hold the rotation first: (theta, x, y) in the plane and (wx, wy, wz, x, y, z) in space.
 
+use std::fmt::Debug;
+use std::ops::Mul;
+
 use nalgebra::{
-    Isometry2, Isometry3, Matrix2, Matrix3, Matrix6, SMatrix, SVector, Translation2, Translation3, UnitComplex,
+    Isometry2, Isometry3, Matrix2, Matrix2x3, Matrix3, Matrix3x6, Matrix6, Translation2, Translation3, UnitComplex,
     UnitQuaternion, Vector2, Vector3, Vector6,
 };
+
+use super::algebra::{Jacobian, SquareMatrix, Vector};
 
 /// A pose in the plane: `T_world_sensor` maps sensor points into the world (m, rad).
 pub type Pose2 = Isometry2<f64>;
 /// A pose in space: `T_world_sensor` maps sensor points into the world (m, rad).
 pub type Pose3 = Isometry3<f64>;
 
-/// A group of rigid motions of `D`-dimensional points with `DOF` degrees of freedom.
-pub trait RigidMotion<const D: usize, const DOF: usize>: Copy + std::ops::Mul<Output = Self> {
+/// A group of rigid motions: [`Pose2`] in the plane, [`Pose3`] in space. What is generic over it serves both.
+pub trait RigidMotion: Copy + Debug + PartialEq + Mul<Output = Self> + 'static {
+    /// Points and directions (m).
+    type Point: Vector;
+    /// Rotation matrices and covariances of points.
+    type PointMatrix: SquareMatrix<Vector = Self::Point>;
+    /// Tangent vectors, rotation first (rad, m).
+    type Tangent: Vector;
+    /// Adjoints and information matrices of motions, by tangent vectors.
+    type Matrix: SquareMatrix<Vector = Self::Tangent>;
+    /// Derivatives of points by tangent vectors.
+    type Jacobian: Jacobian<Point = Self::Point, Tangent = Self::Tangent, Matrix = Self::Matrix>;
+
     /// The motion that leaves everything in place.
     fn identity() -> Self;
     /// The motion back.
     #[must_use]
     fn inverse(&self) -> Self;
     /// The exponential map, from a tangent vector (rotation first) to a motion.
-    fn exp(tangent: &SVector<f64, DOF>) -> Self;
+    fn exp(tangent: &Self::Tangent) -> Self;
     /// The inverse of [`exp`](Self::exp), rotation angle in [-pi, pi].
-    fn log(&self) -> SVector<f64, DOF>;
+    fn log(&self) -> Self::Tangent;
     /// `Ad_T`, with `T * exp(tau) == exp(Ad_T * tau) * T` (eq. 31).
-    fn adjoint(&self) -> SMatrix<f64, DOF, DOF>;
+    fn adjoint(&self) -> Self::Matrix;
     /// The motion applied to a point.
-    fn act(&self, point: &SVector<f64, D>) -> SVector<f64, D>;
+    fn act(&self, point: &Self::Point) -> Self::Point;
     /// The motion applied to a direction: rotated only.
-    fn rotate(&self, direction: &SVector<f64, D>) -> SVector<f64, D>;
+    fn rotate(&self, direction: &Self::Point) -> Self::Point;
     /// Derivative of `exp(tau) * point` by `tau` at zero.
-    fn point_jacobian(point: &SVector<f64, D>) -> SMatrix<f64, D, DOF>;
+    fn point_jacobian(point: &Self::Point) -> Self::Jacobian;
     /// The motion with this rotation matrix, which must be orthonormal with determinant 1, and this translation.
-    fn from_parts(rotation: &SMatrix<f64, D, D>, translation: &SVector<f64, D>) -> Self;
+    fn from_parts(rotation: &Self::PointMatrix, translation: &Self::Point) -> Self;
     /// The rotation R with the largest trace(R^T * covariance): Umeyama, "Least-squares estimation of transformation
     /// parameters between two point patterns", PAMI 13 (1991), eqs. 39-40, where S turns a reflection into the nearest
     /// rotation. `None` when an entry is not finite.
-    fn best_rotation(covariance: &SMatrix<f64, D, D>) -> Option<SMatrix<f64, D, D>>;
+    fn best_rotation(covariance: &Self::PointMatrix) -> Option<Self::PointMatrix>;
     /// Angle of the rotation, in [0, pi] (rad).
     fn rotation_angle(&self) -> f64;
     /// Length of the translation (m).
@@ -51,7 +67,13 @@ pub trait RigidMotion<const D: usize, const DOF: usize>: Copy + std::ops::Mul<Ou
     fn renormalized(&self) -> Self;
 }
 
-impl RigidMotion<2, 3> for Pose2 {
+impl RigidMotion for Pose2 {
+    type Point = Vector2<f64>;
+    type PointMatrix = Matrix2<f64>;
+    type Tangent = Vector3<f64>;
+    type Matrix = Matrix3<f64>;
+    type Jacobian = Matrix2x3<f64>;
+
     fn identity() -> Self {
         Isometry2::identity()
     }
@@ -95,8 +117,8 @@ impl RigidMotion<2, 3> for Pose2 {
         self.rotation * direction
     }
 
-    fn point_jacobian(point: &Vector2<f64>) -> SMatrix<f64, 2, 3> {
-        SMatrix::<f64, 2, 3>::new(-point.y, 1.0, 0.0, point.x, 0.0, 1.0)
+    fn point_jacobian(point: &Vector2<f64>) -> Matrix2x3<f64> {
+        Matrix2x3::new(-point.y, 1.0, 0.0, point.x, 0.0, 1.0)
     }
 
     fn best_rotation(covariance: &Matrix2<f64>) -> Option<Matrix2<f64>> {
@@ -132,7 +154,13 @@ impl RigidMotion<2, 3> for Pose2 {
     }
 }
 
-impl RigidMotion<3, 6> for Pose3 {
+impl RigidMotion for Pose3 {
+    type Point = Vector3<f64>;
+    type PointMatrix = Matrix3<f64>;
+    type Tangent = Vector6<f64>;
+    type Matrix = Matrix6<f64>;
+    type Jacobian = Matrix3x6<f64>;
+
     fn identity() -> Self {
         Isometry3::identity()
     }
@@ -188,8 +216,8 @@ impl RigidMotion<3, 6> for Pose3 {
         self.rotation * direction
     }
 
-    fn point_jacobian(point: &Vector3<f64>) -> SMatrix<f64, 3, 6> {
-        let mut jacobian = SMatrix::<f64, 3, 6>::zeros();
+    fn point_jacobian(point: &Vector3<f64>) -> Matrix3x6<f64> {
+        let mut jacobian = Matrix3x6::zeros();
         jacobian.fixed_view_mut::<3, 3>(0, 0).copy_from(&-point.cross_matrix());
         jacobian.fixed_view_mut::<3, 3>(0, 3).fill_with_identity();
         jacobian
@@ -245,6 +273,8 @@ fn one_minus_cos_over_square(theta: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use nalgebra::{SMatrix, SVector};
+
     use super::*;
 
     /// Tangents over all quadrants, tiny angles and zero among them.
@@ -254,7 +284,10 @@ mod tests {
         })
     }
 
-    fn check<const D: usize, const DOF: usize, M: RigidMotion<D, DOF>>() {
+    fn check<const D: usize, const DOF: usize, M>()
+    where
+        M: RigidMotion<Point = SVector<f64, D>, Tangent = SVector<f64, DOF>, Jacobian = SMatrix<f64, D, DOF>>,
+    {
         let point = SVector::<f64, D>::from_fn(|row, _| 0.7 - 1.3 * row as f64);
         for tau in tangents::<DOF>() {
             let T = M::exp(&tau);
@@ -262,7 +295,7 @@ mod tests {
             assert!(((T * T.inverse()).act(&point) - point).norm() < 1e-14);
             for delta in tangents::<DOF>() {
                 let left = (T * M::exp(&delta)).act(&point);
-                let right = (M::exp(&(T.adjoint() * delta)) * T).act(&point);
+                let right = (M::exp(&T.adjoint().apply(&delta)) * T).act(&point);
                 assert!((left - right).norm() < 1e-11, "adjoint at {tau}");
             }
         }
@@ -314,12 +347,10 @@ mod tests {
     #[test]
     fn parts_give_back_rotation_and_translation() {
         let T = Pose2::exp(&Vector3::new(2.5, 1.0, -3.0));
-        let again =
-            <Pose2 as RigidMotion<2, 3>>::from_parts(T.rotation.to_rotation_matrix().matrix(), &T.translation.vector);
+        let again = <Pose2 as RigidMotion>::from_parts(T.rotation.to_rotation_matrix().matrix(), &T.translation.vector);
         assert!((T.inverse() * again).log().norm() < 1e-14);
         let T = Pose3::exp(&Vector6::new(1.0, -0.5, 0.2, 4.0, 5.0, 6.0));
-        let again =
-            <Pose3 as RigidMotion<3, 6>>::from_parts(T.rotation.to_rotation_matrix().matrix(), &T.translation.vector);
+        let again = <Pose3 as RigidMotion>::from_parts(T.rotation.to_rotation_matrix().matrix(), &T.translation.vector);
         assert!((T.inverse() * again).log().norm() < 1e-12);
     }
 }

@@ -6,17 +6,18 @@
 //! the correspondences themselves in place of their pairwise summaries, as in Borrmann et al., "Globally consistent 3D
 //! mapping with scan matching", RAS 56 (2008)). What a chain adds up in errors, the edges that skip frames take back.
 
-use nalgebra::{SMatrix, SVector};
+use nalgebra::SVector;
 
-use crate::geometry::RigidMotion;
+use crate::geometry::{RigidMotion, SquareMatrix, Vector};
 use crate::graph::sparse::{BlockCholesky, BlockMatrix};
-use crate::registration::factors::{Correspondence, Metric, NormalEquations, RELATIVE_DAMPING};
+use crate::registration::factors::{Correspondence, Factor, NormalEquations, RELATIVE_DAMPING};
 use crate::registration::icp::{IcpOptions, IterationRecord, Source, match_points};
+use crate::registration::target::Target;
 
 /// A scan to place: what it is matched with and what is matched with it.
-pub struct Node<'a, const D: usize, T> {
+pub struct Node<'a, P, T> {
     /// Its points as a source.
-    pub source: Source<'a, D>,
+    pub source: Source<'a, P>,
     /// Its points as a target.
     pub target: &'a T,
 }
@@ -32,7 +33,7 @@ pub struct Edge {
 
 /// A motion between two nodes that is known from elsewhere.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct KnownMotion<const DOF: usize, M> {
+pub struct KnownMotion<M: RigidMotion> {
     /// Node in whose frame it is.
     pub from: usize,
     /// The other node.
@@ -40,7 +41,7 @@ pub struct KnownMotion<const DOF: usize, M> {
     /// Pose of `to` in the frame of `from`.
     pub T_from_to: M,
     /// By a perturbation on the left, rotation first, in the unit of the matches' normal equations: of residuals in metres.
-    pub information: SMatrix<f64, DOF, DOF>,
+    pub information: M::Matrix,
 }
 
 /// Nodes further apart are no neighbours (m).
@@ -71,16 +72,16 @@ fn nearest<const D: usize>(positions: &[SVector<f64, D>], to: &SVector<f64, D>, 
 }
 
 /// The joint solution, one piece of work after the other.
-pub struct PoseGraph<const D: usize, const DOF: usize, M> {
+pub struct PoseGraph<M: RigidMotion> {
     poses: Vec<M>,
     edges: Vec<Edge>,
-    known: Vec<KnownMotion<DOF, M>>,
+    known: Vec<KnownMotion<M>>,
     /// The edge to be matched next; from here on they are not in the sums yet.
     next_edge: usize,
     /// Normal equations of all poses but the first, which stays: it is where the world is.
-    H: BlockMatrix<DOF>,
-    b: Vec<SVector<f64, DOF>>,
-    solver: Option<BlockCholesky<DOF>>,
+    H: BlockMatrix<M::Matrix>,
+    b: Vec<M::Tangent>,
+    solver: Option<BlockCholesky<M::Matrix>>,
     num_correspondences: usize,
     num_inliers: usize,
     sq_residuals: f64,
@@ -88,10 +89,10 @@ pub struct PoseGraph<const D: usize, const DOF: usize, M> {
     converged: bool,
     /// Whether the matches leave the poses undetermined, so that there is no step to take.
     undetermined: bool,
-    correspondences: Vec<Correspondence<D>>,
+    correspondences: Vec<Correspondence<M::Point>>,
 }
 
-impl<const D: usize, const DOF: usize, M: RigidMotion<D, DOF>> PoseGraph<D, DOF, M> {
+impl<M: RigidMotion> PoseGraph<M> {
     /// Starts from `poses` (`T_world_node`, the first of which stays as it is) with these edges between them.
     pub fn new(poses: Vec<M>, edges: Vec<Edge>) -> Self {
         let num_variables = poses.len().saturating_sub(1);
@@ -101,7 +102,7 @@ impl<const D: usize, const DOF: usize, M: RigidMotion<D, DOF>> PoseGraph<D, DOF,
             known: Vec::new(),
             next_edge: 0,
             H: BlockMatrix::new(num_variables),
-            b: vec![SVector::zeros(); num_variables],
+            b: vec![M::Tangent::zeros(); num_variables],
             solver: None,
             num_correspondences: 0,
             num_inliers: 0,
@@ -115,7 +116,7 @@ impl<const D: usize, const DOF: usize, M: RigidMotion<D, DOF>> PoseGraph<D, DOF,
 
     /// The same with motions that are known from elsewhere: they hold where the matches leave something open.
     #[must_use]
-    pub fn with_known_motions(mut self, known: Vec<KnownMotion<DOF, M>>) -> Self {
+    pub fn with_known_motions(mut self, known: Vec<KnownMotion<M>>) -> Self {
         self.known = known;
         self
     }
@@ -149,16 +150,17 @@ impl<const D: usize, const DOF: usize, M: RigidMotion<D, DOF>> PoseGraph<D, DOF,
 
     /// Matches edges until about `max_points` source points have been looked at, and takes the step when the iteration
     /// is complete.
-    pub fn advance<F: Metric<D, DOF, M>>(
+    pub fn advance<T: Target<Point = M::Point>, F: Factor<M, T>>(
         &mut self,
-        nodes: &[Node<'_, D, F::Target>],
+        factor: &F,
+        nodes: &[Node<'_, M::Point, T>],
         options: &IcpOptions,
         max_points: usize,
     ) {
         let mut looked_at = 0;
         while looked_at < max_points && self.next_edge < self.edges.len() {
             let edge = self.edges[self.next_edge];
-            self.add_edge::<F>(edge, nodes, options);
+            self.add_edge(factor, edge, nodes, options);
             looked_at += nodes[edge.source].source.points.len();
             self.next_edge += 1;
         }
@@ -169,24 +171,30 @@ impl<const D: usize, const DOF: usize, M: RigidMotion<D, DOF>> PoseGraph<D, DOF,
 
     /// A match measures T_target_source. Perturbing both poses on the left, exp(d_s) and exp(d_t), perturbs it on the
     /// left by Ad(T_world_target^-1) (d_s - d_t): the edge's normal equations enter with both signs.
-    fn add_edge<F: Metric<D, DOF, M>>(&mut self, edge: Edge, nodes: &[Node<'_, D, F::Target>], options: &IcpOptions) {
+    fn add_edge<T: Target<Point = M::Point>, F: Factor<M, T>>(
+        &mut self,
+        factor: &F,
+        edge: Edge,
+        nodes: &[Node<'_, M::Point, T>],
+        options: &IcpOptions,
+    ) {
         let T_target_world = self.poses[edge.target].inverse();
         let T_target_source = T_target_world * self.poses[edge.source];
         let (source, target) = (nodes[edge.source].source, nodes[edge.target].target);
         self.num_correspondences +=
-            match_points::<D, DOF, M, F>(source, target, &T_target_source, options, &mut self.correspondences);
+            match_points(source, target, &T_target_source, factor, options, &mut self.correspondences);
         self.num_inliers += self.correspondences.len();
         self.sq_residuals += self.correspondences.iter().map(|c| c.residual * c.residual).sum::<f64>();
 
-        let equations = F::normal_equations(target, &self.correspondences);
+        let equations = factor.normal_equations(target, &self.correspondences);
         self.add(edge.target, edge.source, &T_target_world, equations);
     }
 
     /// Adds the normal equations of the motion from one node to another, `T_from_world` being the first one's pose.
-    fn add(&mut self, from: usize, to: usize, T_from_world: &M, NormalEquations { H, b }: NormalEquations<DOF>) {
+    fn add(&mut self, from: usize, to: usize, T_from_world: &M, NormalEquations { H, b }: NormalEquations<M>) {
         let adjoint = T_from_world.adjoint();
         let H = adjoint.tr_mul(&(H * adjoint));
-        let b = adjoint.tr_mul(&b);
+        let b = adjoint.tr_apply(&b);
         let variable = |node: usize| node.checked_sub(1); // the first pose is none
         for (node, sign) in [(to, 1.0), (from, -1.0)] {
             if let Some(variable) = variable(node) {
@@ -199,10 +207,10 @@ impl<const D: usize, const DOF: usize, M: RigidMotion<D, DOF>> PoseGraph<D, DOF,
         }
     }
 
-    fn add_known(&mut self, KnownMotion { from, to, T_from_to, information }: KnownMotion<DOF, M>) {
+    fn add_known(&mut self, KnownMotion { from, to, T_from_to, information }: KnownMotion<M>) {
         let T_from_world = self.poses[from].inverse();
         let residual = (T_from_world * self.poses[to] * T_from_to.inverse()).log();
-        self.add(from, to, &T_from_world, NormalEquations { H: information, b: information * residual });
+        self.add(from, to, &T_from_world, NormalEquations { H: information, b: information.apply(&residual) });
     }
 
     fn take_step(&mut self, options: &IcpOptions) {
@@ -211,7 +219,7 @@ impl<const D: usize, const DOF: usize, M: RigidMotion<D, DOF>> PoseGraph<D, DOF,
         }
         let num_variables = self.b.len();
         let trace: f64 = (0..num_variables).map(|variable| self.H.block(variable, variable).trace()).sum();
-        let damping = SMatrix::identity() * (RELATIVE_DAMPING * trace / num_variables.max(1) as f64);
+        let damping = M::Matrix::identity() * (RELATIVE_DAMPING * trace / num_variables.max(1) as f64);
         for variable in 0..num_variables {
             self.H.add(variable, variable, &damping);
         }
@@ -222,7 +230,7 @@ impl<const D: usize, const DOF: usize, M: RigidMotion<D, DOF>> PoseGraph<D, DOF,
         if let Ok(factor) = factor {
             factor.solve(&mut self.b);
             for (pose, delta) in self.poses.iter_mut().skip(1).zip(&self.b) {
-                let moved = M::exp(&-delta) * *pose;
+                let moved = M::exp(&-*delta) * *pose;
                 let step = pose.inverse() * moved; // of the sensor itself, whatever its distance from the world's origin
                 sq_rotations += step.rotation_angle().powi(2);
                 sq_translations += step.translation_norm().powi(2);
@@ -242,7 +250,7 @@ impl<const D: usize, const DOF: usize, M: RigidMotion<D, DOF>> PoseGraph<D, DOF,
             rotation_step < options.criteria.rotation_eps && translation_step < options.criteria.translation_eps;
         self.converged = rests && !self.undetermined;
         self.H.clear();
-        self.b.fill(SVector::zeros());
+        self.b.fill(M::Tangent::zeros());
         (self.next_edge, self.num_correspondences, self.num_inliers, self.sq_residuals) = (0, 0, 0, 0.0);
     }
 }

@@ -5,19 +5,17 @@
 //! switchable: its weight falls with its residual (Agarwal et al., "Robust map optimization using dynamic covariance
 //! scaling", ICRA 2013, eq. 15), so that a wrong one bends nothing.
 
-use nalgebra::{SMatrix, SVector};
-
-use crate::geometry::{Pose2, Pose3, RigidMotion};
+use crate::geometry::{Pose2, Pose3, RigidMotion, SquareMatrix, Vector};
 use crate::graph::sparse::{BlockCholesky, BlockMatrix};
 
 /// A relation in the plane.
-pub type PlanarRelation = PoseRelation<2, 3, Pose2>;
+pub type PlanarRelation = PoseRelation<Pose2>;
 /// A relation in space.
-pub type SpatialRelation = PoseRelation<3, 6, Pose3>;
+pub type SpatialRelation = PoseRelation<Pose3>;
 
 /// A measured motion between two nodes.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct PoseRelation<const D: usize, const DOF: usize, M> {
+pub struct PoseRelation<M: RigidMotion> {
     /// Node in whose frame `to` was measured.
     pub from: usize,
     /// The node measured.
@@ -25,7 +23,7 @@ pub struct PoseRelation<const D: usize, const DOF: usize, M> {
     /// Pose of `to` in the frame of `from`.
     pub T_from_to: M,
     /// By a perturbation on the left of `T_from_to`, rotation first (1/rad^2, 1/m^2).
-    pub information: SMatrix<f64, DOF, DOF>,
+    pub information: M::Matrix,
     /// Whether it counts less where it does not fit.
     pub is_switchable: bool,
 }
@@ -40,18 +38,18 @@ const SMALLEST_STEP: f64 = 1e-5;
 /// A step that makes things worse is taken back and damped this many times more.
 const DAMPING_FACTOR: f64 = 10.0;
 
-impl<const D: usize, const DOF: usize, M: RigidMotion<D, DOF>> PoseRelation<D, DOF, M> {
-    const SWITCH_WIDTH: f64 = switch_width(DOF);
+impl<M: RigidMotion> PoseRelation<M> {
+    const SWITCH_WIDTH: f64 = switch_width(M::Tangent::LEN);
 
     /// log(T_from^-1 T_to T_from_to^-1): what these poses of the world make of it, rotation first.
-    pub fn residual(&self, T_world_from: &M, T_world_to: &M) -> SVector<f64, DOF> {
+    pub fn residual(&self, T_world_from: &M, T_world_to: &M) -> M::Tangent {
         (T_world_from.inverse() * *T_world_to * self.T_from_to.inverse()).log()
     }
 
     /// Squared Mahalanobis distance of the residual.
     pub fn squared_distance(&self, poses: &[M]) -> f64 {
         let residual = self.residual(&poses[self.from], &poses[self.to]);
-        residual.dot(&(self.information * residual))
+        residual.dot(&self.information.apply(&residual))
     }
 
     /// Its weight, 0..=1, at a squared Mahalanobis distance.
@@ -75,36 +73,35 @@ impl<const D: usize, const DOF: usize, M: RigidMotion<D, DOF>> PoseRelation<D, D
 
 /// Moves the poses (`T_world_node`; the first stays) to where the relations fit best, in at most `max_iterations` steps
 /// of Levenberg and Marquardt. Returns the number of steps.
-pub fn solve_relations<const D: usize, const DOF: usize, M: RigidMotion<D, DOF>>(
-    poses: &mut [M],
-    relations: &[PoseRelation<D, DOF, M>],
-    max_iterations: usize,
-) -> usize {
+pub fn solve_relations<M: RigidMotion>(poses: &mut [M], relations: &[PoseRelation<M>], max_iterations: usize) -> usize {
     let num_variables = poses.len().saturating_sub(1);
     if num_variables == 0 || relations.is_empty() {
         return 0;
     }
-    let mut H = BlockMatrix::<DOF>::new(num_variables);
-    let mut b = vec![SVector::zeros(); num_variables];
-    let mut solver: Option<BlockCholesky<DOF>> = None;
+    let mut H = BlockMatrix::<M::Matrix>::new(num_variables);
+    let mut b = vec![M::Tangent::zeros(); num_variables];
+    let mut solver: Option<BlockCholesky<M::Matrix>> = None;
     let mut damping = 1e-6;
     let mut present = total_loss(poses, relations);
     for iteration in 0..max_iterations {
         H.clear();
-        b.fill(SVector::zeros());
+        b.fill(M::Tangent::zeros());
         for relation in relations {
             add(relation, poses, &mut H, &mut b);
         }
         for variable in 0..num_variables {
-            let diagonal = H.block(variable, variable).diagonal();
-            H.add(variable, variable, &SMatrix::from_diagonal(&diagonal.map(|entry| damping * (entry + 1.0))));
+            let mut damped = H.block(variable, variable).diagonal();
+            for axis in 0..M::Tangent::LEN {
+                damped[axis] = damping * (damped[axis] + 1.0);
+            }
+            H.add(variable, variable, &M::Matrix::from_diagonal(&damped));
         }
         let Ok(factor) = solver.get_or_insert_with(|| BlockCholesky::new(&H)).factor(&H) else {
             damping *= DAMPING_FACTOR;
             continue;
         };
         factor.solve(&mut b);
-        let step = |(pose, delta): (&M, &SVector<f64, DOF>)| (M::exp(&-delta) * *pose).renormalized();
+        let step = |(pose, delta): (&M, &M::Tangent)| (M::exp(&-*delta) * *pose).renormalized();
         let moved: Vec<M> = std::iter::once(poses[0]).chain(poses[1..].iter().zip(&b).map(step)).collect();
         let next = total_loss(&moved, relations);
         if next > present * (1.0 + 1e-12) {
@@ -129,25 +126,17 @@ pub fn solve_relations<const D: usize, const DOF: usize, M: RigidMotion<D, DOF>>
     max_iterations
 }
 
-fn total_loss<const D: usize, const DOF: usize, M: RigidMotion<D, DOF>>(
-    poses: &[M],
-    relations: &[PoseRelation<D, DOF, M>],
-) -> f64 {
+fn total_loss<M: RigidMotion>(poses: &[M], relations: &[PoseRelation<M>]) -> f64 {
     relations.iter().map(|relation| relation.loss(relation.squared_distance(poses))).sum()
 }
 
 /// Perturbing both poses on the left perturbs the residual by Ad(T_from^-1) (d_to - d_from).
-fn add<const D: usize, const DOF: usize, M: RigidMotion<D, DOF>>(
-    relation: &PoseRelation<D, DOF, M>,
-    poses: &[M],
-    H: &mut BlockMatrix<DOF>,
-    b: &mut [SVector<f64, DOF>],
-) {
+fn add<M: RigidMotion>(relation: &PoseRelation<M>, poses: &[M], H: &mut BlockMatrix<M::Matrix>, b: &mut [M::Tangent]) {
     let residual = relation.residual(&poses[relation.from], &poses[relation.to]);
-    let weighted = relation.information * relation.weight(residual.dot(&(relation.information * residual)));
+    let weighted = relation.information * relation.weight(residual.dot(&relation.information.apply(&residual)));
     let adjoint = poses[relation.from].inverse().adjoint();
     let block = adjoint.tr_mul(&(weighted * adjoint));
-    let gradient = adjoint.tr_mul(&(weighted * residual));
+    let gradient = adjoint.tr_apply(&weighted.apply(&residual));
     let variable = |node: usize| node.checked_sub(1); // the first pose is none
     for (node, sign) in [(relation.to, 1.0), (relation.from, -1.0)] {
         if let Some(variable) = variable(node) {
@@ -162,13 +151,13 @@ fn add<const D: usize, const DOF: usize, M: RigidMotion<D, DOF>>(
 
 #[cfg(test)]
 mod tests {
-    use nalgebra::Vector6;
+    use nalgebra::{Matrix6, Vector6};
 
     use super::*;
 
     fn relation(poses: &[Pose3], from: usize, to: usize, off: &Vector6<f64>) -> SpatialRelation {
         let T_from_to = Pose3::exp(off) * poses[from].inverse() * poses[to];
-        let information = SMatrix::from_diagonal(&Vector6::new(1e4, 2e4, 1e4, 400.0, 100.0, 900.0));
+        let information = Matrix6::from_diagonal(&Vector6::new(1e4, 2e4, 1e4, 400.0, 100.0, 900.0));
         PoseRelation { from, to, T_from_to, information, is_switchable: false }
     }
 
@@ -181,7 +170,7 @@ mod tests {
     fn the_gradient_is_that_of_the_loss() {
         let poses = path();
         let of = [relation(&poses, 3, 7, &Vector6::new(1e-4, -2e-4, 1e-4, 2e-3, -1e-3, 1e-3))];
-        let (mut H, mut b) = (BlockMatrix::new(poses.len() - 1), vec![SVector::zeros(); poses.len() - 1]);
+        let (mut H, mut b) = (BlockMatrix::new(poses.len() - 1), vec![Vector6::zeros(); poses.len() - 1]);
         add(&of[0], &poses, &mut H, &mut b);
         for node in [3, 7] {
             for axis in 0..6 {

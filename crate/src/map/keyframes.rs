@@ -170,7 +170,7 @@ mod tests {
         let cells = cell_camera(&camera, 4);
         let surfel = |cell: usize| {
             let point = 2.0 * cells.ray((cell % columns) as f64, (cell / columns) as f64);
-            Some(Surfel { point, normal: -Vector3::z(), deviation: 0.01 })
+            Some(Surfel { point, normal: -Vector3::z(), sigma: 0.01 })
         };
         let colors = ColorImage { width: 640, height: 480, pixels: vec![[90; 3]; 640 * 480] };
         let image = SurfelImage {

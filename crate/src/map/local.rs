@@ -26,7 +26,7 @@ pub enum MetricName {
 }
 
 /// A registration in the plane.
-pub type PlanarRegistration = Registration<2, 3, Pose2>;
+pub type PlanarRegistration = Registration<Pose2>;
 
 /// The last few scans in the world frame: what the next scan is matched with.
 pub struct LocalMap {
@@ -81,14 +81,14 @@ impl LocalMap {
         metric: MetricName,
         options: &IcpOptions,
     ) -> PlanarRegistration {
-        let source = Source { points: &scan.points, normals: Some(&scan.normals), deviations: None };
+        let source = Source { points: &scan.points, normals: Some(&scan.normals), sigmas: None };
         match metric {
             MetricName::PointToPoint => {
-                register::<2, 3, Pose2, PointToPoint>(source, &PointTarget::new(self.points()), guess, options)
+                register(source, &PointTarget::new(self.points()), guess, &PointToPoint, options)
             }
             MetricName::PointToLine => {
                 let target = OrientedTarget::new(self.points(), self.normals());
-                register::<2, 3, Pose2, PointToPlane>(source, &target, guess, options)
+                register(source, &target, guess, &PointToPlane, options)
             }
         }
     }

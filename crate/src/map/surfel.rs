@@ -107,7 +107,7 @@ impl SurfelMap {
             };
             let known = packed.surfel();
             let across = known.normal.dot(&(moved.point - known.point));
-            let distance = SAME_SURFACE_DISTANCE + 2.0 * (known.deviation + moved.deviation);
+            let distance = SAME_SURFACE_DISTANCE + 2.0 * (known.sigma + moved.sigma);
             if known.normal.dot(&moved.normal) > SAME_SURFACE_COSINE && across.abs() < distance {
                 let averaged = averaged(&known, &moved, across);
                 Arc::make_mut(&mut self.blocks[block]).surfels[index] = PackedSurfel::new(&averaged, packed.tag);
@@ -131,7 +131,7 @@ impl SurfelMap {
             let (surfel, frame) = (packed.surfel(), packed.tag);
             let (_, T) = *last.insert(last.filter(|(known, _)| *known == frame).unwrap_or((frame, motion(frame))));
             let Some(T) = T else { continue };
-            let point = <Pose3 as RigidMotion<3, 6>>::act(&T, &surfel.point);
+            let point = <Pose3 as RigidMotion>::act(&T, &surfel.point);
             self.add(Surfel { point, normal: T.rotation * surfel.normal, ..surfel }, frame);
         }
     }
@@ -151,12 +151,12 @@ impl SurfelMap {
 
 /// The known piece moves along its normal only: where on the surface it lies is as good as any other place.
 fn averaged(known: &Surfel, seen: &Surfel, across: f64) -> Surfel {
-    let (known_weight, seen_weight) = (known.deviation.powi(-2), seen.deviation.powi(-2));
+    let (known_weight, seen_weight) = (known.sigma.powi(-2), seen.sigma.powi(-2));
     let share = seen_weight / (known_weight + seen_weight);
     Surfel {
         point: known.point + known.normal * (across * share),
         normal: (known.normal * (1.0 - share) + seen.normal * share).normalize(),
-        deviation: (known_weight + seen_weight).sqrt().recip().max(MIN_DEVIATION),
+        sigma: (known_weight + seen_weight).sqrt().recip().max(MIN_DEVIATION),
     }
 }
 
@@ -197,7 +197,7 @@ impl Frustum {
 
     /// Whether a block with this centre reaches into what is seen.
     fn may_see(&self, center: &Vector3<f64>) -> bool {
-        let center = <Pose3 as RigidMotion<3, 6>>::act(&self.T_view_world, center);
+        let center = <Pose3 as RigidMotion>::act(&self.T_view_world, center);
         let radius = BLOCK * 3f64.sqrt() / 2.0;
         self.sides.iter().all(|side| side.dot(&center) > -radius) && (-radius..self.reach + radius).contains(&center.z)
     }
@@ -209,13 +209,13 @@ mod tests {
     use crate::camera::surfel_image::cell_camera;
 
     /// What a camera sees of a wall `distance` (m) ahead.
-    fn wall(distance: f64, deviation: f64) -> SurfelImage {
+    fn wall(distance: f64, sigma: f64) -> SurfelImage {
         let camera = Pinhole::new(160, 120, [120.0, 120.0, 79.5, 59.5]).unwrap();
         let cells = cell_camera(&camera, 4);
         let surfel = |cell: usize| Surfel {
             point: cells.unproject((cell % cells.width) as f64, (cell / cells.width) as f64, distance),
             normal: -Vector3::z(),
-            deviation,
+            sigma,
         };
         let surfels = (0..cells.width * cells.height).map(|cell| Some(surfel(cell))).collect();
         let (columns, rows) = (cells.width, cells.height);
@@ -240,7 +240,7 @@ mod tests {
         for surfel in map.surfels() {
             let expected = (2.0 / 0.01f64.powi(2) + 2.009 / 0.02f64.powi(2)) / (0.01f64.powi(-2) + 0.02f64.powi(-2));
             assert!((surfel.point.z - expected).abs() < 1e-6);
-            assert!((surfel.deviation - (0.01f64.powi(-2) + 0.02f64.powi(-2)).sqrt().recip()).abs() < 1e-9);
+            assert!((surfel.sigma - (0.01f64.powi(-2) + 0.02f64.powi(-2)).sqrt().recip()).abs() < 1e-9);
         }
     }
 
@@ -289,7 +289,7 @@ mod tests {
         let mut map = SurfelMap::new();
         let frame = wall(2.0, 0.01);
         for turn in 0..12 {
-            let T = <Pose3 as RigidMotion<3, 6>>::exp(&nalgebra::Vector6::new(
+            let T = <Pose3 as RigidMotion>::exp(&nalgebra::Vector6::new(
                 0.0,
                 f64::from(turn) * 30f64.to_radians(),
                 0.0,
@@ -301,7 +301,7 @@ mod tests {
         }
         for turn in 0..36 {
             let tangent = nalgebra::Vector6::new(0.1, f64::from(turn) * 0.17, 0.0, 0.3, 0.1, -0.2);
-            let T = <Pose3 as RigidMotion<3, 6>>::exp(&tangent);
+            let T = <Pose3 as RigidMotion>::exp(&tangent);
             let surfels: Vec<Surfel> = map.surfels().collect();
             let everything = ProjectiveTarget::draw(surfels.iter(), &with_margin(&frame.cell_camera()), &T);
             assert_eq!(map.view(&frame, &T).len(), everything.len());

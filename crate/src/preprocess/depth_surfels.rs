@@ -261,15 +261,15 @@ fn oriented(
     // What the steps leave open shrinks with the number of them in the window; noise with the number of pixels.
     let step_deviation = model.step / 12f64.sqrt() / (1.0 + steps);
     let noise = model.square_noise * depth * depth / larger(plane.num_pixels / CORRELATED_PIXELS, 1.0).sqrt();
-    let deviation = (step_deviation * step_deviation + noise * noise).sqrt();
+    let sigma = (step_deviation * step_deviation + noise * noise).sqrt();
     // Both ends of the window may be off by the deviation; its width lies across the line of sight.
-    if deviation * cosine > MAX_NORMAL_DEVIATION * half_width * depth {
+    if sigma * cosine > MAX_NORMAL_DEVIATION * half_width * depth {
         return None;
     }
     // An error in depth moves the point along the ray; the surface moves by its share along the normal.
-    let along_normal = deviation * towards;
-    let deviation = (along_normal * along_normal + MIN_DEVIATION * MIN_DEVIATION).sqrt();
-    Some(Surfel { point: ray * depth, normal, deviation })
+    let along_normal = sigma * towards;
+    let sigma = (along_normal * along_normal + MIN_DEVIATION * MIN_DEVIATION).sqrt();
+    Some(Surfel { point: ray * depth, normal, sigma })
 }
 
 /// As `f64::max`, which is a call in WebAssembly.
@@ -408,7 +408,7 @@ mod tests {
         assert!(inner.len() * 10 > 8 * found.cells.len(), "{}", inner.len());
         for surfel in inner {
             let (off, turned) = (wall.0.dot(&surfel.point) - wall.1, surfel.normal.angle(&-wall.0));
-            assert!(off.abs() < 0.010 && off.abs() < 4.0 * surfel.deviation, "{off} {}", surfel.deviation);
+            assert!(off.abs() < 0.010 && off.abs() < 4.0 * surfel.sigma, "{off} {}", surfel.sigma);
             assert!(turned < MAX_NORMAL_DEVIATION, "{turned} at {}", surfel.point);
             sum += turned;
             assert!((surfel.normal.norm() - 1.0).abs() < 1e-6);
@@ -422,7 +422,7 @@ mod tests {
         for surfel in found.surfels() {
             assert!((surfel.normal + Vector3::z()).norm() < 1e-6);
             assert!((surfel.point.z - 3.01).abs() < EIGHT_BITS.step / 2.0);
-            assert!((surfel.deviation - EIGHT_BITS.step / 12f64.sqrt()).abs() < 1e-3);
+            assert!((surfel.sigma - EIGHT_BITS.step / 12f64.sqrt()).abs() < 1e-3);
         }
         assert!(found.surfels().count() > 2000);
     }

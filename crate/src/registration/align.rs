@@ -7,7 +7,7 @@ use nalgebra::{Matrix3, Matrix4, Translation3, Vector3};
 use serde::{Deserialize, Serialize};
 
 use crate::error::{Error, Result};
-use crate::geometry::{PointCloud, Pose2, Pose3, RigidMotion};
+use crate::geometry::{PointCloud, Pose2, Pose3, RigidMotion, SquareMatrix, Vector};
 use crate::io::trajectory::in_space;
 use crate::preprocess::estimate_normals::estimate_normals;
 use crate::preprocess::planar_scan::PlanarScan;
@@ -210,8 +210,8 @@ impl Near {
         })
     }
 
-    fn as_source(&self) -> Source<'_, 3> {
-        Source { points: &self.points, normals: self.normals.as_deref(), deviations: None }
+    fn as_source(&self) -> Source<'_, Vector3<f64>> {
+        Source { points: &self.points, normals: self.normals.as_deref(), sigmas: None }
     }
 }
 
@@ -226,21 +226,19 @@ fn register_planar(
 ) -> Result<RegistrationResult> {
     let [source, target] = [source, target].map(|near| PlanarScan::new(near.points.iter().map(Vector3::xy).collect()));
     let rotation = guess.rotation.to_rotation_matrix().matrix().fixed_view::<2, 2>(0, 0).into_owned();
-    let mut guess = <Pose2 as RigidMotion<2, 3>>::from_parts(&rotation, &guess.translation.vector.xy());
+    let mut guess = <Pose2 as RigidMotion>::from_parts(&rotation, &guess.translation.vector.xy());
     if options.search_translation > 0.0 || options.search_rotation > 0.0 {
         let window = SearchWindow { translation: options.search_translation, rotation: options.search_rotation };
         let found = LikelihoodGrid::new(&target.points).search(&source.points, &guess, window);
         guess = found.map_or(guess, |found| found.T_target_source);
     }
     let icp = icp_options(options);
-    let points = Source { points: &source.points, normals: Some(&source.normals), deviations: None };
+    let points = Source { points: &source.points, normals: Some(&source.normals), sigmas: None };
     let registration = match options.metric.unwrap_or(CloudMetric::PointToLine) {
-        CloudMetric::PointToPoint => {
-            register::<2, 3, Pose2, PointToPoint>(points, &PointTarget::new(target.points), guess, &icp)
-        }
+        CloudMetric::PointToPoint => register(points, &PointTarget::new(target.points), guess, &PointToPoint, &icp),
         CloudMetric::PointToLine => {
             let target = OrientedTarget::new(target.points, target.normals);
-            register::<2, 3, Pose2, PointToPlane>(points, &target, guess, &icp)
+            register(points, &target, guess, &PointToPlane, &icp)
         }
         CloudMetric::PointToPlane | CloudMetric::Gicp | CloudMetric::Vgicp => {
             let problem = "point_to_plane, gicp and vgicp do not fit planar clouds: all their points lie in one plane";
@@ -272,8 +270,7 @@ fn register_spatial(
     }
     if metric == CloudMetric::PointToPoint {
         let target = PointTarget::new(target.points);
-        let registration =
-            register_with::<3, 6, Pose3, PointToPoint>(source.as_source(), &target, guess, &icp, &solver);
+        let registration = register_with(source.as_source(), &target, guess, &PointToPoint, &icp, &solver);
         return Ok(result(&registration, &registration.T_target_source));
     }
     let normals = target.known_or_estimated_normals();
@@ -287,7 +284,7 @@ fn register_spatial(
     let source = source.as_source();
     let registration = if metric == CloudMetric::Vgicp {
         let target = GaussianVoxels::new(&target.points, &normals, gaussian_voxel_size(options)?);
-        register_with::<3, 6, Pose3, PlaneToVoxel>(source, &target, guess, &icp, &solver)
+        register_with(source, &target, guess, &PlaneToVoxel, &icp, &solver)
     } else {
         let metric = if metric == CloudMetric::Gicp { SpatialMetric::Gicp } else { SpatialMetric::PointToPlane };
         let target = OrientedTarget::new(target.points, normals);
@@ -364,10 +361,7 @@ fn telling_voxel_size(cloud: &PointCloud) -> Result<f64> {
     Ok(size)
 }
 
-fn result<const D: usize, const DOF: usize, M>(
-    registration: &Registration<D, DOF, M>,
-    T_target_source: &Pose3,
-) -> RegistrationResult {
+fn result<M: RigidMotion>(registration: &Registration<M>, T_target_source: &Pose3) -> RegistrationResult {
     let Registration { last, observability, .. } = registration;
     let weakest = observability.weakest_direction.as_slice().to_vec();
     RegistrationResult {
@@ -425,5 +419,5 @@ fn pose_from(rows: &[f64; 16]) -> Result<Pose3> {
             "Give 16 numbers row by row, a rotation matrix and a translation, the last row 0 0 0 1",
         ));
     }
-    Ok(<Pose3 as RigidMotion<3, 6>>::from_parts(&R, &matrix.fixed_view::<3, 1>(0, 3).into_owned()))
+    Ok(<Pose3 as RigidMotion>::from_parts(&R, &matrix.fixed_view::<3, 1>(0, 3).into_owned()))
 }

@@ -4,17 +4,15 @@
 //! bare corridor, or a turn inside a round room (Censi, "On achievable accuracy for range-finder localization", ICRA
 //! 2007; Zhang, Kaess and Singh, "On degeneracy of optimization-based state estimation problems", ICRA 2016).
 
-use nalgebra::{SMatrix, SVector};
-
 use super::factors::Correspondence;
-use crate::geometry::RigidMotion;
+use crate::geometry::{RigidMotion, SquareMatrix, Vector};
 
 /// How well the least determined direction of motion is measured.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Observability<const DOF: usize> {
+pub struct Observability<M: RigidMotion> {
     /// The least determined direction, a unit tangent vector (rotation first) about the centre of the correspondences, in
     /// which a rotation is measured by the metres it moves a point at the correspondences' rms distance from their centre.
-    pub weakest_direction: SVector<f64, DOF>,
+    pub weakest_direction: M::Tangent,
     /// Share of the correspondences that measure this direction, 0..=1: the smallest eigenvalue of the normalised
     /// matrix, the mean square cosine between the direction's motion and the residual's gradient.
     pub weakest_share: f64,
@@ -24,7 +22,7 @@ pub struct Observability<const DOF: usize> {
 /// sin(5 deg)^2 = 0.0076.
 pub const UNDETERMINED_SHARE: f64 = 0.01;
 
-impl<const DOF: usize> Observability<DOF> {
+impl<M: RigidMotion> Observability<M> {
     /// Whether the weakest direction is in effect not measured at all.
     pub fn is_undetermined(&self) -> bool {
         self.weakest_share < UNDETERMINED_SHARE
@@ -32,31 +30,27 @@ impl<const DOF: usize> Observability<DOF> {
 }
 
 /// Analyses the Gauss-Newton matrix `H` (perturbation on the left, rotation first) of these correspondences.
-pub fn observability<const D: usize, const DOF: usize, M: RigidMotion<D, DOF>>(
-    H: &SMatrix<f64, DOF, DOF>,
-    correspondences: &[Correspondence<D>],
-) -> Observability<DOF> {
+pub fn observability<M: RigidMotion>(H: &M::Matrix, correspondences: &[Correspondence<M::Point>]) -> Observability<M> {
     let weights: f64 = correspondences.iter().map(|c| c.weight).sum();
-    let unmeasured = Observability { weakest_direction: SVector::zeros(), weakest_share: 0.0 };
+    let unmeasured = Observability { weakest_direction: M::Tangent::zeros(), weakest_share: 0.0 };
     if weights <= 0.0 {
         return unmeasured;
     }
-    let center = correspondences.iter().map(|c| c.moved * c.weight).sum::<SVector<f64, D>>() / weights;
+    let center = correspondences.iter().map(|c| c.moved * c.weight).sum::<M::Point>() / weights;
     let sq_radius = correspondences.iter().map(|c| (c.moved - center).norm_squared() * c.weight).sum::<f64>() / weights;
     if sq_radius <= 0.0 {
         return unmeasured;
     }
 
     // To a perturbation about the centre, where rotation and translation do not mix, with the rotation in metres.
-    let to_center = M::from_parts(&SMatrix::identity(), &center).adjoint();
-    let rotations = DOF - D;
-    let scale = SMatrix::<f64, DOF, DOF>::from_fn(|row, column| match (row == column, row < rotations) {
-        (false, _) => 0.0,
-        (true, true) => 1.0 / sq_radius.sqrt(),
-        (true, false) => 1.0,
-    });
+    let to_center = M::from_parts(&M::PointMatrix::identity(), &center).adjoint();
+    let rotations = M::Tangent::LEN - M::Point::LEN;
+    let mut scale = M::Matrix::identity();
+    for axis in 0..rotations {
+        scale[(axis, axis)] = 1.0 / sq_radius.sqrt();
+    }
     let basis = to_center * scale;
-    let normalised = basis.transpose() * H * basis / weights;
+    let normalised = basis.transpose() * *H * basis / weights;
 
     let (share, weakest_direction) = smallest_eigenpair(normalised);
     Observability { weakest_direction, weakest_share: share.clamp(0.0, 1.0) }
@@ -64,27 +58,28 @@ pub fn observability<const D: usize, const DOF: usize, M: RigidMotion<D, DOF>>(
 
 /// The smallest eigenvalue of a symmetric matrix, and its unit eigenvector: by Jacobi's rotations (Golub and Van Loan,
 /// Matrix Computations, section on Jacobi methods), which need no memory and little code for the few rows there are.
-fn smallest_eigenpair<const N: usize>(mut A: SMatrix<f64, N, N>) -> (f64, SVector<f64, N>) {
+fn smallest_eigenpair<S: SquareMatrix>(mut A: S) -> (f64, S::Vector) {
     /// Each sweep squares what is left beside the diagonal: a handful is enough.
     const MOST_SWEEPS: usize = 20;
-    let mut V = SMatrix::<f64, N, N>::identity();
+    let n = S::Vector::LEN;
+    let mut V = S::identity();
     for _ in 0..MOST_SWEEPS {
-        let off = (0..N).flat_map(|p| (p + 1..N).map(move |q| (p, q))).map(|at| A[at] * A[at]).sum::<f64>();
+        let off = (0..n).flat_map(|p| (p + 1..n).map(move |q| (p, q))).map(|at| A[at] * A[at]).sum::<f64>();
         if off <= f64::EPSILON * f64::EPSILON * A.norm_squared() {
             break;
         }
-        for p in 0..N {
-            for q in p + 1..N {
+        for p in 0..n {
+            for q in p + 1..n {
                 rotate(&mut A, &mut V, p, q);
             }
         }
     }
-    let weakest = A.diagonal().imin();
-    (A[(weakest, weakest)], V.column(weakest).into_owned())
+    let weakest = (1..n).fold(0, |weakest, i| if A[(i, i)] < A[(weakest, weakest)] { i } else { weakest });
+    (A[(weakest, weakest)], V.column(weakest))
 }
 
 /// Makes the entry (p, q) zero by a rotation of rows and columns p and q, which is collected in `V`.
-fn rotate<const N: usize>(A: &mut SMatrix<f64, N, N>, V: &mut SMatrix<f64, N, N>, p: usize, q: usize) {
+fn rotate<S: SquareMatrix>(A: &mut S, V: &mut S, p: usize, q: usize) {
     if A[(p, q)] == 0.0 {
         return;
     }
@@ -92,15 +87,15 @@ fn rotate<const N: usize>(A: &mut SMatrix<f64, N, N>, V: &mut SMatrix<f64, N, N>
     let tan = tau.signum() / (tau.abs() + (1.0 + tau * tau).sqrt());
     let cos = 1.0 / (1.0 + tan * tan).sqrt();
     let sin = tan * cos;
-    for k in 0..N {
+    for k in 0..S::Vector::LEN {
         let (a, b) = (A[(k, p)], A[(k, q)]);
         (A[(k, p)], A[(k, q)]) = (cos * a - sin * b, sin * a + cos * b);
     }
-    for k in 0..N {
+    for k in 0..S::Vector::LEN {
         let (a, b) = (A[(p, k)], A[(q, k)]);
         (A[(p, k)], A[(q, k)]) = (cos * a - sin * b, sin * a + cos * b);
     }
-    for k in 0..N {
+    for k in 0..S::Vector::LEN {
         let (a, b) = (V[(k, p)], V[(k, q)]);
         (V[(k, p)], V[(k, q)]) = (cos * a - sin * b, sin * a + cos * b);
     }

@@ -1,28 +1,27 @@
-//! Iterative closest point: one loop for the plane and for space, for every metric.
+//! Iterative closest point: one loop for the plane and for space, for every factor.
 //!
 //! Besl and McKay 1992; reweighting as in Chebrolu et al., "Adaptive robust kernels for non-linear least squares
 //! problems", RA-L 2021. Converged means that the step is small, not that the error is: an error can stand still while
 //! the estimate still slides.
 
-use nalgebra::{SMatrix, SVector};
 use serde::Serialize;
 
 use super::degeneracy::{Observability, observability};
-use super::factors::{Correspondence, Metric};
+use super::factors::{Correspondence, Factor};
 use super::robust_kernel::RobustKernel;
 use super::solver::Solver;
 use super::target::{LastSearch, Target};
-use crate::geometry::RigidMotion;
+use crate::geometry::{RigidMotion, Vector};
 
 /// What is registered: points (m) and, where known, unit normals, in the source frame.
 #[derive(Debug, Clone, Copy)]
-pub struct Source<'a, const D: usize> {
+pub struct Source<'a, P> {
     /// Points (m).
-    pub points: &'a [SVector<f64, D>],
+    pub points: &'a [P],
     /// One entry a point, for the rejection by normals; `None` where there are no normals at all.
-    pub normals: Option<&'a [Option<SVector<f64, D>>]>,
+    pub normals: Option<&'a [Option<P>]>,
     /// Standard deviation of each point along its normal (m), where known: uncertain pairs count less.
-    pub deviations: Option<&'a [f64]>,
+    pub sigmas: Option<&'a [f64]>,
 }
 
 /// When a pair of points is taken for a correspondence.
@@ -85,7 +84,7 @@ pub struct IterationRecord {
 
 /// A registration with its evidence.
 #[derive(Debug, Clone)]
-pub struct Registration<const D: usize, const DOF: usize, M> {
+pub struct Registration<M: RigidMotion> {
     /// Maps source points into the target frame.
     pub T_target_source: M,
     /// Whether the last step was below both limits. `false` is no error: the history tells whether the loop was cut off
@@ -94,20 +93,20 @@ pub struct Registration<const D: usize, const DOF: usize, M> {
     /// One record an iteration.
     pub history: Vec<IterationRecord>,
     /// The correspondences of the last iteration, before its step.
-    pub correspondences: Vec<Correspondence<D>>,
+    pub correspondences: Vec<Correspondence<M::Point>>,
     /// Inliers over source points.
     pub fitness: f64,
     /// The record of the last iteration; zeros when there was none.
     pub last: IterationRecord,
     /// Information matrix, by a perturbation on the left of `T_target_source` (rotation first), in 1/rad^2 and 1/m^2:
     /// sum w J^T J over the residuals' weighted variance.
-    pub information: SMatrix<f64, DOF, DOF>,
+    pub information: M::Matrix,
     /// Which direction, if any, the correspondences leave undetermined.
-    pub observability: Observability<DOF>,
+    pub observability: Observability<M>,
 }
 
 /// A pair of points that are known this well (m) is as good as any: what remains is not theirs.
-const CERTAIN_DEVIATION: f64 = 3e-3;
+const CERTAIN_SIGMA: f64 = 3e-3;
 
 /// Residuals are never believed to be smaller than this (m) when the information is computed: a noise-free cloud would
 /// claim to be known without error.
@@ -119,49 +118,47 @@ const LONGEST_CYCLE: usize = 8;
 const SAME_POSE: f64 = 0.05;
 
 /// Registers `source` to `target` from a first guess, free to move in every way and by plain steps.
-pub fn register<const D: usize, const DOF: usize, M, F>(
-    source: Source<'_, D>,
-    target: &F::Target,
+pub fn register<M, T, F>(
+    source: Source<'_, M::Point>,
+    target: &T,
     init_T_target_source: M,
+    factor: &F,
     options: &IcpOptions,
-) -> Registration<D, DOF, M>
+) -> Registration<M>
 where
-    M: RigidMotion<D, DOF>,
-    F: Metric<D, DOF, M>,
+    M: RigidMotion,
+    T: Target<Point = M::Point>,
+    F: Factor<M, T>,
 {
-    register_with::<D, DOF, M, F>(
-        source,
-        target,
-        init_T_target_source,
-        options,
-        &Solver { subspace: None, damping: None },
-    )
+    register_with(source, target, init_T_target_source, factor, options, &Solver::default())
 }
 
 /// Registers `source` to `target` from a first guess by the steps of `solver`.
-pub fn register_with<const D: usize, const DOF: usize, M, F>(
-    source: Source<'_, D>,
-    target: &F::Target,
+pub fn register_with<M, T, F>(
+    source: Source<'_, M::Point>,
+    target: &T,
     init_T_target_source: M,
+    factor: &F,
     options: &IcpOptions,
-    solver: &Solver<DOF>,
-) -> Registration<D, DOF, M>
+    solver: &Solver<M>,
+) -> Registration<M>
 where
-    M: RigidMotion<D, DOF>,
-    F: Metric<D, DOF, M>,
+    M: RigidMotion,
+    T: Target<Point = M::Point>,
+    F: Factor<M, T>,
 {
-    let mut T = init_T_target_source.renormalized();
+    let mut T_target_source = init_T_target_source.renormalized();
     let mut history: Vec<IterationRecord> = Vec::new();
     let mut correspondences = Vec::with_capacity(source.points.len());
     let mut converged = false;
-    let mut visited = vec![T];
+    let mut visited = vec![T_target_source];
     let mut damping = solver.damping.unwrap_or_default();
     let mut searches = vec![LastSearch::None; source.points.len()];
 
     while !converged && history.len() < options.criteria.max_iterations {
         let num_correspondences =
-            match_again::<D, DOF, M, F>(source, target, &T, options, &mut searches, &mut correspondences);
-        let step = solver.step::<D, M, F>(target, &correspondences, &mut damping);
+            match_again(source, target, &T_target_source, factor, options, &mut searches, &mut correspondences);
+        let step = solver.step(factor, target, &correspondences, &mut damping);
         let (rotation_step, translation_step) =
             step.map_or((0.0, 0.0), |step| (step.rotation_angle(), step.translation_norm()));
         history.push(IterationRecord {
@@ -172,84 +169,87 @@ where
             translation_step,
         });
         let Some(step) = step else { break };
-        T = (step * T).renormalized();
+        T_target_source = (step * T_target_source).renormalized();
         let Criteria { rotation_eps, translation_eps, .. } = options.criteria;
         converged = rotation_step < rotation_eps && translation_step < translation_eps;
         // A pose seen before leads to the same steps again: a few points change partners to and fro for ever.
         let is_here = |seen: &M| {
-            let away = seen.inverse() * T;
+            let away = seen.inverse() * T_target_source;
             away.rotation_angle() < SAME_POSE * rotation_eps && away.translation_norm() < SAME_POSE * translation_eps
         };
         if visited.iter().rev().take(LONGEST_CYCLE).any(is_here) {
             break;
         }
-        visited.push(T);
+        visited.push(T_target_source);
     }
 
-    let H = solver.restricted(F::normal_equations(target, &correspondences)).H;
-    let variance = weighted_variance(&correspondences, DOF).max(MIN_RESIDUAL_SIGMA * MIN_RESIDUAL_SIGMA);
+    let H = solver.restricted(factor.normal_equations(target, &correspondences)).H;
+    let variance = weighted_variance(&correspondences, M::Tangent::LEN).max(MIN_RESIDUAL_SIGMA * MIN_RESIDUAL_SIGMA);
     let last = history.last().copied().unwrap_or_default();
     Registration {
-        T_target_source: T,
+        T_target_source,
         converged,
         history,
         fitness: last.num_inliers as f64 / source.points.len().max(1) as f64,
         last,
         information: H / variance,
-        observability: observability::<D, DOF, M>(&H, &correspondences),
+        observability: observability::<M>(&H, &correspondences),
         correspondences,
     }
 }
 
-/// Finds, rejects, trims and weights the correspondences under the estimate `T`. Returns how many pairs lie within the
+/// Finds, rejects, trims and weights the correspondences under the estimate `T_target_source`. Returns how many pairs lie within the
 /// distance limit.
-pub fn match_points<const D: usize, const DOF: usize, M, F>(
-    source: Source<'_, D>,
-    target: &F::Target,
-    T: &M,
+pub fn match_points<M, T, F>(
+    source: Source<'_, M::Point>,
+    target: &T,
+    T_target_source: &M,
+    factor: &F,
     options: &IcpOptions,
-    correspondences: &mut Vec<Correspondence<D>>,
+    correspondences: &mut Vec<Correspondence<M::Point>>,
 ) -> usize
 where
-    M: RigidMotion<D, DOF>,
-    F: Metric<D, DOF, M>,
+    M: RigidMotion,
+    T: Target<Point = M::Point>,
+    F: Factor<M, T>,
 {
     let mut searches = vec![LastSearch::None; source.points.len()];
-    match_again::<D, DOF, M, F>(source, target, T, options, &mut searches, correspondences)
+    match_again(source, target, T_target_source, factor, options, &mut searches, correspondences)
 }
 
 /// The same, with what is remembered of the last search for each source point: it makes this one quicker and changes nothing.
-fn match_again<const D: usize, const DOF: usize, M, F>(
-    source: Source<'_, D>,
-    target: &F::Target,
-    T: &M,
+fn match_again<M, T, F>(
+    source: Source<'_, M::Point>,
+    target: &T,
+    T_target_source: &M,
+    factor: &F,
     options: &IcpOptions,
-    searches: &mut [LastSearch<D>],
-    correspondences: &mut Vec<Correspondence<D>>,
+    searches: &mut [LastSearch<M::Point>],
+    correspondences: &mut Vec<Correspondence<M::Point>>,
 ) -> usize
 where
-    M: RigidMotion<D, DOF>,
-    F: Metric<D, DOF, M>,
+    M: RigidMotion,
+    T: Target<Point = M::Point>,
+    F: Factor<M, T>,
 {
     let Rejection { max_correspondence_distance, max_normal_angle, trim_fraction } = options.rejection;
     let min_normal_cosine = max_normal_angle.cos();
     let mut num_correspondences = 0;
     correspondences.clear();
     for (index, (point, last)) in source.points.iter().zip(searches).enumerate() {
-        let moved = T.act(point);
+        let moved = T_target_source.act(point);
         let Some(neighbor) = target.nearest_again(&moved, max_correspondence_distance, last) else { continue };
         num_correspondences += 1;
-        let normal = source.normals.and_then(|normals| normals[index].as_ref()).map(|normal| T.rotate(normal));
+        let normal =
+            source.normals.and_then(|normals| normals[index].as_ref()).map(|normal| T_target_source.rotate(normal));
         if let (Some(normal), Some(target_normal)) = (&normal, target.normal(neighbor.index))
             && normal.dot(&target_normal) < min_normal_cosine
         {
             continue;
         }
-        let Some(residual) = F::residual(target, neighbor.index, &moved, normal.as_ref()) else { continue };
+        let Some(residual) = factor.residual(target, neighbor.index, &moved, normal.as_ref()) else { continue };
         let weight = options.weighting.robust_kernel.weight(residual, options.weighting.robust_kernel_width)
-            * source
-                .deviations
-                .map_or(1.0, |deviations| precision(deviations[index], target.deviation(neighbor.index)));
+            * source.sigmas.map_or(1.0, |sigmas| precision(sigmas[index], target.sigma(neighbor.index)));
         correspondences.push(Correspondence {
             source: index as u32,
             target: neighbor.index,
@@ -264,14 +264,14 @@ where
 }
 
 /// The weight of a pair by the uncertainty of its two sides, 1 where both are certain.
-fn precision(source_deviation: f64, target_deviation: f64) -> f64 {
-    let variance = source_deviation * source_deviation + target_deviation * target_deviation;
-    1.0 / (1.0 + variance / (CERTAIN_DEVIATION * CERTAIN_DEVIATION))
+fn precision(source_sigma: f64, target_sigma: f64) -> f64 {
+    let variance = source_sigma * source_sigma + target_sigma * target_sigma;
+    1.0 / (1.0 + variance / (CERTAIN_SIGMA * CERTAIN_SIGMA))
 }
 
 /// Drops the share with the largest residuals (Chetverikov et al., "The trimmed iterative closest point algorithm",
 /// ICPR 2002). The order of the others stays.
-fn trim<const D: usize>(correspondences: &mut Vec<Correspondence<D>>, trim_fraction: f64) {
+fn trim<P>(correspondences: &mut Vec<Correspondence<P>>, trim_fraction: f64) {
     let keep = ((1.0 - trim_fraction) * correspondences.len() as f64).ceil() as usize;
     if keep == 0 || keep >= correspondences.len() {
         return;
@@ -281,13 +281,13 @@ fn trim<const D: usize>(correspondences: &mut Vec<Correspondence<D>>, trim_fract
     correspondences.retain(|c| c.residual.abs() <= limit);
 }
 
-fn root_mean_square<const D: usize>(correspondences: &[Correspondence<D>]) -> f64 {
+fn root_mean_square<P>(correspondences: &[Correspondence<P>]) -> f64 {
     let sum: f64 = correspondences.iter().map(|c| c.residual * c.residual).sum();
     (sum / correspondences.len().max(1) as f64).sqrt()
 }
 
 /// Unbiased variance of weighted residuals (m^2), `unknowns` of them being used up by the fit.
-fn weighted_variance<const D: usize>(correspondences: &[Correspondence<D>], unknowns: usize) -> f64 {
+fn weighted_variance<P>(correspondences: &[Correspondence<P>], unknowns: usize) -> f64 {
     let weights: f64 = correspondences.iter().map(|c| c.weight).sum();
     let sum: f64 = correspondences.iter().map(|c| c.weight * c.residual * c.residual).sum();
     let freedom = weights - unknowns as f64;

@@ -199,7 +199,7 @@ impl Light {
 
 /// Normal equations of the brightness, each picture's residuals over their own variance, and their sums over the patches.
 struct Sums {
-    equations: NormalEquations<6>,
+    equations: NormalEquations<Pose3>,
     patches: Vec<Vector6<f64>>,
     correlation: f64,
     num_compared: usize,
@@ -296,7 +296,7 @@ pub fn register_by_brightness(
     witnesses: &[Witness<'_>],
     surfaces: &Gaussian,
     coarsest: usize,
-    solver: &Solver<6>,
+    solver: &Solver<Pose3>,
 ) -> Option<PhotometricResult> {
     let mut T = surfaces.T_world_camera;
     let mut result = None;
@@ -356,7 +356,7 @@ mod tests {
         let normal = T_world_camera.inverse().rotate(&-Vector3::z());
         let cell = |index: usize| {
             let (u, v) = ((index % 80) as f64 * 4.0 + 1.5, (index / 80) as f64 * 4.0 + 1.5);
-            Some(Surfel { point: camera.unproject(u, v, on_wall(u, v).1), normal, deviation: 1e-3 })
+            Some(Surfel { point: camera.unproject(u, v, on_wall(u, v).1), normal, sigma: 1e-3 })
         };
         let brightness = Some(Arc::new(Brightness::new(&colors)));
         SurfelImage { camera, cell_size: 4, columns: 80, rows: 60, cells: (0..80 * 60).map(cell).collect(), brightness }

@@ -1,10 +1,11 @@
 //! From normal equations to a step: which motions are free, and how bold the step is.
 
-use nalgebra::{SMatrix, SVector, UnitQuaternion, Vector3};
+use nalgebra::{UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
 
-use super::factors::{Correspondence, Metric, NormalEquations, gauss_newton_step};
-use crate::geometry::{Pose3, RigidMotion};
+use super::factors::{Correspondence, Factor, NormalEquations, gauss_newton_step};
+use super::target::Target;
+use crate::geometry::{Pose3, RigidMotion, SquareMatrix, Vector};
 
 /// How something moves in space.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -20,7 +21,7 @@ pub enum Motion {
 
 impl Motion {
     /// The solver that moves so, without damping.
-    pub fn solver(self) -> Solver<6> {
+    pub fn solver(self) -> Solver<Pose3> {
         let subspace = match self {
             Self::Free => None,
             Self::Planar => Some(Subspace::spanned_by(&[1, 3, 5])), // wy, x and z
@@ -46,17 +47,17 @@ impl Motion {
 
 /// A linear subspace of the tangent space, as the orthogonal projection onto it.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Subspace<const DOF: usize> {
-    projection: SMatrix<f64, DOF, DOF>,
+pub struct Subspace<M: RigidMotion> {
+    projection: M::Matrix,
 }
 
-impl<const DOF: usize> Subspace<DOF> {
+impl<M: RigidMotion> Subspace<M> {
     /// The subspace of some of the axes of the tangent space.
     ///
     /// # Panics
     /// When there is no such axis.
     pub fn spanned_by(axes: &[usize]) -> Self {
-        let mut projection = SMatrix::zeros();
+        let mut projection = M::Matrix::zeros();
         for &axis in axes {
             projection[(axis, axis)] = 1.0;
         }
@@ -64,32 +65,32 @@ impl<const DOF: usize> Subspace<DOF> {
     }
 
     /// What of a subspace is across a direction; all of it where the direction is across it already.
-    fn across(projection: &SMatrix<f64, DOF, DOF>, direction: &SVector<f64, DOF>) -> Self {
-        let held = projection * direction;
+    fn across(projection: &M::Matrix, direction: &M::Tangent) -> Self {
+        let held = projection.apply(direction);
         let sq_length = held.norm_squared();
-        let held_by = if sq_length > 0.0 { held * held.transpose() / sq_length } else { SMatrix::zeros() };
-        Self { projection: projection - held_by }
+        let held_by = if sq_length > 0.0 { M::Matrix::outer(&held, &held) / sq_length } else { M::Matrix::zeros() };
+        Self { projection: *projection - held_by }
     }
 
     /// The equations whose solution is that of P^T H P x = -P^T b in the subspace, P being a basis of it: everything
     /// across it is held by a stiffness that mixes with nothing.
-    pub fn restrict(&self, equations: &NormalEquations<DOF>) -> NormalEquations<DOF> {
-        let across = SMatrix::identity() - self.projection;
+    pub fn restrict(&self, equations: &NormalEquations<M>) -> NormalEquations<M> {
+        let across = M::Matrix::identity() - self.projection;
         let stiffness = equations.H.trace().max(f64::MIN_POSITIVE);
         NormalEquations {
             H: self.projection * equations.H * self.projection + across * stiffness,
-            b: self.projection * equations.b,
+            b: self.projection.apply(&equations.b),
         }
     }
 }
 
 /// How the loop finds its next step.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Solver<const DOF: usize> {
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Solver<M: RigidMotion> {
     /// Which perturbations on the left of the estimate are free; none: all.
-    pub subspace: Option<Subspace<DOF>>,
+    pub subspace: Option<Subspace<M>>,
     /// Damping to begin with, in shares of the largest diagonal entry of H; none: plain steps of Gauss and Newton, or the closed
-    /// form where the metric has one. With damping, a step is taken only where it makes the weighted residuals smaller:
+    /// form where the factor has one. With damping, a step is taken only where it makes the weighted residuals smaller:
     /// otherwise the damping grows tenfold, and it shrinks again where steps succeed (Levenberg 1944).
     pub damping: Option<f64>,
 }
@@ -99,32 +100,39 @@ const MAX_TRIES: usize = 10;
 /// How the damping grows when a step fails, and shrinks when it succeeds.
 const DAMPING_FACTOR: f64 = 10.0;
 
-impl<const DOF: usize> Solver<DOF> {
+impl<M: RigidMotion> Default for Solver<M> {
+    /// Free to move in every way, by plain steps.
+    fn default() -> Self {
+        Self { subspace: None, damping: None }
+    }
+}
+
+impl<M: RigidMotion> Solver<M> {
     /// The step that these correspondences ask for; `None` where they fix nothing. `damping` is carried from step to step.
-    pub(super) fn step<const D: usize, M, F>(
+    pub(super) fn step<T, F>(
         &self,
-        target: &F::Target,
-        correspondences: &[Correspondence<D>],
+        factor: &F,
+        target: &T,
+        correspondences: &[Correspondence<M::Point>],
         damping: &mut f64,
     ) -> Option<M>
     where
-        M: RigidMotion<D, DOF>,
-        F: Metric<D, DOF, M>,
+        T: Target<Point = M::Point>,
+        F: Factor<M, T>,
     {
         if self.subspace.is_none() && self.damping.is_none() {
-            return F::step(target, correspondences);
+            return factor.step(target, correspondences);
         }
-        let equations = self.restricted(F::normal_equations(target, correspondences));
+        let equations = self.restricted(factor.normal_equations(target, correspondences));
         if self.damping.is_none() {
             return gauss_newton_step(&equations);
         }
-        let cost = |step: Option<&M>| -> f64 {
-            correspondences.iter().map(|c| sq_residual::<D, DOF, M, F>(target, c, step)).sum()
-        };
-        let (before, scale) = (cost(None), equations.H.diagonal().max());
+        let cost =
+            |step: Option<&M>| -> f64 { correspondences.iter().map(|c| sq_residual(factor, target, c, step)).sum() };
+        let (before, scale) = (cost(None), largest(&equations.H.diagonal()));
         for _ in 0..MAX_TRIES {
             let mut damped = equations;
-            damped.H += SMatrix::identity() * (*damping * scale);
+            damped.H += M::Matrix::identity() * (*damping * scale);
             let step: M = gauss_newton_step(&damped)?;
             if cost(Some(&step)) <= before {
                 *damping /= DAMPING_FACTOR;
@@ -137,31 +145,33 @@ impl<const DOF: usize> Solver<DOF> {
 
     /// The same with one more direction of perturbations held fast: what little measures it is left out, and all others are
     /// solved for (Zhang, Kaess and Singh, "On degeneracy of optimization-based state estimation problems", ICRA 2016).
-    pub(crate) fn holding(&self, direction: &SVector<f64, DOF>) -> Self {
-        let projection = self.subspace.map_or_else(SMatrix::identity, |subspace| subspace.projection);
+    pub(crate) fn holding(&self, direction: &M::Tangent) -> Self {
+        let projection = self.subspace.map_or_else(M::Matrix::identity, |subspace| subspace.projection);
         Self { subspace: Some(Subspace::across(&projection, direction)), ..*self }
     }
 
     /// The normal equations with what is not free held fast.
-    pub(crate) fn restricted(&self, equations: NormalEquations<DOF>) -> NormalEquations<DOF> {
+    pub(crate) fn restricted(&self, equations: NormalEquations<M>) -> NormalEquations<M> {
         self.subspace.as_ref().map_or(equations, |subspace| subspace.restrict(&equations))
     }
 }
 
+/// The largest entry of a vector.
+fn largest(vector: &impl Vector) -> f64 {
+    vector.as_slice().iter().copied().fold(f64::NEG_INFINITY, f64::max)
+}
+
 /// The weighted square of a correspondence's residual after a step.
-fn sq_residual<const D: usize, const DOF: usize, M, F>(
-    target: &F::Target,
-    correspondence: &Correspondence<D>,
-    step: Option<&M>,
-) -> f64
+fn sq_residual<M, T, F>(factor: &F, target: &T, correspondence: &Correspondence<M::Point>, step: Option<&M>) -> f64
 where
-    M: RigidMotion<D, DOF>,
-    F: Metric<D, DOF, M>,
+    M: RigidMotion,
+    T: Target<Point = M::Point>,
+    F: Factor<M, T>,
 {
     let Correspondence { target: index, moved, normal, residual, weight, .. } = correspondence;
     let residual = step.map_or(*residual, |step| {
         let normal = normal.map(|normal| step.rotate(&normal));
-        F::residual(target, *index, &step.act(moved), normal.as_ref()).unwrap_or(0.0)
+        factor.residual(target, *index, &step.act(moved), normal.as_ref()).unwrap_or(0.0)
     });
     weight * residual * residual
 }
@@ -169,13 +179,13 @@ where
 #[cfg(test)]
 mod tests {
     use super::*;
-    use nalgebra::{Matrix3, Matrix6, Vector6};
+    use nalgebra::{Matrix3, Matrix6, SMatrix, Vector6};
 
     #[test]
     fn the_restricted_solution_is_that_in_a_basis_of_the_subspace() {
         let A = Matrix6::from_fn(|row, column| ((row * 7 + column * 3 + 1) as f64).sin());
         let (H, b) = (A * A.transpose() + Matrix6::identity(), Vector6::from_fn(|row, _| (row as f64).cos()));
-        let restricted = Subspace::<6>::spanned_by(&[1, 3, 5]).restrict(&NormalEquations { H, b });
+        let restricted = Subspace::<Pose3>::spanned_by(&[1, 3, 5]).restrict(&NormalEquations { H, b });
         let found = -restricted.H.cholesky().unwrap().solve(&restricted.b);
         let P = SMatrix::<f64, 6, 3>::from_fn(|row, column| f64::from(row == 2 * column + 1));
         let expected = -(P * (P.transpose() * H * P).cholesky().unwrap().solve(&(P.transpose() * b)));

@@ -1,5 +1,6 @@
 //! Registration of clouds in space that have normals, with the metric chosen when it runs.
 
+use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
 use super::factors::{PlaneToPlane, PointToPlane};
@@ -9,7 +10,7 @@ use super::target::OrientedTarget;
 use crate::geometry::Pose3;
 
 /// A registration in space.
-pub type SpatialRegistration = Registration<3, 6, Pose3>;
+pub type SpatialRegistration = Registration<Pose3>;
 
 /// What a correspondence between clouds with normals measures.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -27,20 +28,20 @@ pub enum SpatialMetric {
 /// stages, everything else that of the last.
 pub fn register_in_space(
     metric: SpatialMetric,
-    source: Source<'_, 3>,
+    source: Source<'_, Vector3<f64>>,
     target: &OrientedTarget<3>,
     init_T_target_source: Pose3,
     (first, finer): (&IcpOptions, &[IcpOptions]),
-    solver: &Solver<6>,
+    solver: &Solver<Pose3>,
 ) -> SpatialRegistration {
-    let register = match metric {
-        SpatialMetric::PointToPlane => register_with::<3, 6, Pose3, PointToPlane>,
-        SpatialMetric::Gicp => register_with::<3, 6, Pose3, PlaneToPlane>,
+    let register = |init, options| match metric {
+        SpatialMetric::PointToPlane => register_with(source, target, init, &PointToPlane, options, solver),
+        SpatialMetric::Gicp => register_with(source, target, init, &PlaneToPlane, options, solver),
     };
-    let mut registration = register(source, target, init_T_target_source, first, solver);
+    let mut registration = register(init_T_target_source, first);
     for options in finer {
         let mut history = registration.history;
-        registration = register(source, target, registration.T_target_source, options, solver);
+        registration = register(registration.T_target_source, options);
         history.append(&mut registration.history);
         registration.history = history;
     }

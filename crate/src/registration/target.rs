@@ -2,6 +2,7 @@
 
 use nalgebra::SVector;
 
+use crate::geometry::Vector;
 use crate::search::{KdTree, Neighbor};
 
 /// Points (m) with a nearest-neighbour index.
@@ -81,13 +82,13 @@ impl<const D: usize> OrientedTarget<D> {
 
 /// What is remembered of the last search for a point.
 #[derive(Debug, Clone, Copy)]
-pub enum LastSearch<const D: usize> {
+pub enum LastSearch<P> {
     /// There was none.
     None,
     /// This target point was the nearest.
     Nearest(u32),
     /// No target point lay this near (m) to the place where the point was looked for.
-    NoneWithin(SVector<f64, D>, f64),
+    NoneWithin(P, f64),
 }
 
 /// A point without a partner is looked for within so many times the limit: while it moves by less than what is beyond, it
@@ -97,30 +98,51 @@ const CLEARANCE: f64 = 2.0;
 const ROUNDING: f64 = 1e-4;
 
 /// What the registration loop asks of a target, whatever the metric.
-pub trait Target<const D: usize> {
+pub trait Target {
+    /// Its points and normals.
+    type Point: Vector;
+
     /// The nearest target point within `max_distance` (m) of a point in the target frame.
-    fn nearest(&self, query: &SVector<f64, D>, max_distance: f64) -> Option<Neighbor>;
+    fn nearest(&self, query: &Self::Point, max_distance: f64) -> Option<Neighbor>;
     /// The same, for a point that was looked for before, when it lay nearby. What is remembered may bound the search, and
     /// changes nothing else.
-    fn nearest_again(&self, query: &SVector<f64, D>, max_distance: f64, _last: &mut LastSearch<D>) -> Option<Neighbor> {
+    fn nearest_again(
+        &self,
+        query: &Self::Point,
+        max_distance: f64,
+        _last: &mut LastSearch<Self::Point>,
+    ) -> Option<Neighbor> {
         self.nearest(query, max_distance)
     }
     /// Position of a target point (m).
-    fn point(&self, index: u32) -> SVector<f64, D>;
+    fn point(&self, index: u32) -> Self::Point;
     /// Unit normal of a target point, where it has one.
-    fn normal(&self, index: u32) -> Option<SVector<f64, D>>;
+    fn normal(&self, index: u32) -> Option<Self::Point>;
     /// Standard deviation of the surface at a target point along its normal (m); 0 where nothing is known of it.
-    fn deviation(&self, _index: u32) -> f64 {
+    fn sigma(&self, _index: u32) -> f64 {
         0.0
     }
 }
 
-impl<const D: usize> Target<D> for PointTarget<D> {
+/// A target whose points lie on surfaces with normals: what distances to planes and lines are measured to. A target without
+/// is not one, so that such a registration does not compile.
+pub trait SurfaceTarget: Target {}
+
+impl<const D: usize> SurfaceTarget for OrientedTarget<D> {}
+
+impl<const D: usize> Target for PointTarget<D> {
+    type Point = SVector<f64, D>;
+
     fn nearest(&self, query: &SVector<f64, D>, max_distance: f64) -> Option<Neighbor> {
         self.tree.nearest(&single_precision(query), max_distance as f32)
     }
 
-    fn nearest_again(&self, query: &SVector<f64, D>, max_distance: f64, last: &mut LastSearch<D>) -> Option<Neighbor> {
+    fn nearest_again(
+        &self,
+        query: &SVector<f64, D>,
+        max_distance: f64,
+        last: &mut LastSearch<Self::Point>,
+    ) -> Option<Neighbor> {
         let found = match *last {
             LastSearch::Nearest(index) => self.nearest_up_to(query, max_distance, index),
             LastSearch::NoneWithin(place, clearance) if (query - place).norm() + max_distance < clearance => {
@@ -150,12 +172,19 @@ impl<const D: usize> Target<D> for PointTarget<D> {
     }
 }
 
-impl<const D: usize> Target<D> for OrientedTarget<D> {
+impl<const D: usize> Target for OrientedTarget<D> {
+    type Point = SVector<f64, D>;
+
     fn nearest(&self, query: &SVector<f64, D>, max_distance: f64) -> Option<Neighbor> {
         self.points.nearest(query, max_distance)
     }
 
-    fn nearest_again(&self, query: &SVector<f64, D>, max_distance: f64, last: &mut LastSearch<D>) -> Option<Neighbor> {
+    fn nearest_again(
+        &self,
+        query: &SVector<f64, D>,
+        max_distance: f64,
+        last: &mut LastSearch<Self::Point>,
+    ) -> Option<Neighbor> {
         self.points.nearest_again(query, max_distance, last)
     }
 

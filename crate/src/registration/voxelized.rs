@@ -4,12 +4,12 @@
 //! stands for the points in it, with the mean of their positions and of their covariances, and each source point is a partner
 //! of the voxel that it lies in.
 
-use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
+use nalgebra::{Matrix3, Vector3};
 use rustc_hash::FxHashMap;
 
-use super::factors::{Correspondence, Metric, NormalEquations, PLANE_THICKNESS, gauss_newton_step};
+use super::factors::{Correspondence, Factor, NormalEquations, PLANE_THICKNESS};
 use super::target::{LastSearch, Target};
-use crate::geometry::RigidMotion;
+use crate::geometry::{Pose3, RigidMotion};
 use crate::search::Neighbor;
 
 /// Points with normals as Gaussians, one a voxel.
@@ -101,13 +101,20 @@ fn covariance(normal: &Vector3<f64>) -> Matrix3<f64> {
 
 /// The partner of a point is the voxel it lies in, if its mean is within the distance. Voxels have no normals: nothing is
 /// rejected by those.
-impl Target<3> for GaussianVoxels {
+impl Target for GaussianVoxels {
+    type Point = Vector3<f64>;
+
     fn nearest(&self, query: &Vector3<f64>, max_distance: f64) -> Option<Neighbor> {
         let index = *self.indices.get(&self.cell(query)?)?;
         self.partner(index, query, max_distance)
     }
 
-    fn nearest_again(&self, query: &Vector3<f64>, max_distance: f64, last: &mut LastSearch<3>) -> Option<Neighbor> {
+    fn nearest_again(
+        &self,
+        query: &Vector3<f64>,
+        max_distance: f64,
+        last: &mut LastSearch<Vector3<f64>>,
+    ) -> Option<Neighbor> {
         let cell = self.cell(query)?;
         let index = match *last {
             LastSearch::Nearest(index) if self.voxels[index as usize].cell == cell => index,
@@ -130,6 +137,7 @@ impl Target<3> for GaussianVoxels {
 ///
 /// The residual is scaled to metres as [that of plane to plane](super::factors::PlaneToPlane) is. A source point without a
 /// normal is taken to face as its voxel does.
+#[derive(Debug, Clone, Copy, Default)]
 pub struct PlaneToVoxel;
 
 /// The inverse of C_target + C_source, scaled by 2e.
@@ -143,23 +151,27 @@ fn precision(target: &Matrix3<f64>, source: Option<&Vector3<f64>>) -> Matrix3<f6
     Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz) * scale
 }
 
-impl<const DOF: usize, M: RigidMotion<3, DOF>> Metric<3, DOF, M> for PlaneToVoxel {
-    type Target = GaussianVoxels;
-
-    fn residual(target: &Self::Target, index: u32, moved: &Vector3<f64>, normal: Option<&Vector3<f64>>) -> Option<f64> {
+impl Factor<Pose3, GaussianVoxels> for PlaneToVoxel {
+    fn residual(
+        &self,
+        target: &GaussianVoxels,
+        index: u32,
+        moved: &Vector3<f64>,
+        normal: Option<&Vector3<f64>>,
+    ) -> Option<f64> {
         let d = moved - target.point(index);
         Some(d.dot(&(precision(target.covariance(index), normal) * d)).sqrt())
     }
 
-    fn step(target: &Self::Target, correspondences: &[Correspondence<3>]) -> Option<M> {
-        gauss_newton_step(&<Self as Metric<3, DOF, M>>::normal_equations(target, correspondences))
-    }
-
-    fn normal_equations(target: &Self::Target, correspondences: &[Correspondence<3>]) -> NormalEquations<DOF> {
-        let mut sums = NormalEquations { H: SMatrix::zeros(), b: SVector::zeros() };
+    fn normal_equations(
+        &self,
+        target: &GaussianVoxels,
+        correspondences: &[Correspondence<Vector3<f64>>],
+    ) -> NormalEquations<Pose3> {
+        let mut sums = NormalEquations::zeros();
         for c in correspondences {
             let weighted = precision(target.covariance(c.target), c.normal.as_ref()) * c.weight;
-            let (J, d) = (M::point_jacobian(&c.moved), c.moved - target.point(c.target));
+            let (J, d) = (Pose3::point_jacobian(&c.moved), c.moved - target.point(c.target));
             let projected = weighted * J; // symmetric
             sums.H += J.tr_mul(&projected);
             sums.b += projected.tr_mul(&d);

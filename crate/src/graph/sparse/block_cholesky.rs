@@ -4,9 +4,9 @@
 //! chapters 4 and 7.
 
 use super::BlockMatrix;
-use super::dense_block::{inverse_of_factor, subtract_product};
+use super::dense_block::inverse_of_factor;
 use super::factor_pattern::FactorPattern;
-use nalgebra::{SMatrix, SVector};
+use crate::geometry::SquareMatrix;
 use std::fmt;
 
 #[cfg(test)]
@@ -31,23 +31,23 @@ impl std::error::Error for NotPositiveDefinite {}
 
 /// Solver of block-sparse systems that prepares a pattern once and then only computes with numbers.
 #[derive(Debug, Clone)]
-pub struct BlockCholesky<const B: usize> {
+pub struct BlockCholesky<B> {
     pattern: FactorPattern,
     /// Inverses of the diagonal blocks of L, lower triangular.
-    inverse_diagonal: Vec<SMatrix<f64, B, B>>,
+    inverse_diagonal: Vec<B>,
     /// Blocks of L below the diagonal, column by column.
-    blocks: Vec<SMatrix<f64, B, B>>,
+    blocks: Vec<B>,
     /// Where a block row is in the column that is being computed.
     place_in_column: Vec<u32>,
 }
 
-impl<const B: usize> BlockCholesky<B> {
+impl<B: SquareMatrix> BlockCholesky<B> {
     /// Prepares for the pattern of `H`: the order of elimination and the blocks of the factor.
     pub fn new(H: &BlockMatrix<B>) -> Self {
         let pattern = FactorPattern::new(H.num_variables(), H.places());
         Self {
-            inverse_diagonal: vec![SMatrix::zeros(); pattern.num_variables()],
-            blocks: vec![SMatrix::zeros(); pattern.rows.len()],
+            inverse_diagonal: vec![B::zeros(); pattern.num_variables()],
+            blocks: vec![B::zeros(); pattern.rows.len()],
             place_in_column: vec![0; pattern.num_variables()],
             pattern,
         }
@@ -62,7 +62,7 @@ impl<const B: usize> BlockCholesky<B> {
         if H.num_variables() != self.pattern.num_variables() || H.places() != self.pattern.places {
             *self = Self::new(H);
         }
-        self.blocks.fill(SMatrix::zeros());
+        self.blocks.fill(B::zeros());
         for (block, &(entry, is_transposed)) in H.blocks().iter().zip(&self.pattern.targets) {
             self.blocks[entry as usize] = if is_transposed { block.transpose() } else { *block };
         }
@@ -86,16 +86,16 @@ impl<const B: usize> BlockCholesky<B> {
         let mut pivot = *diagonal;
         for &(k, entry) in pattern.row(j) {
             let L_jk = done[entry as usize];
-            subtract_product(&mut pivot, &L_jk, &L_jk);
+            pivot.subtract_product(&L_jk, &L_jk);
             let below = entry as usize + 1..pattern.column(k as usize).end;
             for (&i, L_ik) in pattern.rows[below.clone()].iter().zip(&done[below]) {
-                subtract_product(&mut current[self.place_in_column[i as usize] as usize], L_ik, &L_jk);
+                current[self.place_in_column[i as usize] as usize].subtract_product(L_ik, &L_jk);
             }
         }
         let inverse = inverse_of_factor(&pivot, diagonal).ok_or(NotPositiveDefinite { variable })?;
         for block in current {
-            let mut scaled = SMatrix::zeros();
-            subtract_product(&mut scaled, block, &-inverse);
+            let mut scaled = B::zeros();
+            scaled.subtract_product(block, &-inverse);
             *block = scaled;
         }
         self.inverse_diagonal[j] = inverse;
@@ -105,33 +105,33 @@ impl<const B: usize> BlockCholesky<B> {
 
 /// A factored matrix, ready to solve with.
 #[derive(Debug, Clone, Copy)]
-pub struct Factor<'a, const B: usize> {
+pub struct Factor<'a, B> {
     pattern: &'a FactorPattern,
-    inverse_diagonal: &'a [SMatrix<f64, B, B>],
-    blocks: &'a [SMatrix<f64, B, B>],
+    inverse_diagonal: &'a [B],
+    blocks: &'a [B],
 }
 
-impl<const B: usize> Factor<'_, B> {
+impl<B: SquareMatrix> Factor<'_, B> {
     /// Replaces `rhs` by the `x` of `H x = rhs`.
     ///
     /// # Panics
     /// Where `rhs` is not as long as the matrix has block rows.
-    pub fn solve(&self, rhs: &mut [SVector<f64, B>]) {
+    pub fn solve(&self, rhs: &mut [B::Vector]) {
         assert_eq!(rhs.len(), self.pattern.num_variables(), "one block of the right-hand side per variable");
         let mut x: Vec<_> = self.pattern.variables.iter().map(|&variable| rhs[variable as usize]).collect();
         for j in 0..x.len() {
-            let x_j = self.inverse_diagonal[j] * x[j];
+            let x_j = self.inverse_diagonal[j].apply(&x[j]);
             x[j] = x_j;
             for (&i, L_ij) in self.column(j) {
-                x[i as usize] -= L_ij * x_j;
+                x[i as usize] -= L_ij.apply(&x_j);
             }
         }
         for j in (0..x.len()).rev() {
             let mut x_j = x[j];
             for (&i, L_ij) in self.column(j) {
-                x_j -= L_ij.tr_mul(&x[i as usize]);
+                x_j -= L_ij.tr_apply(&x[i as usize]);
             }
-            x[j] = self.inverse_diagonal[j].tr_mul(&x_j);
+            x[j] = self.inverse_diagonal[j].tr_apply(&x_j);
         }
         for (x, &variable) in x.into_iter().zip(&self.pattern.variables) {
             rhs[variable as usize] = x;
@@ -143,19 +143,19 @@ impl<const B: usize> Factor<'_, B> {
     ///
     /// # Panics
     /// Where `variable` is not one of the matrix.
-    pub fn covariance(&self, variable: usize) -> SMatrix<f64, B, B> {
+    pub fn covariance(&self, variable: usize) -> B {
         // With X = L^-1 E, where E is the variable's columns of the identity, the block is E^T H^-1 E = X^T X.
         // X begins at the variable's own position and goes on only at what its elimination has changed.
         let first = self.pattern.positions[variable] as usize;
-        let mut X = vec![SMatrix::<f64, B, B>::zeros(); self.pattern.num_variables() - first];
-        X[0] = SMatrix::identity();
-        let mut covariance = SMatrix::zeros();
+        let mut X = vec![B::zeros(); self.pattern.num_variables() - first];
+        X[0] = B::identity();
+        let mut covariance = B::zeros();
         let mut next = Some(first);
         while let Some(j) = next {
             let X_j = self.inverse_diagonal[j] * X[j - first];
             covariance += X_j.tr_mul(&X_j);
             for (&i, L_ij) in self.column(j) {
-                X[i as usize - first] -= L_ij * X_j;
+                X[i as usize - first] -= *L_ij * X_j;
             }
             next = self.pattern.rows[self.pattern.column(j)].first().map(|&parent| parent as usize);
         }
@@ -167,10 +167,10 @@ impl<const B: usize> Factor<'_, B> {
     /// Takahashi's equations: from `L^T H^-1 = L^-1` the inverse follows column by column from the last to the first,
     /// and to compute it at the blocks of `L` no other blocks of it are needed. Erisman and Tinney, "On computing
     /// certain elements of the inverse of a sparse matrix", Communications of the ACM 18 (1975).
-    pub fn covariances(&self) -> Vec<SMatrix<f64, B, B>> {
+    pub fn covariances(&self) -> Vec<B> {
         let pattern = self.pattern;
-        let mut diagonal = vec![SMatrix::<f64, B, B>::zeros(); pattern.num_variables()];
-        let mut blocks = vec![SMatrix::<f64, B, B>::zeros(); self.blocks.len()];
+        let mut diagonal = vec![B::zeros(); pattern.num_variables()];
+        let mut blocks = vec![B::zeros(); self.blocks.len()];
         let mut unit_column = Vec::new();
         for j in (0..pattern.num_variables()).rev() {
             let inverse = &self.inverse_diagonal[j];
@@ -178,18 +178,18 @@ impl<const B: usize> Factor<'_, B> {
             let rows = &pattern.rows[column.clone()];
             // M_ij = L_ij L_jj^-1; the column of the inverse is S_ij = -(sum over k of S_ik M_kj).
             unit_column.clear();
-            unit_column.extend(self.blocks[column.clone()].iter().map(|L_ij| L_ij * inverse));
+            unit_column.extend(self.blocks[column.clone()].iter().map(|L_ij| *L_ij * *inverse));
             let (before, after) = blocks.split_at_mut(column.end);
             let current = &mut before[column.start..];
             for (place, &k) in rows.iter().enumerate() {
                 let M_kj = &unit_column[place];
-                current[place] -= diagonal[k as usize] * M_kj;
+                current[place] -= diagonal[k as usize] * *M_kj;
                 // The rows of this column after k are all among those of column k.
                 let mut later = place + 1;
                 for entry in pattern.column(k as usize) {
                     if rows.get(later) == Some(&pattern.rows[entry]) {
                         let S_ik = &after[entry - column.end];
-                        current[later] -= S_ik * M_kj;
+                        current[later] -= *S_ik * *M_kj;
                         current[place] -= S_ik.tr_mul(&unit_column[later]);
                         later += 1;
                     }
@@ -202,7 +202,7 @@ impl<const B: usize> Factor<'_, B> {
     }
 
     /// Rows and blocks of a column below the diagonal.
-    fn column(&self, j: usize) -> impl Iterator<Item = (&u32, &SMatrix<f64, B, B>)> {
+    fn column(&self, j: usize) -> impl Iterator<Item = (&u32, &B)> {
         let column = self.pattern.column(j);
         self.pattern.rows[column.clone()].iter().zip(&self.blocks[column])
     }

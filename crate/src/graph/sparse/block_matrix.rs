@@ -1,27 +1,27 @@
 //! A symmetric matrix of blocks that is summed up measurement by measurement.
 
-use nalgebra::SMatrix;
+use crate::geometry::SquareMatrix;
 
-/// A symmetric matrix of `B` x `B` blocks, one block row per variable, of which only some blocks are not zero.
+/// A symmetric matrix of blocks of one size, one block row per variable, of which only some blocks are not zero.
 ///
 /// The blocks present are its pattern. It grows with [`add`](Self::add) and outlives [`clear`](Self::clear), so that a
 /// [`BlockCholesky`](super::BlockCholesky) prepares a pattern once for all iterations.
 #[derive(Debug, Clone)]
-pub struct BlockMatrix<const B: usize> {
-    diagonal: Vec<SMatrix<f64, B, B>>,
+pub struct BlockMatrix<B> {
+    diagonal: Vec<B>,
     /// Above the diagonal, in the order in which they were first added to.
-    blocks: Vec<SMatrix<f64, B, B>>,
+    blocks: Vec<B>,
     /// Row and column of each of `blocks`, row < column.
     places: Vec<(u32, u32)>,
     /// For each column its rows, ascending, each with the index of its block.
     columns: Vec<Vec<(u32, u32)>>,
 }
 
-impl<const B: usize> BlockMatrix<B> {
+impl<B: SquareMatrix> BlockMatrix<B> {
     /// The zero matrix for this many variables, less than 2^32.
     pub fn new(num_variables: usize) -> Self {
         Self {
-            diagonal: vec![SMatrix::zeros(); num_variables],
+            diagonal: vec![B::zeros(); num_variables],
             blocks: Vec::new(),
             places: Vec::new(),
             columns: vec![Vec::new(); num_variables],
@@ -38,9 +38,9 @@ impl<const B: usize> BlockMatrix<B> {
     ///
     /// # Panics
     /// Where `i` or `j` is not a variable of the matrix.
-    pub fn add(&mut self, i: usize, j: usize, block: &SMatrix<f64, B, B>) {
+    pub fn add(&mut self, i: usize, j: usize, block: &B) {
         if i == j {
-            self.diagonal[i] += block;
+            self.diagonal[i] += *block;
             return;
         }
         let (row, column) = (i.min(j) as u32, i.max(j) as u32);
@@ -50,12 +50,12 @@ impl<const B: usize> BlockMatrix<B> {
             Err(place) => {
                 rows.insert(place, (row, self.blocks.len() as u32));
                 self.places.push((row, column));
-                self.blocks.push(SMatrix::zeros());
+                self.blocks.push(B::zeros());
                 self.blocks.len() - 1
             }
         };
         if i < j {
-            self.blocks[index] += block;
+            self.blocks[index] += *block;
         } else {
             self.blocks[index] += block.transpose();
         }
@@ -65,14 +65,14 @@ impl<const B: usize> BlockMatrix<B> {
     ///
     /// # Panics
     /// Where `i` or `j` is not a variable of the matrix.
-    pub fn block(&self, i: usize, j: usize) -> SMatrix<f64, B, B> {
+    pub fn block(&self, i: usize, j: usize) -> B {
         if i == j {
             return self.diagonal[i];
         }
         let (row, column) = (i.min(j), i.max(j));
         let rows = &self.columns[column];
         let Ok(place) = rows.binary_search_by_key(&(row as u32), |&(row, _)| row) else {
-            return SMatrix::zeros();
+            return B::zeros();
         };
         let block = self.blocks[rows[place].1 as usize];
         if i < j { block } else { block.transpose() }
@@ -80,15 +80,15 @@ impl<const B: usize> BlockMatrix<B> {
 
     /// Sets all blocks to zero and keeps the pattern.
     pub fn clear(&mut self) {
-        self.diagonal.fill(SMatrix::zeros());
-        self.blocks.fill(SMatrix::zeros());
+        self.diagonal.fill(B::zeros());
+        self.blocks.fill(B::zeros());
     }
 
-    pub(super) fn diagonal(&self) -> &[SMatrix<f64, B, B>] {
+    pub(super) fn diagonal(&self) -> &[B] {
         &self.diagonal
     }
 
-    pub(super) fn blocks(&self) -> &[SMatrix<f64, B, B>] {
+    pub(super) fn blocks(&self) -> &[B] {
         &self.blocks
     }
 
@@ -105,7 +105,7 @@ mod tests {
     #[test]
     fn blocks_add_up_from_both_sides_and_the_pattern_stays() {
         let block = Matrix2::new(1.0, 2.0, 3.0, 4.0);
-        let mut H = BlockMatrix::<2>::new(3);
+        let mut H = BlockMatrix::<Matrix2<f64>>::new(3);
         H.add(2, 0, &block);
         assert_eq!((H.block(2, 0), H.block(0, 2)), (block, block.transpose()));
         H.add(0, 2, &block);

@@ -281,14 +281,8 @@ mod tests {
 
     #[test]
     fn poses_move_points_and_heights_and_strays_are_cut() {
-        let T = <Pose3 as RigidMotion<3, 6>>::exp(&nalgebra::Vector6::new(
-            0.0,
-            0.0,
-            std::f64::consts::FRAC_PI_2,
-            1.0,
-            2.0,
-            0.0,
-        ));
+        let T =
+            <Pose3 as RigidMotion>::exp(&nalgebra::Vector6::new(0.0, 0.0, std::f64::consts::FRAC_PI_2, 1.0, 2.0, 0.0));
         let expected = T * nalgebra::Point3::new(0.5, 0.25, 2.0);
         let mut map = VoxelMap::new(0.05);
         map.insert(&cloud(&[[0.5, 0.25, 2.0]]), &T, 0, 100.0);
@@ -326,7 +320,7 @@ mod tests {
 
     #[test]
     fn a_batch_finds_the_voxels_that_single_points_lie_in() {
-        let T = <Pose3 as RigidMotion<3, 6>>::exp(&nalgebra::Vector6::new(0.3, -1.2, 0.4, -3.0, 2.0, 0.7));
+        let T = <Pose3 as RigidMotion>::exp(&nalgebra::Vector6::new(0.3, -1.2, 0.4, -3.0, 2.0, 0.7));
         let grid = Grid::new(0.05, &T, 2.0);
         let positions: Vec<[f32; 3]> = (0..1000)
             .map(|i| [(i % 10) as f32 * 0.3 - 1.5, (i / 100) as f32 * 0.4 - 2.0, (i / 10 % 10) as f32])

@@ -183,7 +183,7 @@ impl CloudOdometry {
             *only
         } else {
             let sample = frame.at_most(ROUGH_POINTS);
-            let source = Source { points: &sample.points, normals: Some(&sample.normals), deviations: None };
+            let source = Source { points: &sample.points, normals: Some(&sample.normals), sigmas: None };
             let rough =
                 guesses.iter().map(|guess| register_in_space(metric, source, target, *guess, (&first, &[]), &solver));
             let better = |best: SpatialRegistration, next: SpatialRegistration| {

@@ -79,8 +79,8 @@ impl PreparedCloud {
     }
 
     /// The points as something to register.
-    pub fn source(&self) -> Source<'_, 3> {
-        Source { points: self.target.points(), normals: Some(self.target.normals()), deviations: None }
+    pub fn source(&self) -> Source<'_, Vector3<f64>> {
+        Source { points: self.target.points(), normals: Some(self.target.normals()), sigmas: None }
     }
 
     /// The points as something to register to.

@@ -15,7 +15,7 @@ use super::seen::Seen;
 use crate::camera::brightness::NUM_LEVELS;
 use crate::geometry::{Pose3, RigidMotion};
 use crate::map::keyframes::{KeyView, apart};
-use crate::registration::factors::{Metric, NormalEquations, PointToSurfel};
+use crate::registration::factors::{Factor, NormalEquations, PointToPlane};
 use crate::registration::photometric::{
     Gaussian, MIN_POINTS, PhotometricResult, TexturedPoint, Witness, correlation, register_by_brightness,
 };
@@ -106,10 +106,9 @@ fn surfaces_of(matching: &Matching<'_>, found: &Found) -> Gaussian {
     let camera = frame.image.cell_camera();
     let (columns, rows) = (frame.image.columns.div_ceil(PATCH).max(1), frame.image.rows.div_ceil(PATCH).max(1));
     let mut patches = vec![Vector6::zeros(); columns * rows];
-    let mut sum = NormalEquations { H: Matrix6::zeros(), b: Vector6::zeros() };
+    let mut sum = NormalEquations::<Pose3>::zeros();
     for pair in found.registration.correspondences.iter().step_by(SURFACE_STRIDE) {
-        let equations =
-            <PointToSurfel as Metric<3, 6, Pose3>>::normal_equations(&found.view, std::slice::from_ref(pair));
+        let equations: NormalEquations<Pose3> = PointToPlane.normal_equations(&found.view, std::slice::from_ref(pair));
         let Some(place) = camera.project(&fine.points[pair.source as usize]) else { continue };
         let (column, row) = (place.x.max(0.0) as usize / PATCH, place.y.max(0.0) as usize / PATCH);
         sum.H += equations.H;

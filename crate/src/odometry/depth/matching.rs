@@ -12,7 +12,7 @@ use super::seen::Seen;
 use super::{DepthOptions, SAME_PLACE};
 use crate::geometry::Pose3;
 use crate::map::keyframes::apart;
-use crate::registration::factors::PointToSurfel;
+use crate::registration::factors::PointToPlane;
 use crate::registration::icp::{Criteria, IcpOptions, Rejection, Weighting, register_with};
 use crate::registration::prepared_surfels::{PreparedSurfels, SurfelCloud};
 use crate::registration::projective::ProjectiveTarget;
@@ -64,7 +64,7 @@ pub(super) struct Matching<'a> {
     sparse: SurfelCloud,
     pub(super) middle: SurfelCloud,
     pub(super) fine: SurfelCloud,
-    pub(super) solver: Solver<6>,
+    pub(super) solver: Solver<Pose3>,
     /// What stands out of it, where its colours are to be used.
     pub(super) colored: Option<Colored<'a>>,
 }
@@ -205,7 +205,7 @@ impl<'a> Matching<'a> {
         self.register_finely_by(&self.solver.holding(&along), guess)
     }
 
-    fn register_finely_by(&self, solver: &Solver<6>, guess: Pose3) -> Found {
+    fn register_finely_by(&self, solver: &Solver<Pose3>, guess: Pose3) -> Found {
         let view = self.seen.map.view(&self.frame.image, &guess);
         let registration = register(solver, &view, &self.fine, guess, &fine_options());
         let Evidence { support, overlap, agreement } =
@@ -293,13 +293,13 @@ pub(super) fn is_held_well(share: f64, deviation: f64) -> bool {
 }
 
 fn register(
-    solver: &Solver<6>,
+    solver: &Solver<Pose3>,
     view: &ProjectiveTarget,
     cloud: &SurfelCloud,
     guess: Pose3,
     options: &IcpOptions,
 ) -> SpatialRegistration {
-    register_with::<3, 6, Pose3, PointToSurfel>(cloud.source(), view, guess, options, solver)
+    register_with(cloud.source(), view, guess, &PointToPlane, options, solver)
 }
 
 fn rough_options() -> IcpOptions {

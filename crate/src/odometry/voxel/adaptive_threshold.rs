@@ -27,9 +27,9 @@ impl AdaptiveThreshold {
 
     /// Takes in the motion by which a frame was off its prediction; `max_range` (m) is how far its points reach.
     pub fn update(&mut self, deviation: &Pose3, max_range: f64) {
-        let angle = <Pose3 as RigidMotion<3, 6>>::rotation_angle(deviation);
+        let angle = <Pose3 as RigidMotion>::rotation_angle(deviation);
         let delta_rot = 2.0 * max_range * (0.5 * angle).sin();
-        let delta_trans = <Pose3 as RigidMotion<3, 6>>::translation_norm(deviation);
+        let delta_trans = <Pose3 as RigidMotion>::translation_norm(deviation);
         let delta = delta_rot + delta_trans;
         if delta > MIN_DEVIATION {
             self.sum_of_squares += delta * delta;
@@ -52,11 +52,11 @@ mod tests {
     fn follows_the_deviations_and_does_not_fall_below_what_tells() {
         let mut threshold = AdaptiveThreshold::new(1.5);
         assert!((threshold.threshold() - 1.5).abs() < 1e-12);
-        let small = <Pose3 as RigidMotion<3, 6>>::exp(&Vector6::new(0.0, 0.001, 0.0, 0.01, 0.0, 0.0));
+        let small = <Pose3 as RigidMotion>::exp(&Vector6::new(0.0, 0.001, 0.0, 0.01, 0.0, 0.0));
         threshold.update(&small, 10.0);
         assert!((threshold.threshold() - 1.5).abs() < 1e-12);
         // A turn of 0.1 rad moves a point at 4 m by 0.4 m, to which 0.2 m of way are added.
-        let turn = Pose3::translation(0.2, 0.0, 0.0) * <Pose3 as RigidMotion<3, 6>>::exp(&(Vector6::y() * 0.1));
+        let turn = Pose3::translation(0.2, 0.0, 0.0) * <Pose3 as RigidMotion>::exp(&(Vector6::y() * 0.1));
         threshold.update(&turn, 4.0);
         let delta = 8.0 * 0.05_f64.sin() + 0.2;
         assert!((threshold.threshold() - 3.0 * (f64::midpoint(0.25, delta * delta)).sqrt()).abs() < 1e-12);

@@ -1,14 +1,11 @@
 //! The map that frames are registered to, kept as the settings say.
 
-use nalgebra::{SVector, Vector3};
+use nalgebra::Vector3;
 
 use super::options::{KeptPoint, MapKind, StrategySettings};
 use super::voxel_grid::VoxelGrid;
-use crate::geometry::{Pose3, RigidMotion};
-use crate::registration::factors::{
-    Correspondence, Metric, NormalEquations, best_rigid_motion, gauss_newton_step, plane_equations, plane_residual,
-};
-use crate::registration::target::{LastSearch, Target};
+use crate::geometry::Pose3;
+use crate::registration::target::{LastSearch, SurfaceTarget, Target};
 use crate::search::{KdTree, Neighbor};
 
 /// A point without a partner is looked for within so many times the limit: while it moves by less than what is beyond, it
@@ -142,7 +139,9 @@ impl LocalMap {
     }
 }
 
-impl Target<3> for LocalMap {
+impl Target for LocalMap {
+    type Point = Vector3<f64>;
+
     fn nearest(&self, query: &Vector3<f64>, max_distance: f64) -> Option<Neighbor> {
         match &self.index {
             Index::Tree(tree) => tree.nearest(&[query.x as f32, query.y as f32, query.z as f32], max_distance as f32),
@@ -150,7 +149,12 @@ impl Target<3> for LocalMap {
         }
     }
 
-    fn nearest_again(&self, query: &Vector3<f64>, max_distance: f64, last: &mut LastSearch<3>) -> Option<Neighbor> {
+    fn nearest_again(
+        &self,
+        query: &Vector3<f64>,
+        max_distance: f64,
+        last: &mut LastSearch<Vector3<f64>>,
+    ) -> Option<Neighbor> {
         let found = match *last {
             LastSearch::Nearest(index) => {
                 // A little more than the way to the last partner, so that rounding does not shut it out.
@@ -182,49 +186,7 @@ impl Target<3> for LocalMap {
     }
 }
 
-/// Point-to-point against a [`LocalMap`].
-pub struct PointToMap;
-
-/// Point-to-plane against a [`LocalMap`].
-pub struct PlaneToMap;
-
-impl<M: RigidMotion<3, 6>> Metric<3, 6, M> for PointToMap {
-    type Target = LocalMap;
-
-    fn residual(target: &LocalMap, index: u32, moved: &Vector3<f64>, _normal: Option<&Vector3<f64>>) -> Option<f64> {
-        Some((moved - target.point(index)).norm())
-    }
-
-    fn step(target: &LocalMap, correspondences: &[Correspondence<3>]) -> Option<M> {
-        best_rigid_motion(correspondences.iter().map(|c| (c.moved, target.point(c.target), c.weight)))
-    }
-
-    fn normal_equations(target: &LocalMap, correspondences: &[Correspondence<3>]) -> NormalEquations<6> {
-        let mut sums = NormalEquations { H: nalgebra::SMatrix::zeros(), b: SVector::zeros() };
-        for c in correspondences {
-            let J = M::point_jacobian(&c.moved);
-            sums.H += J.tr_mul(&J) * c.weight;
-            sums.b += J.tr_mul(&(c.moved - target.point(c.target))) * c.weight;
-        }
-        sums
-    }
-}
-
-impl<M: RigidMotion<3, 6>> Metric<3, 6, M> for PlaneToMap {
-    type Target = LocalMap;
-
-    fn residual(target: &LocalMap, index: u32, moved: &Vector3<f64>, _normal: Option<&Vector3<f64>>) -> Option<f64> {
-        plane_residual(target, index, moved)
-    }
-
-    fn step(target: &LocalMap, correspondences: &[Correspondence<3>]) -> Option<M> {
-        gauss_newton_step(&plane_equations::<3, 6, M>(target, correspondences))
-    }
-
-    fn normal_equations(target: &LocalMap, correspondences: &[Correspondence<3>]) -> NormalEquations<6> {
-        plane_equations::<3, 6, M>(target, correspondences)
-    }
-}
+impl SurfaceTarget for LocalMap {}
 
 /// Moves points and normals of the sensor's frame into the world.
 pub(super) fn placed(

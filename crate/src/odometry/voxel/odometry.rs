@@ -4,10 +4,11 @@ use nalgebra::{UnitQuaternion, Vector3};
 use rustc_hash::FxHashSet;
 
 use super::adaptive_threshold::AdaptiveThreshold;
-use super::local_map::{LocalMap, PlaneToMap, PointToMap, placed};
+use super::local_map::{LocalMap, placed};
 use super::options::{AddedPoints, MapKind, Stages, StrategyMetric, StrategyMotion, StrategySettings, ThresholdKind};
 use crate::geometry::{PointCloud, Pose3};
 use crate::odometry::assessment::Status;
+use crate::registration::factors::{PointToPlane, PointToPoint};
 use crate::registration::icp::{Criteria, IcpOptions, Rejection, Source, Weighting, register_with};
 use crate::registration::robust_kernel::RobustKernel;
 use crate::registration::solver::{Solver, Subspace};
@@ -70,7 +71,7 @@ pub struct StrategyOdometry {
     is_camera: bool,
     map: LocalMap,
     threshold: AdaptiveThreshold,
-    solver: Solver<6>,
+    solver: Solver<Pose3>,
     /// The axis that stands upright, where the motion is planar.
     upright: Option<Upright>,
     T_world_last: Option<Pose3>,
@@ -220,16 +221,20 @@ impl StrategyOdometry {
                 translation_eps: TRANSLATION_EPS,
             },
         };
-        let register = match self.settings.metric {
-            StrategyMetric::PointToPoint => register_with::<3, 6, Pose3, PointToMap>,
-            StrategyMetric::PointToPlane => register_with::<3, 6, Pose3, PlaneToMap>,
+        let source = Source { points: &source.positions, normals: Some(&source.normals), sigmas: None };
+        let register = |guess, options: &IcpOptions| match self.settings.metric {
+            StrategyMetric::PointToPoint => {
+                register_with(source, &self.map, guess, &PointToPoint, options, &self.solver)
+            }
+            StrategyMetric::PointToPlane => {
+                register_with(source, &self.map, guess, &PointToPlane, options, &self.solver)
+            }
         };
-        let source = Source { points: &source.positions, normals: Some(&source.normals), deviations: None };
-        let mut registration = register(source, &self.map, guess, &stage(threshold), &self.solver);
+        let mut registration = register(guess, &stage(threshold));
         let close_by = self.close_by();
         if self.settings.stages == Stages::Two && (f64::MIN_POSITIVE..threshold).contains(&close_by) {
             let mut history = std::mem::take(&mut registration.history);
-            registration = register(source, &self.map, registration.T_target_source, &stage(close_by), &self.solver);
+            registration = register(registration.T_target_source, &stage(close_by));
             history.append(&mut registration.history);
             registration.history = history;
         }

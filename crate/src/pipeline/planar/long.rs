@@ -111,7 +111,7 @@ impl LongSequence {
     }
 
     /// What the chain and the loops tell of the motions between keyframes at these poses, as far as it fits.
-    pub fn known_motions(&self, of_nodes: &[Pose2]) -> Vec<KnownMotion<3, Pose2>> {
+    pub fn known_motions(&self, of_nodes: &[Pose2]) -> Vec<KnownMotion<Pose2>> {
         let relations = self.closure.relations_of_links();
         let known = relations.iter().map(|relation| {
             let weight = relation.weight(relation.squared_distance(of_nodes)) * MATCH_SIGMA * MATCH_SIGMA;

@@ -75,7 +75,7 @@ struct Run {
 struct Joint {
     frames: Vec<usize>,
     targets: JointTargets,
-    graph: PoseGraph<2, 3, Pose2>,
+    graph: PoseGraph<Pose2>,
 }
 
 enum JointTargets {
@@ -477,16 +477,16 @@ impl Joint {
         match &self.targets {
             JointTargets::Points(targets) => {
                 let nodes: Vec<_> = sources.zip(targets).map(|(source, target)| Node { source, target }).collect();
-                self.graph.advance::<PointToPoint>(&nodes, options, POINTS_A_STEP);
+                self.graph.advance(&PointToPoint, &nodes, options, POINTS_A_STEP);
             }
             JointTargets::Oriented(targets) => {
                 let nodes: Vec<_> = sources.zip(targets).map(|(source, target)| Node { source, target }).collect();
-                self.graph.advance::<PointToPlane>(&nodes, options, POINTS_A_STEP);
+                self.graph.advance(&PointToPlane, &nodes, options, POINTS_A_STEP);
             }
         }
     }
 }
 
-fn source(scan: &PlanarScan) -> Source<'_, 2> {
-    Source { points: &scan.points, normals: Some(&scan.normals), deviations: None }
+fn source(scan: &PlanarScan) -> Source<'_, Vector2<f64>> {
+    Source { points: &scan.points, normals: Some(&scan.normals), sigmas: None }
 }

@@ -257,7 +257,7 @@ fn take_cloud(header: &CloudHeader, rest: &mut &[u8]) -> Result<PointCloud> {
 
 fn numbers_of(surfel: &Surfel) -> [f64; 7] {
     let (p, n) = (surfel.point, surfel.normal);
-    [p.x, p.y, p.z, n.x, n.y, n.z, surfel.deviation]
+    [p.x, p.y, p.z, n.x, n.y, n.z, surfel.sigma]
 }
 
 fn take_surfels(grid: &Grid, rest: &mut &[u8]) -> Result<SurfelImage> {
@@ -266,8 +266,8 @@ fn take_surfels(grid: &Grid, rest: &mut &[u8]) -> Result<SurfelImage> {
     let mut cells = vec![None; num_cells];
     for filled in filled.chunks_exact(SURFEL_BYTES) {
         let (cell, numbers) = filled.split_at(size_of::<u32>());
-        let [x, y, z, nx, ny, nz, deviation]: [f64; 7] = bytemuck::pod_read_unaligned(numbers);
-        let surfel = Surfel { point: Vector3::new(x, y, z), normal: Vector3::new(nx, ny, nz), deviation };
+        let [x, y, z, nx, ny, nz, sigma]: [f64; 7] = bytemuck::pod_read_unaligned(numbers);
+        let surfel = Surfel { point: Vector3::new(x, y, z), normal: Vector3::new(nx, ny, nz), sigma };
         let cell: u32 = bytemuck::pod_read_unaligned(cell);
         *cells.get_mut(cell as usize).ok_or_else(no_frame)? = Some(surfel);
     }

@@ -64,7 +64,7 @@ pub fn ransac(
         if !edges_agree(&sample, options.edge_length_ratio) {
             continue;
         }
-        let Some(T) = best_rigid_motion::<3, 6, Pose3>(sample.iter().map(|(p, q)| (*p, *q, 1.0))) else { continue };
+        let Some(T) = best_rigid_motion::<Pose3>(sample.iter().map(|(p, q)| (*p, *q, 1.0))) else { continue };
         if Consensus::of(&T, &sample, max_distance).num_inliers == sample.len() && overlap.improves(&T) {
             let consensus = Consensus::of(&T, pairs, max_distance);
             let share = consensus.num_inliers as f64 / pairs.len() as f64;

@@ -12,7 +12,7 @@ pub(crate) struct SurfelCloud {
     pub(crate) points: Vec<Vector3<f64>>,
     pub(crate) normals: Vec<Vector3<f64>>,
     known_normals: Vec<Option<Vector3<f64>>>,
-    deviations: Vec<f64>,
+    sigmas: Vec<f64>,
 }
 
 impl SurfelCloud {
@@ -23,21 +23,21 @@ impl SurfelCloud {
             points: Vec::with_capacity(most),
             normals: Vec::with_capacity(most),
             known_normals: Vec::with_capacity(most),
-            deviations: Vec::with_capacity(most),
+            sigmas: Vec::with_capacity(most),
         };
-        for Surfel { point, normal, deviation } in surfels {
+        for Surfel { point, normal, sigma } in surfels {
             cloud.points.push(point);
             cloud.normals.push(normal);
             cloud.known_normals.push(Some(normal));
-            cloud.deviations.push(deviation);
+            cloud.sigmas.push(sigma);
         }
         cloud
     }
 
     /// Its pieces, in order.
     pub(crate) fn surfels(&self) -> impl Iterator<Item = Surfel> {
-        let columns = self.points.iter().zip(&self.normals).zip(&self.deviations);
-        columns.map(|((&point, &normal), &deviation)| Surfel { point, normal, deviation })
+        let columns = self.points.iter().zip(&self.normals).zip(&self.sigmas);
+        columns.map(|((&point, &normal), &sigma)| Surfel { point, normal, sigma })
     }
 
     /// About `most` of them, as many of every direction as there are, so that the few that hold a corridor's length count
@@ -48,7 +48,7 @@ impl SurfelCloud {
             points: kept.iter().map(|&index| self.points[index]).collect(),
             normals: kept.iter().map(|&index| self.normals[index]).collect(),
             known_normals: kept.iter().map(|&index| self.known_normals[index]).collect(),
-            deviations: kept.iter().map(|&index| self.deviations[index]).collect(),
+            sigmas: kept.iter().map(|&index| self.sigmas[index]).collect(),
         }
     }
 
@@ -57,8 +57,8 @@ impl SurfelCloud {
         Glances::new(&self.points, &self.normals)
     }
 
-    pub(crate) fn source(&self) -> Source<'_, 3> {
-        Source { points: &self.points, normals: Some(&self.known_normals), deviations: Some(&self.deviations) }
+    pub(crate) fn source(&self) -> Source<'_, Vector3<f64>> {
+        Source { points: &self.points, normals: Some(&self.known_normals), sigmas: Some(&self.sigmas) }
     }
 }
 

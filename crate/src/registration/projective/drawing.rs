@@ -118,10 +118,10 @@ impl<'a> Drawing<'a> {
 
 impl Sheet<'_> {
     fn piece(&self, index: usize, depth: f32) -> Piece {
-        let PackedSurfel { point, deviation, normal, .. } = self.surfels[index];
+        let PackedSurfel { point, sigma, normal, .. } = self.surfels[index];
         match &self.moved {
-            None => Piece { point, deviation, normal, depth },
-            Some(T) => Piece { point: T.act(&point), deviation, normal: T.turn(&normal), depth },
+            None => Piece { point, sigma, normal, depth },
+            Some(T) => Piece { point: T.act(&point), sigma, normal: T.turn(&normal), depth },
         }
     }
 }

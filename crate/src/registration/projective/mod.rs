@@ -18,7 +18,7 @@ use nalgebra::Vector3;
 use eye::{Eye, between, dot, double, single};
 use places::Places;
 
-use super::target::Target;
+use super::target::{SurfaceTarget, Target};
 use crate::camera::surfel_image::cell_camera;
 use crate::camera::{Pinhole, Surfel, SurfelImage};
 use crate::geometry::Pose3;
@@ -43,7 +43,7 @@ pub struct ProjectiveTarget {
 #[derive(Clone, Copy)]
 struct Piece {
     point: [f32; 3],
-    deviation: f32,
+    sigma: f32,
     normal: [f32; 3],
     /// From the view along its axis.
     depth: f32,
@@ -52,7 +52,7 @@ struct Piece {
 /// Number of no piece.
 const EMPTY: u32 = u32::MAX;
 /// What the cells without a piece show: infinitely far away.
-const NOTHING: Piece = Piece { point: [f32::INFINITY; 3], deviation: 0.0, normal: [0.0; 3], depth: f32::INFINITY };
+const NOTHING: Piece = Piece { point: [f32::INFINITY; 3], sigma: 0.0, normal: [0.0; 3], depth: f32::INFINITY };
 /// In front and behind are told apart only beyond this share of the depth, and the tolerance: oblique surfaces change
 /// their depth within a cell.
 const SIGHT_TOLERANCE: f32 = 0.02;
@@ -85,7 +85,7 @@ impl Piece {
     fn of_own(surfel: &Surfel) -> Self {
         Self {
             point: single(&surfel.point),
-            deviation: surfel.deviation as f32,
+            sigma: surfel.sigma as f32,
             normal: single(&surfel.normal),
             depth: surfel.point.z as f32,
         }
@@ -93,7 +93,7 @@ impl Piece {
 
     #[inline]
     fn surfel(&self) -> Surfel {
-        Surfel { point: double(self.point), normal: double(self.normal), deviation: self.deviation.into() }
+        Surfel { point: double(self.point), normal: double(self.normal), sigma: self.sigma.into() }
     }
 
     /// What is seen of a point (world frame) at a depth in the view.
@@ -152,11 +152,11 @@ impl ProjectiveTarget {
     pub(crate) fn from_cells(camera: &Pinhole, packed: &[PackedSurfel]) -> Self {
         let mut cells = vec![packed.len() as u32; camera.width * camera.height];
         let mut pieces = Vec::with_capacity(packed.len() + 1);
-        for &PackedSurfel { point, deviation, normal, tag } in packed {
+        for &PackedSurfel { point, sigma, normal, tag } in packed {
             if let Some(index) = cells.get_mut(tag as usize) {
                 *index = pieces.len() as u32;
             }
-            pieces.push(Piece { point, deviation, normal, depth: point[2] });
+            pieces.push(Piece { point, sigma, normal, depth: point[2] });
         }
         pieces.push(NOTHING);
         Self { eye: Eye::new(camera, &Pose3::identity()), cells, pieces, numbers: Vec::new(), places: None }
@@ -166,8 +166,8 @@ impl ProjectiveTarget {
     pub(crate) fn packed_surfels(&self) -> Vec<PackedSurfel> {
         let seen = (0..).zip(&self.cells).filter(|(_, index)| (**index as usize) < self.len());
         let packed = |(tag, &index): (u32, &u32)| {
-            let Piece { point, deviation, normal, .. } = self.pieces[index as usize];
-            PackedSurfel { point, deviation, normal, tag }
+            let Piece { point, sigma, normal, .. } = self.pieces[index as usize];
+            PackedSurfel { point, sigma, normal, tag }
         };
         let mut all = Vec::with_capacity(self.len());
         all.extend(seen.map(packed));
@@ -263,7 +263,11 @@ impl ProjectiveTarget {
     }
 }
 
-impl Target<3> for ProjectiveTarget {
+impl SurfaceTarget for ProjectiveTarget {}
+
+impl Target for ProjectiveTarget {
+    type Point = Vector3<f64>;
+
     /// The nearest of the pieces seen in the point's cell and the eight around it.
     fn nearest(&self, query: &Vector3<f64>, max_distance: f64) -> Option<Neighbor> {
         let query = single(query);
@@ -299,8 +303,8 @@ impl Target<3> for ProjectiveTarget {
     }
 
     #[inline]
-    fn deviation(&self, index: u32) -> f64 {
-        self.pieces[index as usize].deviation.into()
+    fn sigma(&self, index: u32) -> f64 {
+        self.pieces[index as usize].sigma.into()
     }
 }
 
@@ -315,11 +319,11 @@ mod tests {
         let piece = |i: i32, j: i32| Surfel {
             point: Vector3::new(0.05 * f64::from(i), 0.05 * f64::from(j), 2.0),
             normal: -Vector3::z(),
-            deviation: 0.004,
+            sigma: 0.004,
         };
         let pieces = (-30..=30).flat_map(|i| (-20..=20).map(move |j| piece(i, j))).collect();
         let camera = Pinhole::new(80, 60, [60.0, 60.0, 39.5, 29.5]).unwrap();
-        (pieces, camera, <Pose3 as RigidMotion<3, 6>>::exp(&Vector6::new(0.0, 0.1, 0.02, 0.5, 0.1, 0.0)))
+        (pieces, camera, <Pose3 as RigidMotion>::exp(&Vector6::new(0.0, 0.1, 0.02, 0.5, 0.1, 0.0)))
     }
 
     #[test]
@@ -336,7 +340,7 @@ mod tests {
             let known = &pieces[target.number(neighbor.index) as usize];
             assert!((known.point - target.point(neighbor.index)).norm() < 1e-6);
             assert_eq!(target.normal(neighbor.index), Some(-Vector3::z()));
-            assert!((target.deviation(neighbor.index) - 0.004).abs() < 1e-9);
+            assert!((target.sigma(neighbor.index) - 0.004).abs() < 1e-9);
             found += 1;
         }
         assert!(found > 300, "{found}");
@@ -376,7 +380,7 @@ mod tests {
         let surfel = |cell: usize| {
             let ray = cells.ray((cell % cells.width) as f64, (cell / cells.width) as f64);
             let depth = 2.0 + (cell as f64 * 0.7).sin();
-            (cell % 7 != 3).then_some(Surfel { point: ray * depth, normal: -ray.normalize(), deviation: 0.01 })
+            (cell % 7 != 3).then_some(Surfel { point: ray * depth, normal: -ray.normalize(), sigma: 0.01 })
         };
         let (columns, rows) = (cells.width, cells.height);
         let cells = (0..columns * rows).map(surfel).collect();
@@ -408,8 +412,8 @@ mod tests {
     #[test]
     fn the_nearest_of_a_cell_hides_the_others_and_backs_are_not_seen() {
         let (mut pieces, camera, _) = wall();
-        let near = Surfel { point: Vector3::new(0.0, 0.0, 1.0), normal: -Vector3::z(), deviation: 0.0 };
-        let back = Surfel { point: Vector3::new(0.3, 0.0, 1.0), normal: Vector3::z(), deviation: 0.0 };
+        let near = Surfel { point: Vector3::new(0.0, 0.0, 1.0), normal: -Vector3::z(), sigma: 0.0 };
+        let back = Surfel { point: Vector3::new(0.3, 0.0, 1.0), normal: Vector3::z(), sigma: 0.0 };
         pieces.extend([near, back]);
         let target = ProjectiveTarget::draw(pieces.iter(), &camera, &Pose3::identity());
         assert!(matches!(target.look_at(&near.point, 0.01), Sight::Agreeing(seen) if seen == near));

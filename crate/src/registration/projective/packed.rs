@@ -7,7 +7,7 @@ use crate::camera::Surfel;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PackedSurfel {
     pub(super) point: [f32; 3],
-    pub(super) deviation: f32,
+    pub(super) sigma: f32,
     pub(super) normal: [f32; 3],
     /// A number of the caller's.
     pub tag: u32,
@@ -16,25 +16,25 @@ pub struct PackedSurfel {
 impl PackedSurfel {
     /// A piece with a number of the caller's.
     pub fn new(surfel: &Surfel, tag: u32) -> Self {
-        Self { point: single(&surfel.point), deviation: surfel.deviation as f32, normal: single(&surfel.normal), tag }
+        Self { point: single(&surfel.point), sigma: surfel.sigma as f32, normal: single(&surfel.normal), tag }
     }
 
     /// All of it as numbers that travel.
     pub(crate) fn to_bits(self) -> [u32; 8] {
         let [x, y, z] = self.point.map(f32::to_bits);
         let [nx, ny, nz] = self.normal.map(f32::to_bits);
-        [x, y, z, self.deviation.to_bits(), nx, ny, nz, self.tag]
+        [x, y, z, self.sigma.to_bits(), nx, ny, nz, self.tag]
     }
 
     /// What [`to_bits`](Self::to_bits) gave.
-    pub(crate) fn from_bits([x, y, z, deviation, nx, ny, nz, tag]: [u32; 8]) -> Self {
+    pub(crate) fn from_bits([x, y, z, sigma, nx, ny, nz, tag]: [u32; 8]) -> Self {
         let floats = |bits: [u32; 3]| bits.map(f32::from_bits);
-        Self { point: floats([x, y, z]), deviation: f32::from_bits(deviation), normal: floats([nx, ny, nz]), tag }
+        Self { point: floats([x, y, z]), sigma: f32::from_bits(sigma), normal: floats([nx, ny, nz]), tag }
     }
 
     /// As it is worked with.
     #[inline]
     pub fn surfel(&self) -> Surfel {
-        Surfel { point: double(self.point), normal: double(self.normal), deviation: self.deviation.into() }
+        Surfel { point: double(self.point), normal: double(self.normal), sigma: self.sigma.into() }
     }
 }

@@ -4,7 +4,6 @@ use nalgebra::Matrix3;
 
 use super::submap::{Keyframe, Submap};
 use crate::geometry::{Pose2, RigidMotion};
-use crate::map::local::PlanarRegistration;
 use crate::registration::correlative::{LikelihoodGrid, SearchWindow};
 use crate::registration::factors::PointToPlane;
 use crate::registration::free_space::beams::Visibility;
@@ -44,9 +43,8 @@ pub fn match_submaps(
         start = LikelihoodGrid::new(&target.points).search(&points.points, guess, window)?.T_target_source;
     }
     let oriented = OrientedTarget::new(target.points.clone(), target.normals.clone());
-    let loop_source = Source { points: &points.points, normals: Some(&points.normals), deviations: None };
-    let registration: PlanarRegistration =
-        register::<2, 3, Pose2, PointToPlane>(loop_source, &oriented, start, options);
+    let loop_source = Source { points: &points.points, normals: Some(&points.normals), sigmas: None };
+    let registration = register(loop_source, &oriented, start, &PointToPlane, options);
     let T_target_source = registration.T_target_source;
     let visibility = visibility_of(target, source, keyframes, &T_target_source);
     Some(SubmapMatch {

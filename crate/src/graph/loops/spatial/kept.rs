@@ -97,7 +97,7 @@ pub(super) mod tests {
         let surfel = |cell: usize| {
             let ray = cells.ray((cell % columns) as f64, (cell / columns) as f64);
             let normal = Vector3::new(if ray.x < 0.0 { 0.3 } else { -0.3 }, 0.1, -1.0).normalize();
-            Some(Surfel { point: ray * (-2.0 / normal.dot(&ray)), normal, deviation: 0.01 })
+            Some(Surfel { point: ray * (-2.0 / normal.dot(&ray)), normal, sigma: 0.01 })
         };
         let cells = (0..columns * rows).map(surfel).collect();
         let image = SurfelImage { camera, cell_size: 4, columns, rows, cells, brightness: None };

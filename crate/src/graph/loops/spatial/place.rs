@@ -8,7 +8,7 @@ use crate::geometry::Pose3;
 use crate::odometry::depth::{
     AGREEING_COSINE, FINE_TOLERANCE, OpenDirection, around, best_apart, fine_options, middle_options, score,
 };
-use crate::registration::factors::PointToSurfel;
+use crate::registration::factors::PointToPlane;
 use crate::registration::icp::{IcpOptions, register_with};
 use crate::registration::prepared_surfels::{PLACE_POINTS, PreparedSurfels, SurfelCloud};
 use crate::registration::projective::{Drawing, PackedSurfel, ProjectiveTarget, Sight};
@@ -167,7 +167,7 @@ impl<'a> Place<'a> {
 
 fn register(frame: &FrameSurfaces, view: &ProjectiveTarget, guess: Pose3, options: &IcpOptions) -> SpatialRegistration {
     let solver = Solver { subspace: None, damping: None };
-    register_with::<3, 6, Pose3, PointToSurfel>(frame.source.source(), view, guess, options, &solver)
+    register_with(frame.source.source(), view, guess, &PointToPlane, options, &solver)
 }
 
 fn parts(T: &Pose3) -> (Matrix3<f64>, Vector3<f64>) {

@@ -1,7 +1,7 @@
 //! Against dense matrices, in every pattern that estimation makes, and on systems that nothing determines.
 
 use super::*;
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, SMatrix, SVector};
 
 /// Uniform numbers in -1..1 from a constant seed (xorshift64*).
 struct Random(u64);
@@ -25,7 +25,7 @@ impl Random {
 
 /// A sum of `J^T J` over the edges, each given either way round, and over a prior of each variable, as estimation
 /// makes it.
-fn accumulate<const B: usize>(H: &mut BlockMatrix<B>, edges: &[(usize, usize)], random: &mut Random) {
+fn accumulate<const B: usize>(H: &mut BlockMatrix<SMatrix<f64, B, B>>, edges: &[(usize, usize)], random: &mut Random) {
     for i in 0..H.num_variables() {
         let J = random.block::<B>();
         H.add(i, i, &(J.tr_mul(&J) + SMatrix::identity() * 0.1));
@@ -38,12 +38,16 @@ fn accumulate<const B: usize>(H: &mut BlockMatrix<B>, edges: &[(usize, usize)], 
     }
 }
 
-fn dense<const B: usize>(H: &BlockMatrix<B>) -> DMatrix<f64> {
+fn dense<const B: usize>(H: &BlockMatrix<SMatrix<f64, B, B>>) -> DMatrix<f64> {
     let n = H.num_variables();
     DMatrix::from_fn(n * B, n * B, |row, column| H.block(row / B, column / B)[(row % B, column % B)])
 }
 
-fn check_against_dense<const B: usize>(name: &str, cholesky: &mut BlockCholesky<B>, H: &BlockMatrix<B>) {
+fn check_against_dense<const B: usize>(
+    name: &str,
+    cholesky: &mut BlockCholesky<SMatrix<f64, B, B>>,
+    H: &BlockMatrix<SMatrix<f64, B, B>>,
+) {
     let n = H.num_variables();
     let factor = cholesky.factor(H).unwrap_or_else(|error| panic!("{name}, B = {B}: {error}"));
     let inverse = dense(H).cholesky().expect("positive definite by construction").inverse();
@@ -103,7 +107,7 @@ fn patterns() -> Vec<(&'static str, usize, Edges)> {
 fn check<const B: usize>() {
     let mut random = Random(2);
     for (name, n, edges) in patterns() {
-        let mut H = BlockMatrix::<B>::new(n);
+        let mut H = BlockMatrix::<SMatrix<f64, B, B>>::new(n);
         accumulate(&mut H, &edges, &mut random);
         let mut cholesky = BlockCholesky::new(&H);
         check_against_dense(name, &mut cholesky, &H);
@@ -154,7 +158,7 @@ fn order_is_a_permutation_and_its_inverse() {
 #[test]
 fn refuses_what_is_not_positive_definite_and_recovers() {
     let edges: Vec<_> = (1..6).map(|j| (j - 1, j)).collect();
-    let mut good = BlockMatrix::<3>::new(6);
+    let mut good = BlockMatrix::<SMatrix<f64, 3, 3>>::new(6);
     accumulate(&mut good, &edges, &mut Random(3));
     let mut cholesky = BlockCholesky::new(&good);
     let strong: SMatrix<f64, 3, 3> = SMatrix::identity() * 1e3;
@@ -181,7 +185,7 @@ fn refuses_what_is_not_positive_definite_and_recovers() {
 #[test]
 fn refuses_variables_that_nothing_determines() {
     // Differences alone leave a common offset free.
-    let mut H = BlockMatrix::<1>::new(4);
+    let mut H = BlockMatrix::<SMatrix<f64, 1, 1>>::new(4);
     for j in 1..4 {
         H.add(j - 1, j - 1, &SMatrix::identity());
         H.add(j, j, &SMatrix::identity());
@@ -192,7 +196,7 @@ fn refuses_variables_that_nothing_determines() {
     H.add(2, 2, &SMatrix::identity());
     assert!(BlockCholesky::new(&H).factor(&H).is_ok());
     // One that no measurement names.
-    let mut H = BlockMatrix::<3>::new(3);
+    let mut H = BlockMatrix::<SMatrix<f64, 3, 3>>::new(3);
     H.add(0, 0, &SMatrix::identity());
     H.add(2, 2, &SMatrix::identity());
     let error = BlockCholesky::new(&H).factor(&H).map(|_| ()).expect_err("zero block");
