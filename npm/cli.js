@@ -17,7 +17,7 @@ import { topics } from './cli/topics.js';
 /** @type {import('./cli/command.js').Command[]} */
 const COMMANDS = [reconstruct, evaluate, convert, mapQuality, strategies, bev, topics, settings];
 
-const INTRODUCTION = `Laser scans, depth images and clouds to a trajectory and a stitched map, and trajectories against the truth.
+const INTRODUCTION = `Laser scans, depth images and clouds to a trajectory and a stitched map; errors of trajectories against a reference.
 
 Usage: scanstitch COMMAND [ARGUMENT]...
        scanstitch COMMAND --help
@@ -25,7 +25,7 @@ Usage: scanstitch COMMAND [ARGUMENT]...
 `;
 const EXIT_CODES = `Exit codes:
   0  everything asked for was done
-  1  nothing was computed: the command is wrong, or none of the input can be used
+  1  nothing was computed: the command is wrong, or no input can be used
   2  the results were written, but something was left out: a file that could not be used, or a scan that could not be
      placed. The lines on stderr name it.
 `;

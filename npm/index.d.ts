@@ -17,16 +17,16 @@
  * reconstruction.free();
  * ```
  *
- * Trajectories are compared with the truth as evo does:
+ * Trajectories are compared with a reference as evo does:
  *
  * ```js
  * import { readFile } from 'node:fs/promises';
  * import { evaluate, load, Trajectory } from 'scanstitch';
  *
  * await load();
- * const truth = Trajectory.read(await readFile('truth.tum'), 'truth.tum');
+ * const reference = Trajectory.read(await readFile('reference.tum'), 'reference.tum');
  * const mine = Trajectory.read(await readFile('mine.tum'), 'mine.tum');
- * const evaluation = evaluate(truth, mine, { alignment: 'se3' });
+ * const evaluation = evaluate(reference, mine, { alignment: 'se3' });
  * console.log(evaluation.summary().statistics.rmse, evaluation.errors()); // m
  * ```
  *

@@ -84,7 +84,7 @@ export const COLUMNS = [
     name: 'ape_mean',
     label: 'APE mean',
     unit: 'm',
-    about: 'Distance to the truth, first poses made equal',
+    about: 'Mean distance to the ground truth, first poses aligned',
     value: ({ comparison }) => comparison?.ape_mean ?? null,
     shown: (value) => value.toFixed(3),
   },
@@ -92,7 +92,7 @@ export const COLUMNS = [
     name: 'ape_rmse',
     label: 'APE rmse',
     unit: 'm',
-    about: 'Root mean square distance to the truth',
+    about: 'Root mean square distance to the ground truth',
     value: ({ comparison }) => comparison?.ape_rmse ?? null,
     shown: (value) => value.toFixed(3),
   },
@@ -100,7 +100,7 @@ export const COLUMNS = [
     name: 'ape_max',
     label: 'APE max',
     unit: 'm',
-    about: 'Largest distance to the truth',
+    about: 'Largest distance to the ground truth',
     value: ({ comparison }) => comparison?.ape_max ?? null,
     shown: (value) => value.toFixed(3),
   },
@@ -154,7 +154,7 @@ export const COLUMNS = [
   },
 ];
 
-/** Columns of errors, which say nothing without a truth. */
+/** Columns of errors, which need a reference. */
 const OF_TRUTH = /^(ape|rpe)_/;
 
 /** The columns that hold something. @param {readonly Row[]} rows @returns {readonly Column[]} */

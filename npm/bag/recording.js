@@ -13,7 +13,7 @@ import { scanLine } from './laser_scans.js';
 import { decodeCamera, decodeCloud, decodeCompressed, decodeImage, decodeScan } from './messages.js';
 import { packedEnding, packedFile } from './packed_images.js';
 import { plural, stampedMessages, timeText } from './stamps.js';
-import { referenceText } from './truth.js';
+import { referenceText } from './reference.js';
 
 /** @typedef {import('../recording.js').Note} Note */
 /** @typedef {import('../recording.js').Recording} Recording */

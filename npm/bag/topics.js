@@ -105,7 +105,7 @@ function dataStart(head, frame, format) {
 
 /**
  * The sensible choice: depth with its colours and its camera, or else clouds, or else laser scans; and what may be the
- * truth.
+ * reference.
  * @param {readonly TopicFacts[]} topics
  * @returns {Choice}
  */
@@ -192,7 +192,7 @@ function cloudRank({ topic: { name } }) {
   return /depth|camera/i.test(name) ? 2 : 3;
 }
 
-/** Who calls itself the truth comes first; the wheels come last. @param {TopicFacts} facts */
+/** A topic named as ground truth comes first; wheel odometry comes last. @param {TopicFacts} facts */
 function referenceRank({ topic: { name, type } }) {
   if (/tf_static$/.test(name)) return 0;
   if (/goal|plan|command|cmd|target|setpoint|initialpose/i.test(name)) return 0;

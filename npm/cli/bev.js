@@ -35,7 +35,7 @@ const OPTIONS = /** @type {const} */ ({
 /** @type {import('./command.js').Command} */
 export const bev = {
   name: 'bev',
-  about: 'pixels of a top view, found in a front view by way of the ground',
+  about: 'pixels of a top view projected into a front view by way of the ground',
   help: (engine) => `scanstitch bev --scene SCENE.json --points POINTS.csv [OPTION]...
 
 Follows each pixel to the point of the ground that it sees, and on to the pixel at which the other camera sees that

@@ -18,10 +18,10 @@ const BY_ENDING = { '.tum': 'tum', '.kitti': 'kitti', '.npy': 'npy', '.csv': 'po
 /** @type {import('./command.js').Command} */
 export const convert = {
   name: 'convert',
-  about: 'a trajectory from one form into another',
+  about: 'a trajectory from one format into another',
   help: () => `scanstitch convert INPUT OUTPUT [OPTION]...
 
-Reads a trajectory and writes it in another form. Numbers are written with the digits that read back as the same.
+Reads a trajectory and writes it in another format. Numbers are written so that they read back as the same.
 
 ${TRAJECTORY_HELP}
 Options:
@@ -31,7 +31,7 @@ Options:
   --times FILE     times of the poses, one a line (s), where INPUT has none
 
 Example:
-  scanstitch convert GT_pose.npy truth.tum
+  scanstitch convert GT_pose.npy reference.tum
 `,
   run,
 };

@@ -1,5 +1,5 @@
 // @ts-check
-/** `scanstitch evaluate`: estimated trajectories against the truth, as evo measures them. */
+/** `scanstitch evaluate`: errors of estimated trajectories against a reference, as evo computes them. */
 import { basename } from 'node:path';
 import { CommandError, EXIT, isScanstitchError, readArguments, table } from './command.js';
 import {
@@ -64,29 +64,29 @@ const OPTIONS = /** @type {const} */ ({
 /** @type {import('./command.js').Command} */
 export const evaluate = {
   name: 'evaluate',
-  about: 'trajectories against the truth, with the figures of evo, ranked',
+  about: 'errors of trajectories against a reference, with the figures of evo, ranked',
   help: () => `scanstitch evaluate REFERENCE ESTIMATE... [OPTION]...
 scanstitch evaluate ESTIMATE --relations FILE [OPTION]...
 
 Compares estimated trajectories with the reference and ranks them. Definitions, defaults and figures are those of evo
-(evo_ape and evo_rpe 1.38). Poses belong together by their times where both files have times, by their index otherwise.
-One trajectory alone is compared with relations between its poses that are known to be right.
+(evo_ape and evo_rpe 1.38). Poses are associated by their times where both files have times, by their index otherwise.
+A single trajectory is compared with known relations between its poses.
 
 ${TRAJECTORY_HELP}
-What belongs together:
+Association of poses:
   --by WAY                ${CHOICES.by.join(' | ')} (default: auto)
-  --max-diff SECONDS      times further apart do not belong together (default: 0.01)
+  --max-diff SECONDS      largest difference of times that are associated (default: 0.01)
   --offset SECONDS        added to the estimates' times (default: 0)
   --times FILE            times of the poses, one a line (s), for files without: the reference and the estimates
-  --format FORMAT         form of all files: ${TRAJECTORY_FORMATS.join(' | ')}
-                          (default: found out)
+  --format FORMAT         format of all files: ${TRAJECTORY_FORMATS.join(' | ')}
+                          (default: detected)
 
 Alignment of an estimate with the reference:
-  --align WAY             none | origin (first poses made equal) | se3 (Umeyama) | sim3 (with scale) | scale (alone)
+  --align WAY             none | origin (first poses aligned) | se3 (Umeyama) | sim3 (with scale) | scale (alone)
                           (default: none)
   --align-first N         the fit uses the first N poses only
 
-What is measured:
+Error:
   --metric METRIC         ape (absolute) | rpe (relative pose error) (default: ape)
   --relation RELATION     translation_part (m) | rotation_angle_deg | rotation_angle_rad | rotation_part |
                           full_transformation | point_distance (m) | point_distance_error_ratio (rpe, %)
@@ -99,8 +99,8 @@ What is measured:
   --drift                 the drift as KITTI measures it (%, deg/m), over 100 to 800 m or scaled to a short path
 
 Relations (Kuemmerle et al. 2009): mean, deviation, median and largest error, and the share beyond 0.5 m or 5 degrees:
-  --relations FILE        lines of time_i time_j dx dy dz roll pitch yaw (s, m, rad), whose poses are those nearest in time:
-                          within --max-diff, or half the distance of the estimate's times and 0.1 s at most;
+  --relations FILE        lines of time_i time_j dx dy dz roll pitch yaw (s, m, rad), whose poses are the nearest in
+                          time: within --max-diff, or half the distance of the estimate's times and 0.1 s at most;
                           or EDGE2, EDGE_SE3:QUAT, which count the poses from 0
   --loops-only            leaves out relations between one pose and the next
 
@@ -111,7 +111,7 @@ Output:
   --errors                with --json: every single error as well
 
 Examples:
-  scanstitch evaluate truth.tum mine.tum --align se3
+  scanstitch evaluate reference.tum mine.tum --align se3
   scanstitch evaluate GT_pose.npy hand-ins/*.npy --table markdown
   scanstitch evaluate gt.txt est.txt --metric rpe --delta 1 --delta-unit meters --all-pairs --json
   scanstitch evaluate result/trajectory.tum --relations aces.relations
@@ -199,9 +199,9 @@ function relationsAlone(engine, path, relations, values, complain) {
  */
 function rank(engine, reference, estimates, relations, { options, values }, complain) {
   const read = { format: values.format, times: values.times };
-  const truth = readTrajectory(engine, reference, read, complain);
-  if (!truth) throw new CommandError('The reference could not be used, so nothing was computed.');
-  tell(basename(reference), truth.notes);
+  const referenceTrajectory = readTrajectory(engine, reference, read, complain);
+  if (!referenceTrajectory) throw new CommandError('The reference could not be used, so nothing was computed.');
+  tell(basename(reference), referenceTrajectory.notes);
 
   const names = shortNames(estimates);
   const results = estimates.flatMap((path, index) => {
@@ -210,7 +210,7 @@ function rank(engine, reference, estimates, relations, { options, values }, comp
     if (!trajectory) return [];
     tell(name, trajectory.notes);
     try {
-      const result = compare(engine, truth, trajectory, options, values.errors ?? false);
+      const result = compare(engine, referenceTrajectory, trajectory, options, values.errors ?? false);
       tell(name, result.notes);
       const known =
         relations && compareRelations(engine, trajectory, name, relations, relationOptions(values), complain);
@@ -223,7 +223,7 @@ function rank(engine, reference, estimates, relations, { options, values }, comp
       trajectory.free();
     }
   });
-  truth.free();
+  referenceTrajectory.free();
   if (results.length === 0) throw new CommandError('No estimate could be compared, so nothing was computed.');
 
   const figure = /** @type {typeof CHOICES.sort[number]} */ (values.sort);

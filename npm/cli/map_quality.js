@@ -1,5 +1,5 @@
 // @ts-check
-/** `scanstitch map-quality`: how crisp maps are, without any truth. */
+/** `scanstitch map-quality`: how sharp maps are, without a reference. */
 import { readdirSync } from 'node:fs';
 import { basename, join } from 'node:path';
 import { compareNaturally } from '../natural_order.js';
@@ -17,11 +17,11 @@ const OPTIONS = /** @type {const} */ ({
 /** @type {import('./command.js').Command} */
 export const mapQuality = {
   name: 'map-quality',
-  about: 'mean map entropy and mean plane variance of maps, without any truth',
+  about: 'mean map entropy and mean plane variance of maps; needs no reference',
   help: () => `scanstitch map-quality MAP... [OPTION]...
        scanstitch map-quality --frames FOLDER TRAJECTORY... [OPTION]...
 
-How crisp maps are (PLY or PCD): the smaller, the crisper. The figures compare maps of the same scans.
+Sharpness of maps (PLY or PCD): the smaller the figures, the sharper the map. They compare maps of the same scans.
 With --frames, the clouds of a recording are placed by trajectories, and the point-to-plane residual between overlapping
 frames (in the plane: point-to-line) is told as well.
 Mean map entropy: Droeschel and Behnke 2014. Mean plane variance: Razlaw et al. 2015; of planar maps, across the lines.
@@ -34,7 +34,7 @@ Options:
 
 Examples:
   scanstitch map-quality mine/map.ply theirs/map.ply --radius 0.2
-  scanstitch map-quality --frames scans/ truth.tum mine.tum
+  scanstitch map-quality --frames scans/ reference.tum mine.tum
 `,
   run,
 };

@@ -30,26 +30,26 @@ export const reconstruct = {
   about: 'scans, depth images or clouds to a trajectory and a stitched map',
   help: (engine) => `scanstitch reconstruct FILES-OR-FOLDER-OR-ZIP-OR-BAG... [OPTION]...
 
-Places what a sensor saw from frame to frame in one world, that of the first frame. What it is, is told from the files:
+Registers the frames of a recording and maps them in the frame of the first one. Its kind is recognized from its files:
   planar scans   PLY files, z = 0, in metres; or a laser log with many scans: CARMEN (FLASER, ROBOTLASER1), CSM's JSON
   depth images   PNG (8 or 16 bits) or PGM, with colour pictures (PNG, JPEG) of the same numbers or times, or without:
                  rgb/ and depth/ folders, names such as frame-000001.depth.png, the layout of TUM RGB-D
   clouds         PLY or PCD files in space, in metres
   bags of ROS 2  .db3 or .mcap with Image, CompressedImage, CameraInfo, PointCloud2, LaserScan, Odometry, PoseStamped,
-                 Path and TFMessage; sensible topics are taken, see: scanstitch topics BAG
-Files are taken in natural order of their names: 2.ply comes before 10.ply. The true path (GT_pose.npy, *.tum, *.log,
+                 Path and TFMessage; for the topics that are used see: scanstitch topics BAG
+Files are taken in natural order of their names: 2.ply comes before 10.ply. The reference (GT_pose.npy, *.tum, *.log,
 groundtruth.txt, a pose file for each frame, ...) and the camera (camera-intrinsics.txt, camera.json, ...) of depth
 images and clouds are found beside them.
 
 Options:
-  --out DIR          where the results go; made when missing (default: ${OPTIONS.out.default})
-  --reference FILE   a trajectory to compare with, or a folder with a file for each frame; used for nothing else
-  --odometry FILE    motion the robot measured, as a first guess for planar scans: rows of id x y theta, or TUM
+  --out DIR          folder of the results, created if missing (default: ${OPTIONS.out.default})
+  --reference FILE   trajectory to compare with, or a folder with a file for each frame; never used for the estimate
+  --odometry FILE    odometry of the robot, an initial guess for planar scans: rows of id x y theta, or TUM
   --intrinsics FILE  the depth camera: a 3 x 3 matrix, fx fy cx cy, or Open3D's JSON, in pixels
-  --recording DIR    which one to take, where a folder or archive holds several (default: the longest)
+  --recording DIR    which recording to use, where a folder or archive holds several (default: the longest)
   --topic ROLE=NAME  a topic of a bag to use as depth, color, camera, clouds, scans or reference; none: do without
   --map-format NAME  of the map: ply (default) or pcd, both binary; ply-ascii, pcd-ascii; pcd-compressed
-  --workers N        threads that prepare frames ahead; 0: none (default: one for each core)
+  --workers N        threads that prepare frames in advance; 0: none (default: one for each core)
   --preset NAME      settings for one purpose, see below (default: ${engine.presets()[0]?.name}, or ${engine.spatial_presets()[0]?.name})
   --set NAME=VALUE   one setting, see below; may be repeated. Angles are radians, or degrees as 35deg
 
@@ -64,7 +64,7 @@ Of planar scans, sharpness is the mean distance of returns within 29 m to the su
 file that cannot be used is named on stderr and left out. Ctrl-C stops; what has been computed is written.
 
 Examples:
-  scanstitch reconstruct scans/ --reference truth.tum --set max_range=30 --out result
+  scanstitch reconstruct scans/ --reference reference.tum --set max_range=30 --out result
   scanstitch reconstruct drive.log --odometry wheels.txt --out result
   scanstitch reconstruct first_floor.zip --preset course --workers 4
   scanstitch reconstruct walk.mcap --topic depth=/camera/depth/image_raw --topic reference=none

@@ -61,7 +61,7 @@ export function headline({ frames, comparison, camera, depth_scale, quantisation
   if (comparison) {
     const { name, num_matched, mean, rmse, max, convention } = comparison;
     const figures = `mean ${mean.toFixed(4)} m, rmse ${rmse.toFixed(4)} m, max ${max.toFixed(4)} m`;
-    lines.push(`Distance to ${name}: ${figures} over ${num_matched} of ${numRecorded} frames, first poses made equal`);
+    lines.push(`Distance to ${name}: ${figures} over ${num_matched} of ${numRecorded} frames, first poses aligned`);
     if (convention) lines.push(`  read as: ${convention}`);
   }
   return lines.map((line) => `${line}\n`).join('');

@@ -50,17 +50,17 @@ function strategyCatalogue(engine) {
 /** @type {import('./command.js').Command} */
 export const strategies = {
   name: 'strategies',
-  about: 'what a map costs and gains: strategies of odometry side by side',
+  about: 'accuracy, time and map size of strategies of odometry, side by side',
   help: (engine) => `scanstitch strategies FILES-OR-FOLDER-OR-ZIP-OR-BAG... [OPTION]...
 
 Runs several strategies over one recording of depth images or clouds: each frame is registered by ICP to the map of all
-before it, and the strategies differ in how that map is kept and how frames are matched with it. The truth, where it
-lies beside the frames or is given, is used for the errors alone.
+before it, and the strategies differ in how that map is kept and how frames are matched with it. The reference, where
+one is found or given, is used for the errors alone.
 
-Printed, a line a strategy: points of the map and their bytes (24 a point), the time a frame takes (median, last, and by
-how much it grows from frame to frame, with the standard error), the distance to the truth (APE, first poses made equal)
-and the error from frame to frame (RPE), and how crisp all frames lie on each other (mean map entropy, mean plane
-variance). Ctrl-C stops; what has been computed is printed.
+Printed, a line a strategy: points of the map and their bytes (24 a point); time per frame (median, last, and its growth
+from frame to frame with the standard error); distance to the reference (APE, first poses aligned) and error from frame
+to frame (RPE); sharpness of the map (mean map entropy, mean plane variance). Ctrl-C stops; what has been computed is
+printed.
 
 Options:
   --strategies A,B   which of those below, in this order (default: all of them)
@@ -71,11 +71,11 @@ Options:
   --json             print everything as JSON
   --reference FILE   a trajectory to compare with, or a folder with a file for each frame
   --intrinsics FILE  the depth camera, see scanstitch reconstruct --help
-  --recording DIR    which one to take, where a folder or archive holds several (default: the longest)
+  --recording DIR    which recording to use, where a folder or archive holds several (default: the longest)
   --topic ROLE=NAME  a topic of a bag to use, see scanstitch reconstruct --help
   --set NAME=VALUE   how frames are read, for all strategies alike: see the settings for depth images and clouds of
                      scanstitch settings. voxel_size thins every frame before all else (depth images: 0.05 m)
-  --workers N        threads that prepare frames ahead (default: one less than there are cores)
+  --workers N        threads that prepare frames in advance (default: one less than there are cores)
 
 Examples:
   scanstitch strategies second_floor/ --out table.csv

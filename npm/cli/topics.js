@@ -12,7 +12,7 @@ const OPTIONS = /** @type {const} */ ({ topic: { type: 'string', multiple: true 
 /** @type {import('./command.js').Command} */
 export const topics = {
   name: 'topics',
-  about: 'what is in a bag of ROS 2, and what of it would be used',
+  about: 'topics of a bag of ROS 2, and which of them would be used',
   help: () => `scanstitch topics BAG... [--topic ROLE=NAME]...
 
 Lists the topics of bags of ROS 2 (.db3, with or without metadata.yaml, or .mcap; folders and ZIP archives of them): how

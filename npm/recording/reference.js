@@ -18,7 +18,7 @@ import { baseOf, commonFolder, contains, depthOf, folderOf, seriesOf, wordsOf } 
 const MAX_BYTES = 64 * 2 ** 20;
 const TRAJECTORY_NAMES = /\.(npy|tum|traj|log|csv|txt|tsv|dat|kitti|freiburg|mat|xyz)$/i;
 
-/** How likely a file of such a name is the truth; below zero: somebody's own result. */
+/** How likely a file of such a name is the reference; below zero: somebody's own estimate. */
 const WORDS = /** @type {const} */ ([
   [-1, /^(est\w*|result\w*|reconstruct\w*|pred\w*|slam|orb|icp|mine|output|scanstitch)$/],
   [5, /^(gt|truth|ground|groundtruth)$/],

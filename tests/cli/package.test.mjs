@@ -43,7 +43,7 @@ test('packed, installed elsewhere and run alone', (t) => {
   assert.ok(existsSync(join(folder, 'scanstitch-out', 'map.ply')));
 
   const trajectory = ROOM_POSES.map(([x, y], index) => `${index} ${x} ${y} ${index ** 2} 0 0 0 1\n`).join('');
-  writeFiles(folder, { 'truth.tum': trajectory, 'mine.tum': trajectory });
+  writeFiles(folder, { 'reference.tum': trajectory, 'mine.tum': trajectory });
   for (const [index, example] of examples().entries()) {
     const path = join(folder, `example${index}.js`);
     writeFileSync(path, example);
