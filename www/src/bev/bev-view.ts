@@ -1,5 +1,7 @@
 import { html, LitElement, nothing, type TemplateResult } from 'lit';
 import { customElement, property, query, state } from 'lit/decorators.js';
+import { announcements } from '../components/announcer.js';
+import { DropTarget } from '../components/drop-target.js';
 import { icon } from '../components/icons.js';
 import { drop_styles, page_styles, shared, tokens } from '../components/theme.js';
 import { filesOfDrop, filesOfInput } from '../datasets/gather.js';
@@ -44,8 +46,6 @@ export class ScanstitchBev extends LitElement {
   /** What the pointer is over. */
   @state() private pointed: Pointed | null = null;
   @state() private refined: BevRefinement | null = null;
-  @state() private is_dropping = false;
-  @state() private said = '';
   @query('#top') private top_picture!: ScanstitchBevPicture | null;
   @query('#front') private front_picture!: ScanstitchBevPicture | null;
   @query('#pick') private input!: HTMLInputElement;
@@ -55,6 +55,7 @@ export class ScanstitchBev extends LitElement {
     unwarped: () => this.front_picture?.forgetWarp(),
     answered: (since) => this.tellDrawn(since),
   });
+  private drop_target = new DropTarget(this, (transfer, event) => void this.openDropped(transfer, event));
   private picked_role: BevRole | null = null;
   /** Whether a mark was taken hold of and has not been moved yet. */
   private drag_begins = false;
@@ -89,22 +90,21 @@ export class ScanstitchBev extends LitElement {
   // What is shown.
 
   protected override render(): TemplateResult {
+    const { drop_target } = this;
     const { document } = this.session;
     return html`<div
       class="bev"
       @keydown=${this.onKey}
-      @dragenter=${this.onDrag}
-      @dragover=${this.onDrag}
-      @dragleave=${(event: DragEvent) => {
-        if (event.relatedTarget === null) this.is_dropping = false;
-      }}
-      @drop=${this.onDrop}
+      @dragenter=${drop_target.enter}
+      @dragover=${drop_target.over}
+      @dragleave=${drop_target.leave}
+      @drop=${drop_target.drop}
     >
       ${document ? html`${this.renderControls(document)} ${this.renderProblems()} ${this.renderWork(document)}` : nothing}
-      <div class="visually-hidden" role="status" aria-live="polite">${this.said}</div>
+      ${announcements(this.session.announcer)}
       <input id="pick" type="file" multiple hidden @change=${this.onPicked} />
       ${
-        this.is_dropping
+        drop_target.is_over
           ? html`<div class="drop-hint" aria-hidden="true">
               <div>Drop the two views, a scene.json or a table of points</div>
             </div>`
@@ -350,7 +350,7 @@ export class ScanstitchBev extends LitElement {
       // A pair whose second place was not marked is given up.
       const complete = document.pairs.filter(({ front }) => front !== null);
       void this.mark({ pairs: [...complete, { top: at, front: null }] }, { kind: 't', index: complete.length });
-      this.said = 'Now click the same place in the front view.';
+      this.session.announce('Now click the same place in the front view.');
     } else {
       void this.mark({ points: [...document.points, at] }, { kind: 'p', index: document.points.length });
     }
@@ -364,18 +364,19 @@ export class ScanstitchBev extends LitElement {
       return;
     }
     const open = document.pairs.findIndex(({ front }) => front === null);
-    if (open < 0) this.said = 'Click the place in the top view first.';
+    if (open < 0) this.session.announce('Click the place in the top view first.');
     else this.change({ pairs: document.pairs.map((pair, i) => (i === open ? { ...pair, front: at } : pair)) }, open);
   }
 
-  /** The top pixel of a front pixel; null, and said, where there is none. */
+  /** The top pixel of a front pixel; null, and announced, where there is none. */
   private async followFromFront(pixel: Pixel): Promise<Pixel | null> {
     const point = await this.session.follow('front', pixel);
     if (point?.projected) return point.projected;
-    this.said =
+    this.session.announce(
       point?.status === 'behind_camera'
-        ? 'The ground there lies behind the top camera.'
-        : 'That pixel of the front view looks at or above the horizon: it sees no ground.';
+        ? 'The ground at this pixel lies behind the top camera.'
+        : 'This pixel of the front view is at or above the horizon: it sees no ground.',
+    );
     return null;
   }
 
@@ -451,21 +452,10 @@ export class ScanstitchBev extends LitElement {
     this.input.value = '';
   }
 
-  private onDrag(event: DragEvent): void {
-    if (!event.dataTransfer?.types.includes('Files')) return;
-    event.preventDefault();
-    event.stopPropagation();
-    this.is_dropping = true;
-  }
-
-  private async onDrop(event: DragEvent): Promise<void> {
-    if (!event.dataTransfer?.types.includes('Files')) return;
-    event.preventDefault();
-    event.stopPropagation();
-    this.is_dropping = false;
+  private async openDropped(transfer: DataTransfer, event: DragEvent): Promise<void> {
     const path = event.composedPath();
     const role = (['top', 'front'] as const).find((one) => path.includes(this[`${one}_picture`] as EventTarget));
-    await this.session.open(await filesOfDrop(event.dataTransfer), role ?? null);
+    await this.session.open(await filesOfDrop(transfer), role ?? null);
   }
 
   private async onExport({ detail }: CustomEvent<string>): Promise<void> {
@@ -503,13 +493,13 @@ export class ScanstitchBev extends LitElement {
     return this.session.attempt('export', () => this.copy(text, 'The homography was copied.'));
   }
 
-  private async copy(text: string, said: string): Promise<void> {
+  private async copy(text: string, announcement: string): Promise<void> {
     try {
       await navigator.clipboard.writeText(text);
     } catch {
       throw new Error(`The browser does not let this page copy. Here it is: ${text}`);
     }
-    this.said = said;
+    this.session.announce(announcement);
   }
 
   static override styles = [tokens, shared, page_styles, drop_styles, bev_styles];

@@ -1,5 +1,6 @@
 /** What the view works on: the document with its history, the pictures, the engine's answers, and what went wrong. */
-import type { ReactiveController, ReactiveControllerHost } from 'lit';
+import type { ReactiveControllerHost } from 'lit';
+import { Session } from '../components/session.js';
 import type { NamedFile } from '../datasets/gather.js';
 import { EngineProblem, WorkerDied } from '../engine/remote.js';
 import { BevClient } from './client.js';
@@ -29,7 +30,7 @@ export interface Listener {
 const TABLE = /\.(csv|txt|tsv)$/i;
 const SCENE = /\.json$/i;
 
-export class BevSession implements ReactiveController {
+export class BevSession extends Session<BevClient> {
   /** The latest answer, with the document that it belongs to. */
   answered: { document: BevDocument; answer: Projection } | null = null;
   problems: ReadonlyMap<string, Problem> = new Map();
@@ -37,32 +38,30 @@ export class BevSession implements ReactiveController {
   /** How much of the warped top view covers the front view, 0 to 1. */
   blend = 0;
   version = '';
-  client: BevClient | null = null;
   private history: History | null = null;
   private pictures: Record<BevRole, (Picture & { is_sample: boolean }) | null> = { top: null, front: null };
   /** How often something was opened: what the page opens by itself gives way to what is opened while it loads. */
   private num_opened = 0;
 
-  constructor(
-    private readonly host: ReactiveControllerHost,
-    private readonly listener: Listener,
-  ) {
-    host.addController(this);
+  readonly #listener: Listener;
+
+  constructor(host: ReactiveControllerHost, listener: Listener) {
+    super(host);
+    this.#listener = listener;
   }
 
-  hostDisconnected(): void {
-    this.client?.dispose();
-    this.client = null;
+  protected override createClient(): BevClient {
+    return new BevClient({
+      strip: (strip) => this.#listener.strip(strip),
+      crashed: (message) => this.onCrash(message),
+      unavailable: (message) => this.setProblem('crash', `${message}. Reload the page; please report this.`),
+    });
   }
 
   /** Begins with what the page's address holds, the scene at `src`, the sample, or a preset. */
   async begin(src: string): Promise<void> {
-    const client = new BevClient({
-      strip: (strip) => this.listener.strip(strip),
-      crashed: (message) => this.onCrash(message),
-      unavailable: (message) => this.report('crash', `${message}. Reload the page; please report this.`),
-    });
-    this.client = client;
+    const { client } = this;
+    if (!client) return;
     let about: About;
     try {
       about = await client.start();
@@ -85,7 +84,7 @@ export class BevSession implements ReactiveController {
 
   /** The worker that takes the place of one that crashed is given what that one had. */
   private onCrash(message: string): void {
-    this.report('crash', `The engine crashed: ${message}. It was started anew; please report this.`);
+    this.setProblem('crash', `The engine crashed: ${message}. It was started anew; please report this.`);
     void this.attempt('crash of the picture', () => this.keepTop());
     if (this.history) this.ask(this.history.present);
   }
@@ -136,7 +135,7 @@ export class BevSession implements ReactiveController {
     const before = this.history?.present;
     this.history = history;
     const { present } = history;
-    if (is_shown_at_once) this.host.requestUpdate();
+    if (is_shown_at_once) this.changed();
     this.ask(present);
     if (before?.scene === present.scene) return;
     void this.checkSizes(present.scene);
@@ -147,7 +146,7 @@ export class BevSession implements ReactiveController {
     const since = performance.now();
     this.client?.project(queryOf(document), (answer) => {
       if (answer instanceof EngineProblem) {
-        this.report('scene', answer.message);
+        this.setProblem('scene', answer.message);
         return;
       }
       this.settle('scene');
@@ -156,8 +155,8 @@ export class BevSession implements ReactiveController {
       const same = answered?.document.scene === document.scene ? answered.answer : answer;
       const { layout, homography, common } = same;
       this.answered = { document, answer: { ...answer, layout, homography, common } };
-      this.host.requestUpdate();
-      this.listener.answered(since);
+      this.changed();
+      this.#listener.answered(since);
     });
   }
 
@@ -168,7 +167,7 @@ export class BevSession implements ReactiveController {
       this.client?.warp(document.scene);
     } else {
       this.client?.unwarp();
-      this.listener.unwarped();
+      this.#listener.unwarped();
     }
   }
 
@@ -241,7 +240,7 @@ export class BevSession implements ReactiveController {
       if (linked.is_sample && has_sample) void this.attempt('file', () => this.openSamplePictures(is_outdated));
       return true;
     } catch (error) {
-      this.report('file', error instanceof Error ? error.message : String(error));
+      this.setProblem('file', error instanceof Error ? error.message : String(error));
       return true;
     }
   }
@@ -313,7 +312,7 @@ export class BevSession implements ReactiveController {
       const picture = { ...(await decodePicture(name, blob)), is_sample };
       if (is_outdated()) return;
       this.pictures = { ...this.pictures, [role]: picture };
-      this.host.requestUpdate();
+      this.changed();
       if (this.document) await this.checkSizes(this.document.scene);
       if (role === 'top') await this.keepTop();
     });
@@ -343,7 +342,7 @@ export class BevSession implements ReactiveController {
       if (error instanceof WorkerDied) return; // told already
       if (!(error instanceof EngineProblem)) throw error;
       const act = () => this.useSize(role, width, height);
-      this.report(`size of ${role}`, error.message, { label: `Use ${width} × ${height}`, act });
+      this.setProblem(`size of ${role}`, error.message, { label: `Use ${width} × ${height}`, act });
     }
   }
 
@@ -369,9 +368,9 @@ export class BevSession implements ReactiveController {
 
   // Problems.
 
-  report(key: string, text: string, remedy?: Problem['remedy']): void {
+  setProblem(key: string, text: string, remedy?: Problem['remedy']): void {
     this.problems = new Map(this.problems).set(key, remedy ? { text, remedy } : { text });
-    this.host.requestUpdate();
+    this.changed();
   }
 
   settle(key: string): void {
@@ -379,7 +378,7 @@ export class BevSession implements ReactiveController {
     const rest = new Map(this.problems);
     rest.delete(key);
     this.problems = rest;
-    this.host.requestUpdate();
+    this.changed();
   }
 
   /** Does something with what the user gave; what is wrong with it is told, and all else stays as it was. */
@@ -388,7 +387,7 @@ export class BevSession implements ReactiveController {
       this.settle(key);
       await action();
     } catch (error) {
-      this.report(key, error instanceof Error ? error.message : String(error));
+      this.setProblem(key, error instanceof Error ? error.message : String(error));
     }
   }
 }

@@ -25,7 +25,7 @@ export interface StrategyListener {
   problem(problem: Problem): void;
 }
 
-/** One comparison at a time. */
+/** One comparison at a time: a new one ends the one before it. */
 export class StrategyClient {
   #listener: StrategyListener;
   #host: WorkerHost<ComparerApi>;
@@ -82,6 +82,7 @@ export class StrategyClient {
     // Colours say nothing here, and take time to read.
     run.add(jobs.map((job) => ({ ...job, color: null })));
     const { state } = await run.run(stopping.signal);
+    if (race !== this.#race) return false;
     await this.#tellResults(race);
     if (state === 'done') remote.succeeded();
     return state === 'done';
@@ -121,6 +122,7 @@ export class StrategyClient {
         finish: () => race.finish(),
       },
       onEvent: (event) => {
+        if (race !== this.#race) return;
         if (event.type === 'problem') this.#listener.problem(problemOf(event.error, event.name));
         if (event.type === 'problem' || event.type === 'registered') this.#listener.progressed(++done, total);
       },
@@ -131,6 +133,7 @@ export class StrategyClient {
     const start = performance.now();
     const results: StrategyResult[] = [];
     for (const [strategy, times] of race.milliseconds.entries()) {
+      if (race !== this.#race) return;
       results.push(await this.#host.call('result', strategy, times));
     }
     const cost = performance.now() - start;

@@ -2,20 +2,19 @@ import { html, LitElement, nothing, type PropertyValues, type TemplateResult } f
 import { customElement, property, state } from 'lit/decorators.js';
 import '../components/figure-view.js';
 import { cell, type Column, columnsOf, csvOf, markdownOf, type Row } from '../../../npm/strategy_table.js';
+import { announcements } from '../components/announcer.js';
 import { icon } from '../components/icons.js';
+import type { Phase } from '../components/session.js';
 import { page_styles, shared, table_styles } from '../components/theme.js';
 import { makeColors } from '../views/figure-colors.js';
 import { ranking_styles, section_styles } from '../components/section-styles.js';
 import { download } from '../export/exports.js';
 import { plural } from '../views/format.js';
 import { memoizeLast } from '../views/memoize-last.js';
-import { StrategyClient } from './client.js';
 import { type Drawn, FIGURES, type FigureId, makePainter } from './figures.js';
-import type { StrategyPreset, StrategyResult } from './protocol.js';
+import { StrategiesSession } from './session.js';
 import type { GivenRecording } from '../components/run-view.js';
 import { strategy_styles } from './styles.js';
-
-type Phase = 'waiting' | 'running' | 'stopped' | 'done' | 'failed';
 
 interface Sort {
   name: string;
@@ -35,72 +34,56 @@ export class ScanstitchStrategies extends LitElement {
   @property({ attribute: false }) given: GivenRecording | null = null;
   @property({ type: Boolean }) dark = false;
 
-  @state() private phase: Phase = 'waiting';
-  @state() private presets: readonly StrategyPreset[] = [];
-  @state() private chosen: ReadonlySet<string> = new Set();
-  /** Those that run, or ran last. */
-  @state() private compared: readonly StrategyPreset[] = [];
-  @state() private results: readonly StrategyResult[] = [];
-  @state() private milliseconds: readonly (readonly number[])[] = [];
-  @state() private retired: ReadonlySet<number> = new Set();
   @state() private selected: string | null = null;
   @state() private sort: Sort | null = null;
-  @state() private problems: readonly string[] = [];
-  @state() private progress = { done: 0, total: 1 };
-  @state() private logs: ReadonlySet<FigureId> = new Set<FigureId>(['points']);
-  @state() private said = '';
+  @state() private log_figures: ReadonlySet<FigureId> = new Set<FigureId>(['points']);
 
-  private client: StrategyClient | null = null;
+  private session = new StrategiesSession(this, () => this.tellCompared());
   private colorsOf = memoizeLast(makeColors);
-  private num_runs = 0;
-
-  override disconnectedCallback(): void {
-    super.disconnectedCallback();
-    this.client?.dispose();
-    this.client = null;
-    if (this.phase === 'running') this.phase = 'stopped';
-  }
 
   protected override updated(changed: PropertyValues<this>): void {
-    if (changed.has('given') && this.given) void this.compare();
+    if (changed.has('given')) this.compare();
   }
 
   protected override render(): TemplateResult {
+    const { messages, results } = this.session;
     return html`<div class="strategies">
       ${this.renderBar()}
       ${
-        this.problems.length > 0
+        messages.length > 0
           ? html`<ul class="problems" aria-label="Problems">
-              ${this.problems.map((text) => html`<li>${text}</li>`)}
+              ${messages.map(({ file, text, remedy }) => html`<li>${[file, text, remedy].filter(Boolean).join(': ')}</li>`)}
             </ul>`
           : nothing
       }
-      ${this.results.length > 0 ? html`${this.renderTable()}${this.renderFigures()}` : nothing} ${this.renderChoice()}
-      <div class="visually-hidden" role="status" aria-live="polite">${this.said}</div>
+      ${results.length > 0 ? html`${this.renderTable()}${this.renderFigures()}` : nothing} ${this.renderChoice()}
+      ${announcements(this.session.announcer)}
     </div>`;
   }
 
   private renderBar(): TemplateResult {
-    const { phase, progress, given } = this;
-    const { done, total } = progress;
-    const words = {
-      waiting: 'Drop depth images or clouds first',
-      running: `Frame ${Math.min(done + 1, total)} of ${total}, by ${plural(this.compared.length - this.retired.size, 'strategy', 'strategies')}`,
-      stopped: `Stopped after ${plural(this.numFrames(), 'frame')}`,
-      done: `${plural(this.numFrames(), 'frame')} by ${plural(this.compared.length, 'strategy', 'strategies')}`,
-      failed: 'It could not be computed',
-    }[phase];
+    const { given, session } = this;
+    const { phase, done, total, compared, retired, num_frames } = session;
+    const count = plural(compared.length, 'strategy', 'strategies');
+    const left = plural(compared.length - retired.size, 'strategy', 'strategies');
+    const words: Partial<Record<Phase, string>> = {
+      empty: 'Drop depth images or point clouds first',
+      running: `Frame ${Math.min(done + 1, total)} of ${total}, ${left}`,
+      stopped: `Stopped after ${plural(num_frames, 'frame')}`,
+      done: `${plural(num_frames, 'frame')}, ${count}`,
+      crashed: 'The comparison failed',
+    };
     return html`<section aria-label="Comparison">
       <div class="bar">
         <h2>What each strategy costs and gains</h2>
         <span class="muted">${given?.title ?? ''}</span>
-        <span class="state">${words}</span>
+        <span class="state">${words[phase] ?? ''}</span>
         ${
           phase === 'running'
-            ? html`<progress max=${total} .value=${done} aria-label=${words}></progress
-                ><button @click=${() => this.client?.stop()}>Stop</button>`
-            : html`<button class="primary" ?disabled=${!given || this.chosen.size === 0} @click=${this.compare}>
-                ${this.results.length > 0 ? 'Compare again' : 'Compare'}
+            ? html`<progress max=${total} .value=${done} aria-label=${words[phase] ?? ''}></progress
+                ><button @click=${() => session.stop()}>Stop</button>`
+            : html`<button class="primary" ?disabled=${!given || session.chosen.size === 0} @click=${this.compare}>
+                ${session.results.length > 0 ? 'Compare again' : 'Compare'}
               </button>`
         }
       </div>
@@ -162,15 +145,15 @@ export class ScanstitchStrategies extends LitElement {
 
   private renderRow(row: Row, columns: readonly Column[], best: ReadonlyMap<string, number | null>): TemplateResult {
     const { name, label, result } = row;
-    const index = this.compared.findIndex((preset) => preset.name === name);
+    const index = this.session.compared.findIndex((preset) => preset.name === name);
     const is_selected = this.selected === name;
-    const is_retired = this.retired.has(index);
+    const is_retired = this.session.retired.has(index);
     const select = (): void => {
       this.selected = is_selected ? null : name;
     };
     return html`<tr
       class="${is_selected ? 'selected' : ''} ${is_retired ? 'retired' : ''}"
-      title=${this.compared[index]?.explanation ?? ''}
+      title=${this.session.compared[index]?.explanation ?? ''}
       @click=${select}
     >
       <td class="name">
@@ -185,15 +168,14 @@ export class ScanstitchStrategies extends LitElement {
           <i style="background:${this.colorOf(index)}"></i>${label}
         </button>
         ${
-          this.phase === 'running' && !is_retired
+          this.session.phase === 'running' && !is_retired
             ? html`<button
                 class="icon quiet"
                 aria-label="Leave out ${label}"
                 title="Leave it as it stands; the others go on"
                 @click=${(event: Event) => {
                   event.stopPropagation();
-                  this.client?.retire(index);
-                  this.retired = new Set([...this.retired, index]);
+                  this.session.retire(index);
                 }}
               >
                 ${icon('close', 12)}
@@ -211,16 +193,16 @@ export class ScanstitchStrategies extends LitElement {
 
   private renderFigures(): TemplateResult {
     const colors = this.colorsOf(this.dark);
-    const has_truth = this.results.some(({ comparison }) => comparison !== null);
-    const drawn = this.results.map((result, index): Drawn => ({
+    const has_truth = this.session.results.some(({ comparison }) => comparison !== null);
+    const drawn = this.session.results.map((result, index): Drawn => ({
       result,
-      milliseconds: this.milliseconds[index] ?? [],
+      milliseconds: this.session.milliseconds[index] ?? [],
       color: this.colorOf(index),
-      is_selected: this.compared[index]?.name === this.selected,
+      is_selected: this.session.compared[index]?.name === this.selected,
     }));
     return html`<div class="figures">
       ${FIGURES.filter(({ id }) => id !== 'error' || has_truth).map(({ id, title, about }) => {
-        const is_log = id !== 'paths' && this.logs.has(id);
+        const is_log = id !== 'paths' && this.log_figures.has(id);
         return html`<section aria-label=${title}>
           <header>
             <h2>${title}</h2>
@@ -252,15 +234,15 @@ export class ScanstitchStrategies extends LitElement {
       </header>
       <div class="choice">
         <ul>
-          ${this.presets.map(({ name, label, explanation }) => {
-            const at = this.compared.findIndex((preset) => preset.name === name);
+          ${this.session.presets.map(({ name, label, explanation }) => {
+            const at = this.session.compared.findIndex((preset) => preset.name === name);
             return html`<li>
               <label>
                 <input
                   type="checkbox"
-                  .checked=${this.chosen.has(name)}
-                  ?disabled=${this.phase === 'running'}
-                  @change=${() => this.toggle(name)}
+                  .checked=${this.session.chosen.has(name)}
+                  ?disabled=${this.session.phase === 'running'}
+                  @change=${() => this.session.toggle(name)}
                 />
                 <span>${at < 0 ? nothing : html`<i style="background:${this.colorOf(at)}"></i>`}<b>${label}</b></span>
                 <span class="about">${explanation}</span>
@@ -276,59 +258,17 @@ export class ScanstitchStrategies extends LitElement {
     </section>`;
   }
 
-  private compare = async (): Promise<void> => {
-    const { given } = this;
-    if (!given) return;
-    const run = ++this.num_runs;
-    const is_current = (): boolean => run === this.num_runs;
-    this.client?.stop();
-    this.client?.dispose();
-    const client = new StrategyClient({
-      progressed: (done, total) => {
-        if (is_current()) this.progress = { done, total };
-      },
-      results: (results, milliseconds) => {
-        if (!is_current()) return;
-        this.results = results;
-        this.milliseconds = milliseconds;
-      },
-      problem: ({ file, problem, remedy }) => {
-        if (is_current()) this.tell([file, problem, remedy].filter(Boolean).join(': '));
-      },
-    });
-    this.client = client;
-    this.phase = 'running';
-    this.problems = [];
-    this.results = [];
-    this.retired = new Set();
-    this.progress = { done: 0, total: given.inputs.jobs.length };
-    try {
-      this.presets = await client.presets();
-      if (this.chosen.size === 0) this.chosen = new Set(this.presets.map(({ name }) => name));
-      this.compared = this.presets.filter(({ name }) => this.chosen.has(name));
-      const is_done = await client.run(given, this.compared);
-      if (!is_current()) return;
-      this.phase = is_done ? 'done' : 'stopped';
-      if (this.numFrames() === 0) {
-        this.phase = 'failed';
-        this.results = [];
-      }
-      const notes = new Set(this.results.flatMap((result) => result.notes));
-      this.problems = [...new Set([...this.problems, ...notes])];
-      this.said = `${is_done ? 'Compared' : 'Stopped'}: ${plural(this.numFrames(), 'frame')}.`;
-      this.dispatchEvent(
-        new CustomEvent('scanstitch-compared', { detail: this.rows(), bubbles: true, composed: true }),
-      );
-    } catch (error) {
-      if (!is_current()) return;
-      this.phase = 'failed';
-      this.tell(error instanceof Error ? error.message : String(error));
-    }
+  private compare = (): void => {
+    if (this.given) void this.session.compare(this.given);
   };
 
+  private tellCompared(): void {
+    this.dispatchEvent(new CustomEvent('scanstitch-compared', { detail: this.rows(), bubbles: true, composed: true }));
+  }
+
   private rows(): Row[] {
-    const rows = this.results.map((result, index): Row => {
-      const { name = '', label = '' } = this.compared[index] ?? {};
+    const rows = this.session.results.map((result, index): Row => {
+      const { name = '', label = '' } = this.session.compared[index] ?? {};
       return { name, label, result };
     });
     const { sort } = this;
@@ -340,13 +280,9 @@ export class ScanstitchStrategies extends LitElement {
   }
 
   private bestOf({ name, value }: Column): number | null {
-    if (!SMALLER_IS_BETTER.has(name) || this.results.length < 2) return null;
-    const known = this.results.flatMap((result) => value(result) ?? []);
+    if (!SMALLER_IS_BETTER.has(name) || this.session.results.length < 2) return null;
+    const known = this.session.results.flatMap((result) => value(result) ?? []);
     return known.length > 0 ? Math.min(...known) : null;
-  }
-
-  private numFrames(): number {
-    return Math.max(0, ...this.results.map(({ frames }) => frames.length));
   }
 
   private colorOf(index: number): string {
@@ -363,30 +299,19 @@ export class ScanstitchStrategies extends LitElement {
       .join(' ');
   }
 
-  private toggle(name: string): void {
-    const chosen = new Set(this.chosen);
-    if (!chosen.delete(name)) chosen.add(name);
-    this.chosen = chosen;
-  }
-
   private toggleLog(id: FigureId): void {
-    const logs = new Set(this.logs);
+    const logs = new Set(this.log_figures);
     if (!logs.delete(id)) logs.add(id);
-    this.logs = logs;
+    this.log_figures = logs;
   }
 
   private async copy(text: string, form: string): Promise<void> {
     try {
       await navigator.clipboard.writeText(text);
-      this.said = `The table was copied as ${form}.`;
+      this.session.announce(`The table was copied as ${form}.`);
     } catch {
-      this.tell('The browser did not allow copying: use Save CSV.');
+      this.session.report('The browser did not allow copying', 'Use Save CSV');
     }
-  }
-
-  private tell(text: string): void {
-    this.problems = [...this.problems, text];
-    this.said = text;
   }
 
   static override styles = [shared, section_styles, table_styles, ranking_styles, page_styles, strategy_styles];

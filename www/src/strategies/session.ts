@@ -1,0 +1,115 @@
+/** A comparison of strategies on one recording: which ones, how far it is, what each has cost and gained. */
+import type { ReactiveControllerHost } from 'lit';
+import { errorMessage, noteMessage, Session, wordsOf } from '../components/session.js';
+import type { GivenRecording } from '../components/run-view.js';
+import { plural } from '../views/format.js';
+import { StrategyClient } from './client.js';
+import type { StrategyPreset, StrategyResult } from './protocol.js';
+
+export class StrategiesSession extends Session<StrategyClient> {
+  presets: readonly StrategyPreset[] = [];
+  /** Names of those that run at the next comparison. */
+  chosen: ReadonlySet<string> = new Set();
+  /** Those that run, or ran last. */
+  compared: readonly StrategyPreset[] = [];
+  results: readonly StrategyResult[] = [];
+  milliseconds: readonly (readonly number[])[] = [];
+  /** Indices of those that were left out while it ran. */
+  retired: ReadonlySet<number> = new Set();
+  /** Frames that went through all strategies, and frames in all. */
+  done = 0;
+  total = 1;
+  readonly #onOver: () => void;
+  #num_runs = 0;
+
+  /** `onOver` is told when a comparison is done or was stopped. */
+  constructor(host: ReactiveControllerHost, onOver: () => void) {
+    super(host);
+    this.#onOver = onOver;
+    this.phase = 'empty';
+  }
+
+  override hostDisconnected(): void {
+    super.hostDisconnected();
+    this.#num_runs++;
+    if (this.phase === 'running') this.phase = 'stopped';
+  }
+
+  protected override createClient(): StrategyClient {
+    return new StrategyClient({
+      progressed: (done, total) => {
+        this.done = done;
+        this.total = total;
+        this.changed();
+      },
+      results: (results, milliseconds) => {
+        this.results = results;
+        this.milliseconds = milliseconds;
+        this.changed();
+      },
+      problem: (problem) => this.tell([errorMessage(problem)]),
+    });
+  }
+
+  get num_frames(): number {
+    return Math.max(0, ...this.results.map(({ frames }) => frames.length));
+  }
+
+  async compare(given: GivenRecording): Promise<void> {
+    const { client } = this;
+    if (!client) return;
+    const run = ++this.#num_runs;
+    const is_current = (): boolean => run === this.#num_runs;
+    client.stop();
+    this.phase = 'running';
+    this.messages = [];
+    this.results = [];
+    this.retired = new Set();
+    this.done = 0;
+    this.total = given.inputs.jobs.length;
+    this.changed();
+    try {
+      this.presets = await client.presets();
+      if (!is_current()) return;
+      if (this.chosen.size === 0) this.chosen = new Set(this.presets.map(({ name }) => name));
+      this.compared = this.presets.filter(({ name }) => this.chosen.has(name));
+      const is_done = await client.run(given, this.compared);
+      if (is_current()) this.#onEnd(is_done);
+    } catch (error) {
+      if (!is_current()) return;
+      this.phase = 'crashed';
+      this.report(wordsOf(error));
+    }
+  }
+
+  stop(): void {
+    this.client?.stop();
+  }
+
+  /** Leaves a strategy as it stands; the others go on. */
+  retire(index: number): void {
+    this.client?.retire(index);
+    this.retired = new Set([...this.retired, index]);
+    this.changed();
+  }
+
+  toggle(name: string): void {
+    const chosen = new Set(this.chosen);
+    if (!chosen.delete(name)) chosen.add(name);
+    this.chosen = chosen;
+    this.changed();
+  }
+
+  #onEnd(is_done: boolean): void {
+    this.phase = is_done ? 'done' : 'stopped';
+    const notes = new Set(this.results.flatMap((result) => result.notes));
+    this.tell([...notes].map((text) => noteMessage('', text)));
+    this.announce(`${is_done ? 'Compared' : 'Stopped'}: ${plural(this.num_frames, 'frame')}.`);
+    if (this.num_frames === 0) {
+      this.phase = 'crashed';
+      this.results = [];
+    }
+    this.changed();
+    this.#onOver();
+  }
+}
