@@ -82,7 +82,7 @@ test('one click compares all strategies on the recording', async ({ spatial, pag
   await expect(spatial.map).toBeVisible();
   // What has been compared stays.
   await page.getByRole('button', { name: 'Compare strategies' }).click();
-  await expect(page.getByText(`${NUM_FRAMES} frames by 7 strategies`)).toBeVisible();
+  await expect(page.getByText(`${NUM_FRAMES} frames, 7 strategies`)).toBeVisible();
 });
 
 test('the table is copied, strategies are chosen by the keyboard, and a run is stopped', async ({ spatial, page }) => {
@@ -106,7 +106,7 @@ test('the table is copied, strategies are chosen by the keyboard, and a run is s
   await page.getByRole('button', { name: 'Stop' }).click();
   await expect(page.getByRole('button', { name: /^Compare/ }).and(page.locator('.primary'))).toBeVisible();
   await page.locator('scanstitch-strategies').locator('button.primary').click();
-  await expect(page.getByText(`${NUM_FRAMES} frames by 2 strategies`)).toBeVisible({ timeout: 30_000 });
+  await expect(page.getByText(`${NUM_FRAMES} frames, 2 strategies`)).toBeVisible({ timeout: 30_000 });
   await expect(page.getByRole('table', { name: 'Strategies' }).getByRole('row')).toHaveCount(3);
 });
 

@@ -71,7 +71,7 @@ function errorPainter(scene: Scene): Painter {
   series.sort((a, b) => a.width - b.width);
   const names = { x: ABSCISSA_NAMES[scene.abscissa], y: errorName(selected?.summary.unit ?? '') };
   return (pen, size) => {
-    drawSeries(pen, size, series, scene.x_range, names, colors, true);
+    drawSeries(pen, size, series, scene.x_range, names, colors, 'from_zero');
   };
 }
 
@@ -100,7 +100,7 @@ function panelPainter(scene: Scene, kind: 'positions' | 'angles'): Painter {
       ];
       const words = { x: offset === 2 ? ABSCISSA_NAMES[scene.abscissa] : '', y: name };
       const row = { width: size.width, height: size.height / 3 };
-      drawSeries(shiftedPen(pen, offset * row.height), row, series, scene.x_range, words, colors, false);
+      drawSeries(shiftedPen(pen, offset * row.height), row, series, scene.x_range, words, colors, 'fitted');
     });
   };
 }

@@ -1,5 +1,5 @@
 /** Paths seen from a side. Plain numbers in, strokes out. */
-import { type Area, type Colors, drawAxes, type Range, tickWord } from '../views/axes.js';
+import { type Area, type Colors, drawAxes, linearAxis, type Range, shortNumber } from '../views/axes.js';
 import { plotArea, type Size } from '../views/figures.js';
 import type { Pen } from '../views/pen.js';
 
@@ -121,7 +121,7 @@ const AXIS_NAMES: Record<Look, { x: string; y: string }> = {
 
 export function drawPaths(pen: Pen, view: Projection, paths: readonly ShownPath[], look: Look, colors: Colors): void {
   const { area } = view;
-  if (look !== 'space') drawAxes(pen, area, view.across, view.up, AXIS_NAMES[look], colors);
+  if (look !== 'space') drawAxes(pen, area, linearAxis(view.across), linearAxis(view.up), AXIS_NAMES[look], colors);
   pen.inside(area.x, area.y, area.width, area.height, () => {
     if (look === 'space') drawTriad(pen, view, colors);
     for (const { positions, color, width, is_dashed } of paths) {
@@ -198,8 +198,8 @@ export function drawKey(pen: Pen, { area }: Projection, range: Range, unit: stri
   colors.ramp.forEach((color, i) => {
     pen.rect(right - width + i * step, y - 4, step + 0.5, 8, color);
   });
-  pen.text(right - width - 6, y, tickWord(Number(range.low.toPrecision(2))), { ...small, align: 'end' });
-  pen.text(right + 6, y, `${tickWord(Number(range.high.toPrecision(2)))} ${unit}`.trim(), small);
+  pen.text(right - width - 6, y, shortNumber(range.low, 2), { ...small, align: 'end' });
+  pen.text(right + 6, y, `${shortNumber(range.high, 2)} ${unit}`.trim(), small);
 }
 
 /** The side from which paths are seen at their widest: those of cameras lie in x and z. */

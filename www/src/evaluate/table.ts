@@ -1,4 +1,5 @@
 /** The ranked table: its columns, its order, and its text for a report. */
+import { csvFormatRows } from 'd3-dsv';
 import type { Comparison, Refusal } from './protocol.js';
 
 export interface Column {
@@ -109,8 +110,7 @@ export function markdown(ranking: Ranking): string {
 }
 
 export function csv(ranking: Ranking): string {
-  const quote = (cell: string) => (/[",\n]/.test(cell) ? `"${cell.replaceAll('"', '""')}"` : cell);
-  return [heads(ranking), ...cells(ranking)].map((row) => `${row.map(quote).join(',')}\n`).join('');
+  return `${csvFormatRows([heads(ranking), ...cells(ranking)])}\n`;
 }
 
 /** Without the file's name at its start, where the row has it already. */

@@ -3,6 +3,7 @@ import { html, nothing, type TemplateResult } from 'lit';
 import { layerBox, layerList, mapButton } from '../components/map-toolbar.js';
 import { baseName, formatFixed } from '../views/format.js';
 import { cssColor } from '../views/palette.js';
+import { roundedDown } from '../views/viewport.js';
 import type { GraphicsState } from './graphics.js';
 import type { Heights } from './leveling.js';
 import { COLOR_MODES, chosenMode, type LookChoices, ramp } from './look.js';
@@ -51,7 +52,7 @@ export function readout(
     metres_per_pixel,
   }: { hovered: string | null; mode: ColorMode; dark: boolean; metres_per_pixel: number },
 ): TemplateResult {
-  const metres = niceLength(110 * metres_per_pixel);
+  const metres = roundedDown(Math.max(110 * metres_per_pixel, 1e-3));
   const { floor, top } = heights;
   const stops = ramp(dark)
     .filter((_, i) => i % 7 === 0)
@@ -69,12 +70,6 @@ export function readout(
     }
     <span class="scale number" style="width: ${(metres / metres_per_pixel).toFixed(1)}px">${metres} m</span>
   </div>`;
-}
-
-/** The largest of 1, 2, 5, 10, ... that is not longer. */
-function niceLength(longest: number): number {
-  const power = 10 ** Math.floor(Math.log10(Math.max(longest, 1e-3)));
-  return Number((([5, 2, 1].find((step) => step * power <= longest) ?? 1) * power).toPrecision(1));
 }
 
 /** What is said in the map's place where nothing can be drawn. */

@@ -1,4 +1,5 @@
 /** The table of a run in space: one row a frame. */
+import { csvFormatRows } from 'd3-dsv';
 import { html } from 'lit';
 import type { SpatialFrameResult, SpatialPose, SpatialResult } from '../engine/spatial-protocol.js';
 import { DEGREES, formatAngle, formatCoordinate, formatCount, formatFixed, formatPercent } from '../views/format.js';
@@ -84,18 +85,18 @@ export function spatialColumns(reference_name: string, has_camera: boolean): Col
   return columns;
 }
 
+const ERROR_COLUMNS = [
+  ...['frame', 'name', 'status', 'x_m', 'y_m', 'z_m', 'error_m', 'rotation_error_rad'],
+  ...['num_inliers', 'fitness', 'inlier_rmse_m', 'ms'],
+];
+
 /** One line for each frame, for a spreadsheet: SI units, radians. */
 export function errorCsv(result: SpatialResult, ms: readonly number[]): string {
-  const head = 'frame,name,status,x_m,y_m,z_m,error_m,rotation_error_rad,num_inliers,fitness,inlier_rmse_m,ms';
-  const lines = spatialRows(result, ms).map((row) => {
+  const rows = spatialRows(result, ms).map((row) => {
     const { x, y, z } = row.result.T_world_sensor;
     const { num_inliers, fitness, inlier_rmse } = row.result;
-    const values = [x, y, z, row.error ?? '', row.rotation_error ?? '', num_inliers, fitness, inlier_rmse, row.ms];
-    return [row.frame, quoted(row.name), row.status, ...values].join(',');
+    const errors = [row.error ?? '', row.rotation_error ?? ''];
+    return [row.frame, row.name, row.status, x, y, z, ...errors, num_inliers, fitness, inlier_rmse, row.ms].map(String);
   });
-  return `${[head, ...lines].join('\n')}\n`;
-}
-
-function quoted(text: string): string {
-  return /[",\n]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text;
+  return `${csvFormatRows([ERROR_COLUMNS, ...rows])}\n`;
 }

@@ -1,5 +1,5 @@
 /** The plots that make the argument: what each strategy costs and gains from frame to frame. */
-import { type Colors, drawAxes, type Range, rangeOf, tickWord } from '../views/axes.js';
+import { type Colors, drawAxes, linearAxis, type Range, rangeOf } from '../views/axes.js';
 import type { Painter } from '../components/figure-view.js';
 import { drawSeries, plotArea, type Series } from '../views/figures.js';
 import type { StrategyResult } from './protocol.js';
@@ -33,7 +33,6 @@ export function makePainter(id: FigureId, all: readonly Drawn[], colors: Colors,
   // The one that is looked at comes last, on top.
   const drawn = [...all].sort((a, b) => Number(a.is_selected) - Number(b.is_selected));
   if (id === 'paths') return pathPainter(drawn, colors);
-  const shown = (value: number): number => (is_log ? Math.log10(Math.max(value, 1e-3)) : value);
   const values: Record<Exclude<FigureId, 'paths'>, (one: Drawn) => readonly (number | null)[]> = {
     points: ({ result }) => result.frames.map(({ map_points }) => map_points),
     time: ({ milliseconds }) => milliseconds.map((value, place) => (place === 0 ? null : value)),
@@ -41,7 +40,7 @@ export function makePainter(id: FigureId, all: readonly Drawn[], colors: Colors,
   };
   const series = drawn.map((one): Series => {
     const known = values[id](one).flatMap((value, place) =>
-      value === null ? [] : [[one.result.frames[place]?.index ?? place, shown(value)] as const],
+      value === null ? [] : [[one.result.frames[place]?.index ?? place, value] as const],
     );
     return {
       x: known.map(([index]) => index),
@@ -56,19 +55,10 @@ export function makePainter(id: FigureId, all: readonly Drawn[], colors: Colors,
   const x = { ...rangeOf(series.map(({ x }) => x)), low: 0 };
   const unit = { points: 'points', time: 'ms', error: 'm' }[id];
   const names = { x: 'frame', y: unit };
-  const word = is_log ? powerWord : shortWord;
   return (pen, size) => {
-    drawSeries(pen, size, series, x, names, colors, !is_log, word);
+    drawSeries(pen, size, series, x, names, colors, is_log ? 'log' : 'from_zero', '~s');
   };
 }
-
-/** Large numbers with their thousands or millions: there is little room beside an axis. */
-function shortWord(value: number): string {
-  const [unit, word] = value >= 1e6 ? [1e6, 'M'] : value >= 1e4 ? [1e3, 'k'] : [1, ''];
-  return `${tickWord(Number((value / unit).toPrecision(3)))}${word}`;
-}
-
-const powerWord = (exponent: number): string => shortWord(Number((10 ** exponent).toPrecision(2)));
 
 /** Right and ahead of the first frame: x and z of a camera, x and y where that spreads more, as in a robot's own frame. */
 function pathPainter(drawn: readonly Drawn[], colors: Colors): Painter {
@@ -99,7 +89,7 @@ function pathPainter(drawn: readonly Drawn[], colors: Colors): Painter {
       return { low: (low + high) / 2 - half, high: (low + high) / 2 + half };
     };
     const [x, y] = [around(across, area.width), around(up, area.height)];
-    drawAxes(pen, area, x, y, { x: 'x (m)', y: `${ahead} (m)` }, colors);
+    drawAxes(pen, area, linearAxis(x), linearAxis(y), { x: 'x (m)', y: `${ahead} (m)` }, colors);
     pen.inside(area.x, area.y, area.width, area.height, () => {
       for (const { points, color, width, dash } of paths) {
         const line = points.flatMap((pose) => [

@@ -1,4 +1,5 @@
-/** Axes: round numbers at even distances, and where values lie between them. */
+/** Axes of figures. */
+import { scaleLinear, scaleLog } from 'd3-scale';
 import type { Pen } from './pen.js';
 
 export interface Colors {
@@ -47,43 +48,68 @@ export function padded({ low, high }: Range, share = 0.05): Range {
   return { low: low - room, high: high + room };
 }
 
-/** Round numbers in the range, about so many: steps of 1, 2 or 5 times a power of ten. */
-export function ticks({ low, high }: Range, about: number): number[] {
-  const rough = (high - low) / Math.max(about, 1);
-  const decade = 10 ** Math.floor(Math.log10(rough));
-  const step = decade * ([1, 2, 5, 10].find((digit) => digit * decade >= rough * 0.999) ?? 10);
-  const first = Math.ceil(low / step - 1e-9);
-  const last = Math.floor(high / step + 1e-9);
-  return Array.from({ length: Math.max(last - first + 1, 0) }, (_, i) => (first + i) * step);
+/** One axis of a plot. */
+export interface Axis {
+  /** Where a value lies: 0 at the axis's beginning, 1 at its end. */
+  share(value: number): number;
+  /** About so many round values. A label is empty where there is no room for it. */
+  ticks(about: number): { value: number; label: string }[];
 }
 
-/** A number at an axis: no digit that tells nothing. */
-export function tickWord(value: number): string {
-  if (value === 0 || Math.abs(value) < 1e-12) return '0';
-  const size = Math.abs(value);
-  return size >= 1e5 || size < 1e-3 ? value.toExponential(0) : String(Number(value.toPrecision(6)));
+/** `format`: as d3-format has it; without, as many decimals as the ticks need. */
+export function linearAxis({ low, high }: Range, format?: string): Axis {
+  const scale = scaleLinear([low, high], [0, 1]);
+  return {
+    share: (value) => scale(value),
+    ticks(about) {
+      const word = scale.tickFormat(about, format ?? plainFormat(low, high));
+      return scale.ticks(about).map((value) => ({ value, label: word(value) }));
+    },
+  };
+}
+
+/** Values at or below zero have no place on it: they are drawn at its beginning. */
+export function logAxis({ low, high }: Range, format = '~s'): Axis {
+  const scale = scaleLog([low, high], [0, 1]).nice().clamp(true);
+  return {
+    share: (value) => (value > 0 ? scale(value) : 0),
+    ticks(about) {
+      const word = scale.tickFormat(about, format);
+      return scale.ticks(about).map((value) => ({ value, label: word(value) }));
+    },
+  };
+}
+
+/** Very small and very large values as powers of ten. */
+function plainFormat(low: number, high: number): string | undefined {
+  const size = Math.max(Math.abs(low), Math.abs(high));
+  return size >= 1e6 || high - low < 1e-3 ? '~e' : undefined;
+}
+
+/** A number in words beside a figure, with so many digits. */
+export function shortNumber(value: number, digits: number): string {
+  return String(Number(value.toPrecision(digits)));
 }
 
 /** Grid lines, numbers and names of a plot's two axes. */
 export function drawAxes(
   pen: Pen,
   area: Area,
-  x: Range,
-  y: Range,
+  x: Axis,
+  y: Axis,
   names: { x: string; y: string },
   colors: Colors,
-  yWord: (value: number) => string = tickWord,
 ): void {
   const small = { color: colors.muted, size: 11 };
-  for (const value of ticks(y, Math.max(area.height / 38, 3.5))) {
-    const at = area.y + area.height * (1 - (value - y.low) / (y.high - y.low));
+  for (const { value, label } of y.ticks(Math.max(area.height / 38, 3.5))) {
+    const at = area.y + area.height * (1 - y.share(value));
     pen.line([area.x, at, area.x + area.width, at], { color: colors.line, width: 1 });
-    pen.text(area.x - 6, at, yWord(value), { ...small, align: 'end' });
+    pen.text(area.x - 6, at, label, { ...small, align: 'end' });
   }
-  for (const value of ticks(x, area.width / 80)) {
-    const at = area.x + (area.width * (value - x.low)) / (x.high - x.low);
+  for (const { value, label } of x.ticks(area.width / 80)) {
+    const at = area.x + area.width * x.share(value);
     pen.line([at, area.y, at, area.y + area.height], { color: colors.line, width: 1 });
-    pen.text(at, area.y + area.height + 11, tickWord(value), { ...small, align: 'middle' });
+    pen.text(at, area.y + area.height + 11, label, { ...small, align: 'middle' });
   }
   pen.text(area.x + area.width, area.y + area.height + 26, names.x, { ...small, align: 'end' });
   pen.text(area.x - 44, area.y + area.height / 2, names.y, { ...small, align: 'middle', is_upright: true });

@@ -1,5 +1,16 @@
 /** Plots of an evaluation. Plain numbers in, strokes out; the same for the screen, for PNG and for SVG. */
-import { type Area, type Colors, drawAxes, padded, type Range, rangeOf, tickWord } from './axes.js';
+import {
+  type Area,
+  type Colors,
+  type Axis,
+  drawAxes,
+  linearAxis,
+  logAxis,
+  padded,
+  type Range,
+  rangeOf,
+  shortNumber,
+} from './axes.js';
 import type { Pen } from './pen.js';
 
 export interface Size {
@@ -28,22 +39,31 @@ export function plotArea({ width, height }: Size): Area {
   return { x: LEFT, y: TOP, width: Math.max(width - LEFT - RIGHT, 10), height: Math.max(height - TOP - BOTTOM, 10) };
 }
 
-/** Lines over a common axis. */
+/** How the values of lines stand on their axis. */
+export type ValueScale =
+  /** All of them, with a little room around. */
+  | 'fitted'
+  /** From zero on. */
+  | 'from_zero'
+  | 'log';
+
+/** Lines over a common axis. `format`: of the values at their axis, as d3-format has it. */
 export function drawSeries(
   pen: Pen,
   size: Size,
   series: readonly Series[],
-  x: Range,
+  x_range: Range,
   names: { x: string; y: string },
   colors: Colors,
-  from_zero: boolean,
-  yWord?: (value: number) => string,
-): Range {
+  value_scale: ValueScale,
+  format?: string,
+): void {
   const ranges = series.map(({ values, stride, offset }) => rangeOf([values], stride, offset));
   const all = rangeOf(ranges.map(({ low, high }) => [low, high]));
-  const y = from_zero ? { low: 0, high: Math.max(all.high, 1e-12) * 1.05 } : padded(all);
+  const x = linearAxis(x_range);
+  const y = valueAxis(all, value_scale, format);
   const area = plotArea(size);
-  drawAxes(pen, area, x, y, names, colors, yWord);
+  drawAxes(pen, area, x, y, names, colors);
   pen.inside(area.x, area.y, area.width, area.height, () => {
     for (const one of series) {
       const points = columns(one, area, x, y);
@@ -51,17 +71,28 @@ export function drawSeries(
       pen.line(points, { color: one.color, width: one.width, ...dash });
     }
   });
-  return y;
+}
+
+/** The smallest value that a logarithmic axis begins with. */
+const LEAST_ON_LOG_AXIS = 1e-3;
+
+function valueAxis(all: Range, value_scale: ValueScale, format: string | undefined): Axis {
+  if (value_scale === 'log') {
+    const low = Math.max(all.low, LEAST_ON_LOG_AXIS);
+    return logAxis({ low, high: Math.max(all.high, low * 10) }, format);
+  }
+  const range = value_scale === 'from_zero' ? { low: 0, high: Math.max(all.high, 1e-12) * 1.05 } : padded(all);
+  return linearAxis(range, format);
 }
 
 /** Points of a line; of many that fall on one column of the screen, the first, lowest, highest and last. */
-function columns({ x: xs, values, stride, offset }: Series, area: Area, x: Range, y: Range): number[] {
+function columns({ x: xs, values, stride, offset }: Series, area: Area, x: Axis, y: Axis): number[] {
   const points: number[] = [];
   const count = Math.min(xs.length, Math.floor((values.length - offset + stride - 1) / stride));
-  const atX = (i: number) => area.x + (area.width * ((xs[i] as number) - x.low)) / (x.high - x.low);
+  const atX = (i: number) => area.x + area.width * x.share(xs[i] as number);
   const value = (i: number) => values[i * stride + offset] as number;
   const push = (i: number) => {
-    points.push(atX(i), area.y + area.height * (1 - (value(i) - y.low) / (y.high - y.low)));
+    points.push(atX(i), area.y + area.height * (1 - y.share(value(i))));
   };
   if (count <= 3 * area.width) {
     for (let i = 0; i < count; i++) push(i);
@@ -98,7 +129,7 @@ export function drawHistogram(
   }
   const y = { low: 0, high: Math.max(...counts) * 1.08 };
   const area = plotArea(size);
-  drawAxes(pen, area, range, y, { x: name, y: 'poses' }, colors);
+  drawAxes(pen, area, linearAxis(range), linearAxis(y), { x: name, y: 'poses' }, colors);
   const pitch = area.width / num_bins;
   counts.forEach((count, bin) => {
     const height = (area.height * count) / y.high;
@@ -112,7 +143,7 @@ export function drawHistogram(
   // Words on a ground of their own, on the side of the line that has room.
   marks.forEach(({ name, value }, index) => {
     const at = area.x + (area.width * value) / range.high;
-    const words = `${name} ${tickWord(Number(value.toPrecision(3)))}`;
+    const words = `${name} ${shortNumber(value, 3)}`;
     const [y, width] = [area.y + 8 + 16 * index, 6.3 * words.length + 6];
     const is_left = at - width - 6 > area.x && (at + width + 6 > area.x + area.width || value < range.high / 2);
     pen.rect(is_left ? at - width - 3 : at + 3, y - 7, width, 14, colors.background);

@@ -113,12 +113,16 @@ function extent(bounds: Bounds, turns: Turns): Size {
   return turns % 2 === 0 ? { width: along_x, height: along_y } : { width: along_y, height: along_x };
 }
 
-/** A round length (1, 2 or 5 times a power of ten, m) close to, and at most, `max_pixels` on the screen. */
+/** A round length (m) for the scale bar, which is at most `max_pixels` on the screen. */
 export function roundLength(view: Viewport, max_pixels: number): number {
-  const longest = max_pixels / view.scale;
-  const power = 10 ** Math.floor(Math.log10(longest));
-  const factor = longest / power;
-  return (factor >= 5 ? 5 : factor >= 2 ? 2 : 1) * power;
+  return roundedDown(max_pixels / view.scale);
+}
+
+/** The largest of 1, 2 or 5 times a power of ten that is not larger. */
+export function roundedDown(value: number): number {
+  const power = 10 ** Math.floor(Math.log10(value));
+  const factor = value / power;
+  return Number(((factor >= 5 ? 5 : factor >= 2 ? 2 : 1) * power).toPrecision(1));
 }
 
 /**
