@@ -86,9 +86,10 @@ export class SpatialPage {
     }, picture.toString('base64'));
   }
 
-  /** Waits until no flight of the view is under way. */
+  /** Waits until the map is drawn as it is to be: nothing is about to be drawn, and the view has stopped moving. */
   async settled(): Promise<void> {
-    await this.page.waitForTimeout(450);
+    await this.page.evaluate(() => new Promise((resolve) => requestAnimationFrame(resolve)));
+    await expect(this.map.getByRole('group', { name: 'Map' })).toHaveAttribute('aria-busy', 'false');
   }
 }
 

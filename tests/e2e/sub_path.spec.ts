@@ -1,7 +1,8 @@
 import type { Server } from 'node:http';
 import type { AddressInfo } from 'node:net';
 import { join } from 'node:path';
-import { expect, test } from '@playwright/test';
+import { test } from '@playwright/test';
+import { expect, ScanstitchPage } from './scanstitch_page.js';
 import { serve } from './static_server.mjs';
 
 const PREFIX = '/a/b/c/';
@@ -16,19 +17,22 @@ test.afterAll(() => {
   server.close();
 });
 
-test('the build works under a path of any static host', async ({ page }) => {
+test('the build stitches under a path of any static host', async ({ page }) => {
   const faults: string[] = [];
-  page.on('pageerror', (error) => faults.push(error.message));
   page.on('requestfailed', (request) => faults.push(`${request.url()}: ${request.failure()?.errorText}`));
-  const engines: string[] = [];
   page.on('response', (response) => {
     if (response.status() >= 400) faults.push(`${response.url()}: ${response.status()}`);
-    if (response.url().endsWith('.wasm')) engines.push(response.url());
   });
+  const app = new ScanstitchPage(page);
+  const address = `http://localhost:${(server.address() as AddressInfo).port}${PREFIX}`;
+  const { result } = await app.open(address);
+  expect(result.frames).toHaveLength(10);
+  expect(result.comparison?.mean).toBeLessThan(0.02);
+  expect(await app.numPainted()).toBeGreaterThan(1000);
 
-  await page.goto(`http://localhost:${(server.address() as AddressInfo).port}${PREFIX}`);
-  await page.waitForFunction(() => customElements.get('scanstitch-app') !== undefined);
-  await expect.poll(() => engines.length, { message: 'the engine is fetched' }).toBeGreaterThan(0);
-  await page.waitForLoadState('networkidle');
+  // Workers that are started later find their scripts as well.
+  await page.getByRole('button', { name: 'Evaluate' }).click();
+  await expect(page.getByRole('table', { name: 'Estimates, ranked' }).getByRole('row')).toHaveCount(2);
   expect(faults).toEqual([]);
+  expect(app.faults).toEqual([]);
 });

@@ -1,9 +1,10 @@
 import { css, html, LitElement, type PropertyValues, type TemplateResult } from 'lit';
 import { customElement, property, query, state } from 'lit/decorators.js';
 import { shared } from '../components/theme.js';
+import { axes, type Direction, orbited } from '../views/orbit.js';
+import { added, cross, dot, normalized, scaled, type Vec3 } from '../views/vectors.js';
 import type { BevLayout, BevLayoutCamera, BevPoint } from './protocol.js';
 
-type Vector = readonly [number, number, number];
 type Place = readonly [number, number];
 
 interface Inks {
@@ -16,7 +17,9 @@ interface Inks {
 
 /** How long the pyramids of the cameras are, as a share of the height of the higher one. */
 const PYRAMID = 0.35;
-const FREEDOM = 1.45;
+/** The eye goes no lower (rad): the ground must not become a line. */
+const LOWEST = 0.02;
+const RADIANS_PER_PIXEL = 0.01;
 
 /**
  * The scene as a small drawing in space: the ground, what each camera sees of it, and the marks on it. Parallel lines
@@ -27,8 +30,7 @@ export class ScanstitchBevSketch extends LitElement {
   @property({ attribute: false }) layout: BevLayout | null = null;
   @property({ attribute: false }) points: readonly BevPoint[] = [];
   @property({ type: Boolean, reflect: true }) dark = false;
-  @state() private azimuth = -0.7;
-  @state() private elevation = 0.5;
+  @state() private direction: Direction = { azimuth: -0.7, elevation: 0.5 };
   @query('canvas') private canvas!: HTMLCanvasElement;
   private dragged_from: { x: number; y: number } | null = null;
   private observer = new ResizeObserver(() => this.paint());
@@ -83,7 +85,7 @@ export class ScanstitchBevSketch extends LitElement {
       front: dark ? '#f2b862' : '#a85f00',
       mark: dark ? '#ff6fb1' : '#c4126a',
     };
-    const place = placer(layout, this.azimuth, this.elevation, [width, height], 22 * density);
+    const place = placer(layout, this.direction, [width, height], 22 * density);
     draw(context, layout, this.points, place, inks, density);
   }
 
@@ -110,8 +112,7 @@ export class ScanstitchBevSketch extends LitElement {
   }
 
   private turn(dx: number, dy: number): void {
-    this.azimuth += dx * 0.01;
-    this.elevation = Math.min(Math.max(this.elevation + dy * 0.01, 0.02), FREEDOM);
+    this.direction = orbited(this.direction, dx * RADIANS_PER_PIXEL, -dy * RADIANS_PER_PIXEL, LOWEST);
   }
 
   static override styles = [
@@ -141,24 +142,17 @@ export class ScanstitchBevSketch extends LitElement {
 /** Where points of the world lie on the canvas: all of the scene fits. */
 function placer(
   layout: BevLayout,
-  azimuth: number,
-  elevation: number,
+  direction: Direction,
   [width, height]: Place,
   margin: number,
-): (point: Vector) => Place {
+): (point: Vec3) => Place {
   const up = layout.up;
   // Ahead is where the front camera looks; where it looks straight down, where the top of its image points.
-  const level = (v: Vector): Vector => add(v, up, -dot(v, up));
+  const level = (v: Vec3): Vec3 => added(v, up, -dot(v, up));
   const forward = level(layout.front.forward);
-  const ahead = unit(length(forward) > 0.1 ? forward : level(scaled(layout.front.down, -1)));
-  const right = cross(ahead, up);
-  const [sin, cos] = [Math.sin(azimuth), Math.cos(azimuth)];
-  const along: Vector = add(scaled(right, cos), ahead, sin);
-  const deep: Vector = add(scaled(ahead, cos), right, -sin);
-  const flat = (p: Vector): Place => [
-    dot(p, along),
-    -(dot(p, up) * Math.cos(elevation) + dot(p, deep) * Math.sin(elevation)),
-  ];
+  const ahead = normalized(Math.hypot(...forward) > 0.1 ? forward : level(scaled(layout.front.down, -1)));
+  const screen = axes(direction, { right: cross(ahead, up), up, back: scaled(ahead, -1) });
+  const flat = (p: Vec3): Place => [dot(p, screen.right), -dot(p, screen.up)];
   const all = [layout.top, layout.front].flatMap(({ position, footprint }) => [
     position,
     foot(layout, position),
@@ -181,11 +175,11 @@ function draw(
   context: CanvasRenderingContext2D,
   layout: BevLayout,
   points: readonly BevPoint[],
-  place: (point: Vector) => Place,
+  place: (point: Vec3) => Place,
   inks: Inks,
   density: number,
 ): void {
-  const path = (corners: readonly Vector[], is_closed: boolean) => {
+  const path = (corners: readonly Vec3[], is_closed: boolean) => {
     context.beginPath();
     for (const corner of corners) context.lineTo(...(place(corner) as [number, number]));
     if (is_closed) context.closePath();
@@ -225,8 +219,8 @@ function draw(
     path([position, foot(layout, position)], false);
     stroke(inks.line, 1.25, [3, 3]);
     // Wide cameras have long corners: all pyramids are of one length.
-    const reach = size / Math.max(...corners.map(length), 1);
-    const ends = corners.map((corner) => add(position, corner, reach));
+    const reach = size / Math.max(...corners.map((corner) => Math.hypot(...corner)), 1);
+    const ends = corners.map((corner) => added(position, corner, reach));
     for (const end of ends) {
       path([position, end], false);
       stroke(color, 1.25);
@@ -236,8 +230,8 @@ function draw(
     // A roof over the upper edge tells which way up the image is.
     const [upper_left, upper_right] = ends;
     if (upper_left && upper_right) {
-      const middle = scaled(add(upper_left, upper_right, 1), 0.5);
-      path([upper_left, add(middle, camera.down, -0.18 * size), upper_right], true);
+      const middle = scaled(added(upper_left, upper_right, 1), 0.5);
+      path([upper_left, added(middle, camera.down, -0.18 * size), upper_right], true);
       context.fillStyle = color;
       context.fill();
     }
@@ -251,33 +245,8 @@ function draw(
 }
 
 /** The point of the ground below a camera. */
-function foot({ up, ground }: BevLayout, position: Vector): Vector {
-  return add(position, up, dot(ground, up) - dot(position, up));
-}
-
-function dot(a: Vector, b: Vector): number {
-  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
-/** a + share b */
-function add(a: Vector, b: Vector, share: number): Vector {
-  return [a[0] + share * b[0], a[1] + share * b[1], a[2] + share * b[2]];
-}
-
-function scaled(a: Vector, share: number): Vector {
-  return [share * a[0], share * a[1], share * a[2]];
-}
-
-function length(a: Vector): number {
-  return Math.sqrt(dot(a, a));
-}
-
-function unit(a: Vector): Vector {
-  return scaled(a, 1 / (length(a) || 1));
-}
-
-function cross([a, b, c]: Vector, [x, y, z]: Vector): Vector {
-  return [b * z - c * y, c * x - a * z, a * y - b * x];
+function foot({ up, ground }: BevLayout, position: Vec3): Vec3 {
+  return added(position, up, dot(ground, up) - dot(position, up));
 }
 
 declare global {

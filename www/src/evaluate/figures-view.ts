@@ -3,6 +3,7 @@ import { customElement, property, query, state } from 'lit/decorators.js';
 import { icon } from '../components/icons.js';
 import { shared } from '../components/theme.js';
 import { download } from '../export/exports.js';
+import { orbited } from '../views/orbit.js';
 import { memoizeLast } from '../views/memoize-last.js';
 import { makeColors } from '../views/figure-colors.js';
 import { pngFile, svgFile } from './export.js';
@@ -32,6 +33,7 @@ const ABSCISSAS: readonly [Abscissa, string][] = [
 const START_CAMERA: Camera = { look: 'top', azimuth: 0.8, elevation: 0.5, zoom: 1, pan_x: 0, pan_y: 0 };
 /** The pointer takes a pose no further away than this (pixels). */
 const REACH = 40;
+const RADIANS_PER_PIXEL = 0.008;
 const ZOOMS = { min: 0.2, max: 1e4 };
 /** Of paper. */
 const LIGHT = makeColors(false);
@@ -281,8 +283,7 @@ export class ScanstitchEvaluationFigures extends LitElement {
   private onPathDragged({ detail, currentTarget }: CustomEvent<{ dx: number; dy: number }>): void {
     const { camera } = this;
     if (camera.look === 'space') {
-      const elevation = Math.min(Math.max(camera.elevation + detail.dy * 0.008, -1.55), 1.55);
-      this.camera = { ...camera, azimuth: camera.azimuth - detail.dx * 0.008, elevation };
+      this.camera = orbited(camera, detail.dx * RADIANS_PER_PIXEL, -detail.dy * RADIANS_PER_PIXEL);
       return;
     }
     const { scale } = this.project((currentTarget as ScanstitchFigure).size);

@@ -1,16 +1,15 @@
 /** Paths seen from a side. Plain numbers in, strokes out. */
 import { type Area, type Colors, drawAxes, linearAxis, type Range, shortNumber } from '../views/axes.js';
 import { plotArea, type Size } from '../views/figures.js';
+import { axes, type Direction, Z_UP } from '../views/orbit.js';
 import type { Pen } from '../views/pen.js';
 
 export type Look = 'top' | 'side' | 'front' | 'space';
 
 /** Which way the paths are looked at, and how near. */
-export interface Camera {
+export interface Camera extends Direction {
+  /** The direction is of `space` alone. */
   look: Look;
-  /** rad; of `space` alone. */
-  azimuth: number;
-  elevation: number;
   /** Around the middle of what is shown. */
   zoom: number;
   pan_x: number;
@@ -18,7 +17,7 @@ export interface Camera {
 }
 
 /** Right and up on the screen, as directions in the world. */
-function directions({ look, azimuth, elevation }: Camera): [right: readonly number[], up: readonly number[]] {
+function directions({ look, ...direction }: Camera): [right: readonly number[], up: readonly number[]] {
   if (look === 'top')
     return [
       [1, 0, 0],
@@ -34,11 +33,8 @@ function directions({ look, azimuth, elevation }: Camera): [right: readonly numb
       [0, 1, 0],
       [0, 0, 1],
     ];
-  const [ca, sa, ce, se] = [Math.cos(azimuth), Math.sin(azimuth), Math.cos(elevation), Math.sin(elevation)];
-  return [
-    [-sa, ca, 0],
-    [-ca * se, -sa * se, ce],
-  ];
+  const { right, up } = axes(direction, Z_UP);
+  return [right, up];
 }
 
 type Row = readonly [number, number, number, number];

@@ -282,6 +282,7 @@ export class ScanstitchMap3d extends LitElement implements GestureTarget, Graphi
 
   private requestPaint(): void {
     if (this.animation_frame === 0) this.animation_frame = requestAnimationFrame(() => this.paint());
+    this.stage.ariaBusy = 'true';
   }
 
   private paint(): void {
@@ -295,6 +296,7 @@ export class ScanstitchMap3d extends LitElement implements GestureTarget, Graphi
     if (this.size.width === 0) return;
     graphics.scene?.render(eye.orbit, this.look(), this.survey.R_view_map[1]);
     if (eye.is_flying) this.requestPaint();
+    else this.stage.ariaBusy = 'false';
     // Where nothing can be drawn, whoever waits for the map need not wait for ever.
     if (!graphics.scene && graphics.state !== 'unavailable') return;
     if (this.has_new_points) {

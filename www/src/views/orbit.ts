@@ -1,13 +1,20 @@
-/** Where the eye stands: it looks at a target from a direction and a distance. Plain values; every change is a new one. */
-import { added, dot, type Vec3 } from './vectors.js';
+/**
+ * The orbit camera of all views in space: the eye looks at a target from a direction and a distance. Plain values; every
+ * change is a new one.
+ */
+import { added, dot, scaled, type Vec3 } from './vectors.js';
 
-export interface Orbit {
-  /** In the picture's world: y up. */
-  target: Vec3;
-  /** Turn about the vertical, rad; 0: behind the first camera, looking where it looked. */
+/** From where the eye looks. */
+export interface Direction {
+  /** Turn about the vertical, rad; 0: from where the world's `back` points. */
   azimuth: number;
   /** Above the horizon, rad; a right angle: straight down. */
   elevation: number;
+}
+
+export interface Orbit extends Direction {
+  /** In the picture's world: y up, and at azimuth 0 the eye is behind the first camera, looking where it looked. */
+  target: Vec3;
   /** m */
   distance: number;
   projection: 'perspective' | 'orthographic';
@@ -33,10 +40,20 @@ export interface Axes {
   back: Vec3;
 }
 
-export function axes({ azimuth, elevation }: Orbit): Axes {
+/** Worlds, by what is right, up and back at azimuth 0 and elevation 0. */
+export const Y_UP: Axes = { right: [1, 0, 0], up: [0, 1, 0], back: [0, 0, 1] };
+export const Z_UP: Axes = { right: [0, 1, 0], up: [0, 0, 1], back: [1, 0, 0] };
+
+/** What is right, up and back on the screen. */
+export function axes({ azimuth, elevation }: Direction, world: Axes = Y_UP): Axes {
   const [ca, sa] = [Math.cos(azimuth), Math.sin(azimuth)];
   const [ce, se] = [Math.cos(elevation), Math.sin(elevation)];
-  return { right: [ca, 0, -sa], up: [-se * sa, ce, -se * ca], back: [ce * sa, se, ce * ca] };
+  const level_back = added(scaled(world.back, ca), world.right, sa);
+  return {
+    right: added(scaled(world.right, ca), world.back, -sa),
+    up: added(scaled(world.up, ce), level_back, -se),
+    back: added(scaled(level_back, ce), world.up, se),
+  };
 }
 
 export function eye(orbit: Orbit): Vec3 {
@@ -48,8 +65,9 @@ export function metresPerPixel({ distance }: Orbit, { height }: Size): number {
   return (2 * distance * TAN_HALF_VIEW) / Math.max(height, 1);
 }
 
-export function orbited(orbit: Orbit, right: number, up: number): Orbit {
-  const elevation = Math.min(Math.max(orbit.elevation - up, LOWEST), STRAIGHT_DOWN);
+/** The scene turns with the hand, by so many radians; the eye goes no lower than `lowest` (rad). */
+export function orbited<T extends Direction>(orbit: T, right: number, up: number, lowest = LOWEST): T {
+  const elevation = Math.min(Math.max(orbit.elevation - up, lowest), STRAIGHT_DOWN);
   return { ...orbit, azimuth: orbit.azimuth - right, elevation };
 }
 

@@ -19,6 +19,9 @@ export const cross = (a: Vec3, b: Vec3): Vec3 => [
   a[0] * b[1] - a[1] * b[0],
 ];
 
+export const scaled = (a: Vec3, factor: number): Vec3 => [factor * a[0], factor * a[1], factor * a[2]];
+
+/** a + factor b */
 export const added = (a: Vec3, b: Vec3, factor = 1): Vec3 => [
   a[0] + factor * b[0],
   a[1] + factor * b[1],
