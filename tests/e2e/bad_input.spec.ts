@@ -52,7 +52,7 @@ test('several bad files are listed one by one, and what was on the page stays', 
   await expect(app.messages).toContainText('the result on the page stays');
   expect(await app.scanNames()).toHaveLength(10);
   await app.row('3.ply').click();
-  await expect(app.why).toContainText('found a partner');
+  await expect(app.why).toContainText('were matched');
 });
 
 test('a bad trajectory is told, and the scans are stitched without it', async ({ app }) => {

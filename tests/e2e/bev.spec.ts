@@ -274,7 +274,7 @@ test('bad input has its own message each, and the page goes on', async ({ bev, p
 
   await bev.load([{ name: 'front.png', mimeType: 'image/png', buffer: Buffer.from('no image at all') }]);
   await expect(alert).toContainText('front.png is no image');
-  await alert.getByRole('button', { name: 'Put the message away' }).click();
+  await alert.getByRole('button', { name: 'Dismiss the message' }).click();
   await bev.load([{ name: 'scene.json', mimeType: 'application/json', buffer: Buffer.from('{"axes": "up"}') }]);
   await expect(alert).toContainText('scene.json, line 1');
   await bev.load([{ name: 'points.csv', mimeType: 'text/csv', buffer: Buffer.from('1,2\n3,left\n') }]);
@@ -325,7 +325,7 @@ test('a scene and points as files, a grid, and the way back to the map', async (
   await expect(bev.rows).toHaveCount(3 * 5);
   await page.getByRole('button', { name: 'Back to the map' }).click();
   await expect(page.getByRole('group', { name: 'Map' })).toBeVisible();
-  await page.getByRole('button', { name: 'BEV' }).click();
+  await page.getByRole('button', { name: "Bird's-eye view" }).click();
   await expect(bev.rows).toHaveCount(3 * 5);
 });
 

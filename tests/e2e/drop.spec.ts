@@ -92,7 +92,7 @@ test('a folder is opened to any depth; what is no scan is named and left aside',
   await expect(app.messages).toContainText('recording/notes.md');
   await expect(app.messages).not.toContainText('.DS_Store');
   await expect(page.locator('.title')).toHaveText('recording');
-  await app.messages.getByRole('button', { name: 'Put the messages away' }).click();
+  await app.messages.getByRole('button', { name: 'Dismiss the messages' }).click();
   await expect(app.messages).toBeHidden();
 });
 

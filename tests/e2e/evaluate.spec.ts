@@ -19,8 +19,8 @@ test('two files dropped: the rmse of evo, figures saved as PNG and SVG', async (
     await page.getByLabel('Time offset (s)').blur();
   });
   await evaluation.answered(async () => {
-    await page.getByLabel('Align by the first n').fill('20');
-    await page.getByLabel('Align by the first n').blur();
+    await page.getByLabel('Align on the first n poses').fill('20');
+    await page.getByLabel('Align on the first n poses').blur();
   });
   await evaluation.answered(() => page.getByLabel('Alignment').selectOption('sim3'));
   const evo = JSON.parse(readFileSync(join(DATA, 'evo.json'), 'utf8'));
@@ -79,7 +79,7 @@ test('hand-in mode: many estimates are ranked, sorted, copied and removed', asyn
   expect(copied.split('\n')[5]).toMatch(/^\| – \| dirk\/pred\.tum \| – .* Line 2: /);
   await page.getByRole('button', { name: 'Copy CSV' }).click();
   expect(await page.evaluate(() => navigator.clipboard.readText())).toMatch(
-    /^rank,estimate,poses,rmse \(m\),.*,why not\n1,anna\/pred\.tum,90\/90,/,
+    /^rank,estimate,poses,rmse \(m\),.*,reason\n1,anna\/pred\.tum,90\/90,/,
   );
   await evaluation.answered(() => page.getByRole('button', { name: 'Remove ben/pred.tum' }).click());
   await expect(evaluation.rows).toHaveCount(3);

@@ -61,8 +61,8 @@ test('all is done by keys: an instant, the view, the order, the selection', asyn
     expect(stop, 'the focus is seen').toMatchObject({ is_seen: true });
     reached.push(stop.name);
   }
-  const places = [/^Reference/, /^Alignment/, /^Copy CSV$/, /^ben/, /^Remove cleo/, /^Paths$/, /^Error$/].map((name) =>
-    reached.findIndex((one) => name.test(one)),
+  const places = [/^Ground truth/, /^Alignment/, /^Copy CSV$/, /^ben/, /^Remove cleo/, /^Paths$/, /^Error$/].map(
+    (name) => reached.findIndex((one) => name.test(one)),
   );
   expect(
     places.every((place) => place >= 0),

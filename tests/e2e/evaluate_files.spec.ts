@@ -121,7 +121,7 @@ test('maps are judged without a truth, and frames by the poses that place them',
   const evaluation = new EvaluationView(page);
   await evaluation.open();
   await page.getByRole('button', { name: 'Remove all' }).click();
-  const table = page.getByRole('table', { name: 'Crispness of maps' });
+  const table = page.getByRole('table', { name: 'Sharpness of maps' });
   const blurred = (size: number) =>
     ply(
       Array.from({ length: 3000 }, (_, i) => {
@@ -148,12 +148,12 @@ test('maps are judged without a truth, and frames by the poses that place them',
 });
 
 test('a run without a truth waits for it, and its map can be judged', async ({ app, page }) => {
-  await page.getByRole('button', { name: /^Remove the reference/ }).click();
+  await page.getByRole('button', { name: /^Remove the ground truth/ }).click();
   const evaluation = new EvaluationView(page);
   await evaluation.open();
   await expect(evaluation.view.locator('.problems')).toContainText('Now drop the ground truth trajectory');
-  await page.getByRole('button', { name: 'Judge this run’s map' }).click();
-  await expect(page.getByRole('table', { name: 'Crispness of maps' }).getByRole('rowheader')).toHaveText([
+  await page.getByRole('button', { name: 'Measure this run’s map' }).click();
+  await expect(page.getByRole('table', { name: 'Sharpness of maps' }).getByRole('rowheader')).toHaveText([
     'this run.ply',
   ]);
   const content = readFileSync(join(import.meta.dirname, '../../www/samples/corridor/truth.tum'));

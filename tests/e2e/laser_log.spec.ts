@@ -38,7 +38,7 @@ test('the occupancy grid is a layer of the map and an export', async ({ app, pag
   await app.drop([{ name: 'room.log', content: smallLog(12) }]);
   await app.stitched();
   const before = await app.picture();
-  await page.getByRole('button', { name: 'What is drawn' }).click();
+  await page.getByRole('button', { name: 'Layers' }).click();
   await page.getByLabel(/Free and occupied/).check();
   await expect.poll(() => app.picture()).not.toBe(before);
   await page.getByRole('button', { name: 'Export' }).click();
@@ -62,7 +62,7 @@ test('1464 scans of a building, stopped and resumed', async ({ app, page }, info
   const numRows = async (): Promise<number> => Number(await app.table.getAttribute('aria-rowcount'));
   await expect.poll(numRows, { timeout: 60_000 }).toBeGreaterThan(20);
   await page.getByRole('button', { name: 'Stop' }).click();
-  await page.getByRole('button', { name: 'Go on' }).click();
+  await page.getByRole('button', { name: 'Continue' }).click();
   await page.waitForFunction(() => window.stitched.length > 1, null, { timeout: 120_000 });
   const { result, timing } = await app.stitched();
   info.annotations.push({ type: 'computing', description: `${timing.total.toFixed(0)} ms` });

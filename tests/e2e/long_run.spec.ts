@@ -17,7 +17,7 @@ test('a long computation shows its progress, stops at once, keeps what it has an
   await app.setting('Strategy').selectOption('scan_to_map');
   await app.stitched();
   await app.drop(longDrive(1000));
-  await expect(page.getByText(/Aligning scan \d+ of 1000/)).toBeVisible();
+  await expect(page.getByText(/Registering scan \d+ of 1000/)).toBeVisible();
   await expect(page.getByRole('progressbar')).toBeVisible();
 
   // The map grows while it is computed. In the page it is seen at once: from out here the run may be over by then.
@@ -28,7 +28,7 @@ test('a long computation shows its progress, stops at once, keeps what it has an
     if (!stop) throw new Error('There is nothing to stop.');
     const start = performance.now();
     stop.click();
-    while (!root?.textContent?.includes('Stopped: the map so far')) await new Promise(requestAnimationFrame);
+    while (!root?.textContent?.includes('Stopped: partial map')) await new Promise(requestAnimationFrame);
     return performance.now() - start;
   });
   info.annotations.push({ type: 'from stop to stopped', description: `${ms.toFixed(0)} ms` });
@@ -39,13 +39,13 @@ test('a long computation shows its progress, stops at once, keeps what it has an
   expect(await app.numStitched()).toBe(2);
   await expect(page.getByRole('button', { name: 'Export' })).toBeEnabled();
 
-  await page.getByRole('button', { name: 'Go on' }).click();
+  await page.getByRole('button', { name: 'Continue' }).click();
   expect((await app.stitched()).result.frames).toHaveLength(1000);
 });
 
 test('a setting changed in the middle starts over with it', async ({ app }) => {
   await app.drop(longDrive(400));
-  await expect(app.page.getByText(/Aligning scan \d+ of 400/)).toBeVisible();
+  await expect(app.page.getByText(/Registering scan \d+ of 400/)).toBeVisible();
   await app.setting('Strategy').selectOption('scan_to_scan');
   const { result } = await app.stitched();
   expect(result.settings.strategy).toBe('scan_to_scan');

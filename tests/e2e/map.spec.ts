@@ -106,8 +106,8 @@ test('pairs of points are drawn on demand', async ({ app, page }) => {
 });
 
 test('grid, path and reference can be hidden', async ({ app, page }) => {
-  await page.getByRole('button', { name: 'What is drawn' }).click();
-  for (const name of ['Grid', 'Path and poses', /^Reference/]) {
+  await page.getByRole('button', { name: 'Layers' }).click();
+  for (const name of ['Grid', 'Path and poses', /^Ground truth/]) {
     const before = await app.picture();
     await page.getByRole('checkbox', { name }).uncheck();
     await expect.poll(() => app.picture()).not.toBe(before);

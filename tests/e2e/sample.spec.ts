@@ -46,7 +46,7 @@ test('one scan after the other can be looked at, left out, and the sample comes 
 });
 
 test('without the reference there is nothing to compare with', async ({ app, page }) => {
-  await page.getByRole('button', { name: 'Remove the reference truth.tum' }).click();
+  await page.getByRole('button', { name: 'Remove the ground truth truth.tum' }).click();
   const { result } = await app.stitched();
   expect(result.comparison).toBeNull();
   await expect(page.getByLabel('Result in figures')).not.toContainText('truth.tum');

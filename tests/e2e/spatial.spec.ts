@@ -22,7 +22,7 @@ test('a dropped recording becomes a map, a path and its error against the truth'
   expect(await spatial.numPainted()).toBeGreaterThan(20_000);
   // What cannot be seen is told.
   await expect(page.getByRole('img', { name: /points from 10 of 10 frames along a path/ })).toBeVisible();
-  await expect(page.getByRole('status').filter({ hasText: /10 frames placed/ })).toHaveCount(1);
+  await expect(page.getByRole('status').filter({ hasText: /10 frames registered/ })).toHaveCount(1);
 });
 
 test('a zip of the recording, and the planar scans after it, each go to their view', async ({ spatial, page }) => {
@@ -49,7 +49,7 @@ test('slider, charts, table and keys select a frame and show its images', async 
   await expect(spatial.panel.getByRole('heading', { level: 2 })).toHaveText('3.png');
   await expect(spatial.panel.getByRole('img', { name: 'What the camera saw in frame 3.png' })).toBeVisible();
   await expect(spatial.panel.getByRole('img', { name: /Depth image of frame 3\.png, from \d/ })).toBeVisible();
-  await expect(spatial.panel.getByText('From the truth')).toBeVisible();
+  await expect(spatial.panel.getByText('Distance to ground truth')).toBeVisible();
   const few = await spatial.numPainted();
   await page.keyboard.press('End');
   await expect.poll(() => spatial.numPainted()).toBeGreaterThan(few);
@@ -96,7 +96,7 @@ test('the section cuts the ceiling, and keys turn, move and zoom', async ({ spat
 test('colours by height, frame and direction differ', async ({ spatial, page }) => {
   await spatial.drop(recording(4));
   await spatial.stitched();
-  await page.getByRole('button', { name: 'What is drawn' }).last().click();
+  await page.getByRole('button', { name: 'Layers' }).last().click();
   const pictures = new Set<string>();
   for (const mode of ['image', 'height', 'frame', 'normal']) {
     await spatial.map.getByRole('combobox', { name: 'Colour' }).selectOption(mode);
@@ -152,7 +152,7 @@ test('every control has a name, in the dark as well', async ({ spatial, page }) 
   await page.emulateMedia({ colorScheme: 'dark', reducedMotion: 'reduce' });
   await spatial.drop([...recording(4), truth(4)]);
   await spatial.stitched();
-  await page.getByRole('button', { name: 'What is drawn' }).last().click();
+  await page.getByRole('button', { name: 'Layers' }).last().click();
   const controls = await page.locator('button:visible, input:visible, select:visible, [tabindex="0"]:visible').all();
   expect(controls.length).toBeGreaterThan(20);
   for (const control of controls) await expect(control).toHaveAccessibleName(/\w/);

@@ -82,7 +82,7 @@ test('a reference with another number of poses is told, and the frames are place
   await expect(message).toContainText('The reference has 3 poses, but the recording has 5 frames');
 });
 
-test('a truth with numbers that are none is told', async ({ spatial }) => {
+test('a reference with a number that is not finite is told', async ({ spatial }) => {
   const bad = String(truth(5).content).replace(/^2 \S+/m, '2 nan');
   await spatial.drop([...recording(5), { name: 'room/truth.txt', content: bad }]);
   const { result } = await spatial.stitched();
@@ -138,13 +138,13 @@ test('a stop answers at once and keeps what is done; it goes on from there', asy
     await view?.updateComplete;
     return { ms: performance.now() - start, words: view?.shadowRoot?.textContent };
   });
-  expect(words).toContain('Stopped: the map so far');
+  expect(words).toContain('Stopped: partial map');
   info.annotations.push({ type: 'from stop to stopped', description: `${ms.toFixed(0)} ms` });
   expect(ms).toBeLessThan(100);
   const rows = await spatial.table.getByRole('row').count();
   expect(rows).toBeGreaterThan(3);
   await expect(page.getByRole('button', { name: 'Export' })).toBeEnabled();
-  await page.getByRole('button', { name: 'Go on' }).click();
+  await page.getByRole('button', { name: 'Continue' }).click();
   expect((await spatial.stitched()).result.frames).toHaveLength(60);
 });
 
@@ -155,7 +155,7 @@ test('a lost graphics context is told and comes back with all that was computed'
   await spatial.canvas.evaluate((canvas: HTMLCanvasElement) => {
     canvas.getContext('webgl2')?.getExtension('WEBGL_lose_context')?.loseContext();
   });
-  await expect(page.getByRole('status').filter({ hasText: 'The map is drawn again' })).toHaveCount(1);
+  await expect(page.getByRole('status').filter({ hasText: 'The map has been redrawn' })).toHaveCount(1);
   expect(await spatial.numPainted()).toBeGreaterThan(0.9 * before);
   await expect(spatial.table.getByRole('row')).toHaveCount(6);
 });
@@ -192,7 +192,7 @@ test('a tab in the background computes on: nothing waits for the screen', async 
     window.requestAnimationFrame = () => 0;
   });
   await spatial.drop(recording(8));
-  await expect(page.getByRole('status').filter({ hasText: /8 frames placed/ })).toHaveCount(1, { timeout: 30_000 });
+  await expect(page.getByRole('status').filter({ hasText: /8 frames registered/ })).toHaveCount(1, { timeout: 30_000 });
   await expect(spatial.table.getByRole('row')).toHaveCount(9);
 });
 
@@ -221,6 +221,6 @@ test('without graphics the figures, the table and the exports are there, and it 
   });
   await spatial.drop([...recording(4), truth(4)]);
   expect((await spatial.stitched()).result.frames).toHaveLength(4);
-  await expect(spatial.map.getByText('gives no 3D graphics')).toBeVisible();
+  await expect(spatial.map.getByText('does not support 3D graphics')).toBeVisible();
   await expect(spatial.figures).toContainText('Mean L2');
 });

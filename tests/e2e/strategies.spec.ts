@@ -59,7 +59,7 @@ test('one click compares all strategies on the recording', async ({ spatial, pag
 
   const table = page.getByRole('table', { name: 'Strategies' });
   await expect(table.getByRole('row')).toHaveCount(LABELS.length + 1);
-  for (const title of ['Points of the map', 'Time a frame takes', 'Distance to the truth', 'Paths from above']) {
+  for (const title of ['Points of the map', 'Time per frame', 'Distance to ground truth', 'Paths from above']) {
     await expect(page.getByRole('region', { name: title })).toBeVisible();
   }
   // A column sorts, and sorts the other way.

@@ -40,10 +40,10 @@ const OPEN_ITEMS: readonly MenuItem[] = [
     label: 'Files…',
     detail: 'scans, depth images, clouds, a ROS 2 bag, a zip; and a trajectory to compare with',
   },
-  { id: 'folder', label: 'Folder…', detail: 'with all that lies in it' },
-  { id: 'sample', label: 'The sample', detail: 'ten scans of a corridor, with the true path' },
-  { id: 'apartment', label: 'An apartment', detail: 'depth images of several rooms, with the true path' },
-  { id: 'clear', label: 'Remove all', detail: 'the next files start afresh' },
+  { id: 'folder', label: 'Folder…', detail: 'including its subfolders' },
+  { id: 'sample', label: 'The sample', detail: 'ten scans of a corridor, with ground truth' },
+  { id: 'apartment', label: 'An apartment', detail: 'depth images of several rooms, with ground truth' },
+  { id: 'clear', label: 'Remove all', detail: 'the next files start a new data set' },
 ];
 
 /** What may join the recording that is open: a true path, a camera. */
@@ -241,17 +241,17 @@ export class ScanstitchApp extends LitElement {
         ${
           is_aside
             ? html`<span class="title"
-                >${is_bev ? "Bird's-eye view" : is_comparing ? 'Strategies side by side' : 'Trajectories against the truth'}</span
+                >${is_bev ? "Bird's-eye view" : is_comparing ? 'Strategy comparison' : 'Trajectory evaluation'}</span
               >`
             : title
               ? html`<span class="title" title=${title}>${title}</span> <span class="muted count">${count}</span> ${
                     reference && !is_narrow
-                      ? html`<span class="chip" title="Reference trajectory: ${reference}"
+                      ? html`<span class="chip" title="Ground truth: ${reference}"
                           ><i class="dash ${this.run}"></i>${baseName(reference)}<button
                             class="quiet"
                             @click=${() => run?.removeReference()}
-                            aria-label="Remove the reference ${baseName(reference)}"
-                            title="Remove the reference"
+                            aria-label="Remove the ground truth ${baseName(reference)}"
+                            title="Remove the ground truth"
                           >
                             ${icon('close', 12)}
                           </button></span
@@ -273,15 +273,15 @@ export class ScanstitchApp extends LitElement {
         <button
           ?hidden=${is_evaluating || is_comparing}
           aria-pressed=${is_bev}
-          title="Points of a top view, found in a front view"
+          title="Bird's-eye view: project points of a top view into a front view"
           @click=${this.toggleBev}
         >
-          ${is_bev ? 'Back to the map' : 'BEV'}
+          ${is_bev ? 'Back to the map' : is_narrow ? 'BEV' : "Bird's-eye view"}
         </button>
         <button
           ?hidden=${is_bev || is_comparing}
           aria-pressed=${is_evaluating}
-          title="Compare trajectories with the truth"
+          title="Compare trajectories with ground truth"
           @click=${this.toggleEvaluation}
         >
           ${is_evaluating ? 'Back to the map' : 'Evaluate'}
@@ -455,12 +455,12 @@ export class ScanstitchApp extends LitElement {
       listed: async ([listed]) => {
         await import('./components/topics-panel.js');
         if (own === this.num_taken && listed)
-          this.bag = { listed, choice: null, wishes, activity: 'Looking at the messages' };
+          this.bag = { listed, choice: null, wishes, activity: 'Inspecting the messages' };
       },
       looking: (done, total) => {
         if (own !== this.num_taken || !this.bag || performance.now() < next_at) return;
         next_at = performance.now() + LOOKING_INTERVAL_MS;
-        this.bag = { ...this.bag, activity: `Looking at message ${done} of ${total}` };
+        this.bag = { ...this.bag, activity: `Inspecting message ${done} of ${total}` };
       },
     };
   }

@@ -136,7 +136,7 @@ export class ScanstitchBev extends LitElement {
           html`<li role="alert">
             ${icon('doubtful')}<span>${text}</span>
             ${remedy ? html`<button @click=${remedy.act}>${remedy.label}</button>` : nothing}
-            <button class="quiet icon" aria-label="Put the message away" @click=${() => this.session.settle(key)}>
+            <button class="quiet icon" aria-label="Dismiss the message" @click=${() => this.session.settle(key)}>
               ${icon('close', 12)}
             </button>
           </li>`,
@@ -230,7 +230,7 @@ export class ScanstitchBev extends LitElement {
         type="range"
         min="0"
         max="100"
-        aria-label="Blend: how much of the warped top view covers the front view"
+        aria-label="Blend: opacity of the warped top view over the front view"
         ?disabled=${!session.bitmapOf('top')}
         .value=${String(percent)}
         @input=${(event: Event) => {

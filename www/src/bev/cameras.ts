@@ -147,7 +147,7 @@ export class ScanstitchBevCameras extends LitElement {
           ? html`<label
               >order
               <select
-                aria-label="${title}: order of the turns"
+                aria-label="${title}: Euler order"
                 title="XYZ is R = Rx Ry Rz, as in Three.js; roll, pitch, yaw is ZYX"
                 @change=${(event: Event) => tellKind('euler', chosen(event) as EulerOrder)}
               >
@@ -228,7 +228,7 @@ export class ScanstitchBevCameras extends LitElement {
         <label class="two"
           >Given by
           <select aria-label="Ground: given by" @change=${choose}>
-            <option value="level" .selected=${plane.kind === 'level'}>its height</option>
+            <option value="level" .selected=${plane.kind === 'level'}>height</option>
             <option value="tilted" .selected=${plane.kind === 'tilted'}>normal and offset</option>
           </select>
         </label>

@@ -1,4 +1,4 @@
-/** What can be taken home. */
+/** What can be exported. */
 import type { MenuItem } from '../components/menu.js';
 import type { BevDocument } from './document.js';
 import type { Projection } from './protocol.js';

@@ -1,4 +1,4 @@
-/** What is drawn over the two pictures. Coordinates are pixels of the picture; the middle of the first one is (0, 0). */
+/** Layers over the two pictures. Coordinates are pixels of the picture; the middle of the first one is (0, 0). */
 import type { BevDocument } from './document.js';
 import { gridLines, markedPixels, regionCorners } from './document.js';
 import type { Projection, BevPoint, Pixel } from './protocol.js';

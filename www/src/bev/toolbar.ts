@@ -16,7 +16,7 @@ const TOOLS: readonly [Tool, string][] = [
   ['pairs', 'Pairs'],
 ];
 const WHOLE: readonly [WholePixels, string][] = [
-  ['exact', 'with fractions'],
+  ['exact', 'sub-pixel'],
   ['truncated', 'truncated'],
   ['rounded', 'rounded'],
 ];
@@ -38,7 +38,7 @@ export function toolbar(document: BevDocument, { can_undo, can_redo, ...has }: T
   const change = (wanted: Partial<BevDocument>) => () => has.change(wanted, false);
   return html`<div class="controls" role="toolbar" aria-label="Bird's-eye view">
     <scanstitch-menu label="Open" icon="open" .items=${has.open_items} @menu-chosen=${has.open}></scanstitch-menu>
-    <div class="tools" role="group" aria-label="What is marked">
+    <div class="tools" role="group" aria-label="Tool">
       ${TOOLS.map(
         ([tool, label]) =>
           html`<button aria-pressed=${document.tool === tool} @click=${change({ tool })}>${label}</button>`,

@@ -92,7 +92,10 @@ export const app_styles = css`
   }
   .narrow .bar {
     gap: 10px;
-    padding: 0 8px 0 12px;
+    padding: 6px 8px 6px 12px;
+    /* Where the buttons leave no room for the title, they have a row of their own. */
+    flex-wrap: wrap;
+    row-gap: 0;
   }
   .narrow .brand span,
   .narrow .count {

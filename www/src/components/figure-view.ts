@@ -36,7 +36,7 @@ const KEY_ZOOM = 1.25;
  */
 @customElement('scanstitch-figure')
 export class ScanstitchFigure extends LitElement {
-  /** What is drawn once. A new function is drawn anew. */
+  /** Layers once. A new function is drawn anew. */
   @property({ attribute: false }) painter: Painter = () => undefined;
   /** What follows the pointer. */
   @property({ attribute: false }) marker: Marker = () => [];

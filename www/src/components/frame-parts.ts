@@ -29,7 +29,6 @@ export function frameHeader(
 ): TemplateResult | typeof nothing {
   const frame = frames[index];
   if (!frame) return nothing;
-  const word = `${noun.slice(0, 1).toUpperCase()}${noun.slice(1)}`;
   const step = (sign: IconName, label: string, key: string, to: number | null): TemplateResult =>
     html`<button
       class="quiet icon"
@@ -45,7 +44,7 @@ export function frameHeader(
     <h2 title=${frame.name}>${baseName(frame.name)}</h2>
     ${statusBadge(frame.status)}
     <span class="steps">
-      ${step('previous', `${word} before`, ',', index - 1)} ${step('next', `${word} after`, '.', index + 1)}
+      ${step('previous', `Previous ${noun}`, ',', index - 1)} ${step('next', `Next ${noun}`, '.', index + 1)}
       ${step('close', `Back to all ${noun}s`, 'Esc', null)}
     </span>
   </header>`;

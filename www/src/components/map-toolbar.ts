@@ -41,15 +41,14 @@ export function mapToolbar({ zoom, fit, own, layers, layers_hint, toggleLayers }
     ${mapButton('plus', 'Zoom in', 'Zoom in (+)', () => zoom(1))}
     ${mapButton('minus', 'Zoom out', 'Zoom out (−)', () => zoom(-1))}
     ${mapButton('fit', 'Show the whole map', 'Show the whole map (F)', fit)} ${own}
-    ${mapButton('layers', 'What is drawn', layers_hint, toggleLayers, { expanded: layers !== null })}
-    ${layers ?? nothing}
+    ${mapButton('layers', 'Layers', layers_hint, toggleLayers, { expanded: layers !== null })} ${layers ?? nothing}
   </div>`;
 }
 
 /** The list of what is drawn, one `layerBox` each, and what else there is to choose. */
 export function layerList(entries: unknown): TemplateResult {
   return html`<fieldset class="layers">
-    <legend class="visually-hidden">What is drawn</legend>
+    <legend class="visually-hidden">Layers</legend>
     ${entries}
   </fieldset>`;
 }

@@ -199,9 +199,9 @@ export class ScanstitchMap extends LitElement implements GestureTarget, KeyedMap
       ${mapToolbar({
         zoom: (direction) => this.zoomBy(ZOOM_STEP ** direction),
         fit: () => this.fit(),
-        own: mapButton('turn', 'Turn the map by a quarter', 'Turn by a quarter (R)', () => this.turnByQuarter()),
+        own: mapButton('turn', 'Rotate the map by 90°', 'Rotate by 90° (R)', () => this.turnByQuarter()),
         layers: this.layers_open ? this.renderLayers() : null,
-        layers_hint: 'What is drawn',
+        layers_hint: 'Layers',
         toggleLayers: () => {
           this.layers_open = !this.layers_open;
         },
@@ -214,9 +214,8 @@ export class ScanstitchMap extends LitElement implements GestureTarget, KeyedMap
       layerBox(label, name, this.layers[name], (shown) => this.showLayer(name, shown));
     return layerList(html`
       ${layer('path', 'Path and poses')}
-      ${this.marks.reference.length > 0 ? layer('reference', `Reference: ${baseName(this.reference_name)}`) : nothing}
-      ${this.has_occupancy ? layer('occupancy', 'Free and occupied, in place of points') : nothing}
-      ${layer('grid', 'Grid')}
+      ${this.marks.reference.length > 0 ? layer('reference', `Ground truth: ${baseName(this.reference_name)}`) : nothing}
+      ${this.has_occupancy ? layer('occupancy', 'Occupancy grid in place of points') : nothing} ${layer('grid', 'Grid')}
     `);
   }
 

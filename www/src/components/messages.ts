@@ -36,8 +36,8 @@ export class ScanstitchMessages extends LitElement {
         <button
           class="quiet icon"
           @click=${() => this.dispatchEvent(new CustomEvent('messages-dismissed', { bubbles: true, composed: true }))}
-          aria-label="Put the messages away"
-          title="Put away"
+          aria-label="Dismiss the messages"
+          title="Dismiss"
         >
           ${icon('close')}
         </button>
@@ -119,12 +119,12 @@ export class ScanstitchMessages extends LitElement {
 function title(messages: readonly Message[], num_errors: number): string {
   const [only] = messages;
   if (messages.length === 1 && only) {
-    if (only.kind === 'note') return 'For your information';
+    if (only.kind === 'note') return 'Note';
     return only.file ? 'A file could not be used' : 'Something went wrong';
   }
-  if (num_errors === 0) return `${messages.length} files were left aside`;
+  if (num_errors === 0) return `${messages.length} files were skipped`;
   const others = messages.length - num_errors;
-  return `${num_errors} ${num_errors === 1 ? 'problem' : 'problems'}${others > 0 ? `, ${others} left aside` : ''}`;
+  return `${num_errors} ${num_errors === 1 ? 'problem' : 'problems'}${others > 0 ? `, ${others} skipped` : ''}`;
 }
 
 declare global {

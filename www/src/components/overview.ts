@@ -41,10 +41,10 @@ export class ScanstitchOverview extends LitElement {
   private verdict(num_bad: number): string {
     const { length } = this.frames;
     if (length === 1) {
-      return 'One scan alone: its points are shown, but there is nothing to align it with. Drop the scans that follow it.';
+      return 'A single scan: there is nothing to register it against. Drop the scans that follow it.';
     }
-    if (num_bad > 0) return `${plural(num_bad, 'scan')} of ${length} ${num_bad === 1 ? 'needs' : 'need'} a look:`;
-    return `All ${length} scans found their place. Select one, here, in the table or on the map, to see why it lies where it does.`;
+    if (num_bad > 0) return `${plural(num_bad, 'scan')} of ${length} to check:`;
+    return `All ${length} scans were registered. Select one here, in the table or on the map to see how.`;
   }
 
   private renderCharts(): TemplateResult {
@@ -53,23 +53,18 @@ export class ScanstitchOverview extends LitElement {
       frames.map((frame) => (frame.history.length > 0 ? value(frame) : null));
     return html`
       ${this.renderBars(
-        'Distance between partners',
-        'After the alignment of each scan, root mean square: lower is better.',
+        'Residual (rmse)',
+        'Root mean square distance of matched points: lower is better.',
         matched(({ inlier_rmse }) => inlier_rmse),
         formatLength,
       )}
       ${this.renderBars(
-        'Points that found a partner',
-        'Share of each scan that overlaps what it was aligned with: higher is better.',
+        'Matched points (inliers)',
+        'Share of the scan’s points: higher is better.',
         matched(({ fitness }) => fitness),
         formatPercent,
       )}
-      ${this.renderBars(
-        `Distance to ${baseName(this.reference_name)}`,
-        'Per scan, against the reference trajectory: lower is better.',
-        this.errors,
-        formatLength,
-      )}
+      ${this.renderBars(`Distance to ${baseName(this.reference_name)}`, 'Lower is better.', this.errors, formatLength)}
       ${joint_history.length > 0 ? this.renderJoint() : nothing}
     `;
   }
@@ -77,8 +72,8 @@ export class ScanstitchOverview extends LitElement {
   private renderJoint(): TemplateResult {
     const values = this.joint_history.map(({ inlier_rmse }) => inlier_rmse);
     return html`<section>
-      <h3>All scans solved together</h3>
-      <p class="explanation">Distance between partners (root mean square) in each round over all poses.</p>
+      <h3>Joint optimisation of all scans</h3>
+      <p class="explanation">Root mean square distance of matched points, by iteration.</p>
       <svg
         viewBox=${CHART_VIEW_BOX}
         role="img"

@@ -61,9 +61,9 @@ export function activity(session: ActiveSession): TemplateResult | typeof nothin
     case 'running':
       return activityBox(session.activity, session.progress, 'Stop', () => session.stop());
     case 'stopped':
-      return activityBox('Stopped: the map so far', null, 'Go on', () => session.resume());
+      return activityBox('Stopped: partial map', null, 'Continue', () => session.resume());
     case 'crashed':
-      return activityBox('Not computed since the crash', null, 'Compute again', () => session.resume());
+      return activityBox('Not computed after the crash', null, 'Compute again', () => session.resume());
     default:
       return nothing;
   }

@@ -70,10 +70,10 @@ export class ScanstitchSettings extends LitElement {
           ${presets.map(
             ({ name, label }) => html`<option value=${name} .selected=${preset?.name === name}>${label}</option>`,
           )}
-          ${preset ? nothing : html`<option value="" .selected=${true}>Your own</option>`}
+          ${preset ? nothing : html`<option value="" .selected=${true}>Custom</option>`}
         </select>
         <p class="explanation" id="preset-explanation">
-          ${preset?.explanation ?? 'Changed by hand. Choose a preset to go back to a known mix.'}
+          ${preset?.explanation ?? 'Changed by hand. Choose a preset to restore its values.'}
         </p>
       </div>
       ${settingGroups(this.descriptions).map(({ group, descriptions }, index) => {

@@ -21,10 +21,10 @@ export interface BagState {
 const WORDS: Readonly<Record<Role, string>> = {
   depth: 'depth images',
   color: 'colours',
-  camera: 'camera of the depth',
+  camera: 'depth camera',
   clouds: 'clouds',
   scans: 'laser scans',
-  reference: 'path to compare with',
+  reference: 'reference trajectory',
 };
 
 /**
@@ -80,7 +80,7 @@ export class ScanstitchTopics extends LitElement {
           <th scope="col">Topic</th>
           <th scope="col">Type</th>
           <th scope="col" class="number">Messages</th>
-          <th scope="col" class="number">A second</th>
+          <th scope="col" class="number">Per second</th>
           <th scope="col">Used as</th>
         </tr>
       </thead>

@@ -61,7 +61,7 @@ export class ScanstitchWhy extends LitElement {
         ${
           std
             ? html`<dt>
-                  <abbr title="One standard deviation, as far as the scan's own noise tells">Uncertainty</abbr>
+                  <abbr title="One standard deviation, from the noise of the scan">Uncertainty</abbr>
                 </dt>
                 <dd>x ±${formatLength(std.x)}, y ±${formatLength(std.y)}, ±${formatAngle(std.theta, 3)}</dd>`
             : nothing
@@ -75,7 +75,7 @@ export class ScanstitchWhy extends LitElement {
         ${
           is_matched
             ? html`<dt>
-                  <abbr title="Share of its returns that agree with what the scans before it saw">Agreement</abbr>
+                  <abbr title="Share of its returns that agree with the scans before it">Agreement</abbr>
                 </dt>
                 <dd>${formatPercent(frame.agreement)} with the scans before</dd>`
             : nothing
@@ -94,7 +94,7 @@ export class ScanstitchWhy extends LitElement {
                   .checked=${this.pairs_shown}
                   @change=${(event: Event) => this.emit('pairs-toggled', (event.target as HTMLInputElement).checked)}
                 />
-                Draw a line from each point to its partner
+                Show correspondences
               </label>
               ${this.renderHistory(frame)}
             `
@@ -128,17 +128,17 @@ export class ScanstitchWhy extends LitElement {
     return html`
       <section>
         ${chart(
-          'Distance between partners (rmse)',
+          'Residual (rmse)',
           history.map(({ inlier_rmse }) => inlier_rmse),
           { format: formatLength, color: 'var(--accent)', scale: 'linear' },
         )}
         ${chart(
-          'Points with a partner (inliers)',
+          'Matched points (inliers)',
           history.map(({ num_inliers }) => num_inliers),
           { format: formatCount, color: 'var(--good)', scale: 'linear' },
         )}
         ${chart(
-          'How far each round moved the scan (powers of ten)',
+          'Step size (logarithmic scale)',
           history.map(({ translation_step }) => Math.abs(translation_step)),
           { format: formatStep, color: 'var(--doubtful)', scale: 'log' },
         )}
@@ -156,12 +156,12 @@ export class ScanstitchWhy extends LitElement {
             <table class="number">
               <thead>
                 <tr>
-                  <th scope="col">round</th>
+                  <th scope="col">iteration</th>
                   <th scope="col">pairs</th>
                   <th scope="col">inliers</th>
                   <th scope="col">rmse</th>
-                  <th scope="col">moved</th>
-                  <th scope="col">turned</th>
+                  <th scope="col">translation</th>
+                  <th scope="col">rotation</th>
                 </tr>
               </thead>
               <tbody>

@@ -51,7 +51,7 @@ export interface SizedMap extends MapSize {
   ms: number;
 }
 
-/** What can be taken home. */
+/** What can be exported. */
 export interface SpatialAnswers {
   trajectory_tum: string;
   trajectory_matrices: string[];

@@ -15,7 +15,7 @@ interface Choice {
 
 const RELATIONS: Choice = {
   option: 'relation',
-  label: 'of the',
+  label: 'Component',
   choices: [
     ['translation_part', 'translation (m)'],
     ['rotation_angle_deg', 'rotation angle (deg)'],
@@ -53,14 +53,14 @@ const ASSOCIATION: Choice = {
   option: 'association',
   label: 'Poses matched by',
   choices: [
-    ['auto', 'time if known'],
+    ['auto', 'time if available'],
     ['time', 'time'],
     ['index', 'their number'],
   ],
 };
 const DELTA_UNITS: Choice = {
   option: 'delta_unit',
-  label: 'apart, in',
+  label: 'Delta unit',
   choices: [
     ['frames', 'frames'],
     ['meters', 'metres'],
@@ -96,14 +96,14 @@ export class ScanstitchEvaluationControls extends LitElement {
     const relations = is_relative ? { ...RELATIONS, choices: [...RELATIONS.choices, RATIO] } : RELATIONS;
     return html`<form
       class="controls"
-      aria-label="How they are compared"
+      aria-label="Comparison options"
       @submit=${(event: Event) => event.preventDefault()}
     >
       ${this.renderReference()} ${CHOICES.map((choice) => this.renderChoice(choice))} ${this.renderChoice(relations)}
       ${is_relative ? this.renderPairs() : nothing} ${this.renderChoice(ASSOCIATION)}
       ${this.renderNumber('max_diff', 'Largest time difference (s)', 0.01, 0)}
       ${this.renderNumber('offset', 'Time offset (s)', 0, null)}
-      ${this.renderNumber('align_first', 'Align by the first n', 0, 0, '0: by all')}
+      ${this.renderNumber('align_first', 'Align on the first n poses', 0, 0, '0: on all')}
       <span class="actions">
         <button type="button" @click=${() => this.tell('files-wanted', null)}>${icon('plus')}Add files…</button>
         <button type="button" class="quiet" @click=${() => this.tell('all-removed', null)}>
@@ -116,7 +116,7 @@ export class ScanstitchEvaluationControls extends LitElement {
 
   private renderReference(): TemplateResult {
     return html`<label
-      >Reference
+      >Ground truth
       <select
         @change=${(event: Event) => this.tell('reference-chosen', Number((event.target as HTMLSelectElement).value))}
       >
@@ -137,14 +137,14 @@ export class ScanstitchEvaluationControls extends LitElement {
           @change=${(event: Event) => this.set({ [option]: (event.target as HTMLInputElement).checked })}
         />${words}</label
       >`;
-    return html`${this.renderNumber('delta', 'Pairs', 1, 0)} ${this.renderChoice(DELTA_UNITS)}
+    return html`${this.renderNumber('delta', 'Delta', 1, 0)} ${this.renderChoice(DELTA_UNITS)}
     ${check('all_pairs', 'all pairs')}
     ${this.options.all_pairs ? this.renderNumber('delta_tolerance', 'Tolerance (share)', 0.1, 0) : nothing}
-    ${check('pairs_from_reference', "by the reference's path")}`;
+    ${check('pairs_from_reference', 'delta along the reference')}`;
   }
 
   private renderBeside(): TemplateResult {
-    return html`<ul class="beside" aria-label="Beside the trajectories">
+    return html`<ul class="beside" aria-label="Other files">
       ${this.beside.map(
         ({ id, label, name }) =>
           html`<li>

@@ -74,14 +74,16 @@ export class ScanstitchEvaluate extends LitElement {
 
   private renderEmpty(): TemplateResult {
     return html`<section class="empty" aria-label="No trajectories yet">
-      <h2>Compare trajectories with the truth</h2>
+      <h2>Compare trajectories with ground truth</h2>
       <p>
-        Drop the true trajectory and any number of estimates: TUM, KITTI, EuRoC, NumPy, CSV, or a folder with one pose
-        file a frame. A file named “gt”, “truth” or “reference” is taken for the truth. Figures are those of evo.
+        Drop a ground truth trajectory and any number of estimates: TUM, KITTI, EuRoC, NumPy, CSV, or a folder with one
+        pose file per frame. A file named “gt”, “truth” or “reference” is taken as the ground truth. Errors are computed
+        as evo does.
       </p>
       <p class="muted">
-        <b>Hand-ins:</b> drop the truth with everyone’s files, as a folder or a zip: they are ranked, and what cannot be
-        compared says why. <b>No truth?</b> Drop maps as PLY or PCD to see which is crispest.
+        <b>Hand-ins:</b> drop the ground truth with all files, as a folder or a zip: they are ranked, and a file that
+        cannot be compared is listed with the reason. <b>No ground truth?</b> Drop maps as PLY or PCD to compare their
+        sharpness.
       </p>
       <button class="primary" @click=${() => this.input.click()}>${icon('open')}Choose files…</button>
       ${this.session.messages.map(({ text }) => html`<p class="problem" role="alert">${text}</p>`)}

@@ -128,13 +128,13 @@ export class ScanstitchEvaluationFigures extends LitElement {
       ${this.renderPaths(`Paths, coloured by the error ${of}`)}
       ${this.renderPlot('errors', 'Error', over, instantMarker(scene, instant, 1, true))}
       ${this.renderPlot('histogram', 'Histogram', `Histogram of the errors ${of}`, null)}
-      ${this.renderPlot('positions', 'Position', 'x, y and z of reference and estimate.', instantMarker(scene, instant, 3, false))}
+      ${this.renderPlot('positions', 'Position', 'x, y and z of ground truth and estimate.', instantMarker(scene, instant, 3, false))}
       ${
         selected.reference_angles && selected.estimate_angles
           ? this.renderPlot(
               'angles',
               'Orientation',
-              'Roll, pitch and yaw of reference and estimate.',
+              'Roll, pitch and yaw of ground truth and estimate.',
               instantMarker(scene, instant, 3, false),
             )
           : nothing

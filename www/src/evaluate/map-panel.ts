@@ -5,7 +5,7 @@ import { shared, table_styles } from '../components/theme.js';
 import { ranking_styles, section_styles } from '../components/section-styles.js';
 import type { MapResult, MapQuality } from './protocol.js';
 
-/** How crisp maps are, where there is no truth. Fires `run-map-wanted` where the map of a run can be judged. */
+/** The sharpness of maps, where there is no ground truth. Fires `run-map-wanted` where the map of a run can be judged. */
 @customElement('scanstitch-map-panel')
 export class ScanstitchMapPanel extends LitElement {
   @property({ attribute: false }) answer: MapResult | null = null;
@@ -19,21 +19,21 @@ export class ScanstitchMapPanel extends LitElement {
       ...(answer?.placed ?? []).map(({ name, quality }) => ({ name, ...quality })),
       ...(answer?.maps ?? []).map(({ name, quality }) => ({ name, map: quality, residual: null })),
     ];
-    return html`<section class="maps" aria-label="Crispness of the map">
+    return html`<section class="maps" aria-label="Sharpness of the map">
       <header>
-        <h2>Crispness of the map</h2>
-        <span class="muted">no truth needed; smaller is better, for maps of the same frames</span>
+        <h2>Sharpness of the map</h2>
+        <span class="muted">no ground truth needed; lower is sharper, for maps of the same frames</span>
         ${
           this.has_run
             ? html`<span class="save"
                 ><button ?disabled=${this.busy} @click=${() => this.dispatchEvent(new CustomEvent('run-map-wanted'))}>
-                  Judge this run’s map
+                  Measure this run’s map
                 </button></span
               >`
             : nothing
         }
       </header>
-      ${this.busy ? html`<p class="muted" role="status">Looking at the points…</p>` : nothing}
+      ${this.busy ? html`<p class="muted" role="status">Computing…</p>` : nothing}
       ${(answer?.refusals ?? []).map(
         ({ name, problem }) =>
           html`<p class="problem" role="alert">
@@ -48,8 +48,8 @@ export class ScanstitchMapPanel extends LitElement {
     rows: readonly { name: string; map: MapQuality; residual: { mean_residual: number; num_pairs: number } | null }[],
   ): TemplateResult {
     const has_residual = rows.some(({ residual }) => residual !== null);
-    return html`<div class="scroll" role="region" aria-label="The figures of the maps" tabindex="0">
-      <table aria-label="Crispness of maps">
+    return html`<div class="scroll" role="region" aria-label="Figures of the maps" tabindex="0">
+      <table aria-label="Sharpness of maps">
         <thead>
           <tr>
             <th scope="col" class="name">${has_residual ? 'frames placed by' : 'map'}</th>
@@ -62,7 +62,7 @@ export class ScanstitchMapPanel extends LitElement {
             }
             <th scope="col" title="mean map entropy, Droeschel and Behnke 2014">entropy (nats)</th>
             <th scope="col" title="mean plane variance, Razlaw et al. 2015">plane variance (mm²)</th>
-            <th scope="col" title="points that were looked at">points</th>
+            <th scope="col" title="points that were evaluated">points</th>
           </tr>
         </thead>
         <tbody>

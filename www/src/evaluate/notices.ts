@@ -28,7 +28,7 @@ export function noticesOf({ num_files, reference, answer, selected, messages }: 
   return {
     problems: [
       ...messages.filter(({ kind }) => kind === 'error').map(({ text }) => text),
-      ...(answer?.reference_problem ? [`The reference cannot be used. ${answer.reference_problem}`] : []),
+      ...(answer?.reference_problem ? [`The ground truth cannot be used. ${answer.reference_problem}`] : []),
       ...(answer?.relations_problem ? [answer.relations_problem] : []),
       ...(refusals.length > MAX_ALERTS ? [many] : refusals.map(refusalWords)),
     ],

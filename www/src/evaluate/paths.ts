@@ -187,7 +187,7 @@ export function drawKey(pen: Pen, { area }: Projection, range: Range, unit: stri
   const y = area.y - KEY_HEIGHT / 2;
   const small = { color: colors.muted, size: 11 };
   pen.line([area.x, y, area.x + 28, y], { color: colors.reference, width: 1.5, dash: [6, 4] });
-  pen.text(area.x + 34, y, 'reference', small);
+  pen.text(area.x + 34, y, 'ground truth', small);
   const width = Math.min(120, area.width / 4);
   const right = area.x + area.width - 62;
   const step = width / colors.ramp.length;

@@ -35,14 +35,14 @@ export class ScanstitchRanking extends LitElement {
         <h2>${count === 1 ? 'Figures' : 'Ranking'}</h2>
         <span class="muted"
           >${ranked.length} compared in ${this.elapsed_ms.toFixed(0)}
-          ms${failed}${count > 1 ? '; a column’s name ranks by it' : ''}</span
+          ms${failed}${count > 1 ? '; select a column to sort by it' : ''}</span
         >
         <span class="save">
           <button class="quiet" @click=${() => this.copy(markdown, 'Markdown')}>Copy Markdown</button>
           <button class="quiet" @click=${() => this.copy(csv, 'CSV')}>Copy CSV</button>
         </span>
       </header>
-      <div class="scroll" role="region" aria-label="The table, which may be wider than the page" tabindex="0">
+      <div class="scroll" role="region" aria-label="Table" tabindex="0">
         <table aria-label="Estimates, ranked">
           <thead>
             <tr>

@@ -6,7 +6,7 @@ import { memoizeLast } from '../views/memoize-last.js';
 import { WorkerClient } from './client.js';
 import evaluate_url from './evaluate-worker.ts?worker&url';
 import { type Intake, sortOut } from './intake.js';
-import map_url from './map-quality-worker.ts?worker&url';
+import map_url from './sharpness-worker.ts?worker&url';
 import { skippedWords } from './notices.js';
 import { readAll } from './open-files.js';
 import type {

@@ -126,7 +126,7 @@ function hasFaults({ refusals }: Ranking): boolean {
 
 function heads(ranking: Ranking): string[] {
   const labels = ranking.columns.map(({ label }) => label);
-  return ['rank', 'estimate', 'poses', ...labels, ...(hasFaults(ranking) ? ['why not'] : [])];
+  return ['rank', 'estimate', 'poses', ...labels, ...(hasFaults(ranking) ? ['reason'] : [])];
 }
 
 function cells(ranking: Ranking): string[][] {

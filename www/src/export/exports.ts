@@ -1,4 +1,4 @@
-/** What can be taken home, and how it leaves the page: as downloads, nothing else. */
+/** Exports: files that leave the page as downloads. */
 import type { Answers, Grid } from '../engine/protocol.js';
 import { Remote } from '../engine/remote.js';
 import { startWorker } from '../engine/start.js';

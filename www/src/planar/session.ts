@@ -141,7 +141,7 @@ export class PlanarSession extends RunSession<PlanarClient, Settings, Dataset, S
     this.messages = [];
     this.requested_at = performance.now();
     this.client?.resume();
-    this.announce('Computing goes on.');
+    this.announce('Computing continues.');
   }
 
   ask<K extends keyof Answers>(kind: K, frame = 0): Promise<Answers[K]> {
@@ -198,11 +198,11 @@ export class PlanarSession extends RunSession<PlanarClient, Settings, Dataset, S
     this.phase = 'running';
     this.progress = total > 0 ? done / total : 0;
     this.activity = {
-      register: `Aligning scan ${Math.min(done + 1, total)} of ${total}`,
-      retry: 'Trying the scans again that were left out',
-      loops: `Looking for places that come into view again, ${done} of ${total}`,
-      joint: 'Solving all scans together',
-      evaluate: 'Measuring the map',
+      register: `Registering scan ${Math.min(done + 1, total)} of ${total}`,
+      retry: 'Retrying unregistered scans',
+      loops: `Searching for loop closures, ${done} of ${total}`,
+      joint: 'Optimising all poses',
+      evaluate: 'Measuring the sharpness of the map',
       done: 'Done',
     }[stage];
     this.changed();
@@ -249,7 +249,7 @@ export class PlanarSession extends RunSession<PlanarClient, Settings, Dataset, S
   #summary({ result }: Snapshot): string {
     const sharpness = result.sharpness ? ` Sharpness ${formatLength(result.sharpness.mean_residual)}.` : '';
     const comparison = result.comparison
-      ? ` Mean distance to the reference ${formatLength(result.comparison.mean)}.`
+      ? ` Mean distance to the ground truth ${formatLength(result.comparison.mean)}.`
       : '';
     return `${plural(result.frames.length, 'scan')} stitched.${sharpness}${comparison}`;
   }

@@ -1,4 +1,4 @@
-/** What of a run in space can be taken home. */
+/** Exports of a run in space. */
 import type { MenuItem } from '../components/menu.js';
 import type { SpatialAnswers } from '../engine/spatial-protocol.js';
 import { type Download, matrixFiles, textBlob, utf8, zip } from '../export/exports.js';
@@ -7,10 +7,10 @@ export const SPATIAL_EXPORTS: readonly MenuItem[] = [
   { id: 'everything', label: 'Everything', detail: 'all of these and the matrices, as a zip' },
   { id: 'trajectory', label: 'Trajectory', detail: 'TUM text: t x y z qx qy qz qw a line' },
   { id: 'ply', label: 'Map as PLY', detail: 'points with colours and normals, binary' },
-  { id: 'ply_ascii', label: 'PLY as text', detail: 'the map, to be read by eye' },
+  { id: 'ply_ascii', label: 'PLY as text', detail: 'the map, human-readable' },
   { id: 'pcd', label: 'Map as PCD', detail: 'the same for PCL, binary' },
-  { id: 'pcd_binary_compressed', label: 'PCD, compressed', detail: 'the map, smaller; nothing is lost' },
-  { id: 'pcd_ascii', label: 'PCD as text', detail: 'the map, to be read by eye' },
+  { id: 'pcd_binary_compressed', label: 'PCD, compressed', detail: 'the map, lossless' },
+  { id: 'pcd_ascii', label: 'PCD as text', detail: 'the map, human-readable' },
   { id: 'report', label: 'Report', detail: 'report.json: settings, frames, comparison' },
   { id: 'errors', label: 'Errors', detail: 'one line a frame, as CSV' },
   { id: 'picture', label: 'Picture', detail: 'the map as you see it, as PNG' },

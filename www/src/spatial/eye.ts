@@ -13,7 +13,7 @@ const FLIGHT_MS = 350;
 export class Eye {
   #orbit = FIRST_VIEW;
   #flight: { from: Orbit; to: Orbit; start: number } | null = null;
-  /** By the user: the view is no longer fitted behind his back. */
+  /** The user moved the view: auto-fit is off. */
   is_moved = false;
 
   get orbit(): Orbit {

@@ -77,10 +77,10 @@ export class ScanstitchFramePanel extends LitElement {
     const num_bad = badOnes(frames).length;
     const verdict =
       num_bad > 0
-        ? `${plural(num_bad, 'frame')} of ${frames.length} ${num_bad === 1 ? 'needs' : 'need'} a look:`
+        ? `${plural(num_bad, 'frame')} of ${frames.length} to check:`
         : frames.length === 1
-          ? 'One frame alone: it is where the map begins.'
-          : `All ${frames.length} frames found their place. Select one, in a chart, in the table or on the map, to see what it saw.`;
+          ? 'A single frame: it is the origin of the map.'
+          : `All ${frames.length} frames were registered. Select one in a chart, in the table or on the map to see its images.`;
     return html`
       <header><h2>All frames</h2></header>
       <p>${verdict}</p>
@@ -146,7 +146,7 @@ export class ScanstitchFramePanel extends LitElement {
       ${
         error === null
           ? nothing
-          : html`<dt>From the truth</dt>
+          : html`<dt>Distance to ground truth</dt>
               <dd>${formatLength(error)}${turned === null ? nothing : html`, ${formatAngle(turned)}`}</dd>`
       }
       ${
@@ -159,7 +159,7 @@ export class ScanstitchFramePanel extends LitElement {
       }
       ${
         invalid > 0.0005
-          ? html`<dt>Without a depth</dt>
+          ? html`<dt>Pixels without depth</dt>
               <dd>${formatPercent(invalid)} of the pixels</dd>`
           : nothing
       }
@@ -179,12 +179,12 @@ export class ScanstitchFramePanel extends LitElement {
           : nothing
       }
       ${this.renderBars(
-        'Points that found a partner (inliers)',
+        'Matched points (inliers)',
         matched((i) => frames[i]?.num_inliers ?? 0),
         formatCount,
       )}
       ${this.renderBars(
-        'Distance between partners (rmse)',
+        'Residual (rmse)',
         matched((i) => frames[i]?.inlier_rmse ?? 0),
         formatLength,
       )}
@@ -213,7 +213,7 @@ export class ScanstitchFramePanel extends LitElement {
   private renderSizes(): TemplateResult {
     const { sizes } = this;
     return html`<section>
-      <h3>The map in other voxels</h3>
+      <h3>Map size by voxel size</h3>
       ${
         sizes === null
           ? html`<p>

@@ -34,7 +34,7 @@ export function spatialFigures(result: SpatialResult, timing: SpatialTiming, num
       value: is_matched ? formatLength(comparison.mean) : 'no match',
       meaning: is_matched
         ? `rmse ${formatLength(comparison.rmse)}, max ${formatLength(comparison.max)}`
-        : 'no true pose belongs to a frame',
+        : 'no ground truth pose matches a frame',
       tone: is_matched ? 'plain' : 'doubtful',
     });
   }
@@ -43,7 +43,7 @@ export function spatialFigures(result: SpatialResult, timing: SpatialTiming, num
     {
       label: 'Computing',
       value: frames.length > 0 ? `${formatDuration(registering / frames.length)} a frame` : '…',
-      meaning: `${formatDuration(timing.elapsed)} from the first file on, in this tab`,
+      meaning: `${formatDuration(timing.elapsed)} in total, in this tab`,
       tone: 'plain',
     },
     {
@@ -55,7 +55,7 @@ export function spatialFigures(result: SpatialResult, timing: SpatialTiming, num
   );
   const { num_closed, farthest_move } = result.loops;
   if (num_closed > 0) {
-    const meaning = `frames moved by up to ${formatLength(farthest_move)} where the path met itself`;
+    const meaning = `loop closure moved frames by up to ${formatLength(farthest_move)}`;
     figures.push({ label: 'Loops closed', value: formatCount(num_closed), meaning, tone: 'plain' });
   }
   const camera = cameraFigure(result);
@@ -69,7 +69,12 @@ function conventionFigure(convention: string): Figure {
   const parts = convention.split(', ');
   const order = parts.find((part) => part.startsWith('quaternions '));
   const meaning = [...parts.filter((part) => part !== order), 'first poses made equal'].join(', ');
-  return { label: 'Truth read as', value: order?.replace('quaternions ', '') ?? 'matrices', meaning, tone: 'plain' };
+  return {
+    label: 'Ground truth read as',
+    value: order?.replace('quaternions ', '') ?? 'matrices',
+    meaning,
+    tone: 'plain',
+  };
 }
 
 function cameraFigure({ camera, depth_scale, quantisation }: SpatialResult): Figure | null {

@@ -78,9 +78,9 @@ export function graphicsNotice(state: GraphicsState, retry: () => void): Templat
   return html`<div class="notice" role="status">
     ${
       state === 'lost'
-        ? 'The graphics card dropped the picture. It is being drawn again; nothing computed is lost.'
-        : html`This browser gives no 3D graphics (WebGL 2), so the map cannot be drawn. Everything else works: figures,
-            table, exports. <button @click=${retry}>Try again</button>`
+        ? 'The graphics context was lost. The map is being redrawn; nothing computed is lost.'
+        : html`This browser does not support 3D graphics (WebGL 2), so the map cannot be drawn. Everything else works:
+            figures, table, exports. <button @click=${retry}>Try again</button>`
     }
   </div>`;
 }
@@ -95,11 +95,11 @@ export function ownButtons({
   fromAbove: () => void;
   toggleProjection: () => void;
 }): TemplateResult {
-  return html`${mapButton('from_above', 'Look from above', 'Look from above (T)', fromAbove)}
-  ${mapButton('flat', 'Plan without perspective', 'Plan without perspective (P)', toggleProjection, { pressed: is_flat })}`;
+  return html`${mapButton('from_above', 'View from above', 'View from above (T)', fromAbove)}
+  ${mapButton('flat', 'Orthographic view', 'Orthographic view (P)', toggleProjection, { pressed: is_flat })}`;
 }
 
-/** What is drawn and how, and what is to change. */
+/** Layers and how, and what is to change. */
 export interface LayersState {
   choices: LookChoices;
   has_colors: boolean;
@@ -137,7 +137,7 @@ export function layers({ choices, choose, ...has }: LayersState): TemplateResult
       />
     </label>
     ${layer('points', 'Points', 'dots')} ${layer('estimate', 'Estimated path', 'estimate')}
-    ${has.reference_name === null ? nothing : layer('reference', `True path: ${baseName(has.reference_name)}`, 'truth')}
+    ${has.reference_name === null ? nothing : layer('reference', `Ground truth: ${baseName(has.reference_name)}`, 'truth')}
     ${has.has_cameras ? layer('cameras', 'Cameras', 'cameras') : nothing} ${layer('grid', 'Grid of 1 m', 'grid')}
   `);
 }

@@ -29,7 +29,7 @@ import type { Camera, Pose } from './poses.js';
 import type { MapScene, SceneLook } from './scene.js';
 import { leveled, NO_SURVEY, openSamples, positions, type Survey, straightened } from './survey.js';
 
-/** What is drawn over the points. */
+/** Layers over the points. */
 export interface SpatialMarks {
   poses: readonly Pose[];
   reference: readonly (Pose | null)[];
@@ -191,7 +191,7 @@ export class ScanstitchMap3d extends LitElement implements GestureTarget, Graphi
         toggleProjection: () => this.toggleProjection(),
       }),
       layers: this.layers_open ? this.renderLayers() : null,
-      layers_hint: 'What is drawn, and how',
+      layers_hint: 'Layers, and how',
       toggleLayers: () => {
         this.layers_open = !this.layers_open;
       },
@@ -214,7 +214,7 @@ export class ScanstitchMap3d extends LitElement implements GestureTarget, Graphi
     this.choices = { ...this.choices, ...change };
   }
 
-  // What is drawn.
+  // Layers.
 
   graphicsCanvas(): HTMLCanvasElement {
     return this.canvas;

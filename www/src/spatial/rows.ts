@@ -54,14 +54,14 @@ export function spatialColumns(reference_name: string, has_camera: boolean): Col
     {
       label: 'inliers',
       unit: '',
-      title: 'points that found a partner close enough, of all points',
+      title: 'matched points, and their share of all points',
       cell: ({ is_origin, result }) =>
         is_origin ? UNKNOWN : html`${formatCount(result.num_inliers)} <small>${formatPercent(result.fitness)}</small>`,
     },
     {
       label: 'rmse',
       unit: 'mm',
-      title: 'root mean square distance between partners after alignment',
+      title: 'root mean square distance of matched points after registration',
       cell: ({ is_origin, result }) => (is_origin ? UNKNOWN : formatFixed(result.inlier_rmse * 1000, 1)),
     },
   );
@@ -74,7 +74,7 @@ export function spatialColumns(reference_name: string, has_camera: boolean): Col
         cell: ({ error }) => millimetres(error),
       },
       {
-        label: 'turned',
+        label: 'rotation error',
         unit: '°',
         title: `angle to ${reference_name}`,
         cell: ({ rotation_error }) => (rotation_error === null ? UNKNOWN : formatFixed(rotation_error * DEGREES, 2)),

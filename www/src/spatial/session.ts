@@ -68,7 +68,7 @@ export class SpatialSession extends RunSession<SpatialClient, SpatialSettings, S
     const intake = ++this.#num_intakes;
     this.requested_at = requested_at;
     if (this.phase !== 'running') this.phase = 'reading';
-    this.activity = 'Looking at the files';
+    this.activity = 'Inspecting the files';
     this.progress = 0;
     this.changed();
     try {
@@ -132,7 +132,7 @@ export class SpatialSession extends RunSession<SpatialClient, SpatialSettings, S
     this.phase = 'running';
     this.#started_at = performance.now();
     this.client?.resume();
-    this.announce('Computing goes on.');
+    this.announce('Computing continues.');
   }
 
   ask<K extends keyof SpatialAnswers>(kind: K): Promise<SpatialAnswers[K]> {
@@ -248,7 +248,7 @@ export class SpatialSession extends RunSession<SpatialClient, SpatialSettings, S
   #extend(previous: SpatialDataset, dataset: SpatialDataset): void {
     this.phase = 'running';
     this.#started_at = performance.now();
-    if (dataset.jobs.length > previous.jobs.length) this.activity = 'Taking in more frames';
+    if (dataset.jobs.length > previous.jobs.length) this.activity = 'Adding frames';
     this.client?.extend(this.#inputs());
   }
 
@@ -266,7 +266,7 @@ export class SpatialSession extends RunSession<SpatialClient, SpatialSettings, S
     if (this.phase !== 'running' || now < this.#next_progress) return;
     this.#next_progress = now + PROGRESS_INTERVAL_MS;
     this.progress = done / Math.max(total, 1);
-    this.activity = `Aligning frame ${Math.min(done + 1, total)} of ${total}`;
+    this.activity = `Registering frame ${Math.min(done + 1, total)} of ${total}`;
     this.changed();
   }
 
@@ -274,8 +274,8 @@ export class SpatialSession extends RunSession<SpatialClient, SpatialSettings, S
     if (this.phase !== 'running') return;
     this.progress = 1;
     this.activity = {
-      retry: 'Trying again to place the frames that were left out',
-      loops: 'Fitting together the places that were seen more than once',
+      retry: 'Retrying unregistered frames',
+      loops: 'Optimising the pose graph',
     }[stage];
     this.changed();
   }
@@ -302,8 +302,10 @@ export class SpatialSession extends RunSession<SpatialClient, SpatialSettings, S
       this.announce('No frame could be used.');
       return;
     }
-    const truth = result.comparison ? ` Mean distance to the truth ${formatLength(result.comparison.mean)}.` : '';
-    this.announce(`${plural(result.frames.length, 'frame')} placed in ${formatDuration(this.elapsed_ms)}.${truth}`);
+    const truth = result.comparison
+      ? ` Mean distance to the ground truth ${formatLength(result.comparison.mean)}.`
+      : '';
+    this.announce(`${plural(result.frames.length, 'frame')} registered in ${formatDuration(this.elapsed_ms)}.${truth}`);
     this.#tellOfReference(result.notes, result.comparison === null);
   }
 

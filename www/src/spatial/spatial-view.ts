@@ -205,7 +205,7 @@ export class ScanstitchSpatial extends RunView<SpatialSettings, SpatialSnapshot,
     const { points } = this.session;
     if (!result || result.frames.length === 0) return 'The map in space: nothing yet.';
     const { frames, comparison } = result;
-    const truth = comparison ? ` Mean distance to the true path ${formatLength(comparison.mean)}.` : '';
+    const truth = comparison ? ` Mean distance to the ground truth ${formatLength(comparison.mean)}.` : '';
     const chosen = this.selected === null ? '' : ` ${baseName(frames[this.selected]?.name ?? '')} is selected.`;
     const length = frames.reduce((sum, { T_world_sensor: { x, y, z } }, i) => {
       const before = frames[i - 1]?.T_world_sensor;
@@ -217,9 +217,9 @@ export class ScanstitchSpatial extends RunView<SpatialSettings, SpatialSnapshot,
   private onGraphics({ detail }: CustomEvent<'lost' | 'restored' | 'unavailable'>): void {
     this.session.announce(
       {
-        lost: 'The graphics card dropped the map; it is drawn again.',
-        restored: 'The map is drawn again.',
-        unavailable: 'This browser gives no 3D graphics.',
+        lost: 'The graphics context was lost; the map is being redrawn.',
+        restored: 'The map has been redrawn.',
+        unavailable: 'This browser does not support 3D graphics (WebGL 2).',
       }[detail],
     );
   }

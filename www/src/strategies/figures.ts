@@ -18,15 +18,15 @@ export const FIGURES: readonly { id: FigureId; title: string; about: string }[] 
   {
     id: 'points',
     title: 'Points of the map',
-    about: 'A map kept whole grows with every frame; voxels only with what is new.',
+    about: 'An unfiltered map grows with every frame, a voxel map only with new surface.',
   },
-  { id: 'time', title: 'Time a frame takes', about: 'What must not grow, if the recording is to go on.' },
+  { id: 'time', title: 'Time per frame', about: 'Should not grow with the map.' },
   {
     id: 'error',
-    title: 'Distance to the truth',
-    about: 'First poses made equal. A jump is a frame that was placed wrong.',
+    title: 'Distance to ground truth',
+    about: 'After aligning the first poses. A jump is a wrongly registered frame.',
   },
-  { id: 'paths', title: 'Paths from above', about: 'Dashed: the truth.' },
+  { id: 'paths', title: 'Paths from above', about: 'Dashed: ground truth.' },
 ];
 
 export function makePainter(id: FigureId, all: readonly Drawn[], colors: Colors, is_log: boolean): Painter {
@@ -56,9 +56,12 @@ export function makePainter(id: FigureId, all: readonly Drawn[], colors: Colors,
   const unit = { points: 'points', time: 'ms', error: 'm' }[id];
   const names = { x: 'frame', y: unit };
   return (pen, size) => {
-    drawSeries(pen, size, series, x, names, colors, is_log ? 'log' : 'from_zero', '~s');
+    drawSeries(pen, size, series, x, names, colors, is_log ? 'log' : 'from_zero', FORMATS[id]);
   };
 }
+
+/** Of the numbers at their axes, as d3-format has it: large counts with their thousands or millions. */
+const FORMATS: Partial<Record<FigureId, string>> = { points: '~s' };
 
 /** Right and ahead of the first frame: x and z of a camera, x and y where that spreads more, as in a robot's own frame. */
 function pathPainter(drawn: readonly Drawn[], colors: Colors): Painter {

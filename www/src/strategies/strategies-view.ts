@@ -75,7 +75,7 @@ export class ScanstitchStrategies extends LitElement {
     };
     return html`<section aria-label="Comparison">
       <div class="bar">
-        <h2>What each strategy costs and gains</h2>
+        <h2>Strategies compared</h2>
         <span class="muted">${given?.title ?? ''}</span>
         <span class="state">${words[phase] ?? ''}</span>
         ${
@@ -97,7 +97,7 @@ export class ScanstitchStrategies extends LitElement {
     return html`<section class="ranking" aria-label="Table of strategies">
       <header>
         <h2>Table</h2>
-        <span class="muted">a column’s name sorts by it; the best of a column is green</span>
+        <span class="muted">select a column to sort by it; the best value of a column is green</span>
         <span class="save">
           <button class="quiet" @click=${() => this.copy(markdownOf(this.rows()), 'Markdown')}>Copy Markdown</button>
           <button class="quiet" @click=${() => this.copy(csvOf(this.rows()), 'CSV')}>Copy CSV</button>
@@ -110,7 +110,7 @@ export class ScanstitchStrategies extends LitElement {
           </button>
         </span>
       </header>
-      <div class="scroll" role="region" aria-label="The table, which may be wider than the page" tabindex="0">
+      <div class="scroll" role="region" aria-label="Table" tabindex="0">
         <table aria-label="Strategies">
           <thead>
             <tr>
@@ -171,8 +171,8 @@ export class ScanstitchStrategies extends LitElement {
           this.session.phase === 'running' && !is_retired
             ? html`<button
                 class="icon quiet"
-                aria-label="Leave out ${label}"
-                title="Leave it as it stands; the others go on"
+                aria-label="Stop ${label}"
+                title="Stop this strategy; the others continue"
                 @click=${(event: Event) => {
                   event.stopPropagation();
                   this.session.retire(index);
@@ -211,8 +211,8 @@ export class ScanstitchStrategies extends LitElement {
               id === 'paths'
                 ? nothing
                 : html`<label
-                    ><input type="checkbox" .checked=${is_log} @change=${() => this.toggleLog(id)} />by powers of
-                    ten</label
+                    ><input type="checkbox" .checked=${is_log} @change=${() => this.toggleLog(id)} />Logarithmic
+                    scale</label
                   >`
             }
           </header>
@@ -230,7 +230,9 @@ export class ScanstitchStrategies extends LitElement {
     return html`<section class="ranking" aria-label="The strategies">
       <header>
         <h2>The strategies</h2>
-        <span class="muted">each frame is matched, by ICP, with the map of all before it; they differ in the rest</span>
+        <span class="muted"
+          >each registers every frame against its own map by ICP; they differ in how that map is kept</span
+        >
       </header>
       <div class="choice">
         <ul>

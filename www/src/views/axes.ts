@@ -69,7 +69,7 @@ export function linearAxis({ low, high }: Range, format?: string): Axis {
 }
 
 /** Values at or below zero have no place on it: they are drawn at its beginning. */
-export function logAxis({ low, high }: Range, format = '~s'): Axis {
+export function logAxis({ low, high }: Range, format = '~r'): Axis {
   const scale = scaleLog([low, high], [0, 1]).nice().clamp(true);
   return {
     share: (value) => (value > 0 ? scale(value) : 0),

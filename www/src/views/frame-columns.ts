@@ -36,20 +36,20 @@ export function frameColumns(reference_name: string): Column<FrameRow>[] {
     {
       label: 'inliers',
       unit: '',
-      title: 'points that found a partner close enough, of all points',
+      title: 'matched points, and their share of all points',
       cell: (row) =>
         row.is_origin ? UNKNOWN : html`${formatCount(row.num_inliers)} <small>${formatPercent(row.fitness)}</small>`,
     },
     {
       label: 'rmse',
       unit: 'mm',
-      title: 'root mean square distance between partners after alignment',
+      title: 'root mean square distance of matched points after registration',
       cell: (row) => (row.is_origin ? UNKNOWN : formatFixed(row.inlier_rmse * 1000, 1)),
     },
     {
       label: 'iterations',
       unit: '',
-      title: 'rounds of matching and moving until the pose settled',
+      title: 'ICP iterations until the pose converged',
       cell: (row) => (row.is_origin ? UNKNOWN : row.iterations),
     },
   ];

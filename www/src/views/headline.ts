@@ -36,8 +36,8 @@ export function headlineFigures(result: Result, total_ms: number, is_growing: bo
         worries.length > 0
           ? worries.join(', ')
           : frames.length === 1
-            ? 'nothing to align it with'
-            : 'all found their place',
+            ? 'nothing to register it against'
+            : 'all registered',
       tone: num_lost > 0 ? 'lost' : num_doubtful > 0 ? 'doubtful' : 'plain',
     },
   ];
@@ -45,7 +45,7 @@ export function headlineFigures(result: Result, total_ms: number, is_growing: bo
     figures.push({
       label: 'Sharpness',
       value: sharpness ? formatLength(sharpness.mean_residual) : '…',
-      meaning: 'between walls seen twice; less is crisper',
+      meaning: 'mean distance between surfaces seen twice; lower is sharper',
       tone: 'plain',
     });
   }
@@ -56,7 +56,7 @@ export function headlineFigures(result: Result, total_ms: number, is_growing: bo
       meaning:
         comparison.num_matched > 0
           ? `mean; rmse ${formatLength(comparison.rmse)}, max ${formatLength(comparison.max)}`
-          : 'no pose of the reference belongs to a scan',
+          : 'no ground truth pose matches a scan',
       tone: comparison.num_matched > 0 ? 'plain' : 'doubtful',
     });
   }

@@ -14,14 +14,12 @@ interface Matched {
 /** What the alignment of one scan found. */
 export function frameSummary(frame: Matched, index: number): string {
   if (frame.history.length === 0) {
-    return index === 0
-      ? 'The map begins here: the place and heading of this scan are its origin.'
-      : 'This scan was not aligned with any other.';
+    return index === 0 ? 'This scan is the origin of the map.' : 'This scan was not registered.';
   }
-  const found = `${formatCount(frame.num_inliers)} points (${formatPercent(frame.fitness)}) found a partner, ${formatLength(frame.inlier_rmse)} away on average (root mean square)`;
+  const found = `${formatCount(frame.num_inliers)} points (${formatPercent(frame.fitness)}) were matched, with an rmse of ${formatLength(frame.inlier_rmse)}`;
   const settled = frame.converged
-    ? `the pose settled after ${plural(frame.iterations, 'round')}`
-    : `the pose had not settled after ${plural(frame.iterations, 'round')}`;
+    ? `the pose converged after ${plural(frame.iterations, 'iteration')}`
+    : `the pose did not converge within ${plural(frame.iterations, 'iteration')}`;
   return `${found}; ${settled}.`;
 }
 
@@ -63,10 +61,10 @@ export function sumCleaning(reports: readonly Cleaning[]): Cleaning {
 /** Which motion the scene leaves open. */
 export function directionWords(direction: { x: number; y: number; theta: number }): string {
   if (Math.abs(direction.theta) > Math.hypot(direction.x, direction.y)) {
-    return 'The scene does not fix how far the scanner is turned here.';
+    return 'The view does not constrain the heading (degenerate geometry).';
   }
   const angle = (((Math.atan2(direction.y, direction.x) * DEGREES) % 180) + 180) % 180;
-  return `The scene does not fix how far the scanner is along one direction, ${formatFixed(angle, 0)}° in the map: walls that run that way look the same from anywhere along them.`;
+  return `The view does not constrain the position along one direction, ${formatFixed(angle, 0)}° in the map (degenerate geometry): walls that run that way look the same from anywhere along them.`;
 }
 
 /** With a capital at the start and a full stop at the end. */

@@ -1,4 +1,4 @@
-/** The thread that judges maps without any truth. Its figures take seconds: comparisons go on meanwhile. */
+/** The thread that computes the sharpness of maps, with no ground truth. It takes seconds: comparisons go on meanwhile. */
 import { FrameClouds, init, map_quality, PointCloud, Trajectory } from '../engine/package.js';
 import type { FrameQuality, MapResult, MapQuality, MapQuery, Part, TrajectoryFile, QueryApi } from './protocol.js';
 import { attempt, serve } from '../engine/serve.js';
