@@ -178,7 +178,7 @@ test('pairs marked in both views refine the camera', async ({ bev, page }) => {
   await expect(page.getByLabel('Front camera: y (m)')).toHaveValue('1');
 });
 
-test('everything is taken home, and the link opens the same scene', async ({ bev, page, context }) => {
+test('everything is exported, and the link opens the same scene', async ({ bev, page, context }) => {
   await context.grantPermissions(['clipboard-read', 'clipboard-write']);
   await bev.load(pair(512));
   for (const [u, v] of MARKED) await bev.click('top', u, v);

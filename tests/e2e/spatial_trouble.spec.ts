@@ -160,7 +160,7 @@ test('a lost graphics context is told and comes back with all that was computed'
   await expect(spatial.table.getByRole('row')).toHaveCount(6);
 });
 
-test('everything can be taken home', async ({ spatial, page }) => {
+test('everything can be exported', async ({ spatial, page }) => {
   await spatial.drop([...recording(5), truth(5)]);
   await spatial.stitched();
   const files: [RegExp, string, (bytes: Buffer) => void][] = [

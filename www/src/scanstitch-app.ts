@@ -46,7 +46,7 @@ const OPEN_ITEMS: readonly MenuItem[] = [
   { id: 'clear', label: 'Remove all', detail: 'the next files start a new data set' },
 ];
 
-/** What may join the recording that is open: a true path, a camera. */
+/** What may join the recording that is open: a reference trajectory, a camera. */
 const isBeside = (path: string): boolean => /\.(npy|txt|tum|csv|log|traj|json)$/i.test(path);
 
 const fetchApartment = async (): Promise<SpatialFiles> => (await import('./datasets/apartment.js')).fetchApartment();

@@ -76,7 +76,7 @@ export class ScanstitchMap extends LitElement implements GestureTarget, KeyedMap
   private pixel_ratio = 1;
   /** How the user has turned the map; null: as it is best laid. */
   private turns: Turns | null = null;
-  /** The user has moved the view: it is no longer fitted behind his back. */
+  /** The user has moved the view: auto-fit is off. */
   private is_moved = false;
   private map_canvas: MapCanvas | null = null;
   private last_motion = Number.NEGATIVE_INFINITY;

@@ -74,7 +74,7 @@ export interface OpenedFiles {
 }
 
 /** What the files are made to, and the bag they come from. */
-export type Told = ({ planar: PlanarFiles } | { spatial: SpatialFiles }) & { bag: OpenedBag | null };
+export type OpenedRun = ({ planar: PlanarFiles } | { spatial: SpatialFiles }) & { bag: OpenedBag | null };
 
 /**
  * Which view takes these files: planar scans the flat one, depth images and clouds the one in space; what is neither,
@@ -83,7 +83,7 @@ export type Told = ({ planar: PlanarFiles } | { spatial: SpatialFiles }) & { bag
 export async function tellApart(
   { given, files, notes, bags }: OpenedFiles,
   shown: 'planar' | 'spatial',
-): Promise<Told> {
+): Promise<OpenedRun> {
   const recording = await understandFiles(files);
   const { kind, root, notes: told } = recording;
   const bag = bags.find(({ listed }) => listed.bag.path === root) ?? bags[0] ?? null;
@@ -128,7 +128,7 @@ export async function chooseTopics(opened: OpenedFiles, wishes: Wishes, listener
   );
   const before = new Map(opened.files.map((file) => [file.path, file]));
   const sources = (bag: OpenedBag | undefined): string => JSON.stringify({ ...bag?.choice, reference: '' });
-  // Where only the truth changes, the frames are the same, and need not be computed again.
+  // Where only the reference changes, the frames are the same, and need not be computed again.
   const is_same = opened.bags.every((bag, i) => sources(bag) === sources(bags[i]));
   const kept = files.map((file) => {
     const old = before.get(file.path);

@@ -23,7 +23,7 @@ export interface SpatialInputs {
   /** Frames of the recording, used or not. */
   num_recorded: number;
   intrinsics: Readable | null;
-  /** The true path as one file. */
+  /** The reference trajectory as one file. */
   reference: Readable | null;
 }
 

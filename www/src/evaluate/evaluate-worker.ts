@@ -26,42 +26,42 @@ serve<QueryApi<Command, Query, Result>>({
   },
 });
 
-function compareAll(question: Query): Result {
+function compareAll(query: Query): Result {
   const start = performance.now();
-  const answer: Result = {
+  const result: Result = {
     comparisons: [],
     refusals: [],
     reference_problem: null,
     relations_problem: null,
     elapsed_ms: 0,
   };
-  const truth = attempt(() => read(question.reference, question.times));
-  if ('problem' in truth) {
-    answer.reference_problem = truth.problem;
-    return answer;
+  const reference = attempt(() => read(query.reference, query.times));
+  if ('problem' in reference) {
+    result.reference_problem = reference.problem;
+    return result;
   }
-  for (const id of question.estimates) {
-    const compared = attempt(() => compare(truth.value, id, question));
-    if ('problem' in compared) answer.refusals.push({ id, name: nameOf(id), problem: compared.problem });
+  for (const id of query.estimates) {
+    const compared = attempt(() => compare(reference.value, id, query));
+    if ('problem' in compared) result.refusals.push({ id, name: nameOf(id), problem: compared.problem });
     else {
-      answer.comparisons.push(compared.value.comparison);
-      answer.relations_problem ??= compared.value.relations_problem;
+      result.comparisons.push(compared.value.comparison);
+      result.relations_problem ??= compared.value.relations_problem;
     }
   }
-  answer.elapsed_ms = performance.now() - start;
-  return answer;
+  result.elapsed_ms = performance.now() - start;
+  return result;
 }
 
 function compare(
-  truth: Trajectory,
+  reference: Trajectory,
   id: number,
-  question: Query,
+  query: Query,
 ): { comparison: Comparison; relations_problem: string | null } {
-  const estimate = read(id, question.times);
-  const evaluation = evaluate(truth, estimate, question.options);
+  const estimate = read(id, query.times);
+  const evaluation = evaluate(reference, estimate, query.options);
   try {
     const summary = evaluation.summary();
-    const related = attempt(() => relate(estimate, question));
+    const related = attempt(() => relate(estimate, query));
     const comparison: Comparison = {
       id,
       name: nameOf(id),

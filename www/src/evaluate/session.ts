@@ -137,9 +137,9 @@ export class EvaluateSession extends Session<Clients> {
       return;
     }
     const part = { name: reference.name, bytes: new Uint8Array(reference.bytes.slice(0)) };
-    const truth = { id: this.#next_id++, name: reference.name, parts: [part] };
-    this.choices.reference_id = truth.id;
-    this.#add([truth, own]);
+    const file = { id: this.#next_id++, name: reference.name, parts: [part] };
+    this.choices.reference_id = file.id;
+    this.#add([file, own]);
   }
 
   /** Compares anew with other choices. */

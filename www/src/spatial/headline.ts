@@ -64,7 +64,7 @@ export function spatialFigures(result: SpatialResult, timing: SpatialTiming, num
   return figures;
 }
 
-/** How the truth was read: the order of its quaternions stands out, the rest explains. */
+/** How the reference was read: the order of its quaternions stands out, the rest explains. */
 function conventionFigure(convention: string): Figure {
   const parts = convention.split(', ');
   const order = parts.find((part) => part.startsWith('quaternions '));

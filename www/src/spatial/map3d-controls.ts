@@ -105,7 +105,7 @@ export interface LayersState {
   has_colors: boolean;
   /** m. */
   voxel_size: number;
-  /** Name of the true path's file; null: there is none. */
+  /** Name of the reference file; null: there is none. */
   reference_name: string | null;
   has_cameras: boolean;
   choose: (change: Partial<LookChoices>) => void;
@@ -137,7 +137,7 @@ export function layers({ choices, choose, ...has }: LayersState): TemplateResult
       />
     </label>
     ${layer('points', 'Points', 'dots')} ${layer('estimate', 'Estimated path', 'estimate')}
-    ${has.reference_name === null ? nothing : layer('reference', `Ground truth: ${baseName(has.reference_name)}`, 'truth')}
+    ${has.reference_name === null ? nothing : layer('reference', `Ground truth: ${baseName(has.reference_name)}`, 'reference')}
     ${has.has_cameras ? layer('cameras', 'Cameras', 'cameras') : nothing} ${layer('grid', 'Grid of 1 m', 'grid')}
   `);
 }

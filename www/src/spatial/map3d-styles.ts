@@ -100,7 +100,7 @@ export const map3d_styles = css`
   .sign.estimate {
     border-top: 3px solid light-dark(#d6201c, #ff483e);
   }
-  .sign.truth {
+  .sign.reference {
     height: 5px;
     border: 1px solid light-dark(#0a0c10, #d6e0ec);
     background: #06080b;

@@ -21,7 +21,7 @@ export interface SpatialDataset {
   files: ReadonlyMap<string, StoredFile>;
   recording: Recording;
   jobs: readonly SpatialJob[];
-  /** The true path's name; empty without. */
+  /** Name of the reference; empty without. */
   reference_name: string;
 }
 
@@ -63,7 +63,7 @@ export class SpatialSession extends RunSession<SpatialClient, SpatialSettings, S
     if (this.dataset) this.#pending = () => this.#load();
   }
 
-  /** Takes files in: a recording of its own replaces what is there, further frames or a true path join it. */
+  /** Takes files in: a recording of its own replaces what is there, further frames or a reference join it. */
   async add(opened: Promise<SpatialFiles>, requested_at: number): Promise<void> {
     const intake = ++this.#num_intakes;
     this.requested_at = requested_at;
@@ -165,7 +165,7 @@ export class SpatialSession extends RunSession<SpatialClient, SpatialSettings, S
     return this.dataset && { title: this.dataset.title, inputs: this.#inputs(), settings: this.settings };
   }
 
-  /** The true path as one file, with its bytes; null without. */
+  /** The reference trajectory as one file, with its bytes; null without. */
   async referenceFile(): Promise<{ name: string; bytes: ArrayBuffer } | null> {
     const reference = this.#reference();
     if (!reference) return null;
@@ -218,15 +218,15 @@ export class SpatialSession extends RunSession<SpatialClient, SpatialSettings, S
     return { jobs, num_recorded: jobs.length, intrinsics: intrinsics ?? null, reference: this.#reference() };
   }
 
-  /** The true path as one file. */
+  /** The reference trajectory as one file. */
   #reference(): Readable | null {
     if (!this.dataset) return null;
     const { recording, files, reference_name } = this.dataset;
-    const truth = recording.reference.map((path) => files.get(path)).filter((file) => file !== undefined);
-    if (truth.length < 2) return truth[0] ?? null;
+    const parts = recording.reference.map((path) => files.get(path)).filter((file) => file !== undefined);
+    if (parts.length < 2) return parts[0] ?? null;
     return {
       path: reference_name,
-      read: async () => joinPoses(await Promise.all(truth.map((file) => file.read()))),
+      read: async () => joinPoses(await Promise.all(parts.map((file) => file.read()))),
     };
   }
 
@@ -302,14 +302,16 @@ export class SpatialSession extends RunSession<SpatialClient, SpatialSettings, S
       this.announce('No frame could be used.');
       return;
     }
-    const truth = result.comparison
+    const distance = result.comparison
       ? ` Mean distance to the ground truth ${formatLength(result.comparison.mean)}.`
       : '';
-    this.announce(`${plural(result.frames.length, 'frame')} registered in ${formatDuration(this.elapsed_ms)}.${truth}`);
+    this.announce(
+      `${plural(result.frames.length, 'frame')} registered in ${formatDuration(this.elapsed_ms)}.${distance}`,
+    );
     this.#tellOfReference(result.notes, result.comparison === null);
   }
 
-  /** A truth that fits no frame must not go unnoticed; the engine's other notes are read beside the result. */
+  /** A reference that fits no frame must not go unnoticed; the engine's other notes are read beside the result. */
   #tellOfReference(notes: readonly string[], is_unused: boolean): void {
     const name = this.dataset?.reference_name ?? '';
     if (name === '' || !is_unused) return;

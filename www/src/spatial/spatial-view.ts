@@ -205,13 +205,13 @@ export class ScanstitchSpatial extends RunView<SpatialSettings, SpatialSnapshot,
     const { points } = this.session;
     if (!result || result.frames.length === 0) return 'The map in space: nothing yet.';
     const { frames, comparison } = result;
-    const truth = comparison ? ` Mean distance to the ground truth ${formatLength(comparison.mean)}.` : '';
+    const distance = comparison ? ` Mean distance to the ground truth ${formatLength(comparison.mean)}.` : '';
     const chosen = this.selected === null ? '' : ` ${baseName(frames[this.selected]?.name ?? '')} is selected.`;
     const length = frames.reduce((sum, { T_world_sensor: { x, y, z } }, i) => {
       const before = frames[i - 1]?.T_world_sensor;
       return before ? sum + Math.hypot(x - before.x, y - before.y, z - before.z) : sum;
     }, 0);
-    return `The map in space: ${plural(points.positions.length / 3, 'point')} from ${this.until ?? frames.length} of ${plural(frames.length, 'frame')} along a path of ${formatLength(length)}.${truth}${chosen}`;
+    return `The map in space: ${plural(points.positions.length / 3, 'point')} from ${this.until ?? frames.length} of ${plural(frames.length, 'frame')} along a path of ${formatLength(length)}.${distance}${chosen}`;
   }
 
   private onGraphics({ detail }: CustomEvent<'lost' | 'restored' | 'unavailable'>): void {

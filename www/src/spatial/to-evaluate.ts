@@ -3,7 +3,7 @@ import type { SpatialPose, SpatialResult } from '../engine/spatial-protocol.js';
 import type { GivenFiles } from '../components/run-view.js';
 
 /**
- * The frames that were placed and, where the run has a truth, their true poses. Those are taken from the comparison, not
+ * The frames that were placed and, where the run has a reference, its poses. Those are taken from the comparison, not
  * from the file: there they are in the estimate's world, whatever the file's axes and quaternions were, and each stands at
  * its frame. Times are the numbers of the frames.
  */
@@ -12,13 +12,16 @@ export function trajectoriesToEvaluate(
   readMap: GivenFiles['readMap'],
 ): GivenFiles {
   const placed = frames.flatMap(({ T_world_sensor, status }, index) => {
-    const truth = comparison?.reference[index] ?? null;
-    return status === 'lost' || (comparison && !truth) ? [] : [{ index, pose: T_world_sensor, truth }];
+    const reference = comparison?.reference[index] ?? null;
+    return status === 'lost' || (comparison && !reference) ? [] : [{ index, pose: T_world_sensor, reference }];
   });
   const estimate = placed.map(({ index, pose }) => line(index, pose)).join('');
-  const truth = placed.map(({ index, truth: pose }) => (pose ? line(index, pose) : '')).join('');
+  const reference = placed.map(({ index, reference: pose }) => (pose ? line(index, pose) : '')).join('');
   return {
-    reference: comparison && { name: comparison.name, bytes: new TextEncoder().encode(truth).buffer as ArrayBuffer },
+    reference: comparison && {
+      name: comparison.name,
+      bytes: new TextEncoder().encode(reference).buffer as ArrayBuffer,
+    },
     estimate: { name: 'this run', text: estimate },
     readMap,
   };

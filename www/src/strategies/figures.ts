@@ -65,8 +65,8 @@ const FORMATS: Partial<Record<FigureId, string>> = { points: '~s' };
 
 /** Right and ahead of the first frame: x and z of a camera, x and y where that spreads more, as in a robot's own frame. */
 function pathPainter(drawn: readonly Drawn[], colors: Colors): Painter {
-  const truth = drawn.find(({ result }) => result.comparison)?.result.comparison?.reference ?? [];
-  const poses = truth.filter((pose) => pose !== null);
+  const reference = drawn.find(({ result }) => result.comparison)?.result.comparison?.reference ?? [];
+  const poses = reference.filter((pose) => pose !== null);
   const basis = poses.length > 0 ? poses : (drawn.at(-1)?.result.frames.map((frame) => frame.T_world_sensor) ?? []);
   const spread = (axis: 'y' | 'z'): number => {
     const { low, high } = rangeOf([basis.map((pose) => pose[axis])]);

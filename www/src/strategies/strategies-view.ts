@@ -193,7 +193,7 @@ export class ScanstitchStrategies extends LitElement {
 
   private renderFigures(): TemplateResult {
     const colors = this.colorsOf(this.dark);
-    const has_truth = this.session.results.some(({ comparison }) => comparison !== null);
+    const has_reference = this.session.results.some(({ comparison }) => comparison !== null);
     const drawn = this.session.results.map((result, index): Drawn => ({
       result,
       milliseconds: this.session.milliseconds[index] ?? [],
@@ -201,7 +201,7 @@ export class ScanstitchStrategies extends LitElement {
       is_selected: this.session.compared[index]?.name === this.selected,
     }));
     return html`<div class="figures">
-      ${FIGURES.filter(({ id }) => id !== 'error' || has_truth).map(({ id, title, about }) => {
+      ${FIGURES.filter(({ id }) => id !== 'error' || has_reference).map(({ id, title, about }) => {
         const is_log = id !== 'paths' && this.log_figures.has(id);
         return html`<section aria-label=${title}>
           <header>

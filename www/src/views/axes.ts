@@ -80,7 +80,7 @@ export function logAxis({ low, high }: Range, format = '~r'): Axis {
   };
 }
 
-/** Very small and very large values as powers of ten. */
+/** Very small and very large values in scientific notation. */
 function plainFormat(low: number, high: number): string | undefined {
   const size = Math.max(Math.abs(low), Math.abs(high));
   return size >= 1e6 || high - low < 1e-3 ? '~e' : undefined;

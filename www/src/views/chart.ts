@@ -11,7 +11,7 @@ export interface ChartSpec {
   /** The first step's number. */
   first: number;
   color: string;
-  /** Linear from zero, or by powers of ten from the smallest value. */
+  /** Linear from zero, or logarithmic from the smallest value. */
   scale: 'linear' | 'log';
 }
 
