@@ -101,7 +101,7 @@ test('a single scan is shown, and said to be alone', async ({ app }) => {
   await app.drop([{ name: 'alone.ply', content: ply(room(8, 6)) }]);
   const { result } = await app.stitched();
   expect(result.frames).toHaveLength(1);
-  await expect(app.why).toContainText('One scan alone');
+  await expect(app.why).toContainText('A single scan');
   expect(await app.numPainted()).toBeGreaterThan(100);
 });
 

@@ -105,7 +105,7 @@ const throwInside = (worker: Worker): Promise<unknown> =>
 
 test('a preparing worker that dies in the middle is replaced, and no frame is missing', async ({ spatial }) => {
   await spatial.drop([...recording(40), truth(40)]);
-  await expect(spatial.table.getByRole('row').nth(3)).toBeVisible();
+  await expect(spatial.table.getByRole('row').nth(3)).toBeVisible({ timeout: 20_000 });
   for (const worker of await preparers(spatial)) await throwInside(worker);
   const { result } = await spatial.stitched();
   expect(result.frames).toHaveLength(40);
@@ -115,7 +115,7 @@ test('a preparing worker that dies in the middle is replaced, and no frame is mi
 
 test('a registrar that crashes is told and begins again by itself', async ({ spatial, page }) => {
   await spatial.drop([...recording(40), truth(40)]);
-  await expect(spatial.table.getByRole('row').nth(3)).toBeVisible();
+  await expect(spatial.table.getByRole('row').nth(3)).toBeVisible({ timeout: 20_000 });
   const registrar = page.workers().find((worker) => /registrar/.test(worker.url()));
   await throwInside(registrar as Worker);
   const { result } = await spatial.stitched();
@@ -125,7 +125,7 @@ test('a registrar that crashes is told and begins again by itself', async ({ spa
 
 test('a stop answers at once and keeps what is done; it goes on from there', async ({ spatial, page }, info) => {
   await spatial.drop([...recording(60), truth(60)]);
-  await expect(spatial.table.getByRole('row').nth(3)).toBeVisible();
+  await expect(spatial.table.getByRole('row').nth(3)).toBeVisible({ timeout: 20_000 });
   const { ms, words } = await page.evaluate(async () => {
     type View = HTMLElement & { updateComplete: Promise<boolean> };
     const view = document.querySelector('scanstitch-app')?.shadowRoot?.querySelector<View>('scanstitch-spatial');

@@ -235,5 +235,5 @@ test('results are said in words', () => {
   const cleaning = { num_read: 180, non_finite: 2, too_near: 0, at_range_limit: 3, duplicates: 1, num_kept: 174 };
   expect(cleaningWords(cleaning)).toBe('174 of 180 used; left out: 2 not a number, 3 at the range limit, 1 duplicate');
   expect(directionWords({ x: 0, y: -1, theta: 0.1 })).toContain('90°');
-  expect(directionWords({ x: 0, y: 0.1, theta: 1 })).toContain('turned');
+  expect(directionWords({ x: 0, y: 0.1, theta: 1 })).toContain('heading');
 });

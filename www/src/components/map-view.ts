@@ -215,7 +215,7 @@ export class ScanstitchMap extends LitElement implements GestureTarget, KeyedMap
     return layerList(html`
       ${layer('path', 'Path and poses')}
       ${this.marks.reference.length > 0 ? layer('reference', `Ground truth: ${baseName(this.reference_name)}`) : nothing}
-      ${this.has_occupancy ? layer('occupancy', 'Occupancy grid in place of points') : nothing} ${layer('grid', 'Grid')}
+      ${this.has_occupancy ? layer('occupancy', 'Occupancy in place of points') : nothing} ${layer('grid', 'Grid')}
     `);
   }
 
