@@ -39,7 +39,7 @@ test('the occupancy grid is a layer of the map and an export', async ({ app, pag
   await app.stitched();
   const before = await app.picture();
   await page.getByRole('button', { name: 'Layers' }).click();
-  await page.getByLabel(/^Occupancy/).check();
+  await page.getByLabel(/Occupancy in place/).check();
   await expect.poll(() => app.picture()).not.toBe(before);
   await page.getByRole('button', { name: 'Export' }).click();
   const download = page.waitForEvent('download');

@@ -99,9 +99,9 @@ test('a click on a pose selects its scan', async ({ app, page }) => {
 test('pairs of points are drawn on demand', async ({ app, page }) => {
   await app.row('5.ply').click();
   const without = await app.picture();
-  await page.getByLabel(/^Show correspondences/).check();
+  await page.getByLabel(/Show correspondences/).check();
   await expect.poll(() => app.picture()).not.toBe(without);
-  await page.getByLabel(/^Show correspondences/).uncheck();
+  await page.getByLabel(/Show correspondences/).uncheck();
   await expect.poll(() => app.picture()).toBe(without);
 });
 
