@@ -8,7 +8,7 @@ test('every control has a name, every region its role', async ({ app, page }) =>
   await expect(app.table.getByRole('columnheader')).toHaveCount(10);
   await expect(app.stage).toHaveAccessibleDescription(/10 of 10 scans.*Arrow keys move the map/s);
   await app.row('5.ply').click();
-  await expect(app.why.getByRole('img', { name: /rmse.*by round/ })).toBeVisible();
+  await expect(app.why.getByRole('img', { name: /rmse.*by iteration/ })).toBeVisible();
   await expectNamedControls(page);
   expect(await page.locator('html').getAttribute('lang')).toBe('en');
 });

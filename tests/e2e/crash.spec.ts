@@ -44,6 +44,20 @@ test('a page whose engine cannot be fetched says so', async ({ page }) => {
   await expect(page.getByRole('region', { name: 'Messages' })).toContainText('The engine could not be started');
 });
 
+test('a worker whose script cannot be loaded is told', async ({ page }) => {
+  await page.route('**/planar-worker*.js', (route) => route.fulfill({ status: 404 }));
+  await page.goto('./');
+  await expect(page.getByRole('region', { name: 'Messages' })).toContainText('The engine could not be started');
+});
+
+test('a part of the page that cannot be loaded is told', async ({ page }) => {
+  const app = new ScanstitchPage(page);
+  await app.open();
+  await page.route('**/evaluate-view*.js', (route) => route.fulfill({ status: 404 }));
+  await page.getByRole('button', { name: 'Evaluate' }).click();
+  await expect(app.messages).toContainText('evaluate-view');
+});
+
 /** Makes the worker whose address matches throw outside of any call. */
 async function crash(page: Page, script: RegExp): Promise<void> {
   await expect.poll(() => page.workers().filter((worker) => script.test(worker.url())).length).toBe(1);

@@ -49,7 +49,7 @@ test('slider, charts, table and keys select a frame and show its images', async 
   await expect(spatial.panel.getByRole('heading', { level: 2 })).toHaveText('3.png');
   await expect(spatial.panel.getByRole('img', { name: 'What the camera saw in frame 3.png' })).toBeVisible();
   await expect(spatial.panel.getByRole('img', { name: /Depth image of frame 3\.png, from \d/ })).toBeVisible();
-  await expect(spatial.panel.getByText('Distance to ground truth')).toBeVisible();
+  await expect(spatial.panel.getByText('Error', { exact: true })).toBeVisible();
   const few = await spatial.numPainted();
   await page.keyboard.press('End');
   await expect.poll(() => spatial.numPainted()).toBeGreaterThan(few);

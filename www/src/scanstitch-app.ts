@@ -8,6 +8,7 @@ import { icon, logo } from './components/icons.js';
 import type { MenuItem } from './components/menu.js';
 import type { Layout } from './components/run-parts.js';
 import { type GivenFiles, type GivenRecording, NO_FACTS } from './components/run-view.js';
+import { wordsOf } from './components/session.js';
 import { drop_styles, shared, tokens } from './components/theme.js';
 import { filesOfDrop, filesOfInput, type NamedFile } from './datasets/gather.js';
 import {
@@ -109,7 +110,7 @@ export class ScanstitchApp extends LitElement {
     this,
     (transfer) => {
       const dropped_at = performance.now();
-      void filesOfDrop(transfer).then((files) => this.take(files, dropped_at));
+      this.attend(filesOfDrop(transfer).then((files) => this.take(files, dropped_at)));
     },
     () => this.expectFiles(),
   );
@@ -136,8 +137,8 @@ export class ScanstitchApp extends LitElement {
   }
 
   protected override firstUpdated(): void {
-    if (this.first_view === 'bev') void this.toggleBev();
-    else if (this.src === 'apartment') void this.openSpatial(fetchApartment(), performance.now());
+    if (this.first_view === 'bev') this.attend(this.toggleBev());
+    else if (this.src === 'apartment') this.attend(this.openSpatial(fetchApartment(), performance.now()));
   }
 
   protected override render(): TemplateResult {
@@ -157,7 +158,7 @@ export class ScanstitchApp extends LitElement {
           this.bag && (this.view === 'planar' || this.view === 'spatial')
             ? html`<scanstitch-topics
                 .bag=${this.bag}
-                @topics-chosen=${({ detail }: CustomEvent<Wishes>) => this.choose(detail)}
+                @topics-chosen=${({ detail }: CustomEvent<Wishes>) => this.attend(this.choose(detail))}
               ></scanstitch-topics>`
             : nothing
         }
@@ -266,7 +267,7 @@ export class ScanstitchApp extends LitElement {
           ?hidden=${is_evaluating || is_bev || this.run !== 'spatial' || title === ''}
           aria-pressed=${is_comparing}
           title="Compare strategies: what a map costs in memory and time, and gains in accuracy"
-          @click=${this.toggleStrategies}
+          @click=${() => this.attend(this.toggleStrategies())}
         >
           ${is_comparing ? 'Back to the map' : is_narrow ? 'Strategies' : 'Compare strategies'}
         </button>
@@ -274,7 +275,7 @@ export class ScanstitchApp extends LitElement {
           ?hidden=${is_evaluating || is_comparing}
           aria-pressed=${is_bev}
           title="Bird's-eye view: project points of a top view into a front view"
-          @click=${this.toggleBev}
+          @click=${() => this.attend(this.toggleBev())}
         >
           ${is_bev ? 'Back to the map' : is_narrow ? 'BEV' : "Bird's-eye view"}
         </button>
@@ -282,7 +283,7 @@ export class ScanstitchApp extends LitElement {
           ?hidden=${is_bev || is_comparing}
           aria-pressed=${is_evaluating}
           title="Compare trajectories with ground truth"
-          @click=${this.toggleEvaluation}
+          @click=${() => this.attend(this.toggleEvaluation())}
         >
           ${is_evaluating ? 'Back to the map' : 'Evaluate'}
         </button>
@@ -316,6 +317,11 @@ export class ScanstitchApp extends LitElement {
         </button>
       </nav>
     </header>`;
+  }
+
+  /** Tells where something that was asked for fails: a part of the page that cannot be fetched, a file that is gone. */
+  private attend(work: Promise<void>): void {
+    work.catch((error: unknown) => this.runView()?.report(wordsOf(error), 'Try again, or reload the page'));
   }
 
   private runView(): ScanstitchPlanar | ScanstitchSpatial | null {
@@ -392,7 +398,7 @@ export class ScanstitchApp extends LitElement {
     }
     if (id === 'files') this.file_input.click();
     else if (id === 'folder') this.folder_input.click();
-    else if (id === 'apartment') void this.openSpatial(fetchApartment(), performance.now());
+    else if (id === 'apartment') this.attend(this.openSpatial(fetchApartment(), performance.now()));
     else if (id === 'clear') this.runView()?.clear();
     else {
       this.show('planar');
@@ -472,11 +478,11 @@ export class ScanstitchApp extends LitElement {
     await this.spatial?.add(files, requested_at);
   }
 
-  private async onPicked({ target }: Event): Promise<void> {
+  private onPicked({ target }: Event): void {
     const input = target as HTMLInputElement;
     const files = filesOfInput(input);
     input.value = ''; // so that picking the same files again is a change
-    await this.take(files, performance.now());
+    this.attend(this.take(files, performance.now()));
   }
 
   private isDark(): boolean {

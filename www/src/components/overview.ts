@@ -79,10 +79,10 @@ export class ScanstitchOverview extends LitElement {
         role="img"
         aria-label="From ${formatLength(values[0] ?? 0)} to ${formatLength(values.at(-1) ?? 0)} in ${plural(
           values.length,
-          'round',
+          'iteration',
         )}."
       >
-        ${lineChart({ values, format: formatLength, step: 'round', first: 1, color: 'var(--accent)', scale: 'linear' })}
+        ${lineChart({ values, format: formatLength, step: 'iteration', first: 1, color: 'var(--accent)', scale: 'linear' })}
       </svg>
     </section>`;
   }

@@ -69,7 +69,7 @@ export class ScanstitchWhy extends LitElement {
         ${
           error === null
             ? nothing
-            : html`<dt>From ${baseName(this.reference_name)}</dt>
+            : html`<dt><abbr title="Distance to ${baseName(this.reference_name)}">Error</abbr></dt>
                 <dd>${formatLength(error)}</dd>`
         }
         ${
@@ -120,9 +120,9 @@ export class ScanstitchWhy extends LitElement {
         <svg
           viewBox=${CHART_VIEW_BOX}
           role="img"
-          aria-label="${title}, by round: ${course} in ${plural(values.length, 'round')}."
+          aria-label="${title}, by iteration: ${course} in ${plural(values.length, 'iteration')}."
         >
-          ${lineChart({ ...spec, values, step: 'round', first: 1 })}
+          ${lineChart({ ...spec, values, step: 'iteration', first: 1 })}
         </svg>`;
     };
     return html`
@@ -145,13 +145,13 @@ export class ScanstitchWhy extends LitElement {
         ${
           last
             ? html`<p class="explanation">
-                ICP has settled when a round hardly moves the scan any more: the last one moved it by
+                ICP converges when an iteration hardly moves the scan: the last one moved it by
                 ${formatStep(last.translation_step)} and turned it by ${formatAngle(Math.abs(last.rotation_step), 4)}.
               </p>`
             : nothing
         }
         <details>
-          <summary>All ${plural(history.length, 'round')} in numbers</summary>
+          <summary>All ${plural(history.length, 'iteration')} in numbers</summary>
           <div class="scroll">
             <table class="number">
               <thead>

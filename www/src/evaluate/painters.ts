@@ -1,5 +1,5 @@
 /** How each figure is drawn, from the scene alone: the same on the screen, in PNG and in SVG. */
-import { type Range, rangeOf } from '../views/axes.js';
+import { type Axis, linearAxis, type Range, rangeOf, WHOLE } from '../views/axes.js';
 import { RAMP_STEPS } from '../views/figure-colors.js';
 import type { Painter } from '../components/figure-view.js';
 import { drawHistogram, drawSeries, type Series, type Size } from '../views/figures.js';
@@ -71,8 +71,12 @@ function errorPainter(scene: Scene): Painter {
   series.sort((a, b) => a.width - b.width);
   const names = { x: ABSCISSA_NAMES[scene.abscissa], y: errorName(selected?.summary.unit ?? '') };
   return (pen, size) => {
-    drawSeries(pen, size, series, scene.x_range, names, colors, 'from_zero');
+    drawSeries(pen, size, series, xAxis(scene), names, colors, 'from_zero');
   };
+}
+
+function xAxis({ x_range, abscissa }: Scene): Axis {
+  return linearAxis(x_range, abscissa === 'number' ? WHOLE : undefined);
 }
 
 function histogramPainter({ selected, colors }: Scene): Painter {
@@ -100,7 +104,7 @@ function panelPainter(scene: Scene, kind: 'positions' | 'angles'): Painter {
       ];
       const words = { x: offset === 2 ? ABSCISSA_NAMES[scene.abscissa] : '', y: name };
       const row = { width: size.width, height: size.height / 3 };
-      drawSeries(shiftedPen(pen, offset * row.height), row, series, scene.x_range, words, colors, 'fitted');
+      drawSeries(shiftedPen(pen, offset * row.height), row, series, xAxis(scene), words, colors, 'fitted');
     });
   };
 }

@@ -146,7 +146,7 @@ export class ScanstitchFramePanel extends LitElement {
       ${
         error === null
           ? nothing
-          : html`<dt>Distance to ground truth</dt>
+          : html`<dt><abbr title="Distance and angle to ground truth">Error</abbr></dt>
               <dd>${formatLength(error)}${turned === null ? nothing : html`, ${formatAngle(turned)}`}</dd>`
       }
       ${

@@ -74,7 +74,7 @@ export function spatialColumns(reference_name: string, has_camera: boolean): Col
         cell: ({ error }) => millimetres(error),
       },
       {
-        label: 'rotation error',
+        label: 'rotation',
         unit: '°',
         title: `angle to ${reference_name}`,
         cell: ({ rotation_error }) => (rotation_error === null ? UNKNOWN : formatFixed(rotation_error * DEGREES, 2)),

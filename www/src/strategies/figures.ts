@@ -1,5 +1,5 @@
 /** The plots that make the argument: what each strategy costs and gains from frame to frame. */
-import { type Colors, drawAxes, linearAxis, type Range, rangeOf } from '../views/axes.js';
+import { type Colors, drawAxes, linearAxis, type Range, rangeOf, WHOLE } from '../views/axes.js';
 import type { Painter } from '../components/figure-view.js';
 import { drawSeries, plotArea, type Series } from '../views/figures.js';
 import type { StrategyResult } from './protocol.js';
@@ -52,7 +52,7 @@ export function makePainter(id: FigureId, all: readonly Drawn[], colors: Colors,
       is_dashed: false,
     };
   });
-  const x = { ...rangeOf(series.map(({ x }) => x)), low: 0 };
+  const x = linearAxis({ ...rangeOf(series.map(({ x }) => x)), low: 0 }, WHOLE);
   const unit = { points: 'points', time: 'ms', error: 'm' }[id];
   const names = { x: 'frame', y: unit };
   return (pen, size) => {

@@ -56,6 +56,9 @@ export interface Axis {
   ticks(about: number): { value: number; label: string }[];
 }
 
+/** The format of an axis that counts: there are no ticks between whole numbers. */
+export const WHOLE = 'd';
+
 /** `format`: as d3-format has it; without, as many decimals as the ticks need. */
 export function linearAxis({ low, high }: Range, format?: string): Axis {
   const scale = scaleLinear([low, high], [0, 1]);
@@ -63,7 +66,8 @@ export function linearAxis({ low, high }: Range, format?: string): Axis {
     share: (value) => scale(value),
     ticks(about) {
       const word = scale.tickFormat(about, format ?? plainFormat(low, high));
-      return scale.ticks(about).map((value) => ({ value, label: word(value) }));
+      const values = format === WHOLE ? scale.ticks(about).filter(Number.isInteger) : scale.ticks(about);
+      return values.map((value) => ({ value, label: word(value) }));
     },
   };
 }

@@ -52,7 +52,7 @@ export function drawSeries(
   pen: Pen,
   size: Size,
   series: readonly Series[],
-  x_range: Range,
+  x: Axis,
   names: { x: string; y: string },
   colors: Colors,
   value_scale: ValueScale,
@@ -60,7 +60,6 @@ export function drawSeries(
 ): void {
   const ranges = series.map(({ values, stride, offset }) => rangeOf([values], stride, offset));
   const all = rangeOf(ranges.map(({ low, high }) => [low, high]));
-  const x = linearAxis(x_range);
   const y = valueAxis(all, value_scale, format);
   const area = plotArea(size);
   drawAxes(pen, area, x, y, names, colors);

@@ -55,7 +55,7 @@ export function frameColumns(reference_name: string): Column<FrameRow>[] {
   ];
   if (reference_name !== '') {
     columns.push({
-      label: 'distance',
+      label: 'error',
       unit: 'mm',
       title: `distance to ${reference_name}`,
       cell: ({ error }) => millimetres(error),

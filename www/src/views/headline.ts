@@ -45,7 +45,7 @@ export function headlineFigures(result: Result, total_ms: number, is_growing: bo
     figures.push({
       label: 'Sharpness',
       value: sharpness ? formatLength(sharpness.mean_residual) : '…',
-      meaning: 'mean distance between surfaces seen twice; lower is sharper',
+      meaning: 'between surfaces seen twice; lower is sharper',
       tone: 'plain',
     });
   }
