@@ -20,7 +20,7 @@ export async function reconstructPlanar({ engine, inputs, recording, options, co
   const reconstruction = create(() => new engine.Reconstruction(settings));
   const added = await addScans(engine, reconstruction, scansOf(inputs, recording), complain);
   if (added === 0) throw new CommandError('No scan could be used, so nothing was computed.');
-  await addOdometry(reconstruction, inputs, options.odometry, recording.odometry, complain);
+  const odometry = await addOdometry(reconstruction, inputs, options.odometry, recording.odometry, complain);
   if (options.reference !== undefined) {
     const reference = { name: basename(options.reference), path: options.reference };
     const bytes = readInput(reference, complain);
@@ -44,7 +44,10 @@ export async function reconstructPlanar({ engine, inputs, recording, options, co
     if (status === 'lost') complain(`${name}: This scan could not be placed: ${reason}.`);
     if (status === 'doubtful' && result.frames.length <= MOST_ROWS) note(`${name} is doubtful: ${reason}.`);
   }
-  result.notes.forEach(note);
+  if (odometry !== null && result.odometry_refusal === null && result.settings.odometry !== 'none') {
+    note(`${odometry} gives the first guess of every scan.`);
+  }
+  result.notes.forEach((text) => (text === result.odometry_refusal ? complain(text) : note(text)));
   process.stdout.write(`${frameTable(result, milliseconds)}\n${headline(result, total)}Written to ${options.out}\n`);
 }
 
@@ -81,7 +84,7 @@ async function addScans(engine, reconstruction, files, complain) {
 }
 
 /**
- * Odometry that was named, or that lies beside the scans.
+ * Odometry that was named, or that lies beside the scans; its name, where it is taken.
  * @param {import('../index.js').Reconstruction} reconstruction
  * @param {import('./inputs.js').Inputs} inputs
  * @param {string | undefined} named
@@ -95,9 +98,7 @@ async function addOdometry(reconstruction, { sources }, named, found, complain) 
     named !== undefined
       ? readInput({ name, path: named }, complain)
       : source && (await readSource(source, name, complain));
-  if (bytes && accepted(() => reconstruction.set_odometry(name, bytes), complain)) {
-    note(`${name} gives the first guess of every scan.`);
-  }
+  return bytes && accepted(() => reconstruction.set_odometry(name, bytes), complain) ? name : null;
 }
 
 /** @param {import('../index.js').Reconstruction} reconstruction */

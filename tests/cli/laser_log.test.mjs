@@ -63,6 +63,115 @@ test('odometry that is named gives the first guess; one without headings is told
   assert.match(refused.stderr, /positions\.txt: These positions have no headings/);
 });
 
+/** A robot that turns on the spot in a room, 3 degrees a scan: x y theta are given as they are. @param {number} numScans */
+function turningLog(numScans) {
+  const line = (/** @type {unknown} */ _, /** @type {number} */ scan) => {
+    const heading = (3 * scan * Math.PI) / 180;
+    const ranges = Array.from({ length: 180 }, (_, beam) => {
+      const angle = heading + ((beam - 90) * Math.PI) / 180;
+      const [c, s] = [Math.cos(angle), Math.sin(angle)];
+      return Math.min(c > 0 ? 5 / c : -3 / c, s > 0 ? 4 / s : -2.5 / s).toFixed(3);
+    });
+    const time = (1000 + 0.25 * scan).toFixed(6);
+    return `FLASER 180 ${ranges.join(' ')} 0 0 ${heading} 0 0 ${heading} ${time} robot ${(0.25 * scan).toFixed(6)}`;
+  };
+  return `${Array.from({ length: numScans }, line).join('\n')}\n`;
+}
+
+test('a trajectory carries the times of the log, and report.json as well; without such, the number of the scan', (t) => {
+  const folder = temporaryFolder(t);
+  const repeated = turningLog(12).replaceAll(/100\d\.\d+ robot/g, '1.01893e+09 robot');
+  writeFiles(folder, { 'drive.log': turningLog(12), 'repeated.log': repeated });
+  const stampsOf = (/** @type {string} */ name) => {
+    const out = join(folder, `${name}-out`);
+    const run = scanstitch(['reconstruct', join(folder, name), '--out', out]);
+    assert.equal(run.status, 0, run.stderr);
+    const lines = readFileSync(join(out, 'trajectory.tum'), 'utf8').trim().split('\n').slice(1);
+    const { frames } = readReport(out);
+    return { ...run, stamps: lines.map((line) => Number(line.split(' ')[0])), times: frames.map((/** @type {any} */ { time }) => time) }; // prettier-ignore
+  };
+  const times = Array.from({ length: 12 }, (_, scan) => 1000 + 0.25 * scan);
+  const timed = stampsOf('drive.log');
+  assert.deepEqual([timed.stamps, timed.times], [times, times]);
+  const counted = stampsOf('repeated.log');
+  assert.deepEqual(counted.stamps, [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11]);
+  assert.match(counted.stderr, /^note: The log's times do not tell its scans apart: 11 of 12 scans are not later/m);
+
+  // Against relations by time, a reference by time, one that counts, and one by index.
+  const turn = (6 * Math.PI) / 180;
+  const quaternion = (/** @type {number} */ scan) =>
+    `${Math.sin((scan * Math.PI) / 120)} ${Math.cos((scan * Math.PI) / 120)}`;
+  writeFiles(folder, {
+    'known.relations': Array.from({ length: 10 }, (_, i) => `${times[i]} ${times[i + 2]} 0 0 0 0 0 ${turn}\n`).join(''),
+    'timed.tum': times.map((time, scan) => `${time} 0 0 0 0 0 ${quaternion(scan)}\n`).join(''),
+    'counted.tum': times.map((_, scan) => `${scan} 0 0 0 0 0 ${quaternion(scan)}\n`).join(''),
+    'index.txt': times.map((_, scan) => `${scan} 0 0 ${(3 * scan * Math.PI) / 180}\n`).join(''),
+  });
+  const at = (/** @type {string} */ name) => join(folder, name);
+  const trajectory = at('drive.log-out/trajectory.tum');
+  const known = scanstitch(['evaluate', trajectory, '--relations', at('known.relations'), '--json']);
+  assert.equal(known.status, 0, known.stderr);
+  const [{ relations }] = JSON.parse(known.stdout).estimates;
+  assert.deepEqual([relations.num_compared, relations.num_left_out, relations.num_wrong], [10, 0, 0]);
+  assert.ok(relations.rotation_deg.max < 0.5, known.stdout);
+  for (const reference of ['timed.tum', 'counted.tum', 'index.txt']) {
+    const { status, stdout, stderr } = scanstitch(['evaluate', at(reference), trajectory, '--json']);
+    assert.equal(status, 0, stderr);
+    assert.equal(JSON.parse(stdout).estimates[0].num_matched, 12, reference);
+  }
+});
+
+test('odometry in other units, by another clock or of another log is told with the remedy, and the scans are placed', (t) => {
+  const folder = temporaryFolder(t);
+  const count = 40;
+  const turning = (/** @type {number} */ scale) =>
+    Array.from({ length: count }, (_, i) => `${i} 0 0 ${((3 * i * Math.PI) / 180) * scale}\n`).join('');
+  writeFiles(folder, {
+    'drive.log': turningLog(count),
+    'good.txt': turning(1),
+    'degrees.txt': turning(180 / Math.PI),
+    'gaps.txt': turning(1).split('\n').filter((_, row) => row < 10 || row > 14).join('\n'), // prettier-ignore
+    'others.txt': Array.from({ length: 400 }, (_, i) => `${i} ${0.5 * i} 0 0\n`).join(''),
+  });
+  const at = (/** @type {string} */ name) => join(folder, name);
+  const run = (/** @type {string} */ name) =>
+    scanstitch(['reconstruct', at('drive.log'), '--odometry', at(name), '--out', at('out')]);
+  const good = run('good.txt');
+  assert.deepEqual([good.status, /^note: good\.txt gives the first guess/m.test(good.stderr)], [0, true], good.stderr);
+  for (const [name, told] of /** @type {const} */ ([
+    ['degrees.txt', /^degrees\.txt: Its headings are degrees: .* Give them in radians\. It was not used\.$/m],
+    ['others.txt', /^others\.txt: .*Give the odometry of this log.* It was not used\.$/m],
+  ])) {
+    const { status, stderr } = run(name);
+    assert.equal(status, 2, stderr);
+    assert.match(stderr, told);
+    assert.doesNotMatch(stderr, /gives the first guess/);
+    const { frames, comparison, odometry_refusal } = readReport(at('out'));
+    assert.equal(frames.length, count);
+    assert.match(odometry_refusal, told);
+    assert.ok(comparison.max < 0.05, `${comparison.max} m`);
+  }
+  const gaps = run('gaps.txt');
+  assert.equal(gaps.status, 0, gaps.stderr);
+  assert.match(gaps.stderr, /^note: gaps\.txt has gaps: 5 of 40 scans have no pose in it, scan 10 first/m);
+});
+
+test('a log that was cut in mid-scan, and scans of two lasers in one', (t) => {
+  const folder = temporaryFolder(t);
+  const log = turningLog(30);
+  const rear = log.replaceAll(/^(FLASER .*)$/gm, '$1\n$1').replaceAll(/^(FLASER .*)\nFLASER/gm, '$1\nRLASER');
+  writeFiles(folder, { 'cut.log': log.slice(0, -500), 'two.log': rear });
+  for (const [name, scans, told] of /** @type {const} */ ([
+    ['cut.log', 29, /^cut\.log: Line 30, the last one, is cut off and was left out\./m],
+    ['two.log', 30, /^two\.log: 30 scans of another laser \(RLASER, ROBOTLASER2\) were left out/m],
+  ])) {
+    const { status, stderr } = scanstitch(['reconstruct', join(folder, name), '--out', join(folder, 'out')]);
+    assert.equal(status, 2, stderr);
+    assert.match(stderr, told);
+    assert.equal(readReport(join(folder, 'out')).frames.length, scans);
+  }
+});
+
 test('a bad line is told with its number', (t) => {
   const folder = temporaryFolder(t);
   writeFiles(folder, { 'bad.log': 'FLASER 3 1 2 3 0 0 0 0 0 0\nFLASER 3 1 x 3 0 0 0 0 0 0\n# end\n' });

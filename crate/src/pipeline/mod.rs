@@ -5,6 +5,7 @@
 //!
 //! Read [`planar`] first.
 
+pub mod odometry_check;
 pub mod planar;
 pub mod prepared_frame;
 pub mod recorded_scan;

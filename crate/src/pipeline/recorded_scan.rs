@@ -1,9 +1,11 @@
 //! A scan as it was recorded, and what the recording tells of the way to it.
 
+use std::collections::HashMap;
+
 use glam::Vec3;
 use nalgebra::Rotation3;
 
-use crate::geometry::{PointCloud, Pose2, RigidMotion};
+use crate::geometry::{PointCloud, Pose2, Pose3, RigidMotion};
 use crate::io::laser_log::LaserLog;
 use crate::io::trajectory::Trajectory;
 use crate::pipeline::settings::OdometrySource;
@@ -58,12 +60,17 @@ impl RecordedScan {
     }
 }
 
-/// The motion of the laser from the scan before to each scan, where odometry gives one.
-pub fn first_guesses(source: OdometrySource, scans: &[RecordedScan], given: Option<&Trajectory>) -> Vec<Option<Pose2>> {
+/// The motion of the laser from the scan before to each scan, where odometry gives one. `given` has the pose of the robot
+/// at each scan, from a file of its own.
+pub fn first_guesses(
+    source: OdometrySource,
+    scans: &[RecordedScan],
+    given: Option<&[Option<Pose2>]>,
+) -> Vec<Option<Pose2>> {
     let poses: Vec<Option<Pose2>> = match (source, given) {
         (OdometrySource::None, _) | (OdometrySource::File, None) => vec![None; scans.len()],
         (OdometrySource::Log, None) => scans.iter().map(|scan| scan.odometry).collect(),
-        (_, Some(given)) => poses_of(scans, given),
+        (_, Some(given)) => given.to_vec(),
     };
     let motion = |frame: usize| {
         let before = frame.checked_sub(1)?;
@@ -76,37 +83,68 @@ pub fn first_guesses(source: OdometrySource, scans: &[RecordedScan], given: Opti
 /// Further than this (s) from a scan, odometry says nothing of it.
 const MAX_GAP: f64 = 1.0;
 
+/// How poses of odometry were found for scans.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Matching {
+    /// By time.
+    Time,
+    /// As many poses as scans, in their order.
+    Order,
+    /// By the number of the scan.
+    Number,
+}
+
 /// The pose that a trajectory has for each scan: by time where both have times and those meet; as many poses as scans in
 /// their order; otherwise by the number of the scan.
-fn poses_of(scans: &[RecordedScan], given: &Trajectory) -> Vec<Option<Pose2>> {
-    let Some(poses) = given.poses() else { return vec![None; scans.len()] };
-    let planar = |pose: &crate::geometry::Pose3| {
-        let (_, _, heading) = Rotation3::from(pose.rotation).euler_angles();
-        Pose2::new(pose.translation.vector.xy(), heading)
-    };
-    let poses: Vec<Pose2> = poses.iter().map(planar).collect();
-    if let Some(stamps) = &given.stamps {
-        let by_time = by_time(scans, stamps, &poses);
+pub fn match_odometry(scans: &[RecordedScan], given: &Trajectory) -> (Vec<Option<Pose2>>, Matching) {
+    let poses = planar_poses(given);
+    if let Some(timed) = TimedPoses::new(given, &poses) {
+        let by_time: Vec<Option<Pose2>> = scans.iter().map(|scan| timed.at(scan.time?)).collect();
         if 2 * by_time.iter().flatten().count() > scans.len() {
-            return by_time;
+            return (by_time, Matching::Time);
         }
     }
     if poses.len() == scans.len() {
-        return poses.into_iter().map(Some).collect();
+        return (poses.into_iter().map(Some).collect(), Matching::Order);
     }
-    let of_number = |number: usize| match &given.stamps {
-        Some(stamps) => poses.get(stamps.iter().position(|&stamp| (stamp - number as f64).abs() < 1e-6)?).copied(),
-        None => poses.get(number).copied(),
+    let numbers = given.numbers.as_ref().or(given.stamps.as_ref());
+    let pose_of: HashMap<i64, Pose2> = match numbers {
+        Some(numbers) => numbers.iter().map(|number| (1e6 * number).round() as i64).zip(poses).collect(),
+        None => (0..).map(|row| 1_000_000 * row).zip(poses).collect(),
     };
-    scans.iter().map(|scan| of_number(scan.index)).collect()
+    let of_number = |scan: &RecordedScan| pose_of.get(&(1_000_000 * scan.index as i64)).copied();
+    (scans.iter().map(of_number).collect(), Matching::Number)
 }
 
-/// Between the two poses before and after a scan, in proportion.
-fn by_time(scans: &[RecordedScan], stamps: &[f64], poses: &[Pose2]) -> Vec<Option<Pose2>> {
-    let mut order: Vec<usize> = (0..stamps.len()).collect();
-    order.sort_by(|&a, &b| stamps[a].total_cmp(&stamps[b]));
-    let at = |scan: &RecordedScan| {
-        let time = scan.time?;
+/// The poses of odometry in the plane; none without headings.
+pub fn planar_poses(given: &Trajectory) -> Vec<Pose2> {
+    let planar = |pose: &Pose3| {
+        let (_, _, heading) = Rotation3::from(pose.rotation).euler_angles();
+        Pose2::new(pose.translation.vector.xy(), heading)
+    };
+    given.poses().iter().flatten().map(planar).collect()
+}
+
+/// Poses by their times.
+pub struct TimedPoses<'a> {
+    stamps: &'a [f64],
+    poses: &'a [Pose2],
+    /// Indices of the poses in the order of their times.
+    order: Vec<usize>,
+}
+
+impl<'a> TimedPoses<'a> {
+    /// Of odometry that has times and these poses.
+    pub fn new(given: &'a Trajectory, poses: &'a [Pose2]) -> Option<Self> {
+        let stamps = given.stamps.as_deref().filter(|stamps| stamps.len() == poses.len())?;
+        let mut order: Vec<usize> = (0..stamps.len()).collect();
+        order.sort_by(|&a, &b| stamps[a].total_cmp(&stamps[b]));
+        Some(Self { stamps, poses, order })
+    }
+
+    /// Between the two poses before and after a time (s), in proportion.
+    pub fn at(&self, time: f64) -> Option<Pose2> {
+        let Self { stamps, poses, order } = self;
         let after = order.partition_point(|&index| stamps[index] < time);
         let later = order.get(after).copied();
         if let Some(later) = later.filter(|&later| stamps[later] == time) {
@@ -119,6 +157,5 @@ fn by_time(scans: &[RecordedScan], stamps: &[f64], poses: &[Pose2]) -> Vec<Optio
         }
         let motion = (poses[earlier].inverse() * poses[later]).log();
         Some(poses[earlier] * Pose2::exp(&(motion * ((time - stamps[earlier]) / gap))))
-    };
-    scans.iter().map(at).collect()
+    }
 }

@@ -129,6 +129,8 @@ pub struct ReconstructionResult {
     pub sharpness: Option<Sharpness>,
     /// Distance to the reference, where one was given.
     pub comparison: Option<PositionError>,
+    /// Why the odometry that was given is not used, in whole sentences, or null; among the notes as well.
+    pub odometry_refusal: Option<String>,
     /// What else is worth knowing, in whole sentences.
     pub notes: Vec<String>,
 }

@@ -37,6 +37,8 @@ pub(super) struct Table {
     more: bool,
     /// The time's column, and what it is divided by to give seconds.
     stamp: Option<(usize, f64)>,
+    /// The column that counts the poses.
+    number: Option<usize>,
     x: usize,
     y: usize,
     z: Option<usize>,
@@ -52,7 +54,18 @@ impl Table {
     pub fn positions(num_columns: usize) -> Self {
         let words = if num_columns == 2 { "x y" } else { "x y z" };
         let z = (num_columns > 2).then_some(2);
-        Self { num_columns, more: false, stamp: None, x: 0, y: 1, z, quaternion: None, heading: None, words }
+        Self {
+            num_columns,
+            more: false,
+            stamp: None,
+            number: None,
+            x: 0,
+            y: 1,
+            z,
+            quaternion: None,
+            heading: None,
+            words,
+        }
     }
 
     /// `t x y z` and the quaternion at these columns.
@@ -62,6 +75,7 @@ impl Table {
             num_columns: 8,
             more,
             stamp: Some((0, divisor)),
+            number: None,
             x: 1,
             y: 2,
             z: Some(3),
@@ -94,6 +108,7 @@ impl Table {
             num_columns: names.len(),
             more: false,
             stamp: nanoseconds.or(seconds),
+            number: find(&["id", "index", "number", "frame"]),
             x,
             y,
             z: axis("z"),
@@ -127,13 +142,35 @@ impl Table {
 pub(super) fn pose_table() -> Table {
     let quaternion = Some([3, 4, 5, 6]);
     let words = "x y z qw qx qy qz";
-    Table { num_columns: 7, more: false, stamp: None, x: 0, y: 1, z: Some(2), quaternion, heading: None, words }
+    Table {
+        num_columns: 7,
+        more: false,
+        stamp: None,
+        number: None,
+        x: 0,
+        y: 1,
+        z: Some(2),
+        quaternion,
+        heading: None,
+        words,
+    }
 }
 
 /// `number x y theta`.
 pub(super) fn planar() -> Table {
     let words = "number x y theta";
-    Table { num_columns: 4, more: false, stamp: None, x: 1, y: 2, z: None, quaternion: None, heading: Some(3), words }
+    Table {
+        num_columns: 4,
+        more: false,
+        stamp: None,
+        number: Some(0),
+        x: 1,
+        y: 2,
+        z: None,
+        quaternion: None,
+        heading: Some(3),
+        words,
+    }
 }
 
 /// Poses with named columns, with their times (s) where there are any.
@@ -171,11 +208,15 @@ impl Builder {
         if let Some((column, divisor)) = table.stamp {
             self.trajectory.stamps.get_or_insert_default().push(value(column) / divisor);
         }
+        if let Some(column) = table.number {
+            self.trajectory.numbers.get_or_insert_default().push(value(column));
+        }
         if let Some([w, x, y, z]) = table.quaternion {
             let quaternion = Quaternion::new(value(w), value(x), value(y), value(z));
             let columns = [w, x, y, z].iter().fold((usize::MAX, 0), |(low, high), &c| (low.min(c), high.max(c)));
             self.push_quaternion(quaternion, columns, table.words, fault)?;
         } else if let Some(column) = table.heading {
+            self.trajectory.headings.get_or_insert_default().push(value(column));
             let rotation = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), value(column));
             self.trajectory.orientations.get_or_insert_default().push(rotation);
         }

@@ -50,16 +50,19 @@ pub struct Trajectory {
     /// The orientations as the file wrote them, where it holds matrices. Rounded to seven digits they are not quite
     /// rotations; errors that are to agree with other programs' to the last digit are computed from them as they are.
     pub rotation_matrices: Option<Vec<Matrix3<f64>>>,
+    /// Numbers of the poses as the file wrote them, where it has such in place of times.
+    pub numbers: Option<Vec<f64>>,
+    /// Headings as the file wrote them, where it has such: radians, if whoever wrote them kept to that.
+    pub headings: Option<Vec<f64>>,
 }
 
 impl Trajectory {
     /// The trajectory of these poses, `T_world_sensor`, without times.
     pub fn from_poses(poses: &[Pose3]) -> Self {
         Self {
-            stamps: None,
             positions: poses.iter().map(|pose| pose.translation.vector).collect(),
             orientations: Some(poses.iter().map(|pose| pose.rotation).collect()),
-            rotation_matrices: None,
+            ..Self::default()
         }
     }
 

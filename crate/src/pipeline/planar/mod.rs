@@ -19,9 +19,10 @@ use crate::map::local::{LocalMap, StitchedMap};
 use crate::map::occupancy_grid::OccupancyGrid;
 use crate::odometry::assessment::Status;
 use crate::odometry::planar::{FrameEstimate, Odometry};
+use crate::pipeline::odometry_check::{CheckedOdometry, check_odometry};
 use crate::pipeline::recorded_scan::{RecordedScan, first_guesses};
 use crate::pipeline::report::{AddedLog, FrameResult, Progress, ReconstructionResult, Stage};
-use crate::pipeline::settings::{Settings, Strategy};
+use crate::pipeline::settings::{OdometrySource, Settings, Strategy};
 use crate::preprocess::clean::{CleaningReport, RangeLimits, clean, range_limit};
 use crate::preprocess::planar_scan::PlanarScan;
 use crate::registration::factors::{PointToPlane, PointToPoint};
@@ -55,6 +56,8 @@ struct Run {
     T_laser_robot: Vec<Pose2>,
     /// The motion of the laser from the scan before to each, where odometry gives it.
     motions: Vec<Option<Pose2>>,
+    /// What was said of the odometry from a file of its own.
+    checked_odometry: Option<CheckedOdometry>,
     /// The range that many returns share, taken for the sensor's limit (m).
     detected_limit: Option<f64>,
     /// The scans registered so far, cleaned, and what that left out.
@@ -181,7 +184,7 @@ impl Reconstruction {
     /// Does one bounded piece of work: one frame, or a part of the joint solution.
     pub fn step(&mut self) -> Progress {
         let Self { settings, recorded, odometry, run, .. } = self;
-        let run = run.get_or_insert_with(|| Run::new(settings, recorded, odometry.as_ref().map(|(_, given)| given)));
+        let run = run.get_or_insert_with(|| Run::new(settings, recorded, odometry.as_ref()));
         match run.stage {
             Stage::Register => run.register_next(&recorded[run.poses.len()], settings),
             Stage::Loops => run.advance_loops(settings),
@@ -206,6 +209,8 @@ impl Reconstruction {
             notes.push(format!("Returns at {limit:.2} m were taken for the sensor's range limit and dropped."));
         }
         notes.extend(self.stamps().note);
+        let checked = self.run.as_ref().and_then(|run| run.checked_odometry.as_ref());
+        notes.extend(checked.iter().flat_map(|checked| checked.refusal.iter().chain(&checked.notes)).cloned());
         ReconstructionResult {
             version: env!("CARGO_PKG_VERSION"),
             settings: self.settings.clone(),
@@ -213,6 +218,7 @@ impl Reconstruction {
             joint_history: self.joint().map_or_else(Vec::new, |joint| joint.graph.history().to_vec()),
             sharpness: self.run.as_ref().and_then(|run| run.sharpness),
             comparison,
+            odometry_refusal: checked.and_then(|checked| checked.refusal.clone()),
             notes,
         }
     }
@@ -293,13 +299,20 @@ impl Reconstruction {
 }
 
 impl Run {
-    fn new(settings: &Settings, recorded: &[RecordedScan], odometry: Option<&Trajectory>) -> Self {
+    fn new(settings: &Settings, recorded: &[RecordedScan], odometry: Option<&(String, Trajectory)>) -> Self {
+        let detected_limit = range_limit(recorded.iter().map(|scan| scan.cloud.positions.as_slice()));
+        let limit = detected_limit.unwrap_or(f64::INFINITY);
+        let is_asked_for = settings.odometry != OdometrySource::None;
+        let checked =
+            odometry.filter(|_| is_asked_for).map(|(name, given)| check_odometry(name, recorded, given, limit));
+        let given = checked.as_ref().map(|checked| checked.poses.as_slice());
         Self {
             num_scans: recorded.len(),
             times: recorded.iter().map(|scan| scan.time).collect(),
             T_laser_robot: recorded.iter().map(|scan| scan.T_robot_laser.inverse()).collect(),
-            motions: first_guesses(settings.odometry, recorded, odometry),
-            detected_limit: range_limit(recorded.iter().map(|scan| scan.cloud.positions.as_slice())),
+            motions: first_guesses(settings.odometry, recorded, given),
+            checked_odometry: checked,
+            detected_limit,
             scans: Vec::new(),
             cleaning: Vec::new(),
             odometry: Odometry::new(
