@@ -31,6 +31,8 @@ const RANGE_SHARE: f64 = 0.03;
 /// Another reading has to make this much more agree than the odometry as it is, and this much in all.
 const MIN_GAIN: f64 = 0.2;
 const MIN_AGREEMENT: f64 = 0.5;
+/// Readings whose agreement differs by less are as good.
+const MIN_STEP: f64 = 0.02;
 /// Odometry has to make this much more agree than no motion at all: that of another log gains 0.06 at the most on six logs
 /// of buildings, their own 0.4 and more.
 const MIN_MOTION_GAIN: f64 = 0.1;
@@ -207,7 +209,10 @@ impl Evidence {
         if matching == Matching::Time {
             readings.extend(self.other_clock(scans, given));
         }
-        let best = readings.into_iter().max_by(|a, b| a.agreement.total_cmp(&b.agreement));
+        // Of readings that are as good, the plainest, which comes first.
+        let better =
+            |best: Reading, next: Reading| if next.agreement > best.agreement + MIN_STEP { next } else { best };
+        let best = readings.into_iter().reduce(better);
         let still = self.still();
         // Positions a thousand times too small are no motion at all: a reading has to be better than that as well.
         let least = (as_given + MIN_GAIN).max(still + MIN_MOTION_GAIN).max(MIN_AGREEMENT);
