@@ -44,7 +44,8 @@ images and clouds are found beside them.
 Options:
   --out DIR          folder of the results, created if missing (default: ${OPTIONS.out.default})
   --reference FILE   trajectory to compare with, or a folder with a file for each frame; never used for the estimate
-  --odometry FILE    odometry of the robot, an initial guess for planar scans: rows of id x y theta, or TUM
+  --odometry FILE    odometry of the robot, an initial guess for planar scans: rows of id x y theta, or TUM;
+                     what contradicts the scans (other units, clock or log) is told and not used
   --intrinsics FILE  the depth camera: a 3 x 3 matrix, fx fy cx cy, or Open3D's JSON, in pixels
   --recording DIR    which recording to use, where a folder or archive holds several (default: the longest)
   --topic ROLE=NAME  a topic of a bag to use as depth, color, camera, clouds, scans or reference; none: do without
@@ -54,7 +55,7 @@ Options:
   --set NAME=VALUE   one setting, see below; may be repeated. Angles are radians, or degrees as 35deg
 
 Written into DIR:
-  trajectory.tum     a line a frame: index or time, x y z qx qy qz qw, the pose of the sensor in the world
+  trajectory.tum     a line a frame: time, or index without, x y z qx qy qz qw, the pose of the sensor in the world
   map.ply or .pcd    the points of all frames in the world; of depth images with their colours
   map.pgm, map.yaml  of planar scans: what is free and what is occupied, as ROS's map_server reads it
   report.json        settings, version, results of every frame, comparison, in metres and radians
