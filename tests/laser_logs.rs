@@ -156,7 +156,7 @@ fn one_laser_of_several_is_kept_and_the_others_are_told() {
 
     // Two that are alike, but sit elsewhere on the robot: the one that looks ahead is kept.
     let mounted = |scan: usize| {
-        let (ahead, heading) = if scan.is_multiple_of(2) { (-0.2, 3.14) } else { (0.3, 0.0) };
+        let (ahead, heading) = if scan.is_multiple_of(2) { (-0.2, PI) } else { (0.3, 0.0) };
         let x = 0.1 * scan as f64;
         format!(
             "ROBOTLASER1 0 -1.57 3.14 0.0174 50 0.1 0 4 1 2 3 4 0 {} 0 {heading} {x} 0 0 0 0 0 0 0 {scan} h 1\n",
@@ -204,7 +204,7 @@ fn the_times_of_the_radish_logs_are_those_of_the_relations() {
     let stamps = stamps(&times);
     assert_eq!((log.scans.len(), stamps.note), (7374, None));
     let times = stamps.times.unwrap();
-    assert_eq!((times[0], times[1]), (70.2899, 70.410399));
+    assert_eq!((times[0], times[1]), (70.2899, 70.410_399));
     let known = scanstitch::io::relations::read(&fs::read(folder.join("aces.relations")).unwrap()).unwrap();
     assert_eq!(known.len(), 1279);
     let is_scan = |time: f64| times.binary_search_by(|other| other.total_cmp(&time)).is_ok();

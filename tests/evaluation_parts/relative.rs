@@ -212,8 +212,8 @@ fn relations_whose_times_fit_no_pose_are_told_with_what_would_help() {
     let told = relation_errors(&list(0.0), &Path { stamps: None, ..path.clone() }, 0.1).unwrap_err().to_string();
     assert!(told.contains("and the estimate has none"), "{told}");
     // By index, of a longer log.
-    let edges: String = (400..900).map(|i| format!("EDGE2 {i} {} 1 0 0 1 0 1 1 0 0\n", i + 30)).collect();
-    let longer = relation_errors(&relations::read(edges.as_bytes()).unwrap(), &path, 0.1).unwrap();
+    let edges: Vec<String> = (400..900).map(|i| format!("EDGE2 {i} {} 1 0 0 1 0 1 1 0 0", i + 30)).collect();
+    let longer = relation_errors(&relations::read(edges.join("\n").as_bytes()).unwrap(), &path, 0.1).unwrap();
     assert_eq!((longer.num_compared, longer.max_diff), (70, None));
     assert!(longer.notes[0].contains("they count poses up to 929, and the estimate has 500"), "{:?}", longer.notes);
 }

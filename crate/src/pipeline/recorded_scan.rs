@@ -112,7 +112,7 @@ pub fn match_odometry(scans: &[RecordedScan], given: &Trajectory) -> (Vec<Option
         Some(numbers) => numbers.iter().map(|number| (1e6 * number).round() as i64).zip(poses).collect(),
         None => (0..).map(|row| 1_000_000 * row).zip(poses).collect(),
     };
-    let of_number = |scan: &RecordedScan| pose_of.get(&(1_000_000 * scan.index as i64)).copied();
+    let of_number = |scan: &RecordedScan| pose_of.get(&(1_000_000 * i64::try_from(scan.index).ok()?)).copied();
     (scans.iter().map(of_number).collect(), Matching::Number)
 }
 
