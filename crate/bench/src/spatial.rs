@@ -90,8 +90,9 @@ fn decoded(files: &Files) -> Result<Decoded, String> {
     let (_, bytes) = files.first().ok_or("no frame was given")?;
     let image = depth_png::read(bytes).map_err(words)?;
     let usable = usable_pixels(&image);
-    let camera = SpatialSettings::default().camera(image.width, image.height, image.bits).map_err(words)?;
-    let step = DepthScale::guess([&image]).step;
+    let DepthScale { step, sensor, .. } = DepthScale::estimate(&image);
+    let camera = SpatialSettings::default().camera(image.width, image.height, image.bits, sensor).map_err(words)?;
+
     let square_noise = if image.bits > 8 { 2e-3 } else { 0.0 };
     let model = DepthModel { step, offset: 0.5, square_noise, min_range: 0.1, max_range: 10.0 };
     Ok(Decoded { image, usable, camera, model })

@@ -38,6 +38,8 @@ pub struct DepthPreparation {
     pub camera: Pinhole,
     /// Metres a raw step of depth.
     pub depth_step: f64,
+    /// What was assumed of `depth_step`, for the user.
+    pub assumption: Option<String>,
     /// Bits of a raw value.
     pub bits: u8,
     /// The ways of reading the depth that are open at the beginning, the likeliest first.
@@ -65,7 +67,7 @@ impl Preparation {
         }
         let first = read_depth(name, first)?;
         let settings = settings.for_depth();
-        let guessed = DepthScale::guess([&first]).step;
+        let scale = DepthScale::estimate(&first);
         let quantisations = match settings.quantisation {
             Quantisation::ToldFromData if first.bits > 8 => vec![Quantisation::Rounded],
             // With clouds, nothing tells the two apart.
@@ -74,8 +76,9 @@ impl Preparation {
             known => vec![known],
         };
         let depth = DepthPreparation {
-            camera: settings.camera(first.width, first.height, first.bits)?,
-            depth_step: if settings.depth_scale > 0.0 { 1.0 / settings.depth_scale } else { guessed },
+            camera: settings.camera(first.width, first.height, first.bits, scale.sensor)?,
+            depth_step: if settings.depth_scale > 0.0 { 1.0 / settings.depth_scale } else { scale.step },
+            assumption: scale.note().filter(|_| settings.depth_scale == 0.0),
             bits: first.bits,
             quantisations,
             decided: None,

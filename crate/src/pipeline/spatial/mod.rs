@@ -392,6 +392,7 @@ impl SpatialReconstruction {
     /// What is known so far.
     pub fn result(&self) -> SpatialResult {
         let mut notes = self.notes.clone();
+        notes.extend(self.depth().and_then(|depth| depth.assumption.clone()));
         notes.extend(self.frames.note());
         notes.extend(self.loop_report().note());
         let comparison = self.reference.as_ref().and_then(|reference| {

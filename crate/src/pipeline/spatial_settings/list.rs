@@ -144,7 +144,7 @@ pub fn spatial_descriptions() -> Vec<SettingDescription> {
             "Field of view",
             "Camera",
             "rad",
-            "The angle that a row of pixels spans. 0: a Kinect's for 16-bit images of 4 : 3, 90 degrees otherwise.",
+            "The angle that a row of pixels spans. 0: a RealSense's where the depth shows its steps, a Kinect's for other 16-bit images of 4 : 3, 90 degrees otherwise.",
             (0.0, 0.99 * PI, 0.05),
         ),
         number(
@@ -152,7 +152,7 @@ pub fn spatial_descriptions() -> Vec<SettingDescription> {
             "Depth scale",
             "Depth",
             "",
-            "Raw values a metre: 1000 for millimetres, 5000 in TUM's, 25.5 for 8 bits over 10 m. 0: told from the first image.",
+            "Raw values a metre: 1000 for millimetres, 5000 for TUM, 6553.5 for 16 bits over 10 m, 25.5 for 8 bits. 0: estimated from the first image.",
             (0.0, 1e6, 1.0),
         ),
         choice(

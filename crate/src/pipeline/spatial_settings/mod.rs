@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 
 pub use self::choices::{LoopClosing, Method, Quantisation, ReferenceAxes, ReferenceDirection, ReferenceQuaternions};
 pub use self::list::{SpatialPreset, spatial_descriptions, spatial_presets};
-use crate::camera::Pinhole;
+use crate::camera::{DepthSensor, Pinhole};
 use crate::error::{Error, Result};
 use crate::evaluation::convention::{KnownConvention, PoseDirection, QuaternionOrder, SensorAxes};
 use crate::odometry::cloud::{CloudMethod, CloudOptions, GlobalRegistrationUse};
@@ -233,10 +233,13 @@ impl SpatialSettings {
     ///
     /// # Errors
     /// When what is set makes no camera.
-    pub fn camera(&self, width: usize, height: usize, bits: u8) -> Result<Pinhole> {
+    pub fn camera(&self, width: usize, height: usize, bits: u8, sensor: DepthSensor) -> Result<Pinhole> {
         if self.fx > 0.0 {
             let fy = if self.fy > 0.0 { self.fy } else { self.fx };
             return Pinhole::new(width, height, [self.fx, fy, self.cx, self.cy]);
+        }
+        if let (DepthSensor::RealSense { focal_length: f }, true) = (sensor, self.field_of_view == 0.0) {
+            return Pinhole::new(width, height, [f, f, (width as f64 - 1.0) / 2.0, (height as f64 - 1.0) / 2.0]);
         }
         if self.field_of_view == 0.0 && bits > 8 && 3 * width == 4 * height {
             let f = KINECT_FOCAL_LENGTH * width as f64;
@@ -292,7 +295,7 @@ mod tests {
     fn the_camera_is_the_set_one_or_the_likely_one() {
         let default = SpatialSettings::default();
         let of = |settings: &SpatialSettings, width, height, bits| {
-            let camera = settings.camera(width, height, bits).unwrap();
+            let camera = settings.camera(width, height, bits, DepthSensor::Unknown).unwrap();
             [camera.fx, camera.fy, camera.cx, camera.cy].map(|value| (value * 1e6).round() / 1e6)
         };
         assert_eq!(of(&default, 512, 512, 8), [256.0, 256.0, 256.0, 256.0]);

@@ -1,0 +1,340 @@
+//! How many metres a raw step of depth is, and what kind of camera measured it, told from one image.
+//!
+//! Nothing in a PNG file says so, and registration cannot tell either: a world twice as large fits as well. What does tell:
+//!
+//! - A triangulating camera measures disparity in fixed steps, so its depth comes in steps of c z^2 (Khoshelham and
+//!   Elberink, "Accuracy and resolution of Kinect depth data", Sensors 12 (2012), eq. 3 to 5): 1/z is evenly spaced.
+//!   c is known for each kind of camera (1/m), and measured in raw values it gives the scale.
+//! - Where there are no such steps (rendered, time of flight, filtered), the size of rooms: half of all pixels lie about
+//!   two metres away. Renderers leave no holes, real cameras do.
+
+use super::depth_image::DepthImage;
+
+/// Depth along the optical axis in metres = raw value * `step`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DepthScale {
+    /// Metres a raw step.
+    pub step: f64,
+    /// What it was told from.
+    pub basis: ScaleBasis,
+    /// Kind of camera, as far as its disparity steps tell.
+    pub sensor: DepthSensor,
+    /// Raw values a metre that are possible as well, the likeliest first.
+    pub alternatives: Vec<f64>,
+}
+
+/// What a depth scale was told from.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum ScaleBasis {
+    /// The file holds metres.
+    Metres,
+    /// 8 bits over 10 m: v / 255 * 10, as the renderings of rooms used in teaching have it.
+    EightBits,
+    /// Steps of c z^2 with this c (1/m).
+    DisparitySteps(f64),
+    /// The median depth, in metres at this scale.
+    RoomSize(f64),
+}
+
+/// Kind of depth camera.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum DepthSensor {
+    /// Structured light with disparities of 1/8 pixel: Kinect, Xtion, PrimeSense.
+    Kinect,
+    /// Stereo with disparities of 1/32 pixel: RealSense D400. Its step is 1 / (32 f b) with a known baseline b, so it
+    /// tells the focal length, too.
+    RealSense {
+        /// Of the depth image (pixels).
+        focal_length: f64,
+    },
+    /// Rendered, time of flight, filtered, or not known.
+    Unknown,
+}
+
+/// A way to store depth: raw values a metre, how common it is, and who uses it.
+struct Candidate {
+    per_metre: f64,
+    prior: f64,
+    /// Which cameras' raw data it is used with: Kinect, RealSense.
+    sensors: [bool; 2],
+    /// Whether renderers use it.
+    is_rendered: bool,
+}
+
+/// Millimetres: most cameras and data sets. 5,000: TUM RGB-D. 8,000: SUN RGB-D, which rotates the bits by three. 4,000:
+/// Matterport3D. 10,000: RealSense at 0.1 mm. 65,535 over 10 m: renderings of Replica.
+const CANDIDATES: [Candidate; 6] = [
+    Candidate { per_metre: 1000.0, prior: 0.6, sensors: [true, true], is_rendered: true },
+    Candidate { per_metre: 6553.5, prior: 0.15, sensors: [false, false], is_rendered: true },
+    Candidate { per_metre: 5000.0, prior: 0.1, sensors: [true, false], is_rendered: true },
+    Candidate { per_metre: 8000.0, prior: 0.05, sensors: [true, false], is_rendered: false },
+    Candidate { per_metre: 4000.0, prior: 0.05, sensors: [true, false], is_rendered: true },
+    Candidate { per_metre: 10_000.0, prior: 0.05, sensors: [false, true], is_rendered: false },
+];
+
+/// Kinect: 1 / (8 f b) with f = 580 pixels and b = 0.075 m (1/m).
+const KINECT_STEP: f64 = 1.0 / (8.0 * 580.0 * 0.075);
+/// Deviation of a camera's step from its nominal one, as a logarithm: focal lengths, resampling. On seven recordings of
+/// Kinects it is 0.10.
+const STEP_DEVIATION: f64 = 0.2;
+/// RealSense D400: baseline (m) and focal length at 4 : 3 (shares of the width), by the datasheet: D435, D415, D455.
+const REALSENSES: [(f64, f64); 3] = [(0.05, 0.6), (0.055, 0.955), (0.095, 0.61)];
+/// Deviation of a RealSense's focal length from its nominal one, as a logarithm: calibration, and 16 : 9 at the same width.
+const REALSENSE_DEVIATION: f64 = 0.1;
+/// Median depth of an indoor image (m), and its deviation as a logarithm. On eight recordings it is 1.0 to 3.3 m.
+const ROOM_MEDIAN: (f64, f64) = (2.2, 0.6);
+/// More pixels without depth than this and the image was not rendered.
+const MAX_RENDERED_HOLES: f64 = 0.01;
+/// A candidate this much less probable than the best is not named.
+const MIN_ALTERNATIVE: f64 = 0.05;
+/// Fewer levels than this do not show how they are spaced.
+const MIN_LEVELS: usize = 20;
+/// Levels closer than this (raw steps, median) show rounding, not disparity.
+const MIN_LEVEL_GAP: f64 = 4.0;
+/// Disparity steps are equal within this share, in the median.
+const MAX_STEP_SPREAD: f64 = 0.3;
+
+impl DepthScale {
+    /// The likeliest scale and its alternatives.
+    pub fn estimate(image: &DepthImage) -> Self {
+        let known = |step, basis| Self { step, basis, sensor: DepthSensor::Unknown, alternatives: Vec::new() };
+        if image.bits == DepthImage::METRES {
+            return known(1e-3, ScaleBasis::Metres);
+        }
+        if image.bits <= 8 {
+            return known(10.0 / 255.0, ScaleBasis::EightBits);
+        }
+        let levels = Levels::new(image);
+        let step = levels.disparity_step();
+        let likelihood = |candidate: &Candidate| match step {
+            Some(step) => {
+                let c = step * candidate.per_metre;
+                let of_sensor = [kinect_likelihood(c), realsense_likelihood(c, image.width)];
+                of_sensor.iter().zip(candidate.sensors).map(|(p, used)| if used { *p } else { 0.0 }).fold(0.0, f64::max)
+            }
+            None if candidate.stores_smooth_depth(image, levels.holes) => {
+                gaussian((levels.median / candidate.per_metre / ROOM_MEDIAN.0).ln() / ROOM_MEDIAN.1)
+            }
+            None => 0.0,
+        };
+        let mut ranked: Vec<(f64, f64)> =
+            CANDIDATES.iter().map(|candidate| (candidate.prior * likelihood(candidate), candidate.per_metre)).collect();
+        ranked.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let (best, per_metre) = ranked[0];
+        let alternatives =
+            ranked[1..].iter().filter(|(p, _)| best > 0.0 && *p > MIN_ALTERNATIVE * best).map(|(_, s)| *s).collect();
+        let (basis, sensor) = match step.map(|step| step * per_metre) {
+            Some(c) if kinect_likelihood(c) >= realsense_likelihood(c, image.width) => {
+                (ScaleBasis::DisparitySteps(c), DepthSensor::Kinect)
+            }
+            Some(c) => {
+                let (focal_length, _) = realsense(c, image.width);
+                (ScaleBasis::DisparitySteps(c), DepthSensor::RealSense { focal_length })
+            }
+            None => (ScaleBasis::RoomSize(levels.median / per_metre), DepthSensor::Unknown),
+        };
+        Self { step: 1.0 / per_metre, basis, sensor, alternatives }
+    }
+
+    /// Raw values a metre.
+    pub fn per_metre(&self) -> f64 {
+        1.0 / self.step
+    }
+
+    /// What is assumed and why, for the user; none where there is nothing to doubt or nothing unusual.
+    pub fn note(&self) -> Option<String> {
+        let numbers =
+            |values: &[f64]| values.iter().map(|value| format!("{value:.6}")).map(trimmed).collect::<Vec<_>>();
+        let is_usual = self.step == 1e-3 && self.alternatives.is_empty();
+        let why = match self.basis {
+            ScaleBasis::DisparitySteps(_) if !is_usual => "the spacing of its values".to_owned(),
+            ScaleBasis::RoomSize(median) if !is_usual => format!("the size of rooms (median depth {median:.1} m)"),
+            _ => return None,
+        };
+        let others = match numbers(&self.alternatives).as_slice() {
+            [] => String::new(),
+            others => format!("; possible as well: {}", others.join(", ")),
+        };
+        let assumed = numbers(&[self.per_metre()]).join("");
+        Some(format!(
+            "The depth images do not say how many raw values a metre has: {assumed} is assumed from {why}{others}. Set \
+             depth_scale to the right number if the map has the wrong size."
+        ))
+    }
+}
+
+fn trimmed(number: String) -> String {
+    number.trim_end_matches('0').trim_end_matches('.').to_owned()
+}
+
+impl Candidate {
+    /// Whether depth without disparity steps is stored like this: what only renderers use, only without holes; TUM's way
+    /// outside of cameras, by ICL-NUIM, which has TUM's size of images.
+    fn stores_smooth_depth(&self, image: &DepthImage, holes: f64) -> bool {
+        let is_only_rendered = self.is_rendered && self.sensors == [false, false];
+        let is_tum = self.per_metre == 5000.0;
+        (!is_only_rendered || holes < MAX_RENDERED_HOLES) && (!is_tum || (image.width, image.height) == (640, 480))
+    }
+}
+
+fn gaussian(deviations: f64) -> f64 {
+    (-0.5 * deviations * deviations).exp()
+}
+
+fn kinect_likelihood(c: f64) -> f64 {
+    gaussian((c / KINECT_STEP).ln() / STEP_DEVIATION)
+}
+
+fn realsense_likelihood(c: f64, width: usize) -> f64 {
+    gaussian(realsense(c, width).1 / REALSENSE_DEVIATION)
+}
+
+/// Focal length (pixels) of the RealSense that has the step c (1/m), and how far it is from the nominal one (logarithm).
+fn realsense(c: f64, width: usize) -> (f64, f64) {
+    let of_model = REALSENSES.map(|(baseline, nominal)| {
+        let focal_length = 1.0 / (32.0 * baseline * c);
+        (focal_length, (focal_length / (nominal * width as f64)).ln().abs())
+    });
+    of_model.into_iter().fold((0.0, f64::INFINITY), |best, other| if other.1 < best.1 { other } else { best })
+}
+
+/// The raw values that occur from the median to the 95th percentile of an image, ascending.
+struct Levels {
+    values: Vec<f64>,
+    median: f64,
+    /// Share of pixels without depth.
+    holes: f64,
+}
+
+impl Levels {
+    fn new(image: &DepthImage) -> Self {
+        let mut counts = vec![0usize; usize::from(u16::MAX) + 1];
+        for &value in &image.values {
+            counts[usize::from(value)] += 1;
+        }
+        // The largest value of all means no return where a file has no zeros for it.
+        let measured: usize = counts[1..usize::from(u16::MAX)].iter().sum();
+        let percentile = |share: f64| {
+            let mut below = 0;
+            let rank = (share * measured as f64) as usize;
+            (1..usize::from(u16::MAX)).find(|&value| {
+                below += counts[value];
+                below > rank
+            })
+        };
+        let (low, high) = (percentile(0.5).unwrap_or(0), percentile(0.95).unwrap_or(0));
+        let values = (low..=high).filter(|&value| value > 0 && counts[value] > 0).map(|value| value as f64).collect();
+        let holes = 1.0 - measured as f64 / image.values.len().max(1) as f64;
+        Self { values, median: low as f64, holes }
+    }
+
+    /// The even spacing of 1 / value, in 1 / raw; none where the levels are not spaced so.
+    fn disparity_step(&self) -> Option<f64> {
+        let pairs = || self.values.windows(2).map(|pair| (pair[0], pair[1]));
+        if self.values.len() <= MIN_LEVELS || median(pairs().map(|(a, b)| b - a).collect()) < MIN_LEVEL_GAP {
+            return None;
+        }
+        let steps: Vec<f64> = pairs().map(|(a, b)| 1.0 / a - 1.0 / b).collect();
+        let step = median(steps.clone());
+        let spread = median(steps.iter().map(|other| (other - step).abs()).collect());
+        (spread < MAX_STEP_SPREAD * step).then_some(step)
+    }
+}
+
+fn median(mut values: Vec<f64>) -> f64 {
+    let middle = values.len() / 2;
+    *values.select_nth_unstable_by(middle, f64::total_cmp).1
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A ramp from `near` to `far` (m), stored with so many raw values a metre, by a camera with this step c (1/m), if any.
+    fn ramp((near, far): (f64, f64), per_metre: f64, step: Option<f64>, holes: f64) -> DepthImage {
+        let value = |i: usize| {
+            let z = near + (far - near) * i as f64 / 307_199.0;
+            let z = step.map_or(z, |c| 1.0 / (c * (1.0 / z / c).round()));
+            if (i as f64 * 0.618).fract() < holes { 0 } else { (z * per_metre).round() as u16 }
+        };
+        DepthImage { width: 640, height: 480, values: (0..307_200).map(value).collect(), bits: 16 }
+    }
+
+    /// The same kind of camera, with a focal length within 2 %.
+    fn is_alike(one: DepthSensor, other: DepthSensor) -> bool {
+        match (one, other) {
+            (DepthSensor::RealSense { focal_length: a }, DepthSensor::RealSense { focal_length: b }) => {
+                (a / b).ln().abs() < 0.02
+            }
+            _ => one == other,
+        }
+    }
+
+    #[test]
+    fn the_spacing_of_a_triangulating_camera_tells_the_scale_and_the_camera() {
+        for (per_metre, c, sensor) in [
+            (1000.0, KINECT_STEP, DepthSensor::Kinect),
+            (1000.0, 1.2 * KINECT_STEP, DepthSensor::Kinect),
+            (5000.0, KINECT_STEP, DepthSensor::Kinect),
+            (5000.0, 0.88 * KINECT_STEP, DepthSensor::Kinect),
+            (8000.0, KINECT_STEP, DepthSensor::Kinect),
+            (1000.0, 1.0 / (32.0 * 384.0 * 0.05), DepthSensor::RealSense { focal_length: 384.0 }),
+            (1000.0, 1.0 / (32.0 * 611.0 * 0.055), DepthSensor::RealSense { focal_length: 611.0 }),
+            (1000.0, 1.0 / (32.0 * 390.0 * 0.095), DepthSensor::RealSense { focal_length: 390.0 }),
+        ] {
+            for far in [4.0, 6.0] {
+                let scale = DepthScale::estimate(&ramp((1.0, far), per_metre, Some(c), 0.1));
+                assert_eq!(scale.per_metre(), per_metre, "{c} {far}: {scale:?}");
+                assert!(is_alike(scale.sensor, sensor), "{c} {far}: {scale:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn without_steps_the_size_of_rooms_tells() {
+        let rendered = |per_metre| {
+            DepthScale::estimate(&DepthImage { width: 512, height: 600, ..ramp((0.5, 3.5), per_metre, None, 0.0) })
+        };
+        assert_eq!(rendered(1000.0).per_metre(), 1000.0);
+        assert!(rendered(1000.0).alternatives.is_empty() && rendered(1000.0).note().is_none());
+        assert_eq!(rendered(6553.5).per_metre(), 6553.5);
+        assert!(rendered(6553.5).alternatives.contains(&4000.0), "two close scales cannot be told apart by size");
+        assert!(rendered(6553.5).note().unwrap().contains("6553.5 is assumed"));
+        // Holes: not rendered, so not a renderer's scale.
+        assert_ne!(DepthScale::estimate(&ramp((0.5, 3.5), 6553.5, None, 0.2)).per_metre(), 6553.5);
+    }
+
+    #[test]
+    fn what_is_known_is_not_guessed() {
+        let image = |bits, values: &[u16]| DepthImage { width: values.len(), height: 1, values: values.to_vec(), bits };
+        assert_eq!(DepthScale::estimate(&image(8, &[10, 200])).step, 10.0 / 255.0);
+        let metres = DepthScale::estimate(&image(DepthImage::METRES, &[0, 14_000, 15_000]));
+        assert_eq!((metres.step, metres.note()), (1e-3, None));
+        assert_eq!(DepthScale::estimate(&image(16, &[0, 0])).step, 1e-3);
+    }
+
+    #[test]
+    fn recordings_of_four_kinds_of_cameras() {
+        let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data/rgbd");
+        for (name, per_metre, sensor) in [
+            ("kinect_office/frame-000500.depth.png", 1000.0, DepthSensor::Kinect),
+            ("kinect_office/frame-000625.depth.png", 1000.0, DepthSensor::Kinect),
+            ("redwood5/depth/00000.png", 1000.0, DepthSensor::Kinect),
+            ("kinect_pioneer/depth/1.png", 5000.0, DepthSensor::Kinect),
+            ("kinect_pioneer/depth/46.png", 5000.0, DepthSensor::Kinect),
+            ("redwood5/other_formats/TUM_depth.png", 5000.0, DepthSensor::Kinect),
+            ("redwood5/other_formats/SUN_depth.png", 8000.0, DepthSensor::Kinect),
+            ("d435_robot/depth/0.png", 1000.0, DepthSensor::RealSense { focal_length: 384.0 }),
+            ("d435_robot/depth/81.png", 1000.0, DepthSensor::RealSense { focal_length: 384.0 }),
+            ("habitat_16bit/depth/1.png", 6553.5, DepthSensor::Unknown),
+        ] {
+            let Ok(bytes) = std::fs::read(folder.join(name)) else {
+                eprintln!("skipped: ../shared/data/rgbd/{name} is not here");
+                continue;
+            };
+            let scale = DepthScale::estimate(&crate::io::depth_png::read(&bytes).unwrap());
+            assert_eq!(scale.per_metre(), per_metre, "{name}: {scale:?}");
+            assert!(is_alike(scale.sensor, sensor), "{name}: {scale:?}");
+        }
+    }
+}
