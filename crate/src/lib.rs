@@ -1,6 +1,6 @@
 //! Laser scans and depth images to a trajectory and a stitched map.
 //!
-//! Two clouds, each read from a PLY or PCD file, and the motion between them:
+//! Two scans, each read from a PLY or PCD file, and the motion between them:
 //!
 //! ```
 //! use scanstitch::io::point_cloud;
@@ -12,9 +12,13 @@
 //! let target = read("www/samples/corridor/0.ply")?;
 //! let source = read("www/samples/corridor/1.ply")?;
 //!
-//! let registration = align(&source, &target, &RegistrationOptions::default())?;
-//! println!("{}", registration.T_target_source); // a Pose2: translation (m) and angle (rad)
-//! assert!(registration.converged && registration.fitness > 0.9);
+//! // They were taken a metre apart, and nothing tells which way: look for a start within 1.5 m and 0.3 rad.
+//! let options = RegistrationOptions { search_translation: 1.5, search_rotation: 0.3, ..Default::default() };
+//! let registration = align(&source, &target, &options)?;
+//!
+//! let T_target_source = registration.T_target_source; // a Pose2: translation (m) and angle (rad)
+//! assert!((T_target_source.translation.vector - nalgebra::Vector2::new(0.106, 0.956)).norm() < 0.05);
+//! assert!((T_target_source.rotation.angle() + 0.110).abs() < 0.02);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!

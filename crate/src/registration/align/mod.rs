@@ -235,7 +235,7 @@ impl Default for RegistrationOptions {
 impl RegistrationOptions {
     /// The same, starting from this motion of the source: a [`Pose3`], or a [`Pose2`] for scans in the plane.
     #[must_use]
-    pub fn starting_at(self, init_T_target_source: impl Guess) -> Self {
+    pub fn starting_at(self, init_T_target_source: &impl Guess) -> Self {
         Self { init_T_target_source: Some(row_major(&init_T_target_source.in_space())), ..self }
     }
 
