@@ -73,6 +73,23 @@ fn what_is_broken_is_refused() {
     assert!(color_image::read(b"").unwrap_err().to_string().contains("The file is empty"));
 }
 
+/// Cameras write them: with 4:1:1, another decoder lost its place at each.
+#[test]
+fn restart_markers_change_no_colour() {
+    let image = picture(97, 65);
+    for sampling in [SamplingFactor::R_4_4_4, SamplingFactor::R_4_2_0, SamplingFactor::R_4_1_1] {
+        let read = |interval: u16| {
+            let mut bytes = Vec::new();
+            let mut encoder = Encoder::new(&mut bytes, 90);
+            encoder.set_sampling_factor(sampling);
+            encoder.set_restart_interval(interval);
+            encoder.encode(image.pixels.as_flattened(), 97, 65, ColorType::Rgb).unwrap();
+            color_image::read(&bytes).unwrap()
+        };
+        assert_eq!(read(4), read(0), "{sampling:?}");
+    }
+}
+
 #[test]
 fn pixmaps_keep_their_colours() {
     let image = picture(7, 5);

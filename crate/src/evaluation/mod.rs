@@ -15,6 +15,19 @@
 //! - rotations after the alignment of a path that is a straight line: the turn about it is chance (a note tells);
 //! - all pairs turned by a delta of exactly zero: which angles are zero is rounding.
 //!
+//! ```
+//! use scanstitch::evaluation::{EvaluationOptions, evaluate};
+//! use scanstitch::io::trajectory;
+//!
+//! // Time, position, quaternion (x, y, z, w): the estimate is 3 cm off at one of three poses.
+//! let reference = trajectory::read(b"0 0 0 0 0 0 0 1\n1 1 0 0 0 0 0 1\n2 1 1 0 0 0 0 1\n")?;
+//! let estimate = trajectory::read(b"0 0 0 0 0 0 0 1\n1 1 0.03 0 0 0 0 1\n2 1 1 0 0 0 0 1\n")?;
+//! let evaluation = evaluate(&reference, &estimate, &EvaluationOptions::default())?;
+//! assert_eq!(evaluation.errors.len(), 3);
+//! assert!((evaluation.summary.statistics.max - 0.03).abs() < 1e-12);
+//! # Ok::<(), scanstitch::Error>(())
+//! ```
+//!
 //! Without any truth, [`map_quality`](map_quality::map_quality) tells how crisp a map is, and
 //! [`frame_clouds`] how well the frames fit each other at given poses.
 
@@ -35,3 +48,5 @@ pub mod sharpness;
 pub mod spatial_error;
 pub mod statistics;
 pub mod umeyama;
+
+pub use evaluate::{Evaluation, EvaluationOptions, evaluate};

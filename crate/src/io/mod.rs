@@ -2,6 +2,19 @@
 //!
 //! Readers take the bytes of a whole file and give plain data or an [`Error`](crate::Error) that names the line or the
 //! byte. They never allocate more than a small multiple of the bytes they are given, whatever a header claims.
+//!
+//! ```
+//! use scanstitch::io::point_cloud;
+//!
+//! // PLY or PCD, ASCII or binary: the bytes tell.
+//! let cloud = point_cloud::read(&std::fs::read("www/samples/corridor/0.ply")?)?;
+//! assert!(cloud.is_planar() && cloud.len() > 100);
+//!
+//! let cut = b"ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\nproperty float y\nproperty float z\nend_header\n0 0 0\n";
+//! let error = point_cloud::read(cut).unwrap_err();
+//! assert!(error.place != scanstitch::Place::Whole && error.problem.contains('2'));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 pub mod color_image;
 pub mod depth_png;

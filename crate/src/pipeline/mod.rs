@@ -4,6 +4,46 @@
 //! voxel odometry on one recording.
 //!
 //! Read [`planar`] first.
+//!
+//! Laser scans of the samples:
+//!
+//! ```
+//! use scanstitch::io::ply;
+//! use scanstitch::pipeline::{Reconstruction, Settings, Stage};
+//!
+//! let mut reconstruction = Reconstruction::new(Settings::default())?;
+//! for index in 0..5 {
+//!     let name = format!("www/samples/corridor/{index}.ply");
+//!     reconstruction.add_scan(&name, ply::read(&std::fs::read(&name)?)?)?;
+//! }
+//! while reconstruction.step().stage != Stage::Done {}
+//! assert!(reconstruction.result().frames.iter().all(|frame| frame.reason.is_empty()));
+//! let (poses, map) = (reconstruction.poses(), reconstruction.map());
+//! assert!(poses.len() == 5 && map.points.len() > 500);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! Depth images, of which preparing a frame may run anywhere, and registering takes them in order:
+//!
+//! ```
+//! use scanstitch::pipeline::{FrameLabel, PreparedFrame, SpatialReconstruction, SpatialSettings, Stage};
+//!
+//! let mut reconstruction = SpatialReconstruction::new(SpatialSettings::default())?;
+//! for index in 0..3 {
+//!     let name = format!("www/samples/apartment/depth/{}.png", index + 1);
+//!     let bytes = std::fs::read(&name)?;
+//!     let preparation = reconstruction.begin(&name, &bytes)?;
+//!     let label = FrameLabel { name, index, time: None };
+//!     let frame = PreparedFrame::from_depth(preparation, label, &bytes, None)?;
+//!     reconstruction.add(frame)?;
+//!     while reconstruction.step().stage != Stage::Done {}
+//! }
+//! reconstruction.finish();
+//! while reconstruction.step().stage != Stage::Done {}
+//! assert_eq!(reconstruction.poses().len(), 3);
+//! assert!(reconstruction.map().len() > 1000);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 pub mod odometry_check;
 pub mod planar;
@@ -15,3 +55,10 @@ pub mod spatial;
 pub mod spatial_report;
 pub mod spatial_settings;
 pub mod strategies;
+
+pub use planar::Reconstruction;
+pub use prepared_frame::{FrameLabel, PreparedFrame};
+pub use report::Stage;
+pub use settings::Settings;
+pub use spatial::SpatialReconstruction;
+pub use spatial_settings::SpatialSettings;

@@ -56,7 +56,7 @@ pub struct Weighting {
 }
 
 /// All options of the loop.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct IcpOptions {
     /// When a pair is a correspondence.
     pub rejection: Rejection,
@@ -64,6 +64,27 @@ pub struct IcpOptions {
     pub weighting: Weighting,
     /// When the loop ends.
     pub criteria: Criteria,
+}
+
+impl Default for Rejection {
+    /// 0.5 m, 45 degrees, nothing is dropped.
+    fn default() -> Self {
+        Self { max_correspondence_distance: 0.5, max_normal_angle: 45f64.to_radians(), trim_fraction: 0.0 }
+    }
+}
+
+impl Default for Criteria {
+    /// 50 iterations, 0.1 mrad, 0.1 mm.
+    fn default() -> Self {
+        Self { max_iterations: 50, rotation_eps: 1e-4, translation_eps: 1e-4 }
+    }
+}
+
+impl Default for Weighting {
+    /// Cauchy's kernel, 5 cm wide.
+    fn default() -> Self {
+        Self { robust_kernel: RobustKernel::Cauchy, robust_kernel_width: 0.05 }
+    }
 }
 
 /// One iteration, for the record.

@@ -23,3 +23,6 @@ pub mod solver;
 pub mod spatial;
 pub mod target;
 pub mod voxelized;
+
+pub use align::{Alignable, CloudMetric, RegistrationInit, RegistrationOptions, align};
+pub use icp::{IcpOptions, Registration};

@@ -73,6 +73,13 @@ const COURSE_SEED: u64 = 1;
 /// Neighbours of a feature.
 const FEATURE_NEIGHBORS: usize = 100;
 
+impl Default for CloudOptions {
+    /// For rooms: voxels of 5 cm.
+    fn default() -> Self {
+        Self::new(0.05)
+    }
+}
+
 impl CloudOptions {
     /// What works for most clouds, with voxels of this side (m): 0.05 for rooms, 0.25 for streets.
     pub fn new(voxel_size: f64) -> Self {

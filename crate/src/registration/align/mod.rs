@@ -1,0 +1,304 @@
+//! Registration of two clouds alone, in the plane or in space: for those who need nothing else.
+//!
+//! [`align`] takes two [`PlanarScan`]s or two [`PointCloud`]s and gives a [`Registration`] with its evidence.
+//! [`register_clouds`] does the same for clouds of either kind as files hold them, in plain data.
+
+mod plain;
+mod plane;
+mod space;
+mod without_guess;
+
+use nalgebra::{Matrix3, Matrix4};
+use serde::{Deserialize, Serialize};
+
+pub use self::plain::{RegistrationResult, register_clouds};
+use crate::error::{Error, Result};
+use crate::geometry::{PointCloud, Pose2, Pose3, RigidMotion};
+use crate::io::trajectory::in_space;
+use crate::preprocess::planar_scan::PlanarScan;
+use crate::registration::icp::{Criteria, IcpOptions, Registration, Rejection, Weighting};
+use crate::registration::robust_kernel::RobustKernel;
+use crate::registration::solver::Motion;
+
+/// Registers `source` to `target`: two [`PlanarScan`]s in the plane, two [`PointCloud`]s in space.
+///
+/// Not converging is no error: read [`Registration::converged`] and its history.
+///
+/// In the plane, a room of four by three metres seen from two places:
+///
+/// ```
+/// use nalgebra::{Vector2, Vector3};
+/// use scanstitch::geometry::{Pose2, RigidMotion};
+/// use scanstitch::preprocess::planar_scan::PlanarScan;
+/// use scanstitch::registration::{RegistrationOptions, align};
+///
+/// // A laser's returns, one a degree: rays from `sensor` to the walls.
+/// let scan = |sensor: &Pose2| {
+///     let ray = |degree: i32| {
+///         let angle = f64::from(degree).to_radians();
+///         let (origin, way) = (sensor.translation.vector, sensor.rotate(&Vector2::new(angle.cos(), angle.sin())));
+///         let to = |half: f64, at: f64, along: f64| (half.copysign(along) - at) / along;
+///         let range = to(2.0, origin.x, way.x).min(to(1.5, origin.y, way.y));
+///         Vector2::new(angle.cos(), angle.sin()) * range
+///     };
+///     PlanarScan::new((0..360).map(ray).collect())
+/// };
+/// let expected = Pose2::exp(&Vector3::new(0.05, 0.2, -0.1)); // turn (rad), x and y (m)
+/// let (target, source) = (scan(&Pose2::identity()), scan(&expected));
+///
+/// let registration = align(&source, &target, &RegistrationOptions::default())?;
+/// assert!(registration.converged);
+/// let error = expected.inverse() * registration.T_target_source;
+/// assert!(error.translation_norm() < 1e-3 && error.rotation_angle() < 1e-3);
+/// # Ok::<(), scanstitch::Error>(())
+/// ```
+///
+/// In space, where the corner of a room is found again:
+///
+/// ```
+/// use glam::Vec3;
+/// use nalgebra::{Vector3, Vector6};
+/// use scanstitch::geometry::{PointCloud, Pose3, RigidMotion};
+/// use scanstitch::registration::{CloudMetric, RegistrationOptions, align};
+///
+/// // A floor and two walls, a point every ten centimetres.
+/// let cells = (0..20).flat_map(|i| (0..20).map(move |j| (0.1 * f64::from(i), 0.1 * f64::from(j))));
+/// let corner: Vec<_> = cells
+///     .flat_map(|(a, b)| [Vector3::new(a, b, 0.0), Vector3::new(a, 0.0, b), Vector3::new(0.0, a, b)])
+///     .collect();
+/// let cloud = |points: &mut dyn Iterator<Item = Vector3<f64>>| {
+///     PointCloud::from_positions(points.map(|p| Vec3::new(p.x as f32, p.y as f32, p.z as f32)).collect())
+/// };
+/// let expected = Pose3::exp(&Vector6::new(0.02, -0.03, 0.05, 0.1, 0.05, -0.1));
+/// let target = cloud(&mut corner.iter().copied());
+/// let source = cloud(&mut corner.iter().map(|p| expected.inverse().act(p)));
+///
+/// let options = RegistrationOptions { metric: Some(CloudMetric::PointToPlane), ..RegistrationOptions::default() };
+/// let registration = align(&source, &target, &options)?;
+/// let error = expected.inverse() * registration.T_target_source;
+/// assert!(registration.converged && error.translation_norm() < 1e-3);
+/// # Ok::<(), scanstitch::Error>(())
+/// ```
+///
+/// # Errors
+/// When a cloud has no finite point, when the metric does not fit the clouds, or when the guess is no rigid motion of them.
+pub fn align<C: Alignable>(source: &C, target: &C, options: &RegistrationOptions) -> Result<Registration<C::Motion>> {
+    source.align_to(target, options)
+}
+
+/// What [`align`] registers.
+pub trait Alignable {
+    /// How it moves.
+    type Motion: RigidMotion;
+
+    /// Registers this cloud to another one: [`align`].
+    ///
+    /// # Errors
+    /// As [`align`].
+    fn align_to(&self, target: &Self, options: &RegistrationOptions) -> Result<Registration<Self::Motion>>;
+}
+
+impl Alignable for PlanarScan {
+    type Motion = Pose2;
+
+    fn align_to(&self, target: &Self, options: &RegistrationOptions) -> Result<Registration<Pose2>> {
+        for (scan, role) in [(self, "source"), (target, "target")] {
+            check_points(role, scan.points.iter().any(|p| p.iter().all(|x| x.is_finite())))?;
+        }
+        plane::register(self, target, plane::in_plane(&options.guess()?), options)
+    }
+}
+
+impl Alignable for PointCloud {
+    type Motion = Pose3;
+
+    fn align_to(&self, target: &Self, options: &RegistrationOptions) -> Result<Registration<Pose3>> {
+        for (cloud, role) in [(self, "source"), (target, "target")] {
+            check_points(role, cloud.positions.iter().any(|p| p.is_finite()))?;
+        }
+        if self.is_planar() || target.is_planar() {
+            let problem = "A cloud is planar: all its points lie in z = 0, which fixes no motion in space";
+            return Err(Error::whole(problem, "Give two PlanarScans, or use register_clouds"));
+        }
+        // Both clouds relative to the target's origin, which may be far away: T = shift * T_near * shift^-1.
+        let origin = space::origin_of(target);
+        let guess = origin.inverse() * options.guess()? * origin;
+        let mut registration = space::register(self, target, guess, options)?;
+        registration.T_target_source = origin * registration.T_target_source * origin.inverse();
+        Ok(registration)
+    }
+}
+
+fn check_points(role: &str, has_points: bool) -> Result<()> {
+    if has_points {
+        return Ok(());
+    }
+    Err(Error::whole(format!("The {role} has no finite point"), "Give a cloud with points"))
+}
+
+/// What a correspondence measures.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
+pub enum CloudMetric {
+    /// Distance to the nearest point.
+    PointToPoint,
+    /// Distance to the line through the nearest point, for planar clouds; normals come from neighbouring beams.
+    PointToLine,
+    /// Distance to the plane through the nearest point, for clouds in space. A target without normals gets them from its points.
+    PointToPlane,
+    /// Distance of the planes through both points, for clouds in space: generalised ICP. Clouds without normals get them
+    /// from their points.
+    Gicp,
+    /// As `gicp`, with the voxel that a point lies in for its partner: voxelised GICP. Quicker, and as coarse as
+    /// `gaussian_voxel_size`.
+    Vgicp,
+}
+
+/// Where a registration starts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
+pub enum RegistrationInit {
+    /// At `init_T_target_source`.
+    #[default]
+    Guess,
+    /// Clouds in space: where points that look alike lie on each other, wherever the clouds are. With `max_iterations` 0 this
+    /// is all that is done.
+    Global,
+}
+
+/// Options of [`align`] and [`register_clouds`].
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+#[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify), tsify(missing_as_null))]
+pub struct RegistrationOptions {
+    /// Null: point to line for planar clouds, point to plane where the target's file has normals, point to point otherwise.
+    pub metric: Option<CloudMetric>,
+    /// First guess, 4 x 4, row by row; null is the identity.
+    pub init_T_target_source: Option<[f64; 16]>,
+    /// Clouds in space: where to start.
+    pub init: RegistrationInit,
+    /// Clouds in space: how the source may move from the guess, or in the target's frame where there is none.
+    pub motion: Motion,
+    /// Clouds in space: side of the cubes that each are thinned to one point (m); 0: all points are used, and a global
+    /// registration chooses a size by itself.
+    pub voxel_size: f64,
+    /// `vgicp`: side of the target's voxels (m); 0 is `max_correspondence_distance`.
+    pub gaussian_voxel_size: f64,
+    /// Planar clouds: half width of a search around the guess in x and y (m); 0 is no search.
+    pub search_translation: f64,
+    /// Planar clouds: half width of the search in heading (rad).
+    pub search_rotation: f64,
+    /// Pairs further apart are no correspondences (m).
+    pub max_correspondence_distance: f64,
+    /// Pairs whose normals differ by more are rejected (rad).
+    pub max_normal_angle: f64,
+    /// Share of the worst correspondences that is dropped.
+    pub trim_fraction: f64,
+    /// How pairs that fit badly lose weight.
+    pub robust_kernel: RobustKernel,
+    /// Residual at which they do (m).
+    pub robust_kernel_width: f64,
+    /// Most iterations.
+    pub max_iterations: usize,
+    /// Converged when a step turns less (rad) and moves less than `translation_eps`.
+    pub rotation_eps: f64,
+    /// Converged when a step moves less (m) and turns less than `rotation_eps`.
+    pub translation_eps: f64,
+}
+
+impl Default for RegistrationOptions {
+    fn default() -> Self {
+        let IcpOptions { rejection, weighting, criteria } = IcpOptions::default();
+        Self {
+            metric: None,
+            init_T_target_source: None,
+            init: RegistrationInit::Guess,
+            motion: Motion::Free,
+            voxel_size: 0.0,
+            gaussian_voxel_size: 0.0,
+            search_translation: 0.0,
+            search_rotation: 0.0,
+            max_correspondence_distance: rejection.max_correspondence_distance,
+            max_normal_angle: rejection.max_normal_angle,
+            trim_fraction: rejection.trim_fraction,
+            robust_kernel: weighting.robust_kernel,
+            robust_kernel_width: weighting.robust_kernel_width,
+            max_iterations: criteria.max_iterations,
+            rotation_eps: criteria.rotation_eps,
+            translation_eps: criteria.translation_eps,
+        }
+    }
+}
+
+impl RegistrationOptions {
+    /// The same, starting from this motion of the source: a [`Pose3`], or a [`Pose2`] for scans in the plane.
+    #[must_use]
+    pub fn starting_at(self, init_T_target_source: &impl Guess) -> Self {
+        Self { init_T_target_source: Some(row_major(&init_T_target_source.in_space())), ..self }
+    }
+
+    /// What the registration loop needs to know of them.
+    pub fn icp_options(&self) -> IcpOptions {
+        IcpOptions {
+            rejection: Rejection {
+                max_correspondence_distance: self.max_correspondence_distance,
+                max_normal_angle: self.max_normal_angle,
+                trim_fraction: self.trim_fraction,
+            },
+            weighting: Weighting { robust_kernel: self.robust_kernel, robust_kernel_width: self.robust_kernel_width },
+            criteria: Criteria {
+                max_iterations: self.max_iterations,
+                rotation_eps: self.rotation_eps,
+                translation_eps: self.translation_eps,
+            },
+        }
+    }
+
+    fn guess(&self) -> Result<Pose3> {
+        self.init_T_target_source.as_ref().map_or(Ok(Pose3::identity()), pose_from)
+    }
+}
+
+/// A motion that a registration may start from.
+pub trait Guess {
+    /// The same motion in space, where the plane is z = 0.
+    fn in_space(&self) -> Pose3;
+}
+
+impl Guess for Pose2 {
+    fn in_space(&self) -> Pose3 {
+        in_space(self)
+    }
+}
+
+impl Guess for Pose3 {
+    fn in_space(&self) -> Pose3 {
+        *self
+    }
+}
+
+fn row_major(pose: &Pose3) -> [f64; 16] {
+    let mut rows = [0.0; 16];
+    rows.copy_from_slice(pose.to_homogeneous().transpose().as_slice());
+    rows
+}
+
+/// How far a rotation matrix may be from orthonormal: the rounding of a file with six digits.
+const MAX_ROTATION_DEFECT: f64 = 1e-4;
+
+fn pose_from(rows: &[f64; 16]) -> Result<Pose3> {
+    let matrix = Matrix4::from_row_slice(rows);
+    let R: Matrix3<f64> = matrix.fixed_view::<3, 3>(0, 0).into_owned();
+    let defect = (R * R.transpose() - Matrix3::identity()).norm();
+    let bottom_is_right = matrix.row(3).iter().copied().eq([0.0, 0.0, 0.0, 1.0]);
+    let sound = defect < MAX_ROTATION_DEFECT && R.determinant() > 0.0 && bottom_is_right;
+    if !(sound && rows.iter().all(|value| value.is_finite())) {
+        return Err(Error::whole(
+            "init_T_target_source is no rigid motion",
+            "Give 16 numbers row by row, a rotation matrix and a translation, the last row 0 0 0 1",
+        ));
+    }
+    Ok(<Pose3 as RigidMotion>::from_parts(&R, &matrix.fixed_view::<3, 1>(0, 3).into_owned()))
+}

@@ -1,0 +1,124 @@
+//! Two clouds in space.
+
+use std::borrow::Cow;
+
+use glam::{DVec3, Vec3};
+use nalgebra::{Translation3, Vector2, Vector3};
+
+use super::without_guess::without_a_guess;
+use super::{CloudMetric, RegistrationInit, RegistrationOptions};
+use crate::error::{Error, Result};
+use crate::geometry::{PointCloud, Pose3};
+use crate::preprocess::estimate_normals::estimate_normals;
+use crate::preprocess::voxel_downsample::voxel_downsample;
+use crate::registration::factors::PointToPoint;
+use crate::registration::icp::{Registration, Source, register_with};
+use crate::registration::spatial::{SpatialMetric, register_in_space};
+use crate::registration::target::{OrientedTarget, PointTarget};
+use crate::registration::voxelized::{GaussianVoxels, PlaneToVoxel};
+use crate::search::{KdTree, Neighbourhood};
+
+/// Registers `source` to `target` from a guess, all relative to the target's origin.
+pub(super) fn register(
+    source: &PointCloud,
+    target: &PointCloud,
+    mut guess: Pose3,
+    options: &RegistrationOptions,
+) -> Result<Registration<Pose3>> {
+    let [source, target] = [thinned(source, options)?, thinned(target, options)?];
+    if options.init == RegistrationInit::Global {
+        guess = options.motion.nearest(&without_a_guess(&source, &target, options)?);
+    }
+    let metric = options.metric.unwrap_or(match target.normals {
+        Some(_) => CloudMetric::PointToPlane,
+        None => CloudMetric::PointToPoint,
+    });
+    let (icp, solver) = (options.icp_options(), options.motion.solver());
+    let (mut source, target) = (Near::new(&source, target.origin), Near::new(&target, target.origin));
+    if metric == CloudMetric::PointToLine {
+        let problem = "point_to_line is for planar clouds, and these are clouds in space";
+        return Err(Error::whole(problem, "Use point_to_plane or point_to_point"));
+    }
+    if metric == CloudMetric::PointToPoint {
+        let target = PointTarget::new(target.points);
+        return Ok(register_with(source.as_source(), &target, guess, &PointToPoint, &icp, &solver));
+    }
+    let normals = target.known_or_estimated_normals();
+    if normals.iter().all(Option::is_none) {
+        let problem = "The metric needs normals, and the target has none, nor do its points span a surface";
+        return Err(Error::whole(problem, "Give a target with normals (nx, ny, nz) or use point_to_point"));
+    }
+    if metric != CloudMetric::PointToPlane {
+        source.normals = Some(source.known_or_estimated_normals());
+    }
+    let source = source.as_source();
+    Ok(if metric == CloudMetric::Vgicp {
+        let target = GaussianVoxels::new(&target.points, &normals, gaussian_voxel_size(options)?);
+        register_with(source, &target, guess, &PlaneToVoxel, &icp, &solver)
+    } else {
+        let metric = if metric == CloudMetric::Gicp { SpatialMetric::Gicp } else { SpatialMetric::PointToPlane };
+        let target = OrientedTarget::new(target.points, normals);
+        register_in_space(metric, source, &target, guess, (&icp, &[]), &solver)
+    })
+}
+
+/// The side of the voxels that `vgicp` registers to (m).
+fn gaussian_voxel_size(options: &RegistrationOptions) -> Result<f64> {
+    let size = options.gaussian_voxel_size;
+    let size = if size == 0.0 { options.max_correspondence_distance } else { size };
+    if size > 0.0 && size.is_finite() {
+        return Ok(size);
+    }
+    Err(Error::whole(format!("Voxels of {size} m hold no points"), "Give a positive gaussian_voxel_size"))
+}
+
+/// The cloud with one point a voxel, or all of it.
+fn thinned<'a>(cloud: &'a PointCloud, options: &RegistrationOptions) -> Result<Cow<'a, PointCloud>> {
+    if options.voxel_size == 0.0 {
+        return Ok(Cow::Borrowed(cloud));
+    }
+    Ok(Cow::Owned(voxel_downsample(cloud, options.voxel_size)?))
+}
+
+/// From the cloud's origin to the world's.
+pub(super) fn origin_of(cloud: &PointCloud) -> Translation3<f64> {
+    Translation3::new(cloud.origin.x, cloud.origin.y, cloud.origin.z)
+}
+
+/// Finite points in double precision, with their normals.
+pub(super) struct Near {
+    points: Vec<Vector3<f64>>,
+    normals: Option<Vec<Option<Vector3<f64>>>>,
+}
+
+impl Near {
+    pub(super) fn new(cloud: &PointCloud, origin: DVec3) -> Self {
+        let finite = || cloud.positions.iter().enumerate().filter(|(_, p)| p.is_finite());
+        let shift = cloud.origin - origin;
+        let points = finite().map(|(_, p)| Vector3::from((p.as_dvec3() + shift).to_array())).collect();
+        let normal = |n: Vec3| n.is_finite().then(|| Vector3::from(n.as_dvec3().to_array()));
+        let normals = cloud.normals.as_ref().map(|normals| finite().map(|(index, _)| normal(normals[index])).collect());
+        Self { points, normals }
+    }
+
+    /// Its points without z.
+    pub(super) fn points_in_plane(&self) -> Vec<Vector2<f64>> {
+        self.points.iter().map(Vector3::xy).collect()
+    }
+
+    /// Its normals, or those that its points tell of.
+    fn known_or_estimated_normals(&self) -> Vec<Option<Vector3<f64>>> {
+        self.normals.clone().unwrap_or_else(|| {
+            let points: Vec<Vec3> = self.points.iter().map(|p| DVec3::from(<[f64; 3]>::from(*p)).as_vec3()).collect();
+            let tree = KdTree::build(bytemuck::cast_slice(&points));
+            estimate_normals(&points, &tree, NORMAL_NEIGHBORS, DVec3::ZERO)
+        })
+    }
+
+    fn as_source(&self) -> Source<'_, Vector3<f64>> {
+        Source { points: &self.points, normals: self.normals.as_deref(), sigmas: None }
+    }
+}
+
+/// Points that make a normal.
+pub(super) const NORMAL_NEIGHBORS: Neighbourhood = Neighbourhood { max_neighbors: 20, radius: f64::INFINITY };

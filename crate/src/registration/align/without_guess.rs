@@ -1,0 +1,67 @@
+//! Where two clouds in space lie on each other, wherever they are: the start of a registration without a guess.
+
+use glam::{DVec3, Vec3};
+use nalgebra::Translation3;
+
+use super::RegistrationOptions;
+use super::space::NORMAL_NEIGHBORS;
+use crate::error::{Error, Result};
+use crate::geometry::{PointCloud, Pose3};
+use crate::preprocess::estimate_normals::estimate_normals;
+use crate::preprocess::voxel_downsample::voxel_downsample;
+use crate::registration::global::{DescribedCloud, GlobalMethod, register_globally};
+use crate::search::{KdTree, Neighbourhood};
+
+/// Points of a cloud that are enough for a global registration.
+const GLOBAL_POINTS: f64 = 6000.0;
+/// The size of voxels that leave about so many points is looked for so often.
+const SIZE_TRIES: usize = 4;
+
+/// The motion from `source` to `target` relative to the target's origin, whatever it is.
+pub(super) fn without_a_guess(
+    source: &PointCloud,
+    target: &PointCloud,
+    options: &RegistrationOptions,
+) -> Result<Pose3> {
+    let voxel_size = if options.voxel_size > 0.0 { options.voxel_size } else { telling_voxel_size(target)? };
+    let describe = |cloud: &PointCloud| -> Result<(DescribedCloud, KdTree<3>)> {
+        let cloud = voxel_downsample(cloud, voxel_size)?;
+        let tree = KdTree::build(bytemuck::cast_slice(&cloud.positions));
+        // Features need normals that all face the same way: those of files may not.
+        let normals = estimate_normals(&cloud.positions, &tree, NORMAL_NEIGHBORS, DVec3::ZERO);
+        let around = Neighbourhood { max_neighbors: 100, radius: FEATURE_RADIUS * voxel_size };
+        Ok((DescribedCloud::new(&cloud.positions, &normals, &tree, around), tree))
+    };
+    let ((described_source, _), (described_target, tree)) = (describe(source)?, describe(target)?);
+    let max_distance = GLOBAL_DISTANCE * voxel_size;
+    let method = GlobalMethod::Consistency;
+    let found = register_globally(&described_source, &described_target, &tree, method, max_distance)?;
+    let shift = source.origin - target.origin;
+    Ok(found.consensus.T_target_source * Translation3::new(shift.x, shift.y, shift.z).inverse())
+}
+
+/// Voxels within which a feature is made and ...
+const FEATURE_RADIUS: f64 = 5.0;
+/// ... to within which matches speak for a motion.
+const GLOBAL_DISTANCE: f64 = 1.5;
+
+/// A side of voxels (m) that leaves about [`GLOBAL_POINTS`] points.
+fn telling_voxel_size(cloud: &PointCloud) -> Result<f64> {
+    let finite = || cloud.positions.iter().copied().filter(|p| p.is_finite());
+    let (low, high) = (finite().reduce(Vec3::min).unwrap_or_default(), finite().reduce(Vec3::max).unwrap_or_default());
+    let mut size = f64::from((high - low).max_element()) / 100.0;
+    if size <= 0.0 {
+        let problem = "All points of the target are one: nothing looks like anything";
+        return Err(Error::whole(problem, "Give a cloud of surfaces"));
+    }
+    for _ in 0..SIZE_TRIES {
+        let count = voxel_downsample(cloud, size)?.len() as f64;
+        // Surfaces: the number of voxels goes with the square of their size.
+        let ratio = (count / GLOBAL_POINTS).sqrt().clamp(0.1, 10.0);
+        if (0.8..=1.25).contains(&ratio) || (ratio < 1.0 && count > 0.9 * cloud.len() as f64) {
+            break;
+        }
+        size *= ratio;
+    }
+    Ok(size)
+}
