@@ -13,7 +13,7 @@ use scanstitch::geometry::Pose3;
 use scanstitch::io::trajectory::Trajectory;
 use scanstitch::io::{depth_png, trajectory};
 use scanstitch::odometry::assessment::Status;
-use scanstitch::pipeline::prepared_frame::{ColorFile, FrameLabel, MapPoints, Preparation, PreparedFrame, Surfaces};
+use scanstitch::pipeline::prepared_frame::{ColorFile, DecodeConfig, FrameLabel, MapPoints, PreparedFrame, Surfaces};
 use scanstitch::pipeline::report::Stage;
 use scanstitch::pipeline::spatial::SpatialReconstruction;
 use scanstitch::pipeline::spatial_settings::{ColorUse, Quantisation, ReferenceAxes, SpatialSettings};
@@ -80,8 +80,8 @@ fn run_with(settings: SpatialSettings, files: &[Vec<u8>]) -> SpatialReconstructi
 fn add(reconstruction: &mut SpatialReconstruction, first: usize, files: &[Vec<u8>]) {
     for (index, bytes) in (first..).zip(files) {
         let name = format!("{index}.png");
-        let preparation = reconstruction.begin(&name, bytes).unwrap();
-        let frame = PreparedFrame::from_depth(preparation, FrameLabel { name, index, time: None }, bytes, None);
+        let decode_config = reconstruction.begin(&name, bytes).unwrap();
+        let frame = PreparedFrame::from_depth(decode_config, FrameLabel { name, index, time: None }, bytes, None);
         reconstruction.add(frame.unwrap()).unwrap();
         while reconstruction.step().stage != Stage::Done {}
     }
@@ -322,11 +322,11 @@ fn frames_can_be_added_to_a_finished_run_and_travel_as_bytes() {
     let mut parts = run_with(settings, &frames[..3]);
     assert!(!parts.map().is_empty());
     for (index, bytes) in frames.iter().enumerate().skip(3) {
-        let preparation = parts.begin("later.png", bytes).unwrap();
+        let decode_config = parts.begin("later.png", bytes).unwrap();
         let label = FrameLabel { name: "later.png".into(), index, time: Some(0.5) };
         let colors = std::fs::read(folder.join(format!("redwood5/color/{index:05}.jpg"))).unwrap();
         let frame = PreparedFrame::from_depth(
-            preparation,
+            decode_config,
             label,
             bytes,
             Some(ColorFile { name: "later.jpg", bytes: Ok(&colors) }),
@@ -432,11 +432,11 @@ fn pgm(width: usize, height: usize, value: u8) -> Vec<u8> {
 fn only_readings_that_are_open_are_prepared_and_the_map_is_given_the_same_points() {
     let settings = SpatialSettings::default();
     let image = [b"P5 64 48 255\n".as_slice(), &(0..64 * 48).map(|i| 50 + (i % 64) as u8).collect::<Vec<_>>()].concat();
-    let mut preparation = Preparation::new(&settings, "0.pgm", &image).unwrap();
+    let mut decode_config = DecodeConfig::new(&settings, "0.pgm", &image).unwrap();
     let mut prepared = |decided| {
-        preparation.depth.as_mut().unwrap().decided = decided;
+        decode_config.depth.as_mut().unwrap().decided = decided;
         let label = FrameLabel { name: "0.pgm".into(), index: 0, time: None };
-        PreparedFrame::from_depth(&preparation, label, &image, None).unwrap()
+        PreparedFrame::from_depth(&decode_config, label, &image, None).unwrap()
     };
     let quantisations = |frame: &PreparedFrame| match &frame.surfaces {
         Surfaces::Surfels(images) => images.iter().map(|&(quantisation, _)| quantisation).collect(),
@@ -458,11 +458,11 @@ fn bad_frames_and_settings_are_refused_with_the_reason() {
     assert!(
         reconstruction.begin("0.png", &pgm(64, 48, 0)).unwrap_err().to_string().contains("0.png: All depths are zero")
     );
-    let preparation = reconstruction.begin("1.png", &pgm(64, 48, 50)).unwrap().clone();
+    let decode_config = reconstruction.begin("1.png", &pgm(64, 48, 50)).unwrap().clone();
     let prepare = |name: &str, bytes: &[u8], color: Option<&[u8]>| {
         let label = FrameLabel { name: name.into(), index: 0, time: None };
         let color = color.map(|bytes| ColorFile { name: "5.jpg", bytes: Ok(bytes) });
-        PreparedFrame::from_depth(&preparation, label, bytes, color)
+        PreparedFrame::from_depth(&decode_config, label, bytes, color)
     };
     let refused = |name, bytes: &[u8]| prepare(name, bytes, None).unwrap_err().to_string();
     assert!(refused("2.png", &pgm(48, 64, 50)).contains("2.png: The depth image has 48 x 64 pixels"));
@@ -477,7 +477,7 @@ fn bad_frames_and_settings_are_refused_with_the_reason() {
     assert!(matches!(&uncoloured.map_points, MapPoints::Image(image, _) if image.colors.is_none()));
     let unread = ColorFile { name: "6.jpg", bytes: Err("6.jpg: permission denied") };
     let label = FrameLabel { name: "6.png".into(), index: 0, time: None };
-    let uncoloured_too = PreparedFrame::from_depth(&preparation, label, &pgm(64, 48, 50), Some(unread)).unwrap();
+    let uncoloured_too = PreparedFrame::from_depth(&decode_config, label, &pgm(64, 48, 50), Some(unread)).unwrap();
     assert_eq!(uncoloured_too.notes, ["6.png: its colours are left out: 6.jpg: permission denied"]);
     assert_eq!(uncoloured_too.map_points, uncoloured.map_points);
     reconstruction.add(uncoloured).unwrap();

@@ -42,9 +42,9 @@ fn run(recording: &Recording, effort: Effort, verbose: bool) {
     let (mut preparing, mut registering) = (0.0, 0.0);
     for (index, bytes) in recording.depth.iter().enumerate() {
         let start = seconds_used();
-        let preparation = reconstruction.begin("frame", bytes).expect("a depth image");
+        let decode_config = reconstruction.begin("frame", bytes).expect("a depth image");
         let label = FrameLabel { name: index.to_string(), index, time: None };
-        let frame = PreparedFrame::from_depth(preparation, label, bytes, None).expect("a depth image");
+        let frame = PreparedFrame::from_depth(decode_config, label, bytes, None).expect("a depth image");
         let prepared = seconds_used();
         reconstruction.add(frame).expect("in order");
         while reconstruction.step().stage != Stage::Done {}

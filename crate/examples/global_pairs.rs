@@ -21,8 +21,8 @@ use recordings::{Recording, Walk, Way};
 use scanstitch::camera::SurfelImage;
 use scanstitch::geometry::{PointCloud, Pose3};
 use scanstitch::odometry::assessment::Status;
-use scanstitch::odometry::depth::{DepthOptions, LoneFrame, Search};
-use scanstitch::pipeline::prepared_frame::{FrameLabel, Preparation, PreparedFrame, Surfaces};
+use scanstitch::odometry::depth::{DepthOptions, PairRegistration, Search};
+use scanstitch::pipeline::prepared_frame::{DecodeConfig, FrameLabel, PreparedFrame, Surfaces};
 use scanstitch::pipeline::spatial_settings::SpatialSettings;
 use scanstitch::preprocess::voxel_downsample::voxel_downsample;
 use scanstitch::registration::global::consistency::consistent_motion;
@@ -87,7 +87,7 @@ fn main() {
         );
         for &(source, target) in &pairs {
             let truth = recording.truth[target].inverse() * recording.truth[source];
-            let lone = LoneFrame::new(&frames[target]);
+            let lone = PairRegistration::new(&frames[target]);
             let (Some(a), Some(b)) = (&described[source], &described[target]) else { continue };
             let (matching, matches) = timed(|| a.matched_with(b));
             for (method, tally) in methods.iter().zip(&mut tallies) {
@@ -119,10 +119,10 @@ fn main() {
 fn prepared(recording: &Recording) -> Vec<PreparedSurfels> {
     let [fx, fy, cx, cy] = recording.intrinsics.unwrap_or_default();
     let settings = SpatialSettings { fx, fy, cx, cy, ..SpatialSettings::default() };
-    let preparation = Preparation::new(&settings, "0", &recording.depth[0]).expect("a depth image");
+    let decode_config = DecodeConfig::new(&settings, "0", &recording.depth[0]).expect("a depth image");
     let frame = |(index, bytes): (usize, &Vec<u8>)| {
         let label = FrameLabel { name: index.to_string(), index, time: None };
-        let frame = PreparedFrame::from_depth(&preparation, label, bytes, None).expect("a depth image");
+        let frame = PreparedFrame::from_depth(&decode_config, label, bytes, None).expect("a depth image");
         let Surfaces::Surfels(surfels) = frame.surfaces else { panic!("depth images are surfels") };
         surfels.into_iter().next().expect("a way to read the depth").1
     };
@@ -200,7 +200,7 @@ impl Described {
 }
 
 struct Input<'a> {
-    lone: &'a LoneFrame,
+    lone: &'a PairRegistration,
     frame: &'a PreparedSurfels,
     source: &'a Described,
     target: &'a Described,

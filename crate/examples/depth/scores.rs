@@ -48,11 +48,11 @@ pub fn reconstruct(recording: &Recording, settings: &SpatialSettings) -> (Spatia
     let mut seconds = Vec::new();
     for (index, bytes) in recording.depth.iter().enumerate() {
         let name = format!("{index}.png");
-        let preparation = reconstruction.begin(&name, bytes).expect("a depth image");
+        let decode_config = reconstruction.begin(&name, bytes).expect("a depth image");
         let color = recording.color.get(index).filter(|color| !color.is_empty());
         let color = color.map(|bytes| ColorFile { name: &name, bytes: Ok(bytes) });
         let label = FrameLabel { name: name.clone(), index, time: None };
-        let frame = PreparedFrame::from_depth(preparation, label, bytes, color);
+        let frame = PreparedFrame::from_depth(decode_config, label, bytes, color);
         reconstruction.add(frame.expect("a depth image")).expect("in order");
         let start = seconds_used();
         while reconstruction.step().stage != Stage::Done {}

@@ -11,7 +11,7 @@ use rustc_hash::FxHashMap;
 use crate::camera::Pinhole;
 use crate::camera::surfel_image::{Surfel, SurfelImage};
 use crate::geometry::{Pose3, RigidMotion};
-use crate::registration::projective::{Drawing, PackedSurfel, ProjectiveTarget};
+use crate::registration::projective::{PackedSurfel, ProjectiveTarget, SurfelRasterizer};
 use crate::registration::target::Target;
 
 /// Pieces of surface in the world frame, by the block of space they lie in: of a large map only the blocks in view are
@@ -79,13 +79,13 @@ impl SurfelMap {
         let depths = frame.cells.iter().step_by(DEPTH_STRIDE).flatten().map(|surfel| surfel.point.z);
         let reach = REACH.max(depths.fold(0.0, f64::max) + BEYOND_FRAME);
         let frustum = Frustum::new(&camera, T_world_view, reach);
-        let mut drawing = Drawing::new(&camera, T_world_view);
+        let mut rasterizer = SurfelRasterizer::new(&camera, T_world_view);
         for (number, block) in (0u64..).zip(&self.blocks) {
             if frustum.may_see(&block.center) {
-                drawing.add(number << 32, &block.surfels);
+                rasterizer.add(number << 32, &block.surfels);
             }
         }
-        drawing.finish()
+        rasterizer.finish()
     }
 
     /// Adds a frame, with a number of the caller's, at its pose. `view` is this map, without changes since it was drawn, as
@@ -118,14 +118,14 @@ impl SurfelMap {
     }
 
     /// Moves every piece with the frame that saw it first, by `motion` (of the world) of that frame's number.
-    pub fn move_frames(&mut self, motion: impl Fn(u32) -> Pose3) {
+    pub fn apply_corrections(&mut self, motion: impl Fn(u32) -> Pose3) {
         let unmoved = std::mem::take(self);
-        self.take_in(&unmoved, |frame| Some(motion(frame)));
+        self.merge(&unmoved, |frame| Some(motion(frame)));
     }
 
     /// Adds what some frames have shown to another map, moved by `motion` (of the world) of the number of the frame that saw it
     /// first; nothing of the others.
-    pub fn take_in(&mut self, other: &Self, motion: impl Fn(u32) -> Option<Pose3>) {
+    pub fn merge(&mut self, other: &Self, motion: impl Fn(u32) -> Option<Pose3>) {
         let mut last: Option<(u32, Option<Pose3>)> = None;
         for packed in other.blocks.iter().flat_map(|block| &block.surfels) {
             let (surfel, frame) = (packed.surfel(), packed.tag);
@@ -261,7 +261,7 @@ mod tests {
             map.insert(&wall(2.0, 0.01), number, T, &view);
         }
         let before: Vec<Surfel> = map.surfels().collect();
-        map.move_frames(|frame| Pose3::translation(0.0, 0.0, 1.5 * f64::from(frame)));
+        map.apply_corrections(|frame| Pose3::translation(0.0, 0.0, 1.5 * f64::from(frame)));
         assert_eq!(map.len(), before.len());
         let at_depth = |z: f64| map.surfels().filter(|surfel| (surfel.point.z - z).abs() < 1e-6).count();
         assert_eq!((at_depth(2.0), at_depth(8.5)), (before.len() / 2, before.len() / 2));
@@ -279,7 +279,7 @@ mod tests {
         let mut map = SurfelMap::new();
         insert(&mut map, &wall(1.0, 0.01), &Pose3::identity());
         let (before, added) = (map.len(), other.len() / 2);
-        map.take_in(&other, |frame| (frame == 1).then(|| Pose3::translation(0.0, 0.0, 2.0)));
+        map.merge(&other, |frame| (frame == 1).then(|| Pose3::translation(0.0, 0.0, 2.0)));
         assert_eq!(map.len(), before + added);
         assert_eq!(map.surfels().filter(|surfel| (surfel.point.z - 9.0).abs() < 1e-6).count(), added);
     }

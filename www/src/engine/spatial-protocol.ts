@@ -73,8 +73,8 @@ export interface RegistrarApi {
   /** Looks at the first file; returns what the preparing workers need. */
   begin(name: string, first_frame: Uint8Array): string;
   /** Adds a prepared frame and registers it; `ms`: what that took, without waiting; `spent`: its bytes, for others to come;
-   * `preparation`: what the preparing workers need from now on. */
-  place(prepared: Uint8Array): Progress & { ms: number; spent: Uint8Array; preparation: string | undefined };
+   * `decodeConfig`: what the preparing workers need from now on. */
+  place(prepared: Uint8Array): Progress & { ms: number; spent: Uint8Array; decodeConfig: string | undefined };
   /** Does a piece of what is left to do after the last frame, until it is `done`: looks for frames again that were not
    * found, then closes the last loop. */
   finish(): Progress;
@@ -104,7 +104,7 @@ export interface ColorFile {
 export interface PreparerApi {
   start(module: WebAssembly.Module): void;
   prepareFrame(
-    preparation: string,
+    decodeConfig: string,
     name: string,
     index: number,
     time: number | null,
@@ -113,7 +113,7 @@ export interface PreparerApi {
     spare: Uint8Array | null,
   ): PreparedBytes;
   prepareCloud(
-    preparation: string,
+    decodeConfig: string,
     name: string,
     index: number,
     time: number | null,

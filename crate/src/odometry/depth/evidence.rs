@@ -2,10 +2,10 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::seen::Seen;
+use super::reference_map::ReferenceMap;
 use crate::geometry::Pose3;
 use crate::registration::prepared_surfels::SurfelCloud;
-use crate::registration::projective::{Glances, ProjectiveTarget, Sight};
+use crate::registration::projective::{PointBatch, ProjectiveTarget, Sight};
 
 /// Surfaces agree with a rough guess when they are this near (m), ...
 const ROUGH_TOLERANCE: f64 = 0.1;
@@ -43,7 +43,7 @@ impl Tally {
 impl Evidence {
     /// The frame's surface (`cloud`) held against the map's view, and the map's against the frame's own view.
     pub(super) fn gather(
-        seen: &Seen,
+        seen: &ReferenceMap,
         view: &ProjectiveTarget,
         cloud: &SurfelCloud,
         own_view: &ProjectiveTarget,
@@ -51,12 +51,12 @@ impl Evidence {
     ) -> Self {
         let (R, t) = parts(T_world_camera);
         let mut frame_in_map = Tally::default();
-        let witnesses = seen.key_views.near(T_world_camera);
+        let references = seen.keyframes.near(T_world_camera);
         for (point, normal) in cloud.points.iter().zip(&cloud.normals) {
             let (point, normal) = (R * point + t, R * normal);
             match view.look_around(&point, FINE_TOLERANCE) {
                 Sight::Agreeing(seen) if seen.normal.dot(&normal) > AGREEING_COSINE => frame_in_map.agreeing += 1.0,
-                _ if witnesses.iter().any(|witness| witness.saw_through(&point)) => frame_in_map.against += 1.0,
+                _ if references.iter().any(|reference| reference.saw_through(&point)) => frame_in_map.against += 1.0,
                 _ => {}
             }
         }
@@ -76,9 +76,9 @@ impl Evidence {
 }
 
 /// What speaks for a guess, cheaply: the share of the points that agree with the view, less those in its free space.
-pub(crate) fn score(view: &ProjectiveTarget, glances: &Glances, T_world_camera: &Pose3) -> f64 {
-    let glanced = view.glance(glances, T_world_camera, ROUGH_TOLERANCE, AGREEING_COSINE as f32);
-    (glanced.agreeing as f64 - glanced.in_free_space as f64) / glances.len().max(1) as f64
+pub(crate) fn score(view: &ProjectiveTarget, point_batch: &PointBatch, T_world_camera: &Pose3) -> f64 {
+    let counts = view.count_visibility(point_batch, T_world_camera, ROUGH_TOLERANCE, AGREEING_COSINE as f32);
+    (counts.agreeing as f64 - counts.in_free_space as f64) / point_batch.len().max(1) as f64
 }
 
 /// The same for points and normals that have been turned already and are moved by `shift`, for many moves with one turn.

@@ -5,7 +5,9 @@ use rustc_hash::FxHashSet;
 
 use super::adaptive_threshold::AdaptiveThreshold;
 use super::local_map::{LocalMap, placed};
-use super::options::{AddedPoints, MapKind, Stages, StrategyMetric, StrategyMotion, StrategySettings, ThresholdKind};
+use super::options::{
+    AddedPoints, MapKind, Stages, ThresholdKind, VoxelOdometryMetric, VoxelOdometryMotion, VoxelOdometrySettings,
+};
 use crate::geometry::{PointCloud, Pose3};
 use crate::odometry::assessment::Status;
 use crate::registration::factors::{PointToPlane, PointToPoint};
@@ -45,7 +47,7 @@ const VIEW_COSINE: f64 = 0.25;
 
 /// Where a frame was found, and what that took.
 #[derive(Debug, Clone)]
-pub struct StrategyEstimate {
+pub struct VoxelEstimate {
     /// Pose of the sensor in the frame of the first one. Of a lost frame, what was predicted.
     pub T_world_sensor: Pose3,
     /// How far it is to be trusted.
@@ -63,8 +65,8 @@ pub struct StrategyEstimate {
 }
 
 /// Odometry by one strategy. The world is the frame of the first cloud.
-pub struct StrategyOdometry {
-    settings: StrategySettings,
+pub struct VoxelOdometry {
+    settings: VoxelOdometrySettings,
     /// How far apart the points of a frame lie (m), roughly.
     spacing: f64,
     /// Whether a camera is known to have taken the frames.
@@ -91,9 +93,9 @@ struct Points {
     normals: Vec<Option<Vector3<f64>>>,
 }
 
-impl StrategyOdometry {
+impl VoxelOdometry {
     /// Odometry without frames.
-    pub fn new(settings: StrategySettings) -> Self {
+    pub fn new(settings: VoxelOdometrySettings) -> Self {
         Self {
             spacing: 0.0,
             is_camera: false,
@@ -117,7 +119,7 @@ impl StrategyOdometry {
     }
 
     /// The settings.
-    pub fn settings(&self) -> &StrategySettings {
+    pub fn settings(&self) -> &VoxelOdometrySettings {
         &self.settings
     }
 
@@ -128,13 +130,13 @@ impl StrategyOdometry {
 
     /// Registers the next frame, whose normals are not finite where they are unknown. A frame that is lost is no part of the
     /// map.
-    pub fn register_frame(&mut self, cloud: &PointCloud) -> StrategyEstimate {
+    pub fn register_frame(&mut self, cloud: &PointCloud) -> VoxelEstimate {
         let frame = Points::of(cloud);
         let Some(T_world_last) = self.T_world_last else {
             self.hold(&frame);
             self.T_world_last = Some(Pose3::identity());
             let num_added = self.add(&frame, &Pose3::identity());
-            return StrategyEstimate {
+            return VoxelEstimate {
                 T_world_sensor: Pose3::identity(),
                 status: Status::Good,
                 reason: String::new(),
@@ -161,16 +163,16 @@ impl StrategyOdometry {
         self.T_world_last = Some(T_world_sensor);
         let registration = Some(SpatialRegistration { correspondences: Vec::new(), ..registration });
         let num_source = source.positions.len();
-        StrategyEstimate { T_world_sensor, status, reason, registration, num_source, threshold, num_added }
+        VoxelEstimate { T_world_sensor, status, reason, registration, num_source, threshold, num_added }
     }
 
     /// Holds the motion to the plane, if it is planar, from the first frame on.
     fn hold(&mut self, first: &Points) {
         self.upright = match self.settings.motion {
-            StrategyMotion::Free => None,
-            StrategyMotion::PlanarXz => Some(Upright::Y),
-            StrategyMotion::Planar if self.is_camera || first.is_view() => Some(Upright::Y),
-            StrategyMotion::Planar | StrategyMotion::PlanarXy => Some(Upright::Z),
+            VoxelOdometryMotion::Free => None,
+            VoxelOdometryMotion::PlanarXz => Some(Upright::Y),
+            VoxelOdometryMotion::Planar if self.is_camera || first.is_view() => Some(Upright::Y),
+            VoxelOdometryMotion::Planar | VoxelOdometryMotion::PlanarXy => Some(Upright::Z),
         };
         let axes: Option<&[usize]> = self.upright.map(|upright| match upright {
             Upright::Y => &[1, 3, 5][..], // wy, x and z
@@ -223,10 +225,10 @@ impl StrategyOdometry {
         };
         let source = Source { points: &source.positions, normals: Some(&source.normals), sigmas: None };
         let register = |guess, options: &IcpOptions| match self.settings.metric {
-            StrategyMetric::PointToPoint => {
+            VoxelOdometryMetric::PointToPoint => {
                 register_with(source, &self.map, guess, &PointToPoint, options, &self.solver)
             }
-            StrategyMetric::PointToPlane => {
+            VoxelOdometryMetric::PointToPlane => {
                 register_with(source, &self.map, guess, &PointToPlane, options, &self.solver)
             }
         };

@@ -13,9 +13,9 @@ use crate::evaluation::statistics::Statistics;
 use crate::geometry::{PointCloud, Pose3};
 use crate::io::trajectory::Contents;
 use crate::odometry::assessment::Status;
-use crate::odometry::voxel::StrategyOdometry;
-use crate::odometry::voxel::StrategySettings;
-use crate::pipeline::prepared_frame::{FrameLabel, Preparation, PreparedFrame, Surfaces, set_intrinsics};
+use crate::odometry::voxel::VoxelOdometry;
+use crate::odometry::voxel::VoxelOdometrySettings;
+use crate::pipeline::prepared_frame::{DecodeConfig, FrameLabel, PreparedFrame, Surfaces, set_intrinsics};
 use crate::pipeline::spatial_report::SpatialPose;
 use crate::pipeline::spatial_settings::{Method, SpatialSettings};
 
@@ -31,7 +31,7 @@ const SHARP_QUERIES: usize = 10_000;
 /// took, and leave out a strategy that has become too slow. Only one frame is held at a time.
 pub struct StrategyComparison {
     settings: SpatialSettings,
-    preparation: Option<Preparation>,
+    decode_config: Option<DecodeConfig>,
     strategies: Vec<Strategy>,
     current: Option<(FrameLabel, PointCloud)>,
     /// Labels of all frames offered, and a few points of each.
@@ -41,7 +41,7 @@ pub struct StrategyComparison {
 }
 
 struct Strategy {
-    odometry: StrategyOdometry,
+    odometry: VoxelOdometry,
     /// Whether the frame on offer was placed.
     has_stepped: bool,
     /// For each of `frames`, its place among those offered.
@@ -61,17 +61,17 @@ impl StrategyComparison {
     ///
     /// # Errors
     /// When a setting is out of its limits.
-    pub fn new(strategies: Vec<StrategySettings>, mut settings: SpatialSettings) -> Result<Self> {
+    pub fn new(strategies: Vec<VoxelOdometrySettings>, mut settings: SpatialSettings) -> Result<Self> {
         settings.validate()?;
         settings.method = Method::CloudMap;
-        let strategy = |settings: StrategySettings| {
+        let strategy = |settings: VoxelOdometrySettings| {
             settings.validate()?;
-            let odometry = StrategyOdometry::new(settings);
+            let odometry = VoxelOdometry::new(settings);
             Ok(Strategy { odometry, has_stepped: true, places: Vec::new(), frames: Vec::new() })
         };
         Ok(Self {
             settings,
-            preparation: None,
+            decode_config: None,
             strategies: strategies.into_iter().map(strategy).collect::<Result<_>>()?,
             current: None,
             seen: Vec::new(),
@@ -85,7 +85,7 @@ impl StrategyComparison {
     /// # Errors
     /// After [`begin`](Self::begin): frames have been prepared with another camera.
     pub fn set_intrinsics(&mut self, intrinsics: [f64; 4]) -> Result<()> {
-        set_intrinsics(&mut self.settings, self.preparation.as_ref(), intrinsics)
+        set_intrinsics(&mut self.settings, self.decode_config.as_ref(), intrinsics)
     }
 
     /// Looks at the first file, a depth image or a cloud, given as its bytes; says what preparing has to know. The first call
@@ -93,14 +93,14 @@ impl StrategyComparison {
     ///
     /// # Errors
     /// When it is neither, holds nothing, or the settings make no camera.
-    pub fn begin(&mut self, name: &str, first: &[u8]) -> Result<&Preparation> {
-        let preparation = match self.preparation.take() {
+    pub fn begin(&mut self, name: &str, first: &[u8]) -> Result<&DecodeConfig> {
+        let decode_config = match self.decode_config.take() {
             Some(known) => known,
-            None => Preparation::new(&self.settings, name, first)?,
+            None => DecodeConfig::new(&self.settings, name, first)?,
         };
-        let (spacing, is_camera) = (preparation.settings.voxel_size, preparation.depth.is_some());
+        let (spacing, is_camera) = (decode_config.settings.voxel_size, decode_config.depth.is_some());
         self.strategies.iter_mut().for_each(|strategy| strategy.odometry.expect_frames(spacing, is_camera));
-        Ok(self.preparation.insert(preparation))
+        Ok(self.decode_config.insert(decode_config))
     }
 
     /// Offers the next frame to every strategy.

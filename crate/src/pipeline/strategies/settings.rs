@@ -1,10 +1,10 @@
 //! The options of voxel odometry as settings: limits, labels and explanations, for the page, the command line and the API.
 
 use crate::error::Result;
-use crate::odometry::voxel::StrategySettings;
+use crate::odometry::voxel::VoxelOdometrySettings;
 use crate::pipeline::settings::description::{SettingDescription, check_limits, choice, integer, number};
 
-impl StrategySettings {
+impl VoxelOdometrySettings {
     /// Checks every value against the limits of its description.
     ///
     /// # Errors
@@ -131,7 +131,7 @@ mod tests {
 
     #[test]
     fn every_setting_is_described_once_and_every_preset_is_valid() {
-        let fields = serde_json::to_value(StrategySettings::default()).unwrap();
+        let fields = serde_json::to_value(VoxelOdometrySettings::default()).unwrap();
         let mut fields: Vec<String> = fields.as_object().unwrap().keys().cloned().collect();
         let mut described: Vec<String> = strategy_descriptions().iter().map(|d| d.name.to_owned()).collect();
         fields.sort();
@@ -148,14 +148,14 @@ mod tests {
             if let SettingKind::Choice { choices } = &description.kind {
                 for choice in choices {
                     let json = serde_json::json!({ description.name: choice.value });
-                    let settings: StrategySettings = serde_json::from_value(json).unwrap();
+                    let settings: VoxelOdometrySettings = serde_json::from_value(json).unwrap();
                     assert_eq!(serde_json::to_value(&settings).unwrap()[description.name], choice.value);
                 }
             } else {
-                assert!(StrategySettings::default().number(description.name).is_finite(), "{}", description.name);
+                assert!(VoxelOdometrySettings::default().number(description.name).is_finite(), "{}", description.name);
             }
         }
-        let error = StrategySettings { map_voxel_size: 0.0, ..StrategySettings::default() }.validate();
+        let error = VoxelOdometrySettings { map_voxel_size: 0.0, ..VoxelOdometrySettings::default() }.validate();
         assert!(error.unwrap_err().to_string().contains("map_voxel_size = 0"));
     }
 }

@@ -3,13 +3,13 @@
 use std::borrow::Cow;
 use std::sync::Arc;
 
-use super::place::{FrameSurfaces, Seen};
+use super::submap::{FrameSurfaces, SubmapFrame};
 use crate::camera::Pinhole;
 use crate::registration::prepared_surfels::SurfelCloud;
 use crate::registration::projective::{PackedSurfel, ProjectiveTarget};
 
 /// What a frame saw: the last frames are matched with every new one, older ones where the path comes back to them.
-pub(super) enum Kept {
+pub(super) enum StoredSurfaces {
     Whole(Arc<FrameSurfaces>),
     Packed(PackedSurfaces),
 }
@@ -23,7 +23,7 @@ pub(super) struct PackedSurfaces {
     pieces: Vec<PackedSurfel>,
 }
 
-impl Kept {
+impl StoredSurfaces {
     /// As it can be matched.
     pub(super) fn surfaces(&self) -> Arc<FrameSurfaces> {
         match self {
@@ -33,10 +33,10 @@ impl Kept {
     }
 
     /// What it saw, for others to be matched with.
-    pub(super) fn seen(&self) -> Seen<'_> {
+    pub(super) fn seen(&self) -> SubmapFrame<'_> {
         match self {
-            Self::Whole(surfaces) => Seen { view: Cow::Borrowed(&surfaces.view), pieces: &surfaces.pieces },
-            Self::Packed(packed) => Seen { view: Cow::Owned(packed.view()), pieces: &packed.pieces },
+            Self::Whole(surfaces) => SubmapFrame { view: Cow::Borrowed(&surfaces.view), pieces: &surfaces.pieces },
+            Self::Packed(packed) => SubmapFrame { view: Cow::Owned(packed.view()), pieces: &packed.pieces },
         }
     }
 
@@ -125,7 +125,7 @@ pub(super) mod tests {
 
     #[test]
     fn a_frame_takes_little_memory() {
-        let mut kept = Kept::Whole(Arc::new(FrameSurfaces::new(&wall())));
+        let mut kept = StoredSurfaces::Whole(Arc::new(FrameSurfaces::new(&wall())));
         kept.pack();
         let bytes = kept.num_packed_bytes();
         assert!((100_000..200_000).contains(&bytes), "{bytes} bytes");

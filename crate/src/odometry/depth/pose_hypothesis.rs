@@ -1,7 +1,7 @@
 //! A registration with what speaks for and against it, and whether it is believed.
 
 use super::open_direction::OpenDirection;
-use super::unconfirmed::Doubt;
+use super::tentative_branch::PoseUncertainty;
 use crate::geometry::Pose3;
 use crate::geometry::rotation::angle_of;
 use crate::odometry::assessment::{Status, Verdict};
@@ -10,35 +10,35 @@ use crate::registration::spatial::SpatialRegistration;
 
 /// A frame is placed beyond doubt when so much of what can be told agrees: right after a believed frame, where at least half
 /// of it lies on the map, ...
-const FIRM_AGREEMENT_OF_HALF: f64 = 0.95;
+const MIN_AGREEMENT_MOSTLY_MAPPED: f64 = 0.95;
 /// ... after a few others, where at least half of it lies on the map, ...
-const FIRM_AGREEMENT_OF_HALF_AFTER_GAP: f64 = 0.98;
+const MIN_AGREEMENT_MOSTLY_MAPPED_AFTER_GAP: f64 = 0.98;
 /// ... where it is less than half, ...
-const FIRM_AGREEMENT: f64 = 0.99;
+const MIN_AGREEMENT: f64 = 0.99;
 /// ... and where nothing tells that it should be there.
-const FIRM_AGREEMENT_AFAR: f64 = 0.995;
-const HALF: f64 = 0.5;
+const MIN_AGREEMENT_OUTSIDE_GATE: f64 = 0.995;
+const MOSTLY_MAPPED_OVERLAP: f64 = 0.5;
 /// So much of it must lie on the map: right after a frame that is believed, ...
-const FIRM_OVERLAP: f64 = 0.15;
+const MIN_OVERLAP: f64 = 0.15;
 /// ... after a few others, ...
-const FIRM_OVERLAP_AFTER_GAP: f64 = 0.2;
+const MIN_OVERLAP_AFTER_GAP: f64 = 0.2;
 /// ... and so much where nothing tells that it should be there.
-const FIRM_OVERLAP_AFAR: f64 = 0.5;
+const MIN_OVERLAP_WITHOUT_PREDICTION: f64 = 0.5;
 /// Frames are expected so far from the one before (m), ...
-const REACH_TRANSLATION: f64 = 1.5;
+const GATE_TRANSLATION: f64 = 1.5;
 /// ... and turned so far (rad).
-const REACH_ROTATION: f64 = 1.15;
+const GATE_ROTATION: f64 = 1.15;
 /// Places that look so much like the pictures have been seen before.
-const SEEN_AGAIN_CORRELATION: f64 = 0.95;
+const MIN_REVISIT_NCC: f64 = 0.95;
 /// Frames are not out of the question so far from the one before (m), turned in any way. What is seen of them then must agree
 /// as if it were afar, ...
-const FARTHEST: f64 = 2.5;
+const MAX_STEP_TRANSLATION: f64 = 2.5;
 /// ... and be at least so much of them.
-const FIRM_OVERLAP_BEYOND: f64 = 0.25;
+const MIN_OVERLAP_OUTSIDE_GATE: f64 = 0.25;
 /// After more frames than this without a place nothing is expected.
-const REACH_FRAMES: u32 = 2;
+const GATE_MAX_GAP: u32 = 2;
 /// What was seen before frames in doubt holds a frame after them when it shows so much of it.
-const ANCHORING_OVERLAP: f64 = 0.25;
+const MIN_CONSTRAINING_OVERLAP: f64 = 0.25;
 /// A frame of which less than this share lies on the map is not believed: nothing ties it down.
 const LOST_OVERLAP: f64 = 0.1;
 /// Below this share of agreeing surface a registration is not believed ... On the recordings at hand, with up to three
@@ -50,34 +50,34 @@ const DOUBTFUL_AGREEMENT: f64 = 0.95;
 
 /// How much a place is what was to be expected. No more is asked of motion: robots stop and turn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Reach {
+pub(super) enum PredictionGate {
     /// Within reach of the frame before.
-    Next,
+    Inside,
     /// Within reach of one a few frames before or after.
-    Near,
+    InsideAfterGap,
     /// Further than is to be expected, but not out of the question.
-    Beyond,
-    Afar,
+    Outside,
+    NoPrediction,
 }
 
-impl Reach {
+impl PredictionGate {
     /// From a frame that is placed, with so many between.
     pub(super) fn between(T_world_placed: &Pose3, T_world_sensor: &Pose3, num_between: u32) -> Self {
         let moved = T_world_placed.inverse() * T_world_sensor;
         let (far, turned) = (moved.translation.vector.norm(), angle_of(&moved.rotation));
-        let is_far = far > REACH_TRANSLATION || turned > REACH_ROTATION;
+        let is_far = far > GATE_TRANSLATION || turned > GATE_ROTATION;
         match num_between {
-            0..=REACH_FRAMES if is_far && far < FARTHEST => Self::Beyond,
-            _ if is_far => Self::Afar,
-            0 => Self::Next,
-            1..=REACH_FRAMES => Self::Near,
-            _ => Self::Afar,
+            0..=GATE_MAX_GAP if is_far && far < MAX_STEP_TRANSLATION => Self::Outside,
+            _ if is_far => Self::NoPrediction,
+            0 => Self::Inside,
+            1..=GATE_MAX_GAP => Self::InsideAfterGap,
+            _ => Self::NoPrediction,
         }
     }
 }
 
 /// A registration with what speaks for and against it.
-pub(super) struct Found {
+pub(super) struct PoseHypothesis {
     pub(super) registration: SpatialRegistration,
     /// The map as seen from about there.
     pub(super) view: ProjectiveTarget,
@@ -87,26 +87,32 @@ pub(super) struct Found {
     /// Whether it might as well stand somewhere else along a direction.
     pub(super) is_open: bool,
     /// How well its brightness agrees with the pictures of key frames (-1..=1), where they show enough of it.
-    pub(super) alike: Option<f64>,
+    pub(super) photometric_ncc: Option<f64>,
 }
 
-impl Found {
+impl PoseHypothesis {
     /// Whether it stands in free space, or on nothing that is known.
     pub(super) fn is_contradicted(&self) -> bool {
         self.overlap < LOST_OVERLAP || self.agreement < DOUBTFUL_AGREEMENT
     }
 
     /// Whether surfaces place it beyond doubt. Where brightness agrees as well, it need not show that much of what is known.
-    pub(super) fn is_firm(&self, reach: Reach) -> bool {
-        let is_seen_again = self.alike.is_some_and(|alike| alike > SEEN_AGAIN_CORRELATION);
-        let reach = if reach == Reach::Afar && is_seen_again { Reach::Beyond } else { reach };
-        let (overlap, agreement, agreement_of_half) = match reach {
-            Reach::Next => (FIRM_OVERLAP, FIRM_AGREEMENT, FIRM_AGREEMENT_OF_HALF),
-            Reach::Near => (FIRM_OVERLAP_AFTER_GAP, FIRM_AGREEMENT, FIRM_AGREEMENT_OF_HALF_AFTER_GAP),
-            Reach::Beyond => (FIRM_OVERLAP_BEYOND, FIRM_AGREEMENT_AFAR, FIRM_AGREEMENT_AFAR),
-            Reach::Afar => (FIRM_OVERLAP_AFAR, FIRM_AGREEMENT_AFAR, FIRM_AGREEMENT_AFAR),
+    pub(super) fn is_accepted(&self, gate: PredictionGate) -> bool {
+        let is_seen_again = self.photometric_ncc.is_some_and(|photometric_ncc| photometric_ncc > MIN_REVISIT_NCC);
+        let gate = if gate == PredictionGate::NoPrediction && is_seen_again { PredictionGate::Outside } else { gate };
+        let (overlap, agreement, agreement_of_half) = match gate {
+            PredictionGate::Inside => (MIN_OVERLAP, MIN_AGREEMENT, MIN_AGREEMENT_MOSTLY_MAPPED),
+            PredictionGate::InsideAfterGap => {
+                (MIN_OVERLAP_AFTER_GAP, MIN_AGREEMENT, MIN_AGREEMENT_MOSTLY_MAPPED_AFTER_GAP)
+            }
+            PredictionGate::Outside => {
+                (MIN_OVERLAP_OUTSIDE_GATE, MIN_AGREEMENT_OUTSIDE_GATE, MIN_AGREEMENT_OUTSIDE_GATE)
+            }
+            PredictionGate::NoPrediction => {
+                (MIN_OVERLAP_WITHOUT_PREDICTION, MIN_AGREEMENT_OUTSIDE_GATE, MIN_AGREEMENT_OUTSIDE_GATE)
+            }
         };
-        let least = if self.overlap > HALF { agreement_of_half } else { agreement };
+        let least = if self.overlap > MOSTLY_MAPPED_OVERLAP { agreement_of_half } else { agreement };
         self.overlap > overlap && self.agreement > least && !self.is_open && self.registration.converged
     }
 
@@ -116,41 +122,44 @@ impl Found {
     }
 
     /// Whether it is where it may be, though little says so, or nothing along a direction.
-    pub(super) fn may_be_there(&self, reach: Reach) -> bool {
-        self.may_be_open_there(reach)
+    pub(super) fn is_tentative(&self, gate: PredictionGate) -> bool {
+        self.is_open_inside_gate(gate)
             || (self.is_plausible()
                 && !self.is_open
-                && reach != Reach::Afar
-                && (self.agreement > FIRM_AGREEMENT || self.is_firm(reach)))
+                && gate != PredictionGate::NoPrediction
+                && (self.agreement > MIN_AGREEMENT || self.is_accepted(gate)))
     }
 
     /// Whether it is about where it is to be expected, and only its place along a direction is not told. Further away it may
     /// be anywhere: bare walls fit everywhere.
-    pub(super) fn may_be_open_there(&self, reach: Reach) -> bool {
-        self.is_open && self.is_plausible() && matches!(reach, Reach::Next | Reach::Near)
+    pub(super) fn is_open_inside_gate(&self, gate: PredictionGate) -> bool {
+        self.is_open && self.is_plausible() && matches!(gate, PredictionGate::Inside | PredictionGate::InsideAfterGap)
     }
 
     /// How it may be off where its place is not certain.
-    pub(super) fn doubt(&self) -> Doubt {
+    pub(super) fn doubt(&self) -> PoseUncertainty {
         if self.is_open {
-            Doubt::Along(OpenDirection::weakest(&self.registration).0.direction)
+            PoseUncertainty::Along(OpenDirection::weakest(&self.registration).0.direction)
         } else {
-            Doubt::Anywhere
+            PoseUncertainty::Anywhere
         }
     }
 
     /// Whether what has been seen holds it in all directions.
-    pub(super) fn is_anchored(&self) -> bool {
-        self.overlap > ANCHORING_OVERLAP && !self.is_contradicted() && !self.is_open && self.registration.converged
+    pub(super) fn is_constrained_by_map(&self) -> bool {
+        self.overlap > MIN_CONSTRAINING_OVERLAP
+            && !self.is_contradicted()
+            && !self.is_open
+            && self.registration.converged
     }
 
     /// The same with what must be asked of a place that is so much, or so little, what was to be expected.
-    pub(super) fn verdict_at(&self, reach: Reach, looks_like_it: bool) -> Verdict {
+    pub(super) fn verdict_at(&self, gate: PredictionGate, is_photometrically_consistent: bool) -> Verdict {
         let verdict = self.verdict();
-        if verdict.status != Status::Good || (self.is_firm(reach) && looks_like_it) {
+        if verdict.status != Status::Good || (self.is_accepted(gate) && is_photometrically_consistent) {
             return verdict;
         }
-        let reason = if looks_like_it {
+        let reason = if is_photometrically_consistent {
             "it fits what was seen before, but so little of it that it may be elsewhere"
         } else {
             "its surfaces fit what was seen before, but its colours do not: it may be one repetition away"
@@ -200,13 +209,14 @@ mod tests {
 
     #[test]
     fn less_is_expected_the_further_a_place_is_and_the_longer_nothing_was_known() {
-        let reach =
-            |metres, degrees, between| Reach::between(&at(1.0, 10.0), &(at(1.0, 10.0) * at(metres, degrees)), between);
-        assert_eq!(reach(1.0, 50.0, 0), Reach::Next);
-        assert_eq!(reach(1.0, 50.0, 2), Reach::Near);
-        assert_eq!(reach(1.0, 50.0, 3), Reach::Afar);
-        assert_eq!(reach(2.0, 0.0, 0), Reach::Beyond);
-        assert_eq!(reach(0.0, 170.0, 1), Reach::Beyond);
-        assert_eq!(reach(3.0, 0.0, 0), Reach::Afar);
+        let gate = |metres, degrees, between| {
+            PredictionGate::between(&at(1.0, 10.0), &(at(1.0, 10.0) * at(metres, degrees)), between)
+        };
+        assert_eq!(gate(1.0, 50.0, 0), PredictionGate::Inside);
+        assert_eq!(gate(1.0, 50.0, 2), PredictionGate::InsideAfterGap);
+        assert_eq!(gate(1.0, 50.0, 3), PredictionGate::NoPrediction);
+        assert_eq!(gate(2.0, 0.0, 0), PredictionGate::Outside);
+        assert_eq!(gate(0.0, 170.0, 1), PredictionGate::Outside);
+        assert_eq!(gate(3.0, 0.0, 0), PredictionGate::NoPrediction);
     }
 }
