@@ -42,7 +42,7 @@ fn a_frame_is_found_in_another_from_no_guess_and_from_a_poor_one() {
         let off = truth.inverse() * found.T_world_sensor;
         let (moved, turned) = (off.translation.vector.norm(), off.rotation.angle().to_degrees());
         assert!(moved < 0.02 && turned < 0.5, "{search:?}: {moved} m, {turned} deg");
-        assert_eq!(found.verdict.status, Status::Good, "{search:?}: {}", found.verdict.reason);
+        assert_eq!(found.assessment.status, Status::Good, "{search:?}: {}", found.assessment.reason);
     }
 }
 
@@ -50,5 +50,5 @@ fn a_frame_is_found_in_another_from_no_guess_and_from_a_poor_one() {
 fn a_frame_of_another_flat_is_not_believed() {
     let (here, elsewhere) = (frames(5, &[0]), frames(6, &[3]));
     let found = PairRegistration::new(&here[0].0).register(&elsewhere[0].0, Search::Anywhere, DepthOptions::default());
-    assert_ne!(found.verdict.status, Status::Good, "agreement {}", found.verdict.agreement);
+    assert_ne!(found.assessment.status, Status::Good, "agreement {}", found.assessment.agreement);
 }

@@ -5,7 +5,7 @@ use nalgebra::Vector6;
 use scanstitch::camera::{DepthImage, Pinhole};
 use scanstitch::geometry::{Pose3, RigidMotion};
 use scanstitch::graph::loops::spatial::SpatialLoops;
-use scanstitch::odometry::assessment::Verdict;
+use scanstitch::odometry::assessment::Assessment;
 use scanstitch::odometry::depth::SpatialEstimate;
 use scanstitch::pipeline::prepared_frame::{DecodeConfig, FrameLabel, PreparedFrame, Surfaces};
 use scanstitch::pipeline::spatial_settings::SpatialSettings;
@@ -69,7 +69,7 @@ fn closed(poses: &[Pose3], images: &[PreparedSurfels]) -> (Vec<Pose3>, SpatialLo
             registration: None,
             overlap: 1.0,
             is_in_map: true,
-            verdict: Verdict::first(),
+            assessment: Assessment::first(),
         };
         loops.add(index as u32, image, &estimate);
         for (frame, motion) in loops.close().unwrap_or_default() {

@@ -271,11 +271,11 @@ impl Method {
             Self::MaximalCliques => cliques::maximal_clique_motion(pairs, max_distance).map(|(T, _)| counted(T)),
             Self::Views => {
                 let found = input.lone.register(input.frame, Search::Anywhere, DepthOptions::default());
-                Some((found.T_world_sensor, found.verdict.status == Status::Good))
+                Some((found.T_world_sensor, found.assessment.status == Status::Good))
             }
             Self::AllAround => {
                 let found = input.lone.register(input.frame, Search::AllAround, DepthOptions::default());
-                Some((found.T_world_sensor, found.verdict.status == Status::Good))
+                Some((found.T_world_sensor, found.assessment.status == Status::Good))
             }
         }
     }
@@ -311,13 +311,13 @@ impl Tally {
         self.wrong += usize::from(is_sure && !is_within(found, (0.2, 10.0)));
         let estimate = input.lone.register(input.frame, Search::From(T), DepthOptions::default());
         let refined = error(&estimate.T_world_sensor);
-        let is_good = estimate.verdict.status == Status::Good;
+        let is_good = estimate.assessment.status == Status::Good;
         self.refined += usize::from(is_within(refined, (0.05, 3.0)));
         self.still_wrong += usize::from(is_good && !is_within(refined, (0.2, 10.0)));
         let way = (truth.translation.vector.norm(), truth.rotation.angle().to_degrees());
         format!(
             "way {way:.2?} found {found:.2?} sure {is_sure} refined {refined:.3?} {:?} agreement {:.3} overlap {:.2}",
-            estimate.verdict.status, estimate.verdict.agreement, estimate.overlap
+            estimate.assessment.status, estimate.assessment.agreement, estimate.overlap
         )
     }
 

@@ -20,7 +20,7 @@ pub enum Status {
 
 /// A status with its reason.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Verdict {
+pub struct Assessment {
     /// How far the pose is to be trusted.
     pub status: Status,
     /// Plain words; empty when good.
@@ -43,7 +43,7 @@ const RESTLESS_TRANSLATION: f64 = 0.005;
 /// ... this (rad) tells of a registration that was cut off on its way.
 const RESTLESS_ROTATION: f64 = 0.002;
 
-impl Verdict {
+impl Assessment {
     /// The first scan is where the world begins: there is nothing to doubt.
     pub fn first() -> Self {
         Self { status: Status::Good, reason: String::new(), agreement: 1.0 }
@@ -56,7 +56,7 @@ impl Verdict {
     }
 }
 
-impl Verdict {
+impl Assessment {
     /// Good in itself, but the way to it leads over a scan that is not.
     pub fn hangs_on_a_doubt(&mut self) {
         if self.status == Status::Good {
@@ -85,10 +85,10 @@ impl Verdict {
 }
 
 /// Judges a registration by its evidence and by what the sensors saw.
-pub fn judge(registration: &PlanarRegistration, visibility: Visibility) -> Verdict {
+pub fn assess(registration: &PlanarRegistration, visibility: Visibility) -> Assessment {
     let agreement = visibility.agreement();
     let percent = |share: f64| format!("{:.0} %", 100.0 * share);
-    let with = |status, reason| Verdict { status, reason, agreement };
+    let with = |status, reason| Assessment { status, reason, agreement };
     let last = &registration.last;
 
     if last.num_inliers < MIN_POINTS || registration.fitness < LOST_FITNESS {

@@ -14,7 +14,7 @@ pub use self::prepared::PreparedCloud;
 use crate::error::Result;
 use crate::geometry::{Pose3, RigidMotion};
 use crate::map::cloud::CloudMap;
-use crate::odometry::assessment::{Status, Verdict};
+use crate::odometry::assessment::{Assessment, Status};
 use crate::registration::free_space::sphere::SphericalSight;
 use crate::registration::global::register_globally;
 use crate::registration::icp::Source;
@@ -53,7 +53,7 @@ pub struct CloudEstimate {
     /// Whether global registration started it.
     pub is_global: bool,
     /// Whether it is believed.
-    pub verdict: Verdict,
+    pub assessment: Assessment,
 }
 
 /// Odometry of clouds in space. The world frame is the frame of the first cloud.
@@ -117,7 +117,7 @@ impl CloudOdometry {
                 registration: None,
                 overlap: 1.0,
                 is_global: false,
-                verdict: Verdict::first(),
+                assessment: Assessment::first(),
             };
         };
         match self.options.method {
@@ -164,7 +164,7 @@ impl CloudOdometry {
             }
             GlobalRegistrationUse::WhenDoubtful => {
                 let found = near();
-                if self.judge(&found).status == Status::Good {
+                if self.assess(&found).status == Status::Good {
                     return Ok(found);
                 }
                 let Ok(guess) = global() else { return Ok(found) };
@@ -214,10 +214,10 @@ impl CloudOdometry {
         agreeing / f64::max(agreeing + against, 1.0)
     }
 
-    fn judge(&self, found: &Found) -> Verdict {
+    fn assess(&self, found: &Found) -> Assessment {
         let Found { registration, overlap, agreement, .. } = found;
         let percent = |share: f64| format!("{:.0} %", 100.0 * share);
-        let with = |status, reason| Verdict { status, reason, agreement: *agreement };
+        let with = |status, reason| Assessment { status, reason, agreement: *agreement };
         if !self.options.robust {
             // A course's pairs lie within a fraction of a voxel: few have a partner, and none is weighed.
             return if registration.last.num_inliers < MIN_POINTS {
@@ -273,16 +273,16 @@ impl CloudOdometry {
             Ok(found) => found,
             Err(reason) => return self.lost(reason, None, 0.0),
         };
-        let verdict = self.judge(&found);
+        let assessment = self.assess(&found);
         let Found { registration, overlap, agreement, is_global } = found;
-        if verdict.status == Status::Lost {
-            return self.lost(verdict.reason, Some(registration), overlap);
+        if assessment.status == Status::Lost {
+            return self.lost(assessment.reason, Some(registration), overlap);
         }
         let T_world_sensor = (T_world_target * registration.T_target_source).renormalized();
         self.last_motion = self.T_world_last.inverse() * T_world_sensor;
         self.T_world_last = T_world_sensor;
         self.keep(frame, agreement >= DOUBTFUL_AGREEMENT);
-        CloudEstimate { T_world_sensor, registration: Some(registration), overlap, is_global, verdict }
+        CloudEstimate { T_world_sensor, registration: Some(registration), overlap, is_global, assessment }
     }
 
     /// The next cloud is compared with this one, and where it is uncontradicted registered to a map with it.
@@ -294,8 +294,8 @@ impl CloudOdometry {
     }
 
     fn lost(&self, reason: String, registration: Option<SpatialRegistration>, overlap: f64) -> CloudEstimate {
-        let verdict = Verdict { status: Status::Lost, reason, agreement: 0.0 };
-        CloudEstimate { T_world_sensor: self.T_world_last, registration, overlap, is_global: false, verdict }
+        let assessment = Assessment { status: Status::Lost, reason, agreement: 0.0 };
+        CloudEstimate { T_world_sensor: self.T_world_last, registration, overlap, is_global: false, assessment }
     }
 }
 

@@ -30,7 +30,7 @@ use self::unregistered_frames::UnregisteredFrames;
 use crate::camera::surfel_image::SurfelImage;
 use crate::geometry::Pose3;
 use crate::map::surfel::SurfelMap;
-use crate::odometry::assessment::{Status, Verdict};
+use crate::odometry::assessment::{Assessment, Status};
 use crate::registration::prepared_surfels::PreparedSurfels;
 use crate::registration::solver::Motion;
 pub use crate::registration::spatial::SpatialRegistration;
@@ -44,7 +44,7 @@ pub struct SpatialEstimate {
     /// Share of the frame's surface that lies on what was seen before, 0..=1.
     pub overlap: f64,
     /// Whether it is believed.
-    pub verdict: Verdict,
+    pub assessment: Assessment,
     /// Whether it has become part of the map that frames are registered to.
     pub is_in_map: bool,
 }
@@ -144,7 +144,7 @@ pub struct PoseUpdate {
     /// Where it is now taken to be.
     pub T_world_sensor: Pose3,
     /// Whether that is believed.
-    pub verdict: Verdict,
+    pub assessment: Assessment,
     /// The registration that tells, and the overlap, where there is a new one.
     pub registration: Option<(SpatialRegistration, f64)>,
 }
@@ -212,7 +212,7 @@ impl DepthOdometry {
         for number in uncertain {
             self.unregistered_frames.remove(number);
         }
-        if estimate.verdict.status != Status::Good || chain.has_tentative_branches() {
+        if estimate.assessment.status != Status::Good || chain.has_tentative_branches() {
             // It may be dropped again.
             self.unregistered_frames.push(number, frame, estimate.T_world_sensor);
         }
@@ -279,7 +279,7 @@ impl DepthOdometry {
                 T_world_sensor: Pose3::identity(),
                 registration: None,
                 overlap: 0.0,
-                verdict: Verdict { status: Status::Lost, reason, agreement: 0.0 },
+                assessment: Assessment { status: Status::Lost, reason, agreement: 0.0 },
                 is_in_map: false,
             },
         }
@@ -305,8 +305,8 @@ impl DepthOdometry {
     fn relocalize(&mut self, number: u32, everywhere: bool) -> bool {
         let (Some(chain), Some(left)) = (&mut self.chain, self.unregistered_frames.get(number)) else { return false };
         let Some(found) = chain.relocalize(left, everywhere) else { return false };
-        let verdict = Verdict { status: Status::Good, reason: String::new(), agreement: found.agreement };
-        let estimate = chain.insert(number, &left.frame, found, verdict);
+        let assessment = Assessment { status: Status::Good, reason: String::new(), agreement: found.agreement };
+        let estimate = chain.insert(number, &left.frame, found, assessment);
         self.unregistered_frames.remove(number);
         self.pose_updates.push(PoseUpdate::found(number, estimate));
         true
@@ -339,10 +339,10 @@ impl DepthOdometry {
         std::mem::swap(&mut self.chain, &mut self.rival_chain);
         let (Some(chain), Some(outnumbered)) = (&self.chain, &self.rival_chain) else { return };
         for member in outnumbered.members() {
-            let mut verdict = Verdict { status: Status::Lost, reason: String::new(), agreement: 0.0 };
-            verdict.mark_outnumbered();
+            let mut assessment = Assessment { status: Status::Lost, reason: String::new(), agreement: 0.0 };
+            assessment.mark_outnumbered();
             let T_world_sensor = Pose3::identity();
-            self.pose_updates.push(PoseUpdate { frame: member.number, T_world_sensor, verdict, registration: None });
+            self.pose_updates.push(PoseUpdate { frame: member.number, T_world_sensor, assessment, registration: None });
         }
         for member in chain.members() {
             self.unregistered_frames.remove(member.number);
@@ -356,13 +356,13 @@ impl DepthOdometry {
 
 impl PoseUpdate {
     fn of(member: &Member) -> Self {
-        let Member { number, T_world_sensor, verdict } = member.clone();
-        Self { frame: number, T_world_sensor, verdict, registration: None }
+        let Member { number, T_world_sensor, assessment } = member.clone();
+        Self { frame: number, T_world_sensor, assessment, registration: None }
     }
 
     fn found(frame: u32, estimate: SpatialEstimate) -> Self {
-        let SpatialEstimate { T_world_sensor, registration, overlap, verdict, .. } = estimate;
+        let SpatialEstimate { T_world_sensor, registration, overlap, assessment, .. } = estimate;
         let registration = registration.map(|registration| (registration, overlap));
-        Self { frame, T_world_sensor, verdict, registration }
+        Self { frame, T_world_sensor, assessment, registration }
     }
 }

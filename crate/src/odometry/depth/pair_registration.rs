@@ -40,9 +40,15 @@ impl PairRegistration {
             Search::AllAround => matching.best_of_all_around(&Pose3::identity()),
             Search::Anywhere => matching.best_of_anywhere(&Pose3::identity()),
         };
-        let (verdict, overlap) = (found.verdict(), found.overlap);
+        let (assessment, overlap) = (found.assessment(), found.overlap);
         let T_world_sensor = found.registration.T_target_source;
-        SpatialEstimate { T_world_sensor, registration: Some(found.registration), overlap, verdict, is_in_map: false }
+        SpatialEstimate {
+            T_world_sensor,
+            registration: Some(found.registration),
+            overlap,
+            assessment,
+            is_in_map: false,
+        }
     }
 }
 

@@ -4,7 +4,7 @@ use super::open_direction::OpenDirection;
 use super::tentative_branch::PoseUncertainty;
 use crate::geometry::Pose3;
 use crate::geometry::rotation::angle_of;
-use crate::odometry::assessment::{Status, Verdict};
+use crate::odometry::assessment::{Assessment, Status};
 use crate::registration::projective::ProjectiveTarget;
 use crate::registration::spatial::SpatialRegistration;
 
@@ -154,22 +154,22 @@ impl PoseHypothesis {
     }
 
     /// The same with what must be asked of a place that is so much, or so little, what was to be expected.
-    pub(super) fn verdict_at(&self, gate: PredictionGate, is_photometrically_consistent: bool) -> Verdict {
-        let verdict = self.verdict();
-        if verdict.status != Status::Good || (self.is_accepted(gate) && is_photometrically_consistent) {
-            return verdict;
+    pub(super) fn assessment_at(&self, gate: PredictionGate, is_photometrically_consistent: bool) -> Assessment {
+        let assessment = self.assessment();
+        if assessment.status != Status::Good || (self.is_accepted(gate) && is_photometrically_consistent) {
+            return assessment;
         }
         let reason = if is_photometrically_consistent {
             "it fits what was seen before, but so little of it that it may be elsewhere"
         } else {
             "its surfaces fit what was seen before, but its colours do not: it may be one repetition away"
         };
-        Verdict { status: Status::Doubtful, reason: reason.to_owned(), ..verdict }
+        Assessment { status: Status::Doubtful, reason: reason.to_owned(), ..assessment }
     }
 
-    pub(super) fn verdict(&self) -> Verdict {
+    pub(super) fn assessment(&self) -> Assessment {
         let percent = |share: f64| format!("{:.0} %", 100.0 * share);
-        let with = |status, reason| Verdict { status, reason, agreement: self.agreement };
+        let with = |status, reason| Assessment { status, reason, agreement: self.agreement };
         if self.overlap < LOST_OVERLAP {
             let reason = format!("only {} of its surface lies on the map: too little overlap", percent(self.overlap));
             return with(Status::Lost, reason);

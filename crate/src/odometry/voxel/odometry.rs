@@ -151,7 +151,7 @@ impl VoxelOdometry {
         let threshold = self.limit();
         let guess = self.predict(&source, &T_world_last, threshold);
         let registration = self.register(&source, guess, threshold);
-        let (status, reason) = judge(&registration);
+        let (status, reason) = assess(&registration);
         let is_lost = status == Status::Lost;
         let T_world_sensor = if is_lost { guess } else { registration.T_target_source };
         let mut num_added = 0;
@@ -330,7 +330,7 @@ impl Points {
     }
 }
 
-fn judge(registration: &SpatialRegistration) -> (Status, String) {
+fn assess(registration: &SpatialRegistration) -> (Status, String) {
     let (fitness, last) = (registration.fitness, &registration.last);
     let percent = 100.0 * fitness;
     if last.num_inliers < MIN_PAIRS {

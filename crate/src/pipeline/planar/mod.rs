@@ -357,7 +357,7 @@ impl Run {
             let solved = long.closure.solved_poses();
             long.place(&solved, poses);
             for frame in long.unconfirmed(&solved) {
-                estimates[frame].verdict.hangs_on_a_doubt();
+                estimates[frame].assessment.hangs_on_a_doubt();
             }
             self.stage = Stage::Joint;
         }
@@ -420,7 +420,7 @@ impl Run {
     }
 
     fn believed_pose(&self, frame: usize) -> Option<Pose2> {
-        (self.estimates[frame].verdict.status != Status::Lost).then(|| self.poses[frame])
+        (self.estimates[frame].assessment.status != Status::Lost).then(|| self.poses[frame])
     }
 
     fn frame_results<'a>(&'a self, names: &'a [String]) -> impl Iterator<Item = FrameResult> + 'a {

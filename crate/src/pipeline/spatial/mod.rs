@@ -123,7 +123,7 @@ impl QuantisationHypothesis {
                 if let Some(loops) = &mut self.loops {
                     loops.add(number, surfels, &estimate);
                 }
-                let is_good = estimate.verdict.status == Status::Good;
+                let is_good = estimate.assessment.status == Status::Good;
                 // Frames that do not belong fit in no way.
                 if let Some(registration) = estimate.registration.as_ref().filter(|_| is_good) {
                     let sq_depths: f64 = surfels.image.surfels().map(|surfel| surfel.point.z * surfel.point.z).sum();
@@ -134,10 +134,10 @@ impl QuantisationHypothesis {
                 estimate
             }
             (Odometry::Cloud(odometry), Surfaces::Cloud(cloud)) => {
-                let CloudEstimate { T_world_sensor, registration, overlap, verdict, .. } =
+                let CloudEstimate { T_world_sensor, registration, overlap, assessment, .. } =
                     odometry.register_frame(PreparedCloud::from_cloud(cloud.clone()));
-                let is_in_map = verdict.status != Status::Lost;
-                SpatialEstimate { T_world_sensor, registration, overlap, verdict, is_in_map }
+                let is_in_map = assessment.status != Status::Lost;
+                SpatialEstimate { T_world_sensor, registration, overlap, assessment, is_in_map }
             }
             // Preparation, which knows the method, makes no other pairs.
             _ => return,
@@ -175,10 +175,10 @@ fn apply_pose_updates_of(
     if pose_updates.is_empty() {
         return;
     }
-    let is_another_chain = pose_updates.iter().any(|update| update.verdict.status == Status::Lost);
-    for PoseUpdate { frame, T_world_sensor, verdict, registration } in pose_updates {
+    let is_another_chain = pose_updates.iter().any(|update| update.assessment.status == Status::Lost);
+    for PoseUpdate { frame, T_world_sensor, assessment, registration } in pose_updates {
         let Some(estimate) = estimates.get_mut(frame as usize) else { continue };
-        (estimate.T_world_sensor, estimate.verdict) = (T_world_sensor, verdict);
+        (estimate.T_world_sensor, estimate.assessment) = (T_world_sensor, assessment);
         if let Some((mut registration, overlap)) = registration {
             registration.correspondences = Vec::new();
             (estimate.registration, estimate.overlap) = (Some(registration), overlap);
@@ -454,7 +454,7 @@ impl SpatialReconstruction {
 
     /// Poses of the frames that are at most so doubtful, `None` for the others.
     fn poses_up_to(&self, worst: Status) -> Vec<Option<Pose3>> {
-        let believed = |estimate: &SpatialEstimate| estimate.verdict.status as u8 <= worst as u8;
+        let believed = |estimate: &SpatialEstimate| estimate.assessment.status as u8 <= worst as u8;
         let poses = self.poses();
         self.estimates().iter().zip(poses).map(|(estimate, pose)| believed(estimate).then_some(pose)).collect()
     }

@@ -402,7 +402,7 @@ fn relation(from: usize, to: usize, T_from_to: Pose3, information: &Matrix6<f64>
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::odometry::assessment::Verdict;
+    use crate::odometry::assessment::Assessment;
 
     #[test]
     fn what_is_kept_of_a_long_way_is_bounded_and_spread_over_it() {
@@ -410,9 +410,9 @@ mod tests {
         let num_frames = 1200;
         for number in 0..num_frames {
             let T_world_sensor = Pose3::translation(0.05 * f64::from(number), 0.0, 0.0);
-            let verdict = Verdict::first();
+            let assessment = Assessment::first();
             let estimate =
-                SpatialEstimate { T_world_sensor, registration: None, overlap: 1.0, verdict, is_in_map: true };
+                SpatialEstimate { T_world_sensor, registration: None, overlap: 1.0, assessment, is_in_map: true };
             loops.add(number, &frame, &estimate);
             assert!(loops.num_packed_bytes <= MAX_BYTES, "{} bytes", loops.num_packed_bytes);
         }

@@ -14,7 +14,7 @@ use super::unregistered_frames::UnregisteredFrame;
 use super::{DepthOptions, ESTABLISHED, Effort, SpatialEstimate, Verification};
 use crate::geometry::Pose3;
 use crate::map::keyframes::apart;
-use crate::odometry::assessment::{Status, Verdict};
+use crate::odometry::assessment::{Assessment, Status};
 use crate::registration::prepared_surfels::PreparedSurfels;
 
 /// Another place than where the last frame was is believed when it agrees better by this share ...
@@ -74,7 +74,7 @@ pub(super) struct Member {
     /// Its number among all frames.
     pub(super) number: u32,
     pub(super) T_world_sensor: Pose3,
-    pub(super) verdict: Verdict,
+    pub(super) assessment: Assessment,
 }
 
 /// What becomes of a frame, and what it tells of those before.
@@ -100,12 +100,13 @@ impl Chain {
         let (mut seen, T_world_sensor) = (ReferenceMap::default(), Pose3::identity());
         let view = seen.map.view(&frame.image, &T_world_sensor);
         seen.insert(frame, number, &T_world_sensor, &view);
-        let verdict = Verdict::first();
-        let estimate = SpatialEstimate { T_world_sensor, registration: None, overlap: 1.0, verdict, is_in_map: true };
+        let assessment = Assessment::first();
+        let estimate =
+            SpatialEstimate { T_world_sensor, registration: None, overlap: 1.0, assessment, is_in_map: true };
         let chain = Self {
             options,
             seen,
-            members: vec![Member { number, T_world_sensor, verdict: Verdict::first() }],
+            members: vec![Member { number, T_world_sensor, assessment: Assessment::first() }],
             T_world_last: T_world_sensor,
             last_motion: Pose3::identity(),
             motion_prior: MotionPrior::default(),
@@ -156,8 +157,8 @@ impl Chain {
     pub(super) fn register(&mut self, number: u32, frame: &PreparedSurfels) -> Outcome {
         if self.options.verification == Verification::Off {
             let found = self.find_near(&Matching::new(&self.seen, frame, self.options));
-            let verdict = Verdict { agreement: found.agreement, ..Verdict::first() };
-            return self.append(number, frame, found, Some(verdict)).into();
+            let assessment = Assessment { agreement: found.agreement, ..Assessment::first() };
+            return self.append(number, frame, found, Some(assessment)).into();
         }
         let found = self.find(frame);
         let gate = self.gate_of(&found);
@@ -175,8 +176,8 @@ impl Chain {
             {
                 self.tentative_branches.push(TentativeBranch::new(self.seen.clone(), self.T_world_last));
             }
-            let verdict = found.verdict_at(gate, self.is_photometrically_consistent(&found));
-            return self.append(number, frame, found, Some(verdict)).into();
+            let assessment = found.assessment_at(gate, self.is_photometrically_consistent(&found));
+            return self.append(number, frame, found, Some(assessment)).into();
         }
         self.doubt(&found, gate).into()
     }
@@ -354,13 +355,13 @@ impl Chain {
         Outcome { estimate: self.append(number, frame, found, None), confirmed, dropped, uncertain }
     }
 
-    /// Takes in the frame after the last one; with a verdict, if its own place is not certain.
+    /// Takes in the frame after the last one; with an assessment, if its own place is not certain.
     fn append(
         &mut self,
         number: u32,
         frame: &PreparedSurfels,
         found: PoseHypothesis,
-        doubt: Option<Verdict>,
+        doubt: Option<Assessment>,
     ) -> SpatialEstimate {
         let T_world_sensor = found.registration.T_target_source;
         self.last_motion = self.T_world_last.inverse() * T_world_sensor;
@@ -376,11 +377,11 @@ impl Chain {
         for branch in &mut self.tentative_branches {
             branch.push(number, doubt.is_some().then(|| found.doubt()));
         }
-        let mut verdict = doubt.unwrap_or_else(|| found.verdict());
+        let mut assessment = doubt.unwrap_or_else(|| found.assessment());
         if self.has_unbounded_error() {
-            verdict.mark_hanging_on_an_open_place();
+            assessment.mark_hanging_on_an_open_place();
         }
-        self.insert(number, frame, found, verdict)
+        self.insert(number, frame, found, assessment)
     }
 
     /// Takes in a frame.
@@ -389,33 +390,33 @@ impl Chain {
         number: u32,
         frame: &PreparedSurfels,
         found: PoseHypothesis,
-        verdict: Verdict,
+        assessment: Assessment,
     ) -> SpatialEstimate {
         let T_world_sensor = found.registration.T_target_source;
         self.seen.insert(frame, number, &T_world_sensor, &found.view);
-        self.members.push(Member { number, T_world_sensor, verdict: verdict.clone() });
+        self.members.push(Member { number, T_world_sensor, assessment: assessment.clone() });
         let registration = Some(found.registration);
-        SpatialEstimate { T_world_sensor, overlap: found.overlap, verdict, registration, is_in_map: true }
+        SpatialEstimate { T_world_sensor, overlap: found.overlap, assessment, registration, is_in_map: true }
     }
 
     /// A frame that is not believed is no part of the map, but where it seems to be the next one may be.
     fn doubt(&mut self, found: &PoseHypothesis, gate: PredictionGate) -> SpatialEstimate {
-        let verdict = found.verdict_at(gate, self.is_photometrically_consistent(found));
+        let assessment = found.assessment_at(gate, self.is_photometrically_consistent(found));
         self.num_frames_since_accepted += 1;
-        if verdict.status == Status::Lost {
-            return self.lost(verdict.reason, found.overlap);
+        if assessment.status == Status::Lost {
+            return self.lost(assessment.reason, found.overlap);
         }
         let T_world_sensor = found.registration.T_target_source;
         self.T_world_rejected = Some(T_world_sensor);
         let registration = Some(found.registration.clone());
-        SpatialEstimate { T_world_sensor, overlap: found.overlap, verdict, registration, is_in_map: false }
+        SpatialEstimate { T_world_sensor, overlap: found.overlap, assessment, registration, is_in_map: false }
     }
 
     /// A frame of which nothing is known.
     pub(super) fn lost(&self, reason: String, overlap: f64) -> SpatialEstimate {
-        let verdict = Verdict { status: Status::Lost, reason, agreement: 0.0 };
+        let assessment = Assessment { status: Status::Lost, reason, agreement: 0.0 };
         let T_world_sensor = self.T_world_rejected.unwrap_or(self.T_world_last);
-        SpatialEstimate { T_world_sensor, registration: None, overlap, verdict, is_in_map: false }
+        SpatialEstimate { T_world_sensor, registration: None, overlap, assessment, is_in_map: false }
     }
 }
 

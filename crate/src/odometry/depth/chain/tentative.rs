@@ -5,7 +5,7 @@ use super::super::pose_hypothesis::{PoseHypothesis, PredictionGate};
 use super::super::tentative_branch::{BranchCorrection, TentativeBranch};
 use super::{AS_GOOD_AGREEMENT, Chain, Member, Outcome, near};
 use crate::geometry::Pose3;
-use crate::odometry::assessment::{Status, Verdict};
+use crate::odometry::assessment::{Assessment, Status};
 use crate::registration::prepared_surfels::PreparedSurfels;
 
 impl Chain {
@@ -86,7 +86,7 @@ impl Chain {
         }
         let mut confirmed = Vec::new();
         for member in self.members.iter_mut().filter(|member| branch.confirms(member.number)) {
-            (member.verdict.status, member.verdict.reason) = (Status::Good, String::new());
+            (member.assessment.status, member.assessment.reason) = (Status::Good, String::new());
             confirmed.push(member.clone());
         }
         confirmed
@@ -104,7 +104,7 @@ impl Chain {
             let Some(member) = self.members.iter_mut().find(|member| member.number == *number) else { continue };
             member.T_world_sensor = motion * member.T_world_sensor;
             if !is_elsewhere {
-                (member.verdict.status, member.verdict.reason) = (Status::Good, String::new());
+                (member.assessment.status, member.assessment.reason) = (Status::Good, String::new());
             }
             certain.push(member.clone());
         }
@@ -116,11 +116,11 @@ impl Chain {
         let mut dropped = Vec::new();
         for BranchCorrection { number, motion, .. } in moved.iter().filter(|moved| !moved.is_certain) {
             let Some(place) = self.members.iter().position(|member| member.number == *number) else { continue };
-            let Member { number, T_world_sensor, verdict } = self.members.remove(place);
+            let Member { number, T_world_sensor, assessment } = self.members.remove(place);
             let reason =
                 "the way to it led over a frame whose place was not certain, and a later frame told that it was off";
-            let verdict = Verdict { status: Status::Doubtful, reason: reason.to_owned(), ..verdict };
-            dropped.push(Member { number, T_world_sensor: motion * T_world_sensor, verdict });
+            let assessment = Assessment { status: Status::Doubtful, reason: reason.to_owned(), ..assessment };
+            dropped.push(Member { number, T_world_sensor: motion * T_world_sensor, assessment });
         }
         dropped
     }
