@@ -8,6 +8,7 @@ use super::local_map::{LocalMap, placed};
 use super::options::{
     AddedPoints, MapKind, Stages, ThresholdKind, VoxelOdometryMetric, VoxelOdometryMotion, VoxelOdometrySettings,
 };
+use crate::geometry::rotation::twist_about;
 use crate::geometry::{PointCloud, Pose3};
 use crate::odometry::assessment::Status;
 use crate::registration::factors::{PointToPlane, PointToPoint};
@@ -259,12 +260,11 @@ impl VoxelOdometry {
         let Some(upright) = self.upright else {
             return Pose3::from_parts(t.into(), UnitQuaternion::new_normalize(*q));
         };
-        // The twist of the swing-twist decomposition: the part of the quaternion along the axis.
-        let (axis, along, t) = match upright {
-            Upright::Y => (Vector3::y_axis(), q.j, Vector3::new(t.x, 0.0, t.z)),
-            Upright::Z => (Vector3::z_axis(), q.k, Vector3::new(t.x, t.y, 0.0)),
+        let (axis, t) = match upright {
+            Upright::Y => (Vector3::y_axis(), Vector3::new(t.x, 0.0, t.z)),
+            Upright::Z => (Vector3::z_axis(), Vector3::new(t.x, t.y, 0.0)),
         };
-        Pose3::from_parts(t.into(), UnitQuaternion::from_axis_angle(&axis, 2.0 * along.atan2(q.w)))
+        Pose3::from_parts(t.into(), twist_about(&T.rotation, &axis))
     }
 
     /// Gives the map what the strategy has for it; returns how many points it took.

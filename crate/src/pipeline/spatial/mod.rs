@@ -6,7 +6,7 @@ use std::collections::VecDeque;
 
 use self::stored_frames::{Frame, StoredFrames};
 use crate::error::{Error, Result};
-use crate::evaluation::spatial_error::{EstimatedFrame, spatial_error};
+use crate::evaluation::trajectory_error::{EstimatedFrame, TrajectoryError, spatial_error};
 use crate::geometry::{PointCloud, Pose3};
 use crate::graph::loops::spatial::{LoopReport, SpatialLoops};
 use crate::io::trajectory::Contents;
@@ -17,8 +17,8 @@ use crate::odometry::depth::{DepthOdometry, PoseUpdate, SpatialEstimate};
 use crate::pipeline::prepared_frame::{
     DecodeConfig, DepthDecodeConfig, MapPoints, PreparedFrame, Surfaces, set_intrinsics,
 };
-use crate::pipeline::report::{Progress, Stage};
-use crate::pipeline::spatial_report::{MapSize, SpatialComparison, SpatialFrameResult, SpatialResult};
+use crate::pipeline::report::{FrameResult, Progress, SpatialPose, Stage};
+use crate::pipeline::spatial_report::{MapSize, SpatialResult};
 use crate::pipeline::spatial_settings::{LoopClosing, Method, Quantisation, SpatialSettings};
 
 /// So many registered frames decide how depth was made whole, ...
@@ -425,9 +425,7 @@ impl SpatialReconstruction {
             depth_scale: self.depth().map(|depth| 1.0 / depth.depth_step),
             quantisation: self.quantisation(),
             frames: frames
-                .map(|((Frame { label, .. }, estimate), pose)| {
-                    SpatialFrameResult::new(&label.name, label.index, label.time, estimate, pose)
-                })
+                .map(|((Frame { label, .. }, estimate), pose)| FrameResult::of_frame(label.clone(), estimate, pose))
                 .collect(),
             loops: self.loop_report(),
             comparison,
@@ -436,7 +434,7 @@ impl SpatialReconstruction {
     }
 
     /// None before there are frames.
-    fn compare(&self, reference: &Reference) -> Result<Option<SpatialComparison>> {
+    fn compare(&self, reference: &Reference) -> Result<Option<TrajectoryError<SpatialPose>>> {
         let estimated = |(frame, pose): (&Frame, Option<Pose3>)| EstimatedFrame {
             index: frame.label.index,
             time: frame.label.time,
@@ -447,9 +445,9 @@ impl SpatialReconstruction {
         if frames.is_empty() {
             return Ok(None);
         }
-        let error =
-            spatial_error(&frames, reference.num_recorded, &reference.contents, &self.settings.known_convention())?;
-        Ok(Some(SpatialComparison::new(&reference.name, error)))
+        let Reference { name, contents, num_recorded } = reference;
+        let error = spatial_error(&frames, *num_recorded, name, contents, &self.settings.known_convention())?;
+        Ok(Some(error.map_reference(SpatialPose::from)))
     }
 
     /// Poses of the frames that are at most so doubtful, `None` for the others.

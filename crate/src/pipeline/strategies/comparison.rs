@@ -8,7 +8,7 @@ use crate::evaluation::map_quality::{MapQuality, MapQualityOptions, map_quality}
 use crate::evaluation::metrics::{PoseRelation, rpe};
 use crate::evaluation::pairs::PairOptions;
 use crate::evaluation::path::Path;
-use crate::evaluation::spatial_error::{EstimatedFrame, SpatialError, spatial_error};
+use crate::evaluation::trajectory_error::{EstimatedFrame, POSITIONS_ALONE, TrajectoryError, spatial_error};
 use crate::evaluation::statistics::Statistics;
 use crate::geometry::{PointCloud, Pose3};
 use crate::io::trajectory::Contents;
@@ -16,7 +16,7 @@ use crate::odometry::assessment::Status;
 use crate::odometry::voxel::VoxelOdometry;
 use crate::odometry::voxel::VoxelOdometrySettings;
 use crate::pipeline::prepared_frame::{DecodeConfig, FrameLabel, PreparedFrame, Surfaces, set_intrinsics};
-use crate::pipeline::spatial_report::SpatialPose;
+use crate::pipeline::report::SpatialPose;
 use crate::pipeline::spatial_settings::{Method, SpatialSettings};
 
 /// Points of each frame that the sharpness is told from, the same for every strategy.
@@ -225,8 +225,9 @@ impl StrategyComparison {
             })
             .collect();
         let known = self.settings.known_convention();
-        let error = spatial_error(&estimated, reference.num_recorded, &reference.contents, &known)?;
-        let relative = error.convention.is_some().then(|| relative_errors(&estimated, &error)).flatten();
+        let Reference { name, contents, num_recorded } = reference;
+        let error = spatial_error(&estimated, *num_recorded, name, contents, &known)?;
+        let relative = (error.convention != POSITIONS_ALONE).then(|| relative_errors(&estimated, &error)).flatten();
         let (moved, turned) = relative.unzip();
         Ok(StrategyErrors {
             num_matched: error.num_matched,
@@ -239,7 +240,7 @@ impl StrategyComparison {
             rpe_rotation_mean: turned.map(|turned| turned.mean),
             errors: error.errors,
             reference: error.reference.into_iter().map(|pose| pose.map(SpatialPose::from)).collect(),
-            convention: error.convention.map_or_else(|| "positions alone".to_owned(), |found| found.words()),
+            convention: error.convention,
         })
     }
 
@@ -258,7 +259,7 @@ impl StrategyComparison {
 }
 
 /// Relative errors from each frame with a partner to the next such: of the way (m) and of the turn (rad).
-fn relative_errors(estimated: &[EstimatedFrame], error: &SpatialError) -> Option<(Statistics, Statistics)> {
+fn relative_errors(estimated: &[EstimatedFrame], error: &TrajectoryError<Pose3>) -> Option<(Statistics, Statistics)> {
     let pairs: Vec<(Pose3, Pose3)> = estimated
         .iter()
         .zip(&error.reference)

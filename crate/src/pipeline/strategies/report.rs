@@ -5,7 +5,7 @@ use serde::Serialize;
 use crate::evaluation::map_quality::MapQuality;
 use crate::odometry::assessment::Status;
 use crate::odometry::voxel::VoxelOdometrySettings;
-use crate::pipeline::spatial_report::SpatialPose;
+use crate::pipeline::report::SpatialPose;
 
 /// What a point of the map counts for: three coordinates in double precision, as NumPy and Open3D hold a cloud. Normals
 /// and the index come on top and are not counted: they are the same for every strategy, point by point.
