@@ -14,10 +14,10 @@ use crate::io::{depth_png, intrinsics, pcd, ply, point_cloud, trajectory};
 use crate::map::voxel::VoxelMap;
 use crate::pipeline::prepared_frame::{ColorFile, DecodeConfig, FrameLabel, PreparedFrame};
 use crate::pipeline::report::Progress;
-use crate::pipeline::settings::SettingDescription;
+use crate::pipeline::settings::{Preset, SettingDescription};
 use crate::pipeline::spatial::SpatialReconstruction as Engine;
 use crate::pipeline::spatial_report::{MapSize, SpatialResult};
-use crate::pipeline::spatial_settings::{SpatialPreset, spatial_descriptions};
+use crate::pipeline::spatial_settings::{SpatialSettings, spatial_descriptions};
 
 /// Points of the map that are copied to JavaScript in one call.
 const SENT_TOGETHER: usize = 1024;
@@ -42,8 +42,8 @@ pub fn describe_spatial_settings() -> Result<Vec<Ts<SettingDescription>>, JsValu
 ///
 /// # Errors
 /// Never for the input's sake.
-#[wasm_bindgen]
-pub fn spatial_presets() -> Result<Vec<Ts<SpatialPreset>>, JsValue> {
+#[wasm_bindgen(unchecked_return_type = "Preset<SpatialSettings>[]")]
+pub fn spatial_presets() -> Result<Vec<Ts<Preset<SpatialSettings>>>, JsValue> {
     crate::pipeline::spatial_settings::spatial_presets().iter().map(plain).collect()
 }
 

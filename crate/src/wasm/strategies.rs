@@ -10,9 +10,9 @@ use crate::error::Error;
 use crate::io::{intrinsics, point_cloud, trajectory};
 use crate::odometry::voxel::VoxelOdometrySettings;
 use crate::pipeline::prepared_frame::PreparedFrame;
-use crate::pipeline::settings::SettingDescription;
+use crate::pipeline::settings::{Preset, SettingDescription};
 use crate::pipeline::strategies::{
-    StrategyComparison as Engine, StrategyFrame, StrategyPreset, StrategyResult, strategy_descriptions,
+    StrategyComparison as Engine, StrategyFrame, StrategyResult, strategy_descriptions,
 };
 
 #[wasm_bindgen]
@@ -35,8 +35,8 @@ pub fn describe_strategy_settings() -> Result<Vec<Ts<SettingDescription>>, JsVal
 ///
 /// # Errors
 /// Never for the input's sake.
-#[wasm_bindgen]
-pub fn strategy_presets() -> Result<Vec<Ts<StrategyPreset>>, JsValue> {
+#[wasm_bindgen(unchecked_return_type = "Preset<VoxelOdometrySettings>[]")]
+pub fn strategy_presets() -> Result<Vec<Ts<Preset<VoxelOdometrySettings>>>, JsValue> {
     crate::pipeline::strategies::strategy_presets().iter().map(plain).collect()
 }
 

@@ -50,8 +50,6 @@ pub struct Reconstruction {
 /// What a run has come to.
 struct Run {
     num_scans: usize,
-    /// Time of each scan (s).
-    times: Vec<Option<f64>>,
     /// Where the robot is, as seen from the laser of each scan.
     T_laser_robot: Vec<Pose2>,
     /// The motion of the laser from the scan before to each, where odometry gives it.
@@ -302,7 +300,6 @@ impl Run {
     fn new(settings: &Settings, recorded: &[RecordedScan], odometry: Option<&Trajectory>) -> Self {
         Self {
             num_scans: recorded.len(),
-            times: recorded.iter().map(|scan| scan.time).collect(),
             T_laser_robot: recorded.iter().map(|scan| scan.T_robot_laser.inverse()).collect(),
             motions: first_guesses(settings.odometry, recorded, odometry),
             detected_limit: range_limit(recorded.iter().map(|scan| scan.cloud.positions.as_slice())),
