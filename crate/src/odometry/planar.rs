@@ -124,7 +124,7 @@ impl Odometry {
 
     fn register_from(&self, scan: &PlanarScan, guess: Pose2, prediction: &Pose2) -> FrameEstimate {
         let registration = self.map.register(scan, guess, self.options.metric, &self.options.icp);
-        let assessment = assess(&registration, self.map.visibility(scan, &registration.T_target_source));
+        let assessment = assess(&registration, self.map.free_space(scan, &registration.T_target_source));
         let believed = assessment.status != Status::Lost;
         FrameEstimate {
             T_world_sensor: if believed { registration.T_target_source } else { *prediction },

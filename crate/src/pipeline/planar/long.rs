@@ -131,7 +131,7 @@ impl LongSequence {
             let between = |earlier: usize| of_nodes[earlier].inverse() * of_nodes[later];
             let apart = |earlier: usize| between(earlier).translation_norm() + between(earlier).rotation_angle();
             let sees_same = |earlier: usize| {
-                let seen = self.closure.visibility(earlier, later, &between(earlier));
+                let seen = self.closure.free_space(earlier, later, &between(earlier));
                 let all = self.closure.num_points(earlier) + self.closure.num_points(later);
                 seen.agreement() > EDGE_AGREEMENT && seen.agreeing as f64 > EDGE_SHARE * all as f64
             };
