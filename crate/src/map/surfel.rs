@@ -6,21 +6,22 @@
 use std::sync::Arc;
 
 use nalgebra::Vector3;
-use rustc_hash::FxHashMap;
 
 use crate::camera::Pinhole;
 use crate::camera::surfel_image::{Surfel, SurfelImage};
 use crate::geometry::{Pose3, RigidMotion};
+use crate::preprocess::voxel_hash::VoxelHash;
 use crate::registration::projective::{PackedSurfel, ProjectiveTarget, SurfelRasterizer};
 use crate::registration::target::Target;
 
 /// Pieces of surface in the world frame, by the block of space they lie in: of a large map only the blocks in view are
 /// looked at.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone)]
 pub struct SurfelMap {
     /// Shared with clones until one of them changes.
     blocks: Vec<Arc<Block>>,
-    index: FxHashMap<[i32; 3], u32>,
+    /// Their numbers.
+    hash: VoxelHash,
     len: usize,
 }
 
@@ -50,6 +51,12 @@ const SAME_SURFACE_DISTANCE: f64 = 0.03;
 /// Surfaces seen often are not known better than this (m), for their poses are not independent of each other. Twice as
 /// much lets each frame of a long recording drag the map along; half as much makes the first frames' errors last.
 const MIN_DEVIATION: f64 = 1e-3;
+
+impl Default for SurfelMap {
+    fn default() -> Self {
+        Self { blocks: Vec::new(), hash: VoxelHash::new(BLOCK), len: 0 }
+    }
+}
 
 impl SurfelMap {
     /// A map without anything in it.
@@ -137,14 +144,13 @@ impl SurfelMap {
     }
 
     fn add(&mut self, surfel: Surfel, frame: u32) {
-        let cell = surfel.point.map(|x| (x / BLOCK).floor() as i32);
-        let next = self.blocks.len() as u32;
-        let number = *self.index.entry([cell.x, cell.y, cell.z]).or_insert(next);
-        if number == next {
-            let center = cell.map(|x| (f64::from(x) + 0.5) * BLOCK);
+        let Some(voxel) = self.hash.voxel(&surfel.point) else { return };
+        let number = self.hash.insert(voxel) as usize;
+        if number == self.blocks.len() {
+            let center = Vector3::from(voxel).map(|x| (f64::from(x) + 0.5) * BLOCK);
             self.blocks.push(Arc::new(Block { center, ..Block::default() }));
         }
-        Arc::make_mut(&mut self.blocks[number as usize]).surfels.push(PackedSurfel::new(&surfel, frame));
+        Arc::make_mut(&mut self.blocks[number]).surfels.push(PackedSurfel::new(&surfel, frame));
         self.len += 1;
     }
 }

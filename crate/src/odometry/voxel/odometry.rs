@@ -1,7 +1,6 @@
 //! One strategy at work: each frame is registered to the map, and then becomes a part of it.
 
 use nalgebra::{UnitQuaternion, Vector3};
-use rustc_hash::FxHashSet;
 
 use super::adaptive_threshold::AdaptiveThreshold;
 use super::local_map::{LocalMap, placed};
@@ -11,6 +10,7 @@ use super::options::{
 use crate::geometry::rotation::twist_about;
 use crate::geometry::{PointCloud, Pose3};
 use crate::odometry::assessment::Status;
+use crate::preprocess::voxel_hash::VoxelHash;
 use crate::registration::factors::{PointToPlane, PointToPoint};
 use crate::registration::icp::{Criteria, IcpOptions, Rejection, Source, Weighting, register_with};
 use crate::registration::robust_kernel::RobustKernel;
@@ -303,10 +303,12 @@ impl Points {
     /// The point of every cube of side `voxel_size` (m) that came first: a measured one, not the middle of several (Vizzo et
     /// al. 2023, section III-B). 0: all.
     fn thinned(&self, voxel_size: f64) -> Self {
-        let mut seen = FxHashSet::default();
-        let is_first = |point: &Vector3<f64>| {
-            voxel_size == 0.0 || seen.insert(<[i32; 3]>::from((point / voxel_size).map(|x| x.floor() as i32)))
+        let mut hash = VoxelHash::new(voxel_size);
+        let mut is_first = |point: &Vector3<f64>| {
+            let num_before = hash.len();
+            hash.voxel(point).is_some_and(|voxel| hash.insert(voxel) as usize == num_before)
         };
+        let is_first = |point: &Vector3<f64>| voxel_size == 0.0 || is_first(point);
         let kept = self.positions.iter().map(is_first).collect::<Vec<bool>>();
         let (positions, normals) = self
             .positions
