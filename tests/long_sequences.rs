@@ -70,9 +70,10 @@ fn the_freiburg_log_closes_its_loops_with_odometry_and_without() {
         let result = reconstruction.result();
         let comparison = result.comparison.unwrap();
         assert!(comparison.name.contains("log") && comparison.mean < 0.08, "{} {}", comparison.name, comparison.mean);
-        let wrong = |(frame, error): (&scanstitch::pipeline::report::FrameResult, &Option<f64>)| {
-            error.is_some_and(|error| error > 0.5) && frame.status == Status::Good
-        };
+        let wrong = |(frame, error): (
+            &scanstitch::pipeline::report::FrameResult<scanstitch::pipeline::report::PlanarPose>,
+            &Option<f64>,
+        )| { error.is_some_and(|error| error > 0.5) && frame.status == Status::Good };
         assert!(!result.frames.iter().zip(&comparison.errors).any(wrong), "a wrong scan is called good");
     }
 }

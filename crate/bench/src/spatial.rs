@@ -26,7 +26,7 @@ use scanstitch::registration::spatial::{SpatialMetric, register_in_space};
 use scanstitch::registration::voxelized::{GaussianVoxels, PlaneToVoxel};
 use scanstitch::search::{KdTree, Neighbourhood};
 
-use crate::benchmarks::{Benchmark, Files, Prepared};
+use crate::benchmark::{Benchmark, Files, Prepared};
 
 /// The stages of depth frames: the files are depth and colour images, turn about.
 pub const DEPTH_BENCHMARKS: &[Benchmark] = &[

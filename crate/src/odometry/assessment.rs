@@ -91,13 +91,8 @@ impl Limits {
 pub const MIN_POINTS: usize = 10;
 /// Of planar scans. On the real and on 60 generated recordings right registrations agree by 0.96 to 1, and ones that are wrong
 /// by half a metre or more mostly by less than 0.8.
-const PLANAR_LIMITS: Limits = Limits {
-    min_pairs: MIN_POINTS,
-    lost_overlap: 0.25,
-    lost_agreement: 0.6,
-    doubtful_agreement: 0.9,
-    ..Limits::NONE
-};
+const PLANAR_LIMITS: Limits =
+    Limits { min_pairs: MIN_POINTS, lost_overlap: 0.25, lost_agreement: 0.6, doubtful_agreement: 0.9, ..Limits::NONE };
 /// A planar registration whose last step is longer than this (m) or ...
 const MOVING_TRANSLATION: f64 = 0.005;
 /// ... turns further than this (rad) was cut off on its way.
@@ -276,7 +271,11 @@ mod tests {
     fn what_loses_a_frame_is_said_before_what_makes_it_doubtful() {
         let evidence = Evidence { agreement: Some(0.5), overlap: 0.3, moving_after: Some(3), ..GOOD };
         assert!(Assessment::of(&evidence, &LIMITS).reason.contains("50 %"));
-        assert_eq!(Assessment::of(&evidence, &Limits::NONE).status, Status::Doubtful, "nothing excuses a loop that ran on");
+        assert_eq!(
+            Assessment::of(&evidence, &Limits::NONE).status,
+            Status::Doubtful,
+            "nothing excuses a loop that ran on"
+        );
         let mut lost = Assessment::lost("no surface".to_owned());
         lost.doubt("something else");
         assert_eq!((lost.status, lost.reason.as_str()), (Status::Lost, "no surface"));

@@ -11,9 +11,7 @@ use crate::io::{intrinsics, point_cloud, trajectory};
 use crate::odometry::voxel::VoxelOdometrySettings;
 use crate::pipeline::prepared_frame::PreparedFrame;
 use crate::pipeline::settings::{Preset, SettingDescription};
-use crate::pipeline::strategies::{
-    StrategyComparison as Engine, StrategyFrame, StrategyResult, strategy_descriptions,
-};
+use crate::pipeline::strategies::{StrategyComparison as Engine, StrategyFrame, StrategyResult, strategy_descriptions};
 
 #[wasm_bindgen]
 extern "C" {

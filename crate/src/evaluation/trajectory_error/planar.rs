@@ -99,7 +99,9 @@ struct Placed {
 /// Each frame's partner in the plane, moved so that the first partner is at `T_world_first`.
 fn seen_from(reference: &Trajectory, partners: &[Option<usize>], T_world_first: &Pose2) -> Vec<Option<Placed>> {
     let orientation = |index: usize| reference.orientations.as_ref().and_then(|all| all.get(index));
-    let Some(origin) = partners.iter().copied().flatten().next() else { return partners.iter().map(|_| None).collect() };
+    let Some(origin) = partners.iter().copied().flatten().next() else {
+        return partners.iter().map(|_| None).collect();
+    };
     let (first, to_first) = (reference.positions[origin], orientation(origin).map(UnitQuaternion::inverse));
     // Without orientations the reference keeps its own.
     let turn = to_first.map_or_else(UnitQuaternion::identity, |q| in_space(T_world_first).rotation * q);

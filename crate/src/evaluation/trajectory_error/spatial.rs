@@ -3,9 +3,9 @@
 use nalgebra::Isometry3;
 
 use super::{POSITIONS_ALONE, TrajectoryError};
+use crate::error::{Error, Result};
 use crate::evaluation::associate::by_time;
 use crate::evaluation::convention::{KnownConvention, PoseConvention, interpret};
-use crate::error::{Error, Result};
 use crate::geometry::Pose3;
 use crate::geometry::rotation::angle_of;
 use crate::io::trajectory::{Contents, Trajectory};
@@ -133,7 +133,8 @@ mod tests {
         let mut left = frames(&truth.iter().copied().map(Some).collect::<Vec<_>>());
         left.remove(1);
         assert!(spatial_error(&left, 5, "ref.txt", &reference, &KnownConvention::default()).unwrap().max < 1e-9);
-        let refused = spatial_error(&left, 4, "ref.txt", &reference, &KnownConvention::default()).unwrap_err().to_string();
+        let refused =
+            spatial_error(&left, 4, "ref.txt", &reference, &KnownConvention::default()).unwrap_err().to_string();
         assert!(refused.contains("5 poses") && refused.contains("4 frames"), "{refused}");
 
         let stamped = Trajectory::from_poses(&truth).with_stamps(vec![1.0, 2.0, 3.0, 4.0, 5.0]).unwrap();

@@ -29,13 +29,8 @@ const ROUGH_POINTS: usize = 1000;
 const FREE_SPACE_TOLERANCE: f64 = 3.0;
 /// On pairs of frames of two rendered floors, up to 30 frames apart, right registrations agree by 0.99 and more, and ones that
 /// are wrong by 15 cm or 5 degrees by less than 0.89.
-const LIMITS: Limits = Limits {
-    lost_overlap: 0.2,
-    doubtful_overlap: 0.4,
-    lost_agreement: 0.85,
-    doubtful_agreement: 0.95,
-    ..Limits::NONE
-};
+const LIMITS: Limits =
+    Limits { lost_overlap: 0.2, doubtful_overlap: 0.4, lost_agreement: 0.85, doubtful_agreement: 0.95, ..Limits::NONE };
 /// Residuals above this share of the distance limit (rms) are doubtful: pairs at random have 0.58 of it.
 const DOUBTFUL_RESIDUAL: f64 = 0.45;
 /// A registration whose last step is longer than this share of a voxel was cut off on its way.

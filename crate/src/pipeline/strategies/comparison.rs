@@ -8,8 +8,8 @@ use crate::evaluation::map_quality::{MapQuality, MapQualityOptions, map_quality}
 use crate::evaluation::metrics::{PoseRelation, rpe};
 use crate::evaluation::pairs::PairOptions;
 use crate::evaluation::path::Path;
-use crate::evaluation::trajectory_error::{EstimatedFrame, POSITIONS_ALONE, TrajectoryError, spatial_error};
 use crate::evaluation::statistics::Statistics;
+use crate::evaluation::trajectory_error::{EstimatedFrame, POSITIONS_ALONE, TrajectoryError, spatial_error};
 use crate::geometry::{PointCloud, Pose3};
 use crate::io::trajectory::Contents;
 use crate::odometry::assessment::Status;

@@ -1,6 +1,8 @@
 //! The strategies that are compared unless others are asked for.
 
-use crate::odometry::voxel::{AddedPoints, KeptPoint, MapKind, VoxelOdometryMotion, VoxelOdometrySettings, ThresholdKind};
+use crate::odometry::voxel::{
+    AddedPoints, KeptPoint, MapKind, ThresholdKind, VoxelOdometryMotion, VoxelOdometrySettings,
+};
 use crate::pipeline::settings::Preset;
 
 /// The strategies of the default comparison, in its order: the plain one, two sizes of voxels, then one change each to the map
