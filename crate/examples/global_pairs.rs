@@ -25,12 +25,13 @@ use scanstitch::odometry::depth::{DepthOptions, PairRegistration, Search};
 use scanstitch::pipeline::prepared_frame::{DecodeConfig, FrameLabel, PreparedFrame, Surfaces};
 use scanstitch::pipeline::spatial_settings::SpatialSettings;
 use scanstitch::preprocess::voxel_downsample::voxel_downsample;
+use scanstitch::registration::free_space::FreeSpaceTest;
 use scanstitch::registration::global::consistency::consistent_motion;
 use scanstitch::registration::global::fpfh::fpfh;
 use scanstitch::registration::global::matching::{FeatureIndex, mutual_matches};
 use scanstitch::registration::global::ransac::{RansacOptions, ransac};
 use scanstitch::registration::prepared_surfels::PreparedSurfels;
-use scanstitch::registration::projective::{ProjectiveTarget, Sight};
+use scanstitch::registration::projective::ProjectiveTarget;
 use scanstitch::search::{KdTree, Neighbourhood};
 use scanstitch_scene::apartment::Tour;
 use scanstitch_scene::random::Random;
@@ -134,7 +135,7 @@ fn overlap(source: &SurfelImage, target: &SurfelImage, T_target_source: &Pose3) 
     let view = ProjectiveTarget::draw(target.surfels(), &target.cell_camera(), &Pose3::identity());
     let is_seen = |surfel: &&scanstitch::camera::surfel_image::Surfel| {
         let point = (T_target_source * Point3::from(surfel.point)).coords;
-        matches!(view.look_around(&point, 0.1), Sight::Agreeing(seen) if seen.normal.dot(&(T_target_source.rotation * surfel.normal)) > 0.8)
+        matches!(view.classify_leniently(&point, 0.1), FreeSpaceTest::Agreeing(seen) if seen.normal.dot(&(T_target_source.rotation * surfel.normal)) > 0.8)
     };
     let num_seen = source.surfels().step_by(7).filter(is_seen).count();
     num_seen as f64 / source.surfels().step_by(7).count().max(1) as f64

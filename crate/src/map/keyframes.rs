@@ -10,9 +10,10 @@ use nalgebra::Vector3;
 use crate::camera::surfel_image::SurfelImage;
 use crate::geometry::Pose3;
 use crate::geometry::rotation::angle_of;
+use crate::registration::free_space::FreeSpaceTest;
 use crate::registration::photometric::Picture;
 use crate::registration::prepared_surfels::PreparedSurfels;
-use crate::registration::projective::{ProjectiveTarget, Sight};
+use crate::registration::projective::ProjectiveTarget;
 
 /// What one frame saw.
 #[derive(Clone)]
@@ -139,7 +140,7 @@ impl Keyframe {
     /// Whether it looked through where this point (world frame) lies.
     pub fn saw_through(&self, point: &Vector3<f64>) -> bool {
         let point = self.T_world_camera.inverse_transform_point(&(*point).into()).coords;
-        matches!(self.view.look_around(&point, TOLERANCE), Sight::InFreeSpace)
+        matches!(self.view.classify_leniently(&point, TOLERANCE), FreeSpaceTest::InFreeSpace)
     }
 }
 

@@ -111,12 +111,12 @@ pub struct FrameResult<P> {
 }
 
 impl<P> FrameResult<P> {
-    fn new<const D: usize, const DOF: usize, M>(
+    fn new<M: RigidMotion>(
         label: FrameLabel,
         T_world_sensor: P,
         assessment: &Assessment,
         overlap: f64,
-        registration: Option<&Registration<D, DOF, M>>,
+        registration: Option<&Registration<M>>,
     ) -> Self {
         let last = registration.map_or_else(IterationRecord::default, |r| r.last);
         Self {

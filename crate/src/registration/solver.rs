@@ -176,6 +176,8 @@ where
 
 #[cfg(test)]
 mod tests {
+    use nalgebra::UnitQuaternion;
+
     use super::*;
     use nalgebra::{Matrix3, Matrix6, SMatrix, Vector6};
 

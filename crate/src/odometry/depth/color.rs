@@ -7,20 +7,21 @@ use nalgebra::{Matrix6, Vector6};
 
 use super::ColorUse;
 use super::evidence::Evidence;
+use super::evidence::FINE_TOLERANCE;
 use super::hypotheses::best_distinct;
 use super::matching::Matching;
-use super::open_direction::OpenDirection;
 use super::pose_hypothesis::PoseHypothesis;
 use super::reference_map::ReferenceMap;
 use crate::camera::brightness::NUM_LEVELS;
 use crate::geometry::{Pose3, RigidMotion};
 use crate::map::keyframes::{Keyframe, apart};
+use crate::registration::degeneracy::DegenerateDirection;
 use crate::registration::factors::{Factor, NormalEquations, PointToPlane};
+use crate::registration::free_space::FreeSpaceTest;
 use crate::registration::photometric::{
     Gaussian, MIN_POINTS, PhotometricResult, ReferenceKeyframe, TexturedPoint, correlation, register_by_brightness,
 };
 use crate::registration::prepared_surfels::PreparedSurfels;
-use crate::registration::projective::Sight;
 use crate::registration::sandwich_variance::unit_variance;
 
 /// Pictures that a frame is compared with.
@@ -91,7 +92,7 @@ impl<'a> ColorMatcher<'a> {
             let (R, t) = (T_view_camera.rotation.to_rotation_matrix().into_inner(), T_view_camera.translation.vector);
             let is_seen = |&index: &u32| {
                 let point = R * self.points[index as usize].point + t;
-                matches!(view.view().look_at(&point, SAME_SURFACE), Sight::Agreeing(_))
+                matches!(view.view().classify(&point, SAME_SURFACE), FreeSpaceTest::Agreeing(_))
             };
             let seen: Vec<u32> = (0..self.points.len() as u32).filter(is_seen).collect();
             (seen.len() >= MIN_POINTS).then_some(ReferenceKeyframe {
@@ -126,16 +127,20 @@ impl Matching<'_> {
     /// Moved by what colours tell, where there are any and they agree.
     pub(super) fn color_matcher(&self, mut found: PoseHypothesis) -> PoseHypothesis {
         let Some(color_matcher) = &self.color_matcher else { return found };
-        let weakest = || OpenDirection::weakest(&found.registration).0;
-        let open = if found.is_open { Some(weakest()) } else { OpenDirection::of(&found.registration) };
-        if let Some(open) = open
-            && let Some(told) = self.place_of(color_matcher, &found, &open)
+        let weakest = || DegenerateDirection::weakest(&found.registration.correspondences, FINE_TOLERANCE).0;
+        let degenerate = if found.is_degenerate {
+            Some(weakest())
+        } else {
+            DegenerateDirection::of(&found.registration.correspondences, FINE_TOLERANCE)
+        };
+        if let Some(degenerate) = degenerate
+            && let Some(told) = self.place_of(color_matcher, &found, &degenerate)
         {
-            if let Some(placed) = self.placed(color_matcher, &found, &open, told) {
+            if let Some(placed) = self.placed(color_matcher, &found, &degenerate, told) {
                 return placed;
             }
             // Colours say that it is elsewhere, surfaces that it is not there either.
-            found.is_open |= told.place.abs() > APART;
+            found.is_degenerate |= told.place.abs() > APART;
         }
         if color_matcher.is_for_open_only {
             return found;
@@ -152,21 +157,23 @@ impl Matching<'_> {
     /// Where surfaces leave a direction open and colours do not tell the place along it, or where brightness contradicts the
     /// place, it may be another one altogether: that of the guesses which looks most like the pictures.
     pub(super) fn choose_by_color(&self, mut found: PoseHypothesis, hypotheses: Vec<(f64, Pose3)>) -> PoseHypothesis {
-        let is_asked = |color_matcher: &&ColorMatcher| found.is_open || !color_matcher.is_for_open_only;
+        let is_asked = |color_matcher: &&ColorMatcher| found.is_degenerate || !color_matcher.is_for_open_only;
         let Some(color_matcher) = self.color_matcher.as_ref().filter(is_asked) else { return found };
         found.photometric_ncc = self.photometric_ncc(color_matcher, &found.registration.T_target_source);
         let here = found.photometric_ncc.unwrap_or(0.0);
-        if !found.is_open && found.photometric_ncc.is_none_or(|photometric_ncc| photometric_ncc > USUAL_CORRELATION) {
+        if !found.is_degenerate
+            && found.photometric_ncc.is_none_or(|photometric_ncc| photometric_ncc > USUAL_CORRELATION)
+        {
             return found;
         }
-        if !found.is_open {
-            let (weakest, _) = OpenDirection::weakest(&found.registration);
+        if !found.is_degenerate {
+            let (weakest, _) = DegenerateDirection::weakest(&found.registration.correspondences, FINE_TOLERANCE);
             if let Some(told) = self.place_of(color_matcher, &found, &weakest).filter(|told| told.place.abs() > APART) {
                 if let Some(placed) = self.placed(color_matcher, &found, &weakest, told) {
                     return placed;
                 }
                 // As where a direction is open.
-                found.is_open = true;
+                found.is_degenerate = true;
             }
         }
         let num_guesses = hypotheses.len();
@@ -187,7 +194,7 @@ impl Matching<'_> {
         }
         let mut there = self.settled(pose);
         there.photometric_ncc = self.photometric_ncc(color_matcher, &there.registration.T_target_source);
-        let is_better = !there.is_open
+        let is_better = !there.is_degenerate
             && is_told(there.photometric_ncc.unwrap_or(0.0), here)
             && there.agreement > found.agreement - CONTRADICTION;
         if is_better { there } else { found }
@@ -241,9 +248,14 @@ impl Matching<'_> {
 
     /// Where surfaces leave a direction open, pictures may tell the place along it: so many places away. None where they do
     /// not.
-    fn place_of(&self, color_matcher: &ColorMatcher, found: &PoseHypothesis, open: &OpenDirection) -> Option<Told> {
+    fn place_of(
+        &self,
+        color_matcher: &ColorMatcher,
+        found: &PoseHypothesis,
+        degenerate: &DegenerateDirection,
+    ) -> Option<Told> {
         let places: Vec<(f64, i32)> = (-PLACES..=PLACES)
-            .map(|place| (self.photometric_ncc(color_matcher, &along(found, open, place)).unwrap_or(0.0), place))
+            .map(|place| (self.photometric_ncc(color_matcher, &along(found, degenerate, place)).unwrap_or(0.0), place))
             .collect();
         let best = places.iter().copied().fold((0.0, 0), |best, next| if next.0 > best.0 { next } else { best });
         let elsewhere = places.iter().filter(|(_, place)| (place - best.1).abs() > APART);
@@ -256,14 +268,14 @@ impl Matching<'_> {
         &self,
         color_matcher: &ColorMatcher,
         found: &PoseHypothesis,
-        open: &OpenDirection,
+        degenerate: &DegenerateDirection,
         told: Told,
     ) -> Option<PoseHypothesis> {
-        let surfaces = Gaussian { T_world_camera: along(found, open, told.place), ..surfaces_of(self, found) };
-        let result = self.held_by_color(color_matcher, open, &surfaces)?;
+        let surfaces = Gaussian { T_world_camera: along(found, degenerate, told.place), ..surfaces_of(self, found) };
+        let result = self.held_by_color(color_matcher, degenerate, &surfaces)?;
         // The surfaces there are other ones.
         let again = self.register_finely(result.T_world_camera);
-        let result = self.held_by_color(color_matcher, open, &surfaces_of(self, &again))?;
+        let result = self.held_by_color(color_matcher, degenerate, &surfaces_of(self, &again))?;
         let mut placed = self.moved(again, &result);
         placed.photometric_ncc = self.photometric_ncc(color_matcher, &placed.registration.T_target_source);
         let is_there = placed.registration.T_target_source == result.T_world_camera
@@ -275,10 +287,10 @@ impl Matching<'_> {
     fn held_by_color(
         &self,
         color_matcher: &ColorMatcher,
-        open: &OpenDirection,
+        degenerate: &DegenerateDirection,
         surfaces: &Gaussian,
     ) -> Option<PhotometricResult> {
-        let along = &open.direction;
+        let along = &degenerate.direction;
         let direction = Vector6::new(0.0, 0.0, 0.0, along.x, along.y, along.z);
         let across = Matrix6::identity() - direction * direction.transpose();
         let information = across * surfaces.information * across;
@@ -303,7 +315,7 @@ fn is_told(photometric_ncc: f64, runner_up_ncc: f64) -> bool {
 }
 
 /// The pose so many places along an open direction.
-fn along(found: &PoseHypothesis, open: &OpenDirection, place: i32) -> Pose3 {
-    let moved = open.direction * (f64::from(place) * BETWEEN_PLACES);
+fn along(found: &PoseHypothesis, degenerate: &DegenerateDirection, place: i32) -> Pose3 {
+    let moved = degenerate.direction * (f64::from(place) * BETWEEN_PLACES);
     Pose3::translation(moved.x, moved.y, moved.z) * found.registration.T_target_source
 }

@@ -3,15 +3,16 @@
 use nalgebra::{Isometry3, Vector3, Vector6};
 
 use super::color::ColorMatcher;
+use super::evidence::FINE_TOLERANCE;
 use super::evidence::{Evidence, score};
 use super::grid_search::{self, best_poses};
 use super::hypotheses::{best_distinct, grid_around, motion_penalty};
-use super::open_direction::OpenDirection;
 use super::pose_hypothesis::PoseHypothesis;
 use super::reference_map::ReferenceMap;
 use super::{DepthOptions, SAME_PLACE};
 use crate::geometry::Pose3;
 use crate::map::keyframes::apart;
+use crate::registration::degeneracy::DegenerateDirection;
 use crate::registration::factors::PointToPlane;
 use crate::registration::icp::{Criteria, IcpOptions, Rejection, Weighting, register_with};
 use crate::registration::prepared_surfels::{PreparedSurfels, SurfelCloud};
@@ -166,7 +167,7 @@ impl<'a> Matching<'a> {
             let other = self.settled(pose);
             let is_less_contradicted = 2.0 * (1.0 - other.agreement) < 1.0 - best.agreement;
             let is_likelier = other.support > best.support || self.has_better_photometric_ncc(&other, &best);
-            if is_less_contradicted && is_likelier && other.is_open <= best.is_open {
+            if is_less_contradicted && is_likelier && other.is_degenerate <= best.is_degenerate {
                 best = other;
             }
         }
@@ -198,9 +199,9 @@ impl<'a> Matching<'a> {
     }
 
     /// The same, but along a direction it stays where the guess is.
-    pub(super) fn register_across(&self, open: &OpenDirection, guess: Pose3) -> PoseHypothesis {
+    pub(super) fn register_across(&self, degenerate: &DegenerateDirection, guess: Pose3) -> PoseHypothesis {
         // A turn about the world's origin moves the camera as well.
-        let (turned, moved) = (guess.translation.vector.cross(&open.direction), open.direction);
+        let (turned, moved) = (guess.translation.vector.cross(&degenerate.direction), degenerate.direction);
         let along = Vector6::new(turned.x, turned.y, turned.z, moved.x, moved.y, moved.z);
         self.register_finely_by(&self.solver.holding(&along), guess)
     }
@@ -210,15 +211,15 @@ impl<'a> Matching<'a> {
         let registration = register(solver, &view, &self.fine, guess, &fine_options());
         let Evidence { support, overlap, agreement } =
             self.evidence(&view, &self.middle, &registration.T_target_source);
-        PoseHypothesis { registration, view, support, overlap, agreement, is_open: false, photometric_ncc: None }
+        PoseHypothesis { registration, view, support, overlap, agreement, is_degenerate: false, photometric_ncc: None }
     }
 
     /// Where hardly any surface holds a direction, the borders of things may: the registration does not see them, but what
     /// stands in free space tells. Places along that direction are compared by it, and not by how much of the map they
     /// see: that is most where nothing new is in view.
     fn settle(&self, found: PoseHypothesis) -> PoseHypothesis {
-        let (weakest, share) = OpenDirection::weakest(&found.registration);
-        if self.is_held(&found, &weakest, share) {
+        let (weakest, share) = DegenerateDirection::weakest(&found.registration.correspondences, FINE_TOLERANCE);
+        if self.is_constrained(&found, &weakest, share) {
             return found;
         }
         let here = self.agreement_at(&found, &weakest, 0).0;
@@ -232,18 +233,18 @@ impl<'a> Matching<'a> {
             }
         }
         // What is still moving moves along it.
-        found.is_open = !is_told || !found.registration.converged;
+        found.is_degenerate = !is_told || !found.registration.converged;
         found
     }
 
     /// Whether surfaces hold a frame along its weakest direction: where only `share` of them face along it, they must fit so
     /// well that its place is known, or lead back to where it is from both sides.
-    fn is_held(&self, found: &PoseHypothesis, weakest: &OpenDirection, share: f64) -> bool {
-        let deviation = weakest.deviation(&found.registration);
+    fn is_constrained(&self, found: &PoseHypothesis, weakest: &DegenerateDirection, share: f64) -> bool {
+        let deviation = weakest.sigma(&found.registration.information);
         let comes_back = || [-PUSHED, PUSHED].iter().all(|far| self.comes_back(found, weakest.direction * *far));
         share > AMPLE_SHARE
             || found.registration.converged
-                && (is_held_well(share, deviation) || (deviation < OPEN_DEVIATION && comes_back()))
+                && (is_well_constrained(share, deviation) || (deviation < OPEN_DEVIATION && comes_back()))
     }
 
     /// Whether the registration leads back to where it was found from so far away; where it ends elsewhere, that must be
@@ -256,15 +257,15 @@ impl<'a> Matching<'a> {
     }
 
     /// The agreement so many places along an open direction, and where that is.
-    fn agreement_at(&self, found: &PoseHypothesis, open: &OpenDirection, place: i32) -> (f64, Pose3) {
-        let moved = open.direction * (f64::from(place) * BETWEEN_PLACES);
+    fn agreement_at(&self, found: &PoseHypothesis, degenerate: &DegenerateDirection, place: i32) -> (f64, Pose3) {
+        let moved = degenerate.direction * (f64::from(place) * BETWEEN_PLACES);
         let pose = Pose3::translation(moved.x, moved.y, moved.z) * found.registration.T_target_source;
         (self.evidence(&found.view, &self.middle, &pose).agreement, pose)
     }
 
-    fn best_elsewhere(&self, found: &PoseHypothesis, open: &OpenDirection) -> (f64, Pose3) {
+    fn best_elsewhere(&self, found: &PoseHypothesis, degenerate: &DegenerateDirection) -> (f64, Pose3) {
         let places = (-PLACES..=PLACES).filter(|place| *place != 0);
-        let agreements = places.map(|place| self.agreement_at(found, open, place));
+        let agreements = places.map(|place| self.agreement_at(found, degenerate, place));
         agreements.fold((0.0, Pose3::identity()), |best, next| if next.0 > best.0 { next } else { best })
     }
 
@@ -288,7 +289,7 @@ impl<'a> Matching<'a> {
 }
 
 /// Whether surfaces hold a direction that this share of them face along, by their residuals to this deviation (m).
-pub(super) fn is_held_well(share: f64, deviation: f64) -> bool {
+pub(super) fn is_well_constrained(share: f64, deviation: f64) -> bool {
     share > AMPLE_SHARE || deviation < CERTAIN_DEVIATION
 }
 

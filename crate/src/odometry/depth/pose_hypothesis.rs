@@ -1,10 +1,11 @@
 //! A registration with what speaks for and against it, and whether it is believed.
 
-use super::open_direction::OpenDirection;
+use super::evidence::FINE_TOLERANCE;
 use super::tentative_branch::PoseUncertainty;
 use crate::geometry::Pose3;
 use crate::geometry::rotation::angle_of;
-use crate::odometry::assessment::{Assessment, Status};
+use crate::odometry::assessment::{Assessment, Evidence, Limits, Status, Unconstrained};
+use crate::registration::degeneracy::DegenerateDirection;
 use crate::registration::projective::ProjectiveTarget;
 use crate::registration::spatial::SpatialRegistration;
 
@@ -39,14 +40,10 @@ const MIN_OVERLAP_OUTSIDE_GATE: f64 = 0.25;
 const GATE_MAX_GAP: u32 = 2;
 /// What was seen before frames in doubt holds a frame after them when it shows so much of it.
 const MIN_CONSTRAINING_OVERLAP: f64 = 0.25;
-/// A frame of which less than this share lies on the map is not believed: nothing ties it down.
-const LOST_OVERLAP: f64 = 0.1;
-/// Below this share of agreeing surface a registration is not believed ... On the recordings at hand, with up to three
-/// frames of four left out, right registrations agree by 0.95 to 1, and ones that are wrong by half a metre mostly by less
-/// than 0.9.
-const LOST_AGREEMENT: f64 = 0.85;
-/// ... and below this it is doubtful, and no part of the map.
-const DOUBTFUL_AGREEMENT: f64 = 0.95;
+/// A frame that hardly overlaps the map is not believed: nothing ties it down. On the recordings at hand, with up to three frames
+/// of four left out, right registrations agree by 0.95 to 1, and ones that are wrong by half a metre mostly by less than 0.9; a
+/// doubtful frame is no part of the map.
+const LIMITS: Limits = Limits { lost_overlap: 0.1, lost_agreement: 0.85, doubtful_agreement: 0.95, ..Limits::NONE };
 
 /// How much a place is what was to be expected. No more is asked of motion: robots stop and turn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -85,7 +82,7 @@ pub(super) struct PoseHypothesis {
     pub(super) overlap: f64,
     pub(super) agreement: f64,
     /// Whether it might as well stand somewhere else along a direction.
-    pub(super) is_open: bool,
+    pub(super) is_degenerate: bool,
     /// How well its brightness agrees with the pictures of key frames (-1..=1), where they show enough of it.
     pub(super) photometric_ncc: Option<f64>,
 }
@@ -93,7 +90,7 @@ pub(super) struct PoseHypothesis {
 impl PoseHypothesis {
     /// Whether it stands in free space, or on nothing that is known.
     pub(super) fn is_contradicted(&self) -> bool {
-        self.overlap < LOST_OVERLAP || self.agreement < DOUBTFUL_AGREEMENT
+        self.overlap < LIMITS.lost_overlap || self.agreement < LIMITS.doubtful_agreement
     }
 
     /// Whether surfaces place it beyond doubt. Where brightness agrees as well, it need not show that much of what is known.
@@ -113,33 +110,37 @@ impl PoseHypothesis {
             }
         };
         let least = if self.overlap > MOSTLY_MAPPED_OVERLAP { agreement_of_half } else { agreement };
-        self.overlap > overlap && self.agreement > least && !self.is_open && self.registration.converged
+        self.overlap > overlap && self.agreement > least && !self.is_degenerate && self.registration.converged
     }
 
     /// Whether it may well be there, for all that can be told.
     pub(super) fn is_plausible(&self) -> bool {
-        !self.is_contradicted() && (self.is_open || self.registration.converged)
+        !self.is_contradicted() && (self.is_degenerate || self.registration.converged)
     }
 
     /// Whether it is where it may be, though little says so, or nothing along a direction.
     pub(super) fn is_tentative(&self, gate: PredictionGate) -> bool {
-        self.is_open_inside_gate(gate)
+        self.is_degenerate_inside_gate(gate)
             || (self.is_plausible()
-                && !self.is_open
+                && !self.is_degenerate
                 && gate != PredictionGate::NoPrediction
                 && (self.agreement > MIN_AGREEMENT || self.is_accepted(gate)))
     }
 
     /// Whether it is about where it is to be expected, and only its place along a direction is not told. Further away it may
     /// be anywhere: bare walls fit everywhere.
-    pub(super) fn is_open_inside_gate(&self, gate: PredictionGate) -> bool {
-        self.is_open && self.is_plausible() && matches!(gate, PredictionGate::Inside | PredictionGate::InsideAfterGap)
+    pub(super) fn is_degenerate_inside_gate(&self, gate: PredictionGate) -> bool {
+        self.is_degenerate
+            && self.is_plausible()
+            && matches!(gate, PredictionGate::Inside | PredictionGate::InsideAfterGap)
     }
 
     /// How it may be off where its place is not certain.
     pub(super) fn doubt(&self) -> PoseUncertainty {
-        if self.is_open {
-            PoseUncertainty::Along(OpenDirection::weakest(&self.registration).0.direction)
+        if self.is_degenerate {
+            PoseUncertainty::Along(
+                DegenerateDirection::weakest(&self.registration.correspondences, FINE_TOLERANCE).0.direction,
+            )
         } else {
             PoseUncertainty::Anywhere
         }
@@ -149,7 +150,7 @@ impl PoseHypothesis {
     pub(super) fn is_constrained_by_map(&self) -> bool {
         self.overlap > MIN_CONSTRAINING_OVERLAP
             && !self.is_contradicted()
-            && !self.is_open
+            && !self.is_degenerate
             && self.registration.converged
     }
 
@@ -167,33 +168,18 @@ impl PoseHypothesis {
         Assessment { status: Status::Doubtful, reason: reason.to_owned(), ..assessment }
     }
 
+    /// What the surfaces alone tell.
     pub(super) fn assessment(&self) -> Assessment {
-        let percent = |share: f64| format!("{:.0} %", 100.0 * share);
-        let with = |status, reason| Assessment { status, reason, agreement: self.agreement };
-        if self.overlap < LOST_OVERLAP {
-            let reason = format!("only {} of its surface lies on the map: too little overlap", percent(self.overlap));
-            return with(Status::Lost, reason);
-        }
-        if self.agreement < LOST_AGREEMENT {
-            let reason = format!(
-                "{} of the surface in view stands where it or the map saw free space: it shows another place, or the \
-                 motion is larger than the search",
-                percent(1.0 - self.agreement)
-            );
-            return with(Status::Lost, reason);
-        }
-        if self.agreement < DOUBTFUL_AGREEMENT {
-            let reason = format!("{} of the surface in view stands in free space", percent(1.0 - self.agreement));
-            return with(Status::Doubtful, reason);
-        }
-        if self.is_open {
-            return with(Status::Doubtful, "the surfaces in view leave the position along one direction open".into());
-        }
-        if !self.registration.converged {
-            let iterations = self.registration.history.len();
-            return with(Status::Doubtful, format!("it was still moving after {iterations} iterations"));
-        }
-        with(Status::Good, String::new())
+        let registration = &self.registration;
+        let evidence = Evidence {
+            num_pairs: registration.last.num_inliers,
+            overlap: self.overlap,
+            agreement: Some(self.agreement),
+            degenerate: self.is_degenerate.then_some(Unconstrained::Position),
+            residual: registration.last.inlier_rmse,
+            moving_after: (!registration.converged).then_some(registration.history.len()),
+        };
+        Assessment::of(&evidence, &LIMITS)
     }
 }
 

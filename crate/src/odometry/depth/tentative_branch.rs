@@ -3,13 +3,14 @@
 
 use nalgebra::Vector3;
 
-use super::matching::{Matching, is_held_well};
-use super::open_direction::OpenDirection;
+use super::evidence::FINE_TOLERANCE;
+use super::matching::{Matching, is_well_constrained};
 use super::pose_hypothesis::{PoseHypothesis, PredictionGate};
 use super::reference_map::ReferenceMap;
 use super::{DepthOptions, SAME_PLACE};
 use crate::geometry::Pose3;
 use crate::map::keyframes::apart;
+use crate::registration::degeneracy::DegenerateDirection;
 use crate::registration::prepared_surfels::PreparedSurfels;
 
 /// A frame that is open along a direction is to blame for what is off that way (cosine).
@@ -128,9 +129,10 @@ impl TentativeBranch {
         }
         // What moves others must be held itself: along a bare wall the borders of things tell one place from another, but
         // not for sure.
-        let (weakest, share) = OpenDirection::weakest(&found.registration);
-        let is_held = found.photometric_ncc.is_some() || is_held_well(share, weakest.deviation(&found.registration));
-        if is_held { BranchOutcome::BranchCorrection(Box::new(found)) } else { BranchOutcome::Nothing }
+        let (weakest, share) = DegenerateDirection::weakest(&found.registration.correspondences, FINE_TOLERANCE);
+        let is_constrained = found.photometric_ncc.is_some()
+            || is_well_constrained(share, weakest.sigma(&found.registration.information));
+        if is_constrained { BranchOutcome::BranchCorrection(Box::new(found)) } else { BranchOutcome::Nothing }
     }
 
     /// How they are moved by what a frame after them tells: it is off by `motion` (of the world), which takes the camera from

@@ -9,7 +9,7 @@ use super::options::{
 };
 use crate::geometry::rotation::twist_about;
 use crate::geometry::{PointCloud, Pose3};
-use crate::odometry::assessment::Status;
+use crate::odometry::assessment::{Assessment, Evidence, Limits, Status};
 use crate::preprocess::voxel_hash::VoxelHash;
 use crate::registration::factors::{PointToPlane, PointToPoint};
 use crate::registration::icp::{Criteria, IcpOptions, Rejection, Source, Weighting, register_with};
@@ -18,14 +18,10 @@ use crate::registration::solver::{Solver, Subspace};
 use crate::registration::spatial::SpatialRegistration;
 use crate::registration::target::Target;
 
-/// Fewer pairs place nothing.
-const MIN_PAIRS: usize = 30;
-/// A frame of which less than this share found partners is lost, ...
-const LOST_FITNESS: f64 = 0.2;
-/// ... and below this share it is doubtful.
-const DOUBTFUL_FITNESS: f64 = 0.5;
-/// A last step larger than this (m) tells of a registration that was cut off on its way.
-const RESTLESS_STEP: f64 = 0.01;
+/// What a voxel odometry asks for. It tests no free space: the map holds points alone.
+const LIMITS: Limits = Limits { min_pairs: 30, lost_overlap: 0.2, doubtful_overlap: 0.5, ..Limits::NONE };
+/// A registration that has not converged and whose last step is longer than this (m) was cut off on its way.
+const MOVING_STEP: f64 = 0.01;
 /// Close by is within so many spacings of the frame's points, ...
 const CLOSE_SPACINGS: f64 = 3.0;
 /// ... and so many voxels of the map.
@@ -152,7 +148,7 @@ impl VoxelOdometry {
         let threshold = self.limit();
         let guess = self.predict(&source, &T_world_last, threshold);
         let registration = self.register(&source, guess, threshold);
-        let (status, reason) = assess(&registration);
+        let Assessment { status, reason, .. } = assess(&registration);
         let is_lost = status == Status::Lost;
         let T_world_sensor = if is_lost { guess } else { registration.T_target_source };
         let mut num_added = 0;
@@ -332,21 +328,16 @@ impl Points {
     }
 }
 
-fn assess(registration: &SpatialRegistration) -> (Status, String) {
-    let (fitness, last) = (registration.fitness, &registration.last);
-    let percent = 100.0 * fitness;
-    if last.num_inliers < MIN_PAIRS {
-        return (Status::Lost, format!("only {} pairs were found", last.num_inliers));
-    }
-    if fitness < LOST_FITNESS {
-        return (Status::Lost, format!("only {percent:.0} % of its points found a partner in the map"));
-    }
-    if fitness < DOUBTFUL_FITNESS {
-        return (Status::Doubtful, format!("only {percent:.0} % of its points found a partner in the map"));
-    }
-    if !registration.converged && last.translation_step > RESTLESS_STEP {
-        let iterations = registration.history.len();
-        return (Status::Doubtful, format!("it was still moving after {iterations} iterations"));
-    }
-    (Status::Good, String::new())
+fn assess(registration: &SpatialRegistration) -> Assessment {
+    let last = &registration.last;
+    let is_moving = !registration.converged && last.translation_step > MOVING_STEP;
+    let evidence = Evidence {
+        num_pairs: last.num_inliers,
+        overlap: registration.fitness,
+        agreement: None,
+        degenerate: None,
+        residual: last.inlier_rmse,
+        moving_after: is_moving.then_some(registration.history.len()),
+    };
+    Assessment::of(&evidence, &LIMITS)
 }

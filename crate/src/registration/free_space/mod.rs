@@ -8,6 +8,10 @@
 pub mod beams;
 pub mod sphere;
 
+use nalgebra::Vector3;
+
+use crate::camera::Surfel;
+
 /// What a sensor saw of a point, with the surface that it saw there where the sensor's model knows it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum FreeSpaceTest<S = ()> {
@@ -19,6 +23,20 @@ pub enum FreeSpaceTest<S = ()> {
     Hidden,
     /// Nothing is known in the point's direction, or not enough.
     Unknown,
+}
+
+impl FreeSpaceTest<Surfel> {
+    /// A surface agrees with a point on a surface only where both face about the same way (cosine of the angle between their
+    /// unit normals); otherwise nothing can be said.
+    #[must_use]
+    #[inline]
+    pub fn facing(self, normal: &Vector3<f64>, min_cosine: f64) -> Self {
+        match self {
+            Self::Agreeing(seen) if seen.normal.dot(normal) > min_cosine => Self::Agreeing(seen),
+            Self::Agreeing(_) => Self::Unknown,
+            other => other,
+        }
+    }
 }
 
 /// How many points passed the test, and how many did not.

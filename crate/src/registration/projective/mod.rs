@@ -10,7 +10,7 @@ mod rasterizer;
 mod view_transform;
 
 pub use packed_surfel::PackedSurfel;
-pub use point_batch::{PointBatch, VisibilityCounts};
+pub use point_batch::PointBatch;
 pub use rasterizer::SurfelRasterizer;
 
 use nalgebra::Vector3;
@@ -18,6 +18,7 @@ use nalgebra::Vector3;
 use cell_points::CellPoints;
 use view_transform::{ViewTransform, between, dot, double, single};
 
+use super::free_space::FreeSpaceTest;
 use super::target::{SurfaceTarget, Target};
 use crate::camera::surfel_image::cell_camera;
 use crate::camera::{Pinhole, Surfel, SurfelImage};
@@ -57,28 +58,6 @@ const NOTHING: Piece = Piece { point: [f32::INFINITY; 3], sigma: 0.0, normal: [0
 /// their depth within a cell.
 const SIGHT_TOLERANCE: f32 = 0.02;
 
-/// What is seen of a point from the view.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Sight {
-    /// The surface at the point's depth, give or take the tolerance.
-    Agreeing(Surfel),
-    /// A surface behind the point: the view looked through where it lies.
-    InFreeSpace,
-    /// A surface in front of it: nothing can be said.
-    Hidden,
-    /// Nothing is known there.
-    Unknown,
-}
-
-/// As [`Sight`], with the index of what agrees.
-#[derive(Clone, Copy)]
-enum Look {
-    Agreeing(u32),
-    InFreeSpace,
-    Hidden,
-    Unknown,
-}
-
 impl Piece {
     /// Of a surface in the view's own frame.
     #[inline]
@@ -98,18 +77,18 @@ impl Piece {
 
     /// What is seen of a point (world frame) at a depth in the view.
     #[inline]
-    fn look(&self, index: u32, point: &[f32; 3], depth: f32, tolerance: f32) -> Look {
+    fn classify(&self, index: u32, point: &[f32; 3], depth: f32, tolerance: f32) -> FreeSpaceTest<u32> {
         if dot(&self.normal, &between(&self.point, point)).abs() <= tolerance {
-            return Look::Agreeing(index);
+            return FreeSpaceTest::Agreeing(index);
         }
         // Nothing is in front of an infinite depth less an infinite margin, nor behind.
         let margin = tolerance + SIGHT_TOLERANCE * self.depth;
         if depth < self.depth - margin {
-            Look::InFreeSpace
+            FreeSpaceTest::InFreeSpace
         } else if depth > self.depth + margin {
-            Look::Hidden
+            FreeSpaceTest::Hidden
         } else {
-            Look::Unknown
+            FreeSpaceTest::Unknown
         }
     }
 }
@@ -216,47 +195,47 @@ impl ProjectiveTarget {
     /// What is seen of a point (world frame) from the view in its own cell, surfaces `tolerance` (m) off along their
     /// normal agreeing.
     #[inline]
-    pub fn look_at(&self, point: &Vector3<f64>, tolerance: f64) -> Sight {
+    pub fn classify(&self, point: &Vector3<f64>, tolerance: f64) -> FreeSpaceTest<Surfel> {
         let point = single(point);
         let seen = self.view.T_view_world.act(&point);
-        let look = |(column, row): (usize, usize)| {
+        let test = |(column, row): (usize, usize)| {
             let index = self.cells[row * self.view.camera.width + column];
-            self.pieces[index as usize].look(index, &point, seen[2], tolerance as f32)
+            self.pieces[index as usize].classify(index, &point, seen[2], tolerance as f32)
         };
-        self.sight(self.view.cell(&seen).map_or(Look::Unknown, look))
+        self.with_surfel(self.view.cell(&seen).map_or(FreeSpaceTest::Unknown, test))
     }
 
     /// The same with the benefit of the doubt: at the border of an object its own cell and the eight around it see the
     /// object and what is behind. One that agrees is enough, and only where none agrees or hides it the point stands in
     /// free space.
-    pub fn look_around(&self, point: &Vector3<f64>, tolerance: f64) -> Sight {
+    pub fn classify_leniently(&self, point: &Vector3<f64>, tolerance: f64) -> FreeSpaceTest<Surfel> {
         let (point, tolerance) = (single(point), tolerance as f32);
         let seen = self.view.T_view_world.act(&point);
-        let Some((column, row)) = self.view.cell(&seen) else { return Sight::Unknown };
-        let look = |index: u32| self.pieces[index as usize].look(index, &point, seen[2], tolerance);
-        let mut best = look(self.cells[row * self.view.camera.width + column]);
-        if matches!(best, Look::Agreeing(_)) {
-            return self.sight(best);
+        let Some((column, row)) = self.view.cell(&seen) else { return FreeSpaceTest::Unknown };
+        let test = |index: u32| self.pieces[index as usize].classify(index, &point, seen[2], tolerance);
+        let mut best = test(self.cells[row * self.view.camera.width + column]);
+        if matches!(best, FreeSpaceTest::Agreeing(_)) {
+            return self.with_surfel(best);
         }
         for cells in self.cells_around(column, row) {
             for &index in &self.cells[cells] {
-                match (look(index), &best) {
-                    (look @ Look::Agreeing(_), _) => return self.sight(look),
-                    (Look::Hidden, Look::InFreeSpace) => best = Look::Hidden,
+                match (test(index), &best) {
+                    (found @ FreeSpaceTest::Agreeing(_), _) => return self.with_surfel(found),
+                    (FreeSpaceTest::Hidden, FreeSpaceTest::InFreeSpace) => best = FreeSpaceTest::Hidden,
                     _ => {}
                 }
             }
         }
-        self.sight(best)
+        self.with_surfel(best)
     }
 
     #[inline]
-    fn sight(&self, look: Look) -> Sight {
-        match look {
-            Look::Agreeing(index) => Sight::Agreeing(self.pieces[index as usize].surfel()),
-            Look::InFreeSpace => Sight::InFreeSpace,
-            Look::Hidden => Sight::Hidden,
-            Look::Unknown => Sight::Unknown,
+    fn with_surfel(&self, test: FreeSpaceTest<u32>) -> FreeSpaceTest<Surfel> {
+        match test {
+            FreeSpaceTest::Agreeing(index) => FreeSpaceTest::Agreeing(self.pieces[index as usize].surfel()),
+            FreeSpaceTest::InFreeSpace => FreeSpaceTest::InFreeSpace,
+            FreeSpaceTest::Hidden => FreeSpaceTest::Hidden,
+            FreeSpaceTest::Unknown => FreeSpaceTest::Unknown,
         }
     }
 
@@ -406,12 +385,12 @@ mod tests {
         let (pieces, _, T) = wall();
         let camera = Pinhole::new(40, 30, [30.0, 30.0, 19.5, 14.5]).unwrap(); // a piece in every cell
         let target = ProjectiveTarget::draw(pieces.iter(), &camera, &T);
-        for look in [ProjectiveTarget::look_at, ProjectiveTarget::look_around] {
-            let see = |z| look(&target, &Vector3::new(0.1, 0.2, z), 0.03);
-            assert!(matches!(see(2.02), Sight::Agreeing(_)));
-            assert_eq!(see(1.5), Sight::InFreeSpace);
-            assert_eq!(see(3.0), Sight::Hidden);
-            assert_eq!(look(&target, &Vector3::new(50.0, 0.0, 2.0), 0.03), Sight::Unknown);
+        for classify in [ProjectiveTarget::classify, ProjectiveTarget::classify_leniently] {
+            let see = |z| classify(&target, &Vector3::new(0.1, 0.2, z), 0.03);
+            assert!(matches!(see(2.02), FreeSpaceTest::Agreeing(_)));
+            assert_eq!(see(1.5), FreeSpaceTest::InFreeSpace);
+            assert_eq!(see(3.0), FreeSpaceTest::Hidden);
+            assert_eq!(classify(&target, &Vector3::new(50.0, 0.0, 2.0), 0.03), FreeSpaceTest::Unknown);
         }
     }
 
@@ -422,7 +401,7 @@ mod tests {
         let back = Surfel { point: Vector3::new(0.3, 0.0, 1.0), normal: Vector3::z(), sigma: 0.0 };
         pieces.extend([near, back]);
         let target = ProjectiveTarget::draw(pieces.iter(), &camera, &Pose3::identity());
-        assert!(matches!(target.look_at(&near.point, 0.01), Sight::Agreeing(seen) if seen == near));
+        assert!(matches!(target.classify(&near.point, 0.01), FreeSpaceTest::Agreeing(seen) if seen == near));
         assert!(target.surfels().all(|seen| seen.normal == -Vector3::z()));
         assert_eq!(target.len(), target.surfels().len());
         assert!(!target.is_empty());

@@ -2,9 +2,10 @@
 
 use nalgebra::Vector3;
 
+use super::ProjectiveTarget;
 use super::view_transform::{LANES, Transform, dot, single};
-use super::{Look, ProjectiveTarget};
 use crate::geometry::Pose3;
+use crate::registration::free_space::{FreeSpaceTally, FreeSpaceTest};
 
 /// Points with normals to be looked at many times, in the order that vector units want.
 pub struct PointBatch {
@@ -39,27 +40,18 @@ impl PointBatch {
     }
 }
 
-/// How many of some points agree with what is seen where they are, and how many stand in free space.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct VisibilityCounts {
-    /// On the surface that is seen, and facing as it does.
-    pub agreeing: usize,
-    /// In front of it.
-    pub in_free_space: usize,
-}
-
 impl ProjectiveTarget {
-    /// Looks at all points in their own cells, their frame being at `T_world_points`; the normals of surfaces that agree
+    /// The free-space test of all points in their own cells, counted, their frame being at `T_world_points`; the normals of surfaces that agree
     /// differ by no more than an angle of this cosine.
-    pub fn count_visibility(
+    pub fn tally(
         &self,
         point_batch: &PointBatch,
         T_world_points: &Pose3,
         tolerance: f64,
         min_cosine: f32,
-    ) -> VisibilityCounts {
+    ) -> FreeSpaceTally {
         let (T_world_points, tolerance) = (Transform::new(T_world_points), tolerance as f32);
-        let mut counts = VisibilityCounts::default();
+        let mut counts = FreeSpaceTally::default();
         for (points, normals) in point_batch.points.iter().zip(point_batch.normals.chunks(LANES)) {
             let moved = T_world_points.act_on_all(points);
             let seen = self.view.T_view_world.act_on_all(&moved);
@@ -69,13 +61,13 @@ impl ProjectiveTarget {
                 let Some((column, row)) = self.view.inside(u[lane], v[lane], depth) else { continue };
                 let index = self.cells[row * self.view.camera.width + column];
                 let piece = &self.pieces[index as usize];
-                match piece.look(index, &moved.map(|axis| axis[lane]), depth, tolerance) {
-                    Look::Agreeing(_) => {
+                match piece.classify(index, &moved.map(|axis| axis[lane]), depth, tolerance) {
+                    FreeSpaceTest::Agreeing(_) => {
                         let turned = T_world_points.rows.map(|row| dot(&row, normal));
                         counts.agreeing += usize::from(dot(&turned, &piece.normal) > min_cosine);
                     }
-                    Look::InFreeSpace => counts.in_free_space += 1,
-                    Look::Hidden | Look::Unknown => {}
+                    FreeSpaceTest::InFreeSpace => counts.in_free_space += 1,
+                    FreeSpaceTest::Hidden | FreeSpaceTest::Unknown => {}
                 }
             }
         }

@@ -86,8 +86,8 @@ pub(super) mod tests {
     use crate::camera::surfel_image::cell_camera;
     use crate::camera::{Surfel, SurfelImage};
     use crate::odometry::depth::DepthOptions;
+    use crate::registration::free_space::FreeSpaceTest;
     use crate::registration::prepared_surfels::PreparedSurfels;
-    use crate::registration::projective::Sight;
 
     /// A wall with a bend two metres ahead, as a camera of 640 x 480 pixels sees it.
     pub(in super::super) fn wall() -> PreparedSurfels {
@@ -113,8 +113,10 @@ pub(super) mod tests {
         for (before, after) in whole.view.surfels().zip(unpacked.view.surfels()) {
             assert!((before.point - after.point).norm() < 1e-6 && (before.normal - after.normal).norm() < 1e-6);
             let place = before.point * 0.999;
-            let (a, b) = (whole.view.look_around(&place, 0.02), unpacked.view.look_around(&place, 0.02));
-            assert!(matches!((a, b), (Sight::Agreeing(a), Sight::Agreeing(b)) if (a.point - b.point).norm() < 1e-6));
+            let (a, b) = (whole.view.classify_leniently(&place, 0.02), unpacked.view.classify_leniently(&place, 0.02));
+            assert!(
+                matches!((a, b), (FreeSpaceTest::Agreeing(a), FreeSpaceTest::Agreeing(b)) if (a.point - b.point).norm() < 1e-6)
+            );
         }
         for (before, after) in [(&whole.source, &unpacked.source), (&whole.sparse, &unpacked.sparse)] {
             assert_eq!(before.points.len(), after.points.len());

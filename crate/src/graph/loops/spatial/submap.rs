@@ -6,12 +6,14 @@ use nalgebra::{Matrix3, Matrix6, Vector3};
 
 use crate::geometry::Pose3;
 use crate::odometry::depth::{
-    AGREEING_COSINE, FINE_TOLERANCE, OpenDirection, best_distinct, fine_options, grid_around, middle_options, score,
+    AGREEING_COSINE, FINE_TOLERANCE, best_distinct, fine_options, grid_around, middle_options, score,
 };
+use crate::registration::degeneracy::DegenerateDirection;
 use crate::registration::factors::PointToPlane;
+use crate::registration::free_space::{FreeSpaceTally, FreeSpaceTest};
 use crate::registration::icp::{IcpOptions, register_with};
 use crate::registration::prepared_surfels::{PreparedSurfels, SUBMAP_POINTS, SurfelCloud};
-use crate::registration::projective::{PackedSurfel, ProjectiveTarget, Sight, SurfelRasterizer};
+use crate::registration::projective::{PackedSurfel, ProjectiveTarget, SurfelRasterizer};
 use crate::registration::solver::Solver;
 use crate::registration::spatial::SpatialRegistration;
 
@@ -110,13 +112,10 @@ impl<'a> Submap<'a> {
         let registration = register(frame, &view, guess, &fine_options());
         let T_submap_camera = registration.T_target_source;
         let (overlap, agreement) = self.evidence(frame, &view, &T_submap_camera);
-        let is_held = overlap > MIN_OVERLAP && agreement > MIN_AGREEMENT && registration.fitness > MIN_OVERLAP;
-        (is_held && OpenDirection::of(&registration).is_none()).then_some(SubmapRegistration {
-            T_submap_camera,
-            information: registration.information,
-            overlap,
-            agreement,
-        })
+        let is_supported = overlap > MIN_OVERLAP && agreement > MIN_AGREEMENT && registration.fitness > MIN_OVERLAP;
+        (is_supported && DegenerateDirection::of(&registration.correspondences, FINE_TOLERANCE).is_none()).then_some(
+            SubmapRegistration { T_submap_camera, information: registration.information, overlap, agreement },
+        )
     }
 
     /// How a frame at a pose fits: the overlap and the agreement.
@@ -139,30 +138,27 @@ impl<'a> Submap<'a> {
         let is_seen_through = |point: &Vector3<f64>| {
             let looks = |(view, T): &(&ProjectiveTarget, Pose3)| {
                 let point = T.transform_point(&(*point).into()).coords;
-                matches!(view.look_around(&point, FINE_TOLERANCE), Sight::InFreeSpace)
+                matches!(view.classify_leniently(&point, FINE_TOLERANCE), FreeSpaceTest::InFreeSpace)
             };
             references.iter().any(looks)
         };
-        let (mut agreeing, mut against) = (0.0, 0.0);
+        let mut tally = FreeSpaceTally::default();
         let (R, t) = parts(T_submap_camera);
         for (point, normal) in frame.source.points.iter().zip(&frame.source.normals) {
             let (point, normal) = (R * point + t, R * normal);
-            match view.look_around(&point, FINE_TOLERANCE) {
-                Sight::Agreeing(seen) if seen.normal.dot(&normal) > AGREEING_COSINE => agreeing += 1.0,
-                _ if is_seen_through(&point) => against += 1.0,
+            match view.classify_leniently(&point, FINE_TOLERANCE).facing(&normal, AGREEING_COSINE) {
+                FreeSpaceTest::Agreeing(_) => tally.agreeing += 1,
+                _ if is_seen_through(&point) => tally.in_free_space += 1,
                 _ => {}
             }
         }
-        let overlap = agreeing / frame.source.points.len().max(1) as f64;
+        let overlap = tally.agreeing as f64 / frame.source.points.len().max(1) as f64;
         let (R, t) = parts(&T_submap_camera.inverse());
         for surfel in view.surfels().step_by(view.len().div_ceil(SUBMAP_POINTS).max(1)) {
-            match frame.view.look_around(&(R * surfel.point + t), FINE_TOLERANCE) {
-                Sight::Agreeing(seen) if seen.normal.dot(&(R * surfel.normal)) > AGREEING_COSINE => agreeing += 1.0,
-                Sight::InFreeSpace => against += 1.0,
-                _ => {}
-            }
+            let test = frame.view.classify_leniently(&(R * surfel.point + t), FINE_TOLERANCE);
+            tally.add(&test.facing(&(R * surfel.normal), AGREEING_COSINE));
         }
-        (overlap, agreeing / f64::max(agreeing + against, 1.0))
+        (overlap, tally.agreement())
     }
 }
 

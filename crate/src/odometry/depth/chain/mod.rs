@@ -3,10 +3,10 @@
 mod tentative;
 
 use super::color::SAME_PLACE_CORRELATION;
+use super::evidence::FINE_TOLERANCE;
 use super::hypotheses;
-use super::matching::{Matching, TELLING_AGREEMENT, is_held_well};
+use super::matching::{Matching, TELLING_AGREEMENT, is_well_constrained};
 use super::motion_prior::MotionPrior;
-use super::open_direction::OpenDirection;
 use super::pose_hypothesis::{PoseHypothesis, PredictionGate};
 use super::reference_map::ReferenceMap;
 use super::tentative_branch::{BranchOutcome, TentativeBranch};
@@ -15,6 +15,7 @@ use super::{DepthOptions, ESTABLISHED, Effort, SpatialEstimate, Verification};
 use crate::geometry::Pose3;
 use crate::map::keyframes::apart;
 use crate::odometry::assessment::{Assessment, Status};
+use crate::registration::degeneracy::DegenerateDirection;
 use crate::registration::prepared_surfels::PreparedSurfels;
 
 /// Another place than where the last frame was is believed when it agrees better by this share ...
@@ -169,7 +170,7 @@ impl Chain {
             return self.accept_without_branch(level, number, frame, found);
         }
         // Of a few frames it is not known yet whether they belong.
-        let is_tentative = found.is_tentative(gate) && (found.is_open || self.members.len() > ESTABLISHED);
+        let is_tentative = found.is_tentative(gate) && (found.is_degenerate || self.members.len() > ESTABLISHED);
         if is_tentative {
             if self.tentative_branches.last().is_none_or(TentativeBranch::ends_with_certain_pose)
                 && self.tentative_branches.len() < MAX_TENTATIVE_BRANCHES
@@ -208,7 +209,7 @@ impl Chain {
 
     fn is_settled(&self, found: &PoseHypothesis) -> bool {
         let gate = self.gate_of(found);
-        self.is_accepted(found, gate) || found.is_open_inside_gate(gate)
+        self.is_accepted(found, gate) || found.is_degenerate_inside_gate(gate)
     }
 
     /// Near where the last frame was, or seemed to be, then all around, then in all places seen before: as far as the
@@ -239,16 +240,16 @@ impl Chain {
         if found.photometric_ncc.is_some() || self.num_frames_since_accepted > 0 || !found.is_plausible() {
             return found;
         }
-        let (weakest, share) = OpenDirection::weakest(&found.registration);
-        let deviation = weakest.deviation(&found.registration);
-        if !found.is_open && is_held_well(share, deviation) {
+        let (weakest, share) = DegenerateDirection::weakest(&found.registration.correspondences, FINE_TOLERANCE);
+        let deviation = weakest.sigma(&found.registration.information);
+        if !found.is_degenerate && is_well_constrained(share, deviation) {
             return found;
         }
         let T_world_found = found.registration.T_target_source;
         let motion = self.T_world_last.inverse() * T_world_found;
         let direction = self.T_world_last.rotation.inverse() * weakest.direction;
         let Some(expected) = self.motion_prior.expected(&motion, &direction) else { return found };
-        let deviation = match (found.registration.converged, found.is_open) {
+        let deviation = match (found.registration.converged, found.is_degenerate) {
             // What is still moving tells nothing.
             (false, _) => f64::INFINITY,
             (true, true) => OPEN_ERRING_TOGETHER * deviation,
@@ -263,12 +264,12 @@ impl Chain {
         let guess = Pose3::translation(moved.x, moved.y, moved.z) * T_world_found;
         let mut usual = matching.register_across(&weakest, guess);
         let is_contradicted = usual.agreement < found.agreement - TELLING_AGREEMENT;
-        if is_contradicted || !(usual.registration.converged || found.is_open) {
+        if is_contradicted || !(usual.registration.converged || found.is_degenerate) {
             return found;
         }
         // What the registration holds fast is known no better for it.
         usual.registration.information = found.registration.information;
-        PoseHypothesis { is_open: found.is_open, ..usual }
+        PoseHypothesis { is_degenerate: found.is_degenerate, ..usual }
     }
 
     fn find_near(&self, matching: &Matching<'_>) -> PoseHypothesis {
