@@ -15,6 +15,7 @@ use scanstitch::odometry::assessment::Status;
 use scanstitch::pipeline::planar::Reconstruction;
 use scanstitch::pipeline::report::{FrameResult, PlanarPose, ReconstructionResult, Stage};
 use scanstitch::pipeline::settings::{Settings, Strategy, presets};
+use scanstitch::preprocess::clean::CleaningReport;
 use scanstitch_scene::corridor::{CorridorOptions, generate};
 use scanstitch_scene::office;
 
@@ -77,7 +78,7 @@ fn the_ten_real_scans_make_a_crisp_map_with_no_setting_touched() {
     assert!(sharpness.num_pairs > 1200, "{sharpness:?}");
     assert!(mean(&to_matlab) < 0.121 && largest(&to_matlab) < 0.3, "{to_matlab:?}");
     assert!(result.frames.iter().all(|frame| frame.status == Status::Good));
-    let at_limit: usize = result.frames.iter().map(|frame| frame.cleaning.expect("of a scan").at_range_limit).sum();
+    let at_limit: usize = result.frames.iter().map(|frame| frame.cleaning.at_range_limit).sum();
     assert_eq!(at_limit, 4);
 }
 
@@ -96,7 +97,7 @@ fn generated_scans_are_placed_within_millimetres_for_every_seed() {
         let recording = generate(&CorridorOptions { seed, ..CorridorOptions::default() });
         let result = run(&mut reconstruction_of(recording.scans.iter().map(|s| cloud(s)), Settings::default()));
         let errors = distances(&result, recording.T_world_sensor.iter().map(|T| T.translation.vector));
-        let turned = |(frame, T): (&FrameResult<PlanarPose>, &Pose2)| {
+        let turned = |(frame, T): (&FrameResult<PlanarPose, CleaningReport>, &Pose2)| {
             (Pose2::rotation(frame.T_world_sensor.theta).inverse() * T).rotation_angle()
         };
         let heading = result.frames.iter().zip(&recording.T_world_sensor).map(turned).fold(0.0, f64::max);

@@ -67,10 +67,10 @@ impl From<SpatialPose> for Pose3 {
     }
 }
 
-/// What is known of one frame, in the plane or in space.
+/// What is known of one frame, in the plane or in space: `P` is its pose, `C` what cleaning reports.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify), tsify(missing_as_null))]
-pub struct FrameResult<P> {
+pub struct FrameResult<P, C> {
     /// Name of the file.
     pub name: String,
     /// Its place in the recording, counted from 0.
@@ -89,8 +89,8 @@ pub struct FrameResult<P> {
     pub agreement: f64,
     /// Share of the frame that lies on the map, 0..=1.
     pub overlap: f64,
-    /// In the plane: what was dropped before; null otherwise.
-    pub cleaning: Option<CleaningReport>,
+    /// In the plane: what was dropped before; null in space, where nothing counts it.
+    pub cleaning: C,
     /// Pairs within the distance limit.
     pub num_correspondences: usize,
     /// Pairs that counted.
@@ -110,13 +110,14 @@ pub struct FrameResult<P> {
     pub history: Vec<IterationRecord>,
 }
 
-impl<P> FrameResult<P> {
+impl<P, C> FrameResult<P, C> {
     fn new<M: RigidMotion>(
         label: FrameLabel,
         T_world_sensor: P,
         assessment: &Assessment,
         overlap: f64,
         registration: Option<&Registration<M>>,
+        cleaning: C,
     ) -> Self {
         let last = registration.map_or_else(IterationRecord::default, |r| r.last);
         Self {
@@ -129,7 +130,7 @@ impl<P> FrameResult<P> {
             reason: assessment.reason.clone(),
             agreement: assessment.agreement,
             overlap,
-            cleaning: None,
+            cleaning,
             num_correspondences: last.num_correspondences,
             num_inliers: last.num_inliers,
             fitness: registration.map_or(0.0, |r| r.fitness),
@@ -142,7 +143,7 @@ impl<P> FrameResult<P> {
     }
 }
 
-impl FrameResult<PlanarPose> {
+impl FrameResult<PlanarPose, CleaningReport> {
     /// Of a scan; `pose` is its present `T_world_sensor`.
     pub fn of_scan(label: FrameLabel, cleaning: CleaningReport, estimate: &FrameEstimate, pose: Pose2) -> Self {
         let registration = estimate.registration.as_ref();
@@ -150,17 +151,16 @@ impl FrameResult<PlanarPose> {
         let degenerate = registration.filter(|r| r.observability.is_undetermined());
         Self {
             std: registration.and_then(standard_deviation),
-            cleaning: Some(cleaning),
             undetermined: degenerate.map(|r| planar(&r.observability.weakest_direction)),
-            ..Self::new(label, pose.into(), &estimate.assessment, overlap, registration)
+            ..Self::new(label, pose.into(), &estimate.assessment, overlap, registration, cleaning)
         }
     }
 }
 
-impl FrameResult<SpatialPose> {
+impl FrameResult<SpatialPose, ()> {
     /// Of a depth image or a cloud; `pose` is its present `T_world_sensor`.
     pub fn of_frame(label: FrameLabel, estimate: &SpatialEstimate, pose: Pose3) -> Self {
-        Self::new(label, pose.into(), &estimate.assessment, estimate.overlap, estimate.registration.as_ref())
+        Self::new(label, pose.into(), &estimate.assessment, estimate.overlap, estimate.registration.as_ref(), ())
     }
 }
 
@@ -189,7 +189,7 @@ pub struct ReconstructionResult {
     /// The settings of the run.
     pub settings: Settings,
     /// One entry a scan, as far as the run has come.
-    pub frames: Vec<FrameResult<PlanarPose>>,
+    pub frames: Vec<FrameResult<PlanarPose, CleaningReport>>,
     /// Iterations of the joint solution; empty without one.
     pub joint_history: Vec<IterationRecord>,
     /// Sharpness of the map, where scans overlap.

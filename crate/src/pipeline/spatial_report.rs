@@ -23,7 +23,7 @@ pub struct SpatialResult {
     /// How depth was made whole, as set or as found so far; null for clouds.
     pub quantisation: Option<Quantisation>,
     /// One entry a registered frame.
-    pub frames: Vec<FrameResult<SpatialPose>>,
+    pub frames: Vec<FrameResult<SpatialPose, ()>>,
     /// Places that came into view again, and what came of it.
     pub loops: LoopReport,
     /// Errors against the reference, where one was given and fits.

@@ -3,19 +3,24 @@
  * engine's own.
  */
 import type {
+  FrameResult,
   MapSize,
+  Preset,
   Progress,
-  SpatialPreset as EnginePreset,
   SettingDescription as EngineSettingDescription,
+  SpatialPose,
   SpatialSettings as EngineSettings,
   SpatialResult,
 } from './package.js';
 
-export type { MapSize, SpatialComparison, SpatialFrameResult, SpatialPose, SpatialResult } from './package.js';
+export type { MapSize, SpatialPose, SpatialResult } from './package.js';
 
 /** All settings. The engine takes some of them, and so calls each one optional. */
 export type SpatialSettings = Required<EngineSettings>;
-export type SpatialPreset = EnginePreset & { settings: SpatialSettings };
+export type SpatialPreset = Preset<SpatialSettings>;
+
+/** What is known of a depth image or a cloud. */
+export type SpatialFrameResult = FrameResult<SpatialPose, null>;
 export type SpatialSettingDescription = EngineSettingDescription & {
   name: keyof SpatialSettings;
   unit: 'm' | 'rad' | '';

@@ -1,7 +1,7 @@
 /** Strategies side by side: what the page and its worker say to each other. The names of the data are the engine's own. */
 import type {
+  Preset,
   StrategyFrame,
-  StrategyPreset as EnginePreset,
   StrategyResult,
   VoxelOdometrySettings as EngineSettings,
 } from '../engine/package.js';
@@ -10,7 +10,7 @@ import type { SpatialSettings } from '../engine/spatial-protocol.js';
 export type { StrategyFrame, StrategyResult } from '../engine/package.js';
 
 export type VoxelOdometrySettings = Required<EngineSettings>;
-export type StrategyPreset = EnginePreset & { settings: VoxelOdometrySettings };
+export type StrategyPreset = Preset<VoxelOdometrySettings>;
 
 /** The one worker that holds the maps of all strategies. */
 export interface ComparerApi {

@@ -213,9 +213,9 @@ impl CloudOdometry {
         let ((first, _), solver) = (self.options.stages(), self.options.motion.solver());
         let sample = task.frame.at_most(ROUGH_POINTS);
         let source = Source { points: &sample.points, normals: Some(&sample.normals), sigmas: None };
-        let registered = guesses.iter().map(|guess| {
-            register_in_space(self.options.metric, source, task.target, *guess, (&first, &[]), &solver)
-        });
+        let registered = guesses
+            .iter()
+            .map(|guess| register_in_space(self.options.metric, source, task.target, *guess, (&first, &[]), &solver));
         let better = |best: SpatialRegistration, next: SpatialRegistration| {
             if next.fitness > best.fitness { next } else { best }
         };

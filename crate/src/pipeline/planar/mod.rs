@@ -426,7 +426,10 @@ impl Run {
         (self.estimates[frame].assessment.status != Status::Lost).then(|| self.poses[frame])
     }
 
-    fn frame_results(&self, labels: impl Iterator<Item = FrameLabel>) -> impl Iterator<Item = FrameResult<PlanarPose>> {
+    fn frame_results(
+        &self,
+        labels: impl Iterator<Item = FrameLabel>,
+    ) -> impl Iterator<Item = FrameResult<PlanarPose, CleaningReport>> {
         labels.zip(&self.cleaning).zip(&self.estimates).map(|((label, cleaning), estimate)| {
             let pose = self.pose_of_robot(label.index);
             FrameResult::of_scan(label, *cleaning, estimate, pose)
