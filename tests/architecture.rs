@@ -30,9 +30,9 @@ const EVALUATION_MUST_NOT_KNOW: &[&str] = &["registration", "pipeline"];
 /// fails the test until it is taken out.
 const IN_A_RING: &[&str] = &[
     "odometry/depth/color.rs",
-    "odometry/depth/found.rs",
     "odometry/depth/matching.rs",
-    "odometry/depth/unconfirmed.rs",
+    "odometry/depth/pose_hypothesis.rs",
+    "odometry/depth/tentative_branch.rs",
 ];
 
 /// What no module below `wasm` may do: talk to JavaScript, print, read a clock or files.
@@ -214,21 +214,17 @@ fn files_in_a_ring(sources: &BTreeMap<String, String>) -> Vec<String> {
     let modules: BTreeMap<Module, Imports> =
         sources.iter().map(|(file, text)| (module_path(file), Imports::of(text))).collect();
     let files: BTreeMap<Module, &String> = sources.keys().map(|file| (module_path(file), file)).collect();
-    let next = |module: &Module| -> Vec<Module> {
+    let imports_of = |module: &Module| -> BTreeSet<Module> {
         let paths = modules[module].used.iter();
         paths.filter_map(|path| resolve(&modules, module, path)).filter(|to| !module.starts_with(to)).collect()
     };
+    let next: BTreeMap<&Module, BTreeSet<Module>> = modules.keys().map(|module| (module, imports_of(module))).collect();
     let comes_back = |start: &Module| {
-        let (mut seen, mut waiting) = (BTreeSet::new(), next(start));
+        let (mut seen, mut waiting) = (BTreeSet::new(), vec![start]);
         while let Some(module) = waiting.pop() {
-            if module == *start {
-                return true;
-            }
-            if seen.insert(module.clone()) {
-                waiting.extend(next(&module));
-            }
+            waiting.extend(next[module].iter().filter(|to| seen.insert(*to)));
         }
-        false
+        seen.contains(start)
     };
     files.iter().filter(|(module, _)| comes_back(module)).map(|(_, file)| (*file).clone()).collect()
 }
