@@ -10,8 +10,8 @@ import { FrameQueue } from './frame_queue.js';
 /** @typedef {Record<string, number>} Milliseconds of each stage */
 /** @typedef {{ bytes: Uint8Array, milliseconds: Milliseconds }} Prepared */
 /**
- * As the engine tells it; `preparation`: what frames to come are prepared with, where that may have changed.
- * @typedef {{ stage: string, done: number, total: number, frame: number | null, preparation?: string | undefined }} Progress
+ * As the engine tells it; `decodeConfig`: what frames to come are prepared with, where that may have changed.
+ * @typedef {{ stage: string, done: number, total: number, frame: number | null, decodeConfig?: string | undefined }} Progress
  */
 
 /**
@@ -20,7 +20,7 @@ import { FrameQueue } from './frame_queue.js';
  * @typedef {object} Preparer
  * @property {number} [ahead] frames that it is given at a time, 1 where it does not say: with another one at hand it need
  *   not wait until this thread has time for it
- * @property {(job: J, preparation: string, signal: AbortSignal) => Promise<Prepared>} prepare rejects with a WorkerDied
+ * @property {(job: J, decodeConfig: string, signal: AbortSignal) => Promise<Prepared>} prepare rejects with a WorkerDied
  *   where the thread is gone, with any other error where it is the frame's fault
  * @property {() => void | Promise<void>} replace a new thread in the place of the one that died
  */
@@ -88,7 +88,7 @@ export class SpatialRun {
   /** @type {FrameQueue<J>} */
   #frames = new FrameQueue();
   /** @type {string | null} */
-  #preparation = null;
+  #decodeConfig = null;
   /** What the registrar is still at; a stop does not wait for it, the next run does. @type {Promise<void>} */
   #registering = Promise.resolve();
   /** @type {Session | null} */
@@ -149,7 +149,7 @@ export class SpatialRun {
     await this.#registering;
     if (session.isOver) return;
     await this.#begin(session);
-    if (this.#preparation === null || session.isOver) return;
+    if (this.#decodeConfig === null || session.isOver) return;
     const orders = this.#preparers.flatMap((preparer) => Array.from({ length: preparer.ahead ?? 1 }, () => preparer));
     let numAlive = orders.length;
     const preparing = orders.map(async (preparer) => {
@@ -163,12 +163,12 @@ export class SpatialRun {
 
   /** The first frame that can be looked at tells how all are prepared. @param {Session} session */
   async #begin(session) {
-    while (this.#preparation === null && !session.isOver) {
+    while (this.#decodeConfig === null && !session.isOver) {
       const frame = this.#frames.waiting();
       if (!frame) return;
       try {
-        const preparation = await this.#registrar.begin(frame.job);
-        this.#preparation ??= preparation;
+        const decodeConfig = await this.#registrar.begin(frame.job);
+        this.#decodeConfig ??= decodeConfig;
       } catch (error) {
         if (!session.isOver) this.#leaveOut(frame, error);
       }
@@ -201,7 +201,7 @@ export class SpatialRun {
     const { index, name } = frame.job;
     for (let deaths = 0; ;) {
       try {
-        const prepared = await preparer.prepare(frame.job, this.#preparation ?? '', session.signal);
+        const prepared = await preparer.prepare(frame.job, this.#decodeConfig ?? '', session.signal);
         if (session.isOver) return true;
         frame.prepared = prepared;
         this.#frames.move(frame, 'prepared');
@@ -278,7 +278,7 @@ export class SpatialRun {
     const { index, name } = frame.job;
     try {
       const progress = await this.#registrar.place(prepared.bytes);
-      this.#preparation = progress.preparation ?? this.#preparation;
+      this.#decodeConfig = progress.decodeConfig ?? this.#decodeConfig;
       this.#frames.move(frame, 'registered');
       const register = performance.now() - start;
       this.#tell({ type: 'registered', index, name, milliseconds: { ...prepared.milliseconds, register }, progress });

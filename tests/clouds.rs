@@ -259,9 +259,9 @@ fn a_walk_through_a_room_is_followed_and_what_is_no_part_of_it_is_lost() {
             for motion in [Motion::Free, Motion::Planar] {
                 let options = CloudOptions { method, metric, motion, ..CloudOptions::new(0.1) };
                 let estimates = chain(options, &clouds);
-                assert_eq!(estimates[3].verdict.status, Status::Lost);
-                assert_eq!(estimates[5].verdict.status, Status::Lost, "{}", estimates[5].overlap);
-                assert!(estimates[3].verdict.reason.contains("too few"), "{}", estimates[3].verdict.reason);
+                assert_eq!(estimates[3].assessment.status, Status::Lost);
+                assert_eq!(estimates[5].assessment.status, Status::Lost, "{}", estimates[5].overlap);
+                assert!(estimates[3].assessment.reason.contains("too few"), "{}", estimates[3].assessment.reason);
                 let found = estimates.iter().enumerate().filter(|(index, _)| ![3, 5].contains(index));
                 for (index, (_, estimate)) in found.enumerate() {
                     let error = pose(index).inverse() * estimate.T_world_sensor;
@@ -270,7 +270,7 @@ fn a_walk_through_a_room_is_followed_and_what_is_no_part_of_it_is_lost() {
                         metres < 0.01 && radians < 0.005,
                         "{method:?} {metric:?} {motion:?} {index}: {metres} {radians}"
                     );
-                    assert_eq!(estimate.verdict.status, Status::Good, "{}", estimate.verdict.reason);
+                    assert_eq!(estimate.assessment.status, Status::Good, "{}", estimate.assessment.reason);
                 }
             }
         }
@@ -287,11 +287,11 @@ fn a_leap_is_found_by_features_or_told() {
         for global_registration in [GlobalRegistrationUse::WhenDoubtful, GlobalRegistrationUse::Always] {
             let found = &chain(CloudOptions { global_registration, ..options }, &clouds)[1];
             let error = leap.inverse() * found.T_world_sensor;
-            assert!(found.is_global && error.translation_norm() < 0.01, "{method:?}: {error}, {:?}", found.verdict);
-            assert_eq!(found.verdict.status, Status::Good);
+            assert!(found.is_global && error.translation_norm() < 0.01, "{method:?}: {error}, {:?}", found.assessment);
+            assert_eq!(found.assessment.status, Status::Good);
         }
         let never = CloudOptions { global_registration: GlobalRegistrationUse::Never, ..options };
-        assert_ne!(chain(never, &clouds)[1].verdict.status, Status::Good);
+        assert_ne!(chain(never, &clouds)[1].assessment.status, Status::Good);
     }
 }
 
@@ -318,7 +318,7 @@ fn options_and_clouds_that_cannot_be_are_refused_with_the_reason() {
     let far = PointCloud { origin: DVec3::new(5e5, 4e6, 0.0), ..room(&Pose3::identity(), 100, 1) };
     assert!(PreparedCloud::new(&far, &CloudOptions::new(0.1)).err().unwrap().to_string().contains("map"));
     let empty = chain(CloudOptions::new(0.1), &[PointCloud::default()]);
-    assert_eq!(empty[0].verdict.status, Status::Lost);
+    assert_eq!(empty[0].assessment.status, Status::Lost);
 }
 
 fn pose_of(rows: &[f64]) -> Pose3 {
@@ -360,9 +360,12 @@ fn a_street_is_within_two_centimetres_of_the_reference() {
         for method in [CloudMethod::CloudToCloud, CloudMethod::CloudMap] {
             let found = &chain(CloudOptions { method, metric, ..CloudOptions::new(0.25) }, &clouds)[1];
             let (metres, degrees) = error_of(&truth, &found.T_world_sensor);
-            println!("{metric:?}, {method:?}: {metres:.4} m, {degrees:.3} deg, agreement {}", found.verdict.agreement);
+            println!(
+                "{metric:?}, {method:?}: {metres:.4} m, {degrees:.3} deg, agreement {}",
+                found.assessment.agreement
+            );
             assert!(metres < 0.02 && degrees < 0.4, "{metric:?}, {method:?}: {metres} m, {degrees} deg");
-            assert_eq!(found.verdict.status, Status::Good, "{}", found.verdict.reason);
+            assert_eq!(found.assessment.status, Status::Good, "{}", found.assessment.reason);
         }
     }
 }

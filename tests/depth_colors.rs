@@ -11,7 +11,7 @@ use scanstitch::geometry::Pose3;
 use scanstitch::io::{color_image, trajectory};
 use scanstitch::odometry::assessment::Status;
 use scanstitch::odometry::depth::DepthOdometry;
-use scanstitch::pipeline::prepared_frame::{ColorFile, FrameLabel, Preparation, PreparedFrame, Surfaces};
+use scanstitch::pipeline::prepared_frame::{ColorFile, DecodeConfig, FrameLabel, PreparedFrame, Surfaces};
 use scanstitch::pipeline::report::Stage;
 use scanstitch::pipeline::spatial::SpatialReconstruction;
 use scanstitch::pipeline::spatial_settings::{ColorUse, SpatialSettings};
@@ -48,15 +48,15 @@ fn run(recording: &Recording, color: ColorUse, image_of: impl Fn(usize) -> Optio
     let mut reconstruction =
         SpatialReconstruction::new(SpatialSettings { color, ..SpatialSettings::default() }).unwrap();
     for (index, bytes) in recording.depth.iter().enumerate() {
-        let preparation = reconstruction.begin("frame.png", bytes).unwrap();
+        let decode_config = reconstruction.begin("frame.png", bytes).unwrap();
         let label = FrameLabel { name: format!("{index}.png"), index, time: None };
         let color = image_of(index);
         let color = color.as_deref().map(|bytes| ColorFile { name: "frame.jpg", bytes: Ok(bytes) });
-        let frame = PreparedFrame::from_depth(preparation, label, bytes, color).unwrap();
+        let frame = PreparedFrame::from_depth(decode_config, label, bytes, color).unwrap();
         reconstruction.add(frame).unwrap();
         while reconstruction.step().stage != Stage::Done {}
     }
-    let status = reconstruction.estimates().iter().map(|estimate| estimate.verdict.status);
+    let status = reconstruction.estimates().iter().map(|estimate| estimate.assessment.status);
     reconstruction.poses().into_iter().zip(status).collect()
 }
 
@@ -122,11 +122,11 @@ fn images_that_say_nothing_or_something_else_change_nothing_for_the_worse() {
 fn brightness_travels_with_the_frame() {
     let recording = sample(1);
     let settings = SpatialSettings::default();
-    let preparation = Preparation::new(&settings, "0.png", &recording.depth[0]).unwrap();
+    let decode_config = DecodeConfig::new(&settings, "0.png", &recording.depth[0]).unwrap();
     let frame = |color: Option<&[u8]>| {
         let label = FrameLabel { name: "0.png".into(), index: 0, time: None };
         PreparedFrame::from_depth(
-            &preparation,
+            &decode_config,
             label,
             &recording.depth[0],
             color.map(|bytes| ColorFile { name: "0.jpg", bytes: Ok(bytes) }),

@@ -5,9 +5,9 @@ use nalgebra::Vector6;
 use scanstitch::camera::{DepthImage, Pinhole};
 use scanstitch::geometry::{Pose3, RigidMotion};
 use scanstitch::graph::loops::spatial::SpatialLoops;
-use scanstitch::odometry::assessment::Verdict;
+use scanstitch::odometry::assessment::Assessment;
 use scanstitch::odometry::depth::SpatialEstimate;
-use scanstitch::pipeline::prepared_frame::{FrameLabel, Preparation, PreparedFrame, Surfaces};
+use scanstitch::pipeline::prepared_frame::{DecodeConfig, FrameLabel, PreparedFrame, Surfaces};
 use scanstitch::pipeline::spatial_settings::SpatialSettings;
 use scanstitch::registration::prepared_surfels::PreparedSurfels;
 use scanstitch_scene::random::Random;
@@ -28,15 +28,15 @@ fn recording() -> (Vec<Pose3>, Vec<PreparedSurfels>) {
     let camera = Pinhole::from_field_of_view(SIDE, SIDE, std::f64::consts::FRAC_PI_2).unwrap();
     let walk = ring.walk(0.5, 15f64.to_radians(), 4.0);
     let sensor = DepthSensor::Millimetres { square_noise: 1e-3 };
-    let mut preparation: Option<Preparation> = None;
+    let mut decode_config: Option<DecodeConfig> = None;
     let surfels = |(index, pose): (usize, &Pose3)| {
         let bytes = pgm(&sensor.measure(&ring.space.depth(pose, &camera), SIDE, &mut Random::new(index as u64)));
         let name = format!("{index}.pgm");
-        let preparation = preparation.get_or_insert_with(|| {
-            Preparation::new(&SpatialSettings::default(), &name, &bytes).expect("a depth image")
+        let decode_config = decode_config.get_or_insert_with(|| {
+            DecodeConfig::new(&SpatialSettings::default(), &name, &bytes).expect("a depth image")
         });
         let label = FrameLabel { name, index, time: None };
-        let frame = PreparedFrame::from_depth(preparation, label, &bytes, None).expect("a depth image");
+        let frame = PreparedFrame::from_depth(decode_config, label, &bytes, None).expect("a depth image");
         let Surfaces::Surfels(mut surfels) = frame.surfaces else { panic!("no surfaces") };
         surfels.remove(0).1
     };
@@ -69,7 +69,7 @@ fn closed(poses: &[Pose3], images: &[PreparedSurfels]) -> (Vec<Pose3>, SpatialLo
             registration: None,
             overlap: 1.0,
             is_in_map: true,
-            verdict: Verdict::first(),
+            assessment: Assessment::first(),
         };
         loops.add(index as u32, image, &estimate);
         for (frame, motion) in loops.close().unwrap_or_default() {

@@ -13,7 +13,7 @@ use scanstitch::geometry::Pose3;
 use scanstitch::io::trajectory::Trajectory;
 use scanstitch::io::{depth_png, trajectory};
 use scanstitch::odometry::assessment::Status;
-use scanstitch::pipeline::prepared_frame::{ColorFile, FrameLabel, MapPoints, Preparation, PreparedFrame, Surfaces};
+use scanstitch::pipeline::prepared_frame::{ColorFile, DecodeConfig, FrameLabel, MapPoints, PreparedFrame, Surfaces};
 use scanstitch::pipeline::report::Stage;
 use scanstitch::pipeline::spatial::SpatialReconstruction;
 use scanstitch::pipeline::spatial_settings::{ColorUse, Quantisation, ReferenceAxes, SpatialSettings};
@@ -80,8 +80,8 @@ fn run_with(settings: SpatialSettings, files: &[Vec<u8>]) -> SpatialReconstructi
 fn add(reconstruction: &mut SpatialReconstruction, first: usize, files: &[Vec<u8>]) {
     for (index, bytes) in (first..).zip(files) {
         let name = format!("{index}.png");
-        let preparation = reconstruction.begin(&name, bytes).unwrap();
-        let frame = PreparedFrame::from_depth(preparation, FrameLabel { name, index, time: None }, bytes, None);
+        let decode_config = reconstruction.begin(&name, bytes).unwrap();
+        let frame = PreparedFrame::from_depth(decode_config, FrameLabel { name, index, time: None }, bytes, None);
         reconstruction.add(frame.unwrap()).unwrap();
         while reconstruction.step().stage != Stage::Done {}
     }
@@ -117,7 +117,7 @@ fn both_floors_are_within_two_centimetres_of_the_truth() {
         assert!(mean < bar, "{name}: {mean}");
         assert!(translation < 0.02 && rotation.to_degrees() < 0.5, "{name}: {translation} m, {rotation} rad");
         assert_eq!(run.quantisation(), Some(Quantisation::Truncated), "{name}");
-        assert!(run.estimates().iter().all(|estimate| estimate.verdict.status == Status::Good), "{name}");
+        assert!(run.estimates().iter().all(|estimate| estimate.assessment.status == Status::Good), "{name}");
     }
 }
 
@@ -187,12 +187,12 @@ fn frames_that_do_not_belong_are_lost_and_the_rest_holds() {
     frames[17] = frames[16].clone();
     truth[17] = truth[16];
     let run = run(&frames, None);
-    let status: Vec<Status> = run.estimates().iter().map(|estimate| estimate.verdict.status).collect();
+    let status: Vec<Status> = run.estimates().iter().map(|estimate| estimate.assessment.status).collect();
     for (index, status) in status.iter().enumerate() {
         let belongs = index != 5 && index != 11;
         assert_eq!(*status == Status::Good, belongs, "{index}: {status:?}");
     }
-    assert!(!run.estimates()[11].verdict.reason.is_empty());
+    assert!(!run.estimates()[11].assessment.reason.is_empty());
     let keep = |index: &usize| ![5, 11].contains(index);
     assert_eq!(run.quantisation(), Some(Quantisation::Truncated));
     let poses = run.poses();
@@ -298,7 +298,7 @@ fn believed_frames_are_right(name: &str, run: &SpatialReconstruction, truth: &[P
 fn believed_and_right(name: &str, run: &SpatialReconstruction, truth: &[Pose3], strangers: &[usize]) -> usize {
     let poses = run.poses();
     let believed: Vec<usize> =
-        (0..poses.len()).filter(|&index| run.estimates()[index].verdict.status == Status::Good).collect();
+        (0..poses.len()).filter(|&index| run.estimates()[index].assessment.status == Status::Good).collect();
     for &index in &believed {
         assert!(!strangers.contains(&index), "{name}: {index} belongs elsewhere");
         let moved = poses[believed[0]].inverse() * poses[index];
@@ -307,7 +307,7 @@ fn believed_and_right(name: &str, run: &SpatialReconstruction, truth: &[Pose3], 
         assert!(moved < 0.06 && turned < 1.0, "{name}, {index}: {moved} m, {turned} degrees");
     }
     for (index, estimate) in run.estimates().iter().enumerate() {
-        assert_eq!(estimate.verdict.reason.is_empty(), believed.contains(&index), "{name}, {index}");
+        assert_eq!(estimate.assessment.reason.is_empty(), believed.contains(&index), "{name}, {index}");
     }
     believed.len()
 }
@@ -322,11 +322,11 @@ fn frames_can_be_added_to_a_finished_run_and_travel_as_bytes() {
     let mut parts = run_with(settings, &frames[..3]);
     assert!(!parts.map().is_empty());
     for (index, bytes) in frames.iter().enumerate().skip(3) {
-        let preparation = parts.begin("later.png", bytes).unwrap();
+        let decode_config = parts.begin("later.png", bytes).unwrap();
         let label = FrameLabel { name: "later.png".into(), index, time: Some(0.5) };
         let colors = std::fs::read(folder.join(format!("redwood5/color/{index:05}.jpg"))).unwrap();
         let frame = PreparedFrame::from_depth(
-            preparation,
+            decode_config,
             label,
             bytes,
             Some(ColorFile { name: "later.jpg", bytes: Ok(&colors) }),
@@ -432,11 +432,11 @@ fn pgm(width: usize, height: usize, value: u8) -> Vec<u8> {
 fn only_readings_that_are_open_are_prepared_and_the_map_is_given_the_same_points() {
     let settings = SpatialSettings::default();
     let image = [b"P5 64 48 255\n".as_slice(), &(0..64 * 48).map(|i| 50 + (i % 64) as u8).collect::<Vec<_>>()].concat();
-    let mut preparation = Preparation::new(&settings, "0.pgm", &image).unwrap();
+    let mut decode_config = DecodeConfig::new(&settings, "0.pgm", &image).unwrap();
     let mut prepared = |decided| {
-        preparation.depth.as_mut().unwrap().decided = decided;
+        decode_config.depth.as_mut().unwrap().decided = decided;
         let label = FrameLabel { name: "0.pgm".into(), index: 0, time: None };
-        PreparedFrame::from_depth(&preparation, label, &image, None).unwrap()
+        PreparedFrame::from_depth(&decode_config, label, &image, None).unwrap()
     };
     let quantisations = |frame: &PreparedFrame| match &frame.surfaces {
         Surfaces::Surfels(images) => images.iter().map(|&(quantisation, _)| quantisation).collect(),
@@ -458,11 +458,11 @@ fn bad_frames_and_settings_are_refused_with_the_reason() {
     assert!(
         reconstruction.begin("0.png", &pgm(64, 48, 0)).unwrap_err().to_string().contains("0.png: All depths are zero")
     );
-    let preparation = reconstruction.begin("1.png", &pgm(64, 48, 50)).unwrap().clone();
+    let decode_config = reconstruction.begin("1.png", &pgm(64, 48, 50)).unwrap().clone();
     let prepare = |name: &str, bytes: &[u8], color: Option<&[u8]>| {
         let label = FrameLabel { name: name.into(), index: 0, time: None };
         let color = color.map(|bytes| ColorFile { name: "5.jpg", bytes: Ok(bytes) });
-        PreparedFrame::from_depth(&preparation, label, bytes, color)
+        PreparedFrame::from_depth(&decode_config, label, bytes, color)
     };
     let refused = |name, bytes: &[u8]| prepare(name, bytes, None).unwrap_err().to_string();
     assert!(refused("2.png", &pgm(48, 64, 50)).contains("2.png: The depth image has 48 x 64 pixels"));
@@ -477,7 +477,7 @@ fn bad_frames_and_settings_are_refused_with_the_reason() {
     assert!(matches!(&uncoloured.map_points, MapPoints::Image(image, _) if image.colors.is_none()));
     let unread = ColorFile { name: "6.jpg", bytes: Err("6.jpg: permission denied") };
     let label = FrameLabel { name: "6.png".into(), index: 0, time: None };
-    let uncoloured_too = PreparedFrame::from_depth(&preparation, label, &pgm(64, 48, 50), Some(unread)).unwrap();
+    let uncoloured_too = PreparedFrame::from_depth(&decode_config, label, &pgm(64, 48, 50), Some(unread)).unwrap();
     assert_eq!(uncoloured_too.notes, ["6.png: its colours are left out: 6.jpg: permission denied"]);
     assert_eq!(uncoloured_too.map_points, uncoloured.map_points);
     reconstruction.add(uncoloured).unwrap();

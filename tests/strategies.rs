@@ -14,8 +14,8 @@ use scanstitch::geometry::PointCloud;
 use scanstitch::io::trajectory;
 use scanstitch::odometry::assessment::Status;
 use scanstitch::odometry::voxel::{
-    AddedPoints, KeptPoint, MapKind, Stages, StrategyMetric, StrategyMotion, StrategyOdometry, StrategySettings,
-    ThresholdKind,
+    AddedPoints, KeptPoint, MapKind, Stages, ThresholdKind, VoxelOdometry, VoxelOdometryMetric, VoxelOdometryMotion,
+    VoxelOdometrySettings,
 };
 use scanstitch::pipeline::prepared_frame::{FrameLabel, PreparedFrame};
 use scanstitch::pipeline::spatial_settings::SpatialSettings;
@@ -25,7 +25,11 @@ use scanstitch_scene::random::Random;
 const SAMPLE: &str = "www/samples/apartment";
 
 /// Runs strategies over frames of a recording, counted from 1, and compares them with its truth.
-fn run(folder: &Path, frames: std::ops::RangeInclusive<usize>, strategies: &[StrategySettings]) -> Vec<StrategyResult> {
+fn run(
+    folder: &Path,
+    frames: std::ops::RangeInclusive<usize>,
+    strategies: &[VoxelOdometrySettings],
+) -> Vec<StrategyResult> {
     let mut comparison = StrategyComparison::new(strategies.to_vec(), SpatialSettings::default()).unwrap();
     let num_recorded = fs::read_dir(folder.join("depth")).unwrap().count();
     let truth = fs::read(folder.join("GT_pose.npy")).unwrap();
@@ -34,9 +38,9 @@ fn run(folder: &Path, frames: std::ops::RangeInclusive<usize>, strategies: &[Str
     for number in frames {
         let name = format!("{number}.png");
         let depth = fs::read(folder.join("depth").join(&name)).unwrap();
-        let preparation = comparison.begin(&name, &depth).unwrap().clone();
+        let decode_config = comparison.begin(&name, &depth).unwrap().clone();
         let label = FrameLabel { name, index: number - 1, time: None };
-        comparison.offer(PreparedFrame::from_depth(&preparation, label, &depth, None).unwrap()).unwrap();
+        comparison.offer(PreparedFrame::from_depth(&decode_config, label, &depth, None).unwrap()).unwrap();
         for strategy in 0..strategies.len() {
             assert!(comparison.step(strategy).is_some());
             assert!(comparison.step(strategy).is_none(), "a frame is placed once");
@@ -48,7 +52,7 @@ fn run(folder: &Path, frames: std::ops::RangeInclusive<usize>, strategies: &[Str
 #[test]
 fn every_preset_finds_its_way_through_the_flat_and_voxels_store_a_tenth() {
     let presets = strategy_presets();
-    let settings: Vec<StrategySettings> = presets.iter().map(|preset| preset.settings.clone()).collect();
+    let settings: Vec<VoxelOdometrySettings> = presets.iter().map(|preset| preset.settings.clone()).collect();
     let results = run(Path::new(SAMPLE), 1..=16, &settings);
     for (preset, result) in presets.iter().zip(&results) {
         let name = preset.name;
@@ -74,12 +78,12 @@ fn every_preset_finds_its_way_through_the_flat_and_voxels_store_a_tenth() {
 
 #[test]
 fn every_other_choice_works_as_well() {
-    let voxels = StrategySettings::default();
+    let voxels = VoxelOdometrySettings::default();
     let strategies = [
-        StrategySettings { points_per_voxel: 5, kept: KeptPoint::Newest, ..voxels.clone() },
-        StrategySettings { kept: KeptPoint::Mean, crop_distance: 4.0, ..voxels.clone() },
-        StrategySettings { map: MapKind::Whole, added: AddedPoints::Unmatched, ..voxels.clone() },
-        StrategySettings { threshold: ThresholdKind::Adaptive, stages: Stages::One, ..voxels },
+        VoxelOdometrySettings { points_per_voxel: 5, kept: KeptPoint::Newest, ..voxels.clone() },
+        VoxelOdometrySettings { kept: KeptPoint::Mean, crop_distance: 4.0, ..voxels.clone() },
+        VoxelOdometrySettings { map: MapKind::Whole, added: AddedPoints::Unmatched, ..voxels.clone() },
+        VoxelOdometrySettings { threshold: ThresholdKind::Adaptive, stages: Stages::One, ..voxels },
     ];
     for result in run(Path::new(SAMPLE), 1..=8, &strategies) {
         let error = result.comparison.as_ref().unwrap().ape_mean;
@@ -121,12 +125,13 @@ fn the_same_points_moved_are_found_again() {
         ),
         ..PointCloud::default()
     };
-    let fine = StrategySettings { map_voxel_size: 0.01, source_voxel_size: 0.0, ..StrategySettings::default() };
-    for metric in [StrategyMetric::PointToPoint, StrategyMetric::PointToPlane] {
+    let fine =
+        VoxelOdometrySettings { map_voxel_size: 0.01, source_voxel_size: 0.0, ..VoxelOdometrySettings::default() };
+    for metric in [VoxelOdometryMetric::PointToPoint, VoxelOdometryMetric::PointToPlane] {
         for map in [MapKind::Whole, MapKind::Voxels] {
-            for motion in [StrategyMotion::Free, StrategyMotion::Planar] {
-                let settings = StrategySettings { metric, map, motion, max_iterations: 200, ..fine.clone() };
-                let mut odometry = StrategyOdometry::new(settings);
+            for motion in [VoxelOdometryMotion::Free, VoxelOdometryMotion::Planar] {
+                let settings = VoxelOdometrySettings { metric, map, motion, max_iterations: 200, ..fine.clone() };
+                let mut odometry = VoxelOdometry::new(settings);
                 odometry.register_frame(&seen_from(&Isometry3::identity()));
                 let estimate = odometry.register_frame(&seen_from(&T_world_second));
                 let off = T_world_second.inverse() * estimate.T_world_sensor;
@@ -142,7 +147,8 @@ fn the_same_points_moved_are_found_again() {
 fn many_frames_do_not_wear_the_poses_out() {
     let Some(second_floor) = shared_data("rgbd/apartment_second_floor") else { return };
     // Each prediction multiplies three poses: rounding that is let grow bends the path from about the 40th frame on.
-    let free = StrategySettings { map_voxel_size: 0.3, source_voxel_size: 0.3, ..StrategySettings::default() };
+    let free =
+        VoxelOdometrySettings { map_voxel_size: 0.3, source_voxel_size: 0.3, ..VoxelOdometrySettings::default() };
     let [result] = &run(&second_floor, 1..=123, &[free])[..] else { panic!("one strategy") };
     for frame in &result.frames {
         let T = frame.T_world_sensor;
@@ -156,18 +162,18 @@ fn many_frames_do_not_wear_the_poses_out() {
 
 #[test]
 fn what_cannot_be_is_refused_and_a_lost_frame_is_no_part_of_the_map() {
-    let bad = StrategySettings { map_voxel_size: -1.0, ..StrategySettings::default() };
+    let bad = VoxelOdometrySettings { map_voxel_size: -1.0, ..VoxelOdometrySettings::default() };
     let refused = StrategyComparison::new(vec![bad], SpatialSettings::default()).err().unwrap().to_string();
     assert!(refused.contains("map_voxel_size = -1"), "{refused}");
 
-    let strategy = StrategySettings { motion: StrategyMotion::PlanarXy, ..StrategySettings::default() };
+    let strategy = VoxelOdometrySettings { motion: VoxelOdometryMotion::PlanarXy, ..VoxelOdometrySettings::default() };
     let mut comparison = StrategyComparison::new(vec![strategy], SpatialSettings::default()).unwrap();
     assert!(comparison.step(0).is_none() && comparison.result(7, &[]).is_none());
     let first = fs::read(format!("{SAMPLE}/depth/1.png")).unwrap();
-    let preparation = comparison.begin("1.png", &first).unwrap().clone();
+    let decode_config = comparison.begin("1.png", &first).unwrap().clone();
     let offer = |index, bytes: &[u8]| {
         let label = FrameLabel { name: format!("{index}.png"), index, time: None };
-        PreparedFrame::from_depth(&preparation, label, bytes, None).unwrap()
+        PreparedFrame::from_depth(&decode_config, label, bytes, None).unwrap()
     };
     comparison.offer(offer(3, &first)).unwrap();
     comparison.step(0).unwrap();

@@ -46,7 +46,7 @@ fn run(folder: &Path, label: &str, options: CloudOptions, verbose: bool) {
     let frames = numbered(&folder.join("depth"));
     let mut odometry = CloudOdometry::new(options).expect("sound options");
     let (mut poses, mut seconds, mut counts, mut num_points) = (Vec::new(), [0.0; 3], [0; 3], 0);
-    let mut verdicts = Vec::new();
+    let mut assessments = Vec::new();
     for path in &frames {
         let started = Instant::now();
         let cloud = back_projected(path);
@@ -58,9 +58,9 @@ fn run(folder: &Path, label: &str, options: CloudOptions, verbose: bool) {
         seconds[0] += (read - started).as_secs_f64();
         seconds[1] += (ready - read).as_secs_f64();
         seconds[2] += ready.elapsed().as_secs_f64();
-        counts[estimate.verdict.status as usize] += 1;
+        counts[estimate.assessment.status as usize] += 1;
         poses.push(estimate.T_world_sensor);
-        verdicts.push(estimate.verdict);
+        assessments.push(estimate.assessment);
     }
     let truth = trajectory::read(&std::fs::read(folder.join("GT_pose.npy")).expect("readable")).expect("poses");
     // The file's camera looks along -z with y up.
@@ -83,7 +83,7 @@ fn run(folder: &Path, label: &str, options: CloudOptions, verbose: bool) {
             worst_turn = (degrees, index);
         }
         if verbose {
-            println!("{index:3}: {:.3} m, step {metres:.3} m {degrees:.2} deg, {:?}", error(index), verdicts[index]);
+            println!("{index:3}: {:.3} m, step {metres:.3} m {degrees:.2} deg, {:?}", error(index), assessments[index]);
         }
     }
     let count = poses.len() as f64;

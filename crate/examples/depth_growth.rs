@@ -51,10 +51,10 @@ fn main() {
 fn times(recording: &Recording, settings: &SpatialSettings) -> Vec<f64> {
     let mut reconstruction = SpatialReconstruction::new(settings.clone()).expect("sound settings");
     let register = |(index, bytes): (usize, &Vec<u8>)| {
-        let preparation = reconstruction.begin("frame", bytes).expect("a depth image");
+        let decode_config = reconstruction.begin("frame", bytes).expect("a depth image");
         let label = FrameLabel { name: index.to_string(), index, time: None };
         let color = recording.color.get(index).map(|bytes| ColorFile { name: "colours", bytes: Ok(bytes) });
-        let frame = PreparedFrame::from_depth(preparation, label, bytes, color).expect("a depth image");
+        let frame = PreparedFrame::from_depth(decode_config, label, bytes, color).expect("a depth image");
         reconstruction.add(frame).expect("in order");
         let start = Instant::now();
         while reconstruction.step().stage != Stage::Done {}

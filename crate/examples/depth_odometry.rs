@@ -42,9 +42,9 @@ fn run(recording: &Recording, effort: Effort, verbose: bool) {
     let (mut preparing, mut registering) = (0.0, 0.0);
     for (index, bytes) in recording.depth.iter().enumerate() {
         let start = seconds_used();
-        let preparation = reconstruction.begin("frame", bytes).expect("a depth image");
+        let decode_config = reconstruction.begin("frame", bytes).expect("a depth image");
         let label = FrameLabel { name: index.to_string(), index, time: None };
-        let frame = PreparedFrame::from_depth(preparation, label, bytes, None).expect("a depth image");
+        let frame = PreparedFrame::from_depth(decode_config, label, bytes, None).expect("a depth image");
         let prepared = seconds_used();
         reconstruction.add(frame).expect("in order");
         while reconstruction.step().stage != Stage::Done {}
@@ -74,17 +74,17 @@ fn run(recording: &Recording, effort: Effort, verbose: bool) {
             worst.1 = (turned, index);
         }
         let estimate = &reconstruction.estimates()[index];
-        counts[estimate.verdict.status as usize] += 1;
+        counts[estimate.assessment.status as usize] += 1;
         if verbose {
             let last = estimate.registration.as_ref().map(|r| (r.last.inlier_rmse, r.history.len(), r.fitness));
             println!(
                 "{index:3} error {:.4} m, step off {moved:.4} m {turned:.3} deg; {:?}, agreement {:.3}, overlap {:.3}, \
                  {last:.4?} {}",
                 error(index),
-                estimate.verdict.status,
-                estimate.verdict.agreement,
+                estimate.assessment.status,
+                estimate.assessment.agreement,
                 estimate.overlap,
-                estimate.verdict.reason
+                estimate.assessment.reason
             );
         }
     }

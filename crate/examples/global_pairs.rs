@@ -21,16 +21,17 @@ use recordings::{Recording, Walk, Way};
 use scanstitch::camera::SurfelImage;
 use scanstitch::geometry::{PointCloud, Pose3};
 use scanstitch::odometry::assessment::Status;
-use scanstitch::odometry::depth::{DepthOptions, LoneFrame, Search};
-use scanstitch::pipeline::prepared_frame::{FrameLabel, Preparation, PreparedFrame, Surfaces};
+use scanstitch::odometry::depth::{DepthOptions, PairRegistration, Search};
+use scanstitch::pipeline::prepared_frame::{DecodeConfig, FrameLabel, PreparedFrame, Surfaces};
 use scanstitch::pipeline::spatial_settings::SpatialSettings;
 use scanstitch::preprocess::voxel_downsample::voxel_downsample;
+use scanstitch::registration::free_space::FreeSpaceTest;
 use scanstitch::registration::global::consistency::consistent_motion;
 use scanstitch::registration::global::fpfh::fpfh;
 use scanstitch::registration::global::matching::{FeatureIndex, mutual_matches};
 use scanstitch::registration::global::ransac::{RansacOptions, ransac};
 use scanstitch::registration::prepared_surfels::PreparedSurfels;
-use scanstitch::registration::projective::{ProjectiveTarget, Sight};
+use scanstitch::registration::projective::ProjectiveTarget;
 use scanstitch::search::{KdTree, Neighbourhood};
 use scanstitch_scene::apartment::Tour;
 use scanstitch_scene::random::Random;
@@ -87,7 +88,7 @@ fn main() {
         );
         for &(source, target) in &pairs {
             let truth = recording.truth[target].inverse() * recording.truth[source];
-            let lone = LoneFrame::new(&frames[target]);
+            let lone = PairRegistration::new(&frames[target]);
             let (Some(a), Some(b)) = (&described[source], &described[target]) else { continue };
             let (matching, matches) = timed(|| a.matched_with(b));
             for (method, tally) in methods.iter().zip(&mut tallies) {
@@ -119,10 +120,10 @@ fn main() {
 fn prepared(recording: &Recording) -> Vec<PreparedSurfels> {
     let [fx, fy, cx, cy] = recording.intrinsics.unwrap_or_default();
     let settings = SpatialSettings { fx, fy, cx, cy, ..SpatialSettings::default() };
-    let preparation = Preparation::new(&settings, "0", &recording.depth[0]).expect("a depth image");
+    let decode_config = DecodeConfig::new(&settings, "0", &recording.depth[0]).expect("a depth image");
     let frame = |(index, bytes): (usize, &Vec<u8>)| {
         let label = FrameLabel { name: index.to_string(), index, time: None };
-        let frame = PreparedFrame::from_depth(&preparation, label, bytes, None).expect("a depth image");
+        let frame = PreparedFrame::from_depth(&decode_config, label, bytes, None).expect("a depth image");
         let Surfaces::Surfels(surfels) = frame.surfaces else { panic!("depth images are surfels") };
         surfels.into_iter().next().expect("a way to read the depth").1
     };
@@ -134,7 +135,7 @@ fn overlap(source: &SurfelImage, target: &SurfelImage, T_target_source: &Pose3) 
     let view = ProjectiveTarget::draw(target.surfels(), &target.cell_camera(), &Pose3::identity());
     let is_seen = |surfel: &&scanstitch::camera::surfel_image::Surfel| {
         let point = (T_target_source * Point3::from(surfel.point)).coords;
-        matches!(view.look_around(&point, 0.1), Sight::Agreeing(seen) if seen.normal.dot(&(T_target_source.rotation * surfel.normal)) > 0.8)
+        matches!(view.classify_leniently(&point, 0.1), FreeSpaceTest::Agreeing(seen) if seen.normal.dot(&(T_target_source.rotation * surfel.normal)) > 0.8)
     };
     let num_seen = source.surfels().step_by(7).filter(is_seen).count();
     num_seen as f64 / source.surfels().step_by(7).count().max(1) as f64
@@ -200,7 +201,7 @@ impl Described {
 }
 
 struct Input<'a> {
-    lone: &'a LoneFrame,
+    lone: &'a PairRegistration,
     frame: &'a PreparedSurfels,
     source: &'a Described,
     target: &'a Described,
@@ -271,11 +272,11 @@ impl Method {
             Self::MaximalCliques => cliques::maximal_clique_motion(pairs, max_distance).map(|(T, _)| counted(T)),
             Self::Views => {
                 let found = input.lone.register(input.frame, Search::Anywhere, DepthOptions::default());
-                Some((found.T_world_sensor, found.verdict.status == Status::Good))
+                Some((found.T_world_sensor, found.assessment.status == Status::Good))
             }
             Self::AllAround => {
                 let found = input.lone.register(input.frame, Search::AllAround, DepthOptions::default());
-                Some((found.T_world_sensor, found.verdict.status == Status::Good))
+                Some((found.T_world_sensor, found.assessment.status == Status::Good))
             }
         }
     }
@@ -311,13 +312,13 @@ impl Tally {
         self.wrong += usize::from(is_sure && !is_within(found, (0.2, 10.0)));
         let estimate = input.lone.register(input.frame, Search::From(T), DepthOptions::default());
         let refined = error(&estimate.T_world_sensor);
-        let is_good = estimate.verdict.status == Status::Good;
+        let is_good = estimate.assessment.status == Status::Good;
         self.refined += usize::from(is_within(refined, (0.05, 3.0)));
         self.still_wrong += usize::from(is_good && !is_within(refined, (0.2, 10.0)));
         let way = (truth.translation.vector.norm(), truth.rotation.angle().to_degrees());
         format!(
             "way {way:.2?} found {found:.2?} sure {is_sure} refined {refined:.3?} {:?} agreement {:.3} overlap {:.2}",
-            estimate.verdict.status, estimate.verdict.agreement, estimate.overlap
+            estimate.assessment.status, estimate.assessment.agreement, estimate.overlap
         )
     }
 

@@ -73,7 +73,7 @@ fn report(seed: u64, walk: &[Pose3], reconstruction: &SpatialReconstruction, sha
     let mut counts = [0; 3];
     let (mut overlap, mut worst) = (0.0, [(0.0f64, 0), (0.0f64, 0)]);
     for (index, estimate) in reconstruction.estimates().iter().enumerate() {
-        counts[estimate.verdict.status as usize] += 1;
+        counts[estimate.assessment.status as usize] += 1;
         overlap += estimate.overlap / count;
         let before = index.saturating_sub(1);
         let (step, true_step) = (poses[before].inverse() * poses[index], truth[before].inverse() * truth[index]);
@@ -89,10 +89,10 @@ fn report(seed: u64, walk: &[Pose3], reconstruction: &SpatialReconstruction, sha
                 error(index),
                 off.translation_norm(),
                 off.rotation_angle().to_degrees(),
-                estimate.verdict.status,
-                estimate.verdict.agreement,
+                estimate.assessment.status,
+                estimate.assessment.agreement,
                 estimate.overlap,
-                estimate.verdict.reason
+                estimate.assessment.reason
             );
         }
     }

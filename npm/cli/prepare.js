@@ -8,7 +8,7 @@ import { fileProblem } from './inputs.js';
 /**
  * A frame to prepare. Files are given as paths on the disk, or as their bytes.
  * @typedef {object} Order
- * @property {string} preparation what `begin` returned
+ * @property {string} decodeConfig what `begin` returned
  * @property {'depth_images' | 'clouds'} kind
  * @property {string} name
  * @property {number} index
@@ -59,13 +59,13 @@ export async function readColors(read, name) {
  * @param {Contents} contents
  * @returns {import('../spatial_run.js').Prepared}
  */
-export function prepare(engine, { preparation, kind, name, index, time, color_name }, contents) {
+export function prepare(engine, { decodeConfig, kind, name, index, time, color_name }, contents) {
   const start = performance.now();
   const { bytes, color, color_problem, milliseconds } = contents;
   const prepared =
     kind === 'clouds'
-      ? engine.prepare_cloud(preparation, name, index, time, bytes)
-      : engine.prepare_frame(preparation, name, index, time, bytes, color, color_name, color_problem);
+      ? engine.prepare_cloud(decodeConfig, name, index, time, bytes)
+      : engine.prepare_frame(decodeConfig, name, index, time, bytes, color, color_name, color_problem);
   return { bytes: prepared, milliseconds: { read: milliseconds, prepare: performance.now() - start } };
 }
 

@@ -33,15 +33,15 @@ export async function startPreparers(engine, count) {
 /**
  * Files on the disk are read by the thread; those of an archive come unpacked.
  * @param {FrameJob} job
- * @param {string} preparation
+ * @param {string} decodeConfig
  * @returns {Promise<import('./prepare.js').Order>}
  */
-async function orderOf({ index, name, time, kind, file, color }, preparation) {
+async function orderOf({ index, name, time, kind, file, color }, decodeConfig) {
   const contents = file.disk ?? (await file.read());
   const isUnpacked = color !== null && color.disk === null;
   const colors = isUnpacked ? await readColors(() => color.read(), color.path) : { color: color && color.disk };
   return {
-    preparation,
+    decodeConfig,
     kind,
     name,
     index,
@@ -62,9 +62,9 @@ class InlinePreparer {
     this.#engine = engine;
   }
 
-  /** @param {FrameJob} job @param {string} preparation */
-  async prepare(job, preparation) {
-    const order = await orderOf(job, preparation);
+  /** @param {FrameJob} job @param {string} decodeConfig */
+  async prepare(job, decodeConfig) {
+    const order = await orderOf(job, decodeConfig);
     return prepare(this.#engine, order, await readContents(order));
   }
 
@@ -124,9 +124,9 @@ class ThreadPreparer {
     this.#waiting.clear();
   }
 
-  /** @param {FrameJob} job @param {string} preparation @param {AbortSignal} signal @returns {Promise<Prepared>} */
-  async prepare(job, preparation, signal) {
-    const order = await orderOf(job, preparation);
+  /** @param {FrameJob} job @param {string} decodeConfig @param {AbortSignal} signal @returns {Promise<Prepared>} */
+  async prepare(job, decodeConfig, signal) {
+    const order = await orderOf(job, decodeConfig);
     if (this.#end !== null) throw new WorkerDied(this.#end);
     const id = this.#nextId;
     this.#nextId += 1;

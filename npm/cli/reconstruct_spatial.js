@@ -215,7 +215,7 @@ export function registrarOf(reconstruction) {
     begin: async ({ name, file }) => reconstruction.begin(name, await readFirst(name, file)),
     place: (bytes) => {
       reconstruction.add_prepared(bytes);
-      return { ...reconstruction.step(), preparation: reconstruction.preparation() };
+      return { ...reconstruction.step(), decodeConfig: reconstruction.decode_config() };
     },
     finish: () => {
       reconstruction.finish();

@@ -15,9 +15,9 @@ test('the memory grows in few steps, and not with every frame', () => {
   const numbers = [there, there.toReversed(), there, there.toReversed(), there].flat();
   const reconstruction = new engine.SpatialReconstruction();
   const read = (/** @type {number} */ number) => readFileSync(new URL(`depth/${number}.png`, SAMPLE));
-  const preparation = reconstruction.begin('1.png', read(1));
+  const decodeConfig = reconstruction.begin('1.png', read(1));
   const frames = numbers.map((number, index) =>
-    engine.prepare_frame(preparation, `${index}.png`, index, null, read(number), null, null),
+    engine.prepare_frame(decodeConfig, `${index}.png`, index, null, read(number), null, null),
   );
   const sizes = frames.map((frame) => {
     reconstruction.add_prepared(frame);

@@ -71,7 +71,10 @@ test('a room: every output is written, well formed, and right', (t) => {
   const map = readFileSync(join(out, 'map.ply'));
   const header = map.subarray(0, map.indexOf('end_header\n') + 'end_header\n'.length).toString();
   const kept = report.frames
-    .map((/** @type {import('../../npm/index.js').FrameResult} */ { cleaning }) => cleaning.num_kept)
+    .map(
+      (/** @type {import('../../npm/index.js').ReconstructionResult['frames'][number]} */ { cleaning }) =>
+        cleaning.num_kept,
+    )
     .reduce((/** @type {number} */ sum, /** @type {number} */ count) => sum + count);
   assert.match(header, new RegExp(`^element vertex ${kept}$`, 'm'));
   assert.ok(map.length > header.length + 8 * kept, 'the map holds its points');

@@ -68,7 +68,7 @@ class Recorder {
 /** @param {number} [count] @param {Partial<{ milliseconds: (index: number) => number, fails: (index: number, attempt: number) => Error | null, replaced: () => Promise<void> }>} [behaviour] */
 function fakes(count = 3, behaviour = {}) {
   const { milliseconds = () => 1, fails = () => null, replaced = async () => {} } = behaviour;
-  const seen = { inFlight: 0, started: /** @type {number[]} */ ([]), replaced: 0, preparations: new Set() };
+  const seen = { inFlight: 0, started: /** @type {number[]} */ ([]), replaced: 0, decodeConfigs: new Set() };
   /** @type {Map<number, number>} */
   const attempts = new Map();
   const preparers = Array.from({ length: count }, () => {
@@ -76,13 +76,13 @@ function fakes(count = 3, behaviour = {}) {
     return {
       prepare: async (
         /** @type {Job} */ { index },
-        /** @type {string} */ preparation,
+        /** @type {string} */ decodeConfig,
         /** @type {AbortSignal} */ signal,
       ) => {
         assert.ok(!isBusy, 'a preparer has one frame at a time');
         isBusy = true;
         seen.started.push(index);
-        seen.preparations.add(preparation);
+        seen.decodeConfigs.add(decodeConfig);
         const attempt = (attempts.get(index) ?? 0) + 1;
         attempts.set(index, attempt);
         try {
@@ -117,7 +117,7 @@ test('frames are placed in order, whatever order they are prepared in', async ()
   run.add(jobs(20));
   assert.deepEqual(await run.run(), { state: 'done', numRegistered: 20, problems: [] });
   assert.deepEqual(registrar.registered, upTo(20));
-  assert.deepEqual([...seen.preparations], ['as 0.png']);
+  assert.deepEqual([...seen.decodeConfigs], ['as 0.png']);
   const registered = events.flatMap((event) => (event.type === 'registered' ? [event] : []));
   assert.deepEqual(
     registered.map(({ index }) => index),
@@ -162,14 +162,14 @@ test('frames to come are prepared with what the registrar says last', async () =
     /** @override @param {Uint8Array} bytes */
     async place(bytes) {
       const progress = await super.place(bytes);
-      return progress.done === 2 ? { ...progress, preparation: 'as decided' } : progress;
+      return progress.done === 2 ? { ...progress, decodeConfig: 'as decided' } : progress;
     }
   })();
   const run = new SpatialRun({ registrar, preparers: noting, maxInFlight: 1 });
   run.add(jobs(5));
   await run.run();
   assert.deepEqual(
-    used.map(([, preparation]) => preparation),
+    used.map(([, decodeConfig]) => decodeConfig),
     ['as 0.png', 'as 0.png', 'as decided', 'as decided', 'as decided'],
   );
 });
@@ -357,7 +357,7 @@ test('more frames can be added to a finished run, and while it runs', async () =
   run.add(jobs(2, 20));
   assert.equal((await running).numRegistered, 8);
   assert.deepEqual(registrar.registered, [0, 1, 2, 10, 11, 12, 20, 21]);
-  assert.deepEqual([...seen.preparations], ['as 0.png'], 'looked at once');
+  assert.deepEqual([...seen.decodeConfigs], ['as 0.png'], 'looked at once');
   assert.throws(() => run.add(jobs(1, 21)), /Frame 21 .* cannot come after frame 21/);
 });
 
@@ -704,9 +704,9 @@ test('once it is decided how depth is read, frames are prepared in one way, and 
     /** @type {string | null} */
     let first = null;
     const noting = {
-      prepare: async (/** @type {Parameters<typeof thread.prepare>} */ ...[job, preparation, signal]) => {
-        first ??= preparation;
-        const prepared = await thread.prepare(job, isTold ? preparation : first, signal);
+      prepare: async (/** @type {Parameters<typeof thread.prepare>} */ ...[job, decodeConfig, signal]) => {
+        first ??= decodeConfig;
+        const prepared = await thread.prepare(job, isTold ? decodeConfig : first, signal);
         sizes.push(prepared.bytes.length);
         return prepared;
       },

@@ -192,12 +192,12 @@ test('once it is decided how depth is read, the threads prepare it in one way', 
   test.setTimeout(120_000);
   // Every frame that is given to a thread from now on; the menu's warm-up is another run, before.
   await page.evaluate(() => {
-    const given: { frame: unknown; preparation: unknown }[] = [];
+    const given: { frame: unknown; decodeConfig: unknown }[] = [];
     Object.assign(window, { given });
     const { postMessage } = Worker.prototype;
     Worker.prototype.postMessage = function (this: Worker, message: unknown, options: unknown): void {
       const { method, args = [] } = message as { method?: string; args?: unknown[] };
-      if (method === 'prepareFrame') given.push({ preparation: args[0], frame: args[2] });
+      if (method === 'prepareFrame') given.push({ decodeConfig: args[0], frame: args[2] });
       postMessage.call(this, message, options as StructuredSerializeOptions);
     };
   });
@@ -206,8 +206,8 @@ test('once it is decided how depth is read, the threads prepare it in one way', 
   const { result } = await spatial.stitched();
   const given = await page.evaluate(() => (window as unknown as { given: Given[] }).given);
   const decidedFor = (frame: number): unknown => {
-    const { preparation } = given.findLast((one) => one.frame === frame) ?? { preparation: '{}' };
-    return (JSON.parse(preparation) as { depth: { decided: string | null } }).depth.decided;
+    const { decodeConfig } = given.findLast((one) => one.frame === frame) ?? { decodeConfig: '{}' };
+    return (JSON.parse(decodeConfig) as { depth: { decided: string | null } }).depth.decided;
   };
   expect(decidedFor(0)).toBeNull();
   expect(decidedFor(result.frames.length - 1)).toBe(result.quantisation);
@@ -216,5 +216,5 @@ test('once it is decided how depth is read, the threads prepare it in one way', 
 /** A frame that was given to a thread, and what it was to be prepared with. */
 interface Given {
   frame: number;
-  preparation: string;
+  decodeConfig: string;
 }

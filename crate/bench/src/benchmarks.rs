@@ -19,35 +19,8 @@ use scanstitch::registration::target::OrientedTarget;
 use scanstitch::search::KdTree;
 use scanstitch_scene::corridor::{self, CorridorOptions};
 
+use crate::benchmark::{Benchmark, Files, Prepared};
 use crate::spatial::{DEPTH_BENCHMARKS, PAIR_BENCHMARKS};
-
-/// A named benchmark.
-pub struct Benchmark {
-    /// What `npm run bench -- NAME` calls it.
-    pub name: &'static str,
-    /// What one run does, in a few words.
-    pub about: &'static str,
-    /// Makes it ready to run, with the files given (name and bytes), which most benchmarks do without.
-    pub prepare: fn(Files) -> Result<Prepared, String>,
-}
-
-/// Names and contents of the files a benchmark is given.
-pub type Files = Vec<(String, Vec<u8>)>;
-
-/// A benchmark with its input ready.
-pub struct Prepared {
-    /// How much one run works through, for a rate: amount and unit. Bytes give MB/s.
-    pub work: Option<(f64, &'static str)>,
-    /// One run.
-    pub run: Box<dyn FnMut()>,
-}
-
-impl Prepared {
-    /// What one run works through, as both harnesses print it: amount and unit, or `- -`.
-    pub fn work_text(&self) -> String {
-        self.work.map_or_else(|| "- -".into(), |(amount, unit)| format!("{amount} {unit}"))
-    }
-}
 
 /// All benchmarks, in the order they are run and printed.
 pub fn benchmarks() -> impl Iterator<Item = &'static Benchmark> {

@@ -5,9 +5,11 @@
 //! the clock, take the samples.
 #![allow(non_snake_case)] // T_world_sensor, as in the crate itself
 
+mod benchmark;
 mod benchmarks;
 mod spatial;
 #[cfg(target_arch = "wasm32")]
 mod wasm;
 
-pub use benchmarks::{Benchmark, Prepared, benchmarks};
+pub use benchmark::{Benchmark, Prepared};
+pub use benchmarks::benchmarks;

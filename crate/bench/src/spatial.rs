@@ -11,7 +11,7 @@ use scanstitch::io::{color_image, depth_png, ply};
 use scanstitch::map::voxel::VoxelMap;
 use scanstitch::odometry::cloud::{CloudOptions, PreparedCloud};
 use scanstitch::odometry::depth::{DepthOdometry, DepthOptions};
-use scanstitch::pipeline::prepared_frame::{ColorFile, FrameLabel, MapPoints, Preparation, PreparedFrame, Surfaces};
+use scanstitch::pipeline::prepared_frame::{ColorFile, DecodeConfig, FrameLabel, MapPoints, PreparedFrame, Surfaces};
 use scanstitch::pipeline::spatial_settings::SpatialSettings;
 use scanstitch::preprocess::depth_cloud::depth_cloud;
 use scanstitch::preprocess::depth_surfels::{DepthModel, depth_surfels};
@@ -26,7 +26,7 @@ use scanstitch::registration::spatial::{SpatialMetric, register_in_space};
 use scanstitch::registration::voxelized::{GaussianVoxels, PlaneToVoxel};
 use scanstitch::search::{KdTree, Neighbourhood};
 
-use crate::benchmarks::{Benchmark, Files, Prepared};
+use crate::benchmark::{Benchmark, Files, Prepared};
 
 /// The stages of depth frames: the files are depth and colour images, turn about.
 pub const DEPTH_BENCHMARKS: &[Benchmark] = &[
@@ -132,28 +132,32 @@ fn surfels(files: Files) -> Outcome {
 }
 
 /// The given frames, prepared with the default settings.
-fn prepared(files: &Files) -> Result<(Preparation, Vec<PreparedFrame>), String> {
+fn prepared(files: &Files) -> Result<(DecodeConfig, Vec<PreparedFrame>), String> {
     let (name, first) = files.first().ok_or("no frame was given")?;
-    let preparation = Preparation::new(&SpatialSettings::default(), name, first).map_err(words)?;
-    let frames = files.chunks(2).enumerate().map(|(index, pair)| prepare_one(&preparation, index, pair));
+    let decode_config = DecodeConfig::new(&SpatialSettings::default(), name, first).map_err(words)?;
+    let frames = files.chunks(2).enumerate().map(|(index, pair)| prepare_one(&decode_config, index, pair));
     let frames = frames.collect::<Result<_, _>>()?;
-    Ok((preparation, frames))
+    Ok((decode_config, frames))
 }
 
-fn prepare_one(preparation: &Preparation, index: usize, pair: &[(String, Vec<u8>)]) -> Result<PreparedFrame, String> {
+fn prepare_one(
+    decode_config: &DecodeConfig,
+    index: usize,
+    pair: &[(String, Vec<u8>)],
+) -> Result<PreparedFrame, String> {
     let color = pair.get(1).map(|(name, bytes)| ColorFile { name, bytes: Ok(bytes) });
     let label = FrameLabel { name: pair[0].0.clone(), index, time: None };
-    PreparedFrame::from_depth(preparation, label, &pair[0].1, color).map_err(words)
+    PreparedFrame::from_depth(decode_config, label, &pair[0].1, color).map_err(words)
 }
 
 /// As most frames of a recording are prepared: it is decided how depth is read.
 fn prepare(files: Files) -> Outcome {
-    let (mut preparation, _) = prepared(&files)?;
-    if let Some(depth) = &mut preparation.depth {
+    let (mut decode_config, _) = prepared(&files)?;
+    if let Some(depth) = &mut decode_config.depth {
         depth.decided = depth.quantisations.first().copied();
     }
     frame(move || {
-        black_box(prepare_one(black_box(&preparation), 0, &files[..2]).ok());
+        black_box(prepare_one(black_box(&decode_config), 0, &files[..2]).ok());
     })
 }
 

@@ -15,8 +15,8 @@ pub fn reconstruct(settings: SpatialSettings, images: &[DepthImage]) -> Result<S
     let mut reconstruction = SpatialReconstruction::new(settings)?;
     for (index, image) in images.iter().enumerate() {
         let (name, bytes) = (format!("{}.png", index + 1), depth_png(image)?);
-        let preparation = reconstruction.begin(&name, &bytes)?;
-        let frame = PreparedFrame::from_depth(preparation, FrameLabel { name, index, time: None }, &bytes, None)?;
+        let decode_config = reconstruction.begin(&name, &bytes)?;
+        let frame = PreparedFrame::from_depth(decode_config, FrameLabel { name, index, time: None }, &bytes, None)?;
         reconstruction.add(frame)?;
     }
     reconstruction.finish();

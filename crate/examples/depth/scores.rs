@@ -48,11 +48,11 @@ pub fn reconstruct(recording: &Recording, settings: &SpatialSettings) -> (Spatia
     let mut seconds = Vec::new();
     for (index, bytes) in recording.depth.iter().enumerate() {
         let name = format!("{index}.png");
-        let preparation = reconstruction.begin(&name, bytes).expect("a depth image");
+        let decode_config = reconstruction.begin(&name, bytes).expect("a depth image");
         let color = recording.color.get(index).filter(|color| !color.is_empty());
         let color = color.map(|bytes| ColorFile { name: &name, bytes: Ok(bytes) });
         let label = FrameLabel { name: name.clone(), index, time: None };
-        let frame = PreparedFrame::from_depth(preparation, label, bytes, color);
+        let frame = PreparedFrame::from_depth(decode_config, label, bytes, color);
         reconstruction.add(frame.expect("a depth image")).expect("in order");
         let start = seconds_used();
         while reconstruction.step().stage != Stage::Done {}
@@ -76,7 +76,7 @@ pub fn score(recording: &Recording, settings: &SpatialSettings, each: bool) -> (
     let seconds = seconds_used() - start;
     let (poses, estimates) = (reconstruction.poses(), reconstruction.estimates());
     let frames = poses.len();
-    let is_good = |index: &usize| estimates[*index].verdict.status == Status::Good;
+    let is_good = |index: &usize| estimates[*index].assessment.status == Status::Good;
     let belongs = |index: &usize| !recording.strangers.contains(index);
     let first = (0..frames).filter(belongs).find(is_good).unwrap_or(0);
     let truth: Vec<Pose3> = recording.truth.iter().map(|pose| recording.truth[first].inverse() * pose).collect();
@@ -102,16 +102,16 @@ pub fn score(recording: &Recording, settings: &SpatialSettings, each: bool) -> (
         let step = poses[last_good].inverse() * poses[index];
         let off = (truth[last_good].inverse() * truth[index]).inverse() * step;
         let (moved, turned) = (off.translation.vector.norm(), angle_of(&off.rotation).to_degrees());
-        let status = estimates[index].verdict.status;
+        let status = estimates[index].assessment.status;
         if each {
             println!(
                 "  {index:3} error {:.3} m, step off {moved:.3} m {turned:.2} deg; {status:?} agreement {:.3} overlap \
                  {:.2}{} {}",
                 error(index),
-                estimates[index].verdict.agreement,
+                estimates[index].assessment.agreement,
                 estimates[index].overlap,
                 if belongs(&index) { "" } else { " STRANGER" },
-                estimates[index].verdict.reason
+                estimates[index].assessment.reason
             );
         }
         match status {

@@ -41,7 +41,7 @@ impl Ring {
         for quarter in 0..4u8 {
             let length = SIDES[usize::from(quarter % 2)];
             for side in [1.0, -1.0] {
-                furnish(quarter, side, length, paints.len(), &mut random, &mut solids);
+                place_furniture(quarter, side, length, paints.len(), &mut random, &mut solids);
             }
         }
         let light = |quarter: u8| Light::Lamp {
@@ -127,7 +127,14 @@ fn shell(outer: [f64; 2], inner: [f64; 2], solids: &mut Vec<Solid>) {
 }
 
 /// Cupboards, benches and pillars along one wall of a side.
-fn furnish(quarter: u8, side: f64, length: f64, num_paints: usize, random: &mut Random, solids: &mut Vec<Solid>) {
+fn place_furniture(
+    quarter: u8,
+    side: f64,
+    length: f64,
+    num_paints: usize,
+    random: &mut Random,
+    solids: &mut Vec<Solid>,
+) {
     let wall = WIDTH / 2.0;
     let mut along = -length / 2.0 + wall + random.uniform(0.0, 1.0);
     while along < length / 2.0 - wall - 1.2 {

@@ -83,7 +83,7 @@ pub struct KnownConvention {
 
 impl PoseConvention {
     /// One sentence.
-    pub fn words(&self) -> String {
+    pub fn words(self) -> String {
         let order = match self.quaternion_order {
             Some(QuaternionOrder::RealPartLast) => "quaternions qx qy qz qw, ",
             Some(QuaternionOrder::RealPartFirst) => "quaternions qw qx qy qz, ",

@@ -3,8 +3,7 @@
 
 use serde::Serialize;
 
-use super::metrics::{angle, relative};
-use super::path::Path;
+use super::path::{Path, angle, relative};
 use crate::{Error, Result};
 
 /// Lengths of stretches (m) are these multiples of a unit, 100 m in the benchmark.

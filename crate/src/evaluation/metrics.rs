@@ -9,8 +9,7 @@ use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
 use super::pairs::{PairOptions, index_pairs};
-use super::path::Path;
-use crate::geometry::rotation::{angle_of, nearest_rotation};
+use super::path::{Path, angle, relative};
 use crate::{Error, Result};
 
 /// What of an error pose E = (R, t) is measured.
@@ -130,16 +129,6 @@ fn rotations<'a>(path: &'a Path, whose: &str) -> Result<&'a [Matrix3<f64>]> {
     })
 }
 
-/// T_a^-1 T_b, with the transpose for the inverse of the rotation.
-pub(super) fn relative(
-    (R_a, t_a): (&Matrix3<f64>, &Vector3<f64>),
-    (R_b, t_b): (&Matrix3<f64>, &Vector3<f64>),
-) -> (Matrix3<f64>, Vector3<f64>) {
-    // As evo multiplies it out: R_a^T t_b + (-R_a^T t_a).
-    let inverse = R_a.transpose();
-    (inverse * R_b, inverse * t_b - inverse * t_a)
-}
-
 fn measure(R: &Matrix3<f64>, t: &Vector3<f64>, relation: PoseRelation) -> Result<f64> {
     let off_identity = || (R - Matrix3::identity()).norm_squared();
     Ok(match relation {
@@ -149,9 +138,4 @@ fn measure(R: &Matrix3<f64>, t: &Vector3<f64>, relation: PoseRelation) -> Result
         PoseRelation::RotationAngleDeg => angle(R)?.to_degrees(),
         _ => t.norm(),
     })
-}
-
-pub(super) fn angle(R: &Matrix3<f64>) -> Result<f64> {
-    let rotation = nearest_rotation(R);
-    rotation.map(|rotation| angle_of(&rotation)).ok_or_else(|| Error::whole("A matrix is no rotation", ""))
 }

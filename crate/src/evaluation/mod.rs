@@ -41,12 +41,11 @@ pub mod map_quality;
 pub mod metrics;
 pub mod pairs;
 pub mod path;
-pub mod position_error;
 pub mod relation_times;
 pub mod relations;
 pub mod sharpness;
-pub mod spatial_error;
 pub mod statistics;
+pub mod trajectory_error;
 pub mod umeyama;
 
 pub use evaluate::{Evaluation, EvaluationOptions, evaluate};

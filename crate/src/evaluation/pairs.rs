@@ -2,8 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::metrics::{angle, relative};
-use super::path::Path;
+use super::path::{Path, angle, relative};
 use crate::geometry::rotation::{angle_of, nearest_rotation};
 use crate::{Error, Result};
 

@@ -3,7 +3,9 @@
 use nalgebra::{Matrix3, Vector3};
 
 use super::umeyama::Similarity;
+use crate::geometry::rotation::{angle_of, nearest_rotation};
 use crate::io::trajectory::Trajectory;
+use crate::{Error, Result};
 
 /// Poses with their rotations as matrices, which are kept as the file has them: rounded ones are not made whole, since
 /// evo does not either, and the last digits of its figures depend on it.
@@ -64,4 +66,20 @@ impl Path {
     pub fn length(&self) -> f64 {
         self.positions.windows(2).map(|pair| (pair[1] - pair[0]).norm()).sum()
     }
+}
+
+/// T_a^-1 T_b, with the transpose for the inverse of the rotation.
+pub(super) fn relative(
+    (R_a, t_a): (&Matrix3<f64>, &Vector3<f64>),
+    (R_b, t_b): (&Matrix3<f64>, &Vector3<f64>),
+) -> (Matrix3<f64>, Vector3<f64>) {
+    // As evo multiplies it out: R_a^T t_b + (-R_a^T t_a).
+    let inverse = R_a.transpose();
+    (inverse * R_b, inverse * t_b - inverse * t_a)
+}
+
+/// The angle (rad) of the rotation nearest to a matrix.
+pub(super) fn angle(R: &Matrix3<f64>) -> Result<f64> {
+    let rotation = nearest_rotation(R);
+    rotation.map(|rotation| angle_of(&rotation)).ok_or_else(|| Error::whole("A matrix is no rotation", ""))
 }

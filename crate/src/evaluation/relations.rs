@@ -9,8 +9,7 @@
 use nalgebra::Vector3;
 use serde::Serialize;
 
-use super::metrics::{angle, relative};
-use super::path::Path;
+use super::path::{Path, angle, relative};
 use super::relation_times::{PoseLookup, misfit};
 use super::statistics::Statistics;
 use crate::io::relations::Relation;

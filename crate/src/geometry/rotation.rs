@@ -1,6 +1,6 @@
 //! Rotation matrices that are not quite rotations, as files with few digits hold them.
 
-use nalgebra::{Matrix3, Quaternion, UnitQuaternion};
+use nalgebra::{Matrix3, Quaternion, Unit, UnitQuaternion, Vector3};
 
 /// Largest deviation of R^T R from the identity, beyond the diagonal, of a matrix that is taken as orthogonal.
 const ORTHOGONAL: f64 = 1e-12;
@@ -61,10 +61,19 @@ pub fn angle_of(rotation: &UnitQuaternion<f64>) -> f64 {
     2.0 * rotation.imag().norm().atan2(rotation.w.abs())
 }
 
+/// Angle (rad) of a rotation's part about an axis, in [-2 pi, 2 pi]: the twist of its swing-twist decomposition.
+pub fn turn_about(rotation: &UnitQuaternion<f64>, axis: &Unit<Vector3<f64>>) -> f64 {
+    2.0 * rotation.imag().dot(axis).atan2(rotation.w)
+}
+
+/// The rotation's part about an axis: of all turns about it the nearest to the rotation.
+pub fn twist_about(rotation: &UnitQuaternion<f64>, axis: &Unit<Vector3<f64>>) -> UnitQuaternion<f64> {
+    UnitQuaternion::from_axis_angle(axis, turn_about(rotation, axis))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use nalgebra::Vector3;
 
     #[test]
     fn rotations_come_back_and_rounded_ones_are_made_whole() {
@@ -87,6 +96,19 @@ mod tests {
                     }
                 }
             }
+        }
+    }
+
+    #[test]
+    fn the_twist_is_the_nearest_turn_about_its_axis() {
+        let axis = Unit::new_normalize(Vector3::new(0.2, 1.0, -0.4));
+        let swing = UnitQuaternion::from_axis_angle(&Unit::new_normalize(axis.cross(&Vector3::x())), 0.4);
+        for angle in [-3.0, -0.7, 0.0, 1e-9, 2.5] {
+            let rotation = swing * UnitQuaternion::from_axis_angle(&axis, angle);
+            assert!((turn_about(&rotation, &axis) - angle).abs() < 1e-12);
+            let distance = |turn: f64| angle_of(&(UnitQuaternion::from_axis_angle(&axis, turn).inverse() * rotation));
+            assert!((distance(angle) - angle_of(&(twist_about(&rotation, &axis).inverse() * rotation))).abs() < 1e-12);
+            assert!(distance(angle) < distance(angle - 0.01) && distance(angle) < distance(angle + 0.01));
         }
     }
 

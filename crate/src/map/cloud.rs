@@ -1,9 +1,9 @@
 //! The map of clouds that the next one is registered to: one point with a normal a voxel.
 
 use nalgebra::Vector3;
-use rustc_hash::FxHashMap;
 
 use crate::geometry::Pose3;
+use crate::preprocess::voxel_hash::VoxelHash;
 use crate::registration::target::OrientedTarget;
 
 /// What lies in a voxel: sums over the points put into it.
@@ -16,15 +16,14 @@ struct Voxel {
 
 /// Points with normals in the world frame, at most one a cube of side `voxel_size`.
 pub struct CloudMap {
-    voxel_size: f64,
-    index: FxHashMap<[i32; 3], u32>,
+    hash: VoxelHash,
     voxels: Vec<Voxel>,
 }
 
 impl CloudMap {
     /// A map without points; `voxel_size` in m.
     pub fn new(voxel_size: f64) -> Self {
-        Self { voxel_size, index: FxHashMap::default(), voxels: Vec::new() }
+        Self { hash: VoxelHash::new(voxel_size), voxels: Vec::new() }
     }
 
     /// Whether nothing was put in.
@@ -43,10 +42,8 @@ impl CloudMap {
             let Some(normal) = normal else { continue };
             let point = T_world_sensor.rotation * point + T_world_sensor.translation.vector;
             let normal = T_world_sensor.rotation * normal;
-            let cell = (point / self.voxel_size).map(|x| x.floor() as i32);
-            let next = self.voxels.len() as u32;
-            let number = *self.index.entry([cell.x, cell.y, cell.z]).or_insert(next);
-            match self.voxels.get_mut(number as usize) {
+            let Some(voxel) = self.hash.voxel(&point) else { continue };
+            match self.voxels.get_mut(self.hash.insert(voxel) as usize) {
                 None => self.voxels.push(Voxel { point, normal, count: 1.0 }),
                 // The two sides of a thin wall must not become one: the side seen first stays.
                 Some(voxel) if voxel.normal.dot(&normal) > 0.0 => {

@@ -10,13 +10,14 @@ use nalgebra::Vector3;
 use crate::camera::surfel_image::SurfelImage;
 use crate::geometry::Pose3;
 use crate::geometry::rotation::angle_of;
+use crate::registration::free_space::FreeSpaceTest;
 use crate::registration::photometric::Picture;
 use crate::registration::prepared_surfels::PreparedSurfels;
-use crate::registration::projective::{ProjectiveTarget, Sight};
+use crate::registration::projective::ProjectiveTarget;
 
 /// What one frame saw.
 #[derive(Clone)]
-pub struct KeyView {
+pub struct Keyframe {
     /// Where it was taken.
     pub T_world_camera: Pose3,
     /// The number of its frame.
@@ -28,8 +29,8 @@ pub struct KeyView {
 
 /// The key frames so far.
 #[derive(Clone, Default)]
-pub struct KeyViews {
-    views: Vec<KeyView>,
+pub struct Keyframes {
+    views: Vec<Keyframe>,
     /// What they take on the heap.
     num_bytes: usize,
 }
@@ -41,7 +42,7 @@ const SPACING: f64 = 0.3;
 /// Views further away see other things (m, turns included).
 const REACH: f64 = 4.0;
 /// Views that are asked.
-const WITNESSES: usize = 6;
+const MAX_NEARBY: usize = 6;
 /// All together take at most this much memory (bytes): of more, the ones with the nearest neighbours go, ...
 const MOST_BYTES: usize = 96 << 20;
 /// ... until this much is left.
@@ -51,7 +52,7 @@ const THINNING: f64 = 1.25;
 /// Surfaces this far (m) in front of what was seen stand in free space.
 const TOLERANCE: f64 = 0.05;
 
-impl KeyViews {
+impl Keyframes {
     /// Keeps a frame that is believed, with a number of the caller's, unless there is one like it.
     pub fn add(&mut self, frame: &PreparedSurfels, number: u32, T_world_camera: &Pose3) {
         if self.views.iter().any(|known| apart_within(&known.T_world_camera, T_world_camera, SPACING).is_some()) {
@@ -60,10 +61,10 @@ impl KeyViews {
         let SurfelImage { brightness, camera, .. } = &frame.image;
         let picture = brightness.clone().map(|brightness| Picture::new(brightness, camera));
         let view = Arc::new(frame.coarse_view());
-        self.push(KeyView { T_world_camera: *T_world_camera, frame: number, view, picture });
+        self.push(Keyframe { T_world_camera: *T_world_camera, frame: number, view, picture });
     }
 
-    fn push(&mut self, added: KeyView) {
+    fn push(&mut self, added: Keyframe) {
         self.num_bytes += added.num_bytes();
         self.views.push(added);
         if self.num_bytes > MOST_BYTES {
@@ -78,49 +79,49 @@ impl KeyViews {
     /// Leaves the later one of any two that are nearer to each other than this (m, turns included). Where the camera comes
     /// by again, what has gone is replaced.
     fn thin(&mut self, spacing: f64) {
-        let mut kept: Vec<KeyView> = Vec::with_capacity(self.views.len());
+        let mut kept: Vec<Keyframe> = Vec::with_capacity(self.views.len());
         for view in std::mem::take(&mut self.views).into_iter().rev() {
             if kept.iter().all(|other| apart(&other.T_world_camera, &view.T_world_camera) >= spacing) {
                 kept.push(view);
             }
         }
         kept.reverse();
-        self.num_bytes = kept.iter().map(KeyView::num_bytes).sum();
+        self.num_bytes = kept.iter().map(Keyframe::num_bytes).sum();
         self.views = kept;
     }
 
     /// Moves each by `motion` (of the world) of its frame's number.
-    pub fn move_frames(&mut self, motion: impl Fn(u32) -> Pose3) {
+    pub fn apply_corrections(&mut self, motion: impl Fn(u32) -> Pose3) {
         for view in &mut self.views {
             view.T_world_camera = motion(view.frame) * view.T_world_camera;
         }
     }
 
     /// Adds those of another map that have a `motion` (of the world) by their frame's number, moved by it.
-    pub fn take_in(&mut self, other: &Self, motion: impl Fn(u32) -> Option<Pose3>) {
+    pub fn merge(&mut self, other: &Self, motion: impl Fn(u32) -> Option<Pose3>) {
         for view in &other.views {
             if let Some(motion) = motion(view.frame) {
-                self.push(KeyView { T_world_camera: motion * view.T_world_camera, ..view.clone() });
+                self.push(Keyframe { T_world_camera: motion * view.T_world_camera, ..view.clone() });
             }
         }
     }
 
     /// All of them, in the order they were taken.
-    pub fn all(&self) -> &[KeyView] {
+    pub fn all(&self) -> &[Keyframe] {
         &self.views
     }
 
     /// The views that see most of what a camera at this pose sees, by where they were taken.
-    pub fn near(&self, T_world_camera: &Pose3) -> Vec<&KeyView> {
-        let within = |view: &KeyView| apart_within(&view.T_world_camera, T_world_camera, REACH);
+    pub fn near(&self, T_world_camera: &Pose3) -> Vec<&Keyframe> {
+        let within = |view: &Keyframe| apart_within(&view.T_world_camera, T_world_camera, REACH);
         let mut near: Vec<_> = self.views.iter().filter_map(|view| Some((within(view)?, view))).collect();
         near.sort_by(|a, b| a.0.total_cmp(&b.0));
-        near.truncate(WITNESSES);
+        near.truncate(MAX_NEARBY);
         near.into_iter().map(|(_, view)| view).collect()
     }
 }
 
-impl KeyView {
+impl Keyframe {
     /// What it takes on the heap.
     fn num_bytes(&self) -> usize {
         self.view.num_bytes() + self.picture.as_ref().map_or(0, Picture::num_bytes)
@@ -139,7 +140,7 @@ impl KeyView {
     /// Whether it looked through where this point (world frame) lies.
     pub fn saw_through(&self, point: &Vector3<f64>) -> bool {
         let point = self.T_world_camera.inverse_transform_point(&(*point).into()).coords;
-        matches!(self.view.look_around(&point, TOLERANCE), Sight::InFreeSpace)
+        matches!(self.view.classify_leniently(&point, TOLERANCE), FreeSpaceTest::InFreeSpace)
     }
 }
 
@@ -186,43 +187,43 @@ mod tests {
 
     #[test]
     fn what_key_frames_take_is_bounded_and_they_stay_spread_over_the_way() {
-        let (frame, mut key_views) = (wall(), KeyViews::default());
+        let (frame, mut keyframes) = (wall(), Keyframes::default());
         let step = 1.01 * SPACING;
         let at = |index: u32| Pose3::from(Translation3::new(step * f64::from(index), 0.0, 0.0));
         let num_frames = 500;
         for index in 0..num_frames {
-            key_views.add(&frame, index, &at(index));
-            assert!(key_views.num_bytes <= MOST_BYTES, "{} bytes", key_views.num_bytes);
+            keyframes.add(&frame, index, &at(index));
+            assert!(keyframes.num_bytes <= MOST_BYTES, "{} bytes", keyframes.num_bytes);
         }
-        let bytes_each = key_views.num_bytes / key_views.all().len();
+        let bytes_each = keyframes.num_bytes / keyframes.all().len();
         assert!(bytes_each < 560_000, "{bytes_each} bytes a key frame");
-        let counted: usize = key_views.all().iter().map(KeyView::num_bytes).sum();
-        assert_eq!(counted, key_views.num_bytes);
+        let counted: usize = keyframes.all().iter().map(Keyframe::num_bytes).sum();
+        assert_eq!(counted, keyframes.num_bytes);
         // The way is covered from its beginning to its end, the last frame is there, and wherever one comes back to, some saw it.
-        assert_eq!(key_views.all().last().unwrap().frame, num_frames - 1);
+        assert_eq!(keyframes.all().last().unwrap().frame, num_frames - 1);
         for index in 0..num_frames {
-            assert!(!key_views.near(&at(index)).is_empty(), "nothing is known about frame {index}");
+            assert!(!keyframes.near(&at(index)).is_empty(), "nothing is known about frame {index}");
         }
     }
 
     #[test]
     fn of_others_only_what_is_to_be_moved_is_taken_in() {
-        let (frame, mut others, mut key_views) = (wall(), KeyViews::default(), KeyViews::default());
+        let (frame, mut others, mut keyframes) = (wall(), Keyframes::default(), Keyframes::default());
         for number in 0..3 {
             others.add(&frame, number, &Pose3::from(Translation3::new(f64::from(number), 0.0, 0.0)));
         }
-        key_views.take_in(&others, |number| (number > 0).then(|| Translation3::new(0.0, 0.5, 0.0).into()));
-        let places: Vec<_> = key_views.all().iter().map(|view| view.T_world_camera.translation.vector).collect();
+        keyframes.merge(&others, |number| (number > 0).then(|| Translation3::new(0.0, 0.5, 0.0).into()));
+        let places: Vec<_> = keyframes.all().iter().map(|view| view.T_world_camera.translation.vector).collect();
         assert_eq!(places, [Vector3::new(1.0, 0.5, 0.0), Vector3::new(2.0, 0.5, 0.0)]);
-        assert_eq!(key_views.num_bytes, key_views.all().iter().map(KeyView::num_bytes).sum::<usize>());
+        assert_eq!(keyframes.num_bytes, keyframes.all().iter().map(Keyframe::num_bytes).sum::<usize>());
     }
 
     #[test]
     fn a_short_walk_keeps_every_key_frame() {
-        let (frame, mut key_views) = (wall(), KeyViews::default());
+        let (frame, mut keyframes) = (wall(), Keyframes::default());
         for index in 0..100 {
-            key_views.add(&frame, index, &Pose3::from(Translation3::new(0.0, 0.0, -0.31 * f64::from(index))));
+            keyframes.add(&frame, index, &Pose3::from(Translation3::new(0.0, 0.0, -0.31 * f64::from(index))));
         }
-        assert_eq!(key_views.all().len(), 100);
+        assert_eq!(keyframes.all().len(), 100);
     }
 }

@@ -10,7 +10,8 @@ use serde::{Deserialize, Serialize};
 use crate::geometry::{PointCloud, Pose2, RigidMotion};
 use crate::preprocess::planar_scan::PlanarScan;
 use crate::registration::factors::{PointToPlane, PointToPoint};
-use crate::registration::free_space::beams::{RangeProfile, Visibility};
+use crate::registration::free_space::FreeSpaceTally;
+use crate::registration::free_space::beams::RangeProfile;
 use crate::registration::icp::{IcpOptions, Registration, Source, register};
 use crate::registration::target::{OrientedTarget, PointTarget, Target};
 
@@ -105,17 +106,17 @@ impl LocalMap {
         moved.filter_map(|p| target.nearest(&p, max_distance).map(|n| [p, target.point(n.index)])).collect()
     }
 
-    /// How a scan at a pose looks from the sensors of the map, and the map from it.
-    pub fn visibility(&self, scan: &PlanarScan, T_world_sensor: &Pose2) -> Visibility {
+    /// The free-space test of a scan at a pose against the scans of the map, and of these against it.
+    pub fn free_space(&self, scan: &PlanarScan, T_world_sensor: &Pose2) -> FreeSpaceTally {
         let profile = RangeProfile::new(&scan.points);
-        let mut visibility = Visibility::default();
+        let mut tally = FreeSpaceTally::default();
         for placed in &self.scans {
             let T_placed_sensor = placed.T_world_sensor.inverse() * T_world_sensor;
-            visibility += placed.profile.look_at(scan.points.iter().map(|p| T_placed_sensor.act(p)));
+            tally += placed.profile.tally(scan.points.iter().map(|p| T_placed_sensor.act(p)));
             let T_sensor_placed = T_placed_sensor.inverse();
-            visibility += profile.look_at(placed.scan.points.iter().map(|p| T_sensor_placed.act(p)));
+            tally += profile.tally(placed.scan.points.iter().map(|p| T_sensor_placed.act(p)));
         }
-        visibility
+        tally
     }
 }
 

@@ -6,21 +6,22 @@
 use std::sync::Arc;
 
 use nalgebra::Vector3;
-use rustc_hash::FxHashMap;
 
 use crate::camera::Pinhole;
 use crate::camera::surfel_image::{Surfel, SurfelImage};
 use crate::geometry::{Pose3, RigidMotion};
-use crate::registration::projective::{Drawing, PackedSurfel, ProjectiveTarget};
+use crate::preprocess::voxel_hash::VoxelHash;
+use crate::registration::projective::{PackedSurfel, ProjectiveTarget, SurfelRasterizer};
 use crate::registration::target::Target;
 
 /// Pieces of surface in the world frame, by the block of space they lie in: of a large map only the blocks in view are
 /// looked at.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone)]
 pub struct SurfelMap {
     /// Shared with clones until one of them changes.
     blocks: Vec<Arc<Block>>,
-    index: FxHashMap<[i32; 3], u32>,
+    /// Their numbers.
+    hash: VoxelHash,
     len: usize,
 }
 
@@ -51,6 +52,12 @@ const SAME_SURFACE_DISTANCE: f64 = 0.03;
 /// much lets each frame of a long recording drag the map along; half as much makes the first frames' errors last.
 const MIN_DEVIATION: f64 = 1e-3;
 
+impl Default for SurfelMap {
+    fn default() -> Self {
+        Self { blocks: Vec::new(), hash: VoxelHash::new(BLOCK), len: 0 }
+    }
+}
+
 impl SurfelMap {
     /// A map without anything in it.
     pub fn new() -> Self {
@@ -79,13 +86,13 @@ impl SurfelMap {
         let depths = frame.cells.iter().step_by(DEPTH_STRIDE).flatten().map(|surfel| surfel.point.z);
         let reach = REACH.max(depths.fold(0.0, f64::max) + BEYOND_FRAME);
         let frustum = Frustum::new(&camera, T_world_view, reach);
-        let mut drawing = Drawing::new(&camera, T_world_view);
+        let mut rasterizer = SurfelRasterizer::new(&camera, T_world_view);
         for (number, block) in (0u64..).zip(&self.blocks) {
             if frustum.may_see(&block.center) {
-                drawing.add(number << 32, &block.surfels);
+                rasterizer.add(number << 32, &block.surfels);
             }
         }
-        drawing.finish()
+        rasterizer.finish()
     }
 
     /// Adds a frame, with a number of the caller's, at its pose. `view` is this map, without changes since it was drawn, as
@@ -118,14 +125,14 @@ impl SurfelMap {
     }
 
     /// Moves every piece with the frame that saw it first, by `motion` (of the world) of that frame's number.
-    pub fn move_frames(&mut self, motion: impl Fn(u32) -> Pose3) {
+    pub fn apply_corrections(&mut self, motion: impl Fn(u32) -> Pose3) {
         let unmoved = std::mem::take(self);
-        self.take_in(&unmoved, |frame| Some(motion(frame)));
+        self.merge(&unmoved, |frame| Some(motion(frame)));
     }
 
     /// Adds what some frames have shown to another map, moved by `motion` (of the world) of the number of the frame that saw it
     /// first; nothing of the others.
-    pub fn take_in(&mut self, other: &Self, motion: impl Fn(u32) -> Option<Pose3>) {
+    pub fn merge(&mut self, other: &Self, motion: impl Fn(u32) -> Option<Pose3>) {
         let mut last: Option<(u32, Option<Pose3>)> = None;
         for packed in other.blocks.iter().flat_map(|block| &block.surfels) {
             let (surfel, frame) = (packed.surfel(), packed.tag);
@@ -137,14 +144,13 @@ impl SurfelMap {
     }
 
     fn add(&mut self, surfel: Surfel, frame: u32) {
-        let cell = surfel.point.map(|x| (x / BLOCK).floor() as i32);
-        let next = self.blocks.len() as u32;
-        let number = *self.index.entry([cell.x, cell.y, cell.z]).or_insert(next);
-        if number == next {
-            let center = cell.map(|x| (f64::from(x) + 0.5) * BLOCK);
+        let Some(voxel) = self.hash.voxel(&surfel.point) else { return };
+        let number = self.hash.insert(voxel) as usize;
+        if number == self.blocks.len() {
+            let center = Vector3::from(voxel).map(|x| (f64::from(x) + 0.5) * BLOCK);
             self.blocks.push(Arc::new(Block { center, ..Block::default() }));
         }
-        Arc::make_mut(&mut self.blocks[number as usize]).surfels.push(PackedSurfel::new(&surfel, frame));
+        Arc::make_mut(&mut self.blocks[number]).surfels.push(PackedSurfel::new(&surfel, frame));
         self.len += 1;
     }
 }
@@ -261,7 +267,7 @@ mod tests {
             map.insert(&wall(2.0, 0.01), number, T, &view);
         }
         let before: Vec<Surfel> = map.surfels().collect();
-        map.move_frames(|frame| Pose3::translation(0.0, 0.0, 1.5 * f64::from(frame)));
+        map.apply_corrections(|frame| Pose3::translation(0.0, 0.0, 1.5 * f64::from(frame)));
         assert_eq!(map.len(), before.len());
         let at_depth = |z: f64| map.surfels().filter(|surfel| (surfel.point.z - z).abs() < 1e-6).count();
         assert_eq!((at_depth(2.0), at_depth(8.5)), (before.len() / 2, before.len() / 2));
@@ -279,7 +285,7 @@ mod tests {
         let mut map = SurfelMap::new();
         insert(&mut map, &wall(1.0, 0.01), &Pose3::identity());
         let (before, added) = (map.len(), other.len() / 2);
-        map.take_in(&other, |frame| (frame == 1).then(|| Pose3::translation(0.0, 0.0, 2.0)));
+        map.merge(&other, |frame| (frame == 1).then(|| Pose3::translation(0.0, 0.0, 2.0)));
         assert_eq!(map.len(), before + added);
         assert_eq!(map.surfels().filter(|surfel| (surfel.point.z - 9.0).abs() < 1e-6).count(), added);
     }

@@ -1,9 +1,12 @@
-//! Whether a registration is believed, and the reason in plain words.
+//! Whether the pose of a frame is believed: the one place that turns evidence into good, doubtful or lost, with the reason.
+//!
+//! Every odometry measures the same [`Evidence`] and sets its own [`Limits`]; [`Assessment::of`] compares them in the same
+//! order, and says what it found in the same words.
 
 use serde::Serialize;
 
 use crate::map::local::PlanarRegistration;
-use crate::registration::free_space::beams::Visibility;
+use crate::registration::free_space::FreeSpaceTally;
 
 /// How far a frame's pose is to be trusted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -20,51 +23,165 @@ pub enum Status {
 
 /// A status with its reason.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Verdict {
+pub struct Assessment {
     /// How far the pose is to be trusted.
     pub status: Status,
     /// Plain words; empty when good.
     pub reason: String,
-    /// Share of the returns visible to both sides that agree with what the other saw, 0..=1.
+    /// Share of what is visible from both sides that agrees with what the other saw, 0..=1; 1 where that is not tested.
     pub agreement: f64,
 }
 
-/// Fewer points than this make no scan.
-pub const MIN_POINTS: usize = 10;
-/// Below this share of agreeing returns a registration is not believed, ... On the real and on 60 generated recordings right
-/// registrations agree by 0.96 to 1, and ones that are wrong by half a metre or more mostly by less than 0.8.
-const LOST_AGREEMENT: f64 = 0.6;
-/// ... and below this it is doubtful.
-const DOUBTFUL_AGREEMENT: f64 = 0.9;
-/// Below this share of points with a partner a registration is not believed.
-const LOST_FITNESS: f64 = 0.25;
-/// A last step that is still as large as this (m) or ...
-const RESTLESS_TRANSLATION: f64 = 0.005;
-/// ... this (rad) tells of a registration that was cut off on its way.
-const RESTLESS_ROTATION: f64 = 0.002;
+/// What speaks for and against the pose of a registered frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Evidence {
+    /// Pairs that counted in the registration.
+    pub num_pairs: usize,
+    /// Share of the frame that lies on what it was registered to, 0..=1.
+    pub overlap: f64,
+    /// Share of what is visible from both sides that agrees, 0..=1; `None` where free space is not tested.
+    pub agreement: Option<f64>,
+    /// The motion that the surfaces in view do not constrain, if there is one.
+    pub degenerate: Option<Unconstrained>,
+    /// Root mean square of the pairs' residuals (m).
+    pub residual: f64,
+    /// The iterations after which the registration was still moving; `None` where it came to rest.
+    pub moving_after: Option<usize>,
+}
 
-impl Verdict {
-    /// The first scan is where the world begins: there is nothing to doubt.
+/// A motion that the view does not constrain.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Unconstrained {
+    /// Turning about the upright axis.
+    Heading,
+    /// Sliding along a direction.
+    Position,
+}
+
+/// What the evidence of a kind of sensor must reach. Shares are in 0..=1; 0 asks for nothing.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Limits {
+    /// With fewer pairs a frame is lost.
+    pub min_pairs: usize,
+    /// Below this overlap a frame is lost, ...
+    pub lost_overlap: f64,
+    /// ... and below this it is doubtful.
+    pub doubtful_overlap: f64,
+    /// Below this agreement a frame is lost, ...
+    pub lost_agreement: f64,
+    /// ... and below this it is doubtful.
+    pub doubtful_agreement: f64,
+    /// Above this root mean square residual (m) a frame is doubtful.
+    pub doubtful_residual: f64,
+}
+
+impl Limits {
+    /// Nothing is asked for.
+    pub const NONE: Self = Self {
+        min_pairs: 0,
+        lost_overlap: 0.0,
+        doubtful_overlap: 0.0,
+        lost_agreement: 0.0,
+        doubtful_agreement: 0.0,
+        doubtful_residual: f64::INFINITY,
+    };
+}
+
+/// Fewer points than this make no planar scan.
+pub const MIN_POINTS: usize = 10;
+/// Of planar scans. On the real and on 60 generated recordings right registrations agree by 0.96 to 1, and ones that are wrong
+/// by half a metre or more mostly by less than 0.8.
+const PLANAR_LIMITS: Limits =
+    Limits { min_pairs: MIN_POINTS, lost_overlap: 0.25, lost_agreement: 0.6, doubtful_agreement: 0.9, ..Limits::NONE };
+/// A planar registration whose last step is longer than this (m) or ...
+const MOVING_TRANSLATION: f64 = 0.005;
+/// ... turns further than this (rad) was cut off on its way.
+const MOVING_ROTATION: f64 = 0.002;
+
+impl Assessment {
+    /// The first frame is where the world begins: there is nothing to doubt.
     pub fn first() -> Self {
         Self { status: Status::Good, reason: String::new(), agreement: 1.0 }
     }
 
-    /// A scan with fewer than [`MIN_POINTS`] points.
-    pub fn too_few_points(num_points: usize) -> Self {
-        let reason = format!("it has {num_points} usable points, too few to place it");
+    /// A frame without a pose of its own.
+    pub fn lost(reason: String) -> Self {
         Self { status: Status::Lost, reason, agreement: 0.0 }
     }
-}
 
-impl Verdict {
-    /// Good in itself, but the way to it leads over a scan that is not.
-    pub fn hangs_on_a_doubt(&mut self) {
+    /// A frame with too few points to be registered.
+    pub fn too_few_points(num_points: usize) -> Self {
+        Self::lost(format!("it has {num_points} usable points, too few to place it"))
+    }
+
+    /// Compares evidence with its limits: first what makes a frame lost, then what makes it doubtful.
+    pub fn of(evidence: &Evidence, limits: &Limits) -> Self {
+        let agreement = evidence.agreement.unwrap_or(1.0);
+        if let Some(reason) = Self::reason_lost(evidence, limits) {
+            return Self { status: Status::Lost, reason, agreement };
+        }
+        if let Some(reason) = Self::reason_doubtful(evidence, limits) {
+            return Self { status: Status::Doubtful, reason, agreement };
+        }
+        Self { status: Status::Good, reason: String::new(), agreement }
+    }
+
+    fn reason_lost(evidence: &Evidence, limits: &Limits) -> Option<String> {
+        let Evidence { num_pairs, overlap, agreement, .. } = *evidence;
+        if num_pairs < limits.min_pairs {
+            Some(format!("only {num_pairs} pairs were found: too little overlap, or a motion larger than the search"))
+        } else if overlap < limits.lost_overlap {
+            Some(format!(
+                "only {} of it lies on the map: too little overlap, or a motion larger than the search",
+                percent(overlap)
+            ))
+        } else if let Some(agreement) = agreement.filter(|agreement| *agreement < limits.lost_agreement) {
+            Some(format!(
+                "{} of the visible surface contradicts space already seen as free: it shows another place, or the motion is \
+                 larger than the search",
+                percent(1.0 - agreement)
+            ))
+        } else {
+            None
+        }
+    }
+
+    fn reason_doubtful(evidence: &Evidence, limits: &Limits) -> Option<String> {
+        let Evidence { overlap, agreement, degenerate, residual, moving_after, .. } = *evidence;
+        if let Some(agreement) = agreement.filter(|agreement| *agreement < limits.doubtful_agreement) {
+            let against = percent(1.0 - agreement);
+            return Some(format!("{against} of the visible surface contradicts space already seen as free"));
+        }
+        if overlap < limits.doubtful_overlap {
+            return Some(format!("only {} of it lies on the map", percent(overlap)));
+        }
+        if let Some(motion) = degenerate {
+            let motion = match motion {
+                Unconstrained::Heading => "the heading",
+                Unconstrained::Position => "the position along one direction",
+            };
+            return Some(format!("the view does not constrain {motion} (degenerate geometry)"));
+        }
+        if residual > limits.doubtful_residual {
+            return Some(format!("its points lie {residual:.3} m off the surfaces of the map (root mean square)"));
+        }
+        moving_after.map(|iterations| format!("the registration was still moving after {iterations} iterations"))
+    }
+
+    /// Adds a reason for doubt from beyond the registration; what is doubtful or lost already keeps its own.
+    pub fn doubt(&mut self, reason: &str) {
         if self.status == Status::Good {
             self.status = Status::Doubtful;
-            "it fits the scans before it, but where these lie is not certain: the way to them leads over a scan that \
-             could not be placed for sure, and no place seen again confirms it"
-                .clone_into(&mut self.reason);
+            reason.clone_into(&mut self.reason);
         }
+    }
+
+    /// Good in itself, but the way to it leads over a scan that is not.
+    pub fn hangs_on_a_doubt(&mut self) {
+        self.doubt(
+            "it fits the scans before it, but their own position is uncertain: a link of the path to them is doubtful, and no \
+             loop confirms it",
+        );
     }
 
     /// One of a few that more frames do not hang together with.
@@ -75,49 +192,92 @@ impl Verdict {
 
     /// Good in itself, but found by frames before it whose own place is in doubt.
     pub fn mark_hanging_on_an_open_place(&mut self) {
-        if self.status == Status::Good {
-            self.status = Status::Doubtful;
-            "it fits the frames before it, but where these lie is not certain, and it shows too little of what is known \
-             for sure"
-                .clone_into(&mut self.reason);
-        }
+        self.doubt(
+            "it fits the frames before it, but their own position is uncertain, and it overlaps too little with what is known \
+             for certain",
+        );
     }
 }
 
-/// Judges a registration by its evidence and by what the sensors saw.
-pub fn judge(registration: &PlanarRegistration, visibility: Visibility) -> Verdict {
-    let agreement = visibility.agreement();
-    let percent = |share: f64| format!("{:.0} %", 100.0 * share);
-    let with = |status, reason| Verdict { status, reason, agreement };
-    let last = &registration.last;
+fn percent(share: f64) -> String {
+    format!("{:.0} %", 100.0 * share)
+}
 
-    if last.num_inliers < MIN_POINTS || registration.fitness < LOST_FITNESS {
-        let reason = format!(
-            "only {} of its points lie near the scans before it: too little overlap, or a motion larger than the search",
-            percent(registration.fitness)
+/// Assesses the registration of a planar scan by its evidence and by what the sensors saw.
+pub fn assess(registration: &PlanarRegistration, seen: FreeSpaceTally) -> Assessment {
+    let last = &registration.last;
+    let is_moving = last.translation_step > MOVING_TRANSLATION || last.rotation_step > MOVING_ROTATION;
+    let weakest = &registration.observability;
+    let motion =
+        if weakest.weakest_direction[0].abs() > 0.7 { Unconstrained::Heading } else { Unconstrained::Position };
+    let evidence = Evidence {
+        num_pairs: last.num_inliers,
+        overlap: registration.fitness,
+        agreement: Some(seen.agreement()),
+        degenerate: weakest.is_undetermined().then_some(motion),
+        residual: last.inlier_rmse,
+        moving_after: is_moving.then_some(registration.history.len()),
+    };
+    Assessment::of(&evidence, &PLANAR_LIMITS)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const LIMITS: Limits = Limits {
+        min_pairs: 10,
+        lost_overlap: 0.2,
+        doubtful_overlap: 0.4,
+        lost_agreement: 0.85,
+        doubtful_agreement: 0.95,
+        doubtful_residual: 0.1,
+    };
+    const GOOD: Evidence = Evidence {
+        num_pairs: 500,
+        overlap: 0.8,
+        agreement: Some(0.99),
+        degenerate: None,
+        residual: 0.01,
+        moving_after: None,
+    };
+
+    #[test]
+    fn each_kind_of_evidence_alone_tips_the_assessment_and_is_named() {
+        let of = |evidence: Evidence| {
+            let Assessment { status, reason, .. } = Assessment::of(&evidence, &LIMITS);
+            (status, reason)
+        };
+        assert_eq!(of(GOOD), (Status::Good, String::new()));
+        assert_eq!(of(Evidence { agreement: None, ..GOOD }), (Status::Good, String::new()));
+        for (evidence, status, word) in [
+            (Evidence { num_pairs: 9, ..GOOD }, Status::Lost, "only 9 pairs"),
+            (Evidence { overlap: 0.19, ..GOOD }, Status::Lost, "only 19 %"),
+            (Evidence { agreement: Some(0.8), ..GOOD }, Status::Lost, "20 % of the visible surface"),
+            (Evidence { agreement: Some(0.9), ..GOOD }, Status::Doubtful, "10 % of the visible surface"),
+            (Evidence { overlap: 0.39, ..GOOD }, Status::Doubtful, "only 39 %"),
+            (Evidence { degenerate: Some(Unconstrained::Heading), ..GOOD }, Status::Doubtful, "the heading"),
+            (Evidence { degenerate: Some(Unconstrained::Position), ..GOOD }, Status::Doubtful, "the position along"),
+            (Evidence { residual: 0.11, ..GOOD }, Status::Doubtful, "0.110 m"),
+            (Evidence { moving_after: Some(40), ..GOOD }, Status::Doubtful, "after 40 iterations"),
+        ] {
+            let (found, reason) = of(evidence);
+            assert_eq!(found, status, "{evidence:?}");
+            assert!(reason.contains(word), "{reason} does not say {word}");
+        }
+    }
+
+    #[test]
+    fn what_loses_a_frame_is_said_before_what_makes_it_doubtful() {
+        let evidence = Evidence { agreement: Some(0.5), overlap: 0.3, moving_after: Some(3), ..GOOD };
+        assert!(Assessment::of(&evidence, &LIMITS).reason.contains("50 %"));
+        assert_eq!(
+            Assessment::of(&evidence, &Limits::NONE).status,
+            Status::Doubtful,
+            "nothing excuses a loop that ran on"
         );
-        return with(Status::Lost, reason);
+        let mut lost = Assessment::lost("no surface".to_owned());
+        lost.doubt("something else");
+        assert_eq!((lost.status, lost.reason.as_str()), (Status::Lost, "no surface"));
     }
-    if agreement < LOST_AGREEMENT {
-        let reason = format!(
-            "only {} of its returns agree with what the scans before it saw, the others stand in their free space: \
-             it shows another place, or the motion is larger than the search",
-            percent(agreement)
-        );
-        return with(Status::Lost, reason);
-    }
-    if agreement < DOUBTFUL_AGREEMENT {
-        let reason = format!("{} of its returns stand where earlier scans saw free space", percent(1.0 - agreement));
-        return with(Status::Doubtful, reason);
-    }
-    if registration.observability.is_undetermined() {
-        let direction = registration.observability.weakest_direction;
-        let motion = if direction[0].abs() > 0.7 { "the heading" } else { "the position along one direction" };
-        return with(Status::Doubtful, format!("the walls in view leave {motion} open"));
-    }
-    if last.translation_step > RESTLESS_TRANSLATION || last.rotation_step > RESTLESS_ROTATION {
-        let reason = format!("the registration was still moving after {} iterations", registration.history.len());
-        return with(Status::Doubtful, reason);
-    }
-    with(Status::Good, String::new())
 }

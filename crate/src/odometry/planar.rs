@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::geometry::Pose2;
 use crate::map::local::{LocalMap, MetricName, PlanarRegistration};
-use crate::odometry::assessment::{MIN_POINTS, Status, Verdict, judge};
+use crate::odometry::assessment::{Assessment, MIN_POINTS, Status, assess};
 use crate::preprocess::planar_scan::PlanarScan;
 use crate::registration::correlative::{LikelihoodGrid, SearchWindow};
 use crate::registration::icp::IcpOptions;
@@ -46,7 +46,7 @@ pub struct FrameEstimate {
     /// The registration to the local map; `None` for the first scan and for scans without points.
     pub registration: Option<PlanarRegistration>,
     /// Whether it is believed.
-    pub verdict: Verdict,
+    pub assessment: Assessment,
 }
 
 /// Scan-to-map odometry in the plane. The world frame is the frame of the first scan.
@@ -70,15 +70,15 @@ impl Odometry {
     /// the same.
     pub fn register_frame(&mut self, scan: &Rc<PlanarScan>, motion: Option<Pose2>) -> FrameEstimate {
         let prediction = self.T_world_last * motion.unwrap_or(self.last_motion);
-        let unregistered = |verdict| FrameEstimate { T_world_sensor: prediction, registration: None, verdict };
+        let unregistered = |assessment| FrameEstimate { T_world_sensor: prediction, registration: None, assessment };
         let estimate = if scan.points.len() < MIN_POINTS {
-            unregistered(Verdict::too_few_points(scan.points.len()))
+            unregistered(Assessment::too_few_points(scan.points.len()))
         } else if self.map.is_empty() {
-            unregistered(Verdict::first())
+            unregistered(Assessment::first())
         } else {
             self.register_to_map(scan, &prediction, motion.is_some())
         };
-        if estimate.verdict.status != Status::Lost {
+        if estimate.assessment.status != Status::Lost {
             self.last_motion = self.T_world_last.inverse() * estimate.T_world_sensor;
             self.map.insert(Rc::clone(scan), estimate.T_world_sensor);
         }
@@ -93,11 +93,11 @@ impl Odometry {
     fn register_to_map(&self, scan: &PlanarScan, prediction: &Pose2, is_measured: bool) -> FrameEstimate {
         if is_measured {
             let measured = self.register_from(scan, *prediction, prediction);
-            if measured.verdict.status == Status::Good || self.options.initial_guess != InitialGuess::Correlative {
+            if measured.assessment.status == Status::Good || self.options.initial_guess != InitialGuess::Correlative {
                 return measured;
             }
             let searched = self.register_by_search(scan, prediction);
-            return if searched.verdict.agreement > measured.verdict.agreement { searched } else { measured };
+            return if searched.assessment.agreement > measured.assessment.agreement { searched } else { measured };
         }
         match self.options.initial_guess {
             InitialGuess::Identity => self.register_from(scan, self.T_world_last, prediction),
@@ -114,22 +114,22 @@ impl Odometry {
             self.register_from(scan, guess, prediction)
         };
         let first = search(prediction, window);
-        if first.verdict.status == Status::Good {
+        if first.assessment.status == Status::Good {
             return first;
         }
         let wide = SearchWindow { translation: 2.0 * window.translation, rotation: std::f64::consts::PI };
         let second = search(&self.T_world_last, wide);
-        if second.verdict.agreement > first.verdict.agreement { second } else { first }
+        if second.assessment.agreement > first.assessment.agreement { second } else { first }
     }
 
     fn register_from(&self, scan: &PlanarScan, guess: Pose2, prediction: &Pose2) -> FrameEstimate {
         let registration = self.map.register(scan, guess, self.options.metric, &self.options.icp);
-        let verdict = judge(&registration, self.map.visibility(scan, &registration.T_target_source));
-        let believed = verdict.status != Status::Lost;
+        let assessment = assess(&registration, self.map.free_space(scan, &registration.T_target_source));
+        let believed = assessment.status != Status::Lost;
         FrameEstimate {
             T_world_sensor: if believed { registration.T_target_source } else { *prediction },
             registration: Some(registration),
-            verdict,
+            assessment,
         }
     }
 }

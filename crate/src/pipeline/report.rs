@@ -1,17 +1,19 @@
 //! The result of a reconstruction as plain data, the same for the page, the command line and `report.json`.
 
-use nalgebra::Vector3;
+use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
 use serde::Serialize;
 
-use crate::evaluation::position_error::PositionError;
 use crate::evaluation::sharpness::Sharpness;
-use crate::geometry::{Pose2, RigidMotion};
+use crate::evaluation::trajectory_error::{PlanarPoint, TrajectoryError};
+use crate::geometry::{Pose2, Pose3, RigidMotion};
 use crate::map::local::PlanarRegistration;
-use crate::odometry::assessment::Status;
+use crate::odometry::assessment::{Assessment, Status};
+use crate::odometry::depth::SpatialEstimate;
 use crate::odometry::planar::FrameEstimate;
+use crate::pipeline::prepared_frame::FrameLabel;
 use crate::pipeline::settings::Settings;
 use crate::preprocess::clean::CleaningReport;
-use crate::registration::icp::IterationRecord;
+use crate::registration::icp::{IterationRecord, Registration};
 
 /// A pose in the plane, or three numbers that belong to one.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -31,26 +33,64 @@ impl From<Pose2> for PlanarPose {
     }
 }
 
-/// What is known of one frame.
+/// A pose in space: a position (m) and a unit quaternion.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
+pub struct SpatialPose {
+    /// m.
+    pub x: f64,
+    /// m.
+    pub y: f64,
+    /// m.
+    pub z: f64,
+    /// Imaginary part.
+    pub qx: f64,
+    /// Imaginary part.
+    pub qy: f64,
+    /// Imaginary part.
+    pub qz: f64,
+    /// Real part.
+    pub qw: f64,
+}
+
+impl From<Pose3> for SpatialPose {
+    fn from(pose: Pose3) -> Self {
+        let (t, q) = (pose.translation.vector, pose.rotation);
+        Self { x: t.x, y: t.y, z: t.z, qx: q.i, qy: q.j, qz: q.k, qw: q.w }
+    }
+}
+
+impl From<SpatialPose> for Pose3 {
+    fn from(pose: SpatialPose) -> Self {
+        let rotation = UnitQuaternion::from_quaternion(Quaternion::new(pose.qw, pose.qx, pose.qy, pose.qz));
+        Isometry3::from_parts(Translation3::new(pose.x, pose.y, pose.z), rotation)
+    }
+}
+
+/// What is known of one frame, in the plane or in space: `P` is its pose, `C` what cleaning reports.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify), tsify(missing_as_null))]
-pub struct FrameResult {
+pub struct FrameResult<P, C> {
     /// Name of the file.
     pub name: String,
-    /// Time of the scan (s), from whatever zero the recorder had, or null.
+    /// Its place in the recording, counted from 0.
+    pub index: usize,
+    /// When it was taken (s), or null.
     pub time: Option<f64>,
-    /// Pose of the sensor; the world is the frame of the first scan.
-    pub T_world_sensor: PlanarPose,
-    /// One standard deviation of the registration to the scans before (m, m, rad); null where there is none.
+    /// Pose of the sensor; the world is the frame of the first one.
+    pub T_world_sensor: P,
+    /// In the plane: one standard deviation of the registration to the scans before (m, m, rad); null where there is none.
     pub std: Option<PlanarPose>,
     /// How far the pose is to be trusted.
     pub status: Status,
     /// Why it is not good; empty when it is.
     pub reason: String,
-    /// Share of the returns that agree with what the scans before saw, 0..=1.
+    /// Share of what is in view of both the frame and the map that agrees, 0..=1.
     pub agreement: f64,
-    /// What was dropped before.
-    pub cleaning: CleaningReport,
+    /// Share of the frame that lies on the map, 0..=1.
+    pub overlap: f64,
+    /// In the plane: what was dropped before; null in space, where nothing counts it.
+    pub cleaning: C,
     /// Pairs within the distance limit.
     pub num_correspondences: usize,
     /// Pairs that counted.
@@ -59,31 +99,37 @@ pub struct FrameResult {
     pub fitness: f64,
     /// Root mean square of the inliers' residuals (m).
     pub inlier_rmse: f64,
-    /// Iterations of the registration.
+    /// Iterations of the last registration.
     pub iterations: usize,
     /// Whether its last step was below both limits.
     pub converged: bool,
-    /// Unit motion (x, y in the world frame, theta in metres at the points' rms distance) that the walls in view leave
-    /// open, or null.
+    /// In the plane: unit motion (x, y in the world frame, theta in metres at the points' rms distance) that the walls in view
+    /// do not constrain; null otherwise.
     pub undetermined: Option<PlanarPose>,
-    /// Every iteration.
+    /// Every iteration of the last registration.
     pub history: Vec<IterationRecord>,
 }
 
-impl FrameResult {
-    /// Puts together what is known of a frame; `pose` is its present `T_world_sensor`.
-    pub fn new(name: &str, cleaning: CleaningReport, estimate: &FrameEstimate, pose: Pose2) -> Self {
-        let registration = estimate.registration.as_ref();
+impl<P, C> FrameResult<P, C> {
+    fn new<M: RigidMotion>(
+        label: FrameLabel,
+        T_world_sensor: P,
+        assessment: &Assessment,
+        overlap: f64,
+        registration: Option<&Registration<M>>,
+        cleaning: C,
+    ) -> Self {
         let last = registration.map_or_else(IterationRecord::default, |r| r.last);
-        let open = registration.filter(|r| r.observability.is_undetermined());
         Self {
-            name: name.to_owned(),
-            time: None,
-            T_world_sensor: pose.into(),
-            std: registration.and_then(standard_deviation),
-            status: estimate.verdict.status,
-            reason: estimate.verdict.reason.clone(),
-            agreement: estimate.verdict.agreement,
+            name: label.name,
+            index: label.index,
+            time: label.time,
+            T_world_sensor,
+            std: None,
+            status: assessment.status,
+            reason: assessment.reason.clone(),
+            agreement: assessment.agreement,
+            overlap,
             cleaning,
             num_correspondences: last.num_correspondences,
             num_inliers: last.num_inliers,
@@ -91,9 +137,30 @@ impl FrameResult {
             inlier_rmse: last.inlier_rmse,
             iterations: registration.map_or(0, |r| r.history.len()),
             converged: registration.is_none_or(|r| r.converged),
-            undetermined: open.map(|r| planar(&r.observability.weakest_direction)),
+            undetermined: None,
             history: registration.map_or_else(Vec::new, |r| r.history.clone()),
         }
+    }
+}
+
+impl FrameResult<PlanarPose, CleaningReport> {
+    /// Of a scan; `pose` is its present `T_world_sensor`.
+    pub fn of_scan(label: FrameLabel, cleaning: CleaningReport, estimate: &FrameEstimate, pose: Pose2) -> Self {
+        let registration = estimate.registration.as_ref();
+        let overlap = registration.map_or(estimate.assessment.agreement, |r| r.fitness);
+        let degenerate = registration.filter(|r| r.observability.is_undetermined());
+        Self {
+            std: registration.and_then(standard_deviation),
+            undetermined: degenerate.map(|r| planar(&r.observability.weakest_direction)),
+            ..Self::new(label, pose.into(), &estimate.assessment, overlap, registration, cleaning)
+        }
+    }
+}
+
+impl FrameResult<SpatialPose, ()> {
+    /// Of a depth image or a cloud; `pose` is its present `T_world_sensor`.
+    pub fn of_frame(label: FrameLabel, estimate: &SpatialEstimate, pose: Pose3) -> Self {
+        Self::new(label, pose.into(), &estimate.assessment, estimate.overlap, estimate.registration.as_ref(), ())
     }
 }
 
@@ -122,13 +189,13 @@ pub struct ReconstructionResult {
     /// The settings of the run.
     pub settings: Settings,
     /// One entry a scan, as far as the run has come.
-    pub frames: Vec<FrameResult>,
+    pub frames: Vec<FrameResult<PlanarPose, CleaningReport>>,
     /// Iterations of the joint solution; empty without one.
     pub joint_history: Vec<IterationRecord>,
     /// Sharpness of the map, where scans overlap.
     pub sharpness: Option<Sharpness>,
     /// Distance to the reference, where one was given.
-    pub comparison: Option<PositionError>,
+    pub comparison: Option<TrajectoryError<PlanarPoint>>,
     /// Why the odometry that was given is not used, in whole sentences, or null; among the notes as well.
     pub odometry_refusal: Option<String>,
     /// What else is worth knowing, in whole sentences.

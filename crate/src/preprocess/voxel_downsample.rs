@@ -1,10 +1,9 @@
 //! One point a voxel: the mean of the points in it.
 
-use std::collections::hash_map::Entry;
-
 use glam::Vec3;
-use rustc_hash::FxHashMap;
+use nalgebra::Vector3;
 
+use super::voxel_hash::VoxelHash;
 use crate::geometry::PointCloud;
 use crate::{Error, Result};
 
@@ -21,7 +20,7 @@ struct Sums {
 /// cubes are first met. Points that are not finite are dropped.
 ///
 /// # Errors
-/// When `voxel_size` is not positive.
+/// When `voxel_size` is not positive, or so small that a point lies 1e9 voxels or more from the origin.
 pub fn voxel_downsample(cloud: &PointCloud, voxel_size: f64) -> Result<PointCloud> {
     voxel_downsample_from(cloud, voxel_size, glam::DVec3::ZERO)
 }
@@ -30,23 +29,23 @@ pub fn voxel_downsample(cloud: &PointCloud, voxel_size: f64) -> Result<PointClou
 /// every frame pull one frame towards another: they cut its rays at the same places.
 ///
 /// # Errors
-/// When `voxel_size` is not positive.
+/// When `voxel_size` is not positive, or so small that a point lies 1e9 voxels or more from the corner.
 pub fn voxel_downsample_from(cloud: &PointCloud, voxel_size: f64, corner: glam::DVec3) -> Result<PointCloud> {
     if !(voxel_size > 0.0 && voxel_size.is_finite()) {
-        return Err(Error::whole(format!("A voxel of {voxel_size} m is none"), "Give a positive voxel_size"));
+        return Err(Error::whole(format!("voxel_size = {voxel_size} m is not positive"), "Give a positive voxel_size"));
     }
-    let mut index: FxHashMap<[i64; 3], usize> = FxHashMap::default();
+    let mut hash = VoxelHash::new(voxel_size);
     let mut voxels: Vec<Sums> = Vec::new();
     for (point, position) in cloud.positions.iter().enumerate().filter(|(_, position)| position.is_finite()) {
         let position = position.as_dvec3();
-        let voxel = ((position - corner) / voxel_size).floor();
-        let number = match index.entry([voxel.x as i64, voxel.y as i64, voxel.z as i64]) {
-            Entry::Occupied(entry) => *entry.get(),
-            Entry::Vacant(entry) => {
-                voxels.push(Sums::default());
-                *entry.insert(voxels.len() - 1)
-            }
-        };
+        let voxel = hash.voxel(&Vector3::from((position - corner).to_array())).ok_or_else(|| {
+            let problem = format!("voxel_size = {voxel_size} m is too small for a cloud that reaches {position} m");
+            Error::whole(problem, "Give a larger voxel_size")
+        })?;
+        let number = hash.insert(voxel) as usize;
+        if number == voxels.len() {
+            voxels.push(Sums::default());
+        }
         let sums = &mut voxels[number];
         sums.position += position;
         sums.count += 1;
@@ -109,6 +108,8 @@ mod tests {
 
     #[test]
     fn a_voxel_without_size_is_refused() {
+        let far = PointCloud::from_positions(vec![Vec3::new(1.0, 2.0, 3.0)]);
+        assert!(voxel_downsample(&far, 1e-12).unwrap_err().to_string().contains("too small"));
         for size in [0.0, -1.0, f64::NAN, f64::INFINITY] {
             assert!(voxel_downsample(&PointCloud::default(), size).is_err());
         }

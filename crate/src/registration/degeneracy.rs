@@ -1,8 +1,10 @@
-//! Which directions of motion the correspondences determine, and which they leave open.
+//! Which directions of motion the correspondences determine, and which they do not.
 //!
 //! The eigenvectors of the Gauss-Newton matrix with small eigenvalues are the motions that change no residual: along a
 //! bare corridor, or a turn inside a round room (Censi, "On achievable accuracy for range-finder localization", ICRA
 //! 2007; Zhang, Kaess and Singh, "On degeneracy of optimization-based state estimation problems", ICRA 2016).
+
+use nalgebra::{Matrix3, Matrix6, Vector3};
 
 use super::factors::Correspondence;
 use crate::geometry::{RigidMotion, SquareMatrix, Vector};
@@ -26,6 +28,47 @@ impl<M: RigidMotion> Observability<M> {
     /// Whether the weakest direction is in effect not measured at all.
     pub fn is_undetermined(&self) -> bool {
         self.weakest_share < UNDETERMINED_SHARE
+    }
+}
+
+/// A degenerate direction is constrained by the surfaces that face along it at least so much (cosine), ...
+const CONSTRAINING_COSINE: f64 = 0.3;
+/// ... if they are at least this share of all.
+const CONSTRAINING_SHARE: f64 = 0.01;
+
+/// The direction in space that the fewest of the surfaces in view constrain. Unlike [`Observability`] it counts the surfaces that
+/// face along a direction: long walls do not add up to one that faces the other way, however many there are and however noisy
+/// their normals.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DegenerateDirection {
+    /// Unit vector in the target's frame.
+    pub direction: Vector3<f64>,
+}
+
+impl DegenerateDirection {
+    /// `None` where enough surfaces constrain every direction. Pairs further apart than `tolerance` (m) do not count.
+    pub fn of(correspondences: &[Correspondence<Vector3<f64>>], tolerance: f64) -> Option<Self> {
+        let (weakest, share) = Self::weakest(correspondences, tolerance);
+        (share < CONSTRAINING_SHARE).then_some(weakest)
+    }
+
+    /// The direction that is constrained least, and the share of all surfaces that constrain it.
+    pub fn weakest(correspondences: &[Correspondence<Vector3<f64>>], tolerance: f64) -> (Self, f64) {
+        let fitting = correspondences.iter().filter(|pair| pair.residual.abs() < tolerance);
+        let normals: Vec<Vector3<f64>> = fitting.filter_map(|pair| pair.normal).collect();
+        let spread: Matrix3<f64> = normals.iter().map(|normal| normal * normal.transpose()).sum();
+        let eigen = spread.symmetric_eigen();
+        let direction = eigen.eigenvectors.column(eigen.eigenvalues.imin()).into_owned();
+        let constraining = normals.iter().filter(|normal| normal.dot(&direction).abs() > CONSTRAINING_COSINE).count();
+        (Self { direction }, constraining as f64 / normals.len().max(1) as f64)
+    }
+
+    /// Standard deviation (m) along it by the information matrix of the registration, were its residuals independent of each
+    /// other. They are not: it tells which frames are constrained better than others, and not how far they are off.
+    pub fn sigma(&self, information: &Matrix6<f64>) -> f64 {
+        let information = information.fixed_view::<3, 3>(3, 3);
+        // A single wall tells nothing along itself, and rounding may make that less than nothing.
+        self.direction.dot(&(information * self.direction)).max(0.0).sqrt().recip()
     }
 }
 
@@ -103,8 +146,6 @@ fn rotate<S: SquareMatrix>(A: &mut S, V: &mut S, p: usize, q: usize) {
 
 #[cfg(test)]
 mod tests {
-    use nalgebra::Matrix6;
-
     use super::*;
 
     #[test]

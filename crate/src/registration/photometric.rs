@@ -35,7 +35,7 @@ pub struct TexturedPoint {
 
 /// A picture taken before, and which of the points are seen in it.
 #[derive(Debug, Clone)]
-pub struct Witness<'a> {
+pub struct ReferenceKeyframe<'a> {
     /// The picture.
     pub picture: &'a Picture,
     /// Where it was taken.
@@ -163,17 +163,17 @@ struct Light {
     correlation: f64,
 }
 
-fn compare(points: &[TexturedPoint], witness: &Witness<'_>, T: &Pose3, level: usize) -> Vec<Comparison> {
-    let T_witness_world = witness.T_world_camera.inverse();
-    let (R, t) = (T_witness_world.rotation.to_rotation_matrix().into_inner(), T_witness_world.translation.vector);
+fn compare(points: &[TexturedPoint], reference: &ReferenceKeyframe<'_>, T: &Pose3, level: usize) -> Vec<Comparison> {
+    let T_reference_world = reference.T_world_camera.inverse();
+    let (R, t) = (T_reference_world.rotation.to_rotation_matrix().into_inner(), T_reference_world.translation.vector);
     let (R_world, t_world) = (T.rotation.to_rotation_matrix().into_inner(), T.translation.vector);
     let compare = |&index: &u32| {
         let point = &points[index as usize];
         let place = R_world * point.point + t_world;
-        let (there, slope) = witness.picture.look(level, &(R * place + t))?;
+        let (there, slope) = reference.picture.look(level, &(R * place + t))?;
         Some(Comparison { index, here: point.values[level], there, slope: R.tr_mul(&slope), place })
     };
-    witness.seen.iter().filter_map(compare).collect()
+    reference.seen.iter().filter_map(compare).collect()
 }
 
 impl Light {
@@ -205,7 +205,7 @@ struct Sums {
     num_compared: usize,
 }
 
-fn sums(points: &[TexturedPoint], witnesses: &[Witness<'_>], T: &Pose3, level: usize) -> Sums {
+fn sums(points: &[TexturedPoint], references: &[ReferenceKeyframe<'_>], T: &Pose3, level: usize) -> Sums {
     let num_patches = points.iter().map(|point| point.patch as usize + 1).max().unwrap_or(0);
     let mut sums = Sums {
         equations: NormalEquations { H: Matrix6::zeros(), b: Vector6::zeros() },
@@ -213,8 +213,8 @@ fn sums(points: &[TexturedPoint], witnesses: &[Witness<'_>], T: &Pose3, level: u
         correlation: 0.0,
         num_compared: 0,
     };
-    for witness in witnesses {
-        let comparisons = compare(points, witness, T, level);
+    for reference in references {
+        let comparisons = compare(points, reference, T, level);
         if comparisons.len() < MIN_POINTS {
             continue;
         }
@@ -273,10 +273,15 @@ fn sigma(residuals: &[f64]) -> f64 {
 }
 
 /// How well the brightness of the points agrees with the pictures at a pose, -1..=1, and how many are compared.
-pub fn correlation(points: &[TexturedPoint], witnesses: &[Witness<'_>], T: &Pose3, level: usize) -> (f64, usize) {
+pub fn correlation(
+    points: &[TexturedPoint],
+    references: &[ReferenceKeyframe<'_>],
+    T: &Pose3,
+    level: usize,
+) -> (f64, usize) {
     let (mut sum, mut num_compared) = (0.0, 0);
-    for witness in witnesses {
-        let comparisons = compare(points, witness, T, level);
+    for reference in references {
+        let comparisons = compare(points, reference, T, level);
         let weights = vec![1.0; comparisons.len()];
         if comparisons.len() < MIN_POINTS {
             continue;
@@ -290,10 +295,10 @@ pub fn correlation(points: &[TexturedPoint], witnesses: &[Witness<'_>], T: &Pose
 }
 
 /// The likeliest pose by what surfaces tell and by brightness, from the level `coarsest` to the finest; `None` where the
-/// pictures show too little of the points. `witnesses` are seen from about there.
+/// pictures show too little of the points. `references` are seen from about there.
 pub fn register_by_brightness(
     points: &[TexturedPoint],
-    witnesses: &[Witness<'_>],
+    references: &[ReferenceKeyframe<'_>],
     surfaces: &Gaussian,
     coarsest: usize,
     solver: &Solver<Pose3>,
@@ -302,7 +307,7 @@ pub fn register_by_brightness(
     let mut result = None;
     for level in (0..=coarsest.min(NUM_LEVELS - 1)).rev() {
         for _ in 0..MAX_STEPS {
-            let sums = sums(points, witnesses, &T, level);
+            let sums = sums(points, references, &T, level);
             if sums.num_compared < MIN_POINTS {
                 return None;
             }
@@ -366,8 +371,8 @@ mod tests {
         Picture::new(frame.brightness.clone().unwrap(), &frame.camera)
     }
 
-    fn witness<'a>(picture: &'a Picture, points: &[TexturedPoint]) -> Witness<'a> {
-        Witness { picture, T_world_camera: Pose3::identity(), seen: (0..points.len() as u32).collect() }
+    fn reference<'a>(picture: &'a Picture, points: &[TexturedPoint]) -> ReferenceKeyframe<'a> {
+        ReferenceKeyframe { picture, T_world_camera: Pose3::identity(), seen: (0..points.len() as u32).collect() }
     }
 
     #[test]
@@ -376,9 +381,9 @@ mod tests {
         let (before, now) = (picture(&wall(&Pose3::identity(), 1.0)), wall(&T, 1.0));
         let points = textured_points(&now);
         assert!(points.len() > 100, "{}", points.len());
-        let witness = witness(&before, &points);
+        let reference = reference(&before, &points);
         let h = 2e-3; // half a pixel of the finest level: slopes are taken over that
-        let there = |T: &Pose3| compare(&points, &witness, T, 0);
+        let there = |T: &Pose3| compare(&points, &reference, T, 0);
         let here = there(&T);
         for axis in 0..6 {
             let step = Vector6::from_fn(|row, _| if row == axis { h } else { 0.0 });
@@ -410,13 +415,13 @@ mod tests {
             }
             let slid = Pose3::translation(0.03, -0.02, 0.0) * truth;
             let surfaces = Gaussian { T_world_camera: slid, information };
-            let witnesses = [witness(&before, &points)];
-            let found = register_by_brightness(&points, &witnesses, &surfaces, 2, &Motion::Free.solver()).unwrap();
+            let references = [reference(&before, &points)];
+            let found = register_by_brightness(&points, &references, &surfaces, 2, &Motion::Free.solver()).unwrap();
             let off = (found.T_world_camera * truth.inverse()).log();
             assert!(off.norm() < 2e-3, "gain {gain}: {off}");
             assert!(found.correlation > 0.98 && found.converged, "gain {gain}: {found:?}");
-            let (there, compared) = correlation(&points, &witnesses, &truth, 2);
-            let (elsewhere, _) = correlation(&points, &witnesses, &(Pose3::translation(0.2, 0.1, 0.0) * truth), 2);
+            let (there, compared) = correlation(&points, &references, &truth, 2);
+            let (elsewhere, _) = correlation(&points, &references, &(Pose3::translation(0.2, 0.1, 0.0) * truth), 2);
             assert!(there > 0.98 && elsewhere < 0.8 && compared > 100, "{there} {elsewhere} {compared}");
         }
     }
@@ -433,7 +438,7 @@ mod tests {
         let painted = wall(&Pose3::identity(), 1.0);
         let (points, picture) = (textured_points(&painted), picture(&painted));
         let surfaces = Gaussian { T_world_camera: Pose3::identity(), information: Matrix6::identity() };
-        let unseen = Witness { seen: Vec::new(), ..witness(&picture, &points) };
+        let unseen = ReferenceKeyframe { seen: Vec::new(), ..reference(&picture, &points) };
         let solver = Motion::Free.solver();
         assert_eq!(register_by_brightness(&points, &[unseen], &surfaces, 1, &solver), None);
         assert_eq!(register_by_brightness(&points, &[], &surfaces, 1, &solver), None);

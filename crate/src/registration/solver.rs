@@ -1,10 +1,11 @@
 //! From normal equations to a step: which motions are free, and how bold the step is.
 
-use nalgebra::{UnitQuaternion, Vector3};
+use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
 use super::factors::{Correspondence, Factor, NormalEquations, gauss_newton_step};
 use super::target::Target;
+use crate::geometry::rotation::twist_about;
 use crate::geometry::{Pose3, RigidMotion, SquareMatrix, Vector};
 
 /// How something moves in space.
@@ -34,11 +35,8 @@ impl Motion {
         match self {
             Self::Free => *T,
             Self::Planar => {
-                // The twist of Swing-twist decomposition: the part of the quaternion along the axis.
-                let q = T.rotation.quaternion();
-                let angle = 2.0 * q.j.atan2(q.w);
                 let t = T.translation.vector;
-                let rotation = UnitQuaternion::from_axis_angle(&Vector3::y_axis(), angle);
+                let rotation = twist_about(&T.rotation, &Vector3::y_axis());
                 Pose3::from_parts(Vector3::new(t.x, 0.0, t.z).into(), rotation)
             }
         }
@@ -178,6 +176,8 @@ where
 
 #[cfg(test)]
 mod tests {
+    use nalgebra::UnitQuaternion;
+
     use super::*;
     use nalgebra::{Matrix3, Matrix6, SMatrix, Vector6};
 

@@ -5,25 +5,23 @@
 //! of the voxel that it lies in.
 
 use nalgebra::{Matrix3, Vector3};
-use rustc_hash::FxHashMap;
 
 use super::factors::{Correspondence, Factor, NormalEquations, PLANE_THICKNESS};
 use super::target::{LastSearch, Target};
 use crate::geometry::{Pose3, RigidMotion};
+use crate::preprocess::voxel_hash::{Voxel, VoxelHash};
 use crate::search::Neighbor;
 
 /// Points with normals as Gaussians, one a voxel.
 #[derive(Debug, Clone)]
 pub struct GaussianVoxels {
-    /// Voxels a metre.
-    resolution: f64,
-    indices: FxHashMap<[i32; 3], u32>,
+    hash: VoxelHash,
     voxels: Vec<GaussianVoxel>,
 }
 
 #[derive(Debug, Clone, Copy)]
 struct GaussianVoxel {
-    cell: [i32; 3],
+    voxel: Voxel,
     mean: Vector3<f64>,
     covariance: Matrix3<f64>,
 }
@@ -35,15 +33,15 @@ impl GaussianVoxels {
     /// When there is not one entry of `normals` for each point.
     pub fn new(points: &[Vector3<f64>], normals: &[Option<Vector3<f64>>], voxel_size: f64) -> Self {
         assert_eq!(points.len(), normals.len(), "one normal a point");
-        let mut grid = Self { resolution: 1.0 / voxel_size, indices: FxHashMap::default(), voxels: Vec::new() };
+        let mut grid = Self { hash: VoxelHash::new(voxel_size), voxels: Vec::new() };
         let mut counts: Vec<f64> = Vec::new();
         for (point, normal) in points.iter().zip(normals) {
-            let (Some(normal), Some(cell)) = (normal, grid.cell(point)) else { continue };
-            let index = *grid.indices.entry(cell).or_insert_with(|| {
-                grid.voxels.push(GaussianVoxel { cell, mean: Vector3::zeros(), covariance: Matrix3::zeros() });
+            let (Some(normal), Some(voxel)) = (normal, grid.hash.voxel(point)) else { continue };
+            let index = grid.hash.insert(voxel) as usize;
+            if index == counts.len() {
+                grid.voxels.push(GaussianVoxel { voxel, mean: Vector3::zeros(), covariance: Matrix3::zeros() });
                 counts.push(0.0);
-                counts.len() as u32 - 1
-            }) as usize;
+            }
             grid.voxels[index].mean += point;
             grid.voxels[index].covariance += covariance(normal);
             counts[index] += 1.0;
@@ -70,28 +68,10 @@ impl GaussianVoxels {
         &self.voxels[index as usize].covariance
     }
 
-    /// Where a point lies in the grid; `None` where it is not finite or too far away.
-    #[inline]
-    fn cell(&self, point: &Vector3<f64>) -> Option<[i32; 3]> {
-        let scaled = point * self.resolution;
-        // Not a number fails the comparison.
-        scaled.iter().all(|x| x.abs() < REACH).then(|| scaled.map(floor).into())
-    }
-
     fn partner(&self, index: u32, query: &Vector3<f64>, max_distance: f64) -> Option<Neighbor> {
         let sq_distance = (query - self.voxels[index as usize].mean).norm_squared();
         (sq_distance <= max_distance * max_distance).then_some(Neighbor { index, sq_distance: sq_distance as f32 })
     }
-}
-
-/// Coordinates further out (in voxels) are in no grid.
-const REACH: f64 = 1e9;
-
-/// As `f64::floor`, which is a call where the processor cannot be asked for it.
-#[inline]
-fn floor(x: f64) -> i32 {
-    let whole = x as i32;
-    whole - i32::from(f64::from(whole) > x)
 }
 
 /// Of a point on a surface with this unit normal, as in Segal, Haehnel and Thrun, "Generalized-ICP", RSS 2009.
@@ -105,7 +85,7 @@ impl Target for GaussianVoxels {
     type Point = Vector3<f64>;
 
     fn nearest(&self, query: &Vector3<f64>, max_distance: f64) -> Option<Neighbor> {
-        let index = *self.indices.get(&self.cell(query)?)?;
+        let index = self.hash.number(&self.hash.voxel(query)?)?;
         self.partner(index, query, max_distance)
     }
 
@@ -115,10 +95,10 @@ impl Target for GaussianVoxels {
         max_distance: f64,
         last: &mut LastSearch<Vector3<f64>>,
     ) -> Option<Neighbor> {
-        let cell = self.cell(query)?;
+        let voxel = self.hash.voxel(query)?;
         let index = match *last {
-            LastSearch::Nearest(index) if self.voxels[index as usize].cell == cell => index,
-            _ => *self.indices.get(&cell)?,
+            LastSearch::Nearest(index) if self.voxels[index as usize].voxel == voxel => index,
+            _ => self.hash.number(&voxel)?,
         };
         *last = LastSearch::Nearest(index);
         self.partner(index, query, max_distance)

@@ -10,7 +10,7 @@ use crate::io::{laser_log, ply, point_cloud, trajectory};
 use crate::map::occupancy_grid::RESOLUTION;
 use crate::pipeline::planar::Reconstruction as Engine;
 use crate::pipeline::report::{AddedLog, Progress, ReconstructionResult};
-use crate::pipeline::settings::{Preset, SettingDescription, descriptions};
+use crate::pipeline::settings::{Preset, SettingDescription, Settings, descriptions};
 use crate::preprocess::clean::CleaningReport;
 
 #[wasm_bindgen]
@@ -33,8 +33,8 @@ pub fn describe_settings() -> Result<Vec<Ts<SettingDescription>>, JsValue> {
 ///
 /// # Errors
 /// Never for the input's sake.
-#[wasm_bindgen]
-pub fn presets() -> Result<Vec<Ts<Preset>>, JsValue> {
+#[wasm_bindgen(unchecked_return_type = "Preset<Settings>[]")]
+pub fn presets() -> Result<Vec<Ts<Preset<Settings>>>, JsValue> {
     crate::pipeline::settings::presets().iter().map(plain).collect()
 }
 

@@ -12,12 +12,12 @@ use crate::error::Error;
 use crate::geometry::{PointCloud, Pose3};
 use crate::io::{depth_png, intrinsics, pcd, ply, point_cloud, trajectory};
 use crate::map::voxel::VoxelMap;
-use crate::pipeline::prepared_frame::{ColorFile, FrameLabel, Preparation, PreparedFrame};
+use crate::pipeline::prepared_frame::{ColorFile, DecodeConfig, FrameLabel, PreparedFrame};
 use crate::pipeline::report::Progress;
-use crate::pipeline::settings::SettingDescription;
+use crate::pipeline::settings::{Preset, SettingDescription};
 use crate::pipeline::spatial::SpatialReconstruction as Engine;
 use crate::pipeline::spatial_report::{MapSize, SpatialResult};
-use crate::pipeline::spatial_settings::{SpatialPreset, spatial_descriptions};
+use crate::pipeline::spatial_settings::{SpatialSettings, spatial_descriptions};
 
 /// Points of the map that are copied to JavaScript in one call.
 const SENT_TOGETHER: usize = 1024;
@@ -42,8 +42,8 @@ pub fn describe_spatial_settings() -> Result<Vec<Ts<SettingDescription>>, JsValu
 ///
 /// # Errors
 /// Never for the input's sake.
-#[wasm_bindgen]
-pub fn spatial_presets() -> Result<Vec<Ts<SpatialPreset>>, JsValue> {
+#[wasm_bindgen(unchecked_return_type = "Preset<SpatialSettings>[]")]
+pub fn spatial_presets() -> Result<Vec<Ts<Preset<SpatialSettings>>>, JsValue> {
     crate::pipeline::spatial_settings::spatial_presets().iter().map(plain).collect()
 }
 
@@ -126,7 +126,7 @@ pub fn decode_depth(name: &str, bytes: &[u8]) -> Result<DepthPixels, JsValue> {
     Ok(DepthPixels { image })
 }
 
-/// Makes a depth image ready for registration, in any worker. `preparation` is what `begin` returned; `index` is the
+/// Makes a depth image ready for registration, in any worker. `decode_config` is what `begin` returned; `index` is the
 /// frame's place in its recording, `time` when it was taken (s), where known; `color` is the file of its colours, which
 /// notes call `color_name`, or `color_problem` says why that could not be read, and names it. Returns bytes for
 /// `add_prepared`, at the beginning of `into` where that is given and large enough: a buffer that went through
@@ -138,7 +138,7 @@ pub fn decode_depth(name: &str, bytes: &[u8]) -> Result<DepthPixels, JsValue> {
 #[allow(clippy::needless_pass_by_value, reason = "optional arrays cross by value")]
 #[allow(clippy::too_many_arguments, reason = "an object of them would have to be taken apart here")]
 pub fn prepare_frame(
-    preparation: &str,
+    decode_config: &str,
     name: &str,
     index: usize,
     time: Option<f64>,
@@ -149,11 +149,11 @@ pub fn prepare_frame(
     into: Option<Uint8Array>,
 ) -> Result<Uint8Array, JsValue> {
     let label = FrameLabel { name: name.to_owned(), index, time };
-    with_preparation(preparation, into, |preparation| {
+    with_decode_config(decode_config, into, |decode_config| {
         let name = color_name.as_deref().unwrap_or("its colour image");
         let bytes = color.as_deref().map(Ok).or(color_problem.as_deref().map(Err));
         let color = bytes.map(|bytes| ColorFile { name, bytes });
-        PreparedFrame::from_depth(preparation, label, depth, color)
+        PreparedFrame::from_depth(decode_config, label, depth, color)
     })
 }
 
@@ -163,7 +163,7 @@ pub fn prepare_frame(
 /// When the file is broken or holds no points in range.
 #[wasm_bindgen]
 pub fn prepare_cloud(
-    preparation: &str,
+    decode_config: &str,
     name: &str,
     index: usize,
     time: Option<f64>,
@@ -171,7 +171,7 @@ pub fn prepare_cloud(
     into: Option<Uint8Array>,
 ) -> Result<Uint8Array, JsValue> {
     let label = FrameLabel { name: name.to_owned(), index, time };
-    with_preparation(preparation, into, |preparation| PreparedFrame::from_cloud(preparation, label, cloud))
+    with_decode_config(decode_config, into, |decode_config| PreparedFrame::from_cloud(decode_config, label, cloud))
 }
 
 /// A copy at the beginning of `into`, or, where that is too small, of a new buffer that will hold the next frames, too.
@@ -187,26 +187,26 @@ fn written(bytes: &[u8], into: Option<Uint8Array>) -> Uint8Array {
 
 thread_local! {
     /// What the last frame was prepared with, as JSON and as it was read: it is the same for most frames of a run.
-    static LAST_PREPARATION: RefCell<Option<(String, Preparation)>> = const { RefCell::new(None) };
+    static LAST_DECODE_CONFIG: RefCell<Option<(String, DecodeConfig)>> = const { RefCell::new(None) };
 }
 
 /// Prepares a frame, and [writes](written) it.
-fn with_preparation(
+fn with_decode_config(
     json: &str,
     into: Option<Uint8Array>,
-    prepare: impl FnOnce(&Preparation) -> Result<PreparedFrame, Error>,
+    prepare: impl FnOnce(&DecodeConfig) -> Result<PreparedFrame, Error>,
 ) -> Result<Uint8Array, JsValue> {
-    let frame = LAST_PREPARATION.with_borrow_mut(|last| {
-        let known = last.take().filter(|(known, _)| known == json).map_or_else(|| parse_preparation(json), Ok)?;
+    let frame = LAST_DECODE_CONFIG.with_borrow_mut(|last| {
+        let known = last.take().filter(|(known, _)| known == json).map_or_else(|| parse_decode_config(json), Ok)?;
         prepare(&last.insert(known).1)
     });
     Ok(written(&frame.map_err(|error| thrown(&error))?.to_bytes(), into))
 }
 
-fn parse_preparation(json: &str) -> Result<(String, Preparation), Error> {
-    let preparation = serde_json::from_str(json)
-        .map_err(|_| Error::whole("This is no preparation", "Pass on what begin() returned"))?;
-    Ok((json.to_owned(), preparation))
+fn parse_decode_config(json: &str) -> Result<(String, DecodeConfig), Error> {
+    let decode_config = serde_json::from_str(json)
+        .map_err(|_| Error::whole("This is not a decode configuration", "Pass on what begin() returned"))?;
+    Ok((json.to_owned(), decode_config))
 }
 
 /// A reconstruction in space: `begin` with the first file, `add_prepared` frames in order, `step()` until its stage is
@@ -242,14 +242,14 @@ impl SpatialReconstruction {
     /// # Errors
     /// When it is no depth image, holds no depth, or the settings make no camera.
     pub fn begin(&mut self, name: &str, first_frame: &[u8]) -> Result<String, JsValue> {
-        let preparation = self.engine.begin(name, first_frame).map_err(|error| thrown(&error))?;
-        Ok(serde_json::to_string(preparation).unwrap_or_default())
+        let decode_config = self.engine.begin(name, first_frame).map_err(|error| thrown(&error))?;
+        Ok(serde_json::to_string(decode_config).unwrap_or_default())
     }
 
     /// What `prepare_frame` needs, after `begin`. It may have become less work for frames to come once some have been
     /// registered; frames prepared by what it was before stay good.
-    pub fn preparation(&self) -> Option<String> {
-        serde_json::to_string(self.engine.preparation()?).ok()
+    pub fn decode_config(&self) -> Option<String> {
+        serde_json::to_string(self.engine.decode_config()?).ok()
     }
 
     /// Adds the next frame to those that wait. Frames come in the order of the recording; gaps are fine.

@@ -8,17 +8,15 @@ use super::spatial::PartialSpatialSettings;
 use super::{MapFormat, from_object, map_format, plain, thrown};
 use crate::error::Error;
 use crate::io::{intrinsics, point_cloud, trajectory};
-use crate::odometry::voxel::StrategySettings;
+use crate::odometry::voxel::VoxelOdometrySettings;
 use crate::pipeline::prepared_frame::PreparedFrame;
-use crate::pipeline::settings::SettingDescription;
-use crate::pipeline::strategies::{
-    StrategyComparison as Engine, StrategyFrame, StrategyPreset, StrategyResult, strategy_descriptions,
-};
+use crate::pipeline::settings::{Preset, SettingDescription};
+use crate::pipeline::strategies::{StrategyComparison as Engine, StrategyFrame, StrategyResult, strategy_descriptions};
 
 #[wasm_bindgen]
 extern "C" {
     /// Settings of each strategy; those not given have their defaults.
-    #[wasm_bindgen(typescript_type = "readonly Partial<StrategySettings>[]")]
+    #[wasm_bindgen(typescript_type = "readonly Partial<VoxelOdometrySettings>[]")]
     pub type PartialStrategies;
 }
 
@@ -35,8 +33,8 @@ pub fn describe_strategy_settings() -> Result<Vec<Ts<SettingDescription>>, JsVal
 ///
 /// # Errors
 /// Never for the input's sake.
-#[wasm_bindgen]
-pub fn strategy_presets() -> Result<Vec<Ts<StrategyPreset>>, JsValue> {
+#[wasm_bindgen(unchecked_return_type = "Preset<VoxelOdometrySettings>[]")]
+pub fn strategy_presets() -> Result<Vec<Ts<Preset<VoxelOdometrySettings>>>, JsValue> {
     crate::pipeline::strategies::strategy_presets().iter().map(plain).collect()
 }
 
@@ -59,7 +57,7 @@ impl StrategyComparison {
         strategies: PartialStrategies,
         settings: Option<PartialSpatialSettings>,
     ) -> Result<StrategyComparison, JsValue> {
-        let strategies: Vec<StrategySettings> = from_object(Some(strategies.into()))?;
+        let strategies: Vec<VoxelOdometrySettings> = from_object(Some(strategies.into()))?;
         let engine = Engine::new(strategies, from_object(settings.map(JsValue::from))?);
         Ok(Self { engine: engine.map_err(|error| thrown(&error))? })
     }
@@ -78,8 +76,8 @@ impl StrategyComparison {
     /// # Errors
     /// When it is neither a depth image nor a cloud, holds nothing, or the settings make no camera.
     pub fn begin(&mut self, name: &str, first_frame: &[u8]) -> Result<String, JsValue> {
-        let preparation = self.engine.begin(name, first_frame).map_err(|error| thrown(&error))?;
-        Ok(serde_json::to_string(preparation).unwrap_or_default())
+        let decode_config = self.engine.begin(name, first_frame).map_err(|error| thrown(&error))?;
+        Ok(serde_json::to_string(decode_config).unwrap_or_default())
     }
 
     /// Offers the next frame to every strategy. Frames come in the order of the recording; gaps are fine.

@@ -8,15 +8,15 @@ const api: Served<PreparerApi> = {
     await engine.init({ module_or_path: module });
   },
 
-  prepareFrame(preparation, name, index, time, depth, color, spare) {
+  prepareFrame(decodeConfig, name, index, time, depth, color, spare) {
     const { bytes, path, problem } = color ?? {};
     const at = time ?? undefined;
-    const prepared = engine.prepare_frame(preparation, name, index, at, depth, bytes, path, problem, whole(spare));
+    const prepared = engine.prepare_frame(decodeConfig, name, index, at, depth, bytes, path, problem, whole(spare));
     return { prepared, spent: depth, spent_color: bytes ?? null };
   },
 
-  prepareCloud(preparation, name, index, time, cloud, spare) {
-    const prepared = engine.prepare_cloud(preparation, name, index, time ?? undefined, cloud, whole(spare));
+  prepareCloud(decodeConfig, name, index, time, cloud, spare) {
+    const prepared = engine.prepare_cloud(decodeConfig, name, index, time ?? undefined, cloud, whole(spare));
     return { prepared, spent: cloud, spent_color: null };
   },
 

@@ -52,7 +52,7 @@ export class ThreadPreparer {
 
   async prepare(
     job: SpatialJob,
-    preparation: string,
+    decodeConfig: string,
     signal: AbortSignal,
   ): Promise<{ bytes: Uint8Array; milliseconds: Record<string, number> }> {
     const { index, name, time, file, color, is_cloud } = job;
@@ -73,8 +73,8 @@ export class ThreadPreparer {
     const start = performance.now();
     const { prepared, spent, spent_color } = await this.#patiently(() =>
       is_cloud
-        ? this.#host.give('prepareCloud', buffers, preparation, name, index, time, bytes, spare)
-        : this.#host.give('prepareFrame', buffers, preparation, name, index, time, bytes, colors, spare),
+        ? this.#host.give('prepareCloud', buffers, decodeConfig, name, index, time, bytes, spare)
+        : this.#host.give('prepareFrame', buffers, decodeConfig, name, index, time, bytes, colors, spare),
     );
     for (const read of [spent, spent_color]) if (read) giveBack(read);
     return { bytes: prepared, milliseconds: { prepare: performance.now() - start } };

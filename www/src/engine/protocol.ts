@@ -3,6 +3,9 @@
  * package it is built into, so a name that changes there fails the type check here.
  */
 import type {
+  CleaningReport,
+  FrameResult as EngineFrameResult,
+  PlanarPose,
   Preset as EnginePreset,
   SettingDescription as EngineSettingDescription,
   Settings as EngineSettings,
@@ -12,7 +15,6 @@ import type {
 
 export type {
   CleaningReport,
-  FrameResult,
   IterationRecord,
   PlanarPoint,
   PlanarPose,
@@ -27,7 +29,10 @@ export type Settings = Required<EngineSettings>;
 export type SettingDescription = EngineSettingDescription & { name: keyof Settings; unit: 'm' | 'rad' | '' };
 
 /** A preset gives every setting. */
-export type Preset = EnginePreset & { settings: Settings };
+export type Preset = EnginePreset<Settings>;
+
+/** What is known of a scan. */
+export type FrameResult = EngineFrameResult<PlanarPose, CleaningReport>;
 
 /** A file as the page holds it: `name` is its path inside what was dropped. */
 export interface InputFile {

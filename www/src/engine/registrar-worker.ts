@@ -61,7 +61,7 @@ const api: Served<RegistrarApi> = {
     const ms = performance.now() - start;
     // The less there is left to stitch after the last frame, when the other threads have nothing to do, the better.
     engine().stitch_ahead();
-    return { ...progress, ms, spent: prepared, preparation: engine().preparation() };
+    return { ...progress, ms, spent: prepared, decodeConfig: engine().decode_config() };
   },
 
   finish() {

@@ -3,19 +3,24 @@
  * engine's own.
  */
 import type {
+  FrameResult,
   MapSize,
+  Preset,
   Progress,
-  SpatialPreset as EnginePreset,
   SettingDescription as EngineSettingDescription,
+  SpatialPose,
   SpatialSettings as EngineSettings,
   SpatialResult,
 } from './package.js';
 
-export type { MapSize, SpatialComparison, SpatialFrameResult, SpatialPose, SpatialResult } from './package.js';
+export type { MapSize, SpatialPose, SpatialResult } from './package.js';
 
 /** All settings. The engine takes some of them, and so calls each one optional. */
 export type SpatialSettings = Required<EngineSettings>;
-export type SpatialPreset = EnginePreset & { settings: SpatialSettings };
+export type SpatialPreset = Preset<SpatialSettings>;
+
+/** What is known of a depth image or a cloud. */
+export type SpatialFrameResult = FrameResult<SpatialPose, null>;
 export type SpatialSettingDescription = EngineSettingDescription & {
   name: keyof SpatialSettings;
   unit: 'm' | 'rad' | '';
@@ -73,8 +78,8 @@ export interface RegistrarApi {
   /** Looks at the first file; returns what the preparing workers need. */
   begin(name: string, first_frame: Uint8Array): string;
   /** Adds a prepared frame and registers it; `ms`: what that took, without waiting; `spent`: its bytes, for others to come;
-   * `preparation`: what the preparing workers need from now on. */
-  place(prepared: Uint8Array): Progress & { ms: number; spent: Uint8Array; preparation: string | undefined };
+   * `decodeConfig`: what the preparing workers need from now on. */
+  place(prepared: Uint8Array): Progress & { ms: number; spent: Uint8Array; decodeConfig: string | undefined };
   /** Does a piece of what is left to do after the last frame, until it is `done`: looks for frames again that were not
    * found, then closes the last loop. */
   finish(): Progress;
@@ -104,7 +109,7 @@ export interface ColorFile {
 export interface PreparerApi {
   start(module: WebAssembly.Module): void;
   prepareFrame(
-    preparation: string,
+    decodeConfig: string,
     name: string,
     index: number,
     time: number | null,
@@ -113,7 +118,7 @@ export interface PreparerApi {
     spare: Uint8Array | null,
   ): PreparedBytes;
   prepareCloud(
-    preparation: string,
+    decodeConfig: string,
     name: string,
     index: number,
     time: number | null,

@@ -32,7 +32,7 @@ const NO_FRAMES: readonly FrameResult[] = [];
 const NO_NUMBERS: readonly number[] = [];
 const NO_WORDS: readonly string[] = [];
 const NO_ROUNDS: readonly IterationRecord[] = [];
-const NO_REFERENCE: readonly PlanarPoint[] = [];
+const NO_REFERENCE: readonly (PlanarPoint | null)[] = [];
 
 /**
  * A run of laser scans in the plane: the map, what came out in figures, the table, the settings, and the registration of
@@ -276,7 +276,7 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession>
 function mapMarks(
   frames: readonly FrameResult[],
   look_direction: number,
-  reference: readonly PlanarPoint[],
+  reference: readonly (PlanarPoint | null)[],
   until: number,
   selected: number | null,
   hovered: number | null,
@@ -289,7 +289,7 @@ function mapMarks(
     until,
     selected,
     hovered,
-    reference,
+    reference: reference.filter((point) => point !== null),
     pairs,
     undetermined: (selected === null ? null : frames[selected]?.undetermined) ?? null,
   };

@@ -1,21 +1,21 @@
 /** Strategies side by side: what the page and its worker say to each other. The names of the data are the engine's own. */
 import type {
+  Preset,
   StrategyFrame,
-  StrategyPreset as EnginePreset,
   StrategyResult,
-  StrategySettings as EngineSettings,
+  VoxelOdometrySettings as EngineSettings,
 } from '../engine/package.js';
 import type { SpatialSettings } from '../engine/spatial-protocol.js';
 
 export type { StrategyFrame, StrategyResult } from '../engine/package.js';
 
-export type StrategySettings = Required<EngineSettings>;
-export type StrategyPreset = EnginePreset & { settings: StrategySettings };
+export type VoxelOdometrySettings = Required<EngineSettings>;
+export type StrategyPreset = Preset<VoxelOdometrySettings>;
 
 /** The one worker that holds the maps of all strategies. */
 export interface ComparerApi {
   start(module: WebAssembly.Module): StrategyPreset[];
-  create(strategies: readonly Partial<StrategySettings>[], settings: Partial<SpatialSettings>): void;
+  create(strategies: readonly Partial<VoxelOdometrySettings>[], settings: Partial<SpatialSettings>): void;
   setIntrinsics(name: string, bytes: Uint8Array): void;
   setReference(name: string, bytes: Uint8Array, num_recorded: number): void;
   begin(name: string, first_frame: Uint8Array): string;

@@ -13,8 +13,8 @@
 //! ```
 
 mod builder;
-mod furnish;
 mod furniture;
+mod place_furniture;
 pub mod plan;
 mod shell;
 pub mod walk;
@@ -50,7 +50,7 @@ impl Apartment {
         let plan = FloorPlan::generate(&mut random);
         let mut builder = Builder::new(random);
         let floors = shell::build(&plan, &mut builder);
-        furnish::furnish(&plan, &mut builder);
+        place_furniture::place_furniture(&plan, &mut builder);
         let sun = sun(&plan, &mut builder.random);
         let space = Space::new(builder.solids, builder.materials, builder.lights, sun);
         Self { plan, space, floors }

@@ -59,14 +59,15 @@ pub mod clip;
 pub mod points;
 pub mod presets;
 pub mod refine;
+pub mod region;
 pub mod scene;
 pub mod transfer;
 pub mod warp;
 
 pub use axes::{BevAxes, EulerOrder};
-pub use clip::{BevPolygon, BevSegment};
 pub use points::{BevPoint, BevStatus, WholePixels};
 pub use presets::{BevPreset, presets};
 pub use refine::{BevPair, BevParameter, BevRefinement, BevRefinementOptions, BevRole, refine};
+pub use region::{BevPolygon, BevSegment};
 pub use scene::{BevCamera, BevIntrinsics, BevPlane, BevPose, BevPoseKind, BevScene, BevSide};
 pub use transfer::{BevLayout, BevLayoutCamera, Plane, PlaneTransfer, PosedCamera};

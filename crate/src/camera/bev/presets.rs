@@ -21,6 +21,13 @@ pub struct BevPreset {
     pub scene: BevScene,
 }
 
+/// The homework's own views.
+impl Default for BevScene {
+    fn default() -> Self {
+        homework_views()
+    }
+}
+
 /// The homework's two layouts.
 pub fn presets() -> Vec<BevPreset> {
     let preset = |name: &str, label: &str, explanation: &str, scene| BevPreset {

@@ -148,13 +148,6 @@ pub enum BevPoseKind {
     Matrix,
 }
 
-/// The homework's own views, see [`super::presets()`].
-impl Default for BevScene {
-    fn default() -> Self {
-        super::presets::homework_views()
-    }
-}
-
 /// Sides of an image beyond this are taken for a slip of the hand.
 const MAX_SIDE: usize = 100_000;
 /// The rotation of a 4 x 4 matrix may be off by this much, as files with few digits are; it is made whole.

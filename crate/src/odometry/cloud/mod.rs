@@ -14,8 +14,8 @@ pub use self::prepared::PreparedCloud;
 use crate::error::Result;
 use crate::geometry::{Pose3, RigidMotion};
 use crate::map::cloud::CloudMap;
-use crate::odometry::assessment::{Status, Verdict};
-use crate::registration::free_space::sphere::SphericalSight;
+use crate::odometry::assessment::{Assessment, Evidence, Limits, Status, Unconstrained};
+use crate::registration::free_space::FreeSpaceTally;
 use crate::registration::global::register_globally;
 use crate::registration::icp::Source;
 use crate::registration::spatial::{SpatialRegistration, register_in_space};
@@ -25,21 +25,18 @@ use crate::registration::target::OrientedTarget;
 const MIN_POINTS: usize = 100;
 /// Points that compare guesses.
 const ROUGH_POINTS: usize = 1000;
-/// A cloud of which less than this share lies on what it is registered to is not believed.
-const LOST_OVERLAP: f64 = 0.2;
-/// Below this share it is doubtful.
-const DOUBTFUL_OVERLAP: f64 = 0.4;
 /// Points of two clouds contradict each other beyond so many voxels.
 const FREE_SPACE_TOLERANCE: f64 = 3.0;
-/// Below this share of agreeing points a registration is not believed, ... On pairs of frames of two rendered floors, up to 30
-/// frames apart, right registrations agree by 0.99 and more, and ones that are wrong by 15 cm or 5 degrees by less than 0.89.
-const LOST_AGREEMENT: f64 = 0.85;
-/// ... and below this it is doubtful, and no part of the map.
-const DOUBTFUL_AGREEMENT: f64 = 0.95;
+/// On pairs of frames of two rendered floors, up to 30 frames apart, right registrations agree by 0.99 and more, and ones that
+/// are wrong by 15 cm or 5 degrees by less than 0.89.
+const LIMITS: Limits =
+    Limits { lost_overlap: 0.2, doubtful_overlap: 0.4, lost_agreement: 0.85, doubtful_agreement: 0.95, ..Limits::NONE };
 /// Residuals above this share of the distance limit (rms) are doubtful: pairs at random have 0.58 of it.
 const DOUBTFUL_RESIDUAL: f64 = 0.45;
-/// A last step larger than this share of a voxel tells of a registration that was cut off on its way.
-const RESTLESS_STEP: f64 = 0.1;
+/// A registration whose last step is longer than this share of a voxel was cut off on its way.
+const MOVING_STEP: f64 = 0.1;
+/// The map is looked at this much further (m) than the cloud reaches: the sensor has moved.
+const MAP_MARGIN: f64 = 2.0;
 
 /// Where a cloud was found, and why that is believed or not.
 pub struct CloudEstimate {
@@ -53,7 +50,7 @@ pub struct CloudEstimate {
     /// Whether global registration started it.
     pub is_global: bool,
     /// Whether it is believed.
-    pub verdict: Verdict,
+    pub assessment: Assessment,
 }
 
 /// Odometry of clouds in space. The world frame is the frame of the first cloud.
@@ -65,18 +62,30 @@ pub struct CloudOdometry {
     last_motion: Pose3,
 }
 
-/// A registration, with what speaks for it.
-struct Found {
-    registration: SpatialRegistration,
-    overlap: f64,
-    agreement: f64,
-    is_global: bool,
+/// A cloud on its way, and what it is registered to.
+struct Task<'a> {
+    frame: &'a PreparedCloud,
+    /// The last cloud that was found.
+    last: &'a PreparedCloud,
+    target: &'a OrientedTarget<3>,
+    T_target_last: Pose3,
 }
 
-impl Found {
+/// A registration with its assessment.
+struct Candidate {
+    registration: SpatialRegistration,
+    is_global: bool,
+    assessment: Assessment,
+}
+
+impl Candidate {
+    fn overlap(&self) -> f64 {
+        self.registration.fitness
+    }
+
     /// What speaks for a registration; points in free space count against it more than points on surfaces for it.
     fn support(&self) -> f64 {
-        self.overlap - 2.0 * (1.0 - self.agreement)
+        self.overlap() - 2.0 * (1.0 - self.assessment.agreement)
     }
 }
 
@@ -106,183 +115,160 @@ impl CloudOdometry {
     pub fn register_frame(&mut self, frame: PreparedCloud) -> CloudEstimate {
         let num_points = frame.target().normals().iter().flatten().count();
         if num_points < MIN_POINTS {
-            let reason = format!("it has {num_points} points on surfaces that could be told, too few to place it");
-            return self.lost(reason, None, 0.0);
+            return self.lost(Assessment::too_few_points(num_points), None);
         }
-        let Some(last) = &self.last else {
-            self.keep(frame, true);
-            let T_world_sensor = self.T_world_last;
-            return CloudEstimate {
-                T_world_sensor,
-                registration: None,
-                overlap: 1.0,
-                is_global: false,
-                verdict: Verdict::first(),
-            };
-        };
-        match self.options.method {
-            CloudMethod::CloudToCloud => {
-                let found = self.find(&frame, last, last.target(), &Pose3::identity());
-                self.believe(frame, found, self.T_world_last)
-            }
+        let Some(last) = &self.last else { return self.begin(frame) };
+
+        // What the cloud is registered to, and where that lies in the world.
+        let map;
+        let (target, T_world_target, T_target_last) = match self.options.method {
+            CloudMethod::CloudToCloud => (last.target(), self.T_world_last, Pose3::identity()),
             CloudMethod::CloudMap => {
-                let reach = frame.target().points().iter().map(Vector3::norm_squared).fold(0.0, f64::max).sqrt();
-                let margin = MAP_MARGIN + self.options.max_correspondence_distance;
-                let target = self.map.around(&self.T_world_last.translation.vector, reach + margin);
-                let found = self.find(&frame, last, &target, &self.T_world_last);
-                self.believe(frame, found, Pose3::identity())
+                map = self.map_around(&frame);
+                (&map, Pose3::identity(), self.T_world_last)
             }
+        };
+        let task = Task { frame: &frame, last, target, T_target_last };
+
+        // From the last pose and the last motion; by features always, never, or where that is doubtful.
+        let candidate = match self.options.global_registration {
+            GlobalRegistrationUse::Never => Ok(self.register_nearby(&task)),
+            GlobalRegistrationUse::Always => self.register_by_features(&task),
+            GlobalRegistrationUse::WhenDoubtful => Ok(self.register_where_doubtful(&task)),
+        };
+
+        match candidate {
+            Err(reason) => self.lost(Assessment::lost(reason), None),
+            Ok(candidate) if candidate.assessment.status == Status::Lost => {
+                self.lost(Assessment::lost(candidate.assessment.reason), Some(candidate.registration))
+            }
+            Ok(candidate) => self.accept(frame, candidate, &T_world_target),
         }
     }
 
-    /// Registers a cloud to a target in which the last cloud is at `T_target_last`.
-    fn find(
-        &self,
-        frame: &PreparedCloud,
-        last: &PreparedCloud,
-        target: &OrientedTarget<3>,
-        T_target_last: &Pose3,
-    ) -> std::result::Result<Found, String> {
-        let global = || {
-            let max_distance = options::GLOBAL_DISTANCE * self.options.voxel_size;
-            let (source, target) = (frame.described(&self.options), last.described(&self.options));
-            let found =
-                register_globally(source, target, last.target().tree(), self.options.global_method, max_distance);
-            found.map(|found| T_target_last * self.options.motion.nearest(&found.consensus.T_target_source))
-        };
-        let refined = |guesses: &[Pose3]| {
-            let found = self.refined(frame, target, guesses);
-            let T_last_frame = T_target_last.inverse() * found.registration.T_target_source;
-            Found { agreement: self.agreement(frame, last, &T_last_frame), ..found }
-        };
-        let near = || refined(&[*T_target_last, T_target_last * self.last_motion]);
-        match self.options.global_registration {
-            GlobalRegistrationUse::Never => Ok(near()),
-            GlobalRegistrationUse::Always => {
-                let guess = global().map_err(|error| error.problem)?;
-                Ok(Found { is_global: true, ..refined(&[guess]) })
-            }
-            GlobalRegistrationUse::WhenDoubtful => {
-                let found = near();
-                if self.judge(&found).status == Status::Good {
-                    return Ok(found);
-                }
-                let Ok(guess) = global() else { return Ok(found) };
-                let again = refined(&[guess]);
-                let is_better = again.support() > found.support();
-                Ok(if is_better { Found { is_global: true, ..again } } else { found })
-            }
+    /// The first cloud: the world is its frame.
+    fn begin(&mut self, frame: PreparedCloud) -> CloudEstimate {
+        self.keep(frame, true);
+        CloudEstimate {
+            T_world_sensor: self.T_world_last,
+            registration: None,
+            overlap: 1.0,
+            is_global: false,
+            assessment: Assessment::first(),
         }
     }
 
-    /// The registration that the best of some guesses leads to.
-    fn refined(&self, frame: &PreparedCloud, target: &OrientedTarget<3>, guesses: &[Pose3]) -> Found {
+    /// As much of the map as the cloud may show.
+    fn map_around(&self, frame: &PreparedCloud) -> OrientedTarget<3> {
+        let range = frame.target().points().iter().map(Vector3::norm_squared).fold(0.0, f64::max).sqrt();
+        let margin = MAP_MARGIN + self.options.max_correspondence_distance;
+        self.map.around(&self.T_world_last.translation.vector, range + margin)
+    }
+
+    /// From the last pose, or the last motion once more.
+    fn register_nearby(&self, task: &Task<'_>) -> Candidate {
+        self.register(task, &[task.T_target_last, task.T_target_last * self.last_motion])
+    }
+
+    /// From the motion that features of this cloud and the last one tell, without a guess.
+    fn register_by_features(&self, task: &Task<'_>) -> std::result::Result<Candidate, String> {
+        let max_distance = options::GLOBAL_DISTANCE * self.options.voxel_size;
+        let (source, target) = (task.frame.described(&self.options), task.last.described(&self.options));
+        let found =
+            register_globally(source, target, task.last.target().tree(), self.options.global_method, max_distance)
+                .map_err(|error| error.problem)?;
+        let guess = task.T_target_last * self.options.motion.nearest(&found.consensus.T_target_source);
+        Ok(Candidate { is_global: true, ..self.register(task, &[guess]) })
+    }
+
+    /// From nearby, and by features where that is not good: the one with more support.
+    fn register_where_doubtful(&self, task: &Task<'_>) -> Candidate {
+        let nearby = self.register_nearby(task);
+        if nearby.assessment.status == Status::Good {
+            return nearby;
+        }
+        match self.register_by_features(task) {
+            Ok(by_features) if by_features.support() > nearby.support() => by_features,
+            _ => nearby,
+        }
+    }
+
+    /// Registers from the best of some guesses, and assesses the result.
+    fn register(&self, task: &Task<'_>, guesses: &[Pose3]) -> Candidate {
         let ((first, finer), solver) = (self.options.stages(), self.options.motion.solver());
-        let metric = self.options.metric;
-        let guess = if let [only] = guesses {
-            *only
-        } else {
-            let sample = frame.at_most(ROUGH_POINTS);
-            let source = Source { points: &sample.points, normals: Some(&sample.normals), sigmas: None };
-            let rough =
-                guesses.iter().map(|guess| register_in_space(metric, source, target, *guess, (&first, &[]), &solver));
-            let better = |best: SpatialRegistration, next: SpatialRegistration| {
-                if next.fitness > best.fitness { next } else { best }
-            };
-            rough.reduce(better).map_or_else(Pose3::identity, |best| best.T_target_source)
-        };
-        let registration = register_in_space(metric, frame.source(), target, guess, (&first, &finer), &solver);
-        Found { overlap: registration.fitness, registration, agreement: 1.0, is_global: false }
+        let (metric, guess) = (self.options.metric, self.best_guess(task, guesses));
+        let registration =
+            register_in_space(metric, task.frame.source(), task.target, guess, (&first, &finer), &solver);
+        let T_last_frame = task.T_target_last.inverse() * registration.T_target_source;
+        let agreement = self.free_space(task.frame, task.last, &T_last_frame).agreement();
+        let assessment = self.assess(&registration, agreement);
+        Candidate { registration, is_global: false, assessment }
     }
 
-    /// Share of what can be compared of two clouds that agrees: points of one on surfaces that the other saw, against points
-    /// in its free space.
-    fn agreement(&self, frame: &PreparedCloud, last: &PreparedCloud, T_last_frame: &Pose3) -> f64 {
+    /// The guess from which a few of the points fit best, moved to where they do.
+    fn best_guess(&self, task: &Task<'_>, guesses: &[Pose3]) -> Pose3 {
+        if let [only] = guesses {
+            return *only;
+        }
+        let ((first, _), solver) = (self.options.stages(), self.options.motion.solver());
+        let sample = task.frame.at_most(ROUGH_POINTS);
+        let source = Source { points: &sample.points, normals: Some(&sample.normals), sigmas: None };
+        let registered = guesses
+            .iter()
+            .map(|guess| register_in_space(self.options.metric, source, task.target, *guess, (&first, &[]), &solver));
+        let better = |best: SpatialRegistration, next: SpatialRegistration| {
+            if next.fitness > best.fitness { next } else { best }
+        };
+        registered.reduce(better).map_or_else(Pose3::identity, |best| best.T_target_source)
+    }
+
+    /// The free-space test of some points of each cloud against the other.
+    fn free_space(&self, frame: &PreparedCloud, last: &PreparedCloud, T_last_frame: &Pose3) -> FreeSpaceTally {
         let viewpoint = Vector3::from(self.options.viewpoint.to_array());
         let tolerance = FREE_SPACE_TOLERANCE * self.options.voxel_size;
-        let (mut agreeing, mut against) = (0.0, 0.0);
+        let mut tally = FreeSpaceTally::default();
         for (seen, view, T) in [(frame, last, *T_last_frame), (last, frame, T_last_frame.inverse())] {
             let view = view.view(viewpoint);
             for point in seen.at_most(ROUGH_POINTS).points {
-                match view.look(&(T.rotation * point + T.translation.vector), tolerance) {
-                    SphericalSight::Agreeing => agreeing += 1.0,
-                    SphericalSight::InFreeSpace => against += 1.0,
-                    SphericalSight::Unknown => {}
-                }
+                tally.add(&view.classify(&(T.rotation * point + T.translation.vector), tolerance));
             }
         }
-        agreeing / f64::max(agreeing + against, 1.0)
+        tally
     }
 
-    fn judge(&self, found: &Found) -> Verdict {
-        let Found { registration, overlap, agreement, .. } = found;
-        let percent = |share: f64| format!("{:.0} %", 100.0 * share);
-        let with = |status, reason| Verdict { status, reason, agreement: *agreement };
+    fn assess(&self, registration: &SpatialRegistration, agreement: f64) -> Assessment {
+        let last = &registration.last;
+        let evidence = Evidence {
+            num_pairs: last.num_inliers,
+            overlap: registration.fitness,
+            agreement: Some(agreement),
+            degenerate: None,
+            residual: last.inlier_rmse,
+            moving_after: None,
+        };
         if !self.options.robust {
             // A course's pairs lie within a fraction of a voxel: few have a partner, and none is weighed.
-            return if registration.last.num_inliers < MIN_POINTS {
-                with(Status::Lost, format!("only {} pairs were found", registration.last.num_inliers))
-            } else {
-                with(Status::Good, String::new())
-            };
+            return Assessment::of(&evidence, &Limits { min_pairs: MIN_POINTS, ..Limits::NONE });
         }
-        if *overlap < LOST_OVERLAP {
-            let reason =
-                format!("only {} of its points lie on what was seen before: too little overlap", percent(*overlap));
-            return with(Status::Lost, reason);
-        }
-        if *agreement < LOST_AGREEMENT {
-            let reason = format!(
-                "{} of its points in view stand where it or the cloud before saw free space: it shows another place, or the \
-                 motion is larger than the search",
-                percent(1.0 - agreement)
-            );
-            return with(Status::Lost, reason);
-        }
-        if *agreement < DOUBTFUL_AGREEMENT {
-            let reason = format!("{} of its points in view stand in free space", percent(1.0 - agreement));
-            return with(Status::Doubtful, reason);
-        }
-        if *overlap < DOUBTFUL_OVERLAP {
-            let reason = format!("only {} of its points lie on what was seen before", percent(*overlap));
-            return with(Status::Doubtful, reason);
-        }
-        if registration.observability.is_undetermined() {
-            return with(Status::Doubtful, "the surfaces in view leave the position along one direction open".into());
-        }
-        let residual = registration.last.inlier_rmse / self.options.max_correspondence_distance;
-        if residual > DOUBTFUL_RESIDUAL {
-            let reason = format!("its points lie {:.3} m off the surfaces in the mean", registration.last.inlier_rmse);
-            return with(Status::Doubtful, reason);
-        }
-        if registration.last.translation_step > RESTLESS_STEP * self.options.voxel_size {
-            let iterations = registration.history.len();
-            return with(Status::Doubtful, format!("it was still moving after {iterations} iterations"));
-        }
-        with(Status::Good, String::new())
+        let is_moving = last.translation_step > MOVING_STEP * self.options.voxel_size;
+        let evidence = Evidence {
+            degenerate: registration.observability.is_undetermined().then_some(Unconstrained::Position),
+            moving_after: is_moving.then_some(registration.history.len()),
+            ..evidence
+        };
+        let doubtful_residual = DOUBTFUL_RESIDUAL * self.options.max_correspondence_distance;
+        Assessment::of(&evidence, &Limits { doubtful_residual, ..LIMITS })
     }
 
-    /// Takes a registration into a target that stands at `T_world_target`, unless it is not believed.
-    fn believe(
-        &mut self,
-        frame: PreparedCloud,
-        found: std::result::Result<Found, String>,
-        T_world_target: Pose3,
-    ) -> CloudEstimate {
-        let found = match found {
-            Ok(found) => found,
-            Err(reason) => return self.lost(reason, None, 0.0),
-        };
-        let verdict = self.judge(&found);
-        let Found { registration, overlap, agreement, is_global } = found;
-        if verdict.status == Status::Lost {
-            return self.lost(verdict.reason, Some(registration), overlap);
-        }
+    /// Makes a cloud the last one that was found, and part of the map where nothing contradicts it.
+    fn accept(&mut self, frame: PreparedCloud, candidate: Candidate, T_world_target: &Pose3) -> CloudEstimate {
+        let overlap = candidate.overlap();
+        let Candidate { registration, is_global, assessment } = candidate;
         let T_world_sensor = (T_world_target * registration.T_target_source).renormalized();
         self.last_motion = self.T_world_last.inverse() * T_world_sensor;
         self.T_world_last = T_world_sensor;
-        self.keep(frame, agreement >= DOUBTFUL_AGREEMENT);
-        CloudEstimate { T_world_sensor, registration: Some(registration), overlap, is_global, verdict }
+        self.keep(frame, assessment.agreement >= LIMITS.doubtful_agreement);
+        CloudEstimate { T_world_sensor, registration: Some(registration), overlap, is_global, assessment }
     }
 
     /// The next cloud is compared with this one, and where it is uncontradicted registered to a map with it.
@@ -293,11 +279,8 @@ impl CloudOdometry {
         self.last = Some(frame);
     }
 
-    fn lost(&self, reason: String, registration: Option<SpatialRegistration>, overlap: f64) -> CloudEstimate {
-        let verdict = Verdict { status: Status::Lost, reason, agreement: 0.0 };
-        CloudEstimate { T_world_sensor: self.T_world_last, registration, overlap, is_global: false, verdict }
+    fn lost(&self, assessment: Assessment, registration: Option<SpatialRegistration>) -> CloudEstimate {
+        let overlap = registration.as_ref().map_or(0.0, |registration| registration.fitness);
+        CloudEstimate { T_world_sensor: self.T_world_last, registration, overlap, is_global: false, assessment }
     }
 }
-
-/// The map is looked at this much further (m) than the cloud reaches: the sensor has moved.
-const MAP_MARGIN: f64 = 2.0;

@@ -2,10 +2,11 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::seen::Seen;
+use super::reference_map::ReferenceMap;
 use crate::geometry::Pose3;
+use crate::registration::free_space::{FreeSpaceTally, FreeSpaceTest};
 use crate::registration::prepared_surfels::SurfelCloud;
-use crate::registration::projective::{Glances, ProjectiveTarget, Sight};
+use crate::registration::projective::{PointBatch, ProjectiveTarget};
 
 /// Surfaces agree with a rough guess when they are this near (m), ...
 const ROUGH_TOLERANCE: f64 = 0.1;
@@ -24,61 +25,47 @@ pub(super) struct Evidence {
     pub(super) agreement: f64,
 }
 
-#[derive(Default)]
-struct Tally {
-    agreeing: f64,
-    against: f64,
-}
-
-impl Tally {
-    fn add(&mut self, sight: Sight, normal: &Vector3<f64>) {
-        match sight {
-            Sight::Agreeing(seen) if seen.normal.dot(normal) > AGREEING_COSINE => self.agreeing += 1.0,
-            Sight::InFreeSpace => self.against += 1.0,
-            Sight::Agreeing(_) | Sight::Hidden | Sight::Unknown => {}
-        }
-    }
-}
-
 impl Evidence {
     /// The frame's surface (`cloud`) held against the map's view, and the map's against the frame's own view.
     pub(super) fn gather(
-        seen: &Seen,
+        seen: &ReferenceMap,
         view: &ProjectiveTarget,
         cloud: &SurfelCloud,
         own_view: &ProjectiveTarget,
         T_world_camera: &Pose3,
     ) -> Self {
         let (R, t) = parts(T_world_camera);
-        let mut frame_in_map = Tally::default();
-        let witnesses = seen.key_views.near(T_world_camera);
+        let mut frame_in_map = FreeSpaceTally::default();
+        let references = seen.keyframes.near(T_world_camera);
         for (point, normal) in cloud.points.iter().zip(&cloud.normals) {
             let (point, normal) = (R * point + t, R * normal);
-            match view.look_around(&point, FINE_TOLERANCE) {
-                Sight::Agreeing(seen) if seen.normal.dot(&normal) > AGREEING_COSINE => frame_in_map.agreeing += 1.0,
-                _ if witnesses.iter().any(|witness| witness.saw_through(&point)) => frame_in_map.against += 1.0,
+            match view.classify_leniently(&point, FINE_TOLERANCE).facing(&normal, AGREEING_COSINE) {
+                FreeSpaceTest::Agreeing(_) => frame_in_map.agreeing += 1,
+                _ if references.iter().any(|reference| reference.saw_through(&point)) => {
+                    frame_in_map.in_free_space += 1
+                }
                 _ => {}
             }
         }
         let (R, t) = parts(&T_world_camera.inverse());
-        let mut map_in_frame = Tally::default();
+        let mut map_in_frame = FreeSpaceTally::default();
         for surfel in view.surfels().step_by(view.len().div_ceil(cloud.points.len()).max(1)) {
-            map_in_frame.add(own_view.look_around(&(R * surfel.point + t), FINE_TOLERANCE), &(R * surfel.normal));
+            let test = own_view.classify_leniently(&(R * surfel.point + t), FINE_TOLERANCE);
+            map_in_frame.add(&test.facing(&(R * surfel.normal), AGREEING_COSINE));
         }
-        let agreeing = frame_in_map.agreeing + map_in_frame.agreeing;
-        let against = frame_in_map.against + map_in_frame.against;
-        let overlap = frame_in_map.agreeing / cloud.points.len().max(1) as f64;
-        let agreement = agreeing / (agreeing + against).max(1.0);
+        let overlap = frame_in_map.agreeing as f64 / cloud.points.len().max(1) as f64;
+        let mut both = frame_in_map;
+        both += map_in_frame;
         // What is contradicted counts against a pose more than what fits counts for it: walls fit in many ways.
-        let support = (agreeing - 2.0 * against) / (2 * cloud.points.len().max(1)) as f64;
-        Self { support, overlap, agreement }
+        let support = (both.agreeing as f64 - 2.0 * both.in_free_space as f64) / (2 * cloud.points.len().max(1)) as f64;
+        Self { support, overlap, agreement: both.agreement() }
     }
 }
 
 /// What speaks for a guess, cheaply: the share of the points that agree with the view, less those in its free space.
-pub(crate) fn score(view: &ProjectiveTarget, glances: &Glances, T_world_camera: &Pose3) -> f64 {
-    let glanced = view.glance(glances, T_world_camera, ROUGH_TOLERANCE, AGREEING_COSINE as f32);
-    (glanced.agreeing as f64 - glanced.in_free_space as f64) / glances.len().max(1) as f64
+pub(crate) fn score(view: &ProjectiveTarget, point_batch: &PointBatch, T_world_camera: &Pose3) -> f64 {
+    let counts = view.tally(point_batch, T_world_camera, ROUGH_TOLERANCE, AGREEING_COSINE as f32);
+    (counts.agreeing as f64 - counts.in_free_space as f64) / point_batch.len().max(1) as f64
 }
 
 /// The same for points and normals that have been turned already and are moved by `shift`, for many moves with one turn.
@@ -90,11 +77,11 @@ pub(super) fn score_turned(
     shift: &Vector3<f64>,
     tolerance: f64,
 ) -> f64 {
-    let mut tally = Tally::default();
+    let mut tally = FreeSpaceTally::default();
     for (point, normal) in points.iter().zip(normals) {
-        tally.add(view.look_at(&(point + shift), tolerance), normal);
+        tally.add(&view.classify(&(point + shift), tolerance).facing(normal, AGREEING_COSINE));
     }
-    (tally.agreeing - tally.against) / points.len().max(1) as f64
+    (tally.agreeing as f64 - tally.in_free_space as f64) / points.len().max(1) as f64
 }
 
 fn parts(T: &Pose3) -> (Matrix3<f64>, Vector3<f64>) {

@@ -7,30 +7,28 @@
 mod chain;
 mod color;
 mod evidence;
-mod found;
-mod guesses;
-mod habit;
-mod lattice;
-mod left_out;
-mod lone_frame;
+mod grid_search;
+mod hypotheses;
 mod matching;
-mod open_direction;
-mod seen;
-mod unconfirmed;
+mod motion_prior;
+mod pair_registration;
+mod pose_hypothesis;
+mod reference_map;
+mod tentative_branch;
+mod unregistered_frames;
 
 use serde::{Deserialize, Serialize};
 
 use self::chain::{Chain, Member};
 pub(crate) use self::evidence::{AGREEING_COSINE, FINE_TOLERANCE, score};
-pub(crate) use self::guesses::{around, best_apart};
-use self::left_out::LeftOut;
-pub use self::lone_frame::{LoneFrame, Search};
+pub(crate) use self::hypotheses::{best_distinct, grid_around};
 pub(crate) use self::matching::{fine_options, middle_options};
-pub(crate) use self::open_direction::OpenDirection;
+pub use self::pair_registration::{PairRegistration, Search};
+use self::unregistered_frames::UnregisteredFrames;
 use crate::camera::surfel_image::SurfelImage;
 use crate::geometry::Pose3;
 use crate::map::surfel::SurfelMap;
-use crate::odometry::assessment::{Status, Verdict};
+use crate::odometry::assessment::{Assessment, Status};
 use crate::registration::prepared_surfels::PreparedSurfels;
 use crate::registration::solver::Motion;
 pub use crate::registration::spatial::SpatialRegistration;
@@ -44,7 +42,7 @@ pub struct SpatialEstimate {
     /// Share of the frame's surface that lies on what was seen before, 0..=1.
     pub overlap: f64,
     /// Whether it is believed.
-    pub verdict: Verdict,
+    pub assessment: Assessment,
     /// Whether it has become part of the map that frames are registered to.
     pub is_in_map: bool,
 }
@@ -117,18 +115,18 @@ pub struct DepthOdometry {
     options: DepthOptions,
     /// Frames registered so far; also the number of the next one.
     num_frames: u32,
-    nothing: SurfelMap,
+    empty_map: SurfelMap,
     chain: Option<Chain>,
     /// Frames that do not fit the chain but each other. Should they become more, it is the chain that does not belong.
-    aside: Option<Chain>,
-    left_out: LeftOut,
-    revisions: Vec<Revision>,
-    rounds: Option<Rounds>,
+    rival_chain: Option<Chain>,
+    unregistered_frames: UnregisteredFrames,
+    pose_updates: Vec<PoseUpdate>,
+    rounds: Option<RelocalizationRounds>,
 }
 
 /// Going through the frames that were not found, once all others are.
 #[derive(Clone)]
-struct Rounds {
+struct RelocalizationRounds {
     num_left: usize,
     /// Those that are left of this round.
     to_try: Vec<u32>,
@@ -138,13 +136,13 @@ struct Rounds {
 
 /// What is found out later about a frame.
 #[derive(Clone)]
-pub struct Revision {
+pub struct PoseUpdate {
     /// Its number in the order they were registered, from 0.
     pub frame: u32,
     /// Where it is now taken to be.
     pub T_world_sensor: Pose3,
     /// Whether that is believed.
-    pub verdict: Verdict,
+    pub assessment: Assessment,
     /// The registration that tells, and the overlap, where there is a new one.
     pub registration: Option<(SpatialRegistration, f64)>,
 }
@@ -160,9 +158,9 @@ const ESTABLISHED: usize = 5;
 /// Frames that were not found are tried so often once all others are.
 const ROUNDS: usize = 3;
 /// So many frames before one that was found are tried again, ...
-const LOOK_BACK: u32 = 12;
+const MAX_LOOK_BACK_FRAMES: u32 = 12;
 /// ... until so many of them do not fit.
-const LOOK_BACK_FAILURES: usize = 2;
+const MAX_LOOK_BACK_FAILURES: usize = 2;
 
 impl DepthOdometry {
     /// Odometry without frames.
@@ -170,11 +168,11 @@ impl DepthOdometry {
         Self {
             options,
             num_frames: 0,
-            nothing: SurfelMap::new(),
+            empty_map: SurfelMap::new(),
             chain: None,
-            aside: None,
-            left_out: LeftOut::default(),
-            revisions: Vec::new(),
+            rival_chain: None,
+            unregistered_frames: UnregisteredFrames::default(),
+            pose_updates: Vec::new(),
             rounds: None,
         }
     }
@@ -196,63 +194,68 @@ impl DepthOdometry {
             self.chain = Some(chain);
             return estimate;
         };
-        let is_gap = chain.num_missed() > 0;
+        let is_gap = chain.num_frames_since_accepted() > 0;
         let chain::Outcome { estimate, confirmed, dropped, uncertain } = chain.register(number, frame);
-        self.revisions.extend(confirmed.iter().map(Revision::of));
-        self.revisions.extend(dropped.iter().map(Revision::of));
+        self.pose_updates.extend(confirmed.iter().map(PoseUpdate::of));
+        self.pose_updates.extend(dropped.iter().map(PoseUpdate::of));
         if !estimate.is_in_map {
-            self.left_out.push(number, frame, estimate.T_world_sensor);
-            return self.set_aside(number, frame).unwrap_or(estimate);
+            self.unregistered_frames.push(number, frame, estimate.T_world_sensor);
+            return self.extend_rival_chain(number, frame).unwrap_or(estimate);
         }
-        if !chain.is_unconfirmed() {
+        if !chain.has_tentative_branches() {
             for member in confirmed {
-                self.left_out.remove(member.number);
+                self.unregistered_frames.remove(member.number);
             }
         }
         for number in uncertain {
-            self.left_out.remove(number);
+            self.unregistered_frames.remove(number);
         }
-        if estimate.verdict.status != Status::Good || chain.is_unconfirmed() {
+        if estimate.assessment.status != Status::Good || chain.has_tentative_branches() {
             // It may be dropped again.
-            self.left_out.push(number, frame, estimate.T_world_sensor);
+            self.unregistered_frames.push(number, frame, estimate.T_world_sensor);
         }
-        self.aside = self.aside.take().filter(|aside| aside.members().len() > ESTABLISHED);
+        self.rival_chain = self.rival_chain.take().filter(|rival_chain| rival_chain.members().len() > ESTABLISHED);
         if is_gap {
-            self.look_back(number);
+            self.relocalize_before(number);
         }
-        for member in dropped.iter().rev().take(LOOK_BACK as usize) {
-            self.find_left_out(member.number, false);
+        for member in dropped.iter().rev().take(MAX_LOOK_BACK_FRAMES as usize) {
+            self.relocalize(member.number, false);
         }
         estimate
     }
 
     /// What has been found out of frames before, in the order in which it was. It is told once.
-    pub fn take_revisions(&mut self) -> Vec<Revision> {
-        std::mem::take(&mut self.revisions)
+    pub fn take_pose_updates(&mut self) -> Vec<PoseUpdate> {
+        std::mem::take(&mut self.pose_updates)
     }
 
     /// Moves what each frame has shown by `motion` (of the world) of its number, frames being counted from 0, and the next
     /// frame is looked for from where that leaves the last one.
-    pub fn move_frames(&mut self, motion: impl Fn(u32) -> Pose3) {
+    pub fn apply_corrections(&mut self, motion: impl Fn(u32) -> Pose3) {
         if let Some(chain) = &mut self.chain {
-            chain.move_frames(&motion);
+            chain.apply_corrections(&motion);
         }
-        self.left_out.move_frames(&motion);
+        self.unregistered_frames.apply_corrections(&motion);
     }
 
     /// Tries one of the frames that were not found again, once no frame will follow; whether there may be more to try.
-    pub fn try_again(&mut self) -> bool {
+    pub fn relocalize_next(&mut self) -> bool {
         let Some(chain) = &mut self.chain else { return false };
-        let rounds = self.rounds.get_or_insert_with(|| Rounds { num_left: ROUNDS, to_try: Vec::new(), is_news: true });
+        let rounds = self.rounds.get_or_insert_with(|| RelocalizationRounds {
+            num_left: ROUNDS,
+            to_try: Vec::new(),
+            is_news: true,
+        });
         if rounds.to_try.is_empty() {
             if rounds.num_left == 0 || !rounds.is_news {
                 return false;
             }
-            let to_try = self.left_out.numbers().into_iter().filter(|number| !chain.is_member(*number)).collect();
-            *rounds = Rounds { num_left: rounds.num_left - 1, to_try, is_news: false };
+            let to_try =
+                self.unregistered_frames.numbers().into_iter().filter(|number| !chain.is_member(*number)).collect();
+            *rounds = RelocalizationRounds { num_left: rounds.num_left - 1, to_try, is_news: false };
         }
         let Some(number) = rounds.to_try.pop() else { return false };
-        if self.find_left_out(number, true)
+        if self.relocalize(number, true)
             && let Some(rounds) = &mut self.rounds
         {
             // What it shows may tell where the others are.
@@ -263,7 +266,7 @@ impl DepthOdometry {
 
     /// The map so far.
     pub fn map(&self) -> &SurfelMap {
-        self.chain.as_ref().map_or(&self.nothing, |chain| &chain.seen().map)
+        self.chain.as_ref().map_or(&self.empty_map, |chain| &chain.seen().map)
     }
 
     fn blank(&self, num_surfels: usize) -> SpatialEstimate {
@@ -274,22 +277,22 @@ impl DepthOdometry {
                 T_world_sensor: Pose3::identity(),
                 registration: None,
                 overlap: 0.0,
-                verdict: Verdict { status: Status::Lost, reason, agreement: 0.0 },
+                assessment: Assessment { status: Status::Lost, reason, agreement: 0.0 },
                 is_in_map: false,
             },
         }
     }
 
     /// Tries the frames before one that was found, backwards from there.
-    fn look_back(&mut self, number: u32) {
+    fn relocalize_before(&mut self, number: u32) {
         let mut num_failures = 0;
-        for earlier in (number.saturating_sub(LOOK_BACK)..number).rev() {
+        for earlier in (number.saturating_sub(MAX_LOOK_BACK_FRAMES)..number).rev() {
             if self.chain.as_ref().is_some_and(|chain| chain.is_member(earlier)) {
                 break;
             }
-            if self.left_out.get(earlier).is_some() && !self.find_left_out(earlier, false) {
+            if self.unregistered_frames.get(earlier).is_some() && !self.relocalize(earlier, false) {
                 num_failures += 1;
-                if num_failures == LOOK_BACK_FAILURES {
+                if num_failures == MAX_LOOK_BACK_FAILURES {
                     break;
                 }
             }
@@ -297,67 +300,67 @@ impl DepthOdometry {
     }
 
     /// Looks for a frame that was left out again; whether it was found.
-    fn find_left_out(&mut self, number: u32, everywhere: bool) -> bool {
-        let (Some(chain), Some(left)) = (&mut self.chain, self.left_out.get(number)) else { return false };
-        let Some(found) = chain.find_again(left, everywhere) else { return false };
-        let verdict = Verdict { status: Status::Good, reason: String::new(), agreement: found.agreement };
-        let estimate = chain.insert(number, &left.frame, found, verdict);
-        self.left_out.remove(number);
-        self.revisions.push(Revision::found(number, estimate));
+    fn relocalize(&mut self, number: u32, everywhere: bool) -> bool {
+        let (Some(chain), Some(left)) = (&mut self.chain, self.unregistered_frames.get(number)) else { return false };
+        let Some(found) = chain.relocalize(left, everywhere) else { return false };
+        let assessment = Assessment { status: Status::Good, reason: String::new(), agreement: found.agreement };
+        let estimate = chain.insert(number, &left.frame, found, assessment);
+        self.unregistered_frames.remove(number);
+        self.pose_updates.push(PoseUpdate::found(number, estimate));
         true
     }
 
     /// Frames that the chain does not place are chained aside. Where those that fit each other have become more, they are the
     /// chain; then this is where the frame is.
-    fn set_aside(&mut self, number: u32, frame: &PreparedSurfels) -> Option<SpatialEstimate> {
-        let Some(aside) = &mut self.aside else {
-            self.aside = Some(Chain::new(self.options, number, frame).0);
+    fn extend_rival_chain(&mut self, number: u32, frame: &PreparedSurfels) -> Option<SpatialEstimate> {
+        let Some(rival_chain) = &mut self.rival_chain else {
+            self.rival_chain = Some(Chain::new(self.options, number, frame).0);
             return None;
         };
-        let chain::Outcome { estimate, .. } = aside.register_aside(number, frame);
-        let num_aside = aside.members().len();
+        let chain::Outcome { estimate, .. } = rival_chain.register_inside_gate(number, frame);
+        let num_rival = rival_chain.members().len();
         if !estimate.is_in_map {
-            if aside.num_missed() as usize >= num_aside {
-                self.aside = Some(Chain::new(self.options, number, frame).0);
+            if rival_chain.num_frames_since_accepted() as usize >= num_rival {
+                self.rival_chain = Some(Chain::new(self.options, number, frame).0);
             }
             return None;
         }
         let num_members = self.chain.as_ref().map_or(0, |chain| chain.members().len());
-        if num_aside < MIN_MAJORITY || num_aside <= num_members {
+        if num_rival < MIN_MAJORITY || num_rival <= num_members {
             return None;
         }
-        self.change_chains(number);
+        self.promote_rival_chain(number);
         Some(estimate)
     }
 
-    fn change_chains(&mut self, number: u32) {
-        std::mem::swap(&mut self.chain, &mut self.aside);
-        let (Some(chain), Some(outnumbered)) = (&self.chain, &self.aside) else { return };
+    fn promote_rival_chain(&mut self, number: u32) {
+        std::mem::swap(&mut self.chain, &mut self.rival_chain);
+        let (Some(chain), Some(outnumbered)) = (&self.chain, &self.rival_chain) else { return };
         for member in outnumbered.members() {
-            let mut verdict = Verdict { status: Status::Lost, reason: String::new(), agreement: 0.0 };
-            verdict.mark_outnumbered();
+            let mut assessment = Assessment { status: Status::Lost, reason: String::new(), agreement: 0.0 };
+            assessment.mark_outnumbered();
             let T_world_sensor = Pose3::identity();
-            self.revisions.push(Revision { frame: member.number, T_world_sensor, verdict, registration: None });
+            self.pose_updates.push(PoseUpdate { frame: member.number, T_world_sensor, assessment, registration: None });
         }
         for member in chain.members() {
-            self.left_out.remove(member.number);
+            self.unregistered_frames.remove(member.number);
             if member.number != number {
-                self.revisions.push(Revision::of(member));
+                self.pose_updates.push(PoseUpdate::of(member));
             }
         }
-        self.aside = self.aside.take().filter(|aside| aside.members().len() > ESTABLISHED);
+        self.rival_chain = self.rival_chain.take().filter(|rival_chain| rival_chain.members().len() > ESTABLISHED);
     }
 }
 
-impl Revision {
+impl PoseUpdate {
     fn of(member: &Member) -> Self {
-        let Member { number, T_world_sensor, verdict } = member.clone();
-        Self { frame: number, T_world_sensor, verdict, registration: None }
+        let Member { number, T_world_sensor, assessment } = member.clone();
+        Self { frame: number, T_world_sensor, assessment, registration: None }
     }
 
     fn found(frame: u32, estimate: SpatialEstimate) -> Self {
-        let SpatialEstimate { T_world_sensor, registration, overlap, verdict, .. } = estimate;
+        let SpatialEstimate { T_world_sensor, registration, overlap, assessment, .. } = estimate;
         let registration = registration.map(|registration| (registration, overlap));
-        Self { frame, T_world_sensor, verdict, registration }
+        Self { frame, T_world_sensor, assessment, registration }
     }
 }

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use super::options::{KeptPoint, MapKind, StrategySettings};
+use super::options::{KeptPoint, MapKind, VoxelOdometrySettings};
 use super::voxel_grid::VoxelGrid;
 use crate::geometry::Pose3;
 use crate::registration::target::{LastSearch, SurfaceTarget, Target};
@@ -19,7 +19,7 @@ pub struct LocalMap {
     /// Points that each point is the mean of; empty but where means are kept.
     counts: Vec<u32>,
     index: Index,
-    settings: StrategySettings,
+    settings: VoxelOdometrySettings,
     /// The points of the voxel that is being looked at.
     in_voxel: Vec<u32>,
 }
@@ -32,7 +32,7 @@ enum Index {
 
 impl LocalMap {
     /// A map without points, of frames whose points lie so far apart (m), roughly.
-    pub fn new(settings: &StrategySettings, spacing: f64) -> Self {
+    pub fn new(settings: &VoxelOdometrySettings, spacing: f64) -> Self {
         let index = match settings.map {
             MapKind::Whole => Index::Tree(KdTree::build(&[])),
             MapKind::Voxels => Index::Grid(VoxelGrid::new(settings.map_voxel_size, settings.points_per_voxel, spacing)),
@@ -202,12 +202,12 @@ pub(super) fn placed(
 mod tests {
     use super::*;
 
-    fn settings(kept: KeptPoint, points_per_voxel: usize) -> StrategySettings {
-        StrategySettings { map_voxel_size: 0.5, points_per_voxel, kept, ..StrategySettings::default() }
+    fn settings(kept: KeptPoint, points_per_voxel: usize) -> VoxelOdometrySettings {
+        VoxelOdometrySettings { map_voxel_size: 0.5, points_per_voxel, kept, ..VoxelOdometrySettings::default() }
     }
 
     /// Points along x in one voxel, then one in the next.
-    fn filled(settings: &StrategySettings) -> LocalMap {
+    fn filled(settings: &VoxelOdometrySettings) -> LocalMap {
         let mut map = LocalMap::new(settings, 0.05);
         for x in [0.1, 0.2, 0.3, 0.4, 0.6] {
             map.insert(Vector3::new(x, 0.1, 0.1), Some(Vector3::z()));
@@ -229,13 +229,13 @@ mod tests {
         assert_eq!(abscissas(&filled(&settings(KeptPoint::Newest, 1))), [0.4, 0.6]);
         assert_eq!(abscissas(&filled(&settings(KeptPoint::Newest, 2))), [0.3, 0.4, 0.6]);
         assert_eq!(abscissas(&filled(&settings(KeptPoint::Mean, 7))), [0.25, 0.6]);
-        let whole = StrategySettings { map: MapKind::Whole, ..StrategySettings::default() };
+        let whole = VoxelOdometrySettings { map: MapKind::Whole, ..VoxelOdometrySettings::default() };
         assert_eq!(abscissas(&filled(&whole)).len(), 5);
     }
 
     #[test]
     fn partners_are_found_before_and_after_a_crop() {
-        let whole = StrategySettings { map: MapKind::Whole, ..StrategySettings::default() };
+        let whole = VoxelOdometrySettings { map: MapKind::Whole, ..VoxelOdometrySettings::default() };
         for settings in [whole, settings(KeptPoint::First, 9), settings(KeptPoint::Mean, 1)] {
             let mut map = filled(&settings);
             let (near, far) = (Vector3::new(0.24, 0.1, 0.1), Vector3::new(0.62, 0.1, 0.1));

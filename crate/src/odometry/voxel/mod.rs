@@ -13,7 +13,8 @@ mod voxel_grid;
 
 pub use self::adaptive_threshold::AdaptiveThreshold;
 pub use self::local_map::LocalMap;
-pub use self::odometry::{StrategyEstimate, StrategyOdometry};
+pub use self::odometry::{VoxelEstimate, VoxelOdometry};
 pub use self::options::{
-    AddedPoints, KeptPoint, MapKind, Stages, StrategyMetric, StrategyMotion, StrategySettings, ThresholdKind,
+    AddedPoints, KeptPoint, MapKind, Stages, ThresholdKind, VoxelOdometryMetric, VoxelOdometryMotion,
+    VoxelOdometrySettings,
 };

@@ -1,13 +1,16 @@
 //! One strategy at work: each frame is registered to the map, and then becomes a part of it.
 
 use nalgebra::{UnitQuaternion, Vector3};
-use rustc_hash::FxHashSet;
 
 use super::adaptive_threshold::AdaptiveThreshold;
 use super::local_map::{LocalMap, placed};
-use super::options::{AddedPoints, MapKind, Stages, StrategyMetric, StrategyMotion, StrategySettings, ThresholdKind};
+use super::options::{
+    AddedPoints, MapKind, Stages, ThresholdKind, VoxelOdometryMetric, VoxelOdometryMotion, VoxelOdometrySettings,
+};
+use crate::geometry::rotation::twist_about;
 use crate::geometry::{PointCloud, Pose3};
-use crate::odometry::assessment::Status;
+use crate::odometry::assessment::{Assessment, Evidence, Limits, Status};
+use crate::preprocess::voxel_hash::VoxelHash;
 use crate::registration::factors::{PointToPlane, PointToPoint};
 use crate::registration::icp::{Criteria, IcpOptions, Rejection, Source, Weighting, register_with};
 use crate::registration::robust_kernel::RobustKernel;
@@ -15,14 +18,10 @@ use crate::registration::solver::{Solver, Subspace};
 use crate::registration::spatial::SpatialRegistration;
 use crate::registration::target::Target;
 
-/// Fewer pairs place nothing.
-const MIN_PAIRS: usize = 30;
-/// A frame of which less than this share found partners is lost, ...
-const LOST_FITNESS: f64 = 0.2;
-/// ... and below this share it is doubtful.
-const DOUBTFUL_FITNESS: f64 = 0.5;
-/// A last step larger than this (m) tells of a registration that was cut off on its way.
-const RESTLESS_STEP: f64 = 0.01;
+/// What a voxel odometry asks for. It tests no free space: the map holds points alone.
+const LIMITS: Limits = Limits { min_pairs: 30, lost_overlap: 0.2, doubtful_overlap: 0.5, ..Limits::NONE };
+/// A registration that has not converged and whose last step is longer than this (m) was cut off on its way.
+const MOVING_STEP: f64 = 0.01;
 /// Close by is within so many spacings of the frame's points, ...
 const CLOSE_SPACINGS: f64 = 3.0;
 /// ... and so many voxels of the map.
@@ -45,7 +44,7 @@ const VIEW_COSINE: f64 = 0.25;
 
 /// Where a frame was found, and what that took.
 #[derive(Debug, Clone)]
-pub struct StrategyEstimate {
+pub struct VoxelEstimate {
     /// Pose of the sensor in the frame of the first one. Of a lost frame, what was predicted.
     pub T_world_sensor: Pose3,
     /// How far it is to be trusted.
@@ -63,8 +62,8 @@ pub struct StrategyEstimate {
 }
 
 /// Odometry by one strategy. The world is the frame of the first cloud.
-pub struct StrategyOdometry {
-    settings: StrategySettings,
+pub struct VoxelOdometry {
+    settings: VoxelOdometrySettings,
     /// How far apart the points of a frame lie (m), roughly.
     spacing: f64,
     /// Whether a camera is known to have taken the frames.
@@ -91,9 +90,9 @@ struct Points {
     normals: Vec<Option<Vector3<f64>>>,
 }
 
-impl StrategyOdometry {
+impl VoxelOdometry {
     /// Odometry without frames.
-    pub fn new(settings: StrategySettings) -> Self {
+    pub fn new(settings: VoxelOdometrySettings) -> Self {
         Self {
             spacing: 0.0,
             is_camera: false,
@@ -117,7 +116,7 @@ impl StrategyOdometry {
     }
 
     /// The settings.
-    pub fn settings(&self) -> &StrategySettings {
+    pub fn settings(&self) -> &VoxelOdometrySettings {
         &self.settings
     }
 
@@ -128,13 +127,13 @@ impl StrategyOdometry {
 
     /// Registers the next frame, whose normals are not finite where they are unknown. A frame that is lost is no part of the
     /// map.
-    pub fn register_frame(&mut self, cloud: &PointCloud) -> StrategyEstimate {
+    pub fn register_frame(&mut self, cloud: &PointCloud) -> VoxelEstimate {
         let frame = Points::of(cloud);
         let Some(T_world_last) = self.T_world_last else {
             self.hold(&frame);
             self.T_world_last = Some(Pose3::identity());
             let num_added = self.add(&frame, &Pose3::identity());
-            return StrategyEstimate {
+            return VoxelEstimate {
                 T_world_sensor: Pose3::identity(),
                 status: Status::Good,
                 reason: String::new(),
@@ -149,7 +148,7 @@ impl StrategyOdometry {
         let threshold = self.limit();
         let guess = self.predict(&source, &T_world_last, threshold);
         let registration = self.register(&source, guess, threshold);
-        let (status, reason) = judge(&registration);
+        let Assessment { status, reason, .. } = assess(&registration);
         let is_lost = status == Status::Lost;
         let T_world_sensor = if is_lost { guess } else { registration.T_target_source };
         let mut num_added = 0;
@@ -161,16 +160,16 @@ impl StrategyOdometry {
         self.T_world_last = Some(T_world_sensor);
         let registration = Some(SpatialRegistration { correspondences: Vec::new(), ..registration });
         let num_source = source.positions.len();
-        StrategyEstimate { T_world_sensor, status, reason, registration, num_source, threshold, num_added }
+        VoxelEstimate { T_world_sensor, status, reason, registration, num_source, threshold, num_added }
     }
 
     /// Holds the motion to the plane, if it is planar, from the first frame on.
     fn hold(&mut self, first: &Points) {
         self.upright = match self.settings.motion {
-            StrategyMotion::Free => None,
-            StrategyMotion::PlanarXz => Some(Upright::Y),
-            StrategyMotion::Planar if self.is_camera || first.is_view() => Some(Upright::Y),
-            StrategyMotion::Planar | StrategyMotion::PlanarXy => Some(Upright::Z),
+            VoxelOdometryMotion::Free => None,
+            VoxelOdometryMotion::PlanarXz => Some(Upright::Y),
+            VoxelOdometryMotion::Planar if self.is_camera || first.is_view() => Some(Upright::Y),
+            VoxelOdometryMotion::Planar | VoxelOdometryMotion::PlanarXy => Some(Upright::Z),
         };
         let axes: Option<&[usize]> = self.upright.map(|upright| match upright {
             Upright::Y => &[1, 3, 5][..], // wy, x and z
@@ -223,10 +222,10 @@ impl StrategyOdometry {
         };
         let source = Source { points: &source.positions, normals: Some(&source.normals), sigmas: None };
         let register = |guess, options: &IcpOptions| match self.settings.metric {
-            StrategyMetric::PointToPoint => {
+            VoxelOdometryMetric::PointToPoint => {
                 register_with(source, &self.map, guess, &PointToPoint, options, &self.solver)
             }
-            StrategyMetric::PointToPlane => {
+            VoxelOdometryMetric::PointToPlane => {
                 register_with(source, &self.map, guess, &PointToPlane, options, &self.solver)
             }
         };
@@ -257,12 +256,11 @@ impl StrategyOdometry {
         let Some(upright) = self.upright else {
             return Pose3::from_parts(t.into(), UnitQuaternion::new_normalize(*q));
         };
-        // The twist of the swing-twist decomposition: the part of the quaternion along the axis.
-        let (axis, along, t) = match upright {
-            Upright::Y => (Vector3::y_axis(), q.j, Vector3::new(t.x, 0.0, t.z)),
-            Upright::Z => (Vector3::z_axis(), q.k, Vector3::new(t.x, t.y, 0.0)),
+        let (axis, t) = match upright {
+            Upright::Y => (Vector3::y_axis(), Vector3::new(t.x, 0.0, t.z)),
+            Upright::Z => (Vector3::z_axis(), Vector3::new(t.x, t.y, 0.0)),
         };
-        Pose3::from_parts(t.into(), UnitQuaternion::from_axis_angle(&axis, 2.0 * along.atan2(q.w)))
+        Pose3::from_parts(t.into(), twist_about(&T.rotation, &axis))
     }
 
     /// Gives the map what the strategy has for it; returns how many points it took.
@@ -301,10 +299,12 @@ impl Points {
     /// The point of every cube of side `voxel_size` (m) that came first: a measured one, not the middle of several (Vizzo et
     /// al. 2023, section III-B). 0: all.
     fn thinned(&self, voxel_size: f64) -> Self {
-        let mut seen = FxHashSet::default();
-        let is_first = |point: &Vector3<f64>| {
-            voxel_size == 0.0 || seen.insert(<[i32; 3]>::from((point / voxel_size).map(|x| x.floor() as i32)))
+        let mut hash = VoxelHash::new(voxel_size);
+        let mut is_first = |point: &Vector3<f64>| {
+            let num_before = hash.len();
+            hash.voxel(point).is_some_and(|voxel| hash.insert(voxel) as usize == num_before)
         };
+        let is_first = |point: &Vector3<f64>| voxel_size == 0.0 || is_first(point);
         let kept = self.positions.iter().map(is_first).collect::<Vec<bool>>();
         let (positions, normals) = self
             .positions
@@ -328,21 +328,16 @@ impl Points {
     }
 }
 
-fn judge(registration: &SpatialRegistration) -> (Status, String) {
-    let (fitness, last) = (registration.fitness, &registration.last);
-    let percent = 100.0 * fitness;
-    if last.num_inliers < MIN_PAIRS {
-        return (Status::Lost, format!("only {} pairs were found", last.num_inliers));
-    }
-    if fitness < LOST_FITNESS {
-        return (Status::Lost, format!("only {percent:.0} % of its points found a partner in the map"));
-    }
-    if fitness < DOUBTFUL_FITNESS {
-        return (Status::Doubtful, format!("only {percent:.0} % of its points found a partner in the map"));
-    }
-    if !registration.converged && last.translation_step > RESTLESS_STEP {
-        let iterations = registration.history.len();
-        return (Status::Doubtful, format!("it was still moving after {iterations} iterations"));
-    }
-    (Status::Good, String::new())
+fn assess(registration: &SpatialRegistration) -> Assessment {
+    let last = &registration.last;
+    let is_moving = !registration.converged && last.translation_step > MOVING_STEP;
+    let evidence = Evidence {
+        num_pairs: last.num_inliers,
+        overlap: registration.fitness,
+        agreement: None,
+        degenerate: None,
+        residual: last.inlier_rmse,
+        moving_after: is_moving.then_some(registration.history.len()),
+    };
+    Assessment::of(&evidence, &LIMITS)
 }

@@ -41,7 +41,7 @@ pub enum AddedPoints {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 #[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
-pub enum StrategyMotion {
+pub enum VoxelOdometryMotion {
     /// In every way.
     Free,
     /// On a floor; which axis stands upright is told from the first frame: y of depth images and of clouds that look like a
@@ -68,7 +68,7 @@ pub enum ThresholdKind {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 #[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
-pub enum StrategyMetric {
+pub enum VoxelOdometryMetric {
     /// Distance of the two points, as KISS-ICP does.
     PointToPoint,
     /// Distance to the plane through the map's point.
@@ -91,7 +91,7 @@ pub enum Stages {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 #[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
-pub struct StrategySettings {
+pub struct VoxelOdometrySettings {
     /// How the map is kept.
     pub map: MapKind,
     /// Side of a voxel of the map (m).
@@ -105,7 +105,7 @@ pub struct StrategySettings {
     /// A point of the map within this distance (m) is a partner: with it a point is not new.
     pub partner_distance: f64,
     /// How the sensor may move.
-    pub motion: StrategyMotion,
+    pub motion: VoxelOdometryMotion,
     /// How the distance limit of partners is set.
     pub threshold: ThresholdKind,
     /// Points further apart are no partners (m).
@@ -116,14 +116,14 @@ pub struct StrategySettings {
     /// map is given all in any case.
     pub source_voxel_size: f64,
     /// What a pair of partners measures.
-    pub metric: StrategyMetric,
+    pub metric: VoxelOdometryMetric,
     /// In how many stages a frame is registered.
     pub stages: Stages,
     /// Most iterations of a stage.
     pub max_iterations: usize,
 }
 
-impl Default for StrategySettings {
+impl Default for VoxelOdometrySettings {
     fn default() -> Self {
         Self {
             map: MapKind::Voxels,
@@ -132,12 +132,12 @@ impl Default for StrategySettings {
             kept: KeptPoint::First,
             added: AddedPoints::All,
             partner_distance: 0.1,
-            motion: StrategyMotion::Free,
+            motion: VoxelOdometryMotion::Free,
             threshold: ThresholdKind::Fixed,
             max_correspondence_distance: 1.0,
             crop_distance: 0.0,
             source_voxel_size: 0.1,
-            metric: StrategyMetric::PointToPlane,
+            metric: VoxelOdometryMetric::PointToPlane,
             stages: Stages::Two,
             max_iterations: 50,
         }

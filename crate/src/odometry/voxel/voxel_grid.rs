@@ -5,8 +5,8 @@
 //! can be left.
 
 use nalgebra::Vector3;
-use rustc_hash::FxHashMap;
 
+use crate::preprocess::voxel_hash::VoxelHash;
 use crate::search::Neighbor;
 
 /// A point, by its number, and the voxel of its cell that it lies in.
@@ -19,14 +19,20 @@ struct Entry {
 /// Cells of a few voxels a side.
 #[derive(Debug, Clone)]
 pub struct VoxelGrid {
-    voxel_size: f64,
     /// Voxels along a side of a cell.
     width: i32,
-    cells: FxHashMap<[i32; 3], Vec<Entry>>,
+    /// Of the voxels the place, of the cells the number.
+    hash: VoxelHash,
+    cells: Vec<Cell>,
 }
 
-/// Coordinates further out (in voxels) are no part of any map.
-const REACH: f64 = 1e9;
+/// The points of a cell, and where it lies, counted in cells.
+#[derive(Debug, Clone)]
+struct Cell {
+    corner: [i32; 3],
+    entries: Vec<Entry>,
+}
+
 /// With so many points a voxel at the most, cells are [`WIDE`] voxels wide: lists that are read through in no time, but few cells
 /// to look into. Voxels of more points are [`NARROW`] together.
 const FEW_POINTS: usize = 2;
@@ -42,24 +48,25 @@ impl VoxelGrid {
     pub fn new(voxel_size: f64, points_per_voxel: usize, spacing: f64) -> Self {
         let narrowest = if points_per_voxel <= FEW_POINTS { WIDE } else { NARROW };
         let width = ((SPACINGS * spacing / voxel_size).ceil() as i32).clamp(narrowest, WIDEST);
-        Self { voxel_size, width, cells: FxHashMap::default() }
+        Self { width, hash: VoxelHash::new(voxel_size), cells: Vec::new() }
     }
 
     /// Forgets all points.
     pub fn clear(&mut self) {
+        self.hash.clear();
         self.cells.clear();
     }
 
     /// The cell of a point and its voxel in it; `None` where it is not finite or too far away.
     fn place(&self, point: &Vector3<f64>) -> Option<([i32; 3], u16)> {
-        let scaled = point / self.voxel_size;
-        // Not a number fails the comparison.
-        if !scaled.iter().all(|x| x.abs() < REACH) {
-            return None;
-        }
-        let voxel: [i32; 3] = scaled.map(|x| x.floor() as i32).into();
+        let voxel = self.hash.voxel(point)?;
         let [x, y, z] = voxel.map(|v| v.rem_euclid(self.width));
         Some((voxel.map(|v| v.div_euclid(self.width)), ((z * self.width + y) * self.width + x) as u16))
+    }
+
+    /// The points of a cell that has some.
+    fn entries(&self, cell: &[i32; 3]) -> Option<&[Entry]> {
+        self.hash.number(cell).map(|index| self.cells[index as usize].entries.as_slice())
     }
 
     /// The numbers of the points in the voxel of a point, in the order in which they came, into `found`. Whether there is
@@ -67,7 +74,7 @@ impl VoxelGrid {
     pub fn voxel_of(&self, point: &Vector3<f64>, found: &mut Vec<u32>) -> bool {
         found.clear();
         let Some((cell, voxel)) = self.place(point) else { return false };
-        let entries = self.cells.get(&cell).map_or(&[][..], Vec::as_slice);
+        let entries = self.entries(&cell).unwrap_or_default();
         found.extend(entries.iter().filter(|entry| entry.voxel == voxel).map(|entry| entry.point));
         true
     }
@@ -75,14 +82,19 @@ impl VoxelGrid {
     /// Adds a point by its number. Points out of reach are not found again.
     pub fn insert(&mut self, point: &Vector3<f64>, number: u32) {
         if let Some((cell, voxel)) = self.place(point) {
-            self.cells.entry(cell).or_default().push(Entry { voxel, point: number });
+            let index = self.hash.insert(cell) as usize;
+            if index == self.cells.len() {
+                self.cells.push(Cell { corner: cell, entries: Vec::new() });
+            }
+            self.cells[index].entries.push(Entry { voxel, point: number });
         }
     }
 
     /// Makes a point the last one of its voxel.
     pub fn make_last(&mut self, point: &Vector3<f64>, number: u32) {
         let Some((cell, voxel)) = self.place(point) else { return };
-        let Some(entries) = self.cells.get_mut(&cell) else { return };
+        let Some(index) = self.hash.number(&cell) else { return };
+        let entries = &mut self.cells[index as usize].entries;
         entries.retain(|entry| entry.point != number);
         entries.push(Entry { voxel, point: number });
     }
@@ -90,7 +102,7 @@ impl VoxelGrid {
     /// The nearest of `points` within `max_distance` (m); of equal distances the smallest number wins.
     pub fn nearest(&self, points: &[Vector3<f64>], query: &Vector3<f64>, max_distance: f64) -> Option<Neighbor> {
         let (center, _) = self.place(query)?;
-        let side = self.voxel_size * f64::from(self.width);
+        let side = self.hash.voxel_size() * f64::from(self.width);
         let mut best: Option<(f64, u32)> = None;
         let mut limit = max_distance * max_distance;
         // How far the query lies from the nearest wall of its cell: what bounds the distance of every further layer.
@@ -126,15 +138,15 @@ impl VoxelGrid {
             }
             if (2 * layer as usize + 1).pow(2) > self.cells.len() {
                 // The map is smaller than what is left to search: all of it is quicker.
-                for (&cell, entries) in &self.cells {
-                    look_at(cell, entries);
+                for Cell { corner, entries } in &self.cells {
+                    look_at(*corner, entries);
                 }
                 break;
             }
             for_each_of_layer(layer, |offset| {
                 let cell: [i32; 3] = std::array::from_fn(|axis| center[axis].saturating_add(offset[axis]));
                 if sq_distance_to_cell(query, cell, side) <= limit
-                    && let Some(entries) = self.cells.get(&cell)
+                    && let Some(entries) = self.entries(&cell)
                 {
                     limit = look_at(cell, entries);
                 }

@@ -71,7 +71,7 @@ impl LongSequence {
         let mut links = Vec::new();
         let mut worst_since = Status::Good;
         for (frame, estimate) in estimates.iter().enumerate() {
-            let status = estimate.verdict.status;
+            let status = estimate.assessment.status;
             worst_since = worse(worst_since, status);
             let since = nodes.last().map(|&node: &usize| poses[node].inverse() * poses[frame]);
             let is_node = status != Status::Lost
@@ -85,7 +85,7 @@ impl LongSequence {
                         link_covariance(estimate, &poses[before], worst_since, guess)
                     }),
                     is_trusted: worst_since == Status::Good
-                        || (worst_since == Status::Doubtful && estimate.verdict.agreement > PLAUSIBLE),
+                        || (worst_since == Status::Doubtful && estimate.assessment.agreement > PLAUSIBLE),
                 });
                 nodes.push(frame);
                 worst_since = Status::Good;
@@ -131,7 +131,7 @@ impl LongSequence {
             let between = |earlier: usize| of_nodes[earlier].inverse() * of_nodes[later];
             let apart = |earlier: usize| between(earlier).translation_norm() + between(earlier).rotation_angle();
             let sees_same = |earlier: usize| {
-                let seen = self.closure.visibility(earlier, later, &between(earlier));
+                let seen = self.closure.free_space(earlier, later, &between(earlier));
                 let all = self.closure.num_points(earlier) + self.closure.num_points(later);
                 seen.agreement() > EDGE_AGREEMENT && seen.agreeing as f64 > EDGE_SHARE * all as f64
             };
@@ -173,7 +173,7 @@ fn link_covariance(
     let information = estimate.registration.as_ref().map_or_else(Matrix3::zeros, |r| r.information);
     let best = match worst_since {
         Status::Good => BEST,
-        Status::Doubtful if estimate.verdict.agreement > PLAUSIBLE => PLAUSIBLY,
+        Status::Doubtful if estimate.assessment.agreement > PLAUSIBLE => PLAUSIBLY,
         Status::Doubtful => DOUBTFUL,
         Status::Lost => LOST,
     };

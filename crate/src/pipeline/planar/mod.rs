@@ -7,8 +7,8 @@ use std::rc::Rc;
 use nalgebra::Vector2;
 
 use crate::error::{Error, Result};
-use crate::evaluation::position_error::{PositionError, position_error};
 use crate::evaluation::sharpness::{Sharpness, SharpnessMeter};
+use crate::evaluation::trajectory_error::{PlanarPoint, TrajectoryError, planar_error};
 use crate::geometry::{PointCloud, Pose2, Pose3};
 use crate::graph::joint_scan_registration::{Node, PoseGraph, edges_between};
 use crate::io::laser_log::LaserLog;
@@ -20,8 +20,9 @@ use crate::map::occupancy_grid::OccupancyGrid;
 use crate::odometry::assessment::Status;
 use crate::odometry::planar::{FrameEstimate, Odometry};
 use crate::pipeline::odometry_check::{CheckedOdometry, check_odometry};
+use crate::pipeline::prepared_frame::FrameLabel;
 use crate::pipeline::recorded_scan::{RecordedScan, first_guesses};
-use crate::pipeline::report::{AddedLog, FrameResult, Progress, ReconstructionResult, Stage};
+use crate::pipeline::report::{AddedLog, FrameResult, PlanarPose, Progress, ReconstructionResult, Stage};
 use crate::pipeline::settings::{OdometrySource, Settings, Strategy};
 use crate::preprocess::clean::{CleaningReport, RangeLimits, clean, range_limit};
 use crate::preprocess::planar_scan::PlanarScan;
@@ -50,8 +51,6 @@ pub struct Reconstruction {
 /// What a run has come to.
 struct Run {
     num_scans: usize,
-    /// Time of each scan (s).
-    times: Vec<Option<f64>>,
     /// Where the robot is, as seen from the laser of each scan.
     T_laser_robot: Vec<Pose2>,
     /// The motion of the laser from the scan before to each, where odometry gives it.
@@ -214,7 +213,7 @@ impl Reconstruction {
         ReconstructionResult {
             version: env!("CARGO_PKG_VERSION"),
             settings: self.settings.clone(),
-            frames: self.run.iter().flat_map(|run| run.frame_results(&self.names)).collect(),
+            frames: self.run.iter().flat_map(|run| run.frame_results(self.labels())).collect(),
             joint_history: self.joint().map_or_else(Vec::new, |joint| joint.graph.history().to_vec()),
             sharpness: self.run.as_ref().and_then(|run| run.sharpness),
             comparison,
@@ -279,11 +278,16 @@ impl Reconstruction {
         self.recorded.windows(2).all(|pair| pair[0].index < pair[1].index)
     }
 
+    fn labels(&self) -> impl Iterator<Item = FrameLabel> {
+        let named = self.names.iter().zip(&self.recorded).enumerate();
+        named.map(|(index, (name, scan))| FrameLabel { name: name.clone(), index, time: scan.time })
+    }
+
     fn joint(&self) -> Option<&Joint> {
         self.run.as_ref()?.joint.as_ref()
     }
 
-    fn comparison(&self) -> Result<Option<PositionError>> {
+    fn comparison(&self) -> Result<Option<TrajectoryError<PlanarPoint>>> {
         let in_logs = self.poses_in_logs();
         let (Some(run), Some((name, reference))) = (&self.run, self.reference.as_ref().or(in_logs.as_ref())) else {
             return Ok(None);
@@ -294,7 +298,7 @@ impl Reconstruction {
         let estimate: Vec<Option<Pose2>> =
             (0..run.poses.len()).map(|frame| run.believed_pose(frame).map(|_| run.pose_of_robot(frame))).collect();
         let names: Vec<&str> = self.names.iter().map(String::as_str).collect();
-        position_error(&estimate, &names, self.stamps().times.as_deref(), name, reference).map(Some)
+        planar_error(&estimate, &names, self.stamps().times.as_deref(), name, reference).map(Some)
     }
 }
 
@@ -308,7 +312,6 @@ impl Run {
         let given = checked.as_ref().map(|checked| checked.poses.as_slice());
         Self {
             num_scans: recorded.len(),
-            times: recorded.iter().map(|scan| scan.time).collect(),
             T_laser_robot: recorded.iter().map(|scan| scan.T_robot_laser.inverse()).collect(),
             motions: first_guesses(settings.odometry, recorded, given),
             checked_odometry: checked,
@@ -370,7 +373,7 @@ impl Run {
             let solved = long.closure.solved_poses();
             long.place(&solved, poses);
             for frame in long.unconfirmed(&solved) {
-                estimates[frame].verdict.hangs_on_a_doubt();
+                estimates[frame].assessment.hangs_on_a_doubt();
             }
             self.stage = Stage::Joint;
         }
@@ -433,14 +436,16 @@ impl Run {
     }
 
     fn believed_pose(&self, frame: usize) -> Option<Pose2> {
-        (self.estimates[frame].verdict.status != Status::Lost).then(|| self.poses[frame])
+        (self.estimates[frame].assessment.status != Status::Lost).then(|| self.poses[frame])
     }
 
-    fn frame_results<'a>(&'a self, names: &'a [String]) -> impl Iterator<Item = FrameResult> + 'a {
-        let estimates = self.estimates.iter().enumerate();
-        names.iter().zip(&self.cleaning).zip(estimates).map(|((name, cleaning), (frame, estimate))| {
-            let result = FrameResult::new(name, *cleaning, estimate, self.pose_of_robot(frame));
-            FrameResult { time: self.times[frame], ..result }
+    fn frame_results(
+        &self,
+        labels: impl Iterator<Item = FrameLabel>,
+    ) -> impl Iterator<Item = FrameResult<PlanarPose, CleaningReport>> {
+        labels.zip(&self.cleaning).zip(&self.estimates).map(|((label, cleaning), estimate)| {
+            let pose = self.pose_of_robot(label.index);
+            FrameResult::of_scan(label, *cleaning, estimate, pose)
         })
     }
 

@@ -24,16 +24,16 @@ mod bytes;
 
 /// What preparing a frame has to know.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Preparation {
+pub struct DecodeConfig {
     /// The settings, with nothing left open that preparing needs.
     pub settings: SpatialSettings,
     /// How depth images are to be read; none where the frames are clouds.
-    pub depth: Option<DepthPreparation>,
+    pub depth: Option<DepthDecodeConfig>,
 }
 
 /// How depth images are to be read, told from the first one.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct DepthPreparation {
+pub struct DepthDecodeConfig {
     /// The camera of all images.
     pub camera: Pinhole,
     /// Metres a raw step of depth.
@@ -52,7 +52,7 @@ pub struct DepthPreparation {
 /// (Khoshelham and Elberink, "Accuracy and resolution of Kinect depth data", Sensors 12 (2012)).
 const TRIANGULATION_NOISE: f64 = 2e-3;
 
-impl Preparation {
+impl DecodeConfig {
     /// From the settings and the first file, a depth image or a cloud: later ones must not change what earlier ones
     /// meant.
     ///
@@ -75,7 +75,7 @@ impl Preparation {
             Quantisation::ToldFromData => vec![Quantisation::Truncated, Quantisation::Rounded],
             known => vec![known],
         };
-        let depth = DepthPreparation {
+        let depth = DepthDecodeConfig {
             camera: settings.camera(first.width, first.height, first.bits, scale.sensor)?,
             depth_step: if settings.depth_scale > 0.0 { 1.0 / settings.depth_scale } else { scale.step },
             assumption: scale.note().filter(|_| settings.depth_scale == 0.0),
@@ -86,7 +86,7 @@ impl Preparation {
         Ok(Self { settings, depth: Some(depth) })
     }
 
-    fn depth_model(&self, depth: &DepthPreparation, quantisation: Quantisation) -> DepthModel {
+    fn depth_model(&self, depth: &DepthDecodeConfig, quantisation: Quantisation) -> DepthModel {
         DepthModel {
             step: depth.depth_step,
             offset: quantisation.offset(),
@@ -97,7 +97,7 @@ impl Preparation {
     }
 }
 
-impl DepthPreparation {
+impl DepthDecodeConfig {
     /// The ways of reading a frame's depth. The decision falls while frames are being prepared ahead, and a run must not
     /// depend on how far: the map's points are always of the likeliest way, so that one is never left out.
     fn open_quantisations(&self) -> &[Quantisation] {
@@ -112,10 +112,10 @@ impl DepthPreparation {
 /// When there is a preparation: frames have been prepared with another camera.
 pub(crate) fn set_intrinsics(
     settings: &mut SpatialSettings,
-    preparation: Option<&Preparation>,
+    decode_config: Option<&DecodeConfig>,
     [fx, fy, cx, cy]: [f64; 4],
 ) -> Result<()> {
-    if preparation.is_some() {
+    if decode_config.is_some() {
         return Err(Error::whole("The camera is set after the first frame", "Set it before all frames"));
     }
     if settings.fx == 0.0 && settings.field_of_view == 0.0 {
@@ -209,12 +209,12 @@ impl PreparedFrame {
     /// # Errors
     /// When the depth image is broken, holds no depth, or differs from the first one in size.
     pub fn from_depth(
-        preparation: &Preparation,
+        decode_config: &DecodeConfig,
         label: FrameLabel,
         bytes: &[u8],
         color: Option<ColorFile<'_>>,
     ) -> Result<Self> {
-        let Some(depth) = &preparation.depth else {
+        let Some(depth) = &decode_config.depth else {
             let problem = "This is a depth image, and the first frame is a cloud";
             return Err(Error::whole(problem, "Give frames of one kind").in_file(&label.name));
         };
@@ -234,30 +234,30 @@ impl PreparedFrame {
             bytes.map_err(str::to_owned).and_then(read).map_err(note).ok()
         });
         let usable = usable_pixels(&image);
-        let is_used = preparation.settings.color != ColorUse::NotUsed;
+        let is_used = decode_config.settings.color != ColorUse::NotUsed;
         let brightness = colors.as_ref().filter(|_| is_used).map(|colors| Arc::new(Brightness::new(colors)));
         let surfels = |&quantisation: &Quantisation| {
-            let surfels = depth_surfels(&image, &usable, camera, &preparation.depth_model(depth, quantisation));
+            let surfels = depth_surfels(&image, &usable, camera, &decode_config.depth_model(depth, quantisation));
             (quantisation, SurfelImage { brightness: brightness.clone(), ..surfels })
         };
         let surfels: Vec<(Quantisation, SurfelImage)> = depth.open_quantisations().iter().map(surfels).collect();
         let Some((quantisation, likeliest)) = surfels.first() else {
             return Err(Error::whole("There is no way to read the depth", "Give a quantisation"));
         };
-        let model = preparation.depth_model(depth, *quantisation);
+        let model = decode_config.depth_model(depth, *quantisation);
         let map_image = MapImage::new(&image, &usable, likeliest, &model, colors.as_ref());
         let map_points = MapPoints::Image(map_image, *quantisation);
-        let surfaces = if preparation.settings.method == Method::SurfelMap {
-            let options = preparation.settings.depth_options();
+        let surfaces = if decode_config.settings.method == Method::SurfelMap {
+            let options = decode_config.settings.depth_options();
             Surfaces::Surfels(
                 surfels.into_iter().map(|(quantisation, image)| (quantisation, options.prepared(image))).collect(),
             )
         } else {
             // Courses take every value for what it says.
-            let is_course = preparation.settings.method == Method::Course;
+            let is_course = decode_config.settings.method == Method::Course;
             let taken = if is_course { vec![true; image.values.len()] } else { usable };
             let cloud = depth_cloud(&image, &taken, camera, &model, None);
-            Surfaces::Cloud(PreparedCloud::new(&cloud, &preparation.settings.cloud_options())?.cloud().clone())
+            Surfaces::Cloud(PreparedCloud::new(&cloud, &decode_config.settings.cloud_options())?.cloud().clone())
         };
         Ok(Self { label, surfaces, map_points, notes })
     }
@@ -266,9 +266,9 @@ impl PreparedFrame {
     ///
     /// # Errors
     /// When the file is broken or holds no points in range, or the first frame is a depth image.
-    pub fn from_cloud(preparation: &Preparation, label: FrameLabel, bytes: &[u8]) -> Result<Self> {
-        let settings = &preparation.settings;
-        if preparation.depth.is_some() {
+    pub fn from_cloud(decode_config: &DecodeConfig, label: FrameLabel, bytes: &[u8]) -> Result<Self> {
+        let settings = &decode_config.settings;
+        if decode_config.depth.is_some() {
             let problem = "This is a cloud, and the first frame is a depth image";
             return Err(Error::whole(problem, "Give frames of one kind").in_file(&label.name));
         }

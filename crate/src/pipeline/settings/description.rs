@@ -42,6 +42,20 @@ pub struct Choice {
     pub label: &'static str,
 }
 
+/// Settings for one purpose.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify), tsify(missing_as_null))]
+pub struct Preset<S> {
+    /// Name on the command line.
+    pub name: &'static str,
+    /// What a person reads.
+    pub label: &'static str,
+    /// One line on what it is for.
+    pub explanation: &'static str,
+    /// The settings.
+    pub settings: S,
+}
+
 /// What a person needs to know of a setting.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify), tsify(missing_as_null))]
@@ -66,13 +80,20 @@ impl SettingDescription {
     }
 }
 
-/// Checks the numeric settings among `descriptions`, whose values `value_of` tells by name.
+/// A setting of `S`: its description, and where its value stands.
+pub(crate) struct Setting<S> {
+    pub(crate) description: SettingDescription,
+    /// Of a number; `None` for a choice, whose type allows its values alone.
+    pub(crate) value: Option<fn(&S) -> f64>,
+}
+
+/// Checks all numbers of `settings`.
 ///
 /// # Errors
 /// Names the first setting out of its limits, with the value and the limits.
-pub(crate) fn check_limits(descriptions: &[SettingDescription], value_of: impl Fn(&str) -> f64) -> Result<()> {
-    for description in descriptions {
-        let value = value_of(description.name);
+pub(crate) fn check_limits<S>(table: &[Setting<S>], settings: &S) -> Result<()> {
+    for Setting { description, value } in table {
+        let Some(value) = value.map(|value| value(settings)) else { continue };
         let (min, max) = match description.kind {
             SettingKind::Number { min, max, .. } => (min, max),
             SettingKind::Integer { min, max } => (f64::from(min), f64::from(max)),
@@ -88,35 +109,85 @@ pub(crate) fn check_limits(descriptions: &[SettingDescription], value_of: impl F
     Ok(())
 }
 
-pub(crate) fn number(
-    name: &'static str,
-    label: &'static str,
-    group: &'static str,
-    unit: &'static str,
-    explanation: &'static str,
-    (min, max, step): (f64, f64, f64),
-) -> SettingDescription {
-    SettingDescription { name, label, group, unit, explanation, kind: SettingKind::Number { min, max, step } }
+/// The table of a struct's settings, as a `Vec<Setting<_>>`. A row begins with the setting's kind and the name of its field, which
+/// is its name everywhere; then come its label, one line of explanation, and what it may be:
+///
+/// - `choice field: "Label", "Explanation.", ["value" => "Label", ...];`
+/// - `integer field: "Label", "Explanation.", [min, max];`
+/// - `number field: "Label", "Explanation.", "unit", [min, max], step step;`
+macro_rules! settings_table {
+    ($S:ty: $($group:literal { $($rows:tt)* })*) => {{
+        let mut table: Vec<$crate::pipeline::settings::description::Setting<$S>> = Vec::new();
+        $($crate::pipeline::settings::description::settings_rows! { table $S, $group: $($rows)* })*
+        table
+    }};
 }
 
-pub(crate) fn integer(
-    name: &'static str,
-    label: &'static str,
-    group: &'static str,
-    explanation: &'static str,
-    min: u32,
-    max: u32,
-) -> SettingDescription {
-    SettingDescription { name, label, group, unit: "", explanation, kind: SettingKind::Integer { min, max } }
+/// The rows of one group, one by one.
+macro_rules! settings_rows {
+    ($table:ident $S:ty, $group:literal:) => {};
+    ($table:ident $S:ty, $group:literal: choice $field:ident: $label:literal, $explanation:literal,
+        [$($value:literal => $choice:literal),+ $(,)?]; $($rest:tt)*) => {
+        // Names the field, so that a row without one does not compile.
+        let _ = |settings: &$S| { let _ = &settings.$field; };
+        $crate::pipeline::settings::description::settings_rows! { @push $table $S, $group, $field, $label, $explanation, "",
+            Choice { choices: vec![$($crate::pipeline::settings::Choice { value: $value, label: $choice }),+] }, None }
+        $crate::pipeline::settings::description::settings_rows! { $table $S, $group: $($rest)* }
+    };
+    ($table:ident $S:ty, $group:literal: integer $field:ident: $label:literal, $explanation:literal,
+        [$min:literal, $max:literal]; $($rest:tt)*) => {
+        $crate::pipeline::settings::description::settings_rows! { @push $table $S, $group, $field, $label, $explanation, "",
+            Integer { min: $min, max: $max }, Some(|settings| settings.$field as f64) }
+        $crate::pipeline::settings::description::settings_rows! { $table $S, $group: $($rest)* }
+    };
+    ($table:ident $S:ty, $group:literal: number $field:ident: $label:literal, $explanation:literal,
+        $unit:literal, [$min:expr, $max:expr], step $step:expr; $($rest:tt)*) => {
+        $crate::pipeline::settings::description::settings_rows! { @push $table $S, $group, $field, $label, $explanation, $unit,
+            Number { min: $min, max: $max, step: $step }, Some(|settings| settings.$field) }
+        $crate::pipeline::settings::description::settings_rows! { $table $S, $group: $($rest)* }
+    };
+    (@push $table:ident $S:ty, $group:literal, $field:ident, $label:literal, $explanation:literal, $unit:literal,
+        $kind:ident $limits:tt, $value:expr) => {
+        $table.push($crate::pipeline::settings::description::Setting::<$S> {
+            description: $crate::pipeline::settings::SettingDescription {
+                name: stringify!($field),
+                label: $label,
+                group: $group,
+                unit: $unit,
+                explanation: $explanation,
+                kind: $crate::pipeline::settings::SettingKind::$kind $limits,
+            },
+            value: $value,
+        });
+    };
 }
 
-pub(crate) fn choice(
-    name: &'static str,
-    label: &'static str,
-    group: &'static str,
-    explanation: &'static str,
-    choices: &[(&'static str, &'static str)],
-) -> SettingDescription {
-    let choices = choices.iter().map(|&(value, label)| Choice { value, label }).collect();
-    SettingDescription { name, label, group, unit: "", explanation, kind: SettingKind::Choice { choices } }
+pub(crate) use {settings_rows, settings_table};
+
+/// What must hold of the table of any settings: every field has one row, every choice is a value of its field, and the defaults
+/// are within their limits.
+#[cfg(test)]
+pub(crate) fn assert_describes_all<S>(table: &[Setting<S>])
+where
+    S: Default + Serialize + serde::de::DeserializeOwned,
+{
+    let fields = serde_json::to_value(S::default()).unwrap();
+    let mut fields: Vec<&str> = fields.as_object().unwrap().keys().map(String::as_str).collect();
+    let mut described: Vec<&str> = table.iter().map(|setting| setting.description.name).collect();
+    fields.sort_unstable();
+    described.sort_unstable();
+    assert_eq!(fields, described);
+    for Setting { description, value } in table {
+        let SettingKind::Choice { choices } = &description.kind else {
+            assert!(value.unwrap()(&S::default()).is_finite(), "{}", description.name);
+            continue;
+        };
+        assert!(value.is_none());
+        for choice in choices {
+            let json = serde_json::json!({ description.name: choice.value });
+            let settings: S = serde_json::from_value(json).unwrap();
+            assert_eq!(serde_json::to_value(&settings).unwrap()[description.name], choice.value);
+        }
+    }
+    check_limits(table, &S::default()).unwrap();
 }

@@ -1,24 +1,24 @@
 //! The whole run in space: prepared frames in, trajectory and map out, one frame after the other.
 
-mod kept_frames;
+mod stored_frames;
 
 use std::collections::VecDeque;
 
-use self::kept_frames::{Frame, KeptFrames};
+use self::stored_frames::{Frame, StoredFrames};
 use crate::error::{Error, Result};
-use crate::evaluation::spatial_error::{EstimatedFrame, spatial_error};
+use crate::evaluation::trajectory_error::{EstimatedFrame, TrajectoryError, spatial_error};
 use crate::geometry::{PointCloud, Pose3};
 use crate::graph::loops::spatial::{LoopReport, SpatialLoops};
 use crate::io::trajectory::Contents;
 use crate::map::voxel::{VoxelCount, VoxelMap};
 use crate::odometry::assessment::Status;
 use crate::odometry::cloud::{CloudEstimate, CloudOdometry, PreparedCloud};
-use crate::odometry::depth::{DepthOdometry, Revision, SpatialEstimate};
+use crate::odometry::depth::{DepthOdometry, PoseUpdate, SpatialEstimate};
 use crate::pipeline::prepared_frame::{
-    DepthPreparation, MapPoints, Preparation, PreparedFrame, Surfaces, set_intrinsics,
+    DecodeConfig, DepthDecodeConfig, MapPoints, PreparedFrame, Surfaces, set_intrinsics,
 };
-use crate::pipeline::report::{Progress, Stage};
-use crate::pipeline::spatial_report::{MapSize, SpatialComparison, SpatialFrameResult, SpatialResult};
+use crate::pipeline::report::{FrameResult, Progress, SpatialPose, Stage};
+use crate::pipeline::spatial_report::{MapSize, SpatialResult};
 use crate::pipeline::spatial_settings::{LoopClosing, Method, Quantisation, SpatialSettings};
 
 /// So many registered frames decide how depth was made whole, ...
@@ -34,7 +34,7 @@ const CLEAR_RATIO: f64 = 1.1;
 const DECIDING_RATIO: f64 = 1.05;
 
 /// So many of the newest frames are not stitched before the map is asked for.
-const UNSETTLED_FRAMES: usize = 6;
+const MAX_PENDING_FRAMES: usize = 6;
 
 /// A reconstruction in space.
 ///
@@ -44,10 +44,10 @@ const UNSETTLED_FRAMES: usize = 6;
 /// more frames may be added to a finished run.
 pub struct SpatialReconstruction {
     settings: SpatialSettings,
-    preparation: Option<Preparation>,
+    decode_config: Option<DecodeConfig>,
     waiting: VecDeque<PreparedFrame>,
-    frames: KeptFrames,
-    readings: Vec<Reading>,
+    frames: StoredFrames,
+    hypotheses: Vec<QuantisationHypothesis>,
     reference: Option<Reference>,
     notes: Vec<String>,
     stitched: Option<Stitched>,
@@ -78,7 +78,7 @@ impl Stitched {
 }
 
 /// A run with one way of reading the depth; while the data have not decided there may be two. Clouds have one.
-struct Reading {
+struct QuantisationHypothesis {
     quantisation: Quantisation,
     odometry: Odometry,
     estimates: Vec<SpatialEstimate>,
@@ -94,7 +94,7 @@ enum Odometry {
     Cloud(Box<CloudOdometry>),
 }
 
-impl Reading {
+impl QuantisationHypothesis {
     fn new(quantisation: Quantisation, settings: &SpatialSettings) -> Result<Self> {
         let odometry = match settings.method {
             Method::SurfelMap => Odometry::Depth(Box::new(DepthOdometry::new(settings.depth_options()))),
@@ -118,12 +118,12 @@ impl Reading {
                     return;
                 };
                 let estimate = odometry.register_frame(surfels);
-                revise(odometry, &mut self.estimates, self.loops.as_mut());
+                apply_pose_updates_of(odometry, &mut self.estimates, self.loops.as_mut());
                 let number = self.estimates.len() as u32;
                 if let Some(loops) = &mut self.loops {
                     loops.add(number, surfels, &estimate);
                 }
-                let is_good = estimate.verdict.status == Status::Good;
+                let is_good = estimate.assessment.status == Status::Good;
                 // Frames that do not belong fit in no way.
                 if let Some(registration) = estimate.registration.as_ref().filter(|_| is_good) {
                     let sq_depths: f64 = surfels.image.surfels().map(|surfel| surfel.point.z * surfel.point.z).sum();
@@ -134,10 +134,10 @@ impl Reading {
                 estimate
             }
             (Odometry::Cloud(odometry), Surfaces::Cloud(cloud)) => {
-                let CloudEstimate { T_world_sensor, registration, overlap, verdict, .. } =
+                let CloudEstimate { T_world_sensor, registration, overlap, assessment, .. } =
                     odometry.register_frame(PreparedCloud::from_cloud(cloud.clone()));
-                let is_in_map = verdict.status != Status::Lost;
-                SpatialEstimate { T_world_sensor, registration, overlap, verdict, is_in_map }
+                let is_in_map = assessment.status != Status::Lost;
+                SpatialEstimate { T_world_sensor, registration, overlap, assessment, is_in_map }
             }
             // Preparation, which knows the method, makes no other pairs.
             _ => return,
@@ -160,21 +160,25 @@ impl Reading {
             estimate.T_world_sensor = motion_of(frame) * estimate.T_world_sensor;
         }
         if let Odometry::Depth(odometry) = &mut self.odometry {
-            odometry.move_frames(motion_of);
+            odometry.apply_corrections(motion_of);
         }
     }
 }
 
 /// What has been found out of frames before the last one.
-fn revise(odometry: &mut DepthOdometry, estimates: &mut [SpatialEstimate], loops: Option<&mut SpatialLoops>) {
-    let revisions = odometry.take_revisions();
-    if revisions.is_empty() {
+fn apply_pose_updates_of(
+    odometry: &mut DepthOdometry,
+    estimates: &mut [SpatialEstimate],
+    loops: Option<&mut SpatialLoops>,
+) {
+    let pose_updates = odometry.take_pose_updates();
+    if pose_updates.is_empty() {
         return;
     }
-    let is_another_chain = revisions.iter().any(|revision| revision.verdict.status == Status::Lost);
-    for Revision { frame, T_world_sensor, verdict, registration } in revisions {
+    let is_another_chain = pose_updates.iter().any(|update| update.assessment.status == Status::Lost);
+    for PoseUpdate { frame, T_world_sensor, assessment, registration } in pose_updates {
         let Some(estimate) = estimates.get_mut(frame as usize) else { continue };
-        (estimate.T_world_sensor, estimate.verdict) = (T_world_sensor, verdict);
+        (estimate.T_world_sensor, estimate.assessment) = (T_world_sensor, assessment);
         if let Some((mut registration, overlap)) = registration {
             registration.correspondences = Vec::new();
             (estimate.registration, estimate.overlap) = (Some(registration), overlap);
@@ -182,7 +186,7 @@ fn revise(odometry: &mut DepthOdometry, estimates: &mut [SpatialEstimate], loops
     }
     match loops {
         Some(loops) if is_another_chain => *loops = SpatialLoops::default(),
-        Some(loops) => loops.corrected(|frame| estimates[frame as usize].T_world_sensor),
+        Some(loops) => loops.apply_pose_updates(|frame| estimates[frame as usize].T_world_sensor),
         None => {}
     }
 }
@@ -196,10 +200,10 @@ impl SpatialReconstruction {
         settings.validate()?;
         Ok(Self {
             settings,
-            preparation: None,
+            decode_config: None,
             waiting: VecDeque::new(),
-            frames: KeptFrames::default(),
-            readings: Vec::new(),
+            frames: StoredFrames::default(),
+            hypotheses: Vec::new(),
             reference: None,
             notes: Vec::new(),
             stitched: None,
@@ -213,7 +217,7 @@ impl SpatialReconstruction {
     /// # Errors
     /// After [`begin`](Self::begin): frames have been prepared with another camera.
     pub fn set_intrinsics(&mut self, intrinsics: [f64; 4]) -> Result<()> {
-        set_intrinsics(&mut self.settings, self.preparation.as_ref(), intrinsics)
+        set_intrinsics(&mut self.settings, self.decode_config.as_ref(), intrinsics)
     }
 
     /// Looks at the first file, a depth image or a cloud, given as its bytes; says what preparing has to know. The first call
@@ -221,22 +225,24 @@ impl SpatialReconstruction {
     ///
     /// # Errors
     /// When it is neither, holds nothing, or the settings make no camera.
-    pub fn begin(&mut self, name: &str, first: &[u8]) -> Result<&Preparation> {
-        if self.preparation.is_none() {
-            let preparation = Preparation::new(&self.settings, name, first)?;
+    pub fn begin(&mut self, name: &str, first: &[u8]) -> Result<&DecodeConfig> {
+        if self.decode_config.is_none() {
+            let decode_config = DecodeConfig::new(&self.settings, name, first)?;
             let quantisations =
-                preparation.depth.as_ref().map_or(&[Quantisation::Rounded][..], |depth| &depth.quantisations);
-            let readings = quantisations.iter().map(|&quantisation| Reading::new(quantisation, &preparation.settings));
-            self.readings = readings.collect::<Result<_>>()?;
-            self.preparation = Some(preparation);
+                decode_config.depth.as_ref().map_or(&[Quantisation::Rounded][..], |depth| &depth.quantisations);
+            let hypotheses = quantisations
+                .iter()
+                .map(|&quantisation| QuantisationHypothesis::new(quantisation, &decode_config.settings));
+            self.hypotheses = hypotheses.collect::<Result<_>>()?;
+            self.decode_config = Some(decode_config);
         }
-        self.preparation.as_ref().ok_or_else(not_begun)
+        self.decode_config.as_ref().ok_or_else(not_begun)
     }
 
     /// What preparing has to know, after [`begin`](Self::begin). It becomes less work once the data have decided how depth
     /// was made whole; frames prepared by what it was before stay good.
-    pub fn preparation(&self) -> Option<&Preparation> {
-        self.preparation.as_ref()
+    pub fn decode_config(&self) -> Option<&DecodeConfig> {
+        self.decode_config.as_ref()
     }
 
     /// Adds the next frame to those that wait to be registered.
@@ -244,7 +250,7 @@ impl SpatialReconstruction {
     /// # Errors
     /// Before [`begin`](Self::begin), and when the frame comes before the last one in the recording.
     pub fn add(&mut self, frame: PreparedFrame) -> Result<()> {
-        if self.preparation.is_none() {
+        if self.decode_config.is_none() {
             return Err(not_begun());
         }
         let last = self.waiting.back().map(|frame| frame.label.index);
@@ -270,15 +276,15 @@ impl SpatialReconstruction {
         if let Some(frame) = self.waiting.pop_front() {
             return self.register(frame);
         }
-        if self.is_complete && !self.is_finished && self.try_again() {
+        if self.is_complete && !self.is_finished && self.relocalize_next() {
             let total = self.frames.len();
             return Progress { stage: Stage::Retry, done: total, total, frame: None };
         }
         if self.is_complete && !self.is_finished {
             self.is_finished = true;
-            for reading in &mut self.readings {
-                reading.loops.iter_mut().for_each(SpatialLoops::finish);
-                reading.close_loops();
+            for hypothesis in &mut self.hypotheses {
+                hypothesis.loops.iter_mut().for_each(SpatialLoops::finish);
+                hypothesis.close_loops();
             }
             let total = self.frames.len();
             return Progress { stage: Stage::Loops, done: total, total, frame: None };
@@ -288,9 +294,9 @@ impl SpatialReconstruction {
     }
 
     fn register(&mut self, frame: PreparedFrame) -> Progress {
-        for reading in &mut self.readings {
-            reading.add(&frame.surfaces);
-            reading.close_loops();
+        for hypothesis in &mut self.hypotheses {
+            hypothesis.add(&frame.surfaces);
+            hypothesis.close_loops();
         }
         self.decide();
         if self.frames.push(Frame { label: frame.label, map_points: frame.map_points }) {
@@ -302,14 +308,15 @@ impl SpatialReconstruction {
     }
 
     /// Tries one of the frames again that were not found; whether there may be more.
-    fn try_again(&mut self) -> bool {
+    fn relocalize_next(&mut self) -> bool {
         let best = self.best_index();
-        let Some(Reading { odometry: Odometry::Depth(odometry), estimates, loops, .. }) = self.readings.get_mut(best)
+        let Some(QuantisationHypothesis { odometry: Odometry::Depth(odometry), estimates, loops, .. }) =
+            self.hypotheses.get_mut(best)
         else {
             return false;
         };
-        let is_more = odometry.try_again();
-        revise(odometry, estimates, loops.as_mut());
+        let is_more = odometry.relocalize_next();
+        apply_pose_updates_of(odometry, estimates, loops.as_mut());
         is_more
     }
 
@@ -317,20 +324,20 @@ impl SpatialReconstruction {
     fn decide(&mut self) {
         if self.is_decided() {
             let best = self.best_index();
-            self.readings.swap(0, best);
-            self.readings.truncate(1);
+            self.hypotheses.swap(0, best);
+            self.hypotheses.truncate(1);
             // What is prepared from now on need not keep the other one open.
-            let depth = self.preparation.as_mut().and_then(|preparation| preparation.depth.as_mut());
-            if let (Some(reading), Some(depth)) = (self.readings.first(), depth) {
-                depth.decided = Some(reading.quantisation);
+            let depth = self.decode_config.as_mut().and_then(|decode_config| decode_config.depth.as_mut());
+            if let (Some(hypothesis), Some(depth)) = (self.hypotheses.first(), depth) {
+                depth.decided = Some(hypothesis.quantisation);
             }
         }
     }
 
     /// Whether enough frames have been registered: few are, where one reading fits them far better.
     fn is_decided(&self) -> bool {
-        let num_registered = self.readings.first().map_or(0, |reading| reading.num_registered);
-        let is_clear = match &self.readings[..] {
+        let num_registered = self.hypotheses.first().map_or(0, |hypothesis| hypothesis.num_registered);
+        let is_clear = match &self.hypotheses[..] {
             [a, b] => a.misfit > CLEAR_RATIO * b.misfit || b.misfit > CLEAR_RATIO * a.misfit,
             _ => true,
         };
@@ -338,14 +345,14 @@ impl SpatialReconstruction {
     }
 
     fn best_index(&self) -> usize {
-        match &self.readings[..] {
+        match &self.hypotheses[..] {
             [truncated, rounded] if truncated.misfit > DECIDING_RATIO * rounded.misfit => 1,
             _ => 0,
         }
     }
 
-    fn best(&self) -> Option<&Reading> {
-        self.readings.get(self.best_index())
+    fn best(&self) -> Option<&QuantisationHypothesis> {
+        self.hypotheses.get(self.best_index())
     }
 
     /// Sets what to compare with; it is used for nothing else. `num_recorded` is the number of frames of the recording,
@@ -361,7 +368,7 @@ impl SpatialReconstruction {
 
     /// What was found of each frame when it was registered.
     pub fn estimates(&self) -> &[SpatialEstimate] {
-        self.best().map_or(&[], |reading| &reading.estimates)
+        self.best().map_or(&[], |hypothesis| &hypothesis.estimates)
     }
 
     /// Poses `T_world_sensor` of the frames so far; the world is the frame of the first one.
@@ -371,17 +378,19 @@ impl SpatialReconstruction {
 
     /// The places that were recognised, and what came of it.
     pub fn loop_report(&self) -> LoopReport {
-        self.best().and_then(|reading| reading.loops.as_ref()).map_or_else(LoopReport::default, SpatialLoops::report)
+        self.best()
+            .and_then(|hypothesis| hypothesis.loops.as_ref())
+            .map_or_else(LoopReport::default, SpatialLoops::report)
     }
 
     /// How depth was made whole, as set or as found so far; `None` for clouds.
     pub fn quantisation(&self) -> Option<Quantisation> {
         self.depth()?;
-        self.best().map(|reading| reading.quantisation)
+        self.best().map(|hypothesis| hypothesis.quantisation)
     }
 
-    fn depth(&self) -> Option<&DepthPreparation> {
-        self.preparation.as_ref()?.depth.as_ref()
+    fn depth(&self) -> Option<&DepthDecodeConfig> {
+        self.decode_config.as_ref()?.depth.as_ref()
     }
 
     /// When the frames were taken (s), if that is known of all of them.
@@ -408,14 +417,16 @@ impl SpatialReconstruction {
         let frames = self.frames.iter().zip(self.estimates()).zip(self.poses());
         SpatialResult {
             version: env!("CARGO_PKG_VERSION"),
-            settings: self.preparation.as_ref().map_or(&self.settings, |preparation| &preparation.settings).clone(),
+            settings: self
+                .decode_config
+                .as_ref()
+                .map_or(&self.settings, |decode_config| &decode_config.settings)
+                .clone(),
             camera: self.depth().map(|depth| depth.camera),
             depth_scale: self.depth().map(|depth| 1.0 / depth.depth_step),
             quantisation: self.quantisation(),
             frames: frames
-                .map(|((Frame { label, .. }, estimate), pose)| {
-                    SpatialFrameResult::new(&label.name, label.index, label.time, estimate, pose)
-                })
+                .map(|((Frame { label, .. }, estimate), pose)| FrameResult::of_frame(label.clone(), estimate, pose))
                 .collect(),
             loops: self.loop_report(),
             comparison,
@@ -424,7 +435,7 @@ impl SpatialReconstruction {
     }
 
     /// None before there are frames.
-    fn compare(&self, reference: &Reference) -> Result<Option<SpatialComparison>> {
+    fn compare(&self, reference: &Reference) -> Result<Option<TrajectoryError<SpatialPose>>> {
         let estimated = |(frame, pose): (&Frame, Option<Pose3>)| EstimatedFrame {
             index: frame.label.index,
             time: frame.label.time,
@@ -435,14 +446,14 @@ impl SpatialReconstruction {
         if frames.is_empty() {
             return Ok(None);
         }
-        let error =
-            spatial_error(&frames, reference.num_recorded, &reference.contents, &self.settings.known_convention())?;
-        Ok(Some(SpatialComparison::new(&reference.name, error)))
+        let Reference { name, contents, num_recorded } = reference;
+        let error = spatial_error(&frames, *num_recorded, name, contents, &self.settings.known_convention())?;
+        Ok(Some(error.map_reference(SpatialPose::from)))
     }
 
     /// Poses of the frames that are at most so doubtful, `None` for the others.
     fn poses_up_to(&self, worst: Status) -> Vec<Option<Pose3>> {
-        let believed = |estimate: &SpatialEstimate| estimate.verdict.status as u8 <= worst as u8;
+        let believed = |estimate: &SpatialEstimate| estimate.assessment.status as u8 <= worst as u8;
         let poses = self.poses();
         self.estimates().iter().zip(poses).map(|(estimate, pose)| believed(estimate).then_some(pose)).collect()
     }
@@ -459,7 +470,7 @@ impl SpatialReconstruction {
     /// for: it becomes the same map. The newest frames have to wait, as their poses may still change.
     pub fn stitch_ahead(&mut self) {
         let poses = self.poses_up_to(Status::Good);
-        let num_settled = poses.len().saturating_sub(UNSETTLED_FRAMES);
+        let num_settled = poses.len().saturating_sub(MAX_PENDING_FRAMES);
         let num_stitched =
             self.stitched.as_ref().filter(|stitched| self.is_of(stitched, &poses)).map_or(0, Stitched::len);
         if num_stitched < num_settled {
@@ -470,7 +481,7 @@ impl SpatialReconstruction {
     /// The map of the first frames at these poses, made from what there is of it.
     fn stitch(&mut self, poses: &[Option<Pose3>]) -> Stitched {
         let kept = self.stitched.take().filter(|stitched| self.is_of(stitched, poses));
-        let voxel_size = self.preparation.as_ref().map_or(1.0, |preparation| preparation.settings.map_voxel_size);
+        let voxel_size = self.decode_config.as_ref().map_or(1.0, |decode_config| decode_config.settings.map_voxel_size);
         let mut stitched = kept.unwrap_or_else(|| Stitched {
             map: VoxelMap::new(voxel_size),
             quantisation: self.map_quantisation(),
@@ -545,7 +556,7 @@ impl SpatialReconstruction {
 
     /// The pieces of surface that depth images are registered to, with normals, in the world frame.
     pub fn surfel_cloud(&self) -> PointCloud {
-        let Some(Reading { odometry: Odometry::Depth(odometry), .. }) = self.best() else {
+        let Some(QuantisationHypothesis { odometry: Odometry::Depth(odometry), .. }) = self.best() else {
             return PointCloud::default();
         };
         let single = |vector: &nalgebra::Vector3<f64>| glam::DVec3::new(vector.x, vector.y, vector.z).as_vec3();

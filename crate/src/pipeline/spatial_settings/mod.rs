@@ -9,7 +9,7 @@ use std::f64::consts::FRAC_PI_2;
 use serde::{Deserialize, Serialize};
 
 pub use self::choices::{LoopClosing, Method, Quantisation, ReferenceAxes, ReferenceDirection, ReferenceQuaternions};
-pub use self::list::{SpatialPreset, spatial_descriptions, spatial_presets};
+pub use self::list::{spatial_descriptions, spatial_presets};
 use crate::camera::{DepthSensor, Pinhole};
 use crate::error::{Error, Result};
 use crate::evaluation::convention::{KnownConvention, PoseDirection, QuaternionOrder, SensorAxes};
@@ -122,7 +122,7 @@ impl SpatialSettings {
     /// # Errors
     /// Names the first setting out of its limits, with the value and the limits.
     pub fn validate(&self) -> Result<()> {
-        check_limits(&spatial_descriptions(), |name| self.number(name))?;
+        check_limits(&list::table(), self)?;
         if self.max_range > 0.0 && self.min_range >= self.max_range {
             return Err(Error::whole(
                 format!("min_range = {} is not below max_range = {}", self.min_range, self.max_range),
@@ -130,25 +130,6 @@ impl SpatialSettings {
             ));
         }
         Ok(())
-    }
-
-    /// The value of a numeric setting by its name; NaN for a choice.
-    fn number(&self, name: &str) -> f64 {
-        match name {
-            "fx" => self.fx,
-            "fy" => self.fy,
-            "cx" => self.cx,
-            "cy" => self.cy,
-            "field_of_view" => self.field_of_view,
-            "depth_scale" => self.depth_scale,
-            "min_range" => self.min_range,
-            "max_range" => self.max_range,
-            "max_height" => self.max_height,
-            "voxel_size" => self.voxel_size,
-            "max_correspondence_distance" => self.max_correspondence_distance,
-            "map_voxel_size" => self.map_voxel_size,
-            _ => f64::NAN,
-        }
     }
 
     /// What is left open, for depth images.
@@ -255,16 +236,11 @@ mod tests {
     use std::f64::consts::PI;
 
     use super::*;
-    use crate::pipeline::settings::SettingKind;
+    use crate::pipeline::settings::description::assert_describes_all;
 
     #[test]
     fn every_setting_is_described_once_and_every_preset_is_valid() {
-        let fields = serde_json::to_value(SpatialSettings::default()).unwrap();
-        let mut fields: Vec<String> = fields.as_object().unwrap().keys().cloned().collect();
-        let mut described: Vec<String> = spatial_descriptions().iter().map(|d| d.name.to_owned()).collect();
-        fields.sort();
-        described.sort();
-        assert_eq!(fields, described);
+        assert_describes_all(&list::table());
         for preset in spatial_presets() {
             preset.settings.validate().unwrap();
         }
@@ -272,19 +248,7 @@ mod tests {
     }
 
     #[test]
-    fn every_choice_is_a_value_and_every_number_has_its_limits() {
-        for description in spatial_descriptions() {
-            match &description.kind {
-                SettingKind::Choice { choices } => {
-                    for choice in choices {
-                        let json = serde_json::json!({ description.name: choice.value });
-                        let settings: SpatialSettings = serde_json::from_value(json).unwrap();
-                        assert_eq!(serde_json::to_value(&settings).unwrap()[description.name], choice.value);
-                    }
-                }
-                _ => assert!(SpatialSettings::default().number(description.name).is_finite(), "{}", description.name),
-            }
-        }
+    fn values_out_of_their_limits_are_named() {
         let error = SpatialSettings { min_range: 5.0, max_range: 1.0, ..SpatialSettings::default() }.validate();
         assert!(error.unwrap_err().to_string().contains("min_range = 5"));
         let error = SpatialSettings { depth_scale: f64::NAN, ..SpatialSettings::default() }.validate();

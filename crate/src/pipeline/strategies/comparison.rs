@@ -8,15 +8,15 @@ use crate::evaluation::map_quality::{MapQuality, MapQualityOptions, map_quality}
 use crate::evaluation::metrics::{PoseRelation, rpe};
 use crate::evaluation::pairs::PairOptions;
 use crate::evaluation::path::Path;
-use crate::evaluation::spatial_error::{EstimatedFrame, SpatialError, spatial_error};
 use crate::evaluation::statistics::Statistics;
+use crate::evaluation::trajectory_error::{EstimatedFrame, POSITIONS_ALONE, TrajectoryError, spatial_error};
 use crate::geometry::{PointCloud, Pose3};
 use crate::io::trajectory::Contents;
 use crate::odometry::assessment::Status;
-use crate::odometry::voxel::StrategyOdometry;
-use crate::odometry::voxel::StrategySettings;
-use crate::pipeline::prepared_frame::{FrameLabel, Preparation, PreparedFrame, Surfaces, set_intrinsics};
-use crate::pipeline::spatial_report::SpatialPose;
+use crate::odometry::voxel::VoxelOdometry;
+use crate::odometry::voxel::VoxelOdometrySettings;
+use crate::pipeline::prepared_frame::{DecodeConfig, FrameLabel, PreparedFrame, Surfaces, set_intrinsics};
+use crate::pipeline::report::SpatialPose;
 use crate::pipeline::spatial_settings::{Method, SpatialSettings};
 
 /// Points of each frame that the sharpness is told from, the same for every strategy.
@@ -31,7 +31,7 @@ const SHARP_QUERIES: usize = 10_000;
 /// took, and leave out a strategy that has become too slow. Only one frame is held at a time.
 pub struct StrategyComparison {
     settings: SpatialSettings,
-    preparation: Option<Preparation>,
+    decode_config: Option<DecodeConfig>,
     strategies: Vec<Strategy>,
     current: Option<(FrameLabel, PointCloud)>,
     /// Labels of all frames offered, and a few points of each.
@@ -41,7 +41,7 @@ pub struct StrategyComparison {
 }
 
 struct Strategy {
-    odometry: StrategyOdometry,
+    odometry: VoxelOdometry,
     /// Whether the frame on offer was placed.
     has_stepped: bool,
     /// For each of `frames`, its place among those offered.
@@ -61,17 +61,17 @@ impl StrategyComparison {
     ///
     /// # Errors
     /// When a setting is out of its limits.
-    pub fn new(strategies: Vec<StrategySettings>, mut settings: SpatialSettings) -> Result<Self> {
+    pub fn new(strategies: Vec<VoxelOdometrySettings>, mut settings: SpatialSettings) -> Result<Self> {
         settings.validate()?;
         settings.method = Method::CloudMap;
-        let strategy = |settings: StrategySettings| {
+        let strategy = |settings: VoxelOdometrySettings| {
             settings.validate()?;
-            let odometry = StrategyOdometry::new(settings);
+            let odometry = VoxelOdometry::new(settings);
             Ok(Strategy { odometry, has_stepped: true, places: Vec::new(), frames: Vec::new() })
         };
         Ok(Self {
             settings,
-            preparation: None,
+            decode_config: None,
             strategies: strategies.into_iter().map(strategy).collect::<Result<_>>()?,
             current: None,
             seen: Vec::new(),
@@ -85,7 +85,7 @@ impl StrategyComparison {
     /// # Errors
     /// After [`begin`](Self::begin): frames have been prepared with another camera.
     pub fn set_intrinsics(&mut self, intrinsics: [f64; 4]) -> Result<()> {
-        set_intrinsics(&mut self.settings, self.preparation.as_ref(), intrinsics)
+        set_intrinsics(&mut self.settings, self.decode_config.as_ref(), intrinsics)
     }
 
     /// Looks at the first file, a depth image or a cloud, given as its bytes; says what preparing has to know. The first call
@@ -93,14 +93,14 @@ impl StrategyComparison {
     ///
     /// # Errors
     /// When it is neither, holds nothing, or the settings make no camera.
-    pub fn begin(&mut self, name: &str, first: &[u8]) -> Result<&Preparation> {
-        let preparation = match self.preparation.take() {
+    pub fn begin(&mut self, name: &str, first: &[u8]) -> Result<&DecodeConfig> {
+        let decode_config = match self.decode_config.take() {
             Some(known) => known,
-            None => Preparation::new(&self.settings, name, first)?,
+            None => DecodeConfig::new(&self.settings, name, first)?,
         };
-        let (spacing, is_camera) = (preparation.settings.voxel_size, preparation.depth.is_some());
+        let (spacing, is_camera) = (decode_config.settings.voxel_size, decode_config.depth.is_some());
         self.strategies.iter_mut().for_each(|strategy| strategy.odometry.expect_frames(spacing, is_camera));
-        Ok(self.preparation.insert(preparation))
+        Ok(self.decode_config.insert(decode_config))
     }
 
     /// Offers the next frame to every strategy.
@@ -225,8 +225,9 @@ impl StrategyComparison {
             })
             .collect();
         let known = self.settings.known_convention();
-        let error = spatial_error(&estimated, reference.num_recorded, &reference.contents, &known)?;
-        let relative = error.convention.is_some().then(|| relative_errors(&estimated, &error)).flatten();
+        let Reference { name, contents, num_recorded } = reference;
+        let error = spatial_error(&estimated, *num_recorded, name, contents, &known)?;
+        let relative = (error.convention != POSITIONS_ALONE).then(|| relative_errors(&estimated, &error)).flatten();
         let (moved, turned) = relative.unzip();
         Ok(StrategyErrors {
             num_matched: error.num_matched,
@@ -239,7 +240,7 @@ impl StrategyComparison {
             rpe_rotation_mean: turned.map(|turned| turned.mean),
             errors: error.errors,
             reference: error.reference.into_iter().map(|pose| pose.map(SpatialPose::from)).collect(),
-            convention: error.convention.map_or_else(|| "positions alone".to_owned(), |found| found.words()),
+            convention: error.convention,
         })
     }
 
@@ -258,7 +259,7 @@ impl StrategyComparison {
 }
 
 /// Relative errors from each frame with a partner to the next such: of the way (m) and of the turn (rad).
-fn relative_errors(estimated: &[EstimatedFrame], error: &SpatialError) -> Option<(Statistics, Statistics)> {
+fn relative_errors(estimated: &[EstimatedFrame], error: &TrajectoryError<Pose3>) -> Option<(Statistics, Statistics)> {
     let pairs: Vec<(Pose3, Pose3)> = estimated
         .iter()
         .zip(&error.reference)

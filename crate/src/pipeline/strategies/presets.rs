@@ -1,71 +1,58 @@
 //! The strategies that are compared unless others are asked for.
 
-use serde::Serialize;
-
-use crate::odometry::voxel::{AddedPoints, KeptPoint, MapKind, StrategyMotion, StrategySettings, ThresholdKind};
-
-/// A strategy with a name.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-#[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
-pub struct StrategyPreset {
-    /// Name on the command line.
-    pub name: &'static str,
-    /// What a person reads.
-    pub label: &'static str,
-    /// What it is, in plain words.
-    pub explanation: &'static str,
-    /// Its settings.
-    pub settings: StrategySettings,
-}
+use crate::odometry::voxel::{
+    AddedPoints, KeptPoint, MapKind, ThresholdKind, VoxelOdometryMotion, VoxelOdometrySettings,
+};
+use crate::pipeline::settings::Preset;
 
 /// The strategies of the default comparison, in its order: the plain one, two sizes of voxels, then one change each to the map
 /// of 0.1 m, and at last all changes together.
-pub fn strategy_presets() -> Vec<StrategyPreset> {
-    let voxels = StrategySettings::default();
+pub fn strategy_presets() -> Vec<Preset<VoxelOdometrySettings>> {
+    let voxels = VoxelOdometrySettings::default();
     vec![
-        StrategyPreset {
+        Preset {
             name: "plain",
             label: "Plain",
             explanation: "The first thing one writes: every point of every frame stays in the map, all points of a frame are matched, and the \
                           search index is built anew each time. It grows slower and larger with every frame.",
-            settings: StrategySettings { map: MapKind::Whole, source_voxel_size: 0.0, ..voxels.clone() },
+            settings: VoxelOdometrySettings { map: MapKind::Whole, source_voxel_size: 0.0, ..voxels.clone() },
         },
-        StrategyPreset {
+        Preset {
             name: "voxels_0.1",
             label: "Voxels 0.1 m",
             explanation: "The map keeps one point in a cube of 10 cm, the first one seen, and a frame is thinned to as many before it is matched.",
             settings: voxels.clone(),
         },
-        StrategyPreset {
+        Preset {
             name: "voxels_0.3",
             label: "Voxels 0.3 m",
             explanation: "The same with cubes of 30 cm: a ninth of the points on a wall.",
-            settings: StrategySettings { map_voxel_size: 0.3, source_voxel_size: 0.3, ..voxels.clone() },
+            settings: VoxelOdometrySettings { map_voxel_size: 0.3, source_voxel_size: 0.3, ..voxels.clone() },
         },
-        StrategyPreset {
+        Preset {
             name: "planar",
             label: "Planar motion",
             explanation: "Voxels of 10 cm, and the sensor stays level and at its height: three numbers to find for a frame instead of six.",
-            settings: StrategySettings { motion: StrategyMotion::Planar, ..voxels.clone() },
+            settings: VoxelOdometrySettings { motion: VoxelOdometryMotion::Planar, ..voxels.clone() },
         },
-        StrategyPreset {
+        Preset {
             name: "golden_data",
             label: "Golden data",
             explanation: "Voxels of 10 cm, and a frame gives the map only the points that found no partner there: what is new.",
-            settings: StrategySettings { added: AddedPoints::Unmatched, ..voxels.clone() },
+            settings: VoxelOdometrySettings { added: AddedPoints::Unmatched, ..voxels.clone() },
         },
-        StrategyPreset {
+        Preset {
             name: "adaptive",
             label: "Adaptive threshold",
             explanation: "Voxels of 10 cm, and partners are looked for as far as the motion has surprised so far: KISS-ICP's threshold.",
-            settings: StrategySettings { threshold: ThresholdKind::Adaptive, ..voxels.clone() },
+            settings: VoxelOdometrySettings { threshold: ThresholdKind::Adaptive, ..voxels.clone() },
         },
-        StrategyPreset {
+        Preset {
             name: "together",
             label: "All together",
             explanation: "Voxels of 10 cm, planar motion, golden data and the adaptive threshold.",
-            settings: StrategySettings {
-                motion: StrategyMotion::Planar,
+            settings: VoxelOdometrySettings {
+                motion: VoxelOdometryMotion::Planar,
                 added: AddedPoints::Unmatched,
                 threshold: ThresholdKind::Adaptive,
                 kept: KeptPoint::First,

@@ -4,8 +4,8 @@ use serde::Serialize;
 
 use crate::evaluation::map_quality::MapQuality;
 use crate::odometry::assessment::Status;
-use crate::odometry::voxel::StrategySettings;
-use crate::pipeline::spatial_report::SpatialPose;
+use crate::odometry::voxel::VoxelOdometrySettings;
+use crate::pipeline::report::SpatialPose;
 
 /// What a point of the map counts for: three coordinates in double precision, as NumPy and Open3D hold a cloud. Normals
 /// and the index come on top and are not counted: they are the same for every strategy, point by point.
@@ -136,7 +136,7 @@ pub struct StrategyResult {
     /// Version of the engine.
     pub version: &'static str,
     /// Its settings.
-    pub settings: StrategySettings,
+    pub settings: VoxelOdometrySettings,
     /// One entry a frame, in their order.
     pub frames: Vec<StrategyFrame>,
     /// Frames that could not be placed.

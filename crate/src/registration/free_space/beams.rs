@@ -5,31 +5,7 @@
 
 use nalgebra::Vector2;
 
-/// How the returns of one scan look from another sensor.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Visibility {
-    /// Returns at the range that the sensor measured there.
-    pub agreeing: usize,
-    /// Returns in front of what the sensor saw: its beam passed through them.
-    pub in_free_space: usize,
-    /// Returns behind what the sensor saw: nothing can be said of them.
-    pub hidden: usize,
-}
-
-impl Visibility {
-    /// Share of the visible returns that agree, 0..=1; 0 when none is visible.
-    pub fn agreement(&self) -> f64 {
-        self.agreeing as f64 / (self.agreeing + self.in_free_space).max(1) as f64
-    }
-}
-
-impl std::ops::AddAssign for Visibility {
-    fn add_assign(&mut self, other: Self) {
-        self.agreeing += other.agreeing;
-        self.in_free_space += other.in_free_space;
-        self.hidden += other.hidden;
-    }
-}
+use super::{FreeSpaceTally, FreeSpaceTest};
 
 /// Ranges by bearing of one scan.
 #[derive(Debug, Clone)]
@@ -60,29 +36,30 @@ impl RangeProfile {
         Self { beams, max_gap }
     }
 
-    /// How points (m, in the frame of this profile's sensor) look from it.
-    pub fn look_at(&self, points: impl Iterator<Item = Vector2<f64>>) -> Visibility {
-        let mut visibility = Visibility::default();
-        for point in points {
-            let (bearing, range) = (point.y.atan2(point.x), point.norm());
-            let after = self.beams.partition_point(|beam| beam.0 < bearing);
-            if after == 0 || after == self.beams.len() {
-                continue;
-            }
-            let (low, high) = (self.beams[after - 1], self.beams[after]);
-            if high.0 - low.0 > self.max_gap {
-                continue;
-            }
-            let tolerance = MIN_TOLERANCE.max(RELATIVE_TOLERANCE * range);
-            if range < low.1.min(high.1) - tolerance {
-                visibility.in_free_space += 1;
-            } else if range > low.1.max(high.1) + tolerance {
-                visibility.hidden += 1;
-            } else {
-                visibility.agreeing += 1;
-            }
+    /// What the sensor saw of a point (m, in the sensor's frame).
+    pub fn classify(&self, point: &Vector2<f64>) -> FreeSpaceTest {
+        let (bearing, range) = (point.y.atan2(point.x), point.norm());
+        let after = self.beams.partition_point(|beam| beam.0 < bearing);
+        if after == 0 || after == self.beams.len() {
+            return FreeSpaceTest::Unknown;
         }
-        visibility
+        let (low, high) = (self.beams[after - 1], self.beams[after]);
+        if high.0 - low.0 > self.max_gap {
+            return FreeSpaceTest::Unknown;
+        }
+        let tolerance = MIN_TOLERANCE.max(RELATIVE_TOLERANCE * range);
+        if range < low.1.min(high.1) - tolerance {
+            FreeSpaceTest::InFreeSpace
+        } else if range > low.1.max(high.1) + tolerance {
+            FreeSpaceTest::Hidden
+        } else {
+            FreeSpaceTest::Agreeing(())
+        }
+    }
+
+    /// The same of many points, counted.
+    pub fn tally(&self, points: impl Iterator<Item = Vector2<f64>>) -> FreeSpaceTally {
+        points.map(|point| self.classify(&point)).collect()
     }
 }
 
@@ -95,11 +72,14 @@ mod tests {
         let wall: Vec<Vector2<f64>> = (-50..=50).map(|i| Vector2::new(3.0, 0.05 * f64::from(i))).collect();
         let profile = RangeProfile::new(&wall);
         let points = [[3.05, 0.3], [1.5, 0.0], [1.0, 0.2], [4.0, 0.1], [-3.0, 0.0]].map(Vector2::from);
-        let seen = profile.look_at(points.into_iter());
-        assert_eq!(seen, Visibility { agreeing: 1, in_free_space: 2, hidden: 1 });
+        let seen = profile.tally(points.into_iter());
+        assert_eq!(seen, FreeSpaceTally { agreeing: 1, in_free_space: 2 });
+        let each = points.map(|point| profile.classify(&point));
+        use FreeSpaceTest::{Agreeing, Hidden, InFreeSpace, Unknown};
+        assert_eq!(each, [Agreeing(()), InFreeSpace, InFreeSpace, Hidden, Unknown]);
         assert!((seen.agreement() - 1.0 / 3.0).abs() < 1e-12);
-        assert_eq!(RangeProfile::new(&[]).look_at(points.into_iter()), Visibility::default());
-        assert_eq!(Visibility::default().agreement(), 0.0);
+        assert_eq!(RangeProfile::new(&[]).tally(points.into_iter()), FreeSpaceTally::default());
+        assert_eq!(FreeSpaceTally::default().agreement(), 0.0);
     }
 
     #[test]
@@ -108,6 +88,6 @@ mod tests {
         let far = (0..40).map(|i| Vector2::new(-3.0, 0.05 * f64::from(i) - 1.0));
         let profile = RangeProfile::new(&two_walls.chain(far).collect::<Vec<_>>());
         let beside = [Vector2::new(0.0, 1.0), Vector2::new(0.1, -9.0)];
-        assert_eq!(profile.look_at(beside.into_iter()), Visibility::default());
+        assert_eq!(profile.tally(beside.into_iter()), FreeSpaceTally::default());
     }
 }

@@ -5,6 +5,8 @@
 
 use nalgebra::Vector3;
 
+use super::FreeSpaceTest;
+
 /// Cells along an edge of a face: 2 degrees each, in the mean.
 const CELLS: usize = 45;
 /// So many of the nine cells around a direction (four, at a corner of the cube) must have seen something before a point counts
@@ -15,17 +17,6 @@ const MIN_SEEN: usize = 4;
 pub struct SphericalView {
     viewpoint: Vector3<f64>,
     nearest: Vec<f64>,
-}
-
-/// What a view says of a point.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum SphericalSight {
-    /// A surface was seen there.
-    Agreeing,
-    /// The sensor looked through where it lies.
-    InFreeSpace,
-    /// It is hidden, or nothing was seen in its direction.
-    Unknown,
 }
 
 impl SphericalView {
@@ -43,22 +34,27 @@ impl SphericalView {
     }
 
     /// What the view says of a point, give or take `tolerance` (m).
-    pub fn look(&self, point: &Vector3<f64>, tolerance: f64) -> SphericalSight {
+    pub fn classify(&self, point: &Vector3<f64>, tolerance: f64) -> FreeSpaceTest {
         let line = point - self.viewpoint;
-        let Some((face, u, v)) = cell(&line) else { return SphericalSight::Unknown };
+        let Some((face, u, v)) = cell(&line) else { return FreeSpaceTest::Unknown };
         let range = line.norm();
         let (mut seen, mut through) = (0, 0);
         for v in v.saturating_sub(1)..(v + 2).min(CELLS) {
             for u in u.saturating_sub(1)..(u + 2).min(CELLS) {
                 let nearest = self.nearest[(face * CELLS + v) * CELLS + u];
                 if (nearest - range).abs() <= tolerance {
-                    return SphericalSight::Agreeing;
+                    return FreeSpaceTest::Agreeing(());
                 }
                 seen += usize::from(nearest.is_finite());
                 through += usize::from(nearest.is_finite() && nearest > range + tolerance);
             }
         }
-        if seen >= MIN_SEEN && through == seen { SphericalSight::InFreeSpace } else { SphericalSight::Unknown }
+        match (seen, through) {
+            (0, _) => FreeSpaceTest::Unknown,
+            (_, 0) => FreeSpaceTest::Hidden,
+            _ if seen >= MIN_SEEN && through == seen => FreeSpaceTest::InFreeSpace,
+            _ => FreeSpaceTest::Unknown,
+        }
     }
 }
 
@@ -94,14 +90,14 @@ mod tests {
         let center = Vector3::new(1.0, -2.0, 0.5);
         let view = SphericalView::new(&sphere(center), center);
         for point in sphere(Vector3::zeros()).iter().step_by(7) {
-            let at = |share: f64| view.look(&(center + point * share), 0.1);
-            assert_eq!(at(1.0), SphericalSight::Agreeing);
-            assert_eq!(at(0.97), SphericalSight::Agreeing);
-            assert_eq!(at(0.9), SphericalSight::InFreeSpace);
-            assert_eq!(at(1.1), SphericalSight::Unknown);
+            let at = |share: f64| view.classify(&(center + point * share), 0.1);
+            assert_eq!(at(1.0), FreeSpaceTest::Agreeing(()));
+            assert_eq!(at(0.97), FreeSpaceTest::Agreeing(()));
+            assert_eq!(at(0.9), FreeSpaceTest::InFreeSpace);
+            assert_eq!(at(1.1), FreeSpaceTest::Hidden);
         }
-        assert_eq!(view.look(&center, 0.1), SphericalSight::Unknown);
+        assert_eq!(view.classify(&center, 0.1), FreeSpaceTest::Unknown);
         let nothing = SphericalView::new(&[], center);
-        assert_eq!(nothing.look(&Vector3::zeros(), 0.1), SphericalSight::Unknown);
+        assert_eq!(nothing.classify(&Vector3::zeros(), 0.1), FreeSpaceTest::Unknown);
     }
 }

@@ -30,17 +30,17 @@ pub(crate) struct PickedCells {
     pub(crate) sparse: Vec<u32>,
     pub(crate) middle: Vec<u32>,
     pub(crate) fine: Vec<u32>,
-    pub(crate) of_place: Vec<u32>,
+    pub(crate) for_submap: Vec<u32>,
 }
 
 impl PickedCells {
     /// All lists, in the order that [`from_lists`](Self::from_lists) takes them.
     pub(crate) fn lists(&self) -> [&[u32]; 4] {
-        [&self.sparse, &self.middle, &self.fine, &self.of_place]
+        [&self.sparse, &self.middle, &self.fine, &self.for_submap]
     }
 
-    pub(crate) fn from_lists([sparse, middle, fine, of_place]: [Vec<u32>; 4]) -> Self {
-        Self { sparse, middle, fine, of_place }
+    pub(crate) fn from_lists([sparse, middle, fine, for_submap]: [Vec<u32>; 4]) -> Self {
+        Self { sparse, middle, fine, for_submap }
     }
 }
 
@@ -49,7 +49,7 @@ const SPARSE_POINTS: usize = 250;
 /// Points that refine the best guesses.
 const MIDDLE_POINTS: usize = 800;
 /// Points that look for partners in a place seen before.
-pub(crate) const PLACE_POINTS: usize = 700;
+pub(crate) const SUBMAP_POINTS: usize = 700;
 /// Side of the squares of cells of which one piece is enough for places seen before.
 const COARSE_SIDE: usize = 2;
 
@@ -64,7 +64,7 @@ impl PreparedSurfels {
             sparse: pick(SPARSE_POINTS),
             middle: pick(MIDDLE_POINTS),
             fine: pick(num_fine),
-            of_place: pick(PLACE_POINTS),
+            for_submap: pick(SUBMAP_POINTS),
         };
         let coarse = ProjectiveTarget::of_frame(&image, COARSE_SIDE).packed_surfels();
         let textured = textured_points(&image);
@@ -83,8 +83,8 @@ impl PreparedSurfels {
         self.cloud(&self.picked.fine)
     }
 
-    pub(crate) fn of_place(&self) -> SurfelCloud {
-        self.cloud(&self.picked.of_place)
+    pub(crate) fn for_submap(&self) -> SurfelCloud {
+        self.cloud(&self.picked.for_submap)
     }
 
     fn cloud(&self, cells: &[u32]) -> SurfelCloud {

@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 
 use crate::camera::Surfel;
 use crate::registration::icp::Source;
-use crate::registration::projective::Glances;
+use crate::registration::projective::PointBatch;
 
 /// A frame's pieces of surface, column by column.
 #[derive(Clone)]
@@ -53,8 +53,8 @@ impl SurfelCloud {
     }
 
     /// The same points for many quick looks.
-    pub(crate) fn glances(&self) -> Glances {
-        Glances::new(&self.points, &self.normals)
+    pub(crate) fn point_batch(&self) -> PointBatch {
+        PointBatch::new(&self.points, &self.normals)
     }
 
     pub(crate) fn source(&self) -> Source<'_, Vector3<f64>> {

@@ -3,21 +3,22 @@
 //! Blais and Levine, "Registering multiview range data to create 3D computer objects", PAMI 17 (1995). Surfaces are drawn
 //! into a grid of cells once; from then on a look-up costs a projection and nine comparisons, whatever the map's size.
 
-mod drawing;
-mod eye;
-mod glances;
-mod packed;
-mod places;
+mod cell_points;
+mod packed_surfel;
+mod point_batch;
+mod rasterizer;
+mod view_transform;
 
-pub use drawing::Drawing;
-pub use glances::{Glanced, Glances};
-pub use packed::PackedSurfel;
+pub use packed_surfel::PackedSurfel;
+pub use point_batch::PointBatch;
+pub use rasterizer::SurfelRasterizer;
 
 use nalgebra::Vector3;
 
-use eye::{Eye, between, dot, double, single};
-use places::Places;
+use cell_points::CellPoints;
+use view_transform::{ViewTransform, between, dot, double, single};
 
+use super::free_space::FreeSpaceTest;
 use super::target::{SurfaceTarget, Target};
 use crate::camera::surfel_image::cell_camera;
 use crate::camera::{Pinhole, Surfel, SurfelImage};
@@ -27,7 +28,7 @@ use crate::search::Neighbor;
 /// Pieces of surface by the cell that they are seen in from a view.
 #[derive(Clone)]
 pub struct ProjectiveTarget {
-    eye: Eye,
+    view: ViewTransform,
     /// Index into `pieces` by cell, row by row; of the last one where nothing is seen.
     cells: Vec<u32>,
     /// In the order of their cells; after them one that is infinitely far away.
@@ -35,7 +36,7 @@ pub struct ProjectiveTarget {
     /// The caller's number of each piece; empty where there are none.
     numbers: Vec<u64>,
     /// For views that are registered to. Those that are looked at only are kept in large numbers.
-    places: Option<Places>,
+    cell_points: Option<CellPoints>,
 }
 
 /// What is seen in a cell, in the world's frame: all that looking needs, side by side in memory. Single precision tells
@@ -57,28 +58,6 @@ const NOTHING: Piece = Piece { point: [f32::INFINITY; 3], sigma: 0.0, normal: [0
 /// their depth within a cell.
 const SIGHT_TOLERANCE: f32 = 0.02;
 
-/// What is seen of a point from the view.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Sight {
-    /// The surface at the point's depth, give or take the tolerance.
-    Agreeing(Surfel),
-    /// A surface behind the point: the view looked through where it lies.
-    InFreeSpace,
-    /// A surface in front of it: nothing can be said.
-    Hidden,
-    /// Nothing is known there.
-    Unknown,
-}
-
-/// As [`Sight`], with the index of what agrees.
-#[derive(Clone, Copy)]
-enum Look {
-    Agreeing(u32),
-    InFreeSpace,
-    Hidden,
-    Unknown,
-}
-
 impl Piece {
     /// Of a surface in the view's own frame.
     #[inline]
@@ -98,18 +77,18 @@ impl Piece {
 
     /// What is seen of a point (world frame) at a depth in the view.
     #[inline]
-    fn look(&self, index: u32, point: &[f32; 3], depth: f32, tolerance: f32) -> Look {
+    fn classify(&self, index: u32, point: &[f32; 3], depth: f32, tolerance: f32) -> FreeSpaceTest<u32> {
         if dot(&self.normal, &between(&self.point, point)).abs() <= tolerance {
-            return Look::Agreeing(index);
+            return FreeSpaceTest::Agreeing(index);
         }
         // Nothing is in front of an infinite depth less an infinite margin, nor behind.
         let margin = tolerance + SIGHT_TOLERANCE * self.depth;
         if depth < self.depth - margin {
-            Look::InFreeSpace
+            FreeSpaceTest::InFreeSpace
         } else if depth > self.depth + margin {
-            Look::Hidden
+            FreeSpaceTest::Hidden
         } else {
-            Look::Unknown
+            FreeSpaceTest::Unknown
         }
     }
 }
@@ -119,9 +98,9 @@ impl ProjectiveTarget {
     /// view being at `T_world_view`. Of those in one cell the nearest is kept; what faces away is not drawn.
     pub fn draw<'a>(surfels: impl Iterator<Item = &'a Surfel>, camera: &Pinhole, T_world_view: &Pose3) -> Self {
         let surfels: Vec<PackedSurfel> = surfels.map(|surfel| PackedSurfel::new(surfel, 0)).collect();
-        let mut drawing = Drawing::new(camera, T_world_view);
-        drawing.add(0, &surfels);
-        drawing.finish()
+        let mut rasterizer = SurfelRasterizer::new(camera, T_world_view);
+        rasterizer.add(0, &surfels);
+        rasterizer.finish()
     }
 
     /// A frame as its own camera sees it, in its camera's frame: by its own cells, or by squares of `side` times `side` of
@@ -145,7 +124,7 @@ impl ProjectiveTarget {
         cells.iter_mut().filter(|cell| **cell == EMPTY).for_each(|cell| *cell = pieces.len() as u32);
         let numbers = Vec::new();
         pieces.push(NOTHING);
-        Self { eye: Eye::new(&camera, &Pose3::identity()), cells, pieces, numbers, places: None }
+        Self { view: ViewTransform::new(&camera, &Pose3::identity()), cells, pieces, numbers, cell_points: None }
     }
 
     /// Of pieces of surface in the view's frame, each in a cell of its own that its tag tells, row by row.
@@ -159,7 +138,13 @@ impl ProjectiveTarget {
             pieces.push(Piece { point, sigma, normal, depth: point[2] });
         }
         pieces.push(NOTHING);
-        Self { eye: Eye::new(camera, &Pose3::identity()), cells, pieces, numbers: Vec::new(), places: None }
+        Self {
+            view: ViewTransform::new(camera, &Pose3::identity()),
+            cells,
+            pieces,
+            numbers: Vec::new(),
+            cell_points: None,
+        }
     }
 
     /// Each of [`surfels`](Self::surfels) with its cell for its tag.
@@ -179,7 +164,7 @@ impl ProjectiveTarget {
         size_of::<u32>() * self.cells.capacity()
             + size_of::<Piece>() * self.pieces.capacity()
             + size_of::<u64>() * self.numbers.capacity()
-            + self.places.as_ref().map_or(0, Places::num_bytes)
+            + self.cell_points.as_ref().map_or(0, CellPoints::num_bytes)
     }
 
     /// Number of cells in which something is seen.
@@ -194,7 +179,7 @@ impl ProjectiveTarget {
 
     /// The camera whose pixels are the cells.
     pub fn camera(&self) -> &Pinhole {
-        &self.eye.camera
+        &self.view.camera
     }
 
     /// Everything that was drawn and is seen, world frame, row by row of the cells.
@@ -210,54 +195,54 @@ impl ProjectiveTarget {
     /// What is seen of a point (world frame) from the view in its own cell, surfaces `tolerance` (m) off along their
     /// normal agreeing.
     #[inline]
-    pub fn look_at(&self, point: &Vector3<f64>, tolerance: f64) -> Sight {
+    pub fn classify(&self, point: &Vector3<f64>, tolerance: f64) -> FreeSpaceTest<Surfel> {
         let point = single(point);
-        let seen = self.eye.T_view_world.act(&point);
-        let look = |(column, row): (usize, usize)| {
-            let index = self.cells[row * self.eye.camera.width + column];
-            self.pieces[index as usize].look(index, &point, seen[2], tolerance as f32)
+        let seen = self.view.T_view_world.act(&point);
+        let test = |(column, row): (usize, usize)| {
+            let index = self.cells[row * self.view.camera.width + column];
+            self.pieces[index as usize].classify(index, &point, seen[2], tolerance as f32)
         };
-        self.sight(self.eye.cell(&seen).map_or(Look::Unknown, look))
+        self.with_surfel(self.view.cell(&seen).map_or(FreeSpaceTest::Unknown, test))
     }
 
     /// The same with the benefit of the doubt: at the border of an object its own cell and the eight around it see the
     /// object and what is behind. One that agrees is enough, and only where none agrees or hides it the point stands in
     /// free space.
-    pub fn look_around(&self, point: &Vector3<f64>, tolerance: f64) -> Sight {
+    pub fn classify_leniently(&self, point: &Vector3<f64>, tolerance: f64) -> FreeSpaceTest<Surfel> {
         let (point, tolerance) = (single(point), tolerance as f32);
-        let seen = self.eye.T_view_world.act(&point);
-        let Some((column, row)) = self.eye.cell(&seen) else { return Sight::Unknown };
-        let look = |index: u32| self.pieces[index as usize].look(index, &point, seen[2], tolerance);
-        let mut best = look(self.cells[row * self.eye.camera.width + column]);
-        if matches!(best, Look::Agreeing(_)) {
-            return self.sight(best);
+        let seen = self.view.T_view_world.act(&point);
+        let Some((column, row)) = self.view.cell(&seen) else { return FreeSpaceTest::Unknown };
+        let test = |index: u32| self.pieces[index as usize].classify(index, &point, seen[2], tolerance);
+        let mut best = test(self.cells[row * self.view.camera.width + column]);
+        if matches!(best, FreeSpaceTest::Agreeing(_)) {
+            return self.with_surfel(best);
         }
         for cells in self.cells_around(column, row) {
             for &index in &self.cells[cells] {
-                match (look(index), &best) {
-                    (look @ Look::Agreeing(_), _) => return self.sight(look),
-                    (Look::Hidden, Look::InFreeSpace) => best = Look::Hidden,
+                match (test(index), &best) {
+                    (found @ FreeSpaceTest::Agreeing(_), _) => return self.with_surfel(found),
+                    (FreeSpaceTest::Hidden, FreeSpaceTest::InFreeSpace) => best = FreeSpaceTest::Hidden,
                     _ => {}
                 }
             }
         }
-        self.sight(best)
+        self.with_surfel(best)
     }
 
     #[inline]
-    fn sight(&self, look: Look) -> Sight {
-        match look {
-            Look::Agreeing(index) => Sight::Agreeing(self.pieces[index as usize].surfel()),
-            Look::InFreeSpace => Sight::InFreeSpace,
-            Look::Hidden => Sight::Hidden,
-            Look::Unknown => Sight::Unknown,
+    fn with_surfel(&self, test: FreeSpaceTest<u32>) -> FreeSpaceTest<Surfel> {
+        match test {
+            FreeSpaceTest::Agreeing(index) => FreeSpaceTest::Agreeing(self.pieces[index as usize].surfel()),
+            FreeSpaceTest::InFreeSpace => FreeSpaceTest::InFreeSpace,
+            FreeSpaceTest::Hidden => FreeSpaceTest::Hidden,
+            FreeSpaceTest::Unknown => FreeSpaceTest::Unknown,
         }
     }
 
     /// A cell and its neighbours, row by row.
     #[inline]
     fn cells_around(&self, column: usize, row: usize) -> impl Iterator<Item = std::ops::Range<usize>> + use<> {
-        let (width, height) = (self.eye.camera.width, self.eye.camera.height);
+        let (width, height) = (self.view.camera.width, self.view.camera.height);
         let (left, right) = (column.saturating_sub(1), (column + 2).min(width));
         (row.saturating_sub(1)..(row + 2).min(height)).map(move |row| row * width + left..row * width + right)
     }
@@ -271,11 +256,11 @@ impl Target for ProjectiveTarget {
     /// The nearest of the pieces seen in the point's cell and the eight around it.
     fn nearest(&self, query: &Vector3<f64>, max_distance: f64) -> Option<Neighbor> {
         let query = single(query);
-        let (column, row) = self.eye.cell(&self.eye.T_view_world.act(&query))?;
+        let (column, row) = self.view.cell(&self.view.T_view_world.act(&query))?;
         let sq_limit = (max_distance * max_distance) as f32;
-        if let Some(places) = &self.places {
-            let nearest = places.nearest(&query, column, row, sq_limit)?;
-            let cell = (row + nearest.row - 1) * self.eye.camera.width + column + nearest.column - 1;
+        if let Some(cell_points) = &self.cell_points {
+            let nearest = cell_points.nearest(&query, column, row, sq_limit)?;
+            let cell = (row + nearest.row - 1) * self.view.camera.width + column + nearest.column - 1;
             return Some(Neighbor { index: self.cells[cell], sq_distance: nearest.sq_distance });
         }
         // Distances and indices in one number, the distance first: bits of positive floats are ordered as they are. So the
@@ -357,7 +342,7 @@ mod tests {
             let middle = [(width as f64 - 1.0) / 2.0, (height as f64 - 1.0) / 2.0];
             let camera = Pinhole::new(width, height, [focal, focal, middle[0], middle[1]]).unwrap();
             let target = ProjectiveTarget::draw(pieces.iter(), &camera, &T);
-            let one_by_one = ProjectiveTarget { places: None, ..target.clone() };
+            let one_by_one = ProjectiveTarget { cell_points: None, ..target.clone() };
             let mut found = 0;
             for step in 0..4000 {
                 let x = f64::from(step);
@@ -400,12 +385,12 @@ mod tests {
         let (pieces, _, T) = wall();
         let camera = Pinhole::new(40, 30, [30.0, 30.0, 19.5, 14.5]).unwrap(); // a piece in every cell
         let target = ProjectiveTarget::draw(pieces.iter(), &camera, &T);
-        for look in [ProjectiveTarget::look_at, ProjectiveTarget::look_around] {
-            let see = |z| look(&target, &Vector3::new(0.1, 0.2, z), 0.03);
-            assert!(matches!(see(2.02), Sight::Agreeing(_)));
-            assert_eq!(see(1.5), Sight::InFreeSpace);
-            assert_eq!(see(3.0), Sight::Hidden);
-            assert_eq!(look(&target, &Vector3::new(50.0, 0.0, 2.0), 0.03), Sight::Unknown);
+        for classify in [ProjectiveTarget::classify, ProjectiveTarget::classify_leniently] {
+            let see = |z| classify(&target, &Vector3::new(0.1, 0.2, z), 0.03);
+            assert!(matches!(see(2.02), FreeSpaceTest::Agreeing(_)));
+            assert_eq!(see(1.5), FreeSpaceTest::InFreeSpace);
+            assert_eq!(see(3.0), FreeSpaceTest::Hidden);
+            assert_eq!(classify(&target, &Vector3::new(50.0, 0.0, 2.0), 0.03), FreeSpaceTest::Unknown);
         }
     }
 
@@ -416,7 +401,7 @@ mod tests {
         let back = Surfel { point: Vector3::new(0.3, 0.0, 1.0), normal: Vector3::z(), sigma: 0.0 };
         pieces.extend([near, back]);
         let target = ProjectiveTarget::draw(pieces.iter(), &camera, &Pose3::identity());
-        assert!(matches!(target.look_at(&near.point, 0.01), Sight::Agreeing(seen) if seen == near));
+        assert!(matches!(target.classify(&near.point, 0.01), FreeSpaceTest::Agreeing(seen) if seen == near));
         assert!(target.surfels().all(|seen| seen.normal == -Vector3::z()));
         assert_eq!(target.len(), target.surfels().len());
         assert!(!target.is_empty());

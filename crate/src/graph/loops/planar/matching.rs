@@ -6,7 +6,7 @@ use super::submap::{Keyframe, Submap};
 use crate::geometry::{Pose2, RigidMotion};
 use crate::registration::correlative::{LikelihoodGrid, SearchWindow};
 use crate::registration::factors::PointToPlane;
-use crate::registration::free_space::beams::Visibility;
+use crate::registration::free_space::FreeSpaceTally;
 use crate::registration::icp::{IcpOptions, Source, register};
 use crate::registration::target::OrientedTarget;
 
@@ -46,33 +46,33 @@ pub fn match_submaps(
     let loop_source = Source { points: &points.points, normals: Some(&points.normals), sigmas: None };
     let registration = register(loop_source, &oriented, start, &PointToPlane, options);
     let T_target_source = registration.T_target_source;
-    let visibility = visibility_of(target, source, keyframes, &T_target_source);
+    let tally = free_space_of(target, source, keyframes, &T_target_source);
     Some(SubmapMatch {
         T_target_source,
         information: registration.information,
-        agreement: visibility.agreement(),
+        agreement: tally.agreement(),
         fitness: registration.fitness,
     })
 }
 
 /// How some keyframes of each submap look from those of the other.
-fn visibility_of(target: &Submap, source: &Submap, keyframes: &[Keyframe], T_target_source: &Pose2) -> Visibility {
-    let mut visibility = Visibility::default();
+fn free_space_of(target: &Submap, source: &Submap, keyframes: &[Keyframe], T_target_source: &Pose2) -> FreeSpaceTally {
+    let mut tally = FreeSpaceTally::default();
     for (t, T_target_t) in witnesses(target) {
         for (s, T_source_s) in witnesses(source) {
             let T_t_s = T_target_t.inverse() * T_target_source * T_source_s;
-            visibility += look_at_each_other(&keyframes[t], &keyframes[s], &T_t_s);
+            tally += free_space_between(&keyframes[t], &keyframes[s], &T_t_s);
         }
     }
-    visibility
+    tally
 }
 
 /// How the returns of each of two keyframes look from the other, the second at this pose in the frame of the first.
-pub fn look_at_each_other(first: &Keyframe, second: &Keyframe, T_first_second: &Pose2) -> Visibility {
+pub fn free_space_between(first: &Keyframe, second: &Keyframe, T_first_second: &Pose2) -> FreeSpaceTally {
     let T_second_first = T_first_second.inverse();
-    let mut visibility = first.profile.look_at(second.scan.points.iter().map(|p| T_first_second.act(p)));
-    visibility += second.profile.look_at(first.scan.points.iter().map(|p| T_second_first.act(p)));
-    visibility
+    let mut tally = first.profile.tally(second.scan.points.iter().map(|p| T_first_second.act(p)));
+    tally += second.profile.tally(first.scan.points.iter().map(|p| T_second_first.act(p)));
+    tally
 }
 
 /// A few keyframes spread over a submap.

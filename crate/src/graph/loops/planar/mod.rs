@@ -15,14 +15,14 @@ use crate::geometry::{Pose2, RigidMotion};
 use crate::graph::pose_graph::{PlanarRelation, PoseRelation, solve_relations};
 use crate::preprocess::planar_scan::PlanarScan;
 use crate::registration::correlative::SearchWindow;
-use crate::registration::free_space::beams::Visibility;
+use crate::registration::free_space::FreeSpaceTally;
 use crate::registration::icp::IcpOptions;
 
 mod matching;
 mod submap;
 mod uncertainty;
 
-use matching::{SubmapMatch, look_at_each_other, match_submaps};
+use matching::{SubmapMatch, free_space_between, match_submaps};
 use submap::{Keyframe, Submap};
 use uncertainty::{Drift, chained_covariance, drifts_from};
 
@@ -164,8 +164,8 @@ impl LoopClosure {
     }
 
     /// How two scans of the chain look from each other, the second at this pose in the frame of the first.
-    pub fn visibility(&self, first: usize, second: usize, T_first_second: &Pose2) -> Visibility {
-        look_at_each_other(&self.keyframes[first], &self.keyframes[second], T_first_second)
+    pub fn free_space(&self, first: usize, second: usize, T_first_second: &Pose2) -> FreeSpaceTally {
+        free_space_between(&self.keyframes[first], &self.keyframes[second], T_first_second)
     }
 
     /// Looks for the next submap in those before it.

@@ -6,8 +6,8 @@
 //! what the way round has added up: it is spread over the way by a graph of all relations (see
 //! [`relation_graph`](crate::graph::pose_graph)), as surely as each is known.
 
-mod kept;
-mod place;
+mod stored_surfaces;
+mod submap;
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -15,8 +15,8 @@ use std::sync::Arc;
 use nalgebra::{Matrix6, Vector6};
 use serde::Serialize;
 
-use self::kept::Kept;
-use self::place::{FrameSurfaces, Held, Place, Search};
+use self::stored_surfaces::StoredSurfaces;
+use self::submap::{FrameSurfaces, Search, Submap, SubmapRegistration};
 use crate::geometry::{Pose3, RigidMotion};
 use crate::graph::pose_graph::{PoseRelation, SpatialRelation, solve_relations};
 use crate::map::keyframes::{apart, apart_within};
@@ -25,49 +25,49 @@ use crate::registration::prepared_surfels::PreparedSurfels;
 use crate::registration::spatial::SpatialRegistration;
 
 /// What a place's frames saw may come into view again after a way so long (m, turns included, two metres a radian).
-const LOOP: f64 = 8.0;
+const MIN_LOOP_PATH_LENGTH: f64 = 8.0;
 /// Frames nearer to each other than this (m, turns included) see the same, ...
-const SAME_VIEW: f64 = 1.2;
+const MAX_REVISIT_DISTANCE: f64 = 1.2;
 /// ... by what the way between them may have added up: this share of it, ...
-const DRIFT: f64 = 0.02;
+const DRIFT_RATE: f64 = 0.02;
 /// ... but no more than this (m).
-const MOST_DRIFT: f64 = 1.5;
+const MAX_DRIFT: f64 = 1.5;
 /// A place is what was seen on so long a way (m, turns included) before and after, ...
-const PLACE: f64 = 2.0;
+const SUBMAP_HALF_LENGTH: f64 = 2.0;
 /// ... by at most so many frames.
-const PLACE_FRAMES: usize = 6;
+const MAX_SUBMAP_FRAMES: usize = 6;
 /// Loops are looked for after every so long a way (m, turns included), ...
-const BETWEEN_LOOKS: f64 = 0.5;
+const DETECTION_SPACING: f64 = 0.5;
 /// ... in so many places.
 const PLACES: usize = 2;
 /// Where the way round ends further from where it should (m) ...
-const GAP: f64 = 0.03;
+const MIN_GAP_TRANSLATION: f64 = 0.03;
 /// ... or turned by more (rad), the loop is closed.
-const TURNED_GAP: f64 = 0.012;
+const MIN_GAP_ROTATION: f64 = 0.012;
 /// How well a registration to the map is known at best (rad, m), ...
 const CHAIN_SIGMA: (f64, f64) = (1.5e-3, 4e-3);
 /// ... one to a few frames, ...
-const PLACE_SIGMA: (f64, f64) = (2e-3, 6e-3);
+const SUBMAP_SIGMA: (f64, f64) = (2e-3, 6e-3);
 /// ... and what nothing measures (rad, m).
 const UNKNOWN: (f64, f64) = (0.3, 0.5);
 /// Steps of the solution, first with all loops and then with those that fit.
-const STEPS: usize = 15;
+const SOLVER_ITERATIONS: usize = 15;
 /// So many of the last checks decide whether a solution is kept ...
-const JUDGES: usize = 12;
+const MAX_VALIDATION_LOOPS: usize = 12;
 /// ... for which agreement and overlap must be better by so much together (shares, 0..=1), ...
-const BETTER: f64 = 0.01;
+const MIN_IMPROVEMENT: f64 = 0.01;
 /// ... and neither may be worse by more than this.
-const WORSE: f64 = 0.004;
+const MAX_DETERIORATION: f64 = 0.004;
 /// Surfaces that are kept take at most this much memory (bytes): of more, frames near to others on the way give up theirs, ...
-const MOST_BYTES: usize = 64 << 20;
+const MAX_BYTES: usize = 64 << 20;
 /// ... until this much is left.
-const LEFT_BYTES: usize = 48 << 20;
+const TARGET_BYTES: usize = 48 << 20;
 /// How long a way (m, turns included) lies at least between the frames that are left then, at first, ...
-const LEFT_SPACING: f64 = 0.1;
+const INITIAL_SPACING: f64 = 0.1;
 /// ... times this whenever that is still too much, ...
-const LEFT_GROWTH: f64 = 1.5;
+const SPACING_GROWTH: f64 = 1.5;
 /// ... and at most.
-const MOST_SPACING: f64 = 1e3;
+const MAX_SPACING: f64 = 1e3;
 
 /// A frame of the graph.
 struct Node {
@@ -78,7 +78,7 @@ struct Node {
     T_world_local: Pose3,
     /// Length of the way to it (m, turns included).
     path: f64,
-    surfaces: Option<Kept>,
+    surfaces: Option<StoredSurfaces>,
 }
 
 /// What the search has come to.
@@ -113,15 +113,15 @@ pub struct SpatialLoops {
     chain: Vec<SpatialRelation>,
     loops: Vec<SpatialRelation>,
     /// The node at which loops were looked for last.
-    last_look: usize,
+    last_detection: usize,
     /// What the last look found missing (a motion of the world), on the present way through places seen before.
-    missing: Option<Pose3>,
-    is_open: bool,
+    pending_gap: Option<Pose3>,
+    has_open_loop: bool,
     report: LoopReport,
     /// What the surfaces of older frames take.
     num_packed_bytes: usize,
     /// How long a way lies at least between older frames that still have surfaces.
-    left_spacing: f64,
+    spacing: f64,
 }
 
 /// How frames are to be moved: the number of the first of them, and the motion (of the world) from there on.
@@ -147,37 +147,37 @@ impl SpatialLoops {
         let is_new = self.revisited(here, &T_world_camera, last.path).is_empty();
         // In a place seen before, the chain's own motion is partly the way back to the old surfaces.
         let guess = T_last.inverse() * T_world_camera;
-        let local = (is_next && !is_new).then(|| self.by_the_last(&surfaces, &guess)).flatten();
+        let local = (is_next && !is_new).then(|| self.register_to_recent(&surfaces, &guess)).flatten();
         let measured = estimate.registration.as_ref().filter(|_| is_next);
         let relation = if let Some(held) = local {
-            relation(here - 1, here, held.T_place_camera, &held.information, PLACE_SIGMA)
+            relation(here - 1, here, held.T_submap_camera, &held.information, SUBMAP_SIGMA)
         } else {
             let information = measured.map(|registration| in_frame_of(&T_last, registration)).unwrap_or_default();
             relation(here - 1, here, guess, &information, CHAIN_SIGMA)
         };
         let T_world_local = if is_new { T_world_camera } else { T_last_local * relation.T_from_to };
-        self.missing = self.missing.filter(|_| !is_new);
+        self.pending_gap = self.pending_gap.filter(|_| !is_new);
         self.chain.push(relation);
         self.push(number, T_world_camera, T_world_local, surfaces);
-        if self.nodes[here].path - self.nodes[self.last_look].path > BETWEEN_LOOKS {
-            self.look_for_loops(here);
+        if self.nodes[here].path - self.nodes[self.last_detection].path > DETECTION_SPACING {
+            self.detect_loops(here);
         }
     }
 
     fn push(&mut self, frame: u32, T_world_camera: Pose3, T_world_local: Pose3, surfaces: FrameSurfaces) {
         let step = self.nodes.last().map_or(0.0, |last| apart(&last.T_world_camera, &T_world_camera));
         let path = self.nodes.last().map_or(0.0, |last| last.path) + step;
-        let surfaces = Some(Kept::Whole(Arc::new(surfaces)));
+        let surfaces = Some(StoredSurfaces::Whole(Arc::new(surfaces)));
         self.nodes.push(Node { frame, T_world_camera, T_world_local, path, surfaces });
-        let older = self.nodes.len().saturating_sub(2 * PLACE_FRAMES);
+        let older = self.nodes.len().saturating_sub(2 * MAX_SUBMAP_FRAMES);
         if let Some(kept) = older.checked_sub(1).and_then(|oldest| self.nodes[oldest].surfaces.as_mut()) {
             kept.pack();
             self.num_packed_bytes += kept.num_packed_bytes();
         }
-        if self.num_packed_bytes > MOST_BYTES {
+        if self.num_packed_bytes > MAX_BYTES {
             self.thin(older);
-            while self.num_packed_bytes > LEFT_BYTES && self.left_spacing < MOST_SPACING {
-                self.left_spacing = f64::max(LEFT_SPACING, LEFT_GROWTH * self.left_spacing);
+            while self.num_packed_bytes > TARGET_BYTES && self.spacing < MAX_SPACING {
+                self.spacing = f64::max(INITIAL_SPACING, SPACING_GROWTH * self.spacing);
                 self.thin(older);
             }
         }
@@ -188,7 +188,7 @@ impl SpatialLoops {
         let (mut last, mut num_bytes) = (f64::NEG_INFINITY, 0);
         for node in &mut self.nodes[..older] {
             let Some(kept) = &node.surfaces else { continue };
-            if node.path - last < self.left_spacing {
+            if node.path - last < self.spacing {
                 node.surfaces = None;
             } else {
                 last = node.path;
@@ -199,7 +199,7 @@ impl SpatialLoops {
     }
 
     /// The chain has found out where the frames before the last one really are.
-    pub fn corrected(&mut self, pose_of: impl Fn(u32) -> Pose3) {
+    pub fn apply_pose_updates(&mut self, pose_of: impl Fn(u32) -> Pose3) {
         for index in 0..self.nodes.len() {
             let T_world_camera = pose_of(self.nodes[index].frame);
             if apart(&self.nodes[index].T_world_camera, &T_world_camera) < 1e-6 {
@@ -219,17 +219,18 @@ impl SpatialLoops {
     /// Nodes that a camera at this pose may see the same as, the nearest first, after a way of this length.
     fn revisited(&self, before: usize, T_world_camera: &Pose3, path: f64) -> Vec<usize> {
         let near = self.nodes[..before].iter().enumerate().filter_map(|(index, node)| {
-            if path - node.path <= LOOP || node.surfaces.is_none() {
+            if path - node.path <= MIN_LOOP_PATH_LENGTH || node.surfaces.is_none() {
                 return None;
             }
-            let drift = (DRIFT * (path - node.path)).min(MOST_DRIFT);
-            Some((apart_within(&node.T_world_camera, T_world_camera, SAME_VIEW + drift)?, index))
+            let drift = (DRIFT_RATE * (path - node.path)).min(MAX_DRIFT);
+            Some((apart_within(&node.T_world_camera, T_world_camera, MAX_REVISIT_DISTANCE + drift)?, index))
         });
         let mut near: Vec<(f64, usize)> = near.collect();
         near.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
         let mut chosen: Vec<usize> = Vec::new();
         for (_, index) in near {
-            let is_new = |other: &usize| (self.nodes[*other].path - self.nodes[index].path).abs() > 2.0 * PLACE;
+            let is_new =
+                |other: &usize| (self.nodes[*other].path - self.nodes[index].path).abs() > 2.0 * SUBMAP_HALF_LENGTH;
             if chosen.len() < PLACES && chosen.iter().all(is_new) {
                 chosen.push(index);
             }
@@ -240,17 +241,17 @@ impl SpatialLoops {
     /// The last nodes.
     fn recent(&self) -> Range<usize> {
         let path = self.nodes.last().map_or(0.0, |node| node.path);
-        let first = self.nodes.partition_point(|node| node.path < path - PLACE);
-        first.max(self.nodes.len().saturating_sub(PLACE_FRAMES))..self.nodes.len()
+        let first = self.nodes.partition_point(|node| node.path < path - SUBMAP_HALF_LENGTH);
+        first.max(self.nodes.len().saturating_sub(MAX_SUBMAP_FRAMES))..self.nodes.len()
     }
 
     /// Nodes about one, those that have surfaces.
     fn about(&self, index: usize) -> Vec<usize> {
         let path = self.nodes[index].path;
-        let is_near = |&node: &usize| (self.nodes[node].path - path).abs() <= PLACE;
+        let is_near = |&node: &usize| (self.nodes[node].path - path).abs() <= SUBMAP_HALF_LENGTH;
         let has_surfaces = |node: &usize| self.nodes[*node].surfaces.is_some();
-        let before = (0..index).rev().take_while(is_near).filter(has_surfaces).take(PLACE_FRAMES / 2);
-        let from = (index..self.nodes.len()).take_while(is_near).filter(has_surfaces).take(PLACE_FRAMES / 2 + 1);
+        let before = (0..index).rev().take_while(is_near).filter(has_surfaces).take(MAX_SUBMAP_FRAMES / 2);
+        let from = (index..self.nodes.len()).take_while(is_near).filter(has_surfaces).take(MAX_SUBMAP_FRAMES / 2 + 1);
         let mut about: Vec<usize> = before.chain(from).collect();
         about.sort_unstable();
         about
@@ -262,81 +263,85 @@ impl SpatialLoops {
         nodes: impl IntoIterator<Item = usize>,
         in_frame_of: usize,
         pose: impl Fn(usize) -> Pose3,
-    ) -> Place<'_> {
-        let T_place_world = pose(in_frame_of).inverse();
+    ) -> Submap<'_> {
+        let T_submap_world = pose(in_frame_of).inverse();
         let frames = nodes.into_iter().filter_map(|node| {
             let seen = self.nodes[node].surfaces.as_ref()?.seen();
-            Some((seen, T_place_world * pose(node)))
+            Some((seen, T_submap_world * pose(node)))
         });
-        Place::new(frames.collect())
+        Submap::new(frames.collect())
     }
 
     /// Where the last nodes put a frame, in the frame of the last one.
-    fn by_the_last(&self, frame: &FrameSurfaces, guess: &Pose3) -> Option<Held> {
+    fn register_to_recent(&self, frame: &FrameSurfaces, guess: &Pose3) -> Option<SubmapRegistration> {
         let last = self.nodes.len() - 1;
         self.place(self.recent(), last, |node| self.nodes[node].T_world_local).find(frame, guess, Search::Here)
     }
 
     /// Looks for a node in the places seen long before it.
-    fn look_for_loops(&mut self, node: usize) {
+    fn detect_loops(&mut self, node: usize) {
         let Node { T_world_camera, T_world_local, path, .. } = self.nodes[node];
-        let Some(surfaces) = self.nodes[node].surfaces.as_ref().map(Kept::surfaces) else {
+        let Some(surfaces) = self.nodes[node].surfaces.as_ref().map(StoredSurfaces::surfaces) else {
             return;
         };
         let places = self.revisited(node, &T_world_camera, path);
         if places.is_empty() {
             return;
         }
-        self.last_look = node;
+        self.last_detection = node;
         for place in places {
-            let T_place_world = self.nodes[place].T_world_camera.inverse();
-            let drift = (DRIFT * (path - self.nodes[place].path)).min(MOST_DRIFT);
+            let T_submap_world = self.nodes[place].T_world_camera.inverse();
+            let drift = (DRIFT_RATE * (path - self.nodes[place].path)).min(MAX_DRIFT);
             let look = |search| {
-                let guess = T_place_world * T_world_camera;
+                let guess = T_submap_world * T_world_camera;
                 self.place(self.about(place), place, |node| self.nodes[node].T_world_camera)
                     .find(&surfaces, &guess, search)
             };
-            let Some(held) = look(Search::Near).or_else(|| (drift > GAP).then(|| look(Search::Wide)).flatten()) else {
+            let Some(held) =
+                look(Search::Near).or_else(|| (drift > MIN_GAP_TRANSLATION).then(|| look(Search::Wide)).flatten())
+            else {
                 continue;
             };
-            let T_world_found = T_place_world.inverse() * held.T_place_camera;
+            let T_world_found = T_submap_world.inverse() * held.T_submap_camera;
             if is_apart(&T_world_found, &T_world_local) {
                 // Twice the same is no mistake.
-                let again = self.missing.is_some_and(|missing| !is_apart(&T_world_found, &(missing * T_world_local)));
-                self.is_open |= again;
-                self.missing = Some(T_world_found * T_world_local.inverse());
+                let again = self
+                    .pending_gap
+                    .is_some_and(|pending_gap| !is_apart(&T_world_found, &(pending_gap * T_world_local)));
+                self.has_open_loop |= again;
+                self.pending_gap = Some(T_world_found * T_world_local.inverse());
             } else {
-                self.missing = None;
+                self.pending_gap = None;
                 // The next frame is registered to all of the last ones: they go on together from where the map has them.
                 for recent in self.recent() {
                     self.nodes[recent].T_world_local = self.nodes[recent].T_world_camera;
                 }
             }
-            let found = relation(place, node, held.T_place_camera, &held.information, PLACE_SIGMA);
+            let found = relation(place, node, held.T_submap_camera, &held.information, SUBMAP_SIGMA);
             self.loops.push(PoseRelation { is_switchable: true, ..found });
         }
     }
 
     /// No frame will follow: what was found missing once counts.
     pub fn finish(&mut self) {
-        self.is_open |= self.missing.take().is_some();
+        self.has_open_loop |= self.pending_gap.take().is_some();
     }
 
     /// Closes what is open: how the frames are to be moved, if what was seen agrees that this is better.
     pub fn close(&mut self) -> Option<FrameMotions> {
-        if !std::mem::take(&mut self.is_open) {
+        if !std::mem::take(&mut self.has_open_loop) {
             return None;
         }
         let mut poses: Vec<Pose3> = self.nodes.iter().map(|node| node.T_world_camera).collect();
         let sure = self.loops.iter().map(|found| PoseRelation { is_switchable: false, ..*found });
         let all: Vec<SpatialRelation> = self.chain.iter().copied().chain(sure).collect();
-        solve_relations(&mut poses, &all, STEPS);
+        solve_relations(&mut poses, &all, SOLVER_ITERATIONS);
         let all: Vec<SpatialRelation> = self.chain.iter().chain(&self.loops).copied().collect();
-        solve_relations(&mut poses, &all, STEPS);
+        solve_relations(&mut poses, &all, SOLVER_ITERATIONS);
         let present: Vec<Pose3> = self.nodes.iter().map(|node| node.T_world_camera).collect();
         let (before, after) = (self.agreement(&present), self.agreement(&poses));
         let (agreement, overlap) = (after.0 - before.0, after.1 - before.1);
-        if agreement + overlap < BETTER || agreement < -WORSE || overlap < -WORSE {
+        if agreement + overlap < MIN_IMPROVEMENT || agreement < -MAX_DETERIORATION || overlap < -MAX_DETERIORATION {
             return None;
         }
         let mut motions = Vec::with_capacity(self.nodes.len());
@@ -354,11 +359,11 @@ impl SpatialLoops {
     /// these poses: the agreement, and the share of their surface that lies on what was seen.
     fn agreement(&self, poses: &[Pose3]) -> (f64, f64) {
         let (mut agreement, mut overlap, mut count) = (0.0, 0.0, 0.0);
-        for found in self.loops.iter().rev().take(JUDGES) {
+        for found in self.loops.iter().rev().take(MAX_VALIDATION_LOOPS) {
             let (place, node) = (found.from, found.to);
             let Some(kept) = &self.nodes[node].surfaces else { continue };
             let surfaces = kept.surfaces();
-            let recent = (node.saturating_sub(PLACE_FRAMES)..node).collect();
+            let recent = (node.saturating_sub(MAX_SUBMAP_FRAMES)..node).collect();
             for (nodes, place) in [(self.about(place), place), (recent, node - 1)] {
                 let fit = self
                     .place(nodes, place, |node| poses[node])
@@ -373,7 +378,7 @@ impl SpatialLoops {
 /// Whether two poses of a frame are further apart than registrations are wrong.
 fn is_apart(a: &Pose3, b: &Pose3) -> bool {
     let off = a.inverse() * b;
-    off.translation_norm() > GAP || off.rotation_angle() > TURNED_GAP
+    off.translation_norm() > MIN_GAP_TRANSLATION || off.rotation_angle() > MIN_GAP_ROTATION
 }
 
 /// The information of a registration to the world's frame, as that of the motion from a pose there.
@@ -397,27 +402,28 @@ fn relation(from: usize, to: usize, T_from_to: Pose3, information: &Matrix6<f64>
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::odometry::assessment::Verdict;
+    use crate::odometry::assessment::Assessment;
 
     #[test]
     fn what_is_kept_of_a_long_way_is_bounded_and_spread_over_it() {
-        let (frame, mut loops) = (kept::tests::wall(), SpatialLoops::default());
+        let (frame, mut loops) = (stored_surfaces::tests::wall(), SpatialLoops::default());
         let num_frames = 1200;
         for number in 0..num_frames {
             let T_world_sensor = Pose3::translation(0.05 * f64::from(number), 0.0, 0.0);
-            let verdict = Verdict::first();
+            let assessment = Assessment::first();
             let estimate =
-                SpatialEstimate { T_world_sensor, registration: None, overlap: 1.0, verdict, is_in_map: true };
+                SpatialEstimate { T_world_sensor, registration: None, overlap: 1.0, assessment, is_in_map: true };
             loops.add(number, &frame, &estimate);
-            assert!(loops.num_packed_bytes <= MOST_BYTES, "{} bytes", loops.num_packed_bytes);
+            assert!(loops.num_packed_bytes <= MAX_BYTES, "{} bytes", loops.num_packed_bytes);
         }
-        let counted: usize = loops.nodes.iter().flat_map(|node| &node.surfaces).map(Kept::num_packed_bytes).sum();
+        let counted: usize =
+            loops.nodes.iter().flat_map(|node| &node.surfaces).map(StoredSurfaces::num_packed_bytes).sum();
         assert_eq!(counted, loops.num_packed_bytes);
         let paths: Vec<f64> = loops.nodes.iter().filter(|node| node.surfaces.is_some()).map(|node| node.path).collect();
         assert!(paths.len() < 400, "{} frames keep their surfaces", paths.len());
         assert_eq!(paths[0], 0.0);
         let widest = paths.windows(2).map(|pair| pair[1] - pair[0]).fold(0.0, f64::max);
         assert!(widest < 0.4, "{widest} m without surfaces");
-        assert_eq!(loops.about(600).len(), PLACE_FRAMES + 1, "a place has as many frames as ever");
+        assert_eq!(loops.about(600).len(), MAX_SUBMAP_FRAMES + 1, "a place has as many frames as ever");
     }
 }

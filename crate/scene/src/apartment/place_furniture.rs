@@ -36,7 +36,7 @@ const WINDOW_GAP: f64 = WINDOW_APPROACH + 0.1;
 /// Places that are tried for a piece.
 const TRIES: usize = 60;
 
-struct Furnisher<'a> {
+struct FurniturePlacer<'a> {
     plan: &'a FloorPlan,
     builder: &'a mut Builder,
     /// What stands on the floor.
@@ -50,7 +50,7 @@ struct Furnisher<'a> {
 }
 
 /// Furnishes all rooms.
-pub fn furnish(plan: &FloorPlan, builder: &mut Builder) {
+pub fn place_furniture(plan: &FloorPlan, builder: &mut Builder) {
     let mut ways = Ways::new(plan.size, SQUARE);
     for wall in obstacles(&builder.solids) {
         ways.block(&wall, WALKER);
@@ -60,7 +60,7 @@ pub fn furnish(plan: &FloorPlan, builder: &mut Builder) {
     let windows = plan.openings.iter().filter(|opening| is_window(opening.kind));
     let leaves = plan.openings.iter().filter_map(|opening| swept_by_leaf(plan, opening));
     let approach = |opening: &Opening| opening.approach(APPROACH).grown(0.05);
-    let mut furnisher = Furnisher {
+    let mut placer = FurniturePlacer {
         plan,
         builder,
         taken: Vec::new(),
@@ -70,12 +70,12 @@ pub fn furnish(plan: &FloorPlan, builder: &mut Builder) {
         ways,
     };
     for room in &plan.rooms {
-        furnisher.furnish(room);
+        placer.place_furniture(room);
     }
 }
 
-impl Furnisher<'_> {
-    fn furnish(&mut self, room: &Room) {
+impl FurniturePlacer<'_> {
+    fn place_furniture(&mut self, room: &Room) {
         let mut pendant = None;
         match room.kind {
             RoomKind::Living => pendant = self.living(room),

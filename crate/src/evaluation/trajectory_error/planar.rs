@@ -1,12 +1,14 @@
-//! Distance of estimated positions to a reference.
+//! Distance of estimated poses in the plane to a reference.
 
-use nalgebra::{UnitQuaternion, Vector2};
+use nalgebra::{UnitComplex, UnitQuaternion, Vector2, Vector3};
 use serde::Serialize;
 
-use super::associate::by_time;
-use super::relation_times::time_tolerance;
+use super::{POSITIONS_ALONE, TrajectoryError};
 use crate::error::{Error, Result};
+use crate::evaluation::associate::by_time;
+use crate::evaluation::relation_times::time_tolerance;
 use crate::geometry::Pose2;
+use crate::geometry::rotation::turn_about;
 use crate::io::trajectory::{Trajectory, in_space};
 
 /// A position in the plane (m).
@@ -19,26 +21,6 @@ pub struct PlanarPoint {
     pub y: f64,
 }
 
-/// Distances of the positions of a trajectory to a reference, first poses made equal, no other alignment.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-#[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify), tsify(missing_as_null))]
-pub struct PositionError {
-    /// Name of the reference.
-    pub name: String,
-    /// Frames with a partner in the reference.
-    pub num_matched: usize,
-    /// Mean distance (m).
-    pub mean: f64,
-    /// Root mean square distance (m).
-    pub rmse: f64,
-    /// Largest distance (m).
-    pub max: f64,
-    /// Distance of each frame (m), null where there is none.
-    pub errors: Vec<Option<f64>>,
-    /// The reference's positions in the world frame, the frame of the first scan.
-    pub reference: Vec<PlanarPoint>,
-}
-
 /// Compares estimated poses, `None` for lost frames, with a reference.
 ///
 /// A reference with as many poses as there are frames is taken in their order. Otherwise frames are matched by their time,
@@ -49,13 +31,13 @@ pub struct PositionError {
 ///
 /// # Errors
 /// When the reference has another number of poses than there are frames, and neither times nor names tell which is which.
-pub fn position_error(
+pub fn planar_error(
     estimate: &[Option<Pose2>],
     names: &[&str],
     times: Option<&[f64]>,
     name: &str,
     reference: &Trajectory,
-) -> Result<PositionError> {
+) -> Result<TrajectoryError<PlanarPoint>> {
     let partners = partners(names, times, reference).ok_or_else(|| {
         Error::whole(
             format!("The reference has {} poses, but there are {} scans", reference.len(), names.len()),
@@ -66,22 +48,18 @@ pub fn position_error(
     let first = partners.iter().position(Option::is_some).unwrap_or(0);
     // A first frame that is lost is where the world begins all the same.
     let T_world_first = estimate.get(first).copied().flatten().filter(|_| first > 0).unwrap_or_else(Pose2::identity);
-    let reference = seen_from(reference, partners.get(first).copied().flatten().unwrap_or(0), &T_world_first);
-    let distance = |(pose, partner): (&Option<Pose2>, &Option<usize>)| {
-        Some(((*pose)?.translation.vector - reference[(*partner)?]).norm())
+    let placed = seen_from(reference, &partners, &T_world_first);
+    let compare = |(pose, placed): (&Option<Pose2>, &Option<Placed>)| {
+        let (pose, placed) = (pose.as_ref()?, placed.as_ref()?);
+        let distance = (pose.translation.vector - placed.position).norm();
+        Some((distance, placed.heading.map(|heading| (pose.rotation.inverse() * heading).angle().abs())))
     };
-    let errors: Vec<Option<f64>> = estimate.iter().zip(&partners).map(distance).collect();
-    let known: Vec<f64> = errors.iter().copied().flatten().collect();
-    let count = known.len().max(1) as f64;
-    Ok(PositionError {
-        name: name.to_owned(),
-        num_matched: known.len(),
-        mean: known.iter().sum::<f64>() / count,
-        rmse: (known.iter().map(|e| e * e).sum::<f64>() / count).sqrt(),
-        max: known.iter().copied().fold(0.0, f64::max),
-        errors,
-        reference: reference.iter().map(|p| PlanarPoint { x: p.x, y: p.y }).collect(),
-    })
+    let errors: Vec<_> = estimate.iter().zip(&placed).map(compare).collect();
+    let point = |placed: &Option<Placed>| {
+        placed.as_ref().map(|placed| PlanarPoint { x: placed.position.x, y: placed.position.y })
+    };
+    let reading = if reference.orientations.is_some() { "poses from sensor to world" } else { POSITIONS_ALONE };
+    Ok(TrajectoryError::new(name, &errors, placed.iter().map(point).collect(), reading.to_owned()))
 }
 
 /// Index in the reference of each frame's partner.
@@ -111,15 +89,27 @@ fn last_number(name: &str) -> Option<usize> {
     name.rsplit(|c: char| !c.is_ascii_digit()).find(|digits| !digits.is_empty())?.parse().ok()
 }
 
-/// All positions in the plane, moved so that the pose `origin` is this one.
-fn seen_from(reference: &Trajectory, origin: usize, T_world_origin: &Pose2) -> Vec<Vector2<f64>> {
-    let Some(first) = reference.positions.get(origin) else { return Vec::new() };
-    let orientations = reference.orientations.as_ref();
-    let to_first = orientations.and_then(|orientations| orientations.get(origin)).map(UnitQuaternion::inverse);
+/// A pose of the reference in the plane.
+struct Placed {
+    position: Vector2<f64>,
+    /// Unknown where the reference has positions alone.
+    heading: Option<UnitComplex<f64>>,
+}
+
+/// Each frame's partner in the plane, moved so that the first partner is at `T_world_first`.
+fn seen_from(reference: &Trajectory, partners: &[Option<usize>], T_world_first: &Pose2) -> Vec<Option<Placed>> {
+    let orientation = |index: usize| reference.orientations.as_ref().and_then(|all| all.get(index));
+    let Some(origin) = partners.iter().copied().flatten().next() else {
+        return partners.iter().map(|_| None).collect();
+    };
+    let (first, to_first) = (reference.positions[origin], orientation(origin).map(UnitQuaternion::inverse));
     // Without orientations the reference keeps its own.
-    let turn = to_first.map_or_else(UnitQuaternion::identity, |q| in_space(T_world_origin).rotation * q);
-    let moved = reference.positions.iter().map(|position| (turn * (position - first)).xy());
-    moved.map(|position| position + T_world_origin.translation.vector).collect()
+    let turn = to_first.map_or_else(UnitQuaternion::identity, |q| in_space(T_world_first).rotation * q);
+    let placed = |partner: usize| Placed {
+        position: (turn * (reference.positions[partner] - first)).xy() + T_world_first.translation.vector,
+        heading: orientation(partner).map(|q| UnitComplex::new(turn_about(&(turn * q), &Vector3::z_axis()))),
+    };
+    partners.iter().map(|partner| partner.map(placed)).collect()
 }
 
 #[cfg(test)]
@@ -138,25 +128,25 @@ mod tests {
         let along_x = |count: u32| (0..count).map(|i| nalgebra::Vector3::new(f64::from(i), 0.0, 0.0)).collect();
         let lines = Trajectory { positions: along_x(5), ..Trajectory::default() };
         let estimate: Vec<_> = [0.0, 2.1, 3.0].map(|x| Some(Pose2::translation(x, 0.0))).to_vec();
-        let error = position_error(&estimate, &["1.ply", "3.ply", "4.ply"], None, "ref.txt", &lines).unwrap();
-        assert_eq!((error.num_matched, error.reference.len(), error.reference[0].x), (3, 5, -1.0));
+        let error = planar_error(&estimate, &["1.ply", "3.ply", "4.ply"], None, "ref.txt", &lines).unwrap();
+        assert_eq!((error.num_matched, error.reference.len(), error.reference[0].unwrap().x), (3, 3, 0.0));
         assert!((error.max - 0.1).abs() < 1e-12 && error.errors[2] == Some(0.0));
 
         let stamped =
             Trajectory { stamps: Some(vec![1.0, 2.0, 3.0, 4.0]), positions: along_x(4), ..Trajectory::default() };
-        let error = position_error(&estimate, &["1.ply", "3.ply", "4.ply"], None, "ref.txt", &stamped).unwrap();
+        let error = planar_error(&estimate, &["1.ply", "3.ply", "4.ply"], None, "ref.txt", &stamped).unwrap();
         assert!((error.max - 0.1).abs() < 1e-12);
 
         // By time, where most frames have one in the reference; the first one that has is where both begin.
         let times = [10.1, 12.0, 12.9];
         let timed = Trajectory { stamps: Some(vec![11.0, 12.0, 13.0, 14.0]), ..stamped };
-        let error = position_error(&estimate, &["a", "b", "c"], Some(&times), "ref.txt", &timed).unwrap();
+        let error = planar_error(&estimate, &["a", "b", "c"], Some(&times), "ref.txt", &timed).unwrap();
         assert_eq!(error.errors[0], None);
         assert!((error.num_matched, error.errors[1]) == (2, Some(0.0)), "{error:?}");
-        assert!((error.errors[2].unwrap() - 0.1).abs() < 1e-12 && (error.reference[1].x - 2.1).abs() < 1e-12);
+        assert!((error.errors[2].unwrap() - 0.1).abs() < 1e-12 && (error.reference[1].unwrap().x - 2.1).abs() < 1e-12);
 
-        let refused = position_error(&estimate, &["a.ply", "b.ply", "c.ply"], None, "ref.txt", &lines).unwrap_err();
+        let refused = planar_error(&estimate, &["a.ply", "b.ply", "c.ply"], None, "ref.txt", &lines).unwrap_err();
         assert!(refused.to_string().starts_with("ref.txt: The reference has 5 poses, but there are 3 scans."));
-        assert!(position_error(&estimate, &["1.ply", "3.ply", "8.ply"], None, "ref.txt", &lines).is_err());
+        assert!(planar_error(&estimate, &["1.ply", "3.ply", "8.ply"], None, "ref.txt", &lines).is_err());
     }
 }

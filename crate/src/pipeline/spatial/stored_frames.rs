@@ -18,14 +18,14 @@ pub(super) struct Frame {
 
 /// The frames, in order.
 #[derive(Default)]
-pub(super) struct KeptFrames {
+pub(super) struct StoredFrames {
     frames: Vec<Frame>,
     num_bytes: usize,
     /// How often all were thinned out, each time to a quarter.
     num_thinnings: usize,
 }
 
-impl KeptFrames {
+impl StoredFrames {
     /// Takes a frame in; whether those before it had to be thinned out for it.
     pub fn push(&mut self, mut frame: Frame) -> bool {
         for round in 0..self.num_thinnings {
@@ -94,7 +94,7 @@ mod tests {
 
     #[test]
     fn what_is_kept_is_bounded_and_is_a_part_of_what_came() {
-        let mut kept = KeptFrames::default();
+        let mut kept = StoredFrames::default();
         let whole = image(1024, 768);
         let of_one = MapPoints::Image(whole.clone(), Quantisation::Rounded).num_bytes();
         let (mut num_thinned, total) = (0, 3 * MOST_BYTES / of_one);
@@ -122,7 +122,7 @@ mod tests {
 
     #[test]
     fn few_frames_are_kept_as_they_are() {
-        let mut kept = KeptFrames::default();
+        let mut kept = StoredFrames::default();
         let whole = image(320, 240);
         assert!(!kept.push(frame(0, MapPoints::Image(whole.clone(), Quantisation::Rounded))));
         assert!(matches!(&kept.get(0).unwrap().map_points, MapPoints::Image(image, _) if *image == whole));

@@ -2,9 +2,10 @@
 
 use nalgebra::Isometry3;
 
-use super::associate::by_time;
-use super::convention::{KnownConvention, PoseConvention, interpret};
+use super::{POSITIONS_ALONE, TrajectoryError};
 use crate::error::{Error, Result};
+use crate::evaluation::associate::by_time;
+use crate::evaluation::convention::{KnownConvention, PoseConvention, interpret};
 use crate::geometry::Pose3;
 use crate::geometry::rotation::angle_of;
 use crate::io::trajectory::{Contents, Trajectory};
@@ -20,27 +21,6 @@ pub struct EstimatedFrame {
     pub T_world_sensor: Option<Pose3>,
 }
 
-/// Errors of poses against a reference, the poses of the first compared frame made equal, no other alignment.
-#[derive(Debug, Clone, PartialEq)]
-pub struct SpatialError {
-    /// Frames with an estimate and a partner in the reference.
-    pub num_matched: usize,
-    /// Mean distance (m): the mean L2 of homework.
-    pub mean: f64,
-    /// Root mean square distance (m).
-    pub rmse: f64,
-    /// Largest distance (m).
-    pub max: f64,
-    /// Distance of each frame (m).
-    pub errors: Vec<Option<f64>>,
-    /// Angle between the orientations of each frame (rad); none where the reference has positions alone.
-    pub rotation_errors: Vec<Option<f64>>,
-    /// The reference's pose of each frame in the estimate's world.
-    pub reference: Vec<Option<Pose3>>,
-    /// How the reference's poses were read; none where it has positions alone.
-    pub convention: Option<PoseConvention>,
-}
-
 /// Frames and poses further apart in time (s) do not belong together.
 const MAX_TIME_DIFFERENCE: f64 = 0.02;
 
@@ -52,9 +32,10 @@ const MAX_TIME_DIFFERENCE: f64 = 0.02;
 pub fn spatial_error(
     frames: &[EstimatedFrame],
     num_recorded: usize,
+    name: &str,
     reference: &Contents,
     known: &KnownConvention,
-) -> Result<SpatialError> {
+) -> Result<TrajectoryError<Pose3>> {
     let partners = partners(frames, num_recorded, &reference.trajectory)?;
     let matched: Vec<(Pose3, usize)> = frames
         .iter()
@@ -72,28 +53,15 @@ pub fn spatial_error(
     });
     let moved: Vec<Option<Pose3>> =
         partners.iter().map(|partner| Some(to_estimate * poses.get((*partner)?)?)).collect();
-    let pairs = || frames.iter().zip(&moved).map(|(frame, truth)| Some((frame.T_world_sensor?, (*truth)?)));
-    let errors: Vec<Option<f64>> = pairs()
-        .map(|pair| pair.map(|(pose, truth)| (pose.translation.vector - truth.translation.vector).norm()))
-        .collect();
     let has_rotations = convention.is_some();
-    let rotation_errors = pairs()
-        .map(|pair| {
-            pair.filter(|_| has_rotations).map(|(pose, truth)| angle_of(&(pose.rotation.inverse() * truth.rotation)))
-        })
-        .collect();
-    let distances: Vec<f64> = errors.iter().copied().flatten().collect();
-    let count = distances.len().max(1) as f64;
-    Ok(SpatialError {
-        num_matched: distances.len(),
-        mean: distances.iter().sum::<f64>() / count,
-        rmse: (distances.iter().map(|e| e * e).sum::<f64>() / count).sqrt(),
-        max: distances.iter().copied().fold(0.0, f64::max),
-        errors,
-        rotation_errors,
-        reference: moved,
-        convention,
-    })
+    let compare = |(frame, truth): (&EstimatedFrame, &Option<Pose3>)| {
+        let (pose, truth) = (frame.T_world_sensor?, (*truth)?);
+        let angle = || angle_of(&(pose.rotation.inverse() * truth.rotation));
+        Some(((pose.translation.vector - truth.translation.vector).norm(), has_rotations.then(angle)))
+    };
+    let errors: Vec<_> = frames.iter().zip(&moved).map(compare).collect();
+    let reading = convention.map_or_else(|| POSITIONS_ALONE.to_owned(), PoseConvention::words);
+    Ok(TrajectoryError::new(name, &errors, moved, reading))
 }
 
 /// Index in the reference of each frame's partner.
@@ -150,7 +118,7 @@ mod tests {
         let mut estimate: Vec<Option<Pose3>> = truth.iter().copied().map(Some).collect();
         estimate[2] = None;
         estimate[3] = Some(truth[3] * pose(0.1, 0.01));
-        let error = spatial_error(&frames(&estimate), 4, &reference, &KnownConvention::default()).unwrap();
+        let error = spatial_error(&frames(&estimate), 4, "ref.txt", &reference, &KnownConvention::default()).unwrap();
         assert_eq!((error.num_matched, error.errors[2], error.errors.len()), (3, None, 4));
         let off = 0.1 * 5f64.sqrt();
         assert!((error.max - off).abs() < 1e-9 && (error.mean - off / 3.0).abs() < 1e-9);
@@ -164,8 +132,9 @@ mod tests {
         let reference = contents(Trajectory::from_poses(&truth));
         let mut left = frames(&truth.iter().copied().map(Some).collect::<Vec<_>>());
         left.remove(1);
-        assert!(spatial_error(&left, 5, &reference, &KnownConvention::default()).unwrap().max < 1e-9);
-        let refused = spatial_error(&left, 4, &reference, &KnownConvention::default()).unwrap_err().to_string();
+        assert!(spatial_error(&left, 5, "ref.txt", &reference, &KnownConvention::default()).unwrap().max < 1e-9);
+        let refused =
+            spatial_error(&left, 4, "ref.txt", &reference, &KnownConvention::default()).unwrap_err().to_string();
         assert!(refused.contains("5 poses") && refused.contains("4 frames"), "{refused}");
 
         let stamped = Trajectory::from_poses(&truth).with_stamps(vec![1.0, 2.0, 3.0, 4.0, 5.0]).unwrap();
@@ -173,7 +142,7 @@ mod tests {
             frame.time = Some(frame.index as f64 + 1.005);
         }
         left[3].time = Some(9.0);
-        let error = spatial_error(&left, 4, &contents(stamped), &KnownConvention::default()).unwrap();
+        let error = spatial_error(&left, 4, "ref.txt", &contents(stamped), &KnownConvention::default()).unwrap();
         assert!(error.max < 1e-9 && error.num_matched == 3);
     }
 }

@@ -10,7 +10,7 @@ const MOST: usize = 40;
 
 /// A frame that waits to be tried again.
 #[derive(Clone)]
-pub(super) struct LeftOutFrame {
+pub(super) struct UnregisteredFrame {
     /// Its number among all frames.
     pub(super) number: u32,
     pub(super) frame: PreparedSurfels,
@@ -20,23 +20,23 @@ pub(super) struct LeftOutFrame {
 
 /// Those of them that are kept, in their order.
 #[derive(Clone, Default)]
-pub(super) struct LeftOut {
-    frames: VecDeque<LeftOutFrame>,
+pub(super) struct UnregisteredFrames {
+    frames: VecDeque<UnregisteredFrame>,
 }
 
-impl LeftOut {
+impl UnregisteredFrames {
     pub(super) fn push(&mut self, number: u32, frame: &PreparedSurfels, T_world_sensor: Pose3) {
         if self.frames.len() == MOST {
             self.frames.pop_front();
         }
-        self.frames.push_back(LeftOutFrame { number, frame: frame.clone(), T_world_sensor });
+        self.frames.push_back(UnregisteredFrame { number, frame: frame.clone(), T_world_sensor });
     }
 
     pub(super) fn numbers(&self) -> Vec<u32> {
         self.frames.iter().map(|left| left.number).collect()
     }
 
-    pub(super) fn get(&self, number: u32) -> Option<&LeftOutFrame> {
+    pub(super) fn get(&self, number: u32) -> Option<&UnregisteredFrame> {
         self.frames.iter().find(|left| left.number == number)
     }
 
@@ -45,7 +45,7 @@ impl LeftOut {
     }
 
     /// Moves each by `motion` (of the world) of its number.
-    pub(super) fn move_frames(&mut self, motion: &impl Fn(u32) -> Pose3) {
+    pub(super) fn apply_corrections(&mut self, motion: &impl Fn(u32) -> Pose3) {
         for left in &mut self.frames {
             left.T_world_sensor = motion(left.number) * left.T_world_sensor;
         }

@@ -12,14 +12,14 @@ pub(super) const LANES: usize = 16;
 
 /// Where a camera stands whose pixels are the cells.
 #[derive(Clone, Copy)]
-pub(super) struct Eye {
+pub(super) struct ViewTransform {
     pub(super) camera: Pinhole,
     pub(super) T_view_world: Transform,
     /// fx, fy, and the optical axis from the outer corner of the first cell.
     intrinsics: [f32; 4],
 }
 
-impl Eye {
+impl ViewTransform {
     pub(super) fn new(camera: &Pinhole, T_world_view: &Pose3) -> Self {
         let Pinhole { fx, fy, cx, cy, .. } = *camera;
         let intrinsics = [fx, fy, cx + 0.5, cy + 0.5].map(|x| x as f32);

@@ -22,7 +22,7 @@ const TOLERANCE: f64 = 0.2;
 const KEPT: usize = 2000;
 
 /// The best places by what speaks for them, best first: turns and moves of the view.
-pub(super) fn best_places(view: &ProjectiveTarget, cloud: &SurfelCloud, T_world_view: &Pose3) -> Vec<(f64, Pose3)> {
+pub(super) fn best_poses(view: &ProjectiveTarget, cloud: &SurfelCloud, T_world_view: &Pose3) -> Vec<(f64, Pose3)> {
     let mut scored = Vec::with_capacity(TURNS as usize * (2 * MOVES as usize + 1).pow(2));
     for turn in 0..TURNS {
         let angle = std::f64::consts::TAU * f64::from(turn) / f64::from(TURNS);
@@ -30,8 +30,10 @@ pub(super) fn best_places(view: &ProjectiveTarget, cloud: &SurfelCloud, T_world_
         let R = turned.to_rotation_matrix().into_inner();
         let points: Vec<_> = cloud.points.iter().map(|point| R * point).collect();
         let normals: Vec<_> = cloud.normals.iter().map(|normal| R * normal).collect();
-        for (aside, ahead) in (-MOVES..=MOVES).flat_map(|aside| (-MOVES..=MOVES).map(move |ahead| (aside, ahead))) {
-            let moved = T_world_view * nalgebra::Point3::new(f64::from(aside) * STEP, 0.0, f64::from(ahead) * STEP);
+        for (sideways, ahead) in
+            (-MOVES..=MOVES).flat_map(|sideways| (-MOVES..=MOVES).map(move |ahead| (sideways, ahead)))
+        {
+            let moved = T_world_view * nalgebra::Point3::new(f64::from(sideways) * STEP, 0.0, f64::from(ahead) * STEP);
             let score = score_turned(view, &points, &normals, &moved.coords, TOLERANCE);
             scored.push((score, Pose3::from_parts(moved.coords.into(), turned)));
         }

@@ -1,8 +1,8 @@
 //! Pieces of surface into the cells of a view, the nearest of each cell.
 
-use super::eye::{Eye, MIN_DEPTH, Transform, between, dot, single};
-use super::packed::PackedSurfel;
-use super::places::Places;
+use super::cell_points::CellPoints;
+use super::packed_surfel::PackedSurfel;
+use super::view_transform::{MIN_DEPTH, Transform, ViewTransform, between, dot, single};
 use super::{NOTHING, Piece, ProjectiveTarget};
 use crate::camera::Pinhole;
 use crate::geometry::Pose3;
@@ -11,20 +11,20 @@ use crate::geometry::Pose3;
 ///
 /// What is far away or has been seen closely has many pieces in a cell. So all that is done of most of them is to find the
 /// nearest, without a branch that could be guessed wrong; what it looks like is fetched in the end, once a cell.
-pub struct Drawing<'a> {
+pub struct SurfelRasterizer<'a> {
     camera: Pinhole,
     T_world_view: Pose3,
     /// Of each cell the depth of the nearest piece and, in the lower half, its place among all that were added: bits of
     /// positive floats are ordered as they are, so the nearest is the least, and of those as near the first. Behind the
     /// cells one for what is not in view.
     nearest: Vec<u64>,
-    sheets: Vec<Sheet<'a>>,
+    batches: Vec<SurfelBatch<'a>>,
     /// Which of them so many places ([`STRIDE`]) belong to.
-    sheet_of: Vec<u32>,
+    batch_of: Vec<u32>,
 }
 
 /// Pieces that were added together.
-struct Sheet<'a> {
+struct SurfelBatch<'a> {
     surfels: &'a [PackedSurfel],
     /// The caller's number of the first.
     first_number: u64,
@@ -41,42 +41,42 @@ const RUN: usize = 256;
 /// Places of a sheet begin at a multiple of this, so that they tell which sheet they are of.
 const STRIDE: usize = 16;
 
-impl<'a> Drawing<'a> {
+impl<'a> SurfelRasterizer<'a> {
     /// Nothing yet, as seen from `T_world_view` by a camera whose pixels are the cells.
     pub fn new(camera: &Pinhole, T_world_view: &Pose3) -> Self {
         Self {
             camera: *camera,
             T_world_view: *T_world_view,
             nearest: vec![NONE; camera.width * camera.height + 1],
-            sheets: Vec::new(),
-            sheet_of: Vec::new(),
+            batches: Vec::new(),
+            batch_of: Vec::new(),
         }
     }
 
     /// Draws pieces of surface in the world's frame that have consecutive numbers, from `first_number` on.
     pub fn add(&mut self, first_number: u64, surfels: &'a [PackedSurfel]) {
-        let T_sheet_view = self.T_world_view;
-        let start = self.put(surfels, &T_sheet_view);
-        self.sheets.push(Sheet { surfels, first_number, start, moved: None });
+        let T_batch_view = self.T_world_view;
+        let start = self.put(surfels, &T_batch_view);
+        self.batches.push(SurfelBatch { surfels, first_number, start, moved: None });
     }
 
     /// The same in a frame of their own.
-    pub fn add_moved(&mut self, first_number: u64, surfels: &'a [PackedSurfel], T_world_sheet: &Pose3) {
-        let start = self.put(surfels, &(T_world_sheet.inverse() * self.T_world_view));
-        let moved = Some(Transform::new(T_world_sheet));
-        self.sheets.push(Sheet { surfels, first_number, start, moved });
+    pub fn add_moved(&mut self, first_number: u64, surfels: &'a [PackedSurfel], T_world_batch: &Pose3) {
+        let start = self.put(surfels, &(T_world_batch.inverse() * self.T_world_view));
+        let moved = Some(Transform::new(T_world_batch));
+        self.batches.push(SurfelBatch { surfels, first_number, start, moved });
     }
 
     /// Puts pieces that the view sees from a pose in their frame to their cells, where they are the nearest; the place of the
     /// first.
-    fn put(&mut self, surfels: &[PackedSurfel], T_sheet_view: &Pose3) -> usize {
-        let start = STRIDE * self.sheet_of.len();
-        self.sheet_of.resize(self.sheet_of.len() + surfels.len().div_ceil(STRIDE), self.sheets.len() as u32);
-        let eye = Eye::new(&self.camera, T_sheet_view);
-        let viewpoint = single(&T_sheet_view.translation.vector);
+    fn put(&mut self, surfels: &[PackedSurfel], T_batch_view: &Pose3) -> usize {
+        let start = STRIDE * self.batch_of.len();
+        self.batch_of.resize(self.batch_of.len() + surfels.len().div_ceil(STRIDE), self.batches.len() as u32);
+        let view = ViewTransform::new(&self.camera, T_batch_view);
+        let viewpoint = single(&T_batch_view.translation.vector);
         let (mut cells, mut depths) = ([0; RUN], [0.0; RUN]);
         for (run, first) in surfels.chunks(RUN).zip((start..).step_by(RUN)) {
-            look_up(&eye, &viewpoint, run, &mut cells, &mut depths);
+            look_up(&view, &viewpoint, run, &mut cells, &mut depths);
             for ((&cell, depth), place) in cells.iter().zip(&depths).take(run.len()).zip(first..) {
                 let nearest = &mut self.nearest[cell as usize];
                 *nearest = (*nearest).min(u64::from(depth.to_bits()) << 32 | place as u64);
@@ -91,32 +91,32 @@ impl<'a> Drawing<'a> {
         let nearest = &self.nearest[..width * height];
         let num_seen = nearest.iter().filter(|nearest| **nearest != NONE).count();
         let (mut pieces, mut numbers) = (Vec::with_capacity(num_seen + 1), Vec::with_capacity(num_seen));
-        let mut places = Places::new(width, height);
+        let mut cell_points = CellPoints::new(width, height);
         let mut cells = Vec::with_capacity(nearest.len());
         for (row, nearest) in nearest.chunks_exact(width.max(1)).enumerate() {
-            let [xs, ys, zs] = places.row(row);
+            let [xs, ys, zs] = cell_points.row(row);
             for (((&nearest, x), y), z) in nearest.iter().zip(xs).zip(ys).zip(zs) {
                 if nearest == NONE {
                     cells.push(num_seen as u32);
                     continue;
                 }
                 let (depth, place) = (f32::from_bits((nearest >> 32) as u32), nearest as u32 as usize);
-                let sheet = &self.sheets[self.sheet_of[place / STRIDE] as usize];
-                let index = place - sheet.start;
-                let piece = sheet.piece(index, depth);
+                let batch = &self.batches[self.batch_of[place / STRIDE] as usize];
+                let index = place - batch.start;
+                let piece = batch.piece(index, depth);
                 [*x, *y, *z] = piece.point;
                 cells.push(pieces.len() as u32);
                 pieces.push(piece);
-                numbers.push(sheet.first_number + index as u64);
+                numbers.push(batch.first_number + index as u64);
             }
         }
         pieces.push(NOTHING);
-        let eye = Eye::new(&self.camera, &self.T_world_view);
-        ProjectiveTarget { eye, cells, pieces, numbers, places: Some(places) }
+        let view = ViewTransform::new(&self.camera, &self.T_world_view);
+        ProjectiveTarget { view, cells, pieces, numbers, cell_points: Some(cell_points) }
     }
 }
 
-impl Sheet<'_> {
+impl SurfelBatch<'_> {
     fn piece(&self, index: usize, depth: f32) -> Piece {
         let PackedSurfel { point, sigma, normal, .. } = self.surfels[index];
         match &self.moved {
@@ -130,13 +130,19 @@ impl Sheet<'_> {
 /// together.
 #[expect(clippy::needless_bitwise_bool, reason = "branches could be guessed wrong, and keep vector units from it")]
 #[inline]
-fn look_up(eye: &Eye, viewpoint: &[f32; 3], surfels: &[PackedSurfel], cells: &mut [u32; RUN], depths: &mut [f32; RUN]) {
-    let (width, height) = (eye.camera.width, eye.camera.height);
+fn look_up(
+    view: &ViewTransform,
+    viewpoint: &[f32; 3],
+    surfels: &[PackedSurfel],
+    cells: &mut [u32; RUN],
+    depths: &mut [f32; RUN],
+) {
+    let (width, height) = (view.camera.width, view.camera.height);
     let (last_column, last_row, behind) = (width as f32, height as f32, (width * height) as u32);
     for ((surfel, cell), depth) in surfels.iter().zip(cells).zip(depths) {
         let facing = dot(&between(viewpoint, &surfel.point), &surfel.normal);
-        let seen = eye.T_view_world.act(&surfel.point);
-        let [u, v] = eye.project(&seen);
+        let seen = view.T_view_world.act(&surfel.point);
+        let [u, v] = view.project(&seen);
         // Not a number fails all of these.
         let is_seen =
             (facing < 0.0) & (seen[2] >= MIN_DEPTH) & (u >= 0.0) & (v >= 0.0) & (u < last_column) & (v < last_row);

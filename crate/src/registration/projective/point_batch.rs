@@ -2,18 +2,19 @@
 
 use nalgebra::Vector3;
 
-use super::eye::{LANES, Transform, dot, single};
-use super::{Look, ProjectiveTarget};
+use super::ProjectiveTarget;
+use super::view_transform::{LANES, Transform, dot, single};
 use crate::geometry::Pose3;
+use crate::registration::free_space::{FreeSpaceTally, FreeSpaceTest};
 
 /// Points with normals to be looked at many times, in the order that vector units want.
-pub struct Glances {
+pub struct PointBatch {
     /// x, y and z, [`LANES`] of each in a row; what is left over is not a number, which is seen nowhere.
     points: Vec<[[f32; LANES]; 3]>,
     normals: Vec<[f32; 3]>,
 }
 
-impl Glances {
+impl PointBatch {
     /// From points (m) and their unit normals in one frame.
     pub fn new(points: &[Vector3<f64>], normals: &[Vector3<f64>]) -> Self {
         let in_lanes = |points: &[Vector3<f64>]| {
@@ -39,40 +40,37 @@ impl Glances {
     }
 }
 
-/// How many of some points agree with what is seen where they are, and how many stand in free space.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct Glanced {
-    /// On the surface that is seen, and facing as it does.
-    pub agreeing: usize,
-    /// In front of it.
-    pub in_free_space: usize,
-}
-
 impl ProjectiveTarget {
-    /// Looks at all points in their own cells, their frame being at `T_world_points`; the normals of surfaces that agree
+    /// The free-space test of all points in their own cells, counted, their frame being at `T_world_points`; the normals of surfaces that agree
     /// differ by no more than an angle of this cosine.
-    pub fn glance(&self, glances: &Glances, T_world_points: &Pose3, tolerance: f64, min_cosine: f32) -> Glanced {
+    pub fn tally(
+        &self,
+        point_batch: &PointBatch,
+        T_world_points: &Pose3,
+        tolerance: f64,
+        min_cosine: f32,
+    ) -> FreeSpaceTally {
         let (T_world_points, tolerance) = (Transform::new(T_world_points), tolerance as f32);
-        let mut glanced = Glanced::default();
-        for (points, normals) in glances.points.iter().zip(glances.normals.chunks(LANES)) {
+        let mut counts = FreeSpaceTally::default();
+        for (points, normals) in point_batch.points.iter().zip(point_batch.normals.chunks(LANES)) {
             let moved = T_world_points.act_on_all(points);
-            let seen = self.eye.T_view_world.act_on_all(&moved);
-            let [u, v] = self.eye.project_all(&seen);
+            let seen = self.view.T_view_world.act_on_all(&moved);
+            let [u, v] = self.view.project_all(&seen);
             for (lane, normal) in normals.iter().enumerate() {
                 let depth = seen[2][lane];
-                let Some((column, row)) = self.eye.inside(u[lane], v[lane], depth) else { continue };
-                let index = self.cells[row * self.eye.camera.width + column];
+                let Some((column, row)) = self.view.inside(u[lane], v[lane], depth) else { continue };
+                let index = self.cells[row * self.view.camera.width + column];
                 let piece = &self.pieces[index as usize];
-                match piece.look(index, &moved.map(|axis| axis[lane]), depth, tolerance) {
-                    Look::Agreeing(_) => {
+                match piece.classify(index, &moved.map(|axis| axis[lane]), depth, tolerance) {
+                    FreeSpaceTest::Agreeing(_) => {
                         let turned = T_world_points.rows.map(|row| dot(&row, normal));
-                        glanced.agreeing += usize::from(dot(&turned, &piece.normal) > min_cosine);
+                        counts.agreeing += usize::from(dot(&turned, &piece.normal) > min_cosine);
                     }
-                    Look::InFreeSpace => glanced.in_free_space += 1,
-                    Look::Hidden | Look::Unknown => {}
+                    FreeSpaceTest::InFreeSpace => counts.in_free_space += 1,
+                    FreeSpaceTest::Hidden | FreeSpaceTest::Unknown => {}
                 }
             }
         }
-        glanced
+        counts
     }
 }

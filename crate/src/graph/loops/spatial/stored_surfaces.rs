@@ -3,13 +3,13 @@
 use std::borrow::Cow;
 use std::sync::Arc;
 
-use super::place::{FrameSurfaces, Seen};
+use super::submap::{FrameSurfaces, SubmapFrame};
 use crate::camera::Pinhole;
 use crate::registration::prepared_surfels::SurfelCloud;
 use crate::registration::projective::{PackedSurfel, ProjectiveTarget};
 
 /// What a frame saw: the last frames are matched with every new one, older ones where the path comes back to them.
-pub(super) enum Kept {
+pub(super) enum StoredSurfaces {
     Whole(Arc<FrameSurfaces>),
     Packed(PackedSurfaces),
 }
@@ -23,7 +23,7 @@ pub(super) struct PackedSurfaces {
     pieces: Vec<PackedSurfel>,
 }
 
-impl Kept {
+impl StoredSurfaces {
     /// As it can be matched.
     pub(super) fn surfaces(&self) -> Arc<FrameSurfaces> {
         match self {
@@ -33,10 +33,10 @@ impl Kept {
     }
 
     /// What it saw, for others to be matched with.
-    pub(super) fn seen(&self) -> Seen<'_> {
+    pub(super) fn seen(&self) -> SubmapFrame<'_> {
         match self {
-            Self::Whole(surfaces) => Seen { view: Cow::Borrowed(&surfaces.view), pieces: &surfaces.pieces },
-            Self::Packed(packed) => Seen { view: Cow::Owned(packed.view()), pieces: &packed.pieces },
+            Self::Whole(surfaces) => SubmapFrame { view: Cow::Borrowed(&surfaces.view), pieces: &surfaces.pieces },
+            Self::Packed(packed) => SubmapFrame { view: Cow::Owned(packed.view()), pieces: &packed.pieces },
         }
     }
 
@@ -86,8 +86,8 @@ pub(super) mod tests {
     use crate::camera::surfel_image::cell_camera;
     use crate::camera::{Surfel, SurfelImage};
     use crate::odometry::depth::DepthOptions;
+    use crate::registration::free_space::FreeSpaceTest;
     use crate::registration::prepared_surfels::PreparedSurfels;
-    use crate::registration::projective::Sight;
 
     /// A wall with a bend two metres ahead, as a camera of 640 x 480 pixels sees it.
     pub(in super::super) fn wall() -> PreparedSurfels {
@@ -113,8 +113,10 @@ pub(super) mod tests {
         for (before, after) in whole.view.surfels().zip(unpacked.view.surfels()) {
             assert!((before.point - after.point).norm() < 1e-6 && (before.normal - after.normal).norm() < 1e-6);
             let place = before.point * 0.999;
-            let (a, b) = (whole.view.look_around(&place, 0.02), unpacked.view.look_around(&place, 0.02));
-            assert!(matches!((a, b), (Sight::Agreeing(a), Sight::Agreeing(b)) if (a.point - b.point).norm() < 1e-6));
+            let (a, b) = (whole.view.classify_leniently(&place, 0.02), unpacked.view.classify_leniently(&place, 0.02));
+            assert!(
+                matches!((a, b), (FreeSpaceTest::Agreeing(a), FreeSpaceTest::Agreeing(b)) if (a.point - b.point).norm() < 1e-6)
+            );
         }
         for (before, after) in [(&whole.source, &unpacked.source), (&whole.sparse, &unpacked.sparse)] {
             assert_eq!(before.points.len(), after.points.len());
@@ -125,7 +127,7 @@ pub(super) mod tests {
 
     #[test]
     fn a_frame_takes_little_memory() {
-        let mut kept = Kept::Whole(Arc::new(FrameSurfaces::new(&wall())));
+        let mut kept = StoredSurfaces::Whole(Arc::new(FrameSurfaces::new(&wall())));
         kept.pack();
         let bytes = kept.num_packed_bytes();
         assert!((100_000..200_000).contains(&bytes), "{bytes} bytes");

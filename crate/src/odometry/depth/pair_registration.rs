@@ -1,15 +1,15 @@
 //! Two depth frames alone: one is registered to the other, from a guess or from none.
 
-use super::found::Found;
 use super::matching::Matching;
-use super::seen::Seen;
+use super::pose_hypothesis::PoseHypothesis;
+use super::reference_map::ReferenceMap;
 use super::{DepthOptions, SpatialEstimate};
 use crate::geometry::Pose3;
 use crate::registration::prepared_surfels::PreparedSurfels;
 
 /// A frame that others are registered to, one by one and apart from each other. Poses are in its own frame.
-pub struct LoneFrame {
-    seen: Seen,
+pub struct PairRegistration {
+    seen: ReferenceMap,
 }
 
 /// Where a frame is looked for.
@@ -23,10 +23,10 @@ pub enum Search {
     Anywhere,
 }
 
-impl LoneFrame {
+impl PairRegistration {
     /// A frame alone.
     pub fn new(frame: &PreparedSurfels) -> Self {
-        let (mut seen, identity) = (Seen::default(), Pose3::identity());
+        let (mut seen, identity) = (ReferenceMap::default(), Pose3::identity());
         let view = seen.map.view(&frame.image, &identity);
         seen.insert(frame, 0, &identity, &view);
         Self { seen }
@@ -40,13 +40,19 @@ impl LoneFrame {
             Search::AllAround => matching.best_of_all_around(&Pose3::identity()),
             Search::Anywhere => matching.best_of_anywhere(&Pose3::identity()),
         };
-        let (verdict, overlap) = (found.verdict(), found.overlap);
+        let (assessment, overlap) = (found.assessment(), found.overlap);
         let T_world_sensor = found.registration.T_target_source;
-        SpatialEstimate { T_world_sensor, registration: Some(found.registration), overlap, verdict, is_in_map: false }
+        SpatialEstimate {
+            T_world_sensor,
+            registration: Some(found.registration),
+            overlap,
+            assessment,
+            is_in_map: false,
+        }
     }
 }
 
 /// A wide registration may lead away from a good guess, a narrow one not to it.
-fn nearer(wide: Found, narrow: Found) -> Found {
+fn nearer(wide: PoseHypothesis, narrow: PoseHypothesis) -> PoseHypothesis {
     if narrow.support > wide.support { narrow } else { wide }
 }

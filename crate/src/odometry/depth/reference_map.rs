@@ -1,19 +1,19 @@
 //! What frames that are part of the map have shown.
 
 use crate::geometry::Pose3;
-use crate::map::keyframes::KeyViews;
+use crate::map::keyframes::Keyframes;
 use crate::map::surfel::SurfelMap;
 use crate::registration::prepared_surfels::PreparedSurfels;
 use crate::registration::projective::ProjectiveTarget;
 
 /// The map, and what key frames looked through.
 #[derive(Clone, Default)]
-pub(super) struct Seen {
+pub(super) struct ReferenceMap {
     pub(super) map: SurfelMap,
-    pub(super) key_views: KeyViews,
+    pub(super) keyframes: Keyframes,
 }
 
-impl Seen {
+impl ReferenceMap {
     /// Adds a frame with its number. `view` is the map as seen from about there.
     pub(super) fn insert(
         &mut self,
@@ -23,18 +23,18 @@ impl Seen {
         view: &ProjectiveTarget,
     ) {
         self.map.insert(&frame.image, number, T_world_camera, view);
-        self.key_views.add(frame, number, T_world_camera);
+        self.keyframes.add(frame, number, T_world_camera);
     }
 
     /// Adds what some other frames have shown, moved by the `motion` (of the world) of their numbers; nothing of those without.
-    pub(super) fn take_in(&mut self, other: &Self, motion: &impl Fn(u32) -> Option<Pose3>) {
-        self.map.take_in(&other.map, motion);
-        self.key_views.take_in(&other.key_views, motion);
+    pub(super) fn merge(&mut self, other: &Self, motion: &impl Fn(u32) -> Option<Pose3>) {
+        self.map.merge(&other.map, motion);
+        self.keyframes.merge(&other.keyframes, motion);
     }
 
     /// Moves what each frame has shown by its `motion` (of the world).
-    pub(super) fn move_frames(&mut self, motion: &impl Fn(u32) -> Pose3) {
-        self.map.move_frames(motion);
-        self.key_views.move_frames(motion);
+    pub(super) fn apply_corrections(&mut self, motion: &impl Fn(u32) -> Pose3) {
+        self.map.apply_corrections(motion);
+        self.keyframes.apply_corrections(motion);
     }
 }

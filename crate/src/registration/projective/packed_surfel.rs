@@ -1,6 +1,6 @@
 //! Pieces of surface as they are kept in large numbers.
 
-use super::eye::{double, single};
+use super::view_transform::{double, single};
 use crate::camera::Surfel;
 
 /// A piece of surface in single precision, which tells micrometres apart, side by side in memory.

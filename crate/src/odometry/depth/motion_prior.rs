@@ -19,20 +19,20 @@ const LEAST_WEIGHT: f64 = 0.5;
 
 /// The latest motions from one frame to the next whose places were certain, in the camera's frame.
 #[derive(Clone, Default)]
-pub(super) struct Habit {
+pub(super) struct MotionPrior {
     motions: VecDeque<Vector6<f64>>,
 }
 
 /// What is to be expected of a motion along a direction.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Expected {
+pub(super) struct PredictedMotion {
     /// How far it goes (m).
     pub(super) along: f64,
     /// How well that is known (m^2).
     pub(super) variance: f64,
 }
 
-impl Habit {
+impl MotionPrior {
     pub(super) fn push(&mut self, motion: &Pose3) {
         if self.motions.len() == MOST {
             self.motions.pop_front();
@@ -42,7 +42,7 @@ impl Habit {
 
     /// What motions that are like this one in all but how far they go along a `direction` (unit vector in the camera's frame)
     /// tell of that; none where there are none.
-    pub(super) fn expected(&self, motion: &Pose3, direction: &Vector3<f64>) -> Option<Expected> {
+    pub(super) fn expected(&self, motion: &Pose3, direction: &Vector3<f64>) -> Option<PredictedMotion> {
         let motion = twist(motion);
         let along = |motion: &Vector6<f64>| motion.fixed_rows::<3>(3).dot(direction);
         let weighted = |known: &Vector6<f64>| {
@@ -57,7 +57,7 @@ impl Habit {
         }
         let mean = weighted.iter().map(|(weight, along)| weight * along).sum::<f64>() / weight;
         let spread = weighted.iter().map(|(weight, along)| weight * (along - mean).powi(2)).sum::<f64>() / weight;
-        Some(Expected { along: mean, variance: spread + ALIKE * ALIKE / weight })
+        Some(PredictedMotion { along: mean, variance: spread + ALIKE * ALIKE / weight })
     }
 }
 
@@ -72,49 +72,49 @@ mod tests {
 
     use super::*;
 
-    fn motion(aside: f64, ahead: f64, turn: f64) -> Pose3 {
-        Isometry3::new(Vector3::new(aside, 0.0, ahead), Vector3::y() * turn)
+    fn motion(rival_chain: f64, ahead: f64, turn: f64) -> Pose3 {
+        Isometry3::new(Vector3::new(rival_chain, 0.0, ahead), Vector3::y() * turn)
     }
 
     /// A robot that goes a quarter of a metre ahead or turns by ten degrees.
-    fn steps_and_turns() -> Habit {
-        let mut habit = Habit::default();
+    fn steps_and_turns() -> MotionPrior {
+        let mut motion_prior = MotionPrior::default();
         for index in 0..12 {
-            habit.push(&if index % 3 == 0 { motion(0.0, 0.0, 0.17) } else { motion(0.0, 0.25, 0.0) });
+            motion_prior.push(&if index % 3 == 0 { motion(0.0, 0.0, 0.17) } else { motion(0.0, 0.25, 0.0) });
         }
-        habit
+        motion_prior
     }
 
     #[test]
     fn what_was_done_before_is_expected_along_what_nothing_tells() {
-        let habit = steps_and_turns();
+        let motion_prior = steps_and_turns();
         // Along a corridor: a frame that has not turned is a step ahead, one that has turned is where it was.
-        let ahead = habit.expected(&motion(0.001, 0.6, 0.002), &Vector3::z()).unwrap();
+        let ahead = motion_prior.expected(&motion(0.001, 0.6, 0.002), &Vector3::z()).unwrap();
         assert!((ahead.along - 0.25).abs() < 1e-3 && ahead.variance.sqrt() < 0.02, "{ahead:?}");
-        let turned = habit.expected(&motion(0.0, -0.3, 0.171), &Vector3::z()).unwrap();
+        let turned = motion_prior.expected(&motion(0.0, -0.3, 0.171), &Vector3::z()).unwrap();
         assert!(turned.along.abs() < 1e-3, "{turned:?}");
         // Beside a wall that is met at an angle, how far it has come nearer tells how far it has gone along it.
         let (sine, cosine) = 0.3f64.sin_cos();
         let beside = Vector3::new(cosine, 0.0, sine);
         let slid = motion(0.0, 0.25, 0.0).translation.vector + 0.12 * beside;
-        let beside = habit.expected(&motion(slid.x, slid.z, 0.0), &beside).unwrap();
+        let beside = motion_prior.expected(&motion(slid.x, slid.z, 0.0), &beside).unwrap();
         assert!((beside.along - 0.25 * sine).abs() < 1e-3, "{beside:?}");
     }
 
     #[test]
     fn nothing_is_expected_of_a_motion_that_is_new() {
-        assert_eq!(Habit::default().expected(&motion(0.0, 0.25, 0.0), &Vector3::z()), None);
+        assert_eq!(MotionPrior::default().expected(&motion(0.0, 0.25, 0.0), &Vector3::z()), None);
         assert_eq!(steps_and_turns().expected(&motion(0.2, 0.25, 0.0), &Vector3::z()), None);
         assert_eq!(steps_and_turns().expected(&motion(0.0, 0.25, 0.5), &Vector3::z()), None);
     }
 
     #[test]
     fn steps_that_differ_tell_less() {
-        let mut habit = Habit::default();
+        let mut motion_prior = MotionPrior::default();
         for ahead in [0.1, 0.3, 0.2, 0.4, 0.0] {
-            habit.push(&motion(0.0, ahead, 0.0));
+            motion_prior.push(&motion(0.0, ahead, 0.0));
         }
-        let Expected { along, variance } = habit.expected(&motion(0.0, 0.0, 0.0), &Vector3::z()).unwrap();
+        let PredictedMotion { along, variance } = motion_prior.expected(&motion(0.0, 0.0, 0.0), &Vector3::z()).unwrap();
         assert!((along - 0.2).abs() < 1e-9 && variance > 0.02, "{along}, {variance}");
     }
 }

@@ -5,7 +5,7 @@
 use scanstitch::camera::Pinhole;
 use scanstitch::geometry::Pose3;
 use scanstitch::odometry::assessment::Status;
-use scanstitch::odometry::depth::{DepthOptions, LoneFrame, Search};
+use scanstitch::odometry::depth::{DepthOptions, PairRegistration, Search};
 use scanstitch::preprocess::depth_surfels::{DepthModel, depth_surfels};
 use scanstitch::preprocess::wrap_around::usable_pixels;
 use scanstitch::registration::prepared_surfels::PreparedSurfels;
@@ -35,20 +35,20 @@ fn a_frame_is_found_in_another_from_no_guess_and_from_a_poor_one() {
     let truth = T_world_target.inverse() * T_world_source;
     let apart = truth.translation.vector.norm() + truth.rotation.angle();
     assert!(apart > 0.3, "they are {apart} m and rad apart: no frame to find");
-    let lone = LoneFrame::new(target);
+    let lone = PairRegistration::new(target);
     let poor = truth * Pose3::new(nalgebra::Vector3::new(0.1, 0.0, -0.1), nalgebra::Vector3::new(0.0, 0.1, 0.0));
     for search in [Search::Anywhere, Search::AllAround, Search::From(poor)] {
         let found = lone.register(source, search, DepthOptions::default());
         let off = truth.inverse() * found.T_world_sensor;
         let (moved, turned) = (off.translation.vector.norm(), off.rotation.angle().to_degrees());
         assert!(moved < 0.02 && turned < 0.5, "{search:?}: {moved} m, {turned} deg");
-        assert_eq!(found.verdict.status, Status::Good, "{search:?}: {}", found.verdict.reason);
+        assert_eq!(found.assessment.status, Status::Good, "{search:?}: {}", found.assessment.reason);
     }
 }
 
 #[test]
 fn a_frame_of_another_flat_is_not_believed() {
     let (here, elsewhere) = (frames(5, &[0]), frames(6, &[3]));
-    let found = LoneFrame::new(&here[0].0).register(&elsewhere[0].0, Search::Anywhere, DepthOptions::default());
-    assert_ne!(found.verdict.status, Status::Good, "agreement {}", found.verdict.agreement);
+    let found = PairRegistration::new(&here[0].0).register(&elsewhere[0].0, Search::Anywhere, DepthOptions::default());
+    assert_ne!(found.assessment.status, Status::Good, "agreement {}", found.assessment.agreement);
 }

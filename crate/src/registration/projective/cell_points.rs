@@ -4,7 +4,7 @@ use glam::Vec4;
 
 /// A point in every cell, infinitely far away where nothing is seen, with a border of such cells around the image.
 #[derive(Clone)]
-pub(super) struct Places {
+pub(super) struct CellPoints {
     /// From one row to the next.
     stride: usize,
     /// x, y and z (m), row by row.
@@ -23,7 +23,7 @@ const AROUND: usize = 3;
 /// Takes the fourth cell out.
 const THREE: Vec4 = Vec4::new(0.0, 0.0, 0.0, f32::INFINITY);
 
-impl Places {
+impl CellPoints {
     /// Nothing in any cell.
     pub(super) fn new(width: usize, height: usize) -> Self {
         let stride = width + AROUND;

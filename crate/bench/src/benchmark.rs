@@ -1,0 +1,29 @@
+//! What a benchmark is.
+
+/// A named benchmark.
+pub struct Benchmark {
+    /// What `npm run bench -- NAME` calls it.
+    pub name: &'static str,
+    /// What one run does, in a few words.
+    pub about: &'static str,
+    /// Makes it ready to run, with the files given (name and bytes), which most benchmarks do without.
+    pub prepare: fn(Files) -> Result<Prepared, String>,
+}
+
+/// Names and contents of the files a benchmark is given.
+pub type Files = Vec<(String, Vec<u8>)>;
+
+/// A benchmark with its input ready.
+pub struct Prepared {
+    /// How much one run works through, for a rate: amount and unit. Bytes give MB/s.
+    pub work: Option<(f64, &'static str)>,
+    /// One run.
+    pub run: Box<dyn FnMut()>,
+}
+
+impl Prepared {
+    /// What one run works through, as both harnesses print it: amount and unit, or `- -`.
+    pub fn work_text(&self) -> String {
+        self.work.map_or_else(|| "- -".into(), |(amount, unit)| format!("{amount} {unit}"))
+    }
+}
