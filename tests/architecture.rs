@@ -298,8 +298,8 @@ fn paths_of(tree: &str) -> Vec<(String, Vec<String>)> {
 }
 
 /// The module whose file defines what a path names in `module`; `None` for other crates.
-fn resolve(modules: &BTreeMap<Module, Imports>, module: &Module, path: &[String]) -> Option<Module> {
-    let (mut at, mut rest) = (module.clone(), path);
+fn resolve(modules: &BTreeMap<Module, Imports>, module: &[String], path: &[String]) -> Option<Module> {
+    let (mut at, mut rest) = (module.to_vec(), path);
     match rest.first()?.as_str() {
         "crate" => (at, rest) = (Module::new(), &rest[1..]),
         "self" => rest = &rest[1..],

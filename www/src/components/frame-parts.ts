@@ -19,7 +19,7 @@ interface NamedFrame {
 /** Of a run that went wrong as a whole, the first few frames say enough. */
 const MAX_BAD_SHOWN = 6;
 
-/** Name and verdict of the selected frame, and the way to its neighbours and back to all. */
+/** Name and assessment of the selected frame, and the way to its neighbours and back to all. */
 export function frameHeader(
   noun: Noun,
   frames: readonly NamedFrame[],

@@ -31,14 +31,14 @@ export class ScanstitchOverview extends LitElement {
     const num_bad = badOnes(frames).length;
     return html`
       <header><h2>All scans</h2></header>
-      <p>${this.verdict(num_bad)}</p>
+      <p>${this.assessment(num_bad)}</p>
       ${num_bad > 0 ? badList(frames, this.colors, (frame) => this.select(frame)) : nothing}
       ${notes.map((note) => html`<p class="explanation">${note}</p>`)}
       ${frames.length > 1 ? this.renderCharts() : nothing}
     `;
   }
 
-  private verdict(num_bad: number): string {
+  private assessment(num_bad: number): string {
     const { length } = this.frames;
     if (length === 1) {
       return 'A single scan: there is nothing to register it against. Drop the scans that follow it.';

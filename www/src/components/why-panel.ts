@@ -19,7 +19,7 @@ import { icon } from './icons.js';
 import { chart_styles, panel_styles, shared, status_styles } from './theme.js';
 
 /**
- * Why the selected scan was placed where it is: verdict, evidence, uncertainty, the course of the iterations.
+ * Why the selected scan was placed where it is: assessment, evidence, uncertainty, the course of the iterations.
  *
  * Fires `frame-selected` with a frame number or null, `pairs-toggled` with a boolean, and `scan-removed` with a name.
  */

@@ -75,7 +75,7 @@ export class ScanstitchFramePanel extends LitElement {
 
   private renderAll({ frames }: SpatialResult): TemplateResult {
     const num_bad = badOnes(frames).length;
-    const verdict =
+    const assessment =
       num_bad > 0
         ? `${plural(num_bad, 'frame')} of ${frames.length} to check:`
         : frames.length === 1
@@ -83,7 +83,7 @@ export class ScanstitchFramePanel extends LitElement {
           : `All ${frames.length} frames were registered. Select one in a chart, in the table or on the map to see its images.`;
     return html`
       <header><h2>All frames</h2></header>
-      <p>${verdict}</p>
+      <p>${assessment}</p>
       ${num_bad > 0 ? badList(frames, this.colors, this.select) : nothing}
     `;
   }

@@ -42,7 +42,7 @@ impl Evidence {
             match view.classify_leniently(&point, FINE_TOLERANCE).facing(&normal, AGREEING_COSINE) {
                 FreeSpaceTest::Agreeing(_) => frame_in_map.agreeing += 1,
                 _ if references.iter().any(|reference| reference.saw_through(&point)) => {
-                    frame_in_map.in_free_space += 1
+                    frame_in_map.in_free_space += 1;
                 }
                 _ => {}
             }

@@ -69,13 +69,14 @@ mod tests {
 
     #[test]
     fn a_wall_hides_what_is_behind_and_contradicts_what_is_in_front() {
+        use FreeSpaceTest::{Agreeing, Hidden, InFreeSpace, Unknown};
+
         let wall: Vec<Vector2<f64>> = (-50..=50).map(|i| Vector2::new(3.0, 0.05 * f64::from(i))).collect();
         let profile = RangeProfile::new(&wall);
         let points = [[3.05, 0.3], [1.5, 0.0], [1.0, 0.2], [4.0, 0.1], [-3.0, 0.0]].map(Vector2::from);
         let seen = profile.tally(points.into_iter());
         assert_eq!(seen, FreeSpaceTally { agreeing: 1, in_free_space: 2 });
         let each = points.map(|point| profile.classify(&point));
-        use FreeSpaceTest::{Agreeing, Hidden, InFreeSpace, Unknown};
         assert_eq!(each, [Agreeing(()), InFreeSpace, InFreeSpace, Hidden, Unknown]);
         assert!((seen.agreement() - 1.0 / 3.0).abs() < 1e-12);
         assert_eq!(RangeProfile::new(&[]).tally(points.into_iter()), FreeSpaceTally::default());

@@ -49,11 +49,12 @@ impl SphericalView {
                 through += usize::from(nearest.is_finite() && nearest > range + tolerance);
             }
         }
-        match (seen, through) {
-            (0, _) => FreeSpaceTest::Unknown,
-            (_, 0) => FreeSpaceTest::Hidden,
-            _ if seen >= MIN_SEEN && through == seen => FreeSpaceTest::InFreeSpace,
-            _ => FreeSpaceTest::Unknown,
+        if seen >= MIN_SEEN && through == seen {
+            FreeSpaceTest::InFreeSpace
+        } else if seen > 0 && through == 0 {
+            FreeSpaceTest::Hidden
+        } else {
+            FreeSpaceTest::Unknown
         }
     }
 }
