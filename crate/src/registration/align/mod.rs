@@ -19,6 +19,10 @@ use crate::preprocess::planar_scan::PlanarScan;
 use crate::registration::icp::{Criteria, IcpOptions, Registration, Rejection, Weighting};
 use crate::registration::robust_kernel::RobustKernel;
 use crate::registration::solver::Motion;
+use crate::search::Neighbourhood;
+
+/// Points that make a normal.
+const NORMAL_NEIGHBORS: Neighbourhood = Neighbourhood { max_neighbors: 20, radius: f64::INFINITY };
 
 /// Registers `source` to `target`: two [`PlanarScan`]s in the plane, two [`PointCloud`]s in space.
 ///

@@ -6,7 +6,7 @@ use glam::{DVec3, Vec3};
 use nalgebra::{Translation3, Vector2, Vector3};
 
 use super::without_guess::without_a_guess;
-use super::{CloudMetric, RegistrationInit, RegistrationOptions};
+use super::{CloudMetric, NORMAL_NEIGHBORS, RegistrationInit, RegistrationOptions};
 use crate::error::{Error, Result};
 use crate::geometry::{PointCloud, Pose3};
 use crate::preprocess::estimate_normals::estimate_normals;
@@ -119,6 +119,3 @@ impl Near {
         Source { points: &self.points, normals: self.normals.as_deref(), sigmas: None }
     }
 }
-
-/// Points that make a normal.
-pub(super) const NORMAL_NEIGHBORS: Neighbourhood = Neighbourhood { max_neighbors: 20, radius: f64::INFINITY };

@@ -3,8 +3,7 @@
 use glam::{DVec3, Vec3};
 use nalgebra::Translation3;
 
-use super::RegistrationOptions;
-use super::space::NORMAL_NEIGHBORS;
+use super::{NORMAL_NEIGHBORS, RegistrationOptions};
 use crate::error::{Error, Result};
 use crate::geometry::{PointCloud, Pose3};
 use crate::preprocess::estimate_normals::estimate_normals;
