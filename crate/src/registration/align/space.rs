@@ -16,7 +16,7 @@ use crate::registration::icp::{Registration, Source, register_with};
 use crate::registration::spatial::{SpatialMetric, register_in_space};
 use crate::registration::target::{OrientedTarget, PointTarget};
 use crate::registration::voxelized::{GaussianVoxels, PlaneToVoxel};
-use crate::search::{KdTree, Neighbourhood};
+use crate::search::KdTree;
 
 /// Registers `source` to `target` from a guess, all relative to the target's origin.
 pub(super) fn register(
