@@ -1,40 +1,27 @@
 import { html, LitElement, nothing, type TemplateResult } from 'lit';
 import { customElement, property, query, state } from 'lit/decorators.js';
-import './components/menu.js';
 import './planar/planar-view.js';
+import { appHeader, type Run, type View } from './components/app-header.js';
 import { app_styles } from './components/app-styles.js';
 import { DropTarget } from './components/drop-target.js';
-import { icon, logo } from './components/icons.js';
+import { FileIntake } from './components/file-intake.js';
+import { icon } from './components/icons.js';
 import type { MenuItem } from './components/menu.js';
 import type { Layout } from './components/run-parts.js';
 import { type GivenFiles, type GivenRecording, NO_FACTS } from './components/run-view.js';
 import { wordsOf } from './components/session.js';
 import { drop_styles, shared, tokens } from './components/theme.js';
 import { filesOfDrop, filesOfInput, type NamedFile } from './datasets/gather.js';
-import {
-  type BagListener,
-  chooseTopics,
-  type OpenedFiles,
-  openFiles,
-  type SpatialFiles,
-  tellApart,
-} from './datasets/spatial-files.js';
-import type { BagState, Wishes } from './components/topics-panel.js';
+import type { SpatialFiles } from './datasets/spatial-files.js';
+import type { Wishes } from './components/topics-panel.js';
 import type { ScanstitchPlanar } from './planar/planar-view.js';
 import type { ScanstitchSpatial } from './spatial/spatial-view.js';
-import { baseName } from './views/format.js';
 import { ownerOf } from './views/settings-link.js';
 
 type Theme = 'auto' | 'light' | 'dark';
-/** Views of a run, and views beside it. */
-type Run = 'planar' | 'spatial';
-type View = Run | 'evaluation' | 'bev' | 'strategies';
 
 const WIDE_FROM = 1180; // CSS pixels of the element, not of the window: it may sit in a column of a course page
 const MEDIUM_FROM = 760;
-/** How far a bag has been looked into is told at most this often. */
-const LOOKING_INTERVAL_MS = 100;
-
 const OPEN_ITEMS: readonly MenuItem[] = [
   {
     id: 'files',
@@ -46,9 +33,6 @@ const OPEN_ITEMS: readonly MenuItem[] = [
   { id: 'apartment', label: 'An apartment', detail: 'depth images of several rooms, with ground truth' },
   { id: 'clear', label: 'Remove all', detail: 'the next files start a new data set' },
 ];
-
-/** What may join the recording that is open: a reference trajectory, a camera. */
-const isBeside = (path: string): boolean => /\.(npy|txt|tum|csv|log|traj|json)$/i.test(path);
 
 const fetchApartment = async (): Promise<SpatialFiles> => (await import('./datasets/apartment.js')).fetchApartment();
 
@@ -97,11 +81,14 @@ export class ScanstitchApp extends LitElement {
   @query('#pick-files') private file_input!: HTMLInputElement;
   @query('#pick-folder') private folder_input!: HTMLInputElement;
 
-  /** The bag that is open, and its files. */
-  @state() private bag: BagState | null = null;
-  private opened_files: OpenedFiles | null = null;
-  /** Counts what was asked for: the last one wins. */
-  private num_taken = 0;
+  private intake = new FileIntake(this, {
+    present: () => this.run,
+    show: async (files, requested_at) => {
+      if ('spatial' in files) return this.openSpatial(Promise.resolve(files.spatial), requested_at);
+      this.show('planar');
+      return this.planar.add(files.planar, requested_at);
+    },
+  });
 
   /** Says that what is done in expectation of files is over. Null before any are expected. */
   private expecting: AbortController | null = null;
@@ -155,10 +142,10 @@ export class ScanstitchApp extends LitElement {
       >
         ${this.renderHeader()}
         ${
-          this.bag && (this.view === 'planar' || this.view === 'spatial')
+          this.intake.bag && (this.view === 'planar' || this.view === 'spatial')
             ? html`<scanstitch-topics
-                .bag=${this.bag}
-                @topics-chosen=${({ detail }: CustomEvent<Wishes>) => this.attend(this.choose(detail))}
+                .bag=${this.intake.bag}
+                @topics-chosen=${({ detail }: CustomEvent<Wishes>) => this.attend(this.intake.choose(detail))}
               ></scanstitch-topics>`
             : nothing
         }
@@ -229,94 +216,29 @@ export class ScanstitchApp extends LitElement {
   }
 
   private renderHeader(): TemplateResult {
-    const is_narrow = this.layout === 'narrow';
-    const is_evaluating = this.view === 'evaluation';
-    const is_bev = this.view === 'bev';
-    const is_comparing = this.view === 'strategies';
-    const is_aside = is_evaluating || is_bev || is_comparing;
     const run = this.runView();
-    const { title, count, reference, can_export } = run?.facts ?? NO_FACTS;
-    return html`<header class="bar">
-      <div class="brand">${logo()}<span>Scanstitch</span></div>
-      <div class="dataset">
-        ${
-          is_aside
-            ? html`<span class="title"
-                >${is_bev ? "Bird's-eye view" : is_comparing ? 'Strategy comparison' : 'Trajectory evaluation'}</span
-              >`
-            : title
-              ? html`<span class="title" title=${title}>${title}</span> <span class="muted count">${count}</span> ${
-                    reference && !is_narrow
-                      ? html`<span class="chip" title="Ground truth: ${reference}"
-                          ><i class="dash ${this.run}"></i>${baseName(reference)}<button
-                            class="quiet"
-                            @click=${() => run?.removeReference()}
-                            aria-label="Remove the ground truth ${baseName(reference)}"
-                            title="Remove the ground truth"
-                          >
-                            ${icon('close', 12)}
-                          </button></span
-                        >`
-                      : nothing
-                  }`
-              : nothing
-        }
-      </div>
-      <nav aria-label="Actions">
-        <button
-          ?hidden=${is_evaluating || is_bev || this.run !== 'spatial' || title === ''}
-          aria-pressed=${is_comparing}
-          title="Compare strategies: what a map costs in memory and time, and gains in accuracy"
-          @click=${() => this.attend(this.toggleStrategies())}
-        >
-          ${is_comparing ? 'Back to the map' : is_narrow ? 'Strategies' : 'Compare strategies'}
-        </button>
-        <button
-          ?hidden=${is_evaluating || is_comparing}
-          aria-pressed=${is_bev}
-          title="Bird's-eye view: project points of a top view into a front view"
-          @click=${() => this.attend(this.toggleBev())}
-        >
-          ${is_bev ? 'Back to the map' : is_narrow ? 'BEV' : "Bird's-eye view"}
-        </button>
-        <button
-          ?hidden=${is_bev || is_comparing}
-          aria-pressed=${is_evaluating}
-          title="Compare trajectories with ground truth"
-          @click=${() => this.attend(this.toggleEvaluation())}
-        >
-          ${is_evaluating ? 'Back to the map' : 'Evaluate'}
-        </button>
-        <scanstitch-menu
-          ?hidden=${is_aside}
-          label="Open"
-          icon="open"
-          .items=${OPEN_ITEMS}
-          ?compact=${is_narrow}
-          @menu-opened=${this.expectFiles}
-          @menu-chosen=${({ detail }: CustomEvent<string>) => this.open(detail)}
-        ></scanstitch-menu>
-        <scanstitch-menu
-          ?hidden=${is_aside}
-          label="Export"
-          icon="download"
-          .items=${run?.exports ?? []}
-          ?compact=${is_narrow}
-          ?disabled=${!can_export}
-          @menu-chosen=${({ detail }: CustomEvent<string>) => run?.runExport(detail)}
-        ></scanstitch-menu>
-        <button
-          class="icon quiet"
-          @click=${() => {
-            this.theme = this.isDark() ? 'light' : 'dark';
-          }}
-          aria-label=${this.isDark() ? 'Light colours' : 'Dark colours'}
-          title=${this.isDark() ? 'Light colours' : 'Dark colours'}
-        >
-          ${icon(this.isDark() ? 'sun' : 'moon')}
-        </button>
-      </nav>
-    </header>`;
+    return appHeader({
+      view: this.view,
+      run: this.run,
+      facts: run?.facts ?? NO_FACTS,
+      exports: run?.exports ?? [],
+      open_items: OPEN_ITEMS,
+      is_narrow: this.layout === 'narrow',
+      is_dark: this.isDark(),
+      toggle: (view) => this.attend(this.toggle(view)),
+      open: (id) => this.open(id),
+      expectFiles: () => void this.expectFiles(),
+      runExport: (id) => void run?.runExport(id),
+      removeReference: () => run?.removeReference(),
+      toggleTheme: () => {
+        this.theme = this.isDark() ? 'light' : 'dark';
+      },
+    });
+  }
+
+  private toggle(view: 'evaluation' | 'strategies' | 'bev'): Promise<void> {
+    if (view === 'evaluation') return this.toggleEvaluation();
+    return view === 'strategies' ? this.toggleStrategies() : this.toggleBev();
   }
 
   /** Tells where something that was asked for fails: a part of the page that cannot be fetched, a file that is gone. */
@@ -392,9 +314,7 @@ export class ScanstitchApp extends LitElement {
   private open(id: string): void {
     if (id !== 'files' && id !== 'folder') {
       this.expecting?.abort();
-      this.num_taken++;
-      this.bag = null;
-      this.opened_files = null;
+      this.intake.forget();
     }
     if (id === 'files') this.file_input.click();
     else if (id === 'folder') this.folder_input.click();
@@ -410,65 +330,7 @@ export class ScanstitchApp extends LitElement {
   private async take(files: readonly NamedFile[], requested_at: number): Promise<void> {
     if (files.length === 0) return;
     this.expecting?.abort();
-    const own = ++this.num_taken;
-    await this.showOpened(openFiles(files, this.bagListener(own, {})), own, {}, requested_at);
-  }
-
-  /** The bag that is open, with other topics. */
-  private async choose(wishes: Wishes): Promise<void> {
-    const { opened_files } = this;
-    if (!opened_files) return;
-    const own = ++this.num_taken;
-    await this.showOpened(
-      chooseTopics(opened_files, wishes, this.bagListener(own, wishes)),
-      own,
-      wishes,
-      performance.now(),
-    );
-  }
-
-  private async showOpened(
-    opening: Promise<OpenedFiles>,
-    own: number,
-    wishes: Wishes,
-    requested_at: number,
-  ): Promise<void> {
-    const opened = await opening;
-    if (own !== this.num_taken) return;
-    const told = await tellApart(opened, this.run);
-    if (own !== this.num_taken) return;
-    if (told.bag) {
-      this.opened_files = opened;
-      this.bag = { listed: told.bag.listed, choice: told.bag.choice, wishes, activity: '' };
-    } else if (this.opened_files && opened.files.every(({ path }) => isBeside(path))) {
-      this.opened_files = { ...this.opened_files, files: [...this.opened_files.files, ...opened.files] };
-    } else {
-      this.bag = null;
-      this.opened_files = null;
-    }
-    if ('spatial' in told) {
-      await this.openSpatial(Promise.resolve(told.spatial), requested_at);
-    } else {
-      this.show('planar');
-      await this.planar.add(told.planar, requested_at);
-    }
-  }
-
-  /** A bag's topics are shown as soon as they are known, before its messages are looked into. */
-  private bagListener(own: number, wishes: Wishes): BagListener {
-    let next_at = 0;
-    return {
-      listed: async ([listed]) => {
-        await import('./components/topics-panel.js');
-        if (own === this.num_taken && listed)
-          this.bag = { listed, choice: null, wishes, activity: 'Inspecting the messages' };
-      },
-      looking: (done, total) => {
-        if (own !== this.num_taken || !this.bag || performance.now() < next_at) return;
-        next_at = performance.now() + LOOKING_INTERVAL_MS;
-        this.bag = { ...this.bag, activity: `Inspecting message ${done} of ${total}` };
-      },
-    };
+    await this.intake.take(files, requested_at);
   }
 
   private async openSpatial(files: Promise<SpatialFiles>, requested_at: number): Promise<void> {

@@ -22,7 +22,7 @@ import './points-table.js';
 import type { TypedPixel } from './points-table.js';
 import type { BevAxes, BevPoint, BevPreset, BevRefinement, BevRole, BevScene, Pixel } from './protocol.js';
 import { homographyPanel, type Pointed, readout } from './readout.js';
-import './refinement.js';
+import { blendSlider, problemList, refinementPanel } from './panels.js';
 import type { RefinementWish } from './refinement.js';
 import { BevSession } from './session.js';
 import './sketch.js';
@@ -100,7 +100,7 @@ export class ScanstitchBev extends LitElement {
       @dragleave=${drop_target.leave}
       @drop=${drop_target.drop}
     >
-      ${document ? html`${this.renderControls(document)} ${this.renderProblems()} ${this.renderWork(document)}` : nothing}
+      ${document ? html`${this.renderControls(document)} ${problemList(this.session)} ${this.renderWork(document)}` : nothing}
       ${announcements(this.session.announcer)}
       <input id="pick" type="file" multiple hidden @change=${this.onPicked} />
       ${
@@ -127,23 +127,6 @@ export class ScanstitchBev extends LitElement {
     });
   }
 
-  private renderProblems(): TemplateResult | typeof nothing {
-    const { problems } = this.session;
-    if (problems.size === 0) return nothing;
-    return html`<ul class="problems">
-      ${[...problems].map(
-        ([key, { text, remedy }]) =>
-          html`<li role="alert">
-            ${icon('doubtful')}<span>${text}</span>
-            ${remedy ? html`<button @click=${remedy.act}>${remedy.label}</button>` : nothing}
-            <button class="quiet icon" aria-label="Dismiss the message" @click=${() => this.session.settle(key)}>
-              ${icon('close', 12)}
-            </button>
-          </li>`,
-      )}
-    </ul>`;
-  }
-
   private renderWork(document: BevDocument): TemplateResult {
     const answer = this.session.answered?.answer;
     return html`<div class="work">
@@ -152,7 +135,13 @@ export class ScanstitchBev extends LitElement {
         ${this.renderPoints(document)}
       </div>
       <div class="stack">
-        ${document.tool === 'pairs' ? this.renderRefinement(document) : nothing}
+        ${
+          document.tool === 'pairs'
+            ? refinementPanel(document, this.session.answered?.answer ?? null, this.refined, (wish) =>
+                this.refine(document, wish),
+              )
+            : nothing
+        }
         <section aria-label="Sketch">
           <scanstitch-bev-sketch
             .layout=${answer?.layout ?? null}
@@ -217,28 +206,8 @@ export class ScanstitchBev extends LitElement {
         }}
         @picture-pointed=${({ detail }: CustomEvent<Pixel | null>) => this.onPointed(role, detail)}
       ></scanstitch-bev-picture>
-      <div class="readout">${is_top ? readout(this.pointed, document.tool) : this.renderBlend()}</div>
+      <div class="readout">${is_top ? readout(this.pointed, document.tool) : blendSlider(this.session)}</div>
     </section>`;
-  }
-
-  private renderBlend(): TemplateResult {
-    const { session } = this;
-    const percent = Math.round(100 * session.blend);
-    return html`<label class="blend"
-      ><span>Front view</span
-      ><input
-        type="range"
-        min="0"
-        max="100"
-        aria-label="Blend: opacity of the warped top view over the front view"
-        ?disabled=${!session.bitmapOf('top')}
-        .value=${String(percent)}
-        @input=${(event: Event) => {
-          session.blend = Number((event.target as HTMLInputElement).value) / 100;
-          this.requestUpdate();
-        }}
-      /><span>warped top view ${percent} %</span></label
-    >`;
   }
 
   private renderPoints(document: BevDocument): TemplateResult {
@@ -265,24 +234,6 @@ export class ScanstitchBev extends LitElement {
                 this.removeMark({ kind: tabledKind(document), index })}
             ></scanstitch-bev-points>`
       }
-    </section>`;
-  }
-
-  private renderRefinement(document: BevDocument): TemplateResult {
-    const { answered } = this.session;
-    const residuals = document.pairs.map(({ front }, index) => {
-      const projected = answered?.answer.pair_points[index]?.projected;
-      return front && projected ? ([projected[0] - front[0], projected[1] - front[1]] as const) : null;
-    });
-    return html`<section aria-label="Refinement">
-      <header><h2>Refine a camera</h2></header>
-      <div class="panel">
-        <scanstitch-bev-refinement
-          .residuals=${residuals}
-          .refined=${this.refined}
-          @refinement-wished=${({ detail }: CustomEvent<RefinementWish>) => this.refine(document, detail)}
-        ></scanstitch-bev-refinement>
-      </div>
     </section>`;
   }
 
