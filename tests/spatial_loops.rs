@@ -91,7 +91,7 @@ fn what_a_way_round_adds_up_is_spread_over_it_and_told() {
     assert!(error_before > 0.02 && error < 0.4 * error_before, "mean error {error} m, {error_before} m before");
     let report = loops.report();
     assert!(report.num_closed >= 1 && report.farthest_move > 0.03, "{report:?}");
-    assert!(report.note().is_some_and(|note| note.contains("spread over the way round")));
+    assert!(report.note().is_some_and(|note| note.contains("distributed over the path")));
 
     let (untouched, loops) = closed(&truth, &images);
     let moved = mean_error(&untouched, &truth);

@@ -1,7 +1,7 @@
-//! What key frames saw: which space is known to be free, and which places have been seen before.
+//! Keyframes: views of single frames, for the test of free space and for the comparison of brightness.
 //!
-//! A map of surfaces as seen from a new place shows what is behind walls that nobody has seen yet. Whether space is free
-//! can only be told from where somebody looked through it.
+//! A map of surfaces as seen from a new pose shows what lies behind walls that have not been seen yet. Only the frames that
+//! looked through a place know that it is free.
 
 use std::sync::Arc;
 
@@ -15,45 +15,45 @@ use crate::registration::photometric::Picture;
 use crate::registration::prepared_surfels::PreparedSurfels;
 use crate::registration::projective::ProjectiveTarget;
 
-/// What one frame saw.
+/// The view of one frame.
 #[derive(Clone)]
 pub struct Keyframe {
-    /// Where it was taken.
+    /// Pose of the camera.
     pub T_world_camera: Pose3,
-    /// The number of its frame.
+    /// Number of the frame.
     frame: u32,
     /// In the camera's own frame.
     view: Arc<ProjectiveTarget>,
     picture: Option<Picture>,
 }
 
-/// The key frames so far.
+/// The keyframes so far.
 #[derive(Clone, Default)]
 pub struct Keyframes {
     views: Vec<Keyframe>,
-    /// What they take on the heap.
+    /// Memory on the heap (bytes).
     num_bytes: usize,
 }
 
-/// A turn by a radian takes as much out of view as a move by so many metres.
-const METRES_A_RADIAN: f64 = 2.0;
-/// Frames nearer to a key frame than this are none (m, turns included).
+/// Translation (m) that changes the view as much as a rotation by a radian.
+const METRES_PER_RADIAN: f64 = 2.0;
+/// Smallest distance between two keyframes (m, two metres per radian).
 const SPACING: f64 = 0.3;
-/// Views further away see other things (m, turns included).
-const REACH: f64 = 4.0;
-/// Views that are asked.
+/// Largest distance at which a keyframe shares the view of a camera (m, two metres per radian).
+const MAX_VIEW_DISTANCE: f64 = 4.0;
+/// Largest number of keyframes that are compared with a camera.
 const MAX_NEARBY: usize = 6;
-/// All together take at most this much memory (bytes): of more, the ones with the nearest neighbours go, ...
-const MOST_BYTES: usize = 96 << 20;
-/// ... until this much is left.
-const LEFT_BYTES: usize = 72 << 20;
-/// How much further apart they must be than before, each time that they are thinned out.
-const THINNING: f64 = 1.25;
-/// Surfaces this far (m) in front of what was seen stand in free space.
+/// Memory above which the keyframes are thinned (bytes), ...
+const MAX_BYTES: usize = 96 << 20;
+/// ... until they take no more than this.
+const TARGET_BYTES: usize = 72 << 20;
+/// Factor by which the spacing grows in each round of thinning.
+const SPACING_GROWTH: f64 = 1.25;
+/// Distance along the normal up to which a point lies on a surface, and not in the free space in front of it (m).
 const TOLERANCE: f64 = 0.05;
 
 impl Keyframes {
-    /// Keeps a frame that is believed, with a number of the caller's, unless there is one like it.
+    /// Adds a frame by its number, unless it is nearer to another keyframe than the spacing.
     pub fn add(&mut self, frame: &PreparedSurfels, number: u32, T_world_camera: &Pose3) {
         if self.views.iter().any(|known| apart_within(&known.T_world_camera, T_world_camera, SPACING).is_some()) {
             return;
@@ -67,17 +67,16 @@ impl Keyframes {
     fn push(&mut self, added: Keyframe) {
         self.num_bytes += added.num_bytes();
         self.views.push(added);
-        if self.num_bytes > MOST_BYTES {
+        if self.num_bytes > MAX_BYTES {
             let mut spacing = SPACING;
-            while self.num_bytes > LEFT_BYTES && self.views.len() > 1 {
-                spacing *= THINNING;
+            while self.num_bytes > TARGET_BYTES && self.views.len() > 1 {
+                spacing *= SPACING_GROWTH;
                 self.thin(spacing);
             }
         }
     }
 
-    /// Leaves the later one of any two that are nearer to each other than this (m, turns included). Where the camera comes
-    /// by again, what has gone is replaced.
+    /// Removes the earlier of any two that are nearer to each other than this (m, two metres per radian).
     fn thin(&mut self, spacing: f64) {
         let mut kept: Vec<Keyframe> = Vec::with_capacity(self.views.len());
         for view in std::mem::take(&mut self.views).into_iter().rev() {
@@ -97,7 +96,7 @@ impl Keyframes {
         }
     }
 
-    /// Adds those of another map that have a `motion` (of the world) by their frame's number, moved by it.
+    /// Adds the keyframes of another set that have a `motion` (of the world) by their frame's number, moved by it.
     pub fn merge(&mut self, other: &Self, motion: impl Fn(u32) -> Option<Pose3>) {
         for view in &other.views {
             if let Some(motion) = motion(view.frame) {
@@ -111,9 +110,9 @@ impl Keyframes {
         &self.views
     }
 
-    /// The views that see most of what a camera at this pose sees, by where they were taken.
+    /// The keyframes that share most of the view of a camera at this pose, judged by their distance.
     pub fn near(&self, T_world_camera: &Pose3) -> Vec<&Keyframe> {
-        let within = |view: &Keyframe| apart_within(&view.T_world_camera, T_world_camera, REACH);
+        let within = |view: &Keyframe| apart_within(&view.T_world_camera, T_world_camera, MAX_VIEW_DISTANCE);
         let mut near: Vec<_> = self.views.iter().filter_map(|view| Some((within(view)?, view))).collect();
         near.sort_by(|a, b| a.0.total_cmp(&b.0));
         near.truncate(MAX_NEARBY);
@@ -122,35 +121,35 @@ impl Keyframes {
 }
 
 impl Keyframe {
-    /// What it takes on the heap.
+    /// Memory on the heap (bytes).
     fn num_bytes(&self) -> usize {
         self.view.num_bytes() + self.picture.as_ref().map_or(0, Picture::num_bytes)
     }
 
-    /// What it saw, in the camera's own frame.
+    /// Its surfaces, in the camera's own frame.
     pub fn view(&self) -> &ProjectiveTarget {
         &self.view
     }
 
-    /// How bright it was, where the frame had colours that are used.
+    /// Its brightness, where the frame has colours that are used.
     pub fn picture(&self) -> Option<&Picture> {
         self.picture.as_ref()
     }
 
-    /// Whether it looked through where this point (world frame) lies.
+    /// Whether this point (world frame) lies in space that it saw to be free.
     pub fn saw_through(&self, point: &Vector3<f64>) -> bool {
         let point = self.T_world_camera.inverse_transform_point(&(*point).into()).coords;
         matches!(self.view.classify_leniently(&point, TOLERANCE), FreeSpaceTest::InFreeSpace)
     }
 }
 
-/// How far apart what two cameras see is (m): turns take it out of view as moves do.
+/// Distance of two poses by how much it changes the view (m, two metres per radian).
 pub fn apart(a: &Pose3, b: &Pose3) -> f64 {
     let between = a.inverse() * b;
-    between.translation.vector.norm() + METRES_A_RADIAN * angle_of(&between.rotation)
+    between.translation.vector.norm() + METRES_PER_RADIAN * angle_of(&between.rotation)
 }
 
-/// The same where it is less than a limit; most of many are told by where they are alone.
+/// The same if it is less than a limit. The translation alone rules out most poses.
 pub fn apart_within(a: &Pose3, b: &Pose3, limit: f64) -> Option<f64> {
     let moved = a.translation.vector - b.translation.vector;
     (moved.norm_squared() < limit * limit).then(|| apart(a, b)).filter(|distance| *distance < limit)
@@ -186,28 +185,28 @@ mod tests {
     }
 
     #[test]
-    fn what_key_frames_take_is_bounded_and_they_stay_spread_over_the_way() {
+    fn the_memory_of_keyframes_is_bounded_and_they_cover_the_whole_path() {
         let (frame, mut keyframes) = (wall(), Keyframes::default());
         let step = 1.01 * SPACING;
         let at = |index: u32| Pose3::from(Translation3::new(step * f64::from(index), 0.0, 0.0));
         let num_frames = 500;
         for index in 0..num_frames {
             keyframes.add(&frame, index, &at(index));
-            assert!(keyframes.num_bytes <= MOST_BYTES, "{} bytes", keyframes.num_bytes);
+            assert!(keyframes.num_bytes <= MAX_BYTES, "{} bytes", keyframes.num_bytes);
         }
         let bytes_each = keyframes.num_bytes / keyframes.all().len();
         assert!(bytes_each < 560_000, "{bytes_each} bytes a key frame");
         let counted: usize = keyframes.all().iter().map(Keyframe::num_bytes).sum();
         assert_eq!(counted, keyframes.num_bytes);
-        // The way is covered from its beginning to its end, the last frame is there, and wherever one comes back to, some saw it.
+        // The last frame is a keyframe, and every pose of the path has keyframes near it.
         assert_eq!(keyframes.all().last().unwrap().frame, num_frames - 1);
         for index in 0..num_frames {
-            assert!(!keyframes.near(&at(index)).is_empty(), "nothing is known about frame {index}");
+            assert!(!keyframes.near(&at(index)).is_empty(), "no keyframe near frame {index}");
         }
     }
 
     #[test]
-    fn of_others_only_what_is_to_be_moved_is_taken_in() {
+    fn only_keyframes_with_a_motion_are_merged() {
         let (frame, mut others, mut keyframes) = (wall(), Keyframes::default(), Keyframes::default());
         for number in 0..3 {
             others.add(&frame, number, &Pose3::from(Translation3::new(f64::from(number), 0.0, 0.0)));

@@ -1,7 +1,7 @@
-//! A map of pieces of surface: what a depth frame is matched with, and what it is added to.
+//! The surfel map: depth frames are registered to it and added to it.
 //!
-//! Keller et al., "Real-time 3D reconstruction in dynamic scenes using point-based fusion", 3DV 2013: a piece that was
-//! seen before is averaged by its certainty, one that was not is added.
+//! Keller et al., "Real-time 3D reconstruction in dynamic scenes using point-based fusion", 3DV 2013: a surfel that
+//! has been measured before is averaged by the inverse variances, others are added.
 
 use std::sync::Arc;
 
@@ -14,18 +14,17 @@ use crate::preprocess::voxel_hash::VoxelHash;
 use crate::registration::projective::{PackedSurfel, ProjectiveTarget, SurfelRasterizer};
 use crate::registration::target::Target;
 
-/// Pieces of surface in the world frame, by the block of space they lie in: of a large map only the blocks in view are
-/// looked at.
+/// Surfels in the world frame, in blocks of space: of a large map only the blocks in view are rendered.
 #[derive(Debug, Clone)]
 pub struct SurfelMap {
-    /// Shared with clones until one of them changes.
+    /// Shared with clones of the map until one of them changes.
     blocks: Vec<Arc<Block>>,
     /// Their numbers.
     hash: VoxelHash,
     len: usize,
 }
 
-/// The pieces of a block, each with the number of the frame that saw it first.
+/// The surfels of a block, each with the number of the frame that measured it first.
 #[derive(Debug, Clone, Default)]
 struct Block {
     center: Vector3<f64>,
@@ -34,22 +33,22 @@ struct Block {
 
 /// Side of a block (m).
 const BLOCK: f64 = 1.0;
-/// Views reach beyond the image by this share of its size on every side: the map goes on where the image ends.
+/// Margin of a view beyond the image on every side, as a share of the image's size.
 const MARGIN: f64 = 0.25;
-/// Views reach so far (m), ...
-const REACH: f64 = 12.0;
-/// ... or so much further than the frame shows anything: a place that is looked at may be a few metres off.
-const BEYOND_FRAME: f64 = 4.0;
-/// One cell in so many tells how far that is.
+/// Depth up to which the map is rendered (m), ...
+const MAX_VIEW_DEPTH: f64 = 12.0;
+/// ... or this much beyond the frame's largest depth (m): a pose hypothesis may be off by a few metres.
+const DEPTH_MARGIN: f64 = 4.0;
+/// One of this many cells is read for the largest depth.
 const DEPTH_STRIDE: usize = 13;
-/// Pieces of one surface are at least about this far apart (m).
+/// Smallest distance between two surfels of one surface (m).
 const SPACING: f64 = 0.025;
-/// Pieces whose normals differ by more (cosine) are of different surfaces.
+/// Cosine between two normals below which surfels belong to different surfaces.
 const SAME_SURFACE_COSINE: f64 = 0.9;
-/// Pieces further apart than this along the normal (m), beyond their own uncertainty, are of different surfaces.
+/// Distance along the normal above which surfels belong to different surfaces (m), beyond their own uncertainty.
 const SAME_SURFACE_DISTANCE: f64 = 0.03;
-/// Surfaces seen often are not known better than this (m), for their poses are not independent of each other. Twice as
-/// much lets each frame of a long recording drag the map along; half as much makes the first frames' errors last.
+/// Smallest standard deviation of a surfel (m): the poses of its frames are correlated. With twice as much, each frame of a
+/// long recording pulls the map along; with half as much, the errors of the first frames persist.
 const MIN_DEVIATION: f64 = 1e-3;
 
 impl Default for SurfelMap {
@@ -59,33 +58,32 @@ impl Default for SurfelMap {
 }
 
 impl SurfelMap {
-    /// A map without anything in it.
+    /// An empty map.
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// Everything in it, world frame.
+    /// All surfels, world frame.
     pub fn surfels(&self) -> impl Iterator<Item = Surfel> {
         self.blocks.iter().flat_map(|block| &block.surfels).map(PackedSurfel::surfel)
     }
 
-    /// Number of pieces.
+    /// Number of surfels.
     pub fn len(&self) -> usize {
         self.len
     }
 
-    /// Whether nothing has been added.
+    /// Whether it has no surfels.
     pub fn is_empty(&self) -> bool {
         self.len == 0
     }
 
-    /// The map as seen from `T_world_view` with cells like those of `frame`, and some beyond its border, as far as may matter to
-    /// the frame.
+    /// The map as seen from `T_world_view`, with cells like those of `frame` and a margin.
     pub fn view(&self, frame: &SurfelImage, T_world_view: &Pose3) -> ProjectiveTarget {
         let camera = with_margin(&frame.cell_camera());
         let depths = frame.cells.iter().step_by(DEPTH_STRIDE).flatten().map(|surfel| surfel.point.z);
-        let reach = REACH.max(depths.fold(0.0, f64::max) + BEYOND_FRAME);
-        let frustum = Frustum::new(&camera, T_world_view, reach);
+        let max_depth = MAX_VIEW_DEPTH.max(depths.fold(0.0, f64::max) + DEPTH_MARGIN);
+        let frustum = Frustum::new(&camera, T_world_view, max_depth);
         let mut rasterizer = SurfelRasterizer::new(&camera, T_world_view);
         for (number, block) in (0u64..).zip(&self.blocks) {
             if frustum.may_see(&block.center) {
@@ -95,16 +93,15 @@ impl SurfelMap {
         rasterizer.finish()
     }
 
-    /// Adds a frame, with a number of the caller's, at its pose. `view` is this map, without changes since it was drawn, as
-    /// seen from about there.
+    /// Adds a frame by its number at its pose. `view` is this map as seen from about there, unchanged since.
     pub fn insert(&mut self, frame: &SurfelImage, number: u32, T_world_camera: &Pose3, view: &ProjectiveTarget) {
         let cell_width = 1.0 / frame.cell_camera().fx;
         let R = T_world_camera.rotation.to_rotation_matrix().into_inner();
         let t = T_world_camera.translation.vector;
         for surfel in frame.surfels() {
             let moved = Surfel { point: R * surfel.point + t, normal: R * surfel.normal, ..*surfel };
-            let reach = SPACING.max(cell_width * surfel.point.z);
-            let Some(neighbor) = view.nearest(&moved.point, 2.0 * reach) else {
+            let spacing = SPACING.max(cell_width * surfel.point.z);
+            let Some(neighbor) = view.nearest(&moved.point, 2.0 * spacing) else {
                 self.add(moved, number);
                 continue;
             };
@@ -118,20 +115,19 @@ impl SurfelMap {
             if known.normal.dot(&moved.normal) > SAME_SURFACE_COSINE && across.abs() < distance {
                 let averaged = averaged(&known, &moved, across);
                 Arc::make_mut(&mut self.blocks[block]).surfels[index] = PackedSurfel::new(&averaged, packed.tag);
-            } else if f64::from(neighbor.sq_distance) > reach * reach {
+            } else if f64::from(neighbor.sq_distance) > spacing * spacing {
                 self.add(moved, number);
             }
         }
     }
 
-    /// Moves every piece with the frame that saw it first, by `motion` (of the world) of that frame's number.
+    /// Moves every surfel by the `motion` (of the world) of the frame that measured it first.
     pub fn apply_corrections(&mut self, motion: impl Fn(u32) -> Pose3) {
         let unmoved = std::mem::take(self);
         self.merge(&unmoved, |frame| Some(motion(frame)));
     }
 
-    /// Adds what some frames have shown to another map, moved by `motion` (of the world) of the number of the frame that saw it
-    /// first; nothing of the others.
+    /// Adds the surfels of another map whose first frame has a `motion` (of the world), moved by it.
     pub fn merge(&mut self, other: &Self, motion: impl Fn(u32) -> Option<Pose3>) {
         let mut last: Option<(u32, Option<Pose3>)> = None;
         for packed in other.blocks.iter().flat_map(|block| &block.surfels) {
@@ -155,7 +151,7 @@ impl SurfelMap {
     }
 }
 
-/// The known piece moves along its normal only: where on the surface it lies is as good as any other place.
+/// The average of two surfels. The known one moves along its normal only: its position on the surface is arbitrary.
 fn averaged(known: &Surfel, seen: &Surfel, across: f64) -> Surfel {
     let (known_weight, seen_weight) = (known.sigma.powi(-2), seen.sigma.powi(-2));
     let share = seen_weight / (known_weight + seen_weight);
@@ -166,7 +162,7 @@ fn averaged(known: &Surfel, seen: &Surfel, across: f64) -> Surfel {
     }
 }
 
-/// The block of a number, and the place in it.
+/// The block of a number, and the index in it.
 fn parts(number: u64) -> (usize, usize) {
     ((number >> 32) as usize, (number & u64::from(u32::MAX)) as usize)
 }
@@ -183,29 +179,30 @@ fn with_margin(camera: &Pinhole) -> Pinhole {
     }
 }
 
-/// The four sides of what a camera sees, as planes through it, and how far it is looked.
+/// The view frustum of a camera: four planes through it, and the largest depth.
 struct Frustum {
     T_view_world: Pose3,
     /// Unit normals, inwards.
     sides: [Vector3<f64>; 4],
-    /// How far it reaches (m).
-    reach: f64,
+    /// Largest depth (m).
+    max_depth: f64,
 }
 
 impl Frustum {
-    fn new(camera: &Pinhole, T_world_view: &Pose3, reach: f64) -> Self {
+    fn new(camera: &Pinhole, T_world_view: &Pose3, max_depth: f64) -> Self {
         let (right, down) = (camera.width as f64 - 0.5, camera.height as f64 - 0.5);
         let corners = [(-0.5, -0.5), (right, -0.5), (right, down), (-0.5, down)].map(|(u, v)| camera.ray(u, v));
         // Clockwise on the image with y down: the product of a corner with the next points inwards.
         let sides = [0, 1, 2, 3].map(|side| corners[side].cross(&corners[(side + 1) % 4]).normalize());
-        Self { T_view_world: T_world_view.inverse(), sides, reach }
+        Self { T_view_world: T_world_view.inverse(), sides, max_depth }
     }
 
-    /// Whether a block with this centre reaches into what is seen.
+    /// Whether a block with this centre may intersect the frustum.
     fn may_see(&self, center: &Vector3<f64>) -> bool {
         let center = <Pose3 as RigidMotion>::act(&self.T_view_world, center);
         let radius = BLOCK * 3f64.sqrt() / 2.0;
-        self.sides.iter().all(|side| side.dot(&center) > -radius) && (-radius..self.reach + radius).contains(&center.z)
+        self.sides.iter().all(|side| side.dot(&center) > -radius)
+            && (-radius..self.max_depth + radius).contains(&center.z)
     }
 }
 
@@ -234,7 +231,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_seen_again_is_averaged_by_certainty_and_not_added() {
+    fn a_surfel_measured_again_is_averaged_by_inverse_variance() {
         let mut map = SurfelMap::new();
         assert!(map.is_empty());
         insert(&mut map, &wall(2.0, 0.01), &Pose3::identity());
@@ -260,7 +257,7 @@ mod tests {
     }
 
     #[test]
-    fn pieces_go_with_the_frame_that_saw_them_first() {
+    fn surfels_move_with_the_frame_that_measured_them_first() {
         let (mut map, at) = (SurfelMap::new(), [Pose3::identity(), Pose3::translation(0.0, 0.0, 5.0)]);
         for (number, T) in (0..).zip(&at) {
             let view = map.view(&wall(2.0, 0.01), T);
@@ -272,11 +269,11 @@ mod tests {
         let at_depth = |z: f64| map.surfels().filter(|surfel| (surfel.point.z - z).abs() < 1e-6).count();
         assert_eq!((at_depth(2.0), at_depth(8.5)), (before.len() / 2, before.len() / 2));
         let (camera, T) = (wall(2.0, 0.01), Pose3::translation(0.0, 0.0, 6.5));
-        assert_eq!(map.view(&camera, &T).len(), before.len() / 2, "blocks are where their pieces are");
+        assert_eq!(map.view(&camera, &T).len(), before.len() / 2, "blocks lie where their surfels are");
     }
 
     #[test]
-    fn of_another_map_only_what_is_to_be_moved_is_taken_in() {
+    fn only_surfels_of_frames_with_a_motion_are_merged() {
         let (mut other, at) = (SurfelMap::new(), [Pose3::identity(), Pose3::translation(0.0, 0.0, 5.0)]);
         for (number, T) in (0..).zip(&at) {
             let view = other.view(&wall(2.0, 0.01), T);
@@ -291,7 +288,7 @@ mod tests {
     }
 
     #[test]
-    fn blocks_out_of_view_are_left_out_and_those_in_view_are_not() {
+    fn only_blocks_in_view_are_rendered_and_none_of_them_is_missing() {
         let mut map = SurfelMap::new();
         let frame = wall(2.0, 0.01);
         for turn in 0..12 {

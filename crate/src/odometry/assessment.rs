@@ -191,7 +191,7 @@ impl Assessment {
     }
 
     /// Good in itself, but found by frames before it whose own place is in doubt.
-    pub fn mark_hanging_on_an_open_place(&mut self) {
+    pub fn mark_dependent_on_uncertain_pose(&mut self) {
         self.doubt(
             "it fits the frames before it, but their own position is uncertain, and it overlaps too little with what is known \
              for certain",

@@ -41,7 +41,7 @@ pub struct ReferenceKeyframe<'a> {
     /// Where it was taken.
     pub T_world_camera: Pose3,
     /// Indices of the points that it sees.
-    pub seen: Vec<u32>,
+    pub visible: Vec<u32>,
 }
 
 /// A pose with its information matrix, by a perturbation on the left of it (rotation first).
@@ -173,7 +173,7 @@ fn compare(points: &[TexturedPoint], reference: &ReferenceKeyframe<'_>, T: &Pose
         let (there, slope) = reference.picture.look(level, &(R * place + t))?;
         Some(Comparison { index, here: point.values[level], there, slope: R.tr_mul(&slope), place })
     };
-    reference.seen.iter().filter_map(compare).collect()
+    reference.visible.iter().filter_map(compare).collect()
 }
 
 impl Light {
@@ -372,7 +372,7 @@ mod tests {
     }
 
     fn reference<'a>(picture: &'a Picture, points: &[TexturedPoint]) -> ReferenceKeyframe<'a> {
-        ReferenceKeyframe { picture, T_world_camera: Pose3::identity(), seen: (0..points.len() as u32).collect() }
+        ReferenceKeyframe { picture, T_world_camera: Pose3::identity(), visible: (0..points.len() as u32).collect() }
     }
 
     #[test]
@@ -438,7 +438,7 @@ mod tests {
         let painted = wall(&Pose3::identity(), 1.0);
         let (points, picture) = (textured_points(&painted), picture(&painted));
         let surfaces = Gaussian { T_world_camera: Pose3::identity(), information: Matrix6::identity() };
-        let unseen = ReferenceKeyframe { seen: Vec::new(), ..reference(&picture, &points) };
+        let unseen = ReferenceKeyframe { visible: Vec::new(), ..reference(&picture, &points) };
         let solver = Motion::Free.solver();
         assert_eq!(register_by_brightness(&points, &[unseen], &surfaces, 1, &solver), None);
         assert_eq!(register_by_brightness(&points, &[], &surfaces, 1, &solver), None);

@@ -1,4 +1,4 @@
-//! What speaks for a pose and against it: surfaces that agree, and surfaces that stand in free space.
+//! The evidence for and against a pose: surfaces that agree, and surfaces in space that was seen to be free.
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -8,46 +8,47 @@ use crate::registration::free_space::{FreeSpaceTally, FreeSpaceTest};
 use crate::registration::prepared_surfels::SurfelCloud;
 use crate::registration::projective::{PointBatch, ProjectiveTarget};
 
-/// Surfaces agree with a rough guess when they are this near (m), ...
+/// Distance along the normal up to which surfaces agree for an initial pose (m).
 const ROUGH_TOLERANCE: f64 = 0.1;
-/// ... and with a refined one when they are this near.
+/// The same for a refined pose (m).
 pub(crate) const FINE_TOLERANCE: f64 = 0.03;
-/// Surfaces that agree face the same way (cosine).
+/// Cosine between the normals of two surfaces above which they can agree.
 pub(crate) const AGREEING_COSINE: f64 = 0.8;
+/// Weight of a contradicting surface relative to an agreeing one: walls agree in many poses.
+const CONTRADICTION_WEIGHT: f64 = 2.0;
 
 /// The evidence for a pose.
 pub(super) struct Evidence {
-    /// What agrees less what is contradicted, as a share of all.
+    /// Agreeing less contradicting surface, as a share of all.
     pub(super) support: f64,
     /// Share of the frame's surface that lies on the map, 0..=1.
     pub(super) overlap: f64,
-    /// Share of what agrees of all that agrees or is contradicted, 0..=1.
+    /// Agreeing surface as a share of the agreeing and contradicting, 0..=1.
     pub(super) agreement: f64,
 }
 
 impl Evidence {
-    /// The frame's surface (`cloud`) held against the map's view, and the map's against the frame's own view.
+    /// Compares the frame's surface (`cloud`) with the view of the map and the keyframes' free space, and the view's surface
+    /// with the frame's own view.
     pub(super) fn gather(
-        seen: &ReferenceMap,
+        reference: &ReferenceMap,
         view: &ProjectiveTarget,
         cloud: &SurfelCloud,
         own_view: &ProjectiveTarget,
         T_world_camera: &Pose3,
     ) -> Self {
-        let (R, t) = parts(T_world_camera);
+        let (R, t) = rotation_and_translation(T_world_camera);
         let mut frame_in_map = FreeSpaceTally::default();
-        let references = seen.keyframes.near(T_world_camera);
+        let keyframes = reference.keyframes.near(T_world_camera);
         for (point, normal) in cloud.points.iter().zip(&cloud.normals) {
             let (point, normal) = (R * point + t, R * normal);
             match view.classify_leniently(&point, FINE_TOLERANCE).facing(&normal, AGREEING_COSINE) {
                 FreeSpaceTest::Agreeing(_) => frame_in_map.agreeing += 1,
-                _ if references.iter().any(|reference| reference.saw_through(&point)) => {
-                    frame_in_map.in_free_space += 1;
-                }
+                _ if keyframes.iter().any(|keyframe| keyframe.saw_through(&point)) => frame_in_map.in_free_space += 1,
                 _ => {}
             }
         }
-        let (R, t) = parts(&T_world_camera.inverse());
+        let (R, t) = rotation_and_translation(&T_world_camera.inverse());
         let mut map_in_frame = FreeSpaceTally::default();
         for surfel in view.surfels().step_by(view.len().div_ceil(cloud.points.len()).max(1)) {
             let test = own_view.classify_leniently(&(R * surfel.point + t), FINE_TOLERANCE);
@@ -56,34 +57,34 @@ impl Evidence {
         let overlap = frame_in_map.agreeing as f64 / cloud.points.len().max(1) as f64;
         let mut both = frame_in_map;
         both += map_in_frame;
-        // What is contradicted counts against a pose more than what fits counts for it: walls fit in many ways.
-        let support = (both.agreeing as f64 - 2.0 * both.in_free_space as f64) / (2 * cloud.points.len().max(1)) as f64;
+        let support = (both.agreeing as f64 - CONTRADICTION_WEIGHT * both.in_free_space as f64)
+            / (2 * cloud.points.len().max(1)) as f64;
         Self { support, overlap, agreement: both.agreement() }
     }
 }
 
-/// What speaks for a guess, cheaply: the share of the points that agree with the view, less those in its free space.
+/// A fast score of a pose, -1..=1: the share of points that agree with the view less the share in its free space.
 pub(crate) fn score(view: &ProjectiveTarget, point_batch: &PointBatch, T_world_camera: &Pose3) -> f64 {
     let counts = view.tally(point_batch, T_world_camera, ROUGH_TOLERANCE, AGREEING_COSINE as f32);
     (counts.agreeing as f64 - counts.in_free_space as f64) / point_batch.len().max(1) as f64
 }
 
-/// The same for points and normals that have been turned already and are moved by `shift`, for many moves with one turn.
-/// Surfaces agree when they are within `tolerance` (m).
-pub(super) fn score_turned(
+/// The same for points and normals that have been rotated already and are translated by `translation`, for many translations
+/// with one rotation. Surfaces agree when they are within `tolerance` (m).
+pub(super) fn score_translated(
     view: &ProjectiveTarget,
     points: &[Vector3<f64>],
     normals: &[Vector3<f64>],
-    shift: &Vector3<f64>,
+    translation: &Vector3<f64>,
     tolerance: f64,
 ) -> f64 {
     let mut tally = FreeSpaceTally::default();
     for (point, normal) in points.iter().zip(normals) {
-        tally.add(&view.classify(&(point + shift), tolerance).facing(normal, AGREEING_COSINE));
+        tally.add(&view.classify(&(point + translation), tolerance).facing(normal, AGREEING_COSINE));
     }
     (tally.agreeing as f64 - tally.in_free_space as f64) / points.len().max(1) as f64
 }
 
-fn parts(T: &Pose3) -> (Matrix3<f64>, Vector3<f64>) {
+fn rotation_and_translation(T: &Pose3) -> (Matrix3<f64>, Vector3<f64>) {
     (T.rotation.to_rotation_matrix().into_inner(), T.translation.vector)
 }

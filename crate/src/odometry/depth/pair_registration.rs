@@ -1,58 +1,53 @@
-//! Two depth frames alone: one is registered to the other, from a guess or from none.
+//! Registration of one depth frame to another, with or without an initial guess.
 
-use super::matching::Matching;
+use super::frame_matcher::FrameMatcher;
 use super::pose_hypothesis::PoseHypothesis;
 use super::reference_map::ReferenceMap;
 use super::{DepthOptions, SpatialEstimate};
 use crate::geometry::Pose3;
 use crate::registration::prepared_surfels::PreparedSurfels;
 
-/// A frame that others are registered to, one by one and apart from each other. Poses are in its own frame.
+/// A target frame. Other frames are registered to it independently of each other; poses are in its frame.
 pub struct PairRegistration {
-    seen: ReferenceMap,
+    reference: ReferenceMap,
 }
 
-/// Where a frame is looked for.
+/// The search for an initial pose.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Search {
     /// Within about 0.2 m and 10 degrees of a guess.
     From(Pose3),
-    /// Turned by any angle about this camera's y axis, and moved by up to a metre: what is done for frames that are lost.
+    /// Any rotation about the target camera's y axis, and translations by up to a metre: the search for lost frames.
     AllAround,
-    /// Turned by any angle about this camera's y axis, and moved by up to four metres ahead and aside.
+    /// Any rotation about the target camera's y axis, and translations by up to four metres forward, back and sideways.
     Anywhere,
 }
 
 impl PairRegistration {
-    /// A frame alone.
-    pub fn new(frame: &PreparedSurfels) -> Self {
-        let (mut seen, identity) = (ReferenceMap::default(), Pose3::identity());
-        let view = seen.map.view(&frame.image, &identity);
-        seen.insert(frame, 0, &identity, &view);
-        Self { seen }
+    /// With this frame as the target.
+    pub fn new(target: &PreparedSurfels) -> Self {
+        let (mut reference, identity) = (ReferenceMap::default(), Pose3::identity());
+        let view = reference.map.view(&target.image, &identity);
+        reference.insert(target, 0, &identity, &view);
+        Self { reference }
     }
 
-    /// Registers another frame; the estimate's pose maps it into this frame.
+    /// Registers another frame; the estimate's pose maps it into the target's frame.
     pub fn register(&self, frame: &PreparedSurfels, search: Search, options: DepthOptions) -> SpatialEstimate {
-        let matching = Matching::new(&self.seen, frame, options);
-        let found = match search {
-            Search::From(guess) => nearer(matching.best_of(&[guess], &guess), matching.settled(guess)),
-            Search::AllAround => matching.best_of_all_around(&Pose3::identity()),
-            Search::Anywhere => matching.best_of_anywhere(&Pose3::identity()),
+        let matcher = FrameMatcher::new(&self.reference, frame, options);
+        let hypothesis = match search {
+            Search::From(guess) => better_supported(matcher.best_of(&[guess], &guess), matcher.register_at(guess)),
+            Search::AllAround => matcher.best_of_all_around(&Pose3::identity()),
+            Search::Anywhere => matcher.best_of_anywhere(&Pose3::identity()),
         };
-        let (assessment, overlap) = (found.assessment(), found.overlap);
-        let T_world_sensor = found.registration.T_target_source;
-        SpatialEstimate {
-            T_world_sensor,
-            registration: Some(found.registration),
-            overlap,
-            assessment,
-            is_in_map: false,
-        }
+        let (assessment, overlap) = (hypothesis.assessment(), hypothesis.overlap);
+        let T_world_sensor = *hypothesis.T_world_sensor();
+        let registration = Some(hypothesis.registration);
+        SpatialEstimate { T_world_sensor, registration, overlap, assessment, is_in_map: false }
     }
 }
 
-/// A wide registration may lead away from a good guess, a narrow one not to it.
-fn nearer(wide: PoseHypothesis, narrow: PoseHypothesis) -> PoseHypothesis {
-    if narrow.support > wide.support { narrow } else { wide }
+/// A coarse-to-fine registration may leave the basin of a good guess, a fine one alone may not reach the solution.
+fn better_supported(coarse_to_fine: PoseHypothesis, fine: PoseHypothesis) -> PoseHypothesis {
+    if fine.support > coarse_to_fine.support { fine } else { coarse_to_fine }
 }

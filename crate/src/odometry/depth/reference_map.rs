@@ -1,4 +1,4 @@
-//! What frames that are part of the map have shown.
+//! The reference that frames are registered to: the surfel map, and the keyframes.
 
 use crate::geometry::Pose3;
 use crate::map::keyframes::Keyframes;
@@ -6,7 +6,7 @@ use crate::map::surfel::SurfelMap;
 use crate::registration::prepared_surfels::PreparedSurfels;
 use crate::registration::projective::ProjectiveTarget;
 
-/// The map, and what key frames looked through.
+/// Surfaces to register to, and keyframes for free space and brightness.
 #[derive(Clone, Default)]
 pub(super) struct ReferenceMap {
     pub(super) map: SurfelMap,
@@ -14,7 +14,7 @@ pub(super) struct ReferenceMap {
 }
 
 impl ReferenceMap {
-    /// Adds a frame with its number. `view` is the map as seen from about there.
+    /// Adds a frame by its number. `view` is the map as seen from about there.
     pub(super) fn insert(
         &mut self,
         frame: &PreparedSurfels,
@@ -26,13 +26,13 @@ impl ReferenceMap {
         self.keyframes.add(frame, number, T_world_camera);
     }
 
-    /// Adds what some other frames have shown, moved by the `motion` (of the world) of their numbers; nothing of those without.
+    /// Adds the content of another map from the frames that have a `motion` (of the world), moved by it.
     pub(super) fn merge(&mut self, other: &Self, motion: &impl Fn(u32) -> Option<Pose3>) {
         self.map.merge(&other.map, motion);
         self.keyframes.merge(&other.keyframes, motion);
     }
 
-    /// Moves what each frame has shown by its `motion` (of the world).
+    /// Moves each frame's content by its `motion` (of the world).
     pub(super) fn apply_corrections(&mut self, motion: &impl Fn(u32) -> Pose3) {
         self.map.apply_corrections(motion);
         self.keyframes.apply_corrections(motion);

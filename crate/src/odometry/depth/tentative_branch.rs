@@ -1,24 +1,28 @@
-//! Frames since one whose place is not certain, be it open along a direction or held by little: where that one is off, so
-//! are those after it, until one knows from what was seen before all of them where it is.
+//! A tentative branch: the frames since one with an uncertain pose. An error of that pose carries over to all poses after
+//! it, until a frame is registered to the map from before the branch and thereby resolves it.
 
 use nalgebra::Vector3;
 
+use super::DepthOptions;
 use super::evidence::FINE_TOLERANCE;
-use super::matching::{Matching, is_well_constrained};
-use super::pose_hypothesis::{PoseHypothesis, PredictionGate};
+use super::frame_matcher::{FrameMatcher, SAME_POSE_DISTANCE};
+use super::pose_hypothesis::{PoseHypothesis, PoseUncertainty};
+use super::prediction_gate::PredictionGate;
 use super::reference_map::ReferenceMap;
-use super::{DepthOptions, SAME_PLACE};
+use super::resolve_degeneracy::is_well_constrained;
 use crate::geometry::Pose3;
 use crate::map::keyframes::apart;
 use crate::registration::degeneracy::DegenerateDirection;
 use crate::registration::prepared_surfels::PreparedSurfels;
 
-/// A frame that is open along a direction is to blame for what is off that way (cosine).
-const BLAMED_COSINE: f64 = 0.5;
+/// Cosine between a frame's undetermined direction and the observed error above which the frame may have caused it.
+const MIN_ERROR_DIRECTION_COSINE: f64 = 0.5;
 
 #[derive(Clone, Default)]
 pub(super) struct TentativeBranch {
-    before: ReferenceMap,
+    /// The map before the branch.
+    map_before: ReferenceMap,
+    /// Pose of the last frame before the branch.
     T_world_before: Pose3,
     frames: Vec<BranchFrame>,
 }
@@ -26,76 +30,70 @@ pub(super) struct TentativeBranch {
 #[derive(Clone)]
 struct BranchFrame {
     number: u32,
-    /// Where its own place is not certain.
-    doubt: Option<PoseUncertainty>,
-    /// Whether it is known that those after it are not off by it.
-    is_settled: bool,
+    /// How its own registration may be wrong; `None` where it is certain relative to the frame before.
+    uncertainty: Option<PoseUncertainty>,
+    /// Whether a later frame has already corrected its error.
+    is_resolved: bool,
 }
 
-/// How a frame may be off.
-#[derive(Clone, Copy)]
-pub(super) enum PoseUncertainty {
-    /// Along this direction (unit vector in the world).
-    Along(Vector3<f64>),
-    Anywhere,
-}
-
-/// What a later frame tells of one of them.
+/// The correction of one frame of a branch.
 pub(super) struct BranchCorrection {
     pub(super) number: u32,
-    /// How it is moved, in the world.
+    /// Motion of the frame in the world.
     pub(super) motion: Pose3,
-    /// Whether it is where that leads for sure.
+    /// Whether the corrected pose is certain.
     pub(super) is_certain: bool,
 }
 
-/// What a frame tells of those since the open one.
+/// What a later frame says about a branch, by its registration to the map from before the branch.
 pub(super) enum BranchOutcome {
-    /// It shows too little of what was known before them.
-    Nothing,
-    /// They have led to where it is by what was known before them.
+    /// It overlaps that map too little.
+    Unresolved,
+    /// The registration agrees with the branch.
     Confirmed(Box<PoseHypothesis>),
-    /// They have not, and this is where it is.
-    BranchCorrection(Box<PoseHypothesis>),
+    /// The registration differs: the branch is wrong by the difference.
+    Refuted(Box<PoseHypothesis>),
 }
 
 impl TentativeBranch {
-    /// `before` is what was seen before them, and where the last frame was.
-    pub(super) fn new(before: ReferenceMap, T_world_before: Pose3) -> Self {
-        Self { before, T_world_before, frames: Vec::new() }
+    /// A branch without frames, with the map and the pose from before it.
+    pub(super) fn new(map_before: ReferenceMap, T_world_before: Pose3) -> Self {
+        Self { map_before, T_world_before, frames: Vec::new() }
     }
 
-    pub(super) fn before(&self) -> &ReferenceMap {
-        &self.before
+    pub(super) fn map_before(&self) -> &ReferenceMap {
+        &self.map_before
     }
 
-    pub(super) fn into_before(self) -> ReferenceMap {
-        self.before
+    pub(super) fn into_map_before(self) -> ReferenceMap {
+        self.map_before
     }
 
     pub(super) fn T_world_before(&self) -> Pose3 {
         self.T_world_before
     }
 
-    /// Takes in a frame, with how it may be off if its own place is not certain.
-    pub(super) fn push(&mut self, number: u32, doubt: Option<PoseUncertainty>) {
-        self.frames.push(BranchFrame { number, doubt, is_settled: false });
+    /// Adds a frame, with its uncertainty if its own registration is not certain.
+    pub(super) fn push(&mut self, number: u32, uncertainty: Option<PoseUncertainty>) {
+        self.frames.push(BranchFrame { number, uncertainty, is_resolved: false });
     }
 
-    /// Whether those after them may be anywhere, and not only a little off.
+    /// Whether the error of the branch has no bound, as opposed to an error along known directions.
     pub(super) fn has_unbounded_error(&self) -> bool {
-        self.frames.iter().any(|frames| !frames.is_settled && matches!(frames.doubt, Some(PoseUncertainty::Anywhere)))
+        self.frames
+            .iter()
+            .any(|frame| !frame.is_resolved && matches!(frame.uncertainty, Some(PoseUncertainty::Unbounded)))
     }
 
-    /// Whether the place of the last of them hangs on nothing but those before it.
+    /// Whether the last frame's own registration is certain.
     pub(super) fn ends_with_certain_pose(&self) -> bool {
-        self.frames.last().is_some_and(|frames| frames.doubt.is_none())
+        self.frames.last().is_some_and(|frame| frame.uncertainty.is_none())
     }
 
-    /// Takes in what has been found out of some of them: they do not lead astray.
-    pub(super) fn settle(&mut self, told: &Self) {
-        for frames in &mut self.frames {
-            frames.is_settled |= told.frames.iter().any(|told| told.number == frames.number);
+    /// Marks those frames as resolved that are also part of a resolved branch.
+    pub(super) fn mark_resolved(&mut self, resolved: &Self) {
+        for frame in &mut self.frames {
+            frame.is_resolved |= resolved.frames.iter().any(|other| other.number == frame.number);
         }
     }
 
@@ -103,73 +101,76 @@ impl TentativeBranch {
         self.frames.len()
     }
 
-    /// Whether a frame is where it seemed to be if they have led to where the next one is: its own place must be certain.
+    /// Whether the pose of this frame becomes certain when the branch is confirmed: its own registration must be certain.
     pub(super) fn confirms(&self, number: u32) -> bool {
-        self.frames.iter().any(|frames| frames.number == number && frames.doubt.is_none())
+        self.frames.iter().any(|frame| frame.number == number && frame.uncertainty.is_none())
     }
 
-    /// The numbers of those whose own place is not certain.
+    /// Numbers of the frames whose own registration is not certain.
     pub(super) fn uncertain(&self) -> Vec<u32> {
-        self.frames.iter().filter(|frames| frames.doubt.is_some()).map(|frames| frames.number).collect()
+        self.frames.iter().filter(|frame| frame.uncertainty.is_some()).map(|frame| frame.number).collect()
     }
 
-    /// What a frame tells that they have led to this place.
+    /// What a frame says that the branch has led to this pose.
     pub(super) fn resolved_by(
         &self,
         frame: &PreparedSurfels,
-        T_world_found: &Pose3,
+        T_world_sensor: &Pose3,
         options: DepthOptions,
     ) -> BranchOutcome {
-        let found = Matching::new(&self.before, frame, options).settled(*T_world_found);
-        if !found.is_constrained_by_map() || !found.is_accepted(PredictionGate::InsideAfterGap) {
-            return BranchOutcome::Nothing;
+        let anchored = FrameMatcher::new(&self.map_before, frame, options).register_at(*T_world_sensor);
+        if !anchored.is_constrained_by_map() || !anchored.is_accepted(PredictionGate::InsideAfterGap) {
+            return BranchOutcome::Unresolved;
         }
-        if apart(&found.registration.T_target_source, T_world_found) < SAME_PLACE {
-            return BranchOutcome::Confirmed(Box::new(found));
+        if apart(anchored.T_world_sensor(), T_world_sensor) < SAME_POSE_DISTANCE {
+            return BranchOutcome::Confirmed(Box::new(anchored));
         }
-        // What moves others must be held itself: along a bare wall the borders of things tell one place from another, but
-        // not for sure.
-        let (weakest, share) = DegenerateDirection::weakest(&found.registration.correspondences, FINE_TOLERANCE);
-        let is_constrained = found.photometric_ncc.is_some()
-            || is_well_constrained(share, weakest.sigma(&found.registration.information));
-        if is_constrained { BranchOutcome::BranchCorrection(Box::new(found)) } else { BranchOutcome::Nothing }
+        // A pose that corrects others must be well constrained itself: along a bare wall, free space at the borders of
+        // objects tells positions apart, but not reliably.
+        let (weakest, share) = DegenerateDirection::weakest(&anchored.registration.correspondences, FINE_TOLERANCE);
+        let is_reliable = anchored.photometric_ncc.is_some()
+            || is_well_constrained(share, weakest.sigma(&anchored.registration.information));
+        if is_reliable { BranchOutcome::Refuted(Box::new(anchored)) } else { BranchOutcome::Unresolved }
     }
 
-    /// How they are moved by what a frame after them tells: it is off by `motion` (of the world), which takes the camera from
-    /// `from` to `to`. Those that may be off that way share it. What came before all of them was right, and what came after
-    /// is off by all of it; what lies between hangs on the share.
-    pub(super) fn moved_by(&self, motion: &Pose3, off: &Vector3<f64>) -> Vec<BranchCorrection> {
-        let may_be_off = |frames: &BranchFrame| match frames.doubt {
-            _ if frames.is_settled => false,
-            Some(PoseUncertainty::Along(direction)) => direction.dot(off).abs() > BLAMED_COSINE * off.norm(),
-            Some(PoseUncertainty::Anywhere) => true,
+    /// The corrections of all frames where the end of the branch is off by `motion` (of the world), whose translation at the
+    /// camera is `error` (m). The frames that may have caused it share it equally. Frames before the first of them are
+    /// correct, frames after the last are off by all of it; those in between depend on how it is shared.
+    pub(super) fn corrections(&self, motion: &Pose3, error: &Vector3<f64>) -> Vec<BranchCorrection> {
+        let may_have_caused = |frame: &BranchFrame| match frame.uncertainty {
+            _ if frame.is_resolved => false,
+            Some(PoseUncertainty::Along(direction)) => {
+                direction.dot(error).abs() > MIN_ERROR_DIRECTION_COSINE * error.norm()
+            }
+            Some(PoseUncertainty::Unbounded) => true,
             None => false,
         };
-        let num_off = self.frames.iter().filter(|frames| may_be_off(frames)).count();
-        let mut passed = 0;
-        let moved = |frames: &BranchFrame| {
-            passed += usize::from(may_be_off(frames));
-            let share = if num_off == 0 { 1.0 } else { passed as f64 / num_off as f64 };
-            let shared = Pose3::identity().try_lerp_slerp(motion, share, 1e-9).unwrap_or(*motion);
-            let is_certain = frames.doubt.is_none() && num_off > 0 && (passed == 0 || passed == num_off);
-            BranchCorrection { number: frames.number, motion: shared, is_certain }
+        let num_causes = self.frames.iter().filter(|frame| may_have_caused(frame)).count();
+        let mut num_passed = 0;
+        let correction = |frame: &BranchFrame| {
+            num_passed += usize::from(may_have_caused(frame));
+            let share = if num_causes == 0 { 1.0 } else { num_passed as f64 / num_causes as f64 };
+            let motion = Pose3::identity().try_lerp_slerp(motion, share, 1e-9).unwrap_or(*motion);
+            let is_certain =
+                frame.uncertainty.is_none() && num_causes > 0 && (num_passed == 0 || num_passed == num_causes);
+            BranchCorrection { number: frame.number, motion, is_certain }
         };
-        self.frames.iter().map(moved).collect()
+        self.frames.iter().map(correction).collect()
     }
 
-    /// The same where nothing is told of where they are.
-    pub(super) fn not_moved(&self) -> Vec<BranchCorrection> {
-        let stays = |frames: &BranchFrame| BranchCorrection {
-            number: frames.number,
+    /// The corrections where the error is unknown: no motion, and no pose is certain.
+    pub(super) fn unknown_corrections(&self) -> Vec<BranchCorrection> {
+        let unknown = |frame: &BranchFrame| BranchCorrection {
+            number: frame.number,
             motion: Pose3::identity(),
             is_certain: false,
         };
-        self.frames.iter().map(stays).collect()
+        self.frames.iter().map(unknown).collect()
     }
 
-    /// Moves what was seen before them by `motion` (of the world) of each frame's number.
+    /// Moves the map before the branch by `motion` (of the world) of each frame's number.
     pub(super) fn apply_corrections(&mut self, motion: &impl Fn(u32) -> Pose3) {
-        self.before.apply_corrections(motion);
+        self.map_before.apply_corrections(motion);
         if let Some(first) = self.frames.first() {
             self.T_world_before = motion(first.number) * self.T_world_before;
         }
@@ -182,46 +183,47 @@ mod tests {
 
     const ALONG_X: Option<PoseUncertainty> = Some(PoseUncertainty::Along(Vector3::new(1.0, 0.0, 0.0)));
     const ALONG_Z: Option<PoseUncertainty> = Some(PoseUncertainty::Along(Vector3::new(0.0, 0.0, 1.0)));
+    const UNBOUNDED: Option<PoseUncertainty> = Some(PoseUncertainty::Unbounded);
 
-    fn frames(doubts: &[Option<PoseUncertainty>]) -> TentativeBranch {
+    fn branch(uncertainties: &[Option<PoseUncertainty>]) -> TentativeBranch {
         let mut branch = TentativeBranch::default();
-        for (number, doubt) in (0..).zip(doubts) {
-            branch.push(number, *doubt);
+        for (number, uncertainty) in (0..).zip(uncertainties) {
+            branch.push(number, *uncertainty);
         }
         branch
     }
 
-    /// How far along x (m) each is moved, and whether it is then certain, where the last is off by 0.4 m.
-    fn moved(branch: &TentativeBranch) -> Vec<(f64, bool)> {
-        let off = Vector3::new(0.4, 0.0, 0.0);
-        let moved = branch.moved_by(&Pose3::translation(off.x, off.y, off.z), &off);
-        moved.iter().map(|moved| (moved.motion.translation.vector.x, moved.is_certain)).collect()
+    /// The correction along x (m) of each frame, and whether it is certain, where the end is off by 0.4 m.
+    fn corrections(branch: &TentativeBranch) -> Vec<(f64, bool)> {
+        let error = Vector3::new(0.4, 0.0, 0.0);
+        let corrections = branch.corrections(&Pose3::translation(error.x, error.y, error.z), &error);
+        corrections.iter().map(|one| (one.motion.translation.vector.x, one.is_certain)).collect()
     }
 
     #[test]
-    fn what_came_before_the_one_that_is_off_stays_and_what_came_after_goes_with_it() {
-        let one = frames(&[ALONG_Z, None, ALONG_X, None, None]);
-        assert_eq!(moved(&one), [(0.0, false), (0.0, true), (0.4, false), (0.4, true), (0.4, true)]);
+    fn frames_before_the_cause_stay_and_frames_after_it_move_by_the_whole_error() {
+        let one = branch(&[ALONG_Z, None, ALONG_X, None, None]);
+        assert_eq!(corrections(&one), [(0.0, false), (0.0, true), (0.4, false), (0.4, true), (0.4, true)]);
     }
 
     #[test]
-    fn what_lies_between_two_that_may_be_off_is_not_certain() {
-        let two = frames(&[ALONG_X, None, ALONG_X, None]);
-        assert_eq!(moved(&two), [(0.2, false), (0.2, false), (0.4, false), (0.4, true)]);
-        let anywhere = frames(&[ALONG_X, None, Some(PoseUncertainty::Anywhere), None]);
-        assert_eq!(moved(&anywhere), moved(&two));
-        assert!(anywhere.has_unbounded_error() && !two.has_unbounded_error());
-        // Nothing tells where it went astray.
-        assert!(moved(&frames(&[ALONG_Z, None])).iter().all(|(_, is_certain)| !is_certain));
+    fn frames_between_two_possible_causes_are_not_certain() {
+        let two = branch(&[ALONG_X, None, ALONG_X, None]);
+        assert_eq!(corrections(&two), [(0.2, false), (0.2, false), (0.4, false), (0.4, true)]);
+        let unbounded = branch(&[ALONG_X, None, UNBOUNDED, None]);
+        assert_eq!(corrections(&unbounded), corrections(&two));
+        assert!(unbounded.has_unbounded_error() && !two.has_unbounded_error());
+        // Without a possible cause no pose is certain.
+        assert!(corrections(&branch(&[ALONG_Z, None])).iter().all(|(_, is_certain)| !is_certain));
     }
 
     #[test]
-    fn one_whose_share_is_known_already_is_not_to_blame() {
-        let mut outer = frames(&[ALONG_X, None, Some(PoseUncertainty::Anywhere), None]);
+    fn a_resolved_frame_is_no_possible_cause() {
+        let mut outer = branch(&[ALONG_X, None, UNBOUNDED, None]);
         let mut inner = TentativeBranch::default();
-        inner.push(2, Some(PoseUncertainty::Anywhere));
-        outer.settle(&inner);
-        assert_eq!(moved(&outer), [(0.4, false), (0.4, true), (0.4, false), (0.4, true)]);
+        inner.push(2, UNBOUNDED);
+        outer.mark_resolved(&inner);
+        assert_eq!(corrections(&outer), [(0.4, false), (0.4, true), (0.4, false), (0.4, true)]);
         assert!(!outer.has_unbounded_error() && outer.ends_with_certain_pose() && !inner.ends_with_certain_pose());
         assert!(outer.confirms(1) && !outer.confirms(2));
     }

@@ -1,24 +1,24 @@
-//! Frames that are no part of the map yet: they are tried again when more of it is known.
+//! Frames that are not part of the map yet. Relocalization tries them again when the map has grown.
 
 use std::collections::VecDeque;
 
 use crate::geometry::Pose3;
 use crate::registration::prepared_surfels::PreparedSurfels;
 
-/// So many are kept, the latest: a frame takes a megabyte.
-const MOST: usize = 40;
+/// The latest frames that are stored; each takes about a megabyte.
+const MAX_FRAMES: usize = 40;
 
-/// A frame that waits to be tried again.
+/// A frame that waits for relocalization.
 #[derive(Clone)]
 pub(super) struct UnregisteredFrame {
     /// Its number among all frames.
     pub(super) number: u32,
     pub(super) frame: PreparedSurfels,
-    /// Where it seemed to be.
+    /// The best pose so far, which was not accepted.
     pub(super) T_world_sensor: Pose3,
 }
 
-/// Those of them that are kept, in their order.
+/// The stored frames in the order of their numbers.
 #[derive(Clone, Default)]
 pub(super) struct UnregisteredFrames {
     frames: VecDeque<UnregisteredFrame>,
@@ -26,28 +26,28 @@ pub(super) struct UnregisteredFrames {
 
 impl UnregisteredFrames {
     pub(super) fn push(&mut self, number: u32, frame: &PreparedSurfels, T_world_sensor: Pose3) {
-        if self.frames.len() == MOST {
+        if self.frames.len() == MAX_FRAMES {
             self.frames.pop_front();
         }
         self.frames.push_back(UnregisteredFrame { number, frame: frame.clone(), T_world_sensor });
     }
 
     pub(super) fn numbers(&self) -> Vec<u32> {
-        self.frames.iter().map(|left| left.number).collect()
+        self.frames.iter().map(|stored| stored.number).collect()
     }
 
     pub(super) fn get(&self, number: u32) -> Option<&UnregisteredFrame> {
-        self.frames.iter().find(|left| left.number == number)
+        self.frames.iter().find(|stored| stored.number == number)
     }
 
     pub(super) fn remove(&mut self, number: u32) {
-        self.frames.retain(|left| left.number != number);
+        self.frames.retain(|stored| stored.number != number);
     }
 
     /// Moves each by `motion` (of the world) of its number.
     pub(super) fn apply_corrections(&mut self, motion: &impl Fn(u32) -> Pose3) {
-        for left in &mut self.frames {
-            left.T_world_sensor = motion(left.number) * left.T_world_sensor;
+        for stored in &mut self.frames {
+            stored.T_world_sensor = motion(stored.number) * stored.T_world_sensor;
         }
     }
 }

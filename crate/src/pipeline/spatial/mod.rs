@@ -554,7 +554,7 @@ impl SpatialReconstruction {
         voxel_sizes.iter().map(size).collect()
     }
 
-    /// The pieces of surface that depth images are registered to, with normals, in the world frame.
+    /// The surfels that depth images are registered to, with normals, in the world frame.
     pub fn surfel_cloud(&self) -> PointCloud {
         let Some(QuantisationHypothesis { odometry: Odometry::Depth(odometry), .. }) = self.best() else {
             return PointCloud::default();

@@ -1,7 +1,9 @@
-//! A target seen from one place: the partner of a point is looked up where the point would be seen.
+//! Projective data association: the correspondence of a point is looked up in the cell that it projects to.
 //!
-//! Blais and Levine, "Registering multiview range data to create 3D computer objects", PAMI 17 (1995). Surfaces are drawn
-//! into a grid of cells once; from then on a look-up costs a projection and nine comparisons, whatever the map's size.
+//! Blais and Levine, "Registering multiview range data to create 3D computer objects", PAMI 17 (1995). Surfels are
+//! rasterized once; a query then costs a projection and nine comparisons, whatever the size of the map.
+//!
+//! In: surfels and a view. Out: [`ProjectiveTarget`], a target for ICP that also knows free space.
 
 mod cell_points;
 mod packed_surfel;
@@ -25,41 +27,41 @@ use crate::camera::{Pinhole, Surfel, SurfelImage};
 use crate::geometry::Pose3;
 use crate::search::Neighbor;
 
-/// Pieces of surface by the cell that they are seen in from a view.
+/// Surfels by the cell that they project to in a view.
 #[derive(Clone)]
 pub struct ProjectiveTarget {
     view: ViewTransform,
-    /// Index into `pieces` by cell, row by row; of the last one where nothing is seen.
+    /// Index into `pieces` by cell, row by row; that of the last one where the cell is empty.
     cells: Vec<u32>,
-    /// In the order of their cells; after them one that is infinitely far away.
+    /// The surfels in the order of their cells; after them one that is infinitely far away.
     pieces: Vec<Piece>,
-    /// The caller's number of each piece; empty where there are none.
+    /// The caller's number of each surfel; empty for views without numbers.
     numbers: Vec<u64>,
-    /// For views that are registered to. Those that are looked at only are kept in large numbers.
+    /// The points by cell, for views that frames are registered to; keyframes do without them to save memory.
     cell_points: Option<CellPoints>,
 }
 
-/// What is seen in a cell, in the world's frame: all that looking needs, side by side in memory. Single precision tells
-/// micrometres apart.
+/// The surfel of a cell, in the world frame, with all data of a query side by side in memory. Single precision resolves
+/// micrometres.
 #[derive(Clone, Copy)]
 struct Piece {
     point: [f32; 3],
     sigma: f32,
     normal: [f32; 3],
-    /// From the view along its axis.
+    /// Along the view's optical axis (m).
     depth: f32,
 }
 
-/// Number of no piece.
+/// Marks an empty cell.
 const EMPTY: u32 = u32::MAX;
-/// What the cells without a piece show: infinitely far away.
+/// The surfel of empty cells: infinitely far away.
 const NOTHING: Piece = Piece { point: [f32::INFINITY; 3], sigma: 0.0, normal: [0.0; 3], depth: f32::INFINITY };
-/// In front and behind are told apart only beyond this share of the depth, and the tolerance: oblique surfaces change
-/// their depth within a cell.
+/// Beyond the tolerance, a point is in front of or behind a surface only by more than this share of the depth: the depth of
+/// oblique surfaces changes within a cell.
 const SIGHT_TOLERANCE: f32 = 0.02;
 
 impl Piece {
-    /// Of a surface in the view's own frame.
+    /// From a surfel in the view's own frame.
     #[inline]
     fn of_own(surfel: &Surfel) -> Self {
         Self {
@@ -94,8 +96,8 @@ impl Piece {
 }
 
 impl ProjectiveTarget {
-    /// Draws pieces of surface (world frame), numbered in their order, as a camera sees them whose pixels are the cells, the
-    /// view being at `T_world_view`. Of those in one cell the nearest is kept; what faces away is not drawn.
+    /// Rasterizes surfels (world frame), numbered in their order, in the view from `T_world_view` of a camera whose pixels are
+    /// the cells. The nearest in each cell is kept; surfels that face away are not visible.
     pub fn draw<'a>(surfels: impl Iterator<Item = &'a Surfel>, camera: &Pinhole, T_world_view: &Pose3) -> Self {
         let surfels: Vec<PackedSurfel> = surfels.map(|surfel| PackedSurfel::new(surfel, 0)).collect();
         let mut rasterizer = SurfelRasterizer::new(camera, T_world_view);
@@ -104,7 +106,7 @@ impl ProjectiveTarget {
     }
 
     /// A frame as its own camera sees it, in its camera's frame: by its own cells, or by squares of `side` times `side` of
-    /// them, of which the nearest is kept. The same as drawing it from there, without projecting anything.
+    /// them, of which the nearest surfel is kept. The same as rasterizing it from there, without any projection.
     pub fn of_frame(frame: &SurfelImage, side: usize) -> Self {
         let camera = cell_camera(&frame.camera, side * frame.cell_size);
         let num_cells = camera.width * camera.height;
@@ -127,7 +129,7 @@ impl ProjectiveTarget {
         Self { view: ViewTransform::new(&camera, &Pose3::identity()), cells, pieces, numbers, cell_points: None }
     }
 
-    /// Of pieces of surface in the view's frame, each in a cell of its own that its tag tells, row by row.
+    /// From surfels in the view's frame, each in a cell of its own, whose index (row by row) is its tag.
     pub(crate) fn from_cells(camera: &Pinhole, packed: &[PackedSurfel]) -> Self {
         let mut cells = vec![packed.len() as u32; camera.width * camera.height];
         let mut pieces = Vec::with_capacity(packed.len() + 1);
@@ -147,7 +149,7 @@ impl ProjectiveTarget {
         }
     }
 
-    /// Each of [`surfels`](Self::surfels) with its cell for its tag.
+    /// Each of [`surfels`](Self::surfels) with its cell as its tag.
     pub(crate) fn packed_surfels(&self) -> Vec<PackedSurfel> {
         let seen = (0..).zip(&self.cells).filter(|(_, index)| (**index as usize) < self.len());
         let packed = |(tag, &index): (u32, &u32)| {
@@ -159,7 +161,7 @@ impl ProjectiveTarget {
         all
     }
 
-    /// What it takes on the heap.
+    /// Memory on the heap (bytes).
     pub(crate) fn num_bytes(&self) -> usize {
         size_of::<u32>() * self.cells.capacity()
             + size_of::<Piece>() * self.pieces.capacity()
@@ -167,12 +169,12 @@ impl ProjectiveTarget {
             + self.cell_points.as_ref().map_or(0, CellPoints::num_bytes)
     }
 
-    /// Number of cells in which something is seen.
+    /// Number of cells with a surfel.
     pub fn len(&self) -> usize {
         self.pieces.len() - 1
     }
 
-    /// Whether nothing is seen.
+    /// Whether all cells are empty.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
@@ -182,12 +184,12 @@ impl ProjectiveTarget {
         &self.view.camera
     }
 
-    /// Everything that was drawn and is seen, world frame, row by row of the cells.
+    /// All visible surfels, world frame, row by row of the cells.
     pub fn surfels(&self) -> impl ExactSizeIterator<Item = Surfel> {
         self.pieces[..self.len()].iter().map(Piece::surfel)
     }
 
-    /// The caller's number of a piece of surface; that of its place in the view where it was drawn without.
+    /// The caller's number of a surfel; its index where it has none.
     pub fn number(&self, index: u32) -> u64 {
         self.numbers.get(index as usize).copied().unwrap_or(index.into())
     }
@@ -253,7 +255,7 @@ impl SurfaceTarget for ProjectiveTarget {}
 impl Target for ProjectiveTarget {
     type Point = Vector3<f64>;
 
-    /// The nearest of the pieces seen in the point's cell and the eight around it.
+    /// The nearest of the surfels in the point's cell and the eight around it.
     fn nearest(&self, query: &Vector3<f64>, max_distance: f64) -> Option<Neighbor> {
         let query = single(query);
         let (column, row) = self.view.cell(&self.view.T_view_world.act(&query))?;
@@ -263,8 +265,8 @@ impl Target for ProjectiveTarget {
             let cell = (row + nearest.row - 1) * self.view.camera.width + column + nearest.column - 1;
             return Some(Neighbor { index: self.cells[cell], sq_distance: nearest.sq_distance });
         }
-        // Distances and indices in one number, the distance first: bits of positive floats are ordered as they are. So the
-        // least is found without a branch that could be guessed wrong.
+        // Distance and index in one integer, the distance first: the bits of positive floats have the order of the floats. The
+        // minimum then needs no branch that could be mispredicted.
         let ranked = |sq_distance: f32, index: u32| u64::from(sq_distance.to_bits()) << 32 | u64::from(index);
         let limit = ranked(sq_limit, 0);
         let mut best = limit;
@@ -312,7 +314,7 @@ mod tests {
     }
 
     #[test]
-    fn the_nearest_is_the_nearest_by_brute_force() {
+    fn the_nearest_surfel_is_that_of_a_brute_force_search() {
         let (pieces, camera, T) = wall();
         let target = ProjectiveTarget::draw(pieces.iter(), &camera, &T);
         let mut found = 0;
@@ -335,7 +337,7 @@ mod tests {
     }
 
     #[test]
-    fn vector_units_find_what_is_found_one_by_one() {
+    fn vector_units_find_the_same_as_a_scalar_search() {
         let (pieces, _, T) = wall();
         // The wall reaches beyond the border of a narrow view, and has a piece in every cell of a coarse one.
         for (width, height, focal) in [(80, 60, 60.0), (23, 17, 60.0), (9, 7, 6.0), (1, 1, 1.0)] {
@@ -359,7 +361,7 @@ mod tests {
     }
 
     #[test]
-    fn a_frame_seen_by_its_own_camera_is_as_if_it_had_been_drawn() {
+    fn a_frame_seen_by_its_own_camera_equals_its_rasterization() {
         let camera = Pinhole::new(162, 121, [120.0, 120.0, 79.5, 59.5]).unwrap();
         let cells = cell_camera(&camera, 4);
         let surfel = |cell: usize| {

@@ -1,9 +1,9 @@
-//! Pieces of surface as they are kept in large numbers.
+//! Surfels in single precision, as they are stored in large numbers.
 
 use super::view_transform::{double, single};
 use crate::camera::Surfel;
 
-/// A piece of surface in single precision, which tells micrometres apart, side by side in memory.
+/// A surfel in single precision, which resolves micrometres, side by side in memory.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PackedSurfel {
     pub(super) point: [f32; 3],
@@ -14,25 +14,25 @@ pub struct PackedSurfel {
 }
 
 impl PackedSurfel {
-    /// A piece with a number of the caller's.
+    /// From a surfel and a number of the caller's.
     pub fn new(surfel: &Surfel, tag: u32) -> Self {
         Self { point: single(&surfel.point), sigma: surfel.sigma as f32, normal: single(&surfel.normal), tag }
     }
 
-    /// All of it as numbers that travel.
+    /// As integers, for serialization.
     pub(crate) fn to_bits(self) -> [u32; 8] {
         let [x, y, z] = self.point.map(f32::to_bits);
         let [nx, ny, nz] = self.normal.map(f32::to_bits);
         [x, y, z, self.sigma.to_bits(), nx, ny, nz, self.tag]
     }
 
-    /// What [`to_bits`](Self::to_bits) gave.
+    /// The inverse of [`to_bits`](Self::to_bits).
     pub(crate) fn from_bits([x, y, z, sigma, nx, ny, nz, tag]: [u32; 8]) -> Self {
         let floats = |bits: [u32; 3]| bits.map(f32::from_bits);
         Self { point: floats([x, y, z]), sigma: f32::from_bits(sigma), normal: floats([nx, ny, nz]), tag }
     }
 
-    /// As it is worked with.
+    /// In double precision.
     #[inline]
     pub fn surfel(&self) -> Surfel {
         Surfel { point: double(self.point), normal: double(self.normal), sigma: self.sigma.into() }

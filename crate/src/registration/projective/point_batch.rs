@@ -1,4 +1,4 @@
-//! Many quick looks at once: what scores hundreds of guesses.
+//! A batch of points that is projected many times, to score hundreds of pose hypotheses.
 
 use nalgebra::Vector3;
 
@@ -7,9 +7,9 @@ use super::view_transform::{LANES, Transform, dot, single};
 use crate::geometry::Pose3;
 use crate::registration::free_space::{FreeSpaceTally, FreeSpaceTest};
 
-/// Points with normals to be looked at many times, in the order that vector units want.
+/// Points with normals in the memory layout of vector units.
 pub struct PointBatch {
-    /// x, y and z, [`LANES`] of each in a row; what is left over is not a number, which is seen nowhere.
+    /// x, y and z, [`LANES`] of each in a row; the last row is padded with NaN, which is never visible.
     points: Vec<[[f32; LANES]; 3]>,
     normals: Vec<[f32; 3]>,
 }
@@ -34,7 +34,7 @@ impl PointBatch {
         self.normals.len()
     }
 
-    /// Whether there is none.
+    /// Whether there are no points.
     pub fn is_empty(&self) -> bool {
         self.normals.is_empty()
     }

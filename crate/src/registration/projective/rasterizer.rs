@@ -1,4 +1,4 @@
-//! Pieces of surface into the cells of a view, the nearest of each cell.
+//! Rasterization of surfels into the cells of a view with a depth buffer.
 
 use super::cell_points::CellPoints;
 use super::packed_surfel::PackedSurfel;
@@ -7,42 +7,42 @@ use super::{NOTHING, Piece, ProjectiveTarget};
 use crate::camera::Pinhole;
 use crate::geometry::Pose3;
 
-/// A view that is being drawn.
+/// A depth buffer that surfels are added to.
 ///
-/// What is far away or has been seen closely has many pieces in a cell. So all that is done of most of them is to find the
-/// nearest, without a branch that could be guessed wrong; what it looks like is fetched in the end, once a cell.
+/// Distant surfaces have many surfels in a cell. So the loop over all surfels only finds the nearest of each cell, without a
+/// branch that could be mispredicted; the surfel itself is fetched at the end, once per cell.
 pub struct SurfelRasterizer<'a> {
     camera: Pinhole,
     T_world_view: Pose3,
-    /// Of each cell the depth of the nearest piece and, in the lower half, its place among all that were added: bits of
-    /// positive floats are ordered as they are, so the nearest is the least, and of those as near the first. Behind the
-    /// cells one for what is not in view.
+    /// For each cell the depth of the nearest surfel and, in the lower half, its index among all that were added. The bits of
+    /// positive floats have the order of the floats, so the minimum is the nearest, and the first of several. One more cell
+    /// at the end is for surfels out of view.
     nearest: Vec<u64>,
     batches: Vec<SurfelBatch<'a>>,
-    /// Which of them so many places ([`STRIDE`]) belong to.
+    /// The batch of each run of [`STRIDE`] indices.
     batch_of: Vec<u32>,
 }
 
-/// Pieces that were added together.
+/// Surfels that were added together.
 struct SurfelBatch<'a> {
     surfels: &'a [PackedSurfel],
     /// The caller's number of the first.
     first_number: u64,
-    /// Its place.
+    /// The index of the first.
     start: usize,
-    /// To the world's frame, where they are in another.
+    /// Transform to the world frame, where they are in another.
     moved: Option<Transform>,
 }
 
-/// Where nothing has been drawn.
+/// An empty cell.
 const NONE: u64 = u64::MAX;
-/// Pieces that are looked up together.
+/// Surfels that are projected together.
 const RUN: usize = 256;
-/// Places of a sheet begin at a multiple of this, so that they tell which sheet they are of.
+/// The indices of a batch begin at a multiple of this, so that an index leads to its batch.
 const STRIDE: usize = 16;
 
 impl<'a> SurfelRasterizer<'a> {
-    /// Nothing yet, as seen from `T_world_view` by a camera whose pixels are the cells.
+    /// An empty buffer for the view from `T_world_view` of a camera whose pixels are the cells.
     pub fn new(camera: &Pinhole, T_world_view: &Pose3) -> Self {
         Self {
             camera: *camera,
@@ -53,7 +53,7 @@ impl<'a> SurfelRasterizer<'a> {
         }
     }
 
-    /// Draws pieces of surface in the world's frame that have consecutive numbers, from `first_number` on.
+    /// Adds surfels in the world frame with consecutive numbers, from `first_number` on.
     pub fn add(&mut self, first_number: u64, surfels: &'a [PackedSurfel]) {
         let T_batch_view = self.T_world_view;
         let start = self.put(surfels, &T_batch_view);
@@ -67,8 +67,7 @@ impl<'a> SurfelRasterizer<'a> {
         self.batches.push(SurfelBatch { surfels, first_number, start, moved });
     }
 
-    /// Puts pieces that the view sees from a pose in their frame to their cells, where they are the nearest; the place of the
-    /// first.
+    /// Adds surfels to the depth buffer, the view's pose being given in their frame; returns the index of the first.
     fn put(&mut self, surfels: &[PackedSurfel], T_batch_view: &Pose3) -> usize {
         let start = STRIDE * self.batch_of.len();
         self.batch_of.resize(self.batch_of.len() + surfels.len().div_ceil(STRIDE), self.batches.len() as u32);
@@ -85,7 +84,7 @@ impl<'a> SurfelRasterizer<'a> {
         start
     }
 
-    /// What has come to be seen.
+    /// The view of the nearest surfel in each cell.
     pub fn finish(self) -> ProjectiveTarget {
         let Pinhole { width, height, .. } = self.camera;
         let nearest = &self.nearest[..width * height];
@@ -126,9 +125,9 @@ impl SurfelBatch<'_> {
     }
 }
 
-/// The cells that pieces are seen in, the one behind all cells where they are not, and their depths. Vector units do many
-/// together.
-#[expect(clippy::needless_bitwise_bool, reason = "branches could be guessed wrong, and keep vector units from it")]
+/// The cells that surfels project to, the one behind all cells where they are not visible, and their depths. Written for
+/// vector units.
+#[expect(clippy::needless_bitwise_bool, reason = "branches could be mispredicted, and prevent vectorization")]
 #[inline]
 fn look_up(
     view: &ViewTransform,
@@ -152,15 +151,14 @@ fn look_up(
     }
 }
 
-/// The whole number below one from 0 to four millions. A vector unit can do this with many, which it could not if numbers
-/// out of that were to be seen to.
+/// The floor of a number from 0 to four million. Without checks for other numbers, this vectorizes.
 #[inline]
 fn floor(x: f32) -> u32 {
-    // From here on, floats are whole numbers, and so are their bits.
-    const WHOLE: f32 = 8_388_608.0;
-    let nearest = x + WHOLE;
-    let is_above = u32::from(nearest - WHOLE > x);
-    nearest.to_bits().wrapping_sub(WHOLE.to_bits()).wrapping_sub(is_above)
+    // From here on, floats are integers, and their bits count them.
+    const FIRST_INTEGRAL: f32 = 8_388_608.0;
+    let nearest = x + FIRST_INTEGRAL;
+    let is_above = u32::from(nearest - FIRST_INTEGRAL > x);
+    nearest.to_bits().wrapping_sub(FIRST_INTEGRAL.to_bits()).wrapping_sub(is_above)
 }
 
 #[cfg(test)]
@@ -168,7 +166,7 @@ mod tests {
     use super::floor;
 
     #[test]
-    fn the_whole_number_below_is_that() {
+    fn floor_is_exact_up_to_four_million() {
         for whole in [0u32, 1, 2, 63, 64, 255, 1023, 4_000_000] {
             let x = whole as f32;
             assert_eq!(floor(x), whole);

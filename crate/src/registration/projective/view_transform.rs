@@ -1,21 +1,21 @@
-//! Where a view is seen from, in single precision.
+//! The pose and camera of a view, in single precision.
 
 use nalgebra::Vector3;
 
 use crate::camera::Pinhole;
 use crate::geometry::Pose3;
 
-/// Nearer than this (m) nothing is drawn: it would be all there is to see.
+/// Smallest depth of a visible point (m): a nearer surfel would cover the whole view.
 pub(super) const MIN_DEPTH: f32 = 0.05;
-/// Points that are moved and projected together.
+/// Points that are transformed and projected together.
 pub(super) const LANES: usize = 16;
 
-/// Where a camera stands whose pixels are the cells.
+/// The pose of a view and its camera, whose pixels are the cells.
 #[derive(Clone, Copy)]
 pub(super) struct ViewTransform {
     pub(super) camera: Pinhole,
     pub(super) T_view_world: Transform,
-    /// fx, fy, and the optical axis from the outer corner of the first cell.
+    /// fx, fy, and the principal point relative to the outer corner of the first cell (cells).
     intrinsics: [f32; 4],
 }
 
@@ -26,14 +26,14 @@ impl ViewTransform {
         Self { camera: *camera, T_view_world: Transform::new(&T_world_view.inverse()), intrinsics }
     }
 
-    /// Column and row of the cell that a point in the view's frame is seen in.
+    /// Column and row of the cell that a point in the view's frame projects to.
     #[inline]
     pub(super) fn cell(&self, seen: &[f32; 3]) -> Option<(usize, usize)> {
         let [u, v] = self.project(seen);
         self.inside(u, v, seen[2])
     }
 
-    /// The same as fractions.
+    /// Its projection (cells).
     #[inline]
     pub(super) fn project(&self, [x, y, z]: &[f32; 3]) -> [f32; 2] {
         let [fx, fy, cx, cy] = self.intrinsics;
@@ -52,7 +52,7 @@ impl ViewTransform {
         ]
     }
 
-    /// Column and row as whole numbers, where they are in the image and in front of the camera.
+    /// Column and row as integers, if they are in the image and the point is in front of the camera.
     #[inline]
     pub(super) fn inside(&self, u: f32, v: f32, z: f32) -> Option<(usize, usize)> {
         // Not a number fails all of these.
@@ -82,13 +82,13 @@ impl Transform {
         std::array::from_fn(|axis| dot(&self.rows[axis], p) + self.shift[axis])
     }
 
-    /// A direction.
+    /// Rotates a direction.
     #[inline]
     pub(super) fn turn(&self, n: &[f32; 3]) -> [f32; 3] {
         std::array::from_fn(|axis| dot(&self.rows[axis], n))
     }
 
-    /// Points, as many as vector units like.
+    /// Transforms [`LANES`] points.
     #[inline]
     pub(super) fn act_on_all(&self, [x, y, z]: &[[f32; LANES]; 3]) -> [[f32; LANES]; 3] {
         std::array::from_fn(|axis| {

@@ -1,351 +1,225 @@
-//! Loops in space: places that come into view again, and the poses of all frames once they are known.
+//! Loop closure in space: revisited places are detected, and the poses of all frames corrected.
 //!
-//! A chain that registers each frame to one map hides what it has added up in errors: where its path comes back, the frame
-//! is drawn to the old surfaces within a few steps, and the map stays bent behind it. So in places seen before a frame is
-//! registered twice, to what the last frames saw and to what was seen there earlier. Where the two do not meet, that is
-//! what the way round has added up: it is spread over the way by a graph of all relations (see
-//! [`relation_graph`](crate::graph::pose_graph)), as surely as each is known.
+//! In: the frames of a chain with their estimates. Out: a correction of each frame's pose where a loop closes.
+//!
+//! Registration to one map hides drift: where the path comes back, the frame is drawn to the old surfaces within a few steps,
+//! and the map stays bent behind it. In a revisited place a frame is therefore registered twice, to a submap of the recent
+//! frames and to one of the earlier visit. The difference of the two poses is the drift around the loop;
+//! [`pose_graph`](crate::graph::pose_graph) distributes it over all frames by the covariances of the registrations.
+//! Read [`SpatialLoops::add`] first.
 
+mod nodes;
 mod stored_surfaces;
 mod submap;
-
-use std::ops::Range;
-use std::sync::Arc;
 
 use nalgebra::{Matrix6, Vector6};
 use serde::Serialize;
 
+use self::nodes::{MAX_SUBMAP_FRAMES, Node, Nodes};
 use self::stored_surfaces::StoredSurfaces;
-use self::submap::{FrameSurfaces, Search, Submap, SubmapRegistration};
+use self::submap::{FrameSurfaces, Search, SubmapRegistration};
 use crate::geometry::{Pose3, RigidMotion};
 use crate::graph::pose_graph::{PoseRelation, SpatialRelation, solve_relations};
-use crate::map::keyframes::{apart, apart_within};
+use crate::map::keyframes::apart;
 use crate::odometry::depth::SpatialEstimate;
 use crate::registration::prepared_surfels::PreparedSurfels;
 use crate::registration::spatial::SpatialRegistration;
 
-/// What a place's frames saw may come into view again after a way so long (m, turns included, two metres a radian).
-const MIN_LOOP_PATH_LENGTH: f64 = 8.0;
-/// Frames nearer to each other than this (m, turns included) see the same, ...
-const MAX_REVISIT_DISTANCE: f64 = 1.2;
-/// ... by what the way between them may have added up: this share of it, ...
-const DRIFT_RATE: f64 = 0.02;
-/// ... but no more than this (m).
-const MAX_DRIFT: f64 = 1.5;
-/// A place is what was seen on so long a way (m, turns included) before and after, ...
-const SUBMAP_HALF_LENGTH: f64 = 2.0;
-/// ... by at most so many frames.
-const MAX_SUBMAP_FRAMES: usize = 6;
-/// Loops are looked for after every so long a way (m, turns included), ...
+/// Path length between two detections (m, two metres per radian).
 const DETECTION_SPACING: f64 = 0.5;
-/// ... in so many places.
-const PLACES: usize = 2;
-/// Where the way round ends further from where it should (m) ...
+/// Difference of the two poses above which a loop is closed: translation (m) ...
 const MIN_GAP_TRANSLATION: f64 = 0.03;
-/// ... or turned by more (rad), the loop is closed.
+/// ... or rotation (rad).
 const MIN_GAP_ROTATION: f64 = 0.012;
-/// How well a registration to the map is known at best (rad, m), ...
+/// Smallest standard deviation of a registration to the map (rad, m), ...
 const CHAIN_SIGMA: (f64, f64) = (1.5e-3, 4e-3);
-/// ... one to a few frames, ...
+/// ... to a submap, ...
 const SUBMAP_SIGMA: (f64, f64) = (2e-3, 6e-3);
-/// ... and what nothing measures (rad, m).
-const UNKNOWN: (f64, f64) = (0.3, 0.5);
-/// Steps of the solution, first with all loops and then with those that fit.
+/// ... and the standard deviation without any measurement.
+const UNKNOWN_SIGMA: (f64, f64) = (0.3, 0.5);
+/// Iterations of the pose graph, first with all loops and then with robust weights.
 const SOLVER_ITERATIONS: usize = 15;
-/// So many of the last checks decide whether a solution is kept ...
+/// The latest loops by which a solution is validated.
 const MAX_VALIDATION_LOOPS: usize = 12;
-/// ... for which agreement and overlap must be better by so much together (shares, 0..=1), ...
+/// Smallest gain in agreement and overlap together (shares, 0..=1) for which a solution is kept, ...
 const MIN_IMPROVEMENT: f64 = 0.01;
-/// ... and neither may be worse by more than this.
+/// ... and the largest loss of either.
 const MAX_DETERIORATION: f64 = 0.004;
-/// Surfaces that are kept take at most this much memory (bytes): of more, frames near to others on the way give up theirs, ...
-const MAX_BYTES: usize = 64 << 20;
-/// ... until this much is left.
-const TARGET_BYTES: usize = 48 << 20;
-/// How long a way (m, turns included) lies at least between the frames that are left then, at first, ...
-const INITIAL_SPACING: f64 = 0.1;
-/// ... times this whenever that is still too much, ...
-const SPACING_GROWTH: f64 = 1.5;
-/// ... and at most.
-const MAX_SPACING: f64 = 1e3;
+/// Distance below which a pose has not changed (m, two metres per radian).
+const SAME_POSE_DISTANCE: f64 = 1e-6;
 
-/// A frame of the graph.
-struct Node {
-    /// Its number among all frames.
-    frame: u32,
-    T_world_camera: Pose3,
-    /// Where the last frames alone put it, on a way through places seen before.
-    T_world_local: Pose3,
-    /// Length of the way to it (m, turns included).
-    path: f64,
-    surfaces: Option<StoredSurfaces>,
-}
-
-/// What the search has come to.
+/// The loops that have been closed.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
 #[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
 pub struct LoopReport {
-    /// How often a way round was closed.
+    /// Number of loop closures.
     pub num_closed: usize,
-    /// How far a pose was moved by it at the most (m).
+    /// Largest translation of a frame by a loop closure (m).
     pub farthest_move: f64,
 }
 
 impl LoopReport {
-    /// The same in plain words, where there is something to tell.
+    /// A note on the loop closures, if there are any.
     pub fn note(&self) -> Option<String> {
-        let times = if self.num_closed == 1 { "once".to_owned() } else { format!("{} times", self.num_closed) };
+        let loops =
+            if self.num_closed == 1 { "1 loop was".to_owned() } else { format!("{} loops were", self.num_closed) };
         let centimetres = 100.0 * self.farthest_move;
         (self.num_closed > 0).then(|| {
             format!(
-                "The path came back to places seen before and did not quite meet them: {times} the error was spread over \
-                 the way round, which moved frames by up to {centimetres:.1} cm"
+                "{loops} closed: the drift was distributed over the path; frames moved by up to {centimetres:.1} cm"
             )
         })
     }
 }
 
-/// The search for loops along a chain of frames.
+/// Loop detection and closure along a chain of frames.
 #[derive(Default)]
 pub struct SpatialLoops {
-    nodes: Vec<Node>,
-    /// From each node to the next one.
+    nodes: Nodes,
+    /// The relation of each node to the next one.
     chain: Vec<SpatialRelation>,
+    /// The relations of loops.
     loops: Vec<SpatialRelation>,
-    /// The node at which loops were looked for last.
+    /// Node of the last detection.
     last_detection: usize,
-    /// What the last look found missing (a motion of the world), on the present way through places seen before.
-    pending_gap: Option<Pose3>,
+    /// The gap found by the last detection in the place that is being revisited (a motion of the world); a second detection
+    /// must confirm it.
+    unconfirmed_gap: Option<Pose3>,
+    /// Whether a gap has been confirmed since the last closure.
     has_open_loop: bool,
     report: LoopReport,
-    /// What the surfaces of older frames take.
-    num_packed_bytes: usize,
-    /// How long a way lies at least between older frames that still have surfaces.
-    spacing: f64,
 }
 
-/// How frames are to be moved: the number of the first of them, and the motion (of the world) from there on.
+/// Corrections of all frames: the number of the first frame, and the motion (of the world) from there on.
 pub type FrameMotions = Vec<(u32, Pose3)>;
 
 impl SpatialLoops {
-    /// What the search has come to.
+    /// The loops that have been closed.
     pub fn report(&self) -> LoopReport {
         self.report
     }
 
-    /// Takes in a frame as the chain has found it; one that is no part of the map is none of the graph.
+    /// Adds a frame with its estimate; frames that are not part of the map are ignored.
     pub fn add(&mut self, number: u32, frame: &PreparedSurfels, estimate: &SpatialEstimate) {
         if !estimate.is_in_map {
             return;
         }
         let (surfaces, T_world_camera) = (FrameSurfaces::new(frame), estimate.T_world_sensor);
-        let Some(last) = self.nodes.last() else {
-            return self.push(number, T_world_camera, T_world_camera, surfaces);
+        let Some(last) = self.nodes.nodes.last() else {
+            return self.nodes.push(number, T_world_camera, T_world_camera, surfaces);
         };
         let (T_last, T_last_local, is_next) = (last.T_world_camera, last.T_world_local, last.frame + 1 == number);
         let here = self.nodes.len();
-        let is_new = self.revisited(here, &T_world_camera, last.path).is_empty();
-        // In a place seen before, the chain's own motion is partly the way back to the old surfaces.
-        let guess = T_last.inverse() * T_world_camera;
-        let local = (is_next && !is_new).then(|| self.register_to_recent(&surfaces, &guess)).flatten();
+        let is_revisit = !self.nodes.revisited(here, &T_world_camera, last.path_length).is_empty();
+        // In a revisited place the motion by the map is partly the pull towards the old surfaces.
+        let motion = T_last.inverse() * T_world_camera;
+        let local = (is_next && is_revisit).then(|| self.register_to_recent(&surfaces, &motion)).flatten();
         let measured = estimate.registration.as_ref().filter(|_| is_next);
-        let relation = if let Some(held) = local {
-            relation(here - 1, here, held.T_submap_camera, &held.information, SUBMAP_SIGMA)
+        let relation = if let Some(found) = local {
+            relation(here - 1, here, found.T_submap_camera, &found.information, SUBMAP_SIGMA)
         } else {
             let information = measured.map(|registration| in_frame_of(&T_last, registration)).unwrap_or_default();
-            relation(here - 1, here, guess, &information, CHAIN_SIGMA)
+            relation(here - 1, here, motion, &information, CHAIN_SIGMA)
         };
-        let T_world_local = if is_new { T_world_camera } else { T_last_local * relation.T_from_to };
-        self.pending_gap = self.pending_gap.filter(|_| !is_new);
+        let T_world_local = if is_revisit { T_last_local * relation.T_from_to } else { T_world_camera };
+        self.unconfirmed_gap = self.unconfirmed_gap.filter(|_| is_revisit);
         self.chain.push(relation);
-        self.push(number, T_world_camera, T_world_local, surfaces);
-        if self.nodes[here].path - self.nodes[self.last_detection].path > DETECTION_SPACING {
-            self.detect_loops(here);
+        self.nodes.push(number, T_world_camera, T_world_local, surfaces);
+        let nodes = &self.nodes.nodes;
+        if nodes[here].path_length - nodes[self.last_detection].path_length > DETECTION_SPACING {
+            self.detect(here);
         }
     }
 
-    fn push(&mut self, frame: u32, T_world_camera: Pose3, T_world_local: Pose3, surfaces: FrameSurfaces) {
-        let step = self.nodes.last().map_or(0.0, |last| apart(&last.T_world_camera, &T_world_camera));
-        let path = self.nodes.last().map_or(0.0, |last| last.path) + step;
-        let surfaces = Some(StoredSurfaces::Whole(Arc::new(surfaces)));
-        self.nodes.push(Node { frame, T_world_camera, T_world_local, path, surfaces });
-        let older = self.nodes.len().saturating_sub(2 * MAX_SUBMAP_FRAMES);
-        if let Some(kept) = older.checked_sub(1).and_then(|oldest| self.nodes[oldest].surfaces.as_mut()) {
-            kept.pack();
-            self.num_packed_bytes += kept.num_packed_bytes();
-        }
-        if self.num_packed_bytes > MAX_BYTES {
-            self.thin(older);
-            while self.num_packed_bytes > TARGET_BYTES && self.spacing < MAX_SPACING {
-                self.spacing = f64::max(INITIAL_SPACING, SPACING_GROWTH * self.spacing);
-                self.thin(older);
-            }
-        }
-    }
-
-    /// Of the first so many nodes, those that follow another one too soon give up their surfaces.
-    fn thin(&mut self, older: usize) {
-        let (mut last, mut num_bytes) = (f64::NEG_INFINITY, 0);
-        for node in &mut self.nodes[..older] {
-            let Some(kept) = &node.surfaces else { continue };
-            if node.path - last < self.spacing {
-                node.surfaces = None;
-            } else {
-                last = node.path;
-                num_bytes += kept.num_packed_bytes();
-            }
-        }
-        self.num_packed_bytes = num_bytes;
-    }
-
-    /// The chain has found out where the frames before the last one really are.
+    /// Takes over the poses that the odometry has changed.
     pub fn apply_pose_updates(&mut self, pose_of: impl Fn(u32) -> Pose3) {
-        for index in 0..self.nodes.len() {
-            let T_world_camera = pose_of(self.nodes[index].frame);
-            if apart(&self.nodes[index].T_world_camera, &T_world_camera) < 1e-6 {
+        let nodes = &mut self.nodes.nodes;
+        for index in 0..nodes.len() {
+            let T_world_camera = pose_of(nodes[index].frame);
+            if apart(&nodes[index].T_world_camera, &T_world_camera) < SAME_POSE_DISTANCE {
                 continue;
             }
-            self.nodes[index].T_world_camera = T_world_camera;
-            self.nodes[index].T_world_local = T_world_camera;
+            nodes[index].T_world_camera = T_world_camera;
+            nodes[index].T_world_local = T_world_camera;
             for next in [index, index + 1] {
                 if let Some(relation) = next.checked_sub(1).and_then(|before| self.chain.get_mut(before)) {
-                    let (from, to) = (&self.nodes[relation.from], &self.nodes[relation.to]);
+                    let (from, to) = (&nodes[relation.from], &nodes[relation.to]);
                     relation.T_from_to = from.T_world_camera.inverse() * to.T_world_camera;
                 }
             }
         }
     }
 
-    /// Nodes that a camera at this pose may see the same as, the nearest first, after a way of this length.
-    fn revisited(&self, before: usize, T_world_camera: &Pose3, path: f64) -> Vec<usize> {
-        let near = self.nodes[..before].iter().enumerate().filter_map(|(index, node)| {
-            if path - node.path <= MIN_LOOP_PATH_LENGTH || node.surfaces.is_none() {
-                return None;
-            }
-            let drift = (DRIFT_RATE * (path - node.path)).min(MAX_DRIFT);
-            Some((apart_within(&node.T_world_camera, T_world_camera, MAX_REVISIT_DISTANCE + drift)?, index))
-        });
-        let mut near: Vec<(f64, usize)> = near.collect();
-        near.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-        let mut chosen: Vec<usize> = Vec::new();
-        for (_, index) in near {
-            let is_new =
-                |other: &usize| (self.nodes[*other].path - self.nodes[index].path).abs() > 2.0 * SUBMAP_HALF_LENGTH;
-            if chosen.len() < PLACES && chosen.iter().all(is_new) {
-                chosen.push(index);
-            }
-        }
-        chosen
-    }
-
-    /// The last nodes.
-    fn recent(&self) -> Range<usize> {
-        let path = self.nodes.last().map_or(0.0, |node| node.path);
-        let first = self.nodes.partition_point(|node| node.path < path - SUBMAP_HALF_LENGTH);
-        first.max(self.nodes.len().saturating_sub(MAX_SUBMAP_FRAMES))..self.nodes.len()
-    }
-
-    /// Nodes about one, those that have surfaces.
-    fn about(&self, index: usize) -> Vec<usize> {
-        let path = self.nodes[index].path;
-        let is_near = |&node: &usize| (self.nodes[node].path - path).abs() <= SUBMAP_HALF_LENGTH;
-        let has_surfaces = |node: &usize| self.nodes[*node].surfaces.is_some();
-        let before = (0..index).rev().take_while(is_near).filter(has_surfaces).take(MAX_SUBMAP_FRAMES / 2);
-        let from = (index..self.nodes.len()).take_while(is_near).filter(has_surfaces).take(MAX_SUBMAP_FRAMES / 2 + 1);
-        let mut about: Vec<usize> = before.chain(from).collect();
-        about.sort_unstable();
-        about
-    }
-
-    /// What some nodes saw, in the frame of one of them.
-    fn place(
-        &self,
-        nodes: impl IntoIterator<Item = usize>,
-        in_frame_of: usize,
-        pose: impl Fn(usize) -> Pose3,
-    ) -> Submap<'_> {
-        let T_submap_world = pose(in_frame_of).inverse();
-        let frames = nodes.into_iter().filter_map(|node| {
-            let seen = self.nodes[node].surfaces.as_ref()?.seen();
-            Some((seen, T_submap_world * pose(node)))
-        });
-        Submap::new(frames.collect())
-    }
-
-    /// Where the last nodes put a frame, in the frame of the last one.
+    /// The registration of a frame to the recent nodes, in the frame of the last one.
     fn register_to_recent(&self, frame: &FrameSurfaces, guess: &Pose3) -> Option<SubmapRegistration> {
         let last = self.nodes.len() - 1;
-        self.place(self.recent(), last, |node| self.nodes[node].T_world_local).find(frame, guess, Search::Here)
+        let local = |node: usize| self.nodes.nodes[node].T_world_local;
+        self.nodes.submap(self.nodes.recent(), last, local).find(frame, guess, Search::Here)
     }
 
-    /// Looks for a node in the places seen long before it.
-    fn detect_loops(&mut self, node: usize) {
-        let Node { T_world_camera, T_world_local, path, .. } = self.nodes[node];
-        let Some(surfaces) = self.nodes[node].surfaces.as_ref().map(StoredSurfaces::surfaces) else {
+    /// Registers a node to the submaps of earlier visits.
+    fn detect(&mut self, node: usize) {
+        let Node { T_world_camera, path_length, .. } = self.nodes.nodes[node];
+        let Some(surfaces) = self.nodes.nodes[node].surfaces.as_ref().map(StoredSurfaces::surfaces) else {
             return;
         };
-        let places = self.revisited(node, &T_world_camera, path);
-        if places.is_empty() {
+        let visits = self.nodes.revisited(node, &T_world_camera, path_length);
+        if visits.is_empty() {
             return;
         }
         self.last_detection = node;
-        for place in places {
-            let T_submap_world = self.nodes[place].T_world_camera.inverse();
-            let drift = (DRIFT_RATE * (path - self.nodes[place].path)).min(MAX_DRIFT);
-            let look = |search| {
-                let guess = T_submap_world * T_world_camera;
-                self.place(self.about(place), place, |node| self.nodes[node].T_world_camera)
-                    .find(&surfaces, &guess, search)
+        for visit in visits {
+            let T_visit_world = self.nodes.nodes[visit].T_world_camera.inverse();
+            let has_drift = self.nodes.drift_since(visit, path_length) > MIN_GAP_TRANSLATION;
+            let find = |search| {
+                let global = |node: usize| self.nodes.nodes[node].T_world_camera;
+                let submap = self.nodes.submap(self.nodes.around(visit), visit, global);
+                submap.find(&surfaces, &(T_visit_world * T_world_camera), search)
             };
-            let Some(held) =
-                look(Search::Near).or_else(|| (drift > MIN_GAP_TRANSLATION).then(|| look(Search::Wide)).flatten())
-            else {
+            let Some(found) = find(Search::Near).or_else(|| has_drift.then(|| find(Search::Wide)).flatten()) else {
                 continue;
             };
-            let T_world_found = T_submap_world.inverse() * held.T_submap_camera;
-            if is_apart(&T_world_found, &T_world_local) {
-                // Twice the same is no mistake.
-                let again = self
-                    .pending_gap
-                    .is_some_and(|pending_gap| !is_apart(&T_world_found, &(pending_gap * T_world_local)));
-                self.has_open_loop |= again;
-                self.pending_gap = Some(T_world_found * T_world_local.inverse());
-            } else {
-                self.pending_gap = None;
-                // The next frame is registered to all of the last ones: they go on together from where the map has them.
-                for recent in self.recent() {
-                    self.nodes[recent].T_world_local = self.nodes[recent].T_world_camera;
-                }
-            }
-            let found = relation(place, node, held.T_submap_camera, &held.information, SUBMAP_SIGMA);
+            self.compare_with_recent(node, &(T_visit_world.inverse() * found.T_submap_camera));
+            let found = relation(visit, node, found.T_submap_camera, &found.information, SUBMAP_SIGMA);
             self.loops.push(PoseRelation { is_switchable: true, ..found });
         }
     }
 
-    /// No frame will follow: what was found missing once counts.
-    pub fn finish(&mut self) {
-        self.has_open_loop |= self.pending_gap.take().is_some();
+    /// Compares a node's pose by an earlier visit with its pose by the recent frames. Two equal gaps in a row open a loop.
+    fn compare_with_recent(&mut self, node: usize, T_world_found: &Pose3) {
+        let T_world_local = self.nodes.nodes[node].T_world_local;
+        if has_gap(T_world_found, &T_world_local) {
+            let is_confirmed = self.unconfirmed_gap.is_some_and(|gap| !has_gap(T_world_found, &(gap * T_world_local)));
+            self.has_open_loop |= is_confirmed;
+            self.unconfirmed_gap = Some(T_world_found * T_world_local.inverse());
+        } else {
+            self.unconfirmed_gap = None;
+            // The next frame is registered to all recent nodes: their local poses continue from their poses in the map.
+            for recent in self.nodes.recent() {
+                self.nodes.nodes[recent].T_world_local = self.nodes.nodes[recent].T_world_camera;
+            }
+        }
     }
 
-    /// Closes what is open: how the frames are to be moved, if what was seen agrees that this is better.
+    /// No frame will follow: an unconfirmed gap counts, too.
+    pub fn finish(&mut self) {
+        self.has_open_loop |= self.unconfirmed_gap.take().is_some();
+    }
+
+    /// Closes an open loop: the corrections of all frames, if the evidence is better with them.
     pub fn close(&mut self) -> Option<FrameMotions> {
         if !std::mem::take(&mut self.has_open_loop) {
             return None;
         }
-        let mut poses: Vec<Pose3> = self.nodes.iter().map(|node| node.T_world_camera).collect();
-        let sure = self.loops.iter().map(|found| PoseRelation { is_switchable: false, ..*found });
-        let all: Vec<SpatialRelation> = self.chain.iter().copied().chain(sure).collect();
-        solve_relations(&mut poses, &all, SOLVER_ITERATIONS);
-        let all: Vec<SpatialRelation> = self.chain.iter().chain(&self.loops).copied().collect();
-        solve_relations(&mut poses, &all, SOLVER_ITERATIONS);
-        let present: Vec<Pose3> = self.nodes.iter().map(|node| node.T_world_camera).collect();
-        let (before, after) = (self.agreement(&present), self.agreement(&poses));
+        let present: Vec<Pose3> = self.nodes.nodes.iter().map(|node| node.T_world_camera).collect();
+        let poses = self.solve(present.clone());
+        let (before, after) = (self.evidence(&present), self.evidence(&poses));
         let (agreement, overlap) = (after.0 - before.0, after.1 - before.1);
         if agreement + overlap < MIN_IMPROVEMENT || agreement < -MAX_DETERIORATION || overlap < -MAX_DETERIORATION {
             return None;
         }
         let mut motions = Vec::with_capacity(self.nodes.len());
-        for (node, pose) in self.nodes.iter_mut().zip(poses) {
+        for (node, pose) in self.nodes.nodes.iter_mut().zip(poses) {
             let moved = (node.T_world_camera.inverse() * pose).translation_norm();
             self.report.farthest_move = self.report.farthest_move.max(moved);
             motions.push((node.frame, pose * node.T_world_camera.inverse()));
@@ -355,19 +229,28 @@ impl SpatialLoops {
         Some(motions)
     }
 
-    /// How well the frames of the last loops fit the places they have come back to, and the frames before them, were all at
-    /// these poses: the agreement, and the share of their surface that lies on what was seen.
-    fn agreement(&self, poses: &[Pose3]) -> (f64, f64) {
+    /// The solution of the pose graph.
+    fn solve(&self, mut poses: Vec<Pose3>) -> Vec<Pose3> {
+        let fixed = self.loops.iter().map(|found| PoseRelation { is_switchable: false, ..*found });
+        let relations: Vec<SpatialRelation> = self.chain.iter().copied().chain(fixed).collect();
+        solve_relations(&mut poses, &relations, SOLVER_ITERATIONS);
+        let relations: Vec<SpatialRelation> = self.chain.iter().chain(&self.loops).copied().collect();
+        solve_relations(&mut poses, &relations, SOLVER_ITERATIONS);
+        poses
+    }
+
+    /// Mean agreement and overlap of the latest loops' frames, with the submaps that they revisit and with the recent frames,
+    /// if all nodes had these poses.
+    fn evidence(&self, poses: &[Pose3]) -> (f64, f64) {
         let (mut agreement, mut overlap, mut count) = (0.0, 0.0, 0.0);
         for found in self.loops.iter().rev().take(MAX_VALIDATION_LOOPS) {
-            let (place, node) = (found.from, found.to);
-            let Some(kept) = &self.nodes[node].surfaces else { continue };
-            let surfaces = kept.surfaces();
+            let (visit, node) = (found.from, found.to);
+            let Some(stored) = &self.nodes.nodes[node].surfaces else { continue };
+            let surfaces = stored.surfaces();
             let recent = (node.saturating_sub(MAX_SUBMAP_FRAMES)..node).collect();
-            for (nodes, place) in [(self.about(place), place), (recent, node - 1)] {
-                let fit = self
-                    .place(nodes, place, |node| poses[node])
-                    .fit(&surfaces, &(poses[place].inverse() * poses[node]));
+            for (nodes, origin) in [(self.nodes.around(visit), visit), (recent, node - 1)] {
+                let submap = self.nodes.submap(nodes, origin, |node| poses[node]);
+                let fit = submap.fit(&surfaces, &(poses[origin].inverse() * poses[node]));
                 (overlap, agreement, count) = (overlap + fit.0, agreement + fit.1, count + 1.0);
             }
         }
@@ -375,55 +258,34 @@ impl SpatialLoops {
     }
 }
 
-/// Whether two poses of a frame are further apart than registrations are wrong.
-fn is_apart(a: &Pose3, b: &Pose3) -> bool {
-    let off = a.inverse() * b;
-    off.translation_norm() > MIN_GAP_TRANSLATION || off.rotation_angle() > MIN_GAP_ROTATION
+/// Whether two poses of a frame differ by more than the error of registrations.
+fn has_gap(a: &Pose3, b: &Pose3) -> bool {
+    let difference = a.inverse() * b;
+    difference.translation_norm() > MIN_GAP_TRANSLATION || difference.rotation_angle() > MIN_GAP_ROTATION
 }
 
-/// The information of a registration to the world's frame, as that of the motion from a pose there.
+/// The information of a registration in the world's frame, as that of the motion from a pose there.
 fn in_frame_of(T_world_from: &Pose3, registration: &SpatialRegistration) -> Matrix6<f64> {
     let adjoint = T_world_from.adjoint();
     adjoint.tr_mul(&(registration.information * adjoint))
 }
 
-/// A relation that is known by what was measured, but no better than `best` and no worse than [`UNKNOWN`].
-fn relation(from: usize, to: usize, T_from_to: Pose3, information: &Matrix6<f64>, best: (f64, f64)) -> SpatialRelation {
+/// A relation with the information of a measurement, with a standard deviation between `min_sigma` and [`UNKNOWN_SIGMA`]
+/// (rad, m).
+fn relation(
+    from: usize,
+    to: usize,
+    T_from_to: Pose3,
+    information: &Matrix6<f64>,
+    min_sigma: (f64, f64),
+) -> SpatialRelation {
     let diagonal = |(rotation, translation): (f64, f64), power: i32| {
         let of = |sigma: f64| sigma.powi(power);
         let (r, t) = (of(rotation), of(translation));
         Matrix6::from_diagonal(&Vector6::new(r, r, r, t, t, t))
     };
-    let covariance = (information + diagonal(UNKNOWN, -2)).try_inverse().unwrap_or_else(|| diagonal(UNKNOWN, 2));
-    let information = (covariance + diagonal(best, 2)).try_inverse().unwrap_or_else(|| diagonal(UNKNOWN, -2));
+    let unknown = || diagonal(UNKNOWN_SIGMA, -2);
+    let covariance = (information + unknown()).try_inverse().unwrap_or_else(|| diagonal(UNKNOWN_SIGMA, 2));
+    let information = (covariance + diagonal(min_sigma, 2)).try_inverse().unwrap_or_else(unknown);
     PoseRelation { from, to, T_from_to, information, is_switchable: false }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::odometry::assessment::Assessment;
-
-    #[test]
-    fn what_is_kept_of_a_long_way_is_bounded_and_spread_over_it() {
-        let (frame, mut loops) = (stored_surfaces::tests::wall(), SpatialLoops::default());
-        let num_frames = 1200;
-        for number in 0..num_frames {
-            let T_world_sensor = Pose3::translation(0.05 * f64::from(number), 0.0, 0.0);
-            let assessment = Assessment::first();
-            let estimate =
-                SpatialEstimate { T_world_sensor, registration: None, overlap: 1.0, assessment, is_in_map: true };
-            loops.add(number, &frame, &estimate);
-            assert!(loops.num_packed_bytes <= MAX_BYTES, "{} bytes", loops.num_packed_bytes);
-        }
-        let counted: usize =
-            loops.nodes.iter().flat_map(|node| &node.surfaces).map(StoredSurfaces::num_packed_bytes).sum();
-        assert_eq!(counted, loops.num_packed_bytes);
-        let paths: Vec<f64> = loops.nodes.iter().filter(|node| node.surfaces.is_some()).map(|node| node.path).collect();
-        assert!(paths.len() < 400, "{} frames keep their surfaces", paths.len());
-        assert_eq!(paths[0], 0.0);
-        let widest = paths.windows(2).map(|pair| pair[1] - pair[0]).fold(0.0, f64::max);
-        assert!(widest < 0.4, "{widest} m without surfaces");
-        assert_eq!(loops.about(600).len(), MAX_SUBMAP_FRAMES + 1, "a place has as many frames as ever");
-    }
 }

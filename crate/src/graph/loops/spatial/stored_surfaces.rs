@@ -1,4 +1,4 @@
-//! What is kept of a frame's surfaces for as long as the run goes on: a third of what they take while they are matched.
+//! The surfaces of a node, stored for the rest of the run in a third of the memory that registration needs.
 
 use std::borrow::Cow;
 use std::sync::Arc;
@@ -8,23 +8,23 @@ use crate::camera::Pinhole;
 use crate::registration::prepared_surfels::SurfelCloud;
 use crate::registration::projective::{PackedSurfel, ProjectiveTarget};
 
-/// What a frame saw: the last frames are matched with every new one, older ones where the path comes back to them.
+/// A frame's surfaces. Every new frame is registered to the recent ones; older ones are only needed where the path returns.
 pub(super) enum StoredSurfaces {
     Whole(Arc<FrameSurfaces>),
     Packed(PackedSurfaces),
 }
 
-/// Surfaces in single precision: to a micrometre the same.
+/// Surfaces in single precision, accurate to a micrometre.
 pub(super) struct PackedSurfaces {
     source: Vec<PackedSurfel>,
     sparse: Vec<PackedSurfel>,
     camera: Pinhole,
-    /// What the view shows, each piece with its cell.
-    pieces: Vec<PackedSurfel>,
+    /// The surfels of the view, each with its cell.
+    surfels: Vec<PackedSurfel>,
 }
 
 impl StoredSurfaces {
-    /// As it can be matched.
+    /// For registration to a submap.
     pub(super) fn surfaces(&self) -> Arc<FrameSurfaces> {
         match self {
             Self::Whole(surfaces) => Arc::clone(surfaces),
@@ -32,11 +32,11 @@ impl StoredSurfaces {
         }
     }
 
-    /// What it saw, for others to be matched with.
-    pub(super) fn seen(&self) -> SubmapFrame<'_> {
+    /// As part of a submap.
+    pub(super) fn as_submap_frame(&self) -> SubmapFrame<'_> {
         match self {
-            Self::Whole(surfaces) => SubmapFrame { view: Cow::Borrowed(&surfaces.view), pieces: &surfaces.pieces },
-            Self::Packed(packed) => SubmapFrame { view: Cow::Owned(packed.view()), pieces: &packed.pieces },
+            Self::Whole(surfaces) => SubmapFrame { view: Cow::Borrowed(&surfaces.view), surfels: &surfaces.surfels },
+            Self::Packed(packed) => SubmapFrame { view: Cow::Owned(packed.view()), surfels: &packed.surfels },
         }
     }
 
@@ -46,25 +46,25 @@ impl StoredSurfaces {
         }
     }
 
-    /// What it takes on the heap, packed.
+    /// Memory of the packed surfaces (bytes).
     pub(super) fn num_packed_bytes(&self) -> usize {
-        let Self::Packed(PackedSurfaces { source, sparse, pieces, .. }) = self else { return 0 };
-        size_of::<PackedSurfel>() * (source.capacity() + sparse.capacity() + pieces.capacity())
+        let Self::Packed(PackedSurfaces { source, sparse, surfels, .. }) = self else { return 0 };
+        size_of::<PackedSurfel>() * (source.capacity() + sparse.capacity() + surfels.capacity())
     }
 }
 
 impl PackedSurfaces {
-    fn new(FrameSurfaces { source, sparse, view, pieces }: &FrameSurfaces) -> Self {
+    fn new(FrameSurfaces { source, sparse, view, surfels }: &FrameSurfaces) -> Self {
         let packed = |cloud: &SurfelCloud| {
             let mut packed = Vec::with_capacity(cloud.points.len());
             packed.extend(cloud.surfels().map(|surfel| PackedSurfel::new(&surfel, 0)));
             packed
         };
-        Self { source: packed(source), sparse: packed(sparse), camera: *view.camera(), pieces: pieces.clone() }
+        Self { source: packed(source), sparse: packed(sparse), camera: *view.camera(), surfels: surfels.clone() }
     }
 
     fn view(&self) -> ProjectiveTarget {
-        ProjectiveTarget::from_cells(&self.camera, &self.pieces)
+        ProjectiveTarget::from_cells(&self.camera, &self.surfels)
     }
 
     fn unpacked(&self) -> FrameSurfaces {
@@ -73,7 +73,7 @@ impl PackedSurfaces {
             source: cloud(&self.source),
             sparse: cloud(&self.sparse),
             view: self.view(),
-            pieces: self.pieces.clone(),
+            surfels: self.surfels.clone(),
         }
     }
 }
@@ -105,15 +105,15 @@ pub(super) mod tests {
     }
 
     #[test]
-    fn what_was_packed_shows_the_same() {
+    fn packing_keeps_the_surfaces_to_a_micrometre() {
         let whole = FrameSurfaces::new(&wall());
         let packed = PackedSurfaces::new(&whole);
         let unpacked = packed.unpacked();
         assert_eq!(unpacked.view.len(), whole.view.len());
         for (before, after) in whole.view.surfels().zip(unpacked.view.surfels()) {
             assert!((before.point - after.point).norm() < 1e-6 && (before.normal - after.normal).norm() < 1e-6);
-            let place = before.point * 0.999;
-            let (a, b) = (whole.view.classify_leniently(&place, 0.02), unpacked.view.classify_leniently(&place, 0.02));
+            let query = before.point * 0.999;
+            let (a, b) = (whole.view.classify_leniently(&query, 0.02), unpacked.view.classify_leniently(&query, 0.02));
             assert!(
                 matches!((a, b), (FreeSpaceTest::Agreeing(a), FreeSpaceTest::Agreeing(b)) if (a.point - b.point).norm() < 1e-6)
             );
@@ -126,10 +126,10 @@ pub(super) mod tests {
     }
 
     #[test]
-    fn a_frame_takes_little_memory() {
-        let mut kept = StoredSurfaces::Whole(Arc::new(FrameSurfaces::new(&wall())));
-        kept.pack();
-        let bytes = kept.num_packed_bytes();
+    fn packed_surfaces_take_little_memory() {
+        let mut stored = StoredSurfaces::Whole(Arc::new(FrameSurfaces::new(&wall())));
+        stored.pack();
+        let bytes = stored.num_packed_bytes();
         assert!((100_000..200_000).contains(&bytes), "{bytes} bytes");
     }
 }

@@ -1,4 +1,4 @@
-//! A frame that is looked for in what a few other frames saw: where it stands among them, and whether that is believed.
+//! A submap: what a few frames saw. Another frame is registered to it, and accepted or not.
 
 use std::borrow::Cow;
 
@@ -17,54 +17,54 @@ use crate::registration::projective::{PackedSurfel, ProjectiveTarget, SurfelRast
 use crate::registration::solver::Solver;
 use crate::registration::spatial::SpatialRegistration;
 
-/// Guesses that are refined where it is not known where to look.
+/// Hypotheses that are refined in a wide search.
 const MAX_HYPOTHESES: usize = 4;
-/// A frame that lies on what others saw with less than this share of its surface is not held by them, ...
+/// Smallest overlap (0..=1) for which a registration is accepted, ...
 const MIN_OVERLAP: f64 = 0.35;
-/// ... nor one of which less than this share agrees where both see it.
+/// ... and smallest agreement (0..=1).
 const MIN_AGREEMENT: f64 = 0.96;
 
-/// What is kept of a frame to be matched with others.
+/// A frame's surfaces for registration to submaps, and as part of submaps.
 #[derive(Clone)]
 pub(super) struct FrameSurfaces {
     pub(super) source: SurfelCloud,
     pub(super) sparse: SurfelCloud,
-    /// In the camera's own frame. Of four neighbouring pieces one is enough.
+    /// In the camera's own frame, at half the resolution.
     pub(super) view: ProjectiveTarget,
-    /// The pieces of the view, each with its cell.
-    pub(super) pieces: Vec<PackedSurfel>,
+    /// The surfels of the view, each with its cell.
+    pub(super) surfels: Vec<PackedSurfel>,
 }
 
-/// What one of the frames of a place saw.
+/// What one frame of a submap saw.
 pub(super) struct SubmapFrame<'a> {
     pub(super) view: Cow<'a, ProjectiveTarget>,
-    /// The same in the camera's own frame, to be drawn.
-    pub(super) pieces: &'a [PackedSurfel],
+    /// The surfels of the view, in the camera's own frame.
+    pub(super) surfels: &'a [PackedSurfel],
 }
 
-/// How far a frame may be from a guess.
+/// The extent of the search around a guess.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Search {
     /// Some centimetres.
     Here,
-    /// A step of the search.
+    /// The spacing of pose hypotheses.
     Near,
-    /// Three quarters of a metre and 15 degrees.
+    /// 0.75 m and 15 degrees.
     Wide,
 }
 
-/// Where a frame stands among others, in the frame of one of them.
+/// The accepted registration of a frame to a submap.
 pub(super) struct SubmapRegistration {
     pub(super) T_submap_camera: Pose3,
-    /// By a perturbation on the left of that, rotation first (1/rad^2, 1/m^2).
+    /// By a perturbation on the left of the pose, rotation first (1/rad^2, 1/m^2).
     pub(super) information: Matrix6<f64>,
-    /// Share of its surface that lies on theirs.
+    /// Share of the frame's surface that lies on the submap's, 0..=1.
     pub(super) overlap: f64,
-    /// Share of what agrees of all that agrees or stands in free space.
+    /// Agreeing surface as a share of the agreeing and contradicting, 0..=1.
     pub(super) agreement: f64,
 }
 
-/// Frames that saw a place, each with its pose there.
+/// A few frames, each with its pose in the submap.
 pub(super) struct Submap<'a> {
     frames: Vec<(SubmapFrame<'a>, Pose3)>,
 }
@@ -75,85 +75,86 @@ impl FrameSurfaces {
             source: frame.for_submap(),
             sparse: frame.sparse(),
             view: frame.coarse_view(),
-            pieces: frame.coarse.clone(),
+            surfels: frame.coarse.clone(),
         }
     }
 }
 
 impl<'a> Submap<'a> {
-    /// `T_submap_camera` of each frame: in the frame of the place, whichever that is.
+    /// From frames with their poses `T_submap_camera`.
     pub(super) fn new(frames: Vec<(SubmapFrame<'a>, Pose3)>) -> Self {
         Self { frames }
     }
 
-    /// Where a frame stands, if these frames hold it.
+    /// Registers a frame; `None` where that is not accepted.
     pub(super) fn find(&self, frame: &FrameSurfaces, guess: &Pose3, search: Search) -> Option<SubmapRegistration> {
         match search {
-            Search::Here => return self.settle(frame, *guess),
-            Search::Near => return self.settle_near(frame, guess),
+            Search::Here => return self.register_finely(frame, *guess),
+            Search::Near => return self.register_coarse_to_fine(frame, guess),
             Search::Wide => {}
         }
-        let view = self.seen_from(guess, frame);
+        let view = self.view_from(guess, frame);
         let (hypotheses, sparse) = (grid_around(guess, -2..=2, 7.5f64.to_radians(), 3, 3), frame.sparse.point_batch());
-        let scored = hypotheses.map(|guess| (score(&view, &sparse, &guess), guess)).collect();
-        let found =
-            best_distinct(scored, MAX_HYPOTHESES).into_iter().filter_map(|guess| self.settle_near(frame, &guess));
+        let scored = hypotheses.map(|pose| (score(&view, &sparse, &pose), pose)).collect();
+        let best = best_distinct(scored, MAX_HYPOTHESES);
+        let found = best.into_iter().filter_map(|pose| self.register_coarse_to_fine(frame, &pose));
         found.max_by(|a, b| (a.overlap * a.agreement).total_cmp(&(b.overlap * b.agreement)))
     }
 
-    /// First with all that might be partners, then, seen from where that leads, with the near ones.
-    fn settle_near(&self, frame: &FrameSurfaces, guess: &Pose3) -> Option<SubmapRegistration> {
-        let view = self.seen_from(guess, frame);
-        self.settle(frame, register(frame, &view, *guess, &middle_options()).T_target_source)
+    /// Registers with wide limits for correspondences, then with narrow ones in the view from the result.
+    fn register_coarse_to_fine(&self, frame: &FrameSurfaces, guess: &Pose3) -> Option<SubmapRegistration> {
+        let view = self.view_from(guess, frame);
+        self.register_finely(frame, register(frame, &view, *guess, &middle_options()).T_target_source)
     }
 
-    fn settle(&self, frame: &FrameSurfaces, guess: Pose3) -> Option<SubmapRegistration> {
-        let view = self.seen_from(&guess, frame);
+    fn register_finely(&self, frame: &FrameSurfaces, guess: Pose3) -> Option<SubmapRegistration> {
+        let view = self.view_from(&guess, frame);
         let registration = register(frame, &view, guess, &fine_options());
         let T_submap_camera = registration.T_target_source;
         let (overlap, agreement) = self.evidence(frame, &view, &T_submap_camera);
-        let is_supported = overlap > MIN_OVERLAP && agreement > MIN_AGREEMENT && registration.fitness > MIN_OVERLAP;
-        (is_supported && DegenerateDirection::of(&registration.correspondences, FINE_TOLERANCE).is_none()).then_some(
+        let is_accepted = overlap > MIN_OVERLAP && agreement > MIN_AGREEMENT && registration.fitness > MIN_OVERLAP;
+        (is_accepted && DegenerateDirection::of(&registration.correspondences, FINE_TOLERANCE).is_none()).then_some(
             SubmapRegistration { T_submap_camera, information: registration.information, overlap, agreement },
         )
     }
 
-    /// How a frame at a pose fits: the overlap and the agreement.
+    /// Overlap and agreement of a frame at a pose.
     pub(super) fn fit(&self, frame: &FrameSurfaces, T_submap_camera: &Pose3) -> (f64, f64) {
-        self.evidence(frame, &self.seen_from(T_submap_camera, frame), T_submap_camera)
+        self.evidence(frame, &self.view_from(T_submap_camera, frame), T_submap_camera)
     }
 
-    fn seen_from(&self, T_submap_view: &Pose3, frame: &FrameSurfaces) -> ProjectiveTarget {
+    fn view_from(&self, T_submap_view: &Pose3, frame: &FrameSurfaces) -> ProjectiveTarget {
         let mut rasterizer = SurfelRasterizer::new(frame.view.camera(), T_submap_view);
         for (seen, T_submap_camera) in &self.frames {
-            rasterizer.add_moved(0, seen.pieces, T_submap_camera);
+            rasterizer.add_moved(0, seen.surfels, T_submap_camera);
         }
         rasterizer.finish()
     }
 
-    /// The frame's surfaces held against theirs, free space being what one of them looked through, and theirs against it.
+    /// Overlap and agreement: the frame's surface compared with the submap's, where any of its frames saw free space, and the
+    /// submap's surface compared with the frame's view.
     fn evidence(&self, frame: &FrameSurfaces, view: &ProjectiveTarget, T_submap_camera: &Pose3) -> (f64, f64) {
-        let references: Vec<(&ProjectiveTarget, Pose3)> =
+        let views: Vec<(&ProjectiveTarget, Pose3)> =
             self.frames.iter().map(|(seen, T)| (&*seen.view, T.inverse())).collect();
-        let is_seen_through = |point: &Vector3<f64>| {
-            let looks = |(view, T): &(&ProjectiveTarget, Pose3)| {
+        let is_in_free_space = |point: &Vector3<f64>| {
+            let saw_through = |(view, T): &(&ProjectiveTarget, Pose3)| {
                 let point = T.transform_point(&(*point).into()).coords;
                 matches!(view.classify_leniently(&point, FINE_TOLERANCE), FreeSpaceTest::InFreeSpace)
             };
-            references.iter().any(looks)
+            views.iter().any(saw_through)
         };
         let mut tally = FreeSpaceTally::default();
-        let (R, t) = parts(T_submap_camera);
+        let (R, t) = rotation_and_translation(T_submap_camera);
         for (point, normal) in frame.source.points.iter().zip(&frame.source.normals) {
             let (point, normal) = (R * point + t, R * normal);
             match view.classify_leniently(&point, FINE_TOLERANCE).facing(&normal, AGREEING_COSINE) {
                 FreeSpaceTest::Agreeing(_) => tally.agreeing += 1,
-                _ if is_seen_through(&point) => tally.in_free_space += 1,
+                _ if is_in_free_space(&point) => tally.in_free_space += 1,
                 _ => {}
             }
         }
         let overlap = tally.agreeing as f64 / frame.source.points.len().max(1) as f64;
-        let (R, t) = parts(&T_submap_camera.inverse());
+        let (R, t) = rotation_and_translation(&T_submap_camera.inverse());
         for surfel in view.surfels().step_by(view.len().div_ceil(SUBMAP_POINTS).max(1)) {
             let test = frame.view.classify_leniently(&(R * surfel.point + t), FINE_TOLERANCE);
             tally.add(&test.facing(&(R * surfel.normal), AGREEING_COSINE));
@@ -167,6 +168,6 @@ fn register(frame: &FrameSurfaces, view: &ProjectiveTarget, guess: Pose3, option
     register_with(frame.source.source(), view, guess, &PointToPlane, options, &solver)
 }
 
-fn parts(T: &Pose3) -> (Matrix3<f64>, Vector3<f64>) {
+fn rotation_and_translation(T: &Pose3) -> (Matrix3<f64>, Vector3<f64>) {
     (T.rotation.to_rotation_matrix().into_inner(), T.translation.vector)
 }

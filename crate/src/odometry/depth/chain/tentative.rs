@@ -1,85 +1,91 @@
-//! Members of a chain that are not where they are for sure, and what becomes of them.
+//! Members of a chain on tentative branches, and what becomes of them.
 
-use super::super::matching::Matching;
-use super::super::pose_hypothesis::{PoseHypothesis, PredictionGate};
+use super::super::frame_matcher::FrameMatcher;
+use super::super::pose_hypothesis::PoseHypothesis;
+use super::super::prediction_gate::PredictionGate;
 use super::super::tentative_branch::{BranchCorrection, TentativeBranch};
-use super::{AS_GOOD_AGREEMENT, Chain, Member, Outcome, near};
+use super::localize::{MAX_AMBIGUOUS_AGREEMENT_LOSS, best_near};
+use super::{Chain, Member, Outcome};
 use crate::geometry::Pose3;
 use crate::odometry::assessment::{Assessment, Status};
 use crate::registration::prepared_surfels::PreparedSurfels;
 
 impl Chain {
-    /// Whether the last members may yet be dropped.
+    /// Whether the last members may still be dropped.
     pub(in super::super) fn has_tentative_branches(&self) -> bool {
         !self.tentative_branches.is_empty()
     }
 
-    /// Where a frame is by what was seen before frames that are not where they are for sure: they may stand in its way. Where
-    /// it fits about as well `with` them, they do not.
-    pub(super) fn find_without_branch(
+    /// Whether an uncertain member may have made the poses after it wrong without bound.
+    pub(super) fn has_unbounded_error(&self) -> bool {
+        self.tentative_branches.iter().any(TentativeBranch::has_unbounded_error)
+    }
+
+    /// The pose of a frame in the map from before a tentative branch, whose surfaces may contradict it. It is preferred only if
+    /// it agrees distinctly better than the pose `with` the branch.
+    pub(super) fn localize_without_branches(
         &self,
         frame: &PreparedSurfels,
         with: &PoseHypothesis,
     ) -> Option<(usize, PoseHypothesis)> {
         let without = |(level, branch): (usize, &TentativeBranch)| {
-            let matching = Matching::new(branch.before(), frame, self.options);
-            let grid_around = [self.T_world_last, branch.T_world_before()];
-            let found = grid_around.into_iter().map(|T_world_near| near(&matching, &T_world_near, &Pose3::identity()));
+            let matcher = FrameMatcher::new(branch.map_before(), frame, self.options);
+            let starts = [self.T_world_last, branch.T_world_before()];
+            let found = starts.into_iter().map(|T_world_start| best_near(&matcher, &T_world_start, &Pose3::identity()));
             let best = found.into_iter().max_by(|a, b| a.support.total_cmp(&b.support))?;
-            let num_between = branch.len() as u32 + self.num_frames_since_accepted;
-            let gate =
-                PredictionGate::between(&branch.T_world_before(), &best.registration.T_target_source, num_between);
-            let is_likelier = !with.is_plausible() || best.agreement > with.agreement + AS_GOOD_AGREEMENT;
+            let num_between = branch.len() as u32 + self.num_rejected;
+            let gate = PredictionGate::between(&branch.T_world_before(), best.T_world_sensor(), num_between);
+            let is_likelier = !with.is_plausible() || best.agreement > with.agreement + MAX_AMBIGUOUS_AGREEMENT_LOSS;
             (is_likelier && self.is_accepted(&best, gate)).then_some((level, best))
         };
         self.tentative_branches.iter().enumerate().rev().find_map(without)
     }
 
-    /// Members that a frame tells to be off as it was: those that are then where they are for sure, and those that are not.
-    pub(super) fn move_by(
-        &mut self,
-        branch: TentativeBranch,
-        found: &PoseHypothesis,
-        anchored: &PoseHypothesis,
-    ) -> (Vec<Member>, Vec<Member>) {
-        let (T_world_found, T_world_anchored) =
-            (&found.registration.T_target_source, &anchored.registration.T_target_source);
-        let off = T_world_anchored.translation.vector - T_world_found.translation.vector;
-        let moved = branch.moved_by(&(T_world_anchored * T_world_found.inverse()), &off);
-        let (certain, dropped) = (self.move_members(&moved), self.drop_members(&moved));
-        for outer in &mut self.tentative_branches {
-            outer.settle(&branch);
-        }
-        let mut seen = branch.into_before();
-        let is_kept = |moved: &&BranchCorrection| moved.is_certain;
-        seen.merge(&self.seen, &|number| {
-            moved.iter().filter(is_kept).find(|moved| moved.number == number).map(|moved| moved.motion)
-        });
-        self.seen = seen;
-        (certain, dropped)
-    }
-
-    /// The same where it was found by what was known before them alone: they have led nowhere.
-    pub(super) fn accept_without_branch(
+    /// Drops the tentative branches from `level` on and accepts a frame by its pose in the map from before them.
+    pub(super) fn accept_without_branches(
         &mut self,
         level: usize,
         number: u32,
         frame: &PreparedSurfels,
-        found: PoseHypothesis,
+        hypothesis: PoseHypothesis,
     ) -> Outcome {
         let branch = self.tentative_branches.drain(level..).next().unwrap_or_default();
-        let (dropped, uncertain) = (self.drop_members(&branch.not_moved()), branch.uncertain());
+        let (dropped, uncertain) = (self.drop_members(&branch.unknown_corrections()), branch.uncertain());
         for outer in &mut self.tentative_branches {
-            outer.settle(&branch);
+            outer.mark_resolved(&branch);
         }
-        self.seen = branch.into_before();
-        Outcome { estimate: self.append(number, frame, found, None), confirmed: Vec::new(), dropped, uncertain }
+        self.reference = branch.into_map_before();
+        Outcome { estimate: self.append(number, frame, hypothesis, None), confirmed: Vec::new(), dropped, uncertain }
     }
 
-    /// Members that have led to where a frame is; those before them may still be off.
+    /// Corrects a branch at whose end a frame was registered to the map from before it (`anchored`) at another pose than to the
+    /// whole map. Returns the members whose corrected poses are certain, and those that were dropped.
+    pub(super) fn correct_branch(
+        &mut self,
+        branch: TentativeBranch,
+        hypothesis: &PoseHypothesis,
+        anchored: &PoseHypothesis,
+    ) -> (Vec<Member>, Vec<Member>) {
+        let (T_world_sensor, T_world_anchored) = (hypothesis.T_world_sensor(), anchored.T_world_sensor());
+        let error = T_world_anchored.translation.vector - T_world_sensor.translation.vector;
+        let corrections = branch.corrections(&(T_world_anchored * T_world_sensor.inverse()), &error);
+        let (certain, dropped) = (self.move_members(&corrections), self.drop_members(&corrections));
+        for outer in &mut self.tentative_branches {
+            outer.mark_resolved(&branch);
+        }
+        let mut reference = branch.into_map_before();
+        let certain_corrections = || corrections.iter().filter(|correction| correction.is_certain);
+        reference.merge(&self.reference, &|number| {
+            certain_corrections().find(|correction| correction.number == number).map(|correction| correction.motion)
+        });
+        self.reference = reference;
+        (certain, dropped)
+    }
+
+    /// The members of a confirmed branch whose poses are certain now; none while an earlier branch has an unbounded error.
     pub(super) fn confirm(&mut self, branch: &TentativeBranch) -> Vec<Member> {
         for outer in &mut self.tentative_branches {
-            outer.settle(branch);
+            outer.mark_resolved(branch);
         }
         if self.has_unbounded_error() {
             return Vec::new();
@@ -92,18 +98,13 @@ impl Chain {
         confirmed
     }
 
-    /// Whether members hang on one that may be anywhere.
-    pub(super) fn has_unbounded_error(&self) -> bool {
-        self.tentative_branches.iter().any(TentativeBranch::has_unbounded_error)
-    }
-
-    /// Those that a later frame tells for sure where they are, but for what those before them may be off.
-    fn move_members(&mut self, moved: &[BranchCorrection]) -> Vec<Member> {
-        let (mut certain, is_elsewhere) = (Vec::new(), self.has_unbounded_error());
-        for BranchCorrection { number, motion, .. } in moved.iter().filter(|moved| moved.is_certain) {
+    /// Moves the members whose corrections are certain. They are good unless an earlier branch has an unbounded error.
+    fn move_members(&mut self, corrections: &[BranchCorrection]) -> Vec<Member> {
+        let (mut certain, has_unbounded_error) = (Vec::new(), self.has_unbounded_error());
+        for BranchCorrection { number, motion, .. } in corrections.iter().filter(|correction| correction.is_certain) {
             let Some(member) = self.members.iter_mut().find(|member| member.number == *number) else { continue };
             member.T_world_sensor = motion * member.T_world_sensor;
-            if !is_elsewhere {
+            if !has_unbounded_error {
                 (member.assessment.status, member.assessment.reason) = (Status::Good, String::new());
             }
             certain.push(member.clone());
@@ -111,14 +112,14 @@ impl Chain {
         certain
     }
 
-    /// Those of which no later frame tells where they are for sure are members no longer.
-    fn drop_members(&mut self, moved: &[BranchCorrection]) -> Vec<Member> {
+    /// Removes the members whose corrections are not certain.
+    fn drop_members(&mut self, corrections: &[BranchCorrection]) -> Vec<Member> {
         let mut dropped = Vec::new();
-        for BranchCorrection { number, motion, .. } in moved.iter().filter(|moved| !moved.is_certain) {
-            let Some(place) = self.members.iter().position(|member| member.number == *number) else { continue };
-            let Member { number, T_world_sensor, assessment } = self.members.remove(place);
-            let reason =
-                "the way to it led over a frame whose place was not certain, and a later frame told that it was off";
+        for BranchCorrection { number, motion, .. } in corrections.iter().filter(|correction| !correction.is_certain) {
+            let Some(index) = self.members.iter().position(|member| member.number == *number) else { continue };
+            let Member { number, T_world_sensor, assessment } = self.members.remove(index);
+            let reason = "it was registered through a frame with an uncertain pose, and a later frame showed that this \
+                          pose was wrong";
             let assessment = Assessment { status: Status::Doubtful, reason: reason.to_owned(), ..assessment };
             dropped.push(Member { number, T_world_sensor: motion * T_world_sensor, assessment });
         }

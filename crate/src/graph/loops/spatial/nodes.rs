@@ -1,0 +1,185 @@
+//! The frames of the graph along the path, with what they saw, within a bound on memory.
+
+use std::ops::Range;
+use std::sync::Arc;
+
+use super::stored_surfaces::StoredSurfaces;
+use super::submap::{FrameSurfaces, Submap};
+use crate::geometry::Pose3;
+use crate::map::keyframes::{apart, apart_within};
+
+/// Shortest path between two visits that counts as a loop (m, two metres per radian).
+const MIN_LOOP_PATH_LENGTH: f64 = 8.0;
+/// Distance up to which two poses share a view (m, two metres per radian), ...
+const MAX_REVISIT_DISTANCE: f64 = 1.2;
+/// ... to which the drift of the path between them is added: this share of its length, ...
+const DRIFT_RATE: f64 = 0.02;
+/// ... but at most this (m).
+const MAX_DRIFT: f64 = 1.5;
+/// Length of the path before and after a node that belongs to its submap (m, two metres per radian).
+const SUBMAP_HALF_LENGTH: f64 = 2.0;
+/// Largest number of frames in a submap.
+pub(super) const MAX_SUBMAP_FRAMES: usize = 6;
+/// Largest number of submaps that a frame is registered to in one detection.
+const MAX_SUBMAPS: usize = 2;
+/// Memory above which the stored surfaces are thinned (bytes), ...
+pub(super) const MAX_BYTES: usize = 64 << 20;
+/// ... until they take no more than this.
+const TARGET_BYTES: usize = 48 << 20;
+/// Smallest path length between the frames that remain after the first thinning (m, two metres per radian), ...
+const INITIAL_SPACING: f64 = 0.1;
+/// ... the factor by which it grows while that is still too much, ...
+const SPACING_GROWTH: f64 = 1.5;
+/// ... and its limit.
+const MAX_SPACING: f64 = 1e3;
+
+/// A frame of the graph.
+pub(super) struct Node {
+    /// Its number among all frames.
+    pub(super) frame: u32,
+    pub(super) T_world_camera: Pose3,
+    /// Its pose by the recent frames alone, on a path through a revisited place; elsewhere the same as `T_world_camera`.
+    pub(super) T_world_local: Pose3,
+    /// Length of the path up to it (m, two metres per radian).
+    pub(super) path_length: f64,
+    /// `None` once it has been thinned out.
+    pub(super) surfaces: Option<StoredSurfaces>,
+}
+
+/// All nodes, in the order of the path.
+#[derive(Default)]
+pub(super) struct Nodes {
+    pub(super) nodes: Vec<Node>,
+    /// Memory of the packed surfaces (bytes).
+    pub(super) num_packed_bytes: usize,
+    /// Smallest path length between older frames that still have surfaces (m, two metres per radian).
+    spacing: f64,
+}
+
+impl Nodes {
+    pub(super) fn len(&self) -> usize {
+        self.nodes.len()
+    }
+
+    pub(super) fn push(&mut self, frame: u32, T_world_camera: Pose3, T_world_local: Pose3, surfaces: FrameSurfaces) {
+        let step = self.nodes.last().map_or(0.0, |last| apart(&last.T_world_camera, &T_world_camera));
+        let path_length = self.nodes.last().map_or(0.0, |last| last.path_length) + step;
+        let surfaces = Some(StoredSurfaces::Whole(Arc::new(surfaces)));
+        self.nodes.push(Node { frame, T_world_camera, T_world_local, path_length, surfaces });
+        let num_older = self.nodes.len().saturating_sub(2 * MAX_SUBMAP_FRAMES);
+        if let Some(stored) = num_older.checked_sub(1).and_then(|last| self.nodes[last].surfaces.as_mut()) {
+            stored.pack();
+            self.num_packed_bytes += stored.num_packed_bytes();
+        }
+        if self.num_packed_bytes > MAX_BYTES {
+            self.thin(num_older);
+            while self.num_packed_bytes > TARGET_BYTES && self.spacing < MAX_SPACING {
+                self.spacing = f64::max(INITIAL_SPACING, SPACING_GROWTH * self.spacing);
+                self.thin(num_older);
+            }
+        }
+    }
+
+    /// Drops the surfaces of those of the first `num_older` nodes that follow another one within the spacing.
+    fn thin(&mut self, num_older: usize) {
+        let (mut last, mut num_bytes) = (f64::NEG_INFINITY, 0);
+        for node in &mut self.nodes[..num_older] {
+            let Some(stored) = &node.surfaces else { continue };
+            if node.path_length - last < self.spacing {
+                node.surfaces = None;
+            } else {
+                last = node.path_length;
+                num_bytes += stored.num_packed_bytes();
+            }
+        }
+        self.num_packed_bytes = num_bytes;
+    }
+
+    /// The drift (m) to expect of the path from a node to one at this path length.
+    pub(super) fn drift_since(&self, node: usize, path_length: f64) -> f64 {
+        (DRIFT_RATE * (path_length - self.nodes[node].path_length)).min(MAX_DRIFT)
+    }
+
+    /// Nodes that may share their view with a camera at this pose after a loop, nearest first, each from another visit.
+    pub(super) fn revisited(&self, before: usize, T_world_camera: &Pose3, path_length: f64) -> Vec<usize> {
+        let near = self.nodes[..before].iter().enumerate().filter_map(|(index, node)| {
+            if path_length - node.path_length <= MIN_LOOP_PATH_LENGTH || node.surfaces.is_none() {
+                return None;
+            }
+            let max_distance = MAX_REVISIT_DISTANCE + self.drift_since(index, path_length);
+            Some((apart_within(&node.T_world_camera, T_world_camera, max_distance)?, index))
+        });
+        let mut near: Vec<(f64, usize)> = near.collect();
+        near.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        let mut chosen: Vec<usize> = Vec::new();
+        for (_, index) in near {
+            let is_another_visit = |other: &usize| {
+                (self.nodes[*other].path_length - self.nodes[index].path_length).abs() > 2.0 * SUBMAP_HALF_LENGTH
+            };
+            if chosen.len() < MAX_SUBMAPS && chosen.iter().all(is_another_visit) {
+                chosen.push(index);
+            }
+        }
+        chosen
+    }
+
+    /// The recent nodes.
+    pub(super) fn recent(&self) -> Range<usize> {
+        let path_length = self.nodes.last().map_or(0.0, |node| node.path_length);
+        let first = self.nodes.partition_point(|node| node.path_length < path_length - SUBMAP_HALF_LENGTH);
+        first.max(self.nodes.len().saturating_sub(MAX_SUBMAP_FRAMES))..self.nodes.len()
+    }
+
+    /// The nodes around one that have surfaces.
+    pub(super) fn around(&self, index: usize) -> Vec<usize> {
+        let path_length = self.nodes[index].path_length;
+        let is_near = |&node: &usize| (self.nodes[node].path_length - path_length).abs() <= SUBMAP_HALF_LENGTH;
+        let has_surfaces = |node: &usize| self.nodes[*node].surfaces.is_some();
+        let before = (0..index).rev().take_while(is_near).filter(has_surfaces).take(MAX_SUBMAP_FRAMES / 2);
+        let from = (index..self.nodes.len()).take_while(is_near).filter(has_surfaces).take(MAX_SUBMAP_FRAMES / 2 + 1);
+        let mut around: Vec<usize> = before.chain(from).collect();
+        around.sort_unstable();
+        around
+    }
+
+    /// The submap of some nodes, in the frame of one of them.
+    pub(super) fn submap(
+        &self,
+        nodes: impl IntoIterator<Item = usize>,
+        in_frame_of: usize,
+        pose: impl Fn(usize) -> Pose3,
+    ) -> Submap<'_> {
+        let T_submap_world = pose(in_frame_of).inverse();
+        let frames = nodes.into_iter().filter_map(|node| {
+            let seen = self.nodes[node].surfaces.as_ref()?.as_submap_frame();
+            Some((seen, T_submap_world * pose(node)))
+        });
+        Submap::new(frames.collect())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::stored_surfaces::tests::wall;
+    use super::*;
+
+    #[test]
+    fn the_stored_surfaces_are_bounded_and_spread_over_the_path() {
+        let (frame, mut nodes) = (wall(), Nodes::default());
+        for number in 0..1200 {
+            let T_world_camera = Pose3::translation(0.05 * f64::from(number), 0.0, 0.0);
+            nodes.push(number, T_world_camera, T_world_camera, FrameSurfaces::new(&frame));
+            assert!(nodes.num_packed_bytes <= MAX_BYTES, "{} bytes", nodes.num_packed_bytes);
+        }
+        let stored = nodes.nodes.iter().flat_map(|node| &node.surfaces);
+        let counted: usize = stored.map(StoredSurfaces::num_packed_bytes).sum();
+        assert_eq!(counted, nodes.num_packed_bytes);
+        let with_surfaces = nodes.nodes.iter().filter(|node| node.surfaces.is_some());
+        let lengths: Vec<f64> = with_surfaces.map(|node| node.path_length).collect();
+        assert!(lengths.len() < 400, "{} frames have surfaces", lengths.len());
+        assert_eq!(lengths[0], 0.0);
+        let widest = lengths.windows(2).map(|pair| pair[1] - pair[0]).fold(0.0, f64::max);
+        assert!(widest < 0.4, "{widest} m without surfaces");
+        assert_eq!(nodes.around(600).len(), MAX_SUBMAP_FRAMES + 1, "thinning does not shrink a submap");
+    }
+}

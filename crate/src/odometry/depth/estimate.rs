@@ -1,0 +1,32 @@
+//! What the odometry reports of a frame, at once and later.
+
+use crate::geometry::Pose3;
+use crate::odometry::assessment::Assessment;
+use crate::registration::spatial::SpatialRegistration;
+
+/// The pose of a frame with its assessment.
+pub struct SpatialEstimate {
+    /// Pose of the sensor in the frame of the first one. For a lost frame: the last known pose.
+    pub T_world_sensor: Pose3,
+    /// The registration; `None` for the first frame and for frames with too few surfaces.
+    pub registration: Option<SpatialRegistration>,
+    /// Share of the frame's surface that lies on the map, 0..=1.
+    pub overlap: f64,
+    /// Good, doubtful or lost, with the reason.
+    pub assessment: Assessment,
+    /// Whether the frame has been added to the map.
+    pub is_in_map: bool,
+}
+
+/// A later change of an earlier frame's estimate.
+#[derive(Clone)]
+pub struct PoseUpdate {
+    /// Number of the frame in the order of registration, from 0.
+    pub frame: u32,
+    /// Its new pose.
+    pub T_world_sensor: Pose3,
+    /// Its new assessment.
+    pub assessment: Assessment,
+    /// The new registration and overlap, where the frame has been registered again.
+    pub registration: Option<(SpatialRegistration, f64)>,
+}

@@ -1,0 +1,69 @@
+//! Options of the depth odometry.
+
+use serde::{Deserialize, Serialize};
+
+use crate::camera::surfel_image::SurfelImage;
+use crate::registration::prepared_surfels::PreparedSurfels;
+use crate::registration::solver::Motion;
+
+/// Size of the search for an initial pose.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
+pub enum Effort {
+    /// Hundreds of pose hypotheses are scored for every frame.
+    #[default]
+    Thorough,
+    /// A few dozen hypotheses are scored, hundreds only where the result is not accepted; fewer points are registered.
+    Quick,
+}
+
+/// How colours contribute to the estimate.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
+pub enum ColorUse {
+    /// In every frame that has them, weighted by their residuals.
+    #[default]
+    Used,
+    /// In frames whose surfaces do not constrain one direction.
+    WhereOpen,
+    /// Not at all.
+    NotUsed,
+}
+
+/// Whether a registration is checked before it is accepted.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Verification {
+    /// Always.
+    #[default]
+    On,
+    /// Each frame is added where it fits best near the last one. For ablations: it shows what verification contributes.
+    Off,
+}
+
+/// All options of [`DepthOdometry`](super::DepthOdometry).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct DepthOptions {
+    /// How the camera moves. Where it is planar, the y axis of the first camera is vertical.
+    pub motion: Motion,
+    /// Size of the search for an initial pose.
+    pub effort: Effort,
+    /// How colours contribute, where frames have them.
+    pub color: ColorUse,
+    /// Whether registrations are checked.
+    pub verification: Verification,
+}
+
+/// Points of the final registration with [`Effort::Thorough`].
+const FINE_POINTS: usize = 3000;
+/// Points of the final registration with [`Effort::Quick`].
+const QUICK_FINE_POINTS: usize = 1200;
+
+impl DepthOptions {
+    /// Prepares a frame for registration with these options. This depends on the frame alone, so it can be done ahead.
+    pub fn prepared(&self, frame: SurfelImage) -> PreparedSurfels {
+        let num_fine = if self.effort == Effort::Quick { QUICK_FINE_POINTS } else { FINE_POINTS };
+        PreparedSurfels::new(frame, num_fine)
+    }
+}
