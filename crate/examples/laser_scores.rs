@@ -16,10 +16,10 @@ use scanstitch::geometry::{Pose2, Pose3, RigidMotion};
 use scanstitch::io::laser_log::{self, LaserLog};
 use scanstitch::io::relations::{self, Place, Relation};
 use scanstitch::io::trajectory::{self, Trajectory};
-use scanstitch::reconstruction::Reconstruction;
-use scanstitch::report::{FrameResult, Stage};
-use scanstitch::settings::Settings;
-use scanstitch::verdict::Status;
+use scanstitch::pipeline::planar::Reconstruction;
+use scanstitch::pipeline::report::{FrameResult, Stage};
+use scanstitch::pipeline::settings::Settings;
+use scanstitch::odometry::assessment::Status;
 
 /// A pair further off than this is wrong (m, degrees).
 const WRONG: (f64, f64) = (0.5, 5.0);
@@ -82,6 +82,10 @@ fn score(case: &Case, mode: &str, log: &LaserLog, odometry: Option<Trajectory>, 
     reconstruction.add_log("log", log);
     if let Some(odometry) = odometry {
         reconstruction.set_odometry("odometry", odometry).expect("odometry has headings");
+    }
+    if std::env::var("TRUTH").is_ok() {
+        let truth: Vec<Pose2> = log.scans.iter().map(|scan| scan.reference.unwrap_or_else(Pose2::identity) * log.T_robot_laser).collect();
+        scanstitch::graph::loops::planar::TRUTH.set(truth).ok();
     }
     let started = Instant::now();
     let (mut stage, mut since, mut times) = (Stage::Register, Instant::now(), Vec::new());

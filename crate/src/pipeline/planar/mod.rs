@@ -18,7 +18,8 @@ use crate::map::local::MetricName;
 use crate::map::local::{LocalMap, StitchedMap};
 use crate::map::occupancy_grid::OccupancyGrid;
 use crate::odometry::assessment::Status;
-use crate::odometry::planar::{FrameEstimate, Odometry};
+use crate::odometry::planar::motion_noise::MotionNoise;
+use crate::odometry::planar::{FrameEstimate, MeasuredMotion, Odometry};
 use crate::pipeline::recorded_scan::{RecordedScan, first_guesses};
 use crate::pipeline::report::{AddedLog, FrameResult, Progress, ReconstructionResult, Stage};
 use crate::pipeline::settings::{Settings, Strategy};
@@ -54,7 +55,9 @@ struct Run {
     /// Where the robot is, as seen from the laser of each scan.
     T_laser_robot: Vec<Pose2>,
     /// The motion of the laser from the scan before to each, where odometry gives it.
-    motions: Vec<Option<Pose2>>,
+    motions: Vec<Option<MeasuredMotion>>,
+    /// For each frame the certain piece of the map that it belongs to.
+    pieces: Vec<usize>,
     /// The range that many returns share, taken for the sensor's limit (m).
     detected_limit: Option<f64>,
     /// The scans registered so far, cleaned, and what that left out.
@@ -298,7 +301,8 @@ impl Run {
             num_scans: recorded.len(),
             times: recorded.iter().map(|scan| scan.time).collect(),
             T_laser_robot: recorded.iter().map(|scan| scan.T_robot_laser.inverse()).collect(),
-            motions: first_guesses(settings.odometry, recorded, odometry),
+            motions: measured_motions(&first_guesses(settings.odometry, recorded, odometry), MotionNoise::default()),
+            pieces: vec![0; recorded.len()],
             detected_limit: range_limit(recorded.iter().map(|scan| scan.cloud.positions.as_slice())),
             scans: Vec::new(),
             cleaning: Vec::new(),
@@ -334,7 +338,7 @@ impl Run {
         let cleaned = clean(&recorded.cloud.positions, &RangeLimits { max_range, ..limits });
         let points = cleaned.positions.iter().map(|p| Vector2::new(f64::from(p.x), f64::from(p.y))).collect();
         let scan = Rc::new(PlanarScan::new(points));
-        let estimate = self.odometry.register_frame(&scan, self.motions[frame]);
+        let estimate = self.odometry.register_frame(&scan, self.motions[frame].as_ref());
         self.scans.push(scan);
         self.cleaning.push(cleaned.report);
         self.poses.push(estimate.T_world_sensor);
@@ -350,14 +354,17 @@ impl Run {
     }
 
     fn advance_loops(&mut self, settings: &Settings) -> Progress {
-        let Self { long, estimates, scans, poses, motions, .. } = self;
+        let Self { long, estimates, scans, poses, motions, pieces, .. } = self;
         let long = long.get_or_insert_with(|| LongSequence::new(estimates, scans, poses, motions));
         long.closure.advance(&settings.icp_options());
         if long.closure.is_done() {
             let solved = long.closure.solved_poses();
             long.place(&solved, poses);
-            for frame in long.unconfirmed(&solved) {
-                estimates[frame].verdict.hangs_on_a_doubt();
+            *pieces = long.pieces();
+            for (estimate, &piece) in estimates.iter_mut().zip(pieces.iter()) {
+                if piece != 0 {
+                    estimate.verdict.hangs_on_a_doubt();
+                }
             }
             self.stage = Stage::Joint;
         }
@@ -436,7 +443,7 @@ impl Run {
             return Vec::new();
         };
         let earlier: Vec<usize> = self.believed().take_while(|&earlier| earlier < frame).collect();
-        let mut map = LocalMap::new(settings.map_capacity());
+        let mut map = LocalMap::new(settings.map_capacity(), settings.metric);
         for &earlier in &earlier[earlier.len().saturating_sub(settings.map_capacity())..] {
             map.insert(Rc::clone(&self.scans[earlier]), self.poses[earlier]);
         }
@@ -485,6 +492,12 @@ impl Joint {
             }
         }
     }
+}
+
+/// Motions with the covariances that this noise gives them.
+fn measured_motions(motions: &[Option<Pose2>], noise: MotionNoise) -> Vec<Option<MeasuredMotion>> {
+    let measured = |motion: &Pose2| MeasuredMotion { T_before_sensor: *motion, covariance: noise.covariance(motion) };
+    motions.iter().map(|motion| motion.as_ref().map(measured)).collect()
 }
 
 fn source(scan: &PlanarScan) -> Source<'_, Vector2<f64>> {
