@@ -11,10 +11,10 @@ use serde::{Deserialize, Serialize};
 
 use crate::geometry::{Pose2, RigidMotion};
 use crate::map::local::{LocalMap, MetricName, PlanarRegistration};
+use crate::odometry::assessment::{MIN_POINTS, Status, Verdict, judge};
 use crate::preprocess::planar_scan::PlanarScan;
 use crate::registration::correlative::{LikelihoodGrid, SearchWindow};
 use crate::registration::icp::IcpOptions;
-use crate::odometry::assessment::{MIN_POINTS, Status, Verdict, judge};
 
 pub mod information;
 pub mod motion_noise;
@@ -99,6 +99,11 @@ pub struct Odometry {
 /// A registration further from measured motion than this squared Mahalanobis distance contradicts it: 1 of 10,000 right
 /// ones, by chi squared of three degrees of freedom.
 const GATE: f64 = 21.1;
+/// Wheels slip now and then, most in turns: a registration that nothing else speaks against may be off by this (rad, m)
+/// and this share of the way whatever their usual noise.
+const SLIP: (f64, f64) = (0.35, 0.25);
+/// That share.
+const SLIP_SHARE: f64 = 0.1;
 /// What a registration is known by at best (rad, m): its pairs of points are not independent.
 pub const REGISTRATION_SIGMA: (f64, f64) = (0.003, 0.01);
 /// What it is known by at worst: the width of the search.
@@ -179,19 +184,19 @@ impl Odometry {
     /// measurement is not believed.
     fn register_measured(&self, scan: &PlanarScan, prediction: &Pose2, motion: &MeasuredMotion) -> FrameEstimate {
         let mut best = self.register_from(scan, *prediction);
-        if best.1.status != Status::Good || !self.is_near(&best.0, prediction, motion) {
+        if best.1.status != Status::Good || !self.is_near(&best, motion) {
             let (translation, rotation) = position_and_heading_sigma(motion);
             let window = SearchWindow { translation: 0.1 + SIGMAS * translation, rotation: 0.02 + SIGMAS * rotation };
             if let Some(found) = LikelihoodGrid::new(&self.map.points()).search(&scan.points, prediction, window) {
                 let searched = self.register_from(scan, found.T_target_source);
-                let is_better = searched.1.agreement > best.1.agreement || !self.is_near(&best.0, prediction, motion);
-                if is_better && self.is_near(&searched.0, prediction, motion) {
+                let is_better = searched.1.agreement > best.1.agreement || !self.is_near(&best, motion);
+                if is_better && self.is_near(&searched, motion) {
                     best = searched;
                 }
             }
         }
+        let is_near = self.is_near(&best, motion);
         let (registration, mut verdict) = best;
-        let is_near = self.is_near(&registration, prediction, motion);
         if verdict.status == Status::Lost || !is_near {
             if verdict.status != Status::Lost {
                 let off = prediction.inverse() * registration.T_target_source;
@@ -203,13 +208,19 @@ impl Odometry {
                 );
             }
             verdict.status = Status::Doubtful;
-            return FrameEstimate { registration: Some(registration), ..unregistered(*prediction, verdict, Link::Carried) };
+            return FrameEstimate {
+                registration: Some(registration),
+                ..unregistered(*prediction, verdict, Link::Carried)
+            };
         }
         let link = self.link_covariance(&registration);
-        let status = verdict.status;
+        let mut status = verdict.status;
         if status == Status::Doubtful && verdict.agreement > CONFIRMED_AGREEMENT {
-            // Two measurements agree: the walls may leave something open, or people stand in the way.
+            // Two measurements agree: people may stand in the way. What the walls leave open, the motion tells.
             verdict = Verdict { status: Status::Good, reason: String::new(), ..verdict };
+            if !registration.observability.is_undetermined() {
+                status = Status::Good;
+            }
         }
         let T_last_found = self.T_world_last.inverse() * registration.T_target_source;
         let fused = fuse((&T_last_found, &link), (&motion.T_before_sensor, &motion.covariance));
@@ -221,11 +232,15 @@ impl Odometry {
         }
     }
 
-    /// Whether a registration lies where the measured motion allows.
-    fn is_near(&self, registration: &PlanarRegistration, prediction: &Pose2, motion: &MeasuredMotion) -> bool {
+    /// Whether a registration lies where the measured motion allows, or where wheels that slipped allow it.
+    fn is_near(&self, (registration, verdict): &(PlanarRegistration, Verdict), motion: &MeasuredMotion) -> bool {
         let T_last_found = self.T_world_last.inverse() * registration.T_target_source;
-        let T_last_predicted = self.T_world_last.inverse() * prediction;
-        let off = (T_last_predicted * T_last_found.inverse()).log();
+        let slip = motion.T_before_sensor.inverse() * T_last_found;
+        let most = SLIP.1 + SLIP_SHARE * motion.T_before_sensor.translation_norm();
+        if verdict.status == Status::Good && slip.rotation_angle() < SLIP.0 && slip.translation_norm() < most {
+            return true;
+        }
+        let off = (motion.T_before_sensor * T_last_found.inverse()).log();
         let covariance = motion.covariance + self.link_covariance(registration);
         covariance.try_inverse().is_some_and(|information| off.dot(&(information * off)) < GATE)
     }
@@ -272,7 +287,8 @@ impl Odometry {
         }
         if best.1.status == Status::Good {
             let known = (&best.0.T_target_source, APART);
-            if let Some(rival) = grid.rival(&scan.points, &searched.0, searched.1, known, RIVAL_SCORE * score) {
+            if let Some(rival) = grid.rival(&scan.points, &searched.0, searched.1, known, (RIVAL_SCORE * score, score))
+            {
                 self.doubt_by_rival(scan, &mut best, &rival.T_target_source);
             }
         }

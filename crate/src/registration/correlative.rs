@@ -137,20 +137,21 @@ impl LikelihoodGrid {
     /// The best pose within `window` around `center`, on a lattice of the grid's cells and of turns that move a point
     /// 10 m away by one cell. `None` for an empty source.
     pub fn search(&self, source: &[Vector2<f64>], center: &Pose2, window: SearchWindow) -> Option<CorrelativeMatch> {
-        self.search_apart(source, center, window, None, 0.0)
+        self.search_apart(source, center, window, None, (0.0, f64::INFINITY))
     }
 
     /// The best pose of the window that lies apart from a known one by more than `apart` in position or in heading and
-    /// scores at least `least_score`: the second basin, where there is one.
+    /// scores at least the first of `scores`: the second basin, where there is one. One that scores the second is enough:
+    /// no better one is looked for.
     pub fn rival(
         &self,
         source: &[Vector2<f64>],
         center: &Pose2,
         window: SearchWindow,
-        (known, apart): (&Pose2, SearchWindow),
-        least_score: f64,
+        apart_from: (&Pose2, SearchWindow),
+        scores: (f64, f64),
     ) -> Option<CorrelativeMatch> {
-        self.search_apart(source, center, window, Some((known, apart)), least_score)
+        self.search_apart(source, center, window, Some(apart_from), scores)
     }
 
     fn search_apart(
@@ -159,7 +160,7 @@ impl LikelihoodGrid {
         center: &Pose2,
         window: SearchWindow,
         apart_from: Option<(&Pose2, SearchWindow)>,
-        least_score: f64,
+        (least_score, enough_score): (f64, f64),
     ) -> Option<CorrelativeMatch> {
         if source.is_empty() {
             return None;
@@ -181,8 +182,9 @@ impl LikelihoodGrid {
                 RotatedSource { turn, cells }
             })
             .collect();
-        let floor = (least_score * 255.0 * source.len() as f64) as u32;
-        let best = Search { grid: self, rotated: &rotated, half_cells, excluded, floor, best: None }.run()?;
+        let sum = |score: f64| (score * 255.0 * source.len() as f64) as u32; // saturates
+        let (floor, enough) = (sum(least_score), sum(enough_score));
+        let best = Search { grid: self, rotated: &rotated, half_cells, excluded, floor, enough, best: None }.run()?;
         let turned = nalgebra::UnitComplex::new(best.turn as f64 * turn_step) * center.rotation;
         let shift = Vector2::new(best.x as f64, best.y as f64) * self.resolution;
         let pose = Pose2::exp(&Vector3::new(turned.angle(), 0.0, 0.0));
@@ -242,6 +244,8 @@ struct Search<'a> {
     excluded: Option<Excluded>,
     /// Sums at or below this are not looked for.
     floor: u32,
+    /// A sum of this much ends the search.
+    enough: u32,
     best: Option<Candidate>,
 }
 
@@ -270,7 +274,11 @@ impl Search<'_> {
         // Among equals the smallest turn, then the smallest shift: the same answer everywhere.
         candidates.sort_by_key(|c| (std::cmp::Reverse(c.bound), c.turn.abs(), c.x.abs() + c.y.abs(), c.turn, c.x, c.y));
         for candidate in candidates {
-            if candidate.bound <= self.best.map_or(self.floor, |best| best.bound) && !(self.floor == 0 && self.best.is_none()) {
+            let is_beaten = match self.best {
+                Some(best) => candidate.bound <= best.bound || best.bound >= self.enough,
+                None => candidate.bound < self.floor,
+            };
+            if is_beaten {
                 return;
             }
             if self.excluded.is_some_and(|e| e.covers(candidate.turn, candidate.x, candidate.y, 1 << candidate.level)) {

@@ -4,7 +4,12 @@ use nalgebra::{Matrix3, SMatrix, Vector2, Vector3};
 
 use crate::geometry::{Pose2, RigidMotion};
 use crate::map::local::PlanarRegistration;
-use crate::registration::degeneracy::UNDETERMINED_SHARE;
+
+/// A normal comes from the beams around its own, so the residuals of so many neighbours say the same thing.
+const CORRELATED_BEAMS: f64 = 7.0;
+/// Mean square sine of the angle by which normals are off, far walls and doors in recesses included: what they tell of a
+/// direction that the walls leave open.
+const NORMALS_NOISE: f64 = 0.02;
 
 /// The information of the motion from a pose to the registered scan. What noise in the normals alone would tell of a
 /// direction that the walls leave open is taken off first.
@@ -32,9 +37,12 @@ fn without_normals_noise(registration: &PlanarRegistration) -> Matrix3<f64> {
     let Some(inverse) = basis.try_inverse() else { return Matrix3::zeros() };
     let normalised = basis.tr_mul(&(registration.information * basis));
     let full = normalised.trace().max(0.0);
-    let noise = UNDETERMINED_SHARE * full;
+    let noise = NORMALS_NOISE * full;
     let eigen = ((normalised + normalised.transpose()) * 0.5).symmetric_eigen();
-    let kept = eigen.eigenvalues.map(|value| (value - noise).max(0.0));
+    // Three unknowns are fitted to what is independent of the residuals: a handful of beams says nothing.
+    let num_independent = registration.correspondences.len() as f64 / CORRELATED_BEAMS;
+    let freedom = (1.0 - 3.0 / num_independent).max(0.0);
+    let kept = eigen.eigenvalues.map(|value| (value - noise).max(0.0) * freedom / CORRELATED_BEAMS);
     let cleaned = eigen.eigenvectors * Matrix3::from_diagonal(&kept) * eigen.eigenvectors.transpose();
     inverse.tr_mul(&(cleaned * inverse))
 }
@@ -48,10 +56,17 @@ pub fn softened_covariance(information: &Matrix3<f64>, best: (f64, f64), worst: 
     (information + prior).try_inverse().unwrap_or_else(|| diagonal(worst, 2)) + diagonal(best, 2)
 }
 
-/// The most likely motion by two measurements of it, each with its covariance.
+/// Squared Mahalanobis distance beyond which the second of two measurements loses weight: 95 of 100 lie below.
+const FUSED: f64 = 7.8;
+
+/// The most likely motion by two measurements of it, each with its covariance. The second one may be an outlier: its weight
+/// falls as it contradicts the first (dynamic covariance scaling, as in the pose graph).
 pub fn fuse(first: (&Pose2, &Matrix3<f64>), second: (&Pose2, &Matrix3<f64>)) -> Pose2 {
     let off = (second.0 * first.0.inverse()).log();
-    let gain = (first.1 + second.1).try_inverse().map_or_else(Matrix3::zeros, |inverse| first.1 * inverse);
+    let sq_distance = (first.1 + second.1).try_inverse().map_or(0.0, |information| off.dot(&(information * off)));
+    let weight = (2.0 * FUSED / (FUSED + sq_distance)).min(1.0).powi(2);
+    let sum = first.1 + second.1 / weight;
+    let gain = sum.try_inverse().map_or_else(Matrix3::zeros, |inverse| first.1 * inverse);
     (Pose2::exp(&(gain * off)) * first.0).renormalized()
 }
 

@@ -4,9 +4,9 @@ use nalgebra::{Matrix3, Vector3};
 
 use crate::geometry::{Pose2, RigidMotion};
 
-/// Standard deviation of a measured step: a floor, a share of the way, and what turning adds (in that order), for the
-/// position (m) and for the heading (rad). The shape is that of Thrun, Burgard and Fox, "Probabilistic Robotics" (2005),
-/// section 5.4, with independent terms; the two scales are the log's own.
+/// Variances of measured motion: what is added by every step, by every metre of the way and by every radian of a turn, so
+/// that many small steps are known as well as one large one (Thrun, Burgard and Fox, "Probabilistic Robotics" (2005),
+/// section 5.4). The shape is that of a plain robot; the two scales are the log's own.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MotionNoise {
     /// Factor on the position's standard deviation.
@@ -15,10 +15,10 @@ pub struct MotionNoise {
     pub rotation_scale: f64,
 }
 
-/// Noise of a plain robot on a smooth floor, in the order floor (m), of the way (m/m), of the turn (m/rad) ...
-const TRANSLATION: (f64, f64, f64) = (0.01, 0.05, 0.05);
-/// ... and floor (rad), of the turn (rad/rad), of the way (rad/m).
-const ROTATION: (f64, f64, f64) = (0.01, 0.05, 0.02);
+/// Standard deviation of a position after a step (m), a metre (m) and a turn by a radian (m) ...
+const TRANSLATION: (f64, f64, f64) = (0.004, 0.05, 0.05);
+/// ... and of a heading after a step (rad), a turn by a radian (rad) and a metre (rad).
+const ROTATION: (f64, f64, f64) = (0.004, 0.07, 0.03);
 /// Before anything is known of the wheels, they are trusted half as much.
 const UNKNOWN: f64 = 2.0;
 /// The scales stay within these: less noise is not believed of any wheel, more is no measurement.
@@ -27,8 +27,17 @@ const SCALES: (f64, f64) = (0.5, 8.0);
 const MIN_SAMPLES: usize = 8;
 /// Medians of the size of errors of unit deviation, in the plane (Rayleigh) and on the line (normal).
 const UNIT_MEDIANS: (f64, f64) = (1.177, 0.674);
-/// 95 % quantiles of the same: wheels that slip now and then have long tails.
-const UNIT_TAILS: (f64, f64) = (2.448, 1.96);
+/// 90 % quantiles of the same: wheels that slip now and then have long tails.
+const UNIT_TAILS: (f64, f64) = (2.146, 1.645);
+
+/// A measured motion of one or more steps and what a sure registration made of it.
+#[derive(Debug, Clone)]
+pub struct Comparison {
+    /// The steps measured.
+    pub steps: Vec<Pose2>,
+    /// The motion registered.
+    pub registered: Pose2,
+}
 
 impl Default for MotionNoise {
     fn default() -> Self {
@@ -37,22 +46,29 @@ impl Default for MotionNoise {
 }
 
 impl MotionNoise {
-    /// Fits the scales to pairs of a measured motion and what a sure registration made of it; robustly, by median and
-    /// tail, whichever is larger. The default where there are too few.
-    pub fn fitted(samples: &[(Pose2, Pose2)]) -> Self {
-        if samples.len() < MIN_SAMPLES {
+    /// Fits the scales to comparisons; robustly, by median and tail, whichever is larger. The default where there are too
+    /// few.
+    pub fn fitted(comparisons: &[Comparison]) -> Self {
+        if comparisons.len() < MIN_SAMPLES {
             return Self::default();
         }
         let unit = Self { translation_scale: 1.0, rotation_scale: 1.0 };
         let (mut translations, mut rotations) = (Vec::new(), Vec::new());
-        for (measured, registered) in samples {
-            let off = measured.inverse() * registered;
-            let (translation, rotation) = unit.sigmas(measured);
-            translations.push(off.translation_norm() / translation);
-            rotations.push(off.rotation_angle() / rotation);
+        for comparison in comparisons {
+            let (mut sq_translation, mut sq_rotation, mut measured) = (0.0, 0.0, Pose2::identity());
+            for step in &comparison.steps {
+                let (translation, rotation) = unit.sigmas(step);
+                sq_translation += translation * translation;
+                sq_rotation += rotation * rotation;
+                measured *= step;
+            }
+            let off = measured.inverse() * comparison.registered;
+            let lever = measured.translation_norm() / 2.0;
+            translations.push(off.translation_norm() / (sq_translation + lever * lever * sq_rotation / 2.0).sqrt());
+            rotations.push(off.rotation_angle() / sq_rotation.sqrt());
         }
         let scale = |values: &mut [f64], median: f64, tail: f64| {
-            let scale = (quantile(values, 0.5) / median).max(quantile(values, 0.95) / tail);
+            let scale = (quantile(values, 0.5) / median).max(quantile(values, 0.9) / tail);
             scale.clamp(SCALES.0, SCALES.1)
         };
         Self {
@@ -64,13 +80,10 @@ impl MotionNoise {
     /// Standard deviations of a step's position in each direction (m) and of its heading (rad).
     pub fn sigmas(&self, motion: &Pose2) -> (f64, f64) {
         let (way, turn) = (motion.translation_norm(), motion.rotation_angle());
-        let root = |(floor, of_first, of_second): (f64, f64, f64), first: f64, second: f64| {
-            (floor * floor + (of_first * first).powi(2) + (of_second * second).powi(2)).sqrt()
+        let root = |(of_step, of_first, of_second): (f64, f64, f64), first: f64, second: f64| {
+            (of_step * of_step + of_first * of_first * first + of_second * of_second * second).sqrt()
         };
-        (
-            self.translation_scale * root(TRANSLATION, way, turn),
-            self.rotation_scale * root(ROTATION, turn, way),
-        )
+        (self.translation_scale * root(TRANSLATION, way, turn), self.rotation_scale * root(ROTATION, turn, way))
     }
 
     /// Covariance of a measured motion, by a perturbation on its left, rotation first. The error arises on the way: it is
@@ -106,16 +119,19 @@ mod tests {
             sum - 6.0
         };
         let truth = MotionNoise { translation_scale: 1.7, rotation_scale: 3.0 };
-        let samples: Vec<(Pose2, Pose2)> = (0..400)
+        let samples: Vec<Comparison> = (0..400)
             .map(|index| {
-                let motion = Pose2::exp(&Vector3::new(0.3 * normal(), 0.1 * f64::from(index % 9), 0.0));
+                let motion = Pose2::exp(&Vector3::new(0.3 * normal(), 0.02 * f64::from(index % 9), 0.0));
                 let (translation, rotation) = truth.sigmas(&motion);
                 let off = Vector3::new(rotation * normal(), translation * normal(), translation * normal());
-                (motion, motion * Pose2::exp(&off))
+                Comparison { steps: vec![motion], registered: motion * Pose2::exp(&off) }
             })
             .collect();
         let fitted = MotionNoise::fitted(&samples);
-        assert!((fitted.translation_scale - 1.7).abs() < 0.25 && (fitted.rotation_scale - 3.0).abs() < 0.4, "{fitted:?}");
+        assert!(
+            (fitted.translation_scale - 1.7).abs() < 0.4 && (fitted.rotation_scale - 3.0).abs() < 0.4,
+            "{fitted:?}"
+        );
         assert_eq!(MotionNoise::fitted(&samples[..3]), MotionNoise::default());
     }
 

@@ -9,7 +9,6 @@ use crate::geometry::{Pose2, RigidMotion};
 use crate::graph::joint_scan_registration::{Edge, KnownMotion};
 use crate::graph::loops::planar::{ChainLink, LoopClosure};
 use crate::graph::pose_graph::{PlanarRelation, PoseRelation};
-use crate::odometry::assessment::Status;
 use crate::odometry::planar::information::{chained, motion_information, softened_covariance};
 use crate::odometry::planar::{FrameEstimate, Link, MeasuredMotion, REGISTRATION_SIGMA};
 use crate::preprocess::planar_scan::PlanarScan;
@@ -25,8 +24,6 @@ const KEYFRAME_TURN: f64 = 0.1;
 const EXPECTED: (f64, f64) = (0.03, 0.03);
 /// That share.
 const EXPECTED_SHARE: f64 = 0.3;
-/// A registration that something speaks against is known by no better than this (rad, m).
-const DOUBTED_SIGMA: (f64, f64) = (0.03, 0.06);
 /// A guess across a break of the chain (rad, m).
 const GUESSED: (f64, f64) = (1.0, 5.0);
 /// A doubted registration with less agreement than this says nothing.
@@ -34,6 +31,8 @@ const PLAUSIBLE: f64 = 0.8;
 /// A frame hangs together with another one for sure while what lies between them leaves less open than this (rad, m): half
 /// of what makes a pair of frames wrong, so that two standard deviations reach it.
 const CERTAIN: (f64, f64) = (0.044, 0.25);
+/// A link that leaves open this share of it alone parts two submaps.
+const WEAK: f64 = 0.1;
 /// Each keyframe is matched with so many before it ...
 const WINDOW: usize = 3;
 /// ... and with so many of those that looked at the same place earlier.
@@ -45,7 +44,7 @@ const EDGE_AGREEMENT: f64 = 0.8;
 /// ... or which share less than this of what they see.
 const EDGE_SHARE: f64 = 0.35;
 /// Standard deviation of a match's residuals (m), in whose unit what is known besides is weighed against them.
-const MATCH_SIGMA: f64 = 0.03;
+const MATCH_SIGMA: f64 = 0.08;
 
 /// Keyframes of a chain and how the other frames hang on them.
 pub struct LongSequence {
@@ -87,7 +86,9 @@ impl LongSequence {
                 doubt.push(None);
             }
             let scan = Rc::clone(&scans[frame]);
-            links.push(ChainLink { frame, scan, T_world_sensor: poses[frame], is_start: is_start && !nodes.is_empty() });
+            let left = doubt.last().copied().flatten();
+            let is_weak = !nodes.is_empty() && left.is_none_or(|left| openness(left) > WEAK);
+            links.push(ChainLink { scan, T_world_sensor: poses[frame], is_weak });
             nodes.push(frame);
             hangs_on.push((nodes.len() - 1, Pose2::identity()));
             is_start = false;
@@ -118,7 +119,7 @@ impl LongSequence {
             neighbors[a].push((b, doubt));
             neighbors[b].push((a, doubt));
         }
-        let cost = |doubt: (f64, f64)| (doubt.0 / CERTAIN.0.powi(2)).max(doubt.1 / CERTAIN.1.powi(2));
+        let cost = openness;
         let mut piece_of = vec![usize::MAX; self.nodes.len()];
         let mut num_pieces = 0;
         for root in 0..self.nodes.len() {
@@ -215,15 +216,15 @@ impl Relations {
                 || (estimate.link == Link::Doubted && estimate.verdict.agreement > PLAUSIBLE)
         });
         if let Some(registration) = registered.filter(|_| !is_start) {
-            let best = if estimate.link == Link::Registered { REGISTRATION_SIGMA } else { DOUBTED_SIGMA };
             let worst = expected(&T_before_frame, measured.is_some());
             let information = motion_information(registration, &poses[before]);
-            let covariance = softened_covariance(&information, best, worst);
+            let covariance = softened_covariance(&information, REGISTRATION_SIGMA, worst);
             // Without measured motion to fall back on, the registration is all there is.
             all.push(relation(poses[before].inverse() * registration.T_target_source, &covariance, measured.is_some()));
         }
         if let Some((motion, covariance)) = &measured {
-            all.push(relation(*motion, covariance, false));
+            // Wheels that slipped give way to a registration that nothing speaks against.
+            all.push(relation(*motion, covariance, estimate.link == Link::Registered));
         }
         if all.is_empty() {
             all.push(relation(T_before_frame, &diagonal(GUESSED), true));
@@ -232,10 +233,19 @@ impl Relations {
         let information: Matrix3<f64> = all.iter().map(|relation| relation.information).sum();
         let left = information.try_inverse().filter(|_| is_tied && !(is_start && measured.is_none()));
         let doubt = left.map(|covariance| {
-            if estimate.link == Link::Registered { (0.0, 0.0) } else { (covariance[(0, 0)], covariance[(1, 1)] + covariance[(2, 2)]) }
+            if estimate.link == Link::Registered {
+                (0.0, 0.0)
+            } else {
+                (covariance[(0, 0)], covariance[(1, 1)] + covariance[(2, 2)])
+            }
         });
         Self { all, doubt }
     }
+}
+
+/// What variances of heading and position leave open, as a share of what is certain enough.
+fn openness(doubt: (f64, f64)) -> f64 {
+    (doubt.0 / CERTAIN.0.powi(2)).max(doubt.1 / CERTAIN.1.powi(2))
 }
 
 /// The motion over several frames by measured motions, if there are such for all of them.
@@ -254,10 +264,7 @@ fn expected(motion: &Pose2, is_measured: bool) -> (f64, f64) {
     if is_measured {
         return GUESSED; // the measured motion is a relation of its own
     }
-    (
-        EXPECTED.0 + EXPECTED_SHARE * motion.rotation_angle(),
-        EXPECTED.1 + EXPECTED_SHARE * motion.translation_norm(),
-    )
+    (EXPECTED.0 + EXPECTED_SHARE * motion.rotation_angle(), EXPECTED.1 + EXPECTED_SHARE * motion.translation_norm())
 }
 
 fn diagonal((rotation, translation): (f64, f64)) -> Matrix3<f64> {

@@ -1,6 +1,7 @@
 //! The whole run: scans in, trajectory and map out, one bounded piece of work after the other.
 
 mod long;
+mod measured_motion;
 
 use std::rc::Rc;
 
@@ -18,7 +19,6 @@ use crate::map::local::MetricName;
 use crate::map::local::{LocalMap, StitchedMap};
 use crate::map::occupancy_grid::OccupancyGrid;
 use crate::odometry::assessment::Status;
-use crate::odometry::planar::motion_noise::MotionNoise;
 use crate::odometry::planar::{FrameEstimate, MeasuredMotion, Odometry};
 use crate::pipeline::recorded_scan::{RecordedScan, first_guesses};
 use crate::pipeline::report::{AddedLog, FrameResult, Progress, ReconstructionResult, Stage};
@@ -297,13 +297,17 @@ impl Reconstruction {
 
 impl Run {
     fn new(settings: &Settings, recorded: &[RecordedScan], odometry: Option<&Trajectory>) -> Self {
+        let detected_limit = range_limit(recorded.iter().map(|scan| scan.cloud.positions.as_slice()));
+        let motions = first_guesses(settings.odometry, recorded, odometry);
+        let scan = |frame: usize| Rc::new(prepare(&recorded[frame], detected_limit, settings).0);
+        let motions = measured_motion::judged(&motions, &scan, &settings.odometry_options());
         Self {
             num_scans: recorded.len(),
             times: recorded.iter().map(|scan| scan.time).collect(),
             T_laser_robot: recorded.iter().map(|scan| scan.T_robot_laser.inverse()).collect(),
-            motions: measured_motions(&first_guesses(settings.odometry, recorded, odometry), MotionNoise::default()),
+            motions,
             pieces: vec![0; recorded.len()],
-            detected_limit: range_limit(recorded.iter().map(|scan| scan.cloud.positions.as_slice())),
+            detected_limit,
             scans: Vec::new(),
             cleaning: Vec::new(),
             odometry: Odometry::new(
@@ -333,14 +337,11 @@ impl Run {
 
     fn register_next(&mut self, recorded: &RecordedScan, settings: &Settings) -> Progress {
         let frame = self.poses.len();
-        let limits = settings.range_limits();
-        let max_range = self.detected_limit.unwrap_or(f64::INFINITY).min(limits.max_range).min(recorded.max_range);
-        let cleaned = clean(&recorded.cloud.positions, &RangeLimits { max_range, ..limits });
-        let points = cleaned.positions.iter().map(|p| Vector2::new(f64::from(p.x), f64::from(p.y))).collect();
-        let scan = Rc::new(PlanarScan::new(points));
+        let (scan, report) = prepare(recorded, self.detected_limit, settings);
+        let scan = Rc::new(scan);
         let estimate = self.odometry.register_frame(&scan, self.motions[frame].as_ref());
         self.scans.push(scan);
-        self.cleaning.push(cleaned.report);
+        self.cleaning.push(report);
         self.poses.push(estimate.T_world_sensor);
         self.estimates.push(estimate);
         if self.poses.len() == self.num_scans {
@@ -494,10 +495,13 @@ impl Joint {
     }
 }
 
-/// Motions with the covariances that this noise gives them.
-fn measured_motions(motions: &[Option<Pose2>], noise: MotionNoise) -> Vec<Option<MeasuredMotion>> {
-    let measured = |motion: &Pose2| MeasuredMotion { T_before_sensor: *motion, covariance: noise.covariance(motion) };
-    motions.iter().map(|motion| motion.as_ref().map(measured)).collect()
+/// A scan without what is no measurement, and what that left out.
+fn prepare(recorded: &RecordedScan, detected_limit: Option<f64>, settings: &Settings) -> (PlanarScan, CleaningReport) {
+    let limits = settings.range_limits();
+    let max_range = detected_limit.unwrap_or(f64::INFINITY).min(limits.max_range).min(recorded.max_range);
+    let cleaned = clean(&recorded.cloud.positions, &RangeLimits { max_range, ..limits });
+    let points = cleaned.positions.iter().map(|p| Vector2::new(f64::from(p.x), f64::from(p.y))).collect();
+    (PlanarScan::new(points), cleaned.report)
 }
 
 fn source(scan: &PlanarScan) -> Source<'_, Vector2<f64>> {

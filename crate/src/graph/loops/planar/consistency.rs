@@ -67,27 +67,33 @@ pub fn compare(a: &Candidate, b: &Candidate, poses: &[Pose2], covariances: &Rela
     }
 }
 
-/// The largest set without a contradiction that this finds: matches are taken in the order of how many others support
-/// them, each with those that it does not contradict. Returns for each match how many of the set support it, `None` where
-/// it is not in the set.
-pub fn consistent_set(relations: &[Vec<Relation>]) -> Vec<Option<usize>> {
+/// The largest set without a contradiction that this finds among new matches, given those that are in the graph already:
+/// `relations[i]` are those of new match i to the old ones and then to the new ones. New matches are taken in the order of
+/// how many others support them, each with those that it does not contradict. Returns for each how many of the set support
+/// it, `None` where it is not in the set.
+pub fn consistent_set(relations: &[Vec<Relation>], num_old: usize) -> Vec<Option<usize>> {
     let count = |row: &[Relation], of: Relation| row.iter().filter(|&&relation| relation == of).count() as i64;
-    let worth = |index: &usize| {
-        let row = &relations[*index];
-        count(row, Relation::Supports) - 2 * count(row, Relation::Contradicts)
+    let worth = |index: usize| {
+        count(&relations[index], Relation::Supports) - 2 * count(&relations[index], Relation::Contradicts)
     };
-    let mut order: Vec<usize> = (0..relations.len()).collect();
-    order.sort_by_key(|index| (std::cmp::Reverse(worth(index)), *index));
+    let fits_old = |index: usize| {
+        let old = &relations[index][..num_old];
+        count(old, Relation::Contradicts) == 0 || count(old, Relation::Supports) > 2 * count(old, Relation::Contradicts)
+    };
+    let mut order: Vec<usize> = (0..relations.len()).filter(|&index| fits_old(index)).collect();
+    order.sort_by_key(|&index| (std::cmp::Reverse(worth(index)), index));
     let mut chosen: Vec<usize> = Vec::new();
     for index in order {
-        if chosen.iter().all(|&other| relations[index][other] != Relation::Contradicts) {
+        if chosen.iter().all(|&other| relations[index][num_old + other] != Relation::Contradicts) {
             chosen.push(index);
         }
     }
     let mut support = vec![None; relations.len()];
     for &index in &chosen {
-        let supporters = chosen.iter().filter(|&&other| relations[index][other] == Relation::Supports).count();
-        support[index] = Some(supporters);
+        let of_old = count(&relations[index][..num_old], Relation::Supports) as usize;
+        let is_supporter =
+            |other: &&usize| **other != index && relations[index][num_old + **other] == Relation::Supports;
+        support[index] = Some(of_old + chosen.iter().filter(is_supporter).count());
     }
     support
 }

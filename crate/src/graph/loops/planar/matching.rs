@@ -11,9 +11,9 @@ use crate::map::local::PlanarRegistration;
 use crate::odometry::planar::information::{motion_information, softened_covariance};
 use crate::registration::correlative::{LikelihoodGrid, SearchWindow};
 use crate::registration::factors::PointToPlane;
+use crate::registration::free_space::beams::Visibility;
 use crate::registration::icp::{IcpOptions, Source, register};
 use crate::registration::target::OrientedTarget;
-use crate::registration::free_space::beams::Visibility;
 
 /// Where a stretch was found in another, with the evidence.
 #[derive(Debug, Clone)]
@@ -66,6 +66,8 @@ const MIN_SCORE: f64 = 0.35;
 const APART: SearchWindow = SearchWindow { translation: 0.6, rotation: 0.25 };
 /// ... where it scores this share of the best.
 const RIVAL_SCORE: f64 = 0.75;
+/// A place is one of several where another one scores more than this share of it.
+pub const MAX_RIVAL: f64 = 0.9;
 
 impl Target {
     /// Of these keyframes, in the frame of one of them.
@@ -103,7 +105,8 @@ pub fn match_stretches(
         let best = target.grid.search(&searched, guess, window).filter(|best| best.score > MIN_SCORE)?;
         start = best.T_target_source;
         let known = (&start, APART);
-        let other = target.grid.rival(&searched, guess, window, known, RIVAL_SCORE * best.score);
+        let other =
+            target.grid.rival(&searched, guess, window, known, (RIVAL_SCORE * best.score, MAX_RIVAL * best.score));
         rival = other.map_or(0.0, |other| other.score / best.score);
     }
     let found: PlanarRegistration = register(

@@ -11,12 +11,12 @@ use std::rc::Rc;
 use nalgebra::{Matrix2, Matrix3};
 
 use crate::geometry::{Pose2, RigidMotion};
+use crate::graph::pose_graph::{PlanarRelation, PoseRelation, solve_relations};
 use crate::odometry::planar::information::{chained, position_covariance};
 use crate::preprocess::planar_scan::PlanarScan;
 use crate::registration::correlative::SearchWindow;
-use crate::registration::icp::IcpOptions;
 use crate::registration::free_space::beams::Visibility;
-use crate::graph::pose_graph::{PlanarRelation, PoseRelation, solve_relations};
+use crate::registration::icp::IcpOptions;
 
 mod consistency;
 mod matching;
@@ -24,23 +24,18 @@ mod submap;
 mod uncertainty;
 
 use consistency::{Candidate, Relation, compare, consistent_set};
-use matching::{Sought, Target, look_at_each_other, match_stretches};
+use matching::{MAX_RIVAL, Sought, Target, look_at_each_other, match_stretches};
 use submap::{Keyframe, Submap};
 use uncertainty::RelativeCovariances;
 
-/// DEBUG
-pub static TRUTH: std::sync::OnceLock<Vec<Pose2>> = std::sync::OnceLock::new();
-
 /// A scan of the chain, as it comes in.
 pub struct ChainLink {
-    /// Its number among the frames.
-    pub frame: usize,
     /// Its returns.
     pub scan: Rc<PlanarScan>,
     /// Where the chain put it.
     pub T_world_sensor: Pose2,
-    /// Whether it begins a piece: nothing but a guess ties it to the scan before.
-    pub is_start: bool,
+    /// Whether it hangs on the scan before by no registration that nothing speaks against.
+    pub is_weak: bool,
 }
 
 /// A submap ends after this way (m) ...
@@ -49,8 +44,10 @@ const SUBMAP_LENGTH: f64 = 4.0;
 const SUBMAP_SCANS: usize = 40;
 /// Submaps less than so many after each other have been matched by the chain.
 const NEIGHBORS: usize = 3;
+/// Unless this much or more is left open between them (m, rad): then the chain has not.
+const LOOSE: (f64, f64) = (0.12, 0.03);
 /// In a round a submap is looked for in so many others.
-const CANDIDATES: usize = 3;
+const CANDIDATES: usize = 4;
 /// The window of the search in standard deviations.
 const SIGMAS: f64 = 3.0;
 /// The window's margin (m, rad).
@@ -63,20 +60,22 @@ const SETTLED: (f64, f64) = (0.05, 0.012);
 const MIN_OVERLAP: f64 = 0.3;
 /// A match in a window no wider than this (m, rad) is believed alone: what else would fit is no further off.
 const ALONE: SearchWindow = SearchWindow { translation: 1.0, rotation: 0.3 };
-/// Up to this one (m, rad) it takes one other match that supports it, beyond two.
+/// Up to this one (m, rad) it takes one other match that supports it; beyond, two.
 const IN_PAIRS: SearchWindow = SearchWindow { translation: 4.0, rotation: 0.8 };
 /// A match needs this share of returns that agree, ...
-const MIN_AGREEMENT: f64 = 0.9;
-/// ... so many that both sides see, ...
+const MIN_AGREEMENT: f64 = 0.85;
+/// ... so many that both sides see ...
 const MIN_SEEN: usize = 150;
-/// ... this share of returns with a partner, ...
-const MIN_FITNESS: f64 = 0.45;
-/// ... and no other place that scores more than this share of it.
-const MAX_RIVAL: f64 = 0.9;
+/// ... and this share of returns with a partner.
+const MIN_FITNESS: f64 = 0.25;
 /// A loop that has lost more than this share of its weight is taken back.
 const FITTING: f64 = 0.25;
 /// Steps of the graph's solution after each round.
 const STEPS: usize = 20;
+/// What searches may cost for each keyframe, in windows of a metre and a tenth of a radian: about a millisecond ...
+const BUDGET: f64 = 60.0;
+/// ... and the share of what is left of it that a round may spend.
+const ROUND_SHARE: f64 = 0.4;
 /// Rounds at the most.
 const MAX_ROUNDS: usize = 12;
 
@@ -87,6 +86,13 @@ struct Pair {
     source: usize,
     guess: Pose2,
     window: SearchWindow,
+}
+
+impl Pair {
+    /// What its search costs, in windows of a metre and a tenth of a radian.
+    fn cost(&self) -> f64 {
+        1.0 + self.window.translation.powi(2) * (self.window.rotation / 0.1)
+    }
 }
 
 /// A loop of the graph.
@@ -111,6 +117,8 @@ pub struct LoopClosure {
     /// Windows that were searched in vain, or with success: (target, source, half width (m)).
     searched: Vec<(usize, usize, f64)>,
     queue: Vec<Pair>,
+    /// What is left for searches, in the unit of [`Pair::cost`].
+    budget: f64,
     num_queued: usize,
     round: usize,
     is_done: bool,
@@ -127,11 +135,12 @@ impl LoopClosure {
         for index in 1..=links.len() {
             let is_end = index == links.len();
             driven += if is_end { 0.0 } else { (poses[index - 1].inverse() * poses[index]).translation_norm() };
-            if is_end || driven > SUBMAP_LENGTH || index - start >= SUBMAP_SCANS || links[index].is_start {
+            if is_end || driven > SUBMAP_LENGTH || index - start >= SUBMAP_SCANS || links[index].is_weak {
                 submaps.push(Submap::new(start..index, &keyframes, &poses));
                 (start, driven) = (index, 0.0);
             }
         }
+        let num_keyframes = keyframes.len();
         Self {
             keyframes,
             links,
@@ -143,6 +152,7 @@ impl LoopClosure {
             pool: Vec::new(),
             searched: Vec::new(),
             queue: Vec::new(),
+            budget: BUDGET * num_keyframes as f64,
             num_queued: 0,
             round: 0,
             is_done: false,
@@ -226,7 +236,13 @@ impl LoopClosure {
                 T *= step;
             }
             let information = covariance.try_inverse().unwrap_or_else(Matrix3::zeros);
-            relations.push(PoseRelation { from: index, to: index + 1, T_from_to: T, information, is_switchable: false });
+            relations.push(PoseRelation {
+                from: index,
+                to: index + 1,
+                T_from_to: T,
+                information,
+                is_switchable: false,
+            });
         }
         relations.extend(self.loops.iter().map(|closed| PoseRelation {
             from: closed.candidate.target,
@@ -240,9 +256,9 @@ impl LoopClosure {
     fn pairs(&mut self) -> Vec<Pair> {
         let Some(covariances) = &self.covariances else { return Vec::new() };
         let mut pairs = Vec::new();
-        for source in NEIGHBORS..self.submaps.len() {
+        for source in 1..self.submaps.len() {
             let mut candidates: Vec<(f64, Pair)> = Vec::new();
-            for target in 0..=source - NEIGHBORS {
+            for target in 0..source {
                 candidates.extend(self.pair(target, source, covariances));
             }
             candidates.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.target.cmp(&b.1.target)));
@@ -254,9 +270,22 @@ impl LoopClosure {
             }
             pairs.extend(chosen);
         }
+        self.keep_affordable(&mut pairs);
         self.searched.extend(pairs.iter().map(|pair| (pair.target, pair.source, pair.window.translation)));
         pairs.sort_by_key(|pair| std::cmp::Reverse((pair.target, pair.source)));
         pairs
+    }
+
+    /// Wide windows take long to search: the narrowest first, as many as a share of what is left to spend allows.
+    fn keep_affordable(&mut self, pairs: &mut Vec<Pair>) {
+        pairs.sort_by(|a, b| a.cost().total_cmp(&b.cost()).then((a.source, a.target).cmp(&(b.source, b.target))));
+        let most = self.budget * ROUND_SHARE;
+        let mut spent = 0.0;
+        pairs.retain(|pair| {
+            spent += pair.cost();
+            spent <= most
+        });
+        self.budget -= spent.min(most);
     }
 
     /// Whether a submap may have come back to another, with how likely that is.
@@ -267,7 +296,8 @@ impl LoopClosure {
         let position: Matrix2<f64> = position_covariance(&guess, &covariance);
         let sigma = position.symmetric_eigenvalues().max().max(0.0).sqrt();
         let heading_sigma = covariance[(0, 0)].max(0.0).sqrt();
-        if sigma < SETTLED.0 && heading_sigma < SETTLED.1 {
+        let is_tied = |most: (f64, f64)| sigma < most.0 && heading_sigma < most.1;
+        if is_tied(SETTLED) || (source < target + NEIGHBORS && is_tied(LOOSE)) {
             return None;
         }
         let window = SearchWindow {
@@ -294,10 +324,10 @@ impl LoopClosure {
     /// A submap with those next to it.
     fn target(&self, target: usize) -> Target {
         let mut range = self.submaps[target].keyframes.clone();
-        if target > 0 && !self.links[range.start].is_start {
+        if target > 0 && !self.links[range.start].is_weak {
             range.start = self.submaps[target - 1].keyframes.start;
         }
-        if target + 1 < self.submaps.len() && !self.links[range.end].is_start {
+        if target + 1 < self.submaps.len() && !self.links[range.end].is_weak {
             range.end = self.submaps[target + 1].keyframes.end;
         }
         Target::new(range, self.submaps[target].anchor, &self.keyframes, &self.poses)
@@ -310,21 +340,7 @@ impl LoopClosure {
             return;
         };
         let is_seen = found.agreement > MIN_AGREEMENT && found.num_seen > MIN_SEEN && found.fitness > MIN_FITNESS;
-        if let Some(truth) = TRUTH.get() {
-            let (a, b) = (self.links[self.submaps[pair.target].anchor].frame, self.links[submap.anchor].frame);
-            let off = (truth[a].inverse() * truth[b]).inverse() * found.T_target_source;
-            let before = (truth[a].inverse() * truth[b]).inverse() * pair.guess;
-            eprintln!(
-                "match round {} {}-{} frames {a}-{b} window {:.2} {:.0} guess off {:.2} {:.1} found off {:.2} {:.1} agreement {:.3} seen {} fitness {:.2} rival {:.2} sigma {:.3} {}",
-                self.round, pair.target, pair.source, pair.window.translation, pair.window.rotation.to_degrees(),
-                before.translation_norm(), before.rotation_angle().to_degrees(),
-                off.translation_norm(), off.rotation_angle().to_degrees(),
-                found.agreement, found.num_seen, found.fitness, found.rival,
-                (found.covariance[(1,1)]+found.covariance[(2,2)]).sqrt(),
-                if is_seen && found.rival <= MAX_RIVAL { "PASS" } else { "-" }
-            );
-        }
-        if is_seen && found.rival <= MAX_RIVAL {
+        if is_seen && found.rival < MAX_RIVAL {
             self.pool.push((Candidate { target: pair.target, source: pair.source, found }, pair.window));
         }
     }
@@ -333,29 +349,15 @@ impl LoopClosure {
     fn accept(&mut self) -> bool {
         let Some(covariances) = &self.covariances else { return false };
         let poses = self.anchor_poses();
+        let num_loops = self.loops.len();
         let all: Vec<&Candidate> =
             self.loops.iter().map(|closed| &closed.candidate).chain(self.pool.iter().map(|(c, _)| c)).collect();
-        let relations: Vec<Vec<Relation>> = all
-            .iter()
-            .enumerate()
-            .map(|(i, a)| {
-                let of = |(j, b): (usize, &&Candidate)| if i == j { Relation::Silent } else { compare(a, b, &poses, covariances) };
-                all.iter().enumerate().map(of).collect()
-            })
-            .collect();
-        let support = consistent_set(&relations);
-        let num_loops = self.loops.len();
-        let mut entered = Vec::new();
-        let mut rest = Vec::new();
-        for (index, (candidate, window)) in std::mem::take(&mut self.pool).into_iter().enumerate() {
-            let needed = if window.translation <= ALONE.translation && window.rotation <= ALONE.rotation {
-                0
-            } else if window.translation <= IN_PAIRS.translation && window.rotation <= IN_PAIRS.rotation {
-                1
-            } else {
-                2
-            };
-            if support[num_loops + index].is_some_and(|support| support >= needed) {
+        let relations: Vec<Vec<Relation>> =
+            all[num_loops..].iter().map(|a| all.iter().map(|b| compare(a, b, &poses, covariances)).collect()).collect();
+        let support = consistent_set(&relations, num_loops);
+        let (mut entered, mut rest) = (Vec::new(), Vec::new());
+        for ((candidate, window), support) in std::mem::take(&mut self.pool).into_iter().zip(support) {
+            if support.is_some_and(|support| support >= support_needed(window)) {
                 entered.push(candidate);
             } else {
                 rest.push((candidate, window));
@@ -367,7 +369,7 @@ impl LoopClosure {
             self.enter(candidate);
         }
         if has_news {
-            self.solve();
+            self.solve(num_loops);
         }
         has_news
     }
@@ -383,20 +385,36 @@ impl LoopClosure {
         self.loops.push(Loop { candidate, relation });
     }
 
-    /// Solves, and takes loops back as long as there are some that do not fit.
-    fn solve(&mut self) {
+    /// Solves, and takes loops back as long as there are some that do not fit. Loops from `num_old` on are new: far off as
+    /// the chain may be, they count in full at first, or their weight would never let them in (graduated non-convexity:
+    /// Yang et al., RA-L 2020, in two steps).
+    fn solve(&mut self, num_old: usize) {
+        let mut relations = self.relations();
+        for relation in &mut relations[self.chain.len() + num_old..] {
+            relation.is_switchable = false;
+        }
+        solve_relations(&mut self.poses, &relations, STEPS);
         loop {
             let relations = self.relations();
             solve_relations(&mut self.poses, &relations, STEPS);
             let poses = &self.poses;
             let before = self.loops.len();
             self.loops.retain(|closed| closed.relation.weight(closed.relation.squared_distance(poses)) > FITTING);
-            if let Some(_) = TRUTH.get() {
-                eprintln!("round {}: {} loops, {} taken back, {} in the pool", self.round, self.loops.len(), before - self.loops.len(), self.pool.len());
-            }
             if self.loops.len() == before {
                 return;
             }
         }
+    }
+}
+
+/// How many other matches have to support one that was found in a window.
+fn support_needed(window: SearchWindow) -> usize {
+    let is_within = |limit: SearchWindow| window.translation <= limit.translation && window.rotation <= limit.rotation;
+    if is_within(ALONE) {
+        0
+    } else if is_within(IN_PAIRS) {
+        1
+    } else {
+        2
     }
 }
