@@ -17,7 +17,7 @@ impl RelativeCovariances {
     /// Of all pairs. `None` where the relations leave a pose open altogether.
     pub fn new(poses: &[Pose2], relations: &[PlanarRelation]) -> Option<Self> {
         let num_variables = poses.len().checked_sub(1)?;
-        let mut H = BlockMatrix::<3>::new(num_variables);
+        let mut H = BlockMatrix::<Matrix3<f64>>::new(num_variables);
         for relation in relations {
             let adjoint = poses[relation.from].inverse().adjoint();
             let weight = relation.weight(relation.squared_distance(poses));
