@@ -96,8 +96,6 @@ fn main() {
             });
             if !with_odometry {
                 settings["odometry"] = "none".into();
-            } else if odometry.is_none() {
-                settings["odometry"] = "log".into();
             }
             let settings = serde_json::from_value(settings).expect("the settings are right");
             score(case, name, &log, odometry, settings, &data, option("--out").as_deref());
@@ -241,6 +239,6 @@ fn summary(list: &[Relation], log: &LaserLog, poses: &[Pose2], frames: &[FrameRe
 }
 
 /// The certain piece of the map that a frame belongs to.
-fn piece(_frame: &FrameResult) -> usize {
-    0
+fn piece(frame: &FrameResult) -> usize {
+    frame.piece
 }

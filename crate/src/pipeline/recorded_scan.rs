@@ -61,7 +61,7 @@ impl RecordedScan {
 /// The motion of the laser from the scan before to each scan, where odometry gives one.
 pub fn first_guesses(source: OdometrySource, scans: &[RecordedScan], given: Option<&Trajectory>) -> Vec<Option<Pose2>> {
     let poses: Vec<Option<Pose2>> = match (source, given) {
-        (OdometrySource::None, _) | (OdometrySource::File, None) => vec![None; scans.len()],
+        (OdometrySource::None, _) | (OdometrySource::Auto | OdometrySource::File, None) => vec![None; scans.len()],
         (OdometrySource::Log, None) => scans.iter().map(|scan| scan.odometry).collect(),
         (_, Some(given)) => poses_of(scans, given),
     };

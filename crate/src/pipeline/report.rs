@@ -49,6 +49,9 @@ pub struct FrameResult {
     pub reason: String,
     /// Share of the returns that agree with what the scans before saw, 0..=1.
     pub agreement: f64,
+    /// The certain piece of the map that the frame belongs to; 0 is the main one. Frames of one piece hang together by
+    /// registrations that nothing speaks against, by loops, or by measured motion that is tight enough.
+    pub piece: usize,
     /// What was dropped before.
     pub cleaning: CleaningReport,
     /// Pairs within the distance limit.
@@ -84,6 +87,7 @@ impl FrameResult {
             status: estimate.verdict.status,
             reason: estimate.verdict.reason.clone(),
             agreement: estimate.verdict.agreement,
+            piece: 0,
             cleaning,
             num_correspondences: last.num_correspondences,
             num_inliers: last.num_inliers,

@@ -24,8 +24,10 @@ const KEYFRAME_TURN: f64 = 0.1;
 const EXPECTED: (f64, f64) = (0.03, 0.03);
 /// That share.
 const EXPECTED_SHARE: f64 = 0.3;
-/// A guess across a break of the chain (rad, m).
-const GUESSED: (f64, f64) = (1.0, 5.0);
+/// Without measured motion, a registration that is doubted may be off by this (rad, m) ...
+const DOUBTED: (f64, f64) = (0.3, 0.5);
+/// ... and across a break of the chain a scan may be anywhere near (rad, m).
+const GUESSED: (f64, f64) = (1.0, 1.5);
 /// A doubted registration with less agreement than this says nothing.
 const PLAUSIBLE: f64 = 0.8;
 /// A frame hangs together with another one for sure while what lies between them leaves less open than this (rad, m): half
@@ -33,6 +35,8 @@ const PLAUSIBLE: f64 = 0.8;
 const CERTAIN: (f64, f64) = (0.044, 0.25);
 /// A link that leaves open this share of it alone parts two submaps.
 const WEAK: f64 = 0.1;
+/// The piece of the first frame is the main one unless another is this many times as large.
+const SMALL_PIECE: usize = 4;
 /// Each keyframe is matched with so many before it ...
 const WINDOW: usize = 3;
 /// ... and with so many of those that looked at the same place earlier.
@@ -103,11 +107,27 @@ impl LongSequence {
         }
     }
 
-    /// For each frame the number of the certain piece it belongs to, 0 being the one of the first keyframe: frames of a
+    /// For each frame the number of the certain piece it belongs to, 0 being the main one, that of the first keyframe
+    /// unless it is small: frames of a
     /// piece hang together by registrations that nothing speaks against, by loops, or by measured motion that is tight
     /// enough.
     pub fn pieces(&self) -> Vec<usize> {
-        let of_nodes = self.pieces_of_nodes();
+        let mut of_nodes = self.pieces_of_nodes();
+        let size = |piece: usize| of_nodes.iter().filter(|&&of| of == piece).count();
+        let num_pieces = of_nodes.iter().max().map_or(0, |last| last + 1);
+        // Earlier pieces win where there are several of one size.
+        let largest = (0..num_pieces).max_by_key(|&piece| (size(piece), std::cmp::Reverse(piece))).unwrap_or(0);
+        if size(0) * SMALL_PIECE < size(largest) {
+            for piece in &mut of_nodes {
+                *piece = if *piece == largest {
+                    0
+                } else if *piece == 0 {
+                    largest
+                } else {
+                    *piece
+                };
+            }
+        }
         self.hangs_on.iter().map(|(node, _)| of_nodes[*node]).collect()
     }
 
@@ -227,7 +247,8 @@ impl Relations {
             all.push(relation(*motion, covariance, estimate.link == Link::Registered));
         }
         if all.is_empty() {
-            all.push(relation(T_before_frame, &diagonal(GUESSED), true));
+            let sigma = if estimate.link == Link::Doubted && !is_start { DOUBTED } else { GUESSED };
+            all.push(relation(T_before_frame, &diagonal(sigma), true));
         }
         let is_tied = estimate.link == Link::Registered || measured.is_some();
         let information: Matrix3<f64> = all.iter().map(|relation| relation.information).sum();

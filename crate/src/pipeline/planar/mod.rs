@@ -22,7 +22,7 @@ use crate::odometry::assessment::Status;
 use crate::odometry::planar::{FrameEstimate, MeasuredMotion, Odometry};
 use crate::pipeline::recorded_scan::{RecordedScan, first_guesses};
 use crate::pipeline::report::{AddedLog, FrameResult, Progress, ReconstructionResult, Stage};
-use crate::pipeline::settings::{Settings, Strategy};
+use crate::pipeline::settings::{OdometrySource, Settings, Strategy};
 use crate::preprocess::clean::{CleaningReport, RangeLimits, clean, range_limit};
 use crate::preprocess::planar_scan::PlanarScan;
 use crate::registration::factors::{PointToPlane, PointToPoint};
@@ -56,6 +56,8 @@ struct Run {
     T_laser_robot: Vec<Pose2>,
     /// The motion of the laser from the scan before to each, where odometry gives it.
     motions: Vec<Option<MeasuredMotion>>,
+    /// What is worth knowing of the measured motion, in whole sentences.
+    odometry_notes: Vec<String>,
     /// For each frame the certain piece of the map that it belongs to.
     pieces: Vec<usize>,
     /// The range that many returns share, taken for the sensor's limit (m).
@@ -208,6 +210,7 @@ impl Reconstruction {
         if let Some(limit) = self.run.as_ref().and_then(|run| run.detected_limit) {
             notes.push(format!("Returns at {limit:.2} m were taken for the sensor's range limit and dropped."));
         }
+        notes.extend(self.run.iter().flat_map(|run| run.odometry_notes.clone()));
         notes.extend(self.stamps().note);
         ReconstructionResult {
             version: env!("CARGO_PKG_VERSION"),
@@ -298,14 +301,24 @@ impl Reconstruction {
 impl Run {
     fn new(settings: &Settings, recorded: &[RecordedScan], odometry: Option<&Trajectory>) -> Self {
         let detected_limit = range_limit(recorded.iter().map(|scan| scan.cloud.positions.as_slice()));
-        let motions = first_guesses(settings.odometry, recorded, odometry);
         let scan = |frame: usize| Rc::new(prepare(&recorded[frame], detected_limit, settings).0);
-        let motions = measured_motion::judged(&motions, &scan, &settings.odometry_options());
+        let options = settings.odometry_options();
+        let mut odometry_notes = Vec::new();
+        let mut source = settings.odometry;
+        if source == OdometrySource::Auto && odometry.is_none() {
+            let (are_wheels, note) = measured_motion::log_holds_wheels(recorded, &scan, &options);
+            odometry_notes.extend(note);
+            source = if are_wheels { OdometrySource::Log } else { OdometrySource::Auto };
+        }
+        let motions = first_guesses(source, recorded, odometry);
+        let (motions, note) = measured_motion::judged(&motions, &scan, &options);
+        odometry_notes.extend(note);
         Self {
             num_scans: recorded.len(),
             times: recorded.iter().map(|scan| scan.time).collect(),
             T_laser_robot: recorded.iter().map(|scan| scan.T_robot_laser.inverse()).collect(),
             motions,
+            odometry_notes,
             pieces: vec![0; recorded.len()],
             detected_limit,
             scans: Vec::new(),
@@ -435,6 +448,7 @@ impl Run {
         let estimates = self.estimates.iter().enumerate();
         names.iter().zip(&self.cleaning).zip(estimates).map(|((name, cleaning), (frame, estimate))| {
             let result = FrameResult::new(name, *cleaning, estimate, self.pose_of_robot(frame));
+            let result = FrameResult { piece: self.pieces[frame], ..result };
             FrameResult { time: self.times[frame], ..result }
         })
     }

@@ -84,8 +84,8 @@ pub fn descriptions() -> Vec<SettingDescription> {
             "odometry",
             "Odometry",
             "First guess",
-            "Motion that the robot measured, as a first guess. The poses inside a laser log are often corrected ones: they are used only if asked for.",
-            &[("file", "From its file"), ("log", "Also from the log"), ("none", "Never")],
+            "Motion that the robot measured. Measured: from its file, or from the log where its poses are the wheels' own and not corrected by a program.",
+            &[("auto", "Measured"), ("file", "From its file"), ("log", "Also from the log"), ("none", "Never")],
         ),
         number(
             "search_translation",
