@@ -72,16 +72,17 @@ pub fn compare(a: &Candidate, b: &Candidate, poses: &[Pose2], covariances: &Rela
 /// how many others support them, each with those that it does not contradict. Returns for each how many of the set support
 /// it, `None` where it is not in the set.
 pub fn consistent_set(relations: &[Vec<Relation>], num_old: usize) -> Vec<Option<usize>> {
-    let count = |row: &[Relation], of: Relation| row.iter().filter(|&&relation| relation == of).count() as i64;
+    let count = |row: &[Relation], of: Relation| row.iter().filter(|&&relation| relation == of).count();
     let worth = |index: usize| {
-        count(&relations[index], Relation::Supports) - 2 * count(&relations[index], Relation::Contradicts)
+        count(&relations[index], Relation::Supports) as f64
+            - 2.0 * count(&relations[index], Relation::Contradicts) as f64
     };
     let fits_old = |index: usize| {
         let old = &relations[index][..num_old];
         count(old, Relation::Contradicts) == 0 || count(old, Relation::Supports) > 2 * count(old, Relation::Contradicts)
     };
     let mut order: Vec<usize> = (0..relations.len()).filter(|&index| fits_old(index)).collect();
-    order.sort_by_key(|&index| (std::cmp::Reverse(worth(index)), index));
+    order.sort_by(|&a, &b| worth(b).total_cmp(&worth(a)).then(a.cmp(&b)));
     let mut chosen: Vec<usize> = Vec::new();
     for index in order {
         if chosen.iter().all(|&other| relations[index][num_old + other] != Relation::Contradicts) {
@@ -90,7 +91,7 @@ pub fn consistent_set(relations: &[Vec<Relation>], num_old: usize) -> Vec<Option
     }
     let mut support = vec![None; relations.len()];
     for &index in &chosen {
-        let of_old = count(&relations[index][..num_old], Relation::Supports) as usize;
+        let of_old = count(&relations[index][..num_old], Relation::Supports);
         let is_supporter =
             |other: &&usize| **other != index && relations[index][num_old + **other] == Relation::Supports;
         support[index] = Some(of_old + chosen.iter().filter(is_supporter).count());

@@ -229,9 +229,9 @@ impl LoopClosure {
         for (index, pair) in self.submaps.windows(2).enumerate() {
             let (from, to) = (pair[0].anchor, pair[1].anchor);
             let (mut T, mut covariance) = (Pose2::identity(), Matrix3::zeros());
-            for later in from + 1..=to {
-                let step = self.poses[later - 1].inverse() * self.poses[later];
-                let of_step = informations[later].try_inverse().unwrap_or_else(|| Matrix3::identity() * 1e4);
+            let steps = self.poses[from..=to].windows(2).map(|pair| pair[0].inverse() * pair[1]);
+            for (step, information) in steps.zip(&informations[from + 1..=to]) {
+                let of_step = information.try_inverse().unwrap_or_else(|| Matrix3::identity() * 1e4);
                 covariance = chained((&T, &covariance), &of_step);
                 T *= step;
             }
