@@ -1,5 +1,6 @@
 //! Maps: what a frame is matched with, and what comes out.
 
+use std::cell::OnceCell;
 use std::collections::VecDeque;
 use std::rc::Rc;
 
@@ -29,10 +30,21 @@ pub enum MetricName {
 /// A registration in the plane.
 pub type PlanarRegistration = Registration<Pose2>;
 
+/// A scan enters the map when it was taken this far (m) ...
+const MIN_MOVE: f64 = 0.15;
+/// ... or this much turned (rad) from the last one in it: what stands still shows nothing new.
+const MIN_TURN: f64 = 0.1;
+/// Between neighbouring beams on one surface, the map has a point at least every so far (m): a source point finds the wall
+/// and not merely the beam that hit it, however sparse the beams.
+const SURFACE_SPACING: f64 = 0.1;
+
 /// The last few scans in the world frame: what the next scan is matched with.
 pub struct LocalMap {
     capacity: usize,
+    metric: MetricName,
     scans: VecDeque<PlacedScan>,
+    /// The scans as a target; made when it is asked for, dropped when a scan enters.
+    target: OnceCell<MapTarget>,
 }
 
 struct PlacedScan {
@@ -41,19 +53,37 @@ struct PlacedScan {
     T_world_sensor: Pose2,
 }
 
+enum MapTarget {
+    Points(PointTarget<2>),
+    Oriented(OrientedTarget<2>),
+}
+
 impl LocalMap {
     /// An empty map of at most `capacity` scans (at least one).
-    pub fn new(capacity: usize) -> Self {
-        Self { capacity: capacity.max(1), scans: VecDeque::new() }
+    pub fn new(capacity: usize, metric: MetricName) -> Self {
+        Self { capacity: capacity.max(1), metric, scans: VecDeque::new(), target: OnceCell::new() }
     }
 
-    /// Adds a scan; the oldest leaves when the map is full.
+    /// Adds a scan, unless it was taken where the last one was; the oldest leaves when the map is full.
     pub fn insert(&mut self, scan: Rc<PlanarScan>, T_world_sensor: Pose2) {
+        if let Some(last) = self.scans.back().filter(|_| self.capacity > 1) {
+            let motion = last.T_world_sensor.inverse() * T_world_sensor;
+            if motion.translation_norm() < MIN_MOVE && motion.rotation_angle() < MIN_TURN {
+                return;
+            }
+        }
         if self.scans.len() == self.capacity {
             self.scans.pop_front();
         }
         let profile = RangeProfile::new(&scan.points);
         self.scans.push_back(PlacedScan { scan, profile, T_world_sensor });
+        self.target = OnceCell::new();
+    }
+
+    /// Forgets all scans.
+    pub fn clear(&mut self) {
+        self.scans.clear();
+        self.target = OnceCell::new();
     }
 
     /// Whether nothing has been added.
@@ -61,36 +91,34 @@ impl LocalMap {
         self.scans.is_empty()
     }
 
-    /// All points in the world frame (m).
+    /// All returns in the world frame (m).
     pub fn points(&self) -> Vec<Vector2<f64>> {
         let placed = |s: &PlacedScan| s.scan.points.iter().map(|p| s.T_world_sensor.act(p)).collect::<Vec<_>>();
         self.scans.iter().flat_map(placed).collect()
     }
 
-    /// The normals of [`points`](Self::points), in the same order, in the world frame.
-    pub fn normals(&self) -> Vec<Option<Vector2<f64>>> {
-        let placed =
-            |s: &PlacedScan| s.scan.normals.iter().map(|n| n.map(|n| s.T_world_sensor.rotate(&n))).collect::<Vec<_>>();
-        self.scans.iter().flat_map(placed).collect()
+    fn target(&self) -> &MapTarget {
+        self.target.get_or_init(|| match self.metric {
+            MetricName::PointToPoint => MapTarget::Points(PointTarget::new(self.points())),
+            MetricName::PointToLine => {
+                let (mut points, mut normals) = (Vec::new(), Vec::new());
+                for placed in &self.scans {
+                    for (point, normal) in placed.scan.surface(SURFACE_SPACING) {
+                        points.push(placed.T_world_sensor.act(&point));
+                        normals.push(normal.map(|normal| placed.T_world_sensor.rotate(&normal)));
+                    }
+                }
+                MapTarget::Oriented(OrientedTarget::new(points, normals))
+            }
+        })
     }
 
     /// Registers a scan to the map from a guess of `T_world_sensor`.
-    pub fn register(
-        &self,
-        scan: &PlanarScan,
-        guess: Pose2,
-        metric: MetricName,
-        options: &IcpOptions,
-    ) -> PlanarRegistration {
+    pub fn register(&self, scan: &PlanarScan, guess: Pose2, options: &IcpOptions) -> PlanarRegistration {
         let source = Source { points: &scan.points, normals: Some(&scan.normals), sigmas: None };
-        match metric {
-            MetricName::PointToPoint => {
-                register(source, &PointTarget::new(self.points()), guess, &PointToPoint, options)
-            }
-            MetricName::PointToLine => {
-                let target = OrientedTarget::new(self.points(), self.normals());
-                register(source, &target, guess, &PointToPlane, options)
-            }
+        match self.target() {
+            MapTarget::Points(target) => register(source, target, guess, &PointToPoint, options),
+            MapTarget::Oriented(target) => register(source, target, guess, &PointToPlane, options),
         }
     }
 

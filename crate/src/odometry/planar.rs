@@ -1,15 +1,25 @@
 //! The chain: each scan is registered to the map of the scans before it.
+//!
+//! Measured motion, where there is some, is a measurement: it bounds the search, it is weighed against the registration,
+//! and a registration that contradicts it is not believed. A scan that fits nothing is carried by it; without it, such a
+//! scan begins a piece of its own if the next one fits it.
 
 use std::rc::Rc;
 
+use nalgebra::Matrix3;
 use serde::{Deserialize, Serialize};
 
-use crate::geometry::Pose2;
+use crate::geometry::{Pose2, RigidMotion};
 use crate::map::local::{LocalMap, MetricName, PlanarRegistration};
 use crate::odometry::assessment::{Assessment, MIN_POINTS, Status, assess};
 use crate::preprocess::planar_scan::PlanarScan;
 use crate::registration::correlative::{LikelihoodGrid, SearchWindow};
 use crate::registration::icp::IcpOptions;
+
+pub mod information;
+pub mod motion_noise;
+
+use information::{fuse, motion_information, softened_covariance};
 
 /// What a registration starts from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -39,6 +49,30 @@ pub struct PlanarOptions {
     pub icp: IcpOptions,
 }
 
+/// A motion that was measured, with its uncertainty.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MeasuredMotion {
+    /// Pose of the sensor in the frame of the scan before.
+    pub T_before_sensor: Pose2,
+    /// By a perturbation on the left, rotation first.
+    pub covariance: Matrix3<f64>,
+}
+
+/// How a frame hangs on those before it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Link {
+    /// By nothing: a piece of the map begins.
+    Start,
+    /// By a registration that nothing speaks against.
+    Registered,
+    /// By a registration that something speaks against.
+    Doubted,
+    /// By measured motion alone.
+    Carried,
+    /// By nothing, and nothing hangs on it.
+    Lost,
+}
+
 /// Where a scan was found, and why that is believed or not.
 pub struct FrameEstimate {
     /// Pose of the sensor in the frame of the first scan. Where the frame is lost, it is the prediction.
@@ -47,89 +81,254 @@ pub struct FrameEstimate {
     pub registration: Option<PlanarRegistration>,
     /// Whether it is believed.
     pub assessment: Assessment,
+    /// How it hangs on the frames before.
+    pub link: Link,
 }
 
 /// Scan-to-map odometry in the plane. The world frame is the frame of the first scan.
 pub struct Odometry {
     options: PlanarOptions,
     map: LocalMap,
+    /// Scans that did not fit the map, without measured motion: the next one may fit them.
+    stray: Option<LocalMap>,
     T_world_last: Pose2,
     /// The last motion, from one scan to the next, in the frame of the earlier.
     last_motion: Pose2,
 }
 
+/// A registration further from measured motion than this squared Mahalanobis distance contradicts it: 1 of 10,000 right
+/// ones, by chi squared of three degrees of freedom.
+const GATE: f64 = 21.1;
+/// Wheels slip now and then, most in turns: a registration that nothing else speaks against may be off by this (rad, m)
+/// and this share of the way whatever their usual noise.
+const SLIP: (f64, f64) = (0.35, 0.25);
+/// That share.
+const SLIP_SHARE: f64 = 0.1;
+/// What a registration is known by at best (rad, m): its pairs of points are not independent.
+pub const REGISTRATION_SIGMA: (f64, f64) = (0.003, 0.01);
+/// What it is known by at worst: the width of the search.
+const WIDEST: (f64, f64) = (0.6, 1.5);
+/// A registration that agrees with measured motion is believed from this share of agreeing returns on.
+const CONFIRMED_AGREEMENT: f64 = 0.8;
+/// Window of a search about measured motion, in standard deviations.
+const SIGMAS: f64 = 3.5;
+/// Two poses that differ by more are two places (m, rad).
+const APART: SearchWindow = SearchWindow { translation: 0.6, rotation: 0.25 };
+/// A second basin is looked into when it scores this share of the first ...
+const RIVAL_SCORE: f64 = 0.85;
+/// ... and is as good when its returns disagree by no more than this beyond those of the first.
+const RIVAL_DISAGREEMENT: f64 = 0.04;
+
 impl Odometry {
     /// Odometry without any scan so far; the first one will be at `T_world_first`.
     pub fn new(options: PlanarOptions, T_world_first: Pose2) -> Self {
-        let map = LocalMap::new(options.map_capacity);
-        Self { options, map, T_world_last: T_world_first, last_motion: Pose2::identity() }
+        let map = LocalMap::new(options.map_capacity, options.metric);
+        Self { options, map, stray: None, T_world_last: T_world_first, last_motion: Pose2::identity() }
     }
 
     /// Registers the next scan, which is expected at this motion from the last one; without any, the last motion is
-    /// expected once more. A scan that is lost is not added to the map; the scans after it start from the prediction all
-    /// the same.
-    pub fn register_frame(&mut self, scan: &Rc<PlanarScan>, motion: Option<Pose2>) -> FrameEstimate {
-        let prediction = self.T_world_last * motion.unwrap_or(self.last_motion);
-        let unregistered = |assessment| FrameEstimate { T_world_sensor: prediction, registration: None, assessment };
+    /// expected once more. A scan that fits nothing stays at its prediction, and the scans after it start from there.
+    pub fn register_frame(&mut self, scan: &Rc<PlanarScan>, motion: Option<&MeasuredMotion>) -> FrameEstimate {
+        let prediction = self.T_world_last * motion.map_or(self.last_motion, |motion| motion.T_before_sensor);
         let estimate = if scan.points.len() < MIN_POINTS {
-            unregistered(Assessment::too_few_points(scan.points.len()))
+            unregistered(prediction, Assessment::too_few_points(scan.points.len()), Link::Lost)
         } else if self.map.is_empty() {
-            unregistered(Assessment::first())
+            unregistered(prediction, Assessment::first(), Link::Start)
+        } else if let Some(motion) = motion {
+            self.register_measured(scan, &prediction, motion)
         } else {
-            self.register_to_map(scan, &prediction, motion.is_some())
+            self.register_unmeasured(scan, &prediction)
         };
-        if estimate.assessment.status != Status::Lost {
+        self.take(scan, estimate, motion.is_some())
+    }
+
+    /// The scan enters the map, or waits for one that fits it.
+    fn take(&mut self, scan: &Rc<PlanarScan>, mut estimate: FrameEstimate, is_measured: bool) -> FrameEstimate {
+        match estimate.link {
+            Link::Start | Link::Registered | Link::Doubted | Link::Carried => {
+                self.stray = None;
+                self.map.insert(Rc::clone(scan), estimate.T_world_sensor);
+            }
+            Link::Lost if !is_measured && scan.points.len() >= MIN_POINTS => {
+                if let Some(joined) = self.join_stray(scan, &estimate.T_world_sensor) {
+                    estimate = joined;
+                }
+            }
+            Link::Lost => {}
+        }
+        if estimate.link != Link::Lost {
             self.last_motion = self.T_world_last.inverse() * estimate.T_world_sensor;
-            self.map.insert(Rc::clone(scan), estimate.T_world_sensor);
         }
         self.T_world_last = estimate.T_world_sensor;
         estimate
     }
 
-    /// Registers from the guess that the options ask for; where the result is not good and a search is allowed, once
-    /// more from the best pose in a wide window, and the better of the two is kept.
-    ///
-    /// Measured motion is a better guess than any search: one runs only where that guess leads nowhere.
-    fn register_to_map(&self, scan: &PlanarScan, prediction: &Pose2, is_measured: bool) -> FrameEstimate {
-        if is_measured {
-            let measured = self.register_from(scan, *prediction, prediction);
-            if measured.assessment.status == Status::Good || self.options.initial_guess != InitialGuess::Correlative {
-                return measured;
+    /// Registers a scan that fits the map nowhere to the last such one. Where it fits that, a piece has begun.
+    fn join_stray(&mut self, scan: &Rc<PlanarScan>, prediction: &Pose2) -> Option<FrameEstimate> {
+        if let Some(stray) = self.stray.take() {
+            let main = std::mem::replace(&mut self.map, stray);
+            let estimate = self.register_unmeasured(scan, prediction);
+            if estimate.link == Link::Registered {
+                self.map.insert(Rc::clone(scan), estimate.T_world_sensor);
+                return Some(estimate);
             }
-            let searched = self.register_by_search(scan, prediction);
-            return if searched.assessment.agreement > measured.assessment.agreement { searched } else { measured };
+            self.map = main;
         }
-        match self.options.initial_guess {
-            InitialGuess::Identity => self.register_from(scan, self.T_world_last, prediction),
-            InitialGuess::ConstantVelocity => self.register_from(scan, *prediction, prediction),
-            InitialGuess::Correlative => self.register_by_search(scan, prediction),
-        }
+        let mut stray = LocalMap::new(self.options.map_capacity, self.options.metric);
+        stray.insert(Rc::clone(scan), *prediction);
+        self.stray = Some(stray);
+        None
     }
 
-    fn register_by_search(&self, scan: &PlanarScan, prediction: &Pose2) -> FrameEstimate {
-        let window = self.options.search;
-        let grid = LikelihoodGrid::new(&self.map.points());
-        let search = |center: &Pose2, window| {
-            let guess = grid.search(&scan.points, center, window).map_or(*center, |best| best.T_target_source);
-            self.register_from(scan, guess, prediction)
-        };
-        let first = search(prediction, window);
-        if first.assessment.status == Status::Good {
-            return first;
+    /// Registers from the measured motion; where that leads nowhere, from the best pose near it. What contradicts the
+    /// measurement is not believed.
+    fn register_measured(&self, scan: &PlanarScan, prediction: &Pose2, motion: &MeasuredMotion) -> FrameEstimate {
+        let mut best = self.register_from(scan, *prediction);
+        if best.1.status != Status::Good || !self.is_near(&best, motion) {
+            let (translation, rotation) = position_and_heading_sigma(motion);
+            let window = SearchWindow { translation: 0.1 + SIGMAS * translation, rotation: 0.02 + SIGMAS * rotation };
+            if let Some(found) = LikelihoodGrid::new(&self.map.points()).search(&scan.points, prediction, window) {
+                let searched = self.register_from(scan, found.T_target_source);
+                let is_better = searched.1.agreement > best.1.agreement || !self.is_near(&best, motion);
+                if is_better && self.is_near(&searched, motion) {
+                    best = searched;
+                }
+            }
         }
-        let wide = SearchWindow { translation: 2.0 * window.translation, rotation: std::f64::consts::PI };
-        let second = search(&self.T_world_last, wide);
-        if second.assessment.agreement > first.assessment.agreement { second } else { first }
-    }
-
-    fn register_from(&self, scan: &PlanarScan, guess: Pose2, prediction: &Pose2) -> FrameEstimate {
-        let registration = self.map.register(scan, guess, self.options.metric, &self.options.icp);
-        let assessment = assess(&registration, self.map.free_space(scan, &registration.T_target_source));
-        let believed = assessment.status != Status::Lost;
+        let is_near = self.is_near(&best, motion);
+        let (registration, mut assessment) = best;
+        if assessment.status == Status::Lost || !is_near {
+            if assessment.status != Status::Lost {
+                let off = prediction.inverse() * registration.T_target_source;
+                assessment.reason = format!(
+                    "its best fit is {:.2} m and {:.0} degrees off from the measured motion, which is known to {:.2} m: it is placed by the measured motion",
+                    off.translation_norm(),
+                    off.rotation_angle().to_degrees(),
+                    position_and_heading_sigma(motion).0
+                );
+            }
+            assessment.status = Status::Doubtful;
+            return FrameEstimate {
+                registration: Some(registration),
+                ..unregistered(*prediction, assessment, Link::Carried)
+            };
+        }
+        let link = self.link_covariance(&registration);
+        let mut status = assessment.status;
+        if status == Status::Doubtful && assessment.agreement > CONFIRMED_AGREEMENT {
+            // Two measurements agree: people may stand in the way. What the walls leave open, the motion tells.
+            assessment = Assessment { status: Status::Good, reason: String::new(), ..assessment };
+            if !registration.observability.is_undetermined() {
+                status = Status::Good;
+            }
+        }
+        let T_last_found = self.T_world_last.inverse() * registration.T_target_source;
+        let fused = fuse((&T_last_found, &link), (&motion.T_before_sensor, &motion.covariance));
         FrameEstimate {
-            T_world_sensor: if believed { registration.T_target_source } else { *prediction },
+            T_world_sensor: self.T_world_last * fused,
             registration: Some(registration),
             assessment,
+            link: if status == Status::Good { Link::Registered } else { Link::Doubted },
         }
     }
+
+    /// Whether a registration lies where the measured motion allows, or where wheels that slipped allow it.
+    fn is_near(&self, (registration, assessment): &(PlanarRegistration, Assessment), motion: &MeasuredMotion) -> bool {
+        let T_last_found = self.T_world_last.inverse() * registration.T_target_source;
+        let slip = motion.T_before_sensor.inverse() * T_last_found;
+        let most = SLIP.1 + SLIP_SHARE * motion.T_before_sensor.translation_norm();
+        if assessment.status == Status::Good && slip.rotation_angle() < SLIP.0 && slip.translation_norm() < most {
+            return true;
+        }
+        let off = (motion.T_before_sensor * T_last_found.inverse()).log();
+        let covariance = motion.covariance + self.link_covariance(registration);
+        covariance.try_inverse().is_some_and(|information| off.dot(&(information * off)) < GATE)
+    }
+
+    /// Covariance of the motion from the last frame that a registration in the world measured.
+    fn link_covariance(&self, registration: &PlanarRegistration) -> Matrix3<f64> {
+        softened_covariance(&motion_information(registration, &self.T_world_last), REGISTRATION_SIGMA, WIDEST)
+    }
+
+    /// Registers from the guess that the settings ask for; where the result is not good and a search is allowed, once
+    /// more from the best pose in a wide window, and the better of the two is kept.
+    fn register_unmeasured(&self, scan: &PlanarScan, prediction: &Pose2) -> FrameEstimate {
+        let (registration, assessment) = match self.options.initial_guess {
+            InitialGuess::Identity => self.register_from(scan, self.T_world_last),
+            InitialGuess::ConstantVelocity => self.register_from(scan, *prediction),
+            InitialGuess::Correlative => self.register_by_search(scan, prediction),
+        };
+        let (T_world_sensor, link) = match assessment.status {
+            Status::Good => (registration.T_target_source, Link::Registered),
+            Status::Doubtful => (registration.T_target_source, Link::Doubted),
+            Status::Lost => (*prediction, Link::Lost),
+        };
+        FrameEstimate { T_world_sensor, registration: Some(registration), assessment, link }
+    }
+
+    fn register_by_search(&self, scan: &PlanarScan, prediction: &Pose2) -> (PlanarRegistration, Assessment) {
+        let window = self.options.search;
+        let wide = SearchWindow { translation: 2.0 * window.translation, rotation: std::f64::consts::PI };
+        let grid = LikelihoodGrid::new(&self.map.points());
+        let search = |center: &Pose2, window: SearchWindow| {
+            let found = grid.search(&scan.points, center, window);
+            let score = found.map_or(0.0, |found| found.score);
+            (self.register_from(scan, found.map_or(*center, |found| found.T_target_source)), score)
+        };
+        let (mut best, mut score, mut searched) = {
+            let (first, score) = search(prediction, window);
+            (first, score, (*prediction, window))
+        };
+        if best.1.status != Status::Good {
+            let (second, wide_score) = search(&self.T_world_last, wide);
+            if second.1.agreement > best.1.agreement {
+                (best, score, searched) = (second, wide_score, (self.T_world_last, wide));
+            }
+        }
+        if best.1.status == Status::Good {
+            let known = (&best.0.T_target_source, APART);
+            if let Some(rival) = grid.rival(&scan.points, &searched.0, searched.1, known, (RIVAL_SCORE * score, score))
+            {
+                self.doubt_by_rival(scan, &mut best, &rival.T_target_source);
+            }
+        }
+        best
+    }
+
+    /// A second place where the scan fits about as well makes the first doubtful.
+    fn doubt_by_rival(&self, scan: &PlanarScan, best: &mut (PlanarRegistration, Assessment), rival: &Pose2) {
+        let (registration, assessment) = self.register_from(scan, *rival);
+        let off = best.0.T_target_source.inverse() * registration.T_target_source;
+        let is_other = off.translation_norm() > 0.5 * APART.translation || off.rotation_angle() > 0.5 * APART.rotation;
+        if is_other
+            && assessment.agreement > best.1.agreement - RIVAL_DISAGREEMENT
+            && registration.fitness > best.0.fitness - RIVAL_DISAGREEMENT
+        {
+            best.1.status = Status::Doubtful;
+            best.1.reason = format!(
+                "it fits about as well {:.1} m and {:.0} degrees away ({:.0} % of its returns agree there, {:.0} % here)",
+                off.translation_norm(),
+                off.rotation_angle().to_degrees(),
+                100.0 * assessment.agreement,
+                100.0 * best.1.agreement
+            );
+        }
+    }
+
+    fn register_from(&self, scan: &PlanarScan, guess: Pose2) -> (PlanarRegistration, Assessment) {
+        let registration = self.map.register(scan, guess, &self.options.icp);
+        let assessment = assess(&registration, self.map.free_space(scan, &registration.T_target_source));
+        (registration, assessment)
+    }
+}
+
+fn unregistered(T_world_sensor: Pose2, assessment: Assessment, link: Link) -> FrameEstimate {
+    FrameEstimate { T_world_sensor, registration: None, assessment, link }
+}
+
+/// Standard deviations of the end of a measured motion (m) and of its heading (rad).
+fn position_and_heading_sigma(motion: &MeasuredMotion) -> (f64, f64) {
+    let jacobian = Pose2::point_jacobian(&motion.T_before_sensor.translation.vector);
+    let position = jacobian * motion.covariance * jacobian.transpose();
+    (position.trace().sqrt(), motion.covariance[(0, 0)].sqrt())
 }

@@ -68,7 +68,7 @@ pub fn first_guesses(
     given: Option<&[Option<Pose2>]>,
 ) -> Vec<Option<Pose2>> {
     let poses: Vec<Option<Pose2>> = match (source, given) {
-        (OdometrySource::None, _) | (OdometrySource::File, None) => vec![None; scans.len()],
+        (OdometrySource::None, _) | (OdometrySource::Auto | OdometrySource::File, None) => vec![None; scans.len()],
         (OdometrySource::Log, None) => scans.iter().map(|scan| scan.odometry).collect(),
         (_, Some(given)) => given.to_vec(),
     };

@@ -89,6 +89,9 @@ pub struct FrameResult<P, C> {
     pub agreement: f64,
     /// Share of the frame that lies on the map, 0..=1.
     pub overlap: f64,
+    /// The certain piece of the map that the frame belongs to; 0 is the main one. Frames of one piece are connected by
+    /// registrations that nothing contradicts, by loops, or by measured motion that is certain enough.
+    pub piece: usize,
     /// In the plane: what was dropped before; null in space, where nothing counts it.
     pub cleaning: C,
     /// Pairs within the distance limit.
@@ -130,6 +133,7 @@ impl<P, C> FrameResult<P, C> {
             reason: assessment.reason.clone(),
             agreement: assessment.agreement,
             overlap,
+            piece: 0,
             cleaning,
             num_correspondences: last.num_correspondences,
             num_inliers: last.num_inliers,

@@ -34,12 +34,14 @@ fn bearing(point: &Vector2<f64>) -> f64 {
     point.y.atan2(point.x)
 }
 
+/// Whether two returns of consecutive beams (m, sensor frame) lie on one surface.
+pub fn is_one_surface(a: &Vector2<f64>, b: &Vector2<f64>) -> bool {
+    (a - b).norm() <= MIN_GAP.max(MAX_GAP_RATIO * a.norm().min(b.norm()))
+}
+
 /// The beams around `beam` that are joined to it without a gap.
 fn run_around(beams: &[Vector2<f64>], beam: usize) -> std::ops::Range<usize> {
-    let joined = |a: usize, b: usize| {
-        let reach = beams[a].norm().min(beams[b].norm());
-        (beams[a] - beams[b]).norm() <= MIN_GAP.max(MAX_GAP_RATIO * reach)
-    };
+    let joined = |a: usize, b: usize| is_one_surface(&beams[a], &beams[b]);
     let mut start = beam;
     while start > 0 && beam - start < HALF_WINDOW && joined(start - 1, start) {
         start -= 1;

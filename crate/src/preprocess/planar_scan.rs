@@ -2,8 +2,11 @@
 
 use nalgebra::Vector2;
 
-use super::beam_normals::beam_normals;
+use super::beam_normals::{beam_normals, is_one_surface};
 use crate::geometry::PointCloud;
+
+/// Sine of the largest angle between two beams' surfaces and the line that joins them.
+const MAX_BEND: f64 = 0.26;
 
 /// Returns of one planar laser scan in the sensor frame.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -18,6 +21,30 @@ impl PlanarScan {
     /// Finds the normals of finite returns (m, sensor frame).
     pub fn new(points: Vec<Vector2<f64>>) -> Self {
         Self { normals: beam_normals(&points), points }
+    }
+
+    /// The returns with their normals, and between neighbouring beams on one surface a point at least every `spacing` (m):
+    /// the surface where the beams are sparse (Censi, "An ICP variant using a point-to-line metric", ICRA 2008, matches
+    /// with such segments).
+    pub fn surface(&self, spacing: f64) -> Vec<(Vector2<f64>, Option<Vector2<f64>>)> {
+        let bearing = |index: usize| self.points[index].y.atan2(self.points[index].x);
+        let mut by_bearing: Vec<(f64, usize)> = (0..self.points.len()).map(|index| (bearing(index), index)).collect();
+        by_bearing.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let mut surface: Vec<_> = self.points.iter().copied().zip(self.normals.iter().copied()).collect();
+        for pair in by_bearing.windows(2) {
+            let (a, b) = (pair[0].1, pair[1].1);
+            let (Some(n), Some(m)) = (self.normals[a], self.normals[b]) else { continue };
+            let between = self.points[b] - self.points[a];
+            let length = between.norm();
+            let off = n.dot(&between).abs().max(m.dot(&between).abs());
+            if length <= spacing || !is_one_surface(&self.points[a], &self.points[b]) || off > MAX_BEND * length {
+                continue;
+            }
+            let count = (length / spacing).ceil() as usize;
+            let normal = (n + m).try_normalize(0.5);
+            surface.extend((1..count).map(|i| (self.points[a] + between * (i as f64 / count as f64), normal)));
+        }
+        surface
     }
 }
 

@@ -137,6 +137,31 @@ impl LikelihoodGrid {
     /// The best pose within `window` around `center`, on a lattice of the grid's cells and of turns that move a point
     /// 10 m away by one cell. `None` for an empty source.
     pub fn search(&self, source: &[Vector2<f64>], center: &Pose2, window: SearchWindow) -> Option<CorrelativeMatch> {
+        self.search_apart(source, center, window, None, (0.0, f64::INFINITY))
+    }
+
+    /// The best pose of the window that lies apart from a known one by more than `apart` in position or in heading and
+    /// scores at least the first of `scores`: the second basin, where there is one. One that scores the second is enough:
+    /// no better one is looked for.
+    pub fn rival(
+        &self,
+        source: &[Vector2<f64>],
+        center: &Pose2,
+        window: SearchWindow,
+        apart_from: (&Pose2, SearchWindow),
+        scores: (f64, f64),
+    ) -> Option<CorrelativeMatch> {
+        self.search_apart(source, center, window, Some(apart_from), scores)
+    }
+
+    fn search_apart(
+        &self,
+        source: &[Vector2<f64>],
+        center: &Pose2,
+        window: SearchWindow,
+        apart_from: Option<(&Pose2, SearchWindow)>,
+        (least_score, enough_score): (f64, f64),
+    ) -> Option<CorrelativeMatch> {
         if source.is_empty() {
             return None;
         }
@@ -144,20 +169,22 @@ impl LikelihoodGrid {
         let turn_step = 2.0 * (self.resolution / (2.0 * lever)).asin();
         let turns = (window.rotation / turn_step).ceil() as i32;
         let half_cells = (window.translation / self.resolution).ceil() as i32;
+        let excluded = apart_from.map(|(known, apart)| {
+            let away = (known.translation.vector - center.translation.vector) / self.resolution;
+            let turn = (center.rotation.inverse() * known.rotation).angle() / turn_step;
+            Excluded { away, turn, radius: apart.translation / self.resolution, turns: apart.rotation / turn_step }
+        });
 
         let rotated: Vec<RotatedSource> = (-turns..=turns)
-            .map(|turn| RotatedSource {
-                turn,
-                cells: source
-                    .iter()
-                    .map(|p| {
-                        let turned = nalgebra::UnitComplex::new(turn as f64 * turn_step) * center.rotation * p;
-                        self.cell(&(turned + center.translation.vector))
-                    })
-                    .collect(),
+            .map(|turn| {
+                let rotation = nalgebra::UnitComplex::new(turn as f64 * turn_step) * center.rotation;
+                let cells = source.iter().map(|p| self.cell(&(rotation * p + center.translation.vector))).collect();
+                RotatedSource { turn, cells }
             })
             .collect();
-        let best = Search { grid: self, rotated: &rotated, half_cells, best: None }.run()?;
+        let sum = |score: f64| (score * 255.0 * source.len() as f64) as u32; // saturates
+        let (floor, enough) = (sum(least_score), sum(enough_score));
+        let best = Search { grid: self, rotated: &rotated, half_cells, excluded, floor, enough, best: None }.run()?;
         let turned = nalgebra::UnitComplex::new(best.turn as f64 * turn_step) * center.rotation;
         let shift = Vector2::new(best.x as f64, best.y as f64) * self.resolution;
         let pose = Pose2::exp(&Vector3::new(turned.angle(), 0.0, 0.0));
@@ -165,6 +192,24 @@ impl LikelihoodGrid {
             T_target_source: Pose2::from_parts((center.translation.vector + shift).into(), pose.rotation),
             score: f64::from(best.bound) / (255.0 * source.len() as f64),
         })
+    }
+}
+
+/// Poses that a search passes over, in cells and steps of turn from the centre of its window.
+#[derive(Debug, Clone, Copy)]
+struct Excluded {
+    away: Vector2<f64>,
+    turn: f64,
+    radius: f64,
+    turns: f64,
+}
+
+impl Excluded {
+    /// Whether all translations from (x, y) to (x, y) + side - 1 under this turn are passed over.
+    fn covers(&self, turn: i32, x: i32, y: i32, side: i32) -> bool {
+        let far = |low: i32, away: f64| (f64::from(low) - away).abs().max((f64::from(low + side - 1) - away).abs());
+        (f64::from(turn) - self.turn).abs() <= self.turns
+            && far(x, self.away.x).hypot(far(y, self.away.y)) <= self.radius
     }
 }
 
@@ -196,6 +241,11 @@ struct Search<'a> {
     grid: &'a LikelihoodGrid,
     rotated: &'a [RotatedSource],
     half_cells: i32,
+    excluded: Option<Excluded>,
+    /// Sums at or below this are not looked for.
+    floor: u32,
+    /// A sum of this much ends the search.
+    enough: u32,
     best: Option<Candidate>,
 }
 
@@ -224,8 +274,15 @@ impl Search<'_> {
         // Among equals the smallest turn, then the smallest shift: the same answer everywhere.
         candidates.sort_by_key(|c| (std::cmp::Reverse(c.bound), c.turn.abs(), c.x.abs() + c.y.abs(), c.turn, c.x, c.y));
         for candidate in candidates {
-            if self.best.is_some_and(|best| candidate.bound <= best.bound) {
+            let is_beaten = match self.best {
+                Some(best) => candidate.bound <= best.bound || best.bound >= self.enough,
+                None => candidate.bound < self.floor,
+            };
+            if is_beaten {
                 return;
+            }
+            if self.excluded.is_some_and(|e| e.covers(candidate.turn, candidate.x, candidate.y, 1 << candidate.level)) {
+                continue;
             }
             if candidate.level == 0 {
                 self.best = Some(*candidate);
@@ -249,7 +306,7 @@ impl Search<'_> {
     /// Bounds the score of the candidate's poses; no further than it takes to see that it cannot beat the best.
     fn candidate(&self, level: usize, rotated: usize, x: i32, y: i32) -> Candidate {
         let source = &self.rotated[rotated];
-        let to_beat = self.best.map_or(0, |best| best.bound);
+        let to_beat = self.best.map_or(self.floor, |best| best.bound);
         let mut bound = 0;
         let mut left = 255 * source.cells.len() as u32;
         for cells in source.cells.chunks(16) {

@@ -1,41 +1,42 @@
-//! What a long sequence needs between the chain and the joint solution: keyframes, and loops between them.
+//! What a long sequence needs between the chain and the joint solution: keyframes, the graph of their motions, loops, and
+//! the certain pieces that come of them.
 
 use std::rc::Rc;
 
-use nalgebra::Matrix3;
+use nalgebra::{Matrix3, Vector3};
 
 use crate::geometry::{Pose2, RigidMotion};
 use crate::graph::joint_scan_registration::{Edge, KnownMotion};
-use crate::graph::loops::planar::{ChainLink, LoopClosure, softened_covariance};
-use crate::graph::pose_graph::PoseRelation;
-use crate::odometry::assessment::Status;
-use crate::odometry::planar::FrameEstimate;
+use crate::graph::loops::planar::{ChainLink, LoopClosure};
+use crate::graph::pose_graph::{PlanarRelation, PoseRelation};
+use crate::odometry::planar::information::{chained, motion_information, softened_covariance};
+use crate::odometry::planar::{FrameEstimate, Link, MeasuredMotion, REGISTRATION_SIGMA};
 use crate::preprocess::planar_scan::PlanarScan;
 
 /// From this many scans on a sequence is long: its loops are looked for, and not every scan is matched with every other.
 pub const LONG_SEQUENCE: usize = 100;
 /// A scan is a keyframe when it has moved (m) ...
-const KEYFRAME_MOVE: f64 = 0.1;
+const KEYFRAME_MOVE: f64 = 0.15;
 /// ... or turned (rad) by so much since the last one.
-const KEYFRAME_TURN: f64 = 0.08;
-/// A registration is known by no better than this (rad, m): its pairs of points are not independent.
-const BEST: (f64, f64) = (0.003, 0.008);
-/// A direction that the walls leave open is known by the first guess: by measured motion to a share of it ...
-const MEASURED_SHARE: f64 = 0.1;
-/// ... and this (rad, m), ...
-const MEASURED: (f64, f64) = (0.01, 0.01);
-/// ... and by the motion before to a share of it ...
-const EXPECTED_SHARE: f64 = 0.3;
-/// ... and this (rad, m).
+const KEYFRAME_TURN: f64 = 0.1;
+/// A direction that the walls leave open is known, without measured motion, by the motion before: to a share of it and
+/// this (rad, m).
 const EXPECTED: (f64, f64) = (0.03, 0.03);
-/// Doubtful registrations with more agreement than this are mostly right: people walked by.
-const PLAUSIBLE: f64 = 0.75;
-/// They are known by no better than this (rad, m).
-const PLAUSIBLY: (f64, f64) = (0.02, 0.04);
-/// A registration that is doubtful may be off by this (rad, m) ...
-const DOUBTFUL: (f64, f64) = (0.3, 0.5);
-/// ... and past a lost scan the chain may be anywhere near (rad, m).
-const LOST: (f64, f64) = (1.0, 1.5);
+/// That share.
+const EXPECTED_SHARE: f64 = 0.3;
+/// Without measured motion, a registration that is doubted may be off by this (rad, m) ...
+const DOUBTED: (f64, f64) = (0.3, 0.5);
+/// ... and across a break of the chain a scan may be anywhere near (rad, m).
+const GUESSED: (f64, f64) = (1.0, 1.5);
+/// A doubted registration with less agreement than this says nothing.
+const PLAUSIBLE: f64 = 0.8;
+/// A frame hangs together with another one for sure while what lies between them leaves less open than this (rad, m): half
+/// of what makes a pair of frames wrong, so that two standard deviations reach it.
+const CERTAIN: (f64, f64) = (0.044, 0.25);
+/// A link that leaves open this share of it alone parts two submaps.
+const WEAK: f64 = 0.1;
+/// The piece of the first frame is the main one unless another is this many times as large.
+const SMALL_PIECE: usize = 4;
 /// Each keyframe is matched with so many before it ...
 const WINDOW: usize = 3;
 /// ... and with so many of those that looked at the same place earlier.
@@ -47,7 +48,7 @@ const EDGE_AGREEMENT: f64 = 0.8;
 /// ... or which share less than this of what they see.
 const EDGE_SHARE: f64 = 0.35;
 /// Standard deviation of a match's residuals (m), in whose unit what is known besides is weighed against them.
-const MATCH_SIGMA: f64 = 0.03;
+const MATCH_SIGMA: f64 = 0.08;
 
 /// Keyframes of a chain and how the other frames hang on them.
 pub struct LongSequence {
@@ -55,6 +56,8 @@ pub struct LongSequence {
     pub nodes: Vec<usize>,
     /// For each frame the number of its keyframe, and its pose in that one's frame.
     hangs_on: Vec<(usize, Pose2)>,
+    /// What the link to each keyframe leaves open: variances of heading and position; `None` where it is broken.
+    doubt: Vec<Option<(f64, f64)>>,
     /// The loops between keyframes.
     pub closure: LoopClosure,
 }
@@ -65,36 +68,36 @@ impl LongSequence {
         estimates: &[FrameEstimate],
         scans: &[Rc<PlanarScan>],
         poses: &[Pose2],
-        motions: &[Option<Pose2>],
+        motions: &[Option<MeasuredMotion>],
     ) -> Self {
         let (mut nodes, mut hangs_on): (Vec<usize>, Vec<(usize, Pose2)>) = (Vec::new(), Vec::new());
-        let mut links = Vec::new();
-        let mut worst_since = Status::Good;
+        let (mut links, mut chain, mut doubt) = (Vec::new(), Vec::new(), Vec::new());
+        let mut is_start = false;
         for (frame, estimate) in estimates.iter().enumerate() {
-            let status = estimate.assessment.status;
-            worst_since = worse(worst_since, status);
+            is_start |= estimate.link == Link::Start;
             let since = nodes.last().map(|&node: &usize| poses[node].inverse() * poses[frame]);
-            let is_node = status != Status::Lost
-                && since.is_none_or(|T| T.translation_norm() > KEYFRAME_MOVE || T.rotation_angle() > KEYFRAME_TURN);
-            if is_node {
-                links.push(ChainLink {
-                    scan: Rc::clone(&scans[frame]),
-                    T_world_sensor: poses[frame],
-                    covariance: nodes.last().map_or_else(Matrix3::identity, |&before| {
-                        let guess = guessed(&(poses[before].inverse() * poses[frame]), motions[frame].is_some());
-                        link_covariance(estimate, &poses[before], worst_since, guess)
-                    }),
-                    is_trusted: worst_since == Status::Good
-                        || (worst_since == Status::Doubtful && estimate.assessment.agreement > PLAUSIBLE),
-                });
-                nodes.push(frame);
-                worst_since = Status::Good;
-                hangs_on.push((nodes.len() - 1, Pose2::identity()));
-            } else {
+            let has_moved = |T: Pose2| T.translation_norm() > KEYFRAME_MOVE || T.rotation_angle() > KEYFRAME_TURN;
+            if estimate.link == Link::Lost || !(is_start || since.is_none_or(has_moved)) {
                 hangs_on.push((nodes.len().saturating_sub(1), since.unwrap_or(poses[frame])));
+                continue;
             }
+            if let Some(&before) = nodes.last() {
+                let relations = Relations::between(before, frame, estimate, poses, motions, is_start);
+                let node = nodes.len();
+                chain.extend(relations.all.into_iter().map(|r| PoseRelation { from: node - 1, to: node, ..r }));
+                doubt.push(relations.doubt);
+            } else {
+                doubt.push(None);
+            }
+            let scan = Rc::clone(&scans[frame]);
+            let left = doubt.last().copied().flatten();
+            let is_weak = !nodes.is_empty() && left.is_none_or(|left| openness(left) > WEAK);
+            links.push(ChainLink { scan, T_world_sensor: poses[frame], is_weak });
+            nodes.push(frame);
+            hangs_on.push((nodes.len() - 1, Pose2::identity()));
+            is_start = false;
         }
-        Self { nodes, hangs_on, closure: LoopClosure::new(links) }
+        Self { nodes, hangs_on, doubt, closure: LoopClosure::new(links, chain) }
     }
 
     /// Puts the keyframes at these poses, and every other frame with its keyframe.
@@ -104,15 +107,70 @@ impl LongSequence {
         }
     }
 
-    /// Frames whose place hangs on a registration that is doubted, or on a lost scan, and that no loop confirms.
-    pub fn unconfirmed(&self, of_nodes: &[Pose2]) -> impl Iterator<Item = usize> + '_ {
-        let is_connected = self.closure.is_connected(of_nodes);
-        self.hangs_on.iter().enumerate().filter(move |(_, (node, _))| !is_connected[*node]).map(|(frame, _)| frame)
+    /// For each frame the number of the certain piece it belongs to, 0 being the main one, that of the first keyframe
+    /// unless it is small: frames of a
+    /// piece hang together by registrations that nothing speaks against, by loops, or by measured motion that is tight
+    /// enough.
+    pub fn pieces(&self) -> Vec<usize> {
+        let mut of_nodes = self.pieces_of_nodes();
+        let size = |piece: usize| of_nodes.iter().filter(|&&of| of == piece).count();
+        let num_pieces = of_nodes.iter().max().map_or(0, |last| last + 1);
+        // Earlier pieces win where there are several of one size.
+        let largest = (0..num_pieces).max_by_key(|&piece| (size(piece), std::cmp::Reverse(piece))).unwrap_or(0);
+        if size(0) * SMALL_PIECE < size(largest) {
+            for piece in &mut of_nodes {
+                *piece = if *piece == largest {
+                    0
+                } else if *piece == 0 {
+                    largest
+                } else {
+                    *piece
+                };
+            }
+        }
+        self.hangs_on.iter().map(|(node, _)| of_nodes[*node]).collect()
+    }
+
+    fn pieces_of_nodes(&self) -> Vec<usize> {
+        let mut neighbors: Vec<Vec<(usize, (f64, f64))>> = vec![Vec::new(); self.nodes.len()];
+        let chain = (1..self.nodes.len()).filter_map(|node| Some((node - 1, node, self.doubt[node]?)));
+        let loops = self.closure.loops().map(|(a, b)| (a, b, (0.0, 0.0)));
+        for (a, b, doubt) in chain.chain(loops) {
+            neighbors[a].push((b, doubt));
+            neighbors[b].push((a, doubt));
+        }
+        let cost = openness;
+        let mut piece_of = vec![usize::MAX; self.nodes.len()];
+        let mut num_pieces = 0;
+        for root in 0..self.nodes.len() {
+            if piece_of[root] != usize::MAX {
+                continue;
+            }
+            // Dijkstra's shortest ways, by what they leave open.
+            let mut least: Vec<f64> = vec![f64::INFINITY; self.nodes.len()];
+            let mut open = vec![(root, (0.0, 0.0))];
+            while let Some(at) = (0..open.len()).min_by(|&a, &b| cost(open[a].1).total_cmp(&cost(open[b].1))) {
+                let (node, doubt) = open.swap_remove(at);
+                if cost(doubt) >= least[node] || cost(doubt) > 1.0 || piece_of[node] < num_pieces {
+                    continue;
+                }
+                least[node] = cost(doubt);
+                piece_of[node] = num_pieces;
+                for &(neighbor, step) in &neighbors[node] {
+                    let further = (doubt.0 + step.0, doubt.1 + step.1);
+                    if cost(further) < least[neighbor] {
+                        open.push((neighbor, further));
+                    }
+                }
+            }
+            num_pieces += 1;
+        }
+        piece_of
     }
 
     /// What the chain and the loops tell of the motions between keyframes at these poses, as far as it fits.
     pub fn known_motions(&self, of_nodes: &[Pose2]) -> Vec<KnownMotion<Pose2>> {
-        let relations = self.closure.relations_of_links();
+        let relations = self.closure.relations();
         let known = relations.iter().map(|relation| {
             let weight = relation.weight(relation.squared_distance(of_nodes)) * MATCH_SIGMA * MATCH_SIGMA;
             let PoseRelation { from, to, T_from_to, information, .. } = *relation;
@@ -147,35 +205,89 @@ impl LongSequence {
     }
 }
 
-fn worse(a: Status, b: Status) -> Status {
-    let rank = |status| match status {
-        Status::Good => 0,
-        Status::Doubtful => 1,
-        Status::Lost => 2,
-    };
-    if rank(a) >= rank(b) { a } else { b }
+/// The relations between two keyframes that follow each other, and what they leave open together.
+struct Relations {
+    all: Vec<PlanarRelation>,
+    /// Variances of heading and position; `None` where nothing certain ties the two.
+    doubt: Option<(f64, f64)>,
 }
 
-/// How well a motion is known before any registration (rad, m).
-fn guessed(motion: &Pose2, is_measured: bool) -> (f64, f64) {
-    let (share, least) = if is_measured { (MEASURED_SHARE, MEASURED) } else { (EXPECTED_SHARE, EXPECTED) };
-    (least.0 + share * motion.rotation_angle(), least.1 + share * motion.translation_norm())
+impl Relations {
+    fn between(
+        before: usize,
+        frame: usize,
+        estimate: &FrameEstimate,
+        poses: &[Pose2],
+        motions: &[Option<MeasuredMotion>],
+        is_start: bool,
+    ) -> Self {
+        let relation = |T_from_to: Pose2, covariance: &Matrix3<f64>, is_switchable| PoseRelation {
+            from: 0,
+            to: 0,
+            T_from_to,
+            information: covariance.try_inverse().unwrap_or_else(Matrix3::zeros),
+            is_switchable,
+        };
+        let mut all = Vec::new();
+        let measured = measured_motion(&motions[before + 1..=frame]);
+        let T_before_frame = poses[before].inverse() * poses[frame];
+        let registered = estimate.registration.as_ref().filter(|_| {
+            estimate.link == Link::Registered
+                || (estimate.link == Link::Doubted && estimate.assessment.agreement > PLAUSIBLE)
+        });
+        if let Some(registration) = registered.filter(|_| !is_start) {
+            let worst = expected(&T_before_frame, measured.is_some());
+            let information = motion_information(registration, &poses[before]);
+            let covariance = softened_covariance(&information, REGISTRATION_SIGMA, worst);
+            // Without measured motion to fall back on, the registration is all there is.
+            all.push(relation(poses[before].inverse() * registration.T_target_source, &covariance, measured.is_some()));
+        }
+        if let Some((motion, covariance)) = &measured {
+            // Wheels that slipped give way to a registration that nothing speaks against.
+            all.push(relation(*motion, covariance, estimate.link == Link::Registered));
+        }
+        if all.is_empty() {
+            let sigma = if estimate.link == Link::Doubted && !is_start { DOUBTED } else { GUESSED };
+            all.push(relation(T_before_frame, &diagonal(sigma), true));
+        }
+        let is_tied = estimate.link == Link::Registered || measured.is_some();
+        let information: Matrix3<f64> = all.iter().map(|relation| relation.information).sum();
+        let left = information.try_inverse().filter(|_| is_tied && !(is_start && measured.is_none()));
+        let doubt = left.map(|covariance| {
+            if estimate.link == Link::Registered {
+                (0.0, 0.0)
+            } else {
+                (covariance[(0, 0)], covariance[(1, 1)] + covariance[(2, 2)])
+            }
+        });
+        Self { all, doubt }
+    }
 }
 
-/// Covariance of the motion from the keyframe before, which the registration measured in the world.
-fn link_covariance(
-    estimate: &FrameEstimate,
-    T_world_before: &Pose2,
-    worst_since: Status,
-    guess: (f64, f64),
-) -> Matrix3<f64> {
-    let adjoint = T_world_before.adjoint();
-    let information = estimate.registration.as_ref().map_or_else(Matrix3::zeros, |r| r.information);
-    let best = match worst_since {
-        Status::Good => BEST,
-        Status::Doubtful if estimate.assessment.agreement > PLAUSIBLE => PLAUSIBLY,
-        Status::Doubtful => DOUBTFUL,
-        Status::Lost => LOST,
-    };
-    softened_covariance(&adjoint.tr_mul(&(information * adjoint)), best, guess)
+/// What variances of heading and position leave open, as a share of what is certain enough.
+fn openness(doubt: (f64, f64)) -> f64 {
+    (doubt.0 / CERTAIN.0.powi(2)).max(doubt.1 / CERTAIN.1.powi(2))
+}
+
+/// The motion over several frames by measured motions, if there are such for all of them.
+fn measured_motion(motions: &[Option<MeasuredMotion>]) -> Option<(Pose2, Matrix3<f64>)> {
+    let mut sum = (Pose2::identity(), Matrix3::zeros());
+    for motion in motions {
+        let motion = motion.as_ref()?;
+        sum.1 = chained((&sum.0, &sum.1), &motion.covariance);
+        sum.0 *= motion.T_before_sensor;
+    }
+    Some(sum)
+}
+
+/// How well a motion is known without any registration of it (rad, m).
+fn expected(motion: &Pose2, is_measured: bool) -> (f64, f64) {
+    if is_measured {
+        return GUESSED; // the measured motion is a relation of its own
+    }
+    (EXPECTED.0 + EXPECTED_SHARE * motion.rotation_angle(), EXPECTED.1 + EXPECTED_SHARE * motion.translation_norm())
+}
+
+fn diagonal((rotation, translation): (f64, f64)) -> Matrix3<f64> {
+    Matrix3::from_diagonal(&Vector3::new(rotation, translation, translation).map(|sigma: f64| sigma * sigma))
 }

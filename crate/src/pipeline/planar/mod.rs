@@ -1,6 +1,7 @@
 //! The whole run: scans in, trajectory and map out, one bounded piece of work after the other.
 
 mod long;
+mod measured_motion;
 
 use std::rc::Rc;
 
@@ -18,7 +19,7 @@ use crate::map::local::MetricName;
 use crate::map::local::{LocalMap, StitchedMap};
 use crate::map::occupancy_grid::OccupancyGrid;
 use crate::odometry::assessment::Status;
-use crate::odometry::planar::{FrameEstimate, Odometry};
+use crate::odometry::planar::{FrameEstimate, MeasuredMotion, Odometry};
 use crate::pipeline::odometry_check::{CheckedOdometry, check_odometry};
 use crate::pipeline::prepared_frame::FrameLabel;
 use crate::pipeline::recorded_scan::{RecordedScan, first_guesses};
@@ -54,9 +55,13 @@ struct Run {
     /// Where the robot is, as seen from the laser of each scan.
     T_laser_robot: Vec<Pose2>,
     /// The motion of the laser from the scan before to each, where odometry gives it.
-    motions: Vec<Option<Pose2>>,
+    motions: Vec<Option<MeasuredMotion>>,
     /// What was said of the odometry from a file of its own.
     checked_odometry: Option<CheckedOdometry>,
+    /// What is worth knowing of the measured motion, in whole sentences.
+    odometry_notes: Vec<String>,
+    /// For each frame the certain piece of the map that it belongs to.
+    pieces: Vec<usize>,
     /// The range that many returns share, taken for the sensor's limit (m).
     detected_limit: Option<f64>,
     /// The scans registered so far, cleaned, and what that left out.
@@ -207,6 +212,7 @@ impl Reconstruction {
         if let Some(limit) = self.run.as_ref().and_then(|run| run.detected_limit) {
             notes.push(format!("Returns at {limit:.2} m were taken for the sensor's range limit and dropped."));
         }
+        notes.extend(self.run.iter().flat_map(|run| run.odometry_notes.clone()));
         notes.extend(self.stamps().note);
         let checked = self.run.as_ref().and_then(|run| run.checked_odometry.as_ref());
         notes.extend(checked.iter().flat_map(|checked| checked.refusal.iter().chain(&checked.notes)).cloned());
@@ -310,11 +316,25 @@ impl Run {
         let checked =
             odometry.filter(|_| is_asked_for).map(|(name, given)| check_odometry(name, recorded, given, limit));
         let given = checked.as_ref().map(|checked| checked.poses.as_slice());
+        let scan = |frame: usize| Rc::new(prepare(&recorded[frame], detected_limit, settings).0);
+        let options = settings.odometry_options();
+        let mut odometry_notes = Vec::new();
+        let mut source = settings.odometry;
+        if source == OdometrySource::Auto && odometry.is_none() {
+            let (are_wheels, note) = measured_motion::log_holds_wheels(recorded, &scan, &options);
+            odometry_notes.extend(note);
+            source = if are_wheels { OdometrySource::Log } else { OdometrySource::Auto };
+        }
+        let motions = first_guesses(source, recorded, given);
+        let (motions, note) = measured_motion::judged(&motions, &scan, &options);
+        odometry_notes.extend(note);
         Self {
             num_scans: recorded.len(),
             T_laser_robot: recorded.iter().map(|scan| scan.T_robot_laser.inverse()).collect(),
-            motions: first_guesses(settings.odometry, recorded, given),
+            motions,
             checked_odometry: checked,
+            odometry_notes,
+            pieces: vec![0; recorded.len()],
             detected_limit,
             scans: Vec::new(),
             cleaning: Vec::new(),
@@ -345,14 +365,11 @@ impl Run {
 
     fn register_next(&mut self, recorded: &RecordedScan, settings: &Settings) -> Progress {
         let frame = self.poses.len();
-        let limits = settings.range_limits();
-        let max_range = self.detected_limit.unwrap_or(f64::INFINITY).min(limits.max_range).min(recorded.max_range);
-        let cleaned = clean(&recorded.cloud.positions, &RangeLimits { max_range, ..limits });
-        let points = cleaned.positions.iter().map(|p| Vector2::new(f64::from(p.x), f64::from(p.y))).collect();
-        let scan = Rc::new(PlanarScan::new(points));
-        let estimate = self.odometry.register_frame(&scan, self.motions[frame]);
+        let (scan, report) = prepare(recorded, self.detected_limit, settings);
+        let scan = Rc::new(scan);
+        let estimate = self.odometry.register_frame(&scan, self.motions[frame].as_ref());
         self.scans.push(scan);
-        self.cleaning.push(cleaned.report);
+        self.cleaning.push(report);
         self.poses.push(estimate.T_world_sensor);
         self.estimates.push(estimate);
         if self.poses.len() == self.num_scans {
@@ -366,14 +383,17 @@ impl Run {
     }
 
     fn advance_loops(&mut self, settings: &Settings) -> Progress {
-        let Self { long, estimates, scans, poses, motions, .. } = self;
+        let Self { long, estimates, scans, poses, motions, pieces, .. } = self;
         let long = long.get_or_insert_with(|| LongSequence::new(estimates, scans, poses, motions));
         long.closure.advance(&settings.icp_options());
         if long.closure.is_done() {
             let solved = long.closure.solved_poses();
             long.place(&solved, poses);
-            for frame in long.unconfirmed(&solved) {
-                estimates[frame].assessment.hangs_on_a_doubt();
+            *pieces = long.pieces();
+            for (estimate, &piece) in estimates.iter_mut().zip(pieces.iter()) {
+                if piece != 0 {
+                    estimate.assessment.hangs_on_a_doubt();
+                }
             }
             self.stage = Stage::Joint;
         }
@@ -445,7 +465,8 @@ impl Run {
     ) -> impl Iterator<Item = FrameResult<PlanarPose, CleaningReport>> {
         labels.zip(&self.cleaning).zip(&self.estimates).map(|((label, cleaning), estimate)| {
             let pose = self.pose_of_robot(label.index);
-            FrameResult::of_scan(label, *cleaning, estimate, pose)
+            let piece = self.pieces[label.index];
+            FrameResult { piece, ..FrameResult::of_scan(label, *cleaning, estimate, pose) }
         })
     }
 
@@ -454,7 +475,7 @@ impl Run {
             return Vec::new();
         };
         let earlier: Vec<usize> = self.believed().take_while(|&earlier| earlier < frame).collect();
-        let mut map = LocalMap::new(settings.map_capacity());
+        let mut map = LocalMap::new(settings.map_capacity(), settings.metric);
         for &earlier in &earlier[earlier.len().saturating_sub(settings.map_capacity())..] {
             map.insert(Rc::clone(&self.scans[earlier]), self.poses[earlier]);
         }
@@ -503,6 +524,15 @@ impl Joint {
             }
         }
     }
+}
+
+/// A scan without what is no measurement, and what that left out.
+fn prepare(recorded: &RecordedScan, detected_limit: Option<f64>, settings: &Settings) -> (PlanarScan, CleaningReport) {
+    let limits = settings.range_limits();
+    let max_range = detected_limit.unwrap_or(f64::INFINITY).min(limits.max_range).min(recorded.max_range);
+    let cleaned = clean(&recorded.cloud.positions, &RangeLimits { max_range, ..limits });
+    let points = cleaned.positions.iter().map(|p| Vector2::new(f64::from(p.x), f64::from(p.y))).collect();
+    (PlanarScan::new(points), cleaned.report)
 }
 
 fn source(scan: &PlanarScan) -> Source<'_, Vector2<f64>> {

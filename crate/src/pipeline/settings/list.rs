@@ -62,8 +62,8 @@ pub(super) fn table() -> Vec<Setting<Settings>> {
                     "constant_velocity" => "Constant velocity",
                     "identity" => "Last pose",
                 ];
-            choice odometry: "Odometry", "Motion that the robot measured, as a first guess. The poses inside a laser log are often corrected ones: they are used only if asked for.",
-                ["file" => "From its file", "log" => "Also from the log", "none" => "Never"];
+            choice odometry: "Odometry", "Motion that the robot measured. Measured: from its file, or from the log where its poses are the wheels' own and not corrected by a program.",
+                ["auto" => "Measured", "file" => "From its file", "log" => "Also from the log", "none" => "Never"];
             number search_translation: "Search distance", "How far from the predicted position the search looks, in x and y.",
                 "m", [0.1, 10.0], step 0.1;
             number search_rotation: "Search turn", "How far from the predicted heading the search looks.",

@@ -35,6 +35,8 @@ pub enum Strategy {
 #[serde(rename_all = "snake_case")]
 #[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
 pub enum OdometrySource {
+    /// From a file of its own, or else from the log, where its poses are found to be the wheels' own.
+    Auto,
     /// From a file of its own, where one is given.
     File,
     /// From a file of its own, or else from the poses that the laser log holds.
@@ -95,7 +97,7 @@ impl Default for Settings {
             local_map_scans: 5,
             matched_scans: 10,
             initial_guess: InitialGuess::Correlative,
-            odometry: OdometrySource::File,
+            odometry: OdometrySource::Auto,
             search_translation: 1.5,
             search_rotation: 35f64.to_radians(),
             metric: MetricName::PointToLine,

@@ -1,67 +1,141 @@
-//! One submap laid over another: by search, by the registration loop, and judged by what the sensors saw.
+//! One stretch of the way laid over another: by search, by the registration loop, and judged by what the sensors saw and
+//! by whether it fits anywhere else.
 
-use nalgebra::Matrix3;
+use std::ops::Range;
 
-use super::submap::{Keyframe, Submap};
+use nalgebra::{Matrix3, Vector2};
+
+use super::submap::{Keyframe, overlaid};
 use crate::geometry::{Pose2, RigidMotion};
+use crate::map::local::PlanarRegistration;
+use crate::odometry::planar::information::{motion_information, softened_covariance};
 use crate::registration::correlative::{LikelihoodGrid, SearchWindow};
 use crate::registration::factors::PointToPlane;
 use crate::registration::free_space::FreeSpaceTally;
 use crate::registration::icp::{IcpOptions, Source, register};
 use crate::registration::target::OrientedTarget;
 
-/// Where a submap was found in another, with the evidence.
+/// Where a stretch was found in another, with the evidence.
 #[derive(Debug, Clone)]
 pub struct SubmapMatch {
     /// Pose of the source's anchor in the target's.
     pub T_target_source: Pose2,
     /// By a perturbation on the left, rotation first.
-    pub information: Matrix3<f64>,
+    pub covariance: Matrix3<f64>,
     /// Share of the returns seen by both that agree, 0..=1.
     pub agreement: f64,
+    /// Returns seen by both.
+    pub num_seen: usize,
     /// Share of the source's returns that have a partner, 0..=1.
     pub fitness: f64,
+    /// How well the best other place of the window scores, as a share of this one; 0 where there is none near.
+    pub rival: f64,
 }
 
+/// A stretch to be looked in.
+pub struct Target {
+    oriented: OrientedTarget<2>,
+    grid: LikelihoodGrid,
+    witnesses: Vec<(usize, Pose2)>,
+}
+
+/// A stretch to be looked for.
+pub struct Sought {
+    points: Vec<Vector2<f64>>,
+    normals: Vec<Option<Vector2<f64>>>,
+    witnesses: Vec<(usize, Pose2)>,
+}
+
+/// Side of the cells of which one return each is kept in the target (m) ...
+const FINE: f64 = 0.05;
+/// ... one each is registered (m) ...
+const COARSE: f64 = 0.15;
+/// ... and the most that are searched for.
+const SEARCHED: usize = 160;
+/// Between beams the target's surfaces are filled at this spacing (m).
+const FILLED: f64 = 0.1;
 /// Windows this small need no search: the registration finds home from there (m, rad).
 const NO_SEARCH: SearchWindow = SearchWindow { translation: 0.3, rotation: 0.06 };
-/// Every so many keyframes of a submap are asked what they saw.
-const WITNESSES: usize = 4;
+/// So many keyframes of a stretch are asked what they saw.
+const WITNESSES: usize = 5;
+/// What a match is known by at best (rad, m): matches of stretches share what is wrong inside these.
+const MATCH_SIGMA: (f64, f64) = (0.005, 0.03);
+/// Below this share of the source's likelihood a place is none.
+const MIN_SCORE: f64 = 0.35;
+/// Another place is looked for at this distance at least (m, rad) ...
+const APART: SearchWindow = SearchWindow { translation: 0.6, rotation: 0.25 };
+/// ... where it scores this share of the best.
+const RIVAL_SCORE: f64 = 0.75;
+/// A place is one of several where another one scores more than this share of it.
+pub const MAX_RIVAL: f64 = 0.9;
+
+impl Target {
+    /// Of these keyframes, in the frame of one of them.
+    pub fn new(range: Range<usize>, anchor: usize, keyframes: &[Keyframe], poses: &[Pose2]) -> Self {
+        let (points, normals) = overlaid(range.clone(), keyframes, poses, &poses[anchor], FINE, FILLED);
+        Self {
+            grid: LikelihoodGrid::new(&points),
+            oriented: OrientedTarget::new(points, normals),
+            witnesses: witnesses(range, anchor, poses),
+        }
+    }
+}
+
+impl Sought {
+    /// Of these keyframes, in the frame of one of them.
+    pub fn new(range: Range<usize>, anchor: usize, keyframes: &[Keyframe], poses: &[Pose2]) -> Self {
+        let (points, normals) = overlaid(range.clone(), keyframes, poses, &poses[anchor], COARSE, 0.0);
+        Self { points, normals, witnesses: witnesses(range, anchor, poses) }
+    }
+}
 
 /// Registers `source` to `target` from a guess that may be off by `window`.
-pub fn match_submaps(
-    target: &Submap,
-    source: &Submap,
+pub fn match_stretches(
+    target: &Target,
+    source: &Sought,
     keyframes: &[Keyframe],
     guess: &Pose2,
     window: SearchWindow,
     options: &IcpOptions,
 ) -> Option<SubmapMatch> {
-    let points = source.source();
-    let mut start = *guess;
+    let stride = source.points.len().div_ceil(SEARCHED).max(1);
+    let searched: Vec<Vector2<f64>> = source.points.iter().step_by(stride).copied().collect();
+    let (mut start, mut rival) = (*guess, 0.0);
     if window.translation > NO_SEARCH.translation || window.rotation > NO_SEARCH.rotation {
-        start = LikelihoodGrid::new(&target.points).search(&points.points, guess, window)?.T_target_source;
+        let best = target.grid.search(&searched, guess, window).filter(|best| best.score > MIN_SCORE)?;
+        start = best.T_target_source;
+        let known = (&start, APART);
+        let other =
+            target.grid.rival(&searched, guess, window, known, (RIVAL_SCORE * best.score, MAX_RIVAL * best.score));
+        rival = other.map_or(0.0, |other| other.score / best.score);
     }
-    let oriented = OrientedTarget::new(target.points.clone(), target.normals.clone());
-    let loop_source = Source { points: &points.points, normals: Some(&points.normals), sigmas: None };
-    let registration = register(loop_source, &oriented, start, &PointToPlane, options);
-    let T_target_source = registration.T_target_source;
-    let tally = free_space_of(target, source, keyframes, &T_target_source);
+    let found: PlanarRegistration = register(
+        Source { points: &source.points, normals: Some(&source.normals), sigmas: None },
+        &target.oriented,
+        start,
+        &PointToPlane,
+        options,
+    );
+    let T_target_source = found.T_target_source;
+    let seen = free_space_of(target, source, keyframes, &T_target_source);
+    let worst = (window.rotation.max(0.05), window.translation.max(0.3));
     Some(SubmapMatch {
         T_target_source,
-        information: registration.information,
-        agreement: tally.agreement(),
-        fitness: registration.fitness,
+        covariance: softened_covariance(&motion_information(&found, &Pose2::identity()), MATCH_SIGMA, worst),
+        agreement: seen.agreement(),
+        num_seen: seen.agreeing + seen.in_free_space,
+        fitness: found.fitness,
+        rival,
     })
 }
 
-/// How some keyframes of each submap look from those of the other.
-fn free_space_of(target: &Submap, source: &Submap, keyframes: &[Keyframe], T_target_source: &Pose2) -> FreeSpaceTally {
+/// How some keyframes of each stretch look from those of the other.
+fn free_space_of(target: &Target, source: &Sought, keyframes: &[Keyframe], T_target_source: &Pose2) -> FreeSpaceTally {
     let mut tally = FreeSpaceTally::default();
-    for (t, T_target_t) in witnesses(target) {
-        for (s, T_source_s) in witnesses(source) {
+    for (t, T_target_t) in &target.witnesses {
+        for (s, T_source_s) in &source.witnesses {
             let T_t_s = T_target_t.inverse() * T_target_source * T_source_s;
-            tally += free_space_between(&keyframes[t], &keyframes[s], &T_t_s);
+            tally += free_space_between(&keyframes[*t], &keyframes[*s], &T_t_s);
         }
     }
     tally
@@ -75,9 +149,10 @@ pub fn free_space_between(first: &Keyframe, second: &Keyframe, T_first_second: &
     tally
 }
 
-/// A few keyframes spread over a submap.
-fn witnesses(submap: &Submap) -> impl Iterator<Item = (usize, &Pose2)> {
-    let stride = submap.keyframes.len().div_ceil(WITNESSES).max(1);
-    let offset = (submap.keyframes.len() - 1) % stride / 2;
-    submap.keyframes.clone().zip(&submap.T_anchor_keyframe).skip(offset).step_by(stride)
+/// A few keyframes spread over a stretch.
+fn witnesses(range: Range<usize>, anchor: usize, poses: &[Pose2]) -> Vec<(usize, Pose2)> {
+    let stride = range.len().div_ceil(WITNESSES).max(1);
+    let offset = (range.len() - 1) % stride / 2;
+    let T_anchor_world = poses[anchor].inverse();
+    range.skip(offset).step_by(stride).map(|index| (index, T_anchor_world * poses[index])).collect()
 }

@@ -1,30 +1,32 @@
 //! Loops of a long drive: places that come into view again, found, verified and taken into the graph.
 //!
-//! Scans in a row are joined to submaps (Hess et al., "Real-time loop closure in 2D LIDAR SLAM", ICRA 2016). In the order
-//! they were driven, each is looked for in those before it that it may have come back to: how far to look is what the
-//! graph leaves open between the two. A match enters when the sensors saw the same there, and does not contradict the
-//! graph; where much is left open, only together with another match that agrees with it (Olson, "Recognizing places using
-//! spectrally clustered local matches", RAS 57 (2009), in its simplest form: pairs). After each the graph is solved again,
-//! so what is left open stays small.
+//! Scans in a row are joined to submaps (Hess et al., "Real-time loop closure in 2D LIDAR SLAM", ICRA 2016). Each is looked
+//! for wherever the graph's covariance allows that it came back, the surest pairs first. A match has to be seen by both
+//! sides in the same way, to be the only one of its window, and to agree with the other matches; where the window was wide,
+//! others have to support it. Then the graph is solved, what no longer fits is taken back, and with the covariances that
+//! have shrunk the search begins again, until nothing more is found.
 
 use std::rc::Rc;
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{Matrix2, Matrix3};
 
 use crate::geometry::{Pose2, RigidMotion};
 use crate::graph::pose_graph::{PlanarRelation, PoseRelation, solve_relations};
+use crate::odometry::planar::information::{chained, position_covariance};
 use crate::preprocess::planar_scan::PlanarScan;
 use crate::registration::correlative::SearchWindow;
 use crate::registration::free_space::FreeSpaceTally;
 use crate::registration::icp::IcpOptions;
 
+mod consistency;
 mod matching;
 mod submap;
 mod uncertainty;
 
-use matching::{SubmapMatch, free_space_between, match_submaps};
+use consistency::{Candidate, Relation, compare, consistent_set};
+use matching::{MAX_RIVAL, Sought, Target, free_space_between, match_stretches};
 use submap::{Keyframe, Submap};
-use uncertainty::{Drift, chained_covariance, drifts_from};
+use uncertainty::RelativeCovariances;
 
 /// A scan of the chain, as it comes in.
 pub struct ChainLink {
@@ -32,130 +34,139 @@ pub struct ChainLink {
     pub scan: Rc<PlanarScan>,
     /// Where the chain put it.
     pub T_world_sensor: Pose2,
-    /// Covariance of the motion from the scan before, by a perturbation on its left, rotation first.
-    pub covariance: Matrix3<f64>,
-    /// Whether nothing speaks against that motion.
-    pub is_trusted: bool,
+    /// Whether it hangs on the scan before by no registration that nothing speaks against.
+    pub is_weak: bool,
 }
 
 /// A submap ends after this way (m) ...
 const SUBMAP_LENGTH: f64 = 4.0;
 /// ... or so many scans.
-const SUBMAP_SCANS: usize = 25;
+const SUBMAP_SCANS: usize = 40;
 /// Submaps less than so many after each other have been matched by the chain.
 const NEIGHBORS: usize = 3;
-/// A submap is looked for in so many others.
+/// Unless this much or more is left open between them (m, rad): then the chain has not.
+const LOOSE: (f64, f64) = (0.12, 0.03);
+/// In a round a submap is looked for in so many others.
 const CANDIDATES: usize = 4;
-/// Anchors further apart (m) see different things.
-const REACH: f64 = 10.0;
-/// Submaps that seem to share less than this of what they show are not matched.
-const MIN_OVERLAP: f64 = 0.5;
 /// The window of the search in standard deviations.
 const SIGMAS: f64 = 3.0;
 /// The window's margin (m, rad).
-const MARGIN: SearchWindow = SearchWindow { translation: 0.15, rotation: 0.03 };
+const MARGIN: SearchWindow = SearchWindow { translation: 0.2, rotation: 0.03 };
 /// The widest window (m).
-const WIDEST: f64 = 6.0;
-/// Where more is left open than this (m, rad), one match alone is not believed.
-const ALONE: SearchWindow = SearchWindow { translation: 1.2, rotation: 0.25 };
-/// A match needs this share of returns that agree ...
-const MIN_AGREEMENT: f64 = 0.94;
-/// ... and of returns with a partner.
-const MIN_FITNESS: f64 = 0.3;
-/// What a match is known by at best (rad, m): matches of submaps share what is wrong inside these.
-const MATCH_SIGMA: (f64, f64) = (0.004, 0.02);
-/// A match may be off from the graph by this squared Mahalanobis distance.
-const GATE: f64 = 20.0;
-/// Two matches agree when they differ by less (m, rad).
-const AGREE: SearchWindow = SearchWindow { translation: 0.35, rotation: 0.07 };
-/// A loop that has lost more than this share of its weight does not fit.
+const WIDEST: f64 = 12.0;
+/// Where less than this is left open (m, rad), the graph needs no loop more.
+const SETTLED: (f64, f64) = (0.05, 0.012);
+/// Submaps that seem to share less than this of what they show are not matched.
+const MIN_OVERLAP: f64 = 0.3;
+/// A match in a window no wider than this (m, rad) is believed alone: what else would fit is no further off.
+const ALONE: SearchWindow = SearchWindow { translation: 1.0, rotation: 0.3 };
+/// Up to this one (m, rad) it takes one other match that supports it; beyond, two.
+const IN_PAIRS: SearchWindow = SearchWindow { translation: 4.0, rotation: 0.8 };
+/// A match needs this share of returns that agree, ...
+const MIN_AGREEMENT: f64 = 0.85;
+/// ... so many that both sides see ...
+const MIN_SEEN: usize = 150;
+/// ... and this share of returns with a partner.
+const MIN_FITNESS: f64 = 0.25;
+/// A loop that has lost more than this share of its weight is taken back.
 const FITTING: f64 = 0.25;
-/// Steps of the graph's solution after each match.
-const STEPS: usize = 8;
-/// Steps of the last solution, of all scans.
-const LAST_STEPS: usize = 30;
+/// Steps of the graph's solution after each round.
+const STEPS: usize = 20;
+/// What searches may cost for each keyframe, in windows of a metre and a tenth of a radian: about a millisecond ...
+const BUDGET: f64 = 60.0;
+/// ... and the share of what is left of it that a round may spend.
+const ROUND_SHARE: f64 = 0.4;
+/// Rounds at the most.
+const MAX_ROUNDS: usize = 12;
 
-/// The search for loops, one submap after the other.
+/// A pair of submaps to be matched.
+#[derive(Debug, Clone, Copy)]
+struct Pair {
+    target: usize,
+    source: usize,
+    guess: Pose2,
+    window: SearchWindow,
+}
+
+impl Pair {
+    /// What its search costs, in windows of a metre and a tenth of a radian.
+    fn cost(&self) -> f64 {
+        1.0 + self.window.translation.powi(2) * (self.window.rotation / 0.1)
+    }
+}
+
+/// A loop of the graph.
+struct Loop {
+    candidate: Candidate,
+    relation: PlanarRelation,
+}
+
+/// The search for loops.
 pub struct LoopClosure {
     keyframes: Vec<Keyframe>,
     links: Vec<ChainLink>,
-    submaps: Vec<Submap>,
-    /// Pose of each submap's anchor.
+    /// Between keyframes that follow each other.
+    chain: Vec<PlanarRelation>,
+    /// Pose of each keyframe, as the graph has it now.
     poses: Vec<Pose2>,
-    /// Between the anchors of the submaps: the chain, then loops.
-    relations: Vec<PlanarRelation>,
-    drifts: Vec<(usize, usize, Drift)>,
-    /// Matches that wait for another one.
-    pending: Vec<(usize, usize, SubmapMatch)>,
-    loops: Vec<PlanarRelation>,
-    next: usize,
+    submaps: Vec<Submap>,
+    covariances: Option<RelativeCovariances>,
+    loops: Vec<Loop>,
+    /// Matches that are no loops yet, with the window each was found in.
+    pool: Vec<(Candidate, SearchWindow)>,
+    /// Windows that were searched in vain, or with success: (target, source, half width (m)).
+    searched: Vec<(usize, usize, f64)>,
+    queue: Vec<Pair>,
+    /// What is left for searches, in the unit of [`Pair::cost`].
+    budget: f64,
+    num_queued: usize,
+    round: usize,
+    is_done: bool,
 }
 
 impl LoopClosure {
-    /// Joins the links of a chain to submaps.
-    pub fn new(links: Vec<ChainLink>) -> Self {
+    /// Joins the links of a chain to submaps. `chain` relates keyframes that follow each other.
+    pub fn new(links: Vec<ChainLink>, chain: Vec<PlanarRelation>) -> Self {
         let keyframes: Vec<Keyframe> = links.iter().map(|link| Keyframe::new(Rc::clone(&link.scan))).collect();
-        let poses: Vec<Pose2> = links.iter().map(|link| link.T_world_sensor).collect();
+        let mut poses: Vec<Pose2> = links.iter().map(|link| link.T_world_sensor).collect();
+        solve_relations(&mut poses, &chain, STEPS);
         let mut submaps = Vec::new();
         let (mut start, mut driven) = (0, 0.0);
         for index in 1..=links.len() {
             let is_end = index == links.len();
-            let step = if is_end { 0.0 } else { (poses[index - 1].inverse() * poses[index]).translation_norm() };
-            driven += step;
-            if is_end || driven > SUBMAP_LENGTH || index - start >= SUBMAP_SCANS || !links[index].is_trusted {
+            driven += if is_end { 0.0 } else { (poses[index - 1].inverse() * poses[index]).translation_norm() };
+            if is_end || driven > SUBMAP_LENGTH || index - start >= SUBMAP_SCANS || links[index].is_weak {
                 submaps.push(Submap::new(start..index, &keyframes, &poses));
                 (start, driven) = (index, 0.0);
             }
         }
-        let anchors: Vec<Pose2> = submaps.iter().map(|submap| poses[submap.anchor]).collect();
-        let mut closure = Self {
+        let num_keyframes = keyframes.len();
+        Self {
             keyframes,
             links,
+            chain,
+            poses,
             submaps,
-            poses: anchors,
-            relations: Vec::new(),
-            drifts: Vec::new(),
-            pending: Vec::new(),
+            covariances: None,
             loops: Vec::new(),
-            next: 1,
-        };
-        closure.add_chain();
-        closure
-    }
-
-    fn add_chain(&mut self) {
-        for later in 1..self.submaps.len() {
-            let (from, to) = (self.submaps[later - 1].anchor, self.submaps[later].anchor);
-            let motions: Vec<Pose2> = (from + 1..=to).map(|index| self.motion(index)).collect();
-            let covariances = self.links[from + 1..=to].iter().map(|link| &link.covariance);
-            let covariance = chained_covariance(motions.iter().zip(covariances));
-            let length = motions.iter().map(RigidMotion::translation_norm).sum();
-            let information = covariance.try_inverse().unwrap_or_else(Matrix3::zeros);
-            let T_from_to = self.poses[later - 1].inverse() * self.poses[later];
-            let is_switchable = self.links[from + 1..=to].iter().any(|link| !link.is_trusted);
-            self.relations.push(PoseRelation { from: later - 1, to: later, T_from_to, information, is_switchable });
-            self.drifts.push((later - 1, later, Drift::new(&covariance, length)));
+            pool: Vec::new(),
+            searched: Vec::new(),
+            queue: Vec::new(),
+            budget: BUDGET * num_keyframes as f64,
+            num_queued: 0,
+            round: 0,
+            is_done: false,
         }
     }
 
-    /// The chain's motion from the scan before to this one.
-    fn motion(&self, index: usize) -> Pose2 {
-        self.links[index - 1].T_world_sensor.inverse() * self.links[index].T_world_sensor
-    }
-
-    /// Submaps done, and all.
+    /// Pairs of this round that are done, and all.
     pub fn progress(&self) -> (usize, usize) {
-        (self.next.min(self.submaps.len()), self.submaps.len())
+        (self.num_queued - self.queue.len(), self.num_queued.max(1))
     }
 
-    /// Whether every submap has been looked for.
+    /// Whether nothing more is found.
     pub fn is_done(&self) -> bool {
-        self.next >= self.submaps.len()
-    }
-
-    /// The loops found, between submaps, as pairs of scans.
-    pub fn loops(&self) -> impl Iterator<Item = (usize, usize)> + '_ {
-        self.loops.iter().map(|relation| (self.submaps[relation.from].anchor, self.submaps[relation.to].anchor))
+        self.is_done
     }
 
     /// Returns of a scan of the chain.
@@ -168,189 +179,242 @@ impl LoopClosure {
         free_space_between(&self.keyframes[first], &self.keyframes[second], T_first_second)
     }
 
-    /// Looks for the next submap in those before it.
+    /// The pose of every keyframe.
+    pub fn solved_poses(&self) -> Vec<Pose2> {
+        self.poses.clone()
+    }
+
+    /// The chain's relations, and the loops between anchors.
+    pub fn relations(&self) -> Vec<PlanarRelation> {
+        self.chain.iter().chain(self.loops.iter().map(|closed| &closed.relation)).copied().collect()
+    }
+
+    /// The loops as pairs of keyframes.
+    pub fn loops(&self) -> impl Iterator<Item = (usize, usize)> + '_ {
+        self.loops.iter().map(|closed| (closed.relation.from, closed.relation.to))
+    }
+
+    /// One piece of work: matches the pairs of one target, or begins the next round.
     pub fn advance(&mut self, options: &IcpOptions) {
-        if self.is_done() {
+        if let Some(pair) = self.queue.last().copied() {
+            let target = self.target(pair.target);
+            while let Some(pair) = self.queue.pop_if(|next| next.target == pair.target) {
+                self.match_pair(&target, &pair, options);
+            }
             return;
         }
-        let source = self.next;
-        self.next += 1;
-        let drifts = drifts_from(source, self.submaps.len(), &self.drifts);
-        let mut found = false;
-        for (target, drift) in self.candidates(source, &drifts) {
-            found |= self.try_match(target, source, &drift, options);
+        let has_news = self.round == 0 || self.accept();
+        if !has_news || self.round == MAX_ROUNDS {
+            self.is_done = true;
+            return;
         }
-        if found {
-            self.solve();
-        }
+        self.round += 1;
+        self.covariances = RelativeCovariances::new(&self.anchor_poses(), &self.anchor_relations());
+        self.queue = self.pairs();
+        self.num_queued = self.queue.len();
+        self.is_done = self.queue.is_empty();
     }
 
-    /// The submaps that this one most likely overlaps with, and what is left open between them.
-    fn candidates(&self, source: usize, drifts: &[Option<Drift>]) -> Vec<(usize, Drift)> {
-        let mut candidates: Vec<(f64, usize, Drift)> = Vec::new();
-        for (target, drift) in drifts.iter().enumerate().take(source.saturating_sub(NEIGHBORS - 1)) {
-            let Some(drift) = *drift else { continue };
-            let between = self.poses[target].inverse() * self.poses[source];
-            let apart = between.translation_norm();
-            if apart < REACH + drift.position_sigma().min(WIDEST) {
-                let (a, b) = (&self.submaps[target], &self.submaps[source]);
-                let overlap = a.overlap(b, &between).min(b.overlap(a, &between.inverse()));
-                if overlap > MIN_OVERLAP {
-                    candidates.push((overlap, target, drift));
+    fn anchor_poses(&self) -> Vec<Pose2> {
+        self.submaps.iter().map(|submap| self.poses[submap.anchor]).collect()
+    }
+
+    /// The graph between anchors: the chain summed up, and the loops.
+    fn anchor_relations(&self) -> Vec<PlanarRelation> {
+        let mut informations = vec![Matrix3::zeros(); self.keyframes.len()];
+        for relation in &self.chain {
+            informations[relation.to] += relation.information * relation.weight(relation.squared_distance(&self.poses));
+        }
+        let mut relations = Vec::new();
+        for (index, pair) in self.submaps.windows(2).enumerate() {
+            let (from, to) = (pair[0].anchor, pair[1].anchor);
+            let (mut T, mut covariance) = (Pose2::identity(), Matrix3::zeros());
+            let steps = self.poses[from..=to].windows(2).map(|pair| pair[0].inverse() * pair[1]);
+            for (step, information) in steps.zip(&informations[from + 1..=to]) {
+                let of_step = information.try_inverse().unwrap_or_else(|| Matrix3::identity() * 1e4);
+                covariance = chained((&T, &covariance), &of_step);
+                T *= step;
+            }
+            let information = covariance.try_inverse().unwrap_or_else(Matrix3::zeros);
+            relations.push(PoseRelation {
+                from: index,
+                to: index + 1,
+                T_from_to: T,
+                information,
+                is_switchable: false,
+            });
+        }
+        relations.extend(self.loops.iter().map(|closed| PoseRelation {
+            from: closed.candidate.target,
+            to: closed.candidate.source,
+            ..closed.relation
+        }));
+        relations
+    }
+
+    /// The pairs of submaps that may show the same place, those of one target together.
+    fn pairs(&mut self) -> Vec<Pair> {
+        let Some(covariances) = &self.covariances else { return Vec::new() };
+        let mut pairs = Vec::new();
+        for source in 1..self.submaps.len() {
+            let mut candidates: Vec<(f64, Pair)> = Vec::new();
+            for target in 0..source {
+                candidates.extend(self.pair(target, source, covariances));
+            }
+            candidates.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.target.cmp(&b.1.target)));
+            let mut chosen: Vec<Pair> = Vec::new();
+            for (_, pair) in candidates {
+                if chosen.len() < CANDIDATES && chosen.iter().all(|other| other.target.abs_diff(pair.target) > 1) {
+                    chosen.push(pair);
                 }
             }
+            pairs.extend(chosen);
         }
-        candidates.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
-        // Of submaps that follow each other one is enough.
-        let mut chosen: Vec<(usize, Drift)> = Vec::new();
-        for (_, target, drift) in candidates {
-            if chosen.len() < CANDIDATES && chosen.iter().all(|(other, _)| other.abs_diff(target) > 1) {
-                chosen.push((target, drift));
+        self.keep_affordable(&mut pairs);
+        self.searched.extend(pairs.iter().map(|pair| (pair.target, pair.source, pair.window.translation)));
+        pairs.sort_by_key(|pair| std::cmp::Reverse((pair.target, pair.source)));
+        pairs
+    }
+
+    /// Wide windows take long to search: the narrowest first, as many as a share of what is left to spend allows.
+    fn keep_affordable(&mut self, pairs: &mut Vec<Pair>) {
+        pairs.sort_by(|a, b| a.cost().total_cmp(&b.cost()).then((a.source, a.target).cmp(&(b.source, b.target))));
+        let most = self.budget * ROUND_SHARE;
+        let mut spent = 0.0;
+        pairs.retain(|pair| {
+            spent += pair.cost();
+            spent <= most
+        });
+        self.budget -= spent.min(most);
+    }
+
+    /// Whether a submap may have come back to another, with how likely that is.
+    fn pair(&self, target: usize, source: usize, covariances: &RelativeCovariances) -> Option<(f64, Pair)> {
+        let (a, b) = (&self.submaps[target], &self.submaps[source]);
+        let guess = self.poses[a.anchor].inverse() * self.poses[b.anchor];
+        let covariance = covariances.between(target, source);
+        let position: Matrix2<f64> = position_covariance(&guess, &covariance);
+        let sigma = position.symmetric_eigenvalues().max().max(0.0).sqrt();
+        let heading_sigma = covariance[(0, 0)].max(0.0).sqrt();
+        let is_tied = |most: (f64, f64)| sigma < most.0 && heading_sigma < most.1;
+        if is_tied(SETTLED) || (source < target + NEIGHBORS && is_tied(LOOSE)) {
+            return None;
+        }
+        let window = SearchWindow {
+            translation: (MARGIN.translation + SIGMAS * sigma).min(WIDEST),
+            rotation: (MARGIN.rotation + SIGMAS * heading_sigma).min(std::f64::consts::PI),
+        };
+        // Discs that show the same place share a good part of their area.
+        let reach = (a.radius + b.radius) * (1.0 - MIN_OVERLAP);
+        let apart = guess.translation_norm();
+        if apart > reach + window.translation {
+            return None;
+        }
+        let was_searched = |&(t, s, width): &(usize, usize, f64)| {
+            t.abs_diff(target) <= 1 && s == source && window.translation > 0.5 * width
+        };
+        if self.searched.iter().any(was_searched) {
+            return None;
+        }
+        let sq_width = reach * reach / 4.0 + sigma * sigma;
+        let likelihood = (-0.5 * apart * apart / sq_width).exp() / (1.0 + sigma * sigma);
+        Some((likelihood, Pair { target, source, guess, window }))
+    }
+
+    /// A submap with those next to it.
+    fn target(&self, target: usize) -> Target {
+        let mut range = self.submaps[target].keyframes.clone();
+        if target > 0 && !self.links[range.start].is_weak {
+            range.start = self.submaps[target - 1].keyframes.start;
+        }
+        if target + 1 < self.submaps.len() && !self.links[range.end].is_weak {
+            range.end = self.submaps[target + 1].keyframes.end;
+        }
+        Target::new(range, self.submaps[target].anchor, &self.keyframes, &self.poses)
+    }
+
+    fn match_pair(&mut self, target: &Target, pair: &Pair, options: &IcpOptions) {
+        let submap = &self.submaps[pair.source];
+        let source = Sought::new(submap.keyframes.clone(), submap.anchor, &self.keyframes, &self.poses);
+        let Some(found) = match_stretches(target, &source, &self.keyframes, &pair.guess, pair.window, options) else {
+            return;
+        };
+        let is_seen = found.agreement > MIN_AGREEMENT && found.num_seen > MIN_SEEN && found.fitness > MIN_FITNESS;
+        if is_seen && found.rival < MAX_RIVAL {
+            self.pool.push((Candidate { target: pair.target, source: pair.source, found }, pair.window));
+        }
+    }
+
+    /// Takes the matches that agree into the graph, solves it, and takes back what does not fit. Whether anything changed.
+    fn accept(&mut self) -> bool {
+        let Some(covariances) = &self.covariances else { return false };
+        let poses = self.anchor_poses();
+        let num_loops = self.loops.len();
+        let all: Vec<&Candidate> =
+            self.loops.iter().map(|closed| &closed.candidate).chain(self.pool.iter().map(|(c, _)| c)).collect();
+        let relations: Vec<Vec<Relation>> =
+            all[num_loops..].iter().map(|a| all.iter().map(|b| compare(a, b, &poses, covariances)).collect()).collect();
+        let support = consistent_set(&relations, num_loops);
+        let (mut entered, mut rest) = (Vec::new(), Vec::new());
+        for ((candidate, window), support) in std::mem::take(&mut self.pool).into_iter().zip(support) {
+            if support.is_some_and(|support| support >= support_needed(window)) {
+                entered.push(candidate);
+            } else {
+                rest.push((candidate, window));
             }
         }
-        chosen
+        self.pool = rest;
+        let has_news = !entered.is_empty();
+        for candidate in entered {
+            self.enter(candidate);
+        }
+        if has_news {
+            self.solve(num_loops);
+        }
+        has_news
     }
 
-    /// Matches two submaps; whether something entered the graph.
-    fn try_match(&mut self, target: usize, source: usize, drift: &Drift, options: &IcpOptions) -> bool {
-        let guess = self.poses[target].inverse() * self.poses[source];
-        let window = SearchWindow {
-            translation: (MARGIN.translation + SIGMAS * drift.position_sigma()).min(WIDEST),
-            rotation: (MARGIN.rotation + SIGMAS * drift.heading_sigma()).min(std::f64::consts::PI),
-        };
-        let (a, b) = (&self.submaps[target], &self.submaps[source]);
-        let Some(found) = match_submaps(a, b, &self.keyframes, &guess, window, options) else { return false };
-        if found.agreement < MIN_AGREEMENT || found.fitness < MIN_FITNESS {
-            return false;
-        }
-        let is_open = window.translation > ALONE.translation || window.rotation > ALONE.rotation;
-        if !is_open {
-            return self.enter(target, source, &found, drift);
-        }
-        let partner =
-            self.pending.iter().position(|(a, b, other)| self.agree((target, source, &found), (*a, *b, other)));
-        let Some(partner) = partner else {
-            self.pending.push((target, source, found));
-            return false;
-        };
-        let (a, b, other) = self.pending.swap_remove(partner);
-        let entered = self.enter(target, source, &found, drift);
-        self.enter(a, b, &other, drift) || entered
-    }
-
-    /// Whether two matches say the same of where the later stretch lies in the earlier one.
-    fn agree(&self, (a, b, one): (usize, usize, &SubmapMatch), (c, d, other): (usize, usize, &SubmapMatch)) -> bool {
-        const NEAR: usize = 4;
-        if (a, b) == (c, d) || a.abs_diff(c) > NEAR || b.abs_diff(d) > NEAR {
-            return false;
-        }
-        let chain = |from: usize, to: usize| self.poses[from].inverse() * self.poses[to];
-        let around = one.T_target_source * chain(b, d);
-        let apart = around.inverse() * chain(a, c) * other.T_target_source;
-        apart.translation_norm() < AGREE.translation && apart.rotation_angle() < AGREE.rotation
-    }
-
-    /// Takes a match into the graph, unless it contradicts what is known.
-    fn enter(&mut self, target: usize, source: usize, found: &SubmapMatch, drift: &Drift) -> bool {
-        let covariance = softened(&found.information);
+    fn enter(&mut self, candidate: Candidate) {
         let relation = PoseRelation {
-            from: target,
-            to: source,
-            T_from_to: found.T_target_source,
-            information: covariance.try_inverse().unwrap_or_else(Matrix3::zeros),
+            from: self.submaps[candidate.target].anchor,
+            to: self.submaps[candidate.source].anchor,
+            T_from_to: candidate.found.T_target_source,
+            information: candidate.found.covariance.try_inverse().unwrap_or_else(Matrix3::zeros),
             is_switchable: true,
         };
-        let residual = relation.residual(&self.poses[target], &self.poses[source]);
-        let (sq_translation, sq_rotation) = (drift.position_sigma().powi(2), drift.rotation);
-        let open = Matrix3::from_diagonal(&Vector3::new(sq_rotation, sq_translation, sq_translation)) + covariance;
-        let Some(information) = open.try_inverse() else { return false };
-        if residual.dot(&(information * residual)) > GATE {
-            return false;
-        }
-        let length = found.T_target_source.translation_norm();
-        self.drifts.push((target, source, Drift::new(&covariance, length)));
-        self.relations.push(relation);
-        self.loops.push(relation);
-        true
+        self.loops.push(Loop { candidate, relation });
     }
 
-    fn solve(&mut self) {
-        let built = self.next;
-        let within = |relation: &&PlanarRelation| relation.to < built && relation.from < built;
-        let relations: Vec<PlanarRelation> = self.relations.iter().filter(within).copied().collect();
-        let last = self.poses[built - 1];
-        solve_relations(&mut self.poses[..built], &relations, STEPS);
-        // What comes later is carried along.
-        let T_moved = self.poses[built - 1] * last.inverse();
-        for pose in &mut self.poses[built..] {
-            *pose = T_moved * *pose;
-            // Products of many rotations lose their unit length, and then scale what they turn.
-            pose.rotation.renormalize();
+    /// Solves, and takes loops back as long as there are some that do not fit. Loops from `num_old` on are new: far off as
+    /// the chain may be, they count in full at first, or their weight would never let them in (graduated non-convexity:
+    /// Yang et al., RA-L 2020, in two steps).
+    fn solve(&mut self, num_old: usize) {
+        let mut relations = self.relations();
+        for relation in &mut relations[self.chain.len() + num_old..] {
+            relation.is_switchable = false;
         }
-    }
-
-    /// The pose of every link when all is solved together.
-    pub fn solved_poses(&self) -> Vec<Pose2> {
-        let mut poses = Vec::with_capacity(self.links.len());
-        for (submap, anchor) in self.submaps.iter().zip(&self.poses) {
-            poses.extend(submap.T_anchor_keyframe.iter().map(|T| anchor * T));
-        }
-        solve_relations(&mut poses, &self.relations_of_links(), LAST_STEPS);
-        poses
-    }
-
-    /// For each link whether trusted motions and loops that fit lead to it from the first one.
-    pub fn is_connected(&self, poses: &[Pose2]) -> Vec<bool> {
-        let trusted: Vec<PlanarRelation> = self
-            .relations_of_links()
-            .into_iter()
-            .filter(|relation| !relation.is_switchable || relation.weight(relation.squared_distance(poses)) > FITTING)
-            .filter(|relation| relation.to != relation.from + 1 || self.links[relation.to].is_trusted)
-            .collect();
-        let mut neighbors = vec![Vec::new(); self.links.len()];
-        for relation in &trusted {
-            neighbors[relation.from].push(relation.to);
-            neighbors[relation.to].push(relation.from);
-        }
-        let mut is_connected = vec![false; self.links.len()];
-        let mut open = vec![0; self.links.len().min(1)];
-        while let Some(link) = open.pop() {
-            if !std::mem::replace(&mut is_connected[link], true) {
-                open.extend(&neighbors[link]);
+        solve_relations(&mut self.poses, &relations, STEPS);
+        loop {
+            let relations = self.relations();
+            solve_relations(&mut self.poses, &relations, STEPS);
+            let poses = &self.poses;
+            let before = self.loops.len();
+            self.loops.retain(|closed| closed.relation.weight(closed.relation.squared_distance(poses)) > FITTING);
+            if self.loops.len() == before {
+                return;
             }
         }
-        is_connected
-    }
-
-    /// The chain's motions, and the loops between anchors.
-    pub fn relations_of_links(&self) -> Vec<PlanarRelation> {
-        let chain = (1..self.links.len()).map(|index| PoseRelation {
-            from: index - 1,
-            to: index,
-            T_from_to: self.motion(index),
-            information: self.links[index].covariance.try_inverse().unwrap_or_else(Matrix3::zeros),
-            is_switchable: !self.links[index].is_trusted,
-        });
-        let loops = self.loops.iter().map(|relation| PoseRelation {
-            from: self.submaps[relation.from].anchor,
-            to: self.submaps[relation.to].anchor,
-            ..*relation
-        });
-        chain.chain(loops).collect()
     }
 }
 
-/// The covariance of a match: no better than [`MATCH_SIGMA`], and no worse than a wide search leaves it.
-fn softened(information: &Matrix3<f64>) -> Matrix3<f64> {
-    softened_covariance(information, MATCH_SIGMA, (0.5, 3.0))
-}
-
-/// The inverse of an information matrix (rotation first), which may leave directions open: what is known at best, and at
-/// worst (rad, m).
-pub fn softened_covariance(information: &Matrix3<f64>, best: (f64, f64), worst: (f64, f64)) -> Matrix3<f64> {
-    let diagonal = |(rotation, translation): (f64, f64), power: i32| {
-        Matrix3::from_diagonal(&Vector3::new(rotation, translation, translation).map(|sigma: f64| sigma.powi(power)))
-    };
-    let prior = diagonal(worst, -2);
-    (information + prior).try_inverse().unwrap_or_else(|| diagonal(worst, 2)) + diagonal(best, 2)
+/// How many other matches have to support one that was found in a window.
+fn support_needed(window: SearchWindow) -> usize {
+    let is_within = |limit: SearchWindow| window.translation <= limit.translation && window.rotation <= limit.rotation;
+    if is_within(ALONE) {
+        0
+    } else if is_within(IN_PAIRS) {
+        1
+    } else {
+        2
+    }
 }

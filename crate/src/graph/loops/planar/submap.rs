@@ -31,74 +31,59 @@ pub struct Submap {
     pub keyframes: Range<usize>,
     /// The keyframe whose frame it is in.
     pub anchor: usize,
-    /// Pose of each keyframe in the anchor's frame.
-    pub T_anchor_keyframe: Vec<Pose2>,
-    /// Returns (m), one a cell of [`FINE`].
-    pub points: Vec<Vector2<f64>>,
-    /// Their normals.
-    pub normals: Vec<Option<Vector2<f64>>>,
-    /// Indices of one return a cell of [`COARSE`].
-    pub sparse: Vec<usize>,
-    /// The cells of [`VICINITY`] with a return, and those around them.
-    vicinity: FxHashSet<(i32, i32)>,
+    /// How far it can be seen from its anchor, but for a tenth of its returns (m).
+    pub radius: f64,
 }
 
-/// Side of the cells of which one return each is kept in a submap (m) ...
-const FINE: f64 = 0.05;
-/// ... and one each is looked for in another (m).
-const COARSE: f64 = 0.15;
-/// Side of the cells by which it is told, roughly, whether two submaps show the same (m).
-const VICINITY: f64 = 0.4;
-/// So many returns are asked for that.
-const ASKED: usize = 80;
+/// Returns further from their sensor are left out where places are compared (m): a small error of heading moves them far,
+/// and they are few.
+const MAX_RANGE: f64 = 15.0;
+/// Returns lie nearer to the anchor than the radius, but for this share.
+const RADIUS_SHARE: f64 = 0.8;
 
 impl Submap {
-    /// Lays keyframes over each other; `poses` are those of all keyframes.
+    /// Of these keyframes; `poses` are those of all.
     pub fn new(range: Range<usize>, keyframes: &[Keyframe], poses: &[Pose2]) -> Self {
         let anchor = usize::midpoint(range.start, range.end - 1);
-        let T_anchor_world = poses[anchor].inverse();
-        let T_anchor_keyframe: Vec<Pose2> = poses[range.clone()].iter().map(|pose| T_anchor_world * pose).collect();
-        let (mut points, mut normals, mut sparse) = (Vec::new(), Vec::new(), Vec::new());
-        let (mut fine, mut coarse) = (FxHashSet::default(), FxHashSet::default());
-        for (keyframe, T) in keyframes[range.clone()].iter().zip(&T_anchor_keyframe) {
-            for (point, normal) in keyframe.scan.points.iter().zip(&keyframe.scan.normals) {
-                let point = T.act(point);
-                if fine.insert(cell(&point, FINE)) {
-                    if coarse.insert(cell(&point, COARSE)) {
-                        sparse.push(points.len());
-                    }
-                    points.push(point);
-                    normals.push(normal.map(|normal| T.rotate(&normal)));
-                }
-            }
-        }
-        let around = |point: &Vector2<f64>| {
-            let (x, y) = cell(point, VICINITY);
-            (-1..=1).flat_map(move |dx| (-1..=1).map(move |dy| (x + dx, y + dy)))
-        };
-        let vicinity = sparse.iter().flat_map(|&index: &usize| around(&points[index])).collect();
-        Self { keyframes: range, anchor, T_anchor_keyframe, points, normals, sparse, vicinity }
-    }
-
-    /// Share of another submap's returns that lie near returns of this one, 0..=1, if it lies there.
-    pub fn overlap(&self, other: &Self, T_self_other: &Pose2) -> f64 {
-        let stride = other.sparse.len().div_ceil(ASKED).max(1);
-        let asked = other.sparse.iter().step_by(stride).map(|&index| T_self_other.act(&other.points[index]));
-        let (near, all) = asked.fold((0.0, 0.0), |(near, all), point| {
-            (near + f64::from(self.vicinity.contains(&cell(&point, VICINITY))), all + 1.0)
-        });
-        near / f64::max(all, 1.0)
-    }
-
-    /// The returns that are looked for in another submap, as a scan.
-    pub fn source(&self) -> PlanarScan {
-        PlanarScan {
-            points: self.sparse.iter().map(|&index| self.points[index]).collect(),
-            normals: self.sparse.iter().map(|&index| self.normals[index]).collect(),
-        }
+        let points = overlaid(range.clone(), keyframes, poses, &poses[anchor], 0.3, 0.0).0;
+        let mut distances: Vec<f64> = points.iter().map(Vector2::norm).collect();
+        distances.sort_by(f64::total_cmp);
+        let radius = distances.get((RADIUS_SHARE * distances.len() as f64) as usize).copied().unwrap_or(0.0);
+        Self { keyframes: range, anchor, radius: radius.min(MAX_RANGE) }
     }
 }
 
-fn cell(point: &Vector2<f64>, side: f64) -> (i32, i32) {
-    ((point.x / side).floor() as i32, (point.y / side).floor() as i32)
+/// The returns of keyframes with their normals, in the frame of one pose; one a cell of this side (m), with the surfaces
+/// between the beams filled at this spacing (m) unless it is zero.
+pub fn overlaid(
+    range: Range<usize>,
+    keyframes: &[Keyframe],
+    poses: &[Pose2],
+    T_world_anchor: &Pose2,
+    cell: f64,
+    filled: f64,
+) -> (Vec<Vector2<f64>>, Vec<Option<Vector2<f64>>>) {
+    let T_anchor_world = T_world_anchor.inverse();
+    let (mut points, mut normals) = (Vec::new(), Vec::new());
+    let mut taken = FxHashSet::default();
+    for index in range {
+        let T = T_anchor_world * poses[index];
+        let scan = &keyframes[index].scan;
+        let surface = if filled > 0.0 {
+            scan.surface(filled)
+        } else {
+            scan.points.iter().copied().zip(scan.normals.iter().copied()).collect()
+        };
+        for (point, normal) in surface {
+            if point.norm() > MAX_RANGE {
+                continue;
+            }
+            let point = T.act(&point);
+            if taken.insert(((point.x / cell).floor() as i32, (point.y / cell).floor() as i32)) {
+                points.push(point);
+                normals.push(normal.map(|normal| T.rotate(&normal)));
+            }
+        }
+    }
+    (points, normals)
 }

@@ -1,0 +1,245 @@
+//! Scores the planar engine on whole logs, natively: how much is wrong, how much of what is called good is wrong, how long
+//! a scan takes.
+//!
+//! `cargo run --profile quick --example laser_scores -- [--out FOLDER] [--data FOLDER] [--only NAME] [--mode odometry|alone]
+//! [NAME=VALUE]...`
+//!
+//! A pair is wrong when it is off from its relation by more than 0.5 m or 5 degrees. `false` is the share of wrong pairs
+//! among those whose frames are both good and of one piece.
+#![allow(non_snake_case)]
+
+use std::fs;
+
+use nalgebra::Rotation3;
+use scanstitch::geometry::{Pose2, Pose3, RigidMotion};
+use scanstitch::io::laser_log::{self, LaserLog};
+use scanstitch::io::relations::{self, Place, Relation};
+use scanstitch::io::trajectory::{self, Trajectory};
+use scanstitch::odometry::assessment::Status;
+use scanstitch::pipeline::planar::Reconstruction;
+use scanstitch::pipeline::report::{FrameResult, PlanarPose, Stage};
+use scanstitch::preprocess::clean::CleaningReport;
+use scanstitch::pipeline::settings::Settings;
+
+/// A pair further off than this is wrong (m, degrees).
+const WRONG: (f64, f64) = (0.5, 5.0);
+
+/// A log with what it is scored by.
+struct Case {
+    name: &'static str,
+    log: &'static str,
+    odometry: Option<&'static str>,
+    /// Relations by name; the first decides what is falsely good.
+    relations: &'static [(&'static str, &'static str)],
+}
+
+const CASES: &[Case] = &[
+    Case {
+        name: "fr079",
+        log: "fr079/fr079.log",
+        odometry: Some("fr079/fr079.odometry.txt"),
+        relations: &[("loops", "fr079/fr079.log")],
+    },
+    Case {
+        name: "freiburg-101",
+        log: "radish/freiburg-101.log",
+        odometry: Some("radish/freiburg-101.odometry.txt"),
+        relations: &[("places", "radish/freiburg-101.places.txt"), ("stretches", "radish/freiburg-101.stretches.txt")],
+    },
+    Case {
+        name: "belgioioso",
+        log: "radish/belgioioso.log",
+        odometry: Some("radish/belgioioso.odometry.txt"),
+        relations: &[("places", "radish/belgioioso.places.txt"), ("stretches", "radish/belgioioso.stretches.txt")],
+    },
+    Case {
+        name: "edmonton",
+        log: "radish/edmonton.log",
+        odometry: Some("radish/edmonton.odometry.txt"),
+        relations: &[("places", "radish/edmonton.places.txt"), ("stretches", "radish/edmonton.stretches.txt")],
+    },
+    Case {
+        name: "infinite-corridor",
+        log: "radish/infinite-corridor.log",
+        odometry: Some("radish/infinite-corridor.odometry.txt"),
+        relations: &[
+            ("places", "radish/infinite-corridor.places.txt"),
+            ("stretches", "radish/infinite-corridor.stretches.txt"),
+        ],
+    },
+    Case { name: "aces", log: "radish/aces.clf", odometry: None, relations: &[("relations", "radish/aces.relations")] },
+];
+
+fn main() {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let option = |name: &str| arguments.iter().position(|a| a == name).and_then(|at| arguments.get(at + 1)).cloned();
+    let data = option("--data").unwrap_or_else(|| "../shared/data/laser".to_owned());
+    let mut settings = serde_json::to_value(Settings::default()).expect("settings are plain data");
+    for pair in &arguments {
+        if let Some((name, value)) = pair.split_once('=') {
+            settings[name] = serde_json::from_str(value).unwrap_or_else(|_| value.into());
+        }
+    }
+    let only = option("--only");
+    let mode = option("--mode");
+    for case in CASES.iter().filter(|case| only.as_deref().is_none_or(|only| only.split(',').any(|o| o == case.name))) {
+        let bytes = fs::read(format!("{data}/{}", case.log)).expect("the log can be read");
+        let log = laser_log::read(&bytes).expect("the log is sound");
+        for with_odometry in [true, false] {
+            let name = if with_odometry { "odometry" } else { "alone" };
+            if mode.as_deref().is_some_and(|mode| mode != name) {
+                continue;
+            }
+            let mut settings = settings.clone();
+            let odometry = case.odometry.filter(|_| with_odometry).map(|file| {
+                trajectory::read(&fs::read(format!("{data}/{file}")).expect("odometry can be read"))
+                    .expect("it is sound")
+            });
+            if !with_odometry {
+                settings["odometry"] = "none".into();
+            }
+            let settings = serde_json::from_value(settings).expect("the settings are right");
+            score(case, name, &log, odometry, settings, &data, option("--out").as_deref());
+        }
+    }
+}
+
+fn score(
+    case: &Case,
+    mode: &str,
+    log: &LaserLog,
+    odometry: Option<Trajectory>,
+    settings: Settings,
+    data: &str,
+    out: Option<&str>,
+) {
+    let mut reconstruction = Reconstruction::new(settings).expect("the settings are right");
+    reconstruction.add_log("log", log);
+    if let Some(odometry) = odometry {
+        reconstruction.set_odometry("odometry", odometry).expect("odometry has headings");
+    }
+    let started = processor_seconds();
+    let (mut stage, mut since, mut times) = (Stage::Register, processor_seconds(), Vec::new());
+    while stage != Stage::Done {
+        let next = reconstruction.step().stage;
+        if next != stage {
+            times.push(format!("{stage:?} {:.2}", processor_seconds() - since));
+            (stage, since) = (next, processor_seconds());
+        }
+    }
+    let seconds = processor_seconds() - started;
+    let result = reconstruction.result();
+    let poses = reconstruction.poses();
+    let count = |status| result.frames.iter().filter(|frame| frame.status == status).count();
+    println!(
+        "{:18} {mode:8} {} scans, {:.2} ms each ({}), good {} doubtful {} lost {}",
+        case.name,
+        poses.len(),
+        1e3 * seconds / poses.len() as f64,
+        times.join(" "),
+        count(Status::Good),
+        count(Status::Doubtful),
+        count(Status::Lost)
+    );
+    for (name, file) in case.relations {
+        let list = relations::read(&fs::read(format!("{data}/{file}")).expect("relations can be read"))
+            .expect("they are sound");
+        let list: Vec<Relation> = list.into_iter().filter(|relation| !relation.is_step()).collect();
+        println!("    {name:10} {}", summary(&list, log, &poses, &result.frames));
+    }
+    for note in &result.notes {
+        println!("    note: {note}");
+    }
+    if let Some(out) = out {
+        fs::create_dir_all(out).expect("the folder can be made");
+        let grid = reconstruction.occupancy_grid(0.1);
+        fs::write(format!("{out}/{}.{mode}.pgm", case.name), grid.pgm()).expect("the map can be written");
+        let rows: String = poses
+            .iter()
+            .zip(&result.frames)
+            .enumerate()
+            .map(|(index, (pose, frame))| {
+                format!(
+                    "{index} {:.4} {:.4} {:.5} {:?} {}\n",
+                    pose.translation.x,
+                    pose.translation.y,
+                    pose.rotation.angle(),
+                    frame.status,
+                    frame.reason
+                )
+            })
+            .collect();
+        fs::write(format!("{out}/{}.{mode}.txt", case.name), rows).expect("the poses can be written");
+    }
+}
+
+/// Processor time that this process has used (s): what other programs do at the same time does not count. 0 where the
+/// system does not tell.
+fn processor_seconds() -> f64 {
+    let Ok(stat) = fs::read_to_string("/proc/self/stat") else { return 0.0 };
+    let after_name = stat.rsplit(')').next().unwrap_or_default();
+    let ticks: Option<f64> = after_name.split_whitespace().nth(11).and_then(|word| word.parse().ok());
+    ticks.unwrap_or(0.0) / 100.0
+}
+
+fn index_of(place: Place, log: &LaserLog) -> Option<usize> {
+    match place {
+        Place::Index(index) => Some(index),
+        Place::Time(time) => {
+            let off = |index: usize| log.scans[index].time.map_or(f64::INFINITY, |t| (t - time).abs());
+            let nearest = (0..log.scans.len()).min_by(|&a, &b| off(a).total_cmp(&off(b)))?;
+            (off(nearest) < 0.05).then_some(nearest)
+        }
+    }
+}
+
+fn planar(pose: &Pose3) -> Pose2 {
+    let (_, _, heading) = Rotation3::from(pose.rotation).euler_angles();
+    Pose2::new(pose.translation.vector.xy(), heading)
+}
+
+fn summary(list: &[Relation], log: &LaserLog, poses: &[Pose2], frames: &[FrameResult<PlanarPose, CleaningReport>]) -> String {
+    let (mut translations, mut rotations) = (Vec::new(), Vec::new());
+    let (mut wrong, mut believed, mut falsely) = (0, 0, 0);
+    let mut accused = vec![(0usize, 0usize); frames.len()];
+    for relation in list {
+        let (Some(i), Some(j)) = (index_of(relation.from, log), index_of(relation.to, log)) else { continue };
+        let off = planar(&relation.motion).inverse() * (poses[i].inverse() * poses[j]);
+        let (t, r) = (off.translation_norm(), off.rotation_angle().to_degrees());
+        translations.push(t);
+        rotations.push(r);
+        let is_wrong = t > WRONG.0 || r > WRONG.1;
+        wrong += usize::from(is_wrong);
+        let is_good = |frame: usize| frames[frame].status == Status::Good;
+        if is_good(i) && is_good(j) && piece(&frames[i]) == piece(&frames[j]) {
+            believed += 1;
+            falsely += usize::from(is_wrong);
+            for frame in [i, j] {
+                accused[frame].0 += usize::from(is_wrong);
+                accused[frame].1 += 1;
+            }
+        }
+    }
+    let judged = accused.iter().filter(|(_, all)| *all > 0).count();
+    let guilty = accused.iter().filter(|(wrong, all)| *all > 0 && 2 * wrong > *all).count();
+    let share = |part: usize, of: usize| 100.0 * part as f64 / of.max(1) as f64;
+    let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len().max(1) as f64;
+    let std = |values: &[f64]| {
+        (values.iter().map(|v| (v - mean(values)).powi(2)).sum::<f64>() / values.len().max(1) as f64).sqrt()
+    };
+    let (mt, mr, st, sr) = (mean(&translations), mean(&rotations), std(&translations), std(&rotations));
+    translations.sort_by(f64::total_cmp);
+    format!(
+        "{} pairs, wrong {:5.1} %, median {:.3} max {:.2}, mean {mt:.4} +- {st:.4} m {mr:.3} +- {sr:.3} deg; good pairs {believed}, false {:.2} %, frames {guilty} of {judged}",
+        translations.len(),
+        share(wrong, translations.len()),
+        translations.get(translations.len() / 2).copied().unwrap_or(f64::NAN),
+        translations.last().copied().unwrap_or(f64::NAN),
+        share(falsely, believed),
+    )
+}
+
+/// The certain piece of the map that a frame belongs to.
+fn piece(frame: &FrameResult<PlanarPose, CleaningReport>) -> usize {
+    frame.piece
+}

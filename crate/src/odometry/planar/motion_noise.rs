@@ -1,0 +1,145 @@
+//! How well measured motion is known: a model of wheels' noise, fitted to what the scans say.
+
+use nalgebra::{Matrix3, Vector3};
+
+use crate::geometry::{Pose2, RigidMotion};
+
+/// Variances of measured motion: what is added by every step, by every metre of the way and by every radian of a turn, so
+/// that many small steps are known as well as one large one (Thrun, Burgard and Fox, "Probabilistic Robotics" (2005),
+/// section 5.4). The shape is that of a plain robot; the two scales are the log's own.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MotionNoise {
+    /// Factor on the position's standard deviation.
+    pub translation_scale: f64,
+    /// Factor on the heading's.
+    pub rotation_scale: f64,
+}
+
+/// Standard deviation of a position after a step (m), a metre (m) and a turn by a radian (m) ...
+const TRANSLATION: (f64, f64, f64) = (0.004, 0.05, 0.05);
+/// ... and of a heading after a step (rad), a turn by a radian (rad) and a metre (rad).
+const ROTATION: (f64, f64, f64) = (0.004, 0.07, 0.03);
+/// Before anything is known of the wheels, they are trusted half as much.
+const UNKNOWN: f64 = 2.0;
+/// The scales stay within these: less noise is not believed of any wheel, more is no measurement.
+const SCALES: (f64, f64) = (0.5, 8.0);
+/// Fewer comparisons than this say nothing.
+const MIN_SAMPLES: usize = 8;
+/// Medians of the size of errors of unit deviation, in the plane (Rayleigh) and on the line (normal).
+const UNIT_MEDIANS: (f64, f64) = (1.177, 0.674);
+/// 90 % quantiles of the same: wheels that slip now and then have long tails.
+const UNIT_TAILS: (f64, f64) = (2.146, 1.645);
+
+/// A measured motion of one or more steps and what a sure registration made of it.
+#[derive(Debug, Clone)]
+pub struct Comparison {
+    /// The steps measured.
+    pub steps: Vec<Pose2>,
+    /// The motion registered.
+    pub registered: Pose2,
+}
+
+impl Default for MotionNoise {
+    fn default() -> Self {
+        Self { translation_scale: UNKNOWN, rotation_scale: UNKNOWN }
+    }
+}
+
+impl MotionNoise {
+    /// Fits the scales to comparisons; robustly, by median and tail, whichever is larger. The default where there are too
+    /// few.
+    pub fn fitted(comparisons: &[Comparison]) -> Self {
+        if comparisons.len() < MIN_SAMPLES {
+            return Self::default();
+        }
+        let unit = Self { translation_scale: 1.0, rotation_scale: 1.0 };
+        let (mut translations, mut rotations) = (Vec::new(), Vec::new());
+        for comparison in comparisons {
+            let (mut sq_translation, mut sq_rotation, mut measured) = (0.0, 0.0, Pose2::identity());
+            for step in &comparison.steps {
+                let (translation, rotation) = unit.sigmas(step);
+                sq_translation += translation * translation;
+                sq_rotation += rotation * rotation;
+                measured *= step;
+            }
+            let off = measured.inverse() * comparison.registered;
+            let lever = measured.translation_norm() / 2.0;
+            translations.push(off.translation_norm() / (sq_translation + lever * lever * sq_rotation / 2.0).sqrt());
+            rotations.push(off.rotation_angle() / sq_rotation.sqrt());
+        }
+        let scale = |values: &mut [f64], median: f64, tail: f64| {
+            let scale = (quantile(values, 0.5) / median).max(quantile(values, 0.9) / tail);
+            scale.clamp(SCALES.0, SCALES.1)
+        };
+        Self {
+            translation_scale: scale(&mut translations, UNIT_MEDIANS.0, UNIT_TAILS.0),
+            rotation_scale: scale(&mut rotations, UNIT_MEDIANS.1, UNIT_TAILS.1),
+        }
+    }
+
+    /// Standard deviations of a step's position in each direction (m) and of its heading (rad).
+    pub fn sigmas(&self, motion: &Pose2) -> (f64, f64) {
+        let (way, turn) = (motion.translation_norm(), motion.rotation_angle());
+        let root = |(of_step, of_first, of_second): (f64, f64, f64), first: f64, second: f64| {
+            (of_step * of_step + of_first * of_first * first + of_second * of_second * second).sqrt()
+        };
+        (self.translation_scale * root(TRANSLATION, way, turn), self.rotation_scale * root(ROTATION, turn, way))
+    }
+
+    /// Covariance of a measured motion, by a perturbation on its left, rotation first. The error arises on the way: it is
+    /// put in its middle.
+    pub fn covariance(&self, motion: &Pose2) -> Matrix3<f64> {
+        let (translation, rotation) = self.sigmas(motion);
+        let at_middle = Pose2::exp(&(motion.log() * 0.5)).adjoint();
+        let diagonal = Vector3::new(rotation * rotation, translation * translation, translation * translation);
+        at_middle * Matrix3::from_diagonal(&diagonal) * at_middle.transpose()
+    }
+}
+
+/// The value below which this share lies.
+pub fn quantile(values: &mut [f64], share: f64) -> f64 {
+    let index = ((values.len().saturating_sub(1)) as f64 * share).round() as usize;
+    if values.is_empty() { 0.0 } else { *values.select_nth_unstable_by(index, f64::total_cmp).1 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_scales_are_those_of_the_errors() {
+        let mut state = 1_u32;
+        let mut normal = || {
+            let sum: f64 = (0..12)
+                .map(|_| {
+                    state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+                    f64::from(state >> 8) / f64::from(1 << 24)
+                })
+                .sum();
+            sum - 6.0
+        };
+        let truth = MotionNoise { translation_scale: 1.7, rotation_scale: 3.0 };
+        let samples: Vec<Comparison> = (0..400)
+            .map(|index| {
+                let motion = Pose2::exp(&Vector3::new(0.3 * normal(), 0.02 * f64::from(index % 9), 0.0));
+                let (translation, rotation) = truth.sigmas(&motion);
+                let off = Vector3::new(rotation * normal(), translation * normal(), translation * normal());
+                Comparison { steps: vec![motion], registered: motion * Pose2::exp(&off) }
+            })
+            .collect();
+        let fitted = MotionNoise::fitted(&samples);
+        assert!(
+            (fitted.translation_scale - 1.7).abs() < 0.4 && (fitted.rotation_scale - 3.0).abs() < 0.4,
+            "{fitted:?}"
+        );
+        assert_eq!(MotionNoise::fitted(&samples[..3]), MotionNoise::default());
+    }
+
+    #[test]
+    fn the_covariance_grows_with_the_way_and_is_symmetric() {
+        let noise = MotionNoise::default();
+        let step = |way: f64| noise.covariance(&Pose2::exp(&Vector3::new(0.2, way, 0.0)));
+        assert!(step(2.0).trace() > step(1.0).trace() && (step(1.0) - step(1.0).transpose()).norm() < 1e-15);
+        assert!(step(1.0).symmetric_eigenvalues().min() > 0.0);
+    }
+}

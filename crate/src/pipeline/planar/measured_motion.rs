@@ -1,0 +1,200 @@
+//! Measured motion, held against what the scans say: how well it is known.
+
+use std::rc::Rc;
+
+use crate::geometry::{Pose2, RigidMotion};
+use crate::map::local::LocalMap;
+use crate::odometry::assessment::{MIN_POINTS, Status, assess};
+use crate::odometry::planar::motion_noise::{Comparison, MotionNoise};
+use crate::odometry::planar::{MeasuredMotion, PlanarOptions};
+use crate::pipeline::recorded_scan::RecordedScan;
+use crate::preprocess::planar_scan::PlanarScan;
+use crate::registration::correlative::LikelihoodGrid;
+
+/// So many stretches of the way are compared.
+const COMPARED: usize = 48;
+/// A stretch is as many steps as it takes to go this far (m) ...
+const STRETCH: f64 = 0.5;
+/// ... or to turn this much (rad).
+const STRETCH_TURN: f64 = 0.25;
+/// Motions near the border of the search are not compared where there are others: this share of its half width is left.
+const INSIDE: f64 = 0.8;
+
+/// A measured stretch contradicts a sure registration when it is off by this (m) and this share of its way, ...
+const CONTRADICTING: (f64, f64) = (0.3, 0.2);
+/// ... or by this turn (rad).
+const CONTRADICTING_TURN: f64 = 0.35;
+/// Fewer comparisons than this say nothing of whose the motion is.
+const MIN_COMPARED: usize = 8;
+
+/// The motions with the covariances that the log's own noise gives them. Motion that contradicts the scans is left out, and
+/// the note says so.
+pub fn judged(
+    motions: &[Option<Pose2>],
+    scan: &dyn Fn(usize) -> Rc<PlanarScan>,
+    options: &PlanarOptions,
+) -> (Vec<Option<MeasuredMotion>>, Option<String>) {
+    if motions.iter().all(Option::is_none) {
+        return (vec![None; motions.len()], None);
+    }
+    let comparisons = comparisons(motions, scan, options);
+    let num_contradicting = comparisons.iter().filter(|comparison| contradicts(comparison)).count();
+    if comparisons.len() >= MIN_COMPARED && 2 * num_contradicting > comparisons.len() {
+        let note = format!(
+            "The odometry contradicts the scans in {num_contradicting} of {} places compared and was left out. Check that it \
+             belongs to this log, is in metres and radians, and has the log's clock.",
+            comparisons.len()
+        );
+        return (vec![None; motions.len()], Some(note));
+    }
+    let noise = MotionNoise::fitted(&comparisons);
+    let measured = |motion: &Pose2| MeasuredMotion { T_before_sensor: *motion, covariance: noise.covariance(motion) };
+    let num_missing = motions.iter().skip(1).filter(|motion| motion.is_none()).count();
+    let note = (num_missing > 0).then(|| {
+        format!("The odometry tells nothing of the way to {num_missing} of {} scans; these are placed from the scans alone.", motions.len())
+    });
+    (motions.iter().map(|motion| motion.as_ref().map(measured)).collect(), note)
+}
+
+fn sum(steps: &[Pose2]) -> Pose2 {
+    steps.iter().fold(Pose2::identity(), |sum, step| sum * step)
+}
+
+fn contradicts(comparison: &Comparison) -> bool {
+    let off = sum(&comparison.steps).inverse() * comparison.registered;
+    let most = CONTRADICTING.0 + CONTRADICTING.1 * comparison.registered.translation_norm();
+    off.translation_norm() > most || off.rotation_angle() > CONTRADICTING_TURN
+}
+
+/// Places are seen again after this way (m) ...
+const LOOP_LENGTH: f64 = 15.0;
+/// ... from this near (m, rad), by the poses in question.
+const LOOP_NEAR: (f64, f64) = (1.0, 0.35);
+/// So many places are looked at, and fewer than the least of them say nothing.
+const LOOPS: (usize, usize) = (24, 4);
+/// Corrected poses fit a place seen again to this (m, rad).
+const CORRECTED: (f64, f64) = (0.25, 0.07);
+
+/// Whether the poses in a log are the wheels' own, and a note where that can be told: wheels drift, so where their path
+/// seems to come back to a place, the scans do not fit each other; where a program corrected the poses, they do.
+pub fn log_holds_wheels(
+    recorded: &[RecordedScan],
+    scan: &dyn Fn(usize) -> Rc<PlanarScan>,
+    options: &PlanarOptions,
+) -> (bool, Option<String>) {
+    let is_one_log = recorded.iter().enumerate().all(|(number, scan)| scan.index == number);
+    let poses: Option<Vec<Pose2>> = recorded.iter().map(|scan| Some(scan.odometry? * scan.T_robot_laser)).collect();
+    let Some(poses) = poses.filter(|_| is_one_log) else { return (false, None) };
+    let revisits = revisits(&poses);
+    let stride = revisits.len().div_ceil(LOOPS.0).max(1);
+    let (mut num_fitting, mut num_tried) = (0, 0);
+    for (earlier, later) in revisits.into_iter().step_by(stride) {
+        let (target, source) = (scan(earlier), scan(later));
+        if target.points.len() < MIN_POINTS || source.points.len() < MIN_POINTS {
+            continue;
+        }
+        let mut map = LocalMap::new(1, options.metric);
+        map.insert(target, Pose2::identity());
+        let guess = poses[earlier].inverse() * poses[later];
+        let registration = map.register(&source, guess, &options.icp);
+        let assessment = assess(&registration, map.free_space(&source, &registration.T_target_source));
+        let off = guess.inverse() * registration.T_target_source;
+        num_tried += 1;
+        num_fitting += usize::from(
+            assessment.status != Status::Lost
+                && off.translation_norm() < CORRECTED.0
+                && off.rotation_angle() < CORRECTED.1,
+        );
+    }
+    if num_tried < LOOPS.1 {
+        return (false, None);
+    }
+    let are_wheels = 2 * num_fitting < num_tried;
+    let seen = format!("they fit the scans in {num_fitting} of {num_tried} places where they come back");
+    let note = if are_wheels {
+        format!(
+            "The poses in the log are the wheels' own ({seen}) and are used as odometry; odometry=none leaves them out."
+        )
+    } else {
+        format!("The poses in the log were corrected by a program ({seen}) and are not used; odometry=log uses them.")
+    };
+    (are_wheels, Some(note))
+}
+
+/// Pairs of frames that these poses put at one place after a long way, at most one for every step of a metre.
+fn revisits(poses: &[Pose2]) -> Vec<(usize, usize)> {
+    let mut along = vec![0.0; poses.len()];
+    for frame in 1..poses.len() {
+        along[frame] = along[frame - 1] + (poses[frame - 1].inverse() * poses[frame]).translation_norm();
+    }
+    let mut chosen: Vec<usize> = Vec::new();
+    for frame in 0..poses.len() {
+        if chosen.last().is_none_or(|&last| along[frame] - along[last] > 0.5) {
+            chosen.push(frame);
+        }
+    }
+    let near = |earlier: usize, later: usize| {
+        let apart = poses[earlier].inverse() * poses[later];
+        apart.translation_norm() < LOOP_NEAR.0 && apart.rotation_angle() < LOOP_NEAR.1
+    };
+    let earlier_of = |&later: &usize| {
+        let is_revisited = |&&earlier: &&usize| along[later] - along[earlier] > LOOP_LENGTH && near(earlier, later);
+        chosen.iter().find(is_revisited).map(|&earlier| (earlier, later))
+    };
+    chosen.iter().filter_map(earlier_of).collect()
+}
+
+/// Stretches spread over the way, each with what a registration from scans alone makes of it, where that is sure.
+fn comparisons(
+    motions: &[Option<Pose2>],
+    scan: &dyn Fn(usize) -> Rc<PlanarScan>,
+    options: &PlanarOptions,
+) -> Vec<Comparison> {
+    let all = stretches(motions);
+    // A search about no motion at all finds only small ones; where most are said to be large, that is what is in question.
+    let is_inside = |(_, steps): &&(usize, Vec<Pose2>)| {
+        let measured = sum(steps);
+        measured.translation_norm() < INSIDE * options.search.translation
+            && measured.rotation_angle() < INSIDE * options.search.rotation
+    };
+    let inside: Vec<_> = all.iter().filter(is_inside).cloned().collect();
+    let stretches = if 4 * inside.len() > all.len() { inside } else { all };
+    let stride = stretches.len().div_ceil(COMPARED).max(1);
+    let mut comparisons = Vec::new();
+    for (from, steps) in stretches.into_iter().step_by(stride) {
+        let mut map = LocalMap::new(1, options.metric);
+        let target = scan(from);
+        map.insert(Rc::clone(&target), Pose2::identity());
+        let source = scan(from + steps.len());
+        let grid = LikelihoodGrid::new(&target.points);
+        let Some(found) = grid.search(&source.points, &Pose2::identity(), options.search) else { continue };
+        let registration = map.register(&source, found.T_target_source, &options.icp);
+        let assessment = assess(&registration, map.free_space(&source, &registration.T_target_source));
+        if assessment.status == Status::Good {
+            comparisons.push(Comparison { steps, registered: registration.T_target_source });
+        }
+    }
+    comparisons
+}
+
+/// Runs of steps without a gap that go some way: the frame each begins at, and its steps.
+fn stretches(motions: &[Option<Pose2>]) -> Vec<(usize, Vec<Pose2>)> {
+    let mut stretches = Vec::new();
+    let (mut from, mut steps): (usize, Vec<Pose2>) = (0, Vec::new());
+    let (mut way, mut turn) = (0.0, 0.0);
+    for (frame, motion) in motions.iter().enumerate() {
+        if let Some(motion) = motion {
+            steps.push(*motion);
+            way += motion.translation_norm();
+            turn += motion.rotation_angle();
+        }
+        if motion.is_none() || way > STRETCH || turn > STRETCH_TURN {
+            if motion.is_some() {
+                stretches.push((from, std::mem::take(&mut steps)));
+            }
+            steps.clear();
+            (from, way, turn) = (frame, 0.0, 0.0);
+        }
+    }
+    stretches
+}

@@ -1,0 +1,86 @@
+//! Real logs of large buildings, with the wheels' odometry: loops close, and what is called good is right.
+#![cfg(not(target_arch = "wasm32"))] // it reads files
+#![allow(non_snake_case)]
+
+use std::fs;
+
+use scanstitch::evaluation::path::Path;
+use scanstitch::evaluation::relations::{RelationErrors, relation_errors};
+use scanstitch::io::trajectory::Trajectory;
+use scanstitch::io::{laser_log, relations, trajectory};
+use scanstitch::odometry::assessment::Status;
+use scanstitch::pipeline::planar::Reconstruction;
+use scanstitch::pipeline::report::Stage;
+use scanstitch::pipeline::settings::Settings;
+
+const FOLDER: &str = "../shared/data/laser/radish";
+
+/// A log run with its odometry, if it is there.
+fn run(log: &str, odometry: Option<&str>) -> Option<Reconstruction> {
+    let Ok(bytes) = fs::read(format!("{FOLDER}/{log}")) else {
+        eprintln!("skipped: {FOLDER} is absent");
+        return None;
+    };
+    let mut reconstruction = Reconstruction::new(Settings::default()).unwrap();
+    reconstruction.add_log(log, &laser_log::read(&bytes).unwrap());
+    if let Some(file) = odometry {
+        let odometry = trajectory::read(&fs::read(format!("{FOLDER}/{file}")).unwrap()).unwrap();
+        reconstruction.set_odometry(file, odometry).unwrap();
+    }
+    while reconstruction.step().stage != Stage::Done {}
+    Some(reconstruction)
+}
+
+fn errors(reconstruction: &Reconstruction, file: &str, stamps: Option<Vec<f64>>) -> RelationErrors {
+    let list = relations::read(&fs::read(format!("{FOLDER}/{file}")).unwrap()).unwrap();
+    let path = Trajectory { stamps, ..Trajectory::from_poses(&reconstruction.poses_in_space()) };
+    let num_poses = reconstruction.num_scans();
+    relation_errors(&list, &Path::of(&path, 0..num_poses), 0.05).unwrap()
+}
+
+/// Share of relations that are off by more than half a metre or five degrees.
+fn share_wrong(errors: &RelationErrors) -> f64 {
+    let is_wrong = |(t, r): (&f64, &f64)| *t > 0.5 || *r > 5f64.to_radians();
+    let pairs = errors.translation_errors.iter().zip(&errors.rotation_errors);
+    pairs.filter(|&pair| is_wrong(pair)).count() as f64 / errors.num_compared as f64
+}
+
+fn share_good(reconstruction: &Reconstruction) -> f64 {
+    let frames = reconstruction.result().frames;
+    frames.iter().filter(|frame| frame.status == Status::Good).count() as f64 / frames.len() as f64
+}
+
+#[test]
+fn the_wheels_poses_in_the_raw_aces_log_are_used_and_its_loops_close() {
+    let Some(reconstruction) = run("aces.clf", None) else { return };
+    let log = laser_log::read(&fs::read(format!("{FOLDER}/aces.clf")).unwrap()).unwrap();
+    let stamps = log.scans.iter().map(|scan| scan.time.unwrap()).collect();
+    let errors = errors(&reconstruction, "aces.relations", Some(stamps));
+    assert_eq!(errors.num_compared, 1279);
+    assert!(errors.translation.mean < 0.0375 && errors.rotation.mean < 0.373f64.to_radians(), "{errors:?}");
+    assert!(share_wrong(&errors) == 0.0 && share_good(&reconstruction) > 0.8);
+    let notes = reconstruction.result().notes;
+    assert!(notes.iter().any(|note| note.contains("wheels' own")), "{notes:?}");
+}
+
+#[test]
+fn sparse_logs_of_buildings_close_their_loops() {
+    for (name, most_wrong_stretches) in [("belgioioso", 0.01), ("freiburg-101", 0.01), ("infinite-corridor", 0.01)] {
+        let (log, odometry) = (format!("{name}.log"), format!("{name}.odometry.txt"));
+        let Some(reconstruction) = run(&log, Some(&odometry)) else { return };
+        let places = errors(&reconstruction, &format!("{name}.places.txt"), None);
+        let stretches = errors(&reconstruction, &format!("{name}.stretches.txt"), None);
+        assert!(share_wrong(&places) < 0.01 && places.translation.median < 0.1, "{name}: {}", share_wrong(&places));
+        assert!(share_wrong(&stretches) < most_wrong_stretches, "{name}: {}", share_wrong(&stretches));
+        assert!(share_good(&reconstruction) > 0.8, "{name}: {}", share_good(&reconstruction));
+    }
+}
+
+#[test]
+fn odometry_of_another_log_is_left_out_and_said_so() {
+    let Some(reconstruction) = run("freiburg-101.log", Some("belgioioso.odometry.txt")) else { return };
+    let notes = reconstruction.result().notes;
+    assert!(notes.iter().any(|note| note.contains("contradicts the scans")), "{notes:?}");
+    let places = errors(&reconstruction, "freiburg-101.places.txt", None);
+    assert!(share_wrong(&places) < 0.01, "the scans alone place it: {}", share_wrong(&places));
+}
