@@ -18,11 +18,13 @@ use scanstitch::io::trajectory::{self, Trajectory};
 use scanstitch::odometry::assessment::Status;
 use scanstitch::pipeline::planar::Reconstruction;
 use scanstitch::pipeline::report::{FrameResult, PlanarPose, Stage};
-use scanstitch::preprocess::clean::CleaningReport;
 use scanstitch::pipeline::settings::Settings;
+use scanstitch::preprocess::clean::CleaningReport;
 
 /// A pair further off than this is wrong (m, degrees).
 const WRONG: (f64, f64) = (0.5, 5.0);
+
+type PlanarFrame = FrameResult<PlanarPose, CleaningReport>;
 
 /// A log with what it is scored by.
 struct Case {
@@ -154,7 +156,7 @@ fn score(
         fs::create_dir_all(out).expect("the folder can be made");
         let grid = reconstruction.occupancy_grid(0.1);
         fs::write(format!("{out}/{}.{mode}.pgm", case.name), grid.pgm()).expect("the map can be written");
-        let rows: String = poses
+        let rows: Vec<String> = poses
             .iter()
             .zip(&result.frames)
             .enumerate()
@@ -169,7 +171,7 @@ fn score(
                 )
             })
             .collect();
-        fs::write(format!("{out}/{}.{mode}.txt", case.name), rows).expect("the poses can be written");
+        fs::write(format!("{out}/{}.{mode}.txt", case.name), rows.concat()).expect("the poses can be written");
     }
 }
 
@@ -198,7 +200,7 @@ fn planar(pose: &Pose3) -> Pose2 {
     Pose2::new(pose.translation.vector.xy(), heading)
 }
 
-fn summary(list: &[Relation], log: &LaserLog, poses: &[Pose2], frames: &[FrameResult<PlanarPose, CleaningReport>]) -> String {
+fn summary(list: &[Relation], log: &LaserLog, poses: &[Pose2], frames: &[PlanarFrame]) -> String {
     let (mut translations, mut rotations) = (Vec::new(), Vec::new());
     let (mut wrong, mut believed, mut falsely) = (0, 0, 0);
     let mut accused = vec![(0usize, 0usize); frames.len()];
@@ -240,6 +242,6 @@ fn summary(list: &[Relation], log: &LaserLog, poses: &[Pose2], frames: &[FrameRe
 }
 
 /// The certain piece of the map that a frame belongs to.
-fn piece(frame: &FrameResult<PlanarPose, CleaningReport>) -> usize {
+fn piece(frame: &PlanarFrame) -> usize {
     frame.piece
 }
