@@ -143,8 +143,7 @@ impl DepthScale {
 
     /// What is assumed and why, for the user; none where there is nothing to doubt or nothing unusual.
     pub fn note(&self) -> Option<String> {
-        let numbers =
-            |values: &[f64]| values.iter().map(|value| format!("{value:.6}")).map(trimmed).collect::<Vec<_>>();
+        let numbers = |values: &[f64]| values.iter().map(|value| trimmed(&format!("{value:.6}"))).collect::<Vec<_>>();
         let is_usual = self.step == 1e-3 && self.alternatives.is_empty();
         let why = match self.basis {
             ScaleBasis::DisparitySteps(_) if !is_usual => "the spacing of its values".to_owned(),
@@ -163,7 +162,7 @@ impl DepthScale {
     }
 }
 
-fn trimmed(number: String) -> String {
+fn trimmed(number: &str) -> String {
     number.trim_end_matches('0').trim_end_matches('.').to_owned()
 }
 

@@ -135,14 +135,14 @@ impl Assessment {
                 "only {} of it lies on the map: too little overlap, or a motion larger than the search",
                 percent(overlap)
             ))
-        } else if let Some(agreement) = agreement.filter(|agreement| *agreement < limits.lost_agreement) {
-            Some(format!(
-                "{} of the visible surface contradicts space already seen as free: it shows another place, or the motion is \
-                 larger than the search",
-                percent(1.0 - agreement)
-            ))
         } else {
-            None
+            agreement.filter(|agreement| *agreement < limits.lost_agreement).map(|agreement| {
+                format!(
+                    "{} of the visible surface contradicts space already seen as free: it shows another place, or the \
+                     motion is larger than the search",
+                    percent(1.0 - agreement)
+                )
+            })
         }
     }
 

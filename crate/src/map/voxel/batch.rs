@@ -5,8 +5,8 @@
 
 use glam::{Mat3A, Vec3, Vec3A};
 
+use super::cell::{NORMAL_ZERO, packed};
 use super::grid::{Grid, LIMIT};
-use super::voxel::{NORMAL_ZERO, packed};
 
 /// Points of a batch.
 pub(super) const BATCH: usize = 64;

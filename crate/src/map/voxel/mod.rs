@@ -1,9 +1,9 @@
 //! The stitched map in space: one point a voxel, the mean of what all frames saw there.
 
 mod batch;
+mod cell;
 mod count;
 mod grid;
-mod voxel;
 
 use std::hint::black_box;
 use std::ops::Range;
@@ -12,9 +12,9 @@ use glam::{DVec3, Mat3A, Vec3};
 use rustc_hash::FxHashMap;
 
 use self::batch::{BATCH, Batch};
+use self::cell::{NORMAL_SCALE, Voxel};
 pub use self::count::VoxelCount;
 use self::grid::{BLOCK_VOXELS, Grid, KEY_BITS, block_key, rotation, slot};
-use self::voxel::{NORMAL_SCALE, Voxel};
 use crate::geometry::{PointCloud, Pose3};
 use crate::preprocess::map_image::MapImage;
 

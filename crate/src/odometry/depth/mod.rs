@@ -6,7 +6,7 @@
 //! refined, and the one that is contradicted least is kept. No motion model is trusted, for robots stop and turn on the spot.
 //! A result that is still contradicted starts a wider search before the frame is lost.
 //!
-//! Read [`chain`] first: [`Chain::register`](chain::Chain::register) is the way of one frame. [`odometry`] has what concerns
+//! Read `chain` first: `Chain::register` is the way of one frame. `odometry` has what concerns
 //! several chains, `docs/depth.md` the whole with a figure.
 
 mod chain;

@@ -91,9 +91,13 @@ impl DepthOdometry {
         }
         let has_tentative_branches = chain.has_tentative_branches();
         if !has_tentative_branches {
-            confirmed.iter().for_each(|member| self.unregistered_frames.remove(member.number));
+            for member in &confirmed {
+                self.unregistered_frames.remove(member.number);
+            }
         }
-        uncertain.into_iter().for_each(|number| self.unregistered_frames.remove(number));
+        for number in uncertain {
+            self.unregistered_frames.remove(number);
+        }
         if estimate.assessment.status != Status::Good || has_tentative_branches {
             // It may be dropped later.
             self.unregistered_frames.push(number, frame, estimate.T_world_sensor);

@@ -105,7 +105,7 @@ impl SpatialLoops {
             return;
         }
         let (surfaces, T_world_camera) = (FrameSurfaces::new(frame), estimate.T_world_sensor);
-        let Some(last) = self.nodes.nodes.last() else {
+        let Some(last) = self.nodes.all.last() else {
             return self.nodes.push(number, T_world_camera, T_world_camera, surfaces);
         };
         let (T_last, T_last_local, is_next) = (last.T_world_camera, last.T_world_local, last.frame + 1 == number);
@@ -125,7 +125,7 @@ impl SpatialLoops {
         self.unconfirmed_gap = self.unconfirmed_gap.filter(|_| is_revisit);
         self.chain.push(relation);
         self.nodes.push(number, T_world_camera, T_world_local, surfaces);
-        let nodes = &self.nodes.nodes;
+        let nodes = &self.nodes.all;
         if nodes[here].path_length - nodes[self.last_detection].path_length > DETECTION_SPACING {
             self.detect(here);
         }
@@ -133,7 +133,7 @@ impl SpatialLoops {
 
     /// Takes over the poses that the odometry has changed.
     pub fn apply_pose_updates(&mut self, pose_of: impl Fn(u32) -> Pose3) {
-        let nodes = &mut self.nodes.nodes;
+        let nodes = &mut self.nodes.all;
         for index in 0..nodes.len() {
             let T_world_camera = pose_of(nodes[index].frame);
             if apart(&nodes[index].T_world_camera, &T_world_camera) < SAME_POSE_DISTANCE {
@@ -153,14 +153,14 @@ impl SpatialLoops {
     /// The registration of a frame to the recent nodes, in the frame of the last one.
     fn register_to_recent(&self, frame: &FrameSurfaces, guess: &Pose3) -> Option<SubmapRegistration> {
         let last = self.nodes.len() - 1;
-        let local = |node: usize| self.nodes.nodes[node].T_world_local;
+        let local = |node: usize| self.nodes.all[node].T_world_local;
         self.nodes.submap(self.nodes.recent(), last, local).find(frame, guess, Search::Here)
     }
 
     /// Registers a node to the submaps of earlier visits.
     fn detect(&mut self, node: usize) {
-        let Node { T_world_camera, path_length, .. } = self.nodes.nodes[node];
-        let Some(surfaces) = self.nodes.nodes[node].surfaces.as_ref().map(StoredSurfaces::surfaces) else {
+        let Node { T_world_camera, path_length, .. } = self.nodes.all[node];
+        let Some(surfaces) = self.nodes.all[node].surfaces.as_ref().map(StoredSurfaces::surfaces) else {
             return;
         };
         let visits = self.nodes.revisited(node, &T_world_camera, path_length);
@@ -169,10 +169,10 @@ impl SpatialLoops {
         }
         self.last_detection = node;
         for visit in visits {
-            let T_visit_world = self.nodes.nodes[visit].T_world_camera.inverse();
+            let T_visit_world = self.nodes.all[visit].T_world_camera.inverse();
             let has_drift = self.nodes.drift_since(visit, path_length) > MIN_GAP_TRANSLATION;
             let find = |search| {
-                let global = |node: usize| self.nodes.nodes[node].T_world_camera;
+                let global = |node: usize| self.nodes.all[node].T_world_camera;
                 let submap = self.nodes.submap(self.nodes.around(visit), visit, global);
                 submap.find(&surfaces, &(T_visit_world * T_world_camera), search)
             };
@@ -187,7 +187,7 @@ impl SpatialLoops {
 
     /// Compares a node's pose by an earlier visit with its pose by the recent frames. Two equal gaps in a row open a loop.
     fn compare_with_recent(&mut self, node: usize, T_world_found: &Pose3) {
-        let T_world_local = self.nodes.nodes[node].T_world_local;
+        let T_world_local = self.nodes.all[node].T_world_local;
         if has_gap(T_world_found, &T_world_local) {
             let is_confirmed = self.unconfirmed_gap.is_some_and(|gap| !has_gap(T_world_found, &(gap * T_world_local)));
             self.has_open_loop |= is_confirmed;
@@ -196,7 +196,7 @@ impl SpatialLoops {
             self.unconfirmed_gap = None;
             // The next frame is registered to all recent nodes: their local poses continue from their poses in the map.
             for recent in self.nodes.recent() {
-                self.nodes.nodes[recent].T_world_local = self.nodes.nodes[recent].T_world_camera;
+                self.nodes.all[recent].T_world_local = self.nodes.all[recent].T_world_camera;
             }
         }
     }
@@ -211,7 +211,7 @@ impl SpatialLoops {
         if !std::mem::take(&mut self.has_open_loop) {
             return None;
         }
-        let present: Vec<Pose3> = self.nodes.nodes.iter().map(|node| node.T_world_camera).collect();
+        let present: Vec<Pose3> = self.nodes.all.iter().map(|node| node.T_world_camera).collect();
         let poses = self.solve(present.clone());
         let (before, after) = (self.evidence(&present), self.evidence(&poses));
         let (agreement, overlap) = (after.0 - before.0, after.1 - before.1);
@@ -219,7 +219,7 @@ impl SpatialLoops {
             return None;
         }
         let mut motions = Vec::with_capacity(self.nodes.len());
-        for (node, pose) in self.nodes.nodes.iter_mut().zip(poses) {
+        for (node, pose) in self.nodes.all.iter_mut().zip(poses) {
             let moved = (node.T_world_camera.inverse() * pose).translation_norm();
             self.report.farthest_move = self.report.farthest_move.max(moved);
             motions.push((node.frame, pose * node.T_world_camera.inverse()));
@@ -245,7 +245,7 @@ impl SpatialLoops {
         let (mut agreement, mut overlap, mut count) = (0.0, 0.0, 0.0);
         for found in self.loops.iter().rev().take(MAX_VALIDATION_LOOPS) {
             let (visit, node) = (found.from, found.to);
-            let Some(stored) = &self.nodes.nodes[node].surfaces else { continue };
+            let Some(stored) = &self.nodes.all[node].surfaces else { continue };
             let surfaces = stored.surfaces();
             let recent = (node.saturating_sub(MAX_SUBMAP_FRAMES)..node).collect();
             for (nodes, origin) in [(self.nodes.around(visit), visit), (recent, node - 1)] {

@@ -49,7 +49,8 @@ pub(super) struct Node {
 /// All nodes, in the order of the path.
 #[derive(Default)]
 pub(super) struct Nodes {
-    pub(super) nodes: Vec<Node>,
+    /// One a frame.
+    pub(super) all: Vec<Node>,
     /// Memory of the packed surfaces (bytes).
     pub(super) num_packed_bytes: usize,
     /// Smallest path length between older frames that still have surfaces (m, two metres per radian).
@@ -58,16 +59,16 @@ pub(super) struct Nodes {
 
 impl Nodes {
     pub(super) fn len(&self) -> usize {
-        self.nodes.len()
+        self.all.len()
     }
 
     pub(super) fn push(&mut self, frame: u32, T_world_camera: Pose3, T_world_local: Pose3, surfaces: FrameSurfaces) {
-        let step = self.nodes.last().map_or(0.0, |last| apart(&last.T_world_camera, &T_world_camera));
-        let path_length = self.nodes.last().map_or(0.0, |last| last.path_length) + step;
+        let step = self.all.last().map_or(0.0, |last| apart(&last.T_world_camera, &T_world_camera));
+        let path_length = self.all.last().map_or(0.0, |last| last.path_length) + step;
         let surfaces = Some(StoredSurfaces::Whole(Arc::new(surfaces)));
-        self.nodes.push(Node { frame, T_world_camera, T_world_local, path_length, surfaces });
-        let num_older = self.nodes.len().saturating_sub(2 * MAX_SUBMAP_FRAMES);
-        if let Some(stored) = num_older.checked_sub(1).and_then(|last| self.nodes[last].surfaces.as_mut()) {
+        self.all.push(Node { frame, T_world_camera, T_world_local, path_length, surfaces });
+        let num_older = self.all.len().saturating_sub(2 * MAX_SUBMAP_FRAMES);
+        if let Some(stored) = num_older.checked_sub(1).and_then(|last| self.all[last].surfaces.as_mut()) {
             stored.pack();
             self.num_packed_bytes += stored.num_packed_bytes();
         }
@@ -83,7 +84,7 @@ impl Nodes {
     /// Drops the surfaces of those of the first `num_older` nodes that follow another one within the spacing.
     fn thin(&mut self, num_older: usize) {
         let (mut last, mut num_bytes) = (f64::NEG_INFINITY, 0);
-        for node in &mut self.nodes[..num_older] {
+        for node in &mut self.all[..num_older] {
             let Some(stored) = &node.surfaces else { continue };
             if node.path_length - last < self.spacing {
                 node.surfaces = None;
@@ -97,12 +98,12 @@ impl Nodes {
 
     /// The drift (m) to expect of the path from a node to one at this path length.
     pub(super) fn drift_since(&self, node: usize, path_length: f64) -> f64 {
-        (DRIFT_RATE * (path_length - self.nodes[node].path_length)).min(MAX_DRIFT)
+        (DRIFT_RATE * (path_length - self.all[node].path_length)).min(MAX_DRIFT)
     }
 
     /// Nodes that may share their view with a camera at this pose after a loop, nearest first, each from another visit.
     pub(super) fn revisited(&self, before: usize, T_world_camera: &Pose3, path_length: f64) -> Vec<usize> {
-        let near = self.nodes[..before].iter().enumerate().filter_map(|(index, node)| {
+        let near = self.all[..before].iter().enumerate().filter_map(|(index, node)| {
             if path_length - node.path_length <= MIN_LOOP_PATH_LENGTH || node.surfaces.is_none() {
                 return None;
             }
@@ -114,7 +115,7 @@ impl Nodes {
         let mut chosen: Vec<usize> = Vec::new();
         for (_, index) in near {
             let is_another_visit = |other: &usize| {
-                (self.nodes[*other].path_length - self.nodes[index].path_length).abs() > 2.0 * SUBMAP_HALF_LENGTH
+                (self.all[*other].path_length - self.all[index].path_length).abs() > 2.0 * SUBMAP_HALF_LENGTH
             };
             if chosen.len() < MAX_SUBMAPS && chosen.iter().all(is_another_visit) {
                 chosen.push(index);
@@ -125,18 +126,18 @@ impl Nodes {
 
     /// The recent nodes.
     pub(super) fn recent(&self) -> Range<usize> {
-        let path_length = self.nodes.last().map_or(0.0, |node| node.path_length);
-        let first = self.nodes.partition_point(|node| node.path_length < path_length - SUBMAP_HALF_LENGTH);
-        first.max(self.nodes.len().saturating_sub(MAX_SUBMAP_FRAMES))..self.nodes.len()
+        let path_length = self.all.last().map_or(0.0, |node| node.path_length);
+        let first = self.all.partition_point(|node| node.path_length < path_length - SUBMAP_HALF_LENGTH);
+        first.max(self.all.len().saturating_sub(MAX_SUBMAP_FRAMES))..self.all.len()
     }
 
     /// The nodes around one that have surfaces.
     pub(super) fn around(&self, index: usize) -> Vec<usize> {
-        let path_length = self.nodes[index].path_length;
-        let is_near = |&node: &usize| (self.nodes[node].path_length - path_length).abs() <= SUBMAP_HALF_LENGTH;
-        let has_surfaces = |node: &usize| self.nodes[*node].surfaces.is_some();
+        let path_length = self.all[index].path_length;
+        let is_near = |&node: &usize| (self.all[node].path_length - path_length).abs() <= SUBMAP_HALF_LENGTH;
+        let has_surfaces = |node: &usize| self.all[*node].surfaces.is_some();
         let before = (0..index).rev().take_while(is_near).filter(has_surfaces).take(MAX_SUBMAP_FRAMES / 2);
-        let from = (index..self.nodes.len()).take_while(is_near).filter(has_surfaces).take(MAX_SUBMAP_FRAMES / 2 + 1);
+        let from = (index..self.all.len()).take_while(is_near).filter(has_surfaces).take(MAX_SUBMAP_FRAMES / 2 + 1);
         let mut around: Vec<usize> = before.chain(from).collect();
         around.sort_unstable();
         around
@@ -151,7 +152,7 @@ impl Nodes {
     ) -> Submap<'_> {
         let T_submap_world = pose(in_frame_of).inverse();
         let frames = nodes.into_iter().filter_map(|node| {
-            let seen = self.nodes[node].surfaces.as_ref()?.as_submap_frame();
+            let seen = self.all[node].surfaces.as_ref()?.as_submap_frame();
             Some((seen, T_submap_world * pose(node)))
         });
         Submap::new(frames.collect())
@@ -171,10 +172,10 @@ mod tests {
             nodes.push(number, T_world_camera, T_world_camera, FrameSurfaces::new(&frame));
             assert!(nodes.num_packed_bytes <= MAX_BYTES, "{} bytes", nodes.num_packed_bytes);
         }
-        let stored = nodes.nodes.iter().flat_map(|node| &node.surfaces);
+        let stored = nodes.all.iter().flat_map(|node| &node.surfaces);
         let counted: usize = stored.map(StoredSurfaces::num_packed_bytes).sum();
         assert_eq!(counted, nodes.num_packed_bytes);
-        let with_surfaces = nodes.nodes.iter().filter(|node| node.surfaces.is_some());
+        let with_surfaces = nodes.all.iter().filter(|node| node.surfaces.is_some());
         let lengths: Vec<f64> = with_surfaces.map(|node| node.path_length).collect();
         assert!(lengths.len() < 400, "{} frames have surfaces", lengths.len());
         assert_eq!(lengths[0], 0.0);
