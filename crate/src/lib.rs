@@ -22,11 +22,11 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! In space, give [`align`] two [`PointCloud`]s: the motion is a [`Pose3`]. What to do next:
+//! In space, give [`align()`] two [`PointCloud`]s: the motion is a [`Pose3`]. What to do next:
 //!
 //! | you have | you want | start at |
 //! |---|---|---|
-//! | two clouds or scans | the motion between them | [`align`] |
+//! | two clouds or scans | the motion between them | [`align()`] |
 //! | clouds with targets and normals of your own | the loop alone | [`registration::icp::register`] |
 //! | laser scans | trajectory and map | [`pipeline::Reconstruction`] |
 //! | depth images or clouds in space | trajectory and map | [`pipeline::SpatialReconstruction`] |
