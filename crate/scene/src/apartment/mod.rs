@@ -3,7 +3,7 @@
 //!
 //! ```
 //! use scanstitch::camera::Pinhole;
-//! use scanstitch::scene::apartment::{Apartment, WalkOptions};
+//! use scanstitch_scene::apartment::{Apartment, WalkOptions};
 //!
 //! let apartment = Apartment::generate(3);
 //! let walk = apartment.walk(&WalkOptions::default());
