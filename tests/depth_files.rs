@@ -4,6 +4,7 @@
 mod common;
 
 use common::shared_data;
+use scanstitch::camera::{DepthScale, DepthSensor};
 use scanstitch::io::depth_png;
 
 fn png(width: u32, height: u32, color: png::ColorType, depth: png::BitDepth, data: &[u8]) -> Vec<u8> {
@@ -147,4 +148,32 @@ fn real_depth_images() {
     }
     let color = std::fs::read(folder.join("apartment_first_floor/rgb/1.png")).unwrap();
     assert!(refused(&color).contains("colour image"));
+}
+
+#[test]
+fn the_depth_scale_of_four_kinds_of_cameras_is_estimated() {
+    let d435 = DepthSensor::RealSense { focal_length: 384.0 };
+    for (name, per_metre, sensor) in [
+        ("kinect_office/frame-000500.depth.png", 1000.0, DepthSensor::Kinect),
+        ("kinect_office/frame-000625.depth.png", 1000.0, DepthSensor::Kinect),
+        ("redwood5/depth/00000.png", 1000.0, DepthSensor::Kinect),
+        ("kinect_pioneer/depth/1.png", 5000.0, DepthSensor::Kinect),
+        ("kinect_pioneer/depth/46.png", 5000.0, DepthSensor::Kinect),
+        ("redwood5/other_formats/TUM_depth.png", 5000.0, DepthSensor::Kinect),
+        ("redwood5/other_formats/SUN_depth.png", 8000.0, DepthSensor::Kinect),
+        ("d435_robot/depth/0.png", 1000.0, d435),
+        ("d435_robot/depth/81.png", 1000.0, d435),
+        ("habitat_16bit/depth/1.png", 6553.5, DepthSensor::Unknown),
+    ] {
+        let Some(path) = shared_data(&format!("rgbd/{name}")) else { return };
+        let scale = DepthScale::estimate(&depth_png::read(&std::fs::read(path).unwrap()).unwrap());
+        assert_eq!(scale.per_metre(), per_metre, "{name}: {scale:?}");
+        let is_alike = match (scale.sensor, sensor) {
+            (DepthSensor::RealSense { focal_length: a }, DepthSensor::RealSense { focal_length: b }) => {
+                (a / b - 1.0).abs() < 0.02
+            }
+            (one, other) => one == other,
+        };
+        assert!(is_alike, "{name}: {scale:?}");
+    }
 }
