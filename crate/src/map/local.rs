@@ -43,7 +43,7 @@ pub struct LocalMap {
     capacity: usize,
     metric: MetricName,
     scans: VecDeque<PlacedScan>,
-    /// The scans as a target; made when it is asked for, dropped when a scan enters.
+    /// The scans as a registration target; built at its first use, dropped when a scan is added.
     target: OnceCell<MapTarget>,
 }
 

@@ -76,7 +76,7 @@ pub struct Limits {
 }
 
 impl Limits {
-    /// Nothing is asked for.
+    /// No limit is set.
     pub const NONE: Self = Self {
         min_pairs: 0,
         lost_overlap: 0.0,

@@ -58,7 +58,7 @@ pub struct MeasuredMotion {
     pub covariance: Matrix3<f64>,
 }
 
-/// How a frame hangs on those before it.
+/// How a frame is connected to those before it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Link {
     /// By nothing: a piece of the map begins.
@@ -69,7 +69,7 @@ pub enum Link {
     Doubted,
     /// By measured motion alone.
     Carried,
-    /// By nothing, and nothing hangs on it.
+    /// By nothing, and no frame is connected to it.
     Lost,
 }
 
@@ -81,7 +81,7 @@ pub struct FrameEstimate {
     pub registration: Option<PlanarRegistration>,
     /// Whether it is believed.
     pub assessment: Assessment,
-    /// How it hangs on the frames before.
+    /// How it is connected to the frames before.
     pub link: Link,
 }
 

@@ -50,7 +50,7 @@ const EDGE_SHARE: f64 = 0.35;
 /// Standard deviation of a match's residuals (m), in whose unit what is known besides is weighed against them.
 const MATCH_SIGMA: f64 = 0.08;
 
-/// Keyframes of a chain and how the other frames hang on them.
+/// Keyframes of a chain and how the other frames are attached to them.
 pub struct LongSequence {
     /// The keyframes' indices among all frames.
     pub nodes: Vec<usize>,

@@ -34,7 +34,7 @@ pub struct ChainLink {
     pub scan: Rc<PlanarScan>,
     /// Where the chain put it.
     pub T_world_sensor: Pose2,
-    /// Whether it hangs on the scan before by no registration that nothing speaks against.
+    /// Whether no uncontradicted registration connects it to the scan before.
     pub is_weak: bool,
 }
 
