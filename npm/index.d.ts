@@ -43,6 +43,7 @@ export {
   BirdsEyeView,
   check_bev_image,
   decode_depth,
+  DepthConsistency,
   DepthPicture,
   DepthPixels,
   describe_settings,

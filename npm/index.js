@@ -14,6 +14,7 @@ export {
   BirdsEyeView,
   check_bev_image,
   decode_depth,
+  DepthConsistency,
   DepthPicture,
   DepthPixels,
   describe_settings,

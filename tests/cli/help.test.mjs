@@ -19,6 +19,7 @@ test('--help names every command, option, exit code, setting and preset', () => 
     'evaluate',
     'convert',
     'map-quality',
+    'consistency',
     'strategies',
     'bev',
     'topics',

@@ -140,22 +140,34 @@ pub fn interpret(
     partners: &[(Pose3, usize)],
     known: &KnownConvention,
 ) -> Option<(Vec<Pose3>, PoseConvention)> {
-    let poses = reference.poses()?;
+    let mut best: Option<(f64, (PoseConvention, Vec<Pose3>))> = None;
+    for reading in readings(reference, format, known)? {
+        let misfit = misfit(&reading.1, partners);
+        let is_better = best.as_ref().is_none_or(|(least, _)| misfit + NEGLIGIBLE < CLEARLY_BETTER * least);
+        if is_better {
+            best = Some((misfit, reading));
+        }
+    }
+    best.map(|(_, (convention, poses))| (poses, convention))
+}
+
+/// The poses of a trajectory as `T_world_sensor` with this engine's axes, by every reading that agrees with what is known,
+/// the usual ones first; `None` where it has no orientations.
+pub fn readings(
+    trajectory: &Trajectory,
+    format: TrajectoryFormat,
+    known: &KnownConvention,
+) -> Option<Vec<(PoseConvention, Vec<Pose3>)>> {
+    let poses = trajectory.poses()?;
     let read_order = match format {
         TrajectoryFormat::Tum => QuaternionOrder::RealPartLast,
         _ => QuaternionOrder::RealPartFirst,
     };
-    let has_quaternions = reference.rotation_matrices.is_none();
-    let mut best: Option<(f64, PoseConvention)> = None;
-    for convention in candidates(read_order, has_quaternions, known) {
-        let misfit = misfit(&poses, partners, |pose| convention.apply(pose, read_order));
-        let is_better = best.is_none_or(|(least, _)| misfit + NEGLIGIBLE < CLEARLY_BETTER * least);
-        if is_better {
-            best = Some((misfit, convention));
-        }
-    }
-    let (_, convention) = best?;
-    Some((poses.iter().map(|pose| convention.apply(pose, read_order)).collect(), convention))
+    let has_quaternions = trajectory.rotation_matrices.is_none();
+    let read = |convention: PoseConvention| {
+        (convention, poses.iter().map(|pose| convention.apply(pose, read_order)).collect())
+    };
+    Some(candidates(read_order, has_quaternions, known).map(read).collect())
 }
 
 /// Every reading that agrees with what is known, the usual ones first.
@@ -188,11 +200,11 @@ fn candidates(
 }
 
 /// Median over consecutive frames of how far their motion is off (m).
-fn misfit(poses: &[Pose3], partners: &[(Pose3, usize)], reading: impl Fn(&Pose3) -> Pose3) -> f64 {
+fn misfit(poses: &[Pose3], partners: &[(Pose3, usize)]) -> f64 {
     let mut misfits: Vec<f64> = partners
         .windows(2)
         .filter_map(|pair| {
-            let (from, to) = (reading(poses.get(pair[0].1)?), reading(poses.get(pair[1].1)?));
+            let (from, to) = (poses.get(pair[0].1)?, poses.get(pair[1].1)?);
             let estimated = pair[0].0.inverse() * pair[1].0;
             let off = (from.inverse() * to).inverse() * estimated;
             Some(off.translation.vector.norm() + METRES_A_RADIAN * angle_of(&off.rotation))

@@ -29,11 +29,13 @@
 //! ```
 //!
 //! Without any truth, [`map_quality`](map_quality::map_quality) tells how crisp a map is, and
-//! [`frame_clouds`] how well the frames fit each other at given poses.
+//! [`frame_clouds`] how well the frames fit each other at given poses; [`depth_consistency`] does so for depth images, step
+//! by step.
 
 pub mod alignment;
 pub mod associate;
 pub mod convention;
+pub mod depth_consistency;
 pub mod drift;
 pub mod evaluate;
 pub mod frame_clouds;

@@ -45,6 +45,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+pub mod depth_consistency;
 pub mod odometry_check;
 pub mod planar;
 pub mod prepared_frame;

@@ -6,8 +6,10 @@ use serde::Serialize;
 use tsify::Ts;
 use wasm_bindgen::prelude::*;
 
+use super::spatial::PartialSpatialSettings;
 use super::{PointCloud, from_object, plain, thrown};
 use crate::error::Error;
+use crate::evaluation::depth_consistency::ConsistencyReport;
 use crate::evaluation::evaluate::{EvaluationOptions, EvaluationSummary, roll_pitch_yaw};
 use crate::evaluation::frame_clouds::{FrameResidual, FrameResidualOptions};
 use crate::evaluation::map_quality::{MapQuality, MapQualityOptions};
@@ -15,8 +17,10 @@ use crate::evaluation::path::Path;
 use crate::evaluation::relation_times::time_tolerance;
 use crate::evaluation::relations::RelationErrors;
 use crate::evaluation::{evaluate as engine, frame_clouds, map_quality as quality, relations as known};
+use crate::io::intrinsics;
 use crate::io::relations::read as read_relations;
 use crate::io::trajectory::{self, Contents, TrajectoryFormat};
+use crate::pipeline::depth_consistency as consistency;
 
 #[wasm_bindgen]
 extern "C" {
@@ -345,6 +349,72 @@ impl FrameClouds {
         let residual = self.clouds.residual(&poses, &residual_options).map_err(|error| thrown(&error))?;
         let points = self.clouds.map(&poses).map_err(|error| thrown(&error))?;
         plain(&FrameQuality { residual, map: quality_of(&points, self.is_planar, &map_options)? })
+    }
+}
+
+/// How well the depth images of a recording agree at the poses of a trajectory, each seen in the next: every frame is added
+/// or skipped in order, then asked for the report. Call `free()` when done.
+#[wasm_bindgen]
+pub struct DepthConsistency {
+    comparison: consistency::DepthConsistency,
+}
+
+#[wasm_bindgen]
+impl DepthConsistency {
+    /// For a recording of `num_frames` frames, taken at `times` (s) where they are known. `settings`: of a reconstruction,
+    /// of which those of camera, depth and true poses count.
+    ///
+    /// # Errors
+    /// When a setting is unknown or out of its limits, the trajectory has positions alone, or it cannot be told which pose
+    /// belongs to which frame.
+    #[wasm_bindgen(constructor)]
+    #[allow(clippy::needless_pass_by_value, reason = "optional arrays cross by value")]
+    pub fn new(
+        trajectory: &Trajectory,
+        num_frames: usize,
+        times: Option<Vec<f64>>,
+        settings: Option<PartialSpatialSettings>,
+    ) -> Result<DepthConsistency, JsValue> {
+        let settings = from_object(settings.map(JsValue::from))?;
+        let comparison =
+            consistency::DepthConsistency::new(settings, &trajectory.contents, num_frames, times.as_deref());
+        Ok(Self { comparison: comparison.map_err(|error| thrown(&error))? })
+    }
+
+    /// Reads the camera from a file beside the images, unless the settings have one. Before the first frame.
+    ///
+    /// # Errors
+    /// When the file holds no camera, and after the first frame.
+    pub fn set_intrinsics(&mut self, name: &str, bytes: &[u8]) -> Result<(), JsValue> {
+        let camera = intrinsics::read(bytes).map_err(|error| thrown(&error.in_file(name)))?;
+        self.comparison.set_intrinsics(camera).map_err(|error| thrown(&error))
+    }
+
+    /// Adds the next depth image, PNG or PGM. One that is refused keeps its place.
+    ///
+    /// # Errors
+    /// When it is broken, holds no depth, or differs from the first one in size.
+    pub fn add(&mut self, name: &str, bytes: &[u8]) -> Result<(), JsValue> {
+        self.comparison.add(name, bytes).map_err(|error| thrown(&error))
+    }
+
+    /// Leaves the next frame out: its file cannot be read.
+    pub fn skip(&mut self) {
+        self.comparison.skip();
+    }
+
+    /// What was assumed of the depth's scale, after the first frame.
+    #[wasm_bindgen(getter)]
+    pub fn assumption(&self) -> Option<String> {
+        self.comparison.assumption().map(str::to_owned)
+    }
+
+    /// The agreement of all steps so far.
+    ///
+    /// # Errors
+    /// Never for the input's sake.
+    pub fn report(&self) -> Result<Ts<ConsistencyReport>, JsValue> {
+        plain(&self.comparison.report())
     }
 }
 

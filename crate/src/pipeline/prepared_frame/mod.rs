@@ -86,7 +86,7 @@ impl DecodeConfig {
         Ok(Self { settings, depth: Some(depth) })
     }
 
-    fn depth_model(&self, depth: &DepthDecodeConfig, quantisation: Quantisation) -> DepthModel {
+    pub(crate) fn depth_model(&self, depth: &DepthDecodeConfig, quantisation: Quantisation) -> DepthModel {
         DepthModel {
             step: depth.depth_step,
             offset: quantisation.offset(),
@@ -98,6 +98,22 @@ impl DecodeConfig {
 }
 
 impl DepthDecodeConfig {
+    /// Reads a depth image of the same size as the first one.
+    ///
+    /// # Errors
+    /// When it is broken, all zero, or of another size; the error names the file.
+    pub(crate) fn read(&self, name: &str, bytes: &[u8]) -> Result<DepthImage> {
+        let (image, camera) = (read_depth(name, bytes)?, &self.camera);
+        if (image.width, image.height) == (camera.width, camera.height) {
+            return Ok(image);
+        }
+        let problem = format!(
+            "The depth image has {} x {} pixels, the first one has {} x {}",
+            image.width, image.height, camera.width, camera.height
+        );
+        Err(Error::whole(problem, "Give images of one camera, all of one size").in_file(name))
+    }
+
     /// The ways of reading a frame's depth. The decision falls while frames are being prepared ahead, and a run must not
     /// depend on how far: the map's points are always of the likeliest way, so that one is never left out.
     fn open_quantisations(&self) -> &[Quantisation] {
@@ -218,15 +234,7 @@ impl PreparedFrame {
             let problem = "This is a depth image, and the first frame is a cloud";
             return Err(Error::whole(problem, "Give frames of one kind").in_file(&label.name));
         };
-        let image = read_depth(&label.name, bytes)?;
-        let camera = &depth.camera;
-        if (image.width, image.height) != (camera.width, camera.height) {
-            let problem = format!(
-                "The depth image has {} x {} pixels, the first one has {} x {}",
-                image.width, image.height, camera.width, camera.height
-            );
-            return Err(Error::whole(problem, "Give images of one camera, all of one size").in_file(&label.name));
-        }
+        let (image, camera) = (depth.read(&label.name, bytes)?, &depth.camera);
         let mut notes = Vec::new();
         let colors = color.and_then(|ColorFile { name, bytes }| {
             let read = |bytes| read_colors(bytes, &image).map_err(|error| error.in_file(name).to_string());
