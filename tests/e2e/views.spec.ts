@@ -6,7 +6,7 @@ import { compareNaturally } from '../../npm/natural_order.js';
 import { formatAngle, formatCount, formatDuration, formatFixed, formatLength } from '../../www/src/views/format.js';
 import { lookDirection } from '../../www/src/views/look-direction.js';
 import { type Rgb, framePalette } from '../../www/src/views/palette.js';
-import { groupByFrame, nearestFrame } from '../../www/src/views/point-layer.js';
+import { nearestFrame } from '../../www/src/views/point-layer.js';
 import { fromScreen, parseSettings, toScreen, writeSettings } from '../../www/src/views/setting-fields.js';
 import {
   bestTurns,
@@ -83,11 +83,10 @@ test('lengths of the scale bar are round', () => {
   }
 });
 
-test('points are grouped by frame, whatever their order', () => {
-  const set = groupByFrame(Float32Array.of(0, 0, 1, 1, 2, 2, 3, 3), Uint32Array.of(2, 0, 2, 1), 4);
-  expect([...set.offsets]).toEqual([0, 1, 2, 4, 4]);
-  expect([...set.points]).toEqual([1, 1, 3, 3, 0, 0, 2, 2]);
+test('the nearest point tells its frame', () => {
+  const set = { points: Float32Array.of(1, 1, 3, 3, 0, 0, 2, 2), offsets: Uint32Array.of(0, 1, 2, 4, 4) };
   expect(nearestFrame(set, 4, 2.9, 3, 0.5)).toBe(1);
+  expect(nearestFrame(set, 4, 2.1, 2, 0.5)).toBe(2);
   expect(nearestFrame(set, 1, 2.9, 3, 0.5)).toBeNull();
   expect(nearestFrame(set, 4, 50, 50, 1)).toBeNull();
 });

@@ -59,6 +59,9 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession>
   private figuresOf = memoizeLast(headlineFigures);
   private marksOf = memoizeLast(mapMarks);
   private pairs_made_of: readonly unknown[] = [];
+  /** Iterations of the selected scan. */
+  @state() private history: readonly IterationRecord[] = NO_ROUNDS;
+  private history_of: readonly unknown[] = [];
 
   override connectedCallback(): void {
     super.connectedCallback();
@@ -117,6 +120,7 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession>
   protected override willUpdate(changed: Map<PropertyKey, unknown>): void {
     super.willUpdate(changed);
     void this.fetchPairs();
+    this.fetchHistory();
     this.fetchOccupancy();
   }
 
@@ -212,6 +216,7 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession>
     return html`<scanstitch-why
       .frames=${frames}
       .index=${this.selected}
+      .history=${this.history}
       .ms=${snapshot?.timing.frames ?? NO_NUMBERS}
       .errors=${errors}
       .reference_name=${reference_name}
@@ -252,6 +257,22 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession>
     const shown = this.until ?? frames.length;
     const chosen = this.selected === null ? '' : ` ${baseName(frames[this.selected]?.name ?? '')} is selected.`;
     return `${shown} of ${plural(frames.length, 'scan')}, ${plural(points.points.length / 2, 'point')}.${chosen}`;
+  }
+
+  /** The iterations of the selected frame are asked for once for every frame and result. */
+  private fetchHistory(): void {
+    const { session, selected } = this;
+    const of = [session.snapshot, selected];
+    if (of.every((value, i) => value === this.history_of[i])) return;
+    if (of[1] !== this.history_of[1]) this.history = NO_ROUNDS;
+    this.history_of = of;
+    if (selected === null || session.phase === 'crashed') return;
+    session.ask('history', selected).then(
+      (history) => {
+        if (this.history_of === of) this.history = history;
+      },
+      () => undefined, // the crash, if it is one, is told by the session
+    );
   }
 
   /** The pairs of the selected frame are asked for once for every frame and result. */

@@ -14,7 +14,7 @@ import type {
 } from '../engine/protocol.js';
 import { formatLength, plural } from '../views/format.js';
 import { lookDirection } from '../views/look-direction.js';
-import { groupByFrame, NO_POINTS, type PointSet } from '../views/point-layer.js';
+import { NO_POINTS, type PointSet } from '../views/point-layer.js';
 
 /** A thousand files are read in a second: their names are shown at most this often. */
 const READING_INTERVAL_MS = 50;
@@ -210,7 +210,7 @@ export class PlanarSession extends RunSession<PlanarClient, Settings, Dataset, S
 
   #onSnapshot(state: RunState, snapshot: Snapshot): void {
     this.snapshot = snapshot;
-    this.points = groupByFrame(snapshot.map_points, snapshot.map_frames, snapshot.result.frames.length);
+    this.points = { points: snapshot.map_points, offsets: snapshot.map_offsets };
     this.look_direction = lookDirection(
       this.points,
       snapshot.result.frames.map(({ T_world_sensor }) => T_world_sensor),

@@ -27,7 +27,6 @@ interface Frame {
   fitness: number;
   inlier_rmse: number;
   iterations: number;
-  history: readonly unknown[];
 }
 
 export function frameRows(
@@ -36,7 +35,7 @@ export function frameRows(
   errors: readonly (number | null | undefined)[],
 ): FrameRow[] {
   return frames.map(
-    ({ name, T_world_sensor, status, num_inliers, fitness, inlier_rmse, iterations, history }, frame) => ({
+    ({ name, T_world_sensor, status, num_inliers, fitness, inlier_rmse, iterations }, frame) => ({
       frame,
       name,
       ...T_world_sensor,
@@ -47,7 +46,7 @@ export function frameRows(
       error: errors[frame] ?? null,
       ms: ms[frame] ?? 0,
       status,
-      is_origin: frame === 0 && history.length === 0,
+      is_origin: frame === 0 && iterations === 0,
     }),
   );
 }
