@@ -15,7 +15,9 @@ import { frameColumns } from '../views/frame-columns.js';
 import { frameRows } from '../views/frame-rows.js';
 import { headlineFigures } from '../views/headline.js';
 import type { MapMarks } from '../views/map-painter.js';
+import { certainPieces, type Piece, pieceColors, uncertainLinks } from '../views/pieces.js';
 import { memoizeLast } from '../views/memoize-last.js';
+import type { Rgb } from '../views/palette.js';
 import { type OccupancyPicture, occupancyPicture } from '../views/occupancy.js';
 import { PlanarSession } from './session.js';
 
@@ -58,6 +60,8 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession>
   private columnsOf = memoizeLast(frameColumns);
   private figuresOf = memoizeLast(headlineFigures);
   private marksOf = memoizeLast(mapMarks);
+  private piecesOf = memoizeLast(certainPieces);
+  private pieceColorsOf = memoizeLast(pieceColors);
   private pairs_made_of: readonly unknown[] = [];
   /** Iterations of the selected scan. */
   @state() private history: readonly IterationRecord[] = NO_ROUNDS;
@@ -104,7 +108,7 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession>
 
   protected override loaded(): Loaded {
     const { dataset } = this.session;
-    const num_frames = dataset?.scans.length ?? 0;
+    const num_frames = Math.max(dataset?.scans.length ?? 0, this.session.num_scans);
     return {
       title: dataset?.title ?? '',
       count: dataset ? plural(Math.max(this.num_frames, num_frames), 'scan') : '',
@@ -143,6 +147,20 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession>
     );
   }
 
+  /** By time where the map is one piece, else by piece. */
+  protected override colors(): readonly Rgb[] {
+    const pieces = this.pieces();
+    return pieces.length > 0 ? this.pieceColorsOf(pieces, this.num_frames, this.dark) : super.colors();
+  }
+
+  protected override trackColors(): readonly Rgb[] | null {
+    return this.pieces().length > 0 ? this.colors() : null;
+  }
+
+  private pieces(): readonly Piece[] {
+    return this.piecesOf(this.session.snapshot?.result.frames ?? NO_FRAMES, this.dark);
+  }
+
   protected override renderMap(): TemplateResult {
     const { session } = this;
     const { phase } = session;
@@ -161,6 +179,7 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession>
       )}
       .names=${this.namesOf(frames)}
       .colors=${this.colors()}
+      .pieces=${this.pieces()}
       .reference_name=${result?.comparison?.name ?? ''}
       .fit_key=${session.generation}
       .has_occupancy=${phase === 'done' || phase === 'stopped'}
@@ -178,7 +197,7 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession>
     const { snapshot } = this.session;
     if (!snapshot || snapshot.result.frames.length === 0) return nothing;
     const is_growing = this.session.phase === 'running';
-    const figures = this.figuresOf(snapshot.result, snapshot.timing.total, is_growing);
+    const figures = this.figuresOf(snapshot.result, snapshot.timing.total, is_growing, this.loaded().num_frames);
     return html`<scanstitch-headline .figures=${figures}></scanstitch-headline>`;
   }
 
@@ -306,6 +325,7 @@ function mapMarks(
   return {
     poses: frames.map(({ T_world_sensor }) => T_world_sensor),
     statuses: frames.map(({ status }) => status),
+    uncertain_links: uncertainLinks(frames),
     look_direction,
     until,
     selected,

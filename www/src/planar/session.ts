@@ -22,6 +22,8 @@ const READING_INTERVAL_MS = 50;
 /** A run of laser scans in the plane: inputs, settings, result, messages. */
 export class PlanarSession extends RunSession<PlanarClient, Settings, Dataset, Snapshot> {
   points: PointSet = NO_POINTS;
+  /** Scans of the run, registered or not; a log tells how many it holds when the run begins. */
+  num_scans = 0;
   /** Which way the scanner looks in its own frame, rad. */
   look_direction = 0;
   #candidate: Dataset | null = null;
@@ -110,6 +112,7 @@ export class PlanarSession extends RunSession<PlanarClient, Settings, Dataset, S
     this.dataset = null;
     this.snapshot = null;
     this.points = NO_POINTS;
+    this.num_scans = 0;
     this.messages = [];
     this.phase = 'empty';
     this.announce('All scans removed.');
@@ -190,12 +193,14 @@ export class PlanarSession extends RunSession<PlanarClient, Settings, Dataset, S
       this.phase = 'running';
       this.#is_new_dataset = this.dataset?.title !== candidate.title || this.dataset.scans.length !== accepted.length;
       this.dataset = { ...candidate, ...inputs };
+      this.num_scans = accepted.length;
     }
     this.tell(messages);
   }
 
   #onProgress({ stage, done, total }: Progress): void {
     this.phase = 'running';
+    if (stage === 'register') this.num_scans = total;
     this.progress = total > 0 ? done / total : 0;
     this.activity = {
       register: `Registering scan ${Math.min(done + 1, total)} of ${total}`,
@@ -224,7 +229,7 @@ export class PlanarSession extends RunSession<PlanarClient, Settings, Dataset, S
       this.announce(this.#summary(snapshot));
       this.#tellOfReference(snapshot);
     } else if (state === 'stopped')
-      this.announce(`Stopped. ${plural(snapshot.result.frames.length, 'scan')} aligned so far.`);
+      this.announce(`Stopped. ${snapshot.result.frames.length} of ${plural(this.num_scans, 'scan')} registered.`);
     this.changed();
   }
 

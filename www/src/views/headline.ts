@@ -11,27 +11,39 @@ export interface Figure {
 }
 
 interface Result {
-  frames: readonly { status: 'good' | 'doubtful' | 'lost'; cleaning: Parameters<typeof sumCleaning>[0][number] }[];
+  frames: readonly {
+    status: 'good' | 'doubtful' | 'lost';
+    piece: number;
+    cleaning: Parameters<typeof sumCleaning>[0][number];
+  }[];
   sharpness: { mean_residual: number; num_pairs: number } | null;
   comparison: { name: string; num_matched: number; mean: number; rmse: number; max: number } | null;
 }
 
-/** `total_ms`: computing alone, without drawing and waiting. `is_growing`: there is more to come. */
-export function headlineFigures(result: Result, total_ms: number, is_growing: boolean): Figure[] {
+/**
+ * `total_ms`: computing alone, without drawing and waiting. `is_growing`: there is more to come. `num_scans`: scans of the
+ * run, registered or not.
+ */
+export function headlineFigures(result: Result, total_ms: number, is_growing: boolean, num_scans: number): Figure[] {
   const { frames, sharpness, comparison } = result;
   const num_lost = frames.filter(({ status }) => status === 'lost').length;
   const num_doubtful = frames.filter(({ status }) => status === 'doubtful').length;
+  const num_pieces = new Set(frames.flatMap(({ status, piece }) => (status === 'lost' ? [] : [piece]))).size;
   const cleaning = sumCleaning(frames.map((frame) => frame.cleaning));
   const dropped = cleaningParts(cleaning);
   const worries = [
     num_lost > 0 ? `${formatCount(num_lost)} lost` : '',
     num_doubtful > 0 ? `${formatCount(num_doubtful)} doubtful` : '',
+    num_pieces > 1 ? `map in ${formatCount(num_pieces)} pieces` : '',
   ].filter((words) => words !== '');
 
   const figures: Figure[] = [
     {
       label: frames.length === 1 ? 'Scan' : 'Scans',
-      value: formatCount(frames.length),
+      value:
+        frames.length < num_scans
+          ? `${formatCount(frames.length)} of ${formatCount(num_scans)}`
+          : formatCount(frames.length),
       meaning:
         worries.length > 0
           ? worries.join(', ')

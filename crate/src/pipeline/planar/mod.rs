@@ -57,6 +57,8 @@ struct Run {
     T_laser_robot: Vec<Pose2>,
     /// The motion of the laser from the scan before to each, where odometry gives it.
     motions: Vec<Option<MeasuredMotion>>,
+    /// Whether the poses in the log are that motion: then they are nothing to compare with.
+    uses_poses_in_log: bool,
     /// What was said of the odometry from a file of its own.
     checked_odometry: Option<CheckedOdometry>,
     /// What is worth knowing of the measured motion, in whole sentences.
@@ -315,10 +317,9 @@ impl Reconstruction {
     }
 
     fn comparison(&self) -> Result<Option<TrajectoryError<PlanarPoint>>> {
-        let in_logs = self.poses_in_logs();
-        let (Some(run), Some((name, reference))) = (&self.run, self.reference.as_ref().or(in_logs.as_ref())) else {
-            return Ok(None);
-        };
+        let Some(run) = &self.run else { return Ok(None) };
+        let in_logs = self.poses_in_logs().filter(|_| !run.uses_poses_in_log);
+        let Some((name, reference)) = self.reference.as_ref().or(in_logs.as_ref()) else { return Ok(None) };
         if run.poses.len() < self.names.len() {
             return Ok(None);
         }
@@ -353,6 +354,7 @@ impl Run {
             num_scans: recorded.len(),
             T_laser_robot: recorded.iter().map(|scan| scan.T_robot_laser.inverse()).collect(),
             motions,
+            uses_poses_in_log: source == OdometrySource::Log,
             checked_odometry: checked,
             odometry_notes,
             pieces: vec![0; recorded.len()],
