@@ -6,6 +6,7 @@ import { MapCanvas, type MapContent } from '../views/map-canvas.js';
 import { belongsToPage, type KeyedMap, PAN_STEP, pressKey, ZOOM_STEP } from '../views/map-keys.js';
 import type { Layers, MapMarks } from '../views/map-painter.js';
 import { poseAt } from '../views/path-painter.js';
+import { mapBounds } from '../views/map-bounds.js';
 import type { Piece } from '../views/pieces.js';
 import type { Rgb } from '../views/palette.js';
 import type { OccupancyPicture } from '../views/occupancy.js';
@@ -14,7 +15,6 @@ import {
   type Bounds,
   bestTurns,
   fitted,
-  mapBounds,
   panned,
   type Size,
   type Turns,
@@ -145,16 +145,7 @@ export class ScanstitchMap extends LitElement implements GestureTarget, KeyedMap
   }
 
   private fitPiece({ frames }: Piece): void {
-    const { points, offsets } = this.points;
-    const of_piece = frames.flatMap((frame) => [
-      ...points.subarray(2 * (offsets[frame] ?? 0), 2 * (offsets[frame + 1] ?? 0)),
-    ]);
-    this.fitTo(
-      mapBounds(
-        Float32Array.from(of_piece),
-        frames.flatMap((frame) => this.marks.poses[frame] ?? []),
-      ),
-    );
+    this.fitTo(mapBounds(this.points, this.marks.poses, [], frames));
     this.is_moved = true;
   }
 
@@ -260,7 +251,7 @@ export class ScanstitchMap extends LitElement implements GestureTarget, KeyedMap
   }
 
   private bounds(): Bounds | null {
-    return mapBounds(this.points.points, [...this.marks.poses, ...this.marks.reference]);
+    return mapBounds(this.points, this.marks.poses, this.marks.reference);
   }
 
   private resize(): void {

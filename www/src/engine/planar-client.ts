@@ -25,7 +25,7 @@ export interface PlanarListener {
   ready(facts: EngineFacts): void;
   reading(file: string, done: number, total: number): void;
   /** `accepted` empty: nothing could be read, and what was there before is still there. */
-  loaded(inputs: Inputs, accepted: readonly string[], problems: readonly Problem[]): void;
+  loaded(inputs: Inputs, told: Loaded): void;
   progress(progress: Progress): void;
   snapshot(state: RunState, snapshot: Snapshot): void;
   /** A setting the engine does not take. */
@@ -140,7 +140,8 @@ export class PlanarClient {
     }
   }
 
-  #onLoaded({ accepted, refused, problems }: Loaded): void {
+  #onLoaded(loaded: Loaded): void {
+    const { accepted, refused } = loaded;
     clearTimeout(this.#stop_timer);
     this.#reading = null;
     const candidate = this.#candidate;
@@ -153,7 +154,7 @@ export class PlanarClient {
       odometry: unlessNamed(candidate.odometry, refused),
     };
     if (accepted.length > 0) this.#inputs = kept;
-    this.#listener.loaded(kept, accepted, problems);
+    this.#listener.loaded(kept, loaded);
   }
 
   /**

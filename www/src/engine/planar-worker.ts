@@ -76,6 +76,7 @@ async function load(run: number, inputs: Inputs, settings: Partial<Settings>, ho
   is_running = false;
   is_reading = true;
   const problems: Problem[] = [];
+  const notes: Loaded['notes'] = [];
   const next = new Reconstruction();
   attempt(problems, '', () => next.set_settings(settings));
   const accepted: string[] = [];
@@ -84,7 +85,7 @@ async function load(run: number, inputs: Inputs, settings: Partial<Settings>, ho
   for (const [index, { name, bytes }] of inputs.scans.entries()) {
     post({ type: 'reading', run, file: name, done: index, total: inputs.scans.length });
     const start = performance.now();
-    if (attempt(problems, name, () => addScans(next, { name, bytes }, problems))) accepted.push(name);
+    if (attempt(problems, name, () => addScans(next, { name, bytes }, problems, notes))) accepted.push(name);
     load_ms += performance.now() - start;
     if (performance.now() - slice_start > SLICE_MS) {
       await otherMessages();
@@ -120,19 +121,24 @@ async function load(run: number, inputs: Inputs, settings: Partial<Settings>, ho
     timing = { load: load_ms, frames: [], joint: 0, total: load_ms };
     if (!hold) computeLater(run);
   }
-  return { accepted, refused, problems };
+  return { accepted, refused, problems, notes };
 }
 
 /** A file is one scan, or a log of many. */
-function addScans(engine: Reconstruction, { name, bytes }: InputFile, problems: Problem[]): void {
+function addScans(
+  engine: Reconstruction,
+  { name, bytes }: InputFile,
+  problems: Problem[],
+  notes: Loaded['notes'],
+): void {
   const content = new Uint8Array(bytes);
   if (!is_laser_log(content.subarray(0, LOG_HEAD_BYTES))) {
     engine.add_scan(name, content);
     return;
   }
-  for (const problem of engine.add_log(name, content).notes) {
-    problems.push({ file: name, place: null, problem: problem.replace(/\.$/, ''), remedy: '' });
-  }
+  const log = engine.add_log(name, content);
+  for (const problem of log.losses) problems.push({ file: name, place: null, problem, remedy: '' });
+  for (const text of log.notes) notes.push({ file: name, text });
 }
 
 function configure(run: number, settings: Partial<Settings>): void {

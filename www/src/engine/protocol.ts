@@ -140,6 +140,8 @@ export interface Loaded {
   /** Names of the other files that were not taken. */
   refused: string[];
   problems: Problem[];
+  /** What is worth knowing of the files, though nothing is lost. */
+  notes: { file: string; text: string }[];
 }
 
 /** The worker of planar scans. `run` numbers the client's orders: events of an order that has been overtaken are dropped. */

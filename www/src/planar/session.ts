@@ -6,7 +6,7 @@ import type {
   Answers,
   InputFile,
   Inputs,
-  Problem,
+  Loaded,
   Progress,
   RunState,
   Settings,
@@ -34,7 +34,7 @@ export class PlanarSession extends RunSession<PlanarClient, Settings, Dataset, S
     return new PlanarClient({
       ready: (facts) => this.onReady(facts),
       reading: (file, done, total) => this.#onReading(file, done, total),
-      loaded: (inputs, accepted, problems) => this.#onLoaded(inputs, accepted, problems),
+      loaded: (inputs, told) => this.#onLoaded(inputs, told),
       progress: (progress) => this.#onProgress(progress),
       snapshot: (state, snapshot) => this.#onSnapshot(state, snapshot),
       rejected: (problem) => this.tell([errorMessage(problem)]),
@@ -181,11 +181,11 @@ export class PlanarSession extends RunSession<PlanarClient, Settings, Dataset, S
     this.changed();
   }
 
-  #onLoaded(inputs: Inputs, accepted: readonly string[], problems: readonly Problem[]): void {
+  #onLoaded(inputs: Inputs, { accepted, problems, notes }: Loaded): void {
     const candidate = this.#candidate;
     this.#candidate = null;
     if (!candidate) return;
-    const messages = problems.map(errorMessage);
+    const messages = [...problems.map(errorMessage), ...notes.map(({ file, text }) => noteMessage(file, text))];
     if (accepted.length === 0) {
       this.keepResult();
       if (this.snapshot) messages.push(noteMessage('', 'No scan could be read, so the result on the page stays'));

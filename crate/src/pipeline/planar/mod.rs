@@ -153,7 +153,7 @@ impl Reconstruction {
         self.recorded.extend(RecordedScan::of_log(log));
         self.run = None;
         let has_poses = log.scans.iter().all(|scan| scan.reference.is_some());
-        AddedLog { num_scans: log.scans.len(), has_poses, notes: log.notes.clone() }
+        AddedLog { num_scans: log.scans.len(), has_poses, losses: log.losses.clone(), notes: log.notes.clone() }
     }
 
     /// Number of scans.
