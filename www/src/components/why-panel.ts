@@ -51,7 +51,9 @@ export class ScanstitchWhy extends LitElement {
       ${
         frame.undetermined
           ? html`<p class="open-direction">
-              ${icon('both_ways')}<span>${directionWords(frame.undetermined)} It is the double arrow on the map.</span>
+              ${icon('both_ways')}<span
+                >${directionWords(frame.undetermined)} The double arrow on the map shows it.</span
+              >
             </p>`
           : nothing
       }

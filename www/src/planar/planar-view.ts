@@ -252,12 +252,12 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession>
   protected override renderEmpty(): TemplateResult {
     return emptyView(
       {
-        title: 'Drop laser scans or depth images here',
+        title: 'Drop laser scans, depth images or point clouds here',
         label: 'No scans yet',
         about:
-          'Laser scans in the plane as PLY files, numbered in the order in which they were taken, or a laser log (CARMEN, ' +
-          'CSM); or depth images with their colour images; or point clouds. Single files, a folder, or a zip. A ground ' +
-          'truth trajectory may lie beside them.',
+          'Scanstitch registers them and shows the path of the sensor and the map. Files, a folder, a zip or a ROS bag: ' +
+          'planar scans as numbered PLY files or as a log (CARMEN, CSM), depth images with or without colour, clouds as ' +
+          'PLY or PCD. Add a ground truth trajectory to see the error.',
         choices: [
           { id: 'files', label: 'Choose files' },
           { id: 'folder', label: 'Choose a folder' },

@@ -2,16 +2,7 @@ import { errorMessage, noteMessage, RunSession, wordsOf } from '../components/se
 import { combine, type Dataset, type Note, takeIn } from '../datasets/dataset.js';
 import type { NamedFile } from '../datasets/gather.js';
 import { PlanarClient } from '../engine/planar-client.js';
-import type {
-  Answers,
-  InputFile,
-  Inputs,
-  Loaded,
-  Progress,
-  RunState,
-  Settings,
-  Snapshot,
-} from '../engine/protocol.js';
+import type { Answers, InputFile, Inputs, Loaded, Progress, RunState, Settings, Snapshot } from '../engine/protocol.js';
 import { formatLength, plural } from '../views/format.js';
 import { lookDirection } from '../views/look-direction.js';
 import { NO_POINTS, type PointSet } from '../views/point-layer.js';

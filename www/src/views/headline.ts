@@ -57,7 +57,7 @@ export function headlineFigures(result: Result, total_ms: number, is_growing: bo
     figures.push({
       label: 'Sharpness',
       value: sharpness ? formatLength(sharpness.mean_residual) : '…',
-      meaning: 'between surfaces seen twice; lower is sharper',
+      meaning: 'mean distance between overlapping scans; lower is better',
       tone: 'plain',
     });
   }
@@ -74,13 +74,13 @@ export function headlineFigures(result: Result, total_ms: number, is_growing: bo
   }
   figures.push(
     {
-      label: 'Computing',
+      label: 'Computing time',
       value: formatDuration(total_ms),
       meaning: frames.length > 1 ? `${formatDuration(total_ms / frames.length)} a scan, in this tab` : 'in this tab',
       tone: 'plain',
     },
     {
-      label: 'Points',
+      label: 'Points used',
       value: formatCount(cleaning.num_kept),
       meaning:
         dropped.length > 0
