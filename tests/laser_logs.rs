@@ -103,10 +103,10 @@ fn errors_name_the_line_and_the_remedy() {
 fn a_log_that_was_cut_off_gives_what_came_before() {
     let text = "FLASER 2 1.0 2.0 0 0 0 0 0 0 1 h 1\nFLASER 2 1.0";
     let log = read(text.as_bytes()).unwrap();
-    assert_eq!((log.scans.len(), log.notes.len()), (1, 1));
+    assert_eq!((log.scans.len(), log.losses.len()), (1, 1));
     let json = "{\"theta\": [0, 0.1], \"readings\": [1, null]}\n{\"theta\": [0, 0";
     let log = read(json.as_bytes()).unwrap();
-    assert_eq!((log.scans.len(), log.notes.len()), (1, 1));
+    assert_eq!((log.scans.len(), log.losses.len()), (1, 1));
     assert!(log.scans[0].ranges[1].is_nan());
 }
 
@@ -132,10 +132,14 @@ fn drive(count: usize, others: impl Fn(usize) -> String) -> String {
 #[test]
 fn one_laser_of_several_is_kept_and_the_others_are_told() {
     let steady = read(drive(40, |_| String::new()).as_bytes()).unwrap();
-    assert_eq!((steady.scans.len(), steady.notes.len()), (40, 0), "180 and 181 readings are one laser's");
+    assert_eq!(
+        (steady.scans.len(), steady.notes.len() + steady.losses.len()),
+        (40, 0),
+        "180 and 181 readings are one laser's"
+    );
     let rear = |scan: usize| format!("RLASER 2 1 2 {scan} 0 3.14 {scan} 0 0 1 h 1\n");
     let log = read(drive(40, rear).as_bytes()).unwrap();
-    assert_eq!((log.scans.len(), log.notes.len()), (40, 1));
+    assert_eq!((log.scans.len(), log.notes.len(), log.losses.len()), (40, 1, 0));
     assert!(log.notes[0].starts_with("40 scans of another laser (RLASER"), "{:?}", log.notes);
 
     // Another laser under the same word: as many readings tell it apart.
@@ -146,9 +150,9 @@ fn one_laser_of_several_is_kept_and_the_others_are_told() {
     // The scans keep their numbers in the log.
     assert_eq!(log.scans.iter().take(5).map(|scan| scan.number).collect::<Vec<_>>(), [0, 1, 3, 4, 5]);
     assert!(
-        log.notes[0].contains("13 of 53 were left out and those with about 180 readings were kept"),
+        log.losses[0].contains("13 of 53 were left out and those with about 180 readings were kept"),
         "{:?}",
-        log.notes
+        log.losses
     );
     // A laser that was set up anew is the same laser.
     let changed: String = (0..40).map(|scan| if scan < 20 { rear(scan) } else { other(scan) }).collect();
@@ -166,7 +170,7 @@ fn one_laser_of_several_is_kept_and_the_others_are_told() {
     let log = read((0..30).map(mounted).collect::<String>().as_bytes()).unwrap();
     assert_eq!(log.scans.len(), 15);
     assert!((log.T_robot_laser.translation.x - 0.3).abs() < 1e-9, "{:?}", log.T_robot_laser);
-    assert!(log.notes[0].contains("15 of 30 were left out and the front one's were kept"), "{:?}", log.notes);
+    assert!(log.losses[0].contains("15 of 30 were left out and the front one's were kept"), "{:?}", log.losses);
 }
 
 #[test]
@@ -176,23 +180,23 @@ fn a_log_that_was_cut_in_mid_scan_gives_the_rest() {
     let last = text[..text.len() - 1].rfind('\n').unwrap() + 1;
     for end in [last + 40, text.len() - 30, text.len() - 16, text.len() - 8] {
         let log = read(&text.as_bytes()[..end]).unwrap();
-        assert_eq!((log.scans.len(), log.notes.len()), (59, 1), "{:?}", &text[end - 10..end]);
-        assert!(log.notes[0].starts_with("Line 60, the last one, is cut off"), "{:?}", log.notes);
+        assert_eq!((log.scans.len(), log.losses.len()), (59, 1), "{:?}", &text[end - 10..end]);
+        assert!(log.losses[0].starts_with("Line 60, the last one, is cut off"), "{:?}", log.losses);
     }
     assert_eq!(read(&text.as_bytes()[..text.len() - 1]).unwrap().scans.len(), 60);
     // In the middle: the line is told, and the others keep their numbers.
     let (start, end) = (text.match_indices('\n').nth(19).unwrap().0, text.match_indices('\n').nth(20).unwrap().0);
     let spliced = format!("{}{}", &text[..start + 300], &text[end..]);
     let log = read(spliced.as_bytes()).unwrap();
-    assert_eq!((log.scans.len(), log.scans[20].number, log.notes.len()), (59, 21, 1));
-    assert!(log.notes[0].starts_with("A line was left out. Line 21: The line announces 180"), "{:?}", log.notes);
+    assert_eq!((log.scans.len(), log.scans[20].number, log.losses.len()), (59, 21, 1));
+    assert!(log.losses[0].starts_with("A line was left out. Line 21: The line announces 180"), "{:?}", log.losses);
     // A file that is damaged all over is refused.
     assert!(read(text.replace(" 0 0 ", " x 0 ").as_bytes()).unwrap_err().to_string().starts_with("line 1: "));
 
     let list =
         "[{\"theta\": [0, 0.1], \"readings\": [1, null]}, {\"theta\": [0, 0.1], \"readings\": [1, 2]}, {\"theta\": [0,";
     let log = read(list.as_bytes()).unwrap();
-    assert_eq!((log.scans.len(), log.notes.len()), (2, 1));
+    assert_eq!((log.scans.len(), log.losses.len()), (2, 1));
     assert!(read(b"[{\"theta\": [0], \"readings\": [\"a\"]}]").is_err() && read(b"[{\"theta\": [0").is_err());
 }
 

@@ -76,7 +76,11 @@ async function addScans(engine, reconstruction, files, complain) {
     const bytes = await readSource(source, name, complain);
     if (!bytes) continue;
     const add = engine.is_laser_log(bytes.subarray(0, HEAD_BYTES))
-      ? () => reconstruction.add_log(name, bytes).notes.forEach((text) => complain(`${name}: ${text}`))
+      ? () => {
+          const { losses, notes } = reconstruction.add_log(name, bytes);
+          losses.forEach((text) => complain(`${name}: ${text}`));
+          notes.forEach((text) => note(`${name}: ${text}`));
+        }
       : () => reconstruction.add_scan(name, bytes);
     if (accepted(add, complain)) added += 1;
   }

@@ -160,13 +160,16 @@ test('a log that was cut in mid-scan, and scans of two lasers in one', (t) => {
   const folder = temporaryFolder(t);
   const log = turningLog(30);
   const rear = log.replaceAll(/^(FLASER .*)$/gm, '$1\n$1').replaceAll(/^(FLASER .*)\nFLASER/gm, '$1\nRLASER');
-  writeFiles(folder, { 'cut.log': log.slice(0, -500), 'two.log': rear });
-  for (const [name, scans, told] of /** @type {const} */ ([
-    ['cut.log', 29, /^cut\.log: Line 30, the last one, is cut off and was left out\./m],
-    ['two.log', 30, /^two\.log: 30 scans of another laser \(RLASER, ROBOTLASER2\) were left out/m],
+  const mixed = log.replaceAll(/^(FLASER .*)$/gm, `$1\nFLASER 20${' 2'.repeat(20)} 0 0 0 0 0 0 0 h 0`);
+  writeFiles(folder, { 'cut.log': log.slice(0, -500), 'two.log': rear, 'mixed.log': mixed });
+  // A rear laser has lines of its own, which are none of the front one's: nothing is lost.
+  for (const [name, scans, code, told] of /** @type {const} */ ([
+    ['cut.log', 29, 2, /^cut\.log: Line 30, the last one, is cut off and was left out\./m],
+    ['two.log', 30, 0, /^note: two\.log: 30 scans of another laser \(RLASER, ROBOTLASER2\) were left out/m],
+    ['mixed.log', 30, 2, /^mixed\.log: The log mixes the scans of several lasers: 30 of 60 were left out/m],
   ])) {
     const { status, stderr } = scanstitch(['reconstruct', join(folder, name), '--out', join(folder, 'out')]);
-    assert.equal(status, 2, stderr);
+    assert.equal(status, code, stderr);
     assert.match(stderr, told);
     assert.equal(readReport(join(folder, 'out')).frames.length, scans);
   }

@@ -33,7 +33,7 @@ test('the default set: a line a strategy, in the table and in the file', (t) => 
   assert.equal(status, 0, stderr);
   const names = ['plain', 'voxels_0.1', 'voxels_0.3', 'planar', 'golden_data', 'adaptive', 'together'];
   const lines = stdout.trimEnd().split('\n');
-  assert.match(lines[0] ?? '', /^strategy +Frames +Lost +Map points +Stored \(MB\) +Median \(ms\)/);
+  assert.match(lines[0] ?? '', /^strategy +Frames +Lost +Map points +Map size \(MB\) +Median time \(ms\)/);
   assert.deepEqual(
     lines.slice(1).map((line) => line.split(/\s+/)[0]),
     names,

@@ -11,16 +11,16 @@ test('two files dropped: the rmse of evo, figures saved as PNG and SVG', async (
   await evaluation.drop([file(DATA, 'estimate.tum'), file(DATA, 'reference.tum')]);
   await expect(evaluation.view.locator('select').first().locator('option:checked')).toHaveText('reference.tum');
   await evaluation.answered(async () => {
-    await page.getByLabel('Largest time difference (s)').fill('0.05');
-    await page.getByLabel('Largest time difference (s)').blur();
+    await page.getByLabel('Maximum time difference (s)').fill('0.05');
+    await page.getByLabel('Maximum time difference (s)').blur();
   });
   await evaluation.answered(async () => {
     await page.getByLabel('Time offset (s)').fill('-0.25');
     await page.getByLabel('Time offset (s)').blur();
   });
   await evaluation.answered(async () => {
-    await page.getByLabel('Align on the first n poses').fill('20');
-    await page.getByLabel('Align on the first n poses').blur();
+    await page.getByLabel('Align on the first n poses (0: all)').fill('20');
+    await page.getByLabel('Align on the first n poses (0: all)').blur();
   });
   await evaluation.answered(() => page.getByLabel('Alignment').selectOption('sim3'));
   const evo = JSON.parse(readFileSync(join(DATA, 'evo.json'), 'utf8'));

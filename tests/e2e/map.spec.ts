@@ -124,3 +124,16 @@ test('grid, path and reference can be hidden', async ({ app, page }) => {
     await expect.poll(() => app.picture()).not.toBe(before);
   }
 });
+
+test('the legend of a map in pieces names them, and shows one of them', async ({ app, page }) => {
+  const before = await app.picture();
+  await page.locator('scanstitch-map').evaluate((map) => {
+    const piece = (label: string, frames: number[]) => ({ label, num_pieces: 1, frames, color: [200, 100, 0] });
+    Object.assign(map, { pieces: [piece('Main piece', [0, 1, 2]), piece('Piece 1', [3, 4, 5, 6, 7, 8, 9])] });
+  });
+  const legend = page.locator('scanstitch-map-legend');
+  await expect(legend).toContainText('Map in 2 pieces');
+  await expect(legend).toContainText('Each piece is certain in itself');
+  await legend.getByRole('button', { name: 'Main piece 3 scans' }).click();
+  await expect.poll(() => app.picture()).not.toBe(before);
+});

@@ -16,7 +16,7 @@ test('a dropped recording becomes a map, a path and its error against the truth'
   expect(result.comparison?.num_matched).toBe(NUM_FRAMES);
   expect(result.comparison?.mean).toBeLessThanOrEqual(0.02);
   await expect(page.locator('.title')).toHaveText('room');
-  await expect(spatial.figures).toContainText('Mean L2 to truth.txt');
+  await expect(spatial.figures).toContainText('Mean L2 distance to truth.txt');
   await expect(spatial.figures).toContainText(/160 × 120, 90°/);
   await expect(spatial.table.getByRole('row')).toHaveCount(NUM_FRAMES + 1);
   expect(await spatial.numPainted()).toBeGreaterThan(20_000);
@@ -167,7 +167,7 @@ test('the first floor of an apartment, with nothing set', async ({ spatial, page
   const { result, elapsed_ms, timing } = await spatial.stitched();
   expect(result.frames).toHaveLength(80);
   expect(result.comparison?.mean).toBeLessThanOrEqual(0.06);
-  await expect(spatial.figures).toContainText(/Mean L2 to GT_pose\.npy\s*\d+\.\d\smm/);
+  await expect(spatial.figures).toContainText(/Mean L2 distance to GT_pose\.npy\s*\d+\.\d\smm/);
   info.annotations.push({ type: 'mean L2', description: `${((result.comparison?.mean ?? 0) * 1000).toFixed(1)} mm` });
   info.annotations.push({ type: 'from drop to drawn map', description: `${(elapsed_ms / 1000).toFixed(1)} s` });
   info.annotations.push({ type: 'registering', description: `${(timing.total / 80).toFixed(1)} ms a frame` });
@@ -183,7 +183,7 @@ test('the sample of an apartment opens and finishes', async ({ spatial, page }, 
   expect(result.frames.filter(({ status }) => status !== 'good')).toEqual([]);
   expect(result.comparison?.mean).toBeLessThanOrEqual(0.03);
   const shown = await spatial.figures.innerText();
-  expect(shown).toMatch(/Mean L2 to GT_pose\.npy\s+\d+\.\d\smm/);
+  expect(shown).toMatch(/Mean L2 distance to GT_pose\.npy\s+\d+\.\d\smm/);
   info.annotations.push({ type: 'mean L2', description: shown.match(/\d+\.\d\smm/)?.[0] ?? '' });
 });
 

@@ -222,5 +222,5 @@ test('without graphics the figures, the table and the exports are there, and it 
   await spatial.drop([...recording(4), truth(4)]);
   expect((await spatial.stitched()).result.frames).toHaveLength(4);
   await expect(spatial.map.getByText('does not support 3D graphics')).toBeVisible();
-  await expect(spatial.figures).toContainText('Mean L2');
+  await expect(spatial.figures).toContainText('Mean L2 distance');
 });

@@ -63,12 +63,12 @@ test('one click compares all strategies on the recording', async ({ spatial, pag
     await expect(page.getByRole('region', { name: title })).toBeVisible();
   }
   // A column sorts, and sorts the other way.
-  const stored = table.getByRole('button', { name: /^Stored \(MB\)/ });
+  const stored = table.getByRole('button', { name: /^Map size \(MB\)/ });
   await stored.click();
   await expect(table.getByRole('row').nth(1)).toContainText('Voxels 0.3 m');
   await stored.click();
   await expect(table.getByRole('row').nth(1)).toContainText('Plain');
-  await expect(table.getByRole('columnheader', { name: /^Stored/ })).toHaveAttribute('aria-sort', 'descending');
+  await expect(table.getByRole('columnheader', { name: /^Map size/ })).toHaveAttribute('aria-sort', 'descending');
 
   const download = page.waitForEvent('download');
   await page.getByRole('button', { name: 'Save CSV' }).click();

@@ -6,12 +6,12 @@ import { compareNaturally } from '../../npm/natural_order.js';
 import { formatAngle, formatCount, formatDuration, formatFixed, formatLength } from '../../www/src/views/format.js';
 import { lookDirection } from '../../www/src/views/look-direction.js';
 import { type Rgb, framePalette } from '../../www/src/views/palette.js';
-import { groupByFrame, nearestFrame } from '../../www/src/views/point-layer.js';
+import { nearestFrame } from '../../www/src/views/point-layer.js';
 import { fromScreen, parseSettings, toScreen, writeSettings } from '../../www/src/views/setting-fields.js';
+import { mapBounds } from '../../www/src/views/map-bounds.js';
 import {
   bestTurns,
   fitted,
-  mapBounds,
   panned,
   roundLength,
   toScreenX,
@@ -20,6 +20,7 @@ import {
   type Turns,
   zoomedAt,
 } from '../../www/src/views/viewport.js';
+import { certainPieces, pieceColors, uncertainLinks } from '../../www/src/views/pieces.js';
 import { cleaningWords, directionWords } from '../../www/src/views/words.js';
 
 const SIZE = { width: 640, height: 480 };
@@ -66,12 +67,51 @@ test('fitting shows all, within the margins, and lays a corridor along the scree
   }
 });
 
-test('one stray return does not shrink the map, the trajectory is always inside', () => {
-  const points = Float32Array.from({ length: 2000 }, (_, i) => (i % 2 === 0 ? Math.cos(i) : Math.sin(i)));
-  points[0] = 1000;
-  const bounds = mapBounds(points, [{ x: 5, y: 0 }]);
+test('far returns do not shrink the map; the trajectory and all of a room are inside', () => {
+  // A room of 2 m about the scanner, and every twentieth beam goes through its door, 30 m far.
+  const points = Float32Array.from({ length: 2000 }, (_, i) => {
+    const angle = Math.floor(i / 2);
+    const far = angle % 20 === 0 ? 15 : 1;
+    return 2 * far * (i % 2 === 0 ? Math.cos(angle) : Math.sin(angle));
+  });
+  const set = { points, offsets: Uint32Array.of(0, 1000) };
+  const bounds = mapBounds(set, [{ x: 0, y: 0 }], [{ x: 5, y: 0 }]);
   expect(bounds?.max_x).toBe(5);
-  expect(mapBounds(new Float32Array(0), [])).toBeNull();
+  expect(bounds?.min_x).toBeCloseTo(-2, 1);
+  expect(bounds?.min_y).toBeCloseTo(-2, 1);
+  expect(bounds?.max_y).toBeCloseTo(2, 1);
+  // The corners of a long room are 1.9 times as far as most of its walls.
+  const room = Float32Array.of(1, 0, -1, 0, 0, 1, 0, -1, 1.9, 0.1);
+  expect(mapBounds({ points: room, offsets: Uint32Array.of(0, 5) }, [{ x: 0, y: 0 }])?.max_x).toBeCloseTo(1.9, 5);
+  expect(mapBounds({ points: new Float32Array(0), offsets: Uint32Array.of(0) }, [])).toBeNull();
+});
+
+test('a piece of the map has bounds of its own', () => {
+  const set = { points: Float32Array.of(0, 0, 1, 1, 50, 50, 51, 52), offsets: Uint32Array.of(0, 2, 4) };
+  const poses = [{ x: 0, y: 1 }, { x: 50, y: 51 }]; // prettier-ignore
+  expect(mapBounds(set, poses, [], [1])).toEqual({ min_x: 50, max_x: 51, min_y: 50, max_y: 52 });
+});
+
+test('a map in pieces: the main one first, small ones together, links between pieces and of lost scans uncertain', () => {
+  const frames = (piece: number, count: number, status: 'good' | 'doubtful' | 'lost' = 'doubtful') =>
+    Array.from({ length: count }, () => ({ piece, status }));
+  const log = [...frames(1, 2), ...frames(0, 6, 'good'), ...frames(0, 1, 'lost'), ...frames(2, 9), ...frames(3, 1)];
+  const pieces = certainPieces(log, false);
+  expect(pieces.map(({ label, num_pieces, frames: { length } }) => [label, num_pieces, length])).toEqual([
+    ['Main piece', 1, 6],
+    ['Piece 2', 1, 9],
+    ['2 small pieces', 2, 3],
+  ]);
+  const colors = pieceColors(pieces, log.length, false);
+  expect(colors[2]).toEqual(pieces[0]?.color);
+  expect(colors[0]).toEqual(pieces[2]?.color);
+  expect(new Set(colors.map(String)).size).toBe(3);
+  const uncertain = uncertainLinks(log).flatMap((is_uncertain, frame) => (is_uncertain ? [frame] : []));
+  expect(uncertain).toEqual([2, 8, 9, 18]);
+  // Within the main piece a doubtful scan hangs loosely; a map of one piece has no list of pieces.
+  const one = [...frames(0, 2, 'good'), ...frames(0, 1), ...frames(0, 2, 'good')];
+  expect(uncertainLinks(one)).toEqual([false, false, true, false, false]);
+  expect(certainPieces(one, false)).toEqual([]);
 });
 
 test('lengths of the scale bar are round', () => {
@@ -83,11 +123,10 @@ test('lengths of the scale bar are round', () => {
   }
 });
 
-test('points are grouped by frame, whatever their order', () => {
-  const set = groupByFrame(Float32Array.of(0, 0, 1, 1, 2, 2, 3, 3), Uint32Array.of(2, 0, 2, 1), 4);
-  expect([...set.offsets]).toEqual([0, 1, 2, 4, 4]);
-  expect([...set.points]).toEqual([1, 1, 3, 3, 0, 0, 2, 2]);
+test('the nearest point tells its frame', () => {
+  const set = { points: Float32Array.of(1, 1, 3, 3, 0, 0, 2, 2), offsets: Uint32Array.of(0, 1, 2, 4, 4) };
   expect(nearestFrame(set, 4, 2.9, 3, 0.5)).toBe(1);
+  expect(nearestFrame(set, 4, 2.1, 2, 0.5)).toBe(2);
   expect(nearestFrame(set, 1, 2.9, 3, 0.5)).toBeNull();
   expect(nearestFrame(set, 4, 50, 50, 1)).toBeNull();
 });

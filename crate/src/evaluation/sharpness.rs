@@ -1,5 +1,7 @@
 //! Sharpness of a map without any truth: how far overlapping scans lie from each other's surfaces.
 
+use std::rc::Rc;
+
 use nalgebra::Vector2;
 use serde::Serialize;
 
@@ -28,9 +30,9 @@ pub struct Sharpness {
 /// within [`MAX_PAIR_DISTANCE`] whose target point has a normal count with their distance along that normal. Only returns
 /// within [`MAX_RANGE`].
 pub struct SharpnessMeter {
-    positions: Vec<Vector2<f64>>,
-    normals: Vec<Option<Vector2<f64>>>,
-    scan_of: Vec<u32>,
+    placed: Vec<(Rc<PlanarScan>, Pose2)>,
+    /// The scan of each point within range, and the point's number in it.
+    points: Vec<(u32, u32)>,
     tree: KdTree<2>,
     /// The point to be looked at next.
     next: usize,
@@ -40,45 +42,50 @@ pub struct SharpnessMeter {
 
 impl SharpnessMeter {
     /// Lays scans over each other at their `T_world_sensor`.
-    pub fn new<'a>(placed: impl Iterator<Item = (&'a PlanarScan, Pose2)>) -> Self {
-        let (mut positions, mut normals, mut scan_of) = (Vec::new(), Vec::new(), Vec::new());
-        for (index, (scan, T_world_sensor)) in placed.enumerate() {
-            for (point, normal) in scan.points.iter().zip(&scan.normals) {
-                if point.norm() <= MAX_RANGE {
-                    positions.push(T_world_sensor.act(point));
-                    normals.push(normal.map(|normal| T_world_sensor.rotate(&normal)));
-                    scan_of.push(index as u32);
-                }
+    pub fn new(placed: Vec<(Rc<PlanarScan>, Pose2)>) -> Self {
+        let most = placed.iter().map(|(scan, _)| scan.points.len()).sum();
+        let (mut points, mut positions) = (Vec::with_capacity(most), Vec::with_capacity(most));
+        for (index, (scan, T_world_sensor)) in placed.iter().enumerate() {
+            for (number, point) in scan.points.iter().enumerate().filter(|(_, point)| point.norm() <= MAX_RANGE) {
+                points.push((index as u32, number as u32));
+                positions.push(single_precision(&T_world_sensor.act(point)));
             }
         }
-        let tree = KdTree::build(&positions.iter().map(single_precision).collect::<Vec<_>>());
-        Self { positions, normals, scan_of, tree, next: 0, sum: 0.0, num_pairs: 0 }
+        Self { tree: KdTree::build(&positions), placed, points, next: 0, sum: 0.0, num_pairs: 0 }
     }
 
     /// Looks at so many more points.
     pub fn advance(&mut self, num_points: usize) {
-        let end = self.positions.len().min(self.next.saturating_add(num_points));
+        let end = self.points.len().min(self.next.saturating_add(num_points));
         for point in self.next..end {
-            let position = self.positions[point];
-            let of_others = |other: u32| self.scan_of[other as usize] != self.scan_of[point];
+            let (position, _) = self.surface(point);
+            let of_others = |other: u32| self.points[other as usize].0 != self.points[point].0;
             let neighbor = self.tree.nearest_where(&single_precision(&position), MAX_PAIR_DISTANCE as f32, of_others);
-            let Some(partner) = neighbor.map(|neighbor| neighbor.index as usize) else { continue };
-            if let Some(normal) = self.normals[partner] {
-                self.sum += normal.dot(&(position - self.positions[partner])).abs();
+            let Some(neighbor) = neighbor else { continue };
+            if let (partner, Some(normal)) = self.surface(neighbor.index as usize) {
+                self.sum += normal.dot(&(position - partner)).abs();
                 self.num_pairs += 1;
             }
         }
         self.next = end;
     }
 
+    /// A point and its normal in the world frame.
+    fn surface(&self, point: usize) -> (Vector2<f64>, Option<Vector2<f64>>) {
+        let (scan, number) = self.points[point];
+        let (scan, T_world_sensor) = &self.placed[scan as usize];
+        let normal = scan.normals[number as usize].map(|normal| T_world_sensor.rotate(&normal));
+        (T_world_sensor.act(&scan.points[number as usize]), normal)
+    }
+
     /// Points looked at, of all.
     pub fn progress(&self) -> (usize, usize) {
-        (self.next, self.positions.len())
+        (self.next, self.points.len())
     }
 
     /// Whether all points have been looked at.
     pub fn is_done(&self) -> bool {
-        self.next == self.positions.len()
+        self.next == self.points.len()
     }
 
     /// The sharpness by the points looked at; `None` where no two scans overlap.
@@ -102,7 +109,7 @@ mod tests {
     use scanstitch_scene::recording::PlanarRecording;
 
     /// The definition, by looking at every point.
-    fn by_brute_force(scans: &[(&PlanarScan, Pose2)]) -> Sharpness {
+    fn by_brute_force(scans: &[(Rc<PlanarScan>, Pose2)]) -> Sharpness {
         let (mut sum, mut num_pairs) = (0.0, 0);
         for (index, (scan, pose)) in scans.iter().enumerate() {
             for point in scan.points.iter().filter(|point| point.norm() <= 29.0) {
@@ -126,8 +133,8 @@ mod tests {
     }
 
     /// In two pieces.
-    fn sharpness(placed: &[(&PlanarScan, Pose2)]) -> Option<Sharpness> {
-        let mut meter = SharpnessMeter::new(placed.iter().copied());
+    fn sharpness(placed: &[(Rc<PlanarScan>, Pose2)]) -> Option<Sharpness> {
+        let mut meter = SharpnessMeter::new(placed.to_vec());
         meter.advance(100);
         assert_eq!(meter.is_done(), meter.progress().1 <= 100);
         meter.advance(usize::MAX);
@@ -135,16 +142,16 @@ mod tests {
         meter.sharpness()
     }
 
-    fn scans_of(recording: &PlanarRecording) -> Vec<PlanarScan> {
+    fn scans_of(recording: &PlanarRecording) -> Vec<Rc<PlanarScan>> {
         let returns = |scan: &Vec<Vector2<f64>>| scan.iter().copied().filter(|p| p.norm() < 49.9).collect();
-        recording.scans.iter().map(|scan| PlanarScan::new(returns(scan))).collect()
+        recording.scans.iter().map(|scan| Rc::new(PlanarScan::new(returns(scan)))).collect()
     }
 
     #[test]
     fn agrees_with_the_definition() {
         let recording = generate(&CorridorOptions { num_scans: 4, ..CorridorOptions::default() });
         let scans = scans_of(&recording);
-        let placed: Vec<_> = scans.iter().zip(recording.T_world_sensor.iter().copied()).collect();
+        let placed: Vec<_> = scans.into_iter().zip(recording.T_world_sensor.iter().copied()).collect();
         let (fast, slow) = (sharpness(&placed).unwrap(), by_brute_force(&placed));
         assert_eq!(fast.num_pairs, slow.num_pairs);
         assert!((fast.mean_residual - slow.mean_residual).abs() < 1e-6, "{fast:?} {slow:?}");
@@ -159,7 +166,8 @@ mod tests {
         let shaken_by = |size: f64| {
             let mut random = Random::new(3);
             let mut shake = || Pose2::translation(size * random.normal(), size * random.normal());
-            let placed: Vec<_> = scans.iter().zip(recording.T_world_sensor.iter().map(|T| T * shake())).collect();
+            let placed: Vec<_> =
+                scans.iter().cloned().zip(recording.T_world_sensor.iter().map(|T| T * shake())).collect();
             sharpness(&placed).unwrap().mean_residual
         };
         let residuals = [0.0, 0.01, 0.02, 0.05, 0.1].map(shaken_by);

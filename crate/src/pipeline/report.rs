@@ -214,7 +214,9 @@ pub struct AddedLog {
     pub num_scans: usize,
     /// Whether it holds poses that its scans are compared with.
     pub has_poses: bool,
-    /// What is worth knowing, in whole sentences.
+    /// What could not be used of what should have been, in whole sentences.
+    pub losses: Vec<String>,
+    /// What else is worth knowing, in whole sentences.
     pub notes: Vec<String>,
 }
 

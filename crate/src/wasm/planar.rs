@@ -9,9 +9,12 @@ use super::{MapFormat, from_object, map_format, plain, read_ply, thrown};
 use crate::io::{laser_log, ply, point_cloud, trajectory};
 use crate::map::occupancy_grid::RESOLUTION;
 use crate::pipeline::planar::Reconstruction as Engine;
-use crate::pipeline::report::{AddedLog, Progress, ReconstructionResult};
+use crate::pipeline::report::{AddedLog, FrameResult, PlanarPose, Progress, ReconstructionResult};
 use crate::pipeline::settings::{Preset, SettingDescription, Settings, descriptions};
 use crate::preprocess::clean::CleaningReport;
+use crate::registration::icp::IterationRecord;
+
+type PlanarFrame = FrameResult<PlanarPose, CleaningReport>;
 
 #[wasm_bindgen]
 extern "C" {
@@ -130,14 +133,48 @@ impl Reconstruction {
         plain(&self.engine.result())
     }
 
-    /// The map: x y x y ... in the world frame (m).
-    pub fn map_points(&self) -> Vec<f32> {
-        bytemuck::cast_slice(&self.engine.map().points).to_vec()
+    /// The same with an empty `history` of every frame: of long logs the iterations are most of the result.
+    ///
+    /// # Errors
+    /// Never for the input's sake.
+    pub fn summary(&self) -> Result<Ts<ReconstructionResult>, JsValue> {
+        let mut result = self.engine.result();
+        result.frames.iter_mut().for_each(|frame| frame.history = Vec::new());
+        plain(&result)
     }
 
-    /// Index of the frame that each point of the map comes from.
-    pub fn map_frames(&self) -> Vec<u32> {
-        self.engine.map().frames
+    /// What is known of the frames from this one on, with an empty `history` of each.
+    ///
+    /// # Errors
+    /// Never for the input's sake.
+    #[wasm_bindgen(unchecked_return_type = "FrameResult<PlanarPose, CleaningReport>[]")]
+    pub fn frames_from(&self, first: usize) -> Result<Vec<Ts<PlanarFrame>>, JsValue> {
+        let frames = self.engine.frames_from(first).into_iter();
+        frames.map(|frame| plain(&PlanarFrame { history: Vec::new(), ..frame })).collect()
+    }
+
+    /// Iterations of a frame's registration; none where there was no registration.
+    ///
+    /// # Errors
+    /// Never for the input's sake.
+    pub fn history(&self, frame: usize) -> Result<Vec<Ts<IterationRecord>>, JsValue> {
+        self.engine.history(frame).iter().map(plain).collect()
+    }
+
+    /// The pose of every frame so far: x y theta x y theta ... (m, m, rad).
+    pub fn poses(&self) -> Vec<f64> {
+        let poses = self.engine.poses();
+        poses.iter().flat_map(|pose| [pose.translation.x, pose.translation.y, pose.rotation.angle()]).collect()
+    }
+
+    /// The map: x y x y ... in the world frame (m); of the frames from `first` on, where it is given.
+    pub fn map_points(&self, first: Option<usize>) -> Vec<f32> {
+        bytemuck::cast_slice(&self.engine.map_from(first.unwrap_or(0)).points).to_vec()
+    }
+
+    /// Index of the frame that each point of the map comes from; of the frames from `first` on, where it is given.
+    pub fn map_frames(&self, first: Option<usize>) -> Vec<u32> {
+        self.engine.map_from(first.unwrap_or(0)).frames
     }
 
     /// What is free, occupied and unknown, in cells of this side (m; 0.05 where none is given).

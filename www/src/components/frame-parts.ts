@@ -4,6 +4,7 @@ import { barAt, barChart, CHART_VIEW_BOX } from '../views/chart.js';
 import { baseName, plural } from '../views/format.js';
 import type { Status } from '../views/map-painter.js';
 import { cssColor, type Rgb } from '../views/palette.js';
+import { sentence } from '../views/words.js';
 import { icon, type IconName } from './icons.js';
 import { statusBadge } from './status-badge.js';
 
@@ -14,9 +15,11 @@ type Select = (frame: number | null) => void;
 interface NamedFrame {
   name: string;
   status: Status;
+  /** Why it is not good; empty where it is. */
+  reason: string;
 }
 
-/** Of a run that went wrong as a whole, the first few frames say enough. */
+/** Of a run that went wrong as a whole, the first few places say enough. */
 const MAX_BAD_SHOWN = 6;
 
 /** Name and assessment of the selected frame, and the way to its neighbours and back to all. */
@@ -55,21 +58,54 @@ export function badOnes(frames: readonly NamedFrame[]): number[] {
   return frames.flatMap(({ status }, index) => (status === 'good' ? [] : [index]));
 }
 
-/** Those that need a look, each a button that selects it. */
+/** Those that need a look, with the reason: each run of alike ones is a button that selects its first. */
 export function badList(frames: readonly NamedFrame[], colors: readonly Rgb[], select: Select): TemplateResult {
-  const bad = badOnes(frames);
+  const runs = badRuns(frames);
+  const num_hidden = runs.slice(MAX_BAD_SHOWN).reduce((sum, { first, last }) => sum + last - first + 1, 0);
   return html`<ul>
-    ${bad.slice(0, MAX_BAD_SHOWN).map(
-      (index) =>
-        html`<li>
-          <button @click=${() => select(index)}>
-            ${swatch(colors[index])}
-            ${baseName(frames[index]?.name ?? '')}${statusBadge(frames[index]?.status ?? 'good')}
+    ${runs.slice(0, MAX_BAD_SHOWN).map(
+      ({ first, last, status, reason }) =>
+        html`<li class="bad">
+          <button @click=${() => select(first)}>
+            ${swatch(colors[first])}<span class="names">${runName(frames, first, last)}</span>${statusBadge(status)}
           </button>
+          <p class="muted">${sentence(reason)}</p>
         </li>`,
     )}
-    ${bad.length > MAX_BAD_SHOWN ? html`<li class="muted">and ${bad.length - MAX_BAD_SHOWN} more</li>` : nothing}
+    ${num_hidden > 0 ? html`<li class="muted">and ${num_hidden} more</li>` : nothing}
   </ul>`;
+}
+
+interface BadRun {
+  first: number;
+  last: number;
+  status: Status;
+  reason: string;
+}
+
+/** Frames that follow each other and are bad for the same reason, whatever the figures in it. */
+function badRuns(frames: readonly NamedFrame[]): BadRun[] {
+  const runs: BadRun[] = [];
+  frames.forEach(({ status, reason }, frame) => {
+    if (status === 'good') return;
+    const run = runs.at(-1);
+    const is_alike = run && run.last === frame - 1 && run.status === status && kind(run.reason) === kind(reason);
+    if (is_alike) run.last = frame;
+    else runs.push({ first: frame, last: frame, status, reason });
+  });
+  return runs;
+}
+
+function kind(reason: string): string {
+  return reason.replace(/[\d.]+/g, '');
+}
+
+/** "a.log #4", "a.log #4 to #7", "4.ply to 7.ply". */
+function runName(frames: readonly NamedFrame[], first: number, last: number): string {
+  const [from, to] = [baseName(frames[first]?.name ?? ''), baseName(frames[last]?.name ?? '')];
+  if (first === last) return from;
+  const log = from.slice(0, from.lastIndexOf('#'));
+  return `${from} to ${log !== '' && to.startsWith(log) ? to.slice(log.length) : to}`;
 }
 
 function swatch(color: Rgb = [0, 0, 0]): TemplateResult {
@@ -133,8 +169,25 @@ export const frame_styles = css`
   }
   ul {
     display: grid;
+    grid-template-columns: minmax(0, 1fr);
     justify-items: start;
     gap: 6px;
+  }
+  .bad {
+    display: grid;
+    justify-items: start;
+    gap: 2px;
+    max-width: 100%;
+  }
+  .bad button {
+    max-width: 100%;
+  }
+  .bad .names {
+    overflow: hidden;
+    text-overflow: ellipsis;
+  }
+  .bad p {
+    font-size: 12.5px;
   }
   .facts {
     display: grid;

@@ -4,7 +4,10 @@ import { baseName, formatFixed } from '../views/format.js';
 import { Gestures, type GestureTarget } from '../views/gestures.js';
 import { MapCanvas, type MapContent } from '../views/map-canvas.js';
 import { belongsToPage, type KeyedMap, PAN_STEP, pressKey, ZOOM_STEP } from '../views/map-keys.js';
-import { type Layers, type MapMarks, poseAt } from '../views/map-painter.js';
+import type { Layers, MapMarks } from '../views/map-painter.js';
+import { poseAt } from '../views/path-painter.js';
+import { mapBounds } from '../views/map-bounds.js';
+import type { Piece } from '../views/pieces.js';
 import type { Rgb } from '../views/palette.js';
 import type { OccupancyPicture } from '../views/occupancy.js';
 import { NO_POINTS, nearestFrame, type PointSet } from '../views/point-layer.js';
@@ -12,7 +15,6 @@ import {
   type Bounds,
   bestTurns,
   fitted,
-  mapBounds,
   panned,
   type Size,
   type Turns,
@@ -21,12 +23,14 @@ import {
   zoomedAt,
 } from '../views/viewport.js';
 import { map_styles } from './map-styles.js';
+import './map-legend.js';
 import { layerBox, layerList, mapButton, mapToolbar } from './map-toolbar.js';
 import { shared } from './theme.js';
 
 const NO_MARKS: MapMarks = {
   poses: [],
   statuses: [],
+  uncertain_links: [],
   look_direction: 0,
   until: 0,
   selected: null,
@@ -36,6 +40,10 @@ const NO_MARKS: MapMarks = {
   undetermined: null,
 };
 
+/** Narrower than this (CSS pixels), the map has no room beside it. */
+const SMALL_WIDTH = 640;
+/** What the open legend of pieces takes of the map's left side, CSS pixels. */
+const LEGEND_WIDTH = 264;
 /** The map is in motion until the hand has rested for so long. */
 const REST_MS = 90;
 
@@ -52,6 +60,8 @@ export class ScanstitchMap extends LitElement implements GestureTarget, KeyedMap
   @property({ attribute: false }) names: readonly string[] = [];
   /** One for each frame, or more. */
   @property({ attribute: false }) colors: readonly Rgb[] = [];
+  /** The certain pieces, where there are several. */
+  @property({ attribute: false }) pieces: readonly Piece[] = [];
   @property({ attribute: false }) reference_name = '';
   @property({ type: Boolean }) dark = false;
   /** Whether there is a grid to ask for; and the grid, once it has come. */
@@ -72,7 +82,7 @@ export class ScanstitchMap extends LitElement implements GestureTarget, KeyedMap
   @query('.stage') private stage!: HTMLElement;
 
   private view: Viewport = { center_x: 0, center_y: 0, scale: 40, turns: 0 };
-  private size: Size = { width: 0, height: 0 };
+  @state() private size: Size = { width: 0, height: 0 };
   private pixel_ratio = 1;
   /** How the user has turned the map; null: as it is best laid. */
   private turns: Turns | null = null;
@@ -131,12 +141,20 @@ export class ScanstitchMap extends LitElement implements GestureTarget, KeyedMap
   /** Shows the whole map. */
   fit(): void {
     this.is_moved = false;
-    const bounds = this.bounds();
+    this.fitTo(this.bounds());
+  }
+
+  private fitPiece({ frames }: Piece): void {
+    this.fitTo(mapBounds(this.points, this.marks.poses, [], frames));
+    this.is_moved = true;
+  }
+
+  private fitTo(bounds: Bounds | null): void {
     if (bounds && this.size.width > 0) {
-      const is_small = this.size.width < 520;
+      const is_small = this.size.width < SMALL_WIDTH;
       const margin = is_small
         ? { top: 24, right: 24, bottom: 44, left: 24 }
-        : { top: 36, right: 64, bottom: 52, left: 36 };
+        : { top: 36, right: 64, bottom: 52, left: this.pieces.length > 0 ? LEGEND_WIDTH : 36 };
       this.view = fitted(bounds, this.size, margin, this.turns ?? bestTurns(bounds, this.size));
     }
     this.requestPaint();
@@ -196,6 +214,13 @@ export class ScanstitchMap extends LitElement implements GestureTarget, KeyedMap
             }`
         }
       </div>
+      <scanstitch-map-legend
+        .pieces=${this.pieces}
+        .num_uncertain=${this.marks.uncertain_links.filter(Boolean).length}
+        .num_lost=${this.marks.statuses.filter((status) => status === 'lost').length}
+        ?compact=${this.size.width < SMALL_WIDTH}
+        @piece-wanted=${({ detail }: CustomEvent<Piece>) => this.fitPiece(detail)}
+      ></scanstitch-map-legend>
       ${mapToolbar({
         zoom: (direction) => this.zoomBy(ZOOM_STEP ** direction),
         fit: () => this.fit(),
@@ -226,7 +251,7 @@ export class ScanstitchMap extends LitElement implements GestureTarget, KeyedMap
   }
 
   private bounds(): Bounds | null {
-    return mapBounds(this.points.points, [...this.marks.poses, ...this.marks.reference]);
+    return mapBounds(this.points, this.marks.poses, this.marks.reference);
   }
 
   private resize(): void {

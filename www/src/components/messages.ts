@@ -1,5 +1,6 @@
 import { css, html, LitElement, nothing, type TemplateResult } from 'lit';
 import { customElement, property } from 'lit/decorators.js';
+import { plural } from '../views/format.js';
 import { sentence } from '../views/words.js';
 import { icon } from './icons.js';
 import { shared } from './theme.js';
@@ -17,7 +18,7 @@ export interface Message {
 }
 
 /**
- * What went wrong or was left aside, file by file, until it is put away.
+ * What went wrong or was left out, with the files that it is about, until it is dismissed.
  *
  * Fires `messages-dismissed`.
  */
@@ -43,14 +44,7 @@ export class ScanstitchMessages extends LitElement {
         </button>
       </header>
       <ul>
-        ${messages.map(
-          ({ kind, file, place, text, remedy }) =>
-            html`<li class=${kind}>
-              ${file || place ? html`<strong>${file}${file && place ? ', ' : ''}${place}</strong>` : nothing}
-              <span>${sentence(text)}</span>
-              ${remedy ? html`<span class="remedy">${sentence(remedy)}</span>` : nothing}
-            </li>`,
-        )}
+        ${alike(messages).map(renderRow)}
       </ul>
     </section>`;
   }
@@ -107,13 +101,55 @@ export class ScanstitchMessages extends LitElement {
         overflow-wrap: anywhere;
       }
       strong {
+        display: block;
         font-weight: 600;
+      }
+      summary {
+        font-weight: 600;
+        cursor: pointer;
+      }
+      details strong {
+        font-weight: 400;
       }
       .remedy {
         color: var(--muted);
       }
     `,
   ];
+}
+
+/** Messages that say the same of several files, whatever the figures in them, together. */
+function alike(messages: readonly Message[]): Message[][] {
+  const groups = new Map<string, Message[]>();
+  for (const message of messages) {
+    const { kind, file, text, remedy } = message;
+    const key =
+      file === '' ? JSON.stringify(message) : JSON.stringify([kind, text, remedy]).replace(/\d+(\.\d+)?/g, '0');
+    groups.set(key, [...(groups.get(key) ?? []), message]);
+  }
+  return [...groups.values()];
+}
+
+function renderRow(group: readonly Message[]): TemplateResult | typeof nothing {
+  const [first] = group;
+  if (!first) return nothing;
+  const { kind, text, remedy } = first;
+  return html`<li class=${kind}>
+    ${
+      group.length === 1
+        ? heading(first)
+        : html`<details>
+            <summary>${plural(group.length, 'file')}</summary>
+            ${group.map(heading)}
+          </details>`
+    }
+    <span>${sentence(text)}</span>
+    ${remedy ? html`<span class="remedy">${sentence(remedy)}</span>` : nothing}
+  </li>`;
+}
+
+function heading({ file, place }: Message): TemplateResult | typeof nothing {
+  return file || place ? html`<strong>${file}${file && place ? ', ' : ''}${place}</strong>` : nothing;
 }
 
 function title(messages: readonly Message[], num_errors: number): string {

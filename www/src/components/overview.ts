@@ -50,7 +50,7 @@ export class ScanstitchOverview extends LitElement {
   private renderCharts(): TemplateResult {
     const { frames, joint_history } = this;
     const matched = (value: (frame: FrameResult) => number): (number | null)[] =>
-      frames.map((frame) => (frame.history.length > 0 ? value(frame) : null));
+      frames.map((frame) => (frame.iterations > 0 ? value(frame) : null));
     return html`
       ${this.renderBars(
         'Residual (rmse)',

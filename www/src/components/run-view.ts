@@ -210,6 +210,7 @@ export abstract class RunView<
               .count=${num_frames}
               .until=${this.until ?? num_frames}
               .statuses=${this.statusesOf(snapshot?.result.frames ?? NO_FRAMES)}
+              .colors=${this.trackColors()}
               noun=${this.of.noun}
               ?dark=${this.dark}
               @until-changed=${this.onUntil}
@@ -259,6 +260,11 @@ export abstract class RunView<
   /** One colour for each frame there will be, also while only some are registered. */
   protected colors(): readonly Rgb[] {
     return this.colorsOf(Math.max(this.num_frames, this.loaded().num_frames), this.dark);
+  }
+
+  /** The colours along the timeline, where they are not simply those of time. */
+  protected trackColors(): readonly Rgb[] | null {
+    return null;
   }
 
   protected onPainted(): void {

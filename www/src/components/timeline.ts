@@ -2,7 +2,7 @@ import { css, html, LitElement, nothing, type PropertyValues, type TemplateResul
 import { customElement, property, state } from 'lit/decorators.js';
 import type { Status } from '../views/map-painter.js';
 import { plural } from '../views/format.js';
-import { cssColor, frameColor } from '../views/palette.js';
+import { cssColor, frameColor, type Rgb } from '../views/palette.js';
 import { icon } from './icons.js';
 import { shared } from './theme.js';
 
@@ -34,6 +34,8 @@ export class ScanstitchTimeline extends LitElement {
   @property({ type: Number }) count = 0;
   @property({ type: Number }) until = 0;
   @property({ attribute: false }) statuses: readonly Status[] = [];
+  /** One for each frame; null: those of time. */
+  @property({ attribute: false }) colors: readonly Rgb[] | null = null;
   @property({ type: Boolean }) dark = false;
   /** What is shown one by one: "scan" or "frame". */
   @property() noun = 'scan';
@@ -52,7 +54,7 @@ export class ScanstitchTimeline extends LitElement {
   protected override render(): TemplateResult {
     const { count, until } = this;
     const is_idle = count < 2;
-    const stops = Array.from({ length: 12 }, (_, i) => cssColor(frameColor(i / 11, this.dark))).join(', ');
+    const stops = this.colors ? bands(this.colors) : timeStops(this.dark);
     const filled = count > 1 ? ((until - 1) / (count - 1)) * 100 : 100;
     return html`
       <button
@@ -66,10 +68,13 @@ export class ScanstitchTimeline extends LitElement {
       </button>
       <div class="slider" style="--stops: ${stops}; --filled: ${filled}%">
         <div class="marks" aria-hidden="true">
-          ${this.statuses.map((status, frame) =>
-            status === 'good' || count < 2
+          ${runs(this.statuses).map(({ value, first, last }) =>
+            value === 'good' || count < 2
               ? nothing
-              : html`<i class=${status} style="left: ${(frame / (count - 1)) * 100}%"></i>`,
+              : html`<i
+                  class=${value}
+                  style="left: ${(first / (count - 1)) * 100}%; width: calc(5px + ${((last - first) / (count - 1)) * 100}%)"
+                ></i>`,
           )}
         </div>
         <input
@@ -173,10 +178,9 @@ export class ScanstitchTimeline extends LitElement {
       }
       .marks i {
         position: absolute;
-        width: 5px;
         height: 5px;
         margin-left: -2.5px;
-        border-radius: 50%;
+        border-radius: 2.5px;
         background: var(--doubtful);
       }
       .marks i.lost {
@@ -188,6 +192,30 @@ export class ScanstitchTimeline extends LitElement {
       }
     `,
   ];
+}
+
+/** Neighbours that are equal, as one. */
+function runs<T>(values: readonly T[]): { value: T; first: number; last: number }[] {
+  const found: { value: T; first: number; last: number }[] = [];
+  values.forEach((value, at) => {
+    const run = found.at(-1);
+    if (run && run.value === value) run.last = at;
+    else found.push({ value, first: at, last: at });
+  });
+  return found;
+}
+
+/** The stops of a gradient: from the first frame to the last. */
+function timeStops(dark: boolean): string {
+  return Array.from({ length: 12 }, (_, i) => cssColor(frameColor(i / 11, dark))).join(', ');
+}
+
+/** The same with a band for each run of one colour. */
+function bands(colors: readonly Rgb[]): string {
+  const percent = (frame: number): string => `${((100 * frame) / colors.length).toFixed(2)}%`;
+  return runs(colors)
+    .map(({ value, first, last }) => `${cssColor(value)} ${percent(first)} ${percent(last + 1)}`)
+    .join(', ');
 }
 
 declare global {

@@ -1,6 +1,6 @@
 import { css, html, LitElement, nothing, type TemplateResult } from 'lit';
 import { customElement, property } from 'lit/decorators.js';
-import type { FrameResult } from '../engine/protocol.js';
+import type { FrameResult, IterationRecord } from '../engine/protocol.js';
 import { CHART_VIEW_BOX, type ChartSpec, lineChart } from '../views/chart.js';
 import {
   baseName,
@@ -27,6 +27,8 @@ import { chart_styles, panel_styles, shared, status_styles } from './theme.js';
 export class ScanstitchWhy extends LitElement {
   @property({ attribute: false }) frames: readonly FrameResult[] = [];
   @property({ attribute: false }) index = 0;
+  /** Iterations of its registration; empty until they have come. */
+  @property({ attribute: false }) history: readonly IterationRecord[] = [];
   @property({ attribute: false }) ms: readonly number[] = [];
   @property({ attribute: false }) errors: readonly (number | null)[] = [];
   @property({ attribute: false }) reference_name = '';
@@ -39,9 +41,9 @@ export class ScanstitchWhy extends LitElement {
     const { index } = this;
     const frame = this.frames[index];
     if (!frame) return html``;
-    const { T_world_sensor: pose, std, history } = frame;
+    const { T_world_sensor: pose, std } = frame;
     const error = this.errors[index] ?? null;
-    const is_matched = history.length > 0;
+    const is_matched = frame.iterations > 0;
     return html`
       ${frameHeader('scan', this.frames, index, this.colors[index], (to) => this.emit('frame-selected', to))}
       <p class="summary">${sentence(frame.reason || frameSummary(frame, index))}</p>
@@ -49,7 +51,9 @@ export class ScanstitchWhy extends LitElement {
       ${
         frame.undetermined
           ? html`<p class="open-direction">
-              ${icon('both_ways')}<span>${directionWords(frame.undetermined)} It is the double arrow on the map.</span>
+              ${icon('both_ways')}<span
+                >${directionWords(frame.undetermined)} The double arrow on the map shows it.</span
+              >
             </p>`
           : nothing
       }
@@ -96,7 +100,7 @@ export class ScanstitchWhy extends LitElement {
                 />
                 Show correspondences
               </label>
-              ${this.renderHistory(frame)}
+              ${this.history.length > 0 ? this.renderHistory() : nothing}
             `
           : nothing
       }
@@ -112,7 +116,8 @@ export class ScanstitchWhy extends LitElement {
     `;
   }
 
-  private renderHistory({ history }: FrameResult): TemplateResult {
+  private renderHistory(): TemplateResult {
+    const { history } = this;
     const last = history.at(-1);
     const chart = (title: string, values: number[], spec: Pick<ChartSpec, 'format' | 'color' | 'scale'>) => {
       const course = `from ${spec.format(values[0] ?? 0)} to ${spec.format(values.at(-1) ?? 0)}`;

@@ -78,8 +78,10 @@ export function combine(present: Dataset | null, intake: Intake): Dataset {
   };
 }
 
-/** The folder all scans share, or "Your scans". */
+/** The file where it is one, else the folder that all scans share, else "Your scans". */
 function titleOf(scans: readonly InputFile[]): string {
+  const [only] = scans;
+  if (only && scans.length === 1) return only.name.split('/').at(-1) ?? only.name;
   const folders = scans.map(({ name }) => name.split('/').slice(0, -1));
   const first = folders[0] ?? [];
   let depth = 0;

@@ -2,6 +2,7 @@
  * The page's side of the worker of planar scans. It keeps the bytes of every input, so that a worker that takes the place
  * of one that crashed holds the same scans.
  */
+import { GrowingSnapshot } from './growing-snapshot.js';
 import planar_url from './planar-worker.ts?worker&url';
 import type {
   Answers,
@@ -24,7 +25,7 @@ export interface PlanarListener {
   ready(facts: EngineFacts): void;
   reading(file: string, done: number, total: number): void;
   /** `accepted` empty: nothing could be read, and what was there before is still there. */
-  loaded(inputs: Inputs, accepted: readonly string[], problems: readonly Problem[]): void;
+  loaded(inputs: Inputs, told: Loaded): void;
   progress(progress: Progress): void;
   snapshot(state: RunState, snapshot: Snapshot): void;
   /** A setting the engine does not take. */
@@ -42,6 +43,7 @@ export class PlanarClient {
   #listener: PlanarListener;
   #host: WorkerHost<PlanarApi, PlanarEvent>;
   #run = 0;
+  #growing = new GrowingSnapshot();
   #settings: Partial<Settings> = {};
   /** What the worker holds, and what it is being asked to hold instead. */
   #inputs: Inputs | null = null;
@@ -88,7 +90,7 @@ export class PlanarClient {
     this.#order(this.#host.call('resume', ++this.#run));
   }
 
-  /** `frame` matters for `correspondences` alone. */
+  /** `frame` matters for `correspondences` and `history` alone. */
   ask<K extends keyof Answers>(kind: K, frame = 0): Promise<Answers[K]> {
     return this.#host.call('ask', kind, frame) as Promise<Answers[K]>;
   }
@@ -134,11 +136,12 @@ export class PlanarClient {
     } else {
       if (event.state !== 'running') clearTimeout(this.#stop_timer);
       if (event.state === 'done') this.#host.succeeded();
-      this.#listener.snapshot(event.state, event.snapshot);
+      this.#listener.snapshot(event.state, this.#growing.take(event.growth));
     }
   }
 
-  #onLoaded({ accepted, refused, problems }: Loaded): void {
+  #onLoaded(loaded: Loaded): void {
+    const { accepted, refused } = loaded;
     clearTimeout(this.#stop_timer);
     this.#reading = null;
     const candidate = this.#candidate;
@@ -151,7 +154,7 @@ export class PlanarClient {
       odometry: unlessNamed(candidate.odometry, refused),
     };
     if (accepted.length > 0) this.#inputs = kept;
-    this.#listener.loaded(kept, accepted, problems);
+    this.#listener.loaded(kept, loaded);
   }
 
   /**

@@ -7,6 +7,7 @@ import type {
   Answers,
   EngineFacts,
   Grid,
+  Growth,
   InputFile,
   Inputs,
   Loaded,
@@ -18,7 +19,6 @@ import type {
   RunState,
   SettingDescription,
   Settings,
-  Snapshot,
   Timing,
 } from './protocol.js';
 import { emit, isInputError, nothingLoaded, reportCrash, serve, type Served } from './serve.js';
@@ -29,7 +29,7 @@ const SLICE_MS = 15;
 const LOG_HEAD_BYTES = 8192;
 /** Progress is told at most this often. */
 const PROGRESS_INTERVAL_MS = 50;
-/** The map is sent at most this often while it grows... */
+/** What is new of the map is sent at most this often while it grows... */
 const SNAPSHOT_INTERVAL_MS = 120;
 /** ...and sending it takes at most this share of the time. */
 const SNAPSHOT_SHARE = 0.15;
@@ -40,6 +40,8 @@ let timing: Timing = { load: 0, frames: [], joint: 0, total: 0 };
 let current_run = 0;
 let is_running = false;
 let is_reading = false;
+/** Frames that the page knows of this order's result. */
+let num_told = 0;
 
 const api: Served<PlanarApi> = {
   async start(module) {
@@ -51,6 +53,7 @@ const api: Served<PlanarApi> = {
   stop,
   resume(run) {
     current_run = run;
+    num_told = 0;
     computeLater(run);
   },
   ask: <K extends keyof Answers>(kind: K, frame: number) => answer(kind, frame) as Answers[K],
@@ -73,6 +76,7 @@ async function load(run: number, inputs: Inputs, settings: Partial<Settings>, ho
   is_running = false;
   is_reading = true;
   const problems: Problem[] = [];
+  const notes: Loaded['notes'] = [];
   const next = new Reconstruction();
   attempt(problems, '', () => next.set_settings(settings));
   const accepted: string[] = [];
@@ -81,7 +85,7 @@ async function load(run: number, inputs: Inputs, settings: Partial<Settings>, ho
   for (const [index, { name, bytes }] of inputs.scans.entries()) {
     post({ type: 'reading', run, file: name, done: index, total: inputs.scans.length });
     const start = performance.now();
-    if (attempt(problems, name, () => addScans(next, { name, bytes }, problems))) accepted.push(name);
+    if (attempt(problems, name, () => addScans(next, { name, bytes }, problems, notes))) accepted.push(name);
     load_ms += performance.now() - start;
     if (performance.now() - slice_start > SLICE_MS) {
       await otherMessages();
@@ -113,22 +117,28 @@ async function load(run: number, inputs: Inputs, settings: Partial<Settings>, ho
   } else {
     reconstruction?.free();
     reconstruction = next;
+    num_told = 0;
     timing = { load: load_ms, frames: [], joint: 0, total: load_ms };
     if (!hold) computeLater(run);
   }
-  return { accepted, refused, problems };
+  return { accepted, refused, problems, notes };
 }
 
 /** A file is one scan, or a log of many. */
-function addScans(engine: Reconstruction, { name, bytes }: InputFile, problems: Problem[]): void {
+function addScans(
+  engine: Reconstruction,
+  { name, bytes }: InputFile,
+  problems: Problem[],
+  notes: Loaded['notes'],
+): void {
   const content = new Uint8Array(bytes);
   if (!is_laser_log(content.subarray(0, LOG_HEAD_BYTES))) {
     engine.add_scan(name, content);
     return;
   }
-  for (const problem of engine.add_log(name, content).notes) {
-    problems.push({ file: name, place: null, problem: problem.replace(/\.$/, ''), remedy: '' });
-  }
+  const log = engine.add_log(name, content);
+  for (const problem of log.losses) problems.push({ file: name, place: null, problem, remedy: '' });
+  for (const text of log.notes) notes.push({ file: name, text });
 }
 
 function configure(run: number, settings: Partial<Settings>): void {
@@ -136,7 +146,8 @@ function configure(run: number, settings: Partial<Settings>): void {
   current_run = run;
   is_running = false;
   reconstruction.set_settings(settings);
-  timing = { load: timing.load, frames: timing.frames.map(() => 0), joint: 0, total: timing.load };
+  num_told = 0;
+  timing = { load: timing.load, frames: [], joint: 0, total: timing.load };
   computeLater(run);
 }
 
@@ -147,7 +158,7 @@ function computeLater(run: number): void {
     .catch(reportCrash);
 }
 
-/** Steps until all is done, or stopped, or overtaken; sends the growing map now and then and the whole one at the end. */
+/** Steps until all is done, or stopped, or overtaken; sends what is new now and then and all of it at the end. */
 async function compute(run: number): Promise<void> {
   if (!reconstruction || current_run !== run) return;
   is_running = true;
@@ -161,12 +172,14 @@ async function compute(run: number): Promise<void> {
     }
     if (progress.stage === 'done') {
       is_running = false;
-      sendSnapshot(run, 'done');
+      sendGrowth(run, 'done', true);
       return;
     }
     const before = performance.now();
-    if (before >= next_snapshot) {
-      sendSnapshot(run, 'running');
+    // The search for loops leaves the map as it is; then all poses move together.
+    const is_moving = progress.stage === 'joint';
+    if (before >= next_snapshot && (is_moving || num_told < timing.frames.length)) {
+      sendGrowth(run, 'running', is_moving);
       const cost = performance.now() - before;
       next_snapshot = performance.now() + Math.max(SNAPSHOT_INTERVAL_MS, cost / SNAPSHOT_SHARE);
     }
@@ -192,23 +205,48 @@ function stop(): void {
   is_reading = false;
   if (!is_running) return;
   is_running = false;
-  sendSnapshot(current_run, 'stopped');
+  sendGrowth(current_run, 'stopped', true);
 }
 
-function sendSnapshot(run: number, state: RunState): void {
+/** `is_moved`: frames that the page knows are no longer where they were. */
+function sendGrowth(run: number, state: RunState, is_moved: boolean): void {
   if (!reconstruction) return;
-  const snapshot: Snapshot = {
-    result: reconstruction.result(),
-    map_points: reconstruction.map_points(),
-    map_frames: reconstruction.map_frames(),
-    timing: structuredClone(timing),
+  const is_whole = num_told === 0 || state !== 'running';
+  const first = is_whole ? 0 : num_told;
+  const first_mapped = is_moved ? 0 : first;
+  const { frames, result } = is_whole
+    ? wholeResult(reconstruction)
+    : { frames: reconstruction.frames_from(first), result: null };
+  num_told = first + frames.length;
+  const growth: Growth = {
+    result,
+    first,
+    frames,
+    poses: is_moved && !is_whole ? reconstruction.poses() : null,
+    first_mapped,
+    map_points: reconstruction.map_points(first_mapped),
+    map_counts: counts(reconstruction.map_frames(first_mapped), first_mapped, num_told),
+    timing: { ...timing, frames: timing.frames.slice(first) },
   };
-  post({ type: 'snapshot', run, state, snapshot }, [snapshot.map_points.buffer, snapshot.map_frames.buffer]);
+  const buffers = [growth.map_points.buffer, growth.map_counts.buffer] as Transferable[];
+  post({ type: 'growth', run, state, growth }, buffers);
+}
+
+function wholeResult(engine: Reconstruction): Pick<Growth, 'frames' | 'result'> {
+  const { frames, ...result } = engine.summary();
+  return { frames, result };
+}
+
+/** How many of the points belong to each of the frames from `first` to `end`. */
+function counts(frames: Uint32Array, first: number, end: number): Uint32Array {
+  const counts = new Uint32Array(end - first);
+  for (const frame of frames) counts[frame - first] = (counts[frame - first] ?? 0) + 1;
+  return counts;
 }
 
 function answer(kind: keyof Answers, frame: number): Answers[keyof Answers] {
   if (!reconstruction) throw nothingLoaded();
-  if (kind === 'correspondences') return reconstruction.correspondences(frame);
+  if (kind === 'correspondences' || kind === 'history') return reconstruction[kind](frame);
   if (kind === 'occupancy_grid') return occupancyGrid(reconstruction);
   return reconstruction[kind]();
 }

@@ -5,6 +5,7 @@
 import type {
   CleaningReport,
   FrameResult as EngineFrameResult,
+  IterationRecord,
   PlanarPose,
   Preset as EnginePreset,
   SettingDescription as EngineSettingDescription,
@@ -93,19 +94,38 @@ export interface Timing {
 
 /** All there is to show, at one moment. */
 export interface Snapshot {
+  /** Without the iterations of the frames: `history` is empty, and can be asked for. */
   result: ReconstructionResult;
-  /** x y x y ..., world frame, m. */
+  /** x y x y ..., world frame, m, frame by frame. */
   map_points: Float32Array;
-  /** Frame of each map point. */
-  map_frames: Uint32Array;
+  /** Frame f has the points from `map_offsets[f]` to `map_offsets[f + 1]`. */
+  map_offsets: Uint32Array;
+  timing: Timing;
+}
+
+/** What is new since the last one of this run was sent. The first of a run, and the last, tell all there is. */
+export interface Growth {
+  /** All of the result but its frames; null where nothing of it is new. */
+  result: Omit<ReconstructionResult, 'frames'> | null;
+  /** The frames from this one on. */
+  first: number;
+  frames: FrameResult[];
+  /** x y theta of every frame, where those before `first` have moved; else null. */
+  poses: Float64Array | null;
+  /** The points of the frames from this one on, and how many each of these has. */
+  first_mapped: number;
+  map_points: Float32Array;
+  map_counts: Uint32Array;
+  /** `frames`: of those from `first` on. */
   timing: Timing;
 }
 
 export type RunState = 'running' | 'stopped' | 'done';
 
-/** What the engine can be asked for, between two steps or at rest; `correspondences` are those of one frame. */
+/** What the engine can be asked for, between two steps or at rest; `correspondences` and `history` are those of one frame. */
 export interface Answers {
   correspondences: Float32Array;
+  history: IterationRecord[];
   trajectory_tum: string;
   trajectory_matrices: string[];
   map_ply: Uint8Array;
@@ -120,6 +140,8 @@ export interface Loaded {
   /** Names of the other files that were not taken. */
   refused: string[];
   problems: Problem[];
+  /** What is worth knowing of the files, though nothing is lost. */
+  notes: { file: string; text: string }[];
 }
 
 /** The worker of planar scans. `run` numbers the client's orders: events of an order that has been overtaken are dropped. */
@@ -130,11 +152,11 @@ export interface PlanarApi {
   configure(run: number, settings: Partial<Settings>): void;
   stop(): void;
   resume(run: number): void;
-  /** `frame` matters for `correspondences` alone. */
+  /** `frame` matters for `correspondences` and `history` alone. */
   ask<K extends keyof Answers>(kind: K, frame: number): Answers[K];
 }
 
 export type PlanarEvent =
   | { type: 'reading'; run: number; file: string; done: number; total: number }
   | { type: 'progress'; run: number; progress: Progress }
-  | { type: 'snapshot'; run: number; state: RunState; snapshot: Snapshot };
+  | { type: 'growth'; run: number; state: RunState; growth: Growth };

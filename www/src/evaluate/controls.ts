@@ -34,10 +34,10 @@ const CHOICES: readonly Choice[] = [
     label: 'Alignment',
     choices: [
       ['none', 'none'],
-      ['origin', 'first poses equal'],
+      ['origin', 'at the first pose'],
       ['se3', 'SE(3), Umeyama'],
       ['sim3', 'Sim(3), with scale'],
-      ['scale', 'scale alone'],
+      ['scale', 'scale only'],
     ],
   },
   {
@@ -55,7 +55,7 @@ const ASSOCIATION: Choice = {
   choices: [
     ['auto', 'time if available'],
     ['time', 'time'],
-    ['index', 'their number'],
+    ['index', 'index'],
   ],
 };
 const DELTA_UNITS: Choice = {
@@ -101,9 +101,9 @@ export class ScanstitchEvaluationControls extends LitElement {
     >
       ${this.renderReference()} ${CHOICES.map((choice) => this.renderChoice(choice))} ${this.renderChoice(relations)}
       ${is_relative ? this.renderPairs() : nothing} ${this.renderChoice(ASSOCIATION)}
-      ${this.renderNumber('max_diff', 'Largest time difference (s)', 0.01, 0)}
+      ${this.renderNumber('max_diff', 'Maximum time difference (s)', 0.01, 0)}
       ${this.renderNumber('offset', 'Time offset (s)', 0, null)}
-      ${this.renderNumber('align_first', 'Align on the first n poses', 0, 0, '0: on all')}
+      ${this.renderNumber('align_first', 'Align on the first n poses (0: all)', 0, 0)}
       <span class="actions">
         <button type="button" @click=${() => this.tell('files-wanted', null)}>${icon('plus')}Add files…</button>
         <button type="button" class="quiet" @click=${() => this.tell('all-removed', null)}>

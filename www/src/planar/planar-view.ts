@@ -15,7 +15,9 @@ import { frameColumns } from '../views/frame-columns.js';
 import { frameRows } from '../views/frame-rows.js';
 import { headlineFigures } from '../views/headline.js';
 import type { MapMarks } from '../views/map-painter.js';
+import { certainPieces, type Piece, pieceColors, uncertainLinks } from '../views/pieces.js';
 import { memoizeLast } from '../views/memoize-last.js';
+import type { Rgb } from '../views/palette.js';
 import { type OccupancyPicture, occupancyPicture } from '../views/occupancy.js';
 import { PlanarSession } from './session.js';
 
@@ -58,7 +60,12 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession>
   private columnsOf = memoizeLast(frameColumns);
   private figuresOf = memoizeLast(headlineFigures);
   private marksOf = memoizeLast(mapMarks);
+  private piecesOf = memoizeLast(certainPieces);
+  private pieceColorsOf = memoizeLast(pieceColors);
   private pairs_made_of: readonly unknown[] = [];
+  /** Iterations of the selected scan. */
+  @state() private history: readonly IterationRecord[] = NO_ROUNDS;
+  private history_of: readonly unknown[] = [];
 
   override connectedCallback(): void {
     super.connectedCallback();
@@ -101,7 +108,7 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession>
 
   protected override loaded(): Loaded {
     const { dataset } = this.session;
-    const num_frames = dataset?.scans.length ?? 0;
+    const num_frames = Math.max(dataset?.scans.length ?? 0, this.session.num_scans);
     return {
       title: dataset?.title ?? '',
       count: dataset ? plural(Math.max(this.num_frames, num_frames), 'scan') : '',
@@ -117,6 +124,7 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession>
   protected override willUpdate(changed: Map<PropertyKey, unknown>): void {
     super.willUpdate(changed);
     void this.fetchPairs();
+    this.fetchHistory();
     this.fetchOccupancy();
   }
 
@@ -139,6 +147,20 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession>
     );
   }
 
+  /** By time where the map is one piece, else by piece. */
+  protected override colors(): readonly Rgb[] {
+    const pieces = this.pieces();
+    return pieces.length > 0 ? this.pieceColorsOf(pieces, this.num_frames, this.dark) : super.colors();
+  }
+
+  protected override trackColors(): readonly Rgb[] | null {
+    return this.pieces().length > 0 ? this.colors() : null;
+  }
+
+  private pieces(): readonly Piece[] {
+    return this.piecesOf(this.session.snapshot?.result.frames ?? NO_FRAMES, this.dark);
+  }
+
   protected override renderMap(): TemplateResult {
     const { session } = this;
     const { phase } = session;
@@ -157,6 +179,7 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession>
       )}
       .names=${this.namesOf(frames)}
       .colors=${this.colors()}
+      .pieces=${this.pieces()}
       .reference_name=${result?.comparison?.name ?? ''}
       .fit_key=${session.generation}
       .has_occupancy=${phase === 'done' || phase === 'stopped'}
@@ -174,7 +197,7 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession>
     const { snapshot } = this.session;
     if (!snapshot || snapshot.result.frames.length === 0) return nothing;
     const is_growing = this.session.phase === 'running';
-    const figures = this.figuresOf(snapshot.result, snapshot.timing.total, is_growing);
+    const figures = this.figuresOf(snapshot.result, snapshot.timing.total, is_growing, this.loaded().num_frames);
     return html`<scanstitch-headline .figures=${figures}></scanstitch-headline>`;
   }
 
@@ -212,6 +235,7 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession>
     return html`<scanstitch-why
       .frames=${frames}
       .index=${this.selected}
+      .history=${this.history}
       .ms=${snapshot?.timing.frames ?? NO_NUMBERS}
       .errors=${errors}
       .reference_name=${reference_name}
@@ -228,12 +252,12 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession>
   protected override renderEmpty(): TemplateResult {
     return emptyView(
       {
-        title: 'Drop laser scans or depth images here',
+        title: 'Drop laser scans, depth images or point clouds here',
         label: 'No scans yet',
         about:
-          'Laser scans in the plane as PLY files, numbered in the order in which they were taken, or a laser log (CARMEN, ' +
-          'CSM); or depth images with their colour images; or point clouds. Single files, a folder, or a zip. A ground ' +
-          'truth trajectory may lie beside them.',
+          'Scanstitch registers them and shows the path of the sensor and the map. Files, a folder, a zip or a ROS bag: ' +
+          'planar scans as numbered PLY files or as a log (CARMEN, CSM), depth images with or without colour, clouds as ' +
+          'PLY or PCD. Add a ground truth trajectory to see the error.',
         choices: [
           { id: 'files', label: 'Choose files' },
           { id: 'folder', label: 'Choose a folder' },
@@ -252,6 +276,22 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession>
     const shown = this.until ?? frames.length;
     const chosen = this.selected === null ? '' : ` ${baseName(frames[this.selected]?.name ?? '')} is selected.`;
     return `${shown} of ${plural(frames.length, 'scan')}, ${plural(points.points.length / 2, 'point')}.${chosen}`;
+  }
+
+  /** The iterations of the selected frame are asked for once for every frame and result. */
+  private fetchHistory(): void {
+    const { session, selected } = this;
+    const of = [session.snapshot, selected];
+    if (of.every((value, i) => value === this.history_of[i])) return;
+    if (of[1] !== this.history_of[1]) this.history = NO_ROUNDS;
+    this.history_of = of;
+    if (selected === null || session.phase === 'crashed') return;
+    session.ask('history', selected).then(
+      (history) => {
+        if (this.history_of === of) this.history = history;
+      },
+      () => undefined, // the crash, if it is one, is told by the session
+    );
   }
 
   /** The pairs of the selected frame are asked for once for every frame and result. */
@@ -285,6 +325,7 @@ function mapMarks(
   return {
     poses: frames.map(({ T_world_sensor }) => T_world_sensor),
     statuses: frames.map(({ status }) => status),
+    uncertain_links: uncertainLinks(frames),
     look_direction,
     until,
     selected,

@@ -2,19 +2,10 @@ import { errorMessage, noteMessage, RunSession, wordsOf } from '../components/se
 import { combine, type Dataset, type Note, takeIn } from '../datasets/dataset.js';
 import type { NamedFile } from '../datasets/gather.js';
 import { PlanarClient } from '../engine/planar-client.js';
-import type {
-  Answers,
-  InputFile,
-  Inputs,
-  Problem,
-  Progress,
-  RunState,
-  Settings,
-  Snapshot,
-} from '../engine/protocol.js';
+import type { Answers, InputFile, Inputs, Loaded, Progress, RunState, Settings, Snapshot } from '../engine/protocol.js';
 import { formatLength, plural } from '../views/format.js';
 import { lookDirection } from '../views/look-direction.js';
-import { groupByFrame, NO_POINTS, type PointSet } from '../views/point-layer.js';
+import { NO_POINTS, type PointSet } from '../views/point-layer.js';
 
 /** A thousand files are read in a second: their names are shown at most this often. */
 const READING_INTERVAL_MS = 50;
@@ -22,6 +13,8 @@ const READING_INTERVAL_MS = 50;
 /** A run of laser scans in the plane: inputs, settings, result, messages. */
 export class PlanarSession extends RunSession<PlanarClient, Settings, Dataset, Snapshot> {
   points: PointSet = NO_POINTS;
+  /** Scans of the run, registered or not; a log tells how many it holds when the run begins. */
+  num_scans = 0;
   /** Which way the scanner looks in its own frame, rad. */
   look_direction = 0;
   #candidate: Dataset | null = null;
@@ -32,7 +25,7 @@ export class PlanarSession extends RunSession<PlanarClient, Settings, Dataset, S
     return new PlanarClient({
       ready: (facts) => this.onReady(facts),
       reading: (file, done, total) => this.#onReading(file, done, total),
-      loaded: (inputs, accepted, problems) => this.#onLoaded(inputs, accepted, problems),
+      loaded: (inputs, told) => this.#onLoaded(inputs, told),
       progress: (progress) => this.#onProgress(progress),
       snapshot: (state, snapshot) => this.#onSnapshot(state, snapshot),
       rejected: (problem) => this.tell([errorMessage(problem)]),
@@ -110,6 +103,7 @@ export class PlanarSession extends RunSession<PlanarClient, Settings, Dataset, S
     this.dataset = null;
     this.snapshot = null;
     this.points = NO_POINTS;
+    this.num_scans = 0;
     this.messages = [];
     this.phase = 'empty';
     this.announce('All scans removed.');
@@ -178,11 +172,11 @@ export class PlanarSession extends RunSession<PlanarClient, Settings, Dataset, S
     this.changed();
   }
 
-  #onLoaded(inputs: Inputs, accepted: readonly string[], problems: readonly Problem[]): void {
+  #onLoaded(inputs: Inputs, { accepted, problems, notes }: Loaded): void {
     const candidate = this.#candidate;
     this.#candidate = null;
     if (!candidate) return;
-    const messages = problems.map(errorMessage);
+    const messages = [...problems.map(errorMessage), ...notes.map(({ file, text }) => noteMessage(file, text))];
     if (accepted.length === 0) {
       this.keepResult();
       if (this.snapshot) messages.push(noteMessage('', 'No scan could be read, so the result on the page stays'));
@@ -190,12 +184,14 @@ export class PlanarSession extends RunSession<PlanarClient, Settings, Dataset, S
       this.phase = 'running';
       this.#is_new_dataset = this.dataset?.title !== candidate.title || this.dataset.scans.length !== accepted.length;
       this.dataset = { ...candidate, ...inputs };
+      this.num_scans = accepted.length;
     }
     this.tell(messages);
   }
 
   #onProgress({ stage, done, total }: Progress): void {
     this.phase = 'running';
+    if (stage === 'register') this.num_scans = total;
     this.progress = total > 0 ? done / total : 0;
     this.activity = {
       register: `Registering scan ${Math.min(done + 1, total)} of ${total}`,
@@ -210,7 +206,7 @@ export class PlanarSession extends RunSession<PlanarClient, Settings, Dataset, S
 
   #onSnapshot(state: RunState, snapshot: Snapshot): void {
     this.snapshot = snapshot;
-    this.points = groupByFrame(snapshot.map_points, snapshot.map_frames, snapshot.result.frames.length);
+    this.points = { points: snapshot.map_points, offsets: snapshot.map_offsets };
     this.look_direction = lookDirection(
       this.points,
       snapshot.result.frames.map(({ T_world_sensor }) => T_world_sensor),
@@ -224,7 +220,7 @@ export class PlanarSession extends RunSession<PlanarClient, Settings, Dataset, S
       this.announce(this.#summary(snapshot));
       this.#tellOfReference(snapshot);
     } else if (state === 'stopped')
-      this.announce(`Stopped. ${plural(snapshot.result.frames.length, 'scan')} aligned so far.`);
+      this.announce(`Stopped. ${snapshot.result.frames.length} of ${plural(this.num_scans, 'scan')} registered.`);
     this.changed();
   }
 

@@ -30,7 +30,7 @@ export function spatialFigures(result: SpatialResult, timing: SpatialTiming, num
   if (comparison) {
     const is_matched = comparison.num_matched > 0;
     figures.push({
-      label: `Mean L2 to ${comparison.name.slice(comparison.name.lastIndexOf('/') + 1)}`,
+      label: `Mean L2 distance to ${comparison.name.slice(comparison.name.lastIndexOf('/') + 1)}`,
       value: is_matched ? formatLength(comparison.mean) : 'no match',
       meaning: is_matched
         ? `rmse ${formatLength(comparison.rmse)}, max ${formatLength(comparison.max)}`
@@ -41,7 +41,7 @@ export function spatialFigures(result: SpatialResult, timing: SpatialTiming, num
   const registering = timing.frames.reduce((sum, ms) => sum + ms, 0);
   figures.push(
     {
-      label: 'Computing',
+      label: 'Computing time',
       value: frames.length > 0 ? `${formatDuration(registering / frames.length)} a frame` : '…',
       meaning: `${formatDuration(timing.elapsed)} in total, in this tab`,
       tone: 'plain',
@@ -49,7 +49,7 @@ export function spatialFigures(result: SpatialResult, timing: SpatialTiming, num
     {
       label: 'Map',
       value: `${formatCount(num_points)} points`,
-      meaning: `one for each voxel of ${formatLength(result.settings.map_voxel_size ?? 0)}`,
+      meaning: `one point per voxel of ${formatLength(result.settings.map_voxel_size ?? 0)}`,
       tone: 'plain',
     },
   );
@@ -68,9 +68,9 @@ export function spatialFigures(result: SpatialResult, timing: SpatialTiming, num
 function conventionFigure(convention: string): Figure {
   const parts = convention.split(', ');
   const order = parts.find((part) => part.startsWith('quaternions '));
-  const meaning = [...parts.filter((part) => part !== order), 'first poses made equal'].join(', ');
+  const meaning = [...parts.filter((part) => part !== order), 'aligned at the first pose'].join(', ');
   return {
-    label: 'Ground truth read as',
+    label: 'Ground truth format',
     value: order?.replace('quaternions ', '') ?? 'matrices',
     meaning,
     tone: 'plain',
@@ -80,11 +80,11 @@ function conventionFigure(convention: string): Figure {
 function cameraFigure({ camera, depth_scale, quantisation }: SpatialResult): Figure | null {
   if (!camera) return null;
   const angle = 2 * Math.atan(camera.width / 2 / camera.fx) * DEGREES;
-  const scale = depth_scale === null ? '' : `${Number(depth_scale.toPrecision(6))} to a metre`;
+  const scale = depth_scale === null ? '' : `${Number(depth_scale.toPrecision(6))} values per metre`;
   return {
     label: 'Camera',
     value: `${camera.width} × ${camera.height}, ${formatFixed(angle, 0)}°`,
-    meaning: [scale && `depth ${scale}`, quantisation && `steps ${quantisation}`].filter(Boolean).join(', '),
+    meaning: [scale && `depth: ${scale}`, quantisation].filter(Boolean).join(', '),
     tone: 'plain',
   };
 }

@@ -27,7 +27,6 @@ interface Frame {
   fitness: number;
   inlier_rmse: number;
   iterations: number;
-  history: readonly unknown[];
 }
 
 export function frameRows(
@@ -35,19 +34,17 @@ export function frameRows(
   ms: readonly number[],
   errors: readonly (number | null | undefined)[],
 ): FrameRow[] {
-  return frames.map(
-    ({ name, T_world_sensor, status, num_inliers, fitness, inlier_rmse, iterations, history }, frame) => ({
-      frame,
-      name,
-      ...T_world_sensor,
-      num_inliers,
-      fitness,
-      inlier_rmse,
-      iterations,
-      error: errors[frame] ?? null,
-      ms: ms[frame] ?? 0,
-      status,
-      is_origin: frame === 0 && history.length === 0,
-    }),
-  );
+  return frames.map(({ name, T_world_sensor, status, num_inliers, fitness, inlier_rmse, iterations }, frame) => ({
+    frame,
+    name,
+    ...T_world_sensor,
+    num_inliers,
+    fitness,
+    inlier_rmse,
+    iterations,
+    error: errors[frame] ?? null,
+    ms: ms[frame] ?? 0,
+    status,
+    is_origin: frame === 0 && iterations === 0,
+  }));
 }

@@ -11,27 +11,39 @@ export interface Figure {
 }
 
 interface Result {
-  frames: readonly { status: 'good' | 'doubtful' | 'lost'; cleaning: Parameters<typeof sumCleaning>[0][number] }[];
+  frames: readonly {
+    status: 'good' | 'doubtful' | 'lost';
+    piece: number;
+    cleaning: Parameters<typeof sumCleaning>[0][number];
+  }[];
   sharpness: { mean_residual: number; num_pairs: number } | null;
   comparison: { name: string; num_matched: number; mean: number; rmse: number; max: number } | null;
 }
 
-/** `total_ms`: computing alone, without drawing and waiting. `is_growing`: there is more to come. */
-export function headlineFigures(result: Result, total_ms: number, is_growing: boolean): Figure[] {
+/**
+ * `total_ms`: computing alone, without drawing and waiting. `is_growing`: there is more to come. `num_scans`: scans of the
+ * run, registered or not.
+ */
+export function headlineFigures(result: Result, total_ms: number, is_growing: boolean, num_scans: number): Figure[] {
   const { frames, sharpness, comparison } = result;
   const num_lost = frames.filter(({ status }) => status === 'lost').length;
   const num_doubtful = frames.filter(({ status }) => status === 'doubtful').length;
+  const num_pieces = new Set(frames.flatMap(({ status, piece }) => (status === 'lost' ? [] : [piece]))).size;
   const cleaning = sumCleaning(frames.map((frame) => frame.cleaning));
   const dropped = cleaningParts(cleaning);
   const worries = [
     num_lost > 0 ? `${formatCount(num_lost)} lost` : '',
     num_doubtful > 0 ? `${formatCount(num_doubtful)} doubtful` : '',
+    num_pieces > 1 ? `map in ${formatCount(num_pieces)} pieces` : '',
   ].filter((words) => words !== '');
 
   const figures: Figure[] = [
     {
       label: frames.length === 1 ? 'Scan' : 'Scans',
-      value: formatCount(frames.length),
+      value:
+        frames.length < num_scans
+          ? `${formatCount(frames.length)} of ${formatCount(num_scans)}`
+          : formatCount(frames.length),
       meaning:
         worries.length > 0
           ? worries.join(', ')
@@ -45,7 +57,7 @@ export function headlineFigures(result: Result, total_ms: number, is_growing: bo
     figures.push({
       label: 'Sharpness',
       value: sharpness ? formatLength(sharpness.mean_residual) : '…',
-      meaning: 'between surfaces seen twice; lower is sharper',
+      meaning: 'mean distance between overlapping scans; lower is better',
       tone: 'plain',
     });
   }
@@ -62,13 +74,13 @@ export function headlineFigures(result: Result, total_ms: number, is_growing: bo
   }
   figures.push(
     {
-      label: 'Computing',
+      label: 'Computing time',
       value: formatDuration(total_ms),
       meaning: frames.length > 1 ? `${formatDuration(total_ms / frames.length)} a scan, in this tab` : 'in this tab',
       tone: 'plain',
     },
     {
-      label: 'Points',
+      label: 'Points used',
       value: formatCount(cleaning.num_kept),
       meaning:
         dropped.length > 0

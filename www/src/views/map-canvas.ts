@@ -12,9 +12,9 @@ import {
   paintPairs,
   paintReference,
   paintScaleBar,
-  paintTrajectory,
   paintUndetermined,
 } from './map-painter.js';
+import { paintTrajectory } from './path-painter.js';
 import { type OccupancyPicture, paintOccupancy } from './occupancy.js';
 import { packColor, type Rgb } from './palette.js';
 import { paintPoints, pointDiameter, type PointSet } from './point-layer.js';

@@ -1,4 +1,4 @@
-/** Everything on the map but the points: grid, paths, robot poses, pairs, scale bar. Plain data in, strokes out. */
+/** What lies on the map beside the points and the path: grid, reference, pairs, scale bar. Plain data in, strokes out. */
 import { cssColor, type Rgb } from './palette.js';
 import { roundLength, type Size, toScreenAngle, toScreenX, toScreenY, type Viewport } from './viewport.js';
 
@@ -14,6 +14,8 @@ export interface MapMarks {
   /** One pose per frame, world frame. */
   poses: readonly Pose[];
   statuses: readonly Status[];
+  /** For each frame whether its link to the frame before is uncertain. */
+  uncertain_links: readonly boolean[];
   /** Which way the scanner looks, counted from the x axis of its own frame, rad. */
   look_direction: number;
   /** Frames before this one are shown. */
@@ -72,10 +74,7 @@ export const DARK_MAP: MapTheme = {
   warning: '#ff8a80',
 };
 
-type Context = CanvasRenderingContext2D | OffscreenCanvasRenderingContext2D;
-
-/** Side of the cells in which one arrow has room, CSS pixels. */
-const ARROW_CELL = 20;
+export type Context = CanvasRenderingContext2D | OffscreenCanvasRenderingContext2D;
 
 const FONT = '12px system-ui, sans-serif';
 
@@ -166,63 +165,6 @@ export function paintReference(ctx: Context, size: Size, view: Viewport, marks: 
   }
 }
 
-/** The robot's path and an arrow for every pose, pointing where the robot looks. */
-export function paintTrajectory(
-  ctx: Context,
-  size: Size,
-  view: Viewport,
-  marks: MapMarks,
-  colors: readonly Rgb[],
-  theme: MapTheme,
-): void {
-  const shown = marks.poses.slice(0, marks.until);
-  ctx.lineJoin = 'round';
-  ctx.lineCap = 'round';
-  ctx.strokeStyle = theme.halo;
-  ctx.lineWidth = 4;
-  polyline(ctx, size, view, shown);
-  ctx.strokeStyle = theme.path;
-  ctx.lineWidth = 1.5;
-  polyline(ctx, size, view, shown);
-
-  const arrow = (frame: number, radius: number, fill: string, outline: string): void => {
-    const pose = shown[frame];
-    if (!pose) return;
-    const heading = toScreenAngle(view, pose.theta + marks.look_direction);
-    paintArrow(
-      ctx,
-      toScreenX(view, size, pose.x, pose.y),
-      toScreenY(view, size, pose.x, pose.y),
-      heading,
-      radius,
-      fill,
-      outline,
-    );
-  };
-  const ownColor = (frame: number): string => cssColor(colors[frame] ?? theme.selected);
-
-  // Where poses crowd, the first in each cell of the screen stands for the others; the selected and the hovered one
-  // are always there.
-  const taken = new Set<string>();
-  shown.forEach((pose, frame) => {
-    if (frame === marks.selected || frame === marks.hovered) return;
-    const column = Math.floor(toScreenX(view, size, pose.x, pose.y) / ARROW_CELL);
-    const row = Math.floor(toScreenY(view, size, pose.x, pose.y) / ARROW_CELL);
-    const cell = `${column} ${row}`;
-    if (taken.has(cell)) return;
-    taken.add(cell);
-    arrow(
-      frame,
-      shown.length > 60 ? 6.5 : 8,
-      ownColor(frame),
-      marks.statuses[frame] === 'lost' ? theme.warning : theme.halo,
-    );
-  });
-  if (marks.hovered !== null && marks.hovered !== marks.selected)
-    arrow(marks.hovered, 11, ownColor(marks.hovered), theme.path);
-  if (marks.selected !== null) arrow(marks.selected, 12, cssColor(theme.selected), theme.halo);
-}
-
 /** Thin lines from each point of the selected scan to the point it was matched with. */
 export function paintPairs(ctx: Context, size: Size, view: Viewport, pairs: Float32Array, theme: MapTheme): void {
   const at = (i: number, axis: typeof toScreenX): number =>
@@ -311,30 +253,6 @@ export function paintScaleBar(ctx: Context, size: Size, view: Viewport, theme: M
   haloText(ctx, lengthName(length), right - pixels / 2, bottom - 5, theme.text, theme.halo);
 }
 
-/** The nearest shown pose within `reach` CSS pixels of a place on the screen; else null. */
-export function poseAt(
-  marks: MapMarks,
-  size: Size,
-  view: Viewport,
-  screen_x: number,
-  screen_y: number,
-  reach: number,
-): number | null {
-  let nearest: number | null = null;
-  let best = reach;
-  marks.poses.slice(0, marks.until).forEach((pose, frame) => {
-    const distance = Math.hypot(
-      toScreenX(view, size, pose.x, pose.y) - screen_x,
-      toScreenY(view, size, pose.x, pose.y) - screen_y,
-    );
-    if (distance <= best) {
-      best = distance;
-      nearest = frame;
-    }
-  });
-  return nearest;
-}
-
 function lengthName(metres: number): string {
   if (metres < 0.0099) return `${Math.round(metres * 10_000) / 10} mm`;
   if (metres < 0.99) return `${Math.round(metres * 1000) / 10} cm`;
@@ -351,36 +269,6 @@ function polyline(ctx: Context, size: Size, view: Viewport, points: readonly { x
     else ctx.lineTo(x, y);
   });
   ctx.stroke();
-}
-
-/** A kite whose tip points along `angle`, counter-clockwise on the screen. */
-function paintArrow(
-  ctx: Context,
-  x: number,
-  y: number,
-  angle: number,
-  radius: number,
-  fill: string,
-  outline: string,
-): void {
-  const cos = Math.cos(angle);
-  const sin = Math.sin(angle);
-  const corner = (forward: number, left: number): [number, number] => [
-    x + radius * (forward * cos - left * sin),
-    y - radius * (forward * sin + left * cos),
-  ];
-  ctx.beginPath();
-  ctx.moveTo(...corner(1, 0));
-  ctx.lineTo(...corner(-0.75, 0.68));
-  ctx.lineTo(...corner(-0.35, 0));
-  ctx.lineTo(...corner(-0.75, -0.68));
-  ctx.closePath();
-  ctx.lineJoin = 'round';
-  ctx.strokeStyle = outline;
-  ctx.lineWidth = 2.5;
-  ctx.stroke();
-  ctx.fillStyle = fill;
-  ctx.fill();
 }
 
 function arrowHead(ctx: Context, x: number, y: number, angle: number, length = 9): void {

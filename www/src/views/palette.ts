@@ -28,6 +28,16 @@ export function framePalette(count: number, dark: boolean): Rgb[] {
   return Array.from({ length: count }, (_, frame) => frameColor(count > 1 ? frame / (count - 1) : 0.3, dark));
 }
 
+/** A colour of this hue (degrees) that stands out from the background. */
+export function hueColor(hue: number, dark: boolean): Rgb {
+  return dark ? oklchToRgb(0.76, 0.14, hue) : oklchToRgb(0.52, 0.16, hue);
+}
+
+/** What is of no colour. */
+export function grey(dark: boolean): Rgb {
+  return dark ? oklchToRgb(0.62, 0, 0) : oklchToRgb(0.6, 0, 0);
+}
+
 export function cssColor([red, green, blue]: Rgb, alpha = 1): string {
   return `rgb(${red} ${green} ${blue} / ${alpha})`;
 }

@@ -13,30 +13,6 @@ export interface PointSet {
 
 export const NO_POINTS: PointSet = { points: new Float32Array(0), offsets: new Uint32Array(1) };
 
-/** A counting sort by frame; points that come in order are taken as they are. */
-export function groupByFrame(points: Float32Array, frames: Uint32Array, num_frames: number): PointSet {
-  const offsets = new Uint32Array(num_frames + 1);
-  let is_sorted = true;
-  for (let i = 0; i < frames.length; i++) {
-    const frame = frames[i] as number;
-    offsets[frame + 1] = (offsets[frame + 1] ?? 0) + 1;
-    if (i > 0 && frame < (frames[i - 1] as number)) is_sorted = false;
-  }
-  for (let f = 0; f < num_frames; f++) offsets[f + 1] = (offsets[f + 1] as number) + (offsets[f] as number);
-  if (is_sorted) return { points, offsets };
-
-  const next = offsets.slice();
-  const sorted = new Float32Array(points.length);
-  for (let i = 0; i < frames.length; i++) {
-    const frame = frames[i] as number;
-    const to = next[frame] as number;
-    next[frame] = to + 1;
-    sorted[2 * to] = points[2 * i] as number;
-    sorted[2 * to + 1] = points[2 * i + 1] as number;
-  }
-  return { points: sorted, offsets };
-}
-
 /** A round dot: the pixels it covers around its centre, and how much of each, 0..255. */
 export interface Dot {
   dx: Int32Array;

@@ -124,31 +124,3 @@ export function roundedDown(value: number): number {
   const factor = value / power;
   return Number(((factor >= 5 ? 5 : factor >= 2 ? 2 : 1) * power).toPrecision(1));
 }
-
-/**
- * Where the map is: the box of the trajectory and of the points between the 0.5 and 99.5 percentile on each axis, so
- * that one stray return does not shrink the room to a dot. Null when there is nothing.
- */
-export function mapBounds(points: Float32Array, trajectory: readonly { x: number; y: number }[]): Bounds | null {
-  const xs: number[] = [];
-  const ys: number[] = [];
-  const num_points = points.length / 2;
-  const stride = Math.max(1, Math.floor(num_points / 20_000));
-  for (let i = 0; i < num_points; i += stride) {
-    xs.push(points[2 * i] ?? 0);
-    ys.push(points[2 * i + 1] ?? 0);
-  }
-  if (xs.length === 0 && trajectory.length === 0) return null;
-  xs.sort((a, b) => a - b);
-  ys.sort((a, b) => a - b);
-  const inner = (sorted: number[]): number[] => (sorted.length === 0 ? [] : [at(sorted, 0.005), at(sorted, 0.995)]);
-  const all_x = [...inner(xs), ...trajectory.map(({ x }) => x)];
-  const all_y = [...inner(ys), ...trajectory.map(({ y }) => y)];
-  const min = (values: number[]): number => values.reduce((a, b) => Math.min(a, b), Number.POSITIVE_INFINITY);
-  const max = (values: number[]): number => values.reduce((a, b) => Math.max(a, b), Number.NEGATIVE_INFINITY);
-  return { min_x: min(all_x), max_x: max(all_x), min_y: min(all_y), max_y: max(all_y) };
-}
-
-function at(sorted: number[], quantile: number): number {
-  return sorted[Math.round(quantile * (sorted.length - 1))] ?? 0;
-}

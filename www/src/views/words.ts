@@ -8,12 +8,11 @@ interface Matched {
   inlier_rmse: number;
   iterations: number;
   converged: boolean;
-  history: readonly unknown[];
 }
 
 /** What the alignment of one scan found. */
 export function frameSummary(frame: Matched, index: number): string {
-  if (frame.history.length === 0) {
+  if (frame.iterations === 0) {
     return index === 0 ? 'This scan is the origin of the map.' : 'This scan was not registered.';
   }
   const found = `${formatCount(frame.num_inliers)} points (${formatPercent(frame.fitness)}) were matched, with an rmse of ${formatLength(frame.inlier_rmse)}`;

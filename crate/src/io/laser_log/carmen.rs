@@ -60,14 +60,14 @@ pub(super) fn read(bytes: &[u8]) -> Result<LaserLog> {
     let kind = SCANS.iter().find(kinds).copied().unwrap_or(SCANS[0]);
     let mut reader = Reader::new(kind);
     let mut damaged: Vec<Error> = Vec::new();
-    let mut notes = Vec::new();
+    let mut losses = Vec::new();
     for (line, text) in lines(bytes) {
         // A recorder that was switched off leaves half a line behind.
         let is_last = text.as_ptr_range().end == bytes.as_ptr_range().end && !text.is_empty();
         match reader.take(line, text) {
-            Err(_) if is_last && !reader.scans.is_empty() => notes.push(cut_off(line)),
+            Err(_) if is_last && !reader.scans.is_empty() => losses.push(cut_off(line)),
             Err(error) => damaged.push(error),
-            Ok(()) if is_last && reader.take_back_if_cut(line) => notes.push(cut_off(line)),
+            Ok(()) if is_last && reader.take_back_if_cut(line) => losses.push(cut_off(line)),
             Ok(()) => {}
         }
     }
@@ -76,11 +76,11 @@ pub(super) fn read(bytes: &[u8]) -> Result<LaserLog> {
     {
         return Err(first.clone());
     }
-    notes.extend(damaged.iter().take(MOST_TOLD).map(|error| format!("A line was left out. {}", capitalized(error))));
+    losses.extend(damaged.iter().take(MOST_TOLD).map(|error| format!("A line was left out. {}", capitalized(error))));
     if damaged.len() > MOST_TOLD {
-        notes.push(format!("{} more damaged lines were left out.", damaged.len() - MOST_TOLD));
+        losses.push(format!("{} more damaged lines were left out.", damaged.len() - MOST_TOLD));
     }
-    Ok(reader.finish(notes))
+    Ok(reader.finish(losses))
 }
 
 fn cut_off(line: usize) -> String {
@@ -210,8 +210,9 @@ impl Reader {
 
     /// Where laser and robot keep their distance, that is the offset; where they do not, the laser's poses have been
     /// corrected afterwards and the robot's are what its wheels told.
-    fn finish(mut self, mut notes: Vec<String>) -> LaserLog {
-        self.keep_one_laser(&mut notes);
+    fn finish(mut self, mut losses: Vec<String>) -> LaserLog {
+        let notes = self.notes();
+        losses.extend(self.keep_one_laser());
         let poses = self.scans.iter().zip(&self.laser_poses);
         let pairs: Vec<(Pose2, Pose2)> = poses.filter_map(|(scan, laser)| Some((scan.odometry?, (*laser)?))).collect();
         let offset = common_offset(pairs.iter().copied());
@@ -220,12 +221,13 @@ impl Reader {
                 scan.reference = laser.or(scan.reference);
             }
         }
-        LaserLog { scans: self.scans, T_robot_laser: offset.unwrap_or_else(Pose2::identity), notes }
+        LaserLog { scans: self.scans, T_robot_laser: offset.unwrap_or_else(Pose2::identity), losses, notes }
     }
 
-    /// Leaves out the scans of other lasers, and says so.
-    fn keep_one_laser(&mut self, notes: &mut Vec<String>) {
+    /// Lines that are no scans of the laser that is read.
+    fn notes(&self) -> Vec<String> {
         let kind = String::from_utf8_lossy(self.kind);
+        let mut notes = Vec::new();
         if self.num_others > 0 {
             let others = self.num_others;
             notes.push(format!(
@@ -238,14 +240,19 @@ impl Reader {
                 "{same} lines of other kinds of scans were left out: {kind} lines tell more of the laser."
             ));
         }
+        notes
+    }
+
+    /// Leaves out the scans of other lasers under the same word, and says so.
+    fn keep_one_laser(&mut self) -> Option<String> {
         let offset = |(scan, laser): (&LaserScan, &Option<Pose2>)| Some(scan.odometry?.inverse() * (*laser)?);
         let offsets: Vec<Option<Pose2>> = self.scans.iter().zip(&self.laser_poses).map(offset).collect();
-        let Some((is_kept, note)) = one_laser(&self.scans, &offsets) else { return };
-        notes.push(note);
+        let (is_kept, loss) = one_laser(&self.scans, &offsets)?;
         let mut keep = is_kept.iter();
         self.scans.retain(|_| keep.next() == Some(&true));
         let mut keep = is_kept.iter();
         self.laser_poses.retain(|_| keep.next() == Some(&true));
+        Some(loss)
     }
 }
 

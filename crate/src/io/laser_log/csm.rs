@@ -53,13 +53,13 @@ const CUT_OFF: &str = "The last scan of the file is cut off and was left out.";
 
 pub(super) fn read(bytes: &[u8]) -> Result<LaserLog> {
     let mut scans = Vec::new();
-    let mut notes = Vec::new();
+    let mut losses = Vec::new();
     let is_list = bytes.iter().find(|byte| !byte.is_ascii_whitespace()) == Some(&b'[');
     let mut lines = Lines { bytes, offset: 0, line: 1 };
     if is_list {
         let whole = serde_json::from_slice(bytes).or_else(|error| {
             let part = complete_part(bytes).filter(|_| is_cut_off(bytes, &error)).ok_or(error)?;
-            notes.push(CUT_OFF.to_owned());
+            losses.push(CUT_OFF.to_owned());
             serde_json::from_slice(&part)
         });
         let many: OneOrMany = whole.map_err(|error| fault(1, bytes, &error))?;
@@ -76,13 +76,13 @@ pub(super) fn read(bytes: &[u8]) -> Result<LaserLog> {
             match object {
                 Ok(raw) => scans.push(scan(raw, scans.len(), lines.at(objects.byte_offset()))?),
                 Err(error) if error.is_eof() && !scans.is_empty() => {
-                    notes.push(CUT_OFF.to_owned());
+                    losses.push(CUT_OFF.to_owned());
                 }
                 Err(error) => return Err(fault(lines.at(objects.byte_offset()), bytes, &error)),
             }
         }
     }
-    Ok(LaserLog { scans, T_robot_laser: Pose2::identity(), notes })
+    Ok(LaserLog { scans, T_robot_laser: Pose2::identity(), losses, notes: Vec::new() })
 }
 
 /// Whether a list ends before it is closed.

@@ -81,7 +81,9 @@ pub struct LaserLog {
     pub scans: Vec<LaserScan>,
     /// Where the laser sits on the robot; the identity where the log does not tell.
     pub T_robot_laser: Pose2,
-    /// What was stepped over, in whole sentences.
+    /// What could not be used of what should have been, in whole sentences.
+    pub losses: Vec<String>,
+    /// What else is worth knowing, in whole sentences.
     pub notes: Vec<String>,
 }
 

@@ -14,12 +14,17 @@ const NORMALS_NOISE: f64 = 0.02;
 /// The information of the motion from a pose to the registered scan. What noise in the normals alone would tell of a
 /// direction that the walls leave open is taken off first.
 pub fn motion_information(registration: &PlanarRegistration, T_world_before: &Pose2) -> Matrix3<f64> {
+    seen_from(&without_normals_noise(registration), T_world_before)
+}
+
+/// The information of the motion from a pose, of information about the world's origin.
+pub fn seen_from(information: &Matrix3<f64>, T_world_before: &Pose2) -> Matrix3<f64> {
     let adjoint = T_world_before.adjoint();
-    adjoint.tr_mul(&(without_normals_noise(registration) * adjoint))
+    adjoint.tr_mul(&(information * adjoint))
 }
 
 /// The information, less what normals that are off by a few degrees would tell of every direction.
-fn without_normals_noise(registration: &PlanarRegistration) -> Matrix3<f64> {
+pub fn without_normals_noise(registration: &PlanarRegistration) -> Matrix3<f64> {
     let weights: f64 = registration.correspondences.iter().map(|c| c.weight).sum();
     if weights <= 0.0 {
         return Matrix3::zeros();

@@ -9,7 +9,7 @@ use crate::geometry::{Pose2, RigidMotion};
 use crate::graph::joint_scan_registration::{Edge, KnownMotion};
 use crate::graph::loops::planar::{ChainLink, LoopClosure};
 use crate::graph::pose_graph::{PlanarRelation, PoseRelation};
-use crate::odometry::planar::information::{chained, motion_information, softened_covariance};
+use crate::odometry::planar::information::{chained, seen_from, softened_covariance};
 use crate::odometry::planar::{FrameEstimate, Link, MeasuredMotion, REGISTRATION_SIGMA};
 use crate::preprocess::planar_scan::PlanarScan;
 
@@ -66,6 +66,7 @@ impl LongSequence {
     /// Picks the keyframes of a chain. There has to be a frame that is not lost.
     pub fn new(
         estimates: &[FrameEstimate],
+        informations: &[Matrix3<f64>],
         scans: &[Rc<PlanarScan>],
         poses: &[Pose2],
         motions: &[Option<MeasuredMotion>],
@@ -82,7 +83,8 @@ impl LongSequence {
                 continue;
             }
             if let Some(&before) = nodes.last() {
-                let relations = Relations::between(before, frame, estimate, poses, motions, is_start);
+                let relations =
+                    Relations::between(before, frame, (estimate, &informations[frame]), poses, motions, is_start);
                 let node = nodes.len();
                 chain.extend(relations.all.into_iter().map(|r| PoseRelation { from: node - 1, to: node, ..r }));
                 doubt.push(relations.doubt);
@@ -216,7 +218,7 @@ impl Relations {
     fn between(
         before: usize,
         frame: usize,
-        estimate: &FrameEstimate,
+        (estimate, information): (&FrameEstimate, &Matrix3<f64>),
         poses: &[Pose2],
         motions: &[Option<MeasuredMotion>],
         is_start: bool,
@@ -237,7 +239,7 @@ impl Relations {
         });
         if let Some(registration) = registered.filter(|_| !is_start) {
             let worst = expected(&T_before_frame, measured.is_some());
-            let information = motion_information(registration, &poses[before]);
+            let information = seen_from(information, &poses[before]);
             let covariance = softened_covariance(&information, REGISTRATION_SIGMA, worst);
             // Without measured motion to fall back on, the registration is all there is.
             all.push(relation(poses[before].inverse() * registration.T_target_source, &covariance, measured.is_some()));

@@ -5,7 +5,7 @@ mod measured_motion;
 
 use std::rc::Rc;
 
-use nalgebra::Vector2;
+use nalgebra::{Matrix3, Vector2};
 
 use crate::error::{Error, Result};
 use crate::evaluation::sharpness::{Sharpness, SharpnessMeter};
@@ -19,6 +19,7 @@ use crate::map::local::MetricName;
 use crate::map::local::{LocalMap, StitchedMap};
 use crate::map::occupancy_grid::OccupancyGrid;
 use crate::odometry::assessment::Status;
+use crate::odometry::planar::information::without_normals_noise;
 use crate::odometry::planar::{FrameEstimate, MeasuredMotion, Odometry};
 use crate::pipeline::odometry_check::{CheckedOdometry, check_odometry};
 use crate::pipeline::prepared_frame::FrameLabel;
@@ -28,7 +29,7 @@ use crate::pipeline::settings::{OdometrySource, Settings, Strategy};
 use crate::preprocess::clean::{CleaningReport, RangeLimits, clean, range_limit};
 use crate::preprocess::planar_scan::PlanarScan;
 use crate::registration::factors::{PointToPlane, PointToPoint};
-use crate::registration::icp::{IcpOptions, Source};
+use crate::registration::icp::{IcpOptions, IterationRecord, Source};
 use crate::registration::target::{OrientedTarget, PointTarget};
 use long::{LONG_SEQUENCE, LongSequence};
 
@@ -56,6 +57,8 @@ struct Run {
     T_laser_robot: Vec<Pose2>,
     /// The motion of the laser from the scan before to each, where odometry gives it.
     motions: Vec<Option<MeasuredMotion>>,
+    /// Whether the poses in the log are that motion: then they are nothing to compare with.
+    uses_poses_in_log: bool,
     /// What was said of the odometry from a file of its own.
     checked_odometry: Option<CheckedOdometry>,
     /// What is worth knowing of the measured motion, in whole sentences.
@@ -68,7 +71,10 @@ struct Run {
     scans: Vec<Rc<PlanarScan>>,
     cleaning: Vec<CleaningReport>,
     odometry: Odometry,
+    /// Without the pairs of points, which take more memory than the scans.
     estimates: Vec<FrameEstimate>,
+    /// What each frame's registration tells of its pose; see [`without_normals_noise`].
+    informations: Vec<Matrix3<f64>>,
     poses: Vec<Pose2>,
     /// Keyframes and loops, where there are many scans.
     long: Option<LongSequence>,
@@ -147,7 +153,7 @@ impl Reconstruction {
         self.recorded.extend(RecordedScan::of_log(log));
         self.run = None;
         let has_poses = log.scans.iter().all(|scan| scan.reference.is_some());
-        AddedLog { num_scans: log.scans.len(), has_poses, notes: log.notes.clone() }
+        AddedLog { num_scans: log.scans.len(), has_poses, losses: log.losses.clone(), notes: log.notes.clone() }
     }
 
     /// Number of scans.
@@ -219,7 +225,7 @@ impl Reconstruction {
         ReconstructionResult {
             version: env!("CARGO_PKG_VERSION"),
             settings: self.settings.clone(),
-            frames: self.run.iter().flat_map(|run| run.frame_results(self.labels())).collect(),
+            frames: self.frames_from(0),
             joint_history: self.joint().map_or_else(Vec::new, |joint| joint.graph.history().to_vec()),
             sharpness: self.run.as_ref().and_then(|run| run.sharpness),
             comparison,
@@ -228,10 +234,27 @@ impl Reconstruction {
         }
     }
 
+    /// What is known of the frames from this one on, as far as the run has come.
+    pub fn frames_from(&self, first: usize) -> Vec<FrameResult<PlanarPose, CleaningReport>> {
+        self.run.iter().flat_map(|run| run.frame_results(self.labels(), first)).collect()
+    }
+
+    /// Iterations of a frame's registration; empty where there was none.
+    pub fn history(&self, frame: usize) -> &[IterationRecord] {
+        let estimate = self.run.as_ref().and_then(|run| run.estimates.get(frame));
+        estimate.and_then(|estimate| estimate.registration.as_ref()).map_or(&[], |registration| &registration.history)
+    }
+
     /// The map of all frames that are not lost, as far as the run has come.
     pub fn map(&self) -> StitchedMap {
+        self.map_from(0)
+    }
+
+    /// The part of the map that the frames from this one on make.
+    pub fn map_from(&self, first: usize) -> StitchedMap {
         let Some(run) = &self.run else { return StitchedMap::default() };
-        StitchedMap::new(run.believed().map(|frame| (frame as u32, run.scans[frame].as_ref(), run.poses[frame])))
+        let believed = run.believed().skip_while(|&frame| frame < first);
+        StitchedMap::new(believed.map(|frame| (frame as u32, run.scans[frame].as_ref(), run.poses[frame])))
     }
 
     /// What is free and what is occupied, by all frames that are not lost, in cells of this side (m).
@@ -294,10 +317,9 @@ impl Reconstruction {
     }
 
     fn comparison(&self) -> Result<Option<TrajectoryError<PlanarPoint>>> {
-        let in_logs = self.poses_in_logs();
-        let (Some(run), Some((name, reference))) = (&self.run, self.reference.as_ref().or(in_logs.as_ref())) else {
-            return Ok(None);
-        };
+        let Some(run) = &self.run else { return Ok(None) };
+        let in_logs = self.poses_in_logs().filter(|_| !run.uses_poses_in_log);
+        let Some((name, reference)) = self.reference.as_ref().or(in_logs.as_ref()) else { return Ok(None) };
         if run.poses.len() < self.names.len() {
             return Ok(None);
         }
@@ -332,6 +354,7 @@ impl Run {
             num_scans: recorded.len(),
             T_laser_robot: recorded.iter().map(|scan| scan.T_robot_laser.inverse()).collect(),
             motions,
+            uses_poses_in_log: source == OdometrySource::Log,
             checked_odometry: checked,
             odometry_notes,
             pieces: vec![0; recorded.len()],
@@ -343,6 +366,7 @@ impl Run {
                 recorded.first().map_or_else(Pose2::identity, |scan| scan.T_robot_laser),
             ),
             estimates: Vec::new(),
+            informations: Vec::new(),
             poses: Vec::new(),
             long: None,
             joint: None,
@@ -367,7 +391,11 @@ impl Run {
         let frame = self.poses.len();
         let (scan, report) = prepare(recorded, self.detected_limit, settings);
         let scan = Rc::new(scan);
-        let estimate = self.odometry.register_frame(&scan, self.motions[frame].as_ref());
+        let mut estimate = self.odometry.register_frame(&scan, self.motions[frame].as_ref());
+        self.informations.push(estimate.registration.as_ref().map_or_else(Matrix3::zeros, without_normals_noise));
+        if let Some(registration) = &mut estimate.registration {
+            registration.correspondences = Vec::new();
+        }
         self.scans.push(scan);
         self.cleaning.push(report);
         self.poses.push(estimate.T_world_sensor);
@@ -383,8 +411,8 @@ impl Run {
     }
 
     fn advance_loops(&mut self, settings: &Settings) -> Progress {
-        let Self { long, estimates, scans, poses, motions, pieces, .. } = self;
-        let long = long.get_or_insert_with(|| LongSequence::new(estimates, scans, poses, motions));
+        let Self { long, estimates, informations, scans, poses, motions, pieces, .. } = self;
+        let long = long.get_or_insert_with(|| LongSequence::new(estimates, informations, scans, poses, motions));
         long.closure.advance(&settings.icp_options());
         if long.closure.is_done() {
             let solved = long.closure.solved_poses();
@@ -429,8 +457,8 @@ impl Run {
 
     fn evaluate(&mut self) -> Progress {
         let mut meter = self.meter.take().unwrap_or_else(|| {
-            let placed = self.believed().map(|frame| (self.scans[frame].as_ref(), self.poses[frame]));
-            SharpnessMeter::new(placed)
+            let placed = self.believed().map(|frame| (Rc::clone(&self.scans[frame]), self.poses[frame]));
+            SharpnessMeter::new(placed.collect())
         });
         meter.advance(POINTS_A_STEP);
         if meter.is_done() {
@@ -462,8 +490,9 @@ impl Run {
     fn frame_results(
         &self,
         labels: impl Iterator<Item = FrameLabel>,
+        first: usize,
     ) -> impl Iterator<Item = FrameResult<PlanarPose, CleaningReport>> {
-        labels.zip(&self.cleaning).zip(&self.estimates).map(|((label, cleaning), estimate)| {
+        labels.zip(&self.cleaning).zip(&self.estimates).skip(first).map(|((label, cleaning), estimate)| {
             let pose = self.pose_of_robot(label.index);
             let piece = self.pieces[label.index];
             FrameResult { piece, ..FrameResult::of_scan(label, *cleaning, estimate, pose) }

@@ -109,11 +109,9 @@ impl<const D: usize> KdTree<D> {
     /// Builds the index. Points with a coordinate that is not finite are left out and are never found;
     /// so is everything after the first 2^32 - 1 points.
     pub fn build(points: &[[f32; D]]) -> Self {
-        let mut finite: Vec<_> = (0..u32::MAX)
-            .zip(points)
-            .filter(|(_, point)| point.iter().all(|x| x.is_finite()))
-            .map(|(index, &coordinates)| IndexedPoint { coordinates, index })
-            .collect();
+        let mut finite = Vec::with_capacity(points.len());
+        let numbered = (0..u32::MAX).zip(points).filter(|(_, point)| point.iter().all(|x| x.is_finite()));
+        finite.extend(numbered.map(|(index, &coordinates)| IndexedPoint { coordinates, index }));
         let num_leaves = finite.len().div_ceil(LEAF);
         let empty = Leaf { coordinates: [[f32::INFINITY; LEAF]; D], indices: [u32::MAX; LEAF] };
         let mut tree = Self {

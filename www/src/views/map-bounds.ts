@@ -1,0 +1,63 @@
+/** Which part of the world a map's view is fitted to. */
+import type { PointSet } from './point-layer.js';
+import type { Bounds } from './viewport.js';
+
+interface Place {
+  x: number;
+  y: number;
+}
+
+/** So many points are looked at. */
+const MAX_SAMPLES = 20_000;
+/** Returns within this quantile of the ranges, or this many times their median, are to be in view. */
+const NEAR_QUANTILE = 0.9;
+const NEAR_MEDIANS = 2;
+/** Of the near returns, this share on each side of each axis may be strays. */
+const STRAYS = 0.005;
+
+/**
+ * The box of the path, of the reference, and of the returns of `frames` (all where none are given) that are not much further
+ * from their scanner than most: a glimpse down a corridor must not shrink the rooms that were visited. Null when there is
+ * nothing.
+ */
+export function mapBounds(
+  { points, offsets }: PointSet,
+  poses: readonly Place[],
+  reference: readonly Place[] = [],
+  frames: readonly number[] = Array.from({ length: offsets.length - 1 }, (_, frame) => frame),
+): Bounds | null {
+  const stride = Math.max(1, Math.floor(points.length / 2 / MAX_SAMPLES));
+  const sampled: [x: number, y: number, range: number][] = [];
+  for (const frame of frames) {
+    const end = offsets[frame + 1] ?? 0;
+    const pose = poses[frame];
+    for (let i = Math.ceil((offsets[frame] ?? 0) / stride) * stride; i < end; i += stride) {
+      const [x, y] = [points[2 * i] ?? 0, points[2 * i + 1] ?? 0];
+      sampled.push([x, y, pose ? Math.hypot(x - pose.x, y - pose.y) : 0]);
+    }
+  }
+  const ranges = Float64Array.from(sampled, ([, , range]) => range).sort();
+  const limit = Math.max(at(ranges, NEAR_QUANTILE), NEAR_MEDIANS * at(ranges, 0.5));
+  const near = sampled.filter(([, , range]) => range <= limit);
+  const shown = [...frames.flatMap((frame) => poses[frame] ?? []), ...reference];
+  const along_x = span(
+    Float64Array.from(near, ([x]) => x).sort(),
+    shown.map(({ x }) => x),
+  );
+  const along_y = span(
+    Float64Array.from(near, ([, y]) => y).sort(),
+    shown.map(({ y }) => y),
+  );
+  return along_x && along_y && { min_x: along_x[0], max_x: along_x[1], min_y: along_y[0], max_y: along_y[1] };
+}
+
+/** From the least to the largest of all but the strays. */
+function span(sorted: Float64Array, others: readonly number[]): [number, number] | null {
+  const ends = sorted.length > 0 ? [at(sorted, STRAYS), at(sorted, 1 - STRAYS)] : [];
+  const all = [...ends, ...others];
+  return all.length === 0 ? null : [all.reduce((a, b) => Math.min(a, b)), all.reduce((a, b) => Math.max(a, b))];
+}
+
+function at(sorted: Float64Array, quantile: number): number {
+  return sorted[Math.round(quantile * (sorted.length - 1))] ?? 0;
+}

@@ -1,0 +1,162 @@
+/** The path of the robot on the map: certain and uncertain links, and the poses. */
+import type { Context, MapMarks, MapTheme, Pose } from './map-painter.js';
+import { cssColor, type Rgb } from './palette.js';
+import { type Size, toScreenAngle, toScreenX, toScreenY, type Viewport } from './viewport.js';
+
+/** Side of the cells in which one arrow has room, CSS pixels: of short runs, and of long ones, whose walls would be hidden. */
+const ARROW_CELL = 20;
+const LONG_RUN_ARROW_CELL = 44;
+/** More poses than this make a long run. */
+const LONG_RUN = 200;
+
+/** The robot's path, dashed where a link is uncertain, and an arrow for every pose, pointing where the robot looks. */
+export function paintTrajectory(
+  ctx: Context,
+  size: Size,
+  view: Viewport,
+  marks: MapMarks,
+  colors: readonly Rgb[],
+  theme: MapTheme,
+): void {
+  const shown = marks.poses.slice(0, marks.until);
+  paintPath(ctx, size, view, shown, marks.uncertain_links, theme);
+
+  const arrow = (frame: number, radius: number, fill: string, outline: string): void => {
+    const pose = shown[frame];
+    if (!pose) return;
+    const [x, y] = [toScreenX(view, size, pose.x, pose.y), toScreenY(view, size, pose.x, pose.y)];
+    if (marks.statuses[frame] === 'lost') {
+      paintCross(ctx, x, y, 0.6 * radius, theme);
+      return;
+    }
+    const heading = toScreenAngle(view, pose.theta + marks.look_direction);
+    paintArrow(ctx, x, y, heading, radius, fill, outline);
+  };
+  const ownColor = (frame: number): string => cssColor(colors[frame] ?? theme.selected);
+
+  // Where poses crowd, the first in each cell of the screen stands for the others; the selected and the hovered one
+  // are always there.
+  const side = shown.length > LONG_RUN ? LONG_RUN_ARROW_CELL : ARROW_CELL;
+  const taken = new Set<string>();
+  shown.forEach((pose, frame) => {
+    if (frame === marks.selected || frame === marks.hovered) return;
+    const column = Math.floor(toScreenX(view, size, pose.x, pose.y) / side);
+    const row = Math.floor(toScreenY(view, size, pose.x, pose.y) / side);
+    const cell = `${column} ${row}`;
+    if (taken.has(cell)) return;
+    taken.add(cell);
+    arrow(frame, shown.length > 60 ? 6.5 : 8, ownColor(frame), theme.halo);
+  });
+  if (marks.hovered !== null && marks.hovered !== marks.selected)
+    arrow(marks.hovered, 11, ownColor(marks.hovered), theme.path);
+  if (marks.selected !== null) arrow(marks.selected, 12, cssColor(theme.selected), theme.halo);
+}
+
+/** The nearest shown pose within `reach` CSS pixels of a place on the screen; else null. */
+export function poseAt(
+  marks: MapMarks,
+  size: Size,
+  view: Viewport,
+  screen_x: number,
+  screen_y: number,
+  reach: number,
+): number | null {
+  let nearest: number | null = null;
+  let best = reach;
+  marks.poses.slice(0, marks.until).forEach((pose, frame) => {
+    const distance = Math.hypot(
+      toScreenX(view, size, pose.x, pose.y) - screen_x,
+      toScreenY(view, size, pose.x, pose.y) - screen_y,
+    );
+    if (distance <= best) {
+      best = distance;
+      nearest = frame;
+    }
+  });
+  return nearest;
+}
+
+/** The path over a halo; uncertain links are dashed and lighter. */
+function paintPath(
+  ctx: Context,
+  size: Size,
+  view: Viewport,
+  poses: readonly Pose[],
+  uncertain_links: readonly boolean[],
+  theme: MapTheme,
+): void {
+  const links = (is_uncertain: boolean): void => {
+    ctx.beginPath();
+    poses.forEach((pose, i) => {
+      const x = toScreenX(view, size, pose.x, pose.y);
+      const y = toScreenY(view, size, pose.x, pose.y);
+      const before = poses[i - 1];
+      if (before && (uncertain_links[i] ?? false) === is_uncertain) {
+        if (is_uncertain)
+          ctx.moveTo(toScreenX(view, size, before.x, before.y), toScreenY(view, size, before.x, before.y));
+        ctx.lineTo(x, y);
+      } else {
+        ctx.moveTo(x, y);
+      }
+    });
+    ctx.stroke();
+  };
+  ctx.lineJoin = 'round';
+  ctx.lineCap = 'round';
+  ctx.strokeStyle = theme.halo;
+  ctx.lineWidth = 4;
+  links(false);
+  ctx.strokeStyle = theme.path;
+  ctx.lineWidth = 1.5;
+  links(false);
+  ctx.setLineDash([2, 5]);
+  ctx.globalAlpha = 0.7;
+  links(true);
+  ctx.globalAlpha = 1;
+  ctx.setLineDash([]);
+}
+
+/** Where a lost frame was expected. */
+function paintCross(ctx: Context, x: number, y: number, radius: number, theme: MapTheme): void {
+  ctx.beginPath();
+  for (const side of [-1, 1]) {
+    ctx.moveTo(x - radius, y - side * radius);
+    ctx.lineTo(x + radius, y + side * radius);
+  }
+  ctx.strokeStyle = theme.halo;
+  ctx.lineWidth = 5;
+  ctx.stroke();
+  ctx.strokeStyle = theme.warning;
+  ctx.lineWidth = 2;
+  ctx.stroke();
+}
+
+/** A kite whose tip points along `angle`, counter-clockwise on the screen. */
+function paintArrow(
+  ctx: Context,
+  x: number,
+  y: number,
+  angle: number,
+  radius: number,
+  fill: string,
+  outline: string,
+): void {
+  const cos = Math.cos(angle);
+  const sin = Math.sin(angle);
+  const corner = (forward: number, left: number): [number, number] => [
+    x + radius * (forward * cos - left * sin),
+    y - radius * (forward * sin + left * cos),
+  ];
+  ctx.beginPath();
+  ctx.moveTo(...corner(1, 0));
+  ctx.lineTo(...corner(-0.75, 0.68));
+  ctx.lineTo(...corner(-0.35, 0));
+  ctx.lineTo(...corner(-0.75, -0.68));
+  ctx.closePath();
+  ctx.lineJoin = 'round';
+  ctx.strokeStyle = outline;
+  ctx.lineWidth = 2.5;
+  ctx.stroke();
+  ctx.fillStyle = fill;
+  ctx.fill();
+}

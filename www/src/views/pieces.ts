@@ -1,0 +1,71 @@
+/** The certain pieces of a map: which there are, their colours, and which links of the path are not certain. */
+import type { Status } from './map-painter.js';
+import { grey, hueColor, type Rgb } from './palette.js';
+
+/** A certain piece of the map, or all small ones together. */
+export interface Piece {
+  /** What the legend calls it. */
+  label: string;
+  /** How many pieces stand behind it: one, or all small ones. */
+  num_pieces: number;
+  /** Frames in it, in ascending order. */
+  frames: readonly number[];
+  color: Rgb;
+}
+
+interface Frame {
+  piece: number;
+  status: Status;
+}
+
+/** Hues that are told apart by most eyes, degrees; the main piece has the first. */
+const HUES = [262, 62, 152, 310, 205, 100];
+/** Pieces of fewer frames than this are shown together. */
+const MIN_FRAMES = 5;
+
+/** The main piece and the largest others in their order, then all small ones; empty where the map is one piece. */
+export function certainPieces(frames: readonly Frame[], dark: boolean): Piece[] {
+  const of_piece = new Map<number, number[]>();
+  frames.forEach(({ piece, status }, frame) => {
+    if (status === 'lost') return;
+    const known = of_piece.get(piece);
+    if (known) known.push(frame);
+    else of_piece.set(piece, [frame]);
+  });
+  if (of_piece.size < 2) return [];
+  const by_size = [...of_piece].sort(([a, p], [b, q]) => Number(b === 0) - Number(a === 0) || q.length - p.length);
+  const is_shown = ([piece, members]: [number, number[]], rank: number): boolean =>
+    rank < HUES.length && (piece === 0 || members.length >= MIN_FRAMES);
+  const shown = by_size.filter(is_shown).sort(([a], [b]) => a - b);
+  const others = by_size.filter((piece, rank) => !is_shown(piece, rank));
+  const pieces = shown.map(([piece, members], rank) => ({
+    label: piece === 0 ? 'Main piece' : `Piece ${piece}`,
+    num_pieces: 1,
+    frames: members,
+    color: hueColor(HUES[rank] ?? 0, dark),
+  }));
+  if (others.length === 0) return pieces;
+  const rest = others.flatMap(([, members]) => members).sort((a, b) => a - b);
+  const label = others.length === 1 ? `Piece ${others[0]?.[0] ?? ''}` : `${others.length} small pieces`;
+  return [...pieces, { label, num_pieces: others.length, frames: rest, color: grey(dark) }];
+}
+
+/** The colour of each frame's piece; a lost frame has that of the small pieces. */
+export function pieceColors(pieces: readonly Piece[], num_frames: number, dark: boolean): Rgb[] {
+  const colors = new Array<Rgb>(num_frames).fill(grey(dark));
+  for (const { frames, color } of pieces) for (const frame of frames) colors[frame] = color;
+  return colors;
+}
+
+/**
+ * For each frame whether its link to the frame before is uncertain: it leads to another piece, to or from a lost frame, or to
+ * a doubtful frame of the main piece. In the other pieces every frame is doubtful, but not its link to the one before.
+ */
+export function uncertainLinks(frames: readonly Frame[]): boolean[] {
+  return frames.map(({ piece, status }, i) => {
+    const before = frames[i - 1];
+    if (!before) return false;
+    const is_lost = status === 'lost' || before.status === 'lost';
+    return is_lost || piece !== before.piece || (piece === 0 && status === 'doubtful');
+  });
+}
