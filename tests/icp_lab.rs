@@ -9,9 +9,7 @@ use scanstitch::registration::CloudMetric::{self, Gicp, PointToLine, PointToPlan
 use scanstitch::registration::RegistrationOptions;
 use scanstitch::registration::align::{StepMethod, register_clouds};
 use scanstitch::registration::lab::IcpLab;
-use scanstitch::registration::lab::basin::Ends;
 use scanstitch::registration::lab::grid::GridOptions;
-use scanstitch::registration::lab::landscape::local_minima;
 use scanstitch::registration::robust_kernel::RobustKernel;
 
 mod common;
@@ -50,7 +48,11 @@ fn planar_pairs() -> Vec<Pair> {
     let searched = RegistrationOptions { search_translation: 0.5, search_rotation: 0.3, ..with_metric(PointToLine) };
     [with_metric(PointToLine), with_metric(PointToPoint), trimmed, gauss_newton, searched]
         .into_iter()
-        .map(|options| pair(&corridor(), ["3.ply", "2.ply"], options))
+        .flat_map(|options| {
+            let zju =
+                common::shared_data("laser/zju10").map(|folder| pair(&folder, ["1.ply", "0.ply"], options.clone()));
+            zju.into_iter().chain([pair(&corridor(), ["3.ply", "2.ply"], options)])
+        })
         .collect()
 }
 
@@ -129,18 +131,4 @@ fn a_landscape_is_the_cost_of_every_pose() {
 
 fn bits(numbers: &[f64]) -> Vec<u64> {
     numbers.iter().map(|x| x.to_bits()).collect()
-}
-
-#[test]
-fn the_minimum_of_the_landscape_is_where_the_loop_ends() {
-    for Pair { name, source, target, options } in planar_pairs() {
-        let mut lab = IcpLab::new(&source, &target, &options).expect("a lab");
-        let end = *lab.trace(None).expect("a trace").poses.last().expect("an iteration");
-        for axes in [[1, 2], [1, 0]] {
-            let grid = grid(end, &axes, &[0.1, 0.1], &[201, 201]);
-            let landscape = lab.cost_landscape(&grid).expect("a landscape");
-            let minima = local_minima(&landscape, 201);
-            println!("{axes:?} {:?} at end {} {name}", &minima[..minima.len().min(3)], landscape[100 * 201 + 100]);
-        }
-    }
 }

@@ -41,7 +41,7 @@ pub(super) fn prepare(
     }
     if metric == CloudMetric::PointToPoint {
         let (num_target, target) = (target.points.len(), PointTarget::new(target.points));
-        return Ok((problem(source, (target, num_target), PointToPoint, options, solver), guess));
+        return Ok((problem(source, (target, num_target), PointToPoint, options, &solver), guess));
     }
     let (normals, num_target) = (target.known_or_estimated_normals(), target.points.len());
     if normals.iter().all(Option::is_none) {
@@ -54,12 +54,12 @@ pub(super) fn prepare(
     if metric == CloudMetric::Vgicp {
         let target = GaussianVoxels::new(&target.points, &normals, gaussian_voxel_size(options)?);
         let num_target = target.len();
-        return Ok((problem(source, (target, num_target), PlaneToVoxel, options, solver), guess));
+        return Ok((problem(source, (target, num_target), PlaneToVoxel, options, &solver), guess));
     }
     let target = (OrientedTarget::new(target.points, normals), num_target);
     let problem = match metric {
-        CloudMetric::Gicp => problem(source, target, PlaneToPlane, options, solver),
-        _ => problem(source, target, PointToPlane, options, solver),
+        CloudMetric::Gicp => problem(source, target, PlaneToPlane, options, &solver),
+        _ => problem(source, target, PointToPlane, options, &solver),
     };
     Ok((problem, guess))
 }
@@ -69,14 +69,14 @@ fn problem<T, F>(
     (target, num_target): (T, usize),
     factor: F,
     options: &RegistrationOptions,
-    solver: Solver<Pose3>,
+    solver: &Solver<Pose3>,
 ) -> Box<dyn IcpProblem<Pose3>>
 where
     T: Target<Point = Vector3<f64>> + 'static,
     F: Factor<Pose3, T> + 'static,
 {
     let (points, normals) = (source.points, source.normals);
-    Box::new(Problem { points, normals, target, num_target, factor, options: options.icp_options(), solver })
+    Box::new(Problem { points, normals, target, num_target, factor, options: options.icp_options(), solver: *solver })
 }
 
 /// The side of the voxels that `vgicp` registers to (m).

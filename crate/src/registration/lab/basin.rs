@@ -101,7 +101,9 @@ fn basin_of(ends: &Ends, groups: &[Vec<usize>]) -> Basin {
     let mut labels = vec![-1; ends.end_reason.len()];
     let mut minima = Vec::new();
     for (label, group) in groups.iter().enumerate() {
-        group.iter().for_each(|&end| labels[end] = label.min(i16::MAX as usize) as i16);
+        for &end in group {
+            labels[end] = i16::try_from(label).unwrap_or(i16::MAX);
+        }
         let lowest = group.first().map(|&end| (ends.T_target_source[end], ends.cost[end]));
         minima.push(Minimum { count: group.len(), lowest });
     }

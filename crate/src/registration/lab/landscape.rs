@@ -25,7 +25,8 @@ pub(super) fn planar_costs(
     table: &OnceCell<NearestTable>,
 ) -> Vec<f64> {
     let options = problem.options();
-    let Some(nth) = (0..2).find(|&nth| grid.moves_along(nth)).filter(|_| options.rejection.trim_fraction == 0.0) else {
+    let is_linear = |nth: &usize| grid.moves_along(*nth) && options.rejection.trim_fraction == 0.0;
+    let Some(nth) = (0..2).find(is_linear) else {
         return costs(problem, grid);
     };
     let table = table.get_or_init(|| {

@@ -84,8 +84,12 @@ impl NearestTable {
             });
         }
         let mut starts = vec![0; self.width * self.height + 1];
-        of_cell.iter().for_each(|&(cell, _)| starts[cell as usize + 1] += 1);
-        (1..starts.len()).for_each(|cell| starts[cell] += starts[cell - 1]);
+        for &(cell, _) in &of_cell {
+            starts[cell as usize + 1] += 1;
+        }
+        for cell in 1..starts.len() {
+            starts[cell] += starts[cell - 1];
+        }
         let mut next = starts.clone();
         self.candidates = vec![Candidate { position: [0.0; 2], index: 0 }; of_cell.len()];
         for (cell, index) in of_cell {
@@ -139,12 +143,7 @@ impl NearestTable {
         if is_inside { at.y as usize * self.width + at.x as usize } else { 0 }
     }
 
-    /// The nearest point within the distance.
-    #[inline]
-    pub fn nearest(&self, place: &Vector2<f64>) -> Option<Neighbor> {
-        self.nearest_of(self.cell(place), place)
-    }
-
+    /// The nearest point within the distance among the candidates of the cell that a place lies in.
     #[inline]
     fn nearest_of(&self, cell: usize, place: &Vector2<f64>) -> Option<Neighbor> {
         let query = single(place);
