@@ -8,6 +8,7 @@ use super::memory::grow_ahead;
 use super::point_cloud::PartialRegistrationOptions;
 use super::{PointCloud, from_object, plain, thrown};
 use crate::error::Error;
+use crate::registration::correlative::{SearchWindow, SearchedBlock};
 use crate::registration::icp::EndReason;
 use crate::registration::lab::basin::{Ends, Minimum};
 use crate::registration::lab::grid::GridOptions;
@@ -200,6 +201,22 @@ impl IcpLab {
         set(&object, "iterations", &Uint16Array::from(ends.iterations.as_slice()));
         set(&object, "cost", &Float64Array::from(ends.cost.as_slice()));
         Ok(object.unchecked_into())
+    }
+
+    /// Planar clouds: where the correlative search goes from a centre, block after block of its pyramid, within half widths in x
+    /// and y (m) and of the turn (rad).
+    ///
+    /// # Errors
+    /// When the clouds are in space, the centre is no rigid motion, or the window is too wide.
+    pub fn search_path(
+        &self,
+        T_center: &[f64],
+        translation: f64,
+        rotation: f64,
+    ) -> Result<Vec<Ts<SearchedBlock>>, JsValue> {
+        let window = SearchWindow { translation, rotation };
+        let path = self.engine.search_path(&pose(T_center)?, window).map_err(|error| thrown(&error))?;
+        path.iter().map(plain).collect()
     }
 
     /// Tells ends of registrations apart; `reference` (16 numbers) is a pose of the minimum that is called right. Ends of several

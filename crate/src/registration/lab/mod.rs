@@ -2,7 +2,7 @@
 //! [`register_clouds`](super::align::register_clouds) come in.
 //!
 //! [`IcpLab`] holds them ready. [`iteration`] is one step of the loop with its pairs and equations; [`landscape`] the cost over
-//! two unknowns; [`basin`] where starts end; [`scenes`] small worlds with one thing to see each. Everything is the engine's own
+//! two unknowns; [`basin`] where starts end. Everything is the engine's own
 //! loop and the engine's own pairs. Read [`iteration`] first.
 
 pub mod basin;
@@ -14,6 +14,7 @@ mod nearest_table;
 
 use std::cell::OnceCell;
 
+use nalgebra::Vector2;
 use serde::Serialize;
 
 use self::basin::{Basin, Ends};
@@ -25,6 +26,7 @@ use crate::error::{Error, Result};
 use crate::geometry::{PointCloud, Pose2, Pose3, Vector};
 use crate::registration::align::RegistrationOptions;
 use crate::registration::align::clouds::{CloudProblem, PreparedClouds};
+use crate::registration::correlative::{LikelihoodGrid, SearchWindow, SearchedBlock};
 use crate::registration::icp::{EndReason, IterationRecord};
 use crate::registration::problem::IcpProblem;
 
@@ -67,6 +69,9 @@ pub struct LabPoints {
     /// Unit normals; NaN where a point has none.
     pub normals: Vec<f32>,
 }
+
+/// Largest half width of a search (m, rad).
+const MAX_SEARCH: f64 = 20.0;
 
 /// One expression for both dimensions.
 macro_rules! either {
@@ -260,6 +265,25 @@ impl IcpLab {
         let center = self.clouds.near(&options.T_center)?;
         let rows = |pose: &Pose3| self.clouds.between_clouds(pose);
         either!(self, |problem, _guess| basin::ends(problem, &Grid::new(&center, options, 1..=3)?, &rows))
+    }
+
+    /// Where the correlative search goes from a centre, level by level of its pyramid. Half widths in x and y (m) and of the turn
+    /// (rad).
+    ///
+    /// # Errors
+    /// When the clouds are not planar, the centre is no rigid motion, or the window is not finite.
+    pub fn search_path(&self, T_center: &[f64; 16], window: SearchWindow) -> Result<Vec<SearchedBlock>> {
+        let CloudProblem::Plane(problem, _) = &self.clouds.problem else {
+            let problem = "The correlative search is for planar clouds, and these are clouds in space";
+            return Err(Error::whole(problem, "Give two planar scans"));
+        };
+        if !(0.0..=MAX_SEARCH).contains(&window.translation) || !(0.0..=MAX_SEARCH).contains(&window.rotation) {
+            let problem = format!("A window of {} m and {} rad", window.translation, window.rotation);
+            return Err(Error::whole(problem, format!("Give half widths from 0 to {MAX_SEARCH}")));
+        }
+        let target: Vec<Vector2<f64>> = problem.target_points().into_iter().map(|(point, _)| point).collect();
+        let center = Pose2::from_space(&self.clouds.near(T_center)?);
+        Ok(LikelihoodGrid::new(&target).search_path(problem.source_points(), &center, window))
     }
 
     /// Tells ends apart: see [`basin`]. `reference` is a pose of the minimum that is called right.
