@@ -53,6 +53,8 @@ export {
   evaluate,
   evaluation_defaults,
   FrameClouds,
+  IcpLab,
+  local_minima,
   map_quality,
   PointCloud,
   prepare_cloud,

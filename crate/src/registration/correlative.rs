@@ -6,6 +6,7 @@
 //! algorithm 3 and eqs. 14-16.
 
 use nalgebra::{Vector2, Vector3};
+use serde::Serialize;
 
 use crate::geometry::{Pose2, RigidMotion};
 
@@ -25,6 +26,24 @@ pub struct CorrelativeMatch {
     pub T_target_source: Pose2,
     /// Mean likelihood of the source's points, 0..=1.
     pub score: f64,
+}
+
+/// Poses that a search looked into together: translations by `x..x + side` and `y..y + side` from the centre, under one turn.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
+pub struct SearchedBlock {
+    /// Level of the pyramid; 0 is a single pose.
+    pub level: usize,
+    /// Turn from the centre (rad).
+    pub turn: f64,
+    /// Least translation along x from the centre (m).
+    pub x: f64,
+    /// Least translation along y from the centre (m).
+    pub y: f64,
+    /// Side of the block (m).
+    pub side: f64,
+    /// None of its poses scores more: mean likelihood of the source's points, 0..=1.
+    pub bound: f64,
 }
 
 /// Side of a cell (m).
@@ -137,7 +156,31 @@ impl LikelihoodGrid {
     /// The best pose within `window` around `center`, on a lattice of the grid's cells and of turns that move a point
     /// 10 m away by one cell. `None` for an empty source.
     pub fn search(&self, source: &[Vector2<f64>], center: &Pose2, window: SearchWindow) -> Option<CorrelativeMatch> {
-        self.search_apart(source, center, window, None, (0.0, f64::INFINITY))
+        self.search_apart(source, center, window, None, (0.0, f64::INFINITY), |_| ())
+    }
+
+    /// What [`search`](Self::search) looks into, in the order in which it does: each block of poses whose bound beats the best pose
+    /// so far, on level 0 each pose that becomes the best.
+    pub fn search_path(&self, source: &[Vector2<f64>], center: &Pose2, window: SearchWindow) -> Vec<SearchedBlock> {
+        let (mut path, sum) = (Vec::new(), 255.0 * source.len() as f64);
+        let turn_step = self.turn_step(source);
+        self.search_apart(source, center, window, None, (0.0, f64::INFINITY), |block| {
+            path.push(SearchedBlock {
+                level: block.level,
+                turn: f64::from(block.turn) * turn_step,
+                x: f64::from(block.x) * self.resolution,
+                y: f64::from(block.y) * self.resolution,
+                side: f64::from(1 << block.level) * self.resolution,
+                bound: f64::from(block.bound) / sum,
+            });
+        });
+        path
+    }
+
+    /// The turn (rad) that moves the source's furthest point, or one [`MAX_LEVER`] away, by one cell.
+    fn turn_step(&self, source: &[Vector2<f64>]) -> f64 {
+        let lever = source.iter().map(Vector2::norm).fold(self.resolution, f64::max).min(MAX_LEVER);
+        2.0 * (self.resolution / (2.0 * lever)).asin()
     }
 
     /// The best pose of the window that lies apart from a known one by more than `apart` in position or in heading and
@@ -151,7 +194,7 @@ impl LikelihoodGrid {
         apart_from: (&Pose2, SearchWindow),
         scores: (f64, f64),
     ) -> Option<CorrelativeMatch> {
-        self.search_apart(source, center, window, Some(apart_from), scores)
+        self.search_apart(source, center, window, Some(apart_from), scores, |_| ())
     }
 
     fn search_apart(
@@ -161,12 +204,12 @@ impl LikelihoodGrid {
         window: SearchWindow,
         apart_from: Option<(&Pose2, SearchWindow)>,
         (least_score, enough_score): (f64, f64),
+        visit: impl FnMut(&Candidate),
     ) -> Option<CorrelativeMatch> {
         if source.is_empty() {
             return None;
         }
-        let lever = source.iter().map(Vector2::norm).fold(self.resolution, f64::max).min(MAX_LEVER);
-        let turn_step = 2.0 * (self.resolution / (2.0 * lever)).asin();
+        let turn_step = self.turn_step(source);
         let turns = (window.rotation / turn_step).ceil() as i32;
         let half_cells = (window.translation / self.resolution).ceil() as i32;
         let excluded = apart_from.map(|(known, apart)| {
@@ -184,7 +227,8 @@ impl LikelihoodGrid {
             .collect();
         let sum = |score: f64| (score * 255.0 * source.len() as f64) as u32; // saturates
         let (floor, enough) = (sum(least_score), sum(enough_score));
-        let best = Search { grid: self, rotated: &rotated, half_cells, excluded, floor, enough, best: None }.run()?;
+        let best =
+            Search { grid: self, rotated: &rotated, half_cells, excluded, floor, enough, best: None, visit }.run()?;
         let turned = nalgebra::UnitComplex::new(best.turn as f64 * turn_step) * center.rotation;
         let shift = Vector2::new(best.x as f64, best.y as f64) * self.resolution;
         let pose = Pose2::exp(&Vector3::new(turned.angle(), 0.0, 0.0));
@@ -237,7 +281,7 @@ struct Candidate {
     y: i32,
 }
 
-struct Search<'a> {
+struct Search<'a, V> {
     grid: &'a LikelihoodGrid,
     rotated: &'a [RotatedSource],
     half_cells: i32,
@@ -247,9 +291,11 @@ struct Search<'a> {
     /// A sum of this much ends the search.
     enough: u32,
     best: Option<Candidate>,
+    /// Is told of every candidate that is looked into.
+    visit: V,
 }
 
-impl Search<'_> {
+impl<V: FnMut(&Candidate)> Search<'_, V> {
     /// Depth first, the most promising candidate first (Hess et al. 2016, algorithm 3).
     fn run(mut self) -> Option<Candidate> {
         let top = NUM_LEVELS - 1;
@@ -284,6 +330,7 @@ impl Search<'_> {
             if self.excluded.is_some_and(|e| e.covers(candidate.turn, candidate.x, candidate.y, 1 << candidate.level)) {
                 continue;
             }
+            (self.visit)(candidate);
             if candidate.level == 0 {
                 self.best = Some(*candidate);
                 continue;
@@ -356,6 +403,11 @@ mod tests {
             let T = Pose2::exp(&Vector3::new(0.25 * f64::from(seed).sin(), 0.6 * f64::from(seed).cos(), 0.3));
             let source: Vec<_> = room.iter().skip(seed as usize).step_by(9).map(|p| T.inverse().act(p)).collect();
             let found = grid.search(&source, &Pose2::identity(), window).unwrap();
+            let path = grid.search_path(&source, &Pose2::identity(), window);
+            let last = path.iter().rfind(|block| block.level == 0).unwrap();
+            let there = Vector2::new(last.x, last.y);
+            assert!((found.T_target_source.translation.vector - there).norm() < 1e-12);
+            assert_eq!((last.bound, path[0].level), (found.score, NUM_LEVELS - 1));
 
             let lever = source.iter().map(Vector2::norm).fold(0.0, f64::max).min(MAX_LEVER);
             let turn_step = 2.0 * (RESOLUTION / (2.0 * lever)).asin();

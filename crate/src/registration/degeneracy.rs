@@ -72,36 +72,67 @@ impl DegenerateDirection {
     }
 }
 
-/// Analyses the Gauss-Newton matrix `H` (perturbation on the left, rotation first) of these correspondences.
-pub fn observability<M: RigidMotion>(H: &M::Matrix, correspondences: &[Correspondence<M::Point>]) -> Observability<M> {
-    let weights: f64 = correspondences.iter().map(|c| c.weight).sum();
-    let unmeasured = Observability { weakest_direction: M::Tangent::zeros(), weakest_share: 0.0 };
-    if weights <= 0.0 {
-        return unmeasured;
-    }
-    let center = correspondences.iter().map(|c| c.moved * c.weight).sum::<M::Point>() / weights;
-    let sq_radius = correspondences.iter().map(|c| (c.moved - center).norm_squared() * c.weight).sum::<f64>() / weights;
-    if sq_radius <= 0.0 {
-        return unmeasured;
-    }
-
-    // To a perturbation about the centre, where rotation and translation do not mix, with the rotation in metres.
-    let to_center = M::from_parts(&M::PointMatrix::identity(), &center).adjoint();
-    let rotations = M::Tangent::LEN - M::Point::LEN;
-    let mut scale = M::Matrix::identity();
-    for axis in 0..rotations {
-        scale[(axis, axis)] = 1.0 / sq_radius.sqrt();
-    }
-    let basis = to_center * scale;
-    let normalised = basis.transpose() * *H * basis / weights;
-
-    let (share, weakest_direction) = smallest_eigenpair(normalised);
-    Observability { weakest_direction, weakest_share: share.clamp(0.0, 1.0) }
+/// Every direction of motion, by how well the correspondences measure it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Directions<M: RigidMotion> {
+    /// Weighted mean of the correspondences' points (m).
+    pub center: M::Point,
+    /// Their weighted rms distance from it (m): what a rotation is multiplied by to be measured in metres.
+    pub radius: f64,
+    /// Share of the correspondences that measure each direction, 0..=1, and the direction as in
+    /// [`Observability::weakest_direction`]; the least determined first.
+    pub pairs: Vec<(f64, M::Tangent)>,
+    /// From tangent vectors about the centre with rotations in metres to perturbations on the left of the estimate.
+    basis: M::Matrix,
+    weights: f64,
 }
 
-/// The smallest eigenvalue of a symmetric matrix, and its unit eigenvector: by Jacobi's rotations (Golub and Van Loan,
-/// Matrix Computations, section on Jacobi methods), which need no memory and little code for the few rows there are.
-fn smallest_eigenpair<S: SquareMatrix>(mut A: S) -> (f64, S::Vector) {
+impl<M: RigidMotion> Directions<M> {
+    /// Analyses the Gauss-Newton matrix `H` (perturbation on the left, rotation first) of these correspondences; `None` where
+    /// they have no weight or all lie in one point.
+    pub fn of(H: &M::Matrix, correspondences: &[Correspondence<M::Point>]) -> Option<Self> {
+        let weights: f64 = correspondences.iter().map(|c| c.weight).sum();
+        if weights <= 0.0 {
+            return None;
+        }
+        let center = correspondences.iter().map(|c| c.moved * c.weight).sum::<M::Point>() / weights;
+        let sq_radius =
+            correspondences.iter().map(|c| (c.moved - center).norm_squared() * c.weight).sum::<f64>() / weights;
+        if sq_radius <= 0.0 {
+            return None;
+        }
+        // To a perturbation about the centre, where rotation and translation do not mix, with the rotation in metres.
+        let to_center = M::from_parts(&M::PointMatrix::identity(), &center).adjoint();
+        let rotations = M::Tangent::LEN - M::Point::LEN;
+        let mut scale = M::Matrix::identity();
+        for axis in 0..rotations {
+            scale[(axis, axis)] = 1.0 / sq_radius.sqrt();
+        }
+        let basis = to_center * scale;
+        let normalised = basis.transpose() * *H * basis / weights;
+        let pairs = eigenpairs(normalised);
+        Some(Self { center, radius: sq_radius.sqrt(), pairs, basis, weights })
+    }
+
+    /// What correspondences with the Gauss-Newton matrix `H` contribute to the share of a direction.
+    pub fn contribution(&self, H: &M::Matrix, direction: &M::Tangent) -> f64 {
+        let perturbation = self.basis.apply(direction);
+        perturbation.dot(&H.apply(&perturbation)) / self.weights
+    }
+}
+
+/// Analyses the Gauss-Newton matrix `H` (perturbation on the left, rotation first) of these correspondences.
+pub fn observability<M: RigidMotion>(H: &M::Matrix, correspondences: &[Correspondence<M::Point>]) -> Observability<M> {
+    let unmeasured = Observability { weakest_direction: M::Tangent::zeros(), weakest_share: 0.0 };
+    Directions::<M>::of(H, correspondences).map_or(unmeasured, |directions| {
+        let (share, weakest_direction) = directions.pairs[0];
+        Observability { weakest_direction, weakest_share: share.clamp(0.0, 1.0) }
+    })
+}
+
+/// The eigenvalues of a symmetric matrix, the smallest first, and their unit eigenvectors: by Jacobi's rotations (Golub and Van
+/// Loan, Matrix Computations, section on Jacobi methods), which need no memory and little code for the few rows there are.
+fn eigenpairs<S: SquareMatrix>(mut A: S) -> Vec<(f64, S::Vector)> {
     /// Each sweep squares what is left beside the diagonal: a handful is enough.
     const MOST_SWEEPS: usize = 20;
     let n = S::Vector::LEN;
@@ -117,8 +148,9 @@ fn smallest_eigenpair<S: SquareMatrix>(mut A: S) -> (f64, S::Vector) {
             }
         }
     }
-    let weakest = (1..n).fold(0, |weakest, i| if A[(i, i)] < A[(weakest, weakest)] { i } else { weakest });
-    (A[(weakest, weakest)], V.column(weakest))
+    let mut pairs: Vec<_> = (0..n).map(|i| (A[(i, i)], V.column(i))).collect();
+    pairs.sort_by(|a, b| a.0.total_cmp(&b.0));
+    pairs
 }
 
 /// Makes the entry (p, q) zero by a rotation of rows and columns p and q, which is collected in `V`.
@@ -149,7 +181,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_smallest_eigenpair_is_that_of_a_general_solver() {
+    fn the_eigenpairs_are_those_of_a_general_solver() {
         let mut state = 7_u32;
         let mut random = || {
             state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
@@ -158,13 +190,15 @@ mod tests {
         for rank in [6, 6, 6, 5, 3, 1] {
             let A: Matrix6<f64> =
                 (0..rank).map(|_| nalgebra::Vector6::from_fn(|_, _| random())).map(|v| v * v.transpose()).sum();
-            let expected = A.symmetric_eigenvalues().min();
-            let (value, vector) = smallest_eigenpair(A);
-            assert!((value - expected).abs() < 1e-14, "{value} {expected}");
-            assert!((A * vector - vector * value).norm() < 1e-14 && (vector.norm() - 1.0).abs() < 1e-14);
+            let mut expected: Vec<f64> = A.symmetric_eigenvalues().iter().copied().collect();
+            expected.sort_by(f64::total_cmp);
+            for ((value, vector), expected) in eigenpairs(A).into_iter().zip(expected) {
+                assert!((value - expected).abs() < 1e-14, "{value} {expected}");
+                assert!((A * vector - vector * value).norm() < 1e-14 && (vector.norm() - 1.0).abs() < 1e-14);
+            }
         }
         let diagonal = Matrix6::from_diagonal(&[3.0, 1.0, 2.0, 0.25, 5.0, 4.0].into());
-        assert_eq!(smallest_eigenpair(diagonal), (0.25, nalgebra::Vector6::ith(3, 1.0)));
-        assert_eq!(smallest_eigenpair(Matrix6::zeros()).0, 0.0);
+        assert_eq!(eigenpairs(diagonal)[0], (0.25, nalgebra::Vector6::ith(3, 1.0)));
+        assert_eq!(eigenpairs(Matrix6::zeros())[0].0, 0.0);
     }
 }

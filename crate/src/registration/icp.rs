@@ -103,6 +103,21 @@ pub struct IterationRecord {
     pub translation_step: f64,
 }
 
+/// Why the loop ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+#[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
+pub enum EndReason {
+    /// The last step was below both limits.
+    Converged,
+    /// The estimate came back to where it was: a few points change partners to and fro.
+    Cycle,
+    /// The iterations were used up.
+    MaxIterations,
+    /// The correspondences fixed no step: there were none, for one.
+    NoStep,
+}
+
 /// A registration with its evidence.
 #[derive(Debug, Clone)]
 pub struct Registration<M: RigidMotion> {
@@ -111,8 +126,12 @@ pub struct Registration<M: RigidMotion> {
     /// Whether the last step was below both limits. `false` is no error: the history tells whether the loop was cut off
     /// on its way or went round in a circle.
     pub converged: bool,
+    /// Why the loop ended.
+    pub end_reason: EndReason,
     /// One record an iteration.
     pub history: Vec<IterationRecord>,
+    /// The first guess, and the estimate after each iteration.
+    pub trace: Vec<M>,
     /// The correspondences of the last iteration, before its step.
     pub correspondences: Vec<Correspondence<M::Point>>,
     /// Inliers over source points.
@@ -171,14 +190,14 @@ where
     let mut T_target_source = init_T_target_source.renormalized();
     let mut history: Vec<IterationRecord> = Vec::new();
     let mut correspondences = Vec::with_capacity(source.points.len());
-    let mut converged = false;
-    let mut visited = vec![T_target_source];
+    let mut end_reason = EndReason::MaxIterations;
+    let mut trace = vec![T_target_source];
     let mut damping = solver.damping.unwrap_or_default();
     let mut searches = vec![LastSearch::None; source.points.len()];
 
-    while !converged && history.len() < options.criteria.max_iterations {
-        let num_correspondences =
-            match_again(source, target, &T_target_source, factor, options, &mut searches, &mut correspondences);
+    while end_reason == EndReason::MaxIterations && history.len() < options.criteria.max_iterations {
+        let pairing = Pairing { correspondences: &mut correspondences, searches: &mut searches };
+        let num_correspondences = pairing.find(source, target, &T_target_source, factor, options, |_| ());
         let step = solver.step(factor, target, &correspondences, &mut damping);
         let (rotation_step, translation_step) =
             step.map_or((0.0, 0.0), |step| (step.rotation_angle(), step.translation_norm()));
@@ -189,19 +208,24 @@ where
             rotation_step,
             translation_step,
         });
-        let Some(step) = step else { break };
+        let Some(step) = step else {
+            trace.push(T_target_source);
+            end_reason = EndReason::NoStep;
+            break;
+        };
         T_target_source = (step * T_target_source).renormalized();
         let Criteria { rotation_eps, translation_eps, .. } = options.criteria;
-        converged = rotation_step < rotation_eps && translation_step < translation_eps;
         // A pose seen before leads to the same steps again: a few points change partners to and fro for ever.
         let is_here = |seen: &M| {
             let away = seen.inverse() * T_target_source;
             away.rotation_angle() < SAME_POSE * rotation_eps && away.translation_norm() < SAME_POSE * translation_eps
         };
-        if visited.iter().rev().take(LONGEST_CYCLE).any(is_here) {
-            break;
+        if rotation_step < rotation_eps && translation_step < translation_eps {
+            end_reason = EndReason::Converged;
+        } else if trace.iter().rev().take(LONGEST_CYCLE).any(is_here) {
+            end_reason = EndReason::Cycle;
         }
-        visited.push(T_target_source);
+        trace.push(T_target_source);
     }
 
     let H = solver.restricted(factor.normal_equations(target, &correspondences)).H;
@@ -209,8 +233,10 @@ where
     let last = history.last().copied().unwrap_or_default();
     Registration {
         T_target_source,
-        converged,
+        converged: end_reason == EndReason::Converged,
+        end_reason,
         history,
+        trace,
         fitness: last.num_inliers as f64 / source.points.len().max(1) as f64,
         last,
         information: H / variance,
@@ -234,54 +260,100 @@ where
     T: Target<Point = M::Point>,
     F: Factor<M, T>,
 {
-    let mut searches = vec![LastSearch::None; source.points.len()];
-    match_again(source, target, T_target_source, factor, options, &mut searches, correspondences)
+    let searches = &mut vec![LastSearch::None; source.points.len()];
+    Pairing { correspondences, searches }.find(source, target, T_target_source, factor, options, |_| ())
 }
 
-/// The same, with what is remembered of the last search for each source point: it makes this one quicker and changes nothing.
-fn match_again<M, T, F>(
-    source: Source<'_, M::Point>,
-    target: &T,
-    T_target_source: &M,
-    factor: &F,
-    options: &IcpOptions,
-    searches: &mut [LastSearch<M::Point>],
-    correspondences: &mut Vec<Correspondence<M::Point>>,
-) -> usize
-where
-    M: RigidMotion,
-    T: Target<Point = M::Point>,
-    F: Factor<M, T>,
-{
-    let Rejection { max_correspondence_distance, max_normal_angle, trim_fraction } = options.rejection;
-    let min_normal_cosine = max_normal_angle.cos();
-    let mut num_correspondences = 0;
-    correspondences.clear();
-    for (index, (point, last)) in source.points.iter().zip(searches).enumerate() {
-        let moved = T_target_source.act(point);
-        let Some(neighbor) = target.nearest_again(&moved, max_correspondence_distance, last) else { continue };
-        num_correspondences += 1;
-        let normal =
-            source.normals.and_then(|normals| normals[index].as_ref()).map(|normal| T_target_source.rotate(normal));
-        if let (Some(normal), Some(target_normal)) = (&normal, target.normal(neighbor.index))
-            && normal.dot(&target_normal) < min_normal_cosine
-        {
-            continue;
+/// Why a source point has no say in a step.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(u8)]
+pub enum RejectionReason {
+    /// No target point lies within the distance limit.
+    TooFar = 0,
+    /// The normals differ by more than the limit.
+    Normals = 1,
+    /// The residual is among the largest, which are dropped.
+    Trimmed = 2,
+    /// The target point cannot measure a residual: it has no normal.
+    NoResidual = 3,
+}
+
+/// A source point without a say.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Rejected {
+    /// Index of the source point.
+    pub source: u32,
+    /// Index of the target point nearest to it, where one was within the limit.
+    pub target: Option<u32>,
+    /// Why.
+    pub reason: RejectionReason,
+}
+
+/// Where correspondences are found.
+pub(super) struct Pairing<'a, P> {
+    /// Takes the correspondences; what it held before is dropped.
+    pub correspondences: &'a mut Vec<Correspondence<P>>,
+    /// What is remembered of the last search for each source point: it makes this one quicker and changes nothing.
+    pub searches: &'a mut [LastSearch<P>],
+}
+
+impl<P: Vector> Pairing<'_, P> {
+    /// As [`match_points`]; `reject` is told of every source point that is left out.
+    pub(super) fn find<M, T, F>(
+        self,
+        source: Source<'_, P>,
+        target: &T,
+        T_target_source: &M,
+        factor: &F,
+        options: &IcpOptions,
+        mut reject: impl FnMut(Rejected),
+    ) -> usize
+    where
+        M: RigidMotion<Point = P>,
+        T: Target<Point = P>,
+        F: Factor<M, T>,
+    {
+        let Self { correspondences, searches } = self;
+        let Rejection { max_correspondence_distance, max_normal_angle, trim_fraction } = options.rejection;
+        let min_normal_cosine = max_normal_angle.cos();
+        let mut num_correspondences = 0;
+        correspondences.clear();
+        for (index, (point, last)) in source.points.iter().zip(searches).enumerate() {
+            let mut leave_out = |target, reason| reject(Rejected { source: index as u32, target, reason });
+            let moved = T_target_source.act(point);
+            let Some(neighbor) = target.nearest_again(&moved, max_correspondence_distance, last) else {
+                leave_out(None, RejectionReason::TooFar);
+                continue;
+            };
+            num_correspondences += 1;
+            let normal =
+                source.normals.and_then(|normals| normals[index].as_ref()).map(|normal| T_target_source.rotate(normal));
+            if let (Some(normal), Some(target_normal)) = (&normal, target.normal(neighbor.index))
+                && normal.dot(&target_normal) < min_normal_cosine
+            {
+                leave_out(Some(neighbor.index), RejectionReason::Normals);
+                continue;
+            }
+            let Some(residual) = factor.residual(target, neighbor.index, &moved, normal.as_ref()) else {
+                leave_out(Some(neighbor.index), RejectionReason::NoResidual);
+                continue;
+            };
+            let weight = options.weighting.robust_kernel.weight(residual, options.weighting.robust_kernel_width)
+                * source.sigmas.map_or(1.0, |sigmas| precision(sigmas[index], target.sigma(neighbor.index)));
+            correspondences.push(Correspondence {
+                source: index as u32,
+                target: neighbor.index,
+                moved,
+                normal,
+                residual,
+                weight,
+            });
         }
-        let Some(residual) = factor.residual(target, neighbor.index, &moved, normal.as_ref()) else { continue };
-        let weight = options.weighting.robust_kernel.weight(residual, options.weighting.robust_kernel_width)
-            * source.sigmas.map_or(1.0, |sigmas| precision(sigmas[index], target.sigma(neighbor.index)));
-        correspondences.push(Correspondence {
-            source: index as u32,
-            target: neighbor.index,
-            moved,
-            normal,
-            residual,
-            weight,
+        trim(correspondences, trim_fraction, |c| {
+            reject(Rejected { source: c.source, target: Some(c.target), reason: RejectionReason::Trimmed });
         });
+        num_correspondences
     }
-    trim(correspondences, trim_fraction);
-    num_correspondences
 }
 
 /// The weight of a pair by the uncertainty of its two sides, 1 where both are certain.
@@ -292,14 +364,24 @@ fn precision(source_sigma: f64, target_sigma: f64) -> f64 {
 
 /// Drops the share with the largest residuals (Chetverikov et al., "The trimmed iterative closest point algorithm",
 /// ICPR 2002). The order of the others stays.
-fn trim<P>(correspondences: &mut Vec<Correspondence<P>>, trim_fraction: f64) {
+fn trim<P>(
+    correspondences: &mut Vec<Correspondence<P>>,
+    trim_fraction: f64,
+    mut drop_out: impl FnMut(&Correspondence<P>),
+) {
     let keep = ((1.0 - trim_fraction) * correspondences.len() as f64).ceil() as usize;
     if keep == 0 || keep >= correspondences.len() {
         return;
     }
     let mut sizes: Vec<f64> = correspondences.iter().map(|c| c.residual.abs()).collect();
     let (_, &mut limit, _) = sizes.select_nth_unstable_by(keep - 1, f64::total_cmp);
-    correspondences.retain(|c| c.residual.abs() <= limit);
+    correspondences.retain(|c| {
+        let stays = c.residual.abs() <= limit;
+        if !stays {
+            drop_out(c);
+        }
+        stays
+    });
 }
 
 fn root_mean_square<P>(correspondences: &[Correspondence<P>]) -> f64 {

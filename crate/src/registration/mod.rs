@@ -9,13 +9,16 @@
 
 pub mod align;
 pub mod correlative;
+mod cost;
 pub mod degeneracy;
 pub mod factors;
 pub mod free_space;
 pub mod global;
 pub mod icp;
+pub mod lab;
 pub mod photometric;
 pub mod prepared_surfels;
+pub mod problem;
 pub mod projective;
 pub mod robust_kernel;
 pub mod sandwich_variance;

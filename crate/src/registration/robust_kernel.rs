@@ -48,25 +48,24 @@ impl RobustKernel {
             }
         }
     }
+
+    /// The loss rho(r) that the weights derive from, in the square of the residual's unit.
+    pub fn loss(self, residual: f64, width: f64) -> f64 {
+        let u = residual.abs() / width;
+        match self {
+            Self::None => residual * residual / 2.0,
+            Self::Huber if u <= 1.0 => residual * residual / 2.0,
+            Self::Huber => width * (residual.abs() - width / 2.0),
+            Self::Cauchy => width * width / 2.0 * (1.0 + u * u).ln(),
+            Self::GemanMcclure => residual * residual / 2.0 / (1.0 + u * u),
+            Self::Tukey => width * width / 6.0 * (1.0 - (1.0 - u.min(1.0).powi(2)).powi(3)),
+        }
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    /// The losses the weights derive from.
-    fn loss(kernel: RobustKernel, r: f64, c: f64) -> f64 {
-        let u = r / c;
-        match kernel {
-            RobustKernel::None => r * r / 2.0,
-            RobustKernel::Huber if u.abs() <= 1.0 => r * r / 2.0,
-            RobustKernel::Huber => c * (r.abs() - c / 2.0),
-            RobustKernel::Cauchy => c * c / 2.0 * (1.0 + u * u).ln(),
-            RobustKernel::GemanMcclure => r * r / 2.0 / (1.0 + u * u),
-            RobustKernel::Tukey if u.abs() <= 1.0 => c * c / 6.0 * (1.0 - (1.0 - u * u).powi(3)),
-            RobustKernel::Tukey => c * c / 6.0,
-        }
-    }
 
     #[test]
     fn weight_is_the_derivative_of_the_loss_over_the_residual() {
@@ -75,7 +74,7 @@ mod tests {
         for kernel in [None, Huber, Cauchy, GemanMcclure, Tukey] {
             assert_eq!(kernel.weight(0.0, 0.1), 1.0);
             for r in [-0.35, -0.05, 0.02, 0.0999, 0.13, 0.9] {
-                let derivative = (loss(kernel, r + h, 0.1) - loss(kernel, r - h, 0.1)) / (2.0 * h);
+                let derivative = (kernel.loss(r + h, 0.1) - kernel.loss(r - h, 0.1)) / (2.0 * h);
                 assert!((kernel.weight(r, 0.1) - derivative / r).abs() < 1e-6, "{kernel:?} at {r}");
             }
         }

@@ -106,6 +106,11 @@ impl<M: RigidMotion> Default for Solver<M> {
 }
 
 impl<M: RigidMotion> Solver<M> {
+    /// Free to move in every way, by plain steps of Gauss and Newton even where the factor has a closed form.
+    pub fn gauss_newton() -> Self {
+        Self { subspace: Some(Subspace { projection: M::Matrix::identity() }), damping: None }
+    }
+
     /// The step that these correspondences ask for; `None` where they fix nothing. `damping` is carried from step to step.
     pub(super) fn step<T, F>(
         &self,

@@ -6,12 +6,14 @@
 
 use wasm_bindgen::prelude::*;
 
+pub use self::lab::{IcpLab, local_minima};
 use self::objects::{MapFormat, from_object, map_format, plain, read_ply, thrown};
 pub use self::planar::{Reconstruction, describe_settings, presets};
 pub use self::point_cloud::PointCloud;
 
 mod bev;
 mod evaluation;
+mod lab;
 mod memory;
 mod objects;
 mod occupancy_grid;

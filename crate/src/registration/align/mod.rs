@@ -3,6 +3,7 @@
 //! [`align`] takes two [`PlanarScan`]s or two [`PointCloud`]s and gives a [`Registration`] with its evidence.
 //! [`register_clouds`] does the same for clouds of either kind as files hold them, in plain data.
 
+pub mod clouds;
 mod plain;
 mod plane;
 mod space;
@@ -18,7 +19,7 @@ use crate::io::trajectory::in_space;
 use crate::preprocess::planar_scan::PlanarScan;
 use crate::registration::icp::{Criteria, IcpOptions, Registration, Rejection, Weighting};
 use crate::registration::robust_kernel::RobustKernel;
-use crate::registration::solver::Motion;
+use crate::registration::solver::{Motion, Solver};
 use crate::search::Neighbourhood;
 
 /// Points that make a normal.
@@ -109,7 +110,8 @@ impl Alignable for PlanarScan {
         for (scan, role) in [(self, "source"), (target, "target")] {
             check_points(role, scan.points.iter().any(|p| p.iter().all(|x| x.is_finite())))?;
         }
-        plane::register(self, target, plane::in_plane(&options.guess()?), options)
+        let (problem, guess) = plane::prepare(self, target, plane::in_plane(&options.guess()?), options)?;
+        Ok(problem.register(guess))
     }
 }
 
@@ -127,7 +129,8 @@ impl Alignable for PointCloud {
         // Both clouds relative to the target's origin, which may be far away: T = shift * T_near * shift^-1.
         let origin = space::origin_of(target);
         let guess = origin.inverse() * options.guess()? * origin;
-        let mut registration = space::register(self, target, guess, options)?;
+        let (problem, guess) = space::prepare(self, target, guess, options)?;
+        let mut registration = problem.register(guess);
         registration.T_target_source = origin * registration.T_target_source * origin.inverse();
         Ok(registration)
     }
@@ -172,6 +175,18 @@ pub enum RegistrationInit {
     Global,
 }
 
+/// How the next step is found from the pairs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
+pub enum StepMethod {
+    /// The best motion for the weighted pairs in closed form, by a singular value decomposition (Umeyama 1991): point to point
+    /// alone has one.
+    ClosedForm,
+    /// One step of Gauss and Newton: the solution of the normal equations.
+    GaussNewton,
+}
+
 /// Options of [`align`] and [`register_clouds`].
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
@@ -185,6 +200,8 @@ pub struct RegistrationOptions {
     pub init: RegistrationInit,
     /// Clouds in space: how the source may move from the guess, or in the target's frame where there is none.
     pub motion: Motion,
+    /// How the next step is found; null: in closed form for `point_to_point` with `motion` free, by Gauss-Newton otherwise.
+    pub step: Option<StepMethod>,
     /// Clouds in space: side of the cubes that each are thinned to one point (m); 0: all points are used, and a global
     /// registration chooses a size by itself.
     pub voxel_size: f64,
@@ -210,6 +227,8 @@ pub struct RegistrationOptions {
     pub rotation_eps: f64,
     /// Converged when a step moves less (m) and turns less than `rotation_eps`.
     pub translation_eps: f64,
+    /// [`register_clouds`]: whether the result holds every iteration with its pairs and equations.
+    pub trace: bool,
 }
 
 impl Default for RegistrationOptions {
@@ -220,6 +239,7 @@ impl Default for RegistrationOptions {
             init_T_target_source: None,
             init: RegistrationInit::Guess,
             motion: Motion::Free,
+            step: None,
             voxel_size: 0.0,
             gaussian_voxel_size: 0.0,
             search_translation: 0.0,
@@ -232,6 +252,7 @@ impl Default for RegistrationOptions {
             max_iterations: criteria.max_iterations,
             rotation_eps: criteria.rotation_eps,
             translation_eps: criteria.translation_eps,
+            trace: false,
         }
     }
 }
@@ -257,6 +278,19 @@ impl RegistrationOptions {
                 rotation_eps: self.rotation_eps,
                 translation_eps: self.translation_eps,
             },
+        }
+    }
+
+    /// The solver of a metric: its own where nothing else is asked for.
+    fn solver<M: RigidMotion>(&self, own: Solver<M>, metric: CloudMetric) -> Result<Solver<M>> {
+        let has_closed_form = metric == CloudMetric::PointToPoint && own.subspace.is_none();
+        match self.step {
+            Some(StepMethod::ClosedForm) if !has_closed_form => Err(Error::whole(
+                "step closed_form is for point_to_point with motion free: nothing else has a solution in closed form",
+                "Use gauss_newton",
+            )),
+            Some(StepMethod::GaussNewton) if has_closed_form => Ok(Solver::gauss_newton()),
+            _ => Ok(own),
         }
     }
 

@@ -2,12 +2,14 @@
 
 use serde::Serialize;
 
-use super::{RegistrationOptions, check_points, plane, pose_from, row_major, space};
-use crate::error::{Error, Result};
-use crate::geometry::{PointCloud, Pose3, RigidMotion, SquareMatrix, Vector};
-use crate::io::trajectory::in_space;
-use crate::preprocess::planar_scan::PlanarScan;
-use crate::registration::icp::{IterationRecord, Registration};
+use super::RegistrationOptions;
+use super::clouds::{CloudProblem, PreparedClouds};
+use crate::error::Result;
+use crate::geometry::{PointCloud, SquareMatrix, Vector};
+use crate::registration::icp::{EndReason, IterationRecord, Registration};
+use crate::registration::lab::iteration::TracedIteration;
+use crate::registration::lab::motion::LabMotion;
+use crate::registration::problem::IcpProblem;
 
 /// A registration with its evidence, as plain data.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -17,6 +19,8 @@ pub struct RegistrationResult {
     pub T_target_source: [f64; 16],
     /// Whether the last step was below both limits. `false` is no error: read the history.
     pub converged: bool,
+    /// Why the loop ended.
+    pub end_reason: EndReason,
     /// Iterations done.
     pub iterations: usize,
     /// Pairs within the distance limit, in the last iteration.
@@ -34,6 +38,8 @@ pub struct RegistrationResult {
     pub undetermined: Option<Vec<f64>>,
     /// Every iteration.
     pub history: Vec<IterationRecord>,
+    /// Every iteration with its pairs and equations, where the option `trace` asks for it; null otherwise.
+    pub trace: Option<Vec<TracedIteration>>,
 }
 
 /// Registers `source` to `target`. Two planar clouds (z = 0) are registered in the plane.
@@ -46,40 +52,28 @@ pub fn register_clouds(
     target: &PointCloud,
     options: &RegistrationOptions,
 ) -> Result<RegistrationResult> {
-    for (cloud, role) in [(source, "source"), (target, "target")] {
-        check_points(role, cloud.positions.iter().any(|p| p.is_finite()))?;
+    let clouds = PreparedClouds::new(source, target, options)?;
+    match &clouds.problem {
+        CloudProblem::Plane(problem, guess) => result(&clouds, problem.as_ref(), guess, options.trace),
+        CloudProblem::Space(problem, guess) => result(&clouds, problem.as_ref(), guess, options.trace),
     }
-    let planar = match (source.is_planar(), target.is_planar()) {
-        (true, true) => true,
-        (false, false) => false,
-        (source_is_planar, _) => {
-            return Err(Error::whole(
-                format!("The {} is planar, the other cloud is not", if source_is_planar { "source" } else { "target" }),
-                "Give two planar scans (z = 0) or two clouds in space",
-            ));
-        }
-    };
-    // Both clouds relative to the target's origin, which may be far away: T = shift * T_near * shift^-1.
-    let origin = space::origin_of(target);
-    let guess = origin.inverse() * options.guess()? * origin;
-    let mut result = if planar {
-        let scan = |cloud| PlanarScan::new(space::Near::new(cloud, target.origin).points_in_plane());
-        let registration = plane::register(&scan(source), &scan(target), plane::in_plane(&guess), options)?;
-        result(&registration, &in_space(&registration.T_target_source))
-    } else {
-        let registration = space::register(source, target, guess, options)?;
-        result(&registration, &registration.T_target_source)
-    };
-    result.T_target_source = row_major(&(origin * pose_from(&result.T_target_source)? * origin.inverse()));
-    Ok(result)
 }
 
-fn result<M: RigidMotion>(registration: &Registration<M>, T_target_source: &Pose3) -> RegistrationResult {
-    let Registration { last, observability, .. } = registration;
+fn result<M: LabMotion>(
+    clouds: &PreparedClouds,
+    problem: &dyn IcpProblem<M>,
+    guess: &M,
+    with_trace: bool,
+) -> Result<RegistrationResult> {
+    let registration = problem.register(*guess);
+    let between_clouds = |pose: &M| clouds.between_clouds(&pose.in_space());
+    let trace = with_trace.then(|| trace(&registration, problem, &between_clouds)).transpose()?;
+    let Registration { last, observability, .. } = &registration;
     let weakest = observability.weakest_direction.as_slice().to_vec();
-    RegistrationResult {
-        T_target_source: row_major(T_target_source),
+    Ok(RegistrationResult {
+        T_target_source: between_clouds(&registration.T_target_source)?,
         converged: registration.converged,
+        end_reason: registration.end_reason,
         iterations: registration.history.len(),
         num_correspondences: last.num_correspondences,
         num_inliers: last.num_inliers,
@@ -87,6 +81,17 @@ fn result<M: RigidMotion>(registration: &Registration<M>, T_target_source: &Pose
         inlier_rmse: last.inlier_rmse,
         information: registration.information.as_slice().to_vec(), // symmetric: rows are columns
         undetermined: observability.is_undetermined().then_some(weakest),
-        history: registration.history.clone(),
-    }
+        history: registration.history,
+        trace,
+    })
+}
+
+/// Every iteration, from exactly the poses that the loop had.
+fn trace<M: LabMotion>(
+    registration: &Registration<M>,
+    problem: &dyn IcpProblem<M>,
+    between_clouds: &impl Fn(&M) -> Result<[f64; 16]>,
+) -> Result<Vec<TracedIteration>> {
+    let before = registration.trace.iter().take(registration.history.len());
+    before.map(|pose| TracedIteration::of(&problem.iteration(pose), problem, between_clouds)).collect()
 }

@@ -1,42 +1,62 @@
 //! Two scans in the plane.
 
+use nalgebra::Vector2;
+
 use super::{CloudMetric, RegistrationOptions};
 use crate::error::{Error, Result};
 use crate::geometry::{Pose2, Pose3, RigidMotion};
 use crate::preprocess::planar_scan::PlanarScan;
 use crate::registration::correlative::{LikelihoodGrid, SearchWindow};
-use crate::registration::factors::{PointToPlane, PointToPoint};
-use crate::registration::icp::{self, Registration, Source};
-use crate::registration::target::{OrientedTarget, PointTarget};
+use crate::registration::factors::{Factor, PointToPlane, PointToPoint};
+use crate::registration::problem::{IcpProblem, Problem};
+use crate::registration::solver::Solver;
+use crate::registration::target::{OrientedTarget, PointTarget, Target};
 
-/// Registers `source` to `target` from a guess, or from the best pose around it where the options ask for a search.
-pub(super) fn register(
+/// Makes two scans ready, with the guess or the best pose around it where the options ask for a search.
+pub(super) fn prepare(
     source: &PlanarScan,
     target: &PlanarScan,
     mut guess: Pose2,
     options: &RegistrationOptions,
-) -> Result<Registration<Pose2>> {
+) -> Result<(Box<dyn IcpProblem<Pose2>>, Pose2)> {
     if options.search_translation > 0.0 || options.search_rotation > 0.0 {
         let window = SearchWindow { translation: options.search_translation, rotation: options.search_rotation };
         let found = LikelihoodGrid::new(&target.points).search(&source.points, &guess, window);
         guess = found.map_or(guess, |found| found.T_target_source);
     }
-    let icp = options.icp_options();
-    let source = Source { points: &source.points, normals: Some(&source.normals), sigmas: None };
-    match options.metric.unwrap_or(CloudMetric::PointToLine) {
+    let metric = options.metric.unwrap_or(CloudMetric::PointToLine);
+    let solver = options.solver(Solver::default(), metric)?;
+    let points = target.points.clone();
+    let num_target = points.len();
+    let problem: Box<dyn IcpProblem<Pose2>> = match metric {
         CloudMetric::PointToPoint => {
-            let target = PointTarget::new(target.points.clone());
-            Ok(icp::register(source, &target, guess, &PointToPoint, &icp))
+            problem(source, (PointTarget::new(points), num_target), PointToPoint, options, solver)
         }
         CloudMetric::PointToLine => {
-            let target = OrientedTarget::new(target.points.clone(), target.normals.clone());
-            Ok(icp::register(source, &target, guess, &PointToPlane, &icp))
+            let target = OrientedTarget::new(points, target.normals.clone());
+            problem(source, (target, num_target), PointToPlane, options, solver)
         }
         CloudMetric::PointToPlane | CloudMetric::Gicp | CloudMetric::Vgicp => {
             let problem = "point_to_plane, gicp and vgicp do not fit planar clouds: all their points lie in one plane";
-            Err(Error::whole(problem, "Use point_to_line"))
+            return Err(Error::whole(problem, "Use point_to_line"));
         }
-    }
+    };
+    Ok((problem, guess))
+}
+
+fn problem<T, F>(
+    source: &PlanarScan,
+    (target, num_target): (T, usize),
+    factor: F,
+    options: &RegistrationOptions,
+    solver: Solver<Pose2>,
+) -> Box<dyn IcpProblem<Pose2>>
+where
+    T: Target<Point = Vector2<f64>> + 'static,
+    F: Factor<Pose2, T> + 'static,
+{
+    let (points, normals) = (source.points.clone(), Some(source.normals.clone()));
+    Box::new(Problem { points, normals, target, num_target, factor, options: options.icp_options(), solver })
 }
 
 /// What of a motion in space is left in the plane z = 0.

@@ -11,20 +11,20 @@ use crate::error::{Error, Result};
 use crate::geometry::{PointCloud, Pose3};
 use crate::preprocess::estimate_normals::estimate_normals;
 use crate::preprocess::voxel_downsample::voxel_downsample;
-use crate::registration::factors::PointToPoint;
-use crate::registration::icp::{Registration, Source, register_with};
-use crate::registration::spatial::{SpatialMetric, register_in_space};
-use crate::registration::target::{OrientedTarget, PointTarget};
+use crate::registration::factors::{Factor, PlaneToPlane, PointToPlane, PointToPoint};
+use crate::registration::problem::{IcpProblem, Problem};
+use crate::registration::solver::Solver;
+use crate::registration::target::{OrientedTarget, PointTarget, Target};
 use crate::registration::voxelized::{GaussianVoxels, PlaneToVoxel};
 use crate::search::KdTree;
 
-/// Registers `source` to `target` from a guess, all relative to the target's origin.
-pub(super) fn register(
+/// Makes two clouds ready with a guess, all relative to the target's origin.
+pub(super) fn prepare(
     source: &PointCloud,
     target: &PointCloud,
     mut guess: Pose3,
     options: &RegistrationOptions,
-) -> Result<Registration<Pose3>> {
+) -> Result<(Box<dyn IcpProblem<Pose3>>, Pose3)> {
     let [source, target] = [thinned(source, options)?, thinned(target, options)?];
     if options.init == RegistrationInit::Global {
         guess = options.motion.nearest(&without_a_guess(&source, &target, options)?);
@@ -33,17 +33,17 @@ pub(super) fn register(
         Some(_) => CloudMetric::PointToPlane,
         None => CloudMetric::PointToPoint,
     });
-    let (icp, solver) = (options.icp_options(), options.motion.solver());
+    let solver = options.solver(options.motion.solver(), metric)?;
     let (mut source, target) = (Near::new(&source, target.origin), Near::new(&target, target.origin));
     if metric == CloudMetric::PointToLine {
         let problem = "point_to_line is for planar clouds, and these are clouds in space";
         return Err(Error::whole(problem, "Use point_to_plane or point_to_point"));
     }
     if metric == CloudMetric::PointToPoint {
-        let target = PointTarget::new(target.points);
-        return Ok(register_with(source.as_source(), &target, guess, &PointToPoint, &icp, &solver));
+        let (num_target, target) = (target.points.len(), PointTarget::new(target.points));
+        return Ok((problem(source, (target, num_target), PointToPoint, options, &solver), guess));
     }
-    let normals = target.known_or_estimated_normals();
+    let (normals, num_target) = (target.known_or_estimated_normals(), target.points.len());
     if normals.iter().all(Option::is_none) {
         let problem = "The metric needs normals, and the target has none, nor do its points span a surface";
         return Err(Error::whole(problem, "Give a target with normals (nx, ny, nz) or use point_to_point"));
@@ -51,15 +51,32 @@ pub(super) fn register(
     if metric != CloudMetric::PointToPlane {
         source.normals = Some(source.known_or_estimated_normals());
     }
-    let source = source.as_source();
-    Ok(if metric == CloudMetric::Vgicp {
+    if metric == CloudMetric::Vgicp {
         let target = GaussianVoxels::new(&target.points, &normals, gaussian_voxel_size(options)?);
-        register_with(source, &target, guess, &PlaneToVoxel, &icp, &solver)
-    } else {
-        let metric = if metric == CloudMetric::Gicp { SpatialMetric::Gicp } else { SpatialMetric::PointToPlane };
-        let target = OrientedTarget::new(target.points, normals);
-        register_in_space(metric, source, &target, guess, (&icp, &[]), &solver)
-    })
+        let num_target = target.len();
+        return Ok((problem(source, (target, num_target), PlaneToVoxel, options, &solver), guess));
+    }
+    let target = (OrientedTarget::new(target.points, normals), num_target);
+    let problem = match metric {
+        CloudMetric::Gicp => problem(source, target, PlaneToPlane, options, &solver),
+        _ => problem(source, target, PointToPlane, options, &solver),
+    };
+    Ok((problem, guess))
+}
+
+fn problem<T, F>(
+    source: Near,
+    (target, num_target): (T, usize),
+    factor: F,
+    options: &RegistrationOptions,
+    solver: &Solver<Pose3>,
+) -> Box<dyn IcpProblem<Pose3>>
+where
+    T: Target<Point = Vector3<f64>> + 'static,
+    F: Factor<Pose3, T> + 'static,
+{
+    let (points, normals) = (source.points, source.normals);
+    Box::new(Problem { points, normals, target, num_target, factor, options: options.icp_options(), solver: *solver })
 }
 
 /// The side of the voxels that `vgicp` registers to (m).
@@ -113,9 +130,5 @@ impl Near {
             let tree = KdTree::build(bytemuck::cast_slice(&points));
             estimate_normals(&points, &tree, NORMAL_NEIGHBORS, DVec3::ZERO)
         })
-    }
-
-    fn as_source(&self) -> Source<'_, Vector3<f64>> {
-        Source { points: &self.points, normals: self.normals.as_deref(), sigmas: None }
     }
 }

@@ -1,0 +1,88 @@
+//! Two clouds of either kind, as files hold them, made ready for registration.
+
+use nalgebra::Translation3;
+
+use super::{RegistrationOptions, check_points, plane, pose_from, row_major, space};
+use crate::error::{Error, Result};
+use crate::geometry::{PointCloud, Pose2, Pose3};
+use crate::io::trajectory::in_space;
+use crate::preprocess::planar_scan::PlanarScan;
+use crate::registration::problem::IcpProblem;
+
+/// A problem of either dimension with its first guess, all relative to the target's origin.
+pub enum CloudProblem {
+    /// Two planar clouds.
+    Plane(Box<dyn IcpProblem<Pose2>>, Pose2),
+    /// Two clouds in space.
+    Space(Box<dyn IcpProblem<Pose3>>, Pose3),
+}
+
+/// Two clouds made ready, and where their target lies.
+pub struct PreparedClouds {
+    /// What is registered.
+    pub problem: CloudProblem,
+    origin: Translation3<f64>,
+}
+
+impl PreparedClouds {
+    /// Makes two clouds ready: in the plane where both are planar (z = 0), in space otherwise.
+    ///
+    /// # Errors
+    /// When a cloud has no finite point, when only one of them is planar, when the metric does not fit the clouds, or when the
+    /// guess is no rigid motion.
+    pub fn new(source: &PointCloud, target: &PointCloud, options: &RegistrationOptions) -> Result<Self> {
+        for (cloud, role) in [(source, "source"), (target, "target")] {
+            check_points(role, cloud.positions.iter().any(|p| p.is_finite()))?;
+        }
+        if source.is_planar() != target.is_planar() {
+            let planar = if source.is_planar() { "source" } else { "target" };
+            return Err(Error::whole(
+                format!("The {planar} is planar, the other cloud is not"),
+                "Give two planar scans (z = 0) or two clouds in space",
+            ));
+        }
+        // Both clouds relative to the target's origin, which may be far away: T = shift * T_near * shift^-1.
+        let origin = space::origin_of(target);
+        let guess = origin.inverse() * options.guess()? * origin;
+        let problem = if source.is_planar() {
+            let scan = |cloud| PlanarScan::new(space::Near::new(cloud, target.origin).points_in_plane());
+            let (problem, guess) = plane::prepare(&scan(source), &scan(target), plane::in_plane(&guess), options)?;
+            CloudProblem::Plane(problem, guess)
+        } else {
+            let (problem, guess) = space::prepare(source, target, guess, options)?;
+            CloudProblem::Space(problem, guess)
+        };
+        Ok(Self { problem, origin })
+    }
+
+    /// A motion between the clouds as they were given, 4 x 4, row by row, from one relative to the target's origin.
+    ///
+    /// # Errors
+    /// When it is not finite.
+    pub fn between_clouds(&self, near: &Pose3) -> Result<[f64; 16]> {
+        Ok(row_major(&(self.origin * pose_from(&row_major(near))? * self.origin.inverse())))
+    }
+
+    /// The way back.
+    ///
+    /// # Errors
+    /// When it is no rigid motion.
+    pub fn near(&self, T_target_source: &[f64; 16]) -> Result<Pose3> {
+        Ok(self.origin.inverse() * pose_from(T_target_source)? * self.origin)
+    }
+
+    /// Where the target's origin lies (m): the points of the problem are relative to it.
+    pub fn origin(&self) -> [f64; 3] {
+        self.origin.vector.into()
+    }
+}
+
+impl CloudProblem {
+    /// The first guess in space.
+    pub fn guess(&self) -> Pose3 {
+        match self {
+            Self::Plane(_, guess) => in_space(guess),
+            Self::Space(_, guess) => *guess,
+        }
+    }
+}

@@ -1,0 +1,122 @@
+//! The cost over two unknowns, and its minima.
+
+use std::cell::OnceCell;
+
+use nalgebra::{Translation2, Vector2};
+use serde::Serialize;
+
+use super::grid::Grid;
+use super::motion::LabMotion;
+use super::nearest_table::NearestTable;
+use crate::geometry::Pose2;
+use crate::registration::problem::IcpProblem;
+
+/// The cost at every node of the grid's rows (m^2): the robust loss with the pairs searched at each.
+pub(super) fn costs<M: LabMotion>(problem: &dyn IcpProblem<M>, grid: &Grid<M>) -> Vec<f64> {
+    let row = |row| problem.costs(&mut (0..grid.width()).map(|column| grid.pose(row, column)));
+    grid.rows().flat_map(row).collect()
+}
+
+/// The same in the plane, quickly: where the poses along an axis differ by their translation alone, a table finds the partners of
+/// a point for the whole line.
+pub(super) fn planar_costs(
+    problem: &dyn IcpProblem<Pose2>,
+    grid: &Grid<Pose2>,
+    table: &OnceCell<NearestTable>,
+) -> Vec<f64> {
+    let options = problem.options();
+    let is_linear = |nth: &usize| grid.moves_along(*nth) && options.rejection.trim_fraction == 0.0;
+    let Some(nth) = (0..2).find(is_linear) else {
+        return costs(problem, grid);
+    };
+    let table = table.get_or_init(|| {
+        let points: Vec<Vector2<f64>> = problem.target_points().into_iter().map(|(point, _)| point).collect();
+        NearestTable::new(&points, options.rejection.max_correspondence_distance)
+    });
+    let mut find = |start: &_, shifts: &[_], spans: &mut Vec<_>| table.along(start, shifts, spans);
+    let mut line = |poses: Vec<Pose2>| {
+        let rotation = Pose2::from_parts(Translation2::identity(), poses[0].rotation);
+        let translations: Vec<Vector2<f64>> = poses.iter().map(|pose| pose.translation.vector).collect();
+        problem.costs_along(&rotation, &translations, &mut find)
+    };
+    let (rows, width) = (grid.rows(), grid.width());
+    if nth == 0 {
+        return rows.flat_map(|row| line((0..width).map(|column| grid.pose(row, column)).collect())).collect();
+    }
+    let mut costs = vec![0.0; rows.len() * width];
+    for column in (0..width).filter(|_| !rows.is_empty()) {
+        let along = line(rows.clone().map(|row| grid.pose(row, column)).collect());
+        along.into_iter().enumerate().for_each(|(row, cost)| costs[row * width + column] = cost);
+    }
+    costs
+}
+
+/// A node that no neighbour undercuts.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
+pub struct LocalMinimum {
+    /// Node of the row.
+    pub column: usize,
+    /// Row.
+    pub row: usize,
+    /// The cost there (m^2).
+    pub cost: f64,
+    /// How far one must climb (m^2) to reach a lower node; for the lowest of all, to the highest node.
+    pub prominence: f64,
+}
+
+/// All local minima of a landscape of `width` nodes a row, the most prominent first.
+///
+/// Nodes are added from the lowest to the highest; where two basins meet, the one with the higher bottom ends, and the height
+/// where it does less its bottom is its prominence (Edelsbrunner, Letscher and Zomorodian, "Topological persistence and
+/// simplification", Discrete and Computational Geometry 28, 2002). Nodes that are NaN are left out.
+pub fn local_minima(costs: &[f64], width: usize) -> Vec<LocalMinimum> {
+    let mut order: Vec<usize> = (0..costs.len()).filter(|&node| !costs[node].is_nan()).collect();
+    order.sort_by(|&a, &b| costs[a].total_cmp(&costs[b]).then(a.cmp(&b)));
+    let mut basin = vec![usize::MAX; costs.len()]; // parent in a forest whose roots are the minima
+    let mut minima = Vec::new();
+    let minimum = |node: usize, height: f64| {
+        let (column, row) = (node % width, node / width);
+        LocalMinimum { column, row, cost: costs[node], prominence: height - costs[node] }
+    };
+    for &node in &order {
+        basin[node] = node;
+        for neighbor in neighbors(node, width, costs.len()) {
+            if basin[neighbor] == usize::MAX {
+                continue;
+            }
+            let (a, b) = (root(&mut basin, node), root(&mut basin, neighbor));
+            if a == b {
+                continue;
+            }
+            let is_lower = costs[a].total_cmp(&costs[b]).then(a.cmp(&b)).is_lt();
+            let (stays, ends) = if is_lower { (a, b) } else { (b, a) };
+            basin[ends] = stays;
+            if ends != node {
+                minima.push(minimum(ends, costs[node]));
+            }
+        }
+    }
+    if let (Some(&lowest), Some(&highest)) = (order.first(), order.last()) {
+        minima.push(minimum(lowest, costs[highest]));
+    }
+    minima.retain(|minimum| minimum.prominence > 0.0);
+    minima.sort_by(|a, b| b.prominence.total_cmp(&a.prominence).then(a.cost.total_cmp(&b.cost)));
+    minima
+}
+
+/// The up to eight nodes around one.
+fn neighbors(node: usize, width: usize, count: usize) -> impl Iterator<Item = usize> {
+    let (column, row) = (node % width, node / width);
+    let rows = row.saturating_sub(1)..(row + 2).min(count / width);
+    let columns = column.saturating_sub(1)..(column + 2).min(width);
+    rows.flat_map(move |y| columns.clone().map(move |x| y * width + x)).filter(move |&other| other != node)
+}
+
+fn root(basin: &mut [usize], mut node: usize) -> usize {
+    while basin[node] != node {
+        basin[node] = basin[basin[node]];
+        node = basin[node];
+    }
+    node
+}

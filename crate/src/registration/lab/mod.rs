@@ -1,0 +1,297 @@
+//! The ICP lab: what goes on inside a registration, as plain data. Two clouds and the options of
+//! [`register_clouds`](super::align::register_clouds) come in.
+//!
+//! [`IcpLab`] holds them ready. [`iteration`] is one step of the loop with its pairs and equations; [`landscape`] the cost over
+//! two unknowns; [`basin`] where starts end. Everything is the engine's own
+//! loop and the engine's own pairs. Read [`iteration`] first.
+
+pub mod basin;
+pub mod grid;
+pub mod iteration;
+pub mod landscape;
+pub mod motion;
+mod nearest_table;
+
+use std::cell::OnceCell;
+
+use nalgebra::Vector2;
+use serde::Serialize;
+
+use self::basin::{Basin, Ends};
+use self::grid::{Grid, GridOptions};
+use self::iteration::TracedIteration;
+use self::motion::LabMotion;
+use self::nearest_table::NearestTable;
+use crate::error::{Error, Result};
+use crate::geometry::{PointCloud, Pose2, Pose3, Vector};
+use crate::registration::align::RegistrationOptions;
+use crate::registration::align::clouds::{CloudProblem, PreparedClouds};
+use crate::registration::correlative::{LikelihoodGrid, SearchWindow, SearchedBlock};
+use crate::registration::icp::{EndReason, IterationRecord};
+use crate::registration::problem::IcpProblem;
+
+/// Two clouds with the options of a registration, to be looked into.
+pub struct IcpLab {
+    clouds: PreparedClouds,
+    traced: Traced,
+    table: OnceCell<NearestTable>,
+}
+
+/// The poses of the last trace as the loop had them: written as matrices they would be rounded.
+enum Traced {
+    Plane(Vec<Pose2>),
+    Space(Vec<Pose3>),
+}
+
+/// The way of a registration.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
+pub struct IcpTrace {
+    /// Whether the last step was below both limits.
+    pub converged: bool,
+    /// Why the loop ended.
+    pub end_reason: EndReason,
+    /// Where it began: 4 x 4, row by row.
+    pub initial: [f64; 16],
+    /// The pose after each iteration; the last is what `register` returns.
+    pub poses: Vec<[f64; 16]>,
+    /// Every iteration.
+    pub records: Vec<IterationRecord>,
+    /// Mean robust loss before each iteration and at the end (m^2): one more than there are iterations.
+    pub costs: Vec<f64>,
+}
+
+/// The points of a problem as the loop uses them.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct LabPoints {
+    /// x y z of each (m), relative to the target's origin; of the source in its own frame.
+    pub positions: Vec<f32>,
+    /// Unit normals; NaN where a point has none.
+    pub normals: Vec<f32>,
+}
+
+/// Largest half width of a search (m, rad).
+const MAX_SEARCH: f64 = 20.0;
+
+/// One expression for both dimensions.
+macro_rules! either {
+    ($lab:expr, |$problem:ident, $guess:ident| $body:expr) => {
+        match &$lab.clouds.problem {
+            CloudProblem::Plane($problem, $guess) => {
+                let $problem = $problem.as_ref();
+                $body
+            }
+            CloudProblem::Space($problem, $guess) => {
+                let $problem = $problem.as_ref();
+                $body
+            }
+        }
+    };
+}
+
+impl IcpLab {
+    /// Makes two clouds ready.
+    ///
+    /// # Errors
+    /// As [`register_clouds`](super::align::register_clouds).
+    pub fn new(source: &PointCloud, target: &PointCloud, options: &RegistrationOptions) -> Result<Self> {
+        Ok(Self {
+            clouds: PreparedClouds::new(source, target, options)?,
+            traced: Traced::Plane(Vec::new()),
+            table: OnceCell::new(),
+        })
+    }
+
+    /// Whether the clouds are registered in the plane.
+    pub fn is_planar(&self) -> bool {
+        matches!(self.clouds.problem, CloudProblem::Plane(..))
+    }
+
+    /// Where the target's origin lies (m): points and tangent vectors are relative to it.
+    pub fn origin(&self) -> [f64; 3] {
+        self.clouds.origin()
+    }
+
+    /// Where a registration starts: the guess of the options, or what their search found.
+    ///
+    /// # Errors
+    /// When it is not finite.
+    pub fn initial(&self) -> Result<[f64; 16]> {
+        self.clouds.between_clouds(&self.clouds.problem.guess())
+    }
+
+    /// The source's points in its own frame, relative to the target's origin.
+    pub fn source_points(&self) -> Vec<f32> {
+        fn xyz<M: LabMotion>(problem: &dyn IcpProblem<M>) -> Vec<f32> {
+            problem.source_points().iter().flat_map(|p| M::xyz(p).map(|x| x as f32)).collect()
+        }
+        either!(self, |problem, _guess| xyz(problem))
+    }
+
+    /// The target's points and normals; of `vgicp` its voxels.
+    pub fn target_points(&self) -> LabPoints {
+        fn listed<M: LabMotion>(problem: &dyn IcpProblem<M>) -> LabPoints {
+            let points = problem.target_points();
+            let normal = |normal: &Option<M::Point>| normal.as_ref().map_or([f64::NAN; 3], M::xyz);
+            LabPoints {
+                positions: points.iter().flat_map(|(p, _)| M::xyz(p).map(|x| x as f32)).collect(),
+                normals: points.iter().flat_map(|(_, n)| normal(n).map(|x| x as f32)).collect(),
+            }
+        }
+        either!(self, |problem, _guess| listed(problem))
+    }
+
+    /// Runs the loop from a pose, or from where a registration starts.
+    ///
+    /// # Errors
+    /// When the pose is no rigid motion.
+    pub fn trace(&mut self, init_T_target_source: Option<&[f64; 16]>) -> Result<IcpTrace> {
+        let init = init_T_target_source.map(|rows| self.clouds.near(rows)).transpose()?;
+        let (trace, traced) = match &self.clouds.problem {
+            CloudProblem::Plane(problem, guess) => {
+                let (trace, poses) =
+                    self.run(problem.as_ref(), init.map_or(*guess, |init| Pose2::from_space(&init)))?;
+                (trace, Traced::Plane(poses))
+            }
+            CloudProblem::Space(problem, guess) => {
+                let (trace, poses) = self.run(problem.as_ref(), init.unwrap_or(*guess))?;
+                (trace, Traced::Space(poses))
+            }
+        };
+        self.traced = traced;
+        Ok(trace)
+    }
+
+    fn run<M: LabMotion>(&self, problem: &dyn IcpProblem<M>, init: M) -> Result<(IcpTrace, Vec<M>)> {
+        let registration = problem.register(init);
+        let rows = |pose: &M| self.clouds.between_clouds(&pose.in_space());
+        let trace = IcpTrace {
+            converged: registration.converged,
+            end_reason: registration.end_reason,
+            initial: rows(&init)?,
+            poses: registration.trace[1..].iter().map(rows).collect::<Result<_>>()?,
+            records: registration.history,
+            costs: problem.costs(&mut registration.trace.iter().copied()),
+        };
+        Ok((trace, registration.trace))
+    }
+
+    /// The iteration that the loop does next at a pose, whichever.
+    ///
+    /// # Errors
+    /// When the pose is no rigid motion.
+    pub fn iteration(&self, T_target_source: &[f64; 16]) -> Result<TracedIteration> {
+        let near = self.clouds.near(T_target_source)?;
+        either!(self, |problem, _guess| self.details(problem, &LabMotion::from_space(&near)))
+    }
+
+    /// Iteration `index` of the last [`trace`](Self::trace), from exactly the pose that the loop had; one past the last is the
+    /// iteration that would come next.
+    ///
+    /// # Errors
+    /// When there is no such iteration.
+    pub fn traced_iteration(&self, index: usize) -> Result<TracedIteration> {
+        let missing = |count: usize| {
+            let problem = format!("The trace has no pose {index}: it has {count}");
+            Error::whole(problem, "Call trace() first, and count from 0")
+        };
+        match (&self.clouds.problem, &self.traced) {
+            (CloudProblem::Plane(problem, _), Traced::Plane(poses)) => {
+                self.details(problem.as_ref(), poses.get(index).ok_or_else(|| missing(poses.len()))?)
+            }
+            (CloudProblem::Space(problem, _), Traced::Space(poses)) => {
+                self.details(problem.as_ref(), poses.get(index).ok_or_else(|| missing(poses.len()))?)
+            }
+            _ => Err(missing(0)),
+        }
+    }
+
+    fn details<M: LabMotion>(&self, problem: &dyn IcpProblem<M>, pose: &M) -> Result<TracedIteration> {
+        let between_clouds = |pose: &M| self.clouds.between_clouds(&pose.in_space());
+        TracedIteration::of(&problem.iteration(pose), problem, &between_clouds)
+    }
+
+    /// The pose at offsets from a centre, as landscapes and basins count them: the rotation first.
+    ///
+    /// # Errors
+    /// When the centre is no rigid motion, or there are not as many offsets as unknowns.
+    pub fn pose_at(&self, T_center: &[f64; 16], offsets: &[f64]) -> Result<[f64; 16]> {
+        fn moved<M: LabMotion>(center: &Pose3, offsets: &[f64]) -> Result<Pose3> {
+            let mut tangent = M::Tangent::zeros();
+            if offsets.len() != M::Tangent::LEN {
+                let problem = format!("{} offsets were given", offsets.len());
+                return Err(Error::whole(problem, format!("Give {}, the rotation first", M::Tangent::LEN)));
+            }
+            offsets.iter().enumerate().for_each(|(axis, &offset)| tangent[axis] = offset);
+            Ok(M::from_space(center).offset(&tangent).in_space())
+        }
+        let center = self.clouds.near(T_center)?;
+        let at = if self.is_planar() { moved::<Pose2>(&center, offsets) } else { moved::<Pose3>(&center, offsets) };
+        self.clouds.between_clouds(&at?)
+    }
+
+    /// The offsets of a pose from a centre: the coordinates of landscapes and basins.
+    ///
+    /// # Errors
+    /// When one of them is no rigid motion.
+    pub fn offsets(&self, T_center: &[f64; 16], T_target_source: &[f64; 16]) -> Result<Vec<f64>> {
+        fn between<M: LabMotion>(center: &Pose3, pose: &Pose3) -> Vec<f64> {
+            M::from_space(center).offsets_to(&M::from_space(pose)).as_slice().to_vec()
+        }
+        let (center, pose) = (self.clouds.near(T_center)?, self.clouds.near(T_target_source)?);
+        let is_planar = self.is_planar();
+        Ok(if is_planar { between::<Pose2>(&center, &pose) } else { between::<Pose3>(&center, &pose) })
+    }
+
+    /// The cost at every node of a grid over two unknowns, row by row (m^2): see [`landscape`].
+    ///
+    /// # Errors
+    /// When the grid does not fit.
+    pub fn cost_landscape(&self, options: &GridOptions) -> Result<Vec<f64>> {
+        let center = self.clouds.near(&options.T_center)?;
+        Ok(match &self.clouds.problem {
+            CloudProblem::Plane(problem, _) => {
+                landscape::planar_costs(problem.as_ref(), &Grid::new(&center, options, 2..=2)?, &self.table)
+            }
+            CloudProblem::Space(problem, _) => landscape::costs(problem.as_ref(), &Grid::new(&center, options, 2..=2)?),
+        })
+    }
+
+    /// Where registrations end that start at every node of a grid over two or three unknowns: see [`basin`].
+    ///
+    /// # Errors
+    /// When the grid does not fit.
+    pub fn basin_of_attraction(&self, options: &GridOptions) -> Result<Ends> {
+        let center = self.clouds.near(&options.T_center)?;
+        let rows = |pose: &Pose3| self.clouds.between_clouds(pose);
+        either!(self, |problem, _guess| basin::ends(problem, &Grid::new(&center, options, 1..=3)?, &rows))
+    }
+
+    /// Where the correlative search goes from a centre, level by level of its pyramid. Half widths in x and y (m) and of the turn
+    /// (rad).
+    ///
+    /// # Errors
+    /// When the clouds are not planar, the centre is no rigid motion, or the window is not finite.
+    pub fn search_path(&self, T_center: &[f64; 16], window: SearchWindow) -> Result<Vec<SearchedBlock>> {
+        let CloudProblem::Plane(problem, _) = &self.clouds.problem else {
+            let problem = "The correlative search is for planar clouds, and these are clouds in space";
+            return Err(Error::whole(problem, "Give two planar scans"));
+        };
+        if !(0.0..=MAX_SEARCH).contains(&window.translation) || !(0.0..=MAX_SEARCH).contains(&window.rotation) {
+            let problem = format!("A window of {} m and {} rad", window.translation, window.rotation);
+            return Err(Error::whole(problem, format!("Give half widths from 0 to {MAX_SEARCH}")));
+        }
+        let target: Vec<Vector2<f64>> = problem.target_points().into_iter().map(|(point, _)| point).collect();
+        let center = Pose2::from_space(&self.clouds.near(T_center)?);
+        Ok(LikelihoodGrid::new(&target).search_path(problem.source_points(), &center, window))
+    }
+
+    /// Tells ends apart: see [`basin`]. `reference` is a pose of the minimum that is called right.
+    ///
+    /// # Errors
+    /// When a pose is no rigid motion.
+    pub fn label_ends(&self, ends: &Ends, reference: &[f64; 16]) -> Result<Basin> {
+        let near = |rows: &[f64; 16]| self.clouds.near(rows);
+        either!(self, |problem, _guess| basin::labelled(problem, ends, &near(reference)?, &near))
+    }
+}

@@ -1,0 +1,134 @@
+//! What the lab shows is what the engine does.
+#![allow(non_snake_case)]
+
+use std::path::{Path, PathBuf};
+
+use scanstitch::geometry::PointCloud;
+use scanstitch::io::point_cloud;
+use scanstitch::registration::CloudMetric::{self, Gicp, PointToLine, PointToPlane, PointToPoint, Vgicp};
+use scanstitch::registration::RegistrationOptions;
+use scanstitch::registration::align::{StepMethod, register_clouds};
+use scanstitch::registration::lab::IcpLab;
+use scanstitch::registration::lab::grid::GridOptions;
+use scanstitch::registration::robust_kernel::RobustKernel;
+
+mod common;
+
+/// Two clouds and how to register them.
+#[derive(Clone)]
+struct Pair {
+    name: String,
+    source: PointCloud,
+    target: PointCloud,
+    options: RegistrationOptions,
+}
+
+fn cloud(path: &Path) -> PointCloud {
+    point_cloud::read(&std::fs::read(path).expect("readable")).expect("a cloud")
+}
+
+fn corridor() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("www/samples/corridor")
+}
+
+fn pair(folder: &Path, [source, target]: [&str; 2], options: RegistrationOptions) -> Pair {
+    let name = format!("{} {options:?}", folder.display());
+    Pair { name, source: cloud(&folder.join(source)), target: cloud(&folder.join(target)), options }
+}
+
+fn with_metric(metric: CloudMetric) -> RegistrationOptions {
+    RegistrationOptions { metric: Some(metric), ..RegistrationOptions::default() }
+}
+
+/// Every metric in the plane.
+fn planar_pairs() -> Vec<Pair> {
+    let trimmed =
+        RegistrationOptions { trim_fraction: 0.2, robust_kernel: RobustKernel::Huber, ..with_metric(PointToLine) };
+    let gauss_newton = RegistrationOptions { step: Some(StepMethod::GaussNewton), ..with_metric(PointToPoint) };
+    let searched = RegistrationOptions { search_translation: 0.5, search_rotation: 0.3, ..with_metric(PointToLine) };
+    [with_metric(PointToLine), with_metric(PointToPoint), trimmed, gauss_newton, searched]
+        .into_iter()
+        .flat_map(|options| {
+            let zju =
+                common::shared_data("laser/zju10").map(|folder| pair(&folder, ["1.ply", "0.ply"], options.clone()));
+            zju.into_iter().chain([pair(&corridor(), ["3.ply", "2.ply"], options)])
+        })
+        .collect()
+}
+
+/// Every metric in space, where the recordings are at hand.
+fn spatial_pairs() -> Vec<Pair> {
+    let kitti = common::shared_data("lidar/kitti_pair");
+    let thinned =
+        |metric| RegistrationOptions { voxel_size: 0.5, max_correspondence_distance: 1.0, ..with_metric(metric) };
+    let of_kitti = |folder: PathBuf| {
+        [PointToPoint, PointToPlane, Gicp, Vgicp]
+            .map(|metric| pair(&folder, ["source.ply", "target.ply"], thinned(metric)))
+            .to_vec()
+    };
+    kitti.map(of_kitti).unwrap_or_default()
+}
+
+#[test]
+fn the_trace_is_the_way_of_register() {
+    for Pair { name, source, target, options } in planar_pairs().into_iter().chain(spatial_pairs()) {
+        let expected = register_clouds(&source, &target, &options).expect("registered");
+        let mut lab = IcpLab::new(&source, &target, &options).expect("a lab");
+        let trace = lab.trace(None).expect("a trace");
+        assert_eq!(trace.poses.last(), Some(&expected.T_target_source), "{name}");
+        assert_eq!((trace.records.clone(), trace.end_reason), (expected.history, expected.end_reason), "{name}");
+        assert_eq!((trace.poses.len(), trace.costs.len()), (expected.iterations, expected.iterations + 1), "{name}");
+        assert!(expected.iterations > 3, "{name}: {}", expected.iterations);
+        for (index, record) in trace.records.iter().enumerate() {
+            let iteration = lab.traced_iteration(index).expect("an iteration");
+            assert_eq!(iteration.summary.T_next, trace.poses[index], "{name}, iteration {index}");
+            assert_eq!(iteration.summary.inlier_rmse, record.inlier_rmse, "{name}, iteration {index}");
+            assert_eq!(iteration.summary.cost, trace.costs[index], "{name}, iteration {index}");
+            assert_eq!(iteration.source.len(), record.num_inliers, "{name}, iteration {index}");
+            let all = iteration.source.len() + iteration.rejected_source.len();
+            assert_eq!(all, lab.source_points().len() / 3, "{name}: every point has a say or a reason");
+        }
+    }
+}
+
+/// A grid around the end of a registration.
+fn grid(center: [f64; 16], axes: &[usize], half_widths: &[f64], size: &[usize]) -> GridOptions {
+    GridOptions {
+        T_center: center,
+        axes: axes.to_vec(),
+        half_widths: half_widths.to_vec(),
+        size: size.to_vec(),
+        rows: None,
+    }
+}
+
+#[test]
+fn a_landscape_is_the_cost_of_every_pose() {
+    for Pair { name, source, target, options } in planar_pairs() {
+        let mut lab = IcpLab::new(&source, &target, &options).expect("a lab");
+        let end = *lab.trace(None).expect("a trace").poses.last().expect("an iteration");
+        for axes in [[1, 2], [0, 1], [2, 0], [2, 1]] {
+            let half_widths = axes.map(|axis| if axis == 0 { 1.0 } else { 2.0 });
+            let grid = grid(end, &axes, &half_widths, &[31, 21]);
+            let landscape = lab.cost_landscape(&grid).expect("a landscape");
+            let halves = [[0, 8], [8, 21]].map(|rows| GridOptions { rows: Some(rows), ..grid.clone() });
+            let halves = halves.map(|half| lab.cost_landscape(&half).expect("half a landscape"));
+            assert_eq!(bits(&landscape), bits(&halves.concat()), "{name}: rows of workers, axes {axes:?}");
+            for (row, column) in (0..21).flat_map(|row| (0..31).map(move |column| (row, column))) {
+                let mut offsets = [0.0; 3];
+                offsets[axes[0]] = half_widths[0] * (2.0 * column as f64 - 30.0) / 30.0;
+                offsets[axes[1]] = half_widths[1] * (2.0 * row as f64 - 20.0) / 20.0;
+                let pose = lab.pose_at(&end, &offsets).expect("a pose");
+                let brute = lab.iteration(&pose).expect("an iteration").summary.cost;
+                let found = landscape[row * 31 + column];
+                // The pose as a matrix is rounded.
+                let agrees = (brute - found).abs() <= 1e-12 || (brute.is_nan() && found.is_nan());
+                assert!(agrees, "{name}, axes {axes:?}, node {column}, {row}: {found} {brute}");
+            }
+        }
+    }
+}
+
+fn bits(numbers: &[f64]) -> Vec<u64> {
+    numbers.iter().map(|x| x.to_bits()).collect()
+}
