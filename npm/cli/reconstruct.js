@@ -35,8 +35,8 @@ Registers the frames of a recording and maps them in the frame of the first one.
   depth images   PNG (8 or 16 bits) or PGM, with colour pictures (PNG, JPEG) of the same numbers or times, or without:
                  rgb/ and depth/ folders, names such as frame-000001.depth.png, the layout of TUM RGB-D
   clouds         PLY or PCD files in space, in metres
-  bags of ROS 2  .db3 or .mcap with Image, CompressedImage, CameraInfo, PointCloud2, LaserScan, Odometry, PoseStamped,
-                 Path and TFMessage; for the topics that are used see: scanstitch topics BAG
+  ROS bags       .bag, .db3 or .mcap with Image, CompressedImage, CameraInfo, PointCloud2, LaserScan, Odometry,
+                 PoseStamped, Path and TFMessage; for the topics that are used see: scanstitch topics BAG
 Files are taken in natural order of their names: 2.ply comes before 10.ply. The reference (GT_pose.npy, *.tum, *.log,
 groundtruth.txt, a pose file for each frame, ...) and the camera (camera-intrinsics.txt, camera.json, ...) of depth
 images and clouds are found beside them.
@@ -48,7 +48,8 @@ Options:
                      what contradicts the scans (other units, clock or log) is told and not used
   --intrinsics FILE  the depth camera: a 3 x 3 matrix, fx fy cx cy, or Open3D's JSON, in pixels
   --recording DIR    which recording to use, where a folder or archive holds several (default: the longest)
-  --topic ROLE=NAME  a topic of a bag to use as depth, color, camera, clouds, scans or reference; none: do without
+  --topic ROLE=NAME  a topic of a bag to use as depth, color, camera, clouds, scans, odometry or reference;
+                     none: do without
   --map-format NAME  of the map: ply (default) or pcd, both binary; ply-ascii, pcd-ascii; pcd-compressed
   --workers N        threads that prepare frames in advance; 0: none (default: one for each core)
   --preset NAME      settings for one purpose, see below (default: ${engine.presets()[0]?.name}, or ${engine.spatial_presets()[0]?.name})
