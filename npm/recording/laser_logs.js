@@ -54,12 +54,12 @@ function isRangeTable(head, text) {
     .map((line) => line.split(/[\s,;]+/).filter((word) => word !== ''))
     .filter((words) => words.length > 0 && words.every(isNumber))
     .slice(0, TABLE_LINES);
-  if (head.at(-1) !== 10 && rows.length > 1) rows.pop();
+  if (head.at(-1) !== 10 && rows.length > 1 && rows.length < TABLE_LINES) rows.pop();
   if (rows.length === 0) return false;
   if (rows.every((row) => row.length >= MIN_SCAN_NUMBERS)) return true;
   const begin = Number(rows[0]?.[0]);
   const counts = rows.every((row, index) => row.length === 2 && Number(row[0]) === begin + index);
-  return rows.length >= TABLE_LINES - 1 && (begin === 0 || begin === 1) && counts;
+  return rows.length >= TABLE_LINES && (begin === 0 || begin === 1) && counts;
 }
 
 /** @param {string} word */

@@ -219,7 +219,12 @@ impl Reader {
                 scan.reference = laser.or(scan.reference);
             }
         }
-        LaserLog { scans: self.scans, T_robot_laser: offset.unwrap_or_else(Pose2::identity), notes }
+        LaserLog {
+            scans: self.scans,
+            T_robot_laser: offset.unwrap_or_else(Pose2::identity),
+            has_wheel_odometry: false,
+            notes,
+        }
     }
 
     /// Leaves out the scans of other lasers, and says so.

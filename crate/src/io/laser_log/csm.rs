@@ -82,7 +82,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<LaserLog> {
             }
         }
     }
-    Ok(LaserLog { scans, T_robot_laser: Pose2::identity(), notes })
+    Ok(LaserLog { scans, T_robot_laser: Pose2::identity(), has_wheel_odometry: false, notes })
 }
 
 /// Whether a list ends before it is closed.

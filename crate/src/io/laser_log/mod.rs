@@ -90,6 +90,8 @@ pub struct LaserLog {
     pub scans: Vec<LaserScan>,
     /// Where the laser sits on the robot; the identity where the log does not tell.
     pub T_robot_laser: Pose2,
+    /// Whether the format says that the odometry is what the wheels measured; in others a program may have corrected it.
+    pub has_wheel_odometry: bool,
     /// What was stepped over, in whole sentences.
     pub notes: Vec<String>,
 }

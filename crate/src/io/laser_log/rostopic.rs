@@ -18,7 +18,12 @@ pub(super) fn read(bytes: &[u8]) -> Result<LaserLog> {
     let scans =
         rows.iter().enumerate().map(|(number, row)| scan(&table, &ranges, row, number)).collect::<Result<_>>()?;
     let notes = cut.map(|line| format!("Line {line}, the last one, is cut off and was left out."));
-    Ok(LaserLog { scans, T_robot_laser: Pose2::identity(), notes: notes.into_iter().collect() })
+    Ok(LaserLog {
+        scans,
+        T_robot_laser: Pose2::identity(),
+        has_wheel_odometry: false,
+        notes: notes.into_iter().collect(),
+    })
 }
 
 /// The columns `ranges0`, `ranges_1`, `ranges[2]`, ... in their order.

@@ -93,7 +93,7 @@ const MAX_CENTIMETRES: f64 = 1500.0;
 pub(super) fn looks_like_table(head: &[u8]) -> bool {
     let is_cut = !head.ends_with(b"\n");
     let mut rows: Vec<Vec<f64>> = first_rows(head);
-    if is_cut && rows.len() > 1 {
+    if is_cut && rows.len() > 1 && rows.len() < GUESS_LINES {
         rows.pop();
     }
     let is_scans = rows.iter().all(|row| row.len() >= MIN_SCAN_NUMBERS);
@@ -382,7 +382,8 @@ pub fn read_as(text: &[u8], format: &TableFormat) -> Result<LaserLog> {
     } else {
         Vec::new()
     };
-    Ok(LaserLog { scans, T_robot_laser: Pose2::new(nalgebra::Vector2::new(format.ahead, 0.0), 0.0), notes })
+    let T_robot_laser = Pose2::new(nalgebra::Vector2::new(format.ahead, 0.0), 0.0);
+    Ok(LaserLog { scans, T_robot_laser, has_wheel_odometry: format.odometry.is_some(), notes })
 }
 
 fn missing(line: usize, has: usize, wants: usize) -> Error {
