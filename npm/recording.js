@@ -11,6 +11,7 @@ import { HEAD_BYTES, readPlyExtent } from './recording/heads.js';
 import { isCloudName, isImageName } from './recording/kinds.js';
 import { isListName } from './recording/lists.js';
 import { baseOf, commonFolder, contains, folderOf, groupBy, seriesOf } from './recording/names.js';
+import { adviceFor } from './recording/other_formats.js';
 import { assignRoles } from './recording/planar.js';
 import { findIntrinsics, findReference } from './recording/reference.js';
 
@@ -48,9 +49,10 @@ const GRID_RESULTS = ['map.pgm', 'map.yaml'];
  *
  * @param {readonly ListedFile[]} files
  * @param {ReadHead} readHead
+ * @param {boolean} [isTable] whether tables of numbers are said to be laser scans
  * @returns {Promise<Recording>}
  */
-export async function understand(files, readHead) {
+export async function understand(files, readHead, isTable = false) {
   const known = withoutResults(files.filter(({ path }) => !isSystemFile(path))).toSorted(byName);
   /** @type {Note[]} */
   const unreadable = [];
@@ -71,14 +73,14 @@ export async function understand(files, readHead) {
   }
   const depth = await findDepthRecordings(known, (path) => read(path, HEAD_BYTES));
   const numFrames = depth.recordings[0]?.depth.members.length ?? 0;
-  const clouds = await findClouds(known, numFrames, read);
+  const clouds = await findClouds(known, numFrames, read, isTable);
   const recording =
     numFrames > 0 && numFrames >= clouds.files.length
       ? await depthImages(depth, known, read)
       : clouds.extent === 'space'
         ? await spatialClouds(clouds.files, known, read)
         : clouds.files.length > 0
-          ? await planarScans(known, read)
+          ? await planarScans(known, read, isTable)
           : nothing(depth.notes, known);
   const notes = [...unreadable, ...recording.notes];
   return { ...empty(), ...recording, notes };
@@ -192,14 +194,15 @@ function withoutResults(files) {
  * @param {ListedFile[]} files
  * @param {number} numFrames depth images there are
  * @param {Read} read
+ * @param {boolean} isTable
  */
-async function findClouds(files, numFrames, read) {
+async function findClouds(files, numFrames, read, isTable) {
   const clouds = files.filter(({ path }) => isCloudName(path));
   // A PLY file may have lost its ending; it is searched for where there is nothing else.
   for (const file of numFrames === 0 && clouds.length === 0 ? files : []) {
     if (isImageName(file.path)) continue;
     const head = await read(file.path, HEAD_BYTES);
-    if (head && classify(file.path, head).role === 'scan') clouds.push(file);
+    if (head && classify(file.path, head, isTable).role === 'scan') clouds.push(file);
   }
   const step = Math.max(1, clouds.length / LOOKED_INTO);
   const looked = clouds.filter((_, index) => index % step < 1);
@@ -343,21 +346,24 @@ async function referenceAndCamera(files, frames, read) {
  * @returns {Note[]}
  */
 function unused(files, what) {
-  return seriesOf(files).map((series) => ({ file: nameOf(series), reason: `left aside: ${what}` }));
+  return seriesOf(files).map((series) => {
+    return { file: nameOf(series), reason: `left aside: ${adviceFor(series.members[0]?.path ?? '') ?? what}` };
+  });
 }
 
 /**
  * @param {ListedFile[]} files
  * @param {Read} read
+ * @param {boolean} isTable
  * @returns {Promise<Partial<Recording> & { notes: Note[] }>}
  */
-async function planarScans(files, read) {
+async function planarScans(files, read, isTable) {
   /** @type {{ name: string, role: import('./recording/classify.js').Role, file: string }[]} */
   const known = [];
   for (const { path } of files) {
     const isTold = /\.ply$/i.test(path) || isImageName(path);
     const head = isTold ? null : await read(path, HEAD_BYTES);
-    if (isTold || head) known.push({ name: path, role: classify(path, head), file: path });
+    if (isTold || head) known.push({ name: path, role: classify(path, head, isTable), file: path });
   }
   const { scans, reference, odometry, notes } = assignRoles(known);
   const root = scans.map(folderOf).reduce(commonFolder);

@@ -1,17 +1,22 @@
 // @ts-check
 /**
- * Values of a serialised ROS 2 message, one after the other. What lies beyond the message's end is never read: the error
+ * Values of a serialised ROS message, one after the other. What lies beyond the message's end is never read: the error
  * names the field.
  *
- * Source of the layout: OMG, DDS-XTypes 1.3, 7.4.3 (XCDR1 and plain XCDR2); OMG, DDSI-RTPS 2.5, 10.2 (encapsulation).
+ * Source of the layout: OMG, DDS-XTypes 1.3, 7.4.3 (XCDR1 and plain XCDR2); OMG, DDSI-RTPS 2.5, 10.2 (encapsulation). ROS 1
+ * writes the same values, low byte first, without alignment and without an encapsulation (roscpp's serialization.h).
  */
 
-/** Plain data, by the second byte of a message: whether the low byte comes first, and what 8-byte values are aligned to. */
+/** Second byte of the header that a message of ROS 1 is given here; DDS has no such encapsulation. */
+const ROS1 = 0x52;
+
+/** By the second byte of a message: whether the low byte comes first, and what values are aligned to at most (bytes). */
 const ENCAPSULATIONS = /** @type {Record<number, { littleEndian: boolean, widest: number }>} */ ({
   0: { littleEndian: false, widest: 8 },
   1: { littleEndian: true, widest: 8 },
   6: { littleEndian: false, widest: 4 },
   7: { littleEndian: true, widest: 4 },
+  [ROS1]: { littleEndian: true, widest: 1 },
 });
 const HEADER_BYTES = 4;
 const DAMAGED = 'It was damaged or cut off when it was recorded; leave it out';
@@ -24,6 +29,14 @@ export class MessageError extends Error {
     this.problem = problem;
     this.remedy = remedy;
   }
+}
+
+/** A message of ROS 1 with a header that tells a {@link CdrReader} what it is. @param {Uint8Array} message */
+export function encapsulateRos1(message) {
+  const bytes = new Uint8Array(HEADER_BYTES + message.length);
+  bytes[1] = ROS1;
+  bytes.set(message, HEADER_BYTES);
+  return bytes;
 }
 
 export class CdrReader {
@@ -55,6 +68,11 @@ export class CdrReader {
     return this.#place;
   }
 
+  /** Whether ROS 1 wrote it. */
+  get isRos1() {
+    return this.#widest === 1;
+  }
+
   get littleEndian() {
     return this.#littleEndian;
   }
@@ -81,7 +99,7 @@ export class CdrReader {
 
   /** @param {string} field */
   f64(field) {
-    return this.#view.getFloat64(this.#take(8, this.#widest, field), this.#littleEndian);
+    return this.#view.getFloat64(this.#take(8, 8, field), this.#littleEndian);
   }
 
   /** @param {string} field */
@@ -89,7 +107,7 @@ export class CdrReader {
     const length = this.u32(field);
     const start = this.#take(length, 1, field);
     const text = this.#bytes.subarray(start, start + length);
-    // The terminating zero counts.
+    // In ROS 2 the terminating zero counts.
     return new TextDecoder().decode(text.at(-1) === 0 ? text.subarray(0, -1) : text);
   }
 
@@ -102,7 +120,7 @@ export class CdrReader {
 
   /** @param {number} count @param {string} field */
   f64s(count, field) {
-    const start = this.#take(8 * count, this.#widest, field);
+    const start = this.#take(8 * count, 8, field);
     return Array.from({ length: count }, (_, index) => this.#view.getFloat64(start + 8 * index, this.#littleEndian));
   }
 
@@ -143,7 +161,7 @@ export class CdrReader {
   /** @param {number} length @param {number} alignment @param {string} field */
   #take(length, alignment, field) {
     // Alignment counts from behind the encapsulation header.
-    const start = this.#place + ((HEADER_BYTES - this.#place) & (alignment - 1));
+    const start = this.#place + ((HEADER_BYTES - this.#place) & (Math.min(alignment, this.#widest) - 1));
     if (start + length > this.#bytes.length) this.#refuse(length, field);
     this.#place = start + length;
     return start;

@@ -8,6 +8,7 @@
  */
 import { crc32 } from '../crc32.js';
 import { fileError } from '../errors.js';
+import { ChunkCache } from './chunk_cache.js';
 import { MAX_UNPACKED_BYTES, unpackLz4, unpackZstd } from './decompress.js';
 import {
   CHUNK_HEADER_BYTES,
@@ -37,12 +38,6 @@ import { MessageIndex } from './message_index.js';
 
 /** Where a message lies: the number of its chunk, and the offset in that; or this, and the offset in the file. */
 const OUTSIDE = -1;
-/** Unpacked chunks that are kept, together: frames that follow one another lie in the same ones. Most chunks are small; ... */
-const KEPT_BYTES = 2 ** 24;
-/** ... of larger ones, so many are kept, ... */
-const KEPT_CHUNKS = 4;
-/** ... where they take no more than this. */
-const MOST_KEPT_BYTES = 2 ** 26;
 /** So many small parts of the file are read at a time. */
 const READ_AT_ONCE = 32;
 /** When the file is walked, so much of it is read at a time. */
@@ -73,9 +68,7 @@ class McapFile {
   #source;
   /** @type {Chunk[]} */
   #chunks = [];
-  /** Unpacked, the last one used last. @type {Map<number, Promise<Uint8Array>>} */
-  #unpacked = new Map();
-  #unpackedBytes = new Map();
+  #records = new ChunkCache((chunk) => this.#unpack(chunk));
   /** @type {Map<number, string>} */
   #types = new Map();
   /** @type {Map<number, Channel>} */
@@ -198,8 +191,8 @@ class McapFile {
    */
   async read([chunk, offset], length) {
     const known = this.#chunks[chunk];
-    if (chunk !== OUTSIDE && (length === Infinity || known?.compression !== '' || this.#unpacked.has(chunk))) {
-      const records = await this.#records(chunk);
+    if (chunk !== OUTSIDE && (length === Infinity || known?.compression !== '' || this.#records.has(chunk))) {
+      const records = await this.#records.get(chunk);
       return this.#dataOf(records.subarray(offset), offset).subarray(0, length);
     }
     const recordsStart = known ? known.start + RECORD_HEADER_BYTES + CHUNK_HEADER_BYTES + 8 : 0;
@@ -291,7 +284,7 @@ class McapFile {
     this.#chunks.push({ start, length, compression: 'unknown' });
     let strays = 0;
     try {
-      for (const { opcode, content, start: offset } of recordsIn(await this.#records(chunk))) {
+      for (const { opcode, content, start: offset } of recordsIn(await this.#records.get(chunk))) {
         this.#takeDefinition(opcode, content);
         if (opcode === OPCODE.message && !this.#takeMessage(content, chunk, offset)) strays += 1;
       }
@@ -305,21 +298,6 @@ class McapFile {
   }
 
   /** The records of a chunk, unpacked and checked. @param {number} chunk */
-  async #records(chunk) {
-    const reading = this.#unpacked.get(chunk) ?? this.#unpack(chunk);
-    this.#unpacked.delete(chunk);
-    this.#unpacked.set(chunk, reading);
-    const records = await reading;
-    this.#unpackedBytes.set(chunk, records.length);
-    let total = 0;
-    for (const [place, kept] of [...this.#unpacked.keys()].reverse().entries()) {
-      total += this.#unpackedBytes.get(kept) ?? 0;
-      if (total > (place < KEPT_CHUNKS ? MOST_KEPT_BYTES : KEPT_BYTES) && kept !== chunk) this.#unpacked.delete(kept);
-    }
-    return records;
-  }
-
-  /** @param {number} chunk */
   async #unpack(chunk) {
     const { start, length } = this.#chunks[chunk] ?? { start: 0, length: 0 };
     const record = await this.#readRegion(start, length);

@@ -1,8 +1,9 @@
 // @ts-check
 /**
- * Messages of ROS 2 that tell where a sensor was or what it saw, from their bytes to plain values.
+ * Messages of ROS that tell where a sensor was or what it saw, from their bytes to plain values.
  *
- * Source of the fields: common_interfaces (sensor_msgs, geometry_msgs, nav_msgs, std_msgs) and geometry2 (tf2_msgs).
+ * Source of the fields: common_interfaces (sensor_msgs, geometry_msgs, nav_msgs, std_msgs) and geometry2 (tf2_msgs). Those of
+ * ROS 1 are the same but for the header's number.
  */
 import { CdrReader, MessageError } from './cdr.js';
 
@@ -23,6 +24,9 @@ import { CdrReader, MessageError } from './cdr.js';
 /** So many bytes of a message hold its header and what tells the kind of an image, with names of usual length. */
 export const HEAD_BYTES = 1024;
 
+/** So many bytes of a message hold its time. */
+export const STAMP_BYTES = 16;
+
 /** Types that are read, and what they are to people. */
 export const TYPES = Object.freeze({
   'sensor_msgs/msg/Image': 'image',
@@ -40,8 +44,18 @@ export const TYPES = Object.freeze({
 
 /** @param {CdrReader} r @returns {Header} */
 function readHeader(r) {
-  const stamp = { sec: r.i32('stamp'), nsec: r.u32('stamp') };
-  return { stamp, frame: r.string('frame_id') };
+  return { stamp: readStamp(r), frame: r.string('frame_id') };
+}
+
+/** @param {CdrReader} r @returns {Stamp} */
+function readStamp(r) {
+  if (r.isRos1) r.u32('seq');
+  return { sec: r.i32('stamp'), nsec: r.u32('stamp') };
+}
+
+/** The time of any message that has a header, from its first {@link STAMP_BYTES}. @param {Uint8Array} bytes */
+export function decodeStamp(bytes) {
+  return readStamp(new CdrReader(bytes));
 }
 
 /** The header of any message that has one, or of its beginning. @param {Uint8Array} bytes */
@@ -66,10 +80,12 @@ export function decodeImage(bytes) {
   return { ...shape, bigEndian: r.u8('is_bigendian') !== 0, step: r.u32('step'), data: r.bytes('data') };
 }
 
-/** Format of a packed image, from its beginning. @param {Uint8Array} bytes */
-export function decodeCompressedFormat(bytes) {
+/** Format of a packed image, and as much of its data as its beginning has. @param {Uint8Array} bytes */
+export function decodeCompressedHead(bytes) {
   const r = new CdrReader(bytes);
-  return { ...readHeader(r), format: r.string('format') };
+  const head = { ...readHeader(r), format: r.string('format') };
+  r.u32('data');
+  return { ...head, start: bytes.subarray(r.place) };
 }
 
 /** @param {Uint8Array} bytes @returns {CompressedMessage} */

@@ -1,12 +1,14 @@
 // @ts-check
 /**
- * Bags of ROS 2: which files of a drop make up one, which topics it has, and its messages one by one. Nothing is kept in
+ * Bags of ROS: which files of a drop make up one, which topics it has, and its messages one by one. Nothing is kept in
  * memory but where each message lies.
  */
 import { fileError } from '../errors.js';
 import { folderOf, groupBy } from '../recording/names.js';
+import { encapsulateRos1 } from './cdr.js';
 import { isMcap } from './mcap_records.js';
 import { isBagMetadata, isBagName } from './names.js';
+import { isRos1 } from './ros1_records.js';
 import { isSqlite } from './sqlite.js';
 
 /** @typedef {import('../archive.js').ByteSource} ByteSource */
@@ -34,7 +36,6 @@ import { isSqlite } from './sqlite.js';
  */
 /** @typedef {{ container: Container, messages: MessageIndex }} Part of a topic, in one file */
 
-const ROS1_MAGIC = '#ROSBAG V';
 const UNPACK = 'Unpack it first: zstd -d, or ros2 bag convert';
 
 export class Bag {
@@ -86,15 +87,15 @@ export class Bag {
   }
 
   /** @param {Topic} topic @param {number} index @returns {Promise<Uint8Array>} */
-  read(topic, index) {
+  async read(topic, index) {
     const { part, inside } = this.#find(topic, index);
-    return part.container.read(part.messages.place(inside));
+    return withHeader(topic, await part.container.read(part.messages.place(inside)));
   }
 
   /** At least so many bytes of a message, where it has them. @param {Topic} topic @param {number} index @param {number} length */
-  readHead(topic, index, length) {
+  async readHead(topic, index, length) {
     const { part, inside } = this.#find(topic, index);
-    return part.container.readHead(part.messages.place(inside), length);
+    return withHeader(topic, await part.container.readHead(part.messages.place(inside), length));
   }
 
   /** @param {Topic} topic @param {number} index */
@@ -106,6 +107,11 @@ export class Bag {
     }
     throw new RangeError(`${topic.name} has no message ${index}`);
   }
+}
+
+/** @param {Topic} topic @param {Uint8Array} bytes */
+function withHeader({ format }, bytes) {
+  return format === 'ros1' ? encapsulateRos1(bytes) : bytes;
 }
 
 /**
@@ -141,14 +147,15 @@ async function openContainer(name, source) {
   if (head.length === 0) throw fileError(name, 'The file is empty', 'Copy the bag again');
   if (isMcap(head)) return (await import('./mcap.js')).openMcap(name, source);
   if (isSqlite(head)) return (await import('./db3.js')).openDb3(name, source);
-  if (new TextDecoder('latin1').decode(head).startsWith(ROS1_MAGIC)) {
-    const remedy = 'Convert it: rosbags-convert --src FILE --dst FOLDER (pip install rosbags)';
-    throw fileError(name, 'This is a bag of ROS 1, and those of ROS 2 are read', remedy);
-  }
+  if (isRos1(head)) return (await import('./ros1.js')).openRos1(name, source);
   if (head[0] === 0x28 && head[1] === 0xb5 && head[2] === 0x2f && head[3] === 0xfd) {
     throw fileError(name, 'The whole file is packed with zstd, so that it could only be read as a whole', UNPACK);
   }
-  throw fileError(name, 'This is neither an SQLite file nor an MCAP file, as bags of ROS 2 are', 'Copy the bag again');
+  throw fileError(
+    name,
+    'This is no bag: neither of ROS 1 nor an SQLite or MCAP file, as those of ROS 2 are',
+    'Copy the bag again',
+  );
 }
 
 /**
@@ -211,8 +218,9 @@ function formatsIn(yaml) {
   return new Map(pairs.filter(([name, format]) => name !== '' && format !== ''));
 }
 
-/** `sensor_msgs/Image`, as some recorders write it, is `sensor_msgs/msg/Image`. @param {string} type */
+/** `sensor_msgs/Image`, as ROS 1 and some recorders write it, is `sensor_msgs/msg/Image`. @param {string} type */
 function typeOf(type) {
+  if (type === 'tf/tfMessage') return 'tf2_msgs/msg/TFMessage';
   return type.replace(/^(\w+)\/(\w+)$/, '$1/msg/$2').replace(/^(\w+)::msg::(?:dds_::)?(\w+?)_?$/, '$1/msg/$2');
 }
 

@@ -13,7 +13,7 @@ import { scanLine } from './laser_scans.js';
 import { decodeCamera, decodeCloud, decodeCompressed, decodeImage, decodeScan } from './messages.js';
 import { packedEnding, packedFile } from './packed_images.js';
 import { plural, stampedMessages, timeText } from './stamps.js';
-import { referenceText } from './reference.js';
+import { pathText } from './path.js';
 
 /** @typedef {import('../recording.js').Note} Note */
 /** @typedef {import('../recording.js').Recording} Recording */
@@ -50,7 +50,8 @@ export async function recordingOfBag(bag, topics, choice, onProgress = () => {})
   if (depth) await made.takeDepth(depth, chosen('color'), chosen('camera'));
   else if (clouds) await made.takeClouds(clouds);
   else if (scans) await made.takeScans(scans);
-  const reference = chosen('reference');
+  const [odometry, reference] = [chosen('odometry'), chosen('reference')];
+  if (scans && odometry) await made.takeOdometry(odometry, scans);
   if (source && reference) await made.takeReference(reference, source);
   return made.finish(choice);
 }
@@ -142,13 +143,24 @@ class Maker {
 
   /** @param {TopicFacts} reference @param {TopicFacts} source */
   async takeReference(reference, source) {
-    const { text, notes } = await referenceText(this.#bag, this.#topics, reference.topic, source.frame);
+    this.#recording.reference = await this.#pathFile(reference, source);
+  }
+
+  /** @param {TopicFacts} odometry @param {TopicFacts} scans */
+  async takeOdometry(odometry, scans) {
+    const [path = null] = await this.#pathFile(odometry, scans);
+    this.#recording.odometry = path;
+  }
+
+  /** The path of the source's frame that a topic tells, as one file; none where it tells none. @param {TopicFacts} facts @param {TopicFacts} source */
+  async #pathFile({ topic }, source) {
+    const { text, notes } = await pathText(this.#bag, this.#topics, topic, source.frame);
     this.#recording.notes.push(...notes);
-    if (text === null) return;
-    const path = `${this.#bag.path}/${reference.topic.name.replace(/^\//, '').replaceAll('/', '_')}.tum`;
+    if (text === null) return [];
+    const path = `${this.#bag.path}/${topic.name.replace(/^\//, '').replaceAll('/', '_')}.tum`;
     const bytes = new TextEncoder().encode(text);
     this.#files.push({ path, size: bytes.length, read: async () => bytes.slice() });
-    this.#recording.reference = [path];
+    return [path];
   }
 
   /** @param {Choice} choice @returns {BagRecording} */

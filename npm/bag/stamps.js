@@ -1,6 +1,6 @@
 // @ts-check
 /** When the messages of a topic were made, in order, and what is wrong with their times. */
-import { CdrReader } from './cdr.js';
+import { decodeStamp, STAMP_BYTES } from './messages.js';
 
 /** @typedef {import('./open.js').Bag} Bag */
 /** @typedef {import('./open.js').Topic} Topic */
@@ -10,7 +10,6 @@ import { CdrReader } from './cdr.js';
 
 /** So many messages are looked into at a time. */
 const READ_AT_ONCE = 64;
-const STAMP_BYTES = 12;
 /** A time that lies further back than this is a new beginning; what lies nearer came out of order (ns). */
 const NEW_BEGINNING = 1_000_000_000n;
 
@@ -31,7 +30,7 @@ export async function stampedMessages(bag, topic, onProgress = () => {}) {
   for (let first = 0; first < topic.count; first += READ_AT_ONCE) {
     const indexes = Array.from({ length: Math.min(READ_AT_ONCE, topic.count - first) }, (_, i) => first + i);
     const heads = await Promise.allSettled(
-      indexes.map(async (index) => stampIn(await bag.readHead(topic, index, STAMP_BYTES))),
+      indexes.map(async (index) => nanoseconds(decodeStamp(await bag.readHead(topic, index, STAMP_BYTES)))),
     );
     for (const [i, head] of heads.entries()) {
       if (head.status === 'fulfilled') {
@@ -116,12 +115,6 @@ export function stampOf(time) {
 export function timeText(time) {
   const { sec, nsec } = stampOf(time);
   return `${sec}.${String(nsec).padStart(9, '0')}`;
-}
-
-/** @param {Uint8Array} head */
-function stampIn(head) {
-  const reader = new CdrReader(head);
-  return nanoseconds({ sec: reader.i32('stamp'), nsec: reader.u32('stamp') });
 }
 
 /** @param {number} count @param {string} what */

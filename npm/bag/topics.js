@@ -5,7 +5,7 @@ import { hintOf } from '../recording/names.js';
 import { depthEnding, usesOf } from './images.js';
 import {
   decodeCloudShape,
-  decodeCompressedFormat,
+  decodeCompressedHead,
   decodeHeader,
   decodeImageShape,
   HEAD_BYTES,
@@ -15,7 +15,7 @@ import { useOfPacked } from './packed_images.js';
 
 /** @typedef {import('./open.js').Bag} Bag */
 /** @typedef {import('./open.js').Topic} Topic */
-/** @typedef {'depth' | 'color' | 'camera' | 'clouds' | 'scans' | 'reference'} Role */
+/** @typedef {'depth' | 'color' | 'camera' | 'clouds' | 'scans' | 'odometry' | 'reference'} Role */
 /**
  * @typedef {object} TopicFacts
  * @property {Topic} topic
@@ -29,7 +29,7 @@ import { useOfPacked } from './packed_images.js';
 /** The topic used as each; what is missing is not used. @typedef {Partial<Record<Role, string>>} Choice */
 
 /** @type {readonly Role[]} */
-export const ROLES = Object.freeze(['depth', 'color', 'camera', 'clouds', 'scans', 'reference']);
+export const ROLES = Object.freeze(['depth', 'color', 'camera', 'clouds', 'scans', 'odometry', 'reference']);
 /** Of these one is used at a time: what the map is made of. @type {readonly Role[]} */
 export const SOURCES = Object.freeze(['depth', 'clouds', 'scans']);
 
@@ -43,8 +43,8 @@ async function describeTopic(bag, topic) {
   /** @type {TopicFacts} */
   const facts = { topic, about: '', frame: '', uses: [], problem: '', encoding: '', size: null };
   const kind = /** @type {Record<string, string>} */ (TYPES)[topic.type];
-  if (topic.format !== 'cdr') {
-    const problem = `serialised as ${topic.format}, and only cdr is read; record it with the default middleware`;
+  if (topic.format !== 'cdr' && topic.format !== 'ros1') {
+    const problem = `serialised as ${topic.format}, and only cdr and ros1 are read; record it with the default middleware`;
     return { ...facts, problem: topic.format === '' ? 'how it is serialised is unknown' : problem };
   }
   if (kind === undefined) return { ...facts, problem: 'messages of this type are not used' };
@@ -62,7 +62,8 @@ function usesOfKind(kind) {
   if (kind === 'cloud') return ['clouds'];
   if (kind === 'laser scan') return ['scans'];
   if (kind === 'camera') return ['camera'];
-  return kind === 'image' || kind === 'packed image' ? ['depth', 'color'] : ['reference'];
+  if (kind === 'image' || kind === 'packed image') return ['depth', 'color'];
+  return kind === 'path' ? ['reference'] : ['odometry', 'reference'];
 }
 
 /** @param {string} kind @param {Uint8Array} head @returns {Partial<TopicFacts>} */
@@ -74,8 +75,7 @@ function factsOf(kind, head) {
     return { about: `${width} x ${height}, ${encoding}`, frame, uses, problem, encoding, size: [width, height] };
   }
   if (kind === 'packed image') {
-    const { frame, format } = decodeCompressedFormat(head);
-    const start = head.subarray(dataStart(head, frame, format));
+    const { frame, format, start } = decodeCompressedHead(head);
     const use = useOfPacked(format, start);
     const problem = use ? '' : `images packed as "${format}" are not read`;
     return { about: format, frame, uses: use ? [use] : [], problem, encoding: format };
@@ -94,13 +94,6 @@ function factsOf(kind, head) {
   }
   const { frame } = kind === 'transforms' ? { frame: '' } : decodeHeader(head);
   return { about: frame && `frame ${frame}`, frame, uses: usesOfKind(kind) };
-}
-
-/** Where the data of a CompressedImage begins. @param {Uint8Array} head @param {string} frame @param {string} format */
-function dataStart(head, frame, format) {
-  const align = (/** @type {number} */ place) => (place + 3) & ~3;
-  const text = (/** @type {string} */ value) => new TextEncoder().encode(value).length + 1;
-  return Math.min(head.length, align(align(16 + text(frame)) + 4 + text(format)) + 4);
 }
 
 /**
@@ -138,7 +131,9 @@ export function complete(topics, choice, settled = new Set()) {
   };
   fill('color', depth && best(topics, 'color', (facts) => colorRank(facts, depth)));
   fill('camera', depth && cameraOf(topics, depth));
-  fill('reference', SOURCES.some((role) => choice[role]) ? best(topics, 'reference', referenceRank) : null);
+  fill('odometry', choice.scans === undefined ? null : best(topics, 'odometry', odometryRank));
+  const others = topics.filter(({ topic }) => topic.name !== made.odometry);
+  fill('reference', SOURCES.some((role) => choice[role]) ? best(others, 'reference', referenceRank) : null);
   return made;
 }
 
@@ -200,6 +195,12 @@ function referenceRank({ topic: { name, type } }) {
   if (/vicon|optitrack|mocap|qualisys|vrpn/i.test(name)) return 5;
   if (type === 'tf2_msgs/msg/TFMessage') return 4;
   return type === 'nav_msgs/msg/Odometry' ? 2 : 3;
+}
+
+/** What wheels or an inertial unit measured; ground truth is none. @param {TopicFacts} facts */
+function odometryRank(facts) {
+  if (facts.topic.type !== 'nav_msgs/msg/Odometry' || referenceRank(facts) !== 2) return 0;
+  return /odom/i.test(facts.topic.name) ? 2 : 1;
 }
 
 /** How many parts of their names are the same from the beginning. @param {string} a @param {string} b */

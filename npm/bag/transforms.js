@@ -114,7 +114,7 @@ export class TransformTree {
     const goal = bare(ancestor);
     for (const edge of this.#up(frame)) {
       if (edge.child === goal) return pose;
-      if (!edge.isStatic) return null;
+      if (!edge.isStatic && !isConstant(edge)) return null;
       pose = compose(/** @type {Sample} */ (edge.samples[0]).pose, pose);
       if (edge.parent === goal) return pose;
     }
@@ -153,6 +153,16 @@ export class TransformTree {
     }
     return chain;
   }
+}
+
+/** Whether all that was told of a frame is the same, to rounding. @param {Edge} edge */
+function isConstant({ samples: [first, ...others] }) {
+  const values = (/** @type {Sample | undefined} */ sample) => [
+    ...(sample?.pose.translation ?? []),
+    ...(sample?.pose.rotation ?? []),
+  ];
+  const expected = values(first);
+  return others.every((sample) => values(sample).every((value, i) => Math.abs(value - (expected[i] ?? 0)) < 1e-6));
 }
 
 /** Frames were once written with a slash before them. @param {string} frame */

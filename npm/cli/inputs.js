@@ -22,7 +22,7 @@ import { CommandError, isScanstitchError } from './command.js';
 
 /**
  * All files that these arguments name: files as they are, what lies in folders, to any depth, in ZIP archives and in the
- * bags of ROS 2. Nothing is read but the directories of archives and the indexes of bags. What cannot be found is told and
+ * ROS bags. Nothing is read but the directories of archives and the indexes of bags. What cannot be found is told and
  * left out.
  * @param {string[]} paths
  * @param {(problem: string) => void} complain

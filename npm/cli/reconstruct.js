@@ -17,6 +17,7 @@ const OPTIONS = /** @type {const} */ ({
   intrinsics: { type: 'string' },
   recording: { type: 'string' },
   topic: { type: 'string', multiple: true },
+  table: { type: 'string' },
   preset: { type: 'string' },
   set: { type: 'string', multiple: true },
   workers: { type: 'string' },
@@ -31,12 +32,13 @@ export const reconstruct = {
   help: (engine) => `scanstitch reconstruct FILES-OR-FOLDER-OR-ZIP-OR-BAG... [OPTION]...
 
 Registers the frames of a recording and maps them in the frame of the first one. Its kind is recognized from its files:
-  planar scans   PLY files, z = 0, in metres; or a laser log with many scans: CARMEN (FLASER, ROBOTLASER1), CSM's JSON
+  planar scans   PLY files, z = 0, in metres; or a laser log with many scans: CARMEN (FLASER, ROBOTLASER1), CSM's JSON,
+                 rostopic echo -p, CMU 16-831, BreezySLAM, tables of ranges
   depth images   PNG (8 or 16 bits) or PGM, with colour pictures (PNG, JPEG) of the same numbers or times, or without:
                  rgb/ and depth/ folders, names such as frame-000001.depth.png, the layout of TUM RGB-D
   clouds         PLY or PCD files in space, in metres
-  bags of ROS 2  .db3 or .mcap with Image, CompressedImage, CameraInfo, PointCloud2, LaserScan, Odometry, PoseStamped,
-                 Path and TFMessage; for the topics that are used see: scanstitch topics BAG
+  ROS bags       .bag, .db3 or .mcap with Image, CompressedImage, CameraInfo, PointCloud2, LaserScan, Odometry,
+                 PoseStamped, Path and TFMessage; for the topics that are used see: scanstitch topics BAG
 Files are taken in natural order of their names: 2.ply comes before 10.ply. The reference (GT_pose.npy, *.tum, *.log,
 groundtruth.txt, a pose file for each frame, ...) and the camera (camera-intrinsics.txt, camera.json, ...) of depth
 images and clouds are found beside them.
@@ -46,9 +48,13 @@ Options:
   --reference FILE   trajectory to compare with, or a folder with a file for each frame; never used for the estimate
   --odometry FILE    odometry of the robot, an initial guess for planar scans: rows of id x y theta, or TUM;
                      what contradicts the scans (other units, clock or log) is told and not used
+  --table FORMAT     what the columns of a table of ranges are, counted from 1; without, a guess is made and told:
+                     ranges=2:541,unit=mm,start=-135deg,step=0.5deg,time=1:us,odometry=542:543:544 (x y heading);
+                     range=2 where each line has one reading; wheels=LEFT:RIGHT:METRES_A_TICK:TRACK; ahead=0.2 (m)
   --intrinsics FILE  the depth camera: a 3 x 3 matrix, fx fy cx cy, or Open3D's JSON, in pixels
   --recording DIR    which recording to use, where a folder or archive holds several (default: the longest)
-  --topic ROLE=NAME  a topic of a bag to use as depth, color, camera, clouds, scans or reference; none: do without
+  --topic ROLE=NAME  a topic of a bag to use as depth, color, camera, clouds, scans, odometry or reference;
+                     none: do without
   --map-format NAME  of the map: ply (default) or pcd, both binary; ply-ascii, pcd-ascii; pcd-compressed
   --workers N        threads that prepare frames in advance; 0: none (default: one for each core)
   --preset NAME      settings for one purpose, see below (default: ${engine.presets()[0]?.name}, or ${engine.spatial_presets()[0]?.name})
@@ -85,9 +91,9 @@ async function run(engine, args) {
       'No input was given: name files, a folder, a ZIP archive or a bag. See: scanstitch reconstruct --help',
     );
   }
-  const { out, reference, odometry, intrinsics, preset, set = [] } = values;
+  const { out, reference, odometry, intrinsics, table, preset, set = [] } = values;
   const [workers, mapFormat] = [readWorkers(values.workers), readMapFormat(values['map-format'])];
-  const options = { out, reference, odometry, intrinsics, preset, set, workers, mapFormat };
+  const options = { out, reference, odometry, intrinsics, table, preset, set, workers, mapFormat };
   let complaints = 0;
   const complain = (/** @type {string} */ problem) => {
     process.stderr.write(`${problem}\n`);
@@ -95,7 +101,7 @@ async function run(engine, args) {
   };
   const inputs = await gather(positionals, complain, readWishes(values.topic));
   try {
-    const recording = await understandInputs(inputs, values.recording);
+    const recording = await understandInputs(inputs, values.recording, table !== undefined);
     const task = { engine, inputs, recording, options, complain };
     if (recording.kind === 'planar_scans') await reconstructPlanar(task);
     else if (recording.kind !== 'nothing') await reconstructSpatial(task);
@@ -119,16 +125,18 @@ export function readWorkers(text) {
 /**
  * @param {import('./inputs.js').Inputs} inputs
  * @param {string | undefined} chosen
+ * @param {boolean} [isTable] whether tables of numbers are said to be laser scans
  */
-export async function understandInputs({ sources, notes }, chosen) {
+export async function understandInputs({ sources, notes }, chosen, isTable = false) {
   for (const { file, reason } of notes) note(`${file}: ${reason}.`);
   const files = [...sources.values()];
   const taken = chosen === undefined ? files : filesOfRecording(files, chosen.replace(/\/+$/, ''));
-  return understand(taken, async (path, length) => {
+  const readHead = async (/** @type {string} */ path, /** @type {number} */ length) => {
     const source = sources.get(path);
     if (!source) throw new Error(`${path} is not listed`);
     return source.readHead(length);
-  });
+  };
+  return understand(taken, readHead, isTable);
 }
 
 /**

@@ -18,7 +18,7 @@ const MOST_ROWS = 200;
 export async function reconstructPlanar({ engine, inputs, recording, options, complain }) {
   const settings = readSettings(planarCatalogue(engine), options.preset, options.set);
   const reconstruction = create(() => new engine.Reconstruction(settings));
-  const added = await addScans(engine, reconstruction, scansOf(inputs, recording), complain);
+  const added = await addScans(engine, reconstruction, scansOf(inputs, recording), options.table, complain);
   if (added === 0) throw new CommandError('No scan could be used, so nothing was computed.');
   const odometry = await addOdometry(reconstruction, inputs, options.odometry, recording.odometry, complain);
   if (options.reference !== undefined) {
@@ -67,17 +67,19 @@ function scansOf({ sources }, { scans }) {
  * @param {import('./command.js').Engine} engine
  * @param {import('../index.js').Reconstruction} reconstruction
  * @param {ReturnType<typeof scansOf>} files each one scan, or a log of many
+ * @param {string | undefined} table what the columns of tables are
  * @param {(problem: string) => void} complain
  * @returns {Promise<number>} how many files could be used
  */
-async function addScans(engine, reconstruction, files, complain) {
+async function addScans(engine, reconstruction, files, table, complain) {
   let added = 0;
   for (const { source, name } of files) {
     const bytes = await readSource(source, name, complain);
     if (!bytes) continue;
-    const add = engine.is_laser_log(bytes.subarray(0, HEAD_BYTES))
+    const isLog = engine.is_laser_log(bytes.subarray(0, HEAD_BYTES)) || (table !== undefined && !/\.ply$/i.test(name));
+    const add = isLog
       ? () => {
-          const { losses, notes } = reconstruction.add_log(name, bytes);
+          const { losses, notes } = reconstruction.add_log(name, bytes, table);
           losses.forEach((text) => complain(`${name}: ${text}`));
           notes.forEach((text) => note(`${name}: ${text}`));
         }

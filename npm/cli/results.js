@@ -20,6 +20,7 @@ import { fileProblem } from './inputs.js';
  * @property {string} out
  * @property {string | undefined} reference
  * @property {string | undefined} odometry of planar scans
+ * @property {string} [table] what the columns of tables of ranges are
  * @property {string | undefined} intrinsics
  * @property {string | undefined} preset
  * @property {string[]} set

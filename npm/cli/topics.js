@@ -12,15 +12,16 @@ const OPTIONS = /** @type {const} */ ({ topic: { type: 'string', multiple: true 
 /** @type {import('./command.js').Command} */
 export const topics = {
   name: 'topics',
-  about: 'topics of a bag of ROS 2, and which of them would be used',
+  about: 'topics of a ROS bag, and which of them would be used',
   help: () => `scanstitch topics BAG... [--topic ROLE=NAME]...
 
-Lists the topics of bags of ROS 2 (.db3, with or without metadata.yaml, or .mcap; folders and ZIP archives of them): how
-many messages each has, how many a second, what they hold, and what reconstruct would use it as. A bag of several files
-is one where they are given together.
+Lists the topics of bags of ROS 1 (.bag) and ROS 2 (.db3, with or without metadata.yaml, or .mcap; folders and ZIP
+archives of them): how many messages each has, how many a second, what they hold, and what reconstruct would use it as.
+A bag of several files is one where they are given together.
 
 Options:
-  --topic ROLE=NAME  use this topic as depth, color, camera, clouds, scans or reference; none: do without
+  --topic ROLE=NAME  use this topic as depth, color, camera, clouds, scans, odometry or reference; none: do
+                     without
 
 Examples:
   scanstitch topics walk.mcap

@@ -3,6 +3,7 @@
 import { brokenImage } from './heads.js';
 import { isImageName } from './kinds.js';
 import { isLaserLog, isOdometryName } from './laser_logs.js';
+import { adviceFor } from './other_formats.js';
 
 /**
  * What a file is for. `reason` completes "notes.pdf: left aside: ..."; null: not worth a word (a file the system put
@@ -15,7 +16,6 @@ const TRAJECTORY_NAMES = /\.(tum|traj)$/i;
 const TEXT_NAMES = /\.(txt|csv|tsv|dat|xyz)$/i;
 /** Images of a format that is not looked into. */
 const OTHER_IMAGE_NAMES = /\.tiff?$/i;
-const ARCHIVE_NAMES = /\.(zip|tar|gz|tgz|7z|rar)$/i;
 
 /**
  * Whether the system put it there, or hides it.
@@ -29,23 +29,28 @@ export function isSystemFile(path) {
  * The part a file plays among planar scans.
  * @param {string} path
  * @param {Uint8Array | null} beginning of the file, a few kilobytes; null: its name says enough
+ * @param {boolean} [isTable] whether tables of numbers are said to be laser scans
  * @returns {Role}
  */
-export function classify(path, beginning) {
+export function classify(path, beginning, isTable = false) {
   const head = beginning ?? new Uint8Array();
   if (isSystemFile(path)) return { role: 'ignored', reason: null };
   const base = path.split('/').at(-1) ?? path;
   if (/\.ply$/i.test(base) || startsAsPly(head)) return { role: 'scan', is_log: false };
-  if (isLaserLog(head)) return { role: 'scan', is_log: true };
+  if (isLaserLog(head) || (isTable && !isOdometryName(base) && looksLikeNumbers(head)))
+    return { role: 'scan', is_log: true };
   if (TRAJECTORY_NAMES.test(base)) return { role: isOdometryName(base) ? 'odometry' : 'reference' };
   if (TEXT_NAMES.test(base) || !base.includes('.')) {
     if (looksLikeNumbers(head)) return { role: isOdometryName(base) ? 'odometry' : 'reference' };
-    return { role: 'ignored', reason: 'holds neither scans nor lines of numbers that could be a trajectory' };
+    const reason = adviceFor(base, head) ?? 'holds neither scans nor lines of numbers that could be a trajectory';
+    return { role: 'ignored', reason };
   }
+  const advice = adviceFor(base, head);
+  if (advice !== null) return { role: 'ignored', reason: advice };
   if (/\.npy$/i.test(base)) {
     return { role: 'ignored', reason: 'NumPy arrays are not read; save the trajectory as text, one pose a line' };
   }
-  if (/\.(pcd|las|laz|e57|xyz|bag|db3|mcap)$/i.test(base)) {
+  if (/\.(pcd|bag|db3|mcap)$/i.test(base)) {
     return { role: 'ignored', reason: 'this format is not read; convert the scans to PLY, one file a scan' };
   }
   if (/\.(log|json|carmen|clf)$/i.test(base)) {
@@ -55,7 +60,7 @@ export function classify(path, beginning) {
     const fault = beginning && isImageName(base) ? brokenImage(base, beginning) : null;
     return { role: 'ignored', reason: fault ?? 'an image, not a laser scan' };
   }
-  if (ARCHIVE_NAMES.test(base)) return { role: 'ignored', reason: 'an archive; unpack it and drop the folder' };
+  if (/\.zip$/i.test(base)) return { role: 'ignored', reason: 'an archive; unpack it and drop the folder' };
   return { role: 'ignored', reason: 'not a PLY scan and not a trajectory (.tum or .txt)' };
 }
 

@@ -1,7 +1,8 @@
-"""What the PyPI package rosbags reads in the bags of ../shared/data/bags, as numbers: bag_expectations.json.
+"""What the PyPI package rosbags reads in bags, as numbers: those of ROS 2 in a folder, those of ROS 1 by their names.
 
     pip install rosbags==0.11.9
     python tests/cli/bag_expectations.py ../shared/data/bags > tests/cli/bag_expectations.json
+    python tests/cli/bag_expectations.py tests/data/bags/*.bag ../shared/data/laser/ros1_bag/*.bag > tests/cli/ros1_expectations.json
 
 Each checksum is the CRC-32 of numbers written one after the other, little endian: times as 64-bit integers, coordinates as
 doubles, images and clouds as their bytes.
@@ -13,11 +14,15 @@ import sys
 import zlib
 from pathlib import Path
 
+from rosbags.rosbag1 import Reader as Ros1Reader
 from rosbags.rosbag2.storage_mcap import McapReader
 from rosbags.rosbag2.storage_sqlite3 import Sqlite3Reader
-from rosbags.typesys import Stores, get_typestore
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 STORE = get_typestore(Stores.ROS2_HUMBLE)
+ROS1_STORE = get_typestore(Stores.ROS1_NOETIC)
+for name in ("tf2_msgs/msg/TFMessage", "tf/msg/tfMessage"):
+    ROS1_STORE.register(get_types_from_msg("geometry_msgs/TransformStamped[] transforms", name))
 
 
 def pose(translation, rotation):
@@ -34,6 +39,9 @@ def contents(kind, message):
             return struct.pack("<9d", *message.k)
         case "nav_msgs/msg/Odometry" | "geometry_msgs/msg/PoseWithCovarianceStamped":
             return pose(message.pose.pose.position, message.pose.pose.orientation)
+        case "sensor_msgs/msg/LaserScan":
+            shape = (message.angle_min, message.angle_increment, message.range_min, message.range_max)
+            return struct.pack("<4f", *shape) + message.ranges.tobytes()
         case "tf2_msgs/msg/TFMessage":
             return b"".join(pose(t.transform.translation, t.transform.rotation) for t in message.transforms)
     return None
@@ -45,11 +53,14 @@ def stamps(kind, message):
 
 
 def read(path):
-    reader = (McapReader if path.suffix == ".mcap" else Sqlite3Reader)(path)
+    is_ros1 = path.suffix == ".bag"
+    reader = {".bag": Ros1Reader, ".mcap": McapReader}.get(path.suffix, Sqlite3Reader)(path)
+    deserialize = ROS1_STORE.deserialize_ros1 if is_ros1 else STORE.deserialize_cdr
     reader.open()
     topics = {}
     for connection in reader.connections:
-        topics[connection.topic] = {"type": connection.msgtype, "count": 0, "times": 0, "messages": 0}
+        kind = connection.msgtype.replace("tf/msg/tfMessage", "tf2_msgs/msg/TFMessage")
+        topics[connection.topic] = {"type": kind, "count": 0, "times": 0, "messages": 0}
     spans = {}
     for connection, time, raw in reader.messages(reader.connections):
         topic = topics[connection.topic]
@@ -59,12 +70,12 @@ def read(path):
         topic["times"] = zlib.crc32(struct.pack("<q", time), topic["times"])
         topic["messages"] = zlib.crc32(raw, topic["messages"])
         try:
-            message = STORE.deserialize_cdr(raw, connection.msgtype)
+            message = deserialize(raw, connection.msgtype)
         except KeyError:
             continue
-        numbers = contents(connection.msgtype, message)
+        numbers = contents(topic["type"], message)
         if numbers is not None:
-            topic["stamps"] = zlib.crc32(stamps(connection.msgtype, message), topic.get("stamps", 0))
+            topic["stamps"] = zlib.crc32(stamps(topic["type"], message), topic.get("stamps", 0))
             topic["numbers"] = zlib.crc32(numbers, topic.get("numbers", 0))
     for name, (first, last) in spans.items():
         topics[name]["first"], topics[name]["last"] = str(first), str(last)
@@ -72,7 +83,9 @@ def read(path):
     return topics
 
 
-root = Path(sys.argv[1])
-files = sorted(path for path in root.rglob("*") if path.suffix in (".db3", ".mcap"))
-json.dump({path.relative_to(root).as_posix(): read(path) for path in files}, sys.stdout, indent=2, sort_keys=True)
+given = [Path(argument) for argument in sys.argv[1:]]
+bags = {path.name: path for path in given if path.is_file()}
+for root in filter(Path.is_dir, given):
+    bags |= {path.relative_to(root).as_posix(): path for path in root.rglob("*") if path.suffix in (".db3", ".mcap")}
+json.dump({name: read(path) for name, path in bags.items()}, sys.stdout, indent=2, sort_keys=True)
 print()

@@ -223,9 +223,9 @@ test('depth without CameraInfo: the camera is asked for, and one in a file is ta
 test('what is no bag of ROS 2 is told with what to do', async () => {
   const text = (/** @type {string} */ value) => new TextEncoder().encode(value.padEnd(200, '.'));
   for (const [name, bytes, reason] of /** @type {const} */ ([
-    ['old.bag', text('#ROSBAG V2.0\n'), /bag of ROS 1.*rosbags-convert/],
+    ['old.bag', text('#ROSBAG V1.2\n'), /version V1\.2.*rosbag fix/],
     ['packed.db3.zstd', Uint8Array.of(0x28, 0xb5, 0x2f, 0xfd, 0, 0, 0, 0), /packed with zstd.*zstd -d/],
-    ['notes.mcap', text('hello'), /neither an SQLite file nor an MCAP file/],
+    ['notes.mcap', text('hello'), /neither of ROS 1 nor an SQLite or MCAP file/],
     ['empty.db3', new Uint8Array(), /empty/],
   ])) {
     const { notes, numBags } = await openOne(name, bytes);

@@ -373,7 +373,7 @@ test('sensible topics are chosen: depth with its colours and its camera, and who
   const without = (/** @type {string} */ name) => topics.filter(({ topic }) => topic.name !== name);
   assert.equal(chooseTopics(without(TRUTH.name)).reference, TF.name);
   assert.equal(chooseTopics(without(COLOR.name)).color, undefined, 'infrared is no colour');
-  assert.deepEqual(chooseTopics(without(DEPTH.name)), { scans: SCAN.name, reference: TRUTH.name });
+  assert.deepEqual(chooseTopics(without(DEPTH.name)), { scans: SCAN.name, odometry: '/odom', reference: TRUTH.name });
 });
 
 test('depth and colours are paired by their times', async () => {

@@ -78,7 +78,7 @@ test('topics are listed, and what is not used is told with its reason', { skip }
   assert.match(stdout, /^\/camera\/depth\/camera_info .* camera /m);
   assert.match(stdout, /^\/velodyne_points .* clouds +69088 points of x y z intensity$/m);
   assert.match(stdout, /^\/test_topic .* messages of this type are not used$/m);
-  assert.match(stdout, /^\/test_topic .* serialised as wrong_format, and only cdr is read/m);
+  assert.match(stdout, /^\/test_topic .* serialised as wrong_format, and only cdr and ros1 are read/m);
 });
 
 test('bags of types that are not used, and of another middleware, are named, and nothing breaks', { skip }, (t) => {

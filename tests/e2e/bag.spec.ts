@@ -59,7 +59,7 @@ for (const [name, bytes] of [
     const panel = page.getByRole('region', { name: 'Topics of the bag' });
     await expect(panel).toContainText('depth images /cam/depth/image_raw');
     await expect(panel).toContainText('colours /cam/color/image_raw');
-    await expect(panel).toContainText('reference trajectory /ground_truth');
+    await expect(panel).toContainText('ground truth /ground_truth');
     await panel.getByRole('button', { name: '7 topics' }).click();
     const chatter = panel.getByRole('row', { name: /\/chatter/ });
     await expect(chatter).toContainText('Messages of this type are not used');
@@ -77,7 +77,7 @@ test('other topics: another reference trajectory keeps the map, other depth make
   const first = await spatial.stitched();
   const panel = page.getByRole('region', { name: 'Topics of the bag' });
   await panel.getByRole('button', { name: '7 topics' }).click();
-  await panel.getByLabel('Use /wheels as').selectOption('reference trajectory');
+  await panel.getByLabel('Use /wheels as').selectOption('ground truth');
   const second = await spatial.stitched();
   expect(second.result.frames[4]?.T_world_sensor).toEqual(first.result.frames[4]?.T_world_sensor);
   expect(second.result.comparison?.mean).toBeGreaterThan(0.5);

@@ -27,7 +27,7 @@ const OPEN_ITEMS: readonly MenuItem[] = [
   {
     id: 'files',
     label: 'Files…',
-    detail: 'scans, depth images, clouds, a ROS 2 bag, a zip; and a trajectory to compare with',
+    detail: 'scans, depth images, clouds, a ROS bag, a zip; and a trajectory to compare with',
   },
   { id: 'folder', label: 'Folder…', detail: 'including its subfolders' },
   { id: 'sample', label: 'The sample', detail: 'ten scans of a corridor, with ground truth' },

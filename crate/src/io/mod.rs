@@ -20,6 +20,7 @@ pub mod color_image;
 pub mod depth_png;
 pub mod intrinsics;
 pub mod laser_log;
+mod message_table;
 mod netpbm;
 pub mod pcd;
 pub mod ply;

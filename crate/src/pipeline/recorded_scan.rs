@@ -27,6 +27,8 @@ pub struct RecordedScan {
     pub reference: Option<Pose2>,
     /// Pose of the robot by its wheels, or what the log gives for it.
     pub odometry: Option<Pose2>,
+    /// Whether the log's format says that `odometry` is what the wheels measured.
+    pub has_wheel_odometry: bool,
 }
 
 impl RecordedScan {
@@ -40,6 +42,7 @@ impl RecordedScan {
             time: None,
             reference: None,
             odometry: None,
+            has_wheel_odometry: false,
         }
     }
 
@@ -55,6 +58,7 @@ impl RecordedScan {
                 time: scan.time,
                 reference: scan.reference,
                 odometry: scan.odometry,
+                has_wheel_odometry: log.has_wheel_odometry,
             }
         })
     }

@@ -6,6 +6,7 @@ use wasm_bindgen::prelude::*;
 use super::memory::grow_ahead;
 use super::occupancy_grid::OccupancyGrid;
 use super::{MapFormat, from_object, map_format, plain, read_ply, thrown};
+use crate::io::laser_log::table;
 use crate::io::{laser_log, ply, point_cloud, trajectory};
 use crate::map::occupancy_grid::RESOLUTION;
 use crate::pipeline::planar::Reconstruction as Engine;
@@ -69,13 +70,18 @@ impl Reconstruction {
         plain(&self.engine.add_scan(name, cloud).map_err(|error| thrown(&error))?)
     }
 
-    /// Adds all scans of a laser log, CARMEN's text or CSM's JSON, and starts over. Their poses are not used for the
-    /// estimate, unless the setting `odometry` asks for it.
+    /// Adds all scans of a laser log and starts over. Their poses are not used for the estimate, unless the setting
+    /// `odometry` asks for it. `table` says what the columns of a table of ranges are, e.g.
+    /// `ranges=2:541,unit=mm,start=-135deg,step=0.5deg`; without it that is guessed, and told in a note.
     ///
     /// # Errors
-    /// When the file is no sound log; what was added before stays.
-    pub fn add_log(&mut self, name: &str, bytes: &[u8]) -> Result<Ts<AddedLog>, JsValue> {
-        let log = laser_log::read(bytes).map_err(|error| thrown(&error.in_file(name)))?;
+    /// When the file is no sound log, or `table` no format; what was added before stays.
+    pub fn add_log(&mut self, name: &str, bytes: &[u8], table: Option<String>) -> Result<Ts<AddedLog>, JsValue> {
+        let log = match table {
+            None => laser_log::read(bytes),
+            Some(format) => format.parse().and_then(|format| table::read_as(bytes, &format)),
+        };
+        let log = log.map_err(|error| thrown(&error.in_file(name)))?;
         plain(&self.engine.add_log(name, &log))
     }
 

@@ -24,7 +24,8 @@ const WORDS: Readonly<Record<Role, string>> = {
   camera: 'depth camera',
   clouds: 'clouds',
   scans: 'laser scans',
-  reference: 'reference trajectory',
+  odometry: 'odometry',
+  reference: 'ground truth',
 };
 
 /**

@@ -23,7 +23,7 @@ export interface StoredFile extends Readable {
   given?: Recording;
 }
 
-/** A bag of ROS 2: what is in it, and which of its topics are used as what. */
+/** A ROS bag: what is in it, and which of its topics are used as what. */
 export interface OpenedBag {
   listed: ListedBag;
   choice: Choice;

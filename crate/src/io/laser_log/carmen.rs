@@ -9,12 +9,11 @@
 //! Metres and radians. Lines of other words are stepped over. Of several lasers the front one's scans are read; `RLASER`,
 //! `ROBOTLASER2` and `RAWLASER2` are the others'.
 
-use std::f64::consts::{FRAC_PI_2, PI};
-
+use super::fields::{Fields, is_comment, lines, words};
 use super::lasers::one_laser;
-use super::{Bearings, LaserLog, LaserScan, MAX_BEAMS, common_offset, pose};
+use super::{Bearings, LaserLog, LaserScan, common_offset, front_laser};
 use crate::geometry::Pose2;
-use crate::io::text::{number, quote};
+use crate::io::text::number;
 use crate::{Error, Result};
 
 /// Kinds of lines that hold a scan, the preferred first.
@@ -114,7 +113,7 @@ impl Reader {
         if is_comment(text) {
             return Ok(());
         }
-        let mut fields = Fields { words: words(text).collect(), next: 0, line };
+        let mut fields = Fields::new(text, line);
         let Some(word) = fields.words.first().copied() else { return Ok(()) };
         fields.next = 1;
         match word {
@@ -221,7 +220,16 @@ impl Reader {
                 scan.reference = laser.or(scan.reference);
             }
         }
+<<<<<<< HEAD
         LaserLog { scans: self.scans, T_robot_laser: offset.unwrap_or_else(Pose2::identity), losses, notes }
+=======
+        LaserLog {
+            scans: self.scans,
+            T_robot_laser: offset.unwrap_or_else(Pose2::identity),
+            has_wheel_odometry: false,
+            notes,
+        }
+>>>>>>> formats
     }
 
     /// Lines that are no scans of the laser that is read.
@@ -254,90 +262,4 @@ impl Reader {
         self.laser_poses.retain(|_| keep.next() == Some(&true));
         Some(loss)
     }
-}
-
-/// A FLASER line does not tell its angles: a SICK laser looks over 180 degrees, in steps of 1 or 0.5 degrees, or over 100
-/// degrees in steps of 0.25; with an even number of readings the last beam is left out.
-fn front_laser(num_readings: usize, field_of_view: Option<f64>) -> Bearings {
-    let view = field_of_view.unwrap_or(if num_readings == 401 { 100f64.to_radians() } else { PI });
-    let num_steps = if num_readings.is_multiple_of(2) { num_readings } else { num_readings - 1 };
-    let start = if field_of_view.is_none() && num_readings != 401 { -FRAC_PI_2 } else { -view / 2.0 };
-    Bearings::Even { start, step: view / num_steps.max(1) as f64 }
-}
-
-/// The words of a line, taken one after the other.
-struct Fields<'a> {
-    words: Vec<&'a [u8]>,
-    next: usize,
-    line: usize,
-}
-
-impl Fields<'_> {
-    fn left(&self) -> usize {
-        self.words.len().saturating_sub(self.next)
-    }
-
-    fn fault(&self, problem: String, remedy: &str) -> Error {
-        Error::line(self.line, problem, remedy)
-    }
-
-    fn number(&mut self, what: &str) -> Result<f64> {
-        let Some(word) = self.words.get(self.next) else {
-            return Err(self.fault(format!("The line ends before {what}"), "Complete the line or remove it"));
-        };
-        let value = number(word).ok_or_else(|| {
-            self.fault(format!("{} in the place of {what} is no number", quote(word)), "Correct the line or remove it")
-        })?;
-        self.next += 1;
-        Ok(value)
-    }
-
-    fn numbers<const N: usize>(&mut self, what: &str) -> Result<[f64; N]> {
-        let mut values = [0.0; N];
-        for value in &mut values {
-            *value = self.number(what)?;
-            if !value.is_finite() {
-                return Err(self.fault(format!("{value} in the place of {what} is not finite"), "Correct the line"));
-            }
-        }
-        Ok(values)
-    }
-
-    fn pose(&mut self, what: &str) -> Result<Pose2> {
-        let [x, y, theta] = self.numbers::<3>(what)?;
-        pose(x, y, theta).ok_or_else(|| self.fault(format!("{what} is not finite"), "Correct the line"))
-    }
-
-    /// A count and as many numbers. NaN and infinite readings stand for none.
-    fn list(&mut self, what: &str) -> Result<Vec<f32>> {
-        let count = self.number(&format!("the number of {what}"))?;
-        let most = self.left().min(MAX_BEAMS);
-        if !(count >= 0.0 && count.fract() == 0.0 && count <= most as f64) {
-            let problem = format!("The line announces {count} {what}, and {} words follow", self.left());
-            return Err(self.fault(problem, "The line may be cut off: complete it or remove it"));
-        }
-        let mut values = Vec::with_capacity(count as usize);
-        for _ in 0..count as usize {
-            let value = self.number(what)? as f32;
-            values.push(if value.is_finite() && value >= 0.0 { value } else { f32::NAN });
-        }
-        Ok(values)
-    }
-}
-
-/// Lines with their numbers, from 1. LF, CRLF and lone CR end one.
-fn lines(bytes: &[u8]) -> impl Iterator<Item = (usize, &[u8])> {
-    bytes
-        .split(|&byte| byte == b'\n')
-        .flat_map(|line| line.strip_suffix(b"\r").unwrap_or(line).split(|&byte| byte == b'\r'))
-        .enumerate()
-        .map(|(index, line)| (index + 1, line))
-}
-
-fn is_comment(line: &[u8]) -> bool {
-    line.iter().find(|byte| !byte.is_ascii_whitespace()).is_none_or(|&byte| byte == b'#')
-}
-
-fn words(line: &[u8]) -> impl Iterator<Item = &[u8]> {
-    line.split(u8::is_ascii_whitespace).filter(|word| !word.is_empty())
 }

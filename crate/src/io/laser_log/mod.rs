@@ -3,19 +3,28 @@
 //! | format | a scan |
 //! |---|---|
 //! | [CARMEN](carmen) | a line `FLASER n r1 .. rn x y theta odom_x odom_y odom_theta time host time`, or `ROBOTLASER1 ...`, which tells its angles and its limit; `ODOM`, `PARAM` and `VERTEX2` lines are read along |
+//! | [CMU 16-831](cmu) | a line `L x y theta laser_x laser_y laser_theta r1 .. rn time`, in centimetres |
+//! | [rostopic](rostopic) | a row of `rostopic echo -p`, or of a table with the same names of columns |
+//! | [tables](table) | a line of ranges, or a range a line, without words |
 //! | [CSM](csm) | a JSON object with `readings`, `theta` and poses; one or many, a line each or not |
 //!
 //! The poses in such logs are of two kinds and are kept apart: `odometry` is what the wheels told, `reference` is what
 //! somebody computed or measured. Neither is needed to place the scans.
+
+use std::f64::consts::{FRAC_PI_2, PI};
 
 use crate::geometry::{Pose2, RigidMotion};
 use crate::io::text::without_byte_order_mark;
 use crate::{Error, Result};
 
 pub mod carmen;
+pub mod cmu;
 pub mod csm;
+mod fields;
 mod lasers;
+pub mod rostopic;
 pub mod stamps;
+pub mod table;
 
 /// The bearings of a scan's beams in the laser's frame: x ahead, y left, counter-clockwise (rad).
 #[derive(Debug, Clone, PartialEq)]
@@ -81,9 +90,15 @@ pub struct LaserLog {
     pub scans: Vec<LaserScan>,
     /// Where the laser sits on the robot; the identity where the log does not tell.
     pub T_robot_laser: Pose2,
+<<<<<<< HEAD
     /// What could not be used of what should have been, in whole sentences.
     pub losses: Vec<String>,
     /// What else is worth knowing, in whole sentences.
+=======
+    /// Whether the format says that the odometry is what the wheels measured; in others a program may have corrected it.
+    pub has_wheel_odometry: bool,
+    /// What was stepped over, in whole sentences.
+>>>>>>> formats
     pub notes: Vec<String>,
 }
 
@@ -94,24 +109,39 @@ const MAX_OFFSET: f64 = 2.0;
 /// An offset that is one is the same in every scan, but for the digits that were written (m, rad).
 const SAME_OFFSET: f64 = 0.01;
 
+/// What a file is, is told from so many bytes.
+const HEAD_BYTES: usize = 4096;
+
 /// Whether a file that begins like this is a laser log.
 pub fn is_laser_log(head: &[u8]) -> bool {
     let head = without_byte_order_mark(head);
     let text = &head[head.iter().position(|byte| !byte.is_ascii_whitespace()).unwrap_or(head.len())..];
     match text.first() {
         Some(b'{' | b'[') => csm::looks_like_csm(text),
-        _ => carmen::looks_like_carmen(text),
+        _ => {
+            carmen::looks_like_carmen(text)
+                || cmu::looks_like_cmu(text)
+                || rostopic::looks_like_rostopic(text)
+                || table::looks_like_table(text)
+        }
     }
 }
 
-/// Reads a laser log of either kind.
+/// Reads a laser log of any of these kinds.
 ///
 /// # Errors
 /// Names the line that is wrong; or says that there is no scan in the file.
 pub fn read(bytes: &[u8]) -> Result<LaserLog> {
     let text = without_byte_order_mark(bytes);
     let first = text.iter().find(|byte| !byte.is_ascii_whitespace());
-    let log = if matches!(first, Some(b'{' | b'[')) { csm::read(text) } else { carmen::read(text) }?;
+    let head = &text[..text.len().min(HEAD_BYTES)];
+    let log = match first {
+        Some(b'{' | b'[') => csm::read(text),
+        _ if cmu::looks_like_cmu(head) => cmu::read(text),
+        _ if rostopic::looks_like_rostopic(head) => rostopic::read(text),
+        _ if !carmen::looks_like_carmen(head) && table::looks_like_table(head) => table::read_guessed(text),
+        _ => carmen::read(text),
+    }?;
     if log.scans.is_empty() {
         return Err(Error::whole(
             "There is no laser scan in this log",
@@ -129,6 +159,15 @@ fn common_offset(pairs: impl Iterator<Item = (Pose2, Pose2)>) -> Option<Pose2> {
     let first = offsets.first()?;
     let is_same = |offset: &Pose2| lasers::is_same_offset(first, offset);
     (first.translation_norm() < MAX_OFFSET && offsets.iter().all(is_same)).then_some(*first)
+}
+
+/// The bearings of a log that does not tell them: a SICK laser looks over 180 degrees, in steps of 1 or 0.5 degrees, or over 100
+/// degrees in steps of 0.25; with an even number of readings the last beam is left out.
+fn front_laser(num_readings: usize, field_of_view: Option<f64>) -> Bearings {
+    let view = field_of_view.unwrap_or(if num_readings == 401 { 100f64.to_radians() } else { PI });
+    let num_steps = if num_readings.is_multiple_of(2) { num_readings } else { num_readings - 1 };
+    let start = if field_of_view.is_none() && num_readings != 401 { -FRAC_PI_2 } else { -view / 2.0 };
+    Bearings::Even { start, step: view / num_steps.max(1) as f64 }
 }
 
 /// A pose of three finite numbers.

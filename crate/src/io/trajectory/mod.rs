@@ -12,6 +12,8 @@
 //! | planar poses | a line `number x y theta` (m, rad) |
 //!
 //! Values of text are apart by blanks, tabs, commas or semicolons. `#` begins a comment, empty lines do not count, LF,
+//! Tables of ROS messages with poses, as `rostopic echo -p` writes them, are read as TUM.
+//!
 //! CRLF and lone CR end a line, a byte order mark is stepped over, and so is a first line of column names.
 
 use std::fmt::Write as _;
@@ -25,6 +27,7 @@ mod columns;
 pub mod euroc;
 pub mod kitti;
 pub mod matrices;
+mod messages;
 pub mod npy;
 mod rows;
 pub mod tum;
@@ -284,6 +287,9 @@ fn nothing() -> Error {
 fn parse(bytes: &[u8], format: Option<TrajectoryFormat>) -> Result<(Builder, TrajectoryFormat)> {
     if format == Some(TrajectoryFormat::Npy) || (format.is_none() && npy::is_npy(bytes)) {
         return Ok((npy::read(bytes)?, TrajectoryFormat::Npy));
+    }
+    if format.is_none() && messages::is_table(bytes) {
+        return Ok((messages::read(bytes)?, TrajectoryFormat::Tum));
     }
     let mut lines = rows(bytes).peekable();
     let first = lines.peek().ok_or_else(nothing)?.clone();

@@ -85,6 +85,10 @@ pub fn log_holds_wheels(
     let is_one_log = recorded.iter().enumerate().all(|(number, scan)| scan.index == number);
     let poses: Option<Vec<Pose2>> = recorded.iter().map(|scan| Some(scan.odometry? * scan.T_robot_laser)).collect();
     let Some(poses) = poses.filter(|_| is_one_log) else { return (false, None) };
+    if recorded.iter().all(|scan| scan.has_wheel_odometry) {
+        let note = "The wheels' odometry in the log is used; odometry=none leaves it out.";
+        return (true, Some(note.to_owned()));
+    }
     let revisits = revisits(&poses);
     let stride = revisits.len().div_ceil(LOOPS.0).max(1);
     let (mut num_fitting, mut num_tried) = (0, 0);

@@ -1,5 +1,5 @@
 // @ts-check
-/** The path that a topic tells, as that of the sensor: as text, to compare with. */
+/** The path that a topic tells, as that of the sensor: as text, to compare with or to begin from. */
 import { decodePoses } from './messages.js';
 import { plural } from './stamps.js';
 import { compose, IDENTITY, TransformTree, tumText, usable } from './transforms.js';
@@ -12,6 +12,8 @@ import { compose, IDENTITY, TransformTree, tumText, usable } from './transforms.
 /** @typedef {import('../recording.js').Note} Note */
 
 const TF = 'tf2_msgs/msg/TFMessage';
+/** Where nothing is called static, as in ROS 1, the first so many messages tell what does not move. */
+const MAX_TF_MESSAGES = 200;
 
 /**
  * @param {Bag} bag
@@ -21,12 +23,18 @@ const TF = 'tf2_msgs/msg/TFMessage';
  * @returns {Promise<{ text: string | null, notes: Note[] }>} lines of `time x y z qx qy qz qw`; null where it has no path
  *    of this sensor
  */
-export async function referenceText(bag, topics, topic, sensor) {
+export async function pathText(bag, topics, topic, sensor) {
   /** @type {Note[]} */
   const notes = [];
   const tree = new TransformTree();
-  for (const { topic: other } of topics.filter(({ topic: { name, type } }) => type === TF && /tf_static$/.test(name))) {
+  const transforms = topics.filter(({ topic: { type } }) => type === TF).map(({ topic }) => topic);
+  for (const other of transforms.filter(({ name }) => /tf_static$/.test(name))) {
     for (const pose of await posesOf(bag, other, notes)) tree.add(pose, true);
+  }
+  if (topic.type !== TF) {
+    for (const other of transforms.filter(({ name }) => !/tf_static$/.test(name))) {
+      for (const pose of await posesOf(bag, other, [], MAX_TF_MESSAGES)) tree.add(pose, false);
+    }
   }
   const poses = await posesOf(bag, topic, notes);
   const samples =
@@ -39,15 +47,15 @@ export async function referenceText(bag, topics, topic, sensor) {
   return { text: tumText(samples), notes };
 }
 
-/** @param {Bag} bag @param {Topic} topic @param {Note[]} notes */
-async function posesOf(bag, topic, notes) {
+/** @param {Bag} bag @param {Topic} topic @param {Note[]} notes @param {number} [limit] messages that are read */
+async function posesOf(bag, topic, notes, limit = Infinity) {
   /** @type {PoseMessage[]} */
   let poses = [];
   let faults = 0;
   let fault = '';
   // A path is sent again and again, each time longer: the last one is it.
   const first = topic.type === 'nav_msgs/msg/Path' ? topic.count - 1 : 0;
-  for (let index = first; index < topic.count; index += 1) {
+  for (let index = first; index < Math.min(topic.count, limit); index += 1) {
     try {
       for (const pose of decodePoses(topic.type, await bag.read(topic, index))) poses.push(pose);
     } catch (error) {

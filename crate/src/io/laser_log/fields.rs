@@ -1,0 +1,88 @@
+//! Lines of a text log, and the words and numbers on them.
+
+use super::{MAX_BEAMS, pose};
+use crate::geometry::Pose2;
+use crate::io::text::{number, quote};
+use crate::{Error, Result};
+
+/// The words of a line, taken one after the other.
+pub(super) struct Fields<'a> {
+    pub words: Vec<&'a [u8]>,
+    /// Of the next word.
+    pub next: usize,
+    pub line: usize,
+}
+
+impl<'a> Fields<'a> {
+    pub fn new(text: &'a [u8], line: usize) -> Self {
+        Self { words: words(text).collect(), next: 0, line }
+    }
+
+    pub fn left(&self) -> usize {
+        self.words.len().saturating_sub(self.next)
+    }
+
+    pub fn fault(&self, problem: String, remedy: &str) -> Error {
+        Error::line(self.line, problem, remedy)
+    }
+
+    pub fn number(&mut self, what: &str) -> Result<f64> {
+        let Some(word) = self.words.get(self.next) else {
+            return Err(self.fault(format!("The line ends before {what}"), "Complete the line or remove it"));
+        };
+        let value = number(word).ok_or_else(|| {
+            self.fault(format!("{} in the place of {what} is no number", quote(word)), "Correct the line or remove it")
+        })?;
+        self.next += 1;
+        Ok(value)
+    }
+
+    pub fn numbers<const N: usize>(&mut self, what: &str) -> Result<[f64; N]> {
+        let mut values = [0.0; N];
+        for value in &mut values {
+            *value = self.number(what)?;
+            if !value.is_finite() {
+                return Err(self.fault(format!("{value} in the place of {what} is not finite"), "Correct the line"));
+            }
+        }
+        Ok(values)
+    }
+
+    pub fn pose(&mut self, what: &str) -> Result<Pose2> {
+        let [x, y, theta] = self.numbers::<3>(what)?;
+        pose(x, y, theta).ok_or_else(|| self.fault(format!("{what} is not finite"), "Correct the line"))
+    }
+
+    /// A count and as many numbers. NaN and infinite readings stand for none.
+    pub fn list(&mut self, what: &str) -> Result<Vec<f32>> {
+        let count = self.number(&format!("the number of {what}"))?;
+        let most = self.left().min(MAX_BEAMS);
+        if !(count >= 0.0 && count.fract() == 0.0 && count <= most as f64) {
+            let problem = format!("The line announces {count} {what}, and {} words follow", self.left());
+            return Err(self.fault(problem, "The line may be cut off: complete it or remove it"));
+        }
+        let mut values = Vec::with_capacity(count as usize);
+        for _ in 0..count as usize {
+            let value = self.number(what)? as f32;
+            values.push(if value.is_finite() && value >= 0.0 { value } else { f32::NAN });
+        }
+        Ok(values)
+    }
+}
+
+/// Lines with their numbers, from 1. LF, CRLF and lone CR end one.
+pub(super) fn lines(bytes: &[u8]) -> impl Iterator<Item = (usize, &[u8])> {
+    bytes
+        .split(|&byte| byte == b'\n')
+        .flat_map(|line| line.strip_suffix(b"\r").unwrap_or(line).split(|&byte| byte == b'\r'))
+        .enumerate()
+        .map(|(index, line)| (index + 1, line))
+}
+
+pub(super) fn is_comment(line: &[u8]) -> bool {
+    line.iter().find(|byte| !byte.is_ascii_whitespace()).is_none_or(|&byte| byte == b'#')
+}
+
+pub(super) fn words(line: &[u8]) -> impl Iterator<Item = &[u8]> {
+    line.split(u8::is_ascii_whitespace).filter(|word| !word.is_empty())
+}

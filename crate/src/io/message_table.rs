@@ -1,0 +1,99 @@
+//! Tables of ROS messages, one a row, with the names of their fields in the first line: what `rostopic echo -p` writes
+//! (`%time,field.header.stamp,field.ranges0,...`), or exporters of bags (`Time,header.stamp.secs,ranges_0,...`).
+
+use crate::io::text::{number, quote, without_byte_order_mark};
+use crate::{Error, Result};
+
+/// Times from here on are nanoseconds since 1970: a day after its beginning.
+const FIRST_NANOSECONDS: f64 = 1e14;
+/// What to do about a line that is wrong.
+pub(super) const REMEDY: &str = "The line may be cut off: complete it or remove it";
+
+/// The names of a table's columns, as the message has them: `field.pose.pose.position.x` is `pose.pose.position.x`.
+pub(super) struct MessageTable {
+    pub names: Vec<String>,
+    /// Seconds or nanoseconds.
+    time: Option<usize>,
+    /// Nanoseconds beside a time in whole seconds.
+    nanoseconds: Option<usize>,
+}
+
+impl MessageTable {
+    /// The table that begins with this line of names.
+    pub fn from_head(bytes: &[u8]) -> Self {
+        let line = without_byte_order_mark(bytes).split(|&byte| byte == b'\n').next().unwrap_or_default();
+        let names: Vec<String> = cells(line).map(name_of).collect();
+        let find = |wanted: &str| names.iter().position(|name| name == wanted);
+        let stamp = find("header.stamp");
+        let seconds = find("header.stamp.secs").or_else(|| find("header.stamp.sec"));
+        let nanoseconds = find("header.stamp.nsecs").or_else(|| find("header.stamp.nanosec"));
+        let time = stamp.or(seconds).or_else(|| find("time"));
+        Self { time, nanoseconds: nanoseconds.filter(|_| stamp.is_none()), names }
+    }
+
+    /// The column of this name.
+    pub fn column(&self, name: &str) -> Option<usize> {
+        self.names.iter().position(|known| known == name)
+    }
+
+    /// The first column whose name ends so, at a point or as a whole.
+    pub fn column_ending(&self, ending: &str) -> Option<usize> {
+        let ends = |name: &String| name.strip_suffix(ending).is_some_and(|rest| rest.is_empty() || rest.ends_with('.'));
+        self.names.iter().position(ends)
+    }
+
+    /// The rows with their lines, from 2; the last one is left out where it is cut off and others are there, and its
+    /// line told.
+    pub fn rows<'a>(&self, bytes: &'a [u8]) -> Result<(Vec<Row<'a>>, Option<usize>)> {
+        let lines = bytes.split(|&byte| byte == b'\n').zip(1..).skip(1);
+        let mut rows: Vec<Row<'_>> = lines
+            .filter(|(text, _)| !text.trim_ascii().is_empty())
+            .map(|(text, line)| Row { line, cells: cells(text).collect() })
+            .collect();
+        let is_whole = |row: &Row| row.cells.len() == self.names.len();
+        let cut = rows.last().filter(|row| !is_whole(row) && rows.len() > 1).map(|row| row.line);
+        rows.truncate(rows.len() - usize::from(cut.is_some()));
+        match rows.iter().find(|row| !is_whole(row)) {
+            None => Ok((rows, cut)),
+            Some(row) => {
+                let problem = format!("{} columns where the first line names {}", row.cells.len(), self.names.len());
+                Err(Error::line(row.line, problem, REMEDY))
+            }
+        }
+    }
+
+    /// When the message was made (s); `None` where no column tells.
+    pub fn time(&self, row: &Row) -> Result<Option<f64>> {
+        let Some(time) = self.time.map(|column| row.value(column)).transpose()? else { return Ok(None) };
+        let nanoseconds = self.nanoseconds.map(|column| row.value(column)).transpose()?.unwrap_or(0.0);
+        let seconds = if time > FIRST_NANOSECONDS { 1e-9 * time } else { time };
+        Ok(Some(seconds + 1e-9 * nanoseconds).filter(|time| time.is_finite()))
+    }
+}
+
+/// A message.
+pub(super) struct Row<'a> {
+    /// Number of its line, from 1.
+    pub line: usize,
+    cells: Vec<&'a [u8]>,
+}
+
+impl Row<'_> {
+    /// The number in a column.
+    pub fn value(&self, column: usize) -> Result<f64> {
+        number(self.cells[column]).ok_or_else(|| {
+            let problem = format!("{} in column {} is no number", quote(self.cells[column]), column + 1);
+            Error::line(self.line, problem, "Correct the line or remove it")
+        })
+    }
+}
+
+/// The cells of a row, without the spaces around them.
+fn cells(line: &[u8]) -> impl Iterator<Item = &[u8]> {
+    line.split(|&byte| byte == b',').map(<[u8]>::trim_ascii)
+}
+
+fn name_of(cell: &[u8]) -> String {
+    let text = String::from_utf8_lossy(cell).to_ascii_lowercase();
+    text.trim_matches(['%', '"']).trim_start_matches("field.").to_owned()
+}

@@ -1,0 +1,193 @@
+//! Laser logs as tables, and those of courses: what is read against what NumPy and Python's csv read in the same files.
+#![cfg(not(target_arch = "wasm32"))] // a browser runs tests/browser
+#![allow(non_snake_case)]
+
+mod common;
+
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
+use std::fs;
+
+use common::shared_data;
+use scanstitch::geometry::RigidMotion;
+use scanstitch::io::laser_log::table::{TableFormat, read_as};
+use scanstitch::io::laser_log::{Bearings, LaserLog, LaserScan, is_laser_log, read};
+use scanstitch::io::trajectory;
+
+fn text_log(name: &str) -> Option<(Vec<u8>, LaserLog)> {
+    let bytes = fs::read(shared_data(&format!("laser/text/{name}"))?).unwrap();
+    assert!(is_laser_log(&bytes[..bytes.len().min(8192)]), "{name}");
+    let log = read(&bytes).unwrap();
+    Some((bytes, log))
+}
+
+/// Sum of the readings that are some (m).
+fn sum(scan: &LaserScan) -> f64 {
+    scan.ranges.iter().filter(|range| range.is_finite()).map(|&range| f64::from(range)).sum()
+}
+
+#[test]
+fn the_log_of_cmus_course_is_read_in_centimetres_with_its_laser_ahead() {
+    let Some((_, log)) = text_log("cmu_wean_robotdata1.log") else { return };
+    assert_eq!(log.scans.len(), 713);
+    assert!(log.notes.is_empty(), "{:?}", log.notes);
+    let offset = log.T_robot_laser.translation;
+    assert!((offset.x - 0.25).abs() < 0.005 && offset.y.abs() < 0.005, "{offset}");
+    let scan = &log.scans[100];
+    assert_eq!(scan.ranges.len(), 180);
+    assert_eq!(scan.bearings, Bearings::Even { start: -FRAC_PI_2, step: PI / 180.0 });
+    assert!((sum(scan) - 515.65).abs() < 1e-3, "{}", sum(scan));
+    assert!((log.scans[712].time.unwrap() - 134.872_838).abs() < 1e-9);
+    let odometry = log.scans[0].odometry.unwrap();
+    assert!((odometry.translation.x + 0.942_34).abs() < 1e-6 && (odometry.rotation.angle() + 1.342_158).abs() < 1e-9);
+}
+
+#[test]
+fn breezyslams_log_is_read_with_its_ticks_as_odometry() {
+    let Some((_, log)) = text_log("breezyslam_exp1.dat") else { return };
+    assert_eq!(log.scans.len(), 756);
+    let scan = &log.scans[5];
+    assert_eq!(scan.ranges.len(), 682);
+    assert!((sum(scan) - 383.705).abs() < 1e-2, "{}", sum(scan));
+    let Bearings::Even { start, step } = scan.bearings else { panic!("{:?}", scan.bearings) };
+    assert!((start + TAU / 3.0).abs() < 1e-9 && (step - TAU / 1024.0).abs() < 1e-9);
+    assert!((log.T_robot_laser.translation.x - 0.145).abs() < 1e-9);
+    let way = log.scans.windows(2).map(|pair| {
+        let step = pair[0].odometry.unwrap().inverse() * pair[1].odometry.unwrap();
+        step.translation_norm()
+    });
+    let way: f64 = way.sum();
+    assert!((5.0..60.0).contains(&way), "{way} m");
+}
+
+#[test]
+fn rostopics_tables_are_read_by_the_names_of_their_columns() {
+    let Some((_, log)) = text_log("rostopic_scan.csv") else { return };
+    assert_eq!(log.scans.len(), 199);
+    let scan = &log.scans[6];
+    assert!((sum(scan) - 228.574).abs() < 1e-2, "{}", sum(scan));
+    assert!((scan.time.unwrap() - 1_747_151_385.047_578_5).abs() < 1e-6);
+    let bytes = fs::read(shared_data("laser/text/rostopic_odom.csv").unwrap()).unwrap();
+    let odometry = trajectory::read(&bytes).unwrap();
+    assert_eq!(odometry.len(), 1199);
+    assert!((odometry.stamps.as_ref().unwrap()[9] - 1_747_151_383.929_859_9).abs() < 1e-6);
+    assert!((odometry.positions[9].x - 0.000_218_268_905_882_723_63).abs() < 1e-12);
+    assert!(odometry.orientations.is_some());
+}
+
+#[test]
+fn a_step_and_its_range_a_line_is_one_scan() {
+    let Some((bytes, log)) = text_log("lidar0f.csv") else { return };
+    let [scan] = &log.scans[..] else { panic!("{} scans", log.scans.len()) };
+    assert_eq!(scan.ranges.len(), 1081);
+    assert_eq!(scan.ranges.iter().filter(|range| range.is_nan()).count(), 384, "1 mm is none");
+    assert!((sum(scan) - 8_572.002).abs() < 0.1, "{}", sum(scan));
+    let [note] = &log.notes[..] else { panic!("{:?}", log.notes) };
+    assert!(note.contains("range=2,unit=mm,start=-135.0000deg,step=0.2500deg"), "{note}");
+    let format = "range=2,unit=cm,start=-1,step=0.01".parse().unwrap();
+    let scan = &read_as(&bytes, &format).unwrap().scans[0];
+    assert_eq!(scan.bearings, Bearings::Even { start: -1.0, step: 0.01 });
+    assert!((sum(scan) - 10.0 * 8_572.002).abs() < 1.0);
+}
+
+#[test]
+fn a_format_reads_times_poses_and_units() {
+    let format: TableFormat =
+        "ranges=2:4,unit=cm,start=-90deg,step=90deg,time=1:ms,odometry=5:6:7,ahead=0.2".parse().unwrap();
+    let log = read_as(b"t,a,b,c,x,y,h\n500 100 0 300 10 20 0.5\n600 101 1 301 11 21 0.6\n700 102", &format).unwrap();
+    assert_eq!(log.scans.len(), 2);
+    assert_eq!(log.notes, ["The last line is cut off and was left out."]);
+    let scan = &log.scans[1];
+    assert_eq!((scan.ranges[0], scan.ranges[1].is_nan(), scan.ranges[2]), (1.01, true, 3.01));
+    assert_eq!(scan.time, Some(0.6));
+    let odometry = scan.odometry.unwrap();
+    assert!((odometry.translation.x - 0.11).abs() < 1e-12 && (odometry.rotation.angle() - 0.6).abs() < 1e-12);
+    assert!((log.T_robot_laser.translation.x - 0.2).abs() < 1e-12);
+    // What is written is what is read.
+    assert_eq!(format.to_string().parse::<TableFormat>().unwrap(), format);
+}
+
+#[test]
+fn wheels_make_the_way_of_an_arc() {
+    // A quarter of a circle of 1 m: wheels 0.2 m apart roll 0.9 and 1.1 times pi / 2.
+    let text = "0 0 1 2 3\n1413.7166941 1727.8759594 1 2 3\n";
+    let format = "ranges=3:5,unit=m,start=0,step=0.1,wheels=1:2:0.001:0.2".parse().unwrap();
+    let end = read_as(text.as_bytes(), &format).unwrap().scans[1].odometry.unwrap();
+    assert!((end.rotation.angle() - FRAC_PI_2).abs() < 1e-6, "{end}");
+    let (x, y) = (end.translation.x, end.translation.y);
+    assert!(
+        (x - y).abs() < 1e-6 && (x.hypot(y) - FRAC_PI_2).abs() < 1e-6,
+        "one step is its own chord, as long as the arc"
+    );
+}
+
+#[test]
+fn guesses_follow_the_numbers() {
+    let row = |values: &[f64]| values.iter().map(f64::to_string).collect::<Vec<_>>().join(",");
+    let table = |beams: usize, scale: f64, with_time: bool| {
+        let line = |scan: usize| {
+            let mut values = if with_time { vec![0.1 * scan as f64] } else { Vec::new() };
+            values.extend((0..beams).map(|beam| (scale * (2.0 + 0.01 * beam as f64)).round().max(1.0 + scale / 1e3)));
+            row(&values)
+        };
+        (0..5).map(line).collect::<Vec<_>>().join("\n") + "\n"
+    };
+    for (beams, scale, with_time, expected) in [
+        (541, 1000.0, true, "ranges=2:542,unit=mm,start=-135.0000deg,step=0.5000deg,time=1:s"),
+        (360, 1000.0, false, "ranges=1:360,unit=mm,start=0.0000deg,step=1.0000deg"),
+        (181, 100.0, false, "ranges=1:181,unit=cm,start=-90.0000deg,step=1.0000deg"),
+    ] {
+        let text = table(beams, scale, with_time);
+        assert_eq!(TableFormat::guess(text.as_bytes()).unwrap().to_string(), expected);
+        assert!(is_laser_log(text.as_bytes()));
+    }
+    let error = read(table(333, 1000.0, false).as_bytes()).unwrap_err();
+    assert!(error.problem.contains("333 readings") && error.remedy.contains("--table"), "{error}");
+    // Trajectories are none, however long.
+    for text in ["0 1 2 3 4 5 6 7\n1 2 3 4 5 6 7 8\n", "0 1 2\n1 2 3\n", "1 0 0 0 0 1 0 0 0 0 1 0\n"] {
+        assert!(!is_laser_log(text.repeat(30).as_bytes()), "{text}");
+    }
+}
+
+#[test]
+fn bad_tables_are_told_with_line_and_remedy() {
+    for (format, words) in [
+        ("ranges=4:2,start=0,step=1", "is no value of ranges"),
+        ("ranges=0:9,start=0,step=1", "is no value of ranges"),
+        ("ranges=1:9,unit=feet,start=0,step=1", "is no value of unit"),
+        ("ranges=1:9,start=0", "needs ranges"),
+        ("ranges=1:9,start=0,step=0", "is no value of step"),
+        ("rangers=1:9", "is nothing of a table's format"),
+        ("wheels", "is no name=value"),
+    ] {
+        let error = format.parse::<TableFormat>().unwrap_err();
+        assert!(error.problem.contains(words) && error.remedy.contains("ranges="), "{format}: {error}");
+    }
+    let format = "ranges=2:4,start=0,step=1".parse().unwrap();
+    let error = read_as(b"1 2 3 4\n1 2 x 4\n1 2 3 4\n", &format).unwrap_err();
+    assert!(error.to_string().contains("line 2"), "{error}");
+    let error = read_as(b"1 2 3 4\n1 2\n1 2 3 4\n", &format).unwrap_err();
+    assert!(error.to_string().contains("line 2") && error.problem.contains("2 numbers"), "{error}");
+    let head = "%time,field.header.stamp,field.angle_min,field.angle_increment,field.ranges0,field.ranges1\n";
+    let error = read(format!("{head}1,2,0,0.1,1,2\n1,2,0,0.1,1\n1,2,0,0.1,1,2\n").as_bytes()).unwrap_err();
+    assert!(error.to_string().contains("line 3"), "{error}");
+    let log = read(format!("{head}1,2,0,0.1,1,2\n1,2,0,0.1,1").as_bytes()).unwrap();
+    assert!(log.scans.len() == 1 && log.notes[0].contains("Line 3"));
+}
+
+#[test]
+fn every_length_of_a_cut_log_is_borne() {
+    let logs = [
+        "L 0 0 0 25 0 0 100 110 120 130 0.1\nO 1 2 0.1 0.2\nL 1 0 0 26 0 0 100 110 120 130 0.3\n".to_owned(),
+        "%time,field.angle_min,field.angle_increment,field.ranges0,field.ranges1\n1,0,0.1,1,2\n2,0,0.1,1,2\n"
+            .to_owned(),
+        format!("{}\n", "1500 ".repeat(181)).repeat(3),
+    ];
+    for log in logs {
+        for end in 0..log.len() {
+            let _ = is_laser_log(&log.as_bytes()[..end]);
+            if let Ok(log) = read(&log.as_bytes()[..end]) {
+                assert!(!log.scans.is_empty() && log.scans.iter().all(|scan| scan.ranges.len() >= 2));
+            }
+        }
+    }
+}
