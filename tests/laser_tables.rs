@@ -29,7 +29,7 @@ fn sum(scan: &LaserScan) -> f64 {
 fn the_log_of_cmus_course_is_read_in_centimetres_with_its_laser_ahead() {
     let Some((_, log)) = text_log("cmu_wean_robotdata1.log") else { return };
     assert_eq!(log.scans.len(), 713);
-    assert!(log.notes.is_empty(), "{:?}", log.notes);
+    assert!(log.losses.is_empty() && log.notes.is_empty());
     let offset = log.T_robot_laser.translation;
     assert!((offset.x - 0.25).abs() < 0.005 && offset.y.abs() < 0.005, "{offset}");
     let scan = &log.scans[100];
@@ -95,7 +95,7 @@ fn a_format_reads_times_poses_and_units() {
         "ranges=2:4,unit=cm,start=-90deg,step=90deg,time=1:ms,odometry=5:6:7,ahead=0.2".parse().unwrap();
     let log = read_as(b"t,a,b,c,x,y,h\n500 100 0 300 10 20 0.5\n600 101 1 301 11 21 0.6\n700 102", &format).unwrap();
     assert_eq!(log.scans.len(), 2);
-    assert_eq!(log.notes, ["The last line is cut off and was left out."]);
+    assert_eq!(log.losses, ["The last line is cut off and was left out."]);
     let scan = &log.scans[1];
     assert_eq!((scan.ranges[0], scan.ranges[1].is_nan(), scan.ranges[2]), (1.01, true, 3.01));
     assert_eq!(scan.time, Some(0.6));
@@ -171,7 +171,7 @@ fn bad_tables_are_told_with_line_and_remedy() {
     let error = read(format!("{head}1,2,0,0.1,1,2\n1,2,0,0.1,1\n1,2,0,0.1,1,2\n").as_bytes()).unwrap_err();
     assert!(error.to_string().contains("line 3"), "{error}");
     let log = read(format!("{head}1,2,0,0.1,1,2\n1,2,0,0.1,1").as_bytes()).unwrap();
-    assert!(log.scans.len() == 1 && log.notes[0].contains("Line 3"));
+    assert!(log.scans.len() == 1 && log.losses[0].contains("Line 3"));
 }
 
 #[test]

@@ -220,16 +220,13 @@ impl Reader {
                 scan.reference = laser.or(scan.reference);
             }
         }
-<<<<<<< HEAD
-        LaserLog { scans: self.scans, T_robot_laser: offset.unwrap_or_else(Pose2::identity), losses, notes }
-=======
         LaserLog {
             scans: self.scans,
             T_robot_laser: offset.unwrap_or_else(Pose2::identity),
             has_wheel_odometry: false,
+            losses,
             notes,
         }
->>>>>>> formats
     }
 
     /// Lines that are no scans of the laser that is read.

@@ -82,11 +82,8 @@ pub(super) fn read(bytes: &[u8]) -> Result<LaserLog> {
             }
         }
     }
-<<<<<<< HEAD
-    Ok(LaserLog { scans, T_robot_laser: Pose2::identity(), losses, notes: Vec::new() })
-=======
-    Ok(LaserLog { scans, T_robot_laser: Pose2::identity(), has_wheel_odometry: false, notes })
->>>>>>> formats
+    let T_robot_laser = Pose2::identity();
+    Ok(LaserLog { scans, T_robot_laser, has_wheel_odometry: false, losses, notes: Vec::new() })
 }
 
 /// Whether a list ends before it is closed.

@@ -90,15 +90,11 @@ pub struct LaserLog {
     pub scans: Vec<LaserScan>,
     /// Where the laser sits on the robot; the identity where the log does not tell.
     pub T_robot_laser: Pose2,
-<<<<<<< HEAD
+    /// Whether the format says that the odometry is what the wheels measured; in others a program may have corrected it.
+    pub has_wheel_odometry: bool,
     /// What could not be used of what should have been, in whole sentences.
     pub losses: Vec<String>,
     /// What else is worth knowing, in whole sentences.
-=======
-    /// Whether the format says that the odometry is what the wheels measured; in others a program may have corrected it.
-    pub has_wheel_odometry: bool,
-    /// What was stepped over, in whole sentences.
->>>>>>> formats
     pub notes: Vec<String>,
 }
 

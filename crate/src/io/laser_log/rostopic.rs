@@ -17,12 +17,13 @@ pub(super) fn read(bytes: &[u8]) -> Result<LaserLog> {
     let (rows, cut) = table.rows(bytes)?;
     let scans =
         rows.iter().enumerate().map(|(number, row)| scan(&table, &ranges, row, number)).collect::<Result<_>>()?;
-    let notes = cut.map(|line| format!("Line {line}, the last one, is cut off and was left out."));
+    let losses = cut.map(|line| format!("Line {line}, the last one, is cut off and was left out."));
     Ok(LaserLog {
         scans,
         T_robot_laser: Pose2::identity(),
         has_wheel_odometry: false,
-        notes: notes.into_iter().collect(),
+        losses: losses.into_iter().collect(),
+        notes: Vec::new(),
     })
 }
 

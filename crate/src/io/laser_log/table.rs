@@ -377,13 +377,13 @@ pub fn read_as(text: &[u8], format: &TableFormat) -> Result<LaserLog> {
         }
     }
     let num_left_out = rows.len().saturating_sub(scans.len());
-    let notes = if num_left_out == 1 && scans.len() > 1 {
+    let losses = if num_left_out == 1 && scans.len() > 1 {
         vec!["The last line is cut off and was left out.".to_owned()]
     } else {
         Vec::new()
     };
     let T_robot_laser = Pose2::new(nalgebra::Vector2::new(format.ahead, 0.0), 0.0);
-    Ok(LaserLog { scans, T_robot_laser, has_wheel_odometry: format.odometry.is_some(), notes })
+    Ok(LaserLog { scans, T_robot_laser, has_wheel_odometry: format.odometry.is_some(), losses, notes: Vec::new() })
 }
 
 fn missing(line: usize, has: usize, wants: usize) -> Error {
