@@ -7,7 +7,7 @@
  * damaged ends its reading; here it is named and passed over.
  */
 import { crc32 } from '../crc32.js';
-import { fileError } from '../errors.js';
+import { fileError, lost } from '../errors.js';
 import { MAX_UNPACKED_BYTES, unpackLz4, unpackZstd } from './decompress.js';
 import {
   CHUNK_HEADER_BYTES,
@@ -183,12 +183,11 @@ class McapFile {
     }
     if (place < size) {
       const reason = `cut off or damaged at byte ${place} of ${size}; the messages before that are used`;
-      this.notes.push({ file: this.#name, reason });
+      this.notes.push(lost(this.#name, reason));
     } else if (this.#isCut) {
       this.notes.push({ file: this.#name, reason: 'cut off behind its last message; all messages are used' });
     }
-    if (strays > 0)
-      this.notes.push({ file: this.#name, reason: `${strays} messages belong to no topic and are left out` });
+    if (strays > 0) this.notes.push(lost(this.#name, `${strays} messages belong to no topic and are left out`));
   }
 
   /**
@@ -298,8 +297,7 @@ class McapFile {
     } catch (error) {
       const { problem } = /** @type {{ problem?: string }} */ (error);
       if (problem === undefined && !(error instanceof RangeError)) throw error;
-      const reason = `left out: ${problem ?? 'a chunk that is damaged'}`;
-      this.notes.push({ file: this.#name, reason });
+      this.notes.push(lost(this.#name, `left out: ${problem ?? 'a chunk that is damaged'}`));
     }
     return strays;
   }
