@@ -4,9 +4,9 @@
  * themselves; a message is read when it is asked for.
  */
 import { fileError, lost } from '../errors.js';
-import { unpackZstd } from './decompress.js';
 import { MessageIndex } from './message_index.js';
 import { SqliteFile } from './sqlite.js';
+import { unpackZstd } from './zstd.js';
 
 /** @typedef {import('./open.js').Container} Container */
 /** @typedef {import('./open.js').StoredTopic} StoredTopic */
