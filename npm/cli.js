@@ -1,18 +1,20 @@
 #!/usr/bin/env node
-import { CommandError, EXIT } from './cli/command.js';
 // @ts-check
 /**
  * The `scanstitch` command. Each subcommand is a module of `cli/` with a name, a line about it, its help and what it
  * does; this file only chooses.
  */
 import { bev } from './cli/bev.js';
+import { CommandError, EXIT } from './cli/command.js';
 import { consistency } from './cli/consistency.js';
 import { convert } from './cli/convert.js';
+import { fileProblem, written } from './cli/disk.js';
 import { evaluate } from './cli/evaluate.js';
 import { mapQuality } from './cli/map_quality.js';
 import { reconstruct } from './cli/reconstruct.js';
 import { settings } from './cli/settings.js';
 import { strategies } from './cli/strategies.js';
+import { tell } from './cli/terminal.js';
 import { topics } from './cli/topics.js';
 
 /** @type {import('./cli/command.js').Command[]} */
@@ -77,16 +79,21 @@ async function main([name, ...args]) {
 
 // `scanstitch ... | head` closes the pipe early, which is no failure.
 process.stdout.on('error', (error) => {
-  if (/** @type {NodeJS.ErrnoException} */ (error).code !== 'EPIPE') throw error;
+  if (/** @type {NodeJS.ErrnoException} */ (error).code === 'EPIPE') return;
+  process.exitCode = written.length > 0 ? EXIT.partial : EXIT.nothing;
+  tell(`scanstitch: The output could not be printed. ${fileProblem(error)}`);
 });
+// Nobody listens: the exit code still tells.
+process.stderr.on('error', () => {});
 
 try {
-  process.exitCode = await main(process.argv.slice(2));
+  const code = await main(process.argv.slice(2));
+  process.exitCode ??= code;
 } catch (error) {
-  const told =
-    error instanceof CommandError
-      ? error.message
-      : `This is a defect of Scanstitch, not of your files. Please report it with these lines.\n${/** @type {Error} */ (error).stack}`;
-  process.stderr.write(`scanstitch: ${told}\n`);
-  process.exitCode = EXIT.nothing;
+  if (error instanceof CommandError) tell(`scanstitch: ${error.message}`);
+  else {
+    tell('scanstitch: This is a defect of Scanstitch, not of your files. Please report it with these lines.');
+    for (const line of String(/** @type {Error} */ (error).stack).split('\n')) tell(line);
+  }
+  process.exitCode = written.length > 0 ? EXIT.partial : EXIT.nothing;
 }

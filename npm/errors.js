@@ -1,6 +1,8 @@
 // @ts-check
 /** Errors about files that never reach the engine, in the form of the engine's own. */
 
+import { printable } from './printable.js';
+
 /** @typedef {import('./index.js').ScanstitchError} ScanstitchError */
 
 /**
@@ -10,6 +12,16 @@
  * @returns {ScanstitchError}
  */
 export function fileError(file, problem, remedy = '') {
-  const error = new Error(`${file}: ${problem}.${remedy && ` ${remedy}.`}`);
+  const error = new Error(`${printable(file)}: ${problem}.${remedy && ` ${remedy}.`}`);
   return Object.assign(error, { name: /** @type {const} */ ('ScanstitchError'), file, place: null, problem, remedy });
+}
+
+/**
+ * A note about something that could have been used and is left out, which the exit code of a command tells as well.
+ * @param {string} file
+ * @param {string} reason
+ * @returns {import('./recording.js').Note}
+ */
+export function lost(file, reason) {
+  return { file, reason, is_loss: true };
 }

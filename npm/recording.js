@@ -4,6 +4,7 @@
  * which files tell the true path and the camera. One understanding for the page and the command line. Only names,
  * sizes and the beginnings of files are looked at; nothing is kept.
  */
+import { lost } from './errors.js';
 import { compareNaturally } from './natural_order.js';
 import { classify, isSystemFile } from './recording/classify.js';
 import { findDepthRecordings, framesOf, isApart, leftAside, nameOf } from './recording/depth_images.js';
@@ -17,7 +18,8 @@ import { findIntrinsics, findReference } from './recording/reference.js';
 
 /** @typedef {{ path: string, size: number, given?: Recording }} ListedFile path: folders apart by slashes; size in bytes;
  *    given: the recording that it is a part of, where that is known, as it is of what lies in a bag */
-/** @typedef {{ file: string, reason: string }} Note reason: completes "FILE: ..." */
+/** @typedef {{ file: string, reason: string, is_loss?: true }} Note reason: completes "FILE: ..."; is_loss: it could have been
+ *    used */
 /** @typedef {{ name: string, depth: string, color: string | null, time: number | null }} DepthFrame name: short, for messages
  *    and results; depth, color: paths; time: seconds, where the recording has times */
 /**
@@ -59,9 +61,11 @@ export async function understand(files, readHead, isTable = false) {
   const read = async (/** @type {string} */ path, /** @type {number} */ length) => {
     try {
       return await readHead(path, length);
-    } catch {
+    } catch (error) {
       if (unreadable.every(({ file }) => file !== path)) {
-        unreadable.push({ file: path, reason: 'could not be read; was it moved or deleted?' });
+        const { problem } = /** @type {{ problem?: string }} */ (error);
+        const reason = problem === undefined ? 'could not be read; was it moved or deleted?' : `left aside: ${problem}`;
+        unreadable.push(lost(path, reason));
       }
       return null;
     }

@@ -3,10 +3,10 @@
  * A bag of rosbag2's SQLite storage: the tables `topics` and `messages`. All rows are walked once, without the messages
  * themselves; a message is read when it is asked for.
  */
-import { fileError } from '../errors.js';
-import { unpackZstd } from './decompress.js';
+import { fileError, lost } from '../errors.js';
 import { MessageIndex } from './message_index.js';
 import { SqliteFile } from './sqlite.js';
+import { unpackZstd } from './zstd.js';
 
 /** @typedef {import('./open.js').Container} Container */
 /** @typedef {import('./open.js').StoredTopic} StoredTopic */
@@ -43,7 +43,7 @@ export async function openDb3(name, source) {
     else strays += 1;
   }
   const notes = file.notes;
-  if (strays > 0) notes.push({ file: name, reason: `${strays} messages belong to no topic and are left out` });
+  if (strays > 0) notes.push(lost(name, `${strays} messages belong to no topic and are left out`));
   for (const { messages } of topics) messages.sort();
 
   const blobOf = async (/** @type {[number, number]} */ [page, cell], /** @type {boolean} */ isWhole) => {

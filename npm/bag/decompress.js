@@ -1,18 +1,22 @@
 // @ts-check
-/** What the messages of a bag are packed with: Zstandard, by a decoder that is loaded when it is needed, and LZ4. */
+/** What may come of packed bytes, and LZ4; for Zstandard see zstd.js. */
 
-/** Nothing that belongs together in a bag is larger. */
-export const MAX_UNPACKED_BYTES = 2 ** 30;
+/** So much may come of however few packed bytes; ... */
+const FREE_BYTES = 2 ** 23;
+/** ... beyond that, so many times the packed ones. */
+const MOST_RATIO = 20;
 const LZ4_MAGIC = 0x184d2204;
 
 /**
- * @param {Uint8Array} packed
- * @param {number | null} size of what comes out, where it is known
- * @returns {Promise<Uint8Array>} rejects where it cannot be unpacked
+ * Refuses what is packed so densely that it can only be meant to fill the memory.
+ * @param {number} packed bytes
+ * @param {number} size bytes, unpacked
  */
-export async function unpackZstd(packed, size) {
-  const { decompress } = await import('fzstd');
-  return size === null ? decompress(packed) : decompress(packed, new Uint8Array(size));
+export function mustBePlausible(packed, size) {
+  const most = FREE_BYTES + MOST_RATIO * packed;
+  if (size > most) {
+    throw new RangeError(`${packed} bytes would unpack to ${size}, and at most ${most} are made of so few`);
+  }
 }
 
 /**
@@ -21,9 +25,12 @@ export async function unpackZstd(packed, size) {
  * Source of the layout: Y. Collet, "LZ4 Frame Format Description" 1.6.4 and "LZ4 Block Format Description".
  * @param {Uint8Array} packed
  * @param {number} size of what comes out
+ * @param {(size: number) => Uint8Array} [take] memory to unpack into, of at least so many bytes
  */
-export function unpackLz4(packed, size) {
-  const output = new Uint8Array(size);
+export function unpackLz4(packed, size, take = (size) => new Uint8Array(size)) {
+  mustBePlausible(packed.length, size);
+  // Memory that is not written to is not taken.
+  const output = take(size).subarray(0, size);
   const view = new DataView(packed.buffer, packed.byteOffset, packed.byteLength);
   let filled = 0;
   for (let place = 0; place < packed.length;) {

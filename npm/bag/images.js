@@ -6,6 +6,7 @@
  * (pfm).
  */
 import { takeBytes } from '../buffers.js';
+import { lookUp } from '../look_up.js';
 import { MessageError } from './cdr.js';
 
 /** @typedef {import('./messages.js').ImageMessage} ImageMessage */
@@ -46,18 +47,18 @@ const OTHER_RECORDING = 'Record it as rgb8 or bgr8 (image_proc makes image_color
 export function usesOf(encoding) {
   if (encoding === 'mono8' || encoding === '8UC1') return ['depth', 'color'];
   if (encoding === 'mono16') return ['depth', 'color'];
-  if (encoding in DEPTH) return ['depth'];
-  return encoding in COLOR || encoding in YUV ? ['color'] : [];
+  if (lookUp(DEPTH, encoding)) return ['depth'];
+  return lookUp(COLOR, encoding) || lookUp(YUV, encoding) ? ['color'] : [];
 }
 
 /** Ending of the file that a depth image becomes. @param {string} encoding */
 export function depthEnding(encoding) {
-  return DEPTH[encoding]?.kind === 'float' ? 'pfm' : 'pgm';
+  return lookUp(DEPTH, encoding)?.kind === 'float' ? 'pfm' : 'pgm';
 }
 
 /** Ending of the file that a colour image becomes. @param {string} encoding */
 export function colorEnding(encoding) {
-  return encoding in DEPTH ? 'pgm' : 'ppm';
+  return lookUp(DEPTH, encoding) ? 'pgm' : 'ppm';
 }
 
 /**
@@ -65,7 +66,7 @@ export function colorEnding(encoding) {
  * @param {ImageMessage} image
  */
 export function depthFile(image) {
-  const kind = DEPTH[image.encoding];
+  const kind = lookUp(DEPTH, image.encoding);
   if (!kind) throw new MessageError(`An image of the encoding ${image.encoding} is no depth image`, OTHER_RECORDING);
   const rows = rowsOf(image, image.width * kind.bytes);
   if (kind.kind === 'float') return floatFile(image, rows, kind.bytes === 8);
@@ -75,7 +76,7 @@ export function depthFile(image) {
 /** A colour image as PPM, or as PGM where it is grey. @param {ImageMessage} image */
 export function colorFile(image) {
   const { encoding, width, height } = image;
-  const [grey, color, yuv] = [DEPTH[encoding], COLOR[encoding], YUV[encoding]];
+  const [grey, color, yuv] = [lookUp(DEPTH, encoding), lookUp(COLOR, encoding), lookUp(YUV, encoding)];
   if (grey && grey.kind === 'whole') {
     const rows = rowsOf(image, width * grey.bytes);
     if (grey.bytes === 1) return wholeFile(image, rows, false, false);

@@ -7,18 +7,15 @@
  * damaged ends its reading; here it is named and passed over.
  */
 import { crc32 } from '../crc32.js';
-import { fileError } from '../errors.js';
-import { ChunkCache } from './chunk_cache.js';
-import { MAX_UNPACKED_BYTES, unpackLz4, unpackZstd } from './decompress.js';
+import { fileError, lost } from '../errors.js';
+import { Chunks, CUT_OFF } from './mcap_chunks.js';
 import {
-  CHUNK_HEADER_BYTES,
   FOOTER_BYTES,
   isMcap,
   MAGIC,
   MESSAGE_HEADER_BYTES,
   OPCODE,
   readChannel,
-  readChunkHeader,
   readChunkIndex,
   readMessageCount,
   readMessageIndex,
@@ -34,7 +31,6 @@ import { MessageIndex } from './message_index.js';
 /** @typedef {import('./mcap_records.js').Channel} Channel */
 /** @typedef {import('./mcap_records.js').ChunkIndex} ChunkIndex */
 /** @typedef {import('./open.js').StoredTopic} StoredTopic */
-/** @typedef {{ start: number, length: number, compression: string }} Chunk where its record lies in the file */
 
 /** Where a message lies: the number of its chunk, and the offset in that; or this, and the offset in the file. */
 const OUTSIDE = -1;
@@ -42,7 +38,12 @@ const OUTSIDE = -1;
 const READ_AT_ONCE = 32;
 /** When the file is walked, so much of it is read at a time. */
 const WINDOW_BYTES = 2 ** 16;
-const CUT_OFF = 'Copy the bag again, or mend it with the mcap tool (mcap recover)';
+/** So many damaged chunks are named one by one. */
+const MOST_NAMED = 5;
+/** So many messages a bag may have, however small it is; ... */
+const FREE_MESSAGES = 2 ** 21;
+/** ... and one more for so many of its bytes. */
+const BYTES_A_MESSAGE = 1;
 
 /**
  * @param {string} name for messages
@@ -66,15 +67,18 @@ class McapFile {
   notes = [];
   #name;
   #source;
-  /** @type {Chunk[]} */
-  #chunks = [];
-  #records = new ChunkCache((chunk) => this.#unpack(chunk));
+  #chunks;
   /** @type {Map<number, string>} */
   #types = new Map();
   /** @type {Map<number, Channel>} */
   #channels = new Map();
   /** @type {Map<number, MessageIndex>} */
   #messages = new Map();
+  #numMessages = 0;
+  /** Chunks that cannot be read. */
+  #numDamaged = 0;
+  /** Messages that belong to no topic. */
+  #numStrays = 0;
   /** It does not end as MCAP files do. */
   #isCut = false;
 
@@ -82,6 +86,7 @@ class McapFile {
   constructor(name, source) {
     this.#name = name;
     this.#source = source;
+    this.#chunks = new Chunks(name, source);
   }
 
   /** Channels of one name, type and encoding are one topic. @returns {StoredTopic[]} */
@@ -120,12 +125,15 @@ class McapFile {
     if (indexes.length === 0 ? count !== 0 : indexes.some(({ indexStart }) => indexStart === null)) {
       return this.#forget(null, null);
     }
-    this.#chunks = indexes;
     try {
+      // Regions that lie over one another would be read again and again.
+      const total = indexes.reduce((sum, { indexLength }) => sum + indexLength, 0);
+      if (total > this.#source.size) throw new RangeError('more indexes than there is room for');
+      for (const index of indexes) this.#chunks.add(index);
       for (let first = 0; first < indexes.length; first += READ_AT_ONCE) {
         const batch = indexes.slice(first, first + READ_AT_ONCE);
         const regions = await Promise.all(
-          batch.map((index) => this.#readRegion(index.indexStart ?? 0, index.indexLength)),
+          batch.map((index) => this.#chunks.region(index.indexStart ?? 0, index.indexLength)),
         );
         regions.forEach((region, index) => this.#takeIndexes(first + index, region));
       }
@@ -142,46 +150,49 @@ class McapFile {
   /** Reads record after record from the beginning. */
   async walk() {
     const { size } = this.#source;
-    /** @type {Uint8Array} */
-    let window = new Uint8Array();
-    let windowStart = 0;
-    const peek = async (/** @type {number} */ start, /** @type {number} */ length) => {
-      if (start < windowStart || start + length > windowStart + window.length) {
-        window = await this.#source.read(start, Math.min(size, start + Math.max(length, WINDOW_BYTES)));
-        windowStart = start;
-      }
-      return window.subarray(start - windowStart, Math.min(window.length, start - windowStart + length));
-    };
-    let strays = 0;
-    let place = MAGIC.length;
-    for (;;) {
-      const head = await peek(place, RECORD_HEADER_BYTES);
-      if (head.length < RECORD_HEADER_BYTES) break;
-      const view = new DataView(head.buffer, head.byteOffset, head.byteLength);
-      const opcode = view.getUint8(0);
-      const length = RECORD_HEADER_BYTES + Number(view.getBigUint64(1, true));
-      if (opcode === OPCODE.dataEnd || opcode === OPCODE.footer) {
-        place = size;
-        break;
-      }
-      if (place + length > size) break;
-      if (opcode === OPCODE.message) {
-        const fields = await peek(place + RECORD_HEADER_BYTES, Math.min(MESSAGE_HEADER_BYTES, length));
-        if (!this.#takeMessage(fields, OUTSIDE, place)) strays += 1;
-      } else if (opcode === OPCODE.chunk) strays += await this.#walkChunk(place, length);
-      else if (opcode === OPCODE.schema || opcode === OPCODE.channel) {
-        this.#takeDefinition(opcode, (await peek(place, length)).subarray(RECORD_HEADER_BYTES));
-      }
-      place += length;
-    }
-    if (place < size) {
-      const reason = `cut off or damaged at byte ${place} of ${size}; the messages before that are used`;
-      this.notes.push({ file: this.#name, reason });
+    const end = await this.#walkRecords(MAGIC.length, size, OUTSIDE, 0);
+    if (end < size) {
+      this.notes.push(
+        lost(this.#name, `cut off or damaged at byte ${end} of ${size}; the messages before that are used`),
+      );
     } else if (this.#isCut) {
       this.notes.push({ file: this.#name, reason: 'cut off behind its last message; all messages are used' });
     }
-    if (strays > 0)
-      this.notes.push({ file: this.#name, reason: `${strays} messages belong to no topic and are left out` });
+    if (this.#numDamaged > MOST_NAMED) {
+      this.notes.push(lost(this.#name, `left out: ${this.#numDamaged - MOST_NAMED} more chunks`));
+    }
+    if (this.#numStrays > 0) {
+      this.notes.push(lost(this.#name, `${this.#numStrays} messages belong to no topic and are left out`));
+    }
+  }
+
+  /**
+   * Takes the records of a part of the file, a window at a time, as far as they are whole.
+   * @param {number} start
+   * @param {number} end
+   * @param {number} chunk that they belong to
+   * @param {number} origin from where the places of its messages count
+   * @returns {Promise<number>} where the last one ends, or `end`
+   */
+  async #walkRecords(start, end, chunk, origin) {
+    const window = new Window(this.#source, end);
+    for (let place = start; ;) {
+      const head = await window.read(place, RECORD_HEADER_BYTES);
+      if (head.length < RECORD_HEADER_BYTES) return place;
+      const view = new DataView(head.buffer, head.byteOffset, head.byteLength);
+      const opcode = view.getUint8(0);
+      const length = RECORD_HEADER_BYTES + Number(view.getBigUint64(1, true));
+      if (chunk === OUTSIDE && (opcode === OPCODE.dataEnd || opcode === OPCODE.footer)) return end;
+      if (place + length > end || opcode === 0) return place;
+      if (opcode === OPCODE.message) {
+        const fields = await window.read(place + RECORD_HEADER_BYTES, Math.min(MESSAGE_HEADER_BYTES, length));
+        this.#takeMessage(fields, chunk, place - origin);
+      } else if (opcode === OPCODE.chunk && chunk === OUTSIDE) await this.#walkChunk(place, length);
+      else if (opcode === OPCODE.schema || opcode === OPCODE.channel) {
+        this.#takeDefinition(opcode, (await window.read(place, length)).subarray(RECORD_HEADER_BYTES));
+      }
+      place += length;
+    }
   }
 
   /**
@@ -190,20 +201,20 @@ class McapFile {
    * @param {number} length
    */
   async read([chunk, offset], length) {
-    const known = this.#chunks[chunk];
-    if (chunk !== OUTSIDE && (length === Infinity || known?.compression !== '' || this.#records.has(chunk))) {
-      const records = await this.#records.get(chunk);
+    const start = chunk === OUTSIDE ? offset : await this.#chunks.placeInFile(chunk, offset, length < Infinity);
+    if (start === null) {
+      const records = await this.#chunks.records(chunk);
       return this.#dataOf(records.subarray(offset), offset).subarray(0, length);
     }
-    const recordsStart = known ? known.start + RECORD_HEADER_BYTES + CHUNK_HEADER_BYTES + 8 : 0;
-    const start = recordsStart + offset;
     const least = RECORD_HEADER_BYTES + MESSAGE_HEADER_BYTES;
     // In one go: in a browser each read of a file costs a millisecond.
     const wanted = length === Infinity ? least : least + length;
     const bytes = await this.#source.read(start, Math.min(this.#source.size, start + wanted));
-    if (bytes.length < least) throw this.#broken(`What should lie at byte ${start} lies behind its end`);
+    if (bytes.length < least) throw this.#chunks.broken(`What should lie at byte ${start} lies behind its end`);
     const size = RECORD_HEADER_BYTES + Number(new DataView(bytes.buffer, bytes.byteOffset).getBigUint64(1, true));
-    if (size > this.#source.size) throw this.#broken(`The message at byte ${start} is said to be larger than the file`);
+    if (start + size > this.#source.size) {
+      throw this.#chunks.broken(`The message at byte ${start} is said to be larger than the file`);
+    }
     if (length === Infinity) return this.#dataOf(await this.#source.read(start, start + size), start);
     return bytes.subarray(least, Math.max(least, size));
   }
@@ -233,8 +244,9 @@ class McapFile {
   #forget(error, reason) {
     if (error instanceof Error && !(error instanceof RangeError) && error.name !== 'ScanstitchError') throw error;
     if (reason !== null) this.notes.push({ file: this.#name, reason });
-    this.#chunks = [];
+    this.#chunks.clear();
     this.#messages.clear();
+    this.#numMessages = 0;
     return false;
   }
 
@@ -257,17 +269,27 @@ class McapFile {
       if (entries.length === 0) continue;
       const messages = this.#messagesOf(channel);
       if (!messages) throw new RangeError('an unknown channel');
-      for (const { time, offset } of entries) messages.push(time, chunk, offset);
+      for (const { time, offset } of entries) this.#push(messages, time, chunk, offset);
     }
   }
 
-  /** Whether its channel is known. @param {Uint8Array} content or its beginning @param {number} chunk @param {number} offset */
+  /** @param {Uint8Array} content or its beginning @param {number} chunk @param {number} offset */
   #takeMessage(content, chunk, offset) {
-    if (content.length < MESSAGE_HEADER_BYTES) return false;
     const view = new DataView(content.buffer, content.byteOffset, content.byteLength);
-    const messages = this.#messagesOf(view.getUint16(0, true));
-    messages?.push(view.getBigInt64(6, true), chunk, offset);
-    return messages !== null;
+    const isWhole = content.length >= MESSAGE_HEADER_BYTES;
+    const messages = isWhole ? this.#messagesOf(view.getUint16(0, true)) : null;
+    if (messages) this.#push(messages, view.getBigInt64(6, true), chunk, offset);
+    else this.#numStrays += 1;
+  }
+
+  /** @param {MessageIndex} messages @param {bigint} time @param {number} chunk @param {number} offset */
+  #push(messages, time, chunk, offset) {
+    const most = FREE_MESSAGES + this.#source.size / BYTES_A_MESSAGE;
+    this.#numMessages += 1;
+    if (this.#numMessages > most) {
+      throw this.#chunks.broken(`It has more than ${Math.floor(most)} messages, too many for its size`);
+    }
+    messages.push(time, chunk, offset);
   }
 
   /** @param {number} channel @returns {MessageIndex | null} */
@@ -278,93 +300,61 @@ class McapFile {
     return known;
   }
 
-  /** How many of its messages belong to no topic. @param {number} start @param {number} length */
+  /** @param {number} start @param {number} length */
   async #walkChunk(start, length) {
-    const chunk = this.#chunks.length;
-    this.#chunks.push({ start, length, compression: 'unknown' });
-    let strays = 0;
+    const chunk = this.#chunks.add({ start, length, compression: 'unknown' });
     try {
-      for (const { opcode, content, start: offset } of recordsIn(await this.#records.get(chunk))) {
-        this.#takeDefinition(opcode, content);
-        if (opcode === OPCODE.message && !this.#takeMessage(content, chunk, offset)) strays += 1;
+      const stored = await this.#chunks.storedRecords(chunk);
+      if (stored) {
+        const end = await this.#walkRecords(stored.start, stored.end, chunk, stored.start);
+        if (end < stored.end) throw this.#chunks.broken(`The chunk at byte ${start} is damaged at byte ${end}`);
+        return;
+      }
+      for (const { opcode, content, start: offset } of recordsIn(await this.#chunks.recordsForIndex(chunk))) {
+        if (opcode === OPCODE.message) this.#takeMessage(content, chunk, offset);
+        else this.#takeDefinition(opcode, content);
       }
     } catch (error) {
       const { problem } = /** @type {{ problem?: string }} */ (error);
       if (problem === undefined && !(error instanceof RangeError)) throw error;
-      const reason = `left out: ${problem ?? 'a chunk that is damaged'}`;
-      this.notes.push({ file: this.#name, reason });
+      this.#numDamaged += 1;
+      if (this.#numDamaged > MOST_NAMED) return;
+      this.notes.push(lost(this.#name, `left out: ${problem ?? 'a chunk that is damaged'}`));
     }
-    return strays;
-  }
-
-  /** The records of a chunk, unpacked and checked. @param {number} chunk */
-  async #unpack(chunk) {
-    const { start, length } = this.#chunks[chunk] ?? { start: 0, length: 0 };
-    const record = await this.#readRegion(start, length);
-    if (record[0] !== OPCODE.chunk) throw this.#broken(`There is no chunk at byte ${start}, where its index has one`);
-    const content = record.subarray(RECORD_HEADER_BYTES);
-    let header;
-    try {
-      header = readChunkHeader(content);
-    } catch {
-      throw this.#broken(`The chunk at byte ${start} ends within its header`);
-    }
-    const { size, crc, compression, recordsStart, recordsSize } = header;
-    const packed = content.subarray(recordsStart, recordsStart + recordsSize);
-    if (packed.length < recordsSize) throw this.#broken(`The chunk at byte ${start} is cut off`);
-    if (size > MAX_UNPACKED_BYTES) throw this.#broken(`The chunk at byte ${start} would unpack to ${size} bytes`);
-    const records = await this.#decompress(start, compression, packed, size);
-    if (crc !== 0 && crc32(records) !== crc) {
-      throw this.#broken(`The chunk at byte ${start} has another checksum than the one written in it`);
-    }
-    return records;
-  }
-
-  /** @param {number} start @param {string} compression @param {Uint8Array} packed @param {number} size */
-  async #decompress(start, compression, packed, size) {
-    let records = packed;
-    try {
-      if (compression === 'zstd') records = await unpackZstd(packed, size);
-      else if (compression === 'lz4') records = unpackLz4(packed, size);
-      else if (compression !== '') {
-        const remedy = 'Convert the bag to zstd with the mcap tool (mcap compress)';
-        throw fileError(
-          this.#name,
-          `The chunk at byte ${start} is packed with ${compression}, which is not read`,
-          remedy,
-        );
-      }
-    } catch (error) {
-      if (/** @type {Error} */ (error).name === 'ScanstitchError') throw error;
-      throw this.#broken(`The chunk at byte ${start} cannot be unpacked (${/** @type {Error} */ (error).message})`);
-    }
-    if (records.length !== size) {
-      throw this.#broken(`The chunk at byte ${start} unpacks to ${records.length} bytes, not the ${size} it says`);
-    }
-    return records;
   }
 
   /** @param {Uint8Array} record of a message and what comes after @param {number} place for messages */
   #dataOf(record, place) {
     if (record[0] !== OPCODE.message || record.length < RECORD_HEADER_BYTES) {
-      throw this.#broken(`There is no message at byte ${place}, where its index has one`);
+      throw this.#chunks.broken(`There is no message at byte ${place}, where its index has one`);
     }
     const length = Number(new DataView(record.buffer, record.byteOffset).getBigUint64(1, true));
     const content = record.subarray(RECORD_HEADER_BYTES, RECORD_HEADER_BYTES + length);
-    if (content.length < length) throw this.#broken(`The message at byte ${place} is cut off`);
+    if (content.length < length) throw this.#chunks.broken(`The message at byte ${place} is cut off`);
     return content.subarray(MESSAGE_HEADER_BYTES);
   }
+}
 
-  /** @param {number} start @param {number} length */
-  async #readRegion(start, length) {
-    const bytes =
-      start + length <= this.#source.size ? await this.#source.read(start, start + length) : new Uint8Array();
-    if (bytes.length < length) throw this.#broken(`What should lie at byte ${start} lies behind its end`);
-    return bytes;
+/** A part of the file that moves along with what is read. */
+class Window {
+  /** @type {Uint8Array} */
+  #bytes = new Uint8Array();
+  #start = 0;
+  #source;
+  #end;
+
+  /** @param {ByteSource} source @param {number} end of what may be read */
+  constructor(source, end) {
+    this.#source = source;
+    this.#end = end;
   }
 
-  /** @param {string} problem */
-  #broken(problem) {
-    return fileError(this.#name, problem, CUT_OFF);
+  /** So many bytes, or as many as there are. @param {number} start @param {number} length */
+  async read(start, length) {
+    if (start < this.#start || start + length > this.#start + this.#bytes.length) {
+      this.#bytes = await this.#source.read(start, Math.min(this.#end, start + Math.max(length, WINDOW_BYTES)));
+      this.#start = start;
+    }
+    return this.#bytes.subarray(start - this.#start, Math.min(this.#bytes.length, start - this.#start + length));
   }
 }

@@ -168,6 +168,7 @@ export function* recordsIn(bytes) {
     const length = Number(view.getBigUint64(place + 1, true));
     const end = place + RECORD_HEADER_BYTES + length;
     if (end > bytes.length) return;
+    if (bytes[place] === 0) throw new RangeError('a record of no kind');
     yield { opcode: view.getUint8(place), start: place, content: bytes.subarray(place + RECORD_HEADER_BYTES, end) };
     place = end;
   }

@@ -3,7 +3,7 @@
  * Bags of ROS: which files of a drop make up one, which topics it has, and its messages one by one. Nothing is kept in
  * memory but where each message lies.
  */
-import { fileError } from '../errors.js';
+import { fileError, lost } from '../errors.js';
 import { folderOf, groupBy } from '../recording/names.js';
 import { encapsulateRos1 } from './cdr.js';
 import { isMcap } from './mcap_records.js';
@@ -133,7 +133,7 @@ export async function openBags(files) {
       } catch (error) {
         const { problem, remedy = '', message } = /** @type {Error & { problem?: string, remedy?: string }} */ (error);
         const reason = problem === undefined ? `left aside: ${message}` : `left aside: ${problem}. ${remedy}`;
-        notes.push({ file: file.path, reason: reason.replace(/\.?\s*$/, '') });
+        notes.push(lost(file.path, reason.replace(/\.?\s*$/, '')));
       }
     }
     if (containers.length > 0) bags.push(new Bag(path, containers, formats));
@@ -175,7 +175,7 @@ async function groupFiles(files, notes) {
     if (named.length === 0) continue;
     const present = named.flatMap((name) => rest.get(name) ?? []);
     for (const missing of named.filter((name) => !rest.has(name))) {
-      notes.push({ file: missing, reason: `is not here, though ${path} names it; what it holds is missing` });
+      notes.push(lost(missing, `is not here, though ${path} names it; what it holds is missing`));
     }
     if (present.length === 0) continue;
     const [first] = present;

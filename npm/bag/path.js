@@ -1,5 +1,6 @@
 // @ts-check
 /** The path that a topic tells, as that of the sensor: as text, to compare with or to begin from. */
+import { lost } from '../errors.js';
 import { decodePoses } from './messages.js';
 import { plural } from './stamps.js';
 import { compose, IDENTITY, TransformTree, tumText, usable } from './transforms.js';
@@ -64,8 +65,7 @@ async function posesOf(bag, topic, notes, limit = Infinity) {
       faults += 1;
     }
   }
-  if (faults > 0)
-    notes.push({ file: topic.name, reason: `${plural(faults, 'message')} of ${topic.count} left out: ${fault}` });
+  if (faults > 0) notes.push(lost(topic.name, `${plural(faults, 'message')} of ${topic.count} left out: ${fault}`));
   return poses;
 }
 
@@ -98,10 +98,7 @@ function fromPoses(tree, poses, topic, sensor, notes) {
     return good ? [{ stamp, pose: compose(good, mount ?? IDENTITY) }] : [];
   });
   if (samples.length < poses.length) {
-    notes.push({
-      file: topic.name,
-      reason: `${plural(poses.length - samples.length, 'pose')} left out: no numbers of a pose`,
-    });
+    notes.push(lost(topic.name, `${plural(poses.length - samples.length, 'pose')} left out: no numbers of a pose`));
   }
   return samples;
 }

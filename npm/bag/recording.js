@@ -3,7 +3,7 @@
  * A bag as a recording: what its chosen topics hold, as files of standard formats that are made when they are read, and
  * how they belong together.
  */
-import { fileError } from '../errors.js';
+import { fileError, lost } from '../errors.js';
 import { empty } from '../recording.js';
 import { pairUp } from '../recording/pairs.js';
 import { MessageError } from './cdr.js';
@@ -28,6 +28,7 @@ import { pathText } from './path.js';
  * @property {string} path
  * @property {number} size of the messages, about; 1 where it is unknown
  * @property {() => Promise<Uint8Array>} read rejects with a ScanstitchError
+ * @property {Note[]} [losses] what could not be read of it, once it has been read
  */
 /** @typedef {{ files: BagContent[], recording: Recording }} BagRecording */
 /** @typedef {BagContent & { time: bigint }} TimedContent */
@@ -127,16 +128,26 @@ class Maker {
     this.#recording.notes.push(...notes);
     if (messages.length === 0) return;
     const path = `${this.#bag.path}/${topic.name.replace(/^\//, '').replaceAll('/', '_')}.log`;
+    /** @type {Note[]} */
+    const losses = [];
     const read = async () => {
       /** @type {string[]} */
       const lines = [];
+      /** @type {string[]} */
+      const faults = [];
       for (const { index } of messages) {
-        const line = await this.#convert(topic, index, path, (bytes) => scanLine(decodeScan(bytes))).catch(() => null);
-        if (line !== null) lines.push(line);
+        try {
+          lines.push(await this.#convert(topic, index, path, (bytes) => scanLine(decodeScan(bytes))));
+        } catch (error) {
+          faults.push(wordsOf(error));
+        }
       }
+      if (lines.length === 0) throw fileError(path, `None of its scans can be read. ${faults[0] ?? ''}`);
+      const some = `${plural(faults.length, 'scan')} of ${messages.length} left out: ${faults[0] ?? ''}`;
+      losses.splice(0, Infinity, ...(faults.length > 0 ? [lost(topic.name, some)] : []));
       return new TextEncoder().encode(`${lines.join('\n')}\n`);
     };
-    this.#files.push({ path, size: 1, read });
+    this.#files.push({ path, size: 1, read, losses });
     this.#recording.scans = [path];
     this.#recording.kind = 'planar_scans';
   }

@@ -3,10 +3,10 @@
  * A bag of ROS 1, version 2.0. Where the recorder closed it, its index section and the indexes behind its chunks are read,
  * a small part of the file; otherwise, or where they do not hold, the file is walked record by record from its beginning.
  */
-import { fileError } from '../errors.js';
+import { fileError, lost } from '../errors.js';
 import { unpackBzip2 } from './bzip2.js';
 import { ChunkCache } from './chunk_cache.js';
-import { MAX_UNPACKED_BYTES, unpackLz4 } from './decompress.js';
+import { mustBePlausible, unpackLz4 } from './decompress.js';
 import { MessageIndex } from './message_index.js';
 import {
   MAGIC_2_0,
@@ -149,7 +149,7 @@ class Ros1File {
     }
     if (place < size) {
       const reason = `cut off or damaged at byte ${place} of ${size}; the messages before that are used`;
-      this.notes.push({ file: this.#name, reason });
+      this.notes.push(lost(this.#name, reason));
     }
   }
 
@@ -168,7 +168,7 @@ class Ros1File {
       if (!isDamage(error)) throw error;
       const { problem } = /** @type {{ problem?: string }} */ (error);
       const reason = `left out: ${problem ?? `what follows in the chunk at byte ${place}, which is damaged`}`;
-      this.notes.push({ file: this.#name, reason });
+      this.notes.push(lost(this.#name, reason));
     }
   }
 
@@ -228,10 +228,10 @@ class Ros1File {
   /** @param {number} chunk */
   async #unpack(chunk) {
     const { start, length, size, compression } = /** @type {Chunk} */ (this.#chunks[chunk]);
-    if (size > MAX_UNPACKED_BYTES) throw this.#broken(`The chunk at byte ${start} would unpack to ${size} bytes`);
     const packed = await this.#readRegion(start, length);
     let records;
     try {
+      mustBePlausible(length, size);
       if (compression === 'none') records = packed;
       else if (compression === 'bz2') records = unpackBzip2(packed, size);
       else if (compression === 'lz4') records = unpackLz4(packed, size);

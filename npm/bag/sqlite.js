@@ -8,7 +8,7 @@
  *
  * Source of the layout: sqlite.org, "Database File Format", sections 1.3, 1.6, 2.1.
  */
-import { fileError } from '../errors.js';
+import { fileError, lost } from '../errors.js';
 
 /** @typedef {import('../archive.js').ByteSource} ByteSource */
 /** @typedef {import('../recording.js').Note} Note */
@@ -90,7 +90,7 @@ export class SqliteFile {
   get notes() {
     return [...this.#faults].map(([fault, { count, page }]) => {
       const pages = count > 1 ? ` (${count} pages, the first is ${page})` : page > 0 ? ` (page ${page})` : '';
-      return { file: this.#name, reason: `${fault}${pages}` };
+      return lost(this.#name, `${fault}${pages}`);
     });
   }
 

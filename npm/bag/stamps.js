@@ -1,5 +1,6 @@
 // @ts-check
 /** When the messages of a topic were made, in order, and what is wrong with their times. */
+import { lost } from '../errors.js';
 import { decodeStamp, STAMP_BYTES } from './messages.js';
 
 /** @typedef {import('./open.js').Bag} Bag */
@@ -50,13 +51,10 @@ export async function stampedMessages(bag, topic, onProgress = () => {}) {
     : found.map(({ index }) => ({ index, time: bag.time(topic, index) }));
   const { messages, notes } = inOrder(topic.name, timed);
   for (const [reason, count] of faults) {
-    notes.push({ file: topic.name, reason: `${plural(count, 'message')} of ${topic.count} left out: ${reason}` });
+    notes.push(lost(topic.name, `${plural(count, 'message')} of ${topic.count} left out: ${reason}`));
   }
   if (isSet && numUnset > 0) {
-    notes.push({
-      file: topic.name,
-      reason: `${plural(numUnset, 'message')} left out: the time in the header is not set`,
-    });
+    notes.push(lost(topic.name, `${plural(numUnset, 'message')} left out: the time in the header is not set`));
   }
   return { messages, notes };
 }
@@ -86,7 +84,7 @@ export function inOrder(name, messages) {
   const longest = stretches.toSorted((a, b) => b.length - a.length)[0] ?? [];
   if (stretches.length > 1) {
     const reason = `time jumps back ${stretches.length === 2 ? 'once' : `${stretches.length - 1} times`}; the longest stretch is used, ${longest.length} of ${plural(messages.length, 'message')}`;
-    notes.push({ file: name, reason });
+    notes.push(lost(name, reason));
   }
   if (numEarly > 0) {
     const reason = `time runs backwards at ${plural(numEarly, 'message')}; all are taken in the order of their times`;
@@ -96,7 +94,7 @@ export function inOrder(name, messages) {
   const distinct = ordered.filter(({ time }, index) => index === 0 || time !== ordered[index - 1]?.time);
   if (distinct.length < ordered.length) {
     const reason = `${plural(ordered.length - distinct.length, 'message')} left out: another one has the same time`;
-    notes.push({ file: name, reason });
+    notes.push(lost(name, reason));
   }
   return { messages: distinct, notes };
 }

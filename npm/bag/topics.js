@@ -11,6 +11,7 @@ import {
   HEAD_BYTES,
   TYPES,
 } from './messages.js';
+import { lookUp } from '../look_up.js';
 import { useOfPacked } from './packed_images.js';
 
 /** @typedef {import('./open.js').Bag} Bag */
@@ -42,7 +43,7 @@ export function describeTopics(bag) {
 async function describeTopic(bag, topic) {
   /** @type {TopicFacts} */
   const facts = { topic, about: '', frame: '', uses: [], problem: '', encoding: '', size: null };
-  const kind = /** @type {Record<string, string>} */ (TYPES)[topic.type];
+  const kind = lookUp(TYPES, topic.type);
   if (topic.format !== 'cdr' && topic.format !== 'ros1') {
     const problem = `serialised as ${topic.format}, and only cdr and ros1 are read; record it with the default middleware`;
     return { ...facts, problem: topic.format === '' ? 'how it is serialised is unknown' : problem };

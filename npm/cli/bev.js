@@ -1,9 +1,10 @@
 // @ts-check
 /** `scanstitch bev`: pixels of a top view, found in a front view by way of the ground. */
-import { readFileSync, writeFileSync } from 'node:fs';
 import { basename } from 'node:path';
 import { CommandError, EXIT, isScanstitchError, readArguments } from './command.js';
-import { fileProblem, readInput } from './inputs.js';
+import { readPiped, writeWhole } from './disk.js';
+import { readInput } from './inputs.js';
+import { note } from './terminal.js';
 
 /** @typedef {import('../index.js').BevScene} BevScene */
 /** @typedef {import('../index.js').BevPoint} BevPoint */
@@ -91,7 +92,7 @@ Examples:
  * @param {Engine} engine
  * @param {string[]} args
  */
-function run(engine, args) {
+async function run(engine, args) {
   const { values } = readArguments('bev', { args, options: OPTIONS });
   if (values.points === undefined && values.pairs === undefined) {
     throw new CommandError('Name the points to project: --points FILE. See: scanstitch bev --help');
@@ -110,7 +111,7 @@ function run(engine, args) {
       const pairs = engine.read_bev_pairs(contents(values.pairs), basename(values.pairs));
       refinement = engine.bev_refine(scene, pairs, { camera, parameters });
       scene = refinement.scene;
-      process.stderr.write(toldRefinement(refinement, camera));
+      note(toldRefinement(refinement, camera));
     }
     const marked =
       values.points === undefined
@@ -131,7 +132,7 @@ function run(engine, args) {
     };
     const csv = view.points_csv(marked, from, whole);
     view.free();
-    write(values.out, is_json ? `${JSON.stringify(report, null, 2)}\n` : csv);
+    await write(values.out, is_json ? `${JSON.stringify(report, null, 2)}\n` : csv);
     tellHidden(points, from);
     return EXIT.done;
   } catch (error) {
@@ -158,7 +159,7 @@ function sceneOf(engine, path, preset) {
 
 /** Bytes of a file, or of stdin. @param {string} path */
 function contents(path) {
-  if (path === '-') return readFileSync(0);
+  if (path === '-') return readPiped();
   let problem = '';
   const complain = (/** @type {string} */ told) => {
     problem = told;
@@ -192,16 +193,9 @@ function rows(matrix) {
  * @param {string | undefined} path
  * @param {string} text
  */
-function write(path, text) {
-  if (path === undefined) {
-    process.stdout.write(text);
-    return;
-  }
-  try {
-    writeFileSync(path, text);
-  } catch (error) {
-    throw new CommandError(`${path}: ${fileProblem(error)}`);
-  }
+async function write(path, text) {
+  if (path === undefined) process.stdout.write(text);
+  else await writeWhole(path, text);
 }
 
 /**
@@ -219,7 +213,7 @@ function tellHidden(points, from) {
   for (const [status, where] of Object.entries(words)) {
     const numbers = points.flatMap((point, index) => (point.status === status ? [index + 1] : []));
     const listed = numbers.length > 10 ? `${numbers.slice(0, 10).join(', ')}, ...` : numbers.join(', ');
-    if (numbers.length > 0) process.stderr.write(`note: ${numbers.length} of ${points.length} ${where}: ${listed}\n`);
+    if (numbers.length > 0) note(`${numbers.length} of ${points.length} ${where}: ${listed}`);
   }
 }
 
@@ -232,5 +226,5 @@ function toldRefinement({ pitch, height, right, ahead, ground, rmse_before, rmse
   const metres = (/** @type {number} */ value) => `${value.toFixed(4)} m`;
   const moved = `turned up by ${degrees} degrees, raised by ${metres(height)}, to the right by ${metres(right)}, ahead by ${metres(ahead)}${ground === 0 ? '' : `, the ground raised by ${metres(ground)}`}`;
   const fit = `${residuals.length} pairs, rmse ${rmse_before.toFixed(3)} before, ${rmse.toFixed(3)} pixels after`;
-  return `note: ${camera} camera ${moved}; ${fit}${converged ? '' : ' (not converged)'}\n`;
+  return `${camera} camera ${moved}; ${fit}${converged ? '' : ' (not converged)'}`;
 }

@@ -1,6 +1,7 @@
 // @ts-check
 /** What every subcommand of `scanstitch` is made of. */
 import { parseArgs } from 'node:util';
+import { printable } from '../printable.js';
 
 /** @typedef {typeof import('../index.js')} Engine */
 
@@ -12,10 +13,13 @@ import { parseArgs } from 'node:util';
  * @property {(engine: Engine, args: string[]) => number | Promise<number>} run returns the exit code
  */
 
+/** They ask a program to stop. */
+export const SIGNALS = /** @type {const} */ (['SIGINT', 'SIGTERM']);
+
 /** Exit codes, as `scanstitch --help` documents them. */
 export const EXIT = Object.freeze({ done: 0, nothing: 1, partial: 2 });
 
-/** Something that the one who typed the command can mend: printed as one line, exit code 1. */
+/** Something that the one who typed the command can mend: printed as one line. */
 export class CommandError extends Error {}
 
 /**
@@ -35,18 +39,22 @@ export function readArguments(command, config) {
 }
 
 /**
- * Does work that the first Ctrl-C stops and a second one ends with the program.
+ * Does work that the first Ctrl-C or SIGTERM stops and a second one ends with the program.
  * @template T
  * @param {(signal: AbortSignal) => Promise<T>} work
  */
 export async function untilInterrupt(work) {
   const controller = new AbortController();
   const stop = () => controller.abort();
-  process.once('SIGINT', stop);
+  const release = () => {
+    for (const signal of SIGNALS) process.removeListener(signal, stop);
+  };
+  controller.signal.addEventListener('abort', release);
+  for (const signal of SIGNALS) process.on(signal, stop);
   try {
     return await work(controller.signal);
   } finally {
-    process.removeListener('SIGINT', stop);
+    release();
   }
 }
 
@@ -59,6 +67,9 @@ export function isScanstitchError(error) {
   return error instanceof Error && error.name === 'ScanstitchError';
 }
 
+/** Characters of a cell that are shown at most. */
+const CELL_LENGTH = 120;
+
 /**
  * Lays rows out in columns; numbers flush right.
  * @param {string[]} heads
@@ -66,7 +77,7 @@ export function isScanstitchError(error) {
  * @param {Set<number>} left indices of the columns that are flush left
  */
 export function table(heads, rows, left) {
-  const all = [heads, ...rows];
+  const all = [heads, ...rows.map((row) => row.map((cell) => printable(cell, CELL_LENGTH)))];
   const widths = heads.map((_, column) => Math.max(...all.map((row) => (row[column] ?? '').length)));
   const line = (/** @type {string[]} */ row) =>
     row

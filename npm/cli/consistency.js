@@ -1,12 +1,12 @@
 // @ts-check
 /** `scanstitch consistency`: how well depth images agree with each other at the poses of a trajectory. */
 import { basename } from 'node:path';
-import { CommandError, EXIT, isScanstitchError, readArguments, table } from './command.js';
+import { CommandError, isScanstitchError, readArguments, table } from './command.js';
 import { gather, readSource } from './inputs.js';
-import { jobsOf, progressLine, setIntrinsics } from './reconstruct_spatial.js';
+import { jobsOf, setIntrinsics } from './reconstruct_spatial.js';
 import { understandInputs } from './reconstruct.js';
-import { note } from './results.js';
 import { readSettings, spatialCatalogue } from './settings.js';
+import { Complaints, note, progressLine } from './terminal.js';
 import { readWishes } from './topics.js';
 import { readTrajectory } from './trajectories.js';
 
@@ -65,14 +65,11 @@ async function run(engine, args) {
     throw new CommandError('Name a recording and a trajectory. See: scanstitch consistency --help');
   }
   const settings = readSettings(spatialCatalogue(engine), undefined, values.set ?? []);
-  let complaints = 0;
-  const complain = (/** @type {string} */ problem) => {
-    process.stderr.write(`${problem}\n`);
-    complaints += 1;
-  };
+  const complaints = new Complaints();
+  const { complain } = complaints;
   const inputs = await gather(positionals.slice(0, -1), complain, readWishes(values.topic));
   try {
-    const recording = await understandInputs(inputs, values.recording);
+    const recording = await understandInputs(inputs, values.recording, complain);
     if (recording.kind !== 'depth_images') {
       throw new CommandError('There are no depth images in the input: only those can be compared pixel by pixel.');
     }
@@ -102,7 +99,7 @@ async function run(engine, args) {
   } finally {
     await inputs.close();
   }
-  return complaints > 0 ? EXIT.partial : EXIT.done;
+  return complaints.exitCode;
 }
 
 /** @param {string} problem @returns {never} */

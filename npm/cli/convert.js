@@ -1,9 +1,12 @@
 // @ts-check
 /** `scanstitch convert`: a trajectory from one form into another. */
-import { writeFileSync } from 'node:fs';
 import { basename, extname } from 'node:path';
-import { CommandError, EXIT, isScanstitchError, readArguments } from './command.js';
-import { fileProblem } from './inputs.js';
+import { lookUp } from '../look_up.js';
+import { printable } from '../printable.js';
+import { CommandError, EXIT, readArguments } from './command.js';
+import { writeWhole } from './disk.js';
+import { create } from './results.js';
+import { note } from './terminal.js';
 import { readTrajectory, TRAJECTORY_FORMATS, TRAJECTORY_HELP, trajectoryFormat } from './trajectories.js';
 
 const OPTIONS = /** @type {const} */ ({
@@ -40,13 +43,13 @@ Example:
  * @param {import('./command.js').Engine} engine
  * @param {string[]} args
  */
-function run(engine, args) {
+async function run(engine, args) {
   const { values, positionals } = readArguments('convert', { args, options: OPTIONS, allowPositionals: true });
   const [input, output] = positionals;
   if (input === undefined || output === undefined || positionals.length > 2) {
     throw new CommandError('Name one input and one output. See: scanstitch convert --help');
   }
-  const to = values.to ?? BY_ENDING[extname(output).toLowerCase()];
+  const to = values.to ?? lookUp(BY_ENDING, extname(output).toLowerCase());
   if (to === undefined) throw new CommandError(`Name the form of ${basename(output)} with --to.`);
   const format = trajectoryFormat(to);
   const fail = (/** @type {string} */ problem) => {
@@ -54,13 +57,14 @@ function run(engine, args) {
   };
   const trajectory = readTrajectory(engine, input, { format: values.from, times: values.times }, fail);
   if (!trajectory) return EXIT.nothing;
-  for (const note of trajectory.notes) process.stderr.write(`note: ${basename(input)}: ${note}\n`);
-  try {
-    writeFileSync(output, trajectory.write(format));
-  } catch (error) {
-    throw new CommandError(isScanstitchError(error) ? error.message : `${output}: ${fileProblem(error)}`);
-  }
-  process.stdout.write(`${trajectory.length} poses, ${trajectory.format} to ${format}: written to ${output}\n`);
+  for (const text of trajectory.notes) note(`${basename(input)}: ${text}`);
+  await writeWhole(
+    output,
+    create(() => trajectory.write(format)),
+  );
+  process.stdout.write(
+    `${trajectory.length} poses, ${trajectory.format} to ${format}: written to ${printable(output)}\n`,
+  );
   trajectory.free();
   return EXIT.done;
 }

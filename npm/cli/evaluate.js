@@ -1,7 +1,8 @@
 // @ts-check
 /** `scanstitch evaluate`: errors of estimated trajectories against a reference, as evo computes them. */
 import { basename } from 'node:path';
-import { CommandError, EXIT, isScanstitchError, readArguments, table } from './command.js';
+import { printable } from '../printable.js';
+import { CommandError, isScanstitchError, readArguments, table } from './command.js';
 import {
   compareRelations,
   readRelations,
@@ -10,6 +11,7 @@ import {
   relationsJson,
   relationsText,
 } from './relations.js';
+import { Complaints, note } from './terminal.js';
 import { readTrajectory, TRAJECTORY_FORMATS, TRAJECTORY_HELP } from './trajectories.js';
 
 /** @typedef {import('../index.js').EvaluationOptions} EvaluationOptions */
@@ -144,11 +146,8 @@ function run(engine, args) {
     }
   }
   const options = evaluationOptions(engine, values);
-  let complaints = 0;
-  const complain = (/** @type {string} */ problem) => {
-    process.stderr.write(`${problem}\n`);
-    complaints += 1;
-  };
+  const complaints = new Complaints();
+  const { complain } = complaints;
   const relations = values.relations === undefined ? null : readRelations(values.relations, complain);
   if (isAlone) {
     if (!relations) throw new CommandError('The relations could not be used, so nothing was computed.');
@@ -156,7 +155,7 @@ function run(engine, args) {
   } else {
     rank(engine, reference, estimates, relations, { options, values }, complain);
   }
-  return complaints > 0 ? EXIT.partial : EXIT.done;
+  return complaints.exitCode;
 }
 
 /** @typedef {ReturnType<typeof readArguments<{ options: typeof OPTIONS }>>['values']} Values */
@@ -320,7 +319,7 @@ function compare(engine, reference, estimate, options, withErrors) {
  * @param {string[]} notes
  */
 function tell(name, notes) {
-  for (const note of notes) process.stderr.write(`note: ${name}: ${note}\n`);
+  for (const text of notes) note(`${name}: ${text}`);
 }
 
 /** The names of files where they differ, their paths otherwise. @param {string[]} paths */
@@ -370,13 +369,17 @@ function printed(results, form, withDrift, options) {
  * @param {number} nameColumn the one column that is no number
  */
 function rowsText(heads, rows, form, nameColumn) {
+  const shown = (/** @type {string[]} */ row) => row.map((cell) => printable(cell));
   if (form === 'markdown') {
-    const line = (/** @type {string[]} */ row) => `| ${row.map((cell) => cell.replaceAll('|', '\\|')).join(' | ')} |\n`;
+    const line = (/** @type {string[]} */ row) =>
+      `| ${shown(row)
+        .map((cell) => cell.replaceAll('|', '\\|'))
+        .join(' | ')} |\n`;
     const rule = heads.map((_, column) => (column === nameColumn ? '---' : '---:'));
     return [heads, rule, ...rows].map(line).join('');
   }
-  const cell = (/** @type {string} */ text) => (/[",\n]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text);
-  return [heads, ...rows].map((row) => `${row.map(cell).join(',')}\n`).join('');
+  const cell = (/** @type {string} */ text) => (/[",]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text);
+  return [heads, ...rows].map((row) => `${shown(row).map(cell).join(',')}\n`).join('');
 }
 
 /** Six significant digits. @param {number} value */

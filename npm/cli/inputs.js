@@ -1,20 +1,22 @@
 // @ts-check
 /** Files named on the command line, read from the disk. */
-import { readdirSync, readFileSync, statSync } from 'node:fs';
-import { open, readFile } from 'node:fs/promises';
-import { basename, join, normalize, resolve, sep } from 'node:path';
+import { readdirSync, realpathSync, statSync } from 'node:fs';
+import { basename, join, normalize, resolve } from 'node:path';
 import { openArchive } from '../archive.js';
 import { isBagMetadata, isBagName } from '../bag/names.js';
+import { isSystemFile } from '../recording/classify.js';
 import { filesInArchive, filesInBags } from '../recording/contents.js';
 import { isArchiveName } from '../recording/kinds.js';
 import { CommandError, isScanstitchError } from './command.js';
+import { fileProblem, openFile, readWhole, readWholeLater, sizeOfFile } from './disk.js';
 
 /** @typedef {{ name: string, path: string }} Input name: short, for messages and results */
 
 /**
  * A file that was named, or that lies in a folder, an archive or a bag that was; its path counts from there. `disk`: where
  * it lies; null in an archive or a bag.
- * @typedef {import('../recording/contents.js').Content & { disk: string | null }} Source
+ * @typedef {import('../recording/contents.js').Content & { disk: string | null, isNamed?: true }} Source isNamed: it was named
+ *    itself
  */
 
 /** @typedef {import('../bag/topics.js').Wishes} Wishes */
@@ -104,7 +106,7 @@ function bagFiles(sources, handles) {
         const bytes = await read();
         return { size: bytes.length, read: async (start, end) => bytes.subarray(start, end) };
       }
-      const handle = await open(disk);
+      const handle = await openFile(disk);
       handles.push(handle);
       return bytesOfFile(handle, (await handle.stat()).size);
     },
@@ -139,17 +141,17 @@ async function findFiles(paths, complain) {
   for (const path of new Set(paths.map((path) => normalize(path)))) {
     try {
       if (statSync(path).isDirectory()) {
-        const inside = filesUnder(path);
-        if (inside.length === 0) complain(`${path}: There is no file in this folder.`);
-        found.push(...inside);
+        const before = found.length;
+        takeFolder(path, basename(resolve(path)), { found, notes, complain, seen: new Set() });
+        if (found.length === before) complain(`${path}: There is no file in this folder.`);
       } else if (isArchiveName(path)) {
-        const handle = await open(path);
+        const handle = await openFile(path);
         handles.push(handle);
         const archive = await openArchive(basename(path), bytesOfFile(handle, (await handle.stat()).size));
         notes.push(...archive.notes);
         found.push(...filesInArchive(archive).map(packed));
       } else {
-        found.push(sourceOnDisk(path, basename(path)));
+        found.push({ ...sourceOnDisk(path, basename(path)), isNamed: true });
       }
     } catch (error) {
       complain(isScanstitchError(error) ? error.message : `${path}: ${fileProblem(error)}`);
@@ -158,15 +160,38 @@ async function findFiles(paths, complain) {
   return { found, notes, handles };
 }
 
-/** @param {string} folder */
-function filesUnder(folder) {
-  const title = basename(resolve(folder));
-  return readdirSync(folder, { recursive: true, encoding: 'utf8' }).flatMap((inside) => {
-    const disk = join(folder, inside);
-    // Gone since, or a link that leads nowhere.
-    const isFile = statSync(disk, { throwIfNoEntry: false })?.isFile() ?? false;
-    return isFile ? [sourceOnDisk(disk, join(title, inside).split(sep).join('/'))] : [];
-  });
+/**
+ * What comes of looking through folders. `seen`: folders, by where they really lie.
+ * @typedef {{ found: Source[], notes: import('../recording.js').Note[], complain: (problem: string) => void, seen: Set<string> }} Findings
+ */
+
+/**
+ * The files of a folder and of those in it, each folder once, however links lead to it. What cannot be read is told, and
+ * the rest is taken.
+ * @param {string} folder
+ * @param {string} title its path for messages and results
+ * @param {Findings} findings
+ */
+function takeFolder(folder, title, findings) {
+  const { found, notes, complain, seen } = findings;
+  const place = realpathSync(folder);
+  if (seen.has(place)) {
+    notes.push({ file: title, reason: 'left aside: a link to a folder that has been looked through' });
+    return;
+  }
+  seen.add(place);
+  for (const name of readdirSync(folder)) {
+    if (isSystemFile(name)) continue;
+    const [disk, path] = [join(folder, name), `${title}/${name}`];
+    try {
+      const stats = statSync(disk);
+      if (stats.isDirectory()) takeFolder(disk, path, findings);
+      else if (stats.isFile()) found.push(sourceOnDisk(disk, path));
+      else notes.push({ file: path, reason: 'left aside: a pipe or a device, not a file' });
+    } catch (error) {
+      complain(`${disk}: ${fileProblem(error)}`);
+    }
+  }
 }
 
 /**
@@ -178,10 +203,10 @@ function sourceOnDisk(disk, path) {
   return {
     path,
     disk,
-    size: statSync(disk).size,
-    read: () => readFile(disk),
+    size: sizeOfFile(disk),
+    read: () => readWholeLater(disk),
     readHead: async (length) => {
-      const handle = await open(disk);
+      const handle = await openFile(disk);
       try {
         const { size } = await handle.stat();
         return await bytesOfFile(handle, size).read(0, Math.min(length, size));
@@ -215,7 +240,7 @@ function bytesOfFile(handle, size) {
  */
 export function readInput({ name, path }, complain) {
   try {
-    return readFileSync(path);
+    return readWhole(path);
   } catch (error) {
     complain(`${name}: ${fileProblem(error)}`);
     return null;
@@ -234,24 +259,5 @@ export async function readSource(source, name, complain) {
   } catch (error) {
     complain(isScanstitchError(error) ? error.message : `${name}: ${fileProblem(error)}`);
     return null;
-  }
-}
-
-/** @param {unknown} error */
-export function fileProblem(error) {
-  const { code, message } = /** @type {NodeJS.ErrnoException} */ (error);
-  switch (code) {
-    case 'ENOENT':
-      return 'There is no such file or folder.';
-    case 'EACCES':
-    case 'EPERM':
-      return 'The file may not be read or written: permission denied.';
-    case 'EISDIR':
-      return 'This is a folder, not a file.';
-    case 'ENOTDIR':
-    case 'EEXIST':
-      return 'There is a file where a folder should be.';
-    default:
-      return message;
   }
 }

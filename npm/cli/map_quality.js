@@ -3,8 +3,10 @@
 import { readdirSync } from 'node:fs';
 import { basename, join } from 'node:path';
 import { compareNaturally } from '../natural_order.js';
-import { CommandError, EXIT, isScanstitchError, readArguments, table } from './command.js';
-import { fileProblem, readInput } from './inputs.js';
+import { CommandError, isScanstitchError, readArguments, table } from './command.js';
+import { fileProblem } from './disk.js';
+import { readInput } from './inputs.js';
+import { Complaints } from './terminal.js';
 import { readTrajectory } from './trajectories.js';
 
 const OPTIONS = /** @type {const} */ ({
@@ -51,18 +53,15 @@ function run(engine, args) {
     ...(values.radius !== undefined && { radius: number('radius', values.radius) }),
     ...(values['max-points'] !== undefined && { max_points: number('max-points', values['max-points']) }),
   };
-  let complaints = 0;
-  const complain = (/** @type {string} */ problem) => {
-    process.stderr.write(`${problem}\n`);
-    complaints += 1;
-  };
+  const complaints = new Complaints();
+  const { complain } = complaints;
   const results =
     values.frames === undefined
       ? positionals.flatMap((path) => judgedMap(engine, path, options, complain))
       : judgedFrames(engine, values.frames, positionals, options, complain);
   if (results.length === 0) throw new CommandError('Nothing could be used, so nothing was computed.');
   process.stdout.write(values.json ? `${JSON.stringify(results, null, 2)}\n` : printed(results));
-  return complaints > 0 ? EXIT.partial : EXIT.done;
+  return complaints.exitCode;
 }
 
 /** @typedef {import('../index.js').MapQuality & { name: string, residual?: import('../index.js').FrameResidual }} Judged */

@@ -1,9 +1,8 @@
 // @ts-check
 /** Reading and preparing one frame: the same in a thread of its own and in the only one. */
-import { readFile } from 'node:fs/promises';
 import { fileError } from '../errors.js';
 import { isScanstitchError } from './command.js';
-import { fileProblem } from './inputs.js';
+import { fileProblem, readWholeLater } from './disk.js';
 
 /**
  * A frame to prepare. Files are given as paths on the disk, or as their bytes.
@@ -72,7 +71,7 @@ export function prepare(engine, { decodeConfig, kind, name, index, time, color_n
 /** @param {string} path @param {string} name */
 async function read(path, name) {
   try {
-    return await readFile(path);
+    return await readWholeLater(path);
   } catch (error) {
     throw fileError(name, fileProblem(error).replace(/\.$/, ''), 'See whether it was moved or deleted');
   }

@@ -2,13 +2,16 @@
 /** `scanstitch reconstruct`: planar scans, depth images or clouds to a trajectory, a map and a report. */
 import { availableParallelism } from 'node:os';
 import { understand } from '../recording.js';
+import { printable } from '../printable.js';
+import { isListName } from '../recording/lists.js';
 import { contains, folderOf } from '../recording/names.js';
-import { CommandError, EXIT, readArguments } from './command.js';
+import { CommandError, readArguments } from './command.js';
 import { gather } from './inputs.js';
 import { reconstructPlanar } from './reconstruct_planar.js';
 import { reconstructSpatial } from './reconstruct_spatial.js';
-import { note, readMapFormat } from './results.js';
+import { readMapFormat } from './results.js';
 import { settingsHelp } from './settings.js';
+import { Complaints, tellNotes } from './terminal.js';
 import { readWishes } from './topics.js';
 
 const OPTIONS = /** @type {const} */ ({
@@ -41,7 +44,7 @@ Registers the frames of a recording and maps them in the frame of the first one.
                  PoseStamped, Path and TFMessage; for the topics that are used see: scanstitch topics BAG
 Files are taken in natural order of their names: 2.ply comes before 10.ply. The reference (GT_pose.npy, *.tum, *.log,
 groundtruth.txt, a pose file for each frame, ...) and the camera (camera-intrinsics.txt, camera.json, ...) of depth
-images and clouds are found beside them.
+images are found beside them; of planar scans a *.tum file, and odometry named so.
 
 Options:
   --out DIR          folder of the results, created if missing (default: ${OPTIONS.out.default})
@@ -68,7 +71,9 @@ Written into DIR:
 
 Printed: a line a frame (of more than 200 planar scans, those that are not good), and the figures of the whole.
 Of planar scans, sharpness is the mean distance of returns within 29 m to the surface that the other scans saw there. A
-file that cannot be used is named on stderr and left out. Ctrl-C stops; what has been computed is written.
+file that cannot be used is named on stderr and left out, as are files and options that were given and are not used.
+Read are regular files alone, no pipes. Files are written whole or not at all. Ctrl-C and SIGTERM stop; what has been
+computed is written.
 
 Examples:
   scanstitch reconstruct scans/ --reference reference.tum --set max_range=30 --out result
@@ -94,15 +99,16 @@ async function run(engine, args) {
   const { out, reference, odometry, intrinsics, table, preset, set = [] } = values;
   const [workers, mapFormat] = [readWorkers(values.workers), readMapFormat(values['map-format'])];
   const options = { out, reference, odometry, intrinsics, table, preset, set, workers, mapFormat };
-  let complaints = 0;
-  const complain = (/** @type {string} */ problem) => {
-    process.stderr.write(`${problem}\n`);
-    complaints += 1;
-  };
+  const complaints = new Complaints();
+  const { complain } = complaints;
   const inputs = await gather(positionals, complain, readWishes(values.topic));
   try {
-    const recording = await understandInputs(inputs, values.recording, table !== undefined);
+    const recording = await understandInputs(inputs, values.recording, complain, table !== undefined);
     const task = { engine, inputs, recording, options, complain };
+    if (recording.kind !== 'nothing') {
+      tellNotes(withoutNamed(inputs, recording, complain), complain);
+      complainOfOptions(recording, options, complain);
+    }
     if (recording.kind === 'planar_scans') await reconstructPlanar(task);
     else if (recording.kind !== 'nothing') await reconstructSpatial(task);
     else {
@@ -112,7 +118,7 @@ async function run(engine, args) {
   } finally {
     await inputs.close();
   }
-  return complaints > 0 ? EXIT.partial : EXIT.done;
+  return complaints.exitCode;
 }
 
 /** @param {string | undefined} text */
@@ -125,10 +131,11 @@ export function readWorkers(text) {
 /**
  * @param {import('./inputs.js').Inputs} inputs
  * @param {string | undefined} chosen
+ * @param {(problem: string) => void} complain
  * @param {boolean} [isTable] whether tables of numbers are said to be laser scans
  */
-export async function understandInputs({ sources, notes }, chosen, isTable = false) {
-  for (const { file, reason } of notes) note(`${file}: ${reason}.`);
+export async function understandInputs({ sources, notes }, chosen, complain, isTable = false) {
+  tellNotes(notes, complain);
   const files = [...sources.values()];
   const taken = chosen === undefined ? files : filesOfRecording(files, chosen.replace(/\/+$/, ''));
   const readHead = async (/** @type {string} */ path, /** @type {number} */ length) => {
@@ -137,6 +144,48 @@ export async function understandInputs({ sources, notes }, chosen, isTable = fal
     return source.readHead(length);
   };
   return understand(taken, readHead, isTable);
+}
+
+/** So many files are named in full. */
+const MOST_NAMED = 5;
+
+/**
+ * The notes without those about files that were named one by one and are not used: these are complained of.
+ * @param {import('./inputs.js').Inputs} inputs
+ * @param {import('../recording.js').Recording} recording
+ * @param {(problem: string) => void} complain
+ */
+export function withoutNamed({ sources }, { notes, ...recording }, complain) {
+  const { depth_frames, clouds, scans, reference, odometry, intrinsics } = recording;
+  const images = depth_frames.flatMap(({ depth, color }) => [depth, color]);
+  const used = new Set([...images, ...clouds, ...scans, ...reference, odometry, intrinsics]);
+  const unused = [...sources.values()].filter(({ path, isNamed }) => isNamed && !used.has(path) && !isListName(path));
+  const reasons = new Map(notes.map(({ file, reason }) => [file, reason]));
+  const [told, untold] = [
+    unused.filter(({ path }) => reasons.has(path)),
+    unused.filter(({ path }) => !reasons.has(path)),
+  ];
+  for (const { path } of told) complain(`${printable(path)}: ${reasons.get(path)}.`);
+  for (const { path } of untold.slice(0, MOST_NAMED)) complain(`${printable(path)}: This file is not used.`);
+  if (untold.length > MOST_NAMED) complain(`${untold.length - MOST_NAMED} more files that were named are not used.`);
+  const isTold = new Set(told.map(({ path }) => path));
+  return notes.filter(({ file }) => !isTold.has(file));
+}
+
+/**
+ * Options that say nothing to recordings of this kind.
+ * @param {import('../recording.js').Recording} recording
+ * @param {import('./results.js').Options} options
+ * @param {(problem: string) => void} complain
+ */
+function complainOfOptions({ kind }, { intrinsics, odometry }, complain) {
+  const what = kind === 'planar_scans' ? 'planar scans' : kind === 'clouds' ? 'clouds' : 'depth images';
+  if (intrinsics !== undefined && kind !== 'depth_images') {
+    complain(`--intrinsics ${intrinsics}: not used, for ${what} have no camera.`);
+  }
+  if (odometry !== undefined && kind !== 'planar_scans') {
+    complain(`--odometry ${odometry}: not used, for it is read for planar scans alone.`);
+  }
 }
 
 /**

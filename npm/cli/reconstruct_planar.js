@@ -1,11 +1,15 @@
 // @ts-check
 /** Planar scans to a trajectory, a map and a report. */
 import { basename } from 'node:path';
-import { CommandError, table } from './command.js';
-import { readInput, readSource } from './inputs.js';
-import { accepted, create, mapFile, millimetres, note, writeResults } from './results.js';
-import { planarCatalogue, readSettings } from './settings.js';
+import { printable } from '../printable.js';
 import { HEAD_BYTES } from '../recording/heads.js';
+import { nextTurn } from '../spatial_run.js';
+import { CommandError, table, untilInterrupt } from './command.js';
+import { writeResults } from './disk.js';
+import { readInput, readSource } from './inputs.js';
+import { accepted, create, mapFile, millimetres } from './results.js';
+import { planarCatalogue, readSettings } from './settings.js';
+import { note, progressLine, tellNotes } from './terminal.js';
 
 /** Of more scans than this, only those that are not good have a line. */
 const MOST_ROWS = 200;
@@ -21,16 +25,19 @@ export async function reconstructPlanar({ engine, inputs, recording, options, co
   const added = await addScans(engine, reconstruction, scansOf(inputs, recording), options.table, complain);
   if (added === 0) throw new CommandError('No scan could be used, so nothing was computed.');
   const odometry = await addOdometry(reconstruction, inputs, options.odometry, recording.odometry, complain);
-  if (options.reference !== undefined) {
-    const reference = { name: basename(options.reference), path: options.reference };
-    const bytes = readInput(reference, complain);
-    if (bytes) accepted(() => reconstruction.set_reference(reference.name, bytes), complain);
-  }
+  await addReference(reconstruction, inputs, options.reference, recording.reference[0], complain);
 
-  const { milliseconds, total } = runToTheEnd(reconstruction);
+  const { milliseconds, total, isStopped } = await untilInterrupt((signal) => runToTheEnd(reconstruction, signal));
   const result = reconstruction.result();
+  if (isStopped) tellStop(result, complain);
+  for (const { name, status, reason } of result.frames) {
+    if (status === 'lost') complain(`${name}: This scan could not be placed: ${reason}.`);
+  }
+  if (result.frames.every(({ status }) => status === 'lost')) {
+    throw new CommandError('No scan could be placed, so nothing was written.');
+  }
   const map = mapFile(reconstruction, options);
-  writeResults(options.out, {
+  await writeResults(options.out, {
     'trajectory.tum': reconstruction.trajectory_tum(),
     [map.name]: map.bytes,
     ...gridFiles(reconstruction),
@@ -41,14 +48,15 @@ export async function reconstructPlanar({ engine, inputs, recording, options, co
       const some = `${cleaning.non_finite} of its ${cleaning.num_read} points`;
       note(`${name}: ${some} have coordinates that are not finite and were dropped.`);
     }
-    if (status === 'lost') complain(`${name}: This scan could not be placed: ${reason}.`);
     if (status === 'doubtful' && result.frames.length <= MOST_ROWS) note(`${name} is doubtful: ${reason}.`);
   }
   if (odometry !== null && result.odometry_refusal === null && result.settings.odometry !== 'none') {
     note(`${odometry} gives the first guess of every scan.`);
   }
   result.notes.forEach((text) => (text === result.odometry_refusal ? complain(text) : note(text)));
-  process.stdout.write(`${frameTable(result, milliseconds)}\n${headline(result, total)}Written to ${options.out}\n`);
+  process.stdout.write(
+    `${frameTable(result, milliseconds)}\n${headline(result, total)}Written to ${printable(options.out)}\n`,
+  );
 }
 
 /**
@@ -85,6 +93,7 @@ async function addScans(engine, reconstruction, files, table, complain) {
         }
       : () => reconstruction.add_scan(name, bytes);
     if (accepted(add, complain)) added += 1;
+    tellNotes(source.losses ?? [], complain);
   }
   return added;
 }
@@ -98,13 +107,34 @@ async function addScans(engine, reconstruction, files, table, complain) {
  * @param {(problem: string) => void} complain
  */
 async function addOdometry(reconstruction, { sources }, named, found, complain) {
-  const source = found === null ? undefined : sources.get(found);
+  const bytes = await readGiven(sources.get(found ?? ''), named, complain);
   const name = basename(named ?? found ?? '');
-  const bytes =
-    named !== undefined
-      ? readInput({ name, path: named }, complain)
-      : source && (await readSource(source, name, complain));
   return bytes && accepted(() => reconstruction.set_odometry(name, bytes), complain) ? name : null;
+}
+
+/**
+ * A reference that was named, or that lies beside the scans.
+ * @param {import('../index.js').Reconstruction} reconstruction
+ * @param {import('./inputs.js').Inputs} inputs
+ * @param {string | undefined} named
+ * @param {string | undefined} found
+ * @param {(problem: string) => void} complain
+ */
+async function addReference(reconstruction, { sources }, named, found, complain) {
+  const bytes = await readGiven(sources.get(found ?? ''), named, complain);
+  const name = basename(named ?? found ?? '');
+  if (bytes) accepted(() => reconstruction.set_reference(name, bytes), complain);
+}
+
+/**
+ * A file that was named, or otherwise the one that was found.
+ * @param {import('./inputs.js').Source | undefined} source
+ * @param {string | undefined} named
+ * @param {(problem: string) => void} complain
+ */
+async function readGiven(source, named, complain) {
+  if (named !== undefined) return readInput({ name: basename(named), path: named }, complain);
+  return source ? readSource(source, basename(source.path), complain) : null;
 }
 
 /** @param {import('../index.js').Reconstruction} reconstruction */
@@ -117,20 +147,33 @@ function gridFiles(reconstruction) {
   }
 }
 
+/** @param {ReconstructionResult} result @param {(problem: string) => void} complain */
+function tellStop({ frames }, complain) {
+  if (frames.length === 0) throw new CommandError('Stopped before the first scan was placed, so nothing was computed.');
+  complain(`Stopped after ${frames.length} scans; these are written, as far as they had been placed.`);
+}
+
 /**
- * Runs it, with the time that each frame's registration took, and all together (ms).
+ * Runs it until it is done or the signal aborts, with the time that each frame's registration took, and all together
+ * (ms).
  * @param {import('../index.js').Reconstruction} reconstruction
+ * @param {AbortSignal} signal
  */
-function runToTheEnd(reconstruction) {
+async function runToTheEnd(reconstruction, signal) {
   /** @type {Map<number, number>} */
   const milliseconds = new Map();
   const started = performance.now();
-  for (;;) {
+  let [progress, isDone] = [/** @type {ReturnType<typeof progressLine> | null} */ (null), false];
+  for (; !isDone && !signal.aborted; await nextTurn()) {
     const start = performance.now();
-    const { stage, frame } = reconstruction.step();
+    const { stage, frame, total } = reconstruction.step();
     if (frame !== null) milliseconds.set(frame, (milliseconds.get(frame) ?? 0) + performance.now() - start);
-    if (stage === 'done') return { milliseconds, total: performance.now() - started };
+    progress ??= progressLine(total, 'scans');
+    progress.show(milliseconds.size);
+    isDone = stage === 'done';
   }
+  progress?.clear();
+  return { milliseconds, total: performance.now() - started, isStopped: !isDone };
 }
 
 /**
@@ -173,7 +216,7 @@ function headline({ frames, sharpness, comparison }, total) {
   if (comparison) {
     const { name, num_matched, mean, rmse, max } = comparison;
     const figures = `mean ${millimetres(mean)} mm, rmse ${millimetres(rmse)} mm, max ${millimetres(max)} mm`;
-    lines.push(`Distance to ${name}: ${figures} over ${num_matched} of ${frames.length} scans`);
+    lines.push(`Distance to ${printable(name)}: ${figures} over ${num_matched} of ${frames.length} scans`);
   }
   return lines.map((line) => `${line}\n`).join('');
 }

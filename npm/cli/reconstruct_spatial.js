@@ -3,13 +3,16 @@
 import { statSync } from 'node:fs';
 import { basename, relative } from 'node:path';
 import { joinPoses } from '../recording.js';
+import { printable } from '../printable.js';
 import { SpatialRun } from '../spatial_run.js';
 import { CommandError, isScanstitchError, untilInterrupt } from './command.js';
 import { readInput, readSource } from './inputs.js';
 import { startPreparers } from './preparers.js';
-import { accepted, create, mapFile, note, writeResults } from './results.js';
+import { writeResults } from './disk.js';
+import { accepted, create, mapFile } from './results.js';
 import { readSettings, spatialCatalogue } from './settings.js';
 import { frameTable, headline } from './spatial_summary.js';
+import { note, progressLine } from './terminal.js';
 import { frameFiles } from './trajectories.js';
 
 /** @typedef {import('./results.js').Task} Task */
@@ -22,8 +25,7 @@ const MAP_SIZES = Float64Array.of(0.01, 0.02, 0.05, 0.1);
 
 /** @param {Task} task */
 export async function reconstructSpatial(task) {
-  const { engine, recording, options, complain } = task;
-  for (const { file, reason } of recording.notes) note(`${file}: ${reason}.`);
+  const { engine, options, complain } = task;
   const settings = readSettings(spatialCatalogue(engine), options.preset, options.set);
   const reconstruction = create(() => new engine.SpatialReconstruction(settings));
   await setIntrinsics(reconstruction, task);
@@ -45,7 +47,7 @@ export async function reconstructSpatial(task) {
     throw new CommandError('No frame could be placed, so nothing was written.');
   }
   // What is small first: a map may be too large for the memory.
-  writeResults(options.out, {
+  await writeResults(options.out, {
     'trajectory.tum': reconstruction.trajectory_tum(),
     'report.json': reconstruction.report_json(),
   });
@@ -54,10 +56,10 @@ export async function reconstructSpatial(task) {
     if (reference && !isCompared && text.startsWith(reference.name)) complain(text);
     else note(text);
   }
-  const { sizes, milliseconds } = writeMap(reconstruction, options, complain);
+  const { sizes, milliseconds } = await writeMap(reconstruction, options, complain);
   const summary = headline(result, { ...timing, map: milliseconds }, sizes, jobs.length);
   process.stdout.write(`${frameTable(result, timing)}\n${summary}`);
-  process.stdout.write(`Written to ${options.out}\n`);
+  process.stdout.write(`Written to ${printable(options.out)}\n`);
 }
 
 /**
@@ -66,13 +68,13 @@ export async function reconstructSpatial(task) {
  * @param {import('./results.js').Options} options
  * @param {(problem: string) => void} complain
  */
-function writeMap(reconstruction, options, complain) {
+async function writeMap(reconstruction, options, complain) {
   const start = performance.now();
   let milliseconds = 0;
   try {
     const { name, bytes } = mapFile(reconstruction, options);
     milliseconds = performance.now() - start;
-    writeResults(options.out, { [name]: bytes });
+    await writeResults(options.out, { [name]: bytes });
     return { milliseconds, sizes: reconstruction.map_sizes(MAP_SIZES) };
   } catch (error) {
     // An engine without memory left ends in a trap.
@@ -237,17 +239,4 @@ export async function readFirst(name, file) {
   const bytes = await readSource(file, name, (problem) => problems.push(problem));
   if (!bytes) throw new Error(problems[0]);
   return bytes;
-}
-
-/** A line that counts, where somebody looks. @param {number} total */
-export function progressLine(total) {
-  const isSeen = process.stderr.isTTY;
-  return {
-    show: (/** @type {number} */ done) => {
-      if (isSeen) process.stderr.write(`\r${done} of ${total} frames`);
-    },
-    clear: () => {
-      if (isSeen) process.stderr.write('\r\x1b[K');
-    },
-  };
 }

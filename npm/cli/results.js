@@ -1,9 +1,7 @@
 // @ts-check
 /** What both kinds of reconstruction share: offering files to the engine, writing what came of them. */
-import { mkdirSync, writeFileSync } from 'node:fs';
-import { join } from 'node:path';
+import { lookUp } from '../look_up.js';
 import { CommandError, isScanstitchError } from './command.js';
-import { fileProblem } from './inputs.js';
 
 /**
  * What a reconstruction is given.
@@ -42,7 +40,7 @@ const MAP_FORMATS = Object.freeze({
 /** @param {string | undefined} name @returns {MapFormat | undefined} */
 export function readMapFormat(name) {
   if (name === undefined) return undefined;
-  const known = MAP_FORMATS[name];
+  const known = lookUp(MAP_FORMATS, name);
   if (known) return known;
   throw new CommandError(`--map-format ${name}: it is one of ${Object.keys(MAP_FORMATS).join(', ')}`);
 }
@@ -81,33 +79,6 @@ export function accepted(offer, complain) {
     complain(error.message);
     return false;
   }
-}
-
-/**
- * @param {string} folder
- * @param {Record<string, string | Uint8Array>} files
- */
-export function writeResults(folder, files) {
-  try {
-    mkdirSync(folder, { recursive: true });
-    for (const [name, contents] of Object.entries(files)) writeFileSync(join(folder, name), contents);
-  } catch (error) {
-    throw new CommandError(`${folder}: The results could not be written. ${fileProblem(error)}`);
-  }
-}
-
-/** One file, where it is asked for. @param {string} path @param {string | Uint8Array} contents */
-export function writeFile(path, contents) {
-  try {
-    writeFileSync(path, contents);
-  } catch (error) {
-    throw new CommandError(`${path}: The file could not be written. ${fileProblem(error)}`);
-  }
-}
-
-/** @param {string} text */
-export function note(text) {
-  process.stderr.write(`note: ${text}\n`);
 }
 
 /** @param {number} metres */

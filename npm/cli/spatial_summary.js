@@ -1,5 +1,6 @@
 // @ts-check
 /** The results of a reconstruction in space, as text. */
+import { printable } from '../printable.js';
 import { table } from './command.js';
 import { millimetres } from './results.js';
 
@@ -61,7 +62,9 @@ export function headline({ frames, comparison, camera, depth_scale, quantisation
   if (comparison) {
     const { name, num_matched, mean, rmse, max, convention } = comparison;
     const figures = `mean ${mean.toFixed(4)} m, rmse ${rmse.toFixed(4)} m, max ${max.toFixed(4)} m`;
-    lines.push(`Distance to ${name}: ${figures} over ${num_matched} of ${numRecorded} frames, first poses aligned`);
+    lines.push(
+      `Distance to ${printable(name)}: ${figures} over ${num_matched} of ${numRecorded} frames, first poses aligned`,
+    );
     if (convention) lines.push(`  read as: ${convention}`);
   }
   return lines.map((line) => `${line}\n`).join('');

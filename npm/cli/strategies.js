@@ -5,20 +5,15 @@ import { basename } from 'node:path';
 import { SpatialRun } from '../spatial_run.js';
 import { StrategyRace, timed } from '../strategy_race.js';
 import { cell, columnsOf, csvOf, framesCsvOf } from '../strategy_table.js';
-import { CommandError, EXIT, isScanstitchError, readArguments, table, untilInterrupt } from './command.js';
+import { CommandError, isScanstitchError, readArguments, table, untilInterrupt } from './command.js';
 import { gather } from './inputs.js';
 import { startPreparers } from './preparers.js';
-import { readWorkers, understandInputs } from './reconstruct.js';
-import {
-  jobsOf,
-  nothingComputed,
-  progressLine,
-  readFirst,
-  readReference,
-  setIntrinsics,
-} from './reconstruct_spatial.js';
-import { accepted, create, note, writeFile } from './results.js';
+import { readWorkers, understandInputs, withoutNamed } from './reconstruct.js';
+import { jobsOf, nothingComputed, readFirst, readReference, setIntrinsics } from './reconstruct_spatial.js';
+import { writeWhole } from './disk.js';
+import { accepted, create } from './results.js';
 import { describeAll, readSettings, spatialCatalogue } from './settings.js';
+import { Complaints, note, progressLine, tellNotes } from './terminal.js';
 import { readWishes } from './topics.js';
 
 const OPTIONS = /** @type {const} */ ({
@@ -98,30 +93,29 @@ async function run(engine, args) {
   }
   const chosen = choose(strategyCatalogue(engine), values.strategies, values.strategy ?? []);
   const settings = readSettings(spatialCatalogue(engine), undefined, values.set ?? []);
-  let complaints = 0;
-  const complain = (/** @type {string} */ problem) => {
-    process.stderr.write(`${problem}\n`);
-    complaints += 1;
-  };
+  const complaints = new Complaints();
+  const { complain } = complaints;
   const inputs = await gather(positionals, complain, readWishes(values.topic));
   const { reference, intrinsics } = values;
   const workers = values.workers === undefined ? Math.max(1, availableParallelism() - 1) : readWorkers(values.workers);
   const options = { out: '', reference, odometry: undefined, intrinsics, preset: undefined, set: [], workers };
   try {
-    const recording = await understandInputs(inputs, values.recording);
-    for (const { file, reason } of recording.notes) note(`${file}: ${reason}.`);
+    const recording = await understandInputs(inputs, values.recording, complain);
+    tellNotes(withoutNamed(inputs, recording, complain), complain);
     if (recording.kind !== 'depth_images' && recording.kind !== 'clouds') {
       throw new CommandError('Neither depth images nor clouds in space were found: strategies are compared on those.');
     }
     const compared = await compareAll({ engine, inputs, recording, options, complain }, chosen, settings);
-    if (values.out !== undefined) writeFile(values.out, csvOf(compared.rows));
-    if (values.frames !== undefined) writeFile(values.frames, framesCsvOf(compared.rows, compared.milliseconds));
+    if (values.out !== undefined) await writeWhole(values.out, csvOf(compared.rows));
+    if (values.frames !== undefined) {
+      await writeWhole(values.frames, framesCsvOf(compared.rows, compared.milliseconds));
+    }
     process.stdout.write(values.json ? jsonOf(compared) : printed(compared.rows));
     for (const file of [values.out, values.frames]) if (file !== undefined) note(`Written to ${file}`);
   } finally {
     await inputs.close();
   }
-  return complaints > 0 ? EXIT.partial : EXIT.done;
+  return complaints.exitCode;
 }
 
 /**

@@ -1,8 +1,10 @@
 // @ts-check
 /** `scanstitch topics`: what is in a bag, and what of it would be used. */
 import { chooseAsWished, ROLES } from '../bag/topics.js';
-import { CommandError, EXIT, isScanstitchError, readArguments, table } from './command.js';
+import { printable } from '../printable.js';
+import { CommandError, isScanstitchError, readArguments, table } from './command.js';
 import { gatherBags } from './inputs.js';
+import { Complaints } from './terminal.js';
 
 /** @typedef {import('../bag/topics.js').Role} Role */
 /** @typedef {import('../bag/topics.js').Wishes} Wishes */
@@ -38,20 +40,18 @@ async function run(_engine, args) {
   const { values, positionals } = readArguments('topics', { args, options: OPTIONS, allowPositionals: true });
   if (positionals.length === 0) throw new CommandError('No bag was given. See: scanstitch topics --help');
   const wishes = readWishes(values.topic);
-  let complaints = 0;
-  const complain = (/** @type {string} */ problem) => {
-    process.stderr.write(`${problem}\n`);
-    complaints += 1;
-  };
+  const complaints = new Complaints();
+  const { complain } = complaints;
   const { bags, notes, close } = await gatherBags(positionals, complain);
   try {
     for (const { file, reason } of [...notes, ...bags.flatMap(({ bag }) => bag.notes)]) complain(`${file}: ${reason}.`);
     if (bags.length === 0) throw new CommandError('No bag could be opened.');
-    for (const { bag, topics } of bags) process.stdout.write(`${bag.path}\n${list(bag.path, topics, wishes)}\n`);
+    for (const { bag, topics } of bags)
+      process.stdout.write(`${printable(bag.path)}\n${list(bag.path, topics, wishes)}\n`);
   } finally {
     await close();
   }
-  return complaints > 0 ? EXIT.partial : EXIT.done;
+  return complaints.exitCode;
 }
 
 /** @param {string} bag @param {import('../bag/topics.js').TopicFacts[]} topics @param {Wishes} wishes */

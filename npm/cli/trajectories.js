@@ -4,7 +4,8 @@ import { readdirSync, statSync } from 'node:fs';
 import { basename, join } from 'node:path';
 import { compareNaturally } from '../natural_order.js';
 import { CommandError, isScanstitchError } from './command.js';
-import { fileProblem, readInput } from './inputs.js';
+import { fileProblem } from './disk.js';
+import { readInput } from './inputs.js';
 
 /** @typedef {import('./command.js').Engine} Engine */
 /** @typedef {import('../index.js').TrajectoryFormat} TrajectoryFormat */

@@ -10,6 +10,7 @@
  * @property {() => Promise<Uint8Array>} read all of it
  * @property {(length: number) => Promise<Uint8Array>} readHead its first bytes, or all it has
  * @property {Recording} [given] the recording that it is a part of, in a bag
+ * @property {import('../recording.js').Note[]} [losses] what could not be read of it, once it has been read
  */
 
 /**
@@ -32,11 +33,13 @@ export function filesInArchive(archive) {
 export function filesInBags(recordings) {
   return recordings.flatMap(({ files, recording }) => {
     // A bag without anything to use is still to be told of.
+    /** @type {import('../bag/recording.js').BagContent} */
     const empty = { path: recording.root, size: 0, read: async () => new Uint8Array() };
-    return (files.length > 0 ? files : [empty]).map(({ path, size, read }) => ({
+    return (files.length > 0 ? files : [empty]).map(({ path, size, read, losses = [] }) => ({
       path,
       size,
       given: recording,
+      losses,
       read,
       readHead: async (/** @type {number} */ length) => (await read()).subarray(0, length),
     }));

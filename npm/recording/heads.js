@@ -1,5 +1,6 @@
 // @ts-check
 /** What the first bytes of a file tell about it. Each answers null, or 'unknown', where they tell nothing. */
+import { lookUp } from '../look_up.js';
 
 /** As many bytes as everything here needs. */
 export const HEAD_BYTES = 8192;
@@ -122,7 +123,7 @@ const PLY_TYPES = {
  * @param {boolean} littleEndian
  */
 function binaryColumn(body, properties, column, count, littleEndian) {
-  const types = properties.map(({ type }) => PLY_TYPES[type]);
+  const types = properties.map(({ type }) => lookUp(PLY_TYPES, type));
   if (types.some((type) => type === undefined)) return []; // a list among the coordinates
   const sizes = types.map((type) => type?.[0] ?? 0);
   const sum = (/** @type {number[]} */ numbers) => numbers.reduce((total, number) => total + number, 0);

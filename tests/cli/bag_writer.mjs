@@ -12,7 +12,7 @@ import { crc32 } from '../../npm/crc32.js';
 const MAGIC = Uint8Array.of(0x89, 0x4d, 0x43, 0x41, 0x50, 0x30, 0x0d, 0x0a);
 
 /** @param {...(number | bigint | string | Uint8Array | [number, number | bigint])} parts numbers: [bytes, value] @returns {Uint8Array} */
-function pack(...parts) {
+export function pack(...parts) {
   const chunks = parts.map((part) => {
     if (part instanceof Uint8Array) return part;
     if (typeof part === 'string') {
@@ -29,7 +29,7 @@ function pack(...parts) {
 }
 
 /** @param {number} opcode @param {Uint8Array} content */
-function record(opcode, content) {
+export function record(opcode, content) {
   return pack(opcode, [8, content.length], content);
 }
 

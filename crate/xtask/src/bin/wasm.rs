@@ -5,6 +5,7 @@
 //! `wasm32-unknown-unknown`, then `wasm-bindgen --target web`.
 
 use std::env;
+use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
 
@@ -54,5 +55,36 @@ fn bind(wasm: &Path, out_dir: &Path, package: &str) -> Result<(), String> {
             .out_name(&package.replace('-', "_"))
             .generate(out_dir)
     };
-    generate().map_err(|error| format!("{error:#}"))
+    generate().map_err(|error| format!("{error:#}"))?;
+    check_arguments(&out_dir.join(package.replace('-', "_")).with_extension("js"))
+}
+
+/// What hands strings and arrays over to the module, and what each takes. As generated they take whatever they are
+/// given: an object without a length is written to an address that was never allotted.
+const GUARDS: [(&str, &str, &str); 6] = [
+    ("passStringToWasm0", "typeof arg === 'string'", "a string"),
+    ("passArray8ToWasm0", "ArrayBuffer.isView(arg) && arg.BYTES_PER_ELEMENT === 1", "a Uint8Array"),
+    ("passArray32ToWasm0", "ArrayBuffer.isView(arg) && arg.BYTES_PER_ELEMENT === 4", "a Uint32Array"),
+    ("passArrayF32ToWasm0", "ArrayBuffer.isView(arg) && arg.BYTES_PER_ELEMENT === 4", "a Float32Array"),
+    ("passArrayF64ToWasm0", "ArrayBuffer.isView(arg) && arg.BYTES_PER_ELEMENT === 8", "a Float64Array"),
+    ("passArrayJsValueToWasm0", "Array.isArray(arg)", "an array"),
+];
+
+/// Makes the generated JavaScript check the arguments that would otherwise lead out of the module's memory.
+fn check_arguments(script: &Path) -> Result<(), String> {
+    let told = |error: std::io::Error| format!("{}: {error}", script.display());
+    let mut text = fs::read_to_string(script).map_err(told)?;
+    for (function, condition, wanted) in GUARDS {
+        let start = format!("function {function}(arg, malloc");
+        // A package without such arguments has no such function.
+        let Some(found) = text.find(&start) else { continue };
+        let Some(length) = text[found..].find("{\n") else {
+            return Err(format!("{}: {function} is not as it is expected to be", script.display()));
+        };
+        let guard = format!(
+            "    if (!({condition})) throw new TypeError(`expected {wanted}, not ${{Object.prototype.toString.call(arg).slice(8, -1)}}`);\n"
+        );
+        text.insert_str(found + length + 2, &guard);
+    }
+    fs::write(script, text).map_err(told)
 }

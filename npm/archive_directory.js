@@ -1,0 +1,259 @@
+// @ts-check
+/**
+ * The directory of a ZIP archive: which files can be taken from it. One that cannot is named and left out; the others are
+ * none the worse for it.
+ *
+ * Source of the layout: PKWARE, APPNOTE.TXT 6.3.10, sections 4.3 and 4.5.3 (ZIP64).
+ */
+import { fileError, lost } from './errors.js';
+
+/** @typedef {import('./archive.js').ByteSource} ByteSource */
+/** @typedef {import('./recording.js').Note} Note */
+/**
+ * @typedef {object} Limits
+ * @property {number} entries files in an archive
+ * @property {number} fileBytes of one file, unpacked
+ * @property {number} totalBytes of all files, unpacked
+ * @property {number} freeBytes of one file, unpacked, however few it is packed in; beyond that ...
+ * @property {number} ratio ... so many times the packed ones
+ */
+/** @typedef {{ path: string, size: number, packed: number, method: number, checksum: number, start: number }} Entry start: of its
+ *    local header */
+
+/** @type {Limits} */
+export const LIMITS = Object.freeze({
+  entries: 200_000,
+  fileBytes: 2 ** 30,
+  totalBytes: 2 ** 34,
+  freeBytes: 2 ** 26,
+  ratio: 20,
+});
+
+export const STORED = 0;
+export const DEFLATED = 8;
+/** Deflate cannot make more of a byte than this (zlib's technical details). */
+const MAX_RATIO = 1032;
+/** Characters of a path: what Linux allows (PATH_MAX). */
+const MAX_PATH_LENGTH = 4096;
+const MAX_DIRECTORY_BYTES = 2 ** 26;
+const END_SIGNATURE = 0x06054b50;
+const END_BYTES = 22;
+const ZIP64_LOCATOR_BYTES = 20;
+export const LOCAL_HEADER_BYTES = 30;
+export const DAMAGED = 'The archive is damaged: download or pack it again';
+
+/**
+ * The files that can be unpacked, and why the others are left out.
+ * @param {string} name for messages
+ * @param {ByteSource} source
+ * @param {Limits} limits
+ * @returns {Promise<{ entries: Entry[], notes: Note[] }>} rejects with a ScanstitchError where the archive as a whole is
+ *    refused
+ */
+export async function listEntries(name, source, limits) {
+  const { entries, notes } = readDirectory(name, await findDirectory(name, source), limits);
+  /** @type {Map<string, Entry>} */
+  const byPath = new Map();
+  for (const entry of entries) {
+    const fault = sizeFault(entry, source.size, limits);
+    if (fault !== null) notes.push(lost(entry.path, `left aside: ${fault}`));
+    else if (byPath.has(entry.path)) notes.push({ file: entry.path, reason: 'left aside: in the archive twice' });
+    else byPath.set(entry.path, entry);
+  }
+  const taken = [...byPath.values()];
+  refuseBombs(name, taken, limits);
+  return { entries: taken, notes };
+}
+
+/**
+ * The bytes of the central directory, and how many entries it has.
+ * @param {string} name
+ * @param {ByteSource} source
+ */
+async function findDirectory(name, source) {
+  // The end record lies before a comment of at most 65,535 bytes.
+  const tailStart = Math.max(0, source.size - END_BYTES - 0xffff);
+  const tail = viewOf(await source.read(tailStart, source.size));
+  let end = tail.byteLength - END_BYTES;
+  while (end >= 0 && !(tail.getUint32(end, true) === END_SIGNATURE && commentFits(tail, end))) end -= 1;
+  if (end < 0) {
+    throw fileError(name, 'This is no ZIP archive, or its end is missing', 'Download or pack it again');
+  }
+  let [count, length, start] = [
+    tail.getUint16(end + 10, true),
+    tail.getUint32(end + 12, true),
+    tail.getUint32(end + 16, true),
+  ];
+  let directoryEnd = tailStart + end;
+  if (count === 0xffff || length === 0xffffffff || start === 0xffffffff) {
+    const locator = end - ZIP64_LOCATOR_BYTES;
+    if (locator >= 0 && tail.getUint32(locator, true) === 0x07064b50) {
+      const place = Number(tail.getBigUint64(locator + 8, true));
+      const record = viewOf(await source.read(place, place + 56));
+      if (record.byteLength < 56 || record.getUint32(0, true) !== 0x06064b50) {
+        throw fileError(name, 'The directory of this archive is not where it should be', DAMAGED);
+      }
+      count = Number(record.getBigUint64(32, true));
+      length = Number(record.getBigUint64(40, true));
+      start = Number(record.getBigUint64(48, true));
+      directoryEnd = place;
+    }
+  }
+  // An archive may have been appended to something else: then all its offsets are short by as much.
+  const shift = directoryEnd - length - start;
+  if (shift < 0) throw fileError(name, 'The directory of this archive is not where it should be', DAMAGED);
+  if (length > MAX_DIRECTORY_BYTES) {
+    throw fileError(name, `Its directory alone has ${megabytes(length)}`, 'Unpack it and give the folder');
+  }
+  return { bytes: await source.read(start + shift, start + shift + length), count, shift };
+}
+
+/** @param {DataView} tail @param {number} end */
+function commentFits(tail, end) {
+  return end + END_BYTES + tail.getUint16(end + 20, true) <= tail.byteLength;
+}
+
+/**
+ * @param {string} name
+ * @param {Awaited<ReturnType<typeof findDirectory>>} directory
+ * @param {Limits} limits
+ */
+function readDirectory(name, { bytes, count, shift }, limits) {
+  if (count > limits.entries) {
+    throw fileError(name, `It holds ${count} files, and at most ${limits.entries} are read`, 'Unpack what is needed');
+  }
+  /** @type {Entry[]} */
+  const entries = [];
+  /** @type {Note[]} */
+  const notes = [];
+  const view = viewOf(bytes);
+  let place = 0;
+  for (let index = 0; index < count; index += 1) {
+    if (place + 46 > view.byteLength || view.getUint32(place, true) !== 0x02014b50) {
+      throw fileError(name, `The directory of this archive ends after ${index} of ${count} files`, DAMAGED);
+    }
+    const [nameLength, extraLength, commentLength] = [28, 30, 32].map((field) => view.getUint16(place + field, true));
+    const nameEnd = place + 46 + (nameLength ?? 0);
+    const flags = view.getUint16(place + 8, true);
+    const rawPath = decodeName(bytes.subarray(place + 46, nameEnd));
+    const path = rawPath.replaceAll('\\', '/');
+    const sizes = readSizes(view, place, nameEnd, nameEnd + (extraLength ?? 0));
+    const method = view.getUint16(place + 10, true);
+    const checksum = view.getUint32(place + 16, true);
+    const isLink = view.getUint16(place + 4, true) >> 8 === 3 && view.getUint16(place + 40, true) >> 12 === 0o12;
+    place = nameEnd + (extraLength ?? 0) + (commentLength ?? 0);
+    if (path.endsWith('/')) continue;
+    const isLocked = (flags & 1) === 1;
+    const fault =
+      pathFault(name, path, isLink) ?? (isLocked ? 'protected by a password; unpack the archive with it' : null);
+    if (fault !== null) notes.push(lost(path, `left aside: ${fault}`));
+    else entries.push({ ...sizes, path, method, checksum, start: sizes.start + shift });
+  }
+  return { entries, notes };
+}
+
+/**
+ * Sizes and offset of an entry; those that do not fit into 32 bits lie in an extra field.
+ * @param {DataView} view
+ * @param {number} record
+ * @param {number} extra
+ * @param {number} extraEnd
+ */
+function readSizes(view, record, extra, extraEnd) {
+  const values = [24, 20, 42].map((field) => view.getUint32(record + field, true));
+  const end = Math.min(extraEnd, view.byteLength);
+  for (let field = extra; field + 4 <= end; field += 4 + view.getUint16(field + 2, true)) {
+    if (view.getUint16(field, true) !== 1) continue;
+    let place = field + 4;
+    values.forEach((value, index) => {
+      if (value !== 0xffffffff || place + 8 > end) return;
+      values[index] = Number(view.getBigUint64(place, true));
+      place += 8;
+    });
+  }
+  const [size = 0, packed = 0, start = 0] = values;
+  return { size, packed, start };
+}
+
+/** Why a file is not taken, by its path alone. @param {string} name @param {string} path @param {boolean} isLink */
+function pathFault(name, path, isLink) {
+  if (path.length > MAX_PATH_LENGTH)
+    return `its path has ${path.length} characters, and at most ${MAX_PATH_LENGTH} are read`;
+  if (leavesFolder(path)) return `its path leads out of ${name}`;
+  return isLink ? 'a link to another file' : null;
+}
+
+/** @param {string} path */
+function leavesFolder(path) {
+  return /^(\/|[a-z]:)/i.test(path) || path.includes('\0') || path.split('/').includes('..');
+}
+
+/** @param {Uint8Array} bytes */
+function decodeName(bytes) {
+  try {
+    return new TextDecoder('utf-8', { fatal: true }).decode(bytes);
+  } catch {
+    return new TextDecoder('latin1').decode(bytes);
+  }
+}
+
+/**
+ * Why a file is not unpacked, by what the archive says of it; null where nothing speaks against it.
+ * @param {Entry} entry
+ * @param {number} archiveBytes
+ * @param {Limits} limits
+ */
+function sizeFault({ size, packed, method, start }, archiveBytes, limits) {
+  if (size > limits.fileBytes)
+    return `it would unpack to ${megabytes(size)}, and at most ${megabytes(limits.fileBytes)} are read`;
+  if (start + LOCAL_HEADER_BYTES + packed > archiveBytes || (method === STORED && size !== packed)) {
+    return 'what the archive says about it cannot be: it would lie outside the archive';
+  }
+  if (size > packed * MAX_RATIO + 1024) {
+    return `it claims to unpack from ${packed} bytes to ${megabytes(size)}, which cannot be`;
+  }
+  const most = limits.freeBytes + limits.ratio * packed;
+  if (size > most) {
+    return `it would unpack from ${megabytes(packed)} to ${megabytes(size)}, and at most ${megabytes(most)} are made of so little; if it is what it should be, unpack it yourself`;
+  }
+  return null;
+}
+
+/**
+ * Files that together, or by their places, can only be meant to do harm.
+ * @param {string} name
+ * @param {Entry[]} entries
+ * @param {Limits} limits
+ */
+function refuseBombs(name, entries, limits) {
+  const remedy = 'If it is what it should be, unpack it and give the folder';
+  const total = entries.reduce((sum, { size }) => sum + size, 0);
+  if (total > limits.totalBytes) {
+    throw fileError(
+      name,
+      `It would unpack to ${megabytes(total)}, and at most ${megabytes(limits.totalBytes)} are read`,
+      remedy,
+    );
+  }
+  const ordered = entries.toSorted((a, b) => a.start - b.start);
+  ordered.forEach(({ path, start, packed }, index) => {
+    const next = ordered[index + 1];
+    if (next && start + LOCAL_HEADER_BYTES + packed > next.start) {
+      throw fileError(
+        name,
+        `${path} and ${next.path} lie over one another in it, as in archives made to do harm`,
+        remedy,
+      );
+    }
+  });
+}
+
+/** @param {Uint8Array} bytes */
+export function viewOf(bytes) {
+  return new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
+}
+
+/** @param {number} bytes */
+function megabytes(bytes) {
+  return bytes < 2 ** 30 ? `${Math.ceil(bytes / 2 ** 20)} MB` : `${(bytes / 2 ** 30).toFixed(1)} GB`;
+}

@@ -1,0 +1,217 @@
+// @ts-check
+/**
+ * Files of the disk, read and written. Read are regular files alone, and no more of them than they had when they were
+ * opened: a pipe or a device may never end. Written is to a temporary name beside the file, which takes the file's name
+ * when it is complete: what has the name is whole, whatever happens meanwhile.
+ */
+import { closeSync, constants, fstatSync, openSync, readSync, rmSync, statSync } from 'node:fs';
+import { mkdir, open, realpath, rename, rm, stat, writeFile as writeAt } from 'node:fs/promises';
+import { constants as system } from 'node:os';
+import { dirname, join } from 'node:path';
+import { CommandError, SIGNALS } from './command.js';
+
+/** The engine's memory ends at twice as much. */
+const MOST_BYTES = 2 ** 31;
+/** So much is read at a time. */
+const PIECE_BYTES = 2 ** 24;
+/** Of what is piped in: points to project, a line each. */
+const MOST_PIPED_BYTES = 2 ** 26;
+/** A pipe that nobody writes into would otherwise be waited for. */
+const READ = constants.O_RDONLY | (constants.O_NONBLOCK ?? 0);
+
+/** What is neither a file nor a folder. */
+class NoFileError extends Error {
+  code = 'NO_FILE';
+}
+
+/** @param {import('node:fs').Stats} stats */
+function mustBeFile(stats) {
+  if (stats.isDirectory()) throw Object.assign(new Error('This is a folder'), { code: 'EISDIR' });
+  if (!stats.isFile()) throw new NoFileError('A pipe or a device, not a file; save it as a file first.');
+  return stats;
+}
+
+/** Bytes of a regular file. @param {string} path */
+export function sizeOfFile(path) {
+  return mustBeFile(statSync(path)).size;
+}
+
+/** @param {number} size @param {number} most */
+function mustFit(size, most) {
+  if (size > most) {
+    const megabytes = (/** @type {number} */ bytes) => `${Math.ceil(bytes / 2 ** 20)} MB`;
+    throw new Error(`It has ${megabytes(size)}, and at most ${megabytes(most)} are read at once.`);
+  }
+}
+
+/** A whole file. @param {string} path @returns {Uint8Array<ArrayBuffer>} */
+export function readWhole(path) {
+  mustBeFile(statSync(path));
+  const file = openSync(path, READ);
+  try {
+    const { size } = mustBeFile(fstatSync(file));
+    mustFit(size, MOST_BYTES);
+    return readUpTo(file, size);
+  } finally {
+    closeSync(file);
+  }
+}
+
+/** What is piped in. @returns {Uint8Array<ArrayBuffer>} */
+export function readPiped() {
+  const bytes = readUpTo(0, MOST_PIPED_BYTES + 1);
+  mustFit(bytes.length, MOST_PIPED_BYTES);
+  return bytes;
+}
+
+/** Memory grows with what comes. @param {number} file @param {number} most */
+function readUpTo(file, most) {
+  let bytes = new Uint8Array(Math.min(most, PIECE_BYTES));
+  let filled = 0;
+  while (filled < most) {
+    if (filled === bytes.length) {
+      const grown = new Uint8Array(Math.min(most, 2 * filled));
+      grown.set(bytes);
+      bytes = grown;
+    }
+    const count = readSync(file, bytes, filled, Math.min(bytes.length - filled, PIECE_BYTES), null);
+    if (count === 0) break;
+    filled += count;
+  }
+  return filled === bytes.length ? bytes : bytes.slice(0, filled);
+}
+
+/** A file to be read in parts. @param {string} path */
+export async function openFile(path) {
+  mustBeFile(await stat(path));
+  const handle = await open(path, READ);
+  try {
+    mustBeFile(await handle.stat());
+    return handle;
+  } catch (error) {
+    await handle.close();
+    throw error;
+  }
+}
+
+/** A whole file, without holding up this thread. @param {string} path @returns {Promise<Uint8Array<ArrayBuffer>>} */
+export async function readWholeLater(path) {
+  const handle = await openFile(path);
+  try {
+    const { size } = await handle.stat();
+    mustFit(size, MOST_BYTES);
+    const bytes = new Uint8Array(size);
+    let filled = 0;
+    while (filled < size) {
+      const { bytesRead } = await handle.read(bytes, filled, Math.min(size - filled, PIECE_BYTES), filled);
+      if (bytesRead === 0) break;
+      filled += bytesRead;
+    }
+    return filled === size ? bytes : bytes.slice(0, filled);
+  } finally {
+    await handle.close();
+  }
+}
+
+/** Files that were written, in their order. @type {string[]} */
+export const written = [];
+
+/**
+ * Writes one file, whole or not at all.
+ * @param {string} path
+ * @param {string | Uint8Array} contents
+ * @returns {Promise<void>} rejects with a CommandError that names what has been written before
+ */
+export async function writeWhole(path, contents) {
+  try {
+    await replace(path, contents);
+    written.push(path);
+  } catch (error) {
+    const before = written.length > 0 ? ` Complete before that: ${written.join(', ')}.` : '';
+    throw new CommandError(`${path}: The file could not be written. ${fileProblem(error)}${before}`);
+  }
+}
+
+let numTemporary = 0;
+
+/** @param {string} path @param {string | Uint8Array} contents */
+async function replace(path, contents) {
+  const before = await stat(path).catch(() => null);
+  // A pipe or a device, such as /dev/stdout, cannot be replaced.
+  if (before && !before.isFile() && !before.isDirectory()) return writeAt(path, contents);
+  if (before?.isDirectory()) mustBeFile(before);
+  const target = before ? await realpath(path) : path;
+  const temporary = join(dirname(target), `.scanstitch-${process.pid}-${(numTemporary += 1)}.part`);
+  const release = removeWhenInterrupted(temporary);
+  try {
+    const handle = await open(temporary, 'wx', before ? before.mode & 0o777 : undefined);
+    try {
+      await handle.writeFile(contents);
+      await handle.sync();
+    } finally {
+      await handle.close();
+    }
+    await rename(temporary, target);
+  } catch (error) {
+    await rm(temporary, { force: true });
+    throw error;
+  } finally {
+    release();
+  }
+}
+
+/** @param {string} temporary */
+function removeWhenInterrupted(temporary) {
+  const stop = (/** @type {'SIGINT' | 'SIGTERM'} */ signal) => {
+    rmSync(temporary, { force: true });
+    process.exit(128 + system.signals[signal]);
+  };
+  for (const signal of SIGNALS) process.on(signal, stop);
+  return () => {
+    for (const signal of SIGNALS) process.removeListener(signal, stop);
+  };
+}
+
+/**
+ * Writes files into a folder, which is made where it is missing.
+ * @param {string} folder
+ * @param {Record<string, string | Uint8Array>} files
+ */
+export async function writeResults(folder, files) {
+  try {
+    await mkdir(folder, { recursive: true });
+  } catch (error) {
+    throw new CommandError(`${folder}: The results could not be written. ${fileProblem(error)}`);
+  }
+  for (const [name, contents] of Object.entries(files)) await writeWhole(join(folder, name), contents);
+}
+
+/** @param {unknown} error */
+export function fileProblem(error) {
+  const { code, message } = /** @type {NodeJS.ErrnoException} */ (error);
+  switch (code) {
+    case 'ENOENT':
+      return 'There is no such file or folder.';
+    case 'EACCES':
+    case 'EPERM':
+      return 'The file may not be read or written: permission denied.';
+    case 'EISDIR':
+      return 'This is a folder, not a file.';
+    case 'ENOTDIR':
+    case 'EEXIST':
+      return 'There is a file where a folder should be.';
+    case 'ELOOP':
+      return 'This is a link that leads to itself.';
+    case 'ENOSPC':
+    case 'EDQUOT':
+      return 'There is no space left on the device.';
+    case 'EFBIG':
+      return 'The file would be larger than the system allows.';
+    case 'EROFS':
+      return 'The device is read-only.';
+    case 'ENAMETOOLONG':
+      return 'The name is too long.';
+    default:
+      return message;
+  }
+}

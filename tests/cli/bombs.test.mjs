@@ -1,0 +1,138 @@
+// @ts-check
+/** Memory and work follow the bytes that arrive, whatever a file claims: at most 20 times its size and 64 MB. */
+import assert from 'node:assert/strict';
+import { spawnSync } from 'node:child_process';
+import { closeSync, ftruncateSync, openSync, statSync, writeSync } from 'node:fs';
+import { join } from 'node:path';
+import { test } from 'node:test';
+import { zipSync } from 'fflate';
+import { unpackZstd } from '../../npm/bag/zstd.js';
+import { openOne } from './bag_files.mjs';
+import { pack, record } from './bag_writer.mjs';
+import { ROOT, temporaryFolder, writeFiles } from './support.mjs';
+
+const CLI = join(ROOT, 'npm', 'cli.js');
+/** Prints the most memory that was in use (kB). */
+const METER = `data:text/javascript,import { writeSync } from 'node:fs';
+process.on('exit', () => writeSync(2, 'peak ' + process.resourceUsage().maxRSS + '\\n'));`;
+
+/** Runs the command line; its most memory (bytes), and ms. @param {string[]} args */
+function measured(args) {
+  const start = performance.now();
+  const run = spawnSync(process.execPath, ['--import', METER, CLI, ...args], { encoding: 'utf8', timeout: 120_000 });
+  const peak = 1024 * Number(run.stderr.match(/peak (\d+)/)?.[1]);
+  return { ...run, peak, milliseconds: performance.now() - start };
+}
+
+/** Of the program itself. */
+const IDLE = measured(['settings']).peak;
+
+/** @param {string} path @param {ReturnType<typeof measured>} run */
+function assertModest(path, { peak, milliseconds, stderr }) {
+  const most = IDLE + 20 * statSync(path).size + 2 ** 26;
+  assert.ok(
+    peak <= most,
+    `${(peak / 2 ** 20).toFixed(0)} MB in use, at most ${(most / 2 ** 20).toFixed(0)}: ${stderr}`,
+  );
+  assert.ok(milliseconds < 20_000, `${milliseconds} ms`);
+}
+
+/** A frame of Zstandard: so many runs of 128 kB, under a header that claims a size. @param {number} runs @param {number} claimed */
+function zstdOfRuns(runs, claimed) {
+  const block = (/** @type {number} */ i) => pack([3, ((2 ** 17) << 3) | (1 << 1) | Number(i === runs - 1)], [1, 0x80]);
+  return pack([4, 0xfd2fb528], [1, 0b10100000], [4, claimed], ...Array.from({ length: runs }, (_, i) => block(i)));
+}
+
+/** A bag with chunks that unpack to these. @param {number} count @param {Uint8Array} packed @param {number} claimed */
+function bagOfChunks(count, packed, claimed) {
+  const content = pack([8, 0], [8, 0], [8, claimed], [4, 0], 'zstd', [8, packed.length], packed);
+  const magic = Uint8Array.of(0x89, 0x4d, 0x43, 0x41, 0x50, 0x30, 0x0d, 0x0a);
+  return pack(magic, record(1, pack('ros2', 'tests')), ...Array.from({ length: count }, () => record(6, content)));
+}
+
+test('twenty chunks of Zstandard that claim a gigabyte each', (t) => {
+  const folder = temporaryFolder(t);
+  const files = {
+    'lies.mcap': bagOfChunks(20, zstdOfRuns(60, 2 ** 30), 2 ** 30),
+    'many_lies.mcap': bagOfChunks(300, zstdOfRuns(1, 2 ** 30), 2 ** 30),
+    'honest.mcap': bagOfChunks(20, zstdOfRuns(2 ** 13, 2 ** 30), 2 ** 30),
+    'dense.mcap': bagOfChunks(400, zstdOfRuns(2 ** 6, 2 ** 23), 2 ** 23),
+  };
+  for (const path of writeFiles(folder, files)) {
+    const run = measured(['topics', path]);
+    assert.match(run.stderr, /left out: The chunk at byte \d+ cannot be unpacked|left out: /);
+    assertModest(path, run);
+  }
+});
+
+test('what a frame of Zstandard claims is compared with its blocks', async () => {
+  await assert.rejects(unpackZstd(zstdOfRuns(2, 2 ** 30), 2 ** 30), /no more than 262144 bytes can come of it/);
+  assert.equal((await unpackZstd(zstdOfRuns(2, 2 ** 18), 2 ** 18)).length, 2 ** 18);
+  assert.equal((await unpackZstd(zstdOfRuns(2, 2 ** 18), null)).length, 2 ** 18);
+  const two = Buffer.concat([zstdOfRuns(1, 2 ** 17), zstdOfRuns(2, 2 ** 18)]);
+  assert.equal((await unpackZstd(two, 3 * 2 ** 17)).length, 3 * 2 ** 17, 'frames one after the other');
+  for (let end = 1; end < 17; end += 1) await assert.rejects(unpackZstd(zstdOfRuns(2, 9).subarray(0, end), null));
+});
+
+test('a chunk of a gigabyte that is not packed is read in pieces', async (t) => {
+  const folder = temporaryFolder(t);
+  const path = join(folder, 'large.mcap');
+  const file = openSync(path, 'w');
+  const [count, dataBytes] = [1024, 2 ** 20];
+  const each = 9 + 22 + dataBytes;
+  let place = 0;
+  const put = (/** @type {Uint8Array} */ bytes) => {
+    writeSync(file, bytes, 0, bytes.length, place);
+    place += bytes.length;
+  };
+  put(Uint8Array.of(0x89, 0x4d, 0x43, 0x41, 0x50, 0x30, 0x0d, 0x0a));
+  put(record(1, pack('ros2', 'tests')));
+  put(record(3, pack([2, 1], 'sensor_msgs/msg/Image', 'ros2msg', [4, 0])));
+  put(record(4, pack([2, 0], [2, 1], '/depth', 'cdr', [4, 0])));
+  const head = pack([8, 0], [8, 0], [8, count * each], [4, 0], '', [8, count * each]);
+  put(pack([1, 6], [8, head.length + count * each]));
+  put(head);
+  // The contents are holes of the file.
+  for (let i = 0; i < count; i += 1) {
+    put(pack([1, 5], [8, 22 + dataBytes], [2, 0], [4, i], [8, i], [8, i]));
+    place += dataBytes;
+  }
+  put(pack([1, 0x0f], [8, 4], [4, 0]));
+  ftruncateSync(file, place);
+  closeSync(file);
+  const run = measured(['topics', path]);
+  assert.match(run.stdout, /\/depth +sensor_msgs\/msg\/Image +1024/);
+  assert.ok(run.peak < IDLE + 2 ** 26, `${run.peak - IDLE} bytes`);
+});
+
+test('an archive of zeros that is named as a cloud', (t) => {
+  const folder = temporaryFolder(t);
+  const zeros = zipSync({ '0.ply': new Uint8Array(2 ** 28) }, { level: 9 });
+  const [path = ''] = writeFiles(folder, { 'zeros.zip': zeros });
+  const run = measured(['reconstruct', path, '--out', join(folder, 'out')]);
+  assert.match(
+    run.stderr,
+    /0\.ply: left aside: it would unpack from 1 MB to 256 MB, and at most \d+ MB are made of so little/,
+  );
+  assert.equal(run.status, 1);
+  assertModest(path, run);
+});
+
+test('a bag cannot name more messages than its size allows', async () => {
+  const topic = pack(
+    record(3, pack([2, 1], 'a/msg/B', 'ros2msg', [4, 0])),
+    record(4, pack([2, 0], [2, 1], '/a', 'cdr', [4, 0])),
+  );
+  const entries = new Uint8Array(16 * 2 ** 12);
+  const index = record(7, pack([2, 0], [4, entries.length], entries));
+  const magic = Uint8Array.of(0x89, 0x4d, 0x43, 0x41, 0x50, 0x30, 0x0d, 0x0a);
+  const body = pack(magic, record(1, pack('ros2', 'tests')), topic);
+  // All chunk indexes point at the same message index.
+  const chunkIndex = record(8, pack([8, 0], [8, 0], [8, 0], [8, 0], [4, 10], [2, 0], [8, body.length], [8, index.length], '', [8, 0], [8, 0])); // prettier-ignore
+  const summary = pack(topic, ...Array.from({ length: 2000 }, () => chunkIndex));
+  const start = body.length + index.length;
+  const bytes = pack(body, index, summary, record(2, pack([8, start], [8, 0], [4, 0])), magic);
+  const { bag, notes } = await openOne('a.mcap', bytes);
+  assert.match(notes.map(({ reason }) => reason).join(), /its indexes are damaged/);
+  assert.equal(bag?.topics[0]?.count ?? 0, 0);
+});

@@ -1,0 +1,165 @@
+// @ts-check
+/** Names cannot hurt, nothing is dropped in silence, and only regular files are read. */
+import assert from 'node:assert/strict';
+import { execFileSync, spawnSync } from 'node:child_process';
+import { chmodSync, existsSync, mkdirSync, symlinkSync } from 'node:fs';
+import { join } from 'node:path';
+import { test } from 'node:test';
+import { zipSync } from 'fflate';
+import { lookUp } from '../../npm/look_up.js';
+import { NAME_LENGTH, printable } from '../../npm/printable.js';
+import { asciiPly, readReport, ROOM_FILES, ROOT, scanstitch, temporaryFolder, writeFiles } from './support.mjs';
+
+test('foreign text can neither begin a line, nor move the cursor, nor turn the writing', () => {
+  const forged = 'a\nnote: all is well\r\x1b[2J\x1b]0;title\x07\u009b\u202egnp.exe\u2028\ud800';
+  assert.equal(
+    printable(forged),
+    'a\\u000anote: all is well\\u000d\\u001b[2J\\u001b]0;title\\u0007\\u009b\\u202egnp.exe\\u2028\\ud800',
+  );
+  assert.equal(printable('Zimmer ü, 部屋 \u{1f600}.ply'), 'Zimmer ü, 部屋 \u{1f600}.ply');
+  const start = performance.now();
+  assert.ok(printable(`${'\x1b'.repeat(1e7)}.ply`).length <= 6 * NAME_LENGTH + 5);
+  assert.match(printable(`first${'x'.repeat(1e7)}last`), /^firstx+ \.\.\. x+last$/);
+  assert.ok(performance.now() - start < 500);
+});
+
+test('names that every object has are in no table', () => {
+  const table = { known: 1 };
+  assert.equal(lookUp(table, 'known'), 1);
+  for (const name of ['constructor', '__proto__', 'toString', '']) assert.equal(lookUp(table, name), undefined);
+});
+
+test('a file whose name holds escapes and line ends has one line, and no escape reaches the terminal', (t) => {
+  const folder = temporaryFolder(t);
+  const name = 'b\x1b[2J\x1b]0;owned\x07ad\nnote: all is well.ply';
+  writeFiles(folder, { ...ROOM_FILES, [name]: 'no PLY', 'odd\x1b[31m.ply': ROOM_FILES['0.ply'] ?? '' });
+  const { status, stdout, stderr } = scanstitch(['reconstruct', folder, '--out', join(folder, 'out')]);
+  assert.equal(status, 2);
+  assert.doesNotMatch(stdout + stderr, /[^\n\P{Cc}]/u);
+  assert.match(stderr, /^b\\u001b\[2J.*\\u000anote: all is well\.ply, /);
+  assert.equal(stderr.trim().split('\n').length, 1, stderr);
+  assert.match(stdout, /^odd\\u001b\[31m\.ply /m);
+});
+
+test('an option whose value is a name that every object has is refused before anything is computed', (t) => {
+  const folder = temporaryFolder(t);
+  writeFiles(folder, ROOM_FILES);
+  for (const name of ['constructor', '__proto__', 'toString']) {
+    const out = join(folder, 'out');
+    for (const [args, message] of /** @type {[string[], RegExp][]} */ ([
+      [['--map-format', name], /--map-format \w+: it is one of ply/],
+      [['--preset', name], /There is no preset/],
+      [['--set', `${name}=1`], /there is no setting/],
+      [['--topic', `${name}=/a`], /--topic/],
+    ])) {
+      const { status, stderr } = scanstitch(['reconstruct', folder, '--out', out, ...args]);
+      assert.match(stderr, message);
+      assert.doesNotMatch(stderr, /defect/);
+      assert.equal(status, 1);
+    }
+    assert.ok(!existsSync(out));
+  }
+});
+
+const hasPipes = process.platform !== 'win32';
+
+test('pipes and devices are told and left aside at once', { skip: !hasPipes && 'no pipes', timeout: 60_000 }, (t) => {
+  const folder = temporaryFolder(t);
+  writeFiles(folder, ROOM_FILES);
+  const pipe = join(folder, 'pipe.ply');
+  execFileSync('mkfifo', [pipe]);
+  const out = join(folder, 'out');
+  const inFolder = scanstitch(['reconstruct', folder, '--out', out]);
+  assert.match(inFolder.stderr, /pipe\.ply: left aside: a pipe or a device, not a file\.$/m);
+  assert.equal(inFolder.status, 0);
+  for (const args of [
+    [pipe],
+    ['--reference', pipe],
+    ['--reference', '/dev/zero'],
+    ['--odometry', '/dev/zero'],
+    ['/dev/zero'],
+  ]) {
+    const { status, stderr } = scanstitch(['reconstruct', folder, '--out', out, ...args]);
+    assert.match(stderr, /: A pipe or a device, not a file; save it as a file first\.$/m, args.join(' '));
+    assert.equal(status, 2);
+  }
+  assert.match(scanstitch(['evaluate', '/dev/zero', pipe]).stderr, /A pipe or a device/);
+  assert.match(scanstitch(['convert', '/dev/zero', join(folder, 'a.tum')]).stderr, /A pipe or a device/);
+});
+
+test('links that lead to themselves and a folder that may not be read: named, and the rest is used', (t) => {
+  const folder = temporaryFolder(t);
+  chmodSync(folder, 0o755);
+  const scans = join(folder, 'scans');
+  mkdirSync(scans);
+  writeFiles(scans, ROOM_FILES);
+  symlinkSync('self.ply', join(scans, 'self.ply'));
+  symlinkSync('nowhere.ply', join(scans, 'dangling.ply'));
+  symlinkSync('.', join(scans, 'again'));
+  mkdirSync(join(scans, 'locked'), { mode: 0 });
+  const out = join(folder, 'out');
+  mkdirSync(out);
+  chmodSync(out, 0o777);
+  // Root may read everything.
+  const isRoot = process.getuid?.() === 0;
+  const { status, stderr, stdout } = spawnSync(
+    process.execPath,
+    [join(ROOT, 'npm', 'cli.js'), 'reconstruct', scans, '--out', out],
+    { encoding: 'utf8', ...(isRoot && { uid: 65534, gid: 65534 }) },
+  );
+  chmodSync(join(scans, 'locked'), 0o755);
+  assert.match(stderr, /self\.ply: This is a link that leads to itself\.$/m);
+  assert.match(stderr, /dangling\.ply: There is no such file or folder\.$/m);
+  assert.match(stderr, /^note: scans\/again: left aside: a link to a folder that has been looked through\.$/m);
+  assert.match(stderr, /locked: The file may not be read or written: permission denied\.$/m);
+  assert.match(stdout, /^3 scans in /m);
+  assert.equal(status, 2);
+});
+
+test('what is named and not used is complained of', (t) => {
+  const folder = temporaryFolder(t);
+  const paths = writeFiles(folder, { ...ROOM_FILES, 'junk.pdf': 'x', 'broken.tum': '0 0 0 zero\n', 'more.xyz': 'x' });
+  const out = join(folder, 'out');
+  const run = (/** @type {string[]} */ ...args) => scanstitch(['reconstruct', ...args, '--out', out]);
+  const named = run(...paths);
+  assert.equal(named.status, 2);
+  assert.match(named.stderr, /^junk\.pdf: left aside: not a PLY scan/m);
+  assert.match(named.stderr, /^broken\.tum, line 1: /m);
+  assert.match(named.stderr, /^more\.xyz: left aside: /m);
+  const options = run(...paths.slice(0, 3), '--intrinsics', 'nope');
+  assert.equal(options.status, 2);
+  assert.match(options.stderr, /^--intrinsics nope: not used, for planar scans have no camera\.$/m);
+});
+
+test('one locked file costs the archive nothing else', (t) => {
+  const folder = temporaryFolder(t);
+  const bytes = (/** @type {string} */ text) => new TextEncoder().encode(text);
+  const files = { ...ROOM_FILES, 'secret.ply': ROOM_FILES['0.ply'] ?? '' };
+  const zip = zipSync(Object.fromEntries(Object.entries(files).map(([name, text]) => [name, bytes(text)])));
+  const record = Buffer.from(zip).lastIndexOf('PK\x01\x02', undefined, 'latin1');
+  zip[record + 8] = (zip[record + 8] ?? 0) | 1;
+  const [path = ''] = writeFiles(folder, { 'scans.zip': zip });
+  const { status, stdout, stderr } = scanstitch(['reconstruct', path, '--out', join(folder, 'out')]);
+  assert.equal(stderr, 'secret.ply: left aside: protected by a password; unpack the archive with it.\n');
+  assert.match(stdout, /^3 scans in /m);
+  assert.equal(status, 2);
+});
+
+test('all planar scans lost: exit code 1, and nothing is written', (t) => {
+  const folder = temporaryFolder(t);
+  const few = [0, 1, 2].map((i) => asciiPly([[1, 2, 0], [1.1, 2 + i, 0]])); // prettier-ignore
+  writeFiles(folder, Object.fromEntries(few.map((scan, index) => [`${index}.ply`, scan])));
+  const out = join(folder, 'out');
+  const { status, stderr } = scanstitch(['reconstruct', folder, '--out', out]);
+  assert.match(stderr, /^scanstitch: No scan could be placed, so nothing was written\.$/m);
+  assert.equal(status, 1);
+  assert.ok(!existsSync(out));
+});
+
+test('a reference beside planar scans is compared with, as it is in space', (t) => {
+  const folder = temporaryFolder(t);
+  writeFiles(folder, { ...ROOM_FILES, 'truth.tum': '0 0 0 0 0 0 0 1\n1 0.3 0.5 0 0 0 0 1\n2 0.5 1 0 0 0 0 1\n' });
+  const out = join(folder, 'out');
+  assert.equal(scanstitch(['reconstruct', folder, '--out', out]).status, 0);
+  assert.equal(readReport(out).comparison.num_matched, 3);
+});
