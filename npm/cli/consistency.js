@@ -1,7 +1,7 @@
 // @ts-check
 /** `scanstitch consistency`: how well depth images agree with each other at the poses of a trajectory. */
 import { basename } from 'node:path';
-import { CommandError, isScanstitchError, readArguments, table } from './command.js';
+import { CommandError, EXIT, isScanstitchError, readArguments, table } from './command.js';
 import { gather, readSource } from './inputs.js';
 import { jobsOf, setIntrinsics } from './reconstruct_spatial.js';
 import { understandInputs } from './reconstruct.js';

@@ -5,17 +5,9 @@ import { mapButton } from '../components/map-toolbar.js';
 import { shared } from '../components/theme.js';
 import { Gestures, type GestureTarget } from '../views/gestures.js';
 import { belongsToPage, PAN_STEP, ZOOM_STEP } from '../views/map-keys.js';
+import { mapBounds } from '../views/map-bounds.js';
 import { CanvasPen } from '../views/pen.js';
-import {
-  bestTurns,
-  fitted,
-  mapBounds,
-  panned,
-  type Size,
-  toWorld,
-  type Viewport,
-  zoomedAt,
-} from '../views/viewport.js';
+import { bestTurns, fitted, panned, type Size, toWorld, type Viewport, zoomedAt } from '../views/viewport.js';
 import {
   handleOf,
   movedPoints,
