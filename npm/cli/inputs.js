@@ -22,7 +22,7 @@ import { CommandError, isScanstitchError } from './command.js';
 
 /**
  * All files that these arguments name: files as they are, what lies in folders, to any depth, in ZIP archives and in the
- * bags of ROS 2. Nothing is read but the directories of archives and the indexes of bags. What cannot be found is told and
+ * bags of ROS 2. Nothing is read but the directories of archives and the indexes of bags. What cannot be found is reported and
  * left out.
  * @param {string[]} paths
  * @param {(problem: string) => void} complain
@@ -209,7 +209,7 @@ function bytesOfFile(handle, size) {
 }
 
 /**
- * The file's bytes; null where it cannot be read, which is told.
+ * The file's bytes; null where it cannot be read, which is reported.
  * @param {Input} input
  * @param {(problem: string) => void} complain
  */
@@ -223,7 +223,7 @@ export function readInput({ name, path }, complain) {
 }
 
 /**
- * A source's bytes; null where it cannot be read, which is told.
+ * A source's bytes; null where it cannot be read, which is reported.
  * @param {Source} source
  * @param {string} name
  * @param {(problem: string) => void} complain

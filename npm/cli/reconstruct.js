@@ -45,7 +45,7 @@ Options:
   --out DIR          folder of the results, created if missing (default: ${OPTIONS.out.default})
   --reference FILE   trajectory to compare with, or a folder with a file for each frame; never used for the estimate
   --odometry FILE    odometry of the robot, an initial guess for planar scans: rows of id x y theta, or TUM;
-                     what contradicts the scans (other units, clock or log) is told and not used
+                     what contradicts the scans (other units, clock or log) is reported and not used
   --intrinsics FILE  the depth camera: a 3 x 3 matrix, fx fy cx cy, or Open3D's JSON, in pixels
   --recording DIR    which recording to use, where a folder or archive holds several (default: the longest)
   --topic ROLE=NAME  a topic of a bag to use as depth, color, camera, clouds, scans or reference; none: do without

@@ -61,7 +61,7 @@ pub enum PoseDirection {
 /// A reading of the poses of a file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify), tsify(missing_as_null))]
-pub struct PoseConvention {
+pub(crate) struct PoseConvention {
     /// Order of the quaternions; none where the file has matrices.
     pub quaternion_order: Option<QuaternionOrder>,
     /// Axes of the sensor.
@@ -70,7 +70,7 @@ pub struct PoseConvention {
     pub direction: PoseDirection,
 }
 
-/// What of the reading is given; the rest is told from the motions.
+/// The parts of the convention that are known; the rest is derived from the motions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct KnownConvention {
     /// Order of the quaternions.
@@ -83,7 +83,7 @@ pub struct KnownConvention {
 
 impl PoseConvention {
     /// One sentence.
-    pub fn words(self) -> String {
+    pub(crate) fn words(self) -> String {
         let order = match self.quaternion_order {
             Some(QuaternionOrder::RealPartLast) => "quaternions qx qy qz qw, ",
             Some(QuaternionOrder::RealPartFirst) => "quaternions qw qx qy qz, ",
@@ -134,7 +134,7 @@ const METRES_A_RADIAN: f64 = 2.0;
 ///
 /// `partners` are pairs of an estimated pose and the index of its pose in the reference, in the order of the recording.
 /// `None` where the reference has no orientations.
-pub fn interpret(
+pub(crate) fn interpret(
     reference: &Trajectory,
     format: TrajectoryFormat,
     partners: &[(Pose3, usize)],

@@ -7,5 +7,5 @@
 
 pub mod joint_scan_registration;
 pub mod loops;
-pub mod pose_graph;
+pub(crate) mod pose_graph;
 pub mod sparse;

@@ -5,9 +5,11 @@
 //!
 //! Read [`local`] first: the others do in space what it does in the plane.
 
-pub mod cloud;
-pub mod keyframes;
-pub mod local;
+pub(crate) mod cloud;
+pub(crate) mod keyframes;
+pub(crate) mod local;
 pub mod occupancy_grid;
-pub mod surfel;
+pub(crate) mod surfel;
 pub mod voxel;
+
+pub use local::{MetricName, StitchedMap};

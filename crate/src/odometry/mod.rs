@@ -8,5 +8,7 @@
 pub mod assessment;
 pub mod cloud;
 pub mod depth;
-pub mod planar;
+pub(crate) mod planar;
 pub mod voxel;
+
+pub use planar::InitialGuess;

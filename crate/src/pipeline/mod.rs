@@ -52,7 +52,7 @@ pub mod recorded_scan;
 pub mod report;
 pub mod settings;
 pub mod spatial;
-pub mod spatial_report;
+pub(crate) mod spatial_report;
 pub mod spatial_settings;
 pub mod strategies;
 
@@ -61,4 +61,5 @@ pub use prepared_frame::{FrameLabel, PreparedFrame};
 pub use report::Stage;
 pub use settings::Settings;
 pub use spatial::SpatialReconstruction;
+pub use spatial_report::{MapSize, SpatialResult};
 pub use spatial_settings::SpatialSettings;

@@ -45,7 +45,7 @@ impl DepthModel {
 /// Surfaces are never flatter than this (m).
 const MIN_NOISE: f64 = 1e-3;
 /// Side of a cell (pixels).
-pub const CELL_SIZE: usize = 4;
+pub(crate) const CELL_SIZE: usize = 4;
 /// Windows reach this many cells beyond the middle one, the largest first.
 const REACHES: [usize; 5] = [10, 6, 4, 2, 1];
 /// A window is a plane when the mean square of its residuals is at most this many times the noise's.

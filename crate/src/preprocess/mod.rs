@@ -4,13 +4,15 @@
 //! [`estimate_normals`]. Depth
 //! images: [`wrap_around`], [`depth_surfels`], [`depth_cloud`], [`map_image`]. Read [`planar_scan`] first.
 
-pub mod beam_normals;
+pub(crate) mod beam_normals;
 pub mod clean;
 pub mod depth_cloud;
 pub mod depth_surfels;
 pub mod estimate_normals;
-pub mod map_image;
+pub(crate) mod map_image;
 pub mod planar_scan;
 pub mod voxel_downsample;
-pub mod voxel_hash;
+pub(crate) mod voxel_hash;
 pub mod wrap_around;
+
+pub use map_image::MapImage;

@@ -2,9 +2,9 @@
 //!
 //! [`KdTree`] for any distance, [`RadiusGrid`] where the largest distance is known. Read [`kd_tree`] first.
 
-pub mod kd_tree;
-pub mod neighbourhood;
-pub mod radius_grid;
+pub(crate) mod kd_tree;
+pub(crate) mod neighbourhood;
+pub(crate) mod radius_grid;
 
 pub use kd_tree::{KdTree, Neighbor};
 pub use neighbourhood::Neighbourhood;

@@ -12,7 +12,7 @@ use crate::io::trajectory::{Contents, Trajectory};
 
 /// A frame whose pose was estimated, as far as it is to be compared.
 #[derive(Debug, Clone, PartialEq)]
-pub struct EstimatedFrame {
+pub(crate) struct EstimatedFrame {
     /// Its place in the recording, counted from 0.
     pub index: usize,
     /// When it was taken (s), where known.
@@ -29,7 +29,7 @@ const MAX_TIME_DIFFERENCE: f64 = 0.02;
 ///
 /// # Errors
 /// When the reference has another number of poses than the recording has frames and no times tell which belong together.
-pub fn spatial_error(
+pub(crate) fn spatial_error(
     frames: &[EstimatedFrame],
     num_recorded: usize,
     name: &str,

@@ -2,7 +2,7 @@
 //!
 //! | format | a scan |
 //! |---|---|
-//! | [CARMEN](carmen) | a line `FLASER n r1 .. rn x y theta odom_x odom_y odom_theta time host time`, or `ROBOTLASER1 ...`, which tells its angles and its limit; `ODOM`, `PARAM` and `VERTEX2` lines are read along |
+//! | [CARMEN](carmen) | a line `FLASER n r1 .. rn x y theta odom_x odom_y odom_theta time host time`, or `ROBOTLASER1 ...`, which gives its angles and its limit; `ODOM`, `PARAM` and `VERTEX2` lines are read along |
 //! | [CSM](csm) | a JSON object with `readings`, `theta` and poses; one or many, a line each or not |
 //!
 //! The poses in such logs are of two kinds and are kept apart: `odometry` is what the wheels told, `reference` is what
@@ -12,8 +12,8 @@ use crate::geometry::{Pose2, RigidMotion};
 use crate::io::text::without_byte_order_mark;
 use crate::{Error, Result};
 
-pub mod carmen;
-pub mod csm;
+pub(crate) mod carmen;
+pub(crate) mod csm;
 mod lasers;
 pub mod stamps;
 

@@ -22,12 +22,12 @@ use crate::geometry::{Pose2, Pose3};
 use crate::{Error, Result};
 
 mod columns;
-pub mod euroc;
-pub mod kitti;
-pub mod matrices;
-pub mod npy;
+pub(crate) mod euroc;
+pub(crate) mod kitti;
+pub(crate) mod matrices;
+pub(crate) mod npy;
 mod rows;
-pub mod tum;
+pub(crate) mod tum;
 
 use columns::{Builder, Layout, Table};
 use rows::{Row, rows};
@@ -229,14 +229,6 @@ pub fn write(trajectory: &Trajectory, format: TrajectoryFormat) -> Result<Vec<u8
         TrajectoryFormat::Npy => npy::write(&poses()?),
         TrajectoryFormat::Positions => positions_text(&trajectory.positions).into_bytes(),
         TrajectoryFormat::Planar => planar_text(&poses()?).into_bytes(),
-    })
-}
-
-/// Times as [`read_times`] reads them.
-pub fn times_text(stamps: &[f64]) -> String {
-    stamps.iter().fold(String::new(), |mut text, stamp| {
-        let _ = writeln!(text, "{stamp:?}");
-        text
     })
 }
 

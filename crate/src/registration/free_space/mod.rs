@@ -5,8 +5,8 @@
 //! their sensor, and [`projective`](super::projective) for depth images and maps of surface. Each has a method `classify`
 //! that says what it saw of a point; [`FreeSpaceTally`] counts the answers.
 
-pub mod beams;
-pub mod sphere;
+pub(crate) mod beams;
+pub(crate) mod sphere;
 
 use nalgebra::Vector3;
 
