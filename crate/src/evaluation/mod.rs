@@ -2,7 +2,7 @@
 //!
 //! [`evaluate`](evaluate::evaluate) compares one estimate with the reference, step by step: [`associate`] finds the poses
 //! that belong together, [`alignment`] brings the estimate into the reference's frame, [`metrics`] measures, and
-//! [`statistics`] sums up. Definitions are those of evo (Grupp, "evo: Python package for the evaluation of odometry and
+//! `statistics` sums up. Definitions are those of evo (Grupp, "evo: Python package for the evaluation of odometry and
 //! SLAM", 2017), each with its source in the literature.
 //!
 //! Figures agree with evo 1.38.1 to 1e-9, relative, but for what double precision does not fix, and evo's own figures are

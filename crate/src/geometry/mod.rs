@@ -1,7 +1,7 @@
 //! Points and rigid motions: what everything else is written in.
 //!
 //! [`PointCloud`] holds positions in single precision; [`Pose2`] and [`Pose3`] are rigid motions in double precision, with
-//! exponential, logarithm and adjoint behind [`RigidMotion`]. Read [`pose`] first.
+//! exponential, logarithm and adjoint behind [`RigidMotion`]. Read `pose` first.
 
 pub(crate) mod algebra;
 pub(crate) mod point_cloud;

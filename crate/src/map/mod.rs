@@ -1,9 +1,9 @@
 //! Maps: placed frames in, something to register the next frame to, or the result, out.
 //!
-//! - For registration: [`local`] (planar scans), [`cloud`], [`surfel`] (depth images), [`keyframes`].
+//! - For registration: `local` (planar scans), `cloud`, `surfel` (depth images), `keyframes`.
 //! - Results: [`local::StitchedMap`], [`voxel`] (a cloud), [`occupancy_grid`].
 //!
-//! Read [`local`] first: the others do in space what it does in the plane.
+//! Read `local` first: the others do in space what it does in the plane.
 
 pub(crate) mod cloud;
 pub(crate) mod keyframes;

@@ -1,6 +1,6 @@
 //! Assessment of a frame's pose: the one place that turns evidence into good, doubtful or lost, with the reason.
 //!
-//! Every odometry measures the same [`Evidence`] and sets its own [`Limits`]; [`Assessment::of`] compares them in the same
+//! Every odometry measures the same `Evidence` and sets its own `Limits`; `Assessment::of` compares them in the same
 //! order and gives reasons in the same words.
 
 use serde::Serialize;

@@ -61,7 +61,7 @@ const MIN_FILLED: f64 = 0.6;
 /// No surface is known better (m): walls bulge, lenses distort.
 const MIN_DEVIATION: f64 = 2e-3;
 
-/// Pieces of surface in cells of [`CELL_SIZE`] pixels. `usable` says of every pixel whether its depth is to be used.
+/// Pieces of surface in cells of `CELL_SIZE` pixels. `usable` says of every pixel whether its depth is to be used.
 pub fn depth_surfels(image: &DepthImage, usable: &[bool], camera: &Pinhole, model: &DepthModel) -> SurfelImage {
     let cells = cell_camera(camera, CELL_SIZE);
     let sums = SummedMoments::new(image, usable, camera, model);

@@ -1,8 +1,8 @@
 //! From raw points or images to what registration works on: cleaned points, normals, surfels.
 //!
-//! Planar scans: [`clean`], [`beam_normals`], [`planar_scan`]. Clouds: [`voxel_downsample`] with its [`voxel_hash`],
+//! Planar scans: [`clean`], `beam_normals`, [`planar_scan`]. Clouds: [`voxel_downsample`] with its `voxel_hash`,
 //! [`estimate_normals`]. Depth
-//! images: [`wrap_around`], [`depth_surfels`], [`depth_cloud`], [`map_image`]. Read [`planar_scan`] first.
+//! images: [`wrap_around`], [`depth_surfels`], [`depth_cloud`], `map_image`. Read [`planar_scan`] first.
 
 pub(crate) mod beam_normals;
 pub mod clean;

@@ -1,6 +1,6 @@
 //! Nearest-neighbour search: points in, an index out that answers queries, each tested against brute force.
 //!
-//! [`KdTree`] for any distance, [`RadiusGrid`] where the largest distance is known. Read [`kd_tree`] first.
+//! [`KdTree`] for any distance, [`RadiusGrid`] where the largest distance is known. Read `kd_tree` first.
 
 pub(crate) mod kd_tree;
 pub(crate) mod neighbourhood;

@@ -2,8 +2,8 @@
 //!
 //! | format | a scan |
 //! |---|---|
-//! | [CARMEN](carmen) | a line `FLASER n r1 .. rn x y theta odom_x odom_y odom_theta time host time`, or `ROBOTLASER1 ...`, which gives its angles and its limit; `ODOM`, `PARAM` and `VERTEX2` lines are read along |
-//! | [CSM](csm) | a JSON object with `readings`, `theta` and poses; one or many, a line each or not |
+//! | CARMEN | a line `FLASER n r1 .. rn x y theta odom_x odom_y odom_theta time host time`, or `ROBOTLASER1 ...`, which gives its angles and its limit; `ODOM`, `PARAM` and `VERTEX2` lines are read along |
+//! | CSM | a JSON object with `readings`, `theta` and poses; one or many, a line each or not |
 //!
 //! The poses in such logs are of two kinds and are kept apart: `odometry` is what the wheels told, `reference` is what
 //! somebody computed or measured. Neither is needed to place the scans.

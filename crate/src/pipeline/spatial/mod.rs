@@ -447,7 +447,7 @@ impl SpatialReconstruction {
             return Ok(None);
         }
         let Reference { name, contents, num_recorded } = reference;
-        let error = spatial_error(&frames, *num_recorded, name, contents, &self.settings.known_convention())?;
+        let error = spatial_error(&frames, *num_recorded, name, contents, self.settings.known_convention())?;
         Ok(Some(error.map_reference(SpatialPose::from)))
     }
 

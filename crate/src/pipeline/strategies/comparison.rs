@@ -226,7 +226,7 @@ impl StrategyComparison {
             .collect();
         let known = self.settings.known_convention();
         let Reference { name, contents, num_recorded } = reference;
-        let error = spatial_error(&estimated, *num_recorded, name, contents, &known)?;
+        let error = spatial_error(&estimated, *num_recorded, name, contents, known)?;
         let relative = (error.convention != POSITIONS_ALONE).then(|| relative_errors(&estimated, &error)).flatten();
         let (moved, turned) = relative.unzip();
         Ok(StrategyErrors {

@@ -5,7 +5,7 @@
 //! Registration to one map hides drift: where the path comes back, the frame is drawn to the old surfaces within a few steps,
 //! and the map stays bent behind it. In a revisited place a frame is therefore registered twice, to a submap of the recent
 //! frames and to one of the earlier visit. The difference of the two poses is the drift around the loop;
-//! [`pose_graph`](crate::graph::pose_graph) distributes it over all frames by the covariances of the registrations.
+//! `pose_graph` distributes it over all frames by the covariances of the registrations.
 //! Read [`SpatialLoops::add`] first.
 
 mod nodes;
