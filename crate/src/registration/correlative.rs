@@ -11,7 +11,7 @@ use crate::geometry::{Pose2, RigidMotion};
 
 /// Where to search, around a centre.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct SearchWindow {
+pub struct SearchWindow {
     /// Half width in x and in y (m).
     pub translation: f64,
     /// Half width of the turn (rad).

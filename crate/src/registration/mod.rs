@@ -25,5 +25,6 @@ pub mod target;
 pub mod voxelized;
 
 pub use align::{Alignable, CloudMetric, RegistrationInit, RegistrationOptions, align};
+pub use correlative::SearchWindow;
 pub use degeneracy::Observability;
 pub use icp::{IcpOptions, Registration};
