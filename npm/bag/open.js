@@ -109,7 +109,7 @@ export class Bag {
 }
 
 /**
- * Opens the bags among these files. What cannot be opened is reported, and the rest is opened.
+ * Opens the bags among these files. What cannot be opened is told, and the rest is opened.
  * @param {readonly BagFile[]} files bags and their metadata.yaml
  * @returns {Promise<{ bags: Bag[], notes: Note[] }>}
  */
@@ -126,7 +126,7 @@ export async function openBags(files) {
         containers.push(await openContainer(file.path, await file.source()));
       } catch (error) {
         const { problem, remedy = '', message } = /** @type {Error & { problem?: string, remedy?: string }} */ (error);
-        const reason = problem === undefined ? `not used: ${message}` : `not used: ${problem}. ${remedy}`;
+        const reason = problem === undefined ? `left aside: ${message}` : `left aside: ${problem}. ${remedy}`;
         notes.push({ file: file.path, reason: reason.replace(/\.?\s*$/, '') });
       }
     }

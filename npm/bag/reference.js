@@ -1,5 +1,5 @@
 // @ts-check
-/** The trajectory that a topic gives, converted to the sensor's frame: as text, for comparison. */
+/** The path that a topic tells, as that of the sensor: as text, to compare with. */
 import { decodePoses } from './messages.js';
 import { plural } from './stamps.js';
 import { compose, IDENTITY, TransformTree, tumText, usable } from './transforms.js';
@@ -33,7 +33,7 @@ export async function referenceText(bag, topics, topic, sensor) {
     topic.type === TF ? fromTree(tree, poses, topic, sensor, notes) : fromPoses(tree, poses, topic, sensor, notes);
   if (samples.length === 0) {
     if (notes.every(({ file }) => file !== topic.name))
-      notes.push({ file: topic.name, reason: 'not used: it holds no pose' });
+      notes.push({ file: topic.name, reason: 'left aside: it holds no pose' });
     return { text: null, notes };
   }
   return { text: tumText(samples), notes };
@@ -72,7 +72,7 @@ function fromTree(tree, poses, topic, sensor, notes) {
   }
   notes.push({
     file: topic.name,
-    reason: `not used: it gives no trajectory of the sensor's frame, ${sensor || 'which has no name'}`,
+    reason: `left aside: it tells no path of the sensor's frame, ${sensor || 'which has no name'}`,
   });
   return [];
 }

@@ -222,17 +222,17 @@ test('paths that lead out, links and doubles are left out, and told', async () =
     ['good/1.png', 'good/2.png'],
   );
   assert.equal(archive.notes.length, 4);
-  assert.ok(archive.notes.every(({ reason }) => reason === 'not used: its path leads out of a.zip'));
+  assert.ok(archive.notes.every(({ reason }) => reason === 'left aside: its path leads out of a.zip'));
 
   const link = zipSync({ 'link.png': [new Uint8Array(3), { os: 3, attrs: 0o120777 * 0x10000 }] });
   assert.deepEqual((await openArchive('a.zip', watched(link))).notes, [
-    { file: 'link.png', reason: 'not used: a link to another file' },
+    { file: 'link.png', reason: 'left aside: a link to another file' },
   ]);
   const pair = zipSync({ 'a.png': new Uint8Array(3), 'b.png': new Uint8Array(4) });
   pair[recordOf(pair, 1) + 46] = 'a'.charCodeAt(0);
   const doubled = await openArchive('a.zip', watched(pair));
   assert.deepEqual(doubled.files, [{ path: 'a.png', size: 3 }]);
-  assert.deepEqual(doubled.notes, [{ file: 'a.png', reason: 'not used: in the archive twice' }]);
+  assert.deepEqual(doubled.notes, [{ file: 'a.png', reason: 'left aside: in the archive twice' }]);
 });
 
 test('a bomb that says so is refused before anything is unpacked', async () => {

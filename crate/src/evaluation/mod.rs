@@ -28,12 +28,12 @@
 //! # Ok::<(), scanstitch::Error>(())
 //! ```
 //!
-//! Without a reference, [`map_quality`](map_quality::map_quality) measures how sharp a map is, and
+//! Without any truth, [`map_quality`](map_quality::map_quality) tells how crisp a map is, and
 //! [`frame_clouds`] how well the frames fit each other at given poses.
 
 pub mod alignment;
 pub mod associate;
-pub(crate) mod convention;
+pub mod convention;
 pub mod drift;
 pub mod evaluate;
 pub mod frame_clouds;
@@ -48,7 +48,6 @@ pub(crate) mod statistics;
 pub(crate) mod trajectory_error;
 pub mod umeyama;
 
-pub use convention::{KnownConvention, PoseDirection, QuaternionOrder, SensorAxes};
 pub use evaluate::{Evaluation, EvaluationOptions, evaluate};
 pub use sharpness::Sharpness;
 pub use statistics::Statistics;

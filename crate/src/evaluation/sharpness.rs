@@ -8,15 +8,15 @@ use crate::preprocess::planar_scan::PlanarScan;
 use crate::search::KdTree;
 
 /// Returns further out than this do not count (m).
-pub(crate) const MAX_RANGE: f64 = 29.0;
+pub const MAX_RANGE: f64 = 29.0;
 /// A point and its nearest neighbour further apart than this do not overlap (m).
-pub(crate) const MAX_PAIR_DISTANCE: f64 = 0.5;
+pub const MAX_PAIR_DISTANCE: f64 = 0.5;
 
 /// Mean point-to-line residual between overlapping scans.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
 pub struct Sharpness {
-    /// Mean absolute distance along the partner's normal (m): lower is sharper.
+    /// Mean absolute distance along the partner's normal (m): the smaller, the crisper the map.
     pub mean_residual: f64,
     /// Pairs that the mean is taken over.
     pub num_pairs: usize,
@@ -27,7 +27,7 @@ pub struct Sharpness {
 /// Every point of a scan is held against its nearest neighbour in the union of all other scans, in the world frame; pairs
 /// within [`MAX_PAIR_DISTANCE`] whose target point has a normal count with their distance along that normal. Only returns
 /// within [`MAX_RANGE`].
-pub(crate) struct SharpnessMeter {
+pub struct SharpnessMeter {
     positions: Vec<Vector2<f64>>,
     normals: Vec<Option<Vector2<f64>>>,
     scan_of: Vec<u32>,
@@ -40,7 +40,7 @@ pub(crate) struct SharpnessMeter {
 
 impl SharpnessMeter {
     /// Lays scans over each other at their `T_world_sensor`.
-    pub(crate) fn new<'a>(placed: impl Iterator<Item = (&'a PlanarScan, Pose2)>) -> Self {
+    pub fn new<'a>(placed: impl Iterator<Item = (&'a PlanarScan, Pose2)>) -> Self {
         let (mut positions, mut normals, mut scan_of) = (Vec::new(), Vec::new(), Vec::new());
         for (index, (scan, T_world_sensor)) in placed.enumerate() {
             for (point, normal) in scan.points.iter().zip(&scan.normals) {
@@ -56,7 +56,7 @@ impl SharpnessMeter {
     }
 
     /// Looks at so many more points.
-    pub(crate) fn advance(&mut self, num_points: usize) {
+    pub fn advance(&mut self, num_points: usize) {
         let end = self.positions.len().min(self.next.saturating_add(num_points));
         for point in self.next..end {
             let position = self.positions[point];
@@ -72,17 +72,17 @@ impl SharpnessMeter {
     }
 
     /// Points looked at, of all.
-    pub(crate) fn progress(&self) -> (usize, usize) {
+    pub fn progress(&self) -> (usize, usize) {
         (self.next, self.positions.len())
     }
 
     /// Whether all points have been looked at.
-    pub(crate) fn is_done(&self) -> bool {
+    pub fn is_done(&self) -> bool {
         self.next == self.positions.len()
     }
 
     /// The sharpness by the points looked at; `None` where no two scans overlap.
-    pub(crate) fn sharpness(&self) -> Option<Sharpness> {
+    pub fn sharpness(&self) -> Option<Sharpness> {
         let (num_pairs, mean_residual) = (self.num_pairs, self.sum / self.num_pairs as f64);
         (num_pairs > 0).then_some(Sharpness { mean_residual, num_pairs })
     }

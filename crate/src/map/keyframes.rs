@@ -17,7 +17,7 @@ use crate::registration::projective::ProjectiveTarget;
 
 /// The view of one frame.
 #[derive(Clone)]
-pub(crate) struct Keyframe {
+pub struct Keyframe {
     /// Pose of the camera.
     pub T_world_camera: Pose3,
     /// Number of the frame.
@@ -29,7 +29,7 @@ pub(crate) struct Keyframe {
 
 /// The keyframes so far.
 #[derive(Clone, Default)]
-pub(crate) struct Keyframes {
+pub struct Keyframes {
     views: Vec<Keyframe>,
     /// Memory on the heap (bytes).
     num_bytes: usize,
@@ -54,7 +54,7 @@ const TOLERANCE: f64 = 0.05;
 
 impl Keyframes {
     /// Adds a frame by its number, unless it is nearer to another keyframe than the spacing.
-    pub(crate) fn add(&mut self, frame: &PreparedSurfels, number: u32, T_world_camera: &Pose3) {
+    pub fn add(&mut self, frame: &PreparedSurfels, number: u32, T_world_camera: &Pose3) {
         if self.views.iter().any(|known| apart_within(&known.T_world_camera, T_world_camera, SPACING).is_some()) {
             return;
         }
@@ -90,14 +90,14 @@ impl Keyframes {
     }
 
     /// Moves each by `motion` (of the world) of its frame's number.
-    pub(crate) fn apply_corrections(&mut self, motion: impl Fn(u32) -> Pose3) {
+    pub fn apply_corrections(&mut self, motion: impl Fn(u32) -> Pose3) {
         for view in &mut self.views {
             view.T_world_camera = motion(view.frame) * view.T_world_camera;
         }
     }
 
     /// Adds the keyframes of another set that have a `motion` (of the world) by their frame's number, moved by it.
-    pub(crate) fn merge(&mut self, other: &Self, motion: impl Fn(u32) -> Option<Pose3>) {
+    pub fn merge(&mut self, other: &Self, motion: impl Fn(u32) -> Option<Pose3>) {
         for view in &other.views {
             if let Some(motion) = motion(view.frame) {
                 self.push(Keyframe { T_world_camera: motion * view.T_world_camera, ..view.clone() });
@@ -106,12 +106,12 @@ impl Keyframes {
     }
 
     /// All of them, in the order they were taken.
-    pub(crate) fn all(&self) -> &[Keyframe] {
+    pub fn all(&self) -> &[Keyframe] {
         &self.views
     }
 
     /// The keyframes that share most of the view of a camera at this pose, judged by their distance.
-    pub(crate) fn near(&self, T_world_camera: &Pose3) -> Vec<&Keyframe> {
+    pub fn near(&self, T_world_camera: &Pose3) -> Vec<&Keyframe> {
         let within = |view: &Keyframe| apart_within(&view.T_world_camera, T_world_camera, MAX_VIEW_DISTANCE);
         let mut near: Vec<_> = self.views.iter().filter_map(|view| Some((within(view)?, view))).collect();
         near.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -127,30 +127,30 @@ impl Keyframe {
     }
 
     /// Its surfaces, in the camera's own frame.
-    pub(crate) fn view(&self) -> &ProjectiveTarget {
+    pub fn view(&self) -> &ProjectiveTarget {
         &self.view
     }
 
     /// Its brightness, where the frame has colours that are used.
-    pub(crate) fn picture(&self) -> Option<&Picture> {
+    pub fn picture(&self) -> Option<&Picture> {
         self.picture.as_ref()
     }
 
     /// Whether this point (world frame) lies in space that it saw to be free.
-    pub(crate) fn saw_through(&self, point: &Vector3<f64>) -> bool {
+    pub fn saw_through(&self, point: &Vector3<f64>) -> bool {
         let point = self.T_world_camera.inverse_transform_point(&(*point).into()).coords;
         matches!(self.view.classify_leniently(&point, TOLERANCE), FreeSpaceTest::InFreeSpace)
     }
 }
 
 /// Distance of two poses by how much it changes the view (m, two metres per radian).
-pub(crate) fn apart(a: &Pose3, b: &Pose3) -> f64 {
+pub fn apart(a: &Pose3, b: &Pose3) -> f64 {
     let between = a.inverse() * b;
     between.translation.vector.norm() + METRES_PER_RADIAN * angle_of(&between.rotation)
 }
 
 /// The same if it is less than a limit. The translation alone rules out most poses.
-pub(crate) fn apart_within(a: &Pose3, b: &Pose3, limit: f64) -> Option<f64> {
+pub fn apart_within(a: &Pose3, b: &Pose3, limit: f64) -> Option<f64> {
     let moved = a.translation.vector - b.translation.vector;
     (moved.norm_squared() < limit * limit).then(|| apart(a, b)).filter(|distance| *distance < limit)
 }

@@ -20,7 +20,7 @@ pub struct SearchWindow {
 
 /// The best pose of a window.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct CorrelativeMatch {
+pub struct CorrelativeMatch {
     /// Maps source points into the target frame.
     pub T_target_source: Pose2,
     /// Mean likelihood of the source's points, 0..=1.
@@ -39,7 +39,7 @@ const MAX_LEVER: f64 = 10.0;
 const MAX_CELLS: f64 = 4e6;
 
 /// A target drawn into a pyramid of likelihoods.
-pub(crate) struct LikelihoodGrid {
+pub struct LikelihoodGrid {
     resolution: f64,
     /// Position of the corner of cell (0, 0) (m).
     corner: Vector2<f64>,
@@ -51,7 +51,7 @@ pub(crate) struct LikelihoodGrid {
 
 impl LikelihoodGrid {
     /// Draws target points (m, finite).
-    pub(crate) fn new(points: &[Vector2<f64>]) -> Self {
+    pub fn new(points: &[Vector2<f64>]) -> Self {
         let (low, high) = points.iter().fold(
             (Vector2::repeat(f64::INFINITY), Vector2::repeat(f64::NEG_INFINITY)),
             |(low, high): (Vector2<f64>, Vector2<f64>), p| (low.inf(p), high.sup(p)),
@@ -134,21 +134,16 @@ impl LikelihoodGrid {
         u32::from(self.levels[level][y as usize * self.width as usize + x as usize])
     }
 
-    /// The best pose within `window` around `center`, on a grid of the map's cells and of rotations that move a point
+    /// The best pose within `window` around `center`, on a lattice of the grid's cells and of turns that move a point
     /// 10 m away by one cell. `None` for an empty source.
-    pub(crate) fn search(
-        &self,
-        source: &[Vector2<f64>],
-        center: &Pose2,
-        window: SearchWindow,
-    ) -> Option<CorrelativeMatch> {
+    pub fn search(&self, source: &[Vector2<f64>], center: &Pose2, window: SearchWindow) -> Option<CorrelativeMatch> {
         self.search_apart(source, center, window, None, (0.0, f64::INFINITY))
     }
 
     /// The best pose of the window that lies apart from a known one by more than `apart` in position or in heading and
     /// scores at least the first of `scores`: the second basin, where there is one. One that scores the second is enough:
     /// no better one is looked for.
-    pub(crate) fn rival(
+    pub fn rival(
         &self,
         source: &[Vector2<f64>],
         center: &Pose2,

@@ -22,7 +22,7 @@ pub struct Observability<M: RigidMotion> {
 
 /// Below this share a direction counts as undetermined: noise in the normals of a bare wall alone (5 degrees) gives
 /// sin(5 deg)^2 = 0.0076.
-pub(crate) const UNDETERMINED_SHARE: f64 = 0.01;
+pub const UNDETERMINED_SHARE: f64 = 0.01;
 
 impl<M: RigidMotion> Observability<M> {
     /// Whether the weakest direction is in effect not measured at all.
@@ -40,20 +40,20 @@ const CONSTRAINING_SHARE: f64 = 0.01;
 /// face along a direction: long walls do not add up to one that faces the other way, however many there are and however noisy
 /// their normals.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct DegenerateDirection {
+pub struct DegenerateDirection {
     /// Unit vector in the target's frame.
     pub direction: Vector3<f64>,
 }
 
 impl DegenerateDirection {
     /// `None` where enough surfaces constrain every direction. Pairs further apart than `tolerance` (m) do not count.
-    pub(crate) fn of(correspondences: &[Correspondence<Vector3<f64>>], tolerance: f64) -> Option<Self> {
+    pub fn of(correspondences: &[Correspondence<Vector3<f64>>], tolerance: f64) -> Option<Self> {
         let (weakest, share) = Self::weakest(correspondences, tolerance);
         (share < CONSTRAINING_SHARE).then_some(weakest)
     }
 
     /// The direction that is constrained least, and the share of all surfaces that constrain it.
-    pub(crate) fn weakest(correspondences: &[Correspondence<Vector3<f64>>], tolerance: f64) -> (Self, f64) {
+    pub fn weakest(correspondences: &[Correspondence<Vector3<f64>>], tolerance: f64) -> (Self, f64) {
         let fitting = correspondences.iter().filter(|pair| pair.residual.abs() < tolerance);
         let normals: Vec<Vector3<f64>> = fitting.filter_map(|pair| pair.normal).collect();
         let spread: Matrix3<f64> = normals.iter().map(|normal| normal * normal.transpose()).sum();
@@ -64,19 +64,16 @@ impl DegenerateDirection {
     }
 
     /// Standard deviation (m) along it by the information matrix of the registration, were its residuals independent of each
-    /// other. They are not: it ranks frames by how well they are constrained, and is no estimate of their error.
-    pub(crate) fn sigma(&self, information: &Matrix6<f64>) -> f64 {
+    /// other. They are not: it tells which frames are constrained better than others, and not how far they are off.
+    pub fn sigma(&self, information: &Matrix6<f64>) -> f64 {
         let information = information.fixed_view::<3, 3>(3, 3);
-        // A single wall has no information along itself; rounding may make the eigenvalue negative.
+        // A single wall tells nothing along itself, and rounding may make that less than nothing.
         self.direction.dot(&(information * self.direction)).max(0.0).sqrt().recip()
     }
 }
 
 /// Analyses the Gauss-Newton matrix `H` (perturbation on the left, rotation first) of these correspondences.
-pub(crate) fn observability<M: RigidMotion>(
-    H: &M::Matrix,
-    correspondences: &[Correspondence<M::Point>],
-) -> Observability<M> {
+pub fn observability<M: RigidMotion>(H: &M::Matrix, correspondences: &[Correspondence<M::Point>]) -> Observability<M> {
     let weights: f64 = correspondences.iter().map(|c| c.weight).sum();
     let unmeasured = Observability { weakest_direction: M::Tangent::zeros(), weakest_share: 0.0 };
     if weights <= 0.0 {

@@ -108,7 +108,7 @@ pub struct IterationRecord {
 pub struct Registration<M: RigidMotion> {
     /// Maps source points into the target frame.
     pub T_target_source: M,
-    /// Whether the last step was below both limits. `false` is no error: the history shows whether the loop was cut off
+    /// Whether the last step was below both limits. `false` is no error: the history tells whether the loop was cut off
     /// on its way or went round in a circle.
     pub converged: bool,
     /// One record an iteration.
@@ -129,7 +129,7 @@ pub struct Registration<M: RigidMotion> {
 /// A pair of points that are known this well (m) is as good as any: what remains is not theirs.
 const CERTAIN_SIGMA: f64 = 3e-3;
 
-/// Lower bound of the residuals' standard deviation (m) in the information matrix: a noise-free cloud would
+/// Residuals are never believed to be smaller than this (m) when the information is computed: a noise-free cloud would
 /// claim to be known without error.
 const MIN_RESIDUAL_SIGMA: f64 = 1e-3;
 
@@ -221,7 +221,7 @@ where
 
 /// Finds, rejects, trims and weights the correspondences under the estimate `T_target_source`. Returns how many pairs lie within the
 /// distance limit.
-pub(crate) fn match_points<M, T, F>(
+pub fn match_points<M, T, F>(
     source: Source<'_, M::Point>,
     target: &T,
     T_target_source: &M,
@@ -238,7 +238,7 @@ where
     match_again(source, target, T_target_source, factor, options, &mut searches, correspondences)
 }
 
-/// The same, with the result of the last search for each source point, which makes the next one faster and changes nothing.
+/// The same, with what is remembered of the last search for each source point: it makes this one quicker and changes nothing.
 fn match_again<M, T, F>(
     source: Source<'_, M::Point>,
     target: &T,

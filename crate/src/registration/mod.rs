@@ -1,30 +1,28 @@
 //! Registration: a source and a target in, `T_target_source` with its evidence out.
 //!
 //! [`align()`] is the entry for two clouds. Inside, [`icp`] is the loop; [`factors`] measure a correspondence, [`target`]
-//! finds it, [`robust_kernel`] weighs it, [`solver`] takes the step. Initial guesses come from `correlative` (plane) and
-//! [`global`] (space); [`projective`] and `photometric` register depth and colour images. [`free_space`] and
-//! `degeneracy` say whether to believe the result.
+//! finds it, [`robust_kernel`] weighs it, [`solver`] takes the step. First guesses come from [`correlative`] (plane) and
+//! [`global`] (space); [`projective`] and [`photometric`] register depth and colour images. [`free_space`] and
+//! [`degeneracy`] say whether to believe the result.
 //!
 //! Read [`icp`] first.
 
 pub mod align;
-pub(crate) mod correlative;
-pub(crate) mod degeneracy;
+pub mod correlative;
+pub mod degeneracy;
 pub mod factors;
 pub mod free_space;
 pub mod global;
 pub mod icp;
-pub(crate) mod photometric;
+pub mod photometric;
 pub mod prepared_surfels;
 pub mod projective;
 pub mod robust_kernel;
-pub(crate) mod sandwich_variance;
+pub mod sandwich_variance;
 pub mod solver;
 pub mod spatial;
 pub mod target;
 pub mod voxelized;
 
 pub use align::{Alignable, CloudMetric, RegistrationInit, RegistrationOptions, align};
-pub use correlative::SearchWindow;
-pub use degeneracy::Observability;
 pub use icp::{IcpOptions, Registration};

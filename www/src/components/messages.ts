@@ -17,7 +17,7 @@ export interface Message {
 }
 
 /**
- * What went wrong or was not used, file by file, until it is put away.
+ * What went wrong or was left aside, file by file, until it is put away.
  *
  * Fires `messages-dismissed`.
  */

@@ -86,7 +86,7 @@ function activityBox(words: string, progress: number | null, action: string, act
   </div>`;
 }
 
-/** Where nothing is loaded yet. `choices`: what is offered, the most likely first; `want` is called with the one chosen. */
+/** Where nothing is loaded yet. `choices`: what is offered, the most likely first; `want` is told which one was chosen. */
 export function emptyView(
   given: { title: string; label: string; about: string; choices: readonly { id: string; label: string }[] },
   session: ActiveSession,

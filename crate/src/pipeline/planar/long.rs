@@ -6,9 +6,9 @@ use std::rc::Rc;
 use nalgebra::{Matrix3, Vector3};
 
 use crate::geometry::{Pose2, RigidMotion};
-use crate::graph::joint_scan_registration::{Edge, OdometryFactor};
+use crate::graph::joint_scan_registration::{Edge, KnownMotion};
 use crate::graph::loops::planar::{ChainLink, LoopClosure};
-use crate::graph::pose_graph::{BetweenFactor, PlanarFactor};
+use crate::graph::pose_graph::{PlanarRelation, PoseRelation};
 use crate::odometry::planar::information::{chained, motion_information, softened_covariance};
 use crate::odometry::planar::{FrameEstimate, Link, MeasuredMotion, REGISTRATION_SIGMA};
 use crate::preprocess::planar_scan::PlanarScan;
@@ -84,7 +84,7 @@ impl LongSequence {
             if let Some(&before) = nodes.last() {
                 let relations = Relations::between(before, frame, estimate, poses, motions, is_start);
                 let node = nodes.len();
-                chain.extend(relations.all.into_iter().map(|r| BetweenFactor { from: node - 1, to: node, ..r }));
+                chain.extend(relations.all.into_iter().map(|r| PoseRelation { from: node - 1, to: node, ..r }));
                 doubt.push(relations.doubt);
             } else {
                 doubt.push(None);
@@ -169,12 +169,12 @@ impl LongSequence {
     }
 
     /// What the chain and the loops tell of the motions between keyframes at these poses, as far as it fits.
-    pub fn odometry_factors(&self, of_nodes: &[Pose2]) -> Vec<OdometryFactor<Pose2>> {
+    pub fn known_motions(&self, of_nodes: &[Pose2]) -> Vec<KnownMotion<Pose2>> {
         let relations = self.closure.relations();
         let known = relations.iter().map(|relation| {
             let weight = relation.weight(relation.squared_distance(of_nodes)) * MATCH_SIGMA * MATCH_SIGMA;
-            let BetweenFactor { from, to, T_from_to, information, .. } = *relation;
-            OdometryFactor { from, to, T_from_to, information: information * weight }
+            let PoseRelation { from, to, T_from_to, information, .. } = *relation;
+            KnownMotion { from, to, T_from_to, information: information * weight }
         });
         known.collect()
     }
@@ -207,7 +207,7 @@ impl LongSequence {
 
 /// The relations between two keyframes that follow each other, and what they leave open together.
 struct Relations {
-    all: Vec<PlanarFactor>,
+    all: Vec<PlanarRelation>,
     /// Variances of heading and position; `None` where nothing certain ties the two.
     doubt: Option<(f64, f64)>,
 }
@@ -221,7 +221,7 @@ impl Relations {
         motions: &[Option<MeasuredMotion>],
         is_start: bool,
     ) -> Self {
-        let relation = |T_from_to: Pose2, covariance: &Matrix3<f64>, is_switchable| BetweenFactor {
+        let relation = |T_from_to: Pose2, covariance: &Matrix3<f64>, is_switchable| PoseRelation {
             from: 0,
             to: 0,
             T_from_to,

@@ -392,7 +392,7 @@ impl Run {
             *pieces = long.pieces();
             for (estimate, &piece) in estimates.iter_mut().zip(pieces.iter()) {
                 if piece != 0 {
-                    estimate.assessment.mark_dependent_on_doubtful_link();
+                    estimate.assessment.hangs_on_a_doubt();
                 }
             }
             self.stage = Stage::Joint;
@@ -507,8 +507,8 @@ impl Joint {
             let positions: Vec<Vector2<f64>> = poses.iter().map(|pose| pose.translation.vector).collect();
             edges_between(&positions, settings.matched_scans)
         };
-        let known = long.map_or_else(Vec::new, |long| long.odometry_factors(&poses));
-        Self { frames, targets, graph: PoseGraph::new(poses, edges).with_odometry(known) }
+        let known = long.map_or_else(Vec::new, |long| long.known_motions(&poses));
+        Self { frames, targets, graph: PoseGraph::new(poses, edges).with_known_motions(known) }
     }
 
     fn advance(&mut self, scans: &[Rc<PlanarScan>], options: &IcpOptions) {
