@@ -56,8 +56,8 @@ export async function listEntries(name, source, limits) {
   const byPath = new Map();
   for (const entry of entries) {
     const fault = sizeFault(entry, source.size, limits);
-    if (fault !== null) notes.push(lost(entry.path, `left aside: ${fault}`));
-    else if (byPath.has(entry.path)) notes.push({ file: entry.path, reason: 'left aside: in the archive twice' });
+    if (fault !== null) notes.push(lost(entry.path, `not used: ${fault}`));
+    else if (byPath.has(entry.path)) notes.push({ file: entry.path, reason: 'not used: in the archive twice' });
     else byPath.set(entry.path, entry);
   }
   const taken = [...byPath.values()];
@@ -146,7 +146,7 @@ function readDirectory(name, { bytes, count, shift }, limits) {
     const isLocked = (flags & 1) === 1;
     const fault =
       pathFault(name, path, isLink) ?? (isLocked ? 'protected by a password; unpack the archive with it' : null);
-    if (fault !== null) notes.push(lost(path, `left aside: ${fault}`));
+    if (fault !== null) notes.push(lost(path, `not used: ${fault}`));
     else entries.push({ ...sizes, path, method, checksum, start: sizes.start + shift });
   }
   return { entries, notes };

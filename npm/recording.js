@@ -32,7 +32,7 @@ import { findIntrinsics, findReference } from './recording/reference.js';
  * @property {string[]} reference the true path: one file, or a file with one pose for each frame; empty without
  * @property {string | null} odometry what the wheels of a robot with planar scans told: one file
  * @property {string | null} intrinsics a file that describes the depth camera
- * @property {Note[]} notes what was left aside or is worth knowing, in plain words
+ * @property {Note[]} notes what was not used or is worth knowing, in plain words
  */
 
 /** @typedef {(path: string, length: number) => Promise<Uint8Array>} ReadHead the first bytes of a file, or all it has */
@@ -64,7 +64,7 @@ export async function understand(files, readHead, isTable = false) {
     } catch (error) {
       if (unreadable.every(({ file }) => file !== path)) {
         const { problem } = /** @type {{ problem?: string }} */ (error);
-        const reason = problem === undefined ? 'could not be read; was it moved or deleted?' : `left aside: ${problem}`;
+        const reason = problem === undefined ? 'could not be read; was it moved or deleted?' : `not used: ${problem}`;
         unreadable.push(lost(path, reason));
       }
       return null;
@@ -118,16 +118,16 @@ async function givenRecording(given, files, read) {
   const [other] = beside.reference;
   const notes = [...chosen.notes];
   if (own !== undefined && other !== undefined) {
-    notes.push({ file: own, reason: `left aside: one reference trajectory is used at a time, here ${other}` });
+    notes.push({ file: own, reason: `not used: one reference trajectory is used at a time, here ${other}` });
   }
   for (const recording of others.filter((recording) => length(recording) > 0)) {
-    const reason = `left aside: another recording; one is used at a time, the longest: ${root}`;
+    const reason = `not used: another recording; one is used at a time, the longest: ${root}`;
     notes.push({ file: recording.root, reason });
   }
   const intrinsics = kind === 'depth_images' ? (beside.intrinsics ?? chosen.intrinsics) : null;
   if (kind === 'depth_images' && intrinsics === null) {
     const remedy = 'give fx fy cx cy in a file beside the bag (or with --intrinsics), or set field_of_view';
-    const reason = `no CameraInfo tells the focal length of its depth images, so a usual one is assumed and the map may be bent; ${remedy}`;
+    const reason = `no CameraInfo gives the focal length of its depth images; a typical one is assumed, and the map may be distorted; ${remedy}`;
     notes.push({ file: root, reason });
   }
   if (kind === 'nothing') {
@@ -304,7 +304,7 @@ function otherClouds(clouds, used) {
   return [...folders.values()].map((files) => {
     const [first] = files;
     const what = files.length === 1 ? 'another cloud' : `the first of ${files.length} other clouds`;
-    return { file: first?.path ?? '', reason: `left aside: ${what}; ${used}` };
+    return { file: first?.path ?? '', reason: `not used: ${what}; ${used}` };
   });
 }
 
@@ -351,7 +351,7 @@ async function referenceAndCamera(files, frames, read) {
  */
 function unused(files, what) {
   return seriesOf(files).map((series) => {
-    return { file: nameOf(series), reason: `left aside: ${adviceFor(series.members[0]?.path ?? '') ?? what}` };
+    return { file: nameOf(series), reason: `not used: ${adviceFor(series.members[0]?.path ?? '') ?? what}` };
   });
 }
 

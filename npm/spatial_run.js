@@ -10,7 +10,7 @@ import { FrameQueue } from './frame_queue.js';
 /** @typedef {Record<string, number>} Milliseconds of each stage */
 /** @typedef {{ bytes: Uint8Array, milliseconds: Milliseconds }} Prepared */
 /**
- * As the engine tells it; `decodeConfig`: what frames to come are prepared with, where that may have changed.
+ * As the engine reports it; `decodeConfig`: what frames to come are prepared with, where that may have changed.
  * @typedef {{ stage: string, done: number, total: number, frame: number | null, decodeConfig?: string | undefined }} Progress
  */
 
@@ -161,7 +161,7 @@ export class SpatialRun {
     await Promise.all([registering, ...preparing]);
   }
 
-  /** The first frame that can be looked at tells how all are prepared. @param {Session} session */
+  /** The first readable frame decides how all are prepared. @param {Session} session */
   async #begin(session) {
     while (this.#decodeConfig === null && !session.isOver) {
       const frame = this.#frames.waiting();
@@ -285,7 +285,7 @@ export class SpatialRun {
       return progress.stage;
     } catch (error) {
       this.#leaveOut(frame, error);
-      // Bad input is told; an engine that broke cannot go on.
+      // Bad input is reported; an engine that broke cannot go on.
       if (/** @type {Error} */ (error).name !== 'ScanstitchError') throw error;
       return '';
     }

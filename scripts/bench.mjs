@@ -3,7 +3,8 @@
  * `npm run bench`: times the benchmarks of crate/bench natively, and as WebAssembly under Node and in Chromium where there
  * is one, side by side, and prints one JSON document. Progress goes to stderr, so `npm run --silent bench > bench.json` keeps it.
  * `npm run bench -- NAME...` runs those whose name contains one of the words. Names beginning with `run_` are whole runs, on one
- * core and on two; `small_gicp` is that library on the same pair of clouds, where it can be installed.
+ * core and on two; `small_gicp` is that library on the same pair of clouds, where it can be installed; kiddo and faer are timed
+ * beside our k-d tree and sparse Cholesky.
  */
 import { existsSync, readdirSync } from 'node:fs';
 import { cpus, totalmem } from 'node:os';
@@ -55,6 +56,16 @@ const RECORDINGS = [
     list: frames,
   },
   { benchmarks: 'pair_', suffix: '_kitti', folder: '../shared/data/lidar/kitti_pair', list: plyFiles },
+  { benchmarks: 'neighbours_', suffix: '_sample', folder: 'www/samples/corridor', list: plyFiles },
+  { benchmarks: 'neighbours_', suffix: '_zju10', folder: '../shared/data/laser/zju10', list: plyFiles },
+  { benchmarks: 'neighbours_', suffix: '_kitti', folder: '../shared/data/lidar/kitti_pair', list: plyFiles },
+  { benchmarks: 'neighbours_', suffix: '_surfels_sample', folder: 'www/samples/apartment', list: depthImages },
+  {
+    benchmarks: 'neighbours_',
+    suffix: '_surfels_first_floor',
+    folder: '../shared/data/rgbd/apartment_first_floor',
+    list: depthImages,
+  },
 ];
 
 /** @typedef {{ label: string, name: string, about: string, files: string[] }} Job */
@@ -88,6 +99,11 @@ function plyFiles(folder) {
 function frames(folder) {
   const [depth, color] = ['depth', 'rgb'].map((part) => filesOf(join(folder, part), ''));
   return Array.from({ length: NUM_FRAMES }, (_, index) => [depth?.[index] ?? '', color?.[index] ?? '']).flat();
+}
+
+/** The first two depth images. @param {string} folder */
+function depthImages(folder) {
+  return filesOf(join(folder, 'depth'), '').slice(0, 2);
 }
 
 /** @param {string} folder @param {string} suffix */
@@ -146,8 +162,9 @@ await runMain(async () => {
   console.log = console.error; // only the document goes to stdout
   requireToolchain();
   await ensureWasmTarget();
-  await run('cargo', ['build', '--release', '--package', 'scanstitch-bench']);
-  await buildWasm('scanstitch-bench', PKG);
+  const withPeers = ['--features', 'peers'];
+  await run('cargo', ['build', '--release', '--package', 'scanstitch-bench', ...withPeers]);
+  await buildWasm('scanstitch-bench', PKG, ...withPeers);
 
   const isWanted = (/** @type {string} */ name) => words.length === 0 || words.some((word) => name.includes(word));
   const jobs = (await listJobs()).filter(({ label }) => isWanted(label));

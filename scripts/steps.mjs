@@ -246,14 +246,15 @@ export function captureTestTools(env) {
  * Compiles a package to WebAssembly with the tool of crate/xtask; cargo skips what is up to date.
  * @param {string} [packageName]
  * @param {string} [outDir]
+ * @param {string[]} options of cargo
  */
-export async function buildWasm(packageName = 'scanstitch', outDir = 'pkg') {
+export async function buildWasm(packageName = 'scanstitch', outDir = 'pkg', ...options) {
   // Where the tools for tests are built as well: without their features, cargo would compile what both need anew.
   const hasTestTools = existsSync(join(TARGET_DIR, 'tools', 'wasm-bindgen-test-runner'));
   const tools = [...TOOLS, ...(hasTestTools ? ['--features', 'test-tools'] : [])];
   await step('Building the tool that makes WebAssembly (crate/xtask)', () => run('cargo', ['build', ...tools]));
   await step(`Compiling ${packageName} to WebAssembly, into ${outDir}`, () =>
-    run('cargo', ['run', '--quiet', ...tools, '--bin', 'wasm', '--', packageName, outDir]),
+    run('cargo', ['run', '--quiet', ...tools, '--bin', 'wasm', '--', packageName, outDir, ...options]),
   );
 }
 

@@ -36,7 +36,7 @@ import {
 const WASM = ['--target', 'wasm32-unknown-unknown'];
 /** All packages but the tools that make WebAssembly, which have a profile of their own and a hundred dependencies. */
 const ENGINE = ['--workspace', '--exclude', 'xtask'];
-const CLIPPY = ['cargo', 'clippy', '--all-targets', '--all-features'];
+const CLIPPY = ['cargo', 'clippy', '--all-targets'];
 const CARGO_TEST = ['test', '--no-fail-fast'];
 const STRICTLY = ['--', '-D', 'warnings'];
 const WASM_PACK_VERSION = '0.15.1';

@@ -1,7 +1,7 @@
 //! Compares ways to register two depth frames without a guess: `cargo run --release --example global_pairs -- [--pairs N]
 //! [--flats N] [--first SEED] [--seed N] [--cache FOLDER] [--each]`. Frames of the flats in ../shared/data/rgbd and of
 //! generated ones are paired at random where they overlap by more than 40 % by their true poses, which nothing else
-//! is told of. Prints a Markdown table.
+//! is reported of. Prints a Markdown table.
 #![allow(non_snake_case)]
 
 #[path = "global/cliques.rs"]

@@ -12,7 +12,7 @@
 //! let target = read("www/samples/corridor/0.ply")?;
 //! let source = read("www/samples/corridor/1.ply")?;
 //!
-//! // They were taken a metre apart, and nothing tells which way: look for a start within 1.5 m and 0.3 rad.
+//! // They were taken a metre apart in an unknown direction: search for a start within 1.5 m and 0.3 rad.
 //! let options = RegistrationOptions { search_translation: 1.5, search_rotation: 0.3, ..Default::default() };
 //! let registration = align(&source, &target, &options)?;
 //!

@@ -21,7 +21,7 @@ import { CdrReader, MessageError } from './cdr.js';
 /** @typedef {Header & { angleMin: number, angleIncrement: number, rangeMin: number, rangeMax: number, ranges: Float32Array }} ScanMessage */
 /** @typedef {Header & { child: string, pose: Transform }} PoseMessage child: empty where the message names no frame */
 
-/** So many bytes of a message hold its header and what tells the kind of an image, with names of usual length. */
+/** Bytes of a message that hold its header and the encoding of its image, with names of usual length. */
 export const HEAD_BYTES = 1024;
 
 /** So many bytes of a message hold its time. */

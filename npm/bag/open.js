@@ -132,7 +132,7 @@ export async function openBags(files) {
         containers.push(await openContainer(file.path, await file.source()));
       } catch (error) {
         const { problem, remedy = '', message } = /** @type {Error & { problem?: string, remedy?: string }} */ (error);
-        const reason = problem === undefined ? `left aside: ${message}` : `left aside: ${problem}. ${remedy}`;
+        const reason = problem === undefined ? `not used: ${message}` : `not used: ${problem}. ${remedy}`;
         notes.push(lost(file.path, reason.replace(/\.?\s*$/, '')));
       }
     }

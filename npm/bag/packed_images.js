@@ -18,7 +18,7 @@ const PNG = [0x89, 0x50, 0x4e, 0x47];
 const MAX_PIXELS = 2 ** 26;
 
 /**
- * What a packed image of this format can be used as. A PNG may hold either, which its header tells.
+ * What a packed image of this format can be used as. A PNG may hold either; its header says which.
  * @param {string} format @param {Uint8Array} data the beginning of the image
  * @returns {'depth' | 'color' | null}
  */

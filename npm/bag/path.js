@@ -42,7 +42,7 @@ export async function pathText(bag, topics, topic, sensor) {
     topic.type === TF ? fromTree(tree, poses, topic, sensor, notes) : fromPoses(tree, poses, topic, sensor, notes);
   if (samples.length === 0) {
     if (notes.every(({ file }) => file !== topic.name))
-      notes.push({ file: topic.name, reason: 'left aside: it holds no pose' });
+      notes.push({ file: topic.name, reason: 'not used: it holds no pose' });
     return { text: null, notes };
   }
   return { text: tumText(samples), notes };
@@ -80,7 +80,7 @@ function fromTree(tree, poses, topic, sensor, notes) {
   }
   notes.push({
     file: topic.name,
-    reason: `left aside: it tells no path of the sensor's frame, ${sensor || 'which has no name'}`,
+    reason: `not used: it tells no path of the sensor's frame, ${sensor || 'which has no name'}`,
   });
   return [];
 }

@@ -101,10 +101,7 @@ class Maker {
           `${plural(bare, 'depth image')} without a colour image within 0.02 s, used without colours`,
         );
       if (unused.length > 0)
-        this.#note(
-          color.topic.name,
-          `${plural(unused.length, 'colour image')} left aside: no depth image within 0.02 s`,
-        );
+        this.#note(color.topic.name, `${plural(unused.length, 'colour image')} not used: no depth image within 0.02 s`);
     }
     this.#recording.depth_frames = pairs.map(({ depth: { path, time }, color }) => {
       return { name: path.slice(this.#bag.path.length + 1), depth: path, color: color?.path ?? null, time };
@@ -187,7 +184,7 @@ class Maker {
       const names = topics.map(({ topic }) => `${topic.name} (${topic.type})`);
       const shown =
         names.length > 4 ? `${names.slice(0, 3).join(', ')} and ${names.length - 3} more` : names.join(', ');
-      this.#note(this.#bag.path, `left aside: ${shown}: ${problem}`);
+      this.#note(this.#bag.path, `not used: ${shown}: ${problem}`);
     }
     return { files: this.#files, recording: this.#recording };
   }

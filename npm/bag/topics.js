@@ -21,7 +21,7 @@ import { useOfPacked } from './packed_images.js';
  * @typedef {object} TopicFacts
  * @property {Topic} topic
  * @property {string} about what its messages are, in a few words
- * @property {string} frame the frame they are told in
+ * @property {string} frame the frame they are given in
  * @property {Role[]} uses what it can be used as; empty: nothing
  * @property {string} problem why it cannot be used; empty where it can
  * @property {string} encoding of images; empty otherwise

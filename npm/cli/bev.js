@@ -199,7 +199,7 @@ async function write(path, text) {
 }
 
 /**
- * Points without a place in the other image are results like others, and are told.
+ * Points without a place in the other image are results like others, and are reported.
  * @param {BevPoint[]} points
  * @param {BevRole} from
  */

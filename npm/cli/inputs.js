@@ -24,7 +24,7 @@ import { fileProblem, openFile, readWhole, readWholeLater, sizeOfFile } from './
 
 /**
  * All files that these arguments name: files as they are, what lies in folders, to any depth, in ZIP archives and in the
- * ROS bags. Nothing is read but the directories of archives and the indexes of bags. What cannot be found is told and
+ * ROS bags. Nothing is read but the directories of archives and the indexes of bags. What cannot be found is reported and
  * left out.
  * @param {string[]} paths
  * @param {(problem: string) => void} complain
@@ -176,7 +176,7 @@ function takeFolder(folder, title, findings) {
   const { found, notes, complain, seen } = findings;
   const place = realpathSync(folder);
   if (seen.has(place)) {
-    notes.push({ file: title, reason: 'left aside: a link to a folder that has been looked through' });
+    notes.push({ file: title, reason: 'not used: a link to a folder that has been looked through' });
     return;
   }
   seen.add(place);
@@ -187,7 +187,7 @@ function takeFolder(folder, title, findings) {
       const stats = statSync(disk);
       if (stats.isDirectory()) takeFolder(disk, path, findings);
       else if (stats.isFile()) found.push(sourceOnDisk(disk, path));
-      else notes.push({ file: path, reason: 'left aside: a pipe or a device, not a file' });
+      else notes.push({ file: path, reason: 'not used: a pipe or a device, not a file' });
     } catch (error) {
       complain(`${disk}: ${fileProblem(error)}`);
     }
@@ -234,7 +234,7 @@ function bytesOfFile(handle, size) {
 }
 
 /**
- * The file's bytes; null where it cannot be read, which is told.
+ * The file's bytes; null where it cannot be read, which is reported.
  * @param {Input} input
  * @param {(problem: string) => void} complain
  */
@@ -248,7 +248,7 @@ export function readInput({ name, path }, complain) {
 }
 
 /**
- * A source's bytes; null where it cannot be read, which is told.
+ * A source's bytes; null where it cannot be read, which is reported.
  * @param {Source} source
  * @param {string} name
  * @param {(problem: string) => void} complain

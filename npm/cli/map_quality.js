@@ -25,7 +25,7 @@ export const mapQuality = {
 
 Sharpness of maps (PLY or PCD): the smaller the figures, the sharper the map. They compare maps of the same scans.
 With --frames, the clouds of a recording are placed by trajectories, and the point-to-plane residual between overlapping
-frames (in the plane: point-to-line) is told as well.
+frames (in the plane: point-to-line) is printed as well.
 Mean map entropy: Droeschel and Behnke 2014. Mean plane variance: Razlaw et al. 2015; of planar maps, across the lines.
 
 Options:
@@ -141,7 +141,7 @@ function cloudNames(folder) {
 }
 
 /**
- * What is wrong with one input is told, and the others go on.
+ * What is wrong with one input is reported, and the others go on.
  * @param {string} name
  * @param {Complain} complain
  * @param {() => Judged} judge

@@ -15,7 +15,7 @@ let turn = Promise.resolve();
 
 parentPort?.on('message', (/** @type {{ id: number, order: import('./prepare.js').Order }} */ { id, order }) => {
   const reading = readContents(order);
-  // It is told when it is its turn.
+  // Called when it is its turn.
   reading.catch(() => {});
   turn = turn.then(() => answer(id, order, reading));
 });

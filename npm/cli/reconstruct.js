@@ -50,8 +50,8 @@ Options:
   --out DIR          folder of the results, created if missing (default: ${OPTIONS.out.default})
   --reference FILE   trajectory to compare with, or a folder with a file for each frame; never used for the estimate
   --odometry FILE    odometry of the robot, an initial guess for planar scans: rows of id x y theta, or TUM;
-                     what contradicts the scans (other units, clock or log) is told and not used
-  --table FORMAT     what the columns of a table of ranges are, counted from 1; without, a guess is made and told:
+                     what contradicts the scans (other units, clock or log) is reported and not used
+  --table FORMAT     what the columns of a table of ranges are, counted from 1; without, a guess is made and reported:
                      ranges=2:541,unit=mm,start=-135deg,step=0.5deg,time=1:us,odometry=542:543:544 (x y heading);
                      range=2 where each line has one reading; wheels=LEFT:RIGHT:METRES_A_TICK:TRACK; ahead=0.2 (m)
   --intrinsics FILE  the depth camera: a 3 x 3 matrix, fx fy cx cy, or Open3D's JSON, in pixels

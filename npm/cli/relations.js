@@ -15,7 +15,7 @@ import { readInput } from './inputs.js';
  */
 
 /**
- * The file of relations; null where it cannot be read, which is told.
+ * The file of relations; null where it cannot be read, which is reported.
  * @param {string} path
  * @param {(problem: string) => void} complain
  */
@@ -26,7 +26,7 @@ export function readRelations(path, complain) {
 }
 
 /**
- * The errors of a trajectory; null where nothing can be compared, which is told. So is what fits too little.
+ * The errors of a trajectory; null where nothing can be compared, which is reported. So is what fits too little.
  * @param {Engine} engine
  * @param {import('../index.js').Trajectory} trajectory
  * @param {string} name of the trajectory

@@ -10,7 +10,7 @@ import { CommandError, isScanstitchError } from './command.js';
  * @property {import('./inputs.js').Inputs} inputs
  * @property {import('../recording.js').Recording} recording
  * @property {Options} options
- * @property {(problem: string) => void} complain tells what is left out, which makes the exit code 2
+ * @property {(problem: string) => void} complain reports what is left out, which makes the exit code 2
  */
 
 /**
@@ -66,7 +66,7 @@ export function create(make) {
 }
 
 /**
- * Whether the engine took it; what it says otherwise is told.
+ * Whether the engine took it; other faults are reported.
  * @param {() => void} offer
  * @param {(problem: string) => void} complain
  */

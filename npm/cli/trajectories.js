@@ -22,7 +22,7 @@ export const TRAJECTORY_HELP = `Trajectories are files of these forms, or a fold
 `;
 
 /**
- * The trajectory that a path names; null where it cannot be used, which is told.
+ * The trajectory that a path names; null where it cannot be used, which is reported.
  * @param {Engine} engine
  * @param {string} path
  * @param {{ format?: string | undefined, times?: string | undefined }} options
@@ -71,7 +71,7 @@ function readFile(engine, path, format, complain) {
 }
 
 /**
- * The text files of a folder that hold one pose each; empty where there are none, which is told.
+ * The text files of a folder that hold one pose each; empty where there are none, which is reported.
  * @param {string} folder
  * @param {(problem: string) => void} complain
  * @returns {import('./inputs.js').Input[]}

@@ -37,7 +37,7 @@ export async function findDepthRecordings(files, peek) {
   for (const series of seriesOf(files.filter(({ path }) => isImageName(path)))) {
     const { facts, fault } = await lookInto(series, peek);
     if (facts) images.push({ ...series, facts, hint: hintOfSeries(series) });
-    else if (fault) broken.push({ file: nameOf(series), reason: `left aside: ${fault}` });
+    else if (fault) broken.push({ file: nameOf(series), reason: `not used: ${fault}` });
   }
   const { depth, colour } = tellApart(images);
   const recordings = depth
@@ -84,7 +84,7 @@ async function lookInto({ members }, peek) {
 }
 
 /**
- * The header tells: shades are distances, colours are colours. Names tell where pictures are grey as well.
+ * By the header: grey images are depth, coloured ones are colour images. Names decide where both are grey.
  * @param {ImageSeries[]} images
  */
 function tellApart(images) {
@@ -242,8 +242,8 @@ function pairNotes(depth, colour, bare, unused, way) {
     ...each(
       unused,
       colour,
-      `left aside: no depth image ${withIt}`,
-      (count) => `${count} of ${numColour} colour pictures have no depth image ${withThem} and are left aside`,
+      `not used: no depth image ${withIt}`,
+      (count) => `${count} of ${numColour} colour pictures have no depth image ${withThem} and are not used`,
     ),
   ];
 }
@@ -326,7 +326,7 @@ export function leftAside(chosen, others, pictures) {
     ...strays.map(({ depth }) => {
       return {
         file: nameOf(depth),
-        reason: `left aside: not named as the other depth images, ${nameOf(chosen.depth)}`,
+        reason: `not used: not named as the other depth images, ${nameOf(chosen.depth)}`,
       };
     }),
     ...titles.map((title) => {
@@ -334,13 +334,13 @@ export function leftAside(chosen, others, pictures) {
         .filter((recording) => titleOf(recording) === title)
         .reduce((sum, { depth }) => sum + depth.members.length, 0);
       const images = count === 1 ? 'one depth image' : `${count} depth images`;
-      return { file: title, reason: `left aside: another recording, of ${images}; ${used}` };
+      return { file: title, reason: `not used: another recording, of ${images}; ${used}` };
     }),
     ...pictures
       .filter(({ folder }) => !others.some(({ root }) => isApart(root, chosen.root) && contains(root, folder)))
       .map((series) => {
         const count = series.members.length === 1 ? 'an image' : 'images';
-        return { file: nameOf(series), reason: `left aside: ${count} that no frame needs` };
+        return { file: nameOf(series), reason: `not used: ${count} that no frame needs` };
       }),
   ];
 }

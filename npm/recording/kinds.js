@@ -1,5 +1,5 @@
 // @ts-check
-/** What the ending of a name tells of a file. What is in it may tell otherwise: see classify.js and heads.js. */
+/** What the extension of a name says about a file. Its content may differ: see classify.js and heads.js. */
 
 const IMAGES = /\.(png|jpe?g|pgm|ppm|pnm|pfm|bmp|webp)$/i;
 const CLOUDS = /\.(ply|pcd)$/i;

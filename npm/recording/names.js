@@ -1,5 +1,5 @@
 // @ts-check
-/** What the names of files tell: which ones are numbered alike, which number each has, what their words hint at. */
+/** File names: which share a numbering, the number of each, and the kind that their words hint at. */
 import { compareNaturally } from '../natural_order.js';
 
 /** @typedef {import('../recording.js').ListedFile} ListedFile */

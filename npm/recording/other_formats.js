@@ -44,7 +44,7 @@ const ADVICE = [
 const LFS_POINTER = 'version https://git-lfs.github.com/spec/v1';
 
 /**
- * What a file that is not read is, and how to convert it: completes "FILE: left aside: ..."; null where nothing is known.
+ * What a file that is not read is, and how to convert it: completes "FILE: not used: ..."; null where nothing is known.
  * @param {string} path
  * @param {Uint8Array | null} [head] its first bytes, where they are known
  * @returns {string | null}

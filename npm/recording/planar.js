@@ -11,7 +11,7 @@
  * @property {boolean} hasLog whether a log of many scans is among them
  * @property {T | null} reference
  * @property {T | null} odometry
- * @property {Note[]} notes what was left aside, and why
+ * @property {Note[]} notes what was not used, and why
  */
 
 /**
@@ -29,13 +29,13 @@ export function assignRoles(files) {
       used.scans.push(file);
       used.hasLog ||= role.is_log;
     } else if (role.role === 'ignored') {
-      if (role.reason !== null) used.notes.push({ file: name, reason: `left aside: ${role.reason}` });
+      if (role.reason !== null) used.notes.push({ file: name, reason: `not used: ${role.reason}` });
     } else if (names[role.role] === null) {
       used[role.role] = file;
       names[role.role] = name;
     } else {
       const what = role.role === 'reference' ? 'reference trajectory' : 'odometry';
-      const reason = `left aside: one ${what} is used at a time, here ${names[role.role]}`;
+      const reason = `not used: one ${what} is used at a time, here ${names[role.role]}`;
       used.notes.push({ file: name, reason });
     }
   }

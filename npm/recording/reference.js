@@ -66,7 +66,7 @@ export async function findReference(files, frames, read) {
   const [best, ...rest] = candidates;
   const notes = rest.map(({ paths }) => ({
     file: paths[0] ?? '',
-    reason: `left aside: one reference trajectory is used at a time, here ${best?.paths[0]}`,
+    reason: `not used: one reference trajectory is used at a time, here ${best?.paths[0]}`,
   }));
   const taken = new Set([...inSeries, ...candidates.flatMap(({ paths }) => paths)]);
   return { reference: best?.paths ?? [], notes: [...notes, ...gaps.map(({ note }) => note)], taken };
@@ -101,7 +101,7 @@ function posesPerFrame(files, { root, keys }) {
     } else if (members.length > 2) {
       const missing = keys.length - paths.length;
       const first = keys.find((key) => !pathOf.has(key));
-      const reason = `left aside: ${missing} of ${keys.length} frames have no such file (number ${first} first); the true path needs one for each`;
+      const reason = `not used: ${missing} of ${keys.length} frames have no such file (number ${first} first); the true path needs one for each`;
       gaps.push({ paths: members.map(({ path }) => path), note: { file: members[0]?.path ?? '', reason } });
     }
   }
@@ -204,7 +204,7 @@ export async function findIntrinsics(files, frames, read) {
     if (!isCameraName(path) || !isNear(folderOf(path), frames)) continue;
     if (!/\.(txt|json|csv)$/i.test(path)) {
       const remedy = 'write fx fy cx cy, or the 3 x 3 matrix, into camera-intrinsics.txt';
-      notes.push({ file: path, reason: `left aside: the camera is not read from this format; ${remedy}` });
+      notes.push({ file: path, reason: `not used: the camera is not read from this format; ${remedy}` });
       continue;
     }
     const bytes = await read(path, Math.min(size, 2 ** 16));
@@ -223,7 +223,7 @@ export async function findIntrinsics(files, frames, read) {
   candidates.sort((a, b) => b.rank - a.rank || b.closeness - a.closeness || compareNaturally(a.path, b.path));
   const [best, ...rest] = candidates;
   for (const { path } of rest) {
-    notes.push({ file: path, reason: `left aside: the camera is described by ${best?.path}` });
+    notes.push({ file: path, reason: `not used: the camera is described by ${best?.path}` });
   }
   const taken = new Set([...candidates.map(({ path }) => path), ...notes.map(({ file }) => file)]);
   return { intrinsics: best?.path ?? null, notes, taken };

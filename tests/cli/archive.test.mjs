@@ -208,7 +208,7 @@ test('a password is told, and the other files are read', async () => {
   const zip = zipSync({ 'secret.png': NOISE, 'good.bin': NOISE });
   const locked = changed(zip, [[recordOf(zip) + 8, 1, 2]]);
   assert.deepEqual(await leftAside(locked), [
-    'secret.png: left aside: protected by a password; unpack the archive with it',
+    'secret.png: not used: protected by a password; unpack the archive with it',
   ]);
 });
 
@@ -239,24 +239,24 @@ test('paths that lead out, links and doubles are left out, and told', async () =
     ['good/1.png', 'good/2.png'],
   );
   assert.equal(archive.notes.length, 4);
-  assert.ok(archive.notes.every(({ reason }) => reason === 'left aside: its path leads out of a.zip'));
+  assert.ok(archive.notes.every(({ reason }) => reason === 'not used: its path leads out of a.zip'));
 
   const link = zipSync({ 'link.png': [new Uint8Array(3), { os: 3, attrs: 0o120777 * 0x10000 }] });
   assert.deepEqual((await openArchive('a.zip', watched(link))).notes, [
-    { file: 'link.png', reason: 'left aside: a link to another file', is_loss: true },
+    { file: 'link.png', reason: 'not used: a link to another file', is_loss: true },
   ]);
   const pair = zipSync({ 'a.png': new Uint8Array(3), 'b.png': new Uint8Array(4) });
   pair[recordOf(pair, 1) + 46] = 'a'.charCodeAt(0);
   const doubled = await openArchive('a.zip', watched(pair));
   assert.deepEqual(doubled.files, [{ path: 'a.png', size: 3 }]);
-  assert.deepEqual(doubled.notes, [{ file: 'a.png', reason: 'left aside: in the archive twice' }]);
+  assert.deepEqual(doubled.notes, [{ file: 'a.png', reason: 'not used: in the archive twice' }]);
 });
 
 test('a bomb that says so is refused before anything is unpacked', async () => {
   const zip = zipSync({ 'zeros.png': ZEROS, 'good.bin': NOISE });
   const small = { ...LIMITS, fileBytes: 1_000_000 };
   assert.deepEqual(await leftAside(zip, small), [
-    'zeros.png: left aside: it would unpack to 5 MB, and at most 1 MB are read',
+    'zeros.png: not used: it would unpack to 5 MB, and at most 1 MB are read',
   ]);
   const [free] = await leftAside(zip, { ...LIMITS, freeBytes: 2 ** 20 });
   assert.match(free ?? '', /it would unpack from 1 MB to 5 MB, and at most 2 MB are made of so little/);

@@ -94,7 +94,7 @@ for (const [what, [contents, message]] of Object.entries(BAD_FILES)) {
     const out = join(folder, 'out');
     const { status, stdout, stderr } = scanstitch(['reconstruct', path, '--out', out]);
     // Alone, a cloud in space is one.
-    assert.match(stderr, what === 'a cloud in space' ? /^bad\.ply: .*too few to place it/ : message);
+    assert.match(stderr, what === 'a cloud in space' ? /^bad\.ply: .*too few to register it/ : message);
     assert.match(stderr, /^scanstitch: No (scan could be used|frame could be placed)/m);
     assert.equal(stdout, '');
     assert.equal(status, 1);
@@ -170,7 +170,7 @@ test('results that cannot be written: one line', (t) => {
   const out = join(folder, 'occupied');
   const { status, stderr } = scanstitch(['reconstruct', folder, '--out', out]);
   const [note, told] = stderr.split(/(?<=\n)/);
-  assert.match(note ?? '', /^note: .*occupied: left aside/);
+  assert.match(note ?? '', /^note: .*occupied: not used/);
   assert.equal(
     told,
     `scanstitch: ${out}: The results could not be written. There is a file where a folder should be.\n`,

@@ -199,7 +199,7 @@ test('several recordings: the longest, or the one that is named', (t) => {
   };
   const { input, out, notes } = reconstruct(t, both);
   assert.deepEqual(notes, [
-    'note: walk/down: left aside: another recording, of 3 depth images; one is used at a time, the longest: walk/up, with 6.',
+    'note: walk/down: not used: another recording, of 3 depth images; one is used at a time, the longest: walk/up, with 6.',
   ]);
   assert.equal(resultIn(out).frames.length, 6);
   const named = scanstitch(['reconstruct', input, '--out', out, '--recording', 'down']);
@@ -268,7 +268,7 @@ test('different counts of depth and colour: what belongs together is used, the r
   assert.equal(status, 0);
   assert.deepEqual(notes, [
     'note: walk/depth/2.png: no colour picture with its number: used without colours.',
-    'note: walk/rgb/6.png: left aside: no depth image with its number.',
+    'note: walk/rgb/6.png: not used: no depth image with its number.',
   ]);
   assert.equal(resultIn(out).frames.length, 5);
 });
@@ -283,7 +283,7 @@ test('a truth that does not fit: told, and the estimate is the same', (t) => {
     const { 'groundtruth.txt': _, ...images } = FILES;
     const name = message.source === '^$' ? 'readme.txt' : 'groundtruth.txt';
     const other = reconstruct(t, { ...images, [name]: truth.replaceAll(/^\d /gm, '') });
-    assert.match(other.stderr, name === 'readme.txt' ? /^note: walk\/readme\.txt: left aside/ : message);
+    assert.match(other.stderr, name === 'readme.txt' ? /^note: walk\/readme\.txt: not used/ : message);
     assert.equal(other.status, name === 'readme.txt' ? 0 : 2);
     assert.equal(resultIn(other.out).comparison, null);
     assert.deepEqual(outputs(other.out), expected);
@@ -303,7 +303,7 @@ test('8-bit colours given as depth, pictures alone, an empty folder: nothing is 
   for (const [files, message] of /** @type {[Record<string, Uint8Array | string>, RegExp][]} */ ([
     [{ ...pictures, ...coloured }, /^walk\/depth\/1\.png to 3\.png: called depth, but holds 8-bit colours.*grey PNG/],
     [pictures, /^walk\/rgb\/1\.png to 3\.png: 3 pictures, and no depth image with them/],
-    [{ 'notes.txt': 'hello' }, /^walk\/notes\.txt: left aside/],
+    [{ 'notes.txt': 'hello' }, /^walk\/notes\.txt: not used/],
   ])) {
     const { status, notes, stdout, out } = reconstruct(t, files);
     assert.match(notes[0] ?? '', message);

@@ -25,12 +25,12 @@ test('planar scans, their trajectory, and a word about everything else', async (
   assert.deepEqual(recording.scans, ['room/0.ply', 'room/1.ply', 'room/2.ply', 'room/no_extension']);
   assert.deepEqual(recording.reference, ['room/a.tum']);
   assert.deepEqual(recording.notes, [
-    { file: 'room/b.txt', reason: 'left aside: one reference trajectory is used at a time, here room/a.tum' },
-    { file: 'room/notes.pdf', reason: 'left aside: not a PLY scan and not a trajectory (.tum or .txt)' },
-    { file: 'room/photo.png', reason: 'left aside: an image, not a laser scan' },
+    { file: 'room/b.txt', reason: 'not used: one reference trajectory is used at a time, here room/a.tum' },
+    { file: 'room/notes.pdf', reason: 'not used: not a PLY scan and not a trajectory (.tum or .txt)' },
+    { file: 'room/photo.png', reason: 'not used: an image, not a laser scan' },
     {
       file: 'room/readme.txt',
-      reason: 'left aside: holds neither scans nor lines of numbers that could be a trajectory',
+      reason: 'not used: holds neither scans nor lines of numbers that could be a trajectory',
     },
   ]);
 });

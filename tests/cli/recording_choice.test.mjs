@@ -16,8 +16,8 @@ test('pictures derived from the depth or the colours are neither', async () => {
     [1, 2, 3].map((i) => [`depth/${i}.png`, `images/${i}.png`]),
   );
   assert.deepEqual(recording.notes, [
-    { file: 'depth_vis/1.png to 3.png', reason: 'left aside: images that no frame needs' },
-    { file: 'semantic/1.png to 3.png', reason: 'left aside: images that no frame needs' },
+    { file: 'depth_vis/1.png to 3.png', reason: 'not used: images that no frame needs' },
+    { file: 'semantic/1.png to 3.png', reason: 'not used: images that no frame needs' },
   ]);
 });
 
@@ -33,7 +33,7 @@ test('several recordings: the longest with its own colours and truth, the others
   assert.ok(recording.depth_frames.every(({ color }) => color?.startsWith('home/second/rgb/')));
   assert.deepEqual(recording.reference, ['home/second/gt.npy']);
   const reason =
-    'left aside: another recording, of 3 depth images; one is used at a time, the longest: home/second, with 5';
+    'not used: another recording, of 3 depth images; one is used at a time, the longest: home/second, with 5';
   assert.deepEqual(recording.notes, [{ file: 'home/first', reason }]);
 });
 
@@ -44,7 +44,7 @@ test('a second kind of depth beside the first is told apart by its files', async
     ...many([1, 2, 3], (i) => `home/rgb/${i}.png`, RGB),
   });
   assert.ok(recording.depth_frames.every(({ depth }) => depth.startsWith('home/depth/')));
-  const reason = 'left aside: another recording, of 3 depth images; one is used at a time, the longest: home, with 3';
+  const reason = 'not used: another recording, of 3 depth images; one is used at a time, the longest: home, with 3';
   assert.deepEqual(recording.notes, [{ file: 'home/depth_predicted/1.png to 3.png', reason }]);
 });
 

@@ -125,8 +125,8 @@ test('different counts: what has a partner is paired by number, the rest is name
   ]);
   assert.deepEqual(recording.notes, [
     { file: 'depth/1.png', reason: 'no colour picture with its number: used without colours' },
-    { file: 'rgb/004.png', reason: 'left aside: no depth image with its number' },
-    { file: 'rgb/007.png', reason: 'left aside: no depth image with its number' },
+    { file: 'rgb/004.png', reason: 'not used: no depth image with its number' },
+    { file: 'rgb/007.png', reason: 'not used: no depth image with its number' },
   ]);
 });
 
@@ -187,8 +187,8 @@ test('TUM RGB-D: by time, each used once, within 0.02 s', async () => {
   assert.deepEqual(recording.reference, ['groundtruth.txt']);
   assert.deepEqual(recording.notes, [
     { file: 'depth/100.700000.png', reason: 'no colour picture taken within 0.02 s of it: used without colours' },
-    { file: 'rgb/100.300000.png', reason: 'left aside: no depth image taken within 0.02 s of it' },
-    { file: 'accelerometer.txt', reason: 'left aside: neither an image nor a trajectory of this recording' },
+    { file: 'rgb/100.300000.png', reason: 'not used: no depth image taken within 0.02 s of it' },
+    { file: 'accelerometer.txt', reason: 'not used: neither an image nor a trajectory of this recording' },
   ]);
 });
 

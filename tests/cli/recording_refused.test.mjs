@@ -49,7 +49,7 @@ test('pictures without depth, an empty folder, a text: nothing, and why', async 
   });
   const text = await understandAll({ 'notes.pdf': 'x' });
   assert.deepEqual(text.notes, [
-    { file: 'notes.pdf', reason: 'left aside: neither a scan, nor a cloud, nor a depth image' },
+    { file: 'notes.pdf', reason: 'not used: neither a scan, nor a cloud, nor a depth image' },
   ]);
 });
 
@@ -78,7 +78,7 @@ test('a series of images none of which can be read is told, with its first fault
   assert.deepEqual(recording.notes, [
     {
       file: 'rgb/1.png to 3.png',
-      reason: 'left aside: 1.png: this PNG cannot be read: it is cut off at byte 20; copy or export it again',
+      reason: 'not used: 1.png: this PNG cannot be read: it is cut off at byte 20; copy or export it again',
     },
   ]);
 });

@@ -63,14 +63,14 @@ test('an option whose value is a name that every object has is refused before an
 
 const hasPipes = process.platform !== 'win32';
 
-test('pipes and devices are told and left aside at once', { skip: !hasPipes && 'no pipes', timeout: 60_000 }, (t) => {
+test('pipes and devices are reported and not used', { skip: !hasPipes && 'no pipes', timeout: 60_000 }, (t) => {
   const folder = temporaryFolder(t);
   writeFiles(folder, ROOM_FILES);
   const pipe = join(folder, 'pipe.ply');
   execFileSync('mkfifo', [pipe]);
   const out = join(folder, 'out');
   const inFolder = scanstitch(['reconstruct', folder, '--out', out]);
-  assert.match(inFolder.stderr, /pipe\.ply: left aside: a pipe or a device, not a file\.$/m);
+  assert.match(inFolder.stderr, /pipe\.ply: not used: a pipe or a device, not a file\.$/m);
   assert.equal(inFolder.status, 0);
   for (const args of [
     [pipe],
@@ -110,7 +110,7 @@ test('links that lead to themselves and a folder that may not be read: named, an
   chmodSync(join(scans, 'locked'), 0o755);
   assert.match(stderr, /self\.ply: This is a link that leads to itself\.$/m);
   assert.match(stderr, /dangling\.ply: There is no such file or folder\.$/m);
-  assert.match(stderr, /^note: scans\/again: left aside: a link to a folder that has been looked through\.$/m);
+  assert.match(stderr, /^note: scans\/again: not used: a link to a folder that has been looked through\.$/m);
   assert.match(stderr, /locked: The file may not be read or written: permission denied\.$/m);
   assert.match(stdout, /^3 scans in /m);
   assert.equal(status, 2);
@@ -123,9 +123,9 @@ test('what is named and not used is complained of', (t) => {
   const run = (/** @type {string[]} */ ...args) => scanstitch(['reconstruct', ...args, '--out', out]);
   const named = run(...paths);
   assert.equal(named.status, 2);
-  assert.match(named.stderr, /^junk\.pdf: left aside: not a PLY scan/m);
+  assert.match(named.stderr, /^junk\.pdf: not used: not a PLY scan/m);
   assert.match(named.stderr, /^broken\.tum, line 1: /m);
-  assert.match(named.stderr, /^more\.xyz: left aside: /m);
+  assert.match(named.stderr, /^more\.xyz: not used: /m);
   const options = run(...paths.slice(0, 3), '--intrinsics', 'nope');
   assert.equal(options.status, 2);
   assert.match(options.stderr, /^--intrinsics nope: not used, for planar scans have no camera\.$/m);
@@ -140,7 +140,7 @@ test('one locked file costs the archive nothing else', (t) => {
   zip[record + 8] = (zip[record + 8] ?? 0) | 1;
   const [path = ''] = writeFiles(folder, { 'scans.zip': zip });
   const { status, stdout, stderr } = scanstitch(['reconstruct', path, '--out', join(folder, 'out')]);
-  assert.equal(stderr, 'secret.ply: left aside: protected by a password; unpack the archive with it.\n');
+  assert.equal(stderr, 'secret.ply: not used: protected by a password; unpack the archive with it.\n');
   assert.match(stdout, /^3 scans in /m);
   assert.equal(status, 2);
 });

@@ -65,7 +65,7 @@ test('a trajectory dropped alone is compared with what is there', async ({ app }
   expect(result.comparison?.name).toBe('path.csv');
 });
 
-test('a folder is opened to any depth; what is no scan is named and left aside', async ({ app, page }, info) => {
+test('a folder is opened to any depth; what is no scan is named and not used', async ({ app, page }, info) => {
   const folder = info.outputPath('recording');
   mkdirSync(join(folder, 'late'), { recursive: true });
   const scans = sampleScans();

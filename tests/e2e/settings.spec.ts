@@ -10,8 +10,8 @@ test('a changed setting computes again, and is marked until it is put back', asy
 });
 
 test('angles are degrees on the screen and radians in the engine', async ({ app }) => {
-  await app.setting('Search turn').fill('20');
-  await app.setting('Search turn').press('Enter');
+  await app.setting('Search rotation').fill('20');
+  await app.setting('Search rotation').press('Enter');
   const { result } = await app.stitched();
   expect(result.settings.search_rotation).toBeCloseTo((20 * Math.PI) / 180, 9);
 });

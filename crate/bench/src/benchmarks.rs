@@ -20,12 +20,17 @@ use scanstitch::search::KdTree;
 use scanstitch_scene::corridor::{self, CorridorOptions};
 
 use crate::benchmark::{Benchmark, Files, Prepared};
+#[cfg(feature = "peers")]
+use crate::peers::PEER_BENCHMARKS;
 use crate::spatial::{DEPTH_BENCHMARKS, PAIR_BENCHMARKS};
 
 /// All benchmarks, in the order they are run and printed.
 pub fn benchmarks() -> impl Iterator<Item = &'static Benchmark> {
-    [PLANAR_BENCHMARKS, DEPTH_BENCHMARKS, PAIR_BENCHMARKS].into_iter().flatten()
+    [PLANAR_BENCHMARKS, DEPTH_BENCHMARKS, PAIR_BENCHMARKS, PEER_BENCHMARKS].into_iter().flatten()
 }
+
+#[cfg(not(feature = "peers"))]
+const PEER_BENCHMARKS: &[Benchmark] = &[];
 
 const PLANAR_BENCHMARKS: &[Benchmark] = &[
     Benchmark {

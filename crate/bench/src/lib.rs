@@ -7,6 +7,8 @@
 
 mod benchmark;
 mod benchmarks;
+#[cfg(feature = "peers")]
+mod peers;
 mod spatial;
 #[cfg(target_arch = "wasm32")]
 mod wasm;

@@ -5,6 +5,8 @@ use std::hint::black_box;
 
 use glam::DVec3;
 use scanstitch::Error;
+#[cfg(feature = "peers")]
+use scanstitch::camera::SurfelImage;
 use scanstitch::camera::{DepthImage, DepthScale, Pinhole};
 use scanstitch::geometry::{PointCloud, Pose3};
 use scanstitch::io::{color_image, depth_png, ply};
@@ -122,6 +124,13 @@ fn back_project(files: Files) -> Outcome {
     frame(move || {
         black_box(cloud_of(black_box(&decoded)));
     })
+}
+
+/// The surfels of the first depth image.
+#[cfg(feature = "peers")]
+pub fn surfels_of(files: &Files) -> Result<SurfelImage, String> {
+    let Decoded { image, usable, camera, model } = decoded(files)?;
+    Ok(depth_surfels(&image, &usable, &camera, &model))
 }
 
 fn surfels(files: Files) -> Outcome {

@@ -194,7 +194,7 @@ pub struct Walk {
     pub noise: f64,
     /// Frames at the most.
     pub frames: usize,
-    /// The focal length that the engine is told over the true one.
+    /// Ratio of the focal length given to the engine to the true one.
     pub focal: f64,
     /// Whether there are colour images.
     pub has_color: bool,

@@ -19,7 +19,7 @@ pub struct PlanarRecording {
 }
 
 impl PlanarRecording {
-    /// Drives the laser along a path through a building; both are told in the building's frame.
+    /// Drives the laser along a path through a building; both are given in the building's frame.
     pub(super) fn new(building: &World, path: &[Pose2], laser: &Laser, random: &mut Random) -> Self {
         let T_world_building = path.first().map(Pose2::inverse).unwrap_or_default();
         let world = building.moved(&T_world_building);

@@ -1,4 +1,4 @@
-//! How bright the pixels of a colour image are, at half its size and coarser: what places on a wall are told apart by.
+//! Brightness of a colour image in a pyramid of half its size and coarser: texture distinguishes positions along a wall.
 
 use super::{ColorImage, Pinhole};
 
@@ -21,7 +21,7 @@ struct Level {
 
 /// Brightness at a place and its slope.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Sample {
+pub(crate) struct Sample {
     /// Grey levels, 0 to 255.
     pub value: f64,
     /// Grey levels a pixel of the level, along the rows and along the columns.
@@ -29,7 +29,7 @@ pub struct Sample {
 }
 
 /// Levels of the pyramid.
-pub const NUM_LEVELS: usize = 3;
+pub(crate) const NUM_LEVELS: usize = 3;
 /// Pixels of the image that make one of the finest level, along each side.
 const FINEST: usize = 2;
 /// Grey levels are kept to this.
@@ -57,7 +57,7 @@ impl Brightness {
 
     /// From all levels, as [`levels`](Self::levels) gives them: columns, rows and values, the finest first. None where they
     /// are none of one image.
-    pub fn from_levels(levels: [(usize, usize, Vec<u16>); NUM_LEVELS]) -> Option<Self> {
+    pub(crate) fn from_levels(levels: [(usize, usize, Vec<u16>); NUM_LEVELS]) -> Option<Self> {
         let levels = levels.map(|(width, height, values)| Level { width, height, values });
         let is_whole = |level: &Level| level.width.checked_mul(level.height) == Some(level.values.len());
         let follows = |(level, next): (&Level, &Level)| level.halved_size() == (next.width, next.height);
@@ -66,12 +66,12 @@ impl Brightness {
     }
 
     /// Columns, rows and values of all levels, the finest first.
-    pub fn levels(&self) -> [(usize, usize, &[u16]); NUM_LEVELS] {
+    pub(crate) fn levels(&self) -> [(usize, usize, &[u16]); NUM_LEVELS] {
         self.levels.each_ref().map(|Level { width, height, values }| (*width, *height, &values[..]))
     }
 
     /// What it takes on the heap.
-    pub fn num_bytes(&self) -> usize {
+    pub(crate) fn num_bytes(&self) -> usize {
         self.levels.iter().map(|level| size_of::<u16>() * level.values.capacity()).sum()
     }
 
@@ -92,7 +92,7 @@ impl Brightness {
 
     /// How steep the brightness is at a pixel of a level (grey levels a pixel), squared; 0 at the border.
     #[inline]
-    pub fn sq_steepness(&self, level: usize, column: usize, row: usize) -> f64 {
+    pub(crate) fn sq_steepness(&self, level: usize, column: usize, row: usize) -> f64 {
         let Level { width, height, values } = &self.levels[level];
         if column == 0 || row == 0 || column + 1 >= *width || row + 1 >= *height {
             return 0.0;
@@ -106,7 +106,7 @@ impl Brightness {
 
     /// What is seen at the place (u, v) of a level; none within a pixel of the border.
     #[inline]
-    pub fn sample(&self, level: usize, u: f64, v: f64) -> Option<Sample> {
+    pub(crate) fn sample(&self, level: usize, u: f64, v: f64) -> Option<Sample> {
         let Level { width, height, values } = &self.levels[level];
         // Comparisons that also turn away what is no number.
         if !(u >= 1.0 && v >= 1.0 && u < (*width as f64) - 2.0 && v < (*height as f64) - 2.0) {

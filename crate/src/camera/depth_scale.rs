@@ -42,7 +42,7 @@ pub enum DepthSensor {
     /// Structured light with disparities of 1/8 pixel: Kinect, Xtion, PrimeSense.
     Kinect,
     /// Stereo with disparities of 1/32 pixel: RealSense D400. Its step is 1 / (32 f b) with a known baseline b, so it
-    /// tells the focal length, too.
+    /// determines the focal length, too.
     RealSense {
         /// Of the depth image (pixels).
         focal_length: f64,
@@ -290,7 +290,7 @@ mod tests {
     }
 
     #[test]
-    fn without_steps_the_size_of_rooms_tells() {
+    fn without_steps_the_size_of_rooms_decides() {
         let rendered = |per_metre| {
             DepthScale::estimate(&DepthImage { width: 512, height: 600, ..ramp((0.5, 3.5), per_metre, None, 0.0) })
         };

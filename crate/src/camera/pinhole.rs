@@ -75,7 +75,7 @@ impl Pinhole {
     }
 
     /// x / z of every column and y / z of every row: the rays of all pixels, for rays of a pinhole are a product.
-    pub fn ray_table(&self) -> RayTable {
+    pub(crate) fn ray_table(&self) -> RayTable {
         RayTable {
             x: (0..self.width).map(|u| self.ray(u as f64, 0.0).x).collect(),
             y: (0..self.height).map(|v| self.ray(0.0, v as f64).y).collect(),
@@ -85,7 +85,7 @@ impl Pinhole {
 
 /// The rays of all pixels: pixel (u, v) sees `(x[u], y[v], 1)`.
 #[derive(Debug, Clone, PartialEq)]
-pub struct RayTable {
+pub(crate) struct RayTable {
     /// One a column.
     pub x: Vec<f64>,
     /// One a row.

@@ -18,7 +18,7 @@ pub struct Pair {
 /// A pose of the longer trajectory may so belong to several of the shorter one.
 ///
 /// # Errors
-/// When no stamps match; the error tells both spans and, where one fits, which unit or offset would make them meet.
+/// When no stamps match; the error gives both spans and, where one fits, the unit or offset that would make them overlap.
 pub fn by_time(reference: &[f64], estimate: &[f64], max_diff: f64, offset: f64) -> Result<Vec<Pair>> {
     let estimate_is_longer = estimate.len() > reference.len();
     let (short, long) = if estimate_is_longer { (reference, estimate) } else { (estimate, reference) };

@@ -1,4 +1,4 @@
-//! How crisp a map is, without any truth: poses that are off smear its surfaces.
+//! Sharpness of a map without a reference: errors of the poses blur its surfaces.
 //!
 //! - Mean map entropy: Droeschel and Behnke, "Local multi-resolution surfel grids for MAV motion estimation and 3D
 //!   mapping", IAS-13 (2014).
@@ -31,7 +31,7 @@ impl Default for MapQualityOptions {
     }
 }
 
-/// The figures of a map: the smaller, the crisper. They compare maps of the same scans only.
+/// The metrics of a map, lower is sharper. They compare maps of the same scans only.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
 pub struct MapQuality {

@@ -1,8 +1,8 @@
-//! How good a result is: a trajectory against the truth, and the crispness of a map where there is none.
+//! Evaluation of results: a trajectory against a reference, and the sharpness of a map where there is none.
 //!
 //! [`evaluate`](evaluate::evaluate) compares one estimate with the reference, step by step: [`associate`] finds the poses
 //! that belong together, [`alignment`] brings the estimate into the reference's frame, [`metrics`] measures, and
-//! [`statistics`] sums up. Definitions are those of evo (Grupp, "evo: Python package for the evaluation of odometry and
+//! `statistics` sums up. Definitions are those of evo (Grupp, "evo: Python package for the evaluation of odometry and
 //! SLAM", 2017), each with its source in the literature.
 //!
 //! Figures agree with evo 1.38.1 to 1e-9, relative, but for what double precision does not fix, and evo's own figures are
@@ -12,7 +12,7 @@
 //!   equal, everything after a perfect alignment;
 //! - errors near the rounding of the coordinates: 1e-9 m at 5,000 km from the origin (map projections), where even the order
 //!   of multiplying shows;
-//! - rotations after the alignment of a path that is a straight line: the turn about it is chance (a note tells);
+//! - rotations after the alignment of a path that is a straight line: the rotation about it is arbitrary (a note says so);
 //! - all pairs turned by a delta of exactly zero: which angles are zero is rounding.
 //!
 //! ```
@@ -45,9 +45,12 @@ pub mod pairs;
 pub mod path;
 pub mod relation_times;
 pub mod relations;
-pub mod sharpness;
-pub mod statistics;
-pub mod trajectory_error;
+pub(crate) mod sharpness;
+pub(crate) mod statistics;
+pub(crate) mod trajectory_error;
 pub mod umeyama;
 
 pub use evaluate::{Evaluation, EvaluationOptions, evaluate};
+pub use sharpness::Sharpness;
+pub use statistics::Statistics;
+pub use trajectory_error::{PlanarPoint, TrajectoryError};

@@ -39,7 +39,7 @@ pub(super) struct PoseLookup<'a> {
 }
 
 impl<'a> PoseLookup<'a> {
-    pub fn new(estimate: &'a Path, max_diff: f64) -> Self {
+    pub(super) fn new(estimate: &'a Path, max_diff: f64) -> Self {
         let stamps = estimate.stamps.as_deref();
         let mut order: Vec<usize> = (0..estimate.len()).collect();
         if let Some(stamps) = stamps {
@@ -50,7 +50,7 @@ impl<'a> PoseLookup<'a> {
 
     /// Refuses relations by time where the estimate has no times, or has numbers in their place: some of those lie near a
     /// time by chance, and what they say is nothing.
-    pub fn check(&self, relations: &[Relation]) -> Result<()> {
+    pub(super) fn check(&self, relations: &[Relation]) -> Result<()> {
         let mut times = relations.iter().filter_map(Relation::times).flatten();
         let Some(first) = times.next() else { return Ok(()) };
         let remedy = "Reconstruct the log anew, for its trajectory carries the log's times, or give the times of the poses \
@@ -69,7 +69,7 @@ impl<'a> PoseLookup<'a> {
         Ok(())
     }
 
-    pub fn find(&self, place: Place) -> Option<usize> {
+    pub(super) fn find(&self, place: Place) -> Option<usize> {
         match place {
             Place::Index(index) => (index < self.num_poses).then_some(index),
             Place::Time(time) => {

@@ -16,9 +16,9 @@ use crate::io::relations::Relation;
 use crate::{Error, Result};
 
 /// A relation whose translation is off by more than this (m) is wrong: another place, not noise.
-pub const WRONG_TRANSLATION: f64 = 0.5;
+pub(crate) const WRONG_TRANSLATION: f64 = 0.5;
 /// A relation whose rotation is off by more than this (deg) is wrong.
-pub const WRONG_ROTATION_DEG: f64 = 5.0;
+pub(crate) const WRONG_ROTATION_DEG: f64 = 5.0;
 
 /// How far the poses of an estimate are from known relations.
 #[derive(Debug, Clone, PartialEq, Serialize)]

@@ -1,11 +1,11 @@
 //! Points and rigid motions: what everything else is written in.
 //!
 //! [`PointCloud`] holds positions in single precision; [`Pose2`] and [`Pose3`] are rigid motions in double precision, with
-//! exponential, logarithm and adjoint behind [`RigidMotion`]. Read [`pose`] first.
+//! exponential, logarithm and adjoint behind [`RigidMotion`]. Read `pose` first.
 
-pub mod algebra;
-pub mod point_cloud;
-pub mod pose;
+pub(crate) mod algebra;
+pub(crate) mod point_cloud;
+pub(crate) mod pose;
 pub mod rotation;
 
 pub use algebra::{Jacobian, SquareMatrix, Vector};

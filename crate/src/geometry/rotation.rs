@@ -14,7 +14,7 @@ const MAX_ITERATIONS: usize = 50;
 /// A matrix whose columns are perpendicular to 1e-12 is only scaled, which is what SciPy's `Rotation.from_matrix` does:
 /// angles agree with it to the last digits also where the matrix was rounded. `None` when the determinant is not
 /// positive or an entry not finite.
-pub fn nearest_rotation(matrix: &Matrix3<f64>) -> Option<UnitQuaternion<f64>> {
+pub(crate) fn nearest_rotation(matrix: &Matrix3<f64>) -> Option<UnitQuaternion<f64>> {
     let determinant = matrix.determinant();
     if !(determinant > 0.0 && determinant.is_finite()) {
         return None;
@@ -62,12 +62,12 @@ pub fn angle_of(rotation: &UnitQuaternion<f64>) -> f64 {
 }
 
 /// Angle (rad) of a rotation's part about an axis, in [-2 pi, 2 pi]: the twist of its swing-twist decomposition.
-pub fn turn_about(rotation: &UnitQuaternion<f64>, axis: &Unit<Vector3<f64>>) -> f64 {
+pub(crate) fn turn_about(rotation: &UnitQuaternion<f64>, axis: &Unit<Vector3<f64>>) -> f64 {
     2.0 * rotation.imag().dot(axis).atan2(rotation.w)
 }
 
 /// The rotation's part about an axis: of all turns about it the nearest to the rotation.
-pub fn twist_about(rotation: &UnitQuaternion<f64>, axis: &Unit<Vector3<f64>>) -> UnitQuaternion<f64> {
+pub(crate) fn twist_about(rotation: &UnitQuaternion<f64>, axis: &Unit<Vector3<f64>>) -> UnitQuaternion<f64> {
     UnitQuaternion::from_axis_angle(axis, turn_about(rotation, axis))
 }
 

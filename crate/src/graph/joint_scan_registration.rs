@@ -33,7 +33,7 @@ pub struct Edge {
 
 /// A motion between two nodes that is known from elsewhere.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct KnownMotion<M: RigidMotion> {
+pub(crate) struct KnownMotion<M: RigidMotion> {
     /// Node in whose frame it is.
     pub from: usize,
     /// The other node.
@@ -116,7 +116,7 @@ impl<M: RigidMotion> PoseGraph<M> {
 
     /// The same with motions that are known from elsewhere: they hold where the matches leave something open.
     #[must_use]
-    pub fn with_known_motions(mut self, known: Vec<KnownMotion<M>>) -> Self {
+    pub(crate) fn with_known_motions(mut self, known: Vec<KnownMotion<M>>) -> Self {
         self.known = known;
         self
     }

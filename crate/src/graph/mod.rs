@@ -1,11 +1,11 @@
 //! All poses at once: estimates of odometry in, jointly optimised poses out.
 //!
-//! [`loops`] finds places seen again; [`pose_graph`] optimises poses over relative measurements;
+//! [`loops`] finds places seen again; `pose_graph` optimises poses over relative measurements;
 //! [`joint_scan_registration`] optimises them over the points themselves; [`sparse`] solves the linear systems of both.
 //!
-//! Read [`pose_graph`] first, then [`loops::planar`].
+//! Read `pose_graph` first, then `loops::planar`.
 
 pub mod joint_scan_registration;
 pub mod loops;
-pub mod pose_graph;
+pub(crate) mod pose_graph;
 pub mod sparse;

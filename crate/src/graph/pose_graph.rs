@@ -9,13 +9,13 @@ use crate::geometry::{Pose2, Pose3, RigidMotion, SquareMatrix, Vector};
 use crate::graph::sparse::{BlockCholesky, BlockMatrix};
 
 /// A relation in the plane.
-pub type PlanarRelation = PoseRelation<Pose2>;
+pub(crate) type PlanarRelation = PoseRelation<Pose2>;
 /// A relation in space.
-pub type SpatialRelation = PoseRelation<Pose3>;
+pub(crate) type SpatialRelation = PoseRelation<Pose3>;
 
 /// A measured motion between two nodes.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct PoseRelation<M: RigidMotion> {
+pub(crate) struct PoseRelation<M: RigidMotion> {
     /// Node in whose frame `to` was measured.
     pub from: usize,
     /// The node measured.
@@ -42,18 +42,18 @@ impl<M: RigidMotion> PoseRelation<M> {
     const SWITCH_WIDTH: f64 = switch_width(M::Tangent::LEN);
 
     /// log(T_from^-1 T_to T_from_to^-1): what these poses of the world make of it, rotation first.
-    pub fn residual(&self, T_world_from: &M, T_world_to: &M) -> M::Tangent {
+    pub(crate) fn residual(&self, T_world_from: &M, T_world_to: &M) -> M::Tangent {
         (T_world_from.inverse() * *T_world_to * self.T_from_to.inverse()).log()
     }
 
     /// Squared Mahalanobis distance of the residual.
-    pub fn squared_distance(&self, poses: &[M]) -> f64 {
+    pub(crate) fn squared_distance(&self, poses: &[M]) -> f64 {
         let residual = self.residual(&poses[self.from], &poses[self.to]);
         residual.dot(&self.information.apply(&residual))
     }
 
     /// Its weight, 0..=1, at a squared Mahalanobis distance.
-    pub fn weight(&self, squared_distance: f64) -> f64 {
+    pub(crate) fn weight(&self, squared_distance: f64) -> f64 {
         if !self.is_switchable {
             return 1.0;
         }
@@ -73,7 +73,11 @@ impl<M: RigidMotion> PoseRelation<M> {
 
 /// Moves the poses (`T_world_node`; the first stays) to where the relations fit best, in at most `max_iterations` steps
 /// of Levenberg and Marquardt. Returns the number of steps.
-pub fn solve_relations<M: RigidMotion>(poses: &mut [M], relations: &[PoseRelation<M>], max_iterations: usize) -> usize {
+pub(crate) fn solve_relations<M: RigidMotion>(
+    poses: &mut [M],
+    relations: &[PoseRelation<M>],
+    max_iterations: usize,
+) -> usize {
     let num_variables = poses.len().saturating_sub(1);
     if num_variables == 0 || relations.is_empty() {
         return 0;

@@ -42,7 +42,7 @@ impl Relation {
     }
 
     /// Whether it names its poses by time.
-    pub fn is_by_time(&self) -> bool {
+    pub(crate) fn is_by_time(&self) -> bool {
         self.times().is_some()
     }
 

@@ -15,29 +15,19 @@ struct Voxel {
 }
 
 /// Points with normals in the world frame, at most one a cube of side `voxel_size`.
-pub struct CloudMap {
+pub(crate) struct CloudMap {
     hash: VoxelHash,
     voxels: Vec<Voxel>,
 }
 
 impl CloudMap {
     /// A map without points; `voxel_size` in m.
-    pub fn new(voxel_size: f64) -> Self {
+    pub(crate) fn new(voxel_size: f64) -> Self {
         Self { hash: VoxelHash::new(voxel_size), voxels: Vec::new() }
     }
 
-    /// Whether nothing was put in.
-    pub fn is_empty(&self) -> bool {
-        self.voxels.is_empty()
-    }
-
-    /// Number of points.
-    pub fn len(&self) -> usize {
-        self.voxels.len()
-    }
-
     /// Adds points with normals (sensor frame) from `T_world_sensor`; points without a normal are left out.
-    pub fn insert(&mut self, points: &[Vector3<f64>], normals: &[Option<Vector3<f64>>], T_world_sensor: &Pose3) {
+    pub(crate) fn insert(&mut self, points: &[Vector3<f64>], normals: &[Option<Vector3<f64>>], T_world_sensor: &Pose3) {
         for (point, normal) in points.iter().zip(normals) {
             let Some(normal) = normal else { continue };
             let point = T_world_sensor.rotation * point + T_world_sensor.translation.vector;
@@ -57,12 +47,12 @@ impl CloudMap {
     }
 
     /// All points with their unit normals (world frame), in the order in which their voxels were first met.
-    pub fn points(&self) -> impl Iterator<Item = (Vector3<f64>, Vector3<f64>)> + '_ {
+    pub(crate) fn points(&self) -> impl Iterator<Item = (Vector3<f64>, Vector3<f64>)> + '_ {
         self.voxels.iter().map(|voxel| (voxel.point / voxel.count, voxel.normal.normalize()))
     }
 
     /// What a cloud is registered to: the points within `radius` (m) of a place in the world.
-    pub fn around(&self, place: &Vector3<f64>, radius: f64) -> OrientedTarget<3> {
+    pub(crate) fn around(&self, place: &Vector3<f64>, radius: f64) -> OrientedTarget<3> {
         let near = self.points().filter(|(point, _)| (point - place).norm_squared() <= radius * radius);
         let (points, normals) = near.map(|(point, normal)| (point, Some(normal))).unzip();
         OrientedTarget::new(points, normals)
@@ -79,11 +69,11 @@ mod tests {
         let points = [Vector3::new(0.1, 0.1, 0.1), Vector3::new(0.3, 0.1, 0.1), Vector3::new(-0.1, 0.1, 0.1)];
         map.insert(&points, &[Some(Vector3::z()), Some(Vector3::z()), None], &Pose3::identity());
         map.insert(&points[..1], &[Some(-Vector3::z())], &Pose3::identity());
-        assert_eq!(map.len(), 1);
+        assert_eq!(map.voxels.len(), 1);
         let (point, normal) = map.points().next().unwrap();
         assert!((point - Vector3::new(0.2, 0.1, 0.1)).norm() < 1e-12 && normal == Vector3::z());
         map.insert(&points[..1], &[Some(Vector3::x())], &Pose3::translation(5.0, 0.0, 0.0));
-        assert_eq!(map.len(), 2);
+        assert_eq!(map.voxels.len(), 2);
         assert_eq!(map.around(&Vector3::zeros(), 1.0).points().len(), 1);
     }
 }

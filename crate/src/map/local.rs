@@ -28,7 +28,7 @@ pub enum MetricName {
 }
 
 /// A registration in the plane.
-pub type PlanarRegistration = Registration<Pose2>;
+pub(crate) type PlanarRegistration = Registration<Pose2>;
 
 /// A scan enters the map when it was taken this far (m) ...
 const MIN_MOVE: f64 = 0.15;
@@ -39,7 +39,7 @@ const MIN_TURN: f64 = 0.1;
 const SURFACE_SPACING: f64 = 0.1;
 
 /// The last few scans in the world frame: what the next scan is matched with.
-pub struct LocalMap {
+pub(crate) struct LocalMap {
     capacity: usize,
     metric: MetricName,
     scans: VecDeque<PlacedScan>,
@@ -60,12 +60,12 @@ enum MapTarget {
 
 impl LocalMap {
     /// An empty map of at most `capacity` scans (at least one).
-    pub fn new(capacity: usize, metric: MetricName) -> Self {
+    pub(crate) fn new(capacity: usize, metric: MetricName) -> Self {
         Self { capacity: capacity.max(1), metric, scans: VecDeque::new(), target: OnceCell::new() }
     }
 
     /// Adds a scan, unless it was taken where the last one was; the oldest leaves when the map is full.
-    pub fn insert(&mut self, scan: Rc<PlanarScan>, T_world_sensor: Pose2) {
+    pub(crate) fn insert(&mut self, scan: Rc<PlanarScan>, T_world_sensor: Pose2) {
         if let Some(last) = self.scans.back().filter(|_| self.capacity > 1) {
             let motion = last.T_world_sensor.inverse() * T_world_sensor;
             if motion.translation_norm() < MIN_MOVE && motion.rotation_angle() < MIN_TURN {
@@ -80,19 +80,13 @@ impl LocalMap {
         self.target = OnceCell::new();
     }
 
-    /// Forgets all scans.
-    pub fn clear(&mut self) {
-        self.scans.clear();
-        self.target = OnceCell::new();
-    }
-
     /// Whether nothing has been added.
-    pub fn is_empty(&self) -> bool {
+    pub(crate) fn is_empty(&self) -> bool {
         self.scans.is_empty()
     }
 
     /// All returns in the world frame (m).
-    pub fn points(&self) -> Vec<Vector2<f64>> {
+    pub(crate) fn points(&self) -> Vec<Vector2<f64>> {
         let placed = |s: &PlacedScan| s.scan.points.iter().map(|p| s.T_world_sensor.act(p)).collect::<Vec<_>>();
         self.scans.iter().flat_map(placed).collect()
     }
@@ -114,7 +108,7 @@ impl LocalMap {
     }
 
     /// Registers a scan to the map from a guess of `T_world_sensor`.
-    pub fn register(&self, scan: &PlanarScan, guess: Pose2, options: &IcpOptions) -> PlanarRegistration {
+    pub(crate) fn register(&self, scan: &PlanarScan, guess: Pose2, options: &IcpOptions) -> PlanarRegistration {
         let source = Source { points: &scan.points, normals: Some(&scan.normals), sigmas: None };
         match self.target() {
             MapTarget::Points(target) => register(source, target, guess, &PointToPoint, options),
@@ -123,7 +117,7 @@ impl LocalMap {
     }
 
     /// Each point of a scan at a pose with its nearest neighbour within `max_distance` (m), in the world frame.
-    pub fn correspondences(
+    pub(crate) fn correspondences(
         &self,
         scan: &PlanarScan,
         T_world_sensor: &Pose2,
@@ -135,7 +129,7 @@ impl LocalMap {
     }
 
     /// The free-space test of a scan at a pose against the scans of the map, and of these against it.
-    pub fn free_space(&self, scan: &PlanarScan, T_world_sensor: &Pose2) -> FreeSpaceTally {
+    pub(crate) fn free_space(&self, scan: &PlanarScan, T_world_sensor: &Pose2) -> FreeSpaceTally {
         let profile = RangeProfile::new(&scan.points);
         let mut tally = FreeSpaceTally::default();
         for placed in &self.scans {

@@ -1,13 +1,15 @@
 //! Maps: placed frames in, something to register the next frame to, or the result, out.
 //!
-//! - For registration: [`local`] (planar scans), [`cloud`], [`surfel`] (depth images), [`keyframes`].
+//! - For registration: `local` (planar scans), `cloud`, `surfel` (depth images), `keyframes`.
 //! - Results: [`local::StitchedMap`], [`voxel`] (a cloud), [`occupancy_grid`].
 //!
-//! Read [`local`] first: the others do in space what it does in the plane.
+//! Read `local` first: the others do in space what it does in the plane.
 
-pub mod cloud;
-pub mod keyframes;
-pub mod local;
+pub(crate) mod cloud;
+pub(crate) mod keyframes;
+pub(crate) mod local;
 pub mod occupancy_grid;
-pub mod surfel;
+pub(crate) mod surfel;
 pub mod voxel;
+
+pub use local::{MetricName, StitchedMap};

@@ -68,16 +68,6 @@ impl SurfelMap {
         self.blocks.iter().flat_map(|block| &block.surfels).map(PackedSurfel::surfel)
     }
 
-    /// Number of surfels.
-    pub fn len(&self) -> usize {
-        self.len
-    }
-
-    /// Whether it has no surfels.
-    pub fn is_empty(&self) -> bool {
-        self.len == 0
-    }
-
     /// The map as seen from `T_world_view`, with cells like those of `frame` and a margin.
     pub fn view(&self, frame: &SurfelImage, T_world_view: &Pose3) -> ProjectiveTarget {
         let camera = with_margin(&frame.cell_camera());
@@ -233,12 +223,12 @@ mod tests {
     #[test]
     fn a_surfel_measured_again_is_averaged_by_inverse_variance() {
         let mut map = SurfelMap::new();
-        assert!(map.is_empty());
+        assert!(map.len == 0);
         insert(&mut map, &wall(2.0, 0.01), &Pose3::identity());
-        let num_surfels = map.len();
+        let num_surfels = map.len;
         assert_eq!(num_surfels, wall(2.0, 0.01).cells.len());
         insert(&mut map, &wall(2.009, 0.02), &Pose3::identity());
-        assert_eq!(map.len(), num_surfels);
+        assert_eq!(map.len, num_surfels);
         assert_eq!(map.surfels().count(), num_surfels);
         for surfel in map.surfels() {
             let expected = (2.0 / 0.01f64.powi(2) + 2.009 / 0.02f64.powi(2)) / (0.01f64.powi(-2) + 0.02f64.powi(-2));
@@ -251,9 +241,9 @@ mod tests {
     fn another_surface_is_added() {
         let mut map = SurfelMap::new();
         insert(&mut map, &wall(2.0, 0.01), &Pose3::identity());
-        let num_surfels = map.len();
+        let num_surfels = map.len;
         insert(&mut map, &wall(1.5, 0.01), &Pose3::identity());
-        assert_eq!(map.len(), 2 * num_surfels);
+        assert_eq!(map.len, 2 * num_surfels);
     }
 
     #[test]
@@ -265,7 +255,7 @@ mod tests {
         }
         let before: Vec<Surfel> = map.surfels().collect();
         map.apply_corrections(|frame| Pose3::translation(0.0, 0.0, 1.5 * f64::from(frame)));
-        assert_eq!(map.len(), before.len());
+        assert_eq!(map.len, before.len());
         let at_depth = |z: f64| map.surfels().filter(|surfel| (surfel.point.z - z).abs() < 1e-6).count();
         assert_eq!((at_depth(2.0), at_depth(8.5)), (before.len() / 2, before.len() / 2));
         let (camera, T) = (wall(2.0, 0.01), Pose3::translation(0.0, 0.0, 6.5));
@@ -281,9 +271,9 @@ mod tests {
         }
         let mut map = SurfelMap::new();
         insert(&mut map, &wall(1.0, 0.01), &Pose3::identity());
-        let (before, added) = (map.len(), other.len() / 2);
+        let (before, added) = (map.len, other.len / 2);
         map.merge(&other, |frame| (frame == 1).then(|| Pose3::translation(0.0, 0.0, 2.0)));
-        assert_eq!(map.len(), before + added);
+        assert_eq!(map.len, before + added);
         assert_eq!(map.surfels().filter(|surfel| (surfel.point.z - 9.0).abs() < 1e-6).count(), added);
     }
 

@@ -1,7 +1,7 @@
-//! Whether the pose of a frame is believed: the one place that turns evidence into good, doubtful or lost, with the reason.
+//! Assessment of a frame's pose: the one place that turns evidence into good, doubtful or lost, with the reason.
 //!
-//! Every odometry measures the same [`Evidence`] and sets its own [`Limits`]; [`Assessment::of`] compares them in the same
-//! order, and says what it found in the same words.
+//! Every odometry measures the same `Evidence` and sets its own `Limits`; `Assessment::of` compares them in the same
+//! order and gives reasons in the same words.
 
 use serde::Serialize;
 
@@ -13,9 +13,9 @@ use crate::registration::free_space::FreeSpaceTally;
 #[serde(rename_all = "snake_case")]
 #[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
 pub enum Status {
-    /// Registered, and nothing speaks against it.
+    /// Registered, and no evidence contradicts it.
     Good,
-    /// Registered, but something speaks against it.
+    /// Registered, but some evidence contradicts it.
     Doubtful,
     /// Not registered: the pose is a prediction, and the frame is no part of the map.
     Lost,
@@ -26,15 +26,15 @@ pub enum Status {
 pub struct Assessment {
     /// How far the pose is to be trusted.
     pub status: Status,
-    /// Plain words; empty when good.
+    /// In plain English; empty when good.
     pub reason: String,
     /// Share of what is visible from both sides that agrees with what the other saw, 0..=1; 1 where that is not tested.
     pub agreement: f64,
 }
 
-/// What speaks for and against the pose of a registered frame.
+/// The evidence for and against the pose of a registered frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Evidence {
+pub(crate) struct Evidence {
     /// Pairs that counted in the registration.
     pub num_pairs: usize,
     /// Share of the frame that lies on what it was registered to, 0..=1.
@@ -51,16 +51,16 @@ pub struct Evidence {
 
 /// A motion that the view does not constrain.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Unconstrained {
+pub(crate) enum Unconstrained {
     /// Turning about the upright axis.
     Heading,
     /// Sliding along a direction.
     Position,
 }
 
-/// What the evidence of a kind of sensor must reach. Shares are in 0..=1; 0 asks for nothing.
+/// Thresholds of the evidence for one kind of sensor. Shares are in 0..=1; 0 sets no limit.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Limits {
+pub(crate) struct Limits {
     /// With fewer pairs a frame is lost.
     pub min_pairs: usize,
     /// Below this overlap a frame is lost, ...
@@ -77,7 +77,7 @@ pub struct Limits {
 
 impl Limits {
     /// No limit is set.
-    pub const NONE: Self = Self {
+    pub(crate) const NONE: Self = Self {
         min_pairs: 0,
         lost_overlap: 0.0,
         doubtful_overlap: 0.0,
@@ -87,19 +87,19 @@ impl Limits {
     };
 }
 
-/// Fewer points than this make no planar scan.
-pub const MIN_POINTS: usize = 10;
+/// Smallest number of points of a usable planar scan.
+pub(crate) const MIN_POINTS: usize = 10;
 /// Of planar scans. On the real and on 60 generated recordings right registrations agree by 0.96 to 1, and ones that are wrong
 /// by half a metre or more mostly by less than 0.8.
 const PLANAR_LIMITS: Limits =
     Limits { min_pairs: MIN_POINTS, lost_overlap: 0.25, lost_agreement: 0.6, doubtful_agreement: 0.9, ..Limits::NONE };
 /// A planar registration whose last step is longer than this (m) or ...
 const MOVING_TRANSLATION: f64 = 0.005;
-/// ... turns further than this (rad) was cut off on its way.
+/// ... turns further than this (rad) had not converged.
 const MOVING_ROTATION: f64 = 0.002;
 
 impl Assessment {
-    /// The first frame is where the world begins: there is nothing to doubt.
+    /// The first frame defines the world frame and is good by definition.
     pub fn first() -> Self {
         Self { status: Status::Good, reason: String::new(), agreement: 1.0 }
     }
@@ -110,12 +110,12 @@ impl Assessment {
     }
 
     /// A frame with too few points to be registered.
-    pub fn too_few_points(num_points: usize) -> Self {
-        Self::lost(format!("it has {num_points} usable points, too few to place it"))
+    pub(crate) fn too_few_points(num_points: usize) -> Self {
+        Self::lost(format!("it has {num_points} usable points, too few to register it"))
     }
 
     /// Compares evidence with its limits: first what makes a frame lost, then what makes it doubtful.
-    pub fn of(evidence: &Evidence, limits: &Limits) -> Self {
+    pub(crate) fn of(evidence: &Evidence, limits: &Limits) -> Self {
         let agreement = evidence.agreement.unwrap_or(1.0);
         if let Some(reason) = Self::reason_lost(evidence, limits) {
             return Self { status: Status::Lost, reason, agreement };
@@ -204,7 +204,7 @@ fn percent(share: f64) -> String {
 }
 
 /// Assesses the registration of a planar scan by its evidence and by what the sensors saw.
-pub fn assess(registration: &PlanarRegistration, seen: FreeSpaceTally) -> Assessment {
+pub(crate) fn assess(registration: &PlanarRegistration, seen: FreeSpaceTally) -> Assessment {
     let last = &registration.last;
     let is_moving = last.translation_step > MOVING_TRANSLATION || last.rotation_step > MOVING_ROTATION;
     let weakest = &registration.observability;
@@ -274,7 +274,7 @@ mod tests {
         assert_eq!(
             Assessment::of(&evidence, &Limits::NONE).status,
             Status::Doubtful,
-            "nothing excuses a loop that ran on"
+            "not converging is doubtful without any limit"
         );
         let mut lost = Assessment::lost("no surface".to_owned());
         lost.doubt("something else");

@@ -53,7 +53,7 @@ pub mod recorded_scan;
 pub mod report;
 pub mod settings;
 pub mod spatial;
-pub mod spatial_report;
+pub(crate) mod spatial_report;
 pub mod spatial_settings;
 pub mod strategies;
 
@@ -62,4 +62,5 @@ pub use prepared_frame::{FrameLabel, PreparedFrame};
 pub use report::Stage;
 pub use settings::Settings;
 pub use spatial::SpatialReconstruction;
+pub use spatial_report::{MapSize, SpatialResult};
 pub use spatial_settings::SpatialSettings;

@@ -14,7 +14,7 @@ const MAX_PAIRS: usize = 60;
 const MIN_PAIRS: usize = 5;
 /// The scans of a pair are so many apart at most: motion between them is small enough for both to see the same.
 const MAX_APART: usize = 64;
-/// A pair tells something of motion where the scans agree by less than this without any.
+/// A pair of scans is informative about motion where its agreement without any motion is below this.
 const MAX_STILL: f64 = 0.6;
 /// Where no scans are so far apart, pairs tell something for which the odometry makes this much of a difference.
 const MIN_DIFFERENCE: f64 = 0.25;

@@ -1,4 +1,4 @@
-//! A scan as it was recorded, and what the recording tells of the way to it.
+//! A recorded scan, and the motion to it that the recording gives.
 
 use std::collections::HashMap;
 
@@ -66,7 +66,7 @@ impl RecordedScan {
 
 /// The motion of the laser from the scan before to each scan, where odometry gives one. `given` has the pose of the robot
 /// at each scan, from a file of its own.
-pub fn first_guesses(
+pub(crate) fn first_guesses(
     source: OdometrySource,
     scans: &[RecordedScan],
     given: Option<&[Option<Pose2>]>,
@@ -89,7 +89,7 @@ const MAX_GAP: f64 = 1.0;
 
 /// How poses of odometry were found for scans.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Matching {
+pub(crate) enum Matching {
     /// By time.
     Time,
     /// As many poses as scans, in their order.
@@ -100,7 +100,7 @@ pub enum Matching {
 
 /// The pose that a trajectory has for each scan: by time where both have times and those meet; as many poses as scans in
 /// their order; otherwise by the number of the scan.
-pub fn match_odometry(scans: &[RecordedScan], given: &Trajectory) -> (Vec<Option<Pose2>>, Matching) {
+pub(crate) fn match_odometry(scans: &[RecordedScan], given: &Trajectory) -> (Vec<Option<Pose2>>, Matching) {
     let poses = planar_poses(given);
     if let Some(timed) = TimedPoses::new(given, &poses) {
         let by_time: Vec<Option<Pose2>> = scans.iter().map(|scan| timed.at(scan.time?)).collect();
@@ -121,7 +121,7 @@ pub fn match_odometry(scans: &[RecordedScan], given: &Trajectory) -> (Vec<Option
 }
 
 /// The poses of odometry in the plane; none without headings.
-pub fn planar_poses(given: &Trajectory) -> Vec<Pose2> {
+pub(crate) fn planar_poses(given: &Trajectory) -> Vec<Pose2> {
     let planar = |pose: &Pose3| {
         let (_, _, heading) = Rotation3::from(pose.rotation).euler_angles();
         Pose2::new(pose.translation.vector.xy(), heading)
@@ -130,7 +130,7 @@ pub fn planar_poses(given: &Trajectory) -> Vec<Pose2> {
 }
 
 /// Poses by their times.
-pub struct TimedPoses<'a> {
+pub(crate) struct TimedPoses<'a> {
     stamps: &'a [f64],
     poses: &'a [Pose2],
     /// Indices of the poses in the order of their times.
@@ -139,7 +139,7 @@ pub struct TimedPoses<'a> {
 
 impl<'a> TimedPoses<'a> {
     /// Of odometry that has times and these poses.
-    pub fn new(given: &'a Trajectory, poses: &'a [Pose2]) -> Option<Self> {
+    pub(crate) fn new(given: &'a Trajectory, poses: &'a [Pose2]) -> Option<Self> {
         let stamps = given.stamps.as_deref().filter(|stamps| stamps.len() == poses.len())?;
         let mut order: Vec<usize> = (0..stamps.len()).collect();
         order.sort_by(|&a, &b| stamps[a].total_cmp(&stamps[b]));
@@ -147,7 +147,7 @@ impl<'a> TimedPoses<'a> {
     }
 
     /// Between the two poses before and after a time (s), in proportion.
-    pub fn at(&self, time: f64) -> Option<Pose2> {
+    pub(crate) fn at(&self, time: f64) -> Option<Pose2> {
         let Self { stamps, poses, order } = self;
         let after = order.partition_point(|&index| stamps[index] < time);
         let later = order.get(after).copied();

@@ -149,7 +149,7 @@ impl<P, C> FrameResult<P, C> {
 
 impl FrameResult<PlanarPose, CleaningReport> {
     /// Of a scan; `pose` is its present `T_world_sensor`.
-    pub fn of_scan(label: FrameLabel, cleaning: CleaningReport, estimate: &FrameEstimate, pose: Pose2) -> Self {
+    pub(crate) fn of_scan(label: FrameLabel, cleaning: CleaningReport, estimate: &FrameEstimate, pose: Pose2) -> Self {
         let registration = estimate.registration.as_ref();
         let overlap = registration.map_or(estimate.assessment.agreement, |r| r.fitness);
         let degenerate = registration.filter(|r| r.observability.is_undetermined());
@@ -163,7 +163,7 @@ impl FrameResult<PlanarPose, CleaningReport> {
 
 impl FrameResult<SpatialPose, ()> {
     /// Of a depth image or a cloud; `pose` is its present `T_world_sensor`.
-    pub fn of_frame(label: FrameLabel, estimate: &SpatialEstimate, pose: Pose3) -> Self {
+    pub(crate) fn of_frame(label: FrameLabel, estimate: &SpatialEstimate, pose: Pose3) -> Self {
         Self::new(label, pose.into(), &estimate.assessment, estimate.overlap, estimate.registration.as_ref(), ())
     }
 }

@@ -18,7 +18,7 @@ const MIN_ASPECT: f64 = 4.0;
 ///
 /// `points` (m) are in the sensor frame, in any order; neighbours are found by bearing. The line is the first principal
 /// axis of up to seven consecutive points without a gap.
-pub fn beam_normals(points: &[Vector2<f64>]) -> Vec<Option<Vector2<f64>>> {
+pub(crate) fn beam_normals(points: &[Vector2<f64>]) -> Vec<Option<Vector2<f64>>> {
     let mut by_bearing: Vec<usize> = (0..points.len()).collect();
     by_bearing.sort_by(|&a, &b| bearing(&points[a]).total_cmp(&bearing(&points[b])));
     let beams: Vec<Vector2<f64>> = by_bearing.iter().map(|&index| points[index]).collect();
@@ -35,7 +35,7 @@ fn bearing(point: &Vector2<f64>) -> f64 {
 }
 
 /// Whether two returns of consecutive beams (m, sensor frame) lie on one surface.
-pub fn is_one_surface(a: &Vector2<f64>, b: &Vector2<f64>) -> bool {
+pub(crate) fn is_one_surface(a: &Vector2<f64>, b: &Vector2<f64>) -> bool {
     (a - b).norm() <= MIN_GAP.max(MAX_GAP_RATIO * a.norm().min(b.norm()))
 }
 

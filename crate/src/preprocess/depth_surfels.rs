@@ -45,7 +45,7 @@ impl DepthModel {
 /// Surfaces are never flatter than this (m).
 const MIN_NOISE: f64 = 1e-3;
 /// Side of a cell (pixels).
-pub const CELL_SIZE: usize = 4;
+pub(crate) const CELL_SIZE: usize = 4;
 /// Windows reach this many cells beyond the middle one, the largest first.
 const REACHES: [usize; 5] = [10, 6, 4, 2, 1];
 /// A window is a plane when the mean square of its residuals is at most this many times the noise's.
@@ -61,7 +61,7 @@ const MIN_FILLED: f64 = 0.6;
 /// No surface is known better (m): walls bulge, lenses distort.
 const MIN_DEVIATION: f64 = 2e-3;
 
-/// Pieces of surface in cells of [`CELL_SIZE`] pixels. `usable` says of every pixel whether its depth is to be used.
+/// Pieces of surface in cells of `CELL_SIZE` pixels. `usable` says of every pixel whether its depth is to be used.
 pub fn depth_surfels(image: &DepthImage, usable: &[bool], camera: &Pinhole, model: &DepthModel) -> SurfelImage {
     let cells = cell_camera(camera, CELL_SIZE);
     let sums = SummedMoments::new(image, usable, camera, model);

@@ -1,10 +1,10 @@
 //! From raw points or images to what registration works on: cleaned points, normals, surfels.
 //!
-//! Planar scans: [`clean`], [`beam_normals`], [`planar_scan`]. Clouds: [`voxel_downsample`] with its [`voxel_hash`],
+//! Planar scans: [`clean`], `beam_normals`, [`planar_scan`]. Clouds: [`voxel_downsample`] with its `voxel_hash`,
 //! [`estimate_normals`]. Depth
 //! images: [`wrap_around`], [`depth_surfels`], [`depth_cloud`], [`map_image`]. Read [`planar_scan`] first.
 
-pub mod beam_normals;
+pub(crate) mod beam_normals;
 pub mod clean;
 pub mod depth_cloud;
 pub mod depth_surfels;
@@ -12,5 +12,5 @@ pub mod estimate_normals;
 pub mod map_image;
 pub mod planar_scan;
 pub mod voxel_downsample;
-pub mod voxel_hash;
+pub(crate) mod voxel_hash;
 pub mod wrap_around;

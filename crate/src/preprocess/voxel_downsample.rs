@@ -30,7 +30,7 @@ pub fn voxel_downsample(cloud: &PointCloud, voxel_size: f64) -> Result<PointClou
 ///
 /// # Errors
 /// When `voxel_size` is not positive, or so small that a point lies 1e9 voxels or more from the corner.
-pub fn voxel_downsample_from(cloud: &PointCloud, voxel_size: f64, corner: glam::DVec3) -> Result<PointCloud> {
+pub(crate) fn voxel_downsample_from(cloud: &PointCloud, voxel_size: f64, corner: glam::DVec3) -> Result<PointCloud> {
     if !(voxel_size > 0.0 && voxel_size.is_finite()) {
         return Err(Error::whole(format!("voxel_size = {voxel_size} m is not positive"), "Give a positive voxel_size"));
     }

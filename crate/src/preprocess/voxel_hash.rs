@@ -8,11 +8,11 @@ use nalgebra::Vector3;
 use rustc_hash::FxHashMap;
 
 /// A cube of space, counted along x, y and z from the origin.
-pub type Voxel = [i32; 3];
+pub(crate) type Voxel = [i32; 3];
 
 /// Numbers of the voxels that hold something.
 #[derive(Debug, Clone)]
-pub struct VoxelHash {
+pub(crate) struct VoxelHash {
     /// Side of a voxel (m).
     voxel_size: f64,
     numbers: FxHashMap<Voxel, u32>,
@@ -23,18 +23,18 @@ const MAX_VOXELS: f64 = 1e9;
 
 impl VoxelHash {
     /// Without voxels; `voxel_size` (m) is positive.
-    pub fn new(voxel_size: f64) -> Self {
+    pub(crate) fn new(voxel_size: f64) -> Self {
         Self { voxel_size, numbers: FxHashMap::default() }
     }
 
     /// Side of a voxel (m).
-    pub fn voxel_size(&self) -> f64 {
+    pub(crate) fn voxel_size(&self) -> f64 {
         self.voxel_size
     }
 
     /// The voxel that a point (m) lies in; `None` where it is not finite or too far away.
     #[inline]
-    pub fn voxel(&self, point: &Vector3<f64>) -> Option<Voxel> {
+    pub(crate) fn voxel(&self, point: &Vector3<f64>) -> Option<Voxel> {
         let scaled = point / self.voxel_size;
         // Not a number fails the comparison.
         scaled.iter().all(|x| x.abs() < MAX_VOXELS).then(|| scaled.map(floor).into())
@@ -42,29 +42,24 @@ impl VoxelHash {
 
     /// The number of a voxel that holds something.
     #[inline]
-    pub fn number(&self, voxel: &Voxel) -> Option<u32> {
+    pub(crate) fn number(&self, voxel: &Voxel) -> Option<u32> {
         self.numbers.get(voxel).copied()
     }
 
     /// The number of a voxel, which is [`len`](Self::len) as it was before where the voxel is new.
     #[inline]
-    pub fn insert(&mut self, voxel: Voxel) -> u32 {
+    pub(crate) fn insert(&mut self, voxel: Voxel) -> u32 {
         let next = self.numbers.len() as u32;
         *self.numbers.entry(voxel).or_insert(next)
     }
 
     /// Number of voxels.
-    pub fn len(&self) -> usize {
+    pub(crate) fn len(&self) -> usize {
         self.numbers.len()
     }
 
-    /// Whether there is none.
-    pub fn is_empty(&self) -> bool {
-        self.numbers.is_empty()
-    }
-
     /// Forgets all voxels.
-    pub fn clear(&mut self) {
+    pub(crate) fn clear(&mut self) {
         self.numbers.clear();
     }
 }
@@ -90,7 +85,7 @@ mod tests {
         assert_eq!([[0, 0, 0], [5, 0, 0], [0, 0, 0], [0, 5, 0]].map(|voxel| hash.insert(voxel)), [0, 1, 0, 2]);
         assert_eq!((hash.len(), hash.number(&[5, 0, 0]), hash.number(&[9, 0, 0])), (3, Some(1), None));
         hash.clear();
-        assert!(hash.is_empty());
+        assert!(hash.numbers.is_empty());
     }
 
     #[test]

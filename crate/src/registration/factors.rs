@@ -166,7 +166,7 @@ pub(crate) fn gauss_newton_step<M: RigidMotion>(equations: &NormalEquations<M>) 
 }
 
 /// Damping (Levenberg 1944) over the trace of H: so little that it holds back only what nothing measures.
-pub const RELATIVE_DAMPING: f64 = 1e-9;
+pub(crate) const RELATIVE_DAMPING: f64 = 1e-9;
 
 /// The motion with the least weighted sum of squared distances between `motion * source` and `target`.
 ///

@@ -1,20 +1,20 @@
-//! How far the residuals of a fit are off when neighbours are off together.
+//! The variance of correlated residuals, by the sandwich estimator.
 //!
-//! Residuals of one wall share the wall's error, so that a thousand of them say no more than a few. The covariance of an
-//! estimate from such clusters is H^-1 B H^-1 with B = sum s s^T over the clusters' gradients s (Liang and Zeger,
+//! The residuals of one wall share an error, so a thousand of them carry little more information than a few. The covariance
+//! of an estimate from such clusters is H^-1 B H^-1 with B = sum s s^T over the clusters' gradients s (Liang and Zeger,
 //! "Longitudinal data analysis using generalized linear models", Biometrika 73 (1986)); independent residuals of variance
-//! v give B = v H. One number for all directions is the mean of H^-1 B over them.
+//! v give B = v H. The scalar used for all directions is v = trace(H^-1 B) / 6.
 
 use nalgebra::{Matrix6, Vector6};
 
 use super::factors::RELATIVE_DAMPING;
 
-/// Unknowns of the fit.
+/// Degrees of freedom of the fit.
 const UNKNOWNS: f64 = 6.0;
 
-/// The variance that independent residuals would have to be as uncertain as these: H is the sum of w J^T J, and `clusters`
-/// are sums of w J^T r, empty ones being zero. 0 without clusters.
-pub fn unit_variance(H: &Matrix6<f64>, clusters: &[Vector6<f64>]) -> f64 {
+/// The variance v of independent residuals that would give the same uncertainty. `H` is the sum of w J^T J, and each of
+/// `clusters` the sum of w J^T r over its residuals; zero vectors are empty clusters. 0 without clusters.
+pub(crate) fn unit_variance(H: &Matrix6<f64>, clusters: &[Vector6<f64>]) -> f64 {
     let damping = Matrix6::identity() * (RELATIVE_DAMPING * H.trace()).max(f64::MIN_POSITIVE);
     let Some(factor) = (H + damping).cholesky() else { return 0.0 };
     let filled = clusters.iter().filter(|cluster| cluster.iter().any(|entry| *entry != 0.0));
@@ -23,7 +23,7 @@ pub fn unit_variance(H: &Matrix6<f64>, clusters: &[Vector6<f64>]) -> f64 {
         sum += cluster.dot(&factor.solve(cluster));
         count += 1.0;
     }
-    // The fit has used up as much of the clusters as it has unknowns.
+    // Correction for the degrees of freedom of the fit.
     let left = (count - UNKNOWNS).max(1.0) / f64::max(count, 1.0);
     sum / (UNKNOWNS * left)
 }
@@ -32,7 +32,7 @@ pub fn unit_variance(H: &Matrix6<f64>, clusters: &[Vector6<f64>]) -> f64 {
 mod tests {
     use super::*;
 
-    /// Rows of some fit, and residuals of variance about 4 that do not hang together.
+    /// Rows of a random fit, with independent residuals of variance 4.
     fn fit() -> Vec<(Vector6<f64>, f64)> {
         let mut state = 7u64;
         let mut random = || {
@@ -50,20 +50,20 @@ mod tests {
     }
 
     #[test]
-    fn independent_residuals_have_their_own_variance_and_repeated_ones_that_of_one() {
+    fn the_variance_of_independent_residuals_is_found_and_copies_add_no_information() {
         let rows = fit();
         for clusters in [4000, 200] {
             let found = variance(&rows, clusters);
             assert!((found - 4.0).abs() < 0.6, "{clusters} clusters: {found}");
         }
-        // Nine copies of everything: nine times H, and no more is known.
+        // Nine copies of every residual: H is nine times larger, the information is the same.
         let copies: Vec<_> = (0..9).flat_map(|_| rows.clone()).collect();
         let found = variance(&copies, 4000);
         assert!((found - 9.0 * variance(&rows, 4000)).abs() < 1e-6 * found, "{found}");
     }
 
     #[test]
-    fn nothing_measured_is_no_division_by_zero() {
+    fn without_residuals_the_variance_is_zero() {
         assert_eq!(unit_variance(&Matrix6::zeros(), &[]), 0.0);
         assert_eq!(unit_variance(&Matrix6::zeros(), &[Vector6::zeros(); 5]), 0.0);
     }

@@ -54,7 +54,7 @@ impl<M: RigidMotion> Subspace<M> {
     ///
     /// # Panics
     /// When there is no such axis.
-    pub fn spanned_by(axes: &[usize]) -> Self {
+    pub(crate) fn spanned_by(axes: &[usize]) -> Self {
         let mut projection = M::Matrix::zeros();
         for &axis in axes {
             projection[(axis, axis)] = 1.0;
@@ -72,7 +72,7 @@ impl<M: RigidMotion> Subspace<M> {
 
     /// The equations whose solution is that of P^T H P x = -P^T b in the subspace, P being a basis of it: everything
     /// across it is held by a stiffness that mixes with nothing.
-    pub fn restrict(&self, equations: &NormalEquations<M>) -> NormalEquations<M> {
+    pub(crate) fn restrict(&self, equations: &NormalEquations<M>) -> NormalEquations<M> {
         let across = M::Matrix::identity() - self.projection;
         let stiffness = equations.H.trace().max(f64::MIN_POSITIVE);
         NormalEquations {

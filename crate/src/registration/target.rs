@@ -19,7 +19,7 @@ impl<const D: usize> PointTarget<D> {
     }
 
     /// With an index that was built from the same points.
-    pub fn with_tree(points: Vec<SVector<f64, D>>, tree: KdTree<D>) -> Self {
+    pub(crate) fn with_tree(points: Vec<SVector<f64, D>>, tree: KdTree<D>) -> Self {
         Self { points, tree }
     }
 
@@ -59,7 +59,11 @@ impl<const D: usize> OrientedTarget<D> {
     ///
     /// # Panics
     /// When there is not one entry of `normals` for each point.
-    pub fn with_tree(points: Vec<SVector<f64, D>>, normals: Vec<Option<SVector<f64, D>>>, tree: KdTree<D>) -> Self {
+    pub(crate) fn with_tree(
+        points: Vec<SVector<f64, D>>,
+        normals: Vec<Option<SVector<f64, D>>>,
+        tree: KdTree<D>,
+    ) -> Self {
         assert_eq!(points.len(), normals.len(), "one normal a point");
         Self { points: PointTarget::with_tree(points, tree), normals }
     }
@@ -80,7 +84,7 @@ impl<const D: usize> OrientedTarget<D> {
     }
 }
 
-/// What is remembered of the last search for a point.
+/// The result of the last search for a point, kept for the next one.
 #[derive(Debug, Clone, Copy)]
 pub enum LastSearch<P> {
     /// There was none.
@@ -104,7 +108,7 @@ pub trait Target {
 
     /// The nearest target point within `max_distance` (m) of a point in the target frame.
     fn nearest(&self, query: &Self::Point, max_distance: f64) -> Option<Neighbor>;
-    /// The same, for a point that was looked for before, when it lay nearby. What is remembered may bound the search, and
+    /// The same, for a point that was looked for before, when it lay nearby. The kept result may bound the search, and
     /// changes nothing else.
     fn nearest_again(
         &self,

@@ -1,4 +1,4 @@
-//! Trajectories, their evaluation and the crispness of maps, as JavaScript sees them.
+//! Trajectories, their evaluation and the sharpness of maps, as JavaScript sees them.
 
 use js_sys::{Array, Uint8Array};
 use nalgebra::Vector3;
@@ -53,7 +53,7 @@ pub struct Trajectory {
 #[wasm_bindgen]
 impl Trajectory {
     /// Reads a file; its form is found out unless it is given. `name` is for the messages. Quaternions that are not of
-    /// unit length are made so, and `notes` tells.
+    /// unit length are normalised, and `notes` says so.
     ///
     /// # Errors
     /// When the file is no trajectory.
@@ -256,7 +256,7 @@ pub fn relation_errors(
     plain(&known::relation_errors(&relations, &path, max_diff).map_err(|error| thrown(&error.in_file(name)))?)
 }
 
-/// How crisp a map is, without any truth: mean map entropy and mean plane variance.
+/// Sharpness of a map without a reference: mean map entropy and mean plane variance.
 ///
 /// # Errors
 /// When no point has neighbours enough.

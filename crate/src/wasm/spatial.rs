@@ -283,7 +283,7 @@ impl SpatialReconstruction {
     }
 
     /// Sets the trajectory to compare with, in any form that is read. It is used for nothing else. `num_recorded` is the
-    /// number of frames of the recording, whether they could be used or not. How its poses are read is told from the data, or set.
+    /// number of frames of the recording, whether they could be used or not. The convention of its poses is derived from the data, or set.
     ///
     /// # Errors
     /// When the file is no trajectory.

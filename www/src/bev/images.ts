@@ -46,7 +46,7 @@ export function pixelsOf({ bitmap }: Picture): Uint8Array<ArrayBuffer> {
   return new Uint8Array(context.getImageData(0, 0, bitmap.width, bitmap.height).data.buffer);
 }
 
-/** Which view a file is of, by its name; null where that tells nothing. */
+/** The view that a file shows, by its name; null where the name does not say. */
 export function roleOfName(name: string): BevRole | null {
   const base = name.slice(name.lastIndexOf('/') + 1).toLowerCase();
   if (/front|forward|fpv|ego/.test(base)) return 'front';

@@ -53,7 +53,7 @@ export class ScanstitchBevPicture extends LitElement {
   private dragged: { key: string; pointer_id: number } | null = null;
   /** The click that ends a drag means nothing of its own. */
   private was_dragged = false;
-  /** Where the pointer was pressed: a click itself is told in whole CSS pixels only. */
+  /** Where the pointer was pressed: a click event has whole CSS pixels only. */
   private pressed_at: Pixel = [0, 0];
   private observer = new ResizeObserver(() => {
     this.paintBase();

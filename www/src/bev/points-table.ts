@@ -24,7 +24,7 @@ export interface TypedPixel {
 @customElement('scanstitch-bev-points')
 export class ScanstitchBevPoints extends LitElement {
   @property({ attribute: false }) document: BevDocument | null = null;
-  /** The points as they are told: in whole pixels where these are wanted. */
+  /** The points, in whole pixels where these are wanted. */
   @property({ attribute: false }) points: readonly BevPoint[] = NO_POINTS;
   @property({ attribute: false }) selected: number | null = null;
 

@@ -17,7 +17,7 @@ export interface Problem {
   remedy?: { label: string; act: () => void };
 }
 
-/** What the session tells its view. */
+/** What the session reports to its view. */
 export interface Listener {
   strip(strip: Strip): void;
   /** The warped picture no longer holds. */
@@ -171,7 +171,7 @@ export class BevSession extends Session<BevClient> {
     }
   }
 
-  /** A pixel followed to the other view; null where the scene is none, which is told already. */
+  /** A pixel followed to the other view; null where the scene is none, which is reported already. */
   async follow(from: BevRole, pixel: Pixel): Promise<BevPoint | null> {
     const { document, client } = this;
     if (!document || !client) return null;
@@ -228,7 +228,7 @@ export class BevSession extends Session<BevClient> {
     });
   }
 
-  /** Opens what the address of the page holds, or tells why that cannot be; false where it holds nothing. */
+  /** Opens the scene in the page's address, or reports why it cannot; false where there is none. */
   openLink(): boolean {
     try {
       const linked = readFragment(location.hash);
@@ -245,7 +245,7 @@ export class BevSession extends Session<BevClient> {
     }
   }
 
-  /** Something begins to be opened; tells later whether something else was opened since. */
+  /** Marks the start of opening; the returned function says whether something else was opened since. */
   private opening(): () => boolean {
     const number = ++this.num_opened;
     return () => number !== this.num_opened;
@@ -381,7 +381,7 @@ export class BevSession extends Session<BevClient> {
     this.changed();
   }
 
-  /** Does something with what the user gave; what is wrong with it is told, and all else stays as it was. */
+  /** Does something with what the user gave; what is wrong with it is reported, and all else stays as it was. */
   async attempt(key: string, action: () => Promise<unknown>): Promise<void> {
     try {
       this.settle(key);

@@ -227,7 +227,7 @@ function draw(
     }
     path(ends, true);
     stroke(color, 1.5);
-    // A roof over the upper edge tells which way up the image is.
+    // A roof over the upper edge marks the top of the image.
     const [upper_left, upper_right] = ends;
     if (upper_left && upper_right) {
       const middle = scaled(added(upper_left, upper_right, 1), 0.5);

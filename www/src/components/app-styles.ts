@@ -252,7 +252,7 @@ export const layout_styles = css`
     box-shadow: var(--shadow);
     transform: translateX(-50%);
   }
-  /* What tells the scale lies in the corner: above it, where there is no room beside it. */
+  /* The scale bar lies in the corner: above the buttons, where there is no room beside them. */
   @container (max-width: 720px) {
     .activity {
       bottom: 52px;

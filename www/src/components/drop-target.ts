@@ -2,7 +2,7 @@
 import type { ReactiveController, ReactiveControllerHost } from 'lit';
 
 /**
- * Bound to the four events of a drag. The depth tells leaving the element from entering one of its children. A target inside
+ * Bound to the four events of a drag. A counter distinguishes leaving the element from entering one of its children. A target inside
  * another one keeps what it takes to itself.
  */
 export class DropTarget implements ReactiveController {
@@ -12,7 +12,7 @@ export class DropTarget implements ReactiveController {
   #take: (transfer: DataTransfer, event: DragEvent) => void;
   #expect: () => void;
 
-  /** `expect` is told whenever files come over the element. */
+  /** `expect` is called whenever files come over the element. */
   constructor(
     host: ReactiveControllerHost,
     take: (transfer: DataTransfer, event: DragEvent) => void,

@@ -18,7 +18,7 @@ export interface IntakeHooks {
 
 /** What may join the recording that is open: a reference trajectory, a camera. */
 const isBeside = (path: string): boolean => /\.(npy|txt|tum|csv|log|traj|json)$/i.test(path);
-/** How far a bag has been inspected is told at most this often. */
+/** How far a bag has been inspected is reported at most this often. */
 const PROGRESS_INTERVAL_MS = 100;
 
 export class FileIntake {

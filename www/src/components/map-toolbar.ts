@@ -2,7 +2,7 @@
 import { html, nothing, type TemplateResult } from 'lit';
 import { type IconName, icon } from './icons.js';
 
-/** A button that shows a sign alone: `label` is what a screen reader says, `hint` what the pointer is told. */
+/** A button that shows a sign alone: `label` is the accessible name, `hint` the tooltip. */
 export function mapButton(
   sign: IconName,
   label: string,

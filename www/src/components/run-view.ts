@@ -64,7 +64,7 @@ export interface Loaded extends Pick<ViewFacts, 'title' | 'count' | 'reference'>
 /** One of the panels beside or below the map. */
 export type Panel = 'figures' | 'table' | 'details' | 'settings';
 
-/** What tells the two kinds of run apart. */
+/** What differs between the two kinds of run. */
 export interface RunKind {
   /** Whose settings the page's address holds. */
   kind: 'planar' | 'spatial';

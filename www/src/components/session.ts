@@ -95,7 +95,7 @@ export abstract class RunSession<
   Dataset,
   Snapshot,
 > extends Session<Client> {
-  /** What the engine tells of itself; null before it is ready. */
+  /** What the engine reports of itself; null before it is ready. */
   facts: SettingsFacts<Settings> | null = null;
   settings: Settings | null = null;
   dataset: Dataset | null = null;

@@ -1,4 +1,4 @@
-/** A set of inputs: where it comes from, what is in it, what was left aside. Plain values; every change is a new one. */
+/** A set of inputs: where it comes from, what is in it, what was not used. Plain values; every change is a new one. */
 import type { InputFile, Inputs } from '../engine/protocol.js';
 import type { NamedFile } from './gather.js';
 import { compareNaturally } from '../../../npm/natural_order.js';
@@ -30,7 +30,7 @@ export interface Intake {
   notes: Note[];
 }
 
-/** Reads the files and tells them apart. A file the browser cannot read becomes a note; the rest goes on. */
+/** Reads and classifies the files. A file the browser cannot read becomes a note; the rest goes on. */
 export async function takeIn(files: readonly NamedFile[]): Promise<Intake> {
   const ordered = [...files].sort((a, b) => compareNaturally(a.name, b.name));
   const notes: Note[] = [];
@@ -45,8 +45,8 @@ export async function takeIn(files: readonly NamedFile[]): Promise<Intake> {
       known.push({ name, role, file: { name, bytes } });
     }
   }
-  const { scans, hasLog, reference, odometry, notes: left_aside } = assignRoles(known);
-  return { scans, has_log: hasLog, reference, odometry, notes: [...notes, ...left_aside] };
+  const { scans, hasLog, reference, odometry, notes: unused } = assignRoles(known);
+  return { scans, has_log: hasLog, reference, odometry, notes: [...notes, ...unused] };
 }
 
 async function readKnown({ name, file }: NamedFile) {

@@ -177,7 +177,7 @@ async function openArchives(files: readonly NamedFile[]): Promise<{ files: Store
       opened.push(...filesInArchive(archive).map(packed));
     } catch (error) {
       const { problem, message } = error as Error & { problem?: string };
-      notes.push({ file: name, reason: `left aside: ${problem ?? message}` });
+      notes.push({ file: name, reason: `not used: ${problem ?? message}` });
     }
   }
   return { files: opened, notes };

@@ -27,7 +27,7 @@ export async function warmUp(signal: AbortSignal): Promise<void> {
       await client.retire();
       performance.mark(WARM);
     },
-    // What is wrong with the engine or the sample is told when they are wanted.
+    // What is wrong with the engine or the sample is reported when they are wanted.
     unavailable: () => client.dispose(),
     crashed: () => client.dispose(),
     problem: ignore,

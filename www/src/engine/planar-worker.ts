@@ -25,9 +25,9 @@ import { emit, isInputError, nothingLoaded, reportCrash, serve, type Served } fr
 
 /** The page is answered at least this often, unless one step takes longer. */
 const SLICE_MS = 15;
-/** A laser log is told by its beginning. */
+/** A laser log is recognised by its first bytes. */
 const LOG_HEAD_BYTES = 8192;
-/** Progress is told at most this often. */
+/** Progress is reported at most this often. */
 const PROGRESS_INTERVAL_MS = 50;
 /** What is new of the map is sent at most this often while it grows... */
 const SNAPSHOT_INTERVAL_MS = 120;

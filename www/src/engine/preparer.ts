@@ -47,7 +47,7 @@ export class ThreadPreparer {
   });
 
   #is_busy = false;
-  /** Why the thread died between two frames: the next frame is told. */
+  /** Why the thread died between two frames; reported with the next frame. */
   #died_idle: string | null = null;
 
   async prepare(

@@ -66,7 +66,7 @@ export class Remote<Api extends object, Event = never> {
     return answer as Promise<Result<Api[K]>>;
   }
 
-  /** Ends the worker as one that died: every call that waits fails, and `died` is told. */
+  /** Ends the worker as one that died: every call that waits fails, and `died` is called. */
   kill(message: string): void {
     if (!this.#worker) return;
     this.end(message);

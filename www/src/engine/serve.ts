@@ -50,7 +50,7 @@ export function serve<Api extends object>(api: Served<Api>): void {
   };
 }
 
-/** In the worker: tells the page something that it did not ask for. */
+/** In the worker: sends the page an event. */
 export function emit(event: unknown, transfer: Transferable[] = []): void {
   post({ event }, transfer);
 }

@@ -263,7 +263,7 @@ export class SpatialClient {
     );
   }
 
-  /** What is wrong with a file beside the frames is told, and the frames go on without it. */
+  /** What is wrong with a file beside the frames is reported, and the frames go on without it. */
   async #tolerate(name: string, action: () => Promise<unknown>): Promise<void> {
     try {
       await action();
@@ -282,7 +282,7 @@ export class SpatialClient {
       if (state === 'done') this.#registrar.succeeded();
       this.#listener.snapshot(state, snapshot);
     } catch {
-      return; // the registrar died, which is told elsewhere
+      return; // the registrar died, which is reported elsewhere
     } finally {
       this.#is_sending = false;
       const now = performance.now();

@@ -1,6 +1,6 @@
 /**
  * One worker after the other, each with the engine started in it, and what is done when one dies; the same for all views.
- * A worker that dies is told, and the calls that waited for it fail; another one starts with the next call. An engine that
+ * A worker that dies is reported, and the calls that waited for it fail; another one starts with the next call. An engine that
  * cannot be fetched, or the third worker that dies with no work finished in between, ends it: nothing is started any more.
  */
 import { type Arguments, Remote, type Result, WorkerDied } from './remote.js';
@@ -9,7 +9,7 @@ import { compileEngine, keepWorker, startWorker } from './start.js';
 /** So many crashes with no finished work in between end it. */
 export const MAX_CRASHES = 3;
 
-/** Every worker's first call, with the compiled engine; what it returns is what the engine tells of itself. */
+/** Every worker's first call, with the compiled engine; what it returns is what the engine reports of itself. */
 export interface Startable {
   start(module: WebAssembly.Module): unknown;
 }
@@ -46,7 +46,7 @@ export class WorkerHost<Api extends Startable, Event = never> {
     return this.#end !== null;
   }
 
-  /** Starts a worker where none runs; what the engine tells of itself. */
+  /** Starts a worker where none runs; what the engine reports of itself. */
   async start(): Promise<Result<Api['start']>> {
     return (await this.#run()).facts;
   }
@@ -74,7 +74,7 @@ export class WorkerHost<Api extends Startable, Event = never> {
     this.#remote?.kill(message);
   }
 
-  /** Ends it for good, on purpose: nobody is told. */
+  /** Ends it for good, on purpose: no callback is called. */
   dispose(message = 'the page was closed'): void {
     this.#end ??= message;
     this.#running = null;

@@ -2,9 +2,9 @@
 import type { Message } from '../components/messages.js';
 import type { Result, Comparison, Refusal } from './protocol.js';
 
-/** More refusals than these are told in the table alone. */
+/** More refusals than these are reported in the table alone. */
 const MAX_ALERTS = 3;
-/** So many names are told of files that were left aside. */
+/** Number of unused files that are named. */
 const MAX_NAMES = 3;
 
 export interface Notices {

@@ -90,7 +90,7 @@ export interface MapResult {
   elapsed_ms: number;
 }
 
-/** A worker that is told commands and answers queries, one at a time. */
+/** A worker that takes commands and answers queries, one at a time. */
 export interface QueryApi<Command, Query, Result> {
   start(module: WebAssembly.Module): void;
   tell(command: Command): void;

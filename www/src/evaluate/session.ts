@@ -72,7 +72,7 @@ export class EvaluateSession extends Session<Clients> {
     files.map(({ id }) => id).filter((id) => id !== reference_id),
   );
 
-  /** `onResult` is told when a result of the engine is to be drawn. */
+  /** `onResult` is called when a result of the engine is to be drawn. */
   constructor(host: ConstructorParameters<typeof Session>[0], onResult: (result: Result) => void) {
     super(host);
     this.#onResult = onResult;

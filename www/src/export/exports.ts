@@ -80,7 +80,7 @@ function gridFiles({ pgm, yaml }: Grid): Files {
   return { 'map.pgm': new Uint8Array(pgm), 'map.yaml': utf8(yaml) };
 }
 
-/** `matrices/0007_7.txt`: the number keeps the order, the name tells which scan it was. */
+/** `matrices/0007_7.txt`: the number keeps the order, the name identifies the scan. */
 export function matrixFiles(matrices: readonly string[], frame_names: readonly string[]): Files {
   return Object.fromEntries(
     matrices.map((matrix, frame) => {

@@ -98,7 +98,7 @@ export class ScanstitchLabPlane extends LitElement implements GestureTarget {
         flat[k++] = points[i + 1] ?? 0;
       }
     }
-    const bounds = mapBounds(flat, []);
+    const bounds = mapBounds({ points: flat, offsets: Uint32Array.of(0, flat.length / 2) }, []);
     if (bounds) this.view = fitted(bounds, size, MARGIN, bestTurns(bounds, size));
     this.is_moved = false;
     this.requestPaint();

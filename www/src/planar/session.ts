@@ -53,7 +53,7 @@ export class PlanarSession extends RunSession<PlanarClient, Settings, Dataset, S
 
   /**
    * Takes in files that were dropped or picked, asked for at clock time `requested_at`. `notes` tell of others of the
-   * `num_given` that were left aside before.
+   * `num_given` that were not used before.
    */
   async add(
     files: readonly NamedFile[],

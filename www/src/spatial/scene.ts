@@ -1,6 +1,6 @@
 /**
  * The map in space, drawn with three.js: the one module, with those it imports, that the library is loaded for. Plain
- * data in, a picture out; it draws when it is told to and keeps no clock.
+ * data in, a picture out; it draws on request and keeps no clock.
  */
 import {
   ColorManagement,

@@ -9,7 +9,7 @@ import { baseName, formatDuration, formatLength, plural } from '../views/format.
 import { depthRamp } from './depth-picture.js';
 import { NO_POINTS } from './leveling.js';
 
-/** Frames may be registered many times a second; their count is told at most this often. */
+/** Frames may be registered many times a second; their count is reported at most this often. */
 const PROGRESS_INTERVAL_MS = 250;
 /** Voxels the map is measured in, m. */
 const MEASURED_SIZES = [0.1, 0.05, 0.02, 0.01];
@@ -139,7 +139,7 @@ export class SpatialSession extends RunSession<SpatialClient, SpatialSettings, S
     return this.client?.ask(kind) ?? Promise.reject(new Error('The page was closed.'));
   }
 
-  /** Makes the map in voxels of several sizes, one after the other, and tells what it comes to. */
+  /** Downsamples the map with voxels of several sizes, one after the other, and reports the number of points. */
   async measureSizes(): Promise<void> {
     const { snapshot } = this;
     if (this.sizes || !this.client) return;
@@ -151,7 +151,7 @@ export class SpatialSession extends RunSession<SpatialClient, SpatialSettings, S
         this.sizes = [...this.sizes, size];
         this.changed();
       } catch {
-        return; // the registrar died, which is told elsewhere
+        return; // the registrar died, which is reported elsewhere
       }
     }
   }
@@ -198,7 +198,7 @@ export class SpatialSession extends RunSession<SpatialClient, SpatialSettings, S
     if (!joins) return makeDataset(given.title, given.is_given, given.files, fresh);
     const files = new Map([...present.files, ...given.files.map((file): [string, StoredFile] => [file.path, file])]);
     if (!has_frames && fresh.reference.length + Number(fresh.intrinsics !== null) === 0) {
-      // A trajectory alone: there is no recording around it that tells what it is.
+      // A trajectory alone: no recording beside it says what it is.
       const trajectory = given.files.find(({ path }) => /\.(npy|txt|tum|csv|log|traj|json)$/i.test(path));
       if (!trajectory) return makeDataset('', false, given.files, fresh);
       const recording = { ...present.recording, reference: [trajectory.path], notes: [] };

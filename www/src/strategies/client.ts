@@ -36,7 +36,7 @@ export class StrategyClient {
 
   constructor(listener: StrategyListener) {
     this.#listener = listener;
-    // The comparison that is running fails, and tells so itself.
+    // The running comparison fails, and reports it.
     this.#host = new WorkerHost<ComparerApi>(worker_url, {
       crashed: () => this.stop(),
       unavailable: () => this.stop(),
@@ -145,7 +145,7 @@ export class StrategyClient {
     );
   }
 
-  /** What is wrong with a file beside the frames is told, and the frames go on without it. */
+  /** What is wrong with a file beside the frames is reported, and the frames go on without it. */
   async #tolerate(name: string, action: () => Promise<unknown>): Promise<void> {
     try {
       await action();

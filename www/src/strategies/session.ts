@@ -22,7 +22,7 @@ export class StrategiesSession extends Session<StrategyClient> {
   readonly #onOver: () => void;
   #num_runs = 0;
 
-  /** `onOver` is told when a comparison is done or was stopped. */
+  /** `onOver` is called when a comparison is done or was stopped. */
   constructor(host: ReactiveControllerHost, onOver: () => void) {
     super(host);
     this.#onOver = onOver;

@@ -66,7 +66,7 @@ export interface BarSpec {
   ends?: readonly [string, string] | undefined;
 }
 
-/** More bars than these would be thinner than the eye tells apart. */
+/** More bars than these would be too thin to distinguish. */
 const MAX_BARS = 150;
 
 /** One bar per frame, in the frame's colour; of many frames, one per run of them, as high as their largest. */

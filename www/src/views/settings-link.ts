@@ -3,7 +3,7 @@ import { type Field, parseSettings, writeSettings } from './setting-fields.js';
 
 export type Settable = 'planar' | 'spatial';
 
-/** What the engine tells of its settings. */
+/** The engine's description of its settings. */
 export interface SettingsFacts<S extends object> {
   presets: readonly { name: string; settings: S }[];
   descriptions: readonly (Field & { name: keyof S; kind: { choices?: { value: string }[] } })[];

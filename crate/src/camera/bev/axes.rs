@@ -61,7 +61,7 @@ impl BevAxes {
     }
 }
 
-// Columns: right, down, forward in the axes that the name tells.
+// Columns: right, down, forward in the axes of the convention.
 const RIGHT_UP_BACK: Matrix3<f64> = Matrix3::new(1.0, 0.0, 0.0, 0.0, -1.0, 0.0, 0.0, 0.0, -1.0);
 const FORWARD_LEFT_UP: Matrix3<f64> = Matrix3::new(0.0, 0.0, 1.0, -1.0, 0.0, 0.0, 0.0, -1.0, 0.0);
 

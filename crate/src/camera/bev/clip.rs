@@ -3,7 +3,7 @@
 use nalgebra::{RowVector3, Vector3};
 
 /// Holds the pixels p = (u, v, 1) whose product with it is not negative.
-pub type HalfPlane = RowVector3<f64>;
+pub(crate) type HalfPlane = RowVector3<f64>;
 
 /// A corner on the way through the half-planes.
 #[derive(Debug, Clone, Copy, PartialEq)]

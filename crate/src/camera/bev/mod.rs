@@ -55,13 +55,13 @@
 //! pitch, height and offset until the projections fall on the marks, by Gauss and Newton's method.
 
 pub mod axes;
-pub mod clip;
+pub(crate) mod clip;
 pub mod points;
 pub mod presets;
 pub mod refine;
-pub mod region;
+pub(crate) mod region;
 pub mod scene;
-pub mod transfer;
+pub(crate) mod transfer;
 pub mod warp;
 
 pub use axes::{BevAxes, EulerOrder};

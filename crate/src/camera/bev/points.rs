@@ -35,7 +35,7 @@ pub struct BevPoint {
     pub status: BevStatus,
 }
 
-/// What is done to the projected pixels before they are told.
+/// What is done to the projected pixels before they are reported.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 #[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]

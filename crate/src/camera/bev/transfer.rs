@@ -80,7 +80,7 @@ impl Plane {
 }
 
 /// Ground nearer to the other camera's own plane than this (m) is cut off: it is seen at no finite pixel.
-pub const NEAR: f64 = 1e-6;
+pub(crate) const NEAR: f64 = 1e-6;
 
 /// Pixels of one camera found in another by way of a plane. Made by [`super::BevScene`], which refuses what is none.
 #[derive(Debug, Clone, PartialEq)]

@@ -3,13 +3,14 @@
 //! [`planar`] and [`spatial`] find each frame's partner in the reference and bring the reference into the estimate's world;
 //! [`TrajectoryError`] sums up what is left between them.
 
-pub mod planar;
-pub mod spatial;
+mod planar;
+mod spatial;
 
 use serde::Serialize;
 
-pub use self::planar::{PlanarPoint, planar_error};
-pub use self::spatial::{EstimatedFrame, spatial_error};
+pub use self::planar::PlanarPoint;
+pub(crate) use self::planar::planar_error;
+pub(crate) use self::spatial::{EstimatedFrame, spatial_error};
 
 /// Errors of a run's poses against a reference, the poses of the first compared frame made equal, no other alignment. Lists
 /// have one entry a frame.
@@ -37,7 +38,7 @@ pub struct TrajectoryError<P> {
 }
 
 /// How a reference without orientations is read.
-pub const POSITIONS_ALONE: &str = "positions alone";
+pub(crate) const POSITIONS_ALONE: &str = "positions alone";
 
 /// How far a frame's estimate is off: the distance (m) and, where the reference has orientations, the angle (rad).
 type FrameError = (f64, Option<f64>);

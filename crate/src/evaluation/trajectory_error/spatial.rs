@@ -12,7 +12,7 @@ use crate::io::trajectory::{Contents, Trajectory};
 
 /// A frame whose pose was estimated, as far as it is to be compared.
 #[derive(Debug, Clone, PartialEq)]
-pub struct EstimatedFrame {
+pub(crate) struct EstimatedFrame {
     /// Its place in the recording, counted from 0.
     pub index: usize,
     /// When it was taken (s), where known.
@@ -29,12 +29,12 @@ const MAX_TIME_DIFFERENCE: f64 = 0.02;
 ///
 /// # Errors
 /// When the reference has another number of poses than the recording has frames and no times tell which belong together.
-pub fn spatial_error(
+pub(crate) fn spatial_error(
     frames: &[EstimatedFrame],
     num_recorded: usize,
     name: &str,
     reference: &Contents,
-    known: &KnownConvention,
+    known: KnownConvention,
 ) -> Result<TrajectoryError<Pose3>> {
     let partners = partners(frames, num_recorded, &reference.trajectory)?;
     let matched: Vec<(Pose3, usize)> = frames
@@ -118,7 +118,7 @@ mod tests {
         let mut estimate: Vec<Option<Pose3>> = truth.iter().copied().map(Some).collect();
         estimate[2] = None;
         estimate[3] = Some(truth[3] * pose(0.1, 0.01));
-        let error = spatial_error(&frames(&estimate), 4, "ref.txt", &reference, &KnownConvention::default()).unwrap();
+        let error = spatial_error(&frames(&estimate), 4, "ref.txt", &reference, KnownConvention::default()).unwrap();
         assert_eq!((error.num_matched, error.errors[2], error.errors.len()), (3, None, 4));
         let off = 0.1 * 5f64.sqrt();
         assert!((error.max - off).abs() < 1e-9 && (error.mean - off / 3.0).abs() < 1e-9);
@@ -132,9 +132,9 @@ mod tests {
         let reference = contents(Trajectory::from_poses(&truth));
         let mut left = frames(&truth.iter().copied().map(Some).collect::<Vec<_>>());
         left.remove(1);
-        assert!(spatial_error(&left, 5, "ref.txt", &reference, &KnownConvention::default()).unwrap().max < 1e-9);
+        assert!(spatial_error(&left, 5, "ref.txt", &reference, KnownConvention::default()).unwrap().max < 1e-9);
         let refused =
-            spatial_error(&left, 4, "ref.txt", &reference, &KnownConvention::default()).unwrap_err().to_string();
+            spatial_error(&left, 4, "ref.txt", &reference, KnownConvention::default()).unwrap_err().to_string();
         assert!(refused.contains("5 poses") && refused.contains("4 frames"), "{refused}");
 
         let stamped = Trajectory::from_poses(&truth).with_stamps(vec![1.0, 2.0, 3.0, 4.0, 5.0]).unwrap();
@@ -142,7 +142,7 @@ mod tests {
             frame.time = Some(frame.index as f64 + 1.005);
         }
         left[3].time = Some(9.0);
-        let error = spatial_error(&left, 4, "ref.txt", &contents(stamped), &KnownConvention::default()).unwrap();
+        let error = spatial_error(&left, 4, "ref.txt", &contents(stamped), KnownConvention::default()).unwrap();
         assert!(error.max < 1e-9 && error.num_matched == 3);
     }
 }

@@ -26,7 +26,7 @@ const WORDS: [&[u8]; 9] =
 const OTHER_LASERS: [&[u8]; 3] = [b"RLASER", b"ROBOTLASER2", b"RAWLASER2"];
 /// One line in so many may be damaged: it is left out. Beyond that the file is not what it seems.
 const MAX_DAMAGED_SHARE: f64 = 0.05;
-/// So many damaged lines are told one by one.
+/// Number of damaged lines that are reported one by one.
 const MOST_TOLD: usize = 3;
 
 /// Whether the beginning of a file is one of a CARMEN log.

@@ -88,7 +88,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<LaserLog> {
 
 /// Whether a list ends before it is closed.
 fn is_cut_off(bytes: &[u8], error: &serde_json::Error) -> bool {
-    // What stands in a list of either kind is told apart after it was read: then the end is not where the error is.
+    // The kind of a list is known after it was read: the end is then not where the error is.
     error.is_eof() || bytes.iter().rfind(|byte| !byte.is_ascii_whitespace()) != Some(&b']')
 }
 
@@ -133,7 +133,7 @@ impl Lines<'_> {
 
 fn fault(line: usize, bytes: &[u8], error: &serde_json::Error) -> Error {
     let line = if error.line() > 0 { error.line() } else { line };
-    // What serde says ends with the place, which is told already.
+    // The message of serde ends with the position, which is reported already.
     let text = error.to_string();
     let problem = text.split(" at line ").next().unwrap_or(&text);
     let cut_off = if bytes.is_empty() { "" } else { ": every scan is an object with readings and theta" };

@@ -81,7 +81,7 @@ fn has_same_layout(a: &LaserScan, b: &LaserScan) -> bool {
     let (beams, others) = (a.ranges.len() as f64, b.ranges.len() as f64);
     let step = (a.bearings.of(1) - a.bearings.of(0)).abs();
     let starts_apart = (a.bearings.of(0) - b.bearings.of(0)).abs();
-    // Without angles (NaN) the number of the beams tells.
+    // Without angles (NaN) the number of beams decides.
     let starts_elsewhere = starts_apart > SAME_START * step;
     (beams - others).abs() <= (SAME_BEAMS * beams.max(others)).max(2.0) && !starts_elsewhere
 }

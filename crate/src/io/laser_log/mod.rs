@@ -2,11 +2,11 @@
 //!
 //! | format | a scan |
 //! |---|---|
-//! | [CARMEN](carmen) | a line `FLASER n r1 .. rn x y theta odom_x odom_y odom_theta time host time`, or `ROBOTLASER1 ...`, which tells its angles and its limit; `ODOM`, `PARAM` and `VERTEX2` lines are read along |
-//! | [CMU 16-831](cmu) | a line `L x y theta laser_x laser_y laser_theta r1 .. rn time`, in centimetres |
-//! | [rostopic](rostopic) | a row of `rostopic echo -p`, or of a table with the same names of columns |
+//! | CARMEN | a line `FLASER n r1 .. rn x y theta odom_x odom_y odom_theta time host time`, or `ROBOTLASER1 ...`, which gives its angles and its limit; `ODOM`, `PARAM` and `VERTEX2` lines are read along |
+//! | CMU 16-831 | a line `L x y theta laser_x laser_y laser_theta r1 .. rn time`, in centimetres |
+//! | rostopic | a row of `rostopic echo -p`, or of a table with the same names of columns |
 //! | [tables](table) | a line of ranges, or a range a line, without words |
-//! | [CSM](csm) | a JSON object with `readings`, `theta` and poses; one or many, a line each or not |
+//! | CSM | a JSON object with `readings`, `theta` and poses; one or many, a line each or not |
 //!
 //! The poses in such logs are of two kinds and are kept apart: `odometry` is what the wheels told, `reference` is what
 //! somebody computed or measured. Neither is needed to place the scans.
@@ -17,12 +17,12 @@ use crate::geometry::{Pose2, RigidMotion};
 use crate::io::text::without_byte_order_mark;
 use crate::{Error, Result};
 
-pub mod carmen;
-pub mod cmu;
-pub mod csm;
+pub(crate) mod carmen;
+pub(crate) mod cmu;
+pub(crate) mod csm;
 mod fields;
 mod lasers;
-pub mod rostopic;
+pub(crate) mod rostopic;
 pub mod stamps;
 pub mod table;
 

@@ -290,7 +290,7 @@ impl FromStr for TableFormat {
                     });
                 }
                 ("ahead", [value]) => {
-                    format.ahead = value.parse().ok().filter(|value: &f64| value.is_finite()).ok_or_else(wrong)?
+                    format.ahead = value.parse().ok().filter(|value: &f64| value.is_finite()).ok_or_else(wrong)?;
                 }
                 _ => return Err(fault(format!("{} is nothing of a table's format", quote(pair.as_bytes())))),
             }

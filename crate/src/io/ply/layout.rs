@@ -153,7 +153,7 @@ pub(in crate::io) fn unit_normals(mut normals: Vec<Vec3>) -> Option<Vec<Vec3>> {
     (normals.is_empty() || normals.iter().any(|&normal| normal != Vec3::ZERO)).then_some(normals)
 }
 
-/// Colours as bytes. What counts as full intensity is told in the [module's documentation](super).
+/// Colours as bytes. Full intensity is defined in the [module's documentation](super).
 pub(super) fn byte_colors(colors: &[[f32; 3]], columns: &[Column; 3]) -> Vec<[u8; 3]> {
     let is = |scalars: &[Scalar]| columns.iter().all(|column| scalars.contains(&column.scalar));
     let candidates: &[f32] = if is(&[Scalar::Int8, Scalar::Uint8]) {

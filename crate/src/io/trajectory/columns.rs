@@ -51,7 +51,7 @@ pub(super) struct Table {
 
 impl Table {
     /// `x y` or `x y z`.
-    pub fn positions(num_columns: usize) -> Self {
+    pub(super) fn positions(num_columns: usize) -> Self {
         let words = if num_columns == 2 { "x y" } else { "x y z" };
         let z = (num_columns > 2).then_some(2);
         Self {
@@ -69,7 +69,7 @@ impl Table {
     }
 
     /// `t x y z` and the quaternion at these columns.
-    pub fn stamped(divisor: f64, quaternion_wxyz: [usize; 4], more: bool, words: &'static str) -> Self {
+    pub(super) fn stamped(divisor: f64, quaternion_wxyz: [usize; 4], more: bool, words: &'static str) -> Self {
         let quaternion = Some(quaternion_wxyz);
         Self {
             num_columns: 8,
@@ -86,7 +86,7 @@ impl Table {
     }
 
     /// The table that these names describe, if they name a position at least.
-    pub fn from_names(names: &[String]) -> Option<Self> {
+    pub(super) fn from_names(names: &[String]) -> Option<Self> {
         let find = |spellings: &[&str]| names.iter().position(|name| spellings.contains(&name.as_str()));
         let axis = |axis: &str| {
             let prefixes = ["", "t", "p", "t_", "p_", "pos_", "position_", "position.", "p_rs_r_"];
@@ -119,21 +119,21 @@ impl Table {
     }
 
     /// Whether these are TUM's columns.
-    pub fn is_tum(&self) -> bool {
+    pub(super) fn is_tum(&self) -> bool {
         self.stamp == Some((0, 1.0)) && self.x == 1 && self.quaternion == Some([7, 4, 5, 6]) && self.num_columns == 8
     }
 
     /// Whether it is known how the sensor is turned.
-    pub fn has_orientations(&self) -> bool {
+    pub(super) fn has_orientations(&self) -> bool {
         self.quaternion.is_some() || self.heading.is_some()
     }
 
     /// Whether the times are nanoseconds and the quaternion's real part comes first, right after the position.
-    pub fn is_euroc(&self) -> bool {
+    pub(super) fn is_euroc(&self) -> bool {
         self.stamp == Some((0, 1e9)) && self.x == 1 && self.quaternion == Some([4, 5, 6, 7])
     }
 
-    pub fn numbers_of(&self, row: &Row, numbers: &mut Vec<f64>) -> Result<()> {
+    pub(super) fn numbers_of(&self, row: &Row, numbers: &mut Vec<f64>) -> Result<()> {
         if self.more { row.at_least(self.num_columns, numbers) } else { row.exactly(self.num_columns, numbers) }
     }
 }
@@ -197,12 +197,12 @@ pub(super) struct Builder {
 }
 
 impl Builder {
-    pub fn new() -> Self {
+    pub(super) fn new() -> Self {
         Self { trajectory: Trajectory::default(), off_length: None }
     }
 
     /// Adds the pose of a row of a table.
-    pub fn push_table(&mut self, table: &Table, numbers: &[f64], fault: Fault) -> Result<()> {
+    pub(super) fn push_table(&mut self, table: &Table, numbers: &[f64], fault: Fault) -> Result<()> {
         let value = |column: usize| numbers.get(column).copied().unwrap_or_default();
         self.trajectory.positions.push(Vector3::new(value(table.x), value(table.y), table.z.map_or(0.0, value)));
         if let Some((column, divisor)) = table.stamp {
@@ -223,7 +223,7 @@ impl Builder {
         Ok(())
     }
 
-    /// The length of a quaternion in the file is rounded; what is far off is remembered.
+    /// The length of a quaternion in the file is rounded; larger deviations are noted.
     fn push_quaternion(
         &mut self,
         quaternion: Quaternion<f64>,
@@ -253,7 +253,7 @@ impl Builder {
     }
 
     /// Adds the pose of a matrix of three or four rows of four.
-    pub fn push_matrix(&mut self, numbers: &[f64], fault: Fault) -> Result<()> {
+    pub(super) fn push_matrix(&mut self, numbers: &[f64], fault: Fault) -> Result<()> {
         let [a, b, c, x, d, e, f, y, g, h, i, z, last @ ..] = numbers else {
             return Err(fault(format!("A matrix of {} numbers is no pose", numbers.len()), "Give 12 or 16"));
         };
@@ -277,7 +277,7 @@ impl Builder {
     }
 
     /// The trajectory, unless a quaternion's length is off.
-    pub fn into_strict(self) -> Result<Trajectory> {
+    pub(super) fn into_strict(self) -> Result<Trajectory> {
         match self.off_length {
             Some((error, _)) => Err(error),
             None if self.trajectory.is_empty() => Err(nothing()),
@@ -286,7 +286,7 @@ impl Builder {
     }
 
     /// The trajectory, with a note where quaternions were normalised.
-    pub fn into_lenient(self) -> (Trajectory, Vec<String>) {
+    pub(super) fn into_lenient(self) -> (Trajectory, Vec<String>) {
         let note = self.off_length.map(|(error, count)| {
             let them = if count == 1 { "It was" } else { &format!("{count} quaternions were") };
             format!("{error} {them} made of length 1.")

@@ -2,12 +2,12 @@
 //!
 //! | format | a pose |
 //! |---|---|
-//! | [TUM](tum) | a line `timestamp tx ty tz qx qy qz qw` (s, m), the quaternion with its real part last |
-//! | [KITTI](kitti) | a line of the upper three rows of its matrix; times (s) in a file of their own |
-//! | [EuRoC](euroc) | a line `timestamp, x, y, z, qw, qx, qy, qz` (ns, m); further columns are not read |
+//! | TUM | a line `timestamp tx ty tz qx qy qz qw` (s, m), the quaternion with its real part last |
+//! | KITTI | a line of the upper three rows of its matrix; times (s) in a file of their own |
+//! | EuRoC | a line `timestamp, x, y, z, qw, qx, qy, qz` (ns, m); further columns are not read |
 //! | [pose table](TrajectoryFormat::PoseTable) | a line of columns that a first line names, or of `x y z qw qx qy qz` |
-//! | [matrices] | four lines of four numbers, with or without a line of counts before (Redwood's `.log`) |
-//! | [NumPy](npy) | a row of an array (N, 7) `x y z qw qx qy qz`, (N, 8) as TUM, (N, 12), (N, 3, 4) or (N, 4, 4) |
+//! | matrices | four lines of four numbers, with or without a line of counts before (Redwood's `.log`) |
+//! | NumPy | a row of an array (N, 7) `x y z qw qx qy qz`, (N, 8) as TUM, (N, 12), (N, 3, 4) or (N, 4, 4) |
 //! | positions | a line `x y` or `x y z` (m), without orientation |
 //! | planar poses | a line `number x y theta` (m, rad) |
 //!
@@ -24,13 +24,13 @@ use crate::geometry::{Pose2, Pose3};
 use crate::{Error, Result};
 
 mod columns;
-pub mod euroc;
-pub mod kitti;
-pub mod matrices;
+pub(crate) mod euroc;
+pub(crate) mod kitti;
+pub(crate) mod matrices;
 mod messages;
-pub mod npy;
+pub(crate) mod npy;
 mod rows;
-pub mod tum;
+pub(crate) mod tum;
 
 use columns::{Builder, Layout, Table};
 use rows::{Row, rows};
@@ -232,14 +232,6 @@ pub fn write(trajectory: &Trajectory, format: TrajectoryFormat) -> Result<Vec<u8
         TrajectoryFormat::Npy => npy::write(&poses()?),
         TrajectoryFormat::Positions => positions_text(&trajectory.positions).into_bytes(),
         TrajectoryFormat::Planar => planar_text(&poses()?).into_bytes(),
-    })
-}
-
-/// Times as [`read_times`] reads them.
-pub fn times_text(stamps: &[f64]) -> String {
-    stamps.iter().fold(String::new(), |mut text, stamp| {
-        let _ = writeln!(text, "{stamp:?}");
-        text
     })
 }
 

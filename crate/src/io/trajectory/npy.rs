@@ -128,7 +128,7 @@ impl<'a> Array<'a> {
         let header = rest.get(after..).and_then(|rest| rest.get(..length)).ok_or_else(cut_off)?;
         let start = MAGIC.len() + after + length;
         let header = String::from_utf8_lossy(header);
-        let unknown = |what: &str| Error::byte(10, format!("The header tells of {what}: {}", header.trim()), SAVE);
+        let unknown = |what: &str| Error::byte(10, format!("The header describes {what}: {}", header.trim()), SAVE);
 
         let descr = value_of(&header, "descr").and_then(|value| value.split(['\'', '"']).nth(1));
         let item = descr.and_then(Item::parse).ok_or_else(|| unknown("no numbers of 4 or 8 bytes"))?;

@@ -56,18 +56,18 @@ pub(super) struct Row<'a> {
 
 impl<'a> Row<'a> {
     /// What stands between the separators, before any comment.
-    pub fn columns(&self) -> impl Iterator<Item = &'a [u8]> + use<'a> {
+    pub(super) fn columns(&self) -> impl Iterator<Item = &'a [u8]> + use<'a> {
         let values = self.text.split(|&byte| byte == b'#').next().unwrap_or_default();
         values.split(|&byte| matches!(byte, b' ' | b'\t' | b',' | b';')).filter(|column| !column.is_empty())
     }
 
     /// Whether commas stand between the columns.
-    pub fn has_commas(&self) -> bool {
+    pub(super) fn has_commas(&self) -> bool {
         self.text.contains(&b',')
     }
 
     /// Whether the first column is a whole number from 0.
-    pub fn begins_with_count(&self) -> bool {
+    pub(super) fn begins_with_count(&self) -> bool {
         self.columns().next().and_then(number).is_some_and(|value| value >= 0.0 && value.fract() == 0.0)
     }
 
@@ -76,7 +76,7 @@ impl<'a> Row<'a> {
     }
 
     /// The numbers of the row, which must be so many.
-    pub fn exactly(&self, num_columns: usize, numbers: &mut Vec<f64>) -> Result<()> {
+    pub(super) fn exactly(&self, num_columns: usize, numbers: &mut Vec<f64>) -> Result<()> {
         if self.take(num_columns, true, numbers)?.next().is_some() {
             return Err(self.wrong_columns(self.columns().count(), num_columns));
         }
@@ -84,12 +84,12 @@ impl<'a> Row<'a> {
     }
 
     /// The first numbers of the row, of which there must be so many; what follows is not read.
-    pub fn at_least(&self, num_columns: usize, numbers: &mut Vec<f64>) -> Result<()> {
+    pub(super) fn at_least(&self, num_columns: usize, numbers: &mut Vec<f64>) -> Result<()> {
         self.take(num_columns, false, numbers).map(drop)
     }
 
     /// Reads so many numbers and gives the columns that are left. A wrong number of columns (with `exact`, too many of
-    /// them as well) is told before a word in the place of a number: it explains more.
+    /// them as well) is reported before a word in the place of a number, since it explains more.
     fn take(
         &self,
         num_columns: usize,
@@ -121,7 +121,7 @@ impl<'a> Row<'a> {
         self.fault(problem, "Every line needs the same columns: correct or remove this one")
     }
 
-    pub fn fault(&self, problem: String, remedy: &str) -> Error {
+    pub(super) fn fault(&self, problem: String, remedy: &str) -> Error {
         Error::line(self.line, problem, remedy)
     }
 }

@@ -38,7 +38,7 @@ pub(super) struct Point {
 }
 
 impl Batch {
-    pub fn new() -> Self {
+    pub(super) fn new() -> Self {
         Self {
             len: 0,
             positions: [[0.0; BATCH]; 3],
@@ -51,7 +51,7 @@ impl Batch {
 
     /// Takes a point in; there is room for [`BATCH`].
     #[inline]
-    pub fn push(&mut self, position: Vec3, normal: [f32; 3], color: [u8; 3]) {
+    pub(super) fn push(&mut self, position: Vec3, normal: [f32; 3], color: [u8; 3]) {
         let at = self.len % BATCH;
         for axis in 0..3 {
             self.positions[axis][at] = position[axis];
@@ -61,16 +61,16 @@ impl Batch {
         self.len = at + 1;
     }
 
-    pub fn is_full(&self) -> bool {
+    pub(super) fn is_full(&self) -> bool {
         self.len == BATCH
     }
 
-    pub fn clear(&mut self) {
+    pub(super) fn clear(&mut self) {
         self.len = 0;
     }
 
     /// Takes the points into the world; `R_world_normal` takes normals there, in steps of their sums.
-    pub fn place(&mut self, grid: &Grid, R_world_normal: &Mat3A) {
+    pub(super) fn place(&mut self, grid: &Grid, R_world_normal: &Mat3A) {
         let axes = |matrix: &Mat3A| [matrix.x_axis, matrix.y_axis, matrix.z_axis];
         self.positions = turned(&axes(&grid.R), grid.t, &self.positions);
         let zero = Vec3A::splat(ROUNDING + NORMAL_ZERO as f32);
@@ -96,19 +96,19 @@ impl Batch {
 
     /// The points inside the map's bounds, by their places in the batch.
     #[inline]
-    pub fn inside(&self) -> impl Iterator<Item = usize> {
+    pub(super) fn inside(&self) -> impl Iterator<Item = usize> {
         (0..self.len).filter(|&at| self.is_inside[at])
     }
 
     /// The voxel of a placed point.
     #[inline]
-    pub fn corner(&self, at: usize) -> [i32; 3] {
+    pub(super) fn corner(&self, at: usize) -> [i32; 3] {
         [self.corners[0][at], self.corners[1][at], self.corners[2][at]]
     }
 
     /// A placed point.
     #[inline]
-    pub fn point(&self, at: usize) -> Point {
+    pub(super) fn point(&self, at: usize) -> Point {
         let at = at % BATCH;
         let [x, y, z] = [self.positions[0][at], self.positions[1][at], self.positions[2][at]];
         let normal = [0, 1, 2].map(|axis| self.normals[axis][at].to_bits().wrapping_sub(ROUNDING.to_bits()));

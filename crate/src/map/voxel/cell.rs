@@ -27,7 +27,7 @@ pub(super) struct Voxel {
 
 impl Voxel {
     #[inline]
-    pub fn add(&mut self, offset: Vec3, normal: u64, color: u64) {
+    pub(super) fn add(&mut self, offset: Vec3, normal: u64, color: u64) {
         if self.count < MOST {
             self.normal += normal;
             self.color += color;
@@ -37,18 +37,18 @@ impl Voxel {
     }
 
     /// The mean position (m) in the voxel at `corner`.
-    pub fn position(&self, corner: [i32; 3], voxel_size: f64) -> Vec3 {
+    pub(super) fn position(&self, corner: [i32; 3], voxel_size: f64) -> Vec3 {
         let offset = self.offset * (1.0 / self.count as f32);
         ((DVec3::from(corner.map(f64::from)) + offset.as_dvec3()) * voxel_size).as_vec3()
     }
 
     /// The direction of the mean normal; zero where there is none.
-    pub fn normal(&self) -> Vec3 {
+    pub(super) fn normal(&self) -> Vec3 {
         let zero = NORMAL_ZERO * self.count.min(MOST);
         Vec3::from(unpacked(self.normal).map(|sum| (sum.cast_signed() - zero.cast_signed()) as f32)).normalize_or_zero()
     }
 
-    pub fn color(&self) -> [u8; 3] {
+    pub(super) fn color(&self) -> [u8; 3] {
         let share = 1.0 / self.count.min(MOST) as f32;
         // Signed on the way: unsigned conversions take many instructions.
         unpacked(self.color).map(|sum| (sum.cast_signed() as f32 * share + 0.5) as i32 as u8)

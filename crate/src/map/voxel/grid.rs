@@ -13,7 +13,7 @@ pub(super) const KEY_BITS: u32 = 21;
 /// No voxel is further from the origin along an axis.
 pub(super) const LIMIT: f32 = ((1 << (KEY_BITS - 1)) - 1) as f32;
 
-/// From a sensor's frame to voxels of the world, in single precision: it tells micrometres apart in a house and millimetres
+/// From a sensor's frame to voxels of the world, in single precision: it resolves micrometres in a house and millimetres
 /// in a town.
 pub(super) struct Grid {
     /// To the world's frame in sides of a voxel.
@@ -24,7 +24,7 @@ pub(super) struct Grid {
 }
 
 impl Grid {
-    pub fn new(voxel_size: f64, T_world_sensor: &Pose3, max_height: f64) -> Self {
+    pub(super) fn new(voxel_size: f64, T_world_sensor: &Pose3, max_height: f64) -> Self {
         let (inverse, t) = (1.0 / voxel_size, T_world_sensor.translation.vector);
         Self {
             R: rotation(T_world_sensor) * inverse as f32,
@@ -35,7 +35,7 @@ impl Grid {
 
     /// The voxel of a position (m, sensor's frame); `None` where it is too high, not finite or too far away.
     #[inline]
-    pub fn corner(&self, position: Vec3) -> Option<[i32; 3]> {
+    pub(super) fn corner(&self, position: Vec3) -> Option<[i32; 3]> {
         let scaled = self.R * Vec3A::from(position) + self.t;
         // Not a number fails the comparison.
         let is_inside = (scaled.cmpge(Vec3A::splat(-LIMIT)) & scaled.cmple(Vec3A::splat(LIMIT))).all();

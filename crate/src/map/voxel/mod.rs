@@ -87,7 +87,7 @@ impl VoxelMap {
     }
 
     /// The same for the points of an image, with `shift` (m) added to their depths.
-    pub fn insert_image(
+    pub(crate) fn insert_image(
         &mut self,
         image: &MapImage,
         shift: f64,

@@ -1,4 +1,4 @@
-//! A cloud made ready for registration.
+//! A cloud prepared for registration.
 
 use std::cell::OnceCell;
 
@@ -16,7 +16,7 @@ use crate::registration::icp::Source;
 use crate::registration::target::OrientedTarget;
 use crate::search::KdTree;
 
-/// A cloud made ready: thinned, with normals and an index. Making it is most of the work and needs no other cloud.
+/// A downsampled cloud with normals and a k-d tree. Preparing it is most of the work and needs no other cloud.
 pub struct PreparedCloud {
     cloud: PointCloud,
     target: OrientedTarget<3>,
@@ -25,7 +25,7 @@ pub struct PreparedCloud {
 }
 
 impl PreparedCloud {
-    /// Thins a cloud (sensor frame) and finds its normals. Normals that it has are not used: they may point anywhere.
+    /// Downsamples a cloud (sensor frame) and estimates its normals; its own are ignored, as their orientation is unknown.
     ///
     /// # Errors
     /// When an option is out of its limits.
@@ -53,7 +53,7 @@ impl PreparedCloud {
         Ok(Self::with_tree(cloud, normals, tree))
     }
 
-    /// A cloud made ready before: what [`cloud`](Self::cloud) gave, in another worker perhaps.
+    /// From a cloud that was prepared before, as [`cloud`](Self::cloud) gives it, possibly in another worker.
     pub fn from_cloud(cloud: PointCloud) -> Self {
         let known =
             |normal: &glam::Vec3| normal.is_finite().then(|| Vector3::from(normal.as_dvec3().to_array()).normalize());
@@ -73,17 +73,17 @@ impl PreparedCloud {
         }
     }
 
-    /// The thinned points with normals (not a number where there is none) and colours, if the cloud had them.
+    /// The downsampled points with normals (NaN where there is none), and with the colours of the cloud, if any.
     pub fn cloud(&self) -> &PointCloud {
         &self.cloud
     }
 
-    /// The points as something to register.
+    /// The points as the source of a registration.
     pub fn source(&self) -> Source<'_, Vector3<f64>> {
         Source { points: self.target.points(), normals: Some(self.target.normals()), sigmas: None }
     }
 
-    /// The points as something to register to.
+    /// The points as the target of a registration.
     pub fn target(&self) -> &OrientedTarget<3> {
         &self.target
     }
@@ -99,7 +99,7 @@ impl PreparedCloud {
         self.view.get_or_init(|| SphericalView::new(self.target.points(), viewpoint))
     }
 
-    /// Every so many of its points with a normal, so that there are about `most`.
+    /// About `most` of its points with a normal, evenly by index.
     pub(super) fn at_most(&self, most: usize) -> Sample {
         let stride = self.target.points().len().div_ceil(most).max(1);
         let every = self.target.points().iter().zip(self.target.normals()).step_by(stride);

@@ -152,7 +152,7 @@ impl DepthOdometry {
     }
 
     /// The map so far.
-    pub fn map(&self) -> &SurfelMap {
+    pub(crate) fn map(&self) -> &SurfelMap {
         self.chain.as_ref().map_or(&self.empty_map, |chain| &chain.reference().map)
     }
 

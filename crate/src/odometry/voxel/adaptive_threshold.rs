@@ -49,7 +49,7 @@ mod tests {
     use nalgebra::Vector6;
 
     #[test]
-    fn follows_the_deviations_and_does_not_fall_below_what_tells() {
+    fn follows_the_deviations_and_does_not_fall_below_the_informative_ones() {
         let mut threshold = AdaptiveThreshold::new(1.5);
         assert!((threshold.threshold() - 1.5).abs() < 1e-12);
         let small = <Pose3 as RigidMotion>::exp(&Vector6::new(0.0, 0.001, 0.0, 0.01, 0.0, 0.0));

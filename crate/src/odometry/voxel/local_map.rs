@@ -246,7 +246,7 @@ mod tests {
             let nearest = map.nearest(&far, 10.0).unwrap().index;
             let mut last = LastSearch::Nearest(0);
             assert_eq!(map.nearest_again(&far, 10.0, &mut last).unwrap().index, nearest);
-            // What was too far away is told so again, and found once it is near.
+            // A point too far away is not found, now or later, until it is near.
             let mut last = LastSearch::None;
             let at = |x: f64| Vector3::new(x, 0.1, 0.1);
             assert!([2.0, 1.99, 1.8].map(|x| map.nearest_again(&at(x), 1.0, &mut last)).iter().all(Option::is_none));

@@ -241,7 +241,7 @@ impl VoxelOdometry {
         SpatialRegistration { T_target_source, ..registration }
     }
 
-    /// What counts as close by in the second stage (m); 0 where nothing tells.
+    /// What counts as close by in the second stage (m); 0 where nothing determines it.
     fn close_by(&self) -> f64 {
         let of_map =
             if self.settings.map == MapKind::Voxels { CLOSE_VOXELS * self.settings.map_voxel_size } else { 0.0 };

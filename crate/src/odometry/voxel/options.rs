@@ -44,7 +44,7 @@ pub enum AddedPoints {
 pub enum VoxelOdometryMotion {
     /// In every way.
     Free,
-    /// On a floor; which axis stands upright is told from the first frame: y of depth images and of clouds that look like a
+    /// On a floor; the upright axis is derived from the first frame: y of depth images and of clouds that look like a
     /// camera's view, which lie wholly ahead along z, and z of all other clouds.
     Planar,
     /// In the x-z plane, turning about y: a camera on a floor.

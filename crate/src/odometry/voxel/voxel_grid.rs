@@ -18,7 +18,7 @@ struct Entry {
 
 /// Cells of a few voxels a side.
 #[derive(Debug, Clone)]
-pub struct VoxelGrid {
+pub(super) struct VoxelGrid {
     /// Voxels along a side of a cell.
     width: i32,
     /// Of the voxels the place, of the cells the number.
@@ -45,14 +45,14 @@ const WIDEST: i32 = 40;
 
 impl VoxelGrid {
     /// A grid without points; `voxel_size` (m) is positive, `spacing` (m) is how far apart the points of a frame lie, roughly.
-    pub fn new(voxel_size: f64, points_per_voxel: usize, spacing: f64) -> Self {
+    pub(super) fn new(voxel_size: f64, points_per_voxel: usize, spacing: f64) -> Self {
         let narrowest = if points_per_voxel <= FEW_POINTS { WIDE } else { NARROW };
         let width = ((SPACINGS * spacing / voxel_size).ceil() as i32).clamp(narrowest, WIDEST);
         Self { width, hash: VoxelHash::new(voxel_size), cells: Vec::new() }
     }
 
     /// Forgets all points.
-    pub fn clear(&mut self) {
+    pub(super) fn clear(&mut self) {
         self.hash.clear();
         self.cells.clear();
     }
@@ -71,7 +71,7 @@ impl VoxelGrid {
 
     /// The numbers of the points in the voxel of a point, in the order in which they came, into `found`. Whether there is
     /// such a voxel.
-    pub fn voxel_of(&self, point: &Vector3<f64>, found: &mut Vec<u32>) -> bool {
+    pub(super) fn voxel_of(&self, point: &Vector3<f64>, found: &mut Vec<u32>) -> bool {
         found.clear();
         let Some((cell, voxel)) = self.place(point) else { return false };
         let entries = self.entries(&cell).unwrap_or_default();
@@ -80,7 +80,7 @@ impl VoxelGrid {
     }
 
     /// Adds a point by its number. Points out of reach are not found again.
-    pub fn insert(&mut self, point: &Vector3<f64>, number: u32) {
+    pub(super) fn insert(&mut self, point: &Vector3<f64>, number: u32) {
         if let Some((cell, voxel)) = self.place(point) {
             let index = self.hash.insert(cell) as usize;
             if index == self.cells.len() {
@@ -91,7 +91,7 @@ impl VoxelGrid {
     }
 
     /// Makes a point the last one of its voxel.
-    pub fn make_last(&mut self, point: &Vector3<f64>, number: u32) {
+    pub(super) fn make_last(&mut self, point: &Vector3<f64>, number: u32) {
         let Some((cell, voxel)) = self.place(point) else { return };
         let Some(index) = self.hash.number(&cell) else { return };
         let entries = &mut self.cells[index as usize].entries;
@@ -100,7 +100,7 @@ impl VoxelGrid {
     }
 
     /// The nearest of `points` within `max_distance` (m); of equal distances the smallest number wins.
-    pub fn nearest(&self, points: &[Vector3<f64>], query: &Vector3<f64>, max_distance: f64) -> Option<Neighbor> {
+    pub(super) fn nearest(&self, points: &[Vector3<f64>], query: &Vector3<f64>, max_distance: f64) -> Option<Neighbor> {
         let (center, _) = self.place(query)?;
         let side = self.hash.voxel_size() * f64::from(self.width);
         let mut best: Option<(f64, u32)> = None;

@@ -70,7 +70,7 @@ impl DecodeConfig {
         let scale = DepthScale::estimate(&first);
         let quantisations = match settings.quantisation {
             Quantisation::ToldFromData if first.bits > 8 => vec![Quantisation::Rounded],
-            // With clouds, nothing tells the two apart.
+            // With clouds, the two cannot be distinguished.
             Quantisation::ToldFromData if settings.method != Method::SurfelMap => vec![Quantisation::Truncated],
             Quantisation::ToldFromData => vec![Quantisation::Truncated, Quantisation::Rounded],
             known => vec![known],
@@ -122,7 +122,7 @@ impl DepthDecodeConfig {
     }
 }
 
-/// Gives the settings the camera (fx, fy, cx, cy in pixels) that a file beside the images tells, unless they have one.
+/// Gives the settings the camera (fx, fy, cx, cy in pixels) that a file beside the images gives, unless they have one.
 ///
 /// # Errors
 /// When there is a preparation: frames have been prepared with another camera.

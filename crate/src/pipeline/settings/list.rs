@@ -12,19 +12,19 @@ pub fn presets() -> Vec<Preset<Settings>> {
         Preset {
             name: "sharpest",
             label: "Sharpest map",
-            explanation: "Every scan against its neighbours, all poses solved together. The default.",
+            explanation: "Registers every scan to its neighbours and optimises all poses jointly. The default.",
             settings: Settings::default(),
         },
         Preset {
             name: "scan_to_map",
             label: "Scan to map",
-            explanation: "Each scan against the last few, one pass: what a robot can do while it drives.",
+            explanation: "Registers each scan to the last few in a single pass, as a robot does online.",
             settings: Settings { strategy: Strategy::ScanToMap, ..Settings::default() },
         },
         Preset {
             name: "homework",
             label: "Homework ICP",
-            explanation: "Point-to-point ICP of each scan with the one before it, from the last motion: the textbook method.",
+            explanation: "Point-to-point ICP of each scan to the previous one, started from the last motion: the textbook method.",
             settings: Settings {
                 strategy: Strategy::ScanToScan,
                 initial_guess: InitialGuess::ConstantVelocity,
@@ -48,37 +48,37 @@ pub fn descriptions() -> Vec<SettingDescription> {
 pub(super) fn table() -> Vec<Setting<Settings>> {
     settings_table! { Settings:
         "Chain" {
-            choice strategy: "Strategy", "What a scan is matched with. Joint goes over all poses together at the end, so that errors do not add up.",
+            choice strategy: "Strategy", "Selects what a scan is registered to. Joint also optimises all poses together at the end, so that drift does not accumulate.",
                 ["joint" => "Joint", "scan_to_map" => "Scan to map", "scan_to_scan" => "Scan to scan"];
-            integer local_map_scans: "Local map", "How many earlier scans a new scan is matched with.",
+            integer local_map_scans: "Local map", "Number of earlier scans that a new scan is registered to.",
                 [1, 100];
-            integer matched_scans: "Matched scans", "Joint: each scan is matched with this many before it, and as many near it where the path comes back. 0: all with all.",
+            integer matched_scans: "Matched scans", "Joint: number of preceding scans, and of nearby earlier scans where the path returns, that each scan is matched with. 0: all pairs.",
                 [0, 1000];
         }
-        "First guess" {
-            choice initial_guess: "First guess", "Where ICP starts. ICP finds the nearest fit, not the best: a search first keeps it from the wrong one.",
+        "Initial guess" {
+            choice initial_guess: "Initial guess", "Selects the pose that ICP starts from. ICP converges to the nearest local minimum; a search beforehand avoids the wrong one.",
                 [
                     "correlative" => "Search",
                     "constant_velocity" => "Constant velocity",
                     "identity" => "Last pose",
                 ];
-            choice odometry: "Odometry", "Motion that the robot measured. Measured: from its file, or from the log where its poses are the wheels' own and not corrected by a program.",
-                ["auto" => "Measured", "file" => "From its file", "log" => "Also from the log", "none" => "Never"];
-            number search_translation: "Search distance", "How far from the predicted position the search looks, in x and y.",
+            choice odometry: "Odometry", "Selects the source of wheel odometry. Measured: the odometry file, or the log where its poses are raw wheel odometry rather than corrected by a program.",
+                ["auto" => "Measured", "file" => "Odometry file only", "log" => "File or log", "none" => "Not used"];
+            number search_translation: "Search distance", "Largest distance from the predicted position, in x and in y, that the search covers.",
                 "m", [0.1, 10.0], step 0.1;
-            number search_rotation: "Search turn", "How far from the predicted heading the search looks.",
+            number search_rotation: "Search rotation", "Largest deviation from the predicted heading that the search covers.",
                 "rad", [0.01, PI], step 0.05;
         }
         "Registration" {
-            choice metric: "Metric", "Point to line lets walls slide along themselves, so it needs fewer and better steps.",
+            choice metric: "Metric", "Selects the residual. Point to line leaves sliding along a wall free, so it converges in fewer iterations.",
                 ["point_to_line" => "Point to line", "point_to_point" => "Point to point"];
-            number max_correspondence_distance: "Pair distance", "Points further apart than this are no pair. Larger finds home from further away, smaller trusts less.",
+            number max_correspondence_distance: "Correspondence distance", "Largest distance between corresponding points. Larger values converge from worse guesses; smaller values reject more outliers.",
                 "m", [0.01, 10.0], step 0.05;
-            number max_normal_angle: "Normal angle", "Pairs whose surfaces face directions further apart than this are rejected.",
+            number max_normal_angle: "Normal angle", "Rejects correspondences whose normals differ by more than this angle.",
                 "rad", [0.01, PI], step 0.05;
-            number trim_fraction: "Trimmed share", "Share of the worst pairs that is dropped in every iteration.",
+            number trim_fraction: "Trim fraction", "Fraction of the correspondences with the largest residuals that each iteration drops.",
                 "", [0.0, 0.9], step 0.05;
-            choice robust_kernel: "Robust kernel", "How pairs that fit badly lose weight.",
+            choice robust_kernel: "Robust kernel", "Selects how the weight of a correspondence falls with its residual.",
                 [
                     "cauchy" => "Cauchy",
                     "huber" => "Huber",
@@ -86,19 +86,19 @@ pub(super) fn table() -> Vec<Setting<Settings>> {
                     "tukey" => "Tukey",
                     "none" => "None",
                 ];
-            number robust_kernel_width: "Kernel width", "Residual at which pairs begin to lose weight: a few times the sensor's noise.",
+            number robust_kernel_width: "Kernel width", "Residual from which a correspondence loses weight: a few times the sensor's noise.",
                 "m", [0.001, 5.0], step 0.01;
-            integer max_iterations: "Iterations", "The most steps before ICP gives up.",
+            integer max_iterations: "Iterations", "Largest number of ICP iterations.",
                 [1, 1000];
-            number rotation_eps: "Smallest turn", "ICP has converged when a step turns less than this and moves less than the smallest move.",
+            number rotation_eps: "Rotation tolerance", "ICP has converged when a step rotates by less than this and translates by less than the translation tolerance.",
                 "rad", [1e-9, 0.1], step 1e-5;
-            number translation_eps: "Smallest move", "ICP has converged when a step moves less than this and turns less than the smallest turn.",
+            number translation_eps: "Translation tolerance", "ICP has converged when a step translates by less than this and rotates by less than the rotation tolerance.",
                 "m", [1e-9, 0.1], step 1e-5;
         }
         "Scans" {
-            number min_range: "Nearest return", "Nearer returns are dropped: the robot itself, or dust.",
+            number min_range: "Minimum range", "Nearer returns are dropped: they show the robot itself, or dust.",
                 "m", [0.0, 100.0], step 0.05;
-            number max_range: "Range limit", "Returns at or beyond this are dropped: many sensors write their limit where nothing came back.",
+            number max_range: "Maximum range", "Returns at or beyond this range are dropped: many sensors report their limit for a beam without a return.",
                 "m", [0.1, 1000.0], step 1.0;
         }
     }

@@ -118,7 +118,7 @@ impl Settings {
     ///
     /// # Errors
     /// Names the first setting out of its limits, with the value and the limits.
-    pub fn validate(&self) -> Result<()> {
+    pub(crate) fn validate(&self) -> Result<()> {
         check_limits(&list::table(), self)?;
         if self.min_range >= self.max_range {
             return Err(Error::whole(
@@ -130,17 +130,17 @@ impl Settings {
     }
 
     /// The range limits of the cleaning.
-    pub fn range_limits(&self) -> RangeLimits {
+    pub(crate) fn range_limits(&self) -> RangeLimits {
         RangeLimits { min_range: self.min_range, max_range: self.max_range }
     }
 
     /// How many scans the local map holds.
-    pub fn map_capacity(&self) -> usize {
+    pub(crate) fn map_capacity(&self) -> usize {
         if self.strategy == Strategy::ScanToScan { 1 } else { self.local_map_scans }
     }
 
     /// The options of the odometry.
-    pub fn odometry_options(&self) -> PlanarOptions {
+    pub(crate) fn odometry_options(&self) -> PlanarOptions {
         PlanarOptions {
             map_capacity: self.map_capacity(),
             initial_guess: self.initial_guess,

@@ -212,7 +212,7 @@ impl SpatialReconstruction {
         })
     }
 
-    /// Sets the camera (fx, fy, cx, cy in pixels), as a file beside the images tells it, unless the settings have one.
+    /// Sets the camera (fx, fy, cx, cy in pixels), from a file beside the images, unless the settings have one.
     ///
     /// # Errors
     /// After [`begin`](Self::begin): frames have been prepared with another camera.
@@ -447,7 +447,7 @@ impl SpatialReconstruction {
             return Ok(None);
         }
         let Reference { name, contents, num_recorded } = reference;
-        let error = spatial_error(&frames, *num_recorded, name, contents, &self.settings.known_convention())?;
+        let error = spatial_error(&frames, *num_recorded, name, contents, self.settings.known_convention())?;
         Ok(Some(error.map_reference(SpatialPose::from)))
     }
 

@@ -27,7 +27,7 @@ pub(super) struct StoredFrames {
 
 impl StoredFrames {
     /// Takes a frame in; whether those before it had to be thinned out for it.
-    pub fn push(&mut self, mut frame: Frame) -> bool {
+    pub(super) fn push(&mut self, mut frame: Frame) -> bool {
         for round in 0..self.num_thinnings {
             frame.map_points.thin(self.frames.len(), round);
         }
@@ -44,24 +44,24 @@ impl StoredFrames {
         true
     }
 
-    pub fn len(&self) -> usize {
+    pub(super) fn len(&self) -> usize {
         self.frames.len()
     }
 
-    pub fn last(&self) -> Option<&Frame> {
+    pub(super) fn last(&self) -> Option<&Frame> {
         self.frames.last()
     }
 
-    pub fn get(&self, index: usize) -> Option<&Frame> {
+    pub(super) fn get(&self, index: usize) -> Option<&Frame> {
         self.frames.get(index)
     }
 
-    pub fn iter(&self) -> std::slice::Iter<'_, Frame> {
+    pub(super) fn iter(&self) -> std::slice::Iter<'_, Frame> {
         self.frames.iter()
     }
 
     /// What a person should know of it.
-    pub fn note(&self) -> Option<String> {
+    pub(super) fn note(&self) -> Option<String> {
         let share = 4usize.pow(u32::try_from(self.num_thinnings).unwrap_or(u32::MAX).min(10));
         (share > 1).then(|| {
             let count = self.frames.len();
@@ -84,7 +84,7 @@ mod tests {
         Frame { label: FrameLabel { name: index.to_string(), index, time: None }, map_points }
     }
 
-    /// Depth that tells the pixel.
+    /// Depth from which the pixel follows.
     fn image(width: usize, height: usize) -> MapImage {
         let camera = Pinhole::from_field_of_view(width, height, 1.0).unwrap();
         let size = width * height;

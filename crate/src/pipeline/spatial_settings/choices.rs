@@ -2,30 +2,30 @@
 
 use serde::{Deserialize, Serialize};
 
-/// What a frame is matched with.
+/// What a frame is registered to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 #[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
 pub enum Method {
-    /// Pieces of surface of a depth image with the map of those before, as the camera sees it. Clouds, which have no
-    /// camera, are matched as by [`Method::CloudMap`].
+    /// The surfels of a depth image to the map of the earlier ones, rendered from the camera. Clouds, which have no
+    /// camera, are registered as by [`Method::CloudMap`].
     SurfelMap,
-    /// A cloud with a map of voxels of those before.
+    /// A cloud to the voxel map of the earlier ones.
     CloudMap,
-    /// A cloud with the one before it.
+    /// A cloud to the previous one.
     CloudToCloud,
-    /// A cloud with the one before it, step by step as courses teach it with Open3D.
+    /// A cloud to the previous one, by the pipeline taught in courses with Open3D.
     Course,
 }
 
-/// How depth was made a whole number.
+/// How depth was quantised to whole numbers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 #[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
 pub enum Quantisation {
     /// Whichever makes the first frames fit each other better.
     ToldFromData,
-    /// Cut off to whole steps: the true depth lies half a step further in the mean.
+    /// Truncated to whole steps: the true depth lies half a step further on average.
     Truncated,
     /// Rounded to the nearest step.
     Rounded,
@@ -38,14 +38,14 @@ impl Quantisation {
     }
 }
 
-/// What is done where a path comes back to a place.
+/// Whether loops are closed where the path returns to a known place.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 #[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
 pub enum LoopClosing {
-    /// What the way round has added up is spread over it; of depth images with surfaces.
+    /// The accumulated drift is distributed over the loop; depth images with surfels only.
     On,
-    /// Nothing.
+    /// Loops are not closed.
     Off,
 }
 

@@ -121,7 +121,7 @@ impl SpatialSettings {
     ///
     /// # Errors
     /// Names the first setting out of its limits, with the value and the limits.
-    pub fn validate(&self) -> Result<()> {
+    pub(crate) fn validate(&self) -> Result<()> {
         check_limits(&list::table(), self)?;
         if self.max_range > 0.0 && self.min_range >= self.max_range {
             return Err(Error::whole(
@@ -134,7 +134,7 @@ impl SpatialSettings {
 
     /// What is left open, for depth images.
     #[must_use]
-    pub fn for_depth(&self) -> Self {
+    pub(crate) fn for_depth(&self) -> Self {
         let or = |value: f64, default: f64| if value > 0.0 { value } else { default };
         Self {
             max_range: or(self.max_range, DEPTH_REACH),
@@ -146,7 +146,7 @@ impl SpatialSettings {
 
     /// What is left open, for clouds of which half the points lie nearer than `median_range` (m).
     #[must_use]
-    pub fn for_clouds(&self, median_range: f64) -> Self {
+    pub(crate) fn for_clouds(&self, median_range: f64) -> Self {
         let or = |value: f64, default: f64| if value > 0.0 { value } else { default };
         let voxel_size = or(self.voxel_size, (median_range / 40.0).clamp(0.02, 1.0));
         let method = if self.method == Method::SurfelMap { Method::CloudMap } else { self.method };
@@ -161,7 +161,7 @@ impl SpatialSettings {
     }
 
     /// What is set of the reading of a reference. The estimate does not depend on it.
-    pub fn known_convention(&self) -> KnownConvention {
+    pub(crate) fn known_convention(&self) -> KnownConvention {
         KnownConvention {
             quaternion_order: match self.reference_quaternions {
                 ReferenceQuaternions::ToldFromData => None,
@@ -189,7 +189,7 @@ impl SpatialSettings {
     }
 
     /// The options of the odometry of clouds, once nothing is left open.
-    pub fn cloud_options(&self) -> CloudOptions {
+    pub(crate) fn cloud_options(&self) -> CloudOptions {
         let base = match self.method {
             Method::Course => CloudOptions::course(self.voxel_size),
             _ => CloudOptions::new(self.voxel_size),

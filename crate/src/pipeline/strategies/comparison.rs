@@ -19,7 +19,7 @@ use crate::pipeline::prepared_frame::{DecodeConfig, FrameLabel, PreparedFrame, S
 use crate::pipeline::report::SpatialPose;
 use crate::pipeline::spatial_settings::{Method, SpatialSettings};
 
-/// Points of each frame that the sharpness is told from, the same for every strategy.
+/// Points per frame from which the sharpness is computed, the same for every strategy.
 const SHARP_POINTS: usize = 2000;
 /// Of the points of all frames, so many are looked at.
 const SHARP_QUERIES: usize = 10_000;
@@ -80,7 +80,7 @@ impl StrategyComparison {
         })
     }
 
-    /// Sets the camera (fx, fy, cx, cy in pixels), as a file beside the images tells it, unless the settings have one.
+    /// Sets the camera (fx, fy, cx, cy in pixels), from a file beside the images, unless the settings have one.
     ///
     /// # Errors
     /// After [`begin`](Self::begin): frames have been prepared with another camera.
@@ -155,7 +155,7 @@ impl StrategyComparison {
     }
 
     /// Sets the trajectory to compare with; it is used for nothing else. `num_recorded` is the number of frames of the
-    /// recording, whether they could be used or not. How its poses are read is told from the data, or set.
+    /// recording, whether they could be used or not. The convention of its poses is derived from the data, or set.
     pub fn set_reference(&mut self, name: &str, contents: Contents, num_recorded: usize) {
         self.reference = Some(Reference { name: name.to_owned(), contents, num_recorded });
     }
@@ -226,7 +226,7 @@ impl StrategyComparison {
             .collect();
         let known = self.settings.known_convention();
         let Reference { name, contents, num_recorded } = reference;
-        let error = spatial_error(&estimated, *num_recorded, name, contents, &known)?;
+        let error = spatial_error(&estimated, *num_recorded, name, contents, known)?;
         let relative = (error.convention != POSITIONS_ALONE).then(|| relative_errors(&estimated, &error)).flatten();
         let (moved, turned) = relative.unzip();
         Ok(StrategyErrors {

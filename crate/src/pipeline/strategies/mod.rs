@@ -9,5 +9,5 @@ mod settings;
 
 pub use self::comparison::StrategyComparison;
 pub use self::presets::strategy_presets;
-pub use self::report::{BYTES_A_POINT, StrategyErrors, StrategyFrame, StrategyResult, StrategyTiming, Trend};
+pub use self::report::{StrategyErrors, StrategyFrame, StrategyResult, StrategyTiming, Trend};
 pub use self::settings::strategy_descriptions;

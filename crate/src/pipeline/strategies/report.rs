@@ -9,7 +9,7 @@ use crate::pipeline::report::SpatialPose;
 
 /// What a point of the map counts for: three coordinates in double precision, as NumPy and Open3D hold a cloud. Normals
 /// and the index come on top and are not counted: they are the same for every strategy, point by point.
-pub const BYTES_A_POINT: usize = 24;
+pub(crate) const BYTES_A_POINT: usize = 24;
 
 /// One frame of one strategy.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -151,7 +151,7 @@ pub struct StrategyResult {
     pub timing: Option<StrategyTiming>,
     /// Errors against the reference, where one was given and fits.
     pub comparison: Option<StrategyErrors>,
-    /// How crisp the frames lie on each other at the poses found, the same points for every strategy; null where the points are too
+    /// Sharpness of the frames at the estimated poses, from the same points for every strategy; null where the points are too
     /// few to tell.
     pub sharpness: Option<MapQuality>,
     /// What else is worth knowing, in whole sentences.

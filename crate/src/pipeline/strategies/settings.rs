@@ -9,7 +9,7 @@ impl VoxelOdometrySettings {
     ///
     /// # Errors
     /// Names the first setting out of its limits, with the value and the limits.
-    pub fn validate(&self) -> Result<()> {
+    pub(crate) fn validate(&self) -> Result<()> {
         check_limits(&table(), self)
     }
 }
@@ -22,40 +22,40 @@ pub fn strategy_descriptions() -> Vec<SettingDescription> {
 fn table() -> Vec<Setting<VoxelOdometrySettings>> {
     settings_table! { VoxelOdometrySettings:
         "Map" {
-            choice map: "Map", "Whole: every point stays, and the index is built anew for each frame. Voxels: a few points in a small cube.",
+            choice map: "Map", "Selects the map. Whole: keeps every point and rebuilds the index for each frame. Voxels: keeps a few points per voxel.",
                 ["whole" => "Whole", "voxels" => "Voxels"];
             number map_voxel_size: "Voxel", "Side of a voxel of the map.",
                 "m", [0.01, 10.0], step 0.01;
-            integer points_per_voxel: "Points a voxel", "A voxel holds so many points at most.",
+            integer points_per_voxel: "Points per voxel", "Largest number of points that a voxel holds.",
                 [1, 100];
-            choice kept: "A full voxel keeps", "The points that came first, those that came last, or the mean of all as one point.",
+            choice kept: "Points kept", "Selects what a full voxel keeps: the first points, the newest points, or the mean of all as one point.",
                 ["first" => "First", "newest" => "Newest", "mean" => "Mean"];
-            choice added: "Points added", "All points of a frame, or only those without a partner in the map (golden data).",
-                ["all" => "All", "unmatched" => "Without a partner"];
-            number partner_distance: "Partner within", "A point of the map this near is a partner: golden data leave such points out.",
+            choice added: "Points added", "Selects which points of a frame enter the map: all, or only those without a correspondence (golden data).",
+                ["all" => "All", "unmatched" => "Unmatched"];
+            number partner_distance: "Duplicate distance", "Golden data: points this near to a point of the map are not added.",
                 "m", [0.0, 10.0], step 0.01;
-            number crop_distance: "Map kept within", "What lies further from the sensor is forgotten. 0: nothing is.",
+            number crop_distance: "Map radius", "Points further from the sensor are removed from the map. 0: none are.",
                 "m", [0.0, 1000.0], step 1.0;
         }
         "Registration" {
-            choice motion: "Motion", "Free, or on a floor: in the x-z plane for a camera, in the x-y plane for a robot's own frame.",
+            choice motion: "Motion", "Selects the degrees of freedom: free, or in a plane: x-z for a camera, x-y for a robot's own frame.",
                 [
                     "free" => "Free",
                     "planar" => "On a floor",
                     "planar_xz" => "In the x-z plane",
                     "planar_xy" => "In the x-y plane",
                 ];
-            choice threshold: "Threshold", "Fixed, or adapted to how far off the predictions have been (KISS-ICP).",
+            choice threshold: "Threshold", "Selects a fixed correspondence distance, or one adapted to the error of the predictions so far (KISS-ICP).",
                 ["fixed" => "Fixed", "adaptive" => "Adaptive"];
-            number max_correspondence_distance: "Pair distance", "Points further apart are no partners; of an adaptive threshold, where it begins.",
+            number max_correspondence_distance: "Correspondence distance", "Largest distance between corresponding points; initial value of an adaptive threshold.",
                 "m", [0.01, 100.0], step 0.05;
-            number source_voxel_size: "Source voxel", "A frame is thinned to one point in a cube of this side before it is registered. 0: all points are used.",
+            number source_voxel_size: "Source voxel", "Side of the voxels to which a frame is downsampled before registration. 0: all points are used.",
                 "m", [0.0, 10.0], step 0.01;
-            choice metric: "Metric", "The distance to the plane through the map's point, or to the point itself, as KISS-ICP does.",
+            choice metric: "Metric", "Selects the residual: the distance to the plane through the map's point, or to the point itself, as in KISS-ICP.",
                 ["point_to_point" => "Point to point", "point_to_plane" => "Point to plane"];
-            choice stages: "Stages", "One: partners within the threshold to the end. Two: then once more, with partners close by alone.",
+            choice stages: "Stages", "One: a single correspondence distance. Two: a second stage with a shorter one follows.",
                 ["one" => "One", "two" => "Two"];
-            integer max_iterations: "Iterations", "Most iterations of a stage.",
+            integer max_iterations: "Iterations", "Largest number of iterations per stage.",
                 [1, 1000];
         }
     }

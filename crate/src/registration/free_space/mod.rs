@@ -1,12 +1,12 @@
 //! Free space: what a sensor saw through must be empty. A pose that puts points there is contradicted, however small the
 //! residuals of the points that have partners.
 //!
-//! One test, [`FreeSpaceTest`], with three models of a sensor: [`beams`] for planar scans, [`sphere`] for clouds seen from
+//! One test, [`FreeSpaceTest`], with three models of a sensor: `beams` for planar scans, `sphere` for clouds seen from
 //! their sensor, and [`projective`](super::projective) for depth images and maps of surface. Each has a method `classify`
 //! that says what it saw of a point; [`FreeSpaceTally`] counts the answers.
 
-pub mod beams;
-pub mod sphere;
+pub(crate) mod beams;
+pub(crate) mod sphere;
 
 use nalgebra::Vector3;
 

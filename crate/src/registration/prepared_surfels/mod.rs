@@ -1,5 +1,5 @@
-//! A depth frame made ready for registration: its surfaces, and what is picked of them whatever they are held against.
-//! That follows from the frame alone, so it is done ahead, in any worker.
+//! A depth frame prepared for registration: its surfels and the samples of them that each stage registers. They depend on
+//! the frame alone, so any worker can prepare them ahead.
 
 mod surfel_cloud;
 
@@ -10,21 +10,21 @@ use crate::camera::surfel_image::{SurfelImage, cell_camera};
 use crate::registration::photometric::{TexturedPoint, textured_points};
 use crate::registration::projective::{PackedSurfel, ProjectiveTarget};
 
-/// A frame's surfaces with what registration picks of them, as [`DepthOptions::prepared`] makes it.
+/// The surfels of a frame with the samples that registration uses, as [`DepthOptions::prepared`] makes them.
 ///
 /// [`DepthOptions::prepared`]: crate::odometry::depth::DepthOptions::prepared
 #[derive(Debug, Clone, PartialEq)]
 pub struct PreparedSurfels {
-    /// All of them.
+    /// All surfels.
     pub image: SurfelImage,
     pub(crate) picked: PickedCells,
-    /// Of four neighbouring pieces the nearest, by the cells of [`coarse_camera`](Self::coarse_camera) which are their tags.
+    /// The nearest surfel of each 2 x 2 cells, tagged with the cell of [`coarse_camera`](Self::coarse_camera).
     pub(crate) coarse: Vec<PackedSurfel>,
-    /// What stands out of the picture, where there is one.
+    /// Points of high image gradient, where there is a colour image.
     pub(crate) textured: Vec<TexturedPoint>,
 }
 
-/// Cells of the image, each list of them evenly over the directions that surfaces face.
+/// Sampled cells of the image, each list with its normals distributed evenly.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub(crate) struct PickedCells {
     pub(crate) sparse: Vec<u32>,
@@ -44,17 +44,17 @@ impl PickedCells {
     }
 }
 
-/// Points that score a guess: hundreds of guesses are looked at.
+/// Points that score one of hundreds of pose hypotheses.
 const SPARSE_POINTS: usize = 250;
-/// Points that refine the best guesses.
+/// Points that refine the best hypotheses.
 const MIDDLE_POINTS: usize = 800;
-/// Points that look for partners in a place seen before.
+/// Points that are matched with a submap for a loop.
 pub(crate) const SUBMAP_POINTS: usize = 700;
-/// Side of the squares of cells of which one piece is enough for places seen before.
+/// Side (cells) of the squares that keep one surfel for submaps.
 const COARSE_SIDE: usize = 2;
 
 impl PreparedSurfels {
-    /// Picks what registration needs; `num_fine` points are registered in the end.
+    /// Samples the surfels; `num_fine` of them are registered in the last stage.
     pub(crate) fn new(image: SurfelImage, num_fine: usize) -> Self {
         let filled = (0u32..).zip(&image.cells).filter(|(_, surfel)| surfel.is_some());
         let filled: Vec<u32> = filled.map(|(cell, _)| cell).collect();
@@ -91,12 +91,12 @@ impl PreparedSurfels {
         SurfelCloud::of(cells.iter().filter_map(|&cell| *self.image.cells.get(cell as usize)?))
     }
 
-    /// The camera whose pixels are squares of cells.
+    /// The camera with one pixel per square of cells.
     fn coarse_camera(&self) -> Pinhole {
         cell_camera(&self.image.camera, COARSE_SIDE * self.image.cell_size)
     }
 
-    /// What the camera sees, of four neighbouring pieces the nearest, in its own frame.
+    /// The nearest surfel of each square of cells as a target, in the camera's frame.
     pub(crate) fn coarse_view(&self) -> ProjectiveTarget {
         ProjectiveTarget::from_cells(&self.coarse_camera(), &self.coarse)
     }

@@ -1,4 +1,4 @@
-//! A frame's pieces of surface, thinned out for the registration.
+//! Sampled surfels of a frame, for registration.
 
 use nalgebra::Vector3;
 
@@ -6,7 +6,7 @@ use crate::camera::Surfel;
 use crate::registration::icp::Source;
 use crate::registration::projective::PointBatch;
 
-/// A frame's pieces of surface, column by column.
+/// Surfels of a frame, one vector per attribute.
 #[derive(Clone)]
 pub(crate) struct SurfelCloud {
     pub(crate) points: Vec<Vector3<f64>>,
@@ -16,7 +16,7 @@ pub(crate) struct SurfelCloud {
 }
 
 impl SurfelCloud {
-    /// Of these pieces, in their order.
+    /// From these surfels, in their order.
     pub(crate) fn of(surfels: impl Iterator<Item = Surfel>) -> Self {
         let most = surfels.size_hint().1.unwrap_or(0);
         let mut cloud = Self {
@@ -34,14 +34,14 @@ impl SurfelCloud {
         cloud
     }
 
-    /// Its pieces, in order.
+    /// Its surfels, in order.
     pub(crate) fn surfels(&self) -> impl Iterator<Item = Surfel> {
         let columns = self.points.iter().zip(&self.normals).zip(&self.sigmas);
         columns.map(|((&point, &normal), &sigma)| Surfel { point, normal, sigma })
     }
 
-    /// About `most` of them, as many of every direction as there are, so that the few that hold a corridor's length count
-    /// beside its long walls (Rusinkiewicz and Levoy, "Efficient variants of the ICP algorithm", 3DIM 2001).
+    /// About `most` of them, sampled evenly over the directions of their normals, so that the few surfels that constrain the
+    /// position along a corridor count beside those of its walls (Rusinkiewicz and Levoy, "Efficient variants of the ICP algorithm", 3DIM 2001).
     pub(crate) fn at_most(&self, most: usize) -> Self {
         let kept = Directions::of(self.normals.iter()).evenly(most);
         Self {
@@ -52,7 +52,7 @@ impl SurfelCloud {
         }
     }
 
-    /// The same points for many quick looks.
+    /// The same points for scoring many poses.
     pub(crate) fn point_batch(&self) -> PointBatch {
         PointBatch::new(&self.points, &self.normals)
     }
@@ -62,11 +62,11 @@ impl SurfelCloud {
     }
 }
 
-/// Directions are told apart by which of their components are beyond this, and on which side.
+/// Threshold on the components of a normal that separates the bins of directions.
 const DIRECTION_COMPONENT: f64 = 0.4;
 const NUM_DIRECTIONS: usize = 27;
 
-/// Which of [`NUM_DIRECTIONS`] each of some normals has, and how many have each.
+/// The direction bin of each normal, one of [`NUM_DIRECTIONS`], and the number of normals in each bin.
 pub(super) struct Directions {
     of: Vec<u8>,
     counts: [usize; NUM_DIRECTIONS],
@@ -85,10 +85,10 @@ impl Directions {
         Self { of, counts }
     }
 
-    /// Indices of about `most` of the normals in their order, evenly over their directions as far as there are enough.
+    /// Indices, ascending, of about `most` of the normals, sampled evenly over the bins as far as they are filled.
     pub(super) fn evenly(&self, most: usize) -> Vec<usize> {
         let counts = &self.counts;
-        // What small directions do not use up is shared among the larger ones.
+        // The quota that small bins do not use is shared among the larger ones.
         let mut by_size: [usize; NUM_DIRECTIONS] = std::array::from_fn(|index| index);
         by_size.sort_by_key(|&index| (counts[index], index));
         let (mut quotas, mut left) = ([0usize; NUM_DIRECTIONS], most);
@@ -96,7 +96,7 @@ impl Directions {
             quotas[index] = counts[index].min(left / (NUM_DIRECTIONS - place));
             left -= quotas[index];
         }
-        // The next one is kept whenever the quotas of those so far come to another whole.
+        // Keeps an index whenever the accumulated quota of its bin passes another whole number.
         let mut filled = [0usize; NUM_DIRECTIONS];
         let is_kept = |&direction: &u8| {
             let index = usize::from(direction);

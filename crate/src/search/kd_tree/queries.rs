@@ -7,7 +7,7 @@ use super::{LEAF, Neighbor, smaller};
 /// Lanes that are compared at once: a 128-bit vector, which is what WebAssembly has.
 const LANES: usize = 4;
 
-/// What is being looked for: it sees leaf after leaf, and its limit tells which subtrees can still matter.
+/// A kind of search: it visits leaf after leaf, and its limit decides which subtrees can still matter.
 pub(super) trait Search {
     /// Only points that come before this one are wanted.
     fn limit(&self) -> Neighbor;

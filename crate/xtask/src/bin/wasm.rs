@@ -1,5 +1,5 @@
 //! Compiles a package of this workspace to WebAssembly and writes its JavaScript beside it:
-//! `wasm [PACKAGE] [OUT_DIR]`, by default `wasm scanstitch pkg`.
+//! `wasm [PACKAGE] [OUT_DIR] [CARGO_OPTION]...`, by default `wasm scanstitch pkg`.
 //!
 //! Two steps, as `wasm-pack build` does them, without a tool to install first: `cargo build` for
 //! `wasm32-unknown-unknown`, then `wasm-bindgen --target web`.
@@ -18,7 +18,8 @@ fn main() -> ExitCode {
     let package = args.next().unwrap_or_else(|| "scanstitch".into());
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
     let out_dir = args.next().map_or_else(|| root.join("pkg"), PathBuf::from);
-    match compile(&root, &package).and_then(|wasm| bind(&wasm, &out_dir, &package)) {
+    let options: Vec<String> = args.collect();
+    match compile(&root, &package, &options).and_then(|wasm| bind(&wasm, &out_dir, &package)) {
         Ok(()) => ExitCode::SUCCESS,
         Err(problem) => {
             eprintln!("error: {problem}");
@@ -28,10 +29,11 @@ fn main() -> ExitCode {
 }
 
 /// Builds the package's library in release and returns the path of the module.
-fn compile(root: &Path, package: &str) -> Result<PathBuf, String> {
+fn compile(root: &Path, package: &str, options: &[String]) -> Result<PathBuf, String> {
     let cargo = env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
     let status = Command::new(cargo)
         .args(["build", "--release", "--lib", "--target", TARGET, "--package", package])
+        .args(options)
         .current_dir(root)
         .status()
         .map_err(|error| format!("cargo could not be started: {error}"))?;

@@ -5,7 +5,7 @@
 //! Registration to one map hides drift: where the path comes back, the frame is drawn to the old surfaces within a few steps,
 //! and the map stays bent behind it. In a revisited place a frame is therefore registered twice, to a submap of the recent
 //! frames and to one of the earlier visit. The difference of the two poses is the drift around the loop;
-//! [`pose_graph`](crate::graph::pose_graph) distributes it over all frames by the covariances of the registrations.
+//! `pose_graph` distributes it over all frames by the covariances of the registrations.
 //! Read [`SpatialLoops::add`] first.
 
 mod nodes;
@@ -91,7 +91,7 @@ pub struct SpatialLoops {
 }
 
 /// Corrections of all frames: the number of the first frame, and the motion (of the world) from there on.
-pub type FrameMotions = Vec<(u32, Pose3)>;
+pub(crate) type FrameMotions = Vec<(u32, Pose3)>;
 
 impl SpatialLoops {
     /// The loops that have been closed.
@@ -132,7 +132,7 @@ impl SpatialLoops {
     }
 
     /// Takes over the poses that the odometry has changed.
-    pub fn apply_pose_updates(&mut self, pose_of: impl Fn(u32) -> Pose3) {
+    pub(crate) fn apply_pose_updates(&mut self, pose_of: impl Fn(u32) -> Pose3) {
         let nodes = &mut self.nodes.all;
         for index in 0..nodes.len() {
             let T_world_camera = pose_of(nodes[index].frame);
