@@ -126,6 +126,30 @@ export const layout_styles = css`
     flex-direction: column;
     min-height: 0;
   }
+  .introduction {
+    display: flex;
+    flex-wrap: wrap;
+    align-items: center;
+    justify-content: space-between;
+    gap: 2px 20px;
+    padding: 6px 16px;
+    border-bottom: 1px solid var(--line);
+    background: var(--accent-soft);
+    font-size: 13px;
+  }
+  .introduction .link {
+    min-height: 24px;
+    padding: 0 7px;
+    border: 0;
+    background: none;
+    color: var(--accent);
+    font-size: inherit;
+    text-decoration: underline;
+  }
+  .narrow .introduction {
+    padding: 6px 12px;
+    font-size: 12.5px;
+  }
   scanstitch-headline {
     border-bottom: 1px solid var(--line);
   }
