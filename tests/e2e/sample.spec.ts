@@ -71,11 +71,11 @@ test('the first screen says what the page is for, and back and forward move betw
   const before = await app.numStitched();
   await app.setting('Strategy').selectOption('scan_to_map');
   await app.stitched();
-  await about.getByRole('button', { name: 'Evaluate trajectories' }).click();
+  await about.getByRole('link', { name: 'Evaluate' }).click();
   await expect(page.locator('.title')).toHaveText('Trajectory evaluation');
   await page.goBack();
   await expect(page.locator('.title')).toHaveText('Sample: a corridor');
-  await about.getByRole('button', { name: "Bird's-eye view" }).click();
+  await about.getByRole('link', { name: "Bird's-eye view" }).click();
   await expect(page.locator('.title')).toHaveText("Bird's-eye view");
   await page.goBack();
   await page.goForward();

@@ -93,17 +93,24 @@ export const app_styles = css`
   .narrow .bar {
     gap: 10px;
     padding: 6px 8px 6px 12px;
-    /* Where the buttons leave no room for the title, they have a row of their own. */
     flex-wrap: wrap;
     row-gap: 0;
   }
-  .narrow .brand span,
-  .narrow .count {
+  .narrow .brand span {
     display: none;
   }
+  .narrow nav {
+    margin-left: auto;
+  }
+  /* Beside the buttons there is no room for the title. */
   .narrow .dataset {
+    flex-basis: 100%;
+    order: 1;
     padding-left: 0;
     border-left: 0;
+  }
+  .narrow .dataset:not(:has(*)) {
+    display: none;
   }
   @media (max-height: 520px) {
     .app {
@@ -137,14 +144,11 @@ export const layout_styles = css`
     background: var(--accent-soft);
     font-size: 13px;
   }
-  .introduction .link {
+  .introduction a {
+    display: inline-block;
     min-height: 24px;
-    padding: 0 7px;
-    border: 0;
-    background: none;
+    margin-right: 14px;
     color: var(--accent);
-    font-size: inherit;
-    text-decoration: underline;
   }
   .narrow .introduction {
     padding: 6px 12px;
