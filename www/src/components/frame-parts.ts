@@ -150,8 +150,8 @@ export function frameBars(bars: FrameBars): TemplateResult | typeof nothing {
       ${barChart({
         values,
         format,
-        colors: bars.colors.map((color) => cssColor(color)),
-        names: frames.map(({ name }) => baseName(name)),
+        color: (frame) => cssColor(bars.colors[frame] ?? [0, 0, 0]),
+        name: (frame) => baseName(frames[frame]?.name ?? ''),
         selected,
         ends: bars.ends,
       })}
