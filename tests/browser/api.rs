@@ -53,7 +53,7 @@ fn a_bad_scan_leaves_the_others_in_place() {
     assert_eq!(stage, "done");
     let result = JsValue::from(reconstruction.result().expect("a result"));
     assert_eq!(Array::from(&field(&result, "frames")).length(), 2);
-    assert_eq!(reconstruction.map_points().len(), 2 * reconstruction.map_frames().len());
+    assert_eq!(reconstruction.map_points(None).len(), 2 * reconstruction.map_frames().len());
     assert_eq!(reconstruction.trajectory_matrices().len(), 2);
 }
 

@@ -34,6 +34,28 @@ test('a log is many scans, its poses are a reference, and odometry beside it is 
   await expect(page.locator('.count')).toHaveText('12 scans');
 });
 
+test('odometry in degrees is told with the remedy, and the scans are placed without it', async ({ app }) => {
+  const turning = (scan: number): number => (3 * scan * Math.PI) / 180;
+  const lines = Array.from({ length: 40 }, (_, scan) => {
+    const ranges = Array.from({ length: 180 }, (_, beam) => {
+      const angle = turning(scan) + ((beam - 90) * Math.PI) / 180;
+      const to_side = 3 / Math.max(Math.abs(Math.sin(angle)), 1e-9);
+      return Math.min(to_side, (Math.cos(angle) > 0 ? 4 : 2) / Math.max(Math.abs(Math.cos(angle)), 1e-9)).toFixed(3);
+    });
+    return `FLASER 180 ${ranges.join(' ')}`;
+  });
+  const rows = (scale: number) => lines.map((_, scan) => `${scan} 0 0 ${turning(scan) * scale}`).join('\n');
+  await app.drop([
+    { name: 'drive.log', content: `${lines.join('\n')}\n` },
+    { name: 'drive.odometry.txt', content: rows(180 / Math.PI) },
+  ]);
+  const { result } = await app.stitched();
+  expect(result.frames.every(({ status }) => status === 'good')).toBe(true);
+  await expect(app.messages).toContainText('drive.odometry.txt');
+  await expect(app.messages).toContainText('Its headings are degrees');
+  await expect(app.messages).toContainText('Give them in radians');
+});
+
 test('the occupancy grid is a layer of the map and an export', async ({ app, page }) => {
   await app.drop([{ name: 'room.log', content: smallLog(12) }]);
   await app.stitched();

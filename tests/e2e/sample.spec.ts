@@ -1,4 +1,4 @@
-import { expect, ScanstitchPage, test } from './scanstitch_page.js';
+import { expect, sampleScans, ScanstitchPage, test } from './scanstitch_page.js';
 
 test('the page opens with the sample stitched, and says how far it is from the truth', async ({ page }) => {
   const app = new ScanstitchPage(page);
@@ -59,4 +59,32 @@ test('all scans removed leave a page that says what to do', async ({ app, page }
   await page.getByRole('button', { name: 'Show the sample' }).click();
   expect((await app.stitched()).result.frames).toHaveLength(10);
   await expect(app.stage).toBeVisible();
+});
+
+test('the first screen says what the page is for, and back and forward move between views without a new run', async ({
+  app,
+  page,
+}) => {
+  const about = page.getByRole('region', { name: 'About' });
+  await expect(about).toContainText('Drop laser scans, depth images or point clouds anywhere');
+  await expect(about).toContainText('nothing leaves your machine');
+  const before = await app.numStitched();
+  await app.setting('Strategy').selectOption('scan_to_map');
+  await app.stitched();
+  await about.getByRole('link', { name: 'Evaluate' }).click();
+  await expect(page.locator('.title')).toHaveText('Trajectory evaluation');
+  await page.goBack();
+  await expect(page.locator('.title')).toHaveText('Sample: a corridor');
+  await about.getByRole('link', { name: "Bird's-eye view" }).click();
+  await expect(page.locator('.title')).toHaveText("Bird's-eye view");
+  await page.goBack();
+  await page.goForward();
+  await expect(page.locator('.title')).toHaveText("Bird's-eye view");
+  await page.goBack();
+  await expect(app.setting('Strategy')).toHaveValue('scan_to_map');
+  expect(await app.numStitched()).toBe(before + 1);
+  // Files of one's own have the page for themselves.
+  await app.drop(sampleScans().slice(0, 3));
+  await app.stitched();
+  await expect(about).toBeHidden();
 });

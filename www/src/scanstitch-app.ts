@@ -17,6 +17,7 @@ import type { SpatialFiles } from './datasets/spatial-files.js';
 import type { Wishes } from './components/topics-panel.js';
 import type { ScanstitchPlanar } from './planar/planar-view.js';
 import type { ScanstitchSpatial } from './spatial/spatial-view.js';
+import { ViewHistory } from './components/view-history.js';
 import { ownerOf } from './views/settings-link.js';
 
 type Theme = 'auto' | 'light' | 'dark';
@@ -104,6 +105,10 @@ export class ScanstitchApp extends LitElement {
     },
     () => this.expectFiles(),
   );
+  private view_history = new ViewHistory(this, {
+    is_own_page: () => this.remember_settings,
+    show: (view) => this.bring(this.opened.has(view as View) ? (view as View) : 'planar'),
+  });
   private system_dark = matchMedia('(prefers-color-scheme: dark)');
   private resize_observer = new ResizeObserver(([entry]) => {
     const width = entry?.contentRect.width ?? WIDE_FROM;
@@ -271,6 +276,11 @@ export class ScanstitchApp extends LitElement {
   }
 
   private show(view: View): void {
+    if (view !== this.view) this.view_history.push(view);
+    this.bring(view);
+  }
+
+  private bring(view: View): void {
     this.opened = new Set([...this.opened, view]);
     this.view = view;
     if (view === 'planar' || view === 'spatial') this.run = view;
@@ -354,6 +364,10 @@ export class ScanstitchApp extends LitElement {
   }
 
   private open(id: string): void {
+    if (id.startsWith('view:')) {
+      this.attend(this.toggle(id.slice('view:'.length) as Exclude<View, Run>));
+      return;
+    }
     if (id !== 'files' && id !== 'folder') {
       this.expecting?.abort();
       this.intake.forget();

@@ -154,7 +154,9 @@ pub struct StitchedMap {
 impl StitchedMap {
     /// Lays scans over each other; each comes with the index it is to be known by.
     pub fn new<'a>(placed: impl Iterator<Item = (u32, &'a PlanarScan, Pose2)>) -> Self {
-        let mut map = Self::default();
+        let placed: Vec<_> = placed.collect();
+        let num_points = placed.iter().map(|(_, scan, _)| scan.points.len()).sum();
+        let mut map = Self { points: Vec::with_capacity(num_points), frames: Vec::with_capacity(num_points) };
         for (frame, scan, T_world_sensor) in placed {
             for point in &scan.points {
                 let point = T_world_sensor.act(point);

@@ -175,12 +175,17 @@ impl Reconstruction {
 
     /// The map: x y x y ... in the world frame (m); of the frames from `first` on, where it is given.
     pub fn map_points(&self, first: Option<usize>) -> Vec<f32> {
-        bytemuck::cast_slice(&self.engine.map_from(first.unwrap_or(0)).points).to_vec()
+        self.engine.map_from(first.unwrap_or(0)).points.into_flattened()
     }
 
-    /// Index of the frame that each point of the map comes from; of the frames from `first` on, where it is given.
-    pub fn map_frames(&self, first: Option<usize>) -> Vec<u32> {
-        self.engine.map_from(first.unwrap_or(0)).frames
+    /// Index of the frame that each point of the map comes from.
+    pub fn map_frames(&self) -> Vec<u32> {
+        self.engine.map().frames
+    }
+
+    /// How many points of the map come from each of the frames from `first` on.
+    pub fn map_sizes(&self, first: usize) -> Vec<u32> {
+        self.engine.map_sizes_from(first)
     }
 
     /// What is free, occupied and unknown, in cells of this side (m; 0.05 where none is given).

@@ -93,17 +93,24 @@ export const app_styles = css`
   .narrow .bar {
     gap: 10px;
     padding: 6px 8px 6px 12px;
-    /* Where the buttons leave no room for the title, they have a row of their own. */
     flex-wrap: wrap;
     row-gap: 0;
   }
-  .narrow .brand span,
-  .narrow .count {
+  .narrow .brand span {
     display: none;
   }
+  .narrow nav {
+    margin-left: auto;
+  }
+  /* Beside the buttons there is no room for the title. */
   .narrow .dataset {
+    flex-basis: 100%;
+    order: 1;
     padding-left: 0;
     border-left: 0;
+  }
+  .narrow .dataset:not(:has(*)) {
+    display: none;
   }
   @media (max-height: 520px) {
     .app {
@@ -125,6 +132,27 @@ export const layout_styles = css`
     flex: 1;
     flex-direction: column;
     min-height: 0;
+  }
+  .introduction {
+    display: flex;
+    flex-wrap: wrap;
+    align-items: center;
+    justify-content: space-between;
+    gap: 2px 20px;
+    padding: 6px 16px;
+    border-bottom: 1px solid var(--line);
+    background: var(--accent-soft);
+    font-size: 13px;
+  }
+  .introduction a {
+    display: inline-block;
+    min-height: 24px;
+    margin-right: 14px;
+    color: var(--accent);
+  }
+  .narrow .introduction {
+    padding: 6px 12px;
+    font-size: 12.5px;
   }
   scanstitch-headline {
     border-bottom: 1px solid var(--line);

@@ -100,12 +100,10 @@ function kind(reason: string): string {
   return reason.replace(/[\d.]+/g, '');
 }
 
-/** "a.log #4", "a.log #4 to #7", "4.ply to 7.ply". */
+/** "#4" or "#4 to #7" of a log, "4.ply" or "4.ply to 7.ply" of files. */
 function runName(frames: readonly NamedFrame[], first: number, last: number): string {
-  const [from, to] = [baseName(frames[first]?.name ?? ''), baseName(frames[last]?.name ?? '')];
-  if (first === last) return from;
-  const log = from.slice(0, from.lastIndexOf('#'));
-  return `${from} to ${log !== '' && to.startsWith(log) ? to.slice(log.length) : to}`;
+  const short = (frame: number): string => baseName(frames[frame]?.name ?? '').replace(/^.*(?=#\d+$)/, '');
+  return first === last ? short(first) : `${short(first)} to ${short(last)}`;
 }
 
 function swatch(color: Rgb = [0, 0, 0]): TemplateResult {
@@ -152,8 +150,8 @@ export function frameBars(bars: FrameBars): TemplateResult | typeof nothing {
       ${barChart({
         values,
         format,
-        colors: bars.colors.map((color) => cssColor(color)),
-        names: frames.map(({ name }) => baseName(name)),
+        color: (frame) => cssColor(bars.colors[frame] ?? [0, 0, 0]),
+        name: (frame) => baseName(frames[frame]?.name ?? ''),
         selected,
         ends: bars.ends,
       })}
@@ -175,6 +173,7 @@ export const frame_styles = css`
   }
   .bad {
     display: grid;
+    grid-template-columns: minmax(0, 1fr);
     justify-items: start;
     gap: 2px;
     max-width: 100%;

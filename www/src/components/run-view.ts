@@ -158,6 +158,10 @@ export abstract class RunView<
   protected abstract loaded(): Loaded;
   protected abstract renderMap(): TemplateResult;
   protected abstract renderEmpty(): TemplateResult;
+  /** What a newcomer is told above the sample. */
+  protected renderIntroduction(): TemplateResult | typeof nothing {
+    return nothing;
+  }
   protected abstract renderFigures(): TemplateResult | typeof nothing;
   protected abstract renderTable(): TemplateResult;
   protected abstract renderDetails(): TemplateResult;
@@ -204,7 +208,8 @@ export abstract class RunView<
           this.hovered = detail;
         }}
       >
-        ${is_empty ? this.renderEmpty() : nothing} ${layout === 'narrow' ? nothing : this.renderFigures()}
+        ${is_empty ? this.renderEmpty() : this.renderIntroduction()}
+        ${layout === 'narrow' ? nothing : this.renderFigures()}
         <main ?hidden=${is_empty}>
           ${layout === 'wide' ? html`<aside class="side left" aria-label="Settings">${this.renderSettings()}</aside>` : nothing}
           <div class="middle">
@@ -303,9 +308,10 @@ export abstract class RunView<
 
   private onHash = (): void => {
     const { facts } = this.session;
-    if (this.remember_settings && facts && ownerOf(location.hash) === this.of.kind) {
-      this.session.configure(this.settingsToBegin(facts));
-    }
+    if (!this.remember_settings || !facts || ownerOf(location.hash) !== this.of.kind) return;
+    const settings = this.settingsToBegin(facts);
+    // Back and forward come here, too, and a run is not to be computed again for them.
+    if (JSON.stringify(settings) !== JSON.stringify(this.session.settings)) this.session.configure(settings);
   };
 
   static override styles = [shared, layout_styles];

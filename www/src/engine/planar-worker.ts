@@ -31,6 +31,8 @@ const LOG_HEAD_BYTES = 8192;
 const PROGRESS_INTERVAL_MS = 50;
 /** What is new of the map is sent at most this often while it grows... */
 const SNAPSHOT_INTERVAL_MS = 120;
+/** ...less often the more frames there are, for the page goes through all of them each time... */
+const SNAPSHOT_INTERVAL_MS_PER_FRAME = 0.1;
 /** ...and sending it takes at most this share of the time. */
 const SNAPSHOT_SHARE = 0.15;
 
@@ -181,7 +183,8 @@ async function compute(run: number): Promise<void> {
     if (before >= next_snapshot && (is_moving || num_told < timing.frames.length)) {
       sendGrowth(run, 'running', is_moving);
       const cost = performance.now() - before;
-      next_snapshot = performance.now() + Math.max(SNAPSHOT_INTERVAL_MS, cost / SNAPSHOT_SHARE);
+      const least = Math.max(SNAPSHOT_INTERVAL_MS, SNAPSHOT_INTERVAL_MS_PER_FRAME * num_told);
+      next_snapshot = performance.now() + Math.max(least, cost / SNAPSHOT_SHARE);
     }
     await otherMessages();
   }
@@ -225,7 +228,7 @@ function sendGrowth(run: number, state: RunState, is_moved: boolean): void {
     poses: is_moved && !is_whole ? reconstruction.poses() : null,
     first_mapped,
     map_points: reconstruction.map_points(first_mapped),
-    map_counts: counts(reconstruction.map_frames(first_mapped), first_mapped, num_told),
+    map_counts: reconstruction.map_sizes(first_mapped),
     timing: { ...timing, frames: timing.frames.slice(first) },
   };
   const buffers = [growth.map_points.buffer, growth.map_counts.buffer] as Transferable[];
@@ -235,13 +238,6 @@ function sendGrowth(run: number, state: RunState, is_moved: boolean): void {
 function wholeResult(engine: Reconstruction): Pick<Growth, 'frames' | 'result'> {
   const { frames, ...result } = engine.summary();
   return { frames, result };
-}
-
-/** How many of the points belong to each of the frames from `first` to `end`. */
-function counts(frames: Uint32Array, first: number, end: number): Uint32Array {
-  const counts = new Uint32Array(end - first);
-  for (const frame of frames) counts[frame - first] = (counts[frame - first] ?? 0) + 1;
-  return counts;
 }
 
 function answer(kind: keyof Answers, frame: number): Answers[keyof Answers] {

@@ -5,7 +5,7 @@ import '../components/overview.js';
 import '../components/why-panel.js';
 import type { ScanstitchMap } from '../components/map-view.js';
 import type { GivenClouds } from '../components/given-clouds.js';
-import { emptyView } from '../components/run-parts.js';
+import { emptyView, introduction } from '../components/run-parts.js';
 import { type GivenFiles, type Loaded, type RunKind, RunView } from '../components/run-view.js';
 import { fetchDataset, fetchSample } from '../datasets/remote.js';
 import type { PlanarFiles } from '../datasets/spatial-files.js';
@@ -256,6 +256,11 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession>
       }}
       @scan-removed=${({ detail }: CustomEvent<string>) => this.session.remove(detail)}
     ></scanstitch-why>`;
+  }
+
+  /** Above the sample that the page begins with: an element that a host gave scans of its own has its own words. */
+  protected override renderIntroduction(): TemplateResult | typeof nothing {
+    return this.src === '' && this.session.dataset?.is_given ? introduction((id) => this.want(id)) : nothing;
   }
 
   protected override renderEmpty(): TemplateResult {

@@ -219,6 +219,7 @@ export class PlanarSession extends RunSession<PlanarClient, Settings, Dataset, S
     if (state === 'done') {
       this.announce(this.#summary(snapshot));
       this.#tellOfReference(snapshot);
+      this.#tellOfOdometry(snapshot);
     } else if (state === 'stopped')
       this.announce(`Stopped. ${snapshot.result.frames.length} of ${plural(this.num_scans, 'scan')} registered.`);
     this.changed();
@@ -231,6 +232,15 @@ export class PlanarSession extends RunSession<PlanarClient, Settings, Dataset, S
     const start = `${reference.name}: `;
     const notes = result.notes.filter((text) => text.startsWith(start)).map((text) => text.slice(start.length));
     this.tell(notes.map((problem) => errorMessage({ file: reference.name, place: null, problem, remedy: '' })));
+  }
+
+  /** Odometry that was not used: everything was placed without it. */
+  #tellOfOdometry({ result: { odometry_refusal } }: Snapshot): void {
+    const file = this.dataset?.odometry?.name ?? '';
+    if (odometry_refusal === null) return;
+    const start = `${file}: `;
+    const problem = odometry_refusal.startsWith(start) ? odometry_refusal.slice(start.length) : odometry_refusal;
+    this.tell([errorMessage({ file, place: null, problem, remedy: '' })]);
   }
 
   #onCrashed(message: string): void {

@@ -59,8 +59,9 @@ export function lineChart({ values, format, step, first, color, scale }: ChartSp
 export interface BarSpec {
   values: readonly (number | null)[];
   format: (value: number) => string;
-  colors: readonly string[];
-  names: readonly string[];
+  /** Of a frame: asked for those that are shown alone. */
+  color: (frame: number) => string;
+  name: (frame: number) => string;
   selected: number | null;
   /** What stands under the first and the last bar. */
   ends?: readonly [string, string] | undefined;
@@ -70,7 +71,7 @@ export interface BarSpec {
 const MAX_BARS = 150;
 
 /** One bar per frame, in the frame's colour; of many frames, one per run of them, as high as their largest. */
-export function barChart({ values, format, colors, names, selected, ends }: BarSpec): SVGTemplateResult {
+export function barChart({ values, format, color, name, selected, ends }: BarSpec): SVGTemplateResult {
   const high = largest(values.filter((value) => value !== null));
   const num_bars = Math.min(values.length, MAX_BARS);
   const pitch = (WIDTH - LEFT - RIGHT) / Math.max(num_bars, 1);
@@ -100,8 +101,8 @@ export function barChart({ values, format, colors, names, selected, ends }: BarS
         y=${(HEIGHT - BOTTOM - height).toFixed(2)}
         height=${height.toFixed(2)}
         rx=${gap > 1 ? 1.5 : 0}
-        fill=${is_selected ? 'var(--selected)' : (colors[frame] ?? 'currentColor')}
-      ><title>${names[frame]}: ${format(value)}</title></rect>`;
+        fill=${is_selected ? 'var(--selected)' : color(frame)}
+      ><title>${name(frame)}: ${format(value)}</title></rect>`;
     })}`;
 }
 

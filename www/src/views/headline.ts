@@ -57,7 +57,7 @@ export function headlineFigures(result: Result, total_ms: number, is_growing: bo
     figures.push({
       label: 'Sharpness',
       value: sharpness ? formatLength(sharpness.mean_residual) : '…',
-      meaning: 'mean distance between overlapping scans; lower is better',
+      meaning: 'mean distance between overlapping scans',
       tone: 'plain',
     });
   }

@@ -26,38 +26,43 @@ export function mapBounds(
   reference: readonly Place[] = [],
   frames: readonly number[] = Array.from({ length: offsets.length - 1 }, (_, frame) => frame),
 ): Bounds | null {
-  const stride = Math.max(1, Math.floor(points.length / 2 / MAX_SAMPLES));
-  const sampled: [x: number, y: number, range: number][] = [];
+  const num_points = points.length / 2;
+  const stride = Math.max(1, Math.floor(num_points / MAX_SAMPLES));
+  const xs = new Float32Array(Math.ceil(num_points / stride));
+  const [ys, ranges] = [new Float32Array(xs.length), new Float32Array(xs.length)];
+  let count = 0;
   for (const frame of frames) {
     const end = offsets[frame + 1] ?? 0;
     const pose = poses[frame];
     for (let i = Math.ceil((offsets[frame] ?? 0) / stride) * stride; i < end; i += stride) {
-      const [x, y] = [points[2 * i] ?? 0, points[2 * i + 1] ?? 0];
-      sampled.push([x, y, pose ? Math.hypot(x - pose.x, y - pose.y) : 0]);
+      const [x = 0, y = 0] = [points[2 * i], points[2 * i + 1]];
+      xs[count] = x;
+      ys[count] = y;
+      ranges[count++] = pose ? Math.hypot(x - pose.x, y - pose.y) : 0;
     }
   }
-  const ranges = Float64Array.from(sampled, ([, , range]) => range).sort();
-  const limit = Math.max(at(ranges, NEAR_QUANTILE), NEAR_MEDIANS * at(ranges, 0.5));
-  const near = sampled.filter(([, , range]) => range <= limit);
+  const sorted = ranges.slice(0, count).sort();
+  const limit = Math.max(at(sorted, NEAR_QUANTILE), NEAR_MEDIANS * at(sorted, 0.5));
+  const is_near = (_: number, i: number): boolean => i < count && (ranges[i] ?? 0) <= limit;
   const shown = [...frames.flatMap((frame) => poses[frame] ?? []), ...reference];
   const along_x = span(
-    Float64Array.from(near, ([x]) => x).sort(),
+    xs.filter(is_near).sort(),
     shown.map(({ x }) => x),
   );
   const along_y = span(
-    Float64Array.from(near, ([, y]) => y).sort(),
+    ys.filter(is_near).sort(),
     shown.map(({ y }) => y),
   );
   return along_x && along_y && { min_x: along_x[0], max_x: along_x[1], min_y: along_y[0], max_y: along_y[1] };
 }
 
 /** From the least to the largest of all but the strays. */
-function span(sorted: Float64Array, others: readonly number[]): [number, number] | null {
+function span(sorted: Float32Array, others: readonly number[]): [number, number] | null {
   const ends = sorted.length > 0 ? [at(sorted, STRAYS), at(sorted, 1 - STRAYS)] : [];
   const all = [...ends, ...others];
   return all.length === 0 ? null : [all.reduce((a, b) => Math.min(a, b)), all.reduce((a, b) => Math.max(a, b))];
 }
 
-function at(sorted: Float64Array, quantile: number): number {
+function at(sorted: Float32Array, quantile: number): number {
   return sorted[Math.round(quantile * (sorted.length - 1))] ?? 0;
 }

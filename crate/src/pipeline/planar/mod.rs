@@ -257,6 +257,12 @@ impl Reconstruction {
         StitchedMap::new(believed.map(|frame| (frame as u32, run.scans[frame].as_ref(), run.poses[frame])))
     }
 
+    /// How many points each of the frames from this one on has in the map.
+    pub fn map_sizes_from(&self, first: usize) -> Vec<u32> {
+        let size = |run: &Run, frame| run.believed_pose(frame).map_or(0, |_| run.scans[frame].points.len() as u32);
+        self.run.iter().flat_map(|run| (first..run.poses.len()).map(|frame| size(run, frame))).collect()
+    }
+
     /// What is free and what is occupied, by all frames that are not lost, in cells of this side (m).
     pub fn occupancy_grid(&self, resolution: f64) -> OccupancyGrid {
         let placed: Vec<(&PlanarScan, Pose2)> = self.run.iter().flat_map(Run::placed).collect();
