@@ -8,6 +8,7 @@ import { CommandError, EXIT } from './cli/command.js';
 import { bev } from './cli/bev.js';
 import { convert } from './cli/convert.js';
 import { evaluate } from './cli/evaluate.js';
+import { icp } from './cli/icp.js';
 import { mapQuality } from './cli/map_quality.js';
 import { reconstruct } from './cli/reconstruct.js';
 import { settings } from './cli/settings.js';
@@ -15,7 +16,7 @@ import { strategies } from './cli/strategies.js';
 import { topics } from './cli/topics.js';
 
 /** @type {import('./cli/command.js').Command[]} */
-const COMMANDS = [reconstruct, evaluate, convert, mapQuality, strategies, bev, topics, settings];
+const COMMANDS = [reconstruct, evaluate, convert, mapQuality, strategies, bev, icp, topics, settings];
 
 const INTRODUCTION = `Laser scans, depth images and clouds to a trajectory and a stitched map; errors of trajectories against a reference.
 
