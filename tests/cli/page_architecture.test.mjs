@@ -11,7 +11,7 @@ const LAYERS = [
   ['engine'],
   ['datasets', 'export', 'views'],
   ['components'],
-  ['planar', 'spatial', 'bev', 'evaluate', 'strategies'],
+  ['planar', 'spatial', 'lab', 'bev', 'evaluate', 'strategies'],
   ['scanstitch-app'],
 ];
 /** The modules that import the engine's package: its JavaScript, and the address of its WebAssembly. */

@@ -4,6 +4,7 @@ import './planar/planar-view.js';
 import { appHeader, type Run, type View } from './components/app-header.js';
 import { app_styles } from './components/app-styles.js';
 import { DropTarget } from './components/drop-target.js';
+import type { GivenClouds } from './components/given-clouds.js';
 import { FileIntake } from './components/file-intake.js';
 import { icon } from './components/icons.js';
 import type { MenuItem } from './components/menu.js';
@@ -48,7 +49,8 @@ const fetchApartment = async (): Promise<SpatialFiles> => (await import('./datas
  *   for depth images, each taking those of its names.
  * - `preset`: name of the preset to begin with.
  * - `view`: `bev` begins with the bird's-eye view; `src` then names a `scene.json`, whose pictures lie beside it. A link
- *   that ends in `#bev` does so as well.
+ *   that ends in `#bev` does so as well. `icp` begins with the ICP lab; `src` then names two scans or clouds, the source
+ *   and the target.
  * - `theme`: `light`, `dark`, or `auto` (the default: as the system has it).
  * - `remember-settings`: changed settings are kept in the fragment of the page's address, so a link carries them.
  *   Those in space stand behind `#spatial`, which begins with the depth images.
@@ -63,7 +65,7 @@ export class ScanstitchApp extends LitElement {
   @property() src = '';
   @property({ attribute: 'settings' }) initial_settings = '';
   @property() preset = '';
-  @property({ attribute: 'view' }) first_view: 'map' | 'bev' = 'map';
+  @property({ attribute: 'view' }) first_view: 'map' | 'bev' | 'icp' = 'map';
   @property({ reflect: true }) theme: Theme = 'auto';
   @property({ type: Boolean, attribute: 'remember-settings' }) remember_settings = false;
 
@@ -75,6 +77,7 @@ export class ScanstitchApp extends LitElement {
   @state() private opened: ReadonlySet<View> = new Set<View>(['planar']);
   @state() private is_system_dark = false;
   @state() private compared_recording: GivenRecording | null = null;
+  @state() private looked_into: GivenClouds | null = null;
   @state() private evaluated_run: (GivenFiles & { of: unknown }) | null = null;
   @query('scanstitch-planar') private planar!: ScanstitchPlanar;
   @query('scanstitch-spatial') private spatial!: ScanstitchSpatial | null;
@@ -112,8 +115,9 @@ export class ScanstitchApp extends LitElement {
     this.resize_observer.observe(this);
     this.onSystemTheme();
     this.system_dark.addEventListener('change', this.onSystemTheme);
-    if (ownerOf(location.hash) === 'bev') this.first_view = 'bev';
-    else if (this.src === '' && this.remember_settings && ownerOf(location.hash) === 'spatial') this.src = 'apartment';
+    const owner = ownerOf(location.hash);
+    if (owner === 'bev' || owner === 'icp') this.first_view = owner;
+    else if (this.src === '' && this.remember_settings && owner === 'spatial') this.src = 'apartment';
   }
 
   override disconnectedCallback(): void {
@@ -125,6 +129,7 @@ export class ScanstitchApp extends LitElement {
 
   protected override firstUpdated(): void {
     if (this.first_view === 'bev') this.attend(this.toggleBev());
+    else if (this.first_view === 'icp') this.attend(this.lookInside(null));
     else if (this.src === 'apartment') this.attend(this.openSpatial(fetchApartment(), performance.now()));
   }
 
@@ -132,6 +137,7 @@ export class ScanstitchApp extends LitElement {
     const { drop_target } = this;
     const onFacts = (): void => this.requestUpdate();
     const onWanted = ({ detail }: CustomEvent<string>): void => this.open(detail);
+    const onLook = ({ detail }: CustomEvent<number>): void => this.attend(this.lookInside(detail));
     return html`
       <div
         class="app ${this.layout}"
@@ -168,6 +174,17 @@ export class ScanstitchApp extends LitElement {
             : nothing
         }
         ${
+          this.opened.has('icp')
+            ? html`<scanstitch-lab
+                ?hidden=${this.view !== 'icp'}
+                ?dark=${this.isDark()}
+                .given=${this.looked_into}
+                src=${this.first_view === 'icp' && this.src !== 'none' ? this.src : ''}
+                ?remember-link=${this.remember_settings}
+              ></scanstitch-lab>`
+            : nothing
+        }
+        ${
           this.opened.has('bev')
             ? html`<scanstitch-bev
                 ?hidden=${this.view !== 'bev'}
@@ -179,7 +196,7 @@ export class ScanstitchApp extends LitElement {
         }
         <scanstitch-planar
           ?hidden=${this.view !== 'planar'}
-          .src=${this.first_view === 'bev' || this.src === 'apartment' ? 'none' : this.src}
+          .src=${this.first_view !== 'map' || this.src === 'apartment' ? 'none' : this.src}
           .initial_settings=${this.initial_settings}
           .preset=${this.preset}
           .remember_settings=${this.remember_settings}
@@ -187,6 +204,7 @@ export class ScanstitchApp extends LitElement {
           ?dark=${this.isDark()}
           @facts-changed=${onFacts}
           @files-wanted=${onWanted}
+          @look-inside=${onLook}
         ></scanstitch-planar>
         ${
           this.opened.has('spatial')
@@ -199,6 +217,7 @@ export class ScanstitchApp extends LitElement {
                 ?dark=${this.isDark()}
                 @facts-changed=${onFacts}
                 @files-wanted=${onWanted}
+                @look-inside=${onLook}
               ></scanstitch-spatial>`
             : nothing
         }
@@ -236,8 +255,9 @@ export class ScanstitchApp extends LitElement {
     });
   }
 
-  private toggle(view: 'evaluation' | 'strategies' | 'bev'): Promise<void> {
+  private toggle(view: Exclude<View, Run>): Promise<void> {
     if (view === 'evaluation') return this.toggleEvaluation();
+    if (view === 'icp') return this.toggleLab();
     return view === 'strategies' ? this.toggleStrategies() : this.toggleBev();
   }
 
@@ -287,6 +307,29 @@ export class ScanstitchApp extends LitElement {
     this.show('strategies');
   }
 
+  /** The scan that is selected goes along, with the one before it; what is being looked into stays as it is. */
+  private async toggleLab(): Promise<void> {
+    if (this.view === 'icp') {
+      this.show(this.run);
+      this.beginRun('icp');
+    } else await this.lookInside(null);
+  }
+
+  /** The registration of a scan or frame to the one before it; null: of the selected one. */
+  private async lookInside(frame: number | null): Promise<void> {
+    await import('./lab/lab-view.js');
+    const clouds = this.hasUpdated ? (this.runView()?.cloudsToRegister(frame) ?? null) : null;
+    const before = this.looked_into;
+    const is_same = clouds?.source === before?.source && clouds?.of === before?.of;
+    if (clouds && (frame !== null || !is_same)) this.looked_into = clouds;
+    this.show('icp');
+  }
+
+  /** What the map begins with, where the page began with another view. */
+  private beginRun(left: 'bev' | 'icp'): void {
+    if (this.first_view === left && this.src === '' && !this.runView()?.facts.title) this.planar.openSample();
+  }
+
   private async toggleBev(): Promise<void> {
     if (this.view !== 'bev') {
       await import('./bev/bev-view.js');
@@ -294,8 +337,7 @@ export class ScanstitchApp extends LitElement {
       return;
     }
     this.show(this.run);
-    // What the map begins with, where the page began with this view.
-    if (this.first_view === 'bev' && this.src === '' && !this.runView()?.facts.title) this.planar.openSample();
+    this.beginRun('bev');
   }
 
   /** Someone is about to choose files, or drags some over the page: most that come are depth images. */

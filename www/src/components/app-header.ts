@@ -8,7 +8,7 @@ import type { ViewFacts } from './run-view.js';
 
 /** Views of a run, and views beside it. */
 export type Run = 'planar' | 'spatial';
-export type View = Run | 'evaluation' | 'bev' | 'strategies';
+export type View = Run | 'evaluation' | 'bev' | 'strategies' | 'icp';
 
 /** What the header shows, and what its buttons do. */
 export interface Header {
@@ -34,6 +34,7 @@ const TITLES: Partial<Record<View, string>> = {
   bev: "Bird's-eye view",
   strategies: 'Strategy comparison',
   evaluation: 'Trajectory evaluation',
+  icp: 'ICP lab',
 };
 
 /** `styles`: app_styles. */
@@ -42,7 +43,8 @@ export function appHeader(has: Header): TemplateResult {
   const is_evaluating = has.view === 'evaluation';
   const is_bev = has.view === 'bev';
   const is_comparing = has.view === 'strategies';
-  const is_aside = is_evaluating || is_bev || is_comparing;
+  const is_lab = has.view === 'icp';
+  const is_aside = is_evaluating || is_bev || is_comparing || is_lab;
   return html`<header class="bar">
     <div class="brand">${logo()}<span>Scanstitch</span></div>
     <div class="dataset">
@@ -69,7 +71,7 @@ export function appHeader(has: Header): TemplateResult {
     </div>
     <nav aria-label="Actions">
       <button
-        ?hidden=${is_evaluating || is_bev || has.run !== 'spatial' || title === ''}
+        ?hidden=${is_evaluating || is_bev || is_lab || has.run !== 'spatial' || title === ''}
         aria-pressed=${is_comparing}
         title="Compare strategies: what a map costs in memory and time, and gains in accuracy"
         @click=${() => has.toggle('strategies')}
@@ -77,7 +79,15 @@ export function appHeader(has: Header): TemplateResult {
         ${is_comparing ? 'Back to the map' : has.is_narrow ? 'Strategies' : 'Compare strategies'}
       </button>
       <button
-        ?hidden=${is_evaluating || is_comparing}
+        ?hidden=${is_evaluating || is_comparing || is_bev}
+        aria-pressed=${is_lab}
+        title="ICP lab: step through a registration, from any start, by any method"
+        @click=${() => has.toggle('icp')}
+      >
+        ${is_lab ? 'Back to the map' : 'ICP'}
+      </button>
+      <button
+        ?hidden=${is_evaluating || is_comparing || is_lab}
         aria-pressed=${is_bev}
         title="Bird's-eye view: project points of a top view into a front view"
         @click=${() => has.toggle('bev')}
@@ -85,7 +95,7 @@ export function appHeader(has: Header): TemplateResult {
         ${is_bev ? 'Back to the map' : has.is_narrow ? 'BEV' : "Bird's-eye view"}
       </button>
       <button
-        ?hidden=${is_bev || is_comparing}
+        ?hidden=${is_bev || is_comparing || is_lab}
         aria-pressed=${is_evaluating}
         title="Compare trajectories with ground truth"
         @click=${() => has.toggle('evaluation')}

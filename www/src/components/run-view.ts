@@ -14,6 +14,7 @@ import { framePalette, type Rgb } from '../views/palette.js';
 import { ownerOf, rememberSettings, type SettingsFacts, settingsToBegin } from '../views/settings-link.js';
 import { announcements } from './announcer.js';
 import { layout_styles } from './app-styles.js';
+import type { GivenClouds } from './given-clouds.js';
 import type { MenuItem } from './menu.js';
 import { activity, type Layout, messages, tabs } from './run-parts.js';
 import { type RunSession, wordsOf } from './session.js';
@@ -128,6 +129,8 @@ export abstract class RunView<
   }
 
   abstract removeReference(): void;
+  /** A scan or frame and the one before it, for the ICP lab; null where there are no two. `frame`: null is the selected one. */
+  abstract cloudsToRegister(frame: number | null): GivenClouds | null;
   /** What the evaluation takes over from a run that is done; null before. */
   abstract filesToEvaluate(): Promise<GivenFiles | null>;
 

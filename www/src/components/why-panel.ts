@@ -21,7 +21,8 @@ import { chart_styles, panel_styles, shared, status_styles } from './theme.js';
 /**
  * Why the selected scan was placed where it is: assessment, evidence, uncertainty, the course of the iterations.
  *
- * Fires `frame-selected` with a frame number or null, `pairs-toggled` with a boolean, and `scan-removed` with a name.
+ * Fires `frame-selected` with a frame number or null, `pairs-toggled` with a boolean, `look-inside` with a frame number, and
+ * `scan-removed` with a name.
  */
 @customElement('scanstitch-why')
 export class ScanstitchWhy extends LitElement {
@@ -96,6 +97,14 @@ export class ScanstitchWhy extends LitElement {
                 />
                 Show correspondences
               </label>
+              <p>
+                <button
+                  @click=${() => this.emit('look-inside', index)}
+                  title="Step through this registration in the ICP lab"
+                >
+                  Look inside
+                </button>
+              </p>
               ${this.renderHistory(frame)}
             `
           : nothing

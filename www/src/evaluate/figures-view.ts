@@ -6,7 +6,7 @@ import { download } from '../export/exports.js';
 import { orbited } from '../views/orbit.js';
 import { memoizeLast } from '../views/memoize-last.js';
 import { makeColors } from '../views/figure-colors.js';
-import { pngFile, svgFile } from './export.js';
+import { pngFile, svgFile } from '../components/figure-files.js';
 import '../components/figure-view.js';
 import type { Marker, Painter, ScanstitchFigure } from '../components/figure-view.js';
 import { section_styles } from '../components/section-styles.js';

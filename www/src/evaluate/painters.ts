@@ -111,12 +111,13 @@ function panelPainter(scene: Scene, kind: 'positions' | 'angles'): Painter {
 
 /** The same pen, further down. */
 function shiftedPen(pen: Pen, down: number): Pen {
+  const shifted = (points: ArrayLike<number>): number[] =>
+    Array.from(points, (value, i) => (i % 2 === 1 ? value + down : value));
   return {
-    line: (points, stroke) =>
-      pen.line(
-        Array.from(points, (value, i) => (i % 2 === 1 ? value + down : value)),
-        stroke,
-      ),
+    line: (points, stroke) => pen.line(shifted(points), stroke),
+    segments: (ends, stroke) => pen.segments(shifted(ends), stroke),
+    dots: (centers, radius, color) => pen.dots(shifted(centers), radius, color),
+    picture: (x, y, width, height, pixels) => pen.picture(x, y + down, width, height, pixels),
     rect: (x, y, width, height, color) => pen.rect(x, y + down, width, height, color),
     circle: (x, y, radius, color, rim) => pen.circle(x, y + down, radius, color, rim),
     text: (x, y, words, style) => pen.text(x, y + down, words, style),

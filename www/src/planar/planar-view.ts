@@ -4,6 +4,7 @@ import '../components/map-view.js';
 import '../components/overview.js';
 import '../components/why-panel.js';
 import type { ScanstitchMap } from '../components/map-view.js';
+import type { GivenClouds } from '../components/given-clouds.js';
 import { emptyView } from '../components/run-parts.js';
 import { type GivenFiles, type Loaded, type RunKind, RunView } from '../components/run-view.js';
 import { fetchDataset, fetchSample } from '../datasets/remote.js';
@@ -17,6 +18,7 @@ import { headlineFigures } from '../views/headline.js';
 import type { MapMarks } from '../views/map-painter.js';
 import { memoizeLast } from '../views/memoize-last.js';
 import { type OccupancyPicture, occupancyPicture } from '../views/occupancy.js';
+import { clouds } from './clouds.js';
 import { PlanarSession } from './session.js';
 
 const PLANAR: RunKind = {
@@ -79,6 +81,13 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession>
   override removeReference(): void {
     const reference = this.session.dataset?.reference;
     if (reference) this.session.remove(reference.name);
+  }
+
+  override cloudsToRegister(frame: number | null): GivenClouds | null {
+    const { dataset, snapshot, points, settings } = this.session;
+    if (!dataset || !snapshot || !settings) return null;
+    const sample = dataset.is_given && this.src === '' ? 'corridor' : '';
+    return clouds({ settings, dataset, frames: snapshot.result.frames, points }, frame ?? this.selected, sample);
   }
 
   override async filesToEvaluate(): Promise<GivenFiles | null> {

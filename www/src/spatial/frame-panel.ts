@@ -33,7 +33,7 @@ export const NO_IMAGES: FrameImages = { color: null, depth: null, problem: '' };
 /**
  * Beside the map: the two images of a frame, what its registration found, and all frames in charts, which select one.
  *
- * Fires `frame-selected` with a frame number or null, and `sizes-wanted`.
+ * Fires `frame-selected` with a frame number or null, `look-inside` with a frame number, and `sizes-wanted`.
  */
 @customElement('scanstitch-frame-panel')
 export class ScanstitchFramePanel extends LitElement {
@@ -92,7 +92,20 @@ export class ScanstitchFramePanel extends LitElement {
     const frame = frames[index];
     if (!frame) return html``;
     return html`${frameHeader('frame', frames, index, this.colors[index], this.select)}
-    ${frame.reason ? html`<p class="reason ${frame.status}">${sentence(frame.reason)}</p>` : nothing}`;
+    ${frame.reason ? html`<p class="reason ${frame.status}">${sentence(frame.reason)}</p>` : nothing}
+    ${
+      index > 0
+        ? html`<p>
+            <button
+              title="Step through the registration of this frame to the one before it, in the ICP lab"
+              @click=${() =>
+                this.dispatchEvent(new CustomEvent('look-inside', { detail: index, bubbles: true, composed: true }))}
+            >
+              Look inside
+            </button>
+          </p>`
+        : nothing
+    }`;
   }
 
   private renderImages(): TemplateResult | typeof nothing {

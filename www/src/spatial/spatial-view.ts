@@ -2,6 +2,7 @@ import { html, nothing, type TemplateResult } from 'lit';
 import { customElement, query } from 'lit/decorators.js';
 import './frame-panel.js';
 import './map3d.js';
+import type { GivenClouds } from '../components/given-clouds.js';
 import { emptyView } from '../components/run-parts.js';
 import { type GivenFiles, type GivenRecording, type Loaded, type RunKind, RunView } from '../components/run-view.js';
 import type { SpatialFiles } from '../datasets/spatial-files.js';
@@ -14,6 +15,7 @@ import type {
 import type { Download } from '../export/exports.js';
 import { baseName, formatLength, plural } from '../views/format.js';
 import { memoizeLast } from '../views/memoize-last.js';
+import { clouds } from './clouds.js';
 import { makeSpatialExport, SPATIAL_EXPORTS } from './exports.js';
 import { FrameImageLoader } from './frame-images.js';
 import { spatialFigures } from './headline.js';
@@ -78,6 +80,11 @@ export class ScanstitchSpatial extends RunView<SpatialSettings, SpatialSnapshot,
     if (phase === 'running') this.session.stop();
     const { title, inputs, settings } = recording;
     return { title, inputs, settings: readingOf(settings) };
+  }
+
+  override cloudsToRegister(frame: number | null): GivenClouds | null {
+    const { dataset, snapshot } = this.session;
+    return dataset && snapshot && clouds(dataset, snapshot.result, frame ?? this.selected);
   }
 
   override async filesToEvaluate(): Promise<GivenFiles | null> {

@@ -45,7 +45,9 @@ export type ValueScale =
   | 'fitted'
   /** From zero on. */
   | 'from_zero'
-  | 'log';
+  | 'log'
+  /** As `log`, however small the values are. */
+  | 'log_fitted';
 
 /** Lines over a common axis. `format`: of the values at their axis, as d3-format has it. */
 export function drawSeries(
@@ -80,6 +82,7 @@ function valueAxis(all: Range, value_scale: ValueScale, format: string | undefin
     const low = Math.max(all.low, LEAST_ON_LOG_AXIS);
     return logAxis({ low, high: Math.max(all.high, low * 10) }, format);
   }
+  if (value_scale === 'log_fitted') return logAxis({ low: all.low, high: Math.max(all.high, all.low * 1.5) }, format);
   const range = value_scale === 'from_zero' ? { low: 0, high: Math.max(all.high, 1e-12) * 1.05 } : padded(all);
   return linearAxis(range, format);
 }

@@ -2,6 +2,10 @@
 import type { ReactiveController, ReactiveControllerHost } from 'lit';
 
 export interface GestureTarget {
+  /** The first finger or button went down here; what follows until `release` may mean what lies there. */
+  press?(x: number, y: number, reach: number): void;
+  /** The last one is up again. */
+  release?(): void;
   /** Pixels moved since the last call. */
   shift(right: number, down: number): void;
   /** Where there is a turn, a plain drag means it: shifting takes another button, Shift, or two fingers. */
@@ -72,7 +76,10 @@ export class Gestures implements ReactiveController {
     if (this.#target.isGuarded() && event.pointerType === 'touch') return;
     this.#stage?.setPointerCapture(event.pointerId);
     this.#fingers.set(event.pointerId, { ...this.#place(event), shifts: event.button !== 0 || event.shiftKey });
-    if (this.#fingers.size === 1) this.#distance = 0;
+    if (this.#fingers.size > 1) return;
+    this.#distance = 0;
+    const { x, y } = this.#place(event);
+    this.#target.press?.(x, y, event.pointerType === 'touch' ? 24 : 12);
   }
 
   #move(event: PointerEvent): void {
@@ -104,6 +111,7 @@ export class Gestures implements ReactiveController {
 
   #up(event: PointerEvent): void {
     const was_pressed = this.#fingers.delete(event.pointerId);
+    if (was_pressed && this.#fingers.size === 0) this.#target.release?.();
     const is_touch = event.pointerType === 'touch';
     const is_tap = event.type === 'pointerup' && this.#distance <= (is_touch ? TAP.touch : TAP.mouse);
     if (!is_tap || event.button !== 0 || this.#fingers.size > 0) return;

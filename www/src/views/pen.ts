@@ -17,7 +17,13 @@ export interface TextStyle {
 export interface Pen {
   /** x y x y ... */
   line(points: ArrayLike<number>, stroke: Stroke): void;
+  /** x1 y1 x2 y2 for each, all in one stroke. */
+  segments(ends: ArrayLike<number>, stroke: Stroke): void;
+  /** Round dots, x y x y ..., all of one colour. */
+  dots(centers: ArrayLike<number>, radius: number, color: string): void;
   rect(x: number, y: number, width: number, height: number, color: string): void;
+  /** Pixels, stretched to the rectangle. */
+  picture(x: number, y: number, width: number, height: number, pixels: HTMLCanvasElement): void;
   circle(x: number, y: number, radius: number, color: string, rim?: string): void;
   /** `y` is the middle of the letters. */
   text(x: number, y: number, words: string, style: TextStyle): void;
@@ -26,6 +32,9 @@ export interface Pen {
 }
 
 const FONT = "system-ui, -apple-system, 'Segoe UI', Roboto, sans-serif";
+
+/** Dots up to this radius are drawn as squares, CSS pixels. */
+const SQUARE_RADIUS = 1.1;
 
 export class CanvasPen implements Pen {
   constructor(private readonly context: CanvasRenderingContext2D) {
@@ -43,9 +52,43 @@ export class CanvasPen implements Pen {
     context.stroke();
   }
 
+  segments(ends: ArrayLike<number>, { color, width, dash }: Stroke): void {
+    const { context } = this;
+    context.strokeStyle = color;
+    context.lineWidth = width;
+    context.setLineDash(dash ? [...dash] : []);
+    context.beginPath();
+    for (let i = 0; i + 3 < ends.length; i += 4) {
+      context.moveTo(ends[i] as number, ends[i + 1] as number);
+      context.lineTo(ends[i + 2] as number, ends[i + 3] as number);
+    }
+    context.stroke();
+  }
+
+  dots(centers: ArrayLike<number>, radius: number, color: string): void {
+    const { context } = this;
+    context.fillStyle = color;
+    context.beginPath();
+    for (let i = 0; i + 1 < centers.length; i += 2) {
+      const [x, y] = [centers[i] as number, centers[i + 1] as number];
+      // A square of two pixels looks like a dot, and is drawn many times as fast.
+      if (radius <= SQUARE_RADIUS) context.rect(x - radius, y - radius, 2 * radius, 2 * radius);
+      else {
+        context.moveTo(x + radius, y);
+        context.arc(x, y, radius, 0, 2 * Math.PI);
+      }
+    }
+    context.fill();
+  }
+
   rect(x: number, y: number, width: number, height: number, color: string): void {
     this.context.fillStyle = color;
     this.context.fillRect(x, y, width, height);
+  }
+
+  picture(x: number, y: number, width: number, height: number, pixels: HTMLCanvasElement): void {
+    this.context.imageSmoothingEnabled = false;
+    this.context.drawImage(pixels, x, y, width, height);
   }
 
   circle(x: number, y: number, radius: number, color: string, rim?: string): void {
@@ -98,9 +141,35 @@ export class SvgPen implements Pen {
     );
   }
 
+  segments(ends: ArrayLike<number>, { color, width, dash }: Stroke): void {
+    const words: string[] = [];
+    for (let i = 0; i + 3 < ends.length; i += 4) {
+      words.push(`M${short(ends[i])} ${short(ends[i + 1])}L${short(ends[i + 2])} ${short(ends[i + 3])}`);
+    }
+    const dashes = dash ? ` stroke-dasharray="${dash.join(' ')}"` : '';
+    this.#parts.push(
+      `<path d="${words.join('')}" fill="none" stroke="${color}" stroke-width="${width}"${dashes} stroke-linecap="round"/>`,
+    );
+  }
+
+  dots(centers: ArrayLike<number>, radius: number, color: string): void {
+    const words: string[] = [];
+    for (let i = 0; i + 1 < centers.length; i += 2) words.push(`M${short(centers[i])} ${short(centers[i + 1])}h0`);
+    const stroke = `stroke="${color}" stroke-width="${short(2 * radius)}" stroke-linecap="round"`;
+    this.#parts.push(`<path d="${words.join('')}" fill="none" ${stroke}/>`);
+  }
+
   rect(x: number, y: number, width: number, height: number, color: string): void {
     const [w, h] = [short(width), short(height)];
     this.#parts.push(`<rect x="${short(x)}" y="${short(y)}" width="${w}" height="${h}" fill="${color}"/>`);
+  }
+
+  picture(x: number, y: number, width: number, height: number, pixels: HTMLCanvasElement): void {
+    const [w, h] = [short(width), short(height)];
+    const box = `x="${short(x)}" y="${short(y)}" width="${w}" height="${h}"`;
+    this.#parts.push(
+      `<image ${box} preserveAspectRatio="none" style="image-rendering:pixelated" href="${pixels.toDataURL()}"/>`,
+    );
   }
 
   circle(x: number, y: number, radius: number, color: string, rim?: string): void {

@@ -10,9 +10,9 @@ export interface SettingsFacts<S extends object> {
 }
 
 /** Which view a fragment is of. */
-export function ownerOf(fragment: string): Settable | 'bev' {
+export function ownerOf(fragment: string): Settable | 'bev' | 'icp' {
   const names = new URLSearchParams(fragment.replace(/^#/, ''));
-  return names.has('spatial') ? 'spatial' : names.has('bev') ? 'bev' : 'planar';
+  return (['spatial', 'bev', 'icp'] as const).find((name) => names.has(name)) ?? 'planar';
 }
 
 /** Those of the preset, then what is given as text, then what the page's fragment holds for this view. */

@@ -1,5 +1,5 @@
 /** Figures as files. */
-import type { Painter } from '../components/figure-view.js';
+import type { Painter } from './figure-view.js';
 import type { Size } from '../views/figures.js';
 import { CanvasPen, SvgPen } from '../views/pen.js';
 

@@ -1,0 +1,165 @@
+/** The ICP lab: from the page to stepped iterations, from other starts, by other methods. */
+import { readFileSync } from 'node:fs';
+import { join } from 'node:path';
+import type { Locator, Page } from '@playwright/test';
+import { load, PointCloud, register } from '../../npm/index.js';
+import { expectNamedControls, findWeakContrast } from './access.js';
+import { expect, ply, room, SAMPLE_FOLDER, test } from './scanstitch_page.js';
+
+// The page is open, with its sample stitched.
+test.beforeEach(({ app }) => expect(app.faults).toEqual([]));
+
+interface TraceFile {
+  options: Parameters<typeof register>[2];
+  T_target_source: number[][];
+  costs: number[];
+  iterations: { H: number[]; b: number[]; x: number[]; source: number[]; rejected_source: number[] }[];
+}
+
+const lab = (page: Page): Locator => page.locator('scanstitch-lab');
+const stage = (page: Page): Locator => page.getByRole('application', { name: 'The two clouds' });
+const heading = (page: Page): Locator => lab(page).getByRole('tabpanel').getByRole('heading', { level: 2 });
+
+/** Opens the lab on the first two scans, at its start. */
+async function look(page: Page): Promise<void> {
+  await page.getByRole('button', { name: 'ICP', exact: true }).click();
+  await expect(heading(page)).toHaveText('At the start');
+}
+
+async function exported(page: Page, item: RegExp): Promise<Buffer> {
+  await lab(page).getByRole('button', { name: 'Export' }).click();
+  const download = page.waitForEvent('download');
+  await page.getByRole('menuitem', { name: item }).click();
+  return readFileSync(await (await download).path());
+}
+
+const trace = async (page: Page): Promise<TraceFile> =>
+  JSON.parse((await exported(page, /^Trace/)).toString()) as TraceFile;
+
+/** x and y of a pose's translation. */
+const place = (rows: readonly number[] | undefined): [number, number] => [rows?.[3] ?? 0, rows?.[7] ?? 0];
+
+test('an iteration is stepped, and is the one that the engine does', async ({ page }) => {
+  await look(page);
+  await lab(page).getByRole('button', { name: 'One iteration on (.)' }).click();
+  await expect(heading(page)).toHaveText('After iteration 1');
+  await expect(page.getByRole('status').filter({ hasText: 'After iteration 1 of' })).not.toHaveCount(0);
+  const given = await trace(page);
+  await load();
+  const cloud = (i: number): PointCloud =>
+    PointCloud.from_ply(readFileSync(join(SAMPLE_FOLDER, `${i}.ply`)), `${i}.ply`);
+  const result = register(cloud(1), cloud(0), given.options);
+  expect(given.T_target_source).toHaveLength(result.iterations + 1);
+  // JSON knows no negative zero.
+  expect(given.T_target_source.at(-1)).toEqual(result.T_target_source.map((value) => value + 0));
+  // The last iteration is the one that was looked at, too: H x = -b.
+  for (const { H, b, x } of given.iterations.slice(1, 4)) {
+    [0, 1, 2].forEach((row) => {
+      const sum = [0, 1, 2].reduce((total, k) => total + (H[3 * row + k] ?? 0) * (x[k] ?? 0), 0);
+      expect(sum).toBeCloseTo(-(b[row] ?? 0), 1);
+    });
+  }
+});
+
+test('another start by keyboard: pairs follow, and it runs home', async ({ page }) => {
+  await look(page);
+  const home = place((await trace(page)).T_target_source.at(-1));
+  const pairs = lab(page).locator('dt:has-text("Pairs") + dd');
+  const before = await pairs.innerText();
+  await stage(page).focus();
+  for (let i = 0; i < 4; i++) await page.keyboard.press('Shift+ArrowLeft');
+  for (let i = 0; i < 3; i++) await page.keyboard.press('[');
+  await expect(heading(page)).toHaveText('Before the start');
+  await expect(pairs).not.toHaveText(before);
+  await page.keyboard.press('Enter');
+  await expect(page.getByRole('button', { name: /^Run from here/ })).toBeHidden();
+  await stage(page).focus();
+  await page.keyboard.press('End');
+  await expect(heading(page)).toHaveText('At the end');
+  const [x, y] = place((await trace(page)).T_target_source.at(-1));
+  expect(Math.hypot(x - home[0], y - home[1])).toBeLessThan(0.05);
+});
+
+test('the mouse takes hold of the source, and letting go runs it', async ({ page }) => {
+  await look(page);
+  const first = await trace(page);
+  const box = await stage(page).boundingBox();
+  if (!box) throw new Error('The stage has no size.');
+  await lab(page).getByRole('button', { name: 'Drag the source' }).click();
+  await page.mouse.move(box.x + box.width / 2, box.y + box.height / 2);
+  await page.mouse.down();
+  await page.mouse.move(box.x + box.width / 2 + 30, box.y + box.height / 2 + 10, { steps: 6 });
+  await expect(heading(page)).toHaveText('Before the start');
+  await page.mouse.up();
+  await expect(heading(page)).not.toHaveText('Before the start');
+  const moved = await trace(page);
+  const [from, to] = [place(first.T_target_source[0]), place(moved.T_target_source[0])];
+  expect(Math.hypot(from[0] - to[0], from[1] - to[1])).toBeGreaterThan(0.1);
+});
+
+test('cost and basin are drawn, and a place of them is started from', async ({ page }) => {
+  await look(page);
+  await lab(page).getByRole('tab', { name: 'Cost' }).click();
+  const map = lab(page).getByRole('group', { name: 'Cost over two unknowns' });
+  await expect(lab(page).getByText(/\d+ × \d+ poses, /)).toBeVisible({ timeout: 20_000 });
+  await expect(lab(page).getByRole('heading', { name: /local minim/ })).toBeVisible();
+  await map.focus();
+  for (let i = 0; i < 5; i++) await page.keyboard.press('ArrowRight');
+  await page.keyboard.press('Enter');
+  await lab(page).getByRole('tab', { name: 'Step' }).click();
+  const { T_target_source } = await trace(page);
+  const [start, end] = [place(T_target_source[0]), place(T_target_source.at(-1))];
+  expect(Math.hypot(start[0] - end[0], start[1] - end[1])).toBeGreaterThan(0.005);
+
+  await lab(page).getByRole('tab', { name: 'Basin' }).click();
+  await expect(
+    lab(page)
+      .getByText(/of the starts find home/)
+      .first(),
+  ).toBeVisible({ timeout: 30_000 });
+});
+
+test('own files: dropped, opened, stepped in three clicks', async ({ app, page }) => {
+  const scan = (shift: number): string => ply(room(8, 5).map(([x, y]) => [x - shift, y, 0] as const));
+  await app.drop([
+    { name: 'a/0.ply', content: scan(0) },
+    { name: 'a/1.ply', content: scan(0.2) },
+  ]);
+  await app.stitched();
+  await look(page);
+  await expect(lab(page).getByLabel('Source', { exact: false }).first()).toHaveValue(/1\.ply$/);
+  await lab(page).getByRole('button', { name: 'One iteration on (.)' }).click();
+  await expect(page.getByRole('status').filter({ hasText: 'After iteration 1 of' })).not.toHaveCount(0);
+  const { T_target_source } = await trace(page);
+  expect(place(T_target_source.at(-1))[0]).toBeCloseTo(0.2, 1);
+});
+
+test('clouds that do not fit are told, and the lab stays usable', async ({ page }) => {
+  await look(page);
+  const spatial = ply(Array.from({ length: 60 }, (_, i) => [Math.cos(i), Math.sin(2 * i), Math.sin(3 * i)] as const));
+  await lab(page)
+    .locator('input[type=file]')
+    .setInputFiles([{ name: 'cube.ply', mimeType: '', buffer: Buffer.from(spatial) }]);
+  await expect(lab(page).getByRole('region', { name: 'Messages' })).toContainText(/plan/i);
+  await lab(page).getByRole('button', { name: 'Dismiss the messages' }).click();
+  await lab(page).getByLabel('Source', { exact: false }).first().selectOption({ label: '2.ply' });
+  await expect(heading(page)).toHaveText('At the start');
+});
+
+test('methods side by side, on a phone in the dark', async ({ page }) => {
+  await look(page);
+  await lab(page).getByRole('tab', { name: 'Methods' }).click();
+  await lab(page).getByLabel('Add a method').selectOption('textbook');
+  const table = lab(page).getByRole('table', { name: 'Methods' });
+  await expect(table.getByRole('row')).toHaveCount(3);
+  await expect(table.getByRole('row').nth(2)).toContainText('Point to point');
+  await table.getByRole('button', { name: /^Put away Point to point/ }).click();
+  await expect(table.getByRole('row')).toHaveCount(2);
+  await page.getByRole('button', { name: 'Dark colours' }).click();
+  await expectNamedControls(page);
+  await expect.poll(() => page.evaluate(findWeakContrast)).toEqual([]);
+  await page.setViewportSize({ width: 390, height: 844 });
+  const overflow = await page.evaluate(() => document.documentElement.scrollWidth - innerWidth);
+  expect(overflow).toBeLessThanOrEqual(0);
+  await expect(lab(page).getByRole('button', { name: 'Play the iterations (space bar)' })).toBeInViewport();
+});

@@ -1,0 +1,38 @@
+/** Clouds that one view hands to another: where their bytes are, read when they are needed. */
+
+/** A cloud on its way to the engine. */
+export type CloudData =
+  /** A file of points, PLY or PCD. */
+  | { kind: 'file'; name: string; bytes: Uint8Array<ArrayBuffer> }
+  /** x y z x y z ..., m. */
+  | { kind: 'positions'; name: string; xyz: Float32Array<ArrayBuffer> }
+  /** A depth image and the camera that took it (pixels; raw depth values a metre). */
+  | {
+      kind: 'depth';
+      name: string;
+      bytes: Uint8Array<ArrayBuffer>;
+      camera: { fx: number; fy: number; cx: number; cy: number };
+      depth_scale: number;
+    };
+
+export interface GivenCloud {
+  /** Path or name; no two of a list are alike. */
+  name: string;
+  read(): Promise<CloudData>;
+}
+
+/** Clouds to register, and which two to begin with. */
+export interface GivenClouds {
+  title: string;
+  /** What a link can name: a sample of the page; empty for the user's own files. */
+  sample: string;
+  /** The recording that they are of: the same object for the same one. */
+  of: unknown;
+  clouds: readonly GivenCloud[];
+  source: string;
+  target: string;
+  /** How a run registered them, by the engine's names; null where none did. */
+  options: Readonly<Record<string, string | number>> | null;
+  /** The first guess, 4 x 4, row by row; null is the identity. */
+  init_T_target_source: readonly number[] | null;
+}

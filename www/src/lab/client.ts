@@ -1,0 +1,228 @@
+/**
+ * The page's side of the lab's workers: one that steps, so that it always answers at once, and two that work through the
+ * rows of a landscape or a basin. Each is told of the clouds and of a method when it first needs them.
+ */
+import type { CloudData } from '../components/given-clouds.js';
+import { type Arguments, EngineProblem, type Result, WorkerDied } from '../engine/remote.js';
+import { WorkerHost } from '../engine/worker-host.js';
+import type {
+  BasinEnds,
+  BasinLabels,
+  LabApi,
+  LabFacts,
+  LabIteration,
+  LabTrace,
+  LocalMinimum,
+  Options,
+  Pose,
+} from './protocol.js';
+import worker_url from './lab-worker.ts?worker&url';
+
+/** Workers that share a landscape or a basin: the second core is worth it, more are rarely there. */
+const CREW = 2;
+
+export interface LabHooks {
+  crashed(message: string): void;
+  unavailable(message: string): void;
+}
+
+type Question = 'trace' | 'traced_iteration' | 'iteration' | 'landscape' | 'basin' | 'label';
+type Given<K extends Question> = Arguments<LabApi[K]> extends [number, ...infer Rest] ? Rest : never;
+
+interface Pair {
+  source: CloudData;
+  target: CloudData;
+}
+
+/** One worker, and what it has been told. */
+class Seat {
+  readonly #host: WorkerHost<LabApi>;
+  #pair: Pair | null = null;
+  #prepared = new Map<number, { options: Options; facts: Promise<LabFacts> }>();
+
+  constructor({ crashed, unavailable }: LabHooks) {
+    this.#host = new WorkerHost<LabApi>(worker_url, {
+      crashed: (message) => {
+        this.#pair = null;
+        crashed(message);
+      },
+      unavailable,
+    });
+  }
+
+  start(): Promise<string> {
+    return this.#host.start();
+  }
+
+  prepare(pair: Pair, method: number, options: Options): Promise<LabFacts> {
+    if (this.#pair !== pair) {
+      this.#pair = pair;
+      this.#prepared.clear();
+      // Asked before `prepare`, answered before it: the worker keeps the order.
+      this.#host.call('open', pair.source, pair.target).catch(() => undefined);
+    }
+    const known = this.#prepared.get(method);
+    if (known?.options === options) return known.facts;
+    const facts = this.#host.call('prepare', method, options);
+    this.#prepared.set(method, { options, facts });
+    return facts;
+  }
+
+  async ask<K extends Question>(
+    pair: Pair,
+    method: number,
+    options: Options,
+    question: K,
+    ...given: Given<K>
+  ): Promise<Result<LabApi[K]>> {
+    await this.prepare(pair, method, options);
+    const answer = await this.#host.call(question, ...([method, ...given] as unknown as Arguments<LabApi[K]>));
+    this.#host.succeeded();
+    return answer;
+  }
+
+  minima(costs: Float64Array, width: number): Promise<LocalMinimum[]> {
+    return this.#host.call('minima', costs, width);
+  }
+
+  forget(method: number): void {
+    if (this.#prepared.delete(method)) this.#host.call('forget', method).catch(() => undefined);
+  }
+
+  dispose(): void {
+    this.#host.dispose();
+  }
+}
+
+export class LabClient {
+  readonly #hooks: LabHooks;
+  readonly #stepper: Seat;
+  #crew: Seat[] = [];
+  #pair: Pair | null = null;
+  #methods = new Map<number, Options>();
+  #is_following = false;
+  #next: { T: Pose; answered: (iteration: LabIteration) => void } | null = null;
+
+  constructor(hooks: LabHooks) {
+    this.#hooks = hooks;
+    this.#stepper = new Seat(hooks);
+  }
+
+  start(): Promise<string> {
+    return this.#stepper.start();
+  }
+
+  /** Two other clouds; what is known of methods stays. */
+  open(source: CloudData, target: CloudData): void {
+    this.#pair = { source, target };
+    this.#next = null;
+  }
+
+  /** Rejects with an EngineProblem where the clouds or the options are refused. */
+  prepare(method: number, options: Options): Promise<LabFacts> {
+    this.#methods.set(method, options);
+    return this.#stepper.prepare(this.#opened(), method, options);
+  }
+
+  forget(method: number): void {
+    this.#methods.delete(method);
+    for (const seat of [this.#stepper, ...this.#crew]) seat.forget(method);
+  }
+
+  trace(method: number, init: Pose | null): Promise<LabTrace> {
+    return this.#stepper.ask(this.#opened(), method, this.#options(method), 'trace', init);
+  }
+
+  iteration(method: number, T: Pose): Promise<LabIteration> {
+    return this.#stepper.ask(this.#opened(), method, this.#options(method), 'iteration', T);
+  }
+
+  /** Of the last trace of the method. */
+  tracedIteration(method: number, index: number): Promise<LabIteration> {
+    return this.#stepper.ask(this.#opened(), method, this.#options(method), 'traced_iteration', index);
+  }
+
+  /** The minima of a landscape, the most prominent first. */
+  minima(costs: Float64Array, width: number): Promise<LocalMinimum[]> {
+    return this.#stepper.minima(costs, width);
+  }
+
+  /** Tells the ends of a basin apart. */
+  label(method: number, ends: BasinEnds, reference: Pose): Promise<BasinLabels> {
+    return this.#stepper.ask(this.#opened(), method, this.#options(method), 'label', ends, reference);
+  }
+
+  /** As `iteration`, for poses that follow the hand: while one is being answered only the latest one after it waits. */
+  follow(method: number, T: Pose, answered: (iteration: LabIteration) => void): void {
+    this.#next = { T, answered };
+    if (!this.#is_following) void this.#followAll(method);
+  }
+
+  /** The hand has let go: what was to be followed is not answered any more. */
+  unfollow(): void {
+    this.#next = null;
+  }
+
+  /** Starts the crew and makes it ready for a method: what is timed afterwards is computing alone. */
+  async muster(method: number): Promise<void> {
+    const pair = this.#opened();
+    while (this.#crew.length < CREW) this.#crew.push(new Seat(this.#hooks));
+    await Promise.all(this.#crew.map((seat) => seat.prepare(pair, method, this.#options(method))));
+  }
+
+  /**
+   * Works through `parts` with all of the crew; `done` gets each answer as it comes. Ends early, without an error, when
+   * `signal` says so.
+   */
+  async share<K extends 'landscape' | 'basin'>(
+    method: number,
+    question: K,
+    parts: readonly Given<K>[0][],
+    done: (part: Given<K>[0], answer: Result<LabApi[K]>) => void,
+    signal: AbortSignal,
+  ): Promise<void> {
+    const pair = this.#opened();
+    const options = this.#options(method);
+    await this.muster(method);
+    const waiting = [...parts];
+    const work = async (seat: Seat): Promise<void> => {
+      for (let part = waiting.shift(); part !== undefined && !signal.aborted; part = waiting.shift()) {
+        const given = [part] as unknown as Given<K>;
+        const answer = await seat.ask(pair, method, options, question, ...given);
+        if (!signal.aborted) done(part, answer);
+      }
+    };
+    await Promise.all(this.#crew.map(work));
+  }
+
+  dispose(): void {
+    this.#next = null;
+    for (const seat of [this.#stepper, ...this.#crew]) seat.dispose();
+  }
+
+  #opened(): Pair {
+    if (!this.#pair) throw new Error('No clouds are open.');
+    return this.#pair;
+  }
+
+  #options(method: number): Options {
+    return this.#methods.get(method) ?? {};
+  }
+
+  async #followAll(method: number): Promise<void> {
+    this.#is_following = true;
+    try {
+      while (this.#next) {
+        const { T, answered } = this.#next;
+        this.#next = null;
+        const iteration = await this.iteration(method, T);
+        answered(iteration);
+      }
+    } catch (error) {
+      // A worker that died has been told; where the engine refuses a pose there is nothing to draw.
+      if (!(error instanceof WorkerDied || error instanceof EngineProblem)) throw error;
+    } finally {
+      this.#is_following = false;
+    }
+  }
+}

@@ -1,0 +1,116 @@
+/** Methods side by side: from the same start, looked at at the same iteration. */
+import { html, nothing, type TemplateResult } from 'lit';
+import { icon } from '../components/icons.js';
+import type { SettingPreset } from '../components/settings-panel.js';
+import { formatAngle, formatDuration, formatLength, formatPercent } from '../views/format.js';
+import { difference } from './poses.js';
+import type { LabFacts, Pose } from './protocol.js';
+import { type LabRun, MAX_RUNS, numPoses } from './session.js';
+import { formatNumber, methodName } from './words.js';
+
+export interface CompareFacts {
+  runs: readonly LabRun[];
+  active: number;
+  facts: LabFacts;
+  presets: readonly SettingPreset[];
+  /** Share of starts that find home, by the run; null while it is computed. */
+  basins: ReadonlyMap<number, number | null>;
+  colorOf(run: LabRun): string;
+  look(id: number): void;
+  putAway(id: number): void;
+  add(preset: SettingPreset): void;
+  measureBasins(): void;
+}
+
+/** `styles`: lab_styles. */
+export function comparePanel(has: CompareFacts): TemplateResult {
+  const { runs, presets, facts } = has;
+  const reference = endOf(runs[0]);
+  return html`
+    <header><h2>Methods side by side</h2></header>
+    <div class="scroll" role="region" aria-label="Methods" tabindex="0">
+      <table class="iterations methods number" aria-label="Methods">
+        <thead>
+          <tr>
+            <th scope="col" class="name">method</th>
+            <th scope="col">iterations</th>
+            <th scope="col"><abbr title="Of the pairs that count, in the last iteration">rmse</abbr></th>
+            <th scope="col"><abbr title="Mean robust loss at the end, by each method's own kernel">cost</abbr></th>
+            <th scope="col"><abbr title="How far the end lies from that of the first method">apart</abbr></th>
+            <th scope="col">time</th>
+            <th scope="col">
+              <abbr title="Share of starts, up to 1.5 m and 40° away, that end where this one did">home</abbr>
+            </th>
+            <th></th>
+          </tr>
+        </thead>
+        <tbody>
+          ${runs.map((run) => row(run, reference, has))}
+        </tbody>
+      </table>
+    </div>
+    <div class="row field">
+      <select
+        aria-label="Add a method"
+        ?disabled=${runs.length >= MAX_RUNS}
+        @change=${({ target }: Event) => {
+          const select = target as HTMLSelectElement;
+          const preset = presets.find(({ name }) => name === select.value);
+          select.value = '';
+          if (preset) has.add(preset);
+        }}
+      >
+        <option value="" selected>${runs.length < MAX_RUNS ? 'Add a method…' : `${MAX_RUNS} methods at most`}</option>
+        ${presets.map(({ name, label }) => html`<option value=${name}>${label}</option>`)}
+      </select>
+      <button ?disabled=${!runs.some(({ trace }) => trace)} @click=${has.measureBasins}>Compare basins</button>
+    </div>
+    <p class="explanation">
+      All methods run from the same start and are stepped together; the one that is selected is drawn with its pairs,
+      the others in their colours.
+      ${facts.is_planar ? 'Point to point has its step in closed form, by SVD; the others by Gauss-Newton.' : nothing}
+    </p>
+  `;
+}
+
+function row(run: LabRun, reference: Pose | null, has: CompareFacts): TemplateResult {
+  const { trace, problem, own, id } = run;
+  const name = own ? `Your ICP: ${own}` : methodName(run.options, has.facts.is_planar);
+  const end = endOf(run);
+  const apart = end && reference ? difference(reference, end) : null;
+  const home = has.basins.get(id);
+  const cells = trace
+    ? html`<td>
+          ${numPoses(trace) - 1}${trace.converged || own ? '' : html` <span class="muted" title=${trace.end_reason}>!</span>`}
+        </td>
+        <td>${trace.records.length > 0 ? formatLength(trace.records.at(-1)?.inlier_rmse ?? 0) : '–'}</td>
+        <td>${trace.costs.length > 0 ? formatNumber(trace.costs.at(-1) ?? 0) : '–'}</td>
+        <td>${apart ? `${formatLength(apart.translation)}, ${formatAngle(apart.rotation)}` : '–'}</td>
+        <td>${own ? '–' : formatDuration(trace.milliseconds)}</td>
+        <td>${home === undefined ? '–' : home === null ? '…' : formatPercent(home)}</td>`
+    : html`<td colspan="6">${problem || '…'}</td>`;
+  return html`<tr class=${id === has.active ? 'selected' : ''}>
+    <th scope="row" class="name">
+      <button class="link" aria-pressed=${id === has.active} @click=${() => has.look(id)}>
+        <i style="background: ${has.colorOf(run)}"></i>${name}
+      </button>
+    </th>
+    ${cells}
+    <td>
+      <button
+        class="quiet icon"
+        ?disabled=${has.runs.length < 2}
+        aria-label="Put away ${name}"
+        title="Put away"
+        @click=${() => has.putAway(id)}
+      >
+        ${icon('close', 12)}
+      </button>
+    </td>
+  </tr>`;
+}
+
+function endOf(run: LabRun | undefined): Pose | null {
+  const count = numPoses(run?.trace ?? null);
+  return run?.trace?.poses.subarray(16 * (count - 1), 16 * count) ?? null;
+}

@@ -1,0 +1,395 @@
+import { html, LitElement, nothing, type PropertyValues, type TemplateResult } from 'lit';
+import { customElement, property, query, state } from 'lit/decorators.js';
+import '../components/menu.js';
+import './lab-side.js';
+import './plane-stage.js';
+import './space-stage.js';
+import { announcements } from '../components/announcer.js';
+import { layout_styles } from '../components/app-styles.js';
+import { DropTarget } from '../components/drop-target.js';
+import type { GivenClouds } from '../components/given-clouds.js';
+import { icon } from '../components/icons.js';
+import { activity, emptyView, messages } from '../components/run-parts.js';
+import { wordsOf } from '../components/session.js';
+import { drop_styles, shared } from '../components/theme.js';
+import { filesOfDrop, filesOfInput, type NamedFile } from '../datasets/gather.js';
+import { download } from '../export/exports.js';
+import { baseName } from '../views/format.js';
+import { makeColors } from '../views/figure-colors.js';
+import { memoizeLast } from '../views/memoize-last.js';
+import { addressedClouds, isCloudName, joined, SAMPLE, sampleClouds } from './clouds.js';
+import { lab_styles } from './lab-styles.js';
+import type { ScanstitchLabPlane } from './plane-stage.js';
+import { FIRST_LOOK, type PlaneScene, stageTheme } from './plane-painter.js';
+import { acted, centroid } from './poses.js';
+import { arrowsOf, ellipseOf } from './degeneracy.js';
+import type { LabFacts, Pose } from './protocol.js';
+import { type ScanstitchLabSide, type Tab, TABS } from './lab-side.js';
+import { type LabLink, readLink, writeLink } from './link.js';
+import { type LabRun, LabSession, numPoses, runColor } from './session.js';
+import type { ScanstitchLabSpace } from './space-stage.js';
+import type { RunKey } from './stage-keys.js';
+import { legend, transport } from './stage-parts.js';
+import { TAKE_ALONG, takeAlong } from './take-along.js';
+import { methodName, stateWords } from './words.js';
+
+/**
+ * The ICP lab: two clouds, registered iteration by iteration. What each iteration sees, solves and does is shown, and what
+ * becomes of it from another start or by another method.
+ */
+@customElement('scanstitch-lab')
+export class ScanstitchLab extends LitElement {
+  /** Another object opens other clouds. */
+  @property({ attribute: false }) given: GivenClouds | null = null;
+  /** Addresses of a course page: two clouds, or a manifest. */
+  @property() src = '';
+  @property({ type: Boolean }) dark = false;
+  /** What is shown stands in the page's address, as a link. */
+  @property({ type: Boolean, attribute: 'remember-link' }) remember_link = false;
+
+  @state() private tab: Tab = 'step';
+  @state() private look = FIRST_LOOK;
+  /** A pose that a landscape or a basin points at. */
+  @state() private ghost: Pose | null = null;
+  @query('#pick') private file_input!: HTMLInputElement;
+  @query('scanstitch-lab-side') private side!: ScanstitchLabSide;
+  @query('scanstitch-lab-space') private space!: ScanstitchLabSpace | null;
+  @query('scanstitch-lab-plane') private plane!: ScanstitchLabPlane | null;
+
+  private session = new LabSession(this);
+  private colorsOf = memoizeLast(makeColors);
+  private drop_target = new DropTarget(this, (transfer) => void this.take(filesOfDrop(transfer)));
+
+  protected override firstUpdated(): void {
+    if (this.given) return;
+    const link = this.remember_link ? readLink(location.hash) : null;
+    if (link && (link.source || link.sample)) this.openLink(link);
+    else if (this.src) this.attend(addressedClouds(this.src));
+  }
+
+  private openLink({ sample, source, target, options, start, at, tab }: LabLink): void {
+    this.tab = TABS.find((one) => one.tab === tab)?.tab ?? 'step';
+    if (sample !== SAMPLE) {
+      const names = [source, target].map(baseName).join(' and ');
+      this.session.report(`This link is about ${names}, which it cannot carry`, 'Drop these two files here');
+      return;
+    }
+    const opened = sampleClouds(source, target).then((given) => this.session.open(given, options, start));
+    opened.then(
+      () => this.session.player.seek(at),
+      (error: unknown) => this.tellFetching(error),
+    );
+  }
+
+  protected override updated(changed: PropertyValues<this>): void {
+    if (changed.has('given') && this.given) void this.session.open(this.given);
+    this.rememberLink();
+  }
+
+  protected override render(): TemplateResult {
+    const { session, drop_target } = this;
+    const is_empty = session.given === null;
+    return html`<div
+      class="lab run"
+      @dragenter=${drop_target.enter}
+      @dragover=${drop_target.over}
+      @dragleave=${drop_target.leave}
+      @drop=${drop_target.drop}
+    >
+      ${is_empty ? this.renderEmpty() : this.renderLab()}
+      <input id="pick" type="file" multiple hidden accept=".ply,.pcd" @change=${this.onPicked} />
+      ${
+        drop_target.is_over
+          ? html`<div class="drop-hint" aria-hidden="true">
+              <div>${icon('download', 28)}Drop one or two clouds here</div>
+            </div>`
+          : nothing
+      }
+      ${announcements(session.announcer)}
+    </div>`;
+  }
+
+  private renderEmpty(): TemplateResult {
+    return emptyView(
+      {
+        title: 'Drop two scans or clouds here',
+        label: 'No clouds yet',
+        about:
+          'The ICP lab registers one cloud to another and shows every iteration: which points are paired, what the step ' +
+          'solves, and where it ends from another start. PLY or PCD, in the plane or in space.',
+        choices: [
+          { id: 'files', label: 'Choose two files' },
+          { id: 'sample', label: 'Two scans of the sample' },
+        ],
+      },
+      this.statusOf(),
+      (id) => (id === 'files' ? this.file_input.click() : this.attend(sampleClouds())),
+    );
+  }
+
+  private renderLab(): TemplateResult {
+    const { session } = this;
+    const { trace, iteration, player, run } = session;
+    const state = run ? stateWords(run, session.at, session.is_dragged ? null : iteration) : '';
+    return html`
+      ${this.renderPair()}
+      <div class="columns">
+        <div class="main">
+          <div class="stage-area">
+            ${this.renderStage(state)}
+            ${
+              session.is_dragged
+                ? html`<button class="primary run-from-here" @click=${() => void session.release()}>
+                    Run from here (Enter)
+                  </button>`
+                : session.at === 0 && !player.is_playing && trace
+                  ? html`<p class="hint" aria-hidden="true">
+                      Drag the blue cloud to another start, or its ring to turn it
+                    </p>`
+                  : nothing
+            }
+            ${activity(this.statusOf())} ${messages(this.statusOf())}
+          </div>
+          <div>
+            ${transport({
+              player,
+              state,
+              step: (direction) => session.stepBy(direction),
+              toStart: () => player.seek(0),
+            })}
+            ${legend({
+              look: this.look,
+              iteration,
+              has_normals: (session.facts?.target_normals.length ?? 0) > 0,
+              dark: this.dark,
+              change: (look) => {
+                this.look = look;
+              },
+            })}
+          </div>
+        </div>
+        <scanstitch-lab-side
+          .session=${session}
+          .tab=${this.tab}
+          .tick=${{}}
+          ?dark=${this.dark}
+          @tab-chosen=${({ detail }: CustomEvent<Tab>) => {
+            this.tab = detail;
+          }}
+          @ghost-shown=${({ detail }: CustomEvent<Pose | null>) => {
+            this.ghost = detail;
+          }}
+        ></scanstitch-lab-side>
+      </div>
+    `;
+  }
+
+  private renderPair(): TemplateResult {
+    const { session } = this;
+    const { given, run, facts } = session;
+    const theme = stageTheme(this.dark);
+    const choice = (role: 'source' | 'target', label: string, color: string): TemplateResult =>
+      html`<label
+        ><i class="swatch" style="background: ${color}" aria-hidden="true"></i>${label}
+        <select @change=${({ target }: Event) => session.choose(role, (target as HTMLSelectElement).value)}>
+          ${given?.clouds.map(
+            ({ name }) => html`<option value=${name} .selected=${name === given[role]}>${baseName(name)}</option>`,
+          )}
+        </select></label
+      >`;
+    return html`<div class="pair" role="group" aria-label="Clouds">
+      ${choice('source', 'Source', theme.source)} ${choice('target', 'Target', theme.target)}
+      <span class="method">${run && facts ? methodName(run.options, facts.is_planar) : ''}</span>
+      <span class="ends">
+        <button
+          ?disabled=${!session.trace}
+          @click=${() => void session.startFrom(null, false)}
+          title="The start that was given"
+        >
+          ${icon('reset')}Reset start
+        </button>
+        <button @click=${() => this.file_input.click()}>${icon('open')}Clouds…</button>
+        <scanstitch-menu
+          label="Export"
+          icon="download"
+          .items=${TAKE_ALONG}
+          ?disabled=${!session.trace}
+          @menu-chosen=${({ detail }: CustomEvent<string>) => void this.takeAlong(detail)}
+        ></scanstitch-menu>
+      </span>
+    </div>`;
+  }
+
+  private renderStage(state: string): TemplateResult | typeof nothing {
+    const { session } = this;
+    const { facts } = session;
+    if (!facts) return html`<div></div>`;
+    const onKey = ({ detail }: CustomEvent<RunKey>): void => this.onRunKey(detail);
+    const onDragged = ({ detail }: CustomEvent<Pose>): void => session.drag(detail);
+    const onReleased = (): void => void session.release();
+    if (!facts.is_planar) {
+      return html`<scanstitch-lab-space
+        .scene=${this.stageScene(facts)}
+        .fit_key=${session.generation}
+        .up=${session.is_of_camera ? 'camera' : 'z'}
+        .description=${state}
+        @source-dragged=${onDragged}
+        @source-released=${onReleased}
+        @stage-key=${onKey}
+      ></scanstitch-lab-space>`;
+    }
+    return html`<scanstitch-lab-plane
+      .scene=${this.stageScene(facts)}
+      .fit_key=${session.generation}
+      .description=${state}
+      @source-dragged=${onDragged}
+      @source-released=${onReleased}
+      @stage-key=${onKey}
+    ></scanstitch-lab-plane>`;
+  }
+
+  private stageScene(facts: LabFacts): PlaneScene {
+    const { session, dark, look, ghost } = this;
+    const { iteration, is_dragged } = session;
+    const others = is_dragged ? [] : session.runs.filter(({ id, trace }) => id !== session.active && trace);
+    const is_held = this.tab === 'degeneracy' && iteration !== null;
+    return {
+      facts,
+      dark,
+      look: is_held ? { ...look, color_by: 'contribution' } : look,
+      pose: session.pose,
+      iteration,
+      ghosts: [
+        ...others.map((run) => ({ pose: poseAt(run, session.at), color: runColor(session, run, this.colorsOf(dark)) })),
+        ...(ghost ? [{ pose: ghost, color: this.colorsOf(dark).selected }] : []),
+      ],
+      path: is_dragged ? [] : this.pathOf(session.trace, facts),
+      arrows: is_held ? arrowsOf(iteration, dark) : [],
+      ellipse: is_held ? ellipseOf(iteration, dark) : null,
+    };
+  }
+
+  /** Of the source's middle, from the start to the end. */
+  private pathOf = memoizeLast((trace: LabRun['trace'], { source_points }: LabFacts): number[] => {
+    const middle = centroid(source_points);
+    return Array.from({ length: numPoses(trace) }, (_, i) => {
+      const [x, y] = acted(trace?.poses.subarray(16 * i, 16 * i + 16) ?? [], ...middle);
+      return [x, y];
+    }).flat();
+  });
+
+  private onRunKey(key: RunKey): void {
+    const { session } = this;
+    const { player } = session;
+    const actions: Record<RunKey, () => void> = {
+      next: () => session.stepBy(1),
+      previous: () => session.stepBy(-1),
+      play: () => (player.is_playing ? player.pause() : player.play()),
+      run: () => void session.release(),
+      first: () => player.seek(0),
+      last: () => player.seek(player.count),
+    };
+    actions[key]();
+  }
+
+  /** For the parts that runs share: what goes on, and what is to be told. */
+  private statusOf() {
+    const { session } = this;
+    return {
+      phase:
+        session.phase === 'reading' ? 'reading' : session.phase === 'running' && !session.facts ? 'running' : 'done',
+      activity: session.activity,
+      progress: session.progress,
+      messages: session.messages,
+      stop: () => undefined,
+      resume: () => undefined,
+      dismissMessages: () => session.dismissMessages(),
+    };
+  }
+
+  // What leaves the lab.
+
+  private link(): string {
+    const { given, run, start, at, facts } = this.session;
+    if (!given || !run) return '';
+    const { source, target, sample } = given;
+    const content = { sample: sample || null, source, target, options: run.options, start, at, tab: this.tab };
+    return writeLink(content, facts?.is_planar ?? true);
+  }
+
+  private rememberLink(): void {
+    if (!this.remember_link || this.hidden || !this.session.trace || this.session.player.is_playing) return;
+    const link = this.link();
+    if (link !== location.hash) history.replaceState(history.state, '', link);
+  }
+
+  private async takeAlong(id: string): Promise<void> {
+    const { session } = this;
+    const { run, facts } = session;
+    if (!run || !facts) return;
+    try {
+      if (id === 'link') {
+        await navigator.clipboard.writeText(new URL(this.link(), location.href).href);
+        session.announce('The link was copied.');
+        return;
+      }
+      if (id === 'png' && this.space) {
+        download({ name: 'icp.png', blob: await this.space.picture() });
+        return;
+      }
+      const scene = this.stageScene(facts);
+      const stage = this.plane ? { ...this.plane.viewport, scene } : null;
+      download(await takeAlong(id, session, run, stage, this.side.figure, this.dark));
+    } catch (error) {
+      session.report(
+        `The export failed: ${wordsOf(error)}`,
+        id === 'link' ? 'Allow the page to use the clipboard' : '',
+      );
+    }
+  }
+
+  // Files.
+
+  private async take(coming: Promise<NamedFile[]>): Promise<void> {
+    const files = await coming;
+    const clouds = files.filter(({ name }) => isCloudName(name));
+    if (clouds.length === 0) {
+      this.session.report('There is no cloud among the files', 'Drop PLY or PCD files');
+      return;
+    }
+    const given = joined(this.session.given, clouds);
+    if (given?.target) await this.session.open(given);
+    else this.session.report('One cloud alone is registered to nothing', 'Drop two clouds together');
+  }
+
+  private onPicked({ target }: Event): void {
+    const input = target as HTMLInputElement;
+    const files = filesOfInput(input);
+    input.value = ''; // so that picking the same files again is a change
+    void this.take(Promise.resolve(files));
+  }
+
+  private attend(fetching: Promise<GivenClouds>): void {
+    fetching.then(
+      (given) => this.session.open(given),
+      (error: unknown) => this.tellFetching(error),
+    );
+  }
+
+  private tellFetching(error: unknown): void {
+    this.session.report(`The clouds could not be fetched: ${wordsOf(error)}`, 'Reload the page');
+  }
+
+  static override styles = [shared, layout_styles, drop_styles, lab_styles];
+}
+
+function poseAt({ trace }: LabRun, at: number): Pose {
+  const last = Math.min(at, numPoses(trace) - 1);
+  return trace?.poses.subarray(16 * last, 16 * last + 16) ?? [];
+}
+
+declare global {
+  interface HTMLElementTagNameMap {
+    'scanstitch-lab': ScanstitchLab;
+  }
+}

@@ -1,0 +1,116 @@
+import { html, nothing, type TemplateResult } from 'lit';
+import { customElement } from 'lit/decorators.js';
+import { formatAngle, formatDuration, formatLength, plural } from '../views/format.js';
+import { memoizeLast } from '../views/memoize-last.js';
+import { offsetsOfNode, poseAt } from './grids.js';
+import { landscapePainter, seenMinima } from './landscape.js';
+import { difference } from './poses.js';
+import type { Grid, LabFacts, Pose } from './protocol.js';
+import type { LabRun } from './session.js';
+import { SurveyPanel } from './survey-panel.js';
+import type { LandscapeSurvey } from './survey.js';
+import { formatNumber } from './words.js';
+
+/** The cost over two unknowns around the end of the run. Fires `ghost-shown` with a pose or null. */
+@customElement('scanstitch-lab-landscape')
+export class ScanstitchLabLandscape extends SurveyPanel<LandscapeSurvey> {
+  protected override readonly is_basin = false;
+  private painterOf = memoizeLast(landscapePainter);
+  private marksOf = memoizeLast((_pose: Pose, _trace: unknown, facts: LabFacts, grid: Grid) => this.marks(facts, grid));
+
+  protected override allAxes(facts: LabFacts): readonly number[] {
+    return this.axes(facts);
+  }
+
+  protected override start({ run, grid, reference }: { run: LabRun; grid: Omit<Grid, 'size'>; reference: Pose }): void {
+    const { client } = this.session;
+    if (client) void this.survey.run({ client, method: run.id, grid, reference });
+  }
+
+  protected override renderResult(facts: LabFacts): TemplateResult {
+    const landscape = this.survey.result;
+    return html`
+      <header>
+        <h2>Cost around the end</h2>
+        <span class="muted"
+          >${landscape?.progress === 1 ? `${landscape.grid.size.join(' × ')} poses, ${formatDuration(landscape.milliseconds)}` : 'computing…'}</span
+        >
+      </header>
+      ${this.renderChoices(facts)}
+      ${
+        landscape
+          ? html`<scanstitch-figure
+                class="map"
+                steppable
+                label="Cost over two unknowns"
+                description=${this.words(facts)}
+                .painter=${this.painterOf(
+                  landscape,
+                  this.marksOf(this.session.pose, this.session.trace, facts, landscape.grid),
+                  this.colorsOf(this.dark),
+                  this.dark,
+                )}
+                @figure-pointer=${this.onPointer}
+                @keydown=${this.onKey}
+                @click=${this.startHere}
+              ></scanstitch-figure>
+              <p class="readout number muted">${this.readout(facts) || 'Click on a place to start from there'}</p>
+              ${this.renderMinima(facts)}`
+          : nothing
+      }
+      <p class="explanation">
+        The cost is the mean robust loss of a source point; the pairs are searched anew at every pose, so this is what
+        the iterations really go down on. The other unknowns stay as they are at the end of the run. Line: the path of
+        the iterations. Circles: local minima.
+      </p>
+    `;
+  }
+
+  private renderMinima(facts: LabFacts): TemplateResult | typeof nothing {
+    const landscape = this.survey.result;
+    if (!landscape || landscape.progress < 1) return nothing;
+    const minima = seenMinima(landscape);
+    return html`<h3>${plural(minima.length, 'local minimum', 'local minima')}</h3>
+      <ul class="minima number">
+        ${minima.slice(0, 6).map(({ column, row, cost }) => {
+          const T = poseAt(landscape.grid, offsetsOfNode(landscape.grid, [column, row]), facts.is_planar);
+          const { rotation, translation } = difference(landscape.grid.T_center, T);
+          return html`<li>
+            <button
+              @click=${() => void this.session.startFrom(T)}
+              @pointerenter=${() => this.tellGhost(T)}
+              @pointerleave=${() => this.tellGhost(null)}
+            >
+              Start there
+            </button>
+            ${formatLength(translation)}, ${formatAngle(rotation, 1)} from the end, cost ${formatNumber(cost)} m²
+          </li>`;
+        })}
+      </ul>`;
+  }
+
+  private readout(facts: LabFacts): string {
+    const landscape = this.survey.result;
+    const [column = 0, row = 0] = this.node ?? [];
+    if (!landscape || !this.node) return '';
+    const cost = landscape.costs[row * (landscape.grid.size[0] ?? 1) + column];
+    return `${this.nodeWords(facts)}: ${cost === undefined || Number.isNaN(cost) ? 'no pairs' : `cost ${formatNumber(cost)} m²`}`;
+  }
+
+  private words(facts: LabFacts): string {
+    const landscape = this.survey.result;
+    if (!landscape) return '';
+    return `${plural(seenMinima(landscape).length, 'local minimum', 'local minima')}. ${this.readout(facts)} Arrow keys go from pose to pose, Enter starts there.`;
+  }
+
+  protected override onNode(): void {
+    const { facts } = this.session;
+    this.tellGhost(facts && this.nodePose(facts));
+  }
+}
+
+declare global {
+  interface HTMLElementTagNameMap {
+    'scanstitch-lab-landscape': ScanstitchLabLandscape;
+  }
+}

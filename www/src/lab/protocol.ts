@@ -1,0 +1,82 @@
+/** What the view of the ICP lab and its workers say to each other. The names of the data are the engine's own. */
+import type { CloudData } from '../components/given-clouds.js';
+import type {
+  BasinEnds,
+  BasinLabels,
+  GridOptions,
+  IcpIteration,
+  IterationRecord,
+  LocalMinimum,
+  RegistrationOptions,
+} from '../engine/package.js';
+
+export type {
+  BasinEnds,
+  BasinLabels,
+  CloudMetric,
+  IterationRecord,
+  LocalMinimum,
+  RobustKernel,
+} from '../engine/package.js';
+export type Options = Partial<RegistrationOptions>;
+export type LabIteration = IcpIteration;
+
+/** T_target_source: 4 x 4, row by row. */
+export type Pose = ArrayLike<number>;
+
+/** The two clouds as the loop uses them, after cleaning and thinning; x y z x y z ..., m, each in its own frame. */
+export interface LabFacts {
+  is_planar: boolean;
+  source_points: Float32Array;
+  target_points: Float32Array;
+  /** NaN where a point has none; empty where none has. */
+  target_normals: Float32Array;
+}
+
+/** A run of the loop from a start. */
+export interface LabTrace {
+  converged: boolean;
+  end_reason: string;
+  /** Pose before the first iteration, then the pose after each one: 16 numbers each. */
+  poses: Float64Array;
+  records: readonly IterationRecord[];
+  /** Mean robust loss at each of the poses (m^2). */
+  costs: readonly number[];
+  /** Of the whole run in the worker, ms. */
+  milliseconds: number;
+}
+
+/** Why a source point has no say in a step. */
+export const REJECTION_REASONS = ['too far', 'normals', 'trimmed', 'no normal'] as const;
+
+/** A grid of poses: around which one, over which unknowns, how far and how finely. */
+export interface Grid {
+  T_center: Pose;
+  axes: readonly number[];
+  /** rad, m */
+  half_widths: readonly number[];
+  size: readonly number[];
+}
+
+/** Rows of a grid, from the first to before the second, counted through all layers. */
+export interface GridPart extends Grid {
+  rows: readonly [number, number];
+}
+
+export type EngineGrid = GridOptions;
+
+/** What every worker of the lab does. A `method` is a number that the page gives to a set of options. */
+export interface LabApi {
+  start(module: WebAssembly.Module): string;
+  open(source: CloudData, target: CloudData): void;
+  prepare(method: number, options: Options): LabFacts;
+  forget(method: number): void;
+  trace(method: number, init: Pose | null): LabTrace;
+  /** Of the last trace of the method, from exactly the pose that the loop had. */
+  traced_iteration(method: number, index: number): LabIteration;
+  iteration(method: number, T: Pose): LabIteration;
+  landscape(method: number, part: GridPart): Float64Array;
+  minima(costs: Float64Array, width: number): LocalMinimum[];
+  basin(method: number, part: GridPart): BasinEnds;
+  label(method: number, ends: BasinEnds, reference: Pose): BasinLabels;
+}

@@ -1,0 +1,367 @@
+/** The ICP lab: two clouds, one or several methods that register them from the same start, and the iteration that is looked at. */
+import type { ReactiveControllerHost } from 'lit';
+import type { GivenClouds } from '../components/given-clouds.js';
+import { Session, wordsOf } from '../components/session.js';
+import { EngineProblem, WorkerDied } from '../engine/remote.js';
+import type { Colors } from '../views/axes.js';
+import { baseName } from '../views/format.js';
+import { LabClient } from './client.js';
+import { Player } from './player.js';
+import { between, IDENTITY } from './poses.js';
+import type { LabFacts, LabIteration, LabTrace, Options, Pose } from './protocol.js';
+import { stateWords } from './words.js';
+
+/** Methods that are compared at most. */
+export const MAX_RUNS = 4;
+/** Pairs of iterations that are kept to look at again; the oldest go first. */
+const MAX_KEPT_PAIRS = 2_000_000;
+
+/** One method, and what came of it. */
+export interface LabRun {
+  id: number;
+  options: Options;
+  facts: LabFacts | null;
+  trace: LabTrace | null;
+  /** Why there is no trace. */
+  problem: string;
+  /** Poses of somebody else's program, and the name of its file; empty for the engine's own runs. */
+  own: string;
+}
+
+export class LabSession extends Session<LabClient> {
+  given: GivenClouds | null = null;
+  runs: readonly LabRun[] = [];
+  active = 0;
+  /** Before the first iteration; null is what the method's options say. */
+  start: Pose | null = null;
+  /** Where the source is drawn. */
+  pose: Pose = IDENTITY;
+  /** The step from the pose, or from the one that the source has just left; null while it is unknown. */
+  iteration: LabIteration | null = null;
+  /** The source follows the hand. */
+  is_dragged = false;
+  /** The clouds are in the frame of a camera: x right, y down, z forward. */
+  is_of_camera = false;
+  /** Changes with the clouds: views are fitted anew. */
+  generation = 0;
+  readonly player: Player;
+  #iterations = new Map<string, LabIteration>();
+  #next_id = 1;
+  #num_runs = 0;
+  #wanted = '';
+  #is_to_be_told = false;
+
+  constructor(host: ReactiveControllerHost) {
+    super(host);
+    this.phase = 'empty';
+    this.player = new Player(
+      () => this.#onMove(),
+      () => this.#onArrived(),
+    );
+  }
+
+  get run(): LabRun | null {
+    return this.runs.find(({ id }) => id === this.active) ?? null;
+  }
+
+  get facts(): LabFacts | null {
+    return this.run?.facts ?? null;
+  }
+
+  get trace(): LabTrace | null {
+    return this.run?.trace ?? null;
+  }
+
+  /** The iteration that is looked at: the number of steps that were done before it. */
+  get at(): number {
+    return Math.floor(this.player.at + 1e-9);
+  }
+
+  override hostDisconnected(): void {
+    this.player.stop();
+    super.hostDisconnected();
+    this.#iterations.clear();
+  }
+
+  protected override createClient(): LabClient {
+    return new LabClient({
+      crashed: (message) =>
+        this.tellCrash(message, 'The clouds are still there.', 'Change the method or the start, and it runs again'),
+      unavailable: (message) => this.onUnavailable(message),
+    });
+  }
+
+  /** Takes two clouds and registers them. `options` and `start`: null keeps what is set. */
+  async open(given: GivenClouds, options: Options | null = null, start: Pose | null = null): Promise<void> {
+    const own = ++this.#num_runs;
+    this.given = given;
+    this.phase = 'reading';
+    this.activity = 'Reading the clouds';
+    this.messages = [];
+    this.start = start ?? given.init_T_target_source;
+    this.requested_at = performance.now();
+    const known = options ?? (given.options as Options | null) ?? this.run?.options ?? {};
+    this.#reset([this.#makeRun(known)]);
+    this.changed();
+    try {
+      const [source, target] = await Promise.all(
+        [given.source, given.target].map((name) => {
+          const cloud = given.clouds.find((one) => one.name === name);
+          if (!cloud) throw new Error(`${name} is not among the clouds`);
+          return cloud.read();
+        }),
+      );
+      if (own !== this.#num_runs || !source || !target || !this.client) return;
+      this.client.open(source, target);
+      this.is_of_camera = target.kind === 'depth';
+      this.generation++;
+      await this.#runAll();
+    } catch (error) {
+      if (own === this.#num_runs) this.#onProblem(error);
+    }
+  }
+
+  /** Another cloud of the same list as source or target. */
+  choose(role: 'source' | 'target', name: string): void {
+    if (!this.given) return;
+    const { source, target } = this.given;
+    // The same cloud twice would tell nothing: they change places.
+    const swaps = name === (role === 'source' ? target : source);
+    const chosen = swaps ? { source: target, target: source } : { source, target, [role]: name };
+    void this.open({ ...this.given, ...chosen, init_T_target_source: null }, this.run?.options ?? null);
+  }
+
+  /** Other options for the method that is looked at. */
+  configure(options: Options): void {
+    this.#change(this.active, { options, trace: null, problem: '' });
+    this.#forgetIterations(this.active);
+    void this.#runOne(this.active);
+  }
+
+  /** Another method beside the ones that are there, which is then looked at. */
+  addRun(options: Options): void {
+    if (this.runs.length >= MAX_RUNS) return;
+    const run = this.#makeRun(options);
+    this.runs = [...this.runs, run];
+    this.active = run.id;
+    void this.#runOne(run.id);
+  }
+
+  /** Poses of somebody else's program, beside the engine's. */
+  addOwn(name: string, poses: Float64Array): void {
+    const run = this.#makeRun(this.run?.options ?? {}, name);
+    const trace: LabTrace = { converged: true, end_reason: '', poses, records: [], costs: [], milliseconds: 0 };
+    const others = this.runs.filter(({ own }) => own === '').slice(0, MAX_RUNS - 1);
+    this.runs = [...others, { ...run, trace, facts: this.facts }];
+    this.look(run.id);
+  }
+
+  putAway(id: number): void {
+    if (this.runs.length < 2) return;
+    this.runs = this.runs.filter((run) => run.id !== id);
+    this.client?.forget(id);
+    this.#forgetIterations(id);
+    if (this.active === id) this.look(this.runs[0]?.id ?? 0);
+    this.changed();
+  }
+
+  /** Looks at another one of the methods, at the same iteration. */
+  look(id: number): void {
+    const { at } = this;
+    this.active = id;
+    this.#startPlayer();
+    this.player.seek(Math.min(at, this.player.count));
+  }
+
+  // The start.
+
+  /** The source follows the hand: to this pose. */
+  drag(T: Pose): void {
+    this.player.stop();
+    this.is_dragged = true;
+    this.pose = T;
+    this.client?.follow(this.active, T, (iteration) => {
+      if (!this.is_dragged) return;
+      this.iteration = iteration;
+      this.changed();
+    });
+    this.changed();
+  }
+
+  /** The hand has let go: all methods run from there. */
+  async release(plays = true): Promise<void> {
+    if (!this.is_dragged) return;
+    this.client?.unfollow();
+    this.is_dragged = false;
+    this.start = this.pose;
+    await this.#runAll();
+    if (plays) this.player.play();
+  }
+
+  /** From this start on; null is where the clouds lie as they are given. */
+  async startFrom(T: Pose | null, plays = true): Promise<void> {
+    this.start = T ?? this.given?.init_T_target_source ?? null;
+    await this.#runAll();
+    if (plays) this.player.play();
+  }
+
+  /** The iteration of the run at a whole number of steps. */
+  async iterationAt(run: LabRun, at: number): Promise<LabIteration | null> {
+    const key = `${run.id} ${at}`;
+    const known = this.#iterations.get(key);
+    if (known) return known;
+    const { trace } = run;
+    if (!trace || !this.client) return null;
+    const iteration = await (run.own
+      ? this.client.iteration(run.id, trace.poses.slice(16 * at, 16 * at + 16))
+      : this.client.tracedIteration(run.id, at));
+    if (this.runs.find(({ id }) => id === run.id)?.trace === trace) this.#keep(key, iteration);
+    return iteration;
+  }
+
+  /** One iteration on or back, which is told to those who hear the page. */
+  stepBy(direction: 1 | -1): void {
+    this.#is_to_be_told = true;
+    this.player.step(direction);
+  }
+
+  // Running.
+
+  async #runAll(): Promise<void> {
+    this.player.stop();
+    this.#iterations.clear();
+    this.runs = this.runs.map((run) => (run.own ? run : { ...run, trace: null, problem: '' }));
+    await Promise.all(this.runs.map(({ id, own }) => (own ? this.#prepareOwn(id) : this.#runOne(id))));
+  }
+
+  async #prepareOwn(id: number): Promise<void> {
+    const run = this.runs.find((one) => one.id === id);
+    if (run && this.client) this.#change(id, { facts: await this.client.prepare(id, run.options) });
+  }
+
+  async #runOne(id: number): Promise<void> {
+    const { client, start } = this;
+    const options = this.runs.find((run) => run.id === id)?.options;
+    if (!client || !options || !this.given) return;
+    if (id === this.active) this.phase = 'running';
+    this.activity = 'Registering';
+    this.changed();
+    try {
+      const facts = await client.prepare(id, options);
+      const trace = await client.trace(id, start);
+      const run = this.runs.find((one) => one.id === id);
+      // Overtaken by another change.
+      if (run?.options !== options || this.start !== start) return;
+      this.#change(id, { facts, trace, problem: '' });
+      if (id === this.active) this.#onTrace(trace);
+    } catch (error) {
+      this.#change(id, { problem: wordsOf(error) });
+      if (id === this.active) this.#onProblem(error);
+    }
+  }
+
+  #onTrace(trace: LabTrace): void {
+    this.phase = 'done';
+    this.#startPlayer();
+    this.pose = trace.poses.subarray(0, 16);
+    this.#is_to_be_told = true;
+    this.player.seek(0);
+  }
+
+  #onProblem(error: unknown): void {
+    this.iteration = null;
+    this.phase = this.facts ? 'done' : 'empty';
+    if (error instanceof WorkerDied) return; // told as a crash
+    const { problem, remedy } =
+      error instanceof EngineProblem ? error.problem : { problem: wordsOf(error), remedy: '' };
+    this.report(problem, remedy);
+  }
+
+  // The iteration that is looked at.
+
+  #startPlayer(): void {
+    this.player.reset(Math.max(numPoses(this.trace) - 1, 0));
+  }
+
+  #onMove(): void {
+    const { trace, player } = this;
+    if (!trace || this.is_dragged) return;
+    const before = Math.min(this.at, player.count);
+    const share = player.at - before;
+    const from = trace.poses.subarray(16 * before, 16 * before + 16);
+    this.pose = share > 0 ? between(from, trace.poses.subarray(16 * before + 16, 16 * before + 32), share) : from;
+    this.changed();
+  }
+
+  #onArrived(): void {
+    this.#onMove();
+    void this.#lookAt(this.at);
+  }
+
+  async #lookAt(at: number): Promise<void> {
+    const { run } = this;
+    if (!run) return;
+    const wanted = `${run.id} ${at} ${this.#num_runs}`;
+    this.#wanted = wanted;
+    try {
+      const iteration = await this.iterationAt(run, at);
+      if (this.#wanted !== wanted || this.is_dragged || !iteration) return;
+      this.iteration = iteration;
+      if (this.#is_to_be_told) this.announce(stateWords(run, at, iteration));
+      this.#is_to_be_told = false;
+      this.changed();
+      // The next one is there when it is asked for.
+      if (at < this.player.count) await this.iterationAt(run, at + 1);
+    } catch (error) {
+      if (this.#wanted === wanted && !(error instanceof WorkerDied)) this.#onProblem(error);
+    }
+  }
+
+  #keep(key: string, iteration: LabIteration): void {
+    this.#iterations.set(key, iteration);
+    let kept = 0;
+    for (const { source, rejected_source } of this.#iterations.values()) kept += source.length + rejected_source.length;
+    for (const [oldest, { source, rejected_source }] of this.#iterations) {
+      if (kept <= MAX_KEPT_PAIRS || oldest === key) return;
+      this.#iterations.delete(oldest);
+      kept -= source.length + rejected_source.length;
+    }
+  }
+
+  #forgetIterations(id: number): void {
+    for (const key of this.#iterations.keys()) if (key.startsWith(`${id} `)) this.#iterations.delete(key);
+  }
+
+  #makeRun(options: Options, own = ''): LabRun {
+    return { id: this.#next_id++, options, facts: null, trace: null, problem: '', own };
+  }
+
+  #reset(runs: readonly LabRun[]): void {
+    for (const { id } of this.runs) this.client?.forget(id);
+    this.player.reset(0);
+    this.#iterations.clear();
+    this.runs = runs;
+    this.active = runs[0]?.id ?? 0;
+    this.iteration = null;
+    this.is_dragged = false;
+  }
+
+  #change(id: number, change: Partial<LabRun>): void {
+    this.runs = this.runs.map((run) => (run.id === id ? { ...run, ...change } : run));
+    this.changed();
+  }
+}
+
+export const numPoses = (trace: LabTrace | null): number => (trace ? trace.poses.length / 16 : 0);
+
+export function endOf(run: LabRun): Pose {
+  const count = numPoses(run.trace);
+  return run.trace?.poses.slice(16 * (count - 1), 16 * count) ?? IDENTITY;
+}
+
+export function runColor({ runs }: LabSession, run: LabRun, { estimates }: Colors): string {
+  return estimates[runs.indexOf(run) % estimates.length] ?? 'currentColor';
+}
+
+/** "2.ply to 1.ply" */
+export const pairName = ({ source, target }: GivenClouds): string => `${baseName(source)} to ${baseName(target)}`;

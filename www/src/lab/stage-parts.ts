@@ -1,0 +1,115 @@
+/** What lies beneath the stage: the legend of its colours, and the controls that play the run. */
+import { html, nothing, type TemplateResult } from 'lit';
+import { icon, type IconName } from '../components/icons.js';
+import { formatCount } from '../views/format.js';
+import { gradient, PAIR_COLORS, type PairColor, REJECTION_COLORS } from './pair-colors.js';
+import type { StageLook } from './plane-painter.js';
+import type { Player } from './player.js';
+import type { LabIteration } from './protocol.js';
+import { REJECTION_REASONS } from './protocol.js';
+import { rejectionCounts } from './words.js';
+
+/** The sign of each reason, as the stage draws it. */
+const SIGNS = ['◇', '×', '+', '+'] as const;
+const STRETCHES = [1, 5, 20, 100];
+const SPEEDS = [0.5, 1, 2, 4];
+
+export interface LegendFacts {
+  look: StageLook;
+  iteration: LabIteration | null;
+  has_normals: boolean;
+  dark: boolean;
+  change(look: StageLook): void;
+}
+
+export function legend({ look, iteration, has_normals, dark, change }: LegendFacts): TemplateResult {
+  const counts = iteration ? rejectionCounts(iteration) : [];
+  const ends = PAIR_COLORS.find(({ value }) => value === look.color_by)?.ends ?? ['', ''];
+  const box = (name: 'pairs' | 'rejected' | 'normals', label: string): TemplateResult =>
+    html`<label
+      ><input
+        type="checkbox"
+        .checked=${look[name]}
+        @change=${({ target }: Event) => change({ ...look, [name]: (target as HTMLInputElement).checked })}
+      />${label}</label
+    >`;
+  return html`<div class="legend" role="group" aria-label="Pairs">
+    <label
+      >Colour
+      <select
+        @change=${({ target }: Event) => change({ ...look, color_by: (target as HTMLSelectElement).value as PairColor })}
+      >
+        ${PAIR_COLORS.map(({ value, label }) => html`<option value=${value} .selected=${value === look.color_by}>${label}</option>`)}
+      </select></label
+    >
+    <span class="scale number"
+      >${ends[0]}<i style="background: linear-gradient(to right, ${gradient(dark)})"></i>${ends[1]}</span
+    >
+    ${box('pairs', 'Pairs')}
+    <label
+      >Length
+      <select
+        title="Pairs are drawn so many times as long as they are"
+        @change=${({ target }: Event) => change({ ...look, stretch: Number((target as HTMLSelectElement).value) })}
+      >
+        ${STRETCHES.map((value) => html`<option value=${value} .selected=${value === look.stretch}>× ${value}</option>`)}
+      </select></label
+    >
+    ${has_normals ? box('normals', 'Normals') : nothing} ${box('rejected', 'Rejected')}
+    ${counts.map((count, reason) =>
+      count === 0
+        ? nothing
+        : html`<span class="sign"
+            ><b style="color: ${REJECTION_COLORS[reason]?.[dark ? 'dark' : 'light']}" aria-hidden="true"
+              >${SIGNS[reason]}</b
+            >${formatCount(count)} ${REJECTION_REASONS[reason]}</span
+          >`,
+    )}
+  </div>`;
+}
+
+export interface Transport {
+  player: Player;
+  state: string;
+  step(direction: 1 | -1): void;
+  toStart(): void;
+}
+
+export function transport({ player, state, step, toStart }: Transport): TemplateResult {
+  const { at, count, is_playing } = player;
+  const button = (sign: IconName, label: string, is_off: boolean, press: () => void): TemplateResult =>
+    html`<button class="icon" ?disabled=${is_off} aria-label=${label} title=${label} @click=${press}>
+      ${icon(sign)}
+    </button>`;
+  return html`<div class="transport" role="group" aria-label="Iterations">
+    ${button('reset', 'Back to the start', count === 0, toStart)}
+    ${button('previous', 'One iteration back (,)', at <= 0, () => step(-1))}
+    ${
+      is_playing
+        ? button('pause', 'Pause (space bar)', false, () => player.pause())
+        : button('play', 'Play the iterations (space bar)', count === 0, () => player.play())
+    }
+    ${button('next', 'One iteration on (.)', at >= count, () => step(1))}
+    <input
+      type="range"
+      min="0"
+      max=${count}
+      step="1"
+      ?disabled=${count === 0}
+      .value=${String(Math.round(at))}
+      aria-label="Iteration"
+      aria-valuetext=${state}
+      @input=${({ target }: Event) => player.seek(Number((target as HTMLInputElement).value))}
+    />
+    <output class="number" aria-hidden="true">${Math.floor(at + 1e-9)}<span class="muted"> / ${count}</span></output>
+    <select
+      aria-label="Speed"
+      title="Speed"
+      @change=${({ target }: Event) => {
+        player.speed = Number((target as HTMLSelectElement).value);
+      }}
+    >
+      ${SPEEDS.map((speed) => html`<option value=${speed} .selected=${speed === player.speed}>${speed} ×</option>`)}
+    </select>
+  </div>`;
+}

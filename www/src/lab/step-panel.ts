@@ -1,0 +1,144 @@
+/** Beside the stage: what the iteration is and solves, and the course of the run. */
+import { html, nothing, type TemplateResult } from 'lit';
+import type { Painter } from '../components/figure-view.js';
+import { type Colors, linearAxis, WHOLE } from '../views/axes.js';
+import { drawSeries, plotArea } from '../views/figures.js';
+import { formatAngle, formatCount, formatLength, formatPercent } from '../views/format.js';
+import { equation } from './equation.js';
+import type { CloudMetric, LabIteration, LabTrace } from './protocol.js';
+import { REJECTION_REASONS } from './protocol.js';
+import { formatNumber, formatStep, rejectionCounts } from './words.js';
+
+export interface StepFacts {
+  trace: LabTrace;
+  iteration: LabIteration | null;
+  metric: CloudMetric;
+  at: number;
+  is_dragged: boolean;
+}
+
+/** `styles`: lab_styles. */
+export function stepPanel(has: StepFacts, chart: TemplateResult): TemplateResult {
+  const { trace, iteration, at, is_dragged } = has;
+  const count = trace.poses.length / 16 - 1;
+  const title = is_dragged
+    ? 'Before the start'
+    : at === count
+      ? 'At the end'
+      : at === 0
+        ? 'At the start'
+        : `After iteration ${at}`;
+  const before = is_dragged || at === 0 ? null : (trace.costs[at - 1] ?? null);
+  return html`
+    <header>
+      <h2>${title}</h2>
+      <span class="muted">${endWords(trace)}</span>
+    </header>
+    ${iteration ? facts(iteration, before) : html`<p class="muted">The pairs are being searched…</p>`} ${chart}
+    ${
+      iteration
+        ? html`<h3>The next step</h3>
+            ${equation(iteration, has.metric)}`
+        : nothing
+    }
+    ${iterationTable(trace)}
+  `;
+}
+
+function endWords({ converged, end_reason, poses }: LabTrace): string {
+  const count = poses.length / 16 - 1;
+  const end = end_reason || (converged ? 'converged' : 'did not converge');
+  return `${count} ${count === 1 ? 'iteration' : 'iterations'}, ${end.replaceAll('_', ' ')}`;
+}
+
+function facts(iteration: LabIteration, cost_before: number | null): TemplateResult {
+  const { cost, inlier_rmse, fitness, source, rotation_step, translation_step } = iteration;
+  const rejected = rejectionCounts(iteration);
+  const change = cost_before ? (cost - cost_before) / cost_before : null;
+  const num_rejected = rejected.reduce((a, b) => a + b, 0);
+  return html`<dl class="facts number">
+    <dt><abbr title="Mean robust loss of a source point (m²)">Cost</abbr></dt>
+    <dd>
+      ${formatNumber(cost)}
+      m²${change === null ? nothing : html` <span class="muted">${change > 0 ? '+' : ''}${formatPercent(change)}</span>`}
+    </dd>
+    <dt><abbr title="Root mean square of the residuals of the pairs that count">RMSE</abbr></dt>
+    <dd>${formatLength(inlier_rmse)}</dd>
+    <dt>Next step</dt>
+    <dd>${formatStep(translation_step)}, ${formatAngle(rotation_step, 3)}</dd>
+    <dt>Pairs</dt>
+    <dd>${formatCount(source.length)} <span class="muted">(${formatPercent(fitness)} of the source)</span></dd>
+    <dt>Rejected</dt>
+    <dd>
+      ${
+        num_rejected === 0
+          ? 'none'
+          : rejected
+              .flatMap((number, reason) => (number > 0 ? [`${formatCount(number)} ${REJECTION_REASONS[reason]}`] : []))
+              .join(', ')
+      }
+    </dd>
+  </dl>`;
+}
+
+function iterationTable({ records }: LabTrace): TemplateResult | typeof nothing {
+  if (records.length === 0) return nothing;
+  return html`<details>
+    <summary>All iterations in numbers</summary>
+    <div class="scroll">
+      <table class="number iterations">
+        <thead>
+          <tr>
+            <th scope="col">iteration</th>
+            <th scope="col">pairs</th>
+            <th scope="col">inliers</th>
+            <th scope="col">rmse</th>
+            <th scope="col">moved</th>
+            <th scope="col">turned</th>
+          </tr>
+        </thead>
+        <tbody>
+          ${records.map(
+            (record, i) =>
+              html`<tr>
+                <th scope="row">${i + 1}</th>
+                <td>${formatCount(record.num_correspondences)}</td>
+                <td>${formatCount(record.num_inliers)}</td>
+                <td>${formatLength(record.inlier_rmse)}</td>
+                <td>${formatStep(record.translation_step)}</td>
+                <td>${formatAngle(Math.abs(record.rotation_step), 4)}</td>
+              </tr>`,
+          )}
+        </tbody>
+      </table>
+    </div>
+  </details>`;
+}
+
+/** The cost of each iteration of each method, on a logarithmic scale. */
+export function costPainter(
+  runs: readonly { costs: readonly number[]; color: string; is_active: boolean }[],
+  count: number,
+  at: number,
+  colors: Colors,
+): Painter {
+  return (pen, size) => {
+    const x = linearAxis({ low: 0, high: Math.max(count, 1) }, WHOLE);
+    const series = runs.map(({ costs, color, is_active }) => {
+      const known = costs.flatMap((cost, i) => (cost > 0 ? [[i, cost] as const] : []));
+      return {
+        x: known.map(([i]) => i),
+        values: known.map(([, cost]) => cost),
+        stride: 1,
+        offset: 0,
+        color,
+        width: is_active ? 2.25 : 1.5,
+        is_dashed: false,
+      };
+    });
+    drawSeries(pen, size, series, x, { x: 'iteration', y: 'cost (m²)' }, colors, 'log_fitted', '.0e');
+    const area = plotArea(size);
+    const where = area.x + area.width * x.share(at);
+    pen.line([where, area.y, where, area.y + area.height], { color: colors.selected, width: 1.5 });
+  };
+}

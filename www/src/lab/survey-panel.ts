@@ -1,0 +1,262 @@
+/** What landscape and basin have in common: the unknowns, how far they go, and a place on the figure that can be started from. */
+import { css, html, LitElement, type TemplateResult } from 'lit';
+import { property, query, state } from 'lit/decorators.js';
+import '../components/figure-view.js';
+import type { ScanstitchFigure } from '../components/figure-view.js';
+import { shared } from '../components/theme.js';
+import { formatAngle, formatLength } from '../views/format.js';
+import { makeColors } from '../views/figure-colors.js';
+import { memoizeLast } from '../views/memoize-last.js';
+import { unknowns } from './equation.js';
+import { isTurn, nodeAt, offsetsOf, offsetsOfNode, poseAt } from './grids.js';
+import { lab_styles } from './lab-styles.js';
+import { type LandscapeMarks, offsetsAt } from './landscape.js';
+import type { Grid, LabFacts, Pose } from './protocol.js';
+import { type LabRun, type LabSession, numPoses } from './session.js';
+
+const RANGES = [0.25, 0.5, 1, 2, 4];
+/** To either side of the end, at least, where the start is not further away: as far as pairs are searched, and 20 degrees. */
+const LEAST_TURN = Math.PI / 9;
+const LEAST_REACH = 0.5;
+
+export interface Survey {
+  stop(): void;
+}
+
+export abstract class SurveyPanel<S extends Survey & { result: { grid: Grid } | null }> extends LitElement {
+  @property({ attribute: false }) session!: LabSession;
+  @property({ attribute: false }) survey!: S;
+  @property({ type: Boolean }) dark = false;
+  /** Changes whenever there is something new to draw. */
+  @property({ attribute: false }) tick: unknown = null;
+  /** The two unknowns of the figure, by their indices; null: as it is best. */
+  @state() protected chosen: readonly [number, number] | null = null;
+  @state() protected range = 1;
+  /** The node that the pointer or the keyboard is at. */
+  @state() protected node: readonly number[] | null = null;
+  @query('scanstitch-figure') protected figure!: ScanstitchFigure;
+
+  protected colorsOf = memoizeLast(makeColors);
+  private made_of: readonly unknown[] = [];
+
+  protected abstract readonly is_basin: boolean;
+  /** All unknowns of the grid: those of the figure first. */
+  protected abstract allAxes(facts: LabFacts): readonly number[];
+  protected abstract start(of: { run: LabRun; grid: Omit<Grid, 'size'>; reference: Pose }): void;
+  protected abstract renderResult(facts: LabFacts): TemplateResult;
+
+  override disconnectedCallback(): void {
+    super.disconnectedCallback();
+    this.tellGhost(null);
+  }
+
+  protected axes({ is_planar }: LabFacts): readonly [number, number] {
+    return this.chosen ?? (is_planar ? [1, 2] : [3, 4]);
+  }
+
+  protected override updated(): void {
+    const { run, client, facts, generation } = this.session;
+    if (!run?.trace || !client || !facts) return;
+    const made_of = [run.id, run.options, generation, client, this.range, ...this.allAxes(facts)];
+    if (made_of.every((part, i) => part === this.made_of[i])) return;
+    this.made_of = made_of;
+    this.node = null;
+    // Another start of the same method leads home by another way: the same landscape, around the same pose.
+    const reference = poseOf(run, numPoses(run.trace) - 1);
+    const axes = this.allAxes(facts);
+    const widths = this.halfWidths(facts, reference, run);
+    const half_widths = axes.map((axis) => widths[axis] ?? 1);
+    this.start({ run, grid: { T_center: reference, axes, half_widths }, reference });
+  }
+
+  /** Of all unknowns. */
+  private halfWidths({ is_planar }: LabFacts, reference: Pose, { trace, options }: LabRun): number[] {
+    const away = Array.from({ length: numPoses(trace) }, (_, i) =>
+      offsetsOf(reference, trace?.poses.subarray(16 * i, 16 * i + 16) ?? reference, is_planar),
+    );
+    const largest = (turns: boolean): number =>
+      Math.max(...away.flatMap((offsets) => offsets.filter((_, i) => isTurn(i, is_planar) === turns).map(Math.abs)));
+    const reach = this.is_basin ? 3 * LEAST_REACH : Math.max(LEAST_REACH, options.max_correspondence_distance ?? 0);
+    const turn = Math.min(Math.max(1.25 * largest(true), (this.is_basin ? 2 : 1) * LEAST_TURN) * this.range, Math.PI);
+    const shift = Math.max(1.25 * largest(false), reach) * this.range;
+    return Array.from({ length: is_planar ? 3 : 6 }, (_, i) => (isTurn(i, is_planar) ? turn : shift));
+  }
+
+  protected override render(): TemplateResult {
+    const { facts, trace } = this.session;
+    if (!facts || !trace) return html`<p class="muted">Nothing is registered yet.</p>`;
+    return html`${this.renderResult(facts)}`;
+  }
+
+  protected renderChoices(facts: LabFacts): TemplateResult {
+    const { is_planar } = facts;
+    const axes = this.axes(facts);
+    const names = unknowns(is_planar ? 3 : 6);
+    const choice = (which: 0 | 1, label: string): TemplateResult =>
+      html`<label class="choice"
+        >${label}
+        <select
+          @change=${({ target }: Event) => {
+            const axis = Number((target as HTMLSelectElement).value);
+            const other = axes[which === 0 ? 1 : 0];
+            // The same unknown twice: they change places.
+            const rest = other === axis ? axes[which] : other;
+            this.chosen = which === 0 ? [axis, rest] : [rest, axis];
+          }}
+        >
+          ${names.map((name, i) => html`<option value=${i} .selected=${i === axes[which]}>${name}</option>`)}
+        </select></label
+      >`;
+    return html`<div class="row field">
+      ${choice(0, 'Across')} ${choice(1, 'Up')}
+      <label class="choice"
+        >Range
+        <select
+          @change=${({ target }: Event) => {
+            this.range = Number((target as HTMLSelectElement).value);
+          }}
+        >
+          ${RANGES.map((range) => html`<option value=${range} .selected=${range === this.range}>× ${range}</option>`)}
+        </select></label
+      >
+    </div>`;
+  }
+
+  /** Path, present place and names, for the figure's painters. */
+  protected marks(facts: LabFacts, { T_center, axes }: Grid): LandscapeMarks {
+    const { trace, pose } = this.session;
+    const { is_planar } = facts;
+    const inAxes = (T: Pose): [number, number] => {
+      const offsets = offsetsOf(T_center, T, is_planar);
+      return [offsets[axes[0] ?? 0] ?? 0, offsets[axes[1] ?? 1] ?? 0];
+    };
+    const named = (axis: number): string => {
+      const name = unknowns(is_planar ? 3 : 6)[axis];
+      return `${name} (${isTurn(axis, is_planar) ? '°' : 'm'})`;
+    };
+    return {
+      path: Array.from({ length: numPoses(trace) }, (_, i) =>
+        inAxes(trace?.poses.subarray(16 * i, 16 * i + 16) ?? T_center),
+      ),
+      current: inAxes(pose),
+      names: [named(axes[0] ?? 0), named(axes[1] ?? 1)],
+      turns: [isTurn(axes[0] ?? 0, is_planar), isTurn(axes[1] ?? 1, is_planar)],
+    };
+  }
+
+  // A place on the figure.
+
+  protected onPointer = ({ detail }: CustomEvent<{ x: number; y: number } | null>): void => {
+    const grid = this.survey.result?.grid;
+    const offsets = detail && grid ? offsetsAt(grid, this.figure.size, detail) : null;
+    this.node = offsets && grid ? this.withLayer(nodeAt({ ...grid, size: grid.size.slice(0, 2) }, offsets)) : null;
+    this.onNode();
+  };
+
+  /** Arrow keys go from node to node, Enter starts there. */
+  protected onKey = (event: KeyboardEvent): void => {
+    const grid = this.survey.result?.grid;
+    const step = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] }[event.key];
+    if (event.key === 'Enter') this.startHere();
+    if (!grid || !step) return;
+    event.preventDefault();
+    const [columns = 1, rows = 1] = grid.size;
+    const [column = columns >> 1, row = rows >> 1] = this.node ?? [];
+    const reach = event.shiftKey ? 10 : 1;
+    const clamp = (value: number, count: number): number => Math.min(Math.max(value, 0), count - 1);
+    this.node = this.withLayer([
+      clamp(column + reach * (step[0] ?? 0), columns),
+      clamp(row + reach * (step[1] ?? 0), rows),
+    ]);
+    this.onNode();
+  };
+
+  /** The node with the third unknown that the figure shows. */
+  protected withLayer(node: readonly number[] | null): readonly number[] | null {
+    return node;
+  }
+
+  protected onNode(): void {
+    // A subclass may show more of it.
+  }
+
+  protected nodePose(facts: LabFacts): Pose | null {
+    const grid = this.survey.result?.grid;
+    return grid && this.node ? poseAt(grid, offsetsOfNode(grid, this.node), facts.is_planar) : null;
+  }
+
+  protected nodeWords({ is_planar }: LabFacts): string {
+    const grid = this.survey.result?.grid;
+    if (!grid || !this.node) return '';
+    const names = unknowns(is_planar ? 3 : 6);
+    return offsetsOfNode(grid, this.node)
+      .map((offset, i) => {
+        const axis = grid.axes[i] ?? 0;
+        return `${names[axis]} ${isTurn(axis, is_planar) ? formatAngle(offset, 1) : formatLength(offset)}`;
+      })
+      .join(', ');
+  }
+
+  /** All methods run from the place that is pointed at. */
+  protected startHere = (): void => {
+    const { facts } = this.session;
+    const T = facts && this.nodePose(facts);
+    if (T) void this.session.startFrom(T);
+  };
+
+  /** A pose to be drawn on the stage; null removes it. */
+  protected tellGhost(T: Pose | null): void {
+    this.dispatchEvent(new CustomEvent('ghost-shown', { detail: T, bubbles: true, composed: true }));
+  }
+
+  static override styles = [
+    shared,
+    lab_styles,
+    css`
+      :host {
+        display: flex;
+        flex-direction: column;
+        gap: 10px;
+        padding: 12px 16px 24px;
+      }
+      .choice {
+        display: inline-flex;
+        align-items: center;
+        gap: 6px;
+      }
+      .readout {
+        min-height: 21px;
+      }
+      .minima {
+        display: grid;
+        gap: 2px;
+      }
+      .minima li {
+        display: flex;
+        align-items: center;
+        gap: 8px;
+      }
+      .minima button {
+        min-height: 26px;
+        padding: 0 6px;
+      }
+      .minima i {
+        flex: none;
+        width: 11px;
+        height: 11px;
+        border-radius: 3px;
+      }
+      .big {
+        font-size: 24px;
+        font-weight: 650;
+      }
+      progress {
+        width: 100%;
+      }
+    `,
+  ];
+}
+
+export function poseOf({ trace }: LabRun, at: number): Pose {
+  return trace?.poses.slice(16 * at, 16 * at + 16) ?? [];
+}

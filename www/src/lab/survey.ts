@@ -1,0 +1,199 @@
+/** Landscapes and basins while they grow: coarse at first, then as fine as a few seconds allow. */
+import { WorkerDied } from '../engine/remote.js';
+import type { LabClient } from './client.js';
+import { finest, numRows, parts } from './grids.js';
+import type { Landscape } from './landscape.js';
+import type { BasinEnds, BasinLabels, Grid, GridPart, Pose } from './protocol.js';
+
+/** So long may the fine grid take on two workers, ms of both. */
+const LANDSCAPE_MS = 6000;
+const BASIN_MS = 16_000;
+const FINE_LANDSCAPE = 201;
+const COARSE_LANDSCAPE = 25;
+const FINE_BASIN: Record<2 | 3, readonly number[]> = { 2: [61, 61], 3: [41, 41, 9] };
+const COARSE_BASIN: Record<2 | 3, readonly number[]> = { 2: [9, 9], 3: [9, 9, 3] };
+/** Parts of a grid: enough to see it grow. */
+const NUM_PARTS = 24;
+/** Ends are told apart anew at most this often while they come. */
+const LABEL_MS = 250;
+
+export interface Basin {
+  grid: Grid;
+  /** Index in `ends` of each node; -1 where it is not known yet. */
+  index: Int32Array;
+  ends: BasinEnds;
+  labels: BasinLabels;
+  progress: number;
+  milliseconds: number;
+}
+
+/** Of what a survey is made; another object is another survey. */
+export interface SurveyOf {
+  client: LabClient;
+  method: number;
+  grid: Omit<Grid, 'size'>;
+  /** The pose of the right minimum. */
+  reference: Pose;
+}
+
+/** One at a time: a new one ends the one before it. */
+abstract class Survey<Result> {
+  result: Result | null = null;
+  #running: AbortController | null = null;
+  readonly #onChange: () => void;
+
+  constructor(onChange: () => void) {
+    this.#onChange = onChange;
+  }
+
+  stop(): void {
+    this.#running?.abort();
+    this.#running = null;
+  }
+
+  async run(of: SurveyOf): Promise<void> {
+    this.stop();
+    const running = new AbortController();
+    this.#running = running;
+    try {
+      await of.client.muster(of.method);
+      const of_node = running.signal.aborted ? 0 : await this.coarse(of, running.signal);
+      if (!running.signal.aborted) await this.fine(of, of_node, running.signal);
+    } catch (error) {
+      if (!(error instanceof WorkerDied) && !running.signal.aborted) throw error;
+    }
+  }
+
+  protected show(result: Result): void {
+    this.result = result;
+    this.#onChange();
+  }
+
+  /** Computes the coarse grid; ms that a node took. */
+  protected abstract coarse(of: SurveyOf, signal: AbortSignal): Promise<number>;
+  protected abstract fine(of: SurveyOf, of_node: number, signal: AbortSignal): Promise<void>;
+}
+
+export class LandscapeSurvey extends Survey<Landscape> {
+  protected override async coarse(of: SurveyOf, signal: AbortSignal): Promise<number> {
+    const grid = { ...of.grid, size: [COARSE_LANDSCAPE, COARSE_LANDSCAPE] };
+    const milliseconds = await this.#compute(of, grid, 2, signal);
+    return (2 * milliseconds) / COARSE_LANDSCAPE ** 2;
+  }
+
+  protected override async fine(of: SurveyOf, of_node: number, signal: AbortSignal): Promise<void> {
+    const size = finest([FINE_LANDSCAPE, FINE_LANDSCAPE], of_node, LANDSCAPE_MS);
+    if ((size[0] ?? 0) > COARSE_LANDSCAPE) await this.#compute(of, { ...of.grid, size }, NUM_PARTS, signal);
+  }
+
+  async #compute({ client, method }: SurveyOf, grid: Grid, num_parts: number, signal: AbortSignal): Promise<number> {
+    const [width = 1, height = 1] = grid.size;
+    const costs = new Float64Array(width * height).fill(Number.NaN);
+    const coarse = this.result?.progress === 1 ? this.result : null;
+    const start = performance.now();
+    let done = 0;
+    await client.share(
+      method,
+      'landscape',
+      parts(grid, num_parts),
+      ({ rows: [from, to] }: GridPart, answer: Float64Array) => {
+        costs.set(answer, from * width);
+        done += to - from;
+        const milliseconds = performance.now() - start;
+        // The coarse one is better to look at than half of the fine one, until that is whole.
+        if (done === height || !coarse) this.show({ grid, costs, minima: [], progress: done / height, milliseconds });
+      },
+      signal,
+    );
+    const milliseconds = performance.now() - start;
+    if (signal.aborted) return milliseconds;
+    const minima = await client.minima(costs, width);
+    if (!signal.aborted) this.show({ grid, costs, minima, progress: 1, milliseconds });
+    return milliseconds;
+  }
+}
+
+export class BasinSurvey extends Survey<Basin> {
+  protected override async coarse(of: SurveyOf, signal: AbortSignal): Promise<number> {
+    const size = [...COARSE_BASIN[of.grid.axes.length === 3 ? 3 : 2]];
+    const milliseconds = await this.#compute(of, { ...of.grid, size }, 4, signal);
+    return (2 * milliseconds) / size.reduce((product, count) => product * count, 1);
+  }
+
+  protected override async fine(of: SurveyOf, of_node: number, signal: AbortSignal): Promise<void> {
+    const size = finest(FINE_BASIN[of.grid.axes.length === 3 ? 3 : 2], of_node, BASIN_MS);
+    await this.#compute(of, { ...of.grid, size }, 2 * NUM_PARTS, signal);
+  }
+
+  async #compute(of: SurveyOf, grid: Grid, num_parts: number, signal: AbortSignal): Promise<number> {
+    const { client, method, reference } = of;
+    const [width = 1] = grid.size;
+    const index = new Int32Array(width * numRows(grid)).fill(-1);
+    const known: BasinEnds[] = [];
+    const start = performance.now();
+    let [done, next_label] = [0, start + LABEL_MS];
+    const tell = async (): Promise<void> => {
+      const [ends, at, share] = [joinedEnds(known), index.slice(), done / index.length];
+      const labels = await client.label(method, ends, reference);
+      if (!signal.aborted)
+        this.show({ grid, index: at, ends, labels, progress: share, milliseconds: performance.now() - start });
+    };
+    await client.share(
+      method,
+      'basin',
+      parts(grid, num_parts),
+      ({ rows: [from, to] }: GridPart, ends: BasinEnds) => {
+        known.push(ends);
+        for (let node = from * width; node < to * width; node++) index[node] = done++;
+        if (performance.now() < next_label) return;
+        next_label = performance.now() + LABEL_MS;
+        tell().catch(() => undefined); // a worker that died has been told
+      },
+      signal,
+    );
+    const milliseconds = performance.now() - start;
+    if (!signal.aborted) await tell();
+    return milliseconds;
+  }
+}
+
+/** Share of the starts on a grid that end at the reference. */
+export async function shareHome(client: LabClient, method: number, grid: Grid, reference: Pose): Promise<number> {
+  const known: BasinEnds[] = [];
+  const add = (_: GridPart, ends: BasinEnds): void => void known.push(ends);
+  await client.share(method, 'basin', parts(grid, 8), add, new AbortController().signal);
+  return (await client.label(method, joinedEnds(known), reference)).share_home;
+}
+
+function joinedEnds(all: readonly BasinEnds[]): BasinEnds {
+  const joined = <T extends Float64Array | Uint8Array | Uint16Array>(
+    make: (length: number) => T,
+    of: (ends: BasinEnds) => T,
+  ): T => {
+    const result = make(all.reduce((sum, ends) => sum + of(ends).length, 0));
+    let at = 0;
+    for (const ends of all) {
+      result.set(of(ends), at);
+      at += of(ends).length;
+    }
+    return result;
+  };
+  return {
+    T_target_source: joined(
+      (n) => new Float64Array(n),
+      (ends) => ends.T_target_source,
+    ),
+    end_reason: joined(
+      (n) => new Uint8Array(n),
+      (ends) => ends.end_reason,
+    ),
+    iterations: joined(
+      (n) => new Uint16Array(n),
+      (ends) => ends.iterations,
+    ),
+    cost: joined(
+      (n) => new Float64Array(n),
+      (ends) => ends.cost,
+    ),
+  };
+}

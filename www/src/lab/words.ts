@@ -1,0 +1,89 @@
+/** What is seen in the lab, in words. */
+import { formatAngle, formatLength, plural } from '../views/format.js';
+import type { LabIteration, Options } from './protocol.js';
+import { REJECTION_REASONS } from './protocol.js';
+
+type Named = { trace: { poses: ArrayLike<number>; converged: boolean; end_reason: string } | null };
+
+/** The last steps are far below a millimetre. */
+export function formatStep(metres: number): string {
+  const size = Math.abs(metres);
+  return size > 0 && size < 5e-5 ? `${(size * 1e6).toFixed(size < 1e-6 ? 2 : 0)}\u202fµm` : formatLength(size);
+}
+
+/** A number with three digits, for matrices and costs. */
+export function formatNumber(value: number): string {
+  if (value === 0) return '0';
+  const size = Math.abs(value);
+  const text =
+    size >= 1e5 || size < 1e-3
+      ? value
+          .toExponential(2)
+          .replace(/e([+-])(\d+)/, (_, sign: string, power: string) => `e${sign === '-' ? '−' : ''}${power}`)
+      : String(Number(value.toPrecision(size >= 100 ? 4 : 3)));
+  return text.replace(/^-/, '−');
+}
+
+export function rejectionCounts({ rejected_reason }: LabIteration): number[] {
+  const counts = REJECTION_REASONS.map(() => 0);
+  for (const reason of rejected_reason) counts[reason] = (counts[reason] ?? 0) + 1;
+  return counts;
+}
+
+/** The state of an iteration, as a screen reader says it. */
+export function stateWords({ trace }: Named, at: number, iteration: LabIteration | null): string {
+  const count = trace ? trace.poses.length / 16 - 1 : 0;
+  const where = at === 0 ? `Start of ${plural(count, 'iteration')}` : `After iteration ${at} of ${count}`;
+  if (!iteration) return `${where}.`;
+  const { rotation_step, translation_step } = iteration;
+  const num_rejected = iteration.rejected_source.length;
+  const pairs = `${plural(iteration.source.length, 'pair')}${num_rejected > 0 ? `, ${num_rejected} rejected` : ''}`;
+  const next = `next step ${formatStep(translation_step)} and ${formatAngle(rotation_step, 3)}`;
+  return `${where}: ${pairs}, rmse ${formatLength(iteration.inlier_rmse)}, cost ${formatNumber(iteration.cost)}, ${next}.`;
+}
+
+const METRICS = {
+  point_to_point: 'Point to point',
+  point_to_line: 'Point to line',
+  point_to_plane: 'Point to plane',
+  gicp: 'GICP',
+  vgicp: 'Voxelised GICP',
+} as const;
+export const KERNELS = {
+  none: 'No kernel',
+  huber: 'Huber',
+  cauchy: 'Cauchy',
+  geman_mcclure: 'Geman-McClure',
+  tukey: 'Tukey',
+} as const;
+
+/** Those that these clouds can be registered by. */
+export function metricsFor(is_planar: boolean): (keyof typeof METRICS)[] {
+  return is_planar ? ['point_to_point', 'point_to_line'] : ['point_to_point', 'point_to_plane', 'gicp', 'vgicp'];
+}
+
+export const metricName = (metric: keyof typeof METRICS): string => METRICS[metric];
+
+/** What a method is called: its metric, and what differs from the engine's defaults. */
+export function methodName(options: Options, is_planar: boolean): string {
+  const {
+    robust_kernel = 'cauchy',
+    robust_kernel_width = 0.05,
+    trim_fraction = 0,
+    max_correspondence_distance = 0.5,
+  } = options;
+  const metric = options.metric ? METRICS[options.metric] : is_planar ? METRICS.point_to_line : METRICS.point_to_point;
+  const has_width = robust_kernel !== 'none' && (robust_kernel !== 'cauchy' || robust_kernel_width !== 0.05);
+  return [
+    metric,
+    robust_kernel === 'none'
+      ? 'no kernel'
+      : has_width
+        ? `${KERNELS[robust_kernel]} ${formatLength(robust_kernel_width)}`
+        : '',
+    trim_fraction > 0 ? `trimmed ${Math.round(100 * trim_fraction)}\u202f%` : '',
+    max_correspondence_distance === 0.5 ? '' : `within ${formatLength(max_correspondence_distance)}`,
+  ]
+    .filter(Boolean)
+    .join(', ');
+}
