@@ -146,6 +146,21 @@ test('clouds that do not fit are told, and the lab stays usable', async ({ page 
   await expect(heading(page)).toHaveText('At the start');
 });
 
+test('a link opens a scene with its question and its methods', async ({ page }) => {
+  await page.goto('about:blank');
+  await page.goto('./#icp&scene=outliers');
+  const question = lab(page).getByRole('region', { name: 'Question' });
+  await expect(question).toContainText('Three people have moved');
+  await question.getByText('Answer').click();
+  await expect(question).toContainText('A kernel takes their weight away');
+  await lab(page).getByRole('tab', { name: 'Methods' }).click();
+  await expect(lab(page).getByRole('table', { name: 'Methods' }).getByRole('row')).toHaveCount(3);
+  const film = await exported(page, /^Film/);
+  expect(film.subarray(1, 4).toString('latin1')).toBe('PNG');
+  expect(film.includes('acTL') && film.includes('fdAT')).toBe(true);
+  expect((await exported(page, /^Picture, SVG/)).toString()).toMatch(/^<svg[^]*<path/);
+});
+
 test('methods side by side, on a phone in the dark', async ({ page }) => {
   await look(page);
   await lab(page).getByRole('tab', { name: 'Methods' }).click();

@@ -1,11 +1,14 @@
 /** Where the lab's clouds come from: files of the user, the sample, addresses of a course page. */
 import type { GivenCloud, GivenClouds } from '../components/given-clouds.js';
+import type { MenuItem } from '../components/menu.js';
 import type { NamedFile } from '../datasets/gather.js';
 import { fetchDataset, fetchSample } from '../datasets/remote.js';
+import { LAB_SCENES, lab_scene } from '../../../npm/lab/scenes.js';
+import type { Options } from './protocol.js';
 import { compareNaturally } from '../../../npm/natural_order.js';
 
 /** Name of the sample in a link. */
-export const SAMPLE = 'corridor';
+export const SAMPLE = 'sample';
 
 export const isCloudName = (name: string): boolean => /\.(ply|pcd)$/i.test(name);
 
@@ -18,7 +21,13 @@ export function joined(present: GivenClouds | null, files: readonly NamedFile[])
   const fresh = files.map(fileCloud).sort((a, b) => compareNaturally(a.name, b.name));
   const [first, second] = fresh;
   if (!first) return null;
-  if (second) return givenClouds('Your clouds', '', fresh, second.name, first.name);
+  if (second) {
+    // As the files are called, or else the second to the first.
+    const named = (role: RegExp): string | undefined => fresh.find(({ name }) => role.test(name))?.name;
+    const target = named(/target/i) ?? first.name;
+    const source = named(/source/i) ?? fresh.find(({ name }) => name !== target)?.name ?? second.name;
+    return givenClouds('Your clouds', '', fresh, source, target);
+  }
   const others = (present?.clouds ?? []).filter(({ name }) => name !== first.name);
   const target = present && present.source !== first.name ? (present.source ?? '') : (others[0]?.name ?? '');
   return givenClouds('Your clouds', '', [...others, first], first.name, target);
@@ -48,6 +57,34 @@ export async function addressedClouds(src: string): Promise<GivenClouds> {
     dataset.scans.find(({ name }) => address?.split(/[?#]/)[0]?.endsWith(name))?.name ?? '';
   const is_pair = names.length === 2;
   return fromScans(dataset, '', is_pair ? named(names[0]) : '', is_pair ? named(names[1]) : '');
+}
+
+/** Scenes by which a course shows one thing each. */
+export const SCENE_ITEMS: readonly MenuItem[] = LAB_SCENES.map((name) => {
+  const { title, question } = lab_scene(name);
+  return { id: name, label: title, detail: question };
+});
+
+/** A scene of the gallery as clouds to open; null where there is none of this name. */
+export function sceneClouds(name: string): OpenedScene | null {
+  if (!LAB_SCENES.includes(name)) return null;
+  const scene = lab_scene(name);
+  const cloud = (role: 'source' | 'target'): GivenCloud => ({
+    name: role,
+    read: async () => ({ kind: 'positions', name: role, xyz: Float32Array.from(scene[role]) }),
+  });
+  const given = givenClouds(scene.title, name, [cloud('source'), cloud('target')], 'source', 'target');
+  const [first = {}, ...others] = scene.methods;
+  const { title, question, answer, look_at } = scene;
+  return { given, first, others, text: { title, question, answer, look_at } };
+}
+
+export interface OpenedScene {
+  given: GivenClouds;
+  /** Its method, and those to compare it with. */
+  first: Options;
+  others: readonly Options[];
+  text: { title: string; question: string; answer: string; look_at: string };
 }
 
 interface Scans {

@@ -6,7 +6,7 @@ import { formatAngle, formatDuration, formatLength, formatPercent } from '../vie
 import { difference } from './poses.js';
 import type { LabFacts, Pose } from './protocol.js';
 import { type LabRun, MAX_RUNS, numPoses } from './session.js';
-import { formatNumber, methodName } from './words.js';
+import { methodName } from './words.js';
 
 export interface CompareFacts {
   runs: readonly LabRun[];
@@ -22,7 +22,7 @@ export interface CompareFacts {
   measureBasins(): void;
 }
 
-/** `styles`: lab_styles. */
+/** `styles`: side_styles. */
 export function comparePanel(has: CompareFacts): TemplateResult {
   const { runs, presets, facts } = has;
   const reference = endOf(runs[0]);
@@ -35,7 +35,6 @@ export function comparePanel(has: CompareFacts): TemplateResult {
             <th scope="col" class="name">method</th>
             <th scope="col">iterations</th>
             <th scope="col"><abbr title="Of the pairs that count, in the last iteration">rmse</abbr></th>
-            <th scope="col"><abbr title="Mean robust loss at the end, by each method's own kernel">cost</abbr></th>
             <th scope="col"><abbr title="How far the end lies from that of the first method">apart</abbr></th>
             <th scope="col">time</th>
             <th scope="col">
@@ -84,11 +83,10 @@ function row(run: LabRun, reference: Pose | null, has: CompareFacts): TemplateRe
           ${numPoses(trace) - 1}${trace.converged || own ? '' : html` <span class="muted" title=${trace.end_reason}>!</span>`}
         </td>
         <td>${trace.records.length > 0 ? formatLength(trace.records.at(-1)?.inlier_rmse ?? 0) : '–'}</td>
-        <td>${trace.costs.length > 0 ? formatNumber(trace.costs.at(-1) ?? 0) : '–'}</td>
-        <td>${apart ? `${formatLength(apart.translation)}, ${formatAngle(apart.rotation)}` : '–'}</td>
+        <td>${apart ? `${formatLength(apart.translation)}, ${formatAngle(apart.rotation, 1)}` : '–'}</td>
         <td>${own ? '–' : formatDuration(trace.milliseconds)}</td>
         <td>${home === undefined ? '–' : home === null ? '…' : formatPercent(home)}</td>`
-    : html`<td colspan="6">${problem || '…'}</td>`;
+    : html`<td colspan="5">${problem || '…'}</td>`;
   return html`<tr class=${id === has.active ? 'selected' : ''}>
     <th scope="row" class="name">
       <button class="link" aria-pressed=${id === has.active} @click=${() => has.look(id)}>

@@ -1,6 +1,6 @@
 /** What the pairs of a step determine: each direction of motion, by how many of them it is measured. */
 import { html, nothing, type TemplateResult } from 'lit';
-import { formatAngle, formatFixed, formatLength, formatPercent } from '../views/format.js';
+import { formatAngle, formatFixed, formatLength, formatPercent, plural } from '../views/format.js';
 import type { Arrow, Ellipse } from './plane-painter.js';
 import { movedBy } from './poses.js';
 import type { LabIteration, Pose } from './protocol.js';
@@ -125,18 +125,19 @@ export interface DegeneracyFacts {
 /** Farthest that the source is slid, m. */
 const REACH = 2;
 
-/** `styles`: lab_styles. */
+/** `styles`: side_styles. */
 export function degeneracyPanel({ iteration, is_planar, dark, slide, slideTo }: DegeneracyFacts): TemplateResult {
   const directions = directionsOf(iteration);
   const [weakest] = directions;
+  const num_free = directions.filter(({ is_undetermined }) => is_undetermined).length;
   if (!weakest) return html`<p class="muted">These pairs have no weight: they determine nothing.</p>`;
   return html`
     <header><h2>What the pairs hold</h2></header>
     <p>
       ${
-        weakest.is_undetermined
-          ? html`<strong>One direction is free:</strong> ${directionName(weakest, is_planar)}. Only
-              ${formatPercent(weakest.share)} of the pairs measure it.`
+        num_free > 0
+          ? html`<strong>${plural(num_free, 'direction is', 'directions are')} free</strong>, the weakest of all
+              ${directionName(weakest, is_planar)}: ${formatPercent(weakest.share)} of the pairs measure it.`
           : html`Every direction is measured; the weakest, ${directionName(weakest, is_planar)}, by
             ${formatPercent(weakest.share)} of the pairs.`
       }

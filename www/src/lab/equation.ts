@@ -22,7 +22,7 @@ const RESIDUALS: Record<CloudMetric, TemplateResult> = {
     ><sub>p</sub> <var>R</var>ᵀ)⁻¹ <var>d</var><sub>i</sub>, over the voxel of each point`,
 };
 
-/** `styles`: lab_styles. */
+/** `styles`: side_styles. */
 export function equation(iteration: LabIteration, metric: CloudMetric): TemplateResult {
   const { H, b, x } = iteration;
   const n = b.length;
@@ -37,8 +37,12 @@ export function equation(iteration: LabIteration, metric: CloudMetric): Template
       <var>w J</var>ᵀ<var>r</var>
     </p>
     <div class="system ${n === 6 ? 'large' : ''}" role="group" aria-label="Normal equations with their values">
-      ${matrix('H', H, n, names)} ${n === 3 ? html`<span class="sign">·</span>` : nothing}
-      ${matrix('x', x ?? [], 1, names)} ${n === 3 ? html`<span class="sign">= −</span>` : nothing}
+      ${matrix('H', H, n, names)}
+      ${
+        n === 3
+          ? html`<span class="sign">·</span> ${matrix('x', x ?? [], 1, names)} <span class="sign">= −</span>`
+          : html`<span class="sign"><var>x</var> = −</span>`
+      }
       ${matrix('b', b, 1, names)}
     </div>
     <p class="solution number">

@@ -14,6 +14,7 @@ import { memoizeLast } from '../views/memoize-last.js';
 import { comparePanel } from './compare-panel.js';
 import { degeneracyPanel, directionsOf, slid } from './degeneracy.js';
 import { lab_styles } from './lab-styles.js';
+import { side_styles } from './side-styles.js';
 import { methodFields, methodPresets, methodValues, optionsOf } from './method-fields.js';
 import type { CloudMetric, LabFacts, LabIteration, Pose } from './protocol.js';
 import { endOf, type LabRun, type LabSession, numPoses, runColor } from './session.js';
@@ -164,7 +165,7 @@ export class ScanstitchLabSide extends LitElement {
           colorOf: (of) => this.colorOf(of),
           look: (id) => session.look(id),
           putAway: (id) => session.putAway(id),
-          add: ({ settings }) => session.addRun(optionsOf(settings)),
+          add: ({ settings }) => void session.addRun(optionsOf(settings)),
           measureBasins: () => void this.measureBasins(),
         })}
       </div>
@@ -203,7 +204,7 @@ export class ScanstitchLabSide extends LitElement {
     return runColor(this.session, run, this.colorsOf(this.dark));
   }
 
-  static override styles = [shared, layout_styles, lab_styles];
+  static override styles = [shared, layout_styles, lab_styles, side_styles];
 }
 
 declare global {

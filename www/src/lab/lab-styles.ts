@@ -55,8 +55,59 @@ export const lab_styles = css`
   }
   .pair .ends {
     display: flex;
+    flex-wrap: wrap;
     gap: 6px;
     margin-left: auto;
+  }
+  .question {
+    display: grid;
+    gap: 4px;
+    padding: 8px 14px;
+    border-bottom: 1px solid var(--line);
+    background: var(--accent-soft);
+    font-size: 13.5px;
+  }
+  .question summary {
+    color: var(--accent);
+    font-size: 13.5px;
+    font-weight: 550;
+  }
+  .first {
+    display: flex;
+    flex: 1;
+    flex-direction: column;
+    min-height: 0;
+    overflow: auto;
+  }
+  .first > h2 {
+    padding: 0 24px 10px;
+  }
+  .first .empty {
+    flex: none;
+  }
+  .gallery {
+    display: grid;
+    grid-template-columns: repeat(auto-fill, minmax(min(230px, 100%), 1fr));
+    gap: 10px;
+    padding: 0 24px 24px;
+  }
+  .gallery a {
+    display: grid;
+    align-content: start;
+    gap: 4px;
+    padding: 10px 12px;
+    border: 1px solid var(--line);
+    border-radius: var(--radius);
+    background: var(--surface);
+    color: var(--text);
+    text-decoration: none;
+  }
+  .gallery a:hover {
+    border-color: var(--accent);
+  }
+  .gallery span {
+    color: var(--muted);
+    font-size: 12.5px;
   }
   .columns {
     display: grid;
@@ -157,203 +208,10 @@ export const lab_styles = css`
     margin: 0;
     accent-color: var(--accent);
   }
-  .panel {
-    display: flex;
-    flex-direction: column;
-    gap: 10px;
-    padding: 12px 16px 24px;
-    overflow-wrap: anywhere;
-  }
-  .panel header {
-    display: flex;
-    align-items: baseline;
-    gap: 10px;
-    min-height: 24px;
-  }
-  .panel header .muted,
-  header .muted {
-    font-size: 12.5px;
-  }
-  .panel h3 {
-    margin-top: 6px;
-  }
-  .facts {
-    display: grid;
-    grid-template-columns: auto minmax(0, 1fr);
-    gap: 2px 14px;
-  }
-  .facts dt {
-    color: var(--muted);
-  }
-  .explanation {
-    color: var(--muted);
-    font-size: 12.5px;
-  }
-  abbr {
-    text-decoration: underline dotted;
-    text-underline-offset: 2px;
-  }
-  scanstitch-figure.cost {
-    height: 170px;
-  }
-  scanstitch-figure.map {
-    height: auto;
-    aspect-ratio: 1.12;
-    cursor: crosshair;
-  }
-  .equation {
-    display: grid;
-    gap: 8px;
-  }
-  .formula {
-    font-family: 'STIX Two Text', Cambria, Georgia, serif;
-    font-size: 15.5px;
-    line-height: 1.5;
-  }
-  .system {
-    display: flex;
-    flex-wrap: wrap;
-    align-items: center;
-    gap: 8px;
-    overflow-x: auto;
-  }
-  .matrix {
-    border-right: 1.5px solid var(--text);
-    border-left: 1.5px solid var(--text);
-    border-radius: 7px;
-    border-collapse: separate;
-    border-spacing: 0;
-    font-size: 12.5px;
-  }
-  .matrix caption {
-    caption-side: bottom;
-    color: var(--muted);
-    font-size: 12px;
-  }
-  .matrix td {
-    padding: 1px 7px;
-    text-align: right;
-    white-space: nowrap;
-  }
-  .matrix th {
-    padding: 1px 0 1px 7px;
-    color: var(--muted);
-    font-weight: 400;
-    font-style: italic;
-  }
-  .system.large .matrix {
-    font-size: 10.5px;
-  }
-  .system.large .matrix td {
-    padding: 1px 4px;
-  }
-  .sign {
-    font-size: 15px;
-  }
-  summary {
-    color: var(--muted);
-    font-size: 12.5px;
-    cursor: pointer;
-  }
-  .scroll {
-    overflow-x: auto;
-  }
-  table.iterations {
-    width: 100%;
-    margin-top: 6px;
-    border-collapse: collapse;
-    font-size: 11.5px;
-  }
-  .iterations th,
-  .iterations td {
-    padding: 2px 3px;
-    text-align: right;
-    font-weight: 400;
-    white-space: nowrap;
-  }
-  .iterations thead th {
-    color: var(--muted);
-  }
-  .methods button.link {
-    display: inline-flex;
-    gap: 7px;
-    color: var(--text);
-    text-align: left;
-    text-decoration: none;
-    white-space: normal;
-  }
-  .methods button.icon {
-    width: 24px;
-    min-height: 24px;
-  }
-  .methods i {
-    flex: none;
-    width: 10px;
-    height: 10px;
-    border-radius: 50%;
-  }
-  .methods .name {
-    min-width: 120px;
-    text-align: left;
-    white-space: normal;
-  }
-  .methods tr.selected {
-    background: var(--accent-soft);
-  }
-  .methods tr.selected button.link {
-    font-weight: 600;
-  }
-  .row {
-    display: flex;
-    flex-wrap: wrap;
-    align-items: center;
-    gap: 8px;
-  }
-  .directions {
-    display: grid;
-    gap: 4px;
-  }
-  .directions li {
-    display: grid;
-    grid-template-columns: minmax(0, 1fr) 90px 42px;
-    align-items: center;
-    gap: 10px;
-    font-size: 12.5px;
-  }
-  .directions .bar {
-    height: 8px;
-    min-height: 0;
-    padding: 0;
-    border: 0;
-    border-radius: 4px;
-    background: var(--line);
-    overflow: hidden;
-  }
-  .directions .bar i {
-    display: block;
-    height: 100%;
-  }
-  .directions li span:last-child {
-    text-align: right;
-  }
-  .row input[type='range'] {
-    flex: 1;
-    accent-color: var(--accent);
-  }
-  .tabs [role='tablist'] {
-    overflow-x: auto;
-  }
-  .tabs [role='tab'] {
-    font-size: 13px;
-  }
   @container (max-width: 900px) {
     .columns {
       grid-template-columns: minmax(0, 1fr);
       grid-template-rows: minmax(0, 11fr) minmax(0, 9fr);
-    }
-    .columns .tabs {
-      border-top: 1px solid var(--line);
-      border-left: 0;
     }
     .legend {
       flex-wrap: nowrap;

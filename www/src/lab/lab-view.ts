@@ -9,7 +9,7 @@ import { layout_styles } from '../components/app-styles.js';
 import { DropTarget } from '../components/drop-target.js';
 import type { GivenClouds } from '../components/given-clouds.js';
 import { icon } from '../components/icons.js';
-import { activity, emptyView, messages } from '../components/run-parts.js';
+import { activity, messages } from '../components/run-parts.js';
 import { wordsOf } from '../components/session.js';
 import { drop_styles, shared } from '../components/theme.js';
 import { filesOfDrop, filesOfInput, type NamedFile } from '../datasets/gather.js';
@@ -17,16 +17,16 @@ import { download } from '../export/exports.js';
 import { baseName } from '../views/format.js';
 import { makeColors } from '../views/figure-colors.js';
 import { memoizeLast } from '../views/memoize-last.js';
-import { addressedClouds, isCloudName, joined, SAMPLE, sampleClouds } from './clouds.js';
+import { addressedClouds, isCloudName, joined, type OpenedScene, SAMPLE, sampleClouds, sceneClouds } from './clouds.js';
 import { lab_styles } from './lab-styles.js';
 import type { ScanstitchLabPlane } from './plane-stage.js';
-import { FIRST_LOOK, type PlaneScene, stageTheme } from './plane-painter.js';
-import { acted, centroid } from './poses.js';
-import { arrowsOf, ellipseOf } from './degeneracy.js';
+import { FIRST_LOOK, type PlaneScene, type StageLook, stageTheme } from './plane-painter.js';
 import type { LabFacts, Pose } from './protocol.js';
 import { type ScanstitchLabSide, type Tab, TABS } from './lab-side.js';
 import { type LabLink, readLink, writeLink } from './link.js';
-import { type LabRun, LabSession, numPoses, runColor } from './session.js';
+import { emptyLab, examplesMenu, question } from './lab-empty.js';
+import { LabSession, runColor } from './session.js';
+import { stageScene } from './stage-scene.js';
 import type { ScanstitchLabSpace } from './space-stage.js';
 import type { RunKey } from './stage-keys.js';
 import { legend, transport } from './stage-parts.js';
@@ -49,6 +49,8 @@ export class ScanstitchLab extends LitElement {
 
   @state() private tab: Tab = 'step';
   @state() private look = FIRST_LOOK;
+  /** The scene of the gallery that was opened last. */
+  @state() private scene: OpenedScene | null = null;
   /** A pose that a landscape or a basin points at. */
   @state() private ghost: Pose | null = null;
   @query('#pick') private file_input!: HTMLInputElement;
@@ -69,6 +71,11 @@ export class ScanstitchLab extends LitElement {
 
   private openLink({ sample, source, target, options, start, at, tab }: LabLink): void {
     this.tab = TABS.find((one) => one.tab === tab)?.tab ?? 'step';
+    const scene = sample === null ? null : sceneClouds(sample);
+    if (scene) {
+      void this.openScene(scene, { options, start, at });
+      return;
+    }
     if (sample !== SAMPLE) {
       const names = [source, target].map(baseName).join(' and ');
       this.session.report(`This link is about ${names}, which it cannot carry`, 'Drop these two files here');
@@ -110,29 +117,24 @@ export class ScanstitchLab extends LitElement {
   }
 
   private renderEmpty(): TemplateResult {
-    return emptyView(
-      {
-        title: 'Drop two scans or clouds here',
-        label: 'No clouds yet',
-        about:
-          'The ICP lab registers one cloud to another and shows every iteration: which points are paired, what the step ' +
-          'solves, and where it ends from another start. PLY or PCD, in the plane or in space.',
-        choices: [
-          { id: 'files', label: 'Choose two files' },
-          { id: 'sample', label: 'Two scans of the sample' },
-        ],
-      },
-      this.statusOf(),
-      (id) => (id === 'files' ? this.file_input.click() : this.attend(sampleClouds())),
-    );
+    return emptyLab(this.statusOf(), {
+      choose: () => this.file_input.click(),
+      sample: () => this.attend(sampleClouds()),
+      example: (name) => this.showExample(name),
+    });
+  }
+
+  private showExample(name: string): void {
+    const scene = sceneClouds(name);
+    if (scene) void this.openScene(scene);
   }
 
   private renderLab(): TemplateResult {
     const { session } = this;
-    const { trace, iteration, player, run } = session;
+    const { trace, iteration, player, run, facts } = session;
     const state = run ? stateWords(run, session.at, session.is_dragged ? null : iteration) : '';
     return html`
-      ${this.renderPair()}
+      ${this.renderPair()} ${this.scene && this.scene.given.of === session.given?.of ? question(this.scene) : nothing}
       <div class="columns">
         <div class="main">
           <div class="stage-area">
@@ -144,7 +146,7 @@ export class ScanstitchLab extends LitElement {
                   </button>`
                 : session.at === 0 && !player.is_playing && trace
                   ? html`<p class="hint" aria-hidden="true">
-                      Drag the blue cloud to another start, or its ring to turn it
+                      ${facts?.is_planar ? 'Drag the blue cloud to another start, or its ring to turn it' : 'The crossed arrows let a drag move the source; Shift and a drag turn it'}
                     </p>`
                   : nothing
             }
@@ -158,9 +160,10 @@ export class ScanstitchLab extends LitElement {
               toStart: () => player.seek(0),
             })}
             ${legend({
-              look: this.look,
+              look: this.seenLook(),
               iteration,
-              has_normals: (session.facts?.target_normals.length ?? 0) > 0,
+              is_planar: facts?.is_planar ?? true,
+              has_normals: (facts?.target_normals.length ?? 0) > 0,
               dark: this.dark,
               change: (look) => {
                 this.look = look;
@@ -209,6 +212,7 @@ export class ScanstitchLab extends LitElement {
           ${icon('reset')}Reset start
         </button>
         <button @click=${() => this.file_input.click()}>${icon('open')}Clouds…</button>
+        ${examplesMenu((name) => this.showExample(name))}
         <scanstitch-menu
           label="Export"
           icon="download"
@@ -229,7 +233,7 @@ export class ScanstitchLab extends LitElement {
     const onReleased = (): void => void session.release();
     if (!facts.is_planar) {
       return html`<scanstitch-lab-space
-        .scene=${this.stageScene(facts)}
+        .scene=${this.sceneOf(facts)}
         .fit_key=${session.generation}
         .up=${session.is_of_camera ? 'camera' : 'z'}
         .description=${state}
@@ -239,7 +243,7 @@ export class ScanstitchLab extends LitElement {
       ></scanstitch-lab-space>`;
     }
     return html`<scanstitch-lab-plane
-      .scene=${this.stageScene(facts)}
+      .scene=${this.sceneOf(facts)}
       .fit_key=${session.generation}
       .description=${state}
       @source-dragged=${onDragged}
@@ -248,35 +252,21 @@ export class ScanstitchLab extends LitElement {
     ></scanstitch-lab-plane>`;
   }
 
-  private stageScene(facts: LabFacts): PlaneScene {
-    const { session, dark, look, ghost } = this;
-    const { iteration, is_dragged } = session;
-    const others = is_dragged ? [] : session.runs.filter(({ id, trace }) => id !== session.active && trace);
-    const is_held = this.tab === 'degeneracy' && iteration !== null;
-    return {
-      facts,
-      dark,
-      look: is_held ? { ...look, color_by: 'contribution' } : look,
-      pose: session.pose,
-      iteration,
-      ghosts: [
-        ...others.map((run) => ({ pose: poseAt(run, session.at), color: runColor(session, run, this.colorsOf(dark)) })),
-        ...(ghost ? [{ pose: ghost, color: this.colorsOf(dark).selected }] : []),
-      ],
-      path: is_dragged ? [] : this.pathOf(session.trace, facts),
-      arrows: is_held ? arrowsOf(iteration, dark) : [],
-      ellipse: is_held ? ellipseOf(iteration, dark) : null,
-    };
+  private sceneOf(facts: LabFacts): PlaneScene {
+    const { session, dark, ghost } = this;
+    const { selected } = this.colorsOf(dark);
+    const of = { session, facts, dark, look: this.seenLook(), shows_directions: this.tab === 'degeneracy' };
+    return stageScene(
+      of,
+      (run) => runColor(session, run, this.colorsOf(dark)),
+      ghost && { pose: ghost, color: selected },
+    );
   }
 
-  /** Of the source's middle, from the start to the end. */
-  private pathOf = memoizeLast((trace: LabRun['trace'], { source_points }: LabFacts): number[] => {
-    const middle = centroid(source_points);
-    return Array.from({ length: numPoses(trace) }, (_, i) => {
-      const [x, y] = acted(trace?.poses.subarray(16 * i, 16 * i + 16) ?? [], ...middle);
-      return [x, y];
-    }).flat();
-  });
+  /** Beside the directions, pairs are coloured by what they say of the weakest one. */
+  private seenLook(): StageLook {
+    return this.tab === 'degeneracy' ? { ...this.look, color_by: 'contribution' } : this.look;
+  }
 
   private onRunKey(key: RunKey): void {
     const { session } = this;
@@ -305,6 +295,20 @@ export class ScanstitchLab extends LitElement {
       resume: () => undefined,
       dismissMessages: () => session.dismissMessages(),
     };
+  }
+
+  /** A scene of the gallery, with the methods that it compares; a link may hold another method, start and iteration. */
+  private async openScene(
+    scene: OpenedScene,
+    link: Pick<LabLink, 'options' | 'start' | 'at'> | null = null,
+  ): Promise<void> {
+    const options = { ...scene.first, ...link?.options };
+    this.scene = scene;
+    await this.session.open(scene.given, options, link?.start ?? null);
+    const first = this.session.active;
+    for (const other of scene.others) await this.session.addRun(other);
+    this.session.look(first);
+    this.session.player.seek(link?.at ?? 0);
   }
 
   // What leaves the lab.
@@ -337,7 +341,7 @@ export class ScanstitchLab extends LitElement {
         download({ name: 'icp.png', blob: await this.space.picture() });
         return;
       }
-      const scene = this.stageScene(facts);
+      const scene = this.sceneOf(facts);
       const stage = this.plane ? { ...this.plane.viewport, scene } : null;
       download(await takeAlong(id, session, run, stage, this.side.figure, this.dark));
     } catch (error) {
@@ -381,11 +385,6 @@ export class ScanstitchLab extends LitElement {
   }
 
   static override styles = [shared, layout_styles, drop_styles, lab_styles];
-}
-
-function poseAt({ trace }: LabRun, at: number): Pose {
-  const last = Math.min(at, numPoses(trace) - 1);
-  return trace?.poses.subarray(16 * last, 16 * last + 16) ?? [];
 }
 
 declare global {

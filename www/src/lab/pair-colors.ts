@@ -59,7 +59,7 @@ export function shadesOf(iteration: LabIteration, by: PairColor): Uint8Array {
         ? Math.log(Math.max(Math.abs(residual[i] ?? 0), LEAST_RESIDUAL) / LEAST_RESIDUAL) / decades
         : by === 'weight'
           ? (weight[i] ?? 0)
-          : (contribution[i] ?? 0) / largest;
+          : Math.sqrt(Math.max(contribution[i] ?? 0, 0) / largest);
     result[i] = Math.round(Math.min(Math.max(share, 0), 1) * (NUM_SHADES - 1));
   }
   return result;

@@ -133,18 +133,19 @@ export class LabSession extends Session<LabClient> {
 
   /** Other options for the method that is looked at. */
   configure(options: Options): void {
+    this.iteration = null;
     this.#change(this.active, { options, trace: null, problem: '' });
     this.#forgetIterations(this.active);
     void this.#runOne(this.active);
   }
 
   /** Another method beside the ones that are there, which is then looked at. */
-  addRun(options: Options): void {
+  async addRun(options: Options): Promise<void> {
     if (this.runs.length >= MAX_RUNS) return;
     const run = this.#makeRun(options);
     this.runs = [...this.runs, run];
     this.active = run.id;
-    void this.#runOne(run.id);
+    await this.#runOne(run.id);
   }
 
   /** Poses of somebody else's program, beside the engine's. */
@@ -252,6 +253,8 @@ export class LabSession extends Session<LabClient> {
       const run = this.runs.find((one) => one.id === id);
       // Overtaken by another change.
       if (run?.options !== options || this.start !== start) return;
+      // Indices of the pairs count other points now.
+      if (id === this.active && facts !== run.facts) this.iteration = null;
       this.#change(id, { facts, trace, problem: '' });
       if (id === this.active) this.#onTrace(trace);
     } catch (error) {

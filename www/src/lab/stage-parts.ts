@@ -17,12 +17,14 @@ const SPEEDS = [0.5, 1, 2, 4];
 export interface LegendFacts {
   look: StageLook;
   iteration: LabIteration | null;
+  /** In space pairs have their true length, and normals are not drawn. */
+  is_planar: boolean;
   has_normals: boolean;
   dark: boolean;
   change(look: StageLook): void;
 }
 
-export function legend({ look, iteration, has_normals, dark, change }: LegendFacts): TemplateResult {
+export function legend({ look, iteration, is_planar, has_normals, dark, change }: LegendFacts): TemplateResult {
   const counts = iteration ? rejectionCounts(iteration) : [];
   const ends = PAIR_COLORS.find(({ value }) => value === look.color_by)?.ends ?? ['', ''];
   const box = (name: 'pairs' | 'rejected' | 'normals', label: string): TemplateResult =>
@@ -46,16 +48,20 @@ export function legend({ look, iteration, has_normals, dark, change }: LegendFac
       >${ends[0]}<i style="background: linear-gradient(to right, ${gradient(dark)})"></i>${ends[1]}</span
     >
     ${box('pairs', 'Pairs')}
-    <label
-      >Length
-      <select
-        title="Pairs are drawn so many times as long as they are"
-        @change=${({ target }: Event) => change({ ...look, stretch: Number((target as HTMLSelectElement).value) })}
-      >
-        ${STRETCHES.map((value) => html`<option value=${value} .selected=${value === look.stretch}>× ${value}</option>`)}
-      </select></label
-    >
-    ${has_normals ? box('normals', 'Normals') : nothing} ${box('rejected', 'Rejected')}
+    ${
+      is_planar
+        ? html`<label
+            >Length
+            <select
+              title="Pairs are drawn so many times as long as they are"
+              @change=${({ target }: Event) => change({ ...look, stretch: Number((target as HTMLSelectElement).value) })}
+            >
+              ${STRETCHES.map((value) => html`<option value=${value} .selected=${value === look.stretch}>× ${value}</option>`)}
+            </select></label
+          >`
+        : nothing
+    }
+    ${is_planar && has_normals ? box('normals', 'Normals') : nothing} ${box('rejected', 'Rejected')}
     ${counts.map((count, reason) =>
       count === 0
         ? nothing

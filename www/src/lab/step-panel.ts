@@ -17,7 +17,7 @@ export interface StepFacts {
   is_dragged: boolean;
 }
 
-/** `styles`: lab_styles. */
+/** `styles`: side_styles. */
 export function stepPanel(has: StepFacts, chart: TemplateResult): TemplateResult {
   const { trace, iteration, at, is_dragged } = has;
   const count = trace.poses.length / 16 - 1;

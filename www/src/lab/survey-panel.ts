@@ -10,6 +10,7 @@ import { memoizeLast } from '../views/memoize-last.js';
 import { unknowns } from './equation.js';
 import { isTurn, nodeAt, offsetsOf, offsetsOfNode, poseAt } from './grids.js';
 import { lab_styles } from './lab-styles.js';
+import { side_styles } from './side-styles.js';
 import { type LandscapeMarks, offsetsAt } from './landscape.js';
 import type { Grid, LabFacts, Pose } from './protocol.js';
 import { type LabRun, type LabSession, numPoses } from './session.js';
@@ -212,6 +213,7 @@ export abstract class SurveyPanel<S extends Survey & { result: { grid: Grid } | 
   static override styles = [
     shared,
     lab_styles,
+    side_styles,
     css`
       :host {
         display: flex;

@@ -86,7 +86,7 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession>
   override cloudsToRegister(frame: number | null): GivenClouds | null {
     const { dataset, snapshot, points, settings } = this.session;
     if (!dataset || !snapshot || !settings) return null;
-    const sample = dataset.is_given && this.src === '' ? 'corridor' : '';
+    const sample = dataset.is_given && this.src === '' ? 'sample' : '';
     return clouds({ settings, dataset, frames: snapshot.result.frames, points }, frame ?? this.selected, sample);
   }
 

@@ -1,0 +1,68 @@
+/** Before there are clouds: how to open some, and the gallery; and the question of a scene that is open. */
+import { html, type TemplateResult } from 'lit';
+import '../components/menu.js';
+import { type ActiveSession, emptyView } from '../components/run-parts.js';
+import { type OpenedScene, SCENE_ITEMS } from './clouds.js';
+
+export interface EmptyActions {
+  choose(): void;
+  sample(): void;
+  example(name: string): void;
+}
+
+/** `styles`: lab_styles. */
+export function emptyLab(status: ActiveSession, { choose, sample, example }: EmptyActions): TemplateResult {
+  return html`<div class="first">
+    ${emptyView(
+      {
+        title: 'Drop two scans or clouds here',
+        label: 'No clouds yet',
+        about:
+          'The ICP lab registers one cloud to another and shows every iteration: which points are paired, what the step ' +
+          'solves, and where it ends from another start. PLY or PCD, in the plane or in space.',
+        choices: [
+          { id: 'files', label: 'Choose two files' },
+          { id: 'sample', label: 'Two scans of the sample' },
+        ],
+      },
+      status,
+      (id) => (id === 'files' ? choose() : sample()),
+    )}
+    <h2>Ten things to see</h2>
+    <div class="gallery" role="group" aria-label="Examples">
+      ${SCENE_ITEMS.map(
+        ({ id, label, detail }) =>
+          html`<a
+            href="#icp&scene=${id}"
+            @click=${(event: Event) => {
+              event.preventDefault();
+              example(id);
+            }}
+            ><strong>${label}</strong><span>${detail}</span></a
+          >`,
+      )}
+    </div>
+  </div>`;
+}
+
+/** The gallery as a menu. */
+export function examplesMenu(show: (name: string) => void): TemplateResult {
+  return html`<scanstitch-menu
+    label="Examples"
+    icon="info"
+    .items=${SCENE_ITEMS}
+    @menu-chosen=${({ detail }: CustomEvent<string>) => show(detail)}
+  ></scanstitch-menu>`;
+}
+
+/** What a scene asks, with its answer folded. `styles`: lab_styles. */
+export function question({ text: { title, question, answer, look_at } }: OpenedScene): TemplateResult {
+  return html`<section class="question" aria-label="Question">
+    <p><strong>${title}.</strong> ${question}</p>
+    <p class="muted">Look at: ${look_at}</p>
+    <details>
+      <summary>Answer</summary>
+      <p>${answer}</p>
+    </details>
+  </section>`;
+}

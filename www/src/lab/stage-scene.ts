@@ -1,0 +1,54 @@
+/** From the session to what the stage draws. */
+import { memoizeLast } from '../views/memoize-last.js';
+import { arrowsOf, ellipseOf } from './degeneracy.js';
+import type { PlaneScene, StageLook } from './plane-painter.js';
+import { acted, centroid } from './poses.js';
+import type { LabFacts, LabTrace, Pose } from './protocol.js';
+import { type LabRun, type LabSession, numPoses } from './session.js';
+
+export interface StageOf {
+  session: LabSession;
+  facts: LabFacts;
+  dark: boolean;
+  look: StageLook;
+  shows_directions: boolean;
+}
+
+/** `ghost`: another pose of the source, to be drawn beside it. */
+export function stageScene(
+  { session, facts, dark, look, shows_directions }: StageOf,
+  colorOf: (run: LabRun) => string,
+  ghost: { pose: Pose; color: string } | null,
+): PlaneScene {
+  const { iteration, is_dragged } = session;
+  const others = is_dragged ? [] : session.runs.filter(({ id, trace }) => id !== session.active && trace);
+  const held = shows_directions ? iteration : null;
+  return {
+    facts,
+    dark,
+    look,
+    pose: session.pose,
+    iteration,
+    ghosts: [
+      ...others.map((run) => ({ pose: poseAt(run, session.at), color: colorOf(run) })),
+      ...(ghost ? [ghost] : []),
+    ],
+    path: is_dragged ? [] : pathOf(session.trace, facts),
+    arrows: held ? arrowsOf(held, dark) : [],
+    ellipse: held ? ellipseOf(held, dark) : null,
+  };
+}
+
+/** Of the source's middle, from the start to the end. */
+const pathOf = memoizeLast((trace: LabTrace | null, { source_points }: LabFacts): number[] => {
+  const middle = centroid(source_points);
+  return Array.from({ length: numPoses(trace) }, (_, i) => {
+    const [x, y] = acted(trace?.poses.subarray(16 * i, 16 * i + 16) ?? [], ...middle);
+    return [x, y];
+  }).flat();
+});
+
+function poseAt({ trace }: LabRun, at: number): Pose {
+  const last = Math.min(at, numPoses(trace) - 1);
+  return trace?.poses.subarray(16 * last, 16 * last + 16) ?? [];
+}
