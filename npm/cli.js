@@ -10,6 +10,7 @@ import { consistency } from './cli/consistency.js';
 import { convert } from './cli/convert.js';
 import { fileProblem, written } from './cli/disk.js';
 import { evaluate } from './cli/evaluate.js';
+import { icp } from './cli/icp.js';
 import { mapQuality } from './cli/map_quality.js';
 import { reconstruct } from './cli/reconstruct.js';
 import { settings } from './cli/settings.js';
@@ -18,7 +19,7 @@ import { tell } from './cli/terminal.js';
 import { topics } from './cli/topics.js';
 
 /** @type {import('./cli/command.js').Command[]} */
-const COMMANDS = [reconstruct, evaluate, convert, mapQuality, consistency, strategies, bev, topics, settings];
+const COMMANDS = [reconstruct, evaluate, convert, mapQuality, consistency, strategies, bev, icp, topics, settings];
 
 const INTRODUCTION = `Laser scans, depth images and clouds to a trajectory and a stitched map; errors of trajectories against a reference.
 

@@ -3,7 +3,8 @@
  * The `scanstitch` package: the typed API of the engine, in Node and in the browser. Types and documentation are in
  * `index.d.ts`.
  */
-import init, { initSync } from '../pkg/scanstitch.js';
+import init, { IcpLab, initSync, local_minima } from '../pkg/scanstitch.js';
+import { compareOwnIcp } from './lab/own_icp.js';
 
 export {
   bev_in_axes,
@@ -48,8 +49,51 @@ export {
   version,
 } from '../pkg/scanstitch.js';
 
+export { read_own_poses } from './lab/own_poses.js';
+export { LAB_SCENES, lab_scene } from './lab/scenes.js';
+
 /** @type {Promise<void> | undefined} */
 let loading;
+
+/** @type {typeof import('./index.js').cost_landscape} */
+export function cost_landscape(source, target, options = {}) {
+  const { grid, ...others } = options;
+  const lab = new IcpLab(source, target, others);
+  try {
+    const T_center = grid?.T_center ?? lab.trace().poses.at(-1) ?? [...lab.initial()];
+    const axes = lab.is_planar ? [1, 2] : [3, 4];
+    const whole = gridOf({ axes, half_widths: [1, 1], size: [101, 101], ...grid, T_center });
+    const costs = lab.cost_landscape(whole);
+    return { grid: whole, costs, minima: local_minima(costs, whole.size[0] ?? 1) };
+  } finally {
+    lab.free();
+  }
+}
+
+/** @type {typeof import('./index.js').basin_of_attraction} */
+export function basin_of_attraction(source, target, options = {}) {
+  const { grid, reference, ...others } = options;
+  const lab = new IcpLab(source, target, others);
+  try {
+    const home = reference ?? lab.trace().poses.at(-1) ?? [...lab.initial()];
+    const axes = lab.is_planar ? [1, 2] : [3, 4];
+    const whole = gridOf({ T_center: home, axes, half_widths: [1, 1], size: [31, 31], ...grid });
+    const ends = lab.basin_of_attraction(whole);
+    return { grid: whole, reference: home, ends, ...lab.label_ends(ends, Float64Array.from(home)) };
+  } finally {
+    lab.free();
+  }
+}
+
+/** A pose of sixteen numbers is one, whatever the type of its array. @param {object} grid */
+function gridOf(grid) {
+  return /** @type {import('./index.js').GridOptions} */ (grid);
+}
+
+/** @type {typeof import('./index.js').compare_own_icp} */
+export function compare_own_icp(source, target, poses, options = {}) {
+  return compareOwnIcp({ IcpLab }, source, target, options, poses);
+}
 
 /** @type {typeof import('./index.js').load} */
 export function load(engine) {

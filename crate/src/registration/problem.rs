@@ -9,6 +9,7 @@ use super::icp::{IcpOptions, Pairing, Registration, Rejected, RejectionReason, S
 use super::solver::Solver;
 use super::target::{LastSearch, Target};
 use crate::geometry::{RigidMotion, Vector};
+use crate::search::nearest_table::Span;
 
 /// A source with what it is registered to, and how.
 #[derive(Debug, Clone)]
@@ -46,15 +47,6 @@ pub struct Iteration<M: RigidMotion> {
     pub step: Option<M>,
     /// The [`cost`] of the pose (m^2).
     pub cost: f64,
-}
-
-/// Consecutive places along a line, up to `end`, with the same nearest target point, or none.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Span {
-    /// The first place that belongs to the next span.
-    pub end: usize,
-    /// Index of the nearest target point.
-    pub nearest: Option<u32>,
 }
 
 /// Finds the nearest target points to a point moved by many translations (m).

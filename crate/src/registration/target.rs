@@ -1,9 +1,11 @@
 //! What a source is registered to: points with an index, and for plane metrics the normals that those need.
 
-use nalgebra::SVector;
+use std::rc::Rc;
+
+use nalgebra::{SVector, Vector2};
 
 use crate::geometry::Vector;
-use crate::search::{KdTree, Neighbor};
+use crate::search::{KdTree, NearestTable, Neighbor};
 
 /// Points (m) with a nearest-neighbour index.
 pub struct PointTarget<const D: usize> {
@@ -200,6 +202,43 @@ impl<const D: usize> Target for OrientedTarget<D> {
         self.normals[index as usize]
     }
 }
+
+/// A target in the plane that is searched by a table, for very many searches within one distance.
+pub struct TabledTarget<T> {
+    target: T,
+    table: Rc<NearestTable>,
+}
+
+impl<T> TabledTarget<T> {
+    /// With a table of the target's points.
+    pub fn new(target: T, table: Rc<NearestTable>) -> Self {
+        Self { target, table }
+    }
+}
+
+impl<T: Target<Point = Vector2<f64>>> Target for TabledTarget<T> {
+    type Point = Vector2<f64>;
+
+    /// By the target's own search where another distance is asked for than the table was made for.
+    #[inline]
+    fn nearest(&self, query: &Vector2<f64>, max_distance: f64) -> Option<Neighbor> {
+        if max_distance == self.table.max_distance() {
+            self.table.nearest(query)
+        } else {
+            self.target.nearest(query, max_distance)
+        }
+    }
+
+    fn point(&self, index: u32) -> Vector2<f64> {
+        self.target.point(index)
+    }
+
+    fn normal(&self, index: u32) -> Option<Vector2<f64>> {
+        self.target.normal(index)
+    }
+}
+
+impl<T: SurfaceTarget<Point = Vector2<f64>>> SurfaceTarget for TabledTarget<T> {}
 
 fn single_precision<const D: usize>(point: &SVector<f64, D>) -> [f32; D] {
     std::array::from_fn(|axis| point[axis] as f32)

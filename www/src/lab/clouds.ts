@@ -3,7 +3,7 @@ import type { GivenCloud, GivenClouds } from '../components/given-clouds.js';
 import type { MenuItem } from '../components/menu.js';
 import type { NamedFile } from '../datasets/gather.js';
 import { fetchDataset, fetchSample } from '../datasets/remote.js';
-import { LAB_SCENES, labScene } from '../../../npm/lab_scenes.js';
+import { LAB_SCENES, lab_scene } from '../../../npm/lab/scenes.js';
 import type { Options } from './protocol.js';
 import { compareNaturally } from '../../../npm/natural_order.js';
 
@@ -60,24 +60,23 @@ export async function addressedClouds(src: string): Promise<GivenClouds> {
 }
 
 /** Scenes by which a course shows one thing each. */
-export const SCENE_ITEMS: readonly MenuItem[] = LAB_SCENES.flatMap((name) => {
-  const scene = labScene(name);
-  return scene ? [{ id: name, label: scene.title, detail: scene.question }] : [];
+export const SCENE_ITEMS: readonly MenuItem[] = LAB_SCENES.map((name) => {
+  const { title, question } = lab_scene(name);
+  return { id: name, label: title, detail: question };
 });
 
 /** A scene of the gallery as clouds to open; null where there is none of this name. */
 export function sceneClouds(name: string): OpenedScene | null {
-  const scene = labScene(name);
-  if (!scene) return null;
+  if (!LAB_SCENES.includes(name)) return null;
+  const scene = lab_scene(name);
   const cloud = (role: 'source' | 'target'): GivenCloud => ({
     name: role,
-    read: async () => ({ kind: 'positions', name: role, xyz: scene[role].slice() }),
+    read: async () => ({ kind: 'positions', name: role, xyz: Float32Array.from(scene[role]) }),
   });
-  const clouds = [cloud('source'), cloud('target')];
-  const given = { ...givenClouds(scene.title, name, clouds, 'source', 'target'), init_T_target_source: scene.start };
-  const [first = {}, ...others] = scene.methods as Options[];
-  const { title, question, answer, tab } = scene;
-  return { given, first, others, tab, text: { title, question, answer } };
+  const given = givenClouds(scene.title, name, [cloud('source'), cloud('target')], 'source', 'target');
+  const [first = {}, ...others] = scene.methods;
+  const { title, question, answer, look_at } = scene;
+  return { given, first, others, text: { title, question, answer, look_at } };
 }
 
 export interface OpenedScene {
@@ -85,9 +84,7 @@ export interface OpenedScene {
   /** Its method, and those to compare it with. */
   first: Options;
   others: readonly Options[];
-  /** The panel that shows it. */
-  tab: string;
-  text: { title: string; question: string; answer: string };
+  text: { title: string; question: string; answer: string; look_at: string };
 }
 
 interface Scans {

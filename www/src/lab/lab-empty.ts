@@ -56,9 +56,10 @@ export function examplesMenu(show: (name: string) => void): TemplateResult {
 }
 
 /** What a scene asks, with its answer folded. `styles`: lab_styles. */
-export function question({ text: { title, question, answer } }: OpenedScene): TemplateResult {
+export function question({ text: { title, question, answer, look_at } }: OpenedScene): TemplateResult {
   return html`<section class="question" aria-label="Question">
     <p><strong>${title}.</strong> ${question}</p>
+    <p class="muted">Look at: ${look_at}</p>
     <details>
       <summary>Answer</summary>
       <p>${answer}</p>

@@ -9,7 +9,7 @@ import { layout_styles } from '../components/app-styles.js';
 import { DropTarget } from '../components/drop-target.js';
 import type { GivenClouds } from '../components/given-clouds.js';
 import { icon } from '../components/icons.js';
-import { activity, messages } from '../components/run-parts.js';
+import { messages } from '../components/run-parts.js';
 import { wordsOf } from '../components/session.js';
 import { drop_styles, shared } from '../components/theme.js';
 import { filesOfDrop, filesOfInput, type NamedFile } from '../datasets/gather.js';
@@ -150,7 +150,8 @@ export class ScanstitchLab extends LitElement {
                     </p>`
                   : nothing
             }
-            ${activity(this.statusOf())} ${messages(this.statusOf())}
+            ${session.phase === 'reading' || !facts ? html`<p class="hint">${session.activity}…</p>` : nothing}
+            ${messages(this.statusOf())}
           </div>
           <div>
             ${transport({
@@ -303,7 +304,6 @@ export class ScanstitchLab extends LitElement {
     link: Pick<LabLink, 'options' | 'start' | 'at'> | null = null,
   ): Promise<void> {
     const options = { ...scene.first, ...link?.options };
-    if (!link) this.tab = TABS.find(({ tab }) => tab === scene.tab)?.tab ?? 'step';
     this.scene = scene;
     await this.session.open(scene.given, options, link?.start ?? null);
     const first = this.session.active;

@@ -1,6 +1,8 @@
 //! Two clouds of either kind, as files hold them, made ready for registration.
 
-use nalgebra::Translation3;
+use std::rc::Rc;
+
+use nalgebra::{Translation3, Vector2};
 
 use super::{RegistrationOptions, check_points, plane, pose_from, row_major, space};
 use crate::error::{Error, Result};
@@ -8,6 +10,7 @@ use crate::geometry::{PointCloud, Pose2, Pose3};
 use crate::io::trajectory::in_space;
 use crate::preprocess::planar_scan::PlanarScan;
 use crate::registration::problem::IcpProblem;
+use crate::search::NearestTable;
 
 /// A problem of either dimension with its first guess, all relative to the target's origin.
 pub enum CloudProblem {
@@ -21,6 +24,7 @@ pub enum CloudProblem {
 pub struct PreparedClouds {
     /// What is registered.
     pub problem: CloudProblem,
+    table: Option<Rc<NearestTable>>,
     origin: Translation3<f64>,
 }
 
@@ -31,6 +35,24 @@ impl PreparedClouds {
     /// When a cloud has no finite point, when only one of them is planar, when the metric does not fit the clouds, or when the
     /// guess is no rigid motion.
     pub fn new(source: &PointCloud, target: &PointCloud, options: &RegistrationOptions) -> Result<Self> {
+        Self::prepare(source, target, options, |_| None)
+    }
+
+    /// The same for very many searches: in the plane they are made by a table, which finds the same.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub fn with_table(source: &PointCloud, target: &PointCloud, options: &RegistrationOptions) -> Result<Self> {
+        let table = |points: &[_]| NearestTable::new(points, options.max_correspondence_distance).map(Rc::new);
+        Self::prepare(source, target, options, table)
+    }
+
+    fn prepare(
+        source: &PointCloud,
+        target: &PointCloud,
+        options: &RegistrationOptions,
+        table: impl Fn(&[Vector2<f64>]) -> Option<Rc<NearestTable>>,
+    ) -> Result<Self> {
         for (cloud, role) in [(source, "source"), (target, "target")] {
             check_points(role, cloud.positions.iter().any(|p| p.is_finite()))?;
         }
@@ -44,15 +66,21 @@ impl PreparedClouds {
         // Both clouds relative to the target's origin, which may be far away: T = shift * T_near * shift^-1.
         let origin = space::origin_of(target);
         let guess = origin.inverse() * options.guess()? * origin;
-        let problem = if source.is_planar() {
+        if source.is_planar() {
             let scan = |cloud| PlanarScan::new(space::Near::new(cloud, target.origin).points_in_plane());
-            let (problem, guess) = plane::prepare(&scan(source), &scan(target), plane::in_plane(&guess), options)?;
-            CloudProblem::Plane(problem, guess)
-        } else {
-            let (problem, guess) = space::prepare(source, target, guess, options)?;
-            CloudProblem::Space(problem, guess)
-        };
-        Ok(Self { problem, origin })
+            let (source, target) = (scan(source), scan(target));
+            let table = table(&target.points);
+            let guess = plane::in_plane(&guess);
+            let (problem, guess) = plane::prepare(&source, &target, guess, options, table.as_ref())?;
+            return Ok(Self { problem: CloudProblem::Plane(problem, guess), table, origin });
+        }
+        let (problem, guess) = space::prepare(source, target, guess, options)?;
+        Ok(Self { problem: CloudProblem::Space(problem, guess), table: None, origin })
+    }
+
+    /// The table that planar clouds are searched by.
+    pub fn table(&self) -> Option<&NearestTable> {
+        self.table.as_deref()
     }
 
     /// A motion between the clouds as they were given, 4 x 4, row by row, from one relative to the target's origin.

@@ -110,7 +110,7 @@ impl Alignable for PlanarScan {
         for (scan, role) in [(self, "source"), (target, "target")] {
             check_points(role, scan.points.iter().any(|p| p.iter().all(|x| x.is_finite())))?;
         }
-        let (problem, guess) = plane::prepare(self, target, plane::in_plane(&options.guess()?), options)?;
+        let (problem, guess) = plane::prepare(self, target, plane::in_plane(&options.guess()?), options, None)?;
         Ok(problem.register(guess))
     }
 }

@@ -1,5 +1,7 @@
 //! Two scans in the plane.
 
+use std::rc::Rc;
+
 use nalgebra::Vector2;
 
 use super::{CloudMetric, RegistrationOptions};
@@ -8,9 +10,11 @@ use crate::geometry::{Pose2, Pose3, RigidMotion};
 use crate::preprocess::planar_scan::PlanarScan;
 use crate::registration::correlative::{LikelihoodGrid, SearchWindow};
 use crate::registration::factors::{Factor, PointToPlane, PointToPoint};
+use crate::registration::icp::IcpOptions;
 use crate::registration::problem::{IcpProblem, Problem};
 use crate::registration::solver::Solver;
-use crate::registration::target::{OrientedTarget, PointTarget, Target};
+use crate::registration::target::{OrientedTarget, PointTarget, TabledTarget, Target};
+use crate::search::NearestTable;
 
 /// Makes two scans ready, with the guess or the best pose around it where the options ask for a search.
 pub(super) fn prepare(
@@ -18,6 +22,7 @@ pub(super) fn prepare(
     target: &PlanarScan,
     mut guess: Pose2,
     options: &RegistrationOptions,
+    table: Option<&Rc<NearestTable>>,
 ) -> Result<(Box<dyn IcpProblem<Pose2>>, Pose2)> {
     if options.search_translation > 0.0 || options.search_rotation > 0.0 {
         let window = SearchWindow { translation: options.search_translation, rotation: options.search_rotation };
@@ -26,17 +31,24 @@ pub(super) fn prepare(
     }
     let metric = options.metric.unwrap_or(CloudMetric::PointToLine);
     let solver = options.solver(Solver::default(), metric)?;
-    let points = target.points.clone();
-    let num_target = points.len();
-    let problem: Box<dyn IcpProblem<Pose2>> = match metric {
-        CloudMetric::PointToPoint => {
-            problem(source, (PointTarget::new(points), num_target), PointToPoint, options, solver)
+    let (points, normals) = (target.points.clone(), target.normals.clone());
+    let (icp, num_target) = (options.icp_options(), points.len());
+    let problem: Box<dyn IcpProblem<Pose2>> = match (metric, table) {
+        (CloudMetric::PointToPoint, None) => {
+            problem(source, (PointTarget::new(points), num_target), PointToPoint, icp, solver)
         }
-        CloudMetric::PointToLine => {
-            let target = OrientedTarget::new(points, target.normals.clone());
-            problem(source, (target, num_target), PointToPlane, options, solver)
+        (CloudMetric::PointToPoint, Some(table)) => {
+            let target = TabledTarget::new(PointTarget::new(points), table.clone());
+            problem(source, (target, num_target), PointToPoint, icp, solver)
         }
-        CloudMetric::PointToPlane | CloudMetric::Gicp | CloudMetric::Vgicp => {
+        (CloudMetric::PointToLine, None) => {
+            problem(source, (OrientedTarget::new(points, normals), num_target), PointToPlane, icp, solver)
+        }
+        (CloudMetric::PointToLine, Some(table)) => {
+            let target = TabledTarget::new(OrientedTarget::new(points, normals), table.clone());
+            problem(source, (target, num_target), PointToPlane, icp, solver)
+        }
+        (CloudMetric::PointToPlane | CloudMetric::Gicp | CloudMetric::Vgicp, _) => {
             let problem = "point_to_plane, gicp and vgicp do not fit planar clouds: all their points lie in one plane";
             return Err(Error::whole(problem, "Use point_to_line"));
         }
@@ -48,7 +60,7 @@ fn problem<T, F>(
     source: &PlanarScan,
     (target, num_target): (T, usize),
     factor: F,
-    options: &RegistrationOptions,
+    options: IcpOptions,
     solver: Solver<Pose2>,
 ) -> Box<dyn IcpProblem<Pose2>>
 where
@@ -56,7 +68,7 @@ where
     F: Factor<Pose2, T> + 'static,
 {
     let (points, normals) = (source.points.clone(), Some(source.normals.clone()));
-    Box::new(Problem { points, normals, target, num_target, factor, options: options.icp_options(), solver })
+    Box::new(Problem { points, normals, target, num_target, factor, options, solver })
 }
 
 /// What of a motion in space is left in the plane z = 0.

@@ -62,7 +62,6 @@ pub struct Degeneracy {
 #[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
 pub struct TracedIteration {
     /// Its numbers.
-    #[serde(flatten)]
     pub summary: IterationSummary,
     /// Indices of the source points of the pairs.
     pub source: Vec<u32>,

@@ -1,15 +1,13 @@
 //! The cost over two unknowns, and its minima.
 
-use std::cell::OnceCell;
-
 use nalgebra::{Translation2, Vector2};
 use serde::Serialize;
 
 use super::grid::Grid;
 use super::motion::LabMotion;
-use super::nearest_table::NearestTable;
 use crate::geometry::Pose2;
 use crate::registration::problem::IcpProblem;
+use crate::search::NearestTable;
 
 /// The cost at every node of the grid's rows (m^2): the robust loss with the pairs searched at each.
 pub(super) fn costs<M: LabMotion>(problem: &dyn IcpProblem<M>, grid: &Grid<M>) -> Vec<f64> {
@@ -22,17 +20,10 @@ pub(super) fn costs<M: LabMotion>(problem: &dyn IcpProblem<M>, grid: &Grid<M>) -
 pub(super) fn planar_costs(
     problem: &dyn IcpProblem<Pose2>,
     grid: &Grid<Pose2>,
-    table: &OnceCell<NearestTable>,
+    table: Option<&NearestTable>,
 ) -> Vec<f64> {
-    let options = problem.options();
-    let is_linear = |nth: &usize| grid.moves_along(*nth) && options.rejection.trim_fraction == 0.0;
-    let Some(nth) = (0..2).find(is_linear) else {
-        return costs(problem, grid);
-    };
-    let table = table.get_or_init(|| {
-        let points: Vec<Vector2<f64>> = problem.target_points().into_iter().map(|(point, _)| point).collect();
-        NearestTable::new(&points, options.rejection.max_correspondence_distance)
-    });
+    let is_linear = |nth: &usize| grid.moves_along(*nth) && problem.options().rejection.trim_fraction == 0.0;
+    let (Some(nth), Some(table)) = ((0..2).find(is_linear), table) else { return costs(problem, grid) };
     let mut find = |start: &_, shifts: &[_], spans: &mut Vec<_>| table.along(start, shifts, spans);
     let mut line = |poses: Vec<Pose2>| {
         let rotation = Pose2::from_parts(Translation2::identity(), poses[0].rotation);

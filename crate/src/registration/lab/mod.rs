@@ -10,9 +10,6 @@ pub mod grid;
 pub mod iteration;
 pub mod landscape;
 pub mod motion;
-mod nearest_table;
-
-use std::cell::OnceCell;
 
 use nalgebra::Vector2;
 use serde::Serialize;
@@ -21,7 +18,6 @@ use self::basin::{Basin, Ends};
 use self::grid::{Grid, GridOptions};
 use self::iteration::TracedIteration;
 use self::motion::LabMotion;
-use self::nearest_table::NearestTable;
 use crate::error::{Error, Result};
 use crate::geometry::{PointCloud, Pose2, Pose3, Vector};
 use crate::registration::align::RegistrationOptions;
@@ -34,7 +30,6 @@ use crate::registration::problem::IcpProblem;
 pub struct IcpLab {
     clouds: PreparedClouds,
     traced: Traced,
-    table: OnceCell<NearestTable>,
 }
 
 /// The poses of the last trace as the loop had them: written as matrices they would be rounded.
@@ -95,11 +90,7 @@ impl IcpLab {
     /// # Errors
     /// As [`register_clouds`](super::align::register_clouds).
     pub fn new(source: &PointCloud, target: &PointCloud, options: &RegistrationOptions) -> Result<Self> {
-        Ok(Self {
-            clouds: PreparedClouds::new(source, target, options)?,
-            traced: Traced::Plane(Vec::new()),
-            table: OnceCell::new(),
-        })
+        Ok(Self { clouds: PreparedClouds::with_table(source, target, options)?, traced: Traced::Plane(Vec::new()) })
     }
 
     /// Whether the clouds are registered in the plane.
@@ -251,7 +242,7 @@ impl IcpLab {
         let center = self.clouds.near(&options.T_center)?;
         Ok(match &self.clouds.problem {
             CloudProblem::Plane(problem, _) => {
-                landscape::planar_costs(problem.as_ref(), &Grid::new(&center, options, 2..=2)?, &self.table)
+                landscape::planar_costs(problem.as_ref(), &Grid::new(&center, options, 2..=2)?, self.clouds.table())
             }
             CloudProblem::Space(problem, _) => landscape::costs(problem.as_ref(), &Grid::new(&center, options, 2..=2)?),
         })

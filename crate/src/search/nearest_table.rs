@@ -1,20 +1,30 @@
-//! Nearest points in the plane by a table: the landscape asks for millions of them, all within one distance.
+//! Nearest points in the plane by a table: for millions of queries, all within one distance.
 
 use nalgebra::Vector2;
 
-use crate::registration::problem::Span;
-use crate::search::Neighbor;
+use super::Neighbor;
 
 /// Cells of the table to the largest distance: where points are that far from their partners, smaller cells have as many
 /// candidates.
 const CELLS_PER_DISTANCE: f64 = 16.0;
 /// Most cells; a larger target gets larger ones.
 const MAX_CELLS: f64 = (1 << 20) as f64;
+/// A table that takes more looks at a cell to make than this is not worth its time (about a tenth of a second).
+const MAX_LOOKS: f64 = (1 << 25) as f64;
+
+/// Consecutive places along a line, up to `end`, with the same nearest point, or none.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Span {
+    /// The first place that belongs to the next span.
+    pub end: usize,
+    /// Index of the nearest point.
+    pub nearest: Option<u32>,
+}
 
 /// For each cell of a grid the target points that may be the nearest to a place in it, within one distance.
 ///
 /// A point is none of them where another one is nearer to all four corners: the difference of two squared distances is linear, so
-/// that it is nearer everywhere in the cell. What is found is what a [`KdTree`](crate::search::KdTree) finds: distances in single
+/// that it is nearer everywhere in the cell. What is found is what a [`KdTree`](super::KdTree) finds: distances in single
 /// precision, of equal ones the smallest index.
 #[derive(Debug, Clone)]
 pub struct NearestTable {
@@ -37,12 +47,17 @@ struct Candidate {
 }
 
 impl NearestTable {
-    /// For finite points (m), of which partners within `max_distance` (m) are looked for.
-    pub fn new(points: &[Vector2<f64>], max_distance: f64) -> Self {
+    /// For finite points (m), of which those within `max_distance` (m) are looked for; `None` where a table would take too long
+    /// to make, or would have no size.
+    pub fn new(points: &[Vector2<f64>], max_distance: f64) -> Option<Self> {
         let low = points.iter().fold(Vector2::repeat(f64::INFINITY), |low, p| low.inf(p));
         let high = points.iter().fold(Vector2::repeat(f64::NEG_INFINITY), |high, p| high.sup(p));
         let extent = high - low + Vector2::repeat(2.0 * max_distance);
         let side = (max_distance / CELLS_PER_DISTANCE).max((extent.x * extent.y / MAX_CELLS).sqrt());
+        let looks = points.len() as f64 * (2.0 * max_distance / side + 2.0).powi(2);
+        if !(side > 0.0 && extent.amax() / side < MAX_CELLS && looks <= MAX_LOOKS) {
+            return None;
+        }
         // One cell more on every side, for rounding.
         let corner = low - Vector2::repeat(max_distance + side);
         let [width, height] = [extent.x, extent.y].map(|extent| (extent / side) as usize + 3);
@@ -58,7 +73,18 @@ impl NearestTable {
             max_distance,
         };
         table.fill(points, side, rounding(max_distance + 2.0 * side, far));
-        table
+        Some(table)
+    }
+
+    /// The distance that points are looked for within (m).
+    pub fn max_distance(&self) -> f64 {
+        self.max_distance
+    }
+
+    /// The nearest point to a place within the distance.
+    #[inline]
+    pub fn nearest(&self, place: &Vector2<f64>) -> Option<Neighbor> {
+        self.nearest_of(self.cell(place), place)
     }
 
     /// `tolerance` (m^2): differences of squared distances in single precision are right to this much.
@@ -196,4 +222,50 @@ fn corners(center: &Vector2<f64>, side: f64) -> [Vector2<f64>; 4] {
 
 fn single(point: &Vector2<f64>) -> [f32; 2] {
     [point.x as f32, point.y as f32]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::search::KdTree;
+
+    #[test]
+    fn finds_what_the_tree_finds() {
+        let mut state = 11_u64;
+        let mut random = |scale: f64| {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            ((state >> 33) as f64 / f64::from(1_u32 << 31) - 0.5) * scale
+        };
+        for (count, extent, max_distance) in [(1, 1.0, 0.5), (300, 8.0, 0.5), (300, 8.0, 5.0), (2000, 100.0, 0.5)] {
+            let mut points: Vec<Vector2<f64>> =
+                (0..count).map(|_| Vector2::new(random(extent), random(extent))).collect();
+            // Equal points, and rows of them, of which many are equally far from a place.
+            points.push(points[0]);
+            points.extend((0..40).map(|i| Vector2::new(f64::from(i % 8), f64::from(i / 8)) * 0.125));
+            let tree = KdTree::build(&points.iter().map(single).collect::<Vec<_>>());
+            let table = NearestTable::new(&points, max_distance).expect("a table");
+            let mut found = 0;
+            for nth in 0..20_000 {
+                let mut place = Vector2::new(random(1.3 * extent), random(1.3 * extent));
+                if nth % 2 == 0 {
+                    place = place.map(|x| (x * 16.0).round() / 16.0);
+                }
+                let expected = tree.nearest(&single(&place), max_distance as f32);
+                assert_eq!(table.nearest(&place), expected, "{place} of {count} within {max_distance} m");
+                found += usize::from(expected.is_some());
+            }
+            assert!(found > 100, "{found} have a neighbour");
+            let (start, step) = (points[0] - Vector2::new(1.0, 0.01), Vector2::new(0.013, 0.0));
+            let shifts: Vec<Vector2<f64>> = (0..200).map(|i| step * f64::from(i)).collect();
+            let mut spans = Vec::new();
+            table.along(&start, &shifts, &mut spans);
+            let along =
+                spans.iter().scan(0, |first, span| Some((std::mem::replace(first, span.end)..span.end, span.nearest)));
+            let along: Vec<Option<u32>> = along.flat_map(|(places, nearest)| places.map(move |_| nearest)).collect();
+            let one_by_one = shifts.iter().map(|shift| table.nearest(&(start + shift)).map(|nearest| nearest.index));
+            assert_eq!(along, one_by_one.collect::<Vec<_>>());
+        }
+        assert!(NearestTable::new(&[], 0.5).is_none() && NearestTable::new(&[Vector2::zeros()], 0.0).is_none());
+        assert!(NearestTable::new(&[Vector2::zeros()], f64::INFINITY).is_none());
+    }
 }

@@ -1,0 +1,232 @@
+// @ts-check
+/** `scanstitch icp`: one registration, looked into. */
+import { writeFileSync } from 'node:fs';
+import { basename } from 'node:path';
+import { OwnPosesError } from '../lab/own_poses.js';
+import { CommandError, EXIT, isScanstitchError, readArguments, table } from './command.js';
+import { readInput } from './inputs.js';
+import { png } from './png.js';
+
+/** @typedef {import('./command.js').Engine} Engine */
+/** @typedef {import('../index.js').PointCloud} PointCloud */
+/** @typedef {Partial<import('../index.js').RegistrationOptions>} Options */
+
+const OPTIONS = /** @type {const} */ ({
+  trace: { type: 'string' },
+  landscape: { type: 'string' },
+  basin: { type: 'string' },
+  own: { type: 'string' },
+  set: { type: 'string', multiple: true },
+  axes: { type: 'string' },
+  'half-widths': { type: 'string' },
+  size: { type: 'string' },
+});
+
+/** @type {import('./command.js').Command} */
+export const icp = {
+  name: 'icp',
+  about: 'one registration, iteration by iteration; its cost landscape and basin of attraction; your own ICP beside it',
+  help: () => `scanstitch icp SOURCE TARGET [OPTION]...
+
+Registers a cloud (PLY or PCD) to another and prints every iteration: pairs, residuals, cost and step.
+Two planar clouds (z = 0) are registered in the plane.
+
+Options:
+  --set NAME=VALUE     an option of the registration, as of register() in docs/api.md: metric=point_to_point,
+                       robust_kernel=none, max_correspondence_distance=1, voxel_size=0.25, step=gauss_newton, ...
+  --trace FILE         every iteration with its pairs, weights and normal equations, as JSON
+  --landscape FILE     the cost over two unknowns around the end, as PNG; dark is low
+  --basin FILE         where registrations end that start there, as PNG: green is this end, other colours are other minima,
+                       black is not converged
+  --axes I,J           unknowns of both pictures (default: 1,2 in the plane of theta, x, y; 3,4 in space of wx, wy, wz, x, y, z)
+  --half-widths A,B    how far each goes to either side (rad, m; default: 1,1)
+  --size W,H           nodes of the pictures (default: 101,101; of the basin 31,31)
+  --own FILE           poses of your own ICP, a 3 x 3 or 4 x 4 matrix an iteration (CSV, JSON, npy): each of its steps is
+                       compared with ours from the same pose, and where they part the fault is named: pairs, weights or
+                       solution
+
+Examples:
+  scanstitch icp 1.ply 0.ply --trace trace.json --basin basin.png
+  scanstitch icp 1.ply 0.ply --own mine.npy --set metric=point_to_point --set robust_kernel=none
+`,
+  run,
+};
+
+/** @param {Engine} engine @param {string[]} args */
+function run(engine, args) {
+  const { values, positionals } = readArguments('icp', { args, options: OPTIONS, allowPositionals: true });
+  if (positionals.length !== 2) throw new CommandError('Give a source and a target. See: scanstitch icp --help');
+  const options = Object.fromEntries((values.set ?? []).map(setting));
+  const grid = gridOf(values);
+  const own = values.own === undefined ? null : ownPoses(engine, values.own);
+  /** @type {PointCloud[]} */
+  const clouds = [];
+  try {
+    for (const path of positionals) clouds.push(readCloud(engine, path));
+    const [source, target] = /** @type {[PointCloud, PointCloud]} */ (clouds);
+    const result = engine.register(source, target, { ...options, trace: true });
+    process.stdout.write(iterations(result));
+    if (values.trace) write(values.trace, `${JSON.stringify(result)}\n`);
+    const T_center = result.T_target_source;
+    if (values.landscape) write(values.landscape, landscape(engine, source, target, options, { ...grid, T_center }));
+    if (values.basin) write(values.basin, basin(engine, source, target, options, { ...grid, T_center }));
+    if (own) process.stdout.write(`\n${comparison(engine.compare_own_icp(source, target, own, options))}`);
+    return EXIT.done;
+  } catch (error) {
+    if (isScanstitchError(error)) throw new CommandError(error.message);
+    throw error;
+  } finally {
+    for (const cloud of clouds) cloud.free();
+  }
+}
+
+/** @param {Engine} engine @param {string} path */
+function readCloud(engine, path) {
+  const name = basename(path);
+  const bytes = readInput({ name, path }, (problem) => {
+    throw new CommandError(problem);
+  });
+  return engine.PointCloud.read(bytes ?? new Uint8Array(), name);
+}
+
+/** @param {Engine} engine @param {string} path */
+function ownPoses(engine, path) {
+  const name = basename(path);
+  const bytes = readInput({ name, path }, (problem) => {
+    throw new CommandError(problem);
+  });
+  try {
+    return engine.read_own_poses(bytes ?? new Uint8Array(), name);
+  } catch (error) {
+    if (error instanceof OwnPosesError) throw new CommandError(error.message);
+    throw error;
+  }
+}
+
+/** `name=value`, the value as JSON where it is. @param {string} text @returns {[string, unknown]} */
+function setting(text) {
+  const at = text.indexOf('=');
+  if (at < 1) throw new CommandError(`--set takes NAME=VALUE, not "${text}".`);
+  const [name, value] = [text.slice(0, at), text.slice(at + 1)];
+  try {
+    return [name, JSON.parse(value)];
+  } catch {
+    return [name, value];
+  }
+}
+
+/** @param {{ axes?: string | undefined, 'half-widths'?: string | undefined, size?: string | undefined }} values */
+function gridOf(values) {
+  const numbers = (/** @type {'axes' | 'half-widths' | 'size'} */ option) => {
+    const text = values[option];
+    if (text === undefined) return undefined;
+    const list = text.split(',').map(Number);
+    if (list.length !== 2 || list.some(Number.isNaN))
+      throw new CommandError(`--${option} is two numbers, not "${text}".`);
+    return list;
+  };
+  const given = { axes: numbers('axes'), half_widths: numbers('half-widths'), size: numbers('size') };
+  return Object.fromEntries(Object.entries(given).filter(([, list]) => list !== undefined));
+}
+
+/** @param {string} path @param {string | Uint8Array} contents */
+function write(path, contents) {
+  try {
+    writeFileSync(path, contents);
+  } catch (error) {
+    throw new CommandError(`${path} cannot be written: ${/** @type {Error} */ (error).message}`);
+  }
+}
+
+/** @param {import('../index.js').RegistrationResult} result */
+function iterations(result) {
+  const rows = (result.trace ?? []).map(({ summary: iteration }, index) => [
+    String(index + 1),
+    String(iteration.num_correspondences),
+    String(iteration.num_inliers),
+    iteration.inlier_rmse.toFixed(6),
+    iteration.cost.toExponential(4),
+    (iteration.rotation_step * (180 / Math.PI)).toFixed(4),
+    iteration.translation_step.toFixed(6),
+    String(iteration.degeneracy?.shares[0]?.toFixed(4) ?? '-'),
+  ]);
+  const heads = ['iteration', 'pairs', 'inliers', 'rmse (m)', 'cost (m^2)', 'turn (deg)', 'step (m)', 'least share'];
+  const T = Array.from({ length: 4 }, (_, row) =>
+    result.T_target_source.slice(4 * row, 4 * row + 4)
+      .map((x) => x.toFixed(6).padStart(11))
+      .join(' '),
+  );
+  const open = result.undetermined ? `undetermined: ${result.undetermined.map((x) => x.toFixed(3)).join(' ')}\n` : '';
+  return `${table(heads, rows, new Set())}\nended: ${result.end_reason}\nT_target_source:\n${T.join('\n')}\n${open}`;
+}
+
+/**
+ * @param {Engine} engine @param {PointCloud} source @param {PointCloud} target @param {Options} options
+ * @param {Partial<import('../index.js').GridOptions>} grid
+ */
+function landscape(engine, source, target, options, grid) {
+  const { costs, grid: whole, minima } = engine.cost_landscape(source, target, { ...options, grid });
+  const finite = costs.filter((cost) => !Number.isNaN(cost));
+  const [low, high] = [finite.reduce((a, b) => Math.min(a, b), Infinity), finite.reduce((a, b) => Math.max(a, b), 0)];
+  const shade = (/** @type {number} */ cost) => {
+    if (Number.isNaN(cost)) return [128, 128, 128];
+    const share = Math.sqrt((cost - low) / Math.max(high - low, Number.MIN_VALUE));
+    return [255 * share ** 0.7, 255 * share ** 1.5, 80 + 120 * share];
+  };
+  process.stdout.write(
+    `landscape: ${minima.length} local minima, cost ${low.toExponential(3)} to ${high.toExponential(3)} m^2\n`,
+  );
+  return picture(whole.size, (node) => shade(costs[node] ?? Number.NaN));
+}
+
+/** Of other minima, in turn. */
+const COLORS = [
+  [230, 159, 0],
+  [86, 180, 233],
+  [240, 228, 66],
+  [0, 114, 178],
+  [213, 94, 0],
+  [204, 121, 167],
+];
+
+/**
+ * @param {Engine} engine @param {PointCloud} source @param {PointCloud} target @param {Options} options
+ * @param {Partial<import('../index.js').GridOptions>} grid
+ */
+function basin(engine, source, target, options, grid) {
+  const found = engine.basin_of_attraction(source, target, { ...options, grid });
+  const { labels, minima, share_home } = found;
+  const color = (/** @type {number} */ label) =>
+    label < 0 ? [0, 0, 0] : label === 0 ? [0, 158, 115] : (COLORS[(label - 1) % COLORS.length] ?? [0, 0, 0]);
+  const share = `${(100 * share_home).toFixed(1)} % of ${labels.length} starts end here`;
+  process.stdout.write(`basin: ${share}, the others in ${minima.length - 1} other minima\n`);
+  return picture(found.grid.size, (node) => color(labels[node] ?? -1));
+}
+
+/** The first unknown to the right, the second upwards. @param {number[]} size @param {(node: number) => number[]} color */
+function picture([width = 0, height = 0], color) {
+  const scale = Math.max(1, Math.floor(600 / Math.max(width, height)));
+  const rgb = new Uint8Array(3 * width * height * scale * scale);
+  for (let y = 0; y < height * scale; y++) {
+    for (let x = 0; x < width * scale; x++) {
+      const node = (height - 1 - Math.floor(y / scale)) * width + Math.floor(x / scale);
+      rgb.set(color(node), 3 * (y * width * scale + x));
+    }
+  }
+  return png(width * scale, height * scale, rgb);
+}
+
+/** @param {import('../index.js').OwnIcpComparison} compared */
+function comparison({ steps, parts_at, fault, num_ours }) {
+  const rows = steps.map(({ rotation, translation }, index) => [
+    String(index + 1),
+    rotation.toExponential(2),
+    translation.toExponential(2),
+    index === parts_at ? '<- parts' : '',
+  ]);
+  const heads = ['your step', 'off in turn (rad)', 'off in position (m)', ''];
+  const verdict = fault
+    ? `Your ICP parts from ours at step ${(parts_at ?? 0) + 1}. ${fault.kind}: ${fault.text}`
+    : `Your ICP does the same steps as ours, ${steps.length} of them; ours ends after ${num_ours}.`;
+  return `${table(heads, rows, new Set([3]))}\n${verdict}\n`;
+}

@@ -1,0 +1,267 @@
+// @ts-check
+/**
+ * Somebody's own ICP beside the engine's: from each of their poses the engine does one step, and what they have next is compared
+ * with it. Where the two part, known faults are tried one by one: the one that gives exactly their next pose is named.
+ */
+import {
+  bestRotation,
+  difference,
+  IDENTITY,
+  inverted,
+  moved,
+  multiplied,
+  poseOf,
+  rotationOf,
+  sumsOf,
+} from './matrices.js';
+
+/** @typedef {import('../index.js').IcpLab} IcpLab */
+/** @typedef {import('../index.js').PointCloud} PointCloud */
+/** @typedef {import('../index.js').IcpIteration} IcpIteration */
+/** @typedef {import('../index.js').RegistrationOptions} RegistrationOptions */
+/** @typedef {import('../index.js').OwnIcpComparison} OwnIcpComparison */
+/** @typedef {import('../index.js').OwnIcpFault} OwnIcpFault */
+
+/** Steps that differ by more part (rad, m): the engine's points are in single precision, good to 1e-7 of their distance. */
+const SAME_STEP = 1e-5;
+/** A start that differs by less from the first pose is that pose (rad, m). */
+const SAME_POSE = 1e-9;
+/** Any pair is near enough (m). */
+const NO_LIMIT = 1e6;
+
+/**
+ * @param {{ IcpLab: typeof import('../index.js').IcpLab }} engine
+ * @param {PointCloud} source
+ * @param {PointCloud} target
+ * @param {Partial<RegistrationOptions>} options
+ * @param {ArrayLike<number>[]} poses theirs, T_target_source after each iteration; the start may stand before them
+ * @returns {OwnIcpComparison}
+ */
+export function compareOwnIcp(engine, source, target, options, poses) {
+  const lab = new engine.IcpLab(source, target, options);
+  try {
+    const start = options.init_T_target_source ?? [...IDENTITY];
+    const given = poses.map((pose) => [...Array.from(pose)]);
+    const first = given[0];
+    const has_start = first !== undefined && isNear(difference(start, first), SAME_POSE);
+    const theirs = has_start ? given : [start, ...given];
+    const unit = wrongUnit(lab, theirs);
+    const iterations = theirs.slice(0, -1).map((pose) => lab.iteration(Float64Array.from(pose)));
+    const steps = iterations.map((iteration, index) => {
+      const own = theirs[index + 1] ?? start;
+      return {
+        T_before: theirs[index] ?? start,
+        T_own: own,
+        T_ours: iteration.T_next,
+        ...difference(iteration.T_next, own),
+      };
+    });
+    const parts = steps.findIndex((step) => !isNear(step, SAME_STEP));
+    const fault =
+      parts < 0 ? null : (unit ?? faultAt({ engine, source, target, options, lab, theirs, iterations, parts }));
+    return {
+      steps,
+      parts_at: parts < 0 ? null : parts,
+      fault,
+      num_ours: lab.trace(Float64Array.from(start)).records.length,
+    };
+  } finally {
+    lab.free();
+  }
+}
+
+/** @param {{ rotation: number, translation: number }} apart @param {number} limit */
+function isNear({ rotation, translation }, limit) {
+  return rotation <= limit && translation <= limit;
+}
+
+/** Translations far beyond both clouds that fit when divided: another unit. @param {IcpLab} lab @param {number[][]} theirs @returns {OwnIcpFault | null} */
+function wrongUnit(lab, theirs) {
+  const reach = (/** @type {Float32Array} */ xyz) => xyz.reduce((most, x) => Math.max(most, Math.abs(x)), 0);
+  const size = reach(lab.source_points()) + reach(lab.target_points());
+  const far = Math.max(...theirs.map((T) => Math.hypot(T[3] ?? 0, T[7] ?? 0, T[11] ?? 0)));
+  if (far <= 2 * size) return null;
+  const unit = far / 1000 <= 2 * size ? 'millimetres' : 'another unit';
+  return {
+    kind: 'input',
+    name: 'unit',
+    text: `A translation of ${far.toPrecision(3)} lies far outside both clouds (${size.toPrecision(3)} m): are these ${unit}? Poses are in metres.`,
+  };
+}
+
+/**
+ * The fault whose step is theirs.
+ * @param {{ engine: { IcpLab: typeof import('../index.js').IcpLab }, source: PointCloud, target: PointCloud,
+ *   options: Partial<RegistrationOptions>, lab: IcpLab, theirs: number[][], iterations: IcpIteration[], parts: number }} run
+ * @returns {OwnIcpFault}
+ */
+function faultAt({ engine, source, target, options, lab, theirs, iterations, parts }) {
+  // A fault may give the right step by chance (pairs that did not change): those after it are looked at as well.
+  const places = iterations
+    .map((_, index) => index)
+    .filter((index) => index >= parts)
+    .slice(0, 3);
+  const explains = (/** @type {(index: number) => number[] | null} */ next) =>
+    places.every((index) => {
+      const [predicted, own] = [next(index), theirs[index + 1]];
+      return predicted !== null && own !== undefined && isNear(difference(predicted, own), SAME_STEP);
+    });
+  const free = { max_correspondence_distance: NO_LIMIT, max_normal_angle: Math.PI, trim_fraction: 0 };
+  const equal = { robust_kernel: /** @type {const} */ ('none') };
+  /** @type {[OwnIcpFault, Partial<RegistrationOptions>][]} */
+  const settings = [
+    [
+      {
+        kind: 'pairs',
+        name: 'rejection',
+        text: 'Your step uses pairs that ours rejects: every point has a partner, however far.',
+      },
+      free,
+    ],
+    [
+      {
+        kind: 'weights',
+        name: 'weights',
+        text: 'Same pairs, but in your step all count the same; ours weighs them by the robust kernel.',
+      },
+      equal,
+    ],
+    [
+      { kind: 'weights', name: 'rejection_and_weights', text: 'Your step uses all pairs, with equal weights.' },
+      { ...free, ...equal },
+    ],
+  ];
+  for (const [fault, others] of settings) {
+    const other = new engine.IcpLab(source, target, { ...options, ...others });
+    const found = explains((index) => [...other.iteration(Float64Array.from(theirs[index] ?? [])).T_next]);
+    other.free();
+    if (found) return fault;
+  }
+  const known = solutions(lab, theirs, iterations).find(({ next }) => explains(next));
+  if (known) return known.fault;
+  return {
+    kind: 'unknown',
+    name: 'unknown',
+    text: 'None of the known faults gives your step. Compare the pairs first, then the weights, then the step of a single iteration.',
+  };
+}
+
+/**
+ * Faults of the pairs' age and of the solution, each with the pose it gives after iteration `index`.
+ * @param {IcpLab} lab
+ * @param {number[][]} theirs
+ * @param {IcpIteration[]} iterations
+ * @returns {{ fault: OwnIcpFault, next: (index: number) => number[] | null }[]}
+ */
+function solutions(lab, theirs, iterations) {
+  const [source, target] = [lab.source_points(), lab.target_points()];
+  const pose = (/** @type {number} */ index) => theirs[index] ?? [...IDENTITY];
+  /** The pairs of one iteration, the source's points moved by the pose of another. */
+  const pairs = (/** @type {number} */ from, /** @type {number} */ at) => {
+    const { source: sources, target: targets, weight } = iterations[from] ?? {};
+    const p = Array.from(sources ?? [], (i) => moved(pose(at), [...source.subarray(3 * i, 3 * i + 3)]));
+    const q = Array.from(targets ?? [], (i) => [...target.subarray(3 * i, 3 * i + 3)]);
+    return sumsOf(p, q, weight ?? []);
+  };
+  const applied = (/** @type {ArrayLike<number>} */ R, /** @type {number[]} */ t, /** @type {number} */ at) =>
+    multiplied(poseOf(R, t), pose(at));
+  const minus = (/** @type {number[]} */ a, /** @type {number[]} */ b) => a.map((x, i) => x - (b[i] ?? 0));
+  const turned = (/** @type {ArrayLike<number>} */ R, /** @type {number[]} */ p) => moved(poseOf(R, [0, 0, 0]), p);
+  const transposed = (/** @type {ArrayLike<number>} */ R) => [0, 3, 6, 1, 4, 7, 2, 5, 8].map((i) => R[i] ?? 0);
+  const step = (/** @type {number} */ index) =>
+    multiplied(iterations[index]?.T_next ?? IDENTITY, inverted(pose(index)));
+  const solved = (/** @type {number} */ from, /** @type {number} */ index) => {
+    const { p0, q0, covariance } = pairs(from, index);
+    const R = bestRotation(covariance(p0, q0));
+    return applied(R, minus(q0, turned(R, p0)), index);
+  };
+  const origin = [0, 0, 0];
+  return [
+    {
+      fault: {
+        kind: 'pairs',
+        name: 'pairs_of_the_start',
+        text: 'The pairs are those of the first iteration: they are not searched again.',
+      },
+      next: (index) => (index > 0 ? solved(0, index) : null),
+    },
+    {
+      fault: {
+        kind: 'pairs',
+        name: 'pairs_of_the_last',
+        text: 'The pairs are those of the iteration before: they are searched before the source is moved.',
+      },
+      next: (index) => (index > 0 ? solved(index - 1, index) : null),
+    },
+    {
+      fault: {
+        kind: 'solution',
+        name: 'transposed_rotation',
+        text: 'The rotation of the step is transposed: it turns the other way (in NumPy: Vt.T @ U.T, not U @ Vt, where the covariance is P.T @ Q).',
+      },
+      next: (index) => {
+        const { p0, q0, covariance } = pairs(index, index);
+        const R = transposed(bestRotation(covariance(p0, q0)));
+        return applied(R, minus(q0, turned(R, p0)), index);
+      },
+    },
+    {
+      fault: {
+        kind: 'solution',
+        name: 'transposed_after_translation',
+        text: 'The rotation of the step is transposed after its translation was computed.',
+      },
+      next: (index) => {
+        const S = step(index);
+        return applied(transposed(rotationOf(S)), [S[3] ?? 0, S[7] ?? 0, S[11] ?? 0], index);
+      },
+    },
+    {
+      fault: {
+        kind: 'solution',
+        name: 'centroids_not_subtracted',
+        text: 'The centroids are not subtracted before the covariance: the rotation is wrong, as if both clouds turned about the origin.',
+      },
+      next: (index) => {
+        const { p0, q0, covariance } = pairs(index, index);
+        const R = bestRotation(covariance(origin, origin));
+        return applied(R, minus(q0, turned(R, p0)), index);
+      },
+    },
+    {
+      fault: {
+        kind: 'solution',
+        name: 'centroids_forgotten',
+        text: 'The centroids are forgotten altogether: no centering before the covariance and no translation after.',
+      },
+      next: (index) => applied(bestRotation(pairs(index, index).covariance(origin, origin)), origin, index),
+    },
+    {
+      fault: {
+        kind: 'solution',
+        name: 'centroid_not_rotated',
+        text: 'The translation is the difference of the centroids: the source’s has to be rotated first, t = q0 - R p0.',
+      },
+      next: (index) => {
+        const { p0, q0, covariance } = pairs(index, index);
+        return applied(bestRotation(covariance(p0, q0)), minus(q0, p0), index);
+      },
+    },
+    {
+      fault: {
+        kind: 'solution',
+        name: 'wrong_side',
+        text: 'The step is applied on the wrong side: T = step T, where the step moves points that T has moved.',
+      },
+      next: (index) => multiplied(pose(index), step(index)),
+    },
+    {
+      fault: {
+        kind: 'solution',
+        name: 'inverted',
+        text: 'The step is inverted: it moves the target to the source, or the sign of x in H x = -b is wrong.',
+      },
+      next: (index) => multiplied(inverted(step(index)), pose(index)),
+    },
+  ];
+}
