@@ -2,7 +2,7 @@
 import { readFileSync } from 'node:fs';
 import { join } from 'node:path';
 import type { Locator, Page } from '@playwright/test';
-import { load, PointCloud, register } from '../../npm/index.js';
+import { IcpLab, lab_scene, load, PointCloud, register } from '../../npm/index.js';
 import { expectNamedControls, findWeakContrast } from './access.js';
 import { expect, ply, room, SAMPLE_FOLDER, test } from './scanstitch_page.js';
 
@@ -150,15 +150,76 @@ test('a link opens a scene with its question and its methods', async ({ page }) 
   await page.goto('about:blank');
   await page.goto('./#icp&scene=outliers');
   const question = lab(page).getByRole('region', { name: 'Question' });
-  await expect(question).toContainText('Three people have moved');
+  await expect(question).toContainText('Outliers');
   await question.getByText('Answer').click();
-  await expect(question).toContainText('A kernel takes their weight away');
+  await expect(question).toContainText('The squares of a few large residuals');
   await lab(page).getByRole('tab', { name: 'Methods' }).click();
   await expect(lab(page).getByRole('table', { name: 'Methods' }).getByRole('row')).toHaveCount(3);
   const film = await exported(page, /^Film/);
   expect(film.subarray(1, 4).toString('latin1')).toBe('PNG');
   expect(film.includes('acTL') && film.includes('fdAT')).toBe(true);
   expect((await exported(page, /^Picture, SVG/)).toString()).toMatch(/^<svg[^]*<path/);
+});
+
+/** Point to point between nearest points within half a metre, as a student writes it: 3 x 3 matrices, one an iteration. */
+function ownIcp(source: Float32Array, target: Float32Array, num_iterations: number, sign: 1 | -1): number[][] {
+  let [c, s, x, y] = [1, 0, 0, 0];
+  return Array.from({ length: num_iterations }, () => {
+    const pairs: [number, number, number, number][] = [];
+    for (let i = 0; i < source.length; i += 3) {
+      const [px, py] = [
+        c * (source[i] ?? 0) - s * (source[i + 1] ?? 0) + x,
+        s * (source[i] ?? 0) + c * (source[i + 1] ?? 0) + y,
+      ];
+      let [best, least] = [-1, 0.5];
+      for (let k = 0; k < target.length; k += 3) {
+        const distance = Math.hypot((target[k] ?? 0) - px, (target[k + 1] ?? 0) - py);
+        if (distance < least) [best, least] = [k, distance];
+      }
+      if (best >= 0) pairs.push([px, py, target[best] ?? 0, target[best + 1] ?? 0]);
+    }
+    const mean = (i: number): number => pairs.reduce((sum, pair) => sum + (pair[i] ?? 0), 0) / pairs.length;
+    const [px, py, qx, qy] = [mean(0), mean(1), mean(2), mean(3)];
+    const [a, b] = pairs.reduce(
+      ([dots, crosses], [u, v, w, z]) => {
+        const [du, dv, dw, dz] = [u - px, v - py, w - qx, z - qy];
+        return [dots + du * dw + dv * dz, crosses + du * dz - dv * dw];
+      },
+      [0, 0],
+    ) as [number, number];
+    const turn = sign * Math.atan2(b, a);
+    const [tc, ts] = [Math.cos(turn), Math.sin(turn)];
+    [c, s] = [tc * c - ts * s, ts * c + tc * s];
+    [x, y] = [tc * (x - px) - ts * (y - py) + qx, ts * (x - px) + tc * (y - py) + qy];
+    return [c, -s, x, s, c, y, 0, 0, 1];
+  });
+}
+
+test('own poses are followed step by step, and a transposed rotation is told', async ({ page }) => {
+  await page.goto('about:blank');
+  await page.goto('./#icp&scene=partial_overlap');
+  await expect(heading(page)).toHaveText('At the start');
+  const scene = lab_scene('partial_overlap');
+  // The clouds as the loop uses them.
+  await load();
+  const [source, target] = [PointCloud.from_positions(scene.source), PointCloud.from_positions(scene.target)];
+  const engine = new IcpLab(source, target, scene.methods[0]);
+  const drop = async (name: string, sign: 1 | -1): Promise<void> => {
+    const rows = ownIcp(engine.source_points(), engine.target_points(), 8, sign);
+    const buffer = Buffer.from(JSON.stringify(rows));
+    await lab(page)
+      .locator('input[type=file]')
+      .setInputFiles([{ name, mimeType: '', buffer }]);
+  };
+  await drop('mine.json', 1);
+  await expect(lab(page).getByText('All 8 steps agree')).toBeVisible();
+  await drop('turned.json', -1);
+  await expect(lab(page).getByText('They part at iteration 1.')).toBeVisible();
+  await expect(lab(page).locator('.fault')).toContainText(/transposed/);
+  await lab(page)
+    .locator('input[type=file]')
+    .setInputFiles([{ name: 'bad.csv', mimeType: '', buffer: Buffer.from('1,2,3\n4,5,6\n7,8,9\n') }]);
+  await expect(lab(page).getByRole('region', { name: 'Messages' })).toContainText(/bad\.csv/i);
 });
 
 test('methods side by side, on a phone in the dark', async ({ page }) => {

@@ -14,6 +14,7 @@ import type {
   LabTrace,
   LocalMinimum,
   Options,
+  OwnComparison,
   Pose,
 } from './protocol.js';
 import worker_url from './lab-worker.ts?worker&url';
@@ -26,7 +27,7 @@ export interface LabHooks {
   unavailable(message: string): void;
 }
 
-type Question = 'trace' | 'traced_iteration' | 'iteration' | 'landscape' | 'basin' | 'label';
+type Question = 'trace' | 'traced_iteration' | 'iteration' | 'landscape' | 'basin' | 'label' | 'own';
 type Given<K extends Question> = Arguments<LabApi[K]> extends [number, ...infer Rest] ? Rest : never;
 
 interface Pair {
@@ -150,6 +151,11 @@ export class LabClient {
   /** Tells the ends of a basin apart. */
   label(method: number, ends: BasinEnds, reference: Pose): Promise<BasinLabels> {
     return this.#stepper.ask(this.#opened(), method, this.#options(method), 'label', ends, reference);
+  }
+
+  /** Somebody's own poses, the start first, beside the engine's steps. */
+  own(method: number, poses: readonly (readonly number[])[]): Promise<OwnComparison> {
+    return this.#stepper.ask(this.#opened(), method, this.#options(method), 'own', poses);
   }
 
   /** As `iteration`, for poses that follow the hand: while one is being answered only the latest one after it waits. */

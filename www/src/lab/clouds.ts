@@ -12,6 +12,9 @@ export const SAMPLE = 'sample';
 
 export const isCloudName = (name: string): boolean => /\.(ply|pcd)$/i.test(name);
 
+/** Poses of the user's own ICP. */
+export const isPosesName = (name: string): boolean => /\.(csv|txt|json|npy)$/i.test(name);
+
 export function fileCloud({ name, file }: NamedFile): GivenCloud {
   return { name, read: async () => ({ kind: 'file', name, bytes: new Uint8Array(await file.arrayBuffer()) }) };
 }

@@ -18,6 +18,7 @@ import { side_styles } from './side-styles.js';
 import { methodFields, methodPresets, methodValues, optionsOf } from './method-fields.js';
 import type { CloudMetric, LabFacts, LabIteration, Pose } from './protocol.js';
 import { endOf, type LabRun, type LabSession, numPoses, runColor } from './session.js';
+import { ownPanel } from './own-panel.js';
 import { costPainter, stepPanel } from './step-panel.js';
 import { BasinSurvey, LandscapeSurvey, shareHome } from './survey.js';
 
@@ -171,7 +172,9 @@ export class ScanstitchLabSide extends LitElement {
       </div>
       ${
         run.own
-          ? nothing
+          ? html`<div class="panel">
+              ${run.comparison ? ownPanel(run.comparison, (at) => session.player.seek(at)) : nothing}
+            </div>`
           : html`<scanstitch-settings
               .descriptions=${this.fieldsOf(facts.is_planar)}
               .presets=${presets}

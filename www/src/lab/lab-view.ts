@@ -22,6 +22,7 @@ import { lab_styles } from './lab-styles.js';
 import type { ScanstitchLabPlane } from './plane-stage.js';
 import { FIRST_LOOK, type PlaneScene, type StageLook, stageTheme } from './plane-painter.js';
 import type { LabFacts, Pose } from './protocol.js';
+import { takeOwn } from './own-files.js';
 import { type ScanstitchLabSide, type Tab, TABS } from './lab-side.js';
 import { type LabLink, readLink, writeLink } from './link.js';
 import { emptyLab, examplesMenu, question } from './lab-empty.js';
@@ -104,7 +105,7 @@ export class ScanstitchLab extends LitElement {
       @drop=${drop_target.drop}
     >
       ${is_empty ? this.renderEmpty() : this.renderLab()}
-      <input id="pick" type="file" multiple hidden accept=".ply,.pcd" @change=${this.onPicked} />
+      <input id="pick" type="file" multiple hidden accept=".ply,.pcd,.csv,.txt,.json,.npy" @change=${this.onPicked} />
       ${
         drop_target.is_over
           ? html`<div class="drop-hint" aria-hidden="true">
@@ -358,8 +359,9 @@ export class ScanstitchLab extends LitElement {
   private async take(coming: Promise<NamedFile[]>): Promise<void> {
     const files = await coming;
     const clouds = files.filter(({ name }) => isCloudName(name));
-    if (clouds.length === 0) {
-      this.session.report('There is no cloud among the files', 'Drop PLY or PCD files');
+    const [other] = files.filter(({ name }) => !isCloudName(name));
+    if (other && clouds.length === 0) {
+      if (await takeOwn(this.session, other)) this.tab = 'method';
       return;
     }
     const given = joined(this.session.given, clouds);

@@ -1,11 +1,13 @@
 /** A thread of the lab: it holds two clouds, and answers what is asked of the methods that register them. */
 import { decode_depth, IcpLab, init, local_minima, PointCloud, version } from '../engine/package.js';
+import { compareOwnIcp } from '../../../npm/lab/own_icp.js';
 import { nothingLoaded, serve } from '../engine/serve.js';
 import type { CloudData } from '../components/given-clouds.js';
-import type { EngineGrid, GridPart, LabApi, LabFacts, LabTrace, Options, Pose } from './protocol.js';
+import type { EngineGrid, GridPart, LabApi, LabFacts, LabTrace, Options, OwnComparison, Pose } from './protocol.js';
 
 let clouds: { source: PointCloud; target: PointCloud } | null = null;
 const labs = new Map<number, IcpLab>();
+const options_of = new Map<number, Options>();
 
 serve<LabApi>({
   async start(module) {
@@ -31,6 +33,7 @@ serve<LabApi>({
   landscape: (method, part) => labOf(method).cost_landscape(gridOf(part)),
   minima: (costs, width) => local_minima(costs, width),
   basin: (method, part) => labOf(method).basin_of_attraction(gridOf(part)),
+  own,
   label: (method, ends, reference) => labOf(method).label_ends(ends, numbers(reference)),
 });
 
@@ -39,6 +42,7 @@ function prepare(method: number, options: Options): LabFacts {
   const lab = new IcpLab(clouds.source, clouds.target, options);
   labs.get(method)?.free();
   labs.set(method, lab);
+  options_of.set(method, options);
   const normals = lab.target_normals();
   return {
     is_planar: lab.is_planar,
@@ -54,6 +58,13 @@ function trace(method: number, start: Pose | null): LabTrace {
   const { converged, end_reason, initial, poses, records, costs } = lab.trace(start && numbers(start));
   const milliseconds = performance.now() - begin;
   return { converged, end_reason, poses: Float64Array.from([initial, ...poses].flat()), records, costs, milliseconds };
+}
+
+function own(method: number, poses: readonly (readonly number[])[]): OwnComparison {
+  if (!clouds) throw nothingLoaded();
+  const init_T_target_source = [...(poses[0] ?? [])] as EngineGrid['T_center'];
+  const options = { ...options_of.get(method), init_T_target_source };
+  return compareOwnIcp({ IcpLab }, clouds.source, clouds.target, options, [...poses]) as OwnComparison;
 }
 
 function labOf(method: number): IcpLab {

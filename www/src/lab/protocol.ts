@@ -49,6 +49,16 @@ export interface LabTrace {
 /** Why a source point has no say in a step. */
 export const REJECTION_REASONS = ['too far', 'normals', 'trimmed', 'no normal'] as const;
 
+/** Somebody's own ICP beside the engine's: from each of their poses the engine does one step. */
+export interface OwnComparison {
+  /** How far their next pose lies from the engine's (rad, m). */
+  steps: readonly { rotation: number; translation: number }[];
+  /** The first step that parts; null: none does. */
+  parts_at: number | null;
+  /** What is wrong with it, as far as known faults explain it. */
+  fault: { kind: string; text: string } | null;
+}
+
 /** A grid of poses: around which one, over which unknowns, how far and how finely. */
 export interface Grid {
   T_center: Pose;
@@ -78,5 +88,7 @@ export interface LabApi {
   landscape(method: number, part: GridPart): Float64Array;
   minima(costs: Float64Array, width: number): LocalMinimum[];
   basin(method: number, part: GridPart): BasinEnds;
+  /** `poses`: theirs, the start first. */
+  own(method: number, poses: readonly (readonly number[])[]): OwnComparison;
   label(method: number, ends: BasinEnds, reference: Pose): BasinLabels;
 }

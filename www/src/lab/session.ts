@@ -8,11 +8,13 @@ import { baseName } from '../views/format.js';
 import { LabClient } from './client.js';
 import { Player } from './player.js';
 import { between, IDENTITY } from './poses.js';
-import type { LabFacts, LabIteration, LabTrace, Options, Pose } from './protocol.js';
+import type { LabFacts, LabIteration, LabTrace, Options, OwnComparison, Pose } from './protocol.js';
 import { stateWords } from './words.js';
 
 /** Methods that are compared at most. */
 export const MAX_RUNS = 4;
+/** Entries of poses that differ by less are equal: a file of nine digits. */
+const SAME_POSE = 1e-8;
 /** Pairs of iterations that are kept to look at again; the oldest go first. */
 const MAX_KEPT_PAIRS = 2_000_000;
 
@@ -24,8 +26,10 @@ export interface LabRun {
   trace: LabTrace | null;
   /** Why there is no trace. */
   problem: string;
-  /** Poses of somebody else's program, and the name of its file; empty for the engine's own runs. */
+  /** Poses of somebody else's program: the name of its file; empty for the engine's own runs. */
   own: string;
+  /** Of such poses with the engine's steps. */
+  comparison: OwnComparison | null;
 }
 
 export class LabSession extends Session<LabClient> {
@@ -148,13 +152,26 @@ export class LabSession extends Session<LabClient> {
     await this.#runOne(run.id);
   }
 
-  /** Poses of somebody else's program, beside the engine's. */
-  addOwn(name: string, poses: Float64Array): void {
-    const run = this.#makeRun(this.run?.options ?? {}, name);
-    const trace: LabTrace = { converged: true, end_reason: '', poses, records: [], costs: [], milliseconds: 0 };
-    const others = this.runs.filter(({ own }) => own === '').slice(0, MAX_RUNS - 1);
-    this.runs = [...others, { ...run, trace, facts: this.facts }];
-    this.look(run.id);
+  /** Poses of somebody else's program, beside the engine's: one an iteration, with or without the start before them. */
+  async addOwn(name: string, given: readonly (readonly number[])[]): Promise<void> {
+    const { client, run, trace } = this;
+    const [first] = given;
+    if (!client || !run || !trace || !first) return;
+    const start = Array.from(trace.poses.subarray(0, 16));
+    const has_start = first.every((value, i) => Math.abs(value - (start[i] ?? 0)) < SAME_POSE);
+    const all = has_start ? given : [start, ...given];
+    const own = this.#makeRun(run.options, name);
+    const poses = Float64Array.from(all.flat());
+    const its_trace: LabTrace = { converged: true, end_reason: '', poses, records: [], costs: [], milliseconds: 0 };
+    const others = this.runs.filter((one) => one.own === '').slice(0, MAX_RUNS - 1);
+    this.runs = [...others, { ...own, trace: its_trace }];
+    try {
+      const facts = await client.prepare(own.id, run.options);
+      this.#change(own.id, { facts, comparison: await client.own(own.id, all) });
+      this.look(own.id);
+    } catch (error) {
+      this.#onProblem(error);
+    }
   }
 
   putAway(id: number): void {
@@ -336,7 +353,7 @@ export class LabSession extends Session<LabClient> {
   }
 
   #makeRun(options: Options, own = ''): LabRun {
-    return { id: this.#next_id++, options, facts: null, trace: null, problem: '', own };
+    return { id: this.#next_id++, options, facts: null, trace: null, problem: '', own, comparison: null };
   }
 
   #reset(runs: readonly LabRun[]): void {

@@ -162,6 +162,12 @@ export const side_styles = css`
     align-items: center;
     gap: 8px;
   }
+  .fault {
+    padding: 8px 10px;
+    border-radius: var(--radius);
+    background: var(--doubtful-soft);
+    color: var(--doubtful);
+  }
   .directions {
     display: grid;
     gap: 4px;

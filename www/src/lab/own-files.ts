@@ -1,0 +1,27 @@
+/** Poses of the user's own ICP, from a file to the session. */
+import { wordsOf } from '../components/session.js';
+import type { NamedFile } from '../datasets/gather.js';
+import { baseName } from '../views/format.js';
+import { isPosesName } from './clouds.js';
+import type { LabSession } from './session.js';
+
+/** Whether they are beside the engine's now; why not is told. */
+export async function takeOwn(session: LabSession, { name, file }: NamedFile): Promise<boolean> {
+  const short = baseName(name);
+  if (!isPosesName(name)) {
+    session.report(`${short} is no cloud`, 'Drop PLY or PCD files, or the poses of your own ICP');
+    return false;
+  }
+  if (!session.trace) {
+    session.report('There are no clouds yet to follow your poses on', 'Drop two clouds first');
+    return false;
+  }
+  const { read_own_poses } = await import('../../../npm/lab/own_poses.js');
+  try {
+    await session.addOwn(short, read_own_poses(new Uint8Array(await file.arrayBuffer()), short));
+    return true;
+  } catch (error) {
+    session.report(wordsOf(error), 'Write one 3 x 3 or 4 x 4 matrix an iteration, as CSV, JSON or npy');
+    return false;
+  }
+}

@@ -1,0 +1,58 @@
+/** Somebody's own ICP beside the engine's: where they part, and why. */
+import { html, nothing, type TemplateResult } from 'lit';
+import { formatAngle, plural } from '../views/format.js';
+import type { OwnComparison } from './protocol.js';
+import { formatStep } from './words.js';
+
+const KINDS: Record<string, string> = {
+  input: 'The poses',
+  pairs: 'The pairs',
+  weights: 'The weights',
+  solution: 'The solution',
+};
+
+/** `seek`: looks at the iteration. `styles`: side_styles. */
+export function ownPanel({ steps, parts_at, fault }: OwnComparison, seek: (at: number) => void): TemplateResult {
+  const largest = Math.max(0, ...steps.map(({ translation }) => translation));
+  return html`
+    <header><h2>Your ICP beside ours</h2></header>
+    <p>
+      ${
+        parts_at === null
+          ? html`<strong>All ${plural(steps.length, 'step')} agree</strong>, to ${formatStep(largest)}.`
+          : html`<strong>They part at iteration ${parts_at + 1}.</strong>
+              ${parts_at > 0 ? `The ${plural(parts_at, 'step')} before agree.` : nothing}
+              <button class="link" @click=${() => seek(parts_at)}>Look at it</button>`
+      }
+    </p>
+    ${fault ? html`<p class="fault"><strong>${KINDS[fault.kind] ?? 'The step'}.</strong> ${fault.text}</p>` : nothing}
+    <details>
+      <summary>Every step: how far yours ends from ours</summary>
+      <div class="scroll">
+        <table class="iterations number">
+          <thead>
+            <tr>
+              <th scope="col">iteration</th>
+              <th scope="col">moved</th>
+              <th scope="col">turned</th>
+            </tr>
+          </thead>
+          <tbody>
+            ${steps.map(
+              ({ translation, rotation }, i) =>
+                html`<tr>
+                  <th scope="row">${i + 1}</th>
+                  <td>${formatStep(translation)}</td>
+                  <td>${formatAngle(rotation, 4)}</td>
+                </tr>`,
+            )}
+          </tbody>
+        </table>
+      </div>
+    </details>
+    <p class="explanation">
+      From each of your poses our next step is computed, with our pairs and weights of the method that was looked at.
+      The stage shows your poses with our pairs.
+    </p>
+  `;
+}
