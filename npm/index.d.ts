@@ -184,8 +184,8 @@ export interface LabScene {
   methods: Partial<RegistrationOptions>[];
 }
 
-/** Names of the scenes of the gallery. */
-export const LAB_SCENES: readonly string[];
+/** Names of the scenes of the gallery, in its order. */
+export function lab_scenes(): string[];
 
 /** Makes a scene of the gallery. Throws a RangeError where there is none of this name. */
 export function lab_scene(name: string): LabScene;

@@ -50,7 +50,7 @@ export {
 } from '../pkg/scanstitch.js';
 
 export { read_own_poses } from './lab/own_poses.js';
-export { LAB_SCENES, lab_scene } from './lab/scenes.js';
+export { lab_scene, lab_scenes } from './lab/scenes.js';
 
 /** @type {Promise<void> | undefined} */
 let loading;

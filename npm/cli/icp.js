@@ -25,7 +25,7 @@ const OPTIONS = /** @type {const} */ ({
 /** @type {import('./command.js').Command} */
 export const icp = {
   name: 'icp',
-  about: 'one registration, iteration by iteration; its cost landscape and basin of attraction; your own ICP beside it',
+  about: 'one registration, iteration by iteration; its cost landscape and basin; your own ICP beside it',
   help: () => `scanstitch icp SOURCE TARGET [OPTION]...
 
 Registers a cloud (PLY or PCD) to another and prints every iteration: pairs, residuals, cost and step.
@@ -36,14 +36,15 @@ Options:
                        robust_kernel=none, max_correspondence_distance=1, voxel_size=0.25, step=gauss_newton, ...
   --trace FILE         every iteration with its pairs, weights and normal equations, as JSON
   --landscape FILE     the cost over two unknowns around the end, as PNG; dark is low
-  --basin FILE         where registrations end that start there, as PNG: green is this end, other colours are other minima,
-                       black is not converged
-  --axes I,J           unknowns of both pictures (default: 1,2 in the plane of theta, x, y; 3,4 in space of wx, wy, wz, x, y, z)
+  --basin FILE         where registrations end that start there, as PNG: green is this end, other colours are
+                       other minima, black is not converged
+  --axes I,J           unknowns of both pictures, counted in the plane from 0 in theta, x, y (default: 1,2) and in
+                       space in wx, wy, wz, x, y, z (default: 3,4)
   --half-widths A,B    how far each goes to either side (rad, m; default: 1,1)
   --size W,H           nodes of the pictures (default: 101,101; of the basin 31,31)
-  --own FILE           poses of your own ICP, a 3 x 3 or 4 x 4 matrix an iteration (CSV, JSON, npy): each of its steps is
-                       compared with ours from the same pose, and where they part the fault is named: pairs, weights or
-                       solution
+  --own FILE           poses of your own ICP, a 3 x 3 or 4 x 4 matrix an iteration (CSV, JSON, npy): each of its steps
+                       is compared with ours from the same pose, and where they part the fault is named: pairs,
+                       weights or solution
 
 Examples:
   scanstitch icp 1.ply 0.ply --trace trace.json --basin basin.png

@@ -171,13 +171,15 @@ const SCENES = {
   }),
 };
 
-/** Names of the scenes, in the order of the gallery. */
-export const LAB_SCENES = Object.freeze(Object.keys(SCENES));
+/** @type {typeof import('../index.js').lab_scenes} */
+export function lab_scenes() {
+  return Object.keys(SCENES);
+}
 
 /** @type {typeof import('../index.js').lab_scene} */
 export function lab_scene(name) {
   const make = SCENES[name];
-  if (!make) throw new RangeError(`There is no scene "${name}". There are: ${LAB_SCENES.join(', ')}`);
+  if (!make) throw new RangeError(`There is no scene "${name}". There are: ${lab_scenes().join(', ')}`);
   return { name, ...make() };
 }
 

@@ -24,7 +24,7 @@ test('packed, installed elsewhere and run alone', (t) => {
 
   const paths = files.map((/** @type {{ path: string }} */ { path }) => path);
   const foreign = paths.filter((/** @type {string} */ path) => {
-    return !/^(npm\/((cli|recording|bag)\/)?\w+(\.d)?\.[jt]s|pkg\/scanstitch(_bg)?\.(js|wasm|d\.ts|wasm\.d\.ts)|package\.json|README\.md|LICEN[CS]E.*)$/.test(
+    return !/^(npm\/((cli|recording|bag|lab)\/)?\w+(\.d)?\.[jt]s|pkg\/scanstitch(_bg)?\.(js|wasm|d\.ts|wasm\.d\.ts)|package\.json|README\.md|LICEN[CS]E.*)$/.test(
       path,
     );
   });
