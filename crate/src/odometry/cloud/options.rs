@@ -4,7 +4,9 @@ use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
 use crate::error::{Error, Result};
+use crate::geometry::PointCloud;
 use crate::registration::global::GlobalMethod;
+use crate::registration::global::scale::telling_voxel_size;
 use crate::registration::icp::{Criteria, IcpOptions, Rejection, Weighting};
 use crate::registration::robust_kernel::RobustKernel;
 use crate::registration::solver::Motion;
@@ -112,8 +114,19 @@ impl CloudOptions {
         }
     }
 
-    pub(super) fn feature_neighbourhood(&self) -> Neighbourhood {
-        Neighbourhood { max_neighbors: FEATURE_NEIGHBORS, radius: FEATURE_RADIUS * self.voxel_size }
+    pub(super) fn feature_neighbourhood(&self, voxel_size: f64) -> Neighbourhood {
+        Neighbourhood { max_neighbors: FEATURE_NEIGHBORS, radius: FEATURE_RADIUS * voxel_size }
+    }
+
+    /// The voxels (m) in which clouds like this one are described for a global registration: courses describe every point.
+    pub(super) fn global_voxel_size(&self, first: &PointCloud) -> f64 {
+        let telling = if self.robust { telling_voxel_size(first).unwrap_or(0.0) } else { 0.0 };
+        telling.max(self.voxel_size)
+    }
+
+    /// Stages that find a motion far from its prediction, before those of [`stages`](Self::stages).
+    pub(super) fn wide_stages(&self) -> [IcpOptions; 3] {
+        WIDE_DISTANCES.map(|voxels| rough_stage(voxels * self.voxel_size))
     }
 
     /// The stages of a registration, coarse to fine.
@@ -131,18 +144,8 @@ impl CloudOptions {
             };
             return (plain, Vec::new());
         }
-        let stage = |distance: f64, width: f64, criteria: Criteria| IcpOptions {
-            rejection: Rejection {
-                max_correspondence_distance: distance,
-                max_normal_angle: MAX_NORMAL_ANGLE,
-                trim_fraction: 0.0,
-            },
-            weighting: Weighting { robust_kernel: RobustKernel::GemanMcclure, robust_kernel_width: width },
-            criteria,
-        };
-        let rough = Criteria { max_iterations: 15, rotation_eps: 2e-3, translation_eps: 0.02 * distance };
         let fine = Criteria { max_iterations: 40, rotation_eps: 1e-4, translation_eps: 1e-3 * distance };
-        (stage(2.0 * distance, 0.7 * distance, rough), vec![stage(distance, distance / 3.0, fine)])
+        (rough_stage(2.0 * distance), vec![robust_stage(distance, distance / 3.0, fine)])
     }
 
     pub(super) fn check(&self) -> Result<()> {
@@ -162,5 +165,26 @@ impl CloudOptions {
     }
 }
 
+/// A few iterations with pairs within this distance (m).
+fn rough_stage(distance: f64) -> IcpOptions {
+    let rough = Criteria { max_iterations: 15, rotation_eps: 2e-3, translation_eps: 0.01 * distance };
+    robust_stage(distance, 0.35 * distance, rough)
+}
+
+fn robust_stage(distance: f64, width: f64, criteria: Criteria) -> IcpOptions {
+    IcpOptions {
+        rejection: Rejection {
+            max_correspondence_distance: distance,
+            max_normal_angle: MAX_NORMAL_ANGLE,
+            trim_fraction: 0.0,
+        },
+        weighting: Weighting { robust_kernel: RobustKernel::GemanMcclure, robust_kernel_width: width },
+        criteria,
+    }
+}
+
+/// Pairs are looked for within so many voxels, one stage after the other, where a motion is far from its prediction. By
+/// default a voxel is a fortieth of the median range: the widest is half of it.
+const WIDE_DISTANCES: [f64; 3] = [20.0, 10.0, 6.0];
 /// Pairs whose normals differ by more (rad) lie on different surfaces.
 const MAX_NORMAL_ANGLE: f64 = 0.8;
