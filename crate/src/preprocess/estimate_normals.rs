@@ -24,7 +24,7 @@ pub fn estimate_normals(
     neighbourhood: Neighbourhood,
     viewpoint: DVec3,
 ) -> Vec<Option<Vector3<f64>>> {
-    normals(points, tree, neighbourhood, viewpoint, 1.0)
+    normals(points, tree, neighbourhood, viewpoint, f64::INFINITY)
 }
 
 /// As [`estimate_normals`], but `None` where the neighbours do not clearly lie in a plane. Those on one ring of a spinning laser

@@ -114,10 +114,6 @@ impl CloudOptions {
         }
     }
 
-    pub(super) fn feature_neighbourhood(&self, voxel_size: f64) -> Neighbourhood {
-        Neighbourhood { max_neighbors: FEATURE_NEIGHBORS, radius: FEATURE_RADIUS * voxel_size }
-    }
-
     /// The voxels (m) in which clouds like this one are described for a global registration: courses describe every point.
     pub(super) fn global_voxel_size(&self, first: &PointCloud) -> f64 {
         let telling = if self.robust { telling_voxel_size(first).unwrap_or(0.0) } else { 0.0 };
@@ -163,6 +159,11 @@ impl CloudOptions {
         }
         Ok(())
     }
+}
+
+/// What a feature describes of a cloud in voxels of this side (m).
+pub(super) fn feature_neighbourhood(voxel_size: f64) -> Neighbourhood {
+    Neighbourhood { max_neighbors: FEATURE_NEIGHBORS, radius: FEATURE_RADIUS * voxel_size }
 }
 
 /// A few iterations with pairs within this distance (m).

@@ -5,7 +5,7 @@ use std::cell::OnceCell;
 use glam::DVec3;
 use nalgebra::Vector3;
 
-use super::options::CloudOptions;
+use super::options::{CloudOptions, feature_neighbourhood};
 use crate::error::{Error, Result};
 use crate::geometry::PointCloud;
 use crate::preprocess::estimate_normals::{estimate_clear_normals, estimate_normals};
@@ -116,7 +116,7 @@ pub(super) struct Described {
 
 impl Described {
     fn new(prepared: &PreparedCloud, options: &CloudOptions, voxel_size: f64) -> Self {
-        let around = options.feature_neighbourhood(voxel_size);
+        let around = feature_neighbourhood(voxel_size);
         let coarse = (voxel_size > options.voxel_size).then(|| voxel_downsample(&prepared.cloud, voxel_size).ok());
         let Some(coarse) = coarse.flatten() else {
             let (normals, tree) = (prepared.target.normals(), prepared.target.tree());
