@@ -10,12 +10,14 @@ use common::shared_data;
 use glam::{DVec3, Vec3};
 use nalgebra::{Isometry3, Matrix3, Matrix6, Rotation3, SMatrix, Translation3, UnitQuaternion, Vector3, Vector6};
 use scanstitch::geometry::{PointCloud, Pose3, RigidMotion};
+use scanstitch::io::point_cloud;
 use scanstitch::io::{depth_png, ply, trajectory};
 use scanstitch::odometry::assessment::Status;
 use scanstitch::odometry::cloud::{
     CloudEstimate, CloudMethod, CloudOdometry, CloudOptions, GlobalRegistrationUse, PreparedCloud,
 };
-use scanstitch::registration::align::{CloudMetric, RegistrationOptions, register_clouds};
+use scanstitch::pipeline::SpatialSettings;
+use scanstitch::registration::align::{CloudMetric, RegistrationInit, RegistrationOptions, register_clouds};
 use scanstitch::registration::factors::{Correspondence, Factor, NormalEquations, PLANE_THICKNESS, PlaneToPlane};
 use scanstitch::registration::icp::{Criteria, IcpOptions, Rejection, Weighting, register};
 use scanstitch::registration::robust_kernel::RobustKernel;
@@ -23,7 +25,10 @@ use scanstitch::registration::solver::{Motion, Solver};
 use scanstitch::registration::spatial::{SpatialMetric, register_in_space};
 use scanstitch::registration::target::{LastSearch, OrientedTarget, Target};
 use scanstitch::registration::voxelized::{GaussianVoxels, PlaneToVoxel};
+use scanstitch_scene::apartment::{Apartment, WalkOptions};
 use scanstitch_scene::random::Random;
+use scanstitch_scene::space::{Shape, Solid, Space};
+use scanstitch_scene::spinning_lidar::{SpinningLidar, level_sensor};
 
 fn wave(i: usize, k: f64) -> f64 {
     ((i as f64) * k + 0.5).sin()
@@ -409,4 +414,119 @@ fn the_map_of_clouds_drifts_less() {
     let Some(recordings) = shared_data("rgbd") else { return };
     let error = rooms_error(&recordings, "first", 16, CloudOptions::new(0.05));
     assert!(error < 0.035, "{error}");
+}
+
+fn chain_as_dropped(clouds: &[PointCloud]) -> Vec<CloudEstimate> {
+    let mut ranges: Vec<f32> = clouds[0].positions.iter().map(|p| p.length()).collect();
+    ranges.sort_by(f32::total_cmp);
+    let settings = SpatialSettings::default().for_clouds(f64::from(ranges[ranges.len() / 2]));
+    chain(settings.cloud_options(), clouds)
+}
+
+fn recorded(name: &str) -> Option<PointCloud> {
+    let path = shared_data("lidar")?.join(name);
+    let cloud = point_cloud::read(&std::fs::read(path).unwrap()).unwrap();
+    Some(PointCloud::from_positions(cloud.positions.into_iter().filter(|p| p.is_finite()).collect()))
+}
+
+/// Two metres and 41 degrees lie between them: the prediction does not place the second.
+#[test]
+fn two_scans_of_a_room_are_found_without_a_guess() {
+    let Some(clouds) = ["pcl_room/room_scan1.pcd", "pcl_room/room_scan2.pcd"].into_iter().map(recorded).collect()
+    else {
+        return;
+    };
+    let clouds: Vec<PointCloud> = clouds;
+    let found = &chain_as_dropped(&clouds)[1];
+    // The reference tells the shift and the angle, which is about z but for a degree of tilt.
+    let T = found.T_world_sensor;
+    let shift = (T.translation.vector - Vector3::new(1.97, 0.06, 0.03)).norm();
+    assert!(shift < 0.03 && (T.rotation.angle().to_degrees() - 40.8).abs() < 0.5, "{T}");
+    let options = RegistrationOptions {
+        init: RegistrationInit::Global,
+        metric: Some(CloudMetric::PointToPlane),
+        max_correspondence_distance: 0.15,
+        ..RegistrationOptions::default()
+    };
+    let other = pose_of(&register_clouds(&clouds[1], &clouds[0], &options).unwrap().T_target_source);
+    let (metres, degrees) = error_of(&other, &T);
+    assert!(metres < 0.03 && degrees < 0.5, "{metres} m, {degrees} deg");
+    assert_eq!(found.assessment.status, Status::Good, "{}", found.assessment.reason);
+}
+
+#[test]
+fn clouds_of_different_recordings_are_lost() {
+    for (first, second) in [
+        ("pcl_room/room_scan1.pcd", "kitti_pair/source.ply"),
+        ("kitti_pair/source.ply", "pcl_room/room_scan2.pcd"),
+        ("pcl_room/room_scan1.pcd", "pcl_pairwise/capture0001.pcd"),
+        ("pcl_pairwise/capture0005.pcd", "pcl_room/room_scan2.pcd"),
+        ("pcl_pairwise/capture0002.pcd", "kitti_pair/target.ply"),
+    ] {
+        let (Some(a), Some(b)) = (recorded(first), recorded(second)) else { return };
+        let found = &chain_as_dropped(&[a, b])[1];
+        assert_eq!(found.assessment.status, Status::Lost, "{first}, then {second}: {}", found.assessment.reason);
+        assert!(!found.assessment.reason.is_empty());
+    }
+}
+
+/// Every so many poses of a walk, 0.8 m apart or 15 degrees, seen by a laser of 16 rings.
+fn walk_of_a_spinning_laser(seed: u64, count: usize) -> (Vec<PointCloud>, Vec<Pose3>) {
+    let apartment = Apartment::generate(seed);
+    let options = WalkOptions { step: 0.4, turn: 15f64.to_radians(), camera_height: 1.0, ..WalkOptions::default() };
+    let mut poses: Vec<Pose3> = Vec::new();
+    for pose in apartment.walk(&options).iter().map(level_sensor) {
+        let is_far = poses.last().is_none_or(|last| error_of(last, &pose).0 > 0.79 || error_of(last, &pose).1 > 14.0);
+        if is_far {
+            poses.push(pose);
+        }
+    }
+    poses.truncate(count);
+    let scan = |(pose, seed): (&Pose3, u64)| SpinningLidar::default().scan(&apartment.space, pose, seed);
+    (poses.iter().zip(1..).map(scan).collect(), poses)
+}
+
+#[test]
+fn a_spinning_laser_is_followed_through_a_flat_in_long_steps() {
+    let (clouds, poses) = walk_of_a_spinning_laser(2, 15);
+    let estimates = chain_as_dropped(&clouds);
+    let mut num_good = 0;
+    for (pose, estimate) in poses.iter().zip(&estimates) {
+        let (metres, degrees) = error_of(&(poses[0].inverse() * pose), &estimate.T_world_sensor);
+        assert_ne!(estimate.assessment.status, Status::Lost, "{}", estimate.assessment.reason);
+        assert!(metres < 0.05 && degrees < 1.0, "{metres} m, {degrees} deg");
+        num_good += usize::from(estimate.assessment.status == Status::Good);
+    }
+    assert!(num_good >= 12, "{num_good} of {} are good", poses.len());
+    let (elsewhere, _) = walk_of_a_spinning_laser(11, 6);
+    for other in [1, 5] {
+        let found = &chain_as_dropped(&[clouds[other].clone(), elsewhere[other].clone()])[1];
+        assert_eq!(found.assessment.status, Status::Lost, "{other}: {}", found.assessment.reason);
+    }
+}
+
+/// Nothing tells how far a laser has moved along it, but the rings stay with the laser and seem to.
+#[test]
+fn in_a_bare_corridor_no_step_is_good() {
+    let wall = |half: [f64; 3], center: [f64; 3]| Solid {
+        shape: Shape::Cuboid { half: half.into() },
+        R_world_solid: Matrix3::identity(),
+        center: center.into(),
+        material: 0,
+    };
+    let walls = vec![
+        wall([60.0, 0.1, 2.0], [0.0, 1.2, 0.0]),
+        wall([60.0, 0.1, 2.0], [0.0, -1.2, 0.0]),
+        wall([60.0, 2.0, 0.1], [0.0, 0.0, -1.1]),
+        wall([60.0, 2.0, 0.1], [0.0, 0.0, 1.6]),
+    ];
+    let corridor = Space::new(walls, Vec::new(), Vec::new(), None);
+    let laser = SpinningLidar { max_range: 10.0, ..SpinningLidar::default() };
+    let clouds: Vec<PointCloud> = [(0.0, 1), (0.8, 2), (1.6, 3)]
+        .map(|(x, seed)| laser.scan(&corridor, &Pose3::translation(x, 0.0, 0.0), seed))
+        .to_vec();
+    for estimate in &chain_as_dropped(&clouds)[1..] {
+        assert_eq!(estimate.assessment.status, Status::Doubtful, "{}", estimate.assessment.reason);
+        assert!(estimate.assessment.reason.contains("degenerate"), "{}", estimate.assessment.reason);
+    }
 }

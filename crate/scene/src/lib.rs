@@ -15,4 +15,5 @@ pub mod recording;
 pub mod ring;
 pub mod samples;
 pub mod space;
+pub mod spinning_lidar;
 pub mod world;

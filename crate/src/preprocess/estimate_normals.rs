@@ -12,6 +12,9 @@ use crate::search::{KdTree, Neighbor, Neighbourhood};
 const MIN_NEIGHBORS: usize = 5;
 /// Neighbours whose second largest spread (variance) is below this share of the largest lie on a line: many planes fit.
 const LINE_SHARE: f64 = 1e-3;
+/// Neighbours clearly lie in a plane when their smallest variance is at most this share of the second largest: 20 points with
+/// noise across a line have 0.3 to 1 of it, and a plane then has a normal to within 6 degrees (1 / (2 sqrt(20)) rad).
+const CLEAR_FLATNESS: f64 = 0.25;
 
 /// The unit normal of every point of `tree`, which was built from `points` (m), towards `viewpoint` (m, same frame).
 /// `None` for points that are not finite, have too few neighbours, or whose neighbours lie on a line.
@@ -21,13 +24,35 @@ pub fn estimate_normals(
     neighbourhood: Neighbourhood,
     viewpoint: DVec3,
 ) -> Vec<Option<Vector3<f64>>> {
+    normals(points, tree, neighbourhood, viewpoint, f64::INFINITY)
+}
+
+/// As [`estimate_normals`], but `None` where the neighbours do not clearly lie in a plane. Those on one ring of a spinning laser
+/// lie on a line as thick as the noise: any normal across it fits, and many of them would hold the cloud where it is.
+pub fn estimate_clear_normals(
+    points: &[Vec3],
+    tree: &KdTree<3>,
+    neighbourhood: Neighbourhood,
+    viewpoint: DVec3,
+) -> Vec<Option<Vector3<f64>>> {
+    normals(points, tree, neighbourhood, viewpoint, CLEAR_FLATNESS)
+}
+
+/// `max_flatness`: largest ratio of the smallest spread to the second largest (variances).
+fn normals(
+    points: &[Vec3],
+    tree: &KdTree<3>,
+    neighbourhood: Neighbourhood,
+    viewpoint: DVec3,
+    max_flatness: f64,
+) -> Vec<Option<Vector3<f64>>> {
     let Neighbourhood { max_neighbors, radius } = neighbourhood;
     let mut neighbors = Vec::with_capacity(max_neighbors);
     points
         .iter()
         .map(|point| {
             tree.k_nearest(&point.to_array(), radius as f32, max_neighbors, &mut neighbors);
-            let normal = least_spread(points, *point, &neighbors)?;
+            let normal = least_spread(points, *point, &neighbors, max_flatness)?;
             let towards = if normal.dot(viewpoint - point.as_dvec3()) < 0.0 { -normal } else { normal };
             Some(Vector3::new(towards.x, towards.y, towards.z))
         })
@@ -35,7 +60,7 @@ pub fn estimate_normals(
 }
 
 /// The direction in which the neighbours spread least.
-fn least_spread(points: &[Vec3], point: Vec3, neighbors: &[Neighbor]) -> Option<DVec3> {
+fn least_spread(points: &[Vec3], point: Vec3, neighbors: &[Neighbor], max_flatness: f64) -> Option<DVec3> {
     if neighbors.len() < MIN_NEIGHBORS {
         return None;
     }
@@ -51,15 +76,16 @@ fn least_spread(points: &[Vec3], point: Vec3, neighbors: &[Neighbor]) -> Option<
     let mean = sum.as_dvec3() * share;
     let diagonal = diagonal.as_dvec3() * share - mean * mean;
     let others = others.as_dvec3() * share - DVec3::new(mean.x * mean.y, mean.x * mean.z, mean.y * mean.z);
-    smallest_eigenvector(diagonal, others)
+    smallest_eigenvector(diagonal, others, max_flatness)
 }
 
 /// The eigenvector with the smallest eigenvalue of the symmetric matrix with this diagonal and these entries (0, 1),
-/// (0, 2) and (1, 2); `None` where the two smallest are both next to nothing.
+/// (0, 2) and (1, 2); `None` where the two smallest are both next to nothing, or the smallest is a larger share of the second
+/// than `max_flatness`.
 ///
 /// Eigenvalues in closed form (Smith, "Eigenvalues of a symmetric 3 x 3 matrix", CACM 4 (1961)). The columns of the
 /// product of A with the other two eigenvalues taken off it are multiples of the eigenvector; the longest is the surest.
-fn smallest_eigenvector(diagonal: DVec3, others: DVec3) -> Option<DVec3> {
+fn smallest_eigenvector(diagonal: DVec3, others: DVec3, max_flatness: f64) -> Option<DVec3> {
     let mean = (diagonal.x + diagonal.y + diagonal.z) / 3.0;
     let d = diagonal - mean;
     let sq_others = others.length_squared();
@@ -73,7 +99,8 @@ fn smallest_eigenvector(diagonal: DVec3, others: DVec3) -> Option<DVec3> {
     let largest = 2.0 * scale * angle.cos();
     let smallest = 2.0 * scale * (angle + std::f64::consts::TAU / 3.0).cos();
     let middle = -largest - smallest;
-    if middle + mean <= LINE_SHARE * (largest + mean) {
+    let is_line = middle + mean <= LINE_SHARE * (largest + mean);
+    if is_line || smallest + mean > max_flatness * (middle + mean) {
         return None;
     }
     // Rows of A - smallest: all perpendicular to the eigenvector.
@@ -111,7 +138,8 @@ mod tests {
             let C = A * A.transpose() * scale;
             let expected = C.symmetric_eigen();
             let index = expected.eigenvalues.imin();
-            let found = smallest_eigenvector(DVec3::new(C.m11, C.m22, C.m33), DVec3::new(C.m12, C.m13, C.m23)).unwrap();
+            let found =
+                smallest_eigenvector(DVec3::new(C.m11, C.m22, C.m33), DVec3::new(C.m12, C.m13, C.m23), 1.0).unwrap();
             let cosine = expected.eigenvectors.column(index).dot(&Vector3::new(found.x, found.y, found.z)).abs();
             let eigenvalues = expected.eigenvalues;
             let gap = (0..3).filter(|&k| k != index).map(|k| eigenvalues[k] - eigenvalues[index]).fold(1e9, f64::min);
@@ -119,7 +147,7 @@ mod tests {
                 assert!(cosine > 1.0 - 1e-9, "{C}: {found}");
             }
         }
-        let plane = smallest_eigenvector(DVec3::new(1.0, 2.0, 0.0), DVec3::ZERO).unwrap();
+        let plane = smallest_eigenvector(DVec3::new(1.0, 2.0, 0.0), DVec3::ZERO, 1.0).unwrap();
         assert!((plane.z.abs() - 1.0).abs() < 1e-12);
     }
 

@@ -5,11 +5,11 @@ use std::cell::OnceCell;
 use glam::DVec3;
 use nalgebra::Vector3;
 
-use super::options::CloudOptions;
+use super::options::{CloudOptions, feature_neighbourhood};
 use crate::error::{Error, Result};
 use crate::geometry::PointCloud;
-use crate::preprocess::estimate_normals::estimate_normals;
-use crate::preprocess::voxel_downsample::voxel_downsample_from;
+use crate::preprocess::estimate_normals::{estimate_clear_normals, estimate_normals};
+use crate::preprocess::voxel_downsample::{voxel_downsample, voxel_downsample_from};
 use crate::registration::free_space::sphere::SphericalView;
 use crate::registration::global::DescribedCloud;
 use crate::registration::icp::Source;
@@ -20,7 +20,7 @@ use crate::search::KdTree;
 pub struct PreparedCloud {
     cloud: PointCloud,
     target: OrientedTarget<3>,
-    described: OnceCell<DescribedCloud>,
+    described: OnceCell<Described>,
     view: OnceCell<SphericalView>,
 }
 
@@ -45,7 +45,8 @@ impl PreparedCloud {
             voxel_downsample_from(cloud, options.voxel_size, corner)?
         };
         let tree = KdTree::build(bytemuck::cast_slice(&cloud.positions));
-        let normals = estimate_normals(&cloud.positions, &tree, options.normals, options.viewpoint);
+        let estimate = if options.robust { estimate_clear_normals } else { estimate_normals };
+        let normals = estimate(&cloud.positions, &tree, options.normals, options.viewpoint);
         let single = |normal: &Option<Vector3<f64>>| {
             normal.map_or(glam::Vec3::NAN, |n| DVec3::from(<[f64; 3]>::from(n)).as_vec3())
         };
@@ -88,11 +89,9 @@ impl PreparedCloud {
         &self.target
     }
 
-    pub(super) fn described(&self, options: &CloudOptions) -> &DescribedCloud {
-        self.described.get_or_init(|| {
-            let (normals, tree) = (self.target.normals(), self.target.tree());
-            DescribedCloud::new(&self.cloud.positions, normals, tree, options.feature_neighbourhood())
-        })
+    /// What a global registration compares, in voxels of this side (m), the same in each call.
+    pub(super) fn described(&self, options: &CloudOptions, voxel_size: f64) -> &Described {
+        self.described.get_or_init(|| Described::new(self, options, voxel_size))
     }
 
     pub(super) fn view(&self, viewpoint: Vector3<f64>) -> &SphericalView {
@@ -108,8 +107,41 @@ impl PreparedCloud {
     }
 }
 
+/// Points with features, and an index of them.
+pub(super) struct Described {
+    pub(super) cloud: DescribedCloud,
+    /// Of the described points; `None` where these are all points of the cloud.
+    tree: Option<KdTree<3>>,
+}
+
+impl Described {
+    fn new(prepared: &PreparedCloud, options: &CloudOptions, voxel_size: f64) -> Self {
+        let around = feature_neighbourhood(voxel_size);
+        let coarse = (voxel_size > options.voxel_size).then(|| voxel_downsample(&prepared.cloud, voxel_size).ok());
+        let Some(coarse) = coarse.flatten() else {
+            let (normals, tree) = (prepared.target.normals(), prepared.target.tree());
+            let cloud = DescribedCloud::new(&prepared.cloud.positions, normals, tree, around);
+            return Self { cloud, tree: None };
+        };
+        let tree = KdTree::build(bytemuck::cast_slice(&coarse.positions));
+        let normals = estimate_normals(&coarse.positions, &tree, options.normals, options.viewpoint);
+        Self { cloud: DescribedCloud::new(&coarse.positions, &normals, &tree, around), tree: Some(tree) }
+    }
+
+    /// The index of the described points of this cloud.
+    pub(super) fn tree<'a>(&'a self, prepared: &'a PreparedCloud) -> &'a KdTree<3> {
+        self.tree.as_ref().unwrap_or_else(|| prepared.target.tree())
+    }
+}
+
 /// Points with their normals.
 pub(super) struct Sample {
     pub(super) points: Vec<Vector3<f64>>,
     pub(super) normals: Vec<Option<Vector3<f64>>>,
+}
+
+impl Sample {
+    pub(super) fn source(&self) -> Source<'_, Vector3<f64>> {
+        Source { points: &self.points, normals: Some(&self.normals), sigmas: None }
+    }
 }

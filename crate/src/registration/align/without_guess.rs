@@ -1,20 +1,16 @@
 //! Where two clouds in space lie on each other, wherever they are: the start of a registration without a guess.
 
-use glam::{DVec3, Vec3};
+use glam::DVec3;
 use nalgebra::Translation3;
 
 use super::{NORMAL_NEIGHBORS, RegistrationOptions};
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::geometry::{PointCloud, Pose3};
 use crate::preprocess::estimate_normals::estimate_normals;
 use crate::preprocess::voxel_downsample::voxel_downsample;
+use crate::registration::global::scale::telling_voxel_size;
 use crate::registration::global::{DescribedCloud, GlobalMethod, register_globally};
 use crate::search::{KdTree, Neighbourhood};
-
-/// Points of a cloud that are enough for a global registration.
-const GLOBAL_POINTS: f64 = 6000.0;
-/// The size of voxels that leave about so many points is looked for so often.
-const SIZE_TRIES: usize = 4;
 
 /// The motion from `source` to `target` relative to the target's origin, whatever it is.
 pub(super) fn without_a_guess(
@@ -43,24 +39,3 @@ pub(super) fn without_a_guess(
 const FEATURE_RADIUS: f64 = 5.0;
 /// ... to within which matches speak for a motion.
 const GLOBAL_DISTANCE: f64 = 1.5;
-
-/// A side of voxels (m) that leaves about [`GLOBAL_POINTS`] points.
-fn telling_voxel_size(cloud: &PointCloud) -> Result<f64> {
-    let finite = || cloud.positions.iter().copied().filter(|p| p.is_finite());
-    let (low, high) = (finite().reduce(Vec3::min).unwrap_or_default(), finite().reduce(Vec3::max).unwrap_or_default());
-    let mut size = f64::from((high - low).max_element()) / 100.0;
-    if size <= 0.0 {
-        let problem = "All points of the target are one: nothing looks like anything";
-        return Err(Error::whole(problem, "Give a cloud of surfaces"));
-    }
-    for _ in 0..SIZE_TRIES {
-        let count = voxel_downsample(cloud, size)?.len() as f64;
-        // Surfaces: the number of voxels goes with the square of their size.
-        let ratio = (count / GLOBAL_POINTS).sqrt().clamp(0.1, 10.0);
-        if (0.8..=1.25).contains(&ratio) || (ratio < 1.0 && count > 0.9 * cloud.len() as f64) {
-            break;
-        }
-        size *= ratio;
-    }
-    Ok(size)
-}

@@ -4,6 +4,7 @@ pub mod consistency;
 pub mod fpfh;
 pub mod matching;
 pub mod ransac;
+pub mod scale;
 
 use glam::Vec3;
 use nalgebra::Vector3;
