@@ -122,7 +122,7 @@ impl CloudOdometry {
     }
 
     /// The map so far; empty with [`CloudMethod::CloudToCloud`].
-    pub fn map(&self) -> &CloudMap {
+    pub(crate) fn map(&self) -> &CloudMap {
         &self.map
     }
 
