@@ -10,19 +10,23 @@ use crate::preprocess::depth_surfels::DepthModel;
 
 /// Side of a window (pixels): as wide as the patches over which errors of stereo matching are the same, and more.
 const WINDOW: usize = 20;
+/// Pixels from one window to the next.
+const STRIDE: usize = 10;
 /// Depths up to which windows are compared with each other (m); the last class has all others.
 const DEPTH_CLASSES: [f64; 3] = [1.5, 3.0, 6.0];
 /// Smallest number of windows in a class that counts.
-const MIN_WINDOWS: usize = 10;
-/// The quantile of a class's residuals that is taken for its noise: more than half of the windows may show structure.
-const NOISE_QUANTILE: f64 = 0.3;
+const MIN_WINDOWS: usize = 40;
+/// The quantile of a class's residuals that is taken for its noise, for most windows may show structure. It is 1.3e-3 /m for
+/// three Kinects (1.8e-3 for a fourth), 3.4e-3 to 4.5e-3 for a RealSense D435, and below 1e-4 for rendered rooms, whose
+/// quantile of 0.3 is up to 1.2e-3.
+const NOISE_QUANTILE: f64 = 0.1;
 
 /// Standard deviation of the depth over its square (1/m), without that of the raw values' steps: the largest of all
 /// classes of depth. 0 where no window is filled.
 pub fn estimate_depth_noise(image: &DepthImage, usable: &[bool], camera: &Pinhole, model: &DepthModel) -> f64 {
     let mut classes: [Vec<f64>; DEPTH_CLASSES.len() + 1] = Default::default();
-    for top in (0..(image.height + 1).saturating_sub(WINDOW)).step_by(WINDOW) {
-        for left in (0..(image.width + 1).saturating_sub(WINDOW)).step_by(WINDOW) {
+    for top in (0..(image.height + 1).saturating_sub(WINDOW)).step_by(STRIDE) {
+        for left in (0..(image.width + 1).saturating_sub(WINDOW)).step_by(STRIDE) {
             if let Some((depth, variance)) = window_noise(image, usable, camera, model, (left, top)) {
                 classes[DEPTH_CLASSES.partition_point(|limit| *limit < depth)].push(variance);
             }
@@ -92,7 +96,7 @@ mod tests {
     #[test]
     fn noise_of_the_inverse_depth_is_found_and_steps_are_none() {
         for noise in [1.5e-3, 5e-3] {
-            assert!((wall(noise) / noise - 1.0).abs() < 0.15, "{} for {noise}", wall(noise));
+            assert!((wall(noise) / noise - 1.0).abs() < 0.2, "{} for {noise}", wall(noise));
         }
         assert!(wall(0.0) < 2e-4, "{}", wall(0.0));
     }

@@ -46,7 +46,8 @@ pub struct DepthNoise {
     pub over_square: f64,
 }
 
-/// Surfaces that differ by fewer standard deviations of the sensor's noise are not told apart.
+/// Surfaces that differ by fewer standard deviations of the sensor's noise are not told apart. With 2.5, a frame of a
+/// Kinect that is off by 7 degrees in a hall is accepted; with less than 2, frames of a RealSense are doubted.
 const NOISE_SIGMAS: f64 = 2.0;
 
 impl DepthNoise {
