@@ -90,7 +90,8 @@ mod tests {
         let values = (0..640 * 480).map(value).collect();
         let image = DepthImage { width: 640, height: 480, bits: 16, values };
         let model = DepthModel { step: 1e-3, offset: 0.0, square_noise: 0.0, min_range: 0.1, max_range: 10.0 };
-        estimate_depth_noise(&image, &[true; 640 * 480], &camera, &model)
+        let usable: Vec<bool> = image.values.iter().map(|value| *value > 0).collect();
+        estimate_depth_noise(&image, &usable, &camera, &model)
     }
 
     #[test]

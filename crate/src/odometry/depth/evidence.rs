@@ -47,7 +47,7 @@ impl Evidence {
             match view.classify_leniently(&point, tolerance).facing(&normal, AGREEING_COSINE) {
                 FreeSpaceTest::Agreeing(_) => frame_in_map.agreeing += 1,
                 _ if keyframes.iter().any(|keyframe| keyframe.saw_through(&point, noise)) => {
-                    frame_in_map.in_free_space += 1
+                    frame_in_map.in_free_space += 1;
                 }
                 _ => {}
             }
