@@ -36,6 +36,8 @@ pub struct Recording {
     pub color: Vec<Vec<u8>>,
     /// fx, fy, cx, cy where the default is not right.
     pub intrinsics: Option<[f64; 4]>,
+    /// Raw values a metre where the default is not right.
+    pub depth_scale: Option<f64>,
     /// `T_world_camera`, x right, y down, z forward.
     pub truth: Vec<Pose3>,
     /// Frames that belong nowhere, so that no pose of theirs is right.
@@ -132,7 +134,15 @@ pub fn floor(which: &str) -> Recording {
     let truth = truth.poses().unwrap().iter().map(|pose| pose * flip).collect();
     let depth = bytes(&numbered(&folder.join("depth"), ".png"));
     let color = bytes(&numbered(&folder.join("rgb"), ".png"));
-    Recording { name: format!("{which} floor"), depth, color, intrinsics: None, truth, strangers: Vec::new() }
+    Recording {
+        name: format!("{which} floor"),
+        depth,
+        color,
+        intrinsics: None,
+        depth_scale: None,
+        truth,
+        strangers: Vec::new(),
+    }
 }
 
 /// 50 frames of a Kinect.
@@ -149,6 +159,7 @@ pub fn fusion_demo() -> Recording {
         depth,
         color,
         intrinsics: Some([585.0, 585.0, 320.0, 240.0]),
+        depth_scale: None,
         truth,
         strangers: Vec::new(),
     }
@@ -166,7 +177,32 @@ pub fn redwood() -> Recording {
         depth,
         color,
         intrinsics: Some([525.0, 525.0, 319.5, 239.5]),
+        depth_scale: None,
         truth,
+        strangers: Vec::new(),
+    }
+}
+
+/// The images of a real camera in the folder of recordings; without truth but for `kinect_office`.
+pub fn camera(name: &str) -> Recording {
+    let folder = Path::new(DATA).join(name);
+    let (depth, color) = match name {
+        "kinect_office" => (numbered(&folder, ".depth.png"), numbered(&folder, ".color.jpg")),
+        _ => (numbered(&folder.join("depth"), ".png"), numbered(&folder.join("rgb"), ".jpg")),
+    };
+    let poses = numbered(&folder, ".pose.txt");
+    let (intrinsics, depth_scale) = match name {
+        "kinect_office" => ([585.0, 585.0, 320.0, 240.0], None),
+        "kinect_pioneer" => ([521.0, 521.0, 325.0, 249.0], Some(5000.0)),
+        _ => ([384.0, 384.0, 320.0, 237.0], None),
+    };
+    Recording {
+        name: name.into(),
+        depth: bytes(&depth),
+        color: bytes(&color),
+        intrinsics: Some(intrinsics),
+        depth_scale,
+        truth: poses.iter().map(|path| matrix_pose(&numbers(&fs::read_to_string(path).unwrap()))).collect(),
         strangers: Vec::new(),
     }
 }
@@ -241,7 +277,15 @@ impl Walk {
         let color = if self.has_color { cached(format!("{walk}_color"), "jpg", &color) } else { Vec::new() };
         let told = [camera.fx * self.focal, camera.fy * self.focal, camera.cx, camera.cy];
         let intrinsics = (self.focal != 1.0).then_some(told);
-        Recording { name: format!("seed {seed}"), depth, color, intrinsics, truth, strangers: Vec::new() }
+        Recording {
+            name: format!("seed {seed}"),
+            depth,
+            color,
+            intrinsics,
+            depth_scale: None,
+            truth,
+            strangers: Vec::new(),
+        }
     }
 
     fn world(&self, seed: u64) -> (Space, Vec<Pose3>) {

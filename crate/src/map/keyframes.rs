@@ -10,7 +10,7 @@ use nalgebra::Vector3;
 use crate::camera::surfel_image::SurfelImage;
 use crate::geometry::Pose3;
 use crate::geometry::rotation::angle_of;
-use crate::registration::free_space::FreeSpaceTest;
+use crate::registration::free_space::{DepthNoise, FreeSpaceTest};
 use crate::registration::photometric::Picture;
 use crate::registration::prepared_surfels::PreparedSurfels;
 use crate::registration::projective::ProjectiveTarget;
@@ -137,9 +137,10 @@ impl Keyframe {
     }
 
     /// Whether this point (world frame) lies in space that it saw to be free.
-    pub fn saw_through(&self, point: &Vector3<f64>) -> bool {
+    pub fn saw_through(&self, point: &Vector3<f64>, noise: DepthNoise) -> bool {
         let point = self.T_world_camera.inverse_transform_point(&(*point).into()).coords;
-        matches!(self.view.classify_leniently(&point, TOLERANCE), FreeSpaceTest::InFreeSpace)
+        let tolerance = noise.tolerance(TOLERANCE, point.z);
+        matches!(self.view.classify_leniently(&point, tolerance), FreeSpaceTest::InFreeSpace)
     }
 }
 

@@ -190,6 +190,17 @@ impl Assessment {
         "more frames fit each other, but not this one: it shows another place".clone_into(&mut self.reason);
     }
 
+    /// It hardly fits the map, of which `overlap` (0..=1) of it sees something, but it follows the frame before it.
+    pub fn mark_tracked(&mut self, overlap: f64) {
+        self.status = Status::Doubtful;
+        self.reason = format!(
+            "it follows the frame before it, but hardly fits the map: {} of it lies there, and {} of the visible surface \
+             contradicts space already seen as free",
+            percent(overlap),
+            percent(1.0 - self.agreement)
+        );
+    }
+
     /// Good in itself, but found by frames before it whose own place is in doubt.
     pub fn mark_dependent_on_uncertain_pose(&mut self) {
         self.doubt(

@@ -2,11 +2,12 @@
 //!
 //! Planar scans: [`clean`], `beam_normals`, [`planar_scan`]. Clouds: [`voxel_downsample`] with its `voxel_hash`,
 //! [`estimate_normals`]. Depth
-//! images: [`wrap_around`], [`depth_surfels`], [`depth_cloud`], [`map_image`]. Read [`planar_scan`] first.
+//! images: [`wrap_around`], [`depth_noise`], [`depth_surfels`], [`depth_cloud`], [`map_image`]. Read [`planar_scan`] first.
 
 pub(crate) mod beam_normals;
 pub mod clean;
 pub mod depth_cloud;
+pub mod depth_noise;
 pub mod depth_surfels;
 pub mod estimate_normals;
 pub mod map_image;

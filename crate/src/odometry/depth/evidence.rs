@@ -4,7 +4,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::reference_map::ReferenceMap;
 use crate::geometry::Pose3;
-use crate::registration::free_space::{FreeSpaceTally, FreeSpaceTest};
+use crate::registration::free_space::{DepthNoise, FreeSpaceTally, FreeSpaceTest};
 use crate::registration::prepared_surfels::SurfelCloud;
 use crate::registration::projective::{PointBatch, ProjectiveTarget};
 
@@ -36,22 +36,27 @@ impl Evidence {
         cloud: &SurfelCloud,
         own_view: &ProjectiveTarget,
         T_world_camera: &Pose3,
+        noise: DepthNoise,
     ) -> Self {
         let (R, t) = rotation_and_translation(T_world_camera);
         let mut frame_in_map = FreeSpaceTally::default();
         let keyframes = reference.keyframes.near(T_world_camera);
         for (point, normal) in cloud.points.iter().zip(&cloud.normals) {
+            let tolerance = noise.tolerance(FINE_TOLERANCE, point.z);
             let (point, normal) = (R * point + t, R * normal);
-            match view.classify_leniently(&point, FINE_TOLERANCE).facing(&normal, AGREEING_COSINE) {
+            match view.classify_leniently(&point, tolerance).facing(&normal, AGREEING_COSINE) {
                 FreeSpaceTest::Agreeing(_) => frame_in_map.agreeing += 1,
-                _ if keyframes.iter().any(|keyframe| keyframe.saw_through(&point)) => frame_in_map.in_free_space += 1,
+                _ if keyframes.iter().any(|keyframe| keyframe.saw_through(&point, noise)) => {
+                    frame_in_map.in_free_space += 1;
+                }
                 _ => {}
             }
         }
         let (R, t) = rotation_and_translation(&T_world_camera.inverse());
         let mut map_in_frame = FreeSpaceTally::default();
         for surfel in view.surfels().step_by(view.len().div_ceil(cloud.points.len()).max(1)) {
-            let test = own_view.classify_leniently(&(R * surfel.point + t), FINE_TOLERANCE);
+            let point = R * surfel.point + t;
+            let test = own_view.classify_leniently(&point, noise.tolerance(FINE_TOLERANCE, point.z));
             map_in_frame.add(&test.facing(&(R * surfel.normal), AGREEING_COSINE));
         }
         let overlap = frame_in_map.agreeing as f64 / cloud.points.len().max(1) as f64;

@@ -10,6 +10,7 @@ use super::textured_frame::TexturedFrame;
 use crate::geometry::Pose3;
 use crate::registration::degeneracy::DegenerateDirection;
 use crate::registration::factors::PointToPlane;
+use crate::registration::free_space::DepthNoise;
 use crate::registration::icp::{Criteria, IcpOptions, Rejection, Weighting, register_with};
 use crate::registration::prepared_surfels::{PreparedSurfels, SurfelCloud};
 use crate::registration::projective::ProjectiveTarget;
@@ -36,6 +37,7 @@ pub(super) struct FrameMatcher<'a> {
     /// The points of the final registration.
     pub(super) fine: SurfelCloud,
     pub(super) solver: Solver<Pose3>,
+    noise: DepthNoise,
     /// `None` where colours are not used.
     pub(super) textured: Option<TexturedFrame<'a>>,
 }
@@ -50,6 +52,7 @@ impl<'a> FrameMatcher<'a> {
             middle: frame.middle(),
             fine: frame.fine(),
             solver: options.motion.solver(),
+            noise: options.noise,
             textured: TexturedFrame::new(frame, options.color),
         }
     }
@@ -61,7 +64,7 @@ impl<'a> FrameMatcher<'a> {
 
     /// The evidence for a pose.
     pub(super) fn evidence(&self, view: &ProjectiveTarget, cloud: &SurfelCloud, T_world_camera: &Pose3) -> Evidence {
-        Evidence::gather(self.reference, view, cloud, &self.own_view, T_world_camera)
+        Evidence::gather(self.reference, view, cloud, &self.own_view, T_world_camera, self.noise)
     }
 
     /// A registration of some of the points.
@@ -91,9 +94,8 @@ impl<'a> FrameMatcher<'a> {
     fn register_finely_with(&self, solver: &Solver<Pose3>, guess: Pose3) -> PoseHypothesis {
         let view = self.view_from(&guess);
         let registration = register(solver, &view, &self.fine, guess, &fine_options());
-        let Evidence { support, overlap, agreement } =
-            self.evidence(&view, &self.middle, &registration.T_target_source);
-        PoseHypothesis { registration, view, support, overlap, agreement, is_degenerate: false, photometric_ncc: None }
+        let evidence = self.evidence(&view, &self.middle, &registration.T_target_source);
+        PoseHypothesis::new(registration, view, &evidence)
     }
 }
 

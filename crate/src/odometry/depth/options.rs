@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::camera::surfel_image::SurfelImage;
+use crate::registration::free_space::DepthNoise;
 use crate::registration::prepared_surfels::PreparedSurfels;
 use crate::registration::solver::Motion;
 
@@ -43,7 +44,7 @@ pub enum Verification {
 }
 
 /// All options of [`DepthOdometry`](super::DepthOdometry).
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct DepthOptions {
     /// How the camera moves. Where it is planar, the y axis of the first camera is vertical.
     pub motion: Motion,
@@ -53,6 +54,8 @@ pub struct DepthOptions {
     pub color: ColorUse,
     /// Whether registrations are checked.
     pub verification: Verification,
+    /// Noise of the sensor.
+    pub noise: DepthNoise,
 }
 
 /// Points of the final registration with [`Effort::Thorough`].

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use super::evidence::FINE_TOLERANCE;
+use super::evidence::{Evidence as PoseEvidence, FINE_TOLERANCE};
 use super::prediction_gate::PredictionGate;
 use crate::geometry::Pose3;
 use crate::odometry::assessment::{Assessment, Evidence, Limits, Status, Unconstrained};
@@ -64,6 +64,12 @@ pub(super) enum PoseUncertainty {
 }
 
 impl PoseHypothesis {
+    /// A registration with its evidence; it is not known to be degenerate.
+    pub(super) fn new(registration: SpatialRegistration, view: ProjectiveTarget, evidence: &PoseEvidence) -> Self {
+        let PoseEvidence { support, overlap, agreement } = *evidence;
+        Self { registration, view, support, overlap, agreement, is_degenerate: false, photometric_ncc: None }
+    }
+
     /// The pose.
     pub(super) fn T_world_sensor(&self) -> &Pose3 {
         &self.registration.T_target_source

@@ -14,6 +14,7 @@ use crate::io::{color_image, depth_png, point_cloud};
 use crate::odometry::cloud::PreparedCloud;
 use crate::pipeline::spatial_settings::{ColorUse, Method, Quantisation, SpatialSettings};
 use crate::preprocess::depth_cloud::depth_cloud;
+use crate::preprocess::depth_noise::estimate_depth_noise;
 use crate::preprocess::depth_surfels::{DepthModel, depth_surfels};
 use crate::preprocess::map_image::MapImage;
 use crate::preprocess::voxel_downsample::voxel_downsample;
@@ -42,6 +43,8 @@ pub struct DepthDecodeConfig {
     pub assumption: Option<String>,
     /// Bits of a raw value.
     pub bits: u8,
+    /// Standard deviation of the depth over its square (1/m), as measured in the first image.
+    pub noise: f64,
     /// The ways of reading the depth that are open at the beginning, the likeliest first.
     pub quantisations: Vec<Quantisation>,
     /// The one that the data have decided for.
@@ -75,22 +78,28 @@ impl DecodeConfig {
             Quantisation::ToldFromData => vec![Quantisation::Truncated, Quantisation::Rounded],
             known => vec![known],
         };
-        let depth = DepthDecodeConfig {
+        let mut depth = DepthDecodeConfig {
             camera: settings.camera(first.width, first.height, first.bits, scale.sensor)?,
             depth_step: if settings.depth_scale > 0.0 { 1.0 / settings.depth_scale } else { scale.step },
             assumption: scale.note().filter(|_| settings.depth_scale == 0.0),
             bits: first.bits,
+            noise: 0.0,
             quantisations,
             decided: None,
         };
-        Ok(Self { settings, depth: Some(depth) })
+        let config = Self { settings, depth: None };
+        if depth.bits > 8 {
+            let model = config.depth_model(&depth, Quantisation::Rounded);
+            depth.noise = estimate_depth_noise(&first, &usable_pixels(&first), &depth.camera, &model);
+        }
+        Ok(Self { depth: Some(depth), ..config })
     }
 
     pub(crate) fn depth_model(&self, depth: &DepthDecodeConfig, quantisation: Quantisation) -> DepthModel {
         DepthModel {
             step: depth.depth_step,
             offset: quantisation.offset(),
-            square_noise: if depth.bits > 8 { TRIANGULATION_NOISE } else { 0.0 },
+            square_noise: if depth.bits > 8 { depth.noise.max(TRIANGULATION_NOISE) } else { 0.0 },
             min_range: self.settings.min_range,
             max_range: self.settings.max_range,
         }

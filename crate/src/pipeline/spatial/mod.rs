@@ -13,13 +13,14 @@ use crate::io::trajectory::Contents;
 use crate::map::voxel::{VoxelCount, VoxelMap};
 use crate::odometry::assessment::Status;
 use crate::odometry::cloud::{CloudEstimate, CloudOdometry, PreparedCloud};
-use crate::odometry::depth::{DepthOdometry, PoseUpdate, SpatialEstimate};
+use crate::odometry::depth::{DepthOdometry, DepthOptions, PoseUpdate, SpatialEstimate};
 use crate::pipeline::prepared_frame::{
     DecodeConfig, DepthDecodeConfig, MapPoints, PreparedFrame, Surfaces, set_intrinsics,
 };
 use crate::pipeline::report::{FrameResult, Progress, SpatialPose, Stage};
 use crate::pipeline::spatial_report::{MapSize, SpatialResult};
 use crate::pipeline::spatial_settings::{LoopClosing, Method, Quantisation, SpatialSettings};
+use crate::registration::free_space::DepthNoise;
 
 /// So many registered frames decide how depth was made whole, ...
 const DECIDING_FRAMES: usize = 12;
@@ -95,9 +96,13 @@ enum Odometry {
 }
 
 impl QuantisationHypothesis {
-    fn new(quantisation: Quantisation, settings: &SpatialSettings) -> Result<Self> {
+    fn new(quantisation: Quantisation, config: &DecodeConfig) -> Result<Self> {
+        let settings = &config.settings;
+        let noise = DepthNoise { over_square: config.depth.as_ref().map_or(0.0, |depth| depth.noise) };
         let odometry = match settings.method {
-            Method::SurfelMap => Odometry::Depth(Box::new(DepthOdometry::new(settings.depth_options()))),
+            Method::SurfelMap => {
+                Odometry::Depth(Box::new(DepthOdometry::new(DepthOptions { noise, ..settings.depth_options() })))
+            }
             _ => Odometry::Cloud(Box::new(CloudOdometry::new(settings.cloud_options())?)),
         };
         Ok(Self {
@@ -230,9 +235,8 @@ impl SpatialReconstruction {
             let decode_config = DecodeConfig::new(&self.settings, name, first)?;
             let quantisations =
                 decode_config.depth.as_ref().map_or(&[Quantisation::Rounded][..], |depth| &depth.quantisations);
-            let hypotheses = quantisations
-                .iter()
-                .map(|&quantisation| QuantisationHypothesis::new(quantisation, &decode_config.settings));
+            let hypotheses =
+                quantisations.iter().map(|&quantisation| QuantisationHypothesis::new(quantisation, &decode_config));
             self.hypotheses = hypotheses.collect::<Result<_>>()?;
             self.decode_config = Some(decode_config);
         }

@@ -17,6 +17,7 @@ use crate::odometry::cloud::{CloudMethod, CloudOptions, GlobalRegistrationUse};
 pub use crate::odometry::depth::ColorUse;
 use crate::odometry::depth::{DepthOptions, Effort, Verification};
 use crate::pipeline::settings::description::check_limits;
+use crate::registration::free_space::DepthNoise;
 use crate::registration::solver::Motion;
 use crate::registration::spatial::SpatialMetric;
 
@@ -185,7 +186,7 @@ impl SpatialSettings {
     /// The options of the odometry of depth images.
     pub fn depth_options(&self) -> DepthOptions {
         let Self { motion, effort, color, verification, .. } = *self;
-        DepthOptions { motion, effort, color, verification }
+        DepthOptions { motion, effort, color, verification, noise: DepthNoise::default() }
     }
 
     /// The options of the odometry of clouds, once nothing is left open.

@@ -34,15 +34,15 @@ const OPEN_ERROR_RATIO: f64 = 40.0;
 const MAX_PRIOR_SIGMAS: f64 = 3.0;
 
 impl Chain {
-    /// The best pose near the prediction; where the evidence does not suffice, all around it, then near all keyframes.
-    pub(super) fn localize(&self, frame: &PreparedSurfels) -> PoseHypothesis {
+    /// The best pose `near` the prediction; where the evidence does not suffice, all around it, then near all keyframes.
+    pub(super) fn localize(&self, frame: &PreparedSurfels, near: PoseHypothesis) -> PoseHypothesis {
         let matcher = FrameMatcher::new(&self.reference, frame, self.options);
-        let mut best = self.best_near_prediction(&matcher);
+        let mut best = near;
         if !self.needs_no_wider_search(&best) {
-            best = better_of(best, matcher.best_of_all_around(&self.T_world_last));
+            best = better_of(best, matcher.best_of_all_around(&self.last.T_world_sensor));
         }
         if best.is_contradicted() {
-            let farther = matcher.best_of_anywhere(&self.T_world_last);
+            let farther = matcher.best_of_anywhere(&self.last.T_world_sensor);
             if self.is_accepted(&farther, self.gate_of(&farther)) {
                 return farther;
             }
@@ -56,17 +56,17 @@ impl Chain {
     /// The best pose near the last one, and near that of a rejected frame since.
     pub(super) fn best_near_prediction(&self, matcher: &FrameMatcher<'_>) -> PoseHypothesis {
         let mut best = match self.options.effort {
-            Effort::Thorough => best_near(matcher, &self.T_world_last, &self.last_motion),
+            Effort::Thorough => best_near(matcher, &self.last.T_world_sensor, &self.last_motion),
             Effort::Quick => {
-                let few = hypotheses::few_near_prediction(&self.T_world_last, &self.last_motion);
-                matcher.best_of(&few, &self.T_world_last)
+                let few = hypotheses::few_near_prediction(&self.last.T_world_sensor, &self.last_motion);
+                matcher.best_of(&few, &self.last.T_world_sensor)
             }
         };
         if self.options.effort == Effort::Quick && !self.is_accepted(&best, self.gate_of(&best)) {
-            best = best_near(matcher, &self.T_world_last, &self.last_motion);
+            best = best_near(matcher, &self.last.T_world_sensor, &self.last_motion);
         }
-        if let Some(T_world_rejected) = self.T_world_rejected.filter(|_| !self.needs_no_wider_search(&best)) {
-            let other = best_near(matcher, &T_world_rejected, &Pose3::identity());
+        if let Some(rejected) = self.rejected.as_ref().filter(|_| !self.needs_no_wider_search(&best)) {
+            let other = best_near(matcher, &rejected.T_world_sensor, &Pose3::identity());
             if other.support > best.support {
                 best = other;
             }
@@ -74,7 +74,7 @@ impl Chain {
         best
     }
 
-    fn needs_no_wider_search(&self, hypothesis: &PoseHypothesis) -> bool {
+    pub(super) fn needs_no_wider_search(&self, hypothesis: &PoseHypothesis) -> bool {
         let gate = self.gate_of(hypothesis);
         self.is_accepted(hypothesis, gate) || hypothesis.is_degenerate_inside_gate(gate)
     }
@@ -111,8 +111,8 @@ impl Chain {
     /// How far (m) the motion prior moves a pose along a direction that is known with a standard deviation of `sigma` (m);
     /// `None` without a prior, and where the two are incompatible.
     fn offset_by_prior(&self, hypothesis: &PoseHypothesis, weakest: &DegenerateDirection, sigma: f64) -> Option<f64> {
-        let motion = self.T_world_last.inverse() * hypothesis.T_world_sensor();
-        let direction = self.T_world_last.rotation.inverse() * weakest.direction;
+        let motion = self.last.T_world_sensor.inverse() * hypothesis.T_world_sensor();
+        let direction = self.last.T_world_sensor.rotation.inverse() * weakest.direction;
         let predicted = self.motion_prior.predict(&motion, &direction)?;
         let sigma = match (hypothesis.registration.converged, hypothesis.is_degenerate) {
             // A registration that has not converged knows nothing about the direction.

@@ -1,11 +1,13 @@
 //! A chain of frames: each is registered to the map of those before it.
 //!
-//! [`Chain::register`] is the way of a frame: predict, propose hypotheses and refine them ([`localize`]), assess, and then
+//! [`Chain::register`] is the way of a frame: predict, propose hypotheses and refine them ([`localize`]), [`track`] where the map contradicts, assess, and then
 //! one of: accept into the map, keep as [tentative](super::tentative_branch), reject.
 
 mod localize;
 mod tentative;
+mod track;
 
+use self::track::PosedFrame;
 use super::frame_matcher::FrameMatcher;
 use super::motion_prior::MotionPrior;
 use super::pose_hypothesis::PoseHypothesis;
@@ -41,13 +43,13 @@ pub(super) struct Chain {
     reference: ReferenceMap,
     /// The frames of the map, in the order in which they were added.
     members: Vec<Member>,
-    /// Pose of the last frame that was appended, ...
-    T_world_last: Pose3,
+    /// The last frame that was appended, ...
+    last: PosedFrame,
     /// ... and its motion from the one before it.
     last_motion: Pose3,
     motion_prior: MotionPrior,
-    /// Pose of the last frame, if it was doubtful and therefore rejected: the next one may be near it.
-    T_world_rejected: Option<Pose3>,
+    /// The last frame, if it was doubtful and therefore rejected: the next one may be near it.
+    rejected: Option<PosedFrame>,
     /// Frames since the last one that was appended.
     num_rejected: u32,
     /// Moving average of the photometric correlation of appended frames, ...
@@ -97,10 +99,10 @@ impl Chain {
             options,
             reference,
             members: vec![Member { number, T_world_sensor, assessment: Assessment::first() }],
-            T_world_last: T_world_sensor,
+            last: PosedFrame::new(frame, T_world_sensor),
             last_motion: Pose3::identity(),
             motion_prior: MotionPrior::default(),
-            T_world_rejected: None,
+            rejected: None,
             num_rejected: 0,
             mean_ncc: 0.0,
             num_ncc_frames: 0,
@@ -134,8 +136,9 @@ impl Chain {
             branch.apply_corrections(motion);
         }
         let motion_of_last = self.members.last().map_or_else(Pose3::identity, |last| motion(last.number));
-        self.T_world_last = motion_of_last * self.T_world_last;
-        self.T_world_rejected = self.T_world_rejected.map(|rejected| motion_of_last * rejected);
+        for posed in [Some(&mut self.last), self.rejected.as_mut()].into_iter().flatten() {
+            posed.T_world_sensor = motion_of_last * posed.T_world_sensor;
+        }
         for member in &mut self.members {
             member.T_world_sensor = motion(member.number) * member.T_world_sensor;
         }
@@ -148,7 +151,13 @@ impl Chain {
             let assessment = Assessment { agreement: hypothesis.agreement, ..Assessment::first() };
             return self.append(number, frame, hypothesis, Some(assessment)).into();
         }
-        let hypothesis = self.localize(frame);
+        let near = self.best_near_prediction(&FrameMatcher::new(&self.reference, frame, self.options));
+        if !self.needs_no_wider_search(&near)
+            && let Some(outcome) = self.follow(number, frame, &near)
+        {
+            return outcome;
+        }
+        let hypothesis = self.localize(frame, near);
         let gate = self.gate_of(&hypothesis);
         if self.is_accepted(&hypothesis, gate) {
             return self.accept(number, frame, hypothesis);
@@ -161,7 +170,7 @@ impl Chain {
         if hypothesis.is_tentative(gate) && (hypothesis.is_degenerate || is_established) {
             return self.append_tentatively(number, frame, hypothesis, gate).into();
         }
-        self.reject(&hypothesis, gate).into()
+        self.reject(frame, &hypothesis, gate).into()
     }
 
     /// Registers the frame after the last one if it lies near the prediction; for the rival chain.
@@ -171,12 +180,12 @@ impl Chain {
         if self.is_accepted(&hypothesis, gate) {
             self.accept(number, frame, hypothesis)
         } else {
-            self.reject(&hypothesis, gate).into()
+            self.reject(frame, &hypothesis, gate).into()
         }
     }
 
     fn gate_of(&self, hypothesis: &PoseHypothesis) -> PredictionGate {
-        PredictionGate::between(&self.T_world_last, hypothesis.T_world_sensor(), self.num_rejected)
+        PredictionGate::between(&self.last.T_world_sensor, hypothesis.T_world_sensor(), self.num_rejected)
     }
 
     /// Whether surfaces and brightness suffice to accept a pose.
@@ -234,7 +243,7 @@ impl Chain {
         if self.tentative_branches.last().is_none_or(TentativeBranch::ends_with_certain_pose)
             && self.tentative_branches.len() < MAX_TENTATIVE_BRANCHES
         {
-            self.tentative_branches.push(TentativeBranch::new(self.reference.clone(), self.T_world_last));
+            self.tentative_branches.push(TentativeBranch::new(self.reference.clone(), self.last.T_world_sensor));
         }
         let assessment = hypothesis.assessment_at(gate, self.is_photometrically_consistent(&hypothesis));
         self.append(number, frame, hypothesis, Some(assessment))
@@ -249,11 +258,11 @@ impl Chain {
         uncertain: Option<Assessment>,
     ) -> SpatialEstimate {
         let T_world_sensor = *hypothesis.T_world_sensor();
-        self.last_motion = self.T_world_last.inverse() * T_world_sensor;
+        self.last_motion = self.last.T_world_sensor.inverse() * T_world_sensor;
         if uncertain.is_none() && self.num_rejected == 0 {
             self.motion_prior.push(&self.last_motion);
         }
-        (self.T_world_last, self.T_world_rejected, self.num_rejected) = (T_world_sensor, None, 0);
+        (self.last, self.rejected, self.num_rejected) = (PosedFrame::new(frame, T_world_sensor), None, 0);
         if let Some(ncc) = hypothesis.photometric_ncc {
             self.num_ncc_frames += 1;
             self.mean_ncc += MIN_NCC_WEIGHT.max(1.0 / f64::from(self.num_ncc_frames)) * (ncc - self.mean_ncc);
@@ -284,14 +293,19 @@ impl Chain {
     }
 
     /// The estimate of a frame that is not added to the map. If it is doubtful, the next frame is searched near it, too.
-    fn reject(&mut self, hypothesis: &PoseHypothesis, gate: PredictionGate) -> SpatialEstimate {
+    fn reject(
+        &mut self,
+        frame: &PreparedSurfels,
+        hypothesis: &PoseHypothesis,
+        gate: PredictionGate,
+    ) -> SpatialEstimate {
         let assessment = hypothesis.assessment_at(gate, self.is_photometrically_consistent(hypothesis));
         self.num_rejected += 1;
         if assessment.status == Status::Lost {
             return self.lost(assessment.reason, hypothesis.overlap);
         }
         let T_world_sensor = *hypothesis.T_world_sensor();
-        self.T_world_rejected = Some(T_world_sensor);
+        self.rejected = Some(PosedFrame::new(frame, T_world_sensor));
         let registration = Some(hypothesis.registration.clone());
         SpatialEstimate { T_world_sensor, overlap: hypothesis.overlap, assessment, registration, is_in_map: false }
     }
@@ -299,7 +313,7 @@ impl Chain {
     /// The estimate of a lost frame: the last known pose.
     pub(super) fn lost(&self, reason: String, overlap: f64) -> SpatialEstimate {
         let assessment = Assessment { status: Status::Lost, reason, agreement: 0.0 };
-        let T_world_sensor = self.T_world_rejected.unwrap_or(self.T_world_last);
+        let T_world_sensor = self.rejected.as_ref().unwrap_or(&self.last).T_world_sensor;
         SpatialEstimate { T_world_sensor, registration: None, overlap, assessment, is_in_map: false }
     }
 }

@@ -30,7 +30,7 @@ impl Chain {
     ) -> Option<(usize, PoseHypothesis)> {
         let without = |(level, branch): (usize, &TentativeBranch)| {
             let matcher = FrameMatcher::new(branch.map_before(), frame, self.options);
-            let starts = [self.T_world_last, branch.T_world_before()];
+            let starts = [self.last.T_world_sensor, branch.T_world_before()];
             let found = starts.into_iter().map(|T_world_start| best_near(&matcher, &T_world_start, &Pose3::identity()));
             let best = found.into_iter().max_by(|a, b| a.support.total_cmp(&b.support))?;
             let num_between = branch.len() as u32 + self.num_rejected;
