@@ -1,11 +1,11 @@
-//! Odometry of point clouds in space: each cloud is registered to the previous one, or to the map of all earlier ones.
+//! The chain of clouds in space: each is registered to the one before it, or to the map of all before it.
 //!
-//! Clouds lack the pixel grid of a camera: normals come from neighbours, and correspondences from a k-d tree. No motion
-//! model is trusted: the initial guess is chosen by how well it fits, and global registration is tried where the result is
-//! doubtful. Read [`CloudOdometry::register_frame`] first.
+//! Clouds have no grid of a camera: normals come from neighbours, and partners from an index. As with depth images no
+//! motion model is trusted: what starts a registration is chosen by evidence, and global registration helps where that
+//! is doubtful.
 
-pub(crate) mod options;
-pub(crate) mod prepared;
+pub mod options;
+pub mod prepared;
 
 use nalgebra::Vector3;
 
@@ -21,36 +21,35 @@ use crate::registration::icp::Source;
 use crate::registration::spatial::{SpatialRegistration, register_in_space};
 use crate::registration::target::OrientedTarget;
 
-/// Smallest number of points with normals of a usable cloud.
+/// Fewer points make no cloud.
 const MIN_POINTS: usize = 100;
-/// Points with which initial guesses are compared, and free space is tested.
+/// Points that compare guesses.
 const ROUGH_POINTS: usize = 1000;
-/// Tolerance of the free-space test, in voxels.
+/// Points of two clouds contradict each other beyond so many voxels.
 const FREE_SPACE_TOLERANCE: f64 = 3.0;
-/// Measured on pairs of frames, up to 30 apart, of two rendered floors: the agreement of correct registrations is at least
-/// 0.99, and of those wrong by 15 cm or 5 degrees less than 0.89.
+/// On pairs of frames of two rendered floors, up to 30 frames apart, right registrations agree by 0.99 and more, and ones that
+/// are wrong by 15 cm or 5 degrees by less than 0.89.
 const LIMITS: Limits =
     Limits { lost_overlap: 0.2, doubtful_overlap: 0.4, lost_agreement: 0.85, doubtful_agreement: 0.95, ..Limits::NONE };
-/// Root mean square residual, as a share of the distance limit, above which a registration is doubtful: random pairs have
-/// 1 / sqrt(3) = 0.58.
+/// Residuals above this share of the distance limit (rms) are doubtful: pairs at random have 0.58 of it.
 const DOUBTFUL_RESIDUAL: f64 = 0.45;
-/// Largest translation of the last step of a converged registration, in voxels.
+/// A registration whose last step is longer than this share of a voxel was cut off on its way.
 const MOVING_STEP: f64 = 0.1;
-/// Margin (m) of the part of the map that is registered to, beyond the cloud's range: the sensor has moved.
+/// The map is looked at this much further (m) than the cloud reaches: the sensor has moved.
 const MAP_MARGIN: f64 = 2.0;
 
-/// The pose of a cloud, and its assessment.
+/// Where a cloud was found, and why that is believed or not.
 pub struct CloudEstimate {
-    /// Pose of the sensor in the frame of the first cloud. Where the cloud is lost, it is that of the last registered one.
+    /// Pose of the sensor in the frame of the first cloud. Where the cloud is lost, it is that of the last one found.
     pub T_world_sensor: Pose3,
-    /// The registration; `None` for the first cloud and for clouds with too few points. It maps into the frame of the last
-    /// registered cloud with [`CloudMethod::CloudToCloud`], and into the world otherwise.
+    /// The registration; `None` for the first cloud and for clouds with too few points. It maps into the frame of the last cloud
+    /// found with [`CloudMethod::CloudToCloud`], and into the world otherwise.
     pub registration: Option<SpatialRegistration>,
     /// Share of the cloud's points that lie on what it was registered to, 0..=1.
     pub overlap: f64,
-    /// Whether the initial guess came from global registration.
+    /// Whether global registration started it.
     pub is_global: bool,
-    /// Whether the pose is good, doubtful or lost.
+    /// Whether it is believed.
     pub assessment: Assessment,
 }
 
@@ -63,10 +62,10 @@ pub struct CloudOdometry {
     last_motion: Pose3,
 }
 
-/// A cloud to register, and its target.
+/// A cloud on its way, and what it is registered to.
 struct Task<'a> {
     frame: &'a PreparedCloud,
-    /// The last registered cloud.
+    /// The last cloud that was found.
     last: &'a PreparedCloud,
     target: &'a OrientedTarget<3>,
     T_target_last: Pose3,
@@ -84,8 +83,8 @@ impl Candidate {
         self.registration.fitness
     }
 
-    /// Score by which candidates are compared: overlap, less twice the share of points that contradict free space.
-    fn score(&self) -> f64 {
+    /// What speaks for a registration; points in free space count against it more than points on surfaces for it.
+    fn support(&self) -> f64 {
         self.overlap() - 2.0 * (1.0 - self.assessment.agreement)
     }
 }
@@ -106,8 +105,13 @@ impl CloudOdometry {
         })
     }
 
-    /// Registers the next cloud, which was prepared with the same options. A lost cloud does not enter
-    /// the map, and the next cloud starts from the last registered pose.
+    /// The map so far; empty with [`CloudMethod::CloudToCloud`].
+    pub fn map(&self) -> &CloudMap {
+        &self.map
+    }
+
+    /// Registers the next cloud, which was prepared with the same options. A cloud that is lost is no part of the map, and the
+    /// clouds after it are looked for from where the last one was found.
     pub fn register_frame(&mut self, frame: PreparedCloud) -> CloudEstimate {
         let num_points = frame.target().normals().iter().flatten().count();
         if num_points < MIN_POINTS {
@@ -115,7 +119,7 @@ impl CloudOdometry {
         }
         let Some(last) = &self.last else { return self.begin(frame) };
 
-        // The target, and its pose.
+        // What the cloud is registered to, and where that lies in the world.
         let map;
         let (target, T_world_target, T_target_last) = match self.options.method {
             CloudMethod::CloudToCloud => (last.target(), self.T_world_last, Pose3::identity()),
@@ -126,7 +130,7 @@ impl CloudOdometry {
         };
         let task = Task { frame: &frame, last, target, T_target_last };
 
-        // From the last pose and the last motion; by features always, never, or where the result is doubtful.
+        // From the last pose and the last motion; by features always, never, or where that is doubtful.
         let candidate = match self.options.global_registration {
             GlobalRegistrationUse::Never => Ok(self.register_nearby(&task)),
             GlobalRegistrationUse::Always => self.register_by_features(&task),
@@ -142,7 +146,7 @@ impl CloudOdometry {
         }
     }
 
-    /// The first cloud defines the world frame.
+    /// The first cloud: the world is its frame.
     fn begin(&mut self, frame: PreparedCloud) -> CloudEstimate {
         self.keep(frame, true);
         CloudEstimate {
@@ -154,19 +158,19 @@ impl CloudOdometry {
         }
     }
 
-    /// The part of the map within the cloud's range.
+    /// As much of the map as the cloud may show.
     fn map_around(&self, frame: &PreparedCloud) -> OrientedTarget<3> {
         let range = frame.target().points().iter().map(Vector3::norm_squared).fold(0.0, f64::max).sqrt();
         let margin = MAP_MARGIN + self.options.max_correspondence_distance;
         self.map.around(&self.T_world_last.translation.vector, range + margin)
     }
 
-    /// Starts from the last pose, or from constant velocity.
+    /// From the last pose, or the last motion once more.
     fn register_nearby(&self, task: &Task<'_>) -> Candidate {
         self.register(task, &[task.T_target_last, task.T_target_last * self.last_motion])
     }
 
-    /// Starts from the motion that global registration to the last cloud finds.
+    /// From the motion that features of this cloud and the last one tell, without a guess.
     fn register_by_features(&self, task: &Task<'_>) -> std::result::Result<Candidate, String> {
         let max_distance = options::GLOBAL_DISTANCE * self.options.voxel_size;
         let (source, target) = (task.frame.described(&self.options), task.last.described(&self.options));
@@ -177,19 +181,19 @@ impl CloudOdometry {
         Ok(Candidate { is_global: true, ..self.register(task, &[guess]) })
     }
 
-    /// Starts nearby, and from global registration where the result is not good; keeps the one with the higher score.
+    /// From nearby, and by features where that is not good: the one with more support.
     fn register_where_doubtful(&self, task: &Task<'_>) -> Candidate {
         let nearby = self.register_nearby(task);
         if nearby.assessment.status == Status::Good {
             return nearby;
         }
         match self.register_by_features(task) {
-            Ok(by_features) if by_features.score() > nearby.score() => by_features,
+            Ok(by_features) if by_features.support() > nearby.support() => by_features,
             _ => nearby,
         }
     }
 
-    /// Registers from the best of some initial guesses, and assesses the result.
+    /// Registers from the best of some guesses, and assesses the result.
     fn register(&self, task: &Task<'_>, guesses: &[Pose3]) -> Candidate {
         let ((first, finer), solver) = (self.options.stages(), self.options.motion.solver());
         let (metric, guess) = (self.options.metric, self.best_guess(task, guesses));
@@ -201,7 +205,7 @@ impl CloudOdometry {
         Candidate { registration, is_global: false, assessment }
     }
 
-    /// The initial guess from which a sample of the points overlaps most, refined with that sample.
+    /// The guess from which a few of the points fit best, moved to where they do.
     fn best_guess(&self, task: &Task<'_>, guesses: &[Pose3]) -> Pose3 {
         if let [only] = guesses {
             return *only;
@@ -218,7 +222,7 @@ impl CloudOdometry {
         registered.reduce(better).map_or_else(Pose3::identity, |best| best.T_target_source)
     }
 
-    /// Free-space test of a sample of the points of each cloud against the other.
+    /// The free-space test of some points of each cloud against the other.
     fn free_space(&self, frame: &PreparedCloud, last: &PreparedCloud, T_last_frame: &Pose3) -> FreeSpaceTally {
         let viewpoint = Vector3::from(self.options.viewpoint.to_array());
         let tolerance = FREE_SPACE_TOLERANCE * self.options.voxel_size;
@@ -243,7 +247,7 @@ impl CloudOdometry {
             moving_after: None,
         };
         if !self.options.robust {
-            // Course pipelines take pairs within a fraction of a voxel: few points have a correspondence.
+            // A course's pairs lie within a fraction of a voxel: few have a partner, and none is weighed.
             return Assessment::of(&evidence, &Limits { min_pairs: MIN_POINTS, ..Limits::NONE });
         }
         let is_moving = last.translation_step > MOVING_STEP * self.options.voxel_size;
@@ -256,7 +260,7 @@ impl CloudOdometry {
         Assessment::of(&evidence, &Limits { doubtful_residual, ..LIMITS })
     }
 
-    /// Makes a cloud the last registered one, and adds it to the map unless free space contradicts it.
+    /// Makes a cloud the last one that was found, and part of the map where nothing contradicts it.
     fn accept(&mut self, frame: PreparedCloud, candidate: Candidate, T_world_target: &Pose3) -> CloudEstimate {
         let overlap = candidate.overlap();
         let Candidate { registration, is_global, assessment } = candidate;
@@ -267,7 +271,7 @@ impl CloudOdometry {
         CloudEstimate { T_world_sensor, registration: Some(registration), overlap, is_global, assessment }
     }
 
-    /// Keeps the cloud as the reference of the next one, and inserts it into the map where it is uncontradicted.
+    /// The next cloud is compared with this one, and where it is uncontradicted registered to a map with it.
     fn keep(&mut self, frame: PreparedCloud, is_uncontradicted: bool) {
         if is_uncontradicted && self.options.method == CloudMethod::CloudMap {
             self.map.insert(frame.target().points(), frame.target().normals(), &self.T_world_last);

@@ -1,4 +1,4 @@
-//! Options of the odometry of clouds.
+//! What can be chosen of the odometry of clouds.
 
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
@@ -22,15 +22,15 @@ pub enum CloudMethod {
     CloudToCloud,
 }
 
-/// When clouds are registered globally: by their features, without an initial guess.
+/// When clouds are registered without a guess, by their features.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 #[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
 pub enum GlobalRegistrationUse {
-    /// Where the registration from the last pose and the last motion is not good.
+    /// Where the registration from the last pose and the last motion is doubtful.
     #[default]
     WhenDoubtful,
-    /// For every cloud; no other initial guess is tried.
+    /// Every cloud, and nothing else starts a registration.
     Always,
     /// Never.
     Never,
@@ -41,36 +41,36 @@ pub enum GlobalRegistrationUse {
 pub struct CloudOptions {
     /// What a cloud is registered to.
     pub method: CloudMethod,
-    /// Residual of a correspondence.
+    /// What a correspondence measures.
     pub metric: SpatialMetric,
-    /// Degrees of freedom of the sensor. Where it moves in a plane, the y axis of the first cloud is normal to it.
+    /// How the sensor moves. Where it is planar, the first cloud's y axis stands upright on the floor.
     pub motion: Motion,
-    /// When clouds are registered globally.
+    /// When clouds are registered without a guess.
     pub global_registration: GlobalRegistrationUse,
-    /// Method of the global registration.
+    /// How they then are.
     pub global_method: GlobalMethod,
-    /// Side (m) of the voxels to which clouds are downsampled, one mean point each.
+    /// Clouds are thinned to one point, the mean, in a cube of this side (m).
     pub voxel_size: f64,
-    /// Largest distance of corresponding points (m) in the last stage.
+    /// Pairs further apart are no correspondences (m), in the last stage.
     pub max_correspondence_distance: f64,
-    /// Position of the sensor in its own frame (m): normals are oriented towards it.
+    /// Where the sensor stands in its own frame (m): normals are turned towards it.
     pub viewpoint: DVec3,
-    /// Neighbours from which a normal is estimated.
+    /// Neighbours that make a normal.
     pub normals: Neighbourhood,
-    /// Whether a stage with a larger distance precedes the last one, a robust kernel weights the pairs, and pairs whose
-    /// normals differ are rejected. Course pipelines have none of these.
+    /// Whether a wide search precedes the last stage, pairs lose weight by their residual, and pairs whose normals differ
+    /// are rejected; the plain loop of a course has none of these.
     pub robust: bool,
 }
 
-/// Radii of the neighbourhoods of normals and features, and correspondence distances (voxels).
+/// Voxels within which a normal and a feature are looked for, and pairs for, where courses set no other.
 const COURSE_NORMAL_RADIUS: f64 = 2.0;
 const FEATURE_RADIUS: f64 = 5.0;
 pub(super) const GLOBAL_DISTANCE: f64 = 1.5;
 const COURSE_DISTANCE: f64 = 0.4;
 const DEFAULT_DISTANCE: f64 = 3.0;
-/// Constant seed of RANSAC: the same clouds give the same motions.
+/// Of the random samples: any is as good as another, but the same clouds must give the same motions.
 const COURSE_SEED: u64 = 1;
-/// Largest number of neighbours of a feature.
+/// Neighbours of a feature.
 const FEATURE_NEIGHBORS: usize = 100;
 
 impl Default for CloudOptions {
@@ -81,7 +81,7 @@ impl Default for CloudOptions {
 }
 
 impl CloudOptions {
-    /// Defaults with voxels of this side (m): 0.05 for rooms, 0.25 for streets.
+    /// What works for most clouds, with voxels of this side (m): 0.05 for rooms, 0.25 for streets.
     pub fn new(voxel_size: f64) -> Self {
         Self {
             method: CloudMethod::CloudMap,
@@ -97,9 +97,9 @@ impl CloudOptions {
         }
     }
 
-    /// The pipeline taught in courses with Open3D: normals from 30 neighbours within two voxels, FPFH from 100 within five,
-    /// RANSAC with three matches, then point-to-plane ICP with correspondences within 0.4 voxels; each cloud to the
-    /// previous one.
+    /// The pipeline that courses teach with Open3D: normals from 30 neighbours within two voxels, features from 100 within five,
+    /// random samples of three matches, then point-to-plane from there, with pairs within 0.4 voxels; each cloud to the
+    /// one before it.
     pub fn course(voxel_size: f64) -> Self {
         Self {
             method: CloudMethod::CloudToCloud,
@@ -148,11 +148,11 @@ impl CloudOptions {
     pub(super) fn check(&self) -> Result<()> {
         let positive = |value: f64| value > 0.0 && value.is_finite();
         if !positive(self.voxel_size) {
-            let problem = format!("voxel_size is {} m", self.voxel_size);
+            let problem = format!("A voxel of {} m is none", self.voxel_size);
             return Err(Error::whole(problem, "Give a positive voxel_size"));
         }
         if !positive(self.max_correspondence_distance) {
-            let problem = format!("max_correspondence_distance is {} m", self.max_correspondence_distance);
+            let problem = format!("Pairs within {} m are none", self.max_correspondence_distance);
             return Err(Error::whole(problem, "Give a positive max_correspondence_distance"));
         }
         if !self.viewpoint.is_finite() {
@@ -162,5 +162,5 @@ impl CloudOptions {
     }
 }
 
-/// Largest angle (rad) between the normals of corresponding points.
+/// Pairs whose normals differ by more (rad) lie on different surfaces.
 const MAX_NORMAL_ANGLE: f64 = 0.8;
