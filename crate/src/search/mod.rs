@@ -1,10 +1,10 @@
 //! Nearest-neighbour search: points in, an index out that answers queries, each tested against brute force.
 //!
-//! [`KdTree`] for any distance, [`RadiusGrid`] where the largest distance is known. Read `kd_tree` first.
+//! [`KdTree`] for any distance, [`RadiusGrid`] where the largest distance is known. Read [`kd_tree`] first.
 
-pub(crate) mod kd_tree;
-pub(crate) mod neighbourhood;
-pub(crate) mod radius_grid;
+pub mod kd_tree;
+pub mod neighbourhood;
+pub mod radius_grid;
 
 pub use kd_tree::{KdTree, Neighbor};
 pub use neighbourhood::Neighbourhood;
