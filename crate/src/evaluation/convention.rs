@@ -61,7 +61,7 @@ pub enum PoseDirection {
 /// A reading of the poses of a file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify), tsify(missing_as_null))]
-pub(crate) struct PoseConvention {
+pub struct PoseConvention {
     /// Order of the quaternions; none where the file has matrices.
     pub quaternion_order: Option<QuaternionOrder>,
     /// Axes of the sensor.
@@ -70,7 +70,7 @@ pub(crate) struct PoseConvention {
     pub direction: PoseDirection,
 }
 
-/// The parts of the convention that are known; the rest is derived from the motions.
+/// What of the reading is given; the rest is told from the motions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct KnownConvention {
     /// Order of the quaternions.
@@ -83,7 +83,7 @@ pub struct KnownConvention {
 
 impl PoseConvention {
     /// One sentence.
-    pub(crate) fn words(self) -> String {
+    pub fn words(self) -> String {
         let order = match self.quaternion_order {
             Some(QuaternionOrder::RealPartLast) => "quaternions qx qy qz qw, ",
             Some(QuaternionOrder::RealPartFirst) => "quaternions qw qx qy qz, ",
@@ -134,11 +134,11 @@ const METRES_A_RADIAN: f64 = 2.0;
 ///
 /// `partners` are pairs of an estimated pose and the index of its pose in the reference, in the order of the recording.
 /// `None` where the reference has no orientations.
-pub(crate) fn interpret(
+pub fn interpret(
     reference: &Trajectory,
     format: TrajectoryFormat,
     partners: &[(Pose3, usize)],
-    known: KnownConvention,
+    known: &KnownConvention,
 ) -> Option<(Vec<Pose3>, PoseConvention)> {
     let mut best: Option<(f64, (PoseConvention, Vec<Pose3>))> = None;
     for reading in readings(reference, format, known)? {
@@ -174,7 +174,7 @@ pub(crate) fn readings(
 fn candidates(
     read_order: QuaternionOrder,
     has_quaternions: bool,
-    known: KnownConvention,
+    known: &KnownConvention,
 ) -> impl Iterator<Item = PoseConvention> {
     let other_order = match read_order {
         QuaternionOrder::RealPartLast => QuaternionOrder::RealPartFirst,
@@ -255,7 +255,7 @@ mod tests {
                         Isometry3::from_parts(pose.translation, UnitQuaternion::from_quaternion(as_read))
                     });
                     let file = Trajectory::from_poses(&written.collect::<Vec<_>>());
-                    let (poses, found) = interpret(&file, format, &partners, KnownConvention::default()).unwrap();
+                    let (poses, found) = interpret(&file, format, &partners, &KnownConvention::default()).unwrap();
                     assert_eq!(found, PoseConvention { quaternion_order: Some(order), sensor_axes, direction });
                     for (pose, expected) in poses.iter().zip(&truth) {
                         let off = (poses[0].inverse() * pose).inverse() * expected;
@@ -271,15 +271,15 @@ mod tests {
         let still: Vec<(Pose3, usize)> = (0..5).map(|index| (Pose3::identity(), index)).collect();
         let file = Trajectory::from_poses(&[Pose3::identity(); 5]);
         let known = KnownConvention { sensor_axes: Some(SensorAxes::Robotics), ..KnownConvention::default() };
-        let (_, found) = interpret(&file, TrajectoryFormat::Tum, &still, known).unwrap();
+        let (_, found) = interpret(&file, TrajectoryFormat::Tum, &still, &known).unwrap();
         assert_eq!(found.sensor_axes, SensorAxes::Robotics);
         assert_eq!(found.direction, PoseDirection::SensorToWorld);
-        let (_, found) = interpret(&file, TrajectoryFormat::Tum, &still, KnownConvention::default()).unwrap();
+        let (_, found) = interpret(&file, TrajectoryFormat::Tum, &still, &KnownConvention::default()).unwrap();
         assert_eq!(
             (found.sensor_axes, found.quaternion_order),
             (SensorAxes::Opencv, Some(QuaternionOrder::RealPartLast))
         );
         assert!(found.words().contains("qx qy qz qw") && found.words().contains("camera to world"));
-        assert_eq!(interpret(&Trajectory::default(), TrajectoryFormat::Tum, &still, known), None);
+        assert_eq!(interpret(&Trajectory::default(), TrajectoryFormat::Tum, &still, &known), None);
     }
 }

@@ -15,7 +15,7 @@ struct Voxel {
 }
 
 /// Points with normals in the world frame, at most one a cube of side `voxel_size`.
-pub(crate) struct CloudMap {
+pub struct CloudMap {
     hash: VoxelHash,
     voxels: Vec<Voxel>,
 }

@@ -16,8 +16,8 @@ use crate::preprocess::planar_scan::PlanarScan;
 use crate::registration::correlative::{LikelihoodGrid, SearchWindow};
 use crate::registration::icp::IcpOptions;
 
-pub(crate) mod information;
-pub(crate) mod motion_noise;
+pub mod information;
+pub mod motion_noise;
 
 use information::{fuse, motion_information, softened_covariance};
 

@@ -6,7 +6,7 @@ use glam::Vec3;
 use rustc_hash::FxBuildHasher;
 use serde::{Deserialize, Serialize};
 
-/// The range limits (m) of usable returns.
+/// The ranges (m) between which a return is believed.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct RangeLimits {
     /// Nearer returns are dropped: the robot itself, dirt on the window.
