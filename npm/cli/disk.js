@@ -31,6 +31,15 @@ function mustBeFile(stats) {
   return stats;
 }
 
+/** Whether it is a folder that can be looked at. @param {string} path */
+export function isFolder(path) {
+  try {
+    return statSync(path).isDirectory();
+  } catch {
+    return false;
+  }
+}
+
 /** Bytes of a regular file. @param {string} path */
 export function sizeOfFile(path) {
   return mustBeFile(statSync(path)).size;
