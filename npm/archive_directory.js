@@ -6,6 +6,7 @@
  * Source of the layout: PKWARE, APPNOTE.TXT 6.3.10, sections 4.3 and 4.5.3 (ZIP64).
  */
 import { fileError, lost } from './errors.js';
+import { isPointer } from './recording/heads.js';
 
 /** @typedef {import('./archive.js').ByteSource} ByteSource */
 /** @typedef {import('./recording.js').Note} Note */
@@ -76,6 +77,9 @@ async function findDirectory(name, source) {
   const tail = viewOf(await source.read(tailStart, source.size));
   let end = tail.byteLength - END_BYTES;
   while (end >= 0 && !(tail.getUint32(end, true) === END_SIGNATURE && commentFits(tail, end))) end -= 1;
+  if (end < 0 && isPointer(new Uint8Array(tail.buffer, tail.byteOffset, tail.byteLength))) {
+    throw fileError(name, 'This is a Git LFS pointer, not the archive itself', 'Fetch it: git lfs pull');
+  }
   if (end < 0) {
     throw fileError(name, 'This is no ZIP archive, or its end is missing', 'Download or pack it again');
   }

@@ -1,5 +1,6 @@
 // @ts-check
 /** `npm run build`: the WebAssembly module into pkg/, the page into www/dist, which any static host can serve. */
+import { writeBillOfMaterials } from './sbom.mjs';
 import { buildPage, buildWasm, ensureNodeModules, ensureWasmTarget, requireToolchain, runMain } from './steps.mjs';
 
 await runMain(async () => {
@@ -8,4 +9,5 @@ await runMain(async () => {
   await ensureNodeModules();
   await buildWasm();
   await buildPage();
+  writeBillOfMaterials();
 });

@@ -118,6 +118,14 @@ const STAGES = [
     beside: true,
   },
   {
+    name: 'advisories',
+    about: 'no package with a known flaw is used, where the registries answer',
+    lint: true,
+    beside: true,
+    needs: [ensureNodeModules],
+    run: advisories,
+  },
+  {
     ...lint('types-page', 'types of the page', ['npx', 'tsc', '--project', 'www'], [ensureNodeModules, engine]),
     beside: true,
   },
@@ -170,6 +178,36 @@ async function succeeds([program = '', ...args]) {
   // What -D warnings is to clippy, on its command line, this is to rustdoc.
   const { code } = await capture(program, args, { env: { RUSTDOCFLAGS: '-D warnings' }, echo: true });
   return code === 0 ? { ...NONE, passed: 1 } : { ...NONE, failed: 1 };
+}
+
+/** `npm audit` and `cargo deny`; skipped, and said so, where they cannot answer. */
+async function advisories() {
+  const audit = await capture('npm', ['audit', '--json', '--omit=dev'], { echo: false });
+  const report = readJson(audit.output);
+  const found = report?.metadata?.vulnerabilities?.total;
+  if (found === undefined) say('npm audit: skipped, the registry gives no answer');
+  else if (found > 0) say(audit.output);
+  const npm = found === undefined ? { skipped: 1 } : found > 0 ? { failed: 1 } : { passed: 1 };
+  if (!answers('cargo', ['deny', '--version'])) {
+    say('cargo deny: skipped, it is not installed (cargo install cargo-deny --locked)');
+    return { ...NONE, ...npm, skipped: ('skipped' in npm ? 1 : 0) + 1 };
+  }
+  const deny = await capture('cargo', ['deny', '--offline', 'check', 'bans', 'sources'], { echo: true });
+  const isClean = deny.code === 0;
+  return {
+    passed: ('passed' in npm ? 1 : 0) + Number(isClean),
+    failed: ('failed' in npm ? 1 : 0) + Number(!isClean),
+    skipped: 'skipped' in npm ? 1 : 0,
+  };
+}
+
+/** What lies between the first brace and the last: warnings may stand around it. @param {string} text */
+function readJson(text) {
+  try {
+    return JSON.parse(text.slice(text.indexOf('{'), text.lastIndexOf('}') + 1));
+  } catch {
+    return null;
+  }
 }
 
 // What stages need. Each is done once, by the first stage that needs it.

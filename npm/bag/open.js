@@ -4,6 +4,7 @@
  * memory but where each message lies.
  */
 import { fileError, lost } from '../errors.js';
+import { isPointer } from '../recording/heads.js';
 import { folderOf, groupBy } from '../recording/names.js';
 import { encapsulateRos1 } from './cdr.js';
 import { isMcap } from './mcap_records.js';
@@ -145,6 +146,7 @@ export async function openBags(files) {
 async function openContainer(name, source) {
   const head = await source.read(0, Math.min(source.size, 64));
   if (head.length === 0) throw fileError(name, 'The file is empty', 'Copy the bag again');
+  if (isPointer(head)) throw fileError(name, 'This is a Git LFS pointer, not the bag itself', 'Fetch it: git lfs pull');
   if (isMcap(head)) return (await import('./mcap.js')).openMcap(name, source);
   if (isSqlite(head)) return (await import('./db3.js')).openDb3(name, source);
   if (isRos1(head)) return (await import('./ros1.js')).openRos1(name, source);

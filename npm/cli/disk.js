@@ -4,10 +4,21 @@
  * opened: a pipe or a device may never end. Written is to a temporary name beside the file, which takes the file's name
  * when it is complete: what has the name is whole, whatever happens meanwhile.
  */
-import { closeSync, constants, fstatSync, openSync, readSync, rmSync, statSync } from 'node:fs';
+import {
+  closeSync,
+  constants,
+  fstatSync,
+  fsync,
+  openSync,
+  readSync,
+  rmSync,
+  statSync,
+  writeFile as writeDescriptor,
+} from 'node:fs';
 import { mkdir, open, realpath, rename, rm, stat, writeFile as writeAt } from 'node:fs/promises';
 import { constants as system } from 'node:os';
 import { dirname, join } from 'node:path';
+import { promisify } from 'node:util';
 import { CommandError, SIGNALS } from './command.js';
 
 /** The engine's memory ends at twice as much. */
@@ -29,6 +40,15 @@ function mustBeFile(stats) {
   if (stats.isDirectory()) throw Object.assign(new Error('This is a folder'), { code: 'EISDIR' });
   if (!stats.isFile()) throw new NoFileError('A pipe or a device, not a file; save it as a file first.');
   return stats;
+}
+
+/** Whether it is a folder that can be looked at. @param {string} path */
+export function isFolder(path) {
+  try {
+    return statSync(path).isDirectory();
+  } catch {
+    return false;
+  }
 }
 
 /** Bytes of a regular file. @param {string} path */
@@ -144,12 +164,13 @@ async function replace(path, contents) {
   const temporary = join(dirname(target), `.scanstitch-${process.pid}-${(numTemporary += 1)}.part`);
   const release = removeWhenInterrupted(temporary);
   try {
-    const handle = await open(temporary, 'wx', before ? before.mode & 0o777 : undefined);
+    // Made at once: what another thread would still be making could not be removed.
+    const file = openSync(temporary, 'wx', before ? before.mode & 0o777 : 0o666);
     try {
-      await handle.writeFile(contents);
-      await handle.sync();
+      await promisify(writeDescriptor)(file, contents);
+      await promisify(fsync)(file);
     } finally {
-      await handle.close();
+      closeSync(file);
     }
     await rename(temporary, target);
   } catch (error) {

@@ -1,6 +1,5 @@
 // @ts-check
 /** Depth images or clouds to a trajectory, a map and a report. */
-import { statSync } from 'node:fs';
 import { basename, relative } from 'node:path';
 import { joinPoses } from '../recording.js';
 import { printable } from '../printable.js';
@@ -8,7 +7,7 @@ import { SpatialRun } from '../spatial_run.js';
 import { CommandError, isScanstitchError, untilInterrupt } from './command.js';
 import { readInput, readSource } from './inputs.js';
 import { startPreparers } from './preparers.js';
-import { writeResults } from './disk.js';
+import { isFolder, writeResults } from './disk.js';
 import { accepted, create, mapFile } from './results.js';
 import { readSettings, spatialCatalogue } from './settings.js';
 import { frameTable, headline } from './spatial_summary.js';
@@ -137,12 +136,12 @@ export async function setIntrinsics(reconstruction, { inputs, recording, options
 export async function readReference({ inputs, recording, options, complain }) {
   if (options.reference !== undefined) {
     const { reference: path } = options;
-    const isFolder = statSync(path, { throwIfNoEntry: false })?.isDirectory() ?? false;
-    const files = isFolder ? frameFiles(path, complain) : [{ name: basename(path), path }];
+    const isMany = isFolder(path);
+    const files = isMany ? frameFiles(path, complain) : [{ name: basename(path), path }];
     const contents = files.map((file) => readInput(file, complain));
     const whole = contents.filter((bytes) => bytes !== null);
     if (whole.length === 0 || whole.length < contents.length) return null;
-    return { name: basename(path), bytes: isFolder ? joinPoses(whole) : /** @type {Uint8Array} */ (whole[0]) };
+    return { name: basename(path), bytes: isMany ? joinPoses(whole) : /** @type {Uint8Array} */ (whole[0]) };
   }
   const sources = recording.reference.flatMap((path) => inputs.sources.get(path) ?? []);
   const [first] = sources;

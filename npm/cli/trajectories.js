@@ -1,10 +1,10 @@
 // @ts-check
 /** Trajectories named on the command line: a file, or a folder with one file for each frame. */
-import { readdirSync, statSync } from 'node:fs';
+import { readdirSync } from 'node:fs';
 import { basename, join } from 'node:path';
 import { compareNaturally } from '../natural_order.js';
 import { CommandError, isScanstitchError } from './command.js';
-import { fileProblem } from './disk.js';
+import { fileProblem, isFolder } from './disk.js';
 import { readInput } from './inputs.js';
 
 /** @typedef {import('./command.js').Engine} Engine */
@@ -51,11 +51,6 @@ export function trajectoryFormat(name) {
   const format = TRAJECTORY_FORMATS.find((format) => format === name);
   if (!format) throw new CommandError(`"${name}" is no form of a trajectory: ${TRAJECTORY_FORMATS.join(', ')}.`);
   return format;
-}
-
-/** @param {string} path */
-function isFolder(path) {
-  return statSync(path, { throwIfNoEntry: false })?.isDirectory() ?? false;
 }
 
 /**

@@ -1,6 +1,6 @@
 // @ts-check
 /** Planar scans: which files are scans, which one is the reference trajectory, and why the rest is left aside. */
-import { brokenImage } from './heads.js';
+import { brokenImage, isPointer } from './heads.js';
 import { isImageName } from './kinds.js';
 import { isLaserLog, isOdometryName } from './laser_logs.js';
 import { adviceFor } from './other_formats.js';
@@ -35,6 +35,8 @@ export function isSystemFile(path) {
 export function classify(path, beginning, isTable = false) {
   const head = beginning ?? new Uint8Array();
   if (isSystemFile(path)) return { role: 'ignored', reason: null };
+  if (isPointer(head))
+    return { role: 'ignored', reason: 'a Git LFS pointer, not the file itself; fetch it with git lfs pull' };
   const base = path.split('/').at(-1) ?? path;
   if (/\.ply$/i.test(base) || startsAsPly(head)) return { role: 'scan', is_log: false };
   if (isLaserLog(head) || (isTable && !isOdometryName(base) && looksLikeNumbers(head)))

@@ -5,6 +5,9 @@ import { lookUp } from '../look_up.js';
 /** As many bytes as everything here needs. */
 export const HEAD_BYTES = 8192;
 
+/** Largest |z| of a point of a planar scan (m), as the engine has it. */
+const MAX_OFF_PLANE = 1e-6;
+
 /** What can be seen in an image's pixels: shades, or colours. */
 /** @typedef {{ format: 'PNG' | 'PGM' | 'PPM' | 'PFM' | 'JPEG' | 'other', channels: 'grey' | 'colour' | 'palette', bits: number }} ImageFacts */
 
@@ -53,6 +56,7 @@ export function brokenImage(path, head) {
 /** @param {string} kind as the name says it @param {Uint8Array} head */
 function faultOfImage(kind, head) {
   if (head.length === 0) return `this ${kind} cannot be read: the file is empty`;
+  if (isPointer(head)) return 'this is a Git LFS pointer, not the image itself; fetch it with git lfs pull';
   if (/^P[14]\s/.test(latin1(head.subarray(0, 3))))
     return `this ${kind} is a bitmap: black and white alone are no depth`;
   if (!startsAsPng(head)) {
@@ -61,6 +65,11 @@ function faultOfImage(kind, head) {
   }
   if (head.length <= COLOUR_TYPE_AT) return `this PNG cannot be read: it is cut off at byte ${head.length}`;
   return `this PNG cannot be read: at byte ${COLOUR_TYPE_AT} its header names the colour type ${head[COLOUR_TYPE_AT]}, which no PNG has`;
+}
+
+/** Whether it is the text that stands in the place of a file in a clone without Git LFS. @param {Uint8Array} head */
+export function isPointer(head) {
+  return latin1(head.subarray(0, 64)).startsWith('version https://git-lfs.github.com/spec/');
 }
 
 /** @param {Uint8Array} head */
@@ -94,7 +103,7 @@ export function readPlyExtent(head) {
       : binaryColumn(body, properties, z, count, format.endsWith('little_endian'));
   const finite = heights.filter(Number.isFinite);
   if (finite.length === 0) return 'unknown';
-  return finite.every((height) => height === 0) ? 'plane' : 'space';
+  return finite.every((height) => Math.abs(height) <= MAX_OFF_PLANE) ? 'plane' : 'space';
 }
 
 /**

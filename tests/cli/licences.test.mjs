@@ -5,6 +5,7 @@ import { execFileSync } from 'node:child_process';
 import { readFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { test } from 'node:test';
+import { billOfMaterials } from '../../scripts/sbom.mjs';
 import { ROOT } from './support.mjs';
 
 const PERMISSIVE = new Set([
@@ -56,4 +57,16 @@ test('npm packages', () => {
     [],
     'the lock names no host',
   );
+});
+
+test('the bill of materials names what the page is made of, with versions and licences', () => {
+  const { components } = billOfMaterials();
+  const names = components.map(({ name }) => name);
+  for (const name of ['lit', 'three', 'fflate', 'fzstd', 'd3-scale', 'nalgebra', 'glam', 'png', 'wasm-bindgen']) {
+    assert.ok(names.includes(name), name);
+  }
+  // What builds and tests it is no part of it.
+  for (const name of ['vite', 'typescript', 'playwright', 'wasm-bindgen-cli-support'])
+    assert.ok(!names.includes(name), name);
+  assert.ok(components.every(({ version, licenses }) => /^\d+\./.test(version) && licenses.length === 1));
 });

@@ -163,3 +163,43 @@ test('a reference beside planar scans is compared with, as it is in space', (t) 
   assert.equal(scanstitch(['reconstruct', folder, '--out', out]).status, 0);
   assert.equal(readReport(out).comparison.num_matched, 3);
 });
+
+test('what stands in the place of a file without Git LFS is told, whatever its name', (t) => {
+  const folder = temporaryFolder(t);
+  const pointer = 'version https://git-lfs.github.com/spec/v1\noid sha256:00\nsize 12345\n';
+  for (const name of ['0.png', 'walk.mcap', 'scans.zip']) {
+    const [path = ''] = writeFiles(folder, { [name]: pointer });
+    const { status, stderr } = scanstitch(['reconstruct', path, '--out', join(folder, 'out')]);
+    assert.match(stderr, /Git LFS pointer.*git lfs pull/s, name);
+    assert.equal(status, 1);
+  }
+});
+
+test('planar scans on a map, in millimetres, or a hair off the plane', (t) => {
+  const folder = temporaryFolder(t);
+  const changed = (/** @type {(x: number, y: number) => number[]} */ change) =>
+    Object.fromEntries(
+      Object.entries(ROOM_FILES).map(([name, text]) => {
+        const rows = (text.split('end_header\n')[1] ?? '').trim().split('\n');
+        return [
+          name,
+          asciiPly(rows.map((row) => change(.../** @type {[number, number]} */ (row.split(' ').map(Number))))),
+        ];
+      }),
+    );
+  const run = (/** @type {Record<string, string>} */ files) => {
+    writeFiles(folder, files);
+    return scanstitch(['reconstruct', folder, '--out', join(folder, 'out')]);
+  };
+  for (const far of [20_000, 1e6]) {
+    const map = run(changed((x, y) => [x + far, y + far, 0]));
+    assert.match(map.stderr, /^0\.ply: The coordinates are those of a map.*Give clouds in the frame of the sensor/m);
+    assert.equal(map.status, 1);
+  }
+  const millimetres = run(changed((x, y) => [1000 * x, 1000 * y, 0]));
+  assert.match(millimetres.stderr, /^0\.ply: Half of its points lie over 1000 m away, as in millimetres.*Give metres/m);
+  assert.equal(millimetres.status, 1);
+  const turned = run(changed((x, y) => [x, y, 1e-9 * x]));
+  assert.equal(turned.stderr, '');
+  assert.match(turned.stdout, /^3 scans in /m);
+});

@@ -20,6 +20,9 @@ pub struct PointCloud {
 }
 
 impl PointCloud {
+    /// Largest |z| of a point of a planar scan (m).
+    const MAX_OFF_PLANE: f32 = 1e-6;
+
     /// A cloud of positions alone.
     pub fn from_positions(positions: Vec<Vec3>) -> Self {
         Self { positions, ..Self::default() }
@@ -35,11 +38,12 @@ impl PointCloud {
         self.positions.is_empty()
     }
 
-    /// Whether all points lie in the plane z = 0, as a planar laser's do: a scan to be read in two dimensions.
-    /// Non-finite points do not count; an empty cloud is not planar.
+    /// Whether all points lie in the plane z = 0, as a planar laser's do: a scan to be read in two dimensions. What a
+    /// rotation into the plane leaves of z, a micrometre at the most, is none. Non-finite points do not count; an empty
+    /// cloud is not planar.
     pub fn is_planar(&self) -> bool {
         let mut finite = self.positions.iter().filter(|p| p.is_finite()).peekable();
-        finite.peek().is_some() && self.origin.z == 0.0 && finite.all(|p| p.z == 0.0)
+        finite.peek().is_some() && self.origin.z == 0.0 && finite.all(|p| p.z.abs() <= Self::MAX_OFF_PLANE)
     }
 }
 
@@ -51,6 +55,7 @@ mod tests {
     fn planar_means_every_finite_z_is_zero() {
         let cloud = |points: &[[f32; 3]]| PointCloud::from_positions(points.iter().map(|&p| Vec3::from(p)).collect());
         assert!(cloud(&[[1.0, 2.0, 0.0], [f32::NAN, 0.0, f32::NAN], [3.0, 4.0, -0.0]]).is_planar());
+        assert!(cloud(&[[1.0, 2.0, 1e-9], [3.0, 4.0, -1e-7]]).is_planar());
         assert!(!cloud(&[[1.0, 2.0, 0.0], [1.0, 2.0, 1e-3]]).is_planar());
         assert!(!cloud(&[]).is_planar());
         assert!(!cloud(&[[f32::NAN; 3]]).is_planar());

@@ -11,9 +11,9 @@
 use jpeg_decoder::{Decoder as JpegDecoder, PixelFormat};
 use png::{ColorType, Transformations};
 
-use super::depth_png::{MAX_INFLATION, MAX_PIXELS, PNG_SIGNATURE};
+use super::depth_png::{MAX_PIXELS, PNG_SIGNATURE, most_pixels};
 use super::netpbm;
-use super::text::quote;
+use super::text::{quote, refuse_pointer};
 use crate::camera::ColorImage;
 use crate::{Error, Result};
 
@@ -26,6 +26,7 @@ const MAX_JPEG_PIXELS_A_BYTE: u64 = 1 << 14;
 /// # Errors
 /// Neither PNG nor JPEG nor PPM; a file that is cut off or broken; a size the file cannot hold.
 pub fn read(bytes: &[u8]) -> Result<ColorImage> {
+    refuse_pointer(bytes)?;
     if bytes.starts_with(PNG_SIGNATURE) {
         read_png(bytes)
     } else if bytes.starts_with(b"\xFF\xD8") {
@@ -53,7 +54,7 @@ fn read_png(bytes: &[u8]) -> Result<ColorImage> {
     decoder.set_transformations(Transformations::normalize_to_color8());
     let header = decoder.read_header_info().map_err(broken)?;
     let (width, height) = (header.width as usize, header.height as usize);
-    check_size(width, height, bytes.len() as u64 * MAX_INFLATION)?;
+    check_size(width, height, most_pixels(bytes, 1))?;
     let mut reader = decoder.read_info().map_err(broken)?;
     let size = reader.output_buffer_size().ok_or_else(|| Error::whole("The PNG is too large", REMEDY))?;
     let mut data = vec![0; size];

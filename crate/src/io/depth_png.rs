@@ -4,14 +4,18 @@
 //! (P5) and plain (P2), and grey PFM (Pf). Everything else is no depth image and refused with the reason.
 
 use super::netpbm::{self, next_whole, pfm_values};
-use super::text::quote;
+use super::text::{quote, refuse_pointer};
 use crate::camera::DepthImage;
 use crate::{Error, Result};
 
 /// No depth camera has more pixels.
 pub(super) const MAX_PIXELS: u64 = 1 << 26;
+/// A packed image may have so many however few bytes it takes: those of a screen of 3840 x 2160; ...
+const FREE_PIXELS: u64 = 1 << 23;
+/// ... and beyond that, so many a byte.
+const PIXELS_A_BYTE: u64 = 20;
 /// A byte of deflate can unfold to this many at the most.
-pub(super) const MAX_INFLATION: u64 = 1032;
+const MAX_INFLATION: u64 = 1032;
 pub(super) const PNG_SIGNATURE: &[u8] = b"\x89PNG\r\n\x1a\n";
 
 /// Reads a depth image, given as the bytes of its file.
@@ -19,6 +23,7 @@ pub(super) const PNG_SIGNATURE: &[u8] = b"\x89PNG\r\n\x1a\n";
 /// # Errors
 /// Neither PNG nor PGM nor PFM; a colour image; a file that is cut off or broken; a size the file cannot hold.
 pub fn read(bytes: &[u8]) -> Result<DepthImage> {
+    refuse_pointer(bytes)?;
     if bytes.starts_with(PNG_SIGNATURE) {
         read_png(bytes)
     } else if bytes.starts_with(b"P5") || bytes.starts_with(b"P2") {
@@ -54,7 +59,7 @@ fn read_png(bytes: &[u8]) -> Result<DepthImage> {
     let header = decoder.read_header_info().map_err(broken)?;
     let (width, height) = (header.width, header.height);
     let (color, depth) = (header.color_type, header.bit_depth);
-    let pixels = check_size(u64::from(width), u64::from(height), bytes.len() as u64 * MAX_INFLATION * 8)?;
+    let pixels = check_size(u64::from(width), u64::from(height), most_pixels(bytes, 8))?;
     // Fewer bits than 8 stay the numbers they are: expanding would scale them.
     decoder.set_transformations(png::Transformations::IDENTITY);
     let channels = match color {
@@ -154,6 +159,12 @@ fn read_pfm(bytes: &[u8]) -> Result<DepthImage> {
         if value >= 1.0 && value <= f64::from(u16::MAX) { value as u16 } else { 0 }
     };
     image(width, height, values.into_iter().map(millimetres).collect(), DepthImage::METRES)
+}
+
+/// How many pixels a PNG of these bytes may have, with so many pixels a byte when it is unpacked.
+pub(super) fn most_pixels(bytes: &[u8], unpacked: u64) -> u64 {
+    let size = bytes.len() as u64;
+    FREE_PIXELS.max(PIXELS_A_BYTE * size).min(size * MAX_INFLATION * unpacked)
 }
 
 /// The number of pixels, if the file can hold them: `most` is how many its bytes can.

@@ -1,5 +1,6 @@
 //! Point clouds in whichever of the formats that are read.
 
+use super::text::refuse_pointer;
 use super::{pcd, ply};
 use crate::geometry::PointCloud;
 use crate::{Error, Result};
@@ -15,6 +16,7 @@ pub fn is_cloud(bytes: &[u8]) -> bool {
 /// # Errors
 /// When it is neither, or broken.
 pub fn read(bytes: &[u8]) -> Result<PointCloud> {
+    refuse_pointer(bytes)?;
     if bytes.trim_ascii_start().starts_with(b"ply") {
         return ply::read(bytes);
     }

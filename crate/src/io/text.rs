@@ -1,5 +1,18 @@
 //! What the text formats share: where a line begins, what a number looks like, how to quote what is none.
 
+use crate::{Error, Result};
+
+/// Refuses the text that stands in the place of a file in a clone without Git LFS.
+///
+/// Source: the specification of Git LFS, "The Pointer".
+pub(super) fn refuse_pointer(bytes: &[u8]) -> Result<()> {
+    if bytes.starts_with(b"version https://git-lfs.github.com/spec/") {
+        let problem = "This is a Git LFS pointer, not the file itself";
+        return Err(Error::line(1, problem, "Fetch the file with git lfs pull"));
+    }
+    Ok(())
+}
+
 /// Number of the line (from 1) that the byte at `offset` belongs to. LF, CRLF and lone CR end a line.
 pub(super) fn line_number(bytes: &[u8], offset: usize) -> usize {
     let ends_line = |i: usize| bytes[i] == b'\n' || (bytes[i] == b'\r' && bytes.get(i + 1) != Some(&b'\n'));
@@ -65,6 +78,18 @@ pub(super) fn number(token: &[u8]) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn every_reader_knows_the_pointers_of_git_lfs() {
+        let pointer = b"version https://git-lfs.github.com/spec/v1\noid sha256:00\nsize 12345\n";
+        let told = |result: Result<()>| assert!(result.unwrap_err().to_string().contains("git lfs pull"));
+        told(crate::io::ply::read(pointer).map(drop));
+        told(crate::io::point_cloud::read(pointer).map(drop));
+        told(crate::io::depth_png::read(pointer).map(drop));
+        told(crate::io::color_image::read(pointer).map(drop));
+        told(crate::io::laser_log::read(pointer).map(drop));
+        told(crate::io::trajectory::read(pointer).map(drop));
+    }
 
     #[test]
     fn numbers_in_every_spelling() {

@@ -9,6 +9,8 @@ use crate::geometry::{PointCloud, Pose2, Pose3, RigidMotion};
 use crate::io::laser_log::LaserLog;
 use crate::io::trajectory::Trajectory;
 use crate::pipeline::settings::OdometrySource;
+use crate::preprocess::clean::refuse_map_coordinates;
+use crate::{Error, Result};
 
 /// One scan with all that was recorded along with it.
 #[derive(Debug, Clone)]
@@ -62,6 +64,24 @@ impl RecordedScan {
             }
         })
     }
+}
+
+/// No planar laser reaches further (m).
+const LONGEST_RANGE: f32 = 1000.0;
+
+/// Whether the points of a planar scan can be those of a laser at zero, in metres.
+///
+/// # Errors
+/// Coordinates of a map; a median distance that no laser reaches.
+pub fn in_sensor_frame(cloud: &PointCloud) -> Result<()> {
+    refuse_map_coordinates(cloud)?;
+    let mut ranges: Vec<f32> = cloud.positions.iter().map(|p| p.length()).filter(|range| range.is_finite()).collect();
+    let middle = ranges.len() / 2;
+    if ranges.is_empty() || *ranges.select_nth_unstable_by(middle, f32::total_cmp).1 <= LONGEST_RANGE {
+        return Ok(());
+    }
+    let problem = format!("Half of its points lie over {LONGEST_RANGE} m away, as in millimetres or on a map");
+    Err(Error::whole(problem, "Give metres, in the frame of the laser"))
 }
 
 /// The motion of the laser from the scan before to each scan, where odometry gives one. `given` has the pose of the robot
@@ -161,5 +181,24 @@ impl<'a> TimedPoses<'a> {
         }
         let motion = (poses[earlier].inverse() * poses[later]).log();
         Some(poses[earlier] * Pose2::exp(&(motion * ((time - stamps[earlier]) / gap))))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn coordinates_of_a_map_and_millimetres_are_refused() {
+        let cloud = |scale: f32, origin: f64| PointCloud {
+            positions: (0..180).map(|beam| scale * Vec3::new((beam as f32 / 57.3).cos(), 2.0, 0.0)).collect(),
+            origin: glam::DVec3::new(origin, 0.0, 0.0),
+            ..PointCloud::default()
+        };
+        assert!(in_sensor_frame(&cloud(1.0, 0.0)).is_ok());
+        let map = in_sensor_frame(&cloud(1.0, 1e6)).unwrap_err();
+        assert!(map.problem.contains("those of a map") && map.remedy.contains("frame of the sensor"));
+        let millimetres = in_sensor_frame(&cloud(1000.0, 0.0)).unwrap_err();
+        assert!(millimetres.problem.contains("millimetres") && millimetres.remedy.contains("Give metres"));
     }
 }

@@ -2,9 +2,12 @@
 
 use std::collections::HashSet;
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use rustc_hash::FxBuildHasher;
 use serde::{Deserialize, Serialize};
+
+use crate::geometry::PointCloud;
+use crate::{Error, Result};
 
 /// The ranges (m) between which a return is believed.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -31,6 +34,19 @@ pub struct CleaningReport {
     pub duplicates: usize,
     /// Points kept.
     pub num_kept: usize,
+}
+
+/// Refuses coordinates so large that they are kept relative to an origin: each cloud has one of its own, so that the motion
+/// between two of them would be lost.
+///
+/// # Errors
+/// When the origin is not zero.
+pub fn refuse_map_coordinates(cloud: &PointCloud) -> Result<()> {
+    if cloud.origin == DVec3::ZERO {
+        return Ok(());
+    }
+    let problem = "The coordinates are those of a map, not of a sensor: they are too large for single precision";
+    Err(Error::whole(problem, "Give clouds in the frame of the sensor that took them"))
 }
 
 /// The points that [`clean`] kept, in their order.

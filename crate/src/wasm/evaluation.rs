@@ -69,6 +69,9 @@ impl Trajectory {
     /// # Errors
     /// When a file is no pose; the error names it.
     pub fn read_frames(names: &Names, files: &Files) -> Result<Trajectory, JsValue> {
+        if !Array::is_array(names) || !Array::is_array(files) {
+            return Err(thrown(&Error::whole("The names or the files are no array", "Give an array of each")));
+        }
         let texts: Vec<(String, Vec<u8>)> = Array::from(names)
             .iter()
             .zip(Array::from(files).iter())

@@ -46,11 +46,14 @@ pub(super) fn from_object<T: DeserializeOwned + Default>(object: Option<JsValue>
     let Some(object) = object.filter(|value| !value.is_undefined() && !value.is_null()) else {
         return Ok(T::default());
     };
-    let json = JSON::stringify(&object).map(String::from)?;
-    serde_json::from_str(&json).map_err(|error| {
-        let problem = format!("The options are not right: {error}");
+    let refused = |reason: String| {
+        let problem = format!("The options are not right: {reason}");
         thrown(&Error::whole(problem, "Give only the options that the documentation names"))
-    })
+    };
+    // Functions and symbols have no JSON.
+    let json = JsValue::from(JSON::stringify(&object)?).as_string();
+    let json = json.ok_or_else(|| refused("they are no plain object".to_owned()))?;
+    serde_json::from_str(&json).map_err(|error| refused(error.to_string()))
 }
 
 /// Plain data as a plain object.

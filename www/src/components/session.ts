@@ -3,6 +3,7 @@
  * markup; it asks its host to draw again when something has changed.
  */
 import type { ReactiveController, ReactiveControllerHost } from 'lit';
+import { printable } from '../../../npm/printable.js';
 import type { Problem } from '../engine/protocol.js';
 import type { SettingsFacts } from '../views/settings-link.js';
 import { Announcer } from './announcer.js';
@@ -147,13 +148,16 @@ export abstract class RunSession<
   }
 }
 
+/** Characters of a message that are shown at most. */
+const TEXT_LENGTH = 2000;
+
 export function errorMessage({ file, place, problem, remedy }: Problem): Message {
   const where = place === null ? '' : 'line' in place ? `line ${place.line}` : `byte ${place.byte}`;
-  return { kind: 'error', file, place: where, text: problem, remedy };
+  return { kind: 'error', file: printable(file), place: where, text: printable(problem, TEXT_LENGTH), remedy };
 }
 
 export function noteMessage(file: string, text: string): Message {
-  return { kind: 'note', file, place: '', text, remedy: '' };
+  return { kind: 'note', file: printable(file), place: '', text: printable(text, TEXT_LENGTH), remedy: '' };
 }
 
 export function wordsOf(error: unknown): string {

@@ -67,6 +67,11 @@ fn cut_off(bytes: &[u8], fits: usize, header: &Header) -> Error {
     Error::byte(bytes.len(), problem, "Copy or export it again")
 }
 
+/// Compressed data may become so many bytes however few they are; ...
+const FREE_BYTES: usize = 1 << 24;
+/// ... and beyond that, so many times as many.
+const MOST_RATIO: usize = 8;
+
 /// Two sizes of 32 bits, compressed and not, then the data.
 fn decompressed(bytes: &[u8], header: &Header) -> Result<Vec<u8>> {
     let data = &bytes[header.end..];
@@ -92,6 +97,12 @@ fn decompressed(bytes: &[u8], header: &Header) -> Result<Vec<u8>> {
             format!("The file is cut off: {compressed} compressed bytes are announced, {} are there", data.len() - 8);
         return Err(Error::byte(bytes.len(), problem, "Copy or export it again"));
     };
+    let most = FREE_BYTES + MOST_RATIO * compressed;
+    if expected > most {
+        let problem =
+            format!("{compressed} compressed bytes would become {expected}, and at most {most} are made of so few");
+        return Err(Error::byte(header.end + 4, problem, "Export the file as plain binary"));
+    }
     lzf::decompress(packed, expected).map_err(|offset| {
         Error::byte(header.end + 8 + offset, "The compressed data are broken", "Copy or export the file again")
     })
@@ -227,5 +238,24 @@ impl<'a> Columns<'a> {
             colors: self.color.as_ref().map(|column| (0..num_points).map(|point| color(column, point)).collect()),
             origin,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn memory_follows_the_bytes_that_are_there() {
+        const NUM_POINTS: u32 = 3_000_000;
+        let packed = lzf::compress(&vec![0; 12 * NUM_POINTS as usize]);
+        assert!(packed.len() < 600_000);
+        let header = format!(
+            "VERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH {NUM_POINTS}\nHEIGHT 1\n\
+             POINTS {NUM_POINTS}\nDATA binary_compressed\n"
+        );
+        let sizes = [packed.len() as u32, 12 * NUM_POINTS].map(u32::to_le_bytes).concat();
+        let Err(error) = read(&[header.as_bytes(), &sizes, &packed].concat()) else { panic!("it is read") };
+        assert!(error.problem.contains("would become 36000000, and at most"), "{}", error.problem);
     }
 }

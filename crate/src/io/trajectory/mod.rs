@@ -21,6 +21,7 @@ use std::fmt::Write as _;
 use nalgebra::{Isometry3, Matrix3, Translation3, UnitQuaternion, Vector3};
 
 use crate::geometry::{Pose2, Pose3};
+use crate::io::text::refuse_pointer;
 use crate::{Error, Result};
 
 mod columns;
@@ -277,6 +278,7 @@ fn nothing() -> Error {
 
 /// Reads the poses and finds out, where it is not given, which form they have.
 fn parse(bytes: &[u8], format: Option<TrajectoryFormat>) -> Result<(Builder, TrajectoryFormat)> {
+    refuse_pointer(bytes)?;
     if format == Some(TrajectoryFormat::Npy) || (format.is_none() && npy::is_npy(bytes)) {
         return Ok((npy::read(bytes)?, TrajectoryFormat::Npy));
     }

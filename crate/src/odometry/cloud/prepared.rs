@@ -8,6 +8,7 @@ use nalgebra::Vector3;
 use super::options::{CloudOptions, feature_neighbourhood};
 use crate::error::{Error, Result};
 use crate::geometry::PointCloud;
+use crate::preprocess::clean::refuse_map_coordinates;
 use crate::preprocess::estimate_normals::{estimate_clear_normals, estimate_normals};
 use crate::preprocess::voxel_downsample::{voxel_downsample, voxel_downsample_from};
 use crate::registration::free_space::sphere::SphericalView;
@@ -31,11 +32,7 @@ impl PreparedCloud {
     /// When an option is out of its limits.
     pub fn new(cloud: &PointCloud, options: &CloudOptions) -> Result<Self> {
         options.check()?;
-        if cloud.origin != DVec3::ZERO {
-            let problem =
-                "The coordinates are those of a map, not of a sensor: they are too large for single precision";
-            return Err(Error::whole(problem, "Give clouds in the frame of the sensor that took them"));
-        }
+        refuse_map_coordinates(cloud)?;
         let finite = cloud.positions.iter().filter(|p| p.is_finite());
         let lowest = finite.copied().reduce(glam::Vec3::min).unwrap_or_default();
         let corner = lowest.as_dvec3() - 0.5 * options.voxel_size;

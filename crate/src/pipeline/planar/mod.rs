@@ -23,7 +23,7 @@ use crate::odometry::planar::information::without_normals_noise;
 use crate::odometry::planar::{FrameEstimate, MeasuredMotion, Odometry};
 use crate::pipeline::odometry_check::{CheckedOdometry, check_odometry};
 use crate::pipeline::prepared_frame::FrameLabel;
-use crate::pipeline::recorded_scan::{RecordedScan, first_guesses};
+use crate::pipeline::recorded_scan::{RecordedScan, first_guesses, in_sensor_frame};
 use crate::pipeline::report::{AddedLog, FrameResult, PlanarPose, Progress, ReconstructionResult, Stage};
 use crate::pipeline::settings::{OdometrySource, Settings, Strategy};
 use crate::preprocess::clean::{CleaningReport, RangeLimits, clean, range_limit};
@@ -140,6 +140,7 @@ impl Reconstruction {
             );
             return Err(Error::whole(problem, "Give planar laser scans, with z = 0 for every point").in_file(name));
         }
+        in_sensor_frame(&cloud).map_err(|error| error.in_file(name))?;
         self.names.push(name.to_owned());
         self.recorded.push(RecordedScan::of_cloud(cloud));
         self.run = None;

@@ -1,15 +1,11 @@
 // @ts-check
-/**
- * Damages bags and messages at random and reads them: `node scripts/fuzz_bags.mjs [SECONDS] [SEED]`. What is wrong must be
- * told as an error about the file; anything else, and a file of more bytes than the message can hold, is a defect: it is
- * printed with the seed, and the exit code is 1.
- */
+/** Damaged messages of ROS 2, and damaged bags. What is wrong must be told as an error about the file. */
 import { readFileSync } from 'node:fs';
 import { join } from 'node:path';
-import { CdrReader, MessageError } from '../npm/bag/cdr.js';
-import { cloudFile } from '../npm/bag/clouds.js';
-import { colorFile, depthFile } from '../npm/bag/images.js';
-import { scanLine } from '../npm/bag/laser_scans.js';
+import { CdrReader, MessageError } from '../../npm/bag/cdr.js';
+import { cloudFile } from '../../npm/bag/clouds.js';
+import { colorFile, depthFile } from '../../npm/bag/images.js';
+import { scanLine } from '../../npm/bag/laser_scans.js';
 import {
   decodeCamera,
   decodeCloud,
@@ -17,38 +13,14 @@ import {
   decodeImage,
   decodePoses,
   decodeScan,
-} from '../npm/bag/messages.js';
-import { openBags } from '../npm/bag/open.js';
-import { packedFile } from '../npm/bag/packed_images.js';
-import { bagFile, db3Bytes, mcapBytes } from '../tests/cli/bag_files.mjs';
-import * as make from '../tests/cli/bag_messages.mjs';
-import { greyPng } from '../tests/cli/depth_room.mjs';
-import { ROOT } from './steps.mjs';
-
-const [seconds, seed] = [Number(process.argv[2] ?? 60), Number(process.argv[3] ?? 1)];
-let state = seed >>> 0;
-/** Below `limit`; mulberry32, so that a seed is enough to see it again. @param {number} limit */
-function random(limit) {
-  state = (state + 0x6d2b79f5) >>> 0;
-  let value = Math.imul(state ^ (state >>> 15), state | 1);
-  value ^= value + Math.imul(value ^ (value >>> 7), value | 61);
-  return ((value ^ (value >>> 14)) >>> 0) % limit;
-}
-
-/** @param {Uint8Array} bytes */
-function damage(bytes) {
-  let damaged = bytes.slice();
-  for (let count = 1 + random(6); count > 0; count -= 1) {
-    const place = random(damaged.length);
-    const kind = random(5);
-    if (kind === 0) damaged[place] = random(256);
-    else if (kind === 1) damaged.fill(255, place, place + random(9));
-    else if (kind === 2) damaged.fill(0, place, place + random(9));
-    else if (kind === 3) damaged[place] = (damaged[place] ?? 0) ^ (1 << random(8));
-    else if (random(4) === 0) damaged = damaged.slice(0, Math.max(1, place));
-  }
-  return damaged;
-}
+} from '../../npm/bag/messages.js';
+import { openBags } from '../../npm/bag/open.js';
+import { packedFile } from '../../npm/bag/packed_images.js';
+import { bagFile, db3Bytes, mcapBytes } from '../../tests/cli/bag_files.mjs';
+import * as make from '../../tests/cli/bag_messages.mjs';
+import { greyPng } from '../../tests/cli/depth_room.mjs';
+import { ROOT } from '../steps.mjs';
+import { mustBeTold } from './random.mjs';
 
 const stamp = make.stampAt(3.5);
 const grey = (/** @type {string} */ encoding, /** @type {number} */ bytes) =>
@@ -101,11 +73,11 @@ const MESSAGES = [
   ['path', make.transforms([]), (bytes) => decodePoses('nav_msgs/msg/Path', bytes)],
   ['header', make.poseStamped(stamp, 'a', [1, 2, 3, 0, 0, 0, 1]), (bytes) => new CdrReader(bytes).string('text')],
 ];
-const topics = [
+const TOPICS = [
   { name: '/depth', type: 'sensor_msgs/msg/Image' },
   { name: '/odom', type: 'nav_msgs/msg/Odometry' },
 ];
-const messages = Array.from({ length: 12 }, (_, i) => [
+const RECORDED = Array.from({ length: 12 }, (_, i) => [
   {
     topic: '/depth',
     time: BigInt(i),
@@ -116,9 +88,9 @@ const messages = Array.from({ length: 12 }, (_, i) => [
 const stored = (/** @type {string} */ name) => new Uint8Array(readFileSync(join(ROOT, 'tests/data/bags', name)));
 /** @type {[string, Uint8Array][]} */
 const BAGS = [
-  ['a.mcap', mcapBytes(topics, messages, { chunkBytes: 9000 })],
-  ['b.mcap', mcapBytes(topics, messages, { isIndexed: false, hasChunks: false })],
-  ['c.db3', db3Bytes(topics, messages)],
+  ['a.mcap', mcapBytes(TOPICS, RECORDED, { chunkBytes: 9000 })],
+  ['b.mcap', mcapBytes(TOPICS, RECORDED, { isIndexed: false, hasChunks: false })],
+  ['c.db3', db3Bytes(TOPICS, RECORDED)],
   ['zstd.mcap', stored('zstd.mcap')],
   ['lz4.mcap', stored('lz4.mcap')],
 ];
@@ -136,30 +108,22 @@ async function readBag(name, bytes) {
   }
 }
 
-/** @param {unknown} error */
-function mustBeTold(error) {
-  const isTold = error instanceof MessageError || /** @type {Error} */ (error).name === 'ScanstitchError';
-  if (!isTold) throw error;
+/** Bytes of what was read. @param {import('./random.mjs').Random} random */
+export async function messages(random) {
+  const [, message = new Uint8Array(), convert] = random.one(MESSAGES);
+  const damaged = random.damaged(message);
+  try {
+    convert(damaged);
+  } catch (error) {
+    if (!(error instanceof MessageError)) mustBeTold(error);
+  }
+  return damaged;
 }
 
-let rounds = 0;
-const end = performance.now() + 1000 * seconds;
-try {
-  for (; performance.now() < end; rounds += 1) {
-    const [, message = new Uint8Array(), convert] = MESSAGES[random(MESSAGES.length)] ?? [];
-    try {
-      convert?.(damage(message));
-    } catch (error) {
-      mustBeTold(error);
-    }
-    if (rounds % 20 > 0) continue;
-    const [name = '', bag = new Uint8Array()] = BAGS[random(BAGS.length)] ?? [];
-    await readBag(name, damage(bag));
-  }
-  console.log(
-    `${rounds} damaged messages and ${Math.ceil(rounds / 20)} damaged bags in ${seconds} s, seed ${seed}: all told`,
-  );
-} catch (error) {
-  console.log(`seed ${seed}, round ${rounds}: ${/** @type {Error} */ (error).stack}`);
-  process.exitCode = 1;
+/** @param {import('./random.mjs').Random} random */
+export async function bags(random) {
+  const [name, bag] = random.one(BAGS);
+  const damaged = random.damaged(bag);
+  await readBag(name, damaged);
+  return damaged;
 }

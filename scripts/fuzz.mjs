@@ -1,0 +1,109 @@
+// @ts-check
+/**
+ * `npm run fuzz -- [--time SECONDS] [--seed N] [TARGET]...`: every reader is given damaged input for so long, each target in
+ * a process of its own that may take so much memory. What is wrong with a file must be told as an error about it. What is
+ * found is printed with its seed and kept under target/fuzz; the exit code is 1 then.
+ */
+import { spawnSync } from 'node:child_process';
+import { existsSync, mkdirSync, writeFileSync } from 'node:fs';
+import { join } from 'node:path';
+import { Random } from './fuzz/random.mjs';
+import { answers, readArguments, ROOT, runMain, say, StepError } from './steps.mjs';
+
+/** Targets in Node, by their modules. @type {Record<string, [module: string, name: string]>} */
+const NODE_TARGETS = {
+  messages: ['./fuzz/bags.mjs', 'messages'],
+  bags: ['./fuzz/bags.mjs', 'bags'],
+  zips: ['./fuzz/files.mjs', 'zips'],
+  classification: ['./fuzz/files.mjs', 'classification'],
+  arguments: ['./fuzz/arguments.mjs', 'commandLine'],
+};
+const NATIVE_TARGETS = ['ply', 'pcd', 'images', 'trajectory', 'laser_log'];
+/** What a target in Node may take beyond what it had after its first round: the garbage of small buffers, mostly. */
+const MOST_BYTES = 2 ** 28;
+const FOUND = join(ROOT, 'target', 'fuzz');
+/** A child is given the target, the seconds and the seed by this. */
+const CHILD = 'SCANSTITCH_FUZZ';
+
+/** Runs one target in this process. @param {string} target @param {number} seconds @param {number} seed */
+async function fuzz(target, seconds, seed) {
+  const [module, name] = NODE_TARGETS[target] ?? ['', ''];
+  const round = (await import(module))[name];
+  const end = performance.now() + 1000 * seconds;
+  let [rounds, largest, base] = [0, 0, 0];
+  for (; performance.now() < end; rounds += 1) {
+    const random = new Random(seed + rounds);
+    try {
+      largest = Math.max(largest, (await round(random)).length);
+      const peak = 1024 * process.resourceUsage().maxRSS;
+      base ||= peak;
+      if (peak > base + MOST_BYTES + 20 * largest) throw new Error(`${peak} bytes of memory in use`);
+    } catch (error) {
+      mkdirSync(FOUND, { recursive: true });
+      const kept = join(FOUND, `${target}-${seed + rounds}.txt`);
+      const { stack, cause } = /** @type {Error} */ (error);
+      writeFileSync(kept, `${stack}\n${cause instanceof Error ? cause.stack : ''}\n`);
+      console.log(`${target}: seed ${seed + rounds}\n${stack}\n${cause instanceof Error ? cause.stack : ''}`);
+      process.exitCode = 1;
+      return;
+    }
+  }
+  const memory = ((1024 * process.resourceUsage().maxRSS - base) / 2 ** 20).toFixed(0);
+  console.log(
+    `${target}: ${rounds} inputs of at most ${largest} bytes in ${seconds} s, from seed ${seed} on: clean, ${memory} MB`,
+  );
+}
+
+/** Whether it found nothing. @param {string} target @param {number} seconds @param {number} seed */
+function inNode(target, seconds, seed) {
+  const env = { ...process.env, [CHILD]: JSON.stringify([target, seconds, seed]) };
+  const timeout = 1000 * (2 * seconds + 60);
+  const { status, signal } = spawnSync(process.execPath, [join(ROOT, 'scripts', 'fuzz.mjs')], {
+    env,
+    stdio: 'inherit',
+    timeout,
+  });
+  if (signal) say(`${target}: it hung, and was ended by ${signal}; seed ${seed} on`);
+  return status === 0;
+}
+
+/** Whether it found nothing. @param {string} target @param {number} seconds */
+function native(target, seconds) {
+  const folder = join(ROOT, 'crate', 'fuzz');
+  if (!existsSync(join(folder, 'corpus'))) spawnSync(process.execPath, ['seeds.mjs'], { cwd: folder });
+  const limits = ['-max_len=4096', '-malloc_limit_mb=1', '-rss_limit_mb=512', `-max_total_time=${seconds}`];
+  const { status } = spawnSync('cargo', ['+nightly', 'fuzz', 'run', target, '--fuzz-dir', '.', '--', ...limits], {
+    cwd: folder,
+    stdio: 'inherit',
+  });
+  return status === 0;
+}
+
+async function main() {
+  const options = /** @type {const} */ ({
+    time: { type: 'string', default: '60' },
+    seed: { type: 'string', default: '1' },
+  });
+  const { values, positionals } = readArguments(
+    { options, allowPositionals: true },
+    'Usage: npm run fuzz -- [--time SECONDS a target] [--seed N] [TARGET]...',
+  );
+  const all = [...Object.keys(NODE_TARGETS), ...NATIVE_TARGETS];
+  const unknown = positionals.find((name) => !all.includes(name));
+  if (unknown !== undefined) throw new StepError(`No target is called ${unknown}. There are: ${all.join(', ')}.`);
+  const [seconds, seed] = [Number(values.time), Number(values.seed)];
+  if (!(seconds > 0) || !Number.isInteger(seed))
+    throw new StepError('--time is a number of seconds, --seed a whole number.');
+  const hasNative = answers('cargo', ['+nightly', 'fuzz', '--version']);
+  for (const target of positionals.length > 0 ? positionals : all) {
+    if (!NATIVE_TARGETS.includes(target)) {
+      if (!inNode(target, seconds, seed)) process.exitCode = 1;
+    } else if (!hasNative)
+      say(`${target}: skipped; it needs a nightly compiler and: cargo install cargo-fuzz --locked`);
+    else if (!native(target, seconds)) process.exitCode = 1;
+  }
+}
+
+const order = process.env[CHILD];
+if (order === undefined) await runMain(main);
+else await fuzz(.../** @type {[string, number, number]} */ (JSON.parse(order)));
