@@ -156,7 +156,7 @@ pub fn interpret(
 pub(crate) fn readings(
     trajectory: &Trajectory,
     format: TrajectoryFormat,
-    known: KnownConvention,
+    known: &KnownConvention,
 ) -> Option<Vec<(PoseConvention, Vec<Pose3>)>> {
     let poses = trajectory.poses()?;
     let read_order = match format {

@@ -32,7 +32,7 @@ impl DepthConsistency {
     ) -> Result<Self> {
         settings.validate()?;
         let known = settings.known_convention();
-        let comparison = Comparison::new(trajectory, num_frames, times, known, ConsistencyLimits::default())?;
+        let comparison = Comparison::new(trajectory, num_frames, times, &known, ConsistencyLimits::default())?;
         Ok(Self { settings, decode_config: None, comparison })
     }
 

@@ -6,7 +6,7 @@ use glam::DVec3;
 use nalgebra::Vector3;
 
 use super::options::{CloudOptions, feature_neighbourhood};
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::geometry::PointCloud;
 use crate::preprocess::clean::refuse_map_coordinates;
 use crate::preprocess::estimate_normals::{estimate_clear_normals, estimate_normals};
