@@ -4,6 +4,7 @@
 //! last digit.
 #![allow(non_snake_case)] // T_world_camera: the field's notation
 
+pub mod ambiguous;
 pub mod apartment;
 pub mod corridor;
 pub mod drive;

@@ -176,6 +176,11 @@ impl Assessment {
         }
     }
 
+    /// Too little of the frame lies on the map to know its place without knowing its motion.
+    pub fn doubt_overlap(&mut self, overlap: f64) {
+        self.doubt(&format!("only {} of it lies on the map, and nothing else tells its motion", percent(overlap)));
+    }
+
     /// Good in itself, but the way to it leads over a scan that is not.
     pub fn hangs_on_a_doubt(&mut self) {
         self.doubt(

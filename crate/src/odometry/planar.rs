@@ -1,7 +1,7 @@
 //! The chain: each scan is registered to the map of the scans before it.
 //!
 //! Measured motion, where there is some, is a measurement: it bounds the search, it is weighed against the registration,
-//! and a registration that contradicts it is not believed. A scan that fits nothing is carried by it; without it, such a
+//! and a registration that contradicts it is left out. A scan that fits nothing is carried by it; without it, such a
 //! scan begins a piece of its own if the next one fits it.
 
 use std::rc::Rc;
@@ -13,12 +13,14 @@ use crate::geometry::{Pose2, RigidMotion};
 use crate::map::local::{LocalMap, MetricName, PlanarRegistration};
 use crate::odometry::assessment::{Assessment, MIN_POINTS, Status, assess};
 use crate::preprocess::planar_scan::PlanarScan;
-use crate::registration::correlative::{LikelihoodGrid, SearchWindow};
+use crate::registration::correlative::{LikelihoodGrid, RESOLUTION, SearchWindow};
 use crate::registration::icp::IcpOptions;
 
+pub mod hypothesis;
 pub mod information;
 pub mod motion_noise;
 
+use hypothesis::{Hypothesis, SEARCHED, doubt_by_rival, fits_as_well, thinned};
 use information::{fuse, motion_information, softened_covariance};
 
 /// What a registration starts from.
@@ -73,13 +75,13 @@ pub enum Link {
     Lost,
 }
 
-/// Where a scan was found, and why that is believed or not.
+/// Where a scan was found, and how far that is to be trusted.
 pub struct FrameEstimate {
     /// Pose of the sensor in the frame of the first scan. Where the frame is lost, it is the prediction.
     pub T_world_sensor: Pose2,
     /// The registration to the local map; `None` for the first scan and for scans without points.
     pub registration: Option<PlanarRegistration>,
-    /// Whether it is believed.
+    /// How far the pose is to be trusted, with the reason.
     pub assessment: Assessment,
     /// How it is connected to the frames before.
     pub link: Link,
@@ -94,6 +96,8 @@ pub struct Odometry {
     T_world_last: Pose2,
     /// The last motion, from one scan to the next, in the frame of the earlier.
     last_motion: Pose2,
+    /// How many frames up to the last one were registered without a doubt, one after the other.
+    num_registered: usize,
 }
 
 /// A registration further from measured motion than this squared Mahalanobis distance contradicts it: 1 of 10,000 right
@@ -108,22 +112,45 @@ const SLIP_SHARE: f64 = 0.1;
 pub const REGISTRATION_SIGMA: (f64, f64) = (0.003, 0.01);
 /// What it is known by at worst: the width of the search.
 const WIDEST: (f64, f64) = (0.6, 1.5);
-/// A registration that agrees with measured motion is believed from this share of agreeing returns on.
+/// A registration that agrees with measured motion is sure from this share of agreeing returns on.
 const CONFIRMED_AGREEMENT: f64 = 0.8;
+/// No other pose is looked for where so many returns agree.
+const SURE_AGREEMENT: f64 = 0.9;
 /// Window of a search about measured motion, in standard deviations.
 const SIGMAS: f64 = 3.5;
 /// Two poses that differ by more are two places (m, rad).
 const APART: SearchWindow = SearchWindow { translation: 0.6, rotation: 0.25 };
-/// A second basin is looked into when it scores this share of the first ...
-const RIVAL_SCORE: f64 = 0.85;
-/// ... and is as good when its returns disagree by no more than this beyond those of the first.
-const RIVAL_DISAGREEMENT: f64 = 0.04;
+/// The motion is known by so many frames that were registered one after the other. ...
+pub const SURE_MOTION: usize = 2;
+/// ... A pose goes on with it that is no further from the prediction than this (rad, m) ...
+const EXPECTED: (f64, f64) = (0.35, 0.3);
+/// ... and this share of the last motion.
+const EXPECTED_SHARE: f64 = 0.5;
+/// Another place is looked for so far from the last pose (m), under any heading, where the motion is not known.
+const UNEXPECTED: f64 = 6.0;
+/// A second place rivals the first when it scores this share of it and lies on the map with this share, ...
+const RIVAL_SHARE: f64 = 0.9;
+/// ... or this share where the motion is not known: a scan that looks elsewhere shows less of the map.
+pub const UNEXPECTED_SHARE: f64 = 0.4;
+/// A scan has to lie on the map with this share of its points where the motion is not known.
+const UNEXPECTED_OVERLAP: f64 = 0.5;
+/// So many other places are looked into.
+const MAX_RIVALS: usize = 3;
+/// Side of the cells of a search in a wide window (m).
+const COARSE_RESOLUTION: f64 = 0.2;
 
 impl Odometry {
     /// Odometry without any scan so far; the first one will be at `T_world_first`.
     pub fn new(options: PlanarOptions, T_world_first: Pose2) -> Self {
         let map = LocalMap::new(options.map_capacity, options.metric);
-        Self { options, map, stray: None, T_world_last: T_world_first, last_motion: Pose2::identity() }
+        Self {
+            options,
+            map,
+            stray: None,
+            T_world_last: T_world_first,
+            last_motion: Pose2::identity(),
+            num_registered: 0,
+        }
     }
 
     /// Registers the next scan, which is expected at this motion from the last one; without any, the last motion is
@@ -156,6 +183,7 @@ impl Odometry {
             }
             Link::Lost => {}
         }
+        self.num_registered = if estimate.link == Link::Registered { self.num_registered + 1 } else { 0 };
         if estimate.link != Link::Lost {
             self.last_motion = self.T_world_last.inverse() * estimate.T_world_sensor;
         }
@@ -170,7 +198,7 @@ impl Odometry {
             let estimate = self.register_unmeasured(scan, prediction);
             if estimate.link == Link::Registered {
                 self.map.insert(Rc::clone(scan), estimate.T_world_sensor);
-                return Some(estimate);
+                return Some(FrameEstimate { link: Link::Start, ..estimate });
             }
             self.map = main;
         }
@@ -180,14 +208,16 @@ impl Odometry {
         None
     }
 
-    /// Registers from the measured motion; where that leads nowhere, from the best pose near it. What contradicts the
-    /// measurement is not believed.
+    /// Registers from the measured motion; where that leads nowhere, from the best pose near it. Where both contradict the
+    /// measurement, the scan is placed by the measurement.
     fn register_measured(&self, scan: &PlanarScan, prediction: &Pose2, motion: &MeasuredMotion) -> FrameEstimate {
         let mut best = self.register_from(scan, *prediction);
-        if best.1.status != Status::Good || !self.is_near(&best, motion) {
+        if best.1.status == Status::Lost || best.1.agreement < SURE_AGREEMENT || !self.is_near(&best, motion) {
             let (translation, rotation) = position_and_heading_sigma(motion);
             let window = SearchWindow { translation: 0.1 + SIGMAS * translation, rotation: 0.02 + SIGMAS * rotation };
-            if let Some(found) = LikelihoodGrid::new(&self.map.points()).search(&scan.points, prediction, window) {
+            if let Some(found) =
+                LikelihoodGrid::new(&self.map.points()).search(&thinned(&scan.points, SEARCHED), prediction, window)
+            {
                 let searched = self.register_from(scan, found.T_target_source);
                 let is_better = searched.1.agreement > best.1.agreement || !self.is_near(&best, motion);
                 if is_better && self.is_near(&searched, motion) {
@@ -233,7 +263,7 @@ impl Odometry {
     }
 
     /// Whether a registration lies where the measured motion allows, or where wheels that slipped allow it.
-    fn is_near(&self, (registration, assessment): &(PlanarRegistration, Assessment), motion: &MeasuredMotion) -> bool {
+    fn is_near(&self, (registration, assessment): &Hypothesis, motion: &MeasuredMotion) -> bool {
         let T_last_found = self.T_world_last.inverse() * registration.T_target_source;
         let slip = motion.T_before_sensor.inverse() * T_last_found;
         let most = SLIP.1 + SLIP_SHARE * motion.T_before_sensor.translation_norm();
@@ -266,56 +296,70 @@ impl Odometry {
         FrameEstimate { T_world_sensor, registration: Some(registration), assessment, link }
     }
 
-    fn register_by_search(&self, scan: &PlanarScan, prediction: &Pose2) -> (PlanarRegistration, Assessment) {
+    fn register_by_search(&self, scan: &PlanarScan, prediction: &Pose2) -> Hypothesis {
         let window = self.options.search;
         let wide = SearchWindow { translation: 2.0 * window.translation, rotation: std::f64::consts::PI };
         let grid = LikelihoodGrid::new(&self.map.points());
+        let searched = thinned(&scan.points, SEARCHED);
         let search = |center: &Pose2, window: SearchWindow| {
-            let found = grid.search(&scan.points, center, window);
-            let score = found.map_or(0.0, |found| found.score);
-            (self.register_from(scan, found.map_or(*center, |found| found.T_target_source)), score)
+            let found = grid.search(&searched, center, window);
+            self.register_from(scan, found.map_or(*center, |found| found.T_target_source))
         };
-        let (mut best, mut score, mut searched) = {
-            let (first, score) = search(prediction, window);
-            (first, score, (*prediction, window))
-        };
+        let mut best = search(prediction, window);
         if best.1.status != Status::Good {
-            let (second, wide_score) = search(&self.T_world_last, wide);
+            let second = search(&self.T_world_last, wide);
             if second.1.agreement > best.1.agreement {
-                (best, score, searched) = (second, wide_score, (self.T_world_last, wide));
+                best = second;
             }
         }
         if best.1.status == Status::Good {
-            let known = (&best.0.T_target_source, APART);
-            if let Some(rival) = grid.rival(&scan.points, &searched.0, searched.1, known, (RIVAL_SCORE * score, score))
-            {
-                self.doubt_by_rival(scan, &mut best, &rival.T_target_source);
+            if !self.is_expected(prediction, &best.0.T_target_source) && best.0.fitness < UNEXPECTED_OVERLAP {
+                best.1.doubt_overlap(best.0.fitness);
+            } else if let Some(rival) = self.rival_of(&best, scan, prediction) {
+                doubt_by_rival(&mut best, &rival);
             }
         }
         best
     }
 
-    /// A second place where the scan fits about as well makes the first doubtful.
-    fn doubt_by_rival(&self, scan: &PlanarScan, best: &mut (PlanarRegistration, Assessment), rival: &Pose2) {
-        let (registration, assessment) = self.register_from(scan, *rival);
-        let off = best.0.T_target_source.inverse() * registration.T_target_source;
-        let is_other = off.translation_norm() > 0.5 * APART.translation || off.rotation_angle() > 0.5 * APART.rotation;
-        if is_other
-            && assessment.agreement > best.1.agreement - RIVAL_DISAGREEMENT
-            && registration.fitness > best.0.fitness - RIVAL_DISAGREEMENT
-        {
-            best.1.status = Status::Doubtful;
-            best.1.reason = format!(
-                "it fits about as well {:.1} m and {:.0} degrees away ({:.0} % of its returns agree there, {:.0} % here)",
-                off.translation_norm(),
-                off.rotation_angle().to_degrees(),
-                100.0 * assessment.agreement,
-                100.0 * best.1.agreement
-            );
+    /// Another place where the scan fits about as well, if there is one: near the prediction where the pose continues a known
+    /// motion, and otherwise anywhere near.
+    fn rival_of(&self, best: &Hypothesis, scan: &PlanarScan, prediction: &Pose2) -> Option<Hypothesis> {
+        let found = best.0.T_target_source;
+        let is_expected = self.is_expected(prediction, &found);
+        let unexpected = SearchWindow { translation: UNEXPECTED, rotation: std::f64::consts::PI };
+        let (center, window, share, num_points) = if is_expected {
+            (prediction, self.options.search, RIVAL_SHARE, SEARCHED)
+        } else {
+            (&self.T_world_last, unexpected, UNEXPECTED_SHARE, SEARCHED / 2)
+        };
+        let resolution = if is_expected { RESOLUTION } else { COARSE_RESOLUTION };
+        let grid = LikelihoodGrid::with_resolution(&self.map.points(), resolution);
+        let searched = thinned(&scan.points, num_points);
+        let score = grid.score(&searched, &found);
+        let mut known = vec![found];
+        for _ in 0..MAX_RIVALS {
+            let rival = grid.rival(&searched, center, window, (&known, APART), (share * score, score))?;
+            known.push(rival.T_target_source);
+            let rival = self.register_from(scan, rival.T_target_source);
+            let off = found.inverse() * rival.0.T_target_source;
+            let is_other =
+                off.translation_norm() > 0.5 * APART.translation || off.rotation_angle() > 0.5 * APART.rotation;
+            if is_other && fits_as_well(&rival, best, share) {
+                return Some(rival);
+            }
         }
+        None
     }
 
-    fn register_from(&self, scan: &PlanarScan, guess: Pose2) -> (PlanarRegistration, Assessment) {
+    /// Whether a pose continues the motion of the frames before, which are sure.
+    fn is_expected(&self, prediction: &Pose2, found: &Pose2) -> bool {
+        let off = prediction.inverse() * found;
+        let most = EXPECTED.1 + EXPECTED_SHARE * self.last_motion.translation_norm();
+        self.num_registered >= SURE_MOTION && off.rotation_angle() < EXPECTED.0 && off.translation_norm() < most
+    }
+
+    fn register_from(&self, scan: &PlanarScan, guess: Pose2) -> Hypothesis {
         let registration = self.map.register(scan, guess, &self.options.icp);
         let assessment = assess(&registration, self.map.free_space(scan, &registration.T_target_source));
         (registration, assessment)

@@ -47,11 +47,13 @@ pub struct SearchedBlock {
 }
 
 /// Side of a cell (m).
-const RESOLUTION: f64 = 0.1;
-/// Standard deviation of the likelihood around a target point (m).
+pub const RESOLUTION: f64 = 0.1;
+/// Standard deviation of the likelihood around a target point, in cells of that side (m).
 const SIGMA: f64 = 0.12;
 /// Levels of the pyramid; the coarsest looks at 2^5 cells at once.
 const NUM_LEVELS: usize = 6;
+/// Around a pose nothing is left out.
+const NOWHERE: SearchWindow = SearchWindow { translation: 0.0, rotation: 0.0 };
 /// Points further out turn the search needlessly fine (m).
 const MAX_LEVER: f64 = 10.0;
 /// Most cells of a grid; a larger target gets larger cells.
@@ -60,6 +62,8 @@ const MAX_CELLS: f64 = 4e6;
 /// A target drawn into a pyramid of likelihoods.
 pub struct LikelihoodGrid {
     resolution: f64,
+    /// Standard deviation of the likelihood around a target point (m).
+    sigma: f64,
     /// Position of the corner of cell (0, 0) (m).
     corner: Vector2<f64>,
     width: i32,
@@ -71,28 +75,35 @@ pub struct LikelihoodGrid {
 impl LikelihoodGrid {
     /// Draws target points (m, finite).
     pub fn new(points: &[Vector2<f64>]) -> Self {
+        Self::with_resolution(points, RESOLUTION)
+    }
+
+    /// The same in cells of another side (m); the likelihood is as much wider as they are.
+    pub fn with_resolution(points: &[Vector2<f64>], resolution: f64) -> Self {
         let (low, high) = points.iter().fold(
             (Vector2::repeat(f64::INFINITY), Vector2::repeat(f64::NEG_INFINITY)),
             |(low, high): (Vector2<f64>, Vector2<f64>), p| (low.inf(p), high.sup(p)),
         );
         if points.is_empty() {
             return Self {
-                resolution: RESOLUTION,
+                resolution,
+                sigma: SIGMA,
                 corner: Vector2::zeros(),
                 width: 0,
                 height: 0,
-                levels: vec![Vec::new()],
+                levels: vec![Vec::new(); NUM_LEVELS],
             };
         }
         let extent = high - low;
-        let resolution = RESOLUTION.max((extent.x * extent.y / MAX_CELLS).sqrt()).max(extent.amax() / MAX_CELLS);
-        let reach = (3.0 * SIGMA / resolution).ceil() as i32;
+        let sigma = SIGMA * (resolution / RESOLUTION);
+        let resolution = resolution.max((extent.x * extent.y / MAX_CELLS).sqrt()).max(extent.amax() / MAX_CELLS);
+        let reach = (3.0 * sigma / resolution).ceil() as i32;
         // Sliding maxima reach up to 2^h - 1 cells to the lower left of the first drawn cell.
         let margin = reach + (1 << (NUM_LEVELS - 1));
         let corner = low - Vector2::repeat(resolution * margin as f64);
         let width = (extent.x / resolution) as i32 + 2 + margin + reach;
         let height = (extent.y / resolution) as i32 + 2 + margin + reach;
-        let mut grid = Self { resolution, corner, width, height, levels: Vec::with_capacity(NUM_LEVELS) };
+        let mut grid = Self { resolution, sigma, corner, width, height, levels: Vec::with_capacity(NUM_LEVELS) };
         let finest = grid.draw(points, reach);
         grid.levels.push(finest);
         for level in 1..NUM_LEVELS {
@@ -114,7 +125,7 @@ impl LikelihoodGrid {
             .map(|cell| {
                 let (dx, dy) = ((cell % side) as f64 - reach as f64, (cell / side) as f64 - reach as f64);
                 let sq_distance = (dx * dx + dy * dy) * self.resolution * self.resolution;
-                (255.0 * (-sq_distance / (2.0 * SIGMA * SIGMA)).exp()) as u8
+                (255.0 * (-sq_distance / (2.0 * self.sigma * self.sigma)).exp()) as u8
             })
             .collect();
         let width = self.width as usize;
@@ -153,10 +164,35 @@ impl LikelihoodGrid {
         u32::from(self.levels[level][y as usize * self.width as usize + x as usize])
     }
 
+    /// Mean likelihood of a source's points at a pose, 0..=1.
+    pub fn score(&self, source: &[Vector2<f64>], T_target_source: &Pose2) -> f64 {
+        let likelihood = |point| {
+            let (x, y) = self.cell(&T_target_source.act(point));
+            self.likelihood(0, x, y)
+        };
+        source.iter().map(likelihood).sum::<u32>() as f64 / (255.0 * source.len().max(1) as f64)
+    }
+
+    /// Parts the cells of a source by whether shifts of up to `half_cells` keep them on the grid; what no shift brings
+    /// onto it is left out.
+    fn rotated_source(&self, turn: i32, cells: impl Iterator<Item = (i32, i32)>, half_cells: i32) -> RotatedSource {
+        let mut rotated = RotatedSource { turn, inside: Vec::with_capacity(cells.size_hint().0), border: Vec::new() };
+        for (x, y) in cells {
+            let is_inside = |cell: i32, size: i32| cell >= half_cells && cell < size - half_cells;
+            let is_near = |cell: i32, size: i32| cell >= -half_cells && cell < size + half_cells;
+            if is_inside(x, self.width) && is_inside(y, self.height) {
+                rotated.inside.push(y * self.width + x);
+            } else if is_near(x, self.width) && is_near(y, self.height) {
+                rotated.border.push((x, y));
+            }
+        }
+        rotated
+    }
+
     /// The best pose within `window` around `center`, on a lattice of the grid's cells and of turns that move a point
     /// 10 m away by one cell. `None` for an empty source.
     pub fn search(&self, source: &[Vector2<f64>], center: &Pose2, window: SearchWindow) -> Option<CorrelativeMatch> {
-        self.search_apart(source, center, window, None, (0.0, f64::INFINITY), |_| ())
+        self.search_apart(source, center, window, (&[], NOWHERE), (0.0, f64::INFINITY), |_| ())
     }
 
     /// What [`search`](Self::search) looks into, in the order in which it does: each block of poses whose bound beats the best pose
@@ -164,7 +200,7 @@ impl LikelihoodGrid {
     pub fn search_path(&self, source: &[Vector2<f64>], center: &Pose2, window: SearchWindow) -> Vec<SearchedBlock> {
         let (mut path, sum) = (Vec::new(), 255.0 * source.len() as f64);
         let turn_step = self.turn_step(source);
-        self.search_apart(source, center, window, None, (0.0, f64::INFINITY), |block| {
+        self.search_apart(source, center, window, (&[], NOWHERE), (0.0, f64::INFINITY), |block| {
             path.push(SearchedBlock {
                 level: block.level,
                 turn: f64::from(block.turn) * turn_step,
@@ -183,7 +219,7 @@ impl LikelihoodGrid {
         2.0 * (self.resolution / (2.0 * lever)).asin()
     }
 
-    /// The best pose of the window that lies apart from a known one by more than `apart` in position or in heading and
+    /// The best pose of the window that lies apart from known ones by more than the window beside them, and
     /// scores at least the first of `scores`: the second basin, where there is one. One that scores the second is enough:
     /// no better one is looked for.
     pub fn rival(
@@ -191,10 +227,10 @@ impl LikelihoodGrid {
         source: &[Vector2<f64>],
         center: &Pose2,
         window: SearchWindow,
-        apart_from: (&Pose2, SearchWindow),
+        apart_from: (&[Pose2], SearchWindow),
         scores: (f64, f64),
     ) -> Option<CorrelativeMatch> {
-        self.search_apart(source, center, window, Some(apart_from), scores, |_| ())
+        self.search_apart(source, center, window, apart_from, scores, |_| ())
     }
 
     fn search_apart(
@@ -202,7 +238,7 @@ impl LikelihoodGrid {
         source: &[Vector2<f64>],
         center: &Pose2,
         window: SearchWindow,
-        apart_from: Option<(&Pose2, SearchWindow)>,
+        (known, apart): (&[Pose2], SearchWindow),
         (least_score, enough_score): (f64, f64),
         visit: impl FnMut(&Candidate),
     ) -> Option<CorrelativeMatch> {
@@ -212,17 +248,18 @@ impl LikelihoodGrid {
         let turn_step = self.turn_step(source);
         let turns = (window.rotation / turn_step).ceil() as i32;
         let half_cells = (window.translation / self.resolution).ceil() as i32;
-        let excluded = apart_from.map(|(known, apart)| {
+        let excluded = |known: &Pose2| {
             let away = (known.translation.vector - center.translation.vector) / self.resolution;
             let turn = (center.rotation.inverse() * known.rotation).angle() / turn_step;
             Excluded { away, turn, radius: apart.translation / self.resolution, turns: apart.rotation / turn_step }
-        });
+        };
+        let excluded = known.iter().map(excluded).collect();
 
         let rotated: Vec<RotatedSource> = (-turns..=turns)
             .map(|turn| {
                 let rotation = nalgebra::UnitComplex::new(turn as f64 * turn_step) * center.rotation;
-                let cells = source.iter().map(|p| self.cell(&(rotation * p + center.translation.vector))).collect();
-                RotatedSource { turn, cells }
+                let cells = source.iter().map(|p| self.cell(&(rotation * p + center.translation.vector)));
+                self.rotated_source(turn, cells, half_cells)
             })
             .collect();
         let sum = |score: f64| (score * 255.0 * source.len() as f64) as u32; // saturates
@@ -267,7 +304,10 @@ fn maximum(values: &mut [u8], others: &[u8]) {
 /// The source under one turn, as cells of the grid.
 struct RotatedSource {
     turn: i32,
-    cells: Vec<(i32, i32)>,
+    /// Indices of the cells that every shift of the window keeps on the grid.
+    inside: Vec<i32>,
+    /// Those that some shifts take off it.
+    border: Vec<(i32, i32)>,
 }
 
 /// All translations from (x, y) to (x, y) + 2^level - 1 cells, under one turn.
@@ -285,7 +325,7 @@ struct Search<'a, V> {
     grid: &'a LikelihoodGrid,
     rotated: &'a [RotatedSource],
     half_cells: i32,
-    excluded: Option<Excluded>,
+    excluded: Vec<Excluded>,
     /// Sums at or below this are not looked for.
     floor: u32,
     /// A sum of this much ends the search.
@@ -327,7 +367,7 @@ impl<V: FnMut(&Candidate)> Search<'_, V> {
             if is_beaten {
                 return;
             }
-            if self.excluded.is_some_and(|e| e.covers(candidate.turn, candidate.x, candidate.y, 1 << candidate.level)) {
+            if self.excluded.iter().any(|e| e.covers(candidate.turn, candidate.x, candidate.y, 1 << candidate.level)) {
                 continue;
             }
             (self.visit)(candidate);
@@ -352,18 +392,21 @@ impl<V: FnMut(&Candidate)> Search<'_, V> {
 
     /// Bounds the score of the candidate's poses; no further than it takes to see that it cannot beat the best.
     fn candidate(&self, level: usize, rotated: usize, x: i32, y: i32) -> Candidate {
-        let source = &self.rotated[rotated];
+        let RotatedSource { turn, inside, border } = &self.rotated[rotated];
         let to_beat = self.best.map_or(self.floor, |best| best.bound);
+        let mut left = 255 * (inside.len() + border.len()) as u32;
         let mut bound = 0;
-        let mut left = 255 * source.cells.len() as u32;
-        for cells in source.cells.chunks(16) {
-            bound += cells.iter().map(|&(cx, cy)| self.grid.likelihood(level, cx + x, cy + y)).sum::<u32>();
-            left -= 255 * cells.len() as u32;
+        let shift = y * self.grid.width + x;
+        let cells = &self.grid.levels[level];
+        for indices in inside.chunks(16) {
+            bound += indices.iter().map(|&index| u32::from(cells[(index + shift) as usize])).sum::<u32>();
+            left -= 255 * indices.len() as u32;
             if bound + left < to_beat {
-                break;
+                return Candidate { bound, level, rotated, turn: *turn, x, y };
             }
         }
-        Candidate { bound, level, rotated, turn: source.turn, x, y }
+        bound += border.iter().map(|&(cx, cy)| self.grid.likelihood(level, cx + x, cy + y)).sum::<u32>();
+        Candidate { bound, level, rotated, turn: *turn, x, y }
     }
 }
 

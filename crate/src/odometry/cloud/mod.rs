@@ -121,11 +121,6 @@ impl CloudOdometry {
         })
     }
 
-    /// The map so far; empty with [`CloudMethod::CloudToCloud`].
-    pub(crate) fn map(&self) -> &CloudMap {
-        &self.map
-    }
-
     /// Registers the next cloud, which was prepared with the same options. A cloud that is lost is no part of the map, and the
     /// clouds after it are looked for from where the last one was found.
     pub fn register_frame(&mut self, frame: PreparedCloud) -> CloudEstimate {

@@ -5,8 +5,9 @@ use std::rc::Rc;
 use crate::geometry::{Pose2, RigidMotion};
 use crate::map::local::LocalMap;
 use crate::odometry::assessment::{MIN_POINTS, Status, assess};
+use crate::odometry::planar::hypothesis::{Hypothesis, SEARCHED, fits_as_well, thinned};
 use crate::odometry::planar::motion_noise::{Comparison, MotionNoise};
-use crate::odometry::planar::{MeasuredMotion, PlanarOptions};
+use crate::odometry::planar::{MeasuredMotion, PlanarOptions, UNEXPECTED_SHARE};
 use crate::pipeline::recorded_scan::RecordedScan;
 use crate::preprocess::planar_scan::PlanarScan;
 use crate::registration::correlative::LikelihoodGrid;
@@ -56,6 +57,41 @@ pub fn judged(
     (motions.iter().map(|motion| motion.as_ref().map(measured)).collect(), note)
 }
 
+/// Scans fit measured stretches when a registration moves them by less than this (m) and this share of their way,
+const FITTING: (f64, f64) = (0.1, 0.1);
+/// ... by less than this turn (rad) ...
+const FITTING_TURN: f64 = 0.1;
+/// ... and this share of the returns agrees, ...
+const FITTING_AGREEMENT: f64 = 0.9;
+/// ... in this share of the places compared.
+const FITTING_SHARE: f64 = 0.95;
+
+/// Whether scans fit each other where measured motions put them, all over the way.
+pub fn fits_scans(motions: &[Option<Pose2>], scan: &dyn Fn(usize) -> Rc<PlanarScan>, options: &PlanarOptions) -> bool {
+    let stretches = stretches(motions);
+    let stride = stretches.len().div_ceil(COMPARED).max(1);
+    let fits = |(from, steps): &(usize, Vec<Pose2>)| {
+        let measured = sum(steps);
+        let (registration, assessment) = register_pair(&scan(*from), &scan(from + steps.len()), measured, options);
+        let off = measured.inverse() * registration.T_target_source;
+        assessment.agreement > FITTING_AGREEMENT
+            && off.translation_norm() < FITTING.0 + FITTING.1 * measured.translation_norm()
+            && off.rotation_angle() < FITTING_TURN
+    };
+    let compared: Vec<bool> = stretches.iter().step_by(stride).map(fits).collect();
+    let num_fitting = compared.iter().filter(|&&fits| fits).count();
+    compared.len() >= MIN_COMPARED && num_fitting as f64 >= FITTING_SHARE * compared.len() as f64
+}
+
+/// One scan registered to another one from a guess.
+fn register_pair(target: &Rc<PlanarScan>, source: &PlanarScan, guess: Pose2, options: &PlanarOptions) -> Hypothesis {
+    let mut map = LocalMap::new(1, options.metric);
+    map.insert(Rc::clone(target), Pose2::identity());
+    let registration = map.register(source, guess, &options.icp);
+    let assessment = assess(&registration, map.free_space(source, &registration.T_target_source));
+    (registration, assessment)
+}
+
 fn sum(steps: &[Pose2]) -> Pose2 {
     steps.iter().fold(Pose2::identity(), |sum, step| sum * step)
 }
@@ -97,11 +133,8 @@ pub fn log_holds_wheels(
         if target.points.len() < MIN_POINTS || source.points.len() < MIN_POINTS {
             continue;
         }
-        let mut map = LocalMap::new(1, options.metric);
-        map.insert(target, Pose2::identity());
         let guess = poses[earlier].inverse() * poses[later];
-        let registration = map.register(&source, guess, &options.icp);
-        let assessment = assess(&registration, map.free_space(&source, &registration.T_target_source));
+        let (registration, assessment) = register_pair(&target, &source, guess, options);
         let off = guess.inverse() * registration.T_target_source;
         num_tried += 1;
         num_fitting += usize::from(
@@ -164,21 +197,36 @@ fn comparisons(
     let inside: Vec<_> = all.iter().filter(is_inside).cloned().collect();
     let stretches = if 4 * inside.len() > all.len() { inside } else { all };
     let stride = stretches.len().div_ceil(COMPARED).max(1);
-    let mut comparisons = Vec::new();
-    for (from, steps) in stretches.into_iter().step_by(stride) {
-        let mut map = LocalMap::new(1, options.metric);
-        let target = scan(from);
-        map.insert(Rc::clone(&target), Pose2::identity());
-        let source = scan(from + steps.len());
-        let grid = LikelihoodGrid::new(&target.points);
-        let Some(found) = grid.search(&source.points, &Pose2::identity(), options.search) else { continue };
-        let registration = map.register(&source, found.T_target_source, &options.icp);
-        let assessment = assess(&registration, map.free_space(&source, &registration.T_target_source));
-        if assessment.status == Status::Good {
-            comparisons.push(Comparison { steps, registered: registration.T_target_source });
-        }
+    let stretches = stretches.into_iter().step_by(stride);
+    stretches
+        .filter_map(|(from, steps)| {
+            let (target, source) = (scan(from), scan(from + steps.len()));
+            let registered = register_without_motion(&target, &source, &sum(&steps), options)?;
+            Some(Comparison { steps, registered })
+        })
+        .collect()
+}
+
+/// The motion between two scans, where they tell it for sure. Where they fit about as well at the measured motion, it is
+/// what they tell: a place that repeats itself contradicts nothing.
+fn register_without_motion(
+    target: &Rc<PlanarScan>,
+    source: &PlanarScan,
+    measured: &Pose2,
+    options: &PlanarOptions,
+) -> Option<Pose2> {
+    let register_from = |guess: Pose2| register_pair(target, source, guess, options);
+    let at_measured = register_from(*measured);
+    let found = LikelihoodGrid::new(&target.points).search(
+        &thinned(&source.points, SEARCHED),
+        &Pose2::identity(),
+        options.search,
+    );
+    let best = found.map(|found| register_from(found.T_target_source)).filter(|(_, of)| of.status == Status::Good);
+    match best {
+        Some(best) if !fits_as_well(&at_measured, &best, UNEXPECTED_SHARE) => Some(best.0.T_target_source),
+        _ => (at_measured.1.status == Status::Good).then_some(at_measured.0.T_target_source),
     }
-    comparisons
 }
 
 /// Runs of steps without a gap that go some way: the frame each begins at, and its steps.

@@ -1,42 +1,28 @@
 //! The whole run: scans in, trajectory and map out, one bounded piece of work after the other.
 
-mod long;
+mod joint;
+mod keyframe_graph;
 mod measured_motion;
+mod run;
 
-use std::rc::Rc;
-
-use nalgebra::{Matrix3, Vector2};
+use nalgebra::Vector2;
 
 use crate::error::{Error, Result};
-use crate::evaluation::sharpness::{Sharpness, SharpnessMeter};
 use crate::evaluation::trajectory_error::{PlanarPoint, TrajectoryError, planar_error};
 use crate::geometry::{PointCloud, Pose2, Pose3};
-use crate::graph::joint_scan_registration::{Node, PoseGraph, edges_between};
 use crate::io::laser_log::LaserLog;
 use crate::io::laser_log::stamps::{Stamps, stamps};
 use crate::io::trajectory::{Trajectory, in_space, tum_text};
-use crate::map::local::MetricName;
-use crate::map::local::{LocalMap, StitchedMap};
+use crate::map::local::StitchedMap;
 use crate::map::occupancy_grid::OccupancyGrid;
-use crate::odometry::assessment::Status;
-use crate::odometry::planar::information::without_normals_noise;
-use crate::odometry::planar::{FrameEstimate, MeasuredMotion, Odometry};
-use crate::pipeline::odometry_check::{CheckedOdometry, check_odometry};
 use crate::pipeline::prepared_frame::FrameLabel;
-use crate::pipeline::recorded_scan::{RecordedScan, first_guesses, in_sensor_frame};
-use crate::pipeline::report::{AddedLog, FrameResult, PlanarPose, Progress, ReconstructionResult, Stage};
-use crate::pipeline::settings::{OdometrySource, Settings, Strategy};
-use crate::preprocess::clean::{CleaningReport, RangeLimits, clean, range_limit};
+use crate::pipeline::recorded_scan::{RecordedScan, in_sensor_frame};
+use crate::pipeline::report::{AddedLog, FrameResult, PlanarPose, Progress, ReconstructionResult};
+use crate::pipeline::settings::Settings;
+use crate::preprocess::clean::{CleaningReport, clean};
 use crate::preprocess::planar_scan::PlanarScan;
-use crate::registration::factors::{PointToPlane, PointToPoint};
-use crate::registration::icp::{IcpOptions, IterationRecord, Source};
-use crate::registration::target::{OrientedTarget, PointTarget};
-use long::{LONG_SEQUENCE, LongSequence};
-
-/// Points that look for partners in one piece of work: a few milliseconds.
-const POINTS_A_STEP: usize = 20_000;
-/// The joint solution of a long sequence starts close to its end, and one iteration takes long.
-const LONG_ITERATIONS: usize = 8;
+use crate::registration::icp::IterationRecord;
+use run::Run;
 
 /// A reconstruction of planar scans.
 ///
@@ -48,52 +34,6 @@ pub struct Reconstruction {
     reference: Option<(String, Trajectory)>,
     odometry: Option<(String, Trajectory)>,
     run: Option<Run>,
-}
-
-/// What a run has come to.
-struct Run {
-    num_scans: usize,
-    /// Where the robot is, as seen from the laser of each scan.
-    T_laser_robot: Vec<Pose2>,
-    /// The motion of the laser from the scan before to each, where odometry gives it.
-    motions: Vec<Option<MeasuredMotion>>,
-    /// Whether the poses in the log are that motion: then they are nothing to compare with.
-    uses_poses_in_log: bool,
-    /// What was said of the odometry from a file of its own.
-    checked_odometry: Option<CheckedOdometry>,
-    /// What is worth knowing of the measured motion, in whole sentences.
-    odometry_notes: Vec<String>,
-    /// For each frame the certain piece of the map that it belongs to.
-    pieces: Vec<usize>,
-    /// The range that many returns share, taken for the sensor's limit (m).
-    detected_limit: Option<f64>,
-    /// The scans registered so far, cleaned, and what that left out.
-    scans: Vec<Rc<PlanarScan>>,
-    cleaning: Vec<CleaningReport>,
-    odometry: Odometry,
-    /// Without the pairs of points, which take more memory than the scans.
-    estimates: Vec<FrameEstimate>,
-    /// What each frame's registration tells of its pose; see [`without_normals_noise`].
-    informations: Vec<Matrix3<f64>>,
-    poses: Vec<Pose2>,
-    /// Keyframes and loops, where there are many scans.
-    long: Option<LongSequence>,
-    joint: Option<Joint>,
-    meter: Option<SharpnessMeter>,
-    sharpness: Option<Sharpness>,
-    stage: Stage,
-}
-
-/// The joint solution and the frames that are its nodes.
-struct Joint {
-    frames: Vec<usize>,
-    targets: JointTargets,
-    graph: PoseGraph<Pose2>,
-}
-
-enum JointTargets {
-    Points(Vec<PointTarget<2>>),
-    Oriented(Vec<OrientedTarget<2>>),
 }
 
 impl Reconstruction {
@@ -196,14 +136,7 @@ impl Reconstruction {
     pub fn step(&mut self) -> Progress {
         let Self { settings, recorded, odometry, run, .. } = self;
         let run = run.get_or_insert_with(|| Run::new(settings, recorded, odometry.as_ref()));
-        match run.stage {
-            Stage::Register => run.register_next(&recorded[run.poses.len()], settings),
-            Stage::Loops => run.advance_loops(settings),
-            Stage::Joint => run.advance_joint(settings),
-            Stage::Evaluate => run.evaluate(),
-            // Frames are tried again in space alone.
-            Stage::Retry | Stage::Done => run.progress(None),
-        }
+        run.advance(recorded, settings)
     }
 
     /// What is known so far.
@@ -227,23 +160,12 @@ impl Reconstruction {
             version: env!("CARGO_PKG_VERSION"),
             settings: self.settings.clone(),
             frames: self.frames_from(0),
-            joint_history: self.joint().map_or_else(Vec::new, |joint| joint.graph.history().to_vec()),
+            joint_history: self.run.as_ref().map_or_else(Vec::new, Run::joint_history),
             sharpness: self.run.as_ref().and_then(|run| run.sharpness),
             comparison,
             odometry_refusal: checked.and_then(|checked| checked.refusal.clone()),
             notes,
         }
-    }
-
-    /// What is known of the frames from this one on, as far as the run has come.
-    pub fn frames_from(&self, first: usize) -> Vec<FrameResult<PlanarPose, CleaningReport>> {
-        self.run.iter().flat_map(|run| run.frame_results(self.labels(), first)).collect()
-    }
-
-    /// Iterations of a frame's registration; empty where there was none.
-    pub fn history(&self, frame: usize) -> &[IterationRecord] {
-        let estimate = self.run.as_ref().and_then(|run| run.estimates.get(frame));
-        estimate.and_then(|estimate| estimate.registration.as_ref()).map_or(&[], |registration| &registration.history)
     }
 
     /// The map of all frames that are not lost, as far as the run has come.
@@ -254,19 +176,29 @@ impl Reconstruction {
     /// The part of the map that the frames from this one on make.
     pub fn map_from(&self, first: usize) -> StitchedMap {
         let Some(run) = &self.run else { return StitchedMap::default() };
-        let believed = run.believed().skip_while(|&frame| frame < first);
-        StitchedMap::new(believed.map(|frame| (frame as u32, run.scans[frame].as_ref(), run.poses[frame])))
+        let placed = run.placed().skip_while(|&frame| frame < first);
+        StitchedMap::new(placed.map(|frame| (frame as u32, run.scans[frame].as_ref(), run.poses[frame])))
     }
 
     /// How many points each of the frames from this one on has in the map.
     pub fn map_sizes_from(&self, first: usize) -> Vec<u32> {
-        let size = |run: &Run, frame| run.believed_pose(frame).map_or(0, |_| run.scans[frame].points.len() as u32);
+        let size = |run: &Run, frame| if run.is_placed(frame) { run.scans[frame].points.len() as u32 } else { 0 };
         self.run.iter().flat_map(|run| (first..run.poses.len()).map(|frame| size(run, frame))).collect()
+    }
+
+    /// What is known of the frames from this one on, as far as the run has come.
+    pub fn frames_from(&self, first: usize) -> Vec<FrameResult<PlanarPose, CleaningReport>> {
+        self.run.iter().flat_map(|run| run.frame_results(self.labels(), first)).collect()
+    }
+
+    /// Iterations of a frame's registration; empty where there was none.
+    pub fn history(&self, frame: usize) -> &[IterationRecord] {
+        self.run.as_ref().map_or(&[], |run| run.history(frame))
     }
 
     /// What is free and what is occupied, by all frames that are not lost, in cells of this side (m).
     pub fn occupancy_grid(&self, resolution: f64) -> OccupancyGrid {
-        let placed: Vec<(&PlanarScan, Pose2)> = self.run.iter().flat_map(Run::placed).collect();
+        let placed: Vec<(&PlanarScan, Pose2)> = self.run.iter().flat_map(Run::placed_scans).collect();
         OccupancyGrid::new(&placed, resolution)
     }
 
@@ -319,10 +251,6 @@ impl Reconstruction {
         named.map(|(index, (name, scan))| FrameLabel { name: name.clone(), index, time: scan.time })
     }
 
-    fn joint(&self) -> Option<&Joint> {
-        self.run.as_ref()?.joint.as_ref()
-    }
-
     fn comparison(&self) -> Result<Option<TrajectoryError<PlanarPoint>>> {
         let Some(run) = &self.run else { return Ok(None) };
         let in_logs = self.poses_in_logs().filter(|_| !run.uses_poses_in_log);
@@ -331,246 +259,8 @@ impl Reconstruction {
             return Ok(None);
         }
         let estimate: Vec<Option<Pose2>> =
-            (0..run.poses.len()).map(|frame| run.believed_pose(frame).map(|_| run.pose_of_robot(frame))).collect();
+            (0..run.poses.len()).map(|frame| run.is_placed(frame).then(|| run.pose_of_robot(frame))).collect();
         let names: Vec<&str> = self.names.iter().map(String::as_str).collect();
         planar_error(&estimate, &names, self.stamps().times.as_deref(), name, reference).map(Some)
     }
-}
-
-impl Run {
-    fn new(settings: &Settings, recorded: &[RecordedScan], odometry: Option<&(String, Trajectory)>) -> Self {
-        let detected_limit = range_limit(recorded.iter().map(|scan| scan.cloud.positions.as_slice()));
-        let limit = detected_limit.unwrap_or(f64::INFINITY);
-        let is_asked_for = settings.odometry != OdometrySource::None;
-        let checked =
-            odometry.filter(|_| is_asked_for).map(|(name, given)| check_odometry(name, recorded, given, limit));
-        let given = checked.as_ref().map(|checked| checked.poses.as_slice());
-        let scan = |frame: usize| Rc::new(prepare(&recorded[frame], detected_limit, settings).0);
-        let options = settings.odometry_options();
-        let mut odometry_notes = Vec::new();
-        let mut source = settings.odometry;
-        if source == OdometrySource::Auto && odometry.is_none() {
-            let (are_wheels, note) = measured_motion::log_holds_wheels(recorded, &scan, &options);
-            odometry_notes.extend(note);
-            source = if are_wheels { OdometrySource::Log } else { OdometrySource::Auto };
-        }
-        let motions = first_guesses(source, recorded, given);
-        let (motions, note) = measured_motion::judged(&motions, &scan, &options);
-        odometry_notes.extend(note);
-        Self {
-            num_scans: recorded.len(),
-            T_laser_robot: recorded.iter().map(|scan| scan.T_robot_laser.inverse()).collect(),
-            motions,
-            uses_poses_in_log: source == OdometrySource::Log,
-            checked_odometry: checked,
-            odometry_notes,
-            pieces: vec![0; recorded.len()],
-            detected_limit,
-            scans: Vec::new(),
-            cleaning: Vec::new(),
-            odometry: Odometry::new(
-                settings.odometry_options(),
-                recorded.first().map_or_else(Pose2::identity, |scan| scan.T_robot_laser),
-            ),
-            estimates: Vec::new(),
-            informations: Vec::new(),
-            poses: Vec::new(),
-            long: None,
-            joint: None,
-            meter: None,
-            sharpness: None,
-            stage: if recorded.is_empty() { Stage::Done } else { Stage::Register },
-        }
-    }
-
-    fn progress(&self, frame: Option<usize>) -> Progress {
-        let (done, total) = match (self.stage, &self.joint) {
-            (Stage::Loops, _) => self.long.as_ref().map_or((0, 1), |long| long.closure.progress()),
-            (Stage::Register, _) => (self.poses.len(), self.num_scans),
-            (Stage::Joint, Some(joint)) => joint.graph.progress(),
-            (Stage::Evaluate, _) => self.meter.as_ref().map_or((0, 1), SharpnessMeter::progress),
-            _ => (0, 1),
-        };
-        Progress { stage: self.stage, done, total, frame }
-    }
-
-    fn register_next(&mut self, recorded: &RecordedScan, settings: &Settings) -> Progress {
-        let frame = self.poses.len();
-        let (scan, report) = prepare(recorded, self.detected_limit, settings);
-        let scan = Rc::new(scan);
-        let mut estimate = self.odometry.register_frame(&scan, self.motions[frame].as_ref());
-        self.informations.push(estimate.registration.as_ref().map_or_else(Matrix3::zeros, without_normals_noise));
-        if let Some(registration) = &mut estimate.registration {
-            registration.correspondences = Vec::new();
-        }
-        self.scans.push(scan);
-        self.cleaning.push(report);
-        self.poses.push(estimate.T_world_sensor);
-        self.estimates.push(estimate);
-        if self.poses.len() == self.num_scans {
-            self.stage = match settings.strategy {
-                Strategy::Joint if self.believed().count() >= LONG_SEQUENCE => Stage::Loops,
-                Strategy::Joint => Stage::Joint,
-                _ => Stage::Evaluate,
-            };
-        }
-        self.progress(Some(frame))
-    }
-
-    fn advance_loops(&mut self, settings: &Settings) -> Progress {
-        let Self { long, estimates, informations, scans, poses, motions, pieces, .. } = self;
-        let long = long.get_or_insert_with(|| LongSequence::new(estimates, informations, scans, poses, motions));
-        long.closure.advance(&settings.icp_options());
-        if long.closure.is_done() {
-            let solved = long.closure.solved_poses();
-            long.place(&solved, poses);
-            *pieces = long.pieces();
-            for (estimate, &piece) in estimates.iter_mut().zip(pieces.iter()) {
-                if piece != 0 {
-                    estimate.assessment.hangs_on_a_doubt();
-                }
-            }
-            self.stage = Stage::Joint;
-        }
-        self.progress(None)
-    }
-
-    fn advance_joint(&mut self, settings: &Settings) -> Progress {
-        if self.joint.is_none() {
-            let frames = self.long.as_ref().map_or_else(|| self.believed().collect(), |long| long.nodes.clone());
-            self.joint = Some(Joint::new(frames, &self.scans, &self.poses, settings, self.long.as_ref()));
-        }
-        let Some(joint) = &mut self.joint else { return self.progress(None) };
-        let mut options = settings.icp_options();
-        if self.long.is_some() {
-            options.criteria.max_iterations = options.criteria.max_iterations.min(LONG_ITERATIONS);
-        }
-        if !joint.graph.is_done(&options) {
-            joint.advance(&self.scans, &options);
-            match &self.long {
-                Some(long) => long.place(joint.graph.poses(), &mut self.poses),
-                None => {
-                    for (&frame, pose) in joint.frames.iter().zip(joint.graph.poses()) {
-                        self.poses[frame] = *pose;
-                    }
-                }
-            }
-        }
-        if joint.graph.is_done(&options) {
-            self.stage = Stage::Evaluate;
-        }
-        self.progress(None)
-    }
-
-    fn evaluate(&mut self) -> Progress {
-        let mut meter = self.meter.take().unwrap_or_else(|| {
-            let placed = self.believed().map(|frame| (Rc::clone(&self.scans[frame]), self.poses[frame]));
-            SharpnessMeter::new(placed.collect())
-        });
-        meter.advance(POINTS_A_STEP);
-        if meter.is_done() {
-            self.sharpness = meter.sharpness();
-            self.stage = Stage::Done;
-        } else {
-            self.meter = Some(meter);
-        }
-        self.progress(None)
-    }
-
-    /// Indices of the frames that are registered and not lost.
-    fn believed(&self) -> impl Iterator<Item = usize> + '_ {
-        (0..self.poses.len()).filter(|&frame| self.believed_pose(frame).is_some())
-    }
-
-    fn placed(&self) -> impl Iterator<Item = (&PlanarScan, Pose2)> + '_ {
-        self.believed().map(|frame| (self.scans[frame].as_ref(), self.poses[frame]))
-    }
-
-    fn pose_of_robot(&self, frame: usize) -> Pose2 {
-        self.poses[frame] * self.T_laser_robot[frame]
-    }
-
-    fn believed_pose(&self, frame: usize) -> Option<Pose2> {
-        (self.estimates[frame].assessment.status != Status::Lost).then(|| self.poses[frame])
-    }
-
-    fn frame_results(
-        &self,
-        labels: impl Iterator<Item = FrameLabel>,
-        first: usize,
-    ) -> impl Iterator<Item = FrameResult<PlanarPose, CleaningReport>> {
-        labels.zip(&self.cleaning).zip(&self.estimates).skip(first).map(|((label, cleaning), estimate)| {
-            let pose = self.pose_of_robot(label.index);
-            let piece = self.pieces[label.index];
-            FrameResult { piece, ..FrameResult::of_scan(label, *cleaning, estimate, pose) }
-        })
-    }
-
-    fn correspondences(&self, frame: usize, settings: &Settings) -> Vec<[Vector2<f64>; 2]> {
-        let Some(pose) = (frame < self.poses.len()).then(|| self.believed_pose(frame)).flatten() else {
-            return Vec::new();
-        };
-        let earlier: Vec<usize> = self.believed().take_while(|&earlier| earlier < frame).collect();
-        let mut map = LocalMap::new(settings.map_capacity(), settings.metric);
-        for &earlier in &earlier[earlier.len().saturating_sub(settings.map_capacity())..] {
-            map.insert(Rc::clone(&self.scans[earlier]), self.poses[earlier]);
-        }
-        map.correspondences(&self.scans[frame], &pose, settings.max_correspondence_distance)
-    }
-}
-
-impl Joint {
-    fn new(
-        frames: Vec<usize>,
-        scans: &[Rc<PlanarScan>],
-        poses: &[Pose2],
-        settings: &Settings,
-        long: Option<&LongSequence>,
-    ) -> Self {
-        let scans = frames.iter().map(|&frame| &scans[frame]);
-        let targets = match settings.metric {
-            MetricName::PointToPoint => {
-                JointTargets::Points(scans.map(|scan| PointTarget::new(scan.points.clone())).collect())
-            }
-            MetricName::PointToLine => JointTargets::Oriented(
-                scans.map(|scan| OrientedTarget::new(scan.points.clone(), scan.normals.clone())).collect(),
-            ),
-        };
-        let poses: Vec<Pose2> = frames.iter().map(|&frame| poses[frame]).collect();
-        let edges = if let Some(long) = long {
-            long.edges(&poses)
-        } else {
-            let positions: Vec<Vector2<f64>> = poses.iter().map(|pose| pose.translation.vector).collect();
-            edges_between(&positions, settings.matched_scans)
-        };
-        let known = long.map_or_else(Vec::new, |long| long.known_motions(&poses));
-        Self { frames, targets, graph: PoseGraph::new(poses, edges).with_known_motions(known) }
-    }
-
-    fn advance(&mut self, scans: &[Rc<PlanarScan>], options: &IcpOptions) {
-        let sources = self.frames.iter().map(|&frame| source(&scans[frame]));
-        match &self.targets {
-            JointTargets::Points(targets) => {
-                let nodes: Vec<_> = sources.zip(targets).map(|(source, target)| Node { source, target }).collect();
-                self.graph.advance(&PointToPoint, &nodes, options, POINTS_A_STEP);
-            }
-            JointTargets::Oriented(targets) => {
-                let nodes: Vec<_> = sources.zip(targets).map(|(source, target)| Node { source, target }).collect();
-                self.graph.advance(&PointToPlane, &nodes, options, POINTS_A_STEP);
-            }
-        }
-    }
-}
-
-/// A scan without what is no measurement, and what that left out.
-fn prepare(recorded: &RecordedScan, detected_limit: Option<f64>, settings: &Settings) -> (PlanarScan, CleaningReport) {
-    let limits = settings.range_limits();
-    let max_range = detected_limit.unwrap_or(f64::INFINITY).min(limits.max_range).min(recorded.max_range);
-    let cleaned = clean(&recorded.cloud.positions, &RangeLimits { max_range, ..limits });
-    let points = cleaned.positions.iter().map(|p| Vector2::new(f64::from(p.x), f64::from(p.y))).collect();
-    (PlanarScan::new(points), cleaned.report)
-}
-
-fn source(scan: &PlanarScan) -> Source<'_, Vector2<f64>> {
-    Source { points: &scan.points, normals: Some(&scan.normals), sigmas: None }
 }

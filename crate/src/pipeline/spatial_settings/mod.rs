@@ -147,7 +147,7 @@ impl SpatialSettings {
 
     /// What is left open, for clouds of which half the points lie nearer than `median_range` (m).
     #[must_use]
-    pub(crate) fn for_clouds(&self, median_range: f64) -> Self {
+    pub fn for_clouds(&self, median_range: f64) -> Self {
         let or = |value: f64, default: f64| if value > 0.0 { value } else { default };
         let voxel_size = or(self.voxel_size, (median_range / 40.0).clamp(0.02, 1.0));
         let method = if self.method == Method::SurfelMap { Method::CloudMap } else { self.method };

@@ -104,7 +104,7 @@ pub fn match_stretches(
     if window.translation > NO_SEARCH.translation || window.rotation > NO_SEARCH.rotation {
         let best = target.grid.search(&searched, guess, window).filter(|best| best.score > MIN_SCORE)?;
         start = best.T_target_source;
-        let known = (&start, APART);
+        let known = (&[start][..], APART);
         let other =
             target.grid.rival(&searched, guess, window, known, (RIVAL_SCORE * best.score, MAX_RIVAL * best.score));
         rival = other.map_or(0.0, |other| other.score / best.score);

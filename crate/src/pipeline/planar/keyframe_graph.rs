@@ -1,19 +1,20 @@
-//! What a long sequence needs between the chain and the joint solution: keyframes, the graph of their motions, loops, and
-//! the certain pieces that come of them.
+//! The graph between the chain and the joint solution: keyframes, the relations between them, loops, and the certain pieces
+//! that come of them.
 
 use std::rc::Rc;
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{Matrix3, Vector2, Vector3};
 
 use crate::geometry::{Pose2, RigidMotion};
-use crate::graph::joint_scan_registration::{Edge, KnownMotion};
+use crate::graph::joint_scan_registration::{Edge, KnownMotion, edges_between};
 use crate::graph::loops::planar::{ChainLink, LoopClosure};
 use crate::graph::pose_graph::{PlanarRelation, PoseRelation};
 use crate::odometry::planar::information::{chained, seen_from, softened_covariance};
-use crate::odometry::planar::{FrameEstimate, Link, MeasuredMotion, REGISTRATION_SIGMA};
+use crate::odometry::planar::{FrameEstimate, Link, MeasuredMotion, REGISTRATION_SIGMA, SURE_MOTION};
 use crate::preprocess::planar_scan::PlanarScan;
 
-/// From this many scans on a sequence is long: its loops are looked for, and not every scan is matched with every other.
+/// From this many placed scans on a sequence is long: its loops are looked for, its keyframes are some of its scans, and each
+/// is matched with a few others.
 pub const LONG_SEQUENCE: usize = 100;
 /// A scan is a keyframe when it has moved (m) ...
 const KEYFRAME_MOVE: f64 = 0.15;
@@ -37,6 +38,9 @@ const CERTAIN: (f64, f64) = (0.044, 0.25);
 const WEAK: f64 = 0.1;
 /// The piece of the first frame is the main one unless another is this many times as large.
 const SMALL_PIECE: usize = 4;
+/// Frames of a piece beside the main one are as sure as those of the main one if it has so many keyframes: a few that fit
+/// each other say little.
+const LARGE_PIECE: usize = 20;
 /// Each keyframe is matched with so many before it ...
 const WINDOW: usize = 3;
 /// ... and with so many of those that looked at the same place earlier.
@@ -51,18 +55,23 @@ const EDGE_SHARE: f64 = 0.35;
 const MATCH_SIGMA: f64 = 0.08;
 
 /// Keyframes of a chain and how the other frames are attached to them.
-pub struct LongSequence {
+pub struct KeyframeGraph {
     /// The keyframes' indices among all frames.
     pub nodes: Vec<usize>,
     /// For each frame the number of its keyframe, and its pose in that one's frame.
     hangs_on: Vec<(usize, Pose2)>,
     /// What the link to each keyframe leaves open: variances of heading and position; `None` where it is broken.
     doubt: Vec<Option<(f64, f64)>>,
+    is_long: bool,
+    /// Whether there is measured motion for any frame.
+    has_measured_motion: bool,
+    /// Whether a keyframe was placed by measured motion alone.
+    is_carried: Vec<bool>,
     /// The loops between keyframes.
     pub closure: LoopClosure,
 }
 
-impl LongSequence {
+impl KeyframeGraph {
     /// Picks the keyframes of a chain. There has to be a frame that is not lost.
     pub fn new(
         estimates: &[FrameEstimate],
@@ -74,10 +83,12 @@ impl LongSequence {
         let (mut nodes, mut hangs_on): (Vec<usize>, Vec<(usize, Pose2)>) = (Vec::new(), Vec::new());
         let (mut links, mut chain, mut doubt) = (Vec::new(), Vec::new(), Vec::new());
         let mut is_start = false;
+        let is_long = estimates.iter().filter(|estimate| estimate.link != Link::Lost).count() >= LONG_SEQUENCE;
         for (frame, estimate) in estimates.iter().enumerate() {
             is_start |= estimate.link == Link::Start;
             let since = nodes.last().map(|&node: &usize| poses[node].inverse() * poses[frame]);
-            let has_moved = |T: Pose2| T.translation_norm() > KEYFRAME_MOVE || T.rotation_angle() > KEYFRAME_TURN;
+            let has_moved =
+                |T: Pose2| !is_long || T.translation_norm() > KEYFRAME_MOVE || T.rotation_angle() > KEYFRAME_TURN;
             if estimate.link == Link::Lost || !(is_start || since.is_none_or(has_moved)) {
                 hangs_on.push((nodes.len().saturating_sub(1), since.unwrap_or(poses[frame])));
                 continue;
@@ -99,7 +110,22 @@ impl LongSequence {
             hangs_on.push((nodes.len() - 1, Pose2::identity()));
             is_start = false;
         }
-        Self { nodes, hangs_on, doubt, closure: LoopClosure::new(links, chain) }
+        let is_carried = nodes.iter().map(|&node| estimates[node].link == Link::Carried).collect();
+        let has_measured_motion = motions.iter().any(Option::is_some);
+        Self {
+            nodes,
+            hangs_on,
+            doubt,
+            is_long,
+            has_measured_motion,
+            is_carried,
+            closure: LoopClosure::new(links, chain),
+        }
+    }
+
+    /// Whether there are so many scans that some are keyframes and loops are looked for.
+    pub fn is_long(&self) -> bool {
+        self.is_long
     }
 
     /// Puts the keyframes at these poses, and every other frame with its keyframe.
@@ -181,29 +207,58 @@ impl LongSequence {
         known.collect()
     }
 
-    /// Which keyframes are matched with which in the joint solution: those before each, and those of earlier times that
-    /// see the same as it sees. Points find partners in whatever lies near, so scans that only share a place, as two
-    /// that look in opposite directions, must not meet.
-    pub fn edges(&self, of_nodes: &[Pose2]) -> Vec<Edge> {
-        let mut edges = Vec::new();
-        for later in 1..of_nodes.len() {
-            let window = later.saturating_sub(WINDOW);
-            let between = |earlier: usize| of_nodes[earlier].inverse() * of_nodes[later];
-            let apart = |earlier: usize| between(earlier).translation_norm() + between(earlier).rotation_angle();
-            let sees_same = |earlier: usize| {
-                let seen = self.closure.free_space(earlier, later, &between(earlier));
-                let all = self.closure.num_points(earlier) + self.closure.num_points(later);
-                seen.agreement() > EDGE_AGREEMENT && seen.agreeing as f64 > EDGE_SHARE * all as f64
-            };
-            let mut revisited: Vec<(f64, usize)> =
-                (0..window).map(|earlier| (apart(earlier), earlier)).filter(|(apart, _)| *apart < FAR).collect();
-            revisited.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-            let revisited = revisited.into_iter().map(|(_, earlier)| earlier).filter(|&earlier| sees_same(earlier));
-            for target in revisited.take(REVISITED).chain((window..later).filter(|&earlier| sees_same(earlier))) {
-                edges.push(Edge { source: later, target });
-            }
+    /// Frames of pieces that are too small to be sure of: of the main one all but the first frame, where a doubt came before
+    /// the motion was known.
+    pub fn in_small_pieces(&self, pieces: &[usize]) -> Vec<usize> {
+        let mut sizes = vec![0; pieces.iter().max().map_or(0, |last| last + 1)];
+        for &node in &self.nodes {
+            sizes[pieces[node]] += 1;
         }
+        let is_unsure = sizes.len() > 1 && !self.has_measured_motion && sizes[0] <= SURE_MOTION + 1;
+        let first = pieces.iter().position(|&piece| piece == 0);
+        let is_small = |&frame: &usize| match pieces[frame] {
+            0 => is_unsure && Some(frame) != first,
+            piece => sizes[piece] < LARGE_PIECE,
+        };
+        (0..pieces.len()).filter(is_small).collect()
+    }
+
+    /// Which keyframes are matched with which in the joint solution. Points find partners in whatever lies near, so scans
+    /// that only share a place, as two that look in opposite directions, must not meet.
+    pub fn edges(&self, of_nodes: &[Pose2], matched: usize) -> Vec<Edge> {
+        if self.is_long {
+            return (1..of_nodes.len()).flat_map(|later| self.edges_of(later, of_nodes)).collect();
+        }
+        let positions: Vec<Vector2<f64>> = of_nodes.iter().map(|pose| pose.translation.vector).collect();
+        let mut edges = edges_between(&positions, matched);
+        edges.retain(|edge| self.see_the_same(edge.target, edge.source, of_nodes));
         edges
+    }
+
+    /// The edges of a keyframe to those before it, and to those of earlier times that see the same as it sees.
+    fn edges_of(&self, later: usize, of_nodes: &[Pose2]) -> Vec<Edge> {
+        let window = later.saturating_sub(WINDOW);
+        let apart = |earlier: usize| {
+            let T = of_nodes[earlier].inverse() * of_nodes[later];
+            T.translation_norm() + T.rotation_angle()
+        };
+        let sees_same = |&earlier: &usize| self.see_the_same(earlier, later, of_nodes);
+        let mut revisited: Vec<(f64, usize)> =
+            (0..window).map(|earlier| (apart(earlier), earlier)).filter(|(apart, _)| *apart < FAR).collect();
+        revisited.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        let revisited = revisited.into_iter().map(|(_, earlier)| earlier).filter(sees_same).take(REVISITED);
+        let before = (window..later).filter(sees_same);
+        revisited.chain(before).map(|target| Edge { source: later, target }).collect()
+    }
+
+    /// Whether two keyframes agree about a good part of what they see.
+    fn see_the_same(&self, first: usize, second: usize, of_nodes: &[Pose2]) -> bool {
+        if self.is_carried[first] || self.is_carried[second] {
+            return false; // the chain has found that it fits nothing there
+        }
+        let seen = self.closure.free_space(first, second, &(of_nodes[first].inverse() * of_nodes[second]));
+        let all = self.closure.num_points(first) + self.closure.num_points(second);
+        seen.agreement() > EDGE_AGREEMENT && seen.agreeing as f64 > EDGE_SHARE * all as f64
     }
 }
 

@@ -2,17 +2,23 @@
 //! a scan takes.
 //!
 //! `cargo run --profile quick --example laser_scores -- [--out FOLDER] [--data FOLDER] [--only NAME] [--mode odometry|alone]
-//! [NAME=VALUE]...`
+//! [--damage all|NAME,...] [--append NAME] [--worlds] [NAME=VALUE]...`
+//!
+//! `--damage` runs the logs with something wrong with them (`damage.rs`), `--append` with another log after them,
+//! `--worlds` the generated worlds that look the same from several places.
 //!
 //! A pair is wrong when it is off from its relation by more than 0.5 m or 5 degrees. `false` is the share of wrong pairs
 //! among those whose frames are both good and of one piece.
 #![allow(non_snake_case)]
 
+mod damage;
+mod worlds;
+
 use std::fs;
 
 use nalgebra::Rotation3;
 use scanstitch::geometry::{Pose2, Pose3, RigidMotion};
-use scanstitch::io::laser_log::{self, LaserLog};
+use scanstitch::io::laser_log;
 use scanstitch::io::relations::{self, Place, Relation};
 use scanstitch::io::trajectory::{self, Trajectory};
 use scanstitch::odometry::assessment::Status;
@@ -23,6 +29,8 @@ use scanstitch::preprocess::clean::CleaningReport;
 
 /// A pair further off than this is wrong (m, degrees).
 const WRONG: (f64, f64) = (0.5, 5.0);
+
+use damage::Input;
 
 type PlanarFrame = FrameResult<PlanarPose, CleaningReport>;
 
@@ -82,26 +90,50 @@ fn main() {
             settings[name] = serde_json::from_str(value).unwrap_or_else(|_| value.into());
         }
     }
+    if arguments.iter().any(|argument| argument == "--worlds") {
+        worlds::print_table(&settings);
+        return;
+    }
+    let read = |name: &str| {
+        let case = CASES.iter().find(|case| case.name == name).expect("a name of a log");
+        let log = laser_log::read(&fs::read(format!("{data}/{}", case.log)).expect("the log can be read"))
+            .expect("the log is sound");
+        let odometry = case.odometry.map(|file| {
+            trajectory::read(&fs::read(format!("{data}/{file}")).expect("odometry can be read")).expect("it is sound")
+        });
+        Input::new(&log, odometry.as_ref())
+    };
     let only = option("--only");
     let mode = option("--mode");
+    let damages: Vec<String> = match option("--damage").as_deref() {
+        None => vec![String::new()],
+        Some("all") => damage::ALL.iter().map(|&name| name.to_owned()).collect(),
+        Some(list) => list.split(',').map(str::to_owned).collect(),
+    };
     for case in CASES.iter().filter(|case| only.as_deref().is_none_or(|only| only.split(',').any(|o| o == case.name))) {
-        let bytes = fs::read(format!("{data}/{}", case.log)).expect("the log can be read");
-        let log = laser_log::read(&bytes).expect("the log is sound");
-        for with_odometry in [true, false] {
-            let name = if with_odometry { "odometry" } else { "alone" };
-            if mode.as_deref().is_some_and(|mode| mode != name) {
-                continue;
+        for damage in &damages {
+            let mut input = read(case.name);
+            if !damage.is_empty() {
+                input.damage(damage);
             }
-            let mut settings = settings.clone();
-            let odometry = case.odometry.filter(|_| with_odometry).map(|file| {
-                trajectory::read(&fs::read(format!("{data}/{file}")).expect("odometry can be read"))
-                    .expect("it is sound")
-            });
-            if !with_odometry {
-                settings["odometry"] = "none".into();
+            if let Some(other) = option("--append") {
+                input.append(&read(&other));
             }
-            let settings = serde_json::from_value(settings).expect("the settings are right");
-            score(case, name, &log, odometry, settings, &data, option("--out").as_deref());
+            for with_odometry in [true, false] {
+                let name = if with_odometry { "odometry" } else { "alone" };
+                if mode.as_deref().is_some_and(|mode| mode != name) {
+                    continue;
+                }
+                let mut settings = settings.clone();
+                if !with_odometry {
+                    settings["odometry"] = "none".into();
+                }
+                let settings = serde_json::from_value(settings).expect("the settings are right");
+                let is_own = case.odometry.is_none() && damage.is_empty();
+                let odometry = input.trajectory().filter(|_| with_odometry && !is_own);
+                let label = format!("{damage} {name}");
+                score(case, label.trim(), &input, odometry, settings, &data, option("--out").as_deref());
+            }
         }
     }
 }
@@ -109,14 +141,14 @@ fn main() {
 fn score(
     case: &Case,
     mode: &str,
-    log: &LaserLog,
+    input: &Input,
     odometry: Option<Trajectory>,
     settings: Settings,
     data: &str,
     out: Option<&str>,
 ) {
     let mut reconstruction = Reconstruction::new(settings).expect("the settings are right");
-    reconstruction.add_log("log", log);
+    reconstruction.add_log("log", &input.log);
     if let Some(odometry) = odometry {
         reconstruction.set_odometry("odometry", odometry).expect("odometry has headings");
     }
@@ -134,44 +166,51 @@ fn score(
     let poses = reconstruction.poses();
     let count = |status| result.frames.iter().filter(|frame| frame.status == status).count();
     println!(
-        "{:18} {mode:8} {} scans, {:.2} ms each ({}), good {} doubtful {} lost {}",
+        "{:18} {mode:22} {} scans, {:.2} ms each ({}), good {} doubtful {} lost {}, pieces {:?}",
         case.name,
         poses.len(),
         1e3 * seconds / poses.len() as f64,
         times.join(" "),
         count(Status::Good),
         count(Status::Doubtful),
-        count(Status::Lost)
+        count(Status::Lost),
+        pieces(&result.frames)
     );
     for (name, file) in case.relations {
         let list = relations::read(&fs::read(format!("{data}/{file}")).expect("relations can be read"))
             .expect("they are sound");
         let list: Vec<Relation> = list.into_iter().filter(|relation| !relation.is_step()).collect();
-        println!("    {name:10} {}", summary(&list, log, &poses, &result.frames));
+        println!("    {name:10} {}", summary(&list, input, &poses, &result.frames));
     }
-    for note in &result.notes {
+    println!("    {}", steps(input, &poses, &result.frames));
+    for note in result.notes.iter().filter(|_| option_notes()) {
         println!("    note: {note}");
     }
     if let Some(out) = out {
         fs::create_dir_all(out).expect("the folder can be made");
         let grid = reconstruction.occupancy_grid(0.1);
-        fs::write(format!("{out}/{}.{mode}.pgm", case.name), grid.pgm()).expect("the map can be written");
+        fs::write(format!("{out}/{}.{}.pgm", case.name, mode.replace(' ', "_")), grid.pgm())
+            .expect("the map can be written");
         let rows: Vec<String> = poses
             .iter()
             .zip(&result.frames)
             .enumerate()
             .map(|(index, (pose, frame))| {
                 format!(
-                    "{index} {:.4} {:.4} {:.5} {:?} {}\n",
+                    "{index} {:.4} {:.4} {:.5} {:?} piece {} agreement {:.3} overlap {:.3} {}\n",
                     pose.translation.x,
                     pose.translation.y,
                     pose.rotation.angle(),
                     frame.status,
+                    frame.piece,
+                    frame.agreement,
+                    frame.overlap,
                     frame.reason
                 )
             })
             .collect();
-        fs::write(format!("{out}/{}.{mode}.txt", case.name), rows.concat()).expect("the poses can be written");
+        fs::write(format!("{out}/{}.{}.txt", case.name, mode.replace(' ', "_")), rows.concat())
+            .expect("the poses can be written");
     }
 }
 
@@ -184,9 +223,43 @@ fn processor_seconds() -> f64 {
     ticks.unwrap_or(0.0) / 100.0
 }
 
-fn index_of(place: Place, log: &LaserLog) -> Option<usize> {
+fn option_notes() -> bool {
+    !std::env::args().any(|argument| argument == "--damage")
+}
+
+/// Sizes of the largest pieces.
+fn pieces(frames: &[PlanarFrame]) -> Vec<usize> {
+    let mut sizes = vec![0; frames.iter().map(|frame| frame.piece + 1).max().unwrap_or(0)];
+    for frame in frames {
+        sizes[frame.piece] += 1;
+    }
+    sizes.sort_by_key(|&size| std::cmp::Reverse(size));
+    sizes.truncate(6);
+    sizes
+}
+
+/// Steps between good frames of a piece that are wrong by the poses in the log, where a program corrected these.
+fn steps(input: &Input, poses: &[Pose2], frames: &[PlanarFrame]) -> String {
+    let mut wrong = Vec::new();
+    for later in 1..poses.len() {
+        let (a, b) = (&input.log.scans[later - 1], &input.log.scans[later]);
+        let is_good = |frame: usize| frames[frame].status == Status::Good;
+        let (true, Some(from), Some(to)) = (is_good(later - 1) && is_good(later), a.reference, b.reference) else {
+            continue;
+        };
+        let off = (from.inverse() * to).inverse() * (poses[later - 1].inverse() * poses[later]);
+        let same = frames[later].piece == frames[later - 1].piece;
+        if same && (off.translation_norm() > WRONG.0 || off.rotation_angle() > WRONG.1.to_radians()) {
+            wrong.push(later);
+        }
+    }
+    wrong.truncate(30);
+    format!("good steps that are wrong: {wrong:?}")
+}
+
+fn index_of(place: Place, Input { log, numbers, .. }: &Input) -> Option<usize> {
     match place {
-        Place::Index(index) => Some(index),
+        Place::Index(index) => numbers.iter().position(|&number| number == index),
         Place::Time(time) => {
             let off = |index: usize| log.scans[index].time.map_or(f64::INFINITY, |t| (t - time).abs());
             let nearest = (0..log.scans.len()).min_by(|&a, &b| off(a).total_cmp(&off(b)))?;
@@ -200,12 +273,12 @@ fn planar(pose: &Pose3) -> Pose2 {
     Pose2::new(pose.translation.vector.xy(), heading)
 }
 
-fn summary(list: &[Relation], log: &LaserLog, poses: &[Pose2], frames: &[PlanarFrame]) -> String {
+fn summary(list: &[Relation], input: &Input, poses: &[Pose2], frames: &[PlanarFrame]) -> String {
     let (mut translations, mut rotations) = (Vec::new(), Vec::new());
     let (mut wrong, mut believed, mut falsely) = (0, 0, 0);
     let mut accused = vec![(0usize, 0usize); frames.len()];
     for relation in list {
-        let (Some(i), Some(j)) = (index_of(relation.from, log), index_of(relation.to, log)) else { continue };
+        let (Some(i), Some(j)) = (index_of(relation.from, input), index_of(relation.to, input)) else { continue };
         let off = planar(&relation.motion).inverse() * (poses[i].inverse() * poses[j]);
         let (t, r) = (off.translation_norm(), off.rotation_angle().to_degrees());
         translations.push(t);

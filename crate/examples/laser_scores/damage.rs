@@ -1,0 +1,169 @@
+//! Recordings as they come in practice: what is wrong with them, applied to logs that are right.
+
+use scanstitch::geometry::{Pose2, Pose3, RigidMotion};
+use scanstitch::io::laser_log::LaserLog;
+use scanstitch::io::trajectory::{Trajectory, in_space};
+
+/// A log with its odometry, a pose a scan, and the number that each scan had in the log as it was.
+pub struct Input {
+    pub log: LaserLog,
+    pub odometry: Option<Vec<Option<Pose2>>>,
+    pub numbers: Vec<usize>,
+    /// Added to the times of the odometry (s); without, the odometry has none.
+    pub clock: Option<f64>,
+    /// Whether the odometry's headings are written in degrees.
+    pub in_degrees: bool,
+}
+
+/// Everything that can be wrong, by name.
+pub const ALL: &[&str] = &[
+    "scaled_up",
+    "scaled_down",
+    "degrees",
+    "gaps",
+    "clock",
+    "jumps",
+    "heading_drift",
+    "reversed",
+    "every_fourth",
+    "cut_out",
+    "few_returns",
+    "narrow",
+    "short_range",
+    "coarse_beams",
+    "blind",
+];
+
+impl Input {
+    pub fn new(log: &LaserLog, odometry: Option<&Trajectory>) -> Self {
+        let numbers: Vec<usize> = (0..log.scans.len()).collect();
+        let in_file = odometry.and_then(Trajectory::poses).map(|poses| {
+            let planar = |pose: &Pose3| {
+                let (_, _, heading) = pose.rotation.euler_angles();
+                Pose2::new(pose.translation.vector.xy(), heading)
+            };
+            poses.iter().map(planar).map(Some).collect::<Vec<_>>()
+        });
+        let odometry = in_file.or_else(|| log.scans.iter().map(|scan| scan.odometry.map(Some)).collect());
+        Self { log: log.clone(), odometry, numbers, clock: None, in_degrees: false }
+    }
+
+    /// The odometry as a file would hold it.
+    pub fn trajectory(&self) -> Option<Trajectory> {
+        let poses = self.odometry.as_ref()?;
+        let known: Vec<usize> = (0..poses.len()).filter(|&scan| poses[scan].is_some()).collect();
+        let numbers = known.iter().map(|&scan| self.log.scans[scan].number as f64).collect();
+        let stamps = self.clock.map(|off| known.iter().map(|&s| self.log.scans[s].time.unwrap_or(0.0) + off).collect());
+        let unit = if self.in_degrees { 1f64.to_degrees() } else { 1.0 };
+        let headings: Vec<f64> = poses.iter().flatten().map(|pose| pose.rotation.angle() * unit).collect();
+        let written = poses.iter().flatten().zip(&headings);
+        let poses: Vec<Pose3> =
+            written.map(|(pose, &heading)| in_space(&Pose2::new(pose.translation.vector, heading))).collect();
+        Some(Trajectory { numbers: Some(numbers), headings: Some(headings), stamps, ..Trajectory::from_poses(&poses) })
+    }
+
+    /// Applies one damage.
+    pub fn damage(&mut self, what: &str) {
+        match what {
+            "scaled_up" => {
+                self.change_odometry(|_, pose| Pose2::new(pose.translation.vector * 100.0, pose.rotation.angle()));
+            }
+            "scaled_down" => {
+                self.change_odometry(|_, pose| Pose2::new(pose.translation.vector * 0.01, pose.rotation.angle()));
+            }
+            "degrees" => self.in_degrees = true,
+            "jumps" => {
+                self.change_steps(
+                    |scan, step| {
+                        if scan % 100 == 50 { Pose2::new([5.0, -3.0].into(), 1.0) * step } else { step }
+                    },
+                );
+            }
+            "heading_drift" => {
+                self.change_steps(|_, step| step * Pose2::rotation(0.02 * step.translation_norm()));
+            }
+            "reversed" => {
+                if let Some(odometry) = &mut self.odometry {
+                    odometry.reverse();
+                }
+            }
+            "gaps" => {
+                for (scan, pose) in self.odometry.iter_mut().flatten().enumerate() {
+                    *pose = pose.filter(|_| scan % 200 < 100 || scan % 200 >= 150);
+                }
+            }
+            "clock" => self.clock = Some(5.0),
+            "every_fourth" => self.keep(|scan| scan % 4 == 0),
+            "cut_out" => self.keep(|scan| scan % 150 < 100),
+            "few_returns" => {
+                self.change_ranges(
+                    |scan, beam, range| {
+                        if (scan == 0 || scan % 20 == 10) && beam % 40 != 0 { f32::NAN } else { range }
+                    },
+                );
+            }
+            "blind" => {
+                self.change_ranges(|scan, _, range| if (100..115).contains(&(scan % 150)) { f32::NAN } else { range });
+            }
+            "narrow" => {
+                let count = self.log.scans[0].ranges.len();
+                let bearings = self.log.scans[0].bearings.clone();
+                let is_ahead = move |beam: usize| bearings.of(beam).abs() < 0.79 && beam < count;
+                self.change_ranges(|_, beam, range| if is_ahead(beam) { range } else { f32::NAN });
+            }
+            "short_range" => self.change_ranges(|_, _, range| if range < 8.0 { range } else { f32::NAN }),
+            "coarse_beams" => self.change_ranges(|_, beam, range| if beam % 2 == 0 { range } else { f32::NAN }),
+            other => panic!("{other} is no damage: {ALL:?}"),
+        }
+    }
+
+    /// Another log after this one; its odometry goes on from this one's.
+    pub fn append(&mut self, other: &Self) {
+        let last = self.odometry.as_ref().and_then(|poses| poses.last().copied().flatten());
+        if let (Some(poses), Some(theirs)) = (&mut self.odometry, &other.odometry) {
+            let T = last.unwrap_or_default() * theirs[0].unwrap_or_default().inverse();
+            poses.extend(theirs.iter().map(|pose| pose.map(|pose| T * pose)));
+        }
+        let count = self.log.scans.len();
+        for scan in &other.log.scans {
+            let mut scan = scan.clone();
+            (scan.number, scan.time) = (scan.number + count, None);
+            self.log.scans.push(scan);
+        }
+        self.numbers.extend(other.numbers.iter().map(|_| usize::MAX));
+    }
+
+    fn change_odometry(&mut self, change: impl Fn(usize, Pose2) -> Pose2) {
+        for (scan, pose) in self.odometry.iter_mut().flatten().enumerate() {
+            *pose = pose.map(|pose| change(scan, pose));
+        }
+    }
+
+    fn change_steps(&mut self, change: impl Fn(usize, Pose2) -> Pose2) {
+        let Some(poses) = &mut self.odometry else { return };
+        let old: Vec<Pose2> = poses.iter().map(|pose| pose.unwrap_or_default()).collect();
+        let mut now = old[0];
+        for scan in 1..old.len() {
+            now *= change(scan, old[scan - 1].inverse() * old[scan]);
+            poses[scan] = Some(now);
+        }
+    }
+
+    fn keep(&mut self, is_kept: impl Fn(usize) -> bool) {
+        let kept: Vec<usize> = (0..self.numbers.len()).filter(|&scan| is_kept(scan)).collect();
+        self.log.scans = kept.iter().map(|&scan| self.log.scans[scan].clone()).collect();
+        for (number, scan) in self.log.scans.iter_mut().enumerate() {
+            scan.number = number;
+        }
+        self.odometry = self.odometry.as_ref().map(|poses| kept.iter().map(|&scan| poses[scan]).collect());
+        self.numbers = kept;
+    }
+
+    fn change_ranges(&mut self, change: impl Fn(usize, usize, f32) -> f32) {
+        for (number, scan) in self.log.scans.iter_mut().enumerate() {
+            for (beam, range) in scan.ranges.iter_mut().enumerate() {
+                *range = change(number, beam, *range);
+            }
+        }
+    }
+}

@@ -1,0 +1,294 @@
+//! One run over all scans: its state, and its pieces of work in their order.
+
+use std::rc::Rc;
+
+use nalgebra::{Matrix3, Vector2};
+
+use super::joint::{Joint, POINTS_A_STEP};
+use super::keyframe_graph::{KeyframeGraph, LONG_SEQUENCE};
+use super::measured_motion;
+use crate::evaluation::sharpness::{Sharpness, SharpnessMeter};
+use crate::geometry::Pose2;
+use crate::io::trajectory::Trajectory;
+use crate::map::local::LocalMap;
+use crate::odometry::assessment::Status;
+use crate::odometry::planar::information::without_normals_noise;
+use crate::odometry::planar::{FrameEstimate, MeasuredMotion, Odometry};
+use crate::pipeline::odometry_check::{CheckedOdometry, check_odometry};
+use crate::pipeline::prepared_frame::FrameLabel;
+use crate::pipeline::recorded_scan::{RecordedScan, first_guesses, match_odometry};
+use crate::pipeline::report::{FrameResult, PlanarPose, Progress, Stage};
+use crate::pipeline::settings::{OdometrySource, Settings, Strategy};
+use crate::preprocess::clean::{CleaningReport, RangeLimits, clean, range_limit};
+use crate::preprocess::planar_scan::PlanarScan;
+use crate::registration::icp::IterationRecord;
+
+/// The joint solution of a long sequence starts close to its end, and one iteration takes long.
+const LONG_ITERATIONS: usize = 8;
+
+/// What a run has come to.
+pub struct Run {
+    num_scans: usize,
+    /// Where the robot is, as seen from the laser of each scan.
+    T_laser_robot: Vec<Pose2>,
+    /// The motion of the laser from the scan before to each, where odometry gives it.
+    motions: Vec<Option<MeasuredMotion>>,
+    /// Whether the poses in the log are that motion: then they are nothing to compare with.
+    pub uses_poses_in_log: bool,
+    /// What was said of the odometry from a file of its own.
+    pub checked_odometry: Option<CheckedOdometry>,
+    /// What is worth knowing of the measured motion, in whole sentences.
+    pub odometry_notes: Vec<String>,
+    /// For each frame the certain piece of the map that it belongs to.
+    pieces: Vec<usize>,
+    /// The range that many returns share, taken for the sensor's limit (m).
+    pub detected_limit: Option<f64>,
+    /// The scans registered so far, cleaned, and what that left out.
+    pub scans: Vec<Rc<PlanarScan>>,
+    cleaning: Vec<CleaningReport>,
+    odometry: Odometry,
+    /// Without the pairs of points, which take more memory than the scans.
+    estimates: Vec<FrameEstimate>,
+    /// What each frame's registration tells of its pose; see [`without_normals_noise`].
+    informations: Vec<Matrix3<f64>>,
+    pub poses: Vec<Pose2>,
+    /// Keyframes with what connects them; `None` without the joint solution.
+    graph: Option<KeyframeGraph>,
+    joint: Option<Joint>,
+    meter: Option<SharpnessMeter>,
+    pub sharpness: Option<Sharpness>,
+    stage: Stage,
+}
+
+impl Run {
+    /// Prepares a run; looks at the odometry, if there is any.
+    pub fn new(settings: &Settings, recorded: &[RecordedScan], odometry: Option<&(String, Trajectory)>) -> Self {
+        let detected_limit = range_limit(recorded.iter().map(|scan| scan.cloud.positions.as_slice()));
+        let limit = detected_limit.unwrap_or(f64::INFINITY);
+        let scan = |frame: usize| Rc::new(prepare(&recorded[frame], detected_limit, settings).0);
+        let options = settings.odometry_options();
+        let is_asked_for = settings.odometry != OdometrySource::None;
+        let checked = odometry.filter(|_| is_asked_for).map(|(name, given)| {
+            let checked = check_odometry(name, recorded, given, limit);
+            // A place that repeats itself looks as if there were no motion, or another one: registrations tell more.
+            let as_given = match_odometry(recorded, given).0;
+            let fits = || {
+                let motions = first_guesses(OdometrySource::File, recorded, Some(&as_given));
+                measured_motion::fits_scans(&motions, &scan, &options)
+            };
+            if checked.refusal.is_some() && fits() {
+                CheckedOdometry { poses: as_given, ..CheckedOdometry::default() }
+            } else {
+                checked
+            }
+        });
+        let given = checked.as_ref().map(|checked| checked.poses.as_slice());
+        let mut odometry_notes = Vec::new();
+        let mut source = settings.odometry;
+        if source == OdometrySource::Auto && odometry.is_none() {
+            let (are_wheels, note) = measured_motion::log_holds_wheels(recorded, &scan, &options);
+            odometry_notes.extend(note);
+            source = if are_wheels { OdometrySource::Log } else { OdometrySource::Auto };
+        }
+        let motions = first_guesses(source, recorded, given);
+        let (motions, note) = measured_motion::judged(&motions, &scan, &options);
+        odometry_notes.extend(note);
+        Self {
+            num_scans: recorded.len(),
+            T_laser_robot: recorded.iter().map(|scan| scan.T_robot_laser.inverse()).collect(),
+            motions,
+            uses_poses_in_log: source == OdometrySource::Log,
+            checked_odometry: checked,
+            odometry_notes,
+            pieces: vec![0; recorded.len()],
+            detected_limit,
+            scans: Vec::new(),
+            cleaning: Vec::new(),
+            odometry: Odometry::new(
+                settings.odometry_options(),
+                recorded.first().map_or_else(Pose2::identity, |scan| scan.T_robot_laser),
+            ),
+            estimates: Vec::new(),
+            informations: Vec::new(),
+            poses: Vec::new(),
+            graph: None,
+            joint: None,
+            meter: None,
+            sharpness: None,
+            stage: if recorded.is_empty() { Stage::Done } else { Stage::Register },
+        }
+    }
+
+    /// Does one bounded piece of work: one frame, or a part of the loops, of the joint solution or of its evaluation.
+    pub fn advance(&mut self, recorded: &[RecordedScan], settings: &Settings) -> Progress {
+        match self.stage {
+            Stage::Register => return self.register_next(&recorded[self.poses.len()], settings),
+            Stage::Loops => self.advance_loops(settings),
+            Stage::Joint => self.advance_joint(settings),
+            Stage::Evaluate => self.evaluate(),
+            // Frames are tried again in space alone.
+            Stage::Retry | Stage::Done => {}
+        }
+        self.progress(None)
+    }
+
+    fn progress(&self, frame: Option<usize>) -> Progress {
+        let (done, total) = match (self.stage, &self.joint) {
+            (Stage::Loops, _) => self.graph.as_ref().map_or((0, 1), |graph| graph.closure.progress()),
+            (Stage::Register, _) => (self.poses.len(), self.num_scans),
+            (Stage::Joint, Some(joint)) => joint.registration.progress(),
+            (Stage::Evaluate, _) => self.meter.as_ref().map_or((0, 1), SharpnessMeter::progress),
+            _ => (0, 1),
+        };
+        Progress { stage: self.stage, done, total, frame }
+    }
+
+    fn register_next(&mut self, recorded: &RecordedScan, settings: &Settings) -> Progress {
+        let frame = self.poses.len();
+        let (scan, report) = prepare(recorded, self.detected_limit, settings);
+        let scan = Rc::new(scan);
+        let mut estimate = self.odometry.register_frame(&scan, self.motions[frame].as_ref());
+        self.informations.push(estimate.registration.as_ref().map_or_else(Matrix3::zeros, without_normals_noise));
+        if let Some(registration) = &mut estimate.registration {
+            registration.correspondences = Vec::new();
+        }
+        self.scans.push(scan);
+        self.cleaning.push(report);
+        self.poses.push(estimate.T_world_sensor);
+        self.estimates.push(estimate);
+        if self.poses.len() == self.num_scans {
+            self.begin_graph(settings);
+        }
+        self.progress(Some(frame))
+    }
+
+    /// Joins the frames to a graph, whose loops are looked for where it is long.
+    fn begin_graph(&mut self, settings: &Settings) {
+        let num_placed = self.placed().count();
+        if settings.strategy != Strategy::Joint || num_placed == 0 {
+            self.stage = Stage::Evaluate;
+            return;
+        }
+        self.graph =
+            Some(KeyframeGraph::new(&self.estimates, &self.informations, &self.scans, &self.poses, &self.motions));
+        self.stage = Stage::Loops;
+        if num_placed < LONG_SEQUENCE {
+            self.end_loops();
+        }
+    }
+
+    fn advance_loops(&mut self, settings: &Settings) {
+        let Some(graph) = &mut self.graph else { return };
+        graph.closure.advance(&settings.icp_options());
+        if graph.closure.is_done() {
+            self.end_loops();
+        }
+    }
+
+    /// Places the frames by the graph and tells its certain pieces apart.
+    fn end_loops(&mut self) {
+        let Some(graph) = &self.graph else { return };
+        graph.place(&graph.closure.solved_poses(), &mut self.poses);
+        self.pieces = graph.pieces();
+        for frame in graph.in_small_pieces(&self.pieces) {
+            self.estimates[frame].assessment.hangs_on_a_doubt();
+        }
+        self.stage = Stage::Joint;
+    }
+
+    fn advance_joint(&mut self, settings: &Settings) {
+        let Some(graph) = &self.graph else { return };
+        let joint = self.joint.get_or_insert_with(|| Joint::new(graph, &self.scans, &self.poses, settings));
+        let mut options = settings.icp_options();
+        if graph.is_long() {
+            options.criteria.max_iterations = options.criteria.max_iterations.min(LONG_ITERATIONS);
+        }
+        if !joint.registration.is_done(&options) {
+            joint.advance(&self.scans, &options);
+            graph.place(joint.registration.poses(), &mut self.poses);
+        }
+        if joint.registration.is_done(&options) {
+            self.stage = Stage::Evaluate;
+        }
+    }
+
+    fn evaluate(&mut self) {
+        let mut meter = self.meter.take().unwrap_or_else(|| {
+            let placed = self.placed().map(|frame| (Rc::clone(&self.scans[frame]), self.poses[frame]));
+            SharpnessMeter::new(placed.collect())
+        });
+        meter.advance(POINTS_A_STEP);
+        if meter.is_done() {
+            self.sharpness = meter.sharpness();
+            self.stage = Stage::Done;
+        } else {
+            self.meter = Some(meter);
+        }
+    }
+
+    /// Whether a frame is registered and not lost.
+    pub fn is_placed(&self, frame: usize) -> bool {
+        self.estimates[frame].assessment.status != Status::Lost
+    }
+
+    /// Indices of the frames that are.
+    pub fn placed(&self) -> impl Iterator<Item = usize> + '_ {
+        (0..self.poses.len()).filter(|&frame| self.is_placed(frame))
+    }
+
+    /// Their scans with their poses.
+    pub fn placed_scans(&self) -> impl Iterator<Item = (&PlanarScan, Pose2)> + '_ {
+        self.placed().map(|frame| (self.scans[frame].as_ref(), self.poses[frame]))
+    }
+
+    /// Pose of the robot at a scan, by that of its laser.
+    pub fn pose_of_robot(&self, frame: usize) -> Pose2 {
+        self.poses[frame] * self.T_laser_robot[frame]
+    }
+
+    /// The iterations of the joint solution.
+    pub fn joint_history(&self) -> Vec<IterationRecord> {
+        self.joint.as_ref().map_or_else(Vec::new, |joint| joint.registration.history().to_vec())
+    }
+
+    /// Iterations of a frame's registration; empty where there was none.
+    pub fn history(&self, frame: usize) -> &[IterationRecord] {
+        let registration = self.estimates.get(frame).and_then(|estimate| estimate.registration.as_ref());
+        registration.map_or(&[], |registration| &registration.history)
+    }
+
+    /// What is known of each frame so far, from the `first` on.
+    pub fn frame_results(
+        &self,
+        labels: impl Iterator<Item = FrameLabel>,
+        first: usize,
+    ) -> impl Iterator<Item = FrameResult<PlanarPose, CleaningReport>> {
+        labels.zip(&self.cleaning).zip(&self.estimates).skip(first).map(|((label, cleaning), estimate)| {
+            let pose = self.pose_of_robot(label.index);
+            let piece = self.pieces[label.index];
+            FrameResult { piece, ..FrameResult::of_scan(label, *cleaning, estimate, pose) }
+        })
+    }
+
+    /// Pairs of a frame's points and their partners in the scans it is registered to, in the world frame (m).
+    pub fn correspondences(&self, frame: usize, settings: &Settings) -> Vec<[Vector2<f64>; 2]> {
+        if frame >= self.poses.len() || !self.is_placed(frame) {
+            return Vec::new();
+        }
+        let earlier: Vec<usize> = self.placed().take_while(|&earlier| earlier < frame).collect();
+        let mut map = LocalMap::new(settings.map_capacity(), settings.metric);
+        for &earlier in &earlier[earlier.len().saturating_sub(settings.map_capacity())..] {
+            map.insert(Rc::clone(&self.scans[earlier]), self.poses[earlier]);
+        }
+        map.correspondences(&self.scans[frame], &self.poses[frame], settings.max_correspondence_distance)
+    }
+}
+
+/// A scan without what is no measurement, and what that left out.
+fn prepare(recorded: &RecordedScan, detected_limit: Option<f64>, settings: &Settings) -> (PlanarScan, CleaningReport) {
+    let limits = settings.range_limits();
+    let max_range = detected_limit.unwrap_or(f64::INFINITY).min(limits.max_range).min(recorded.max_range);
+    let cleaned = clean(&recorded.cloud.positions, &RangeLimits { max_range, ..limits });
+    let points = cleaned.positions.iter().map(|p| Vector2::new(f64::from(p.x), f64::from(p.y))).collect();
+    (PlanarScan::new(points), cleaned.report)
+}
