@@ -7,7 +7,7 @@ use faer::linalg::solvers::Solve;
 use faer::sparse::linalg::solvers::{Llt, SymbolicLlt};
 use faer::sparse::{SparseColMat, Triplet};
 use faer::{Col, Side};
-use scanstitch::geometry::{Pose2, Pose3, RigidMotion, SquareMatrix, Vector};
+use scanstitch::geometry::{RigidMotion, SquareMatrix, Vector};
 use scanstitch::graph::sparse::{BlockCholesky, BlockMatrix};
 
 use crate::benchmark::Prepared;
