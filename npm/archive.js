@@ -1,7 +1,7 @@
 // @ts-check
 /**
  * ZIP archives, read in place: the directory first, then each file when it is asked for. At any time no more is in
- * memory than the directory and the file being read. What an archive says about itself is not believed: an archive can
+ * memory than the directory and the file being read. The sizes that an archive states are not trusted: an archive can
  * be made to claim, or to unpack to, far more than it holds.
  *
  * Not zip.js 2.24, compared in Node 20: its reader alone adds 25 kB (gzip) to the page, this one 4 kB. Of 200 images of
@@ -91,7 +91,7 @@ async function findData(source, { path, start }) {
 
 /**
  * A whole file, unpacked by the platform; null where the platform cannot, or where anything is wrong with the file: the
- * slower way then tells what.
+ * slower way then finds what.
  * @param {ByteSource} source
  * @param {Entry} entry
  */

@@ -80,7 +80,7 @@ function fromTree(tree, poses, topic, sensor, notes) {
   }
   notes.push({
     file: topic.name,
-    reason: `not used: it tells no path of the sensor's frame, ${sensor || 'which has no name'}`,
+    reason: `not used: it gives no trajectory of the sensor's frame, ${sensor || 'which has no name'}`,
   });
   return [];
 }

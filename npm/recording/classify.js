@@ -1,12 +1,12 @@
 // @ts-check
-/** Planar scans: which files are scans, which one is the reference trajectory, and why the rest is left aside. */
+/** Planar scans: which files are scans, which one is the reference trajectory, and why the rest is not used. */
 import { brokenImage, isPointer } from './heads.js';
 import { isImageName } from './kinds.js';
 import { isLaserLog, isOdometryName } from './laser_logs.js';
 import { adviceFor } from './other_formats.js';
 
 /**
- * What a file is for. `reason` completes "notes.pdf: left aside: ..."; null: not worth a word (a file the system put
+ * What a file is for. `reason` completes "notes.pdf: not used: ..."; null: not worth a word (a file the system put
  * there).
  * @typedef {{ role: 'scan', is_log: boolean } | { role: 'reference' } | { role: 'odometry' } | { role: 'ignored', reason: string | null }} Role
  */

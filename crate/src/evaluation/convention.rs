@@ -138,7 +138,7 @@ pub fn interpret(
     reference: &Trajectory,
     format: TrajectoryFormat,
     partners: &[(Pose3, usize)],
-    known: &KnownConvention,
+    known: KnownConvention,
 ) -> Option<(Vec<Pose3>, PoseConvention)> {
     let mut best: Option<(f64, (PoseConvention, Vec<Pose3>))> = None;
     for reading in readings(reference, format, known)? {
@@ -156,7 +156,7 @@ pub fn interpret(
 pub(crate) fn readings(
     trajectory: &Trajectory,
     format: TrajectoryFormat,
-    known: &KnownConvention,
+    known: KnownConvention,
 ) -> Option<Vec<(PoseConvention, Vec<Pose3>)>> {
     let poses = trajectory.poses()?;
     let read_order = match format {
@@ -174,7 +174,7 @@ pub(crate) fn readings(
 fn candidates(
     read_order: QuaternionOrder,
     has_quaternions: bool,
-    known: &KnownConvention,
+    known: KnownConvention,
 ) -> impl Iterator<Item = PoseConvention> {
     let other_order = match read_order {
         QuaternionOrder::RealPartLast => QuaternionOrder::RealPartFirst,
@@ -255,7 +255,7 @@ mod tests {
                         Isometry3::from_parts(pose.translation, UnitQuaternion::from_quaternion(as_read))
                     });
                     let file = Trajectory::from_poses(&written.collect::<Vec<_>>());
-                    let (poses, found) = interpret(&file, format, &partners, &KnownConvention::default()).unwrap();
+                    let (poses, found) = interpret(&file, format, &partners, KnownConvention::default()).unwrap();
                     assert_eq!(found, PoseConvention { quaternion_order: Some(order), sensor_axes, direction });
                     for (pose, expected) in poses.iter().zip(&truth) {
                         let off = (poses[0].inverse() * pose).inverse() * expected;
@@ -271,15 +271,15 @@ mod tests {
         let still: Vec<(Pose3, usize)> = (0..5).map(|index| (Pose3::identity(), index)).collect();
         let file = Trajectory::from_poses(&[Pose3::identity(); 5]);
         let known = KnownConvention { sensor_axes: Some(SensorAxes::Robotics), ..KnownConvention::default() };
-        let (_, found) = interpret(&file, TrajectoryFormat::Tum, &still, &known).unwrap();
+        let (_, found) = interpret(&file, TrajectoryFormat::Tum, &still, known).unwrap();
         assert_eq!(found.sensor_axes, SensorAxes::Robotics);
         assert_eq!(found.direction, PoseDirection::SensorToWorld);
-        let (_, found) = interpret(&file, TrajectoryFormat::Tum, &still, &KnownConvention::default()).unwrap();
+        let (_, found) = interpret(&file, TrajectoryFormat::Tum, &still, KnownConvention::default()).unwrap();
         assert_eq!(
             (found.sensor_axes, found.quaternion_order),
             (SensorAxes::Opencv, Some(QuaternionOrder::RealPartLast))
         );
         assert!(found.words().contains("qx qy qz qw") && found.words().contains("camera to world"));
-        assert_eq!(interpret(&Trajectory::default(), TrajectoryFormat::Tum, &still, &known), None);
+        assert_eq!(interpret(&Trajectory::default(), TrajectoryFormat::Tum, &still, known), None);
     }
 }

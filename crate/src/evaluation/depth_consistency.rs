@@ -110,7 +110,7 @@ impl DepthConsistency {
         trajectory: &Contents,
         num_frames: usize,
         times: Option<&[f64]>,
-        known: &KnownConvention,
+        known: KnownConvention,
         limits: ConsistencyLimits,
     ) -> Result<Self> {
         let partners = partners(&trajectory.trajectory, num_frames, times)?;
@@ -286,7 +286,7 @@ mod tests {
     fn compared(trajectory: Trajectory, times: Option<&[f64]>) -> ConsistencyReport {
         let (known, limits) = (KnownConvention::default(), ConsistencyLimits::default());
         let mut consistency =
-            DepthConsistency::new(&contents(trajectory), PLACES.len(), times, &known, limits).unwrap();
+            DepthConsistency::new(&contents(trajectory), PLACES.len(), times, known, limits).unwrap();
         for (x, z) in PLACES {
             consistency.add(Some(view(x, z)));
         }
@@ -341,7 +341,7 @@ mod tests {
     #[test]
     fn steps_without_image_or_pose_do_not_agree() {
         let (known, limits) = (KnownConvention::default(), ConsistencyLimits::default());
-        let mut consistency = DepthConsistency::new(&contents(walk(&PLACES)), 4, None, &known, limits).unwrap();
+        let mut consistency = DepthConsistency::new(&contents(walk(&PLACES)), 4, None, known, limits).unwrap();
         for (index, &(x, z)) in PLACES.iter().enumerate() {
             consistency.add((index != 1).then(|| view(x, z)));
         }
@@ -349,7 +349,7 @@ mod tests {
         assert_eq!(steps.iter().map(|step| step.share.is_some()).collect::<Vec<_>>(), [false, false, true]);
         assert_eq!(steps.iter().map(|step| step.agrees).collect::<Vec<_>>(), [false, false, true]);
         let positions = Trajectory { orientations: None, ..walk(&PLACES) };
-        let refused = DepthConsistency::new(&contents(positions), 4, None, &known, limits).err().unwrap();
+        let refused = DepthConsistency::new(&contents(positions), 4, None, known, limits).err().unwrap();
         assert!(refused.problem.contains("positions alone"));
     }
 }

@@ -28,7 +28,7 @@
 //! # Ok::<(), scanstitch::Error>(())
 //! ```
 //!
-//! Without any truth, [`map_quality`](map_quality::map_quality) tells how crisp a map is, and
+//! Without a reference, [`map_quality`](map_quality::map_quality) measures how sharp a map is, and
 //! [`frame_clouds`] how well the frames fit each other at given poses; [`depth_consistency`] does so for depth images, step
 //! by step.
 

@@ -18,7 +18,7 @@ pub const MAX_PAIR_DISTANCE: f64 = 0.5;
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
 pub struct Sharpness {
-    /// Mean absolute distance along the partner's normal (m): the smaller, the crisper the map.
+    /// Mean absolute distance along the partner's normal (m): lower is sharper.
     pub mean_residual: f64,
     /// Pairs that the mean is taken over.
     pub num_pairs: usize,

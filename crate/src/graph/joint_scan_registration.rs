@@ -33,7 +33,7 @@ pub struct Edge {
 
 /// A motion between two nodes that is known from elsewhere.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct KnownMotion<M: RigidMotion> {
+pub(crate) struct OdometryFactor<M: RigidMotion> {
     /// Node in whose frame it is.
     pub from: usize,
     /// The other node.
@@ -75,7 +75,7 @@ fn nearest<const D: usize>(positions: &[SVector<f64, D>], to: &SVector<f64, D>, 
 pub struct PoseGraph<M: RigidMotion> {
     poses: Vec<M>,
     edges: Vec<Edge>,
-    known: Vec<KnownMotion<M>>,
+    known: Vec<OdometryFactor<M>>,
     /// The edge to be matched next; from here on they are not in the sums yet.
     next_edge: usize,
     /// Normal equations of all poses but the first, which stays: it is where the world is.
@@ -116,7 +116,7 @@ impl<M: RigidMotion> PoseGraph<M> {
 
     /// The same with motions that are known from elsewhere: they hold where the matches leave something open.
     #[must_use]
-    pub(crate) fn with_known_motions(mut self, known: Vec<KnownMotion<M>>) -> Self {
+    pub(crate) fn with_odometry_factors(mut self, known: Vec<OdometryFactor<M>>) -> Self {
         self.known = known;
         self
     }
@@ -207,7 +207,7 @@ impl<M: RigidMotion> PoseGraph<M> {
         }
     }
 
-    fn add_known(&mut self, KnownMotion { from, to, T_from_to, information }: KnownMotion<M>) {
+    fn add_odometry_factor(&mut self, OdometryFactor { from, to, T_from_to, information }: OdometryFactor<M>) {
         let T_from_world = self.poses[from].inverse();
         let residual = (T_from_world * self.poses[to] * T_from_to.inverse()).log();
         self.add(from, to, &T_from_world, NormalEquations { H: information, b: information.apply(&residual) });
@@ -215,7 +215,7 @@ impl<M: RigidMotion> PoseGraph<M> {
 
     fn take_step(&mut self, options: &IcpOptions) {
         for known in 0..self.known.len() {
-            self.add_known(self.known[known]);
+            self.add_odometry_factor(self.known[known]);
         }
         let num_variables = self.b.len();
         let trace: f64 = (0..num_variables).map(|variable| self.H.block(variable, variable).trace()).sum();

@@ -9,13 +9,13 @@ use crate::geometry::{Pose2, Pose3, RigidMotion, SquareMatrix, Vector};
 use crate::graph::sparse::{BlockCholesky, BlockMatrix};
 
 /// A relation in the plane.
-pub(crate) type PlanarRelation = PoseRelation<Pose2>;
+pub(crate) type PlanarFactor = BetweenFactor<Pose2>;
 /// A relation in space.
-pub(crate) type SpatialRelation = PoseRelation<Pose3>;
+pub(crate) type SpatialFactor = BetweenFactor<Pose3>;
 
 /// A measured motion between two nodes.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct PoseRelation<M: RigidMotion> {
+pub(crate) struct BetweenFactor<M: RigidMotion> {
     /// Node in whose frame `to` was measured.
     pub from: usize,
     /// The node measured.
@@ -38,7 +38,7 @@ const SMALLEST_STEP: f64 = 1e-5;
 /// A step that makes things worse is taken back and damped this many times more.
 const DAMPING_FACTOR: f64 = 10.0;
 
-impl<M: RigidMotion> PoseRelation<M> {
+impl<M: RigidMotion> BetweenFactor<M> {
     const SWITCH_WIDTH: f64 = switch_width(M::Tangent::LEN);
 
     /// log(T_from^-1 T_to T_from_to^-1): what these poses of the world make of it, rotation first.
@@ -73,9 +73,9 @@ impl<M: RigidMotion> PoseRelation<M> {
 
 /// Moves the poses (`T_world_node`; the first stays) to where the relations fit best, in at most `max_iterations` steps
 /// of Levenberg and Marquardt. Returns the number of steps.
-pub(crate) fn solve_relations<M: RigidMotion>(
+pub(crate) fn optimize_poses<M: RigidMotion>(
     poses: &mut [M],
-    relations: &[PoseRelation<M>],
+    relations: &[BetweenFactor<M>],
     max_iterations: usize,
 ) -> usize {
     let num_variables = poses.len().saturating_sub(1);
@@ -130,12 +130,12 @@ pub(crate) fn solve_relations<M: RigidMotion>(
     max_iterations
 }
 
-fn total_loss<M: RigidMotion>(poses: &[M], relations: &[PoseRelation<M>]) -> f64 {
+fn total_loss<M: RigidMotion>(poses: &[M], relations: &[BetweenFactor<M>]) -> f64 {
     relations.iter().map(|relation| relation.loss(relation.squared_distance(poses))).sum()
 }
 
 /// Perturbing both poses on the left perturbs the residual by Ad(T_from^-1) (d_to - d_from).
-fn add<M: RigidMotion>(relation: &PoseRelation<M>, poses: &[M], H: &mut BlockMatrix<M::Matrix>, b: &mut [M::Tangent]) {
+fn add<M: RigidMotion>(relation: &BetweenFactor<M>, poses: &[M], H: &mut BlockMatrix<M::Matrix>, b: &mut [M::Tangent]) {
     let residual = relation.residual(&poses[relation.from], &poses[relation.to]);
     let weighted = relation.information * relation.weight(residual.dot(&relation.information.apply(&residual)));
     let adjoint = poses[relation.from].inverse().adjoint();
@@ -159,10 +159,10 @@ mod tests {
 
     use super::*;
 
-    fn relation(poses: &[Pose3], from: usize, to: usize, off: &Vector6<f64>) -> SpatialRelation {
+    fn relation(poses: &[Pose3], from: usize, to: usize, off: &Vector6<f64>) -> SpatialFactor {
         let T_from_to = Pose3::exp(off) * poses[from].inverse() * poses[to];
         let information = Matrix6::from_diagonal(&Vector6::new(1e4, 2e4, 1e4, 400.0, 100.0, 900.0));
-        PoseRelation { from, to, T_from_to, information, is_switchable: false }
+        BetweenFactor { from, to, T_from_to, information, is_switchable: false }
     }
 
     fn path() -> Vec<Pose3> {
@@ -194,7 +194,7 @@ mod tests {
     fn a_loop_in_space_spreads_what_a_chain_added_up() {
         let truth = path();
         let drift = Vector6::new(2e-3, 3e-3, -1e-3, 4e-3, 2e-3, -3e-3);
-        let mut relations: Vec<SpatialRelation> =
+        let mut relations: Vec<SpatialFactor> =
             (1..truth.len()).map(|to| relation(&truth, to - 1, to, &drift)).collect();
         let mut poses = vec![truth[0]];
         for relation in &relations {
@@ -203,20 +203,20 @@ mod tests {
         let gap = |poses: &[Pose3]| (truth[11].inverse() * poses[11]).translation_norm();
         let before = gap(&poses);
         let sure = relation(&truth, 0, 11, &Vector6::zeros());
-        relations.push(PoseRelation { information: sure.information * 1e4, ..sure });
-        let steps = solve_relations(&mut poses, &relations, 30);
+        relations.push(BetweenFactor { information: sure.information * 1e4, ..sure });
+        let steps = optimize_poses(&mut poses, &relations, 30);
         assert!(steps < 30 && gap(&poses) < 0.01 * before, "{steps} steps, {} m of {before} m", gap(&poses));
     }
 
     #[test]
     fn a_wrong_loop_in_space_bends_nothing() {
         let truth = path();
-        let mut relations: Vec<SpatialRelation> =
+        let mut relations: Vec<SpatialFactor> =
             (1..truth.len()).map(|to| relation(&truth, to - 1, to, &Vector6::zeros())).collect();
         let wrong = relation(&truth, 0, 11, &Vector6::new(0.0, 1.0, 0.0, 2.0, 0.0, 0.0));
-        relations.push(PoseRelation { is_switchable: true, ..wrong });
+        relations.push(BetweenFactor { is_switchable: true, ..wrong });
         let mut poses = truth.clone();
-        solve_relations(&mut poses, &relations, 30);
+        optimize_poses(&mut poses, &relations, 30);
         for (pose, truth) in poses.iter().zip(&truth) {
             assert!((truth.inverse() * pose).translation_norm() < 0.02);
         }

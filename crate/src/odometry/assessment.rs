@@ -168,7 +168,7 @@ impl Assessment {
         moving_after.map(|iterations| format!("the registration was still moving after {iterations} iterations"))
     }
 
-    /// Adds a reason for doubt from beyond the registration; what is doubtful or lost already keeps its own.
+    /// Makes a good frame doubtful for a reason outside its registration; others keep their status and reason.
     pub fn doubt(&mut self, reason: &str) {
         if self.status == Status::Good {
             self.status = Status::Doubtful;
@@ -181,15 +181,15 @@ impl Assessment {
         self.doubt(&format!("only {} of it lies on the map, and nothing else tells its motion", percent(overlap)));
     }
 
-    /// Good in itself, but the way to it leads over a scan that is not.
-    pub fn hangs_on_a_doubt(&mut self) {
+    /// Makes a good frame doubtful because the chain of registrations that leads to it contains a doubtful one.
+    pub fn mark_dependent_on_doubtful_link(&mut self) {
         self.doubt(
             "it fits the scans before it, but their own position is uncertain: a link of the path to them is doubtful, and no \
              loop confirms it",
         );
     }
 
-    /// One of a few that more frames do not hang together with.
+    /// Makes a frame lost because a larger set of frames agrees without it.
     pub fn mark_outnumbered(&mut self) {
         self.status = Status::Lost;
         "more frames fit each other, but not this one: it shows another place".clone_into(&mut self.reason);
@@ -206,7 +206,7 @@ impl Assessment {
         );
     }
 
-    /// Good in itself, but found by frames before it whose own place is in doubt.
+    /// Makes a good frame doubtful because the pose of the frames it was registered to is uncertain.
     pub fn mark_dependent_on_uncertain_pose(&mut self) {
         self.doubt(
             "it fits the frames before it, but their own position is uncertain, and it overlaps too little with what is known \

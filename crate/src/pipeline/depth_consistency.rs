@@ -32,11 +32,11 @@ impl DepthConsistency {
     ) -> Result<Self> {
         settings.validate()?;
         let known = settings.known_convention();
-        let comparison = Comparison::new(trajectory, num_frames, times, &known, ConsistencyLimits::default())?;
+        let comparison = Comparison::new(trajectory, num_frames, times, known, ConsistencyLimits::default())?;
         Ok(Self { settings, decode_config: None, comparison })
     }
 
-    /// Sets the camera (fx, fy, cx, cy in pixels), as a file beside the images tells it, unless the settings have one.
+    /// Sets the camera (fx, fy, cx, cy in pixels), from a file beside the images, unless the settings have one.
     ///
     /// # Errors
     /// After the first frame.

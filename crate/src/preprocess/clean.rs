@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use crate::geometry::PointCloud;
 use crate::{Error, Result};
 
-/// The ranges (m) between which a return is believed.
+/// The range limits (m) of usable returns.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct RangeLimits {
     /// Nearer returns are dropped: the robot itself, dirt on the window.

@@ -189,7 +189,7 @@ impl LikelihoodGrid {
         rotated
     }
 
-    /// The best pose within `window` around `center`, on a lattice of the grid's cells and of turns that move a point
+    /// The best pose within `window` around `center`, on a grid of the map's cells and of rotations that move a point
     /// 10 m away by one cell. `None` for an empty source.
     pub fn search(&self, source: &[Vector2<f64>], center: &Pose2, window: SearchWindow) -> Option<CorrelativeMatch> {
         self.search_apart(source, center, window, (&[], NOWHERE), (0.0, f64::INFINITY), |_| ())

@@ -64,10 +64,10 @@ impl DegenerateDirection {
     }
 
     /// Standard deviation (m) along it by the information matrix of the registration, were its residuals independent of each
-    /// other. They are not: it tells which frames are constrained better than others, and not how far they are off.
+    /// other. They are not: it ranks frames by how well they are constrained, and is no estimate of their error.
     pub fn sigma(&self, information: &Matrix6<f64>) -> f64 {
         let information = information.fixed_view::<3, 3>(3, 3);
-        // A single wall tells nothing along itself, and rounding may make that less than nothing.
+        // A single wall has no information along itself; rounding may make the eigenvalue negative.
         self.direction.dot(&(information * self.direction)).max(0.0).sqrt().recip()
     }
 }

@@ -123,7 +123,7 @@ pub enum EndReason {
 pub struct Registration<M: RigidMotion> {
     /// Maps source points into the target frame.
     pub T_target_source: M,
-    /// Whether the last step was below both limits. `false` is no error: the history tells whether the loop was cut off
+    /// Whether the last step was below both limits. `false` is no error: the history shows whether the loop was cut off
     /// on its way or went round in a circle.
     pub converged: bool,
     /// Why the loop ended.
@@ -148,7 +148,7 @@ pub struct Registration<M: RigidMotion> {
 /// A pair of points that are known this well (m) is as good as any: what remains is not theirs.
 const CERTAIN_SIGMA: f64 = 3e-3;
 
-/// Residuals are never believed to be smaller than this (m) when the information is computed: a noise-free cloud would
+/// Lower bound of the residuals' standard deviation (m) in the information matrix: a noise-free cloud would
 /// claim to be known without error.
 const MIN_RESIDUAL_SIGMA: f64 = 1e-3;
 

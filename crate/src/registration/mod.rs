@@ -1,7 +1,7 @@
 //! Registration: a source and a target in, `T_target_source` with its evidence out.
 //!
 //! [`align()`] is the entry for two clouds. Inside, [`icp`] is the loop; [`factors`] measure a correspondence, [`target`]
-//! finds it, [`robust_kernel`] weighs it, [`solver`] takes the step. First guesses come from [`correlative`] (plane) and
+//! finds it, [`robust_kernel`] weighs it, [`solver`] takes the step. Initial guesses come from [`correlative`] (plane) and
 //! [`global`] (space); [`projective`] and [`photometric`] register depth and colour images. [`free_space`] and
 //! [`degeneracy`] say whether to believe the result.
 //!

@@ -42,7 +42,7 @@ pub(crate) fn spatial_error(
         .zip(&partners)
         .filter_map(|(frame, partner)| Some((frame.T_world_sensor?, (*partner)?)))
         .collect();
-    let interpreted = interpret(&reference.trajectory, reference.format, &matched, &known);
+    let interpreted = interpret(&reference.trajectory, reference.format, &matched, known);
     let positions = &reference.trajectory.positions;
     let (poses, convention) = match interpreted {
         Some((poses, convention)) => (poses, Some(convention)),

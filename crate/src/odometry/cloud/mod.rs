@@ -1,8 +1,8 @@
-//! The chain of clouds in space: each is registered to the one before it, or to the map of all before it.
+//! Odometry of point clouds in space: each cloud is registered to the previous one, or to the map of all earlier ones.
 //!
-//! Clouds have no grid of a camera: normals come from neighbours, and partners from an index. As with depth images no
-//! motion model is trusted: what starts a registration is chosen by evidence, and global registration helps where that
-//! is doubtful.
+//! Clouds lack the pixel grid of a camera: normals come from neighbours, and correspondences from a k-d tree. No motion
+//! model is trusted: the initial guess is chosen by how well it fits, and global registration is tried where the result is
+//! doubtful. Read [`CloudOdometry::register_frame`] first.
 
 pub mod options;
 pub mod prepared;
@@ -24,40 +24,41 @@ use crate::registration::icp::{IcpOptions, Source};
 use crate::registration::spatial::{SpatialRegistration, register_in_space};
 use crate::registration::target::OrientedTarget;
 
-/// Fewer points make no cloud.
+/// Smallest number of points with normals of a usable cloud.
 const MIN_POINTS: usize = 100;
-/// Points that compare guesses.
+/// Points with which initial guesses are compared, and free space is tested.
 const ROUGH_POINTS: usize = 1000;
-/// Points of two clouds contradict each other beyond so many voxels.
+/// Tolerance of the free-space test, in voxels.
 const FREE_SPACE_TOLERANCE: f64 = 3.0;
-/// On pairs of frames of two rendered floors, up to 30 frames apart, right registrations agree by 0.99 and more, and ones that
-/// are wrong by 15 cm or 5 degrees by less than 0.89.
+/// Measured on pairs of frames, up to 30 apart, of two rendered floors: the agreement of correct registrations is at least
+/// 0.99, and of those wrong by 15 cm or 5 degrees less than 0.89.
 const LIMITS: Limits =
     Limits { lost_overlap: 0.2, doubtful_overlap: 0.4, lost_agreement: 0.85, doubtful_agreement: 0.95, ..Limits::NONE };
-/// Residuals above this share of the distance limit (rms) are doubtful: pairs at random have 0.58 of it.
+/// Root mean square residual, as a share of the distance limit, above which a registration is doubtful: random pairs have
+/// 1 / sqrt(3) = 0.58.
 const DOUBTFUL_RESIDUAL: f64 = 0.45;
-/// A registration whose last step is longer than this share of a voxel was cut off on its way.
+/// Largest translation of the last step of a converged registration, in voxels.
 const MOVING_STEP: f64 = 0.1;
 /// A shift that this share of the pairs measure is constrained, whatever the noise of the normals: in a bare corridor seen by
 /// 16 rings with 2 cm of noise up to 0.01 seem to measure the one along it.
 const WELL_MEASURED_SHARE: f64 = 0.02;
 /// A motion whose turn moves the points this many times as far as its shift is a turn.
 const PURE_TURN: f64 = 3.0;
-/// The map is looked at this much further (m) than the cloud reaches: the sensor has moved.
+/// Margin (m) of the part of the map that is registered to, beyond the cloud's range: the sensor has moved.
 const MAP_MARGIN: f64 = 2.0;
 
-/// Where a cloud was found, and why that is believed or not.
+/// The pose of a cloud, and its assessment.
 pub struct CloudEstimate {
-    /// Pose of the sensor in the frame of the first cloud. Where the cloud is lost, it is that of the last one found.
+    /// Pose of the sensor in the frame of the first cloud. Where the cloud is lost, it is that of the last registered one.
     pub T_world_sensor: Pose3,
-    /// The registration; `None` for the first cloud and for clouds with too few points. It maps into the frame of the last cloud
-    /// found with [`CloudMethod::CloudToCloud`], and into the world otherwise.
+    /// The registration; `None` for the first cloud and for clouds with too few points. It maps into the frame of the last
+    /// registered cloud with [`CloudMethod::CloudToCloud`], and into the world otherwise.
     pub registration: Option<SpatialRegistration>,
     /// Share of the cloud's points that lie on what it was registered to, 0..=1.
     pub overlap: f64,
-    /// Whether global registration started it.
+    /// Whether the initial guess came from global registration.
     pub is_global: bool,
-    /// Whether it is believed.
+    /// Whether the pose is good, doubtful or lost.
     pub assessment: Assessment,
 }
 
@@ -72,10 +73,10 @@ pub struct CloudOdometry {
     global_voxel_size: f64,
 }
 
-/// A cloud on its way, and what it is registered to.
+/// A cloud to register, and its target.
 struct Task<'a> {
     frame: &'a PreparedCloud,
-    /// The last cloud that was found.
+    /// The last registered cloud.
     last: &'a PreparedCloud,
     target: &'a OrientedTarget<3>,
     T_target_last: Pose3,
@@ -99,7 +100,7 @@ impl Candidate {
     }
 
     /// Score by which candidates are compared: overlap, less twice the share of points that contradict free space.
-    fn support(&self) -> f64 {
+    fn score(&self) -> f64 {
         self.overlap() - 2.0 * (1.0 - self.assessment.agreement)
     }
 }
@@ -121,8 +122,8 @@ impl CloudOdometry {
         })
     }
 
-    /// Registers the next cloud, which was prepared with the same options. A cloud that is lost is no part of the map, and the
-    /// clouds after it are looked for from where the last one was found.
+    /// Registers the next cloud, which was prepared with the same options. A lost cloud does not enter
+    /// the map, and the next cloud starts from the last registered pose.
     pub fn register_frame(&mut self, frame: PreparedCloud) -> CloudEstimate {
         let num_points = frame.target().normals().iter().flatten().count();
         if num_points < MIN_POINTS {
@@ -130,7 +131,7 @@ impl CloudOdometry {
         }
         let Some(last) = &self.last else { return self.begin(frame) };
 
-        // What the cloud is registered to, and where that lies in the world.
+        // The target, and its pose.
         let map;
         let (target, T_world_target, T_target_last) = match self.options.method {
             CloudMethod::CloudToCloud => (last.target(), self.T_world_last, Pose3::identity()),
@@ -141,7 +142,7 @@ impl CloudOdometry {
         };
         let task = Task { frame: &frame, last, target, T_target_last };
 
-        // From the last pose and the last motion; by features always, never, or where that is doubtful.
+        // From the last pose and the last motion; by features always, never, or where the result is doubtful.
         let candidate = match self.options.global_registration {
             GlobalRegistrationUse::Never => Ok(self.register_nearby(&task)),
             GlobalRegistrationUse::Always => self.register_by_features(&task),
@@ -157,7 +158,7 @@ impl CloudOdometry {
         }
     }
 
-    /// The first cloud: the world is its frame.
+    /// The first cloud defines the world frame.
     fn begin(&mut self, frame: PreparedCloud) -> CloudEstimate {
         self.global_voxel_size = self.options.global_voxel_size(frame.cloud());
         self.keep(frame, true);
@@ -170,7 +171,7 @@ impl CloudOdometry {
         }
     }
 
-    /// As much of the map as the cloud may show.
+    /// The part of the map within the cloud's range.
     fn map_around(&self, frame: &PreparedCloud) -> OrientedTarget<3> {
         let range = frame.target().points().iter().map(Vector3::norm_squared).fold(0.0, f64::max).sqrt();
         let margin = MAP_MARGIN + self.options.max_correspondence_distance;
@@ -182,7 +183,7 @@ impl CloudOdometry {
         self.register(task, self.nearby_guess(task, slice::from_ref(&self.options.stages().0)))
     }
 
-    /// From the motion that features of this cloud and the last one tell, without a guess.
+    /// Starts from the motion that global registration to the last cloud finds.
     fn register_by_features(&self, task: &Task<'_>) -> std::result::Result<Candidate, String> {
         let guess = self.features_guess(task).map_err(|error| error.problem)?;
         Ok(Candidate { is_global: true, ..self.register(task, guess) })
@@ -203,7 +204,7 @@ impl CloudOdometry {
             let Some(guess) = guess() else { continue };
             let rough = Candidate { is_global, ..self.register_sample(task, guess) };
             let is_good = rough.assessment.status == Status::Good;
-            if best.as_ref().is_none_or(|best| rough.support() > best.support()) {
+            if best.as_ref().is_none_or(|best| rough.score() > best.score()) {
                 best = Some(rough);
             }
             if is_good {
@@ -214,7 +215,7 @@ impl CloudOdometry {
             let guess = rough.registration.T_target_source;
             Candidate { is_global: rough.is_global, ..self.register(task, guess) }
         };
-        let is_better = |other: &Candidate| other.is_sound() && other.support() > nearby.support();
+        let is_better = |other: &Candidate| other.is_sound() && other.score() > nearby.score();
         best.map(whole).filter(is_better).unwrap_or(nearby)
     }
 
@@ -258,7 +259,7 @@ impl CloudOdometry {
         Ok(task.T_target_last * self.options.motion.nearest(&found.consensus.T_target_source))
     }
 
-    /// The free-space test of some points of each cloud against the other.
+    /// Free-space test of a sample of the points of each cloud against the other.
     fn free_space(&self, frame: &PreparedCloud, last: &PreparedCloud, T_last_frame: &Pose3) -> FreeSpaceTally {
         let viewpoint = Vector3::from(self.options.viewpoint.to_array());
         let tolerance = FREE_SPACE_TOLERANCE * self.options.voxel_size;
@@ -283,7 +284,7 @@ impl CloudOdometry {
             moving_after: None,
         };
         if !self.options.robust {
-            // A course's pairs lie within a fraction of a voxel: few have a partner, and none is weighed.
+            // Course pipelines take pairs within a fraction of a voxel: few points have a correspondence.
             return Assessment::of(&evidence, &Limits { min_pairs: MIN_POINTS, ..Limits::NONE });
         }
         let is_moving = last.translation_step > MOVING_STEP * self.options.voxel_size;
@@ -310,7 +311,7 @@ impl CloudOdometry {
             && DegenerateDirection::of(&registration.correspondences, tolerance).is_some()
     }
 
-    /// Makes a cloud the last one that was found, and part of the map where nothing contradicts it.
+    /// Makes a cloud the last registered one, and adds it to the map unless free space contradicts it.
     fn accept(&mut self, frame: PreparedCloud, candidate: Candidate, T_world_target: &Pose3) -> CloudEstimate {
         let overlap = candidate.overlap();
         let Candidate { registration, is_global, assessment } = candidate;
@@ -321,7 +322,7 @@ impl CloudOdometry {
         CloudEstimate { T_world_sensor, registration: Some(registration), overlap, is_global, assessment }
     }
 
-    /// The next cloud is compared with this one, and where it is uncontradicted registered to a map with it.
+    /// Keeps the cloud as the reference of the next one, and inserts it into the map where it is uncontradicted.
     fn keep(&mut self, frame: PreparedCloud, is_uncontradicted: bool) {
         if is_uncontradicted && self.options.method == CloudMethod::CloudMap {
             self.map.insert(frame.target().points(), frame.target().normals(), &self.T_world_last);

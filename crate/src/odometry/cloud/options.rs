@@ -1,4 +1,4 @@
-//! What can be chosen of the odometry of clouds.
+//! Options of the odometry of clouds.
 
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
@@ -24,15 +24,15 @@ pub enum CloudMethod {
     CloudToCloud,
 }
 
-/// When clouds are registered without a guess, by their features.
+/// When clouds are registered globally: by their features, without an initial guess.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 #[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
 pub enum GlobalRegistrationUse {
-    /// Where the registration from the last pose and the last motion is doubtful.
+    /// Where the registration from the last pose and the last motion is not good.
     #[default]
     WhenDoubtful,
-    /// Every cloud, and nothing else starts a registration.
+    /// For every cloud; no other initial guess is tried.
     Always,
     /// Never.
     Never,
@@ -43,36 +43,36 @@ pub enum GlobalRegistrationUse {
 pub struct CloudOptions {
     /// What a cloud is registered to.
     pub method: CloudMethod,
-    /// What a correspondence measures.
+    /// Residual of a correspondence.
     pub metric: SpatialMetric,
-    /// How the sensor moves. Where it is planar, the first cloud's y axis stands upright on the floor.
+    /// Degrees of freedom of the sensor. Where it moves in a plane, the y axis of the first cloud is normal to it.
     pub motion: Motion,
-    /// When clouds are registered without a guess.
+    /// When clouds are registered globally.
     pub global_registration: GlobalRegistrationUse,
-    /// How they then are.
+    /// Method of the global registration.
     pub global_method: GlobalMethod,
-    /// Clouds are thinned to one point, the mean, in a cube of this side (m).
+    /// Side (m) of the voxels to which clouds are downsampled, one mean point each.
     pub voxel_size: f64,
-    /// Pairs further apart are no correspondences (m), in the last stage.
+    /// Largest distance of corresponding points (m) in the last stage.
     pub max_correspondence_distance: f64,
-    /// Where the sensor stands in its own frame (m): normals are turned towards it.
+    /// Position of the sensor in its own frame (m): normals are oriented towards it.
     pub viewpoint: DVec3,
-    /// Neighbours that make a normal.
+    /// Neighbours from which a normal is estimated.
     pub normals: Neighbourhood,
-    /// Whether a wide search precedes the last stage, pairs lose weight by their residual, and pairs whose normals differ
-    /// are rejected; the plain loop of a course has none of these.
+    /// Whether a stage with a larger distance precedes the last one, a robust kernel weights the pairs, and pairs whose
+    /// normals differ are rejected. Course pipelines have none of these.
     pub robust: bool,
 }
 
-/// Voxels within which a normal and a feature are looked for, and pairs for, where courses set no other.
+/// Radii of the neighbourhoods of normals and features, and correspondence distances (voxels).
 const COURSE_NORMAL_RADIUS: f64 = 2.0;
 const FEATURE_RADIUS: f64 = 5.0;
 pub(super) const GLOBAL_DISTANCE: f64 = 1.5;
 const COURSE_DISTANCE: f64 = 0.4;
 const DEFAULT_DISTANCE: f64 = 3.0;
-/// Of the random samples: any is as good as another, but the same clouds must give the same motions.
+/// Constant seed of RANSAC: the same clouds give the same motions.
 const COURSE_SEED: u64 = 1;
-/// Neighbours of a feature.
+/// Largest number of neighbours of a feature.
 const FEATURE_NEIGHBORS: usize = 100;
 
 impl Default for CloudOptions {
@@ -83,7 +83,7 @@ impl Default for CloudOptions {
 }
 
 impl CloudOptions {
-    /// What works for most clouds, with voxels of this side (m): 0.05 for rooms, 0.25 for streets.
+    /// Defaults with voxels of this side (m): 0.05 for rooms, 0.25 for streets.
     pub fn new(voxel_size: f64) -> Self {
         Self {
             method: CloudMethod::CloudMap,
@@ -99,9 +99,9 @@ impl CloudOptions {
         }
     }
 
-    /// The pipeline that courses teach with Open3D: normals from 30 neighbours within two voxels, features from 100 within five,
-    /// random samples of three matches, then point-to-plane from there, with pairs within 0.4 voxels; each cloud to the
-    /// one before it.
+    /// The pipeline taught in courses with Open3D: normals from 30 neighbours within two voxels, FPFH from 100 within five,
+    /// RANSAC with three matches, then point-to-plane ICP with correspondences within 0.4 voxels; each cloud to the
+    /// previous one.
     pub fn course(voxel_size: f64) -> Self {
         Self {
             method: CloudMethod::CloudToCloud,
@@ -147,11 +147,11 @@ impl CloudOptions {
     pub(super) fn check(&self) -> Result<()> {
         let positive = |value: f64| value > 0.0 && value.is_finite();
         if !positive(self.voxel_size) {
-            let problem = format!("A voxel of {} m is none", self.voxel_size);
+            let problem = format!("voxel_size is {} m", self.voxel_size);
             return Err(Error::whole(problem, "Give a positive voxel_size"));
         }
         if !positive(self.max_correspondence_distance) {
-            let problem = format!("Pairs within {} m are none", self.max_correspondence_distance);
+            let problem = format!("max_correspondence_distance is {} m", self.max_correspondence_distance);
             return Err(Error::whole(problem, "Give a positive max_correspondence_distance"));
         }
         if !self.viewpoint.is_finite() {
@@ -187,5 +187,5 @@ fn robust_stage(distance: f64, width: f64, criteria: Criteria) -> IcpOptions {
 /// Pairs are looked for within so many voxels, one stage after the other, where a motion is far from its prediction. By
 /// default a voxel is a fortieth of the median range: the widest is half of it.
 const WIDE_DISTANCES: [f64; 3] = [20.0, 10.0, 6.0];
-/// Pairs whose normals differ by more (rad) lie on different surfaces.
+/// Largest angle (rad) between the normals of corresponding points.
 const MAX_NORMAL_ANGLE: f64 = 0.8;

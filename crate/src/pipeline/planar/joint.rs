@@ -43,8 +43,8 @@ impl Joint {
         };
         let poses: Vec<Pose2> = frames.iter().map(|&frame| poses[frame]).collect();
         let edges = graph.edges(&poses, settings.matched_scans);
-        let known = graph.known_motions(&poses);
-        Self { frames, targets, registration: PoseGraph::new(poses, edges).with_known_motions(known) }
+        let known = graph.odometry_factors(&poses);
+        Self { frames, targets, registration: PoseGraph::new(poses, edges).with_odometry_factors(known) }
     }
 
     /// Matches a few more edges, and takes a step when all are matched.

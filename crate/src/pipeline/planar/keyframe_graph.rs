@@ -6,9 +6,9 @@ use std::rc::Rc;
 use nalgebra::{Matrix3, Vector2, Vector3};
 
 use crate::geometry::{Pose2, RigidMotion};
-use crate::graph::joint_scan_registration::{Edge, KnownMotion, edges_between};
+use crate::graph::joint_scan_registration::{Edge, OdometryFactor, edges_between};
 use crate::graph::loops::planar::{ChainLink, LoopClosure};
-use crate::graph::pose_graph::{PlanarRelation, PoseRelation};
+use crate::graph::pose_graph::{BetweenFactor, PlanarFactor};
 use crate::odometry::planar::information::{chained, seen_from, softened_covariance};
 use crate::odometry::planar::{FrameEstimate, Link, MeasuredMotion, REGISTRATION_SIGMA, SURE_MOTION};
 use crate::preprocess::planar_scan::PlanarScan;
@@ -97,7 +97,7 @@ impl KeyframeGraph {
                 let relations =
                     Relations::between(before, frame, (estimate, &informations[frame]), poses, motions, is_start);
                 let node = nodes.len();
-                chain.extend(relations.all.into_iter().map(|r| PoseRelation { from: node - 1, to: node, ..r }));
+                chain.extend(relations.all.into_iter().map(|r| BetweenFactor { from: node - 1, to: node, ..r }));
                 doubt.push(relations.doubt);
             } else {
                 doubt.push(None);
@@ -197,12 +197,12 @@ impl KeyframeGraph {
     }
 
     /// What the chain and the loops tell of the motions between keyframes at these poses, as far as it fits.
-    pub fn known_motions(&self, of_nodes: &[Pose2]) -> Vec<KnownMotion<Pose2>> {
+    pub fn odometry_factors(&self, of_nodes: &[Pose2]) -> Vec<OdometryFactor<Pose2>> {
         let relations = self.closure.relations();
         let known = relations.iter().map(|relation| {
             let weight = relation.weight(relation.squared_distance(of_nodes)) * MATCH_SIGMA * MATCH_SIGMA;
-            let PoseRelation { from, to, T_from_to, information, .. } = *relation;
-            KnownMotion { from, to, T_from_to, information: information * weight }
+            let BetweenFactor { from, to, T_from_to, information, .. } = *relation;
+            OdometryFactor { from, to, T_from_to, information: information * weight }
         });
         known.collect()
     }
@@ -264,7 +264,7 @@ impl KeyframeGraph {
 
 /// The relations between two keyframes that follow each other, and what they leave open together.
 struct Relations {
-    all: Vec<PlanarRelation>,
+    all: Vec<PlanarFactor>,
     /// Variances of heading and position; `None` where nothing certain ties the two.
     doubt: Option<(f64, f64)>,
 }
@@ -278,7 +278,7 @@ impl Relations {
         motions: &[Option<MeasuredMotion>],
         is_start: bool,
     ) -> Self {
-        let relation = |T_from_to: Pose2, covariance: &Matrix3<f64>, is_switchable| PoseRelation {
+        let relation = |T_from_to: Pose2, covariance: &Matrix3<f64>, is_switchable| BetweenFactor {
             from: 0,
             to: 0,
             T_from_to,

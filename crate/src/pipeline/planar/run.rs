@@ -191,7 +191,7 @@ impl Run {
         graph.place(&graph.closure.solved_poses(), &mut self.poses);
         self.pieces = graph.pieces();
         for frame in graph.in_small_pieces(&self.pieces) {
-            self.estimates[frame].assessment.hangs_on_a_doubt();
+            self.estimates[frame].assessment.mark_dependent_on_doubtful_link();
         }
         self.stage = Stage::Joint;
     }

@@ -190,7 +190,7 @@ impl SpatialSettings {
     }
 
     /// The options of the odometry of clouds, once nothing is left open.
-    pub(crate) fn cloud_options(&self) -> CloudOptions {
+    pub fn cloud_options(&self) -> CloudOptions {
         let base = match self.method {
             Method::Course => CloudOptions::course(self.voxel_size),
             _ => CloudOptions::new(self.voxel_size),

@@ -11,7 +11,7 @@ use std::rc::Rc;
 use nalgebra::{Matrix2, Matrix3};
 
 use crate::geometry::{Pose2, RigidMotion};
-use crate::graph::pose_graph::{PlanarRelation, PoseRelation, solve_relations};
+use crate::graph::pose_graph::{BetweenFactor, PlanarFactor, optimize_poses};
 use crate::odometry::planar::information::{chained, position_covariance};
 use crate::preprocess::planar_scan::PlanarScan;
 use crate::registration::correlative::SearchWindow;
@@ -98,7 +98,7 @@ impl Pair {
 /// A loop of the graph.
 struct Loop {
     candidate: Candidate,
-    relation: PlanarRelation,
+    relation: PlanarFactor,
 }
 
 /// The search for loops.
@@ -106,7 +106,7 @@ pub struct LoopClosure {
     keyframes: Vec<Keyframe>,
     links: Vec<ChainLink>,
     /// Between keyframes that follow each other.
-    chain: Vec<PlanarRelation>,
+    chain: Vec<PlanarFactor>,
     /// Pose of each keyframe, as the graph has it now.
     poses: Vec<Pose2>,
     submaps: Vec<Submap>,
@@ -126,10 +126,10 @@ pub struct LoopClosure {
 
 impl LoopClosure {
     /// Joins the links of a chain to submaps. `chain` relates keyframes that follow each other.
-    pub fn new(links: Vec<ChainLink>, chain: Vec<PlanarRelation>) -> Self {
+    pub fn new(links: Vec<ChainLink>, chain: Vec<PlanarFactor>) -> Self {
         let keyframes: Vec<Keyframe> = links.iter().map(|link| Keyframe::new(Rc::clone(&link.scan))).collect();
         let mut poses: Vec<Pose2> = links.iter().map(|link| link.T_world_sensor).collect();
-        solve_relations(&mut poses, &chain, STEPS);
+        optimize_poses(&mut poses, &chain, STEPS);
         let mut submaps = Vec::new();
         let (mut start, mut driven) = (0, 0.0);
         for index in 1..=links.len() {
@@ -185,7 +185,7 @@ impl LoopClosure {
     }
 
     /// The chain's relations, and the loops between anchors.
-    pub fn relations(&self) -> Vec<PlanarRelation> {
+    pub fn relations(&self) -> Vec<PlanarFactor> {
         self.chain.iter().chain(self.loops.iter().map(|closed| &closed.relation)).copied().collect()
     }
 
@@ -220,7 +220,7 @@ impl LoopClosure {
     }
 
     /// The graph between anchors: the chain summed up, and the loops.
-    fn anchor_relations(&self) -> Vec<PlanarRelation> {
+    fn anchor_relations(&self) -> Vec<PlanarFactor> {
         let mut informations = vec![Matrix3::zeros(); self.keyframes.len()];
         for relation in &self.chain {
             informations[relation.to] += relation.information * relation.weight(relation.squared_distance(&self.poses));
@@ -236,7 +236,7 @@ impl LoopClosure {
                 T *= step;
             }
             let information = covariance.try_inverse().unwrap_or_else(Matrix3::zeros);
-            relations.push(PoseRelation {
+            relations.push(BetweenFactor {
                 from: index,
                 to: index + 1,
                 T_from_to: T,
@@ -244,7 +244,7 @@ impl LoopClosure {
                 is_switchable: false,
             });
         }
-        relations.extend(self.loops.iter().map(|closed| PoseRelation {
+        relations.extend(self.loops.iter().map(|closed| BetweenFactor {
             from: closed.candidate.target,
             to: closed.candidate.source,
             ..closed.relation
@@ -375,7 +375,7 @@ impl LoopClosure {
     }
 
     fn enter(&mut self, candidate: Candidate) {
-        let relation = PoseRelation {
+        let relation = BetweenFactor {
             from: self.submaps[candidate.target].anchor,
             to: self.submaps[candidate.source].anchor,
             T_from_to: candidate.found.T_target_source,
@@ -393,10 +393,10 @@ impl LoopClosure {
         for relation in &mut relations[self.chain.len() + num_old..] {
             relation.is_switchable = false;
         }
-        solve_relations(&mut self.poses, &relations, STEPS);
+        optimize_poses(&mut self.poses, &relations, STEPS);
         loop {
             let relations = self.relations();
-            solve_relations(&mut self.poses, &relations, STEPS);
+            optimize_poses(&mut self.poses, &relations, STEPS);
             let poses = &self.poses;
             let before = self.loops.len();
             self.loops.retain(|closed| closed.relation.weight(closed.relation.squared_distance(poses)) > FITTING);

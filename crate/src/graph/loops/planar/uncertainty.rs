@@ -3,7 +3,7 @@
 use nalgebra::{Matrix3, Vector3};
 
 use crate::geometry::{Pose2, RigidMotion};
-use crate::graph::pose_graph::PlanarRelation;
+use crate::graph::pose_graph::PlanarFactor;
 use crate::graph::sparse::{BlockCholesky, BlockMatrix};
 
 /// The covariances of poses in the graph of anchors, one row of blocks at a time.
@@ -15,7 +15,7 @@ pub struct RelativeCovariances {
 
 impl RelativeCovariances {
     /// Of all pairs. `None` where the relations leave a pose open altogether.
-    pub fn new(poses: &[Pose2], relations: &[PlanarRelation]) -> Option<Self> {
+    pub fn new(poses: &[Pose2], relations: &[PlanarFactor]) -> Option<Self> {
         let num_variables = poses.len().checked_sub(1)?;
         let mut H = BlockMatrix::<Matrix3<f64>>::new(num_variables);
         for relation in relations {

@@ -19,7 +19,7 @@ use self::nodes::{MAX_SUBMAP_FRAMES, Node, Nodes};
 use self::stored_surfaces::StoredSurfaces;
 use self::submap::{FrameSurfaces, Search, SubmapRegistration};
 use crate::geometry::{Pose3, RigidMotion};
-use crate::graph::pose_graph::{PoseRelation, SpatialRelation, solve_relations};
+use crate::graph::pose_graph::{BetweenFactor, SpatialFactor, optimize_poses};
 use crate::map::keyframes::apart;
 use crate::odometry::depth::SpatialEstimate;
 use crate::registration::prepared_surfels::PreparedSurfels;
@@ -77,9 +77,9 @@ impl LoopReport {
 pub struct SpatialLoops {
     nodes: Nodes,
     /// The relation of each node to the next one.
-    chain: Vec<SpatialRelation>,
+    chain: Vec<SpatialFactor>,
     /// The relations of loops.
-    loops: Vec<SpatialRelation>,
+    loops: Vec<SpatialFactor>,
     /// Node of the last detection.
     last_detection: usize,
     /// The gap found by the last detection in the place that is being revisited (a motion of the world); a second detection
@@ -181,7 +181,7 @@ impl SpatialLoops {
             };
             self.compare_with_recent(node, &(T_visit_world.inverse() * found.T_submap_camera));
             let found = relation(visit, node, found.T_submap_camera, &found.information, SUBMAP_SIGMA);
-            self.loops.push(PoseRelation { is_switchable: true, ..found });
+            self.loops.push(BetweenFactor { is_switchable: true, ..found });
         }
     }
 
@@ -231,11 +231,11 @@ impl SpatialLoops {
 
     /// The solution of the pose graph.
     fn solve(&self, mut poses: Vec<Pose3>) -> Vec<Pose3> {
-        let fixed = self.loops.iter().map(|found| PoseRelation { is_switchable: false, ..*found });
-        let relations: Vec<SpatialRelation> = self.chain.iter().copied().chain(fixed).collect();
-        solve_relations(&mut poses, &relations, SOLVER_ITERATIONS);
-        let relations: Vec<SpatialRelation> = self.chain.iter().chain(&self.loops).copied().collect();
-        solve_relations(&mut poses, &relations, SOLVER_ITERATIONS);
+        let fixed = self.loops.iter().map(|found| BetweenFactor { is_switchable: false, ..*found });
+        let relations: Vec<SpatialFactor> = self.chain.iter().copied().chain(fixed).collect();
+        optimize_poses(&mut poses, &relations, SOLVER_ITERATIONS);
+        let relations: Vec<SpatialFactor> = self.chain.iter().chain(&self.loops).copied().collect();
+        optimize_poses(&mut poses, &relations, SOLVER_ITERATIONS);
         poses
     }
 
@@ -278,7 +278,7 @@ fn relation(
     T_from_to: Pose3,
     information: &Matrix6<f64>,
     min_sigma: (f64, f64),
-) -> SpatialRelation {
+) -> SpatialFactor {
     let diagonal = |(rotation, translation): (f64, f64), power: i32| {
         let of = |sigma: f64| sigma.powi(power);
         let (r, t) = (of(rotation), of(translation));
@@ -287,5 +287,5 @@ fn relation(
     let unknown = || diagonal(UNKNOWN_SIGMA, -2);
     let covariance = (information + unknown()).try_inverse().unwrap_or_else(|| diagonal(UNKNOWN_SIGMA, 2));
     let information = (covariance + diagonal(min_sigma, 2)).try_inverse().unwrap_or_else(unknown);
-    PoseRelation { from, to, T_from_to, information, is_switchable: false }
+    BetweenFactor { from, to, T_from_to, information, is_switchable: false }
 }
