@@ -1,5 +1,6 @@
 // @ts-check
 /** The gallery of the ICP lab: small scenes with one thing to see each, made by code. The tests measure their answers. */
+import { lookUp } from '../look_up.js';
 import { circle, numbers, normalNumbers, poseIn, scan, walls } from './scene_worlds.js';
 
 /** @typedef {import('../index.js').LabScene} LabScene */
@@ -178,7 +179,7 @@ export function lab_scenes() {
 
 /** @type {typeof import('../index.js').lab_scene} */
 export function lab_scene(name) {
-  const make = SCENES[name];
+  const make = lookUp(SCENES, name);
   if (!make) throw new RangeError(`There is no scene "${name}". There are: ${lab_scenes().join(', ')}`);
   return { name, ...make() };
 }

@@ -285,8 +285,7 @@ mod tests {
 
     fn compared(trajectory: Trajectory, times: Option<&[f64]>) -> ConsistencyReport {
         let (known, limits) = (KnownConvention::default(), ConsistencyLimits::default());
-        let mut consistency =
-            DepthConsistency::new(&contents(trajectory), PLACES.len(), times, known, limits).unwrap();
+        let mut consistency = DepthConsistency::new(&contents(trajectory), PLACES.len(), times, known, limits).unwrap();
         for (x, z) in PLACES {
             consistency.add(Some(view(x, z)));
         }

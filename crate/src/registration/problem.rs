@@ -45,7 +45,7 @@ pub struct Iteration<M: RigidMotion> {
     pub equations: NormalEquations<M>,
     /// What the loop applies after the pose; `None` where the pairs fix nothing.
     pub step: Option<M>,
-    /// The [`cost`] of the pose (m^2).
+    /// The cost of the pose (m^2).
     pub cost: f64,
 }
 
@@ -58,7 +58,7 @@ pub trait IcpProblem<M: RigidMotion> {
     fn register(&self, init_T_target_source: M) -> Registration<M>;
     /// The one iteration that the loop would do next at this pose.
     fn iteration(&self, T_target_source: &M) -> Iteration<M>;
-    /// The [`cost`] of each of these poses, the pairs being searched anew at each.
+    /// The cost of each of these poses, the pairs being searched anew at each.
     fn costs(&self, poses: &mut dyn Iterator<Item = M>) -> Vec<f64>;
     /// The same for poses of one rotation, `rotation` (without translation), and these translations (m), where something else finds
     /// the partners: `find` is called with each source point, rotated, and tells them for all translations.

@@ -3,7 +3,7 @@ import type { GivenCloud, GivenClouds } from '../components/given-clouds.js';
 import type { MenuItem } from '../components/menu.js';
 import type { NamedFile } from '../datasets/gather.js';
 import { fetchDataset, fetchSample } from '../datasets/remote.js';
-import { LAB_SCENES, lab_scene } from '../../../npm/lab/scenes.js';
+import { lab_scene, lab_scenes } from '../../../npm/lab/scenes.js';
 import type { Options } from './protocol.js';
 import { compareNaturally } from '../../../npm/natural_order.js';
 
@@ -63,14 +63,14 @@ export async function addressedClouds(src: string): Promise<GivenClouds> {
 }
 
 /** Scenes by which a course shows one thing each. */
-export const SCENE_ITEMS: readonly MenuItem[] = LAB_SCENES.map((name) => {
+export const SCENE_ITEMS: readonly MenuItem[] = lab_scenes().map((name) => {
   const { title, question } = lab_scene(name);
   return { id: name, label: title, detail: question };
 });
 
 /** A scene of the gallery as clouds to open; null where there is none of this name. */
 export function sceneClouds(name: string): OpenedScene | null {
-  if (!LAB_SCENES.includes(name)) return null;
+  if (!lab_scenes().includes(name)) return null;
   const scene = lab_scene(name);
   const cloud = (role: 'source' | 'target'): GivenCloud => ({
     name: role,

@@ -26,7 +26,7 @@ use run::Run;
 
 /// A reconstruction of planar scans.
 ///
-/// Add scans, call [`step`](Self::step) until it says [`Stage::Done`], ask for the [`result`](Self::result) at any time.
+/// Add scans, call [`step`](Self::step) until it says [`Stage::Done`](crate::pipeline::report::Stage::Done), ask for the [`result`](Self::result) at any time.
 pub struct Reconstruction {
     settings: Settings,
     names: Vec<String>,
