@@ -154,7 +154,7 @@ fn many_frames_do_not_wear_the_poses_out() {
         let T = frame.T_world_sensor;
         let norm = (T.qx * T.qx + T.qy * T.qy + T.qz * T.qz + T.qw * T.qw).sqrt();
         assert!((norm - 1.0).abs() < 1e-12, "{}: {norm}", frame.name);
-        assert_eq!(frame.status, Status::Good, "{}", frame.name);
+        assert_eq!(frame.status, Status::Good, "{}: {}", frame.name, frame.reason);
     }
     let errors = result.comparison.as_ref().unwrap();
     assert!(errors.ape_mean < 0.2, "{}", errors.ape_mean);

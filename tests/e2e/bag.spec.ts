@@ -100,7 +100,7 @@ test('what is wrong with a bag is told beside what was made of it', async ({ spa
   const { result } = await spatial.stitched();
   expect(result.frames).toHaveLength(4);
   await expect(spatial.messages).toContainText(/cut off or damaged at byte \d+/i);
-  await expect(spatial.messages).toContainText('No CameraInfo tells the focal length');
+  await expect(spatial.messages).toContainText('No CameraInfo gives the focal length');
 });
 
 test('a bag with nothing to use says what is in it', async ({ spatial, page }) => {
@@ -119,8 +119,8 @@ test('a bag with nothing to use says what is in it', async ({ spatial, page }) =
   await expect(page.getByRole('region', { name: 'Topics of the bag' })).toContainText(
     'No topic of this bag can be used',
   );
-  await spatial.drop([{ name: 'old.bag', content: '#ROSBAG V2.0\n'.padEnd(99) }]);
-  await expect(spatial.messages).toContainText('This is a bag of ROS 1');
+  await spatial.drop([{ name: 'old.bag', content: '#ROSBAG V1.2\n'.padEnd(99) }]);
+  await expect(spatial.messages).toContainText('This bag is of the version V1.2');
 });
 
 test('the first load fetches nothing of bags', async ({ spatial, page }) => {

@@ -74,7 +74,9 @@ test('three crashes with nothing computed in between end it', async ({ page }) =
   await app.open();
   for (let i = 0; i < 3; i++) {
     await crash(page, /planar-worker/);
-    await expect(app.messages.getByRole('listitem')).toHaveCount(i + 1);
+    // The first two say the same and are one row.
+    const said = [/crash/, /2 times/, /crashed 3 times/][i] ?? '';
+    await expect(app.messages).toContainText(said);
   }
   await expect(app.messages).toContainText('The engine crashed 3 times and is not started again');
   expect(page.workers().filter((worker) => /planar-worker/.test(worker.url()))).toHaveLength(0);

@@ -61,7 +61,7 @@ test('settings in space are kept in the address, and a link carries them to the 
   const settings = result.settings as unknown as Record<string, unknown>;
   expect([settings.map_voxel_size, settings.color, settings.metric]).toEqual([0.05, 'not_used', 'point_to_plane']);
 
-  await page.locator('scanstitch-spatial').getByLabel('Search', { exact: true }).selectOption('quick');
+  await page.locator('scanstitch-spatial').getByLabel('Search effort', { exact: true }).selectOption('quick');
   await app.stitched();
   const link = new URL(page.url()).hash;
   expect(new URLSearchParams(link.slice(1)).get('effort')).toBe('quick');

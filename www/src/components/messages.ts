@@ -138,10 +138,12 @@ function renderRow(group: readonly Message[]): TemplateResult | typeof nothing {
     ${
       group.length === 1
         ? heading(first)
-        : html`<details>
-            <summary>${plural(group.length, 'file')}</summary>
-            ${group.map(heading)}
-          </details>`
+        : first.file === ''
+          ? html`<strong>${group.length} times</strong>`
+          : html`<details>
+              <summary>${plural(group.length, 'file')}</summary>
+              ${group.map(heading)}
+            </details>`
     }
     <span>${sentence(text)}</span>
     ${remedy ? html`<span class="remedy">${sentence(remedy)}</span>` : nothing}

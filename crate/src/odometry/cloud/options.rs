@@ -62,6 +62,9 @@ pub struct CloudOptions {
     /// Whether a stage with a larger distance precedes the last one, a robust kernel weights the pairs, and pairs whose
     /// normals differ are rejected. Course pipelines have none of these.
     pub robust: bool,
+    /// Whether points whose neighbours do not clearly lie in a plane have no normal: the rings of a spinning laser need it, a
+    /// depth image does not.
+    pub clear_normals: bool,
 }
 
 /// Radii of the neighbourhoods of normals and features, and correspondence distances (voxels).
@@ -96,6 +99,7 @@ impl CloudOptions {
             viewpoint: DVec3::ZERO,
             normals: Neighbourhood { max_neighbors: 20, radius: f64::INFINITY },
             robust: true,
+            clear_normals: true,
         }
     }
 
@@ -110,6 +114,7 @@ impl CloudOptions {
             max_correspondence_distance: COURSE_DISTANCE * voxel_size,
             normals: Neighbourhood { max_neighbors: 30, radius: COURSE_NORMAL_RADIUS * voxel_size },
             robust: false,
+            clear_normals: false,
             ..Self::new(voxel_size)
         }
     }

@@ -42,7 +42,7 @@ impl PreparedCloud {
             voxel_downsample_from(cloud, options.voxel_size, corner)?
         };
         let tree = KdTree::build(bytemuck::cast_slice(&cloud.positions));
-        let estimate = if options.robust { estimate_clear_normals } else { estimate_normals };
+        let estimate = if options.clear_normals { estimate_clear_normals } else { estimate_normals };
         let normals = estimate(&cloud.positions, &tree, options.normals, options.viewpoint);
         let single = |normal: &Option<Vector3<f64>>| {
             normal.map_or(glam::Vec3::NAN, |n| DVec3::from(<[f64; 3]>::from(n)).as_vec3())

@@ -11,7 +11,7 @@ use crate::camera::{Brightness, ColorImage, DepthImage, DepthScale, Pinhole, Sur
 use crate::error::{Error, Result};
 use crate::geometry::PointCloud;
 use crate::io::{color_image, depth_png, point_cloud};
-use crate::odometry::cloud::PreparedCloud;
+use crate::odometry::cloud::{CloudOptions, PreparedCloud};
 use crate::pipeline::spatial_settings::{ColorUse, Method, Quantisation, SpatialSettings};
 use crate::preprocess::depth_cloud::depth_cloud;
 use crate::preprocess::depth_noise::estimate_depth_noise;
@@ -274,7 +274,8 @@ impl PreparedFrame {
             let is_course = decode_config.settings.method == Method::Course;
             let taken = if is_course { vec![true; image.values.len()] } else { usable };
             let cloud = depth_cloud(&image, &taken, camera, &model, None);
-            Surfaces::Cloud(PreparedCloud::new(&cloud, &decode_config.settings.cloud_options())?.cloud().clone())
+            let options = CloudOptions { clear_normals: false, ..decode_config.settings.cloud_options() };
+            Surfaces::Cloud(PreparedCloud::new(&cloud, &options)?.cloud().clone())
         };
         Ok(Self { label, surfaces, map_points, notes })
     }
