@@ -90,6 +90,7 @@ function activityBox(words: string, progress: number | null, action: string, act
 const TOOLS: readonly { id: string; label: string }[] = [
   { id: 'apartment', label: 'Depth images' },
   { id: 'view:evaluation', label: 'Evaluate' },
+  { id: 'view:icp', label: 'ICP lab' },
   { id: 'view:bev', label: "Bird's-eye view" },
   { id: 'view:strategies', label: 'Strategies' },
 ];

@@ -270,7 +270,7 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession>
         label: 'No scans yet',
         about:
           'Scanstitch registers them and shows the path of the sensor and the map. Files, a folder, a zip or a ROS bag: ' +
-          'planar scans as numbered PLY files or as a log (CARMEN, CSM), depth images with or without colour, clouds as ' +
+          'planar scans as numbered PLY files or as a log, depth images with or without colour, clouds as ' +
           'PLY or PCD. Add a ground truth trajectory to see the error.',
         choices: [
           { id: 'files', label: 'Choose files' },
