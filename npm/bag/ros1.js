@@ -87,6 +87,9 @@ class Ros1File {
       topics.set(key, known);
     }
     for (const { messages } of topics.values()) messages.sort();
+    const strays = [...this.#messages].filter(([id]) => !this.#connections.has(id));
+    const count = strays.reduce((sum, [, { length }]) => sum + length, 0);
+    if (count > 0) this.notes.push(lost(this.#name, `${count} messages belong to no topic and are left out`));
     return [...topics.values()];
   }
 
@@ -209,7 +212,7 @@ class Ros1File {
     this.#connections.set(connection.id, connection);
   }
 
-  /** @param {number} id of a connection; those that nobody defined make no topic */
+  /** @param {number} id of a connection */
   #messagesOf(id) {
     const known = this.#messages.get(id) ?? new MessageIndex();
     this.#messages.set(id, known);

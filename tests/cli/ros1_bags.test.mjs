@@ -121,6 +121,30 @@ test('a bag that was not closed is read from its beginning', async () => {
   }
 });
 
+test('messages of a connection that nothing defines are counted as lost', async () => {
+  const bytes = stored('none');
+  // In the index section and in the chunks alike: the numbers of connections 0 become 9.
+  let place = 0;
+  const isDefinition = Buffer.from('op=\x07', 'latin1');
+  const all = Buffer.from(bytes.buffer, bytes.byteOffset, bytes.length);
+  for (;;) {
+    place = all.indexOf(isDefinition, place);
+    if (place < 0) break;
+    const conn = all.lastIndexOf('conn=', place + 40);
+    if (conn > place - 60 && all.readUInt32LE(conn + 5) === 0) all.writeUInt32LE(9, conn + 5);
+    place += 4;
+  }
+  const { bag, notes } = await openOne('strays.bag', bytes);
+  assert.equal(
+    bag.topics.reduce((sum, { count }) => sum + count, 0),
+    36,
+  );
+  assert.deepEqual(
+    notes.map(({ reason, is_loss }) => [reason, is_loss]),
+    [['12 messages belong to no topic and are left out', true]],
+  );
+});
+
 /** Reads all of it: nothing but errors about the file may come. @param {string} name @param {Uint8Array} bytes */
 async function readsOrTells(name, bytes) {
   const { bags, notes } = await openBags([bagFile(name, bytes)]);

@@ -69,7 +69,7 @@ pub trait IcpProblem<M: RigidMotion> {
     fn target_points(&self) -> Vec<(M::Point, Option<M::Point>)>;
     /// The gradients of the residuals of pairs by a perturbation on the left of the estimate.
     fn normal_equations(&self, correspondences: &[Correspondence<M::Point>]) -> NormalEquations<M>;
-    /// What the loop is asked for.
+    /// The options of the loop.
     fn options(&self) -> &IcpOptions;
 }
 

@@ -219,7 +219,7 @@ impl<T> TabledTarget<T> {
 impl<T: Target<Point = Vector2<f64>>> Target for TabledTarget<T> {
     type Point = Vector2<f64>;
 
-    /// By the target's own search where another distance is asked for than the table was made for.
+    /// Uses the target's own search for any distance but that of the table.
     #[inline]
     fn nearest(&self, query: &Vector2<f64>, max_distance: f64) -> Option<Neighbor> {
         if max_distance == self.table.max_distance() {

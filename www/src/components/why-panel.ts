@@ -10,12 +10,14 @@ import {
   formatDuration,
   formatLength,
   formatPercent,
+  formatStep,
   plural,
 } from '../views/format.js';
 import type { Rgb } from '../views/palette.js';
 import { cleaningWords, directionWords, frameSummary, sentence } from '../views/words.js';
 import { frame_styles, frameHeader } from './frame-parts.js';
 import { icon } from './icons.js';
+import { iterationTable } from './iteration-table.js';
 import { chart_styles, panel_styles, shared, status_styles } from './theme.js';
 
 /**
@@ -164,36 +166,7 @@ export class ScanstitchWhy extends LitElement {
               </p>`
             : nothing
         }
-        <details>
-          <summary>All ${plural(history.length, 'iteration')} in numbers</summary>
-          <div class="scroll">
-            <table class="number">
-              <thead>
-                <tr>
-                  <th scope="col">iteration</th>
-                  <th scope="col">pairs</th>
-                  <th scope="col">inliers</th>
-                  <th scope="col">rmse</th>
-                  <th scope="col">translation</th>
-                  <th scope="col">rotation</th>
-                </tr>
-              </thead>
-              <tbody>
-                ${history.map(
-                  (record, i) =>
-                    html`<tr>
-                      <th scope="row">${i + 1}</th>
-                      <td>${formatCount(record.num_correspondences)}</td>
-                      <td>${formatCount(record.num_inliers)}</td>
-                      <td>${formatLength(record.inlier_rmse)}</td>
-                      <td>${formatStep(record.translation_step)}</td>
-                      <td>${formatAngle(Math.abs(record.rotation_step), 4)}</td>
-                    </tr>`,
-                )}
-              </tbody>
-            </table>
-          </div>
-        </details>
+        ${iterationTable(history)}
       </section>
     `;
   }
@@ -262,12 +235,6 @@ export class ScanstitchWhy extends LitElement {
       }
     `,
   ];
-}
-
-/** The last steps are far below a millimetre. */
-function formatStep(metres: number): string {
-  const size = Math.abs(metres);
-  return size > 0 && size < 5e-5 ? `${(size * 1e6).toFixed(size < 1e-6 ? 2 : 0)}\u202fµm` : formatLength(size);
 }
 
 declare global {

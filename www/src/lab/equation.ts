@@ -1,8 +1,8 @@
 /** The equation that a step solves, with the values that it has at this iteration. */
 import { html, nothing, type TemplateResult } from 'lit';
-import { formatAngle } from '../views/format.js';
+import { formatAngle, formatStep } from '../views/format.js';
 import type { CloudMetric, LabIteration } from './protocol.js';
-import { formatNumber, formatStep } from './words.js';
+import { formatNumber } from './words.js';
 
 /** Names of the unknowns, in the order of H. */
 export const unknowns = (n: number): readonly string[] =>

@@ -1,8 +1,7 @@
 /** Somebody's own ICP beside the engine's: where they part, and why. */
 import { html, nothing, type TemplateResult } from 'lit';
-import { formatAngle, plural } from '../views/format.js';
+import { formatAngle, formatStep, plural } from '../views/format.js';
 import type { OwnComparison } from './protocol.js';
-import { formatStep } from './words.js';
 
 const KINDS: Record<string, string> = {
   input: 'The poses',

@@ -1,13 +1,14 @@
 /** Beside the stage: what the iteration is and solves, and the course of the run. */
 import { html, nothing, type TemplateResult } from 'lit';
 import type { Painter } from '../components/figure-view.js';
+import { iterationTable } from '../components/iteration-table.js';
 import { type Colors, linearAxis, WHOLE } from '../views/axes.js';
 import { drawSeries, plotArea } from '../views/figures.js';
-import { formatAngle, formatCount, formatLength, formatPercent } from '../views/format.js';
+import { formatAngle, formatCount, formatLength, formatPercent, formatStep } from '../views/format.js';
 import { equation } from './equation.js';
 import type { CloudMetric, LabIteration, LabTrace } from './protocol.js';
 import { REJECTION_REASONS } from './protocol.js';
-import { formatNumber, formatStep, rejectionCounts } from './words.js';
+import { formatNumber, rejectionCounts } from './words.js';
 
 export interface StepFacts {
   trace: LabTrace;
@@ -41,7 +42,7 @@ export function stepPanel(has: StepFacts, chart: TemplateResult): TemplateResult
             ${equation(iteration, has.metric)}`
         : nothing
     }
-    ${iterationTable(trace)}
+    ${iterationTable(trace.records)}
   `;
 }
 
@@ -79,40 +80,6 @@ function facts(iteration: LabIteration, cost_before: number | null): TemplateRes
       }
     </dd>
   </dl>`;
-}
-
-function iterationTable({ records }: LabTrace): TemplateResult | typeof nothing {
-  if (records.length === 0) return nothing;
-  return html`<details>
-    <summary>All iterations in numbers</summary>
-    <div class="scroll">
-      <table class="number iterations">
-        <thead>
-          <tr>
-            <th scope="col">iteration</th>
-            <th scope="col">pairs</th>
-            <th scope="col">inliers</th>
-            <th scope="col">rmse</th>
-            <th scope="col">moved</th>
-            <th scope="col">turned</th>
-          </tr>
-        </thead>
-        <tbody>
-          ${records.map(
-            (record, i) =>
-              html`<tr>
-                <th scope="row">${i + 1}</th>
-                <td>${formatCount(record.num_correspondences)}</td>
-                <td>${formatCount(record.num_inliers)}</td>
-                <td>${formatLength(record.inlier_rmse)}</td>
-                <td>${formatStep(record.translation_step)}</td>
-                <td>${formatAngle(Math.abs(record.rotation_step), 4)}</td>
-              </tr>`,
-          )}
-        </tbody>
-      </table>
-    </div>
-  </details>`;
 }
 
 /** The cost of each iteration of each method, on a logarithmic scale. */

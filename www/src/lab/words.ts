@@ -1,15 +1,9 @@
 /** What is seen in the lab, in words. */
-import { formatAngle, formatLength, plural } from '../views/format.js';
+import { formatAngle, formatLength, formatStep, plural } from '../views/format.js';
 import type { LabIteration, Options } from './protocol.js';
 import { REJECTION_REASONS } from './protocol.js';
 
 type Named = { trace: { poses: ArrayLike<number>; converged: boolean; end_reason: string } | null };
-
-/** The last steps are far below a millimetre. */
-export function formatStep(metres: number): string {
-  const size = Math.abs(metres);
-  return size > 0 && size < 5e-5 ? `${(size * 1e6).toFixed(size < 1e-6 ? 2 : 0)}\u202fµm` : formatLength(size);
-}
 
 /** A number with three digits, for matrices and costs. */
 export function formatNumber(value: number): string {

@@ -61,3 +61,9 @@ export function plural(count: number, one: string, many = `${one}s`): string {
 export function baseName(path: string): string {
   return path.slice(path.lastIndexOf('/') + 1);
 }
+
+/** A length that may be far below a millimetre, as the steps of a registration are. */
+export function formatStep(metres: number): string {
+  const size = Math.abs(metres);
+  return size > 0 && size < 5e-5 ? `${(size * 1e6).toFixed(size < 1e-6 ? 2 : 0)}\u202fµm` : formatLength(size);
+}

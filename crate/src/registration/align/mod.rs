@@ -281,7 +281,7 @@ impl RegistrationOptions {
         }
     }
 
-    /// The solver of a metric: its own where nothing else is asked for.
+    /// The solver of a metric: its own unless the options name another.
     fn solver<M: RigidMotion>(&self, own: Solver<M>, metric: CloudMetric) -> Result<Solver<M>> {
         let has_closed_form = metric == CloudMetric::PointToPoint && own.subspace.is_none();
         match self.step {
