@@ -71,42 +71,45 @@ fn nearest<const D: usize>(positions: &[SVector<f64, D>], to: &SVector<f64, D>, 
     near.into_iter().map(|(_, index)| index).collect()
 }
 
-/// The joint solution, one piece of work after the other.
-pub struct PoseGraph<M: RigidMotion> {
+/// The joint registration of all nodes, in pieces of work of bounded size: [`advance`](Self::advance) until
+/// [`is_done`](Self::is_done).
+pub struct JointScanRegistration<M: RigidMotion> {
+    /// `T_world_node`; the first one is held fixed and defines the world.
     poses: Vec<M>,
     edges: Vec<Edge>,
-    known: Vec<OdometryFactor<M>>,
-    /// The edge to be matched next; from here on they are not in the sums yet.
+    odometry_factors: Vec<OdometryFactor<M>>,
+    /// Edges before this one are in the sums of the current iteration.
     next_edge: usize,
-    /// Normal equations of all poses but the first, which stays: it is where the world is.
-    H: BlockMatrix<M::Matrix>,
-    b: Vec<M::Tangent>,
+    sums: Sums<M>,
     solver: Option<BlockCholesky<M::Matrix>>,
-    num_correspondences: usize,
-    num_inliers: usize,
-    sq_residuals: f64,
     history: Vec<IterationRecord>,
     converged: bool,
     /// Whether the matches leave the poses undetermined, so that there is no step to take.
     undetermined: bool,
+    /// Buffer of [`add_edge`](Self::add_edge), kept between edges.
     correspondences: Vec<Correspondence<M::Point>>,
 }
 
-impl<M: RigidMotion> PoseGraph<M> {
+/// What one iteration sums over its edges.
+struct Sums<M: RigidMotion> {
+    /// Normal equations of all poses but the first.
+    H: BlockMatrix<M::Matrix>,
+    b: Vec<M::Tangent>,
+    num_correspondences: usize,
+    num_inliers: usize,
+    sq_residuals: f64,
+}
+
+impl<M: RigidMotion> JointScanRegistration<M> {
     /// Starts from `poses` (`T_world_node`, the first of which stays as it is) with these edges between them.
     pub fn new(poses: Vec<M>, edges: Vec<Edge>) -> Self {
-        let num_variables = poses.len().saturating_sub(1);
         Self {
+            sums: Sums::new(poses.len().saturating_sub(1)),
             poses,
             edges,
-            known: Vec::new(),
+            odometry_factors: Vec::new(),
             next_edge: 0,
-            H: BlockMatrix::new(num_variables),
-            b: vec![M::Tangent::zeros(); num_variables],
             solver: None,
-            num_correspondences: 0,
-            num_inliers: 0,
-            sq_residuals: 0.0,
             history: Vec::new(),
             converged: false,
             undetermined: false,
@@ -116,8 +119,8 @@ impl<M: RigidMotion> PoseGraph<M> {
 
     /// The same with motions that are known from elsewhere: they hold where the matches leave something open.
     #[must_use]
-    pub(crate) fn with_odometry_factors(mut self, known: Vec<OdometryFactor<M>>) -> Self {
-        self.known = known;
+    pub(crate) fn with_odometry_factors(mut self, odometry_factors: Vec<OdometryFactor<M>>) -> Self {
+        self.odometry_factors = odometry_factors;
         self
     }
 
@@ -148,8 +151,8 @@ impl<M: RigidMotion> PoseGraph<M> {
         self.converged || self.undetermined || self.edges.is_empty() || exhausted
     }
 
-    /// Matches edges until about `max_points` source points have been looked at, and takes the step when the iteration
-    /// is complete.
+    /// One piece of an iteration: matches edges until about `max_points` source points were processed and, after the
+    /// last edge, adds the odometry, solves the normal equations and moves the poses.
     pub fn advance<T: Target<Point = M::Point>, F: Factor<M, T>>(
         &mut self,
         factor: &F,
@@ -157,20 +160,27 @@ impl<M: RigidMotion> PoseGraph<M> {
         options: &IcpOptions,
         max_points: usize,
     ) {
-        let mut looked_at = 0;
-        while looked_at < max_points && self.next_edge < self.edges.len() {
+        let mut num_points = 0;
+        while num_points < max_points && self.next_edge < self.edges.len() {
             let edge = self.edges[self.next_edge];
             self.add_edge(factor, edge, nodes, options);
-            looked_at += nodes[edge.source].source.points.len();
+            num_points += nodes[edge.source].source.points.len();
             self.next_edge += 1;
         }
-        if self.next_edge == self.edges.len() {
-            self.take_step(options);
+        if self.next_edge < self.edges.len() {
+            return;
         }
+        self.add_odometry();
+        let (rotation_step, translation_step) = self.take_step();
+        self.history.push(self.sums.record(rotation_step, translation_step));
+        let is_small =
+            rotation_step < options.criteria.rotation_eps && translation_step < options.criteria.translation_eps;
+        self.converged = is_small && !self.undetermined;
+        self.sums.clear();
+        self.next_edge = 0;
     }
 
-    /// A match measures T_target_source. Perturbing both poses on the left, exp(d_s) and exp(d_t), perturbs it on the
-    /// left by Ad(T_world_target^-1) (d_s - d_t): the edge's normal equations enter with both signs.
+    /// Finds the correspondences of an edge under the current poses and adds its normal equations.
     fn add_edge<T: Target<Point = M::Point>, F: Factor<M, T>>(
         &mut self,
         factor: &F,
@@ -181,55 +191,35 @@ impl<M: RigidMotion> PoseGraph<M> {
         let T_target_world = self.poses[edge.target].inverse();
         let T_target_source = T_target_world * self.poses[edge.source];
         let (source, target) = (nodes[edge.source].source, nodes[edge.target].target);
-        self.num_correspondences +=
+        self.sums.num_correspondences +=
             match_points(source, target, &T_target_source, factor, options, &mut self.correspondences);
-        self.num_inliers += self.correspondences.len();
-        self.sq_residuals += self.correspondences.iter().map(|c| c.residual * c.residual).sum::<f64>();
+        self.sums.num_inliers += self.correspondences.len();
+        self.sums.sq_residuals += self.correspondences.iter().map(|c| c.residual * c.residual).sum::<f64>();
 
         let equations = factor.normal_equations(target, &self.correspondences);
-        self.add(edge.target, edge.source, &T_target_world, equations);
+        self.sums.add(edge.target, edge.source, &T_target_world, equations);
     }
 
-    /// Adds the normal equations of the motion from one node to another, `T_from_world` being the first one's pose.
-    fn add(&mut self, from: usize, to: usize, T_from_world: &M, NormalEquations { H, b }: NormalEquations<M>) {
-        let adjoint = T_from_world.adjoint();
-        let H = adjoint.tr_mul(&(H * adjoint));
-        let b = adjoint.tr_apply(&b);
-        let variable = |node: usize| node.checked_sub(1); // the first pose is none
-        for (node, sign) in [(to, 1.0), (from, -1.0)] {
-            if let Some(variable) = variable(node) {
-                self.H.add(variable, variable, &H);
-                self.b[variable] += b * sign;
-            }
-        }
-        if let (Some(to), Some(from)) = (variable(to), variable(from)) {
-            self.H.add(to, from, &-H);
+    fn add_odometry(&mut self) {
+        for &OdometryFactor { from, to, T_from_to, information } in &self.odometry_factors {
+            let T_from_world = self.poses[from].inverse();
+            let residual = (T_from_world * self.poses[to] * T_from_to.inverse()).log();
+            let equations = NormalEquations { H: information, b: information.apply(&residual) };
+            self.sums.add(from, to, &T_from_world, equations);
         }
     }
 
-    fn add_odometry_factor(&mut self, OdometryFactor { from, to, T_from_to, information }: OdometryFactor<M>) {
-        let T_from_world = self.poses[from].inverse();
-        let residual = (T_from_world * self.poses[to] * T_from_to.inverse()).log();
-        self.add(from, to, &T_from_world, NormalEquations { H: information, b: information.apply(&residual) });
-    }
-
-    fn take_step(&mut self, options: &IcpOptions) {
-        for known in 0..self.known.len() {
-            self.add_odometry_factor(self.known[known]);
-        }
-        let num_variables = self.b.len();
-        let trace: f64 = (0..num_variables).map(|variable| self.H.block(variable, variable).trace()).sum();
-        let damping = M::Matrix::identity() * (RELATIVE_DAMPING * trace / num_variables.max(1) as f64);
-        for variable in 0..num_variables {
-            self.H.add(variable, variable, &damping);
-        }
-        let (mut sq_rotations, mut sq_translations) = (0.0, 0.0);
-        let solver = self.solver.get_or_insert_with(|| BlockCholesky::new(&self.H));
-        let factor = solver.factor(&self.H);
+    /// Solves the normal equations and moves every pose but the first. Returns the root mean square of the rotations (rad)
+    /// and translations (m).
+    fn take_step(&mut self) -> (f64, f64) {
+        self.sums.damp();
+        let solver = self.solver.get_or_insert_with(|| BlockCholesky::new(&self.sums.H));
+        let factor = solver.factor(&self.sums.H);
         self.undetermined = factor.is_err();
+        let (mut sq_rotations, mut sq_translations) = (0.0, 0.0);
         if let Ok(factor) = factor {
-            factor.solve(&mut self.b);
-            for (pose, delta) in self.poses.iter_mut().skip(1).zip(&self.b) {
+            factor.solve(&mut self.sums.b);
+            for (pose, delta) in self.poses.iter_mut().skip(1).zip(&self.sums.b) {
                 let moved = M::exp(&-*delta) * *pose;
                 let step = pose.inverse() * moved; // of the sensor itself, whatever its distance from the world's origin
                 sq_rotations += step.rotation_angle().powi(2);
@@ -237,20 +227,67 @@ impl<M: RigidMotion> PoseGraph<M> {
                 *pose = moved;
             }
         }
-        let root_mean = |sq_sum: f64| (sq_sum / num_variables.max(1) as f64).sqrt();
-        let (rotation_step, translation_step) = (root_mean(sq_rotations), root_mean(sq_translations));
-        self.history.push(IterationRecord {
+        let root_mean = |sq_sum: f64| (sq_sum / self.sums.num_variables() as f64).sqrt();
+        (root_mean(sq_rotations), root_mean(sq_translations))
+    }
+}
+
+impl<M: RigidMotion> Sums<M> {
+    fn new(num_variables: usize) -> Self {
+        Self {
+            H: BlockMatrix::new(num_variables),
+            b: vec![M::Tangent::zeros(); num_variables],
+            num_correspondences: 0,
+            num_inliers: 0,
+            sq_residuals: 0.0,
+        }
+    }
+
+    fn num_variables(&self) -> usize {
+        self.b.len().max(1)
+    }
+
+    /// Adds the normal equations of T_target_source, with `T_target_world`. Perturbing both poses on the left, exp(d_s)
+    /// and exp(d_t), perturbs T_target_source on the left by Ad(T_target_world) (d_s - d_t): the equations enter with both
+    /// signs.
+    fn add(&mut self, target: usize, source: usize, T_target_world: &M, NormalEquations { H, b }: NormalEquations<M>) {
+        let adjoint = T_target_world.adjoint();
+        let H = adjoint.tr_mul(&(H * adjoint));
+        let b = adjoint.tr_apply(&b);
+        let variable = |node: usize| node.checked_sub(1); // the first pose is held fixed
+        for (node, sign) in [(source, 1.0), (target, -1.0)] {
+            if let Some(variable) = variable(node) {
+                self.H.add(variable, variable, &H);
+                self.b[variable] += b * sign;
+            }
+        }
+        if let (Some(source), Some(target)) = (variable(source), variable(target)) {
+            self.H.add(source, target, &-H);
+        }
+    }
+
+    /// Adds a small multiple of the mean diagonal, so that what nothing constrains stays where it is.
+    fn damp(&mut self) {
+        let trace: f64 = (0..self.b.len()).map(|variable| self.H.block(variable, variable).trace()).sum();
+        let damping = M::Matrix::identity() * (RELATIVE_DAMPING * trace / self.num_variables() as f64);
+        for variable in 0..self.b.len() {
+            self.H.add(variable, variable, &damping);
+        }
+    }
+
+    fn record(&self, rotation_step: f64, translation_step: f64) -> IterationRecord {
+        IterationRecord {
             num_correspondences: self.num_correspondences,
             num_inliers: self.num_inliers,
             inlier_rmse: (self.sq_residuals / self.num_inliers.max(1) as f64).sqrt(),
             rotation_step,
             translation_step,
-        });
-        let rests =
-            rotation_step < options.criteria.rotation_eps && translation_step < options.criteria.translation_eps;
-        self.converged = rests && !self.undetermined;
+        }
+    }
+
+    fn clear(&mut self) {
         self.H.clear();
         self.b.fill(M::Tangent::zeros());
-        (self.next_edge, self.num_correspondences, self.num_inliers, self.sq_residuals) = (0, 0, 0, 0.0);
+        (self.num_correspondences, self.num_inliers, self.sq_residuals) = (0, 0, 0.0);
     }
 }

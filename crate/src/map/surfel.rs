@@ -58,13 +58,9 @@ impl Default for SurfelMap {
 }
 
 impl SurfelMap {
-    /// An empty map.
-    pub fn new() -> Self {
-        Self::default()
-    }
-
     /// All surfels, world frame.
-    pub fn surfels(&self) -> impl Iterator<Item = Surfel> {
+    #[cfg(test)]
+    fn surfels(&self) -> impl Iterator<Item = Surfel> {
         self.blocks.iter().flat_map(|block| &block.surfels).map(PackedSurfel::surfel)
     }
 
@@ -222,7 +218,7 @@ mod tests {
 
     #[test]
     fn a_surfel_measured_again_is_averaged_by_inverse_variance() {
-        let mut map = SurfelMap::new();
+        let mut map = SurfelMap::default();
         assert!(map.len == 0);
         insert(&mut map, &wall(2.0, 0.01), &Pose3::identity());
         let num_surfels = map.len;
@@ -239,7 +235,7 @@ mod tests {
 
     #[test]
     fn another_surface_is_added() {
-        let mut map = SurfelMap::new();
+        let mut map = SurfelMap::default();
         insert(&mut map, &wall(2.0, 0.01), &Pose3::identity());
         let num_surfels = map.len;
         insert(&mut map, &wall(1.5, 0.01), &Pose3::identity());
@@ -248,7 +244,7 @@ mod tests {
 
     #[test]
     fn surfels_move_with_the_frame_that_measured_them_first() {
-        let (mut map, at) = (SurfelMap::new(), [Pose3::identity(), Pose3::translation(0.0, 0.0, 5.0)]);
+        let (mut map, at) = (SurfelMap::default(), [Pose3::identity(), Pose3::translation(0.0, 0.0, 5.0)]);
         for (number, T) in (0..).zip(&at) {
             let view = map.view(&wall(2.0, 0.01), T);
             map.insert(&wall(2.0, 0.01), number, T, &view);
@@ -264,12 +260,12 @@ mod tests {
 
     #[test]
     fn only_surfels_of_frames_with_a_motion_are_merged() {
-        let (mut other, at) = (SurfelMap::new(), [Pose3::identity(), Pose3::translation(0.0, 0.0, 5.0)]);
+        let (mut other, at) = (SurfelMap::default(), [Pose3::identity(), Pose3::translation(0.0, 0.0, 5.0)]);
         for (number, T) in (0..).zip(&at) {
             let view = other.view(&wall(2.0, 0.01), T);
             other.insert(&wall(2.0, 0.01), number, T, &view);
         }
-        let mut map = SurfelMap::new();
+        let mut map = SurfelMap::default();
         insert(&mut map, &wall(1.0, 0.01), &Pose3::identity());
         let (before, added) = (map.len, other.len / 2);
         map.merge(&other, |frame| (frame == 1).then(|| Pose3::translation(0.0, 0.0, 2.0)));
@@ -279,7 +275,7 @@ mod tests {
 
     #[test]
     fn only_blocks_in_view_are_rendered_and_none_of_them_is_missing() {
-        let mut map = SurfelMap::new();
+        let mut map = SurfelMap::default();
         let frame = wall(2.0, 0.01);
         for turn in 0..12 {
             let T = <Pose3 as RigidMotion>::exp(&nalgebra::Vector6::new(

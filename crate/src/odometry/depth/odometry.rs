@@ -5,7 +5,6 @@ use super::chain::{self, Chain, MAX_UNESTABLISHED_FRAMES, Member};
 use super::estimate::{PoseUpdate, SpatialEstimate};
 use super::unregistered_frames::UnregisteredFrames;
 use crate::geometry::Pose3;
-use crate::map::surfel::SurfelMap;
 use crate::odometry::assessment::{Assessment, Status};
 use crate::registration::prepared_surfels::PreparedSurfels;
 
@@ -26,8 +25,6 @@ pub struct DepthOdometry {
     options: DepthOptions,
     /// Frames registered so far; also the number of the next one.
     num_frames: u32,
-    /// The map before the first frame.
-    empty_map: SurfelMap,
     /// `None` before the first frame.
     chain: Option<Chain>,
     /// Frames that fit each other but not the chain. If they become the majority, the chain is replaced.
@@ -56,7 +53,6 @@ impl DepthOdometry {
         Self {
             options,
             num_frames: 0,
-            empty_map: SurfelMap::new(),
             chain: None,
             rival_chain: None,
             unregistered_frames: UnregisteredFrames::default(),
@@ -149,11 +145,6 @@ impl DepthOdometry {
             rounds.has_succeeded = true;
         }
         true
-    }
-
-    /// The map so far.
-    pub(crate) fn map(&self) -> &SurfelMap {
-        self.chain.as_ref().map_or(&self.empty_map, |chain| &chain.reference().map)
     }
 
     fn too_few_surfels(&self, num_surfels: usize) -> SpatialEstimate {

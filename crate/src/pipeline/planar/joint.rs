@@ -4,7 +4,7 @@ use std::rc::Rc;
 
 use super::keyframe_graph::KeyframeGraph;
 use crate::geometry::Pose2;
-use crate::graph::joint_scan_registration::{Node, PoseGraph};
+use crate::graph::joint_scan_registration::{JointScanRegistration, Node};
 use crate::map::local::MetricName;
 use crate::pipeline::settings::Settings;
 use crate::preprocess::planar_scan::PlanarScan;
@@ -20,7 +20,7 @@ pub const POINTS_A_STEP: usize = 20_000;
 pub struct Joint {
     frames: Vec<usize>,
     targets: JointTargets,
-    pub registration: PoseGraph<Pose2>,
+    pub registration: JointScanRegistration<Pose2>,
 }
 
 enum JointTargets {
@@ -44,7 +44,7 @@ impl Joint {
         let poses: Vec<Pose2> = frames.iter().map(|&frame| poses[frame]).collect();
         let edges = graph.edges(&poses, settings.matched_scans);
         let known = graph.odometry_factors(&poses);
-        Self { frames, targets, registration: PoseGraph::new(poses, edges).with_odometry_factors(known) }
+        Self { frames, targets, registration: JointScanRegistration::new(poses, edges).with_odometry_factors(known) }
     }
 
     /// Matches a few more edges, and takes a step when all are matched.

@@ -1,9 +1,13 @@
 //! The whole run in space: prepared frames in, trajectory and map out, one frame after the other.
 
+mod hypotheses;
+mod stitched_map;
 mod stored_frames;
 
 use std::collections::VecDeque;
 
+use self::hypotheses::Hypotheses;
+use self::stitched_map::StitchedMap;
 use self::stored_frames::{Frame, StoredFrames};
 use crate::error::{Error, Result};
 use crate::evaluation::trajectory_error::{EstimatedFrame, TrajectoryError, spatial_error};
@@ -12,27 +16,11 @@ use crate::graph::loops::spatial::{LoopReport, SpatialLoops};
 use crate::io::trajectory::Contents;
 use crate::map::voxel::{VoxelCount, VoxelMap};
 use crate::odometry::assessment::Status;
-use crate::odometry::cloud::{CloudEstimate, CloudOdometry, PreparedCloud};
-use crate::odometry::depth::{DepthOdometry, DepthOptions, PoseUpdate, SpatialEstimate};
-use crate::pipeline::prepared_frame::{
-    DecodeConfig, DepthDecodeConfig, MapPoints, PreparedFrame, Surfaces, set_intrinsics,
-};
+use crate::odometry::depth::SpatialEstimate;
+use crate::pipeline::prepared_frame::{DecodeConfig, DepthDecodeConfig, MapPoints, PreparedFrame, set_intrinsics};
 use crate::pipeline::report::{FrameResult, Progress, SpatialPose, Stage};
 use crate::pipeline::spatial_report::{MapSize, SpatialResult};
-use crate::pipeline::spatial_settings::{LoopClosing, Method, Quantisation, SpatialSettings};
-use crate::registration::free_space::DepthNoise;
-
-/// So many registered frames decide how depth was made whole, ...
-const DECIDING_FRAMES: usize = 12;
-/// ... or so many, ...
-const CLEARLY_DECIDING_FRAMES: usize = 6;
-/// ... where one reading has so many times the misfit of the other. On both real floors the wrong one has 1.2 to 1.6
-/// times as much in the end, and 1.13 to 1.5 times after six frames.
-const CLEAR_RATIO: f64 = 1.1;
-/// Truncated depth, which is what a cast to a whole number gives, is taken for rounded where that fits better by this ratio
-/// of the misfits. Half a step too near makes a room that turns about the camera bend; recordings that hardly turn leave
-/// it open.
-const DECIDING_RATIO: f64 = 1.05;
+use crate::pipeline::spatial_settings::{Quantisation, SpatialSettings};
 
 /// So many of the newest frames are not stitched before the map is asked for.
 const MAX_PENDING_FRAMES: usize = 6;
@@ -48,10 +36,10 @@ pub struct SpatialReconstruction {
     decode_config: Option<DecodeConfig>,
     waiting: VecDeque<PreparedFrame>,
     frames: StoredFrames,
-    hypotheses: Vec<QuantisationHypothesis>,
+    hypotheses: Hypotheses,
     reference: Option<Reference>,
     notes: Vec<String>,
-    stitched: Option<Stitched>,
+    stitched: Option<StitchedMap>,
     /// Whether it has been said that no frame will follow.
     is_complete: bool,
     /// Whether what comes after the last frame has been done.
@@ -62,138 +50,6 @@ struct Reference {
     name: String,
     contents: Contents,
     num_recorded: usize,
-}
-
-/// A map with what it was made of: it is made anew where that has changed.
-struct Stitched {
-    map: VoxelMap,
-    quantisation: Quantisation,
-    poses: Vec<Option<Pose3>>,
-}
-
-impl Stitched {
-    /// Number of frames.
-    fn len(&self) -> usize {
-        self.poses.len()
-    }
-}
-
-/// A run with one way of reading the depth; while the data have not decided there may be two. Clouds have one.
-struct QuantisationHypothesis {
-    quantisation: Quantisation,
-    odometry: Odometry,
-    estimates: Vec<SpatialEstimate>,
-    loops: Option<SpatialLoops>,
-    /// Sum over the registered frames of the mean square residual over the mean square depth: a reading that makes
-    /// everything smaller makes the residuals smaller, too.
-    misfit: f64,
-    num_registered: usize,
-}
-
-enum Odometry {
-    Depth(Box<DepthOdometry>),
-    Cloud(Box<CloudOdometry>),
-}
-
-impl QuantisationHypothesis {
-    fn new(quantisation: Quantisation, config: &DecodeConfig) -> Result<Self> {
-        let settings = &config.settings;
-        let noise = DepthNoise { over_square: config.depth.as_ref().map_or(0.0, |depth| depth.noise) };
-        let odometry = match settings.method {
-            Method::SurfelMap => {
-                Odometry::Depth(Box::new(DepthOdometry::new(DepthOptions { noise, ..settings.depth_options() })))
-            }
-            _ => Odometry::Cloud(Box::new(CloudOdometry::new(settings.cloud_options())?)),
-        };
-        Ok(Self {
-            quantisation,
-            odometry,
-            estimates: Vec::new(),
-            loops: (settings.loop_closing == LoopClosing::On).then(SpatialLoops::default),
-            misfit: 0.0,
-            num_registered: 0,
-        })
-    }
-
-    fn add(&mut self, surfaces: &Surfaces) {
-        let mut estimate = match (&mut self.odometry, surfaces) {
-            (Odometry::Depth(odometry), Surfaces::Surfels(images)) => {
-                let Some((_, surfels)) = images.iter().find(|(quantisation, _)| *quantisation == self.quantisation)
-                else {
-                    return;
-                };
-                let estimate = odometry.register_frame(surfels);
-                apply_pose_updates_of(odometry, &mut self.estimates, self.loops.as_mut());
-                let number = self.estimates.len() as u32;
-                if let Some(loops) = &mut self.loops {
-                    loops.add(number, surfels, &estimate);
-                }
-                let is_good = estimate.assessment.status == Status::Good;
-                // Frames that do not belong fit in no way.
-                if let Some(registration) = estimate.registration.as_ref().filter(|_| is_good) {
-                    let sq_depths: f64 = surfels.image.surfels().map(|surfel| surfel.point.z * surfel.point.z).sum();
-                    let sq_depth = sq_depths / surfels.image.surfels().count().max(1) as f64;
-                    self.misfit += registration.last.inlier_rmse.powi(2) / sq_depth.max(f64::MIN_POSITIVE);
-                    self.num_registered += 1;
-                }
-                estimate
-            }
-            (Odometry::Cloud(odometry), Surfaces::Cloud(cloud)) => {
-                let CloudEstimate { T_world_sensor, registration, overlap, assessment, .. } =
-                    odometry.register_frame(PreparedCloud::from_cloud(cloud.clone()));
-                let is_in_map = assessment.status != Status::Lost;
-                SpatialEstimate { T_world_sensor, registration, overlap, assessment, is_in_map }
-            }
-            // Preparation, which knows the method, makes no other pairs.
-            _ => return,
-        };
-        if let Some(registration) = &mut estimate.registration {
-            // The bulk of a result, and nobody asks for it.
-            registration.correspondences = Vec::new();
-        }
-        self.estimates.push(estimate);
-    }
-
-    /// Moves all frames, and what they have shown, to where open loops want them.
-    fn close_loops(&mut self) {
-        let Some(motions) = self.loops.as_mut().and_then(SpatialLoops::close) else { return };
-        let motion_of = |frame: u32| {
-            let place = motions.partition_point(|(first, _)| *first <= frame);
-            place.checked_sub(1).map_or_else(Pose3::identity, |place| motions[place].1)
-        };
-        for (frame, estimate) in (0..).zip(&mut self.estimates) {
-            estimate.T_world_sensor = motion_of(frame) * estimate.T_world_sensor;
-        }
-        if let Odometry::Depth(odometry) = &mut self.odometry {
-            odometry.apply_corrections(motion_of);
-        }
-    }
-}
-
-/// What has been found out of frames before the last one.
-fn apply_pose_updates_of(
-    odometry: &mut DepthOdometry,
-    estimates: &mut [SpatialEstimate],
-    loops: Option<&mut SpatialLoops>,
-) {
-    let pose_updates = odometry.take_pose_updates();
-    if pose_updates.is_empty() {
-        return;
-    }
-    let is_another_chain = pose_updates.iter().any(|update| update.assessment.status == Status::Lost);
-    for PoseUpdate { frame, T_world_sensor, assessment, registration } in pose_updates {
-        let Some(estimate) = estimates.get_mut(frame as usize) else { continue };
-        (estimate.T_world_sensor, estimate.assessment) = (T_world_sensor, assessment);
-        if let Some((mut registration, overlap)) = registration {
-            registration.correspondences = Vec::new();
-            (estimate.registration, estimate.overlap) = (Some(registration), overlap);
-        }
-    }
-    match loops {
-        Some(loops) if is_another_chain => *loops = SpatialLoops::default(),
-        Some(loops) => loops.apply_pose_updates(|frame| estimates[frame as usize].T_world_sensor),
-        None => {}
-    }
 }
 
 impl SpatialReconstruction {
@@ -208,7 +64,7 @@ impl SpatialReconstruction {
             decode_config: None,
             waiting: VecDeque::new(),
             frames: StoredFrames::default(),
-            hypotheses: Vec::new(),
+            hypotheses: Hypotheses::default(),
             reference: None,
             notes: Vec::new(),
             stitched: None,
@@ -233,11 +89,7 @@ impl SpatialReconstruction {
     pub fn begin(&mut self, name: &str, first: &[u8]) -> Result<&DecodeConfig> {
         if self.decode_config.is_none() {
             let decode_config = DecodeConfig::new(&self.settings, name, first)?;
-            let quantisations =
-                decode_config.depth.as_ref().map_or(&[Quantisation::Rounded][..], |depth| &depth.quantisations);
-            let hypotheses =
-                quantisations.iter().map(|&quantisation| QuantisationHypothesis::new(quantisation, &decode_config));
-            self.hypotheses = hypotheses.collect::<Result<_>>()?;
+            self.hypotheses = Hypotheses::new(&decode_config)?;
             self.decode_config = Some(decode_config);
         }
         self.decode_config.as_ref().ok_or_else(not_begun)
@@ -280,16 +132,13 @@ impl SpatialReconstruction {
         if let Some(frame) = self.waiting.pop_front() {
             return self.register(frame);
         }
-        if self.is_complete && !self.is_finished && self.relocalize_next() {
+        if self.is_complete && !self.is_finished && self.hypotheses.relocalize_next() {
             let total = self.frames.len();
             return Progress { stage: Stage::Retry, done: total, total, frame: None };
         }
         if self.is_complete && !self.is_finished {
             self.is_finished = true;
-            for hypothesis in &mut self.hypotheses {
-                hypothesis.loops.iter_mut().for_each(SpatialLoops::finish);
-                hypothesis.close_loops();
-            }
+            self.hypotheses.finish();
             let total = self.frames.len();
             return Progress { stage: Stage::Loops, done: total, total, frame: None };
         }
@@ -298,65 +147,17 @@ impl SpatialReconstruction {
     }
 
     fn register(&mut self, frame: PreparedFrame) -> Progress {
-        for hypothesis in &mut self.hypotheses {
-            hypothesis.add(&frame.surfaces);
-            hypothesis.close_loops();
+        let decided = self.hypotheses.register(&frame.surfaces);
+        // What is prepared from now on need not keep another reading open.
+        if let Some(depth) = self.decode_config.as_mut().and_then(|config| config.depth.as_mut()) {
+            depth.decided = depth.decided.or(decided);
         }
-        self.decide();
         if self.frames.push(Frame { label: frame.label, map_points: frame.map_points }) {
             // The map is one of the frames as they are kept, whenever it is asked for.
             self.stitched = None;
         }
         let done = self.frames.len();
         Progress { stage: Stage::Register, done, total: done + self.waiting.len(), frame: Some(done - 1) }
-    }
-
-    /// Tries one of the frames again that were not found; whether there may be more.
-    fn relocalize_next(&mut self) -> bool {
-        let best = self.best_index();
-        let Some(QuantisationHypothesis { odometry: Odometry::Depth(odometry), estimates, loops, .. }) =
-            self.hypotheses.get_mut(best)
-        else {
-            return false;
-        };
-        let is_more = odometry.relocalize_next();
-        apply_pose_updates_of(odometry, estimates, loops.as_mut());
-        is_more
-    }
-
-    /// Drops the reading that fits worse, once enough frames have been registered.
-    fn decide(&mut self) {
-        if self.is_decided() {
-            let best = self.best_index();
-            self.hypotheses.swap(0, best);
-            self.hypotheses.truncate(1);
-            // What is prepared from now on need not keep the other one open.
-            let depth = self.decode_config.as_mut().and_then(|decode_config| decode_config.depth.as_mut());
-            if let (Some(hypothesis), Some(depth)) = (self.hypotheses.first(), depth) {
-                depth.decided = Some(hypothesis.quantisation);
-            }
-        }
-    }
-
-    /// Whether enough frames have been registered: few are, where one reading fits them far better.
-    fn is_decided(&self) -> bool {
-        let num_registered = self.hypotheses.first().map_or(0, |hypothesis| hypothesis.num_registered);
-        let is_clear = match &self.hypotheses[..] {
-            [a, b] => a.misfit > CLEAR_RATIO * b.misfit || b.misfit > CLEAR_RATIO * a.misfit,
-            _ => true,
-        };
-        num_registered >= DECIDING_FRAMES || (num_registered >= CLEARLY_DECIDING_FRAMES && is_clear)
-    }
-
-    fn best_index(&self) -> usize {
-        match &self.hypotheses[..] {
-            [truncated, rounded] if truncated.misfit > DECIDING_RATIO * rounded.misfit => 1,
-            _ => 0,
-        }
-    }
-
-    fn best(&self) -> Option<&QuantisationHypothesis> {
-        self.hypotheses.get(self.best_index())
     }
 
     /// Sets what to compare with; it is used for nothing else. `num_recorded` is the number of frames of the recording,
@@ -372,7 +173,7 @@ impl SpatialReconstruction {
 
     /// What was found of each frame when it was registered.
     pub fn estimates(&self) -> &[SpatialEstimate] {
-        self.best().map_or(&[], |hypothesis| &hypothesis.estimates)
+        self.hypotheses.best().map_or(&[], |hypothesis| &hypothesis.estimates)
     }
 
     /// Poses `T_world_sensor` of the frames so far; the world is the frame of the first one.
@@ -382,7 +183,8 @@ impl SpatialReconstruction {
 
     /// The places that were recognised, and what came of it.
     pub fn loop_report(&self) -> LoopReport {
-        self.best()
+        self.hypotheses
+            .best()
             .and_then(|hypothesis| hypothesis.loops.as_ref())
             .map_or_else(LoopReport::default, SpatialLoops::report)
     }
@@ -390,7 +192,7 @@ impl SpatialReconstruction {
     /// How depth was made whole, as set or as found so far; `None` for clouds.
     pub fn quantisation(&self) -> Option<Quantisation> {
         self.depth()?;
-        self.best().map(|hypothesis| hypothesis.quantisation)
+        self.hypotheses.best().map(|hypothesis| hypothesis.quantisation)
     }
 
     fn depth(&self) -> Option<&DepthDecodeConfig> {
@@ -476,53 +278,42 @@ impl SpatialReconstruction {
         let poses = self.poses_up_to(Status::Good);
         let num_settled = poses.len().saturating_sub(MAX_PENDING_FRAMES);
         let num_stitched =
-            self.stitched.as_ref().filter(|stitched| self.is_of(stitched, &poses)).map_or(0, Stitched::len);
+            self.stitched.as_ref().filter(|stitched| self.is_of(stitched, &poses)).map_or(0, StitchedMap::num_frames);
         if num_stitched < num_settled {
             self.stitched = Some(self.stitch(&poses[..=num_stitched]));
         }
     }
 
     /// The map of the first frames at these poses, made from what there is of it.
-    fn stitch(&mut self, poses: &[Option<Pose3>]) -> Stitched {
+    fn stitch(&mut self, poses: &[Option<Pose3>]) -> StitchedMap {
         let kept = self.stitched.take().filter(|stitched| self.is_of(stitched, poses));
-        let voxel_size = self.decode_config.as_ref().map_or(1.0, |decode_config| decode_config.settings.map_voxel_size);
-        let mut stitched = kept.unwrap_or_else(|| Stitched {
-            map: VoxelMap::new(voxel_size),
-            quantisation: self.map_quantisation(),
-            poses: Vec::new(),
-        });
-        let max_height = self.settings.max_height;
-        for (index, (frame, pose)) in self.frames.iter().zip(poses).enumerate().skip(stitched.len()) {
-            match (&frame.map_points, pose) {
-                (_, None) => {}
-                (MapPoints::Image(image, prepared_as), Some(pose)) => {
-                    stitched.map.insert_image(image, self.depth_shift(*prepared_as), pose, index, max_height);
-                }
-                (MapPoints::Cloud(cloud), Some(pose)) => stitched.map.insert(cloud, pose, index, max_height),
-            }
+        let voxel_size = self.decode_config.as_ref().map_or(1.0, |config| config.settings.map_voxel_size);
+        let mut stitched = kept.unwrap_or_else(|| StitchedMap::new(voxel_size, self.map_quantisation()));
+        for (frame, pose) in self.frames.iter().zip(poses).skip(stitched.num_frames()) {
+            stitched.insert(&frame.map_points, *pose, self.depth_step(), self.settings.max_height);
         }
-        stitched.poses.extend_from_slice(&poses[stitched.len()..]);
         stitched
     }
 
-    /// Whether a map is one of the first frames at these poses.
-    fn is_of(&self, stitched: &Stitched, poses: &[Option<Pose3>]) -> bool {
-        stitched.quantisation == self.map_quantisation() && poses.starts_with(&stitched.poses)
+    fn is_of(&self, stitched: &StitchedMap, poses: &[Option<Pose3>]) -> bool {
+        stitched.is_of(poses, self.map_quantisation())
     }
 
     fn map_quantisation(&self) -> Quantisation {
         self.quantisation().unwrap_or(Quantisation::Rounded)
     }
 
-    /// What is to be added to depths (m) that were prepared by one way of reading them.
-    fn depth_shift(&self, prepared_as: Quantisation) -> f64 {
-        (self.map_quantisation().offset() - prepared_as.offset()) * self.depth().map_or(0.0, |depth| depth.depth_step)
+    /// Depth of one unit of an image (m); 0 for clouds.
+    fn depth_step(&self) -> f64 {
+        self.depth().map_or(0.0, |depth| depth.depth_step)
     }
 
     /// What a frame gives to the map, in the sensor's frame.
     fn with_map_cloud(&self, index: usize, work: impl FnOnce(&PointCloud)) {
         match self.frames.get(index).map(|frame| &frame.map_points) {
-            Some(MapPoints::Image(image, prepared_as)) => work(&image.cloud(self.depth_shift(*prepared_as))),
+            Some(MapPoints::Image(image, prepared_as)) => {
+                work(&image.cloud(self.map_quantisation().shift_from(*prepared_as, self.depth_step())));
+            }
             Some(MapPoints::Cloud(cloud)) => work(cloud),
             None => {}
         }
@@ -556,20 +347,6 @@ impl SpatialReconstruction {
             MapSize { voxel_size, num_points, num_bytes: num_points * bytes_a_point }
         };
         voxel_sizes.iter().map(size).collect()
-    }
-
-    /// The surfels that depth images are registered to, with normals, in the world frame.
-    pub fn surfel_cloud(&self) -> PointCloud {
-        let Some(QuantisationHypothesis { odometry: Odometry::Depth(odometry), .. }) = self.best() else {
-            return PointCloud::default();
-        };
-        let single = |vector: &nalgebra::Vector3<f64>| glam::DVec3::new(vector.x, vector.y, vector.z).as_vec3();
-        let surfels = || odometry.map().surfels();
-        PointCloud {
-            positions: surfels().map(|surfel| single(&surfel.point)).collect(),
-            normals: Some(surfels().map(|surfel| single(&surfel.normal)).collect()),
-            ..PointCloud::default()
-        }
     }
 }
 

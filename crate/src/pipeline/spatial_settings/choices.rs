@@ -36,6 +36,11 @@ impl Quantisation {
     pub fn offset(self) -> f64 {
         if self == Self::Truncated { 0.5 } else { 0.0 }
     }
+
+    /// What is to be added to depths that were prepared by another reading, in the unit of `depth_step` (one raw value).
+    pub(crate) fn shift_from(self, prepared_as: Self, depth_step: f64) -> f64 {
+        (self.offset() - prepared_as.offset()) * depth_step
+    }
 }
 
 /// Whether loops are closed where the path returns to a known place.

@@ -111,10 +111,6 @@ impl Chain {
         (chain, estimate)
     }
 
-    pub(super) fn reference(&self) -> &ReferenceMap {
-        &self.reference
-    }
-
     pub(super) fn members(&self) -> &[Member] {
         &self.members
     }

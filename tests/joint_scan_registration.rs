@@ -4,7 +4,7 @@
 
 use nalgebra::{Vector3, Vector6};
 use scanstitch::geometry::{Pose3, RigidMotion};
-use scanstitch::graph::joint_scan_registration::{Node, PoseGraph, edges_between};
+use scanstitch::graph::joint_scan_registration::{JointScanRegistration, Node, edges_between};
 use scanstitch::registration::factors::PointToPlane;
 use scanstitch::registration::icp::{Criteria, IcpOptions, Rejection, Source, Weighting};
 use scanstitch::registration::robust_kernel::RobustKernel;
@@ -60,7 +60,7 @@ fn shaken_poses_in_space_come_back_to_where_they_were() {
         *T * Pose3::exp(&shake)
     });
     let positions: Vec<Vector3<f64>> = truth.iter().map(|T| T.translation.vector).collect();
-    let mut graph = PoseGraph::<Pose3>::new(shaken.collect(), edges_between(&positions, 0));
+    let mut graph = JointScanRegistration::<Pose3>::new(shaken.collect(), edges_between(&positions, 0));
     while !graph.is_done(&OPTIONS) {
         graph.advance(&PointToPlane, &nodes, &OPTIONS, 1000);
     }
@@ -78,13 +78,14 @@ fn nodes_that_share_nothing_end_the_solution_without_moving() {
     let target = OrientedTarget::new(points.clone(), normals.clone());
     let node = || Node { source: Source { points: &points, normals: Some(&normals), sigmas: None }, target: &target };
     let apart = vec![Pose3::identity(), Pose3::translation(100.0, 0.0, 0.0)];
-    let mut graph = PoseGraph::<Pose3>::new(apart.clone(), edges_between(&[Vector3::zeros(), Vector3::x()], 1));
+    let mut graph =
+        JointScanRegistration::<Pose3>::new(apart.clone(), edges_between(&[Vector3::zeros(), Vector3::x()], 1));
     while !graph.is_done(&OPTIONS) {
         graph.advance(&PointToPlane, &[node(), node()], &OPTIONS, usize::MAX);
     }
     assert!(!graph.converged());
     assert_eq!(graph.poses(), apart);
-    assert!(PoseGraph::<Pose3>::new(Vec::new(), Vec::new()).is_done(&OPTIONS));
+    assert!(JointScanRegistration::<Pose3>::new(Vec::new(), Vec::new()).is_done(&OPTIONS));
 }
 
 #[test]
