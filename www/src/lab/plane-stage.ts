@@ -1,10 +1,7 @@
-import { html, LitElement, type PropertyValues, type TemplateResult } from 'lit';
-import { customElement, property, query, state } from 'lit/decorators.js';
+import { html, type TemplateResult } from 'lit';
+import { customElement } from 'lit/decorators.js';
 import { map_styles } from '../components/map-styles.js';
-import { mapButton } from '../components/map-toolbar.js';
 import { shared } from '../components/theme.js';
-import { Gestures, type GestureTarget } from '../views/gestures.js';
-import { belongsToPage, PAN_STEP, ZOOM_STEP } from '../views/map-keys.js';
 import { mapBounds } from '../views/map-bounds.js';
 import { CanvasPen } from '../views/pen.js';
 import { bestTurns, fitted, panned, type Size, toWorld, type Viewport, zoomedAt } from '../views/viewport.js';
@@ -18,67 +15,19 @@ import {
   type PlaneScene,
 } from './plane-painter.js';
 import { acted, centroid, movedBy } from './poses.js';
-import type { Pose } from './protocol.js';
-import { pressStageKey, type StageKeys } from './stage-keys.js';
+import { LabStage } from './stage.js';
 
 const MARGIN = { top: 40, right: 56, bottom: 40, left: 40 };
-/** One press of an arrow key moves the source by so many pixels, and with Shift by fewer; a bracket turns it (rad). */
-const KEY_PIXELS = 4;
-const FINE = 0.125;
-const KEY_TURN = Math.PI / 180;
-
-/**
- * The two clouds in the plane on a canvas that pans and zooms; the source is moved where it is taken hold of, and turned by
- * its handle.
- *
- * Fires `source-dragged` with a pose, `source-released`, and `stage-key` with what a key means for the run.
- */
+/** The two clouds in the plane on a canvas; the source is moved where it is taken hold of, and turned by its handle. */
 @customElement('scanstitch-lab-plane')
-export class ScanstitchLabPlane extends LitElement implements GestureTarget {
-  @property({ attribute: false }) scene: PlaneScene | null = null;
-  /** Changes with the clouds: the view is fitted anew. */
-  @property({ attribute: false }) fit_key: unknown = null;
-  @property() description = '';
-  /** Whether every drag moves the source: for fingers, which do not hit points. */
-  @state() private holds = false;
-  @state() private guarded = false;
-  @query('canvas') private canvas!: HTMLCanvasElement;
-  @query('.stage') private stage!: HTMLElement;
-
+export class ScanstitchLabPlane extends LabStage {
   private view: Viewport = { center_x: 0, center_y: 0, scale: 40, turns: 0 };
-  private size: Size = { width: 0, height: 0 };
   private ground = document.createElement('canvas');
   private ground_of: readonly unknown[] = [];
-  private frame = 0;
   /** The user has moved the view: it is no longer fitted when its size changes. */
   private is_moved = false;
   private drag: 'view' | 'source' | 'turn' = 'view';
   private grip: [number, number] = [0, 0];
-  private gestures = new Gestures(this, this);
-  private observer = new ResizeObserver(() => this.resize());
-
-  override connectedCallback(): void {
-    super.connectedCallback();
-    if (this.hasUpdated) this.observer.observe(this.stage);
-  }
-
-  override disconnectedCallback(): void {
-    super.disconnectedCallback();
-    this.observer.disconnect();
-    cancelAnimationFrame(this.frame);
-    this.frame = 0;
-  }
-
-  protected override firstUpdated(): void {
-    this.gestures.listen(this.stage);
-    this.observer.observe(this.stage);
-    this.resize();
-  }
-
-  protected override updated(changed: PropertyValues<this>): void {
-    if (changed.has('fit_key')) this.fit();
-    this.requestPaint();
-  }
 
   /** What is on the screen, for pictures. */
   get viewport(): { view: Viewport; size: Size } {
@@ -98,71 +47,33 @@ export class ScanstitchLabPlane extends LitElement implements GestureTarget {
         flat[k++] = points[i + 1] ?? 0;
       }
     }
-    const bounds = mapBounds({ points: flat, offsets: Uint32Array.of(0, flat.length / 2) }, []);
+    // Ranges are those from the middles, as a cloud need not be one of a scanner at its origin.
+    const middles = [centroid(facts.target_points), acted(pose, ...centroid(facts.source_points))];
+    const offsets = Uint32Array.of(0, facts.target_points.length / 3, flat.length / 2);
+    const bounds = mapBounds(
+      { points: flat, offsets },
+      middles.map(([x, y]) => ({ x, y })),
+    );
     if (bounds) this.view = fitted(bounds, size, MARGIN, bestTurns(bounds, size));
     this.is_moved = false;
     this.requestPaint();
   }
 
   protected override render(): TemplateResult {
-    return html`<div
-        class="stage"
-        tabindex="0"
-        role="application"
-        aria-roledescription="registration"
-        aria-label="The two clouds"
-        aria-describedby="description keys"
-        ?data-guarded=${this.guarded}
-        @keydown=${this.onKey}
-        @dblclick=${() => this.fit()}
-        @focus=${this.updateGuard}
-        @blur=${this.updateGuard}
-      >
-        <canvas aria-hidden="true"></canvas>
-        <p id="description" class="visually-hidden">${this.description}</p>
-        <p id="keys" class="visually-hidden">
-          Arrow keys move the source, square brackets turn it, Shift makes both fine, Enter runs from there. Full stop
-          and comma step on and back, the space bar plays. Plus, minus and F zoom.
-        </p>
-      </div>
-      <div class="controls" role="toolbar" aria-label="View">
-        ${mapButton('plus', 'Zoom in', 'Zoom in (+)', () => this.zoomBy(ZOOM_STEP))}
-        ${mapButton('minus', 'Zoom out', 'Zoom out (−)', () => this.zoomBy(1 / ZOOM_STEP))}
-        ${mapButton('fit', 'Show both clouds', 'Show both clouds (F)', () => this.fit())}
-        ${mapButton(
-          'hand',
-          'Drag the source',
-          'Every drag moves the source; two fingers turn it',
-          () => {
-            this.holds = !this.holds;
-          },
-          { pressed: this.holds },
-        )}
-      </div> `;
+    return this.renderStage(
+      html`<canvas aria-hidden="true"></canvas>`,
+      'Arrow keys move the source, square brackets turn it, Shift makes both fine, Enter runs from there. Full stop and comma step on and back, the space bar plays. Plus, minus and F zoom.',
+      'Every drag moves the source; two fingers turn it',
+      null,
+    );
   }
 
-  private updateGuard(): void {
-    this.guarded = belongsToPage(this.stage);
-  }
-
-  private resize(): void {
-    const { clientWidth: width, clientHeight: height } = this.stage;
-    const was_empty = this.size.width === 0;
-    this.size = { width, height };
-    this.updateGuard();
+  protected override resized(was_empty: boolean): void {
     if (was_empty || !this.is_moved) this.fit();
-    cancelAnimationFrame(this.frame);
-    this.paint();
   }
 
-  private requestPaint(): void {
-    if (this.frame === 0) this.frame = requestAnimationFrame(() => this.paint());
-  }
-
-  private paint(): void {
-    this.frame = 0;
-    const { scene, size, view } = this;
-    if (!scene || size.width === 0 || size.height === 0) return;
+  protected override draw(scene: PlaneScene): void {
+    const { size, view } = this;
     const ratio = Math.min(devicePixelRatio || 1, 3);
     // The target stays while the source moves: it is drawn once for every view.
     const ground_of = [scene.facts, scene.dark, view, size.width, size.height, ratio];
@@ -215,10 +126,6 @@ export class ScanstitchLabPlane extends LitElement implements GestureTarget {
     if (this.drag !== 'view') this.turnSource(-angle);
   }
 
-  tap(): void {
-    this.stage.focus();
-  }
-
   hover(x: number, y: number): void {
     const { scene, view, size } = this;
     if (!scene) return;
@@ -227,32 +134,24 @@ export class ScanstitchLabPlane extends LitElement implements GestureTarget {
     this.stage.style.cursor = is_grip ? 'alias' : this.holds || this.isOnSource(x, y, 7) ? 'move' : '';
   }
 
-  leave(): void {
-    this.stage.style.cursor = '';
-  }
-
-  isGuarded(): boolean {
-    return this.guarded;
-  }
-
   private move(view: Viewport): void {
     this.view = view;
     this.is_moved = true;
     this.requestPaint();
   }
 
-  private zoomBy(factor: number): void {
-    this.move(zoomedAt(this.view, this.size, this.size.width / 2, this.size.height / 2, factor));
+  protected override panBy(right: number, down: number): void {
+    this.move(panned(this.view, right, down));
   }
 
-  private shiftSource(right: number, down: number): void {
+  protected override shiftSource(right: number, down: number): void {
     const { scene } = this;
     if (!scene) return;
     const [from, to] = [this.worldAt(0, 0), this.worldAt(right, down)];
     this.tell('source-dragged', movedBy(scene.pose, [0, 0, 0], [0, 0, 0], [to.x - from.x, to.y - from.y, 0]));
   }
 
-  private turnSource(angle: number): void {
+  protected override turnSource(angle: number): void {
     const { scene } = this;
     if (!scene) return;
     const pivot = acted(scene.pose, ...centroid(scene.facts.source_points));
@@ -274,25 +173,8 @@ export class ScanstitchLabPlane extends LitElement implements GestureTarget {
     return false;
   }
 
-  private onKey(event: KeyboardEvent): void {
-    const fine = event.shiftKey ? FINE : 1;
-    const own: StageKeys = {
-      shift: (right, down) => this.shiftSource(right * KEY_PIXELS * fine, down * KEY_PIXELS * fine),
-      turn: (direction) => this.turnSource(direction * KEY_TURN * fine),
-      zoom: (direction) => this.zoomBy(ZOOM_STEP ** direction),
-      fit: () => this.fit(),
-      pan: (right, down) => this.move(panned(this.view, -right * PAN_STEP, -down * PAN_STEP)),
-      tell: (what) => this.tell('stage-key', what),
-    };
-    pressStageKey(event, own);
-  }
-
   private worldAt(x: number, y: number): { x: number; y: number } {
     return toWorld(this.view, this.size, x, y);
-  }
-
-  private tell(name: string, detail: Pose | string | null): void {
-    this.dispatchEvent(new CustomEvent(name, { detail }));
   }
 
   static override styles = [shared, map_styles];

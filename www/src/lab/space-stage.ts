@@ -1,20 +1,17 @@
-import { css, html, LitElement, nothing, type PropertyValues, type TemplateResult } from 'lit';
-import { customElement, property, query, state } from 'lit/decorators.js';
+import { css, html, nothing, type PropertyValues, type TemplateResult } from 'lit';
+import { customElement, property, state } from 'lit/decorators.js';
 import { keyed } from 'lit/directives/keyed.js';
 import { map_styles } from '../components/map-styles.js';
 import { mapButton } from '../components/map-toolbar.js';
 import { shared } from '../components/theme.js';
-import { Gestures, type GestureTarget } from '../views/gestures.js';
-import { belongsToPage, PAN_STEP, ZOOM_STEP } from '../views/map-keys.js';
-import { axes, fitted, metresPerPixel, type Orbit, orbited, panned, type Size, zoomedAt } from '../views/orbit.js';
+import { axes, fitted, metresPerPixel, type Orbit, orbited, panned, zoomedAt } from '../views/orbit.js';
 import type { Rgb } from '../views/palette.js';
 import { dot, type Mat3, type Vec3 } from '../views/vectors.js';
 import type { PlaneScene } from './plane-painter.js';
 import { acted, centroid, movedBy } from './poses.js';
-import type { Pose } from './protocol.js';
 import type { SpaceScene } from './space-scene.js';
 import { directionVertices, pairVertices, rejectedVertices, sourceVertices, targetVertices } from './space-vertices.js';
-import { pressStageKey } from './stage-keys.js';
+import { LabStage } from './stage.js';
 
 /** Which way is up in the clouds. */
 export type Up = 'z' | 'camera';
@@ -35,65 +32,38 @@ const VIEWS: Record<Up, Mat3> = {
 const FIRST_ORBIT: Orbit = { target: [0, 0, 0], azimuth: 0.5, elevation: 0.6, distance: 10, projection: 'perspective' };
 const BACKGROUND: Record<'light' | 'dark', Rgb> = { light: [252, 253, 254], dark: [11, 15, 20] };
 const TURN_PER_PIXEL = 0.008;
-const KEY_PIXELS = 4;
-const KEY_TURN = Math.PI / 180;
-const FINE = 0.125;
 /** A lost graphics context is replaced after so long. */
 const RESTORE_MS = 500;
 
 /**
  * The two clouds in space. A drag orbits; with the source taken hold of, it moves the source in the plane of the screen, and
- * turns it about the line of sight with two fingers or Shift.
- *
- * Fires `source-dragged` with a pose, `source-released`, and `stage-key` with what a key means for the run.
+ * turns it about the line of sight with two fingers or Shift. The camera follows the source until the user moves it.
  */
 @customElement('scanstitch-lab-space')
-export class ScanstitchLabSpace extends LitElement implements GestureTarget {
-  @property({ attribute: false }) scene: PlaneScene | null = null;
-  /** Changes with the clouds: the view is fitted anew. */
-  @property({ attribute: false }) fit_key: unknown = null;
-  @property() description = '';
+export class ScanstitchLabSpace extends LabStage {
   @property() up: Up = 'z';
-  @state() private holds = false;
   @state() private is_unavailable = false;
-  @state() private guarded = false;
   /** A lost context takes its canvas along. */
   @state() private canvas_number = 1;
-  @query('canvas') private canvas!: HTMLCanvasElement;
-  @query('.stage') private stage!: HTMLElement;
 
   private graphics: SpaceScene | null = null;
   private started = 0;
   private orbit = FIRST_ORBIT;
-  private size: Size = { width: 0, height: 0 };
-  private frame = 0;
   private reach = 50;
+  /** Middle of the source that the camera looks at; null once the user has moved the camera. */
+  private followed: Vec3 | null = null;
   private is_twisting = false;
   private drawn: { clouds: unknown; pairs: unknown; marks: unknown } = { clouds: null, pairs: null, marks: null };
-  private gestures = new Gestures(this, this);
-  private observer = new ResizeObserver(() => this.resize());
 
   override connectedCallback(): void {
     super.connectedCallback();
-    if (this.hasUpdated) {
-      this.observer.observe(this.stage);
-      this.canvas_number++;
-    }
+    if (this.hasUpdated) this.canvas_number++;
   }
 
   override disconnectedCallback(): void {
     super.disconnectedCallback();
-    this.observer.disconnect();
-    cancelAnimationFrame(this.frame);
-    this.frame = 0;
     this.graphics?.dispose();
     this.graphics = null;
-  }
-
-  protected override firstUpdated(): void {
-    this.gestures.listen(this.stage);
-    this.observer.observe(this.stage);
-    this.resize();
   }
 
   protected override updated(changed: PropertyValues<this>): void {
@@ -101,8 +71,8 @@ export class ScanstitchLabSpace extends LitElement implements GestureTarget {
       this.started = this.canvas_number;
       void this.start();
     }
-    if (changed.has('fit_key') || changed.has('up')) this.fit();
-    this.requestPaint();
+    if (changed.has('up')) this.fit();
+    super.updated(changed);
   }
 
   private async start(): Promise<void> {
@@ -145,6 +115,7 @@ export class ScanstitchLabSpace extends LitElement implements GestureTarget {
       );
     }
     this.orbit = fitted(this.orbit, points, size, { across: 30, along: 30 });
+    this.followed = this.sourceMiddle(scene);
     this.reach = points.reduce((reach, point) => Math.max(reach, Math.hypot(...point)), 1) * 2;
     this.requestPaint();
   }
@@ -165,72 +136,43 @@ export class ScanstitchLabSpace extends LitElement implements GestureTarget {
   }
 
   protected override render(): TemplateResult {
-    return html`<div
-        class="stage"
-        tabindex="0"
-        role="application"
-        aria-roledescription="registration"
-        aria-label="The two clouds"
-        aria-describedby="description keys"
-        ?data-guarded=${this.guarded}
-        @keydown=${this.onKey}
-        @dblclick=${() => this.fit()}
-        @focus=${this.updateGuard}
-        @blur=${this.updateGuard}
-      >
-        ${keyed(this.canvas_number, html`<canvas aria-hidden="true"></canvas>`)}
-        <p id="description" class="visually-hidden">${this.description}</p>
-        <p id="keys" class="visually-hidden">
-          Arrow keys move the source in the plane of the screen, square brackets turn it about the line of sight, Shift
-          makes both fine, Enter runs from there. Full stop and comma step on and back, the space bar plays. With
-          Control, arrow keys move the view; plus, minus and F zoom.
-        </p>
-      </div>
-      ${this.is_unavailable ? html`<p class="no-graphics">This browser shows no 3D graphics (WebGL 2).</p>` : nothing}
-      <div class="controls" role="toolbar" aria-label="View">
-        ${mapButton('plus', 'Zoom in', 'Zoom in (+)', () => this.zoomBy(ZOOM_STEP))}
-        ${mapButton('minus', 'Zoom out', 'Zoom out (−)', () => this.zoomBy(1 / ZOOM_STEP))}
-        ${mapButton('fit', 'Show both clouds', 'Show both clouds (F)', () => this.fit())}
-        ${mapButton(
-          'hand',
-          'Drag the source',
-          'Drags move the source; with Shift or two fingers they turn it',
-          () => {
-            this.holds = !this.holds;
-          },
-          { pressed: this.holds },
-        )}
-        ${mapButton('turn', 'Another axis is up', this.up === 'z' ? 'z is up' : 'y is down, as for a camera', () => {
-          this.up = this.up === 'z' ? 'camera' : 'z';
-        })}
-      </div>`;
+    return html`${this.renderStage(
+      keyed(this.canvas_number, html`<canvas aria-hidden="true"></canvas>`),
+      'Arrow keys move the source in the plane of the screen, square brackets turn it about the line of sight, Shift makes both fine, Enter runs from there. Full stop and comma step on and back, the space bar plays. With Control, arrow keys move the view; plus, minus and F zoom.',
+      'Drags move the source; with Shift or two fingers they turn it',
+      mapButton('turn', 'Another axis is up', this.up === 'z' ? 'z is up' : 'y is down, as for a camera', () => {
+        this.up = this.up === 'z' ? 'camera' : 'z';
+      }),
+    )}
+    ${this.is_unavailable ? html`<p class="no-graphics">This browser shows no 3D graphics (WebGL 2).</p>` : nothing}`;
   }
 
-  private updateGuard(): void {
-    this.guarded = belongsToPage(this.stage);
-  }
-
-  private resize(): void {
-    const { clientWidth: width, clientHeight: height } = this.stage;
-    const was_empty = this.size.width === 0;
-    this.size = { width, height };
-    this.updateGuard();
+  protected override resized(was_empty: boolean): void {
     this.graphics?.resize(this.size, Math.min(devicePixelRatio || 1, 2));
     if (was_empty) this.fit();
-    cancelAnimationFrame(this.frame);
-    this.paint();
   }
 
-  private requestPaint(): void {
-    if (this.frame === 0) this.frame = requestAnimationFrame(() => this.paint());
-  }
-
-  private paint(): void {
-    this.frame = 0;
-    const { scene, graphics, size } = this;
-    if (!scene || !graphics || size.width === 0 || size.height === 0) return;
+  protected override draw(scene: PlaneScene): void {
+    const { graphics } = this;
+    if (!graphics) return;
+    this.follow(scene);
     this.upload(scene, graphics);
     graphics.render(this.orbit, VIEWS[this.up], scene.pose, BACKGROUND[scene.dark ? 'dark' : 'light'], this.reach);
+  }
+
+  /** Keeps the middle of the two clouds where it is on the screen. */
+  private follow(scene: PlaneScene): void {
+    if (!this.followed) return;
+    const middle = this.sourceMiddle(scene);
+    const [x, y, z] = this.followed;
+    const [tx, ty, tz] = this.orbit.target;
+    const target: Vec3 = [tx + (middle[0] - x) / 2, ty + (middle[1] - y) / 2, tz + (middle[2] - z) / 2];
+    this.orbit = { ...this.orbit, target };
+    this.followed = middle;
+  }
+
+  private sourceMiddle({ facts, pose }: PlaneScene): Vec3 {
+    return this.inView(acted(pose, ...centroid(facts.source_points)));
   }
 
   /** What is seen, as a PNG. */
@@ -293,32 +235,21 @@ export class ScanstitchLabSpace extends LitElement implements GestureTarget {
     if (this.holds) this.turnSource(-angle);
   }
 
-  tap(): void {
-    this.stage.focus();
-  }
-
   hover(): void {
     this.stage.style.cursor = this.holds ? 'move' : '';
   }
 
-  leave(): void {
-    this.stage.style.cursor = '';
-  }
-
-  isGuarded(): boolean {
-    return this.guarded;
-  }
-
   private move(orbit: Orbit): void {
     this.orbit = orbit;
+    this.followed = null;
     this.requestPaint();
   }
 
-  private zoomBy(factor: number): void {
-    this.zoom(this.size.width / 2, this.size.height / 2, factor);
+  protected override panBy(right: number, down: number): void {
+    this.move(panned(this.orbit, this.size, right, down));
   }
 
-  private shiftSource(right: number, down: number): void {
+  protected override shiftSource(right: number, down: number): void {
     const { scene, orbit, size } = this;
     if (!scene) return;
     const scale = metresPerPixel(orbit, size);
@@ -329,29 +260,13 @@ export class ScanstitchLabSpace extends LitElement implements GestureTarget {
     this.tell('source-dragged', movedBy(scene.pose, [0, 0, 0], [0, 0, 0], this.inCloud(shift)));
   }
 
-  /** About the line of sight, counter-clockwise on the screen. */
-  private turnSource(angle: number): void {
+  /** About the line of sight. */
+  protected override turnSource(angle: number): void {
     const { scene } = this;
     if (!scene) return;
     const [x, y, z] = this.inCloud(axes(this.orbit).back);
     const pivot = acted(scene.pose, ...centroid(scene.facts.source_points));
     this.tell('source-dragged', movedBy(scene.pose, [x * angle, y * angle, z * angle], pivot, [0, 0, 0]));
-  }
-
-  private onKey(event: KeyboardEvent): void {
-    const fine = event.shiftKey ? FINE : 1;
-    pressStageKey(event, {
-      shift: (right, down) => this.shiftSource(right * KEY_PIXELS * fine, down * KEY_PIXELS * fine),
-      turn: (direction) => this.turnSource(direction * KEY_TURN * fine),
-      zoom: (direction) => this.zoomBy(ZOOM_STEP ** direction),
-      fit: () => this.fit(),
-      pan: (right, down) => this.move(panned(this.orbit, this.size, -right * PAN_STEP, -down * PAN_STEP)),
-      tell: (what) => this.tell('stage-key', what),
-    });
-  }
-
-  private tell(name: string, detail: Pose | string | null): void {
-    this.dispatchEvent(new CustomEvent(name, { detail }));
   }
 
   static override styles = [
