@@ -15,9 +15,9 @@ async function serveToOtherHosts(page: Page, baseURL: string): Promise<void> {
 
 /**
  * A course page on another host than Scanstitch's: `body` stands in it, the scans of the sample lie beside it, and the
- * element comes from `baseURL` with the header that every public static host sends.
+ * element comes from `baseURL` with the header that every public static host sends. Returns the page's address.
  */
-async function openCourse(page: Page, baseURL: string, body: string): Promise<void> {
+async function serveCourse(page: Page, baseURL: string, body: string): Promise<string> {
   await serveToOtherHosts(page, baseURL);
   await page.context().route(`${COURSE_HOST}/**`, async (route) => {
     const { pathname } = new URL(route.request().url());
@@ -35,8 +35,7 @@ async function openCourse(page: Page, baseURL: string, body: string): Promise<vo
       await route.fulfill({ status: 404 });
     }
   });
-  const app = new ScanstitchPage(page);
-  await app.open(`${COURSE_HOST}/lesson/`);
+  return `${COURSE_HOST}/lesson/`;
 }
 
 /** The true poses of the sample's first scans. */
@@ -51,7 +50,7 @@ function truthOf(num_scans: number): string {
 const test = base.extend<{ course: (body: string) => Promise<ScanstitchPage> }>({
   course: async ({ page, baseURL }, use) => {
     await use(async (body) => {
-      await openCourse(page, baseURL ?? '', body);
+      await new ScanstitchPage(page).open(await serveCourse(page, baseURL ?? '', body));
       return new ScanstitchPage(page);
     });
   },
@@ -110,4 +109,19 @@ test('scans that cannot be fetched are told', async ({ page, baseURL }) => {
   await page.goto(`${COURSE_HOST}/`);
   await expect(page.getByRole('region', { name: 'Messages' })).toContainText(/missing\.json answered 404/);
   await expect(page.getByRole('button', { name: 'Show the sample' })).toBeVisible();
+});
+
+test('a course page opens the ICP lab on two addresses, and an iteration is stepped by keys alone', async ({
+  page,
+  baseURL,
+}) => {
+  const body = '<scanstitch-app view="icp" src="scans/1.ply scans/0.ply" style="height: 600px"></scanstitch-app>';
+  await page.goto(await serveCourse(page, baseURL ?? '', body));
+  const lab = page.locator('scanstitch-lab');
+  await expect(lab.getByLabel('Source', { exact: false }).first()).toHaveValue(/1\.ply$/);
+  await expect(lab.getByLabel('Target', { exact: false }).first()).toHaveValue(/0\.ply$/);
+  await page.getByRole('application', { name: 'The two clouds' }).focus();
+  await page.keyboard.press('.');
+  await expect(page.getByRole('status').filter({ hasText: 'After iteration 1 of' })).not.toHaveCount(0);
+  expect(await page.evaluate(() => location.hash), 'the address is the course page’s own').toBe('');
 });
