@@ -239,3 +239,31 @@ test('methods side by side, on a phone in the dark', async ({ page }) => {
   expect(overflow).toBeLessThanOrEqual(0);
   await expect(lab(page).getByRole('button', { name: 'Play the iterations (space bar)' })).toBeInViewport();
 });
+
+test('the correlative search is followed block by block, and ICP runs from its best pose', async ({ page }) => {
+  await look(page);
+  const home = place((await trace(page)).T_target_source.at(-1));
+  await stage(page).focus();
+  for (let i = 0; i < 40; i++) await page.keyboard.press('ArrowLeft');
+  await page.keyboard.press('Enter');
+  await expect(page.getByRole('button', { name: /^Run from here/ })).toBeHidden();
+  const start = place((await trace(page)).T_target_source[0]);
+  await lab(page).getByRole('tab', { name: 'Search' }).click();
+  const readout = lab(page)
+    .getByText(/^Block [\d\s]+ of [\d\s]+:/)
+    .first();
+  const at_the_best = await readout.innerText({ timeout: 20_000 });
+  await lab(page).getByRole('slider', { name: 'Block' }).focus();
+  await page.keyboard.press('Home');
+  await expect(readout).toHaveText(/^Block 1 of [\d\s]+: 3\.20\sm wide/);
+  await page.keyboard.press('End');
+  await expect(readout).not.toHaveText(at_the_best);
+  await lab(page)
+    .getByRole('button', { name: /^Run ICP from the best pose/ })
+    .click();
+  await expect.poll(async () => place((await trace(page)).T_target_source[0])).not.toEqual(start);
+  const { T_target_source } = await trace(page);
+  const [from, to] = [place(T_target_source[0]), place(T_target_source.at(-1))];
+  expect(Math.hypot(from[0] - home[0], from[1] - home[1]), 'a grid of 0.1 m').toBeLessThan(0.15);
+  expect(Math.hypot(to[0] - home[0], to[1] - home[1])).toBeLessThan(0.05);
+});

@@ -16,6 +16,7 @@ import type {
   Options,
   OwnComparison,
   Pose,
+  SearchedBlock,
 } from './protocol.js';
 import worker_url from './lab-worker.ts?worker&url';
 
@@ -27,7 +28,7 @@ export interface LabHooks {
   unavailable(message: string): void;
 }
 
-type Question = 'trace' | 'traced_iteration' | 'iteration' | 'landscape' | 'basin' | 'label' | 'own';
+type Question = 'trace' | 'traced_iteration' | 'iteration' | 'landscape' | 'search_path' | 'basin' | 'label' | 'own';
 type Given<K extends Question> = Arguments<LabApi[K]> extends [number, ...infer Rest] ? Rest : never;
 
 interface Pair {
@@ -141,6 +142,12 @@ export class LabClient {
   /** Of the last trace of the method. */
   tracedIteration(method: number, index: number): Promise<LabIteration> {
     return this.#stepper.ask(this.#opened(), method, this.#options(method), 'traced_iteration', index);
+  }
+
+  /** Planar clouds: where the correlative search goes within half widths (m, rad) of a pose. */
+  searchPath(method: number, T_center: Pose, translation: number, rotation: number): Promise<SearchedBlock[]> {
+    const options = this.#options(method);
+    return this.#stepper.ask(this.#opened(), method, options, 'search_path', T_center, translation, rotation);
   }
 
   /** The minima of a landscape, the most prominent first. */

@@ -4,6 +4,7 @@ import '../components/figure-view.js';
 import '../components/settings-panel.js';
 import './basin-panel.js';
 import './landscape-panel.js';
+import './search-panel.js';
 import { layout_styles } from '../components/app-styles.js';
 import type { ScanstitchFigure } from '../components/figure-view.js';
 import { tabs } from '../components/run-parts.js';
@@ -22,12 +23,13 @@ import { ownPanel } from './own-panel.js';
 import { costPainter, stepPanel } from './step-panel.js';
 import { BasinSurvey, LandscapeSurvey, shareHome } from './survey.js';
 
-export type Tab = 'step' | 'landscape' | 'basin' | 'degeneracy' | 'method';
+export type Tab = 'step' | 'landscape' | 'basin' | 'search' | 'degeneracy' | 'method';
 
 export const TABS: readonly { tab: Tab; label: string }[] = [
   { tab: 'step', label: 'Step' },
   { tab: 'landscape', label: 'Cost' },
   { tab: 'basin', label: 'Basin' },
+  { tab: 'search', label: 'Search' },
   { tab: 'degeneracy', label: 'Degeneracy' },
   { tab: 'method', label: 'Methods' },
 ];
@@ -70,12 +72,15 @@ export class ScanstitchLabSide extends LitElement {
   /** The figure that is shown; null where there is none. */
   get figure(): ScanstitchFigure | null {
     const within =
-      this.panel?.querySelector('scanstitch-lab-landscape, scanstitch-lab-basin')?.shadowRoot ?? this.panel;
+      this.panel?.querySelector('scanstitch-lab-landscape, scanstitch-lab-basin, scanstitch-lab-search')?.shadowRoot ??
+      this.panel;
     return within?.querySelector('scanstitch-figure') ?? null;
   }
 
   protected override render(): TemplateResult {
-    return tabs(TABS, this.tab, this.renderPanel(), (tab) => {
+    const is_planar = this.session.facts?.is_planar ?? true;
+    const shown = TABS.filter(({ tab }) => is_planar || tab !== 'search');
+    return tabs(shown, this.tab, this.renderPanel(), (tab) => {
       this.dispatchEvent(new CustomEvent('tab-chosen', { detail: tab }));
     });
   }
@@ -101,6 +106,9 @@ export class ScanstitchLabSide extends LitElement {
         .tick=${{}}
         ?dark=${dark}
       ></scanstitch-lab-basin>`;
+    }
+    if (tab === 'search' && facts.is_planar) {
+      return html`<scanstitch-lab-search .session=${session} .tick=${{}} ?dark=${dark}></scanstitch-lab-search>`;
     }
     if (tab === 'degeneracy') return this.renderDegeneracy(facts);
     const metric = this.metricOf(run, facts);

@@ -31,6 +31,7 @@ serve<LabApi>({
   traced_iteration: (method, index) => labOf(method).traced_iteration(index),
   iteration: (method, T) => labOf(method).iteration(numbers(T)),
   landscape: (method, part) => labOf(method).cost_landscape(gridOf(part)),
+  search_path: (method, T, translation, rotation) => labOf(method).search_path(numbers(T), translation, rotation),
   minima: (costs, width) => local_minima(costs, width),
   basin: (method, part) => labOf(method).basin_of_attraction(gridOf(part)),
   own,

@@ -8,6 +8,7 @@ import type {
   IterationRecord,
   LocalMinimum,
   RegistrationOptions,
+  SearchedBlock,
 } from '../engine/package.js';
 
 export type {
@@ -17,6 +18,7 @@ export type {
   IterationRecord,
   LocalMinimum,
   RobustKernel,
+  SearchedBlock,
 } from '../engine/package.js';
 export type Options = Partial<RegistrationOptions>;
 export type LabIteration = IcpIteration;
@@ -86,6 +88,8 @@ export interface LabApi {
   traced_iteration(method: number, index: number): LabIteration;
   iteration(method: number, T: Pose): LabIteration;
   landscape(method: number, part: GridPart): Float64Array;
+  /** Planar clouds: blocks of the correlative search within half widths (m, rad), in the order in which it looks at them. */
+  search_path(method: number, T_center: Pose, translation: number, rotation: number): SearchedBlock[];
   minima(costs: Float64Array, width: number): LocalMinimum[];
   basin(method: number, part: GridPart): BasinEnds;
   /** `poses`: theirs, the start first. */

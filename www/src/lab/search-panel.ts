@@ -1,0 +1,197 @@
+import { html, LitElement, nothing, type TemplateResult } from 'lit';
+import { customElement, property, state } from 'lit/decorators.js';
+import '../components/figure-view.js';
+import { WorkerDied } from '../engine/remote.js';
+import { shared } from '../components/theme.js';
+import { DEGREES, formatAngle, formatCount, formatDuration, formatLength } from '../views/format.js';
+import { makeColors } from '../views/figure-colors.js';
+import { memoizeLast } from '../views/memoize-last.js';
+import { lab_styles } from './lab-styles.js';
+import { IDENTITY } from './poses.js';
+import type { LabSession } from './session.js';
+import { type CorrelativeSearch, poseOfBlock, searchPainter, stateAt } from './search.js';
+import { side_styles } from './side-styles.js';
+
+/** Half widths of the window (m, degrees). */
+const REACHES = [0.5, 1, 2, 4];
+const TURNS = [10, 30, 90, 180];
+
+/**
+ * Where the correlative search goes around the start, block after block of its pyramid, and the pose that it hands to ICP.
+ *
+ * Fires `ghost-shown` with the pose of the block that is looked at, or null.
+ */
+@customElement('scanstitch-lab-search')
+export class ScanstitchLabSearch extends LitElement {
+  @property({ attribute: false }) session!: LabSession;
+  @property({ type: Boolean }) dark = false;
+  /** Changes whenever there is something new to draw. */
+  @property({ attribute: false }) tick: unknown = null;
+  @state() private reach = 2;
+  @state() private turn = 30;
+  @state() private search: CorrelativeSearch | null = null;
+  @state() private milliseconds = 0;
+  /** So many blocks have been looked at. */
+  @state() private count = 0;
+  private made_of: readonly unknown[] = [];
+  private colorsOf = memoizeLast(makeColors);
+  private painterOf = memoizeLast(searchPainter);
+
+  override disconnectedCallback(): void {
+    super.disconnectedCallback();
+    this.made_of = [];
+    this.point(null);
+  }
+
+  protected override updated(): void {
+    const { run, client, generation, start } = this.session;
+    if (!run?.trace || !client) return;
+    const made_of = [run.id, run.options, generation, client, start, this.reach, this.turn];
+    if (made_of.every((part, i) => part === this.made_of[i])) return;
+    this.made_of = made_of;
+    void this.compute(made_of);
+  }
+
+  private async compute(made_of: readonly unknown[]): Promise<void> {
+    const { run, client, start } = this.session;
+    if (!run || !client) return;
+    const center = start ?? IDENTITY;
+    try {
+      const begin = performance.now();
+      const blocks = await client.searchPath(run.id, center, this.reach, this.turn / DEGREES);
+      if (this.made_of !== made_of) return;
+      this.milliseconds = performance.now() - begin;
+      this.search = { center, reach: this.reach, blocks };
+      // The best pose is what one wants to see first; what comes after it is only ruled out.
+      this.count = Math.max(blocks.findLastIndex(({ level }) => level === 0) + 1, 1);
+    } catch (error) {
+      if (!(error instanceof WorkerDied)) throw error; // which has been told
+    }
+  }
+
+  protected override render(): TemplateResult {
+    const { search } = this;
+    return html`<div class="panel">
+      <header>
+        <h2>Correlative search around the start</h2>
+        <span class="muted"
+          >${search ? `${formatCount(search.blocks.length)} blocks, ${formatDuration(this.milliseconds)}` : 'searching…'}</span
+        >
+      </header>
+      <div class="row field">
+        ${choice(
+          'Distance',
+          REACHES,
+          this.reach,
+          (value) => `± ${value} m`,
+          (value) => {
+            this.reach = value;
+          },
+        )}
+        ${choice(
+          'Heading',
+          TURNS,
+          this.turn,
+          (value) => `± ${value}°`,
+          (value) => {
+            this.turn = value;
+          },
+        )}
+      </div>
+      ${search ? this.renderSearch(search) : nothing}
+      <p class="explanation">
+        ICP finds the nearest minimum; this search finds the best pose of a whole window, to ${formatLength(0.1)}. The
+        target is drawn as a grid of likelihoods and as its maxima over ever larger squares. The maxima bound the score
+        of all poses of a block at once, so that a block whose bound is below the best pose found is never entered
+        (branch and bound: Olson 2009, Hess et al. 2016). Drawn are the blocks of one heading, coloured by their bounds.
+      </p>
+    </div>`;
+  }
+
+  private renderSearch(search: CorrelativeSearch): TemplateResult {
+    const { block, best, levels } = stateAt(search, this.count);
+    const words = block
+      ? `Block ${formatCount(this.count)} of ${formatCount(search.blocks.length)}: ${formatLength(block.side)} wide, heading ${formatAngle(block.turn)}, bound ${block.bound.toFixed(3)}`
+      : 'No pose of this window meets the target';
+    return html`<scanstitch-figure
+        class="map"
+        steppable
+        label="Blocks of the correlative search"
+        description=${words}
+        .painter=${this.painterOf(search, this.count, this.colorsOf(this.dark), this.dark)}
+        @figure-stepped=${({ detail }: CustomEvent<{ direction: number }>) => this.lookAt(this.count + detail.direction)}
+      ></scanstitch-figure>
+      <input
+        type="range"
+        min="1"
+        max=${Math.max(search.blocks.length, 1)}
+        .value=${String(this.count)}
+        aria-label="Block"
+        aria-valuetext=${words}
+        @input=${({ target }: Event) => this.lookAt(Number((target as HTMLInputElement).value))}
+      />
+      <p class="readout number muted">${words}</p>
+      <table class="number">
+        <thead>
+          <tr>
+            <th scope="col">Level</th>
+            <th scope="col">Block</th>
+            <th scope="col">Looked at</th>
+          </tr>
+        </thead>
+        <tbody>
+          ${levels.map(
+            ({ level, side, count }) =>
+              html`<tr>
+                <th scope="row">${level}</th>
+                <td>${level === 0 ? 'one pose' : formatLength(side)}</td>
+                <td>${formatCount(count)}</td>
+              </tr>`,
+          )}
+        </tbody>
+      </table>
+      <button
+        ?disabled=${!best}
+        @click=${() => {
+          if (best) void this.session.startFrom(poseOfBlock(search.center, best));
+        }}
+      >
+        Run ICP from the best pose${best ? ` (score ${best.bound.toFixed(3)})` : ''}
+      </button>`;
+  }
+
+  private lookAt(count: number): void {
+    const { search } = this;
+    if (!search) return;
+    this.count = Math.min(Math.max(count, 1), search.blocks.length);
+    const block = search.blocks[this.count - 1];
+    this.point(block ? poseOfBlock(search.center, block) : null);
+  }
+
+  private point(detail: ArrayLike<number> | null): void {
+    this.dispatchEvent(new CustomEvent('ghost-shown', { detail, bubbles: true, composed: true }));
+  }
+
+  static override styles = [shared, lab_styles, side_styles];
+}
+
+function choice(
+  label: string,
+  values: readonly number[],
+  chosen: number,
+  word: (value: number) => string,
+  choose: (value: number) => void,
+): TemplateResult {
+  return html`<label class="choice"
+    >${label}
+    <select @change=${({ target }: Event) => choose(Number((target as HTMLSelectElement).value))}>
+      ${values.map((value) => html`<option value=${value} .selected=${value === chosen}>${word(value)}</option>`)}
+    </select></label
+  >`;
+}
+
+declare global {
+  interface HTMLElementTagNameMap {
+    'scanstitch-lab-search': ScanstitchLabSearch;
+  }
+}
