@@ -15,9 +15,9 @@ pub(crate) struct MotionRatio {
 }
 
 /// Pairs of frames this far apart are compared: neighbours, and some between which slow cameras have moved.
-const GAPS: [usize; 3] = [1, 5, 20];
+const GAPS: [usize; 4] = [1, 2, 5, 20];
 /// Fewer pairs than this tell nothing.
-const MIN_PAIRS: usize = 8;
+const MIN_PAIRS: usize = 6;
 /// Shorter steps (m) and smaller turns (rad, 1.7 degrees) of the reference are noise.
 const MIN_STEP: f64 = 0.02;
 const MIN_TURN: f64 = 0.03;
@@ -101,7 +101,7 @@ mod tests {
         let wild: Vec<Option<Pose3>> =
             (0..40).map(|i: u32| Some(Isometry3::translation(f64::from(i * i * 7919 % 97), 0.0, 0.0))).collect();
         assert_eq!(motion_ratio(&wild, &path(40, 1.0, 1.0)).translation, None);
-        assert_eq!(motion_ratio(&path(5, 2.0, 1.0), &path(5, 1.0, 1.0)), MotionRatio::default(), "too few");
+        assert_eq!(motion_ratio(&path(3, 2.0, 1.0), &path(3, 1.0, 1.0)), MotionRatio::default(), "too few");
         let still = vec![Some(Isometry3::identity()); 40];
         assert_eq!(motion_ratio(&still, &still), MotionRatio::default());
     }

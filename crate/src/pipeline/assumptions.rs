@@ -33,8 +33,18 @@ pub struct Assumption {
     pub why: String,
     /// Values that the data allow, the likeliest first, which is the one that was taken. With more than one it is open.
     pub likely: Vec<f64>,
-    /// Other values that such images have.
-    pub others: Vec<f64>,
+    /// Values that such images have, and whose they are.
+    pub usual: Vec<UsualValue>,
+}
+
+/// A value that is in use.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
+pub struct UsualValue {
+    /// The value.
+    pub value: f64,
+    /// Who uses it.
+    pub about: String,
 }
 
 /// A value of a setting with which a comparison would come out even.
@@ -49,11 +59,32 @@ pub struct Suggestion {
     pub value: Option<f64>,
 }
 
-/// Raw values a metre of 16 bits that are in use, and of 8 bits: 10, 5, 2.55 and 20 m over the range.
-const SCALES_16: [f64; 7] = [1000.0, 5000.0, 6553.5, 4000.0, 10_000.0, 8000.0, 256.0];
-const SCALES_8: [f64; 4] = [25.5, 51.0, 100.0, 12.75];
-/// Focal lengths over the width: 90 degrees, RealSense D435 and D455, Kinect v2, Azure Kinect (narrow), Kinect, D415.
-const FOCAL_LENGTHS: [f64; 6] = [0.5, 0.6, 0.713, 0.788, 0.82, 0.955];
+/// Raw values a metre of 16 bits that are in use, ...
+const SCALES_16: [(f64, &str); 7] = [
+    (1000.0, "millimetres"),
+    (5000.0, "TUM RGB-D"),
+    (6553.5, "16 bits over 10 m"),
+    (4000.0, "Matterport3D"),
+    (10_000.0, "tenths of a millimetre"),
+    (8000.0, "SUN RGB-D"),
+    (256.0, "KITTI"),
+];
+/// ... and of 8 bits.
+const SCALES_8: [(f64, &str); 4] = [
+    (25.5, "10 m over the range"),
+    (51.0, "5 m over the range"),
+    (12.75, "20 m over the range"),
+    (100.0, "centimetres"),
+];
+/// Focal lengths over the width of the image, from the sensors' datasheets.
+const FOCAL_LENGTHS: [(f64, &str); 6] = [
+    (0.5, "renderers"),
+    (0.6, "RealSense D435, D455"),
+    (0.713, "Kinect v2"),
+    (0.788, "Azure Kinect"),
+    (0.82, "Kinect, Xtion, phones"),
+    (0.955, "RealSense D415"),
+];
 /// A scale whose median depth (m) lies outside of this was not meant: rooms are 2.2 m in the median, a tenth or ten times
 /// that is no room and no hall.
 const PLAUSIBLE_MEDIAN: (f64, f64) = (0.2, 25.0);
@@ -73,27 +104,28 @@ pub(crate) fn assumptions(
         let why = match scale.basis {
             ScaleBasis::DisparitySteps(_) => "told from the spacing of the raw values".to_owned(),
             ScaleBasis::RoomSize(median) => format!("told from the size of rooms (median depth {median:.1} m)"),
-            _ => "8 bits over 10 m, as rendered rooms mostly have it".to_owned(),
+            _ => "as 8 bits of rendered rooms mostly have it".to_owned(),
         };
         assumption(ReadingSetting::DepthScale, likely, usual, why)
     });
     let focal_length = (settings.fx == 0.0 && settings.field_of_view == 0.0).then(|| {
-        let usual = FOCAL_LENGTHS.map(|share| (share * image.width as f64).round());
+        let usual = FOCAL_LENGTHS.map(|(share, about)| ((share * image.width as f64).round(), about));
         let why = match scale.sensor {
-            DepthSensor::RealSense { .. } => "a RealSense's, told from the spacing of the raw values",
-            DepthSensor::Kinect => "a Kinect's",
-            DepthSensor::Unknown if camera.fx == image.width as f64 / 2.0 => "90 degrees, as rendered images mostly have it",
-            DepthSensor::Unknown => "that of a usual depth camera with images of this size",
+            DepthSensor::RealSense { .. } => "told from the spacing of the raw values: a RealSense",
+            DepthSensor::Kinect => "told from the spacing of the raw values: a Kinect or its like",
+            DepthSensor::Unknown if (2.0 * camera.fx / image.width as f64 - 1.0).abs() < 1e-9 => {
+                "as rendered images mostly have it"
+            }
+            DepthSensor::Unknown => "as the usual depth camera with images of this size has it",
         };
         assumption(ReadingSetting::Fx, vec![camera.fx], &usual, why.to_owned())
     });
     depth_scale.into_iter().chain(focal_length).collect()
 }
 
-fn assumption(setting: ReadingSetting, likely: Vec<f64>, usual: &[f64], why: String) -> Assumption {
-    let is_other = |value: &f64| likely.iter().all(|one| (one / value).ln().abs() > 0.01);
-    let others = usual.iter().copied().filter(is_other).collect();
-    Assumption { setting, value: likely[0], why, likely, others }
+fn assumption(setting: ReadingSetting, likely: Vec<f64>, usual: &[(f64, &str)], why: String) -> Assumption {
+    let usual = usual.iter().map(|&(value, about)| UsualValue { value, about: about.to_owned() }).collect();
+    Assumption { setting, value: likely[0], why, likely, usual }
 }
 
 /// What the first image says against the depth scale that is set, in a sentence.
@@ -115,7 +147,9 @@ pub(crate) fn contradiction(settings: &SpatialSettings, scale: &DepthScale) -> O
             let median = median * told / set;
             let is_plausible = median > PLAUSIBLE_MEDIAN.0 && median < PLAUSIBLE_MEDIAN.1;
             (!is_plausible).then(|| {
-                format!("depth_scale = {set} puts half of the first image beyond {median:.2} m: is it raw values a metre?")
+                format!(
+                    "depth_scale = {set} puts half of the first image beyond {median:.2} m: is it raw values a metre?"
+                )
             })
         }
         _ => None,
@@ -153,8 +187,10 @@ pub(crate) fn suggestion(
     let length = ratio.translation.filter(|length| length.ln().abs() > MIN_FACTOR.ln())?;
     let value = reading.map(|(scale, _)| {
         let wanted = scale * length;
-        let usual = SCALES_16.iter().chain(&SCALES_8).find(|usual| (*usual / wanted).ln().abs() < USUAL_FACTOR.ln());
-        usual.copied().unwrap_or_else(|| wanted.round().max(1.0))
+        let usual = SCALES_16.iter().chain(&SCALES_8).map(|(usual, _)| *usual);
+        let near = usual.filter(|usual| (usual / wanted).ln().abs() < USUAL_FACTOR.ln());
+        near.min_by(|a, b| (a / wanted).ln().abs().total_cmp(&(b / wanted).ln().abs()))
+            .unwrap_or(wanted.round().max(1.0))
     });
     let remedy = value.map_or_else(
         || ": the clouds and the ground truth are not in the same units".to_owned(),
@@ -175,7 +211,12 @@ mod tests {
             let z = 1.0 + 3.0 * i as f64 / 307_199.0;
             step.map_or(z, |c| 1.0 / (c * (1.0 / z / c).round())) * 1000.0
         };
-        DepthImage { width: 640, height: 480, values: (0..307_200).map(|i| value(i).round() as u16).collect(), bits: 16 }
+        DepthImage {
+            width: 640,
+            height: 480,
+            values: (0..307_200).map(|i| value(i).round() as u16).collect(),
+            bits: 16,
+        }
     }
 
     /// Steps of a Kinect's depth (1/m).
@@ -190,11 +231,11 @@ mod tests {
     #[test]
     fn what_is_set_is_not_assumed() {
         let all = of(&SpatialSettings::default(), &ramp(KINECT));
-        assert_eq!(all.iter().map(|one| (one.setting, one.value)).collect::<Vec<_>>(), [
-            (ReadingSetting::DepthScale, 1000.0),
-            (ReadingSetting::Fx, 525.0)
-        ]);
-        assert!(all[0].others.contains(&5000.0) && !all[0].others.contains(&1000.0), "{:?}", all[0]);
+        assert_eq!(
+            all.iter().map(|one| (one.setting, one.value)).collect::<Vec<_>>(),
+            [(ReadingSetting::DepthScale, 1000.0), (ReadingSetting::Fx, 525.0)]
+        );
+        assert!(all[0].usual.iter().any(|usual| usual.value == 5000.0), "{:?}", all[0]);
         let set = SpatialSettings { depth_scale: 1000.0, fx: 585.0, ..SpatialSettings::default() };
         assert_eq!(of(&set, &ramp(KINECT)), []);
         let metres = DepthImage { bits: DepthImage::METRES, ..ramp(None) };
@@ -222,7 +263,12 @@ mod tests {
             Translation3::new(0.01 * scale, 0.0, 0.2 * scale),
             UnitQuaternion::from_axis_angle(&Vector3::y_axis(), 0.1 * turn),
         );
-        (0..20).map(|_| Some(std::mem::replace(&mut pose, pose * motion))).collect()
+        let step = |_| {
+            let before = pose;
+            pose *= motion;
+            Some(before)
+        };
+        (0..20).map(step).collect()
     }
 
     fn suggested(estimate: &[Option<Pose3>], reading: Option<(f64, &Pinhole)>) -> Option<Suggestion> {

@@ -58,7 +58,7 @@ pub(crate) mod spatial_report;
 pub mod spatial_settings;
 pub mod strategies;
 
-pub use assumptions::{Assumption, ReadingSetting, Suggestion};
+pub use assumptions::{Assumption, ReadingSetting, Suggestion, UsualValue};
 pub use planar::Reconstruction;
 pub use prepared_frame::{FrameLabel, PreparedFrame};
 pub use report::Stage;

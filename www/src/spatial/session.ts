@@ -164,6 +164,13 @@ export class SpatialSession extends RunSession<SpatialClient, SpatialSettings, S
     return this.client?.depthPicture(file, depthRamp()) ?? Promise.reject(new Error('The page was closed.'));
   }
 
+  /** The first depth image from above; rejects where it cannot be read. */
+  topView(fx: number): ReturnType<SpatialClient['topView']> {
+    const file = this.dataset?.jobs[0]?.file;
+    if (!file || !this.client) return Promise.reject(new Error('There is no depth image.'));
+    return this.client.topView(file, fx);
+  }
+
   /** The recording with all that lies beside it, for another look at the same frames; null before there is one. */
   get recording(): { title: string; inputs: SpatialInputs; settings: SpatialSettings | null } | null {
     return this.dataset && { title: this.dataset.title, inputs: this.#inputs(), settings: this.settings };

@@ -133,7 +133,8 @@ impl DepthDecodeConfig {
         }
         if is_of_size {
             let bits = |bits: u8| if bits == DepthImage::METRES { "metres".to_owned() } else { format!("{bits} bits") };
-            let problem = format!("The depth image has {} a value, the first one {}", bits(image.bits), bits(self.bits));
+            let problem =
+                format!("The depth image has {} a value, the first one {}", bits(image.bits), bits(self.bits));
             return Err(Error::whole(problem, "Give images of one camera, all of one kind").in_file(name));
         }
         let problem = format!(
