@@ -6,7 +6,7 @@
  */
 import { lost } from './errors.js';
 import { compareNaturally } from './natural_order.js';
-import { findIntrinsics } from './recording/cameras.js';
+import { findExif, findIntrinsics } from './recording/cameras.js';
 import { classify, isSystemFile } from './recording/classify.js';
 import { findDepthRecordings, framesOf, isApart, leftAside, nameOf } from './recording/depth_images.js';
 import { HEAD_BYTES, imageSize, readPlyExtent } from './recording/heads.js';
@@ -251,9 +251,11 @@ async function depthImages({ recordings: [chosen, ...others], notes, pictures },
     },
     read,
   );
+  const picture = rest.intrinsics === null && size ? await findExif(frames[0]?.color ?? null, size, read) : null;
   const clouds = files.filter(({ path }) => isCloudName(path));
   return {
     ...rest,
+    intrinsics: rest.intrinsics ?? picture?.file ?? null,
     kind: 'depth_images',
     root,
     depth_frames: frames,
@@ -263,6 +265,7 @@ async function depthImages({ recordings: [chosen, ...others], notes, pictures },
       ...pairNotes,
       ...leftAside(chosen, others, pictures),
       ...rest.notes,
+      ...(picture ? [picture] : []),
       ...unused(clouds, 'a cloud beside depth images'),
     ],
   };

@@ -6,6 +6,7 @@
  */
 import { fileError } from '../errors.js';
 import { readDocument, readLabels } from './documents.js';
+import { EXIF_BYTES, focalShare } from './exif.js';
 
 /** @typedef {{ width: number, height: number }} Size pixels */
 /**
@@ -306,6 +307,8 @@ const SAME_ASPECT = 0.01;
  * @returns {Chosen}
  */
 export function cameraFor(name, bytes, size) {
+  const photographed = size && ofPicture(bytes, size);
+  if (photographed) return photographed;
   const cameras = readCameras(bytes);
   const ranked = cameras
     .map((one) => ({ one, rank: rankOf(one, size) }))
@@ -320,6 +323,21 @@ export function cameraFor(name, bytes, size) {
     notes.push(`its lens distortion (${figures.join(', ')}) is not applied: depth images are taken as rectified`);
   }
   return { camera, notes };
+}
+
+/**
+ * The camera of a colour picture by its EXIF data, taken for that of depth images that belong to it pixel by pixel.
+ * @param {Uint8Array} bytes
+ * @param {Size} size
+ * @returns {Chosen | null} null: it is no picture, or does not say
+ */
+function ofPicture(bytes, size) {
+  const share = focalShare(bytes.subarray(0, EXIF_BYTES));
+  if (share === null) return null;
+  const focal = share * Math.hypot(size.width, size.height);
+  const found = camera('EXIF', [focal, focal, (size.width - 1) / 2, (size.height - 1) / 2]);
+  const note = `its EXIF data give the focal length, ${round(focal)} pixels; it is taken for that of the depth images, too`;
+  return { camera: { ...found, size }, notes: [note] };
 }
 
 /** @param {Camera} one @param {Size | null} size */

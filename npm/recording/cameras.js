@@ -2,6 +2,7 @@
 /** Which file beside depth images describes their camera. */
 import { compareNaturally } from '../natural_order.js';
 import { MAX_CAMERA_BYTES, cameraFor, readCameras } from './camera_file.js';
+import { EXIF_BYTES, focalShare } from './exif.js';
 import { baseOf, commonFolder, depthOf, folderOf, isNear, seriesOf, wordsOf } from './names.js';
 
 /** @typedef {import('../recording.js').ListedFile} ListedFile */
@@ -130,4 +131,17 @@ function rowsOfViewer(bytes) {
   if (!camera?.size) return null;
   const { fx, size } = camera;
   return Math.abs(fx - size.height / 2 / Math.tan(Math.PI / 6)) < 1e-9 * fx ? size.height : null;
+}
+
+/**
+ * The first colour picture, where it says by its EXIF data how it was taken.
+ * @param {string | null} path
+ * @param {Size} size of the depth images
+ * @param {Read} read
+ * @returns {Promise<Note | null>} its file, and what is made of it
+ */
+export async function findExif(path, size, read) {
+  const head = path === null ? null : await read(path, EXIF_BYTES);
+  if (path === null || !head || focalShare(head) === null) return null;
+  return { file: path, reason: cameraFor(path, head, size).notes.join('; ') };
 }

@@ -2,6 +2,9 @@
 /** The focal length that a picture's EXIF tells (JPEG, PNG with an eXIf chunk), in pixels of an image of any size. */
 import { latin1 } from './heads.js';
 
+/** What is read of EXIF data stands within so many bytes of a picture. */
+export const EXIF_BYTES = 2 ** 13;
+
 const EXIF_IFD = 0x8769;
 const FOCAL_LENGTH = 0x920a;
 const FOCAL_LENGTH_35MM = 0xa405;

@@ -401,6 +401,66 @@ test('lens distortion is told, and not applied', () => {
   assert.deepEqual(read('ost.yaml', 640, 480).notes, []);
 });
 
+/** EXIF data with numbers under these tags, as cameras write them. @param {[tag: number, type: 3 | 5, value: number][]} entries */
+function exif(entries) {
+  const view = new DataView(new ArrayBuffer(26 + 20 * entries.length + 6));
+  [0x49, 0x49, 42, 0].forEach((byte, at) => view.setUint8(at, byte));
+  view.setUint32(4, 8, true);
+  const write = (
+    /** @type {number} */ at,
+    /** @type {[number, 3 | 4 | 5, number]} */ [tag, type, value],
+    place = 0,
+  ) => {
+    view.setUint16(at, tag, true);
+    view.setUint16(at + 2, type, true);
+    view.setUint32(at + 4, 1, true);
+    if (type === 3) view.setUint16(at + 8, value, true);
+    if (type === 4) view.setUint32(at + 8, value, true);
+    if (type !== 5) return;
+    view.setUint32(at + 8, place, true);
+    view.setUint32(place, Math.round(value * 1000), true);
+    view.setUint32(place + 4, 1000, true);
+  };
+  view.setUint16(8, 1, true);
+  write(10, [0x8769, 4, 26]);
+  view.setUint16(26, entries.length, true);
+  entries.forEach((entry, i) => write(28 + 12 * i, entry, 28 + 12 * entries.length + 8 * i));
+  return new Uint8Array(view.buffer);
+}
+
+/** @param {Uint8Array} data */
+function jpeg(data) {
+  return Uint8Array.of(0xff, 0xd8, 0xff, 0xe1, 0, data.length + 8, ...encode('Exif\0\0'), ...data, 0xff, 0xda);
+}
+
+test('the EXIF data of a colour picture give the focal length where no file does', async () => {
+  const film = jpeg(exif([[0xa405, 3, 26]]));
+  const sensor = exif([
+    [0x920a, 5, 4.25],
+    [0xa20e, 5, 8000],
+    [0xa210, 3, 3],
+    [0xa002, 3, 4000],
+    [0xa003, 3, 3000],
+  ]);
+  const expected = [(26 / 43.27) * 800, ((4.25 * 800) / 5000) * 800];
+  const png = Uint8Array.of(...DEPTH16, ...encode('eXIf'), ...sensor);
+  for (const [index, picture] of [film, png].entries()) {
+    const { fx, fy, cx } = cameraFor('1.jpg', picture, { width: 640, height: 480 }).camera;
+    assert.ok(Math.abs(fx - (expected[index] ?? 0)) < 0.01 && fx === fy && cx === 319.5, `${fx}`);
+  }
+  const images = {
+    ...many(count(1, 3), (i) => `depth/${i}.png`, DEPTH16),
+    ...many(count(1, 3), (i) => `rgb/${i}.jpg`, film),
+  };
+  const { intrinsics, notes } = await understandAll(images);
+  assert.equal(intrinsics, 'rgb/1.jpg');
+  assert.match(notes[0]?.reason ?? '', /EXIF data give the focal length, 480\.7 pixels/);
+  assert.equal((await understandAll({ ...images, 'camera.txt': '585 585 320 240\n' })).intrinsics, 'camera.txt');
+  for (const broken of [film.subarray(0, 20), jpeg(new Uint8Array(30)), jpeg(exif([]))]) {
+    assert.throws(() => cameraFor('1.jpg', broken, { width: 640, height: 480 }), /No camera was found/);
+  }
+});
+
 test('files that describe no camera', () => {
   const rotation = '1 0 0\n0 1 0\n0 0 1\n';
   const fisheye = 'cam0:\n  camera_model: omni\n  intrinsics: [1.2, 461.6, 460.1, 362.6, 246.0]\n';

@@ -145,7 +145,7 @@ export class ScanstitchReadingCard extends LitElement {
       }
       ul {
         display: grid;
-        grid-template-columns: repeat(3, minmax(0, 1fr));
+        grid-template-columns: repeat(auto-fit, minmax(105px, 1fr));
         gap: 8px;
         padding: 0 12px;
       }
