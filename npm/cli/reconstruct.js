@@ -54,8 +54,8 @@ Options:
   --table FORMAT     what the columns of a table of ranges are, counted from 1; without, a guess is made and reported:
                      ranges=2:541,unit=mm,start=-135deg,step=0.5deg,time=1:us,odometry=542:543:544 (x y heading);
                      range=2 where each line has one reading; wheels=LEFT:RIGHT:METRES_A_TICK:TRACK; ahead=0.2 (m)
-  --intrinsics FILE  the depth camera: a 3 x 3 matrix or fx fy cx cy in pixels, or what OpenCV, ROS (camera_info), Open3D,
-                     RealSense, Kalibr, ORB-SLAM, ScanNet, BOP, nerfstudio or Azure Kinect write, with its depth scale
+  --intrinsics FILE  the depth camera: a 3 x 3 matrix or fx fy cx cy in pixels, or what OpenCV, ROS (camera_info),
+                     Open3D, RealSense, Kalibr, ORB-SLAM, ScanNet, BOP, nerfstudio or Azure Kinect write
   --recording DIR    which recording to use, where a folder or archive holds several (default: the longest)
   --topic ROLE=NAME  a topic of a bag to use as depth, color, camera, clouds, scans, odometry or reference;
                      none: do without

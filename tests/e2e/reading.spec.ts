@@ -18,7 +18,7 @@ test('an open depth scale is asked for with pictures, and a wrong answer is foun
   await expect(spatial.figures).toContainText('6553.5 values per metre (assumed)');
   const question = page.getByRole('region', { name: 'Which size is right?' });
   await expect(question.getByRole('img', { name: /^From above, surfaces up to 4\D/ })).toBeVisible();
-  const other = question.getByRole('button', { name: /4000 per metre/ });
+  const other = question.getByRole('button', { name: /4000 a metre/ });
   await expect(other.getByRole('img', { name: /^From above, surfaces up to 6\.6/ })).toBeVisible();
   expect(await page.evaluate(findWeakContrast)).toEqual([]);
 

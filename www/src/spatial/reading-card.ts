@@ -66,8 +66,8 @@ export class ScanstitchReadingCard extends LitElement {
   private renderQuestion({ value, why, likely, setting }: Assumption): TemplateResult {
     const image = this.view && paintTopView(this.view, this.dark);
     return html`<p>
-        The files do not say how many raw depth values a metre has. ${valueText(value)} is assumed, ${why}. The first
-        image from above, at each scale:
+        No file says how many raw depth values a metre has: ${valueText(value)} is assumed, ${why}. The first image from
+        above, at each scale:
       </p>
       <ul>
         ${likely.slice(0, MOST_PICTURES).map(
@@ -79,10 +79,10 @@ export class ScanstitchReadingCard extends LitElement {
                 @click=${() => this.choose(scale === value ? { choice: 'dismiss' } : { choice: 'value', setting, value: scale })}
               >
                 ${this.view && image ? topView(this.view, image, scale) : nothing}
-                <span class="number">${valueText(scale)} ${scale === value ? 'assumed' : 'per metre'}</span>
+                <span class="number">${valueText(scale)} ${scale === value ? 'assumed' : 'a metre'}</span>
                 ${
                   this.view
-                    ? html`<span class="muted">up to ${formatFixed(this.view.far / scale, 1)}&#8239;m away</span>`
+                    ? html`<span class="muted">up to ${formatFixed(this.view.far / scale, 1)}&#8239;m</span>`
                     : nothing
                 }
               </button>
