@@ -20,7 +20,9 @@ test('packed, installed elsewhere and run alone', (t) => {
   const folder = temporaryFolder(t);
   const npm = (/** @type {string[]} */ args, cwd = folder) =>
     execFileSync('npm', [...args, '--offline', '--loglevel=error'], { cwd, encoding: 'utf8' });
-  const [{ filename, files }] = JSON.parse(npm(['pack', '--json', '--ignore-scripts', '--pack-destination', folder], ROOT));
+  const [{ filename, files }] = JSON.parse(
+    npm(['pack', '--json', '--ignore-scripts', '--pack-destination', folder], ROOT),
+  );
 
   const paths = files.map((/** @type {{ path: string }} */ { path }) => path);
   const foreign = paths.filter((/** @type {string} */ path) => {
