@@ -45,8 +45,10 @@ export function appHeader(has: Header): TemplateResult {
   const is_comparing = has.view === 'strategies';
   const is_lab = has.view === 'icp';
   const is_aside = is_evaluating || is_bev || is_comparing || is_lab;
-  return html`<header class="bar">
-    <div class="brand">${logo()}<span>Scanstitch</span></div>
+  return html`<header class="bar" part="header">
+    <div class="brand">
+      <slot name="title">${logo()}<span>Scanstitch</span></slot>
+    </div>
     <div class="dataset">
       ${
         is_aside

@@ -4,6 +4,7 @@
  */
 import type { ReactiveControllerHost } from 'lit';
 import type { NamedFile } from '../datasets/gather.js';
+import type { GivenSet } from '../datasets/given.js';
 import { type BagListener, chooseTopics, type OpenedFiles, openFiles, tellApart } from '../datasets/spatial-files.js';
 import type { BagState, Wishes } from './topics-panel.js';
 
@@ -13,7 +14,8 @@ export interface IntakeHooks {
   /** The kind of run on the page: what a trajectory alone belongs to. */
   present(): Parameters<typeof tellApart>[1];
   /** Hands the files to the view that they are for. */
-  show(files: Recognised, requested_at: number): Promise<void>;
+  /** `given`: they are what the page that the element stands on names. */
+  show(files: Recognised, requested_at: number, given: GivenSet | null): Promise<void>;
 }
 
 /** What may join the recording that is open: a reference trajectory, a camera. */
@@ -43,9 +45,9 @@ export class FileIntake {
   }
 
   /** Opens files that were asked for at clock time `requested_at`. */
-  async take(files: readonly NamedFile[], requested_at: number): Promise<void> {
+  async take(files: readonly NamedFile[], requested_at: number, given: GivenSet | null = null): Promise<void> {
     const own = ++this.#num_taken;
-    await this.#show(openFiles(files, this.#listener(own, {})), own, {}, requested_at);
+    await this.#show(openFiles(files, this.#listener(own, {})), own, {}, requested_at, given);
   }
 
   /** Opens other topics of the bag. */
@@ -56,7 +58,13 @@ export class FileIntake {
     await this.#show(opening, own, wishes, performance.now());
   }
 
-  async #show(opening: Promise<OpenedFiles>, own: number, wishes: Wishes, requested_at: number): Promise<void> {
+  async #show(
+    opening: Promise<OpenedFiles>,
+    own: number,
+    wishes: Wishes,
+    requested_at: number,
+    given: GivenSet | null = null,
+  ): Promise<void> {
     const opened = await opening;
     if (own !== this.#num_taken) return;
     const recognised = await tellApart(opened, this.#hooks.present());
@@ -71,7 +79,7 @@ export class FileIntake {
       this.#opened = null;
       this.#setBag(null);
     }
-    await this.#hooks.show(recognised, requested_at);
+    await this.#hooks.show(recognised, requested_at, given);
   }
 
   /** A bag's topics are shown as soon as they are known, before its messages are inspected. */

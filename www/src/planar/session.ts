@@ -44,9 +44,9 @@ export class PlanarSession extends RunSession<PlanarClient, Settings, Dataset, S
     }
   }
 
-  open(dataset: Dataset): void {
+  open(dataset: Dataset, notes: readonly Note[] = []): void {
     if (this.phase === 'unavailable') return;
-    this.messages = [];
+    this.messages = notes.map(({ file, reason }) => noteMessage(file, reason));
     this.requested_at = performance.now();
     this.#load(dataset);
   }
@@ -107,6 +107,13 @@ export class PlanarSession extends RunSession<PlanarClient, Settings, Dataset, S
     this.messages = [];
     this.phase = 'empty';
     this.announce('All scans removed.');
+  }
+
+  /** Come back to the page, it computes again what it was showing. */
+  protected override leave(): void {
+    super.leave();
+    this.#candidate ??= this.dataset;
+    if (this.#candidate) this.phase = 'reading';
   }
 
   protected override recompute(settings: Settings): void {

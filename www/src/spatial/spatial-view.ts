@@ -5,6 +5,7 @@ import './map3d.js';
 import './reading-card.js';
 import './reading-dialog.js';
 import type { GivenClouds } from '../components/given-clouds.js';
+import type { ScanstitchMapPoints, ScanstitchResult } from '../components/host-events.js';
 import { emptyView } from '../components/run-parts.js';
 import { type GivenFiles, type GivenRecording, type Loaded, type RunKind, RunView } from '../components/run-view.js';
 import type { SpatialFiles } from '../datasets/spatial-files.js';
@@ -106,6 +107,16 @@ export class ScanstitchSpatial extends RunView<SpatialSettings, SpatialSnapshot,
     return trajectoriesToEvaluate(session.snapshot.result, () => session.ask('map_ply'));
   }
 
+  override get map_points(): ScanstitchMapPoints | null {
+    const { snapshot, points } = this.session;
+    return snapshot && { dimensions: 3, positions: points.positions, colors: points.colors };
+  }
+
+  protected override outcomeOf({ result }: SpatialSnapshot): ScanstitchResult {
+    const { frame_ms } = this.session;
+    return { kind: 'spatial', result, timing: { total: frame_ms.reduce((a, b) => a + b, 0), frames: [...frame_ms] } };
+  }
+
   protected override makeExport(id: string, { result }: SpatialSnapshot): Promise<Download> {
     const { session } = this;
     return makeSpatialExport(id, {
@@ -125,11 +136,6 @@ export class ScanstitchSpatial extends RunView<SpatialSettings, SpatialSnapshot,
       reference: dataset?.reference_name ?? '',
       num_frames,
     };
-  }
-
-  protected override timing(): { total: number; frames: readonly number[] } {
-    const { frame_ms } = this.session;
-    return { total: frame_ms.reduce((a, b) => a + b, 0), frames: [...frame_ms] };
   }
 
   protected override willUpdate(changed: Map<PropertyKey, unknown>): void {
@@ -176,6 +182,7 @@ export class ScanstitchSpatial extends RunView<SpatialSettings, SpatialSnapshot,
     const timing = this.timingOf(frame_ms, elapsed_ms);
     const figures = this.figuresOf(snapshot.result, timing, points.positions.length / 3);
     return html`<scanstitch-headline
+      part="figures"
       .figures=${figures}
       @figure-action=${() => this.dialog.show()}
     ></scanstitch-headline>`;
@@ -244,6 +251,7 @@ export class ScanstitchSpatial extends RunView<SpatialSettings, SpatialSnapshot,
   protected override renderTable(): TemplateResult {
     const result = this.session.snapshot?.result ?? null;
     return html`<scanstitch-frame-table
+      part="table"
       .rows=${this.rowsOf(result, this.session.frame_ms)}
       .columns=${this.columnsOf(result?.comparison?.name ?? '', result?.camera !== null)}
       .colors=${this.colors()}
