@@ -1,7 +1,7 @@
 import { html, LitElement, nothing, type PropertyValues, type TemplateResult } from 'lit';
 import { customElement, property, query, state } from 'lit/decorators.js';
 import './planar/planar-view.js';
-import { appHeader, type Run, type View } from './components/app-header.js';
+import { appHeader, type Run, type Tool, type View } from './components/app-header.js';
 import { activity_styles, app_styles } from './components/app-styles.js';
 import { DropTarget } from './components/drop-target.js';
 import type { GivenClouds } from './components/given-clouds.js';
@@ -10,10 +10,12 @@ import { HostApi } from './components/host-api.js';
 import type { ScanstitchMapPoints, ScanstitchResult } from './components/host-events.js';
 import { icon } from './components/icons.js';
 import type { MenuItem } from './components/menu.js';
+import type { Elsewhere } from './components/run-exchange.js';
 import { activityBox, type Layout } from './components/run-parts.js';
 import { type GivenFiles, type GivenRecording, NO_FACTS } from './components/run-view.js';
 import { wordsOf } from './components/session.js';
 import { drop_styles, shared, tokens } from './components/theme.js';
+import type { Note } from './datasets/dataset.js';
 import { givenDataset, givenSpatial } from './datasets/given.js';
 import { filesOfDrop, filesOfInput, type NamedFile } from './datasets/gather.js';
 import type { SpatialFiles } from './datasets/spatial-files.js';
@@ -65,6 +67,8 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
   @property() preset = '';
   @property({ attribute: 'view' }) first_view: keyof typeof VIEWS = 'map';
   @property({ reflect: true }) theme: Theme = 'auto';
+  /** Null: nothing is kept. */
+  @property() offline: string | null = null;
   @property({ type: Boolean, attribute: 'remember-settings' }) remember_settings = false;
 
   @state() private layout: Layout = 'wide';
@@ -75,6 +79,8 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
   @state() private opened: ReadonlySet<View> = new Set<View>(['planar']);
   @state() private is_system_dark = false;
   @state() private compared_recording: GivenRecording | null = null;
+  /** A run that took the place of one of the other kind. */
+  @state() private crossing: (Elsewhere & { shown: Run }) | null = null;
   @state() private looked_into: GivenClouds | null = null;
   @state() private evaluated_run: (GivenFiles & { of: unknown }) | null = null;
   @query('scanstitch-planar') private planar!: ScanstitchPlanar;
@@ -85,15 +91,18 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
 
   private intake = new FileIntake(this, {
     present: () => this.run_kind,
-    show: async (files, requested_at, given) => {
+    show: async (files, requested_at, is_new, given) => {
+      if (is_new) this.cross('spatial' in files ? 'spatial' : 'planar');
       if ('spatial' in files) {
-        const spatial = given ? givenSpatial(given, files.spatial) : files.spatial;
-        return this.openSpatial(Promise.resolve(spatial), requested_at);
+        const spatial = await this.showSpatial();
+        if (given) await spatial?.openGiven(Promise.resolve(givenSpatial(given, files.spatial)), requested_at);
+        else await spatial?.add(files.spatial, requested_at, is_new);
+        return;
       }
       const set = given && (await givenDataset(given, files.planar));
       this.showRun('planar');
       if (set) this.planar.openGiven(set.dataset, set.notes);
-      else await this.planar.add(files.planar, requested_at);
+      else await this.planar.add(files.planar, requested_at, is_new);
     },
   });
   private api = new HostApi(this, {
@@ -103,9 +112,9 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
       this.expecting?.abort();
       this.intake.forget();
     },
-    take: (files, requested_at, given) => this.intake.take(files, requested_at, given),
+    take: (files, requested_at, given) => this.intake.take(files, requested_at, [], given),
     openSample: () => this.openSample(),
-    openApartment: () => this.openSpatial(fetchApartment(), performance.now()),
+    openApartment: () => this.openApartment(),
   });
 
   /** Says that what is done in expectation of files is over. Null before any are expected. */
@@ -117,7 +126,9 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
     this,
     (transfer) => {
       const dropped_at = performance.now();
-      this.attend(filesOfDrop(transfer).then((files) => this.take(files, dropped_at)));
+      const unreadable: Note[] = [];
+      const dropped = filesOfDrop(transfer, unreadable);
+      this.attend(async () => this.take(await dropped, dropped_at, unreadable));
     },
     () => this.expectFiles(),
   );
@@ -167,6 +178,7 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
 
   protected override firstUpdated(): void {
     this.resize_observer.observe(this.frame);
+    if (this.offline !== null) void this.keep(this.offline || 'scanstitch-offline.js');
     if (this.first_view !== 'map') this.openView();
     if (this.source_of === 'map' && this.src !== '' && this.src !== 'none') this.openSource();
   }
@@ -217,7 +229,7 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
   private openView(): void {
     const view = VIEWS[this.first_view];
     if (view === null) this.show(this.run_kind);
-    else if (view !== this.view) this.attend(this.toggle(view));
+    else if (view !== this.view) this.attend(() => this.go(view));
   }
 
   protected override render(): TemplateResult {
@@ -225,7 +237,7 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
     const onFacts = (): void => this.requestUpdate();
     const onWanted = ({ detail }: CustomEvent<string>): void => this.choose(detail);
     const onRefused = ({ detail }: CustomEvent<string[]>): void => this.api.refuse(detail);
-    const onLook = ({ detail }: CustomEvent<number>): void => this.attend(this.lookInside(detail));
+    const onLook = ({ detail }: CustomEvent<number>): void => this.attend(() => this.lookInside(detail));
     return html`
       <div
         class="app ${this.layout}"
@@ -248,7 +260,7 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
           this.intake.bag && (this.view === 'planar' || this.view === 'spatial')
             ? html`<scanstitch-topics
                 .bag=${this.intake.bag}
-                @topics-chosen=${({ detail }: CustomEvent<Wishes>) => this.attend(this.intake.choose(detail))}
+                @topics-chosen=${({ detail }: CustomEvent<Wishes>) => this.attend(() => this.intake.choose(detail))}
               ></scanstitch-topics>`
             : nothing
         }
@@ -267,6 +279,7 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
                 ?hidden=${this.view !== 'strategies'}
                 ?dark=${this.isDark()}
                 .given=${this.compared_recording}
+                @files-wanted=${onWanted}
               ></scanstitch-strategies>`
             : nothing
         }
@@ -298,7 +311,9 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
           .preset=${this.preset}
           .remember_settings=${this.owns_address}
           .layout=${this.layout}
+          .elsewhere=${this.elsewhere('planar')}
           ?dark=${this.isDark()}
+          @run-exchanged=${() => this.intake.exchange()}
           @facts-changed=${onFacts}
           @files-wanted=${onWanted}
           @look-inside=${onLook}
@@ -313,7 +328,9 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
                 .preset=${this.preset}
                 .remember_settings=${this.owns_address}
                 .layout=${this.layout}
+                .elsewhere=${this.elsewhere('spatial')}
                 ?dark=${this.isDark()}
+                @run-exchanged=${() => this.intake.exchange()}
                 @facts-changed=${onFacts}
                 @files-wanted=${onWanted}
                 @look-inside=${onLook}
@@ -351,9 +368,9 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
       facts: run?.facts ?? NO_FACTS,
       exports: run?.exports ?? [],
       open_items: OPEN_ITEMS,
-      is_narrow: this.layout === 'narrow',
+      layout: this.layout,
       is_dark: this.isDark(),
-      toggle: (view) => this.attend(this.toggle(view)),
+      go: (tool) => this.attend(() => this.go(tool)),
       open: (id) => this.choose(id),
       expectFiles: () => void this.expectFiles(),
       runExport: (id) => void run?.runExport(id),
@@ -364,15 +381,47 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
     });
   }
 
-  private toggle(view: Exclude<View, Run>): Promise<void> {
-    if (view === 'evaluation') return this.toggleEvaluation();
-    if (view === 'icp') return this.toggleLab();
-    return view === 'strategies' ? this.toggleStrategies() : this.toggleBev();
+  private async go(tool: Tool): Promise<void> {
+    switch (tool) {
+      case 'map':
+        return this.goToRun();
+      case 'evaluation':
+        return this.goToEvaluation();
+      case 'strategies':
+        return this.goToStrategies();
+      case 'icp':
+        return this.lookInside(null);
+      case 'bev':
+        await import('./bev/bev-view.js');
+        this.show('bev');
+    }
   }
 
   /** Tells where something that was asked for fails: a part of the page that cannot be fetched, a file that is gone. */
-  private attend(work: Promise<void>): void {
-    work.catch((error: unknown) => this.runView()?.report(wordsOf(error), 'Try again, or reload the page'));
+  private attend(work: () => Promise<void>): void {
+    work().catch((error: unknown) => {
+      const words = wordsOf(error);
+      if (!/import(ed|ing)? .*module|module script failed/i.test(words)) {
+        this.runView()?.report(words, 'Try again, or reload the page');
+        return;
+      }
+      const [part = ''] = /[^/]+$/.exec(words) ?? [];
+      this.goToRun();
+      this.runView()?.report(
+        `A part of the page could not be loaded (${part}): the connection was lost, or a new version was put on the server`,
+        'Where trying again does not help, export what is open and reload the page',
+        () => this.attend(work),
+      );
+    });
+  }
+
+  private async keep(script: string): Promise<void> {
+    try {
+      const { keepForOffline } = await import('./components/offline.js');
+      await keepForOffline(script);
+    } catch (error) {
+      this.runView()?.report(`The page is not kept for use offline: ${wordsOf(error)}`, 'Online it works as before');
+    }
   }
 
   private runView(): ScanstitchPlanar | ScanstitchSpatial | null {
@@ -399,11 +448,7 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
   }
 
   /** A run that is done goes along, with its reference. */
-  private async toggleEvaluation(): Promise<void> {
-    if (this.view === 'evaluation') {
-      this.show(this.run_kind);
-      return;
-    }
+  private async goToEvaluation(): Promise<void> {
     const run = this.runView();
     await import('./evaluate/evaluate-view.js');
     if (run?.facts.result && this.evaluated_run?.of !== run.facts.result) {
@@ -414,11 +459,7 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
   }
 
   /** The recording goes along; the comparison of one that has been compared stays as it is. */
-  private async toggleStrategies(): Promise<void> {
-    if (this.view === 'strategies') {
-      this.show(this.run_kind);
-      return;
-    }
+  private async goToStrategies(): Promise<void> {
     await import('./strategies/strategies-view.js');
     const recording = this.spatial?.recordingToCompare() ?? null;
     const jobs = this.compared_recording?.inputs.jobs;
@@ -427,14 +468,6 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
       this.compared_recording?.inputs.reference?.path === recording?.inputs.reference?.path;
     if (!is_same) this.compared_recording = recording;
     this.show('strategies');
-  }
-
-  /** The scan that is selected goes along, with the one before it; what is being looked into stays as it is. */
-  private async toggleLab(): Promise<void> {
-    if (this.view === 'icp') {
-      this.show(this.run_kind);
-      this.beginRun('icp');
-    } else await this.lookInside(null);
   }
 
   /** The registration of a scan or frame to the one before it; null: of the selected one. */
@@ -447,19 +480,11 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
     this.show('icp');
   }
 
-  /** What the map begins with, where the page began with another view. */
-  private beginRun(left: 'bev' | 'icp'): void {
-    if (this.first_view === left && this.src === '' && !this.runView()?.facts.title) this.planar.openSample();
-  }
-
-  private async toggleBev(): Promise<void> {
-    if (this.view !== 'bev') {
-      await import('./bev/bev-view.js');
-      this.show('bev');
-      return;
-    }
+  /** The map; where the page began with another view, that of the sample. */
+  private goToRun(): void {
     this.show(this.run_kind);
-    this.beginRun('bev');
+    const is_empty = this.first_view !== 'map' && this.src === '' && !this.runView()?.facts.title;
+    if (is_empty) this.planar.openSample();
   }
 
   /** Someone is about to choose files, or drags some over the page: most that come are depth images. */
@@ -477,40 +502,75 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
 
   private choose(id: string): void {
     if (id.startsWith('view:')) {
-      this.attend(this.toggle(id.slice('view:'.length) as Exclude<View, Run>));
+      this.attend(() => this.go(id.slice('view:'.length) as Tool));
+      return;
+    }
+    if (id === 'other-run') {
+      this.crossBack();
       return;
     }
     if (id !== 'files' && id !== 'folder') {
+      this.crossing = null;
       this.expecting?.abort();
       this.api.source.cancel();
       this.intake.forget();
     }
     if (id === 'files') this.file_input.click();
     else if (id === 'folder') this.folder_input.click();
-    else if (id === 'apartment') this.attend(this.openSpatial(fetchApartment(), performance.now()));
+    else if (id === 'apartment') this.attend(() => this.openApartment());
     else if (id === 'clear') this.runView()?.clear();
     else this.openSample();
   }
 
   /** Planar scans go to one view, depth images and clouds to the other, by themselves. */
-  private async take(files: readonly NamedFile[], requested_at: number): Promise<void> {
-    if (files.length === 0) return;
+  private async take(files: readonly NamedFile[], requested_at: number, notes: readonly Note[]): Promise<void> {
+    if (files.length === 0) {
+      for (const { file, reason } of notes) this.runView()?.report(`${file}: ${reason}`, 'Drop it again');
+      return;
+    }
     this.expecting?.abort();
-    await this.intake.take(files, requested_at);
+    await this.intake.take(files, requested_at, notes);
   }
 
-  private async openSpatial(files: Promise<SpatialFiles>, requested_at: number): Promise<void> {
+  private async openApartment(): Promise<void> {
+    const requested_at = performance.now();
+    const spatial = await this.showSpatial();
+    await spatial?.openGiven(fetchApartment(), requested_at);
+  }
+
+  private async showSpatial(): Promise<ScanstitchSpatial | null> {
     await import('./spatial/spatial-view.js');
     this.showRun('spatial');
     await this.updateComplete;
-    await this.spatial?.add(files, requested_at);
+    return this.spatial;
+  }
+
+  /** A recording is to be shown as a run of this kind; one of the other kind can be gone back to. */
+  private cross(to: Run): void {
+    const before = this.runView();
+    const is_replaced = to !== this.run_kind && before?.is_own;
+    this.crossing = is_replaced ? { shown: to, title: before.facts.title, is_undone: false } : null;
+  }
+
+  /** Back to the run of the other kind, and forth again. */
+  private crossBack(): void {
+    if (!this.crossing) return;
+    const { title } = this.runView()?.facts ?? NO_FACTS;
+    this.show(this.run_kind === 'planar' ? 'spatial' : 'planar');
+    this.crossing = { shown: this.run_kind, title, is_undone: !this.crossing.is_undone };
+    this.intake.exchange();
+  }
+
+  private elsewhere(run: Run): Elsewhere | null {
+    return this.crossing?.shown === run ? this.crossing : null;
   }
 
   private onPicked({ target }: Event): void {
     const input = target as HTMLInputElement;
     const files = filesOfInput(input);
     input.value = ''; // so that picking the same files again is a change
-    this.attend(this.take(files, performance.now()));
+    const requested_at = performance.now();
+    this.attend(() => this.take(files, requested_at, []));
   }
 
   private isDark(): boolean {

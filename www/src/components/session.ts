@@ -59,6 +59,12 @@ export abstract class Session<Client extends Disposable> implements ReactiveCont
     this.client = null;
   }
 
+  /** It is no longer wanted, though its host is still on the page. */
+  end(): void {
+    this.#host.removeController(this);
+    this.hostDisconnected();
+  }
+
   protected abstract createClient(): Client;
 
   /** The host is to be drawn again. */
@@ -75,13 +81,20 @@ export abstract class Session<Client extends Disposable> implements ReactiveCont
     this.changed();
   }
 
-  /** A message of the page's own, about no file. */
-  report(text: string, remedy = ''): void {
-    this.tell([errorMessage({ file: '', place: null, problem: text, remedy })]);
+  /** A message of the page's own, about no file. `retry` does what failed once more, and the message goes. */
+  report(text: string, remedy = '', retry?: () => void): void {
+    const message: Message = errorMessage({ file: '', place: null, problem: text, remedy });
+    if (retry)
+      message.retry = () => {
+        this.messages = this.messages.filter((other) => other !== message);
+        this.changed();
+        retry();
+      };
+    this.tell([message]);
   }
 
   /** Shows messages, errors first, and announces the errors. */
-  protected tell(messages: readonly Message[]): void {
+  tell(messages: readonly Message[]): void {
     const all = [...this.messages, ...messages];
     this.messages = [...all.filter(({ kind }) => kind === 'error'), ...all.filter(({ kind }) => kind === 'note')];
     const errors = messages.filter(({ kind }) => kind === 'error');
@@ -107,8 +120,14 @@ export abstract class Session<Client extends Disposable> implements ReactiveCont
   }
 }
 
+/** Counts the data sets shown, by all sessions. */
+let num_generations = 0;
 /** A change of a setting waits this long for the next one before all is computed again. */
 const SETTINGS_DELAY_MS = 200;
+
+/** An engine that takes longer to load is told of: it is one megabyte. */
+const START_PATIENCE_MS = 15_000;
+const SLOW_REMEDY = 'It begins as soon as it is there; or check the connection and reload the page';
 
 /** A session that computes a result from files and settings: a run in the plane or in space. */
 export abstract class RunSession<
@@ -122,14 +141,25 @@ export abstract class RunSession<
   settings: Settings | null = null;
   dataset: Dataset | null = null;
   snapshot: Snapshot | null = null;
-  /** Counts the data sets shown: the view is fitted to each one once. */
+  /** Another number for every data set shown: the view is fitted to each one once. */
   generation = 0;
   #settings_timer: ReturnType<typeof setTimeout> | undefined;
+  #start_timer: ReturnType<typeof setTimeout> | undefined;
   #initial_settings: (facts: SettingsFacts<Settings>) => Settings | null = ({ presets }) =>
     presets[0]?.settings ?? null;
 
+  override hostConnected(): void {
+    super.hostConnected();
+    if (this.facts) return;
+    this.#start_timer = setTimeout(() => {
+      const after = `after ${START_PATIENCE_MS / 1000} s`;
+      this.tell([{ ...noteMessage('', `The engine has not loaded ${after}`), remedy: SLOW_REMEDY }]);
+    }, START_PATIENCE_MS);
+  }
+
   protected override leave(): void {
     clearTimeout(this.#settings_timer);
+    clearTimeout(this.#start_timer);
     this.facts = null;
     super.leave();
   }
@@ -157,7 +187,14 @@ export abstract class RunSession<
   /** Does what was asked for before the engine was ready. */
   protected abstract onStarted(): void;
 
+  /** The view is to be fitted to what comes. */
+  protected fitAnew(): void {
+    this.generation = ++num_generations;
+  }
+
   protected onReady(facts: SettingsFacts<Settings>): void {
+    clearTimeout(this.#start_timer);
+    this.messages = this.messages.filter(({ remedy }) => remedy !== SLOW_REMEDY);
     this.facts = facts;
     this.settings ??= this.#initial_settings(facts);
     this.onStarted();

@@ -6,8 +6,9 @@ import '../components/why-panel.js';
 import type { ScanstitchMap } from '../components/map-view.js';
 import type { GivenClouds } from '../components/given-clouds.js';
 import type { ScanstitchMapPoints, ScanstitchResult } from '../components/host-events.js';
-import { emptyView, introduction } from '../components/run-parts.js';
+import { emptyView } from '../components/run-parts.js';
 import { type GivenFiles, type Loaded, type RunKind, RunView } from '../components/run-view.js';
+import { welcome, welcome_styles } from '../components/welcome.js';
 import type { Dataset, Note } from '../datasets/dataset.js';
 import { fetchSample } from '../datasets/remote.js';
 import type { PlanarFiles } from '../datasets/spatial-files.js';
@@ -45,10 +46,11 @@ const NO_REFERENCE: readonly (PlanarPoint | null)[] = [];
  * each scan in detail.
  */
 @customElement('scanstitch-planar')
-export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession> {
+export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession, PlanarFiles> {
   @property({ attribute: false }) src = '';
 
   @state() private pairs_shown = false;
+  @state() private is_welcome_closed = false;
   @state() private pairs: Float32Array | null = null;
   @state() private wants_occupancy = false;
   @state() private occupancy: OccupancyPicture | null = null;
@@ -57,7 +59,7 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession>
   private occupancy_dark = false;
   @query('scanstitch-map') private map!: ScanstitchMap;
 
-  protected override readonly session = new PlanarSession(this);
+  protected override session = this.newSession();
   protected override readonly of = PLANAR;
   private namesOf = memoizeLast((frames: readonly FrameResult[]) => frames.map(({ name }) => name));
   private rowsOf = memoizeLast(frameRows);
@@ -81,20 +83,38 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession>
     else if (this.src === '') this.openSample();
   }
 
-  /** Takes in files that were dropped or picked, asked for at clock time `requested_at`. */
-  add({ files, notes, num_given }: PlanarFiles, requested_at: number): Promise<void> {
-    return this.session.add(files, requested_at, notes, num_given);
+  openSample(): void {
+    this.stepAside();
+    this.is_sample = true;
+    void this.session.openGiven(fetchSample());
   }
 
   /** Shows scans that the page it stands on has named. */
   openGiven(dataset: Dataset, notes: readonly Note[]): void {
+    this.stepAside();
     this.is_sample = false;
     this.session.open(dataset, notes);
   }
 
-  openSample(): void {
-    this.is_sample = true;
-    void this.session.openGiven(fetchSample());
+  protected override newSession(): PlanarSession {
+    return new PlanarSession(this);
+  }
+
+  protected override take(
+    session: PlanarSession,
+    files: PlanarFiles,
+    requested_at: number,
+    joins: boolean,
+  ): Promise<void> {
+    return session.add(files, requested_at, joins);
+  }
+
+  protected override canJoin({ dataset }: PlanarSession): boolean {
+    return dataset !== null && !dataset.is_given && !dataset.is_log && !this.session.dataset?.is_log;
+  }
+
+  protected override isSample(): boolean {
+    return this.is_sample && (this.session.dataset?.is_given ?? false);
   }
 
   override removeReference(): void {
@@ -105,7 +125,7 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession>
   override cloudsToRegister(frame: number | null): GivenClouds | null {
     const { dataset, snapshot, points, settings } = this.session;
     if (!dataset || !snapshot || !settings) return null;
-    const sample = dataset.is_given && this.is_sample ? 'sample' : '';
+    const sample = this.isSample() ? 'sample' : '';
     return clouds({ settings, dataset, frames: snapshot.result.frames, points }, frame ?? this.selected, sample);
   }
 
@@ -133,12 +153,18 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession>
       ask: (kind) => this.session.ask(kind),
       picture: () => this.map.picture(),
       frame_names: result.frames.map(({ name }) => name),
+      report: this.reportSource(result, this.session.points.points),
     });
   }
 
-  protected override loaded(): Loaded {
-    const { dataset } = this.session;
-    const num_frames = Math.max(dataset?.scans.length ?? 0, this.session.num_scans);
+  protected override openedFiles(): string[] {
+    const { scans = [], reference, odometry } = this.session.dataset ?? {};
+    return [...scans, reference, odometry].flatMap((file) => file?.name ?? []);
+  }
+
+  protected override loaded(session = this.session): Loaded {
+    const { dataset } = session;
+    const num_frames = Math.max(dataset?.scans.length ?? 0, session.num_scans);
     return {
       title: dataset?.title ?? '',
       count: dataset ? plural(Math.max(this.num_frames, num_frames), 'scan') : '',
@@ -278,7 +304,14 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession>
 
   /** Above the sample that the page begins with: an element that a host gave scans of its own has its own words. */
   protected override renderIntroduction(): TemplateResult | typeof nothing {
-    return this.is_sample && this.session.dataset?.is_given ? introduction((id) => this.want(id)) : nothing;
+    if (this.is_welcome_closed || !this.isSample()) return nothing;
+    return welcome({
+      want: (id) => this.want(id),
+      copy: (text) => void this.copy(text),
+      close: () => {
+        this.is_welcome_closed = true;
+      },
+    });
   }
 
   protected override renderEmpty(): TemplateResult {
@@ -299,6 +332,15 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession>
       this.session,
       (id) => this.want(id),
     );
+  }
+
+  private async copy(text: string): Promise<void> {
+    try {
+      await navigator.clipboard.writeText(text);
+      this.session.announce('The lines were copied.');
+    } catch {
+      this.report('The browser did not allow copying', 'Select the lines and copy them');
+    }
   }
 
   private mapWords(): string {
@@ -343,6 +385,8 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession>
       if (this.pairs_made_of === made_of) this.pairs = null; // the crash, if it is one, is told by the session
     }
   }
+
+  static override styles = [...RunView.styles, welcome_styles];
 }
 
 function mapMarks(

@@ -49,7 +49,7 @@ const DEPTH_SCALE = 1000;
  * A run of depth images or clouds in space: the map in 3D, each frame's images and result, the figures of the whole.
  */
 @customElement('scanstitch-spatial')
-export class ScanstitchSpatial extends RunView<SpatialSettings, SpatialSnapshot, SpatialSession> {
+export class ScanstitchSpatial extends RunView<SpatialSettings, SpatialSnapshot, SpatialSession, SpatialFiles> {
   @query('scanstitch-map3d') private map!: ScanstitchMap3d;
   @query('scanstitch-reading-dialog') private dialog!: ScanstitchReadingDialog;
   /** The first depth image from above, and what it is of. */
@@ -57,7 +57,7 @@ export class ScanstitchSpatial extends RunView<SpatialSettings, SpatialSnapshot,
   /** The question that was answered or put away. */
   @state() private dismissed = '';
 
-  protected override readonly session = new SpatialSession(this);
+  protected override session = this.newSession();
   protected override readonly of = SPATIAL;
   private loader = new FrameImageLoader(this, (file) => this.session.depthPicture(file));
   private namesOf = memoizeLast((frames: readonly SpatialFrameResult[]) => frames.map(({ name }) => name));
@@ -78,9 +78,31 @@ export class ScanstitchSpatial extends RunView<SpatialSettings, SpatialSnapshot,
     ): SpatialMarks => ({ poses, reference, camera, until, selected }),
   );
 
-  /** Takes files in, asked for at clock time `requested_at`. */
-  add(files: Promise<SpatialFiles>, requested_at: number): Promise<void> {
+  /** Opens a sample of the page, asked for at clock time `requested_at`. */
+  openGiven(files: Promise<SpatialFiles>, requested_at: number): Promise<void> {
+    this.stepAside();
     return this.session.add(files, requested_at);
+  }
+
+  protected override newSession(): SpatialSession {
+    return new SpatialSession(this);
+  }
+
+  protected override take(
+    session: SpatialSession,
+    files: SpatialFiles,
+    requested_at: number,
+    joins: boolean,
+  ): Promise<void> {
+    return session.add(Promise.resolve(files), requested_at, joins);
+  }
+
+  protected override canJoin(session: SpatialSession, files: SpatialFiles): boolean {
+    return session.canJoin(files);
+  }
+
+  protected override isSample(): boolean {
+    return this.session.dataset?.is_given ?? false;
   }
 
   override removeReference(): void {
@@ -124,11 +146,15 @@ export class ScanstitchSpatial extends RunView<SpatialSettings, SpatialSnapshot,
       picture: () => this.map.picture(),
       errors: () => errorCsv(result, session.frame_ms),
       frame_names: result.frames.map(({ name }) => name),
+      report: this.reportSource(result, session.points.positions),
     });
   }
 
-  protected override loaded(): Loaded {
-    const { dataset } = this.session;
+  protected override openedFiles(): string[] {
+    return [...(this.session.dataset?.files.keys() ?? [])];
+  }
+
+  protected override loaded({ dataset } = this.session): Loaded {
     const num_frames = dataset?.jobs.length ?? 0;
     return {
       title: dataset?.title ?? '',
@@ -180,7 +206,7 @@ export class ScanstitchSpatial extends RunView<SpatialSettings, SpatialSnapshot,
     const { snapshot, points, frame_ms, elapsed_ms } = this.session;
     if (!snapshot || snapshot.result.frames.length === 0) return nothing;
     const timing = this.timingOf(frame_ms, elapsed_ms);
-    const figures = this.figuresOf(snapshot.result, timing, points.positions.length / 3);
+    const figures = this.figuresOf(snapshot.result, timing, points.positions.length / 3, this.loaded().num_frames);
     return html`<scanstitch-headline
       part="figures"
       .figures=${figures}

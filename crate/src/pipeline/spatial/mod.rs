@@ -226,6 +226,7 @@ impl SpatialReconstruction {
             let reading = self.depth().map(|depth| (1.0 / depth.depth_step, &depth.camera));
             suggestion(&self.poses_up_to(Status::Doubtful), comparison, reading)
         });
+        notes.extend(comparison.iter().filter_map(|comparison| comparison.hint.clone()));
         let frames = self.frames.iter().zip(self.estimates()).zip(self.poses());
         SpatialResult {
             version: env!("CARGO_PKG_VERSION"),
