@@ -1,10 +1,28 @@
 /// <reference types="node" />
-import { defineConfig } from 'vite';
+import { defineConfig, type Plugin } from 'vite';
 
 /** The file a course page loads: `<script type="module" src=".../scanstitch-app.js">`. Its name carries no hash. */
 const ELEMENT = 'scanstitch-app';
 
+/** What the page begins with once its scripts run: fetched along with them. */
+const FIRST_ENGINE = /scanstitch_planar_bg.*\.wasm$/;
+
+const preloadEngine: Plugin = {
+  name: 'preload-engine',
+  transformIndexHtml: {
+    order: 'post',
+    handler: (_, { bundle = {} }) =>
+      Object.keys(bundle)
+        .filter((file) => FIRST_ENGINE.test(file))
+        .map((file) => ({
+          tag: 'link',
+          attrs: { rel: 'preload', as: 'fetch', crossorigin: true, href: `./${file}` },
+        })),
+  },
+};
+
 export default defineConfig({
+  plugins: [preloadEngine],
   root: import.meta.dirname,
   base: './', // every address relative: the build works under any path of any static host
   publicDir: false,

@@ -15,33 +15,10 @@ interface Manifest {
   odometry?: string;
 }
 
-const sample_scans = import.meta.glob<string>('../../samples/corridor/*.ply', {
-  query: '?url',
-  import: 'default',
-  eager: true,
-});
-const sample_reference = import.meta.glob<string>('../../samples/corridor/truth.tum', {
-  query: '?url',
-  import: 'default',
-  eager: true,
-});
-
 /** The built-in sample: ten rendered scans of a corridor and their ground truth. */
 export async function fetchSample(): Promise<Dataset> {
-  const scans = Object.entries(sample_scans).map(([path, url]) => ({ name: `corridor/${baseOf(path)}`, url }));
-  const [reference] = Object.entries(sample_reference).map(([path, url]) => ({
-    name: `corridor/${baseOf(path)}`,
-    url,
-  }));
-  scans.sort((a, b) => compareNaturally(a.name, b.name));
-  return {
-    title: 'Sample: a corridor',
-    is_given: true,
-    is_log: false,
-    scans: await Promise.all(scans.map(fetchFile)),
-    reference: reference ? await fetchFile(reference) : null,
-    odometry: null,
-  };
+  const { corridorFiles } = await import('./corridor.js');
+  return { title: 'Sample: a corridor', is_given: true, is_log: false, ...corridorFiles(), odometry: null };
 }
 
 /**
