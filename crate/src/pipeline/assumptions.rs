@@ -316,6 +316,8 @@ mod tests {
             max: 0.0,
             errors: vec![Some(0.0); count],
             rotation_errors: vec![Some(0.0); count],
+            aligned: None,
+            hint: None,
             reference,
             convention: String::new(),
         };
