@@ -314,6 +314,8 @@ mod tests {
             mean: 0.0,
             rmse: 0.0,
             max: 0.0,
+            aligned: None,
+            hint: None,
             errors: vec![Some(0.0); count],
             rotation_errors: vec![Some(0.0); count],
             aligned: None,
