@@ -318,8 +318,6 @@ mod tests {
             hint: None,
             errors: vec![Some(0.0); count],
             rotation_errors: vec![Some(0.0); count],
-            aligned: None,
-            hint: None,
             reference,
             convention: String::new(),
         };
