@@ -1,7 +1,7 @@
 import { html, LitElement, nothing, type TemplateResult } from 'lit';
 import { customElement, property, query, state } from 'lit/decorators.js';
 import './planar/planar-view.js';
-import { appHeader, type Run, type View } from './components/app-header.js';
+import { appHeader, type Run, type Tool, type View } from './components/app-header.js';
 import { app_styles } from './components/app-styles.js';
 import { DropTarget } from './components/drop-target.js';
 import type { GivenClouds } from './components/given-clouds.js';
@@ -133,7 +133,7 @@ export class ScanstitchApp extends LitElement {
   }
 
   protected override firstUpdated(): void {
-    if (this.first_view === 'bev') this.attend(this.toggleBev());
+    if (this.first_view === 'bev') this.attend(this.go('bev'));
     else if (this.first_view === 'icp') this.attend(this.lookInside(null));
     else if (this.src === 'apartment') this.attend(this.openSpatial(fetchApartment(), performance.now()));
   }
@@ -247,9 +247,9 @@ export class ScanstitchApp extends LitElement {
       facts: run?.facts ?? NO_FACTS,
       exports: run?.exports ?? [],
       open_items: OPEN_ITEMS,
-      is_narrow: this.layout === 'narrow',
+      layout: this.layout,
       is_dark: this.isDark(),
-      toggle: (view) => this.attend(this.toggle(view)),
+      go: (tool) => this.attend(this.go(tool)),
       open: (id) => this.open(id),
       expectFiles: () => void this.expectFiles(),
       runExport: (id) => void run?.runExport(id),
@@ -260,10 +260,20 @@ export class ScanstitchApp extends LitElement {
     });
   }
 
-  private toggle(view: Exclude<View, Run>): Promise<void> {
-    if (view === 'evaluation') return this.toggleEvaluation();
-    if (view === 'icp') return this.toggleLab();
-    return view === 'strategies' ? this.toggleStrategies() : this.toggleBev();
+  private async go(tool: Tool): Promise<void> {
+    switch (tool) {
+      case 'map':
+        return this.goToRun();
+      case 'evaluation':
+        return this.goToEvaluation();
+      case 'strategies':
+        return this.goToStrategies();
+      case 'icp':
+        return this.lookInside(null);
+      case 'bev':
+        await import('./bev/bev-view.js');
+        this.show('bev');
+    }
   }
 
   /** Tells where something that was asked for fails: a part of the page that cannot be fetched, a file that is gone. */
@@ -287,11 +297,7 @@ export class ScanstitchApp extends LitElement {
   }
 
   /** A run that is done goes along, with its reference. */
-  private async toggleEvaluation(): Promise<void> {
-    if (this.view === 'evaluation') {
-      this.show(this.run);
-      return;
-    }
+  private async goToEvaluation(): Promise<void> {
     const run = this.runView();
     await import('./evaluate/evaluate-view.js');
     if (run?.facts.result && this.evaluated_run?.of !== run.facts.result) {
@@ -302,11 +308,7 @@ export class ScanstitchApp extends LitElement {
   }
 
   /** The recording goes along; the comparison of one that has been compared stays as it is. */
-  private async toggleStrategies(): Promise<void> {
-    if (this.view === 'strategies') {
-      this.show(this.run);
-      return;
-    }
+  private async goToStrategies(): Promise<void> {
     await import('./strategies/strategies-view.js');
     const recording = this.spatial?.recordingToCompare() ?? null;
     const jobs = this.compared_recording?.inputs.jobs;
@@ -315,14 +317,6 @@ export class ScanstitchApp extends LitElement {
       this.compared_recording?.inputs.reference?.path === recording?.inputs.reference?.path;
     if (!is_same) this.compared_recording = recording;
     this.show('strategies');
-  }
-
-  /** The scan that is selected goes along, with the one before it; what is being looked into stays as it is. */
-  private async toggleLab(): Promise<void> {
-    if (this.view === 'icp') {
-      this.show(this.run);
-      this.beginRun('icp');
-    } else await this.lookInside(null);
   }
 
   /** The registration of a scan or frame to the one before it; null: of the selected one. */
@@ -335,19 +329,11 @@ export class ScanstitchApp extends LitElement {
     this.show('icp');
   }
 
-  /** What the map begins with, where the page began with another view. */
-  private beginRun(left: 'bev' | 'icp'): void {
-    if (this.first_view === left && this.src === '' && !this.runView()?.facts.title) this.planar.openSample();
-  }
-
-  private async toggleBev(): Promise<void> {
-    if (this.view !== 'bev') {
-      await import('./bev/bev-view.js');
-      this.show('bev');
-      return;
-    }
+  /** The map; where the page began with another view, that of the sample. */
+  private goToRun(): void {
     this.show(this.run);
-    this.beginRun('bev');
+    const is_empty = this.first_view !== 'map' && this.src === '' && !this.runView()?.facts.title;
+    if (is_empty) this.planar.openSample();
   }
 
   /** Someone is about to choose files, or drags some over the page: most that come are depth images. */
@@ -365,7 +351,7 @@ export class ScanstitchApp extends LitElement {
 
   private open(id: string): void {
     if (id.startsWith('view:')) {
-      this.attend(this.toggle(id.slice('view:'.length) as Exclude<View, Run>));
+      this.attend(this.go(id.slice('view:'.length) as Tool));
       return;
     }
     if (id !== 'files' && id !== 'folder') {

@@ -85,32 +85,72 @@ export const app_styles = css`
     border: 1px solid light-dark(#0a0c10, #d6e0ec);
     background: #06080b;
   }
+  .chip > span {
+    overflow: hidden;
+    max-width: 16ch;
+    text-overflow: ellipsis;
+  }
   nav {
     display: flex;
     align-items: center;
     gap: 6px;
   }
+  .tools {
+    gap: 0;
+    align-self: stretch;
+  }
+  .tools button {
+    min-height: 100%;
+    padding: 0 11px;
+    border: 0;
+    border-radius: 0;
+    background: none;
+    color: var(--muted);
+    box-shadow: inset 0 -2px transparent;
+  }
+  .tools button:hover {
+    color: var(--text);
+  }
+  .tools [aria-current] {
+    color: var(--text);
+    font-weight: 600;
+    box-shadow: inset 0 -2px var(--accent);
+  }
+  .tools button:focus-visible {
+    outline-offset: -3px;
+  }
+  .actions {
+    margin-left: auto;
+  }
   .narrow .bar {
-    gap: 10px;
-    padding: 6px 8px 6px 12px;
     flex-wrap: wrap;
-    row-gap: 0;
+    gap: 0 10px;
+    padding: 6px 8px 0 12px;
   }
   .narrow .brand span {
     display: none;
   }
-  .narrow nav {
-    margin-left: auto;
-  }
-  /* Beside the buttons there is no room for the title. */
   .narrow .dataset {
-    flex-basis: 100%;
-    order: 1;
+    flex-wrap: wrap;
+    gap: 0 8px;
     padding-left: 0;
     border-left: 0;
+    line-height: 1.25;
   }
-  .narrow .dataset:not(:has(*)) {
-    display: none;
+  .narrow .title {
+    max-width: 100%;
+  }
+  .narrow .count {
+    font-size: 12.5px;
+  }
+  .narrow .tools {
+    order: 1;
+    flex-basis: 100%;
+    justify-content: space-between;
+  }
+  .narrow .tools button {
+    min-height: 38px;
+    padding: 0 8px;
   }
   @media (max-height: 520px) {
     .app {
@@ -132,27 +172,6 @@ export const layout_styles = css`
     flex: 1;
     flex-direction: column;
     min-height: 0;
-  }
-  .introduction {
-    display: flex;
-    flex-wrap: wrap;
-    align-items: center;
-    justify-content: space-between;
-    gap: 2px 20px;
-    padding: 6px 16px;
-    border-bottom: 1px solid var(--line);
-    background: var(--accent-soft);
-    font-size: 13px;
-  }
-  .introduction a {
-    display: inline-block;
-    min-height: 24px;
-    margin-right: 14px;
-    color: var(--accent);
-  }
-  .narrow .introduction {
-    padding: 6px 12px;
-    font-size: 12.5px;
   }
   scanstitch-headline {
     border-bottom: 1px solid var(--line);

@@ -5,8 +5,9 @@ import '../components/overview.js';
 import '../components/why-panel.js';
 import type { ScanstitchMap } from '../components/map-view.js';
 import type { GivenClouds } from '../components/given-clouds.js';
-import { emptyView, introduction } from '../components/run-parts.js';
+import { emptyView } from '../components/run-parts.js';
 import { type GivenFiles, type Loaded, type RunKind, RunView } from '../components/run-view.js';
+import { welcome, welcome_styles } from '../components/welcome.js';
 import { fetchDataset, fetchSample } from '../datasets/remote.js';
 import type { PlanarFiles } from '../datasets/spatial-files.js';
 import type { FrameResult, IterationRecord, PlanarPoint, Settings, Snapshot } from '../engine/protocol.js';
@@ -47,6 +48,7 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession>
   @property({ attribute: false }) src = '';
 
   @state() private pairs_shown = false;
+  @state() private is_welcome_closed = false;
   @state() private pairs: Float32Array | null = null;
   @state() private wants_occupancy = false;
   @state() private occupancy: OccupancyPicture | null = null;
@@ -260,7 +262,14 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession>
 
   /** Above the sample that the page begins with: an element that a host gave scans of its own has its own words. */
   protected override renderIntroduction(): TemplateResult | typeof nothing {
-    return this.src === '' && this.session.dataset?.is_given ? introduction((id) => this.want(id)) : nothing;
+    if (this.is_welcome_closed || this.src !== '' || !this.session.dataset?.is_given) return nothing;
+    return welcome({
+      want: (id) => this.want(id),
+      copy: (text) => void this.copy(text),
+      close: () => {
+        this.is_welcome_closed = true;
+      },
+    });
   }
 
   protected override renderEmpty(): TemplateResult {
@@ -281,6 +290,15 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession>
       this.session,
       (id) => this.want(id),
     );
+  }
+
+  private async copy(text: string): Promise<void> {
+    try {
+      await navigator.clipboard.writeText(text);
+      this.session.announce('The lines were copied.');
+    } catch {
+      this.report('The browser did not allow copying', 'Select the lines and copy them');
+    }
   }
 
   private mapWords(): string {
@@ -325,6 +343,8 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession>
       if (this.pairs_made_of === made_of) this.pairs = null; // the crash, if it is one, is told by the session
     }
   }
+
+  static override styles = [...RunView.styles, welcome_styles];
 }
 
 function mapMarks(
