@@ -220,6 +220,7 @@ impl SpatialReconstruction {
                 }
             }
         });
+        notes.extend(comparison.iter().filter_map(|comparison| comparison.hint.clone()));
         let frames = self.frames.iter().zip(self.estimates()).zip(self.poses());
         SpatialResult {
             version: env!("CARGO_PKG_VERSION"),
