@@ -101,7 +101,7 @@ test('a run of the reconstruction opens with its reference; hovering one figure 
   const marks = (name: string) => page.locator(`.${name} scanstitch-figure .marks`).locator('line, circle').count();
   for (const name of ['paths', 'errors', 'positions', 'angles']) expect(await marks(name), name).toBeGreaterThan(0);
   await page.screenshot({ path: info.outputPath('evaluate.png') });
-  await page.getByRole('button', { name: 'Back to the map' }).click();
+  await page.getByRole('button', { name: 'Map', exact: true }).click();
   await expect(page.getByRole('group', { name: 'Map' })).toBeVisible();
   expect(app.faults).toEqual([]);
 });

@@ -78,7 +78,7 @@ test('one click compares all strategies on the recording', async ({ spatial, pag
   expect(csv).toHaveLength(LABELS.length + 1);
   expect(csv[0]).toMatch(/^strategy,frames,lost,map_points,map_bytes,ms_median,ms_last,ms_slope,ms_slope_error/);
 
-  await page.getByRole('button', { name: 'Back to the map' }).click();
+  await page.getByRole('button', { name: 'Map', exact: true }).click();
   await expect(spatial.map).toBeVisible();
   // What has been compared stays.
   await page.getByRole('button', { name: 'Compare strategies' }).click();

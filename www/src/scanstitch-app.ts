@@ -8,6 +8,7 @@ import type { GivenClouds } from './components/given-clouds.js';
 import { FileIntake } from './components/file-intake.js';
 import { icon } from './components/icons.js';
 import type { MenuItem } from './components/menu.js';
+import type { Elsewhere } from './components/run-exchange.js';
 import type { Layout } from './components/run-parts.js';
 import { type GivenFiles, type GivenRecording, NO_FACTS } from './components/run-view.js';
 import { wordsOf } from './components/session.js';
@@ -78,6 +79,8 @@ export class ScanstitchApp extends LitElement {
   @state() private opened: ReadonlySet<View> = new Set<View>(['planar']);
   @state() private is_system_dark = false;
   @state() private compared_recording: GivenRecording | null = null;
+  /** A run that took the place of one of the other kind. */
+  @state() private crossing: (Elsewhere & { shown: Run }) | null = null;
   @state() private looked_into: GivenClouds | null = null;
   @state() private evaluated_run: (GivenFiles & { of: unknown }) | null = null;
   @query('scanstitch-planar') private planar!: ScanstitchPlanar;
@@ -87,10 +90,11 @@ export class ScanstitchApp extends LitElement {
 
   private intake = new FileIntake(this, {
     present: () => this.run,
-    show: async (files, requested_at) => {
-      if ('spatial' in files) return this.openSpatial(Promise.resolve(files.spatial), requested_at);
+    show: async (files, requested_at, is_new) => {
+      if (is_new) this.cross('spatial' in files ? 'spatial' : 'planar');
+      if ('spatial' in files) return (await this.showSpatial())?.add(files.spatial, requested_at, is_new);
       this.show('planar');
-      return this.planar.add(files.planar, requested_at);
+      return this.planar.add(files.planar, requested_at, is_new);
     },
   });
 
@@ -135,7 +139,7 @@ export class ScanstitchApp extends LitElement {
   protected override firstUpdated(): void {
     if (this.first_view === 'bev') this.attend(this.go('bev'));
     else if (this.first_view === 'icp') this.attend(this.lookInside(null));
-    else if (this.src === 'apartment') this.attend(this.openSpatial(fetchApartment(), performance.now()));
+    else if (this.src === 'apartment') this.attend(this.openApartment());
   }
 
   protected override render(): TemplateResult {
@@ -206,7 +210,9 @@ export class ScanstitchApp extends LitElement {
           .preset=${this.preset}
           .remember_settings=${this.remember_settings}
           .layout=${this.layout}
+          .elsewhere=${this.elsewhere('planar')}
           ?dark=${this.isDark()}
+          @run-exchanged=${() => this.intake.exchange()}
           @facts-changed=${onFacts}
           @files-wanted=${onWanted}
           @look-inside=${onLook}
@@ -219,7 +225,9 @@ export class ScanstitchApp extends LitElement {
                 .preset=${this.preset}
                 .remember_settings=${this.remember_settings}
                 .layout=${this.layout}
+                .elsewhere=${this.elsewhere('spatial')}
                 ?dark=${this.isDark()}
+                @run-exchanged=${() => this.intake.exchange()}
                 @facts-changed=${onFacts}
                 @files-wanted=${onWanted}
                 @look-inside=${onLook}
@@ -354,13 +362,18 @@ export class ScanstitchApp extends LitElement {
       this.attend(this.go(id.slice('view:'.length) as Tool));
       return;
     }
+    if (id === 'other-run') {
+      this.crossBack();
+      return;
+    }
     if (id !== 'files' && id !== 'folder') {
+      this.crossing = null;
       this.expecting?.abort();
       this.intake.forget();
     }
     if (id === 'files') this.file_input.click();
     else if (id === 'folder') this.folder_input.click();
-    else if (id === 'apartment') this.attend(this.openSpatial(fetchApartment(), performance.now()));
+    else if (id === 'apartment') this.attend(this.openApartment());
     else if (id === 'clear') this.runView()?.clear();
     else {
       this.show('planar');
@@ -375,11 +388,37 @@ export class ScanstitchApp extends LitElement {
     await this.intake.take(files, requested_at);
   }
 
-  private async openSpatial(files: Promise<SpatialFiles>, requested_at: number): Promise<void> {
+  private async openApartment(): Promise<void> {
+    const requested_at = performance.now();
+    const spatial = await this.showSpatial();
+    await spatial?.openGiven(fetchApartment(), requested_at);
+  }
+
+  private async showSpatial(): Promise<ScanstitchSpatial | null> {
     await import('./spatial/spatial-view.js');
     this.show('spatial');
     await this.updateComplete;
-    await this.spatial?.add(files, requested_at);
+    return this.spatial;
+  }
+
+  /** A recording is to be shown as a run of this kind; one of the other kind can be gone back to. */
+  private cross(to: Run): void {
+    const before = this.runView();
+    const is_replaced = to !== this.run && before?.is_own;
+    this.crossing = is_replaced ? { shown: to, title: before.facts.title, is_undone: false } : null;
+  }
+
+  /** Back to the run of the other kind, and forth again. */
+  private crossBack(): void {
+    if (!this.crossing) return;
+    const { title } = this.runView()?.facts ?? NO_FACTS;
+    this.show(this.run === 'planar' ? 'spatial' : 'planar');
+    this.crossing = { shown: this.run, title, is_undone: !this.crossing.is_undone };
+    this.intake.exchange();
+  }
+
+  private elsewhere(run: Run): Elsewhere | null {
+    return this.crossing?.shown === run ? this.crossing : null;
   }
 
   private onPicked({ target }: Event): void {

@@ -60,11 +60,7 @@ export function appHeader(has: Header): TemplateResult {
     <nav class="tools" aria-label="Tools">
       ${TOOLS.map(
         ({ tool, label, short, about }) =>
-          html`<button
-            aria-current=${tool === shown ? 'page' : nothing}
-            title=${about}
-            @click=${() => has.go(tool)}
-          >
+          html`<button aria-current=${tool === shown ? 'page' : nothing} title=${about} @click=${() => has.go(tool)}>
             ${is_wide ? label : (short ?? label)}
           </button>`,
       )}

@@ -127,6 +127,8 @@ export const app_styles = css`
     gap: 0 10px;
     padding: 6px 8px 0 12px;
   }
+  .medium .brand span,
+  .medium .count,
   .narrow .brand span {
     display: none;
   }

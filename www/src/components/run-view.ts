@@ -16,6 +16,7 @@ import { announcements } from './announcer.js';
 import { layout_styles } from './app-styles.js';
 import type { GivenClouds } from './given-clouds.js';
 import type { MenuItem } from './menu.js';
+import { type Elsewhere, exchange_styles, exchangeBar, RunExchange } from './run-exchange.js';
 import { activity, type Layout, messages, tabs } from './run-parts.js';
 import { type RunSession, wordsOf } from './session.js';
 import { shared } from './theme.js';
@@ -85,12 +86,15 @@ export abstract class RunView<
   Settings extends object,
   Snapshot extends RunSnapshot,
   Session extends RunSession<{ dispose(): void; stop(): void }, Settings, unknown, Snapshot>,
+  Files,
 > extends LitElement {
   @property({ attribute: false }) initial_settings = '';
   @property({ attribute: false }) preset = '';
   @property({ attribute: false }) remember_settings = false;
   @property({ attribute: false }) layout: Layout = 'wide';
   @property({ type: Boolean }) dark = false;
+  /** What this run replaced, where that is a run of the other kind. */
+  @property({ attribute: false }) elsewhere: Elsewhere | null = null;
 
   @state() protected selected: number | null = null;
   /** Number of frames shown; null: all there are. */
@@ -102,10 +106,13 @@ export abstract class RunView<
   /** What the header shows. */
   facts: ViewFacts = NO_FACTS;
 
-  protected abstract readonly session: Session;
+  protected abstract session: Session;
   protected abstract readonly of: RunKind;
+  private exchange = new RunExchange<Session>();
+  /** What was opened last. */
+  private files: Files | null = null;
   private shown_generation = 0;
-  private announced: unknown = null;
+  private announced = new WeakSet<Snapshot>();
   private colorsOf = memoizeLast(framePalette);
   private statusesOf = memoizeLast((frames: Snapshot['result']['frames']) => frames.map(({ status }) => status));
 
@@ -122,10 +129,27 @@ export abstract class RunView<
   override disconnectedCallback(): void {
     super.disconnectedCallback();
     window.removeEventListener('hashchange', this.onHash);
+    this.exchange.forget();
   }
 
   clear(): void {
+    this.exchange.forget();
     this.session.clear();
+  }
+
+  /**
+   * Takes in files, asked for at clock time `requested_at`. A recording (`is_new`) takes the place of the one that is open,
+   * which steps aside; other files join that one.
+   */
+  async add(files: Files, requested_at: number, is_new: boolean): Promise<void> {
+    if (is_new) this.stepAside();
+    this.files = files;
+    await this.take(this.session, files, requested_at, false);
+  }
+
+  /** Whether there is something that a new recording would replace, and that cannot simply be opened again. */
+  get is_own(): boolean {
+    return this.session.snapshot !== null && !this.isSample();
   }
 
   abstract removeReference(): void;
@@ -154,8 +178,14 @@ export abstract class RunView<
 
   // What a kind of run adds.
 
+  protected abstract newSession(): Session;
+  protected abstract take(session: Session, files: Files, requested_at: number, joins: boolean): Promise<void>;
+  /** Whether the files can join what this session has open. */
+  protected abstract canJoin(session: Session, files: Files): boolean;
+  /** Whether a sample of the page is open: it is replaced without a trace. */
+  protected abstract isSample(): boolean;
   protected abstract makeExport(id: string, snapshot: Snapshot): Promise<Download>;
-  protected abstract loaded(): Loaded;
+  protected abstract loaded(session?: Session): Loaded;
   protected abstract renderMap(): TemplateResult;
   protected abstract renderEmpty(): TemplateResult;
   /** What a newcomer is told above the sample. */
@@ -175,6 +205,7 @@ export abstract class RunView<
   }
 
   protected override willUpdate(_changed: Map<PropertyKey, unknown>): void {
+    this.revertWhereUseless();
     const { session, num_frames } = this;
     if (this.shown_generation !== session.generation || num_frames === 0) {
       this.shown_generation = session.generation;
@@ -208,7 +239,7 @@ export abstract class RunView<
           this.hovered = detail;
         }}
       >
-        ${is_empty ? this.renderEmpty() : this.renderIntroduction()}
+        ${is_empty ? this.renderEmpty() : this.renderIntroduction()} ${this.renderExchange()}
         ${layout === 'narrow' ? nothing : this.renderFigures()}
         <main ?hidden=${is_empty}>
           ${layout === 'wide' ? html`<aside class="side left" aria-label="Settings">${this.renderSettings()}</aside>` : nothing}
@@ -230,6 +261,69 @@ export abstract class RunView<
         ${announcements(session.announcer)}
       </div>
     `;
+  }
+
+  private renderExchange(): TemplateResult | typeof nothing {
+    const { exchange, elsewhere, session, files } = this;
+    const { title } = this.loaded();
+    if (title === '') return nothing;
+    if (elsewhere) {
+      const { title: other, is_undone } = elsewhere;
+      const swap = (): void => this.want('other-run');
+      return exchangeBar({ title, other, is_undone, swap, addInstead: null, forget: null });
+    }
+    const { other, is_undone } = exchange;
+    if (!other) return nothing;
+    const joins = !is_undone && files !== null && session.dataset !== null && this.canJoin(other, files);
+    return exchangeBar({
+      title,
+      other: this.loaded(other).title,
+      is_undone,
+      swap: () => this.swap(),
+      addInstead: joins ? () => this.addInstead() : null,
+      forget: () => {
+        exchange.forget();
+        this.requestUpdate();
+      },
+    });
+  }
+
+  /** Something else is to be opened; what is open can be brought back. */
+  protected stepAside(): void {
+    if (!this.is_own) return;
+    const { session } = this;
+    this.exchange.stepAside(session);
+    this.session = this.newSession();
+    this.session.settings = session.settings;
+    this.session.beginWith((facts) => this.settingsToBegin(facts));
+    this.requestUpdate();
+  }
+
+  private swap(): void {
+    this.exchanged(this.exchange.swap(this.session));
+  }
+
+  /** The files join the recording that had stepped aside for them. */
+  private addInstead(): void {
+    this.exchanged(this.exchange.giveBack(this.session));
+    if (this.files) void this.take(this.session, this.files, performance.now(), true);
+  }
+
+  /** Files that are of no use do not replace what was open. */
+  private revertWhereUseless(): void {
+    const { phase, dataset, messages } = this.session;
+    if (phase !== 'empty' || dataset !== null || messages.length === 0 || !this.exchange.other) return;
+    this.exchanged(this.exchange.giveBack(this.session));
+    this.session.tell(messages);
+  }
+
+  private exchanged(session: Session): void {
+    this.session = session;
+    const { facts, settings } = session;
+    if (this.remember_settings && facts && settings) rememberSettings(this.of.kind, facts, settings);
+    this.dispatchEvent(new CustomEvent('run-exchanged'));
+    session.announce(`${this.loaded().title} is open again.`);
+    this.requestUpdate();
   }
 
   private renderSettings(): TemplateResult {
@@ -278,8 +372,8 @@ export abstract class RunView<
   protected onPainted(): void {
     const { session } = this;
     const { snapshot } = session;
-    if (session.phase !== 'done' || !snapshot || this.announced === snapshot) return;
-    this.announced = snapshot;
+    if (session.phase !== 'done' || !snapshot || this.announced.has(snapshot)) return;
+    this.announced.add(snapshot);
     const elapsed_ms = performance.now() - session.requested_at;
     const detail = { result: snapshot.result, timing: this.timing(snapshot), elapsed_ms };
     this.dispatchEvent(new CustomEvent('scanstitch-stitched', { detail, bubbles: true, composed: true }));
@@ -314,7 +408,7 @@ export abstract class RunView<
     if (JSON.stringify(settings) !== JSON.stringify(this.session.settings)) this.session.configure(settings);
   };
 
-  static override styles = [shared, layout_styles];
+  static override styles = [shared, layout_styles, exchange_styles];
 }
 
 // The same empty list every time: a new one would be a change.

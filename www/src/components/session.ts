@@ -44,6 +44,12 @@ export abstract class Session<Client extends Disposable> implements ReactiveCont
     this.client = null;
   }
 
+  /** It is no longer wanted, though its host is still on the page. */
+  end(): void {
+    this.#host.removeController(this);
+    this.hostDisconnected();
+  }
+
   protected abstract createClient(): Client;
 
   /** The host is to be drawn again. */
@@ -66,7 +72,7 @@ export abstract class Session<Client extends Disposable> implements ReactiveCont
   }
 
   /** Shows messages, errors first, and announces the errors. */
-  protected tell(messages: readonly Message[]): void {
+  tell(messages: readonly Message[]): void {
     const all = [...this.messages, ...messages];
     this.messages = [...all.filter(({ kind }) => kind === 'error'), ...all.filter(({ kind }) => kind === 'note')];
     const errors = messages.filter(({ kind }) => kind === 'error');
@@ -86,6 +92,8 @@ export abstract class Session<Client extends Disposable> implements ReactiveCont
   }
 }
 
+/** Counts the data sets shown, by all sessions. */
+let num_generations = 0;
 /** A change of a setting waits this long for the next one before all is computed again. */
 const SETTINGS_DELAY_MS = 200;
 
@@ -101,7 +109,7 @@ export abstract class RunSession<
   settings: Settings | null = null;
   dataset: Dataset | null = null;
   snapshot: Snapshot | null = null;
-  /** Counts the data sets shown: the view is fitted to each one once. */
+  /** Another number for every data set shown: the view is fitted to each one once. */
   generation = 0;
   #settings_timer: ReturnType<typeof setTimeout> | undefined;
   #initial_settings: (facts: SettingsFacts<Settings>) => Settings | null = ({ presets }) =>
@@ -134,6 +142,11 @@ export abstract class RunSession<
   protected abstract recompute(settings: Settings): void;
   /** Does what was asked for before the engine was ready. */
   protected abstract onStarted(): void;
+
+  /** The view is to be fitted to what comes. */
+  protected fitAnew(): void {
+    this.generation = ++num_generations;
+  }
 
   protected onReady(facts: SettingsFacts<Settings>): void {
     this.facts = facts;

@@ -28,20 +28,25 @@ export function welcome({ want, copy, close }: WelcomeHooks): TemplateResult {
     <div class="what">
       <h1>Laser scans and depth images to a path and a map</h1>
       <p>
-        <strong>Drop files anywhere on this page</strong>: scans, depth images, point clouds, a folder, a zip or a ROS
-        bag. Everything is computed in this tab; nothing leaves your machine.
+        <strong>Drop files anywhere on this page</strong>: scans, depth images, clouds, a folder, a zip or a ROS bag.
+        All is computed in this tab; nothing leaves your machine.
       </p>
-      <p class="begin">
+      <div class="begin">
         <button class="primary" @click=${() => want('files')}>${icon('open')}Choose files…</button>
         <button @click=${() => want('folder')}>Folder…</button>
-      </p>
+        <details>
+          <summary>Embed it in your page</summary>
+          <pre tabindex="0" aria-label="Lines to embed the page">${EMBED}</pre>
+          <button @click=${() => copy(EMBED)}>Copy</button>
+        </details>
+      </div>
     </div>
     <ul class="tools" aria-label="Tools">
       <li>
         <strong>Map</strong>
         <span
-          >The sensor’s path and the stitched map. Shown: ten laser scans.
-          <button class="link" @click=${() => want('apartment')}>Depth images</button></span
+          >Path and map of a recording. Here: ten laser scans;
+          <button class="link" @click=${() => want('apartment')}>see depth images</button></span
         >
       </li>
       ${TOOLS.map(
@@ -52,11 +57,6 @@ export function welcome({ want, copy, close }: WelcomeHooks): TemplateResult {
           </li>`,
       )}
     </ul>
-    <details>
-      <summary>Embed it in your page</summary>
-      <pre tabindex="0" aria-label="Lines to embed the page">${EMBED}</pre>
-      <button @click=${() => copy(EMBED)}>Copy</button>
-    </details>
     <button class="quiet icon close" aria-label="Close the introduction" title="Close" @click=${close}>
       ${icon('close')}
     </button>
@@ -67,70 +67,70 @@ export const welcome_styles = css`
   .welcome {
     position: relative;
     display: grid;
-    grid-template-columns: minmax(0, 5fr) minmax(0, 9fr);
-    gap: 10px 28px;
+    grid-template-columns: minmax(0, 2fr) minmax(0, 3fr);
+    gap: 10px 32px;
     flex: none;
-    padding: 14px 48px 12px 16px;
+    padding: 12px 48px 12px 16px;
     border-bottom: 1px solid var(--line);
     background: var(--surface);
   }
   .welcome h1 {
-    margin: 0 0 4px;
+    margin: 0 0 2px;
     font-size: 17px;
     font-weight: 680;
     letter-spacing: -0.012em;
-    line-height: 1.25;
+    line-height: 1.3;
+    text-wrap: balance;
   }
   .welcome .what p {
-    max-width: 62ch;
+    max-width: 68ch;
     font-size: 13px;
     text-wrap: pretty;
   }
   .welcome .begin {
     display: flex;
+    flex-wrap: wrap;
+    align-items: center;
     gap: 8px;
     padding-top: 10px;
   }
   .welcome .tools {
     display: grid;
     grid-template-columns: repeat(5, minmax(0, 1fr));
-    align-content: start;
-    gap: 8px;
+    align-content: center;
+    gap: 18px;
     font-size: 12.5px;
   }
   .welcome li {
-    padding: 8px 10px;
-    border: 1px solid var(--line);
-    border-radius: var(--radius);
-    background: var(--sunken);
     line-height: 1.35;
   }
   .welcome li > :first-child {
     display: block;
-    min-height: 22px;
+    min-height: 24px;
     font-size: 13.5px;
     font-weight: 620;
     text-align: left;
   }
-  .welcome li span {
+  .welcome li > span {
     color: var(--muted);
   }
-  .welcome li span button {
-    display: inline;
-    white-space: nowrap;
-  }
   .welcome details {
-    grid-column: 2;
-    font-size: 12.5px;
+    font-size: 13px;
+  }
+  .welcome details[open] {
+    flex: 1 1 100%;
+    min-width: 0;
   }
   .welcome summary {
     width: max-content;
+    min-height: 24px;
+    padding: 2px 4px;
     color: var(--accent);
     cursor: pointer;
   }
   .welcome pre {
     overflow: auto;
-    margin: 8px 0;
+    margin: 4px 0 8px;
     padding: 8px 10px;
     border: 1px solid var(--line);
     border-radius: var(--radius);
@@ -143,43 +143,40 @@ export const welcome_styles = css`
     right: 8px;
     color: var(--muted);
   }
-  .medium .welcome {
-    grid-template-columns: minmax(0, 1fr);
-  }
-  .medium .welcome details,
-  .narrow .welcome details {
-    grid-column: 1;
-  }
+  .medium .welcome,
   .narrow .welcome {
     grid-template-columns: minmax(0, 1fr);
+  }
+  .narrow .welcome {
     gap: 8px;
-    max-height: 52%;
-    padding: 10px 12px;
+    max-height: 50%;
+    padding: 8px 12px 4px;
     overflow: auto;
   }
   .narrow .welcome h1 {
     padding-right: 36px;
-    font-size: 15.5px;
+    font-size: 15px;
+  }
+  .narrow .welcome .what p {
+    font-size: 12.5px;
+    line-height: 1.4;
   }
   .narrow .welcome .begin {
-    padding-top: 8px;
+    padding-top: 6px;
   }
   .narrow .welcome .tools {
     display: block;
-    border-top: 1px solid var(--line);
+    font-size: 12px;
   }
   .narrow .welcome li {
     display: flex;
     align-items: baseline;
-    gap: 8px;
-    padding: 4px 0;
-    border: 0;
-    border-bottom: 1px solid var(--line);
-    border-radius: 0;
-    background: none;
+    gap: 10px;
+    padding: 2px 0;
+    border-top: 1px solid var(--line);
   }
   .narrow .welcome li > :first-child {
-    flex: none;
-    min-width: 76px;
+    flex: 0 0 96px;
+    font-size: 12.5px;
   }
 `;

@@ -73,8 +73,11 @@ export interface OpenedFiles {
   bags: OpenedBag[];
 }
 
-/** What the files are made to, and the bag they come from. */
-export type OpenedRun = ({ planar: PlanarFiles } | { spatial: SpatialFiles }) & { bag: OpenedBag | null };
+/** What the files are made to, whether they are a recording or lie beside one, and the bag they come from. */
+export type OpenedRun = ({ planar: PlanarFiles } | { spatial: SpatialFiles }) & {
+  is_recording: boolean;
+  bag: OpenedBag | null;
+};
 
 /**
  * Which view takes these files: planar scans the flat one, depth images and clouds the one in space; what is neither,
@@ -86,9 +89,10 @@ export async function tellApart(
 ): Promise<OpenedRun> {
   const recording = await understandFiles(files);
   const { kind, root, notes: told } = recording;
+  const is_recording = kind !== 'nothing';
   const bag = bags.find(({ listed }) => listed.bag.path === root) ?? bags[0] ?? null;
   if (kind === 'depth_images' || kind === 'clouds' || (kind === 'nothing' && shown === 'spatial')) {
-    return { spatial: { title: '', is_given: false, files, notes, recording }, bag };
+    return { spatial: { title: '', is_given: false, files, notes, recording }, is_recording, bag };
   }
   const loose = given.filter(({ name }) => !isArchiveName(name) && !isBagName(name) && !isBagMetadata(name));
   const loose_names = new Set(loose.map(({ name }) => name));
@@ -96,11 +100,11 @@ export async function tellApart(
   const num_given = Math.max(given.length, files.length);
   if (kind === 'nothing' && (bags.length > 0 || files.filter(({ path }) => isImageName(path)).length > 1)) {
     // Meant as depth images: why they are none is better known there than in the plane.
-    return { planar: { files: [], notes: [...notes, ...told], num_given: given.length }, bag };
+    return { planar: { files: [], notes: [...notes, ...told], num_given: given.length }, is_recording, bag };
   }
   const planar_files = [...loose, ...(await Promise.all(packed.map(toNamedFile)))];
   const bag_notes = bags.length > 0 ? told : [];
-  return { planar: { files: planar_files, notes: [...notes, ...bag_notes], num_given }, bag };
+  return { planar: { files: planar_files, notes: [...notes, ...bag_notes], num_given }, is_recording, bag };
 }
 
 /** Zips and bags are opened; what lies in them is unpacked when it is read. */

@@ -44,7 +44,7 @@ const NO_REFERENCE: readonly (PlanarPoint | null)[] = [];
  * each scan in detail.
  */
 @customElement('scanstitch-planar')
-export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession> {
+export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession, PlanarFiles> {
   @property({ attribute: false }) src = '';
 
   @state() private pairs_shown = false;
@@ -57,7 +57,7 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession>
   private occupancy_dark = false;
   @query('scanstitch-map') private map!: ScanstitchMap;
 
-  protected override readonly session = new PlanarSession(this);
+  protected override session = this.newSession();
   protected override readonly of = PLANAR;
   private namesOf = memoizeLast((frames: readonly FrameResult[]) => frames.map(({ name }) => name));
   private rowsOf = memoizeLast(frameRows);
@@ -78,13 +78,30 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession>
     else void this.session.openGiven(this.src === '' ? fetchSample() : fetchDataset(this.src));
   }
 
-  /** Takes in files that were dropped or picked, asked for at clock time `requested_at`. */
-  add({ files, notes, num_given }: PlanarFiles, requested_at: number): Promise<void> {
-    return this.session.add(files, requested_at, notes, num_given);
+  openSample(): void {
+    this.stepAside();
+    void this.session.openGiven(fetchSample());
   }
 
-  openSample(): void {
-    void this.session.openGiven(fetchSample());
+  protected override newSession(): PlanarSession {
+    return new PlanarSession(this);
+  }
+
+  protected override take(
+    session: PlanarSession,
+    files: PlanarFiles,
+    requested_at: number,
+    joins: boolean,
+  ): Promise<void> {
+    return session.add(files, requested_at, joins);
+  }
+
+  protected override canJoin({ dataset }: PlanarSession): boolean {
+    return dataset !== null && !dataset.is_given && !dataset.is_log && !this.session.dataset?.is_log;
+  }
+
+  protected override isSample(): boolean {
+    return this.src === '' && (this.session.dataset?.is_given ?? false);
   }
 
   override removeReference(): void {
@@ -117,9 +134,9 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession>
     });
   }
 
-  protected override loaded(): Loaded {
-    const { dataset } = this.session;
-    const num_frames = Math.max(dataset?.scans.length ?? 0, this.session.num_scans);
+  protected override loaded(session = this.session): Loaded {
+    const { dataset } = session;
+    const num_frames = Math.max(dataset?.scans.length ?? 0, session.num_scans);
     return {
       title: dataset?.title ?? '',
       count: dataset ? plural(Math.max(this.num_frames, num_frames), 'scan') : '',

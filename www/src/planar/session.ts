@@ -1,6 +1,6 @@
 import { errorMessage, noteMessage, RunSession, wordsOf } from '../components/session.js';
-import { combine, type Dataset, type Note, takeIn } from '../datasets/dataset.js';
-import type { NamedFile } from '../datasets/gather.js';
+import { combine, type Dataset, takeIn } from '../datasets/dataset.js';
+import type { PlanarFiles } from '../datasets/spatial-files.js';
 import { PlanarClient } from '../engine/planar-client.js';
 import type { Answers, InputFile, Inputs, Loaded, Progress, RunState, Settings, Snapshot } from '../engine/protocol.js';
 import { formatLength, plural } from '../views/format.js';
@@ -51,16 +51,8 @@ export class PlanarSession extends RunSession<PlanarClient, Settings, Dataset, S
     this.#load(dataset);
   }
 
-  /**
-   * Takes in files that were dropped or picked, asked for at clock time `requested_at`. `notes` tell of others of the
-   * `num_given` that were not used before.
-   */
-  async add(
-    files: readonly NamedFile[],
-    requested_at: number,
-    notes: readonly Note[] = [],
-    num_given = files.length,
-  ): Promise<void> {
+  /** Takes in files that were dropped or picked, asked for at clock time `requested_at`; `joins` what is open. */
+  async add({ files, notes, num_given }: PlanarFiles, requested_at: number, joins = false): Promise<void> {
     if (files.length + notes.length === 0) return;
     const intake = await takeIn(files);
     this.requested_at = requested_at;
@@ -80,7 +72,7 @@ export class PlanarSession extends RunSession<PlanarClient, Settings, Dataset, S
       ]);
       return;
     }
-    this.#load(combine(this.dataset, intake));
+    this.#load(combine(this.dataset, intake, joins));
   }
 
   /** Leaves one scan out, or the reference. */
@@ -213,7 +205,7 @@ export class PlanarSession extends RunSession<PlanarClient, Settings, Dataset, S
     );
     if (this.#is_new_dataset) {
       this.#is_new_dataset = false;
-      this.generation++;
+      this.fitAnew();
     }
     this.phase = state;
     if (state === 'done') {

@@ -40,10 +40,10 @@ const DEPTH_SCALE = 1000;
  * A run of depth images or clouds in space: the map in 3D, each frame's images and result, the figures of the whole.
  */
 @customElement('scanstitch-spatial')
-export class ScanstitchSpatial extends RunView<SpatialSettings, SpatialSnapshot, SpatialSession> {
+export class ScanstitchSpatial extends RunView<SpatialSettings, SpatialSnapshot, SpatialSession, SpatialFiles> {
   @query('scanstitch-map3d') private map!: ScanstitchMap3d;
 
-  protected override readonly session = new SpatialSession(this);
+  protected override session = this.newSession();
   protected override readonly of = SPATIAL;
   private loader = new FrameImageLoader(this, (file) => this.session.depthPicture(file));
   private namesOf = memoizeLast((frames: readonly SpatialFrameResult[]) => frames.map(({ name }) => name));
@@ -64,9 +64,31 @@ export class ScanstitchSpatial extends RunView<SpatialSettings, SpatialSnapshot,
     ): SpatialMarks => ({ poses, reference, camera, until, selected }),
   );
 
-  /** Takes files in, asked for at clock time `requested_at`. */
-  add(files: Promise<SpatialFiles>, requested_at: number): Promise<void> {
+  /** Opens a sample of the page, asked for at clock time `requested_at`. */
+  openGiven(files: Promise<SpatialFiles>, requested_at: number): Promise<void> {
+    this.stepAside();
     return this.session.add(files, requested_at);
+  }
+
+  protected override newSession(): SpatialSession {
+    return new SpatialSession(this);
+  }
+
+  protected override take(
+    session: SpatialSession,
+    files: SpatialFiles,
+    requested_at: number,
+    joins: boolean,
+  ): Promise<void> {
+    return session.add(Promise.resolve(files), requested_at, joins);
+  }
+
+  protected override canJoin(session: SpatialSession, files: SpatialFiles): boolean {
+    return session.canJoin(files);
+  }
+
+  protected override isSample(): boolean {
+    return this.session.dataset?.is_given ?? false;
   }
 
   override removeReference(): void {
@@ -103,8 +125,7 @@ export class ScanstitchSpatial extends RunView<SpatialSettings, SpatialSnapshot,
     });
   }
 
-  protected override loaded(): Loaded {
-    const { dataset } = this.session;
+  protected override loaded({ dataset } = this.session): Loaded {
     const num_frames = dataset?.jobs.length ?? 0;
     return {
       title: dataset?.title ?? '',
