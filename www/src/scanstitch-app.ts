@@ -179,6 +179,7 @@ export class ScanstitchApp extends LitElement {
                 ?hidden=${this.view !== 'strategies'}
                 ?dark=${this.isDark()}
                 .given=${this.compared_recording}
+                @files-wanted=${onWanted}
               ></scanstitch-strategies>`
             : nothing
         }

@@ -7,7 +7,7 @@ import './settings-panel.js';
 import './timeline.js';
 import type { SpatialInputs } from '../engine/spatial-client.js';
 import type { SpatialSettings } from '../engine/spatial-protocol.js';
-import { type Download, download } from '../export/exports.js';
+import { type Download, download, type ReportSource } from '../export/exports.js';
 import type { Status } from '../views/map-painter.js';
 import { memoizeLast } from '../views/memoize-last.js';
 import { framePalette, type Rgb } from '../views/palette.js';
@@ -185,6 +185,8 @@ export abstract class RunView<
   /** Whether a sample of the page is open: it is replaced without a trace. */
   protected abstract isSample(): boolean;
   protected abstract makeExport(id: string, snapshot: Snapshot): Promise<Download>;
+  /** Paths of the files of the recording, and beside it. */
+  protected abstract openedFiles(): string[];
   protected abstract loaded(session?: Session): Loaded;
   protected abstract renderMap(): TemplateResult;
   protected abstract renderEmpty(): TemplateResult;
@@ -261,6 +263,13 @@ export abstract class RunView<
         ${announcements(session.announcer)}
       </div>
     `;
+  }
+
+  /** What the report to be read says, but for the picture. */
+  protected reportSource(result: ReportSource['result'], points: Float32Array): ReportSource {
+    const { title, num_frames } = this.loaded();
+    const losses = this.session.messages.map(({ file, place, text }) => [file, place, text].filter(Boolean).join(', '));
+    return { result, context: { title, opened: this.openedFiles(), losses, points, num_frames } };
   }
 
   private renderExchange(): TemplateResult | typeof nothing {

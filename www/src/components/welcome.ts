@@ -44,15 +44,12 @@ export function welcome({ want, copy, close }: WelcomeHooks): TemplateResult {
     <ul class="tools" aria-label="Tools">
       <li>
         <strong>Map</strong>
-        <span
-          >Path and map of a recording. Here: ten laser scans;
-          <button class="link" @click=${() => want('apartment')}>see depth images</button></span
-        >
+        <span>Path and map of a recording. Here: ten laser scans; ${link('apartment', 'see depth images', want)}</span>
       </li>
       ${TOOLS.map(
         ({ id, label, about }) =>
           html`<li>
-            <button class="link" @click=${() => want(id)}>${label}</button>
+            ${link(id, label, want)}
             <span>${about}</span>
           </li>`,
       )}
@@ -61,6 +58,14 @@ export function welcome({ want, copy, close }: WelcomeHooks): TemplateResult {
       ${icon('close')}
     </button>
   </section>`;
+}
+
+function link(id: string, label: string, want: WelcomeHooks['want']): TemplateResult {
+  const follow = (event: Event): void => {
+    event.preventDefault();
+    want(id);
+  };
+  return html`<a href="#" @click=${follow}>${label}</a>`;
 }
 
 export const welcome_styles = css`
@@ -113,6 +118,10 @@ export const welcome_styles = css`
   }
   .welcome li > span {
     color: var(--muted);
+  }
+  .welcome a {
+    color: var(--accent);
+    text-underline-offset: 2px;
   }
   .welcome details {
     font-size: 13px;

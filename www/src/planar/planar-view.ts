@@ -131,7 +131,13 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession,
       ask: (kind) => this.session.ask(kind),
       picture: () => this.map.picture(),
       frame_names: result.frames.map(({ name }) => name),
+      report: this.reportSource(result, this.session.points.points),
     });
+  }
+
+  protected override openedFiles(): string[] {
+    const { scans = [], reference, odometry } = this.session.dataset ?? {};
+    return [...scans, reference, odometry].flatMap((file) => file?.name ?? []);
   }
 
   protected override loaded(session = this.session): Loaded {

@@ -4,6 +4,7 @@ import type { PlanarFiles } from '../datasets/spatial-files.js';
 import { PlanarClient } from '../engine/planar-client.js';
 import type { Answers, InputFile, Inputs, Loaded, Progress, RunState, Settings, Snapshot } from '../engine/protocol.js';
 import { formatLength, plural } from '../views/format.js';
+import { sameSettings } from '../views/setting-fields.js';
 import { lookDirection } from '../views/look-direction.js';
 import { NO_POINTS, type PointSet } from '../views/point-layer.js';
 
@@ -111,6 +112,8 @@ export class PlanarSession extends RunSession<PlanarClient, Settings, Dataset, S
     this.requested_at = performance.now();
     this.phase = 'running';
     this.progress = 0;
+    // A preset may make quite another map.
+    this.#is_new_dataset ||= this.facts?.presets.some((preset) => sameSettings(preset.settings, settings)) ?? false;
     this.client?.configure(settings);
     this.announce('Computing again with the new settings.');
   }

@@ -122,7 +122,12 @@ export class ScanstitchSpatial extends RunView<SpatialSettings, SpatialSnapshot,
       picture: () => this.map.picture(),
       errors: () => errorCsv(result, session.frame_ms),
       frame_names: result.frames.map(({ name }) => name),
+      report: this.reportSource(result, session.points.positions),
     });
+  }
+
+  protected override openedFiles(): string[] {
+    return [...(this.session.dataset?.files.keys() ?? [])];
   }
 
   protected override loaded({ dataset } = this.session): Loaded {
@@ -181,7 +186,7 @@ export class ScanstitchSpatial extends RunView<SpatialSettings, SpatialSnapshot,
     const { snapshot, points, frame_ms, elapsed_ms } = this.session;
     if (!snapshot || snapshot.result.frames.length === 0) return nothing;
     const timing = this.timingOf(frame_ms, elapsed_ms);
-    const figures = this.figuresOf(snapshot.result, timing, points.positions.length / 3);
+    const figures = this.figuresOf(snapshot.result, timing, points.positions.length / 3, this.loaded().num_frames);
     return html`<scanstitch-headline .figures=${figures}></scanstitch-headline>`;
   }
 
