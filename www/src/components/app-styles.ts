@@ -108,7 +108,8 @@ export const app_styles = css`
     color: var(--muted);
     box-shadow: inset 0 -2px transparent;
   }
-  .tools button:hover {
+  .tools button:hover:not(:disabled) {
+    background: none;
     color: var(--text);
   }
   .tools [aria-current] {
@@ -289,6 +290,7 @@ export const layout_styles = css`
   }
   .activity {
     position: absolute;
+    z-index: 1; /* over messages, where the map is low */
     bottom: 14px;
     left: 50%;
     display: grid;

@@ -33,7 +33,8 @@ export interface ComparedError {
 /** The distance with the first poses made equal, and, beside it, with all of them aligned. */
 export function comparisonFigure(comparison: ComparedError, noun: 'scan' | 'frame'): Figure {
   const { name, num_matched, mean, rmse, max, aligned } = comparison;
-  const label = `Distance to ${name.slice(name.lastIndexOf('/') + 1)}`;
+  const distance = noun === 'scan' ? 'Distance' : 'Mean L2 distance';
+  const label = `${distance} to ${name.slice(name.lastIndexOf('/') + 1)}`;
   if (num_matched === 0)
     return { label, value: 'no match', meaning: `no ground truth pose matches a ${noun}`, tone: 'doubtful' };
   const all_aligned = aligned
