@@ -1,5 +1,6 @@
 /// <reference types="node" />
 import { defineConfig } from 'vite';
+import { offline } from './offline/plugin.js';
 
 /** The file a course page loads: `<script type="module" src=".../scanstitch-app.js">`. Its name carries no hash. */
 const ELEMENT = 'scanstitch-app';
@@ -10,6 +11,7 @@ export default defineConfig({
   publicDir: false,
   server: { fs: { allow: ['..'] } }, // pkg/ lies beside www/
   worker: { format: 'es' },
+  plugins: [offline()],
   build: {
     target: 'es2023',
     outDir: 'dist',

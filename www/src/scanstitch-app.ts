@@ -13,6 +13,7 @@ import type { Layout } from './components/run-parts.js';
 import { type GivenFiles, type GivenRecording, NO_FACTS } from './components/run-view.js';
 import { wordsOf } from './components/session.js';
 import { drop_styles, shared, tokens } from './components/theme.js';
+import type { Note } from './datasets/dataset.js';
 import { filesOfDrop, filesOfInput, type NamedFile } from './datasets/gather.js';
 import type { SpatialFiles } from './datasets/spatial-files.js';
 import type { Wishes } from './components/topics-panel.js';
@@ -54,6 +55,8 @@ const fetchApartment = async (): Promise<SpatialFiles> => (await import('./datas
  *   that ends in `#bev` does so as well. `icp` begins with the ICP lab; `src` then names two scans or clouds, the source
  *   and the target.
  * - `theme`: `light`, `dark`, or `auto` (the default: as the system has it).
+ * - `offline`: the address of a service worker beside the host's page, which keeps the page for use without a network;
+ *   empty: `scanstitch-offline.js` of the build.
  * - `remember-settings`: changed settings are kept in the fragment of the page's address, so a link carries them.
  *   Those in space stand behind `#spatial`, which begins with the depth images.
  *
@@ -69,6 +72,8 @@ export class ScanstitchApp extends LitElement {
   @property() preset = '';
   @property({ attribute: 'view' }) first_view: 'map' | 'bev' | 'icp' = 'map';
   @property({ reflect: true }) theme: Theme = 'auto';
+  /** Null: nothing is kept. */
+  @property() offline: string | null = null;
   @property({ type: Boolean, attribute: 'remember-settings' }) remember_settings = false;
 
   @state() private layout: Layout = 'wide';
@@ -105,7 +110,9 @@ export class ScanstitchApp extends LitElement {
     this,
     (transfer) => {
       const dropped_at = performance.now();
-      this.attend(filesOfDrop(transfer).then((files) => this.take(files, dropped_at)));
+      const unreadable: Note[] = [];
+      const dropped = filesOfDrop(transfer, unreadable);
+      this.attend(async () => this.take(await dropped, dropped_at, unreadable));
     },
     () => this.expectFiles(),
   );
@@ -137,16 +144,17 @@ export class ScanstitchApp extends LitElement {
   }
 
   protected override firstUpdated(): void {
-    if (this.first_view === 'bev') this.attend(this.go('bev'));
-    else if (this.first_view === 'icp') this.attend(this.lookInside(null));
-    else if (this.src === 'apartment') this.attend(this.openApartment());
+    if (this.offline !== null) void this.keep(this.offline || 'scanstitch-offline.js');
+    if (this.first_view === 'bev') this.attend(() => this.go('bev'));
+    else if (this.first_view === 'icp') this.attend(() => this.lookInside(null));
+    else if (this.src === 'apartment') this.attend(() => this.openApartment());
   }
 
   protected override render(): TemplateResult {
     const { drop_target } = this;
     const onFacts = (): void => this.requestUpdate();
     const onWanted = ({ detail }: CustomEvent<string>): void => this.open(detail);
-    const onLook = ({ detail }: CustomEvent<number>): void => this.attend(this.lookInside(detail));
+    const onLook = ({ detail }: CustomEvent<number>): void => this.attend(() => this.lookInside(detail));
     return html`
       <div
         class="app ${this.layout}"
@@ -160,7 +168,7 @@ export class ScanstitchApp extends LitElement {
           this.intake.bag && (this.view === 'planar' || this.view === 'spatial')
             ? html`<scanstitch-topics
                 .bag=${this.intake.bag}
-                @topics-chosen=${({ detail }: CustomEvent<Wishes>) => this.attend(this.intake.choose(detail))}
+                @topics-chosen=${({ detail }: CustomEvent<Wishes>) => this.attend(() => this.intake.choose(detail))}
               ></scanstitch-topics>`
             : nothing
         }
@@ -258,7 +266,7 @@ export class ScanstitchApp extends LitElement {
       open_items: OPEN_ITEMS,
       layout: this.layout,
       is_dark: this.isDark(),
-      go: (tool) => this.attend(this.go(tool)),
+      go: (tool) => this.attend(() => this.go(tool)),
       open: (id) => this.open(id),
       expectFiles: () => void this.expectFiles(),
       runExport: (id) => void run?.runExport(id),
@@ -286,8 +294,30 @@ export class ScanstitchApp extends LitElement {
   }
 
   /** Tells where something that was asked for fails: a part of the page that cannot be fetched, a file that is gone. */
-  private attend(work: Promise<void>): void {
-    work.catch((error: unknown) => this.runView()?.report(wordsOf(error), 'Try again, or reload the page'));
+  private attend(work: () => Promise<void>): void {
+    work().catch((error: unknown) => {
+      const words = wordsOf(error);
+      if (!/import(ed|ing)? .*module|module script failed/i.test(words)) {
+        this.runView()?.report(words, 'Try again, or reload the page');
+        return;
+      }
+      const [part = ''] = /[^/]+$/.exec(words) ?? [];
+      this.goToRun();
+      this.runView()?.report(
+        `A part of the page could not be loaded (${part}): the connection was lost, or a new version was put on the server`,
+        'Where trying again does not help, export what is open and reload the page',
+        () => this.attend(work),
+      );
+    });
+  }
+
+  private async keep(script: string): Promise<void> {
+    try {
+      const { keepForOffline } = await import('./components/offline.js');
+      await keepForOffline(script);
+    } catch (error) {
+      this.runView()?.report(`The page is not kept for use offline: ${wordsOf(error)}`, 'Online it works as before');
+    }
   }
 
   private runView(): ScanstitchPlanar | ScanstitchSpatial | null {
@@ -360,7 +390,7 @@ export class ScanstitchApp extends LitElement {
 
   private open(id: string): void {
     if (id.startsWith('view:')) {
-      this.attend(this.go(id.slice('view:'.length) as Tool));
+      this.attend(() => this.go(id.slice('view:'.length) as Tool));
       return;
     }
     if (id === 'other-run') {
@@ -374,7 +404,7 @@ export class ScanstitchApp extends LitElement {
     }
     if (id === 'files') this.file_input.click();
     else if (id === 'folder') this.folder_input.click();
-    else if (id === 'apartment') this.attend(this.openApartment());
+    else if (id === 'apartment') this.attend(() => this.openApartment());
     else if (id === 'clear') this.runView()?.clear();
     else {
       this.show('planar');
@@ -383,10 +413,13 @@ export class ScanstitchApp extends LitElement {
   }
 
   /** Planar scans go to one view, depth images and clouds to the other, by themselves. */
-  private async take(files: readonly NamedFile[], requested_at: number): Promise<void> {
-    if (files.length === 0) return;
+  private async take(files: readonly NamedFile[], requested_at: number, notes: readonly Note[]): Promise<void> {
+    if (files.length === 0) {
+      for (const { file, reason } of notes) this.runView()?.report(`${file}: ${reason}`, 'Drop it again');
+      return;
+    }
     this.expecting?.abort();
-    await this.intake.take(files, requested_at);
+    await this.intake.take(files, requested_at, notes);
   }
 
   private async openApartment(): Promise<void> {
@@ -426,7 +459,8 @@ export class ScanstitchApp extends LitElement {
     const input = target as HTMLInputElement;
     const files = filesOfInput(input);
     input.value = ''; // so that picking the same files again is a change
-    this.attend(this.take(files, performance.now()));
+    const requested_at = performance.now();
+    this.attend(() => this.take(files, requested_at, []));
   }
 
   private isDark(): boolean {

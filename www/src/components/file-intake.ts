@@ -3,6 +3,7 @@
  * Of a bag, the topics can be chosen anew.
  */
 import type { ReactiveControllerHost } from 'lit';
+import type { Note } from '../datasets/dataset.js';
 import type { NamedFile } from '../datasets/gather.js';
 import { type BagListener, chooseTopics, type OpenedFiles, openFiles, tellApart } from '../datasets/spatial-files.js';
 import type { BagState, Wishes } from './topics-panel.js';
@@ -71,11 +72,15 @@ export class FileIntake {
     this.#opened = null;
   }
 
-  /** Opens files that were asked for at clock time `requested_at`. */
-  async take(files: readonly NamedFile[], requested_at: number): Promise<void> {
+  /** Opens files that were asked for at clock time `requested_at`; `notes` tell of what was dropped with them. */
+  async take(files: readonly NamedFile[], requested_at: number, notes: readonly Note[] = []): Promise<void> {
     const own = ++this.#num_taken;
     const asked = { own, wishes: {}, requested_at, before: this.#open, is_choice: false };
-    await this.#show(openFiles(files, this.#listener(own, {})), asked);
+    const opening = openFiles(files, this.#listener(own, {}));
+    await this.#show(
+      opening.then((opened) => ({ ...opened, notes: [...notes, ...opened.notes] })),
+      asked,
+    );
   }
 
   /** Opens other topics of the bag. */

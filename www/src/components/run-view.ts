@@ -172,8 +172,8 @@ export abstract class RunView<
   }
 
   /** A message about no file, beside the map. */
-  report(text: string, remedy = ''): void {
-    this.session.report(text, remedy);
+  report(text: string, remedy = '', retry?: () => void): void {
+    this.session.report(text, remedy, retry);
   }
 
   // What a kind of run adds.

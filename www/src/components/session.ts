@@ -66,9 +66,16 @@ export abstract class Session<Client extends Disposable> implements ReactiveCont
     this.changed();
   }
 
-  /** A message of the page's own, about no file. */
-  report(text: string, remedy = ''): void {
-    this.tell([errorMessage({ file: '', place: null, problem: text, remedy })]);
+  /** A message of the page's own, about no file. `retry` does what failed once more, and the message goes. */
+  report(text: string, remedy = '', retry?: () => void): void {
+    const message: Message = errorMessage({ file: '', place: null, problem: text, remedy });
+    if (retry)
+      message.retry = () => {
+        this.messages = this.messages.filter((other) => other !== message);
+        this.changed();
+        retry();
+      };
+    this.tell([message]);
   }
 
   /** Shows messages, errors first, and announces the errors. */
@@ -97,6 +104,10 @@ let num_generations = 0;
 /** A change of a setting waits this long for the next one before all is computed again. */
 const SETTINGS_DELAY_MS = 200;
 
+/** An engine that takes longer to load is told of: it is one megabyte. */
+const START_PATIENCE_MS = 15_000;
+const SLOW_REMEDY = 'It begins as soon as it is there; or check the connection and reload the page';
+
 /** A session that computes a result from files and settings: a run in the plane or in space. */
 export abstract class RunSession<
   Client extends Disposable & { stop(): void },
@@ -112,11 +123,22 @@ export abstract class RunSession<
   /** Another number for every data set shown: the view is fitted to each one once. */
   generation = 0;
   #settings_timer: ReturnType<typeof setTimeout> | undefined;
+  #start_timer: ReturnType<typeof setTimeout> | undefined;
   #initial_settings: (facts: SettingsFacts<Settings>) => Settings | null = ({ presets }) =>
     presets[0]?.settings ?? null;
 
+  override hostConnected(): void {
+    super.hostConnected();
+    if (this.facts) return;
+    this.#start_timer = setTimeout(() => {
+      const after = `after ${START_PATIENCE_MS / 1000} s`;
+      this.tell([{ ...noteMessage('', `The engine has not loaded ${after}`), remedy: SLOW_REMEDY }]);
+    }, START_PATIENCE_MS);
+  }
+
   override hostDisconnected(): void {
     clearTimeout(this.#settings_timer);
+    clearTimeout(this.#start_timer);
     super.hostDisconnected();
   }
 
@@ -149,6 +171,8 @@ export abstract class RunSession<
   }
 
   protected onReady(facts: SettingsFacts<Settings>): void {
+    clearTimeout(this.#start_timer);
+    this.messages = this.messages.filter(({ remedy }) => remedy !== SLOW_REMEDY);
     this.facts = facts;
     this.settings ??= this.#initial_settings(facts);
     this.onStarted();

@@ -21,6 +21,8 @@ export interface StoredFile extends Readable {
   blob(): Promise<Blob>;
   /** The recording that it is a part of, in a bag. */
   given?: Recording;
+  /** What could not be read of it, once it has been read. */
+  losses?: readonly Note[];
 }
 
 /** A ROS bag: what is in it, and which of its topics are used as what. */
@@ -102,9 +104,10 @@ export async function tellApart(
     // Meant as depth images: why they are none is better known there than in the plane.
     return { planar: { files: [], notes: [...notes, ...told], num_given: given.length }, is_recording, bag };
   }
-  const planar_files = [...loose, ...(await Promise.all(packed.map(toNamedFile)))];
+  const unpacked = await unpack(packed);
   const bag_notes = bags.length > 0 ? told : [];
-  return { planar: { files: planar_files, notes: [...notes, ...bag_notes], num_given }, is_recording, bag };
+  const all_notes = [...notes, ...bag_notes, ...unpacked.notes];
+  return { planar: { files: [...loose, ...unpacked.files], notes: all_notes, num_given }, is_recording, bag };
 }
 
 /** Zips and bags are opened; what lies in them is unpacked when it is read. */
@@ -180,8 +183,7 @@ async function openArchives(files: readonly NamedFile[]): Promise<{ files: Store
       notes.push(...archive.notes);
       opened.push(...filesInArchive(archive).map(packed));
     } catch (error) {
-      const { problem, message } = error as Error & { problem?: string };
-      notes.push({ file: name, reason: `not used: ${problem ?? message}` });
+      notes.push({ file: name, reason: `not used: ${problemIn(error)}` });
     }
   }
   return { files: opened, notes };
@@ -208,8 +210,24 @@ function onDisk(path: string, file: File): StoredFile {
   };
 }
 
-async function toNamedFile(stored: StoredFile): Promise<NamedFile> {
-  return { name: stored.path, file: new File([await stored.blob()], stored.path) };
+/** What can be read of files in archives and bags; the rest, and what of them is lost, is told. */
+async function unpack(stored: readonly StoredFile[]): Promise<{ files: NamedFile[]; notes: Note[] }> {
+  const files: NamedFile[] = [];
+  const notes: Note[] = [];
+  const read = await Promise.allSettled(stored.map((file) => file.blob()));
+  for (const [index, content] of read.entries()) {
+    const { path, losses = [] } = stored[index] as StoredFile;
+    if (content.status === 'fulfilled') files.push({ name: path, file: new File([content.value], path) });
+    else notes.push({ file: path, reason: `not used: ${problemIn(content.reason)}` });
+    notes.push(...losses);
+  }
+  return { files, notes };
+}
+
+/** Without the file's name before it. */
+function problemIn(error: unknown): string {
+  const { problem, message } = error as Error & { problem?: string };
+  return problem ?? message;
 }
 
 /** Browsers show PNG and JPEG; a pixmap is given as BMP. */

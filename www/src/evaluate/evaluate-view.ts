@@ -6,6 +6,7 @@ import { icon } from '../components/icons.js';
 import type { GivenFiles } from '../components/run-view.js';
 import { wordsOf } from '../components/session.js';
 import { drop_styles, page_styles, shared, tokens } from '../components/theme.js';
+import type { Note } from '../datasets/dataset.js';
 import { filesOfDrop, filesOfInput } from '../datasets/gather.js';
 import { plural } from '../views/format.js';
 import { makeColors } from '../views/figure-colors.js';
@@ -224,7 +225,8 @@ export class ScanstitchEvaluate extends LitElement {
   // Files.
 
   private async openDropped(transfer: DataTransfer): Promise<void> {
-    await this.session.open(await filesOfDrop(transfer));
+    const unreadable: Note[] = [];
+    await this.session.open(await filesOfDrop(transfer, unreadable), unreadable);
   }
 
   private async onPicked(): Promise<void> {

@@ -100,7 +100,7 @@ mod tests {
         let noise = |i: u32| 1e-3 * f64::from(i * 7 % 5);
         let mut pairs: Vec<_> =
             (0..20).map(|i| (Isometry3::translation(0.0, noise(i), 0.0) * pose(i), pose(i))).collect();
-        pairs[0].1 = pairs[0].1 * Isometry3::rotation(Vector3::z() * turned_first);
+        pairs[0].1 *= Isometry3::rotation(Vector3::z() * turned_first);
         pairs
     }
 
