@@ -86,7 +86,9 @@ test('everything in one zip', async ({ app }) => {
   expect(report.sharpness.mean_residual).toBeGreaterThan(0);
 });
 
-test('the report to be read: one file with its picture, which runs no script and fits on paper', async ({ app }, info) => {
+test('the report to be read: one file with its picture, which runs no script and fits on paper', async ({
+  app,
+}, info) => {
   const { name, bytes } = await exported(app, /^Report to print/);
   expect(name).toBe('report.html');
   const path = info.outputPath('report.html');
