@@ -32,7 +32,7 @@ planar('an engine that takes long is told of, and begins when it is there', asyn
     await route.continue();
   });
   await page.goto('./');
-  await expect(page.getByRole('button', { name: 'Export' })).toBeVisible();
+  await expect(page.getByText('Reading 10 scans')).toBeVisible();
   await page.clock.runFor(16_000);
   await expect(app.messages).toContainText('The engine has not loaded after 15 s');
   letGo();
