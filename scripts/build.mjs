@@ -1,7 +1,16 @@
 // @ts-check
-/** `npm run build`: the WebAssembly module into pkg/, the page into www/dist, which any static host can serve. */
+/** `npm run build`: the WebAssembly module into pkg/, the page into www/dist, which any static host can serve, and beside
+ * it the element in one file. */
 import { writeBillOfMaterials } from './sbom.mjs';
-import { buildPage, buildWasm, ensureNodeModules, ensureWasmTarget, requireToolchain, runMain } from './steps.mjs';
+import {
+  buildPage,
+  buildStandalone,
+  buildWasm,
+  ensureNodeModules,
+  ensureWasmTarget,
+  requireToolchain,
+  runMain,
+} from './steps.mjs';
 
 await runMain(async () => {
   requireToolchain();
@@ -9,5 +18,6 @@ await runMain(async () => {
   await ensureNodeModules();
   await buildWasm();
   await buildPage();
+  await buildStandalone();
   writeBillOfMaterials();
 });

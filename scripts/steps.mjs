@@ -269,6 +269,15 @@ export function buildPage(logLevel = 'info') {
   });
 }
 
+/** Builds the element in one file into www/dist/standalone. */
+export function buildStandalone() {
+  return step('Building the element in one file into www/dist/standalone', async () => {
+    const { build } = await import('vite');
+    // Rolldown warns of what Vite's own helper does in a classic script.
+    await build({ configFile: join(ROOT, 'www', 'vite.standalone.ts'), logLevel: 'error', clearScreen: false });
+  });
+}
+
 /**
  * Runs a script's main function: a StepError is one plain paragraph and exit code 1.
  * @param {() => Promise<void>} main

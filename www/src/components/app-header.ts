@@ -55,8 +55,10 @@ export function appHeader(has: Header): TemplateResult {
   const shown: Tool = has.view === 'planar' || has.view === 'spatial' ? 'map' : has.view;
   const is_aside = shown !== 'map';
   const is_wide = has.layout === 'wide';
-  return html`<header class="bar">
-    <div class="brand">${logo()}<span>Scanstitch</span></div>
+  return html`<header class="bar" part="header">
+    <div class="brand">
+      <slot name="title">${logo()}<span>Scanstitch</span></slot>
+    </div>
     <nav class="tools" aria-label="Tools">
       ${TOOLS.map(
         ({ tool, label, short, about }) =>

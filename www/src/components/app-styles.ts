@@ -3,7 +3,8 @@ import { css } from 'lit';
 
 export const app_styles = css`
   :host {
-    display: block;
+    display: grid;
+    grid-template: minmax(0, 1fr) fit-content(40%) / minmax(0, 1fr) fit-content(40%);
     position: relative;
     height: min(90vh, 760px);
     overflow: hidden;
@@ -22,6 +23,25 @@ export const app_styles = css`
     display: flex;
     flex-direction: column;
     height: 100%;
+    min-width: 0;
+  }
+  .host-side {
+    grid-area: 1 / 2;
+    overflow: auto;
+    border-left: 1px solid var(--line);
+    background: var(--surface);
+  }
+  .host-side.narrow {
+    grid-area: 2 / 1;
+    border-top: 1px solid var(--line);
+    border-left: 0;
+  }
+  .app > scanstitch-messages {
+    position: absolute;
+    top: 64px;
+    right: 12px;
+    z-index: 20;
+    width: min(430px, calc(100% - 24px));
   }
   .bar {
     display: flex;
@@ -165,6 +185,56 @@ export const app_styles = css`
   }
 `;
 
+/** What goes on at the moment, in a box over what is there. */
+export const activity_styles = css`
+  .activity {
+    position: absolute;
+    z-index: 1; /* over messages, where the map is low */
+    bottom: 14px;
+    left: 50%;
+    display: grid;
+    gap: 8px;
+    width: min(340px, calc(100% - 32px));
+    padding: 10px 12px;
+    border: 1px solid var(--line);
+    border-radius: var(--radius);
+    background: var(--surface);
+    box-shadow: var(--shadow);
+    transform: translateX(-50%);
+  }
+  /* The scale bar lies in the corner: above the buttons, where there is no room beside them. */
+  @container (max-width: 720px) {
+    .activity {
+      bottom: 52px;
+    }
+  }
+  .activity-words {
+    display: flex;
+    align-items: center;
+    justify-content: space-between;
+    gap: 12px;
+  }
+  progress {
+    width: 100%;
+    height: 5px;
+    border: 0;
+    border-radius: 3px;
+    overflow: hidden;
+    appearance: none;
+    background: var(--line);
+    color: var(--accent);
+  }
+  progress::-webkit-progress-bar {
+    background: var(--line);
+  }
+  progress::-webkit-progress-value {
+    background: var(--accent);
+  }
+  progress::-moz-progress-bar {
+    background: var(--accent);
+  }
+`;
+
 /** Within a view of a run: figures, settings, map, table, details. */
 export const layout_styles = css`
   :host {
@@ -287,52 +357,6 @@ export const layout_styles = css`
     flex-direction: column;
     width: min(430px, calc(100% - 74px));
     max-height: calc(100% - 60px);
-  }
-  .activity {
-    position: absolute;
-    z-index: 1; /* over messages, where the map is low */
-    bottom: 14px;
-    left: 50%;
-    display: grid;
-    gap: 8px;
-    width: min(340px, calc(100% - 32px));
-    padding: 10px 12px;
-    border: 1px solid var(--line);
-    border-radius: var(--radius);
-    background: var(--surface);
-    box-shadow: var(--shadow);
-    transform: translateX(-50%);
-  }
-  /* The scale bar lies in the corner: above the buttons, where there is no room beside them. */
-  @container (max-width: 720px) {
-    .activity {
-      bottom: 52px;
-    }
-  }
-  .activity-words {
-    display: flex;
-    align-items: center;
-    justify-content: space-between;
-    gap: 12px;
-  }
-  progress {
-    width: 100%;
-    height: 5px;
-    border: 0;
-    border-radius: 3px;
-    overflow: hidden;
-    appearance: none;
-    background: var(--line);
-    color: var(--accent);
-  }
-  progress::-webkit-progress-bar {
-    background: var(--line);
-  }
-  progress::-webkit-progress-value {
-    background: var(--accent);
-  }
-  progress::-moz-progress-bar {
-    background: var(--accent);
   }
   .empty {
     display: flex;

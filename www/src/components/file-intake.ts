@@ -5,6 +5,7 @@
 import type { ReactiveControllerHost } from 'lit';
 import type { Note } from '../datasets/dataset.js';
 import type { NamedFile } from '../datasets/gather.js';
+import type { GivenSet } from '../datasets/given.js';
 import { type BagListener, chooseTopics, type OpenedFiles, openFiles, tellApart } from '../datasets/spatial-files.js';
 import type { BagState, Wishes } from './topics-panel.js';
 
@@ -13,8 +14,11 @@ type Recognised = Awaited<ReturnType<typeof tellApart>>;
 export interface IntakeHooks {
   /** The kind of run on the page: what a trajectory alone belongs to. */
   present(): Parameters<typeof tellApart>[1];
-  /** Hands the files to the view that they are for. `is_new`: they are a recording that was not open. */
-  show(files: Recognised, requested_at: number, is_new: boolean): Promise<void>;
+  /**
+   * Hands the files to the view that they are for. `is_new`: they are a recording that was not open; `given`: they are what
+   * the page that the element stands on names.
+   */
+  show(files: Recognised, requested_at: number, is_new: boolean, given: GivenSet | null): Promise<void>;
 }
 
 /** What is open of a bag. */
@@ -32,6 +36,7 @@ interface Asked {
   before: Open;
   /** Whether they are other topics of the bag that is open. */
   is_choice: boolean;
+  given: GivenSet | null;
 }
 
 /** What may join the recording that is open: a reference trajectory, a camera. */
@@ -73,9 +78,13 @@ export class FileIntake {
   }
 
   /** Opens files that were asked for at clock time `requested_at`; `notes` tell of what was dropped with them. */
-  async take(files: readonly NamedFile[], requested_at: number, notes: readonly Note[] = []): Promise<void> {
+  async take(
+    files: readonly NamedFile[],
+    requested_at: number,
+    { given = null, notes = [] }: { given?: GivenSet | null; notes?: readonly Note[] } = {},
+  ): Promise<void> {
     const own = ++this.#num_taken;
-    const asked = { own, wishes: {}, requested_at, before: this.#open, is_choice: false };
+    const asked = { own, wishes: {}, requested_at, before: this.#open, is_choice: false, given };
     const opening = openFiles(files, this.#listener(own, {}));
     await this.#show(
       opening.then((opened) => ({ ...opened, notes: [...notes, ...opened.notes] })),
@@ -88,11 +97,12 @@ export class FileIntake {
     if (!this.#opened) return;
     const own = ++this.#num_taken;
     const opening = chooseTopics(this.#opened, wishes, this.#listener(own, wishes));
-    await this.#show(opening, { own, wishes, requested_at: performance.now(), before: this.#open, is_choice: true });
+    const requested_at = performance.now();
+    await this.#show(opening, { own, wishes, requested_at, before: this.#open, is_choice: true, given: null });
   }
 
   async #show(opening: Promise<OpenedFiles>, asked: Asked): Promise<void> {
-    const { own, wishes, requested_at, before, is_choice } = asked;
+    const { own, wishes, requested_at, before, is_choice, given } = asked;
     const opened = await opening;
     if (own !== this.#num_taken) return;
     const recognised = await tellApart(opened, this.#hooks.present());
@@ -109,7 +119,7 @@ export class FileIntake {
       this.#opened = null;
       this.#setBag(null);
     }
-    await this.#hooks.show(recognised, requested_at, is_new);
+    await this.#hooks.show(recognised, requested_at, is_new, given);
   }
 
   /** A bag's topics are shown as soon as they are known, before its messages are inspected. */

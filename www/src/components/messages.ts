@@ -38,7 +38,7 @@ export class ScanstitchMessages extends LitElement {
         <h2>${title(messages, num_errors)}</h2>
         <button
           class="quiet icon"
-          @click=${() => this.dispatchEvent(new CustomEvent('messages-dismissed', { bubbles: true, composed: true }))}
+          @click=${() => this.dispatchEvent(new CustomEvent('messages-dismissed', { bubbles: true }))}
           aria-label="Dismiss the messages"
           title="Dismiss"
         >

@@ -77,7 +77,7 @@ export function messages(session: ActiveSession): TemplateResult {
   ></scanstitch-messages>`;
 }
 
-function activityBox(words: string, progress: number | null, action: string, act: () => void): TemplateResult {
+export function activityBox(words: string, progress: number | null, action: string, act: () => void): TemplateResult {
   return html`<div class="activity">
     <div class="activity-words">
       <span>${words}</span><button class=${progress === null ? 'primary' : ''} @click=${act}>${action}</button>

@@ -11,14 +11,21 @@ import { type Download, download, type ReportSource } from '../export/exports.js
 import type { Status } from '../views/map-painter.js';
 import { memoizeLast } from '../views/memoize-last.js';
 import { framePalette, type Rgb } from '../views/palette.js';
-import { ownerOf, rememberSettings, type SettingsFacts, settingsToBegin } from '../views/settings-link.js';
+import {
+  faultsToBegin,
+  ownerOf,
+  rememberSettings,
+  type SettingsFacts,
+  settingsToBegin,
+} from '../views/settings-link.js';
 import { announcements } from './announcer.js';
-import { layout_styles } from './app-styles.js';
+import { activity_styles, layout_styles } from './app-styles.js';
 import type { GivenClouds } from './given-clouds.js';
+import { type ScanstitchMapPoints, type ScanstitchProgress, type ScanstitchResult, tellHost } from './host-events.js';
 import type { MenuItem } from './menu.js';
 import { type Elsewhere, exchange_styles, exchangeBar, RunExchange } from './run-exchange.js';
 import { activity, type Layout, messages, tabs } from './run-parts.js';
-import { type RunSession, wordsOf } from './session.js';
+import { type RunSession, STOPPED, wordsOf } from './session.js';
 import { shared } from './theme.js';
 
 /** What the header shows of a run. */
@@ -79,8 +86,8 @@ export interface RunKind {
 
 /**
  * One way to look at a run: scans in the plane, or depth images and clouds in space. It fires `facts-changed` whenever
- * the header has something new to show, `files-wanted` ('files', 'folder' or the id of a sample) where it offers to open
- * some, and `scanstitch-stitched` when a computation is over.
+ * the header has something new to show, `settings-refused` with sentences about settings that cannot be taken,
+ * `files-wanted` ('files', 'folder' or the id of a sample) where it offers to open some, and the events for the host.
  */
 export abstract class RunView<
   Settings extends object,
@@ -111,6 +118,10 @@ export abstract class RunView<
   private exchange = new RunExchange<Session>();
   /** What was opened last. */
   private files: Files | null = null;
+  /** What is wrong with the settings to begin with, until it is told. */
+  private setting_faults: string[] = [];
+  private told_progress: ScanstitchProgress | null = null;
+  private waiting: { resolve(outcome: ScanstitchResult): void; reject(error: Error): void }[] = [];
   private shown_generation = 0;
   private announced = new WeakSet<Snapshot>();
   private colorsOf = memoizeLast(framePalette);
@@ -129,7 +140,8 @@ export abstract class RunView<
   override disconnectedCallback(): void {
     super.disconnectedCallback();
     window.removeEventListener('hashchange', this.onHash);
-    this.exchange.forget();
+    // Where it is moved within the page, all stays.
+    queueMicrotask(() => this.isConnected || this.exchange.forget());
   }
 
   clear(): void {
@@ -171,6 +183,51 @@ export abstract class RunView<
     }
   }
 
+  // For the page that the element stands on.
+
+  /** What was computed; null while it is not over. */
+  get outcome(): ScanstitchResult | null {
+    const { snapshot, phase } = this.session;
+    return snapshot && phase === 'done' ? this.outcomeOf(snapshot) : null;
+  }
+
+  /** Whether files are being read or a run is under way. */
+  get is_busy(): boolean {
+    return ['starting', 'reading', 'running'].includes(this.session.phase);
+  }
+
+  /** The same, but for an engine that is only starting. */
+  get is_under_way(): boolean {
+    return this.is_busy && this.session.phase !== 'starting';
+  }
+
+  abstract get map_points(): ScanstitchMapPoints | null;
+
+  /** Computes what is loaded and not computed yet; the end of it. */
+  computed(): Promise<ScanstitchResult> {
+    const { phase } = this.session;
+    if (phase === 'stopped' || phase === 'crashed') this.session.resume();
+    return new Promise((resolve, reject) => {
+      this.waiting.push({ resolve, reject });
+      this.requestUpdate();
+    });
+  }
+
+  cancel(): void {
+    const { phase } = this.session;
+    if (phase === 'reading' || phase === 'running') this.session.stop();
+  }
+
+  /** Those who wait for the end of the run are told that there will be none. */
+  abandon(reason: string): void {
+    for (const { reject } of this.waiting.splice(0)) reject(new Error(reason));
+  }
+
+  /** Nothing of what was given can be used: what is shown stays. */
+  refuse(text: string, remedy: string): void {
+    this.session.refuse(text, remedy);
+  }
+
   /** A message about no file, beside the map. */
   report(text: string, remedy = '', retry?: () => void): void {
     this.session.report(text, remedy, retry);
@@ -197,8 +254,7 @@ export abstract class RunView<
   protected abstract renderFigures(): TemplateResult | typeof nothing;
   protected abstract renderTable(): TemplateResult;
   protected abstract renderDetails(): TemplateResult;
-  /** The time of a run that is over, for whoever listens. */
-  protected abstract timing(snapshot: Snapshot): { total: number; frames: readonly number[] };
+  protected abstract outcomeOf(snapshot: Snapshot): ScanstitchResult;
 
   // What they have in common.
 
@@ -206,9 +262,11 @@ export abstract class RunView<
     return this.session.snapshot?.result.frames.length ?? 0;
   }
 
-  protected override willUpdate(_changed: Map<PropertyKey, unknown>): void {
+  protected override willUpdate(changed: Map<PropertyKey, unknown>): void {
     this.revertWhereUseless();
     const { session, num_frames } = this;
+    const is_set = this.hasUpdated && (changed.has('initial_settings') || changed.has('preset'));
+    if (is_set && session.facts) session.configure(this.settingsToBegin(session.facts));
     if (this.shown_generation !== session.generation || num_frames === 0) {
       this.shown_generation = session.generation;
       this.selected = null;
@@ -220,6 +278,8 @@ export abstract class RunView<
   }
 
   protected override updated(): void {
+    this.tellProgress();
+    this.settle();
     const { snapshot, phase } = this.session;
     const { title, count, reference } = this.loaded();
     const can_export = snapshot !== null && (phase === 'done' || phase === 'stopped') && !this.is_exporting;
@@ -237,6 +297,7 @@ export abstract class RunView<
       <div
         class="run ${this.of.kind} ${layout}"
         @frame-selected=${({ detail }: CustomEvent<number | null>) => this.select(detail)}
+        @look-inside=${({ detail }: CustomEvent<number>) => this.dispatchEvent(new CustomEvent('look-inside', { detail }))}
         @frame-hovered=${({ detail }: CustomEvent<number | null>) => {
           this.hovered = detail;
         }}
@@ -244,9 +305,9 @@ export abstract class RunView<
         ${is_empty ? this.renderEmpty() : this.renderIntroduction()} ${this.renderExchange()}
         ${layout === 'narrow' ? nothing : this.renderFigures()}
         <main ?hidden=${is_empty}>
-          ${layout === 'wide' ? html`<aside class="side left" aria-label="Settings">${this.renderSettings()}</aside>` : nothing}
+          ${layout === 'wide' ? html`<aside class="side left" part="settings" aria-label="Settings">${this.renderSettings()}</aside>` : nothing}
           <div class="middle">
-            <div class="map-area">${this.renderMap()} ${activity(session)} ${messages(session)}</div>
+            <div class="map-area" part="map">${this.renderMap()} ${activity(session)} ${messages(session)}</div>
             <scanstitch-timeline
               .count=${num_frames}
               .until=${this.until ?? num_frames}
@@ -349,7 +410,9 @@ export abstract class RunView<
   private renderSide(): TemplateResult {
     const { panels } = this.of;
     if (this.layout === 'wide') {
-      return html`<aside class="side right" aria-label=${panels.details}>${this.renderDetails()}</aside>`;
+      return html`<aside class="side right" part="details" aria-label=${panels.details}>
+        ${this.renderDetails()}
+      </aside>`;
     }
     const contents: Record<Panel, () => TemplateResult | typeof nothing> = {
       figures: () => this.renderFigures(),
@@ -384,8 +447,30 @@ export abstract class RunView<
     if (session.phase !== 'done' || !snapshot || this.announced.has(snapshot)) return;
     this.announced.add(snapshot);
     const elapsed_ms = performance.now() - session.requested_at;
-    const detail = { result: snapshot.result, timing: this.timing(snapshot), elapsed_ms };
-    this.dispatchEvent(new CustomEvent('scanstitch-stitched', { detail, bubbles: true, composed: true }));
+    tellHost(this, 'scanstitch-done', { ...this.outcomeOf(snapshot), elapsed_ms });
+  }
+
+  private tellProgress(): void {
+    const { phase, progress, activity } = this.session;
+    if (phase !== 'reading' && phase !== 'running') return;
+    // Of a kind of run that is not used nobody wants to know.
+    const faults = this.setting_faults.splice(0);
+    if (faults.length > 0) this.dispatchEvent(new CustomEvent('settings-refused', { detail: faults }));
+    const told = this.told_progress;
+    if (told?.stage === phase && told.progress === progress && told.activity === activity) return;
+    this.told_progress = { stage: phase, progress, activity };
+    tellHost(this, 'scanstitch-progress', this.told_progress);
+  }
+
+  /** Answers those who wait for the end of the run. */
+  private settle(): void {
+    if (this.waiting.length === 0 || this.is_busy) return;
+    const { outcome, session } = this;
+    const error = session.messages.find(({ kind }) => kind === 'error')?.text;
+    for (const { resolve, reject } of this.waiting.splice(0)) {
+      if (outcome) resolve(outcome);
+      else reject(new Error(error ?? (session.phase === 'stopped' ? STOPPED : 'There is nothing to compute')));
+    }
   }
 
   private select(frame: number | null): void {
@@ -400,6 +485,7 @@ export abstract class RunView<
 
   private settingsToBegin(facts: SettingsFacts<Settings>): Settings {
     const fragment = this.remember_settings ? location.hash : '';
+    this.setting_faults = faultsToBegin(this.of.kind, facts, this.preset, this.initial_settings, fragment);
     return settingsToBegin(this.of.kind, facts, this.preset, this.initial_settings, fragment);
   }
 
@@ -417,7 +503,7 @@ export abstract class RunView<
     if (JSON.stringify(settings) !== JSON.stringify(this.session.settings)) this.session.configure(settings);
   };
 
-  static override styles = [shared, layout_styles, exchange_styles];
+  static override styles = [shared, layout_styles, activity_styles, exchange_styles];
 }
 
 // The same empty list every time: a new one would be a change.

@@ -7,6 +7,7 @@ import { printable } from '../../../npm/printable.js';
 import type { Problem } from '../engine/protocol.js';
 import type { SettingsFacts } from '../views/settings-link.js';
 import { Announcer } from './announcer.js';
+import { tellFault } from './host-events.js';
 import type { Message } from './messages.js';
 
 /** What the page is doing. */
@@ -15,6 +16,9 @@ export type Phase = 'starting' | 'empty' | 'reading' | 'running' | 'stopped' | '
 interface Disposable {
   dispose(): void;
 }
+
+/** Why there is no result. */
+export const STOPPED = 'The run was stopped';
 
 /** A client of the engine that lives as long as its host is on the page, with its progress, messages and announcements. */
 export abstract class Session<Client extends Disposable> implements ReactiveController {
@@ -28,18 +32,29 @@ export abstract class Session<Client extends Disposable> implements ReactiveCont
   requested_at = 0;
   /** Null while its host is not on the page. */
   client: Client | null = null;
-  readonly #host: ReactiveControllerHost;
+  readonly #host: ReactiveControllerHost & EventTarget;
+  #is_away = false;
 
-  constructor(host: ReactiveControllerHost) {
+  constructor(host: ReactiveControllerHost & EventTarget) {
     this.#host = host;
     host.addController(this);
   }
 
   hostConnected(): void {
+    this.#is_away = false;
     this.client ??= this.createClient();
   }
 
+  /** A host that is moved within the page is away for a moment: the work goes on. */
   hostDisconnected(): void {
+    this.#is_away = true;
+    queueMicrotask(() => {
+      if (this.#is_away) this.leave();
+    });
+  }
+
+  /** Its host was removed from the page. */
+  protected leave(): void {
     this.client?.dispose();
     this.client = null;
   }
@@ -47,7 +62,7 @@ export abstract class Session<Client extends Disposable> implements ReactiveCont
   /** It is no longer wanted, though its host is still on the page. */
   end(): void {
     this.#host.removeController(this);
-    this.hostDisconnected();
+    this.leave();
   }
 
   protected abstract createClient(): Client;
@@ -83,8 +98,14 @@ export abstract class Session<Client extends Disposable> implements ReactiveCont
     const all = [...this.messages, ...messages];
     this.messages = [...all.filter(({ kind }) => kind === 'error'), ...all.filter(({ kind }) => kind === 'note')];
     const errors = messages.filter(({ kind }) => kind === 'error');
+    errors.forEach((error) => this.raise(error));
     this.announce(errors.map(({ file, place, text }) => [file, place, text].filter(Boolean).join(', ')).join('. '));
     this.changed();
+  }
+
+  /** An error that is shown: the page that the element stands on hears of it. */
+  protected raise(error: Omit<Message, 'kind'>): void {
+    tellFault(this.#host, error);
   }
 
   /** `message`, in a sentence: the engine cannot be started, or is not started again. */
@@ -127,10 +148,11 @@ export abstract class RunSession<
   #initial_settings: (facts: SettingsFacts<Settings>) => Settings | null = ({ presets }) =>
     presets[0]?.settings ?? null;
 
-  override hostDisconnected(): void {
+  protected override leave(): void {
     clearTimeout(this.#settings_timer);
     clearTimeout(this.#start_timer);
-    super.hostDisconnected();
+    this.facts = null;
+    super.leave();
   }
 
   /** To be called before the engine is ready: how to find the settings to begin with. */
@@ -174,6 +196,12 @@ export abstract class RunSession<
     this.settings ??= this.#initial_settings(facts);
     this.onStarted();
     this.changed();
+  }
+
+  /** Nothing of what was given can be used: what was on the page stays. */
+  refuse(text: string, remedy: string): void {
+    this.keepResult();
+    this.report(text, remedy);
   }
 
   /** What was on the page, where nothing of what was given can be used. */

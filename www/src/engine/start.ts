@@ -45,6 +45,8 @@ export function startWorker(worker_url: string): Worker {
   const kept = idle.get(worker_url)?.pop();
   if (kept) return kept;
   const url = new URL(worker_url, import.meta.url);
+  // Within the element of one file. A frame without an origin of its own starts no module from a blob.
+  if (url.protocol === 'blob:') return new Worker(url);
   if (url.origin === location.origin) return new Worker(url, { type: 'module' });
   const script = new Blob([`import ${JSON.stringify(url.href)};`], { type: 'text/javascript' });
   const script_url = URL.createObjectURL(script);

@@ -27,7 +27,7 @@ import { columnsOf } from './table.js';
 /**
  * Trajectories against a reference: drop them, see paths, errors and a ranked table.
  *
- * Fires `evaluation-drawn` when a result of the engine is on the screen, with the `elapsed_ms` of the worker and the
+ * Fires `scanstitch-evaluated` when a result of the engine is on the screen, with the `elapsed_ms` of the worker and the
  * `total_ms` since the files were dropped or an option was changed.
  */
 @customElement('scanstitch-evaluate')
@@ -54,7 +54,7 @@ export class ScanstitchEvaluate extends LitElement {
     await this.updateComplete;
     await this.figures?.isDrawn();
     const detail = { elapsed_ms, total_ms: performance.now() - this.session.requested_at };
-    this.dispatchEvent(new CustomEvent('evaluation-drawn', { detail, bubbles: true, composed: true }));
+    this.dispatchEvent(new CustomEvent('scanstitch-evaluated', { detail, bubbles: true, composed: true }));
   }
 
   protected override render(): TemplateResult {

@@ -92,6 +92,7 @@ export class ScanstitchLab extends LitElement {
 
   protected override updated(changed: PropertyValues<this>): void {
     if (changed.has('given') && this.given) void this.session.open(this.given);
+    else if (changed.get('src') !== undefined && this.src) this.attend(addressedClouds(this.src));
     this.rememberLink();
   }
 
@@ -182,8 +183,9 @@ export class ScanstitchLab extends LitElement {
           @tab-chosen=${({ detail }: CustomEvent<Tab>) => {
             this.tab = detail;
           }}
-          @ghost-shown=${({ detail }: CustomEvent<Pose | null>) => {
-            this.ghost = detail;
+          @ghost-shown=${(event: CustomEvent<Pose | null>) => {
+            event.stopPropagation();
+            this.ghost = event.detail;
           }}
         ></scanstitch-lab-side>
       </div>

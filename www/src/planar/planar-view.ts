@@ -5,10 +5,12 @@ import '../components/overview.js';
 import '../components/why-panel.js';
 import type { ScanstitchMap } from '../components/map-view.js';
 import type { GivenClouds } from '../components/given-clouds.js';
+import type { ScanstitchMapPoints, ScanstitchResult } from '../components/host-events.js';
 import { emptyView } from '../components/run-parts.js';
 import { type GivenFiles, type Loaded, type RunKind, RunView } from '../components/run-view.js';
 import { welcome, welcome_styles } from '../components/welcome.js';
-import { fetchDataset, fetchSample } from '../datasets/remote.js';
+import type { Dataset, Note } from '../datasets/dataset.js';
+import { fetchSample } from '../datasets/remote.js';
 import type { PlanarFiles } from '../datasets/spatial-files.js';
 import type { FrameResult, IterationRecord, PlanarPoint, Settings, Snapshot } from '../engine/protocol.js';
 import { type Download, EXPORTS, type ExportItem, makeExport } from '../export/exports.js';
@@ -66,6 +68,8 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession,
   private marksOf = memoizeLast(mapMarks);
   private piecesOf = memoizeLast(certainPieces);
   private pieceColorsOf = memoizeLast(pieceColors);
+  /** Whether the data set, if it is a given one, is the sample. */
+  private is_sample = false;
   private pairs_made_of: readonly unknown[] = [];
   /** Iterations of the selected scan. */
   @state() private history: readonly IterationRecord[] = NO_ROUNDS;
@@ -73,13 +77,15 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession,
 
   override connectedCallback(): void {
     super.connectedCallback();
-    if (this.session.dataset) return;
+    if (this.hasUpdated) return;
+    // What the host names is fetched by the page's frame: only then is it known to be in the plane.
     if (this.src === 'none') this.session.clear();
-    else void this.session.openGiven(this.src === '' ? fetchSample() : fetchDataset(this.src));
+    else if (this.src === '') this.openSample();
   }
 
   openSample(): void {
     this.stepAside();
+    this.is_sample = true;
     void this.session.openGiven(fetchSample());
   }
 
@@ -101,7 +107,13 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession,
   }
 
   protected override isSample(): boolean {
-    return this.src === '' && (this.session.dataset?.is_given ?? false);
+    return this.is_sample && (this.session.dataset?.is_given ?? false);
+  }
+
+  /** Shows scans that the page it stands on has named. */
+  openGiven(dataset: Dataset, notes: readonly Note[]): void {
+    this.is_sample = false;
+    this.session.open(dataset, notes);
   }
 
   override removeReference(): void {
@@ -112,7 +124,7 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession,
   override cloudsToRegister(frame: number | null): GivenClouds | null {
     const { dataset, snapshot, points, settings } = this.session;
     if (!dataset || !snapshot || !settings) return null;
-    const sample = dataset.is_given && this.src === '' ? 'sample' : '';
+    const sample = dataset.is_given && this.is_sample ? 'sample' : '';
     return clouds({ settings, dataset, frames: snapshot.result.frames, points }, frame ?? this.selected, sample);
   }
 
@@ -124,6 +136,15 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession,
       estimate: { name: 'this run', text: await session.ask('trajectory_tum') },
       readMap: () => session.ask('map_ply'),
     };
+  }
+
+  override get map_points(): ScanstitchMapPoints | null {
+    const { snapshot, points } = this.session;
+    return snapshot && { dimensions: 2, positions: points.points, colors: new Uint8Array() };
+  }
+
+  protected override outcomeOf({ result, timing }: Snapshot): ScanstitchResult {
+    return { kind: 'planar', result, timing };
   }
 
   protected override makeExport(id: string, { result }: Snapshot): Promise<Download> {
@@ -149,10 +170,6 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession,
       reference: dataset?.reference?.name ?? '',
       num_frames,
     };
-  }
-
-  protected override timing({ timing }: Snapshot): Snapshot['timing'] {
-    return timing;
   }
 
   protected override willUpdate(changed: Map<PropertyKey, unknown>): void {
@@ -232,7 +249,7 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession,
     if (!snapshot || snapshot.result.frames.length === 0) return nothing;
     const is_growing = this.session.phase === 'running';
     const figures = this.figuresOf(snapshot.result, snapshot.timing.total, is_growing, this.loaded().num_frames);
-    return html`<scanstitch-headline .figures=${figures}></scanstitch-headline>`;
+    return html`<scanstitch-headline part="figures" .figures=${figures}></scanstitch-headline>`;
   }
 
   protected override renderTable(): TemplateResult {
@@ -243,6 +260,7 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession,
       snapshot?.result.comparison?.errors ?? NO_NUMBERS,
     );
     return html`<scanstitch-frame-table
+      part="table"
       .rows=${rows}
       .columns=${this.columnsOf(snapshot?.result.comparison?.name ?? '')}
       .colors=${this.colors()}
@@ -285,7 +303,7 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession,
 
   /** Above the sample that the page begins with: an element that a host gave scans of its own has its own words. */
   protected override renderIntroduction(): TemplateResult | typeof nothing {
-    if (this.is_welcome_closed || this.src !== '' || !this.session.dataset?.is_given) return nothing;
+    if (this.is_welcome_closed || !this.is_sample || !this.session.dataset?.is_given) return nothing;
     return welcome({
       want: (id) => this.want(id),
       copy: (text) => void this.copy(text),

@@ -1,5 +1,5 @@
 import { errorMessage, noteMessage, RunSession, wordsOf } from '../components/session.js';
-import { combine, type Dataset, takeIn } from '../datasets/dataset.js';
+import { combine, type Dataset, type Note, takeIn } from '../datasets/dataset.js';
 import type { PlanarFiles } from '../datasets/spatial-files.js';
 import { PlanarClient } from '../engine/planar-client.js';
 import type { Answers, InputFile, Inputs, Loaded, Progress, RunState, Settings, Snapshot } from '../engine/protocol.js';
@@ -45,9 +45,9 @@ export class PlanarSession extends RunSession<PlanarClient, Settings, Dataset, S
     }
   }
 
-  open(dataset: Dataset): void {
+  open(dataset: Dataset, notes: readonly Note[] = []): void {
     if (this.phase === 'unavailable') return;
-    this.messages = [];
+    this.messages = notes.map(({ file, reason }) => noteMessage(file, reason));
     this.requested_at = performance.now();
     this.#load(dataset);
   }
@@ -100,6 +100,13 @@ export class PlanarSession extends RunSession<PlanarClient, Settings, Dataset, S
     this.messages = [];
     this.phase = 'empty';
     this.announce('All scans removed.');
+  }
+
+  /** Come back to the page, it computes again what it was showing. */
+  protected override leave(): void {
+    super.leave();
+    this.#candidate ??= this.dataset;
+    if (this.#candidate) this.phase = 'reading';
   }
 
   protected override recompute(settings: Settings): void {

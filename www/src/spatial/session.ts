@@ -56,9 +56,8 @@ export class SpatialSession extends RunSession<SpatialClient, SpatialSettings, S
     });
   }
 
-  override hostDisconnected(): void {
-    super.hostDisconnected();
-    this.facts = null;
+  protected override leave(): void {
+    super.leave();
     // Come back to the page, it computes again what it was showing.
     if (this.dataset) this.#pending = () => this.#load();
   }

@@ -3,6 +3,7 @@ import { customElement, query } from 'lit/decorators.js';
 import './frame-panel.js';
 import './map3d.js';
 import type { GivenClouds } from '../components/given-clouds.js';
+import type { ScanstitchMapPoints, ScanstitchResult } from '../components/host-events.js';
 import { emptyView } from '../components/run-parts.js';
 import { type GivenFiles, type GivenRecording, type Loaded, type RunKind, RunView } from '../components/run-view.js';
 import type { SpatialFiles } from '../datasets/spatial-files.js';
@@ -43,6 +44,7 @@ const DEPTH_SCALE = 1000;
 export class ScanstitchSpatial extends RunView<SpatialSettings, SpatialSnapshot, SpatialSession, SpatialFiles> {
   @query('scanstitch-map3d') private map!: ScanstitchMap3d;
 
+  private is_sample = false;
   protected override session = this.newSession();
   protected override readonly of = SPATIAL;
   private loader = new FrameImageLoader(this, (file) => this.session.depthPicture(file));
@@ -67,6 +69,7 @@ export class ScanstitchSpatial extends RunView<SpatialSettings, SpatialSnapshot,
   /** Opens a sample of the page, asked for at clock time `requested_at`. */
   openGiven(files: Promise<SpatialFiles>, requested_at: number): Promise<void> {
     this.stepAside();
+    this.is_sample = true;
     return this.session.add(files, requested_at);
   }
 
@@ -80,6 +83,7 @@ export class ScanstitchSpatial extends RunView<SpatialSettings, SpatialSnapshot,
     requested_at: number,
     joins: boolean,
   ): Promise<void> {
+    this.is_sample = false;
     return session.add(Promise.resolve(files), requested_at, joins);
   }
 
@@ -88,7 +92,7 @@ export class ScanstitchSpatial extends RunView<SpatialSettings, SpatialSnapshot,
   }
 
   protected override isSample(): boolean {
-    return this.session.dataset?.is_given ?? false;
+    return this.is_sample && (this.session.dataset?.is_given ?? false);
   }
 
   override removeReference(): void {
@@ -115,6 +119,16 @@ export class ScanstitchSpatial extends RunView<SpatialSettings, SpatialSnapshot,
     return trajectoriesToEvaluate(session.snapshot.result, () => session.ask('map_ply'));
   }
 
+  override get map_points(): ScanstitchMapPoints | null {
+    const { snapshot, points } = this.session;
+    return snapshot && { dimensions: 3, positions: points.positions, colors: points.colors };
+  }
+
+  protected override outcomeOf({ result }: SpatialSnapshot): ScanstitchResult {
+    const { frame_ms } = this.session;
+    return { kind: 'spatial', result, timing: { total: frame_ms.reduce((a, b) => a + b, 0), frames: [...frame_ms] } };
+  }
+
   protected override makeExport(id: string, { result }: SpatialSnapshot): Promise<Download> {
     const { session } = this;
     return makeSpatialExport(id, {
@@ -138,11 +152,6 @@ export class ScanstitchSpatial extends RunView<SpatialSettings, SpatialSnapshot,
       reference: dataset?.reference_name ?? '',
       num_frames,
     };
-  }
-
-  protected override timing(): { total: number; frames: readonly number[] } {
-    const { frame_ms } = this.session;
-    return { total: frame_ms.reduce((a, b) => a + b, 0), frames: [...frame_ms] };
   }
 
   protected override willUpdate(changed: Map<PropertyKey, unknown>): void {
@@ -187,12 +196,13 @@ export class ScanstitchSpatial extends RunView<SpatialSettings, SpatialSnapshot,
     if (!snapshot || snapshot.result.frames.length === 0) return nothing;
     const timing = this.timingOf(frame_ms, elapsed_ms);
     const figures = this.figuresOf(snapshot.result, timing, points.positions.length / 3, this.loaded().num_frames);
-    return html`<scanstitch-headline .figures=${figures}></scanstitch-headline>`;
+    return html`<scanstitch-headline part="figures" .figures=${figures}></scanstitch-headline>`;
   }
 
   protected override renderTable(): TemplateResult {
     const result = this.session.snapshot?.result ?? null;
     return html`<scanstitch-frame-table
+      part="table"
       .rows=${this.rowsOf(result, this.session.frame_ms)}
       .columns=${this.columnsOf(result?.comparison?.name ?? '', result?.camera !== null)}
       .colors=${this.colors()}

@@ -26,7 +26,7 @@ export class StrategiesSession extends Session<StrategyClient> {
   #num_runs = 0;
 
   /** `onOver` is called when a comparison is done or was stopped. */
-  constructor(host: ReactiveControllerHost, onOver: () => void) {
+  constructor(host: ReactiveControllerHost & EventTarget, onOver: () => void) {
     super(host);
     this.#onOver = onOver;
     this.phase = 'empty';
@@ -37,8 +37,8 @@ export class StrategiesSession extends Session<StrategyClient> {
     this.#list().catch((error: unknown) => this.report(wordsOf(error), 'Reload the page'));
   }
 
-  override hostDisconnected(): void {
-    super.hostDisconnected();
+  protected override leave(): void {
+    super.leave();
     this.#num_runs++;
     if (this.phase === 'running') this.phase = 'stopped';
   }
