@@ -6,15 +6,16 @@
  */
 import { lost } from './errors.js';
 import { compareNaturally } from './natural_order.js';
+import { findExif, findIntrinsics } from './recording/cameras.js';
 import { classify, isSystemFile } from './recording/classify.js';
 import { findDepthRecordings, framesOf, isApart, leftAside, nameOf } from './recording/depth_images.js';
-import { HEAD_BYTES, readPlyExtent } from './recording/heads.js';
+import { HEAD_BYTES, imageSize, readPlyExtent } from './recording/heads.js';
 import { isCloudName, isImageName } from './recording/kinds.js';
 import { isListName } from './recording/lists.js';
 import { baseOf, commonFolder, contains, folderOf, groupBy, seriesOf } from './recording/names.js';
 import { adviceFor } from './recording/other_formats.js';
 import { assignRoles } from './recording/planar.js';
-import { findIntrinsics, findReference } from './recording/reference.js';
+import { findReference } from './recording/reference.js';
 
 /** @typedef {{ path: string, size: number, given?: Recording }} ListedFile path: folders apart by slashes; size in bytes;
  *    given: the recording that it is a part of, where that is known, as it is of what lies in a bag */
@@ -32,6 +33,7 @@ import { findIntrinsics, findReference } from './recording/reference.js';
  * @property {string[]} reference the true path: one file, or a file with one pose for each frame; empty without
  * @property {string | null} odometry what the wheels of a robot with planar scans told: one file
  * @property {string | null} intrinsics a file that describes the depth camera
+ * @property {import('./recording/camera_file.js').Size | null} image_size of the first depth image, where its head tells it
  * @property {Note[]} notes what was not used or is worth knowing, in plain words
  */
 
@@ -110,6 +112,7 @@ async function givenRecording(given, files, read) {
       root,
       keys: [...chosen.depth_frames.map(({ depth }) => depth), ...chosen.clouds],
       times: chosen.depth_frames.flatMap(({ time }) => time ?? []),
+      size: null,
       isElsewhere: () => false,
     },
     read,
@@ -169,6 +172,7 @@ export function empty() {
     reference: [],
     odometry: null,
     intrinsics: null,
+    image_size: null,
     notes: [],
   };
 }
@@ -234,27 +238,34 @@ async function depthImages({ recordings: [chosen, ...others], notes, pictures },
   const keyOf = new Map(chosen.depth.members.map(({ path, key }) => [path, key]));
   const elsewhere = others.map(({ root }) => root).filter((other) => isApart(other, root));
   const isElsewhere = (/** @type {string} */ folder) => elsewhere.some((other) => contains(other, folder));
+  const head = frames[0] && (await read(frames[0].depth, HEAD_BYTES));
+  const size = head ? imageSize(head) : null;
   const rest = await referenceAndCamera(
     files.filter(({ path }) => !isImageName(path) && !isCloudName(path)),
     {
       root,
       keys: frames.map(({ depth }) => keyOf.get(depth) ?? ''),
       times: frames.flatMap(({ time }) => time ?? []),
+      size,
       isElsewhere,
     },
     read,
   );
+  const picture = rest.intrinsics === null && size ? await findExif(frames[0]?.color ?? null, size, read) : null;
   const clouds = files.filter(({ path }) => isCloudName(path));
   return {
     ...rest,
+    intrinsics: rest.intrinsics ?? picture?.file ?? null,
     kind: 'depth_images',
     root,
     depth_frames: frames,
+    image_size: size,
     notes: [
       ...notes,
       ...pairNotes,
       ...leftAside(chosen, others, pictures),
       ...rest.notes,
+      ...(picture ? [picture] : []),
       ...unused(clouds, 'a cloud beside depth images'),
     ],
   };
@@ -277,6 +288,7 @@ async function spatialClouds(clouds, files, read) {
       root,
       keys: members.map(({ key }) => key),
       times: members.flatMap(({ time }) => time ?? []),
+      size: null,
       isElsewhere: (folder) => folder !== root && elsewhere.has(folder),
     },
     read,

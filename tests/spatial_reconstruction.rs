@@ -11,7 +11,7 @@ use nalgebra::{Isometry3, Matrix3, Rotation3, Translation3, UnitQuaternion, Vect
 use scanstitch::camera::Pinhole;
 use scanstitch::geometry::Pose3;
 use scanstitch::io::trajectory::Trajectory;
-use scanstitch::io::{depth_png, trajectory};
+use scanstitch::io::{depth_png, intrinsics, trajectory};
 use scanstitch::odometry::assessment::Status;
 use scanstitch::pipeline::prepared_frame::{ColorFile, DecodeConfig, FrameLabel, MapPoints, PreparedFrame, Surfaces};
 use scanstitch::pipeline::report::Stage;
@@ -482,7 +482,7 @@ fn bad_frames_and_settings_are_refused_with_the_reason() {
     reconstruction.add(uncoloured).unwrap();
     assert_eq!(reconstruction.step().stage, Stage::Register);
     assert_eq!(reconstruction.step().stage, Stage::Done);
-    assert!(reconstruction.set_intrinsics(REDWOOD).is_err());
+    assert!(reconstruction.set_intrinsics(intrinsics::read(b"525 525 319.5 239.5").unwrap()).is_err());
 
     let refused = |settings| SpatialReconstruction::new(settings).err().unwrap().to_string();
     assert!(

@@ -43,7 +43,7 @@ Registers the frames of a recording and maps them in the frame of the first one.
   ROS bags       .bag, .db3 or .mcap with Image, CompressedImage, CameraInfo, PointCloud2, LaserScan, Odometry,
                  PoseStamped, Path and TFMessage; for the topics that are used see: scanstitch topics BAG
 Files are taken in natural order of their names: 2.ply comes before 10.ply. The reference (GT_pose.npy, *.tum, *.log,
-groundtruth.txt, a pose file for each frame, ...) and the camera (camera-intrinsics.txt, camera.json, ...) of depth
+groundtruth.txt, a pose file for each frame, ...) and the camera (camera-intrinsics.txt, camera.yaml, ...) of depth
 images are found beside them; of planar scans a *.tum file, and odometry named so.
 
 Options:
@@ -54,7 +54,8 @@ Options:
   --table FORMAT     what the columns of a table of ranges are, counted from 1; without, a guess is made and reported:
                      ranges=2:541,unit=mm,start=-135deg,step=0.5deg,time=1:us,odometry=542:543:544 (x y heading);
                      range=2 where each line has one reading; wheels=LEFT:RIGHT:METRES_A_TICK:TRACK; ahead=0.2 (m)
-  --intrinsics FILE  the depth camera: a 3 x 3 matrix, fx fy cx cy, or Open3D's JSON, in pixels
+  --intrinsics FILE  the depth camera: a 3 x 3 matrix or fx fy cx cy in pixels, or what OpenCV, ROS (camera_info),
+                     Open3D, RealSense, Kalibr, ORB-SLAM, ScanNet, BOP, nerfstudio or Azure Kinect write
   --recording DIR    which recording to use, where a folder or archive holds several (default: the longest)
   --topic ROLE=NAME  a topic of a bag to use as depth, color, camera, clouds, scans, odometry or reference;
                      none: do without

@@ -2,6 +2,8 @@
 /** Depth images or clouds to a trajectory, a map and a report. */
 import { basename, relative } from 'node:path';
 import { joinPoses } from '../recording.js';
+import { cameraFor, engineCamera } from '../recording/camera_file.js';
+import { trajectoryBytes } from '../recording/pose_file.js';
 import { printable } from '../printable.js';
 import { SpatialRun } from '../spatial_run.js';
 import { CommandError, isScanstitchError, untilInterrupt } from './command.js';
@@ -117,19 +119,26 @@ export function jobsOf({ inputs: { sources }, recording: { kind, root, depth_fra
 
 /** @param {Pick<SpatialReconstruction, 'set_intrinsics'>} reconstruction @param {Task} task */
 export async function setIntrinsics(reconstruction, { inputs, recording, options, complain }) {
+  const give = (/** @type {string} */ name, /** @type {Uint8Array} */ bytes) => {
+    const { camera, notes } = cameraFor(name, bytes, recording.image_size);
+    reconstruction.set_intrinsics(name, engineCamera(camera));
+    return notes;
+  };
   if (options.intrinsics !== undefined) {
     const name = basename(options.intrinsics);
     const fail = (/** @type {string} */ problem) => {
       throw new CommandError(problem);
     };
     const bytes = readInput({ name, path: options.intrinsics }, fail);
-    if (bytes) accepted(() => reconstruction.set_intrinsics(name, bytes), fail);
+    const tell = (/** @type {string} */ text) => note(`${printable(name)}: ${text}.`);
+    if (bytes) accepted(() => give(name, bytes).forEach(tell), fail);
     return;
   }
   const found = recording.intrinsics === null ? undefined : inputs.sources.get(recording.intrinsics);
   if (!found) return;
   const bytes = await readSource(found, found.path, complain);
-  if (bytes) accepted(() => reconstruction.set_intrinsics(found.path, bytes), complain);
+  // What is worth knowing of it has been said when the recording was looked into.
+  if (bytes) accepted(() => give(found.path, bytes), complain);
 }
 
 /**
@@ -145,7 +154,8 @@ export async function readReference({ inputs, recording, options, complain }) {
     const contents = files.map((file) => readInput(file, complain));
     const whole = contents.filter((bytes) => bytes !== null);
     if (whole.length === 0 || whole.length < contents.length) return null;
-    return { name: basename(path), bytes: isMany ? joinPoses(whole) : /** @type {Uint8Array} */ (whole[0]) };
+    const [first] = /** @type {[Uint8Array]} */ (whole);
+    return { name: basename(path), bytes: isMany ? joinPoses(whole) : trajectoryBytes(path, first) };
   }
   const sources = recording.reference.flatMap((path) => inputs.sources.get(path) ?? []);
   const [first] = sources;
@@ -157,7 +167,8 @@ export async function readReference({ inputs, recording, options, complain }) {
     if (!bytes) return null;
     contents.push(bytes);
   }
-  if (first === last) return { name: basename(first.path), bytes: /** @type {Uint8Array} */ (contents[0]) };
+  const [only] = /** @type {[Uint8Array]} */ (contents);
+  if (first === last) return { name: basename(first.path), bytes: trajectoryBytes(first.path, only) };
   return { name: `${basename(first.path)} to ${basename(last.path)}`, bytes: joinPoses(contents) };
 }
 

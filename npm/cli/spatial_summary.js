@@ -43,7 +43,8 @@ export function frameTable({ frames, comparison }, { frames: milliseconds }) {
  * @param {MapSize[]} sizes
  * @param {number} numRecorded frames of the recording
  */
-export function headline({ frames, comparison, camera, depth_scale, quantisation }, timing, sizes, numRecorded) {
+export function headline(result, timing, sizes, numRecorded) {
+  const { frames, comparison, suggestion, camera, depth_scale, quantisation } = result;
   const lines = [timeLine(frames.length, timing, numRecorded), statusLine(frames)];
   if (camera) {
     const [fx, fy, cx, cy] = [camera.fx, camera.fy, camera.cx, camera.cy].map((value) => Number(value.toFixed(2)));
@@ -66,8 +67,14 @@ export function headline({ frames, comparison, camera, depth_scale, quantisation
     lines.push(`Distance to ${printable(name)}: ${errorFigures(comparison, inMetres)} ${matched}`);
     if (aligned) lines.push(`  with all poses aligned: ${errorFigures(aligned, inMetres)}`);
     if (convention) lines.push(`  read as: ${convention}`);
+    if (suggestion) lines.push(`  ${suggestion.text}${optionFor(suggestion)}`);
   }
   return lines.map((line) => `${line}\n`).join('');
+}
+
+/** @param {import('../index.js').Suggestion} suggestion */
+function optionFor({ setting, value }) {
+  return value === null || value === undefined ? '' : ` (--set ${setting}=${value})`;
 }
 
 /** @param {number} count @param {Timing} timing @param {number} numRecorded */

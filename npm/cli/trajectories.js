@@ -3,6 +3,7 @@
 import { readdirSync } from 'node:fs';
 import { basename, join } from 'node:path';
 import { compareNaturally } from '../natural_order.js';
+import { trajectoryBytes } from '../recording/pose_file.js';
 import { CommandError, isScanstitchError } from './command.js';
 import { fileProblem, isFolder } from './disk.js';
 import { readInput } from './inputs.js';
@@ -19,6 +20,7 @@ export const TRAJECTORY_HELP = `Trajectories are files of these forms, or a fold
   euroc       t [ns], x, y, z, qw, qx, qy, qz pose_table columns named in the first line, or x y z qw qx qy qz
   matrices    4 x 4, with or without counts   npy        (N, 7) x y z qw qx qy qz; (N, 8); (N, 3, 4); (N, 4, 4)
   positions   x y z, or x y                   planar     number x y theta
+  JSON, YAML and XML with a 4 x 4 matrix for each frame (nerfstudio, Open3D, OpenCV) are read, too
 `;
 
 /**
@@ -62,7 +64,10 @@ export function trajectoryFormat(name) {
 function readFile(engine, path, format, complain) {
   const name = basename(path);
   const bytes = readInput({ name, path }, complain);
-  return bytes && engine.Trajectory.read(bytes, name, format === undefined ? null : trajectoryFormat(format));
+  return (
+    bytes &&
+    engine.Trajectory.read(trajectoryBytes(name, bytes), name, format === undefined ? null : trajectoryFormat(format))
+  );
 }
 
 /**

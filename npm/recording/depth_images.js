@@ -6,6 +6,7 @@ import { isImageName } from './kinds.js';
 import { readLists } from './lists.js';
 import { baseOf, commonFolder, contains, depthOf, hintOf, hintOfSeries, seriesOf } from './names.js';
 import { countMatches, pairUp } from './pairs.js';
+import { withTimes } from './stamps.js';
 
 /** @typedef {import('../recording.js').ListedFile} ListedFile */
 /** @typedef {import('../recording.js').DepthFrame} DepthFrame */
@@ -171,9 +172,12 @@ export function nameOf({ members }) {
  */
 export async function framesOf({ root, depth, colour }, files, read) {
   const lists = await readLists(root, files, [...depth.members, ...(colour?.members ?? [])], read);
-  const dated = (/** @type {import('./names.js').Member[]} */ members) =>
-    members.map((member) => ({ ...member, time: lists.times.get(member.path) ?? member.time }));
-  const [depths, colours] = [dated(depth.members), dated(colour?.members ?? [])];
+  const [dated, datedColours] = [depth, colour].map((series) => withTimes(series?.members ?? [], lists.times));
+  const fault = dated?.fault ?? datedColours?.fault ?? null;
+  // One kind without times: they are paired by their numbers.
+  const timesOf = (/** @type {typeof dated} */ kind) =>
+    (kind?.members ?? []).map((member) => (fault === null ? member : { ...member, time: null }));
+  const [depths, colours] = [timesOf(dated), timesOf(datedColours)];
   const colourOf = new Map(colours.map((member) => [member.path, member]));
   const listed = depths.flatMap((member) => {
     const color = colourOf.get(lists.partners.get(member.path) ?? '');
@@ -182,7 +186,8 @@ export async function framesOf({ root, depth, colour }, files, read) {
   const taken = new Set(listed.flatMap(({ depth, color }) => [depth, color]));
   const rest = (/** @type {import('./names.js').Member[]} */ members) => members.filter((member) => !taken.has(member));
   const { pairs, unused, way } = pairUp(rest(depths), rest(colours), listed.length === 0);
-  const all = [...listed, ...pairs].sort((a, b) => inTime(a.depth, b.depth));
+  const place = new Map(depths.map(({ path }, index) => [path, index]));
+  const all = [...listed, ...pairs].sort((a, b) => inTime(a.depth, b.depth, place));
   const frames = all.map(({ depth, color }) => ({
     name: root === '' ? depth.path : depth.path.slice(root.length + 1),
     depth: depth.path,
@@ -198,12 +203,22 @@ export async function framesOf({ root, depth, colour }, files, read) {
         way,
       )
     : [];
+  if (fault !== null) {
+    const reason = `its time stamps ${fault}; the frames are taken in the order of the files, without times`;
+    notes.push({ file: (dated?.fault === null ? colour : depth)?.folder || nameOf(depth), reason });
+  }
   return { frames, notes: [...notes, ...lists.notes] };
 }
 
-/** @param {import('./names.js').Member} a @param {import('./names.js').Member} b */
-function inTime(a, b) {
-  return a.time !== null && b.time !== null ? a.time - b.time : compareNaturally(a.path, b.path);
+/**
+ * By time, or in the order of the files.
+ * @param {import('./names.js').Member} a
+ * @param {import('./names.js').Member} b
+ * @param {ReadonlyMap<string, number>} place
+ */
+function inTime(a, b, place) {
+  if (a.time !== null && b.time !== null) return a.time - b.time;
+  return (place.get(a.path) ?? 0) - (place.get(b.path) ?? 0);
 }
 
 /**

@@ -41,6 +41,21 @@ export function readImage(head) {
 }
 
 /**
+ * Pixels of a PNG, PGM, PPM or PFM; null where its beginning does not say.
+ * @param {Uint8Array} head
+ * @returns {{ width: number, height: number } | null}
+ */
+export function imageSize(head) {
+  if (startsAsPng(head) && head.length >= 24) {
+    const view = new DataView(head.buffer, head.byteOffset);
+    return { width: view.getUint32(16), height: view.getUint32(20) };
+  }
+  const text = latin1(head.subarray(0, 512)).replaceAll(/#.*/g, ' ');
+  const [, width, height] = text.match(/^P[2356fF]\s+(\d+)\s+(\d+)\s/) ?? [];
+  return width === undefined ? null : { width: Number(width), height: Number(height) };
+}
+
+/**
  * Why a file that is named as an image cannot be read as one, and what to do; null where its beginning is one.
  * Completes "3.png: ...".
  * @param {string} path

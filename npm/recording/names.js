@@ -33,6 +33,15 @@ export function contains(folder, inner) {
   return folder === '' || inner === folder || inner.startsWith(`${folder}/`);
 }
 
+/**
+ * In the recording's folder, inside it, or on the way to it.
+ * @param {string} folder
+ * @param {{ root: string, isElsewhere: (folder: string) => boolean }} frames
+ */
+export function isNear(folder, { root, isElsewhere }) {
+  return (contains(root, folder) || contains(folder, root)) && !isElsewhere(folder);
+}
+
 /** Folders above it. @param {string} folder */
 export function depthOf(folder) {
   return folder === '' ? 0 : folder.split('/').length;

@@ -1,22 +1,24 @@
 // @ts-check
-/** Which file is the true path of a recording, and which one describes its camera. */
+/** Which file is the true path of a recording. */
 import { compareNaturally } from '../natural_order.js';
+import { rankOfCamera } from './cameras.js';
 import { readNpyShape } from './heads.js';
 import { isListName } from './lists.js';
-import { baseOf, commonFolder, contains, depthOf, folderOf, seriesOf, wordsOf } from './names.js';
+import { isPoseDocument, posesOfDocument } from './pose_file.js';
+import { baseOf, commonFolder, depthOf, folderOf, isNear, seriesOf, wordsOf } from './names.js';
 
 /** @typedef {import('../recording.js').ListedFile} ListedFile */
 /** @typedef {import('../recording.js').Note} Note */
 /** @typedef {(path: string, size: number) => Promise<Uint8Array | null>} Read */
 
-/** @typedef {{ root: string, keys: string[], times: number[], isElsewhere: (folder: string) => boolean }} Frames keys:
- *    of the frames' names; isElsewhere: whether a folder belongs to another recording */
+/** @typedef {{ root: string, keys: string[], times: number[], size: import('./camera_file.js').Size | null, isElsewhere: (folder: string) => boolean }} Frames keys:
+ *    of the frames' names; size: of the depth images; isElsewhere: whether a folder belongs to another recording */
 
 /** @typedef {{ paths: string[], likelihood: number, fits: number, closeness: number }} Candidate */
 
 /** A path of a million poses is longer than that; anything longer is no trajectory. */
 const MAX_BYTES = 64 * 2 ** 20;
-const TRAJECTORY_NAMES = /\.(npy|tum|traj|log|csv|txt|tsv|dat|kitti|freiburg|mat|xyz)$/i;
+const TRAJECTORY_NAMES = /\.(npy|tum|traj|log|csv|txt|tsv|dat|kitti|freiburg|mat|xyz|json|ya?ml|xml)$/i;
 
 /** How likely a file of such a name is the reference; below zero: somebody's own estimate. */
 const WORDS = /** @type {const} */ ([
@@ -47,7 +49,12 @@ export async function findReference(files, frames, read) {
   /** @type {Candidate[]} */
   const candidates = perFrame ? [perFrame] : [];
   for (const { path, size } of near) {
-    if (inSeries.has(path) || isCameraName(path) || (isListName(path) && likelihood(path) <= 0)) continue;
+    if (
+      inSeries.has(path) ||
+      (isCameraName(path) && !isPoseDocument(path)) ||
+      (isListName(path) && likelihood(path) <= 0)
+    )
+      continue;
     const poses = await countPoses(path, size, read);
     const fits = poses ? fitOf(poses, frames) : 0;
     const likely = likelihood(path);
@@ -70,15 +77,6 @@ export async function findReference(files, frames, read) {
   }));
   const taken = new Set([...inSeries, ...candidates.flatMap(({ paths }) => paths)]);
   return { reference: best?.paths ?? [], notes: [...notes, ...gaps.map(({ note }) => note)], taken };
-}
-
-/**
- * In the recording's folder, inside it, or on the way to it.
- * @param {string} folder
- * @param {Frames} frames
- */
-function isNear(folder, { root, isElsewhere }) {
-  return (contains(root, folder) || contains(folder, root)) && !isElsewhere(folder);
 }
 
 /**
@@ -125,7 +123,9 @@ async function countPoses(path, size, read) {
     return isFull ? { count, isFull, times: null } : null;
   }
   const bytes = await read(path, size);
-  return bytes && countRows(bytes);
+  if (!bytes || !isPoseDocument(path)) return bytes && countRows(bytes);
+  const found = posesOfDocument(bytes);
+  return found && { count: found.count, isFull: true, times: null };
 }
 
 /**
@@ -173,73 +173,4 @@ function fitOf({ count, times }, frames) {
 /** @param {string} path */
 function isCameraName(path) {
   return /\.(txt|json|ya?ml|xml|csv|npy)$/i.test(path) && rankOfCamera(path) > 0 && likelihood(path) <= 0;
-}
-
-/** @param {string} path */
-function rankOfCamera(path) {
-  const words = wordsOf(baseOf(path).replace(/\.[^.]*$/, ''));
-  const ranks = words.map((word) => {
-    if (/^intrinsics?$/.test(word)) return 3;
-    if (/^calib\w*$/.test(word)) return 2;
-    return /^(camera|cam|pinhole|k)$/.test(word) ? 1 : 0;
-  });
-  const best = Math.max(0, ...ranks);
-  // Where each camera has its own file, the depth's is the one.
-  if (best > 0 && words.includes('depth')) return best + 0.5;
-  return best > 0 && words.some((word) => /^(rgb|colou?r)$/.test(word)) ? best - 0.5 : best;
-}
-
-/**
- * @param {readonly ListedFile[]} files
- * @param {Frames} frames
- * @param {Read} read
- * @returns {Promise<{ intrinsics: string | null, notes: Note[], taken: Set<string> }>}
- */
-export async function findIntrinsics(files, frames, read) {
-  /** @type {{ path: string, rank: number, closeness: number }[]} */
-  const candidates = [];
-  /** @type {Note[]} */
-  const notes = [];
-  for (const { path, size } of files) {
-    if (!isCameraName(path) || !isNear(folderOf(path), frames)) continue;
-    if (!/\.(txt|json|csv)$/i.test(path)) {
-      const remedy = 'write fx fy cx cy, or the 3 x 3 matrix, into camera-intrinsics.txt';
-      notes.push({ file: path, reason: `not used: the camera is not read from this format; ${remedy}` });
-      continue;
-    }
-    const bytes = await read(path, Math.min(size, 2 ** 16));
-    const numbers = bytes && (new TextDecoder().decode(bytes).match(/[-+]?\d+(\.\d*)?/g) ?? []);
-    if (!bytes || !numbers || numbers.length < 4) continue;
-    const rows = rowsOfViewer(bytes);
-    if (rows !== null) {
-      const view = `the camera of a viewer that spans 60 degrees over ${rows} rows`;
-      notes.push({
-        file: path,
-        reason: `${view}, perhaps not the one that recorded the depth; if the map is bent, give that one`,
-      });
-    }
-    candidates.push({ path, rank: rankOfCamera(path), closeness: depthOf(commonFolder(folderOf(path), frames.root)) });
-  }
-  candidates.sort((a, b) => b.rank - a.rank || b.closeness - a.closeness || compareNaturally(a.path, b.path));
-  const [best, ...rest] = candidates;
-  for (const { path } of rest) {
-    notes.push({ file: path, reason: `not used: the camera is described by ${best?.path}` });
-  }
-  const taken = new Set([...candidates.map(({ path }) => path), ...notes.map(({ file }) => file)]);
-  return { intrinsics: best?.path ?? null, notes, taken };
-}
-
-/**
- * Rows of the images where the camera is the one that Open3D's viewer begins with: 60 degrees from top to bottom, as no
- * sensor has them to the last digit. People save it beside recordings it has nothing to do with.
- * @param {Uint8Array} bytes
- */
-function rowsOfViewer(bytes) {
-  try {
-    const { height, intrinsic_matrix } = JSON.parse(new TextDecoder().decode(bytes));
-    const focal = Number(intrinsic_matrix[0]);
-    return Math.abs(focal - height / 2 / Math.tan(Math.PI / 6)) < 1e-9 * focal ? Number(height) : null;
-  } catch {
-    return null;
-  }
 }

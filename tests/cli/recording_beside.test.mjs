@@ -41,8 +41,10 @@ test('the camera: beside the images or above them, the depth one first', async (
   const cases = /** @type {[Contents, string | null][]} */ ([
     [{ 'camera-intrinsics.txt': K }, 'camera-intrinsics.txt'],
     [{ 'scene/intrinsic_color.txt': K, 'scene/intrinsic_depth.txt': K }, 'scene/intrinsic_depth.txt'],
-    [{ 'scene/depth/camera.json': '{"intrinsic_matrix":[1,0,0,0,1,0,2,2,1]}' }, 'scene/depth/camera.json'],
+    [{ 'scene/depth/camera.json': '{"intrinsic_matrix":[525,0,0,0,525,0,319.5,239.5,1]}' }, 'scene/depth/camera.json'],
     [{ 'scene/calib.yaml': 'fx: 1' }, null],
+    [{ 'scene/TUM1.yaml': 'Camera.fx: 517\nCamera.fy: 516\nCamera.cx: 318\nCamera.cy: 255\n' }, 'scene/TUM1.yaml'],
+    [{ 'scene/settings.yaml': 'rate: 30\nname: 640 480 525 525\n' }, null],
     [{ 'scene/camera_poses.txt': tum(2) }, null],
     [{ 'elsewhere/K.txt': K }, null],
   ]);

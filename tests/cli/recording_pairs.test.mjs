@@ -37,6 +37,7 @@ test('rgb/N.png and depth/N.png with GT_pose.npy, inside a folder', async () => 
     reference: ['floor/GT_pose.npy'],
     odometry: null,
     intrinsics: null,
+    image_size: { width: 640, height: 480 },
     notes: [],
   });
 });

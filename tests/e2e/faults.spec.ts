@@ -122,7 +122,7 @@ planar('kept for use offline where the host asks for it: every tool works withou
     await page.unroute(url);
     await new Promise((resolve) => server.close(resolve).closeAllConnections());
     const tools = page.getByRole('navigation', { name: 'Tools' });
-    for (const tool of ['Evaluate', "Bird's-eye view", 'Strategies', 'ICP']) {
+    for (const tool of ['Evaluate', "Bird's-eye view", 'Strategies', 'ICP', 'Map']) {
       await tools.getByRole('button', { name: tool }).click();
       await expect(tools.locator('[aria-current=page]')).toHaveText(tool);
     }

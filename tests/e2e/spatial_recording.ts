@@ -38,14 +38,21 @@ export function walk(num_frames: number): TruePose[] {
   });
 }
 
-/** depth/N.png (16 bits, millimetres), rgb/N.png, and the camera. */
-export function recording(num_frames: number, first = 0): InputFile[] {
+/** depth/N.png (16 bits, so many values a metre), rgb/N.png, and the camera. */
+export function recording(num_frames: number, first = 0, per_metre = 1000): InputFile[] {
   const poses = walk(first + num_frames);
   const files = poses.slice(first).flatMap((pose, i): InputFile[] => {
     const { depth, color } = render(pose);
     const number = first + i + 1;
     return [
-      { name: `room/depth/${number}.png`, content: png(depth, 16, 'grey') },
+      {
+        name: `room/depth/${number}.png`,
+        content: png(
+          depth.map((value) => Math.round((value * per_metre) / 1000)),
+          16,
+          'grey',
+        ),
+      },
       { name: `room/rgb/${number}.png`, content: png(color, 8, 'colour') },
     ];
   });

@@ -162,17 +162,24 @@ impl DepthScale {
     }
 }
 
+/// The even spacing of the inverse raw values (1 / raw) that a triangulating camera leaves; none without.
+pub(crate) fn disparity_step(image: &DepthImage) -> Option<f64> {
+    if image.bits <= 8 || image.bits == DepthImage::METRES { None } else { Levels::new(image).disparity_step() }
+}
+
 fn trimmed(number: &str) -> String {
     number.trim_end_matches('0').trim_end_matches('.').to_owned()
 }
 
 impl Candidate {
-    /// Whether depth without disparity steps is stored like this: what only renderers use, only without holes; TUM's way
-    /// outside of cameras, by ICL-NUIM, which has TUM's size of images.
+    /// Whether depth without disparity steps is stored like this: what only cameras use, not without holes; what only
+    /// renderers use, only without; TUM's way outside of cameras, by ICL-NUIM, which has TUM's size of images.
     fn stores_smooth_depth(&self, image: &DepthImage, holes: f64) -> bool {
+        let is_rendered = holes < MAX_RENDERED_HOLES;
         let is_only_rendered = self.is_rendered && self.sensors == [false, false];
         let is_tum = self.per_metre == 5000.0;
-        (!is_only_rendered || holes < MAX_RENDERED_HOLES) && (!is_tum || (image.width, image.height) == (640, 480))
+        let is_of_kind = if is_rendered { self.is_rendered } else { !is_only_rendered };
+        is_of_kind && (!is_tum || (image.width, image.height) == (640, 480))
     }
 }
 

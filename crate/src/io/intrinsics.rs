@@ -2,7 +2,7 @@
 //!
 //! Read are a 3 x 3 matrix (numbers apart by blanks, commas or semicolons, row by row), four numbers `fx fy cx cy`, and
 //! JSON with the fields `fx fy cx cy`, or `intrinsic_matrix` of nine numbers, column by column as Open3D writes it, or in
-//! three rows.
+//! three rows; and with `depth_scale`, if it has that field.
 
 use serde_json::Value;
 
@@ -11,15 +11,30 @@ use crate::{Error, Result};
 
 const REMEDY: &str = "Give a matrix fx 0 cx 0 fy cy 0 0 1, or fx fy cx cy, in pixels";
 
-/// Reads fx, fy, cx, cy (pixels).
+/// What a file says of a camera of depth images.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Intrinsics {
+    /// Focal length along the rows (pixels).
+    pub fx: f64,
+    /// Focal length along the columns (pixels).
+    pub fy: f64,
+    /// Column of the optical axis (pixels).
+    pub cx: f64,
+    /// Row of the optical axis (pixels).
+    pub cy: f64,
+    /// Raw depth values a metre.
+    pub depth_scale: Option<f64>,
+}
+
+/// Reads a camera.
 ///
 /// # Errors
 /// When the file holds no camera.
-pub fn read(bytes: &[u8]) -> Result<[f64; 4]> {
+pub fn read(bytes: &[u8]) -> Result<Intrinsics> {
     let text =
         std::str::from_utf8(bytes).map_err(|error| Error::byte(error.valid_up_to(), "This is no text", REMEDY))?;
     let text = text.trim_start_matches('\u{feff}').trim();
-    let numbers = if text.starts_with('{') { from_json(text)? } else { from_text(text)? };
+    let (numbers, depth_scale) = if text.starts_with('{') { from_json(text)? } else { (from_text(text)?, None) };
     match numbers[..] {
         [fx, fy, cx, cy] => Ok([fx, fy, cx, cy]),
         [fx, skew, cx, zero, fy, cy, last_a, last_b, one] => {
@@ -29,9 +44,14 @@ pub fn read(bytes: &[u8]) -> Result<[f64; 4]> {
         _ => Err(Error::whole(format!("The file holds {} numbers", numbers.len()), REMEDY)),
     }
     .and_then(|camera| {
-        let [fx, fy, ..] = camera;
-        let is_camera = fx > 0.0 && fy > 0.0 && camera.iter().all(|value| value.is_finite());
-        if is_camera { Ok(camera) } else { Err(Error::whole(format!("fx = {fx}, fy = {fy} is no camera"), REMEDY)) }
+        let [fx, fy, cx, cy] = camera;
+        if !(fx > 0.0 && fy > 0.0 && camera.iter().all(|value| value.is_finite())) {
+            return Err(Error::whole(format!("fx = {fx}, fy = {fy} is no camera"), REMEDY));
+        }
+        if let Some(scale) = depth_scale.filter(|scale| !(*scale > 0.0 && scale.is_finite())) {
+            return Err(Error::whole(format!("depth_scale = {scale} is none"), "Give the raw depth values of a metre"));
+        }
+        Ok(Intrinsics { fx, fy, cx, cy, depth_scale })
     })
 }
 
@@ -50,25 +70,28 @@ fn from_text(text: &str) -> Result<Vec<f64>> {
         .collect()
 }
 
-fn from_json(text: &str) -> Result<Vec<f64>> {
+fn from_json(text: &str) -> Result<(Vec<f64>, Option<f64>)> {
     let json: Value = serde_json::from_str(text)
         .map_err(|error| Error::line(error.line(), "The JSON is broken here", "Write the file again"))?;
+    let depth_scale = json.get("depth_scale").and_then(Value::as_f64);
     if let Some(matrix) = json.get("intrinsic_matrix").and_then(Value::as_array) {
         let rows: Vec<f64> = matrix.iter().filter_map(Value::as_array).flatten().filter_map(Value::as_f64).collect();
         let flat: Vec<f64> = matrix.iter().filter_map(Value::as_f64).collect();
-        return Ok(match flat[..] {
+        let matrix = match flat[..] {
             // Column by column.
             [fx, a, b, c, fy, d, cx, cy, e] => vec![fx, c, cx, a, fy, cy, b, d, e],
             _ => rows,
-        });
+        };
+        return Ok((matrix, depth_scale));
     }
-    ["fx", "fy", "cx", "cy"]
+    let parameters: Result<Vec<f64>> = ["fx", "fy", "cx", "cy"]
         .map(|name| {
             let missing = || Error::whole(format!("The JSON has no number \"{name}\""), REMEDY);
             json.get(name).and_then(Value::as_f64).ok_or_else(missing)
         })
         .into_iter()
-        .collect()
+        .collect();
+    Ok((parameters?, depth_scale))
 }
 
 #[cfg(test)]
@@ -77,7 +100,7 @@ mod tests {
 
     #[test]
     fn every_form_gives_the_camera() {
-        let expected = [585.0, 580.0, 320.0, 240.0];
+        let expected = Intrinsics { fx: 585.0, fy: 580.0, cx: 320.0, cy: 240.0, depth_scale: None };
         for text in [
             "585 0 320\n0 580 240\n0 0 1\n",
             "5.85e+02\t 0.0e+00\t 320\n 0 580 240\n 0 0 1",
@@ -88,6 +111,8 @@ mod tests {
         ] {
             assert_eq!(read(text.as_bytes()), Ok(expected), "{text}");
         }
+        let with_scale = br#"{"fx": 585, "fy": 580, "cx": 320, "cy": 240, "depth_scale": 5000}"#;
+        assert_eq!(read(with_scale), Ok(Intrinsics { depth_scale: Some(5000.0), ..expected }));
     }
 
     #[test]
@@ -100,6 +125,7 @@ mod tests {
         assert!(refused("{\"fx\": 585}").contains("\"fy\""));
         assert!(refused("{\"fx\": ").contains("line 1"));
         assert!(refused("585 580 NaN 240").contains("no camera"));
+        assert!(refused(r#"{"fx": 1, "fy": 1, "cx": 1, "cy": 1, "depth_scale": -1}"#).contains("depth_scale = -1"));
         assert!(refused("").contains("0 numbers"));
     }
 }

@@ -5,6 +5,7 @@ use crate::error::{Error, Result};
 use crate::evaluation::depth_consistency::{
     ConsistencyLimits, ConsistencyReport, DepthConsistency as Comparison, DepthView,
 };
+use crate::io::intrinsics::Intrinsics;
 use crate::io::trajectory::Contents;
 use crate::pipeline::prepared_frame::{DecodeConfig, set_intrinsics};
 use crate::pipeline::spatial_settings::SpatialSettings;
@@ -36,11 +37,11 @@ impl DepthConsistency {
         Ok(Self { settings, decode_config: None, comparison })
     }
 
-    /// Sets the camera (fx, fy, cx, cy in pixels), from a file beside the images, unless the settings have one.
+    /// Sets the camera and the depth scale of a file beside the images, as far as the settings have none.
     ///
     /// # Errors
     /// After the first frame.
-    pub fn set_intrinsics(&mut self, intrinsics: [f64; 4]) -> Result<()> {
+    pub fn set_intrinsics(&mut self, intrinsics: Intrinsics) -> Result<()> {
         set_intrinsics(&mut self.settings, self.decode_config.as_ref(), intrinsics)
     }
 
@@ -78,9 +79,9 @@ impl DepthConsistency {
         Ok(DepthView { camera: depth.camera, depths })
     }
 
-    /// What was assumed of the depth's scale, in a whole sentence, after the first frame.
+    /// What was assumed of the depth's scale, or what the data say against it, in a whole sentence, after the first frame.
     pub fn assumption(&self) -> Option<&str> {
-        self.decode_config.as_ref()?.depth.as_ref()?.assumption.as_deref()
+        self.decode_config.as_ref()?.depth.as_ref()?.notes.first().map(String::as_str)
     }
 
     /// The agreement of all steps so far.

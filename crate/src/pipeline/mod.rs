@@ -45,6 +45,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+pub mod assumptions;
 pub mod depth_consistency;
 pub mod odometry_check;
 pub mod planar;
@@ -57,6 +58,7 @@ pub(crate) mod spatial_report;
 pub mod spatial_settings;
 pub mod strategies;
 
+pub use assumptions::{Assumption, ReadingSetting, Suggestion, UsualValue};
 pub use planar::Reconstruction;
 pub use prepared_frame::{FrameLabel, PreparedFrame};
 pub use report::Stage;

@@ -5,6 +5,7 @@ use serde::Serialize;
 use crate::camera::Pinhole;
 use crate::evaluation::trajectory_error::TrajectoryError;
 use crate::graph::loops::spatial::LoopReport;
+use crate::pipeline::assumptions::{Assumption, Suggestion};
 use crate::pipeline::report::{FrameResult, SpatialPose};
 use crate::pipeline::spatial_settings::{Quantisation, SpatialSettings};
 
@@ -22,12 +23,17 @@ pub struct SpatialResult {
     pub depth_scale: Option<f64>,
     /// How depth was made whole, as set or as found so far; null for clouds.
     pub quantisation: Option<Quantisation>,
+    /// What was assumed of the depth images, as neither a setting nor a file says it.
+    pub assumptions: Vec<Assumption>,
     /// One entry a registered frame.
     pub frames: Vec<FrameResult<SpatialPose, ()>>,
     /// Places that came into view again, and what came of it.
     pub loops: LoopReport,
     /// Errors against the reference, where one was given and fits.
     pub comparison: Option<TrajectoryError<SpatialPose>>,
+    /// What would make the estimate as large as the reference, where they differ by a factor. An offer: the estimate does not
+    /// depend on it.
+    pub suggestion: Option<Suggestion>,
     /// What else is worth knowing, in whole sentences.
     pub notes: Vec<String>,
 }

@@ -1,9 +1,13 @@
-import { css, html, LitElement, type TemplateResult } from 'lit';
+import { css, html, LitElement, nothing, type TemplateResult } from 'lit';
 import { customElement, property } from 'lit/decorators.js';
 import type { Figure } from '../views/headline.js';
 import { shared } from './theme.js';
 
-/** The figures of the whole run, each with the line that says what it means. */
+/**
+ * The figures of the whole run, each with the line that says what it means.
+ *
+ * Fires `figure-action` with the id of a figure's button.
+ */
 @customElement('scanstitch-headline')
 export class ScanstitchHeadline extends LitElement {
   @property({ attribute: false }) figures: readonly Figure[] = [];
@@ -11,9 +15,21 @@ export class ScanstitchHeadline extends LitElement {
   protected override render(): TemplateResult {
     return html`<dl aria-label="Result in figures">
       ${this.figures.map(
-        ({ label, value, meaning, tone }) =>
+        ({ label, value, meaning, tone, action }) =>
           html`<div class=${tone}>
-            <dt>${label}</dt>
+            <dt>
+              ${label}${
+                action
+                  ? html`<button
+                      class="link"
+                      aria-label=${action.description}
+                      @click=${() => this.dispatchEvent(new CustomEvent('figure-action', { detail: action.id }))}
+                    >
+                      ${action.label}
+                    </button>`
+                  : nothing
+              }
+            </dt>
             <dd class="value number">${value}</dd>
             <dd class="meaning" title=${meaning}>${meaning}</dd>
           </div>`,
@@ -45,6 +61,10 @@ export class ScanstitchHeadline extends LitElement {
         overflow: hidden;
         text-overflow: ellipsis;
         white-space: nowrap;
+      }
+      dt button.link {
+        min-height: 24px;
+        margin: -4px 0 -4px 8px;
       }
       .value {
         font-size: 20px;

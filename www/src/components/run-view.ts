@@ -251,6 +251,10 @@ export abstract class RunView<
   protected renderIntroduction(): TemplateResult | typeof nothing {
     return nothing;
   }
+  /** What the user is asked, over the map. */
+  protected renderQuestion(): TemplateResult | typeof nothing {
+    return nothing;
+  }
   protected abstract renderFigures(): TemplateResult | typeof nothing;
   protected abstract renderTable(): TemplateResult;
   protected abstract renderDetails(): TemplateResult;
@@ -307,7 +311,9 @@ export abstract class RunView<
         <main ?hidden=${is_empty}>
           ${layout === 'wide' ? html`<aside class="side left" part="settings" aria-label="Settings">${this.renderSettings()}</aside>` : nothing}
           <div class="middle">
-            <div class="map-area" part="map">${this.renderMap()} ${activity(session)} ${messages(session)}</div>
+            <div class="map-area" part="map">
+              ${this.renderMap()} ${activity(session)} ${messages(session)} ${this.renderQuestion()}
+            </div>
             <scanstitch-timeline
               .count=${num_frames}
               .until=${this.until ?? num_frames}
@@ -490,9 +496,14 @@ export abstract class RunView<
   }
 
   private onSettings({ detail }: CustomEvent<Settings>): void {
-    this.session.configure(detail);
+    this.applySettings(detail);
+  }
+
+  /** Computes again with these settings, and keeps them. */
+  protected applySettings(settings: Settings): void {
+    this.session.configure(settings);
     const { facts } = this.session;
-    if (this.remember_settings && facts) rememberSettings(this.of.kind, facts, detail);
+    if (this.remember_settings && facts) rememberSettings(this.of.kind, facts, settings);
   }
 
   private onHash = (): void => {

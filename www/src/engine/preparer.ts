@@ -3,7 +3,7 @@ import { giveBack, owned } from '../../../npm/buffers.js';
 import preparer_url from './preparer-worker.ts?worker&url';
 import type { Problem } from './protocol.js';
 import { EngineProblem, WorkerDied } from './remote.js';
-import type { ColorFile, DepthColors, PreparerApi } from './spatial-protocol.js';
+import type { ColorFile, DepthColors, PreparerApi, TopView } from './spatial-protocol.js';
 import { WorkerHost } from './worker-host.js';
 
 /** A file that can be read whenever it is needed, and is not held in memory meanwhile. */
@@ -83,6 +83,11 @@ export class ThreadPreparer {
   async depthPicture(file: Readable, colors: Uint32Array): Promise<DepthColors> {
     const bytes = owned(await file.read());
     return this.#patiently(() => this.#host.give('depthPicture', [bytes.buffer], file.path, bytes, colors));
+  }
+
+  async topView(file: Readable, fx: number): Promise<TopView> {
+    const bytes = owned(await file.read());
+    return this.#patiently(() => this.#host.give('topView', [bytes.buffer], file.path, bytes, fx));
   }
 
   /** Starts another thread; rejects where none can be started. */

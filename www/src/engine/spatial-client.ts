@@ -15,6 +15,7 @@ import type {
   SpatialFacts,
   SpatialSettings,
   SpatialSnapshot,
+  TopView,
 } from './spatial-protocol.js';
 import { WorkerHost } from './worker-host.js';
 
@@ -140,9 +141,18 @@ export class SpatialClient {
 
   /** A depth image in these colours, from near to far. A thread that prepares frames makes it in between. */
   depthPicture(file: Readable, colors: Uint32Array): Promise<DepthColors> {
+    return this.#idlePreparer().depthPicture(file, colors);
+  }
+
+  /** A depth image from above. */
+  topView(file: Readable, fx: number): Promise<TopView> {
+    return this.#idlePreparer().topView(file, fx);
+  }
+
+  #idlePreparer(): ThreadPreparer {
     const preparer = this.#preparers.at(-1) ?? new ThreadPreparer();
     if (this.#preparers.length === 0) this.#preparers.push(preparer);
-    return preparer.depthPicture(file, colors);
+    return preparer;
   }
 
   dispose(): void {

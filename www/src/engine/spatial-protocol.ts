@@ -13,7 +13,7 @@ import type {
   SpatialResult,
 } from './package.js';
 
-export type { MapSize, SpatialPose, SpatialResult } from './package.js';
+export type { Assumption, MapSize, SpatialPose, SpatialResult, Suggestion } from './package.js';
 
 /** All settings. The engine takes some of them, and so calls each one optional. */
 export type SpatialSettings = Required<EngineSettings>;
@@ -127,6 +127,20 @@ export interface PreparerApi {
   ): PreparedBytes;
   /** The colours go from near to far. */
   depthPicture(name: string, bytes: Uint8Array, colors: Uint32Array): DepthColors;
+  /** `fx`: focal length of the image (pixels). */
+  topView(name: string, bytes: Uint8Array, fx: number): TopView;
+}
+
+/** The surfaces of a depth image from above: the camera in the middle of the last row, looking up. */
+export interface TopView {
+  columns: number;
+  rows: number;
+  /** Side of a square cell, in raw values of depth. */
+  cell: number;
+  /** Raw value within which all but the farthest of the pixels lie. */
+  far: number;
+  /** 0 to 255 a cell, row by row: the more pixels, the more. */
+  density: Uint8Array;
 }
 
 /** A depth image in colours. */

@@ -1,4 +1,5 @@
 /** From dropped files, folders and archives to bytes. */
+import { isPoseDocument, posesOfDocument, trajectoryBytes } from '../../../npm/recording/pose_file.js';
 import type { NamedFile } from '../datasets/gather.js';
 import { openFiles } from '../datasets/spatial-files.js';
 import { isOfNoUse } from './intake.js';
@@ -14,7 +15,7 @@ export interface OpenedFiles {
 
 export async function readAll(named: readonly NamedFile[]): Promise<OpenedFiles> {
   const { files, notes } = await openFiles(named);
-  const wanted = files.filter(({ path }) => !isOfNoUse(path));
+  const wanted = files.filter(({ path }) => !isOfNoUse(path) || isPoseDocument(path));
   const opened: OpenedFiles = {
     parts: [],
     problems: notes.map(({ file, reason }) => `${file}: ${reason}`),
@@ -22,8 +23,11 @@ export async function readAll(named: readonly NamedFile[]): Promise<OpenedFiles>
   };
   const read = await Promise.allSettled(wanted.map(async (file) => ({ name: file.path, bytes: await file.read() })));
   for (const result of read) {
-    if (result.status === 'fulfilled') opened.parts.push(result.value);
-    else opened.problems.push(result.reason instanceof Error ? result.reason.message : String(result.reason));
+    if (result.status === 'fulfilled') {
+      const { name, bytes } = result.value;
+      if (isPoseDocument(name) && !posesOfDocument(bytes)) opened.skipped.push(name);
+      else opened.parts.push({ name, bytes: trajectoryBytes(name, bytes) });
+    } else opened.problems.push(result.reason instanceof Error ? result.reason.message : String(result.reason));
   }
   return opened;
 }

@@ -2,6 +2,7 @@
 import type { SpatialResult } from '../engine/spatial-protocol.js';
 import { DEGREES, formatCount, formatDuration, formatFixed, formatLength } from '../views/format.js';
 import { comparisonFigure, type Figure } from '../views/headline.js';
+import { openAssumption } from './reading.js';
 
 export interface SpatialTiming {
   /** Milliseconds of registering, per frame. */
@@ -75,16 +76,24 @@ function conventionFigure(convention: string): Figure {
   };
 }
 
-function cameraFigure({ camera, depth_scale, quantisation }: SpatialResult): Figure | null {
+function cameraFigure({ camera, depth_scale, quantisation, assumptions }: SpatialResult): Figure | null {
   if (!camera) return null;
   const angle = 2 * Math.atan(camera.width / 2 / camera.fx) * DEGREES;
   const scale = depth_scale === null ? '' : `${Number(depth_scale.toPrecision(6))} values per metre`;
-  return {
+  const assumed = new Set(assumptions.map(({ setting }) => setting));
+  const parts = [
+    scale && `depth: ${scale}${assumed.has('depth_scale') ? ' (assumed)' : ''}`,
+    assumed.has('fx') ? 'focal length assumed' : '',
+    quantisation,
+  ];
+  const figure: Figure = {
     label: 'Camera',
     value: `${camera.width} × ${camera.height}, ${formatFixed(angle, 0)}°`,
-    meaning: [scale && `depth: ${scale}`, quantisation].filter(Boolean).join(', '),
-    tone: 'plain',
+    meaning: parts.filter(Boolean).join(', '),
+    tone: openAssumption(assumptions) ? 'doubtful' : 'plain',
   };
+  const action = { id: 'reading', label: 'Change', description: 'Change what is assumed of the camera' };
+  return assumed.size > 0 ? { ...figure, action } : figure;
 }
 
 export function formatBytes(bytes: number): string {

@@ -1,4 +1,6 @@
 import { joinPoses, type Recording } from '../../../npm/recording.js';
+import { cameraFor, engineCamera } from '../../../npm/recording/camera_file.js';
+import { trajectoryBytes } from '../../../npm/recording/pose_file.js';
 import { errorMessage, noteMessage, RunSession, wordsOf } from '../components/session.js';
 import { type SpatialFiles, type StoredFile, understandFiles } from '../datasets/spatial-files.js';
 import { jobsOf } from '../datasets/spatial-jobs.js';
@@ -80,7 +82,9 @@ export class SpatialSession extends RunSession<SpatialClient, SpatialSettings, S
         return;
       }
       const previous = this.dataset;
-      const continues = previous !== null && this.snapshot !== null && isPrefix(previous.jobs, dataset.jobs);
+      const is_same_camera = previous?.recording.intrinsics === dataset.recording.intrinsics;
+      const continues =
+        previous !== null && this.snapshot !== null && is_same_camera && isPrefix(previous.jobs, dataset.jobs);
       this.dataset = dataset;
       const order = (): void => (continues && this.client ? this.#extend(previous, dataset) : this.#load());
       if (this.facts) order();
@@ -159,6 +163,13 @@ export class SpatialSession extends RunSession<SpatialClient, SpatialSettings, S
     return this.client?.depthPicture(file, depthRamp()) ?? Promise.reject(new Error('The page was closed.'));
   }
 
+  /** The first depth image from above; rejects where it cannot be read. */
+  topView(fx: number): ReturnType<SpatialClient['topView']> {
+    const file = this.dataset?.jobs[0]?.file;
+    if (!file || !this.client) return Promise.reject(new Error('There is no depth image.'));
+    return this.client.topView(file, fx);
+  }
+
   /** The recording with all that lies beside it, for another look at the same frames; null before there is one. */
   get recording(): { title: string; inputs: SpatialInputs; settings: SpatialSettings | null } | null {
     return this.dataset && { title: this.dataset.title, inputs: this.#inputs(), settings: this.settings };
@@ -198,24 +209,27 @@ export class SpatialSession extends RunSession<SpatialClient, SpatialSettings, S
       present !== null && (!has_frames || (joins && this.canJoin({ ...given, recording: fresh })));
     if (!extends_present) return makeDataset(given.title, given.is_given, given.files, fresh);
     const files = new Map([...present.files, ...given.files.map((file): [string, StoredFile] => [file.path, file])]);
-    if (!has_frames && fresh.reference.length + Number(fresh.intrinsics !== null) === 0) {
-      // A trajectory alone: no recording beside it says what it is.
-      const trajectory = given.files.find(({ path }) => /\.(npy|txt|tum|csv|log|traj|json)$/i.test(path));
-      if (!trajectory) return makeDataset('', false, given.files, fresh);
-      const recording = { ...present.recording, reference: [trajectory.path], notes: [] };
+    const together = await understandFiles([...files.values()]);
+    if (!has_frames) {
+      // Beside the recording a camera is known by what is in it; a trajectory alone may be of any kind.
+      const is_known = given.files.some(
+        ({ path }) => together.intrinsics === path || together.reference.includes(path),
+      );
+      const trajectory = given.files.find(({ path }) => /\.(npy|txt|tum|csv|log|traj|json|ya?ml|xml)$/i.test(path));
+      if (!is_known && !trajectory) return makeDataset('', false, given.files, fresh);
+      const recording = is_known ? together : { ...present.recording, reference: [trajectory?.path ?? ''], notes: [] };
       return makeDataset(present.title, present.is_given, [...files.values()], recording);
     }
-    return makeDataset(
-      present.title,
-      present.is_given,
-      [...files.values()],
-      await understandFiles([...files.values()]),
-    );
+    return makeDataset(present.title, present.is_given, [...files.values()], together);
   }
 
   #inputs(): SpatialInputs {
     const { jobs = [], recording } = this.dataset ?? {};
-    const intrinsics = recording?.intrinsics ? this.dataset?.files.get(recording.intrinsics) : null;
+    const file = recording?.intrinsics ? this.dataset?.files.get(recording.intrinsics) : null;
+    const intrinsics = file && {
+      path: file.path,
+      read: async () => engineCamera(cameraFor(file.path, await file.read(), recording?.image_size ?? null).camera),
+    };
     return { jobs, num_recorded: jobs.length, intrinsics: intrinsics ?? null, reference: this.#reference() };
   }
 
@@ -224,7 +238,9 @@ export class SpatialSession extends RunSession<SpatialClient, SpatialSettings, S
     if (!this.dataset) return null;
     const { recording, files, reference_name } = this.dataset;
     const parts = recording.reference.map((path) => files.get(path)).filter((file) => file !== undefined);
-    if (parts.length < 2) return parts[0] ?? null;
+    const [only] = parts;
+    if (!only) return null;
+    if (parts.length < 2) return { path: only.path, read: async () => trajectoryBytes(only.path, await only.read()) };
     return {
       path: reference_name,
       read: async () => joinPoses(await Promise.all(parts.map((file) => file.read()))),

@@ -1,17 +1,22 @@
 import { html, nothing, type TemplateResult } from 'lit';
-import { customElement, query } from 'lit/decorators.js';
+import { customElement, query, state } from 'lit/decorators.js';
 import './frame-panel.js';
 import './map3d.js';
+import './reading-card.js';
+import './reading-dialog.js';
 import type { GivenClouds } from '../components/given-clouds.js';
 import type { ScanstitchMapPoints, ScanstitchResult } from '../components/host-events.js';
 import { emptyView } from '../components/run-parts.js';
 import { type GivenFiles, type GivenRecording, type Loaded, type RunKind, RunView } from '../components/run-view.js';
 import type { SpatialFiles } from '../datasets/spatial-files.js';
 import type {
+  Assumption,
   SpatialFrameResult,
   SpatialResult,
   SpatialSettings,
   SpatialSnapshot,
+  Suggestion,
+  TopView,
 } from '../engine/spatial-protocol.js';
 import type { Download } from '../export/exports.js';
 import { baseName, formatLength, plural } from '../views/format.js';
@@ -21,6 +26,9 @@ import { makeSpatialExport, SPATIAL_EXPORTS } from './exports.js';
 import { FrameImageLoader } from './frame-images.js';
 import { spatialFigures } from './headline.js';
 import type { ScanstitchMap3d, SpatialMarks } from './map3d.js';
+import { openAssumption, withReading } from './reading.js';
+import type { ReadingChoice } from './reading-card.js';
+import type { Readings, ScanstitchReadingDialog } from './reading-dialog.js';
 import { errorCsv, spatialColumns, spatialRows } from './rows.js';
 import { SpatialSession } from './session.js';
 import { trajectoriesToEvaluate } from './to-evaluate.js';
@@ -43,6 +51,11 @@ const DEPTH_SCALE = 1000;
 @customElement('scanstitch-spatial')
 export class ScanstitchSpatial extends RunView<SpatialSettings, SpatialSnapshot, SpatialSession, SpatialFiles> {
   @query('scanstitch-map3d') private map!: ScanstitchMap3d;
+  @query('scanstitch-reading-dialog') private dialog!: ScanstitchReadingDialog;
+  /** The first depth image from above, and what it is of. */
+  @state() private top_view: { key: unknown; view: TopView | null } = { key: null, view: null };
+  /** The question that was answered or put away. */
+  @state() private dismissed = '';
 
   private is_sample = false;
   protected override session = this.newSession();
@@ -161,6 +174,7 @@ export class ScanstitchSpatial extends RunView<SpatialSettings, SpatialSnapshot,
     const pictured = this.selected ?? (num_frames > 0 ? 0 : null);
     const { depth, color } = pictured === null ? { depth: null, color: null } : session.filesOf(pictured);
     this.loader.want(pictured, depth, color, session.snapshot?.result.depth_scale ?? DEPTH_SCALE);
+    this.wantTopView();
   }
 
   protected override renderMap(): TemplateResult {
@@ -196,7 +210,71 @@ export class ScanstitchSpatial extends RunView<SpatialSettings, SpatialSnapshot,
     if (!snapshot || snapshot.result.frames.length === 0) return nothing;
     const timing = this.timingOf(frame_ms, elapsed_ms);
     const figures = this.figuresOf(snapshot.result, timing, points.positions.length / 3, this.loaded().num_frames);
-    return html`<scanstitch-headline part="figures" .figures=${figures}></scanstitch-headline>`;
+    return html`<scanstitch-headline
+      part="figures"
+      .figures=${figures}
+      @figure-action=${() => this.dialog.show()}
+    ></scanstitch-headline>`;
+  }
+
+  /** What the ground truth suggests, or else what the data leave open; null where that has been answered. */
+  private question(): { suggestion: Suggestion | null; open: Assumption | null; key: string } | null {
+    const { snapshot, dataset, phase } = this.session;
+    if (!snapshot || !dataset || snapshot.result.frames.length === 0) return null;
+    const suggestion = phase === 'done' ? (snapshot.result.suggestion ?? null) : null;
+    const open = suggestion ? null : openAssumption(snapshot.result.assumptions);
+    const key = `${dataset.title}, ${suggestion?.text ?? ''}, ${open?.likely.join() ?? ''}`;
+    return (suggestion || open) && key !== this.dismissed ? { suggestion, open, key } : null;
+  }
+
+  protected override renderQuestion(): TemplateResult {
+    const asked = this.question();
+    const { result } = this.session.snapshot ?? {};
+    const card = asked
+      ? html`<scanstitch-reading-card
+          .suggestion=${asked.suggestion}
+          .question=${asked.open}
+          .camera=${result?.camera ?? null}
+          .view=${this.top_view.view}
+          ?dark=${this.dark}
+          @reading-chosen=${({ detail }: CustomEvent<ReadingChoice>) => this.onReading(detail, asked.key)}
+        ></scanstitch-reading-card>`
+      : nothing;
+    return html`${card}<scanstitch-reading-dialog
+        .assumptions=${result?.assumptions ?? NO_ASSUMPTIONS}
+        .camera=${result?.camera ?? null}
+        @readings-chosen=${({ detail }: CustomEvent<Readings>) => this.useReadings(detail.values)}
+      ></scanstitch-reading-dialog>`;
+  }
+
+  private onReading(chosen: ReadingChoice, key: string): void {
+    if (chosen.choice === 'more') {
+      this.dialog.show();
+      return;
+    }
+    this.dismissed = key;
+    if (chosen.choice === 'value') this.useReadings([chosen]);
+  }
+
+  private useReadings(values: Readings['values']): void {
+    const { settings, snapshot } = this.session;
+    const camera = snapshot?.result.camera;
+    if (!settings || !camera) return;
+    this.applySettings(values.reduce((all, { setting, value }) => withReading(all, setting, value, camera), settings));
+  }
+
+  /** Fetches the picture for a question, once for a recording. */
+  private wantTopView(): void {
+    const camera = this.session.snapshot?.result.camera;
+    const key = this.session.dataset?.jobs[0]?.file ?? null;
+    if (!camera || !this.question()?.open || key === this.top_view.key) return;
+    this.top_view = { key, view: null };
+    this.session.topView(camera.fx).then(
+      (view) => {
+        if (this.top_view.key === key) this.top_view = { key, view };
+      },
+      () => undefined, // the question stands without a picture
+    );
   }
 
   protected override renderTable(): TemplateResult {
@@ -279,6 +357,7 @@ function readingOf(settings: SpatialSettings | null): Partial<SpatialSettings> {
 
 // The same empty list every time: a new one would be a change.
 const NO_REFERENCE: SpatialMarks['reference'] = [];
+const NO_ASSUMPTIONS: readonly Assumption[] = [];
 
 declare global {
   interface HTMLElementTagNameMap {

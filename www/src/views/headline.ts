@@ -8,6 +8,8 @@ export interface Figure {
   /** One line that says what the value means. */
   meaning: string;
   tone: 'plain' | 'doubtful' | 'lost';
+  /** A button beside the meaning, and the id that is told when it is pressed. */
+  action?: { id: string; label: string; description: string };
 }
 
 interface Result {

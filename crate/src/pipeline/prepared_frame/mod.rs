@@ -7,11 +7,14 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
+use crate::camera::depth_scale::disparity_step;
 use crate::camera::{Brightness, ColorImage, DepthImage, DepthScale, Pinhole, SurfelImage};
 use crate::error::{Error, Result};
 use crate::geometry::PointCloud;
+use crate::io::intrinsics::Intrinsics;
 use crate::io::{color_image, depth_png, point_cloud};
 use crate::odometry::cloud::{CloudOptions, PreparedCloud};
+use crate::pipeline::assumptions::{Assumption, assumptions, contradiction};
 use crate::pipeline::spatial_settings::{ColorUse, Method, Quantisation, SpatialSettings};
 use crate::preprocess::depth_cloud::depth_cloud;
 use crate::preprocess::depth_noise::estimate_depth_noise;
@@ -39,12 +42,16 @@ pub struct DepthDecodeConfig {
     pub camera: Pinhole,
     /// Metres a raw step of depth.
     pub depth_step: f64,
-    /// What was assumed of `depth_step`, for the user.
-    pub assumption: Option<String>,
+    /// What was assumed.
+    pub assumptions: Vec<Assumption>,
+    /// What is worth knowing of that, and what the first image says against the settings, in whole sentences.
+    pub notes: Vec<String>,
     /// Bits of a raw value.
     pub bits: u8,
     /// Standard deviation of the depth over its square (1/m), as measured in the first image.
     pub noise: f64,
+    /// The even spacing of the first image's inverse raw values, where they have one (1 / raw).
+    pub disparity_step: Option<f64>,
     /// The ways of reading the depth that are open at the beginning, the likeliest first.
     pub quantisations: Vec<Quantisation>,
     /// The one that the data have decided for.
@@ -54,6 +61,8 @@ pub struct DepthDecodeConfig {
 /// Standard deviation of a triangulating camera's depth over its square (1/m): 2 mm at a metre. Kinect's is 1.4 to 2 mm
 /// (Khoshelham and Elberink, "Accuracy and resolution of Kinect depth data", Sensors 12 (2012)).
 const TRIANGULATION_NOISE: f64 = 2e-3;
+/// Disparity steps that differ by this factor are two cameras'.
+const OTHER_CAMERA_FACTOR: f64 = 1.1;
 
 impl DecodeConfig {
     /// From the settings and the first file, a depth image or a cloud: later ones must not change what earlier ones
@@ -78,12 +87,17 @@ impl DecodeConfig {
             Quantisation::ToldFromData => vec![Quantisation::Truncated, Quantisation::Rounded],
             known => vec![known],
         };
+        let camera = settings.camera(first.width, first.height, first.bits, scale.sensor)?;
+        let is_assumed = settings.depth_scale == 0.0;
+        let note = if is_assumed { scale.note() } else { contradiction(&settings, &scale) };
         let mut depth = DepthDecodeConfig {
-            camera: settings.camera(first.width, first.height, first.bits, scale.sensor)?,
+            camera,
             depth_step: if settings.depth_scale > 0.0 { 1.0 / settings.depth_scale } else { scale.step },
-            assumption: scale.note().filter(|_| settings.depth_scale == 0.0),
+            assumptions: assumptions(&settings, &first, &scale, &camera),
+            notes: note.into_iter().collect(),
             bits: first.bits,
             noise: 0.0,
+            disparity_step: disparity_step(&first),
             quantisations,
             decided: None,
         };
@@ -110,17 +124,36 @@ impl DepthDecodeConfig {
     /// Reads a depth image of the same size as the first one.
     ///
     /// # Errors
-    /// When it is broken, all zero, or of another size; the error names the file.
+    /// When it is broken, all zero, or of another size or kind of values; the error names the file.
     pub(crate) fn read(&self, name: &str, bytes: &[u8]) -> Result<DepthImage> {
         let (image, camera) = (read_depth(name, bytes)?, &self.camera);
-        if (image.width, image.height) == (camera.width, camera.height) {
+        let is_of_size = (image.width, image.height) == (camera.width, camera.height);
+        if is_of_size && image.bits == self.bits {
             return Ok(image);
+        }
+        if is_of_size {
+            let bits = |bits: u8| if bits == DepthImage::METRES { "metres".to_owned() } else { format!("{bits} bits") };
+            let problem =
+                format!("The depth image has {} a value, the first one {}", bits(image.bits), bits(self.bits));
+            return Err(Error::whole(problem, "Give images of one camera, all of one kind").in_file(name));
         }
         let problem = format!(
             "The depth image has {} x {} pixels, the first one has {} x {}",
             image.width, image.height, camera.width, camera.height
         );
         Err(Error::whole(problem, "Give images of one camera, all of one size").in_file(name))
+    }
+
+    /// What tells a frame of another camera: one camera's disparity steps agree from image to image within 0.3 % (five
+    /// recordings of Kinects and a RealSense).
+    fn other_camera(&self, image: &DepthImage) -> Option<String> {
+        let factor = disparity_step(image)? / self.disparity_step?;
+        (factor.ln().abs() > OTHER_CAMERA_FACTOR.ln()).then(|| {
+            format!(
+                "the spacing of its raw values is {factor:.2} times that of the first frame: it seems to be of another \
+                 camera or of another depth scale"
+            )
+        })
     }
 
     /// The ways of reading a frame's depth. The decision falls while frames are being prepared ahead, and a run must not
@@ -131,20 +164,23 @@ impl DepthDecodeConfig {
     }
 }
 
-/// Gives the settings the camera (fx, fy, cx, cy in pixels) that a file beside the images gives, unless they have one.
+/// Gives the settings the camera and the depth scale that a file beside the images gives, as far as they have none.
 ///
 /// # Errors
 /// When there is a preparation: frames have been prepared with another camera.
 pub(crate) fn set_intrinsics(
     settings: &mut SpatialSettings,
     decode_config: Option<&DecodeConfig>,
-    [fx, fy, cx, cy]: [f64; 4],
+    Intrinsics { fx, fy, cx, cy, depth_scale }: Intrinsics,
 ) -> Result<()> {
     if decode_config.is_some() {
         return Err(Error::whole("The camera is set after the first frame", "Set it before all frames"));
     }
     if settings.fx == 0.0 && settings.field_of_view == 0.0 {
         *settings = SpatialSettings { fx, fy, cx, cy, ..settings.clone() };
+    }
+    if settings.depth_scale == 0.0 {
+        settings.depth_scale = depth_scale.unwrap_or_default();
     }
     Ok(())
 }
@@ -244,7 +280,8 @@ impl PreparedFrame {
             return Err(Error::whole(problem, "Give frames of one kind").in_file(&label.name));
         };
         let (image, camera) = (depth.read(&label.name, bytes)?, &depth.camera);
-        let mut notes = Vec::new();
+        let mut notes: Vec<String> =
+            depth.other_camera(&image).map(|note| format!("{}: {note}", label.name)).into_iter().collect();
         let colors = color.and_then(|ColorFile { name, bytes }| {
             let read = |bytes| read_colors(bytes, &image).map_err(|error| error.in_file(name).to_string());
             let note = |problem| notes.push(format!("{}: its colours are left out: {problem}", label.name));

@@ -13,10 +13,12 @@ use crate::error::{Error, Result};
 use crate::evaluation::trajectory_error::{EstimatedFrame, TrajectoryError, spatial_error};
 use crate::geometry::{PointCloud, Pose3};
 use crate::graph::loops::spatial::{LoopReport, SpatialLoops};
+use crate::io::intrinsics::Intrinsics;
 use crate::io::trajectory::Contents;
 use crate::map::voxel::{VoxelCount, VoxelMap};
 use crate::odometry::assessment::Status;
 use crate::odometry::depth::SpatialEstimate;
+use crate::pipeline::assumptions::suggestion;
 use crate::pipeline::prepared_frame::{DecodeConfig, DepthDecodeConfig, MapPoints, PreparedFrame, set_intrinsics};
 use crate::pipeline::report::{FrameResult, Progress, SpatialPose, Stage};
 use crate::pipeline::spatial_report::{MapSize, SpatialResult};
@@ -73,11 +75,11 @@ impl SpatialReconstruction {
         })
     }
 
-    /// Sets the camera (fx, fy, cx, cy in pixels), from a file beside the images, unless the settings have one.
+    /// Sets the camera and the depth scale of a file beside the images, as far as the settings have none.
     ///
     /// # Errors
     /// After [`begin`](Self::begin): frames have been prepared with another camera.
-    pub fn set_intrinsics(&mut self, intrinsics: [f64; 4]) -> Result<()> {
+    pub fn set_intrinsics(&mut self, intrinsics: Intrinsics) -> Result<()> {
         set_intrinsics(&mut self.settings, self.decode_config.as_ref(), intrinsics)
     }
 
@@ -207,7 +209,7 @@ impl SpatialReconstruction {
     /// What is known so far.
     pub fn result(&self) -> SpatialResult {
         let mut notes = self.notes.clone();
-        notes.extend(self.depth().and_then(|depth| depth.assumption.clone()));
+        notes.extend(self.depth().into_iter().flat_map(|depth| depth.notes.iter().cloned()));
         notes.extend(self.frames.note());
         notes.extend(self.loop_report().note());
         let comparison = self.reference.as_ref().and_then(|reference| {
@@ -221,6 +223,10 @@ impl SpatialReconstruction {
             }
         });
         notes.extend(comparison.iter().filter_map(|comparison| comparison.hint.clone()));
+        let suggestion = comparison.as_ref().and_then(|comparison| {
+            let reading = self.depth().map(|depth| (1.0 / depth.depth_step, &depth.camera));
+            suggestion(&self.poses_up_to(Status::Doubtful), comparison, reading)
+        });
         let frames = self.frames.iter().zip(self.estimates()).zip(self.poses());
         SpatialResult {
             version: env!("CARGO_PKG_VERSION"),
@@ -232,11 +238,13 @@ impl SpatialReconstruction {
             camera: self.depth().map(|depth| depth.camera),
             depth_scale: self.depth().map(|depth| 1.0 / depth.depth_step),
             quantisation: self.quantisation(),
+            assumptions: self.depth().map_or_else(Vec::new, |depth| depth.assumptions.clone()),
             frames: frames
                 .map(|((Frame { label, .. }, estimate), pose)| FrameResult::of_frame(label.clone(), estimate, pose))
                 .collect(),
             loops: self.loop_report(),
             comparison,
+            suggestion,
             notes,
         }
     }

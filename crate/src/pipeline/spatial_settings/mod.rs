@@ -116,6 +116,9 @@ const DEPTH_MAP_VOXEL: f64 = 0.02;
 const DEPTH_VOXEL: f64 = 0.05;
 /// Focal length over the width of the image of a Kinect, as the TUM RGB-D benchmark and Open3D assume it: 525 / 640.
 const KINECT_FOCAL_LENGTH: f64 = 525.0 / 640.0;
+/// Sizes of depth images that only one sensor has, and its focal length (pixels): Kinect v2, Azure Kinect (narrow field of
+/// view).
+const SIZES_OF_ONE_SENSOR: [(usize, usize, f64); 3] = [(512, 424, 365.0), (640, 576, 504.0), (320, 288, 252.0)];
 
 impl SpatialSettings {
     /// Checks every value against the limits of its description.
@@ -223,8 +226,9 @@ impl SpatialSettings {
         if let (DepthSensor::RealSense { focal_length: f }, true) = (sensor, self.field_of_view == 0.0) {
             return Pinhole::new(width, height, [f, f, (width as f64 - 1.0) / 2.0, (height as f64 - 1.0) / 2.0]);
         }
-        if self.field_of_view == 0.0 && bits > 8 && 3 * width == 4 * height {
-            let f = KINECT_FOCAL_LENGTH * width as f64;
+        let of_sensor = SIZES_OF_ONE_SENSOR.iter().find(|(w, h, _)| (*w, *h) == (width, height)).map(|(_, _, f)| *f);
+        let usual = of_sensor.or((3 * width == 4 * height).then_some(KINECT_FOCAL_LENGTH * width as f64));
+        if let (0.0, true, Some(f)) = (self.field_of_view, bits > 8, usual) {
             return Pinhole::new(width, height, [f, f, (width as f64 - 1.0) / 2.0, (height as f64 - 1.0) / 2.0]);
         }
         let field_of_view = if self.field_of_view == 0.0 { FRAC_PI_2 } else { self.field_of_view };

@@ -11,6 +11,7 @@ use crate::evaluation::path::Path;
 use crate::evaluation::statistics::Statistics;
 use crate::evaluation::trajectory_error::{EstimatedFrame, POSITIONS_ALONE, TrajectoryError, spatial_error};
 use crate::geometry::{PointCloud, Pose3};
+use crate::io::intrinsics::Intrinsics;
 use crate::io::trajectory::Contents;
 use crate::odometry::assessment::Status;
 use crate::odometry::voxel::VoxelOdometry;
@@ -80,11 +81,11 @@ impl StrategyComparison {
         })
     }
 
-    /// Sets the camera (fx, fy, cx, cy in pixels), from a file beside the images, unless the settings have one.
+    /// Sets the camera and the depth scale of a file beside the images, as far as the settings have none.
     ///
     /// # Errors
     /// After [`begin`](Self::begin): frames have been prepared with another camera.
-    pub fn set_intrinsics(&mut self, intrinsics: [f64; 4]) -> Result<()> {
+    pub fn set_intrinsics(&mut self, intrinsics: Intrinsics) -> Result<()> {
         set_intrinsics(&mut self.settings, self.decode_config.as_ref(), intrinsics)
     }
 

@@ -1,0 +1,108 @@
+//! By which factor the steps and turns of a trajectory differ from those of a reference.
+//!
+//! Medians over pairs of frames, so that a path that is broken in places still tells the factor.
+
+use crate::geometry::Pose3;
+use crate::geometry::rotation::angle_of;
+
+/// Steps of the estimate over those of the reference; none where too few pairs tell it, or where they disagree.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(crate) struct MotionRatio {
+    /// Of distances.
+    pub translation: Option<f64>,
+    /// Of angles.
+    pub rotation: Option<f64>,
+}
+
+/// Pairs of frames this far apart are compared: neighbours, and some between which slow cameras have moved.
+const GAPS: [usize; 4] = [1, 2, 5, 20];
+/// Fewer pairs than this tell nothing.
+const MIN_PAIRS: usize = 6;
+/// Shorter steps (m) and smaller turns (rad, 1.7 degrees) of the reference are noise.
+const MIN_STEP: f64 = 0.02;
+const MIN_TURN: f64 = 0.03;
+/// Larger turns (rad) are left out: beyond half a turn they are ambiguous.
+const MAX_TURN: f64 = 2.0;
+/// The median deviation of the ratios' logarithms from their median is at most this.
+const MAX_SPREAD: f64 = 0.15;
+/// The ratio's logarithm differs from zero by so many standard errors of the median.
+const MIN_SIGNIFICANCE: f64 = 4.0;
+
+/// The factors; poses are `T_world_sensor`, each list in its own world.
+pub(crate) fn motion_ratio(estimate: &[Option<Pose3>], reference: &[Option<Pose3>]) -> MotionRatio {
+    let [mut steps, mut turns] = [Vec::new(), Vec::new()];
+    let both: Vec<(Pose3, Pose3)> = estimate.iter().zip(reference).filter_map(|(a, b)| Some(((*a)?, (*b)?))).collect();
+    for gap in GAPS {
+        for ((a, true_a), (b, true_b)) in both.iter().zip(both.iter().skip(gap)) {
+            let (motion, true_motion) = (a.inverse() * b, true_a.inverse() * true_b);
+            let (step, true_step) = (motion.translation.vector.norm(), true_motion.translation.vector.norm());
+            if true_step > MIN_STEP && step > 0.0 {
+                steps.push((step / true_step).ln());
+            }
+            let (turn, true_turn) = (angle_of(&motion.rotation), angle_of(&true_motion.rotation));
+            if (MIN_TURN..MAX_TURN).contains(&true_turn) && turn > 0.0 && turn < MAX_TURN {
+                turns.push((turn / true_turn).ln());
+            }
+        }
+    }
+    MotionRatio { translation: common_factor(steps), rotation: common_factor(turns) }
+}
+
+/// The factor that these logarithms have in common.
+fn common_factor(mut logarithms: Vec<f64>) -> Option<f64> {
+    if logarithms.len() < MIN_PAIRS {
+        return None;
+    }
+    let middle = median(&mut logarithms);
+    let mut deviations: Vec<f64> = logarithms.iter().map(|value| (value - middle).abs()).collect();
+    let spread = median(&mut deviations);
+    // 1.4826 makes the median deviation a standard one, 1.253 that of a mean one of a median.
+    let error = 1.4826 * 1.253 * spread / (logarithms.len() as f64).sqrt();
+    (spread <= MAX_SPREAD && middle.abs() >= MIN_SIGNIFICANCE * error).then(|| middle.exp())
+}
+
+fn median(values: &mut [f64]) -> f64 {
+    let middle = values.len() / 2;
+    *values.select_nth_unstable_by(middle, f64::total_cmp).1
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
+
+    use super::*;
+
+    fn path(count: u32, scale: f64, turn: f64) -> Vec<Option<Pose3>> {
+        let pose = |i: u32| {
+            let t = f64::from(i);
+            let position = Vector3::new((0.3 * t).sin(), 0.0, 0.1 * t + (0.2 * t).cos()) * scale;
+            let rotation = UnitQuaternion::from_axis_angle(&Vector3::y_axis(), turn * 0.08 * t);
+            Some(Isometry3::from_parts(Translation3::from(position), rotation))
+        };
+        (0..count).map(pose).collect()
+    }
+
+    #[test]
+    fn a_common_factor_is_found_even_where_part_of_the_path_is_broken() {
+        let reference = path(40, 1.0, 1.0);
+        let mut estimate = path(40, 6.55, 1.0);
+        for pose in &mut estimate[30..] {
+            *pose = Some(Isometry3::translation(3.0, 1.0, 2.0) * pose.unwrap());
+        }
+        estimate[7] = None;
+        let ratio = motion_ratio(&estimate, &reference);
+        assert!((ratio.translation.unwrap() / 6.55 - 1.0).abs() < 1e-3, "{ratio:?}");
+        assert!((ratio.rotation.unwrap() - 1.0).abs() < 1e-6);
+        assert!((motion_ratio(&path(40, 1.0, 0.8), &reference).rotation.unwrap() - 0.8).abs() < 1e-6);
+    }
+
+    #[test]
+    fn steps_that_have_no_factor_in_common_tell_none() {
+        let wild: Vec<Option<Pose3>> =
+            (0..40).map(|i: u32| Some(Isometry3::translation(f64::from(i * i * 7919 % 97), 0.0, 0.0))).collect();
+        assert_eq!(motion_ratio(&wild, &path(40, 1.0, 1.0)).translation, None);
+        assert_eq!(motion_ratio(&path(3, 2.0, 1.0), &path(3, 1.0, 1.0)), MotionRatio::default(), "too few");
+        let still = vec![Some(Isometry3::identity()); 40];
+        assert_eq!(motion_ratio(&still, &still), MotionRatio::default());
+    }
+}

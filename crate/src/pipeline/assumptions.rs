@@ -1,0 +1,304 @@
+//! What is assumed of depth images because neither a setting nor a file says it, what their data say against what is set,
+//! and what a comparison with a reference suggests to set.
+
+use serde::{Deserialize, Serialize};
+
+use crate::camera::{DepthImage, DepthScale, DepthSensor, Pinhole, ScaleBasis};
+use crate::evaluation::motion_ratio::motion_ratio;
+use crate::evaluation::trajectory_error::TrajectoryError;
+use crate::geometry::Pose3;
+use crate::pipeline::report::SpatialPose;
+use crate::pipeline::spatial_settings::SpatialSettings;
+
+/// A setting of how depth images are read.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
+#[serde(rename_all = "snake_case")]
+pub enum ReadingSetting {
+    /// Raw values a metre.
+    DepthScale,
+    /// Focal length (pixels).
+    Fx,
+}
+
+/// A setting that was left open, and the value that it was given.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
+pub struct Assumption {
+    /// Which one.
+    pub setting: ReadingSetting,
+    /// Its value.
+    pub value: f64,
+    /// Where the value is from, in words.
+    pub why: String,
+    /// Values that the data allow, the likeliest first, which is the one that was taken. With more than one it is open.
+    pub likely: Vec<f64>,
+    /// Values that such images have, and whose they are.
+    pub usual: Vec<UsualValue>,
+}
+
+/// A value that is in use.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
+pub struct UsualValue {
+    /// The value.
+    pub value: f64,
+    /// Who uses it.
+    pub about: String,
+}
+
+/// A value of a setting with which a comparison would come out even.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify), tsify(missing_as_null))]
+pub struct Suggestion {
+    /// What was found and what would change it, in a sentence.
+    pub text: String,
+    /// Which setting.
+    pub setting: ReadingSetting,
+    /// Its value; null for clouds, whose scale no setting changes.
+    pub value: Option<f64>,
+}
+
+/// Raw values a metre of 16 bits that are in use, ...
+const SCALES_16: [(f64, &str); 7] = [
+    (1000.0, "millimetres"),
+    (5000.0, "TUM RGB-D"),
+    (6553.5, "16 bits over 10 m"),
+    (4000.0, "Matterport3D"),
+    (10_000.0, "tenths of a millimetre"),
+    (8000.0, "SUN RGB-D"),
+    (256.0, "KITTI"),
+];
+/// ... and of 8 bits.
+const SCALES_8: [(f64, &str); 4] = [
+    (25.5, "10 m over the range"),
+    (51.0, "5 m over the range"),
+    (12.75, "20 m over the range"),
+    (100.0, "centimetres"),
+];
+/// Focal lengths over the width of the image, from the sensors' datasheets.
+const FOCAL_LENGTHS: [(f64, &str); 6] = [
+    (0.5, "renderers"),
+    (0.6, "RealSense D435, D455"),
+    (0.713, "Kinect v2"),
+    (0.788, "Azure Kinect"),
+    (0.82, "Kinect, Xtion, phones"),
+    (0.955, "RealSense D415"),
+];
+/// A scale whose median depth (m) lies outside of this was not meant: rooms are 2.2 m in the median, a tenth or ten times
+/// that is no room and no hall.
+const PLAUSIBLE_MEDIAN: (f64, f64) = (0.2, 25.0);
+/// A scale that is off by this factor from all that the spacing of the values allows is told.
+const CONTRADICTING_FACTOR: f64 = 1.5;
+
+/// What is assumed of the images of which this is the first.
+pub(crate) fn assumptions(
+    settings: &SpatialSettings,
+    image: &DepthImage,
+    scale: &DepthScale,
+    camera: &Pinhole,
+) -> Vec<Assumption> {
+    let depth_scale = (settings.depth_scale == 0.0 && scale.basis != ScaleBasis::Metres).then(|| {
+        let usual = if image.bits > 8 { &SCALES_16[..] } else { &SCALES_8[..] };
+        let likely: Vec<f64> = std::iter::once(scale.per_metre()).chain(scale.alternatives.iter().copied()).collect();
+        let why = match scale.basis {
+            ScaleBasis::DisparitySteps(_) => "told from the spacing of the raw values".to_owned(),
+            ScaleBasis::RoomSize(median) => format!("told from the size of rooms (median depth {median:.1} m)"),
+            _ => "as 8 bits of rendered rooms mostly have it".to_owned(),
+        };
+        assumption(ReadingSetting::DepthScale, likely, usual, why)
+    });
+    let focal_length = (settings.fx == 0.0 && settings.field_of_view == 0.0).then(|| {
+        let usual = FOCAL_LENGTHS.map(|(share, about)| ((share * image.width as f64).round(), about));
+        let why = match scale.sensor {
+            DepthSensor::RealSense { .. } => "told from the spacing of the raw values: a RealSense",
+            DepthSensor::Kinect => "told from the spacing of the raw values: a Kinect or its like",
+            DepthSensor::Unknown if (2.0 * camera.fx / image.width as f64 - 1.0).abs() < 1e-9 => {
+                "as rendered images mostly have it"
+            }
+            DepthSensor::Unknown => "as the usual depth camera with images of this size has it",
+        };
+        assumption(ReadingSetting::Fx, vec![camera.fx], &usual, why.to_owned())
+    });
+    depth_scale.into_iter().chain(focal_length).collect()
+}
+
+fn assumption(setting: ReadingSetting, likely: Vec<f64>, usual: &[(f64, &str)], why: String) -> Assumption {
+    let usual = usual.iter().map(|&(value, about)| UsualValue { value, about: about.to_owned() }).collect();
+    Assumption { setting, value: likely[0], why, likely, usual }
+}
+
+/// What the first image says against the depth scale that is set, in a sentence.
+pub(crate) fn contradiction(settings: &SpatialSettings, scale: &DepthScale) -> Option<String> {
+    let set = settings.depth_scale;
+    if set == 0.0 {
+        return None;
+    }
+    let fits = |value: &f64| (value / set).ln().abs() < CONTRADICTING_FACTOR.ln();
+    let told = scale.per_metre();
+    match scale.basis {
+        ScaleBasis::DisparitySteps(_) if !fits(&told) && !scale.alternatives.iter().any(fits) => Some(format!(
+            "depth_scale = {set} is set, but the spacing of the raw values is that of a depth camera with {told} values a \
+             metre: is the map {:.1} times too {}?",
+            (told / set).max(set / told),
+            if told > set { "large" } else { "small" },
+        )),
+        ScaleBasis::RoomSize(median) => {
+            let median = median * told / set;
+            let is_plausible = median > PLAUSIBLE_MEDIAN.0 && median < PLAUSIBLE_MEDIAN.1;
+            (!is_plausible).then(|| {
+                format!(
+                    "depth_scale = {set} puts half of the first image beyond {median:.2} m: is it raw values a metre?"
+                )
+            })
+        }
+        _ => None,
+    }
+}
+
+/// Steps of the estimate and of the reference that differ by less than this factor are equal: references of cameras are
+/// themselves off by up to 3 %.
+const MIN_FACTOR: f64 = 1.05;
+/// A focal length is suggested from this factor of the angles on: it changes distances as well.
+const MIN_ANGLE_FACTOR: f64 = 1.08;
+/// A suggested scale this close to a usual one is that one.
+const USUAL_FACTOR: f64 = 1.04;
+
+/// What would make the steps of the estimate as long, or its turns as large, as those of the reference.
+pub(crate) fn suggestion(
+    poses: &[Option<Pose3>],
+    comparison: &TrajectoryError<SpatialPose>,
+    reading: Option<(f64, &Pinhole)>,
+) -> Option<Suggestion> {
+    let reference: Vec<Option<Pose3>> = comparison.reference.iter().map(|pose| pose.map(Pose3::from)).collect();
+    let has_rotations = comparison.rotation_errors.iter().any(Option::is_some);
+    let ratio = motion_ratio(poses, &reference);
+    if let (Some(turn), Some((_, camera)), true) = (ratio.rotation, reading, has_rotations)
+        && turn.ln().abs() > MIN_ANGLE_FACTOR.ln()
+    {
+        let fx = (camera.fx * turn).round();
+        let text = format!(
+            "The camera turns {turn:.2} times as far as in the ground truth: the focal length may be about {fx} pixels, not \
+             {:.0}",
+            camera.fx
+        );
+        return Some(Suggestion { text, setting: ReadingSetting::Fx, value: Some(fx) });
+    }
+    let length = ratio.translation.filter(|length| length.ln().abs() > MIN_FACTOR.ln())?;
+    let value = reading.map(|(scale, _)| {
+        let wanted = scale * length;
+        let usual = SCALES_16.iter().chain(&SCALES_8).map(|(usual, _)| *usual);
+        let near = usual.filter(|usual| (usual / wanted).ln().abs() < USUAL_FACTOR.ln());
+        near.min_by(|a, b| (a / wanted).ln().abs().total_cmp(&(b / wanted).ln().abs()))
+            .unwrap_or(wanted.round().max(1.0))
+    });
+    let remedy = value.map_or_else(
+        || ": the clouds and the ground truth are not in the same units".to_owned(),
+        |value| format!(": depth_scale {value} would make them equal"),
+    );
+    let text = format!("The path is {length:.2} times as long as the ground truth's{remedy}");
+    Some(Suggestion { text, setting: ReadingSetting::DepthScale, value })
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
+
+    use super::*;
+
+    fn ramp(step: Option<f64>) -> DepthImage {
+        let value = |i: usize| {
+            let z = 1.0 + 3.0 * i as f64 / 307_199.0;
+            step.map_or(z, |c| 1.0 / (c * (1.0 / z / c).round())) * 1000.0
+        };
+        DepthImage {
+            width: 640,
+            height: 480,
+            values: (0..307_200).map(|i| value(i).round() as u16).collect(),
+            bits: 16,
+        }
+    }
+
+    /// Steps of a Kinect's depth (1/m).
+    const KINECT: Option<f64> = Some(1.0 / 348.0);
+
+    fn of(settings: &SpatialSettings, image: &DepthImage) -> Vec<Assumption> {
+        let scale = DepthScale::estimate(image);
+        let camera = settings.camera(image.width, image.height, image.bits, scale.sensor).unwrap();
+        assumptions(settings, image, &scale, &camera)
+    }
+
+    #[test]
+    fn what_is_set_is_not_assumed() {
+        let all = of(&SpatialSettings::default(), &ramp(KINECT));
+        assert_eq!(
+            all.iter().map(|one| (one.setting, one.value)).collect::<Vec<_>>(),
+            [(ReadingSetting::DepthScale, 1000.0), (ReadingSetting::Fx, 525.0)]
+        );
+        assert!(all[0].usual.iter().any(|usual| usual.value == 5000.0), "{:?}", all[0]);
+        let set = SpatialSettings { depth_scale: 1000.0, fx: 585.0, ..SpatialSettings::default() };
+        assert_eq!(of(&set, &ramp(KINECT)), []);
+        let metres = DepthImage { bits: DepthImage::METRES, ..ramp(None) };
+        assert_eq!(of(&SpatialSettings::default(), &metres).len(), 1, "the focal length alone");
+    }
+
+    #[test]
+    fn a_scale_that_the_data_contradict_is_told() {
+        let told = |depth_scale, image: &DepthImage| {
+            contradiction(&SpatialSettings { depth_scale, ..SpatialSettings::default() }, &DepthScale::estimate(image))
+        };
+        let of_kinect = ramp(KINECT);
+        assert_eq!((told(1000.0, &of_kinect), told(0.0, &of_kinect)), (None, None));
+        assert!(told(200.0, &of_kinect).unwrap().contains("5.0 times too large"));
+        assert!(told(5000.0, &of_kinect).unwrap().contains("5.0 times too small"));
+        let smooth = ramp(None);
+        assert_eq!((told(1000.0, &smooth), told(4000.0, &smooth)), (None, None), "a room may be small");
+        assert!(told(1.0, &smooth).unwrap().contains("beyond 2500"), "{:?}", told(1.0, &smooth));
+    }
+
+    /// Steps ahead with turns; `scale` and `turn` times as large.
+    fn path(scale: f64, turn: f64) -> Vec<Option<Pose3>> {
+        let mut pose = Isometry3::identity();
+        let motion = Isometry3::from_parts(
+            Translation3::new(0.01 * scale, 0.0, 0.2 * scale),
+            UnitQuaternion::from_axis_angle(&Vector3::y_axis(), 0.1 * turn),
+        );
+        let step = |_| {
+            let before = pose;
+            pose *= motion;
+            Some(before)
+        };
+        (0..20).map(step).collect()
+    }
+
+    fn suggested(estimate: &[Option<Pose3>], reading: Option<(f64, &Pinhole)>) -> Option<Suggestion> {
+        let reference: Vec<Option<SpatialPose>> = path(1.0, 1.0).into_iter().map(|pose| pose.map(Into::into)).collect();
+        let count = reference.len();
+        let comparison = TrajectoryError {
+            name: "gt.txt".into(),
+            num_matched: count,
+            mean: 0.0,
+            rmse: 0.0,
+            max: 0.0,
+            errors: vec![Some(0.0); count],
+            rotation_errors: vec![Some(0.0); count],
+            reference,
+            convention: String::new(),
+        };
+        suggestion(estimate, &comparison, reading)
+    }
+
+    #[test]
+    fn a_path_of_another_size_suggests_a_scale_and_turns_a_focal_length() {
+        let camera = Pinhole::new(640, 480, [525.0, 525.0, 320.0, 240.0]).unwrap();
+        let reading = Some((1000.0, &camera));
+        assert_eq!(suggested(&path(1.02, 1.0), reading), None);
+        let six = suggested(&path(6.5, 1.0), reading).unwrap();
+        assert_eq!((six.setting, six.value), (ReadingSetting::DepthScale, Some(6553.5)));
+        assert!(six.text.contains("6.50 times") && six.text.contains("depth_scale 6553.5"), "{}", six.text);
+        assert_eq!(suggested(&path(0.3, 1.0), reading).unwrap().value, Some(300.0));
+        assert_eq!(suggested(&path(1000.0, 1.0), None).unwrap().value, None);
+        let wide = suggested(&path(1.0, 0.73), reading).unwrap();
+        assert_eq!((wide.setting, wide.value), (ReadingSetting::Fx, Some(383.0)));
+    }
+}

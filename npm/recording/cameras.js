@@ -1,0 +1,147 @@
+// @ts-check
+/** Which file beside depth images describes their camera. */
+import { compareNaturally } from '../natural_order.js';
+import { MAX_CAMERA_BYTES, cameraFor, readCameras } from './camera_file.js';
+import { EXIF_BYTES, focalShare } from './exif.js';
+import { baseOf, commonFolder, depthOf, folderOf, isNear, seriesOf, wordsOf } from './names.js';
+
+/** @typedef {import('../recording.js').ListedFile} ListedFile */
+/** @typedef {import('../recording.js').Note} Note */
+/** @typedef {import('./camera_file.js').Size} Size */
+/** @typedef {import('./reference.js').Frames} Frames */
+/** @typedef {import('./reference.js').Read} Read */
+
+/** Formats that say what their numbers are, so that a camera is told by what is in them, ... */
+const SELF_TOLD = /\.(json|ya?ml|xml|conf|cfg|ini)$/i;
+/** ... or by the word `info` in their names, as ScanNet has it. */
+const INFO = /(^|[_-])info\.txt$/i;
+const TEXTS = /(\.(txt|csv|dat|k|intrinsics?)|^[^.]+)$/i;
+/** Longer texts than this are no cameras. */
+const MAX_TEXT_BYTES = 2 ** 16;
+/** More files of one numbering are one a frame, which say the same: the first one is read. */
+const MAX_CAMERAS = 4;
+
+/** How much a name tells of a camera; 0: nothing. @param {string} path */
+export function rankOfCamera(path) {
+  const words = wordsOf(baseOf(path).replace(/\.[^.]*$/, ''));
+  const ranks = words.map((word) => {
+    if (/^intrinsics?$/.test(word)) return 3;
+    if (/^calib\w*$/.test(word)) return 2;
+    return /^(camera|cam|camchain|pinhole|k)$/.test(word) ? 1 : 0;
+  });
+  const best = Math.max(0, ...ranks);
+  // Where each camera has its own file, the depth's is the one.
+  if (best > 0 && words.includes('depth')) return best + 0.5;
+  return best > 0 && words.some((word) => /^(rgb|colou?r)$/.test(word)) ? best - 0.5 : best;
+}
+
+/**
+ * @param {readonly ListedFile[]} files
+ * @param {Frames} frames
+ * @param {Read} read
+ * @returns {Promise<{ intrinsics: string | null, notes: Note[], taken: Set<string> }>} taken: files that are spoken of
+ */
+export async function findIntrinsics(files, frames, read) {
+  /** @type {{ path: string, bytes: Uint8Array, rank: number, closeness: number }[]} */
+  const candidates = [];
+  /** @type {Set<string>} */
+  const taken = new Set();
+  const sizes = new Map(files.map(({ path, size }) => [path, size]));
+  for (const { members } of seriesOf(files.filter(({ path }) => isNear(folderOf(path), frames)))) {
+    const isOfFrames = members.length > MAX_CAMERAS;
+    for (const { path } of isOfFrames ? members.slice(0, 1) : members) {
+      const bytes = await cameraBytes(path, sizes.get(path) ?? 0, read);
+      if (!bytes) continue;
+      const closeness = depthOf(commonFolder(folderOf(path), frames.root));
+      candidates.push({ path, bytes, rank: rankOfCamera(path), closeness });
+      for (const member of isOfFrames ? members : [{ path }]) taken.add(member.path);
+    }
+  }
+  candidates.sort((a, b) => b.rank - a.rank || b.closeness - a.closeness || compareNaturally(a.path, b.path));
+  /** @type {Note[]} */
+  const notes = [];
+  /** @type {string | null} */
+  let intrinsics = null;
+  for (const { path, bytes } of candidates) {
+    if (intrinsics !== null) {
+      notes.push({ file: path, reason: `not used: the camera is described by ${intrinsics}` });
+      continue;
+    }
+    const { reasons, isUsed } = wordsAbout(path, bytes, frames.size);
+    if (isUsed) intrinsics = path;
+    notes.push(
+      ...reasons.map((reason) =>
+        isUsed ? { file: path, reason } : { file: path, reason, is_loss: /** @type {const} */ (true) },
+      ),
+    );
+  }
+  return { intrinsics, notes, taken };
+}
+
+/**
+ * The bytes of a file that describes a camera, or that is meant to; null where it is another one.
+ * @param {string} path
+ * @param {number} size
+ * @param {Read} read
+ */
+async function cameraBytes(path, size, read) {
+  const bytes = mayBeCamera(path, size) ? await read(path, size) : null;
+  const isMeant = () => rankOfCamera(path) >= 2 && bytes !== null && hasNumbers(bytes);
+  return bytes && (readCameras(bytes).length > 0 || isMeant()) ? bytes : null;
+}
+
+/** @param {string} path @param {number} size */
+function mayBeCamera(path, size) {
+  if (SELF_TOLD.test(path)) return size <= MAX_CAMERA_BYTES;
+  if (size > MAX_TEXT_BYTES) return false;
+  return INFO.test(path) || (TEXTS.test(baseOf(path)) && rankOfCamera(path) > 0);
+}
+
+/** Four numbers or more: meant as a camera. @param {Uint8Array} bytes */
+function hasNumbers(bytes) {
+  return (new TextDecoder().decode(bytes).match(/(?<![\w.])[-+]?\d+(\.\d*)?/g)?.length ?? 0) >= 4;
+}
+
+/**
+ * What is to be said of a camera's file, and whether it can be used.
+ * @param {string} path
+ * @param {Uint8Array} bytes
+ * @param {Size | null} size of the depth images
+ */
+function wordsAbout(path, bytes, size) {
+  try {
+    const { notes } = cameraFor(path, bytes, size);
+    const rows = rowsOfViewer(bytes);
+    const view = `the camera of a viewer that spans 60 degrees over ${rows} rows, perhaps not the one that recorded the depth; if the map is bent, give that one`;
+    return { reasons: rows === null ? notes : [view, ...notes], isUsed: true };
+  } catch (error) {
+    const { problem, remedy } = /** @type {{ problem?: string, remedy?: string }} */ (error);
+    if (problem === undefined) throw error;
+    return { reasons: [`not used: ${problem}. ${remedy}`], isUsed: false };
+  }
+}
+
+/**
+ * Rows of the images where the camera is the one that Open3D's viewer begins with: 60 degrees from top to bottom, as no
+ * sensor has them to the last digit. People save it beside recordings it has nothing to do with.
+ * @param {Uint8Array} bytes
+ */
+function rowsOfViewer(bytes) {
+  const [camera] = readCameras(bytes);
+  if (!camera?.size) return null;
+  const { fx, size } = camera;
+  return Math.abs(fx - size.height / 2 / Math.tan(Math.PI / 6)) < 1e-9 * fx ? size.height : null;
+}
+
+/**
+ * The first colour picture, where it says by its EXIF data how it was taken.
+ * @param {string | null} path
+ * @param {Size} size of the depth images
+ * @param {Read} read
+ * @returns {Promise<Note | null>} its file, and what is made of it
+ */
+export async function findExif(path, size, read) {
+  const head = path === null ? null : await read(path, EXIF_BYTES);
+  if (path === null || !head || focalShare(head) === null) return null;
+  return { file: path, reason: cameraFor(path, head, size).notes.join('; ') };
+}

@@ -1,0 +1,133 @@
+// @ts-check
+/** How depth images are read: what files say, what is assumed, and input that does not belong together. */
+import assert from 'node:assert/strict';
+import { mkdirSync, writeFileSync } from 'node:fs';
+import { dirname, join } from 'node:path';
+import { test } from 'node:test';
+import { colourPng, greyPng, see, WALK, walkFiles } from './depth_room.mjs';
+import { readReport, scanstitch, temporaryFolder } from './support.mjs';
+
+const FILES = walkFiles();
+const DEPTHS = WALK.map((pose) => see(pose).depth);
+
+/**
+ * The result of a run on these files, and what it said.
+ * @param {import('node:test').TestContext} t
+ * @param {Record<string, Uint8Array | string>} files
+ * @param {string[]} options
+ */
+function reconstruct(t, files, options = []) {
+  const folder = temporaryFolder(t);
+  for (const [path, contents] of Object.entries(files)) {
+    mkdirSync(dirname(join(folder, 'walk', path)), { recursive: true });
+    writeFileSync(join(folder, 'walk', path), contents);
+  }
+  const out = join(folder, 'out');
+  const run = scanstitch(['reconstruct', join(folder, 'walk'), '--out', out, '--workers', '0', ...options]);
+  /** @type {import('../../npm/index.js').SpatialResult | null} */
+  const result = run.status === 1 ? null : readReport(out);
+  return { ...run, result };
+}
+
+/** The frames without colours, their depth changed. @param {(depth: Uint16Array, index: number) => Uint8Array} change */
+function depthFiles(change) {
+  const images = DEPTHS.map((depth, index) => [`depth/${index + 1}.png`, change(depth, index)]);
+  return { ...Object.fromEntries(images), 'groundtruth.txt': FILES['groundtruth.txt'] ?? '' };
+}
+
+test('the depth scale of a camera file is used, and nothing but what it leaves out is assumed', (t) => {
+  const files = depthFiles((depth) => greyPng(depth.map((value) => 5 * value)));
+  const camera = { fx: 96, fy: 96, ppx: 96, ppy: 96, width: 192, height: 192, depth_scale: 0.0002 };
+  const told = reconstruct(t, { ...files, 'realsense.json': JSON.stringify(camera) });
+  assert.equal(told.status, 0, told.stderr);
+  assert.equal(told.result?.depth_scale, 5000);
+  assert.deepEqual(told.result?.assumptions, []);
+  assert.ok((told.result?.comparison?.max ?? 9) < 0.01);
+  const { result } = reconstruct(
+    t,
+    depthFiles((depth) => greyPng(depth)),
+  );
+  assert.deepEqual(
+    result?.assumptions.map(({ setting, value }) => [setting, Math.round(value)]),
+    [
+      ['depth_scale', 1000],
+      ['fx', 96],
+    ],
+  );
+});
+
+test('a wrong scale by hand: what would make it fit the ground truth is offered, and the estimate stays', (t) => {
+  const files = depthFiles((depth) => greyPng(depth));
+  const { stdout, result } = reconstruct(t, files, ['--set', 'depth_scale=200', '--set', 'max_range=50']);
+  assert.match(
+    stdout,
+    /The path is 5\.0\d times as long as the ground truth's: depth_scale 1000 would make them equal \(--set depth_scale=1000\)/,
+  );
+  assert.equal(result?.depth_scale, 200);
+  assert.deepEqual([result?.suggestion?.setting, result?.suggestion?.value], ['depth_scale', 1000]);
+  const right = reconstruct(t, files);
+  assert.equal(right.result?.suggestion, null);
+  const tiny = reconstruct(t, files, ['--set', 'depth_scale=1']);
+  assert.match(
+    tiny.stderr,
+    /depth_scale = 1 puts half of the first image beyond \d{4}\.\d+ m: is it raw values a metre\?|No frame/,
+  );
+});
+
+test('the camera of other images is refused in plain words, and a typical one taken', (t) => {
+  const camera =
+    '%YAML:1.0\n---\nimage_width: 1280\nimage_height: 720\ncamera_matrix: !!opencv-matrix\n   rows: 3\n   cols: 3\n   dt: d\n   data: [ 900., 0., 640., 0., 900., 360., 0., 0., 1. ]\n';
+  const { status, stderr, result } = reconstruct(t, { ...FILES, 'camera.yaml': camera });
+  assert.match(
+    stderr,
+    /camera\.yaml: not used: This camera is for 1280 x 720 pixels, the depth images have 192 x 192\. Give the camera of the depth images/,
+  );
+  assert.equal(status, 2);
+  assert.equal(Math.round(result?.camera?.fx ?? 0), 96);
+  const folder = temporaryFolder(t);
+  writeFileSync(join(folder, 'camera.yaml'), camera);
+  const named = reconstruct(t, FILES, ['--intrinsics', join(folder, 'camera.yaml')]);
+  assert.equal(named.status, 1);
+  assert.match(named.stderr, /camera\.yaml: This camera is for 1280 x 720 pixels/);
+});
+
+test('depth and colours of other sizes, and frames of other sizes and kinds, are each told', (t) => {
+  const small = see([0, 0, 0, 0], 96, 96);
+  const colours = reconstruct(t, { ...FILES, 'rgb/2.png': colourPng(small.colours, 96) });
+  assert.match(
+    colours.stderr,
+    /2\.png: its colours are left out: .*The colour image has 96 x 96 pixels, the depth image 192 x 192/,
+  );
+  assert.equal(colours.result?.frames.length, WALK.length);
+  const sizes = reconstruct(t, { ...FILES, 'depth/3.png': greyPng(small.depth, 96) });
+  assert.match(
+    sizes.stderr,
+    /3\.png: The depth image has 96 x 96 pixels, the first one has 192 x 192\. Give images of one camera/,
+  );
+  assert.deepEqual([sizes.status, sizes.result?.frames.length], [2, WALK.length - 1]);
+  const pgm = Buffer.concat([
+    Buffer.from('P5 192 192 255\n'),
+    Buffer.from(DEPTHS[2]?.map((value) => value / 40) ?? []),
+  ]);
+  const bits = reconstruct(
+    t,
+    depthFiles((depth, index) => (index === 2 ? pgm : greyPng(depth))),
+  );
+  assert.match(
+    bits.stderr,
+    /3\.png: The depth image has 8 bits a value, the first one 16 bits\. Give images of one camera/,
+  );
+});
+
+test('frames of two cameras among each other are told by the spacing of their values', (t) => {
+  /** @param {Uint16Array} depth @param {number} scale */
+  const ofKinect = (depth, scale) =>
+    greyPng(depth.map((value) => (value > 0 ? Math.round((scale * 348) / Math.round((348 * 1000) / value)) : 0)));
+  const { stderr } = reconstruct(
+    t,
+    depthFiles((depth, index) => ofKinect(depth, index === 4 ? 5000 : 1000)),
+  );
+  const told = stderr.split('\n').filter((line) => line.includes('another camera'));
+  assert.equal(told.length, 1, stderr);
+  assert.match(told[0] ?? '', /5\.png: the spacing of its raw values is 0\.20 times that of the first frame/);
+});

@@ -1,0 +1,161 @@
+// @ts-check
+/** True poses in structured files, and times that are none. */
+import assert from 'node:assert/strict';
+import { test } from 'node:test';
+import { posesOfDocument, trajectoryBytes } from '../../npm/recording/pose_file.js';
+import { count, DEPTH16, encode, many, RGB, understandAll } from './recording_files.mjs';
+
+/** A quarter turn about y, at (x, 2, 3), row by row. @param {number} x */
+function rows(x) {
+  return [
+    [0, 0, 1, x],
+    [0, 1, 0, 2],
+    [-1, 0, 0, 3],
+    [0, 0, 0, 1],
+  ];
+}
+
+/** @param {number} x */
+function columns(x) {
+  return rows(0).map((_, column) => rows(x).map((row) => row[column] ?? 0));
+}
+
+/** The world in that camera, column by column, as Open3D has it. */
+const EXTRINSIC = [0, 0, 1, 0, 0, 1, 0, 0, -1, 0, 0, 0, 3, -2, -1, 1];
+const TEXT = [1, 2, 10].map((x) => `${rows(x).flat().join(' ')}\n`).join('');
+
+/** @type {Record<string, string>} */
+const DOCUMENTS = {
+  'list.json': JSON.stringify([1, 2, 10].map(rows)),
+  'flat.json': JSON.stringify({ poses: [1, 2, 10].map((x) => rows(x).flat()) }),
+  'columns.json': JSON.stringify([1, 2, 10].map((x) => columns(x).flat())),
+  'by_name.json': JSON.stringify(Object.fromEntries([10, 2, 1].map((x) => [`frame_${x}.png`, { pose: rows(x) }]))),
+  'transforms.json': JSON.stringify({
+    fl_x: 600,
+    frames: [2, 1, 10].map((x) => ({ file_path: `images/${x}.png`, transform_matrix: rows(x) })),
+  }),
+  'upper.json': JSON.stringify([1, 2, 10].map((x) => rows(x).slice(0, 3))),
+  'poses.yaml': `%YAML:1.0\n---\n${[1, 2, 10]
+    .map(
+      (x) =>
+        `pose_${x}: !!opencv-matrix\n   rows: 4\n   cols: 4\n   dt: d\n   data: [ ${rows(x).flat().join('., ')} ]\n`,
+    )
+    .join('')}`,
+  'poses.xml': `<?xml version="1.0"?>\n<opencv_storage>${[1, 2, 10]
+    .map(
+      (x) =>
+        `<pose_${x} type_id="opencv-matrix"><rows>4</rows><cols>4</cols><dt>d</dt><data>\n${rows(x).flat().join(' ')}</data></pose_${x}>`,
+    )
+    .join('')}</opencv_storage>`,
+};
+
+test('a matrix a frame, in lists, by name and in either order', () => {
+  for (const [name, text] of Object.entries(DOCUMENTS)) {
+    assert.deepEqual(posesOfDocument(encode(text)), { text: TEXT, count: 3 }, name);
+  }
+  const open3d = { class_name: 'PinholeCameraTrajectory', parameters: [1, 1].map(() => ({ extrinsic: EXTRINSIC })) };
+  assert.equal(posesOfDocument(encode(JSON.stringify(open3d)))?.text, `${rows(1).flat().join(' ')}\n`.repeat(2));
+  const record3d = { K: [1, 0, 0], poses: [1, 2].map((x) => [0, 0.6, 0, 0.8, x, 2, 3]) };
+  assert.equal(posesOfDocument(encode(JSON.stringify(record3d)))?.text, '1 2 3 0.8 0 0.6 0\n2 2 3 0.8 0 0.6 0\n');
+  for (const text of [
+    '{}',
+    '[1, 2]',
+    `[${rows(1)}]`,
+    'a: 1',
+    '{"camera_matrix": [525, 0, 320, 0, 525, 240, 0, 0, 1]}',
+    '[[1,2,3,4,5,6,7]]',
+  ]) {
+    assert.equal(posesOfDocument(encode(text)), null, text);
+  }
+});
+
+test('beside the frames they are the true path, and a camera may be in the same file', async () => {
+  const images = many([1, 2, 10], (i) => `depth/${i}.png`, DEPTH16);
+  for (const [name, text] of Object.entries(DOCUMENTS)) {
+    const { reference } = await understandAll({ ...images, [name]: text });
+    assert.deepEqual(reference, [name]);
+  }
+  const both = {
+    w: 640,
+    h: 480,
+    fl_x: 600,
+    fl_y: 600,
+    cx: 320,
+    cy: 240,
+    ...JSON.parse(DOCUMENTS['transforms.json'] ?? ''),
+  };
+  const { reference, intrinsics } = await understandAll({ ...images, 'transforms.json': JSON.stringify(both) });
+  assert.deepEqual([reference, intrinsics], [['transforms.json'], 'transforms.json']);
+});
+
+test('the milliseconds of a T265 become seconds', () => {
+  const head = 'frame,timestamp,tx,ty,tz,qx,qy,qz,qw,tracker_confidence';
+  const text = `${head}\n1,1583251234500.5,0,0,0,0,0,0,1,3\n2,1583251234533.5,0.1,0,0,0,0,0,1,3\n`;
+  const written = new TextDecoder().decode(trajectoryBytes('t265.csv', encode(text)));
+  assert.equal(written, `${head}\n1,1583251234.5005,0,0,0,0,0,0,1,3\n2,1583251234.5335,0.1,0,0,0,0,0,1,3\n`);
+  const named = trajectoryBytes('t265.csv', encode('timestamp (ms),x,y,z,qx,qy,qz,qw\n1500,0,0,0,0,0,0,1\n'));
+  assert.match(new TextDecoder().decode(named), /^timestamp,x.*\n1\.5,0/);
+  const seconds = encode('timestamp,x,y,z,qx,qy,qz,qw\n1500,0,0,0,0,0,0,1\n');
+  assert.equal(trajectoryBytes('walk.csv', seconds), seconds);
+});
+
+test('durations beside the numbers of frames do not order them, and that is told', async () => {
+  const durations = [
+    '0.0154',
+    '0.0058',
+    '0.0071',
+    '0.0121',
+    '0.0049',
+    '0.0066',
+    '0.0158',
+    '0.0052',
+    '0.0044',
+    '0.0061',
+  ];
+  const name = (/** @type {string} */ kind) => (/** @type {number} */ i) =>
+    `${kind}/frame_${i}_${durations[i - 1]}.png`;
+  const inNames = await understandAll(many(count(1, 10), name('depth'), DEPTH16));
+  assert.deepEqual(
+    inNames.depth_frames.map(({ depth, time }) => [depth, time]),
+    count(1, 10).map((i) => [name('depth')(i), null]),
+  );
+  assert.match(
+    inNames.notes[0]?.reason ?? '',
+    /^its time stamps do not ascend \(0\.0154 s, then 0\.0058 s\); the frames/,
+  );
+
+  const images = {
+    ...many(count(1, 10), (i) => `depth/${i}.png`, DEPTH16),
+    ...many(count(1, 10), (i) => `rgb/${i}.png`, RGB),
+  };
+  const line = (/** @type {number} */ i) => `${durations[i - 1]} depth/${i}.png ${durations[10 - i]} rgb/${i}.png\n`;
+  const listed = await understandAll({ ...images, 'associations.txt': count(1, 10).map(line).join('') });
+  assert.deepEqual(
+    listed.depth_frames.map(({ depth, color, time }) => [depth, color, time]),
+    count(1, 10).map((i) => [`depth/${i}.png`, `rgb/${i}.png`, null]),
+  );
+  assert.match(listed.notes[0]?.reason ?? '', /do not ascend/);
+
+  const alone = await understandAll(many(count(0, 9), (i) => `depth/${durations[i]}.png`, DEPTH16));
+  assert.equal(alone.depth_frames[0]?.time, null);
+  assert.match(alone.notes[0]?.reason ?? '', /lie between 0\.0044 s and 0\.0158 s for 10 images/);
+});
+
+test('stamps in the order of the frames, of a network, and fractions of any length are times', async () => {
+  const cases = [
+    count(1, 12).map((i) => `frame_${i}_${(100 + i / 30).toFixed(4)}.png`),
+    count(1, 12).map((i) => `frame_${i}_${(100 + (i === 5 ? 3.9 : i) / 30).toFixed(4)}.png`),
+    count(1, 12)
+      .map((i) => `${9 + i / 20}.png`)
+      .filter((name) => name.split('.').length === 3),
+  ];
+  for (const names of cases) {
+    const { depth_frames, notes } = await understandAll(Object.fromEntries(names.map((name) => [name, DEPTH16])));
+    const times = depth_frames.map(({ time }) => time ?? Number.NaN);
+    assert.deepEqual(
+      times,
+      times.toSorted((a, b) => a - b),
+    );
+    assert.deepEqual(notes, []);
+  }
+});

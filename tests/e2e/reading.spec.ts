@@ -1,0 +1,58 @@
+/** What is assumed of depth images: shown, asked where it is open, changed, and compared with the ground truth. */
+import { findWeakContrast } from './access.js';
+import { recording, truth } from './spatial_recording.js';
+import { expect, test } from './spatial_page.js';
+
+const NUM_FRAMES = 8;
+/** 16 bits over 10 m: what the size of rooms alone does not tell from other scales. */
+const PER_METRE = 6553.5;
+
+test('an open depth scale is asked for with pictures, and a wrong answer is found by the ground truth', async ({
+  spatial,
+  page,
+}) => {
+  await spatial.drop([...recording(NUM_FRAMES, 0, PER_METRE), truth(NUM_FRAMES)]);
+  const { result } = await spatial.stitched();
+  expect(result.depth_scale).toBeCloseTo(PER_METRE, 6);
+  expect(result.suggestion).toBeNull();
+  await expect(spatial.figures).toContainText('6553.5 values per metre (assumed)');
+  const question = page.getByRole('region', { name: 'Which size is right?' });
+  await expect(question.getByRole('img', { name: /^From above, surfaces up to 4\D/ })).toBeVisible();
+  const other = question.getByRole('button', { name: /4000 a metre/ });
+  await expect(other.getByRole('img', { name: /^From above, surfaces up to 6\.6/ })).toBeVisible();
+  expect(await page.evaluate(findWeakContrast)).toEqual([]);
+
+  await other.click();
+  const wrong = await spatial.stitched();
+  expect(wrong.result.depth_scale).toBeCloseTo(4000, 6);
+  await expect(question).toBeHidden();
+  const offer = page.getByRole('region', { name: 'The ground truth has another size' });
+  await expect(offer).toContainText(/The path is 1\.6\d times as long as the ground truth's/);
+  await offer.getByRole('button', { name: 'Compute with depth_scale 6553.5' }).click();
+  const right = await spatial.stitched();
+  expect(right.result.comparison?.mean).toBeLessThanOrEqual(0.02);
+  await expect(offer).toBeHidden();
+});
+
+test('what is assumed can be changed beside its figure, also on a phone in the dark', async ({ spatial, page }) => {
+  await page.emulateMedia({ colorScheme: 'dark' });
+  await page.setViewportSize({ width: 390, height: 780 });
+  const files = recording(4).filter(({ name }) => !name.endsWith('.txt'));
+  await spatial.drop(files);
+  const { result } = await spatial.stitched();
+  expect(result.assumptions.map(({ setting, value }) => [setting, Math.round(value)])).toEqual([
+    ['depth_scale', 1000],
+    ['fx', 131],
+  ]);
+  await page.getByRole('tab', { name: 'Result' }).click();
+  await spatial.figures.getByRole('button', { name: 'Change what is assumed of the camera' }).click();
+  const dialog = page.getByRole('dialog', { name: 'What is assumed of the depth images' });
+  await expect(dialog.getByRole('radio', { name: /^1000 values per metre/ })).toBeChecked();
+  expect(await page.evaluate(findWeakContrast)).toEqual([]);
+  await dialog.getByRole('radio', { name: /^80 pixels, 90°/ }).check();
+  await dialog.getByRole('spinbutton', { name: 'Depth scale, raw values per metre' }).fill('500');
+  await dialog.getByRole('button', { name: 'Compute again' }).click();
+  const changed = await spatial.stitched();
+  expect([changed.result.depth_scale, changed.result.camera?.fx, changed.result.camera?.cx]).toEqual([500, 80, 79.5]);
+  expect(changed.result.assumptions).toEqual([]);
+});

@@ -1,0 +1,201 @@
+import { css, html, LitElement, nothing, type TemplateResult } from 'lit';
+import { customElement, property } from 'lit/decorators.js';
+import { icon } from '../components/icons.js';
+import { shared } from '../components/theme.js';
+import type { Assumption, Suggestion, TopView } from '../engine/spatial-protocol.js';
+import { formatFixed } from '../views/format.js';
+import { type Camera, valueText } from './reading.js';
+import { paintTopView, topView } from './top-view.js';
+
+/** What the user chose: a value of a setting, the dialog with all values, or to leave it as it is. */
+export type ReadingChoice =
+  { choice: 'value'; setting: Assumption['setting']; value: number } | { choice: 'more' } | { choice: 'dismiss' };
+
+/** So many scales are shown with a picture. */
+const MOST_PICTURES = 3;
+
+/**
+ * A question over the map: which depth scale is right, with a picture of each that may be; or whether to compute again with
+ * the one that the ground truth suggests.
+ *
+ * Fires `reading-chosen` with a `ReadingChoice`.
+ */
+@customElement('scanstitch-reading-card')
+export class ScanstitchReadingCard extends LitElement {
+  @property({ attribute: false }) suggestion: Suggestion | null = null;
+  /** An assumption about the depth scale that is open. */
+  @property({ attribute: false }) question: Assumption | null = null;
+  @property({ attribute: false }) camera: Camera | null = null;
+  @property({ attribute: false }) view: TopView | null = null;
+  @property({ type: Boolean }) dark = false;
+
+  protected override render(): TemplateResult | typeof nothing {
+    const { suggestion, question } = this;
+    const content = suggestion ? this.renderSuggestion(suggestion) : question ? this.renderQuestion(question) : nothing;
+    if (content === nothing) return nothing;
+    return html`<section class="card" aria-labelledby="title">
+      <header>
+        ${icon('info')}
+        <h2 id="title">${suggestion ? 'The ground truth has another size' : 'Which size is right?'}</h2>
+        <button
+          class="quiet icon"
+          aria-label="Dismiss the question"
+          title="Dismiss"
+          @click=${() => this.choose({ choice: 'dismiss' })}
+        >
+          ${icon('close')}
+        </button>
+      </header>
+      ${content}
+    </section>`;
+  }
+
+  private renderSuggestion({ text, setting, value }: Suggestion): TemplateResult {
+    return html`<p>${text}.</p>
+      ${
+        value === null
+          ? nothing
+          : html`<p class="actions">
+              <button class="primary" @click=${() => this.choose({ choice: 'value', setting, value })}>
+                Compute with ${setting === 'fx' ? 'fx' : 'depth_scale'} ${valueText(value)}
+              </button>
+            </p>`
+      }`;
+  }
+
+  private renderQuestion({ value, why, likely, setting }: Assumption): TemplateResult {
+    const image = this.view && paintTopView(this.view, this.dark);
+    return html`<p>
+        No file says how many raw depth values a metre has: ${valueText(value)} is assumed, ${why}. The first image from
+        above, at each scale:
+      </p>
+      <ul>
+        ${likely.slice(0, MOST_PICTURES).map(
+          (scale) =>
+            html`<li>
+              <button
+                class="choice"
+                aria-pressed=${scale === value}
+                @click=${() => this.choose(scale === value ? { choice: 'dismiss' } : { choice: 'value', setting, value: scale })}
+              >
+                ${this.view && image ? topView(this.view, image, scale) : nothing}
+                <span class="number">${valueText(scale)} ${scale === value ? 'assumed' : 'a metre'}</span>
+                ${
+                  this.view
+                    ? html`<span class="muted">up to ${formatFixed(this.view.far / scale, 1)}&#8239;m</span>`
+                    : nothing
+                }
+              </button>
+            </li>`,
+        )}
+      </ul>
+      <p class="actions">
+        <button @click=${() => this.choose({ choice: 'more' })}>Another scale…</button>
+        <button class="primary" @click=${() => this.choose({ choice: 'dismiss' })}>Keep ${valueText(value)}</button>
+      </p>`;
+  }
+
+  private choose(detail: ReadingChoice): void {
+    this.dispatchEvent(new CustomEvent<ReadingChoice>('reading-chosen', { detail }));
+  }
+
+  static override styles = [
+    shared,
+    css`
+      :host {
+        position: absolute;
+        inset: auto auto 12px 12px;
+        z-index: 2;
+        display: flex;
+        width: min(470px, calc(100% - 24px));
+        max-height: calc(100% - 24px);
+        pointer-events: none;
+      }
+      .card {
+        display: flex;
+        flex-direction: column;
+        gap: 8px;
+        width: 100%;
+        padding-bottom: 12px;
+        overflow: auto;
+        border: 1px solid var(--line);
+        border-left: 3px solid var(--doubtful);
+        border-radius: var(--radius);
+        background: var(--surface);
+        box-shadow: var(--shadow);
+        font-size: 13px;
+        pointer-events: auto;
+      }
+      header {
+        display: flex;
+        align-items: center;
+        gap: 8px;
+        padding: 4px 4px 0 12px;
+        color: var(--doubtful);
+      }
+      h2 {
+        flex: 1;
+        color: var(--text);
+      }
+      header button {
+        color: var(--muted);
+      }
+      .card > p {
+        padding: 0 12px;
+      }
+      ul {
+        display: grid;
+        grid-template-columns: repeat(auto-fit, minmax(105px, 1fr));
+        gap: 8px;
+        padding: 0 12px;
+      }
+      .choice {
+        display: grid;
+        justify-items: start;
+        gap: 0;
+        width: 100%;
+        height: 100%;
+        padding: 6px;
+        text-align: left;
+        white-space: normal;
+      }
+      .choice[aria-pressed='true'] {
+        border-color: var(--accent);
+        box-shadow: inset 0 0 0 1px var(--accent);
+      }
+      .choice svg {
+        width: 100%;
+        height: auto;
+        border-radius: 4px;
+        background: var(--sunken);
+      }
+      .choice line {
+        stroke: var(--line-strong);
+        stroke-width: 0.6;
+        stroke-dasharray: 2 3;
+      }
+      .choice text {
+        fill: var(--muted);
+        font-size: 10px;
+      }
+      .choice path {
+        fill: var(--selected);
+      }
+      .choice span {
+        font-size: 12.5px;
+      }
+      .actions {
+        display: flex;
+        flex-wrap: wrap;
+        justify-content: flex-end;
+        gap: 8px;
+      }
+    `,
+  ];
+}
+
+declare global {
+  interface HTMLElementTagNameMap {
+    'scanstitch-reading-card': ScanstitchReadingCard;
+  }
+}

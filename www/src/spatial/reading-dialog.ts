@@ -1,0 +1,180 @@
+import { css, html, LitElement, nothing, type TemplateResult } from 'lit';
+import { customElement, property, query } from 'lit/decorators.js';
+import { shared } from '../components/theme.js';
+import type { Assumption } from '../engine/spatial-protocol.js';
+import { type Camera, valueText, valueWords } from './reading.js';
+
+export interface Readings {
+  values: { setting: Assumption['setting']; value: number }[];
+}
+
+const LABELS = { depth_scale: 'Depth scale', fx: 'Focal length' } as const;
+const UNITS = { depth_scale: 'raw values per metre', fx: 'pixels' } as const;
+
+/**
+ * What was assumed of the depth images, with all values that such images have, and a field for any other.
+ *
+ * Fires `readings-chosen` with the values that are to be used.
+ */
+@customElement('scanstitch-reading-dialog')
+export class ScanstitchReadingDialog extends LitElement {
+  @property({ attribute: false }) assumptions: readonly Assumption[] = [];
+  @property({ attribute: false }) camera: Camera | null = null;
+  @query('dialog') private dialog!: HTMLDialogElement;
+  @query('form') private form!: HTMLFormElement;
+
+  show(): void {
+    this.form.reset();
+    this.dialog.showModal();
+  }
+
+  protected override render(): TemplateResult {
+    const { camera, assumptions } = this;
+    return html`<dialog aria-labelledby="title">
+      <form method="dialog" @submit=${this.onSubmit}>
+        <h2 id="title">What is assumed of the depth images</h2>
+        <p class="muted">Neither the files nor the settings say it. Choose another value, and all is computed again.</p>
+        ${camera ? assumptions.map((assumption) => this.renderAssumption(assumption, camera)) : nothing}
+        <p class="actions">
+          <button type="button" @click=${() => this.dialog.close()}>Cancel</button>
+          <button class="primary" type="submit">Compute again</button>
+        </p>
+      </form>
+    </dialog>`;
+  }
+
+  private renderAssumption(assumption: Assumption, camera: Camera): TemplateResult {
+    const { setting, value, why, likely, usual } = assumption;
+    const near = (a: number, b: number): boolean => Math.abs(Math.log(a / b)) < 0.01;
+    const about = (candidate: number): string => usual.find((one) => near(one.value, candidate))?.about ?? '';
+    const others = usual.filter((one) => likely.every((candidate) => !near(one.value, candidate)));
+    const option = (candidate: number, note: string): TemplateResult =>
+      html`<label>
+        <input type="radio" name=${setting} value=${candidate} ?checked=${candidate === value} />
+        <span class="number">${valueWords(assumption, candidate, camera)}</span>
+        <span class="muted">${note}</span>
+      </label>`;
+    return html`<fieldset>
+      <legend>${LABELS[setting]}</legend>
+      ${likely.map((candidate) =>
+        option(candidate, candidate === value ? `assumed, ${why}` : [about(candidate), 'possible as well'].join(', ')),
+      )}
+      ${others.map((one) => option(one.value, one.about))}
+      <label>
+        <input type="radio" name=${setting} value="other" />
+        <span>Another</span>
+        <input
+          type="number"
+          inputmode="decimal"
+          name="${setting}_other"
+          min="0.001"
+          max="1000000"
+          step="any"
+          aria-label="${LABELS[setting]}, ${UNITS[setting]}"
+          placeholder=${valueText(value)}
+          @input=${(event: Event) => this.onOther(event, setting)}
+        />
+        <span class="muted">${UNITS[setting]}</span>
+      </label>
+    </fieldset>`;
+  }
+
+  /** Who types a value means it. */
+  private onOther(event: Event, setting: Assumption['setting']): void {
+    const { value } = event.target as HTMLInputElement;
+    const own = this.form.querySelector<HTMLInputElement>(`input[name=${setting}][value=other]`);
+    if (own && value !== '') own.checked = true;
+  }
+
+  private onSubmit(): void {
+    const given = new FormData(this.form);
+    const values = this.assumptions.flatMap(({ setting, value: assumed }) => {
+      const chosen = given.get(setting);
+      const value = Number(chosen === 'other' ? given.get(`${setting}_other`) : chosen);
+      return value > 0 && value !== assumed ? [{ setting, value }] : [];
+    });
+    if (values.length > 0) this.dispatchEvent(new CustomEvent<Readings>('readings-chosen', { detail: { values } }));
+  }
+
+  static override styles = [
+    shared,
+    css`
+      :host {
+        display: contents;
+      }
+      dialog {
+        width: min(520px, calc(100vw - 24px));
+        max-height: calc(100vh - 24px);
+        padding: 18px 20px;
+        overflow: auto;
+        border: 1px solid var(--line);
+        border-radius: var(--radius);
+        background: var(--surface);
+        color: var(--text);
+        box-shadow: var(--shadow);
+      }
+      dialog::backdrop {
+        background: rgb(10 14 20 / 0.45);
+      }
+      form {
+        display: grid;
+        gap: 12px;
+      }
+      fieldset {
+        display: grid;
+        gap: 2px;
+        min-width: 0;
+        margin: 0;
+        padding: 6px 12px 10px;
+        border: 1px solid var(--line);
+        border-radius: var(--radius);
+      }
+      legend {
+        padding: 0 4px;
+        font-weight: 600;
+      }
+      label {
+        display: flex;
+        flex-wrap: wrap;
+        align-items: center;
+        gap: 2px 8px;
+        min-height: 28px;
+      }
+      label .muted {
+        font-size: 12.5px;
+      }
+      input[type='number'] {
+        width: 110px;
+        min-height: 30px;
+        padding: 0 8px;
+        border: 1px solid var(--line-strong);
+        border-radius: 7px;
+        background: var(--surface);
+        text-align: right;
+      }
+      input[type='radio'] {
+        accent-color: var(--accent);
+        width: 16px;
+        height: 16px;
+        margin: 0;
+      }
+      .actions {
+        display: flex;
+        flex-wrap: wrap;
+        justify-content: flex-end;
+        gap: 8px;
+      }
+      @media (pointer: coarse) {
+        label {
+          min-height: 40px;
+        }
+      }
+    `,
+  ];
+}
+
+declare global {
+  interface HTMLElementTagNameMap {
+    'scanstitch-reading-dialog': ScanstitchReadingDialog;
+  }
+}

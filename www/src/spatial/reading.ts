@@ -1,0 +1,35 @@
+/** What was assumed of depth images, in words and as settings. */
+import type { Assumption, SpatialResult, SpatialSettings } from '../engine/spatial-protocol.js';
+import { DEGREES, formatFixed } from '../views/format.js';
+
+export type Camera = NonNullable<SpatialResult['camera']>;
+
+/** Raw values a metre, or a focal length in pixels, as they are written. */
+export function valueText(value: number): string {
+  return `${Number(value.toPrecision(7))}`;
+}
+
+export function angleText({ width }: Camera, fx: number): string {
+  return `${formatFixed(2 * Math.atan(width / 2 / fx) * DEGREES, 0)}°`;
+}
+
+export function valueWords({ setting }: Assumption, value: number, camera: Camera): string {
+  if (setting === 'depth_scale') return `${valueText(value)} values per metre`;
+  return `${valueText(Math.round(value))} pixels, ${angleText(camera, value)}`;
+}
+
+/** The settings with this value. A focal length comes with the principal point in the middle of the image. */
+export function withReading(
+  settings: SpatialSettings,
+  setting: Assumption['setting'],
+  value: number,
+  camera: Camera,
+): SpatialSettings {
+  if (setting === 'depth_scale') return { ...settings, depth_scale: value };
+  return { ...settings, fx: value, fy: value, cx: (camera.width - 1) / 2, cy: (camera.height - 1) / 2 };
+}
+
+/** The assumption that the data leave open: the page asks. */
+export function openAssumption(assumptions: readonly Assumption[]): Assumption | null {
+  return assumptions.find(({ likely }) => likely.length > 1) ?? null;
+}
