@@ -3,9 +3,9 @@
  * it the element in one file. */
 import { writeBillOfMaterials } from './sbom.mjs';
 import {
+  buildEngine,
   buildPage,
   buildStandalone,
-  buildWasm,
   ensureNodeModules,
   ensureWasmTarget,
   requireToolchain,
@@ -16,7 +16,7 @@ await runMain(async () => {
   requireToolchain();
   await ensureWasmTarget();
   await ensureNodeModules();
-  await buildWasm();
+  await buildEngine();
   await buildPage();
   await buildStandalone();
   writeBillOfMaterials();

@@ -27,17 +27,25 @@ const TYPES = {
 export async function serve(folder, { prefix = '/', port = 0 } = {}) {
   const server = createServer(async (request, response) => {
     const { pathname } = new URL(request.url ?? '/', 'http://localhost');
-    const inside = pathname.startsWith(prefix) ? decodeURIComponent(pathname.slice(prefix.length)) : undefined;
-    const path = inside === '' || inside?.endsWith('/') ? `${inside}index.html` : inside;
-    const body = path === undefined || normalize(path).startsWith('..') ? null : await read(join(folder, path));
-    if (body === null || path === undefined) {
-      response.writeHead(404).end();
-      return;
-    }
-    response.writeHead(200, { 'content-type': TYPES[extname(path)] ?? 'application/octet-stream' }).end(body);
+    const { type, content } = await typeAndContent(folder, pathname, prefix);
+    if (content === null) response.writeHead(404).end();
+    else response.writeHead(200, { 'content-type': type }).end(content);
   });
   await new Promise((resolve) => server.listen(port, 'localhost', () => resolve(undefined)));
   return server;
+}
+
+/**
+ * What a host answers to an address: `content` null where there is no such file.
+ * @param {string} folder
+ * @param {string} pathname
+ * @param {string} [prefix]
+ */
+export async function typeAndContent(folder, pathname, prefix = '/') {
+  const inside = pathname.startsWith(prefix) ? decodeURIComponent(pathname.slice(prefix.length)) : '..';
+  const path = inside === '' || inside.endsWith('/') ? `${inside}index.html` : inside;
+  const content = normalize(path).startsWith('..') ? null : await read(join(folder, path));
+  return { type: TYPES[extname(path)] ?? 'application/octet-stream', content };
 }
 
 /** @param {string} path */

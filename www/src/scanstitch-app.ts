@@ -92,16 +92,17 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
   private intake = new FileIntake(this, {
     present: () => this.run_kind,
     show: async (files, requested_at, is_new, given) => {
-      const asks_anew = is_new && given === null;
-      if (asks_anew) this.cross('spatial' in files ? 'spatial' : 'planar');
+      if (is_new) this.cross('spatial' in files ? 'spatial' : 'planar');
       if ('spatial' in files) {
-        const recording = given ? givenSpatial(given, files.spatial) : files.spatial;
-        return (await this.showSpatial())?.add(recording, requested_at, asks_anew);
+        const spatial = await this.showSpatial();
+        if (given) await spatial?.openGiven(Promise.resolve(givenSpatial(given, files.spatial)), requested_at);
+        else await spatial?.add(files.spatial, requested_at, is_new);
+        return;
       }
       const set = given && (await givenDataset(given, files.planar));
       this.showRun('planar');
       if (set) this.planar.openGiven(set.dataset, set.notes);
-      else await this.planar.add(files.planar, requested_at, asks_anew);
+      else await this.planar.add(files.planar, requested_at, is_new);
     },
   });
   private api = new HostApi(this, {
@@ -111,7 +112,7 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
       this.expecting?.abort();
       this.intake.forget();
     },
-    take: (files, requested_at, given) => this.intake.take(files, requested_at, { given }),
+    take: (files, requested_at, given) => this.intake.take(files, requested_at, [], given),
     openSample: () => this.openSample(),
     openApartment: () => this.openApartment(),
   });
@@ -176,8 +177,8 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
   }
 
   protected override firstUpdated(): void {
-    if (this.offline !== null) void this.keep(this.offline || 'scanstitch-offline.js');
     this.resize_observer.observe(this.frame);
+    if (this.offline !== null) void this.keep(this.offline || 'scanstitch-offline.js');
     if (this.first_view !== 'map') this.openView();
     if (this.source_of === 'map' && this.src !== '' && this.src !== 'none') this.openSource();
   }
@@ -528,7 +529,7 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
       return;
     }
     this.expecting?.abort();
-    await this.intake.take(files, requested_at, { notes });
+    await this.intake.take(files, requested_at, notes);
   }
 
   private async openApartment(): Promise<void> {
@@ -555,7 +556,7 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
   private crossBack(): void {
     if (!this.crossing) return;
     const { title } = this.runView()?.facts ?? NO_FACTS;
-    this.showRun(this.run_kind === 'planar' ? 'spatial' : 'planar');
+    this.show(this.run_kind === 'planar' ? 'spatial' : 'planar');
     this.crossing = { shown: this.run_kind, title, is_undone: !this.crossing.is_undone };
     this.intake.exchange();
   }

@@ -81,7 +81,8 @@ export class FileIntake {
   async take(
     files: readonly NamedFile[],
     requested_at: number,
-    { given = null, notes = [] }: { given?: GivenSet | null; notes?: readonly Note[] } = {},
+    notes: readonly Note[] = [],
+    given: GivenSet | null = null,
   ): Promise<void> {
     const own = ++this.#num_taken;
     const asked = { own, wishes: {}, requested_at, before: this.#open, is_choice: false, given };
@@ -97,8 +98,14 @@ export class FileIntake {
     if (!this.#opened) return;
     const own = ++this.#num_taken;
     const opening = chooseTopics(this.#opened, wishes, this.#listener(own, wishes));
-    const requested_at = performance.now();
-    await this.#show(opening, { own, wishes, requested_at, before: this.#open, is_choice: true, given: null });
+    await this.#show(opening, {
+      own,
+      wishes,
+      requested_at: performance.now(),
+      before: this.#open,
+      is_choice: true,
+      given: null,
+    });
   }
 
   async #show(opening: Promise<OpenedFiles>, asked: Asked): Promise<void> {

@@ -115,13 +115,13 @@ export abstract class RunView<
 
   protected abstract session: Session;
   protected abstract readonly of: RunKind;
-  private exchange = new RunExchange<Session>();
-  /** What was opened last. */
-  private files: Files | null = null;
   /** What is wrong with the settings to begin with, until it is told. */
   private setting_faults: string[] = [];
   private told_progress: ScanstitchProgress | null = null;
   private waiting: { resolve(outcome: ScanstitchResult): void; reject(error: Error): void }[] = [];
+  private exchange = new RunExchange<Session>();
+  /** What was opened last. */
+  private files: Files | null = null;
   private shown_generation = 0;
   private announced = new WeakSet<Snapshot>();
   private colorsOf = memoizeLast(framePalette);

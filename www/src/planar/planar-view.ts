@@ -89,6 +89,13 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession,
     void this.session.openGiven(fetchSample());
   }
 
+  /** Shows scans that the page it stands on has named. */
+  openGiven(dataset: Dataset, notes: readonly Note[]): void {
+    this.stepAside();
+    this.is_sample = false;
+    this.session.open(dataset, notes);
+  }
+
   protected override newSession(): PlanarSession {
     return new PlanarSession(this);
   }
@@ -110,12 +117,6 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession,
     return this.is_sample && (this.session.dataset?.is_given ?? false);
   }
 
-  /** Shows scans that the page it stands on has named. */
-  openGiven(dataset: Dataset, notes: readonly Note[]): void {
-    this.is_sample = false;
-    this.session.open(dataset, notes);
-  }
-
   override removeReference(): void {
     const reference = this.session.dataset?.reference;
     if (reference) this.session.remove(reference.name);
@@ -124,7 +125,7 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession,
   override cloudsToRegister(frame: number | null): GivenClouds | null {
     const { dataset, snapshot, points, settings } = this.session;
     if (!dataset || !snapshot || !settings) return null;
-    const sample = dataset.is_given && this.is_sample ? 'sample' : '';
+    const sample = this.isSample() ? 'sample' : '';
     return clouds({ settings, dataset, frames: snapshot.result.frames, points }, frame ?? this.selected, sample);
   }
 
@@ -303,7 +304,7 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession,
 
   /** Above the sample that the page begins with: an element that a host gave scans of its own has its own words. */
   protected override renderIntroduction(): TemplateResult | typeof nothing {
-    if (this.is_welcome_closed || !this.is_sample || !this.session.dataset?.is_given) return nothing;
+    if (this.is_welcome_closed || !this.isSample()) return nothing;
     return welcome({
       want: (id) => this.want(id),
       copy: (text) => void this.copy(text),

@@ -57,7 +57,6 @@ export class ScanstitchSpatial extends RunView<SpatialSettings, SpatialSnapshot,
   /** The question that was answered or put away. */
   @state() private dismissed = '';
 
-  private is_sample = false;
   protected override session = this.newSession();
   protected override readonly of = SPATIAL;
   private loader = new FrameImageLoader(this, (file) => this.session.depthPicture(file));
@@ -82,7 +81,6 @@ export class ScanstitchSpatial extends RunView<SpatialSettings, SpatialSnapshot,
   /** Opens a sample of the page, asked for at clock time `requested_at`. */
   openGiven(files: Promise<SpatialFiles>, requested_at: number): Promise<void> {
     this.stepAside();
-    this.is_sample = true;
     return this.session.add(files, requested_at);
   }
 
@@ -96,7 +94,6 @@ export class ScanstitchSpatial extends RunView<SpatialSettings, SpatialSnapshot,
     requested_at: number,
     joins: boolean,
   ): Promise<void> {
-    this.is_sample = false;
     return session.add(Promise.resolve(files), requested_at, joins);
   }
 
@@ -105,7 +102,7 @@ export class ScanstitchSpatial extends RunView<SpatialSettings, SpatialSnapshot,
   }
 
   protected override isSample(): boolean {
-    return this.is_sample && (this.session.dataset?.is_given ?? false);
+    return this.session.dataset?.is_given ?? false;
   }
 
   override removeReference(): void {
