@@ -18,6 +18,8 @@ const NODE_TARGETS = {
   classification: ['./fuzz/files.mjs', 'classification'],
   arguments: ['./fuzz/arguments.mjs', 'commandLine'],
 };
+/** Targets that are scripts of their own. */
+const SCRIPT_TARGETS = { page: 'fuzz_page.mjs' };
 const NATIVE_TARGETS = ['ply', 'pcd', 'images', 'trajectory', 'laser_log'];
 /** What a target in Node may take beyond what it had after its first round: the garbage of small buffers, mostly. */
 const MOST_BYTES = 2 ** 28;
@@ -88,7 +90,8 @@ async function main() {
     { options, allowPositionals: true },
     'Usage: npm run fuzz -- [--time SECONDS a target] [--seed N] [TARGET]...',
   );
-  const all = [...Object.keys(NODE_TARGETS), ...NATIVE_TARGETS];
+  const scripts = new Map(Object.entries(SCRIPT_TARGETS));
+  const all = [...Object.keys(NODE_TARGETS), ...scripts.keys(), ...NATIVE_TARGETS];
   const unknown = positionals.find((name) => !all.includes(name));
   if (unknown !== undefined) throw new StepError(`No target is called ${unknown}. There are: ${all.join(', ')}.`);
   const [seconds, seed] = [Number(values.time), Number(values.seed)];
@@ -96,7 +99,11 @@ async function main() {
     throw new StepError('--time is a number of seconds, --seed a whole number.');
   const hasNative = answers('cargo', ['+nightly', 'fuzz', '--version']);
   for (const target of positionals.length > 0 ? positionals : all) {
-    if (!NATIVE_TARGETS.includes(target)) {
+    const script = scripts.get(target);
+    if (script !== undefined) {
+      const args = [join(ROOT, 'scripts', script), '--time', values.time, '--seed', values.seed];
+      if (spawnSync(process.execPath, args, { stdio: 'inherit' }).status !== 0) process.exitCode = 1;
+    } else if (!NATIVE_TARGETS.includes(target)) {
       if (!inNode(target, seconds, seed)) process.exitCode = 1;
     } else if (!hasNative)
       say(`${target}: skipped; it needs a nightly compiler and: cargo install cargo-fuzz --locked`);

@@ -32,7 +32,7 @@ planar('an engine that takes long is told of, and begins when it is there', asyn
     await route.continue();
   });
   await page.goto('./');
-  await expect(page.getByRole('button', { name: 'Export' })).toBeVisible();
+  await expect(page.getByText('Reading 10 scans')).toBeVisible();
   await page.clock.runFor(16_000);
   await expect(app.messages).toContainText('The engine has not loaded after 15 s');
   letGo();
@@ -127,7 +127,8 @@ planar('kept for use offline where the host asks for it: every tool works withou
       await expect(tools.locator('[aria-current=page]')).toHaveText(tool);
     }
     // And once more from the beginning.
-    await page.reload();
+    await page.goto('about:blank');
+    await page.goto(url);
     await expect(app.table.getByRole('row')).toHaveCount(11);
     await app.drop([...recording(3)].map((file) => ({ ...file, content: Buffer.from(file.content) })));
     await expect(page.locator('scanstitch-spatial').getByRole('table').getByRole('row')).toHaveCount(4, {

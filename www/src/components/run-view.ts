@@ -140,7 +140,8 @@ export abstract class RunView<
   override disconnectedCallback(): void {
     super.disconnectedCallback();
     window.removeEventListener('hashchange', this.onHash);
-    this.exchange.forget();
+    // Where it is moved within the page, all stays.
+    queueMicrotask(() => this.isConnected || this.exchange.forget());
   }
 
   clear(): void {

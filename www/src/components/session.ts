@@ -62,7 +62,7 @@ export abstract class Session<Client extends Disposable> implements ReactiveCont
   /** It is no longer wanted, though its host is still on the page. */
   end(): void {
     this.#host.removeController(this);
-    this.hostDisconnected();
+    this.leave();
   }
 
   protected abstract createClient(): Client;

@@ -227,6 +227,7 @@ impl SpatialReconstruction {
                 }
             }
         });
+        notes.extend(comparison.iter().filter_map(|comparison| comparison.hint.clone()));
         let suggestion = comparison.as_ref().and_then(|comparison| {
             let reading = self.depth().map(|depth| (1.0 / depth.depth_step, &depth.camera));
             // Doubtful frames may be off by more than the factor: they are asked where the good ones are too few.

@@ -1,0 +1,282 @@
+// @ts-check
+/**
+ * `npm run fuzz -- page`: the built page, worked at random by a seed: files of all kinds dropped, buttons clicked, settings
+ * changed, back and forward, sizes of the window. No error may be left uncaught and no worker may die; when the page has come
+ * to rest, what it says of itself is true; when all is removed, its memory is back.
+ */
+import { existsSync, readdirSync, readFileSync } from 'node:fs';
+import { join } from 'node:path';
+import { chromium } from '@playwright/test';
+import { zipSync } from 'fflate';
+import { serve } from '../tests/e2e/static_server.mjs';
+import { Random } from './fuzz/random.mjs';
+import { findChromium, readArguments, ROOT, runMain, say, StepError } from './steps.mjs';
+
+/** @typedef {import('@playwright/test').Page} Page */
+/** @typedef {{ name: string, bytes: Uint8Array }} Given */
+
+/** The page comes to rest within so long (ms): a comparison of strategies is the longest thing there is. */
+const REST_MS = 120_000;
+/** More than this beyond what the page began with is memory that did not come back (bytes). */
+const MOST_BYTES = 50 * 2 ** 20;
+const SIZES = [
+  [1280, 800],
+  [900, 700],
+  [390, 844],
+];
+
+/** Kinds of files that are dropped together. @returns {((random: Random) => Given[])[]} */
+function kindsOfFiles() {
+  const read = (/** @type {string} */ path) => new Uint8Array(readFileSync(join(ROOT, 'www/samples', path)));
+  const text = (/** @type {string} */ words) => new TextEncoder().encode(words);
+  const scans = Array.from({ length: 10 }, (_, i) => ({ name: `${i}.ply`, bytes: read(`corridor/${i}.ply`) }));
+  const truth = { name: 'truth.tum', bytes: read('corridor/truth.tum') };
+  const frames = [1, 2, 3, 4].flatMap((i) =>
+    ['depth', 'rgb'].flatMap((folder) =>
+      readdirSync(join(ROOT, 'www/samples/apartment', folder))
+        .filter((name) => name.startsWith(`${i}.`))
+        .map((name) => ({ name: `room/${folder}/${name}`, bytes: read(`apartment/${folder}/${name}`) })),
+    ),
+  );
+  const junk = [
+    { name: 'letter.txt', bytes: text('Dear all,\nthe scans are on the stick.\n') },
+    { name: 'empty.ply', bytes: new Uint8Array() },
+    { name: 'cut.ply', bytes: read('corridor/0.ply').slice(0, 300) },
+    { name: 'noise.png', bytes: Uint8Array.from({ length: 500 }, (_, i) => (i * 7919) >>> 3) },
+    { name: 'half.bag', bytes: text('#ROSBAG V2.0\n') },
+    { name: '<b>&"\u202e.csv', bytes: text('0,0\n1,\n') },
+  ];
+  const some = (/** @type {Random} */ random) => scans.slice(random.below(5), 5 + random.below(6));
+  return [
+    some,
+    (random) => [...some(random), truth],
+    () => [truth],
+    (random) => [random.one(junk)],
+    (random) => [...some(random), random.one(junk), random.one(junk)],
+    (random) => some(random).map(({ name, bytes }) => ({ name, bytes: random.damaged(bytes) })),
+    () => frames,
+    (random) => frames.map(({ name, bytes }) => ({ name, bytes: random.below(8) > 0 ? bytes : random.damaged(bytes) })),
+    (random) => [
+      { name: 'walk.zip', bytes: zipSync(Object.fromEntries(some(random).map(({ name, bytes }) => [name, bytes]))) },
+    ],
+    (random) => [
+      { name: 'a.tum', bytes: truth.bytes },
+      { name: 'reference.tum', bytes: random.below(2) > 0 ? truth.bytes : random.damaged(truth.bytes) },
+    ],
+  ];
+}
+
+/** Drops files on what is shown. @param {Page} page @param {Given[]} files */
+async function drop(page, files) {
+  const sent = files.map(({ name, bytes }) => ({ name, base64: Buffer.from(bytes).toString('base64') }));
+  await page.evaluate((given) => {
+    const transfer = new DataTransfer();
+    for (const { name, base64 } of given)
+      transfer.items.add(new File([Uint8Array.from(atob(base64), (c) => c.charCodeAt(0))], name));
+    const { width, height } = document.documentElement.getBoundingClientRect();
+    let target = document.elementFromPoint(width / 2, (2 * height) / 3);
+    while (target?.shadowRoot) {
+      const inside = target.shadowRoot.elementFromPoint(width / 2, (2 * height) / 3);
+      if (!inside || inside === target) break;
+      target = inside;
+    }
+    for (const type of ['dragenter', 'dragover', 'drop'])
+      target?.dispatchEvent(
+        new DragEvent(type, { dataTransfer: transfer, bubbles: true, composed: true, cancelable: true }),
+      );
+  }, sent);
+}
+
+/** What can be worked: every control that is shown, in every shadow. @param {Page} page @param {number} chance @param {number} value */
+function work(page, chance, value) {
+  return page.evaluate(([at, number]) => {
+    /** @type {HTMLElement[]} */
+    const found = [];
+    const search = (/** @type {ParentNode} */ root) => {
+      for (const element of root.querySelectorAll('*')) {
+        if (element.shadowRoot) search(element.shadowRoot);
+        const is_control = element.matches('button:not([disabled]), select, input:not([type=file]), summary, a, tr');
+        if (is_control && element instanceof HTMLElement && element.checkVisibility()) found.push(element);
+      }
+    };
+    search(document);
+    const element = found[at % Math.max(found.length, 1)];
+    if (!element) return '';
+    if (element instanceof HTMLSelectElement) element.selectedIndex = number % Math.max(element.options.length, 1);
+    else if (element instanceof HTMLInputElement && element.type === 'number')
+      element.value = String([0, -1, 0.05, 3, 1e9, 12][number % 6]);
+    else if (element instanceof HTMLInputElement && element.type === 'range')
+      element.value = String(Number(element.max || 100) * ((number % 11) / 10));
+    else element.click();
+    for (const type of ['input', 'change'])
+      if (!element.matches('button, a, summary, tr')) element.dispatchEvent(new Event(type, { bubbles: true }));
+    return `${element.localName} ${element.getAttribute('aria-label') ?? element.id} ${element.innerText?.slice(0, 40) ?? ''}`;
+  }, /** @type {const} */ ([chance, value]));
+}
+
+/** One thing that somebody may do; what it was. @param {Page} page @param {Random} random @param {ReturnType<typeof kindsOfFiles>} kinds */
+async function act(page, random, kinds) {
+  const chance = random.below(100);
+  if (chance < 15) {
+    const files = random.one(kinds)(random);
+    await drop(page, files);
+    return `drop ${files.map(({ name }) => name).join(' ')}`;
+  }
+  if (chance < 80) return work(page, random.below(100_000), random.below(1000));
+  if (chance < 85) {
+    const [width = 0, height = 0] = random.one(SIZES);
+    await page.setViewportSize({ width, height });
+    return `size ${width}`;
+  }
+  if (chance < 92) {
+    const is_ours = await page.evaluate(() => Boolean(history.state?.scanstitch_view));
+    // Before the first view lies another page.
+    if (is_ours) await page.evaluate(() => history.back());
+    return is_ours ? 'back' : '';
+  }
+  if (chance < 95) {
+    await page.evaluate(() => history.forward());
+    return 'forward';
+  }
+  await page.keyboard.press(random.one(['Escape', 'Tab', 'Enter', 'ArrowRight', 'ArrowDown', '+', '0']));
+  return 'key';
+}
+
+/** What the page says of itself, of the map that is shown. @param {Page} page */
+function status(page) {
+  return page.evaluate(() => {
+    const app = document.querySelector('scanstitch-app')?.shadowRoot;
+    const views = ['scanstitch-planar', 'scanstitch-spatial'].map((name) => app?.querySelector(name) ?? null);
+    const run = views.find((view) => view && !view.hasAttribute('hidden'))?.shadowRoot;
+    const number = (/** @type {string | null | undefined} */ words) =>
+      Number(
+        (words ?? '')
+          .replaceAll(/[\s\u202f]/g, '')
+          .match(/\d+/g)
+          ?.at(-1) ?? Number.NaN,
+      );
+    const table = run?.querySelector('scanstitch-frame-table')?.shadowRoot;
+    const figures = run?.querySelector('scanstitch-headline')?.shadowRoot?.querySelector('dd');
+    return {
+      is_shown: Boolean(run),
+      activity: run?.querySelector('.activity span')?.textContent ?? '',
+      has_failed: /engine could not|crashed/.test(
+        run?.querySelector('scanstitch-messages')?.shadowRoot?.textContent ?? '',
+      ),
+      count: number(app?.querySelector('.count')?.textContent),
+      figure: figures ? number(figures.textContent) : null,
+      placed: figures ? Number(figures.textContent?.replaceAll(/[\s\u202f]/g, '').match(/\d+/)?.[0]) : null,
+      rows: table ? Number(table.querySelector('table')?.getAttribute('aria-rowcount')) - 1 : null,
+    };
+  });
+}
+
+/** Waits until nothing is going on, on the map. @param {Page} page */
+async function rest(page) {
+  await page.setViewportSize({ width: 1280, height: 800 });
+  await page.keyboard.press('Escape');
+  await page.getByRole('navigation', { name: 'Tools' }).getByRole('button', { name: 'Map', exact: true }).click();
+  const end = performance.now() + REST_MS;
+  for (;;) {
+    await page.waitForTimeout(700);
+    const said = await status(page);
+    if (said.is_shown && /^(|Stopped.*|Not computed.*)$/.test(said.activity)) return said;
+    if (performance.now() > end) throw new Error(`It does not come to rest: ${JSON.stringify(said)}`);
+  }
+}
+
+/** Of the page's own thread, garbage collected. @param {import('@playwright/test').CDPSession} cdp */
+async function memory(cdp) {
+  await cdp.send('HeapProfiler.collectGarbage');
+  const { usedSize, ...others } = await cdp.send('Runtime.getHeapUsage');
+  const { backingStorageSize = 0 } = /** @type {{ backingStorageSize?: number }} */ (others);
+  return usedSize + backingStorageSize;
+}
+
+/** Removes everything that is open, in both views. @param {Page} page */
+async function removeAll(page) {
+  const dismiss = page.getByRole('button', { name: /^Dismiss;/ });
+  if (await dismiss.isVisible()) await dismiss.click();
+  await page.getByRole('button', { name: 'Open', exact: true }).click();
+  await page.getByRole('menuitem', { name: /^Remove all/ }).click();
+}
+
+/**
+ * @param {import('@playwright/test').Browser} browser
+ * @param {string} address
+ * @param {number} seed
+ * @param {number} seconds
+ */
+async function round(browser, address, seed, seconds) {
+  const random = new Random(seed);
+  const kinds = kindsOfFiles();
+  const context = await browser.newContext({ viewport: { width: 1280, height: 800 } });
+  /** @type {string[]} */
+  const done = [];
+  /** @type {string[]} */
+  const faults = [];
+  try {
+    const page = await context.newPage();
+    page.on('pageerror', (error) => faults.push(error.stack ?? error.message));
+    page.on('filechooser', () => undefined); // nothing is chosen
+    page.on('dialog', (dialog) => void dialog.dismiss().catch(() => undefined));
+    await page.goto(address);
+    const cdp = await context.newCDPSession(page);
+    await rest(page);
+    const before = await memory(cdp);
+    for (const end = performance.now() + 1000 * seconds; performance.now() < end && faults.length === 0;) {
+      done.push(await act(page, random, kinds));
+      if (random.below(3) === 0) await page.waitForTimeout(random.below(500));
+    }
+    const said = await rest(page);
+    if (said.has_failed) faults.push('the engine died');
+    const is_true = said.figure === null || (said.figure === said.count && said.placed === said.rows);
+    if (!is_true) faults.push(`what it says is not true: ${JSON.stringify(said)}`);
+    await removeAll(page);
+    const more = (await memory(cdp)) - before;
+    if (more > MOST_BYTES) faults.push(`${Math.round(more / 2 ** 20)} MB did not come back`);
+  } catch (error) {
+    faults.push(/** @type {Error} */ (error).stack ?? String(error));
+  } finally {
+    await context.close();
+  }
+  return { faults, done };
+}
+
+await runMain(async () => {
+  const options = /** @type {const} */ ({
+    time: { type: 'string', default: '60' },
+    seed: { type: 'string', default: '1' },
+    each: { type: 'string', default: '20' },
+  });
+  const { values } = readArguments(
+    { options },
+    'Usage: npm run fuzz -- page [--time SECONDS] [--seed N], or node scripts/fuzz_page.mjs with --each SECONDS a seed',
+  );
+  const [time, first, each] = [Number(values.time), Number(values.seed), Number(values.each)];
+  if (!(time > 0 && each > 0) || !Number.isInteger(first))
+    throw new StepError('--time and --each are numbers of seconds, --seed a whole number.');
+  if (!existsSync(join(ROOT, 'www/dist/index.html'))) throw new StepError('The page is not built. Run: npm run build');
+  const executablePath = findChromium();
+  if (!executablePath) {
+    say('page: skipped; it needs Chromium');
+    return;
+  }
+  const server = await serve(join(ROOT, 'www/dist'));
+  const { port } = /** @type {import('node:net').AddressInfo} */ (server.address());
+  const browser = await chromium.launch({ executablePath, args: ['--no-sandbox', '--disable-gpu'] });
+  let seed = first;
+  try {
+    for (const end = performance.now() + 1000 * time; performance.now() < end; seed += 1) {
+      const { faults, done } = await round(browser, `http://localhost:${port}/`, seed, each);
+      if (faults.length === 0) continue;
+      console.log(`page: seed ${seed}\n  ${done.slice(-25).join('\n  ')}\n${faults.join('\n')}`);
+      process.exitCode = 1;
+      return;
+    }
+    console.log(`page: ${seed - first} seeds of ${each} s, from ${first} on: clean`);
+  } finally {
+    await browser.close();
+    server.close();
+  }
+});
