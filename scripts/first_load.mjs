@@ -50,6 +50,8 @@ async function serveSlowly(folder) {
   const answers = [];
   /** @type {Map<string, Buffer>} */
   const packed = new Map();
+  /** @type {import('node:net').Socket[]} */
+  const sockets = [];
   const server = createServer(async (request, response) => {
     const path = new URL(request.url ?? '/', 'http://localhost').pathname;
     const { type, content } = await typeAndContent(folder, path);
@@ -72,10 +74,13 @@ async function serveSlowly(folder) {
     }
     response.end();
   });
+  server.on('connection', (socket) => sockets.push(socket));
   await new Promise((resolve) => server.listen(0, 'localhost', () => resolve(undefined)));
   const address = server.address();
   if (typeof address !== 'object' || address === null) throw new StepError('The page is not served.');
-  return { server, answers, url: `http://localhost:${address.port}/` };
+  /** With the headers. */
+  const numBytes = () => sockets.reduce((sum, socket) => sum + socket.bytesWritten, 0);
+  return { server, answers, numBytes, url: `http://localhost:${address.port}/` };
 }
 
 /**
@@ -83,7 +88,7 @@ async function serveSlowly(folder) {
  * @param {string} folder
  */
 async function load(folder) {
-  const { server, answers, url } = await serveSlowly(folder);
+  const { server, answers, numBytes, url } = await serveSlowly(folder);
   const browser = await chromium.launch({
     executablePath: findChromium() ?? 'chromium',
     args: ['--no-sandbox', '--disable-gpu'],
@@ -103,11 +108,11 @@ async function load(folder) {
       () => /** @type {{ stitched: Promise<number> }} */ (/** @type {unknown} */ (window)).stitched,
     );
     const stitched_ms = await finished;
-    const wire = answers.map(({ path, bytes }) => ({ path, bytes }));
+    const [bytes, wire] = [numBytes(), answers.map(({ path, bytes }) => ({ path, bytes }))];
     const painted_ms = await page.evaluate(
       () => performance.getEntriesByName('first-contentful-paint')[0]?.startTime ?? Number.NaN,
     );
-    return { painted_ms, stitched_ms, wire };
+    return { painted_ms, stitched_ms, bytes, wire };
   } finally {
     await browser.close();
     server.closeAllConnections();
@@ -139,8 +144,7 @@ await runMain(async () => {
   /** @type {{ painted_ms: number, stitched_ms: number, bytes: number, requests: number, bytes_by_kind: Record<string, number>, wire: Answer[] }[]} */
   const runs = [];
   for (let run = 0; run < RUNS; run++) {
-    const { painted_ms, stitched_ms, wire } = await load(folder);
-    const bytes = wire.reduce((sum, answer) => sum + answer.bytes, 0);
+    const { painted_ms, stitched_ms, bytes, wire } = await load(folder);
     runs.push({ painted_ms, stitched_ms, bytes, requests: wire.length, bytes_by_kind: bytesByKind(wire), wire });
     console.error(
       `finished after ${(stitched_ms / 1000).toFixed(2)} s, painted after ${(painted_ms / 1000).toFixed(2)} s, ` +
