@@ -24,6 +24,8 @@ const ROUND_TRIP_MS = 40;
 const CPU_SLOWDOWN = 4;
 /** Sent at a time: in a moment that is short beside a round trip. */
 const PIECE_BYTES = 4096;
+/** A page that has not finished by then never will. */
+const PATIENCE_MS = 60_000;
 /** What static hosts compress. */
 const COMPRESSED = /^(text\/|application\/(json|wasm))/;
 
@@ -97,7 +99,7 @@ async function load(folder) {
     const page = await browser.newPage();
     await page.addInitScript(() => {
       const stitched = new Promise((resolve) =>
-        addEventListener('scanstitch-stitched', () => resolve(performance.now()), { once: true }),
+        addEventListener('scanstitch-done', () => resolve(performance.now()), { once: true }),
       );
       Object.assign(window, { stitched });
     });
@@ -107,7 +109,9 @@ async function load(folder) {
     const finished = page.evaluate(
       () => /** @type {{ stitched: Promise<number> }} */ (/** @type {unknown} */ (window)).stitched,
     );
-    const stitched_ms = await finished;
+    const late = sleep(PATIENCE_MS, Number.NaN, { ref: false });
+    const stitched_ms = await Promise.race([finished, late]);
+    if (Number.isNaN(stitched_ms)) throw new StepError(`The sample was not finished after ${PATIENCE_MS / 1000} s.`);
     const [bytes, wire] = [numBytes(), answers.map(({ path, bytes }) => ({ path, bytes }))];
     const painted_ms = await page.evaluate(
       () => performance.getEntriesByName('first-contentful-paint')[0]?.startTime ?? Number.NaN,

@@ -59,7 +59,7 @@ export default defineConfig({
     rolldownOptions: {
       input: { index: 'index.html', [ELEMENT]: `src/${ELEMENT}.ts` },
       output: {
-        codeSplitting: { groups: [{ name: firstScript() }] },
+        codeSplitting: { groups: [{ name: firstScript(), debugName: 'first' }] },
         entryFileNames: ({ name }) => (name === ELEMENT ? '[name].js' : 'assets/[name]-[hash].js'),
       },
     },
