@@ -5,6 +5,9 @@
  * files nor the engine: those are behind two small interfaces.
  */
 import { FrameQueue } from './frame_queue.js';
+import { WorkerDied } from './worker_died.js';
+
+export { WorkerDied };
 
 /** @typedef {{ index: number, name: string }} Job a frame; the preparer knows what else is in it */
 /** @typedef {Record<string, number>} Milliseconds of each stage */
@@ -57,20 +60,6 @@ import { FrameQueue } from './frame_queue.js';
 const FRAMES_AHEAD = 4;
 /** A frame on which this many workers died is left out. */
 const MAX_DEATHS = 2;
-
-/** A worker that has ended without an answer. */
-export class WorkerDied extends Error {
-  /** @override */
-  name = 'WorkerDied';
-  /** Whether the frame only waited for its turn: it is not to blame. */
-  wasWaiting;
-
-  /** @param {string} message */
-  constructor(message, wasWaiting = false) {
-    super(message);
-    this.wasWaiting = wasWaiting;
-  }
-}
 
 /**
  * One reconstruction. Frames are added, and `run` works until all are placed; after a stop, or when more frames were

@@ -166,7 +166,7 @@ await runMain(async () => {
   await ensureWasmTarget();
   const withPeers = ['--features', 'peers'];
   await run('cargo', ['build', '--release', '--package', 'scanstitch-bench', ...withPeers]);
-  await buildWasm('scanstitch-bench', PKG, 'scanstitch_bench', ...withPeers);
+  await buildWasm('scanstitch-bench', PKG, ...withPeers);
 
   const isWanted = (/** @type {string} */ name) => words.length === 0 || words.some((word) => name.includes(word));
   const jobs = (await listJobs()).filter(({ label }) => isWanted(label));

@@ -24,6 +24,8 @@ const ROUND_TRIP_MS = 40;
 const CPU_SLOWDOWN = 4;
 /** Sent at a time: in a moment that is short beside a round trip. */
 const PIECE_BYTES = 4096;
+/** A page that has not finished by then never will. */
+const PATIENCE_MS = 60_000;
 /** What static hosts compress. */
 const COMPRESSED = /^(text\/|application\/(json|wasm))/;
 
@@ -50,6 +52,8 @@ async function serveSlowly(folder) {
   const answers = [];
   /** @type {Map<string, Buffer>} */
   const packed = new Map();
+  /** @type {import('node:net').Socket[]} */
+  const sockets = [];
   const server = createServer(async (request, response) => {
     const path = new URL(request.url ?? '/', 'http://localhost').pathname;
     const { type, content } = await typeAndContent(folder, path);
@@ -72,10 +76,13 @@ async function serveSlowly(folder) {
     }
     response.end();
   });
+  server.on('connection', (socket) => sockets.push(socket));
   await new Promise((resolve) => server.listen(0, 'localhost', () => resolve(undefined)));
   const address = server.address();
   if (typeof address !== 'object' || address === null) throw new StepError('The page is not served.');
-  return { server, answers, url: `http://localhost:${address.port}/` };
+  /** With the headers. */
+  const numBytes = () => sockets.reduce((sum, socket) => sum + socket.bytesWritten, 0);
+  return { server, answers, numBytes, url: `http://localhost:${address.port}/` };
 }
 
 /**
@@ -83,7 +90,7 @@ async function serveSlowly(folder) {
  * @param {string} folder
  */
 async function load(folder) {
-  const { server, answers, url } = await serveSlowly(folder);
+  const { server, answers, numBytes, url } = await serveSlowly(folder);
   const browser = await chromium.launch({
     executablePath: findChromium() ?? 'chromium',
     args: ['--no-sandbox', '--disable-gpu'],
@@ -92,7 +99,7 @@ async function load(folder) {
     const page = await browser.newPage();
     await page.addInitScript(() => {
       const stitched = new Promise((resolve) =>
-        addEventListener('scanstitch-stitched', () => resolve(performance.now()), { once: true }),
+        addEventListener('scanstitch-done', () => resolve(performance.now()), { once: true }),
       );
       Object.assign(window, { stitched });
     });
@@ -102,12 +109,14 @@ async function load(folder) {
     const finished = page.evaluate(
       () => /** @type {{ stitched: Promise<number> }} */ (/** @type {unknown} */ (window)).stitched,
     );
-    const stitched_ms = await finished;
-    const wire = answers.map(({ path, bytes }) => ({ path, bytes }));
+    const late = sleep(PATIENCE_MS, Number.NaN, { ref: false });
+    const stitched_ms = await Promise.race([finished, late]);
+    if (Number.isNaN(stitched_ms)) throw new StepError(`The sample was not finished after ${PATIENCE_MS / 1000} s.`);
+    const [bytes, wire] = [numBytes(), answers.map(({ path, bytes }) => ({ path, bytes }))];
     const painted_ms = await page.evaluate(
       () => performance.getEntriesByName('first-contentful-paint')[0]?.startTime ?? Number.NaN,
     );
-    return { painted_ms, stitched_ms, wire };
+    return { painted_ms, stitched_ms, bytes, wire };
   } finally {
     await browser.close();
     server.closeAllConnections();
@@ -139,8 +148,7 @@ await runMain(async () => {
   /** @type {{ painted_ms: number, stitched_ms: number, bytes: number, requests: number, bytes_by_kind: Record<string, number>, wire: Answer[] }[]} */
   const runs = [];
   for (let run = 0; run < RUNS; run++) {
-    const { painted_ms, stitched_ms, wire } = await load(folder);
-    const bytes = wire.reduce((sum, answer) => sum + answer.bytes, 0);
+    const { painted_ms, stitched_ms, bytes, wire } = await load(folder);
     runs.push({ painted_ms, stitched_ms, bytes, requests: wire.length, bytes_by_kind: bytesByKind(wire), wire });
     console.error(
       `finished after ${(stitched_ms / 1000).toFixed(2)} s, painted after ${(painted_ms / 1000).toFixed(2)} s, ` +

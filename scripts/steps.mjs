@@ -258,13 +258,12 @@ async function buildWasmTool() {
  * Compiles a package to WebAssembly; cargo skips what is up to date.
  * @param {string} packageName
  * @param {string} outDir
- * @param {string} name of the files
  * @param {string[]} options of cargo
  */
-export async function buildWasm(packageName, outDir, name, ...options) {
+export async function buildWasm(packageName, outDir, ...options) {
   const tool = await buildWasmTool();
   await step(`Compiling ${packageName} to WebAssembly, into ${outDir}`, () =>
-    run('cargo', [...tool, packageName, outDir, name, ...options]),
+    run('cargo', [...tool, packageName, outDir, packageName.replaceAll('-', '_'), ...options]),
   );
 }
 

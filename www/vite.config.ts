@@ -1,5 +1,6 @@
 /// <reference types="node" />
-import { defineConfig, type Plugin } from 'vite';
+import { join } from 'node:path';
+import { defineConfig, type Plugin, type Rolldown } from 'vite';
 import { offline } from './offline/plugin.js';
 
 /** The file a course page loads: `<script type="module" src=".../scanstitch-app.js">`. Its name carries no hash. */
@@ -22,6 +23,25 @@ const preloadEngine: Plugin = {
   },
 };
 
+type CodeSplittingGroup = NonNullable<Rolldown.CodeSplittingOptions['groups']>[number];
+type Modules = Rolldown.ChunkingContext;
+
+/**
+ * All that the page begins with is one script: in pieces, one for each set of later views that share it, it would be fifteen
+ * requests.
+ */
+function firstScript(): CodeSplittingGroup['name'] {
+  let first: Set<string> | null = null;
+  const collect = (id: string, modules: Modules, found: Set<string>): Set<string> => {
+    for (const imported of modules.getModuleInfo(id)?.importedIds ?? []) {
+      if (!found.has(imported)) collect(imported, modules, found.add(imported));
+    }
+    return found;
+  };
+  const entry = join(import.meta.dirname, 'src', `${ELEMENT}.ts`);
+  return (id, modules) => ((first ??= collect(entry, modules, new Set())).has(id) ? 'first' : null);
+}
+
 export default defineConfig({
   root: import.meta.dirname,
   base: './', // every address relative: the build works under any path of any static host
@@ -34,10 +54,12 @@ export default defineConfig({
     outDir: 'dist',
     emptyOutDir: true,
     assetsInlineLimit: 0, // scans stay files: they are fetched only when the sample is shown
+    modulePreload: { polyfill: false }, // every browser that runs the engine knows it
     chunkSizeWarningLimit: 650, // kB; three.js, which only the view in space loads
     rolldownOptions: {
       input: { index: 'index.html', [ELEMENT]: `src/${ELEMENT}.ts` },
       output: {
+        codeSplitting: { groups: [{ name: firstScript(), debugName: 'first' }] },
         entryFileNames: ({ name }) => (name === ELEMENT ? '[name].js' : 'assets/[name]-[hash].js'),
       },
     },

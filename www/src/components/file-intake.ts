@@ -6,8 +6,11 @@ import type { ReactiveControllerHost } from 'lit';
 import type { Note } from '../datasets/dataset.js';
 import type { NamedFile } from '../datasets/gather.js';
 import type { GivenSet } from '../datasets/given.js';
-import { type BagListener, chooseTopics, type OpenedFiles, openFiles, tellApart } from '../datasets/spatial-files.js';
+import type { BagListener, OpenedFiles, tellApart } from '../datasets/spatial-files.js';
 import type { BagState, Wishes } from './topics-panel.js';
+
+/** What opens files is fetched with the first of them. */
+const reader = (): Promise<typeof import('../datasets/spatial-files.js')> => import('../datasets/spatial-files.js');
 
 type Recognised = Awaited<ReturnType<typeof tellApart>>;
 
@@ -86,7 +89,7 @@ export class FileIntake {
   ): Promise<void> {
     const own = ++this.#num_taken;
     const asked = { own, wishes: {}, requested_at, before: this.#open, is_choice: false, given };
-    const opening = openFiles(files, this.#listener(own, {}));
+    const opening = reader().then(({ openFiles }) => openFiles(files, this.#listener(own, {})));
     await this.#show(
       opening.then((opened) => ({ ...opened, notes: [...notes, ...opened.notes] })),
       asked,
@@ -95,9 +98,11 @@ export class FileIntake {
 
   /** Opens other topics of the bag. */
   async choose(wishes: Wishes): Promise<void> {
-    if (!this.#opened) return;
+    const opened = this.#opened;
+    if (!opened) return;
     const own = ++this.#num_taken;
-    const opening = chooseTopics(this.#opened, wishes, this.#listener(own, wishes));
+    const { chooseTopics } = await reader();
+    const opening = chooseTopics(opened, wishes, this.#listener(own, wishes));
     await this.#show(opening, {
       own,
       wishes,
@@ -112,7 +117,7 @@ export class FileIntake {
     const { own, wishes, requested_at, before, is_choice, given } = asked;
     const opened = await opening;
     if (own !== this.#num_taken) return;
-    const recognised = await tellApart(opened, this.#hooks.present());
+    const recognised = await (await reader()).tellApart(opened, this.#hooks.present());
     if (own !== this.#num_taken) return;
     const is_new = recognised.is_recording && !is_choice;
     if (is_new) this.#other = before;

@@ -38,6 +38,8 @@ const SLICE_MS = 15;
 const LOG_HEAD_BYTES = 8192;
 /** Progress is reported at most this often. */
 const PROGRESS_INTERVAL_MS = 50;
+/** What is done in this time is shown when it is done: each picture costs a slow page as much as ten scans. */
+const FIRST_SNAPSHOT_MS = 300;
 /** What is new of the map is sent at most this often while it grows... */
 const SNAPSHOT_INTERVAL_MS = 120;
 /** ...less often the more frames there are, for the page goes through all of them each time... */
@@ -170,7 +172,7 @@ async function compute(run: number): Promise<void> {
   if (!reconstruction || current_run !== run) return;
   is_running = true;
   let next_progress = performance.now();
-  let next_snapshot = performance.now() + SNAPSHOT_INTERVAL_MS;
+  let next_snapshot = performance.now() + FIRST_SNAPSHOT_MS;
   while (is_running && current_run === run) {
     const progress = computeSlice(reconstruction);
     if (performance.now() >= next_progress) {

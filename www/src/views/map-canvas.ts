@@ -69,6 +69,10 @@ export class MapCanvas {
    * is moved to where it belongs. Returns whether the points are painted as they should be.
    */
   paint(content: MapContent, view: Viewport, is_in_motion: boolean): boolean {
+    if (content.points.offsets.length <= 1) {
+      this.#clear(content.dark);
+      return true;
+    }
     const shown = this.#layer_view;
     const is_movable = shown !== null && !this.#is_layer_stale && shown.turns === view.turns;
     const is_exact = is_movable && sameView(shown, view);
@@ -76,6 +80,14 @@ export class MapCanvas {
     if (!is_exact && !may_move) this.#paintLayer(content, view);
     this.#compose(content, view);
     return is_exact || !may_move;
+  }
+
+  /** Before there is a frame, grid and axes would be of nothing. */
+  #clear(dark: boolean): void {
+    const ctx = context2d(this.canvas);
+    ctx.fillStyle = (dark ? DARK_MAP : LIGHT_MAP).background;
+    ctx.fillRect(0, 0, this.canvas.width, this.canvas.height);
+    this.#is_layer_stale = true;
   }
 
   #paintLayer({ points, marks, colors: frame_colors, dark }: MapContent, view: Viewport): void {
