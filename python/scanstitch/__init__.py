@@ -22,6 +22,11 @@ import traitlets
 __all__ = ["Scanstitch"]
 
 
+def _bytes_from_page(value, _widget):
+    """Buffers come as memory views."""
+    return None if value is None else bytes(value)
+
+
 class Scanstitch(anywidget.AnyWidget):
     """Registers clouds in the notebook's page. `clouds`: arrays of N x 2 or N x 3 in metres, each in its sensor's frame."""
 
@@ -32,8 +37,8 @@ class Scanstitch(anywidget.AnyWidget):
     error = traitlets.Unicode("", help="what went wrong; empty: nothing").tag(sync=True)
     statuses = traitlets.List(traitlets.Unicode(), help="good, doubtful or lost").tag(sync=True)
     _clouds = traitlets.List(traitlets.Bytes()).tag(sync=True)
-    _poses = traitlets.Bytes(None, allow_none=True).tag(sync=True)
-    _map = traitlets.Bytes(b"").tag(sync=True)
+    _poses = traitlets.Bytes(None, allow_none=True).tag(sync=True, from_json=_bytes_from_page)
+    _map = traitlets.Bytes(b"").tag(sync=True, from_json=_bytes_from_page)
     _dimensions = traitlets.Int(0).tag(sync=True)
 
     def __init__(self, clouds=(), **options):
