@@ -92,7 +92,7 @@ async function load(folder) {
     const page = await browser.newPage();
     await page.addInitScript(() => {
       const stitched = new Promise((resolve) =>
-        addEventListener('scanstitch-stitched', () => resolve(performance.now()), { once: true }),
+        addEventListener('scanstitch-done', () => resolve(performance.now()), { once: true }),
       );
       Object.assign(window, { stitched });
     });
