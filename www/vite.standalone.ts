@@ -63,7 +63,13 @@ export default defineConfig({
     chunkSizeWarningLimit: 8000,
     rolldownOptions: {
       input: 'src/scanstitch-app.ts',
-      output: { format: 'iife', codeSplitting: false, entryFileNames: 'scanstitch-app.js' },
+      output: {
+        format: 'iife',
+        codeSplitting: false,
+        entryFileNames: 'scanstitch-app.js',
+        // Loaded twice on a page, or on a server that renders pages, it does nothing.
+        banner: "if (globalThis.customElements && !customElements.get('scanstitch-app'))",
+      },
     },
   },
 });

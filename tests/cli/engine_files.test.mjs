@@ -22,7 +22,7 @@ const ROOM = Object.entries(ROOM_FILES).map(([name, text]) => ({ name, content: 
 
 /**
  * All that can be asked of a reconstruction.
- * @param {{ Reconstruction: new () => Omit<full.Reconstruction, 'add_log' | 'map_file'> }} engine
+ * @param {{ Reconstruction: new () => Omit<full.Reconstruction, 'add_log' | 'draw' | 'map_file'> }} engine
  * @param {typeof SAMPLE} files
  * @param {Partial<full.Settings>} settings
  */

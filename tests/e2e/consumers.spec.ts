@@ -115,6 +115,7 @@ test('a plain module script, without a bundler', async ({ page }) => {
 
 test('webpack', async ({ page }) => {
   test.skip(!process.env.CI, 'installed where CI=true');
+  test.setTimeout(180_000); // it takes long over scripts of megabytes
   const folder = consumer('with-webpack', source());
   const args = [
     'webpack',

@@ -1,7 +1,7 @@
 //! Maps: placed frames in, something to register the next frame to, or the result, out.
 //!
 //! - For registration: `local` (planar scans), `cloud`, `surfel` (depth images), `keyframes`.
-//! - Results: [`local::StitchedMap`], [`voxel`] (a cloud), [`occupancy_grid`].
+//! - Results: [`local::StitchedMap`], [`voxel`] (a cloud), [`occupancy_grid`], [`picture`].
 //!
 //! Read `local` first: the others do in space what it does in the plane.
 
@@ -9,6 +9,7 @@ pub(crate) mod cloud;
 pub(crate) mod keyframes;
 pub(crate) mod local;
 pub mod occupancy_grid;
+pub mod picture;
 pub(crate) mod surfel;
 pub mod voxel;
 

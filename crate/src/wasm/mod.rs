@@ -24,6 +24,8 @@ mod lab;
 mod memory;
 mod objects;
 mod occupancy_grid;
+#[cfg(feature = "full")]
+mod picture;
 mod planar;
 #[cfg(feature = "full")]
 mod planar_files;

@@ -214,7 +214,7 @@ fn parse_decode_config(json: &str) -> Result<(String, DecodeConfig), Error> {
 /// `done`; ask for `result()` at any time. Call `free()` when done.
 #[wasm_bindgen]
 pub struct SpatialReconstruction {
-    engine: Engine,
+    pub(super) engine: Engine,
 }
 
 #[wasm_bindgen]

@@ -30,7 +30,7 @@ export type PlanarEngine = Pick<typeof full, 'describe_settings' | 'presets' | '
     Reconstruction: new () => Reconstruction;
   };
 type LogReader = Pick<full.Reconstruction, 'add_log'>;
-type Reconstruction = Omit<full.Reconstruction, 'add_log' | 'map_file'> & Partial<LogReader>;
+type Reconstruction = Omit<full.Reconstruction, 'add_log' | 'draw' | 'map_file'> & Partial<LogReader>;
 
 /** The page is answered at least this often, unless one step takes longer. */
 const SLICE_MS = 15;

@@ -1,0 +1,185 @@
+// @ts-check
+/**
+ * Every command that stands in a block of the README or of the docs is run by a shell, in the order of its page, in a folder with
+ * made-up files of the names that it uses. Commands within the text name what exists.
+ */
+import assert from 'node:assert/strict';
+import { spawn, spawnSync } from 'node:child_process';
+import { chmodSync, copyFileSync, existsSync, mkdirSync, readdirSync, readFileSync, writeFileSync } from 'node:fs';
+import { dirname, join } from 'node:path';
+import { test } from 'node:test';
+import { mcapBytes } from './bag_files.mjs';
+import { cameraInfo, image, stampAt } from './bag_messages.mjs';
+import { see, SIZE, truthOf, WALK, walkFiles } from './depth_room.mjs';
+import { ROOM_FILES, ROOM_POSES, ROOT, scanstitch, temporaryFolder } from './support.mjs';
+
+const PAGES = [
+  'README.md',
+  ...readdirSync(join(ROOT, 'docs'))
+    .filter((name) => name.endsWith('.md'))
+    .map((name) => `docs/${name}`),
+];
+/** @type {{ scripts: Record<string, string>, bin: Record<string, string> }} */
+const { scripts, bin } = JSON.parse(readFileSync(join(ROOT, 'package.json'), 'utf8'));
+const DEPTH_TOPIC = '/camera/aligned_depth_to_color/image_raw';
+
+/** @param {string} page */
+function blocksOf(page) {
+  const text = readFileSync(join(ROOT, page), 'utf8');
+  const lines = [...text.matchAll(/^```sh\n([^]*?)^```$/gm)].flatMap(([, block = '']) => block.trim().split('\n'));
+  return { text, commands: lines.map((line) => line.replace(/\s+#.*$/, '')) };
+}
+
+/** A laser that goes ahead in a room of 5 m by 6 m. */
+function driveLog() {
+  const lines = Array.from({ length: 9 }, (_, scan) => {
+    const x = 0.05 * scan;
+    const ranges = Array.from({ length: 180 }, (_, beam) => {
+      const angle = ((beam - 90) * Math.PI) / 180;
+      const toSide = (beam < 60 ? 2 : 3) / Math.max(Math.abs(Math.sin(angle)), 1e-9);
+      return Math.min(toSide, (4 - x) / Math.max(Math.cos(angle), 1e-9), 50).toFixed(3);
+    });
+    return `FLASER 180 ${ranges.join(' ')} ${x} 0 0 ${x} 0 0 ${scan} robot ${scan}`;
+  });
+  return `${lines.join('\n')}\n`;
+}
+
+function bag() {
+  const messages = WALK.flatMap((pose, i) => {
+    const stamp = stampAt(100 + i);
+    const time = BigInt(100 + i) * 1_000_000_000n;
+    const data = new Uint8Array(see(pose).depth.buffer);
+    const shape = { width: SIZE, height: SIZE, encoding: '16UC1', data };
+    return [
+      { topic: DEPTH_TOPIC, time, data: image({ stamp, ...shape }) },
+      {
+        topic: '/camera/aligned_depth_to_color/camera_info',
+        time,
+        data: cameraInfo(stamp, SIZE, SIZE, [SIZE / 2, SIZE / 2, SIZE / 2, SIZE / 2]),
+      },
+    ];
+  });
+  const topics = [
+    { name: DEPTH_TOPIC, type: 'sensor_msgs/msg/Image' },
+    { name: '/camera/aligned_depth_to_color/camera_info', type: 'sensor_msgs/msg/CameraInfo' },
+  ];
+  return mcapBytes(topics, messages);
+}
+
+/** Everything that the docs name, as small as it may be. @param {string} folder */
+function makeWorld(folder) {
+  const truth = ROOM_POSES.map(
+    ([x, y, theta], i) => `${i} ${x} ${y} 0 0 0 ${Math.sin(theta / 2)} ${Math.cos(theta / 2)}\n`,
+  );
+  const walk = truthOf(WALK);
+  const under = (/** @type {string} */ name, /** @type {Record<string, string | Uint8Array>} */ files) =>
+    Object.fromEntries(Object.entries(files).map(([path, content]) => [`${name}/${path}`, content]));
+  const long = Array.from({ length: 40 }, (_, i) => `${i} ${0.5 * i} ${Math.sin(i / 5)} 0 0 0 0 1\n`).join('');
+  const relations = Array.from({ length: 5 }, (_, i) => `${i} ${i + 1} 0.05 0 0 0 0 0\n`).join('');
+  const files = {
+    ...under('scans', ROOM_FILES),
+    ...under('office', walkFiles()),
+    ...under('second_floor', walkFiles()),
+    'truth.tum': truth.join(''),
+    'mine.tum': truth.join(''),
+    'gt.txt': long,
+    'est.txt': long.replaceAll(' 0 0 0 0 1', ' 0.01 0 0 0 1'),
+    'walk.tum': walk,
+    'walk.mcap': bag(),
+    'drive.log': driveLog(),
+    'wheels.txt': Array.from({ length: 9 }, (_, i) => `${i} ${0.05 * i} 0 0\n`).join(''),
+    'drive.relations': relations,
+    'aces.relations': relations,
+  };
+  for (const [path, content] of Object.entries(files)) {
+    mkdirSync(dirname(join(folder, path)), { recursive: true });
+    writeFileSync(join(folder, path), content);
+  }
+  const converted = scanstitch(['convert', 'walk.tum', 'GT_pose.npy'], folder);
+  assert.equal(converted.status, 0, converted.stderr);
+  mkdirSync(join(folder, 'hand-ins'));
+  for (const name of ['ada.npy', 'bob.npy']) copyFileSync(join(folder, 'GT_pose.npy'), join(folder, 'hand-ins', name));
+}
+
+/** A shell in which `npx scanstitch` and `npm run` are those of this clone. @param {string} folder */
+function shellOf(folder) {
+  const tools = join(folder, 'tools');
+  mkdirSync(tools);
+  const node = process.execPath;
+  const programs = {
+    npx: `#!/bin/sh\n[ "$1" = scanstitch ] || exit 9\nshift\nexec "${node}" "${join(ROOT, bin.scanstitch ?? '')}" "$@"\n`,
+    npm: `#!/bin/sh\n[ "$1 $2 $3" = "run lesson --" ] || exit 9\nshift 3\nexec "${node}" "${join(ROOT, 'scripts', 'lesson.mjs')}" "$@"\n`,
+  };
+  for (const [name, text] of Object.entries(programs)) {
+    writeFileSync(join(tools, name), text);
+    chmodSync(join(tools, name), 0o755);
+  }
+  const env = { ...process.env, PATH: `${tools}:${process.env.PATH}` };
+  return (/** @type {string} */ command) => spawnSync('sh', ['-c', command], { cwd: folder, encoding: 'utf8', env });
+}
+
+/** What is not run in the made-up folder: it runs all of this, or has a test of its own. */
+const ELSEWHERE = ['npm start', 'npm test'];
+
+for (const page of PAGES) {
+  const { commands } = blocksOf(page);
+  const own = commands.filter((command) => !ELSEWHERE.includes(command));
+  if (own.length === 0) continue;
+  test(`the commands of ${page} run`, { skip: needsElement(own) && 'the element is not built yet' }, (t) => {
+    const folder = temporaryFolder(t);
+    makeWorld(folder);
+    const run = shellOf(folder);
+    // What an earlier page has computed.
+    if (page !== 'docs/laser.md' && own.some((command) => command.includes('aces.relations')))
+      run('npx scanstitch reconstruct drive.log --out result');
+    if (page === 'docs/command_line.md') run('npx scanstitch reconstruct office/ --out result');
+    for (const command of own) {
+      const { status, stderr } = run(command);
+      assert.equal(status, 0, `${command}\n${stderr}`);
+      if (page === 'docs/command_line.md' && command.includes('scans/'))
+        run('npx scanstitch reconstruct office/ --out result');
+    }
+  });
+}
+
+/** @param {string[]} commands */
+function needsElement(commands) {
+  const isBuilt = existsSync(join(ROOT, 'www', 'dist', 'standalone', 'scanstitch-app.js'));
+  return !isBuilt && commands.some((command) => command.startsWith('npm run lesson'));
+}
+
+test('npm start serves the page', { skip: !process.env.CI && 'it builds; run where CI=true' }, async (t) => {
+  const server = spawn('npm', ['start', '--', '--port', '0'], {
+    cwd: ROOT,
+    detached: true,
+    stdio: ['ignore', 'pipe', 'inherit'],
+  });
+  t.after(() => process.kill(-(server.pid ?? 0), 'SIGTERM'));
+  let output = '';
+  for await (const chunk of server.stdout) {
+    output += chunk;
+    if (/http:\/\/localhost:\d+/.test(output)) break;
+  }
+  const [address = ''] = /http:\/\/localhost:\d+\S*/.exec(output) ?? [];
+  assert.match(await (await fetch(address)).text(), /<scanstitch-app/);
+});
+
+test('commands within the text name what exists', () => {
+  const examples = readFileSync(join(ROOT, 'Cargo.toml'), 'utf8');
+  let count = 0;
+  for (const page of PAGES) {
+    for (const [, command = ''] of blocksOf(page).text.matchAll(/`((?:npm|npx|node|cargo) [^`\n]*)`/g)) {
+      const [program, first = '', second = ''] = command.split(' ');
+      const [, example] = /--example (\w+)/.exec(command) ?? [];
+      if (example !== undefined) assert.match(examples, new RegExp(`name = "${example}"`), command);
+      else if (program === 'node') assert.ok(existsSync(join(ROOT, first)), command);
+      else if (program === 'npm' && first === 'run') assert.ok(second in scripts, command);
+      else if (program === 'npm' && ['test', 'start'].includes(first)) assert.ok(first in scripts, command);
+      else if (program === 'npx' && first === 'scanstitch' && /^[a-z]/.test(second)) {
+        assert.equal(scanstitch([second, '--help']).status, 0, command);
+      }
+      count += 1;
+    }
+  }
+  assert.ok(count > 10, `only ${count} commands were found`);
+});

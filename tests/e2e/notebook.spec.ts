@@ -1,0 +1,107 @@
+/**
+ * The notebook: a wheel in a virtual environment with JupyterLab, ten NumPy clouds in, poses out. Installed from the registry where
+ * CI=true and Python 3 is there; skipped otherwise.
+ */
+import { type ChildProcess, execFileSync, spawn, spawnSync } from 'node:child_process';
+import { mkdtempSync, rmSync, writeFileSync } from 'node:fs';
+import { createServer } from 'node:net';
+import { tmpdir } from 'node:os';
+import { join } from 'node:path';
+import { expect, test } from '@playwright/test';
+import { makeWheel } from '../../scripts/wheel.mjs';
+import { SAMPLE_FOLDER } from './scanstitch_page.js';
+
+const has_python = spawnSync('python3', ['-c', 'import venv, ensurepip']).status === 0;
+const PACKAGES = ['jupyterlab>=4', 'anywidget>=0.9', 'numpy'];
+
+test.skip(!process.env.CI, 'installed where CI=true');
+test.skip(!has_python, 'Python 3 is not there');
+test.describe.configure({ timeout: 600_000 });
+
+let folder = '';
+let jupyter: ChildProcess | null = null;
+let port = 0;
+
+test.beforeAll(async () => {
+  test.setTimeout(600_000);
+  folder = mkdtempSync(join(tmpdir(), 'scanstitch-notebook-'));
+  const venv = process.env.NOTEBOOK_VENV ?? join(folder, 'venv');
+  if (!process.env.NOTEBOOK_VENV) execFileSync('python3', ['-m', 'venv', venv]);
+  const pip = (...args: string[]): Buffer => execFileSync(join(venv, 'bin', 'pip'), ['install', '--quiet', ...args]);
+  if (!process.env.NOTEBOOK_VENV) pip(...PACKAGES);
+  pip('--no-deps', '--force-reinstall', makeWheel());
+  writeFileSync(join(folder, 'scans.ipynb'), notebook());
+  port = await freePort();
+  const args = ['lab', '--no-browser', '--allow-root', `--port=${port}`, '--ServerApp.port_retries=0'];
+  const open = ['--IdentityProvider.token=', `--ServerApp.root_dir=${folder}`, '--LabApp.news_url=null'];
+  const env = { ...process.env, HOME: folder, JUPYTER_CONFIG_DIR: join(folder, 'config') };
+  jupyter = spawn(join(venv, 'bin', 'jupyter'), [...args, ...open], { env, stdio: 'ignore' });
+  await expect
+    .poll(
+      () =>
+        fetch(`http://localhost:${port}/api`).then(
+          ({ ok }) => ok,
+          () => false,
+        ),
+      { timeout: 60_000 },
+    )
+    .toBe(true);
+});
+
+test.afterAll(async () => {
+  const ended = new Promise((resolve) => jupyter?.once('exit', resolve));
+  jupyter?.kill('SIGINT');
+  jupyter?.kill('SIGTERM');
+  await Promise.race([ended, new Promise((resolve) => setTimeout(resolve, 10_000))]);
+  rmSync(folder, { recursive: true, force: true });
+});
+
+/** The first cell shows the widget, the second one reads what came of it. */
+function notebook(): string {
+  const cells = [
+    `import numpy as np
+from scanstitch import Scanstitch
+scans = [np.loadtxt(f"${SAMPLE_FOLDER}/{i}.ply", skiprows=7) for i in range(10)]
+widget = Scanstitch(scans, settings="strategy=joint")
+widget`,
+    'print(widget.error, type(widget.poses).__name__, widget.poses.shape, widget.map_points.shape, set(widget.statuses))\n' +
+      'print(np.round(widget.poses[1], 1))',
+  ];
+  const made = cells.map((source, i) => ({
+    cell_type: 'code',
+    id: `c${i}`,
+    metadata: {},
+    outputs: [],
+    execution_count: null,
+    source,
+  }));
+  const kernelspec = { name: 'python3', display_name: 'Python 3 (ipykernel)', language: 'python' };
+  return JSON.stringify({ cells: made, metadata: { kernelspec }, nbformat: 4, nbformat_minor: 5 });
+}
+
+function freePort(): Promise<number> {
+  return new Promise((resolve) => {
+    const probe = createServer().listen(0, () => {
+      const { port } = probe.address() as { port: number };
+      probe.close(() => resolve(port));
+    });
+  });
+}
+
+test('ten NumPy scans in a notebook', async ({ page }) => {
+  await page.addInitScript(() => {
+    addEventListener('scanstitch-done', () => document.body.setAttribute('data-done', 'true'));
+  });
+  await page.goto(`http://localhost:${port}/lab/tree/scans.ipynb`);
+  await page.getByText('Python 3 (ipykernel) | Idle').waitFor({ timeout: 60_000 });
+  const first = page.locator('.jp-CodeCell').first();
+  await first.locator('.cm-content').click();
+  await page.keyboard.press('Shift+Enter');
+  await expect(page.locator('scanstitch-app').first()).toBeVisible({ timeout: 60_000 });
+  await expect(page.locator('body[data-done]')).toBeAttached({ timeout: 60_000 });
+  await page.locator('.jp-CodeCell').nth(1).locator('.cm-content').click();
+  await page.keyboard.press('Shift+Enter');
+  const output = page.locator('.jp-CodeCell').nth(1).locator('.jp-OutputArea-output');
+  await expect(output).toContainText("ndarray (10, 3) (1798, 2) {'good'}", { timeout: 30_000 });
+  await expect(output).toContainText(/\[ 0\.1 +1\.  +-0\.1\]/);
+});
