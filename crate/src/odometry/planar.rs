@@ -16,10 +16,12 @@ use crate::preprocess::planar_scan::PlanarScan;
 use crate::registration::correlative::{LikelihoodGrid, RESOLUTION, SearchWindow};
 use crate::registration::icp::IcpOptions;
 
+pub mod ablation;
 pub mod hypothesis;
 pub mod information;
 pub mod motion_noise;
 
+use ablation::Ablation;
 use hypothesis::{Hypothesis, SEARCHED, doubt_by_rival, fits_as_well, thinned};
 use information::{fuse, motion_information, softened_covariance};
 
@@ -49,6 +51,8 @@ pub struct PlanarOptions {
     pub metric: MetricName,
     /// The registration loop.
     pub icp: IcpOptions,
+    /// Parts that are left out.
+    pub without: Ablation,
 }
 
 /// A motion that was measured, with its uncertainty.
@@ -253,7 +257,11 @@ impl Odometry {
             }
         }
         let T_last_found = self.T_world_last.inverse() * registration.T_target_source;
-        let fused = fuse((&T_last_found, &link), (&motion.T_before_sensor, &motion.covariance));
+        let fused = if self.options.without.odometry {
+            T_last_found
+        } else {
+            fuse((&T_last_found, &link), (&motion.T_before_sensor, &motion.covariance))
+        };
         FrameEstimate {
             T_world_sensor: self.T_world_last * fused,
             registration: Some(registration),
@@ -315,7 +323,9 @@ impl Odometry {
         if best.1.status == Status::Good {
             if !self.is_expected(prediction, &best.0.T_target_source) && best.0.fitness < UNEXPECTED_OVERLAP {
                 best.1.doubt_overlap(best.0.fitness);
-            } else if let Some(rival) = self.rival_of(&best, scan, prediction) {
+            } else if !self.options.without.second_basin
+                && let Some(rival) = self.rival_of(&best, scan, prediction)
+            {
                 doubt_by_rival(&mut best, &rival);
             }
         }
