@@ -83,7 +83,8 @@ fn corrected_poses_are_the_reference_and_the_wheels_the_odometry() {
 fn a_stated_limit_beyond_which_the_laser_measures_is_none() {
     let log = |readings: &str| {
         let count = readings.split_whitespace().count();
-        read(format!("PARAM robot_front_laser_max 10\nFLASER {count} {readings} 0 0 0 0 0 0 1 h 1\n").as_bytes()).unwrap()
+        read(format!("PARAM robot_front_laser_max 10\nFLASER {count} {readings} 0 0 0 0 0 0 1 h 1\n").as_bytes())
+            .unwrap()
     };
     let codes = log("1 2 3 4 5 6 81.8 81.91 81.91 81.91");
     assert!(codes.scans[0].max_range == 10.0 && codes.notes.is_empty(), "{:?}", codes.notes);

@@ -130,7 +130,9 @@ pub struct LoopClosure {
 impl LoopClosure {
     /// Joins the links of a chain to submaps. `chain` relates keyframes that follow each other.
     pub fn new(links: Vec<ChainLink>, mut chain: Vec<PlanarFactor>, without: Ablation) -> Self {
-        chain.iter_mut().for_each(|relation| relation.is_switchable &= !without.robust_kernel);
+        for relation in &mut chain {
+            relation.is_switchable &= !without.robust_kernel;
+        }
         let keyframes: Vec<Keyframe> = links.iter().map(|link| Keyframe::new(Rc::clone(&link.scan))).collect();
         let mut poses: Vec<Pose2> = links.iter().map(|link| link.T_world_sensor).collect();
         optimize_poses(&mut poses, &chain, STEPS);
