@@ -75,7 +75,7 @@ pub enum Link {
     Doubted,
     /// By measured motion alone.
     Carried,
-    /// By nothing, and no frame is connected to it.
+    /// By nothing, or by measured motion without any returns: no frame is connected to it.
     Lost,
 }
 
@@ -166,7 +166,11 @@ impl Odometry {
     pub fn register_frame(&mut self, scan: &Rc<PlanarScan>, motion: Option<&MeasuredMotion>) -> FrameEstimate {
         let prediction = self.T_world_last * motion.map_or(self.last_motion, |motion| motion.T_before_sensor);
         let estimate = if scan.points.len() < MIN_POINTS {
-            unregistered(prediction, Assessment::too_few_points(scan.points.len()), Link::Lost)
+            let mut assessment = Assessment::too_few_points(scan.points.len());
+            if motion.is_some() && !self.map.is_empty() {
+                assessment.status = Status::Doubtful; // placed by the measured motion
+            }
+            unregistered(prediction, assessment, Link::Lost)
         } else if self.map.is_empty() {
             unregistered(prediction, Assessment::first(), Link::Start)
         } else if let Some(motion) = motion {
