@@ -279,7 +279,7 @@ impl Odometry {
         }
         let T_last_found = self.T_world_last.inverse() * registration.T_target_source;
         let fused = if self.options.without.odometry {
-            T_last_found
+            T_last_found.renormalized()
         } else {
             fuse((&T_last_found, &link), (&motion.T_before_sensor, &motion.covariance))
         };
