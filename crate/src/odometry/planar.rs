@@ -75,7 +75,7 @@ pub enum Link {
     Doubted,
     /// By measured motion alone.
     Carried,
-    /// By nothing, and no frame is connected to it.
+    /// By nothing, or by measured motion without any returns: no frame is connected to it.
     Lost,
 }
 
@@ -166,7 +166,11 @@ impl Odometry {
     pub fn register_frame(&mut self, scan: &Rc<PlanarScan>, motion: Option<&MeasuredMotion>) -> FrameEstimate {
         let prediction = self.T_world_last * motion.map_or(self.last_motion, |motion| motion.T_before_sensor);
         let estimate = if scan.points.len() < MIN_POINTS {
-            unregistered(prediction, Assessment::too_few_points(scan.points.len()), Link::Lost)
+            let mut assessment = Assessment::too_few_points(scan.points.len());
+            if motion.is_some() && !self.map.is_empty() {
+                assessment.status = Status::Doubtful; // placed by the measured motion
+            }
+            unregistered(prediction, assessment, Link::Lost)
         } else if self.map.is_empty() {
             unregistered(prediction, Assessment::first(), Link::Start)
         } else if let Some(motion) = motion {
@@ -180,16 +184,25 @@ impl Odometry {
     /// The scan enters the map, or waits for one that fits it.
     fn take(&mut self, scan: &Rc<PlanarScan>, mut estimate: FrameEstimate, is_measured: bool) -> FrameEstimate {
         match estimate.link {
+            Link::Lost if is_measured || scan.points.len() < MIN_POINTS => {}
+            Link::Lost => {
+                if let Some(joined) = self.join_stray(scan, &estimate.T_world_sensor) {
+                    estimate = joined;
+                } else {
+                    self.begin_stray(scan, &estimate.T_world_sensor);
+                }
+            }
+            Link::Doubted if self.stray.is_some() => {
+                if let Some(joined) = self.join_stray(scan, &estimate.T_world_sensor) {
+                    estimate = joined;
+                } else {
+                    self.map.insert(Rc::clone(scan), estimate.T_world_sensor);
+                }
+            }
             Link::Start | Link::Registered | Link::Doubted | Link::Carried => {
                 self.stray = None;
                 self.map.insert(Rc::clone(scan), estimate.T_world_sensor);
             }
-            Link::Lost if !is_measured && scan.points.len() >= MIN_POINTS => {
-                if let Some(joined) = self.join_stray(scan, &estimate.T_world_sensor) {
-                    estimate = joined;
-                }
-            }
-            Link::Lost => {}
         }
         self.num_registered = if estimate.link == Link::Registered { self.num_registered + 1 } else { 0 };
         if estimate.link != Link::Lost {
@@ -210,10 +223,14 @@ impl Odometry {
             }
             self.map = main;
         }
+        None
+    }
+
+    /// Keeps a scan that fits nothing for the next one.
+    fn begin_stray(&mut self, scan: &Rc<PlanarScan>, prediction: &Pose2) {
         let mut stray = LocalMap::new(self.options.map_capacity, self.options.metric);
         stray.insert(Rc::clone(scan), *prediction);
         self.stray = Some(stray);
-        None
     }
 
     /// Registers from the measured motion; where that leads nowhere, from the best pose near it. Where both contradict the
@@ -262,7 +279,7 @@ impl Odometry {
         }
         let T_last_found = self.T_world_last.inverse() * registration.T_target_source;
         let fused = if self.options.without.odometry {
-            T_last_found
+            T_last_found.renormalized()
         } else {
             fuse((&T_last_found, &link), (&motion.T_before_sensor, &motion.covariance))
         };
@@ -295,11 +312,14 @@ impl Odometry {
     /// Registers from the guess that the settings ask for; where the result is not good and a search is allowed, once
     /// more from the best pose in a wide window, and the better of the two is kept.
     fn register_unmeasured(&self, scan: &PlanarScan, prediction: &Pose2) -> FrameEstimate {
-        let (registration, assessment) = match self.options.initial_guess {
+        let (registration, mut assessment) = match self.options.initial_guess {
             InitialGuess::Identity => self.register_from(scan, self.T_world_last),
             InitialGuess::ConstantVelocity => self.register_from(scan, *prediction),
             InitialGuess::Correlative => self.register_by_search(scan, prediction),
         };
+        if self.stray.is_some() {
+            assessment.doubt("the scan before it fits nothing, so how far it moved is not known");
+        }
         let (T_world_sensor, link) = match assessment.status {
             Status::Good => (registration.T_target_source, Link::Registered),
             Status::Doubtful => (registration.T_target_source, Link::Doubted),

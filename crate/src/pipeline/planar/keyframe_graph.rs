@@ -117,6 +117,11 @@ impl KeyframeGraph {
             hangs_on.push((nodes.len() - 1, Pose2::identity()));
             is_start = false;
         }
+        if let Some(&first) = nodes.first() {
+            for (frame, (_, T_node_frame)) in hangs_on[..first].iter_mut().enumerate() {
+                *T_node_frame = poses[first].inverse() * poses[frame];
+            }
+        }
         let is_carried = nodes.iter().map(|&node| estimates[node].link == Link::Carried).collect();
         let has_measured_motion = motions.iter().any(Option::is_some);
         Self {
