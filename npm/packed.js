@@ -42,9 +42,10 @@ export async function unpackWhole(name, source, limits = LIMITS) {
       const remedy = 'If it is what it should be, unpack it yourself';
       throw fileError(name, `It unpacks to more than ${megabytes(most)}, which is not made of so little`, remedy);
     }
-    throw error instanceof RangeError || error instanceof TypeError
-      ? fileError(name, `It cannot be unpacked: ${error.message}`, 'Download or pack it again')
-      : error;
+    if (!(error instanceof RangeError)) throw error;
+    // What reads beyond the end of a view says so in its own words.
+    const reason = error.message.includes('outside the bounds') ? 'it is cut off' : error.message;
+    throw fileError(name, `It cannot be unpacked: ${reason}`, 'Download or pack it again');
   });
   if (unpacked.bytes.length === 0 && unpacked.fault !== null) {
     throw fileError(name, `It cannot be unpacked: ${unpacked.fault}`, 'Download or pack it again');
@@ -64,7 +65,11 @@ async function unpackBy(head, source, most) {
   }
   if (first === 0x28 && second === 0xb5 && third === 0x2f) {
     const { unpackZstd } = await import('./bag/zstd.js');
-    return { bytes: await unpackZstd(await source.read(0, source.size), null), fault: null };
+    const take = (/** @type {number} */ size) => {
+      if (size > most) throw new TooMuch();
+      return new Uint8Array(size);
+    };
+    return { bytes: await unpackZstd(await source.read(0, source.size), null, take), fault: null };
   }
   throw new RangeError('it is packed neither by gzip nor by bzip2 nor by Zstandard, whatever its name says');
 }

@@ -64,7 +64,9 @@ function isRangeTable(head, text) {
   const lines = text.split(/[\r\n]+/).map((line) => line.split(/[\s,;[\](){}"']+/).filter((word) => word !== ''));
   const isRow = (/** @type {string[]} */ words) => {
     const others = words.filter((word) => !isNumber(word)).length;
-    return words.length > 0 && (others === 0 || (others <= MAX_WORDS && 2 * others < words.length));
+    // Mostly zeros beside words are the covariances of a pose.
+    const ranges = words.filter((word) => Number(word) > 0).length;
+    return words.length > 0 && (others === 0 || (others <= MAX_WORDS && 2 * ranges > words.length));
   };
   const rows = lines.filter(isRow).slice(0, TABLE_LINES);
   if (head.at(-1) !== 10 && rows.length > 1 && rows.length < TABLE_LINES) rows.pop();

@@ -1,8 +1,8 @@
 // @ts-check
 /** Formats that are converted before the engine reads them: MATLAB, NumPy, KITTI, LAS, text; and what is said of the others. */
 import assert from 'node:assert/strict';
-import { mkdirSync, readdirSync, readFileSync, writeFileSync } from 'node:fs';
-import { dirname, join } from 'node:path';
+import { mkdirSync, readFileSync, writeFileSync } from 'node:fs';
+import { join } from 'node:path';
 import { test } from 'node:test';
 import { crc32 } from '../../npm/crc32.js';
 import { tableOf } from '../../npm/formats/array_table.js';
@@ -245,21 +245,3 @@ test('every format that is not read has the line that helps', () => {
     assert.match(adviceFor(name) ?? '', words, name);
   }
 });
-
-test('every recording of the shared data is read, or told what to do', { skip: skipWithoutData() }, async () => {
-  const data = join(ROOT, '..', 'shared', 'data');
-  for (const folder of ['laser/boxes', 'lidar/car_cloud']) {
-    const names = readdirSync(join(data, folder));
-    const files = names.map((name) => content(name, new Uint8Array(readFileSync(join(data, folder, name)))));
-    const converted = await convertFiles(files, (made) => made);
-    assert.equal(converted.files.filter(({ isCloud }) => isCloud).length, 2, folder);
-  }
-});
-
-function skipWithoutData() {
-  try {
-    return readdirSync(join(dirname(ROOT.replace(/\/$/, '')), 'shared', 'data')).length === 0;
-  } catch {
-    return '../shared/data is absent';
-  }
-}

@@ -109,7 +109,9 @@ impl Separators {
             row.values.push(value.unwrap_or(f64::NAN));
         }
         let num_words = row.words.len();
-        let is_row = num_words == 0 || (num_words <= MAX_WORDS && 2 * num_words < row.values.len());
+        // Mostly zeros beside words are the covariances of a pose.
+        let num_ranges = row.values.iter().filter(|&&value| value > 0.0).count();
+        let is_row = num_words == 0 || (num_words <= MAX_WORDS && 2 * num_ranges > row.values.len());
         (is_row && row.values.iter().any(|value| !value.is_nan())).then_some(row)
     }
 
