@@ -173,8 +173,35 @@ fn what_stands_beside_the_ranges_is_told_from_them() {
     let text = table(&named, &head);
     assert_eq!(guess(&text), "ranges=3:362,unit=m,start=0.0000deg,step=1.0000deg,time=1:s,poses=363:364:365");
     let log = read(text.as_bytes()).unwrap();
-    assert!(!log.has_wheel_odometry && log.scans[7].time == Some(0.7000000000000001));
+    assert!(!log.has_wheel_odometry && (log.scans[7].time.unwrap() - 0.7).abs() < 1e-9);
     assert!((log.scans[0].odometry.unwrap().translation.x + 1.5).abs() < 1e-12);
+}
+
+#[test]
+fn scans_of_ros_2_without_names_are_read_by_their_angles() {
+    let line = |scan: usize| {
+        let head = format!("{scan},500000000,laser_frame,-1.57,1.57,0.0314,0.0,0.1,0.15,12.0");
+        let ranges: String =
+            (0..101).map(|beam| format!(",{}", if beam == 3 { "inf".to_owned() } else { "2.5".to_owned() })).collect();
+        format!("{head}{ranges}{}\n", ",0.0".repeat(101))
+    };
+    let text: String = (0..4).map(line).collect();
+    let log = read(text.as_bytes()).unwrap();
+    let scan = &log.scans[0];
+    assert_eq!((scan.ranges.len(), scan.ranges[0], scan.ranges[100]), (101, 2.5, 2.5));
+    assert_eq!(scan.bearings, Bearings::Even { start: -1.57, step: 0.0314 });
+    assert_eq!(scan.points().len(), 100);
+}
+
+#[test]
+fn labels_before_the_numbers_name_them() {
+    let line = |beam: usize| {
+        format!("{} theta: {}.00 Dist: {:08.2} Q: 47 \n", if beam % 90 == 0 { "S" } else { " " }, 4 * (beam % 90), 2000)
+    };
+    let text: String = (0..180).map(line).collect();
+    assert!(is_laser_log(text.as_bytes()));
+    let log = read(text.as_bytes()).unwrap();
+    assert_eq!((log.scans.len(), log.scans[1].ranges.len(), log.scans[1].ranges[89]), (2, 90, 2.0));
 }
 
 #[test]

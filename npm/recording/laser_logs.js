@@ -62,17 +62,20 @@ function isMessageTable(line) {
 /** A scan a line, or a step and its range. @param {Uint8Array} head @param {string} text */
 function isRangeTable(head, text) {
   const lines = text.split(/[\r\n]+/).map((line) => line.split(/[\s,;[\](){}"']+/).filter((word) => word !== ''));
-  const isRow = (/** @type {string[]} */ words) => {
+  const isLabel = (/** @type {string} */ word) => /[^:]:$/.test(word);
+  const isRow = (/** @type {string[]} */ given) => {
+    const words = given.some(isLabel) ? given.filter(isNumber) : given;
     const others = words.filter((word) => !isNumber(word)).length;
     // Mostly zeros beside words are the covariances of a pose.
     const ranges = words.filter((word) => Number(word) > 0).length;
-    return words.length > 0 && (others === 0 || (others <= MAX_WORDS && 2 * ranges > words.length));
+    return words.length > 0 && (others === 0 || (others <= MAX_WORDS && 3 * ranges > words.length));
   };
   const rows = lines.filter(isRow).slice(0, TABLE_LINES);
   if (head.at(-1) !== 10 && rows.length > 1 && rows.length < TABLE_LINES) rows.pop();
   if (rows.length === 0) return false;
   if (rows.every((row) => row.filter(isNumber).length >= MIN_SCAN_NUMBERS)) return true;
-  const names = lines.slice(0, lines.findIndex(isRow)).at(-1) ?? [];
+  const labels = rows[0]?.filter(isLabel) ?? [];
+  const names = labels.length > 0 ? labels : (lines.slice(0, lines.findIndex(isRow)).at(-1) ?? []);
   if (rows.length >= 2 && isReading(names)) return true;
   const begin = Number(rows[0]?.[0]);
   const follows = (/** @type {string[]} */ row, /** @type {number} */ index) =>

@@ -136,10 +136,16 @@ export const import_styles = css`
     display: none;
   }
   footer {
+    position: sticky;
+    bottom: 0;
     display: flex;
     flex-wrap: wrap;
     align-items: end;
     gap: 8px;
+    margin: 0 -20px -18px;
+    padding: 8px 20px 14px;
+    border-top: 1px solid var(--line);
+    background: var(--surface);
   }
   .command {
     flex: 1 1 280px;
@@ -167,6 +173,13 @@ export const import_styles = css`
     }
     .gap {
       display: none;
+    }
+    footer {
+      margin: 0 -14px -14px;
+      padding: 8px 14px;
+    }
+    .command {
+      flex-basis: 200px;
     }
     footer button {
       flex: 1;

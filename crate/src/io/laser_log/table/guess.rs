@@ -122,6 +122,9 @@ fn guess_counted(rows: &[Row]) -> Guess {
 /// A scan a line: where the ranges begin and end, and what stands beside them.
 fn guess_scans(table: &Table, rows: &[Row]) -> Guess {
     let width = table.width();
+    if let Some(format) = message_columns(&rows[0].values) {
+        return Guess { format, doubt: None };
+    }
     let (first, end) = block_of_ranges(table, rows);
     let (start, step, doubt) = view_of(end - first);
     let beside = || (0..first).chain(end..width);
@@ -143,6 +146,22 @@ fn guess_scans(table: &Table, rows: &[Row]) -> Guess {
     let unit = named.unwrap_or_else(|| unit_of(readings.collect()));
     let format = TableFormat::of(Layout::ScanPerLine { first, end }, start, step);
     Guess { format: TableFormat { unit, time, odometry: poses, has_wheels: false, ..format }, doubt }
+}
+
+/// A `LaserScan` without names, as `ros2 topic echo --csv` writes it: angle_min, angle_max, angle_increment, time_increment,
+/// scan_time, range_min, range_max, then the ranges that these angles make.
+fn message_columns(values: &[f64]) -> Option<TableFormat> {
+    let is_even = |at: &usize| {
+        let [low, high, step, _, _, nearest, farthest] = values[*at..*at + 7] else { return false };
+        let steps = (high - low) / step;
+        let is_angle = low < high && high - low < 1.01 * TAU && step > 0.0 && (steps - steps.round()).abs() < 0.1;
+        is_angle && nearest >= 0.0 && farthest > nearest && *at + 8 + steps.round() as usize <= values.len()
+    };
+    let at = (0..values.len().saturating_sub(7).min(MIN_SCAN_NUMBERS)).find(is_even)?;
+    let (first, step) = (at + 7, values[at + 2]);
+    let count = 1 + ((values[at + 1] - values[at]) / step).round() as usize;
+    let layout = Layout::ScanPerLine { first, end: first + count };
+    (count >= MIN_SCAN_NUMBERS).then(|| TableFormat::of(layout, values[at], step))
 }
 
 /// The columns of the ranges: as many as a known laser has, where that leaves nothing among them that is no range and

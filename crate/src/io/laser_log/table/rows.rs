@@ -50,7 +50,12 @@ impl Table {
                 continue;
             }
             match separators.row(text, line) {
-                Some(row) => table.rows.push(row),
+                Some(row) => {
+                    if table.rows.is_empty() && text.contains(&b':') {
+                        table.names = separators.labels(text);
+                    }
+                    table.rows.push(row);
+                }
                 None if table.rows.is_empty() => table.names = separators.names(text),
                 None => table.strays.push(line),
             }
@@ -100,7 +105,9 @@ impl Separators {
     /// The numbers of a line; `None` where it is none.
     fn row(self, text: &[u8], line: usize) -> Option<Row> {
         let mut row = Row { line, values: Vec::new(), words: Vec::new() };
-        for word in self.cells(text) {
+        // "theta: 0.5 dist: 1200": beside labels, words stand for no column.
+        let has_labels = self.cells(text).any(is_label);
+        for word in self.cells(text).filter(|word| !has_labels || number(word).is_some()) {
             let word = if self.has_decimal_commas { with_point(word) } else { Cow::Borrowed(word) };
             let value = number(&word);
             if value.is_none() && !word.is_empty() {
@@ -111,7 +118,7 @@ impl Separators {
         let num_words = row.words.len();
         // Mostly zeros beside words are the covariances of a pose.
         let num_ranges = row.values.iter().filter(|&&value| value > 0.0).count();
-        let is_row = num_words == 0 || (num_words <= MAX_WORDS && 2 * num_ranges > row.values.len());
+        let is_row = num_words == 0 || (num_words <= MAX_WORDS && 3 * num_ranges > row.values.len());
         (is_row && row.values.iter().any(|value| !value.is_nan())).then_some(row)
     }
 
@@ -127,9 +134,27 @@ impl Separators {
         })
     }
 
+    /// The words of a line; those between two separators are one name.
     fn names(self, text: &[u8]) -> Vec<String> {
-        self.cells(text).map(|name| String::from_utf8_lossy(name).trim().to_ascii_lowercase()).collect()
+        match self.gap {
+            None => self.cells(text).map(name_of).collect(),
+            Some(gap) => text.trim_ascii().split(|&byte| byte == gap).map(name_of).collect(),
+        }
     }
+
+    /// The labels before the numbers of a line.
+    fn labels(self, text: &[u8]) -> Vec<String> {
+        self.cells(text).filter(|word| is_label(word)).map(name_of).collect()
+    }
+}
+
+fn is_label(word: &[u8]) -> bool {
+    word.len() > 1 && word.ends_with(b":")
+}
+
+fn name_of(word: &[u8]) -> String {
+    let text = String::from_utf8_lossy(word).to_ascii_lowercase();
+    text.trim_matches(|c: char| c.is_whitespace() || "\"'#%:".contains(c)).to_owned()
 }
 
 /// Whether a point stands between digits or before one.
@@ -175,6 +200,16 @@ mod tests {
         let [first, second] = &table.rows[..] else { panic!("{table:?}") };
         assert!(first.values[2].is_nan() && first.values[3] == 2.0 && first.words == [1]);
         assert!(second.values[2] == 1.0 && second.values[3].is_nan() && second.words == [1]);
+    }
+
+    #[test]
+    fn labels_before_numbers_are_their_names() {
+        let text = b"scan 1\n   theta: 03.36 Dist: 00234.00 Q: 47 \nS  theta: 04.10 Dist: 00235.00 Q: 46\n";
+        let table = Table::read(text, usize::MAX);
+        assert_eq!(table.names, ["theta", "dist", "q"]);
+        assert_eq!(table.rows[1].values, [4.1, 235.0, 46.0]);
+        let table = Table::read(b"Angle (deg), Distance (mm)\n0.5, 1200\n", usize::MAX);
+        assert_eq!(table.names, ["angle (deg)", "distance (mm)"]);
     }
 
     #[test]
