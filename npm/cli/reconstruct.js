@@ -51,7 +51,7 @@ Options:
   --reference FILE   trajectory to compare with, or a folder with a file for each frame; never used for the estimate
   --odometry FILE    odometry of the robot, an initial guess for planar scans: rows of id x y theta, or TUM;
                      what contradicts the scans (other units, clock or log) is reported and not used
-  --table FORMAT     what the columns of a table of ranges are, counted from 1; what it leaves out is guessed and reported:
+  --table FORMAT     what the columns of a table of ranges are, counted from 1; what it does not say is guessed:
                      ranges=2:541,unit=mm,start=-135deg,step=0.5deg,time=1:us,odometry=542:543:544 (x y heading);
                      range=2,angle=1:deg where each line has one reading; poses and reference as odometry;
                      wheels=LEFT:RIGHT:METRES_A_TICK:TRACK; ahead=0.2 (m)
