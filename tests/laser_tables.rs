@@ -181,8 +181,7 @@ fn what_stands_beside_the_ranges_is_told_from_them() {
 fn scans_of_ros_2_without_names_are_read_by_their_angles() {
     let line = |scan: usize| {
         let head = format!("{scan},500000000,laser_frame,-1.57,1.57,0.0314,0.0,0.1,0.15,12.0");
-        let ranges: String =
-            (0..101).map(|beam| format!(",{}", if beam == 3 { "inf".to_owned() } else { "2.5".to_owned() })).collect();
+        let ranges: String = (0..101).map(|beam| if beam == 3 { ",inf" } else { ",2.5" }).collect();
         format!("{head}{ranges}{}\n", ",0.0".repeat(101))
     };
     let text: String = (0..4).map(line).collect();
@@ -196,7 +195,12 @@ fn scans_of_ros_2_without_names_are_read_by_their_angles() {
 #[test]
 fn labels_before_the_numbers_name_them() {
     let line = |beam: usize| {
-        format!("{} theta: {}.00 Dist: {:08.2} Q: 47 \n", if beam % 90 == 0 { "S" } else { " " }, 4 * (beam % 90), 2000)
+        format!(
+            "{} theta: {}.00 Dist: {:08.2} Q: 47 \n",
+            if [0, 90].contains(&beam) { "S" } else { " " },
+            4 * (beam % 90),
+            2000
+        )
     };
     let text: String = (0..180).map(line).collect();
     assert!(is_laser_log(text.as_bytes()));
@@ -214,12 +218,10 @@ fn decimal_commas_are_read() {
 
 #[test]
 fn an_angle_and_a_range_a_line_are_scans_that_end_where_the_angle_jumps_back() {
-    let mut text = "angle,distance_mm,quality\n".to_owned();
-    for scan in 0..3 {
-        for beam in 0..90 {
-            text += &format!("{},{},15\n", 4 * beam, if beam == 7 { 0 } else { 1000 + scan });
-        }
-    }
+    let range = |scan: usize, beam: usize| if beam == 7 { 0 } else { 1000 + scan };
+    let line = |reading: usize| format!("{},{},15", 4 * (reading % 90), range(reading / 90, reading % 90));
+    let lines: Vec<String> = (0..270).map(line).collect();
+    let text = format!("angle,distance_mm,quality\n{}\n", lines.join("\n"));
     assert!(is_laser_log(text.as_bytes()));
     let log = read(text.as_bytes()).unwrap();
     assert_eq!(log.scans.len(), 3);
