@@ -11,7 +11,7 @@
  * @property {(length: number) => Promise<Uint8Array>} readHead its first bytes, or all it has
  * @property {boolean} [isCloud] whether it is a cloud, whatever its name says
  * @property {Recording} [given] the recording that it is a part of, in a bag
- * @property {import('../recording.js').Note[]} [losses] what could not be read of it, once it has been read
+ * @property {readonly import('../recording.js').Note[]} [losses] what could not be read of it, once it has been read
  */
 
 /**

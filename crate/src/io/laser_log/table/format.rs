@@ -4,7 +4,7 @@ use std::fmt;
 use std::str::FromStr;
 
 use super::{AngleColumn, Layout, OdometryColumns, TableFormat};
-use crate::io::text::quote;
+use crate::io::text::{number, quote};
 use crate::{Error, Result};
 
 pub(super) const UNITS: [(&str, f64); 3] = [("m", 1.0), ("cm", 0.01), ("mm", 1e-3)];
@@ -109,7 +109,7 @@ impl TableFormat {
                 self.has_wheels = true;
             }
             ("ahead", [value]) => {
-                self.ahead = value.parse().ok().filter(|value: &f64| value.is_finite()).ok_or_else(wrong)?;
+                self.ahead = number(value.as_bytes()).filter(|value| value.is_finite()).ok_or_else(wrong)?;
             }
             ("angle" | "unit" | "start" | "step" | "time" | "ahead", _) => return Err(wrong()),
             _ => {
@@ -165,7 +165,7 @@ fn three(columns: &[&str]) -> Option<[usize; 3]> {
 
 fn wheels(parts: &[&str]) -> Option<OdometryColumns> {
     let [left, right, tick, track] = parts else { return None };
-    let positive = |text: &str| text.parse().ok().filter(|&value: &f64| value > 0.0);
+    let positive = |text: &str| number(text.as_bytes()).filter(|&value| value > 0.0);
     Some(OdometryColumns::Wheels {
         columns: [column(left)?, column(right)?],
         metres_per_tick: positive(tick)?,
@@ -176,8 +176,8 @@ fn wheels(parts: &[&str]) -> Option<OdometryColumns> {
 /// Radians, or degrees as `35deg`.
 fn angle(text: &str) -> Option<f64> {
     let angle = match text.strip_suffix("deg") {
-        Some(degrees) => degrees.parse::<f64>().ok()?.to_radians(),
-        None => text.parse().ok()?,
+        Some(degrees) => number(degrees.as_bytes())?.to_radians(),
+        None => number(text.as_bytes())?,
     };
     angle.is_finite().then_some(angle)
 }
