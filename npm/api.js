@@ -21,6 +21,7 @@ export {
   describe_settings,
   describe_spatial_settings,
   describe_strategy_settings,
+  describe_table,
   Evaluation,
   evaluate,
   evaluation_defaults,

@@ -41,6 +41,7 @@ const END_SIGNATURE = 0x06054b50;
 const END_BYTES = 22;
 const ZIP64_LOCATOR_BYTES = 20;
 export const LOCAL_HEADER_BYTES = 30;
+const UNPACK_YOURSELF = 'If it is what it should be, unpack it and give the folder';
 export const DAMAGED = 'The archive is damaged: download or pack it again';
 
 /**
@@ -180,7 +181,7 @@ function readSizes(view, record, extra, extraEnd) {
 }
 
 /** Why a file is not taken, by its path alone. @param {string} name @param {string} path @param {boolean} isLink */
-function pathFault(name, path, isLink) {
+export function pathFault(name, path, isLink) {
   if (path.length > MAX_PATH_LENGTH)
     return `its path has ${path.length} characters, and at most ${MAX_PATH_LENGTH} are read`;
   if (leavesFolder(path)) return `its path leads out of ${name}`;
@@ -193,7 +194,7 @@ function leavesFolder(path) {
 }
 
 /** @param {Uint8Array} bytes */
-function decodeName(bytes) {
+export function decodeName(bytes) {
   try {
     return new TextDecoder('utf-8', { fatal: true }).decode(bytes);
   } catch {
@@ -230,15 +231,7 @@ function sizeFault({ size, packed, method, start }, archiveBytes, limits) {
  * @param {Limits} limits
  */
 function refuseBombs(name, entries, limits) {
-  const remedy = 'If it is what it should be, unpack it and give the folder';
-  const total = entries.reduce((sum, { size }) => sum + size, 0);
-  if (total > limits.totalBytes) {
-    throw fileError(
-      name,
-      `It would unpack to ${megabytes(total)}, and at most ${megabytes(limits.totalBytes)} are read`,
-      remedy,
-    );
-  }
+  refuseTotal(name, entries, limits);
   const ordered = entries.toSorted((a, b) => a.start - b.start);
   ordered.forEach(({ path, start, packed }, index) => {
     const next = ordered[index + 1];
@@ -246,10 +239,18 @@ function refuseBombs(name, entries, limits) {
       throw fileError(
         name,
         `${path} and ${next.path} lie over one another in it, as in archives made to do harm`,
-        remedy,
+        UNPACK_YOURSELF,
       );
     }
   });
+}
+
+/** @param {string} name @param {readonly { size: number }[]} entries @param {Limits} limits */
+export function refuseTotal(name, entries, limits) {
+  const total = entries.reduce((sum, { size }) => sum + size, 0);
+  if (total <= limits.totalBytes) return;
+  const problem = `It would unpack to ${megabytes(total)}, and at most ${megabytes(limits.totalBytes)} are read`;
+  throw fileError(name, problem, UNPACK_YOURSELF);
 }
 
 /** @param {Uint8Array} bytes */
@@ -258,6 +259,6 @@ export function viewOf(bytes) {
 }
 
 /** @param {number} bytes */
-function megabytes(bytes) {
+export function megabytes(bytes) {
   return bytes < 2 ** 30 ? `${Math.ceil(bytes / 2 ** 20)} MB` : `${(bytes / 2 ** 30).toFixed(1)} GB`;
 }

@@ -17,8 +17,9 @@ import { adviceFor } from './recording/other_formats.js';
 import { assignRoles } from './recording/planar.js';
 import { findReference } from './recording/reference.js';
 
-/** @typedef {{ path: string, size: number, given?: Recording }} ListedFile path: folders apart by slashes; size in bytes;
- *    given: the recording that it is a part of, where that is known, as it is of what lies in a bag */
+/** @typedef {{ path: string, size: number, given?: Recording, isCloud?: boolean }} ListedFile path: folders apart by slashes;
+ *    size in bytes; given: the recording that it is a part of, where that is known, as it is of what lies in a bag; isCloud:
+ *    whether it is a cloud, whatever its name says */
 /** @typedef {{ file: string, reason: string, is_loss?: true }} Note reason: completes "FILE: ..."; is_loss: it could have been
  *    used */
 /** @typedef {{ name: string, depth: string, color: string | null, time: number | null }} DepthFrame name: short, for messages
@@ -105,7 +106,7 @@ async function givenRecording(given, files, read) {
   const [chosen = empty(), ...others] = [...given].sort((a, b) => length(b) - length(a));
   const { kind, root } = chosen;
   const loose = files.filter((file) => !file.given);
-  const isTold = (/** @type {ListedFile} */ { path }) => !isImageName(path) && !isCloudName(path);
+  const isTold = (/** @type {ListedFile} */ file) => !isImageName(file.path) && !isCloud(file);
   const beside = await referenceAndCamera(
     loose.filter(isTold),
     {
@@ -161,6 +162,11 @@ export function joinPoses(files) {
   return new TextEncoder().encode(`${texts.join('\n')}\n`);
 }
 
+/** @param {ListedFile} file */
+function isCloud({ path, isCloud }) {
+  return isCloud === true || isCloudName(path);
+}
+
 /** A recording of nothing. @returns {Recording} */
 export function empty() {
   return {
@@ -205,7 +211,7 @@ function withoutResults(files) {
  * @param {boolean} isTable
  */
 async function findClouds(files, numFrames, read, isTable) {
-  const clouds = files.filter(({ path }) => isCloudName(path));
+  const clouds = files.filter(isCloud);
   // A PLY file may have lost its ending; it is searched for where there is nothing else.
   for (const file of numFrames === 0 && clouds.length === 0 ? files : []) {
     if (isImageName(file.path)) continue;
@@ -241,7 +247,7 @@ async function depthImages({ recordings: [chosen, ...others], notes, pictures },
   const head = frames[0] && (await read(frames[0].depth, HEAD_BYTES));
   const size = head ? imageSize(head) : null;
   const rest = await referenceAndCamera(
-    files.filter(({ path }) => !isImageName(path) && !isCloudName(path)),
+    files.filter((file) => !isImageName(file.path) && !isCloud(file)),
     {
       root,
       keys: frames.map(({ depth }) => keyOf.get(depth) ?? ''),
@@ -252,7 +258,7 @@ async function depthImages({ recordings: [chosen, ...others], notes, pictures },
     read,
   );
   const picture = rest.intrinsics === null && size ? await findExif(frames[0]?.color ?? null, size, read) : null;
-  const clouds = files.filter(({ path }) => isCloudName(path));
+  const clouds = files.filter(isCloud);
   return {
     ...rest,
     intrinsics: rest.intrinsics ?? picture?.file ?? null,
@@ -283,7 +289,7 @@ async function spatialClouds(clouds, files, read) {
   const elsewhere = new Set(others.map(({ path }) => folderOf(path)));
   const members = seriesOf(chosen).flatMap(({ members }) => members);
   const rest = await referenceAndCamera(
-    files.filter(({ path }) => !isImageName(path) && !isCloudName(path)),
+    files.filter((file) => !isImageName(file.path) && !isCloud(file)),
     {
       root,
       keys: members.map(({ key }) => key),

@@ -3,8 +3,10 @@
  * `scanstitch/recording`: what a folder, an archive or a bag holds, as the page and the command line understand it. Types and
  * documentation are in `recording_reader.d.ts`.
  */
-import { bytesOfBlob, openArchive } from './archive.js';
+import { bytesOfBlob } from './archive.js';
 import { isBagMetadata, isBagName } from './bag/names.js';
+import { convertFiles } from './formats/convert.js';
+import { openAnyArchive } from './open_archive.js';
 import { understand } from './recording.js';
 import { filesInArchive, filesInBags } from './recording/contents.js';
 import { isArchiveName } from './recording/kinds.js';
@@ -20,7 +22,9 @@ export async function readRecording(given, { topics = {} } = {}) {
   /** @type {Note[]} */
   const notes = [];
   const opened = await Promise.all(named.map((file) => openFile(file, notes)));
-  const files = await withBags(opened.flat(), topics, notes);
+  const unpacked = await withBags(opened.flat(), topics, notes);
+  const { files, notes: told } = await convertFiles(unpacked, (content) => content);
+  notes.push(...told);
   const byPath = new Map(files.map((file) => [file.path, file]));
   const readHead = async (/** @type {string} */ path, /** @type {number} */ length) =>
     (await byPath.get(path)?.readHead(length)) ?? new Uint8Array();
@@ -43,7 +47,7 @@ export async function readRecording(given, { topics = {} } = {}) {
  */
 async function openFile({ path, blob }, notes) {
   if (isArchiveName(path)) {
-    const archive = await openArchive(path, bytesOfBlob(blob));
+    const archive = await openAnyArchive(path, bytesOfBlob(blob));
     notes.push(...archive.notes);
     return filesInArchive(archive);
   }

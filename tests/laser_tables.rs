@@ -9,7 +9,7 @@ use std::fs;
 
 use common::shared_data;
 use scanstitch::geometry::RigidMotion;
-use scanstitch::io::laser_log::table::{TableFormat, read_as};
+use scanstitch::io::laser_log::table::{TableFormat, describe, read_as, read_given};
 use scanstitch::io::laser_log::{Bearings, LaserLog, LaserScan, is_laser_log, read};
 use scanstitch::io::trajectory;
 
@@ -137,7 +137,7 @@ fn guesses_follow_the_numbers() {
         (181, 100.0, false, "ranges=1:181,unit=cm,start=-90.0000deg,step=1.0000deg"),
     ] {
         let text = table(beams, scale, with_time);
-        assert_eq!(TableFormat::guess(text.as_bytes()).unwrap().to_string(), expected);
+        assert_eq!(TableFormat::guess(text.as_bytes()).unwrap().format.to_string(), expected);
         assert!(is_laser_log(text.as_bytes()));
     }
     let error = read(table(333, 1000.0, false).as_bytes()).unwrap_err();
@@ -146,6 +146,131 @@ fn guesses_follow_the_numbers() {
     for text in ["0 1 2 3 4 5 6 7\n1 2 3 4 5 6 7 8\n", "0 1 2\n1 2 3\n", "1 0 0 0 0 1 0 0 0 0 1 0\n"] {
         assert!(!is_laser_log(text.repeat(30).as_bytes()), "{text}");
     }
+}
+
+#[test]
+fn what_stands_beside_the_ranges_is_told_from_them() {
+    let wave = |scan: usize, beam: usize| 2.0 + (0.05 * beam as f64).sin().abs() + 0.01 * scan as f64;
+    let table = |line: &dyn Fn(usize) -> Vec<String>, head: &str| {
+        (0..8).fold(head.to_owned(), |text, scan| text + &line(scan).join(",") + "\n")
+    };
+    let ranges = |scan: usize, beams: usize| (0..beams).map(move |beam| format!("{:.3}", wave(scan, beam)));
+    // 180 readings behind a time are not the 181 of another laser.
+    let timed =
+        |scan: usize| [format!("{}", 1_700_000_000_000_u64 + 100 * scan as u64)].into_iter().chain(ranges(scan, 180));
+    let guess = |text: &str| TableFormat::guess(text.as_bytes()).unwrap().format.to_string();
+    assert_eq!(
+        guess(&table(&|scan| timed(scan).collect(), "")),
+        "ranges=2:181,unit=m,start=-90.0000deg,step=1.0000deg,time=1:ms"
+    );
+    // Names tell the pose; words stay in their columns.
+    let named = |scan: usize| {
+        let beside = [format!("{}", 0.1 * scan as f64), "laser".to_owned()];
+        beside.into_iter().chain(ranges(scan, 360)).chain(["-1.5", "0.2", "0.1"].map(str::to_owned)).collect()
+    };
+    let names: Vec<String> = (0..360).map(|beam| format!("range_{beam}")).collect();
+    let head = format!("time,frame,{},x,y,theta\n", names.join(","));
+    let text = table(&named, &head);
+    assert_eq!(guess(&text), "ranges=3:362,unit=m,start=0.0000deg,step=1.0000deg,time=1:s,poses=363:364:365");
+    let log = read(text.as_bytes()).unwrap();
+    assert!(!log.has_wheel_odometry && (log.scans[7].time.unwrap() - 0.7).abs() < 1e-9);
+    assert!((log.scans[0].odometry.unwrap().translation.x + 1.5).abs() < 1e-12);
+}
+
+#[test]
+fn scans_of_ros_2_without_names_are_read_by_their_angles() {
+    let line = |scan: usize| {
+        let head = format!("{scan},500000000,laser_frame,-1.57,1.57,0.0314,0.0,0.1,0.15,12.0");
+        let ranges: String = (0..101).map(|beam| if beam == 3 { ",inf" } else { ",2.5" }).collect();
+        format!("{head}{ranges}{}\n", ",0.0".repeat(101))
+    };
+    let text: String = (0..4).map(line).collect();
+    let log = read(text.as_bytes()).unwrap();
+    let scan = &log.scans[0];
+    assert_eq!((scan.ranges.len(), scan.ranges[0], scan.ranges[100]), (101, 2.5, 2.5));
+    assert_eq!(scan.bearings, Bearings::Even { start: -1.57, step: 0.0314 });
+    assert_eq!(scan.points().len(), 100);
+}
+
+#[test]
+fn labels_before_the_numbers_name_them() {
+    let line = |beam: usize| {
+        format!(
+            "{} theta: {}.00 Dist: {:08.2} Q: 47 \n",
+            if [0, 90].contains(&beam) { "S" } else { " " },
+            4 * (beam % 90),
+            2000
+        )
+    };
+    let text: String = (0..180).map(line).collect();
+    assert!(is_laser_log(text.as_bytes()));
+    let log = read(text.as_bytes()).unwrap();
+    assert_eq!((log.scans.len(), log.scans[1].ranges.len(), log.scans[1].ranges[89]), (2, 90, 2.0));
+}
+
+#[test]
+fn decimal_commas_are_read() {
+    let line = |scan: usize| (0..181).map(|beam| format!("{},{}", 2 + scan, 100 + beam)).collect::<Vec<_>>().join(";");
+    let text = format!("{}\r\n{}\r\n", line(0), line(1));
+    let log = read(text.as_bytes()).unwrap();
+    assert_eq!((log.scans.len(), log.scans[1].ranges.len(), log.scans[1].ranges[5]), (2, 181, 3.105));
+}
+
+#[test]
+fn an_angle_and_a_range_a_line_are_scans_that_end_where_the_angle_jumps_back() {
+    let range = |scan: usize, beam: usize| if beam == 7 { 0 } else { 1000 + scan };
+    let line = |reading: usize| format!("{},{},15", 4 * (reading % 90), range(reading / 90, reading % 90));
+    let lines: Vec<String> = (0..270).map(line).collect();
+    let text = format!("angle,distance_mm,quality\n{}\n", lines.join("\n"));
+    assert!(is_laser_log(text.as_bytes()));
+    let log = read(text.as_bytes()).unwrap();
+    assert_eq!(log.scans.len(), 3);
+    let scan = &log.scans[2];
+    assert!((scan.bearings.of(45) - PI).abs() < 1e-9 && scan.ranges[7].is_nan());
+    assert!((scan.ranges[0] - 1.002).abs() < 1e-6);
+    // Clockwise, as some lasers turn.
+    let turned = read_given(text.as_bytes(), "range=2,angle=1:-1deg,unit=mm").unwrap();
+    assert!((turned.scans[0].bearings.of(10) + 40f64.to_radians()).abs() < 1e-9);
+}
+
+#[test]
+fn a_format_in_part_changes_the_guess_and_a_whole_one_replaces_it() {
+    let line = |scan: usize| format!("{} {}\n", 0.1 * scan as f64, "1500 ".repeat(361));
+    let text: String = (0..6).map(line).collect();
+    let scan = |given: &str| read_given(text.as_bytes(), given).unwrap().scans.swap_remove(1);
+    assert_eq!((scan("unit=cm").ranges[0], scan("unit=cm").time), (15.0, Some(0.1)));
+    let whole = scan("ranges=2:100,start=0,step=1deg");
+    assert_eq!((whole.ranges.len(), whole.time, whole.ranges[0]), (99, None, 1.5));
+    assert_eq!(scan("time=none").time, None);
+    // A comment says it in the file; what is given overrides it.
+    let said = format!("# table: unit=cm,step=0.25deg\n{text}");
+    let log = read(said.as_bytes()).unwrap();
+    assert_eq!(log.scans[0].ranges[0], 15.0);
+    assert!(log.notes[0].contains("step=0.2500deg"), "{:?}", log.notes);
+    assert_eq!(read_given(said.as_bytes(), "unit=mm").unwrap().scans[0].ranges[0], 1.5);
+}
+
+#[test]
+fn damaged_lines_are_left_out_and_the_others_keep_their_numbers() {
+    let line = |scan: usize| if scan == 20 { "1500 oops\n".to_owned() } else { format!("{}\n", "1500 ".repeat(181)) };
+    let text: String = (0..60).map(line).collect();
+    let log = read(text.as_bytes()).unwrap();
+    assert_eq!((log.scans.len(), log.scans[19].number, log.scans[20].number), (59, 19, 21));
+    assert!(log.losses[0].contains("Line 21"), "{:?}", log.losses);
+}
+
+#[test]
+fn a_table_is_described_before_it_is_read() {
+    let text = format!("a b\n{}", format!("{}\n", "1500 ".repeat(333)).repeat(3));
+    let facts = describe(text.as_bytes(), None, 0).unwrap();
+    assert_eq!((facts.num_rows, facts.num_columns, facts.num_scans, facts.points.len()), (3, 333, 3, 333));
+    assert!(facts.doubt.contains("333 readings") && facts.problem.is_empty());
+    assert_eq!(facts.names, ["a", "b"]);
+    let facts = describe(text.as_bytes(), Some("ranges=1:400"), 0).unwrap();
+    assert!(facts.problem.contains("333 numbers"), "{}", facts.problem);
+    let facts = describe(text.as_bytes(), Some("ranges=1:9,unit=feet"), 0).unwrap();
+    assert!(facts.problem.contains("no value of unit") && facts.num_scans == 0);
+    assert!(describe(b"no numbers\n", None, 0).is_err());
 }
 
 #[test]

@@ -4,6 +4,8 @@
  * memory but where each message lies.
  */
 import { fileError, lost } from '../errors.js';
+import { bytesInMemory } from '../open_archive.js';
+import { unpackedName, unpackWhole } from '../packed.js';
 import { isPointer } from '../recording/heads.js';
 import { folderOf, groupBy } from '../recording/names.js';
 import { encapsulateRos1 } from './cdr.js';
@@ -36,8 +38,6 @@ import { isSqlite } from './sqlite.js';
  * @property {number | null} rate messages a second; null where there are fewer than two
  */
 /** @typedef {{ container: Container, messages: MessageIndex }} Part of a topic, in one file */
-
-const UNPACK = 'Unpack it first: zstd -d, or ros2 bag convert';
 
 export class Bag {
   /** @type {Topic[]} */
@@ -150,8 +150,11 @@ async function openContainer(name, source) {
   if (isMcap(head)) return (await import('./mcap.js')).openMcap(name, source);
   if (isSqlite(head)) return (await import('./db3.js')).openDb3(name, source);
   if (isRos1(head)) return (await import('./ros1.js')).openRos1(name, source);
-  if (head[0] === 0x28 && head[1] === 0xb5 && head[2] === 0x2f && head[3] === 0xfd) {
-    throw fileError(name, 'The whole file is packed with zstd, so that it could only be read as a whole', UNPACK);
+  if (unpackedName(name) !== null) {
+    const { bytes, fault } = await unpackWhole(name, source);
+    const container = await openContainer(name.slice(0, name.lastIndexOf('.')), bytesInMemory(bytes));
+    if (fault !== null) container.notes.push(lost(name, `${fault}; what was packed before that is used`));
+    return container;
   }
   throw fileError(
     name,

@@ -2,8 +2,9 @@
 /** Files named on the command line, read from the disk. */
 import { readdirSync, realpathSync, statSync } from 'node:fs';
 import { basename, join, normalize, resolve } from 'node:path';
-import { openArchive } from '../archive.js';
 import { isBagMetadata, isBagName } from '../bag/names.js';
+import { convertFiles } from '../formats/convert.js';
+import { openAnyArchive } from '../open_archive.js';
 import { isSystemFile } from '../recording/classify.js';
 import { filesInArchive, filesInBags } from '../recording/contents.js';
 import { isArchiveName } from '../recording/kinds.js';
@@ -23,7 +24,7 @@ import { fileProblem, openFile, readWhole, readWholeLater, sizeOfFile } from './
 /** @typedef {{ sources: Map<string, Source>, notes: import('../recording.js').Note[], close: () => Promise<void> }} Inputs */
 
 /**
- * All files that these arguments name: files as they are, what lies in folders, to any depth, in ZIP archives and in the
+ * All files that these arguments name: files as they are, what lies in folders, to any depth, in archives and in the
  * ROS bags. Nothing is read but the directories of archives and the indexes of bags. What cannot be found is reported and
  * left out.
  * @param {string[]} paths
@@ -38,10 +39,14 @@ export async function gather(paths, complain, wishes = {}) {
   };
   try {
     const opened = await openBagsAmong(found, handles, wishes);
-    const named = withDistinctPaths(opened.sources);
+    const converted = await convertFiles(opened.sources, (content, { isNamed }) => ({
+      ...packed(content),
+      ...(isNamed && { isNamed }),
+    }));
+    const named = withDistinctPaths(converted.files);
     return {
       sources: new Map(named.map((source) => [source.path, source])),
-      notes: [...notes, ...opened.notes],
+      notes: [...notes, ...opened.notes, ...converted.notes],
       close,
     };
   } catch (error) {
@@ -147,7 +152,7 @@ async function findFiles(paths, complain) {
       } else if (isArchiveName(path)) {
         const handle = await openFile(path);
         handles.push(handle);
-        const archive = await openArchive(basename(path), bytesOfFile(handle, (await handle.stat()).size));
+        const archive = await openAnyArchive(basename(path), bytesOfFile(handle, (await handle.stat()).size));
         notes.push(...archive.notes);
         found.push(...filesInArchive(archive).map(packed));
       } else {

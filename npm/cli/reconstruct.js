@@ -36,10 +36,10 @@ export const reconstruct = {
 
 Registers the frames of a recording and maps them in the frame of the first one. Its kind is recognized from its files:
   planar scans   PLY files, z = 0, in metres; or a laser log with many scans: CARMEN (FLASER, ROBOTLASER1), CSM's JSON,
-                 rostopic echo -p, CMU 16-831, BreezySLAM, tables of ranges
+                 rostopic echo -p, CMU 16-831, BreezySLAM, tables of ranges, MATLAB's .mat
   depth images   PNG (8 or 16 bits) or PGM, with colour pictures (PNG, JPEG) of the same numbers or times, or without:
                  rgb/ and depth/ folders, names such as frame-000001.depth.png, the layout of TUM RGB-D
-  clouds         PLY or PCD files in space, in metres
+  clouds         PLY, PCD, KITTI's .bin, LAS or text (.xyz, .pts, .ptx) in space, in metres
   ROS bags       .bag, .db3 or .mcap with Image, CompressedImage, CameraInfo, PointCloud2, LaserScan, Odometry,
                  PoseStamped, Path and TFMessage; for the topics that are used see: scanstitch topics BAG
 Files are taken in natural order of their names: 2.ply comes before 10.ply. The reference (GT_pose.npy, *.tum, *.log,
@@ -51,9 +51,10 @@ Options:
   --reference FILE   trajectory to compare with, or a folder with a file for each frame; never used for the estimate
   --odometry FILE    odometry of the robot, an initial guess for planar scans: rows of id x y theta, or TUM;
                      what contradicts the scans (other units, clock or log) is reported and not used
-  --table FORMAT     what the columns of a table of ranges are, counted from 1; without, a guess is made and reported:
+  --table FORMAT     what the columns of a table of ranges are, counted from 1; what it does not say is guessed:
                      ranges=2:541,unit=mm,start=-135deg,step=0.5deg,time=1:us,odometry=542:543:544 (x y heading);
-                     range=2 where each line has one reading; wheels=LEFT:RIGHT:METRES_A_TICK:TRACK; ahead=0.2 (m)
+                     range=2,angle=1:deg where each line has one reading; poses and reference as odometry;
+                     wheels=LEFT:RIGHT:METRES_A_TICK:TRACK; ahead=0.2 (m)
   --intrinsics FILE  the depth camera: a 3 x 3 matrix or fx fy cx cy in pixels, or what OpenCV, ROS (camera_info),
                      Open3D, RealSense, Kalibr, ORB-SLAM, ScanNet, BOP, nerfstudio or Azure Kinect write
   --recording DIR    which recording to use, where a folder or archive holds several (default: the longest)

@@ -13,7 +13,7 @@ import { adviceFor } from './other_formats.js';
 
 const SYSTEM_FILES = /^(\.|thumbs\.db$|desktop\.ini$|__macosx$)/i;
 const TRAJECTORY_NAMES = /\.(tum|traj)$/i;
-const TEXT_NAMES = /\.(txt|csv|tsv|dat|xyz)$/i;
+const TEXT_NAMES = /\.(txt|csv|tsv|dat|xyz|mat)$/i;
 /** Images of a format that is not looked into. */
 const OTHER_IMAGE_NAMES = /\.tiff?$/i;
 

@@ -9,8 +9,9 @@
  * @property {number} size bytes
  * @property {() => Promise<Uint8Array>} read all of it
  * @property {(length: number) => Promise<Uint8Array>} readHead its first bytes, or all it has
+ * @property {boolean} [isCloud] whether it is a cloud, whatever its name says
  * @property {Recording} [given] the recording that it is a part of, in a bag
- * @property {import('../recording.js').Note[]} [losses] what could not be read of it, once it has been read
+ * @property {readonly import('../recording.js').Note[]} [losses] what could not be read of it, once it has been read
  */
 
 /**

@@ -3,7 +3,7 @@
 
 const IMAGES = /\.(png|jpe?g|pgm|ppm|pnm|pfm|bmp|webp)$/i;
 const CLOUDS = /\.(ply|pcd)$/i;
-const ARCHIVES = /\.zip$/i;
+const ARCHIVES = /\.(zip|tar|tgz|tbz2?|tzst|tar\.(gz|bz2|zst|zstd))$/i;
 
 /** An image of a format that is read, or that at least shows by its first bytes what it is. @param {string} path */
 export function isImageName(path) {

@@ -9,6 +9,8 @@ const CARMEN_WORDS = /^(FLASER|ROBOTLASER1|RAWLASER1|ODOM|PARAM|VERTEX2|EDGE2|SY
 const MIN_SCAN_NUMBERS = 24;
 /** So many lines of a table are looked into. */
 const TABLE_LINES = 20;
+/** So many words of a scan's line may be no numbers: names of frames, dates. */
+const MAX_WORDS = 8;
 
 /**
  * Whether a file that begins like this is a laser log: CARMEN's text, that of CMU's course, CSM's JSON, a table of messages
@@ -25,6 +27,16 @@ export function isLaserLog(head) {
   const first = lines.slice(0, 3);
   if (first.some((line) => CARMEN_WORDS.test(line.trimStart()))) return true;
   return (first.length > 0 && first.every(isCmuLine)) || isMessageTable(lines[0] ?? '') || isRangeTable(head, text);
+}
+
+/** Whether a file that begins like this is a table of ranges, whose columns somebody may want to name. @param {Uint8Array} head */
+export function isTable(head) {
+  const lines = latin1(head)
+    .split(/[\r\n]+/)
+    .filter((line) => line.trim() !== '' && !/^\s*#/.test(line));
+  const [first = ''] = lines;
+  const isOther = /^\s*[[{]/.test(first) || isCmuLine(first) || isMessageTable(first);
+  return isLaserLog(head) && !isOther && !lines.slice(0, 3).some((line) => CARMEN_WORDS.test(line.trimStart()));
 }
 
 /** `O x y theta time`, or `L` and a scan. @param {string} line */
@@ -49,17 +61,33 @@ function isMessageTable(line) {
 
 /** A scan a line, or a step and its range. @param {Uint8Array} head @param {string} text */
 function isRangeTable(head, text) {
-  const rows = text
-    .split(/[\r\n]+/)
-    .map((line) => line.split(/[\s,;]+/).filter((word) => word !== ''))
-    .filter((words) => words.length > 0 && words.every(isNumber))
-    .slice(0, TABLE_LINES);
+  const lines = text.split(/[\r\n]+/).map((line) => line.split(/[\s,;[\](){}"']+/).filter((word) => word !== ''));
+  const isLabel = (/** @type {string} */ word) => /[^:]:$/.test(word);
+  const isRow = (/** @type {string[]} */ given) => {
+    const words = given.some(isLabel) ? given.filter(isNumber) : given;
+    const others = words.filter((word) => !isNumber(word)).length;
+    // Mostly zeros beside words are the covariances of a pose.
+    const ranges = words.filter((word) => Number(word) > 0).length;
+    return words.length > 0 && (others === 0 || (others <= MAX_WORDS && 3 * ranges > words.length));
+  };
+  const rows = lines.filter(isRow).slice(0, TABLE_LINES);
   if (head.at(-1) !== 10 && rows.length > 1 && rows.length < TABLE_LINES) rows.pop();
   if (rows.length === 0) return false;
-  if (rows.every((row) => row.length >= MIN_SCAN_NUMBERS)) return true;
+  if (rows.every((row) => row.filter(isNumber).length >= MIN_SCAN_NUMBERS)) return true;
+  const labels = rows[0]?.filter(isLabel) ?? [];
+  const names = labels.length > 0 ? labels : (lines.slice(0, lines.findIndex(isRow)).at(-1) ?? []);
+  if (rows.length >= 2 && isReading(names)) return true;
   const begin = Number(rows[0]?.[0]);
-  const counts = rows.every((row, index) => row.length === 2 && Number(row[0]) === begin + index);
+  const follows = (/** @type {string[]} */ row, /** @type {number} */ index) =>
+    index === 0 || Number(row[0]) === begin || Number(row[0]) === Number(rows[index - 1]?.[0]) + 1;
+  const counts = rows.every((row, index) => row.length === 2 && follows(row, index));
   return rows.length >= TABLE_LINES && (begin === 0 || begin === 1) && counts;
+}
+
+/** Whether the names of the columns are those of an angle and a range. @param {string[]} names */
+function isReading(names) {
+  const has = (/** @type {RegExp} */ word) => names.some((name) => word.test(name));
+  return names.length < MIN_SCAN_NUMBERS && has(/^(angle|theta|bearing|azimuth)/i) && has(/^(range|dist|radius)/i);
 }
 
 /** @param {string} word */

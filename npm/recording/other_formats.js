@@ -3,35 +3,21 @@
 
 /** By how a name ends. @type {readonly [RegExp, string][]} */
 const ADVICE = [
-  [
-    /\.(tar|tgz|tar\.(gz|bz2|xz|zst)|tbz2?|txz)$/i,
-    'an archive of tar, which is not opened; unpack it (tar xf FILE) and give the folder',
-  ],
+  [/\.(tar\.xz|txz)$/i, 'an archive packed by xz, which is not opened; unpack it (tar xf FILE) and give the folder'],
   [/\.7z$/i, 'an archive of 7-Zip, which is not opened; unpack it (7z x FILE) and give the folder'],
   [/\.rar$/i, 'an archive of RAR, which is not opened; unpack it (unrar x FILE) and give the folder'],
-  [/\.gz$/i, 'packed by gzip; unpack it (gunzip FILE) and give what comes out'],
-  [/\.bz2$/i, 'packed by bzip2; unpack it (bunzip2 FILE) and give what comes out'],
-  [/\.(zst|zstd)$/i, 'packed by Zstandard; unpack it (zstd -d FILE) and give what comes out'],
+  [/\.xz$/i, 'packed by xz; unpack it (unxz FILE) and give what comes out'],
   [
     /\.db3-(wal|shm|journal)$/i,
     "belongs to a bag that was not closed; merge it (sqlite3 FILE.db3 'PRAGMA wal_checkpoint(TRUNCATE)') and give the .db3",
   ],
-  [/\.(las|laz|copc)$/i, 'a LAS cloud, which is not read; convert it: pdal translate FILE out.ply'],
+  [/\.(laz|copc)$/i, 'a LAZ cloud, which is not read; convert it: pdal translate FILE out.ply'],
   [
     /\.e57$/i,
     'an E57 cloud, which is not read; convert it: CloudCompare -SILENT -O FILE -C_EXPORT_FMT PLY -SAVE_CLOUDS',
   ],
   [/\.(obj|stl|off|gltf|glb)$/i, 'a mesh, which is not read; save its vertices as PLY (MeshLab or CloudCompare)'],
-  [
-    /\.(xyz|pts|asc|ptx)$/i,
-    'a cloud as text, which is not read; convert it: CloudCompare -SILENT -O FILE -C_EXPORT_FMT PLY -SAVE_CLOUDS',
-  ],
   [/\.rawlog$/i, 'a rawlog of MRPT, which is not read; export its scans: rawlog-edit --export-2d-scans-txt -i FILE'],
-  [/\.mat$/i, "a file of MATLAB, which is not read; save the ranges as text: writematrix(ranges, 'ranges.csv')"],
-  [
-    /\.npz$/i,
-    "an archive of NumPy, which is not read; save the array as text: numpy.savetxt('ranges.csv', array, delimiter=',')",
-  ],
   [
     /\.(h5|hdf5)$/i,
     "HDF5, which is not read; save the array as text: numpy.savetxt('ranges.csv', array, delimiter=',')",

@@ -4,6 +4,7 @@
  */
 import type { ListedBag } from '../../../npm/bag/bag_recordings.js';
 import { isBagMetadata, isBagName } from '../../../npm/bag/names.js';
+import { needsConversion } from '../../../npm/formats/names.js';
 import { type Content, filesInArchive, filesInBags } from '../../../npm/recording/contents.js';
 import { isArchiveName, isImageName } from '../../../npm/recording/kinds.js';
 import type { ByteSource } from '../../../npm/archive.js';
@@ -19,6 +20,10 @@ export interface StoredFile extends Readable {
   readHead(length: number): Promise<Uint8Array>;
   /** For an image element. */
   blob(): Promise<Blob>;
+  /** Whether it is a file as it was given. */
+  is_on_disk?: boolean;
+  /** Whether it is a cloud, whatever its name says. */
+  isCloud?: boolean;
   /** The recording that it is a part of, in a bag. */
   given?: Recording;
   /** What could not be read of it, once it has been read. */
@@ -97,8 +102,10 @@ export async function tellApart(
     return { spatial: { title: '', is_given: false, files, notes, recording }, is_recording, bag };
   }
   const loose = given.filter(({ name }) => !isArchiveName(name) && !isBagName(name) && !isBagMetadata(name));
-  const loose_names = new Set(loose.map(({ name }) => name));
-  const packed = files.filter(({ path }) => !loose_names.has(path));
+  // What was converted is not what was given.
+  const on_disk = new Set(files.filter(({ is_on_disk }) => is_on_disk).map(({ path }) => path));
+  const loose_as_given = loose.filter(({ name }) => on_disk.has(name));
+  const packed = files.filter(({ is_on_disk }) => !is_on_disk);
   const num_given = Math.max(given.length, files.length);
   if (kind === 'nothing' && (bags.length > 0 || files.filter(({ path }) => isImageName(path)).length > 1)) {
     // Meant as depth images: why they are none is better known there than in the plane.
@@ -107,7 +114,7 @@ export async function tellApart(
   const unpacked = await unpack(packed);
   const bag_notes = bags.length > 0 ? told : [];
   const all_notes = [...notes, ...bag_notes, ...unpacked.notes];
-  return { planar: { files: [...loose, ...unpacked.files], notes: all_notes, num_given }, is_recording, bag };
+  return { planar: { files: [...loose_as_given, ...unpacked.files], notes: all_notes, num_given }, is_recording, bag };
 }
 
 /** Zips and bags are opened; what lies in them is unpacked when it is read. */
@@ -116,14 +123,28 @@ export async function openFiles(
   listener: BagListener = { listed: async () => undefined, looking: () => undefined },
   wishes: Wishes = {},
 ): Promise<OpenedFiles> {
-  const { files, notes } = await openArchives(given);
-  const [of_bags, rest] = [files.filter(isOfBag), files.filter((file) => !isOfBag(file))];
-  if (!of_bags.some(({ path }) => isBagName(path))) return { given, files, notes, bags: [] };
+  const opened_archives = await openArchives(given);
+  const { notes } = opened_archives;
+  const of_bags = opened_archives.files.filter(isOfBag);
+  const rest = await convert(
+    opened_archives.files.filter((file) => !isOfBag(file)),
+    notes,
+  );
+  if (!of_bags.some(({ path }) => isBagName(path))) return { given, files: [...rest, ...of_bags], notes, bags: [] };
   const { listBags } = await import('../../../npm/bag/bag_recordings.js');
   const listed = await listBags(of_bags.map((file) => ({ path: file.path, source: () => sourceOf(file, given) })));
   await listener.listed(listed.bags);
   const opened = await openBags(listed.bags, wishes, listener);
   return { given, files: [...rest, ...opened.files], notes: [...notes, ...listed.notes], bags: opened.bags };
+}
+
+/** What is packed or of a format that the engine does not read is made into what it reads. */
+async function convert(files: StoredFile[], notes: Note[]): Promise<StoredFile[]> {
+  if (!needsConversion(files)) return files;
+  const { convertFiles } = await import('../../../npm/formats/convert.js');
+  const converted = await convertFiles(files, packed);
+  notes.push(...converted.notes);
+  return converted.files;
 }
 
 /** The same files with other topics of their bags. */
@@ -177,9 +198,12 @@ async function openArchives(files: readonly NamedFile[]): Promise<{ files: Store
       opened.push(onDisk(name, file));
       continue;
     }
-    const { bytesOfBlob, openArchive } = await import('../../../npm/archive.js');
+    const [{ bytesOfBlob }, { openAnyArchive }] = await Promise.all([
+      import('../../../npm/archive.js'),
+      import('../../../npm/open_archive.js'),
+    ]);
     try {
-      const archive = await openArchive(name, bytesOfBlob(file));
+      const archive = await openAnyArchive(name, bytesOfBlob(file));
       notes.push(...archive.notes);
       opened.push(...filesInArchive(archive).map(packed));
     } catch (error) {
@@ -200,6 +224,7 @@ function onDisk(path: string, file: File): StoredFile {
   };
   return {
     path,
+    is_on_disk: true,
     // Browsers ask the disk for it, and the page waits: of a folder's files, few are asked.
     get size() {
       return file.size;

@@ -19,6 +19,7 @@ import type {
   RunState,
   Settings,
   Snapshot,
+  TableFacts,
 } from './protocol.js';
 import { EngineProblem, WorkerDied } from './remote.js';
 import { compileFullWhenIdle, type EngineFile, isCompiled } from './start.js';
@@ -54,6 +55,8 @@ export class PlanarClient {
   #host: Host;
   /** The host of the small engine while the full one reads: it holds what is shown, which stays if nothing can be read. */
   #first_host: Host | null = null;
+  /** The host that looks into tables; null before the first one. */
+  #table_host: Host | null = null;
   #is_full = false;
   #run = 0;
   #growing = new GrowingSnapshot();
@@ -103,9 +106,20 @@ export class PlanarClient {
     return (this.#first_host ?? this.#host).call('ask', kind, frame) as Promise<Answers[K]>;
   }
 
+  /** A table as the full engine reads it, which alone reads tables: in a worker of its own, so that a run goes on. */
+  describeTable(file: InputFile, format: string | null, scan: number): Promise<TableFacts | null> {
+    const forget = (): void => {
+      this.#table_host = null;
+    };
+    const hooks: HostHooks<PlanarEvent> = { event: () => undefined, crashed: forget, unavailable: forget };
+    this.#table_host ??= new WorkerHost<PlanarApi, PlanarEvent>(planar_url, hooks, 'full');
+    return this.#table_host.call('describeTable', file, format, scan);
+  }
+
   dispose(): void {
     clearTimeout(this.#stop_timer);
     this.#first_host?.dispose();
+    this.#table_host?.dispose();
     this.#host.dispose();
   }
 

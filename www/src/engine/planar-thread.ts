@@ -25,7 +25,7 @@ import { emit, isInputError, nothingLoaded, reportCrash, serve, type Served } fr
 
 /** The full engine, or the part of it that reads scans alone and no logs. */
 export type PlanarEngine = Pick<typeof full, 'describe_settings' | 'presets' | 'version'> &
-  Partial<Pick<typeof full, 'is_laser_log'>> & {
+  Partial<Pick<typeof full, 'is_laser_log' | 'describe_table'>> & {
     init: (given: { module_or_path: WebAssembly.Module }) => Promise<unknown>;
     Reconstruction: new () => Reconstruction;
   };
@@ -70,6 +70,14 @@ const api: Served<PlanarApi> = {
     num_told = 0;
     computeLater(run);
   },
+  describeTable({ name, bytes }, format, scan) {
+    try {
+      return engine.describe_table?.(name, new Uint8Array(bytes), format, scan) ?? null;
+    } catch (error) {
+      if (isInputError(error)) return null;
+      throw error;
+    }
+  },
   ask: <K extends keyof Answers>(kind: K, frame: number) => answer(kind, frame) as Answers[K],
 };
 
@@ -96,10 +104,11 @@ async function load(run: number, inputs: Inputs, settings: Partial<Settings>, ho
   const accepted: string[] = [];
   let load_ms = 0;
   let slice_start = performance.now();
-  for (const [index, { name, bytes }] of inputs.scans.entries()) {
+  for (const [index, file] of inputs.scans.entries()) {
+    const { name } = file;
     post({ type: 'reading', run, file: name, done: index, total: inputs.scans.length });
     const start = performance.now();
-    if (attempt(problems, name, () => addScans(next, { name, bytes }, problems, notes))) accepted.push(name);
+    if (attempt(problems, name, () => addScans(next, file, problems, notes))) accepted.push(name);
     load_ms += performance.now() - start;
     if (performance.now() - slice_start > SLICE_MS) {
       await otherMessages();
@@ -139,13 +148,15 @@ async function load(run: number, inputs: Inputs, settings: Partial<Settings>, ho
 }
 
 /** A file is one scan, or a log of many. */
-function addScans(next: Reconstruction, { name, bytes }: InputFile, problems: Problem[], notes: Loaded['notes']): void {
+function addScans(next: Reconstruction, file: InputFile, problems: Problem[], notes: Loaded['notes']): void {
+  const { name, bytes, table } = file;
   const content = new Uint8Array(bytes);
-  if (!next.add_log || !engine.is_laser_log?.(content.subarray(0, LOG_HEAD_BYTES))) {
+  const is_log = table !== undefined || engine.is_laser_log?.(content.subarray(0, LOG_HEAD_BYTES));
+  if (!next.add_log || !is_log) {
     next.add_scan(name, content);
     return;
   }
-  const log = next.add_log(name, content);
+  const log = next.add_log(name, content, table);
   for (const problem of log.losses) problems.push({ file: name, place: null, problem, remedy: '' });
   for (const text of log.notes) notes.push({ file: name, text });
 }

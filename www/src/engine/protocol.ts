@@ -12,6 +12,7 @@ import type {
   Settings as EngineSettings,
   Progress,
   ReconstructionResult,
+  TableFacts,
 } from './package.js';
 
 export type {
@@ -21,6 +22,7 @@ export type {
   PlanarPose,
   Progress,
   ReconstructionResult,
+  TableFacts,
 } from './package.js';
 
 /** All settings. The engine takes some of them, and so calls each one optional. */
@@ -39,6 +41,8 @@ export type FrameResult = EngineFrameResult<PlanarPose, CleaningReport>;
 export interface InputFile {
   name: string;
   bytes: ArrayBuffer;
+  /** What its columns are, where it is a table of ranges and somebody has said so. */
+  table?: string;
 }
 
 export interface Inputs {
@@ -154,6 +158,8 @@ export interface PlanarApi {
   resume(run: number): void;
   /** `frame` matters for `correspondences` and `history` alone. */
   ask<K extends keyof Answers>(kind: K, frame: number): Answers[K];
+  /** A table as it would be read by `format`, or by a guess, with one of its scans; null where the file is no table. */
+  describeTable(file: InputFile, format: string | null, scan: number): TableFacts | null;
 }
 
 export type PlanarEvent =

@@ -175,6 +175,7 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession,
 
   protected override willUpdate(changed: Map<PropertyKey, unknown>): void {
     super.willUpdate(changed);
+    this.session.tables.has_link = this.remember_settings;
     void this.fetchPairs();
     this.fetchHistory();
     this.fetchOccupancy();
@@ -245,6 +246,19 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession,
     ></scanstitch-map>`;
   }
 
+  /** The dialog about the columns of a table; its code is loaded with the first one. */
+  private renderTableImport(): TemplateResult | typeof nothing {
+    const { tables } = this.session;
+    if (!tables.request) return nothing;
+    void import('./table-import.js');
+    return html`<scanstitch-table-import
+      .request=${tables.request}
+      ?dark=${this.dark}
+      @table-chosen=${({ detail }: CustomEvent<string>) => tables.answer(detail)}
+      @table-cancelled=${() => tables.answer(null)}
+    ></scanstitch-table-import>`;
+  }
+
   protected override renderFigures(): TemplateResult | typeof nothing {
     const { snapshot } = this.session;
     if (!snapshot || snapshot.result.frames.length === 0) return nothing;
@@ -304,6 +318,12 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession,
 
   /** Above the sample that the page begins with: an element that a host gave scans of its own has its own words. */
   protected override renderIntroduction(): TemplateResult | typeof nothing {
+    const table = this.session.tables.shown(this.session.dataset);
+    const change = (): void => void this.session.tables.change(this.session.dataset);
+    return html`${this.renderTableImport()}${table ? tableLine(table.format, change) : this.renderWelcome()}`;
+  }
+
+  private renderWelcome(): TemplateResult | typeof nothing {
     if (this.is_welcome_closed || !this.isSample()) return nothing;
     return welcome({
       want: (id) => this.want(id),
@@ -315,7 +335,7 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession,
   }
 
   protected override renderEmpty(): TemplateResult {
-    return emptyView(
+    const view = emptyView(
       {
         title: 'Drop laser scans, depth images or point clouds here',
         label: 'No scans yet',
@@ -332,6 +352,7 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession,
       this.session,
       (id) => this.want(id),
     );
+    return html`${this.renderTableImport()}${view}`;
   }
 
   private async copy(text: string): Promise<void> {
@@ -387,6 +408,14 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession,
   }
 
   static override styles = [...RunView.styles, welcome_styles];
+}
+
+/** How a table is read, and the way to change that. */
+function tableLine(format: string, change: () => void): TemplateResult {
+  return html`<section class="introduction" aria-label="Table">
+    <p>Read as a table: <code>${format}</code></p>
+    <p><button class="link" @click=${change}>Change the columns</button></p>
+  </section>`;
 }
 
 function mapMarks(

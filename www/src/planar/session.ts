@@ -1,5 +1,5 @@
 import { errorMessage, noteMessage, RunSession, wordsOf } from '../components/session.js';
-import { combine, type Dataset, type Note, takeIn } from '../datasets/dataset.js';
+import { combine, type Dataset, type Intake, type Note, takeIn } from '../datasets/dataset.js';
 import type { PlanarFiles } from '../datasets/spatial-files.js';
 import { PlanarClient } from '../engine/planar-client.js';
 import type { Answers, InputFile, Inputs, Loaded, Progress, RunState, Settings, Snapshot } from '../engine/protocol.js';
@@ -7,6 +7,7 @@ import { formatLength, plural } from '../views/format.js';
 import { sameSettings } from '../views/setting-fields.js';
 import { lookDirection } from '../views/look-direction.js';
 import { NO_POINTS, type PointSet } from '../views/point-layer.js';
+import { TableImports } from './table-imports.js';
 
 /** A thousand files are read in a second: their names are shown at most this often. */
 const READING_INTERVAL_MS = 50;
@@ -18,6 +19,13 @@ export class PlanarSession extends RunSession<PlanarClient, Settings, Dataset, S
   num_scans = 0;
   /** Which way the scanner looks in its own frame, rad. */
   look_direction = 0;
+  /** Tables of ranges, and what their columns are. */
+  readonly tables = new TableImports({
+    describe: (file, format, scan) =>
+      (this.facts && this.client?.describeTable(file, format, scan)) ?? Promise.resolve(null),
+    reload: (format) => this.#readTablesAs(format),
+    changed: () => this.changed(),
+  });
   #candidate: Dataset | null = null;
   #is_new_dataset = false;
   #next_reading = 0;
@@ -58,6 +66,12 @@ export class PlanarSession extends RunSession<PlanarClient, Settings, Dataset, S
     const intake = await takeIn(files);
     this.requested_at = requested_at;
     this.messages = [...notes, ...intake.notes].map(({ file, reason }) => noteMessage(file, reason));
+    const may_be_scans = !joins && (this.dataset === null || this.dataset.is_given);
+    await this.tables.ask(intake, may_be_scans, (known) => this.#take(known, num_given, joins));
+  }
+
+  /** Shows what was taken in, or tells why there is nothing to show. */
+  #take(intake: Intake, num_given: number, joins: boolean): void {
     const trajectory = intake.reference ?? intake.odometry;
     if (intake.scans.length === 0 && !trajectory) {
       this.report(
@@ -74,6 +88,15 @@ export class PlanarSession extends RunSession<PlanarClient, Settings, Dataset, S
       return;
     }
     this.#load(combine(this.dataset, intake, joins));
+  }
+
+  /** Reads the tables that are loaded by another format. */
+  #readTablesAs(format: string): void {
+    if (!this.dataset) return;
+    this.messages = [];
+    this.requested_at = performance.now();
+    const scans = this.dataset.scans.map((file) => (this.tables.isTable(file) ? { ...file, table: format } : file));
+    this.#load({ ...this.dataset, scans });
   }
 
   /** Leaves one scan out, or the reference. */

@@ -1,4 +1,7 @@
-/** The settings that a page begins with, and a link that carries them: `#name=value`, in space `#spatial&name=value`. */
+/**
+ * The settings that a page begins with, and a link that carries them: `#name=value`, in space `#spatial&name=value`. In the
+ * plane it may say as well what the columns of tables are: `#table=ranges=2:542,...`.
+ */
 import { settingFaults } from './setting-faults.js';
 import { type Field, parseSettings, writeSettings } from './setting-fields.js';
 
@@ -40,16 +43,18 @@ export function faultsToBegin<S extends object>(
 ): string[] {
   const names = presets.map(({ name }) => name);
   const wrong_preset = preset === '' || names.includes(preset) ? [] : [`“${preset}” is no preset: ${names.join(', ')}`];
-  // A fragment without a value is a place in the page, or the mark of a view.
+  // A fragment without a value is a place in the page, or the mark of a view; what tables are like is no setting.
   const linked = ownerOf(fragment) === view ? [...new URLSearchParams(fragment.replace(/^#/, ''))] : [];
-  const own = new URLSearchParams(linked.filter(([, value]) => value !== '')).toString();
+  const own = new URLSearchParams(linked.filter(([name, value]) => value !== '' && name !== 'table')).toString();
   return [...wrong_preset, ...settingFaults(given, descriptions), ...settingFaults(own, descriptions)];
 }
 
 /** Writes what differs from the default into the page's address. */
 export function rememberSettings<S extends object>(view: Settable, { presets }: SettingsFacts<S>, settings: S): void {
   const [first] = presets;
-  const text = first ? writeSettings(settings, first.settings) : '';
+  const settings_text = first ? writeSettings(settings, first.settings) : '';
+  const table = view === 'planar' ? new URLSearchParams(location.hash.replace(/^#/, '')).get('table') : null;
+  const text = [settings_text, ...(table === null ? [] : [`table=${table}`])].filter((part) => part !== '').join('&');
   const fragment = view === 'planar' ? `#${text}` : `#${view}&${text}`;
   history.replaceState(history.state, '', text === '' ? location.pathname + location.search : fragment);
 }

@@ -9,7 +9,7 @@
 //! Metres and radians. Lines of other words are stepped over. Of several lasers the front one's scans are read; `RLASER`,
 //! `ROBOTLASER2` and `RAWLASER2` are the others'.
 
-use super::fields::{Fields, is_comment, lines, words};
+use super::fields::{Fields, is_comment, lines, tolerate, words};
 use super::lasers::one_laser;
 use super::stated_limit::drop_false_limit;
 use super::{Bearings, LaserLog, LaserScan, common_offset, front_laser};
@@ -25,10 +25,6 @@ const WORDS: [&[u8]; 9] =
 
 /// Words that begin a scan of another laser than the front one.
 const OTHER_LASERS: [&[u8]; 3] = [b"RLASER", b"ROBOTLASER2", b"RAWLASER2"];
-/// One line in so many may be damaged: it is left out. Beyond that the file is not what it seems.
-const MAX_DAMAGED_SHARE: f64 = 0.05;
-/// Number of damaged lines that are reported one by one.
-const MOST_TOLD: usize = 3;
 
 /// Whether the beginning of a file is one of a CARMEN log.
 pub(super) fn looks_like_carmen(head: &[u8]) -> bool {
@@ -71,26 +67,12 @@ pub(super) fn read(bytes: &[u8]) -> Result<LaserLog> {
             Ok(()) => {}
         }
     }
-    if let Some(first) = damaged.first()
-        && damaged.len() as f64 > MAX_DAMAGED_SHARE * reader.scans.len() as f64
-    {
-        return Err(first.clone());
-    }
-    losses.extend(damaged.iter().take(MOST_TOLD).map(|error| format!("A line was left out. {}", capitalized(error))));
-    if damaged.len() > MOST_TOLD {
-        losses.push(format!("{} more damaged lines were left out.", damaged.len() - MOST_TOLD));
-    }
+    losses.extend(tolerate(&damaged, reader.scans.len())?);
     Ok(reader.finish(losses))
 }
 
 fn cut_off(line: usize) -> String {
     format!("Line {line}, the last one, is cut off and was left out.")
-}
-
-/// An error as a sentence.
-fn capitalized(error: &Error) -> String {
-    let text = error.to_string();
-    text.strip_prefix("line").map_or_else(|| text.clone(), |rest| format!("Line{rest}"))
 }
 
 impl Reader {

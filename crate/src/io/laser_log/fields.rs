@@ -5,6 +5,32 @@ use crate::geometry::Pose2;
 use crate::io::text::{number, quote};
 use crate::{Error, Result};
 
+/// One line in so many may be damaged: it is left out. Beyond that the file is not what it seems.
+const MAX_DAMAGED_SHARE: f64 = 0.05;
+/// Number of damaged lines that are reported one by one.
+const MOST_TOLD: usize = 3;
+
+/// What to say of damaged lines, which are left out.
+///
+/// # Errors
+/// The first of them, where they are too many beside so many scans.
+pub(super) fn tolerate(damaged: &[Error], num_scans: usize) -> Result<Vec<String>> {
+    if let Some(first) = damaged.first()
+        && damaged.len() as f64 > MAX_DAMAGED_SHARE * num_scans as f64
+    {
+        return Err(first.clone());
+    }
+    let told = damaged.iter().take(MOST_TOLD).map(|error| format!("A line was left out. {}", capitalized(error)));
+    let more = damaged.len().saturating_sub(MOST_TOLD);
+    Ok(told.chain((more > 0).then(|| format!("{more} more damaged lines were left out."))).collect())
+}
+
+/// An error as a sentence.
+fn capitalized(error: &Error) -> String {
+    let text = error.to_string();
+    text.strip_prefix("line").map_or_else(|| text.clone(), |rest| format!("Line{rest}"))
+}
+
 /// The words of a line, taken one after the other.
 pub(super) struct Fields<'a> {
     pub words: Vec<&'a [u8]>,

@@ -1,0 +1,283 @@
+//! What the columns of a table of ranges most probably are: from the names above them, the numbers in them, and from what
+//! lasers there are.
+
+use std::f64::consts::TAU;
+
+use super::rows::{Row, Table};
+use super::{AngleColumn, Layout, OdometryColumns, TableFormat};
+use crate::{Error, Result};
+
+/// Lines that a guess is made from.
+pub(super) const GUESS_LINES: usize = 20;
+/// A line of a scan has this many numbers at least: a pose has 16 at the most.
+pub(super) const MIN_SCAN_NUMBERS: usize = 24;
+/// Of fewer lines, numbers that grow from line to line may be ranges.
+const MIN_GROWING_LINES: usize = 3;
+/// Times stand among the outermost columns.
+const MAX_TIME_COLUMN: usize = 3;
+/// The ranges of neighbouring beams differ by less than so much of their size, in some line at least.
+const UNLIKE: f64 = 0.1;
+/// What lasers write in place of a range.
+const NO_RETURN: f64 = -1.0;
+/// A median range from here on can be no metres (m) ...
+const MAX_METRES: f64 = 60.0;
+/// ... and from here on no centimetres.
+const MAX_CENTIMETRES: f64 = 1500.0;
+/// More readings than this of no known laser are taken for a full turn: lasers that turn are the common ones.
+const MIN_FULL_TURN: usize = 200;
+/// Times since 1970 of at least so much have this unit (s); smaller ones are told by their steps.
+const EPOCH_UNITS: [(f64, f64); 4] = [(1e17, 1e-9), (1e14, 1e-6), (1e11, 1e-3), (1e8, 1.0)];
+/// Scans follow each other within so many units (s).
+const STEP_UNITS: [(f64, f64); 4] = [(5e6, 1e-9), (5e3, 1e-6), (5.0, 1e-3), (0.0, 1.0)];
+
+/// A format, and why it may be wrong.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Guess {
+    /// Complete: a table can be read by it.
+    pub format: TableFormat,
+    /// What had to be assumed, in a whole sentence; `None` where the numbers tell all.
+    pub doubt: Option<String>,
+}
+
+/// Fields of view (rad) of lasers that are common, by the number of their readings.
+fn field_of_view(num_readings: usize) -> Option<f64> {
+    let degrees = match num_readings {
+        // SICK LMS: steps of 1, 0.5 and 0.25 degrees.
+        180 | 181 | 361 | 721 => 180.0,
+        // Hokuyo URG-04LX and UST, UTM: steps of 360/1024 and 0.25 degrees.
+        682 | 683 => 240.0,
+        1080 | 1081 | 541 => 270.0,
+        // All round: RPLIDAR, LDS, XV-11.
+        360 | 400 | 720 | 1440 => 360.0,
+        _ => return None,
+    };
+    Some(f64::to_radians(degrees))
+}
+
+/// Two columns, the first of which counts, perhaps again and again: a step and its range.
+pub(super) fn is_counted(rows: &[Row]) -> bool {
+    let Some(begin) = rows.first().map(|row| row.values[0]) else { return false };
+    let follows = |pair: &[Row]| {
+        let [before, now] = [pair[0].values[0], pair[1].values[0]];
+        now == before + 1.0 || now == begin
+    };
+    let is_pair = |row: &Row| row.values.len() == 2 && row.words.is_empty();
+    rows.len() >= GUESS_LINES
+        && (begin == 0.0 || begin == 1.0)
+        && rows.iter().all(is_pair)
+        && rows.windows(2).all(follows)
+}
+
+/// The columns of an angle and a range, by their names.
+pub(super) fn named_reading(names: &[String]) -> Option<(usize, usize)> {
+    let find = |words: &[&str]| names.iter().position(|name| words.iter().any(|word| name.starts_with(word)));
+    let angle = find(&["angle", "theta", "bearing", "azimuth"])?;
+    Some((angle, find(&["range", "dist", "radius"]).filter(|_| names.len() < MIN_SCAN_NUMBERS)?))
+}
+
+pub(super) fn guess(table: &Table) -> Result<Guess> {
+    let rows = &table.rows[..];
+    let Some(first) = rows.first() else { return Err(Error::whole("The file holds no table", "Give a laser log")) };
+    if let Some((angle, range)) = named_reading(&table.names).filter(|(angle, range)| angle.max(range) < &table.width())
+    {
+        return Ok(guess_readings(table, angle, range));
+    }
+    if is_counted(&rows[..rows.len().min(GUESS_LINES)]) {
+        return Ok(guess_counted(rows));
+    }
+    let rows = &rows[..rows.len().min(GUESS_LINES)];
+    if is_breezy(rows) {
+        return Ok(Guess { format: breezy(), doubt: None });
+    }
+    if first.values.len() < MIN_SCAN_NUMBERS {
+        let problem = format!("The lines of this table have {} numbers, which are no scans", first.values.len());
+        return Err(Error::whole(problem, super::format::SAY_COLUMNS));
+    }
+    Ok(guess_scans(table, rows))
+}
+
+/// An angle and a range a line.
+fn guess_readings(table: &Table, angle: usize, range: usize) -> Guess {
+    let rows = &table.rows;
+    let most = rows.iter().filter_map(|row| row.values.get(angle)).fold(0.0, |most: f64, angle| most.max(angle.abs()));
+    let unit = if most > 7.0 { 1f64.to_radians() } else { 1.0 };
+    let layout = Layout::ReadingPerLine { range, angle: Some(AngleColumn { column: angle, unit }) };
+    let named = unit_named(&table.names[range..=range]);
+    let unit = named.unwrap_or_else(|| unit_of(rows.iter().filter_map(|row| row.values.get(range).copied()).collect()));
+    Guess { format: TableFormat { unit, ..TableFormat::of(layout, 0.0, 0.0) }, doubt: None }
+}
+
+/// A step and a range a line, of one scan or of several.
+fn guess_counted(rows: &[Row]) -> Guess {
+    let begin = rows[0].values[0];
+    let count = rows.iter().skip(1).position(|row| row.values[0] == begin).map_or(rows.len(), |index| index + 1);
+    let (start, step, doubt) = view_of(count);
+    let angle = (count < rows.len()).then_some(AngleColumn { column: 0, unit: step });
+    let start = if angle.is_some() { start - begin * step } else { start };
+    let unit = unit_of(rows.iter().filter_map(|row| row.values.get(1).copied()).collect());
+    let format = TableFormat::of(Layout::ReadingPerLine { range: 1, angle }, start, step);
+    Guess { format: TableFormat { unit, ..format }, doubt }
+}
+
+/// A scan a line: where the ranges begin and end, and what stands beside them.
+fn guess_scans(table: &Table, rows: &[Row]) -> Guess {
+    let width = table.width();
+    if let Some(format) = message_columns(&rows[0].values) {
+        return Guess { format, doubt: None };
+    }
+    let (first, end) = block_of_ranges(table, rows);
+    let (start, step, doubt) = view_of(end - first);
+    let beside = || (0..first).chain(end..width);
+    let named = |words: &[&str]| {
+        beside().find(|&column| table.names.get(column).is_some_and(|name| words.contains(&name.as_str())))
+    };
+    let time = named(&["t", "time", "timestamp", "stamp", "sec", "seconds"])
+        .or_else(|| beside().find(|&column| is_growing(rows, column) && !is_counter(rows, column)))
+        .map(|column| (column, time_unit(rows, column)));
+    let pose = [named(&["x", "odom_x", "pose_x"]), named(&["y", "odom_y", "pose_y"])];
+    let heading = named(&["theta", "th", "yaw", "heading", "phi", "odom_theta", "odom_yaw", "pose_theta"]);
+    let poses = match (pose, heading) {
+        ([Some(x), Some(y)], Some(theta)) => Some(OdometryColumns::Pose([x, y, theta])),
+        _ => None,
+    };
+    let readings =
+        rows.iter().flat_map(|row| row.values[first.min(row.values.len())..end.min(row.values.len())].to_vec());
+    let named = unit_named(table.names.get(first..end).unwrap_or_default());
+    let unit = named.unwrap_or_else(|| unit_of(readings.collect()));
+    let format = TableFormat::of(Layout::ScanPerLine { first, end }, start, step);
+    Guess { format: TableFormat { unit, time, odometry: poses, has_wheels: false, ..format }, doubt }
+}
+
+/// A `LaserScan` without names, as `ros2 topic echo --csv` writes it: angle_min, angle_max, angle_increment, time_increment,
+/// scan_time, range_min, range_max, then the ranges that these angles make.
+fn message_columns(values: &[f64]) -> Option<TableFormat> {
+    let is_even = |at: &usize| {
+        let [low, high, step, _, _, nearest, farthest] = values[*at..*at + 7] else { return false };
+        let steps = (high - low) / step;
+        let is_angle = low < high && high - low < 1.01 * TAU && step > 0.0 && (steps - steps.round()).abs() < 0.1;
+        is_angle && nearest >= 0.0 && farthest > nearest && *at + 8 + steps.round() as usize <= values.len()
+    };
+    let at = (0..values.len().saturating_sub(7).min(MIN_SCAN_NUMBERS)).find(is_even)?;
+    let (first, step) = (at + 7, values[at + 2]);
+    let count = 1 + ((values[at + 1] - values[at]) / step).round() as usize;
+    let layout = Layout::ScanPerLine { first, end: first + count };
+    (count >= MIN_SCAN_NUMBERS).then(|| TableFormat::of(layout, values[at], step))
+}
+
+/// The columns of the ranges: as many as a known laser has, where that leaves nothing among them that is no range and
+/// nothing beside them without need.
+fn block_of_ranges(table: &Table, rows: &[Row]) -> (usize, usize) {
+    let width = table.width();
+    let is_none: Vec<bool> = (0..width).map(|column| is_no_range(rows, column)).collect();
+    let most = MIN_SCAN_NUMBERS.min(width - MIN_SCAN_NUMBERS);
+    // From the outermost column that is no range; what grows may be a range that does.
+    let front = (0..most).rev().find(|&column| is_none[column]).map_or(0, |column| column + 1);
+    let back = (0..most).find(|&back| is_none[width - most + back]).map_or(0, |back| most - back);
+    let beside = |extra: usize| (0..=extra).map(move |before| (front + before, back + extra - before));
+    let fits = |&(front, back): &(usize, usize)| {
+        let count = width.saturating_sub(front + back);
+        count >= MIN_SCAN_NUMBERS && field_of_view(count).is_some()
+    };
+    let (front, back) = (0..=most).flat_map(beside).find(fits).unwrap_or((front, back));
+    (front, width - back)
+}
+
+/// Whether a column can hold no ranges.
+fn is_no_range(rows: &[Row], column: usize) -> bool {
+    let is_word = rows.iter().any(|row| row.words.contains(&column));
+    let is_negative = |row: &Row| row.values.get(column).is_some_and(|&value| value < 0.0 && value != NO_RETURN);
+    is_word || rows.iter().any(is_negative) || is_time(rows, column)
+}
+
+/// Whether the numbers of one of the outermost columns grow from line to line, and are not those of the next beam.
+fn is_time(rows: &[Row], column: usize) -> bool {
+    let width = rows[0].values.len();
+    let inner = if column < MAX_TIME_COLUMN { column + 1 } else { column - 1 };
+    let is_unlike = |row: &Row| {
+        let [Some(value), Some(next)] = [row.values.get(column), row.values.get(inner)] else { return false };
+        (value - next).abs() > UNLIKE * value.abs().max(next.abs())
+    };
+    let is_outer = column < MAX_TIME_COLUMN || column + MAX_TIME_COLUMN >= width;
+    is_outer && rows.len() >= MIN_GROWING_LINES && is_growing(rows, column) && rows.iter().all(is_unlike)
+}
+
+/// Whether a column's values grow from line to line.
+fn is_growing(rows: &[Row], column: usize) -> bool {
+    let values: Vec<f64> = rows.iter().filter_map(|row| row.values.get(column).copied()).collect();
+    values.len() > 1 && values.len() == rows.len() && values.windows(2).all(|pair| pair[0] < pair[1])
+}
+
+/// Whether a column counts the lines.
+fn is_counter(rows: &[Row], column: usize) -> bool {
+    let values = || rows.iter().map(|row| row.values[column]);
+    let begin = rows[0].values[column];
+    (begin == 0.0 || begin == 1.0) && values().enumerate().all(|(index, value)| value == begin + index as f64)
+}
+
+/// Seconds of the unit of times.
+fn time_unit(rows: &[Row], column: usize) -> f64 {
+    let times: Vec<f64> = rows.iter().filter_map(|row| row.values.get(column).copied()).collect();
+    let first = times.first().copied().unwrap_or(0.0);
+    let mut steps: Vec<f64> = times.windows(2).map(|pair| (pair[1] - pair[0]).abs()).collect();
+    steps.sort_by(f64::total_cmp);
+    let step = steps.get(steps.len() / 2).copied().unwrap_or(0.0);
+    let unit_from =
+        |units: &[(f64, f64)], value: f64| units.iter().find(|(least, _)| value >= *least).map(|unit| unit.1);
+    unit_from(&EPOCH_UNITS, first).or_else(|| unit_from(&STEP_UNITS, step)).unwrap_or(1.0)
+}
+
+fn is_breezy(rows: &[Row]) -> bool {
+    let is_row = |row: &Row| matches!(row.values.len(), 706 | 707);
+    rows.iter().all(is_row) && is_growing(rows, 0) && rows[0].values[0] > 1e3
+}
+
+/// The `.dat` of BreezySLAM's example: a URG-04LX on the robot of the Paris School of Mines. 24 numbers (the time in us
+/// first, the ticks of the wheels third and fourth), 682 ranges in mm, one more number.
+fn breezy() -> TableFormat {
+    let layout = Layout::ScanPerLine { first: 24, end: 24 + 682 };
+    TableFormat {
+        unit: 1e-3,
+        time: Some((0, 1e-6)),
+        // Wheels of 77 mm radius, 330 mm apart, 2000 ticks a turn.
+        odometry: Some(OdometryColumns::Wheels { columns: [2, 3], metres_per_tick: TAU * 0.077 / 2000.0, track: 0.33 }),
+        has_wheels: true,
+        ahead: 0.145,
+        ..TableFormat::of(layout, -120f64.to_radians(), TAU / 1024.0)
+    }
+}
+
+/// Bearing of the first reading and the step between two (rad), for a laser that looks ahead; and what was assumed, where no
+/// known laser has so many readings.
+fn view_of(num_readings: usize) -> (f64, f64, Option<String>) {
+    let known = field_of_view(num_readings);
+    let view = known.unwrap_or(if num_readings >= MIN_FULL_TURN { TAU } else { std::f64::consts::PI });
+    let doubt = known.is_none().then(|| {
+        let degrees = view.to_degrees();
+        format!("No known laser has {num_readings} readings: they are taken to cover {degrees:.0} degrees.")
+    });
+    let is_round = view > 6.0;
+    // All round the first reading follows the last; of an even number the last one is left out.
+    let num_steps = if is_round || num_readings.is_multiple_of(2) { num_readings } else { num_readings - 1 };
+    (if is_round { 0.0 } else { -view / 2.0 }, view / num_steps.max(1) as f64, doubt)
+}
+
+/// Metres of the unit that a column's name says: `distance_mm`, `range (cm)`.
+fn unit_named(names: &[String]) -> Option<f64> {
+    let words =
+        |name: &'_ String| name.split(|c: char| !c.is_ascii_alphabetic()).map(str::to_owned).collect::<Vec<_>>();
+    let unit = |word: String| super::format::UNITS.iter().find(|unit| unit.0 == word).map(|unit| unit.1);
+    names.iter().flat_map(words).find_map(unit)
+}
+
+/// Metres of a unit of these readings.
+fn unit_of(mut readings: Vec<f64>) -> f64 {
+    readings.retain(|&reading| reading.is_finite() && (reading > 1.0 || reading.fract() != 0.0 && reading > 0.0));
+    readings.sort_by(f64::total_cmp);
+    let median = readings.get(readings.len() / 2).copied().unwrap_or(0.0);
+    let is_whole = readings.iter().all(|reading| reading.fract() == 0.0);
+    match median {
+        median if median < MAX_METRES && !(is_whole && median > 20.0) => 1.0,
+        median if median < MAX_CENTIMETRES && !(is_whole && readings.last() > Some(&5000.0)) => 0.01,
+        _ => 1e-3,
+    }
+}

@@ -1,0 +1,286 @@
+//! Tables of ranges without words: a scan a line, or a reading a line. What the columns mean is said by a comment
+//! (`# table: FORMAT`), guessed from the numbers and from what lasers there are, or given.
+//!
+//! As text, a [`TableFormat`] is `name=value` pairs apart by commas, columns counted from 1:
+//! `ranges=25:706,unit=mm,start=-120deg,step=0.3516deg,time=1:us,odometry=2:3:4`. What such a text leaves out is guessed.
+
+use super::fields::tolerate;
+use super::{Bearings, LaserLog, LaserScan, MAX_BEAMS, pose};
+use crate::geometry::Pose2;
+use crate::{Error, Result};
+
+mod format;
+mod guess;
+mod odometry;
+mod preview;
+mod rows;
+
+pub use guess::Guess;
+pub use preview::{TableFacts, describe};
+use rows::{Row, Table};
+
+/// What the lines of a table of ranges mean. Columns are counted from 0.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TableFormat {
+    /// Where the ranges stand.
+    pub layout: Layout,
+    /// Metres of a unit of the ranges, and of the poses' positions.
+    pub unit: f64,
+    /// Bearing of the first reading (rad).
+    pub start: f64,
+    /// From one reading to the next (rad), counter-clockwise.
+    pub step: f64,
+    /// The time's column and its unit (s).
+    pub time: Option<(usize, f64)>,
+    /// Where the robot thought it was.
+    pub odometry: Option<OdometryColumns>,
+    /// Whether that is what its wheels measured; somebody may have corrected it else.
+    pub has_wheels: bool,
+    /// Columns of x, y (in the table's unit) and heading (rad) of where the robot really was.
+    pub reference: Option<[usize; 3]>,
+    /// How far the laser sits ahead of the robot's centre (m).
+    pub ahead: f64,
+}
+
+/// Where the ranges of a table stand.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Layout {
+    /// A scan a line, in the columns from `first` to before `end`.
+    ScanPerLine {
+        /// First column of the ranges.
+        first: usize,
+        /// The column after the last one.
+        end: usize,
+    },
+    /// A reading a line; without angles the whole table is one scan.
+    ReadingPerLine {
+        /// The column of the range.
+        range: usize,
+        /// The column of its angle: a scan ends where the angle jumps back.
+        angle: Option<AngleColumn>,
+    },
+}
+
+/// A column of angles.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct AngleColumn {
+    /// Its number.
+    pub column: usize,
+    /// One of it (rad); negative where the angles grow clockwise.
+    pub unit: f64,
+}
+
+/// Columns of odometry.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum OdometryColumns {
+    /// x, y (in the table's unit) and heading (rad).
+    Pose([usize; 3]),
+    /// What the left and the right wheel have turned, in ticks.
+    Wheels {
+        /// Columns of the left and the right wheel.
+        columns: [usize; 2],
+        /// What a wheel rolls in a tick (m).
+        metres_per_tick: f64,
+        /// Between the wheels (m).
+        track: f64,
+    },
+}
+
+impl TableFormat {
+    /// Metres, without times and poses.
+    fn of(layout: Layout, start: f64, step: f64) -> Self {
+        Self {
+            layout,
+            unit: 1.0,
+            start,
+            step,
+            time: None,
+            odometry: None,
+            has_wheels: false,
+            reference: None,
+            ahead: 0.0,
+        }
+    }
+
+    /// What the columns of a table most probably are.
+    ///
+    /// # Errors
+    /// When its lines are no scans: then the format is to be given.
+    pub fn guess(text: &[u8]) -> Result<Guess> {
+        guess_of(&Table::read(text, usize::MAX))
+    }
+}
+
+/// By its comment, and its numbers.
+fn guess_of(table: &Table) -> Result<Guess> {
+    let guess = guess::guess(table);
+    let Some(said) = &table.format else { return guess };
+    match guess {
+        Err(_) => Ok(Guess { format: said.parse()?, doubt: None }),
+        Ok(Guess { format, doubt }) => {
+            let says_angles = said.contains("start=") && said.contains("step=");
+            Ok(Guess { format: format.changed(said)?, doubt: doubt.filter(|_| !says_angles) })
+        }
+    }
+}
+
+/// Whether the beginning of a file is a table of ranges.
+pub(super) fn looks_like_table(head: &[u8]) -> bool {
+    let is_cut = !head.ends_with(b"\n");
+    let Table { mut rows, names, .. } = Table::read(head, guess::GUESS_LINES);
+    if is_cut && rows.len() > 1 && rows.len() < guess::GUESS_LINES {
+        rows.pop();
+    }
+    let is_scan = |row: &Row| row.values.len() - row.words.len() >= guess::MIN_SCAN_NUMBERS;
+    let is_readings = rows.len() >= 2 && guess::named_reading(&names).is_some();
+    !rows.is_empty() && (rows.iter().all(is_scan) || is_readings || guess::is_counted(&rows))
+}
+
+/// Reads a table whose format is guessed, and says how it was read.
+pub(super) fn read_guessed(text: &[u8]) -> Result<LaserLog> {
+    let table = Table::read(text, usize::MAX);
+    let Guess { format, doubt } = guess_of(&table)?;
+    if let Some(doubt) = doubt {
+        let remedy = format!("If they do not, say what the columns are; if they do, give --table {format}");
+        return Err(Error::whole(format!("This may be a table of ranges. {}", doubt.trim_end_matches('.')), remedy));
+    }
+    let mut log = read_rows(&table, &format)?;
+    log.notes.push(format!(
+        "A table of ranges, read as --table {format}. Give another format if that is not what its columns are."
+    ));
+    Ok(log)
+}
+
+/// Reads a table of the format that a text gives. What it leaves out is guessed, but no times and no poses where it names the
+/// ranges: then it is meant to be whole.
+///
+/// # Errors
+/// Names what is wrong with the format, or the line that has no such columns.
+pub fn read_given(text: &[u8], given: &str) -> Result<LaserLog> {
+    let table = Table::read(text, usize::MAX);
+    read_rows(&table, &format_given(&table, given)?)
+}
+
+fn format_given(table: &Table, given: &str) -> Result<TableFormat> {
+    match guess_of(table) {
+        Err(_) => given.parse(),
+        Ok(guess) if given.contains("range") => {
+            let TableFormat { layout, unit, start, step, .. } = guess.format;
+            TableFormat { unit, ..TableFormat::of(layout, start, step) }.changed(given)
+        }
+        Ok(guess) => guess.format.changed(given),
+    }
+}
+
+/// Reads a table of this format. Lines before the first one of numbers are stepped over.
+///
+/// # Errors
+/// Names the line that has no such columns.
+pub fn read_as(text: &[u8], format: &TableFormat) -> Result<LaserLog> {
+    read_rows(&Table::read(text, usize::MAX), format)
+}
+
+fn read_rows(table: &Table, format: &TableFormat) -> Result<LaserLog> {
+    let mut damaged: Vec<(usize, Error)> = table.strays.iter().map(|&line| (line, no_number(line))).collect();
+    let mut losses = Vec::new();
+    let mut rows: Vec<&Row> = Vec::with_capacity(table.rows.len());
+    for (index, row) in table.rows.iter().enumerate() {
+        match format.fault(row) {
+            None => rows.push(row),
+            // A recorder that was switched off leaves half a line behind.
+            Some(_) if index + 1 == table.rows.len() && index > 0 && row.words.is_empty() => {
+                losses.push("The last line is cut off and was left out.".to_owned());
+            }
+            Some(error) => damaged.push((row.line, error)),
+        }
+    }
+    damaged.sort_by_key(|(line, _)| *line);
+    let (damaged_lines, faults): (Vec<usize>, Vec<Error>) = damaged.into_iter().unzip();
+    losses.extend(tolerate(&faults, rows.len())?);
+    // Lines that were left out keep their numbers.
+    let number = |index: usize, row: &Row| index + damaged_lines.partition_point(|&line| line < row.line);
+    let scans = match format.layout {
+        Layout::ReadingPerLine { range, angle } => format.scans_of_readings(&rows, range, angle),
+        Layout::ScanPerLine { first, end } => {
+            let mut scans: Vec<LaserScan> = Vec::with_capacity(rows.len());
+            for (index, row) in rows.iter().enumerate() {
+                let ranges = row.values[first..end].iter().map(|&value| format.range_of(value)).collect();
+                let bearings = Bearings::Even { start: format.start, step: format.step };
+                scans.push(format.scan(number(index, row), row, ranges, bearings));
+            }
+            format.add_poses(&mut scans, &rows);
+            scans
+        }
+    };
+    let T_robot_laser = Pose2::new(nalgebra::Vector2::new(format.ahead, 0.0), 0.0);
+    Ok(LaserLog { scans, T_robot_laser, has_wheel_odometry: format.has_wheels, losses, notes: Vec::new() })
+}
+
+fn no_number(line: usize) -> Error {
+    Error::line(line, "A word of this line is no number", "Correct the line or remove it")
+}
+
+impl TableFormat {
+    /// What keeps a row from being read.
+    fn fault(&self, row: &Row) -> Option<Error> {
+        let (first, end) = match self.layout {
+            Layout::ScanPerLine { first, end } => (first, end),
+            Layout::ReadingPerLine { range, angle } => (range, range.max(angle.map_or(0, |angle| angle.column)) + 1),
+        };
+        let has = row.values.len();
+        if has < end {
+            let problem = format!("The line has {has} numbers, and its ranges reach to the {end}th");
+            return Some(Error::line(row.line, problem, "Correct the line, or the table's format"));
+        }
+        row.words.iter().any(|column| (first..end).contains(column)).then(|| no_number(row.line))
+    }
+
+    /// A range (m); NaN where nothing came back: lasers write 0 or 1 of their units there, or less than nothing.
+    fn range_of(&self, value: f64) -> f32 {
+        if value > 1.0 || value > 0.0 && self.unit == 1.0 { (self.unit * value) as f32 } else { f32::NAN }
+    }
+
+    fn scan(&self, number: usize, row: &Row, ranges: Vec<f32>, bearings: Bearings) -> LaserScan {
+        LaserScan {
+            number,
+            line: row.line,
+            bearings,
+            ranges,
+            max_range: f64::INFINITY,
+            time: self.time.and_then(|(column, seconds)| Some(seconds * row.values.get(column)?)),
+            reference: self.reference.and_then(|columns| self.pose_of(row, columns)),
+            odometry: None,
+        }
+    }
+
+    /// Readings one after the other: a scan ends where its angles jump back.
+    fn scans_of_readings(&self, rows: &[&Row], range: usize, angle: Option<AngleColumn>) -> Vec<LaserScan> {
+        let range_of = |row: &&Row| self.range_of(row.values[range]);
+        let Some(AngleColumn { column, unit }) = angle else {
+            let ranges: Vec<f32> = rows.iter().take(MAX_BEAMS).map(range_of).collect();
+            let bearings = Bearings::Even { start: self.start, step: self.step };
+            return rows.first().map(|row| self.scan(0, row, ranges, bearings)).into_iter().collect();
+        };
+        let angles: Vec<f64> = rows.iter().map(|row| row.values[column]).collect();
+        let (low, high) = angles.iter().fold((f64::MAX, f64::MIN), |(low, high), &a| (low.min(a), high.max(a)));
+        let jumps = |pair: &[f64]| (pair[1] - pair[0]).abs() > 0.5 * (high - low) || pair[1].is_nan();
+        let mut ends: Vec<usize> =
+            angles.windows(2).zip(1..).filter(|(pair, _)| jumps(pair)).map(|(_, end)| end).collect();
+        ends.push(rows.len());
+        let mut begin = 0;
+        let mut scans: Vec<LaserScan> = Vec::new();
+        for end in ends {
+            let beams = begin..end.min(begin + MAX_BEAMS);
+            let bearings = angles[beams.clone()].iter().map(|angle| self.start + unit * angle).collect();
+            let ranges = rows[beams].iter().map(range_of).collect();
+            scans.push(self.scan(scans.len(), rows[begin], ranges, Bearings::Listed(bearings)));
+            begin = end;
+        }
+        scans
+    }
+
+    fn pose_of(&self, row: &Row, [x, y, theta]: [usize; 3]) -> Option<Pose2> {
+        let value = |column: usize| row.values.get(column).copied().filter(|value| value.is_finite());
+        pose(self.unit * value(x)?, self.unit * value(y)?, value(theta)?)
+    }
+}

@@ -1,0 +1,220 @@
+//! The numbers of a table, whatever stands between them: spaces, tabs, commas or semicolons, brackets of lists; decimal
+//! points or decimal commas.
+
+use std::borrow::Cow;
+
+use super::super::fields::{is_comment, lines};
+use crate::io::text::number;
+
+/// A comment that begins so says what the columns are.
+const FORMAT_COMMENT: &[u8] = b"table:";
+/// Lines that the separators are told from.
+const LOOKED_INTO: usize = 50;
+/// A line of a scan may have so many words that are no numbers: names of frames, dates.
+const MAX_WORDS: usize = 8;
+
+/// A line of numbers.
+#[derive(Debug, Clone)]
+pub(super) struct Row {
+    /// Number of its line, from 1.
+    pub line: usize,
+    /// NaN where a cell is empty or holds a word.
+    pub values: Vec<f64>,
+    /// Columns that hold a word, which is no number.
+    pub words: Vec<usize>,
+}
+
+/// The rows of a table, and what stands above them.
+#[derive(Debug, Default)]
+pub(super) struct Table {
+    pub rows: Vec<Row>,
+    /// The words of the line above the first row, one a column; empty where there is none.
+    pub names: Vec<String>,
+    /// What a comment says the columns are.
+    pub format: Option<String>,
+    /// Lines below the first row that are none.
+    pub strays: Vec<usize>,
+}
+
+impl Table {
+    /// The first rows of a text, at most so many.
+    pub fn read(text: &[u8], most: usize) -> Self {
+        let separators = Separators::of(text);
+        let mut table = Self::default();
+        for (line, text) in lines(text) {
+            if is_comment(text) || text.starts_with(b"%") || text.starts_with(b"//") {
+                let words = text.trim_ascii_start().strip_prefix(b"#").unwrap_or_default().trim_ascii();
+                if let Some(format) = words.strip_prefix(FORMAT_COMMENT) {
+                    table.format = Some(String::from_utf8_lossy(format.trim_ascii()).into_owned());
+                }
+                continue;
+            }
+            match separators.row(text, line) {
+                Some(row) => {
+                    if table.rows.is_empty() && text.contains(&b':') {
+                        table.names = separators.labels(text);
+                    }
+                    table.rows.push(row);
+                }
+                None if table.rows.is_empty() => table.names = separators.names(text),
+                None => table.strays.push(line),
+            }
+            if table.rows.len() >= most {
+                break;
+            }
+        }
+        table
+    }
+
+    /// Columns of the first row.
+    pub fn width(&self) -> usize {
+        self.rows.first().map_or(0, |row| row.values.len())
+    }
+}
+
+/// What stands between numbers, and within them.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct Separators {
+    /// Beside spaces; two of them with nothing between leave a cell empty.
+    gap: Option<u8>,
+    /// Whether a comma is the decimal point.
+    has_decimal_commas: bool,
+}
+
+impl Separators {
+    fn of(text: &[u8]) -> Self {
+        let head: Vec<&[u8]> =
+            lines(text).map(|(_, line)| line).filter(|line| !is_comment(line)).take(LOOKED_INTO).collect();
+        let has = |byte: u8| head.iter().any(|line| line.contains(&byte));
+        let outer = if has(b';') { Some(b';') } else { has(b'\t').then_some(b'\t') };
+        // "1,25" between spaces, tabs or semicolons, and no number with a point.
+        let is_gap = |byte: &u8| byte.is_ascii_whitespace() || Some(*byte) == outer;
+        let mut words = head.iter().flat_map(|line| line.split(is_gap)).filter(|word| word.contains(&b','));
+        let is_decimal = |word: &[u8]| {
+            let mut parts = word.split(|&byte| byte == b',');
+            let is_digits = |part: &[u8]| part.iter().all(|byte| byte.is_ascii_digit() || b"+-eE".contains(byte));
+            let (Some(whole), Some(fraction), None) = (parts.next(), parts.next(), parts.next()) else { return false };
+            !fraction.is_empty() && is_digits(whole) && is_digits(fraction)
+        };
+        let is_spaced = outer.is_some() || head.iter().any(|line| line.trim_ascii().contains(&b' '));
+        let has_decimal_commas = has(b',') && is_spaced && words.all(is_decimal) && !head.iter().any(|l| has_point(l));
+        let gap = outer.or_else(|| (has(b',') && !has_decimal_commas).then_some(b','));
+        Self { gap, has_decimal_commas }
+    }
+
+    /// The numbers of a line; `None` where it is none.
+    fn row(self, text: &[u8], line: usize) -> Option<Row> {
+        let mut row = Row { line, values: Vec::new(), words: Vec::new() };
+        // "theta: 0.5 dist: 1200": beside labels, words stand for no column.
+        let has_labels = self.cells(text).any(is_label);
+        for word in self.cells(text).filter(|word| !has_labels || number(word).is_some()) {
+            let word = if self.has_decimal_commas { with_point(word) } else { Cow::Borrowed(word) };
+            let value = number(&word);
+            if value.is_none() && !word.is_empty() {
+                row.words.push(row.values.len());
+            }
+            row.values.push(value.unwrap_or(f64::NAN));
+        }
+        let num_words = row.words.len();
+        // Mostly zeros beside words are the covariances of a pose.
+        let num_ranges = row.values.iter().filter(|&&value| value > 0.0).count();
+        let is_row = num_words == 0 || (num_words <= MAX_WORDS && 3 * num_ranges > row.values.len());
+        (is_row && row.values.iter().any(|value| !value.is_nan())).then_some(row)
+    }
+
+    /// The cells of a line; an empty one where nothing stands between two separators, but not behind the last one.
+    fn cells(self, text: &[u8]) -> impl Iterator<Item = &[u8]> {
+        let is_space = |byte: &u8| byte.is_ascii_whitespace() || b"[](){}\"'".contains(byte);
+        let text = text.trim_ascii();
+        let text = self.gap.and_then(|gap| text.strip_suffix(&[gap])).unwrap_or(text);
+        text.split(move |byte| Some(*byte) == self.gap).flat_map(move |cell| {
+            let mut words = cell.split(is_space).filter(|word| !word.is_empty()).peekable();
+            let empty = (words.peek().is_none() && self.gap.is_some()).then_some(&b""[..]);
+            words.chain(empty)
+        })
+    }
+
+    /// The words of a line; those between two separators are one name.
+    fn names(self, text: &[u8]) -> Vec<String> {
+        match self.gap {
+            None => self.cells(text).map(name_of).collect(),
+            Some(gap) => text.trim_ascii().split(|&byte| byte == gap).map(name_of).collect(),
+        }
+    }
+
+    /// The labels before the numbers of a line.
+    fn labels(self, text: &[u8]) -> Vec<String> {
+        self.cells(text).filter(|word| is_label(word)).map(name_of).collect()
+    }
+}
+
+fn is_label(word: &[u8]) -> bool {
+    word.len() > 1 && word.ends_with(b":")
+}
+
+fn name_of(word: &[u8]) -> String {
+    let text = String::from_utf8_lossy(word).to_ascii_lowercase();
+    text.trim_matches(|c: char| c.is_whitespace() || "\"'#%:".contains(c)).to_owned()
+}
+
+/// Whether a point stands between digits or before one.
+fn has_point(line: &[u8]) -> bool {
+    line.windows(2).any(|pair| pair[0] == b'.' && pair[1].is_ascii_digit())
+}
+
+fn with_point(word: &[u8]) -> Cow<'_, [u8]> {
+    Cow::Owned(word.iter().map(|&byte| if byte == b',' { b'.' } else { byte }).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn values(text: &str) -> Vec<Vec<f64>> {
+        Table::read(text.as_bytes(), usize::MAX).rows.into_iter().map(|row| row.values).collect()
+    }
+
+    #[test]
+    fn separators_are_told_from_the_lines() {
+        let expected = vec![vec![1.0, 2.5, 3.0], vec![4.0, 5.5, 6.0]];
+        for text in [
+            "1 2.5 3\n4 5.5 6\n",
+            "1,2.5,3\r\n4,5.5,6\r\n",
+            " 1 , 2.5 , 3,\n 4 , 5.5 , 6,\n",
+            "1;2,5;3\n4;5,5;6",
+            "1\t2,5\t3\n4\t5,5\t6",
+            "1 2,5 3\n4 5,5 6",
+            "a;b;c\n1;2.5;3;\n4;5.5;6;\n",
+            "# 7, 8\n% 9\n\n[1, 2.5, 3],\n[4, 5.5, 6]\n",
+            "\"(1.0, 2.5, 3.0)\"\n\"(4.0, 5.5, 6.0)\"\n",
+            "      1    2.5      3\n      4    5.5      6\n",
+        ] {
+            assert_eq!(values(text), expected, "{text:?}");
+        }
+    }
+
+    #[test]
+    fn empty_cells_and_words_keep_their_columns() {
+        let table = Table::read(b"stamp,frame,a,b\n1.5,laser,,2\n2.5,laser,1,nan\n", usize::MAX);
+        assert_eq!(table.names, ["stamp", "frame", "a", "b"]);
+        let [first, second] = &table.rows[..] else { panic!("{table:?}") };
+        assert!(first.values[2].is_nan() && first.values[3] == 2.0 && first.words == [1]);
+        assert!(second.values[2] == 1.0 && second.values[3].is_nan() && second.words == [1]);
+    }
+
+    #[test]
+    fn labels_before_numbers_are_their_names() {
+        let text = b"scan 1\n   theta: 03.36 Dist: 00234.00 Q: 47 \nS  theta: 04.10 Dist: 00235.00 Q: 46\n";
+        let table = Table::read(text, usize::MAX);
+        assert_eq!(table.names, ["theta", "dist", "q"]);
+        assert_eq!(table.rows[1].values, [4.1, 235.0, 46.0]);
+        let table = Table::read(b"Angle (deg), Distance (mm)\n0.5, 1200\n", usize::MAX);
+        assert_eq!(table.names, ["angle (deg)", "distance (mm)"]);
+    }
+
+    #[test]
+    fn a_comment_may_say_what_the_columns_are() {
+        let table = Table::read(b"# table: ranges=1:2,start=0,step=1\n1 2\n", usize::MAX);
+        assert_eq!(table.format.as_deref(), Some("ranges=1:2,start=0,step=1"));
+    }
+}

@@ -1,0 +1,235 @@
+// @ts-check
+/**
+ * Files that are packed, or whose format the engine does not read, as files that it reads: they keep their paths, but for the
+ * ending of what was packed, and are converted when they are read.
+ */
+import { fileError, lost } from '../errors.js';
+import { unpackedName } from '../packed.js';
+import { FOREIGN, POINT_TABLES } from './names.js';
+import { baseOf, folderOf, groupBy } from '../recording/names.js';
+import { isCloudName, isImageName } from '../recording/kinds.js';
+import { isLaserLog } from '../recording/laser_logs.js';
+import { isBagName } from '../bag/names.js';
+
+/** @typedef {import('../recording/contents.js').Content} Content */
+/** @typedef {import('../recording.js').Note} Note */
+/** @typedef {(name: string, bytes: Uint8Array) => Promise<{ bytes: Uint8Array, notes?: string[] }>} Conversion */
+
+/** Tables of points are as likely a trajectory where they are called so. */
+const TRAJECTORY_WORDS = /traj|pose|odom|path|truth|gt|ref|list|calib|time/i;
+const TEXT_CLOUDS = /\.(pts|ptx|asc)$/i;
+/** A text of positions that is larger is a cloud, and no trajectory. */
+const MIN_XYZ_BYTES = 2e5;
+/** What has been converted is kept, up to so many bytes of a file. */
+const MAX_KEPT = 2 ** 22;
+const MIN_BEAMS = 24;
+const HEAD_BYTES = 8192;
+
+/**
+ * @template {Content} T
+ * @param {readonly T[]} files
+ * @param {(content: Content, of: T) => T} wrap what was made of a file as one of the same kind
+ * @returns {Promise<{ files: T[], notes: Note[] }>}
+ */
+export async function convertFiles(files, wrap) {
+  /** @type {Note[]} */
+  const notes = [];
+  const pointTables = await findPointTables(files);
+  /** @type {T[]} */
+  const converted = [];
+  for (const file of files) {
+    const isForeign = FOREIGN.test(file.path) && !isBagName(file.path);
+    const dimensions = pointTables.get(file);
+    if (!isForeign && dimensions === undefined) {
+      converted.push(file);
+      continue;
+    }
+    try {
+      const made = dimensions === undefined ? await convert(file, notes) : pointTable(file, dimensions);
+      converted.push(made === file ? file : wrap(made, file));
+    } catch (error) {
+      const { name, problem, remedy, message } = /** @type {import('../errors.js').ScanstitchError} */ (error);
+      if (name !== 'ScanstitchError') throw error;
+      const reason = [problem || message, remedy].filter(Boolean).join('. ');
+      notes.push(lost(file.path, `not used: ${reason.charAt(0).toLowerCase()}${reason.slice(1)}`));
+    }
+  }
+  return { files: await withVelodynePoses(converted, wrap, notes), notes };
+}
+
+/** @param {Content} file @param {Note[]} notes @returns {Promise<Content>} the file itself, where it is not converted */
+async function convert(file, notes) {
+  const { path } = file;
+  const inner = unpackedName(path);
+  if (inner !== null) return unpacked(file, inner, notes);
+  const ending = path.slice(path.lastIndexOf('.') + 1).toLowerCase();
+  if (ending === 'bin') return kittiFile(file);
+  if (ending === 'mat') return matFile(file);
+  if (ending === 'npy') return npyFile(file);
+  if (ending === 'las' || ending === 'laz') return lasFile(file, notes);
+  return TEXT_CLOUDS.test(path) || file.size > MIN_XYZ_BYTES ? textFile(file, notes) : file;
+}
+
+/**
+ * A file that is made of another one when it is read.
+ * @param {Content} file
+ * @param {() => Promise<Uint8Array>} make
+ * @param {Partial<Content>} [changes]
+ * @returns {Content}
+ */
+function madeOf(file, make, changes = {}) {
+  /** @type {Uint8Array | null} */
+  let kept = null;
+  const read = async () => {
+    if (kept) return kept.slice();
+    const bytes = await make();
+    if (bytes.length <= MAX_KEPT) kept = bytes.slice();
+    return bytes;
+  };
+  return {
+    path: file.path,
+    size: file.size,
+    read,
+    readHead: async (length) => (await read()).subarray(0, length),
+    ...changes,
+  };
+}
+
+/** @param {Content} file @param {string} inner @param {Note[]} notes @returns {Promise<Content>} */
+async function unpacked(file, inner, notes) {
+  if (/\.tar$/i.test(inner)) {
+    throw fileError(file.path, 'An archive within an archive or a folder is not opened', 'Unpack it, or give it alone');
+  }
+  const [{ unpackWhole }, { bytesInMemory }] = await Promise.all([
+    import('../packed.js'),
+    import('../open_archive.js'),
+  ]);
+  const unpack = async () => unpackWhole(file.path, bytesInMemory(await file.read()));
+  const { bytes, fault } = await unpack();
+  if (fault !== null) notes.push(lost(file.path, `${fault}; what was packed before that is used`));
+  const made = madeOf(file, async () => (await unpack()).bytes, { path: inner, size: bytes.length });
+  return FOREIGN.test(inner) && unpackedName(inner) === null ? convert(made, notes) : made;
+}
+
+/** @param {Content} file @returns {Promise<Content>} */
+async function kittiFile(file) {
+  const { kittiCloud } = await import('./kitti.js');
+  if (!kittiCloud(await file.readHead(HEAD_BYTES), file.size)) return file;
+  const make = (/** @type {Uint8Array} */ bytes) => kittiCloud(bytes, file.size) ?? new Uint8Array();
+  return madeOf(file, async () => make(await file.read()), {
+    isCloud: true,
+    readHead: async (length) => make(await file.readHead(Math.max(length, HEAD_BYTES))).subarray(0, length),
+  });
+}
+
+/** @param {Content} file @returns {Promise<Content>} */
+async function matFile(file) {
+  const [{ readMat }, { contentsOf, tableOf }] = await Promise.all([import('./mat.js'), import('./array_table.js')]);
+  const make = async () => {
+    const variables = await readMat(file.path, await file.read());
+    const table = tableOf(variables);
+    if (table) return table;
+    const holds = contentsOf(variables);
+    const remedy = "Save plain arrays, a row a scan: save('scans.mat', 'ranges', 'angles', '-v7')";
+    throw fileError(file.path, `There are neither scans nor poses in this file of MATLAB; it holds ${holds}`, remedy);
+  };
+  const { length } = await make();
+  return madeOf(file, make, { size: length });
+}
+
+/** @param {Content} file @returns {Promise<Content>} */
+async function npyFile(file) {
+  const { readNpyShape } = await import('../recording/heads.js');
+  const [rows = 0, beams = 0, ...others] = readNpyShape(await file.readHead(1024)) ?? [];
+  // Poses, and their matrices, the engine reads itself.
+  if (rows === 0 || beams < MIN_BEAMS || others.length > 0) return file;
+  const [{ readNpy }, { tableOf }] = await Promise.all([import('./npy.js'), import('./array_table.js')]);
+  const make = async () => tableOf(new Map([['ranges', readNpy(file.path, await file.read())]])) ?? new Uint8Array();
+  const { length } = await make();
+  return madeOf(file, make, { size: length });
+}
+
+/** @param {Content} file @param {Note[]} notes @returns {Promise<Content>} */
+async function lasFile(file, notes) {
+  const { lasCloud } = await import('./las.js');
+  const first = lasCloud(file.path, await file.read());
+  notes.push(...first.notes.map((reason) => ({ file: file.path, reason })));
+  return madeOf(file, async () => lasCloud(file.path, await file.read()).ply, { isCloud: true });
+}
+
+/** @param {Content} file @param {Note[]} notes @returns {Promise<Content>} */
+async function textFile(file, notes) {
+  const { textCloud } = await import('./text_cloud.js');
+  const first = textCloud(await file.read());
+  if (first.count === 0)
+    throw fileError(file.path, 'No line of it begins with x y z', 'Save the points as text, x y z a line');
+  notes.push(...first.notes.map((reason) => ({ file: file.path, reason })));
+  return madeOf(file, async () => textCloud(await file.read()).ply, { isCloud: true });
+}
+
+/**
+ * Tables of points, two or more, where nothing else could be scans; one alone is rather a trajectory.
+ * @template {Content} T
+ * @param {readonly T[]} files
+ * @returns {Promise<Map<T, number>>} their dimensions
+ */
+async function findPointTables(files) {
+  /** @type {Map<T, number>} */
+  const tables = new Map();
+  const isOther = ({ path = '' }) => isCloudName(path) || isImageName(path) || isBagName(path) || FOREIGN.test(path);
+  const named = files.filter(({ path }) => POINT_TABLES.test(path) && !TRAJECTORY_WORDS.test(baseOf(path)));
+  if (named.length < 2 || files.some(isOther)) return tables;
+  const { looksLikePoints } = await import('./text_cloud.js');
+  for (const file of files) {
+    const head = await file.readHead(HEAD_BYTES).catch(() => new Uint8Array());
+    if (isLaserLog(head)) return new Map();
+    const dimensions = named.includes(file)
+      ? [3, 2].find((dimensions) => looksLikePoints(head, dimensions))
+      : undefined;
+    if (dimensions !== undefined) tables.set(file, dimensions);
+  }
+  return tables.size < 2 ? new Map() : tables;
+}
+
+/** @param {Content} file @param {number} dimensions @returns {Content} */
+function pointTable(file, dimensions) {
+  const make = async () => (await import('./text_cloud.js')).textCloud(await file.read(), dimensions).ply;
+  return madeOf(file, make, { isCloud: true });
+}
+
+/**
+ * Poses of KITTI's left camera as those of its laser, for the clouds that are there.
+ * @template {Content} T
+ * @param {T[]} files
+ * @param {(content: Content, of: T) => T} wrap
+ * @param {Note[]} notes
+ * @returns {Promise<T[]>}
+ */
+async function withVelodynePoses(files, wrap, notes) {
+  const clouds = files.filter(({ path, isCloud }) => isCloud && /\.bin$/i.test(path));
+  if (clouds.length < 2) return files;
+  const { besideClouds, cameraFromVelodyne, frameOf, posesOf, velodynePoses } = await import('./kitti.js');
+  const [folder = ''] = [...groupBy(clouds, ({ path }) => folderOf(path)).keys()];
+  const { calibration, poses } = besideClouds(files, folder);
+  if (!poses) return files;
+  const text = async (/** @type {Content} */ file) => new TextDecoder().decode(await file.read());
+  const cameras = posesOf(await text(poses));
+  if (!cameras) return files;
+  const Tr = calibration ? cameraFromVelodyne(await text(calibration)) : null;
+  if (!Tr) {
+    const remedy = 'give the calib.txt of its sequence, with Tr';
+    notes.push({
+      file: poses.path,
+      reason: `poses of the camera, compared as they are, for the laser's place is unknown; ${remedy}`,
+    });
+    return files;
+  }
+  const numbers = clouds.map(({ path }) => frameOf(path) ?? -1).sort((a, b) => a - b);
+  const used = cameras.length === clouds.length ? cameras : numbers.flatMap((number) => [cameras[number] ?? []]);
+  if (used.some((pose) => pose.length === 0)) return files;
+  const bytes = new TextEncoder().encode(velodynePoses(used, Tr));
+  const reason = `poses of the left camera, carried over to the laser by Tr of ${baseOf(calibration?.path ?? '')}`;
+  notes.push({ file: poses.path, reason });
+  const made = madeOf(poses, async () => bytes, { size: bytes.length });
+  return files.flatMap((file) => (file === poses ? [wrap(made, poses)] : file === calibration ? [] : [file]));
+}

@@ -1,0 +1,134 @@
+// @ts-check
+/**
+ * Clouds of KITTI and its like: 32-bit floats without a header, x y z and reflectance a point. nuScenes adds the ring of the
+ * laser. Their ground truth is the left camera's.
+ *
+ * Source of the layout: A. Geiger et al., "Vision meets Robotics: The KITTI Dataset", IJRR 2013, and the devkit of its odometry
+ * benchmark (poses.txt: 3 x 4 matrices T_world_camera, a row each; calib.txt: Tr is T_camera_velodyne).
+ */
+import { baseOf, commonFolder, depthOf, folderOf } from '../recording/names.js';
+import { plyFile } from './ply.js';
+
+/** Properties of a point, most common first. @type {readonly (readonly string[])[]} */
+const LAYOUTS = [
+  ['x', 'y', 'z', 'intensity'],
+  ['x', 'y', 'z', 'intensity', 'ring'],
+];
+/** A laser sees no further (m), and no point lies higher. */
+const MAX_RANGE = 1000;
+/** Reflectance is 0 to 1, or 0 to 255. */
+const MAX_INTENSITY = 255;
+/** A cloud of fewer points is none. */
+const MIN_POINTS = 16;
+
+/**
+ * The layout of a cloud, by its first points; null where it is none.
+ * @param {Uint8Array} head
+ * @param {number} size of the file (bytes)
+ */
+function layoutOf(head, size) {
+  const values = new Float32Array(head.slice(0, head.length - (head.length % 4)).buffer);
+  return LAYOUTS.find((names) => isLayout(values, names.length, size)) ?? null;
+}
+
+/** @param {Float32Array} values @param {number} columns @param {number} size */
+function isLayout(values, columns, size) {
+  const rows = Math.floor(values.length / columns);
+  if (size % (4 * columns) !== 0 || rows < MIN_POINTS) return false;
+  let inSight = 0;
+  for (let row = 0; row < rows; row += 1) {
+    const [x = 0, y = 0, z = 0, intensity = 0, ring = 0] = values.subarray(row * columns, (row + 1) * columns);
+    const isPoint = Math.max(Math.abs(x), Math.abs(y), Math.abs(z)) < MAX_RANGE;
+    if (!isPoint || !(intensity >= 0 && intensity <= MAX_INTENSITY) || !Number.isInteger(ring)) return false;
+    // Bytes that are no floats mostly make numbers next to zero.
+    if (Math.hypot(x, y, z) > 0.01) inSight += 1;
+  }
+  return 2 * inSight > rows;
+}
+
+/**
+ * A cloud as PLY; null where the file is none.
+ * @param {Uint8Array} bytes or its beginning
+ * @param {number} size of the file (bytes)
+ */
+export function kittiCloud(bytes, size) {
+  const names = layoutOf(bytes.subarray(0, 8192), size);
+  return names && plyFile(bytes, size / (4 * names.length), names);
+}
+
+/** @typedef {readonly number[]} Matrix of 3 x 4 numbers, row by row: a motion */
+
+/** The matrix `Tr` of a calib.txt; null where there is none. @param {string} text @returns {Matrix | null} */
+export function cameraFromVelodyne(text) {
+  const [, list = ''] = text.match(/^\s*Tr(?:_velo_(?:to_)?cam)?:\s*(.*)$/m) ?? [];
+  return matrixOf(list);
+}
+
+/** @param {string} line @returns {Matrix | null} */
+function matrixOf(line) {
+  const numbers = line
+    .trim()
+    .split(/[\s,]+/)
+    .map(Number);
+  return numbers.length === 12 && numbers.every(Number.isFinite) ? numbers : null;
+}
+
+/** Poses, a line each; null where a line is none. @param {string} text @returns {Matrix[] | null} */
+export function posesOf(text) {
+  const poses = text
+    .split('\n')
+    .filter((line) => line.trim() !== '')
+    .map(matrixOf);
+  return poses.length > 0 && poses.every((pose) => pose !== null) ? poses : null;
+}
+
+/**
+ * The laser's poses, in the frame of the first cloud's world: T_velodyne_camera * T_world_camera * T_camera_velodyne.
+ * @param {readonly Matrix[]} cameras T_world_camera of the frames
+ * @param {Matrix} Tr T_camera_velodyne
+ */
+export function velodynePoses(cameras, Tr) {
+  const back = inverse(Tr);
+  const poses = cameras.map((camera) => product(product(back, camera), Tr));
+  return poses.map((pose) => `${pose.join(' ')}\n`).join('');
+}
+
+/** @param {Matrix} a @param {Matrix} b @returns {Matrix} */
+function product(a, b) {
+  const at = (/** @type {Matrix} */ matrix, /** @type {number} */ row, /** @type {number} */ column) =>
+    matrix[4 * row + column] ?? 0;
+  return Array.from({ length: 12 }, (_, index) => {
+    const [row, column] = [Math.floor(index / 4), index % 4];
+    const sum = [0, 1, 2].reduce((total, k) => total + at(a, row, k) * at(b, k, column), 0);
+    return column === 3 ? sum + at(a, row, 3) : sum;
+  });
+}
+
+/** Of a rotation and a translation. @param {Matrix} matrix @returns {Matrix} */
+function inverse([a = 0, b = 0, c = 0, x = 0, d = 0, e = 0, f = 0, y = 0, g = 0, h = 0, i = 0, z = 0]) {
+  const minus = (/** @type {number} */ p, /** @type {number} */ q, /** @type {number} */ r) => -(p * x + q * y + r * z);
+  return [a, d, g, minus(a, d, g), b, e, h, minus(b, e, h), c, f, i, minus(c, f, i)];
+}
+
+/**
+ * Which file is the calibration of clouds in a folder, and which their poses: the nearest of those so called.
+ * @template {{ path: string }} T
+ * @param {readonly T[]} files
+ * @param {string} folder of the clouds
+ */
+export function besideClouds(files, folder) {
+  const nearest = (/** @type {RegExp} */ name) => {
+    const closeness = (/** @type {T} */ { path }) => depthOf(commonFolder(folderOf(path), folder));
+    return files.filter(({ path }) => name.test(baseOf(path))).sort((a, b) => closeness(b) - closeness(a))[0];
+  };
+  // The benchmark names the poses after the sequence, poses/00.txt, whose clouds are in sequences/00/velodyne.
+  const sequence = folder.split('/').findLast((part) => /^\d\d$/.test(part));
+  const ofSequence = sequence === undefined ? undefined : nearest(new RegExp(`^${sequence}\\.txt$`));
+  return { calibration: nearest(/^calib\w*\.txt$/i), poses: ofSequence ?? nearest(/^(gt_?)?poses?\w*\.txt$/i) };
+}
+
+/** The frame that a cloud's name counts. @param {string} path */
+export function frameOf(path) {
+  const number = baseOf(path).match(/(\d+)\D*$/)?.[1];
+  return number === undefined ? null : Number(number);
+}

@@ -1,0 +1,12 @@
+// @ts-check
+/** Which files may have to be converted, by their names: all that has to be known of them where there are none. */
+
+/** Packed, or of a format that the engine does not read. */
+export const FOREIGN = /\.(mat|npy|bin|las|laz|xyz|pts|ptx|asc|gz|bz2|zst|zstd)$/i;
+/** Text that may be points. */
+export const POINT_TABLES = /\.(csv|txt|xyz|dat)$/i;
+
+/** Whether anything among these files may have to be converted. @param {readonly { path: string }[]} files */
+export function needsConversion(files) {
+  return files.some(({ path }) => FOREIGN.test(path) || POINT_TABLES.test(path));
+}

@@ -1,0 +1,61 @@
+// @ts-check
+/**
+ * Arrays of NumPy, of numbers.
+ *
+ * Source of the layout: NumPy Enhancement Proposal 1, "A Simple File Format for NumPy Arrays".
+ */
+import { fileError } from '../errors.js';
+
+/** @type {Record<string, [number, (view: DataView, at: number, little: boolean) => number]>} */
+const TYPES = {
+  f8: [8, (view, at, little) => view.getFloat64(at, little)],
+  f4: [4, (view, at, little) => view.getFloat32(at, little)],
+  i8: [8, (view, at, little) => Number(view.getBigInt64(at, little))],
+  u8: [8, (view, at, little) => Number(view.getBigUint64(at, little))],
+  i4: [4, (view, at, little) => view.getInt32(at, little)],
+  u4: [4, (view, at, little) => view.getUint32(at, little)],
+  i2: [2, (view, at, little) => view.getInt16(at, little)],
+  u2: [2, (view, at, little) => view.getUint16(at, little)],
+  i1: [1, (view, at) => view.getInt8(at)],
+  u1: [1, (view, at) => view.getUint8(at)],
+};
+
+/**
+ * The numbers of an array, column by column as those of MATLAB.
+ * @param {string} name for messages
+ * @param {Uint8Array} bytes
+ * @returns {import('./mat.js').Numbers} throws a ScanstitchError
+ */
+export function readNpy(name, bytes) {
+  const head = new TextDecoder('latin1').decode(bytes.subarray(0, 1024));
+  const [, order = '', code = ''] = head.match(/'descr':\s*'([<>|=])(\w\d)'/) ?? [];
+  const [, shape = ''] = head.match(/'shape':\s*\(([\d,\s]*)\)/) ?? [];
+  const type = TYPES[code];
+  if (!head.startsWith('\x93NUMPY') || !type) {
+    throw fileError(
+      name,
+      'This array of NumPy does not hold plain numbers',
+      "Save them: numpy.save('ranges.npy', ranges)",
+    );
+  }
+  const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
+  const start = bytes[6] === 1 ? 10 + view.getUint16(8, true) : 12 + view.getUint32(8, true);
+  const [size, read] = type;
+  const dims = shape
+    .split(',')
+    .map((part) => part.trim())
+    .filter((part) => part !== '')
+    .map(Number);
+  const count = dims.reduce((product, length) => product * length, 1);
+  if (!(start + count * size <= bytes.length)) {
+    throw fileError(name, `This array of ${dims.join(' x ')} numbers is cut off`, 'Copy or save it again');
+  }
+  const [rows = 1, columns = count / rows] = dims;
+  const isByColumn = head.includes("'fortran_order': True") || dims.length < 2;
+  const values = new Float64Array(count);
+  for (let at = 0; at < count; at += 1) {
+    const value = read(view, start + at * size, order !== '>');
+    values[isByColumn ? at : (at % columns) * rows + Math.floor(at / columns)] = value;
+  }
+  return { kind: 'numbers', dims: dims.length < 2 ? [rows, 1] : dims, values };
+}

@@ -1,0 +1,199 @@
+// @ts-check
+/**
+ * Archives of tar, read in place: the headers first, then each file when it is asked for. What an archive says is not
+ * trusted: paths, sizes and kinds are checked as those of a ZIP archive are.
+ *
+ * Not nanotar 0.3: it takes the whole archive into memory and knows neither links nor paths that lead out.
+ *
+ * Source of the layout: POSIX.1-2017, pax, "ustar Interchange Format" and "pax Header Block"; GNU tar's manual, "Basic
+ * Tar Format" (long names, numbers in base 256).
+ */
+import { decodeName, LIMITS, megabytes, pathFault, refuseTotal } from './archive_directory.js';
+import { fileError, lost } from './errors.js';
+
+/** @typedef {import('./archive.js').ByteSource} ByteSource */
+/** @typedef {import('./archive.js').Archive} Archive */
+/** @typedef {import('./archive_directory.js').Limits} Limits */
+/** @typedef {import('./recording.js').Note} Note */
+/** @typedef {{ path: string, size: number, kind: string, start: number }} Header start: of the file's bytes */
+/** @typedef {{ path: string, size: number, start: number }} Entry */
+
+const BLOCK = 512;
+/** Fields of a header: where they begin and end. */
+const [NAME, SIZE, CHECKSUM, MAGIC, PREFIX] = /** @type {const} */ ([
+  [0, 100],
+  [124, 136],
+  [148, 156],
+  [257, 262],
+  [345, 500],
+]);
+const KIND_AT = 156;
+/** Headers that describe the next file: its long name, or a pax header; or all that follow, or somebody's own. */
+const LONG_NAME = 'L';
+const PAX = 'x';
+const DESCRIPTIONS = 'KLxgXNVDA';
+/** A description is a path and a few numbers. */
+const MAX_DESCRIPTION = 2 ** 16;
+/** Headers are read so many bytes at a time. */
+const WINDOW_BYTES = 2 ** 18;
+/** Kinds of entries that are no files, and what they are. @type {Record<string, string>} */
+const OTHERS = { 1: 'a link to another file', 2: 'a link to another file', 3: 'a device', 4: 'a device', 6: 'a pipe' };
+
+/**
+ * Reads the headers of an archive.
+ * @param {string} name for messages
+ * @param {ByteSource} source
+ * @param {Limits} [limits]
+ * @returns {Promise<Archive>} rejects with a ScanstitchError
+ */
+export async function openTar(name, source, limits = LIMITS) {
+  /** @type {Map<string, Entry>} */
+  const byPath = new Map();
+  /** @type {Note[]} */
+  const notes = [];
+  let count = 0;
+  for await (const { path, size, kind, start } of headersOf(name, source, notes)) {
+    if ((count += 1) > limits.entries) {
+      throw fileError(name, `It holds more than ${limits.entries} files`, 'Unpack what is needed');
+    }
+    if (kind === '5' || path.endsWith('/')) continue;
+    const fault = pathFault(name, path, false) ?? faultOf(kind, size, limits);
+    if (fault !== null) notes.push(lost(path, `not used: ${fault}`));
+    else if (start + size > source.size) {
+      notes.push(lost(path, `not used: it is cut off at the end of ${name}`));
+    } else byPath.set(path, { path, size, start }); // The last one of a name counts: tar appends.
+  }
+  const entries = [...byPath.values()];
+  refuseTotal(name, entries, limits);
+  const read = (/** @type {string} */ path, /** @type {number} */ length) => {
+    const entry = byPath.get(path);
+    if (!entry) throw fileError(path, `There is no such file in ${name}`);
+    return source.read(entry.start, entry.start + Math.min(length, entry.size));
+  };
+  return {
+    files: entries.map(({ path, size }) => ({ path, size })),
+    notes,
+    read: async (path) => read(path, Number.POSITIVE_INFINITY),
+    readHead: async (path, length) => read(path, length),
+  };
+}
+
+/** @param {string} kind @param {number} size @param {Limits} limits */
+function faultOf(kind, size, limits) {
+  if (kind in OTHERS) return OTHERS[kind] ?? null;
+  if (kind !== '0' && kind !== '\0' && kind !== '7') return `an entry of the kind ${JSON.stringify(kind)}, not a file`;
+  return size > limits.fileBytes
+    ? `it has ${megabytes(size)}, and at most ${megabytes(limits.fileBytes)} are read`
+    : null;
+}
+
+/**
+ * The entries one after the other, with the paths and sizes that descriptions before them give.
+ * @param {string} name
+ * @param {ByteSource} source
+ * @param {Note[]} notes
+ * @returns {AsyncGenerator<Header>}
+ */
+async function* headersOf(name, source, notes) {
+  const window = new Window(source);
+  /** @type {{ path?: string, size?: number }} */
+  let described = {};
+  for (let place = 0; place + BLOCK <= source.size;) {
+    const block = await window.read(place, BLOCK);
+    if (block.every((byte) => byte === 0)) return;
+    if (!isHeader(block) || !Number.isSafeInteger(headerAt(block, place).size)) {
+      if (place === 0) throw fileError(name, 'This is no archive of tar', 'Download or pack it again');
+      notes.push(lost(name, `what follows byte ${place} is damaged and is left out`));
+      return;
+    }
+    const header = { ...headerAt(block, place), ...described };
+    const size = described.size ?? header.size;
+    const next = header.start + Math.ceil(size / BLOCK) * BLOCK;
+    if (!DESCRIPTIONS.includes(header.kind)) {
+      described = {};
+      yield { ...header, size };
+    } else if (header.kind === LONG_NAME || header.kind === PAX) {
+      const length = Math.min(header.size, MAX_DESCRIPTION);
+      const bytes = await window.read(header.start, length);
+      described =
+        header.kind === PAX ? { ...described, ...paxOf(bytes) } : { ...described, path: withoutDot(textOf(bytes)) };
+    }
+    place = next;
+  }
+  if (source.size % BLOCK !== 0) notes.push(lost(name, 'the archive is cut off; what it held after that is missing'));
+}
+
+/** Whether the checksum is that of the block with spaces in place of it. @param {Uint8Array} block */
+export function isHeader(block) {
+  if (block.length < BLOCK) return false;
+  const [start, end] = CHECKSUM;
+  const sum = block.subarray(0, BLOCK).reduce((total, byte, at) => total + (at >= start && at < end ? 32 : byte), 0);
+  return numberOf(block.subarray(start, end)) === sum;
+}
+
+/** @param {Uint8Array} block @param {number} place @returns {Header} */
+function headerAt(block, place) {
+  const field = (/** @type {readonly [number, number]} */ [start, end]) => block.subarray(start, end);
+  const prefix = textOf(field(MAGIC)) === 'ustar' && block[MAGIC[1]] === 0 ? textOf(field(PREFIX)) : '';
+  const path = prefix === '' ? textOf(field(NAME)) : `${prefix}/${textOf(field(NAME))}`;
+  const kind = String.fromCharCode(block[KIND_AT] ?? 0);
+  return { path: withoutDot(path), size: numberOf(field(SIZE)), kind, start: place + BLOCK };
+}
+
+/** `./a` is `a`: who packs a folder from inside writes it so. @param {string} path */
+function withoutDot(path) {
+  return path.replace(/^(\.\/)+/, '');
+}
+
+/** Up to the first zero. @param {Uint8Array} bytes */
+function textOf(bytes) {
+  const end = bytes.indexOf(0);
+  return decodeName(end < 0 ? bytes : bytes.subarray(0, end));
+}
+
+/** Octal digits, or base 256 where the first bit is set. @param {Uint8Array} bytes */
+function numberOf(bytes) {
+  const [first = 0] = bytes;
+  if (first & 0x80) return bytes.subarray(1).reduce((value, byte) => value * 256 + byte, first & 0x7f);
+  const digits = textOf(bytes).trim();
+  return /^[0-7]+$/.test(digits) ? Number.parseInt(digits, 8) : digits === '' ? 0 : Number.NaN;
+}
+
+/** `LENGTH KEY=VALUE\n`, again and again; the length counts bytes. @param {Uint8Array} bytes */
+function paxOf(bytes) {
+  /** @type {{ path?: string, size?: number }} */
+  const described = {};
+  for (let place = 0; place < bytes.length;) {
+    const [head = ''] = new TextDecoder('latin1').decode(bytes.subarray(place, place + 12)).match(/^\d+ /) ?? [];
+    const length = Number(head);
+    if (!(length > head.length)) break;
+    const record = decodeName(bytes.subarray(place + head.length, place + length - 1));
+    const [, key = '', value = ''] = record.match(/^([^=]*)=([^]*)$/) ?? [];
+    if (key === 'path') described.path = withoutDot(value);
+    if (key === 'size' && /^\d+$/.test(value)) described.size = Number(value);
+    place += length;
+  }
+  return described;
+}
+
+/** Reads small pieces that lie near each other in one go. */
+class Window {
+  #source;
+  #start = 0;
+  /** @type {Uint8Array} */
+  #bytes = new Uint8Array();
+
+  /** @param {ByteSource} source */
+  constructor(source) {
+    this.#source = source;
+  }
+
+  /** @param {number} start @param {number} length */
+  async read(start, length) {
+    if (start < this.#start || start + length > this.#start + this.#bytes.length) {
+      this.#bytes = await this.#source.read(start, Math.min(this.#source.size, start + Math.max(length, WINDOW_BYTES)));
+      this.#start = start;
+    }
+    return this.#bytes.subarray(start - this.#start, start - this.#start + length);
+  }
+}

@@ -1,0 +1,247 @@
+// @ts-check
+/** Formats that are converted before the engine reads them: MATLAB, NumPy, KITTI, LAS, text; and what is said of the others. */
+import assert from 'node:assert/strict';
+import { mkdirSync, readFileSync, writeFileSync } from 'node:fs';
+import { join } from 'node:path';
+import { test } from 'node:test';
+import { crc32 } from '../../npm/crc32.js';
+import { tableOf } from '../../npm/formats/array_table.js';
+import { convertFiles } from '../../npm/formats/convert.js';
+import { cameraFromVelodyne, posesOf, velodynePoses } from '../../npm/formats/kitti.js';
+import { lasCloud } from '../../npm/formats/las.js';
+import { readMat } from '../../npm/formats/mat.js';
+import { textCloud } from '../../npm/formats/text_cloud.js';
+import { adviceFor } from '../../npm/recording/other_formats.js';
+import { ROOT, readReport, scanstitch, temporaryFolder } from './support.mjs';
+
+const MATS = join(ROOT, 'tests', 'data', 'mat');
+const EXPECTED = JSON.parse(readFileSync(join(import.meta.dirname, 'mat_expectations.json'), 'utf8'));
+
+/** @param {string} name */
+const matFile = (name) => new Uint8Array(readFileSync(join(MATS, name)));
+const encode = (/** @type {string} */ text) => new TextEncoder().encode(text);
+
+/** A value as the expectations have it. @param {import('../../npm/formats/mat.js').Value} value @returns {unknown} */
+function described(value) {
+  if (value.kind === 'numbers') {
+    return { dims: value.dims, crc: crc32(new Uint8Array(value.values.buffer)) };
+  }
+  if (value.kind === 'cell') return value.items.map(described);
+  if (value.kind === 'struct') {
+    return Object.fromEntries([...value.fields].map(([name, values]) => [name, values.map(described)]));
+  }
+  return value.what;
+}
+
+for (const name of Object.keys(EXPECTED)) {
+  test(`${name} is read as SciPy reads it`, async () => {
+    const variables = await readMat(name, matFile(name));
+    const entries = [...variables].map(([variable, value]) => [variable, described(value)]);
+    assert.deepEqual(Object.fromEntries(entries), EXPECTED[name]);
+  });
+}
+
+test('of the arrays of a file, scans, angles, times and poses are told by their names and lengths', async () => {
+  const firstLine = async (/** @type {string} */ name) => {
+    const table = tableOf(await readMat(name, matFile(name)));
+    return new TextDecoder().decode(table ?? undefined).split('\n')[0] ?? '';
+  };
+  assert.equal(await firstLine('rows.mat'), '# table: ranges=1:36,start=-90deg,step=5deg');
+  assert.equal(await firstLine('columns.mat'), '# table: ranges=5:40,start=-90deg,step=5deg,time=1,odometry=2:3:4');
+  assert.equal(await firstLine('struct.mat'), '# table: ranges=2:37,start=-90deg,step=5deg,time=1');
+  assert.equal(await firstLine('cells.mat'), '# table: ranges=5:40,start=-87.5deg,step=5deg,time=1,poses=2:3:4');
+  assert.equal(await firstLine('poses.mat'), '0 0 0');
+  const scan = JSON.parse(await firstLine('uneven.mat'));
+  assert.deepEqual([scan.theta.length, scan.readings[1], scan.true_pose], [36, 2.199, [0, 0, 0]]);
+});
+
+test('a file of MATLAB is reconstructed, and --table changes how', (t) => {
+  const out = join(temporaryFolder(t), 'out');
+  const run = (/** @type {string[]} */ ...args) => scanstitch(['reconstruct', ...args, '--out', out]);
+  const { stderr } = run(join(MATS, 'columns.mat'));
+  assert.match(
+    stderr,
+    /read as --table ranges=5:40,unit=mm,start=-90\.0000deg,step=5\.0000deg,time=1:s,odometry=2:3:4/,
+  );
+  assert.equal(readReport(out).frames.length, 4);
+  const changed = run(join(MATS, 'columns.mat'), '--table', 'unit=cm,odometry=none');
+  assert.ok(!changed.stderr.includes('read as'), changed.stderr);
+});
+
+test('MATLAB 7.3, damage and files without scans are told with what to do', async () => {
+  const notes = async (/** @type {string} */ path, /** @type {Uint8Array} */ bytes) =>
+    (await convertFiles([content(path, bytes)], (made) => made)).notes.map(({ reason }) => reason).join();
+  const hdf = encode('MATLAB 7.3 MAT-file, Platform: GLNXA64'.padEnd(600));
+  assert.match(await notes('drive.mat', hdf), /MATLAB 7\.3 .*save\('drive_v7\.mat', '-struct', 's', '-v7'\)/);
+  const rows = matFile('rows.mat');
+  assert.match(await notes('cut.mat', rows.subarray(0, 500)), /cannot be read: it is cut off/);
+  assert.match(await notes('text.mat', encode('1 2 3\n4 5 6\n'.repeat(20))), /no matrix of level 4/);
+  assert.match(await notes('other.mat', withoutScans()), /neither scans nor poses.*it holds M \(2 x 3\)/);
+  for (let place = 0; place < rows.length; place += 5) {
+    const copy = rows.slice();
+    copy[place] = (copy[place] ?? 0) ^ 0xff;
+    for (const bytes of [copy, rows.subarray(0, place)]) await notes('flipped.mat', bytes);
+  }
+});
+
+/** A file of level 4 with a matrix of 2 x 3. */
+function withoutScans() {
+  const bytes = new Uint8Array(20 + 2 + 48);
+  const view = new DataView(bytes.buffer);
+  [0, 2, 3, 0, 2].forEach((value, at) => view.setUint32(4 * at, value, true));
+  bytes.set(encode('M\0'), 20);
+  return bytes;
+}
+
+/** @param {string} path @param {Uint8Array} bytes @returns {import('../../npm/recording/contents.js').Content} */
+function content(path, bytes) {
+  return {
+    path,
+    size: bytes.length,
+    read: async () => bytes.slice(),
+    readHead: async (length) => bytes.slice(0, length),
+  };
+}
+
+/** Points of a PLY file as the converters write it. @param {Uint8Array} ply @param {number} columns */
+function pointsOf(ply, columns) {
+  const header = new TextDecoder('latin1').decode(ply).indexOf('end_header\n') + 11;
+  const values = new Float32Array(ply.slice(header).buffer);
+  return Array.from({ length: values.length / columns }, (_, i) => [
+    ...values.subarray(columns * i, columns * (i + 1)),
+  ]);
+}
+
+/** A room as a laser with many rings sees it from x (m). @param {number} x */
+function cloudFrom(x) {
+  const points = [];
+  for (let ring = -4; ring < 4; ring += 1) {
+    for (let beam = 0; beam < 360; beam += 2) {
+      const [angle, tilt] = [(beam * Math.PI) / 180, ring * 0.03];
+      const [dx, dy] = [Math.cos(angle), Math.sin(angle)];
+      const toX = dx > 0 ? (8 - x) / dx : (-6 - x) / dx;
+      const range = Math.min(Math.abs(toX), Math.abs((dy > 0 ? 5 : -4 + Math.sin(beam / 20)) / dy));
+      points.push([range * dx, range * dy, range * Math.tan(tilt), 0.25]);
+    }
+  }
+  return new Uint8Array(Float32Array.from(points.flat()).buffer);
+}
+
+test("KITTI's clouds are reconstructed, with the camera's poses as the laser's", (t) => {
+  const folder = temporaryFolder(t);
+  const sequence = join(folder, 'sequences', '07');
+  mkdirSync(join(sequence, 'velodyne'), { recursive: true });
+  const places = [0, 0.3, 0.6, 0.9];
+  places.forEach((x, frame) => writeFileSync(join(sequence, 'velodyne', `00000${frame + 1}.bin`), cloudFrom(x)));
+  // The camera looks along the laser's x, 0.3 m ahead of it; its poses count from its own first one, frame 0.
+  writeFileSync(join(sequence, 'calib.txt'), 'P0: 1 0 0 0 0 1 0 0 0 0 1 0\nTr: 0 -1 0 0 0 0 -1 0 1 0 0 -0.3\n');
+  const poses = [-0.3, ...places].map((x) => `1 0 0 0 0 1 0 0 0 0 1 ${x}\n`);
+  writeFileSync(join(sequence, 'poses.txt'), poses.join(''));
+  const out = join(folder, 'out');
+  const { status, stderr } = scanstitch(['reconstruct', sequence, '--out', out]);
+  assert.equal(status, 0, stderr);
+  assert.match(stderr, /poses\.txt: .*carried over to the laser by Tr of calib\.txt/);
+  const { frames, comparison } = readReport(out);
+  assert.equal(frames.length, 4);
+  assert.ok(comparison.mean < 0.05, JSON.stringify(comparison));
+});
+
+test('poses of a camera become those of the laser as by matrices', () => {
+  const Tr = cameraFromVelodyne('P0: 1\nTr_velo_to_cam: 0 -1 0 0.1 0 0 -1 0.2 1 0 0 -0.3\n');
+  assert.ok(Tr);
+  const [camera] = posesOf('0 0 1 5 0 1 0 6 -1 0 0 7\n') ?? [];
+  assert.ok(camera);
+  // NumPy: inv(Tr) @ T @ Tr with these matrices as 4 x 4.
+  const expected = [0, 1, 0, 7.2, -1, 0, 0, -4.6, 0, 0, 1, -6];
+  const numbers = velodynePoses([camera], Tr).trim().split(' ').map(Number);
+  numbers.forEach((value, at) => assert.ok(Math.abs(value - (expected[at] ?? 0)) < 1e-12, `${numbers}`));
+});
+
+test('files of 32-bit floats that are no clouds stay what they are', async () => {
+  const noise = Uint8Array.from({ length: 16_000 }, (_, i) => (i * 2654435761) >>> 13);
+  for (const bytes of [noise, new Uint8Array(16_000), cloudFrom(0).subarray(0, 16_001)]) {
+    const { files } = await convertFiles([content('a.bin', bytes)], (made) => made);
+    assert.equal(files[0]?.isCloud, undefined);
+  }
+});
+
+/** A LAS file of three points. @param {{ minor?: number, format?: number, record?: number, east?: number }} [changes] */
+function las({ minor = 2, format = 1, record = 28, east = 0 } = {}) {
+  const start = minor >= 4 ? 375 : 227;
+  const bytes = new Uint8Array(start + 3 * record);
+  const view = new DataView(bytes.buffer);
+  bytes.set(encode('LASF'));
+  bytes.set([1, minor], 24);
+  view.setUint32(96, start, true);
+  bytes[104] = format;
+  view.setUint16(105, record, true);
+  if (minor >= 4) view.setBigUint64(247, 3n, true);
+  else view.setUint32(107, 3, true);
+  [0, 1, 2].forEach((axis) => view.setFloat64(131 + 8 * axis, 0.01, true));
+  view.setFloat64(155, east, true);
+  [east + 3, east, 6, 4, 9, 7].forEach((limit, at) => view.setFloat64(179 + 8 * at, limit, true));
+  [0, 1, 2].forEach((point) =>
+    [100 * (point + 1), 400 + 100 * point, 700].forEach((raw, axis) => {
+      view.setInt32(start + point * record + 4 * axis, raw, true);
+    }),
+  );
+  return bytes;
+}
+
+test('LAS is read in its versions, and moved near to the origin; LAZ is told', () => {
+  const near = [
+    [1, 4, 7],
+    [2, 5, 7],
+    [3, 6, 7],
+  ];
+  for (const changes of [{}, { minor: 4, format: 6, record: 30 }, { format: 3, record: 34 }]) {
+    const { ply, notes } = lasCloud('a.las', las(changes));
+    assert.deepEqual([pointsOf(ply, 3), notes], [near, []]);
+  }
+  const far = lasCloud('a.las', las({ east: 691_000 }));
+  assert.deepEqual(pointsOf(far.ply, 3), near);
+  assert.match(far.notes.join(), /shifted by -\(691000, 0, 0\) m/);
+  const cut = lasCloud('a.las', las().subarray(0, 227 + 60));
+  assert.deepEqual([pointsOf(cut.ply, 3), cut.notes], [near.slice(0, 2), ['cut off: 2 of 3 points are there']]);
+  assert.throws(() => lasCloud('a.laz', las({ format: 0x81 })), /LAZ cloud.*pdal translate a\.laz out\.ply/);
+  assert.throws(() => lasCloud('a.las', encode('LASF')), /no LAS cloud, or it is cut off/);
+});
+
+test('points as text: columns behind x y z, counts, headers, the grid of PTX', () => {
+  const points = (/** @type {string} */ text, dimensions = 3) => pointsOf(textCloud(encode(text), dimensions).ply, 3);
+  assert.deepEqual(points('2\n1 2 3 0.5 255 0 0\n4 5 6 0.5 255 0 0\n'), [
+    [1, 2, 3],
+    [4, 5, 6],
+  ]);
+  assert.deepEqual(points('\ufeff# made\r\nx,y,z\r\n1,2,3\r\n\r\n4 , 5 , 6\r\n'), [
+    [1, 2, 3],
+    [4, 5, 6],
+  ]);
+  assert.deepEqual(points('1 2\n3 4\n', 2), [
+    [1, 2, 0],
+    [3, 4, 0],
+  ]);
+  const grid = '2\n1\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n1 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n';
+  assert.deepEqual(points(`${grid}1 2 3 0.5\n0 0 0 0.5\n`), [[1, 2, 3]]);
+  const { notes } = textCloud(encode('1 2 3\nend\n4 5 6\n'));
+  assert.deepEqual(notes, ['1 lines of it are no points and are left out']);
+});
+
+test('every format that is not read has the line that helps', () => {
+  for (const [name, words] of /** @type {const} */ ([
+    ['a.7z', /7z x/],
+    ['a.rar', /unrar x/],
+    ['a.tar.xz', /tar xf/],
+    ['a.csv.xz', /unxz/],
+    ['a.db3-wal', /wal_checkpoint/],
+    ['a.laz', /pdal translate/],
+    ['a.e57', /CloudCompare/],
+    ['a.rawlog', /rawlog-edit/],
+    ['a.h5', /savetxt/],
+    ['a.bag.active', /rosbag reindex/],
+    ['a.mp4', /depth is needed/],
+    ['a.stl', /PLY/],
+  ])) {
+    assert.match(adviceFor(name) ?? '', words, name);
+  }
+});

@@ -1,0 +1,69 @@
+/**
+ * A table's format as the fields of a form, and as the text that the engine and `--table` read: `name=value` pairs apart by
+ * commas, columns counted from 1. What the text means is the engine's to judge; here it is only taken apart.
+ */
+
+export type FormatParts = ReadonlyMap<string, string>;
+
+/** Who says where the robot was. */
+export const POSE_KINDS = ['odometry', 'poses', 'reference'] as const;
+export type PoseKind = (typeof POSE_KINDS)[number];
+
+export function partsOf(text: string): FormatParts {
+  const pairs = text.split(',').map((pair) => pair.split('='));
+  return new Map(pairs.flatMap(([name = '', value]) => (value === undefined ? [] : [[name.trim(), value.trim()]])));
+}
+
+export function textOf(parts: FormatParts): string {
+  return [...parts].map(([name, value]) => `${name}=${value}`).join(',');
+}
+
+/** With other values; those that are null go. */
+export function changed(parts: FormatParts, changes: Readonly<Record<string, string | null>>): FormatParts {
+  const next = new Map(parts);
+  for (const [name, value] of Object.entries(changes)) {
+    if (value === null) next.delete(name);
+    else next.set(name, value);
+  }
+  return next;
+}
+
+/** The columns that a part names, from 1; empty without. */
+export function columnsOf(parts: FormatParts, name: string): string[] {
+  return parts.get(name)?.split(':') ?? [];
+}
+
+/** An angle without its unit: the form has degrees. */
+export function degreesOf(parts: FormatParts, name: string): string {
+  const text = parts.get(name) ?? '';
+  const degrees = text.endsWith('deg') ? Number(text.slice(0, -3)) : (Number(text) * 180) / Math.PI;
+  return text === '' || !Number.isFinite(degrees) ? '' : String(Number(degrees.toFixed(4)));
+}
+
+/** What each column is used as: a word for the head of the preview. */
+export function usesOf(parts: FormatParts): (column: number) => string {
+  const [first = 0, last = first] = columnsOf(parts, 'ranges').map(Number);
+  const single = new Map([
+    [Number(parts.get('range')), 'range'],
+    [Number(columnsOf(parts, 'angle')[0]), 'angle'],
+    [Number(columnsOf(parts, 'time')[0]), 'time'],
+    ...POSE_KINDS.flatMap((kind) =>
+      columnsOf(parts, kind).map((column, at): [number, string] => [Number(column), ['x', 'y', 'heading'][at] ?? '']),
+    ),
+  ]);
+  return (column) => single.get(column) ?? (column >= first && column <= last ? 'range' : '');
+}
+
+/** The format that the page's address holds; empty without. */
+export function tableOfLink(fragment: string): string {
+  return new URLSearchParams(fragment.replace(/^#/, '')).get('table') ?? '';
+}
+
+/** Writes the format into the page's address, beside the settings; null takes it out. */
+export function rememberTable(format: string | null): void {
+  const values = new URLSearchParams(location.hash.replace(/^#/, ''));
+  if (format === null) values.delete('table');
+  else values.set('table', format);
+  const text = values.toString().replaceAll('%3A', ':').replaceAll('%2C', ',');
+  history.replaceState(history.state, '', text === '' ? location.pathname + location.search : `#${text}`);
+}

@@ -1,0 +1,188 @@
+import { css } from 'lit';
+
+export const import_styles = css`
+  dialog {
+    width: min(1000px, calc(100vw - 24px));
+    max-height: calc(100dvh - 24px);
+    padding: 0;
+    overflow: auto;
+    border: 1px solid var(--line);
+    border-radius: 12px;
+    background: var(--surface);
+    color: var(--text);
+    box-shadow: var(--shadow);
+  }
+  dialog::backdrop {
+    background: rgb(10 14 20 / 0.45);
+  }
+  form {
+    display: flex;
+    flex-direction: column;
+    gap: 12px;
+    padding: 18px 20px;
+  }
+  h2 {
+    font-size: 16px;
+    overflow-wrap: anywhere;
+  }
+  .body {
+    display: grid;
+    grid-template-columns: minmax(300px, 1fr) minmax(280px, 1fr);
+    gap: 14px 18px;
+  }
+  .fields {
+    display: flex;
+    flex-direction: column;
+    gap: 10px;
+  }
+  fieldset {
+    display: grid;
+    grid-template-columns: repeat(auto-fit, minmax(118px, 1fr));
+    gap: 8px 10px;
+    align-items: end;
+    min-width: 0;
+    margin: 0;
+    padding: 6px 12px 10px;
+    border: 1px solid var(--line);
+    border-radius: var(--radius);
+  }
+  legend {
+    padding: 0 4px;
+    font-size: 12px;
+    font-weight: 600;
+    color: var(--muted);
+  }
+  label {
+    display: flex;
+    flex-direction: column;
+    gap: 3px;
+    min-width: 0;
+    font-size: 12px;
+    color: var(--muted);
+  }
+  input,
+  select {
+    width: 100%;
+    min-height: 32px;
+    padding: 2px 8px;
+    border: 1px solid var(--line-strong);
+    border-radius: 6px;
+    background: var(--surface);
+    color: var(--text);
+    font-size: 14px;
+  }
+  input[type='range'] {
+    padding: 0;
+    accent-color: var(--accent);
+  }
+  fieldset p {
+    align-self: center;
+    font-size: 12px;
+  }
+  .seen {
+    display: flex;
+    flex-direction: column;
+    gap: 8px;
+  }
+  canvas {
+    flex: 1;
+    width: 100%;
+    min-height: 260px;
+    border: 1px solid var(--line);
+    border-radius: var(--radius);
+    background: var(--sunken);
+  }
+  .cells {
+    grid-column: 1 / -1;
+    overflow: auto;
+    border: 1px solid var(--line);
+    border-radius: var(--radius);
+  }
+  table {
+    border-collapse: collapse;
+    font: 12px var(--mono);
+  }
+  th,
+  td {
+    padding: 3px 8px;
+    text-align: right;
+    white-space: nowrap;
+  }
+  th {
+    border-bottom: 1px solid var(--line);
+    font-weight: 600;
+  }
+  th small {
+    display: block;
+    font-weight: 400;
+    color: var(--muted);
+  }
+  .range {
+    background: var(--accent-soft);
+  }
+  .time,
+  .angle {
+    background: var(--doubtful-soft);
+  }
+  .x,
+  .y,
+  .heading {
+    background: var(--good-soft);
+  }
+  .problem {
+    color: var(--lost);
+  }
+  .problem:empty {
+    display: none;
+  }
+  footer {
+    position: sticky;
+    bottom: 0;
+    display: flex;
+    flex-wrap: wrap;
+    align-items: end;
+    gap: 8px;
+    margin: 0 -20px -18px;
+    padding: 8px 20px 14px;
+    border-top: 1px solid var(--line);
+    background: var(--surface);
+  }
+  .command {
+    flex: 1 1 280px;
+  }
+  .command input {
+    font: 12px var(--mono);
+    background: var(--sunken);
+    border-color: var(--line);
+  }
+  .gap {
+    flex: 1 0 0;
+  }
+  @media (max-width: 720px) {
+    form {
+      padding: 14px;
+    }
+    .body {
+      grid-template-columns: minmax(0, 1fr);
+    }
+    .seen {
+      order: -1;
+    }
+    canvas {
+      min-height: 200px;
+    }
+    .gap {
+      display: none;
+    }
+    footer {
+      margin: 0 -14px -14px;
+      padding: 8px 14px;
+    }
+    .command {
+      flex-basis: 200px;
+    }
+    footer button {
+      flex: 1;
+    }
+  }
+`;

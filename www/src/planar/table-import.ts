@@ -1,0 +1,399 @@
+/** What the columns of a table of ranges are: guessed, shown as a scan, changed by hand. */
+import { html, LitElement, nothing, type PropertyValues, type TemplateResult } from 'lit';
+import { customElement, property, query, state } from 'lit/decorators.js';
+import { shared } from '../components/theme.js';
+import type { TableFacts } from '../engine/protocol.js';
+import { baseName, plural } from '../views/format.js';
+import { sentence } from '../views/words.js';
+import { drawScan } from './scan-preview.js';
+import {
+  changed,
+  columnsOf,
+  degreesOf,
+  type FormatParts,
+  partsOf,
+  POSE_KINDS,
+  textOf,
+  usesOf,
+} from './table-format.js';
+import { import_styles } from './table-import-styles.js';
+
+/** A table that is to be imported. */
+export interface TableRequest {
+  name: string;
+  facts: TableFacts;
+  /** The same table by another format, and another one of its scans. */
+  describe(format: string, scan: number): Promise<TableFacts>;
+}
+
+/** What a column of each kind is called, in the form. */
+const POSE_WORDS = {
+  odometry: 'wheel odometry',
+  poses: 'poses, perhaps corrected',
+  reference: 'ground truth',
+} as const;
+/** Columns that the preview shows at the beginning and at the end of a line. */
+const [FIRST_COLUMNS, LAST_COLUMNS] = [10, 5];
+/** A change is tried out when nothing has been typed for so long. */
+const TYPING_MS = 150;
+
+/**
+ * A dialog about one table. Fires `table-chosen`, whose detail is the format as text, or `table-cancelled`.
+ */
+@customElement('scanstitch-table-import')
+export class ScanstitchTableImport extends LitElement {
+  @property({ attribute: false }) request!: TableRequest;
+  @property({ type: Boolean }) dark = false;
+  @state() private facts!: TableFacts;
+  @state() private parts: FormatParts = new Map();
+  @state() private scan = 0;
+  @state() private is_copied = false;
+  @query('dialog') private dialog!: HTMLDialogElement;
+  @query('canvas') private canvas!: HTMLCanvasElement;
+  private timer: ReturnType<typeof setTimeout> | undefined;
+  /** Counts the formats that were tried: the last one wins. */
+  private num_tried = 0;
+  private resize_observer = new ResizeObserver(() => this.draw());
+
+  override disconnectedCallback(): void {
+    super.disconnectedCallback();
+    clearTimeout(this.timer);
+    this.resize_observer.disconnect();
+  }
+
+  protected override willUpdate(given: PropertyValues<this>): void {
+    if (!given.has('request')) return;
+    this.facts = this.request.facts;
+    const { format, num_columns } = this.facts;
+    this.parts = partsOf(format || firstGuess(num_columns));
+    this.scan = 0;
+    if (format === '') this.tryOut();
+  }
+
+  protected override firstUpdated(): void {
+    this.resize_observer.observe(this.canvas);
+    this.dialog.showModal();
+  }
+
+  protected override updated(): void {
+    this.draw();
+  }
+
+  protected override render(): TemplateResult {
+    const { facts, request } = this;
+    const { num_rows, num_columns, problem, num_scans, doubt } = facts;
+    return html`<dialog
+      aria-labelledby="title"
+      @cancel=${(event: Event) => {
+        event.preventDefault();
+        this.close('table-cancelled');
+      }}
+    >
+      <form method="dialog" @submit=${(event: Event) => this.submit(event)}>
+        <header>
+          <h2 id="title">What are the columns of ${baseName(request.name)}?</h2>
+          <p class="muted">${plural(num_rows, 'line')} of ${plural(num_columns, 'column')}. ${doubt}</p>
+        </header>
+        <div class="body">
+          <div class="fields">
+            ${this.renderLayout()} ${this.renderAngles()} ${this.renderTimes()} ${this.renderPoses()}
+          </div>
+          <div class="seen">
+            <canvas role="img" aria-label=${this.pictureWords()}></canvas>
+            <label class="scan" ?hidden=${num_scans < 2}>
+              Scan ${this.scan + 1} of ${num_scans}
+              <input
+                type="range"
+                min="0"
+                max=${Math.max(0, num_scans - 1)}
+                .value=${String(this.scan)}
+                @input=${(event: Event) => this.showScan(Number((event.target as HTMLInputElement).value))}
+              />
+            </label>
+          </div>
+          ${this.renderCells()}
+        </div>
+        <p class="problem" role="alert">${problem === '' ? nothing : sentence(problem)}</p>
+        <footer>
+          <label class="command">
+            <span class="muted">On the command line</span>
+            <input
+              readonly
+              .value=${`--table ${this.text}`}
+              @focus=${(event: Event) => (event.target as HTMLInputElement).select()}
+            />
+          </label>
+          <button type="button" @click=${() => this.copy()}>${this.is_copied ? 'Copied' : 'Copy'}</button>
+          <span class="gap"></span>
+          <button type="button" @click=${() => this.close('table-cancelled')}>Cancel</button>
+          <button class="primary" ?disabled=${problem !== ''}>Read ${plural(num_scans, 'scan')}</button>
+        </footer>
+      </form>
+    </dialog>`;
+  }
+
+  /** The format as text: whole, as the engine understood it, or as it was typed where that is none. */
+  private get text(): string {
+    return this.facts.problem === '' && this.facts.format !== '' ? this.facts.format : textOf(this.parts);
+  }
+
+  private renderLayout(): TemplateResult {
+    const is_by_scan = this.parts.has('ranges');
+    const [first = '1', last = String(this.facts.num_columns)] = columnsOf(this.parts, 'ranges');
+    const [angle = '', unit = 'deg'] = columnsOf(this.parts, 'angle');
+    return html`<fieldset>
+      <legend>Ranges</legend>
+      ${select('Each line is', is_by_scan ? 'scan' : 'reading', { scan: 'a scan', reading: 'one reading' }, (value) =>
+        this.setLayout(value === 'scan'),
+      )}
+      ${
+        is_by_scan
+          ? html`${this.column('First column', first, (value) => this.change({ ranges: `${value}:${last}` }))}
+            ${this.column('Last column', last, (value) => this.change({ ranges: `${first}:${value}` }))}`
+          : html`${this.column('Range column', this.parts.get('range') ?? '', (value) => this.change({ range: value }))}
+            ${this.column('Angle column', angle, (value) => this.change({ angle: value && `${value}:${unit}` }), 'none')}
+            ${
+              angle === ''
+                ? nothing
+                : select('Angles are', unitOfAngles(unit), ANGLE_UNITS, (value) =>
+                    this.change({ angle: `${angle}:${value}` }),
+                  )
+            }`
+      }
+      ${select('Unit', this.parts.get('unit') ?? 'm', { m: 'metres', cm: 'centimetres', mm: 'millimetres' }, (unit) =>
+        this.change({ unit }),
+      )}
+    </fieldset>`;
+  }
+
+  private renderAngles(): TemplateResult {
+    const { parts, facts } = this;
+    const has_angles = parts.has('angle');
+    const step = Number(degreesOf(parts, 'step'));
+    const view = Math.abs(step) * Math.max(0, facts.num_readings - 1);
+    return html`<fieldset>
+      <legend>Angles, counter-clockwise from ahead</legend>
+      ${number(has_angles ? 'Added (°)' : 'First (°)', degreesOf(parts, 'start'), (value) => this.change({ start: `${value}deg` }))}
+      ${
+        has_angles
+          ? nothing
+          : html`${number('Step (°)', degreesOf(parts, 'step'), (value) => this.change({ step: `${value}deg` }))}
+              <p class="muted">${view > 0 ? `${facts.num_readings} readings over ${Number(view.toFixed(1))}°` : ''}</p>`
+      }
+    </fieldset>`;
+  }
+
+  private renderTimes(): TemplateResult {
+    const [time = '', unit = 's'] = columnsOf(this.parts, 'time');
+    return html`<fieldset>
+      <legend>Times</legend>
+      ${this.column('Time column', time, (value) => this.change({ time: value && `${value}:${unit}` }), 'none')}
+      ${
+        time === ''
+          ? nothing
+          : select('Times are in', unit, TIME_UNITS, (value) => this.change({ time: `${time}:${value}` }))
+      }
+    </fieldset>`;
+  }
+
+  private renderPoses(): TemplateResult {
+    const kind = POSE_KINDS.find((name) => this.parts.has(name));
+    const columns = kind ? columnsOf(this.parts, kind) : [];
+    const without = { odometry: null, poses: null, reference: null };
+    return html`<fieldset>
+      <legend>The robot’s place</legend>
+      ${select('Columns of', kind ?? '', { '': 'none', ...POSE_WORDS }, (name) =>
+        this.change({
+          ...without,
+          ...(name === '' ? {} : { [name]: columns.length === 3 ? columns.join(':') : '1:2:3' }),
+        }),
+      )}
+      ${
+        kind
+          ? ['x', 'y', 'Heading (rad)'].map((label, at) =>
+              this.column(label, columns[at] ?? '', (value) =>
+                this.change({ [kind]: columns.with(at, value).join(':') }),
+              ),
+            )
+          : nothing
+      }
+    </fieldset>`;
+  }
+
+  private renderCells(): TemplateResult {
+    const { num_columns, names, cells } = this.facts;
+    const use = usesOf(this.parts);
+    const all = Array.from({ length: num_columns }, (_, at) => at + 1);
+    const is_long = num_columns > FIRST_COLUMNS + LAST_COLUMNS;
+    const shown = is_long ? [...all.slice(0, FIRST_COLUMNS), 0, ...all.slice(-LAST_COLUMNS)] : all;
+    const cell = (row: readonly (number | null | undefined)[], column: number): TemplateResult =>
+      column === 0 ? html`<td>…</td>` : html`<td class=${use(column)}>${cellWords(row[column - 1])}</td>`;
+    return html`<div class="cells" role="region" aria-label="First lines of the table" tabindex="0">
+      <table>
+        <thead>
+          <tr>
+            ${shown.map((column) =>
+              column === 0
+                ? html`<th></th>`
+                : html`<th scope="col" class=${use(column)}>
+                    ${column}<small>${use(column) || names[column - 1] || ''}</small>
+                  </th>`,
+            )}
+          </tr>
+        </thead>
+        <tbody>
+          ${cells.map(
+            (row) =>
+              html`<tr>
+                ${shown.map((column) => cell(row, column))}
+              </tr>`,
+          )}
+        </tbody>
+      </table>
+    </div>`;
+  }
+
+  /** A field for a column's number; `empty`: it may be left empty, and what that is called. */
+  private column(label: string, value: string, take: (value: string) => void, empty = ''): TemplateResult {
+    return html`<label>
+      ${label}
+      <input
+        type="number"
+        min="1"
+        max=${this.facts.num_columns}
+        placeholder=${empty}
+        .value=${value}
+        @input=${(event: Event) => take((event.target as HTMLInputElement).value)}
+      />
+    </label>`;
+  }
+
+  private setLayout(is_by_scan: boolean): void {
+    const { num_columns } = this.facts;
+    this.change(
+      is_by_scan
+        ? { ranges: `1:${num_columns}`, range: null, angle: null }
+        : { ranges: null, range: String(Math.min(2, num_columns)) },
+    );
+  }
+
+  /** Empty values are none. */
+  private change(changes: Readonly<Record<string, string | null>>): void {
+    const values = Object.entries(changes).map(([name, value]) => [name, value === '' ? null : value]);
+    this.parts = changed(this.parts, Object.fromEntries(values));
+    clearTimeout(this.timer);
+    this.timer = setTimeout(() => this.tryOut(), TYPING_MS);
+  }
+
+  private showScan(scan: number): void {
+    this.scan = scan;
+    this.tryOut();
+  }
+
+  private tryOut(): void {
+    const own = ++this.num_tried;
+    this.is_copied = false;
+    this.request.describe(textOf(this.parts), this.scan).then(
+      (facts) => {
+        if (own !== this.num_tried) return;
+        this.facts = facts;
+        this.scan = Math.min(this.scan, Math.max(0, facts.num_scans - 1));
+      },
+      (error: unknown) => {
+        if (own === this.num_tried) this.facts = { ...this.facts, problem: String(error) };
+      },
+    );
+  }
+
+  private draw(): void {
+    const style = getComputedStyle(this);
+    const color = (name: string): string => style.getPropertyValue(name);
+    const probe = (name: string): string => {
+      this.canvas.style.color = `var(${name})`;
+      return getComputedStyle(this.canvas).color || color(name);
+    };
+    drawScan(this.canvas, this.facts.points as [number, number][], {
+      point: probe('--accent'),
+      line: probe('--line'),
+      text: probe('--muted'),
+      laser: probe('--selected'),
+    });
+  }
+
+  private pictureWords(): string {
+    const { points, num_readings } = this.facts;
+    return `Scan ${this.scan + 1}: ${points.length} of ${num_readings} readings with a return`;
+  }
+
+  private copy(): void {
+    navigator.clipboard?.writeText(`--table ${this.text}`).then(
+      () => (this.is_copied = true),
+      () => this.shadowRoot?.querySelector<HTMLInputElement>('.command input')?.select(),
+    );
+  }
+
+  private submit(event: Event): void {
+    event.preventDefault();
+    if (this.facts.problem === '') this.close('table-chosen');
+  }
+
+  private close(type: 'table-chosen' | 'table-cancelled'): void {
+    this.dialog.close();
+    this.dispatchEvent(new CustomEvent(type, { detail: this.text, bubbles: true, composed: true }));
+  }
+
+  static override styles = [shared, import_styles];
+}
+
+const ANGLE_UNITS = { deg: 'degrees', rad: 'radians', '-1deg': 'degrees, clockwise', '-1': 'radians, clockwise' };
+const TIME_UNITS = { s: 'seconds', ms: 'milliseconds', us: 'microseconds', ns: 'nanoseconds' };
+
+/** The choice that an angle's unit is; another one is a choice of its own. */
+function unitOfAngles(unit: string): string {
+  const degrees = Number(unit.replace(/deg$/, ''));
+  if (!unit.endsWith('deg')) return unit;
+  return degrees === 1 || unit === 'deg' ? 'deg' : degrees === -1 ? '-1deg' : unit;
+}
+
+function firstGuess(num_columns: number): string {
+  return num_columns < 24 ? `range=${Math.min(2, num_columns)},unit=m,start=0deg,step=1deg` : `ranges=1:${num_columns}`;
+}
+
+function cellWords(value: number | null | undefined): string {
+  return value === null || value === undefined ? '–' : String(Number(value.toPrecision(6)));
+}
+
+function select(
+  label: string,
+  value: string,
+  choices: Readonly<Record<string, string>>,
+  take: (value: string) => void,
+): TemplateResult {
+  const known = value in choices ? choices : { ...choices, [value]: value };
+  return html`<label>
+    ${label}
+    <select @change=${(event: Event) => take((event.target as HTMLSelectElement).value)}>
+      ${Object.entries(known).map(
+        ([id, words]) => html`<option value=${id} ?selected=${id === value}>${words}</option>`,
+      )}
+    </select>
+  </label>`;
+}
+
+function number(label: string, value: string, take: (value: string) => void): TemplateResult {
+  return html`<label>
+    ${label}
+    <input
+      type="number"
+      step="any"
+      .value=${value}
+      @input=${(event: Event) => take((event.target as HTMLInputElement).value)}
+    />
+  </label>`;
+}
+
+declare global {
+  interface HTMLElementTagNameMap {
+    'scanstitch-table-import': ScanstitchTableImport;
+  }
+}
