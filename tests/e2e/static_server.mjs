@@ -21,16 +21,18 @@ const TYPES = {
 /**
  * Starts serving on localhost; port 0 takes a free one.
  * @param {string} folder
- * @param {{ prefix?: string, port?: number }} [options] prefix: the path the folder lies under, `/a/b/`
+ * @param {{ prefix?: string, port?: number, files?: Record<string, string | Uint8Array> }} [options] prefix: the path the
+ *   folder lies under, `/a/b/`; files: more of them, by their paths in the folder
  * @returns {Promise<import('node:http').Server>}
  */
-export async function serve(folder, { prefix = '/', port = 0 } = {}) {
+export async function serve(folder, { prefix = '/', port = 0, files = {} } = {}) {
   const server = createServer(async (request, response) => {
     const { pathname } = new URL(request.url ?? '/', 'http://localhost');
     const inside = pathname.startsWith(prefix) ? decodeURIComponent(pathname.slice(prefix.length)) : undefined;
     const path = inside === '' || inside?.endsWith('/') ? `${inside}index.html` : inside;
-    const body = path === undefined || normalize(path).startsWith('..') ? null : await read(join(folder, path));
-    if (body === null || path === undefined) {
+    const is_inside = path !== undefined && !normalize(path).startsWith('..');
+    const body = is_inside ? (Object.hasOwn(files, path) ? files[path] : await read(join(folder, path))) : null;
+    if (body === null || body === undefined || path === undefined) {
       response.writeHead(404).end();
       return;
     }

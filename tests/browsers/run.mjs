@@ -1,0 +1,157 @@
+// @ts-check
+/**
+ * What a user does with the built page, in every browser that is installed: `node tests/browsers/run.mjs`. What Firefox and
+ * WebKit find has to be what Chromium finds, poses to the last bit. Prints a line a scenario and browser in TAP, with its time.
+ */
+import { readdirSync, readFileSync } from 'node:fs';
+import { join } from 'node:path';
+import { chromium } from '@playwright/test';
+import { zipSync } from 'fflate';
+import { findChromium, findProgram } from '../../scripts/steps.mjs';
+import { mcapBytes } from '../cli/bag_files.mjs';
+import { laserScan } from '../cli/bag_messages.mjs';
+import { serve } from '../e2e/static_server.mjs';
+import { startFirefox } from './firefox.mjs';
+import { findMiniBrowser, startWebKit } from './webkit.mjs';
+
+/**
+ * @typedef {object} Driver
+ * @property {string} version
+ * @property {string[]} faults errors of the page's scripts that the browser tells
+ * @property {(url: string) => Promise<unknown>} goto
+ * @property {(script: string) => Promise<any>} evaluate an expression, awaited
+ * @property {() => Promise<void>} close
+ */
+
+const SCENARIOS = ['sample', 'ten scans', 'export', 'depth images in a ZIP', 'a bag of laser scans', 'ICP lab'];
+const PAGE = `<!doctype html><meta charset="utf-8"><title>Scanstitch</title>
+  <body style="margin: 0"><scanstitch-app style="height: 100vh"></scanstitch-app>
+  <script src="in_page.js"></script><script type="module" src="scanstitch-app.js"></script>`;
+const DIST = join(import.meta.dirname, '../../www/dist');
+const SAMPLES = join(import.meta.dirname, '../../www/samples');
+const NUM_IMAGES = 8;
+
+/** The first depth and colour images of the second sample. */
+function depthZip() {
+  const files = ['depth', 'rgb'].flatMap((folder) =>
+    readdirSync(join(SAMPLES, 'apartment', folder), { withFileTypes: true })
+      .filter((entry) => entry.isFile() && Number.parseInt(entry.name, 10) <= NUM_IMAGES)
+      .map(({ name }) => [`room/${folder}/${name}`, readFileSync(join(SAMPLES, 'apartment', folder, name))]),
+  );
+  return zipSync(Object.fromEntries(files), { level: 0 });
+}
+
+/** The scans of the first sample, by their addresses. */
+function scans() {
+  const names = readdirSync(join(SAMPLES, 'corridor')).filter((name) => name.endsWith('.ply'));
+  return Object.fromEntries(names.map((name) => [name, readFileSync(join(SAMPLES, 'corridor', name))]));
+}
+
+/** A laser that drives through a room of 8 m by 5 m with a box in it. */
+function scansBag() {
+  const [num_beams, increment] = [181, Math.PI / 180];
+  const messages = Array.from({ length: 6 }, (_, i) => {
+    const stamp = { sec: 10 + i, nsec: 0 };
+    const ranges = Array.from({ length: num_beams }, (_, k) =>
+      rangeAt(0.25 * i - 1, 0.1 * i, k * increment - Math.PI / 2),
+    );
+    const data = laserScan(stamp, -Math.PI / 2, increment, [0.1, 30], ranges);
+    return { topic: '/scan', time: BigInt(stamp.sec) * 1_000_000_000n, data };
+  });
+  return mcapBytes([{ name: '/scan', type: 'sensor_msgs/msg/LaserScan' }], messages);
+}
+
+/** @param {number} x @param {number} y @param {number} angle rad */
+function rangeAt(x, y, angle) {
+  const [dx, dy] = [Math.cos(angle), Math.sin(angle)];
+  const walls = [(4 - x) / dx, (-4 - x) / dx, (2.5 - y) / dy, (-2.5 - y) / dy];
+  // The box's near side, from y = 0.5 on.
+  const box = (2.5 - x) / dx;
+  if (box > 0 && y + box * dy > 0.5 && y + box * dy < 1.5) walls.push(box);
+  return Math.min(...walls.filter((range) => range > 0));
+}
+
+/** @returns {Promise<Driver>} */
+async function startChromium() {
+  const browser = await chromium.launch({
+    executablePath: findChromium() ?? 'chromium',
+    args: ['--no-sandbox', '--enable-unsafe-swiftshader'],
+  });
+  const page = await browser.newPage({ viewport: { width: 1280, height: 800 } });
+  /** @type {string[]} */
+  const faults = [];
+  page.on('pageerror', ({ message }) => faults.push(message));
+  return {
+    version: `Chromium ${browser.version()}`,
+    faults,
+    goto: (url) => page.goto(url),
+    evaluate: (script) => page.evaluate(script),
+    close: () => browser.close(),
+  };
+}
+
+/** @type {{ name: string, start: (() => Promise<Driver>) | null }[]} */
+const browsers = [
+  { name: 'Chromium', start: startChromium },
+  { name: 'Firefox', start: starter(findProgram(['firefox-esr', 'firefox']), startFirefox) },
+  { name: 'WebKit', start: starter(findProgram(['WebKitWebDriver']) && findMiniBrowser(), startWebKit) },
+];
+
+/** @param {string | undefined} program @param {(program: string) => Promise<Driver>} start */
+function starter(program, start) {
+  return program === undefined ? null : () => start(program);
+}
+
+const server = await serve(DIST, {
+  files: {
+    'host.html': PAGE,
+    'in_page.js': readFileSync(join(import.meta.dirname, 'in_page.js')),
+    'depth.zip': depthZip(),
+    'scans.mcap': scansBag(),
+    ...scans(),
+  },
+});
+const address = server.address();
+if (typeof address !== 'object' || address === null) throw new Error('The page is not served.');
+const url = `http://localhost:${address.port}/host.html`;
+
+let [number, num_failed] = [0, 0];
+/** @param {string} what @param {string | null} problem @param {string} [note] */
+function tell(what, problem, note = '') {
+  console.log(`${problem === null ? 'ok' : 'not ok'} ${++number} - ${what}${note}`);
+  if (problem !== null) {
+    num_failed++;
+    console.log(`  ${problem}`);
+  }
+}
+
+/** What Chromium saw. @type {Map<string, string>} */
+const expected = new Map();
+for (const { name, start } of browsers) {
+  if (start === null) {
+    for (const scenario of SCENARIOS) tell(`${name}: ${scenario}`, null, ' # SKIP not installed');
+    continue;
+  }
+  const driver = await start();
+  try {
+    await driver.goto(url);
+    const lacks = Object.entries(await driver.evaluate('lacks()')).filter(([, is_lacking]) => is_lacking);
+    console.log(`# ${driver.version}${lacks.map(([what]) => `, without ${what}`).join('')}`);
+    for (const scenario of SCENARIOS) {
+      try {
+        const { ms, seen, faults } = await driver.evaluate(`look(${JSON.stringify(scenario)})`);
+        const text = JSON.stringify(seen);
+        const is_same = (expected.get(scenario) ?? text) === text;
+        if (!expected.has(scenario)) expected.set(scenario, text);
+        const problems = [...faults, ...driver.faults.splice(0), ...(is_same ? [] : [`saw ${text.slice(0, 300)}`])];
+        tell(`${name}: ${scenario}`, problems.length === 0 ? null : problems.join('; '), ms > 0 ? ` (${ms} ms)` : '');
+      } catch (error) {
+        tell(`${name}: ${scenario}`, /** @type {Error} */ (error).message);
+      }
+    }
+  } finally {
+    await driver.close();
+  }
+}
+server.close();
+process.exitCode = num_failed > 0 ? 1 : 0;
