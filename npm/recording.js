@@ -44,8 +44,8 @@ const LOOKED_INTO = 8;
 /** What `scanstitch reconstruct` writes: its own results are no input. */
 const RESULTS = ['trajectory.tum', 'report.json'];
 const MAPS = ['map.ply', 'map.pcd'];
-/** These beside them, of planar scans. */
-const GRID_RESULTS = ['map.pgm', 'map.yaml'];
+/** These may lie beside them. */
+const OTHER_RESULTS = ['map.pgm', 'map.yaml', 'report.html'];
 
 /**
  * Understands the files of a drop, a folder or an archive. Where they hold several recordings, the one with the most
@@ -190,7 +190,7 @@ function withoutResults(files) {
     const inFolder = (/** @type {string} */ name) => (folder === '' ? name : `${folder}/${name}`);
     const [results, maps] = [RESULTS.map(inFolder), MAPS.map(inFolder)];
     const isComplete = results.every((name) => paths.has(name)) && maps.some((name) => paths.has(name));
-    return isComplete && [...results, ...maps, ...GRID_RESULTS.map(inFolder)].includes(path);
+    return isComplete && [...results, ...maps, ...OTHER_RESULTS.map(inFolder)].includes(path);
   };
   return files.filter((file) => !isResult(file));
 }

@@ -3,8 +3,8 @@
  * `npm run bench`: times the benchmarks of crate/bench natively, and as WebAssembly under Node and in Chromium where there
  * is one, side by side, and prints one JSON document. Progress goes to stderr, so `npm run --silent bench > bench.json` keeps it.
  * `npm run bench -- NAME...` runs those whose name contains one of the words. Names beginning with `run_` are whole runs, on one
- * core and on two; `small_gicp` is that library on the same pair of clouds, where it can be installed; kiddo and faer are timed
- * beside our k-d tree and sparse Cholesky.
+ * core and on two; `sizes` is what the page and the parts of the engine weigh; `small_gicp` is that library on the same pair of
+ * clouds, where it can be installed; kiddo and faer are timed beside our k-d tree and sparse Cholesky.
  */
 import { existsSync, readdirSync } from 'node:fs';
 import { cpus, totalmem } from 'node:os';
@@ -12,7 +12,9 @@ import { join } from 'node:path';
 import { compareNaturally } from '../npm/natural_order.js';
 import { hasSmallGicp, timeSmallGicp } from './bench_peers.mjs';
 import { listRuns, timeRuns } from './bench_runs.mjs';
+import { engineParts, fileSizes } from './sizes.mjs';
 import {
+  buildEngine,
   buildPage,
   buildWasm,
   capture,
@@ -164,13 +166,13 @@ await runMain(async () => {
   await ensureWasmTarget();
   const withPeers = ['--features', 'peers'];
   await run('cargo', ['build', '--release', '--package', 'scanstitch-bench', ...withPeers]);
-  await buildWasm('scanstitch-bench', PKG, ...withPeers);
+  await buildWasm('scanstitch-bench', PKG, 'scanstitch_bench', ...withPeers);
 
   const isWanted = (/** @type {string} */ name) => words.length === 0 || words.some((word) => name.includes(word));
   const jobs = (await listJobs()).filter(({ label }) => isWanted(label));
   const recordings = listRuns(isWanted);
   const withPeer = isWanted('small_gicp') || jobs.some(({ name }) => name.startsWith('pair_'));
-  if (jobs.length + recordings.length === 0 && !withPeer)
+  if (jobs.length + recordings.length === 0 && !withPeer && !isWanted('sizes'))
     throw new StepError(`No benchmark has a name with ${words.join(' or ')} in it.`);
   const browser = findChromium();
   if (!browser) console.error('Chromium is absent: timed natively and in Node');
@@ -203,10 +205,12 @@ await runMain(async () => {
     }
   }
   const runs = [];
-  if (recordings.length > 0) {
-    await buildWasm();
+  const withSizes = isWanted('sizes');
+  if (recordings.length > 0 || withSizes) {
+    await buildEngine();
     await buildPage('warn'); // what it tells else goes to stdout
   }
+  const sizes = withSizes ? { files: fileSizes(), engine_code: engineParts() } : null;
   for (const recording of recordings) {
     console.error(`${recording.name}: a whole run of ${recording.folder}`);
     runs.push({ ...recording, timings: await timeRuns(recording, browser) });
@@ -221,5 +225,5 @@ await runMain(async () => {
     rustc: rustc.trim(),
   };
   const policy = { warm_up_ms: WARM_UP_MS, sample_ms: SAMPLE_MS, samples: SAMPLES, threads: 1 };
-  process.stdout.write(`${JSON.stringify({ machine, policy, benchmarks, peers, runs }, null, 2)}\n`);
+  process.stdout.write(`${JSON.stringify({ machine, policy, sizes, benchmarks, peers, runs }, null, 2)}\n`);
 });

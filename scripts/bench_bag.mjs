@@ -97,7 +97,7 @@ try {
   await page.evaluate(() => {
     const times = /** @type {any} */ (window);
     times.stitched = [];
-    document.addEventListener('scanstitch-stitched', (event) =>
+    document.addEventListener('scanstitch-done', (event) =>
       times.stitched.push(/** @type {CustomEvent} */ (event).detail),
     );
   });

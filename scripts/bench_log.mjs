@@ -55,7 +55,7 @@ try {
   const page = await browser.newPage({ viewport: { width: 1280, height: 800 } });
   await page.addInitScript(() => {
     Object.assign(window, { stitched: [] });
-    addEventListener('scanstitch-stitched', (event) =>
+    addEventListener('scanstitch-done', (event) =>
       /** @type {any} */ (window).stitched.push(/** @type {CustomEvent} */ (event).detail),
     );
   });

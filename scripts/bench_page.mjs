@@ -27,7 +27,7 @@ try {
   await page.addInitScript(() => {
     const stitched = /** @type {Stitched[]} */ ([]);
     Object.assign(window, { stitched });
-    addEventListener('scanstitch-stitched', (event) => stitched.push(/** @type {CustomEvent} */ (event).detail));
+    addEventListener('scanstitch-done', (event) => stitched.push(/** @type {CustomEvent} */ (event).detail));
   });
   // Told by the page: asking again and again, sixty times a second, would cost it a seventh of its time.
   const count = (/** @type {number} */ least) =>
@@ -37,7 +37,7 @@ try {
           new Promise((resolve) => {
             const { stitched } = /** @type {{ stitched: Stitched[] }} */ (/** @type {unknown} */ (window));
             const look = () => (stitched.length >= least ? resolve() : undefined);
-            addEventListener('scanstitch-stitched', look);
+            addEventListener('scanstitch-done', look);
             look();
           })
         ),

@@ -1,13 +1,23 @@
 // @ts-check
-/** `npm run build`: the WebAssembly module into pkg/, the page into www/dist, which any static host can serve. */
+/** `npm run build`: the WebAssembly module into pkg/, the page into www/dist, which any static host can serve, and beside
+ * it the element in one file. */
 import { writeBillOfMaterials } from './sbom.mjs';
-import { buildPage, buildWasm, ensureNodeModules, ensureWasmTarget, requireToolchain, runMain } from './steps.mjs';
+import {
+  buildEngine,
+  buildPage,
+  buildStandalone,
+  ensureNodeModules,
+  ensureWasmTarget,
+  requireToolchain,
+  runMain,
+} from './steps.mjs';
 
 await runMain(async () => {
   requireToolchain();
   await ensureWasmTarget();
   await ensureNodeModules();
-  await buildWasm();
+  await buildEngine();
   await buildPage();
+  await buildStandalone();
   writeBillOfMaterials();
 });

@@ -14,9 +14,7 @@ const SETTLING_MS = 2000;
 
 /** @param {import('@playwright/test').Page} page */
 function stitched(page) {
-  return page.evaluate(
-    () => new Promise((resolve) => addEventListener('scanstitch-stitched', resolve, { once: true })),
-  );
+  return page.evaluate(() => new Promise((resolve) => addEventListener('scanstitch-done', resolve, { once: true })));
 }
 
 const server = await serve(join(ROOT, 'www', 'dist'));

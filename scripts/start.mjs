@@ -5,7 +5,7 @@
  */
 import { join } from 'node:path';
 import {
-  buildWasm,
+  buildEngine,
   duration,
   ensureNodeModules,
   ensureWasmTarget,
@@ -35,7 +35,7 @@ await runMain(async () => {
   requireToolchain();
   await ensureWasmTarget();
   await ensureNodeModules();
-  await buildWasm();
+  await buildEngine();
   const server = await step('Starting the server', async () => {
     const { createServer } = await import('vite');
     const server = await createServer({

@@ -243,18 +243,42 @@ export function captureTestTools(env) {
 }
 
 /**
- * Compiles a package to WebAssembly with the tool of crate/xtask; cargo skips what is up to date.
- * @param {string} [packageName]
- * @param {string} [outDir]
- * @param {string[]} options of cargo
+ * Builds the tool of crate/xtask that makes WebAssembly, and says how cargo is asked for it.
+ * @returns {Promise<string[]>}
  */
-export async function buildWasm(packageName = 'scanstitch', outDir = 'pkg', ...options) {
+async function buildWasmTool() {
   // Where the tools for tests are built as well: without their features, cargo would compile what both need anew.
   const hasTestTools = existsSync(join(TARGET_DIR, 'tools', 'wasm-bindgen-test-runner'));
   const tools = [...TOOLS, ...(hasTestTools ? ['--features', 'test-tools'] : [])];
   await step('Building the tool that makes WebAssembly (crate/xtask)', () => run('cargo', ['build', ...tools]));
+  return ['run', '--quiet', ...tools, '--bin', 'wasm', '--'];
+}
+
+/**
+ * Compiles a package to WebAssembly; cargo skips what is up to date.
+ * @param {string} packageName
+ * @param {string} outDir
+ * @param {string} name of the files
+ * @param {string[]} options of cargo
+ */
+export async function buildWasm(packageName, outDir, name, ...options) {
+  const tool = await buildWasmTool();
   await step(`Compiling ${packageName} to WebAssembly, into ${outDir}`, () =>
-    run('cargo', ['run', '--quiet', ...tools, '--bin', 'wasm', '--', packageName, outDir, ...options]),
+    run('cargo', [...tool, packageName, outDir, name, ...options]),
+  );
+}
+
+/** What the page begins with: planar scans alone, compiled for size. What is done often is done by the full engine. */
+const FIRST_ENGINE = ['scanstitch_planar', '--no-default-features', '--', '-C', 'opt-level=s'];
+
+/** Compiles the engine into pkg/: everything, and what the page begins with. */
+export async function buildEngine() {
+  const tool = await buildWasmTool();
+  await step('Compiling the engine to WebAssembly, into pkg', () =>
+    run('cargo', [...tool, 'scanstitch', 'pkg', 'scanstitch']),
+  );
+  await step('Compiling the part of it that the page begins with', () =>
+    run('cargo', [...tool, 'scanstitch', 'pkg', ...FIRST_ENGINE]),
   );
 }
 
@@ -266,6 +290,15 @@ export function buildPage(logLevel = 'info') {
   return step('Building the page into www/dist', async () => {
     const { build } = await import('vite');
     await build({ root: join(ROOT, 'www'), logLevel, clearScreen: false });
+  });
+}
+
+/** Builds the element in one file into www/dist/standalone. */
+export function buildStandalone() {
+  return step('Building the element in one file into www/dist/standalone', async () => {
+    const { build } = await import('vite');
+    // Rolldown warns of what Vite's own helper does in a classic script.
+    await build({ configFile: join(ROOT, 'www', 'vite.standalone.ts'), logLevel: 'error', clearScreen: false });
   });
 }
 

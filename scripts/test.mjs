@@ -13,7 +13,7 @@ import { runStages, sumOf } from './stages.mjs';
 import {
   answers,
   buildTestTools,
-  buildWasm,
+  buildEngine,
   capture,
   captureTestTools,
   commandSeconds,
@@ -219,7 +219,7 @@ const testTools = once(buildTestTools);
 async function engine() {
   await ensureWasmTarget();
   await testTools();
-  await buildWasm();
+  await buildEngine();
 }
 
 /** The page in www/dist: as the build stage left it, or built here where that stage was not asked for. */

@@ -11,17 +11,32 @@ mod recordings;
 #[path = "depth/scores.rs"]
 mod scores;
 
-use recordings::Choice;
+use recordings::{Recording, pgm};
+use scanstitch::io::depth_png;
 use scanstitch::odometry::depth::ColorUse;
 use scanstitch::pipeline::spatial_settings::SpatialSettings;
+use scanstitch_scene::random::Random;
 
 fn main() {
     let argument = |name: &str| std::env::args().skip_while(|argument| argument != name).nth(1);
     let Some(name) = std::env::args().nth(1).filter(|_| recordings::are_there()) else { return };
-    let every = argument("--every").and_then(|number| number.parse().ok()).unwrap_or(1);
-    let frames = argument("--first").and_then(|number| number.parse().ok()).unwrap_or(usize::MAX);
-    let recording = Choice::Every(every).apply(&recordings::camera(&name)).first(frames);
-    let is_depth_only = std::env::args().any(|argument| argument == "--depth-only");
+    let number = |name: &str, default: usize| argument(name).and_then(|text| text.parse().ok()).unwrap_or(default);
+    let flag = |name: &str| std::env::args().any(|argument| argument == name);
+    let whole = recordings::camera(&name);
+    let mut order: Vec<usize> = (number("--skip", 0)..whole.depth.len())
+        .step_by(number("--every", 1))
+        .take(number("--first", usize::MAX))
+        .collect();
+    if flag("--reverse") {
+        order.reverse();
+    }
+    let scale = whole.depth_scale.unwrap_or(1000.0);
+    let noise = argument("--noise").and_then(|text| text.parse().ok()).unwrap_or(0.0);
+    let holes = argument("--holes").and_then(|text| text.parse().ok()).unwrap_or(0.0);
+    let depth = order.iter().map(|&index| damaged(&whole.depth[index], index, scale, noise, holes)).collect();
+    let color = order.iter().filter_map(|&index| whole.color.get(index).cloned()).collect();
+    let recording = Recording { depth, color, ..whole };
+    let is_depth_only = flag("--depth-only");
     let color = if is_depth_only { ColorUse::NotUsed } else { ColorUse::Used };
     let depth_scale = recording.depth_scale.unwrap_or_default();
     let settings = SpatialSettings { color, depth_scale, ..SpatialSettings::default() };
@@ -32,7 +47,8 @@ fn main() {
         counts[status as usize] += 1;
         let rmse = estimate.registration.as_ref().map_or(0.0, |registration| registration.last.inlier_rmse);
         println!(
-            "{index} {status:?} {:.1} {:.3} {:.2} {rmse:.4} {} | {}",
+            "{} {status:?} {:.1} {:.3} {:.2} {rmse:.4} {} | {}",
+            order[index],
             1000.0 * seconds[index],
             estimate.assessment.agreement,
             estimate.overlap,
@@ -55,4 +71,24 @@ fn main() {
         1000.0 * worst,
         reconstruction.loop_report().num_closed
     );
+}
+
+/// A depth image with more noise (standard deviation over the square of the depth, 1/m), and with this share of its patches
+/// of 16 pixels missing.
+fn damaged(bytes: &[u8], index: usize, scale: f64, noise: f64, holes: f64) -> Vec<u8> {
+    if noise == 0.0 && holes == 0.0 {
+        return bytes.to_vec();
+    }
+    let mut image = depth_png::read(bytes).expect("a depth image");
+    let mut random = Random::new(index as u64);
+    let across = image.width.div_ceil(16);
+    let is_missing: Vec<bool> =
+        (0..across * image.height.div_ceil(16)).map(|_| random.uniform(0.0, 1.0) < holes).collect();
+    for (at, value) in image.values.iter_mut().enumerate() {
+        let depth = f64::from(*value) / scale;
+        let noisy = scale * (depth + noise * depth * depth * random.normal());
+        let is_kept = *value > 0 && !is_missing[at / image.width / 16 * across + at % image.width / 16];
+        *value = if is_kept { noisy.round().clamp(1.0, 65_534.0) as u16 } else { 0 };
+    }
+    pgm(&image)
 }

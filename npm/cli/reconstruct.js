@@ -69,6 +69,7 @@ Written into DIR:
   map.ply or .pcd    the points of all frames in the world; of depth images with their colours
   map.pgm, map.yaml  of planar scans: what is free and what is occupied, as ROS's map_server reads it
   report.json        settings, version, results of every frame, comparison, in metres and radians
+  report.html        the same to be read and printed, with the map and the path drawn
 
 Printed: a line a frame (of more than 200 planar scans, those that are not good), and the figures of the whole.
 Of planar scans, sharpness is the mean distance of returns within 29 m to the surface that the other scans saw there. A
@@ -101,11 +102,11 @@ async function run(engine, args) {
   const [workers, mapFormat] = [readWorkers(values.workers), readMapFormat(values['map-format'])];
   const options = { out, reference, odometry, intrinsics, table, preset, set, workers, mapFormat };
   const complaints = new Complaints();
-  const { complain } = complaints;
+  const { complain, problems } = complaints;
   const inputs = await gather(positionals, complain, readWishes(values.topic));
   try {
     const recording = await understandInputs(inputs, values.recording, complain, table !== undefined);
-    const task = { engine, inputs, recording, options, complain };
+    const task = { engine, inputs, recording, options, complain, problems };
     if (recording.kind !== 'nothing') {
       tellNotes(withoutNamed(inputs, recording, complain), complain);
       complainOfOptions(recording, options, complain);

@@ -7,7 +7,7 @@ import { nextTurn } from '../spatial_run.js';
 import { CommandError, table, untilInterrupt } from './command.js';
 import { writeResults } from './disk.js';
 import { readInput, readSource } from './inputs.js';
-import { accepted, create, mapFile, millimetres } from './results.js';
+import { accepted, create, errorFigures, mapFile, millimetres, reportFile } from './results.js';
 import { planarCatalogue, readSettings } from './settings.js';
 import { note, progressLine, tellNotes } from './terminal.js';
 
@@ -19,7 +19,8 @@ const MOST_ROWS = 200;
 /**
  * @param {import('./results.js').Task} task
  */
-export async function reconstructPlanar({ engine, inputs, recording, options, complain }) {
+export async function reconstructPlanar(task) {
+  const { engine, inputs, recording, options, complain } = task;
   const settings = readSettings(planarCatalogue(engine), options.preset, options.set);
   const reconstruction = create(() => new engine.Reconstruction(settings));
   const added = await addScans(engine, reconstruction, scansOf(inputs, recording), options.table, complain);
@@ -42,6 +43,7 @@ export async function reconstructPlanar({ engine, inputs, recording, options, co
     [map.name]: map.bytes,
     ...gridFiles(reconstruction),
     'report.json': reconstruction.report_json(),
+    ...reportFile(result, reconstruction.map_points(), task),
   });
   for (const { name, status, reason, cleaning } of result.frames) {
     if (cleaning.non_finite > 0) {
@@ -214,9 +216,11 @@ function headline({ frames, sharpness, comparison }, total) {
     lines.push(`Sharpness ${millimetres(sharpness.mean_residual)} mm, mean over ${sharpness.num_pairs} pairs`);
   }
   if (comparison) {
-    const { name, num_matched, mean, rmse, max } = comparison;
-    const figures = `mean ${millimetres(mean)} mm, rmse ${millimetres(rmse)} mm, max ${millimetres(max)} mm`;
-    lines.push(`Distance to ${printable(name)}: ${figures} over ${num_matched} of ${frames.length} scans`);
+    const { name, num_matched, aligned } = comparison;
+    const inMillimetres = (/** @type {number} */ metres) => `${millimetres(metres)} mm`;
+    const matched = `over ${num_matched} of ${frames.length} scans`;
+    lines.push(`Distance to ${printable(name)}: ${errorFigures(comparison, inMillimetres)} ${matched}`);
+    if (aligned) lines.push(`  with all poses aligned: ${errorFigures(aligned, inMillimetres)}`);
   }
   return lines.map((line) => `${line}\n`).join('');
 }

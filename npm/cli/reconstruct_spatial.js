@@ -10,7 +10,7 @@ import { CommandError, isScanstitchError, untilInterrupt } from './command.js';
 import { readInput, readSource } from './inputs.js';
 import { startPreparers } from './preparers.js';
 import { isFolder, writeResults } from './disk.js';
-import { accepted, create, mapFile } from './results.js';
+import { accepted, create, mapFile, reportFile } from './results.js';
 import { readSettings, spatialCatalogue } from './settings.js';
 import { frameTable, headline } from './spatial_summary.js';
 import { note, progressLine } from './terminal.js';
@@ -57,14 +57,15 @@ export async function reconstructSpatial(task) {
     if (reference && !isCompared && text.startsWith(reference.name)) complain(text);
     else note(text);
   }
-  const { sizes, milliseconds } = await writeMap(reconstruction, options, complain);
+  const { sizes, milliseconds, positions } = await writeMap(reconstruction, options, complain);
+  await writeResults(options.out, reportFile(result, positions, task));
   const summary = headline(result, { ...timing, map: milliseconds }, sizes, jobs.length);
   process.stdout.write(`${frameTable(result, timing)}\n${summary}`);
   process.stdout.write(`Written to ${printable(options.out)}\n`);
 }
 
 /**
- * The map, what it takes in voxels of several sizes, and how long it took to stitch (ms).
+ * The map, with the positions of its points, what it takes in voxels of several sizes, and how long it took to stitch (ms).
  * @param {SpatialReconstruction} reconstruction
  * @param {import('./results.js').Options} options
  * @param {(problem: string) => void} complain
@@ -72,17 +73,20 @@ export async function reconstructSpatial(task) {
 async function writeMap(reconstruction, options, complain) {
   const start = performance.now();
   let milliseconds = 0;
+  /** @type {Float32Array} */
+  let positions = new Float32Array(0);
   try {
     const { name, bytes } = mapFile(reconstruction, options);
     milliseconds = performance.now() - start;
     await writeResults(options.out, { [name]: bytes });
-    return { milliseconds, sizes: reconstruction.map_sizes(MAP_SIZES) };
+    positions = reconstruction.map_positions();
+    return { milliseconds, positions, sizes: reconstruction.map_sizes(MAP_SIZES) };
   } catch (error) {
     // An engine without memory left ends in a trap.
     if (!(error instanceof WebAssembly.RuntimeError || error instanceof RangeError)) throw error;
     if (milliseconds > 0) note('The map is not counted in voxels of 1 cm: it would not fit into the memory.');
     else complain('The map does not fit into the memory. Larger voxels take less: --set map_voxel_size=0.05');
-    return { milliseconds, sizes: [] };
+    return { milliseconds, positions, sizes: [] };
   }
 }
 

@@ -1,6 +1,8 @@
 // @ts-check
 /** What both kinds of reconstruction share: offering files to the engine, writing what came of them. */
+import { basename } from 'node:path';
 import { lookUp } from '../look_up.js';
+import { reportHtml } from '../report/report.js';
 import { CommandError, isScanstitchError } from './command.js';
 
 /**
@@ -11,6 +13,7 @@ import { CommandError, isScanstitchError } from './command.js';
  * @property {import('../recording.js').Recording} recording
  * @property {Options} options
  * @property {(problem: string) => void} complain reports what is left out, which makes the exit code 2
+ * @property {readonly string[]} [problems] all that was complained of so far
  */
 
 /**
@@ -84,4 +87,29 @@ export function accepted(offer, complain) {
 /** @param {number} metres */
 export function millimetres(metres) {
   return (1000 * metres).toFixed(1);
+}
+
+/**
+ * An error's figures; `format` writes a length with its unit.
+ * @param {{ mean: number, rmse: number, max: number }} error
+ * @param {(metres: number) => string} format
+ */
+export function errorFigures({ mean, rmse, max }, format) {
+  return `mean ${format(mean)}, rmse ${format(rmse)}, max ${format(max)}`;
+}
+
+/**
+ * The report to be read and printed.
+ * @param {import('../report/report.js').PlanarResult | import('../report/report.js').SpatialResult} result
+ * @param {Float32Array} points of the map
+ * @param {Task} task
+ */
+export function reportFile(result, points, { recording, options, problems = [] }) {
+  const { scans, clouds, depth_frames, reference, odometry, intrinsics } = recording;
+  const images = depth_frames.flatMap(({ depth, color }) => [depth, color]);
+  const beside = [options.reference ?? reference, options.odometry ?? odometry, options.intrinsics ?? intrinsics];
+  const opened = [...scans, ...clouds, ...images, ...beside.flat()].filter((path) => path !== null);
+  const num_frames = depth_frames.length + clouds.length;
+  const title = basename(recording.root) || basename(opened[0] ?? '') || 'Recording';
+  return { 'report.html': reportHtml(result, { title, opened, losses: problems, points, num_frames }) };
 }

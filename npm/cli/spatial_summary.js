@@ -2,7 +2,7 @@
 /** The results of a reconstruction in space, as text. */
 import { printable } from '../printable.js';
 import { table } from './command.js';
-import { millimetres } from './results.js';
+import { errorFigures, millimetres } from './results.js';
 
 /** @typedef {import('../index.js').SpatialResult} SpatialResult */
 /** @typedef {import('../index.js').MapSize} MapSize */
@@ -61,11 +61,11 @@ export function headline(result, timing, sizes, numRecorded) {
   const stitched = `stitched in ${timing.map.toFixed(0)} ms`;
   if (sizes.length > 0) lines.push(`Map, ${stitched}; in voxels of ${map.join('; ')}`);
   if (comparison) {
-    const { name, num_matched, mean, rmse, max, convention } = comparison;
-    const figures = `mean ${mean.toFixed(4)} m, rmse ${rmse.toFixed(4)} m, max ${max.toFixed(4)} m`;
-    lines.push(
-      `Distance to ${printable(name)}: ${figures} over ${num_matched} of ${numRecorded} frames, first poses aligned`,
-    );
+    const { name, num_matched, aligned, convention } = comparison;
+    const inMetres = (/** @type {number} */ metres) => `${metres.toFixed(4)} m`;
+    const matched = `over ${num_matched} of ${numRecorded} frames, first poses aligned`;
+    lines.push(`Distance to ${printable(name)}: ${errorFigures(comparison, inMetres)} ${matched}`);
+    if (aligned) lines.push(`  with all poses aligned: ${errorFigures(aligned, inMetres)}`);
     if (convention) lines.push(`  read as: ${convention}`);
     if (suggestion) lines.push(`  ${suggestion.text}${optionFor(suggestion)}`);
   }

@@ -27,15 +27,16 @@ export function tellNotes(notes, complain) {
 
 /** What is left out: told, and counted for the exit code. */
 export class Complaints {
-  #count = 0;
+  /** In the order in which they were made. @type {string[]} */
+  problems = [];
 
   complain = (/** @type {string} */ problem) => {
     tell(problem);
-    this.#count += 1;
+    this.problems.push(problem);
   };
 
   get exitCode() {
-    return this.#count > 0 ? EXIT.partial : EXIT.done;
+    return this.problems.length > 0 ? EXIT.partial : EXIT.done;
   }
 }
 

@@ -4,13 +4,14 @@
  * WebKit find has to be what Chromium finds, poses to the last bit. Prints a line a scenario and browser in TAP, with its time.
  */
 import { readdirSync, readFileSync } from 'node:fs';
+import { createServer } from 'node:http';
 import { join } from 'node:path';
 import { chromium } from '@playwright/test';
 import { zipSync } from 'fflate';
 import { findChromium, findProgram } from '../../scripts/steps.mjs';
 import { mcapBytes } from '../cli/bag_files.mjs';
 import { laserScan } from '../cli/bag_messages.mjs';
-import { serve } from '../e2e/static_server.mjs';
+import { typeAndContent } from '../e2e/static_server.mjs';
 import { startFirefox } from './firefox.mjs';
 import { findMiniBrowser, startWebKit } from './webkit.mjs';
 
@@ -44,7 +45,7 @@ function depthZip() {
 /** The scans of the first sample, by their addresses. */
 function scans() {
   const names = readdirSync(join(SAMPLES, 'corridor')).filter((name) => name.endsWith('.ply'));
-  return Object.fromEntries(names.map((name) => [name, readFileSync(join(SAMPLES, 'corridor', name))]));
+  return Object.fromEntries(names.map((name) => [`/${name}`, readFileSync(join(SAMPLES, 'corridor', name))]));
 }
 
 /** A laser that drives through a room of 8 m by 5 m with a box in it. */
@@ -102,15 +103,24 @@ function starter(program, start) {
   return program === undefined ? null : () => start(program);
 }
 
-const server = await serve(DIST, {
-  files: {
-    'host.html': PAGE,
-    'in_page.js': readFileSync(join(import.meta.dirname, 'in_page.js')),
-    'depth.zip': depthZip(),
-    'scans.mcap': scansBag(),
-    ...scans(),
-  },
+/** @type {Record<string, string | Uint8Array>} */
+const files = {
+  '/host.html': PAGE,
+  '/in_page.js': readFileSync(join(import.meta.dirname, 'in_page.js')),
+  '/depth.zip': depthZip(),
+  '/scans.mcap': scansBag(),
+  ...scans(),
+};
+const server = createServer(async (request, response) => {
+  const { pathname } = new URL(request.url ?? '/', 'http://localhost');
+  const { type, content } = await typeAndContent(DIST, pathname, '/');
+  const own = Object.hasOwn(files, pathname) ? files[pathname] : undefined;
+  const own_type = pathname.endsWith('.html') ? 'text/html' : pathname.endsWith('.js') ? 'text/javascript' : type;
+  const body = own ?? content;
+  if (body === null) response.writeHead(404).end();
+  else response.writeHead(200, { 'content-type': own === undefined ? type : own_type }).end(body);
 });
+await new Promise((resolve) => server.listen(0, 'localhost', () => resolve(undefined)));
 const address = server.address();
 if (typeof address !== 'object' || address === null) throw new Error('The page is not served.');
 const url = `http://localhost:${address.port}/host.html`;

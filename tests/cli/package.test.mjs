@@ -20,15 +20,18 @@ test('packed, installed elsewhere and run alone', (t) => {
   const folder = temporaryFolder(t);
   const npm = (/** @type {string[]} */ args, cwd = folder) =>
     execFileSync('npm', [...args, '--offline', '--loglevel=error'], { cwd, encoding: 'utf8' });
-  const [{ filename, files }] = JSON.parse(npm(['pack', '--json', '--pack-destination', folder], ROOT));
+  const [{ filename, files }] = JSON.parse(
+    npm(['pack', '--json', '--ignore-scripts', '--pack-destination', folder], ROOT),
+  );
 
   const paths = files.map((/** @type {{ path: string }} */ { path }) => path);
   const foreign = paths.filter((/** @type {string} */ path) => {
-    return !/^(npm\/((cli|recording|bag|lab)\/)?\w+(\.d)?\.[jt]s|pkg\/scanstitch(_bg)?\.(js|wasm|d\.ts|wasm\.d\.ts)|package\.json|README\.md|LICEN[CS]E.*)$/.test(
+    return !/^(npm\/((cli|recording|bag|lab)\/)?\w+(\.d)?\.[jt]s|pkg\/scanstitch(_bg)?\.(js|wasm|d\.ts|wasm\.d\.ts)|www\/dist\/standalone\/scanstitch-app\.js|package\.json|README\.md|LICEN[CS]E.*)$/.test(
       path,
     );
   });
   assert.deepEqual(foreign, [], 'nothing that the package does not need');
+  for (const licence of ['LICENSE-MIT', 'LICENSE-APACHE']) assert.ok(paths.includes(licence));
 
   writeFileSync(join(folder, 'package.json'), '{ "type": "module" }');
   // With what it depends on, as it is installed here: a machine that has only just installed it cannot tell offline which
@@ -55,7 +58,9 @@ test('packed, installed elsewhere and run alone', (t) => {
 
 /** The JavaScript that the documentation shows for Node. */
 function examples() {
-  const types = readFileSync(join(ROOT, 'npm', 'index.d.ts'), 'utf8').replaceAll(/^ \* ?/gm, '');
+  const types = ['index.d.ts', 'recording_reader.d.ts']
+    .map((name) => readFileSync(join(ROOT, 'npm', name), 'utf8').replaceAll(/^ \* ?/gm, ''))
+    .join('\n');
   const guide = existsSync(join(ROOT, 'docs', 'api.md')) ? readFileSync(join(ROOT, 'docs', 'api.md'), 'utf8') : '';
   const found = [types, guide].flatMap((text) =>
     [...text.matchAll(/^```js\n(.*?)^```$/gms)].map(([, code = '']) => code),

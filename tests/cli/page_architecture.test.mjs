@@ -14,10 +14,12 @@ const LAYERS = [
   ['planar', 'spatial', 'lab', 'bev', 'evaluate', 'strategies'],
   ['scanstitch-app'],
 ];
-/** The modules that import the engine's package: its JavaScript, and the address of its WebAssembly. */
+/** The modules that import the engine's two packages: their JavaScript, and the addresses of their WebAssembly. */
 const KNOW_THE_PACKAGE = new Map([
   ['pkg/scanstitch.js', 'www/src/engine/package.ts'],
+  ['pkg/scanstitch_planar.js', 'www/src/engine/planar-package.ts'],
   ['pkg/scanstitch_bg.wasm', 'www/src/engine/start.ts'],
+  ['pkg/scanstitch_planar_bg.wasm', 'www/src/engine/start.ts'],
 ]);
 
 /** @typedef {{ line: number, from: string, isTypeOnly: boolean, isLazy: boolean }} Import `from`: a path from the root of the clone */
@@ -65,10 +67,10 @@ function packageUses(sources) {
   return sources.flatMap((source) =>
     importsOf(source).flatMap(({ line, from, isTypeOnly }) => {
       const home = KNOW_THE_PACKAGE.get(from);
-      const isWorker = /worker\.ts$/.test(source.path) || source.path.endsWith('engine/package.ts');
+      const isWorker = /worker\.ts$/.test(source.path) || /engine\/(planar-)?package\.ts$/.test(source.path);
       if (from.startsWith('pkg/') && source.path !== home)
         return [`${source.path}:${line}: only ${home} imports ${from}`];
-      if (from === 'www/src/engine/package.js' && !isTypeOnly && !isWorker) {
+      if (/^www\/src\/engine\/(planar-)?package\.js$/.test(from) && !isTypeOnly && !isWorker) {
         return [`${source.path}:${line}: only a worker calls the engine`];
       }
       return [];

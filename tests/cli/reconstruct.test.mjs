@@ -17,7 +17,7 @@ import {
   zju10,
 } from './support.mjs';
 
-const OUTPUTS = ['trajectory.tum', 'map.ply', 'report.json'];
+const OUTPUTS = ['trajectory.tum', 'map.ply', 'report.json', 'report.html'];
 
 /** Positions that MATLAB's pcregistericp gives for zju10 (m), as published. */
 const MATLAB_POSITIONS = `0 0 0
@@ -132,6 +132,30 @@ test('a reference is compared with and used for nothing else', (t) => {
   assert.deepEqual(readReport(compared).frames, readReport(alone).frames);
   const { comparison } = readReport(compared);
   assert.ok(Math.abs(comparison.max - 0.3) < 0.01);
+});
+
+test('a report to be read is whole, runs no script and takes names as text', (t) => {
+  const folder = temporaryFolder(t);
+  const [first = '', second = '', third = ''] = Object.values(ROOM_FILES);
+  const evil = '<img src=x onerror=alert(1)>&.ply';
+  const files = { '0.ply': first, [`1${evil}`]: second, '2.ply': third, 'broken.ply': 'ply\nformat ascii 1.0\n' };
+  writeFiles(folder, { ...files, 'truth.xyz': ROOM_POSES.map(([x, y]) => `${x} ${y} 0\n`).join('') });
+  const out = join(folder, 'out');
+  assert.equal(scanstitch(['reconstruct', folder, '--reference', join(folder, 'truth.xyz'), '--out', out]).status, 2);
+  const html = readFileSync(join(out, 'report.html'), 'utf8');
+  assert.match(html, /^<!doctype html>[^]*<\/html>\n$/);
+  assert.doesNotMatch(html, /<script|<img|\son\w+=(?!alert)|https?:/);
+  assert.match(html, /1&lt;img src=x onerror=alert\(1\)&gt;&amp;\.ply/);
+  assert.match(html, /With all poses aligned/);
+  assert.match(html, /<li>broken\.ply, line 3: /);
+  assert.equal([...html.matchAll(/class="good"/g)].length, 3);
+  assert.match(html, /<th scope="row">strategy<\/th><td>joint<\/td>/);
+  // The path: three places, and the points of the map.
+  const paths = [...html.matchAll(/<path d="([^"]*)"/g)].map(([, d = '']) => d.match(/[ML]/g)?.length ?? 0);
+  assert.ok((paths[0] ?? 0) > 300 && paths[1] === 3 && paths[2] === 3, String(paths));
+  // It is no input of the next run.
+  const again = scanstitch(['reconstruct', out, '--out', join(folder, 'again')]);
+  assert.doesNotMatch(again.stderr, /report\.html/);
 });
 
 test('settings and presets reach the engine', (t) => {

@@ -323,7 +323,7 @@ test('a scene and points as files, a grid, and the way back to the map', async (
   await page.getByLabel('columns').fill('2');
   await page.getByLabel('columns').press('Tab');
   await expect(bev.rows).toHaveCount(3 * 5);
-  await page.getByRole('button', { name: 'Back to the map' }).click();
+  await page.getByRole('button', { name: 'Map', exact: true }).click();
   await expect(page.getByRole('group', { name: 'Map' })).toBeVisible();
   await page.getByRole('button', { name: "Bird's-eye view" }).click();
   await expect(bev.rows).toHaveCount(3 * 5);

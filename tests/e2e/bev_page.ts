@@ -68,7 +68,7 @@ export class BevPage {
     await this.page.addInitScript(() => {
       const drawn: number[] = [];
       Object.assign(window, { drawn });
-      addEventListener('bev-drawn', (event) => drawn.push((event as CustomEvent).detail.elapsed_ms));
+      addEventListener('scanstitch-projected', (event) => drawn.push((event as CustomEvent).detail.elapsed_ms));
     });
     await this.page.goto(address);
     await this.drawn(0);

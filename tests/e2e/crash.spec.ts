@@ -45,7 +45,7 @@ test('a page whose engine cannot be fetched says so', async ({ page }) => {
 });
 
 test('a worker whose script cannot be loaded is told', async ({ page }) => {
-  await page.route('**/planar-worker*.js', (route) => route.fulfill({ status: 404 }));
+  await page.route('**/*planar-worker*.js', (route) => route.fulfill({ status: 404 }));
   await page.goto('./');
   await expect(page.getByRole('region', { name: 'Messages' })).toContainText('The engine could not be started');
 });

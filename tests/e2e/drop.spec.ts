@@ -1,4 +1,4 @@
-import { existsSync, mkdirSync, writeFileSync } from 'node:fs';
+import { existsSync, mkdirSync, readFileSync, writeFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { expect, sampleScans, test, ZJU_FOLDER, zjuScans } from './scanstitch_page.js';
 
@@ -42,17 +42,64 @@ test('scans are put in natural order: 2.ply before 10.ply', async ({ app }) => {
   expect(await app.scanNames()).toEqual(['scan_1.ply', 'scan_2.ply', 'scan_10.ply']);
 });
 
-test('a dropped set replaces the sample, further files join it, one of the same name replaces the old one', async ({
+test('a drop replaces what is open; Undo brings it back as it was, and Redo the other one', async ({ app, page }) => {
+  const scans = sampleScans();
+  const bar = page.getByRole('region', { name: 'Replaced recording' });
+  await app.drop(scans.slice(3, 7).map(({ name, content }) => ({ name: `hall_${name}`, content })));
+  const first = await app.stitched();
+  expect(first.result.frames).toHaveLength(4);
+  await expect(bar).toBeHidden(); // the sample can be opened again
+  await app.setting('Strategy').selectOption('scan_to_map');
+  const second = await app.stitched();
+  await app.drop(scans.slice(0, 3));
+  const third = await app.stitched();
+  expect(third.result.frames).toHaveLength(3);
+  expect(third.result.settings.strategy).toBe('scan_to_map');
+  expect(await app.scanNames()).toEqual(['0.ply', '1.ply', '2.ply']);
+
+  await bar.getByRole('button', { name: 'Undo' }).click();
+  expect(await app.scanNames()).toEqual(['hall_3.ply', 'hall_4.ply', 'hall_5.ply', 'hall_6.ply']);
+  // The engine has it, too: the trajectory that is written is that of the run before.
+  await page.getByRole('button', { name: 'Export' }).click();
+  const download = page.waitForEvent('download');
+  await page.getByRole('menuitem', { name: /^Trajectory/ }).click();
+  const rows = readFileSync(await (await download).path(), 'utf8')
+    .split('\n')
+    .filter((row) => /^[\d.]/.test(row));
+  expect(rows.map((row) => Number(row.split(' ')[1]))).toEqual(
+    second.result.frames.map(({ T_world_sensor: { x } }) => expect.closeTo(x, 6) as unknown as number),
+  );
+  await bar.getByRole('button', { name: 'Redo' }).click();
+  expect(await app.scanNames()).toEqual(['0.ply', '1.ply', '2.ply']);
+  expect(await app.numStitched()).toBe(4); // the sample, and three runs
+  await bar.getByRole('button', { name: 'Dismiss' }).click();
+  await expect(bar).toBeHidden();
+});
+
+test('files join what they replaced when that is wanted; one of the same name replaces the old one', async ({
   app,
+  page,
 }) => {
   const scans = sampleScans();
+  const add = page.getByRole('button', { name: 'Add instead' });
   await app.drop(scans.slice(3, 7));
-  expect((await app.stitched()).result.frames).toHaveLength(4);
-  await app.drop(scans.slice(0, 3));
+  await app.stitched();
+  await app.drop(scans.slice(0, 4));
+  await app.stitched();
+  await add.click();
   expect((await app.stitched()).result.frames).toHaveLength(7);
   expect(await app.scanNames()).toEqual(['0.ply', '1.ply', '2.ply', '3.ply', '4.ply', '5.ply', '6.ply']);
-  await app.drop(scans.slice(6, 8));
-  expect((await app.stitched()).result.frames).toHaveLength(8);
+  await expect(add).toBeHidden();
+});
+
+test('files of no use leave what is open, and say why', async ({ app, page }) => {
+  await app.drop(sampleScans().slice(0, 3));
+  await app.stitched();
+  await app.drop([{ name: 'broken.ply', content: 'ply\nformat ascii 1.0\nelement vertex 3\nend_header\n' }]);
+  await expect(app.messages).toContainText('broken.ply');
+  expect(await app.scanNames()).toEqual(['0.ply', '1.ply', '2.ply']);
+  await expect(page.getByRole('region', { name: 'Replaced recording' })).toBeHidden();
+  expect(await app.numStitched()).toBe(2);
 });
 
 test('a trajectory dropped alone is compared with what is there', async ({ app }) => {

@@ -10,6 +10,7 @@ test('two files dropped: the rmse of evo, figures saved as PNG and SVG', async (
   await page.getByRole('button', { name: 'Remove all' }).click();
   await evaluation.drop([file(DATA, 'estimate.tum'), file(DATA, 'reference.tum')]);
   await expect(evaluation.view.locator('select').first().locator('option:checked')).toHaveText('reference.tum');
+  await page.getByText('Matching of poses').click();
   await evaluation.answered(async () => {
     await page.getByLabel('Maximum time difference (s)').fill('0.05');
     await page.getByLabel('Maximum time difference (s)').blur();
@@ -101,7 +102,7 @@ test('a run of the reconstruction opens with its reference; hovering one figure 
   const marks = (name: string) => page.locator(`.${name} scanstitch-figure .marks`).locator('line, circle').count();
   for (const name of ['paths', 'errors', 'positions', 'angles']) expect(await marks(name), name).toBeGreaterThan(0);
   await page.screenshot({ path: info.outputPath('evaluate.png') });
-  await page.getByRole('button', { name: 'Back to the map' }).click();
+  await page.getByRole('button', { name: 'Map', exact: true }).click();
   await expect(page.getByRole('group', { name: 'Map' })).toBeVisible();
   expect(app.faults).toEqual([]);
 });
@@ -117,5 +118,19 @@ test('real recordings against the truth', async ({ app, page }, info) => {
   expect(await evaluation.column(/^rmse/)).toContain('1.30345');
   await page.setViewportSize({ width: 1400, height: 1500 });
   await page.screenshot({ path: info.outputPath('kitti.png') });
+  expect(app.faults).toEqual([]);
+});
+
+test('an empty view offers a sample and the open run', async ({ app, page }) => {
+  const evaluation = new EvaluationView(page);
+  await evaluation.answered(() => evaluation.open());
+  await page.getByRole('button', { name: 'Remove all' }).click();
+  const start = page.getByRole('region', { name: 'No trajectories yet' });
+  await expect(evaluation.view.locator('select')).toHaveCount(0);
+  await evaluation.answered(() => start.getByRole('button', { name: 'Show a sample' }).click());
+  expect(await evaluation.column(/^estimate/)).toEqual(['joint.tum', 'scan_to_map.tum', 'scan_to_scan.tum']);
+  await page.getByRole('button', { name: 'Remove all' }).click();
+  await evaluation.answered(() => start.getByRole('button', { name: 'The open run' }).click());
+  expect(await evaluation.column(/^estimate/)).toEqual(['this run']);
   expect(app.faults).toEqual([]);
 });

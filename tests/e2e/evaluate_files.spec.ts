@@ -151,7 +151,8 @@ test('a run without a truth waits for it, and its map can be judged', async ({ a
   await page.getByRole('button', { name: /^Remove the ground truth/ }).click();
   const evaluation = new EvaluationView(page);
   await evaluation.open();
-  await expect(evaluation.view.locator('.problems')).toContainText('Now drop the ground truth trajectory');
+  await expect(evaluation.view.getByRole('heading', { name: 'Drop the ground truth of this run' })).toBeVisible();
+  await expect(evaluation.view.locator('select')).toHaveCount(0);
   await page.getByRole('button', { name: 'Measure this run’s map' }).click();
   await expect(page.getByRole('table', { name: 'Sharpness of maps' }).getByRole('rowheader')).toHaveText([
     'this run.ply',

@@ -19,7 +19,7 @@ export class EvaluationView {
     await this.page.evaluate(() => {
       const seen: number[] = [];
       Object.assign(window, { evaluations: seen });
-      addEventListener('evaluation-drawn', (event) => seen.push((event as CustomEvent).detail.total_ms));
+      addEventListener('scanstitch-evaluated', (event) => seen.push((event as CustomEvent).detail.total_ms));
     });
     await this.page.getByRole('button', { name: 'Evaluate' }).click();
     await expect(this.view).toBeVisible();

@@ -1,4 +1,4 @@
-import { readFileSync } from 'node:fs';
+import { readFileSync, writeFileSync } from 'node:fs';
 import type { Download } from '@playwright/test';
 import { unzipSync } from 'fflate';
 import { expect, type ScanstitchPage, test } from './scanstitch_page.js';
@@ -84,4 +84,28 @@ test('everything in one zip', async ({ app }) => {
   expect(report.settings.strategy).toBe('joint');
   expect(report.frames).toHaveLength(10);
   expect(report.sharpness.mean_residual).toBeGreaterThan(0);
+});
+
+test('the report to be read: one file with its picture, which runs no script and fits on paper', async ({
+  app,
+}, info) => {
+  const { name, bytes } = await exported(app, /^Report to print/);
+  expect(name).toBe('report.html');
+  const path = info.outputPath('report.html');
+  writeFileSync(path, bytes);
+  const page = await app.page.context().newPage();
+  const asked: string[] = [];
+  page.on('request', (request) => asked.push(request.url()));
+  await page.goto(`file://${path}`);
+  await expect(page.getByRole('heading', { level: 1 })).toHaveText('Sample: a corridor');
+  const picture = page.getByRole('img', { name: 'The map as it was on the screen' });
+  expect(await picture.evaluate((img: HTMLImageElement) => img.complete && img.naturalWidth)).toBeGreaterThan(200);
+  await expect(page.locator('tbody').first().locator('tr')).toHaveCount(10);
+  await expect(page.locator('.figures')).toContainText('With all poses aligned');
+  await expect(page.getByText('corridor/truth.tum', { exact: true })).toBeVisible();
+  expect(asked.filter((url) => !url.startsWith('data:'))).toHaveLength(1);
+  await page.emulateMedia({ media: 'print' });
+  await page.setViewportSize({ width: 794, height: 1123 }); // A4
+  expect(await page.evaluate(() => document.documentElement.scrollWidth)).toBeLessThanOrEqual(794);
+  await page.screenshot({ path: info.outputPath('report.png'), fullPage: true });
 });

@@ -61,30 +61,48 @@ test('all scans removed leave a page that says what to do', async ({ app, page }
   await expect(app.stage).toBeVisible();
 });
 
-test('the first screen says what the page is for, and back and forward move between views without a new run', async ({
+test('the first screen says what it does, how to begin, what else there is and how to embed it', async ({
   app,
   page,
 }) => {
   const about = page.getByRole('region', { name: 'About' });
-  await expect(about).toContainText('Drop laser scans, depth images or point clouds anywhere');
+  await expect(about.getByRole('heading')).toHaveText('Laser scans and depth images to a path and a map');
+  await expect(about).toContainText('Drop files anywhere on this page');
   await expect(about).toContainText('nothing leaves your machine');
+  for (const tool of ['Map', 'ICP', 'Evaluate', 'Bird’s-eye view', 'Strategies'])
+    await expect(about.getByRole('list', { name: 'Tools' })).toContainText(tool);
+  await about.getByText('Embed it in your page').click();
+  await expect(about.getByLabel('Lines to embed the page')).toContainText('<scanstitch-app src=');
+  // On a phone, too, nothing is wider than the screen, and the map is in sight.
+  await page.setViewportSize({ width: 390, height: 844 });
+  expect(await page.evaluate(() => document.documentElement.scrollWidth)).toBeLessThanOrEqual(390);
+  await expect(page.locator('.title')).toBeInViewport({ ratio: 1 });
+  await expect(app.stage).toBeInViewport({ ratio: 1 });
+  await about.getByRole('button', { name: 'Close the introduction' }).click();
+  await expect(about).toBeHidden();
+});
+
+test('back and forward move between views without a new run', async ({ app, page }) => {
+  const tools = page.getByRole('navigation', { name: 'Tools' });
+  const shown = tools.locator('[aria-current=page]');
   const before = await app.numStitched();
   await app.setting('Strategy').selectOption('scan_to_map');
   await app.stitched();
-  await about.getByRole('link', { name: 'Evaluate' }).click();
-  await expect(page.locator('.title')).toHaveText('Trajectory evaluation');
-  await page.goBack();
-  await expect(page.locator('.title')).toHaveText('Sample: a corridor');
-  await about.getByRole('link', { name: "Bird's-eye view" }).click();
-  await expect(page.locator('.title')).toHaveText("Bird's-eye view");
-  await page.goBack();
+  for (const tool of ['Evaluate', "Bird's-eye view", 'Strategies', 'ICP']) {
+    await tools.getByRole('button', { name: tool }).click();
+    await expect(shown).toHaveText(tool);
+  }
+  for (const tool of ['Strategies', "Bird's-eye view", 'Evaluate', 'Map']) {
+    await page.goBack();
+    await expect(shown).toHaveText(tool);
+  }
   await page.goForward();
-  await expect(page.locator('.title')).toHaveText("Bird's-eye view");
+  await expect(shown).toHaveText('Evaluate');
   await page.goBack();
   await expect(app.setting('Strategy')).toHaveValue('scan_to_map');
   expect(await app.numStitched()).toBe(before + 1);
   // Files of one's own have the page for themselves.
   await app.drop(sampleScans().slice(0, 3));
   await app.stitched();
-  await expect(about).toBeHidden();
+  await expect(page.getByRole('region', { name: 'About' })).toBeHidden();
 });

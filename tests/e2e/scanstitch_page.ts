@@ -17,7 +17,7 @@ export interface InputFile {
   content: string | Buffer;
 }
 
-/** The detail of the element's event `scanstitch-stitched`. */
+/** The detail of the element's event `scanstitch-done`. */
 export interface Stitched {
   result: ReconstructionResult;
   timing: { total: number; frames: number[] };
@@ -44,7 +44,7 @@ export class ScanstitchPage {
   async open(path = './'): Promise<Stitched> {
     await this.page.addInitScript(() => {
       window.stitched = [];
-      addEventListener('scanstitch-stitched', (event) => window.stitched.push((event as CustomEvent).detail));
+      addEventListener('scanstitch-done', (event) => window.stitched.push((event as CustomEvent).detail));
     });
     await this.page.goto(path);
     return this.stitched();

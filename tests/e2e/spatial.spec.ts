@@ -106,10 +106,12 @@ test('colours by height, frame and direction differ', async ({ spatial, page }) 
   expect(pictures.size).toBe(4);
 });
 
-test('more frames, dropped on a finished run, go on from it', async ({ spatial }) => {
+test('more frames, added to a finished run, go on from it', async ({ spatial, page }) => {
   await spatial.drop(recording(5));
   const first = await spatial.stitched();
   await spatial.drop([...recording(4, 5), truth(9)]);
+  expect((await spatial.stitched()).result.frames).toHaveLength(4);
+  await page.getByRole('button', { name: 'Add instead' }).click();
   const { result } = await spatial.stitched();
   expect(result.frames).toHaveLength(9);
   expect(result.comparison?.mean).toBeLessThanOrEqual(0.02);

@@ -5,7 +5,7 @@ import { type InputFile, ScanstitchPage } from './scanstitch_page.js';
 
 export { expect };
 
-/** The detail of the event `scanstitch-stitched` of a run in space. */
+/** The detail of the event `scanstitch-done` of a run in space. */
 export interface SpatialStitched {
   result: SpatialResult;
   timing: { total: number; frames: number[] };

@@ -21,25 +21,31 @@ const TYPES = {
 /**
  * Starts serving on localhost; port 0 takes a free one.
  * @param {string} folder
- * @param {{ prefix?: string, port?: number, files?: Record<string, string | Uint8Array> }} [options] prefix: the path the
- *   folder lies under, `/a/b/`; files: more of them, by their paths in the folder
+ * @param {{ prefix?: string, port?: number }} [options] prefix: the path the folder lies under, `/a/b/`
  * @returns {Promise<import('node:http').Server>}
  */
-export async function serve(folder, { prefix = '/', port = 0, files = {} } = {}) {
+export async function serve(folder, { prefix = '/', port = 0 } = {}) {
   const server = createServer(async (request, response) => {
     const { pathname } = new URL(request.url ?? '/', 'http://localhost');
-    const inside = pathname.startsWith(prefix) ? decodeURIComponent(pathname.slice(prefix.length)) : undefined;
-    const path = inside === '' || inside?.endsWith('/') ? `${inside}index.html` : inside;
-    const is_inside = path !== undefined && !normalize(path).startsWith('..');
-    const body = is_inside ? (Object.hasOwn(files, path) ? files[path] : await read(join(folder, path))) : null;
-    if (body === null || body === undefined || path === undefined) {
-      response.writeHead(404).end();
-      return;
-    }
-    response.writeHead(200, { 'content-type': TYPES[extname(path)] ?? 'application/octet-stream' }).end(body);
+    const { type, content } = await typeAndContent(folder, pathname, prefix);
+    if (content === null) response.writeHead(404).end();
+    else response.writeHead(200, { 'content-type': type }).end(content);
   });
   await new Promise((resolve) => server.listen(port, 'localhost', () => resolve(undefined)));
   return server;
+}
+
+/**
+ * What a host answers to an address: `content` null where there is no such file.
+ * @param {string} folder
+ * @param {string} pathname
+ * @param {string} [prefix]
+ */
+export async function typeAndContent(folder, pathname, prefix = '/') {
+  const inside = pathname.startsWith(prefix) ? decodeURIComponent(pathname.slice(prefix.length)) : '..';
+  const path = inside === '' || inside.endsWith('/') ? `${inside}index.html` : inside;
+  const content = normalize(path).startsWith('..') ? null : await read(join(folder, path));
+  return { type: TYPES[extname(path)] ?? 'application/octet-stream', content };
 }
 
 /** @param {string} path */

@@ -27,7 +27,7 @@ interface ComparedRow {
   };
 }
 
-/** Clicks the one button, and waits until all frames went through. */
+/** Compares all strategies, and waits until all frames went through. */
 async function compare(page: Page): Promise<ComparedRow[]> {
   const compared = page.evaluate(
     () =>
@@ -35,7 +35,9 @@ async function compare(page: Page): Promise<ComparedRow[]> {
         addEventListener('scanstitch-compared', (event) => resolve((event as CustomEvent).detail), { once: true });
       }),
   );
-  await page.getByRole('button', { name: 'Compare strategies' }).click();
+  await page.getByRole('button', { name: 'Strategies' }).click();
+  await page.getByRole('button', { name: 'Choose all' }).click();
+  await page.getByRole('button', { name: 'Compare', exact: true }).click();
   return compared;
 }
 
@@ -44,8 +46,21 @@ async function load(spatial: SpatialPage): Promise<void> {
   await spatial.stitched();
 }
 
-test('one click compares all strategies on the recording', async ({ spatial, page }) => {
-  await expect(page.getByRole('button', { name: 'Compare strategies' })).toBeHidden();
+test('those strategies run that were chosen, none before', async ({ spatial, page }) => {
+  const tools = page.getByRole('navigation', { name: 'Tools' });
+  await tools.getByRole('button', { name: 'Strategies' }).click();
+  await expect(page.getByRole('region', { name: 'No recording yet' })).toContainText('Drop depth images');
+  await expect(page.getByRole('button', { name: 'Compare', exact: true })).toBeDisabled();
+  await tools.getByRole('button', { name: 'Map' }).click();
+  await load(spatial);
+  await tools.getByRole('button', { name: 'Strategies' }).click();
+  await expect(page.getByText('3 strategies chosen')).toBeVisible();
+  await expect(page.getByRole('table', { name: 'Strategies' })).toBeHidden();
+  await page.getByRole('button', { name: 'Compare', exact: true }).click();
+  await expect(page.getByText(`${NUM_FRAMES} frames, 3 strategies`)).toBeVisible({ timeout: 30_000 });
+});
+
+test('all strategies on one recording', async ({ spatial, page }) => {
   await load(spatial);
   const rows = await compare(page);
   expect(rows.map(({ name }) => name)).toHaveLength(LABELS.length);
@@ -78,10 +93,10 @@ test('one click compares all strategies on the recording', async ({ spatial, pag
   expect(csv).toHaveLength(LABELS.length + 1);
   expect(csv[0]).toMatch(/^strategy,frames,lost,map_points,map_bytes,ms_median,ms_last,ms_slope,ms_slope_error/);
 
-  await page.getByRole('button', { name: 'Back to the map' }).click();
+  await page.getByRole('button', { name: 'Map', exact: true }).click();
   await expect(spatial.map).toBeVisible();
   // What has been compared stays.
-  await page.getByRole('button', { name: 'Compare strategies' }).click();
+  await page.getByRole('button', { name: 'Strategies' }).click();
   await expect(page.getByText(`${NUM_FRAMES} frames, 7 strategies`)).toBeVisible();
 });
 

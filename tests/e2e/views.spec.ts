@@ -190,7 +190,7 @@ test('what a file is for is told by its name and its first bytes', () => {
   expect(classify('__MACOSX/0.ply', new Uint8Array())).toEqual({ role: 'ignored', reason: null });
 });
 
-test('scans replace a given set or a log and join own scans; a reference joins either', () => {
+test('scans replace what is open, or join own scans where they are to; a reference joins either', () => {
   const file = (name: string) => ({ name, bytes: new ArrayBuffer(0) });
   const intake = (...names: string[]): Intake => ({
     scans: names.map(file),
@@ -208,19 +208,21 @@ test('scans replace a given set or a log and join own scans; a reference joins e
     odometry: null,
   };
 
-  const own = combine(sample, intake('walk/2.ply', 'walk/10.ply'));
+  const own = combine(sample, intake('walk/2.ply', 'walk/10.ply'), true);
   expect(own.scans.map(({ name }) => name)).toEqual(['walk/2.ply', 'walk/10.ply']);
   expect([own.title, own.is_given, own.reference]).toEqual(['walk', false, null]);
-  const more = combine(own, intake('walk/3.ply', 'walk/2.ply'));
+  const other = combine(own, intake('walk/3.ply', 'walk/2.ply'), false);
+  expect(other.scans.map(({ name }) => name)).toEqual(['walk/3.ply', 'walk/2.ply'].sort());
+  const more = combine(own, intake('walk/3.ply', 'walk/2.ply'), true);
   expect(more.scans.map(({ name }) => name)).toEqual(['walk/2.ply', 'walk/3.ply', 'walk/10.ply']);
 
-  const compared = combine(sample, { ...intake(), reference: file('mine.tum') });
+  const compared = combine(sample, { ...intake(), reference: file('mine.tum') }, false);
   expect([compared.title, compared.is_given, compared.reference?.name]).toEqual(['Sample', true, 'mine.tum']);
 
-  const logged = combine(own, { ...intake('hall.log'), has_log: true });
+  const logged = combine(own, { ...intake('hall.log'), has_log: true }, true);
   expect(logged.scans.map(({ name }) => name)).toEqual(['hall.log']);
-  expect(combine(logged, { ...intake(), reference: file('mine.tum') }).scans).toEqual(logged.scans);
-  expect(combine(logged, intake('walk/2.ply')).scans.map(({ name }) => name)).toEqual(['walk/2.ply']);
+  expect(combine(logged, { ...intake(), reference: file('mine.tum') }, false).scans).toEqual(logged.scans);
+  expect(combine(logged, intake('walk/2.ply'), true).scans.map(({ name }) => name)).toEqual(['walk/2.ply']);
 });
 
 test('settings go to the screen and back, and into an address and back', () => {

@@ -1,17 +1,22 @@
-import { html, LitElement, nothing, type TemplateResult } from 'lit';
+import { html, LitElement, nothing, type PropertyValues, type TemplateResult } from 'lit';
 import { customElement, property, query, state } from 'lit/decorators.js';
 import './planar/planar-view.js';
-import { appHeader, type Run, type View } from './components/app-header.js';
-import { app_styles } from './components/app-styles.js';
+import { appHeader, type Run, type Tool, type View } from './components/app-header.js';
+import { activity_styles, app_styles } from './components/app-styles.js';
 import { DropTarget } from './components/drop-target.js';
 import type { GivenClouds } from './components/given-clouds.js';
 import { FileIntake } from './components/file-intake.js';
+import { HostApi } from './components/host-api.js';
+import type { ScanstitchMapPoints, ScanstitchResult } from './components/host-events.js';
 import { icon } from './components/icons.js';
 import type { MenuItem } from './components/menu.js';
-import type { Layout } from './components/run-parts.js';
+import type { Elsewhere } from './components/run-exchange.js';
+import { activityBox, type Layout } from './components/run-parts.js';
 import { type GivenFiles, type GivenRecording, NO_FACTS } from './components/run-view.js';
 import { wordsOf } from './components/session.js';
 import { drop_styles, shared, tokens } from './components/theme.js';
+import type { Note } from './datasets/dataset.js';
+import { givenDataset, givenSpatial } from './datasets/given.js';
 import { filesOfDrop, filesOfInput, type NamedFile } from './datasets/gather.js';
 import type { SpatialFiles } from './datasets/spatial-files.js';
 import type { Wishes } from './components/topics-panel.js';
@@ -19,6 +24,7 @@ import type { ScanstitchPlanar } from './planar/planar-view.js';
 import type { ScanstitchSpatial } from './spatial/spatial-view.js';
 import { ViewHistory } from './components/view-history.js';
 import { ownerOf } from './views/settings-link.js';
+import type { ScanstitchElement } from '../../npm/element.js';
 
 type Theme = 'auto' | 'light' | 'dark';
 
@@ -32,81 +38,102 @@ const OPEN_ITEMS: readonly MenuItem[] = [
   },
   { id: 'folder', label: 'Folder…', detail: 'including its subfolders' },
   { id: 'sample', label: 'The sample', detail: 'ten scans of a corridor, with ground truth' },
-  { id: 'apartment', label: 'An apartment', detail: 'depth images of several rooms, with ground truth' },
+  ...(import.meta.env.MODE === 'standalone'
+    ? []
+    : [{ id: 'apartment', label: 'An apartment', detail: 'depth images of several rooms, with ground truth' }]),
   { id: 'clear', label: 'Remove all', detail: 'the next files start a new data set' },
 ];
 
 const fetchApartment = async (): Promise<SpatialFiles> => (await import('./datasets/apartment.js')).fetchApartment();
 
+/** Names of the views in the attribute `view`. */
+const VIEWS = { map: null, bev: 'bev', icp: 'icp', evaluate: 'evaluation', strategies: 'strategies' } as const;
+const THEMES: readonly string[] = ['auto', 'light', 'dark'];
+
+/** The element whose settings and views the page's address holds: one of a page. */
+let address_owner: ScanstitchApp | null = null;
+
 /**
  * Scanstitch as one element: `<scanstitch-app></scanstitch-app>`. Drop laser scans or depth images on it; it shows the
- * path of the sensor and the stitched map, computed in the tab.
- *
- * Attributes
- * - `src`: scans to begin with instead of the built-in sample: the address of a manifest
- *   `{ "title": "...", "scans": ["0.ply", ...], "reference": "truth.tum" }`, or the addresses of scans and one
- *   trajectory, apart by spaces. `src="none"` begins empty, `src="apartment"` with the depth images of the second sample.
- * - `settings`: `name=value&name=value` in SI units, for example `strategy=scan_to_scan&max_range=20`; for laser scans and
- *   for depth images, each taking those of its names.
- * - `preset`: name of the preset to begin with.
- * - `view`: `bev` begins with the bird's-eye view; `src` then names a `scene.json`, whose pictures lie beside it. A link
- *   that ends in `#bev` does so as well. `icp` begins with the ICP lab; `src` then names two scans or clouds, the source
- *   and the target.
- * - `theme`: `light`, `dark`, or `auto` (the default: as the system has it).
- * - `remember-settings`: changed settings are kept in the fragment of the page's address, so a link carries them.
- *   Those in space stand behind `#spatial`, which begins with the depth images.
+ * path of the sensor and the stitched map, computed in the tab. Attributes, events, slots, parts and CSS variables are listed in
+ * docs/embedding.md, methods in npm/element.d.ts. An attribute that changes acts at once.
  *
  * The height is the page's choice; without one it is 760 pixels or nine tenths of the window.
- *
- * Fires `scanstitch-stitched` when a computation is over and its map is on the screen; `detail` holds the engine's
- * `result`, the `timing`, and `elapsed_ms` since the files were dropped or the setting was changed.
  */
 @customElement('scanstitch-app')
-export class ScanstitchApp extends LitElement {
+export class ScanstitchApp extends LitElement implements ScanstitchElement {
   @property() src = '';
-  @property({ attribute: 'settings' }) initial_settings = '';
+  @property() settings = '';
   @property() preset = '';
-  @property({ attribute: 'view' }) first_view: 'map' | 'bev' | 'icp' = 'map';
+  @property({ attribute: 'view' }) first_view: keyof typeof VIEWS = 'map';
   @property({ reflect: true }) theme: Theme = 'auto';
+  /** Null: nothing is kept. */
+  @property() offline: string | null = null;
   @property({ type: Boolean, attribute: 'remember-settings' }) remember_settings = false;
 
   @state() private layout: Layout = 'wide';
   @state() private view: View = 'planar';
-  /** The view of a run that is shown, or lies behind one beside it. */
-  @state() private run: Run = 'planar';
+  /** The run that is shown, or lies behind a view beside it. */
+  @state() private run_kind: Run = 'planar';
   /** Views that were shown once stay, hidden, with all they hold. */
   @state() private opened: ReadonlySet<View> = new Set<View>(['planar']);
   @state() private is_system_dark = false;
   @state() private compared_recording: GivenRecording | null = null;
+  /** A run that took the place of one of the other kind. */
+  @state() private crossing: (Elsewhere & { shown: Run }) | null = null;
   @state() private looked_into: GivenClouds | null = null;
   @state() private evaluated_run: (GivenFiles & { of: unknown }) | null = null;
   @query('scanstitch-planar') private planar!: ScanstitchPlanar;
   @query('scanstitch-spatial') private spatial!: ScanstitchSpatial | null;
+  @query('.app') private frame!: HTMLElement;
   @query('#pick-files') private file_input!: HTMLInputElement;
   @query('#pick-folder') private folder_input!: HTMLInputElement;
 
   private intake = new FileIntake(this, {
-    present: () => this.run,
-    show: async (files, requested_at) => {
-      if ('spatial' in files) return this.openSpatial(Promise.resolve(files.spatial), requested_at);
-      this.show('planar');
-      return this.planar.add(files.planar, requested_at);
+    present: () => this.run_kind,
+    show: async (files, requested_at, is_new, given) => {
+      if (is_new) this.cross('spatial' in files ? 'spatial' : 'planar');
+      if ('spatial' in files) {
+        const spatial = await this.showSpatial();
+        if (given) await spatial?.openGiven(Promise.resolve(givenSpatial(given, files.spatial)), requested_at);
+        else await spatial?.add(files.spatial, requested_at, is_new);
+        return;
+      }
+      const set = given && (await givenDataset(given, files.planar));
+      this.showRun('planar');
+      if (set) this.planar.openGiven(set.dataset, set.notes);
+      else await this.planar.add(files.planar, requested_at, is_new);
     },
+  });
+  private api = new HostApi(this, {
+    run: () => this.runView(),
+    runs: () => [this.planar, this.spatial].filter((run) => run !== null),
+    forget: () => {
+      this.expecting?.abort();
+      this.intake.forget();
+    },
+    take: (files, requested_at, given) => this.intake.take(files, requested_at, [], given),
+    openSample: () => this.openSample(),
+    openApartment: () => this.openApartment(),
   });
 
   /** Says that what is done in expectation of files is over. Null before any are expected. */
   private expecting: AbortController | null = null;
+  /** The view that `src` is for. */
+  private source_of: 'map' | 'bev' | 'icp' = 'map';
 
   private drop_target = new DropTarget(
     this,
     (transfer) => {
       const dropped_at = performance.now();
-      this.attend(filesOfDrop(transfer).then((files) => this.take(files, dropped_at)));
+      const unreadable: Note[] = [];
+      const dropped = filesOfDrop(transfer, unreadable);
+      this.attend(async () => this.take(await dropped, dropped_at, unreadable));
     },
     () => this.expectFiles(),
   );
   private view_history = new ViewHistory(this, {
-    is_own_page: () => this.remember_settings,
+    is_own_page: () => this.owns_address,
     show: (view) => this.bring(this.opened.has(view as View) ? (view as View) : 'planar'),
   });
   private system_dark = matchMedia('(prefers-color-scheme: dark)');
@@ -117,12 +144,14 @@ export class ScanstitchApp extends LitElement {
 
   override connectedCallback(): void {
     super.connectedCallback();
-    this.resize_observer.observe(this);
+    if (this.remember_settings) address_owner ??= this;
+    if (this.hasUpdated) this.resize_observer.observe(this.frame);
     this.onSystemTheme();
     this.system_dark.addEventListener('change', this.onSystemTheme);
+    if (this.hasUpdated || !this.owns_address) return;
     const owner = ownerOf(location.hash);
     if (owner === 'bev' || owner === 'icp') this.first_view = owner;
-    else if (this.src === '' && this.remember_settings && owner === 'spatial') this.src = 'apartment';
+    else if (this.src === '' && owner === 'spatial') this.src = 'apartment';
   }
 
   override disconnectedCallback(): void {
@@ -130,19 +159,85 @@ export class ScanstitchApp extends LitElement {
     this.expecting?.abort();
     this.resize_observer.disconnect();
     this.system_dark.removeEventListener('change', this.onSystemTheme);
+    if (address_owner === this) address_owner = null;
+  }
+
+  protected override willUpdate(changed: PropertyValues<this>): void {
+    const names = ['settings', 'preset', 'theme', 'first_view'] as const;
+    if (names.some((name) => changed.get(name) !== undefined)) this.api.notices = [];
+    if (changed.has('theme') && !THEMES.includes(this.theme)) {
+      this.api.refuse([`“${this.theme}” is no theme: ${THEMES.join(', ')}`]);
+    }
+    if (!(this.first_view in VIEWS)) {
+      this.api.refuse([`“${this.first_view}” is no view: ${Object.keys(VIEWS).join(', ')}`]);
+      this.first_view = 'map';
+    }
+    if (changed.has('src'))
+      this.source_of = this.first_view === 'bev' || this.first_view === 'icp' ? this.first_view : 'map';
   }
 
   protected override firstUpdated(): void {
-    if (this.first_view === 'bev') this.attend(this.toggleBev());
-    else if (this.first_view === 'icp') this.attend(this.lookInside(null));
-    else if (this.src === 'apartment') this.attend(this.openSpatial(fetchApartment(), performance.now()));
+    this.resize_observer.observe(this.frame);
+    if (this.offline !== null) void this.keep(this.offline || 'scanstitch-offline.js');
+    if (this.first_view !== 'map') this.openView();
+    if (this.source_of === 'map' && this.src !== '' && this.src !== 'none') this.openSource();
+  }
+
+  protected override updated(changed: PropertyValues<this>): void {
+    // Undefined before: it is what the element begins with.
+    if (changed.get('src') !== undefined && this.source_of === 'map') this.openSource();
+    if (changed.get('first_view') !== undefined) this.openView();
+  }
+
+  // For the page that the element stands on; documented in npm/element.d.ts.
+
+  open(source: string | readonly string[] | Iterable<File>): Promise<void> {
+    return this.api.open(source);
+  }
+
+  run(): Promise<ScanstitchResult> {
+    return this.api.run();
+  }
+
+  cancel(): void {
+    this.api.cancel();
+  }
+
+  get result(): ScanstitchResult | null {
+    return this.runView()?.outcome ?? null;
+  }
+
+  get map_points(): ScanstitchMapPoints | null {
+    return this.runView()?.map_points ?? null;
+  }
+
+  /** What the attribute asks for; what is wrong with it is told in the element. */
+  private openSource(): void {
+    this.api.openSource(this.src).catch(() => undefined);
+  }
+
+  private openSample(): void {
+    this.showRun('planar');
+    this.planar.openSample();
+  }
+
+  private get owns_address(): boolean {
+    return this.remember_settings && address_owner === this;
+  }
+
+  /** Shows the view of the attribute `view`. */
+  private openView(): void {
+    const view = VIEWS[this.first_view];
+    if (view === null) this.show(this.run_kind);
+    else if (view !== this.view) this.attend(() => this.go(view));
   }
 
   protected override render(): TemplateResult {
     const { drop_target } = this;
     const onFacts = (): void => this.requestUpdate();
-    const onWanted = ({ detail }: CustomEvent<string>): void => this.open(detail);
-    const onLook = ({ detail }: CustomEvent<number>): void => this.attend(this.lookInside(detail));
+    const onWanted = ({ detail }: CustomEvent<string>): void => this.choose(detail);
+    const onRefused = ({ detail }: CustomEvent<string[]>): void => this.api.refuse(detail);
+    const onLook = ({ detail }: CustomEvent<number>): void => this.attend(() => this.lookInside(detail));
     return html`
       <div
         class="app ${this.layout}"
@@ -152,11 +247,20 @@ export class ScanstitchApp extends LitElement {
         @drop=${drop_target.drop}
       >
         ${this.renderHeader()}
+        <scanstitch-messages
+          .messages=${this.api.notices}
+          @messages-dismissed=${() => this.api.dismiss()}
+        ></scanstitch-messages>
+        ${
+          this.api.source.activity === null
+            ? nothing
+            : activityBox(this.api.source.activity, this.api.source.progress, 'Stop', () => this.cancel())
+        }
         ${
           this.intake.bag && (this.view === 'planar' || this.view === 'spatial')
             ? html`<scanstitch-topics
                 .bag=${this.intake.bag}
-                @topics-chosen=${({ detail }: CustomEvent<Wishes>) => this.attend(this.intake.choose(detail))}
+                @topics-chosen=${({ detail }: CustomEvent<Wishes>) => this.attend(() => this.intake.choose(detail))}
               ></scanstitch-topics>`
             : nothing
         }
@@ -175,6 +279,7 @@ export class ScanstitchApp extends LitElement {
                 ?hidden=${this.view !== 'strategies'}
                 ?dark=${this.isDark()}
                 .given=${this.compared_recording}
+                @files-wanted=${onWanted}
               ></scanstitch-strategies>`
             : nothing
         }
@@ -184,8 +289,8 @@ export class ScanstitchApp extends LitElement {
                 ?hidden=${this.view !== 'icp'}
                 ?dark=${this.isDark()}
                 .given=${this.looked_into}
-                src=${this.first_view === 'icp' && this.src !== 'none' ? this.src : ''}
-                ?remember-link=${this.remember_settings}
+                src=${this.source_of === 'icp' && this.src !== 'none' ? this.src : ''}
+                ?remember-link=${this.owns_address}
               ></scanstitch-lab>`
             : nothing
         }
@@ -194,35 +299,43 @@ export class ScanstitchApp extends LitElement {
             ? html`<scanstitch-bev
                 ?hidden=${this.view !== 'bev'}
                 ?dark=${this.isDark()}
-                src=${this.first_view === 'bev' && this.src !== 'none' ? this.src : ''}
-                ?remember-scene=${this.remember_settings}
+                src=${this.source_of === 'bev' && this.src !== 'none' ? this.src : ''}
+                ?remember-scene=${this.owns_address}
               ></scanstitch-bev>`
             : nothing
         }
         <scanstitch-planar
           ?hidden=${this.view !== 'planar'}
-          .src=${this.first_view !== 'map' || this.src === 'apartment' ? 'none' : this.src}
-          .initial_settings=${this.initial_settings}
+          .src=${this.source_of !== 'map' ? 'none' : this.src}
+          .initial_settings=${this.settings}
           .preset=${this.preset}
-          .remember_settings=${this.remember_settings}
+          .remember_settings=${this.owns_address}
           .layout=${this.layout}
+          .elsewhere=${this.elsewhere('planar')}
           ?dark=${this.isDark()}
+          @run-exchanged=${() => this.intake.exchange()}
           @facts-changed=${onFacts}
           @files-wanted=${onWanted}
           @look-inside=${onLook}
+          @settings-refused=${onRefused}
+          exportparts="figures, settings, map, table, details"
         ></scanstitch-planar>
         ${
           this.opened.has('spatial')
             ? html`<scanstitch-spatial
                 ?hidden=${this.view !== 'spatial'}
-                .initial_settings=${this.initial_settings}
+                .initial_settings=${this.settings}
                 .preset=${this.preset}
-                .remember_settings=${this.remember_settings}
+                .remember_settings=${this.owns_address}
                 .layout=${this.layout}
+                .elsewhere=${this.elsewhere('spatial')}
                 ?dark=${this.isDark()}
+                @run-exchanged=${() => this.intake.exchange()}
                 @facts-changed=${onFacts}
                 @files-wanted=${onWanted}
                 @look-inside=${onLook}
+                @settings-refused=${onRefused}
+                exportparts="figures, settings, map, table, details"
               ></scanstitch-spatial>`
             : nothing
         }
@@ -236,6 +349,14 @@ export class ScanstitchApp extends LitElement {
             : nothing
         }
       </div>
+      <aside
+        class="host-side ${this.layout}"
+        part="side"
+        aria-label="Beside the map"
+        ?hidden=${this.querySelector(':scope > [slot=side]') === null}
+      >
+        <slot name="side" @slotchange=${() => this.requestUpdate()}></slot>
+      </aside>
     `;
   }
 
@@ -243,14 +364,14 @@ export class ScanstitchApp extends LitElement {
     const run = this.runView();
     return appHeader({
       view: this.view,
-      run: this.run,
+      run: this.run_kind,
       facts: run?.facts ?? NO_FACTS,
       exports: run?.exports ?? [],
       open_items: OPEN_ITEMS,
-      is_narrow: this.layout === 'narrow',
+      layout: this.layout,
       is_dark: this.isDark(),
-      toggle: (view) => this.attend(this.toggle(view)),
-      open: (id) => this.open(id),
+      go: (tool) => this.attend(() => this.go(tool)),
+      open: (id) => this.choose(id),
       expectFiles: () => void this.expectFiles(),
       runExport: (id) => void run?.runExport(id),
       removeReference: () => run?.removeReference(),
@@ -260,19 +381,51 @@ export class ScanstitchApp extends LitElement {
     });
   }
 
-  private toggle(view: Exclude<View, Run>): Promise<void> {
-    if (view === 'evaluation') return this.toggleEvaluation();
-    if (view === 'icp') return this.toggleLab();
-    return view === 'strategies' ? this.toggleStrategies() : this.toggleBev();
+  private async go(tool: Tool): Promise<void> {
+    switch (tool) {
+      case 'map':
+        return this.goToRun();
+      case 'evaluation':
+        return this.goToEvaluation();
+      case 'strategies':
+        return this.goToStrategies();
+      case 'icp':
+        return this.lookInside(null);
+      case 'bev':
+        await import('./bev/bev-view.js');
+        this.show('bev');
+    }
   }
 
   /** Tells where something that was asked for fails: a part of the page that cannot be fetched, a file that is gone. */
-  private attend(work: Promise<void>): void {
-    work.catch((error: unknown) => this.runView()?.report(wordsOf(error), 'Try again, or reload the page'));
+  private attend(work: () => Promise<void>): void {
+    work().catch((error: unknown) => {
+      const words = wordsOf(error);
+      if (!/import(ed|ing)? .*module|module script failed/i.test(words)) {
+        this.runView()?.report(words, 'Try again, or reload the page');
+        return;
+      }
+      const [part = ''] = /[^/]+$/.exec(words) ?? [];
+      this.goToRun();
+      this.runView()?.report(
+        `A part of the page could not be loaded (${part}): the connection was lost, or a new version was put on the server`,
+        'Where trying again does not help, export what is open and reload the page',
+        () => this.attend(work),
+      );
+    });
+  }
+
+  private async keep(script: string): Promise<void> {
+    try {
+      const { keepForOffline } = await import('./components/offline.js');
+      await keepForOffline(script);
+    } catch (error) {
+      this.runView()?.report(`The page is not kept for use offline: ${wordsOf(error)}`, 'Online it works as before');
+    }
   }
 
   private runView(): ScanstitchPlanar | ScanstitchSpatial | null {
-    return this.run === 'planar' ? this.planar : this.spatial;
+    return this.run_kind === 'planar' ? this.planar : this.spatial;
   }
 
   private show(view: View): void {
@@ -280,18 +433,22 @@ export class ScanstitchApp extends LitElement {
     this.bring(view);
   }
 
+  /** Shows the run that has something new; a view beside it that the page has asked for stays. */
+  private showRun(run: Run): void {
+    const aside = VIEWS[this.first_view];
+    if (aside === null || this.view !== aside) return this.show(run);
+    this.opened = new Set([...this.opened, run]);
+    this.run_kind = run;
+  }
+
   private bring(view: View): void {
     this.opened = new Set([...this.opened, view]);
     this.view = view;
-    if (view === 'planar' || view === 'spatial') this.run = view;
+    if (view === 'planar' || view === 'spatial') this.run_kind = view;
   }
 
   /** A run that is done goes along, with its reference. */
-  private async toggleEvaluation(): Promise<void> {
-    if (this.view === 'evaluation') {
-      this.show(this.run);
-      return;
-    }
+  private async goToEvaluation(): Promise<void> {
     const run = this.runView();
     await import('./evaluate/evaluate-view.js');
     if (run?.facts.result && this.evaluated_run?.of !== run.facts.result) {
@@ -302,11 +459,7 @@ export class ScanstitchApp extends LitElement {
   }
 
   /** The recording goes along; the comparison of one that has been compared stays as it is. */
-  private async toggleStrategies(): Promise<void> {
-    if (this.view === 'strategies') {
-      this.show(this.run);
-      return;
-    }
+  private async goToStrategies(): Promise<void> {
     await import('./strategies/strategies-view.js');
     const recording = this.spatial?.recordingToCompare() ?? null;
     const jobs = this.compared_recording?.inputs.jobs;
@@ -315,14 +468,6 @@ export class ScanstitchApp extends LitElement {
       this.compared_recording?.inputs.reference?.path === recording?.inputs.reference?.path;
     if (!is_same) this.compared_recording = recording;
     this.show('strategies');
-  }
-
-  /** The scan that is selected goes along, with the one before it; what is being looked into stays as it is. */
-  private async toggleLab(): Promise<void> {
-    if (this.view === 'icp') {
-      this.show(this.run);
-      this.beginRun('icp');
-    } else await this.lookInside(null);
   }
 
   /** The registration of a scan or frame to the one before it; null: of the selected one. */
@@ -335,19 +480,11 @@ export class ScanstitchApp extends LitElement {
     this.show('icp');
   }
 
-  /** What the map begins with, where the page began with another view. */
-  private beginRun(left: 'bev' | 'icp'): void {
-    if (this.first_view === left && this.src === '' && !this.runView()?.facts.title) this.planar.openSample();
-  }
-
-  private async toggleBev(): Promise<void> {
-    if (this.view !== 'bev') {
-      await import('./bev/bev-view.js');
-      this.show('bev');
-      return;
-    }
-    this.show(this.run);
-    this.beginRun('bev');
+  /** The map; where the page began with another view, that of the sample. */
+  private goToRun(): void {
+    this.show(this.run_kind);
+    const is_empty = this.first_view !== 'map' && this.src === '' && !this.runView()?.facts.title;
+    if (is_empty) this.planar.openSample();
   }
 
   /** Someone is about to choose files, or drags some over the page: most that come are depth images. */
@@ -363,44 +500,77 @@ export class ScanstitchApp extends LitElement {
     }
   }
 
-  private open(id: string): void {
+  private choose(id: string): void {
     if (id.startsWith('view:')) {
-      this.attend(this.toggle(id.slice('view:'.length) as Exclude<View, Run>));
+      this.attend(() => this.go(id.slice('view:'.length) as Tool));
+      return;
+    }
+    if (id === 'other-run') {
+      this.crossBack();
       return;
     }
     if (id !== 'files' && id !== 'folder') {
+      this.crossing = null;
       this.expecting?.abort();
+      this.api.source.cancel();
       this.intake.forget();
     }
     if (id === 'files') this.file_input.click();
     else if (id === 'folder') this.folder_input.click();
-    else if (id === 'apartment') this.attend(this.openSpatial(fetchApartment(), performance.now()));
+    else if (id === 'apartment') this.attend(() => this.openApartment());
     else if (id === 'clear') this.runView()?.clear();
-    else {
-      this.show('planar');
-      this.planar.openSample();
-    }
+    else this.openSample();
   }
 
   /** Planar scans go to one view, depth images and clouds to the other, by themselves. */
-  private async take(files: readonly NamedFile[], requested_at: number): Promise<void> {
-    if (files.length === 0) return;
+  private async take(files: readonly NamedFile[], requested_at: number, notes: readonly Note[]): Promise<void> {
+    if (files.length === 0) {
+      for (const { file, reason } of notes) this.runView()?.report(`${file}: ${reason}`, 'Drop it again');
+      return;
+    }
     this.expecting?.abort();
-    await this.intake.take(files, requested_at);
+    await this.intake.take(files, requested_at, notes);
   }
 
-  private async openSpatial(files: Promise<SpatialFiles>, requested_at: number): Promise<void> {
+  private async openApartment(): Promise<void> {
+    const requested_at = performance.now();
+    const spatial = await this.showSpatial();
+    await spatial?.openGiven(fetchApartment(), requested_at);
+  }
+
+  private async showSpatial(): Promise<ScanstitchSpatial | null> {
     await import('./spatial/spatial-view.js');
-    this.show('spatial');
+    this.showRun('spatial');
     await this.updateComplete;
-    await this.spatial?.add(files, requested_at);
+    return this.spatial;
+  }
+
+  /** A recording is to be shown as a run of this kind; one of the other kind can be gone back to. */
+  private cross(to: Run): void {
+    const before = this.runView();
+    const is_replaced = to !== this.run_kind && before?.is_own;
+    this.crossing = is_replaced ? { shown: to, title: before.facts.title, is_undone: false } : null;
+  }
+
+  /** Back to the run of the other kind, and forth again. */
+  private crossBack(): void {
+    if (!this.crossing) return;
+    const { title } = this.runView()?.facts ?? NO_FACTS;
+    this.show(this.run_kind === 'planar' ? 'spatial' : 'planar');
+    this.crossing = { shown: this.run_kind, title, is_undone: !this.crossing.is_undone };
+    this.intake.exchange();
+  }
+
+  private elsewhere(run: Run): Elsewhere | null {
+    return this.crossing?.shown === run ? this.crossing : null;
   }
 
   private onPicked({ target }: Event): void {
     const input = target as HTMLInputElement;
     const files = filesOfInput(input);
     input.value = ''; // so that picking the same files again is a change
-    this.attend(this.take(files, performance.now()));
+    const requested_at = performance.now();
+    this.attend(() => this.take(files, requested_at, []));
   }
 
   private isDark(): boolean {
@@ -411,11 +581,5 @@ export class ScanstitchApp extends LitElement {
     this.is_system_dark = this.system_dark.matches;
   };
 
-  static override styles = [tokens, shared, drop_styles, app_styles];
-}
-
-declare global {
-  interface HTMLElementTagNameMap {
-    'scanstitch-app': ScanstitchApp;
-  }
+  static override styles = [tokens, shared, drop_styles, app_styles, activity_styles];
 }

@@ -90,18 +90,17 @@ impl Brightness {
         }
     }
 
-    /// How steep the brightness is at a pixel of a level (grey levels a pixel), squared; 0 at the border.
+    /// The slope of the brightness at a pixel of a level (grey levels a pixel), along the rows and along the columns; `None` at
+    /// the border.
     #[inline]
-    pub(crate) fn sq_steepness(&self, level: usize, column: usize, row: usize) -> f64 {
+    pub(crate) fn slope(&self, level: usize, column: usize, row: usize) -> Option<[f64; 2]> {
         let Level { width, height, values } = &self.levels[level];
         if column == 0 || row == 0 || column + 1 >= *width || row + 1 >= *height {
-            return 0.0;
+            return None;
         }
         let index = row * width + column;
         let half = |a: u16, b: u16| 0.5 * UNIT * (f64::from(a) - f64::from(b));
-        let across = half(values[index + 1], values[index - 1]);
-        let along = half(values[index + width], values[index - width]);
-        across * across + along * along
+        Some([half(values[index + 1], values[index - 1]), half(values[index + width], values[index - width])])
     }
 
     /// What is seen at the place (u, v) of a level; none within a pixel of the border.

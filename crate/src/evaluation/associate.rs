@@ -1,5 +1,6 @@
 //! Which pose of the estimate belongs to which of the reference.
 
+use crate::search::order::ascending;
 use crate::{Error, Result};
 
 /// A pose of the reference and the one of the estimate that belongs to it, by their indices.
@@ -96,8 +97,7 @@ fn nearest_sorted(queries: &[f64], stamps: &[f64], max_diff: f64) -> Vec<(usize,
 
 /// The nearest of stamps in any order; of equally near ones, the first in the file.
 fn nearest(queries: &[f64], stamps: &[f64], max_diff: f64) -> Vec<(usize, usize)> {
-    let mut order: Vec<usize> = (0..stamps.len()).collect();
-    order.sort_by(|&a, &b| stamps[a].total_cmp(&stamps[b]).then(a.cmp(&b)));
+    let order = ascending(stamps.iter().copied());
     let find = |&query: &f64| {
         let after = order.partition_point(|&index| stamps[index] < query);
         let before = after.checked_sub(1).map(|before| {

@@ -54,4 +54,4 @@ pub mod umeyama;
 pub use evaluate::{Evaluation, EvaluationOptions, evaluate};
 pub use sharpness::Sharpness;
 pub use statistics::Statistics;
-pub use trajectory_error::{PlanarPoint, TrajectoryError};
+pub use trajectory_error::{AlignedError, PlanarPoint, TrajectoryError};

@@ -4,6 +4,7 @@ use std::collections::HashMap;
 
 use super::path::Path;
 use crate::io::relations::{Place, Relation};
+use crate::search::order::ascending;
 use crate::{Error, Result};
 
 /// Largest time (s) from a relation's to its pose's that [`time_tolerance`] allows, as Kuemmerle's `metricEvaluator` has it.
@@ -41,10 +42,7 @@ pub(super) struct PoseLookup<'a> {
 impl<'a> PoseLookup<'a> {
     pub(super) fn new(estimate: &'a Path, max_diff: f64) -> Self {
         let stamps = estimate.stamps.as_deref();
-        let mut order: Vec<usize> = (0..estimate.len()).collect();
-        if let Some(stamps) = stamps {
-            order.sort_by(|&a, &b| stamps[a].total_cmp(&stamps[b]));
-        }
+        let order = stamps.map_or_else(|| (0..estimate.len()).collect(), |stamps| ascending(stamps.iter().copied()));
         Self { num_poses: estimate.len(), stamps, order, max_diff }
     }
 

@@ -13,6 +13,7 @@ use crate::graph::sparse::{BlockCholesky, BlockMatrix};
 use crate::registration::factors::{Correspondence, Factor, NormalEquations, RELATIVE_DAMPING};
 use crate::registration::icp::{IcpOptions, IterationRecord, Source, match_points};
 use crate::registration::target::Target;
+use crate::search::order::ascending;
 
 /// A scan to place: what it is matched with and what is matched with it.
 pub struct Node<'a, P, T> {
@@ -65,10 +66,8 @@ pub fn edges_between<const D: usize>(positions: &[SVector<f64, D>], matched: usi
 /// Indices of at most `count` positions, the nearest first.
 fn nearest<const D: usize>(positions: &[SVector<f64, D>], to: &SVector<f64, D>, count: usize) -> Vec<usize> {
     let distances = positions.iter().enumerate().map(|(index, position)| ((position - to).norm(), index));
-    let mut near: Vec<(f64, usize)> = distances.filter(|(distance, _)| *distance < MAX_NEIGHBOR_DISTANCE).collect();
-    near.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-    near.truncate(count);
-    near.into_iter().map(|(_, index)| index).collect()
+    let near: Vec<(f64, usize)> = distances.filter(|(distance, _)| *distance < MAX_NEIGHBOR_DISTANCE).collect();
+    ascending(near.iter().map(|(distance, _)| *distance)).into_iter().take(count).map(|place| near[place].1).collect()
 }
 
 /// The joint registration of all nodes, in pieces of work of bounded size: [`advance`](Self::advance) until

@@ -10,6 +10,7 @@ use crate::io::laser_log::LaserLog;
 use crate::io::trajectory::Trajectory;
 use crate::pipeline::settings::OdometrySource;
 use crate::preprocess::clean::refuse_map_coordinates;
+use crate::search::order::ascending;
 use crate::{Error, Result};
 
 /// One scan with all that was recorded along with it.
@@ -161,9 +162,7 @@ impl<'a> TimedPoses<'a> {
     /// Of odometry that has times and these poses.
     pub(crate) fn new(given: &'a Trajectory, poses: &'a [Pose2]) -> Option<Self> {
         let stamps = given.stamps.as_deref().filter(|stamps| stamps.len() == poses.len())?;
-        let mut order: Vec<usize> = (0..stamps.len()).collect();
-        order.sort_by(|&a, &b| stamps[a].total_cmp(&stamps[b]));
-        Some(Self { stamps, poses, order })
+        Some(Self { stamps, poses, order: ascending(stamps.iter().copied()) })
     }
 
     /// Between the two poses before and after a time (s), in proportion.

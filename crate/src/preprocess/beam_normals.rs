@@ -5,6 +5,8 @@
 
 use nalgebra::Vector2;
 
+use crate::search::order::ascending;
+
 /// Neighbours looked at on either side.
 const HALF_WINDOW: usize = 3;
 /// Two consecutive beams lie on one surface when they are nearer than this (m), or than [`MAX_GAP_RATIO`] of the range.
@@ -19,8 +21,7 @@ const MIN_ASPECT: f64 = 4.0;
 /// `points` (m) are in the sensor frame, in any order; neighbours are found by bearing. The line is the first principal
 /// axis of up to seven consecutive points without a gap.
 pub(crate) fn beam_normals(points: &[Vector2<f64>]) -> Vec<Option<Vector2<f64>>> {
-    let mut by_bearing: Vec<usize> = (0..points.len()).collect();
-    by_bearing.sort_by(|&a, &b| bearing(&points[a]).total_cmp(&bearing(&points[b])));
+    let by_bearing = ascending(points.iter().map(bearing));
     let beams: Vec<Vector2<f64>> = by_bearing.iter().map(|&index| points[index]).collect();
 
     let mut normals = vec![None; points.len()];
@@ -30,7 +31,8 @@ pub(crate) fn beam_normals(points: &[Vector2<f64>]) -> Vec<Option<Vector2<f64>>>
     normals
 }
 
-fn bearing(point: &Vector2<f64>) -> f64 {
+/// Direction from the sensor to a return (rad).
+pub(super) fn bearing(point: &Vector2<f64>) -> f64 {
     point.y.atan2(point.x)
 }
 

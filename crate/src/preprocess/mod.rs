@@ -2,10 +2,11 @@
 //!
 //! Planar scans: [`clean`], `beam_normals`, [`planar_scan`]. Clouds: [`voxel_downsample`] with its `voxel_hash`,
 //! [`estimate_normals`]. Depth
-//! images: [`wrap_around`], [`depth_noise`], [`depth_surfels`], [`depth_cloud`], [`map_image`]. Read [`planar_scan`] first.
+//! images: [`wrap_around`], [`depth_noise`], [`color_registration`], [`depth_surfels`], [`depth_cloud`], [`map_image`]. Read [`planar_scan`] first.
 
 pub(crate) mod beam_normals;
 pub mod clean;
+pub mod color_registration;
 pub mod depth_cloud;
 pub mod depth_noise;
 pub mod depth_surfels;

@@ -2,8 +2,9 @@
 
 use nalgebra::Vector2;
 
-use super::beam_normals::{beam_normals, is_one_surface};
+use super::beam_normals::{beam_normals, bearing, is_one_surface};
 use crate::geometry::PointCloud;
+use crate::search::order::ascending;
 
 /// Sine of the largest angle between two beams' surfaces and the line that joins them.
 const MAX_BEND: f64 = 0.26;
@@ -27,12 +28,10 @@ impl PlanarScan {
     /// the surface where the beams are sparse (Censi, "An ICP variant using a point-to-line metric", ICRA 2008, matches
     /// with such segments).
     pub fn surface(&self, spacing: f64) -> Vec<(Vector2<f64>, Option<Vector2<f64>>)> {
-        let bearing = |index: usize| self.points[index].y.atan2(self.points[index].x);
-        let mut by_bearing: Vec<(f64, usize)> = (0..self.points.len()).map(|index| (bearing(index), index)).collect();
-        by_bearing.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let by_bearing = ascending(self.points.iter().map(bearing));
         let mut surface: Vec<_> = self.points.iter().copied().zip(self.normals.iter().copied()).collect();
         for pair in by_bearing.windows(2) {
-            let (a, b) = (pair[0].1, pair[1].1);
+            let (a, b) = (pair[0], pair[1]);
             let (Some(n), Some(m)) = (self.normals[a], self.normals[b]) else { continue };
             let between = self.points[b] - self.points[a];
             let length = between.norm();

@@ -321,6 +321,11 @@ struct Candidate {
     y: i32,
 }
 
+/// The highest bound first; among equals the smallest turn, then the smallest shift: the same answer everywhere.
+fn sort_by_promise(candidates: &mut [Candidate]) {
+    candidates.sort_by_key(|c| (std::cmp::Reverse(c.bound), c.turn.abs(), c.x.abs() + c.y.abs(), c.turn, c.x, c.y));
+}
+
 struct Search<'a, V> {
     grid: &'a LikelihoodGrid,
     rotated: &'a [RotatedSource],
@@ -357,8 +362,7 @@ impl<V: FnMut(&Candidate)> Search<'_, V> {
     }
 
     fn branch(&mut self, candidates: &mut [Candidate]) {
-        // Among equals the smallest turn, then the smallest shift: the same answer everywhere.
-        candidates.sort_by_key(|c| (std::cmp::Reverse(c.bound), c.turn.abs(), c.x.abs() + c.y.abs(), c.turn, c.x, c.y));
+        sort_by_promise(candidates);
         for candidate in candidates {
             let is_beaten = match self.best {
                 Some(best) => candidate.bound <= best.bound || best.bound >= self.enough,

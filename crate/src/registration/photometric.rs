@@ -127,7 +127,8 @@ pub fn textured_points(frame: &SurfelImage) -> Vec<TexturedPoint> {
         let mut best = (MIN_SLOPE * MIN_SLOPE, None);
         for row in top..(top + SPACING).min(frame.rows) {
             for column in left..(left + SPACING).min(frame.columns) {
-                let sq_steepness = brightness.sq_steepness(CELL_LEVEL, column, row);
+                let [across, along] = brightness.slope(CELL_LEVEL, column, row).unwrap_or_default();
+                let sq_steepness = across * across + along * along;
                 if sq_steepness > best.0
                     && let Some(surfel) = &frame.cells[row * frame.columns + column]
                 {

@@ -6,6 +6,7 @@
 pub(crate) mod kd_tree;
 pub(crate) mod nearest_table;
 pub(crate) mod neighbourhood;
+pub(crate) mod order;
 pub(crate) mod radius_grid;
 
 pub use kd_tree::{KdTree, Neighbor};

@@ -9,7 +9,6 @@ use wasm_bindgen::prelude::*;
 use crate::error::{Error, Place};
 use crate::geometry::PointCloud as Cloud;
 use crate::io::ply;
-use crate::io::point_cloud::CloudFormat;
 
 #[wasm_bindgen(typescript_custom_section)]
 const TYPES: &str = "
@@ -22,20 +21,6 @@ export interface ScanstitchError extends Error {
   remedy: string;
 }
 ";
-
-#[wasm_bindgen]
-extern "C" {
-    /// A format of clouds: PLY or PCD, as text or binary; `ply` and `pcd` are the binary ones.
-    #[wasm_bindgen(
-        typescript_type = "'ply' | 'ply_ascii' | 'ply_binary' | 'pcd' | 'pcd_ascii' | 'pcd_binary' | 'pcd_binary_compressed'"
-    )]
-    pub type MapFormat;
-}
-
-pub(super) fn map_format(format: &MapFormat) -> Result<CloudFormat, JsValue> {
-    let name = JsValue::from(format).as_string().unwrap_or_default();
-    CloudFormat::named(&name).map_err(|error| thrown(&error))
-}
 
 pub(super) fn read_ply(name: &str, bytes: &[u8]) -> Result<Cloud, JsValue> {
     ply::read(bytes).map_err(|error| thrown(&error.in_file(name)))

@@ -5,12 +5,11 @@ use wasm_bindgen::prelude::*;
 
 use super::memory::grow_ahead;
 use super::occupancy_grid::OccupancyGrid;
-use super::{MapFormat, from_object, map_format, plain, read_ply, thrown};
-use crate::io::laser_log::table;
-use crate::io::{laser_log, ply, point_cloud, trajectory};
+use super::{from_object, plain, read_ply, thrown};
+use crate::io::{ply, trajectory};
 use crate::map::occupancy_grid::RESOLUTION;
 use crate::pipeline::planar::Reconstruction as Engine;
-use crate::pipeline::report::{AddedLog, FrameResult, PlanarPose, Progress, ReconstructionResult};
+use crate::pipeline::report::{FrameResult, PlanarPose, Progress, ReconstructionResult};
 use crate::pipeline::settings::{Preset, SettingDescription, Settings, descriptions};
 use crate::preprocess::clean::CleaningReport;
 use crate::registration::icp::IterationRecord;
@@ -46,7 +45,7 @@ pub fn presets() -> Result<Vec<Ts<Preset<Settings>>>, JsValue> {
 /// Call `free()` when done.
 #[wasm_bindgen]
 pub struct Reconstruction {
-    engine: Engine,
+    pub(super) engine: Engine,
 }
 
 #[wasm_bindgen]
@@ -68,21 +67,6 @@ impl Reconstruction {
     pub fn add_scan(&mut self, name: &str, bytes: &[u8]) -> Result<Ts<CleaningReport>, JsValue> {
         let cloud = read_ply(name, bytes)?;
         plain(&self.engine.add_scan(name, cloud).map_err(|error| thrown(&error))?)
-    }
-
-    /// Adds all scans of a laser log and starts over. Their poses are not used for the estimate, unless the setting
-    /// `odometry` asks for it. `table` says what the columns of a table of ranges are, e.g.
-    /// `ranges=2:541,unit=mm,start=-135deg,step=0.5deg`; without it that is guessed, and told in a note.
-    ///
-    /// # Errors
-    /// When the file is no sound log, or `table` no format; what was added before stays.
-    pub fn add_log(&mut self, name: &str, bytes: &[u8], table: Option<String>) -> Result<Ts<AddedLog>, JsValue> {
-        let log = match table {
-            None => laser_log::read(bytes),
-            Some(format) => format.parse().and_then(|format| table::read_as(bytes, &format)),
-        };
-        let log = log.map_err(|error| thrown(&error.in_file(name)))?;
-        plain(&self.engine.add_log(name, &log))
     }
 
     /// Sets the odometry that first guesses come from, and starts over: rows of `id x y theta`, or TUM.
@@ -216,22 +200,8 @@ impl Reconstruction {
         ply::write(&self.engine.map().to_cloud(), ply::Format::BinaryLittleEndian)
     }
 
-    /// The map as a file of this format.
-    ///
-    /// # Errors
-    /// When there is no such format.
-    pub fn map_file(&self, format: &MapFormat) -> Result<Vec<u8>, JsValue> {
-        Ok(point_cloud::write(&self.engine.map().to_cloud(), map_format(format)?))
-    }
-
     /// The result as the text of `report.json`.
     pub fn report_json(&self) -> String {
         serde_json::to_string_pretty(&self.engine.result()).unwrap_or_default()
     }
-}
-
-/// Whether a file that begins with these bytes is a laser log.
-#[wasm_bindgen]
-pub fn is_laser_log(head: &[u8]) -> bool {
-    laser_log::is_laser_log(head)
 }

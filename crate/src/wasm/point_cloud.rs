@@ -7,6 +7,7 @@ use super::{from_object, plain, read_ply, thrown};
 use crate::error::Error;
 use crate::geometry::PointCloud as Cloud;
 use crate::io::ply;
+use crate::io::point_cloud::CloudFormat;
 use crate::registration::align::{RegistrationOptions, RegistrationResult, register_clouds};
 
 #[wasm_bindgen]
@@ -17,6 +18,16 @@ extern "C" {
     /// How a PLY file holds its numbers.
     #[wasm_bindgen(typescript_type = "'ascii' | 'binary_little_endian'")]
     pub type PlyFormat;
+    /// A format of clouds: PLY or PCD, as text or binary; `ply` and `pcd` are the binary ones.
+    #[wasm_bindgen(
+        typescript_type = "'ply' | 'ply_ascii' | 'ply_binary' | 'pcd' | 'pcd_ascii' | 'pcd_binary' | 'pcd_binary_compressed'"
+    )]
+    pub type MapFormat;
+}
+
+pub(super) fn map_format(format: &MapFormat) -> Result<CloudFormat, JsValue> {
+    let name = JsValue::from(format).as_string().unwrap_or_default();
+    CloudFormat::named(&name).map_err(|error| thrown(&error))
 }
 
 /// Points in metres, with normals and colours where the file had them. Call `free()` when done.

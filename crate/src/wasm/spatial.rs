@@ -7,7 +7,8 @@ use tsify::Ts;
 use wasm_bindgen::prelude::*;
 
 use super::memory::grow_ahead;
-use super::{MapFormat, from_object, map_format, plain, thrown};
+use super::point_cloud::{MapFormat, map_format};
+use super::{from_object, plain, thrown};
 use crate::error::Error;
 use crate::geometry::{PointCloud, Pose3};
 use crate::io::{depth_png, intrinsics, pcd, ply, point_cloud, trajectory};

@@ -4,8 +4,9 @@ use tsify::Ts;
 use wasm_bindgen::prelude::*;
 
 use super::memory::grow_ahead;
+use super::point_cloud::{MapFormat, map_format};
 use super::spatial::PartialSpatialSettings;
-use super::{MapFormat, from_object, map_format, plain, thrown};
+use super::{from_object, plain, thrown};
 use crate::error::Error;
 use crate::io::{intrinsics, point_cloud, trajectory};
 use crate::odometry::voxel::VoxelOdometrySettings;

@@ -1,4 +1,4 @@
-import { html, LitElement, nothing, type TemplateResult } from 'lit';
+import { html, LitElement, nothing, type PropertyValues, type TemplateResult } from 'lit';
 import { customElement, property, query, state } from 'lit/decorators.js';
 import { announcements } from '../components/announcer.js';
 import { DropTarget } from '../components/drop-target.js';
@@ -33,7 +33,7 @@ const NO_POINTS: readonly BevPoint[] = [];
 /**
  * Bird's-eye view: points marked in a top view land in a front view.
  *
- * Fires `bev-drawn` when marks and projections are on the screen; `detail.elapsed_ms` is the time since the change.
+ * Fires `scanstitch-projected` when marks and projections are on the screen; `detail.elapsed_ms` is the time since the change.
  */
 @customElement('scanstitch-bev')
 export class ScanstitchBev extends LitElement {
@@ -80,11 +80,16 @@ export class ScanstitchBev extends LitElement {
     window.removeEventListener('hashchange', this.onHash);
   }
 
+  protected override updated(changed: PropertyValues<this>): void {
+    const { session, src } = this;
+    if (changed.get('src') !== undefined && src !== '') void session.attempt('file', () => session.openAddress(src));
+  }
+
   private async tellDrawn(since: number): Promise<void> {
     await this.updateComplete;
     await Promise.all([this.top_picture?.updateComplete, this.front_picture?.updateComplete]);
     const detail = { elapsed_ms: performance.now() - since };
-    this.dispatchEvent(new CustomEvent('bev-drawn', { detail, bubbles: true, composed: true }));
+    this.dispatchEvent(new CustomEvent('scanstitch-projected', { detail, bubbles: true, composed: true }));
   }
 
   // What is shown.

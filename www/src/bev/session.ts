@@ -45,7 +45,7 @@ export class BevSession extends Session<BevClient> {
 
   readonly #listener: Listener;
 
-  constructor(host: ReactiveControllerHost, listener: Listener) {
+  constructor(host: ReactiveControllerHost & EventTarget, listener: Listener) {
     super(host);
     this.#listener = listener;
   }
@@ -282,7 +282,7 @@ export class BevSession extends Session<BevClient> {
     this.change({ points, tool: this.document?.tool === 'points' ? 'points' : 'polygon' });
   }
 
-  private async openAddress(address: string): Promise<void> {
+  async openAddress(address: string): Promise<void> {
     const is_outdated = this.opening();
     const url = new URL(address, window.document.baseURI);
     const scene = await this.readScene(address, await fetchBlob(url.href));
@@ -369,6 +369,7 @@ export class BevSession extends Session<BevClient> {
   // Problems.
 
   setProblem(key: string, text: string, remedy?: Problem['remedy']): void {
+    this.raise({ file: '', place: '', text, remedy: '' });
     this.problems = new Map(this.problems).set(key, remedy ? { text, remedy } : { text });
     this.changed();
   }

@@ -4,11 +4,14 @@ import './menu.js';
 import { baseName } from '../views/format.js';
 import { icon, logo } from './icons.js';
 import type { MenuItem } from './menu.js';
+import type { Layout } from './run-parts.js';
 import type { ViewFacts } from './run-view.js';
 
 /** Views of a run, and views beside it. */
 export type Run = 'planar' | 'spatial';
 export type View = Run | 'evaluation' | 'bev' | 'strategies' | 'icp';
+/** What the header offers: the map of the run, or a view beside it. */
+export type Tool = 'map' | Exclude<View, Run>;
 
 /** What the header shows, and what its buttons do. */
 export interface Header {
@@ -18,10 +21,9 @@ export interface Header {
   facts: ViewFacts;
   exports: readonly MenuItem[];
   open_items: readonly MenuItem[];
-  is_narrow: boolean;
+  layout: Layout;
   is_dark: boolean;
-  /** Opens a view beside the run, or goes back to the run. */
-  toggle(view: Exclude<View, Run>): void;
+  go(tool: Tool): void;
   open(id: string): void;
   /** Someone is about to choose files. */
   expectFiles(): void;
@@ -30,84 +32,49 @@ export interface Header {
   toggleTheme(): void;
 }
 
-const TITLES: Partial<Record<View, string>> = {
-  bev: "Bird's-eye view",
-  strategies: 'Strategy comparison',
-  evaluation: 'Trajectory evaluation',
-  icp: 'ICP lab',
-};
+/** `short` stands where there is little room. */
+const TOOLS: readonly { tool: Tool; label: string; short?: string; about: string }[] = [
+  { tool: 'map', label: 'Map', about: 'Path and map of the recording' },
+  { tool: 'icp', label: 'ICP', about: 'ICP lab: step through a registration, from any start, by any method' },
+  { tool: 'evaluation', label: 'Evaluate', about: 'Compare trajectories with ground truth' },
+  {
+    tool: 'bev',
+    label: "Bird's-eye view",
+    short: 'BEV',
+    about: "Bird's-eye view: project points of a top view into a front view",
+  },
+  {
+    tool: 'strategies',
+    label: 'Strategies',
+    about: 'Compare strategies: what a map costs in memory and time, and gains in accuracy',
+  },
+];
 
 /** `styles`: app_styles. */
 export function appHeader(has: Header): TemplateResult {
-  const { title, count, reference, can_export } = has.facts;
-  const is_evaluating = has.view === 'evaluation';
-  const is_bev = has.view === 'bev';
-  const is_comparing = has.view === 'strategies';
-  const is_lab = has.view === 'icp';
-  const is_aside = is_evaluating || is_bev || is_comparing || is_lab;
-  return html`<header class="bar">
-    <div class="brand">${logo()}<span>Scanstitch</span></div>
-    <div class="dataset">
-      ${
-        is_aside
-          ? html`<span class="title">${TITLES[has.view]}</span>`
-          : title
-            ? html`<span class="title" title=${title}>${title}</span> <span class="muted count">${count}</span> ${
-                  reference && !has.is_narrow
-                    ? html`<span class="chip" title="Ground truth: ${reference}"
-                        ><i class="dash ${has.run}"></i>${baseName(reference)}<button
-                          class="quiet"
-                          @click=${() => has.removeReference()}
-                          aria-label="Remove the ground truth ${baseName(reference)}"
-                          title="Remove the ground truth"
-                        >
-                          ${icon('close', 12)}
-                        </button></span
-                      >`
-                    : nothing
-                }`
-            : nothing
-      }
+  const shown: Tool = has.view === 'planar' || has.view === 'spatial' ? 'map' : has.view;
+  const is_aside = shown !== 'map';
+  const is_wide = has.layout === 'wide';
+  return html`<header class="bar" part="header">
+    <div class="brand">
+      <slot name="title">${logo()}<span>Scanstitch</span></slot>
     </div>
-    <nav aria-label="Actions">
-      <button
-        ?hidden=${is_evaluating || is_bev || is_lab || has.run !== 'spatial' || title === ''}
-        aria-pressed=${is_comparing}
-        title="Compare strategies: what a map costs in memory and time, and gains in accuracy"
-        @click=${() => has.toggle('strategies')}
-      >
-        ${is_comparing ? 'Back to the map' : has.is_narrow ? 'Strategies' : 'Compare strategies'}
-      </button>
-      <button
-        ?hidden=${is_evaluating || is_comparing || is_bev}
-        aria-pressed=${is_lab}
-        title="ICP lab: step through a registration, from any start, by any method"
-        @click=${() => has.toggle('icp')}
-      >
-        ${is_lab ? 'Back to the map' : 'ICP'}
-      </button>
-      <button
-        ?hidden=${is_evaluating || is_comparing || is_lab}
-        aria-pressed=${is_bev}
-        title="Bird's-eye view: project points of a top view into a front view"
-        @click=${() => has.toggle('bev')}
-      >
-        ${is_bev ? 'Back to the map' : has.is_narrow ? 'BEV' : "Bird's-eye view"}
-      </button>
-      <button
-        ?hidden=${is_bev || is_comparing || is_lab}
-        aria-pressed=${is_evaluating}
-        title="Compare trajectories with ground truth"
-        @click=${() => has.toggle('evaluation')}
-      >
-        ${is_evaluating ? 'Back to the map' : 'Evaluate'}
-      </button>
+    <nav class="tools" aria-label="Tools">
+      ${TOOLS.map(
+        ({ tool, label, short, about }) =>
+          html`<button aria-current=${tool === shown ? 'page' : nothing} title=${about} @click=${() => has.go(tool)}>
+            ${is_wide ? label : (short ?? label)}
+          </button>`,
+      )}
+    </nav>
+    <div class="dataset">${is_aside ? nothing : dataset(has)}</div>
+    <nav class="actions" aria-label="Actions">
       <scanstitch-menu
         ?hidden=${is_aside}
         label="Open"
         icon="open"
         .items=${has.open_items}
-        ?compact=${has.is_narrow}
+        ?compact=${!is_wide}
         @menu-opened=${has.expectFiles}
         @menu-chosen=${({ detail }: CustomEvent<string>) => has.open(detail)}
       ></scanstitch-menu>
@@ -116,8 +83,8 @@ export function appHeader(has: Header): TemplateResult {
         label="Export"
         icon="download"
         .items=${has.exports}
-        ?compact=${has.is_narrow}
-        ?disabled=${!can_export}
+        ?compact=${!is_wide}
+        ?disabled=${!has.facts.can_export}
         @menu-chosen=${({ detail }: CustomEvent<string>) => has.runExport(detail)}
       ></scanstitch-menu>
       <button
@@ -130,4 +97,26 @@ export function appHeader(has: Header): TemplateResult {
       </button>
     </nav>
   </header>`;
+}
+
+/** What is open, and the ground truth beside it. */
+function dataset({ facts, run, layout, removeReference }: Header): TemplateResult | typeof nothing {
+  const { title, count, reference } = facts;
+  if (title === '') return nothing;
+  const name = baseName(reference);
+  return html`<span class="title" title=${title}>${title}</span> <span class="muted count">${count}</span> ${
+      reference && layout !== 'narrow'
+        ? html`<span class="chip" title="Ground truth: ${reference}"
+            ><i class="dash ${run}"></i><span>${name}</span
+            ><button
+              class="quiet"
+              @click=${removeReference}
+              aria-label="Remove the ground truth ${name}"
+              title="Remove the ground truth"
+            >
+              ${icon('close', 12)}
+            </button></span
+          >`
+        : nothing
+    }`;
 }

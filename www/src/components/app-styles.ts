@@ -3,7 +3,8 @@ import { css } from 'lit';
 
 export const app_styles = css`
   :host {
-    display: block;
+    display: grid;
+    grid-template: minmax(0, 1fr) fit-content(40%) / minmax(0, 1fr) fit-content(40%);
     position: relative;
     height: min(90vh, 760px);
     overflow: hidden;
@@ -22,6 +23,25 @@ export const app_styles = css`
     display: flex;
     flex-direction: column;
     height: 100%;
+    min-width: 0;
+  }
+  .host-side {
+    grid-area: 1 / 2;
+    overflow: auto;
+    border-left: 1px solid var(--line);
+    background: var(--surface);
+  }
+  .host-side.narrow {
+    grid-area: 2 / 1;
+    border-top: 1px solid var(--line);
+    border-left: 0;
+  }
+  .app > scanstitch-messages {
+    position: absolute;
+    top: 64px;
+    right: 12px;
+    z-index: 20;
+    width: min(430px, calc(100% - 24px));
   }
   .bar {
     display: flex;
@@ -85,32 +105,75 @@ export const app_styles = css`
     border: 1px solid light-dark(#0a0c10, #d6e0ec);
     background: #06080b;
   }
+  .chip > span {
+    overflow: hidden;
+    max-width: 16ch;
+    text-overflow: ellipsis;
+  }
   nav {
     display: flex;
     align-items: center;
     gap: 6px;
   }
-  .narrow .bar {
-    gap: 10px;
-    padding: 6px 8px 6px 12px;
-    flex-wrap: wrap;
-    row-gap: 0;
+  .tools {
+    gap: 0;
+    align-self: stretch;
   }
+  .tools button {
+    min-height: 100%;
+    padding: 0 11px;
+    border: 0;
+    border-radius: 0;
+    background: none;
+    color: var(--muted);
+    box-shadow: inset 0 -2px transparent;
+  }
+  .tools button:hover:not(:disabled) {
+    background: none;
+    color: var(--text);
+  }
+  .tools [aria-current] {
+    color: var(--text);
+    font-weight: 600;
+    box-shadow: inset 0 -2px var(--accent);
+  }
+  .tools button:focus-visible {
+    outline-offset: -3px;
+  }
+  .actions {
+    margin-left: auto;
+  }
+  .narrow .bar {
+    flex-wrap: wrap;
+    gap: 0 10px;
+    padding: 6px 8px 0 12px;
+  }
+  .medium .brand span,
+  .medium .count,
   .narrow .brand span {
     display: none;
   }
-  .narrow nav {
-    margin-left: auto;
-  }
-  /* Beside the buttons there is no room for the title. */
   .narrow .dataset {
-    flex-basis: 100%;
-    order: 1;
+    flex-wrap: wrap;
+    gap: 0 8px;
     padding-left: 0;
     border-left: 0;
+    line-height: 1.25;
   }
-  .narrow .dataset:not(:has(*)) {
-    display: none;
+  .narrow .title {
+    max-width: 100%;
+  }
+  .narrow .count {
+    font-size: 12.5px;
+  }
+  .narrow .tools {
+    order: 1;
+    flex-basis: 100%;
+    justify-content: space-between;
+  }
+  .narrow .tools button {
+    min-height: 38px;
+    padding: 0 8px;
   }
   @media (max-height: 520px) {
     .app {
@@ -119,6 +182,56 @@ export const app_styles = css`
     :host {
       overflow-y: auto;
     }
+  }
+`;
+
+/** What goes on at the moment, in a box over what is there. */
+export const activity_styles = css`
+  .activity {
+    position: absolute;
+    z-index: 1; /* over messages, where the map is low */
+    bottom: 14px;
+    left: 50%;
+    display: grid;
+    gap: 8px;
+    width: min(340px, calc(100% - 32px));
+    padding: 10px 12px;
+    border: 1px solid var(--line);
+    border-radius: var(--radius);
+    background: var(--surface);
+    box-shadow: var(--shadow);
+    transform: translateX(-50%);
+  }
+  /* The scale bar lies in the corner: above the buttons, where there is no room beside them. */
+  @container (max-width: 720px) {
+    .activity {
+      bottom: 52px;
+    }
+  }
+  .activity-words {
+    display: flex;
+    align-items: center;
+    justify-content: space-between;
+    gap: 12px;
+  }
+  progress {
+    width: 100%;
+    height: 5px;
+    border: 0;
+    border-radius: 3px;
+    overflow: hidden;
+    appearance: none;
+    background: var(--line);
+    color: var(--accent);
+  }
+  progress::-webkit-progress-bar {
+    background: var(--line);
+  }
+  progress::-webkit-progress-value {
+    background: var(--accent);
+  }
+  progress::-moz-progress-bar {
+    background: var(--accent);
   }
 `;
 
@@ -132,27 +245,6 @@ export const layout_styles = css`
     flex: 1;
     flex-direction: column;
     min-height: 0;
-  }
-  .introduction {
-    display: flex;
-    flex-wrap: wrap;
-    align-items: center;
-    justify-content: space-between;
-    gap: 2px 20px;
-    padding: 6px 16px;
-    border-bottom: 1px solid var(--line);
-    background: var(--accent-soft);
-    font-size: 13px;
-  }
-  .introduction a {
-    display: inline-block;
-    min-height: 24px;
-    margin-right: 14px;
-    color: var(--accent);
-  }
-  .narrow .introduction {
-    padding: 6px 12px;
-    font-size: 12.5px;
   }
   scanstitch-headline {
     border-bottom: 1px solid var(--line);
@@ -265,51 +357,6 @@ export const layout_styles = css`
     flex-direction: column;
     width: min(430px, calc(100% - 74px));
     max-height: calc(100% - 60px);
-  }
-  .activity {
-    position: absolute;
-    bottom: 14px;
-    left: 50%;
-    display: grid;
-    gap: 8px;
-    width: min(340px, calc(100% - 32px));
-    padding: 10px 12px;
-    border: 1px solid var(--line);
-    border-radius: var(--radius);
-    background: var(--surface);
-    box-shadow: var(--shadow);
-    transform: translateX(-50%);
-  }
-  /* The scale bar lies in the corner: above the buttons, where there is no room beside them. */
-  @container (max-width: 720px) {
-    .activity {
-      bottom: 52px;
-    }
-  }
-  .activity-words {
-    display: flex;
-    align-items: center;
-    justify-content: space-between;
-    gap: 12px;
-  }
-  progress {
-    width: 100%;
-    height: 5px;
-    border: 0;
-    border-radius: 3px;
-    overflow: hidden;
-    appearance: none;
-    background: var(--line);
-    color: var(--accent);
-  }
-  progress::-webkit-progress-bar {
-    background: var(--line);
-  }
-  progress::-webkit-progress-value {
-    background: var(--accent);
-  }
-  progress::-moz-progress-bar {
-    background: var(--accent);
   }
   .empty {
     display: flex;

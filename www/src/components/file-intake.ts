@@ -3,7 +3,9 @@
  * Of a bag, the topics can be chosen anew.
  */
 import type { ReactiveControllerHost } from 'lit';
+import type { Note } from '../datasets/dataset.js';
 import type { NamedFile } from '../datasets/gather.js';
+import type { GivenSet } from '../datasets/given.js';
 import { type BagListener, chooseTopics, type OpenedFiles, openFiles, tellApart } from '../datasets/spatial-files.js';
 import type { BagState, Wishes } from './topics-panel.js';
 
@@ -12,8 +14,29 @@ type Recognised = Awaited<ReturnType<typeof tellApart>>;
 export interface IntakeHooks {
   /** The kind of run on the page: what a trajectory alone belongs to. */
   present(): Parameters<typeof tellApart>[1];
-  /** Hands the files to the view that they are for. */
-  show(files: Recognised, requested_at: number): Promise<void>;
+  /**
+   * Hands the files to the view that they are for. `is_new`: they are a recording that was not open; `given`: they are what
+   * the page that the element stands on names.
+   */
+  show(files: Recognised, requested_at: number, is_new: boolean, given: GivenSet | null): Promise<void>;
+}
+
+/** What is open of a bag. */
+interface Open {
+  bag: BagState | null;
+  opened: OpenedFiles | null;
+}
+
+/** How files were asked for. */
+interface Asked {
+  own: number;
+  wishes: Wishes;
+  requested_at: number;
+  /** What was open when they were. */
+  before: Open;
+  /** Whether they are other topics of the bag that is open. */
+  is_choice: boolean;
+  given: GivenSet | null;
 }
 
 /** What may join the recording that is open: a reference trajectory, a camera. */
@@ -25,6 +48,8 @@ export class FileIntake {
   /** The bag that is open; null where the files are none. */
   bag: BagState | null = null;
   #opened: OpenedFiles | null = null;
+  /** The bag of the recording that stepped aside. */
+  #other: Open = { bag: null, opened: null };
   /** Counts what was asked for: the last one wins. */
   #num_taken = 0;
   readonly #host: ReactiveControllerHost;
@@ -35,17 +60,37 @@ export class FileIntake {
     this.#hooks = hooks;
   }
 
+  /** The recording that stepped aside is shown again, in place of the one that is shown. */
+  exchange(): void {
+    this.#num_taken++;
+    const { bag, opened } = this.#other;
+    this.#other = this.#open;
+    this.#opened = opened;
+    this.#setBag(bag);
+  }
+
   /** Something else was opened: what is being opened is no longer wanted, and the bag is closed. */
   forget(): void {
     this.#num_taken++;
+    this.#other = this.#open;
     this.#setBag(null);
     this.#opened = null;
   }
 
-  /** Opens files that were asked for at clock time `requested_at`. */
-  async take(files: readonly NamedFile[], requested_at: number): Promise<void> {
+  /** Opens files that were asked for at clock time `requested_at`; `notes` tell of what was dropped with them. */
+  async take(
+    files: readonly NamedFile[],
+    requested_at: number,
+    notes: readonly Note[] = [],
+    given: GivenSet | null = null,
+  ): Promise<void> {
     const own = ++this.#num_taken;
-    await this.#show(openFiles(files, this.#listener(own, {})), own, {}, requested_at);
+    const asked = { own, wishes: {}, requested_at, before: this.#open, is_choice: false, given };
+    const opening = openFiles(files, this.#listener(own, {}));
+    await this.#show(
+      opening.then((opened) => ({ ...opened, notes: [...notes, ...opened.notes] })),
+      asked,
+    );
   }
 
   /** Opens other topics of the bag. */
@@ -53,14 +98,24 @@ export class FileIntake {
     if (!this.#opened) return;
     const own = ++this.#num_taken;
     const opening = chooseTopics(this.#opened, wishes, this.#listener(own, wishes));
-    await this.#show(opening, own, wishes, performance.now());
+    await this.#show(opening, {
+      own,
+      wishes,
+      requested_at: performance.now(),
+      before: this.#open,
+      is_choice: true,
+      given: null,
+    });
   }
 
-  async #show(opening: Promise<OpenedFiles>, own: number, wishes: Wishes, requested_at: number): Promise<void> {
+  async #show(opening: Promise<OpenedFiles>, asked: Asked): Promise<void> {
+    const { own, wishes, requested_at, before, is_choice, given } = asked;
     const opened = await opening;
     if (own !== this.#num_taken) return;
     const recognised = await tellApart(opened, this.#hooks.present());
     if (own !== this.#num_taken) return;
+    const is_new = recognised.is_recording && !is_choice;
+    if (is_new) this.#other = before;
     if (recognised.bag) {
       const { listed, choice } = recognised.bag;
       this.#opened = opened;
@@ -71,7 +126,7 @@ export class FileIntake {
       this.#opened = null;
       this.#setBag(null);
     }
-    await this.#hooks.show(recognised, requested_at);
+    await this.#hooks.show(recognised, requested_at, is_new, given);
   }
 
   /** A bag's topics are shown as soon as they are known, before its messages are inspected. */
@@ -89,6 +144,10 @@ export class FileIntake {
         this.#setBag({ ...this.bag, activity: `Inspecting message ${done} of ${total}` });
       },
     };
+  }
+
+  get #open(): Open {
+    return { bag: this.bag, opened: this.#opened };
   }
 
   #setBag(bag: BagState | null): void {

@@ -157,7 +157,7 @@ export class ScanstitchFrameTable extends LitElement {
   }
 
   private emit(type: string, detail: number | null): void {
-    this.dispatchEvent(new CustomEvent(type, { detail, bubbles: true, composed: true }));
+    this.dispatchEvent(new CustomEvent(type, { detail, bubbles: true }));
   }
 
   static override styles = [

@@ -285,7 +285,7 @@ export class ScanstitchMap extends LitElement implements GestureTarget, KeyedMap
     if (!is_exact) this.rest_timer = setTimeout(() => this.requestPaint(), REST_MS + 10);
     if (this.has_new_points) {
       this.has_new_points = false;
-      this.dispatchEvent(new CustomEvent('map-painted', { bubbles: true, composed: true }));
+      this.dispatchEvent(new CustomEvent('map-painted', { bubbles: true }));
     }
   }
 
@@ -359,7 +359,7 @@ export class ScanstitchMap extends LitElement implements GestureTarget, KeyedMap
   }
 
   select(frame: number | null): void {
-    this.dispatchEvent(new CustomEvent('frame-selected', { detail: frame, bubbles: true, composed: true }));
+    this.dispatchEvent(new CustomEvent('frame-selected', { detail: frame, bubbles: true }));
   }
 
   static override styles = [

@@ -90,7 +90,7 @@ export class ScanstitchMenu extends LitElement {
 
   private choose(id: string): void {
     this.close(true);
-    this.dispatchEvent(new CustomEvent('menu-chosen', { detail: id, bubbles: true, composed: true }));
+    this.dispatchEvent(new CustomEvent('menu-chosen', { detail: id, bubbles: true }));
   }
 
   private onFocusOut(event: FocusEvent): void {

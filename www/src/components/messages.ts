@@ -15,6 +15,8 @@ export interface Message {
   text: string;
   /** What to do; empty where nothing can be done. */
   remedy: string;
+  /** Does what failed once more, where that may help. */
+  retry?: () => void;
 }
 
 /**
@@ -36,7 +38,7 @@ export class ScanstitchMessages extends LitElement {
         <h2>${title(messages, num_errors)}</h2>
         <button
           class="quiet icon"
-          @click=${() => this.dispatchEvent(new CustomEvent('messages-dismissed', { bubbles: true, composed: true }))}
+          @click=${() => this.dispatchEvent(new CustomEvent('messages-dismissed', { bubbles: true }))}
           aria-label="Dismiss the messages"
           title="Dismiss"
         >
@@ -114,6 +116,10 @@ export class ScanstitchMessages extends LitElement {
       .remedy {
         color: var(--muted);
       }
+      .retry {
+        width: max-content;
+        margin-top: 6px;
+      }
     `,
   ];
 }
@@ -133,7 +139,7 @@ function alike(messages: readonly Message[]): Message[][] {
 function renderRow(group: readonly Message[]): TemplateResult | typeof nothing {
   const [first] = group;
   if (!first) return nothing;
-  const { kind, text, remedy } = first;
+  const { kind, text, remedy, retry } = first;
   return html`<li class=${kind}>
     ${
       group.length === 1
@@ -147,6 +153,7 @@ function renderRow(group: readonly Message[]): TemplateResult | typeof nothing {
     }
     <span>${sentence(text)}</span>
     ${remedy ? html`<span class="remedy">${sentence(remedy)}</span>` : nothing}
+    ${retry ? html`<button class="retry" @click=${retry}>Try again</button>` : nothing}
   </li>`;
 }
 

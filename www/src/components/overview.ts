@@ -99,7 +99,7 @@ export class ScanstitchOverview extends LitElement {
   }
 
   private select(frame: number | null): void {
-    this.dispatchEvent(new CustomEvent('frame-selected', { detail: frame, bubbles: true, composed: true }));
+    this.dispatchEvent(new CustomEvent('frame-selected', { detail: frame, bubbles: true }));
   }
 
   static override styles = [shared, status_styles, panel_styles, chart_styles, frame_styles];

@@ -77,45 +77,13 @@ export function messages(session: ActiveSession): TemplateResult {
   ></scanstitch-messages>`;
 }
 
-function activityBox(words: string, progress: number | null, action: string, act: () => void): TemplateResult {
+export function activityBox(words: string, progress: number | null, action: string, act: () => void): TemplateResult {
   return html`<div class="activity">
     <div class="activity-words">
       <span>${words}</span><button class=${progress === null ? 'primary' : ''} @click=${act}>${action}</button>
     </div>
     ${progress === null ? '' : html`<progress max="1" .value=${progress} aria-label=${words}></progress>`}
   </div>`;
-}
-
-/** What a newcomer can open, and by which id. */
-const TOOLS: readonly { id: string; label: string }[] = [
-  { id: 'apartment', label: 'Depth images' },
-  { id: 'view:evaluation', label: 'Evaluate' },
-  { id: 'view:icp', label: 'ICP lab' },
-  { id: 'view:bev', label: "Bird's-eye view" },
-  { id: 'view:strategies', label: 'Strategies' },
-];
-
-/** One line of what the page is for, and the tools; `want` is told which one was chosen. */
-export function introduction(want: (id: string) => void): TemplateResult {
-  return html`<section class="introduction" aria-label="About">
-    <p>
-      <strong>Drop laser scans, depth images or point clouds anywhere</strong> to get the sensor’s path and a map. All
-      is computed in this tab; nothing leaves your machine.
-    </p>
-    <p>
-      ${TOOLS.map(
-        ({ id, label }) =>
-          html`<a
-            href="#"
-            @click=${(event: Event) => {
-              event.preventDefault();
-              want(id);
-            }}
-            >${label}</a
-          >`,
-      )}
-    </p>
-  </section>`;
 }
 
 /** Where nothing is loaded yet. `choices`: what is offered, the most likely first; `want` is told which one was chosen. */

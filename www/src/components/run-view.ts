@@ -7,17 +7,25 @@ import './settings-panel.js';
 import './timeline.js';
 import type { SpatialInputs } from '../engine/spatial-client.js';
 import type { SpatialSettings } from '../engine/spatial-protocol.js';
-import { type Download, download } from '../export/exports.js';
+import { type Download, download, type ReportSource } from '../export/exports.js';
 import type { Status } from '../views/map-painter.js';
 import { memoizeLast } from '../views/memoize-last.js';
 import { framePalette, type Rgb } from '../views/palette.js';
-import { ownerOf, rememberSettings, type SettingsFacts, settingsToBegin } from '../views/settings-link.js';
+import {
+  faultsToBegin,
+  ownerOf,
+  rememberSettings,
+  type SettingsFacts,
+  settingsToBegin,
+} from '../views/settings-link.js';
 import { announcements } from './announcer.js';
-import { layout_styles } from './app-styles.js';
+import { activity_styles, layout_styles } from './app-styles.js';
 import type { GivenClouds } from './given-clouds.js';
+import { type ScanstitchMapPoints, type ScanstitchProgress, type ScanstitchResult, tellHost } from './host-events.js';
 import type { MenuItem } from './menu.js';
+import { type Elsewhere, exchange_styles, exchangeBar, RunExchange } from './run-exchange.js';
 import { activity, type Layout, messages, tabs } from './run-parts.js';
-import { type RunSession, wordsOf } from './session.js';
+import { type RunSession, STOPPED, wordsOf } from './session.js';
 import { shared } from './theme.js';
 
 /** What the header shows of a run. */
@@ -78,19 +86,22 @@ export interface RunKind {
 
 /**
  * One way to look at a run: scans in the plane, or depth images and clouds in space. It fires `facts-changed` whenever
- * the header has something new to show, `files-wanted` ('files', 'folder' or the id of a sample) where it offers to open
- * some, and `scanstitch-stitched` when a computation is over.
+ * the header has something new to show, `settings-refused` with sentences about settings that cannot be taken,
+ * `files-wanted` ('files', 'folder' or the id of a sample) where it offers to open some, and the events for the host.
  */
 export abstract class RunView<
   Settings extends object,
   Snapshot extends RunSnapshot,
   Session extends RunSession<{ dispose(): void; stop(): void }, Settings, unknown, Snapshot>,
+  Files,
 > extends LitElement {
   @property({ attribute: false }) initial_settings = '';
   @property({ attribute: false }) preset = '';
   @property({ attribute: false }) remember_settings = false;
   @property({ attribute: false }) layout: Layout = 'wide';
   @property({ type: Boolean }) dark = false;
+  /** What this run replaced, where that is a run of the other kind. */
+  @property({ attribute: false }) elsewhere: Elsewhere | null = null;
 
   @state() protected selected: number | null = null;
   /** Number of frames shown; null: all there are. */
@@ -102,10 +113,17 @@ export abstract class RunView<
   /** What the header shows. */
   facts: ViewFacts = NO_FACTS;
 
-  protected abstract readonly session: Session;
+  protected abstract session: Session;
   protected abstract readonly of: RunKind;
+  /** What is wrong with the settings to begin with, until it is told. */
+  private setting_faults: string[] = [];
+  private told_progress: ScanstitchProgress | null = null;
+  private waiting: { resolve(outcome: ScanstitchResult): void; reject(error: Error): void }[] = [];
+  private exchange = new RunExchange<Session>();
+  /** What was opened last. */
+  private files: Files | null = null;
   private shown_generation = 0;
-  private announced: unknown = null;
+  private announced = new WeakSet<Snapshot>();
   private colorsOf = memoizeLast(framePalette);
   private statusesOf = memoizeLast((frames: Snapshot['result']['frames']) => frames.map(({ status }) => status));
 
@@ -122,10 +140,27 @@ export abstract class RunView<
   override disconnectedCallback(): void {
     super.disconnectedCallback();
     window.removeEventListener('hashchange', this.onHash);
+    this.exchange.forget();
   }
 
   clear(): void {
+    this.exchange.forget();
     this.session.clear();
+  }
+
+  /**
+   * Takes in files, asked for at clock time `requested_at`. A recording (`is_new`) takes the place of the one that is open,
+   * which steps aside; other files join that one.
+   */
+  async add(files: Files, requested_at: number, is_new: boolean): Promise<void> {
+    if (is_new) this.stepAside();
+    this.files = files;
+    await this.take(this.session, files, requested_at, false);
+  }
+
+  /** Whether there is something that a new recording would replace, and that cannot simply be opened again. */
+  get is_own(): boolean {
+    return this.session.snapshot !== null && !this.isSample();
   }
 
   abstract removeReference(): void;
@@ -147,15 +182,68 @@ export abstract class RunView<
     }
   }
 
+  // For the page that the element stands on.
+
+  /** What was computed; null while it is not over. */
+  get outcome(): ScanstitchResult | null {
+    const { snapshot, phase } = this.session;
+    return snapshot && phase === 'done' ? this.outcomeOf(snapshot) : null;
+  }
+
+  /** Whether files are being read or a run is under way. */
+  get is_busy(): boolean {
+    return ['starting', 'reading', 'running'].includes(this.session.phase);
+  }
+
+  /** The same, but for an engine that is only starting. */
+  get is_under_way(): boolean {
+    return this.is_busy && this.session.phase !== 'starting';
+  }
+
+  abstract get map_points(): ScanstitchMapPoints | null;
+
+  /** Computes what is loaded and not computed yet; the end of it. */
+  computed(): Promise<ScanstitchResult> {
+    const { phase } = this.session;
+    if (phase === 'stopped' || phase === 'crashed') this.session.resume();
+    return new Promise((resolve, reject) => {
+      this.waiting.push({ resolve, reject });
+      this.requestUpdate();
+    });
+  }
+
+  cancel(): void {
+    const { phase } = this.session;
+    if (phase === 'reading' || phase === 'running') this.session.stop();
+  }
+
+  /** Those who wait for the end of the run are told that there will be none. */
+  abandon(reason: string): void {
+    for (const { reject } of this.waiting.splice(0)) reject(new Error(reason));
+  }
+
+  /** Nothing of what was given can be used: what is shown stays. */
+  refuse(text: string, remedy: string): void {
+    this.session.refuse(text, remedy);
+  }
+
   /** A message about no file, beside the map. */
-  report(text: string, remedy = ''): void {
-    this.session.report(text, remedy);
+  report(text: string, remedy = '', retry?: () => void): void {
+    this.session.report(text, remedy, retry);
   }
 
   // What a kind of run adds.
 
+  protected abstract newSession(): Session;
+  protected abstract take(session: Session, files: Files, requested_at: number, joins: boolean): Promise<void>;
+  /** Whether the files can join what this session has open. */
+  protected abstract canJoin(session: Session, files: Files): boolean;
+  /** Whether a sample of the page is open: it is replaced without a trace. */
+  protected abstract isSample(): boolean;
   protected abstract makeExport(id: string, snapshot: Snapshot): Promise<Download>;
-  protected abstract loaded(): Loaded;
+  /** Paths of the files of the recording, and beside it. */
+  protected abstract openedFiles(): string[];
+  protected abstract loaded(session?: Session): Loaded;
   protected abstract renderMap(): TemplateResult;
   protected abstract renderEmpty(): TemplateResult;
   /** What a newcomer is told above the sample. */
@@ -169,8 +257,7 @@ export abstract class RunView<
   protected abstract renderFigures(): TemplateResult | typeof nothing;
   protected abstract renderTable(): TemplateResult;
   protected abstract renderDetails(): TemplateResult;
-  /** The time of a run that is over, for whoever listens. */
-  protected abstract timing(snapshot: Snapshot): { total: number; frames: readonly number[] };
+  protected abstract outcomeOf(snapshot: Snapshot): ScanstitchResult;
 
   // What they have in common.
 
@@ -178,8 +265,11 @@ export abstract class RunView<
     return this.session.snapshot?.result.frames.length ?? 0;
   }
 
-  protected override willUpdate(_changed: Map<PropertyKey, unknown>): void {
+  protected override willUpdate(changed: Map<PropertyKey, unknown>): void {
+    this.revertWhereUseless();
     const { session, num_frames } = this;
+    const is_set = this.hasUpdated && (changed.has('initial_settings') || changed.has('preset'));
+    if (is_set && session.facts) session.configure(this.settingsToBegin(session.facts));
     if (this.shown_generation !== session.generation || num_frames === 0) {
       this.shown_generation = session.generation;
       this.selected = null;
@@ -191,6 +281,8 @@ export abstract class RunView<
   }
 
   protected override updated(): void {
+    this.tellProgress();
+    this.settle();
     const { snapshot, phase } = this.session;
     const { title, count, reference } = this.loaded();
     const can_export = snapshot !== null && (phase === 'done' || phase === 'stopped') && !this.is_exporting;
@@ -208,16 +300,17 @@ export abstract class RunView<
       <div
         class="run ${this.of.kind} ${layout}"
         @frame-selected=${({ detail }: CustomEvent<number | null>) => this.select(detail)}
+        @look-inside=${({ detail }: CustomEvent<number>) => this.dispatchEvent(new CustomEvent('look-inside', { detail }))}
         @frame-hovered=${({ detail }: CustomEvent<number | null>) => {
           this.hovered = detail;
         }}
       >
-        ${is_empty ? this.renderEmpty() : this.renderIntroduction()}
+        ${is_empty ? this.renderEmpty() : this.renderIntroduction()} ${this.renderExchange()}
         ${layout === 'narrow' ? nothing : this.renderFigures()}
         <main ?hidden=${is_empty}>
-          ${layout === 'wide' ? html`<aside class="side left" aria-label="Settings">${this.renderSettings()}</aside>` : nothing}
+          ${layout === 'wide' ? html`<aside class="side left" part="settings" aria-label="Settings">${this.renderSettings()}</aside>` : nothing}
           <div class="middle">
-            <div class="map-area">
+            <div class="map-area" part="map">
               ${this.renderMap()} ${activity(session)} ${messages(session)} ${this.renderQuestion()}
             </div>
             <scanstitch-timeline
@@ -238,6 +331,76 @@ export abstract class RunView<
     `;
   }
 
+  /** What the report to be read says, but for the picture. */
+  protected reportSource(result: ReportSource['result'], points: Float32Array): ReportSource {
+    const { title, num_frames } = this.loaded();
+    const losses = this.session.messages.map(({ file, place, text }) => [file, place, text].filter(Boolean).join(', '));
+    return { result, context: { title, opened: this.openedFiles(), losses, points, num_frames } };
+  }
+
+  private renderExchange(): TemplateResult | typeof nothing {
+    const { exchange, elsewhere, session, files } = this;
+    const { title } = this.loaded();
+    if (title === '') return nothing;
+    if (elsewhere) {
+      const { title: other, is_undone } = elsewhere;
+      const swap = (): void => this.want('other-run');
+      return exchangeBar({ title, other, is_undone, swap, addInstead: null, forget: null });
+    }
+    const { other, is_undone } = exchange;
+    if (!other) return nothing;
+    const joins = !is_undone && files !== null && session.dataset !== null && this.canJoin(other, files);
+    return exchangeBar({
+      title,
+      other: this.loaded(other).title,
+      is_undone,
+      swap: () => this.swap(),
+      addInstead: joins ? () => this.addInstead() : null,
+      forget: () => {
+        exchange.forget();
+        this.requestUpdate();
+      },
+    });
+  }
+
+  /** Something else is to be opened; what is open can be brought back. */
+  protected stepAside(): void {
+    if (!this.is_own) return;
+    const { session } = this;
+    this.exchange.stepAside(session);
+    this.session = this.newSession();
+    this.session.settings = session.settings;
+    this.session.beginWith((facts) => this.settingsToBegin(facts));
+    this.requestUpdate();
+  }
+
+  private swap(): void {
+    this.exchanged(this.exchange.swap(this.session));
+  }
+
+  /** The files join the recording that had stepped aside for them. */
+  private addInstead(): void {
+    this.exchanged(this.exchange.giveBack(this.session));
+    if (this.files) void this.take(this.session, this.files, performance.now(), true);
+  }
+
+  /** Files that are of no use do not replace what was open. */
+  private revertWhereUseless(): void {
+    const { phase, dataset, messages } = this.session;
+    if (phase !== 'empty' || dataset !== null || messages.length === 0 || !this.exchange.other) return;
+    this.exchanged(this.exchange.giveBack(this.session));
+    this.session.tell(messages);
+  }
+
+  private exchanged(session: Session): void {
+    this.session = session;
+    const { facts, settings } = session;
+    if (this.remember_settings && facts && settings) rememberSettings(this.of.kind, facts, settings);
+    this.dispatchEvent(new CustomEvent('run-exchanged'));
+    session.announce(`${this.loaded().title} is open again.`);
+    this.requestUpdate();
+  }
+
   private renderSettings(): TemplateResult {
     const { facts, settings } = this.session;
     return html`<scanstitch-settings
@@ -252,7 +415,9 @@ export abstract class RunView<
   private renderSide(): TemplateResult {
     const { panels } = this.of;
     if (this.layout === 'wide') {
-      return html`<aside class="side right" aria-label=${panels.details}>${this.renderDetails()}</aside>`;
+      return html`<aside class="side right" part="details" aria-label=${panels.details}>
+        ${this.renderDetails()}
+      </aside>`;
     }
     const contents: Record<Panel, () => TemplateResult | typeof nothing> = {
       figures: () => this.renderFigures(),
@@ -284,11 +449,33 @@ export abstract class RunView<
   protected onPainted(): void {
     const { session } = this;
     const { snapshot } = session;
-    if (session.phase !== 'done' || !snapshot || this.announced === snapshot) return;
-    this.announced = snapshot;
+    if (session.phase !== 'done' || !snapshot || this.announced.has(snapshot)) return;
+    this.announced.add(snapshot);
     const elapsed_ms = performance.now() - session.requested_at;
-    const detail = { result: snapshot.result, timing: this.timing(snapshot), elapsed_ms };
-    this.dispatchEvent(new CustomEvent('scanstitch-stitched', { detail, bubbles: true, composed: true }));
+    tellHost(this, 'scanstitch-done', { ...this.outcomeOf(snapshot), elapsed_ms });
+  }
+
+  private tellProgress(): void {
+    const { phase, progress, activity } = this.session;
+    if (phase !== 'reading' && phase !== 'running') return;
+    // Of a kind of run that is not used nobody wants to know.
+    const faults = this.setting_faults.splice(0);
+    if (faults.length > 0) this.dispatchEvent(new CustomEvent('settings-refused', { detail: faults }));
+    const told = this.told_progress;
+    if (told?.stage === phase && told.progress === progress && told.activity === activity) return;
+    this.told_progress = { stage: phase, progress, activity };
+    tellHost(this, 'scanstitch-progress', this.told_progress);
+  }
+
+  /** Answers those who wait for the end of the run. */
+  private settle(): void {
+    if (this.waiting.length === 0 || this.is_busy) return;
+    const { outcome, session } = this;
+    const error = session.messages.find(({ kind }) => kind === 'error')?.text;
+    for (const { resolve, reject } of this.waiting.splice(0)) {
+      if (outcome) resolve(outcome);
+      else reject(new Error(error ?? (session.phase === 'stopped' ? STOPPED : 'There is nothing to compute')));
+    }
   }
 
   private select(frame: number | null): void {
@@ -303,6 +490,7 @@ export abstract class RunView<
 
   private settingsToBegin(facts: SettingsFacts<Settings>): Settings {
     const fragment = this.remember_settings ? location.hash : '';
+    this.setting_faults = faultsToBegin(this.of.kind, facts, this.preset, this.initial_settings, fragment);
     return settingsToBegin(this.of.kind, facts, this.preset, this.initial_settings, fragment);
   }
 
@@ -325,7 +513,7 @@ export abstract class RunView<
     if (JSON.stringify(settings) !== JSON.stringify(this.session.settings)) this.session.configure(settings);
   };
 
-  static override styles = [shared, layout_styles];
+  static override styles = [shared, layout_styles, activity_styles, exchange_styles];
 }
 
 // The same empty list every time: a new one would be a change.

@@ -7,6 +7,7 @@ import { printable } from '../../../npm/printable.js';
 import type { Problem } from '../engine/protocol.js';
 import type { SettingsFacts } from '../views/settings-link.js';
 import { Announcer } from './announcer.js';
+import { tellFault } from './host-events.js';
 import type { Message } from './messages.js';
 
 /** What the page is doing. */
@@ -15,6 +16,9 @@ export type Phase = 'starting' | 'empty' | 'reading' | 'running' | 'stopped' | '
 interface Disposable {
   dispose(): void;
 }
+
+/** Why there is no result. */
+export const STOPPED = 'The run was stopped';
 
 /** A client of the engine that lives as long as its host is on the page, with its progress, messages and announcements. */
 export abstract class Session<Client extends Disposable> implements ReactiveController {
@@ -28,20 +32,37 @@ export abstract class Session<Client extends Disposable> implements ReactiveCont
   requested_at = 0;
   /** Null while its host is not on the page. */
   client: Client | null = null;
-  readonly #host: ReactiveControllerHost;
+  readonly #host: ReactiveControllerHost & EventTarget;
+  #is_away = false;
 
-  constructor(host: ReactiveControllerHost) {
+  constructor(host: ReactiveControllerHost & EventTarget) {
     this.#host = host;
     host.addController(this);
   }
 
   hostConnected(): void {
+    this.#is_away = false;
     this.client ??= this.createClient();
   }
 
+  /** A host that is moved within the page is away for a moment: the work goes on. */
   hostDisconnected(): void {
+    this.#is_away = true;
+    queueMicrotask(() => {
+      if (this.#is_away) this.leave();
+    });
+  }
+
+  /** Its host was removed from the page. */
+  protected leave(): void {
     this.client?.dispose();
     this.client = null;
+  }
+
+  /** It is no longer wanted, though its host is still on the page. */
+  end(): void {
+    this.#host.removeController(this);
+    this.hostDisconnected();
   }
 
   protected abstract createClient(): Client;
@@ -60,18 +81,31 @@ export abstract class Session<Client extends Disposable> implements ReactiveCont
     this.changed();
   }
 
-  /** A message of the page's own, about no file. */
-  report(text: string, remedy = ''): void {
-    this.tell([errorMessage({ file: '', place: null, problem: text, remedy })]);
+  /** A message of the page's own, about no file. `retry` does what failed once more, and the message goes. */
+  report(text: string, remedy = '', retry?: () => void): void {
+    const message: Message = errorMessage({ file: '', place: null, problem: text, remedy });
+    if (retry)
+      message.retry = () => {
+        this.messages = this.messages.filter((other) => other !== message);
+        this.changed();
+        retry();
+      };
+    this.tell([message]);
   }
 
   /** Shows messages, errors first, and announces the errors. */
-  protected tell(messages: readonly Message[]): void {
+  tell(messages: readonly Message[]): void {
     const all = [...this.messages, ...messages];
     this.messages = [...all.filter(({ kind }) => kind === 'error'), ...all.filter(({ kind }) => kind === 'note')];
     const errors = messages.filter(({ kind }) => kind === 'error');
+    errors.forEach((error) => this.raise(error));
     this.announce(errors.map(({ file, place, text }) => [file, place, text].filter(Boolean).join(', ')).join('. '));
     this.changed();
+  }
+
+  /** An error that is shown: the page that the element stands on hears of it. */
+  protected raise(error: Omit<Message, 'kind'>): void {
+    tellFault(this.#host, error);
   }
 
   /** `message`, in a sentence: the engine cannot be started, or is not started again. */
@@ -86,8 +120,14 @@ export abstract class Session<Client extends Disposable> implements ReactiveCont
   }
 }
 
+/** Counts the data sets shown, by all sessions. */
+let num_generations = 0;
 /** A change of a setting waits this long for the next one before all is computed again. */
 const SETTINGS_DELAY_MS = 200;
+
+/** An engine that takes longer to load is told of: it is one megabyte. */
+const START_PATIENCE_MS = 15_000;
+const SLOW_REMEDY = 'It begins as soon as it is there; or check the connection and reload the page';
 
 /** A session that computes a result from files and settings: a run in the plane or in space. */
 export abstract class RunSession<
@@ -101,15 +141,27 @@ export abstract class RunSession<
   settings: Settings | null = null;
   dataset: Dataset | null = null;
   snapshot: Snapshot | null = null;
-  /** Counts the data sets shown: the view is fitted to each one once. */
+  /** Another number for every data set shown: the view is fitted to each one once. */
   generation = 0;
   #settings_timer: ReturnType<typeof setTimeout> | undefined;
+  #start_timer: ReturnType<typeof setTimeout> | undefined;
   #initial_settings: (facts: SettingsFacts<Settings>) => Settings | null = ({ presets }) =>
     presets[0]?.settings ?? null;
 
-  override hostDisconnected(): void {
+  override hostConnected(): void {
+    super.hostConnected();
+    if (this.facts) return;
+    this.#start_timer = setTimeout(() => {
+      const after = `after ${START_PATIENCE_MS / 1000} s`;
+      this.tell([{ ...noteMessage('', `The engine has not loaded ${after}`), remedy: SLOW_REMEDY }]);
+    }, START_PATIENCE_MS);
+  }
+
+  protected override leave(): void {
     clearTimeout(this.#settings_timer);
-    super.hostDisconnected();
+    clearTimeout(this.#start_timer);
+    this.facts = null;
+    super.leave();
   }
 
   /** To be called before the engine is ready: how to find the settings to begin with. */
@@ -135,11 +187,24 @@ export abstract class RunSession<
   /** Does what was asked for before the engine was ready. */
   protected abstract onStarted(): void;
 
+  /** The view is to be fitted to what comes. */
+  protected fitAnew(): void {
+    this.generation = ++num_generations;
+  }
+
   protected onReady(facts: SettingsFacts<Settings>): void {
+    clearTimeout(this.#start_timer);
+    this.messages = this.messages.filter(({ remedy }) => remedy !== SLOW_REMEDY);
     this.facts = facts;
     this.settings ??= this.#initial_settings(facts);
     this.onStarted();
     this.changed();
+  }
+
+  /** Nothing of what was given can be used: what was on the page stays. */
+  refuse(text: string, remedy: string): void {
+    this.keepResult();
+    this.report(text, remedy);
   }
 
   /** What was on the page, where nothing of what was given can be used. */

@@ -150,7 +150,7 @@ export class ScanstitchSettings extends LitElement {
   }
 
   private change(settings: SettingValues): void {
-    this.dispatchEvent(new CustomEvent('settings-changed', { detail: { ...settings }, bubbles: true, composed: true }));
+    this.dispatchEvent(new CustomEvent('settings-changed', { detail: { ...settings }, bubbles: true }));
   }
 
   static override styles = [

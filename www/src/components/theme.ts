@@ -3,16 +3,16 @@ import { css } from 'lit';
 
 export const tokens = css`
   :host {
-    --background: light-dark(#f3f5f8, #0e1217);
-    --surface: light-dark(#ffffff, #151b23);
+    --background: var(--scanstitch-background, light-dark(#f3f5f8, #0e1217));
+    --surface: var(--scanstitch-surface, light-dark(#ffffff, #151b23));
     --sunken: light-dark(#f3f5f8, #10161d);
-    --line: light-dark(#dde3ea, #27303b);
+    --line: var(--scanstitch-line, light-dark(#dde3ea, #27303b));
     --line-strong: light-dark(#8391a3, #66758a);
-    --text: light-dark(#17202c, #e5eaf1);
-    --muted: light-dark(#536070, #9dabbc);
-    --accent: light-dark(#2356c7, #8ab0ff);
+    --text: var(--scanstitch-text, light-dark(#17202c, #e5eaf1));
+    --muted: var(--scanstitch-muted, light-dark(#536070, #9dabbc));
+    --accent: var(--scanstitch-accent, light-dark(#2356c7, #8ab0ff));
     --accent-soft: light-dark(#e6edfb, #1d2b47);
-    --on-accent: light-dark(#ffffff, #0b1626);
+    --on-accent: var(--scanstitch-on-accent, light-dark(#ffffff, #0b1626));
     --selected: light-dark(#c4126a, #ff6fb1);
     --selected-soft: light-dark(#fbe7f1, #3a1a2b);
     --good: light-dark(#19703e, #6fd7a0);
@@ -22,14 +22,9 @@ export const tokens = css`
     --lost: light-dark(#ad2219, #ff938a);
     --lost-soft: light-dark(#fce8e6, #3b1a18);
     --shadow: 0 1px 2px rgb(16 24 40 / 0.06), 0 6px 20px rgb(16 24 40 / 0.08);
-    --radius: 8px;
+    --radius: var(--scanstitch-radius, 8px);
     --mono: ui-monospace, 'SF Mono', 'Cascadia Mono', Menlo, Consolas, monospace;
-    font:
-      14px / 1.45 system-ui,
-      -apple-system,
-      'Segoe UI',
-      Roboto,
-      sans-serif;
+    font: 14px / 1.45 var(--scanstitch-font, system-ui, -apple-system, 'Segoe UI', Roboto, sans-serif);
     color: var(--text);
     -webkit-tap-highlight-color: transparent;
   }

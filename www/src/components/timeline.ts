@@ -119,7 +119,7 @@ export class ScanstitchTimeline extends LitElement {
   }
 
   private show(until: number): void {
-    this.dispatchEvent(new CustomEvent('until-changed', { detail: until, bubbles: true, composed: true }));
+    this.dispatchEvent(new CustomEvent('until-changed', { detail: until, bubbles: true }));
   }
 
   static override styles = [

@@ -128,7 +128,7 @@ export class ScanstitchTopics extends LitElement {
       if (SOURCES.includes(role)) for (const other of ROLES) delete next[other];
       next[role] = topic;
     }
-    this.dispatchEvent(new CustomEvent('topics-chosen', { detail: next, bubbles: true, composed: true }));
+    this.dispatchEvent(new CustomEvent('topics-chosen', { detail: next, bubbles: true }));
   }
 
   static override styles = [

@@ -172,7 +172,7 @@ export class ScanstitchWhy extends LitElement {
   }
 
   private emit(type: string, detail: unknown): void {
-    this.dispatchEvent(new CustomEvent(type, { detail, bubbles: true, composed: true }));
+    this.dispatchEvent(new CustomEvent(type, { detail, bubbles: true }));
   }
 
   static override styles = [

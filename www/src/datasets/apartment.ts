@@ -9,6 +9,8 @@ const apartment = import.meta.glob<string>('../../samples/apartment/**/*.{jpg,pn
 
 /** The built-in sample: depth images of an apartment. Its files are fetched one by one, when they are needed. */
 export async function fetchApartment(): Promise<SpatialFiles> {
+  if (Object.keys(apartment).length === 0)
+    throw new Error('This copy of Scanstitch comes without the sample of depth images');
   const entries = Object.entries(apartment).map(([path, url]) => onServer(path.slice(path.indexOf('apartment/')), url));
   const files = await Promise.all(entries);
   return { title: 'Sample: an apartment', is_given: true, files, notes: [] };

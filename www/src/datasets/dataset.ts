@@ -9,7 +9,7 @@ import { assignRoles } from '../../../npm/recording/planar.js';
 export interface Dataset extends Inputs {
   /** How the page calls it. */
   title: string;
-  /** The built-in sample or a course page's own set: replaced, not extended, by the user's files. */
+  /** The built-in sample or a course page's own set: never extended by the user's files. */
   is_given: boolean;
   /** Whether it is a log, or several: a recording that is whole. */
   is_log: boolean;
@@ -57,12 +57,12 @@ async function readKnown({ name, file }: NamedFile) {
 }
 
 /**
- * What the page shows after `intake` arrived on top of `present`: scans replace a given set and extend the user's own
- * (a file of the same path takes the place of the old one), unless either is a log, which is whole; a reference or
- * odometry alone joins whatever is there.
+ * What the page shows after `intake` arrived on top of `present`: scans take its place, or, if they are to join, extend the
+ * user's own (a file of the same path takes the place of the old one), unless either is a log, which is whole; a reference
+ * or odometry alone joins whatever is there.
  */
-export function combine(present: Dataset | null, intake: Intake): Dataset {
-  const is_whole = intake.has_log || present?.is_log || present?.is_given;
+export function combine(present: Dataset | null, intake: Intake, joins: boolean): Dataset {
+  const is_whole = !joins || intake.has_log || present?.is_log || present?.is_given;
   const extends_present = present !== null && (!is_whole || intake.scans.length === 0);
   const old_scans = extends_present ? present.scans : [];
   const fresh = new Set(intake.scans.map(({ name }) => name));

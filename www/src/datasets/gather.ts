@@ -1,16 +1,21 @@
 /** From what the browser hands over (a drop, a file dialogue) to files with their paths. */
 
+import type { Note } from './dataset.js';
+
 export interface NamedFile {
   /** Path inside the dropped folder, or the bare file name. */
   name: string;
   file: File;
 }
 
+/** Why an entry is missing: the browser does not say more. */
+const UNREADABLE = 'the browser could not read this; was it moved or deleted, or may you not open it?';
+
 /**
- * All files of a drop, folders opened to any depth. The entries are taken before the first wait: the browser empties
- * the DataTransfer when the event is over.
+ * All files of a drop, folders opened to any depth; what cannot be read is added to `unreadable`, and costs nothing else. The
+ * entries are taken before the first wait: the browser empties the DataTransfer when the event is over.
  */
-export async function filesOfDrop(transfer: DataTransfer): Promise<NamedFile[]> {
+export async function filesOfDrop(transfer: DataTransfer, unreadable: Note[] = []): Promise<NamedFile[]> {
   const entries: FileSystemEntry[] = [];
   const loose: File[] = [];
   for (const item of transfer.items) {
@@ -20,7 +25,7 @@ export async function filesOfDrop(transfer: DataTransfer): Promise<NamedFile[]> 
     if (entry) entries.push(entry);
     else if (file) loose.push(file);
   }
-  const opened = await Promise.all(entries.map(filesOfEntry));
+  const opened = await Promise.all(entries.map((entry) => filesOfEntry(entry, unreadable)));
   return [...opened.flat(), ...loose.map((file) => ({ name: file.name, file }))];
 }
 
@@ -29,20 +34,24 @@ export function filesOfInput(input: HTMLInputElement): NamedFile[] {
   return Array.from(input.files ?? [], (file) => ({ name: file.webkitRelativePath || file.name, file }));
 }
 
-async function filesOfEntry(entry: FileSystemEntry): Promise<NamedFile[]> {
+async function filesOfEntry(entry: FileSystemEntry, unreadable: Note[]): Promise<NamedFile[]> {
   const name = entry.fullPath.replace(/^\//, '');
-  if (entry.isFile) {
-    const file = await new Promise<File>((resolve, reject) => (entry as FileSystemFileEntry).file(resolve, reject));
-    return [{ name, file }];
-  }
-  const reader = (entry as FileSystemDirectoryEntry).createReader();
   const children: FileSystemEntry[] = [];
-  for (;;) {
-    // A folder is read in batches of about a hundred; an empty one is the end.
-    const batch = await new Promise<FileSystemEntry[]>((resolve, reject) => reader.readEntries(resolve, reject));
-    if (batch.length === 0) break;
-    children.push(...batch);
+  try {
+    if (entry.isFile) {
+      const file = await new Promise<File>((resolve, reject) => (entry as FileSystemFileEntry).file(resolve, reject));
+      return [{ name, file }];
+    }
+    const reader = (entry as FileSystemDirectoryEntry).createReader();
+    for (;;) {
+      // A folder is read in batches of about a hundred; an empty one is the end.
+      const batch = await new Promise<FileSystemEntry[]>((resolve, reject) => reader.readEntries(resolve, reject));
+      if (batch.length === 0) break;
+      children.push(...batch);
+    }
+  } catch {
+    unreadable.push({ file: name, reason: UNREADABLE });
   }
-  const opened = await Promise.all(children.map(filesOfEntry));
+  const opened = await Promise.all(children.map((child) => filesOfEntry(child, unreadable)));
   return opened.flat();
 }

@@ -21,6 +21,8 @@ export interface StoredFile extends Readable {
   blob(): Promise<Blob>;
   /** The recording that it is a part of, in a bag. */
   given?: Recording;
+  /** What could not be read of it, once it has been read. */
+  losses?: readonly Note[];
 }
 
 /** A ROS bag: what is in it, and which of its topics are used as what. */
@@ -73,8 +75,11 @@ export interface OpenedFiles {
   bags: OpenedBag[];
 }
 
-/** What the files are made to, and the bag they come from. */
-export type OpenedRun = ({ planar: PlanarFiles } | { spatial: SpatialFiles }) & { bag: OpenedBag | null };
+/** What the files are made to, whether they are a recording or lie beside one, and the bag they come from. */
+export type OpenedRun = ({ planar: PlanarFiles } | { spatial: SpatialFiles }) & {
+  is_recording: boolean;
+  bag: OpenedBag | null;
+};
 
 /**
  * Which view takes these files: planar scans the flat one, depth images and clouds the one in space; what is neither,
@@ -86,9 +91,10 @@ export async function tellApart(
 ): Promise<OpenedRun> {
   const recording = await understandFiles(files);
   const { kind, root, notes: told } = recording;
+  const is_recording = kind !== 'nothing';
   const bag = bags.find(({ listed }) => listed.bag.path === root) ?? bags[0] ?? null;
   if (kind === 'depth_images' || kind === 'clouds' || (kind === 'nothing' && shown === 'spatial')) {
-    return { spatial: { title: '', is_given: false, files, notes, recording }, bag };
+    return { spatial: { title: '', is_given: false, files, notes, recording }, is_recording, bag };
   }
   const loose = given.filter(({ name }) => !isArchiveName(name) && !isBagName(name) && !isBagMetadata(name));
   const loose_names = new Set(loose.map(({ name }) => name));
@@ -96,11 +102,12 @@ export async function tellApart(
   const num_given = Math.max(given.length, files.length);
   if (kind === 'nothing' && (bags.length > 0 || files.filter(({ path }) => isImageName(path)).length > 1)) {
     // Meant as depth images: why they are none is better known there than in the plane.
-    return { planar: { files: [], notes: [...notes, ...told], num_given: given.length }, bag };
+    return { planar: { files: [], notes: [...notes, ...told], num_given: given.length }, is_recording, bag };
   }
-  const planar_files = [...loose, ...(await Promise.all(packed.map(toNamedFile)))];
+  const unpacked = await unpack(packed);
   const bag_notes = bags.length > 0 ? told : [];
-  return { planar: { files: planar_files, notes: [...notes, ...bag_notes], num_given }, bag };
+  const all_notes = [...notes, ...bag_notes, ...unpacked.notes];
+  return { planar: { files: [...loose, ...unpacked.files], notes: all_notes, num_given }, is_recording, bag };
 }
 
 /** Zips and bags are opened; what lies in them is unpacked when it is read. */
@@ -176,8 +183,7 @@ async function openArchives(files: readonly NamedFile[]): Promise<{ files: Store
       notes.push(...archive.notes);
       opened.push(...filesInArchive(archive).map(packed));
     } catch (error) {
-      const { problem, message } = error as Error & { problem?: string };
-      notes.push({ file: name, reason: `not used: ${problem ?? message}` });
+      notes.push({ file: name, reason: `not used: ${problemIn(error)}` });
     }
   }
   return { files: opened, notes };
@@ -204,8 +210,24 @@ function onDisk(path: string, file: File): StoredFile {
   };
 }
 
-async function toNamedFile(stored: StoredFile): Promise<NamedFile> {
-  return { name: stored.path, file: new File([await stored.blob()], stored.path) };
+/** What can be read of files in archives and bags; the rest, and what of them is lost, is told. */
+async function unpack(stored: readonly StoredFile[]): Promise<{ files: NamedFile[]; notes: Note[] }> {
+  const files: NamedFile[] = [];
+  const notes: Note[] = [];
+  const read = await Promise.allSettled(stored.map((file) => file.blob()));
+  for (const [index, content] of read.entries()) {
+    const { path, losses = [] } = stored[index] as StoredFile;
+    if (content.status === 'fulfilled') files.push({ name: path, file: new File([content.value], path) });
+    else notes.push({ file: path, reason: `not used: ${problemIn(content.reason)}` });
+    notes.push(...losses);
+  }
+  return { files, notes };
+}
+
+/** Without the file's name before it. */
+function problemIn(error: unknown): string {
+  const { problem, message } = error as Error & { problem?: string };
+  return problem ?? message;
 }
 
 /** Browsers show PNG and JPEG; a pixmap is given as BMP. */

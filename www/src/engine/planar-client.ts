@@ -1,8 +1,10 @@
 /**
  * The page's side of the worker of planar scans. It keeps the bytes of every input, so that a worker that takes the place
- * of one that crashed holds the same scans.
+ * of one that crashed holds the same scans. The first scans go to the small file of the engine, which is there sooner; what
+ * follows, and what is large, to the full one, which is faster. Both find the same.
  */
 import { GrowingSnapshot } from './growing-snapshot.js';
+import first_url from './first-planar-worker.ts?worker&url';
 import planar_url from './planar-worker.ts?worker&url';
 import type {
   Answers,
@@ -19,7 +21,8 @@ import type {
   Snapshot,
 } from './protocol.js';
 import { EngineProblem, WorkerDied } from './remote.js';
-import { WorkerHost } from './worker-host.js';
+import { compileFullWhenIdle, type EngineFile, isCompiled } from './start.js';
+import { type HostHooks, WorkerHost } from './worker-host.js';
 
 export interface PlanarListener {
   ready(facts: EngineFacts): void;
@@ -39,9 +42,19 @@ export interface PlanarListener {
 /** A worker that has not obeyed a stop after this long is taken for stuck and replaced. */
 const STOP_PATIENCE_MS = 4000;
 
+/** More than this is computed sooner by the full engine, though it has to be fetched: about 100 scans as text. */
+const MAX_FIRST_BYTES = 1e6;
+/** How a scan's file begins. The small engine reads no others. */
+const PLY_HEAD = 'ply';
+
+type Host = WorkerHost<PlanarApi, PlanarEvent>;
+
 export class PlanarClient {
   #listener: PlanarListener;
-  #host: WorkerHost<PlanarApi, PlanarEvent>;
+  #host: Host;
+  /** The host of the small engine while the full one reads: it holds what is shown, which stays if nothing can be read. */
+  #first_host: Host | null = null;
+  #is_full = false;
   #run = 0;
   #growing = new GrowingSnapshot();
   #settings: Partial<Settings> = {};
@@ -54,14 +67,7 @@ export class PlanarClient {
 
   constructor(listener: PlanarListener) {
     this.#listener = listener;
-    this.#host = new WorkerHost<PlanarApi, PlanarEvent>(planar_url, {
-      event: (event) => this.#onEvent(event),
-      crashed: (message) => this.#onCrash(message),
-      unavailable: (message) => {
-        clearTimeout(this.#stop_timer);
-        listener.unavailable(message);
-      },
-    });
+    this.#host = this.#createHost(first_url, 'planar');
     this.#start();
   }
 
@@ -69,13 +75,15 @@ export class PlanarClient {
   load(inputs: Inputs, settings: Partial<Settings>): void {
     this.#candidate = inputs;
     this.#settings = settings;
+    this.#preferFullEngine(inputs);
     this.#load(inputs, false);
   }
 
   /** Computes again with other settings. */
   configure(settings: Partial<Settings>): void {
     this.#settings = settings;
-    this.#order(this.#host.call('configure', ++this.#run, settings));
+    if (this.#inputs && this.#preferFullEngine(this.#inputs)) this.#load(this.#inputs, false);
+    else this.#order(this.#host.call('configure', ++this.#run, settings));
   }
 
   /** Stops computing; what has been computed arrives as a snapshot. */
@@ -92,12 +100,46 @@ export class PlanarClient {
 
   /** `frame` matters for `correspondences` and `history` alone. */
   ask<K extends keyof Answers>(kind: K, frame = 0): Promise<Answers[K]> {
-    return this.#host.call('ask', kind, frame) as Promise<Answers[K]>;
+    return (this.#first_host ?? this.#host).call('ask', kind, frame) as Promise<Answers[K]>;
   }
 
   dispose(): void {
     clearTimeout(this.#stop_timer);
+    this.#first_host?.dispose();
     this.#host.dispose();
+  }
+
+  #createHost(worker_url: string, file: EngineFile): Host {
+    const hooks: HostHooks<PlanarEvent> = {
+      event: (event) => this.#onEvent(event),
+      crashed: (message) => this.#onCrash(message),
+      unavailable: (message) => this.#onUnavailable(message),
+    };
+    return new WorkerHost<PlanarApi, PlanarEvent>(worker_url, hooks, file);
+  }
+
+  /** Takes the full engine from here on, where it is there or is worth waiting for; whether it was taken now. */
+  #preferFullEngine(inputs: Inputs): boolean {
+    if (this.#is_full || (!isCompiled('full') && isForFirst(inputs))) return false;
+    this.#order(this.#host.call('stop'));
+    this.#first_host = this.#host;
+    this.#host = this.#createHost(planar_url, 'full');
+    this.#is_full = true;
+    return true;
+  }
+
+  /** The full engine has read what it was given, or could not. */
+  #settleEngine(is_taken: boolean): void {
+    const first = this.#first_host;
+    this.#first_host = null;
+    if (!first) return;
+    if (is_taken) {
+      first.dispose();
+      return;
+    }
+    this.#host.dispose();
+    this.#host = first;
+    this.#is_full = false;
   }
 
   #start(): void {
@@ -118,11 +160,11 @@ export class PlanarClient {
 
   /** Sees to an order that fails; a worker that died has been told already. */
   #order(done: Promise<void>): void {
-    const run = this.#run;
+    const [run, host] = [this.#run, this.#host];
     done.catch((error: unknown) => {
       if (error instanceof WorkerDied || run !== this.#run) return;
       if (error instanceof EngineProblem) this.#listener.rejected(error.problem);
-      else this.#host.kill(error instanceof Error ? error.message : String(error));
+      else host.kill(error instanceof Error ? error.message : String(error));
     });
   }
 
@@ -135,13 +177,17 @@ export class PlanarClient {
       this.#listener.progress(event.progress);
     } else {
       if (event.state !== 'running') clearTimeout(this.#stop_timer);
-      if (event.state === 'done') this.#host.succeeded();
+      if (event.state === 'done') {
+        this.#host.succeeded();
+        compileFullWhenIdle();
+      }
       this.#listener.snapshot(event.state, this.#growing.take(event.growth));
     }
   }
 
   #onLoaded(loaded: Loaded): void {
     const { accepted, refused } = loaded;
+    this.#settleEngine(accepted.length > 0);
     clearTimeout(this.#stop_timer);
     this.#reading = null;
     const candidate = this.#candidate;
@@ -155,6 +201,17 @@ export class PlanarClient {
     };
     if (accepted.length > 0) this.#inputs = kept;
     this.#listener.loaded(kept, loaded);
+  }
+
+  /** What is shown stays where only the full engine cannot be had. */
+  #onUnavailable(message: string): void {
+    clearTimeout(this.#stop_timer);
+    if (!this.#first_host || !this.#candidate) {
+      this.#listener.unavailable(message);
+      return;
+    }
+    const problem: Problem = { file: '', place: null, problem: message, remedy: 'Try again when the network is there' };
+    this.#onLoaded({ accepted: [], refused: [], problems: [problem], notes: [] });
   }
 
   /**
@@ -182,6 +239,14 @@ export class PlanarClient {
       if (this.#inputs) this.#load(this.#inputs, true);
     }
   }
+}
+
+/** A few scans and no logs. */
+function isForFirst({ scans, odometry }: Inputs): boolean {
+  const is_ply = ({ bytes }: InputFile): boolean =>
+    String.fromCharCode(...new Uint8Array(bytes, 0, Math.min(bytes.byteLength, PLY_HEAD.length))) === PLY_HEAD;
+  const num_bytes = scans.reduce((sum, { bytes }) => sum + bytes.byteLength, 0);
+  return !odometry && num_bytes <= MAX_FIRST_BYTES && scans.every(is_ply);
 }
 
 function withoutFile({ scans, reference, odometry }: Inputs, name: string): Inputs {

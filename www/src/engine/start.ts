@@ -1,15 +1,43 @@
 /** How the engine's module and the workers that run it are started. */
-import wasm_url from '../../../pkg/scanstitch_bg.wasm?url';
+import full_url from '../../../pkg/scanstitch_bg.wasm?url';
+import planar_url from '../../../pkg/scanstitch_planar_bg.wasm?url';
 
-let compiled: Promise<WebAssembly.Module> | null = null;
+/** The engine's files: planar scans alone, with which the page begins, small and not as fast; and everything. */
+const FILES = { planar: planar_url, full: full_url };
+export type EngineFile = keyof typeof FILES;
 
-/** The compiled engine, which can be posted to any number of workers. It is compiled once. */
-export function compileEngine(): Promise<WebAssembly.Module> {
-  compiled ??= fetchAndCompile(wasm_url).catch((error: unknown) => {
-    compiled = null; // the next try may succeed
-    throw error;
-  });
-  return compiled;
+const compiled = new Map<EngineFile, Promise<WebAssembly.Module>>();
+const ready = new Set<EngineFile>();
+
+/** Whether a file has been fetched and compiled. */
+export function isCompiled(file: EngineFile): boolean {
+  return ready.has(file);
+}
+
+/** The compiled engine, which can be posted to any number of workers. Each file is fetched and compiled once. */
+export function compileEngine(file: EngineFile): Promise<WebAssembly.Module> {
+  const known = compiled.get(file);
+  if (known) return known;
+  const module = fetchAndCompile(FILES[file]);
+  module.then(
+    () => ready.add(file),
+    () => compiled.delete(file), // the next try may succeed
+  );
+  compiled.set(file, module);
+  return module;
+}
+
+/** Nothing waits for an idle page longer than this (ms); also where a browser does not tell when it is idle. */
+const IDLE_PATIENCE_MS = 2000;
+
+/** Fetches the full engine while nothing else is done, so that whatever needs it begins at once. */
+export function compileFullWhenIdle(): void {
+  const { connection } = navigator as Navigator & { connection?: { saveData?: boolean } };
+  if (connection?.saveData || compiled.has('full')) return;
+  // What could not be fetched now is fetched when it is wanted, or told of then.
+  const compile = (): void => void compileEngine('full').catch(() => undefined);
+  if ('requestIdleCallback' in window) requestIdleCallback(compile, { timeout: IDLE_PATIENCE_MS });
+  else setTimeout(compile, IDLE_PATIENCE_MS);
 }
 
 async function fetchAndCompile(url: string): Promise<WebAssembly.Module> {
@@ -45,6 +73,8 @@ export function startWorker(worker_url: string): Worker {
   const kept = idle.get(worker_url)?.pop();
   if (kept) return kept;
   const url = new URL(worker_url, import.meta.url);
+  // Within the element of one file. A frame without an origin of its own starts no module from a blob.
+  if (url.protocol === 'blob:') return new Worker(url);
   if (url.origin === location.origin) return new Worker(url, { type: 'module' });
   const script = new Blob([`import ${JSON.stringify(url.href)};`], { type: 'text/javascript' });
   const script_url = URL.createObjectURL(script);

@@ -4,7 +4,7 @@
  * cannot be fetched, or the third worker that dies with no work finished in between, ends it: nothing is started any more.
  */
 import { type Arguments, Remote, type Result, WorkerDied } from './remote.js';
-import { compileEngine, keepWorker, startWorker } from './start.js';
+import { compileEngine, type EngineFile, keepWorker, startWorker } from './start.js';
 
 /** So many crashes with no finished work in between end it. */
 export const MAX_CRASHES = 3;
@@ -30,6 +30,7 @@ interface Running<Api extends Startable, Event> {
 export class WorkerHost<Api extends Startable, Event = never> {
   #worker_url: string;
   #hooks: HostHooks<Event>;
+  #file: EngineFile;
   #running: Promise<Running<Api, Event>> | null = null;
   /** Also while it is still starting. */
   #remote: Remote<Api, Event> | null = null;
@@ -37,9 +38,10 @@ export class WorkerHost<Api extends Startable, Event = never> {
   /** Why no worker is started any more. */
   #end: string | null = null;
 
-  constructor(worker_url: string, hooks: HostHooks<Event>) {
+  constructor(worker_url: string, hooks: HostHooks<Event>, file: EngineFile = 'full') {
     this.#worker_url = worker_url;
     this.#hooks = hooks;
+    this.#file = file;
   }
 
   get has_ended(): boolean {
@@ -99,7 +101,7 @@ export class WorkerHost<Api extends Startable, Event = never> {
   async #begin(): Promise<Running<Api, Event>> {
     for (;;) {
       try {
-        return await this.#startOne(await compileEngine());
+        return await this.#startOne();
       } catch (error) {
         const is_crash = error instanceof WorkerDied && this.#end === null;
         if (is_crash && ++this.#num_crashes < MAX_CRASHES) continue;
@@ -109,8 +111,8 @@ export class WorkerHost<Api extends Startable, Event = never> {
     }
   }
 
-  async #startOne(module: WebAssembly.Module): Promise<Running<Api, Event>> {
-    if (this.#end !== null) throw new WorkerDied(this.#end);
+  /** The worker's script is fetched while the engine is. */
+  async #startOne(): Promise<Running<Api, Event>> {
     let is_started = false;
     const remote = new Remote<Api, Event>(startWorker(this.#worker_url), {
       event: (event) => this.#hooks.event?.(event),
@@ -119,6 +121,7 @@ export class WorkerHost<Api extends Startable, Event = never> {
       },
     });
     this.#remote = remote;
+    const module = await compileEngine(this.#file);
     const facts = await remote.call('start', ...([module] as unknown as Arguments<Api['start']>));
     is_started = true;
     return { remote, facts: facts as Result<Api['start']> };

@@ -99,19 +99,32 @@ export class ScanstitchEvaluationControls extends LitElement {
       aria-label="Comparison options"
       @submit=${(event: Event) => event.preventDefault()}
     >
-      ${this.renderReference()} ${CHOICES.map((choice) => this.renderChoice(choice))} ${this.renderChoice(relations)}
-      ${is_relative ? this.renderPairs() : nothing} ${this.renderChoice(ASSOCIATION)}
-      ${this.renderNumber('max_diff', 'Maximum time difference (s)', 0.01, 0)}
-      ${this.renderNumber('offset', 'Time offset (s)', 0, null)}
-      ${this.renderNumber('align_first', 'Align on the first n poses (0: all)', 0, 0)}
+      ${
+        this.files.length < 2
+          ? nothing
+          : html`${this.renderReference()} ${CHOICES.map((choice) => this.renderChoice(choice))}
+            ${this.renderChoice(relations)} ${is_relative ? this.renderPairs() : nothing}`
+      }
       <span class="actions">
         <button type="button" @click=${() => this.tell('files-wanted', null)}>${icon('plus')}Add files…</button>
         <button type="button" class="quiet" @click=${() => this.tell('all-removed', null)}>
           ${icon('trash')}Remove all
         </button>
       </span>
-      ${this.beside.length > 0 ? this.renderBeside() : nothing}
+      ${this.beside.length > 0 ? this.renderBeside() : nothing} ${this.files.length < 2 ? nothing : this.renderMore()}
     </form>`;
+  }
+
+  /** How poses are matched, which is seldom changed. */
+  private renderMore(): TemplateResult {
+    return html`<details class="more">
+      <summary>Matching of poses</summary>
+      <div>
+        ${this.renderChoice(ASSOCIATION)} ${this.renderNumber('max_diff', 'Maximum time difference (s)', 0.01, 0)}
+        ${this.renderNumber('offset', 'Time offset (s)', 0, null)}
+        ${this.renderNumber('align_first', 'Align on the first n poses (0: all)', 0, 0)}
+      </div>
+    </details>`;
   }
 
   private renderReference(): TemplateResult {

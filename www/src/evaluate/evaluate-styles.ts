@@ -48,6 +48,12 @@ export const evaluate_styles = css`
   .empty h2 {
     font-size: 18px;
   }
+  .empty .actions {
+    display: flex;
+    flex-wrap: wrap;
+    justify-content: center;
+    gap: 8px;
+  }
   .empty .problem {
     padding: 6px 12px;
     border-radius: var(--radius);
@@ -101,6 +107,23 @@ export const controls_styles = css`
     display: flex;
     gap: 6px;
     margin-left: auto;
+  }
+  .more {
+    flex-basis: 100%;
+    color: var(--muted);
+    font-size: 12.5px;
+  }
+  .more summary {
+    width: max-content;
+    min-height: 24px;
+    cursor: pointer;
+  }
+  .more > div {
+    display: flex;
+    flex-wrap: wrap;
+    align-items: end;
+    gap: 8px 12px;
+    padding-top: 4px;
   }
   .beside {
     display: flex;

@@ -4,7 +4,9 @@ import { announcements } from '../components/announcer.js';
 import { DropTarget } from '../components/drop-target.js';
 import { icon } from '../components/icons.js';
 import type { GivenFiles } from '../components/run-view.js';
+import { wordsOf } from '../components/session.js';
 import { drop_styles, page_styles, shared, tokens } from '../components/theme.js';
+import type { Note } from '../datasets/dataset.js';
 import { filesOfDrop, filesOfInput } from '../datasets/gather.js';
 import { plural } from '../views/format.js';
 import { makeColors } from '../views/figure-colors.js';
@@ -25,7 +27,7 @@ import { columnsOf } from './table.js';
 /**
  * Trajectories against a reference: drop them, see paths, errors and a ranked table.
  *
- * Fires `evaluation-drawn` when a result of the engine is on the screen, with the `elapsed_ms` of the worker and the
+ * Fires `scanstitch-evaluated` when a result of the engine is on the screen, with the `elapsed_ms` of the worker and the
  * `total_ms` since the files were dropped or an option was changed.
  */
 @customElement('scanstitch-evaluate')
@@ -52,12 +54,14 @@ export class ScanstitchEvaluate extends LitElement {
     await this.updateComplete;
     await this.figures?.isDrawn();
     const detail = { elapsed_ms, total_ms: performance.now() - this.session.requested_at };
-    this.dispatchEvent(new CustomEvent('evaluation-drawn', { detail, bubbles: true, composed: true }));
+    this.dispatchEvent(new CustomEvent('scanstitch-evaluated', { detail, bubbles: true, composed: true }));
   }
 
   protected override render(): TemplateResult {
     const { session, drop_target } = this;
-    const is_empty = session.files.length + session.clouds.length === 0;
+    const { files, clouds } = session;
+    const is_empty = files.length + clouds.length === 0;
+    const is_alone = files.length === 1 && clouds.length === 0;
     return html`<div
       class="evaluate"
       @dragenter=${drop_target.enter}
@@ -65,7 +69,12 @@ export class ScanstitchEvaluate extends LitElement {
       @dragleave=${drop_target.leave}
       @drop=${drop_target.drop}
     >
-      ${is_empty ? this.renderEmpty() : html`${this.renderControls()} ${this.renderNotices()} ${this.renderResult()}`}
+      ${
+        is_empty
+          ? this.renderEmpty()
+          : html`${this.renderControls()} ${this.renderNotices()} ${is_alone ? this.renderAlone() : nothing}
+            ${this.renderResult()}`
+      }
       <input id="pick-trajectories" type="file" multiple hidden @change=${this.onPicked} />
       ${announcements(session.announcer)}
       ${drop_target.is_over ? html`<div class="drop-hint" aria-hidden="true"><div>Drop trajectories here</div></div>` : nothing}
@@ -85,11 +94,49 @@ export class ScanstitchEvaluate extends LitElement {
         cannot be compared is listed with the reason. <b>No ground truth?</b> Drop maps as PLY or PCD to compare their
         sharpness.
       </p>
-      <button class="primary" @click=${() => this.input.click()}>${icon('open')}Choose files…</button>
+      <p class="actions">
+        <button class="primary" @click=${() => this.input.click()}>${icon('open')}Choose files…</button>
+        <button @click=${this.openSample}>Show a sample</button>
+        ${
+          this.given
+            ? html`<button @click=${() => this.given && this.session.begin(this.given)}>The open run</button>`
+            : nothing
+        }
+      </p>
       ${this.session.messages.map(({ text }) => html`<p class="problem" role="alert">${text}</p>`)}
       <p class="muted">Nothing leaves this machine.</p>
     </section>`;
   }
+
+  /** One trajectory, and nothing to compare it with. */
+  private renderAlone(): TemplateResult {
+    const { files, choices } = this.session;
+    const name = files[0]?.name ?? '';
+    const is_reference = files[0]?.id === choices.reference_id;
+    return html`<section class="empty" aria-label="Nothing to compare with yet">
+      <h2>${is_reference ? `Drop estimates to compare with ${name}` : `Drop the ground truth of ${name}`}</h2>
+      <p>
+        ${
+          is_reference
+            ? 'It is taken as the ground truth. Any number of estimates can be compared with it.'
+            : 'A trajectory in TUM, KITTI, EuRoC, NumPy or CSV format, with one pose for each scan or frame, or with times.'
+        }
+      </p>
+      <p class="actions">
+        <button class="primary" @click=${() => this.input.click()}>${icon('open')}Choose files…</button>
+      </p>
+    </section>`;
+  }
+
+  /** Three estimates of the sample's corridor, and its ground truth. */
+  private openSample = async (): Promise<void> => {
+    try {
+      const { fetchTrajectories } = await import('../datasets/trajectories.js');
+      await this.session.open(await fetchTrajectories());
+    } catch (error) {
+      this.session.report(`The sample could not be fetched: ${wordsOf(error)}`);
+    }
+  };
 
   private renderControls(): TemplateResult {
     const { session } = this;
@@ -116,10 +163,9 @@ export class ScanstitchEvaluate extends LitElement {
   }
 
   private renderNotices(): TemplateResult | typeof nothing {
-    const { files, choices, result, comparisons, selected_id, messages } = this.session;
+    const { files, result, comparisons, selected_id, messages } = this.session;
     const { problems, remarks } = noticesOf({
       num_files: files.length,
-      reference: files.find(({ id }) => id === choices.reference_id)?.name ?? '',
       answer: result,
       selected: comparisons.find(({ id }) => id === selected_id) ?? null,
       messages,
@@ -179,7 +225,8 @@ export class ScanstitchEvaluate extends LitElement {
   // Files.
 
   private async openDropped(transfer: DataTransfer): Promise<void> {
-    await this.session.open(await filesOfDrop(transfer));
+    const unreadable: Note[] = [];
+    await this.session.open(await filesOfDrop(transfer, unreadable), unreadable);
   }
 
   private async onPicked(): Promise<void> {

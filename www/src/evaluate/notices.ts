@@ -14,15 +14,13 @@ export interface Notices {
 
 export interface NoticeFacts {
   num_files: number;
-  /** Empty: the reference is still to come. */
-  reference: string;
   answer: Result | null;
   selected: Comparison | null;
   /** Of files that could not be opened, or of a worker that crashed. */
   messages: readonly Message[];
 }
 
-export function noticesOf({ num_files, reference, answer, selected, messages }: NoticeFacts): Notices {
+export function noticesOf({ num_files, answer, selected, messages }: NoticeFacts): Notices {
   const refusals = answer?.refusals ?? [];
   const many = `${refusals.length} of ${num_files - 1} cannot be compared; the table says why.`;
   return {
@@ -33,7 +31,6 @@ export function noticesOf({ num_files, reference, answer, selected, messages }: 
       ...(refusals.length > MAX_ALERTS ? [many] : refusals.map(refusalWords)),
     ],
     remarks: [
-      ...(num_files === 1 ? [wantedWords(reference)] : []),
       ...messages.filter(({ kind }) => kind === 'note').map(({ text }) => text),
       ...(selected?.summary.notes ?? []).map((note) => `${selected?.name}: ${note}`),
     ],
@@ -45,11 +42,6 @@ export function skippedWords(names: readonly string[]): string[] {
   if (names.length === 0) return [];
   const more = names.length > MAX_NAMES ? ` and ${names.length - MAX_NAMES} more` : '';
   return [`Skipped, as neither trajectories nor maps: ${names.slice(0, MAX_NAMES).join(', ')}${more}.`];
-}
-
-function wantedWords(reference: string): string {
-  if (reference === '') return 'Now drop the ground truth trajectory to compare this run with it.';
-  return `Now drop estimates to compare with ${reference}.`;
 }
 
 function refusalWords({ name, problem }: Refusal): string {

@@ -1,6 +1,7 @@
 /** What the evaluation works on: trajectories, maps, options, and what the engine found of them. */
 import { errorMessage, noteMessage, Session } from '../components/session.js';
 import type { GivenFiles } from '../components/run-view.js';
+import type { Note } from '../datasets/dataset.js';
 import type { NamedFile } from '../datasets/gather.js';
 import { memoizeLast } from '../views/memoize-last.js';
 import { WorkerClient } from './client.js';
@@ -109,11 +110,12 @@ export class EvaluateSession extends Session<Clients> {
     return this.#orderOf(this.files, this.choices.reference_id);
   }
 
-  /** Adds files; the first time, the one whose name says so is the reference, else the first. */
-  async open(named: readonly NamedFile[]): Promise<void> {
-    if (named.length === 0) return;
+  /** Adds files; the first time, the one whose name says so is the reference, else the first. `unreadable`: dropped with them. */
+  async open(named: readonly NamedFile[], unreadable: readonly Note[] = []): Promise<void> {
+    if (named.length + unreadable.length === 0) return;
     this.requested_at = performance.now();
     const { parts, problems, skipped } = await readAll(named);
+    problems.push(...unreadable.map(({ file, reason }) => `${file}: ${reason}`));
     this.messages = [];
     this.tell([
       ...problems.map((problem) => errorMessage({ file: '', place: null, problem, remedy: '' })),

@@ -2,17 +2,19 @@
 import type { Answers, Grid } from '../engine/protocol.js';
 import { Remote } from '../engine/remote.js';
 import { startWorker } from '../engine/start.js';
+import type { reportHtml } from '../../../npm/report/report.js';
 import type { ZipApi } from './zip-worker.js';
 import zip_url from './zip-worker.ts?worker&url';
 
 export interface ExportItem {
-  id: 'trajectory' | 'matrices' | 'map' | 'grid' | 'picture' | 'everything';
+  id: 'trajectory' | 'matrices' | 'map' | 'grid' | 'picture' | 'report' | 'everything';
   label: string;
   detail: string;
 }
 
 export const EXPORTS: readonly ExportItem[] = [
   { id: 'everything', label: 'Everything', detail: 'all of these and report.json, as a zip' },
+  { id: 'report', label: 'Report to print', detail: 'figures, map, path, frames and notes, as one HTML file' },
   { id: 'trajectory', label: 'Trajectory', detail: 'TUM text: t x y z qx qy qz qw a line' },
   { id: 'matrices', label: 'Matrices', detail: 'one 4 × 4 text file a scan, as a zip' },
   { id: 'map', label: 'Map', detail: 'all points in one frame, as PLY' },
@@ -25,6 +27,13 @@ export interface Sources {
   ask<K extends Exclude<keyof Answers, 'correspondences'>>(kind: K): Promise<Answers[K]>;
   picture(): Promise<Blob>;
   frame_names: readonly string[];
+  report: ReportSource;
+}
+
+/** What the report to be read is made of. */
+export interface ReportSource {
+  result: Parameters<typeof reportHtml>[0];
+  context: Omit<Parameters<typeof reportHtml>[1], 'picture'>;
 }
 
 export interface Download {
@@ -44,6 +53,8 @@ export async function makeExport(id: ExportItem['id'], sources: Sources): Promis
       return { name: 'occupancy_grid.zip', blob: await zip(gridFiles(await sources.ask('occupancy_grid'))) };
     case 'picture':
       return { name: 'map.png', blob: await sources.picture() };
+    case 'report':
+      return { name: 'report.html', blob: await reportOf(sources) };
     case 'everything':
       return { name: 'scanstitch.zip', blob: await zip(await allFiles(sources)) };
   }
@@ -69,7 +80,24 @@ async function allFiles(sources: Sources): Promise<Files> {
     ...gridFiles(await sources.ask('occupancy_grid')),
     'map.png': new Uint8Array(await (await sources.picture()).arrayBuffer()),
     'report.json': utf8(await sources.ask('report_json')),
+    'report.html': new Uint8Array(await (await reportOf(sources)).arrayBuffer()),
   };
+}
+
+/** The report to be read and printed, with the map as it is on the screen. */
+export async function reportOf({ report, picture }: Pick<Sources, 'report' | 'picture'>): Promise<Blob> {
+  const { reportHtml } = await import('../../../npm/report/report.js');
+  const html = reportHtml(report.result, { ...report.context, picture: await dataAddress(await picture()) });
+  return new Blob([html], { type: 'text/html' });
+}
+
+function dataAddress(blob: Blob): Promise<string> {
+  return new Promise((resolve, reject) => {
+    const reader = new FileReader();
+    reader.onload = () => resolve(String(reader.result));
+    reader.onerror = () => reject(reader.error ?? new Error('The picture could not be read.'));
+    reader.readAsDataURL(blob);
+  });
 }
 
 async function matricesOf({ ask, frame_names }: Sources): Promise<Files> {

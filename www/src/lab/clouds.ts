@@ -2,7 +2,9 @@
 import type { GivenCloud, GivenClouds } from '../components/given-clouds.js';
 import type { MenuItem } from '../components/menu.js';
 import type { NamedFile } from '../datasets/gather.js';
-import { fetchDataset, fetchSample } from '../datasets/remote.js';
+import { addressesOf, fetchGiven } from '../datasets/given.js';
+import { fetchSample } from '../datasets/remote.js';
+
 import { lab_scene, lab_scenes } from '../../../npm/lab/scenes.js';
 import type { Options } from './protocol.js';
 import { compareNaturally } from '../../../npm/natural_order.js';
@@ -53,13 +55,14 @@ export async function sampleClouds(source = '', target = ''): Promise<GivenCloud
 
 /** The clouds that a course page names: the first address is the source, the second the target. */
 export async function addressedClouds(src: string): Promise<GivenClouds> {
-  const dataset = await fetchDataset(src);
-  // The data set is in the natural order of its names; two addresses are in the order of the page.
-  const names = src.trim().split(/\s+/);
-  const named = (address: string | undefined): string =>
-    dataset.scans.find(({ name }) => address?.split(/[?#]/)[0]?.endsWith(name))?.name ?? '';
-  const is_pair = names.length === 2;
-  return fromScans(dataset, '', is_pair ? named(names[0]) : '', is_pair ? named(names[1]) : '');
+  const ignore = { signal: new AbortController().signal, fetched: () => undefined };
+  const { title, files } = await fetchGiven(addressesOf(src), ignore);
+  const clouds = files.filter(({ name }) => isCloudName(name));
+  if (clouds.length < 2) throw new Error(`src="${src}" names ${clouds.length} clouds; it takes two, as PLY or PCD`);
+  const scans = await Promise.all(clouds.map(async ({ name, file }) => ({ name, bytes: await file.arrayBuffer() })));
+  const [source, target] = scans.length === 2 ? scans.map(({ name }) => name) : [];
+  scans.sort((a, b) => compareNaturally(a.name, b.name));
+  return fromScans({ title: title || 'Clouds of this page', scans }, '', source ?? '', target ?? '');
 }
 
 /** Scenes by which a course shows one thing each. */

@@ -12,6 +12,7 @@ import { icon } from '../components/icons.js';
 import { messages } from '../components/run-parts.js';
 import { wordsOf } from '../components/session.js';
 import { drop_styles, shared } from '../components/theme.js';
+import type { Note } from '../datasets/dataset.js';
 import { filesOfDrop, filesOfInput, type NamedFile } from '../datasets/gather.js';
 import { download } from '../export/exports.js';
 import { baseName } from '../views/format.js';
@@ -61,7 +62,7 @@ export class ScanstitchLab extends LitElement {
 
   private session = new LabSession(this);
   private colorsOf = memoizeLast(makeColors);
-  private drop_target = new DropTarget(this, (transfer) => void this.take(filesOfDrop(transfer)));
+  private drop_target = new DropTarget(this, (transfer) => void this.takeDrop(transfer));
 
   protected override firstUpdated(): void {
     if (this.given) return;
@@ -91,6 +92,7 @@ export class ScanstitchLab extends LitElement {
 
   protected override updated(changed: PropertyValues<this>): void {
     if (changed.has('given') && this.given) void this.session.open(this.given);
+    else if (changed.get('src') !== undefined && this.src) this.attend(addressedClouds(this.src));
     this.rememberLink();
   }
 
@@ -181,8 +183,9 @@ export class ScanstitchLab extends LitElement {
           @tab-chosen=${({ detail }: CustomEvent<Tab>) => {
             this.tab = detail;
           }}
-          @ghost-shown=${({ detail }: CustomEvent<Pose | null>) => {
-            this.ghost = detail;
+          @ghost-shown=${(event: CustomEvent<Pose | null>) => {
+            event.stopPropagation();
+            this.ghost = event.detail;
           }}
         ></scanstitch-lab-side>
       </div>
@@ -367,6 +370,12 @@ export class ScanstitchLab extends LitElement {
     const given = joined(this.session.given, clouds);
     if (given?.target) await this.session.open(given);
     else this.session.report('One cloud alone is registered to nothing', 'Drop two clouds together');
+  }
+
+  private async takeDrop(transfer: DataTransfer): Promise<void> {
+    const unreadable: Note[] = [];
+    await this.take(filesOfDrop(transfer, unreadable));
+    for (const { file, reason } of unreadable) this.session.report(`${file}: ${reason}`);
   }
 
   private onPicked({ target }: Event): void {

@@ -55,7 +55,7 @@ export class LabSession extends Session<LabClient> {
   #wanted = '';
   #is_to_be_told = false;
 
-  constructor(host: ReactiveControllerHost) {
+  constructor(host: ReactiveControllerHost & EventTarget) {
     super(host);
     this.phase = 'empty';
     this.player = new Player(
@@ -81,9 +81,9 @@ export class LabSession extends Session<LabClient> {
     return Math.floor(this.player.at + 1e-9);
   }
 
-  override hostDisconnected(): void {
+  protected override leave(): void {
     this.player.stop();
-    super.hostDisconnected();
+    super.leave();
     this.#iterations.clear();
   }
 

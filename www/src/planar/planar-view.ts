@@ -5,9 +5,12 @@ import '../components/overview.js';
 import '../components/why-panel.js';
 import type { ScanstitchMap } from '../components/map-view.js';
 import type { GivenClouds } from '../components/given-clouds.js';
-import { emptyView, introduction } from '../components/run-parts.js';
+import type { ScanstitchMapPoints, ScanstitchResult } from '../components/host-events.js';
+import { emptyView } from '../components/run-parts.js';
 import { type GivenFiles, type Loaded, type RunKind, RunView } from '../components/run-view.js';
-import { fetchDataset, fetchSample } from '../datasets/remote.js';
+import { welcome, welcome_styles } from '../components/welcome.js';
+import type { Dataset, Note } from '../datasets/dataset.js';
+import { fetchSample } from '../datasets/remote.js';
 import type { PlanarFiles } from '../datasets/spatial-files.js';
 import type { FrameResult, IterationRecord, PlanarPoint, Settings, Snapshot } from '../engine/protocol.js';
 import { type Download, EXPORTS, type ExportItem, makeExport } from '../export/exports.js';
@@ -43,10 +46,11 @@ const NO_REFERENCE: readonly (PlanarPoint | null)[] = [];
  * each scan in detail.
  */
 @customElement('scanstitch-planar')
-export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession> {
+export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession, PlanarFiles> {
   @property({ attribute: false }) src = '';
 
   @state() private pairs_shown = false;
+  @state() private is_welcome_closed = false;
   @state() private pairs: Float32Array | null = null;
   @state() private wants_occupancy = false;
   @state() private occupancy: OccupancyPicture | null = null;
@@ -55,7 +59,7 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession>
   private occupancy_dark = false;
   @query('scanstitch-map') private map!: ScanstitchMap;
 
-  protected override readonly session = new PlanarSession(this);
+  protected override session = this.newSession();
   protected override readonly of = PLANAR;
   private namesOf = memoizeLast((frames: readonly FrameResult[]) => frames.map(({ name }) => name));
   private rowsOf = memoizeLast(frameRows);
@@ -64,6 +68,8 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession>
   private marksOf = memoizeLast(mapMarks);
   private piecesOf = memoizeLast(certainPieces);
   private pieceColorsOf = memoizeLast(pieceColors);
+  /** Whether the data set, if it is a given one, is the sample. */
+  private is_sample = false;
   private pairs_made_of: readonly unknown[] = [];
   /** Iterations of the selected scan. */
   @state() private history: readonly IterationRecord[] = NO_ROUNDS;
@@ -71,18 +77,44 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession>
 
   override connectedCallback(): void {
     super.connectedCallback();
-    if (this.session.dataset) return;
+    if (this.hasUpdated) return;
+    // What the host names is fetched by the page's frame: only then is it known to be in the plane.
     if (this.src === 'none') this.session.clear();
-    else void this.session.openGiven(this.src === '' ? fetchSample() : fetchDataset(this.src));
-  }
-
-  /** Takes in files that were dropped or picked, asked for at clock time `requested_at`. */
-  add({ files, notes, num_given }: PlanarFiles, requested_at: number): Promise<void> {
-    return this.session.add(files, requested_at, notes, num_given);
+    else if (this.src === '') this.openSample();
   }
 
   openSample(): void {
+    this.stepAside();
+    this.is_sample = true;
     void this.session.openGiven(fetchSample());
+  }
+
+  /** Shows scans that the page it stands on has named. */
+  openGiven(dataset: Dataset, notes: readonly Note[]): void {
+    this.stepAside();
+    this.is_sample = false;
+    this.session.open(dataset, notes);
+  }
+
+  protected override newSession(): PlanarSession {
+    return new PlanarSession(this);
+  }
+
+  protected override take(
+    session: PlanarSession,
+    files: PlanarFiles,
+    requested_at: number,
+    joins: boolean,
+  ): Promise<void> {
+    return session.add(files, requested_at, joins);
+  }
+
+  protected override canJoin({ dataset }: PlanarSession): boolean {
+    return dataset !== null && !dataset.is_given && !dataset.is_log && !this.session.dataset?.is_log;
+  }
+
+  protected override isSample(): boolean {
+    return this.is_sample && (this.session.dataset?.is_given ?? false);
   }
 
   override removeReference(): void {
@@ -93,7 +125,7 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession>
   override cloudsToRegister(frame: number | null): GivenClouds | null {
     const { dataset, snapshot, points, settings } = this.session;
     if (!dataset || !snapshot || !settings) return null;
-    const sample = dataset.is_given && this.src === '' ? 'sample' : '';
+    const sample = this.isSample() ? 'sample' : '';
     return clouds({ settings, dataset, frames: snapshot.result.frames, points }, frame ?? this.selected, sample);
   }
 
@@ -107,27 +139,38 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession>
     };
   }
 
+  override get map_points(): ScanstitchMapPoints | null {
+    const { snapshot, points } = this.session;
+    return snapshot && { dimensions: 2, positions: points.points, colors: new Uint8Array() };
+  }
+
+  protected override outcomeOf({ result, timing }: Snapshot): ScanstitchResult {
+    return { kind: 'planar', result, timing };
+  }
+
   protected override makeExport(id: string, { result }: Snapshot): Promise<Download> {
     return makeExport(id as ExportItem['id'], {
       ask: (kind) => this.session.ask(kind),
       picture: () => this.map.picture(),
       frame_names: result.frames.map(({ name }) => name),
+      report: this.reportSource(result, this.session.points.points),
     });
   }
 
-  protected override loaded(): Loaded {
-    const { dataset } = this.session;
-    const num_frames = Math.max(dataset?.scans.length ?? 0, this.session.num_scans);
+  protected override openedFiles(): string[] {
+    const { scans = [], reference, odometry } = this.session.dataset ?? {};
+    return [...scans, reference, odometry].flatMap((file) => file?.name ?? []);
+  }
+
+  protected override loaded(session = this.session): Loaded {
+    const { dataset } = session;
+    const num_frames = Math.max(dataset?.scans.length ?? 0, session.num_scans);
     return {
       title: dataset?.title ?? '',
       count: dataset ? plural(Math.max(this.num_frames, num_frames), 'scan') : '',
       reference: dataset?.reference?.name ?? '',
       num_frames,
     };
-  }
-
-  protected override timing({ timing }: Snapshot): Snapshot['timing'] {
-    return timing;
   }
 
   protected override willUpdate(changed: Map<PropertyKey, unknown>): void {
@@ -207,7 +250,7 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession>
     if (!snapshot || snapshot.result.frames.length === 0) return nothing;
     const is_growing = this.session.phase === 'running';
     const figures = this.figuresOf(snapshot.result, snapshot.timing.total, is_growing, this.loaded().num_frames);
-    return html`<scanstitch-headline .figures=${figures}></scanstitch-headline>`;
+    return html`<scanstitch-headline part="figures" .figures=${figures}></scanstitch-headline>`;
   }
 
   protected override renderTable(): TemplateResult {
@@ -218,6 +261,7 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession>
       snapshot?.result.comparison?.errors ?? NO_NUMBERS,
     );
     return html`<scanstitch-frame-table
+      part="table"
       .rows=${rows}
       .columns=${this.columnsOf(snapshot?.result.comparison?.name ?? '')}
       .colors=${this.colors()}
@@ -260,7 +304,14 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession>
 
   /** Above the sample that the page begins with: an element that a host gave scans of its own has its own words. */
   protected override renderIntroduction(): TemplateResult | typeof nothing {
-    return this.src === '' && this.session.dataset?.is_given ? introduction((id) => this.want(id)) : nothing;
+    if (this.is_welcome_closed || !this.isSample()) return nothing;
+    return welcome({
+      want: (id) => this.want(id),
+      copy: (text) => void this.copy(text),
+      close: () => {
+        this.is_welcome_closed = true;
+      },
+    });
   }
 
   protected override renderEmpty(): TemplateResult {
@@ -281,6 +332,15 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession>
       this.session,
       (id) => this.want(id),
     );
+  }
+
+  private async copy(text: string): Promise<void> {
+    try {
+      await navigator.clipboard.writeText(text);
+      this.session.announce('The lines were copied.');
+    } catch {
+      this.report('The browser did not allow copying', 'Select the lines and copy them');
+    }
   }
 
   private mapWords(): string {
@@ -325,6 +385,8 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession>
       if (this.pairs_made_of === made_of) this.pairs = null; // the crash, if it is one, is told by the session
     }
   }
+
+  static override styles = [...RunView.styles, welcome_styles];
 }
 
 function mapMarks(

@@ -1,9 +1,10 @@
 import { errorMessage, noteMessage, RunSession, wordsOf } from '../components/session.js';
 import { combine, type Dataset, type Note, takeIn } from '../datasets/dataset.js';
-import type { NamedFile } from '../datasets/gather.js';
+import type { PlanarFiles } from '../datasets/spatial-files.js';
 import { PlanarClient } from '../engine/planar-client.js';
 import type { Answers, InputFile, Inputs, Loaded, Progress, RunState, Settings, Snapshot } from '../engine/protocol.js';
 import { formatLength, plural } from '../views/format.js';
+import { sameSettings } from '../views/setting-fields.js';
 import { lookDirection } from '../views/look-direction.js';
 import { NO_POINTS, type PointSet } from '../views/point-layer.js';
 
@@ -44,23 +45,15 @@ export class PlanarSession extends RunSession<PlanarClient, Settings, Dataset, S
     }
   }
 
-  open(dataset: Dataset): void {
+  open(dataset: Dataset, notes: readonly Note[] = []): void {
     if (this.phase === 'unavailable') return;
-    this.messages = [];
+    this.messages = notes.map(({ file, reason }) => noteMessage(file, reason));
     this.requested_at = performance.now();
     this.#load(dataset);
   }
 
-  /**
-   * Takes in files that were dropped or picked, asked for at clock time `requested_at`. `notes` tell of others of the
-   * `num_given` that were not used before.
-   */
-  async add(
-    files: readonly NamedFile[],
-    requested_at: number,
-    notes: readonly Note[] = [],
-    num_given = files.length,
-  ): Promise<void> {
+  /** Takes in files that were dropped or picked, asked for at clock time `requested_at`; `joins` what is open. */
+  async add({ files, notes, num_given }: PlanarFiles, requested_at: number, joins = false): Promise<void> {
     if (files.length + notes.length === 0) return;
     const intake = await takeIn(files);
     this.requested_at = requested_at;
@@ -80,7 +73,7 @@ export class PlanarSession extends RunSession<PlanarClient, Settings, Dataset, S
       ]);
       return;
     }
-    this.#load(combine(this.dataset, intake));
+    this.#load(combine(this.dataset, intake, joins));
   }
 
   /** Leaves one scan out, or the reference. */
@@ -109,6 +102,13 @@ export class PlanarSession extends RunSession<PlanarClient, Settings, Dataset, S
     this.announce('All scans removed.');
   }
 
+  /** Come back to the page, it computes again what it was showing. */
+  protected override leave(): void {
+    super.leave();
+    this.#candidate ??= this.dataset;
+    if (this.#candidate) this.phase = 'reading';
+  }
+
   protected override recompute(settings: Settings): void {
     if (this.phase === 'reading' && this.#candidate) {
       this.#load(this.#candidate); // read with the new settings
@@ -119,6 +119,8 @@ export class PlanarSession extends RunSession<PlanarClient, Settings, Dataset, S
     this.requested_at = performance.now();
     this.phase = 'running';
     this.progress = 0;
+    // A preset may make quite another map.
+    this.#is_new_dataset ||= this.facts?.presets.some((preset) => sameSettings(preset.settings, settings)) ?? false;
     this.client?.configure(settings);
     this.announce('Computing again with the new settings.');
   }
@@ -213,7 +215,7 @@ export class PlanarSession extends RunSession<PlanarClient, Settings, Dataset, S
     );
     if (this.#is_new_dataset) {
       this.#is_new_dataset = false;
-      this.generation++;
+      this.fitAnew();
     }
     this.phase = state;
     if (state === 'done') {

@@ -1,7 +1,7 @@
 /** Exports of a run in space. */
 import type { MenuItem } from '../components/menu.js';
 import type { SpatialAnswers } from '../engine/spatial-protocol.js';
-import { type Download, matrixFiles, textBlob, utf8, zip } from '../export/exports.js';
+import { type Download, matrixFiles, reportOf, type ReportSource, textBlob, utf8, zip } from '../export/exports.js';
 
 export const SPATIAL_EXPORTS: readonly MenuItem[] = [
   { id: 'everything', label: 'Everything', detail: 'all of these and the matrices, as a zip' },
@@ -11,7 +11,8 @@ export const SPATIAL_EXPORTS: readonly MenuItem[] = [
   { id: 'pcd', label: 'Map as PCD', detail: 'the same for PCL, binary' },
   { id: 'pcd_binary_compressed', label: 'PCD, compressed', detail: 'the map, lossless' },
   { id: 'pcd_ascii', label: 'PCD as text', detail: 'the map, human-readable' },
-  { id: 'report', label: 'Report', detail: 'report.json: settings, frames, comparison' },
+  { id: 'report', label: 'Report to print', detail: 'figures, map, path, frames and notes, as one HTML file' },
+  { id: 'json', label: 'Report as JSON', detail: 'report.json: settings, frames, comparison' },
   { id: 'errors', label: 'Errors', detail: 'one line a frame, as CSV' },
   { id: 'picture', label: 'Picture', detail: 'the map as you see it, as PNG' },
 ];
@@ -22,6 +23,7 @@ export interface SpatialSources {
   picture(): Promise<Blob>;
   errors(): string;
   frame_names: readonly string[];
+  report: ReportSource;
 }
 
 export async function makeSpatialExport(id: string, sources: SpatialSources): Promise<Download> {
@@ -39,6 +41,8 @@ export async function makeSpatialExport(id: string, sources: SpatialSources): Pr
     case 'pcd_binary_compressed':
       return { name: 'map.pcd', blob: new Blob([new Uint8Array(await sources.ask('map_pcd_compressed'))]) };
     case 'report':
+      return { name: 'report.html', blob: await reportOf(sources) };
+    case 'json':
       return { name: 'report.json', blob: textBlob(await sources.ask('report_json')) };
     case 'errors':
       return { name: 'errors.csv', blob: textBlob(sources.errors()) };
@@ -56,6 +60,7 @@ async function allFiles(sources: SpatialSources): Promise<Record<string, Uint8Ar
     'map.ply': await sources.ask('map_ply'),
     'map.pcd': await sources.ask('map_pcd'),
     'report.json': utf8(await sources.ask('report_json')),
+    'report.html': new Uint8Array(await (await reportOf(sources)).arrayBuffer()),
     'errors.csv': utf8(sources.errors()),
     'map.png': new Uint8Array(await (await sources.picture()).arrayBuffer()),
   };

@@ -98,8 +98,7 @@ export class ScanstitchFramePanel extends LitElement {
         ? html`<p>
             <button
               title="Step through the registration of this frame to the one before it, in the ICP lab"
-              @click=${() =>
-                this.dispatchEvent(new CustomEvent('look-inside', { detail: index, bubbles: true, composed: true }))}
+              @click=${() => this.dispatchEvent(new CustomEvent('look-inside', { detail: index, bubbles: true }))}
             >
               Look inside
             </button>
@@ -232,7 +231,7 @@ export class ScanstitchFramePanel extends LitElement {
           ? html`<p>
               <button
                 ?disabled=${!this.measurable}
-                @click=${() => this.dispatchEvent(new CustomEvent('sizes-wanted', { bubbles: true, composed: true }))}
+                @click=${() => this.dispatchEvent(new CustomEvent('sizes-wanted', { bubbles: true }))}
               >
                 Measure
               </button>
@@ -263,7 +262,7 @@ export class ScanstitchFramePanel extends LitElement {
   }
 
   private select = (frame: number | null): void => {
-    this.dispatchEvent(new CustomEvent('frame-selected', { detail: frame, bubbles: true, composed: true }));
+    this.dispatchEvent(new CustomEvent('frame-selected', { detail: frame, bubbles: true }));
   };
 
   static override styles = [

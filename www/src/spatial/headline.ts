@@ -1,7 +1,7 @@
 /** The figures at the top of a run in space. */
 import type { SpatialResult } from '../engine/spatial-protocol.js';
 import { DEGREES, formatCount, formatDuration, formatFixed, formatLength } from '../views/format.js';
-import type { Figure } from '../views/headline.js';
+import { comparisonFigure, type Figure } from '../views/headline.js';
 import { openAssumption } from './reading.js';
 
 export interface SpatialTiming {
@@ -11,8 +11,13 @@ export interface SpatialTiming {
   elapsed: number;
 }
 
-/** `num_points`: of the map as it is shown. */
-export function spatialFigures(result: SpatialResult, timing: SpatialTiming, num_points: number): Figure[] {
+/** `num_points`: of the map as it is shown. `num_frames`: of the recording, registered or not. */
+export function spatialFigures(
+  result: SpatialResult,
+  timing: SpatialTiming,
+  num_points: number,
+  num_frames: number,
+): Figure[] {
   const { frames, comparison } = result;
   const counts = { good: 0, doubtful: 0, lost: 0 };
   for (const { status } of frames) counts[status]++;
@@ -23,22 +28,15 @@ export function spatialFigures(result: SpatialResult, timing: SpatialTiming, num
   const figures: Figure[] = [
     {
       label: frames.length === 1 ? 'Frame' : 'Frames',
-      value: formatCount(frames.length),
+      value:
+        frames.length < num_frames
+          ? `${formatCount(frames.length)} of ${formatCount(num_frames)}`
+          : formatCount(frames.length),
       meaning: worries.length > 0 ? [`${formatCount(counts.good)} good`, ...worries].join(', ') : 'all good',
       tone: counts.lost > 0 ? 'lost' : counts.doubtful > 0 ? 'doubtful' : 'plain',
     },
   ];
-  if (comparison) {
-    const is_matched = comparison.num_matched > 0;
-    figures.push({
-      label: `Mean L2 distance to ${comparison.name.slice(comparison.name.lastIndexOf('/') + 1)}`,
-      value: is_matched ? formatLength(comparison.mean) : 'no match',
-      meaning: is_matched
-        ? `rmse ${formatLength(comparison.rmse)}, max ${formatLength(comparison.max)}`
-        : 'no ground truth pose matches a frame',
-      tone: is_matched ? 'plain' : 'doubtful',
-    });
-  }
+  if (comparison) figures.push(comparisonFigure(comparison, 'frame'));
   const registering = timing.frames.reduce((sum, ms) => sum + ms, 0);
   figures.push(
     {

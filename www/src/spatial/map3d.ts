@@ -412,7 +412,7 @@ export class ScanstitchMap3d extends LitElement implements GestureTarget, Graphi
   }
 
   private emit(type: string, detail: unknown): void {
-    this.dispatchEvent(new CustomEvent(type, { detail, bubbles: true, composed: true }));
+    this.dispatchEvent(new CustomEvent(type, { detail, bubbles: true }));
   }
 
   static override styles = [shared, map_styles, map3d_styles];

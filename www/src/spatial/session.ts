@@ -58,15 +58,14 @@ export class SpatialSession extends RunSession<SpatialClient, SpatialSettings, S
     });
   }
 
-  override hostDisconnected(): void {
-    super.hostDisconnected();
-    this.facts = null;
+  protected override leave(): void {
+    super.leave();
     // Come back to the page, it computes again what it was showing.
     if (this.dataset) this.#pending = () => this.#load();
   }
 
-  /** Takes files in: a recording of its own replaces what is there, further frames or a reference join it. */
-  async add(opened: Promise<SpatialFiles>, requested_at: number): Promise<void> {
+  /** Takes files in: a recording of its own replaces what is there, or `joins` it; a reference always joins. */
+  async add(opened: Promise<SpatialFiles>, requested_at: number, joins = false): Promise<void> {
     const intake = ++this.#num_intakes;
     this.requested_at = requested_at;
     if (this.phase !== 'running') this.phase = 'reading';
@@ -75,7 +74,7 @@ export class SpatialSession extends RunSession<SpatialClient, SpatialSettings, S
     this.changed();
     try {
       const given = await opened;
-      const dataset = await this.#combine(given);
+      const dataset = await this.#combine(given, joins);
       if (intake !== this.#num_intakes) return;
       this.messages = [...given.notes, ...dataset.recording.notes].map(({ file, reason }) => noteMessage(file, reason));
       if (dataset.jobs.length === 0) {
@@ -194,19 +193,21 @@ export class SpatialSession extends RunSession<SpatialClient, SpatialSettings, S
 
   // What is loaded.
 
-  async #combine(given: SpatialFiles): Promise<SpatialDataset> {
+  /** Whether these frames can join those that are open: of one kind, in one folder, none of them twice. */
+  canJoin({ is_given, files, recording }: SpatialFiles): boolean {
+    const present = this.dataset;
+    if (!present || present.is_given || is_given || !recording) return false;
+    const is_alike = present.recording.kind === recording.kind && present.recording.root === recording.root;
+    return is_alike && !files.some(({ path }) => isFrame(present, path));
+  }
+
+  async #combine(given: SpatialFiles, joins: boolean): Promise<SpatialDataset> {
     const fresh = given.recording ?? (await understandFiles(given.files));
     const present = this.dataset;
     const has_frames = framesOf(fresh) > 0;
-    const joins =
-      present !== null &&
-      (!has_frames ||
-        (!present.is_given &&
-          !given.is_given &&
-          present.recording.kind === fresh.kind &&
-          present.recording.root === fresh.root &&
-          !given.files.some(({ path }) => isFrame(present, path))));
-    if (!joins) return makeDataset(given.title, given.is_given, given.files, fresh);
+    const extends_present =
+      present !== null && (!has_frames || (joins && this.canJoin({ ...given, recording: fresh })));
+    if (!extends_present) return makeDataset(given.title, given.is_given, given.files, fresh);
     const files = new Map([...present.files, ...given.files.map((file): [string, StoredFile] => [file.path, file])]);
     const together = await understandFiles([...files.values()]);
     if (!has_frames) {
@@ -254,7 +255,7 @@ export class SpatialSession extends RunSession<SpatialClient, SpatialSettings, S
     this.#ms_by_index.clear();
     this.#worked_ms = 0;
     this.#started_at = performance.now();
-    this.generation++;
+    this.fitAnew();
     this.snapshot = null;
     this.points = NO_POINTS;
     this.client?.load(this.#inputs(), this.settings);

@@ -5,6 +5,7 @@ import './map3d.js';
 import './reading-card.js';
 import './reading-dialog.js';
 import type { GivenClouds } from '../components/given-clouds.js';
+import type { ScanstitchMapPoints, ScanstitchResult } from '../components/host-events.js';
 import { emptyView } from '../components/run-parts.js';
 import { type GivenFiles, type GivenRecording, type Loaded, type RunKind, RunView } from '../components/run-view.js';
 import type { SpatialFiles } from '../datasets/spatial-files.js';
@@ -48,7 +49,7 @@ const DEPTH_SCALE = 1000;
  * A run of depth images or clouds in space: the map in 3D, each frame's images and result, the figures of the whole.
  */
 @customElement('scanstitch-spatial')
-export class ScanstitchSpatial extends RunView<SpatialSettings, SpatialSnapshot, SpatialSession> {
+export class ScanstitchSpatial extends RunView<SpatialSettings, SpatialSnapshot, SpatialSession, SpatialFiles> {
   @query('scanstitch-map3d') private map!: ScanstitchMap3d;
   @query('scanstitch-reading-dialog') private dialog!: ScanstitchReadingDialog;
   /** The first depth image from above, and what it is of. */
@@ -56,7 +57,7 @@ export class ScanstitchSpatial extends RunView<SpatialSettings, SpatialSnapshot,
   /** The question that was answered or put away. */
   @state() private dismissed = '';
 
-  protected override readonly session = new SpatialSession(this);
+  protected override session = this.newSession();
   protected override readonly of = SPATIAL;
   private loader = new FrameImageLoader(this, (file) => this.session.depthPicture(file));
   private namesOf = memoizeLast((frames: readonly SpatialFrameResult[]) => frames.map(({ name }) => name));
@@ -77,9 +78,31 @@ export class ScanstitchSpatial extends RunView<SpatialSettings, SpatialSnapshot,
     ): SpatialMarks => ({ poses, reference, camera, until, selected }),
   );
 
-  /** Takes files in, asked for at clock time `requested_at`. */
-  add(files: Promise<SpatialFiles>, requested_at: number): Promise<void> {
+  /** Opens a sample of the page, asked for at clock time `requested_at`. */
+  openGiven(files: Promise<SpatialFiles>, requested_at: number): Promise<void> {
+    this.stepAside();
     return this.session.add(files, requested_at);
+  }
+
+  protected override newSession(): SpatialSession {
+    return new SpatialSession(this);
+  }
+
+  protected override take(
+    session: SpatialSession,
+    files: SpatialFiles,
+    requested_at: number,
+    joins: boolean,
+  ): Promise<void> {
+    return session.add(Promise.resolve(files), requested_at, joins);
+  }
+
+  protected override canJoin(session: SpatialSession, files: SpatialFiles): boolean {
+    return session.canJoin(files);
+  }
+
+  protected override isSample(): boolean {
+    return this.session.dataset?.is_given ?? false;
   }
 
   override removeReference(): void {
@@ -106,6 +129,16 @@ export class ScanstitchSpatial extends RunView<SpatialSettings, SpatialSnapshot,
     return trajectoriesToEvaluate(session.snapshot.result, () => session.ask('map_ply'));
   }
 
+  override get map_points(): ScanstitchMapPoints | null {
+    const { snapshot, points } = this.session;
+    return snapshot && { dimensions: 3, positions: points.positions, colors: points.colors };
+  }
+
+  protected override outcomeOf({ result }: SpatialSnapshot): ScanstitchResult {
+    const { frame_ms } = this.session;
+    return { kind: 'spatial', result, timing: { total: frame_ms.reduce((a, b) => a + b, 0), frames: [...frame_ms] } };
+  }
+
   protected override makeExport(id: string, { result }: SpatialSnapshot): Promise<Download> {
     const { session } = this;
     return makeSpatialExport(id, {
@@ -113,11 +146,15 @@ export class ScanstitchSpatial extends RunView<SpatialSettings, SpatialSnapshot,
       picture: () => this.map.picture(),
       errors: () => errorCsv(result, session.frame_ms),
       frame_names: result.frames.map(({ name }) => name),
+      report: this.reportSource(result, session.points.positions),
     });
   }
 
-  protected override loaded(): Loaded {
-    const { dataset } = this.session;
+  protected override openedFiles(): string[] {
+    return [...(this.session.dataset?.files.keys() ?? [])];
+  }
+
+  protected override loaded({ dataset } = this.session): Loaded {
     const num_frames = dataset?.jobs.length ?? 0;
     return {
       title: dataset?.title ?? '',
@@ -125,11 +162,6 @@ export class ScanstitchSpatial extends RunView<SpatialSettings, SpatialSnapshot,
       reference: dataset?.reference_name ?? '',
       num_frames,
     };
-  }
-
-  protected override timing(): { total: number; frames: readonly number[] } {
-    const { frame_ms } = this.session;
-    return { total: frame_ms.reduce((a, b) => a + b, 0), frames: [...frame_ms] };
   }
 
   protected override willUpdate(changed: Map<PropertyKey, unknown>): void {
@@ -174,8 +206,9 @@ export class ScanstitchSpatial extends RunView<SpatialSettings, SpatialSnapshot,
     const { snapshot, points, frame_ms, elapsed_ms } = this.session;
     if (!snapshot || snapshot.result.frames.length === 0) return nothing;
     const timing = this.timingOf(frame_ms, elapsed_ms);
-    const figures = this.figuresOf(snapshot.result, timing, points.positions.length / 3);
+    const figures = this.figuresOf(snapshot.result, timing, points.positions.length / 3, this.loaded().num_frames);
     return html`<scanstitch-headline
+      part="figures"
       .figures=${figures}
       @figure-action=${() => this.dialog.show()}
     ></scanstitch-headline>`;
@@ -244,6 +277,7 @@ export class ScanstitchSpatial extends RunView<SpatialSettings, SpatialSnapshot,
   protected override renderTable(): TemplateResult {
     const result = this.session.snapshot?.result ?? null;
     return html`<scanstitch-frame-table
+      part="table"
       .rows=${this.rowsOf(result, this.session.frame_ms)}
       .columns=${this.columnsOf(result?.comparison?.name ?? '', result?.camera !== null)}
       .colors=${this.colors()}

@@ -6,6 +6,9 @@ import { plural } from '../views/format.js';
 import { StrategyClient } from './client.js';
 import type { StrategyPreset, StrategyResult } from './protocol.js';
 
+/** Of the strategies, in their order, so many are chosen at first. */
+const NUM_CHOSEN = 3;
+
 export class StrategiesSession extends Session<StrategyClient> {
   presets: readonly StrategyPreset[] = [];
   /** Names of those that run at the next comparison. */
@@ -23,14 +26,19 @@ export class StrategiesSession extends Session<StrategyClient> {
   #num_runs = 0;
 
   /** `onOver` is called when a comparison is done or was stopped. */
-  constructor(host: ReactiveControllerHost, onOver: () => void) {
+  constructor(host: ReactiveControllerHost & EventTarget, onOver: () => void) {
     super(host);
     this.#onOver = onOver;
     this.phase = 'empty';
   }
 
-  override hostDisconnected(): void {
-    super.hostDisconnected();
+  override hostConnected(): void {
+    super.hostConnected();
+    this.#list().catch((error: unknown) => this.report(wordsOf(error), 'Reload the page'));
+  }
+
+  protected override leave(): void {
+    super.leave();
     this.#num_runs++;
     if (this.phase === 'running') this.phase = 'stopped';
   }
@@ -69,9 +77,8 @@ export class StrategiesSession extends Session<StrategyClient> {
     this.total = given.inputs.jobs.length;
     this.changed();
     try {
-      this.presets = await client.presets();
+      await this.#list();
       if (!is_current()) return;
-      if (this.chosen.size === 0) this.chosen = new Set(this.presets.map(({ name }) => name));
       this.compared = this.presets.filter(({ name }) => this.chosen.has(name));
       const is_done = await client.run(given, this.compared);
       if (is_current()) this.#onEnd(is_done);
@@ -80,6 +87,17 @@ export class StrategiesSession extends Session<StrategyClient> {
       this.phase = 'crashed';
       this.report(wordsOf(error));
     }
+  }
+
+  /** Another recording: what was found of the one before is gone. */
+  begin(): void {
+    this.#num_runs++;
+    this.client?.stop();
+    this.phase = 'empty';
+    this.messages = [];
+    this.results = [];
+    this.compared = [];
+    this.changed();
   }
 
   stop(): void {
@@ -93,10 +111,23 @@ export class StrategiesSession extends Session<StrategyClient> {
     this.changed();
   }
 
+  chooseAll(): void {
+    this.chosen = new Set(this.presets.map(({ name }) => name));
+    this.changed();
+  }
+
   toggle(name: string): void {
     const chosen = new Set(this.chosen);
     if (!chosen.delete(name)) chosen.add(name);
     this.chosen = chosen;
+    this.changed();
+  }
+
+  /** What can be chosen. */
+  async #list(): Promise<void> {
+    if (this.presets.length > 0 || !this.client) return;
+    this.presets = await this.client.presets();
+    this.chosen = new Set(this.presets.slice(0, NUM_CHOSEN).map(({ name }) => name));
     this.changed();
   }
 

@@ -25,12 +25,12 @@ interface Sort {
 const SMALLER_IS_BETTER = new Set(['map_bytes', 'ms_median', 'ape_mean', 'ape_rmse', 'rpe_mean', 'mean_map_entropy']);
 
 /**
- * Strategies side by side on the recording that is given: it starts by itself, and shows what each one costs and gains as a
- * table and as figures, which grow while it runs.
+ * Strategies side by side on the recording that is given: those that are chosen run, and what each one costs and gains is
+ * shown as a table and as figures, which grow while they run. Fires `files-wanted` where there is no recording.
  */
 @customElement('scanstitch-strategies')
 export class ScanstitchStrategies extends LitElement {
-  /** Another object starts another comparison. */
+  /** Another object is another recording. */
   @property({ attribute: false }) given: GivenRecording | null = null;
   @property({ type: Boolean }) dark = false;
 
@@ -41,8 +41,8 @@ export class ScanstitchStrategies extends LitElement {
   private session = new StrategiesSession(this, () => this.tellCompared());
   private colorsOf = memoizeLast(makeColors);
 
-  protected override updated(changed: PropertyValues<this>): void {
-    if (changed.has('given')) this.compare();
+  protected override willUpdate(changed: PropertyValues<this>): void {
+    if (changed.has('given')) this.session.begin();
   }
 
   protected override render(): TemplateResult {
@@ -56,6 +56,7 @@ export class ScanstitchStrategies extends LitElement {
             </ul>`
           : nothing
       }
+      ${this.given ? nothing : this.renderEmpty()}
       ${results.length > 0 ? html`${this.renderTable()}${this.renderFigures()}` : nothing} ${this.renderChoice()}
       ${announcements(this.session.announcer)}
     </div>`;
@@ -67,7 +68,7 @@ export class ScanstitchStrategies extends LitElement {
     const count = plural(compared.length, 'strategy', 'strategies');
     const left = plural(compared.length - retired.size, 'strategy', 'strategies');
     const words: Partial<Record<Phase, string>> = {
-      empty: 'Drop depth images or point clouds first',
+      empty: `${plural(session.chosen.size, 'strategy', 'strategies')} chosen`,
       running: `Frame ${Math.min(done + 1, total)} of ${total}, ${left}`,
       stopped: `Stopped after ${plural(num_frames, 'frame')}`,
       done: `${plural(num_frames, 'frame')}, ${count}`,
@@ -75,7 +76,7 @@ export class ScanstitchStrategies extends LitElement {
     };
     return html`<section aria-label="Comparison">
       <div class="bar">
-        <h2>Strategies compared</h2>
+        <h2>Compare strategies</h2>
         <span class="muted">${given?.title ?? ''}</span>
         <span class="state">${words[phase] ?? ''}</span>
         ${
@@ -87,6 +88,20 @@ export class ScanstitchStrategies extends LitElement {
               </button>`
         }
       </div>
+    </section>`;
+  }
+
+  private renderEmpty(): TemplateResult {
+    const want = (id: string): void => {
+      this.dispatchEvent(new CustomEvent('files-wanted', { detail: id }));
+    };
+    return html`<section class="empty" aria-label="No recording yet">
+      <h2>Drop depth images or point clouds to compare strategies on</h2>
+      <p>They are opened on the map first; then come back here.</p>
+      <p class="actions">
+        <button class="primary" @click=${() => want('files')}>${icon('open')}Choose files…</button>
+        <button @click=${() => want('apartment')}>Open the apartment (sample)</button>
+      </p>
     </section>`;
   }
 
@@ -232,6 +247,11 @@ export class ScanstitchStrategies extends LitElement {
         <h2>The strategies</h2>
         <span class="muted"
           >each registers every frame against its own map by ICP; they differ in how that map is kept</span
+        >
+        <span class="save"
+          ><button class="quiet" ?disabled=${this.session.phase === 'running'} @click=${() => this.session.chooseAll()}>
+            Choose all
+          </button></span
         >
       </header>
       <div class="choice">

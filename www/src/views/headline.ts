@@ -19,7 +19,31 @@ interface Result {
     cleaning: Parameters<typeof sumCleaning>[0][number];
   }[];
   sharpness: { mean_residual: number; num_pairs: number } | null;
-  comparison: { name: string; num_matched: number; mean: number; rmse: number; max: number } | null;
+  comparison: ComparedError | null;
+}
+
+/** Of a run against the ground truth (m). */
+export interface ComparedError {
+  name: string;
+  num_matched: number;
+  mean: number;
+  rmse: number;
+  max: number;
+  aligned: { mean: number; rmse: number } | null;
+}
+
+/** The distance with the first poses made equal, and, beside it, with all of them aligned. */
+export function comparisonFigure(comparison: ComparedError, noun: 'scan' | 'frame'): Figure {
+  const { name, num_matched, mean, rmse, max, aligned } = comparison;
+  const distance = noun === 'scan' ? 'Distance' : 'Mean L2 distance';
+  const label = `${distance} to ${name.slice(name.lastIndexOf('/') + 1)}`;
+  if (num_matched === 0)
+    return { label, value: 'no match', meaning: `no ground truth pose matches a ${noun}`, tone: 'doubtful' };
+  const all_aligned = aligned
+    ? `; aligned: mean ${formatLength(aligned.mean)}, rmse ${formatLength(aligned.rmse)}`
+    : '';
+  const meaning = `mean from the first pose; rmse ${formatLength(rmse)}, max ${formatLength(max)}${all_aligned}`;
+  return { label, value: formatLength(mean), meaning, tone: 'plain' };
 }
 
 /**
@@ -63,17 +87,7 @@ export function headlineFigures(result: Result, total_ms: number, is_growing: bo
       tone: 'plain',
     });
   }
-  if (comparison) {
-    figures.push({
-      label: `Distance to ${comparison.name.slice(comparison.name.lastIndexOf('/') + 1)}`,
-      value: comparison.num_matched > 0 ? formatLength(comparison.mean) : 'no match',
-      meaning:
-        comparison.num_matched > 0
-          ? `mean; rmse ${formatLength(comparison.rmse)}, max ${formatLength(comparison.max)}`
-          : 'no ground truth pose matches a scan',
-      tone: comparison.num_matched > 0 ? 'plain' : 'doubtful',
-    });
-  }
+  if (comparison) figures.push(comparisonFigure(comparison, 'scan'));
   figures.push(
     {
       label: 'Computing time',

@@ -1,4 +1,5 @@
 /** The settings that a page begins with, and a link that carries them: `#name=value`, in space `#spatial&name=value`. */
+import { settingFaults } from './setting-faults.js';
 import { type Field, parseSettings, writeSettings } from './setting-fields.js';
 
 export type Settable = 'planar' | 'spatial';
@@ -27,6 +28,22 @@ export function settingsToBegin<S extends object>(
   if (!base) throw new Error('The engine names no preset.');
   const settings = parseSettings(given, base, descriptions);
   return ownerOf(fragment) === view ? parseSettings(fragment.replace(/^#/, ''), settings, descriptions) : settings;
+}
+
+/** What is wrong with the preset and the settings that `settingsToBegin` is given, in sentences. */
+export function faultsToBegin<S extends object>(
+  view: Settable,
+  { presets, descriptions }: SettingsFacts<S>,
+  preset: string,
+  given: string,
+  fragment: string,
+): string[] {
+  const names = presets.map(({ name }) => name);
+  const wrong_preset = preset === '' || names.includes(preset) ? [] : [`“${preset}” is no preset: ${names.join(', ')}`];
+  // A fragment without a value is a place in the page, or the mark of a view.
+  const linked = ownerOf(fragment) === view ? [...new URLSearchParams(fragment.replace(/^#/, ''))] : [];
+  const own = new URLSearchParams(linked.filter(([, value]) => value !== '')).toString();
+  return [...wrong_preset, ...settingFaults(given, descriptions), ...settingFaults(own, descriptions)];
 }
 
 /** Writes what differs from the default into the page's address. */

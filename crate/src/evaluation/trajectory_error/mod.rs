@@ -3,17 +3,21 @@
 //! [`planar`] and [`spatial`] find each frame's partner in the reference and bring the reference into the estimate's world;
 //! [`TrajectoryError`] sums up what is left between them.
 
+mod aligned;
 mod planar;
 mod spatial;
 
 use serde::Serialize;
 
+pub use self::aligned::AlignedError;
+use self::aligned::is_first_row_off;
 pub use self::planar::PlanarPoint;
 pub(crate) use self::planar::planar_error;
 pub(crate) use self::spatial::{EstimatedFrame, spatial_error};
+use crate::geometry::Pose3;
 
-/// Errors of a run's poses against a reference, the poses of the first compared frame made equal, no other alignment. Lists
-/// have one entry a frame.
+/// Errors of a run's poses against a reference, the poses of the first compared frame made equal; beside them, what is left
+/// when all of them are aligned. Lists have one entry a frame.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify), tsify(missing_as_null))]
 pub struct TrajectoryError<P> {
@@ -27,6 +31,11 @@ pub struct TrajectoryError<P> {
     pub rmse: f64,
     /// Largest distance (m).
     pub max: f64,
+    /// The same with all positions aligned by a rotation and a translation; null where the positions do not fix them.
+    pub aligned: Option<AlignedError>,
+    /// In a sentence: the first row of the reference alone makes the error as large as it is. Told among a result's notes.
+    #[serde(skip)]
+    pub hint: Option<String>,
     /// Distances (m); null for lost frames and those without a partner.
     pub errors: Vec<Option<f64>>,
     /// Angles between the orientations (rad); null as well where the reference has positions alone.
@@ -55,6 +64,8 @@ impl<P> TrajectoryError<P> {
             mean: distances.iter().sum::<f64>() / count,
             rmse: (distances.iter().map(|distance| distance * distance).sum::<f64>() / count).sqrt(),
             max: distances.iter().copied().fold(0.0, f64::max),
+            aligned: None,
+            hint: None,
             errors,
             rotation_errors: frames.iter().map(|frame| frame.and_then(|(_, angle)| angle)).collect(),
             reference,
@@ -62,10 +73,37 @@ impl<P> TrajectoryError<P> {
         }
     }
 
+    /// With what all poses together say. `pairs`: estimate and reference of each compared frame, with orientations if the
+    /// reference has them.
+    fn with_alignment(self, aligned: Option<AlignedError>, pairs: &[(Pose3, Pose3)]) -> Self {
+        let is_off = self.convention != POSITIONS_ALONE && is_first_row_off(pairs);
+        let hint = aligned.filter(|_| is_off).map(|AlignedError { rmse, .. }| {
+            let (name, first, all) = (&self.name, 1e3 * self.rmse, 1e3 * rmse);
+            format!(
+                "{name}: its first row explains most of the error: the rmse is {first:.1} mm with the first poses made \
+                 equal, and {all:.1} mm with all of them aligned"
+            )
+        });
+        Self { aligned, hint, ..self }
+    }
+
     /// The same with the reference's poses in another form.
     pub fn map_reference<Q>(self, to: impl Fn(P) -> Q) -> TrajectoryError<Q> {
-        let Self { name, num_matched, mean, rmse, max, errors, rotation_errors, reference, convention } = self;
+        let Self { name, num_matched, mean, rmse, max, aligned, hint, errors, rotation_errors, reference, convention } =
+            self;
         let reference = reference.into_iter().map(|pose| pose.map(&to)).collect();
-        TrajectoryError { name, num_matched, mean, rmse, max, errors, rotation_errors, reference, convention }
+        TrajectoryError {
+            name,
+            num_matched,
+            mean,
+            rmse,
+            max,
+            aligned,
+            hint,
+            errors,
+            rotation_errors,
+            reference,
+            convention,
+        }
     }
 }

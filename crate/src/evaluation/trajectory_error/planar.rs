@@ -3,12 +3,12 @@
 use nalgebra::{UnitComplex, UnitQuaternion, Vector2, Vector3};
 use serde::Serialize;
 
-use super::{POSITIONS_ALONE, TrajectoryError};
+use super::{AlignedError, POSITIONS_ALONE, TrajectoryError};
 use crate::error::{Error, Result};
 use crate::evaluation::associate::by_time;
 use crate::evaluation::relation_times::time_tolerance;
-use crate::geometry::Pose2;
 use crate::geometry::rotation::turn_about;
+use crate::geometry::{Pose2, Pose3};
 use crate::io::trajectory::{Trajectory, in_space};
 
 /// A position in the plane (m).
@@ -59,7 +59,17 @@ pub(crate) fn planar_error(
         placed.as_ref().map(|placed| PlanarPoint { x: placed.position.x, y: placed.position.y })
     };
     let reading = if reference.orientations.is_some() { "poses from sensor to world" } else { POSITIONS_ALONE };
-    Ok(TrajectoryError::new(name, &errors, placed.iter().map(point).collect(), reading.to_owned()))
+    let pairs: Vec<(Pose3, Pose3)> = estimate
+        .iter()
+        .zip(&placed)
+        .filter_map(|(pose, placed)| {
+            let placed = placed.as_ref()?;
+            let heading = placed.heading.unwrap_or_else(UnitComplex::identity);
+            Some((in_space(pose.as_ref()?), in_space(&Pose2::from_parts(placed.position.into(), heading))))
+        })
+        .collect();
+    Ok(TrajectoryError::new(name, &errors, placed.iter().map(point).collect(), reading.to_owned())
+        .with_alignment(AlignedError::in_plane(&pairs), &pairs))
 }
 
 /// Index in the reference of each frame's partner.

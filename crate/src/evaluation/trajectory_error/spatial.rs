@@ -2,7 +2,7 @@
 
 use nalgebra::Isometry3;
 
-use super::{POSITIONS_ALONE, TrajectoryError};
+use super::{AlignedError, POSITIONS_ALONE, TrajectoryError};
 use crate::error::{Error, Result};
 use crate::evaluation::associate::by_time;
 use crate::evaluation::convention::{KnownConvention, PoseConvention, interpret};
@@ -61,7 +61,9 @@ pub(crate) fn spatial_error(
     };
     let errors: Vec<_> = frames.iter().zip(&moved).map(compare).collect();
     let reading = convention.map_or_else(|| POSITIONS_ALONE.to_owned(), PoseConvention::words);
-    Ok(TrajectoryError::new(name, &errors, moved, reading))
+    let pairs: Vec<(Pose3, Pose3)> =
+        frames.iter().zip(&moved).filter_map(|(frame, truth)| Some((frame.T_world_sensor?, (*truth)?))).collect();
+    Ok(TrajectoryError::new(name, &errors, moved, reading).with_alignment(AlignedError::in_space(&pairs), &pairs))
 }
 
 /// Index in the reference of each frame's partner.

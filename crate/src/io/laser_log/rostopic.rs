@@ -31,9 +31,9 @@ pub(super) fn read(bytes: &[u8]) -> Result<LaserLog> {
 fn range_columns(table: &MessageTable) -> Result<Vec<usize>> {
     let numbered = |(column, name): (usize, &String)| {
         let number = name.strip_prefix("ranges")?.trim_matches(['_', '[', ']', '.']);
-        Some((number.parse::<usize>().ok()?, column))
+        Some((number.parse().ok()?, column as u32))
     };
-    let mut ranges: Vec<(usize, usize)> = table.names.iter().enumerate().filter_map(numbered).collect();
+    let mut ranges: Vec<(u64, u32)> = table.names.iter().enumerate().filter_map(numbered).collect();
     ranges.sort_unstable();
     if !(2..=MAX_BEAMS).contains(&ranges.len()) {
         let problem = format!("{} columns are named as ranges (ranges0, ranges1, ...)", ranges.len());
@@ -43,7 +43,7 @@ fn range_columns(table: &MessageTable) -> Result<Vec<usize>> {
             "Export each range as a column of its own: rostopic echo -p -b FILE.bag /scan",
         ));
     }
-    Ok(ranges.into_iter().map(|(_, column)| column).collect())
+    Ok(ranges.into_iter().map(|(_, column)| column as usize).collect())
 }
 
 fn scan(table: &MessageTable, ranges: &[usize], row: &Row, number: usize) -> Result<LaserScan> {

@@ -281,7 +281,7 @@ impl FromStr for TableFormat {
                     format.odometry = Some(OdometryColumns::Pose([column(x)?, column(y)?, column(theta)?]));
                 }
                 ("wheels", [left, right, tick, track]) => {
-                    let positive = |text: &str| text.parse().ok().filter(|&value: &f64| value > 0.0).ok_or_else(wrong);
+                    let positive = |text: &str| number(text.as_bytes()).filter(|&value| value > 0.0).ok_or_else(wrong);
                     let columns = [column(left)?, column(right)?];
                     format.odometry = Some(OdometryColumns::Wheels {
                         columns,
@@ -290,7 +290,7 @@ impl FromStr for TableFormat {
                     });
                 }
                 ("ahead", [value]) => {
-                    format.ahead = value.parse().ok().filter(|value: &f64| value.is_finite()).ok_or_else(wrong)?;
+                    format.ahead = number(value.as_bytes()).filter(|value| value.is_finite()).ok_or_else(wrong)?;
                 }
                 _ => return Err(fault(format!("{} is nothing of a table's format", quote(pair.as_bytes())))),
             }
@@ -307,8 +307,8 @@ impl FromStr for TableFormat {
 /// Radians, or degrees as `35deg`.
 fn angle(text: &str) -> Option<f64> {
     let angle = match text.strip_suffix("deg") {
-        Some(degrees) => degrees.parse::<f64>().ok()?.to_radians(),
-        None => text.parse().ok()?,
+        Some(degrees) => number(degrees.as_bytes())?.to_radians(),
+        None => number(text.as_bytes())?,
     };
     angle.is_finite().then_some(angle)
 }

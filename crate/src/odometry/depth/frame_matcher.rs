@@ -21,6 +21,12 @@ use crate::registration::spatial::SpatialRegistration;
 /// Distance up to which two poses are the same (m, two metres per radian).
 pub(super) const SAME_POSE_DISTANCE: f64 = 0.05;
 
+/// Agreement (0..=1) of a frame without noise above which other hypotheses are not tried.
+pub(super) const CLEAR_AGREEMENT: f64 = 0.998;
+/// Points whose errors are independent of each other, of those of a final registration: the noise of their mean is that of one
+/// over the root of their number. Steps smaller than this are none.
+const INDEPENDENT_POINTS: f64 = 1000.0;
+
 /// A frame that is registered to a reference map.
 ///
 /// This file holds the registration from one initial pose. [`resolve_degeneracy`](super::resolve_degeneracy),
@@ -38,6 +44,8 @@ pub(super) struct FrameMatcher<'a> {
     pub(super) fine: SurfelCloud,
     pub(super) solver: Solver<Pose3>,
     noise: DepthNoise,
+    /// Agreement (0..=1) above which other hypotheses are not tried.
+    pub(super) clear_agreement: f64,
     /// `None` where colours are not used.
     pub(super) textured: Option<TexturedFrame<'a>>,
 }
@@ -53,6 +61,7 @@ impl<'a> FrameMatcher<'a> {
             fine: frame.fine(),
             solver: options.motion.solver(),
             noise: options.noise,
+            clear_agreement: CLEAR_AGREEMENT,
             textured: TexturedFrame::new(frame, options.color),
         }
     }
@@ -91,9 +100,23 @@ impl<'a> FrameMatcher<'a> {
         self.register_finely_with(&self.solver.holding(&along), guess)
     }
 
+    /// Options of the final registration. It has converged once its steps are smaller than what noise leaves uncertain.
+    fn final_options(&self) -> IcpOptions {
+        let mut options = fine_options();
+        let mut depths: Vec<f64> = self.middle.points.iter().map(|point| point.z).collect();
+        let middle = depths.len() / 2;
+        if !depths.is_empty() {
+            let depth = *depths.select_nth_unstable_by(middle, f64::total_cmp).1;
+            let noise = self.noise.over_square * depth * depth / INDEPENDENT_POINTS.sqrt();
+            let Criteria { rotation_eps, translation_eps, .. } = &mut options.criteria;
+            (*rotation_eps, *translation_eps) = (rotation_eps.max(noise / depth), translation_eps.max(noise));
+        }
+        options
+    }
+
     fn register_finely_with(&self, solver: &Solver<Pose3>, guess: Pose3) -> PoseHypothesis {
         let view = self.view_from(&guess);
-        let registration = register(solver, &view, &self.fine, guess, &fine_options());
+        let registration = register(solver, &view, &self.fine, guess, &self.final_options());
         let evidence = self.evidence(&view, &self.middle, &registration.T_target_source);
         PoseHypothesis::new(registration, view, &evidence)
     }

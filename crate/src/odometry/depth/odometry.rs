@@ -1,11 +1,12 @@
 //! The odometry itself: the chain of frames, its rival, and the frames that wait for relocalization.
 
-use super::DepthOptions;
 use super::chain::{self, Chain, MAX_UNESTABLISHED_FRAMES, Member};
 use super::estimate::{PoseUpdate, SpatialEstimate};
 use super::unregistered_frames::UnregisteredFrames;
+use super::{ColorUse, DepthOptions};
 use crate::geometry::Pose3;
 use crate::odometry::assessment::{Assessment, Status};
+use crate::preprocess::color_registration::OutlineContrast;
 use crate::registration::prepared_surfels::PreparedSurfels;
 
 /// Smallest number of surfels in a frame that is registered.
@@ -23,6 +24,8 @@ const MAX_LOOK_BACK_FAILURES: usize = 2;
 #[derive(Clone)]
 pub struct DepthOdometry {
     options: DepthOptions,
+    /// Whether the colours belong to the depth's pixels, as all frames so far tell.
+    outline_contrast: OutlineContrast,
     /// Frames registered so far; also the number of the next one.
     num_frames: u32,
     /// `None` before the first frame.
@@ -33,8 +36,19 @@ pub struct DepthOdometry {
     unregistered_frames: UnregisteredFrames,
     /// Changes that have not been taken yet.
     pose_updates: Vec<PoseUpdate>,
+    /// Frames before a registered one that are to be relocalized.
+    look_back: Option<LookBack>,
     /// Relocalization after the last frame; `None` while frames follow.
     rounds: Option<RelocalizationRounds>,
+}
+
+/// Progress of relocalization backwards from a frame.
+#[derive(Clone)]
+struct LookBack {
+    /// The frames from `start` until this one are left.
+    end: u32,
+    start: u32,
+    num_failures: usize,
 }
 
 /// Progress of relocalization after the last frame.
@@ -52,11 +66,13 @@ impl DepthOdometry {
     pub fn new(options: DepthOptions) -> Self {
         Self {
             options,
+            outline_contrast: OutlineContrast::default(),
             num_frames: 0,
             chain: None,
             rival_chain: None,
             unregistered_frames: UnregisteredFrames::default(),
             pose_updates: Vec::new(),
+            look_back: None,
             rounds: None,
         }
     }
@@ -72,6 +88,13 @@ impl DepthOdometry {
         let num_surfels = frame.image.surfels().count();
         if num_surfels < MIN_SURFELS {
             return self.too_few_surfels(num_surfels);
+        }
+        self.outline_contrast += frame.outline_contrast;
+        if self.has_misaligned_colors() {
+            self.options.color = ColorUse::NotUsed;
+            for chain in self.chain.iter_mut().chain(&mut self.rival_chain) {
+                chain.disregard_colors();
+            }
         }
         let Some(chain) = &mut self.chain else {
             let (chain, estimate) = Chain::new(self.options, number, frame);
@@ -99,13 +122,17 @@ impl DepthOdometry {
             self.unregistered_frames.push(number, frame, estimate.T_world_sensor);
         }
         self.drop_small_rival_chain();
-        if is_after_gap {
-            self.relocalize_before(number);
+        if is_after_gap || !dropped.is_empty() {
+            let end = dropped.last().map_or(number, |member| member.number + 1);
+            self.look_back = Some(LookBack { end, start: end.saturating_sub(MAX_LOOK_BACK_FRAMES), num_failures: 0 });
         }
-        for member in dropped.iter().rev().take(MAX_LOOK_BACK_FRAMES as usize) {
-            self.relocalize(member.number, false);
-        }
+        self.look_back();
         estimate
+    }
+
+    /// Whether the colours are not those of the depth's pixels; they are not used then.
+    pub fn has_misaligned_colors(&self) -> bool {
+        self.outline_contrast.is_misaligned()
     }
 
     /// The changes of earlier frames since the last call, in the order in which they arose.
@@ -161,19 +188,18 @@ impl DepthOdometry {
         }
     }
 
-    /// Tries to relocalize the frames before a registered one, backwards from it.
-    fn relocalize_before(&mut self, number: u32) {
-        let mut num_failures = 0;
-        for earlier in (number.saturating_sub(MAX_LOOK_BACK_FRAMES)..number).rev() {
-            if self.chain.as_ref().is_some_and(|chain| chain.is_member(earlier)) {
-                break;
-            }
-            if self.unregistered_frames.get(earlier).is_some() && !self.relocalize(earlier, false) {
-                num_failures += 1;
-                if num_failures == MAX_LOOK_BACK_FAILURES {
-                    break;
-                }
-            }
+    /// Tries to relocalize the frames before a registered one, backwards from it: one with each frame that follows, so that the
+    /// time of a frame is bounded.
+    fn look_back(&mut self) {
+        let Some(LookBack { end, start, num_failures }) = self.look_back.take() else { return };
+        let is_member = |number: u32| self.chain.as_ref().is_some_and(|chain| chain.is_member(number));
+        let earlier = (start..end).rev().take_while(|number| !is_member(*number));
+        let Some(number) = earlier.into_iter().find(|number| self.unregistered_frames.get(*number).is_some()) else {
+            return;
+        };
+        let num_failures = num_failures + usize::from(!self.relocalize(number, false));
+        if num_failures < MAX_LOOK_BACK_FAILURES {
+            self.look_back = Some(LookBack { end: number, start, num_failures });
         }
     }
 

@@ -27,10 +27,26 @@ const NUM_REFINED: [usize; 2] = [8, 3];
 const NUM_REFINED_ANYWHERE: [usize; 2] = [24, 5];
 /// Poses near keyframes that are refined for a frame that may be anywhere.
 const NUM_KEYFRAME_POSES: usize = 6;
-/// Agreement (0..=1) above which the other hypotheses are not tried.
-const CLEAR_AGREEMENT: f64 = 0.998;
+/// Poses of which the final registration is computed, at the most.
+const NUM_FINELY_REGISTERED: usize = 3;
 /// Photometric correlation (-1..=1) above which the other hypotheses are not compared by brightness.
 const CLEAR_NCC: f64 = 0.95;
+
+/// Refined poses with their support.
+#[derive(Default)]
+struct Refined {
+    /// By few points.
+    rough: Vec<(f64, Pose3)>,
+    /// The best of them by more points.
+    middle: Vec<(f64, Pose3)>,
+}
+
+impl Refined {
+    fn extend(&mut self, other: Self) {
+        self.rough.extend(other.rough);
+        self.middle.extend(other.middle);
+    }
+}
 
 impl FrameMatcher<'_> {
     /// The registration near a guess, with degenerate directions resolved and refined by brightness.
@@ -41,20 +57,21 @@ impl FrameMatcher<'_> {
     /// The best of these hypotheses; they are scored in the view from `T_world_view`.
     pub(super) fn best_of(&self, hypotheses: &[Pose3], T_world_view: &Pose3) -> PoseHypothesis {
         let view = self.view_from(T_world_view);
-        self.refine_near(&view, self.scored(&view, hypotheses.iter().copied()), T_world_view)
+        let scored = self.scored(&view, hypotheses.iter().copied());
+        self.best_of_refined(self.refine(&view, scored, NUM_REFINED, |pose| motion_penalty(T_world_view, pose)))
     }
 
     /// The best of all rotations about the vertical and translations by up to a metre around a pose.
     pub(super) fn best_of_all_around(&self, T_world_last: &Pose3) -> PoseHypothesis {
-        let quadrants = [0, 1, 2, 3].map(|quadrant| {
+        let mut refined = Refined::default();
+        for quadrant in 0..4 {
             let T_quadrant = Isometry3::rotation(Vector3::y() * f64::from(quadrant) * 90f64.to_radians());
             let T_world_view = T_world_last * T_quadrant;
             let view = self.view_from(&T_world_view);
-            let hypotheses = grid_around(&T_world_view, -6..=6, 7.5f64.to_radians(), 4, 4);
-            self.refine_near(&view, self.scored(&view, hypotheses), T_world_last)
-        });
-        let [first, others @ ..] = quadrants;
-        others.into_iter().fold(first, |best, next| if next.support > best.support { next } else { best })
+            let scored = self.scored(&view, grid_around(&T_world_view, -6..=6, 7.5f64.to_radians(), 4, 4));
+            refined.extend(self.refine(&view, scored, NUM_REFINED, |pose| motion_penalty(T_world_last, pose)));
+        }
+        self.best_of_refined(refined)
     }
 
     /// The best of all rotations about the vertical and translations by up to four metres forward, back and sideways, without
@@ -62,7 +79,7 @@ impl FrameMatcher<'_> {
     pub(super) fn best_of_anywhere(&self, T_world_view: &Pose3) -> PoseHypothesis {
         let view = self.view_from(T_world_view);
         let poses = best_poses(&view, &self.sparse.at_most(grid_search::NUM_POINTS), T_world_view);
-        self.refine(&view, poses, NUM_REFINED_ANYWHERE, |_| 0.0)
+        self.best_of_refined(self.refine(&view, poses, NUM_REFINED_ANYWHERE, |_| 0.0))
     }
 
     /// The best of the poses near all keyframes, if there are any.
@@ -74,11 +91,11 @@ impl FrameMatcher<'_> {
                 scored.push((score, keyframe.T_world_camera * T_keyframe_camera));
             }
         }
-        let refined = best_distinct(scored, NUM_KEYFRAME_POSES).into_iter().map(|guess| {
-            let view = self.view_from(&guess);
-            self.refine_near(&view, vec![(0.0, guess)], &guess)
-        });
-        refined.max_by(|a, b| a.support.total_cmp(&b.support))
+        let mut refined = Refined::default();
+        for guess in best_distinct(scored, NUM_KEYFRAME_POSES) {
+            refined.extend(self.refine(&self.view_from(&guess), vec![(0.0, guess)], NUM_REFINED, |_| 0.0));
+        }
+        (!refined.middle.is_empty()).then(|| self.best_of_refined(refined))
     }
 
     /// Hypotheses with their scores by few points and, for the best of them, by more.
@@ -96,19 +113,14 @@ impl FrameMatcher<'_> {
         scored
     }
 
-    /// From scored hypotheses to one registration, with a penalty for motion from the last pose.
-    fn refine_near(&self, view: &ProjectiveTarget, scored: Vec<(f64, Pose3)>, T_world_last: &Pose3) -> PoseHypothesis {
-        self.refine(view, scored, NUM_REFINED, |pose| motion_penalty(T_world_last, pose))
-    }
-
-    /// From scored hypotheses to one registration: few points for many hypotheses, more points for few.
+    /// Refines scored hypotheses: few points for many of them, more points for few.
     fn refine(
         &self,
         view: &ProjectiveTarget,
         scored: Vec<(f64, Pose3)>,
         [num_rough, num_middle]: [usize; 2],
         penalty: impl Fn(&Pose3) -> f64,
-    ) -> PoseHypothesis {
+    ) -> Refined {
         let refined = |hypotheses: Vec<Pose3>, cloud: &SurfelCloud, options: &IcpOptions| -> Vec<(f64, Pose3)> {
             let refined = hypotheses.into_iter().map(|guess| {
                 let refined = self.register(view, cloud, guess, options).T_target_source;
@@ -118,18 +130,17 @@ impl FrameMatcher<'_> {
         };
         let rough = refined(best_distinct(scored, num_rough), &self.sparse, &rough_options());
         let middle = refined(best_distinct(rough.clone(), num_middle), &self.middle, &middle_options());
-        let best = self.best_of_refined(middle);
-        self.choose_by_color(best, rough)
+        Refined { rough, middle }
     }
 
-    /// The final registration of the best of a few scored poses. Where the evidence contradicts it, the others are compared with
-    /// it, each in the view from its own pose: so far all were scored in one view.
-    fn best_of_refined(&self, mut scored: Vec<(f64, Pose3)>) -> PoseHypothesis {
-        scored.sort_by(|a, b| b.0.total_cmp(&a.0));
-        let mut poses = scored.iter().map(|(_, pose)| *pose);
+    /// The final registration of the best of a few refined poses. Where the evidence contradicts it, others are compared with
+    /// it, each in the view from its own pose: so far they were scored in a common view.
+    fn best_of_refined(&self, Refined { rough, mut middle }: Refined) -> PoseHypothesis {
+        middle.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let mut poses = middle.iter().map(|(_, pose)| *pose).take(NUM_FINELY_REGISTERED);
         let mut best = self.register_at(poses.next().unwrap_or_else(Pose3::identity));
         for pose in poses {
-            if best.agreement > CLEAR_AGREEMENT {
+            if best.agreement > self.clear_agreement {
                 break;
             }
             if apart(&pose, best.T_world_sensor()) < SAME_POSE_DISTANCE {
@@ -142,7 +153,7 @@ impl FrameMatcher<'_> {
                 best = other;
             }
         }
-        best
+        self.choose_by_color(best, rough)
     }
 
     /// Chooses among the hypotheses by brightness, where neither surfaces nor brightness determine the position along one

@@ -12,6 +12,7 @@ use crate::graph::pose_graph::{BetweenFactor, PlanarFactor};
 use crate::odometry::planar::information::{chained, seen_from, softened_covariance};
 use crate::odometry::planar::{FrameEstimate, Link, MeasuredMotion, REGISTRATION_SIGMA, SURE_MOTION};
 use crate::preprocess::planar_scan::PlanarScan;
+use crate::search::order::ascending;
 
 /// From this many placed scans on a sequence is long: its loops are looked for, its keyframes are some of its scans, and each
 /// is matched with a few others.
@@ -243,10 +244,10 @@ impl KeyframeGraph {
             T.translation_norm() + T.rotation_angle()
         };
         let sees_same = |&earlier: &usize| self.see_the_same(earlier, later, of_nodes);
-        let mut revisited: Vec<(f64, usize)> =
+        let near: Vec<(f64, usize)> =
             (0..window).map(|earlier| (apart(earlier), earlier)).filter(|(apart, _)| *apart < FAR).collect();
-        revisited.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-        let revisited = revisited.into_iter().map(|(_, earlier)| earlier).filter(sees_same).take(REVISITED);
+        let nearest_first = ascending(near.iter().map(|(apart, _)| *apart)).into_iter().map(|index| near[index].1);
+        let revisited = nearest_first.filter(sees_same).take(REVISITED);
         let before = (window..later).filter(sees_same);
         revisited.chain(before).map(|target| Edge { source: later, target }).collect()
     }

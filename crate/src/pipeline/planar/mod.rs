@@ -146,6 +146,7 @@ impl Reconstruction {
             notes.push(error.to_string());
             None
         });
+        notes.extend(comparison.iter().filter_map(|comparison| comparison.hint.clone()));
         if self.names.len() == 1 {
             notes.push(format!("{} is the only scan: it makes a map, but no motion.", self.names[0]));
         }

@@ -13,6 +13,7 @@ use crate::camera::{Brightness, Pinhole, Surfel, SurfelImage};
 use crate::error::{Error, Result};
 use crate::geometry::PointCloud;
 use crate::pipeline::spatial_settings::Quantisation;
+use crate::preprocess::color_registration::OutlineContrast;
 use crate::preprocess::map_image::MapImage;
 use crate::registration::photometric::TexturedPoint;
 use crate::registration::prepared_surfels::{PickedCells, PreparedSurfels};
@@ -45,6 +46,7 @@ struct Grid {
     cell_size: usize,
     columns: usize,
     rows: usize,
+    outline_contrast: OutlineContrast,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -154,13 +156,14 @@ impl PreparedFrame {
     }
 }
 
-fn grid_of((quantisation, PreparedSurfels { image, .. }): &(Quantisation, PreparedSurfels)) -> Grid {
+fn grid_of((quantisation, PreparedSurfels { image, outline_contrast, .. }): &(Quantisation, PreparedSurfels)) -> Grid {
     Grid {
         quantisation: *quantisation,
         camera: image.camera,
         cell_size: image.cell_size,
         columns: image.columns,
         rows: image.rows,
+        outline_contrast: *outline_contrast,
     }
 }
 
@@ -182,7 +185,7 @@ fn take_brightness(sizes: [[usize; 2]; NUM_LEVELS], rest: &mut &[u8]) -> Result<
     Brightness::from_levels(levels).ok_or_else(no_frame)
 }
 
-fn put_prepared(bytes: &mut Vec<u8>, PreparedSurfels { image, picked, coarse, textured }: &PreparedSurfels) {
+fn put_prepared(bytes: &mut Vec<u8>, PreparedSurfels { image, picked, coarse, textured, .. }: &PreparedSurfels) {
     put_surfels(bytes, image);
     for cells in picked.lists() {
         put(bytes, cells);
@@ -208,10 +211,10 @@ fn take_prepared(grid: &Grid, rest: &mut &[u8]) -> Result<PreparedSurfels> {
         TexturedPoint { point, patch, values }
     });
     let textured = textured.collect();
-    Ok(PreparedSurfels { image, picked, coarse, textured })
+    Ok(PreparedSurfels { image, picked, coarse, textured, outline_contrast: grid.outline_contrast })
 }
 
-fn most_bytes_of(PreparedSurfels { image, picked, coarse, textured }: &PreparedSurfels) -> usize {
+fn most_bytes_of(PreparedSurfels { image, picked, coarse, textured, .. }: &PreparedSurfels) -> usize {
     let num_picked: usize = picked.lists().iter().map(|cells| cells.len()).sum();
     image.cells.len() * SURFEL_BYTES
         + num_picked * size_of::<u32>()

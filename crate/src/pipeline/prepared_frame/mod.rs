@@ -16,6 +16,7 @@ use crate::io::{color_image, depth_png, point_cloud};
 use crate::odometry::cloud::{CloudOptions, PreparedCloud};
 use crate::pipeline::assumptions::{Assumption, assumptions, contradiction};
 use crate::pipeline::spatial_settings::{ColorUse, Method, Quantisation, SpatialSettings};
+use crate::preprocess::color_registration::OutlineContrast;
 use crate::preprocess::depth_cloud::depth_cloud;
 use crate::preprocess::depth_noise::estimate_depth_noise;
 use crate::preprocess::depth_surfels::{DepthModel, depth_surfels};
@@ -303,9 +304,13 @@ impl PreparedFrame {
         let map_points = MapPoints::Image(map_image, *quantisation);
         let surfaces = if decode_config.settings.method == Method::SurfelMap {
             let options = decode_config.settings.depth_options();
-            Surfaces::Surfels(
-                surfels.into_iter().map(|(quantisation, image)| (quantisation, options.prepared(image))).collect(),
-            )
+            let contrast_with =
+                |brightness: &Arc<Brightness>| OutlineContrast::new(&image, &usable, &model, brightness);
+            let outline_contrast = brightness.as_ref().map(contrast_with).unwrap_or_default();
+            let prepared = |(quantisation, surfels)| {
+                (quantisation, PreparedSurfels { outline_contrast, ..options.prepared(surfels) })
+            };
+            Surfaces::Surfels(surfels.into_iter().map(prepared).collect())
         } else {
             // Courses take every value for what it says.
             let is_course = decode_config.settings.method == Method::Course;

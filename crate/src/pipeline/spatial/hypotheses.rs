@@ -69,6 +69,12 @@ impl Hypotheses {
         self.0.get(self.best_index())
     }
 
+    /// Whether the colours are not those of the depth's pixels.
+    pub(super) fn have_misaligned_colors(&self) -> bool {
+        let odometry = self.best().map(|hypothesis| &hypothesis.odometry);
+        matches!(odometry, Some(Odometry::Depth(odometry)) if odometry.has_misaligned_colors())
+    }
+
     /// Whether enough frames have been registered: few are, where one reading fits them far better.
     fn is_decided(&self) -> bool {
         let num_registered = self.0.first().map_or(0, |hypothesis| hypothesis.num_registered);

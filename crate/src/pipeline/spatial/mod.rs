@@ -24,6 +24,10 @@ use crate::pipeline::report::{FrameResult, Progress, SpatialPose, Stage};
 use crate::pipeline::spatial_report::{MapSize, SpatialResult};
 use crate::pipeline::spatial_settings::{Quantisation, SpatialSettings};
 
+/// What is said of colours that are left out of the estimate.
+const MISALIGNED_COLORS: &str = "The colours are not registered to the depth images: the outlines of objects do not coincide. The \
+                                 poses are estimated from depth alone, and the map shows the colours as they are";
+
 /// So many of the newest frames are not stitched before the map is asked for.
 const MAX_PENDING_FRAMES: usize = 6;
 
@@ -211,6 +215,7 @@ impl SpatialReconstruction {
         let mut notes = self.notes.clone();
         notes.extend(self.depth().into_iter().flat_map(|depth| depth.notes.iter().cloned()));
         notes.extend(self.frames.note());
+        notes.extend(self.hypotheses.have_misaligned_colors().then(|| MISALIGNED_COLORS.to_owned()));
         notes.extend(self.loop_report().note());
         let comparison = self.reference.as_ref().and_then(|reference| {
             notes.extend(reference.contents.notes.iter().map(|note| format!("{}: {note}", reference.name)));
@@ -226,6 +231,7 @@ impl SpatialReconstruction {
             let reading = self.depth().map(|depth| (1.0 / depth.depth_step, &depth.camera));
             suggestion(&self.poses_up_to(Status::Doubtful), comparison, reading)
         });
+        notes.extend(comparison.iter().filter_map(|comparison| comparison.hint.clone()));
         let frames = self.frames.iter().zip(self.estimates()).zip(self.poses());
         SpatialResult {
             version: env!("CARGO_PKG_VERSION"),

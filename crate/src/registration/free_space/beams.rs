@@ -6,6 +6,7 @@
 use nalgebra::Vector2;
 
 use super::{FreeSpaceTally, FreeSpaceTest};
+use crate::search::order::ascending;
 
 /// Ranges by bearing of one scan.
 #[derive(Debug, Clone)]
@@ -24,8 +25,8 @@ const RELATIVE_TOLERANCE: f64 = 0.03;
 impl RangeProfile {
     /// Sorts the returns (m, sensor frame) by bearing.
     pub fn new(points: &[Vector2<f64>]) -> Self {
-        let mut beams: Vec<(f64, f64)> = points.iter().map(|p| (p.y.atan2(p.x), p.norm())).collect();
-        beams.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let beams: Vec<(f64, f64)> = points.iter().map(|p| (p.y.atan2(p.x), p.norm())).collect();
+        let beams: Vec<_> = ascending(beams.iter().map(|beam| beam.0)).into_iter().map(|index| beams[index]).collect();
         let mut gaps: Vec<f64> = beams.windows(2).map(|pair| pair[1].0 - pair[0].0).collect();
         let max_gap = if gaps.is_empty() {
             0.0

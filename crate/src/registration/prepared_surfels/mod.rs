@@ -7,6 +7,7 @@ use self::surfel_cloud::Directions;
 pub(crate) use self::surfel_cloud::SurfelCloud;
 use crate::camera::Pinhole;
 use crate::camera::surfel_image::{SurfelImage, cell_camera};
+use crate::preprocess::color_registration::OutlineContrast;
 use crate::registration::photometric::{TexturedPoint, textured_points};
 use crate::registration::projective::{PackedSurfel, ProjectiveTarget};
 
@@ -22,6 +23,8 @@ pub struct PreparedSurfels {
     pub(crate) coarse: Vec<PackedSurfel>,
     /// Points of high image gradient, where there is a colour image.
     pub(crate) textured: Vec<TexturedPoint>,
+    /// Whether those colours are those of the depth's pixels.
+    pub outline_contrast: OutlineContrast,
 }
 
 /// Sampled cells of the image, each list with its normals distributed evenly.
@@ -68,7 +71,7 @@ impl PreparedSurfels {
         };
         let coarse = ProjectiveTarget::of_frame(&image, COARSE_SIDE).packed_surfels();
         let textured = textured_points(&image);
-        Self { image, picked, coarse, textured }
+        Self { image, picked, coarse, textured, outline_contrast: OutlineContrast::default() }
     }
 
     pub(crate) fn sparse(&self) -> SurfelCloud {

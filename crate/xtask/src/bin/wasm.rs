@@ -1,5 +1,5 @@
 //! Compiles a package of this workspace to WebAssembly and writes its JavaScript beside it:
-//! `wasm [PACKAGE] [OUT_DIR] [CARGO_OPTION]...`, by default `wasm scanstitch pkg`.
+//! `wasm [PACKAGE] [OUT_DIR] [NAME] [CARGO_OPTION]...`, by default `wasm scanstitch pkg scanstitch`.
 //!
 //! Two steps, as `wasm-pack build` does them, without a tool to install first: `cargo build` for
 //! `wasm32-unknown-unknown`, then `wasm-bindgen --target web`.
@@ -18,8 +18,9 @@ fn main() -> ExitCode {
     let package = args.next().unwrap_or_else(|| "scanstitch".into());
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
     let out_dir = args.next().map_or_else(|| root.join("pkg"), PathBuf::from);
+    let name = args.next().unwrap_or_else(|| package.replace('-', "_"));
     let options: Vec<String> = args.collect();
-    match compile(&root, &package, &options).and_then(|wasm| bind(&wasm, &out_dir, &package)) {
+    match compile(&root, &package, &name, &options).and_then(|wasm| bind(&wasm, &out_dir, &name)) {
         Ok(()) => ExitCode::SUCCESS,
         Err(problem) => {
             eprintln!("error: {problem}");
@@ -28,11 +29,12 @@ fn main() -> ExitCode {
     }
 }
 
-/// Builds the package's library in release and returns the path of the module.
-fn compile(root: &Path, package: &str, options: &[String]) -> Result<PathBuf, String> {
+/// Builds the package's library in release and returns the path of the module. As a `cdylib` alone: beside an `rlib`,
+/// cargo would leave link-time optimisation out.
+fn compile(root: &Path, package: &str, name: &str, options: &[String]) -> Result<PathBuf, String> {
     let cargo = env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
     let status = Command::new(cargo)
-        .args(["build", "--release", "--lib", "--target", TARGET, "--package", package])
+        .args(["rustc", "--release", "--lib", "--crate-type", "cdylib", "--target", TARGET, "--package", package])
         .args(options)
         .current_dir(root)
         .status()
@@ -41,11 +43,17 @@ fn compile(root: &Path, package: &str, options: &[String]) -> Result<PathBuf, St
         return Err(format!("cargo could not build {package} for {TARGET} ({status})"));
     }
     let target_dir = env::var_os("CARGO_TARGET_DIR").map_or_else(|| root.join("target"), |dir| root.join(dir));
-    Ok(target_dir.join(TARGET).join("release").join(package.replace('-', "_")).with_extension("wasm"))
+    let release = target_dir.join(TARGET).join("release");
+    // Cargo gives what is compiled of one package one name, whatever its features are; and this one keeps the names of
+    // functions, by which scripts/sizes.mjs tells what takes how much.
+    let linked = release.join(name).with_extension("linked.wasm");
+    let built = release.join(package.replace('-', "_")).with_extension("wasm");
+    fs::copy(&built, &linked).map_err(|error| format!("{}: {error}", built.display()))?;
+    Ok(linked)
 }
 
-/// Writes `<package>.js`, `<package>.d.ts` and `<package>_bg.wasm` into `out_dir`.
-fn bind(wasm: &Path, out_dir: &Path, package: &str) -> Result<(), String> {
+/// Writes `<name>.js`, `<name>.d.ts` and `<name>_bg.wasm` into `out_dir`.
+fn bind(wasm: &Path, out_dir: &Path, name: &str) -> Result<(), String> {
     let generate = || {
         Bindgen::new()
             .input_path(wasm)
@@ -54,11 +62,13 @@ fn bind(wasm: &Path, out_dir: &Path, package: &str) -> Result<(), String> {
             // A returned typed array is a copy with a buffer of its own, which Blob and transfer ask for:
             // Uint8Array<ArrayBuffer>.
             .ts_typed_array_buffers(true)
-            .out_name(&package.replace('-', "_"))
+            // The names of functions are a tenth of the file; those of a panic's place stay.
+            .remove_name_section(true)
+            .out_name(name)
             .generate(out_dir)
     };
     generate().map_err(|error| format!("{error:#}"))?;
-    check_arguments(&out_dir.join(package.replace('-', "_")).with_extension("js"))
+    check_arguments(&out_dir.join(name).with_extension("js"))
 }
 
 /// What hands strings and arrays over to the module, and what each takes. As generated they take whatever they are

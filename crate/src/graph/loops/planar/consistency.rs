@@ -7,6 +7,7 @@ use super::matching::SubmapMatch;
 use super::uncertainty::RelativeCovariances;
 use crate::geometry::{Pose2, RigidMotion};
 use crate::odometry::planar::information::{chained, inverted};
+use crate::search::order::ascending;
 
 /// A match between the anchors of two submaps.
 #[derive(Debug, Clone)]
@@ -81,10 +82,9 @@ pub fn consistent_set(relations: &[Vec<Relation>], num_old: usize) -> Vec<Option
         let old = &relations[index][..num_old];
         count(old, Relation::Contradicts) == 0 || count(old, Relation::Supports) > 2 * count(old, Relation::Contradicts)
     };
-    let mut order: Vec<usize> = (0..relations.len()).filter(|&index| fits_old(index)).collect();
-    order.sort_by(|&a, &b| worth(b).total_cmp(&worth(a)).then(a.cmp(&b)));
+    let order = ascending((0..relations.len()).map(|index| -worth(index)));
     let mut chosen: Vec<usize> = Vec::new();
-    for index in order {
+    for index in order.into_iter().filter(|&index| fits_old(index)) {
         if chosen.iter().all(|&other| relations[index][num_old + other] != Relation::Contradicts) {
             chosen.push(index);
         }

@@ -17,6 +17,7 @@ use crate::preprocess::planar_scan::PlanarScan;
 use crate::registration::correlative::SearchWindow;
 use crate::registration::free_space::FreeSpaceTally;
 use crate::registration::icp::IcpOptions;
+use crate::search::order::ascending;
 
 mod consistency;
 mod matching;
@@ -261,9 +262,9 @@ impl LoopClosure {
             for target in 0..source {
                 candidates.extend(self.pair(target, source, covariances));
             }
-            candidates.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.target.cmp(&b.1.target)));
             let mut chosen: Vec<Pair> = Vec::new();
-            for (_, pair) in candidates {
+            for index in ascending(candidates.iter().map(|candidate| -candidate.0)) {
+                let pair = candidates[index].1;
                 if chosen.len() < CANDIDATES && chosen.iter().all(|other| other.target.abs_diff(pair.target) > 1) {
                     chosen.push(pair);
                 }

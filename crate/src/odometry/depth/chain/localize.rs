@@ -36,7 +36,7 @@ const MAX_PRIOR_SIGMAS: f64 = 3.0;
 impl Chain {
     /// The best pose `near` the prediction; where the evidence does not suffice, all around it, then near all keyframes.
     pub(super) fn localize(&self, frame: &PreparedSurfels, near: PoseHypothesis) -> PoseHypothesis {
-        let matcher = FrameMatcher::new(&self.reference, frame, self.options);
+        let matcher = self.matcher(frame);
         let mut best = near;
         if !self.needs_no_wider_search(&best) {
             best = better_of(best, matcher.best_of_all_around(&self.last.T_world_sensor));
@@ -130,7 +130,7 @@ impl Chain {
     /// Searches for an unregistered frame near the members before and after it in the recording, and near its last pose; all
     /// around them and near all keyframes if `everywhere`.
     pub(in super::super) fn relocalize(&self, frame: &UnregisteredFrame, everywhere: bool) -> Option<PoseHypothesis> {
-        let matcher = FrameMatcher::new(&self.reference, &frame.frame, self.options);
+        let matcher = self.matcher(&frame.frame);
         let neighbors = self.neighbors(frame.number);
         let is_accepted = |hypothesis: &PoseHypothesis| {
             let gate_from = |member: &&Member| {

@@ -8,13 +8,13 @@ mod tentative;
 mod track;
 
 use self::track::PosedFrame;
-use super::frame_matcher::FrameMatcher;
+use super::frame_matcher::{CLEAR_AGREEMENT, FrameMatcher};
 use super::motion_prior::MotionPrior;
 use super::pose_hypothesis::PoseHypothesis;
 use super::prediction_gate::PredictionGate;
 use super::reference_map::ReferenceMap;
 use super::tentative_branch::{BranchOutcome, TentativeBranch};
-use super::{DepthOptions, SpatialEstimate, Verification};
+use super::{ColorUse, DepthOptions, SpatialEstimate, Verification};
 use crate::geometry::Pose3;
 use crate::odometry::assessment::{Assessment, Status};
 use crate::registration::prepared_surfels::PreparedSurfels;
@@ -25,8 +25,8 @@ pub(super) const MAX_UNESTABLISHED_FRAMES: usize = 5;
 /// Number of frames whose photometric correlation must be known before a frame's is compared with it: images may belong to
 /// other frames, or the light may change with every frame.
 const MIN_NCC_FRAMES: u32 = 3;
-/// Smallest weight of the last frame in the moving average of the photometric correlation.
-const MIN_NCC_WEIGHT: f64 = 0.2;
+/// Smallest weight of the last frame in moving averages.
+const MIN_AVERAGE_WEIGHT: f64 = 0.2;
 /// A frame may leave this many times as much of the brightness unexplained (1 - correlation) as the average.
 const MAX_UNEXPLAINED_RATIO: f64 = 3.0;
 /// Photometric correlation (-1..=1) that suffices in any case. Below it, a pose may be off by one period of a repetitive
@@ -52,6 +52,8 @@ pub(super) struct Chain {
     rejected: Option<PosedFrame>,
     /// Frames since the last one that was appended.
     num_rejected: u32,
+    /// Moving average of the contradicting surface (1 - agreement) of appended frames: noise and moving objects.
+    mean_contradiction: f64,
     /// Moving average of the photometric correlation of appended frames, ...
     mean_ncc: f64,
     /// ... and the number of frames in it.
@@ -104,11 +106,17 @@ impl Chain {
             motion_prior: MotionPrior::default(),
             rejected: None,
             num_rejected: 0,
+            mean_contradiction: 0.0,
             mean_ncc: 0.0,
             num_ncc_frames: 0,
             tentative_branches: Vec::new(),
         };
         (chain, estimate)
+    }
+
+    /// Frames from now on are registered by their depth alone.
+    pub(super) fn disregard_colors(&mut self) {
+        self.options.color = ColorUse::NotUsed;
     }
 
     pub(super) fn members(&self) -> &[Member] {
@@ -143,11 +151,11 @@ impl Chain {
     /// Registers the frame after the last one. It is accepted into the map, kept there as tentative, or rejected.
     pub(super) fn register(&mut self, number: u32, frame: &PreparedSurfels) -> Outcome {
         if self.options.verification == Verification::Off {
-            let hypothesis = self.best_near_prediction(&FrameMatcher::new(&self.reference, frame, self.options));
+            let hypothesis = self.best_near_prediction(&self.matcher(frame));
             let assessment = Assessment { agreement: hypothesis.agreement, ..Assessment::first() };
             return self.append(number, frame, hypothesis, Some(assessment)).into();
         }
-        let near = self.best_near_prediction(&FrameMatcher::new(&self.reference, frame, self.options));
+        let near = self.best_near_prediction(&self.matcher(frame));
         if !self.needs_no_wider_search(&near)
             && let Some(outcome) = self.follow(number, frame, &near)
         {
@@ -171,13 +179,20 @@ impl Chain {
 
     /// Registers the frame after the last one if it lies near the prediction; for the rival chain.
     pub(super) fn register_near_prediction(&mut self, number: u32, frame: &PreparedSurfels) -> Outcome {
-        let hypothesis = self.best_near_prediction(&FrameMatcher::new(&self.reference, frame, self.options));
+        let hypothesis = self.best_near_prediction(&self.matcher(frame));
         let gate = self.gate_of(&hypothesis);
         if self.is_accepted(&hypothesis, gate) {
             self.accept(number, frame, hypothesis)
         } else {
             self.reject(frame, &hypothesis, gate).into()
         }
+    }
+
+    /// A frame and the map. Results that are contradicted no more than usual are clear.
+    fn matcher<'a>(&'a self, frame: &'a PreparedSurfels) -> FrameMatcher<'a> {
+        let mut matcher = FrameMatcher::new(&self.reference, frame, self.options);
+        matcher.clear_agreement = CLEAR_AGREEMENT.min(1.0 - self.mean_contradiction);
+        matcher
     }
 
     fn gate_of(&self, hypothesis: &PoseHypothesis) -> PredictionGate {
@@ -259,9 +274,10 @@ impl Chain {
             self.motion_prior.push(&self.last_motion);
         }
         (self.last, self.rejected, self.num_rejected) = (PosedFrame::new(frame, T_world_sensor), None, 0);
+        self.mean_contradiction += MIN_AVERAGE_WEIGHT * (1.0 - hypothesis.agreement - self.mean_contradiction);
         if let Some(ncc) = hypothesis.photometric_ncc {
             self.num_ncc_frames += 1;
-            self.mean_ncc += MIN_NCC_WEIGHT.max(1.0 / f64::from(self.num_ncc_frames)) * (ncc - self.mean_ncc);
+            self.mean_ncc += MIN_AVERAGE_WEIGHT.max(1.0 / f64::from(self.num_ncc_frames)) * (ncc - self.mean_ncc);
         }
         for branch in &mut self.tentative_branches {
             branch.push(number, uncertain.is_some().then(|| hypothesis.uncertainty()));

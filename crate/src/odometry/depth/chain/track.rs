@@ -73,7 +73,7 @@ impl Chain {
         by_map: &PoseHypothesis,
         tracked: &PoseHypothesis,
     ) -> Outcome {
-        let matcher = FrameMatcher::new(&self.reference, frame, self.options);
+        let matcher = self.matcher(frame);
         let is_same = |hypothesis: &PoseHypothesis| {
             apart(hypothesis.T_world_sensor(), tracked.T_world_sensor()) < SAME_POSE_DISTANCE
         };

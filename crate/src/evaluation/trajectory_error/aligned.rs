@@ -1,0 +1,134 @@
+//! What is left of an error when all poses, not the first alone, decide how the reference lies.
+
+use nalgebra::{UnitQuaternion, Vector3};
+use serde::Serialize;
+
+use crate::evaluation::umeyama::umeyama;
+use crate::geometry::Pose3;
+
+/// Distances after the rotation and translation that fit all compared positions best.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
+pub struct AlignedError {
+    /// Mean distance (m).
+    pub mean: f64,
+    /// Root mean square distance (m).
+    pub rmse: f64,
+    /// Largest distance (m).
+    pub max: f64,
+}
+
+/// The error with the poses of one frame made equal is looked at for so many frames at most.
+const MAX_ANCHORS: usize = 200;
+/// Fewer rows than these do not tell which of them is the odd one.
+const MIN_ANCHORS: usize = 5;
+/// The first row is off where the error is so many times the median of those with another row made equal, ...
+const TIMES_MEDIAN: f64 = 3.0;
+/// ... and so many times the largest of them.
+const TIMES_WORST: f64 = 1.5;
+
+impl AlignedError {
+    /// In space: Umeyama's fit. None where the positions do not fix it.
+    pub(super) fn in_space(pairs: &[(Pose3, Pose3)]) -> Option<Self> {
+        let (estimate, reference): (Vec<_>, Vec<_>) = pairs.iter().map(positions).unzip();
+        let fit = umeyama(&reference, &estimate, false).ok()?.similarity;
+        Some(Self::of(estimate.iter().zip(&reference).map(|(e, r)| (fit.rotation * r + fit.translation - e).norm())))
+    }
+
+    /// In the plane, where the fit turns about z alone.
+    pub(super) fn in_plane(pairs: &[(Pose3, Pose3)]) -> Option<Self> {
+        let (estimate, reference): (Vec<_>, Vec<_>) = pairs.iter().map(positions).unzip();
+        let mean = |points: &[Vector3<f64>]| points.iter().sum::<Vector3<f64>>() / points.len().max(1) as f64;
+        let (mean_estimate, mean_reference) = (mean(&estimate), mean(&reference));
+        let (mut sin, mut cos) = (0.0, 0.0);
+        for (e, r) in estimate.iter().zip(&reference) {
+            let (e, r) = (e - mean_estimate, r - mean_reference);
+            cos += r.x * e.x + r.y * e.y;
+            sin += r.x * e.y - r.y * e.x;
+        }
+        if pairs.len() < 2 || f64::hypot(sin, cos) <= f64::EPSILON {
+            return None;
+        }
+        let turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), sin.atan2(cos));
+        let distance =
+            |(e, r): (&Vector3<f64>, &Vector3<f64>)| (turn * (r - mean_reference) + mean_estimate - e).norm();
+        Some(Self::of(estimate.iter().zip(&reference).map(distance)))
+    }
+
+    fn of(distances: impl Iterator<Item = f64>) -> Self {
+        let (mut sum, mut squares, mut max, mut count) = (0.0, 0.0, 0.0, 0.0);
+        for distance in distances {
+            sum += distance;
+            squares += distance * distance;
+            max = f64::max(max, distance);
+            count += 1.0;
+        }
+        Self { mean: sum / count, rmse: f64::sqrt(squares / count), max }
+    }
+}
+
+/// Whether the first row of the reference alone makes the error what it is: with the poses of any other frame made equal,
+/// the same trajectories are far closer. `pairs`: estimate and reference of each frame, with orientations.
+pub(super) fn is_first_row_off(pairs: &[(Pose3, Pose3)]) -> bool {
+    let anchored = |(estimate, reference): &(Pose3, Pose3)| {
+        let moved = estimate * reference.inverse();
+        AlignedError::of(pairs.iter().map(|(e, r)| ((moved * r).translation.vector - e.translation.vector).norm())).rmse
+    };
+    let Some((first, others)) = pairs.split_first() else { return false };
+    let stride = others.len().div_ceil(MAX_ANCHORS).max(1);
+    let mut errors: Vec<f64> = others.iter().step_by(stride).map(anchored).collect();
+    errors.sort_by(f64::total_cmp);
+    let Some(worst) = errors.last().filter(|_| errors.len() >= MIN_ANCHORS) else { return false };
+    anchored(first) > f64::max(TIMES_MEDIAN * errors[errors.len() / 2], TIMES_WORST * worst)
+}
+
+fn positions((estimate, reference): &(Pose3, Pose3)) -> (Vector3<f64>, Vector3<f64>) {
+    (estimate.translation.vector, reference.translation.vector)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::Isometry3;
+
+    /// A bend of a path, m.
+    fn path(turned_first: f64) -> Vec<(Pose3, Pose3)> {
+        let pose = |i: u32| {
+            let s = 0.3 * f64::from(i);
+            Isometry3::new(Vector3::new(s, (0.4 * s).sin(), 0.0), Vector3::z() * 0.1 * s)
+        };
+        let noise = |i: u32| 1e-3 * f64::from(i * 7 % 5);
+        let mut pairs: Vec<_> =
+            (0..20).map(|i| (Isometry3::translation(0.0, noise(i), 0.0) * pose(i), pose(i))).collect();
+        pairs[0].1 *= Isometry3::rotation(Vector3::z() * turned_first);
+        pairs
+    }
+
+    #[test]
+    fn the_fit_takes_away_a_motion_of_the_whole_and_leaves_the_noise() {
+        let moved = Isometry3::new(Vector3::new(3.0, -1.0, 0.0), Vector3::z() * 0.7);
+        let pairs: Vec<_> = path(0.0).into_iter().map(|(e, r)| (e, moved * r)).collect();
+        for error in [AlignedError::in_plane(&pairs).unwrap(), AlignedError::in_space(&pairs).unwrap()] {
+            assert!(error.rmse > 5e-4 && error.rmse < 2e-3 && error.max < 5e-3 && error.mean < error.rmse, "{error:?}");
+        }
+        assert_eq!(AlignedError::in_plane(&pairs[..1]), None);
+        assert_eq!(AlignedError::in_space(&pairs[..2]), None);
+    }
+
+    #[test]
+    fn a_first_row_that_is_turned_is_told_and_noise_is_not() {
+        assert!(is_first_row_off(&path(0.05)));
+        assert!(!is_first_row_off(&path(0.0)));
+        assert!(!is_first_row_off(&path(0.05)[..4]) && !is_first_row_off(&[]));
+        // A path that drifts evenly has no odd row.
+        let drifting: Vec<_> = (0..20u32)
+            .map(|i| {
+                let s = 0.3 * f64::from(i);
+                let pose =
+                    |scale: f64| Isometry3::new(Vector3::new(s, scale * s * s, 0.0), Vector3::z() * 2.0 * scale * s);
+                (pose(0.02), pose(0.0))
+            })
+            .collect();
+        assert!(!is_first_row_off(&drifting));
+    }
+}

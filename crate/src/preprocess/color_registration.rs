@@ -1,0 +1,147 @@
+//! Whether the colours of a frame belong to the pixels of its depth: the outlines of objects are then edges of both.
+//!
+//! Many cameras take colours by a second lens. Before its images are registered to the depth, colours lie up to dozens of
+//! pixels aside, by more the nearer the surface is. Brightness moves otherwise than surfaces then, and bends the estimate.
+
+use serde::{Deserialize, Serialize};
+
+use crate::camera::{Brightness, DepthImage};
+use crate::preprocess::depth_surfels::DepthModel;
+
+/// Step of depth (share of the farther surface's) that is the outline of an object.
+const MIN_STEP: f64 = 0.1;
+/// Pixels without depth that may lie between both sides of an outline: what one lens sees and the other does not.
+const MAX_GAP: usize = 24;
+/// Distances from an outline (pixels of the finest brightness, which are two of the image) up to which edges belong to it, ...
+const SAME_EDGE: isize = 1;
+/// ... from which they do not, ...
+const NEAREST_OTHER: isize = 5;
+/// ... and up to which they are compared.
+const FARTHEST_OTHER: isize = 24;
+/// Largest slope of the brightness that counts (grey levels a pixel), so that single edges do not outweigh the others.
+const MAX_SLOPE: f64 = 15.0;
+/// Smallest number of outline pixels that decide.
+const MIN_OUTLINES: u64 = 300;
+/// Smallest ratio of the slope on outlines to that beside them. Along the axis where it is smaller, it is 2.2 to 7 where colours are
+/// registered (a Kinect, an Asus Xtion, rendered rooms), and 0.8 to 1.15 where they are not (a RealSense, two Kinects).
+const MIN_CONTRAST: f64 = 1.6;
+
+/// Slopes of the brightness on the outlines of objects and beside them, along the rows and along the columns.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub struct OutlineContrast {
+    /// Number of outline pixels.
+    num_outlines: [u64; 2],
+    /// Sum of the mean slopes on each (grey levels a pixel).
+    on_outlines: [u64; 2],
+    /// Sum of the mean slopes beside each (grey levels a pixel).
+    beside: [u64; 2],
+}
+
+impl OutlineContrast {
+    /// Of one frame.
+    pub fn new(image: &DepthImage, usable: &[bool], model: &DepthModel, brightness: &Brightness) -> Self {
+        let depth = |index: usize| model.depth(image.values[index]).filter(|_| usable[index]);
+        let (mut along_rows, mut along_columns) = (Vec::new(), Vec::new());
+        for row in (1..image.height).step_by(2) {
+            let line = (0..image.width).map(|column| depth(row * image.width + column));
+            let slope = |column: usize| Some(brightness.slope(0, column, row / 2)?[0]);
+            along_rows.extend(outlines(line).into_iter().filter_map(|column| slopes(column, slope)));
+        }
+        for column in (1..image.width).step_by(2) {
+            let line = (0..image.height).map(|row| depth(row * image.width + column));
+            let slope = |row: usize| Some(brightness.slope(0, column / 2, row)?[1]);
+            along_columns.extend(outlines(line).into_iter().filter_map(|row| slopes(row, slope)));
+        }
+        let axes = [along_rows, along_columns];
+        let sum = |of: fn(&[f64; 2]) -> f64| axes.each_ref().map(|slopes| slopes.iter().map(of).sum::<f64>() as u64);
+        Self {
+            num_outlines: axes.each_ref().map(|slopes| slopes.len() as u64),
+            on_outlines: sum(|slopes| slopes[0]),
+            beside: sum(|slopes| slopes[1]),
+        }
+    }
+
+    /// Whether the outlines tell that the colours are not those of the depth's pixels, along either axis.
+    pub fn is_misaligned(&self) -> bool {
+        (0..2).any(|axis| {
+            self.num_outlines[axis] > MIN_OUTLINES
+                && (self.on_outlines[axis] as f64) < MIN_CONTRAST * self.beside[axis] as f64
+        })
+    }
+}
+
+impl std::ops::AddAssign for OutlineContrast {
+    fn add_assign(&mut self, other: Self) {
+        for axis in 0..2 {
+            self.num_outlines[axis] += other.num_outlines[axis];
+            self.on_outlines[axis] += other.on_outlines[axis];
+            self.beside[axis] += other.beside[axis];
+        }
+    }
+}
+
+/// Mean slopes on and beside an outline at a place along a line of the image; `None` where the image ends. `slope` is that of
+/// the brightness by its own pixels.
+fn slopes(place: usize, slope: impl Fn(usize) -> Option<f64>) -> Option<[f64; 2]> {
+    let mean = |off: std::ops::RangeInclusive<isize>| {
+        let slopes = off.clone().map(|off| Some(slope((place / 2).checked_add_signed(off)?)?.abs().min(MAX_SLOPE)));
+        Some(slopes.sum::<Option<f64>>()? / off.count() as f64)
+    };
+    let beside = mean(-FARTHEST_OTHER..=-NEAREST_OTHER)? + mean(NEAREST_OTHER..=FARTHEST_OTHER)?;
+    Some([mean(-SAME_EDGE..=SAME_EDGE)?, 0.5 * beside])
+}
+
+/// Places along a line of pixels where the depth steps, each at the nearer side.
+fn outlines(depths: impl Iterator<Item = Option<f64>>) -> Vec<usize> {
+    let (mut places, mut last) = (Vec::new(), None);
+    for (place, depth) in depths.enumerate() {
+        let Some(depth) = depth else { continue };
+        if let Some((before, known)) = last.replace((place, depth))
+            && place - before <= MAX_GAP
+            && (depth - known).abs() > MIN_STEP * depth.max(known)
+        {
+            places.push(if depth < known { place } else { before });
+        }
+    }
+    places
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::camera::ColorImage;
+
+    /// Contrast of dark boxes in front of a bright wall, whose colours lie `shift` pixels to the right of their depth.
+    fn boxes(shift: usize) -> OutlineContrast {
+        let (width, height) = (640, 480);
+        let is_box = |column: usize, row: usize| column / 40 % 2 == 1 && row / 40 % 2 == 1;
+        let of_pixel = |index: usize| (index % width, index / width);
+        let depth = |index| if is_box(of_pixel(index).0, of_pixel(index).1) { 1500 } else { 2500 };
+        let color = |index| {
+            let (column, row) = of_pixel(index);
+            // Both have a pattern of their own.
+            let grey = 110 + 12 * ((column / 3 + row / 5) % 2) as u8;
+            [if is_box(column.saturating_sub(shift), row) { grey - 60 } else { grey }; 3]
+        };
+        let image = DepthImage { width, height, bits: 16, values: (0..width * height).map(depth).collect() };
+        let colors = ColorImage { width, height, pixels: (0..width * height).map(color).collect() };
+        let model = DepthModel { step: 1e-3, offset: 0.0, square_noise: 0.0, min_range: 0.1, max_range: 10.0 };
+        OutlineContrast::new(&image, &vec![true; width * height], &model, &Brightness::new(&colors))
+    }
+
+    #[test]
+    fn colours_beside_their_depth_are_told_from_registered_ones() {
+        assert!(!boxes(0).is_misaligned(), "{:?}", boxes(0));
+        assert!(boxes(14).is_misaligned(), "{:?}", boxes(14));
+    }
+
+    #[test]
+    fn few_outlines_decide_nothing_and_those_of_all_frames_add_up() {
+        let mut sum = OutlineContrast::default();
+        assert!(!sum.is_misaligned());
+        sum += boxes(14);
+        let doubled = sum.num_outlines.map(|count| 2 * count);
+        sum += boxes(14);
+        assert!(sum.is_misaligned() && sum.num_outlines == doubled);
+    }
+}

@@ -1,0 +1,99 @@
+// @ts-check
+/** The map and the path from above, as one picture of lines and points (SVG), for a page that runs no script. */
+
+/** Of a larger map every so-manieth point is drawn, so that there are at most so many. */
+const MOST_POINTS = 20_000;
+/** Share of the map's points, on each side of each axis, that may lie outside the picture. */
+const STRAYS = 0.01;
+/** Width of the picture, and its height at most (units of the picture). */
+const WIDTH = 960;
+const MOST_HEIGHT = 800;
+const MARGIN = 24;
+
+/** @typedef {readonly [x: number, y: number]} Point m, x to the right, y up */
+/**
+ * @typedef {object} Scene
+ * @property {Float32Array} points of the map, x y x y ... (m)
+ * @property {readonly (Point | null)[]} path null where a frame is lost
+ * @property {readonly (Point | null)[]} reference in the same world; null where it has no pose
+ * @property {readonly [string, string]} axes what is to the right, and what is up
+ */
+
+/** @param {Scene} scene */
+export function drawing(scene) {
+  const points = thinned(scene.points);
+  const view = viewOf(
+    points,
+    [...scene.path, ...scene.reference].flatMap((point) => (point ? [point] : [])),
+  );
+  if (!view) return '';
+  const dots = [];
+  for (let i = 0; i < points.length; i += 2) {
+    const place = view.place([points[i] ?? 0, points[i + 1] ?? 0]);
+    if (place.x >= 0 && place.x <= WIDTH && place.y >= 0 && place.y <= view.height) dots.push(`M${place.text}h0`);
+  }
+  const line = (/** @type {readonly (Point | null)[]} */ path) =>
+    lineOf(path.map((point) => point && view.place(point).text));
+  const start = scene.path.find((point) => point !== null);
+  const has_reference = scene.reference.some((point) => point !== null);
+  return `<svg viewBox="0 0 ${WIDTH} ${view.height}" role="img" aria-label="Map and path from above" fill="none" stroke-linecap="round" stroke-linejoin="round">
+<path d="${dots.join('')}" stroke="#8391a3" stroke-width="1.6"/>
+${has_reference ? `<path d="${line(scene.reference)}" stroke="#b4530a" stroke-width="2" stroke-dasharray="7 5"/>` : ''}
+<path d="${line(scene.path)}" stroke="#2356c7" stroke-width="2.4"/>
+${start ? `<circle cx="${view.place(start).x.toFixed(1)}" cy="${view.place(start).y.toFixed(1)}" r="5" fill="#2356c7"/>` : ''}
+${scaleBar(view)}
+</svg>
+<p class="legend"><i style="border-color:#2356c7"></i>path, from the dot on${has_reference ? '<i style="border-color:#b4530a;border-style:dashed"></i>ground truth' : ''}; ${scene.axes[0]} to the right, ${scene.axes[1]} up</p>`;
+}
+
+/** @param {Float32Array} points */
+function thinned(points) {
+  const stride = Math.ceil(points.length / 2 / MOST_POINTS);
+  if (stride <= 1) return points;
+  const kept = new Float32Array(2 * Math.ceil(points.length / 2 / stride));
+  for (let i = 0; 2 * i < kept.length; i++) kept.set(points.subarray(2 * i * stride, 2 * i * stride + 2), 2 * i);
+  return kept;
+}
+
+/** From the least to the most of an axis. @param {Float32Array} points @param {Point[]} others @param {0 | 1} axis */
+function rangeOf(points, others, axis) {
+  const sorted = Float32Array.from({ length: points.length / 2 }, (_, i) => points[2 * i + axis] ?? 0).sort();
+  const at = (/** @type {number} */ share) => sorted[Math.round(share * (sorted.length - 1))] ?? 0;
+  let [least, most] = sorted.length > 0 ? [at(STRAYS), at(1 - STRAYS)] : [Infinity, -Infinity];
+  for (const point of others) [least, most] = [Math.min(least, point[axis]), Math.max(most, point[axis])];
+  return [least, most];
+}
+
+/** Where everything lies in the picture; null where there is nothing. @param {Float32Array} points @param {Point[]} others */
+function viewOf(points, others) {
+  const [left = 0, right = 0] = rangeOf(points, others, 0);
+  const [bottom = 0, top = 0] = rangeOf(points, others, 1);
+  if (!(right >= left && top >= bottom)) return null;
+  const inner = { width: WIDTH - 2 * MARGIN, height: MOST_HEIGHT - 2 * MARGIN };
+  const scale = Math.min(inner.width / Math.max(right - left, 0.1), inner.height / Math.max(top - bottom, 0.1));
+  const height = Math.ceil((top - bottom) * scale + 2 * MARGIN + 24);
+  const shift = (WIDTH - (right - left) * scale) / 2;
+  const place = (/** @type {Point} */ [x, y]) => {
+    const [px, py] = [shift + (x - left) * scale, MARGIN + (top - y) * scale];
+    return { x: px, y: py, text: `${px.toFixed(1)} ${py.toFixed(1)}` };
+  };
+  return { place, scale, height };
+}
+
+/** A line that is broken where a place is missing. @param {(string | null)[]} places */
+function lineOf(places) {
+  return places
+    .map((place, i) => (place === null ? '' : `${i > 0 && places[i - 1] !== null ? 'L' : 'M'}${place}`))
+    .join('');
+}
+
+/** A round length, about a sixth of the width. @param {{ scale: number, height: number }} view */
+function scaleBar({ scale, height }) {
+  const wanted = WIDTH / 6 / scale;
+  const power = 10 ** Math.floor(Math.log10(wanted));
+  const length = power * ([5, 2, 1].find((factor) => factor * power <= wanted) ?? 1);
+  const [x, y] = [WIDTH - MARGIN - length * scale, height - 10];
+  const words = length < 1 ? `${Math.round(100 * length)} cm` : `${length} m`;
+  return `<path d="M${x.toFixed(1)} ${y - 5}v5H${WIDTH - MARGIN}v-5" stroke="#17202c" stroke-width="1.5"/>
+<text x="${WIDTH - MARGIN}" y="${y - 9}" text-anchor="end" font-size="14" fill="#17202c">${words}</text>`;
+}

@@ -1,0 +1,247 @@
+// @ts-check
+/** The report of a run that a person reads and prints: one HTML file, its pictures inside it, without scripts. */
+import { printable } from '../printable.js';
+import { drawing } from './drawing.js';
+
+/** @typedef {import('../index.js').ReconstructionResult} PlanarResult */
+/** @typedef {import('../index.js').SpatialResult} SpatialResult */
+/** @typedef {PlanarResult['frames'][number] | SpatialResult['frames'][number]} Frame */
+/**
+ * @typedef {object} Context
+ * @property {string} title of the recording
+ * @property {readonly string[]} opened names of the files
+ * @property {readonly string[]} losses what was left out or could not be used, in sentences
+ * @property {Float32Array} points of the map (m): x y ... of a planar run, x y z ... of one in space
+ * @property {string} [picture] the map as it was on the screen, as a data: address
+ * @property {number} [num_frames] frames of the recording, registered or not
+ */
+
+/** More files are counted, not named. */
+const MOST_NAMES = 30;
+
+/**
+ * @param {PlanarResult | SpatialResult} result
+ * @param {Context} context
+ */
+export function reportHtml(result, context) {
+  const { title, opened, losses, picture } = context;
+  const notes = [...losses, ...result.notes];
+  return `<!doctype html>
+<html lang="en">
+<head>
+<meta charset="utf-8">
+<meta name="viewport" content="width=device-width, initial-scale=1">
+<meta http-equiv="Content-Security-Policy" content="default-src 'none'; style-src 'unsafe-inline'; img-src data:">
+<title>${text(title)}: reconstruction</title>
+<style>${STYLES}</style>
+</head>
+<body>
+<header><h1>${text(title)}</h1><p>Reconstruction by Scanstitch ${text(result.version)}. Lengths in metres unless said otherwise.</p></header>
+<section><h2>Result</h2><dl class="figures">${figures(result, context)
+    .map(([label, value, meaning]) => `<div><dt>${label}</dt><dd><strong>${value}</strong> ${meaning}</dd></div>`)
+    .join('')}</dl></section>
+<section><h2>Map and path</h2>
+${picture ? `<img src="${text(picture, Infinity)}" alt="The map as it was on the screen">` : ''}
+${drawing(sceneOf(result, context.points))}</section>
+<section><h2>Notes and losses</h2>${notes.length === 0 ? '<p>None.</p>' : list(notes)}</section>
+<section><h2>Files</h2>${list([...opened.slice(0, MOST_NAMES), ...(opened.length > MOST_NAMES ? [`and ${opened.length - MOST_NAMES} more`] : [])])}</section>
+<section><h2>Frames</h2>${frameTable(result)}</section>
+<section><h2>Settings</h2>${settingsTable(result.settings)}</section>
+</body>
+</html>
+`;
+}
+
+/** @param {PlanarResult | SpatialResult} result @param {Context} context @returns {[label: string, value: string, meaning: string][]} */
+function figures(result, { num_frames = 0 }) {
+  const { frames, comparison } = result;
+  const count = (/** @type {string} */ wanted) => frames.filter(({ status }) => status === wanted).length;
+  const placed = frames.filter(({ status }) => status !== 'lost').map(positionOf);
+  const length = placed.reduce((sum, place, i) => sum + (i > 0 ? distance(place, placed[i - 1] ?? place) : 0), 0);
+  /** @type {[string, string, string][]} */
+  const rows = [
+    [
+      'Frames',
+      frames.length < num_frames ? `${frames.length} of ${num_frames}` : String(frames.length),
+      `${count('good')} good, ${count('doubtful')} doubtful, ${count('lost')} lost`,
+    ],
+    ['Length of the path', `${length.toFixed(2)} m`, ''],
+  ];
+  if ('sharpness' in result && result.sharpness)
+    rows.push(['Sharpness', millimetres(result.sharpness.mean_residual), 'mean distance between overlapping scans']);
+  if ('camera' in result && result.camera) {
+    const { width, height, fx } = result.camera;
+    const scale = result.depth_scale === null ? '' : `, ${Number(result.depth_scale.toPrecision(6))} values per metre`;
+    rows.push(['Camera', `${width} x ${height}`, `focal length ${fx.toFixed(1)} pixels${scale}`]);
+  }
+  if (comparison) {
+    const { name, num_matched, aligned } = comparison;
+    const words = (/** @type {{ rmse: number, max: number }} */ { rmse, max }) =>
+      `mean; rmse ${millimetres(rmse)}, max ${millimetres(max)}`;
+    const matched = `${num_matched} of ${frames.length} frames; ${text(comparison.convention)}`;
+    rows.push([
+      `Distance to ${text(name)}`,
+      millimetres(comparison.mean),
+      `${words(comparison)}, first poses made equal; ${matched}`,
+    ]);
+    if (aligned)
+      rows.push([
+        'With all poses aligned',
+        millimetres(aligned.mean),
+        `${words(aligned)}, by a rotation and translation`,
+      ]);
+  }
+  return rows;
+}
+
+/** @param {PlanarResult | SpatialResult} result */
+function frameTable({ frames, comparison }) {
+  const is_spatial = frames[0] !== undefined && 'qw' in frames[0].T_world_sensor;
+  const heads = [
+    '',
+    'frame',
+    'status',
+    'x',
+    'y',
+    is_spatial ? 'z' : 'heading (deg)',
+    ...(is_spatial ? ['turn (deg)'] : []),
+  ];
+  heads.push('inliers', 'rmse (mm)', 'iterations', ...(comparison ? ['error (mm)'] : []), 'reason');
+  const rows = frames.map((frame, i) => {
+    const error = comparison?.errors[i];
+    const cells = [
+      String(i + 1),
+      text(frame.name),
+      `<span class="${frame.status}">${frame.status}</span>`,
+      ...(frame.status === 'lost' ? Array(is_spatial ? 4 : 3).fill('–') : poseCells(frame)),
+      String(frame.num_inliers),
+      (1000 * frame.inlier_rmse).toFixed(1),
+      String(frame.iterations),
+      ...(comparison ? [typeof error === 'number' ? (1000 * error).toFixed(1) : '–'] : []),
+      text(frame.reason, 400),
+    ];
+    return `<tr>${cells.map((cell) => `<td>${cell}</td>`).join('')}</tr>`;
+  });
+  return `<table><thead><tr>${heads.map((head) => `<th scope="col">${head}</th>`).join('')}</tr></thead><tbody>${rows.join('\n')}</tbody></table>`;
+}
+
+/** @param {Frame} frame */
+function poseCells({ T_world_sensor: pose }) {
+  const degrees = (/** @type {number} */ radians) => ((radians * 180) / Math.PI).toFixed(2);
+  if ('theta' in pose) return [pose.x.toFixed(3), pose.y.toFixed(3), degrees(pose.theta)];
+  const { x, y, z, qx, qy, qz, qw } = pose;
+  const turn = 2 * Math.atan2(Math.hypot(qx, qy, qz), Math.abs(qw));
+  return [x.toFixed(3), y.toFixed(3), z.toFixed(3), degrees(turn)];
+}
+
+/** @param {object} settings */
+function settingsTable(settings) {
+  const rows = Object.entries(settings).map(
+    ([name, value]) =>
+      `<tr><th scope="row">${text(name)}</th><td>${text(value === null ? '–' : String(value))}</td></tr>`,
+  );
+  return `<table class="settings"><tbody>${rows.join('')}</tbody></table>`;
+}
+
+/**
+ * The run from above. In space, along the axis in which the path extends least: a path mostly lies on a floor.
+ * @param {PlanarResult | SpatialResult} result
+ * @param {Float32Array} points
+ * @returns {import('./drawing.js').Scene}
+ */
+function sceneOf({ frames, comparison }, points) {
+  const places = frames.map((frame) => (frame.status === 'lost' ? null : positionOf(frame)));
+  const references = (comparison?.reference ?? []).map(
+    (/** @type {{ x: number, y: number } | null} */ pose) => pose && placeOf(pose),
+  );
+  const is_planar = !frames.some(({ T_world_sensor }) => 'qw' in T_world_sensor);
+  const [right, up] = is_planar ? [0, 1] : widestAxes(places);
+  const axes = /** @type {[string, string]} */ ([`${'xyz'[right]}`, `${'xyz'[up]}`]);
+  const flat = (/** @type {readonly number[] | null} */ place) =>
+    place && /** @type {const} */ ([place[right] ?? 0, place[up] ?? 0]);
+  return {
+    points: is_planar ? points : flattened(points, right, up),
+    path: places.map(flat),
+    reference: references.map(flat),
+    axes,
+  };
+}
+
+/** @param {readonly (readonly number[] | null)[]} places @returns {[right: number, up: number]} */
+function widestAxes(places) {
+  const extents = [0, 1, 2].map((axis) => {
+    const values = places.flatMap((place) => (place ? [place[axis] ?? 0] : []));
+    const [least, most] = values.reduce(
+      ([a, b], value) => [Math.min(a, value), Math.max(b, value)],
+      [Infinity, -Infinity],
+    );
+    return most - least;
+  });
+  // A camera that stands still looks along z, and y is down: from above, x and z are seen.
+  const narrowest = Math.max(...extents) > 0 ? extents.indexOf(Math.min(...extents)) : 1;
+  const [right = 0, up = 2] = [0, 1, 2].filter((axis) => axis !== narrowest);
+  return [right, up];
+}
+
+/** @param {Float32Array} points @param {number} right @param {number} up */
+function flattened(points, right, up) {
+  const flat = new Float32Array((2 * points.length) / 3);
+  for (let i = 0; 3 * i < points.length; i++) {
+    flat[2 * i] = points[3 * i + right] ?? 0;
+    flat[2 * i + 1] = points[3 * i + up] ?? 0;
+  }
+  return flat;
+}
+
+/** @param {Frame} frame */
+function positionOf({ T_world_sensor }) {
+  return placeOf(T_world_sensor);
+}
+
+/** @param {{ x: number, y: number, z?: number }} pose */
+function placeOf({ x, y, z = 0 }) {
+  return [x, y, z];
+}
+
+/** @param {readonly number[]} a @param {readonly number[]} b */
+function distance(a, b) {
+  return Math.hypot(...a.map((value, axis) => value - (b[axis] ?? 0)));
+}
+
+/** @param {number} metres */
+function millimetres(metres) {
+  return `${(1000 * metres).toFixed(1)} mm`;
+}
+
+/** @param {readonly string[]} lines */
+function list(lines) {
+  return `<ul>${lines.map((line) => `<li>${text(line, 2000)}</li>`).join('')}</ul>`;
+}
+
+/** Foreign text in HTML. @param {string} raw @param {number} [longest] */
+function text(raw, longest) {
+  const entities = /** @type {Record<string, string>} */ ({
+    '&': '&amp;',
+    '<': '&lt;',
+    '>': '&gt;',
+    '"': '&quot;',
+    "'": '&#39;',
+  });
+  return printable(raw, longest).replace(/[&<>"']/g, (character) => entities[character] ?? '');
+}
+
+const STYLES = `
+body { max-width: 980px; margin: 24px auto; padding: 0 20px; color: #17202c; background: #fff; font: 14px/1.45 system-ui, sans-serif; }
+h1 { margin: 0; font-size: 24px; } h2 { margin: 28px 0 8px; font-size: 16px; } header p { margin: 2px 0; color: #536070; }
+.figures { display: grid; grid-template-columns: repeat(auto-fill, minmax(260px, 1fr)); gap: 12px 24px; margin: 0; }
+dt { color: #536070; font-size: 12.5px; } dd { margin: 0; } dd strong { font-size: 18px; margin-right: 4px; }
+img, svg { display: block; width: 100%; max-height: 80vh; border: 1px solid #dde3ea; border-radius: 6px; margin-bottom: 8px; object-fit: contain; }
+.legend { margin: 0; color: #536070; } .legend i { display: inline-block; width: 28px; margin: 0 6px 4px 12px; border-top: 3px solid; }
+ul { margin: 0; padding-left: 20px; overflow-wrap: anywhere; }
+table { width: 100%; border-collapse: collapse; font-size: 12.5px; font-variant-numeric: tabular-nums; }
+th, td { padding: 3px 6px; border-bottom: 1px solid #dde3ea; text-align: right; vertical-align: top; overflow-wrap: anywhere; }
+th:nth-child(2), td:nth-child(2), td:nth-child(3), th:nth-child(3), td:last-child, th:last-child, .settings th { text-align: left; }
+.settings { width: auto; } .settings th { font-weight: 400; color: #536070; }
+.good { color: #19703e; } .doubtful { color: #8a4f08; font-weight: 600; } .lost { color: #ad2219; font-weight: 600; }
+@media print { body { margin: 0; max-width: none; } thead { display: table-header-group; } tr, svg, img { break-inside: avoid; } h2 { break-after: avoid; } }
+`;

@@ -1,0 +1,12 @@
+// @ts-check
+/** Before `npm pack`, what the package holds is built where it is missing; before `npm publish`, always. */
+import { existsSync, readFileSync } from 'node:fs';
+import { join } from 'node:path';
+import { ROOT, run, runMain } from './steps.mjs';
+
+await runMain(async () => {
+  /** @type {{ files: string[] }} */
+  const { files } = JSON.parse(readFileSync(join(ROOT, 'package.json'), 'utf8'));
+  const isComplete = files.every((path) => existsSync(join(ROOT, path)));
+  if (!isComplete || process.env.npm_command === 'publish') await run(process.execPath, ['scripts/build.mjs']);
+});

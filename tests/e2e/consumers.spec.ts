@@ -1,0 +1,143 @@
+/**
+ * The package as others use it: packed, installed into an empty project, bundled or not, and opened. webpack and esbuild are
+ * installed from the registry where CI=true, and skipped otherwise.
+ */
+import { execFileSync } from 'node:child_process';
+import { copyFileSync, mkdirSync, mkdtempSync, readdirSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
+import { tmpdir } from 'node:os';
+import { join } from 'node:path';
+import { expect, type Page, test } from '@playwright/test';
+import { build } from 'vite';
+import { SAMPLE_FOLDER } from './scanstitch_page.js';
+import { serve } from './static_server.mjs';
+
+const ROOT = join(import.meta.dirname, '..', '..');
+const BUNDLERS = ['webpack@5.112.2', 'webpack-cli@7.3.1', 'esbuild@0.28.2'];
+const NAMES = ['0.ply', '1.ply', '2.ply'];
+
+/** A page that uses all that the package exports; `engine` is what `load` is given. */
+const source = (engine = '', imports = ''): string => `
+import { load, Reconstruction } from 'scanstitch';
+import { readRecording } from 'scanstitch/recording';
+import 'scanstitch/element';
+${imports}
+const files = ${JSON.stringify(NAMES)}.map(async (path) => ({ path, blob: await (await fetch(path)).blob() }));
+const recording = await readRecording(await Promise.all(files));
+await load(${engine});
+const reconstruction = new Reconstruction();
+for (const path of recording.scans) reconstruction.add_scan(path, await recording.read(path));
+while (reconstruction.step().stage !== 'done');
+const element = Object.assign(document.createElement('scanstitch-app'), { src: '${NAMES.join(' ')}' });
+document.body.append(element);
+const { kind, result } = await element.run();
+window.told = [recording.kind, reconstruction.result().frames.length, kind, result.frames.length];
+`;
+
+let project = '';
+
+test.beforeAll(() => {
+  project = mkdtempSync(join(tmpdir(), 'scanstitch-consumers-'));
+  const npm = (...args: string[]): string => {
+    // What runs the tests has settings of its own for npm.
+    const env = Object.fromEntries(Object.entries(process.env).filter(([name]) => !name.startsWith('npm_')));
+    return execFileSync('npm', [...args, '--loglevel=error'], { cwd: project, encoding: 'utf8', env });
+  };
+  writeFileSync(join(project, 'package.json'), '{ "private": true, "type": "module" }');
+  const { dependencies } = JSON.parse(readFileSync(join(ROOT, 'package.json'), 'utf8')) as {
+    dependencies: Record<string, string>;
+  };
+  const needed = Object.keys(dependencies).map((name) => join(ROOT, 'node_modules', name));
+  const packed = JSON.parse(npm('pack', '--json', '--offline', '--ignore-scripts', ROOT, ...needed)) as {
+    filename: string;
+  }[];
+  npm('install', '--offline', ...packed.map(({ filename }) => filename));
+  if (process.env.CI) npm('install', '--no-audit', '--no-fund', ...BUNDLERS);
+});
+
+test.afterAll(() => rmSync(project, { recursive: true, force: true }));
+
+/** A page of a consumer in a folder of its own, with the scans beside it. */
+function consumer(name: string, main: string): string {
+  const folder = join(project, name);
+  mkdirSync(join(folder, 'dist'), { recursive: true });
+  for (const scan of NAMES) copyFileSync(join(SAMPLE_FOLDER, scan), join(folder, 'dist', scan));
+  writeFileSync(join(folder, 'main.js'), main);
+  return folder;
+}
+
+async function expectMap(page: Page, folder: string, path = ''): Promise<void> {
+  const server = await serve(folder);
+  const { port } = server.address() as { port: number };
+  const faults: string[] = [];
+  page.on('pageerror', (error) => faults.push(error.message));
+  await page.goto(`http://localhost:${port}/${path}`);
+  await page.waitForFunction(() => 'told' in window, undefined, { timeout: 20_000 }).catch(() => undefined);
+  expect(faults).toEqual([]);
+  expect(await page.evaluate(() => (window as unknown as { told: unknown }).told)).toEqual([
+    'planar_scans',
+    3,
+    'planar',
+    3,
+  ]);
+  server.close();
+}
+
+function expectNothingOfNode(folder: string): void {
+  const names = readdirSync(folder, { recursive: true, encoding: 'utf8' }).filter((name) => name.endsWith('.js'));
+  expect(names.length).toBeGreaterThan(0);
+  for (const name of names) expect(readFileSync(join(folder, name), 'utf8')).not.toMatch(/['"`]node:/);
+}
+
+const page_of = (main: string): string => `<!doctype html><body><script type="module" src="${main}"></script>`;
+
+test('Vite', async ({ page }) => {
+  const folder = consumer('with-vite', source());
+  writeFileSync(join(folder, 'index.html'), page_of('./main.js'));
+  const options = { outDir: 'dist', emptyOutDir: false, target: 'es2022' };
+  await build({ root: folder, configFile: false, logLevel: 'error', base: './', build: options });
+  expectNothingOfNode(join(folder, 'dist'));
+  await expectMap(page, join(folder, 'dist'));
+});
+
+test('a plain module script, without a bundler', async ({ page }) => {
+  const folder = consumer('plain', source());
+  const at = '../../node_modules';
+  const imports = {
+    scanstitch: `${at}/scanstitch/npm/browser.js`,
+    'scanstitch/recording': `${at}/scanstitch/npm/recording_reader.js`,
+    'scanstitch/element': `${at}/scanstitch/www/dist/standalone/scanstitch-app.js`,
+    fflate: `${at}/fflate/esm/browser.js`,
+  };
+  const map = `<script type="importmap">${JSON.stringify({ imports })}</script>`;
+  writeFileSync(join(folder, 'dist', 'index.html'), map + page_of('../main.js'));
+  await expectMap(page, project, 'plain/dist/index.html');
+});
+
+test('webpack', async ({ page }) => {
+  test.skip(!process.env.CI, 'installed where CI=true');
+  const folder = consumer('with-webpack', source());
+  const args = [
+    'webpack',
+    '--mode',
+    'production',
+    '--no-optimization-minimize',
+    '--entry',
+    './main.js',
+    '--output-path',
+    'dist',
+  ];
+  execFileSync('npx', ['--no-install', ...args], { cwd: folder });
+  writeFileSync(join(folder, 'dist', 'index.html'), page_of('./main.js'));
+  expectNothingOfNode(join(folder, 'dist'));
+  await expectMap(page, join(folder, 'dist'));
+});
+
+test('esbuild', async ({ page }) => {
+  test.skip(!process.env.CI, 'installed where CI=true');
+  const folder = consumer('with-esbuild', source('engine', "import engine from 'scanstitch/scanstitch_bg.wasm';"));
+  const args = ['esbuild', 'main.js', '--bundle', '--minify', '--format=esm', '--loader:.wasm=file', '--outdir=dist'];
+  execFileSync('npx', ['--no-install', ...args], { cwd: folder });
+  writeFileSync(join(folder, 'dist', 'index.html'), page_of('./main.js'));
+  expectNothingOfNode(join(folder, 'dist'));
+  await expectMap(page, join(folder, 'dist'));
+});

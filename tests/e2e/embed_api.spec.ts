@@ -1,0 +1,191 @@
+/** The element as a page uses it: what `src` may hold, attributes that change, methods, events, and what goes wrong. */
+import { bag, CLOSED, depthImages, expect, scans, test } from './course_page.js';
+import type { ScanstitchElement } from '../../npm/element.js';
+
+test('depth images, listed by a manifest', async ({ course }) => {
+  const files = depthImages(3);
+  const names = Object.keys(files);
+  const list = (folder: string): string[] => names.filter((name) => name.startsWith(`room/${folder}/`));
+  const manifest = {
+    title: 'Lab 4',
+    depth: list('depth'),
+    color: list('rgb'),
+    files: 'room/camera-intrinsics.txt',
+  };
+  await course.open('<scanstitch-app src="set.json"></scanstitch-app>', {
+    ...files,
+    'set.json': JSON.stringify(manifest),
+  });
+  const { detail } = await course.heard('scanstitch-done');
+  expect(detail.kind).toBe('spatial');
+  expect(detail.result.frames.map(({ status }) => status)).toEqual(['good', 'good', 'good']);
+  expect(detail.result).toMatchObject({ camera: { fx: 80 } });
+  await expect(course.page.getByText('Lab 4')).toBeVisible();
+  const { detail: first } = await course.heard('scanstitch-progress');
+  expect(first).toMatchObject({ stage: 'fetching', activity: 'Fetching file 1 of 7' });
+});
+
+test('a bag by its address, then other addresses, by a method that waits', async ({ course, page }) => {
+  await course.open('<scanstitch-app src="room.mcap"></scanstitch-app>', { 'room.mcap': bag(3), ...scans(3) });
+  const { detail } = await course.heard('scanstitch-done');
+  expect(detail.kind).toBe('spatial');
+  expect(detail.result.frames).toHaveLength(3);
+  const told = await course.element.evaluate(async (element: ScanstitchElement) => {
+    await element.open(['0.ply', '1.ply']);
+    const under_way = element.result;
+    const { kind, result } = await element.run();
+    const map = element.map_points;
+    return { under_way, kind, num: result.frames.length, map: map && [map.dimensions, map.positions.length] };
+  });
+  expect(told).toEqual({ under_way: null, kind: 'planar', num: 2, map: [2, 720] });
+  await expect(page.getByRole('region', { name: 'Topics of the bag' })).toHaveCount(0);
+});
+
+test('files of the page, a run that is cancelled and goes on', async ({ course }) => {
+  const files = depthImages(6);
+  await course.open('<scanstitch-app src="none"></scanstitch-app>', files);
+  const told = await course.element.evaluate(
+    async (element: ScanstitchElement, names) => {
+      await customElements.whenDefined('scanstitch-app');
+      const nothing = await element.run().catch((error: Error) => error.message);
+      const fetched = names.map(async (name) => new File([await (await fetch(name)).blob()], name.replace('/', '-')));
+      await element.open(await Promise.all(fetched));
+      const cancelled = element.run().catch((error: Error) => error.message);
+      element.cancel();
+      const why = await cancelled;
+      const { result } = await element.run();
+      return { nothing, why, num: result.frames.length };
+    },
+    Object.keys(files).filter((name) => name.includes('depth')),
+  );
+  expect(told).toEqual({ nothing: 'There is nothing to compute', why: 'The run was stopped', num: 6 });
+});
+
+test('attributes act when they change', async ({ course, page }) => {
+  await course.open('<scanstitch-app src="0.ply 1.ply"></scanstitch-app>', scans(3));
+  await course.heard('scanstitch-done');
+  const set = (name: string, value: string): Promise<void> =>
+    course.element.evaluate((element, [name, value]) => element.setAttribute(name, value), [name, value] as const);
+  await set('src', '["0.ply", "1.ply", "2.ply"]');
+  expect((await course.heard('scanstitch-done', 1)).detail.result.frames).toHaveLength(3);
+  await set('settings', 'strategy=scan_to_scan');
+  expect((await course.heard('scanstitch-done', 2)).detail.result.settings).toMatchObject({ strategy: 'scan_to_scan' });
+  await set('theme', 'dark');
+  await expect(page.getByRole('button', { name: 'Light colours' })).toBeVisible();
+  await set('view', 'bev');
+  await expect(page.locator('scanstitch-bev')).toBeVisible();
+  await set('view', 'map');
+  await expect(page.locator('scanstitch-map')).toBeVisible();
+});
+
+test('it is moved in the document while it runs, and two do not share the address', async ({ course, page }) => {
+  const body = `<div id="left"><scanstitch-app id="a" src="scans.json" remember-settings></scanstitch-app></div>
+    <div id="right"></div><scanstitch-app id="b" src="0.ply 1.ply" remember-settings></scanstitch-app>`;
+  const names = Array.from({ length: 10 }, (_, i) => `${i}.ply`);
+  await course.open(body, { ...scans(10), 'scans.json': JSON.stringify({ scans: names }) });
+  await course.heard('scanstitch-progress');
+  await page.evaluate(() => document.querySelector('#right')?.append(document.querySelector('#a') as Element));
+  const done = [await course.heard('scanstitch-done'), await course.heard('scanstitch-done', 1)];
+  const counts = Object.fromEntries(done.map(({ of, detail }) => [of, detail.result.frames.length]));
+  expect(counts).toEqual({ a: 10, b: 2 });
+
+  await page.evaluate(() => {
+    location.hash = '#strategy=scan_to_scan';
+  });
+  const { of, detail } = await course.heard('scanstitch-done', 2);
+  expect(of).toBe('a');
+  expect(detail.result.settings).toMatchObject({ strategy: 'scan_to_scan' });
+  expect(await page.evaluate(() => window.heard.filter(({ type }) => type === 'scanstitch-error').length)).toBe(0);
+});
+
+test('removed and put back, it computes again', async ({ course, page }) => {
+  await course.open('<scanstitch-app id="a" src="0.ply 1.ply 2.ply"></scanstitch-app>', scans(3));
+  await course.heard('scanstitch-done');
+  const message = await page.evaluate(async () => {
+    const element = document.querySelector('#a') as ScanstitchElement;
+    element.setAttribute('settings', 'max_iterations=41');
+    await new Promise((resolve) => element.addEventListener('scanstitch-progress', resolve, { once: true }));
+    const told = new Promise((resolve) =>
+      element.addEventListener('scanstitch-error', (event) => resolve(event.detail.message), { once: true }),
+    );
+    const run = element.run().catch((error: Error) => error.message);
+    await Promise.resolve();
+    element.remove();
+    const words = [await told, await run];
+    document.body.append(element);
+    return words;
+  });
+  const reason = 'The element was removed from the page before the run was done';
+  expect(message).toEqual([reason, reason]);
+  const { detail } = await course.heard('scanstitch-done', 1);
+  expect(detail.result.frames).toHaveLength(3);
+  expect(detail.result.settings).toMatchObject({ max_iterations: 41 });
+});
+
+test('title, side panel, parts and colours of the page', async ({ course, page }) => {
+  const body = `<style>scanstitch-app { --scanstitch-accent: rgb(200, 0, 0) } ::part(map) { opacity: 0.9 }</style>
+    <scanstitch-app src="0.ply 1.ply"><b slot="title">Robotics 101</b><p slot="side">Read chapter 3 first.</p></scanstitch-app>`;
+  await course.open(body, scans(2));
+  await course.heard('scanstitch-done');
+  await expect(page.getByText('Robotics 101')).toBeVisible();
+  await expect(page.getByText('Read chapter 3 first.')).toBeVisible();
+  const seen = await course.element.evaluate((element) => {
+    const run = element.shadowRoot?.querySelector('scanstitch-planar')?.shadowRoot;
+    const map = run?.querySelector('[part~=map]') as Element;
+    return [getComputedStyle(map).opacity, getComputedStyle(map).getPropertyValue('--accent')];
+  });
+  expect(seen).toEqual(['0.9', 'rgb(200, 0, 0)']);
+});
+
+test('events of its own parts do not leave it', async ({ course, page }) => {
+  await course.open('<scanstitch-app src="0.ply 1.ply"></scanstitch-app>', scans(2));
+  await course.heard('scanstitch-done');
+  const leaving = await page.evaluateHandle(() => {
+    const types: string[] = [];
+    const dispatch = EventTarget.prototype.dispatchEvent;
+    EventTarget.prototype.dispatchEvent = function (event) {
+      if (event instanceof CustomEvent && event.composed) types.push(event.type);
+      return dispatch.call(this, event);
+    };
+    return types;
+  });
+  await page.getByRole('button', { name: '1.ply', exact: true }).click();
+  await page.getByRole('button', { name: 'Look inside' }).click();
+  await expect(page.getByRole('button', { name: 'Reset start' })).toBeVisible();
+  expect((await leaving.jsonValue()).filter((type) => !type.startsWith('scanstitch-'))).toEqual([]);
+});
+
+const WRONG: [string, string, RegExp, RegExp?][] = [
+  ['a wrong address in a manifest', 'src="wrong.json"', /course\.example\/lesson\/missing\.ply answered 404/],
+  ['a manifest that is none', 'src="page.json"', /page\.json is no manifest: it is not JSON; it should read/],
+  ['a manifest with a misspelt name', 'src="typo.json"', /typo\.json names no scans \(scan: not known\)/],
+  [
+    'another host that does not permit it',
+    `src="${CLOSED}0.ply"`,
+    /closed\/0\.ply could not be fetched: .*Access-Control-Allow-Origin/,
+  ],
+  ['no address', 'src="http://"', /http:\/\/ is no address/],
+  ['a broken list', `src='["0.ply"'`, /is no list of addresses/],
+  ['nothing to use', 'src="notes.pdf"', /there is no scan among notes\.pdf/],
+  ['an unknown setting', 'src="0.ply 1.ply" settings="max_rnage=3"', /“max_rnage” is no setting/],
+  ['a setting that is no number', 'src="0.ply 1.ply" settings="max_range=far"', /“max_range=far” is not a number/],
+  ['an unknown preset', 'src="0.ply 1.ply" preset="best"', /“best” is no preset: /],
+  ['an unknown theme', 'src="0.ply 1.ply" theme="pink"', /“pink” is no theme: auto, light, dark/],
+  ['an unknown view', 'src="0.ply 1.ply" view="top"', /“top” is no view: map, bev, icp/],
+];
+for (const [name, attributes, message] of WRONG) {
+  test(`told in the element and by an event: ${name}`, async ({ course }) => {
+    await course.open(`<scanstitch-app ${attributes}></scanstitch-app>`, {
+      ...scans(2),
+      'wrong.json': JSON.stringify({ scans: ['0.ply', 'missing.ply'] }),
+      'page.json': '<!doctype html>',
+      'typo.json': JSON.stringify({ scan: ['0.ply'] }),
+      'notes.pdf': '%PDF-1.7',
+    });
+    const { detail } = await course.heard('scanstitch-error');
+    expect(detail.message).toMatch(message);
+    await expect(course.messages).toContainText(message);
+    // What is right is done all the same.
+    if (attributes.includes('0.ply 1.ply')) await course.heard('scanstitch-done');
+  });
+}

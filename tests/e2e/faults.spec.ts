@@ -1,0 +1,153 @@
+/** The page under faults: of the network, of the disk, of the graphics card. Each is told, and what there is stays. */
+import { mcapBytes } from '../cli/bag_files.mjs';
+import { laserScan } from '../cli/bag_messages.mjs';
+import { expect, sampleScans, ScanstitchPage, test as planar } from './scanstitch_page.js';
+import { test as spatial } from './spatial_page.js';
+import { recording } from './spatial_recording.js';
+import { serve } from './static_server.mjs';
+
+planar('a part of the page that does not come is told, and comes when it is tried again', async ({ app, page }) => {
+  await page.route('**/evaluate-view*.js', (route) => route.abort());
+  const tools = page.getByRole('navigation', { name: 'Tools' });
+  await tools.getByRole('button', { name: 'Evaluate' }).click();
+  await expect(app.messages).toContainText(
+    /could not be loaded \(evaluate-view.*connection was lost, or a new version/,
+  );
+  expect(await app.scanNames()).toHaveLength(10);
+  await page.unroute('**/evaluate-view*.js');
+  await app.messages.getByRole('button', { name: 'Try again' }).click();
+  await expect(page.locator('scanstitch-evaluate')).toBeVisible();
+  await tools.getByRole('button', { name: 'Map' }).click();
+  await expect(app.messages).toBeHidden();
+  expect(app.faults).toEqual([]);
+});
+
+planar('an engine that takes long is told of, and begins when it is there', async ({ page }) => {
+  const app = new ScanstitchPage(page);
+  await page.clock.install();
+  let letGo = (): void => undefined;
+  const wait = new Promise<void>((resolve) => (letGo = resolve));
+  await page.route('**/*.wasm', async (route) => {
+    await wait;
+    await route.continue();
+  });
+  await page.goto('./');
+  await expect(page.getByRole('button', { name: 'Export' })).toBeVisible();
+  await page.clock.runFor(16_000);
+  await expect(app.messages).toContainText('The engine has not loaded after 15 s');
+  letGo();
+  await expect(app.table.getByRole('row')).toHaveCount(11);
+  await expect(app.messages).toBeHidden();
+});
+
+planar('of a drop, what cannot be read is named and the rest is used', async ({ app, page }) => {
+  const scans = sampleScans()
+    .slice(0, 3)
+    .map(({ name, content }) => ({ name, text: Buffer.from(content).toString('latin1') }));
+  await app.map.evaluate((target, given) => {
+    // As the browser gives them: a file that is locked, a folder that may not be opened, and three scans.
+    const fails = (_: unknown, reject: (error: Error) => void): void =>
+      reject(new DOMException('', 'NotReadableError'));
+    const entries = [
+      { isFile: true, fullPath: '/walk/locked.ply', file: fails },
+      { isFile: false, fullPath: '/walk/private', createReader: () => ({ readEntries: fails }) },
+      ...given.map(({ name, text }) => ({
+        isFile: true,
+        fullPath: `/walk/${name}`,
+        file: (resolve: (file: File) => void) => resolve(new File([text], name)),
+      })),
+    ];
+    const items = entries.map((entry) => ({ kind: 'file', webkitGetAsEntry: () => entry }));
+    const event = new Event('drop', { bubbles: true, composed: true, cancelable: true });
+    Object.defineProperty(event, 'dataTransfer', { value: { types: ['Files'], items } });
+    target.dispatchEvent(event);
+  }, scans);
+  expect((await app.stitched()).result.frames).toHaveLength(3);
+  await expect(app.messages).toContainText('walk/locked.ply');
+  await expect(app.messages).toContainText('walk/private');
+  await expect(page.locator('.title')).toHaveText('walk');
+});
+
+planar('scans of a bag that are lost are told', async ({ app }) => {
+  const scan = (i: number): Uint8Array =>
+    laserScan(
+      { sec: 100 + i, nsec: 0 },
+      -1.5,
+      0.05,
+      [0.1, 9],
+      Array.from({ length: 60 }, (_, k) => 2 + 0.01 * k),
+    );
+  const messages = Array.from({ length: 6 }, (_, i) => ({
+    topic: '/scan',
+    time: BigInt(100 + i) * 1_000_000_000n,
+    data: i === 2 ? scan(i).slice(0, 40) : scan(i),
+  }));
+  const bag = mcapBytes([{ name: '/scan', type: 'sensor_msgs/msg/LaserScan' }], messages);
+  await app.drop([{ name: 'walk.mcap', content: Buffer.from(bag) }]);
+  expect((await app.stitched()).result.frames).toHaveLength(5);
+  await expect(app.messages).toContainText('1 scan of 6 left out');
+});
+
+spatial('a graphics context that is lost in mid-run costs nothing', async ({ spatial: app, page }) => {
+  await app.drop(recording(30));
+  await expect(app.table.getByRole('row').nth(3)).toBeVisible({ timeout: 20_000 });
+  await app.canvas.evaluate((canvas: HTMLCanvasElement) => {
+    canvas.getContext('webgl2')?.getExtension('WEBGL_lose_context')?.loseContext();
+  });
+  expect((await app.stitched()).result.frames).toHaveLength(30);
+  await expect(page.getByRole('status').filter({ hasText: 'The map has been redrawn' })).toHaveCount(1);
+  expect(await app.numPainted()).toBeGreaterThan(100);
+});
+
+planar('kept for use offline where the host asks for it: every tool works without a network', async ({ browser }) => {
+  const server = await serve('www/dist');
+  const address = server.address();
+  const context = await browser.newContext();
+  const page = await context.newPage();
+  const app = new ScanstitchPage(page);
+  try {
+    // As a host writes it, in its own copy of the page.
+    const url = `http://localhost:${typeof address === 'object' && address ? address.port : 0}/`;
+    await page.route(url, async (route) => {
+      const response = await route.fetch();
+      const body = (await response.text()).replace('<scanstitch-app ', '<scanstitch-app offline ');
+      await route.fulfill({ response, body });
+    });
+    await app.open(url);
+    await page.evaluate(async () => {
+      const { active } = await navigator.serviceWorker.ready;
+      if (active?.state !== 'activated')
+        await new Promise((resolve) => active?.addEventListener('statechange', resolve, { once: true }));
+    });
+    await page.unroute(url);
+    await new Promise((resolve) => server.close(resolve).closeAllConnections());
+    const tools = page.getByRole('navigation', { name: 'Tools' });
+    for (const tool of ['Evaluate', "Bird's-eye view", 'Strategies', 'ICP']) {
+      await tools.getByRole('button', { name: tool }).click();
+      await expect(tools.locator('[aria-current=page]')).toHaveText(tool);
+    }
+    // And once more from the beginning.
+    await page.reload();
+    await expect(app.table.getByRole('row')).toHaveCount(11);
+    await app.drop([...recording(3)].map((file) => ({ ...file, content: Buffer.from(file.content) })));
+    await expect(page.locator('scanstitch-spatial').getByRole('table').getByRole('row')).toHaveCount(4, {
+      timeout: 30_000,
+    });
+    expect(app.faults).toEqual([]);
+  } finally {
+    server.close();
+    await context.close();
+  }
+});
+
+planar('a page that cannot be kept says so, and works', async ({ page }) => {
+  const app = new ScanstitchPage(page);
+  await page.route('**/', async (route) => {
+    const response = await route.fetch();
+    const body = (await response.text()).replace('<scanstitch-app ', '<scanstitch-app offline="missing.js" ');
+    await route.fulfill({ response, body });
+  });
+  await app.open();
+  await expect(app.messages).toContainText('The page is not kept for use offline');
+  expect(await app.scanNames()).toHaveLength(10);
+});

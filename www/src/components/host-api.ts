@@ -1,0 +1,149 @@
+/** What a page can do with the element that stands on it: open files, run, cancel. Documented in npm/element.d.ts. */
+import type { ReactiveController, ReactiveControllerHost } from 'lit';
+import type { NamedFile } from '../datasets/gather.js';
+import { addressesOf, givenFiles, type GivenSet } from '../datasets/given.js';
+import { GivenSource } from './given-source.js';
+import { type ScanstitchResult, tellFault } from './host-events.js';
+import type { Message } from './messages.js';
+import { STOPPED, wordsOf } from './session.js';
+
+/** The view of a run, as far as the page has to do with it. */
+export interface HostedRun {
+  /** Whether files are being read or a run is under way, or the engine is starting. */
+  readonly is_busy: boolean;
+  /** The same, but for an engine that is only starting. */
+  readonly is_under_way: boolean;
+  readonly outcome: ScanstitchResult | null;
+  computed(): Promise<ScanstitchResult>;
+  cancel(): void;
+  clear(): void;
+  abandon(reason: string): void;
+  refuse(text: string, remedy: string): void;
+}
+
+export interface HostHooks {
+  /** The run that is shown, or lies behind a view beside it; null before there is one. */
+  run(): HostedRun | null;
+  runs(): HostedRun[];
+  /** Forgets what is being opened for another reason. */
+  forget(): void;
+  take(files: readonly NamedFile[], requested_at: number, given: GivenSet): Promise<void>;
+  openSample(): void;
+  openApartment(): Promise<void>;
+}
+
+const REMOVED = 'The element was removed from the page before the run was done';
+
+type Host = ReactiveControllerHost & HTMLElement;
+
+export class HostApi implements ReactiveController {
+  /** What is wrong with the attributes. */
+  notices: readonly Message[] = [];
+  readonly source: GivenSource;
+  readonly #host: Host;
+  readonly #hooks: HostHooks;
+  /** What was asked for last. */
+  #opening: Promise<void> = Promise.resolve();
+  #num_cancelled = 0;
+
+  constructor(host: Host, hooks: HostHooks) {
+    this.#host = host;
+    this.#hooks = hooks;
+    this.source = new GivenSource(host);
+    host.addController(this);
+  }
+
+  hostDisconnected(): void {
+    queueMicrotask(() => {
+      if (!this.#host.isConnected) this.#onRemoved();
+    });
+  }
+
+  open(source: string | readonly string[] | Iterable<File>): Promise<void> {
+    if (typeof source === 'string') return this.openSource(source);
+    const list: readonly (string | File)[] = [...source];
+    const addresses = list.filter((one) => typeof one === 'string');
+    if (addresses.length > 0) return this.#replace(() => this.source.fetch(addresses));
+    const files = list.filter((one) => typeof one !== 'string');
+    const named = files.map((file) => ({ name: file.webkitRelativePath || file.name, file }));
+    return this.#replace(async () => givenFiles(named));
+  }
+
+  /** What the attribute `src` may hold. */
+  openSource(src: string): Promise<void> {
+    if (src.trim() !== '' && src !== 'none' && src !== 'apartment') {
+      return this.#replace(async () => this.source.fetch(addressesOf(src)));
+    }
+    this.#begin();
+    if (src === 'apartment') this.#opening = this.#hooks.openApartment();
+    else if (src === 'none') this.#hooks.run()?.clear();
+    else this.#hooks.openSample();
+    return this.#opening;
+  }
+
+  async run(): Promise<ScanstitchResult> {
+    const num_cancelled = this.#num_cancelled;
+    await this.#host.updateComplete;
+    await this.#opening;
+    const run = this.#hooks.run();
+    if (num_cancelled !== this.#num_cancelled) throw new Error(STOPPED);
+    if (!this.#host.isConnected) throw new Error(REMOVED);
+    if (!run) throw new Error('There is nothing to compute');
+    return run.outcome ?? run.computed();
+  }
+
+  cancel(): void {
+    this.#num_cancelled++;
+    this.source.cancel();
+    this.#hooks.run()?.cancel();
+  }
+
+  /** Says in the element what is wrong with what the page asks of it. */
+  refuse(texts: readonly string[]): void {
+    const notices = texts.map((text): Message => ({ kind: 'error', file: '', place: '', text, remedy: '' }));
+    this.notices = [...this.notices, ...notices];
+    this.#host.requestUpdate();
+    notices.forEach((notice) => tellFault(this.#host, notice));
+  }
+
+  dismiss(): void {
+    this.notices = [];
+    this.#host.requestUpdate();
+  }
+
+  #begin(): void {
+    this.source.cancel();
+    this.#hooks.forget();
+    this.#opening = Promise.resolve();
+  }
+
+  /** Opens what comes in place of what is open. */
+  #replace(coming: () => Promise<GivenSet | null>): Promise<void> {
+    this.#begin();
+    this.#opening = this.#openGiven(coming, performance.now());
+    return this.#opening;
+  }
+
+  async #openGiven(coming: () => Promise<GivenSet | null>, requested_at: number): Promise<void> {
+    try {
+      const given = await coming();
+      if (!given) throw new DOMException('Something else was asked for meanwhile', 'AbortError');
+      await this.#hooks.take(given.files, requested_at, given);
+    } catch (error) {
+      const is_overtaken = error instanceof DOMException && error.name === 'AbortError';
+      if (!is_overtaken) this.#hooks.run()?.refuse(`Nothing was opened: ${wordsOf(error)}`, 'Drop files of your own');
+      throw error;
+    }
+    if (!this.#hooks.run()?.is_busy) throw new Error('Nothing that was given can be used');
+  }
+
+  /** Not moved, but removed: what was under way has come to its end. */
+  #onRemoved(): void {
+    const runs = this.#hooks.runs();
+    if (this.source.activity !== null || runs.some((run) => run.is_under_way)) {
+      tellFault(this.#host, { file: '', place: '', text: REMOVED, remedy: 'Put it back: it computes again' });
+    }
+    this.source.cancel();
+    runs.forEach((run) => run.abandon(REMOVED));
+  }
+}

@@ -1,0 +1,23 @@
+/** What the element tells the page that it stands on. */
+import type { ScanstitchEvents } from '../../../npm/element.js';
+import type { Message } from './messages.js';
+
+export type {
+  ScanstitchFault,
+  ScanstitchMapPoints,
+  ScanstitchProgress,
+  ScanstitchResult,
+} from '../../../npm/element.js';
+
+export function tellHost<K extends keyof ScanstitchEvents>(
+  from: EventTarget,
+  type: K,
+  detail: ScanstitchEvents[K],
+): void {
+  from.dispatchEvent(new CustomEvent(type, { detail, bubbles: true, composed: true }));
+}
+
+/** An error that is shown in the element is an event as well. */
+export function tellFault(from: EventTarget, { file, place, text, remedy }: Omit<Message, 'kind'>): void {
+  tellHost(from, 'scanstitch-error', { file, place, message: text, remedy });
+}

@@ -1,0 +1,191 @@
+/** What a newcomer reads above the sample: what the page does, how to begin, what its tools are for, how to embed it. */
+import { css, html, type TemplateResult } from 'lit';
+import { icon } from './icons.js';
+
+/** The tools beside the map; the id says what opens them. */
+const TOOLS: readonly { id: string; label: string; about: string }[] = [
+  { id: 'view:icp', label: 'ICP', about: 'Step through one registration, from any start' },
+  { id: 'view:evaluation', label: 'Evaluate', about: 'Errors of trajectories against ground truth' },
+  { id: 'view:bev', label: 'Bird’s-eye view', about: 'Points of a top view in a camera’s image' },
+  { id: 'view:strategies', label: 'Strategies', about: 'Ways to keep a map: memory, time, accuracy' },
+];
+
+/** What a host page writes. */
+const EMBED = `<script type="module" src="scanstitch/scanstitch-app.js"></script>
+<scanstitch-app src="scans/homework.json" style="height: 80vh"></scanstitch-app>`;
+
+export interface WelcomeHooks {
+  /** Told the id of what is to be opened. */
+  want(id: string): void;
+  /** The lines to embed the page were to be copied. */
+  copy(text: string): void;
+  close(): void;
+}
+
+/** `styles`: welcome_styles. */
+export function welcome({ want, copy, close }: WelcomeHooks): TemplateResult {
+  return html`<section class="welcome" aria-label="About">
+    <div class="what">
+      <h1>Laser scans and depth images to a path and a map</h1>
+      <p>
+        <strong>Drop files anywhere on this page</strong>: scans, depth images, clouds, a folder, a zip or a ROS bag.
+        All is computed in this tab; nothing leaves your machine.
+      </p>
+      <div class="begin">
+        <button class="primary" @click=${() => want('files')}>${icon('open')}Choose files…</button>
+        <button @click=${() => want('folder')}>Folder…</button>
+        <details>
+          <summary>Embed it in your page</summary>
+          <pre tabindex="0" aria-label="Lines to embed the page">${EMBED}</pre>
+          <button @click=${() => copy(EMBED)}>Copy</button>
+        </details>
+      </div>
+    </div>
+    <ul class="tools" aria-label="Tools">
+      <li>
+        <strong>Map</strong>
+        <span>Path and map of a recording. Here: ten laser scans; ${link('apartment', 'see depth images', want)}</span>
+      </li>
+      ${TOOLS.map(
+        ({ id, label, about }) =>
+          html`<li>
+            ${link(id, label, want)}
+            <span>${about}</span>
+          </li>`,
+      )}
+    </ul>
+    <button class="quiet icon close" aria-label="Close the introduction" title="Close" @click=${close}>
+      ${icon('close')}
+    </button>
+  </section>`;
+}
+
+function link(id: string, label: string, want: WelcomeHooks['want']): TemplateResult {
+  const follow = (event: Event): void => {
+    event.preventDefault();
+    want(id);
+  };
+  return html`<a href="#" @click=${follow}>${label}</a>`;
+}
+
+export const welcome_styles = css`
+  .welcome {
+    position: relative;
+    display: grid;
+    grid-template-columns: minmax(0, 2fr) minmax(0, 3fr);
+    gap: 10px 32px;
+    flex: none;
+    padding: 12px 48px 12px 16px;
+    border-bottom: 1px solid var(--line);
+    background: var(--surface);
+  }
+  .welcome h1 {
+    margin: 0 0 2px;
+    font-size: 17px;
+    font-weight: 680;
+    letter-spacing: -0.012em;
+    line-height: 1.3;
+    text-wrap: balance;
+  }
+  .welcome .what p {
+    max-width: 68ch;
+    font-size: 13px;
+    text-wrap: pretty;
+  }
+  .welcome .begin {
+    display: flex;
+    flex-wrap: wrap;
+    align-items: center;
+    gap: 8px;
+    padding-top: 10px;
+  }
+  .welcome .tools {
+    display: grid;
+    grid-template-columns: repeat(5, minmax(0, 1fr));
+    align-content: center;
+    gap: 18px;
+    font-size: 12.5px;
+  }
+  .welcome li {
+    line-height: 1.35;
+  }
+  .welcome li > :first-child {
+    display: block;
+    min-height: 24px;
+    font-size: 13.5px;
+    font-weight: 620;
+    text-align: left;
+  }
+  .welcome li > span {
+    color: var(--muted);
+  }
+  .welcome a {
+    color: var(--accent);
+    text-underline-offset: 2px;
+  }
+  .welcome details {
+    font-size: 13px;
+  }
+  .welcome details[open] {
+    flex: 1 1 100%;
+    min-width: 0;
+  }
+  .welcome summary {
+    width: max-content;
+    min-height: 24px;
+    padding: 2px 4px;
+    color: var(--accent);
+    cursor: pointer;
+  }
+  .welcome pre {
+    overflow: auto;
+    margin: 4px 0 8px;
+    padding: 8px 10px;
+    border: 1px solid var(--line);
+    border-radius: var(--radius);
+    background: var(--sunken);
+    font: 12px/1.5 var(--mono);
+  }
+  .welcome .close {
+    position: absolute;
+    top: 8px;
+    right: 8px;
+    color: var(--muted);
+  }
+  .medium .welcome,
+  .narrow .welcome {
+    grid-template-columns: minmax(0, 1fr);
+  }
+  .narrow .welcome {
+    gap: 8px;
+    max-height: 50%;
+    padding: 8px 12px 4px;
+    overflow: auto;
+  }
+  .narrow .welcome h1 {
+    padding-right: 36px;
+    font-size: 15px;
+  }
+  .narrow .welcome .what p {
+    font-size: 12.5px;
+    line-height: 1.4;
+  }
+  .narrow .welcome .begin {
+    padding-top: 6px;
+  }
+  .narrow .welcome .tools {
+    display: block;
+    font-size: 12px;
+  }
+  .narrow .welcome li {
+    display: flex;
+    align-items: baseline;
+    gap: 10px;
+    padding: 2px 0;
+    border-top: 1px solid var(--line);
+  }
+  .narrow .welcome li > :first-child {
+    flex: 0 0 96px;
+    font-size: 12.5px;
+  }
+`;

@@ -1,0 +1,301 @@
+/**
+ * The thread of planar scans, with whichever file of the engine its worker has. It works in slices of a few milliseconds and reads its messages between them, so a stop is
+ * obeyed and a question answered while a long input is computed.
+ */
+import type * as full from './package.js';
+import type {
+  Answers,
+  EngineFacts,
+  Grid,
+  Growth,
+  InputFile,
+  Inputs,
+  Loaded,
+  PlanarApi,
+  PlanarEvent,
+  Preset,
+  Problem,
+  Progress,
+  RunState,
+  SettingDescription,
+  Settings,
+  Timing,
+} from './protocol.js';
+import { emit, isInputError, nothingLoaded, reportCrash, serve, type Served } from './serve.js';
+
+/** The full engine, or the part of it that reads scans alone and no logs. */
+export type PlanarEngine = Pick<typeof full, 'describe_settings' | 'presets' | 'version'> &
+  Partial<Pick<typeof full, 'is_laser_log'>> & {
+    init: (given: { module_or_path: WebAssembly.Module }) => Promise<unknown>;
+    Reconstruction: new () => Reconstruction;
+  };
+type LogReader = Pick<full.Reconstruction, 'add_log'>;
+type Reconstruction = Omit<full.Reconstruction, 'add_log' | 'map_file'> & Partial<LogReader>;
+
+/** The page is answered at least this often, unless one step takes longer. */
+const SLICE_MS = 15;
+/** A laser log is recognised by its first bytes. */
+const LOG_HEAD_BYTES = 8192;
+/** Progress is reported at most this often. */
+const PROGRESS_INTERVAL_MS = 50;
+/** What is new of the map is sent at most this often while it grows... */
+const SNAPSHOT_INTERVAL_MS = 120;
+/** ...less often the more frames there are, for the page goes through all of them each time... */
+const SNAPSHOT_INTERVAL_MS_PER_FRAME = 0.1;
+/** ...and sending it takes at most this share of the time. */
+const SNAPSHOT_SHARE = 0.15;
+
+let engine: PlanarEngine;
+let reconstruction: Reconstruction | null = null;
+let timing: Timing = { load: 0, frames: [], joint: 0, total: 0 };
+/** The order being worked on. A loop that finds another number here than its own has been overtaken and ends. */
+let current_run = 0;
+let is_running = false;
+let is_reading = false;
+/** Frames that the page knows of this order's result. */
+let num_told = 0;
+
+const api: Served<PlanarApi> = {
+  async start(module) {
+    await engine.init({ module_or_path: module });
+    return engineFacts();
+  },
+  load,
+  configure,
+  stop,
+  resume(run) {
+    current_run = run;
+    num_told = 0;
+    computeLater(run);
+  },
+  ask: <K extends keyof Answers>(kind: K, frame: number) => answer(kind, frame) as Answers[K],
+};
+
+function engineFacts(): EngineFacts {
+  return {
+    version: engine.version(),
+    descriptions: engine.describe_settings() as SettingDescription[],
+    presets: engine.presets() as Preset[],
+  };
+}
+
+/**
+ * Reads the files into a new reconstruction. One with at least one scan replaces the present one; otherwise the
+ * present one stays, and so does what the page shows. With `hold` nothing is computed yet.
+ */
+async function load(run: number, inputs: Inputs, settings: Partial<Settings>, hold: boolean): Promise<Loaded | null> {
+  current_run = run;
+  is_running = false;
+  is_reading = true;
+  const problems: Problem[] = [];
+  const notes: Loaded['notes'] = [];
+  const next = new engine.Reconstruction();
+  attempt(problems, '', () => next.set_settings(settings));
+  const accepted: string[] = [];
+  let load_ms = 0;
+  let slice_start = performance.now();
+  for (const [index, { name, bytes }] of inputs.scans.entries()) {
+    post({ type: 'reading', run, file: name, done: index, total: inputs.scans.length });
+    const start = performance.now();
+    if (attempt(problems, name, () => addScans(next, { name, bytes }, problems, notes))) accepted.push(name);
+    load_ms += performance.now() - start;
+    if (performance.now() - slice_start > SLICE_MS) {
+      await otherMessages();
+      if (current_run !== run) {
+        next.free();
+        return null;
+      }
+      if (!is_reading) {
+        const problem = `Reading was stopped after ${index + 1} of ${inputs.scans.length} scans`;
+        problems.push({ file: '', place: null, problem, remedy: '' });
+        accepted.length = 0;
+        break;
+      }
+      slice_start = performance.now();
+    }
+  }
+  const refused: string[] = [];
+  const give = (file: InputFile | null, take: (name: string, bytes: Uint8Array) => void): void => {
+    if (!file || !is_reading) return;
+    post({ type: 'reading', run, file: file.name, done: inputs.scans.length, total: inputs.scans.length });
+    const is_taken = attempt(problems, file.name, () => take(file.name, new Uint8Array(file.bytes)));
+    if (!is_taken) refused.push(file.name);
+  };
+  give(inputs.reference, (name, bytes) => next.set_reference(name, bytes));
+  give(inputs.odometry, (name, bytes) => next.set_odometry(name, bytes));
+  is_reading = false;
+  if (accepted.length === 0) {
+    next.free();
+  } else {
+    reconstruction?.free();
+    reconstruction = next;
+    num_told = 0;
+    timing = { load: load_ms, frames: [], joint: 0, total: load_ms };
+    if (!hold) computeLater(run);
+  }
+  return { accepted, refused, problems, notes };
+}
+
+/** A file is one scan, or a log of many. */
+function addScans(next: Reconstruction, { name, bytes }: InputFile, problems: Problem[], notes: Loaded['notes']): void {
+  const content = new Uint8Array(bytes);
+  if (!next.add_log || !engine.is_laser_log?.(content.subarray(0, LOG_HEAD_BYTES))) {
+    next.add_scan(name, content);
+    return;
+  }
+  const log = next.add_log(name, content);
+  for (const problem of log.losses) problems.push({ file: name, place: null, problem, remedy: '' });
+  for (const text of log.notes) notes.push({ file: name, text });
+}
+
+function configure(run: number, settings: Partial<Settings>): void {
+  if (!reconstruction) return;
+  current_run = run;
+  is_running = false;
+  reconstruction.set_settings(settings);
+  num_told = 0;
+  timing = { load: timing.load, frames: [], joint: 0, total: timing.load };
+  computeLater(run);
+}
+
+/** Computes once the order has been answered. */
+function computeLater(run: number): void {
+  otherMessages()
+    .then(() => compute(run))
+    .catch(reportCrash);
+}
+
+/** Steps until all is done, or stopped, or overtaken; sends what is new now and then and all of it at the end. */
+async function compute(run: number): Promise<void> {
+  if (!reconstruction || current_run !== run) return;
+  is_running = true;
+  let next_progress = performance.now();
+  let next_snapshot = performance.now() + SNAPSHOT_INTERVAL_MS;
+  while (is_running && current_run === run) {
+    const progress = computeSlice(reconstruction);
+    if (performance.now() >= next_progress) {
+      post({ type: 'progress', run, progress });
+      next_progress = performance.now() + PROGRESS_INTERVAL_MS;
+    }
+    if (progress.stage === 'done') {
+      is_running = false;
+      sendGrowth(run, 'done', true);
+      return;
+    }
+    const before = performance.now();
+    // The search for loops leaves the map as it is; then all poses move together.
+    const is_moving = progress.stage === 'joint';
+    if (before >= next_snapshot && (is_moving || num_told < timing.frames.length)) {
+      sendGrowth(run, 'running', is_moving);
+      const cost = performance.now() - before;
+      const least = Math.max(SNAPSHOT_INTERVAL_MS, SNAPSHOT_INTERVAL_MS_PER_FRAME * num_told);
+      next_snapshot = performance.now() + Math.max(least, cost / SNAPSHOT_SHARE);
+    }
+    await otherMessages();
+  }
+}
+
+function computeSlice(present: Reconstruction): Progress {
+  const slice_start = performance.now();
+  for (;;) {
+    const start = performance.now();
+    const progress = present.step();
+    const now = performance.now();
+    const ms = now - start;
+    timing.total += ms;
+    if (progress.frame === null || progress.frame === undefined) timing.joint += ms;
+    else timing.frames[progress.frame] = (timing.frames[progress.frame] ?? 0) + ms;
+    if (progress.stage === 'done' || now - slice_start > SLICE_MS) return progress;
+  }
+}
+
+function stop(): void {
+  is_reading = false;
+  if (!is_running) return;
+  is_running = false;
+  sendGrowth(current_run, 'stopped', true);
+}
+
+/** `is_moved`: frames that the page knows are no longer where they were. */
+function sendGrowth(run: number, state: RunState, is_moved: boolean): void {
+  if (!reconstruction) return;
+  const is_whole = num_told === 0 || state !== 'running';
+  const first = is_whole ? 0 : num_told;
+  const first_mapped = is_moved ? 0 : first;
+  const { frames, result } = is_whole
+    ? wholeResult(reconstruction)
+    : { frames: reconstruction.frames_from(first), result: null };
+  num_told = first + frames.length;
+  const growth: Growth = {
+    result,
+    first,
+    frames,
+    poses: is_moved && !is_whole ? reconstruction.poses() : null,
+    first_mapped,
+    map_points: reconstruction.map_points(first_mapped),
+    map_counts: reconstruction.map_sizes(first_mapped),
+    timing: { ...timing, frames: timing.frames.slice(first) },
+  };
+  const buffers = [growth.map_points.buffer, growth.map_counts.buffer] as Transferable[];
+  post({ type: 'growth', run, state, growth }, buffers);
+}
+
+function wholeResult(present: Reconstruction): Pick<Growth, 'frames' | 'result'> {
+  const { frames, ...result } = present.summary();
+  return { frames, result };
+}
+
+function answer(kind: keyof Answers, frame: number): Answers[keyof Answers] {
+  if (!reconstruction) throw nothingLoaded();
+  if (kind === 'correspondences' || kind === 'history') return reconstruction[kind](frame);
+  if (kind === 'occupancy_grid') return occupancyGrid(reconstruction);
+  return reconstruction[kind]();
+}
+
+function occupancyGrid(present: Reconstruction): Grid {
+  const grid = present.occupancy_grid();
+  const { width, height, resolution, origin } = grid;
+  const grey_values = grid.grey_values();
+  const plain: Grid = { width, height, resolution, origin, grey_values, pgm: grid.pgm(), yaml: grid.yaml('map.pgm') };
+  grid.free();
+  return plain;
+}
+
+/** Runs `action`; what is wrong with the input becomes a problem of `file`, what is wrong with the engine goes on up. */
+function attempt(problems: Problem[], file: string, action: () => void): boolean {
+  try {
+    action();
+    return true;
+  } catch (error) {
+    if (!isInputError(error)) throw error;
+    problems.push(toProblem(error, file));
+    return false;
+  }
+}
+
+function toProblem(error: unknown, file: string): Problem {
+  const { file: named, place, problem, remedy, message } = error as Problem & Error;
+  return { file: named || file, place: place ?? null, problem: problem || message, remedy: remedy ?? '' };
+}
+
+function post(event: PlanarEvent, transfer: Transferable[] = []): void {
+  emit(event, transfer);
+}
+
+const channel = new MessageChannel();
+const waiting: (() => void)[] = [];
+channel.port1.onmessage = () => waiting.shift()?.();
+
+/** Lets the messages that wait be handled first: a task of our own behind them, without the delay of a timer. */
+function otherMessages(): Promise<void> {
+  return new Promise((resolve) => {
+    waiting.push(resolve);
+    channel.port2.postMessage(null);
+  });
+}
+
+/** In a worker: reconstructs with this engine. */
+export function servePlanar(with_engine: PlanarEngine): void {
+  engine = with_engine;
+  serve<PlanarApi>(api);
+}
