@@ -80,6 +80,20 @@ fn corrected_poses_are_the_reference_and_the_wheels_the_odometry() {
 }
 
 #[test]
+fn a_stated_limit_beyond_which_the_laser_measures_is_none() {
+    let log = |readings: &str| {
+        let count = readings.split_whitespace().count();
+        read(format!("PARAM robot_front_laser_max 10\nFLASER {count} {readings} 0 0 0 0 0 0 1 h 1\n").as_bytes())
+            .unwrap()
+    };
+    let codes = log("1 2 3 4 5 6 81.8 81.91 81.91 81.91");
+    assert!(codes.scans[0].max_range == 10.0 && codes.notes.is_empty(), "{:?}", codes.notes);
+    let measured = log("1 2 3 4 5 6 12.5 17.1 31 50 50");
+    assert!(measured.scans[0].max_range.is_infinite());
+    assert!(measured.notes[0].contains("10 m") && measured.notes[0].contains("27 %"), "{:?}", measured.notes);
+}
+
+#[test]
 fn errors_name_the_line_and_the_remedy() {
     for (text, line, words) in [
         ("FLASER 3 1 2 3 0 0 0 0 0 0\nFLASER 3 1 x 3 0 0 0 0 0 0\n# end\n", 2, "\"x\""),

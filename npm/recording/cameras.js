@@ -11,10 +11,8 @@ import { baseOf, commonFolder, depthOf, folderOf, isNear, seriesOf, wordsOf } fr
 /** @typedef {import('./reference.js').Frames} Frames */
 /** @typedef {import('./reference.js').Read} Read */
 
-/** Formats that say what their numbers are, so that a camera is told by what is in them, ... */
+/** Formats that say what their numbers are; in other texts numbers alone are a camera where the name says so. */
 const SELF_TOLD = /\.(json|ya?ml|xml|conf|cfg|ini)$/i;
-/** ... or by the word `info` in their names, as ScanNet has it. */
-const INFO = /(^|[_-])info\.txt$/i;
 const TEXTS = /(\.(txt|csv|dat|k|intrinsics?)|^[^.]+)$/i;
 /** Longer texts than this are no cameras. */
 const MAX_TEXT_BYTES = 2 ** 16;
@@ -85,16 +83,13 @@ export async function findIntrinsics(files, frames, read) {
  * @param {Read} read
  */
 async function cameraBytes(path, size, read) {
-  const bytes = mayBeCamera(path, size) ? await read(path, size) : null;
-  const isMeant = () => rankOfCamera(path) >= 2 && bytes !== null && hasNumbers(bytes);
-  return bytes && (readCameras(bytes).length > 0 || isMeant()) ? bytes : null;
-}
-
-/** @param {string} path @param {number} size */
-function mayBeCamera(path, size) {
-  if (SELF_TOLD.test(path)) return size <= MAX_CAMERA_BYTES;
-  if (size > MAX_TEXT_BYTES) return false;
-  return INFO.test(path) || (TEXTS.test(baseOf(path)) && rankOfCamera(path) > 0);
+  const isRead = SELF_TOLD.test(path) ? size <= MAX_CAMERA_BYTES : TEXTS.test(baseOf(path)) && size <= MAX_TEXT_BYTES;
+  const bytes = isRead ? await read(path, size) : null;
+  if (!bytes) return null;
+  const [camera] = readCameras(bytes);
+  const rank = rankOfCamera(path);
+  if (camera) return rank > 0 || camera.label !== '' ? bytes : null;
+  return rank >= 2 && hasNumbers(bytes) ? bytes : null;
 }
 
 /** Four numbers or more: meant as a camera. @param {Uint8Array} bytes */

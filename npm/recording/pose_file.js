@@ -9,6 +9,8 @@ import { readDocument } from './documents.js';
 
 /** @typedef {{ name: string, matrix: number[] }} NamedMatrix matrix: 16 numbers, row by row */
 
+/** Longer ones are annotations or other data: they are read as a whole, and ten thousand matrices fit. */
+export const MAX_POSE_DOCUMENT_BYTES = 16 * 2 ** 20;
 const STRUCTURED = /\.(json|ya?ml|xml)$/i;
 /** Under these names stand poses of the world in the camera, which are to be turned round. */
 const INVERSE = /extrinsic|world_?to_?(cam|camera|sensor)|w2c|view_?matrix/i;

@@ -4,7 +4,7 @@ import { compareNaturally } from '../natural_order.js';
 import { rankOfCamera } from './cameras.js';
 import { readNpyShape } from './heads.js';
 import { isListName } from './lists.js';
-import { isPoseDocument, posesOfDocument } from './pose_file.js';
+import { isPoseDocument, MAX_POSE_DOCUMENT_BYTES, posesOfDocument } from './pose_file.js';
 import { baseOf, commonFolder, depthOf, folderOf, isNear, seriesOf, wordsOf } from './names.js';
 
 /** @typedef {import('../recording.js').ListedFile} ListedFile */
@@ -115,7 +115,7 @@ function posesPerFrame(files, { root, keys }) {
  * @returns {Promise<Poses | null>} null: no trajectory
  */
 async function countPoses(path, size, read) {
-  if (size > MAX_BYTES) return null;
+  if (size > (isPoseDocument(path) ? MAX_POSE_DOCUMENT_BYTES : MAX_BYTES)) return null;
   if (/\.npy$/i.test(path)) {
     const head = await read(path, Math.min(size, 1024));
     const [count = 0, ...shape] = (head && readNpyShape(head)) || [];

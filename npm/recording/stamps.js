@@ -58,10 +58,12 @@ function faultOfTimes(times, isOrdered) {
   const [first, last] = [known[places[0] ?? 0] ?? 0, known[places.at(-1) ?? 0] ?? 0];
   const words = (/** @type {number} */ time) => `${Number(time.toFixed(4))} s`;
   if (last === first) return `are all the same (${words(first)})`;
-  if ((known.length - 1) / (last - first) > MAX_RATE) {
-    return `lie between ${words(first)} and ${words(last)} for ${known.length} images, as durations may, but no times of a camera`;
+  const isShuffled = isOrdered && !places.every((place, index) => Math.abs(place - index) <= MAX_JITTER);
+  if (isShuffled) {
+    const fall = known.findIndex((time, index) => index > 0 && time < (known[index - 1] ?? 0));
+    return `do not ascend (${words(known[fall - 1] ?? 0)}, then ${words(known[fall] ?? 0)})`;
   }
-  if (!isOrdered || places.every((place, index) => Math.abs(place - index) <= MAX_JITTER)) return null;
-  const fall = known.findIndex((time, index) => index > 0 && time < (known[index - 1] ?? 0));
-  return `do not ascend (${words(known[fall - 1] ?? 0)}, then ${words(known[fall] ?? 0)})`;
+  const isTooFast = (known.length - 1) / (last - first) > MAX_RATE;
+  const span = `${words(first)} and ${words(last)} for ${known.length} images`;
+  return isTooFast ? `lie between ${span}, as durations may, but no times of a camera` : null;
 }

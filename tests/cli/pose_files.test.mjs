@@ -1,8 +1,11 @@
 // @ts-check
 /** True poses in structured files, and times that are none. */
 import assert from 'node:assert/strict';
+import { readFileSync } from 'node:fs';
+import { join } from 'node:path';
 import { test } from 'node:test';
 import { posesOfDocument, trajectoryBytes } from '../../npm/recording/pose_file.js';
+import { scanstitch, temporaryFolder, writeFiles } from './support.mjs';
 import { count, DEPTH16, encode, many, RGB, understandAll } from './recording_files.mjs';
 
 /** A quarter turn about y, at (x, 2, 3), row by row. @param {number} x */
@@ -158,4 +161,14 @@ test('stamps in the order of the frames, of a network, and fractions of any leng
     );
     assert.deepEqual(notes, []);
   }
+});
+
+test('they are trajectories to every command', (t) => {
+  const folder = temporaryFolder(t);
+  const [path = ''] = writeFiles(folder, { 'transforms.json': DOCUMENTS['transforms.json'] ?? '' });
+  const { status, stderr } = scanstitch(['convert', path, join(folder, 'walk.tum')]);
+  assert.equal(status, 0, stderr);
+  const lines = readFileSync(join(folder, 'walk.tum'), 'utf8').trim().split('\n');
+  assert.match(lines.at(-1) ?? '', /^2(\.0)? 10(\.0)? 2(\.0)? 3(\.0)? /);
+  assert.match(scanstitch(['evaluate', path, join(folder, 'walk.tum')]).stdout, /walk\.tum/);
 });

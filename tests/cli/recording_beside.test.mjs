@@ -45,6 +45,8 @@ test('the camera: beside the images or above them, the depth one first', async (
     [{ 'scene/calib.yaml': 'fx: 1' }, null],
     [{ 'scene/TUM1.yaml': 'Camera.fx: 517\nCamera.fy: 516\nCamera.cx: 318\nCamera.cy: 255\n' }, 'scene/TUM1.yaml'],
     [{ 'scene/settings.yaml': 'rate: 30\nname: 640 480 525 525\n' }, null],
+    [{ 'scene/readme.txt': 'Recorded by hand.\nfx = 525\nfy = 525\ncx = 319.5\ncy = 239.5\n' }, 'scene/readme.txt'],
+    [{ 'scene/numbers.txt': '525 525 319.5 239.5\n' }, null],
     [{ 'scene/camera_poses.txt': tum(2) }, null],
     [{ 'elsewhere/K.txt': K }, null],
   ]);

@@ -56,3 +56,25 @@ test('what is assumed can be changed beside its figure, also on a phone in the d
   expect([changed.result.depth_scale, changed.result.camera?.fx, changed.result.camera?.cx]).toEqual([500, 80, 79.5]);
   expect(changed.result.assumptions).toEqual([]);
 });
+
+test('a camera file dropped after the frames is used; one of other images is refused in plain words', async ({
+  spatial,
+  page,
+}) => {
+  const files = recording(4).filter(({ name }) => !name.endsWith('.txt'));
+  await spatial.drop(files);
+  const guessed = await spatial.stitched();
+  expect(guessed.result.camera?.fx).toBeCloseTo(131.25, 6);
+  const yaml = (width: number, height: number): string =>
+    `image_width: ${width}\nimage_height: ${height}\ncamera_matrix:\n  rows: 3\n  cols: 3\n  data: [${width / 2}, 0, ${width / 2}, 0, ${width / 2}, ${height / 2}, 0, 0, 1]\n`;
+  await spatial.drop([{ name: 'color_info.yaml', content: yaml(1280, 720) }]);
+  await expect(spatial.messages).toContainText(
+    'This camera is for 1280 x 720 pixels, the depth images have 160 x 120. Give the camera of the depth images',
+  );
+  await spatial.drop([{ name: 'camera_info.yaml', content: yaml(320, 240) }]);
+  await expect(spatial.messages).toContainText(
+    "The camera of 320 x 240 pixels is scaled to the depth images' 160 x 120",
+  );
+  await expect.poll(async () => (await spatial.figures.textContent()) ?? '').toContain('160 × 120, 90°');
+  await expect(page.getByRole('button', { name: 'Change what is assumed of the camera' })).toBeVisible();
+});

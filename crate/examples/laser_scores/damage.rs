@@ -32,6 +32,13 @@ pub const ALL: &[&str] = &[
     "short_range",
     "coarse_beams",
     "blind",
+    "backwards",
+    "every_second",
+    "first_half",
+    "second_half",
+    "noisy",
+    "glass",
+    "people",
 ];
 
 impl Input {
@@ -112,6 +119,32 @@ impl Input {
                 self.change_ranges(|_, beam, range| if is_ahead(beam) { range } else { f32::NAN });
             }
             "short_range" => self.change_ranges(|_, _, range| if range < 8.0 { range } else { f32::NAN }),
+            "backwards" => {
+                let count = self.numbers.len();
+                self.pick(&(0..count).rev().collect::<Vec<_>>());
+            }
+            "every_second" => self.keep(|scan| scan % 2 == 0),
+            "first_half" => {
+                let half = self.numbers.len() / 2;
+                self.keep(|scan| scan < half);
+            }
+            "second_half" => {
+                let half = self.numbers.len() / 2;
+                self.keep(|scan| scan >= half);
+            }
+            "noisy" => self.change_ranges(|scan, beam, range| range + 0.05 * normal(scan, beam)),
+            "glass" => {
+                self.change_ranges(|scan, beam, range| if uniform(scan, beam / 8, 1) < 0.3 { f32::NAN } else { range });
+            }
+            "people" => {
+                self.change_ranges(|scan, beam, range| {
+                    if uniform(scan, beam / 12, 2) < 0.15 {
+                        range.min(1.0 + 2.0 * uniform(scan, beam / 12, 3))
+                    } else {
+                        range
+                    }
+                });
+            }
             "coarse_beams" => self.change_ranges(|_, beam, range| if beam % 2 == 0 { range } else { f32::NAN }),
             other => panic!("{other} is no damage: {ALL:?}"),
         }
@@ -150,13 +183,17 @@ impl Input {
     }
 
     fn keep(&mut self, is_kept: impl Fn(usize) -> bool) {
-        let kept: Vec<usize> = (0..self.numbers.len()).filter(|&scan| is_kept(scan)).collect();
+        self.pick(&(0..self.numbers.len()).filter(|&scan| is_kept(scan)).collect::<Vec<_>>());
+    }
+
+    /// Only these scans, in this order.
+    fn pick(&mut self, kept: &[usize]) {
         self.log.scans = kept.iter().map(|&scan| self.log.scans[scan].clone()).collect();
         for (number, scan) in self.log.scans.iter_mut().enumerate() {
             scan.number = number;
         }
         self.odometry = self.odometry.as_ref().map(|poses| kept.iter().map(|&scan| poses[scan]).collect());
-        self.numbers = kept;
+        self.numbers = kept.iter().map(|&scan| self.numbers[scan]).collect();
     }
 
     fn change_ranges(&mut self, change: impl Fn(usize, usize, f32) -> f32) {
@@ -166,4 +203,18 @@ impl Input {
             }
         }
     }
+}
+
+/// A number from 0 to 1 by these three, the same at every run.
+fn uniform(scan: usize, beam: usize, what: usize) -> f32 {
+    let mut state = (scan as u64) << 32 ^ (beam as u64) << 8 ^ what as u64;
+    for _ in 0..3 {
+        state = (state ^ state >> 31).wrapping_mul(0x9E37_79B9_7F4A_7C15).wrapping_add(0x632B_E59B);
+    }
+    (state >> 40) as f32 / (1u32 << 24) as f32
+}
+
+/// A number of unit deviation.
+fn normal(scan: usize, beam: usize) -> f32 {
+    (0..12).map(|what| uniform(scan, beam, 10 + what)).sum::<f32>() - 6.0
 }

@@ -2,10 +2,11 @@
 //! a scan takes.
 //!
 //! `cargo run --profile quick --example laser_scores -- [--out FOLDER] [--data FOLDER] [--only NAME] [--mode odometry|alone]
-//! [--damage all|NAME,...] [--append NAME] [--worlds] [NAME=VALUE]...`
+//! [--damage all|NAME,...] [--append NAME] [--without all|NAME,...] [--worlds] [NAME=VALUE]...`
 //!
 //! `--damage` runs the logs with something wrong with them (`damage.rs`), `--append` with another log after them,
-//! `--worlds` the generated worlds that look the same from several places.
+//! `--worlds` the generated worlds that look the same from several places. `--without` leaves out one part of the engine
+//! after the other: odometry, second_basin, consistent_sets, robust_kernel, doubt.
 //!
 //! A pair is wrong when it is off from its relation by more than 0.5 m or 5 degrees. `false` is the share of wrong pairs
 //! among those whose frames are both good and of one piece.
@@ -22,6 +23,7 @@ use scanstitch::io::laser_log;
 use scanstitch::io::relations::{self, Place, Relation};
 use scanstitch::io::trajectory::{self, Trajectory};
 use scanstitch::odometry::assessment::Status;
+use scanstitch::odometry::planar::ablation::Ablation;
 use scanstitch::pipeline::planar::Reconstruction;
 use scanstitch::pipeline::report::{FrameResult, PlanarPose, Stage};
 use scanstitch::pipeline::settings::Settings;
@@ -80,6 +82,20 @@ const CASES: &[Case] = &[
     Case { name: "aces", log: "radish/aces.clf", odometry: None, relations: &[("relations", "radish/aces.relations")] },
 ];
 
+/// Parts of the engine that can be left out.
+const PARTS: &[&str] = &["odometry", "second_basin", "consistent_sets", "robust_kernel", "doubt"];
+
+fn ablation(part: &str) -> Ablation {
+    let is = |name: &str| part == name;
+    Ablation {
+        odometry: is("odometry"),
+        second_basin: is("second_basin"),
+        consistent_sets: is("consistent_sets"),
+        robust_kernel: is("robust_kernel"),
+        doubt: is("doubt"),
+    }
+}
+
 fn main() {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let option = |name: &str| arguments.iter().position(|a| a == name).and_then(|at| arguments.get(at + 1)).cloned();
@@ -90,8 +106,16 @@ fn main() {
             settings[name] = serde_json::from_str(value).unwrap_or_else(|_| value.into());
         }
     }
+    let parts: Vec<&str> = match option("--without").as_deref() {
+        None => vec![""],
+        Some("all") => PARTS.to_vec(),
+        Some(list) => PARTS.iter().copied().filter(|part| list.split(',').any(|name| name == *part)).collect(),
+    };
     if arguments.iter().any(|argument| argument == "--worlds") {
-        worlds::print_table(&settings);
+        for part in parts {
+            println!("{}", if part.is_empty() { "whole".to_owned() } else { format!("without {part}") });
+            worlds::print_table(&settings, ablation(part));
+        }
         return;
     }
     let read = |name: &str| {
@@ -119,7 +143,8 @@ fn main() {
             if let Some(other) = option("--append") {
                 input.append(&read(&other));
             }
-            for with_odometry in [true, false] {
+            for (with_odometry, part) in [true, false].into_iter().flat_map(|with| parts.iter().map(move |p| (with, p)))
+            {
                 let name = if with_odometry { "odometry" } else { "alone" };
                 if mode.as_deref().is_some_and(|mode| mode != name) {
                     continue;
@@ -131,7 +156,11 @@ fn main() {
                 let settings = serde_json::from_value(settings).expect("the settings are right");
                 let is_own = case.odometry.is_none() && damage.is_empty();
                 let odometry = input.trajectory().filter(|_| with_odometry && !is_own);
-                let label = format!("{damage} {name}");
+                let label = format!(
+                    "{damage} {name} {}",
+                    if part.is_empty() { String::new() } else { format!("without {part}") }
+                );
+                let settings = (settings, ablation(part));
                 score(case, label.trim(), &input, odometry, settings, &data, option("--out").as_deref());
             }
         }
@@ -143,11 +172,12 @@ fn score(
     mode: &str,
     input: &Input,
     odometry: Option<Trajectory>,
-    settings: Settings,
+    (settings, without): (Settings, Ablation),
     data: &str,
     out: Option<&str>,
 ) {
     let mut reconstruction = Reconstruction::new(settings).expect("the settings are right");
+    reconstruction.set_ablation(without);
     reconstruction.add_log("log", &input.log);
     if let Some(odometry) = odometry {
         reconstruction.set_odometry("odometry", odometry).expect("odometry has headings");

@@ -73,16 +73,20 @@ const CANDIDATES: [Candidate; 6] = [
 ];
 
 /// Kinect: 1 / (8 f b) with f = 580 pixels and b = 0.075 m (1/m).
-const KINECT_STEP: f64 = 1.0 / (8.0 * 580.0 * 0.075);
+const KINECT_STEP: f64 = 1.0 / (8.0 * 580.0 * KINECT_BASELINE);
+/// From the projector to the camera (m).
+const KINECT_BASELINE: f64 = 0.075;
 /// Deviation of a camera's step from its nominal one, as a logarithm: focal lengths, resampling. On seven recordings of
 /// Kinects it is 0.10.
-const STEP_DEVIATION: f64 = 0.2;
+const STEP_DEVIATION: f64 = 0.12;
 /// RealSense D400: baseline (m) and focal length at 4 : 3 (shares of the width), by the datasheet: D435, D415, D455.
 const REALSENSES: [(f64, f64); 3] = [(0.05, 0.6), (0.055, 0.955), (0.095, 0.61)];
 /// Deviation of a RealSense's focal length from its nominal one, as a logarithm: calibration, and 16 : 9 at the same width.
 const REALSENSE_DEVIATION: f64 = 0.1;
 /// Median depth of an indoor image (m), and its deviation as a logarithm. On eight recordings it is 1.0 to 3.3 m.
 const ROOM_MEDIAN: (f64, f64) = (2.2, 0.6);
+/// What cameras measure ends at about this depth (m), with this deviation as a logarithm.
+const SENSOR_REACH: (f64, f64) = (10.0, 0.2);
 /// More pixels without depth than this and the image was not rendered.
 const MAX_RENDERED_HOLES: f64 = 0.01;
 /// A candidate this much less probable than the best is not named.
@@ -113,7 +117,10 @@ impl DepthScale {
                 of_sensor.iter().zip(candidate.sensors).map(|(p, used)| if used { *p } else { 0.0 }).fold(0.0, f64::max)
             }
             None if candidate.stores_smooth_depth(image, levels.holes) => {
-                gaussian((levels.median / candidate.per_metre / ROOM_MEDIAN.0).ln() / ROOM_MEDIAN.1)
+                let room = gaussian((levels.median / candidate.per_metre / ROOM_MEDIAN.0).ln() / ROOM_MEDIAN.1);
+                let is_camera = levels.holes >= MAX_RENDERED_HOLES;
+                let beyond = (levels.far / candidate.per_metre / SENSOR_REACH.0).ln().max(0.0) / SENSOR_REACH.1;
+                room * if is_camera { gaussian(beyond) } else { 1.0 }
             }
             None => 0.0,
         };
@@ -167,6 +174,11 @@ pub(crate) fn disparity_step(image: &DepthImage) -> Option<f64> {
     if image.bits <= 8 || image.bits == DepthImage::METRES { None } else { Levels::new(image).disparity_step() }
 }
 
+/// Focal length (pixels) of a Kinect whose depth has steps of c z^2 (1/m).
+pub(crate) fn kinect_focal_length(c: f64) -> f64 {
+    1.0 / (8.0 * KINECT_BASELINE * c)
+}
+
 fn trimmed(number: &str) -> String {
     number.trim_end_matches('0').trim_end_matches('.').to_owned()
 }
@@ -208,6 +220,8 @@ fn realsense(c: f64, width: usize) -> (f64, f64) {
 struct Levels {
     values: Vec<f64>,
     median: f64,
+    /// The 95th percentile.
+    far: f64,
     /// Share of pixels without depth.
     holes: f64,
 }
@@ -231,7 +245,7 @@ impl Levels {
         let (low, high) = (percentile(0.5).unwrap_or(0), percentile(0.95).unwrap_or(0));
         let values = (low..=high).filter(|&value| value > 0 && counts[value] > 0).map(|value| value as f64).collect();
         let holes = 1.0 - measured as f64 / image.values.len().max(1) as f64;
-        Self { values, median: low as f64, holes }
+        Self { values, median: low as f64, far: high as f64, holes }
     }
 
     /// The even spacing of 1 / value, in 1 / raw; none where the levels are not spaced so.
@@ -306,6 +320,9 @@ mod tests {
         assert_eq!(rendered(6553.5).per_metre(), 6553.5);
         assert!(rendered(6553.5).alternatives.contains(&4000.0), "two close scales cannot be told apart by size");
         assert!(rendered(6553.5).note().unwrap().contains("6553.5 is assumed"));
+        // Matterport3D: at a millimetre the camera would see 14 m.
+        let matterport = DepthImage { width: 512, height: 600, ..ramp((0.5, 3.8), 4000.0, None, 0.2) };
+        assert_eq!(DepthScale::estimate(&matterport).per_metre(), 4000.0);
         // Holes: not rendered, so not a renderer's scale.
         assert_ne!(DepthScale::estimate(&ramp((0.5, 3.5), 6553.5, None, 0.2)).per_metre(), 6553.5);
     }

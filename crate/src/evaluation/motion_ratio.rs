@@ -23,8 +23,10 @@ const MIN_STEP: f64 = 0.02;
 const MIN_TURN: f64 = 0.03;
 /// Larger turns (rad) are left out: beyond half a turn they are ambiguous.
 const MAX_TURN: f64 = 2.0;
-/// The median deviation of the ratios' logarithms from their median is at most this.
+/// The median deviation of the ratios' logarithms from their median is at most this, ...
 const MAX_SPREAD: f64 = 0.15;
+/// ... or this share of the median itself: broken paths spread, and still tell a large factor.
+const MAX_SPREAD_SHARE: f64 = 0.25;
 /// The ratio's logarithm differs from zero by so many standard errors of the median.
 const MIN_SIGNIFICANCE: f64 = 4.0;
 
@@ -58,7 +60,8 @@ fn common_factor(mut logarithms: Vec<f64>) -> Option<f64> {
     let spread = median(&mut deviations);
     // 1.4826 makes the median deviation a standard one, 1.253 that of a mean one of a median.
     let error = 1.4826 * 1.253 * spread / (logarithms.len() as f64).sqrt();
-    (spread <= MAX_SPREAD && middle.abs() >= MIN_SIGNIFICANCE * error).then(|| middle.exp())
+    let is_common = spread <= MAX_SPREAD.max(MAX_SPREAD_SHARE * middle.abs());
+    (is_common && middle.abs() >= MIN_SIGNIFICANCE * error).then(|| middle.exp())
 }
 
 fn median(values: &mut [f64]) -> f64 {

@@ -45,6 +45,20 @@ pub(crate) struct OdometryFactor<M: RigidMotion> {
     pub information: M::Matrix,
 }
 
+/// An edge whose motion has changed by less than so many times the limits of convergence keeps its correspondences. With ten
+/// times a generated ring of corridors stays 6.4 cm off, on the mean, where three leave it below 6.
+const KEPT: f64 = 3.0;
+
+/// What an edge's correspondences came to when they were last found.
+#[derive(Debug, Clone, Copy)]
+struct Matched<M: RigidMotion> {
+    T_target_source: M,
+    equations: NormalEquations<M>,
+    num_correspondences: usize,
+    num_inliers: usize,
+    sq_residuals: f64,
+}
+
 /// Nodes further apart are no neighbours (m).
 const MAX_NEIGHBOR_DISTANCE: f64 = 4.0;
 
@@ -76,6 +90,8 @@ pub struct JointScanRegistration<M: RigidMotion> {
     /// `T_world_node`; the first one is held fixed and defines the world.
     poses: Vec<M>,
     edges: Vec<Edge>,
+    /// The last match of each edge.
+    matched: Vec<Option<Matched<M>>>,
     odometry_factors: Vec<OdometryFactor<M>>,
     /// Edges before this one are in the sums of the current iteration.
     next_edge: usize,
@@ -85,7 +101,7 @@ pub struct JointScanRegistration<M: RigidMotion> {
     converged: bool,
     /// Whether the matches leave the poses undetermined, so that there is no step to take.
     undetermined: bool,
-    /// Buffer of [`add_edge`](Self::add_edge), kept between edges.
+    /// Buffer of [`match_edge`](Self::match_edge), kept between edges.
     correspondences: Vec<Correspondence<M::Point>>,
 }
 
@@ -105,6 +121,7 @@ impl<M: RigidMotion> JointScanRegistration<M> {
         Self {
             sums: Sums::new(poses.len().saturating_sub(1)),
             poses,
+            matched: vec![None; edges.len()],
             edges,
             odometry_factors: Vec::new(),
             next_edge: 0,
@@ -161,9 +178,7 @@ impl<M: RigidMotion> JointScanRegistration<M> {
     ) {
         let mut num_points = 0;
         while num_points < max_points && self.next_edge < self.edges.len() {
-            let edge = self.edges[self.next_edge];
-            self.add_edge(factor, edge, nodes, options);
-            num_points += nodes[edge.source].source.points.len();
+            num_points += self.add_edge(factor, self.next_edge, nodes, options);
             self.next_edge += 1;
         }
         if self.next_edge < self.edges.len() {
@@ -179,24 +194,55 @@ impl<M: RigidMotion> JointScanRegistration<M> {
         self.next_edge = 0;
     }
 
-    /// Finds the correspondences of an edge under the current poses and adds its normal equations.
+    /// Adds the normal equations of an edge under the current poses. Returns how many points looked for correspondences.
     fn add_edge<T: Target<Point = M::Point>, F: Factor<M, T>>(
         &mut self,
         factor: &F,
-        edge: Edge,
+        index: usize,
         nodes: &[Node<'_, M::Point, T>],
         options: &IcpOptions,
-    ) {
+    ) -> usize {
+        let edge = self.edges[index];
         let T_target_world = self.poses[edge.target].inverse();
         let T_target_source = T_target_world * self.poses[edge.source];
-        let (source, target) = (nodes[edge.source].source, nodes[edge.target].target);
-        self.sums.num_correspondences +=
-            match_points(source, target, &T_target_source, factor, options, &mut self.correspondences);
-        self.sums.num_inliers += self.correspondences.len();
-        self.sums.sq_residuals += self.correspondences.iter().map(|c| c.residual * c.residual).sum::<f64>();
+        let since = |last: &Matched<M>| T_target_source * last.T_target_source.inverse();
+        let is_kept = |last: &Matched<M>| {
+            let since = since(last);
+            since.rotation_angle() < KEPT * options.criteria.rotation_eps
+                && since.translation_norm() < KEPT * options.criteria.translation_eps
+        };
+        let kept = self.matched[index].filter(is_kept);
+        let matched = kept.unwrap_or_else(|| self.match_edge(factor, edge, &T_target_source, nodes, options));
+        self.matched[index] = Some(matched);
+        self.sums.num_correspondences += matched.num_correspondences;
+        self.sums.num_inliers += matched.num_inliers;
+        self.sums.sq_residuals += matched.sq_residuals;
+        // Linear about the motion that the correspondences were found at.
+        let NormalEquations { H, b } = matched.equations;
+        let b = b + H.apply(&since(&matched).log());
+        self.sums.add(edge.target, edge.source, &T_target_world, NormalEquations { H, b });
+        if kept.is_some() { 0 } else { nodes[edge.source].source.points.len() }
+    }
 
-        let equations = factor.normal_equations(target, &self.correspondences);
-        self.sums.add(edge.target, edge.source, &T_target_world, equations);
+    /// Finds the correspondences of an edge.
+    fn match_edge<T: Target<Point = M::Point>, F: Factor<M, T>>(
+        &mut self,
+        factor: &F,
+        edge: Edge,
+        T_target_source: &M,
+        nodes: &[Node<'_, M::Point, T>],
+        options: &IcpOptions,
+    ) -> Matched<M> {
+        let (source, target) = (nodes[edge.source].source, nodes[edge.target].target);
+        let correspondences = &mut self.correspondences;
+        let num_correspondences = match_points(source, target, T_target_source, factor, options, correspondences);
+        Matched {
+            T_target_source: *T_target_source,
+            equations: factor.normal_equations(target, correspondences),
+            num_correspondences,
+            num_inliers: correspondences.len(),
+            sq_residuals: correspondences.iter().map(|c| c.residual * c.residual).sum(),
+        }
     }
 
     fn add_odometry(&mut self) {

@@ -51,6 +51,10 @@ struct PlacedScan {
     scan: Rc<PlanarScan>,
     profile: RangeProfile,
     T_world_sensor: Pose2,
+    /// Points of its surfaces in the world frame (m), where lines are measured to, ...
+    surface: Vec<Vector2<f64>>,
+    /// ... and their normals.
+    normals: Vec<Option<Vector2<f64>>>,
 }
 
 enum MapTarget {
@@ -75,8 +79,14 @@ impl LocalMap {
         if self.scans.len() == self.capacity {
             self.scans.pop_front();
         }
-        let profile = RangeProfile::new(&scan.points);
-        self.scans.push_back(PlacedScan { scan, profile, T_world_sensor });
+        let surface = if self.metric == MetricName::PointToLine { scan.surface(SURFACE_SPACING) } else { Vec::new() };
+        self.scans.push_back(PlacedScan {
+            profile: RangeProfile::new(&scan.points),
+            scan,
+            T_world_sensor,
+            surface: surface.iter().map(|(point, _)| T_world_sensor.act(point)).collect(),
+            normals: surface.iter().map(|(_, normal)| normal.map(|normal| T_world_sensor.rotate(&normal))).collect(),
+        });
         self.target = OnceCell::new();
     }
 
@@ -95,13 +105,8 @@ impl LocalMap {
         self.target.get_or_init(|| match self.metric {
             MetricName::PointToPoint => MapTarget::Points(PointTarget::new(self.points())),
             MetricName::PointToLine => {
-                let (mut points, mut normals) = (Vec::new(), Vec::new());
-                for placed in &self.scans {
-                    for (point, normal) in placed.scan.surface(SURFACE_SPACING) {
-                        points.push(placed.T_world_sensor.act(&point));
-                        normals.push(normal.map(|normal| placed.T_world_sensor.rotate(&normal)));
-                    }
-                }
+                let points = self.scans.iter().flat_map(|placed| placed.surface.iter().copied()).collect();
+                let normals = self.scans.iter().flat_map(|placed| placed.normals.iter().copied()).collect();
                 MapTarget::Oriented(OrientedTarget::new(points, normals))
             }
         })

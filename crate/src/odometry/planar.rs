@@ -13,13 +13,15 @@ use crate::geometry::{Pose2, RigidMotion};
 use crate::map::local::{LocalMap, MetricName, PlanarRegistration};
 use crate::odometry::assessment::{Assessment, MIN_POINTS, Status, assess};
 use crate::preprocess::planar_scan::PlanarScan;
-use crate::registration::correlative::{LikelihoodGrid, RESOLUTION, SearchWindow};
+use crate::registration::correlative::{LikelihoodGrid, SearchWindow, WindowSearch};
 use crate::registration::icp::IcpOptions;
 
+pub mod ablation;
 pub mod hypothesis;
 pub mod information;
 pub mod motion_noise;
 
+use ablation::Ablation;
 use hypothesis::{Hypothesis, SEARCHED, doubt_by_rival, fits_as_well, thinned};
 use information::{fuse, motion_information, softened_covariance};
 
@@ -49,6 +51,8 @@ pub struct PlanarOptions {
     pub metric: MetricName,
     /// The registration loop.
     pub icp: IcpOptions,
+    /// Parts that are left out.
+    pub without: Ablation,
 }
 
 /// A motion that was measured, with its uncertainty.
@@ -136,6 +140,10 @@ pub const UNEXPECTED_SHARE: f64 = 0.4;
 const UNEXPECTED_OVERLAP: f64 = 0.5;
 /// So many other places are looked into.
 const MAX_RIVALS: usize = 3;
+/// A place is looked into for so many iterations ...
+const BRIEF_ITERATIONS: usize = 8;
+/// ... and then left where the returns that agree are by this share fewer than at the best one.
+const IMPLAUSIBLE: f64 = 0.1;
 /// Side of the cells of a search in a wide window (m).
 const COARSE_RESOLUTION: f64 = 0.2;
 
@@ -253,7 +261,11 @@ impl Odometry {
             }
         }
         let T_last_found = self.T_world_last.inverse() * registration.T_target_source;
-        let fused = fuse((&T_last_found, &link), (&motion.T_before_sensor, &motion.covariance));
+        let fused = if self.options.without.odometry {
+            T_last_found
+        } else {
+            fuse((&T_last_found, &link), (&motion.T_before_sensor, &motion.covariance))
+        };
         FrameEstimate {
             T_world_sensor: self.T_world_last * fused,
             registration: Some(registration),
@@ -298,50 +310,54 @@ impl Odometry {
 
     fn register_by_search(&self, scan: &PlanarScan, prediction: &Pose2) -> Hypothesis {
         let window = self.options.search;
-        let wide = SearchWindow { translation: 2.0 * window.translation, rotation: std::f64::consts::PI };
         let grid = LikelihoodGrid::new(&self.map.points());
         let searched = thinned(&scan.points, SEARCHED);
-        let search = |center: &Pose2, window: SearchWindow| {
-            let found = grid.search(&searched, center, window);
-            self.register_from(scan, found.map_or(*center, |found| found.T_target_source))
+        let register = |search: &WindowSearch, center: &Pose2| {
+            self.register_from(scan, search.best().map_or(*center, |found| found.T_target_source))
         };
-        let mut best = search(prediction, window);
+        let near = grid.window(&searched, prediction, window);
+        let mut best = register(&near, prediction);
         if best.1.status != Status::Good {
-            let second = search(&self.T_world_last, wide);
+            let wide = SearchWindow { translation: 2.0 * window.translation, rotation: std::f64::consts::PI };
+            let second = register(&grid.window(&searched, &self.T_world_last, wide), &self.T_world_last);
             if second.1.agreement > best.1.agreement {
                 best = second;
             }
         }
         if best.1.status == Status::Good {
-            if !self.is_expected(prediction, &best.0.T_target_source) && best.0.fitness < UNEXPECTED_OVERLAP {
+            let is_expected = self.is_expected(prediction, &best.0.T_target_source);
+            if !is_expected && best.0.fitness < UNEXPECTED_OVERLAP {
                 best.1.doubt_overlap(best.0.fitness);
-            } else if let Some(rival) = self.rival_of(&best, scan, prediction) {
-                doubt_by_rival(&mut best, &rival);
+            } else if !self.options.without.second_basin {
+                let rival = if is_expected {
+                    self.rival_of(&best, scan, &near, RIVAL_SHARE)
+                } else {
+                    let grid = LikelihoodGrid::with_resolution(&self.map.points(), COARSE_RESOLUTION);
+                    let anywhere = SearchWindow { translation: UNEXPECTED, rotation: std::f64::consts::PI };
+                    let searched = thinned(&scan.points, SEARCHED / 2);
+                    self.rival_of(&best, scan, &grid.window(&searched, &self.T_world_last, anywhere), UNEXPECTED_SHARE)
+                };
+                if let Some(rival) = rival {
+                    doubt_by_rival(&mut best, &rival);
+                }
             }
         }
         best
     }
 
-    /// Another place where the scan fits about as well, if there is one: near the prediction where the pose continues a known
-    /// motion, and otherwise anywhere near.
-    fn rival_of(&self, best: &Hypothesis, scan: &PlanarScan, prediction: &Pose2) -> Option<Hypothesis> {
+    /// Another place of a window where the scan fits about as well, if there is one, and lies on the map with this share of
+    /// what it does at the best.
+    fn rival_of(&self, best: &Hypothesis, scan: &PlanarScan, search: &WindowSearch, share: f64) -> Option<Hypothesis> {
         let found = best.0.T_target_source;
-        let is_expected = self.is_expected(prediction, &found);
-        let unexpected = SearchWindow { translation: UNEXPECTED, rotation: std::f64::consts::PI };
-        let (center, window, share, num_points) = if is_expected {
-            (prediction, self.options.search, RIVAL_SHARE, SEARCHED)
-        } else {
-            (&self.T_world_last, unexpected, UNEXPECTED_SHARE, SEARCHED / 2)
-        };
-        let resolution = if is_expected { RESOLUTION } else { COARSE_RESOLUTION };
-        let grid = LikelihoodGrid::with_resolution(&self.map.points(), resolution);
-        let searched = thinned(&scan.points, num_points);
-        let score = grid.score(&searched, &found);
+        let score = search.score(&found);
         let mut known = vec![found];
         for _ in 0..MAX_RIVALS {
-            let rival = grid.rival(&searched, center, window, (&known, APART), (share * score, score))?;
-            known.push(rival.T_target_source);
-            let rival = self.register_from(scan, rival.T_target_source);
+            let rival = search.rival((&known, APART), (share * score, score))?.T_target_source;
+            known.push(rival);
+            if !self.is_plausible(scan, rival, best.1.agreement) {
+                continue;
+            }
+            let rival = self.register_from(scan, rival);
             let off = found.inverse() * rival.0.T_target_source;
             let is_other =
                 off.translation_norm() > 0.5 * APART.translation || off.rotation_angle() > 0.5 * APART.rotation;
@@ -350,6 +366,15 @@ impl Odometry {
             }
         }
         None
+    }
+
+    /// Whether a few iterations from a guess bring about as much agreement as there is elsewhere: most guesses are wrong, and
+    /// those take the most iterations.
+    fn is_plausible(&self, scan: &PlanarScan, guess: Pose2, agreement: f64) -> bool {
+        let mut brief = self.options.icp;
+        brief.criteria.max_iterations = brief.criteria.max_iterations.min(BRIEF_ITERATIONS);
+        let T_world_sensor = self.map.register(scan, guess, &brief).T_target_source;
+        self.map.free_space(scan, &T_world_sensor).agreement() > agreement - IMPLAUSIBLE
     }
 
     /// Whether a pose continues the motion of the frames before, which are sure.

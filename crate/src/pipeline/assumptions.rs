@@ -3,6 +3,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::camera::depth_scale::kinect_focal_length;
 use crate::camera::{DepthImage, DepthScale, DepthSensor, Pinhole, ScaleBasis};
 use crate::evaluation::motion_ratio::motion_ratio;
 use crate::evaluation::trajectory_error::TrajectoryError;
@@ -55,7 +56,7 @@ pub struct Suggestion {
     pub text: String,
     /// Which setting.
     pub setting: ReadingSetting,
-    /// Its value; null for clouds, whose scale no setting changes.
+    /// Its value; null where there is none to offer: for clouds, whose scale no setting changes, and for a focal length.
     pub value: Option<f64>,
 }
 
@@ -90,6 +91,9 @@ const FOCAL_LENGTHS: [(f64, &str); 6] = [
 const PLAUSIBLE_MEDIAN: (f64, f64) = (0.2, 25.0);
 /// A scale that is off by this factor from all that the spacing of the values allows is told.
 const CONTRADICTING_FACTOR: f64 = 1.5;
+/// A focal length that is off by this factor from what the steps tell is told: those of four recordings of Kinects with known
+/// cameras tell it within 1.19.
+const CONTRADICTING_FOCAL_FACTOR: f64 = 1.3;
 
 /// What is assumed of the images of which this is the first.
 pub(crate) fn assumptions(
@@ -128,8 +132,28 @@ fn assumption(setting: ReadingSetting, likely: Vec<f64>, usual: &[(f64, &str)], 
     Assumption { setting, value: likely[0], why, likely, usual }
 }
 
-/// What the first image says against the depth scale that is set, in a sentence.
-pub(crate) fn contradiction(settings: &SpatialSettings, scale: &DepthScale) -> Option<String> {
+/// What the first image says against the depth scale and the focal length that are set, in a sentence each.
+pub(crate) fn contradictions(settings: &SpatialSettings, scale: &DepthScale) -> Vec<String> {
+    wrong_scale(settings, scale).or_else(|| wrong_focal_length(settings, scale)).into_iter().collect()
+}
+
+/// A triangulating camera's steps of depth tell the focal length that it measured with.
+fn wrong_focal_length(settings: &SpatialSettings, scale: &DepthScale) -> Option<String> {
+    let (sensor, told) = match (scale.sensor, scale.basis) {
+        (DepthSensor::RealSense { focal_length }, _) => ("RealSense", focal_length),
+        (DepthSensor::Kinect, ScaleBasis::DisparitySteps(c)) => ("Kinect", kinect_focal_length(c)),
+        _ => return None,
+    };
+    let set = settings.fx;
+    (set > 0.0 && (set / told).ln().abs() > CONTRADICTING_FOCAL_FACTOR.ln()).then(|| {
+        format!(
+            "fx = {set} is given, but the spacing of the raw depth values is that of a {sensor} with a focal length of about \
+             {told:.0} pixels: it is right only if the depth images were mapped into another camera's images"
+        )
+    })
+}
+
+fn wrong_scale(settings: &SpatialSettings, scale: &DepthScale) -> Option<String> {
     let set = settings.depth_scale;
     if set == 0.0 {
         return None;
@@ -159,12 +183,14 @@ pub(crate) fn contradiction(settings: &SpatialSettings, scale: &DepthScale) -> O
 /// Steps of the estimate and of the reference that differ by less than this factor are equal: references of cameras are
 /// themselves off by up to 3 %.
 const MIN_FACTOR: f64 = 1.05;
-/// A focal length is suggested from this factor of the angles on: it changes distances as well.
+/// Turns that differ by this factor are told.
 const MIN_ANGLE_FACTOR: f64 = 1.08;
 /// A suggested scale this close to a usual one is that one.
 const USUAL_FACTOR: f64 = 1.04;
 
-/// What would make the steps of the estimate as long, or its turns as large, as those of the reference.
+/// What would make the steps of the estimate as long as those of the reference; or that its turns are larger or smaller, for
+/// which there is no value to offer: a wrong focal length makes turns larger where they are seen across the image, and
+/// smaller where they are seen in the depth.
 pub(crate) fn suggestion(
     poses: &[Option<Pose3>],
     comparison: &TrajectoryError<SpatialPose>,
@@ -176,28 +202,29 @@ pub(crate) fn suggestion(
     if let (Some(turn), Some((_, camera)), true) = (ratio.rotation, reading, has_rotations)
         && turn.ln().abs() > MIN_ANGLE_FACTOR.ln()
     {
-        let fx = (camera.fx * turn).round();
+        let fx = camera.fx.round();
         let text = format!(
-            "The camera turns {turn:.2} times as far as in the ground truth: the focal length may be about {fx} pixels, not \
-             {:.0}",
-            camera.fx
+            "The camera turns {turn:.2} times as far as in the ground truth, as with a wrong focal length: fx = {fx} may not be \
+             this camera's"
         );
-        return Some(Suggestion { text, setting: ReadingSetting::Fx, value: Some(fx) });
+        return Some(Suggestion { text, setting: ReadingSetting::Fx, value: None });
     }
     let length = ratio.translation.filter(|length| length.ln().abs() > MIN_FACTOR.ln())?;
-    let value = reading.map(|(scale, _)| {
-        let wanted = scale * length;
-        let usual = SCALES_16.iter().chain(&SCALES_8).map(|(usual, _)| *usual);
-        let near = usual.filter(|usual| (usual / wanted).ln().abs() < USUAL_FACTOR.ln());
-        near.min_by(|a, b| (a / wanted).ln().abs().total_cmp(&(b / wanted).ln().abs()))
-            .unwrap_or(wanted.round().max(1.0))
-    });
+    let value = reading.map(|(scale, _)| usual_scale(scale * length));
     let remedy = value.map_or_else(
         || ": the clouds and the ground truth are not in the same units".to_owned(),
         |value| format!(": depth_scale {value} would make them equal"),
     );
     let text = format!("The path is {length:.2} times as long as the ground truth's{remedy}");
     Some(Suggestion { text, setting: ReadingSetting::DepthScale, value })
+}
+
+/// The scale in use that is this one, about; else a whole number.
+fn usual_scale(wanted: f64) -> f64 {
+    let off = |usual: f64| (usual / wanted).ln().abs();
+    let usual =
+        SCALES_16.iter().chain(&SCALES_8).map(|(usual, _)| *usual).filter(|usual| off(*usual) < USUAL_FACTOR.ln());
+    usual.min_by(|a, b| off(*a).total_cmp(&off(*b))).unwrap_or_else(|| wanted.round().max(1.0))
 }
 
 #[cfg(test)]
@@ -245,7 +272,8 @@ mod tests {
     #[test]
     fn a_scale_that_the_data_contradict_is_told() {
         let told = |depth_scale, image: &DepthImage| {
-            contradiction(&SpatialSettings { depth_scale, ..SpatialSettings::default() }, &DepthScale::estimate(image))
+            let settings = SpatialSettings { depth_scale, ..SpatialSettings::default() };
+            contradictions(&settings, &DepthScale::estimate(image)).pop()
         };
         let of_kinect = ramp(KINECT);
         assert_eq!((told(1000.0, &of_kinect), told(0.0, &of_kinect)), (None, None));
@@ -254,6 +282,12 @@ mod tests {
         let smooth = ramp(None);
         assert_eq!((told(1000.0, &smooth), told(4000.0, &smooth)), (None, None), "a room may be small");
         assert!(told(1.0, &smooth).unwrap().contains("beyond 2500"), "{:?}", told(1.0, &smooth));
+        let focal = |fx| {
+            let settings = SpatialSettings { fx, depth_scale: 1000.0, ..SpatialSettings::default() };
+            contradictions(&settings, &DepthScale::estimate(&of_kinect))
+        };
+        assert_eq!((focal(525.0), focal(0.0)), (Vec::new(), Vec::new()));
+        assert!(focal(384.0)[0].contains("of a Kinect with a focal length of about 580"), "{:?}", focal(384.0));
     }
 
     /// Steps ahead with turns; `scale` and `turn` times as large.
@@ -280,6 +314,8 @@ mod tests {
             mean: 0.0,
             rmse: 0.0,
             max: 0.0,
+            aligned: None,
+            hint: None,
             errors: vec![Some(0.0); count],
             rotation_errors: vec![Some(0.0); count],
             reference,
@@ -289,7 +325,7 @@ mod tests {
     }
 
     #[test]
-    fn a_path_of_another_size_suggests_a_scale_and_turns_a_focal_length() {
+    fn a_path_of_another_size_suggests_a_scale_and_other_turns_are_told() {
         let camera = Pinhole::new(640, 480, [525.0, 525.0, 320.0, 240.0]).unwrap();
         let reading = Some((1000.0, &camera));
         assert_eq!(suggested(&path(1.02, 1.0), reading), None);
@@ -299,6 +335,7 @@ mod tests {
         assert_eq!(suggested(&path(0.3, 1.0), reading).unwrap().value, Some(300.0));
         assert_eq!(suggested(&path(1000.0, 1.0), None).unwrap().value, None);
         let wide = suggested(&path(1.0, 0.73), reading).unwrap();
-        assert_eq!((wide.setting, wide.value), (ReadingSetting::Fx, Some(383.0)));
+        assert_eq!((wide.setting, wide.value), (ReadingSetting::Fx, None));
+        assert!(wide.text.contains("turns 0.73 times") && wide.text.contains("fx = 525"), "{}", wide.text);
     }
 }

@@ -148,15 +148,6 @@ export abstract class RunSession<
   #initial_settings: (facts: SettingsFacts<Settings>) => Settings | null = ({ presets }) =>
     presets[0]?.settings ?? null;
 
-  override hostConnected(): void {
-    super.hostConnected();
-    if (this.facts) return;
-    this.#start_timer = setTimeout(() => {
-      const after = `after ${START_PATIENCE_MS / 1000} s`;
-      this.tell([{ ...noteMessage('', `The engine has not loaded ${after}`), remedy: SLOW_REMEDY }]);
-    }, START_PATIENCE_MS);
-  }
-
   protected override leave(): void {
     clearTimeout(this.#settings_timer);
     clearTimeout(this.#start_timer);
@@ -167,6 +158,12 @@ export abstract class RunSession<
   /** To be called before the engine is ready: how to find the settings to begin with. */
   beginWith(initial_settings: (facts: SettingsFacts<Settings>) => Settings): void {
     this.#initial_settings = initial_settings;
+    clearTimeout(this.#start_timer);
+    if (this.facts) return;
+    this.#start_timer = setTimeout(() => {
+      const after = `after ${START_PATIENCE_MS / 1000} s`;
+      this.tell([{ ...noteMessage('', `The engine has not loaded ${after}`), remedy: SLOW_REMEDY }]);
+    }, START_PATIENCE_MS);
   }
 
   /** Computes again with these settings, soon. */

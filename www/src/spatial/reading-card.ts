@@ -11,6 +11,10 @@ import { paintTopView, topView } from './top-view.js';
 export type ReadingChoice =
   { choice: 'value'; setting: Assumption['setting']; value: number } | { choice: 'more' } | { choice: 'dismiss' };
 
+const TITLES = {
+  depth_scale: 'The ground truth has another size',
+  fx: 'The ground truth turns otherwise',
+} as const;
 /** So many scales are shown with a picture. */
 const MOST_PICTURES = 3;
 
@@ -36,7 +40,7 @@ export class ScanstitchReadingCard extends LitElement {
     return html`<section class="card" aria-labelledby="title">
       <header>
         ${icon('info')}
-        <h2 id="title">${suggestion ? 'The ground truth has another size' : 'Which size is right?'}</h2>
+        <h2 id="title">${suggestion ? TITLES[suggestion.setting] : 'Which size is right?'}</h2>
         <button
           class="quiet icon"
           aria-label="Dismiss the question"

@@ -212,9 +212,8 @@ export class SpatialSession extends RunSession<SpatialClient, SpatialSettings, S
     const together = await understandFiles([...files.values()]);
     if (!has_frames) {
       // Beside the recording a camera is known by what is in it; a trajectory alone may be of any kind.
-      const is_known = given.files.some(
-        ({ path }) => together.intrinsics === path || together.reference.includes(path),
-      );
+      const spoken_of = [together.intrinsics, ...together.reference, ...lossesOf(together)];
+      const is_known = given.files.some(({ path }) => spoken_of.includes(path));
       const trajectory = given.files.find(({ path }) => /\.(npy|txt|tum|csv|log|traj|json|ya?ml|xml)$/i.test(path));
       if (!is_known && !trajectory) return makeDataset('', false, given.files, fresh);
       const recording = is_known ? together : { ...present.recording, reference: [trajectory?.path ?? ''], notes: [] };
@@ -391,6 +390,9 @@ function makeDataset(
     reference_name: recording.reference.length > 1 ? folder || 'the pose files' : first,
   };
 }
+
+/** Files that were meant for this recording and cannot be used. */
+const lossesOf = ({ notes }: Recording): string[] => notes.flatMap(({ file, is_loss }) => (is_loss ? file : []));
 
 const framesOf = ({ depth_frames, clouds }: Recording): number => depth_frames.length + clouds.length;
 

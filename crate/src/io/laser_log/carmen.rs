@@ -11,6 +11,7 @@
 
 use super::fields::{Fields, is_comment, lines, words};
 use super::lasers::one_laser;
+use super::stated_limit::drop_false_limit;
 use super::{Bearings, LaserLog, LaserScan, common_offset, front_laser};
 use crate::geometry::Pose2;
 use crate::io::text::number;
@@ -210,8 +211,9 @@ impl Reader {
     /// Where laser and robot keep their distance, that is the offset; where they do not, the laser's poses have been
     /// corrected afterwards and the robot's are what its wheels told.
     fn finish(mut self, mut losses: Vec<String>) -> LaserLog {
-        let notes = self.notes();
+        let mut notes = self.notes();
         losses.extend(self.keep_one_laser());
+        notes.extend(drop_false_limit(&mut self.scans));
         let poses = self.scans.iter().zip(&self.laser_poses);
         let pairs: Vec<(Pose2, Pose2)> = poses.filter_map(|(scan, laser)| Some((scan.odometry?, (*laser)?))).collect();
         let offset = common_offset(pairs.iter().copied());

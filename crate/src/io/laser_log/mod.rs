@@ -24,6 +24,7 @@ mod fields;
 mod lasers;
 pub(crate) mod rostopic;
 pub mod stamps;
+mod stated_limit;
 pub mod table;
 
 /// The bearings of a scan's beams in the laser's frame: x ahead, y left, counter-clockwise (rad).

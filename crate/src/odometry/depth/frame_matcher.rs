@@ -23,9 +23,10 @@ pub(super) const SAME_POSE_DISTANCE: f64 = 0.05;
 
 /// Agreement (0..=1) of a frame without noise above which other hypotheses are not tried.
 pub(super) const CLEAR_AGREEMENT: f64 = 0.998;
-/// Points whose errors are independent of each other, of those of a final registration: the noise of their mean is that of one
-/// over the root of their number. Steps smaller than this are none.
-const INDEPENDENT_POINTS: f64 = 1000.0;
+/// Points of a final registration whose errors are independent of each other: stereo matching errs alike over patches of about
+/// 20 pixels, and a few hundred of them are in view. The noise of their mean is that of one over the root of their number;
+/// smaller steps mean nothing.
+const INDEPENDENT_POINTS: f64 = 250.0;
 
 /// A frame that is registered to a reference map.
 ///

@@ -9,6 +9,7 @@ use crate::geometry::{Pose2, RigidMotion};
 use crate::graph::joint_scan_registration::{Edge, OdometryFactor, edges_between};
 use crate::graph::loops::planar::{ChainLink, LoopClosure};
 use crate::graph::pose_graph::{BetweenFactor, PlanarFactor};
+use crate::odometry::planar::ablation::Ablation;
 use crate::odometry::planar::information::{chained, seen_from, softened_covariance};
 use crate::odometry::planar::{FrameEstimate, Link, MeasuredMotion, REGISTRATION_SIGMA, SURE_MOTION};
 use crate::preprocess::planar_scan::PlanarScan;
@@ -68,6 +69,7 @@ pub struct KeyframeGraph {
     has_measured_motion: bool,
     /// Whether a keyframe was placed by measured motion alone.
     is_carried: Vec<bool>,
+    without: Ablation,
     /// The loops between keyframes.
     pub closure: LoopClosure,
 }
@@ -80,6 +82,7 @@ impl KeyframeGraph {
         scans: &[Rc<PlanarScan>],
         poses: &[Pose2],
         motions: &[Option<MeasuredMotion>],
+        without: Ablation,
     ) -> Self {
         let (mut nodes, mut hangs_on): (Vec<usize>, Vec<(usize, Pose2)>) = (Vec::new(), Vec::new());
         let (mut links, mut chain, mut doubt) = (Vec::new(), Vec::new(), Vec::new());
@@ -95,8 +98,11 @@ impl KeyframeGraph {
                 continue;
             }
             if let Some(&before) = nodes.last() {
-                let relations =
+                let mut relations =
                     Relations::between(before, frame, (estimate, &informations[frame]), poses, motions, is_start);
+                if without.odometry && relations.all.len() > 1 {
+                    relations.all.truncate(1);
+                }
                 let node = nodes.len();
                 chain.extend(relations.all.into_iter().map(|r| BetweenFactor { from: node - 1, to: node, ..r }));
                 doubt.push(relations.doubt);
@@ -120,7 +126,8 @@ impl KeyframeGraph {
             is_long,
             has_measured_motion,
             is_carried,
-            closure: LoopClosure::new(links, chain),
+            without,
+            closure: LoopClosure::new(links, chain, without),
         }
     }
 
@@ -141,6 +148,9 @@ impl KeyframeGraph {
     /// piece hang together by registrations that nothing speaks against, by loops, or by measured motion that is tight
     /// enough.
     pub fn pieces(&self) -> Vec<usize> {
+        if self.without.doubt {
+            return vec![0; self.hangs_on.len()];
+        }
         let mut of_nodes = self.pieces_of_nodes();
         let size = |piece: usize| of_nodes.iter().filter(|&&of| of == piece).count();
         let num_pieces = of_nodes.iter().max().map_or(0, |last| last + 1);

@@ -15,6 +15,7 @@ use crate::io::laser_log::stamps::{Stamps, stamps};
 use crate::io::trajectory::{Trajectory, in_space, tum_text};
 use crate::map::local::StitchedMap;
 use crate::map::occupancy_grid::OccupancyGrid;
+use crate::odometry::planar::ablation::Ablation;
 use crate::pipeline::prepared_frame::FrameLabel;
 use crate::pipeline::recorded_scan::{RecordedScan, in_sensor_frame};
 use crate::pipeline::report::{AddedLog, FrameResult, PlanarPose, Progress, ReconstructionResult};
@@ -33,6 +34,7 @@ pub struct Reconstruction {
     recorded: Vec<RecordedScan>,
     reference: Option<(String, Trajectory)>,
     odometry: Option<(String, Trajectory)>,
+    without: Ablation,
     run: Option<Run>,
 }
 
@@ -43,7 +45,15 @@ impl Reconstruction {
     /// When a setting is out of its limits.
     pub fn new(settings: Settings) -> Result<Self> {
         settings.validate()?;
-        Ok(Self { settings, names: Vec::new(), recorded: Vec::new(), reference: None, odometry: None, run: None })
+        Ok(Self {
+            settings,
+            names: Vec::new(),
+            recorded: Vec::new(),
+            reference: None,
+            odometry: None,
+            without: Ablation::default(),
+            run: None,
+        })
     }
 
     /// Keeps the scans and starts over with other settings.
@@ -97,6 +107,12 @@ impl Reconstruction {
         AddedLog { num_scans: log.scans.len(), has_poses, losses: log.losses.clone(), notes: log.notes.clone() }
     }
 
+    /// Leaves out parts of the engine, to measure what they bring, and starts over.
+    pub fn set_ablation(&mut self, without: Ablation) {
+        self.without = without;
+        self.run = None;
+    }
+
     /// Number of scans.
     pub fn num_scans(&self) -> usize {
         self.recorded.len()
@@ -134,8 +150,8 @@ impl Reconstruction {
 
     /// Does one bounded piece of work: one frame, or a part of the joint solution.
     pub fn step(&mut self) -> Progress {
-        let Self { settings, recorded, odometry, run, .. } = self;
-        let run = run.get_or_insert_with(|| Run::new(settings, recorded, odometry.as_ref()));
+        let Self { settings, recorded, odometry, without, run, .. } = self;
+        let run = run.get_or_insert_with(|| Run::new(settings, *without, recorded, odometry.as_ref()));
         run.advance(recorded, settings)
     }
 

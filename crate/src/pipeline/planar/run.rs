@@ -12,8 +12,9 @@ use crate::geometry::Pose2;
 use crate::io::trajectory::Trajectory;
 use crate::map::local::LocalMap;
 use crate::odometry::assessment::Status;
+use crate::odometry::planar::ablation::Ablation;
 use crate::odometry::planar::information::without_normals_noise;
-use crate::odometry::planar::{FrameEstimate, MeasuredMotion, Odometry};
+use crate::odometry::planar::{FrameEstimate, MeasuredMotion, Odometry, PlanarOptions};
 use crate::pipeline::odometry_check::{CheckedOdometry, check_odometry};
 use crate::pipeline::prepared_frame::FrameLabel;
 use crate::pipeline::recorded_scan::{RecordedScan, first_guesses, match_odometry};
@@ -47,6 +48,7 @@ pub struct Run {
     pub scans: Vec<Rc<PlanarScan>>,
     cleaning: Vec<CleaningReport>,
     odometry: Odometry,
+    without: Ablation,
     /// Without the pairs of points, which take more memory than the scans.
     estimates: Vec<FrameEstimate>,
     /// What each frame's registration tells of its pose; see [`without_normals_noise`].
@@ -62,11 +64,16 @@ pub struct Run {
 
 impl Run {
     /// Prepares a run; looks at the odometry, if there is any.
-    pub fn new(settings: &Settings, recorded: &[RecordedScan], odometry: Option<&(String, Trajectory)>) -> Self {
+    pub fn new(
+        settings: &Settings,
+        without: Ablation,
+        recorded: &[RecordedScan],
+        odometry: Option<&(String, Trajectory)>,
+    ) -> Self {
         let detected_limit = range_limit(recorded.iter().map(|scan| scan.cloud.positions.as_slice()));
         let limit = detected_limit.unwrap_or(f64::INFINITY);
         let scan = |frame: usize| Rc::new(prepare(&recorded[frame], detected_limit, settings).0);
-        let options = settings.odometry_options();
+        let options = PlanarOptions { without, ..settings.odometry_options() };
         let is_asked_for = settings.odometry != OdometrySource::None;
         let checked = odometry.filter(|_| is_asked_for).map(|(name, given)| {
             let checked = check_odometry(name, recorded, given, limit);
@@ -104,10 +111,8 @@ impl Run {
             detected_limit,
             scans: Vec::new(),
             cleaning: Vec::new(),
-            odometry: Odometry::new(
-                settings.odometry_options(),
-                recorded.first().map_or_else(Pose2::identity, |scan| scan.T_robot_laser),
-            ),
+            odometry: Odometry::new(options, recorded.first().map_or_else(Pose2::identity, |scan| scan.T_robot_laser)),
+            without,
             estimates: Vec::new(),
             informations: Vec::new(),
             poses: Vec::new(),
@@ -169,8 +174,14 @@ impl Run {
             self.stage = Stage::Evaluate;
             return;
         }
-        self.graph =
-            Some(KeyframeGraph::new(&self.estimates, &self.informations, &self.scans, &self.poses, &self.motions));
+        self.graph = Some(KeyframeGraph::new(
+            &self.estimates,
+            &self.informations,
+            &self.scans,
+            &self.poses,
+            &self.motions,
+            self.without,
+        ));
         self.stage = Stage::Loops;
         if num_placed < LONG_SEQUENCE {
             self.end_loops();

@@ -14,7 +14,7 @@ use crate::geometry::PointCloud;
 use crate::io::intrinsics::Intrinsics;
 use crate::io::{color_image, depth_png, point_cloud};
 use crate::odometry::cloud::{CloudOptions, PreparedCloud};
-use crate::pipeline::assumptions::{Assumption, assumptions, contradiction};
+use crate::pipeline::assumptions::{Assumption, assumptions, contradictions};
 use crate::pipeline::spatial_settings::{ColorUse, Method, Quantisation, SpatialSettings};
 use crate::preprocess::color_registration::OutlineContrast;
 use crate::preprocess::depth_cloud::depth_cloud;
@@ -89,13 +89,13 @@ impl DecodeConfig {
             known => vec![known],
         };
         let camera = settings.camera(first.width, first.height, first.bits, scale.sensor)?;
-        let is_assumed = settings.depth_scale == 0.0;
-        let note = if is_assumed { scale.note() } else { contradiction(&settings, &scale) };
+        let assumed = scale.note().filter(|_| settings.depth_scale == 0.0);
+        let notes = assumed.into_iter().chain(contradictions(&settings, &scale)).collect();
         let mut depth = DepthDecodeConfig {
             camera,
             depth_step: if settings.depth_scale > 0.0 { 1.0 / settings.depth_scale } else { scale.step },
             assumptions: assumptions(&settings, &first, &scale, &camera),
-            notes: note.into_iter().collect(),
+            notes,
             bits: first.bits,
             noise: 0.0,
             disparity_step: disparity_step(&first),

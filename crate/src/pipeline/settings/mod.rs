@@ -11,6 +11,7 @@ pub use self::description::{Choice, Preset, SettingDescription, SettingKind};
 pub use self::list::{descriptions, presets};
 use crate::error::{Error, Result};
 use crate::map::local::MetricName;
+use crate::odometry::planar::ablation::Ablation;
 use crate::odometry::planar::{InitialGuess, PlanarOptions};
 use crate::preprocess::clean::RangeLimits;
 use crate::registration::correlative::SearchWindow;
@@ -147,6 +148,7 @@ impl Settings {
             search: SearchWindow { translation: self.search_translation, rotation: self.search_rotation },
             metric: self.metric,
             icp: self.icp_options(),
+            without: Ablation::default(),
         }
     }
 

@@ -229,7 +229,9 @@ impl SpatialReconstruction {
         });
         let suggestion = comparison.as_ref().and_then(|comparison| {
             let reading = self.depth().map(|depth| (1.0 / depth.depth_step, &depth.camera));
-            suggestion(&self.poses_up_to(Status::Doubtful), comparison, reading)
+            // Doubtful frames may be off by more than the factor: they are asked where the good ones are too few.
+            let of = |worst| suggestion(&self.poses_up_to(worst), comparison, reading);
+            of(Status::Good).or_else(|| of(Status::Doubtful))
         });
         notes.extend(comparison.iter().filter_map(|comparison| comparison.hint.clone()));
         let frames = self.frames.iter().zip(self.estimates()).zip(self.poses());

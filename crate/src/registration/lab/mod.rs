@@ -274,7 +274,7 @@ impl IcpLab {
         }
         let target: Vec<Vector2<f64>> = problem.target_points().into_iter().map(|(point, _)| point).collect();
         let center = Pose2::from_space(&self.clouds.near(T_center)?);
-        Ok(LikelihoodGrid::new(&target).search_path(problem.source_points(), &center, window))
+        Ok(LikelihoodGrid::new(&target).window(problem.source_points(), &center, window).path())
     }
 
     /// Tells ends apart: see [`basin`]. `reference` is a pose of the minimum that is called right.

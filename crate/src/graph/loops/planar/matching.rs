@@ -102,11 +102,11 @@ pub fn match_stretches(
     let searched: Vec<Vector2<f64>> = source.points.iter().step_by(stride).copied().collect();
     let (mut start, mut rival) = (*guess, 0.0);
     if window.translation > NO_SEARCH.translation || window.rotation > NO_SEARCH.rotation {
-        let best = target.grid.search(&searched, guess, window).filter(|best| best.score > MIN_SCORE)?;
+        let search = target.grid.window(&searched, guess, window);
+        let best = search.best().filter(|best| best.score > MIN_SCORE)?;
         start = best.T_target_source;
         let known = (&[start][..], APART);
-        let other =
-            target.grid.rival(&searched, guess, window, known, (RIVAL_SCORE * best.score, MAX_RIVAL * best.score));
+        let other = search.rival(known, (RIVAL_SCORE * best.score, MAX_RIVAL * best.score));
         rival = other.map_or(0.0, |other| other.score / best.score);
     }
     let found: PlanarRegistration = register(

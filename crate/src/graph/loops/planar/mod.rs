@@ -12,6 +12,7 @@ use nalgebra::{Matrix2, Matrix3};
 
 use crate::geometry::{Pose2, RigidMotion};
 use crate::graph::pose_graph::{BetweenFactor, PlanarFactor, optimize_poses};
+use crate::odometry::planar::ablation::Ablation;
 use crate::odometry::planar::information::{chained, position_covariance};
 use crate::preprocess::planar_scan::PlanarScan;
 use crate::registration::correlative::SearchWindow;
@@ -115,19 +116,23 @@ pub struct LoopClosure {
     loops: Vec<Loop>,
     /// Matches that are no loops yet, with the window each was found in.
     pool: Vec<(Candidate, SearchWindow)>,
-    /// Windows that were searched in vain, or with success: (target, source, half width (m)).
-    searched: Vec<(usize, usize, f64)>,
+    /// For each source the windows that were searched for it, in vain or with success: (target, half width (m)).
+    searched: Vec<Vec<(usize, f64)>>,
     queue: Vec<Pair>,
     /// What is left for searches, in the unit of [`Pair::cost`].
     budget: f64,
     num_queued: usize,
     round: usize,
     is_done: bool,
+    without: Ablation,
 }
 
 impl LoopClosure {
     /// Joins the links of a chain to submaps. `chain` relates keyframes that follow each other.
-    pub fn new(links: Vec<ChainLink>, chain: Vec<PlanarFactor>) -> Self {
+    pub fn new(links: Vec<ChainLink>, mut chain: Vec<PlanarFactor>, without: Ablation) -> Self {
+        for relation in &mut chain {
+            relation.is_switchable &= !without.robust_kernel;
+        }
         let keyframes: Vec<Keyframe> = links.iter().map(|link| Keyframe::new(Rc::clone(&link.scan))).collect();
         let mut poses: Vec<Pose2> = links.iter().map(|link| link.T_world_sensor).collect();
         optimize_poses(&mut poses, &chain, STEPS);
@@ -141,7 +146,7 @@ impl LoopClosure {
                 (start, driven) = (index, 0.0);
             }
         }
-        let num_keyframes = keyframes.len();
+        let (num_keyframes, num_submaps) = (keyframes.len(), submaps.len());
         Self {
             keyframes,
             links,
@@ -151,12 +156,13 @@ impl LoopClosure {
             covariances: None,
             loops: Vec::new(),
             pool: Vec::new(),
-            searched: Vec::new(),
+            searched: vec![Vec::new(); num_submaps],
             queue: Vec::new(),
             budget: BUDGET * num_keyframes as f64,
             num_queued: 0,
             round: 0,
             is_done: false,
+            without,
         }
     }
 
@@ -272,7 +278,9 @@ impl LoopClosure {
             pairs.extend(chosen);
         }
         self.keep_affordable(&mut pairs);
-        self.searched.extend(pairs.iter().map(|pair| (pair.target, pair.source, pair.window.translation)));
+        for pair in &pairs {
+            self.searched[pair.source].push((pair.target, pair.window.translation));
+        }
         pairs.sort_by_key(|pair| std::cmp::Reverse((pair.target, pair.source)));
         pairs
     }
@@ -311,10 +319,8 @@ impl LoopClosure {
         if apart > reach + window.translation {
             return None;
         }
-        let was_searched = |&(t, s, width): &(usize, usize, f64)| {
-            t.abs_diff(target) <= 1 && s == source && window.translation > 0.5 * width
-        };
-        if self.searched.iter().any(was_searched) {
+        let was_searched = |&(t, width): &(usize, f64)| t.abs_diff(target) <= 1 && window.translation > 0.5 * width;
+        if self.searched[source].iter().any(was_searched) {
             return None;
         }
         let sq_width = reach * reach / 4.0 + sigma * sigma;
@@ -341,7 +347,7 @@ impl LoopClosure {
             return;
         };
         let is_seen = found.agreement > MIN_AGREEMENT && found.num_seen > MIN_SEEN && found.fitness > MIN_FITNESS;
-        if is_seen && found.rival < MAX_RIVAL {
+        if is_seen && (found.rival < MAX_RIVAL || self.without.second_basin) {
             self.pool.push((Candidate { target: pair.target, source: pair.source, found }, pair.window));
         }
     }
@@ -358,7 +364,7 @@ impl LoopClosure {
         let support = consistent_set(&relations, num_loops);
         let (mut entered, mut rest) = (Vec::new(), Vec::new());
         for ((candidate, window), support) in std::mem::take(&mut self.pool).into_iter().zip(support) {
-            if support.is_some_and(|support| support >= support_needed(window)) {
+            if self.without.consistent_sets || support.is_some_and(|support| support >= support_needed(window)) {
                 entered.push(candidate);
             } else {
                 rest.push((candidate, window));
@@ -381,7 +387,7 @@ impl LoopClosure {
             to: self.submaps[candidate.source].anchor,
             T_from_to: candidate.found.T_target_source,
             information: candidate.found.covariance.try_inverse().unwrap_or_else(Matrix3::zeros),
-            is_switchable: true,
+            is_switchable: !self.without.robust_kernel,
         };
         self.loops.push(Loop { candidate, relation });
     }

@@ -9,7 +9,7 @@ use crate::graph::sparse::{BlockCholesky, BlockMatrix};
 /// The covariances of poses in the graph of anchors, one row of blocks at a time.
 pub struct RelativeCovariances {
     poses: Vec<Pose2>,
-    /// `rows[i][j]`: covariance of the perturbations on the left of pose i and pose j.
+    /// `rows[i][j]`, j <= i: covariance of the perturbations on the left of pose i and pose j.
     rows: Vec<Vec<Matrix3<f64>>>,
 }
 
@@ -34,13 +34,13 @@ impl RelativeCovariances {
         }
         let mut solver = BlockCholesky::new(&H);
         let factor = solver.factor(&H).ok()?;
-        let mut rows = vec![vec![Matrix3::zeros(); poses.len()]; poses.len()];
+        let mut rows: Vec<Vec<Matrix3<f64>>> = (1..=poses.len()).map(|length| vec![Matrix3::zeros(); length]).collect();
         for variable in 0..num_variables {
             for axis in 0..3 {
                 let mut column = vec![Vector3::zeros(); num_variables];
                 column[variable][axis] = 1.0;
                 factor.solve(&mut column);
-                for (other, block) in column.iter().enumerate() {
+                for (other, block) in column[..=variable].iter().enumerate() {
                     rows[variable + 1][other + 1].set_row(axis, &block.transpose());
                 }
             }
@@ -51,7 +51,8 @@ impl RelativeCovariances {
     /// Covariance of the pose of `b` in the frame of `a`, by a perturbation on its left.
     pub fn between(&self, a: usize, b: usize) -> Matrix3<f64> {
         let rows = &self.rows;
-        let sum = rows[a][a] + rows[b][b] - rows[a][b] - rows[b][a];
+        let both = rows[a.max(b)][a.min(b)];
+        let sum = rows[a][a] + rows[b][b] - both - both.transpose();
         let adjoint = self.poses[a].inverse().adjoint();
         adjoint * sum * adjoint.transpose()
     }

@@ -59,10 +59,10 @@ impl Chain {
             let is_near = predictions.iter().any(|T| apart(T, T_world_sensor) < MAX_TRACKED_DISTANCE);
             is_near && found.overlap > MIN_TRACKED_OVERLAP && found.is_accepted(PredictionGate::Inside)
         };
-        // From coarse to fine for fast motions; but that may leave the basin of a good prediction.
-        let coarse_to_fine = matcher.best_of(&predictions, &T_world_before);
-        let found = predictions.iter().map(|T| matcher.register_at(*T)).chain([coarse_to_fine]);
-        found.filter(is_tracked).max_by(|a, b| a.support.total_cmp(&b.support))
+        let found = predictions.iter().map(|T| matcher.register_at(*T)).filter(is_tracked);
+        let found = found.max_by(|a, b| a.support.total_cmp(&b.support));
+        // From coarse to fine for fast motions: that may leave the basin of a good prediction.
+        found.or_else(|| Some(matcher.best_of(&predictions, &T_world_before)).filter(is_tracked))
     }
 
     /// Adds a tracked frame to the map. Where the pose by the map is about the same, that is taken, for it drifts less.

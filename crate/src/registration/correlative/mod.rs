@@ -1,0 +1,230 @@
+//! The globally best pose of a planar scan in a window, without a first guess.
+//!
+//! The target is drawn into a grid of likelihoods; a pose scores the sum over the source's points. Branch and bound over
+//! a pyramid of sliding maxima finds the best of all poses on the grid without looking at most of them: Olson,
+//! "Real-time correlative scan matching", ICRA 2009; Hess et al., "Real-time loop closure in 2D LIDAR SLAM", ICRA 2016,
+//! algorithm 3 and eqs. 14-16.
+
+use nalgebra::{Vector2, Vector3};
+use serde::Serialize;
+
+mod branch_and_bound;
+mod grid;
+
+use crate::geometry::{Pose2, RigidMotion};
+use branch_and_bound::{Blocks, Candidate, Excluded, RotatedSource, Search};
+pub use grid::{LikelihoodGrid, RESOLUTION};
+
+/// Where to search, around a centre.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SearchWindow {
+    /// Half width in x and in y (m).
+    pub translation: f64,
+    /// Half width of the turn (rad).
+    pub rotation: f64,
+}
+
+/// The best pose of a window.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CorrelativeMatch {
+    /// Maps source points into the target frame.
+    pub T_target_source: Pose2,
+    /// Mean likelihood of the source's points, 0..=1.
+    pub score: f64,
+}
+
+/// Poses that a search looked into together: translations by `x..x + side` and `y..y + side` from the centre, under one turn.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
+pub struct SearchedBlock {
+    /// Level of the pyramid; 0 is a single pose.
+    pub level: usize,
+    /// Turn from the centre (rad).
+    pub turn: f64,
+    /// Least translation along x from the centre (m).
+    pub x: f64,
+    /// Least translation along y from the centre (m).
+    pub y: f64,
+    /// Side of the block (m).
+    pub side: f64,
+    /// None of its poses scores more: mean likelihood of the source's points, 0..=1.
+    pub bound: f64,
+}
+
+/// Points further out turn the search needlessly fine (m).
+const MAX_LEVER: f64 = 10.0;
+
+/// A source in a window about a centre, ready to be looked for: once for the best pose, again for others.
+pub struct WindowSearch<'a> {
+    grid: &'a LikelihoodGrid,
+    center: Pose2,
+    /// The turn (rad) that moves the source's furthest point, or one [`MAX_LEVER`] away, by one cell.
+    turn_step: f64,
+    source: &'a [Vector2<f64>],
+    rotated: Vec<RotatedSource>,
+    blocks: Blocks,
+}
+
+impl LikelihoodGrid {
+    /// Prepares the search for a source within `window` around `center`, on a grid of the map's cells and of rotations that
+    /// move a point 10 m away by one cell.
+    pub fn window<'a>(&'a self, source: &'a [Vector2<f64>], center: &Pose2, window: SearchWindow) -> WindowSearch<'a> {
+        let lever = source.iter().map(Vector2::norm).fold(self.resolution, f64::max).min(MAX_LEVER);
+        let turn_step = 2.0 * (self.resolution / (2.0 * lever)).asin();
+        let turns = (window.rotation / turn_step).ceil() as i32;
+        let half_cells = (window.translation / self.resolution).ceil() as i32;
+        let rotated: Vec<RotatedSource> = (-turns..=turns)
+            .map(|turn| {
+                let rotation = nalgebra::UnitComplex::new(turn as f64 * turn_step) * center.rotation;
+                let cells = source.iter().map(|p| self.cell(&(rotation * p + center.translation.vector)));
+                RotatedSource::new(self, turn, cells, half_cells)
+            })
+            .collect();
+        let blocks = Blocks::new(self, &rotated, half_cells);
+        WindowSearch { grid: self, center: *center, turn_step, source, rotated, blocks }
+    }
+
+    /// The best pose within `window` around `center`. `None` for an empty source.
+    pub fn search(&self, source: &[Vector2<f64>], center: &Pose2, window: SearchWindow) -> Option<CorrelativeMatch> {
+        self.window(source, center, window).best()
+    }
+}
+
+impl WindowSearch<'_> {
+    /// The best pose of the window. `None` for an empty source.
+    pub fn best(&self) -> Option<CorrelativeMatch> {
+        self.run(Vec::new(), (0.0, f64::INFINITY), |_| ())
+    }
+
+    /// Mean likelihood of the source's points at a pose, 0..=1.
+    pub fn score(&self, T_target_source: &Pose2) -> f64 {
+        self.grid.score(self.source, T_target_source)
+    }
+
+    /// What [`best`](Self::best) looks into, in the order in which it does: each block of poses whose bound beats the best
+    /// pose so far, on level 0 each pose that becomes the best.
+    pub fn path(&self) -> Vec<SearchedBlock> {
+        let (mut path, sum, resolution) = (Vec::new(), 255.0 * self.source.len() as f64, self.grid.resolution);
+        self.run(Vec::new(), (0.0, f64::INFINITY), |block| {
+            path.push(SearchedBlock {
+                level: block.level,
+                turn: f64::from(block.turn) * self.turn_step,
+                x: f64::from(block.x) * resolution,
+                y: f64::from(block.y) * resolution,
+                side: f64::from(1 << block.level) * resolution,
+                bound: f64::from(block.bound) / sum,
+            });
+        });
+        path
+    }
+
+    /// The best pose of the window that lies apart from known ones by more than the window beside them, and
+    /// scores at least the first of `scores`: the second basin, where there is one. One that scores the second is enough:
+    /// no better one is looked for.
+    pub fn rival(&self, (known, apart): (&[Pose2], SearchWindow), scores: (f64, f64)) -> Option<CorrelativeMatch> {
+        let resolution = self.grid.resolution;
+        let excluded = |known: &Pose2| {
+            let away = (known.translation.vector - self.center.translation.vector) / resolution;
+            let turn = (self.center.rotation.inverse() * known.rotation).angle() / self.turn_step;
+            Excluded { away, turn, radius: apart.translation / resolution, turns: apart.rotation / self.turn_step }
+        };
+        self.run(known.iter().map(excluded).collect(), scores, |_| ())
+    }
+
+    fn run(
+        &self,
+        excluded: Vec<Excluded>,
+        (least_score, enough_score): (f64, f64),
+        visit: impl FnMut(&Candidate),
+    ) -> Option<CorrelativeMatch> {
+        if self.source.is_empty() {
+            return None;
+        }
+        let whole = 255.0 * self.source.len() as f64;
+        let sum = |score: f64| (score * whole) as u32; // saturates
+        let (floor, enough) = (sum(least_score), sum(enough_score));
+        let Self { grid, rotated, blocks, .. } = self;
+        let best = Search { grid, rotated, blocks, excluded, floor, enough, best: None, visit }.run()?;
+        let turned = nalgebra::UnitComplex::new(best.turn as f64 * self.turn_step) * self.center.rotation;
+        let shift = Vector2::new(best.x as f64, best.y as f64) * grid.resolution;
+        let pose = Pose2::exp(&Vector3::new(turned.angle(), 0.0, 0.0));
+        Some(CorrelativeMatch {
+            T_target_source: Pose2::from_parts((self.center.translation.vector + shift).into(), pose.rotation),
+            score: f64::from(best.bound) / whole,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::grid::NUM_LEVELS;
+    use super::*;
+
+    /// Walls of an L-shaped room, a point every 7 cm.
+    fn room() -> Vec<Vector2<f64>> {
+        let corners = [[0.0, 0.0], [6.0, 0.0], [6.0, 3.0], [2.5, 3.0], [2.5, 5.0], [0.0, 5.0], [0.0, 0.0]];
+        let wall = |pair: &[[f64; 2]]| {
+            let (a, b) = (Vector2::from(pair[0]), Vector2::from(pair[1]));
+            let count = ((b - a).norm() / 0.07) as usize;
+            (0..count).map(move |i| a + (b - a) * (i as f64 / count as f64)).collect::<Vec<_>>()
+        };
+        corners.windows(2).flat_map(wall).collect()
+    }
+
+    #[test]
+    fn every_level_holds_the_maximum_of_its_cells() {
+        let grid = LikelihoodGrid::new(&room());
+        for level in 1..NUM_LEVELS {
+            let side = 1 << level;
+            for (x, y) in [(0, 0), (13, 27), (40, 40), (grid.width - 1, grid.height - 1), (31, 1)] {
+                let cells = (0..side * side).map(|cell| grid.likelihood(0, x + cell % side, y + cell / side));
+                assert_eq!(grid.likelihood(level, x, y), cells.max().unwrap(), "level {level} at {x}, {y}");
+            }
+        }
+    }
+
+    #[test]
+    fn finds_the_best_of_all_poses_in_the_window() {
+        let room = room();
+        let grid = LikelihoodGrid::new(&room);
+        let window = SearchWindow { translation: 0.8, rotation: 0.3 };
+        for seed in 0..6 {
+            let T = Pose2::exp(&Vector3::new(0.25 * f64::from(seed).sin(), 0.6 * f64::from(seed).cos(), 0.3));
+            let source: Vec<_> = room.iter().skip(seed as usize).step_by(9).map(|p| T.inverse().act(p)).collect();
+            let found = grid.search(&source, &Pose2::identity(), window).unwrap();
+            let path = grid.window(&source, &Pose2::identity(), window).path();
+            let last = path.iter().rfind(|block| block.level == 0).unwrap();
+            let there = Vector2::new(last.x, last.y);
+            assert!((found.T_target_source.translation.vector - there).norm() < 1e-12);
+            assert_eq!((last.bound, path[0].level), (found.score, 2), "17 shifts across: blocks of 4 x 4");
+
+            let lever = source.iter().map(Vector2::norm).fold(0.0, f64::max).min(MAX_LEVER);
+            let turn_step = 2.0 * (RESOLUTION / (2.0 * lever)).asin();
+            let turns = (window.rotation / turn_step).ceil() as i32;
+            let mut best = 0;
+            for turn in -turns..=turns {
+                let R = nalgebra::UnitComplex::new(f64::from(turn) * turn_step);
+                for (dx, dy) in (-8..=8).flat_map(|dx| (-8..=8).map(move |dy| (dx, dy))) {
+                    let score = source.iter().map(|p| {
+                        let (x, y) = grid.cell(&(R * p));
+                        grid.likelihood(0, x + dx, y + dy)
+                    });
+                    best = best.max(score.sum::<u32>());
+                }
+            }
+            assert!((found.score - f64::from(best) / (255.0 * source.len() as f64)).abs() < 1e-12, "seed {seed}");
+            let error = T.inverse() * found.T_target_source;
+            assert!(error.translation_norm() < 0.15 && error.rotation_angle() < 0.03, "seed {seed}: {error}");
+        }
+    }
+
+    #[test]
+    fn nothing_to_match_is_no_match() {
+        let window = SearchWindow { translation: 1.0, rotation: 0.1 };
+        assert!(LikelihoodGrid::new(&room()).search(&[], &Pose2::identity(), window).is_none());
+        let nowhere = LikelihoodGrid::new(&[]).search(&room(), &Pose2::identity(), window).unwrap();
+        assert_eq!(nowhere.score, 0.0);
+        let one = LikelihoodGrid::new(&[Vector2::new(1e3, -1e3)]);
+        assert_eq!(one.search(&[Vector2::zeros()], &Pose2::translation(1e3, -1e3), window).unwrap().score, 1.0);
+    }
+}
