@@ -1,7 +1,7 @@
 // @ts-check
 /**
- * What a user does with the built page, in every browser that is installed: `node tests/browsers/run.mjs`. What Firefox and
- * WebKit find has to be what Chromium finds, poses to the last bit. Prints a line a scenario and browser in TAP, with its time.
+ * What a user does with the built page, in every browser that is installed: `node --experimental-websocket tests/browsers/run.mjs`. What Firefox and
+ * WebKit find has to be what Chromium finds, poses to the last bit. Prints a line for each scenario and browser, with its time.
  */
 import { readdirSync, readFileSync } from 'node:fs';
 import { createServer } from 'node:http';
@@ -125,21 +125,18 @@ const address = server.address();
 if (typeof address !== 'object' || address === null) throw new Error('The page is not served.');
 const url = `http://localhost:${address.port}/host.html`;
 
-let [number, num_failed] = [0, 0];
-/** @param {string} what @param {string | null} problem @param {string} [note] */
-function tell(what, problem, note = '') {
-  console.log(`${problem === null ? 'ok' : 'not ok'} ${++number} - ${what}${note}`);
-  if (problem !== null) {
-    num_failed++;
-    console.log(`  ${problem}`);
-  }
+const counts = { pass: 0, fail: 0, skipped: 0 };
+/** @param {keyof typeof counts} outcome @param {string} what */
+function tell(outcome, what) {
+  counts[outcome]++;
+  console.log(`${{ pass: '✔', fail: '✖', skipped: '﹣' }[outcome]} ${what}`);
 }
 
 /** What Chromium saw. @type {Map<string, string>} */
 const expected = new Map();
 for (const { name, start } of browsers) {
   if (start === null) {
-    for (const scenario of SCENARIOS) tell(`${name}: ${scenario}`, null, ' # SKIP not installed');
+    for (const scenario of SCENARIOS) tell('skipped', `${name}: ${scenario} # not installed`);
     continue;
   }
   const driver = await start();
@@ -154,9 +151,10 @@ for (const { name, start } of browsers) {
         const is_same = (expected.get(scenario) ?? text) === text;
         if (!expected.has(scenario)) expected.set(scenario, text);
         const problems = [...faults, ...driver.faults.splice(0), ...(is_same ? [] : [`saw ${text.slice(0, 300)}`])];
-        tell(`${name}: ${scenario}`, problems.length === 0 ? null : problems.join('; '), ms > 0 ? ` (${ms} ms)` : '');
+        const words = problems.length > 0 ? `: ${problems.join('; ')}` : ms > 0 ? ` (${ms} ms)` : '';
+        tell(problems.length > 0 ? 'fail' : 'pass', `${name}: ${scenario}${words}`);
       } catch (error) {
-        tell(`${name}: ${scenario}`, /** @type {Error} */ (error).message);
+        tell('fail', `${name}: ${scenario}: ${/** @type {Error} */ (error).message}`);
       }
     }
   } finally {
@@ -164,4 +162,5 @@ for (const { name, start } of browsers) {
   }
 }
 server.close();
-process.exitCode = num_failed > 0 ? 1 : 0;
+for (const [word, count] of Object.entries(counts)) console.log(`ℹ ${word} ${count}`);
+process.exitCode = counts.fail > 0 ? 1 : 0;
