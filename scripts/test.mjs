@@ -22,6 +22,7 @@ import {
   ensureRustLinters,
   ensureWasmTarget,
   findChromium,
+  findProgram,
   prependPath,
   readArguments,
   requireToolchain,
@@ -149,6 +150,13 @@ const STAGES = [
     needs: [ensureNodeModules, browser, page],
     run: playwrightTests,
   },
+  {
+    name: 'browsers',
+    about: 'the built page in Firefox and WebKit, where they are installed; where CI=true they are installed first',
+    last: true,
+    needs: [ensureNodeModules, browser, otherBrowsers, page],
+    run: browserTests,
+  },
 ];
 
 /**
@@ -233,14 +241,28 @@ async function page() {
 async function browser() {
   if (answers('chromedriver') && findChromium()) return;
   const packages = ['chromium', 'chromium-driver'];
-  const install = `apt-get install --no-install-recommends ${packages.join(' ')}`;
-  if (process.getuid?.() !== 0 || !answers('apt-get')) {
+  if (!canInstall()) {
     throw new StepError(
-      `Chromium and its driver are missing, and only root can install them. On Debian: sudo ${install}\n` +
+      'Chromium and its driver are missing, and only root can install them. On Debian: sudo apt-get install ' +
+        `--no-install-recommends ${packages.join(' ')}\n` +
         'Elsewhere, put `chromium` or `google-chrome` and `chromedriver` of the same version on the PATH.',
     );
   }
-  await step('Installing Chromium and its driver (apt)', async () => {
+  await install('Chromium and its driver', packages);
+}
+
+/** Firefox and WebKit, in continuous integration. Elsewhere their tests are skipped and counted where they are missing. */
+async function otherBrowsers() {
+  if (process.env.CI !== 'true' || !canInstall()) return;
+  if (findProgram(['firefox-esr', 'firefox']) && answers('WebKitWebDriver') && answers('xvfb-run', ['--help'])) return;
+  await install('Firefox and WebKit', ['firefox-esr', 'webkit2gtk-driver', 'xvfb', 'xauth']);
+}
+
+const canInstall = () => process.getuid?.() === 0 && answers('apt-get');
+
+/** @param {string} what @param {string[]} packages of Debian */
+async function install(what, packages) {
+  await step(`Installing ${what} (apt)`, async () => {
     const env = { DEBIAN_FRONTEND: 'noninteractive' };
     await run('apt-get', ['update', '--quiet=2'], { env });
     await run('apt-get', ['install', '--yes', '--quiet=2', '--no-install-recommends', ...packages], { env });
@@ -290,6 +312,13 @@ async function playwrightTests() {
   rmSync(report, { force: true });
   const { code } = await capture('npx', ['playwright', 'test'], { env: { E2E_REPORT: report }, echo: true });
   return believe(existsSync(report) ? countPlaywright(readFileSync(report, 'utf8')) : NONE, code);
+}
+
+async function browserTests() {
+  // Node 20 has the WebSocket that Firefox is spoken to by, but only if asked for.
+  const args = ['--experimental-websocket', 'tests/browsers/run.mjs'];
+  const { code, output } = await capture(process.execPath, args, { echo: true });
+  return believe(countNode(output), code);
 }
 
 /** @param {string[]} names */

@@ -1,0 +1,166 @@
+// @ts-check
+/**
+ * What a user does with the built page, in every browser that is installed: `node --experimental-websocket tests/browsers/run.mjs`. What Firefox and
+ * WebKit find has to be what Chromium finds, poses to the last bit. Prints a line for each scenario and browser, with its time.
+ */
+import { readdirSync, readFileSync } from 'node:fs';
+import { createServer } from 'node:http';
+import { join } from 'node:path';
+import { chromium } from '@playwright/test';
+import { zipSync } from 'fflate';
+import { findChromium, findProgram } from '../../scripts/steps.mjs';
+import { mcapBytes } from '../cli/bag_files.mjs';
+import { laserScan } from '../cli/bag_messages.mjs';
+import { typeAndContent } from '../e2e/static_server.mjs';
+import { startFirefox } from './firefox.mjs';
+import { findMiniBrowser, startWebKit } from './webkit.mjs';
+
+/**
+ * @typedef {object} Driver
+ * @property {string} version
+ * @property {string[]} faults errors of the page's scripts that the browser tells
+ * @property {(url: string) => Promise<unknown>} goto
+ * @property {(script: string) => Promise<any>} evaluate an expression, awaited
+ * @property {() => Promise<void>} close
+ */
+
+const SCENARIOS = ['sample', 'ten scans', 'export', 'depth images in a ZIP', 'a bag of laser scans', 'ICP lab'];
+const PAGE = `<!doctype html><meta charset="utf-8"><title>Scanstitch</title>
+  <body style="margin: 0"><scanstitch-app style="height: 100vh"></scanstitch-app>
+  <script src="in_page.js"></script><script type="module" src="scanstitch-app.js"></script>`;
+const DIST = join(import.meta.dirname, '../../www/dist');
+const SAMPLES = join(import.meta.dirname, '../../www/samples');
+const NUM_IMAGES = 8;
+
+/** The first depth and colour images of the second sample. */
+function depthZip() {
+  const files = ['depth', 'rgb'].flatMap((folder) =>
+    readdirSync(join(SAMPLES, 'apartment', folder), { withFileTypes: true })
+      .filter((entry) => entry.isFile() && Number.parseInt(entry.name, 10) <= NUM_IMAGES)
+      .map(({ name }) => [`room/${folder}/${name}`, readFileSync(join(SAMPLES, 'apartment', folder, name))]),
+  );
+  return zipSync(Object.fromEntries(files), { level: 0 });
+}
+
+/** The scans of the first sample, by their addresses. */
+function scans() {
+  const names = readdirSync(join(SAMPLES, 'corridor')).filter((name) => name.endsWith('.ply'));
+  return Object.fromEntries(names.map((name) => [`/${name}`, readFileSync(join(SAMPLES, 'corridor', name))]));
+}
+
+/** A laser that drives through a room of 8 m by 5 m with a box in it. */
+function scansBag() {
+  const [num_beams, increment] = [181, Math.PI / 180];
+  const messages = Array.from({ length: 6 }, (_, i) => {
+    const stamp = { sec: 10 + i, nsec: 0 };
+    const ranges = Array.from({ length: num_beams }, (_, k) =>
+      rangeAt(0.25 * i - 1, 0.1 * i, k * increment - Math.PI / 2),
+    );
+    const data = laserScan(stamp, -Math.PI / 2, increment, [0.1, 30], ranges);
+    return { topic: '/scan', time: BigInt(stamp.sec) * 1_000_000_000n, data };
+  });
+  return mcapBytes([{ name: '/scan', type: 'sensor_msgs/msg/LaserScan' }], messages);
+}
+
+/** @param {number} x @param {number} y @param {number} angle rad */
+function rangeAt(x, y, angle) {
+  const [dx, dy] = [Math.cos(angle), Math.sin(angle)];
+  const walls = [(4 - x) / dx, (-4 - x) / dx, (2.5 - y) / dy, (-2.5 - y) / dy];
+  // The box's near side, from y = 0.5 on.
+  const box = (2.5 - x) / dx;
+  if (box > 0 && y + box * dy > 0.5 && y + box * dy < 1.5) walls.push(box);
+  return Math.min(...walls.filter((range) => range > 0));
+}
+
+/** @returns {Promise<Driver>} */
+async function startChromium() {
+  const browser = await chromium.launch({
+    executablePath: findChromium() ?? 'chromium',
+    args: ['--no-sandbox', '--enable-unsafe-swiftshader'],
+  });
+  const page = await browser.newPage({ viewport: { width: 1280, height: 800 } });
+  /** @type {string[]} */
+  const faults = [];
+  page.on('pageerror', ({ message }) => faults.push(message));
+  return {
+    version: `Chromium ${browser.version()}`,
+    faults,
+    goto: (url) => page.goto(url),
+    evaluate: (script) => page.evaluate(script),
+    close: () => browser.close(),
+  };
+}
+
+/** @type {{ name: string, start: (() => Promise<Driver>) | null }[]} */
+const browsers = [
+  { name: 'Chromium', start: startChromium },
+  { name: 'Firefox', start: starter(findProgram(['firefox-esr', 'firefox']), startFirefox) },
+  { name: 'WebKit', start: starter(findProgram(['WebKitWebDriver']) && findMiniBrowser(), startWebKit) },
+];
+
+/** @param {string | undefined} program @param {(program: string) => Promise<Driver>} start */
+function starter(program, start) {
+  return program === undefined ? null : () => start(program);
+}
+
+/** @type {Record<string, string | Uint8Array>} */
+const files = {
+  '/host.html': PAGE,
+  '/in_page.js': readFileSync(join(import.meta.dirname, 'in_page.js')),
+  '/depth.zip': depthZip(),
+  '/scans.mcap': scansBag(),
+  ...scans(),
+};
+const server = createServer(async (request, response) => {
+  const { pathname } = new URL(request.url ?? '/', 'http://localhost');
+  const { type, content } = await typeAndContent(DIST, pathname, '/');
+  const own = Object.hasOwn(files, pathname) ? files[pathname] : undefined;
+  const own_type = pathname.endsWith('.html') ? 'text/html' : pathname.endsWith('.js') ? 'text/javascript' : type;
+  const body = own ?? content;
+  if (body === null) response.writeHead(404).end();
+  else response.writeHead(200, { 'content-type': own === undefined ? type : own_type }).end(body);
+});
+await new Promise((resolve) => server.listen(0, 'localhost', () => resolve(undefined)));
+const address = server.address();
+if (typeof address !== 'object' || address === null) throw new Error('The page is not served.');
+const url = `http://localhost:${address.port}/host.html`;
+
+const counts = { pass: 0, fail: 0, skipped: 0 };
+/** @param {keyof typeof counts} outcome @param {string} what */
+function tell(outcome, what) {
+  counts[outcome]++;
+  console.log(`${{ pass: '✔', fail: '✖', skipped: '﹣' }[outcome]} ${what}`);
+}
+
+/** What Chromium saw. @type {Map<string, string>} */
+const expected = new Map();
+for (const { name, start } of browsers) {
+  if (start === null) {
+    for (const scenario of SCENARIOS) tell('skipped', `${name}: ${scenario} # not installed`);
+    continue;
+  }
+  const driver = await start();
+  try {
+    await driver.goto(url);
+    const lacks = Object.entries(await driver.evaluate('lacks()')).filter(([, is_lacking]) => is_lacking);
+    console.log(`# ${driver.version}${lacks.map(([what]) => `, without ${what}`).join('')}`);
+    for (const scenario of SCENARIOS) {
+      try {
+        const { ms, seen, faults } = await driver.evaluate(`look(${JSON.stringify(scenario)})`);
+        const text = JSON.stringify(seen);
+        const is_same = (expected.get(scenario) ?? text) === text;
+        if (!expected.has(scenario)) expected.set(scenario, text);
+        const problems = [...faults, ...driver.faults.splice(0), ...(is_same ? [] : [`saw ${text.slice(0, 300)}`])];
+        const words = problems.length > 0 ? `: ${problems.join('; ')}` : ms > 0 ? ` (${ms} ms)` : '';
+        tell(problems.length > 0 ? 'fail' : 'pass', `${name}: ${scenario}${words}`);
+      } catch (error) {
+        tell('fail', `${name}: ${scenario}: ${/** @type {Error} */ (error).message}`);
+      }
+    }
+  } finally {
+    await driver.close();
+  }
+}
+server.close();
+for (const [word, count] of Object.entries(counts)) console.log(`ℹ ${word} ${count}`);
+process.exitCode = counts.fail > 0 ? 1 : 0;
