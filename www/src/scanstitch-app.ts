@@ -15,7 +15,7 @@ import { activityBox, type Layout } from './components/run-parts.js';
 import { type GivenFiles, type GivenRecording, NO_FACTS } from './components/run-view.js';
 import { wordsOf } from './components/session.js';
 import { drop_styles, shared, tokens } from './components/theme.js';
-import type { Note } from './datasets/dataset.js';
+import type { Note } from './datasets/note.js';
 import { givenDataset, givenSpatial } from './datasets/given.js';
 import { filesOfDrop, filesOfInput, type NamedFile } from './datasets/gather.js';
 import type { SpatialFiles } from './datasets/spatial-files.js';

@@ -8,7 +8,6 @@ use crate::camera::{DepthImage, DepthScale, DepthSensor, Pinhole, ScaleBasis};
 use crate::evaluation::motion_ratio::motion_ratio;
 use crate::evaluation::trajectory_error::TrajectoryError;
 use crate::geometry::Pose3;
-use crate::pipeline::report::SpatialPose;
 use crate::pipeline::spatial_settings::SpatialSettings;
 
 /// A setting of how depth images are read.
@@ -191,12 +190,12 @@ const USUAL_FACTOR: f64 = 1.04;
 /// What would make the steps of the estimate as long as those of the reference; or that its turns are larger or smaller, for
 /// which there is no value to offer: a wrong focal length makes turns larger where they are seen across the image, and
 /// smaller where they are seen in the depth.
-pub(crate) fn suggestion(
+pub(crate) fn suggestion<P: Copy + Into<Pose3>>(
     poses: &[Option<Pose3>],
-    comparison: &TrajectoryError<SpatialPose>,
+    comparison: &TrajectoryError<P>,
     reading: Option<(f64, &Pinhole)>,
 ) -> Option<Suggestion> {
-    let reference: Vec<Option<Pose3>> = comparison.reference.iter().map(|pose| pose.map(Pose3::from)).collect();
+    let reference: Vec<Option<Pose3>> = comparison.reference.iter().map(|pose| pose.map(Into::into)).collect();
     let has_rotations = comparison.rotation_errors.iter().any(Option::is_some);
     let ratio = motion_ratio(poses, &reference);
     if let (Some(turn), Some((_, camera)), true) = (ratio.rotation, reading, has_rotations)
@@ -306,7 +305,7 @@ mod tests {
     }
 
     fn suggested(estimate: &[Option<Pose3>], reading: Option<(f64, &Pinhole)>) -> Option<Suggestion> {
-        let reference: Vec<Option<SpatialPose>> = path(1.0, 1.0).into_iter().map(|pose| pose.map(Into::into)).collect();
+        let reference = path(1.0, 1.0);
         let count = reference.len();
         let comparison = TrajectoryError {
             name: "gt.txt".into(),

@@ -3,7 +3,7 @@
  * Of a bag, the topics can be chosen anew.
  */
 import type { ReactiveControllerHost } from 'lit';
-import type { Note } from '../datasets/dataset.js';
+import type { Note } from '../datasets/note.js';
 import type { NamedFile } from '../datasets/gather.js';
 import type { GivenSet } from '../datasets/given.js';
 import type { BagListener, OpenedFiles, tellApart } from '../datasets/spatial-files.js';

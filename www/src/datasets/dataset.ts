@@ -1,6 +1,7 @@
 /** A set of inputs: where it comes from, what is in it, what was not used. Plain values; every change is a new one. */
 import type { InputFile, Inputs } from '../engine/protocol.js';
 import type { NamedFile } from './gather.js';
+import type { Note } from './note.js';
 import { compareNaturally } from '../../../npm/natural_order.js';
 import { classify, type Role } from '../../../npm/recording/classify.js';
 import { HEAD_BYTES } from '../../../npm/recording/heads.js';
@@ -13,11 +14,6 @@ export interface Dataset extends Inputs {
   is_given: boolean;
   /** Whether it is a log, or several: a recording that is whole. */
   is_log: boolean;
-}
-
-export interface Note {
-  file: string;
-  reason: string;
 }
 
 /** What a drop holds once its files are read and told apart. */

@@ -1,6 +1,6 @@
 /** From what the browser hands over (a drop, a file dialogue) to files with their paths. */
 
-import type { Note } from './dataset.js';
+import type { Note } from './note.js';
 
 export interface NamedFile {
   /** Path inside the dropped folder, or the bare file name. */

@@ -5,7 +5,8 @@
 import type { InputFile } from '../engine/protocol.js';
 import { HEAD_BYTES } from '../../../npm/recording/heads.js';
 import { classify } from '../../../npm/recording/classify.js';
-import { type Dataset, type Note, takeIn } from './dataset.js';
+import { type Dataset, takeIn } from './dataset.js';
+import type { Note } from './note.js';
 import type { NamedFile } from './gather.js';
 import type { PlanarFiles, SpatialFiles } from './spatial-files.js';
 

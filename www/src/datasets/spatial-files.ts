@@ -12,7 +12,7 @@ import type { Choice, Wishes } from '../../../npm/bag/topics.js';
 import type { Recording } from '../../../npm/recording.js';
 import type { Readable } from '../engine/preparer.js';
 import { bitmapOf } from './bitmap.js';
-import type { Note } from './dataset.js';
+import type { Note } from './note.js';
 import type { NamedFile } from './gather.js';
 
 export interface StoredFile extends Readable {

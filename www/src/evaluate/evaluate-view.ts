@@ -6,7 +6,7 @@ import { icon } from '../components/icons.js';
 import type { GivenFiles } from '../components/run-view.js';
 import { wordsOf } from '../components/session.js';
 import { drop_styles, page_styles, shared, tokens } from '../components/theme.js';
-import type { Note } from '../datasets/dataset.js';
+import type { Note } from '../datasets/note.js';
 import { filesOfDrop, filesOfInput } from '../datasets/gather.js';
 import { plural } from '../views/format.js';
 import { makeColors } from '../views/figure-colors.js';

@@ -12,7 +12,7 @@ import { icon } from '../components/icons.js';
 import { messages } from '../components/run-parts.js';
 import { wordsOf } from '../components/session.js';
 import { drop_styles, shared } from '../components/theme.js';
-import type { Note } from '../datasets/dataset.js';
+import type { Note } from '../datasets/note.js';
 import { filesOfDrop, filesOfInput, type NamedFile } from '../datasets/gather.js';
 import { download } from '../export/exports.js';
 import { baseName } from '../views/format.js';

@@ -9,7 +9,8 @@ import type { ScanstitchMapPoints, ScanstitchResult } from '../components/host-e
 import { emptyView } from '../components/run-parts.js';
 import { type GivenFiles, type Loaded, type RunKind, RunView } from '../components/run-view.js';
 import { welcome, welcome_styles } from '../components/welcome.js';
-import type { Dataset, Note } from '../datasets/dataset.js';
+import type { Dataset } from '../datasets/dataset.js';
+import type { Note } from '../datasets/note.js';
 import { fetchSample } from '../datasets/remote.js';
 import type { PlanarFiles } from '../datasets/spatial-files.js';
 import type { FrameResult, IterationRecord, PlanarPoint, Settings, Snapshot } from '../engine/protocol.js';

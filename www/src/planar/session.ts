@@ -1,5 +1,6 @@
 import { errorMessage, noteMessage, RunSession, wordsOf } from '../components/session.js';
-import { combine, type Dataset, type Intake, type Note, takeIn } from '../datasets/dataset.js';
+import { combine, type Dataset, type Intake, takeIn } from '../datasets/dataset.js';
+import type { Note } from '../datasets/note.js';
 import type { PlanarFiles } from '../datasets/spatial-files.js';
 import { PlanarClient } from '../engine/planar-client.js';
 import type { Answers, InputFile, Inputs, Loaded, Progress, RunState, Settings, Snapshot } from '../engine/protocol.js';

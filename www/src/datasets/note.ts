@@ -1,0 +1,5 @@
+/** What is told of a file that was opened, or not used. */
+export interface Note {
+  file: string;
+  reason: string;
+}
