@@ -41,6 +41,7 @@ impl Reconstruction {
 /// # Errors
 /// When there are no lines of numbers in the file.
 #[wasm_bindgen]
+#[allow(clippy::needless_pass_by_value, reason = "optional strings cross by value")]
 pub fn describe_table(
     name: &str,
     bytes: &[u8],

@@ -51,8 +51,10 @@ impl Table {
             }
             match separators.row(text, line) {
                 Some(row) => {
-                    if table.rows.is_empty() && text.contains(&b':') {
-                        table.names = separators.labels(text);
+                    let labels = separators.labels(text);
+                    if !labels.is_empty() && (table.rows.is_empty() || table.names.is_empty()) {
+                        table.names = labels;
+                        table.rows.clear(); // what stands above numbers with labels is none of them
                     }
                     table.rows.push(row);
                 }
