@@ -83,6 +83,8 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
   @state() private crossing: (Elsewhere & { shown: Run }) | null = null;
   @state() private looked_into: GivenClouds | null = null;
   @state() private evaluated_run: (GivenFiles & { of: unknown }) | null = null;
+  /** The evaluation was opened while a run was under way, which goes along when it is done. */
+  private awaits_evaluation = false;
   @query('scanstitch-planar') private planar!: ScanstitchPlanar;
   @query('scanstitch-spatial') private spatial!: ScanstitchSpatial | null;
   @query('.app') private frame!: HTMLElement;
@@ -234,7 +236,7 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
 
   protected override render(): TemplateResult {
     const { drop_target } = this;
-    const onFacts = (): void => this.requestUpdate();
+    const onFacts = (): void => this.onFacts();
     const onWanted = ({ detail }: CustomEvent<string>): void => this.choose(detail);
     const onRefused = ({ detail }: CustomEvent<string[]>): void => this.api.refuse(detail);
     const onLook = ({ detail }: CustomEvent<number>): void => this.attend(() => this.lookInside(detail));
@@ -449,13 +451,24 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
 
   /** A run that is done goes along, with its reference. */
   private async goToEvaluation(): Promise<void> {
-    const run = this.runView();
     await import('./evaluate/evaluate-view.js');
-    if (run?.facts.result && this.evaluated_run?.of !== run.facts.result) {
-      const files = await run.filesToEvaluate();
-      if (files) this.evaluated_run = { ...files, of: run.facts.result };
-    }
+    await this.takeToEvaluate();
+    this.awaits_evaluation = this.runView()?.is_under_way ?? false;
     this.show('evaluation');
+  }
+
+  private async takeToEvaluate(): Promise<void> {
+    const run = this.runView();
+    if (!run?.facts.result || this.evaluated_run?.of === run.facts.result) return;
+    const files = await run.filesToEvaluate();
+    if (files) this.evaluated_run = { ...files, of: run.facts.result };
+  }
+
+  private onFacts(): void {
+    this.requestUpdate();
+    if (!this.awaits_evaluation || this.runView()?.is_under_way) return;
+    this.awaits_evaluation = false;
+    this.attend(() => this.takeToEvaluate());
   }
 
   /** The recording goes along; the comparison of one that has been compared stays as it is. */

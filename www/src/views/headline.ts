@@ -29,7 +29,7 @@ export interface ComparedError {
   mean: number;
   rmse: number;
   max: number;
-  aligned: { mean: number; rmse: number } | null;
+  aligned: { mean: number } | null;
 }
 
 /** The distance with the first poses made equal, and, beside it, with all of them aligned. */
@@ -39,10 +39,8 @@ export function comparisonFigure(comparison: ComparedError, noun: 'scan' | 'fram
   const label = `${distance} to ${name.slice(name.lastIndexOf('/') + 1)}`;
   if (num_matched === 0)
     return { label, value: 'no match', meaning: `no ground truth pose matches a ${noun}`, tone: 'doubtful' };
-  const all_aligned = aligned
-    ? `; aligned: mean ${formatLength(aligned.mean)}, rmse ${formatLength(aligned.rmse)}`
-    : '';
-  const meaning = `mean from the first pose; rmse ${formatLength(rmse)}, max ${formatLength(max)}${all_aligned}`;
+  const when_aligned = aligned ? `; ${formatLength(aligned.mean)} when aligned` : '';
+  const meaning = `mean from the first pose${when_aligned}; rmse ${formatLength(rmse)}, max ${formatLength(max)}`;
   return { label, value: formatLength(mean), meaning, tone: 'plain' };
 }
 
