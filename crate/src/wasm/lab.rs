@@ -239,9 +239,13 @@ impl IcpLab {
 /// All local minima of a landscape of `width` nodes a row, the most prominent first; nodes that are NaN are left out.
 ///
 /// # Errors
-/// Never for the input's sake.
+/// When the costs are not whole rows of `width` nodes.
 #[wasm_bindgen]
 pub fn local_minima(costs: &[f64], width: usize) -> Result<Vec<Ts<LocalMinimum>>, JsValue> {
+    if width == 0 || !costs.len().is_multiple_of(width) {
+        let problem = format!("{} costs are not rows of {width} nodes", costs.len());
+        return Err(thrown(&Error::whole(problem, "Give the number of nodes in a row of the landscape")));
+    }
     landscape::local_minima(costs, width).iter().map(plain).collect()
 }
 
