@@ -64,7 +64,9 @@ function isRangeTable(head, text) {
   const lines = text.split(/[\r\n]+/).map((line) => line.split(/[\s,;[\](){}"']+/).filter((word) => word !== ''));
   const isLabel = (/** @type {string} */ word) => /[^:]:$/.test(word);
   const isRow = (/** @type {string[]} */ given) => {
-    const words = given.some(isLabel) ? given.filter(isNumber) : given;
+    // Beside labels, words stand for no column; many of them are no such line, but a program's text.
+    const isText = given.filter((word) => !isLabel(word) && !isNumber(word)).length > MAX_WORDS;
+    const words = given.some(isLabel) && !isText ? given.filter(isNumber) : given;
     const others = words.filter((word) => !isNumber(word)).length;
     // Mostly zeros beside words are the covariances of a pose.
     const ranges = words.filter((word) => Number(word) > 0).length;

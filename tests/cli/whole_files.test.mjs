@@ -31,6 +31,7 @@ function wholeFiles(out) {
     const bytes = readFileSync(join(out, name));
     const text = bytes.toString('latin1');
     if (name === 'report.json') JSON.parse(text);
+    else if (name === 'report.html') assert.match(text, /^<!doctype html>[^]*<\/html>\n$/i);
     else if (name === 'trajectory.tum') {
       assert.ok(posesIn(text).every((line) => line.split(' ').length === 8) && text.endsWith('\n'), text);
     } else if (name === 'map.ply') {

@@ -107,8 +107,9 @@ impl Separators {
     /// The numbers of a line; `None` where it is none.
     fn row(self, text: &[u8], line: usize) -> Option<Row> {
         let mut row = Row { line, values: Vec::new(), words: Vec::new() };
-        // "theta: 0.5 dist: 1200": beside labels, words stand for no column.
-        let has_labels = self.cells(text).any(is_label);
+        // "theta: 0.5 dist: 1200": beside labels, words stand for no column; many of them are no such line, but a program's text.
+        let num_others = self.cells(text).filter(|word| !is_label(word) && number(word).is_none()).count();
+        let has_labels = num_others <= MAX_WORDS && self.cells(text).any(is_label);
         for word in self.cells(text).filter(|word| !has_labels || number(word).is_some()) {
             let word = if self.has_decimal_commas { with_point(word) } else { Cow::Borrowed(word) };
             let value = number(&word);
@@ -210,6 +211,8 @@ mod tests {
         let table = Table::read(text, usize::MAX);
         assert_eq!(table.names, ["theta", "dist", "q"]);
         assert_eq!(table.rows[1].values, [4.1, 235.0, 46.0]);
+        let code = b"case 0: a = [1, 2, 3]; if (b) return [4, 5]; else c(d, e, 6); break; case 1: f(7, 8);\n";
+        assert!(Table::read(code, usize::MAX).rows.is_empty());
         let table = Table::read(b"Angle (deg), Distance (mm)\n0.5, 1200\n", usize::MAX);
         assert_eq!(table.names, ["angle (deg)", "distance (mm)"]);
     }
