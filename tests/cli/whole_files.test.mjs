@@ -19,6 +19,9 @@ const WALK = Object.fromEntries(
   }),
 );
 
+/** What a run in the plane writes. */
+const ALL_FILES = ['map.pgm', 'map.ply', 'map.yaml', 'report.html', 'report.json', 'trajectory.tum'];
+
 /** @param {string} tum */
 function posesIn(tum) {
   return tum.split('\n').filter((line) => line !== '' && !line.startsWith('#'));
@@ -94,7 +97,7 @@ test('an output that cannot be printed', { skip: !existsSync('/dev/full') && 'no
   const full = run('> /dev/full', 'reconstruct', '.', '--out', 'out');
   assert.equal(full.stderr, 'scanstitch: The output could not be printed. There is no space left on the device.\n');
   assert.equal(full.status, 2, 'the results are written');
-  assert.equal(wholeFiles(join(folder, 'out')).length, 5);
+  assert.deepEqual(wholeFiles(join(folder, 'out')), ALL_FILES);
   assert.equal(run('> /dev/full', 'settings').status, 1);
   assert.equal(run('| head -1 > /dev/null; exit ${PIPESTATUS[0]}', 'settings').status, 0);
   assert.equal(run('2> /dev/full', 'reconstruct', 'absent.ply').status, 1);
@@ -122,7 +125,7 @@ for (const signal of /** @type {const} */ (['SIGINT', 'SIGTERM'])) {
     const [, count] = stderr.match(/^Stopped after (\d+) scans; these are written/m) ?? [];
     assert.ok(Number(count) >= 5 && Number(count) < SCANS, stderr);
     assert.equal(status, 2);
-    assert.equal(wholeFiles(out).length, 5);
+    assert.deepEqual(wholeFiles(out), ALL_FILES);
     assert.equal(posesIn(readFileSync(join(out, 'trajectory.tum'), 'utf8')).length, Number(count));
   });
 }
@@ -148,7 +151,7 @@ test(
       }
       const { code } = /** @type {{ code: number | null }} */ (await ended);
       assert.ok(code === null || [0, 1, 2, 130, 143].includes(code), `exit code ${code}`);
-      numComplete += wholeFiles(out).length === 5 ? 1 : 0;
+      numComplete += wholeFiles(out).length === ALL_FILES.length ? 1 : 0;
     }
     t.diagnostic(`${rounds} runs, ${numComplete} with all results`);
   },
