@@ -1,7 +1,7 @@
 // @ts-check
 /**
- * Archives of tar, read in place: the headers first, then each file when it is asked for. What an archive says is not
- * trusted: paths, sizes and kinds are checked as those of a ZIP archive are.
+ * Tar archives, read in place: the headers first, then each file when it is needed. Headers are not trusted: paths, sizes
+ * and kinds are checked as those of a ZIP archive are.
  *
  * Not nanotar 0.3: it takes the whole archive into memory and knows neither links nor paths that lead out.
  *

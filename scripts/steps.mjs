@@ -243,7 +243,7 @@ export function captureTestTools(env) {
 }
 
 /**
- * Builds the tool of crate/xtask that makes WebAssembly, and says how cargo is asked for it.
+ * Builds the tool of crate/xtask that makes WebAssembly; returns the arguments of cargo that run it.
  * @returns {Promise<string[]>}
  */
 async function buildWasmTool() {

@@ -1,8 +1,8 @@
 // @ts-check
 /**
  * Arrays of laser scans, as MATLAB and NumPy keep them, as a text that the engine reads: a table with a scan a row, whose
- * first line says what its columns are, or CSM's JSON where the angles are not evenly spaced. Which array is what is told by
- * names and by the lengths that they have in common.
+ * first line says what its columns are, or CSM's JSON where the angles are not evenly spaced. Arrays are recognised by
+ * their names and by the lengths that they have in common.
  */
 
 /** @typedef {import('./mat.js').Numbers} Numbers */
