@@ -140,14 +140,10 @@ export class SpatialRun {
     await this.#begin(session);
     if (this.#decodeConfig === null || session.isOver) return;
     const orders = this.#preparers.flatMap((preparer) => Array.from({ length: preparer.ahead ?? 1 }, () => preparer));
-    let numAlive = orders.length;
-    const preparing = orders.map(async (preparer) => {
-      await this.#prepareAll(preparer, session);
-      numAlive -= 1;
-      if (numAlive === 0 && this.#frames.waiting() && !session.isOver) throw new Error('No worker can be started.');
-    });
+    const preparing = Promise.all(orders.map((preparer) => this.#prepareAll(preparer, session)));
+    const hasEnded = preparing.then(() => session.endPreparing());
     const registering = this.#registerAll(session).then(() => session.finish());
-    await Promise.all([registering, ...preparing]);
+    await Promise.all([registering, hasEnded]);
   }
 
   /** The first readable frame decides how all are prepared. @param {Session} session */
@@ -242,6 +238,9 @@ export class SpatialRun {
     const isDone = () => !hasMore && numOrdered === 0 && this.#frames.next() === null;
     while (!session.isOver && failures.length === 0 && !isDone()) {
       const frame = this.#frames.next();
+      if (frame && frame.state !== 'prepared' && numOrdered === 0 && session.hasEndedPreparing) {
+        throw new Error('No worker can be started.');
+      }
       if (frame ? frame.state === 'prepared' && numOrdered < ahead : hasMore && numOrdered === 0) {
         order(frame);
         await nextTurn();
@@ -286,6 +285,8 @@ class Session {
   isOver = false;
   /** Every frame is placed or left out. */
   isFinished = false;
+  /** No preparer is left that could prepare another frame. */
+  hasEndedPreparing = false;
   /** Fulfilled when the signal aborts. @type {Promise<void>} */
   stopped;
   #controller = new AbortController();
@@ -321,6 +322,11 @@ class Session {
 
   finish() {
     this.isFinished = true;
+    this.changed();
+  }
+
+  endPreparing() {
+    this.hasEndedPreparing = true;
     this.changed();
   }
 

@@ -151,4 +151,7 @@ planar('a page that cannot be kept says so, and works', async ({ page }) => {
   await app.open();
   await expect(app.messages).toContainText('The page is not kept for use offline');
   expect(await app.scanNames()).toHaveLength(10);
+  await app.drop(sampleScans().slice(0, 3));
+  await expect(app.table.getByRole('row')).toHaveCount(4);
+  await expect(app.messages).toContainText('The page is not kept for use offline');
 });

@@ -166,7 +166,7 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
 
   protected override willUpdate(changed: PropertyValues<this>): void {
     const names = ['settings', 'preset', 'theme', 'first_view'] as const;
-    if (names.some((name) => changed.get(name) !== undefined)) this.api.notices = [];
+    if (names.some((name) => changed.get(name) !== undefined)) this.api.forgetRefused();
     if (changed.has('theme') && !THEMES.includes(this.theme)) {
       this.api.refuse([`“${this.theme}” is no theme: ${THEMES.join(', ')}`]);
     }
@@ -422,7 +422,7 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
       const { keepForOffline } = await import('./components/offline.js');
       await keepForOffline(script);
     } catch (error) {
-      this.runView()?.report(`The page is not kept for use offline: ${wordsOf(error)}`, 'Online it works as before');
+      this.api.report(`The page is not kept for use offline: ${wordsOf(error)}`, 'Online it works as before');
     }
   }
 

@@ -34,11 +34,17 @@ export interface HostHooks {
 
 const REMOVED = 'The element was removed from the page before the run was done';
 
+function faultMessage(text: string, remedy: string): Message {
+  return { kind: 'error', file: '', place: '', text, remedy };
+}
+
 type Host = ReactiveControllerHost & HTMLElement;
 
 export class HostApi implements ReactiveController {
   /** What is wrong with the attributes. */
-  notices: readonly Message[] = [];
+  #refused: readonly Message[] = [];
+  /** What concerns the element and no run: it stays when another run is opened. */
+  #told: readonly Message[] = [];
   readonly source: GivenSource;
   readonly #host: Host;
   readonly #hooks: HostHooks;
@@ -98,17 +104,37 @@ export class HostApi implements ReactiveController {
     this.#hooks.run()?.cancel();
   }
 
+  get notices(): readonly Message[] {
+    return [...this.#refused, ...this.#told];
+  }
+
   /** Says in the element what is wrong with what the page asks of it. */
   refuse(texts: readonly string[]): void {
-    const notices = texts.map((text): Message => ({ kind: 'error', file: '', place: '', text, remedy: '' }));
-    this.notices = [...this.notices, ...notices];
-    this.#host.requestUpdate();
-    notices.forEach((notice) => tellFault(this.#host, notice));
+    const refused = texts.map((text) => faultMessage(text, ''));
+    this.#refused = [...this.#refused, ...refused];
+    this.#raise(refused);
+  }
+
+  /** The attributes have changed: what was wrong with them is past. */
+  forgetRefused(): void {
+    this.#refused = [];
+  }
+
+  report(text: string, remedy: string): void {
+    const message = faultMessage(text, remedy);
+    this.#told = [...this.#told, message];
+    this.#raise([message]);
   }
 
   dismiss(): void {
-    this.notices = [];
+    this.#refused = [];
+    this.#told = [];
     this.#host.requestUpdate();
+  }
+
+  #raise(messages: readonly Message[]): void {
+    this.#host.requestUpdate();
+    messages.forEach((message) => tellFault(this.#host, message));
   }
 
   #begin(): void {
