@@ -7,7 +7,7 @@ const PORT = Number(process.env.E2E_PORT ?? 4173);
 export default defineConfig({
   testDir: 'tests/e2e',
   outputDir: 'test-results',
-  timeout: 60_000,
+  timeout: 120_000,
   // A bound, no wait: on a machine with other work an answer takes long, and five seconds are soon over.
   expect: { timeout: 20_000 },
   fullyParallel: true,

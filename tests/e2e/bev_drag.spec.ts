@@ -10,7 +10,7 @@ test('a drag over images of 2048 x 2048 pixels', async ({ bev, page }, info) => 
     { name: 'scene.json', mimeType: 'application/json', buffer: Buffer.from(JSON.stringify(scene)) },
     ...pair(2048),
   ]);
-  await expect.poll(async () => (await bev.colorAt('front', 'warp', 1000, 1900))[3], { timeout: 30_000 }).toBe(255);
+  await expect.poll(async () => (await bev.colorAt('front', 'warp', 1000, 1900))[3], { timeout: 60_000 }).toBe(255);
   for (const [u, v] of [
     [900, 200],
     [1300, 200],

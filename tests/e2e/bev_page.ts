@@ -76,7 +76,7 @@ export class BevPage {
 
   /** Waits until something was drawn after this many times. */
   async drawn(before: number): Promise<void> {
-    await expect.poll(() => this.numDrawn(), { timeout: 30_000 }).toBeGreaterThan(before);
+    await expect.poll(() => this.numDrawn(), { timeout: 60_000 }).toBeGreaterThan(before);
   }
 
   async numDrawn(): Promise<number> {

@@ -62,7 +62,7 @@ export class CoursePage {
     await this.page.waitForFunction(
       ([type, index]) => window.heard.filter((event) => event.type === type).length > index,
       [type, index] as const,
-      { timeout: 30_000 },
+      { timeout: 60_000 },
     );
     return this.page.evaluate(([type, index]) => window.heard.filter((event) => event.type === type)[index], [
       type,

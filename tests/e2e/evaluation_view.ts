@@ -65,7 +65,7 @@ export class EvaluationView {
     const seen = () => this.page.evaluate(() => (window as unknown as { evaluations?: number[] }).evaluations ?? []);
     const before = (await seen()).length;
     await action();
-    await expect.poll(async () => (await seen()).length, { timeout: 30_000 }).toBeGreaterThan(before);
+    await expect.poll(async () => (await seen()).length, { timeout: 60_000 }).toBeGreaterThan(before);
     return (await seen()).at(-1) ?? Number.NaN;
   }
 }

@@ -132,7 +132,7 @@ planar('kept for use offline where the host asks for it: every tool works withou
     await expect(app.table.getByRole('row')).toHaveCount(11);
     await app.drop([...recording(3)].map((file) => ({ ...file, content: Buffer.from(file.content) })));
     await expect(page.locator('scanstitch-spatial').getByRole('table').getByRole('row')).toHaveCount(4, {
-      timeout: 30_000,
+      timeout: 60_000,
     });
     expect(app.faults).toEqual([]);
   } finally {

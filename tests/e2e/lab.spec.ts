@@ -116,7 +116,7 @@ test('cost and basin are drawn, and a place of them is started from', async ({ p
     lab(page)
       .getByText(/of the starts find home/)
       .first(),
-  ).toBeVisible({ timeout: 30_000 });
+  ).toBeVisible({ timeout: 60_000 });
 });
 
 test('own files: dropped, opened, stepped in three clicks', async ({ app, page }) => {

@@ -102,6 +102,6 @@ test('ten NumPy scans in a notebook', async ({ page }) => {
   await page.locator('.jp-CodeCell').nth(1).locator('.cm-content').click();
   await page.keyboard.press('Shift+Enter');
   const output = page.locator('.jp-CodeCell').nth(1).locator('.jp-OutputArea-output');
-  await expect(output).toContainText("ndarray (10, 3) (1798, 2) {'good'}", { timeout: 30_000 });
+  await expect(output).toContainText("ndarray (10, 3) (1798, 2) {'good'}", { timeout: 60_000 });
   await expect(output).toContainText(/\[ 0\.1 +1\.  +-0\.1\]/);
 });

@@ -83,7 +83,7 @@ async function expectTold(page: Page, path: string, { files, told }: Case): Prom
     addEventListener('message', ({ data }) => hear(data));
   });
   await page.goto(`http://localhost:${port}/${path}`);
-  await page.waitForFunction(() => window.heard.length > 0, undefined, { timeout: 40_000 });
+  await page.waitForFunction(() => window.heard.length > 0, undefined, { timeout: 60_000 });
   const [first] = (await page.evaluate(() => window.heard)) as Heard[keyof Heard][];
   if (told instanceof RegExp) {
     expect(first).toMatchObject({ type: 'scanstitch-error', detail: { message: expect.stringMatching(told) } });

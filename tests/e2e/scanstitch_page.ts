@@ -53,7 +53,7 @@ export class ScanstitchPage {
   /** The next computation that has not been waited for yet: its map is on the screen. */
   async stitched(): Promise<Stitched> {
     const index = this.num_seen++;
-    await this.page.waitForFunction((i) => window.stitched.length > i, index, { timeout: 30_000 });
+    await this.page.waitForFunction((i) => window.stitched.length > i, index, { timeout: 60_000 });
     return this.page.evaluate((i) => window.stitched[i] as Stitched, index);
   }
 

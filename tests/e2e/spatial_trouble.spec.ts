@@ -193,7 +193,7 @@ test('a tab in the background computes on: nothing waits for the screen', async 
     window.requestAnimationFrame = () => 0;
   });
   await spatial.drop(recording(8));
-  await expect(page.getByRole('status').filter({ hasText: /8 frames registered/ })).toHaveCount(1, { timeout: 30_000 });
+  await expect(page.getByRole('status').filter({ hasText: /8 frames registered/ })).toHaveCount(1, { timeout: 60_000 });
   await expect(spatial.table.getByRole('row')).toHaveCount(9);
 });
 

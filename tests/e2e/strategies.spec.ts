@@ -57,7 +57,7 @@ test('those strategies run that were chosen, none before', async ({ spatial, pag
   await expect(page.getByText('3 strategies chosen')).toBeVisible();
   await expect(page.getByRole('table', { name: 'Strategies' })).toBeHidden();
   await page.getByRole('button', { name: 'Compare', exact: true }).click();
-  await expect(page.getByText(`${NUM_FRAMES} frames, 3 strategies`)).toBeVisible({ timeout: 30_000 });
+  await expect(page.getByText(`${NUM_FRAMES} frames, 3 strategies`)).toBeVisible({ timeout: 60_000 });
 });
 
 test('all strategies on one recording', async ({ spatial, page }) => {
@@ -121,7 +121,7 @@ test('the table is copied, strategies are chosen by the keyboard, and a run is s
   await page.getByRole('button', { name: 'Stop' }).click();
   await expect(page.getByRole('button', { name: /^Compare/ }).and(page.locator('.primary'))).toBeVisible();
   await page.locator('scanstitch-strategies').locator('button.primary').click();
-  await expect(page.getByText(`${NUM_FRAMES} frames, 2 strategies`)).toBeVisible({ timeout: 30_000 });
+  await expect(page.getByText(`${NUM_FRAMES} frames, 2 strategies`)).toBeVisible({ timeout: 60_000 });
   await expect(page.getByRole('table', { name: 'Strategies' }).getByRole('row')).toHaveCount(3);
 });
 

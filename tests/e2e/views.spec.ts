@@ -3,7 +3,14 @@ import { expect, test } from '@playwright/test';
 import { classify } from '../../npm/recording/classify.js';
 import { combine, type Dataset, type Intake } from '../../www/src/datasets/dataset.js';
 import { compareNaturally } from '../../npm/natural_order.js';
-import { formatAngle, formatCount, formatDuration, formatFixed, formatLength } from '../../www/src/views/format.js';
+import {
+  formatAngle,
+  formatCount,
+  formatDuration,
+  formatFixed,
+  formatLength,
+  formatStep,
+} from '../../www/src/views/format.js';
 import { lookDirection } from '../../www/src/views/look-direction.js';
 import { type Rgb, framePalette } from '../../www/src/views/palette.js';
 import { nearestFrame } from '../../www/src/views/point-layer.js';
@@ -264,6 +271,8 @@ test('numbers are written as people read them', () => {
   expect(plain(formatLength(0.0157))).toBe('15.7 mm');
   expect(plain(formatLength(0.1214))).toBe('121 mm');
   expect(plain(formatLength(2))).toBe('2.00 m');
+  expect(plain(formatStep(-0.0347))).toBe('−34.7 mm');
+  expect(plain(formatStep(2.5e-7))).toBe('0.25 µm');
   expect(formatAngle(-Math.PI / 2)).toBe('−90.00°');
   expect(formatFixed(-0.0001, 2)).toBe('0.00');
   expect(formatFixed(Number.NaN, 2)).toBe('not a number');

@@ -4,15 +4,15 @@ import './planar/planar-view.js';
 import { appHeader, type Run, type Tool, type View } from './components/app-header.js';
 import { activity_styles, app_styles } from './components/app-styles.js';
 import { DropTarget } from './components/drop-target.js';
-import type { GivenClouds } from './components/given-clouds.js';
 import { FileIntake } from './components/file-intake.js';
+import { Handover } from './components/handover.js';
 import { HostApi } from './components/host-api.js';
 import type { ScanstitchMapPoints, ScanstitchResult } from './components/host-events.js';
 import { icon } from './components/icons.js';
 import type { MenuItem } from './components/menu.js';
 import type { Elsewhere } from './components/run-exchange.js';
 import { activityBox, type Layout } from './components/run-parts.js';
-import { type GivenFiles, type GivenRecording, NO_FACTS } from './components/run-view.js';
+import { NO_FACTS } from './components/run-kind.js';
 import { wordsOf } from './components/session.js';
 import { drop_styles, shared, tokens } from './components/theme.js';
 import type { Note } from './datasets/note.js';
@@ -78,13 +78,8 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
   /** Views that were shown once stay, hidden, with all they hold. */
   @state() private opened: ReadonlySet<View> = new Set<View>(['planar']);
   @state() private is_system_dark = false;
-  @state() private compared_recording: GivenRecording | null = null;
   /** A run that took the place of one of the other kind. */
   @state() private crossing: (Elsewhere & { shown: Run }) | null = null;
-  @state() private looked_into: GivenClouds | null = null;
-  @state() private evaluated_run: (GivenFiles & { of: unknown }) | null = null;
-  /** The evaluation was opened while a run was under way, which goes along when it is done. */
-  private awaits_evaluation = false;
   @query('scanstitch-planar') private planar!: ScanstitchPlanar;
   @query('scanstitch-spatial') private spatial!: ScanstitchSpatial | null;
   @query('.app') private frame!: HTMLElement;
@@ -119,6 +114,7 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
     openApartment: () => this.openApartment(),
   });
 
+  private handover = new Handover(this, { run: () => this.runView(), spatial: () => this.spatial });
   /** Says that what is done in expectation of files is over. Null before any are expected. */
   private expecting: AbortController | null = null;
   /** The view that `src` is for. */
@@ -236,7 +232,10 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
 
   protected override render(): TemplateResult {
     const { drop_target } = this;
-    const onFacts = (): void => this.onFacts();
+    const onFacts = (): void => {
+      this.requestUpdate();
+      this.attend(() => this.handover.follow());
+    };
     const onWanted = ({ detail }: CustomEvent<string>): void => this.choose(detail);
     const onRefused = ({ detail }: CustomEvent<string[]>): void => this.api.refuse(detail);
     const onLook = ({ detail }: CustomEvent<number>): void => this.attend(() => this.lookInside(detail));
@@ -271,7 +270,7 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
             ? html`<scanstitch-evaluate
                 ?hidden=${this.view !== 'evaluation'}
                 ?dark=${this.isDark()}
-                .given=${this.evaluated_run}
+                .given=${this.handover.evaluated}
               ></scanstitch-evaluate>`
             : nothing
         }
@@ -280,7 +279,7 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
             ? html`<scanstitch-strategies
                 ?hidden=${this.view !== 'strategies'}
                 ?dark=${this.isDark()}
-                .given=${this.compared_recording}
+                .given=${this.handover.compared}
                 @files-wanted=${onWanted}
               ></scanstitch-strategies>`
             : nothing
@@ -290,7 +289,7 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
             ? html`<scanstitch-lab
                 ?hidden=${this.view !== 'icp'}
                 ?dark=${this.isDark()}
-                .given=${this.looked_into}
+                .given=${this.handover.looked_into}
                 src=${this.source_of === 'icp' && this.src !== 'none' ? this.src : ''}
                 ?remember-link=${this.owns_address}
               ></scanstitch-lab>`
@@ -387,12 +386,16 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
     switch (tool) {
       case 'map':
         return this.goToRun();
-      case 'evaluation':
-        return this.goToEvaluation();
-      case 'strategies':
-        return this.goToStrategies();
       case 'icp':
         return this.lookInside(null);
+      case 'evaluation':
+        await import('./evaluate/evaluate-view.js');
+        await this.handover.openEvaluation();
+        return this.show('evaluation');
+      case 'strategies':
+        await import('./strategies/strategies-view.js');
+        this.handover.openStrategies();
+        return this.show('strategies');
       case 'bev':
         await import('./bev/bev-view.js');
         this.show('bev');
@@ -449,47 +452,10 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
     if (view === 'planar' || view === 'spatial') this.run_kind = view;
   }
 
-  /** A run that is done goes along, with its reference. */
-  private async goToEvaluation(): Promise<void> {
-    await import('./evaluate/evaluate-view.js');
-    await this.takeToEvaluate();
-    this.awaits_evaluation = this.runView()?.is_under_way ?? false;
-    this.show('evaluation');
-  }
-
-  private async takeToEvaluate(): Promise<void> {
-    const run = this.runView();
-    if (!run?.facts.result || this.evaluated_run?.of === run.facts.result) return;
-    const files = await run.filesToEvaluate();
-    if (files) this.evaluated_run = { ...files, of: run.facts.result };
-  }
-
-  private onFacts(): void {
-    this.requestUpdate();
-    if (!this.awaits_evaluation || this.runView()?.is_under_way) return;
-    this.awaits_evaluation = false;
-    this.attend(() => this.takeToEvaluate());
-  }
-
-  /** The recording goes along; the comparison of one that has been compared stays as it is. */
-  private async goToStrategies(): Promise<void> {
-    await import('./strategies/strategies-view.js');
-    const recording = this.spatial?.recordingToCompare() ?? null;
-    const jobs = this.compared_recording?.inputs.jobs;
-    const is_same =
-      jobs === recording?.inputs.jobs &&
-      this.compared_recording?.inputs.reference?.path === recording?.inputs.reference?.path;
-    if (!is_same) this.compared_recording = recording;
-    this.show('strategies');
-  }
-
   /** The registration of a scan or frame to the one before it; null: of the selected one. */
   private async lookInside(frame: number | null): Promise<void> {
     await import('./lab/lab-view.js');
-    const clouds = this.hasUpdated ? (this.runView()?.cloudsToRegister(frame) ?? null) : null;
-    const before = this.looked_into;
-    const is_same = clouds?.source === before?.source && clouds?.of === before?.of;
-    if (clouds && (frame !== null || !is_same)) this.looked_into = clouds;
+    if (this.hasUpdated) this.handover.openLab(frame);
     this.show('icp');
   }
 

@@ -5,7 +5,7 @@ import { baseName } from '../views/format.js';
 import { icon, logo } from './icons.js';
 import type { MenuItem } from './menu.js';
 import type { Layout } from './run-parts.js';
-import type { ViewFacts } from './run-view.js';
+import type { ViewFacts } from './run-kind.js';
 
 /** Views of a run, and views beside it. */
 export type Run = 'planar' | 'spatial';

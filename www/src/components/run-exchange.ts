@@ -70,9 +70,9 @@ export interface ExchangeBar {
   forget: (() => void) | null;
 }
 
-/** One line above the map. `styles`: exchange_styles. */
+/** One line above the map. `styles`: bar_styles. */
 export function exchangeBar({ title, other, is_undone, swap, addInstead, forget }: ExchangeBar): TemplateResult {
-  return html`<section class="exchange" aria-label="Replaced recording">
+  return html`<section class="bar" aria-label="Replaced recording">
     <p>${is_undone ? html`<b>${title}</b> is open again.` : html`<b>${title}</b> replaced <b>${other}</b>.`}</p>
     <button @click=${swap}>${is_undone ? `Redo: open ${other}` : 'Undo'}</button>
     ${addInstead ? html`<button @click=${addInstead}>Add instead</button>` : nothing}
@@ -86,8 +86,8 @@ export function exchangeBar({ title, other, is_undone, swap, addInstead, forget 
   </section>`;
 }
 
-export const exchange_styles = css`
-  .exchange {
+export const bar_styles = css`
+  .bar {
     display: flex;
     flex: none;
     align-items: center;
@@ -97,30 +97,30 @@ export const exchange_styles = css`
     background: var(--accent-soft);
     font-size: 13px;
   }
-  .exchange p {
+  .bar p {
     overflow: hidden;
     min-width: 0;
     text-overflow: ellipsis;
     white-space: nowrap;
   }
-  .exchange b {
+  .bar b {
     font-weight: 600;
   }
-  .exchange button {
+  .bar button {
     flex: none;
     max-width: 50%;
     min-height: 28px;
     overflow: hidden;
   }
-  .exchange .icon {
+  .bar .icon {
     margin-left: auto;
     min-height: 32px;
   }
-  .narrow .exchange {
+  .narrow .bar {
     flex-wrap: wrap;
     padding: 4px 4px 4px 12px;
   }
-  .narrow .exchange p {
+  .narrow .bar p {
     flex: 1 1 100%;
   }
 `;

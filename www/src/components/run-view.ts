@@ -5,8 +5,6 @@ import './frame-table.js';
 import './headline.js';
 import './settings-panel.js';
 import './timeline.js';
-import type { SpatialInputs } from '../engine/spatial-client.js';
-import type { SpatialSettings } from '../engine/spatial-protocol.js';
 import { type Download, download, type ReportSource } from '../export/exports.js';
 import type { Status } from '../views/map-painter.js';
 import { memoizeLast } from '../views/memoize-last.js';
@@ -21,67 +19,18 @@ import {
 import { announcements } from './announcer.js';
 import { activity_styles, layout_styles } from './app-styles.js';
 import type { GivenClouds } from './given-clouds.js';
-import { type ScanstitchMapPoints, type ScanstitchProgress, type ScanstitchResult, tellHost } from './host-events.js';
+import type { ScanstitchMapPoints, ScanstitchResult } from './host-events.js';
 import type { MenuItem } from './menu.js';
-import { type Elsewhere, exchange_styles, exchangeBar, RunExchange } from './run-exchange.js';
+import { type Elsewhere, bar_styles, exchangeBar, RunExchange } from './run-exchange.js';
+import { type GivenFiles, type Loaded, NO_FACTS, type Panel, type RunKind, type ViewFacts } from './run-kind.js';
+import { RunEvents } from './run-events.js';
 import { activity, type Layout, messages, tabs } from './run-parts.js';
-import { type RunSession, STOPPED, wordsOf } from './session.js';
+import { type RunSession, wordsOf } from './session.js';
 import { shared } from './theme.js';
-
-/** What the header shows of a run. */
-export interface ViewFacts {
-  title: string;
-  /** "10 scans"; empty before anything is there. */
-  count: string;
-  /** Path of the reference trajectory; empty without. */
-  reference: string;
-  can_export: boolean;
-  /** Another object for every new result. */
-  result: unknown;
-}
-
-export const NO_FACTS: ViewFacts = { title: '', count: '', reference: '', can_export: false, result: null };
-
-/** A run of the reconstruction, to be compared with its reference. */
-export interface GivenFiles {
-  /** Null: the reference is still to be dropped. */
-  reference: { name: string; bytes: ArrayBuffer } | null;
-  estimate: { name: string; text: string };
-  /** The run's map, as PLY. */
-  readMap: () => Promise<Uint8Array>;
-}
-
-/** A recording to compare strategies on. */
-export interface GivenRecording {
-  title: string;
-  inputs: SpatialInputs;
-  /** How its frames are read. */
-  settings: Partial<SpatialSettings>;
-}
 
 /** What all results have in common. */
 interface RunSnapshot {
   result: { frames: readonly { name: string; status: Status }[] };
-}
-
-/** What is loaded; `num_frames` with those that are not registered yet. */
-export interface Loaded extends Pick<ViewFacts, 'title' | 'count' | 'reference'> {
-  num_frames: number;
-}
-
-/** One of the panels beside or below the map. */
-export type Panel = 'figures' | 'table' | 'details' | 'settings';
-
-/** What differs between the two kinds of run. */
-export interface RunKind {
-  /** Whose settings the page's address holds. */
-  kind: 'planar' | 'spatial';
-  noun: 'scan' | 'frame';
-  exports: readonly MenuItem[];
-  /** The names of the tabs. */
-  panels: Record<Panel, string>;
-  /** The panels in the order of their tabs, where the map leaves room for them. */
-  tabs: Record<Layout, readonly Panel[]>;
 }
 
 /**
@@ -115,15 +64,11 @@ export abstract class RunView<
 
   protected abstract session: Session;
   protected abstract readonly of: RunKind;
-  /** What is wrong with the settings to begin with, until it is told. */
-  private setting_faults: string[] = [];
-  private told_progress: ScanstitchProgress | null = null;
-  private waiting: { resolve(outcome: ScanstitchResult): void; reject(error: Error): void }[] = [];
+  private events = new RunEvents(this);
   private exchange = new RunExchange<Session>();
   /** What was opened last. */
   private files: Files | null = null;
   private shown_generation = 0;
-  private announced = new WeakSet<Snapshot>();
   private colorsOf = memoizeLast(framePalette);
   private statusesOf = memoizeLast((frames: Snapshot['result']['frames']) => frames.map(({ status }) => status));
 
@@ -207,10 +152,7 @@ export abstract class RunView<
   computed(): Promise<ScanstitchResult> {
     const { phase } = this.session;
     if (phase === 'stopped' || phase === 'crashed') this.session.resume();
-    return new Promise((resolve, reject) => {
-      this.waiting.push({ resolve, reject });
-      this.requestUpdate();
-    });
+    return this.events.end();
   }
 
   cancel(): void {
@@ -220,7 +162,7 @@ export abstract class RunView<
 
   /** Those who wait for the end of the run are told that there will be none. */
   abandon(reason: string): void {
-    for (const { reject } of this.waiting.splice(0)) reject(new Error(reason));
+    this.events.abandon(reason);
   }
 
   /** Nothing of what was given can be used: what is shown stays. */
@@ -282,8 +224,8 @@ export abstract class RunView<
   }
 
   protected override updated(): void {
-    this.tellProgress();
-    this.settle();
+    this.events.tellProgress(this.session);
+    if (!this.is_busy) this.events.settle(this.session, () => this.outcome);
     const { snapshot, phase } = this.session;
     const { title, count, reference } = this.loaded();
     const can_export = snapshot !== null && (phase === 'done' || phase === 'stopped') && !this.is_exporting;
@@ -448,35 +390,8 @@ export abstract class RunView<
   }
 
   protected onPainted(): void {
-    const { session } = this;
-    const { snapshot } = session;
-    if (session.phase !== 'done' || !snapshot || this.announced.has(snapshot)) return;
-    this.announced.add(snapshot);
-    const elapsed_ms = performance.now() - session.requested_at;
-    tellHost(this, 'scanstitch-done', { ...this.outcomeOf(snapshot), elapsed_ms });
-  }
-
-  private tellProgress(): void {
-    const { phase, progress, activity } = this.session;
-    if (phase !== 'reading' && phase !== 'running') return;
-    // Of a kind of run that is not used nobody wants to know.
-    const faults = this.setting_faults.splice(0);
-    if (faults.length > 0) this.dispatchEvent(new CustomEvent('settings-refused', { detail: faults }));
-    const told = this.told_progress;
-    if (told?.stage === phase && told.progress === progress && told.activity === activity) return;
-    this.told_progress = { stage: phase, progress, activity };
-    tellHost(this, 'scanstitch-progress', this.told_progress);
-  }
-
-  /** Answers those who wait for the end of the run. */
-  private settle(): void {
-    if (this.waiting.length === 0 || this.is_busy) return;
-    const { outcome, session } = this;
-    const error = session.messages.find(({ kind }) => kind === 'error')?.text;
-    for (const { resolve, reject } of this.waiting.splice(0)) {
-      if (outcome) resolve(outcome);
-      else reject(new Error(error ?? (session.phase === 'stopped' ? STOPPED : 'There is nothing to compute')));
-    }
+    const { snapshot, phase } = this.session;
+    if (phase === 'done' && snapshot) this.events.tellDone(this.session, () => this.outcomeOf(snapshot));
   }
 
   private select(frame: number | null): void {
@@ -491,7 +406,7 @@ export abstract class RunView<
 
   private settingsToBegin(facts: SettingsFacts<Settings>): Settings {
     const fragment = this.remember_settings ? location.hash : '';
-    this.setting_faults = faultsToBegin(this.of.kind, facts, this.preset, this.initial_settings, fragment);
+    this.events.setting_faults = faultsToBegin(this.of.kind, facts, this.preset, this.initial_settings, fragment);
     return settingsToBegin(this.of.kind, facts, this.preset, this.initial_settings, fragment);
   }
 
@@ -514,7 +429,7 @@ export abstract class RunView<
     if (JSON.stringify(settings) !== JSON.stringify(this.session.settings)) this.session.configure(settings);
   };
 
-  static override styles = [shared, layout_styles, activity_styles, exchange_styles];
+  static override styles = [shared, layout_styles, activity_styles, bar_styles];
 }
 
 // The same empty list every time: a new one would be a change.

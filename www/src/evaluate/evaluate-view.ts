@@ -3,7 +3,7 @@ import { customElement, property, query } from 'lit/decorators.js';
 import { announcements } from '../components/announcer.js';
 import { DropTarget } from '../components/drop-target.js';
 import { icon } from '../components/icons.js';
-import type { GivenFiles } from '../components/run-view.js';
+import type { GivenFiles } from '../components/run-kind.js';
 import { wordsOf } from '../components/session.js';
 import { drop_styles, page_styles, shared, tokens } from '../components/theme.js';
 import type { Note } from '../datasets/note.js';

@@ -1,5 +1,6 @@
 /** Somebody's own ICP beside the engine's: where they part, and why. */
 import { html, nothing, type TemplateResult } from 'lit';
+import { numberTable } from '../components/number-table.js';
 import { formatAngle, formatStep, plural } from '../views/format.js';
 import type { OwnComparison } from './protocol.js';
 
@@ -28,25 +29,11 @@ export function ownPanel({ steps, parts_at, fault }: OwnComparison, seek: (at: n
     <details>
       <summary>Every step: how far yours ends from ours</summary>
       <div class="scroll">
-        <table class="iterations number">
-          <thead>
-            <tr>
-              <th scope="col">iteration</th>
-              <th scope="col">moved</th>
-              <th scope="col">turned</th>
-            </tr>
-          </thead>
-          <tbody>
-            ${steps.map(
-              ({ translation, rotation }, i) =>
-                html`<tr>
-                  <th scope="row">${i + 1}</th>
-                  <td>${formatStep(translation)}</td>
-                  <td>${formatAngle(rotation, 4)}</td>
-                </tr>`,
-            )}
-          </tbody>
-        </table>
+        ${numberTable(
+          ['iteration', 'moved', 'turned'],
+          steps.map(({ translation, rotation }, i) => [i + 1, formatStep(translation), formatAngle(rotation, 4)]),
+          'iterations',
+        )}
       </div>
     </details>
     <p class="explanation">

@@ -7,7 +7,8 @@ import type { ScanstitchMap } from '../components/map-view.js';
 import type { GivenClouds } from '../components/given-clouds.js';
 import type { ScanstitchMapPoints, ScanstitchResult } from '../components/host-events.js';
 import { emptyView } from '../components/run-parts.js';
-import { type GivenFiles, type Loaded, type RunKind, RunView } from '../components/run-view.js';
+import type { GivenFiles, Loaded, RunKind } from '../components/run-kind.js';
+import { RunView } from '../components/run-view.js';
 import { welcome, welcome_styles } from '../components/welcome.js';
 import type { Dataset } from '../datasets/dataset.js';
 import type { Note } from '../datasets/note.js';
@@ -413,9 +414,9 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession,
 
 /** How a table is read, and the way to change that. */
 function tableLine(format: string, change: () => void): TemplateResult {
-  return html`<section class="introduction" aria-label="Table">
+  return html`<section class="bar" aria-label="Table">
     <p>Read as a table: <code>${format}</code></p>
-    <p><button class="link" @click=${change}>Change the columns</button></p>
+    <button @click=${change}>Change the columns</button>
   </section>`;
 }
 

@@ -22,8 +22,7 @@ export class PlanarSession extends RunSession<PlanarClient, Settings, Dataset, S
   look_direction = 0;
   /** Tables of ranges, and what their columns are. */
   readonly tables = new TableImports({
-    describe: (file, format, scan) =>
-      (this.facts && this.client?.describeTable(file, format, scan)) ?? Promise.resolve(null),
+    describe: async (file, format, scan) => (await this.client?.describeTable(file, format, scan)) ?? null,
     reload: (format) => this.#readTablesAs(format),
     changed: () => this.changed(),
   });

@@ -3,23 +3,10 @@ import { css } from 'lit';
 export const import_styles = css`
   dialog {
     width: min(1000px, calc(100vw - 24px));
-    max-height: calc(100dvh - 24px);
-    padding: 0;
-    overflow: auto;
-    border: 1px solid var(--line);
-    border-radius: 12px;
-    background: var(--surface);
-    color: var(--text);
-    box-shadow: var(--shadow);
-  }
-  dialog::backdrop {
-    background: rgb(10 14 20 / 0.45);
   }
   form {
     display: flex;
     flex-direction: column;
-    gap: 12px;
-    padding: 18px 20px;
   }
   h2 {
     font-size: 16px;
@@ -36,20 +23,12 @@ export const import_styles = css`
     gap: 10px;
   }
   fieldset {
-    display: grid;
     grid-template-columns: repeat(auto-fit, minmax(118px, 1fr));
     gap: 8px 10px;
     align-items: end;
-    min-width: 0;
-    margin: 0;
-    padding: 6px 12px 10px;
-    border: 1px solid var(--line);
-    border-radius: var(--radius);
   }
   legend {
-    padding: 0 4px;
     font-size: 12px;
-    font-weight: 600;
     color: var(--muted);
   }
   label {

@@ -1,7 +1,7 @@
 /** What the columns of a table of ranges are: guessed, shown as a scan, changed by hand. */
 import { html, LitElement, nothing, type PropertyValues, type TemplateResult } from 'lit';
 import { customElement, property, query, state } from 'lit/decorators.js';
-import { shared } from '../components/theme.js';
+import { dialog_styles, shared } from '../components/theme.js';
 import type { TableFacts } from '../engine/protocol.js';
 import { baseName, plural } from '../views/format.js';
 import { sentence } from '../views/words.js';
@@ -342,7 +342,7 @@ export class ScanstitchTableImport extends LitElement {
     this.dispatchEvent(new CustomEvent(type, { detail: this.text, bubbles: true, composed: true }));
   }
 
-  static override styles = [shared, import_styles];
+  static override styles = [shared, dialog_styles, import_styles];
 }
 
 const ANGLE_UNITS = { deg: 'degrees', rad: 'radians', '-1deg': 'degrees, clockwise', '-1': 'radians, clockwise' };

@@ -1,6 +1,7 @@
 import { css, html, LitElement, nothing, type PropertyValues, type TemplateResult } from 'lit';
 import { customElement, property, query } from 'lit/decorators.js';
 import { badList, badOnes, frame_styles, frameBars, frameHeader } from '../components/frame-parts.js';
+import { numberTable } from '../components/number-table.js';
 import { chart_styles, panel_styles, shared, status_styles } from '../components/theme.js';
 import type { SizedMap, SpatialResult } from '../engine/spatial-protocol.js';
 import {
@@ -236,27 +237,15 @@ export class ScanstitchFramePanel extends LitElement {
                 Measure
               </button>
             </p>`
-          : html`<table class="number">
-              <thead>
-                <tr>
-                  <th scope="col">voxel</th>
-                  <th scope="col">points</th>
-                  <th scope="col">size</th>
-                  <th scope="col">time</th>
-                </tr>
-              </thead>
-              <tbody>
-                ${sizes.map(
-                  ({ voxel_size, num_points, num_bytes, ms }) =>
-                    html`<tr>
-                      <th scope="row">${formatFixed(voxel_size * 100, 0)} cm</th>
-                      <td>${formatCount(num_points)}</td>
-                      <td>${formatBytes(num_bytes)}</td>
-                      <td>${formatDuration(ms)}</td>
-                    </tr>`,
-                )}
-              </tbody>
-            </table>`
+          : numberTable(
+              ['voxel', 'points', 'size', 'time'],
+              sizes.map(({ voxel_size, num_points, num_bytes, ms }) => [
+                `${formatFixed(voxel_size * 100, 0)} cm`,
+                formatCount(num_points),
+                formatBytes(num_bytes),
+                formatDuration(ms),
+              ]),
+            )
       }
     </section>`;
   }

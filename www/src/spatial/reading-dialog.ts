@@ -1,6 +1,6 @@
 import { css, html, LitElement, nothing, type TemplateResult } from 'lit';
 import { customElement, property, query } from 'lit/decorators.js';
-import { shared } from '../components/theme.js';
+import { dialog_styles, shared } from '../components/theme.js';
 import type { Assumption } from '../engine/spatial-protocol.js';
 import { type Camera, valueText, valueWords } from './reading.js';
 
@@ -98,40 +98,16 @@ export class ScanstitchReadingDialog extends LitElement {
 
   static override styles = [
     shared,
+    dialog_styles,
     css`
       :host {
         display: contents;
       }
       dialog {
         width: min(520px, calc(100vw - 24px));
-        max-height: calc(100vh - 24px);
-        padding: 18px 20px;
-        overflow: auto;
-        border: 1px solid var(--line);
-        border-radius: var(--radius);
-        background: var(--surface);
-        color: var(--text);
-        box-shadow: var(--shadow);
-      }
-      dialog::backdrop {
-        background: rgb(10 14 20 / 0.45);
-      }
-      form {
-        display: grid;
-        gap: 12px;
       }
       fieldset {
-        display: grid;
         gap: 2px;
-        min-width: 0;
-        margin: 0;
-        padding: 6px 12px 10px;
-        border: 1px solid var(--line);
-        border-radius: var(--radius);
-      }
-      legend {
-        padding: 0 4px;
-        font-weight: 600;
       }
       label {
         display: flex;

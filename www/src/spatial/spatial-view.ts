@@ -7,7 +7,8 @@ import './reading-dialog.js';
 import type { GivenClouds } from '../components/given-clouds.js';
 import type { ScanstitchMapPoints, ScanstitchResult } from '../components/host-events.js';
 import { emptyView } from '../components/run-parts.js';
-import { type GivenFiles, type GivenRecording, type Loaded, type RunKind, RunView } from '../components/run-view.js';
+import type { GivenFiles, GivenRecording, Loaded, RunKind } from '../components/run-kind.js';
+import { RunView } from '../components/run-view.js';
 import type { SpatialFiles } from '../datasets/spatial-files.js';
 import type {
   Assumption,

@@ -1,6 +1,6 @@
 /** A run in space, as the evaluation takes it over. */
 import type { SpatialPose, SpatialResult } from '../engine/spatial-protocol.js';
-import type { GivenFiles } from '../components/run-view.js';
+import type { GivenFiles } from '../components/run-kind.js';
 
 /**
  * The frames that were placed and, where the run has a reference, its poses. Those are taken from the comparison, not

@@ -6,7 +6,7 @@ import type { Problem } from '../engine/protocol.js';
 import { WorkerDied } from '../engine/remote.js';
 import { WorkerHost } from '../engine/worker-host.js';
 import type { ComparerApi, StrategyPreset, StrategyResult } from './protocol.js';
-import type { GivenRecording } from '../components/run-view.js';
+import type { GivenRecording } from '../components/run-kind.js';
 import worker_url from './strategies-worker.ts?worker&url';
 
 /** Results are asked for at most this often while frames come in, ... */

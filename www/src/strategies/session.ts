@@ -1,7 +1,7 @@
 /** A comparison of strategies on one recording: which ones, how far it is, what each has cost and gained. */
 import type { ReactiveControllerHost } from 'lit';
 import { errorMessage, noteMessage, Session, wordsOf } from '../components/session.js';
-import type { GivenRecording } from '../components/run-view.js';
+import type { GivenRecording } from '../components/run-kind.js';
 import { plural } from '../views/format.js';
 import { StrategyClient } from './client.js';
 import type { StrategyPreset, StrategyResult } from './protocol.js';

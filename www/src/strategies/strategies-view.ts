@@ -13,7 +13,7 @@ import { plural } from '../views/format.js';
 import { memoizeLast } from '../views/memoize-last.js';
 import { type Drawn, FIGURES, type FigureId, makePainter } from './figures.js';
 import { StrategiesSession } from './session.js';
-import type { GivenRecording } from '../components/run-view.js';
+import type { GivenRecording } from '../components/run-kind.js';
 import { strategy_styles } from './styles.js';
 
 interface Sort {

@@ -65,5 +65,6 @@ export function baseName(path: string): string {
 /** A length that may be far below a millimetre, as the steps of a registration are. */
 export function formatStep(metres: number): string {
   const size = Math.abs(metres);
-  return size > 0 && size < 5e-5 ? `${(size * 1e6).toFixed(size < 1e-6 ? 2 : 0)}\u202fµm` : formatLength(size);
+  const sign = metres < 0 ? '\u2212' : '';
+  return sign + (size > 0 && size < 5e-5 ? `${(size * 1e6).toFixed(size < 1e-6 ? 2 : 0)}\u202fµm` : formatLength(size));
 }

@@ -1,0 +1,70 @@
+/** What the views beside a run take over from it when they are opened: its result, its recording, two of its clouds. */
+import type { ReactiveControllerHost } from 'lit';
+import type { GivenClouds } from './given-clouds.js';
+import type { GivenFiles, GivenRecording, ViewFacts } from './run-kind.js';
+
+interface Run {
+  readonly facts: ViewFacts;
+  readonly is_under_way: boolean;
+  filesToEvaluate(): Promise<GivenFiles | null>;
+  cloudsToRegister(frame: number | null): GivenClouds | null;
+}
+
+export interface HandoverHooks {
+  /** The run that is shown, or lies behind a view beside it; null before there is one. */
+  run(): Run | null;
+  spatial(): { recordingToCompare(): GivenRecording | null } | null;
+}
+
+export class Handover {
+  evaluated: (GivenFiles & { of: unknown }) | null = null;
+  compared: GivenRecording | null = null;
+  looked_into: GivenClouds | null = null;
+  readonly #host: ReactiveControllerHost;
+  readonly #hooks: HandoverHooks;
+  /** The evaluation was opened while a run was under way, which goes along when it is done. */
+  #awaits_result = false;
+
+  constructor(host: ReactiveControllerHost, hooks: HandoverHooks) {
+    this.#host = host;
+    this.#hooks = hooks;
+  }
+
+  /** A run that is done goes along, with its reference. */
+  async openEvaluation(): Promise<void> {
+    await this.#takeResult();
+    this.#awaits_result = this.#hooks.run()?.is_under_way ?? false;
+  }
+
+  /** The run may be done now. */
+  async follow(): Promise<void> {
+    if (!this.#awaits_result || this.#hooks.run()?.is_under_way) return;
+    this.#awaits_result = false;
+    await this.#takeResult();
+  }
+
+  async #takeResult(): Promise<void> {
+    const run = this.#hooks.run();
+    const { result = null } = run?.facts ?? {};
+    if (!run || !result || this.evaluated?.of === result) return;
+    const files = await run.filesToEvaluate();
+    if (files) this.evaluated = { ...files, of: result };
+    this.#host.requestUpdate();
+  }
+
+  /** The recording goes along; the comparison of one that has been compared stays as it is. */
+  openStrategies(): void {
+    const recording = this.#hooks.spatial()?.recordingToCompare() ?? null;
+    const [before, now] = [this.compared?.inputs, recording?.inputs];
+    if (before?.jobs !== now?.jobs || before?.reference?.path !== now?.reference?.path) this.compared = recording;
+    this.#host.requestUpdate();
+  }
+
+  /** The registration of a scan or frame to the one before it; null: of the selected one. */
+  openLab(frame: number | null): void {
+    const clouds = this.#hooks.run()?.cloudsToRegister(frame) ?? null;
+    const is_same = clouds?.source === this.looked_into?.source && clouds?.of === this.looked_into?.of;
+    if (clouds && (frame !== null || !is_same)) this.looked_into = clouds;
+    this.#host.requestUpdate();
+  }
+}

@@ -1,0 +1,72 @@
+/** What the page that the element stands on hears of a run: how far it is, its end, and settings that cannot be taken. */
+import type { ReactiveControllerHost } from 'lit';
+import { type ScanstitchProgress, type ScanstitchResult, tellHost } from './host-events.js';
+import type { Message } from './messages.js';
+import { type Phase, STOPPED } from './session.js';
+
+/** A run as far as it is told of. */
+interface ToldRun {
+  phase: Phase;
+  progress: number;
+  activity: string;
+  messages: readonly Message[];
+  snapshot: object | null;
+  /** Clock time. */
+  requested_at: number;
+}
+
+export class RunEvents {
+  /** What is wrong with the settings to begin with, until it is told. */
+  setting_faults: string[] = [];
+  readonly #view: ReactiveControllerHost & EventTarget;
+  #told_progress: ScanstitchProgress | null = null;
+  #waiting: { resolve(outcome: ScanstitchResult): void; reject(error: Error): void }[] = [];
+  /** Results whose end was told. */
+  #told = new WeakSet<object>();
+
+  constructor(view: ReactiveControllerHost & EventTarget) {
+    this.#view = view;
+  }
+
+  /** The result of the run that is under way. */
+  end(): Promise<ScanstitchResult> {
+    return new Promise((resolve, reject) => {
+      this.#waiting.push({ resolve, reject });
+      this.#view.requestUpdate();
+    });
+  }
+
+  /** There will be no end. */
+  abandon(reason: string): void {
+    for (const { reject } of this.#waiting.splice(0)) reject(new Error(reason));
+  }
+
+  /** Answers those who wait for the end; the run is over, with or without an outcome. */
+  settle({ messages, phase }: ToldRun, outcomeOf: () => ScanstitchResult | null): void {
+    if (this.#waiting.length === 0) return;
+    const outcome = outcomeOf();
+    const error = messages.find(({ kind }) => kind === 'error')?.text;
+    for (const { resolve, reject } of this.#waiting.splice(0)) {
+      if (outcome) resolve(outcome);
+      else reject(new Error(error ?? (phase === 'stopped' ? STOPPED : 'There is nothing to compute')));
+    }
+  }
+
+  tellProgress({ phase, progress, activity }: ToldRun): void {
+    if (phase !== 'reading' && phase !== 'running') return;
+    // Of a kind of run that is not used nobody wants to know.
+    const faults = this.setting_faults.splice(0);
+    if (faults.length > 0) this.#view.dispatchEvent(new CustomEvent('settings-refused', { detail: faults }));
+    const told = this.#told_progress;
+    if (told?.stage === phase && told.progress === progress && told.activity === activity) return;
+    this.#told_progress = { stage: phase, progress, activity };
+    tellHost(this.#view, 'scanstitch-progress', this.#told_progress);
+  }
+
+  /** The result is on the screen; told once. */
+  tellDone({ snapshot, requested_at }: ToldRun, outcomeOf: () => ScanstitchResult): void {
+    if (!snapshot || this.#told.has(snapshot)) return;
+    this.#told.add(snapshot);
+    tellHost(this.#view, 'scanstitch-done', { ...outcomeOf(), elapsed_ms: performance.now() - requested_at });
+  }
+}

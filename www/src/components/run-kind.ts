@@ -1,0 +1,56 @@
+/** What a view of a run says of itself, and what it hands to the views beside it. */
+import type { SpatialInputs } from '../engine/spatial-client.js';
+import type { SpatialSettings } from '../engine/spatial-protocol.js';
+import type { MenuItem } from './menu.js';
+import type { Layout } from './run-parts.js';
+
+/** What the header shows of a run. */
+export interface ViewFacts {
+  title: string;
+  /** "10 scans"; empty before anything is there. */
+  count: string;
+  /** Path of the reference trajectory; empty without. */
+  reference: string;
+  can_export: boolean;
+  /** Another object for every new result. */
+  result: unknown;
+}
+
+export const NO_FACTS: ViewFacts = { title: '', count: '', reference: '', can_export: false, result: null };
+
+/** A run of the reconstruction, to be compared with its reference. */
+export interface GivenFiles {
+  /** Null: the reference is still to be dropped. */
+  reference: { name: string; bytes: ArrayBuffer } | null;
+  estimate: { name: string; text: string };
+  /** The run's map, as PLY. */
+  readMap: () => Promise<Uint8Array>;
+}
+
+/** A recording to compare strategies on. */
+export interface GivenRecording {
+  title: string;
+  inputs: SpatialInputs;
+  /** How its frames are read. */
+  settings: Partial<SpatialSettings>;
+}
+
+/** What is loaded; `num_frames` with those that are not registered yet. */
+export interface Loaded extends Pick<ViewFacts, 'title' | 'count' | 'reference'> {
+  num_frames: number;
+}
+
+/** One of the panels beside or below the map. */
+export type Panel = 'figures' | 'table' | 'details' | 'settings';
+
+/** What differs between the two kinds of run. */
+export interface RunKind {
+  /** Whose settings the page's address holds. */
+  kind: 'planar' | 'spatial';
+  noun: 'scan' | 'frame';
+  exports: readonly MenuItem[];
+  /** The names of the tabs. */
+  panels: Record<Panel, string>;
+  /** The panels in the order of their tabs, where the map leaves room for them. */
+  tabs: Record<Layout, readonly Panel[]>;
+}
