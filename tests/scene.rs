@@ -21,7 +21,7 @@ fn the_committed_samples_are_what_the_world_renders() {
     for (index, scan) in recording.scans.iter().enumerate() {
         let text = fs::read_to_string(format!("{SAMPLES}/{index}.ply")).unwrap();
         let body = text.split_once("end_header\n").unwrap().1;
-        let rendered: Vec<String> = scan.iter().map(|p| format!("{:.15} {:.15} {:.15}", p.x, p.y, 0.0)).collect();
+        let rendered: Vec<String> = scan.iter().map(|p| format!("{:.4} {:.4} {:.4}", p.x, p.y, 0.0)).collect();
         assert!(body.lines().eq(rendered), "{index}.ply");
         assert_eq!(ply::read(text.as_bytes()).unwrap().len(), 180);
     }

@@ -116,12 +116,12 @@ fn number<T: FromStr>(name: &str, value: &str) -> Result<T, String> {
     value.parse().map_err(|_| format!("{name} needs a number, not {value}"))
 }
 
-/// A scan the way the homework's files hold it: ASCII, doubles, z = 0.
+/// A scan the way the homework's files hold it: ASCII, doubles, z = 0; to a tenth of a millimetre, a hundredth of the noise.
 fn ply_of_doubles(points: &[Vector2<f64>]) -> String {
     let mut text = format!("ply\nformat ascii 1.0\nelement vertex {}\n", points.len());
     text += "property double x\nproperty double y\nproperty double z\nend_header\n";
     for point in points {
-        let _ = writeln!(text, "{:.15} {:.15} {:.15}", point.x, point.y, 0.0);
+        let _ = writeln!(text, "{:.4} {:.4} {:.4}", point.x, point.y, 0.0);
     }
     text
 }
