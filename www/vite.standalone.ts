@@ -3,10 +3,15 @@
  * The element in one file: engine, workers and all views are inside, nothing else is fetched. For bundlers, notebooks and frames
  * that may not fetch anything. A classic script, which any of them can load; the samples of several megabytes are left out.
  */
+import { readdirSync, readFileSync } from 'node:fs';
+import { join } from 'node:path';
+import { gzipSync } from 'node:zlib';
 import { build, defineConfig, type InlineConfig, type Plugin } from 'vite';
 
 const MODE = 'standalone';
 const WORKER = /\?worker&url$/;
+const WORKERS = 'virtual:workers';
+const PACKED = /\?packed$/;
 const LARGE_SAMPLE = /import\.meta\.glob<string>\('[^']*\/samples\/(?:apartment|bev)\/[^)]*\)/g;
 
 const shared: InlineConfig = {
@@ -18,31 +23,64 @@ const shared: InlineConfig = {
   build: { target: 'es2023', assetsInlineLimit: Number.POSITIVE_INFINITY, modulePreload: false },
 };
 
-/** A worker is a script of its own, kept as text, and started from a blob. */
+/**
+ * The workers share one script, kept as text: each is started from a blob that first says which of them it is. That of the small
+ * engine is not among them.
+ */
 function workersInside(): Plugin {
+  const folder = join(import.meta.dirname, 'src');
+  const paths = readdirSync(folder, { recursive: true, encoding: 'utf8' })
+    .filter((path) => path.endsWith('-worker.ts') && !path.endsWith('first-planar-worker.ts'))
+    .map((path) => join(folder, path));
   return {
     name: 'workers-inside',
     enforce: 'pre',
+    resolveId: (id) => (id === WORKERS ? id : null),
     async load(id) {
+      if (id === WORKERS) return `export default ${JSON.stringify(await codeOfWorkers(paths))};`;
       if (!WORKER.test(id)) return null;
-      const code = await codeOfWorker(id.replace(WORKER, ''));
-      const blob = `new Blob([${JSON.stringify(code)}], { type: 'text/javascript' })`;
-      return `export default URL.createObjectURL(${blob});`;
+      const parts = `['self.scanstitch_worker=${paths.indexOf(id.replace(WORKER, ''))};', workers]`;
+      return `import workers from '${WORKERS}';
+        export default URL.createObjectURL(new Blob(${parts}, { type: 'text/javascript' }));`;
     },
   };
 }
 
-async function codeOfWorker(input: string): Promise<string> {
-  const options = { input, output: { format: 'iife' as const, codeSplitting: false } };
+async function codeOfWorkers(paths: readonly string[]): Promise<string> {
+  const starts = paths.map((path) => `() => import(${JSON.stringify(path)})`);
   const built = await build({
     ...shared,
     configFile: false,
     logLevel: 'error',
-    build: { ...shared.build, write: false, rolldownOptions: options },
+    plugins: [
+      {
+        name: 'one-of-the-workers',
+        resolveId: (id) => (id === WORKERS ? id : null),
+        load: (id) => (id === WORKERS ? `[${starts.join()}][self.scanstitch_worker]();` : null),
+      },
+    ],
+    build: {
+      ...shared.build,
+      write: false,
+      rolldownOptions: { input: WORKERS, output: { format: 'iife', codeSplitting: false } },
+    },
   });
   const [chunk] = 'output' in built ? built.output : [];
-  if (chunk?.type !== 'chunk') throw new Error(`${input} was not built`);
+  if (chunk?.type !== 'chunk') throw new Error('the workers were not built');
   return chunk.code;
+}
+
+/** The engine, compressed: in a frame that fetches nothing no host does it. */
+function packedInside(): Plugin {
+  return {
+    name: 'packed-inside',
+    enforce: 'pre',
+    async load(id) {
+      if (!PACKED.test(id)) return null;
+      const bytes = gzipSync(readFileSync(id.replace(PACKED, '')), { level: 9 });
+      return `export default '${bytes.toString('base64')}';`;
+    },
+  };
 }
 
 function withoutLargeSamples(): Plugin {
@@ -55,12 +93,13 @@ function withoutLargeSamples(): Plugin {
 
 export default defineConfig({
   ...shared,
-  plugins: [workersInside(), withoutLargeSamples()],
+  plugins: [workersInside(), packedInside(), withoutLargeSamples()],
+  resolve: { alias: { './engine-files.js': join(import.meta.dirname, 'src', 'engine', 'engine-inside.ts') } },
   build: {
     ...shared.build,
     outDir: 'dist/standalone',
     emptyOutDir: true,
-    chunkSizeWarningLimit: 8000,
+    chunkSizeWarningLimit: 4000,
     rolldownOptions: {
       input: 'src/scanstitch-app.ts',
       output: {

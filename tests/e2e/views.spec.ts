@@ -208,7 +208,7 @@ test('scans replace what is open, or join own scans where they are to; a referen
   });
   const sample: Dataset = {
     title: 'Sample',
-    is_given: true,
+    origin: 'sample' as const,
     is_log: false,
     scans: [file('s.ply')],
     reference: file('truth.tum'),
@@ -217,14 +217,14 @@ test('scans replace what is open, or join own scans where they are to; a referen
 
   const own = combine(sample, intake('walk/2.ply', 'walk/10.ply'), true);
   expect(own.scans.map(({ name }) => name)).toEqual(['walk/2.ply', 'walk/10.ply']);
-  expect([own.title, own.is_given, own.reference]).toEqual(['walk', false, null]);
+  expect([own.title, own.origin, own.reference]).toEqual(['walk', 'user', null]);
   const other = combine(own, intake('walk/3.ply', 'walk/2.ply'), false);
   expect(other.scans.map(({ name }) => name)).toEqual(['walk/3.ply', 'walk/2.ply'].sort());
   const more = combine(own, intake('walk/3.ply', 'walk/2.ply'), true);
   expect(more.scans.map(({ name }) => name)).toEqual(['walk/2.ply', 'walk/3.ply', 'walk/10.ply']);
 
   const compared = combine(sample, { ...intake(), reference: file('mine.tum') }, false);
-  expect([compared.title, compared.is_given, compared.reference?.name]).toEqual(['Sample', true, 'mine.tum']);
+  expect([compared.title, compared.origin, compared.reference?.name]).toEqual(['Sample', 'sample', 'mine.tum']);
 
   const logged = combine(own, { ...intake('hall.log'), has_log: true }, true);
   expect(logged.scans.map(({ name }) => name)).toEqual(['hall.log']);

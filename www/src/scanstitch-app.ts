@@ -132,7 +132,10 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
   );
   private view_history = new ViewHistory(this, {
     is_own_page: () => this.owns_address,
-    show: (view) => this.bring(this.opened.has(view as View) ? (view as View) : 'planar'),
+    show: (view) => {
+      const named = (view || ownerOf(location.hash)) as View;
+      this.bring(this.opened.has(named) ? named : 'planar');
+    },
   });
   private system_dark = matchMedia('(prefers-color-scheme: dark)');
   private resize_observer = new ResizeObserver(([entry]) => {
@@ -291,7 +294,7 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
                 ?dark=${this.isDark()}
                 .given=${this.handover.looked_into}
                 src=${this.source_of === 'icp' && this.src !== 'none' ? this.src : ''}
-                ?remember-link=${this.owns_address}
+                ?remember-link=${this.owns_address && this.view === 'icp'}
               ></scanstitch-lab>`
             : nothing
         }
@@ -450,6 +453,9 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
     this.opened = new Set([...this.opened, view]);
     this.view = view;
     if (view === 'planar' || view === 'spatial') this.run_kind = view;
+    // What the ICP lab or the bird's-eye view wrote into the address stays with them.
+    const owner = ownerOf(location.hash);
+    if ((owner === 'icp' || owner === 'bev') && view !== owner) (this.runView() ?? this.planar).writeAddress();
   }
 
   /** The registration of a scan or frame to the one before it; null: of the selected one. */

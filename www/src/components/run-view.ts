@@ -337,8 +337,7 @@ export abstract class RunView<
 
   private exchanged(session: Session): void {
     this.session = session;
-    const { facts, settings } = session;
-    if (this.remember_settings && facts && settings) rememberSettings(this.of.kind, facts, settings);
+    this.writeAddress();
     this.dispatchEvent(new CustomEvent('run-exchanged'));
     session.announce(`${this.loaded().title} is open again.`);
     this.requestUpdate();
@@ -417,8 +416,13 @@ export abstract class RunView<
   /** Computes again with these settings, and keeps them. */
   protected applySettings(settings: Settings): void {
     this.session.configure(settings);
-    const { facts } = this.session;
-    if (this.remember_settings && facts) rememberSettings(this.of.kind, facts, settings);
+    this.writeAddress();
+  }
+
+  /** Writes its settings into the page's address, where that holds those of this element. */
+  writeAddress(): void {
+    const { facts, settings } = this.session;
+    if (this.remember_settings) rememberSettings(this.of.kind, facts, settings);
   }
 
   private onHash = (): void => {

@@ -13,7 +13,7 @@ export async function fetchApartment(): Promise<SpatialFiles> {
     throw new Error('This copy of Scanstitch comes without the sample of depth images');
   const entries = Object.entries(apartment).map(([path, url]) => onServer(path.slice(path.indexOf('apartment/')), url));
   const files = await Promise.all(entries);
-  return { title: 'Sample: an apartment', is_given: true, files, notes: [] };
+  return { title: 'Sample: an apartment', origin: 'sample', files, notes: [] };
 }
 
 async function onServer(path: string, url: string): Promise<StoredFile> {

@@ -7,11 +7,13 @@ import { classify, type Role } from '../../../npm/recording/classify.js';
 import { HEAD_BYTES } from '../../../npm/recording/heads.js';
 import { assignRoles } from '../../../npm/recording/planar.js';
 
+/** Where a data set comes from. That of the page, or of the one that the element stands on, is never extended by the user's files. */
+export type Origin = 'sample' | 'host' | 'user';
+
 export interface Dataset extends Inputs {
   /** How the page calls it. */
   title: string;
-  /** The built-in sample or a course page's own set: never extended by the user's files. */
-  is_given: boolean;
+  origin: Origin;
   /** Whether it is a log, or several: a recording that is whole. */
   is_log: boolean;
 }
@@ -58,7 +60,7 @@ async function readKnown({ name, file }: NamedFile) {
  * or odometry alone joins whatever is there.
  */
 export function combine(present: Dataset | null, intake: Intake, joins: boolean): Dataset {
-  const is_whole = !joins || intake.has_log || present?.is_log || present?.is_given;
+  const is_whole = !joins || intake.has_log || present?.is_log || present?.origin !== 'user';
   const extends_present = present !== null && (!is_whole || intake.scans.length === 0);
   const old_scans = extends_present ? present.scans : [];
   const fresh = new Set(intake.scans.map(({ name }) => name));
@@ -66,7 +68,7 @@ export function combine(present: Dataset | null, intake: Intake, joins: boolean)
   scans.sort((a, b) => compareNaturally(a.name, b.name));
   return {
     title: extends_present ? present.title : titleOf(intake.scans),
-    is_given: extends_present && present.is_given,
+    origin: extends_present ? present.origin : 'user',
     is_log: extends_present ? present.is_log : intake.has_log,
     scans,
     reference: intake.reference ?? (extends_present ? present.reference : null),

@@ -131,9 +131,9 @@ export async function givenDataset(
     throw new Error(`there is no scan among ${names}${reasons.length > 0 ? ` (${reasons.join('; ')})` : ''}`);
   }
   const place = ({ name }: InputFile): number => given.scans.indexOf(name);
-  const dataset = {
+  const dataset: Dataset = {
     title: given.title || DEFAULT_TITLE,
-    is_given: true,
+    origin: 'host',
     is_log: intake.has_log,
     scans: given.scans.length > 0 ? intake.scans.sort((a, b) => place(a) - place(b)) : intake.scans,
     reference: reference ? await inputOf(reference) : intake.reference,
@@ -146,7 +146,7 @@ export async function givenDataset(
 export function givenSpatial({ title, reference }: GivenSet, files: SpatialFiles): SpatialFiles {
   const { recording } = files;
   const told = recording && reference !== null ? { recording: { ...recording, reference: [reference] } } : {};
-  return { ...files, ...told, title, is_given: true };
+  return { ...files, ...told, title, origin: 'host' };
 }
 
 async function inputOf({ name, file }: NamedFile): Promise<InputFile> {

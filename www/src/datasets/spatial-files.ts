@@ -12,6 +12,7 @@ import type { Choice, Wishes } from '../../../npm/bag/topics.js';
 import type { Recording } from '../../../npm/recording.js';
 import type { Readable } from '../engine/preparer.js';
 import { bitmapOf } from './bitmap.js';
+import type { Origin } from './dataset.js';
 import type { Note } from './note.js';
 import type { NamedFile } from './gather.js';
 
@@ -46,8 +47,7 @@ export interface BagListener {
 export interface SpatialFiles {
   /** How the page calls it; empty: after its folder. */
   title: string;
-  /** The built-in sample: replaced, not extended, by the user's files. */
-  is_given: boolean;
+  origin: Origin;
   files: readonly StoredFile[];
   notes: readonly Note[];
   /** What the files are made out to be, where it is known already. */
@@ -99,7 +99,7 @@ export async function tellApart(
   const is_recording = kind !== 'nothing';
   const bag = bags.find(({ listed }) => listed.bag.path === root) ?? bags[0] ?? null;
   if (kind === 'depth_images' || kind === 'clouds' || (kind === 'nothing' && shown === 'spatial')) {
-    return { spatial: { title: '', is_given: false, files, notes, recording }, is_recording, bag };
+    return { spatial: { title: '', origin: 'user', files, notes, recording }, is_recording, bag };
   }
   const loose = given.filter(({ name }) => !isArchiveName(name) && !isBagName(name) && !isBagMetadata(name));
   // What was converted is not what was given.

@@ -3,8 +3,8 @@
  * of one that crashed holds the same scans. The first scans go to the small file of the engine, which is there sooner; what
  * follows, and what is large, to the full one, which is faster. Both find the same.
  */
+import { type EngineFile, first } from './engine-files.js';
 import { GrowingSnapshot } from './growing-snapshot.js';
-import first_url from './first-planar-worker.ts?worker&url';
 import planar_url from './planar-worker.ts?worker&url';
 import type {
   Answers,
@@ -22,7 +22,7 @@ import type {
   TableFacts,
 } from './protocol.js';
 import { EngineProblem, WorkerDied } from './remote.js';
-import { compileFullWhenIdle, type EngineFile, isCompiled } from './start.js';
+import { compileFullWhenIdle, isCompiled } from './start.js';
 import { type HostHooks, WorkerHost } from './worker-host.js';
 
 export interface PlanarListener {
@@ -57,7 +57,7 @@ export class PlanarClient {
   #first_host: Host | null = null;
   /** The host that looks into tables; null before the first one. */
   #table_host: Host | null = null;
-  #is_full = false;
+  #is_full = first.file === 'full';
   #run = 0;
   #growing = new GrowingSnapshot();
   #settings: Partial<Settings> = {};
@@ -70,7 +70,7 @@ export class PlanarClient {
 
   constructor(listener: PlanarListener) {
     this.#listener = listener;
-    this.#host = this.#createHost(first_url, 'planar');
+    this.#host = this.#createHost(first.worker_url, first.file);
     this.#start();
   }
 
@@ -144,15 +144,15 @@ export class PlanarClient {
 
   /** The full engine has read what it was given, or could not. */
   #settleEngine(is_taken: boolean): void {
-    const first = this.#first_host;
+    const first_host = this.#first_host;
     this.#first_host = null;
-    if (!first) return;
+    if (!first_host) return;
     if (is_taken) {
-      first.dispose();
+      first_host.dispose();
       return;
     }
     this.#host.dispose();
-    this.#host = first;
+    this.#host = first_host;
     this.#is_full = false;
   }
 

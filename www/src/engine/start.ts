@@ -1,10 +1,5 @@
 /** How the engine's module and the workers that run it are started. */
-import full_url from '../../../pkg/scanstitch_bg.wasm?url';
-import planar_url from '../../../pkg/scanstitch_planar_bg.wasm?url';
-
-/** The engine's files: planar scans alone, with which the page begins, small and not as fast; and everything. */
-const FILES = { planar: planar_url, full: full_url };
-export type EngineFile = keyof typeof FILES;
+import { type EngineFile, fetchEngine } from './engine-files.js';
 
 const compiled = new Map<EngineFile, Promise<WebAssembly.Module>>();
 const ready = new Set<EngineFile>();
@@ -18,7 +13,7 @@ export function isCompiled(file: EngineFile): boolean {
 export function compileEngine(file: EngineFile): Promise<WebAssembly.Module> {
   const known = compiled.get(file);
   if (known) return known;
-  const module = fetchAndCompile(FILES[file]);
+  const module = fetchAndCompile(file);
   module.then(
     () => ready.add(file),
     () => compiled.delete(file), // the next try may succeed
@@ -40,9 +35,8 @@ export function compileFullWhenIdle(): void {
   else setTimeout(compile, IDLE_PATIENCE_MS);
 }
 
-async function fetchAndCompile(url: string): Promise<WebAssembly.Module> {
-  const response = await fetch(url);
-  if (!response.ok) throw new Error(`${url} could not be loaded: ${response.status} ${response.statusText}`);
+async function fetchAndCompile(file: EngineFile): Promise<WebAssembly.Module> {
+  const response = await fetchEngine(file);
   // Hosts that do not know the type application/wasm are common: compile the bytes there.
   const is_wasm = response.headers.get('Content-Type')?.startsWith('application/wasm') ?? false;
   return is_wasm ? WebAssembly.compileStreaming(response) : WebAssembly.compile(await response.arrayBuffer());

@@ -3,8 +3,9 @@
  * A worker that dies is reported, and the calls that waited for it fail; another one starts with the next call. An engine that
  * cannot be fetched, or the third worker that dies with no work finished in between, ends it: nothing is started any more.
  */
+import type { EngineFile } from './engine-files.js';
 import { type Arguments, Remote, type Result, WorkerDied } from './remote.js';
-import { compileEngine, type EngineFile, keepWorker, startWorker } from './start.js';
+import { compileEngine, keepWorker, startWorker } from './start.js';
 
 /** So many crashes with no finished work in between end it. */
 export const MAX_CRASHES = 3;

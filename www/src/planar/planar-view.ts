@@ -70,8 +70,6 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession,
   private marksOf = memoizeLast(mapMarks);
   private piecesOf = memoizeLast(certainPieces);
   private pieceColorsOf = memoizeLast(pieceColors);
-  /** Whether the data set, if it is a given one, is the sample. */
-  private is_sample = false;
   private pairs_made_of: readonly unknown[] = [];
   /** Iterations of the selected scan. */
   @state() private history: readonly IterationRecord[] = NO_ROUNDS;
@@ -87,14 +85,12 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession,
 
   openSample(): void {
     this.stepAside();
-    this.is_sample = true;
     void this.session.openGiven(fetchSample());
   }
 
   /** Shows scans that the page it stands on has named. */
   openGiven(dataset: Dataset, notes: readonly Note[]): void {
     this.stepAside();
-    this.is_sample = false;
     this.session.open(dataset, notes);
   }
 
@@ -112,11 +108,11 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession,
   }
 
   protected override canJoin({ dataset }: PlanarSession): boolean {
-    return dataset !== null && !dataset.is_given && !dataset.is_log && !this.session.dataset?.is_log;
+    return dataset?.origin === 'user' && !dataset.is_log && !this.session.dataset?.is_log;
   }
 
   protected override isSample(): boolean {
-    return this.is_sample && (this.session.dataset?.is_given ?? false);
+    return this.session.dataset?.origin === 'sample';
   }
 
   override removeReference(): void {

@@ -66,7 +66,7 @@ export class PlanarSession extends RunSession<PlanarClient, Settings, Dataset, S
     const intake = await takeIn(files);
     this.requested_at = requested_at;
     this.messages = [...notes, ...intake.notes].map(({ file, reason }) => noteMessage(file, reason));
-    const may_be_scans = !joins && (this.dataset === null || this.dataset.is_given);
+    const may_be_scans = !joins && (this.dataset === null || this.dataset.origin !== 'user');
     await this.tables.ask(intake, may_be_scans, (known) => this.#take(known, num_given, joins));
   }
 

@@ -2,6 +2,7 @@ import { joinPoses, type Recording } from '../../../npm/recording.js';
 import { cameraFor, engineCamera } from '../../../npm/recording/camera_file.js';
 import { trajectoryBytes } from '../../../npm/recording/pose_file.js';
 import { errorMessage, noteMessage, RunSession, wordsOf } from '../components/session.js';
+import type { Origin } from '../datasets/dataset.js';
 import { type SpatialFiles, type StoredFile, understandFiles } from '../datasets/spatial-files.js';
 import { jobsOf } from '../datasets/spatial-jobs.js';
 import type { Readable, SpatialJob } from '../engine/preparer.js';
@@ -19,7 +20,7 @@ const MEASURED_SIZES = [0.1, 0.05, 0.02, 0.01];
 /** What is loaded: its files, and what was understood of them. */
 export interface SpatialDataset {
   title: string;
-  is_given: boolean;
+  origin: Origin;
   files: ReadonlyMap<string, StoredFile>;
   recording: Recording;
   jobs: readonly SpatialJob[];
@@ -194,9 +195,9 @@ export class SpatialSession extends RunSession<SpatialClient, SpatialSettings, S
   // What is loaded.
 
   /** Whether these frames can join those that are open: of one kind, in one folder, none of them twice. */
-  canJoin({ is_given, files, recording }: SpatialFiles): boolean {
+  canJoin({ origin, files, recording }: SpatialFiles): boolean {
     const present = this.dataset;
-    if (!present || present.is_given || is_given || !recording) return false;
+    if (present?.origin !== 'user' || origin !== 'user' || !recording) return false;
     const is_alike = present.recording.kind === recording.kind && present.recording.root === recording.root;
     return is_alike && !files.some(({ path }) => isFrame(present, path));
   }
@@ -207,7 +208,7 @@ export class SpatialSession extends RunSession<SpatialClient, SpatialSettings, S
     const has_frames = framesOf(fresh) > 0;
     const extends_present =
       present !== null && (!has_frames || (joins && this.canJoin({ ...given, recording: fresh })));
-    if (!extends_present) return makeDataset(given.title, given.is_given, given.files, fresh);
+    if (!extends_present) return makeDataset(given.title, given.origin, given.files, fresh);
     const files = new Map([...present.files, ...given.files.map((file): [string, StoredFile] => [file.path, file])]);
     const together = await understandFiles([...files.values()]);
     if (!has_frames) {
@@ -215,11 +216,11 @@ export class SpatialSession extends RunSession<SpatialClient, SpatialSettings, S
       const spoken_of = [together.intrinsics, ...together.reference, ...lossesOf(together)];
       const is_known = given.files.some(({ path }) => spoken_of.includes(path));
       const trajectory = given.files.find(({ path }) => /\.(npy|txt|tum|csv|log|traj|json|ya?ml|xml)$/i.test(path));
-      if (!is_known && !trajectory) return makeDataset('', false, given.files, fresh);
+      if (!is_known && !trajectory) return makeDataset('', 'user', given.files, fresh);
       const recording = is_known ? together : { ...present.recording, reference: [trajectory?.path ?? ''], notes: [] };
-      return makeDataset(present.title, present.is_given, [...files.values()], recording);
+      return makeDataset(present.title, present.origin, [...files.values()], recording);
     }
-    return makeDataset(present.title, present.is_given, [...files.values()], together);
+    return makeDataset(present.title, present.origin, [...files.values()], together);
   }
 
   #inputs(): SpatialInputs {
@@ -374,7 +375,7 @@ export class SpatialSession extends RunSession<SpatialClient, SpatialSettings, S
 
 function makeDataset(
   title: string,
-  is_given: boolean,
+  origin: Origin,
   files: readonly StoredFile[],
   recording: Recording,
 ): SpatialDataset {
@@ -383,7 +384,7 @@ function makeDataset(
   const folder = first.slice(0, Math.max(first.lastIndexOf('/'), 0));
   return {
     title: title || baseName(recording.root) || 'Your recording',
-    is_given,
+    origin,
     files: byPath,
     recording,
     jobs: jobsOf(recording, files),

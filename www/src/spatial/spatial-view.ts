@@ -103,7 +103,7 @@ export class ScanstitchSpatial extends RunView<SpatialSettings, SpatialSnapshot,
   }
 
   protected override isSample(): boolean {
-    return this.session.dataset?.is_given ?? false;
+    return this.session.dataset?.origin === 'sample';
   }
 
   override removeReference(): void {

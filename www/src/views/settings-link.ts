@@ -49,10 +49,14 @@ export function faultsToBegin<S extends object>(
   return [...wrong_preset, ...settingFaults(given, descriptions), ...settingFaults(own, descriptions)];
 }
 
-/** Writes what differs from the default into the page's address. */
-export function rememberSettings<S extends object>(view: Settable, { presets }: SettingsFacts<S>, settings: S): void {
-  const [first] = presets;
-  const settings_text = first ? writeSettings(settings, first.settings) : '';
+/** Writes what differs from the default into the page's address; nothing is there before the engine is ready. */
+export function rememberSettings<S extends object>(
+  view: Settable,
+  facts: SettingsFacts<S> | null,
+  settings: S | null,
+): void {
+  const first = facts?.presets[0];
+  const settings_text = first && settings ? writeSettings(settings, first.settings) : '';
   const table = view === 'planar' ? new URLSearchParams(location.hash.replace(/^#/, '')).get('table') : null;
   const text = [settings_text, ...(table === null ? [] : [`table=${table}`])].filter((part) => part !== '').join('&');
   const fragment = view === 'planar' ? `#${text}` : `#${view}&${text}`;

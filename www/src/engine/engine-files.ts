@@ -1,0 +1,18 @@
+/** The engine's files as they lie beside the page. In the element of one file `engine-inside.ts` takes the place of this module. */
+import full_url from '../../../pkg/scanstitch_bg.wasm?url';
+import planar_url from '../../../pkg/scanstitch_planar_bg.wasm?url';
+import first_worker_url from './first-planar-worker.ts?worker&url';
+
+/** Planar scans alone, small and not as fast; and everything. */
+export type EngineFile = 'planar' | 'full';
+
+/** What the first planar scans are computed by. */
+export const first: { file: EngineFile; worker_url: string } = { file: 'planar', worker_url: first_worker_url };
+
+/** The WebAssembly module of a file. */
+export async function fetchEngine(file: EngineFile): Promise<Response> {
+  const url = file === 'full' ? full_url : planar_url;
+  const response = await fetch(url);
+  if (!response.ok) throw new Error(`${url} could not be loaded: ${response.status} ${response.statusText}`);
+  return response;
+}

@@ -1,0 +1,5 @@
+/** A file inside the script: compressed by gzip, in base64 (vite.standalone.ts). */
+declare module '*?packed' {
+  const base64: string;
+  export default base64;
+}
