@@ -1,6 +1,7 @@
 /** The element as a page uses it: what `src` may hold, attributes that change, methods, events, and what goes wrong. */
 import { bag, CLOSED, depthImages, expect, scans, test } from './course_page.js';
 import type { ScanstitchElement } from '../../npm/element.js';
+import { ScanstitchPage } from './scanstitch_page.js';
 
 test('depth images, listed by a manifest', async ({ course }) => {
   const files = depthImages(3);
@@ -76,6 +77,57 @@ test('attributes act when they change', async ({ course, page }) => {
   await expect(page.locator('scanstitch-bev')).toBeVisible();
   await set('view', 'map');
   await expect(page.locator('scanstitch-map')).toBeVisible();
+});
+
+test('attributes that change while it runs: what was set last is computed', async ({ course, page }) => {
+  const names = Array.from({ length: 10 }, (_, i) => `${i}.ply`);
+  const body = `<scanstitch-app src="ten.json"></scanstitch-app><script>
+    const element = document.querySelector('scanstitch-app');
+    const changes = [
+      { settings: 'max_iterations=41', view: 'strategies' },
+      { src: 'three.json', settings: 'max_iterations=42', view: 'map' },
+    ];
+    addEventListener('scanstitch-progress', ({ detail }) => {
+      if (detail.stage !== 'running') return;
+      for (const [name, value] of Object.entries(changes.shift() ?? {})) element.setAttribute(name, value);
+    });
+  </script>`;
+  await course.open(body, {
+    ...scans(10),
+    'ten.json': JSON.stringify({ scans: names }),
+    'three.json': JSON.stringify({ scans: names.slice(0, 3) }),
+  });
+  const result = (): Promise<unknown> =>
+    course.element.evaluate(({ result }: ScanstitchElement) => [
+      result?.result.frames.length,
+      (result?.result.settings as { max_iterations?: number } | undefined)?.max_iterations,
+    ]);
+  await expect.poll(result, { timeout: 30_000 }).toEqual([3, 42]);
+  await expect(page.locator('scanstitch-map')).toBeVisible();
+  expect(await page.evaluate(() => window.heard.filter(({ type }) => type === 'scanstitch-error').length)).toBe(0);
+});
+
+test('depth images of the page that a drop replaces come back by Undo', async ({ course, page }) => {
+  const manifest = {
+    title: 'Lab 4',
+    depth: ['room/depth/1.png', 'room/depth/2.png'],
+    files: 'room/camera-intrinsics.txt',
+  };
+  await course.open('<scanstitch-app src="set.json"></scanstitch-app>', {
+    ...depthImages(2),
+    'set.json': JSON.stringify(manifest),
+  });
+  await course.heard('scanstitch-done');
+  const own = Object.entries(depthImages(3)).filter(([name]) => !name.includes('/rgb/'));
+  await new ScanstitchPage(page).drop(
+    own.map(([name, content]) => ({ name: name.replace('room', 'hall'), content: content as Buffer })),
+  );
+  expect((await course.heard('scanstitch-done', 1)).detail.result.frames).toHaveLength(3);
+  const bar = page.getByRole('region', { name: 'Replaced recording' });
+  await expect(bar).toContainText('Lab 4');
+  await bar.getByRole('button', { name: 'Undo' }).click();
+  await expect(bar).toContainText('Lab 4 is open again');
+  expect(await course.element.evaluate((element: ScanstitchElement) => element.result?.result.frames.length)).toBe(2);
 });
 
 test('it is moved in the document while it runs, and two do not share the address', async ({ course, page }) => {

@@ -106,3 +106,41 @@ test('back and forward move between views without a new run', async ({ app, page
   await app.stitched();
   await expect(page.getByRole('region', { name: 'About' })).toBeHidden();
 });
+
+test('the address is that of the view that is shown', async ({ app, page }) => {
+  const tools = page.getByRole('navigation', { name: 'Tools' });
+  const shown = tools.locator('[aria-current=page]');
+  const expectAddress = (address: RegExp): Promise<void> =>
+    expect.poll(() => new URL(page.url()).hash).toMatch(address);
+  await app.setting('Strategy').selectOption('scan_to_map');
+  await app.stitched();
+  await tools.getByRole('button', { name: 'ICP' }).click();
+  await expectAddress(/^#icp&/);
+  await tools.getByRole('button', { name: 'Map' }).click();
+  await expectAddress(/^#strategy=scan_to_map$/);
+  await tools.getByRole('button', { name: 'ICP' }).click();
+  await expectAddress(/^#icp&/);
+  await tools.getByRole('button', { name: 'Evaluate' }).click();
+  await expectAddress(/^#strategy=scan_to_map$/);
+  for (const [tool, address] of [
+    ['ICP', /^#icp&/],
+    ['Map', /^#strategy=scan_to_map$/],
+  ] as const) {
+    await page.goBack();
+    await expect(shown).toHaveText(tool);
+    await expectAddress(address);
+  }
+});
+
+test('a page that began with the ICP lab goes back to it', async ({ page }) => {
+  await page.goto('./#icp&scene=outliers');
+  const shown = page.getByRole('navigation', { name: 'Tools' }).locator('[aria-current=page]');
+  await expect(shown).toHaveText('ICP');
+  await expect.poll(() => new URL(page.url()).hash).toContain('source=');
+  await page.getByRole('navigation', { name: 'Tools' }).getByRole('button', { name: 'Map' }).click();
+  await expect(shown).toHaveText('Map');
+  await expect.poll(() => new URL(page.url()).hash).toBe('');
+  await page.goBack();
+  await expect(shown).toHaveText('ICP');
+  await expect.poll(() => new URL(page.url()).hash).toContain('scene=outliers');
+});
