@@ -1,7 +1,7 @@
 import type { Page } from '@playwright/test';
 import { BevPage } from './bev_page.js';
 import { EvaluationView } from './evaluation_view.js';
-import { expect, ScanstitchPage, test } from './scanstitch_page.js';
+import { expect, sampleScans, ScanstitchPage, test } from './scanstitch_page.js';
 
 test('a crash of the worker is told, and the scans can be computed again', async ({ page }) => {
   const app = new ScanstitchPage(page);
@@ -38,10 +38,53 @@ test('after a crash a changed setting computes as well', async ({ page }) => {
   expect((await app.stitched()).result.settings.strategy).toBe('scan_to_map');
 });
 
-test('a page whose engine cannot be fetched says so', async ({ page }) => {
+test('a page whose engine cannot be fetched says so, and fetches it when it is tried again', async ({ page }) => {
+  const app = new ScanstitchPage(page);
   await page.route('**/*.wasm', (route) => route.fulfill({ status: 404 }));
   await page.goto('./');
-  await expect(page.getByRole('region', { name: 'Messages' })).toContainText('The engine could not be started');
+  await expect(app.messages).toContainText('The engine could not be started');
+  await page.unroute('**/*.wasm');
+  await app.messages.getByRole('button', { name: 'Try again' }).click();
+  await expect(app.table.getByRole('row')).toHaveCount(11);
+  await expect(app.messages).toBeHidden();
+});
+
+test('without an engine files are not lost: it is fetched for them', async ({ page }) => {
+  const app = new ScanstitchPage(page);
+  await page.route('**/*.wasm', (route) => route.abort());
+  await page.goto('./');
+  await expect(app.messages).toContainText('The engine could not be started');
+  await app.drop([{ name: 'walk.tum', content: 'no trajectory' }]);
+  await expect(app.messages).toContainText('walk.tum');
+  await page.unroute('**/*.wasm');
+  await app.drop(sampleScans().slice(0, 3));
+  await expect(app.table.getByRole('row')).toHaveCount(4);
+  await expect(app.messages).toBeHidden();
+});
+
+test('every tool tells that there is no engine, and begins when it is tried again', async ({ page }) => {
+  const app = new ScanstitchPage(page);
+  await page.route('**/scanstitch_bg*.wasm', (route) => route.fulfill({ status: 500 }));
+  await app.open();
+  const tools = page.getByRole('navigation', { name: 'Tools' });
+  const told: [tool: string, element: string, result: string][] = [
+    ['Evaluate', 'scanstitch-evaluate', '1 compared'],
+    ["Bird's-eye view", 'scanstitch-bev', 'Polygon'],
+    ['ICP', 'scanstitch-lab', 'Point to'],
+    ['Strategies', 'scanstitch-strategies', 'Voxels 0.1 m'],
+  ];
+  for (const [tool, element] of told) {
+    await tools.getByRole('button', { name: tool }).click();
+    await expect(page.locator(element)).toContainText('The engine could not be started');
+  }
+  await page.unroute('**/scanstitch_bg*.wasm');
+  for (const [tool, element, result] of told) {
+    await tools.getByRole('button', { name: tool }).click();
+    const again = page.locator(element).getByRole('button', { name: 'Try again' });
+    await again.click();
+    await expect(page.locator(element)).toContainText(result);
+    await expect(again).toHaveCount(0);
+  }
 });
 
 test('a worker whose script cannot be loaded is told', async ({ page }) => {
@@ -62,11 +105,14 @@ test('a part of the page that cannot be loaded is told', async ({ page }) => {
 async function crash(page: Page, script: RegExp): Promise<void> {
   await expect.poll(() => page.workers().filter((worker) => script.test(worker.url())).length).toBe(1);
   const worker = page.workers().find((candidate) => script.test(candidate.url()));
-  await worker?.evaluate(() => {
+  if (!worker) return;
+  const ended = worker.waitForEvent('close');
+  await worker.evaluate(() => {
     setTimeout(() => {
       throw new Error('for the sake of this test');
     });
   });
+  await ended;
 }
 
 test('three crashes with nothing computed in between end it', async ({ page }) => {

@@ -62,6 +62,19 @@ test('files of the page, a run that is cancelled and goes on', async ({ course }
   expect(told).toEqual({ nothing: 'There is nothing to compute', why: 'The run was stopped', num: 6 });
 });
 
+test('an element that was put on the page just now opens what it is asked for', async ({ course, page }) => {
+  await course.open('<p id="here"></p>');
+  const opened = await page.evaluate(async () => {
+    const element = document.createElement('scanstitch-app');
+    element.setAttribute('src', 'none');
+    document.getElementById('here')?.append(element);
+    await element.open('');
+    const { result } = await element.run();
+    return result.frames.length;
+  });
+  expect(opened).toBe(10);
+});
+
 test('attributes act when they change', async ({ course, page }) => {
   await course.open('<scanstitch-app src="0.ply 1.ply"></scanstitch-app>', scans(3));
   await course.heard('scanstitch-done');

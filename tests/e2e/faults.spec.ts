@@ -1,4 +1,5 @@
 /** The page under faults: of the network, of the disk, of the graphics card. Each is told, and what there is stays. */
+import type { Page } from '@playwright/test';
 import { mcapBytes } from '../cli/bag_files.mjs';
 import { laserScan } from '../cli/bag_messages.mjs';
 import { expect, sampleScans, ScanstitchPage, test as planar } from './scanstitch_page.js';
@@ -86,6 +87,62 @@ planar('scans of a bag that are lost are told', async ({ app }) => {
   await app.drop([{ name: 'walk.mcap', content: Buffer.from(bag) }]);
   expect((await app.stitched()).result.frames).toHaveLength(5);
   await expect(app.messages).toContainText('1 scan of 6 left out');
+});
+
+/** The first request is never answered, as by a connection that has died; how many there were. */
+async function hangOnce(page: Page, address: string): Promise<() => number> {
+  let count = 0;
+  await page.route(address, (route) => (count++ === 0 ? undefined : route.continue()));
+  return () => count;
+}
+
+planar('a download of the engine that hangs is begun anew without a reload', async ({ page }) => {
+  const app = new ScanstitchPage(page);
+  await page.clock.install();
+  const numAsked = await hangOnce(page, '**/*.wasm');
+  await page.goto('./');
+  await expect(page.getByText('Reading 10 scans')).toBeVisible();
+  await page.clock.runFor(16_000);
+  await expect(app.messages).toContainText('The engine has not loaded after 15 s');
+  expect(numAsked()).toBe(1);
+  await app.messages.getByRole('button', { name: 'Try again' }).click();
+  await expect(app.table.getByRole('row')).toHaveCount(11);
+  await expect(app.messages).toBeHidden();
+});
+
+planar('files that are dropped while the sample is fetched stay', async ({ page }) => {
+  const app = new ScanstitchPage(page);
+  let letGo = (): void => undefined;
+  const wait = new Promise<void>((resolve) => (letGo = resolve));
+  await page.route('**/corridor*.js', async (route) => {
+    await wait;
+    await route.continue();
+  });
+  await page.goto('./');
+  await expect(page.getByText('Fetching the scans')).toBeVisible();
+  await app.drop(sampleScans().slice(0, 3));
+  await expect(app.table.getByRole('row')).toHaveCount(4);
+  const fetched = page.waitForResponse('**/corridor*.js');
+  letGo();
+  await (await fetched).finished();
+  await page.evaluate(() => new Promise((resolve) => requestAnimationFrame(resolve)));
+  await expect(app.table.getByRole('row')).toHaveCount(4);
+  await expect(page.locator('.title')).toHaveText('Your scans');
+});
+
+planar('the same of the full engine, which a log needs', async ({ page }) => {
+  const app = new ScanstitchPage(page);
+  await page.clock.install();
+  await hangOnce(page, '**/scanstitch_bg*.wasm');
+  await app.open();
+  const scan = `FLASER 180 ${Array.from({ length: 180 }, (_, i) => 3 + 0.01 * i).join(' ')} 0 0 0 0 0 0`;
+  await app.drop([{ name: 'walk.log', content: [0, 1, 2].map((time) => `${scan} ${time} robot ${time}\n`).join('') }]);
+  await expect(page.getByText('Reading 1 scan')).toBeVisible();
+  await page.clock.runFor(16_000);
+  await expect(app.messages).toContainText('The engine has not loaded after 15 s');
+  await app.messages.getByRole('button', { name: 'Try again' }).click();
+  await expect(app.table.getByRole('row')).toHaveCount(4);
+  await expect(app.messages).toBeHidden();
 });
 
 spatial('a graphics context that is lost in mid-run costs nothing', async ({ spatial: app, page }) => {

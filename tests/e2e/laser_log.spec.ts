@@ -2,6 +2,7 @@
 import { existsSync, readFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { expect, test } from './scanstitch_page.js';
+import { stopAfter } from './stop.js';
 
 const FREIBURG = join(import.meta.dirname, '../../../shared/data/laser/fr079');
 
@@ -80,10 +81,7 @@ test('1464 scans of a building, stopped and resumed', async ({ app, page }, info
   test.setTimeout(180_000);
   const file = (name: string) => ({ name, content: readFileSync(join(FREIBURG, name)) });
   await app.drop([file('fr079.log'), file('fr079.odometry.txt')]);
-  // The reading can be stopped as well: here the computing is.
-  const numRows = async (): Promise<number> => Number(await app.table.getAttribute('aria-rowcount'));
-  await expect.poll(numRows, { timeout: 60_000 }).toBeGreaterThan(20);
-  await page.getByRole('button', { name: 'Stop' }).click();
+  await stopAfter(page, 'scanstitch-planar', 20);
   await page.getByRole('button', { name: 'Continue' }).click();
   await page.waitForFunction(() => window.stitched.length > 1, null, { timeout: 120_000 });
   const { result, timing } = await app.stitched();

@@ -1,4 +1,5 @@
 import { expect, type InputFile, sampleScans, test } from './scanstitch_page.js';
+import { stopAfter } from './stop.js';
 
 /** The sample driven to and fro: as long as is asked, and every scan overlaps the one before it. */
 function longDrive(num_scans: number): InputFile[] {
@@ -17,20 +18,8 @@ test('a long computation shows its progress, stops at once, keeps what it has an
   await app.setting('Strategy').selectOption('scan_to_map');
   await app.stitched();
   await app.drop(longDrive(1000));
-  await expect(page.getByText(/Registering scan \d+ of 1000/)).toBeVisible();
-  await expect(page.getByRole('progressbar')).toBeVisible();
-
-  // The map grows while it is computed. In the page it is seen at once: from out here the run may be over by then.
-  const ms = await app.table.evaluate(async (table) => {
-    const root = document.querySelector('scanstitch-app')?.shadowRoot?.querySelector('scanstitch-planar')?.shadowRoot;
-    while (Number(table.getAttribute('aria-rowcount')) <= 20) await new Promise(requestAnimationFrame);
-    const stop = [...(root?.querySelectorAll('button') ?? [])].find((button) => button.textContent === 'Stop');
-    if (!stop) throw new Error('There is nothing to stop.');
-    const start = performance.now();
-    stop.click();
-    while (!root?.textContent?.includes('Stopped: partial map')) await new Promise(requestAnimationFrame);
-    return performance.now() - start;
-  });
+  const { ms, before } = await stopAfter(page, 'scanstitch-planar', 20);
+  expect(before).toMatch(/Registering scan \d+ of 1000/);
   info.annotations.push({ type: 'from stop to stopped', description: `${ms.toFixed(0)} ms` });
   const num_rows = Number(await app.table.getAttribute('aria-rowcount')) - 1;
   expect(num_rows).toBeGreaterThan(10);
@@ -45,7 +34,11 @@ test('a long computation shows its progress, stops at once, keeps what it has an
 
 test('a setting changed in the middle starts over with it', async ({ app }) => {
   await app.drop(longDrive(400));
-  await expect(app.page.getByText(/Registering scan \d+ of 400/)).toBeVisible();
+  // Looked for in every frame of the page: it may not be there for long.
+  await app.page.waitForFunction(() => {
+    const view = document.querySelector('scanstitch-app')?.shadowRoot?.querySelector('scanstitch-planar');
+    return /Registering scan \d+ of 400/.test(view?.shadowRoot?.textContent ?? '');
+  });
   await app.setting('Strategy').selectOption('scan_to_scan');
   const { result } = await app.stitched();
   expect(result.settings.strategy).toBe('scan_to_scan');

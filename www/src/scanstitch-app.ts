@@ -410,12 +410,11 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
     work().catch((error: unknown) => {
       const words = wordsOf(error);
       if (!/import(ed|ing)? .*module|module script failed/i.test(words)) {
-        this.runView()?.report(words, 'Try again, or reload the page');
+        this.api.report(words, 'Try again, or reload the page');
         return;
       }
       const [part = ''] = /[^/]+$/.exec(words) ?? [];
-      this.goToRun();
-      this.runView()?.report(
+      this.api.report(
         `A part of the page could not be loaded (${part}): the connection was lost, or a new version was put on the server`,
         'Where trying again does not help, export what is open and reload the page',
         () => this.attend(work),

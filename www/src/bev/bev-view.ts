@@ -105,8 +105,8 @@ export class ScanstitchBev extends LitElement {
       @dragleave=${drop_target.leave}
       @drop=${drop_target.drop}
     >
-      ${document ? html`${this.renderControls(document)} ${problemList(this.session)} ${this.renderWork(document)}` : nothing}
-      ${announcements(this.session.announcer)}
+      ${document ? this.renderControls(document) : nothing} ${problemList(this.session)}
+      ${document ? this.renderWork(document) : nothing} ${announcements(this.session.announcer)}
       <input id="pick" type="file" multiple hidden @change=${this.onPicked} />
       ${
         drop_target.is_over

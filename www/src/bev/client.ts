@@ -8,6 +8,7 @@ export interface BevHooks {
   strip(strip: Strip): void;
   /** The worker died; the one that takes its place has no picture and has been asked nothing. */
   crashed(message: string): void;
+  slow(is_slow: boolean): void;
   unavailable(message: string): void;
 }
 
@@ -28,6 +29,7 @@ export class BevClient {
         hooks.strip(strip);
       },
       crashed: hooks.crashed,
+      slow: hooks.slow,
       unavailable: hooks.unavailable,
     });
   }

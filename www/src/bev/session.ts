@@ -1,6 +1,6 @@
 /** What the view works on: the document with its history, the pictures, the engine's answers, and what went wrong. */
 import type { ReactiveControllerHost } from 'lit';
-import { Session } from '../components/session.js';
+import { Session, SLOW } from '../components/session.js';
 import type { NamedFile } from '../datasets/gather.js';
 import { EngineProblem, WorkerDied } from '../engine/remote.js';
 import { BevClient } from './client.js';
@@ -43,7 +43,9 @@ export class BevSession extends Session<BevClient> {
   /** How often something was opened: what the page opens by itself gives way to what is opened while it loads. */
   private num_opened = 0;
 
+  #src = '';
   readonly #listener: Listener;
+  readonly #retry = { label: 'Try again', act: (): void => this.restart() };
 
   constructor(host: ReactiveControllerHost & EventTarget, listener: Listener) {
     super(host);
@@ -54,12 +56,20 @@ export class BevSession extends Session<BevClient> {
     return new BevClient({
       strip: (strip) => this.#listener.strip(strip),
       crashed: (message) => this.onCrash(message),
-      unavailable: (message) => this.setProblem('crash', `${message}. Reload the page; please report this.`),
+      slow: (is_slow) => {
+        if (is_slow) this.setProblem('slow', SLOW, this.#retry);
+        else this.settle('slow');
+      },
+      unavailable: (message) => {
+        this.settle('slow');
+        this.setProblem('crash', `${message}. Where trying again does not help, reload the page.`, this.#retry);
+      },
     });
   }
 
   /** Begins with what the page's address holds, the scene at `src`, the sample, or a preset. */
   async begin(src: string): Promise<void> {
+    this.#src = src;
     const { client } = this;
     if (!client) return;
     let about: About;
@@ -80,6 +90,13 @@ export class BevSession extends Session<BevClient> {
     if (ownerOf(location.hash) === 'bev' && this.openLink()) return;
     if (src !== '') await this.attempt('file', () => this.openAddress(src));
     else if (has_sample) await this.openSample();
+  }
+
+  override restart(): void {
+    this.settle('crash');
+    this.settle('slow');
+    super.restart();
+    void this.begin(this.#src);
   }
 
   /** The worker that takes the place of one that crashed is given what that one had. */

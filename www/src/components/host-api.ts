@@ -38,7 +38,7 @@ function faultMessage(text: string, remedy: string): Message {
   return { kind: 'error', file: '', place: '', text, remedy };
 }
 
-type Host = ReactiveControllerHost & HTMLElement;
+type Host = ReactiveControllerHost & HTMLElement & { readonly hasUpdated: boolean };
 
 export class HostApi implements ReactiveController {
   /** What is wrong with the attributes. */
@@ -81,10 +81,16 @@ export class HostApi implements ReactiveController {
       return this.#replace(async () => this.source.fetch(addressesOf(src)));
     }
     this.#begin();
-    if (src === 'apartment') this.#opening = this.#hooks.openApartment();
+    this.#opening = this.#openOwn(src);
+    return this.#opening;
+  }
+
+  /** A sample, or nothing; an element that was put on the page just now has no views yet. */
+  async #openOwn(src: string): Promise<void> {
+    if (!this.#host.hasUpdated) await this.#host.updateComplete;
+    if (src === 'apartment') await this.#hooks.openApartment();
     else if (src === 'none') this.#hooks.run()?.clear();
     else this.#hooks.openSample();
-    return this.#opening;
   }
 
   async run(): Promise<ScanstitchResult> {
@@ -120,8 +126,15 @@ export class HostApi implements ReactiveController {
     this.#refused = [];
   }
 
-  report(text: string, remedy: string): void {
+  /** Shown above every view; `retry` does what failed once more, and the message goes. */
+  report(text: string, remedy: string, retry?: () => void): void {
     const message = faultMessage(text, remedy);
+    if (retry)
+      message.retry = () => {
+        this.#told = this.#told.filter((other) => other !== message);
+        this.#host.requestUpdate();
+        retry();
+      };
     this.#told = [...this.#told, message];
     this.#raise([message]);
   }

@@ -139,7 +139,7 @@ function alike(messages: readonly Message[]): Message[][] {
 function renderRow(group: readonly Message[]): TemplateResult | typeof nothing {
   const [first] = group;
   if (!first) return nothing;
-  const { kind, text, remedy, retry } = first;
+  const { kind, text, remedy } = first;
   return html`<li class=${kind}>
     ${
       group.length === 1
@@ -152,9 +152,12 @@ function renderRow(group: readonly Message[]): TemplateResult | typeof nothing {
             </details>`
     }
     <span>${sentence(text)}</span>
-    ${remedy ? html`<span class="remedy">${sentence(remedy)}</span>` : nothing}
-    ${retry ? html`<button class="retry" @click=${retry}>Try again</button>` : nothing}
+    ${remedy ? html`<span class="remedy">${sentence(remedy)}</span>` : nothing} ${retryButton(first)}
   </li>`;
+}
+
+export function retryButton({ retry }: Message): TemplateResult | typeof nothing {
+  return retry ? html`<button class="retry" @click=${retry}>Try again</button>` : nothing;
 }
 
 function heading({ file, place }: Message): TemplateResult | typeof nothing {

@@ -5,6 +5,8 @@
 import type { ReactiveController, ReactiveControllerHost } from 'lit';
 import { printable } from '../../../npm/printable.js';
 import type { Problem } from '../engine/protocol.js';
+import { fetchAgain } from '../engine/start.js';
+import { START_PATIENCE_MS } from '../engine/worker-host.js';
 import type { SettingsFacts } from '../views/settings-link.js';
 import { Announcer } from './announcer.js';
 import { tellFault } from './host-events.js';
@@ -20,6 +22,10 @@ interface Disposable {
 /** Why there is no result. */
 export const STOPPED = 'The run was stopped';
 
+export const SLOW = `The engine has not loaded after ${START_PATIENCE_MS / 1000} s`;
+const SLOW_REMEDY = 'It begins as soon as it is there; or check the connection and try again';
+const RELOAD_REMEDY = 'Where trying again does not help, reload the page; a browser of the last two years is needed';
+
 /** A client of the engine that lives as long as its host is on the page, with its progress, messages and announcements. */
 export abstract class Session<Client extends Disposable> implements ReactiveController {
   phase: Phase = 'starting';
@@ -34,6 +40,8 @@ export abstract class Session<Client extends Disposable> implements ReactiveCont
   client: Client | null = null;
   readonly #host: ReactiveControllerHost & EventTarget;
   #is_away = false;
+  /** Its client is of no use any more. */
+  protected is_unavailable = false;
 
   constructor(host: ReactiveControllerHost & EventTarget) {
     this.#host = host;
@@ -57,6 +65,15 @@ export abstract class Session<Client extends Disposable> implements ReactiveCont
   protected leave(): void {
     this.client?.dispose();
     this.client = null;
+    this.is_unavailable = false;
+  }
+
+  /** Begins anew with another engine, and does what it was asked for last. */
+  restart(): void {
+    this.messages = this.messages.filter(({ retry }) => retry === undefined);
+    fetchAgain();
+    this.leave();
+    this.client = this.createClient();
   }
 
   /** It is no longer wanted, though its host is still on the page. */
@@ -83,14 +100,24 @@ export abstract class Session<Client extends Disposable> implements ReactiveCont
 
   /** A message of the page's own, about no file. `retry` does what failed once more, and the message goes. */
   report(text: string, remedy = '', retry?: () => void): void {
-    const message: Message = errorMessage({ file: '', place: null, problem: text, remedy });
-    if (retry)
-      message.retry = () => {
-        this.messages = this.messages.filter((other) => other !== message);
-        this.changed();
-        retry();
-      };
-    this.tell([message]);
+    const message = errorMessage({ file: '', place: null, problem: text, remedy });
+    this.tell([retry ? this.#retriable(message, retry) : message]);
+  }
+
+  #retriable(message: Message, retry: () => void): Message {
+    const act = (): void => {
+      this.forget(message.text);
+      retry();
+    };
+    return Object.assign(message, { retry: act });
+  }
+
+  /** What was said in these words no longer holds. */
+  protected forget(text: string): void {
+    const rest = this.messages.filter((message) => message.text !== text);
+    if (rest.length === this.messages.length) return;
+    this.messages = rest;
+    this.changed();
   }
 
   /** Shows messages, errors first, and announces the errors. */
@@ -111,7 +138,15 @@ export abstract class Session<Client extends Disposable> implements ReactiveCont
   /** `message`, in a sentence: the engine cannot be started, or is not started again. */
   protected onUnavailable(message: string): void {
     this.phase = 'unavailable';
-    this.report(message, 'Reload the page; a browser of the last two years is needed');
+    this.is_unavailable = true;
+    this.forget(SLOW);
+    this.report(message, RELOAD_REMEDY, () => this.restart());
+  }
+
+  /** The engine takes long to load, or does so no longer. */
+  protected onSlow(is_slow: boolean): void {
+    this.forget(SLOW);
+    if (is_slow) this.tell([this.#retriable({ ...noteMessage('', SLOW), remedy: SLOW_REMEDY }, () => this.restart())]);
   }
 
   /** `what_now`: what happens to what the user has loaded. */
@@ -124,10 +159,6 @@ export abstract class Session<Client extends Disposable> implements ReactiveCont
 let num_generations = 0;
 /** A change of a setting waits this long for the next one before all is computed again. */
 const SETTINGS_DELAY_MS = 200;
-
-/** An engine that takes longer to load is told of: it is one megabyte. */
-const START_PATIENCE_MS = 15_000;
-const SLOW_REMEDY = 'It begins as soon as it is there; or check the connection and reload the page';
 
 /** A session that computes a result from files and settings: a run in the plane or in space. */
 export abstract class RunSession<
@@ -144,13 +175,11 @@ export abstract class RunSession<
   /** Another number for every data set shown: the view is fitted to each one once. */
   generation = 0;
   #settings_timer: ReturnType<typeof setTimeout> | undefined;
-  #start_timer: ReturnType<typeof setTimeout> | undefined;
   #initial_settings: (facts: SettingsFacts<Settings>) => Settings | null = ({ presets }) =>
     presets[0]?.settings ?? null;
 
   protected override leave(): void {
     clearTimeout(this.#settings_timer);
-    clearTimeout(this.#start_timer);
     this.facts = null;
     super.leave();
   }
@@ -158,12 +187,14 @@ export abstract class RunSession<
   /** To be called before the engine is ready: how to find the settings to begin with. */
   beginWith(initial_settings: (facts: SettingsFacts<Settings>) => Settings): void {
     this.#initial_settings = initial_settings;
-    clearTimeout(this.#start_timer);
-    if (this.facts) return;
-    this.#start_timer = setTimeout(() => {
-      const after = `after ${START_PATIENCE_MS / 1000} s`;
-      this.tell([{ ...noteMessage('', `The engine has not loaded ${after}`), remedy: SLOW_REMEDY }]);
-    }, START_PATIENCE_MS);
+  }
+
+  override restart(): void {
+    this.phase = this.dataset ? 'reading' : 'empty';
+    this.activity = 'Starting the engine';
+    this.progress = 0;
+    super.restart();
+    this.changed();
   }
 
   /** Computes again with these settings, soon. */
@@ -171,7 +202,10 @@ export abstract class RunSession<
     this.settings = settings;
     this.changed();
     clearTimeout(this.#settings_timer);
-    this.#settings_timer = setTimeout(() => this.recompute(settings), SETTINGS_DELAY_MS);
+    this.#settings_timer = setTimeout(() => {
+      if (this.is_unavailable) this.restart();
+      else this.recompute(settings);
+    }, SETTINGS_DELAY_MS);
   }
 
   /** Stops; what has been computed stays. */
@@ -190,8 +224,6 @@ export abstract class RunSession<
   }
 
   protected onReady(facts: SettingsFacts<Settings>): void {
-    clearTimeout(this.#start_timer);
-    this.messages = this.messages.filter(({ remedy }) => remedy !== SLOW_REMEDY);
     this.facts = facts;
     this.settings ??= this.#initial_settings(facts);
     this.onStarted();

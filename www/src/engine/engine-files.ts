@@ -10,9 +10,9 @@ export type EngineFile = 'planar' | 'full';
 export const first: { file: EngineFile; worker_url: string } = { file: 'planar', worker_url: first_worker_url };
 
 /** The WebAssembly module of a file. */
-export async function fetchEngine(file: EngineFile): Promise<Response> {
+export async function fetchEngine(file: EngineFile, signal: AbortSignal): Promise<Response> {
   const url = file === 'full' ? full_url : planar_url;
-  const response = await fetch(url);
+  const response = await fetch(url, { signal });
   if (!response.ok) throw new Error(`${url} could not be loaded: ${response.status} ${response.statusText}`);
   return response;
 }

@@ -36,6 +36,8 @@ export interface PlanarListener {
   rejected(problem: Problem): void;
   /** The worker died; a new one is starting with the same inputs. */
   crashed(message: string): void;
+  /** The engine takes long to load, or does so no longer. */
+  slow(is_slow: boolean): void;
   /** The engine cannot be started, or is not started again. */
   unavailable(message: string): void;
 }
@@ -127,6 +129,7 @@ export class PlanarClient {
     const hooks: HostHooks<PlanarEvent> = {
       event: (event) => this.#onEvent(event),
       crashed: (message) => this.#onCrash(message),
+      slow: (is_slow) => this.#listener.slow(is_slow),
       unavailable: (message) => this.#onUnavailable(message),
     };
     return new WorkerHost<PlanarApi, PlanarEvent>(worker_url, hooks, file);

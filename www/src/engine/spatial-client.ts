@@ -43,6 +43,8 @@ export interface SpatialListener {
   replaced(name: string): void;
   /** The registrar died; `restarts`: all is computed again by itself. */
   crashed(message: string, restarts: boolean): void;
+  /** The engine takes long to load, or does so no longer. */
+  slow?(is_slow: boolean): void;
   /** The engine cannot be started, or is not started again. */
   unavailable(message: string): void;
 }
@@ -79,6 +81,7 @@ export class SpatialClient {
     this.#listener = listener;
     this.#registrar = new WorkerHost<RegistrarApi>(registrar_url, {
       crashed: (message, num_crashes) => this.#onRegistrarDeath(message, num_crashes),
+      slow: (is_slow) => listener.slow?.(is_slow),
       unavailable: (message) => {
         this.#abandon();
         listener.unavailable(message);

@@ -9,6 +9,14 @@ export function isCompiled(file: EngineFile): boolean {
   return ready.has(file);
 }
 
+/** Downloads that are under way. */
+const attempts = new Map<EngineFile, AbortController>();
+
+/** Begins the downloads that are under way anew: one that hangs never fails of itself. */
+export function fetchAgain(): void {
+  for (const attempt of attempts.values()) attempt.abort();
+}
+
 /** The compiled engine, which can be posted to any number of workers. Each file is fetched and compiled once. */
 export function compileEngine(file: EngineFile): Promise<WebAssembly.Module> {
   const known = compiled.get(file);
@@ -30,13 +38,26 @@ export function compileFullWhenIdle(): void {
   const { connection } = navigator as Navigator & { connection?: { saveData?: boolean } };
   if (connection?.saveData || compiled.has('full')) return;
   // What could not be fetched now is fetched when it is wanted, or told of then.
-  const compile = (): void => void compileEngine('full').catch(() => undefined);
-  if ('requestIdleCallback' in window) requestIdleCallback(compile, { timeout: IDLE_PATIENCE_MS });
-  else setTimeout(compile, IDLE_PATIENCE_MS);
+  const begin = (): void => void compileEngine('full').catch(() => undefined);
+  if ('requestIdleCallback' in window) requestIdleCallback(begin, { timeout: IDLE_PATIENCE_MS });
+  else setTimeout(begin, IDLE_PATIENCE_MS);
 }
 
 async function fetchAndCompile(file: EngineFile): Promise<WebAssembly.Module> {
-  const response = await fetchEngine(file);
+  for (;;) {
+    const attempt = new AbortController();
+    attempts.set(file, attempt);
+    try {
+      return await compile(await fetchEngine(file, attempt.signal));
+    } catch (error) {
+      if (!attempt.signal.aborted) throw error;
+    } finally {
+      attempts.delete(file);
+    }
+  }
+}
+
+async function compile(response: Response): Promise<WebAssembly.Module> {
   // Hosts that do not know the type application/wasm are common: compile the bytes there.
   const is_wasm = response.headers.get('Content-Type')?.startsWith('application/wasm') ?? false;
   return is_wasm ? WebAssembly.compileStreaming(response) : WebAssembly.compile(await response.arrayBuffer());

@@ -10,6 +10,9 @@ import { compileEngine, keepWorker, startWorker } from './start.js';
 /** So many crashes with no finished work in between end it. */
 export const MAX_CRASHES = 3;
 
+/** An engine that takes longer to start is told of (ms): it is three megabytes. */
+export const START_PATIENCE_MS = 15_000;
+
 /** Every worker's first call, with the compiled engine; what it returns is what the engine reports of itself. */
 export interface Startable {
   start(module: WebAssembly.Module): unknown;
@@ -19,6 +22,8 @@ export interface HostHooks<Event> {
   event?(event: Event): void;
   /** The worker died; the next call starts another. `num_crashes`: with no finished work in between. */
   crashed(message: string, num_crashes: number): void;
+  /** The engine has not started after `START_PATIENCE_MS`; false when it has, or is given up. */
+  slow?(is_slow: boolean): void;
   /** In a sentence: the engine cannot be started, or it crashed `MAX_CRASHES` times. Every further call fails. */
   unavailable(message: string): void;
 }
@@ -98,8 +103,19 @@ export class WorkerHost<Api extends Startable, Event = never> {
     return this.#running;
   }
 
-  /** Starts a worker. Nothing is lost with one that dies meanwhile: the next one is tried, as often as crashes are borne. */
+  /** Starts a worker. Nothing is lost with one that dies meanwhile. */
   async #begin(): Promise<Running<Api, Event>> {
+    const timer = setTimeout(() => this.#end ?? this.#hooks.slow?.(true), START_PATIENCE_MS);
+    try {
+      return await this.#startAny();
+    } finally {
+      clearTimeout(timer);
+      if (this.#end === null) this.#hooks.slow?.(false);
+    }
+  }
+
+  /** A worker that dies while it starts is followed by the next one, as often as crashes are borne. */
+  async #startAny(): Promise<Running<Api, Event>> {
     for (;;) {
       try {
         return await this.#startOne();

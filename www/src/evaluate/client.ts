@@ -6,6 +6,8 @@ import type { QueryApi } from './protocol.js';
 export interface ClientHooks<Command, Result> {
   answered(result: Result): void;
   failed(message: string): void;
+  slow(is_slow: boolean): void;
+  unavailable(message: string): void;
   /** All that a worker has to be told before its first query, also after a crash. */
   greet?(): Command;
 }
@@ -20,7 +22,8 @@ export class WorkerClient<Command, Query, Result> {
     this.#hooks = hooks;
     this.#host = new WorkerHost<QueryApi<Command, Query, Result>>(worker_url, {
       crashed: (message) => this.#onCrash(message),
-      unavailable: (message) => hooks.failed(`${message}. Reload the page; please report this.`),
+      slow: (is_slow) => hooks.slow(is_slow),
+      unavailable: (message) => hooks.unavailable(message),
     });
   }
 

@@ -3,6 +3,7 @@ import { customElement, property, query } from 'lit/decorators.js';
 import { announcements } from '../components/announcer.js';
 import { DropTarget } from '../components/drop-target.js';
 import { icon } from '../components/icons.js';
+import { retryButton } from '../components/messages.js';
 import type { GivenFiles } from '../components/run-kind.js';
 import { wordsOf } from '../components/session.js';
 import { drop_styles, page_styles, shared, tokens } from '../components/theme.js';
@@ -103,7 +104,9 @@ export class ScanstitchEvaluate extends LitElement {
             : nothing
         }
       </p>
-      ${this.session.messages.map(({ text }) => html`<p class="problem" role="alert">${text}</p>`)}
+      ${this.session.messages.map(
+        (message) => html`<p class="problem" role="alert">${message.text} ${retryButton(message)}</p>`,
+      )}
       <p class="muted">Nothing leaves this machine.</p>
     </section>`;
   }
@@ -173,7 +176,7 @@ export class ScanstitchEvaluate extends LitElement {
     if (problems.length + remarks.length === 0) return nothing;
     return html`<ul class="problems">
       ${problems.map((problem) => html`<li class="problem" role="alert">${icon('doubtful')}${problem}</li>`)}
-      ${remarks.map((remark) => html`<li>${icon('info')}${remark}</li>`)}
+      ${remarks.map((remark) => html`<li>${icon('info')}${remark}</li>`)} ${messages.map(retryButton)}
     </ul>`;
   }
 

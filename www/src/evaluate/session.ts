@@ -62,6 +62,14 @@ export class EvaluateSession extends Session<Clients> {
   readonly #onResult: (result: Result) => void;
   #map_client: WorkerClient<never, MapQuery, MapResult> | null = null;
   #next_id = 0;
+  readonly #faults = {
+    failed: (message: string): void => this.#onFailed(message),
+    slow: (is_slow: boolean): void => this.onSlow(is_slow),
+    unavailable: (message: string): void => {
+      this.is_judging_map = false;
+      this.onUnavailable(message);
+    },
+  };
   /** What the maps were last judged with. */
   #judged = '';
   #rankedBy = memoizeLast((comparisons: readonly Comparison[], { id, is_descending }: Sort) => {
@@ -83,7 +91,7 @@ export class EvaluateSession extends Session<Clients> {
   protected override createClient(): Clients {
     const trajectories = new WorkerClient<Command, Query, Result>(evaluate_url, {
       answered: (result) => this.#onAnswered(result),
-      failed: (message) => this.#onFailed(message),
+      ...this.#faults,
       greet: () => ({ add: this.files, remove: [] }),
     });
     return {
@@ -94,6 +102,14 @@ export class EvaluateSession extends Session<Clients> {
         this.#map_client = null;
       },
     };
+  }
+
+  override restart(): void {
+    super.restart();
+    this.#judged = '';
+    this.client?.trajectories.tell({ add: this.files, remove: [] });
+    this.#ask();
+    if (this.files.length === 0) this.#judge();
   }
 
   get comparisons(): readonly Comparison[] {
@@ -232,6 +248,10 @@ export class EvaluateSession extends Session<Clients> {
   }
 
   #ask(): void {
+    if (this.is_unavailable) {
+      this.restart();
+      return;
+    }
     const { reference_id: reference, options, loops_only } = this.choices;
     if (reference < 0) {
       this.result = null;
@@ -276,7 +296,7 @@ export class EvaluateSession extends Session<Clients> {
     this.is_judging_map = true;
     this.#map_client ??= new WorkerClient<never, MapQuery, MapResult>(map_url, {
       answered: (result) => this.#onJudged(result),
-      failed: (message) => this.#onFailed(message),
+      ...this.#faults,
     });
     this.#map_client.ask({
       maps: are_frames ? [] : this.clouds,

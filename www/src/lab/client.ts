@@ -25,6 +25,7 @@ const CREW = 2;
 
 export interface LabHooks {
   crashed(message: string): void;
+  slow(is_slow: boolean): void;
   unavailable(message: string): void;
 }
 
@@ -42,12 +43,13 @@ class Seat {
   #pair: Pair | null = null;
   #prepared = new Map<number, { options: Options; facts: Promise<LabFacts> }>();
 
-  constructor({ crashed, unavailable }: LabHooks) {
+  constructor({ crashed, slow, unavailable }: LabHooks) {
     this.#host = new WorkerHost<LabApi>(worker_url, {
       crashed: (message) => {
         this.#pair = null;
         crashed(message);
       },
+      slow,
       unavailable,
     });
   }

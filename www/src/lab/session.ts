@@ -91,8 +91,14 @@ export class LabSession extends Session<LabClient> {
     return new LabClient({
       crashed: (message) =>
         this.tellCrash(message, 'The clouds are still there.', 'Change the method or the start, and it runs again'),
+      slow: (is_slow) => this.onSlow(is_slow),
       unavailable: (message) => this.onUnavailable(message),
     });
+  }
+
+  override restart(): void {
+    super.restart();
+    if (this.given) void this.open(this.given, this.run?.options ?? null, this.start);
   }
 
   /** Takes two clouds and registers them. `options` and `start`: null keeps what is set. */

@@ -104,6 +104,7 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession,
     requested_at: number,
     joins: boolean,
   ): Promise<void> {
+    session.tables.has_link = this.remember_settings; // before the next update, which comes too late for a new session
     return session.add(files, requested_at, joins);
   }
 

@@ -29,6 +29,10 @@ export class PlanarSession extends RunSession<PlanarClient, Settings, Dataset, S
   #candidate: Dataset | null = null;
   #is_new_dataset = false;
   #next_reading = 0;
+  /** How often something was opened: what is still being fetched gives way to what was opened after it. */
+  #num_asked = 0;
+  /** Files are taken in one drop after the other. */
+  #adding: Promise<void> = Promise.resolve();
 
   protected override createClient(): PlanarClient {
     return new PlanarClient({
@@ -39,29 +43,44 @@ export class PlanarSession extends RunSession<PlanarClient, Settings, Dataset, S
       snapshot: (state, snapshot) => this.#onSnapshot(state, snapshot),
       rejected: (problem) => this.tell([errorMessage(problem)]),
       crashed: (message) => this.#onCrashed(message),
+      slow: (is_slow) => this.onSlow(is_slow),
       unavailable: (message) => this.onUnavailable(message),
     });
   }
 
   /** Shows a data set that comes from a server. One that fails to come becomes a message. */
   async openGiven(fetching: Promise<Dataset>): Promise<void> {
+    const own = ++this.#num_asked;
+    this.phase = 'reading';
+    this.activity = 'Fetching the scans';
+    this.progress = 0;
+    this.changed();
     try {
-      this.open(await fetching);
+      const dataset = await fetching;
+      if (own === this.#num_asked) this.open(dataset);
     } catch (error) {
+      if (own !== this.#num_asked) return;
       this.keepResult();
       this.report(`The scans could not be fetched: ${wordsOf(error)}`, 'Drop scans of your own, or reload the page');
     }
   }
 
   open(dataset: Dataset, notes: readonly Note[] = []): void {
-    if (this.phase === 'unavailable') return;
+    this.#num_asked++;
     this.messages = notes.map(({ file, reason }) => noteMessage(file, reason));
     this.requested_at = performance.now();
     this.#load(dataset);
   }
 
   /** Takes in files that were dropped or picked, asked for at clock time `requested_at`; `joins` what is open. */
-  async add({ files, notes, num_given }: PlanarFiles, requested_at: number, joins = false): Promise<void> {
+  add(given: PlanarFiles, requested_at: number, joins = false): Promise<void> {
+    this.#num_asked++;
+    const add = (): Promise<void> => this.#add(given, requested_at, joins);
+    this.#adding = this.#adding.then(add, add);
+    return this.#adding;
+  }
+
+  async #add({ files, notes, num_given }: PlanarFiles, requested_at: number, joins: boolean): Promise<void> {
     if (files.length + notes.length === 0) return;
     const intake = await takeIn(files);
     this.requested_at = requested_at;
@@ -115,6 +134,7 @@ export class PlanarSession extends RunSession<PlanarClient, Settings, Dataset, S
   }
 
   override clear(): void {
+    this.#num_asked++;
     if (this.phase === 'running') this.client?.stop();
     this.dataset = null;
     this.snapshot = null;
@@ -169,8 +189,11 @@ export class PlanarSession extends RunSession<PlanarClient, Settings, Dataset, S
   }
 
   #load(dataset: Dataset): void {
-    if (this.phase === 'unavailable') return;
     this.#candidate = dataset;
+    if (this.is_unavailable) {
+      this.restart();
+      return;
+    }
     this.phase = 'reading';
     this.progress = 0;
     this.activity = `Reading ${plural(dataset.scans.length, 'scan')}`;

@@ -55,6 +55,7 @@ export class SpatialSession extends RunSession<SpatialClient, SpatialSettings, S
       replaced: (name) =>
         this.tell([noteMessage(name, 'The worker that prepared this frame crashed and was replaced')]),
       crashed: (message, restarts) => this.#onCrashed(message, restarts),
+      slow: (is_slow) => this.onSlow(is_slow),
       unavailable: (message) => this.#onEnded(message),
     });
   }
@@ -88,7 +89,8 @@ export class SpatialSession extends RunSession<SpatialClient, SpatialSettings, S
         previous !== null && this.snapshot !== null && is_same_camera && isPrefix(previous.jobs, dataset.jobs);
       this.dataset = dataset;
       const order = (): void => (continues && this.client ? this.#extend(previous, dataset) : this.#load());
-      if (this.facts) order();
+      if (this.is_unavailable) this.restart();
+      else if (this.facts) order();
       else this.#pending = () => this.#load();
     } catch (error) {
       if (intake !== this.#num_intakes) return;

@@ -23,6 +23,8 @@ export interface StrategyListener {
   /** One entry a strategy. */
   results(results: readonly StrategyResult[], milliseconds: readonly (readonly number[])[]): void;
   problem(problem: Problem): void;
+  slow(is_slow: boolean): void;
+  unavailable(message: string): void;
 }
 
 /** One comparison at a time: a new one ends the one before it. */
@@ -39,7 +41,11 @@ export class StrategyClient {
     // The running comparison fails, and reports it.
     this.#host = new WorkerHost<ComparerApi>(worker_url, {
       crashed: () => this.stop(),
-      unavailable: () => this.stop(),
+      slow: (is_slow) => listener.slow(is_slow),
+      unavailable: (message) => {
+        this.stop();
+        listener.unavailable(message);
+      },
     });
   }
 

@@ -34,7 +34,13 @@ export class StrategiesSession extends Session<StrategyClient> {
 
   override hostConnected(): void {
     super.hostConnected();
-    this.#list().catch((error: unknown) => this.report(wordsOf(error), 'Reload the page'));
+    this.#list().catch(() => undefined); // told as `unavailable`
+  }
+
+  override restart(): void {
+    this.phase = 'empty';
+    super.restart();
+    this.#list().catch(() => undefined);
   }
 
   protected override leave(): void {
@@ -56,6 +62,8 @@ export class StrategiesSession extends Session<StrategyClient> {
         this.changed();
       },
       problem: (problem) => this.tell([errorMessage(problem)]),
+      slow: (is_slow) => this.onSlow(is_slow),
+      unavailable: (message) => this.onUnavailable(message),
     });
   }
 
@@ -83,7 +91,7 @@ export class StrategiesSession extends Session<StrategyClient> {
       const is_done = await client.run(given, this.compared);
       if (is_current()) this.#onEnd(is_done);
     } catch (error) {
-      if (!is_current()) return;
+      if (!is_current() || this.is_unavailable) return;
       this.phase = 'crashed';
       this.report(wordsOf(error));
     }

@@ -4,6 +4,7 @@ import '../components/figure-view.js';
 import { cell, type Column, columnsOf, csvOf, markdownOf, type Row } from '../../../npm/strategy_table.js';
 import { announcements } from '../components/announcer.js';
 import { icon } from '../components/icons.js';
+import { retryButton } from '../components/messages.js';
 import type { Phase } from '../components/session.js';
 import { page_styles, shared, table_styles } from '../components/theme.js';
 import { makeColors } from '../views/figure-colors.js';
@@ -52,7 +53,10 @@ export class ScanstitchStrategies extends LitElement {
       ${
         messages.length > 0
           ? html`<ul class="problems" aria-label="Problems">
-              ${messages.map(({ file, text, remedy }) => html`<li>${[file, text, remedy].filter(Boolean).join(': ')}</li>`)}
+              ${messages.map((message) => {
+                const { file, text, remedy } = message;
+                return html`<li>${[file, text, remedy].filter(Boolean).join(': ')} ${retryButton(message)}</li>`;
+              })}
             </ul>`
           : nothing
       }
@@ -249,7 +253,11 @@ export class ScanstitchStrategies extends LitElement {
           >each registers every frame against its own map by ICP; they differ in how that map is kept</span
         >
         <span class="save"
-          ><button class="quiet" ?disabled=${this.session.phase === 'running'} @click=${() => this.session.chooseAll()}>
+          ><button
+            class="quiet"
+            ?disabled=${this.session.presets.length === 0 || this.session.phase === 'running'}
+            @click=${() => this.session.chooseAll()}
+          >
             Choose all
           </button></span
         >

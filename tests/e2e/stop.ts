@@ -1,0 +1,52 @@
+/** Stops a run in its middle, from within the page: seen from outside, it may be over before the button is clicked. */
+import type { Page } from '@playwright/test';
+
+/**
+ * Clicks Stop as soon as the table has more than so many rows of frames, and waits until the run has stopped. `before` and
+ * `at_once`: what the view says at the click, and when it has been drawn anew after it.
+ */
+export async function stopAfter(
+  page: Page,
+  element: string,
+  num_rows: number,
+): Promise<{ ms: number; before: string; at_once: string }> {
+  await page.locator(element).waitFor();
+  return page.evaluate(
+    async ([element, num_rows]) => {
+      type View = HTMLElement & { updateComplete: Promise<boolean> };
+      const view = document.querySelector('scanstitch-app')?.shadowRoot?.querySelector<View>(element);
+      const words = (): string => view?.shadowRoot?.textContent ?? '';
+      const table = (): View | null => view?.shadowRoot?.querySelector<View>('scanstitch-frame-table') ?? null;
+      const rows = (): number =>
+        Number(table()?.shadowRoot?.querySelector('table')?.getAttribute('aria-rowcount') ?? 1) - 1;
+      /** Until it holds, looked at whenever the view has been drawn with something new. */
+      const until = (holds: () => boolean): Promise<void> =>
+        new Promise((resolve) => {
+          const look = async (): Promise<void> => {
+            await view?.updateComplete;
+            await table()?.updateComplete;
+            if (!holds()) return;
+            observer.disconnect();
+            resolve();
+          };
+          const observer = new MutationObserver(() => void look());
+          const changes = { childList: true, subtree: true, attributes: true, characterData: true };
+          if (view?.shadowRoot) observer.observe(view.shadowRoot, changes);
+          void look();
+        });
+      await until(() => rows() > num_rows);
+      const stop = [...(view?.shadowRoot?.querySelectorAll('button') ?? [])].find(
+        (button) => button.textContent === 'Stop',
+      );
+      if (!stop) throw new Error(`There is nothing to stop: ${words()}`);
+      const before = words();
+      const start = performance.now();
+      stop.click();
+      await view?.updateComplete;
+      const at_once = words();
+      await until(() => words().includes('Stopped: partial map'));
+      return { ms: performance.now() - start, before, at_once };
+    },
+    [element, num_rows] as const,
+  );
+}
