@@ -10,7 +10,7 @@ export async function stopAfter(
   element: string,
   num_rows: number,
 ): Promise<{ ms: number; before: string; at_once: string }> {
-  await page.locator(element).waitFor();
+  await page.locator(element).waitFor({ state: 'attached' });
   return page.evaluate(
     async ([element, num_rows]) => {
       type View = HTMLElement & { updateComplete: Promise<boolean> };
