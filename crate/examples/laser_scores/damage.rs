@@ -34,6 +34,11 @@ pub const ALL: &[&str] = &[
     "blind",
     "backwards",
     "every_second",
+    "every_third",
+    "every_fifth",
+    "every_tenth",
+    "every_fifteenth",
+    "near",
     "first_half",
     "second_half",
     "noisy",
@@ -124,6 +129,11 @@ impl Input {
                 self.pick(&(0..count).rev().collect::<Vec<_>>());
             }
             "every_second" => self.keep(|scan| scan % 2 == 0),
+            "every_third" => self.keep(|scan| scan % 3 == 0),
+            "every_fifth" => self.keep(|scan| scan % 5 == 0),
+            "every_tenth" => self.keep(|scan| scan % 10 == 0),
+            "every_fifteenth" => self.keep(|scan| scan % 15 == 0),
+            "near" => self.change_ranges(|_, _, range| if range < 5.0 { range } else { f32::NAN }),
             "first_half" => {
                 let half = self.numbers.len() / 2;
                 self.keep(|scan| scan < half);

@@ -22,8 +22,8 @@ pub mod information;
 pub mod motion_noise;
 
 use ablation::Ablation;
-use hypothesis::{Hypothesis, SEARCHED, doubt_by_rival, fits_as_well, thinned};
-use information::{fuse, motion_information, softened_covariance};
+use hypothesis::{Hypothesis, SEARCHED, agrees_as_well, doubt_by_rival, fits_as_well, thinned};
+use information::{fuse, seen_from, softened_covariance, with_normals_noise, without_normals_noise};
 
 /// What a registration starts from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -89,6 +89,8 @@ pub struct FrameEstimate {
     pub assessment: Assessment,
     /// How it is connected to the frames before.
     pub link: Link,
+    /// What the registration tells of the pose, by a perturbation on the left about the world's origin, rotation first.
+    pub information: Matrix3<f64>,
 }
 
 /// Scan-to-map odometry in the plane. The world frame is the frame of the first scan.
@@ -236,39 +238,24 @@ impl Odometry {
     /// Registers from the measured motion; where that leads nowhere, from the best pose near it. Where both contradict the
     /// measurement, the scan is placed by the measurement.
     fn register_measured(&self, scan: &PlanarScan, prediction: &Pose2, motion: &MeasuredMotion) -> FrameEstimate {
-        let mut best = self.register_from(scan, *prediction);
-        if best.1.status == Status::Lost || best.1.agreement < SURE_AGREEMENT || !self.is_near(&best, motion) {
-            let (translation, rotation) = position_and_heading_sigma(motion);
-            let window = SearchWindow { translation: 0.1 + SIGMAS * translation, rotation: 0.02 + SIGMAS * rotation };
-            if let Some(found) =
-                LikelihoodGrid::new(&self.map.points()).search(&thinned(&scan.points, SEARCHED), prediction, window)
-            {
-                let searched = self.register_from(scan, found.T_target_source);
-                let is_better = searched.1.agreement > best.1.agreement || !self.is_near(&best, motion);
-                if is_better && self.is_near(&searched, motion) {
-                    best = searched;
-                }
-            }
+        let best = self.register_near(scan, prediction, motion);
+        if best.1.status == Status::Lost {
+            return carried(best, prediction);
         }
-        let is_near = self.is_near(&best, motion);
+        let off = prediction.inverse() * best.0.T_target_source;
+        let apart = format!("{:.2} m and {:.0} degrees", off.translation_norm(), off.rotation_angle().to_degrees());
+        if !self.is_near(&best, motion) {
+            let known = position_and_heading_sigma(motion).0;
+            let reason =
+                format!("its best fit is {apart} off from the measured motion, which is known to {known:.2} m");
+            return carried(doubted_by_motion(best, &reason), prediction);
+        }
+        let Some((T_world_sensor, information)) = self.fused(scan, &best, prediction, motion) else {
+            let reason =
+                format!("its best fit is {apart} off from the measured motion, and between the two it fits worse");
+            return carried(doubted_by_motion(best, &reason), prediction);
+        };
         let (registration, mut assessment) = best;
-        if assessment.status == Status::Lost || !is_near {
-            if assessment.status != Status::Lost {
-                let off = prediction.inverse() * registration.T_target_source;
-                assessment.reason = format!(
-                    "its best fit is {:.2} m and {:.0} degrees off from the measured motion, which is known to {:.2} m: it is placed by the measured motion",
-                    off.translation_norm(),
-                    off.rotation_angle().to_degrees(),
-                    position_and_heading_sigma(motion).0
-                );
-            }
-            assessment.status = Status::Doubtful;
-            return FrameEstimate {
-                registration: Some(registration),
-                ..unregistered(*prediction, assessment, Link::Carried)
-            };
-        }
-        let link = self.link_covariance(&registration);
         let mut status = assessment.status;
         if status == Status::Doubtful && assessment.agreement > CONFIRMED_AGREEMENT {
             // Two measurements agree: people may stand in the way. What the walls leave open, the motion tells.
@@ -277,18 +264,51 @@ impl Odometry {
                 status = Status::Good;
             }
         }
-        let T_last_found = self.T_world_last.inverse() * registration.T_target_source;
-        let fused = if self.options.without.odometry {
-            T_last_found.renormalized()
-        } else {
-            fuse((&T_last_found, &link), (&motion.T_before_sensor, &motion.covariance))
-        };
-        FrameEstimate {
-            T_world_sensor: self.T_world_last * fused,
-            registration: Some(registration),
-            assessment,
-            link: if status == Status::Good { Link::Registered } else { Link::Doubted },
+        let link = if status == Status::Good { Link::Registered } else { Link::Doubted };
+        FrameEstimate { T_world_sensor, registration: Some(registration), assessment, link, information }
+    }
+
+    /// The better of the registrations from the measured motion and, where that one is not sure, from the best pose near it.
+    fn register_near(&self, scan: &PlanarScan, prediction: &Pose2, motion: &MeasuredMotion) -> Hypothesis {
+        let best = self.register_from(scan, *prediction);
+        if best.1.status != Status::Lost && best.1.agreement >= SURE_AGREEMENT && self.is_near(&best, motion) {
+            return best;
         }
+        let (translation, rotation) = position_and_heading_sigma(motion);
+        let window = SearchWindow { translation: 0.1 + SIGMAS * translation, rotation: 0.02 + SIGMAS * rotation };
+        let grid = LikelihoodGrid::new(&self.map.points());
+        let Some(found) = grid.search(&thinned(&scan.points, SEARCHED), prediction, window) else { return best };
+        let searched = self.register_from(scan, found.T_target_source);
+        let is_better = searched.1.agreement > best.1.agreement || !self.is_near(&best, motion);
+        if is_better && self.is_near(&searched, motion) { searched } else { best }
+    }
+
+    /// The most likely pose by a registration and a measured motion, and the registration's information. Where fewer returns
+    /// agree at that pose, the walls do not leave open what the motion moved the scan along: the motion is wrong, or, where
+    /// as many agree at the prediction, perhaps the registration is, and there is no such pose.
+    fn fused(
+        &self,
+        scan: &PlanarScan,
+        (registration, assessment): &Hypothesis,
+        prediction: &Pose2,
+        motion: &MeasuredMotion,
+    ) -> Option<(Pose2, Matrix3<f64>)> {
+        let T_last_found = self.T_world_last.inverse() * registration.T_target_source;
+        let information = without_normals_noise(registration);
+        if self.options.without.odometry {
+            return Some((self.T_world_last * T_last_found.renormalized(), information));
+        }
+        let fused_by = |information: &Matrix3<f64>| {
+            let link = self.link_covariance(information);
+            self.T_world_last * fuse((&T_last_found, &link), (&motion.T_before_sensor, &motion.covariance))
+        };
+        let fits = |pose: &Pose2| agrees_as_well(self.map.free_space(scan, pose).agreement(), assessment.agreement);
+        let fused = fused_by(&information);
+        if fits(&fused) {
+            return Some((fused, information));
+        }
+        let information = with_normals_noise(registration);
+        (!fits(prediction)).then(|| (fused_by(&information), information))
     }
 
     /// Whether a registration lies where the measured motion allows, or where wheels that slipped allow it.
@@ -300,13 +320,13 @@ impl Odometry {
             return true;
         }
         let off = (motion.T_before_sensor * T_last_found.inverse()).log();
-        let covariance = motion.covariance + self.link_covariance(registration);
+        let covariance = motion.covariance + self.link_covariance(&without_normals_noise(registration));
         covariance.try_inverse().is_some_and(|information| off.dot(&(information * off)) < GATE)
     }
 
-    /// Covariance of the motion from the last frame that a registration in the world measured.
-    fn link_covariance(&self, registration: &PlanarRegistration) -> Matrix3<f64> {
-        softened_covariance(&motion_information(registration, &self.T_world_last), REGISTRATION_SIGMA, WIDEST)
+    /// Covariance of the motion from the last frame, of information about a pose in the world.
+    fn link_covariance(&self, information: &Matrix3<f64>) -> Matrix3<f64> {
+        softened_covariance(&seen_from(information, &self.T_world_last), REGISTRATION_SIGMA, WIDEST)
     }
 
     /// Registers from the guess that the settings ask for; where the result is not good and a search is allowed, once
@@ -325,7 +345,8 @@ impl Odometry {
             Status::Doubtful => (registration.T_target_source, Link::Doubted),
             Status::Lost => (*prediction, Link::Lost),
         };
-        FrameEstimate { T_world_sensor, registration: Some(registration), assessment, link }
+        let information = without_normals_noise(&registration);
+        FrameEstimate { T_world_sensor, registration: Some(registration), assessment, link, information }
     }
 
     fn register_by_search(&self, scan: &PlanarScan, prediction: &Pose2) -> Hypothesis {
@@ -412,7 +433,19 @@ impl Odometry {
 }
 
 fn unregistered(T_world_sensor: Pose2, assessment: Assessment, link: Link) -> FrameEstimate {
-    FrameEstimate { T_world_sensor, registration: None, assessment, link }
+    FrameEstimate { T_world_sensor, registration: None, assessment, link, information: Matrix3::zeros() }
+}
+
+/// A frame that is placed by measured motion alone, whatever its registration.
+fn carried((registration, mut assessment): Hypothesis, prediction: &Pose2) -> FrameEstimate {
+    assessment.status = Status::Doubtful;
+    FrameEstimate { registration: Some(registration), ..unregistered(*prediction, assessment, Link::Carried) }
+}
+
+/// A registration that measured motion speaks against.
+fn doubted_by_motion((registration, mut assessment): Hypothesis, reason: &str) -> Hypothesis {
+    assessment.reason = format!("{reason}: it is placed by the measured motion");
+    (registration, assessment)
 }
 
 /// Standard deviations of the end of a measured motion (m) and of its heading (rad).

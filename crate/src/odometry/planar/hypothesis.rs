@@ -14,10 +14,15 @@ const RIVAL_DISAGREEMENT: f64 = 0.04;
 /// Where a scan may be, and what speaks for it.
 pub type Hypothesis = (PlanarRegistration, Assessment);
 
+/// Whether about as many returns agree at one pose as at another one.
+pub fn agrees_as_well(agreement: f64, other: f64) -> bool {
+    agreement > other - RIVAL_DISAGREEMENT
+}
+
 /// Whether one hypothesis fits about as well as another one: as many of its returns agree, and it lies on the map with at
 /// least this share of what the other does.
 pub fn fits_as_well(one: &Hypothesis, other: &Hypothesis, share: f64) -> bool {
-    one.1.agreement > other.1.agreement - RIVAL_DISAGREEMENT && one.0.fitness > share * other.0.fitness
+    agrees_as_well(one.1.agreement, other.1.agreement) && one.0.fitness > share * other.0.fitness
 }
 
 /// A second place where the scan fits about as well makes the first doubtful.

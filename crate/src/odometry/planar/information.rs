@@ -25,6 +25,16 @@ pub fn seen_from(information: &Matrix3<f64>, T_world_before: &Pose2) -> Matrix3<
 
 /// The information, less what normals that are off by a few degrees would tell of every direction.
 pub fn without_normals_noise(registration: &PlanarRegistration) -> Matrix3<f64> {
+    independent_information(registration, NORMALS_NOISE)
+}
+
+/// The information, with what the normals tell of every direction: where that is known to be more than noise.
+pub fn with_normals_noise(registration: &PlanarRegistration) -> Matrix3<f64> {
+    independent_information(registration, 0.0)
+}
+
+/// The information by residuals that are independent, less what noise of this mean square sine in the normals tells.
+fn independent_information(registration: &PlanarRegistration, normals_noise: f64) -> Matrix3<f64> {
     let weights: f64 = registration.correspondences.iter().map(|c| c.weight).sum();
     if weights <= 0.0 {
         return Matrix3::zeros();
@@ -42,7 +52,7 @@ pub fn without_normals_noise(registration: &PlanarRegistration) -> Matrix3<f64> 
     let Some(inverse) = basis.try_inverse() else { return Matrix3::zeros() };
     let normalised = basis.tr_mul(&(registration.information * basis));
     let full = normalised.trace().max(0.0);
-    let noise = NORMALS_NOISE * full;
+    let noise = normals_noise * full;
     let eigen = ((normalised + normalised.transpose()) * 0.5).symmetric_eigen();
     // Three unknowns are fitted to what is independent of the residuals: a handful of beams says nothing.
     let num_independent = registration.correspondences.len() as f64 / CORRELATED_BEAMS;

@@ -78,7 +78,6 @@ impl KeyframeGraph {
     /// Picks the keyframes of a chain. There has to be a frame that is not lost.
     pub fn new(
         estimates: &[FrameEstimate],
-        informations: &[Matrix3<f64>],
         scans: &[Rc<PlanarScan>],
         poses: &[Pose2],
         motions: &[Option<MeasuredMotion>],
@@ -98,8 +97,7 @@ impl KeyframeGraph {
                 continue;
             }
             if let Some(&before) = nodes.last() {
-                let mut relations =
-                    Relations::between(before, frame, (estimate, &informations[frame]), poses, motions, is_start);
+                let mut relations = Relations::between(before, frame, estimate, poses, motions, is_start);
                 if without.odometry && relations.all.len() > 1 {
                     relations.all.truncate(1);
                 }
@@ -289,7 +287,7 @@ impl Relations {
     fn between(
         before: usize,
         frame: usize,
-        (estimate, information): (&FrameEstimate, &Matrix3<f64>),
+        estimate: &FrameEstimate,
         poses: &[Pose2],
         motions: &[Option<MeasuredMotion>],
         is_start: bool,
@@ -310,7 +308,7 @@ impl Relations {
         });
         if let Some(registration) = registered.filter(|_| !is_start) {
             let worst = expected(&T_before_frame, measured.is_some());
-            let information = seen_from(information, &poses[before]);
+            let information = seen_from(&estimate.information, &poses[before]);
             let covariance = softened_covariance(&information, REGISTRATION_SIGMA, worst);
             // Without measured motion to fall back on, the registration is all there is.
             all.push(relation(poses[before].inverse() * registration.T_target_source, &covariance, measured.is_some()));

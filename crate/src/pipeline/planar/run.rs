@@ -2,7 +2,7 @@
 
 use std::rc::Rc;
 
-use nalgebra::{Matrix3, Vector2};
+use nalgebra::Vector2;
 
 use super::joint::{Joint, POINTS_A_STEP};
 use super::keyframe_graph::{KeyframeGraph, LONG_SEQUENCE};
@@ -13,7 +13,6 @@ use crate::io::trajectory::Trajectory;
 use crate::map::local::LocalMap;
 use crate::odometry::assessment::Status;
 use crate::odometry::planar::ablation::Ablation;
-use crate::odometry::planar::information::without_normals_noise;
 use crate::odometry::planar::{FrameEstimate, MeasuredMotion, Odometry, PlanarOptions};
 use crate::pipeline::odometry_check::{CheckedOdometry, check_odometry};
 use crate::pipeline::prepared_frame::FrameLabel;
@@ -51,8 +50,6 @@ pub struct Run {
     without: Ablation,
     /// Without the pairs of points, which take more memory than the scans.
     estimates: Vec<FrameEstimate>,
-    /// What each frame's registration tells of its pose; see [`without_normals_noise`].
-    informations: Vec<Matrix3<f64>>,
     pub poses: Vec<Pose2>,
     /// Keyframes with what connects them; `None` without the joint solution.
     graph: Option<KeyframeGraph>,
@@ -114,7 +111,6 @@ impl Run {
             odometry: Odometry::new(options, recorded.first().map_or_else(Pose2::identity, |scan| scan.T_robot_laser)),
             without,
             estimates: Vec::new(),
-            informations: Vec::new(),
             poses: Vec::new(),
             graph: None,
             joint: None,
@@ -153,7 +149,6 @@ impl Run {
         let (scan, report) = prepare(recorded, self.detected_limit, settings);
         let scan = Rc::new(scan);
         let mut estimate = self.odometry.register_frame(&scan, self.motions[frame].as_ref());
-        self.informations.push(estimate.registration.as_ref().map_or_else(Matrix3::zeros, without_normals_noise));
         if let Some(registration) = &mut estimate.registration {
             registration.correspondences = Vec::new();
         }
@@ -174,14 +169,7 @@ impl Run {
             self.stage = Stage::Evaluate;
             return;
         }
-        self.graph = Some(KeyframeGraph::new(
-            &self.estimates,
-            &self.informations,
-            &self.scans,
-            &self.poses,
-            &self.motions,
-            self.without,
-        ));
+        self.graph = Some(KeyframeGraph::new(&self.estimates, &self.scans, &self.poses, &self.motions, self.without));
         self.stage = Stage::Loops;
         if num_placed < LONG_SEQUENCE {
             self.end_loops();
