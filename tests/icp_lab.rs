@@ -10,6 +10,7 @@ use scanstitch::registration::RegistrationOptions;
 use scanstitch::registration::align::{StepMethod, register_clouds};
 use scanstitch::registration::lab::IcpLab;
 use scanstitch::registration::lab::grid::GridOptions;
+use scanstitch::registration::lab::iteration::TracedIteration;
 use scanstitch::registration::robust_kernel::RobustKernel;
 
 mod common;
@@ -126,6 +127,27 @@ fn a_landscape_is_the_cost_of_every_pose() {
                 assert!(agrees, "{name}, axes {axes:?}, node {column}, {row}: {found} {brute}");
             }
         }
+    }
+}
+
+#[test]
+fn a_sampled_iteration_has_the_pairs_of_its_points() {
+    for Pair { name, source, target, options } in planar_pairs() {
+        // Which residuals are trimmed depends on all of them.
+        let lab = IcpLab::new(&source, &target, &RegistrationOptions { trim_fraction: 0.0, ..options }).expect("a lab");
+        let start = lab.initial().expect("a guess");
+        let whole = lab.iteration(&start).expect("an iteration");
+        let sampled = lab.sampled_iteration(&start, 3).expect("an iteration");
+        let pairs = |of: &TracedIteration| -> Vec<(u32, u32, u64)> {
+            let pairs = of.source.iter().zip(&of.target).zip(&of.residual);
+            pairs.map(|((&source, &target), residual)| (source, target, residual.to_bits())).collect()
+        };
+        let expected: Vec<_> = pairs(&whole).into_iter().filter(|(source, ..)| source % 3 == 0).collect();
+        assert_eq!(pairs(&sampled), expected, "{name}");
+        let left_out: Vec<u32> = whole.rejected_source.iter().copied().filter(|source| source % 3 == 0).collect();
+        assert_eq!(sampled.rejected_source, left_out, "{name}");
+        assert_eq!(sampled.summary.num_points, expected.len() + left_out.len(), "{name}");
+        assert!(sampled.summary.cost > 0.0 && sampled.summary.cost.is_finite(), "{name}");
     }
 }
 

@@ -316,3 +316,74 @@ fn every_length_of_a_cut_log_is_borne() {
         }
     }
 }
+
+#[test]
+fn names_tell_the_ranges_their_angles_and_the_units() {
+    let wave = |scan: usize, beam: usize| 2.0 + (0.05 * beam as f64).sin().abs() + 0.01 * scan as f64;
+    let joined = |cells: Vec<String>, gap: &str| cells.join(gap) + "\n";
+    let ranges = |scan: usize, digits: usize, scale: f64| -> Vec<String> {
+        (0..181).map(|beam| format!("{:.digits$}", scale * wave(scan, beam))).collect()
+    };
+    // A date of two words is one cell; the beams are named by their angles.
+    let beams: Vec<String> = (0..181).map(|beam| format!("{} deg", beam - 90)).collect();
+    let head = joined([vec!["Date".into(), "Battery (V)".into()], beams, vec!["Temp".into()]].concat(), ",");
+    let row = |scan: usize| {
+        let date = vec![format!("2024-03-01 10:00:0{scan}"), "12.4".into()];
+        joined([date, ranges(scan, 0, 1000.0), vec!["21.5".into()]].concat(), ",")
+    };
+    let text = (0..8).fold(head, |text, scan| text + &row(scan));
+    let guess = TableFormat::guess(text.as_bytes()).unwrap();
+    assert_eq!(guess.format.to_string(), "ranges=3:183,unit=mm,start=-90.0000deg,step=1.0000deg");
+    assert_eq!(guess.doubt, None);
+    let log = read(text.as_bytes()).unwrap();
+    assert_eq!((log.scans.len(), log.scans[0].ranges.len(), log.scans[0].ranges[0]), (8, 181, 2.0));
+
+    // Semicolons and decimal commas; poses in metres and degrees beside ranges in millimetres.
+    let names: Vec<String> = (0..181).map(|beam| format!("r{beam}")).collect();
+    let head = joined([vec!["Zeit".into(), "X (m)".into(), "Y (m)".into(), "Winkel (deg)".into()], names].concat(), ";");
+    let row = |scan: usize| {
+        let pose = [0.1, 0.25, 0.5, 90.0].map(|part| format!("{:.2}", part * scan as f64)).to_vec();
+        joined([pose, ranges(scan, 1, 1000.0)].concat(), ";").replace('.', ",")
+    };
+    let text = (0..8).fold(head, |text, scan| text + &row(scan));
+    let format = TableFormat::guess(text.as_bytes()).unwrap().format;
+    let expected = "ranges=5:185,unit=mm,start=-90.0000deg,step=1.0000deg,time=1:s,poses=2:3:4:m:deg";
+    assert_eq!(format.to_string(), expected);
+    assert_eq!(format.to_string().parse::<TableFormat>().unwrap().to_string(), expected);
+    let third = &read(text.as_bytes()).unwrap().scans[2];
+    let pose = third.odometry.unwrap();
+    assert!((pose.translation.x - 0.5).abs() < 1e-12 && (pose.rotation.angle().abs() - std::f64::consts::PI).abs() < 1e-12);
+
+    // Without names, one more column before the ranges may be one of them.
+    let text = (0..8).map(|scan| joined([vec!["7.5".into()], ranges(scan, 3, 1.0)].concat(), ",")).collect::<String>();
+    let doubt = read(text.as_bytes()).unwrap_err();
+    assert!(doubt.problem.contains("may begin at column 1"), "{doubt}");
+}
+
+#[test]
+fn a_reading_a_line_has_times_and_odometry() {
+    let line = |scan: usize, beam: usize| {
+        let dist = 100.0 * (2.0 + 0.01 * beam as f64);
+        format!("{},{scan},{},{dist:.1},{},{},{}\n", 100 * scan, beam as f64 - 30.0, 25 * scan, 0, 10 * scan)
+    };
+    let lines = (0..5).flat_map(|scan| (0..61).map(move |beam| (scan, beam)));
+    let head = "ms,scan_no,bearing_deg,dist_cm,odo_x,odo_y,odo_heading_deg\n".to_owned();
+    let text = lines.fold(head, |text, (scan, beam)| text + &line(scan, beam));
+    let format = TableFormat::guess(text.as_bytes()).unwrap().format.to_string();
+    assert_eq!(format, "range=4,angle=3:1.0000deg,unit=cm,start=0.0000deg,time=1:ms,poses=5:6:7:deg");
+    let log = read(text.as_bytes()).unwrap();
+    assert_eq!(log.scans.len(), 5);
+    let LaserScan { time, odometry, .. } = &log.scans[4];
+    let pose = odometry.unwrap();
+    assert!((time.unwrap() - 0.4).abs() < 1e-12 && (pose.translation.x - 1.0).abs() < 1e-12);
+    assert!((pose.rotation.angle() - 40f64.to_radians()).abs() < 1e-12);
+}
+
+#[test]
+fn what_the_sdk_of_an_rplidar_prints_turns_clockwise() {
+    let line = |beam: usize| format!("   theta: {:06.2} Dist: {:08.2} Q: 47 \n", beam as f64, 2000.0 + beam as f64);
+    let text: String = (0..2).flat_map(|_| (0..360).map(line)).collect();
+    let log = read(text.as_bytes()).unwrap();
+    assert_eq!(log.scans.len(), 2);
+    assert!((log.scans[0].bearings.of(90) + std::f64::consts::FRAC_PI_2).abs() < 1e-9);
+}

@@ -5,7 +5,7 @@
  */
 import { fileError, lost } from '../errors.js';
 import { unpackedName } from '../packed.js';
-import { FOREIGN, POINT_TABLES } from './names.js';
+import { FOREIGN, POINT_TABLES, SCAN_TEXTS } from './names.js';
 import { baseOf, folderOf, groupBy } from '../recording/names.js';
 import { isCloudName, isImageName } from '../recording/kinds.js';
 import { isLaserLog } from '../recording/laser_logs.js';
@@ -22,6 +22,8 @@ const TEXT_CLOUDS = /\.(pts|ptx|asc)$/i;
 const MIN_XYZ_BYTES = 2e5;
 /** What has been converted is kept, up to so many bytes of a file. */
 const MAX_KEPT = 2 ** 22;
+/** Of more texts, none is looked into for scans. */
+const MAX_SCAN_TEXTS = 200;
 const MIN_BEAMS = 24;
 const HEAD_BYTES = 8192;
 
@@ -35,18 +37,27 @@ export async function convertFiles(files, wrap) {
   /** @type {Note[]} */
   const notes = [];
   const pointTables = await findPointTables(files);
+  const textClouds = new Set(files.filter(({ path, size }) => isTextCloud(path, size, files)));
+  const scanTexts = files.filter(({ path }) => SCAN_TEXTS.test(path));
+  // Poses and cameras, a file a frame, are no scans.
+  const mayBeScans = new Set(scanTexts.length <= MAX_SCAN_TEXTS ? scanTexts : []);
   /** @type {T[]} */
   const converted = [];
   for (const file of files) {
-    const isForeign = FOREIGN.test(file.path) && !isBagName(file.path);
-    const dimensions = pointTables.get(file);
-    if (!isForeign && dimensions === undefined) {
-      converted.push(file);
-      continue;
-    }
+    const columns = pointTables.get(file);
     try {
-      const made = dimensions === undefined ? await convert(file, notes) : pointTable(file, dimensions);
-      converted.push(made === file ? file : wrap(made, file));
+      const made = await (columns !== undefined
+        ? pointTable(file, columns)
+        : textClouds.has(file)
+          ? textFile(file, notes)
+          : FOREIGN.test(file.path) && !isBagName(file.path)
+            ? convert(file, notes)
+            : mayBeScans.has(file)
+              ? scanText(file)
+              : file);
+      for (const content of Array.isArray(made) ? made : [made]) {
+        converted.push(content === file ? file : wrap(content, file));
+      }
     } catch (error) {
       const { name, problem, remedy, message } = /** @type {import('../errors.js').ScanstitchError} */ (error);
       if (name !== 'ScanstitchError') throw error;
@@ -67,7 +78,17 @@ async function convert(file, notes) {
   if (ending === 'mat') return matFile(file);
   if (ending === 'npy') return npyFile(file);
   if (ending === 'las' || ending === 'laz') return lasFile(file, notes);
-  return TEXT_CLOUDS.test(path) || file.size > MIN_XYZ_BYTES ? textFile(file, notes) : file;
+  return file;
+}
+
+/**
+ * Whether a file is a cloud as text: of a small `.xyz` alone, the positions of a trajectory are as likely.
+ * @param {string} path @param {number} size @param {readonly Content[]} files
+ */
+function isTextCloud(path, size, files) {
+  if (TEXT_CLOUDS.test(path)) return true;
+  const isXyz = (/** @type {string} */ name) => /\.xyz$/i.test(name) && !TRAJECTORY_WORDS.test(baseOf(name));
+  return isXyz(path) && (size > MIN_XYZ_BYTES || files.filter((file) => isXyz(file.path)).length > 1);
 }
 
 /**
@@ -80,17 +101,20 @@ async function convert(file, notes) {
 function madeOf(file, make, changes = {}) {
   /** @type {Uint8Array | null} */
   let kept = null;
+  /** @type {Uint8Array | null} */
+  let head = null;
   const read = async () => {
     if (kept) return kept.slice();
     const bytes = await make();
     if (bytes.length <= MAX_KEPT) kept = bytes.slice();
+    head = bytes.slice(0, HEAD_BYTES);
     return bytes;
   };
   return {
     path: file.path,
     size: file.size,
     read,
-    readHead: async (length) => (await read()).subarray(0, length),
+    readHead: async (length) => (head && length <= head.length ? head : await read()).slice(0, length),
     ...changes,
   };
 }
@@ -157,44 +181,70 @@ async function lasFile(file, notes) {
   return madeOf(file, async () => lasCloud(file.path, await file.read()).ply, { isCloud: true });
 }
 
-/** @param {Content} file @param {Note[]} notes @returns {Promise<Content>} */
+/** @param {Content} file @param {Note[]} notes @returns {Promise<Content[]>} a PTX may hold several */
 async function textFile(file, notes) {
-  const { textCloud } = await import('./text_cloud.js');
-  const first = textCloud(await file.read());
-  if (first.count === 0)
+  const { pointColumns, textClouds } = await import('./text_cloud.js');
+  const make = async () => {
+    const bytes = await file.read();
+    return textClouds(bytes, pointColumns(bytes.subarray(0, HEAD_BYTES)) ?? undefined);
+  };
+  const clouds = (await make()).filter(({ count }) => count > 0);
+  if (clouds.length === 0) {
     throw fileError(file.path, 'No line of it begins with x y z', 'Save the points as text, x y z a line');
-  notes.push(...first.notes.map((reason) => ({ file: file.path, reason })));
-  return madeOf(file, async () => textCloud(await file.read()).ply, { isCloud: true });
+  }
+  for (const reason of new Set(clouds.flatMap((cloud) => cloud.notes))) notes.push({ file: file.path, reason });
+  const [stem, ending] = [file.path.replace(/\.\w+$/, ''), file.path.slice(file.path.lastIndexOf('.'))];
+  return clouds.map((cloud, at) =>
+    madeOf(file, async () => (await make())[at]?.ply ?? new Uint8Array(), {
+      isCloud: true,
+      ...(clouds.length > 1 ? { path: `${stem}_${at + 1}${ending}`, size: cloud.ply.length } : {}),
+    }),
+  );
+}
+
+/** Scans as a program prints them; the file itself where it is none. @param {Content} file @returns {Promise<Content>} */
+async function scanText(file) {
+  const head = await file.readHead(HEAD_BYTES).catch(() => new Uint8Array());
+  if (head.includes(0) || isLaserLog(head)) return file;
+  const { scanReader } = await import('./scan_messages.js');
+  const decode = (/** @type {Uint8Array} */ bytes) => new TextDecoder().decode(bytes);
+  const reader = scanReader(decode(head));
+  if (!reader) return file;
+  const make = async () => new TextEncoder().encode(reader(decode(await file.read()), file.path));
+  const { length } = await make();
+  return madeOf(file, make, { size: length });
 }
 
 /**
- * Tables of points, two or more, where nothing else could be scans; one alone is rather a trajectory.
+ * Tables of points, two or more, where nothing else could be scans; one alone is rather a trajectory, unless its columns say that a
+ * laser wrote it.
  * @template {Content} T
  * @param {readonly T[]} files
- * @returns {Promise<Map<T, number>>} their dimensions
+ * @returns {Promise<Map<T, number[]>>} the columns of x, y and z, or of x and y
  */
 async function findPointTables(files) {
-  /** @type {Map<T, number>} */
+  /** @type {Map<T, number[]>} */
   const tables = new Map();
   const isOther = ({ path = '' }) => isCloudName(path) || isImageName(path) || isBagName(path) || FOREIGN.test(path);
   const named = files.filter(({ path }) => POINT_TABLES.test(path) && !TRAJECTORY_WORDS.test(baseOf(path)));
-  if (named.length < 2 || files.some(isOther)) return tables;
-  const { looksLikePoints } = await import('./text_cloud.js');
+  if (named.length === 0 || files.some(isOther)) return tables;
+  const { isLaserTable, looksLikePoints } = await import('./text_cloud.js');
+  let isOfLaser = false;
   for (const file of files) {
     const head = await file.readHead(HEAD_BYTES).catch(() => new Uint8Array());
-    if (isLaserLog(head)) return new Map();
-    const dimensions = named.includes(file)
-      ? [3, 2].find((dimensions) => looksLikePoints(head, dimensions))
-      : undefined;
-    if (dimensions !== undefined) tables.set(file, dimensions);
+    const columns = named.includes(file) ? looksLikePoints(head) : null;
+    const isTold = columns !== null && isLaserTable(head);
+    if (!isTold && isLaserLog(head)) return new Map();
+    if (columns !== null) tables.set(file, columns);
+    isOfLaser ||= isTold;
   }
-  return tables.size < 2 ? new Map() : tables;
+  return tables.size < 2 && !isOfLaser ? new Map() : tables;
 }
 
-/** @param {Content} file @param {number} dimensions @returns {Content} */
-function pointTable(file, dimensions) {
-  const make = async () => (await import('./text_cloud.js')).textCloud(await file.read(), dimensions).ply;
-  return madeOf(file, make, { isCloud: true });
+/** @param {Content} file @param {readonly number[]} columns @returns {Content} */
+function pointTable(file, columns) {
+  const make = async () => (await import('./text_cloud.js')).textClouds(await file.read(), columns)[0]?.ply;
+  return madeOf(file, async () => (await make()) ?? new Uint8Array(), { isCloud: true });
 }
 
 /**

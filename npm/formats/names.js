@@ -3,10 +3,12 @@
 
 /** Packed, or of a format that the engine does not read. */
 export const FOREIGN = /\.(mat|npy|bin|las|laz|xyz|pts|ptx|asc|gz|bz2|zst|zstd)$/i;
+/** Text that may be scans as a program prints them. */
+export const SCAN_TEXTS = /\.(ya?ml|json|jsonl|ndjson|txt|log|msg|ubh|dat)$/i;
 /** Text that may be points. */
 export const POINT_TABLES = /\.(csv|txt|xyz|dat)$/i;
 
 /** Whether anything among these files may have to be converted. @param {readonly { path: string }[]} files */
 export function needsConversion(files) {
-  return files.some(({ path }) => FOREIGN.test(path) || POINT_TABLES.test(path));
+  return files.some(({ path }) => FOREIGN.test(path) || POINT_TABLES.test(path) || SCAN_TEXTS.test(path));
 }

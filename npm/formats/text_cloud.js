@@ -1,7 +1,8 @@
 // @ts-check
 /**
- * Clouds as text: x y z on a line, and whatever stands behind them (intensity, colours, normals). A number alone at the
- * beginning counts the points (PTS); PTX has a header of ten lines before each scan, whose points are in the scanner's frame.
+ * Clouds as text: x y z on a line, and whatever stands beside them (intensity, colours, times), under names or without. A number
+ * alone counts the points that follow (PTS); PTX has a header of ten lines before each scan, whose points are in the scanner's
+ * frame. VeloView and Livox Viewer write such tables, x y z among other columns.
  */
 import { bytesOf, plyFile } from './ply.js';
 
@@ -9,35 +10,68 @@ const PTX_HEADER_LINES = 10;
 const TAB = 9;
 const LINE_FEED = 10;
 const CARRIAGE_RETURN = 13;
+/** Lines that separators are told from. */
+const LOOKED_INTO = 50;
+/** Fewer lines are no table of points. */
+const MIN_ROWS = 20;
+/** Columns that a laser's program writes beside x y z. */
+const LASER_COLUMNS = /^(intensity|reflectivity|laser_id|ring|azimuth|tag)$/;
+
+/** @typedef {{ ply: Uint8Array, count: number, notes: string[] }} TextCloud */
 
 /**
+ * The clouds of a text: one, or all scans of a PTX.
  * @param {Uint8Array} bytes
- * @param {number} dimensions 3; 2 for planar points, z = 0
- * @returns {{ ply: Uint8Array, count: number, notes: string[] }}
+ * @param {readonly number[]} columns of x, y and z; of x and y for planar points, z = 0
+ * @returns {TextCloud[]}
  */
-export function textCloud(bytes, dimensions = 3) {
+export function textClouds(bytes, columns = [0, 1, 2]) {
   const lines = linesOf(bytes);
-  const ptx = ptxScan(lines);
-  const rows = ptx ?? lines;
+  const scans = ptxScans(lines);
+  if (scans.length > 0) return scans.map((rows) => cloudOf(rows, [0, 1, 2], true));
+  return [cloudOf(lines, columns, false)];
+}
+
+/** @param {readonly string[]} rows @param {readonly number[]} columns @param {boolean} isPtx @returns {TextCloud} */
+function cloudOf(rows, columns, isPtx) {
+  const cells = cellsOf(rows);
   const points = new Float32Array(3 * rows.length);
   let count = 0;
   let skipped = 0;
   for (const line of rows) {
-    const values = line.split(/[\s,;]+/, dimensions).map(Number);
-    const isPoint = values.length === dimensions && values.every(Number.isFinite) && line !== '';
-    if (!isPoint) {
-      if (count > 0 && !isComment(line)) skipped += 1;
+    const words = cells(line);
+    const values = columns.map((column) => numberOf(words[column]));
+    if (!values.every(Number.isFinite)) {
+      if (count > 0 && !isComment(line) && words.length > 1) skipped += 1;
       continue;
     }
     // PTX has a row of zeros where nothing came back.
-    if (ptx && values.every((value) => value === 0)) continue;
+    if (isPtx && values.every((value) => value === 0)) continue;
     points.set(values, 3 * count);
     count += 1;
   }
   const notes = skipped > 0 ? [`${skipped} lines of it are no points and are left out`] : [];
-  if (ptx && ptx.length + PTX_HEADER_LINES < lines.length) notes.push('the first scan of the file is used');
-  const used = points.subarray(0, 3 * count);
-  return { ply: plyFile(bytesOf(used), count, ['x', 'y', 'z']), count, notes };
+  return { ply: plyFile(bytesOf(points.subarray(0, 3 * count)), count, ['x', 'y', 'z']), count, notes };
+}
+
+/** @param {string | undefined} word */
+function numberOf(word) {
+  return word === undefined || word === '' ? Number.NaN : Number(word);
+}
+
+/** How the lines of a text are taken apart, decimal commas made points. @param {readonly string[]} lines @returns {(line: string) => string[]} */
+function cellsOf(lines) {
+  const known = lines.filter((line) => !isComment(line)).slice(0, LOOKED_INTO);
+  const has = (/** @type {string} */ text) => known.some((line) => line.includes(text));
+  const isDecimal = has(',') && (has(';') || has(' ') || has('\t')) && !known.some((line) => /\.\d/.test(line));
+  const hasDecimalCommas = isDecimal && !known.some((line) => /,\s|,\d*,/.test(line));
+  const gap = has(';') ? ';' : has(',') && !hasDecimalCommas ? ',' : null;
+  return (line) => {
+    const text = hasDecimalCommas ? line.replaceAll(',', '.') : line;
+    const cells = gap === null ? text.split(/\s+/) : text.split(gap).map((cell) => cell.trim());
+    // "1, 2 3" and a PTS line behind a header of commas.
+    return cells.length < 2 ? text.split(/[\s,;]+/) : cells;
+  };
 }
 
 /** @param {string} line */
@@ -56,33 +90,74 @@ function hasMark([first, second, third]) {
   return first === 0xef && second === 0xbb && third === 0xbf;
 }
 
-/** The points of the first scan of a PTX file; null where it is none: columns and rows, then 3 + 1 + 4 lines of numbers. @param {string[]} lines */
-function ptxScan(lines) {
-  const widths = lines.slice(0, PTX_HEADER_LINES).map((line) => (line === '' ? 0 : line.split(/\s+/).length));
-  if (widths.join() !== '1,1,3,3,3,3,4,4,4,4') return null;
-  const count = Number(lines[0]) * Number(lines[1]);
-  return Number.isSafeInteger(count) ? lines.slice(PTX_HEADER_LINES, PTX_HEADER_LINES + count) : null;
+/** The points of each scan of a PTX; none where it is no PTX: columns and rows, then 3 + 1 + 4 lines of numbers. @param {string[]} lines */
+function ptxScans(lines) {
+  /** @type {string[][]} */
+  const scans = [];
+  for (let at = 0; at < lines.length;) {
+    const widths = lines.slice(at, at + PTX_HEADER_LINES).map((line) => (line === '' ? 0 : line.split(/\s+/).length));
+    const count = Number(lines[at]) * Number(lines[at + 1]);
+    if (widths.join() !== '1,1,3,3,3,3,4,4,4,4' || !Number.isSafeInteger(count)) break;
+    scans.push(lines.slice(at + PTX_HEADER_LINES, at + PTX_HEADER_LINES + count));
+    at += PTX_HEADER_LINES + count;
+  }
+  return scans;
+}
+
+/** The names above the columns of a text, in a comment or not; empty without. @param {readonly string[]} lines */
+function namesOf(lines) {
+  const first = lines.findIndex((line) => !isComment(line));
+  const rows = lines.slice(first, first + LOOKED_INTO);
+  const split = cellsOf(rows.slice(1));
+  const isNames = (/** @type {string} */ line) => /[a-z]/i.test(line) && !/^[+-]?[\d.]+[\s,;]/.test(line);
+  const head = [rows[0] ?? '', ...lines.slice(0, Math.max(first, 0)).reverse()].find(isNames) ?? '';
+  return split(head.replace(/^[#%/;\s]+/, '')).map((name) =>
+    name
+      .toLowerCase()
+      .replaceAll(/["']/g, '')
+      .replace(/^points(_m_xyz)?:([012])$/, (_, __, axis) => 'xyz'[Number(axis)] ?? '')
+      .replace(/[\s_]*[([].*$|_m$/, '')
+      .trim(),
+  );
+}
+
+/** The columns called x, y and z (or x and y alone). @param {readonly string[]} names @returns {number[] | null} */
+function namedColumns(names) {
+  const columns = ['x', 'y', 'z'].map((name) => names.indexOf(name));
+  if (columns.every((column) => column >= 0)) return columns;
+  const [x = -1, y = -1] = columns;
+  return x >= 0 && y >= 0 && names.length === 2 ? [x, y] : null;
+}
+
+/** The columns of x, y and z by the names above them; null without. @param {Uint8Array} head */
+export function pointColumns(head) {
+  return namedColumns(namesOf(linesOf(head)));
+}
+
+/** Whether a laser's program wrote a table of points: what stands beside x y z. @param {Uint8Array} head */
+export function isLaserTable(head) {
+  const names = namesOf(linesOf(head));
+  return namedColumns(names)?.length === 3 && names.some((name) => LASER_COLUMNS.test(name));
 }
 
 /**
- * Whether the beginning of a text is points and nothing else: lines of `dimensions` numbers, or of more under a header that
- * names x, y and z.
+ * The columns of x, y and z (or of x and y) where the beginning of a text is points and nothing else: lines of three or two
+ * numbers, or of more under names. Null where it is not.
  * @param {Uint8Array} head
- * @param {number} dimensions
+ * @returns {number[] | null}
  */
-export function looksLikePoints(head, dimensions) {
-  if (head.some((byte) => byte < 32 && byte !== TAB && byte !== LINE_FEED && byte !== CARRIAGE_RETURN)) return false;
-  const lines = linesOf(head)
-    .filter((line) => !isComment(line))
-    .slice(0, -1);
-  const [first = ''] = lines;
-  const names = first.toLowerCase().split(/[\s,;]+/);
-  const isNamed = ['x', 'y', 'z'].slice(0, dimensions).every((name, column) => names[column] === name);
-  const rows = isNamed ? lines.slice(1) : lines;
-  const isRow = (/** @type {string} */ line) => {
-    const values = line.split(/\s*[\s,;]\s*/).map(Number);
-    return (isNamed ? values.length >= dimensions : values.length === dimensions) && values.every(Number.isFinite);
-  };
-  const isFlat = names.includes('z') ? dimensions === 3 : true;
-  return rows.length >= 20 && isFlat && rows.every(isRow);
+export function looksLikePoints(head) {
+  if (head.some((byte) => byte < 32 && byte !== TAB && byte !== LINE_FEED && byte !== CARRIAGE_RETURN)) return null;
+  const all = linesOf(head);
+  const lines = all.filter((line) => !isComment(line)).slice(0, -1);
+  const named = namedColumns(namesOf(all));
+  const cells = cellsOf(lines.slice(1));
+  const isNumber = (/** @type {string | undefined} */ word) => Number.isFinite(numberOf(word));
+  const rows = cells(lines[0] ?? '').every(isNumber) ? lines : lines.slice(1);
+  if (rows.length < MIN_ROWS) return null;
+  if (named) return rows.every((line) => named.every((column) => isNumber(cells(line)[column]))) ? named : null;
+  if (rows.length < lines.length) return null;
+  const count = cells(rows[0] ?? '').length;
+  const isRow = (/** @type {string} */ line) => cells(line).length === count && cells(line).every(isNumber);
+  return (count === 2 || count === 3) && rows.every(isRow) ? [0, 1, 2].slice(0, count) : null;
 }

@@ -22,6 +22,40 @@ const ADVICE = [
     /\.(h5|hdf5)$/i,
     "HDF5, which is not read; save the array as text: numpy.savetxt('ranges.csv', array, delimiter=',')",
   ],
+  [
+    /\.npz$/i,
+    "an archive of NumPy arrays; save the array alone: numpy.save('ranges.npy', numpy.load('FILE.npz')['ranges'])",
+  ],
+  [/\.(pkl|pickle)$/i, "a pickle, which runs code when it is read; save the array: numpy.save('ranges.npy', array)"],
+  [
+    /\.(parquet|feather)$/i,
+    "a table of Arrow; save it as text: pandas.read_parquet('FILE').to_csv('scans.csv', index=False)",
+  ],
+  [/\.(xlsx?|ods)$/i, 'a spreadsheet; save it as CSV: libreoffice --headless --convert-to csv FILE'],
+  [/\.pbstream$/i, 'a state of Cartographer, which holds its map and no scans; give the bag that it was made of'],
+  [
+    /\.(g2o|toro|graph)$/i,
+    'a graph of poses without scans; give the log or bag of the laser; its poses alone are compared as text, id x y theta',
+  ],
+  [
+    /\.pcapng?$/i,
+    'packets of a network; save the points: with VeloView or Ouster Studio as CSV or LAS, or play them into a ROS bag',
+  ],
+  [/\.lvx2?$/i, 'a recording of Livox Viewer; export it there as CSV, LAS or PCD'],
+  [/\.vt[kpu]$/i, 'data of VTK; save its points as PLY (ParaView: File, Save Data)'],
+  [/\.(dxf|dwg|ifc|step|stp|rvt)$/i, 'a drawing, which holds no measurements'],
+  [
+    /\.(rcp|rcs|fls|zfs|pod)$/i,
+    "a scan in its maker's own format; export it as E57, PTS or LAS and that as PLY (CloudCompare)",
+  ],
+  [/\.svo2?$/i, 'a recording of a ZED; export depth and images: ZED_SVO_Export FILE out/ 4'],
+  [/\.oni$/i, 'a recording of OpenNI; export its depth images with NiViewer, or play it into a ROS bag'],
+  [/\.klg$/i, 'a log of ElasticFusion, which is not read; export its frames as images of 16 bits: PNG'],
+  [
+    /\.(rrd|mvlog)$/i,
+    'a log for a viewer, which is not read; give what it was logged from, or export the points as PLY',
+  ],
+  [/\.(ipynb|m|py|cpp|hpp|launch|sdf|urdf|xacro|world|rviz)$/i, 'a program or a description, and no recording'],
   [/\.bag\.active$/i, 'a bag that its recorder did not close; mend it: rosbag reindex FILE'],
   [/\.(mp4|avi|mov|mkv|webm)$/i, 'a film; depth is needed, as images of 16 bits: PNG, or a ROS bag'],
 ];

@@ -10,7 +10,7 @@ import { convertFiles } from '../../npm/formats/convert.js';
 import { cameraFromVelodyne, posesOf, velodynePoses } from '../../npm/formats/kitti.js';
 import { lasCloud } from '../../npm/formats/las.js';
 import { readMat } from '../../npm/formats/mat.js';
-import { textCloud } from '../../npm/formats/text_cloud.js';
+import { textClouds } from '../../npm/formats/text_cloud.js';
 import { adviceFor } from '../../npm/recording/other_formats.js';
 import { ROOT, readReport, scanstitch, temporaryFolder } from './support.mjs';
 
@@ -208,7 +208,8 @@ test('LAS is read in its versions, and moved near to the origin; LAZ is told', (
 });
 
 test('points as text: columns behind x y z, counts, headers, the grid of PTX', () => {
-  const points = (/** @type {string} */ text, dimensions = 3) => pointsOf(textCloud(encode(text), dimensions).ply, 3);
+  const points = (/** @type {string} */ text, dimensions = 3) =>
+    pointsOf(textClouds(encode(text), [0, 1, 2].slice(0, dimensions))[0]?.ply ?? new Uint8Array(), 3);
   assert.deepEqual(points('2\n1 2 3 0.5 255 0 0\n4 5 6 0.5 255 0 0\n'), [
     [1, 2, 3],
     [4, 5, 6],
@@ -223,7 +224,7 @@ test('points as text: columns behind x y z, counts, headers, the grid of PTX', (
   ]);
   const grid = '2\n1\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n1 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n';
   assert.deepEqual(points(`${grid}1 2 3 0.5\n0 0 0 0.5\n`), [[1, 2, 3]]);
-  const { notes } = textCloud(encode('1 2 3\nend\n4 5 6\n'));
+  const notes = textClouds(encode('1 2 3\nend of it\n4 5 6\n'))[0]?.notes;
   assert.deepEqual(notes, ['1 lines of it are no points and are left out']);
 });
 

@@ -4,10 +4,8 @@ import assert from 'node:assert/strict';
 import { existsSync } from 'node:fs';
 import { join } from 'node:path';
 import { before, test } from 'node:test';
-import { gather } from '../../npm/cli/inputs.js';
 import * as engine from '../../npm/index.js';
-import { understand } from '../../npm/recording.js';
-import { HEAD_BYTES } from '../../npm/recording/heads.js';
+import { readAs } from '../../scripts/recordings.mjs';
 import { ROOT } from './support.mjs';
 
 const DATA = join(ROOT, '..', 'shared', 'data');
@@ -60,30 +58,10 @@ before(() => engine.load());
 for (const [path, kind, frames] of RECORDINGS) {
   const skip = existsSync(join(DATA, path)) ? false : '../shared/data is absent';
   test(`${path}: ${frames === 0 ? 'told of' : `${kind}, ${frames}`}`, { skip }, async () => {
-    /** @type {string[]} */
-    const complaints = [];
-    const inputs = await gather([join(DATA, path)], (problem) => complaints.push(problem));
-    const head = async (/** @type {string} */ file, /** @type {number} */ length) =>
-      inputs.sources.get(file)?.readHead(length) ?? new Uint8Array();
-    const recording = await understand([...inputs.sources.values()], head);
-    const { depth_frames, clouds, scans, notes } = recording;
-    const read = async (/** @type {string} */ file) => (await inputs.sources.get(file)?.read()) ?? new Uint8Array();
-    const numScans = await Promise.all(scans.map(async (file) => scansIn(file, await read(file))));
-    await inputs.close();
-    assert.deepEqual(complaints, []);
-    assert.equal(recording.kind, kind);
-    const count = depth_frames.length + clouds.length + numScans.reduce((sum, scans) => sum + scans, 0);
-    assert.equal(count, frames);
-    assert.ok(frames > 0 || notes.length > 0);
+    const found = await readAs(join(DATA, path));
+    assert.deepEqual(found.complaints, []);
+    assert.equal(found.kind, kind);
+    assert.equal(found.frames, frames);
+    assert.ok(frames > 0 || found.notes.length > 0);
   });
-}
-
-/** @param {string} name @param {Uint8Array} bytes */
-function scansIn(name, bytes) {
-  const reconstruction = new engine.Reconstruction();
-  const isLog = engine.is_laser_log(bytes.subarray(0, HEAD_BYTES));
-  const { num_scans } = isLog ? reconstruction.add_log(name, bytes) : { num_scans: 1 };
-  if (!isLog) reconstruction.add_scan(name, bytes);
-  reconstruction.free();
-  return num_scans;
 }

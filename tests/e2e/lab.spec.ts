@@ -161,23 +161,33 @@ test('a link opens a scene with its question and its methods', async ({ page }) 
   expect((await exported(page, /^Picture, SVG/)).toString()).toMatch(/^<svg[^]*<path/);
 });
 
+type Fault = 'transposed rotation' | 'old pairs' | 'centroid not rotated';
+
 /** Point to point between nearest points within half a metre, as a student writes it: 3 x 3 matrices, one an iteration. */
-function ownIcp(source: Float32Array, target: Float32Array, num_iterations: number, sign: 1 | -1): number[][] {
+function ownIcp(source: Float32Array, target: Float32Array, num_iterations: number, fault?: Fault): number[][] {
   let [c, s, x, y] = [1, 0, 0, 0];
+  let old: [number, number][] = [];
   return Array.from({ length: num_iterations }, () => {
     const pairs: [number, number, number, number][] = [];
+    const chosen: [number, number][] = [];
     for (let i = 0; i < source.length; i += 3) {
       const [px, py] = [
         c * (source[i] ?? 0) - s * (source[i + 1] ?? 0) + x,
         s * (source[i] ?? 0) + c * (source[i + 1] ?? 0) + y,
       ];
+      const kept = fault === 'old pairs' && old.length > 0 ? old.find(([point]) => point === i) : undefined;
+      if (kept) pairs.push([px, py, target[kept[1]] ?? 0, target[kept[1] + 1] ?? 0]);
+      if (fault === 'old pairs' && old.length > 0) continue;
       let [best, least] = [-1, 0.5];
       for (let k = 0; k < target.length; k += 3) {
         const distance = Math.hypot((target[k] ?? 0) - px, (target[k + 1] ?? 0) - py);
         if (distance < least) [best, least] = [k, distance];
       }
-      if (best >= 0) pairs.push([px, py, target[best] ?? 0, target[best + 1] ?? 0]);
+      if (best < 0) continue;
+      pairs.push([px, py, target[best] ?? 0, target[best + 1] ?? 0]);
+      chosen.push([i, best]);
     }
+    if (chosen.length > 0) old = chosen;
     const mean = (i: number): number => pairs.reduce((sum, pair) => sum + (pair[i] ?? 0), 0) / pairs.length;
     const [px, py, qx, qy] = [mean(0), mean(1), mean(2), mean(3)];
     const [a, b] = pairs.reduce(
@@ -187,15 +197,16 @@ function ownIcp(source: Float32Array, target: Float32Array, num_iterations: numb
       },
       [0, 0],
     ) as [number, number];
-    const turn = sign * Math.atan2(b, a);
+    const turn = (fault === 'transposed rotation' ? -1 : 1) * Math.atan2(b, a);
     const [tc, ts] = [Math.cos(turn), Math.sin(turn)];
     [c, s] = [tc * c - ts * s, ts * c + tc * s];
-    [x, y] = [tc * (x - px) - ts * (y - py) + qx, ts * (x - px) + tc * (y - py) + qy];
+    const [mx, my] = fault === 'centroid not rotated' ? [px, py] : [tc * px - ts * py, ts * px + tc * py];
+    [x, y] = [tc * x - ts * y + qx - mx, ts * x + tc * y + qy - my];
     return [c, -s, x, s, c, y, 0, 0, 1];
   });
 }
 
-test('own poses are followed step by step, and a transposed rotation is told', async ({ page }) => {
+test('own poses are followed step by step, and three faults are told apart', async ({ page }) => {
   await page.goto('about:blank');
   await page.goto('./#icp&scene=partial_overlap');
   await expect(heading(page)).toHaveText('At the start');
@@ -204,18 +215,25 @@ test('own poses are followed step by step, and a transposed rotation is told', a
   await load();
   const [source, target] = [PointCloud.from_positions(scene.source), PointCloud.from_positions(scene.target)];
   const engine = new IcpLab(source, target, scene.methods[0]);
-  const drop = async (name: string, sign: 1 | -1): Promise<void> => {
-    const rows = ownIcp(engine.source_points(), engine.target_points(), 8, sign);
+  const drop = async (name: string, fault?: Fault): Promise<void> => {
+    const rows = ownIcp(engine.source_points(), engine.target_points(), 8, fault);
     const buffer = Buffer.from(JSON.stringify(rows));
     await lab(page)
       .locator('input[type=file]')
       .setInputFiles([{ name, mimeType: '', buffer }]);
   };
-  await drop('mine.json', 1);
+  await drop('mine.json');
   await expect(lab(page).getByText('All 8 steps agree')).toBeVisible();
-  await drop('turned.json', -1);
-  await expect(lab(page).getByText('They part at iteration 1.')).toBeVisible();
-  await expect(lab(page).locator('.fault')).toContainText(/transposed/);
+  await expect(lab(page).getByText(/Your file has 8 iterations, our run \d+ from the same start/)).toBeVisible();
+  for (const [fault, words, parts] of [
+    ['transposed rotation', /^The solution\. The rotation of the step is transposed/, 1],
+    ['old pairs', /^The pairs\. The pairs are those of the first iteration/, 2],
+    ['centroid not rotated', /^The solution\. The translation is the difference of the centroids/, 1],
+  ] as const) {
+    await drop(`${fault.replaceAll(' ', '_')}.json`, fault);
+    await expect(lab(page).locator('.fault')).toHaveText(words);
+    await expect(lab(page).getByText(`They part at iteration ${parts}.`)).toBeVisible();
+  }
   await lab(page)
     .locator('input[type=file]')
     .setInputFiles([{ name: 'bad.csv', mimeType: '', buffer: Buffer.from('1,2,3\n4,5,6\n7,8,9\n') }]);

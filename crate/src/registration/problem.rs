@@ -35,6 +35,8 @@ pub struct Problem<M: RigidMotion, T, F> {
 pub struct Iteration<M: RigidMotion> {
     /// The pose that the pairs were found under.
     pub T_target_source: M,
+    /// Number of source points that were looked at.
+    pub num_points: usize,
     /// The pairs that count.
     pub correspondences: Vec<Correspondence<M::Point>>,
     /// Source points without a say, in the order in which they were left out.
@@ -56,8 +58,8 @@ pub type FindAlong<'a, P> = dyn FnMut(&P, &[P], &mut Vec<Span>) + 'a;
 pub trait IcpProblem<M: RigidMotion> {
     /// The whole loop from a first guess.
     fn register(&self, init_T_target_source: M) -> Registration<M>;
-    /// The one iteration that the loop would do next at this pose.
-    fn iteration(&self, T_target_source: &M) -> Iteration<M>;
+    /// The one iteration that the loop would do next at this pose; of every `stride`-th source point alone where `stride` is above 1.
+    fn iteration(&self, T_target_source: &M, stride: usize) -> Iteration<M>;
     /// The cost of each of these poses, the pairs being searched anew at each.
     fn costs(&self, poses: &mut dyn Iterator<Item = M>) -> Vec<f64>;
     /// The same for poses of one rotation, `rotation` (without translation), and these translations (m), where something else finds
@@ -108,25 +110,29 @@ where
         register_with(self.source(), &self.target, init_T_target_source, &self.factor, &self.options, &self.solver)
     }
 
-    fn iteration(&self, T_target_source: &M) -> Iteration<M> {
-        let (mut correspondences, mut rejected) = (Vec::with_capacity(self.points.len()), Vec::new());
-        let searches = &mut vec![LastSearch::None; self.points.len()];
-        let num_correspondences = Pairing { correspondences: &mut correspondences, searches }.find(
-            self.source(),
-            &self.target,
-            T_target_source,
-            &self.factor,
-            &self.options,
-            |left_out| rejected.push(left_out),
-        );
+    fn iteration(&self, T_target_source: &M, stride: usize) -> Iteration<M> {
+        let points: Vec<M::Point> = self.points.iter().step_by(stride).copied().collect();
+        let normals: Option<Vec<_>> =
+            self.normals.as_ref().map(|normals| normals.iter().step_by(stride).copied().collect());
+        let source = Source { points: &points, normals: normals.as_deref(), sigmas: None };
+        let (mut correspondences, mut rejected) = (Vec::with_capacity(points.len()), Vec::new());
+        let searches = &mut vec![LastSearch::None; points.len()];
+        let pairing = Pairing { correspondences: &mut correspondences, searches };
+        let reject = |left_out| rejected.push(left_out);
+        let num_correspondences =
+            pairing.find(source, &self.target, T_target_source, &self.factor, &self.options, reject);
         let charged: Vec<u32> = rejected.iter().filter(|left_out| left_out.is_charged()).map(|r| r.source).collect();
+        let cost = cost(&correspondences, &charged, points.len(), &self.options);
+        correspondences.iter_mut().for_each(|pair| pair.source *= stride as u32);
+        rejected.iter_mut().for_each(|left_out: &mut Rejected| left_out.source *= stride as u32);
         let mut damping = self.solver.damping.unwrap_or_default();
         Iteration {
             T_target_source: *T_target_source,
+            num_points: points.len(),
             num_correspondences,
             equations: self.solver.restricted(self.factor.normal_equations(&self.target, &correspondences)),
             step: self.solver.step(&self.factor, &self.target, &correspondences, &mut damping),
-            cost: cost(&correspondences, &charged, self.points.len(), &self.options),
+            cost,
             correspondences,
             rejected,
         }

@@ -143,12 +143,14 @@ impl IcpLab {
         plain(&self.engine.trace(init.as_ref()).map_err(|error| thrown(&error))?)
     }
 
-    /// The iteration that the loop does next at a pose (16 numbers), whichever.
+    /// The iteration that the loop does next at a pose (16 numbers), whichever; with a `stride`, of every so-many-th source point
+    /// alone, for large clouds whose pose follows a hand.
     ///
     /// # Errors
-    /// When the pose is no rigid motion.
-    pub fn iteration(&self, T_target_source: &[f64]) -> Result<IcpIteration, JsValue> {
-        iteration(&self.engine.iteration(&pose(T_target_source)?).map_err(|error| thrown(&error))?)
+    /// When the pose is no rigid motion, or the stride is 0.
+    pub fn iteration(&self, T_target_source: &[f64], stride: Option<usize>) -> Result<IcpIteration, JsValue> {
+        let of = self.engine.sampled_iteration(&pose(T_target_source)?, stride.unwrap_or(1));
+        iteration(&of.map_err(|error| thrown(&error))?)
     }
 
     /// Iteration `index` of the last `trace()`, from exactly the pose that the loop had (written as 16 numbers it is rounded); one

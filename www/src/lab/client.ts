@@ -105,7 +105,7 @@ export class LabClient {
   #pair: Pair | null = null;
   #methods = new Map<number, Options>();
   #is_following = false;
-  #next: { T: Pose; answered: (iteration: LabIteration) => void } | null = null;
+  #next: { T: Pose; stride: number; answered: (iteration: LabIteration) => void } | null = null;
 
   constructor(hooks: LabHooks) {
     this.#hooks = hooks;
@@ -137,8 +137,9 @@ export class LabClient {
     return this.#stepper.ask(this.#opened(), method, this.#options(method), 'trace', init);
   }
 
-  iteration(method: number, T: Pose): Promise<LabIteration> {
-    return this.#stepper.ask(this.#opened(), method, this.#options(method), 'iteration', T);
+  /** `stride`: of every so-many-th source point alone. */
+  iteration(method: number, T: Pose, stride = 1): Promise<LabIteration> {
+    return this.#stepper.ask(this.#opened(), method, this.#options(method), 'iteration', T, stride);
   }
 
   /** Of the last trace of the method. */
@@ -168,8 +169,8 @@ export class LabClient {
   }
 
   /** As `iteration`, for poses that follow the hand: while one is being answered only the latest one after it waits. */
-  follow(method: number, T: Pose, answered: (iteration: LabIteration) => void): void {
-    this.#next = { T, answered };
+  follow(method: number, T: Pose, stride: number, answered: (iteration: LabIteration) => void): void {
+    this.#next = { T, stride, answered };
     if (!this.#is_following) void this.#followAll(method);
   }
 
@@ -228,9 +229,9 @@ export class LabClient {
     this.#is_following = true;
     try {
       while (this.#next) {
-        const { T, answered } = this.#next;
+        const { T, stride, answered } = this.#next;
         this.#next = null;
-        const iteration = await this.iteration(method, T);
+        const iteration = await this.iteration(method, T, stride);
         answered(iteration);
       }
     } catch (error) {

@@ -113,7 +113,7 @@ export class ScanstitchLabSide extends LitElement {
     if (tab === 'degeneracy') return this.renderDegeneracy(facts);
     const metric = this.metricOf(run, facts);
     return html`<div class="panel">
-      ${stepPanel({ trace, iteration, metric, at: session.at, is_dragged: session.is_dragged }, this.renderCost())}
+      ${stepPanel({ trace, iteration, metric, at: session.at, is_dragged: session.is_dragged, num_source: facts.source_points.length / 3 }, this.renderCost())}
     </div>`;
   }
 

@@ -29,7 +29,7 @@ serve<LabApi>({
   },
   trace,
   traced_iteration: (method, index) => labOf(method).traced_iteration(index),
-  iteration: (method, T) => labOf(method).iteration(numbers(T)),
+  iteration: (method, T, stride) => labOf(method).iteration(numbers(T), stride),
   landscape: (method, part) => labOf(method).cost_landscape(gridOf(part)),
   search_path: (method, T, translation, rotation) => labOf(method).search_path(numbers(T), translation, rotation),
   minima: (costs, width) => local_minima(costs, width),

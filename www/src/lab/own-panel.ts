@@ -12,7 +12,10 @@ const KINDS: Record<string, string> = {
 };
 
 /** `seek`: looks at the iteration. `styles`: side_styles. */
-export function ownPanel({ steps, parts_at, fault }: OwnComparison, seek: (at: number) => void): TemplateResult {
+export function ownPanel(
+  { steps, parts_at, fault, num_ours }: OwnComparison,
+  seek: (at: number) => void,
+): TemplateResult {
   const largest = Math.max(0, ...steps.map(({ translation }) => translation));
   return html`
     <header><h2>Your ICP beside ours</h2></header>
@@ -25,6 +28,14 @@ export function ownPanel({ steps, parts_at, fault }: OwnComparison, seek: (at: n
               <button class="link" @click=${() => seek(parts_at)}>Look at it</button>`
       }
     </p>
+    ${
+      steps.length === num_ours
+        ? nothing
+        : html`<p>
+            Your file has ${plural(steps.length, 'iteration')}, our run ${num_ours} from the same start. That is no
+            fault: it ends where its limits of convergence say.
+          </p>`
+    }
     ${fault ? html`<p class="fault"><strong>${KINDS[fault.kind] ?? 'The step'}.</strong> ${fault.text}</p>` : nothing}
     <details>
       <summary>Every step: how far yours ends from ours</summary>

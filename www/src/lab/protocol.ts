@@ -57,6 +57,8 @@ export interface OwnComparison {
   steps: readonly { rotation: number; translation: number }[];
   /** The first step that parts; null: none does. */
   parts_at: number | null;
+  /** Iterations of the engine's own run from the same start. */
+  num_ours: number;
   /** What is wrong with it, as far as known faults explain it. */
   fault: { kind: string; text: string } | null;
 }
@@ -86,7 +88,8 @@ export interface LabApi {
   trace(method: number, init: Pose | null): LabTrace;
   /** Of the last trace of the method, from exactly the pose that the loop had. */
   traced_iteration(method: number, index: number): LabIteration;
-  iteration(method: number, T: Pose): LabIteration;
+  /** `stride`: of every so-many-th source point alone. */
+  iteration(method: number, T: Pose, stride: number): LabIteration;
   landscape(method: number, part: GridPart): Float64Array;
   /** Planar clouds: blocks of the correlative search within half widths (m, rad), in the order in which it looks at them. */
   search_path(method: number, T_center: Pose, translation: number, rotation: number): SearchedBlock[];

@@ -4,7 +4,7 @@ import type { GivenClouds } from '../components/given-clouds.js';
 import { Session, wordsOf } from '../components/session.js';
 import { EngineProblem, WorkerDied } from '../engine/remote.js';
 import type { Colors } from '../views/axes.js';
-import { baseName } from '../views/format.js';
+import { baseName, formatCount, formatLength } from '../views/format.js';
 import { LabClient } from './client.js';
 import { Player } from './player.js';
 import { between, IDENTITY } from './poses.js';
@@ -17,6 +17,14 @@ export const MAX_RUNS = 4;
 const SAME_POSE = 1e-8;
 /** Pairs of iterations that are kept to look at again; the oldest go first. */
 const MAX_KEPT_PAIRS = 2_000_000;
+/** So many source points are paired while the source follows the hand: within a picture or two, 33 ms. */
+const MAX_FOLLOWED_POINTS = 8000;
+/** Clouds with more points are told of: on one core an iteration of them takes longer than a second or so. */
+const MANY_POINTS = 300_000;
+/** Largest distance of pairs where the options do not say it (m): the engine's default. */
+const DEFAULT_REACH = 0.5;
+/** The hand rests when it has not moved for so long. */
+const RESTING_MS = 200;
 
 /** One method, and what came of it. */
 export interface LabRun {
@@ -54,6 +62,7 @@ export class LabSession extends Session<LabClient> {
   #num_runs = 0;
   #wanted = '';
   #is_to_be_told = false;
+  #resting: ReturnType<typeof setTimeout> | undefined;
 
   constructor(host: ReactiveControllerHost & EventTarget) {
     super(host);
@@ -82,6 +91,7 @@ export class LabSession extends Session<LabClient> {
   }
 
   protected override leave(): void {
+    clearTimeout(this.#resting);
     this.player.stop();
     super.leave();
     this.#iterations.clear();
@@ -123,7 +133,7 @@ export class LabSession extends Session<LabClient> {
       );
       if (own !== this.#num_runs || !source || !target || !this.client) return;
       this.client.open(source, target);
-      this.is_of_camera = target.kind === 'depth';
+      this.is_of_camera = target.kind === 'depth' || (target.kind === 'positions' && target.is_of_camera === true);
       this.generation++;
       await this.#runAll();
     } catch (error) {
@@ -204,17 +214,28 @@ export class LabSession extends Session<LabClient> {
     this.player.stop();
     this.is_dragged = true;
     this.pose = T;
-    this.client?.follow(this.active, T, (iteration) => {
+    const num_points = (this.facts?.source_points.length ?? 0) / 3;
+    const stride = Math.max(1, Math.ceil(num_points / MAX_FOLLOWED_POINTS));
+    clearTimeout(this.#resting);
+    this.#follow(T, stride);
+    // All of them once the hand rests.
+    if (stride > 1) this.#resting = setTimeout(() => this.#follow(T, 1), RESTING_MS);
+    this.changed();
+  }
+
+  #follow(T: Pose, stride: number): void {
+    if (!this.is_dragged) return;
+    this.client?.follow(this.active, T, stride, (iteration) => {
       if (!this.is_dragged) return;
       this.iteration = iteration;
       this.changed();
     });
-    this.changed();
   }
 
   /** The hand has let go: all methods run from there. */
   async release(plays = true): Promise<void> {
     if (!this.is_dragged) return;
+    clearTimeout(this.#resting);
     this.client?.unfollow();
     this.is_dragged = false;
     this.start = this.pose;
@@ -272,6 +293,7 @@ export class LabSession extends Session<LabClient> {
     this.changed();
     try {
       const facts = await client.prepare(id, options);
+      if (id === this.active) this.#tellOfSize(facts);
       const trace = await client.trace(id, start);
       const run = this.runs.find((one) => one.id === id);
       // Overtaken by another change.
@@ -286,8 +308,25 @@ export class LabSession extends Session<LabClient> {
     }
   }
 
+  /** Millions of points take seconds an iteration: that is no fault, but not what is wanted in a lecture. */
+  #tellOfSize({ source_points, target_points }: LabFacts): void {
+    const count = Math.max(source_points.length, target_points.length) / 3;
+    if (count <= MANY_POINTS || this.messages.length > 0) return;
+    this.report(
+      `A cloud of ${formatCount(count)} points: every iteration takes long`,
+      'Set a voxel size under Methods, which thins both clouds',
+    );
+  }
+
   #onTrace(trace: LabTrace): void {
     this.phase = 'done';
+    const reach = this.run?.options.max_correspondence_distance ?? DEFAULT_REACH;
+    if (trace.records[0]?.num_correspondences === 0) {
+      this.report(
+        `The clouds do not overlap from this start: no point of the source has a partner within ${formatLength(reach)}`,
+        'Drag the source onto the target, or raise the largest distance of pairs under Methods',
+      );
+    }
     this.#startPlayer();
     this.pose = trace.poses.subarray(0, 16);
     this.#is_to_be_told = true;

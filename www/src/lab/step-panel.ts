@@ -16,6 +16,8 @@ export interface StepFacts {
   metric: CloudMetric;
   at: number;
   is_dragged: boolean;
+  /** Points of the source. */
+  num_source: number;
 }
 
 /** `styles`: side_styles. */
@@ -35,7 +37,8 @@ export function stepPanel(has: StepFacts, chart: TemplateResult): TemplateResult
       <h2>${title}</h2>
       <span class="muted">${endWords(trace)}</span>
     </header>
-    ${iteration ? facts(iteration, before) : html`<p class="muted">The pairs are being searched…</p>`} ${chart}
+    ${iteration ? facts(iteration, before, has.num_source) : html`<p class="muted">The pairs are being searched…</p>`}
+    ${chart}
     ${
       iteration
         ? html`<h3>The next step</h3>
@@ -52,8 +55,8 @@ function endWords({ converged, end_reason, poses }: LabTrace): string {
   return `${count} ${count === 1 ? 'iteration' : 'iterations'}, ${end.replaceAll('_', ' ')}`;
 }
 
-function facts(iteration: LabIteration, cost_before: number | null): TemplateResult {
-  const { cost, inlier_rmse, fitness, source, rotation_step, translation_step } = iteration;
+function facts(iteration: LabIteration, cost_before: number | null, num_all: number): TemplateResult {
+  const { cost, inlier_rmse, fitness, source, rotation_step, translation_step, num_points } = iteration;
   const rejected = rejectionCounts(iteration);
   const change = cost_before ? (cost - cost_before) / cost_before : null;
   const num_rejected = rejected.reduce((a, b) => a + b, 0);
@@ -68,7 +71,13 @@ function facts(iteration: LabIteration, cost_before: number | null): TemplateRes
     <dt>Next step</dt>
     <dd>${formatStep(translation_step)}, ${formatAngle(rotation_step, 3)}</dd>
     <dt>Pairs</dt>
-    <dd>${formatCount(source.length)} <span class="muted">(${formatPercent(fitness)} of the source)</span></dd>
+    <dd>
+      ${formatCount(source.length)}
+      <span class="muted"
+        >(${formatPercent(fitness)} of
+        ${num_points < num_all ? `${formatCount(num_points)} sampled while it moves` : 'the source'})</span
+      >
+    </dd>
     <dt>Rejected</dt>
     <dd>
       ${

@@ -5,6 +5,7 @@ import { dialog_styles, shared } from '../components/theme.js';
 import type { TableFacts } from '../engine/protocol.js';
 import { baseName, plural } from '../views/format.js';
 import { sentence } from '../views/words.js';
+import { number, select } from './form-fields.js';
 import { drawScan } from './scan-preview.js';
 import {
   changed,
@@ -160,9 +161,7 @@ export class ScanstitchTableImport extends LitElement {
                   )
             }`
       }
-      ${select('Unit', this.parts.get('unit') ?? 'm', { m: 'metres', cm: 'centimetres', mm: 'millimetres' }, (unit) =>
-        this.change({ unit }),
-      )}
+      ${select('Unit', this.parts.get('unit') ?? 'm', LENGTHS, (unit) => this.change({ unit }))}
     </fieldset>`;
   }
 
@@ -198,23 +197,34 @@ export class ScanstitchTableImport extends LitElement {
 
   private renderPoses(): TemplateResult {
     const kind = POSE_KINDS.find((name) => this.parts.has(name));
-    const columns = kind ? columnsOf(this.parts, kind) : [];
+    const [x = '1', y = '2', heading = '3', ...units] = kind ? columnsOf(this.parts, kind) : [];
+    const turn = units.includes('deg') ? 'deg' : 'rad';
+    const unit = units.find((name) => name in LENGTHS) ?? '';
+    const columns = [x, y, heading];
+    const text = (of: readonly string[], length: string, angle: string): string =>
+      [...of, ...(length === '' ? [] : [length]), ...(angle === 'deg' ? [angle] : [])].join(':');
     const without = { odometry: null, poses: null, reference: null };
     return html`<fieldset>
       <legend>The robot’s place</legend>
       ${select('Columns of', kind ?? '', { '': 'none', ...POSE_WORDS }, (name) =>
         this.change({
           ...without,
-          ...(name === '' ? {} : { [name]: columns.length === 3 ? columns.join(':') : '1:2:3' }),
+          ...(name === '' ? {} : { [name]: text(columns, unit, turn) }),
         }),
       )}
       ${
         kind
-          ? ['x', 'y', 'Heading (rad)'].map((label, at) =>
+          ? html`${['x', 'y', 'Heading'].map((label, at) =>
               this.column(label, columns[at] ?? '', (value) =>
-                this.change({ [kind]: columns.with(at, value).join(':') }),
+                this.change({ [kind]: text(columns.with(at, value), unit, turn) }),
               ),
-            )
+            )}
+            ${select('x and y in', unit, { '': 'the ranges’ unit', ...LENGTHS }, (value) =>
+              this.change({ [kind]: text(columns, value, turn) }),
+            )}
+            ${select('Heading in', turn, { rad: 'radians', deg: 'degrees' }, (value) =>
+              this.change({ [kind]: text(columns, unit, value) }),
+            )}`
           : nothing
       }
     </fieldset>`;
@@ -345,6 +355,7 @@ export class ScanstitchTableImport extends LitElement {
   static override styles = [shared, dialog_styles, import_styles];
 }
 
+const LENGTHS = { m: 'metres', cm: 'centimetres', mm: 'millimetres' };
 const ANGLE_UNITS = { deg: 'degrees', rad: 'radians', '-1deg': 'degrees, clockwise', '-1': 'radians, clockwise' };
 const TIME_UNITS = { s: 'seconds', ms: 'milliseconds', us: 'microseconds', ns: 'nanoseconds' };
 
@@ -361,35 +372,6 @@ function firstGuess(num_columns: number): string {
 
 function cellWords(value: number | null | undefined): string {
   return value === null || value === undefined ? '–' : String(Number(value.toPrecision(6)));
-}
-
-function select(
-  label: string,
-  value: string,
-  choices: Readonly<Record<string, string>>,
-  take: (value: string) => void,
-): TemplateResult {
-  const known = value in choices ? choices : { ...choices, [value]: value };
-  return html`<label>
-    ${label}
-    <select @change=${(event: Event) => take((event.target as HTMLSelectElement).value)}>
-      ${Object.entries(known).map(
-        ([id, words]) => html`<option value=${id} ?selected=${id === value}>${words}</option>`,
-      )}
-    </select>
-  </label>`;
-}
-
-function number(label: string, value: string, take: (value: string) => void): TemplateResult {
-  return html`<label>
-    ${label}
-    <input
-      type="number"
-      step="any"
-      .value=${value}
-      @input=${(event: Event) => take((event.target as HTMLInputElement).value)}
-    />
-  </label>`;
 }
 
 declare global {

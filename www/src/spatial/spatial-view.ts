@@ -120,8 +120,8 @@ export class ScanstitchSpatial extends RunView<SpatialSettings, SpatialSnapshot,
   }
 
   override cloudsToRegister(frame: number | null): GivenClouds | null {
-    const { dataset, snapshot } = this.session;
-    return dataset && snapshot && clouds(dataset, snapshot.result, frame ?? this.selected);
+    const { dataset, snapshot, points } = this.session;
+    return dataset && snapshot && clouds(dataset, snapshot.result, points, frame ?? this.selected);
   }
 
   override async filesToEvaluate(): Promise<GivenFiles | null> {

@@ -93,5 +93,5 @@ fn trace<M: LabMotion>(
     between_clouds: &impl Fn(&M) -> Result<[f64; 16]>,
 ) -> Result<Vec<TracedIteration>> {
     let before = registration.trace.iter().take(registration.history.len());
-    before.map(|pose| TracedIteration::of(&problem.iteration(pose), problem, between_clouds)).collect()
+    before.map(|pose| TracedIteration::of(&problem.iteration(pose, 1), problem, between_clouds)).collect()
 }

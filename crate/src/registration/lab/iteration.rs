@@ -23,7 +23,9 @@ pub struct IterationSummary {
     pub num_correspondences: usize,
     /// Pairs that count.
     pub num_inliers: usize,
-    /// Inliers over source points.
+    /// Source points that were looked at: all, or every so many as were asked for.
+    pub num_points: usize,
+    /// Inliers over these.
     pub fitness: f64,
     /// Root mean square of the inliers' residuals (m).
     pub inlier_rmse: f64,
@@ -94,7 +96,7 @@ impl TracedIteration {
             pairs.iter().copied().map(of_pair).collect()
         });
         Ok(Self {
-            summary: summary(iteration, problem, directions.as_ref(), between_clouds)?,
+            summary: summary(iteration, directions.as_ref(), between_clouds)?,
             source: pairs.iter().map(|pair| pair.source).collect(),
             target: pairs.iter().map(|pair| pair.target).collect(),
             residual: pairs.iter().map(|pair| pair.residual).collect(),
@@ -109,7 +111,6 @@ impl TracedIteration {
 
 fn summary<M: LabMotion>(
     iteration: &Iteration<M>,
-    problem: &dyn IcpProblem<M>,
     directions: Option<&Directions<M>>,
     between_clouds: &impl Fn(&M) -> Result<[f64; 16]>,
 ) -> Result<IterationSummary> {
@@ -122,7 +123,8 @@ fn summary<M: LabMotion>(
         cost: iteration.cost,
         num_correspondences: iteration.num_correspondences,
         num_inliers,
-        fitness: num_inliers as f64 / problem.source_points().len().max(1) as f64,
+        num_points: iteration.num_points,
+        fitness: num_inliers as f64 / iteration.num_points.max(1) as f64,
         inlier_rmse: (sq_sum / num_inliers.max(1) as f64).sqrt(),
         H: equations.H.as_slice().to_vec(), // symmetric: rows are columns
         b: equations.b.as_slice().to_vec(),

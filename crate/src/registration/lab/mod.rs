@@ -172,8 +172,19 @@ impl IcpLab {
     /// # Errors
     /// When the pose is no rigid motion.
     pub fn iteration(&self, T_target_source: &[f64; 16]) -> Result<TracedIteration> {
+        self.sampled_iteration(T_target_source, 1)
+    }
+
+    /// The same of every `stride`-th source point alone: for large clouds whose pose follows a hand.
+    ///
+    /// # Errors
+    /// When the pose is no rigid motion, or the stride is 0.
+    pub fn sampled_iteration(&self, T_target_source: &[f64; 16], stride: usize) -> Result<TracedIteration> {
+        if stride == 0 {
+            return Err(Error::whole("A stride of 0 takes no points", "Give 1 for all points, 2 for every second one"));
+        }
         let near = self.clouds.near(T_target_source)?;
-        either!(self, |problem, _guess| self.details(problem, &LabMotion::from_space(&near)))
+        either!(self, |problem, _guess| self.details(problem, &LabMotion::from_space(&near), stride))
     }
 
     /// Iteration `index` of the last [`trace`](Self::trace), from exactly the pose that the loop had; one past the last is the
@@ -188,18 +199,18 @@ impl IcpLab {
         };
         match (&self.clouds.problem, &self.traced) {
             (CloudProblem::Plane(problem, _), Traced::Plane(poses)) => {
-                self.details(problem.as_ref(), poses.get(index).ok_or_else(|| missing(poses.len()))?)
+                self.details(problem.as_ref(), poses.get(index).ok_or_else(|| missing(poses.len()))?, 1)
             }
             (CloudProblem::Space(problem, _), Traced::Space(poses)) => {
-                self.details(problem.as_ref(), poses.get(index).ok_or_else(|| missing(poses.len()))?)
+                self.details(problem.as_ref(), poses.get(index).ok_or_else(|| missing(poses.len()))?, 1)
             }
             _ => Err(missing(0)),
         }
     }
 
-    fn details<M: LabMotion>(&self, problem: &dyn IcpProblem<M>, pose: &M) -> Result<TracedIteration> {
+    fn details<M: LabMotion>(&self, problem: &dyn IcpProblem<M>, pose: &M, stride: usize) -> Result<TracedIteration> {
         let between_clouds = |pose: &M| self.clouds.between_clouds(&pose.in_space());
-        TracedIteration::of(&problem.iteration(pose), problem, &between_clouds)
+        TracedIteration::of(&problem.iteration(pose, stride), problem, &between_clouds)
     }
 
     /// The pose at offsets from a centre, as landscapes and basins count them: the rotation first.

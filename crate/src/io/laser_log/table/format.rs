@@ -3,12 +3,12 @@
 use std::fmt;
 use std::str::FromStr;
 
-use super::{AngleColumn, Layout, OdometryColumns, TableFormat};
+use super::{AngleColumn, Layout, OdometryColumns, PoseColumns, TableFormat};
 use crate::io::text::{number, quote};
 use crate::{Error, Result};
 
 pub(super) const UNITS: [(&str, f64); 3] = [("m", 1.0), ("cm", 0.01), ("mm", 1e-3)];
-const TIMES: [(&str, f64); 4] = [("s", 1.0), ("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9)];
+pub(super) const TIMES: [(&str, f64); 4] = [("s", 1.0), ("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9)];
 const FORM: &str = "Write e.g. ranges=2:541,unit=m,start=-135deg,step=0.5deg,time=1:s,odometry=542:543:544";
 /// What to do about a table that is no scan as it stands.
 pub(super) const SAY_COLUMNS: &str =
@@ -33,19 +33,29 @@ impl fmt::Display for TableFormat {
             write!(f, ",time={}:{}", column + 1, name_of(&TIMES, seconds).unwrap_or("s"))?;
         }
         match self.odometry {
-            Some(OdometryColumns::Pose([x, y, theta])) => {
-                let name = if self.has_wheels { "odometry" } else { "poses" };
-                write!(f, ",{name}={}:{}:{}", x + 1, y + 1, theta + 1)?;
+            Some(OdometryColumns::Pose(columns)) => {
+                write!(f, ",{}={columns}", if self.has_wheels { "odometry" } else { "poses" })?;
             }
             Some(OdometryColumns::Wheels { columns: [left, right], metres_per_tick, track }) => {
                 write!(f, ",wheels={}:{}:{metres_per_tick:.6}:{track}", left + 1, right + 1)?;
             }
             None => {}
         }
-        if let Some([x, y, theta]) = self.reference {
-            write!(f, ",reference={}:{}:{}", x + 1, y + 1, theta + 1)?;
+        if let Some(columns) = self.reference {
+            write!(f, ",reference={columns}")?;
         }
         if self.ahead == 0.0 { Ok(()) } else { write!(f, ",ahead={}", self.ahead) }
+    }
+}
+
+impl fmt::Display for PoseColumns {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let [x, y, theta] = self.columns.map(|column| column + 1);
+        write!(f, "{x}:{y}:{theta}")?;
+        if let Some((name, _)) = UNITS.iter().find(|(_, metres)| Some(*metres) == self.unit) {
+            write!(f, ":{name}")?;
+        }
+        if self.heading == 1.0 { Ok(()) } else { write!(f, ":deg") }
     }
 }
 
@@ -100,10 +110,10 @@ impl TableFormat {
             ("time", [at]) => self.time = Some((column(at).ok_or_else(wrong)?, 1.0)),
             ("time", [at, name]) => self.time = Some((column(at).ok_or_else(wrong)?, unit(&TIMES, name)?)),
             ("odometry" | "poses", columns) => {
-                self.odometry = Some(OdometryColumns::Pose(three(columns).ok_or_else(wrong)?));
+                self.odometry = Some(OdometryColumns::Pose(pose_columns(columns).ok_or_else(wrong)?));
                 self.has_wheels = name == "odometry";
             }
-            ("reference", columns) => self.reference = Some(three(columns).ok_or_else(wrong)?),
+            ("reference", columns) => self.reference = Some(pose_columns(columns).ok_or_else(wrong)?),
             ("wheels", parts) => {
                 self.odometry = Some(wheels(parts).ok_or_else(wrong)?);
                 self.has_wheels = true;
@@ -158,9 +168,18 @@ fn column(part: &str) -> Option<usize> {
     part.parse().ok().filter(|&column: &usize| column > 0).map(|column| column - 1)
 }
 
-fn three(columns: &[&str]) -> Option<[usize; 3]> {
-    let [x, y, theta] = columns else { return None };
-    Some([column(x)?, column(y)?, column(theta)?])
+/// `X:Y:HEADING`, with the unit of x and y and that of the heading behind them where they are others than the table's and `rad`.
+fn pose_columns(parts: &[&str]) -> Option<PoseColumns> {
+    let [x, y, theta, units @ ..] = parts else { return None };
+    let mut pose = PoseColumns { columns: [column(x)?, column(y)?, column(theta)?], unit: None, heading: 1.0 };
+    for &unit in units {
+        match unit {
+            "deg" => pose.heading = 1f64.to_radians(),
+            "rad" => pose.heading = 1.0,
+            _ => pose.unit = Some(UNITS.iter().find(|(name, _)| *name == unit)?.1),
+        }
+    }
+    (units.len() <= 2).then_some(pose)
 }
 
 fn wheels(parts: &[&str]) -> Option<OdometryColumns> {

@@ -3,8 +3,10 @@
 
 use std::f64::consts::TAU;
 
+use super::format::{TIMES, UNITS};
+use super::names::{bare, heading_unit, series, unit_in};
 use super::rows::{Row, Table};
-use super::{AngleColumn, Layout, OdometryColumns, TableFormat};
+use super::{AngleColumn, Layout, OdometryColumns, PoseColumns, TableFormat};
 use crate::{Error, Result};
 
 /// Lines that a guess is made from.
@@ -101,10 +103,14 @@ fn guess_readings(table: &Table, angle: usize, range: usize) -> Guess {
     let rows = &table.rows;
     let most = rows.iter().filter_map(|row| row.values.get(angle)).fold(0.0, |most: f64, angle| most.max(angle.abs()));
     let unit = if most > 7.0 { 1f64.to_radians() } else { 1.0 };
+    // What the SDK of RPLIDARs prints: they turn clockwise.
+    let unit = if table.names == ["theta", "dist", "q"] { -unit } else { unit };
     let layout = Layout::ReadingPerLine { range, angle: Some(AngleColumn { column: angle, unit }) };
     let named = unit_named(&table.names[range..=range]);
     let unit = named.unwrap_or_else(|| unit_of(rows.iter().filter_map(|row| row.values.get(range).copied()).collect()));
-    Guess { format: TableFormat { unit, ..TableFormat::of(layout, 0.0, 0.0) }, doubt: None }
+    let beside = Beside::of(table, rows, (0..table.width()).filter(|column| ![angle, range].contains(column)));
+    let (time, odometry) = (beside.time(), beside.poses());
+    Guess { format: TableFormat { unit, time, odometry, ..TableFormat::of(layout, 0.0, 0.0) }, doubt: None }
 }
 
 /// A step and a range a line, of one scan or of several.
@@ -125,27 +131,59 @@ fn guess_scans(table: &Table, rows: &[Row]) -> Guess {
     if let Some(format) = message_columns(&rows[0].values) {
         return Guess { format, doubt: None };
     }
-    let (first, end) = block_of_ranges(table, rows);
-    let (start, step, doubt) = view_of(end - first);
-    let beside = || (0..first).chain(end..width);
-    let named = |words: &[&str]| {
-        beside().find(|&column| table.names.get(column).is_some_and(|name| words.contains(&name.as_str())))
-    };
-    let time = named(&["t", "time", "timestamp", "stamp", "sec", "seconds"])
-        .or_else(|| beside().find(|&column| is_growing(rows, column) && !is_counter(rows, column)))
-        .map(|column| (column, time_unit(rows, column)));
-    let pose = [named(&["x", "odom_x", "pose_x"]), named(&["y", "odom_y", "pose_y"])];
-    let heading = named(&["theta", "th", "yaw", "heading", "phi", "odom_theta", "odom_yaw", "pose_theta"]);
-    let poses = match (pose, heading) {
-        ([Some(x), Some(y)], Some(theta)) => Some(OdometryColumns::Pose([x, y, theta])),
-        _ => None,
-    };
+    let named = series(&table.names).filter(|named| named.end <= width);
+    let (first, end, doubted) =
+        named.map_or_else(|| block_of_ranges(table, rows), |named| (named.first, named.end, None));
+    let known = named.and_then(|named| named.bearings).map(|(start, step)| (start, step, None));
+    let (start, step, doubt) = known.unwrap_or_else(|| view_of(end - first));
+    let beside = Beside::of(table, rows, (0..first).chain(end..width));
+    let growing =
+        || beside.columns.iter().copied().find(|&column| is_growing(rows, column) && !is_counter(rows, column));
+    let time = beside.time().or_else(|| growing().map(|column| (column, time_unit(rows, column))));
     let readings =
         rows.iter().flat_map(|row| row.values[first.min(row.values.len())..end.min(row.values.len())].to_vec());
     let named = unit_named(table.names.get(first..end).unwrap_or_default());
     let unit = named.unwrap_or_else(|| unit_of(readings.collect()));
     let format = TableFormat::of(Layout::ScanPerLine { first, end }, start, step);
-    Guess { format: TableFormat { unit, time, odometry: poses, has_wheels: false, ..format }, doubt }
+    let format = TableFormat { unit, time, odometry: beside.poses(), has_wheels: false, ..format };
+    Guess { format, doubt: doubt.or(doubted) }
+}
+
+/// The columns beside the ranges.
+struct Beside<'a> {
+    names: &'a [String],
+    rows: &'a [Row],
+    columns: Vec<usize>,
+}
+
+impl<'a> Beside<'a> {
+    fn of(table: &'a Table, rows: &'a [Row], columns: impl Iterator<Item = usize>) -> Self {
+        Self { names: &table.names, rows, columns: columns.collect() }
+    }
+
+    /// The first column of such a name that holds numbers.
+    fn named(&self, words: &[&str]) -> Option<(usize, &'a str)> {
+        let name = |column: usize| self.names.get(column).map(String::as_str);
+        let holds = |column: usize| !self.rows.iter().any(|row| row.words.contains(&column));
+        let mut known = self.columns.iter().filter_map(|&column| Some((column, name(column)?)));
+        known.find(|&(column, name)| words.contains(&bare(name)) && holds(column))
+    }
+
+    /// The column of the time and its unit (s).
+    fn time(&self) -> Option<(usize, f64)> {
+        let words = ["t", "time", "timestamp", "stamp", "sec", "seconds", "zeit", "temps", "s", "ms", "us", "ns"];
+        let (column, name) = self.named(&words)?;
+        Some((column, unit_in(name, &TIMES).unwrap_or_else(|| time_unit(self.rows, column))))
+    }
+
+    /// Where the robot was.
+    fn poses(&self) -> Option<OdometryColumns> {
+        let ((x, x_name), (y, _)) = (self.named(&["x"])?, self.named(&["y"])?);
+        let words = ["theta", "th", "yaw", "heading", "phi", "angle", "orientation", "rotation", "winkel"];
+        let (theta, heading_name) = self.named(&words)?;
+        let (unit, heading) = (unit_in(x_name, &UNITS), heading_unit(heading_name));
+        Some(OdometryColumns::Pose(PoseColumns { columns: [x, y, theta], unit, heading }))
+    }
 }
 
 /// A `LaserScan` without names, as `ros2 topic echo --csv` writes it: angle_min, angle_max, angle_increment, time_increment,
@@ -164,9 +202,9 @@ fn message_columns(values: &[f64]) -> Option<TableFormat> {
     (count >= MIN_SCAN_NUMBERS).then(|| TableFormat::of(layout, values[at], step))
 }
 
-/// The columns of the ranges: as many as a known laser has, where that leaves nothing among them that is no range and
-/// nothing beside them without need.
-fn block_of_ranges(table: &Table, rows: &[Row]) -> (usize, usize) {
+/// The columns of the ranges, from the first to before the second: as many as a known laser has, where that leaves nothing among
+/// them that is no range and nothing beside them without need; and what is to be asked where they may lie elsewhere as well.
+fn block_of_ranges(table: &Table, rows: &[Row]) -> (usize, usize, Option<String>) {
     let width = table.width();
     let is_none: Vec<bool> = (0..width).map(|column| is_no_range(rows, column)).collect();
     let most = MIN_SCAN_NUMBERS.min(width - MIN_SCAN_NUMBERS);
@@ -178,8 +216,16 @@ fn block_of_ranges(table: &Table, rows: &[Row]) -> (usize, usize) {
         let count = width.saturating_sub(front + back);
         count >= MIN_SCAN_NUMBERS && field_of_view(count).is_some()
     };
-    let (front, back) = (0..=most).flat_map(beside).find(fits).unwrap_or((front, back));
-    (front, width - back)
+    let Some(extra) = (0..=most).find(|&extra| beside(extra).any(|place| fits(&place))) else {
+        return (front, width - back, None);
+    };
+    let (front, back) = beside(extra).find(fits).unwrap_or((front, back));
+    let (first, end) = (front, width - back);
+    let doubt = (extra > 0).then(|| {
+        let [count, from] = [end - first, first + 1];
+        format!("The {count} ranges may begin at column {from}, as is assumed, or up to {extra} further on.")
+    });
+    (first, end, doubt)
 }
 
 /// Whether a column can hold no ranges.
@@ -263,10 +309,7 @@ fn view_of(num_readings: usize) -> (f64, f64, Option<String>) {
 
 /// Metres of the unit that a column's name says: `distance_mm`, `range (cm)`.
 fn unit_named(names: &[String]) -> Option<f64> {
-    let words =
-        |name: &'_ String| name.split(|c: char| !c.is_ascii_alphabetic()).map(str::to_owned).collect::<Vec<_>>();
-    let unit = |word: String| super::format::UNITS.iter().find(|unit| unit.0 == word).map(|unit| unit.1);
-    names.iter().flat_map(words).find_map(unit)
+    names.iter().find_map(|name| unit_in(name, &UNITS))
 }
 
 /// Metres of a unit of these readings.

@@ -11,6 +11,7 @@ use crate::{Error, Result};
 
 mod format;
 mod guess;
+mod names;
 mod odometry;
 mod preview;
 mod rows;
@@ -36,8 +37,8 @@ pub struct TableFormat {
     pub odometry: Option<OdometryColumns>,
     /// Whether that is what its wheels measured; somebody may have corrected it else.
     pub has_wheels: bool,
-    /// Columns of x, y (in the table's unit) and heading (rad) of where the robot really was.
-    pub reference: Option<[usize; 3]>,
+    /// Where the robot really was.
+    pub reference: Option<PoseColumns>,
     /// How far the laser sits ahead of the robot's centre (m).
     pub ahead: f64,
 }
@@ -70,11 +71,22 @@ pub struct AngleColumn {
     pub unit: f64,
 }
 
+/// Columns of a pose.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PoseColumns {
+    /// Of x, y and the heading.
+    pub columns: [usize; 3],
+    /// Metres of a unit of x and y; `None`: the table's unit.
+    pub unit: Option<f64>,
+    /// One of the heading (rad).
+    pub heading: f64,
+}
+
 /// Columns of odometry.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum OdometryColumns {
-    /// x, y (in the table's unit) and heading (rad).
-    Pose([usize; 3]),
+    /// Where the robot thought it was.
+    Pose(PoseColumns),
     /// What the left and the right wheel have turned, in ticks.
     Wheels {
         /// Columns of the left and the right wheel.
@@ -268,19 +280,22 @@ impl TableFormat {
             angles.windows(2).zip(1..).filter(|(pair, _)| jumps(pair)).map(|(_, end)| end).collect();
         ends.push(rows.len());
         let mut begin = 0;
-        let mut scans: Vec<LaserScan> = Vec::new();
+        let (mut scans, mut first_rows): (Vec<LaserScan>, Vec<&Row>) = (Vec::new(), Vec::new());
         for end in ends {
             let beams = begin..end.min(begin + MAX_BEAMS);
             let bearings = angles[beams.clone()].iter().map(|angle| self.start + unit * angle).collect();
             let ranges = rows[beams].iter().map(range_of).collect();
             scans.push(self.scan(scans.len(), rows[begin], ranges, Bearings::Listed(bearings)));
+            first_rows.push(rows[begin]);
             begin = end;
         }
+        self.add_poses(&mut scans, &first_rows);
         scans
     }
 
-    fn pose_of(&self, row: &Row, [x, y, theta]: [usize; 3]) -> Option<Pose2> {
-        let value = |column: usize| row.values.get(column).copied().filter(|value| value.is_finite());
-        pose(self.unit * value(x)?, self.unit * value(y)?, value(theta)?)
+    fn pose_of(&self, row: &Row, PoseColumns { columns, unit, heading }: PoseColumns) -> Option<Pose2> {
+        let value = |at: usize| row.values.get(columns[at]).copied().filter(|value| value.is_finite());
+        let unit = unit.unwrap_or(self.unit);
+        pose(unit * value(0)?, unit * value(1)?, heading * value(2)?)
     }
 }

@@ -4,6 +4,7 @@
 use std::borrow::Cow;
 
 use super::super::fields::{is_comment, lines};
+use super::names::series;
 use crate::io::text::number;
 
 /// A comment that begins so says what the columns are.
@@ -41,6 +42,7 @@ impl Table {
     pub fn read(text: &[u8], most: usize) -> Self {
         let separators = Separators::of(text);
         let mut table = Self::default();
+        let mut first_words = Vec::new();
         for (line, text) in lines(text) {
             if is_comment(text) || text.starts_with(b"%") || text.starts_with(b"//") {
                 let words = text.trim_ascii_start().strip_prefix(b"#").unwrap_or_default().trim_ascii();
@@ -51,6 +53,9 @@ impl Table {
             }
             match separators.row(text, line) {
                 Some(row) => {
+                    if table.rows.is_empty() {
+                        first_words = separators.names(text);
+                    }
                     let labels = separators.labels(text);
                     if !labels.is_empty() && (table.rows.is_empty() || table.names.is_empty()) {
                         table.names = labels;
@@ -65,7 +70,18 @@ impl Table {
                 break;
             }
         }
+        table.take_counted_names(first_words);
         table
+    }
+
+    /// Numbers at equal steps above rows that have none are the names of the beams: their angles, or how they are counted.
+    fn take_counted_names(&mut self, first_words: Vec<String>) {
+        let [_, second, ..] = &self.rows[..] else { return };
+        let values: Vec<String> = second.values.iter().map(ToString::to_string).collect();
+        if self.names.is_empty() && series(&first_words).is_some() && series(&values).is_none() {
+            self.names = first_words;
+            self.rows.remove(0);
+        }
     }
 
     /// Columns of the first row.
@@ -111,8 +127,7 @@ impl Separators {
         let num_others = self.cells(text).filter(|word| !is_label(word) && number(word).is_none()).count();
         let has_labels = num_others <= MAX_WORDS && self.cells(text).any(is_label);
         for word in self.cells(text).filter(|word| !has_labels || number(word).is_some()) {
-            let word = if self.has_decimal_commas { with_point(word) } else { Cow::Borrowed(word) };
-            let value = number(&word);
+            let value = number(&self.point(word));
             if value.is_none() && !word.is_empty() {
                 row.words.push(row.values.len());
             }
@@ -125,15 +140,25 @@ impl Separators {
         (is_row && row.values.iter().any(|value| !value.is_nan())).then_some(row)
     }
 
+    /// A word with a decimal point.
+    fn point(self, word: &[u8]) -> Cow<'_, [u8]> {
+        if self.has_decimal_commas { with_point(word) } else { Cow::Borrowed(word) }
+    }
+
     /// The cells of a line; an empty one where nothing stands between two separators, but not behind the last one.
     fn cells(self, text: &[u8]) -> impl Iterator<Item = &[u8]> {
-        let is_space = |byte: &u8| byte.is_ascii_whitespace() || b"[](){}\"'".contains(byte);
+        let is_space = move |byte: &u8| byte.is_ascii_whitespace() || b"[](){}\"'".contains(byte);
         let text = text.trim_ascii();
         let text = self.gap.and_then(|gap| text.strip_suffix(&[gap])).unwrap_or(text);
+        let is_other = move |word: &[u8]| !word.is_empty() && number(&self.point(word)).is_none() && !is_label(word);
         text.split(move |byte| Some(*byte) == self.gap).flat_map(move |cell| {
-            let mut words = cell.split(is_space).filter(|word| !word.is_empty()).peekable();
-            let empty = (words.peek().is_none() && self.gap.is_some()).then_some(&b""[..]);
-            words.chain(empty)
+            // "2024-03-01 10:00:00" between two separators is one cell; "[1, 2.5" is not.
+            let is_text =
+                self.gap.is_some() && cell.split(is_space).any(is_other) && !cell.split(is_space).any(is_label);
+            let whole = is_text.then(|| cell.trim_ascii());
+            let mut words = cell.split(is_space).filter(move |word| !is_text && !word.is_empty()).peekable();
+            let empty = (whole.is_none() && words.peek().is_none() && self.gap.is_some()).then_some(&b""[..]);
+            words.chain(empty).chain(whole)
         })
     }
 

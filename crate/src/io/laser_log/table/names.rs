@@ -1,0 +1,151 @@
+//! What the names above the columns of a table say: which columns are ranges, and in which units numbers are.
+
+use super::format::{TIMES, UNITS};
+use super::guess::MIN_SCAN_NUMBERS;
+
+/// Neighbouring columns whose names count: `r0`, `r1`, ... or `-90 deg`, `-89 deg`, ...
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Series {
+    /// First column.
+    pub first: usize,
+    /// The column after the last one.
+    pub end: usize,
+    /// Bearing of the first reading and the step to the next (rad), where the names are angles.
+    pub bearings: Option<(f64, f64)>,
+}
+
+/// Differences of names that are equal, but for the digits that were written.
+const SAME_STEP: f64 = 0.02;
+/// Angles from here on are no radians.
+const MAX_RADIANS: f64 = 7.0;
+
+/// The longest series of so many names as a scan has.
+pub(super) fn series(names: &[String]) -> Option<Series> {
+    let parts: Vec<Option<Numbered>> = names.iter().map(|name| Numbered::of(name)).collect();
+    let (mut longest, mut first) = (0..0, 0);
+    for end in 1..=parts.len() {
+        let step = |at: usize| match (&parts[at - 1], &parts[at]) {
+            (Some(a), Some(b)) if (a.before, a.after) == (b.before, b.after) => Some(b.number - a.number),
+            _ => None,
+        };
+        let follows = |at: usize| {
+            let (Some(step), Some(wanted)) = (step(at), step(first + 1)) else { return false };
+            step != 0.0 && (step - wanted).abs() <= SAME_STEP * wanted.abs()
+        };
+        if end < parts.len() && follows(end) {
+            continue;
+        }
+        if end - first > longest.len() {
+            longest = first..end;
+        }
+        first = end;
+    }
+    if longest.len() < MIN_SCAN_NUMBERS {
+        return None;
+    }
+    let numbered: Vec<&Numbered> = parts[longest.clone()].iter().flatten().collect();
+    let [from, .., to] = &numbered[..] else { return None };
+    let step = (to.number - from.number) / (numbered.len() - 1) as f64;
+    let unit = from.unit_of_angles(
+        from.number.abs().max(to.number.abs()),
+        from.number.min(to.number) < 0.0 || step.fract() != 0.0,
+    );
+    let bearings = unit.map(|unit| (unit * from.number, unit * step));
+    Some(Series { first: longest.start, end: longest.end, bearings })
+}
+
+/// A name around its number.
+struct Numbered<'a> {
+    before: &'a str,
+    number: f64,
+    after: &'a str,
+}
+
+impl<'a> Numbered<'a> {
+    fn of(name: &'a str) -> Option<Self> {
+        let digit = name.find(|c: char| c.is_ascii_digit())?;
+        let is_sign =
+            |head: &str| head.ends_with(['-', '+']) && !head[..head.len() - 1].ends_with(|c: char| c.is_alphanumeric());
+        let begin = if is_sign(&name[..digit]) { digit - 1 } else { digit };
+        let length = name[digit..].find(|c: char| !c.is_ascii_digit() && c != '.').unwrap_or(name.len() - digit);
+        let number = name[begin..digit + length].trim_end_matches('.').parse().ok()?;
+        Some(Self { before: &name[..begin], number, after: &name[digit + length..] })
+    }
+
+    /// One of the numbers (rad), where they are angles: by the name, or bare numbers that are no count.
+    fn unit_of_angles(&self, largest: f64, is_no_count: bool) -> Option<f64> {
+        let says = |word: &str| self.before.contains(word) || self.after.contains(word);
+        let is_bare = self.before.is_empty() && self.after.is_empty();
+        let is_angle = says("angle") || says("theta") || says("bearing") || is_bare && is_no_count;
+        if says("deg") || says("°") || is_angle && !says("rad") && largest > MAX_RADIANS {
+            return Some(1f64.to_radians());
+        }
+        (says("rad") || is_angle).then_some(1.0)
+    }
+}
+
+/// A name without its unit and without what it belongs to: `odom_x (m)` is `x`.
+pub(super) fn bare(name: &str) -> &str {
+    let name = name.split(['(', '[']).next().unwrap_or(name).trim();
+    let name = ["odometry", "odom", "odo", "pose", "robot", "position", "pos"]
+        .iter()
+        .find_map(|prefix| name.strip_prefix(prefix)?.strip_prefix(['_', '.', ' ']))
+        .unwrap_or(name);
+    match name.rsplit_once(['_', ' ']) {
+        Some((stem, unit)) if is_unit(unit) => stem,
+        _ => name,
+    }
+}
+
+fn is_unit(word: &str) -> bool {
+    ["deg", "rad", "degrees", "radians"].contains(&word) || UNITS.iter().chain(&TIMES).any(|(name, _)| *name == word)
+}
+
+/// The unit of a list that a name says: `distance_mm`, `range (cm)`.
+pub(super) fn unit_in(name: &str, units: &[(&str, f64)]) -> Option<f64> {
+    let words = name.split(|c: char| !c.is_ascii_alphabetic());
+    words.filter_map(|word| units.iter().find(|unit| unit.0 == word)).map(|unit| unit.1).next()
+}
+
+/// One of a heading (rad) by its name.
+pub(super) fn heading_unit(name: &str) -> f64 {
+    if name.contains("deg") || name.contains('°') { 1f64.to_radians() } else { 1.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn names(of: impl Iterator<Item = String>) -> Vec<String> {
+        [vec!["time".to_owned()], of.collect(), vec!["temp1".to_owned()]].concat()
+    }
+
+    #[test]
+    fn names_that_count_are_ranges_and_angles_are_bearings() {
+        for stem in ["r", "range_", "ranges[", "beam "] {
+            let found = series(&names((0..181).map(|at| format!("{stem}{at}")))).expect(stem);
+            assert_eq!(found, Series { first: 1, end: 182, bearings: None });
+        }
+        for text in ["deg", "°", " deg)"] {
+            let found = series(&names((0..61).map(|at| format!("{}{text}", at - 30)))).expect(text);
+            let (start, step) = found.bearings.expect(text);
+            assert!((start + 30f64.to_radians()).abs() < 1e-12 && (step - 1f64.to_radians()).abs() < 1e-12);
+        }
+        let radians = series(&names((0..101).map(|at| format!("{:.4}", 0.0314 * f64::from(at - 50)))));
+        let (start, step) = radians.and_then(|found| found.bearings).expect("radians");
+        assert!((start + 1.57).abs() < 1e-9 && (step - 0.0314).abs() < 1e-9);
+        assert_eq!(series(&names((0..181).map(|at| at.to_string()))).expect("a count").bearings, None);
+        assert_eq!(series(&names((0..20).map(|at| format!("r{at}")))), None);
+        assert_eq!(series(&names((0..100).map(|at| format!("{}", 3.0 + 0.1 * f64::from(at * at))))), None);
+    }
+
+    #[test]
+    fn names_are_told_from_their_units() {
+        assert_eq!(
+            ["odom_x (m)", "pose.theta_deg", "x", "odo_th", "yaw [rad]"].map(bare),
+            ["x", "theta", "x", "th", "yaw"]
+        );
+        assert_eq!(unit_in("dist_cm", &UNITS), Some(0.01));
+        assert_eq!(unit_in("time (ms)", &TIMES), Some(1e-3));
+    }
+}

@@ -1,0 +1,335 @@
+// @ts-check
+/**
+ * Laser scans as programs print or log them, as the text that the engine reads: JSON objects with `readings` (CSM) where a scan
+ * tells its angles, a table of ranges where it does not.
+ *
+ * | what | told from |
+ * |---|---|
+ * | `ros2 topic echo`, `rostopic echo`, `gz topic -e`: `name: value` lines, a message after the other | `angle_min:` and `angle_increment:` or `angle_step:` |
+ * | JSON: a message, a list of them, one a line, within others (rosbridge) | `"ranges": [` or objects with an angle and a distance |
+ * | SICK's telegrams (CoLa A) | `LMDscandata` |
+ * | UrgBenri's log (`.ubh`) | `[startStep]` |
+ * | the Python package rplidar: a list of (quality, angle, distance) a line | its brackets |
+ */
+import { fileError } from '../errors.js';
+
+/**
+ * A scan: ranges (m; null where nothing came back), angles in rad.
+ * @typedef {{ ranges: (number | null)[], start?: number, step?: number, angles?: number[], time?: number,
+ *   nearest?: number, farthest?: number }} Scan
+ */
+
+const DEGREE = Math.PI / 180;
+/** Nesting of JSON that is looked into. */
+const MAX_DEPTH = 8;
+/** Hokuyo's readings below this are codes of errors (mm). */
+const FIRST_RANGE_OF_URG = 20;
+
+/** @type {readonly { is: (head: string) => boolean, read: (text: string, name: string) => string }[]} */
+const KINDS = [
+  { is: (head) => /\bLMDscandata /.test(head), read: fromSick },
+  { is: (head) => /^\[startStep\]/m.test(head) && /^\[(scan|endStep)\]/m.test(head), read: fromUrgBenri },
+  { is: isJson, read: fromJson },
+  { is: isTuples, read: fromTuples },
+  { is: isEcho, read: fromEcho },
+];
+
+/**
+ * What reads a text that begins like this; null where it is none of these.
+ * @param {string} head
+ * @returns {((text: string, name: string) => string) | null}
+ */
+export function scanReader(head) {
+  return KINDS.find(({ is }) => is(head))?.read ?? null;
+}
+
+/** @param {string} head */
+function isEcho(head) {
+  return /^\s*angle_min:/m.test(head) && /^\s*angle_(increment|step):/m.test(head);
+}
+
+/** @param {string} head */
+function isJson(head) {
+  if (!/^\s*[[{]/.test(head) || /"readings"|"nrays"/.test(head)) return false;
+  const has = (/** @type {string} */ names) => new RegExp(`"(${names})"\\s*:\\s*-?[\\d.[]`, 'i').test(head);
+  return has('ranges') || has('angle_min') || (has('angle|theta|bearing') && has('range|dist|distance|r'));
+}
+
+/** @param {string} head */
+function isTuples(head) {
+  return /^\s*\[?\s*\(\s*\d+(\.\d+)?\s*,\s*\d+(\.\d+)?\s*,\s*\d+(\.\d+)?\s*\)\s*,\s*\(/.test(head);
+}
+
+/** Messages as ROS and Gazebo print them: only the fields that are needed are looked at. @param {string} text @param {string} name */
+function fromEcho(text, name) {
+  /** @type {Scan[]} */
+  const scans = [];
+  /** @type {Map<string, string[]>} */
+  let fields = new Map();
+  const finish = () => {
+    if (fields.has('ranges')) scans.push(scanOf((key) => fields.get(key)?.[0], fields.get('ranges') ?? []));
+    fields = new Map();
+  };
+  let list = '';
+  for (const line of text.split(/\r?\n/)) {
+    const [, key = '', value = ''] = /^\s*(\w+):\s*(.*)$/.exec(line) ?? [];
+    const item = /^\s*-\s*(\S.*)$/.exec(line)?.[1];
+    if (item !== undefined) fields.get(list)?.push(item);
+    // Gazebo's messages have nothing between them but the next header.
+    else if (/^(---|header\b)/.test(line)) finish();
+    else if (key !== '') {
+      list = key;
+      const values = value
+        .replaceAll(/[[\]'"]/g, ' ')
+        .split(/[\s,]+/)
+        .filter(Boolean);
+      // Gazebo has a line for each range.
+      fields.set(key, key === 'ranges' ? [...(fields.get(key) ?? []), ...values] : values);
+    } else if (/^[\s\d.,\]einfa+-]+$/i.test(line) && fields.has(list)) {
+      // A list goes on in the next line.
+      fields.get(list)?.push(
+        ...line
+          .replaceAll(/[\]]/g, ' ')
+          .split(/[\s,]+/)
+          .filter(Boolean),
+      );
+    }
+  }
+  finish();
+  if (scans.length > 0 && /^\s*(- )?'?\.\.\.'?\s*$/m.test(text)) {
+    throw fileError(
+      name,
+      'The ranges are shortened (...): so does ros2 topic echo with long lists',
+      'Record them whole: ros2 topic echo --full-length /scan > FILE, or a bag: ros2 bag record /scan',
+    );
+  }
+  return written(scans, name);
+}
+
+/** @param {(key: string) => unknown} field @param {readonly unknown[]} ranges @returns {Scan} */
+function scanOf(field, ranges) {
+  const number = (/** @type {string[]} */ ...keys) => {
+    const value = keys.map(field).find((value) => value !== undefined && value !== null);
+    const known = numberOf(value);
+    return Number.isFinite(known) ? known : undefined;
+  };
+  const seconds = number('secs', 'sec');
+  const nanoseconds = number('nsecs', 'nanosec', 'nsec') ?? 0;
+  const start = number('angle_min', 'angleMin', 'min_angle');
+  const end = number('angle_max', 'angleMax', 'max_angle');
+  const even = start === undefined || end === undefined ? undefined : (end - start) / Math.max(ranges.length - 1, 1);
+  const step = number('angle_increment', 'angle_step', 'angleIncrement') ?? even;
+  return {
+    ranges: ranges.map((range) => {
+      const value = numberOf(range);
+      return Number.isFinite(value) ? value : null;
+    }),
+    ...given('start', start),
+    ...given('step', step),
+    ...given('time', seconds === undefined ? number('timestamp', 'time', 'stamp', 't') : seconds + 1e-9 * nanoseconds),
+    ...given('nearest', number('range_min', 'rangeMin')),
+    ...given('farthest', number('range_max', 'rangeMax')),
+  };
+}
+
+/** @param {string} name @param {number | undefined} value */
+function given(name, value) {
+  return value === undefined ? {} : { [name]: value };
+}
+
+/** @param {unknown} value */
+function numberOf(value) {
+  if (typeof value === 'number') return value;
+  return typeof value === 'string' && value.trim() !== '' ? Number(value) : Number.NaN;
+}
+
+/** @param {string} text @param {string} name */
+function fromJson(text, name) {
+  /** @type {Scan[]} */
+  const scans = [];
+  for (const document of documentsOf(text, name)) collect(document, {}, 0, scans);
+  return written(scans, name);
+}
+
+/** One document, or one a line. @param {string} text @param {string} name @returns {unknown[]} */
+function documentsOf(text, name) {
+  try {
+    return [JSON.parse(text)];
+  } catch {
+    const lines = text.split(/\r?\n/).filter((line) => line.trim() !== '');
+    const known = lines.flatMap((line) => {
+      try {
+        return [JSON.parse(line.replace(/,\s*$/, ''))];
+      } catch {
+        return [];
+      }
+    });
+    // A recorder that was stopped leaves half a line behind.
+    if (known.length > 0 && known.length >= lines.length - 1) return known;
+    throw fileError(name, 'This is neither one JSON document nor one a line', 'Correct the JSON: one scan a line');
+  }
+}
+
+/**
+ * The scans within a document; fields of what holds them (a time, for one) belong to them.
+ * @param {unknown} value @param {Readonly<Record<string, unknown>>} around @param {number} depth @param {Scan[]} scans
+ */
+function collect(value, around, depth, scans) {
+  if (typeof value !== 'object' || value === null || depth > MAX_DEPTH) return;
+  if (Array.isArray(value)) {
+    const readings = readingsOf(value);
+    if (readings) scans.push({ ...scanOf((key) => around[key], []), ...readings });
+    else value.forEach((item) => collect(item, around, depth + 1, scans));
+    return;
+  }
+  const own = /** @type {Record<string, unknown>} */ (value);
+  const known = { ...around, ...flat(own) };
+  const ranges = Object.entries(own).find(([key]) => /^ranges$/i.test(key))?.[1];
+  if (Array.isArray(ranges) && ranges.every((range) => typeof range !== 'object' || range === null)) {
+    const angles = own['angles'];
+    const listed =
+      Array.isArray(angles) && angles.length === ranges.length ? { angles: radians(angles.map(Number)) } : {};
+    scans.push({ ...scanOf((key) => known[key], ranges), ...listed });
+    return;
+  }
+  Object.values(own).forEach((item) => collect(item, known, depth + 1, scans));
+}
+
+/** Numbers and texts of an object, and those of its header and stamp. @param {Record<string, unknown>} object @returns {Record<string, unknown>} */
+function flat(object) {
+  const nested = ['header', 'stamp'].map((key) => object[key]);
+  const below = nested.flatMap((item) =>
+    typeof item === 'object' && item !== null && !Array.isArray(item)
+      ? [flat(/** @type {Record<string, unknown>} */ (item))]
+      : [],
+  );
+  const plain = Object.entries(object).filter(([, value]) => typeof value !== 'object');
+  return Object.assign(Object.fromEntries(plain), ...below);
+}
+
+/** A list of objects with an angle and a distance each. @param {readonly unknown[]} list @returns {Pick<Scan, 'ranges' | 'angles'> | null} */
+function readingsOf(list) {
+  const [first] = list;
+  if (list.length < 2 || typeof first !== 'object' || first === null || Array.isArray(first)) return null;
+  const keys = Object.keys(first);
+  const angle = keys.find((key) => /^(angle|theta|bearing|azimuth)(_?(deg|rad|degrees|radians))?$/i.test(key));
+  const distance = keys.find((key) => /^(range|dist|distance|r)(_?(m|cm|mm))?$/i.test(key));
+  if (angle === undefined || distance === undefined) return null;
+  const values = (/** @type {string} */ key) =>
+    list.map((item) => numberOf(/** @type {Record<string, unknown>} */ (item ?? {})[key]));
+  return { angles: radians(values(angle)), ranges: metres(values(distance)) };
+}
+
+/** Angles beyond a turn of radians are degrees. @param {readonly number[]} angles */
+function radians(angles) {
+  const largest = angles.reduce((most, angle) => Math.max(most, Math.abs(angle) || 0), 0);
+  return angles.map((angle) => (largest > 7 ? DEGREE * angle : angle));
+}
+
+/** Distances whose median is beyond 60 are millimetres: no laser for the plane sees that far. @param {readonly number[]} distances */
+function metres(distances) {
+  const sorted = distances.filter((distance) => distance > 0).sort((a, b) => a - b);
+  const unit = (sorted[Math.floor(sorted.length / 2)] ?? 0) > 60 ? 1e-3 : 1;
+  return distances.map((distance) => (distance > 0 ? unit * distance : null));
+}
+
+/** (quality, angle, distance) of RPLIDARs, which turn clockwise; degrees and mm. @param {string} text @param {string} name */
+function fromTuples(text, name) {
+  const scans = text.split(/\r?\n/).flatMap((line) => {
+    const tuples = [...line.matchAll(/\(\s*([\d.]+)\s*,\s*([\d.]+)\s*,\s*([\d.]+)\s*\)/g)];
+    const ranges = tuples.map(([, , , distance]) => (Number(distance) > 0 ? 1e-3 * Number(distance) : null));
+    return tuples.length > 1 ? [{ ranges, angles: tuples.map(([, , angle]) => -DEGREE * Number(angle)) }] : [];
+  });
+  return written(scans, name);
+}
+
+/**
+ * The first measured channel of each telegram: `DIST1 scale offset start step count values`, hexadecimal; the start in 1/10000
+ * degrees, 90 degrees ahead for the LMS and TiM (SICK, "Telegram listing: ranging sensors").
+ * @param {string} text @param {string} name
+ */
+function fromSick(text, name) {
+  const scans = text.split(/(?=\bLMDscandata )/).flatMap((telegram) => {
+    const words = telegram.trim().split(/\s+/);
+    const at = words.indexOf('DIST1');
+    const number = (/** @type {number} */ index) => Number.parseInt(words[at + index] ?? '', 16);
+    const count = number(5);
+    if (at < 0 || !(count > 1) || at + 6 + count > words.length) return [];
+    const factor = words[at + 1] === '40000000' ? 2 : 1;
+    // Signed, in 32 bits.
+    const start = (number(3) | 0) / 10000;
+    const ranges = Array.from({ length: count }, (_, i) => number(6 + i));
+    return [
+      {
+        ranges: ranges.map((range) => (range > 0 ? 1e-3 * factor * range : null)),
+        start: DEGREE * (start - 90),
+        step: (DEGREE * number(4)) / 10000,
+        ...given('time', timeOfTelegram(words)),
+      },
+    ];
+  });
+  return written(scans, name);
+}
+
+/** Since the device was switched on (s), from µs. @param {readonly string[]} words */
+function timeOfTelegram(words) {
+  const microseconds = Number.parseInt(words[words.indexOf('LMDscandata') + 8] ?? '', 16);
+  return Number.isFinite(microseconds) ? 1e-6 * microseconds : undefined;
+}
+
+/** Sections in square brackets, their values below them. @param {string} text @param {string} name */
+function fromUrgBenri(text, name) {
+  /** @type {Map<string, number>} */
+  const known = new Map();
+  /** @type {Scan[]} */
+  const scans = [];
+  let section = '';
+  for (const line of text.split(/\r?\n/).map((line) => line.trim())) {
+    const title = /^\[(\w+)\]$/.exec(line)?.[1];
+    if (title !== undefined) section = title.toLowerCase();
+    else if (section === 'scan' && line.includes(';')) {
+      const ranges = line.split(/[;|]/).filter(Boolean).map(Number);
+      const [turn, front] = [known.get('areatotal') ?? 1440, known.get('frontstep') ?? (ranges.length - 1) / 2];
+      const step = (2 * Math.PI) / turn;
+      const time = known.get('timestamp');
+      scans.push({
+        ranges: ranges.map((range) => (range >= FIRST_RANGE_OF_URG ? 1e-3 * range : null)),
+        start: ((known.get('startstep') ?? 0) - front) * step,
+        step,
+        ...given('time', time === undefined ? undefined : 1e-3 * time),
+      });
+    } else if (line !== '' && Number.isFinite(Number(line))) known.set(section, Number(line));
+  }
+  return written(scans, name);
+}
+
+/** @param {readonly Scan[]} scans @param {string} name */
+function written(scans, name) {
+  if (scans.length === 0) {
+    throw fileError(name, 'No scan of it is whole', 'Give messages with angle_min, angle_increment and ranges');
+  }
+  const hasAngles = scans.every(({ angles, start, step }) => angles !== undefined || (start !== undefined && step));
+  return hasAngles ? scans.map(asCsm).join('') : asTable(scans);
+}
+
+/** @param {Scan} scan */
+function asCsm({ ranges, angles, start = 0, step = 0, time, nearest, farthest }) {
+  const whole = {
+    readings: ranges.map((range) => (range !== null && farthest !== undefined && range > farthest ? null : range)),
+    ...(angles ? { theta: angles } : { min_theta: start, max_theta: start + step * (ranges.length - 1) }),
+    ...given('min_range', nearest),
+    ...given('timestamp', time),
+  };
+  return `${JSON.stringify(whole)}\n`;
+}
+
+/** What the angles are is asked. @param {readonly Scan[]} scans */
+function asTable(scans) {
+  const hasTimes = scans.every(({ time }) => time !== undefined);
+  const [{ ranges: first } = { ranges: [] }] = scans;
+  const head = [...(hasTimes ? ['time'] : []), ...first.map((_, at) => `range_${at}`)].join(',');
+  const rows = scans.map(({ ranges, time }) =>
+    [...(hasTimes ? [time] : []), ...ranges.map((r) => r ?? 'nan')].join(','),
+  );
+  return `${[head, ...rows].join('\n')}\n`;
+}

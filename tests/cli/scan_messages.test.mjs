@@ -1,0 +1,170 @@
+// @ts-check
+/** Scans as programs print them: what a robot's tools leave behind is read as the scans that were measured. */
+import assert from 'node:assert/strict';
+import { before, test } from 'node:test';
+import * as engine from '../../npm/index.js';
+import { convertFiles } from '../../npm/formats/convert.js';
+
+const BEAMS = 61;
+const STEP = Math.PI / 180;
+const START = -30 * STEP;
+/** Two scans; nothing came back for the beam at 7. */
+const SCANS = [0, 1].map((scan) =>
+  Array.from({ length: BEAMS }, (_, beam) => (beam === 7 ? Number.NaN : 2 + 0.1 * scan + 0.01 * beam)),
+);
+const text = (/** @type {number} */ range) => (Number.isNaN(range) ? '.inf' : range.toFixed(3));
+const millimetres = (/** @type {number} */ range) => (Number.isNaN(range) ? 0 : Math.round(1000 * range));
+const angles = `angle_min: ${START}\nangle_max: ${-START}\n`;
+const limits = 'range_min: 0.1\nrange_max: 12.0\n';
+const message = (/** @type {number[]} */ ranges, /** @type {number} */ scan) => ({
+  header: { stamp: { sec: 100 + scan, nanosec: 500_000_000 }, frame_id: 'laser' },
+  angle_increment: STEP,
+  angle_max: -START,
+  angle_min: START,
+  intensities: [],
+  range_max: 12,
+  range_min: 0.1,
+  ranges: ranges.map((range) => (Number.isNaN(range) ? null : range)),
+});
+const hex = (/** @type {number} */ value) => (value >>> 0).toString(16).toUpperCase();
+
+/** Name, text, and whether it tells times. @type {readonly [string, string, boolean][]} */
+const FILES = [
+  [
+    'ros2_topic_echo.yaml',
+    SCANS.map(
+      (ranges, scan) =>
+        `header:\n  stamp:\n    sec: ${100 + scan}\n    nanosec: 500000000\n  frame_id: laser\n${angles}angle_increment: ${STEP}\n${limits}ranges:\n${ranges.map((range) => `- ${text(range)}\n`).join('')}intensities: []\n---\n`,
+    ).join(''),
+    true,
+  ],
+  [
+    'rostopic_echo.txt',
+    SCANS.map(
+      (ranges, scan) =>
+        `header: \n  seq: ${scan}\n  stamp: \n    secs: ${100 + scan}\n    nsecs: 500000000\n  frame_id: "laser"\n${angles}angle_increment: ${STEP}\n${limits}ranges: [${ranges.map((range) => text(range).replace('.inf', 'inf')).join(', ')}]\nintensities: []\n---\n`,
+    ).join(''),
+    true,
+  ],
+  [
+    'gz_topic.txt',
+    SCANS.map(
+      (ranges, scan) =>
+        `header {\n  stamp {\n    sec: ${100 + scan}\n    nsec: 500000000\n  }\n}\nframe: "laser"\n${angles}angle_step: ${STEP}\n${limits}count: ${BEAMS}\n${ranges.map((range) => `ranges: ${text(range).replace('.inf', 'inf')}\n`).join('')}\n`,
+    ).join(''),
+    true,
+  ],
+  ['list.json', JSON.stringify(SCANS.map(message), null, 1), true],
+  ['lines.jsonl', SCANS.map((ranges, scan) => `${JSON.stringify(message(ranges, scan))}\n`).join(''), true],
+  [
+    'rosbridge.json',
+    SCANS.map(
+      (ranges, scan) => `${JSON.stringify({ op: 'publish', topic: '/scan', msg: message(ranges, scan) })}\n`,
+    ).join(''),
+    true,
+  ],
+  [
+    'points.json',
+    JSON.stringify(
+      SCANS.map((ranges, scan) => ({
+        timestamp: 100.5 + scan,
+        points: ranges.map((range, beam) => ({ angle: beam - 30, distance: millimetres(range) })),
+      })),
+    ),
+    true,
+  ],
+  [
+    'sick.log',
+    SCANS.map(
+      (ranges, scan) =>
+        `\x02sSN LMDscandata 1 1 89A27F 0 0 ${hex(scan)} ${hex(scan)} ${hex(100_500_000 + 1_000_000 * scan)} 0 0 0 7 0 0 1388 168 0 1 DIST1 3F800000 00000000 ${hex(600_000)} ${hex(10_000)} ${hex(BEAMS)} ${ranges.map((range) => hex(millimetres(range))).join(' ')} 0 0 0 0 0 0\x03\n`,
+    ).join(''),
+    true,
+  ],
+  [
+    'urg.ubh',
+    `[startStep]\n0\n[endStep]\n${BEAMS - 1}\n[frontStep]\n30\n[areaTotal]\n360\n${SCANS.map((ranges, scan) => `[timestamp]\n${100_500 + 1000 * scan}\n[scan]\n${ranges.map(millimetres).join(';')}\n`).join('')}`,
+    true,
+  ],
+  [
+    'rplidar.txt',
+    SCANS.map(
+      (ranges) => `[${ranges.map((range, beam) => `(15, ${30 - beam + 0.0}, ${millimetres(range)})`).join(', ')}]\n`,
+    )
+      .join('')
+      // The laser turns clockwise from ahead: negative angles are those beyond 180 degrees.
+      .replaceAll(/\(15, -(\d+),/g, (_, angle) => `(15, ${360 - Number(angle)},`),
+    false,
+  ],
+];
+
+before(() => engine.load());
+
+/** @param {string} path @param {string} content @returns {import('../../npm/recording/contents.js').Content} */
+function fileOf(path, content) {
+  const bytes = new TextEncoder().encode(content);
+  return {
+    path,
+    size: bytes.length,
+    read: async () => bytes,
+    readHead: async (/** @type {number} */ length) => bytes.subarray(0, length),
+  };
+}
+
+for (const [name, content, hasTimes] of FILES) {
+  test(`${name}: its scans, their angles and times`, async () => {
+    const { files, notes } = await convertFiles([fileOf(name, content)], (made) => made);
+    assert.deepEqual(notes, []);
+    const bytes = (await files[0]?.read()) ?? new Uint8Array();
+    assert.ok(engine.is_laser_log(bytes.subarray(0, 4096)), new TextDecoder().decode(bytes.subarray(0, 200)));
+    const scans = new TextDecoder()
+      .decode(bytes)
+      .trim()
+      .split('\n')
+      .map((line) => JSON.parse(line));
+    assert.equal(scans.length, SCANS.length);
+    for (const [scan, { readings, theta, min_theta, max_theta, timestamp }] of scans.entries()) {
+      assert.equal(readings.length, BEAMS);
+      for (const [beam, range] of (SCANS[scan] ?? []).entries()) {
+        if (Number.isNaN(range)) assert.equal(readings[beam], null);
+        else assert.ok(Math.abs(readings[beam] - range) < 1e-9, `${beam}: ${readings[beam]} ${range}`);
+        const angle = theta ? theta[beam] : min_theta + ((max_theta - min_theta) * beam) / (BEAMS - 1);
+        const apart = Math.sin((angle - START - STEP * beam) / 2);
+        assert.ok(Math.abs(apart) < 1e-9, `${beam}: ${angle}`);
+      }
+      if (hasTimes) assert.ok(Math.abs(timestamp - (100.5 + scan)) < 1e-6, `${timestamp}`);
+    }
+    const reconstruction = new engine.Reconstruction();
+    assert.equal(reconstruction.add_log(name, bytes).num_scans, 2);
+    reconstruction.free();
+  });
+}
+
+test('ranges without angles become a table, whose angles are asked', async () => {
+  const lines = SCANS.map((ranges, scan) => JSON.stringify({ t: scan / 10, ranges: ranges.map((r) => r || null) }));
+  const { files } = await convertFiles([fileOf('scans.jsonl', lines.join('\n'))], (made) => made);
+  const table = new TextDecoder().decode(await files[0]?.read());
+  assert.match(table, /^time,range_0,range_1,.*\n0,2,2\.01,/);
+  assert.match(table, /\n0\.1,2\.1,/);
+});
+
+test('lists that ros2 topic echo has shortened are told, with the command', async () => {
+  const short = `${angles}angle_increment: ${STEP}\nranges:\n- 1.0\n- 1.1\n- '...'\n---\n`;
+  const { files, notes } = await convertFiles([fileOf('scan.yaml', short)], (made) => made);
+  assert.deepEqual(files, []);
+  assert.match(notes[0]?.reason ?? '', /shortened.*ros2 topic echo --full-length/);
+});
+
+test('cameras, poses and other texts stay what they are', async () => {
+  for (const [name, content] of /** @type {const} */ ([
+    ['camera.yaml', 'camera_matrix:\n  rows: 3\n  cols: 3\n  data: [525, 0, 320, 0, 525, 240, 0, 0, 1]\n'],
+    ['poses.json', '[[1,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]]'],
+    ['points.json', '[[1,2,3],[4,5,6],[7,8,9]]'],
+    ['csm.json', '{"readings": [1, 2, 3], "theta": [0, 0.1, 0.2]}'],
+    ['poses.txt', '1 0 0 0 0 1 0 0 0 0 1 0\n'.repeat(30)],
+  ])) {
+    const file = fileOf(name, content);
+    const { files, notes } = await convertFiles([file], (made) => made);
+    assert.deepEqual([files, notes], [[file], []], name);
+  }
+});

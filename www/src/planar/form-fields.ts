@@ -1,0 +1,32 @@
+/** Labelled fields of a form. */
+import { html, type TemplateResult } from 'lit';
+
+/** `value` is a choice of its own where it is none of those given. */
+export function select(
+  label: string,
+  value: string,
+  choices: Readonly<Record<string, string>>,
+  take: (value: string) => void,
+): TemplateResult {
+  const known = value in choices ? choices : { ...choices, [value]: value };
+  return html`<label>
+    ${label}
+    <select @change=${(event: Event) => take((event.target as HTMLSelectElement).value)}>
+      ${Object.entries(known).map(
+        ([id, words]) => html`<option value=${id} ?selected=${id === value}>${words}</option>`,
+      )}
+    </select>
+  </label>`;
+}
+
+export function number(label: string, value: string, take: (value: string) => void): TemplateResult {
+  return html`<label>
+    ${label}
+    <input
+      type="number"
+      step="any"
+      .value=${value}
+      @input=${(event: Event) => take((event.target as HTMLInputElement).value)}
+    />
+  </label>`;
+}
