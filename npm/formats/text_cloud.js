@@ -14,6 +14,8 @@ const CARRIAGE_RETURN = 13;
 const LOOKED_INTO = 50;
 /** Fewer lines are no table of points. */
 const MIN_ROWS = 20;
+/** x y z, an intensity, three colours. */
+const MAX_COLUMNS = 7;
 /** Columns that a laser's program writes beside x y z. */
 const LASER_COLUMNS = /^(intensity|reflectivity|laser_id|ring|azimuth|tag)$/;
 
@@ -159,5 +161,9 @@ export function looksLikePoints(head) {
   if (rows.length < lines.length) return null;
   const count = cells(rows[0] ?? '').length;
   const isRow = (/** @type {string} */ line) => cells(line).length === count && cells(line).every(isNumber);
-  return (count === 2 || count === 3) && rows.every(isRow) ? [0, 1, 2].slice(0, count) : null;
+  if (count < 2 || count > MAX_COLUMNS || !rows.every(isRow)) return null;
+  // More than three numbers are points with intensities or colours, as KITTI's; a trajectory's times ascend.
+  const first = rows.map((line) => numberOf(cells(line)[0]));
+  const ascends = first.every((value, at) => at === 0 || value > (first[at - 1] ?? 0));
+  return count > 3 && ascends ? null : [0, 1, 2].slice(0, count);
 }

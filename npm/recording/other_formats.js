@@ -23,6 +23,10 @@ const ADVICE = [
     "HDF5, which is not read; save the array as text: numpy.savetxt('ranges.csv', array, delimiter=',')",
   ],
   [
+    /(^|\/)times(tamps)?\.txt$/i,
+    'the times of frames, which are taken from the names of files or from a bag; the frames are counted',
+  ],
+  [
     /\.npz$/i,
     "an archive of NumPy arrays; save the array alone: numpy.save('ranges.npy', numpy.load('FILE.npz')['ranges'])",
   ],
@@ -38,7 +42,7 @@ const ADVICE = [
     'a graph of poses without scans; give the log or bag of the laser; its poses alone are compared as text, id x y theta',
   ],
   [
-    /\.pcapng?$/i,
+    /\.pcap(ng)?$/i,
     'packets of a network; save the points: with VeloView or Ouster Studio as CSV or LAS, or play them into a ROS bag',
   ],
   [/\.lvx2?$/i, 'a recording of Livox Viewer; export it there as CSV, LAS or PCD'],

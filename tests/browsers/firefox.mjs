@@ -7,7 +7,7 @@ import { join } from 'node:path';
 
 const START_MS = 60_000;
 
-/** @param {string} program @returns {Promise<import('./run.mjs').Driver>} */
+/** @param {string} program @returns {Promise<import('./browsers.mjs').Driver>} */
 export async function startFirefox(program) {
   const profile = mkdtempSync(join(tmpdir(), 'scanstitch-firefox-'));
   const args = ['--headless', '--no-remote', '--profile', profile, '--remote-debugging-port', '0'];

@@ -16,7 +16,7 @@ export function findMiniBrowser() {
   return folders.map((name) => join(libraries, name, 'MiniBrowser')).find((path) => existsSync(path));
 }
 
-/** @param {string} browser its MiniBrowser @returns {Promise<import('./run.mjs').Driver>} */
+/** @param {string} browser its MiniBrowser @returns {Promise<import('./browsers.mjs').Driver>} */
 export async function startWebKit(browser) {
   const port = await freePort();
   const driver = spawn('xvfb-run', ['--auto-servernum', 'WebKitWebDriver', `--port=${port}`], {

@@ -10,7 +10,7 @@ import { convertFiles } from '../../npm/formats/convert.js';
 import { cameraFromVelodyne, posesOf, velodynePoses } from '../../npm/formats/kitti.js';
 import { lasCloud } from '../../npm/formats/las.js';
 import { readMat } from '../../npm/formats/mat.js';
-import { textClouds } from '../../npm/formats/text_cloud.js';
+import { isLaserTable, looksLikePoints, pointColumns, textClouds } from '../../npm/formats/text_cloud.js';
 import { adviceFor } from '../../npm/recording/other_formats.js';
 import { ROOT, readReport, scanstitch, temporaryFolder } from './support.mjs';
 
@@ -224,6 +224,30 @@ test('points as text: columns behind x y z, counts, headers, the grid of PTX', (
   ]);
   const grid = '2\n1\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n1 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n';
   assert.deepEqual(points(`${grid}1 2 3 0.5\n0 0 0 0.5\n`), [[1, 2, 3]]);
+  // Two scans of a PTX; x y z among other columns; decimal commas.
+  const two = textClouds(encode(`${grid}1 2 3 0.5\n0 0 0 0.5\n${grid}4 5 6 0.5\n7 8 9 0.5\n`));
+  assert.deepEqual(
+    two.map(({ ply, count }) => [count, pointsOf(ply, 3)]),
+    [
+      [1, [[1, 2, 3]]],
+      [
+        2,
+        [
+          [4, 5, 6],
+          [7, 8, 9],
+        ],
+      ],
+    ],
+  );
+  const table = encode(`Version,Slot ID,Timestamp,X,Y,Z,Reflectivity\n${'5,7,0x10,1.5,2.5,3.5,9\n'.repeat(30)}`);
+  assert.deepEqual(looksLikePoints(table), [3, 4, 5]);
+  assert.ok(isLaserTable(table));
+  assert.deepEqual(pointsOf(textClouds(table, [3, 4, 5])[0]?.ply ?? new Uint8Array(), 3)[29], [1.5, 2.5, 3.5]);
+  assert.deepEqual(points('X;Y;Z\n1,5;2,5;3,5\n4;5;6\n'), [
+    [1.5, 2.5, 3.5],
+    [4, 5, 6],
+  ]);
+  assert.deepEqual(pointColumns(encode('//X Y Z Intensity\n1 2 3 4\n')), [0, 1, 2]);
   const notes = textClouds(encode('1 2 3\nend of it\n4 5 6\n'))[0]?.notes;
   assert.deepEqual(notes, ['1 lines of it are no points and are left out']);
 });
@@ -242,6 +266,14 @@ test('every format that is not read has the line that helps', () => {
     ['a.bag.active', /rosbag reindex/],
     ['a.mp4', /depth is needed/],
     ['a.stl', /PLY/],
+    ['a.npz', /numpy\.save/],
+    ['a.xlsx', /convert-to csv/],
+    ['a.pbstream', /give the bag/],
+    ['a.g2o', /log or bag of the laser/],
+    ['a.pcap', /VeloView/],
+    ['a.lvx', /CSV, LAS or PCD/],
+    ['a.parquet', /to_csv/],
+    ['seq/times.txt', /times of frames/],
   ])) {
     assert.match(adviceFor(name) ?? '', words, name);
   }
