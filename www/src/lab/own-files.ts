@@ -21,7 +21,8 @@ export async function takeOwn(session: LabSession, { name, file }: NamedFile): P
     await session.addOwn(short, read_own_poses(new Uint8Array(await file.arrayBuffer()), short));
     return true;
   } catch (error) {
-    session.report(wordsOf(error), 'Write one 3 x 3 or 4 x 4 matrix an iteration, as CSV, JSON or npy');
+    // It says what would be right.
+    session.report(`Poses of ${wordsOf(error).replace(/\.$/, '')}`);
     return false;
   }
 }

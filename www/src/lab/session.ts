@@ -4,23 +4,21 @@ import type { GivenClouds } from '../components/given-clouds.js';
 import { Session, wordsOf } from '../components/session.js';
 import { EngineProblem, WorkerDied } from '../engine/remote.js';
 import type { Colors } from '../views/axes.js';
-import { baseName, formatCount, formatLength } from '../views/format.js';
+import { baseName, formatLength } from '../views/format.js';
 import { LabClient } from './client.js';
+import { KeptIterations } from './kept-iterations.js';
 import { Player } from './player.js';
 import { between, IDENTITY } from './poses.js';
 import type { LabFacts, LabIteration, LabTrace, Options, OwnComparison, Pose } from './protocol.js';
+import { MOST_POINTS, numLargest, tooLarge, voxelFor } from './thinning.js';
 import { stateWords } from './words.js';
 
 /** Methods that are compared at most. */
 export const MAX_RUNS = 4;
 /** Entries of poses that differ by less are equal: a file of nine digits. */
 const SAME_POSE = 1e-8;
-/** Pairs of iterations that are kept to look at again; the oldest go first. */
-const MAX_KEPT_PAIRS = 2_000_000;
 /** So many source points are paired while the source follows the hand: within a picture or two, 33 ms. */
 const MAX_FOLLOWED_POINTS = 8000;
-/** Clouds with more points are told of: on one core an iteration of them takes longer than a second or so. */
-const MANY_POINTS = 300_000;
 /** Largest distance of pairs where the options do not say it (m): the engine's default. */
 const DEFAULT_REACH = 0.5;
 /** The hand rests when it has not moved for so long. */
@@ -57,7 +55,7 @@ export class LabSession extends Session<LabClient> {
   /** Changes with the clouds: views are fitted anew. */
   generation = 0;
   readonly player: Player;
-  #iterations = new Map<string, LabIteration>();
+  #iterations = new KeptIterations();
   #next_id = 1;
   #num_runs = 0;
   #wanted = '';
@@ -135,10 +133,19 @@ export class LabSession extends Session<LabClient> {
       this.client.open(source, target);
       this.is_of_camera = target.kind === 'depth' || (target.kind === 'positions' && target.is_of_camera === true);
       this.generation++;
+      if (options === null && given.options === null) await this.#dropUnfit(known);
       await this.#runAll();
     } catch (error) {
       if (own === this.#num_runs) this.#onProblem(error);
     }
+  }
+
+  /** The metric of the clouds before may not be one of these: then it is the engine's choice. */
+  async #dropUnfit(options: Options): Promise<void> {
+    const { client, active } = this;
+    if (!client || options.metric === undefined) return;
+    const { metric: _, ...others } = options;
+    await client.prepare(active, options).catch(() => this.#change(active, { options: others }));
   }
 
   /** Another cloud of the same list as source or target. */
@@ -155,7 +162,7 @@ export class LabSession extends Session<LabClient> {
   configure(options: Options): void {
     this.iteration = null;
     this.#change(this.active, { options, trace: null, problem: '' });
-    this.#forgetIterations(this.active);
+    this.#iterations.forget(this.active);
     void this.#runOne(this.active);
   }
 
@@ -194,7 +201,7 @@ export class LabSession extends Session<LabClient> {
     if (this.runs.length < 2) return;
     this.runs = this.runs.filter((run) => run.id !== id);
     this.client?.forget(id);
-    this.#forgetIterations(id);
+    this.#iterations.forget(id);
     if (this.active === id) this.look(this.runs[0]?.id ?? 0);
     this.changed();
   }
@@ -252,15 +259,14 @@ export class LabSession extends Session<LabClient> {
 
   /** The iteration of the run at a whole number of steps. */
   async iterationAt(run: LabRun, at: number): Promise<LabIteration | null> {
-    const key = `${run.id} ${at}`;
-    const known = this.#iterations.get(key);
+    const known = this.#iterations.get(run.id, at);
     if (known) return known;
     const { trace } = run;
     if (!trace || !this.client) return null;
     const iteration = await (run.own
       ? this.client.iteration(run.id, trace.poses.slice(16 * at, 16 * at + 16))
       : this.client.tracedIteration(run.id, at));
-    if (this.runs.find(({ id }) => id === run.id)?.trace === trace) this.#keep(key, iteration);
+    if (this.runs.find(({ id }) => id === run.id)?.trace === trace) this.#iterations.keep(run.id, at, iteration);
     return iteration;
   }
 
@@ -293,7 +299,13 @@ export class LabSession extends Session<LabClient> {
     this.changed();
     try {
       const facts = await client.prepare(id, options);
-      if (id === this.active) this.#tellOfSize(facts);
+      if (options.voxel_size === undefined && numLargest(facts) > MOST_POINTS) {
+        const voxel_size = await voxelFor(facts, (size) => client.prepare(id, { ...options, voxel_size: size }));
+        this.tell([tooLarge(facts, voxel_size)]);
+        this.#change(id, { options: { ...options, voxel_size } });
+        await this.#runOne(id);
+        return;
+      }
       const trace = await client.trace(id, start);
       const run = this.runs.find((one) => one.id === id);
       // Overtaken by another change.
@@ -306,16 +318,6 @@ export class LabSession extends Session<LabClient> {
       this.#change(id, { problem: wordsOf(error) });
       if (id === this.active) this.#onProblem(error);
     }
-  }
-
-  /** Millions of points take seconds an iteration: that is no fault, but not what is wanted in a lecture. */
-  #tellOfSize({ source_points, target_points }: LabFacts): void {
-    const count = Math.max(source_points.length, target_points.length) / 3;
-    if (count <= MANY_POINTS || this.messages.length > 0) return;
-    this.report(
-      `A cloud of ${formatCount(count)} points: every iteration takes long`,
-      'Set a voxel size under Methods, which thins both clouds',
-    );
   }
 
   #onTrace(trace: LabTrace): void {
@@ -380,21 +382,6 @@ export class LabSession extends Session<LabClient> {
     } catch (error) {
       if (this.#wanted === wanted && !(error instanceof WorkerDied)) this.#onProblem(error);
     }
-  }
-
-  #keep(key: string, iteration: LabIteration): void {
-    this.#iterations.set(key, iteration);
-    let kept = 0;
-    for (const { source, rejected_source } of this.#iterations.values()) kept += source.length + rejected_source.length;
-    for (const [oldest, { source, rejected_source }] of this.#iterations) {
-      if (kept <= MAX_KEPT_PAIRS || oldest === key) return;
-      this.#iterations.delete(oldest);
-      kept -= source.length + rejected_source.length;
-    }
-  }
-
-  #forgetIterations(id: number): void {
-    for (const key of this.#iterations.keys()) if (key.startsWith(`${id} `)) this.#iterations.delete(key);
   }
 
   #makeRun(options: Options, own = ''): LabRun {
