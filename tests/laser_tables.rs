@@ -340,7 +340,8 @@ fn names_tell_the_ranges_their_angles_and_the_units() {
 
     // Semicolons and decimal commas; poses in metres and degrees beside ranges in millimetres.
     let names: Vec<String> = (0..181).map(|beam| format!("r{beam}")).collect();
-    let head = joined([vec!["Zeit".into(), "X (m)".into(), "Y (m)".into(), "Winkel (deg)".into()], names].concat(), ";");
+    let head =
+        joined([vec!["Zeit".into(), "X (m)".into(), "Y (m)".into(), "Winkel (deg)".into()], names].concat(), ";");
     let row = |scan: usize| {
         let pose = [0.1, 0.25, 0.5, 90.0].map(|part| format!("{:.2}", part * scan as f64)).to_vec();
         joined([pose, ranges(scan, 1, 1000.0)].concat(), ";").replace('.', ",")
@@ -352,7 +353,9 @@ fn names_tell_the_ranges_their_angles_and_the_units() {
     assert_eq!(format.to_string().parse::<TableFormat>().unwrap().to_string(), expected);
     let third = &read(text.as_bytes()).unwrap().scans[2];
     let pose = third.odometry.unwrap();
-    assert!((pose.translation.x - 0.5).abs() < 1e-12 && (pose.rotation.angle().abs() - std::f64::consts::PI).abs() < 1e-12);
+    assert!(
+        (pose.translation.x - 0.5).abs() < 1e-12 && (pose.rotation.angle().abs() - std::f64::consts::PI).abs() < 1e-12
+    );
 
     // Without names, one more column before the ranges may be one of them.
     let text = (0..8).map(|scan| joined([vec!["7.5".into()], ranges(scan, 3, 1.0)].concat(), ",")).collect::<String>();

@@ -118,13 +118,17 @@ where
         let (mut correspondences, mut rejected) = (Vec::with_capacity(points.len()), Vec::new());
         let searches = &mut vec![LastSearch::None; points.len()];
         let pairing = Pairing { correspondences: &mut correspondences, searches };
-        let reject = |left_out| rejected.push(left_out);
+        let reject = |left_out: Rejected| rejected.push(left_out);
         let num_correspondences =
             pairing.find(source, &self.target, T_target_source, &self.factor, &self.options, reject);
         let charged: Vec<u32> = rejected.iter().filter(|left_out| left_out.is_charged()).map(|r| r.source).collect();
         let cost = cost(&correspondences, &charged, points.len(), &self.options);
-        correspondences.iter_mut().for_each(|pair| pair.source *= stride as u32);
-        rejected.iter_mut().for_each(|left_out: &mut Rejected| left_out.source *= stride as u32);
+        for pair in &mut correspondences {
+            pair.source *= stride as u32;
+        }
+        for left_out in &mut rejected {
+            left_out.source *= stride as u32;
+        }
         let mut damping = self.solver.damping.unwrap_or_default();
         Iteration {
             T_target_source: *T_target_source,
