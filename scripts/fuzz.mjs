@@ -17,6 +17,7 @@ const NODE_TARGETS = {
   zips: ['./fuzz/files.mjs', 'zips'],
   classification: ['./fuzz/files.mjs', 'classification'],
   arguments: ['./fuzz/arguments.mjs', 'commandLine'],
+  signals: ['./fuzz/signals.mjs', 'signals'],
 };
 /** Targets that are scripts of their own. */
 const SCRIPT_TARGETS = { page: 'fuzz_page.mjs' };

@@ -215,6 +215,7 @@ async function round(browser, address, seed, seconds) {
   const done = [];
   /** @type {string[]} */
   const faults = [];
+  let more = 0;
   try {
     const page = await context.newPage();
     page.on('pageerror', (error) => faults.push(error.stack ?? error.message));
@@ -233,14 +234,14 @@ async function round(browser, address, seed, seconds) {
     const is_true = said.figure === null || (said.figure === said.count && said.placed === said.rows);
     if (!is_true) faults.push(`what it says is not true: ${JSON.stringify(said)}`);
     await removeAll(page);
-    const more = (await memory(cdp)) - before;
+    more = (await memory(cdp)) - before;
     if (more > MOST_BYTES) faults.push(`${Math.round(more / 2 ** 20)} MB did not come back`);
   } catch (error) {
     faults.push(/** @type {Error} */ (error).stack ?? String(error));
   } finally {
     await context.close();
   }
-  return { faults, done };
+  return { faults, done, more };
 }
 
 await runMain(async () => {
@@ -248,14 +249,20 @@ await runMain(async () => {
     time: { type: 'string', default: '60' },
     seed: { type: 'string', default: '1' },
     each: { type: 'string', default: '20' },
+    jobs: { type: 'string', default: '1' },
   });
   const { values } = readArguments(
     { options },
-    'Usage: npm run fuzz -- page [--time SECONDS] [--seed N], or node scripts/fuzz_page.mjs with --each SECONDS a seed',
+    'Usage: npm run fuzz -- page [--time SECONDS] [--seed N], or node scripts/fuzz_page.mjs with --each SECONDS a seed and --jobs PAGES at a time',
   );
-  const [time, first, each] = [Number(values.time), Number(values.seed), Number(values.each)];
-  if (!(time > 0 && each > 0) || !Number.isInteger(first))
-    throw new StepError('--time and --each are numbers of seconds, --seed a whole number.');
+  const [time, first, each, jobs] = [
+    Number(values.time),
+    Number(values.seed),
+    Number(values.each),
+    Number(values.jobs),
+  ];
+  if (!(time > 0 && each > 0) || !Number.isInteger(first) || !(Number.isInteger(jobs) && jobs > 0))
+    throw new StepError('--time and --each are numbers of seconds, --seed and --jobs whole numbers.');
   if (!existsSync(join(ROOT, 'www/dist/index.html'))) throw new StepError('The page is not built. Run: npm run build');
   const executablePath = findChromium();
   if (!executablePath) {
@@ -265,16 +272,26 @@ await runMain(async () => {
   const server = await serve(join(ROOT, 'www/dist'));
   const { port } = /** @type {import('node:net').AddressInfo} */ (server.address());
   const browser = await chromium.launch({ executablePath, args: ['--no-sandbox', '--disable-gpu'] });
-  let seed = first;
-  try {
-    for (const end = performance.now() + 1000 * time; performance.now() < end; seed += 1) {
-      const { faults, done } = await round(browser, `http://localhost:${port}/`, seed, each);
-      if (faults.length === 0) continue;
+  const end = performance.now() + 1000 * time;
+  let next = first;
+  let [numClean, most] = [0, 0];
+  const fuzz = async () => {
+    while (performance.now() < end) {
+      const seed = next++;
+      const { faults, done, more } = await round(browser, `http://localhost:${port}/`, seed, each);
+      if (faults.length === 0) {
+        numClean += 1;
+        most = Math.max(most, more);
+        continue;
+      }
       console.log(`page: seed ${seed}\n  ${done.slice(-25).join('\n  ')}\n${faults.join('\n')}`);
       process.exitCode = 1;
-      return;
     }
-    console.log(`page: ${seed - first} seeds of ${each} s, from ${first} on: clean`);
+  };
+  try {
+    await Promise.all(Array.from({ length: jobs }, fuzz));
+    const memory = `at most ${(most / 2 ** 20).toFixed(1)} MB more when all was removed`;
+    console.log(`page: ${numClean} of ${next - first} seeds of ${each} s, from ${first} on, clean; ${memory}`);
   } finally {
     await browser.close();
     server.close();

@@ -1,9 +1,9 @@
 // @ts-check
 /** `scanstitch icp`: one registration, looked into. */
-import { writeFileSync } from 'node:fs';
 import { basename } from 'node:path';
 import { OwnPosesError } from '../lab/own_poses.js';
 import { CommandError, EXIT, isScanstitchError, readArguments, table } from './command.js';
+import { writeWhole } from './disk.js';
 import { readInput } from './inputs.js';
 import { png } from './png.js';
 
@@ -54,7 +54,7 @@ Examples:
 };
 
 /** @param {Engine} engine @param {string[]} args */
-function run(engine, args) {
+async function run(engine, args) {
   const { values, positionals } = readArguments('icp', { args, options: OPTIONS, allowPositionals: true });
   if (positionals.length !== 2) throw new CommandError('Give a source and a target. See: scanstitch icp --help');
   const options = Object.fromEntries((values.set ?? []).map(setting));
@@ -67,10 +67,11 @@ function run(engine, args) {
     const [source, target] = /** @type {[PointCloud, PointCloud]} */ (clouds);
     const result = engine.register(source, target, { ...options, trace: true });
     process.stdout.write(iterations(result));
-    if (values.trace) write(values.trace, `${JSON.stringify(result)}\n`);
+    if (values.trace) await writeWhole(values.trace, `${JSON.stringify(result)}\n`);
     const T_center = result.T_target_source;
-    if (values.landscape) write(values.landscape, landscape(engine, source, target, options, { ...grid, T_center }));
-    if (values.basin) write(values.basin, basin(engine, source, target, options, { ...grid, T_center }));
+    if (values.landscape)
+      await writeWhole(values.landscape, landscape(engine, source, target, options, { ...grid, T_center }));
+    if (values.basin) await writeWhole(values.basin, basin(engine, source, target, options, { ...grid, T_center }));
     if (own) process.stdout.write(`\n${comparison(engine.compare_own_icp(source, target, own, options))}`);
     return EXIT.done;
   } catch (error) {
@@ -128,15 +129,6 @@ function gridOf(values) {
   };
   const given = { axes: numbers('axes'), half_widths: numbers('half-widths'), size: numbers('size') };
   return Object.fromEntries(Object.entries(given).filter(([, list]) => list !== undefined));
-}
-
-/** @param {string} path @param {string | Uint8Array} contents */
-function write(path, contents) {
-  try {
-    writeFileSync(path, contents);
-  } catch (error) {
-    throw new CommandError(`${path} cannot be written: ${/** @type {Error} */ (error).message}`);
-  }
 }
 
 /** @param {import('../index.js').RegistrationResult} result */

@@ -4,6 +4,8 @@ import { convert } from '../../npm/cli/convert.js';
 import { evaluate } from '../../npm/cli/evaluate.js';
 import { CommandError } from '../../npm/cli/command.js';
 import { bev } from '../../npm/cli/bev.js';
+import { consistency } from '../../npm/cli/consistency.js';
+import { icp } from '../../npm/cli/icp.js';
 import { mapQuality } from '../../npm/cli/map_quality.js';
 import { reconstruct } from '../../npm/cli/reconstruct.js';
 import { settings } from '../../npm/cli/settings.js';
@@ -11,7 +13,7 @@ import { strategies } from '../../npm/cli/strategies.js';
 import { topics } from '../../npm/cli/topics.js';
 import * as engine from '../../npm/index.js';
 
-const COMMANDS = [bev, convert, evaluate, mapQuality, reconstruct, settings, strategies, topics];
+const COMMANDS = [bev, consistency, convert, evaluate, icp, mapQuality, reconstruct, settings, strategies, topics];
 const WORDS = [
   ...['--out', '--set', '--preset', '--reference', '--workers', '--topic', '--map-format', '--recording', '--odometry'],
   ...['--align', '--by', '--metric', '--relation', '--delta', '--times', '--from', '--to', '--json', '--strategies'],
@@ -26,6 +28,10 @@ const WORDS = [
     '--intrinsics',
     '--table',
     '--sort',
+    '--axes',
+    '--half-widths',
+    '--size',
+    '--own',
   ],
   ...[
     'max_range=3',

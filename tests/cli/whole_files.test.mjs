@@ -1,11 +1,13 @@
 // @ts-check
 /** Results are written whole or not at all, whatever ends the writing. */
 import assert from 'node:assert/strict';
-import { spawn, spawnSync } from 'node:child_process';
+import { spawnSync } from 'node:child_process';
 import { existsSync, mkdirSync, readdirSync, readFileSync, statSync, symlinkSync, writeFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { test } from 'node:test';
 import { writeWhole } from '../../npm/cli/disk.js';
+import { Random } from '../../scripts/fuzz/random.mjs';
+import { signals, wholeFiles } from '../../scripts/fuzz/signals.mjs';
 import { ROOM_FILES, roomScan, ROOT, scanstitch, temporaryFolder, writeFiles } from './support.mjs';
 
 const CLI = join(ROOT, 'npm', 'cli.js');
@@ -25,29 +27,6 @@ const ALL_FILES = ['map.pgm', 'map.ply', 'map.yaml', 'report.html', 'report.json
 /** @param {string} tum */
 function posesIn(tum) {
   return tum.split('\n').filter((line) => line !== '' && !line.startsWith('#'));
-}
-
-/** No temporary file is left, and every result is whole. @param {string} out @returns {string[]} their names */
-function wholeFiles(out) {
-  const names = existsSync(out) ? readdirSync(out).sort() : [];
-  for (const name of names) {
-    const bytes = readFileSync(join(out, name));
-    const text = bytes.toString('latin1');
-    if (name === 'report.json') JSON.parse(text);
-    else if (name === 'report.html') assert.match(text, /^<!doctype html>[^]*<\/html>\n$/i);
-    else if (name === 'trajectory.tum') {
-      assert.ok(posesIn(text).every((line) => line.split(' ').length === 8) && text.endsWith('\n'), text);
-    } else if (name === 'map.ply') {
-      const [header = ''] = text.split('end_header\n');
-      const count = Number(header.match(/element vertex (\d+)/)?.[1]);
-      const bytesEach = header.match(/property/g)?.length ?? 0;
-      assert.equal(bytes.length, header.length + 'end_header\n'.length + 4 * bytesEach * count);
-    } else if (name === 'map.pgm') {
-      const [head = '', width, height] = text.match(/^P5\n(?:#.*\n)*(\d+) (\d+)\n255\n/) ?? [];
-      assert.equal(bytes.length, head.length + Number(width) * Number(height));
-    } else assert.equal(name, 'map.yaml');
-  }
-  return names;
 }
 
 test('a file that exists keeps its contents until the new ones are complete', async (t) => {
@@ -130,32 +109,12 @@ for (const signal of /** @type {const} */ (['SIGINT', 'SIGTERM'])) {
   });
 }
 
-/** Seconds of signals at random times; `SCANSTITCH_SIGNAL_SECONDS=500` for the long run. */
-const SIGNAL_SECONDS = Number(process.env.SCANSTITCH_SIGNAL_SECONDS ?? 6);
-
-test(
-  `signals at random times, ${SIGNAL_SECONDS} s: every file that is there is whole`,
-  { skip: !hasShell },
-  async (t) => {
-    const folder = temporaryFolder(t);
-    writeFiles(folder, WALK);
-    const start = performance.now();
-    let [rounds, numComplete] = [0, 0];
-    for (; performance.now() - start < 1000 * SIGNAL_SECONDS; rounds += 1) {
-      const out = join(folder, `out${rounds % 3}`);
-      const child = spawn(process.execPath, [CLI, 'reconstruct', folder, '--out', out], { stdio: 'ignore' });
-      const ended = new Promise((resolve) => child.on('exit', (code, signal) => resolve({ code, signal })));
-      for (const delay of [200 + 1500 * Math.random(), 300 * Math.random()]) {
-        await new Promise((resolve) => setTimeout(resolve, delay));
-        child.kill(Math.random() < 0.5 ? 'SIGINT' : 'SIGTERM');
-      }
-      const { code } = /** @type {{ code: number | null }} */ (await ended);
-      assert.ok(code === null || [0, 1, 2, 130, 143].includes(code), `exit code ${code}`);
-      numComplete += wholeFiles(out).length === ALL_FILES.length ? 1 : 0;
-    }
-    t.diagnostic(`${rounds} runs, ${numComplete} with all results`);
-  },
-);
+// `npm run fuzz -- --time 500 signals` is the long run, over the commands that only print as well.
+for (const name of ['plane', 'space', 'strategies', 'convert', 'bev', 'icp']) {
+  test(`a signal at any time, ${name}: every file that is there is whole`, { skip: !hasShell }, async () => {
+    await signals(new Random(Math.floor(2 ** 31 * Math.random())), name);
+  });
+}
 
 test('each command writes its file whole', (t) => {
   const folder = temporaryFolder(t);

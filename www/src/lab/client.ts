@@ -41,6 +41,8 @@ interface Pair {
 class Seat {
   readonly #host: WorkerHost<LabApi>;
   #pair: Pair | null = null;
+  /** Rejects where the clouds are refused. */
+  #opened: Promise<void> = Promise.resolve();
   #prepared = new Map<number, { options: Options; facts: Promise<LabFacts> }>();
 
   constructor({ crashed, slow, unavailable }: LabHooks) {
@@ -62,12 +64,12 @@ class Seat {
     if (this.#pair !== pair) {
       this.#pair = pair;
       this.#prepared.clear();
-      // Asked before `prepare`, answered before it: the worker keeps the order.
-      this.#host.call('open', pair.source, pair.target).catch(() => undefined);
+      this.#opened = this.#host.call('open', pair.source, pair.target);
     }
     const known = this.#prepared.get(method);
     if (known?.options === options) return known.facts;
-    const facts = this.#host.call('prepare', method, options);
+    // The worker keeps the order; what is wrong with the clouds is told before what comes of it.
+    const facts = Promise.all([this.#opened, this.#host.call('prepare', method, options)]).then(([, found]) => found);
     this.#prepared.set(method, { options, facts });
     return facts;
   }

@@ -1,7 +1,7 @@
 import { html, LitElement, nothing, type TemplateResult } from 'lit';
 import { customElement, property, state } from 'lit/decorators.js';
 import '../components/figure-view.js';
-import { WorkerDied } from '../engine/remote.js';
+import { EngineProblem, WorkerDied } from '../engine/remote.js';
 import { shared } from '../components/theme.js';
 import { DEGREES, formatAngle, formatCount, formatDuration, formatLength } from '../views/format.js';
 import { makeColors } from '../views/figure-colors.js';
@@ -65,7 +65,7 @@ export class ScanstitchLabSearch extends LitElement {
       // The best pose is what one wants to see first; what comes after it is only ruled out.
       this.count = Math.max(blocks.findLastIndex(({ level }) => level === 0) + 1, 1);
     } catch (error) {
-      if (!(error instanceof WorkerDied)) throw error; // which has been told
+      if (!(error instanceof WorkerDied || error instanceof EngineProblem)) throw error; // which has been told
     }
   }
 

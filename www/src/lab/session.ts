@@ -287,7 +287,11 @@ export class LabSession extends Session<LabClient> {
 
   async #prepareOwn(id: number): Promise<void> {
     const run = this.runs.find((one) => one.id === id);
-    if (run && this.client) this.#change(id, { facts: await this.client.prepare(id, run.options) });
+    try {
+      if (run && this.client) this.#change(id, { facts: await this.client.prepare(id, run.options) });
+    } catch (error) {
+      this.#onProblem(error);
+    }
   }
 
   async #runOne(id: number): Promise<void> {

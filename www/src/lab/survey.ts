@@ -1,5 +1,5 @@
 /** Landscapes and basins while they grow: coarse at first, then as fine as a few seconds allow. */
-import { WorkerDied } from '../engine/remote.js';
+import { EngineProblem, WorkerDied } from '../engine/remote.js';
 import type { LabClient } from './client.js';
 import { finest, numRows, parts } from './grids.js';
 import type { Landscape } from './landscape.js';
@@ -60,7 +60,9 @@ abstract class Survey<Result> {
       const of_node = running.signal.aborted ? 0 : await this.coarse(of, running.signal);
       if (!running.signal.aborted) await this.fine(of, of_node, running.signal);
     } catch (error) {
-      if (!(error instanceof WorkerDied) && !running.signal.aborted) throw error;
+      // What the engine refuses is told by the run; a worker that died has told so itself.
+      const is_told = error instanceof WorkerDied || error instanceof EngineProblem;
+      if (!is_told && !running.signal.aborted) throw error;
     }
   }
 
