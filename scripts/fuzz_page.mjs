@@ -15,7 +15,7 @@ import { findChromium, readArguments, ROOT, runMain, say, StepError } from './st
 /** @typedef {import('@playwright/test').Page} Page */
 /** @typedef {{ name: string, bytes: Uint8Array }} Given */
 
-/** The page comes to rest within so long (ms): a comparison of strategies is the longest thing there is. */
+/** So long nothing that the page says of itself may stay as it is before it has come to rest (ms). */
 const REST_MS = 120_000;
 /** More than this beyond what the page began with is memory that did not come back (bytes). */
 const MOST_BYTES = 50 * 2 ** 20;
@@ -176,11 +176,13 @@ async function rest(page) {
   await page.setViewportSize({ width: 1280, height: 800 });
   await page.keyboard.press('Escape');
   await page.getByRole('navigation', { name: 'Tools' }).getByRole('button', { name: 'Map', exact: true }).click();
-  const end = performance.now() + REST_MS;
+  let [before, end] = ['', 0];
   for (;;) {
     await page.waitForTimeout(700);
     const said = await status(page);
     if (said.is_shown && /^(|Stopped.*|Not computed.*)$/.test(said.activity)) return said;
+    const now = JSON.stringify(said);
+    if (now !== before) [before, end] = [now, performance.now() + REST_MS];
     if (performance.now() > end) throw new Error(`It does not come to rest: ${JSON.stringify(said)}`);
   }
 }
