@@ -3,8 +3,7 @@
  * Opens a large bag in Chromium and measures: `node scripts/bench_bag.mjs [--format mcap|db3] [--gigabytes 2] [--bag FILE]
  * [--seconds N]`.
  * A bag that is named is used, or written and kept where there is none; after so many seconds it is ended.
- * The bag is written into a temporary folder first: depth and colour images of 640 x 480 pixels, a camera that walks to
- * and fro in a made-up room, with its CameraInfo and true path. Then the built page (npm run build) opens it, and these
+ * The bag (large_bag.mjs) is written into a temporary folder first. Then the built page (npm run build) opens it, and these
  * are printed as JSON: milliseconds to the list of topics and to the first map, seconds of the whole run, frames placed,
  * and the most memory that the tab's process had (megabytes resident, all its workers in it, as /proc tells; looked at
  * ten times a second).
@@ -15,23 +14,11 @@ import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { parseArgs } from 'node:util';
 import { chromium } from '@playwright/test';
-import { cameraInfo, image, poseStamped, stampAt } from '../tests/cli/bag_messages.mjs';
-import { writeDb3, writeMcap } from '../tests/cli/bag_writer.mjs';
-import { see } from '../tests/cli/depth_room.mjs';
+import { writeLargeBag } from './large_bag.mjs';
 import { findChromium, ROOT } from './steps.mjs';
 
-const [WIDTH, HEIGHT] = [640, 480];
-/** So many views are rendered; the walk repeats them to and fro. */
-const NUM_VIEWS = 40;
 const PORT = 4399;
 const POLL_MS = 100;
-const TOPICS = [
-  { name: '/camera/depth/image_raw', type: 'sensor_msgs/msg/Image' },
-  { name: '/camera/color/image_raw', type: 'sensor_msgs/msg/Image' },
-  { name: '/camera/depth/camera_info', type: 'sensor_msgs/msg/CameraInfo' },
-  { name: '/ground_truth', type: 'geometry_msgs/msg/PoseStamped' },
-];
-
 const { values } = parseArgs({
   options: {
     format: { type: 'string', default: 'mcap' },
@@ -40,33 +27,6 @@ const { values } = parseArgs({
     seconds: { type: 'string', default: 'Infinity' },
   },
 });
-
-function* messages() {
-  const views = Array.from({ length: NUM_VIEWS }, (_, i) => {
-    const share = i / NUM_VIEWS;
-    /** @type {import('../tests/cli/depth_room.mjs').Pose} */
-    const pose = [0.3 * share, 0, 0.5 * share, 0.5 * share];
-    return { pose, ...see(pose, WIDTH, HEIGHT) };
-  });
-  const bytesPerFrame = 5 * WIDTH * HEIGHT + 1000;
-  const numFrames = Math.ceil((Number(values.gigabytes) * 2 ** 30) / bytesPerFrame);
-  for (let i = 0; i < numFrames; i += 1) {
-    const round = i % (2 * NUM_VIEWS);
-    const view = views[round < NUM_VIEWS ? round : 2 * NUM_VIEWS - 1 - round];
-    if (!view) continue;
-    const stamp = stampAt(1000 + i / 30);
-    const time = BigInt(stamp.sec) * 1_000_000_000n + BigInt(stamp.nsec);
-    const [x, y, z, yaw] = view.pose;
-    const shape = { stamp, width: WIDTH, height: HEIGHT };
-    const data = [
-      image({ ...shape, encoding: '16UC1', data: new Uint8Array(view.depth.buffer) }),
-      image({ ...shape, encoding: 'rgb8', data: view.colours }),
-      cameraInfo(stamp, WIDTH, HEIGHT, [WIDTH / 2, WIDTH / 2, WIDTH / 2, HEIGHT / 2]),
-      poseStamped(stamp, 'world', [x, y, z, 0, Math.sin(yaw / 2), 0, Math.cos(yaw / 2)]),
-    ];
-    for (const [topic, bytes] of data.entries()) yield { topic: TOPICS[topic]?.name ?? '', time, data: bytes };
-  }
-}
 
 /** Most memory the process ever had, and has now (MB). @param {number} id */
 function memoryOf(id) {
@@ -90,7 +50,7 @@ const browser = await chromium.launch({
 });
 try {
   const path = values.bag ?? join(folder, `large.${values.format}`);
-  if (!existsSync(path)) (values.format === 'db3' ? writeDb3 : writeMcap)(path, TOPICS, messages());
+  if (!existsSync(path)) writeLargeBag(path, Number(values.gigabytes), values.format);
   const page = await browser.newPage({ viewport: { width: 1280, height: 800 } });
   await page.goto(`http://localhost:${PORT}/`);
   await page.getByRole('table').first().waitFor();

@@ -109,7 +109,7 @@ function runsOf(folder) {
 }
 
 /** Runs the command line; a signal at each of these times (ms), each in a row after the one before. @param {string[]} args @param {string} cwd @param {[ms: number, signal: NodeJS.Signals][]} signals */
-async function runWith(args, cwd, signals) {
+export async function runWith(args, cwd, signals) {
   const start = performance.now();
   const child = spawn(process.execPath, [CLI, ...args], { cwd, stdio: ['ignore', 'ignore', 'pipe'] });
   let stderr = '';
