@@ -339,7 +339,7 @@ function printed(results, form, withDrift, options) {
   const inUnit = (/** @type {string} */ figure) => (unit ? `${figure} (${unit})` : figure);
   const heads = ['rank', 'estimate', 'poses'];
   if (options.metric === 'rpe') heads.push('pairs');
-  heads.push(...['rmse', 'mean', 'median', 'std', 'min', 'max'].map(inUnit), 'sse', 'mean L2 (m)');
+  heads.push(...['rmse', 'mean', 'median', 'std', 'min', 'max'].map(inUnit), 'sse', 'mean L2 (m)', 'aligned L2 (m)');
   const hasRelations = results.some(({ relations }) => relations);
   if (withDrift) heads.push('drift (%)', 'drift (deg/m)');
   if (hasRelations) heads.push('relations', 'trans (m)', 'rot (deg)');
@@ -348,6 +348,7 @@ function printed(results, form, withDrift, options) {
     const row = [String(index + 1), result.name, `${result.num_matched}/${result.num_estimate}`];
     if (options.metric === 'rpe') row.push(String(result.num_errors));
     row.push(...[rmse, mean, median, std, min, max, sse, result.mean_l2].map(short));
+    row.push(result.aligned ? short(result.aligned.mean) : '-');
     const { drift, relations } = result;
     if (withDrift) row.push(drift ? short(drift.translation) : '-', drift ? short(drift.rotation) : '-');
     if (hasRelations) {

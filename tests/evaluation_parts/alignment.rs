@@ -1,9 +1,32 @@
 //! The similarity that lays one path on the other.
 
 use nalgebra::{Rotation3, Vector3};
+use scanstitch::evaluation::alignment::Alignment;
 use scanstitch::evaluation::umeyama::umeyama;
 
+use scanstitch::evaluation::{EvaluationOptions, evaluate};
+use scanstitch::geometry::Pose3;
+use scanstitch::io::trajectory::{read, tum_text};
+
 use crate::samples::winding;
+
+#[test]
+fn a_turned_first_pose_of_the_reference_is_told_and_the_error_with_all_poses_aligned() {
+    let pose = |i: u32| Pose3::new(Vector3::new(0.3 * f64::from(i), f64::from(i % 5) * 0.2, 0.0), Vector3::zeros());
+    let poses: Vec<Pose3> = (0..20).map(pose).collect();
+    let mut turned = poses.clone();
+    turned[0] *= Pose3::rotation(Vector3::z() * 0.05);
+    let trajectory = |poses: &[Pose3]| read(tum_text(None, poses).as_bytes()).unwrap();
+    let compare = |reference: &[Pose3], alignment| {
+        let options = EvaluationOptions { alignment, ..Default::default() };
+        evaluate(&trajectory(reference), &trajectory(&poses), &options).unwrap().summary
+    };
+    let off = compare(&turned, Alignment::Origin);
+    assert!(off.mean_l2 > 0.1 && off.aligned.unwrap().mean < 1e-9, "{} m", off.mean_l2);
+    assert!(off.notes.iter().any(|note| note.contains("its first row explains most of the error")), "{:?}", off.notes);
+    assert!(compare(&poses, Alignment::Origin).notes.is_empty());
+    assert!(compare(&turned, Alignment::Se3).notes.is_empty());
+}
 
 #[test]
 fn umeyama_finds_a_similarity_and_refuses_what_fixes_none() {

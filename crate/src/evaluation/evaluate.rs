@@ -10,6 +10,7 @@ use super::metrics::{PoseRelation, ape, rpe};
 use super::pairs::{DeltaUnit, PairOptions};
 use super::path::Path;
 use super::statistics::Statistics;
+use super::trajectory_error::{AlignedError, first_row_hint};
 use super::umeyama::{Fit, Similarity};
 use crate::geometry::rotation::nearest_rotation;
 use crate::io::trajectory::Trajectory;
@@ -106,6 +107,16 @@ pub struct AlignmentResult {
     pub scale: f64,
 }
 
+impl From<&Similarity> for AlignmentResult {
+    fn from(similarity: &Similarity) -> Self {
+        Self {
+            rotation: [0, 1, 2].map(|row| [0, 1, 2].map(|column| similarity.rotation[(row, column)])),
+            translation: similarity.translation.into(),
+            scale: similarity.scale,
+        }
+    }
+}
+
 /// The figures of an evaluation.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify), tsify(missing_as_null))]
@@ -124,6 +135,9 @@ pub struct EvaluationSummary {
     pub statistics: Statistics,
     /// Mean distance of the positions after the alignment (m): the homework's mean L2 norm.
     pub mean_l2: f64,
+    /// Distances of the positions with all of them aligned by a rotation and a translation, whatever the alignment; null where
+    /// the positions do not fix them.
+    pub aligned: Option<AlignedError>,
     /// KITTI's drift, or null where a path is too short or has no orientations.
     pub drift: Option<Drift>,
     /// How the estimate was aligned.
@@ -171,17 +185,7 @@ pub fn evaluate(reference: &Trajectory, estimate: &Trajectory, options: &Evaluat
         align(&reference_path, &unaligned, options.alignment, align_first)?;
     let aligned = if alignment == Similarity::identity() { unaligned } else { unaligned.aligned(&alignment) };
 
-    let (errors, error_poses, without_motion) = match options.metric {
-        ErrorMetric::Ape => {
-            let errors = ape(&reference_path, &aligned, options.relation)?;
-            let poses = (0..errors.len()).collect();
-            (errors, poses, 0)
-        }
-        ErrorMetric::Rpe => {
-            let found = rpe(&reference_path, &aligned, options.relation, &pair_options(options))?;
-            (found.errors, found.pairs.iter().map(|pair| pair.1).collect(), found.num_without_motion)
-        }
-    };
+    let (errors, error_poses, without_motion) = errors_of(&reference_path, &aligned, options)?;
     let distances = ape(&reference_path, &aligned, PoseRelation::TranslationPart)?;
     let none = || Error::whole("There is no error to sum up", "Give poses that match");
     let mut summary = EvaluationSummary {
@@ -192,18 +196,20 @@ pub fn evaluate(reference: &Trajectory, estimate: &Trajectory, options: &Evaluat
         unit: options.relation.unit().to_owned(),
         statistics: Statistics::of(&errors).ok_or_else(none)?,
         mean_l2: Statistics::of(&distances).ok_or_else(none)?.mean,
+        aligned: AlignedError::of_positions(&aligned.positions, &reference_path.positions),
         drift: drift(&reference_path, &aligned).ok(),
-        alignment: AlignmentResult {
-            rotation: [0, 1, 2].map(|row| [0, 1, 2].map(|column| alignment.rotation[(row, column)])),
-            translation: alignment.translation.into(),
-            scale: alignment.scale,
-        },
+        alignment: AlignmentResult::from(&alignment),
         path_length_reference: reference_path.length(),
         path_length_estimate: aligned.length(),
         notes,
     };
     if !summary.statistics.sse.is_finite() {
         return Err(Error::whole("The errors are too large for double precision", "Are the positions in metres"));
+    }
+    if options.alignment == Alignment::Origin && options.metric == ErrorMetric::Ape {
+        let pairs: Vec<_> = aligned.poses().into_iter().zip(reference_path.poses()).collect();
+        let rmse = Statistics::of(&distances).ok_or_else(none)?.rmse;
+        summary.notes.extend(summary.aligned.and_then(|all| first_row_hint("Ground truth", rmse, &all, &pairs)));
     }
     if is_about_a_line {
         summary.notes.push(ABOUT_A_LINE.to_owned());
@@ -212,6 +218,21 @@ pub fn evaluate(reference: &Trajectory, estimate: &Trajectory, options: &Evaluat
         summary.notes.push(format!("In {without_motion} pairs the reference does not move; they were left out."));
     }
     Ok(Evaluation { summary, errors, error_poses, matched, reference: reference_path, estimate: aligned })
+}
+
+/// The errors, for each one its pose, and how many pairs had no motion.
+fn errors_of(reference: &Path, estimate: &Path, options: &EvaluationOptions) -> Result<(Vec<f64>, Vec<usize>, usize)> {
+    match options.metric {
+        ErrorMetric::Ape => {
+            let errors = ape(reference, estimate, options.relation)?;
+            let poses = (0..errors.len()).collect();
+            Ok((errors, poses, 0))
+        }
+        ErrorMetric::Rpe => {
+            let found = rpe(reference, estimate, options.relation, &pair_options(options))?;
+            Ok((found.errors, found.pairs.iter().map(|pair| pair.1).collect(), found.num_without_motion))
+        }
+    }
 }
 
 fn pair_options(options: &EvaluationOptions) -> PairOptions {

@@ -3,6 +3,7 @@
 use nalgebra::{Matrix3, Vector3};
 
 use super::umeyama::Similarity;
+use crate::geometry::Pose3;
 use crate::geometry::rotation::{angle_of, nearest_rotation};
 use crate::io::trajectory::Trajectory;
 use crate::{Error, Result};
@@ -28,6 +29,13 @@ impl Path {
             rotations: matrices.map(|matrices| indices.clone().map(|index| matrices[index]).collect()),
             stamps: trajectory.stamps.as_ref().map(|stamps| indices.map(|index| stamps[index]).collect()),
         }
+    }
+
+    /// The poses, without a turn where orientations are not known.
+    pub fn poses(&self) -> Vec<Pose3> {
+        let turn = |index: usize| self.rotations.as_ref().and_then(|rotations| nearest_rotation(&rotations[index]));
+        let pose = |(index, p): (usize, &Vector3<f64>)| Pose3::from_parts((*p).into(), turn(index).unwrap_or_default());
+        self.positions.iter().enumerate().map(pose).collect()
     }
 
     /// Number of poses.

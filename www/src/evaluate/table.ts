@@ -28,6 +28,12 @@ const ALWAYS: readonly Column[] = [
     value: ({ summary }) => summary.mean_l2,
   },
   {
+    id: 'aligned',
+    label: 'aligned L2 (m)',
+    hint: 'the same with all positions aligned by a rotation and a translation',
+    value: ({ summary }) => summary.aligned?.mean ?? null,
+  },
+  {
     id: 'drift',
     label: 'drift (%)',
     hint: "KITTI's translation drift over 100 to 800 m, or scaled to a short path",

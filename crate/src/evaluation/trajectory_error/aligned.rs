@@ -31,8 +31,13 @@ impl AlignedError {
     /// In space: Umeyama's fit. None where the positions do not fix it.
     pub(super) fn in_space(pairs: &[(Pose3, Pose3)]) -> Option<Self> {
         let (estimate, reference): (Vec<_>, Vec<_>) = pairs.iter().map(positions).unzip();
-        let fit = umeyama(&reference, &estimate, false).ok()?.similarity;
-        Some(Self::of(estimate.iter().zip(&reference).map(|(e, r)| (fit.rotation * r + fit.translation - e).norm())))
+        Self::of_positions(&estimate, &reference)
+    }
+
+    /// In space, of positions that belong together.
+    pub(in crate::evaluation) fn of_positions(estimate: &[Vector3<f64>], reference: &[Vector3<f64>]) -> Option<Self> {
+        let fit = umeyama(reference, estimate, false).ok()?.similarity;
+        Some(Self::of(estimate.iter().zip(reference).map(|(e, r)| (fit.rotation * r + fit.translation - e).norm())))
     }
 
     /// In the plane, where the fit turns about z alone.
@@ -67,9 +72,25 @@ impl AlignedError {
     }
 }
 
-/// Whether the first row of the reference alone makes the error what it is: with the poses of any other frame made equal,
-/// the same trajectories are far closer. `pairs`: estimate and reference of each frame, with orientations.
-pub(super) fn is_first_row_off(pairs: &[(Pose3, Pose3)]) -> bool {
+/// Says where the first row of the reference alone makes the error, of this `rmse` (m), as large as it is. `pairs`: estimate
+/// and reference of each frame, with orientations.
+pub(in crate::evaluation) fn first_row_hint(
+    name: &str,
+    rmse: f64,
+    aligned: &AlignedError,
+    pairs: &[(Pose3, Pose3)],
+) -> Option<String> {
+    let (first, all) = (1e3 * rmse, 1e3 * aligned.rmse);
+    is_first_row_off(pairs).then(|| {
+        format!(
+            "{name}: its first row explains most of the error: the rmse is {first:.1} mm with the first poses made equal, \
+             and {all:.1} mm with all of them aligned"
+        )
+    })
+}
+
+/// Whether with the poses of any other frame made equal the same trajectories are far closer.
+fn is_first_row_off(pairs: &[(Pose3, Pose3)]) -> bool {
     let anchored = |(estimate, reference): &(Pose3, Pose3)| {
         let moved = estimate * reference.inverse();
         AlignedError::of(pairs.iter().map(|(e, r)| ((moved * r).translation.vector - e.translation.vector).norm())).rmse

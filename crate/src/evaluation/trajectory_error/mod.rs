@@ -10,7 +10,7 @@ mod spatial;
 use serde::Serialize;
 
 pub use self::aligned::AlignedError;
-use self::aligned::is_first_row_off;
+pub(super) use self::aligned::first_row_hint;
 pub use self::planar::PlanarPoint;
 pub(crate) use self::planar::planar_error;
 pub(crate) use self::spatial::{EstimatedFrame, spatial_error};
@@ -76,14 +76,8 @@ impl<P> TrajectoryError<P> {
     /// With what all poses together say. `pairs`: estimate and reference of each compared frame, with orientations if the
     /// reference has them.
     fn with_alignment(self, aligned: Option<AlignedError>, pairs: &[(Pose3, Pose3)]) -> Self {
-        let is_off = self.convention != POSITIONS_ALONE && is_first_row_off(pairs);
-        let hint = aligned.filter(|_| is_off).map(|AlignedError { rmse, .. }| {
-            let (name, first, all) = (&self.name, 1e3 * self.rmse, 1e3 * rmse);
-            format!(
-                "{name}: its first row explains most of the error: the rmse is {first:.1} mm with the first poses made \
-                 equal, and {all:.1} mm with all of them aligned"
-            )
-        });
+        let with_orientations = aligned.filter(|_| self.convention != POSITIONS_ALONE);
+        let hint = with_orientations.and_then(|aligned| first_row_hint(&self.name, self.rmse, &aligned, pairs));
         Self { aligned, hint, ..self }
     }
 
