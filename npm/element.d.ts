@@ -1,3 +1,4 @@
+/// <reference lib="esnext.disposable" />
 /**
  * The custom element `<scanstitch-app>`: `import 'scanstitch/element'` defines it. Attributes, slots, parts and CSS variables:
  * docs/embedding.md.
@@ -78,7 +79,8 @@ declare global {
   interface HTMLElementTagNameMap {
     'scanstitch-app': ScanstitchElement;
   }
-  interface HTMLElementEventMap {
+  /** Of elements, of the document and of the window. */
+  interface GlobalEventHandlersEventMap {
     'scanstitch-progress': CustomEvent<ScanstitchEvents['scanstitch-progress']>;
     'scanstitch-done': CustomEvent<ScanstitchEvents['scanstitch-done']>;
     'scanstitch-error': CustomEvent<ScanstitchEvents['scanstitch-error']>;

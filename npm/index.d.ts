@@ -1,3 +1,4 @@
+/// <reference lib="esnext.disposable" />
 /**
  * Laser scans to a trajectory and a stitched map, in Node and in the browser.
  *

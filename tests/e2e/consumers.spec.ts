@@ -2,7 +2,7 @@
  * The package as others use it: packed, installed into an empty project, bundled or not, and opened. webpack and esbuild are
  * installed from the registry where CI=true, and skipped otherwise.
  */
-import { execFileSync } from 'node:child_process';
+import { execFileSync, spawnSync } from 'node:child_process';
 import { copyFileSync, mkdirSync, mkdtempSync, readdirSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
@@ -111,6 +111,50 @@ test('a plain module script, without a bundler', async ({ page }) => {
   const map = `<script type="importmap">${JSON.stringify({ imports })}</script>`;
   writeFileSync(join(folder, 'dist', 'index.html'), map + page_of('../main.js'));
   await expectMap(page, project, 'plain/dist/index.html');
+});
+
+/** Uses the types of all that the package exports, rightly and wrongly. */
+const TYPED = `
+import { load, Reconstruction, type ReconstructionResult } from 'scanstitch';
+import 'scanstitch/element';
+import type { ScanstitchElement, ScanstitchFault, ScanstitchResult } from 'scanstitch/element';
+import { readRecording } from 'scanstitch/recording';
+
+export async function lesson(files: FileList, paths: { path: string; blob: Blob }[]): Promise<ReconstructionResult> {
+  const element: ScanstitchElement = document.createElement('scanstitch-app');
+  const faults: ScanstitchFault[] = [];
+  element.addEventListener('scanstitch-error', ({ detail }) => faults.push(detail));
+  document.addEventListener('scanstitch-done', ({ detail }) => detail.elapsed_ms.toFixed());
+  // @ts-expect-error: no such theme
+  element.theme = 'pink';
+  // @ts-expect-error: no such member
+  element.start();
+  await element.open(files);
+  const { kind, result }: ScanstitchResult = await element.run();
+  const x: number | undefined = kind === 'planar' ? result.frames[0]?.T_world_sensor.x : undefined;
+  const positions: Float32Array | undefined = element.map_points?.positions;
+  await load();
+  // @ts-expect-error: no such setting
+  new Reconstruction({ max_rnage: x });
+  const reconstruction = new Reconstruction({ max_range: positions?.length ?? 20 });
+  const recording = await readRecording(paths);
+  for (const path of recording.scans) reconstruction.add_scan(path, await recording.read(path));
+  return reconstruction.result();
+}
+`;
+
+test('TypeScript', () => {
+  writeFileSync(join(project, 'lesson.ts'), TYPED);
+  const tsc = join(ROOT, 'node_modules', 'typescript', 'bin', 'tsc');
+  const strictly = ['--noEmit', '--strict', '--target', 'es2022', '--lib', 'es2023,dom,dom.iterable', '--types', ''];
+  for (const [module, resolution] of [
+    ['esnext', 'bundler'],
+    ['nodenext', 'nodenext'],
+  ] as const) {
+    const args = [tsc, ...strictly, '--module', module, '--moduleResolution', resolution, 'lesson.ts'];
+    const { status, stdout } = spawnSync(process.execPath, args, { cwd: project, encoding: 'utf8' });
+    expect([status, stdout]).toEqual([0, '']);
+  }
 });
 
 test('webpack', async ({ page }) => {
