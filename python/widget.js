@@ -1,8 +1,10 @@
 // The notebook's side of the widget; the build puts the element in front of it.
 
+const bytesIn = (view) => new Uint8Array(view.buffer, view.byteOffset, view.byteLength);
+
 /** Points as a file that the element takes. */
 function plyOf(view, index) {
-  const bytes = new Uint8Array(view.buffer, view.byteOffset, view.byteLength);
+  const bytes = bytesIn(view);
   const properties = ['x', 'y', 'z'].map((axis) => `property float ${axis}\n`).join('');
   const head = `ply\nformat binary_little_endian 1.0\nelement vertex ${bytes.length / 12}\n${properties}end_header\n`;
   return new File([head, bytes], `${index}.ply`);
@@ -35,8 +37,9 @@ function render({ model, el }) {
     element.style.height = `${model.get('height')}px`;
   };
   const open = () => {
-    const clouds = model.get('_clouds');
-    if (clouds.length > 0) element.open(clouds.map(plyOf)).catch(() => undefined); // told by the event
+    const [data, names] = [model.get('_data'), model.get('_names')];
+    const fileOf = (view, index) => new File([bytesIn(view)], names[index]);
+    if (data.length > 0) element.open(data.map(names.length > 0 ? fileOf : plyOf)).catch(() => undefined); // told by the event
   };
   element.addEventListener('scanstitch-done', ({ detail }) => {
     const { dimensions, positions } = element.map_points;
@@ -57,13 +60,13 @@ function render({ model, el }) {
   adjust();
   model.on('change:settings', adjust);
   model.on('change:height', adjust);
-  model.on('change:_clouds', open);
+  model.on('change:_data', open);
   el.append(element);
   element.updateComplete.then(open);
   return () => {
     model.off('change:settings', adjust);
     model.off('change:height', adjust);
-    model.off('change:_clouds', open);
+    model.off('change:_data', open);
   };
 }
 

@@ -1,7 +1,8 @@
 // @ts-check
 /**
  * Every command that stands in a block of the README or of the docs is run by a shell, in the order of its page, in a folder with
- * made-up files of the names that it uses. Commands within the text name what exists.
+ * made-up files of the names that it uses. Commands within the text name what exists, with options that it has; those that take no
+ * longer than a moment are run.
  */
 import assert from 'node:assert/strict';
 import { spawn, spawnSync } from 'node:child_process';
@@ -125,21 +126,25 @@ for (const page of PAGES) {
   const { commands } = blocksOf(page);
   const own = commands.filter((command) => !ELSEWHERE.includes(command));
   if (own.length === 0) continue;
-  test(`the commands of ${page} run`, { skip: needsElement(own) && 'the element is not built yet' }, (t) => {
-    const folder = temporaryFolder(t);
-    makeWorld(folder);
-    const run = shellOf(folder);
-    // What an earlier page has computed.
-    if (page !== 'docs/laser.md' && own.some((command) => command.includes('aces.relations')))
-      run('npx scanstitch reconstruct drive.log --out result');
-    if (page === 'docs/command_line.md') run('npx scanstitch reconstruct office/ --out result');
-    for (const command of own) {
-      const { status, stderr } = run(command);
-      assert.equal(status, 0, `${command}\n${stderr}`);
-      if (page === 'docs/command_line.md' && command.includes('scans/'))
-        run('npx scanstitch reconstruct office/ --out result');
-    }
-  });
+  test(
+    `the commands of ${page} run`,
+    { skip: !process.env.CI && needsElement(own) && 'the element is not built yet' },
+    (t) => {
+      const folder = temporaryFolder(t);
+      makeWorld(folder);
+      const run = shellOf(folder);
+      // What an earlier page has computed.
+      if (page !== 'docs/laser.md' && own.some((command) => command.includes('aces.relations')))
+        run('npx scanstitch reconstruct drive.log --out result');
+      if (page === 'docs/command_line.md') run('npx scanstitch reconstruct office/ --out result');
+      for (const command of own) {
+        const { status, stderr } = run(command);
+        assert.equal(status, 0, `${command}\n${stderr}`);
+        if (page === 'docs/command_line.md' && command.includes('scans/'))
+          run('npx scanstitch reconstruct office/ --out result');
+      }
+    },
+  );
 }
 
 /** @param {string[]} commands */
@@ -164,22 +169,52 @@ test('npm start serves the page', { skip: !process.env.CI && 'it builds; run whe
   assert.match(await (await fetch(address)).text(), /<scanstitch-app/);
 });
 
-test('commands within the text name what exists', () => {
+/** Commands within the text that are run as they stand. */
+const QUICK = ['npx scanstitch settings', 'npm test -- --list'];
+
+test('commands within the text name what exists, with options that it has', (t) => {
   const examples = readFileSync(join(ROOT, 'Cargo.toml'), 'utf8');
-  let count = 0;
-  for (const page of PAGES) {
-    for (const [, command = ''] of blocksOf(page).text.matchAll(/`((?:npm|npx|node|cargo) [^`\n]*)`/g)) {
-      const [program, first = '', second = ''] = command.split(' ');
-      const [, example] = /--example (\w+)/.exec(command) ?? [];
-      if (example !== undefined) assert.match(examples, new RegExp(`name = "${example}"`), command);
-      else if (program === 'node') assert.ok(existsSync(join(ROOT, first)), command);
-      else if (program === 'npm' && first === 'run') assert.ok(second in scripts, command);
-      else if (program === 'npm' && ['test', 'start'].includes(first)) assert.ok(first in scripts, command);
-      else if (program === 'npx' && first === 'scanstitch' && /^[a-z]/.test(second)) {
-        assert.equal(scanstitch([second, '--help']).status, 0, command);
-      }
-      count += 1;
-    }
+  const all = PAGES.flatMap((page) => [...blocksOf(page).text.matchAll(/`((?:npm|npx|node|cargo) [^`\n]*)`/g)]);
+  assert.ok(all.length > 10, `only ${all.length} commands were found`);
+  for (const [, command = ''] of all) {
+    const [program, first = '', second = ''] = command.split(' ');
+    const [, example] = /--example (\w+)/.exec(command) ?? [];
+    if (example !== undefined) {
+      const [, path = ''] = new RegExp(`name = "${example}"\\s+path = "([^"]+)"`).exec(examples) ?? [];
+      assertHasOptions(command, path);
+    } else if (program === 'node') assertHasOptions(command, first);
+    else if (program === 'npm' && first === 'run') assertHasOptions(command, scriptOf(second));
+    else if (program === 'npm' && ['test', 'start'].includes(first)) assertHasOptions(command, scriptOf(first));
+    else if (program === 'npx' && first === 'scanstitch' && /^[a-z]/.test(second))
+      assert.equal(scanstitch([second, '--help']).status, 0, command);
   }
-  assert.ok(count > 10, `only ${count} commands were found`);
+  const run = shellOf(temporaryFolder(t));
+  for (const command of QUICK) {
+    assert.ok(
+      all.some(([, found]) => found === command),
+      `${command} is no longer in the docs`,
+    );
+    const { status, stderr } = run(command.replace(/^npm test --/, `node ${join(ROOT, 'scripts', 'test.mjs')}`));
+    assert.equal(status, 0, `${command}\n${stderr}`);
+  }
 });
+
+/** The file that an npm script runs; empty for one that runs another program. @param {string} name */
+function scriptOf(name) {
+  assert.ok(name in scripts, `npm run ${name}`);
+  return /^node (\S+)/.exec(scripts[name] ?? '')?.[1] ?? '';
+}
+
+/** @param {string} command @param {string} path of what it runs */
+function assertHasOptions(command, path) {
+  if (path === '') return;
+  assert.ok(existsSync(join(ROOT, path)), command);
+  const folder = path.endsWith('/main.rs') ? dirname(path) : '';
+  const paths = folder ? readdirSync(join(ROOT, folder)).map((name) => join(folder, name)) : [path];
+  const source = paths.map((one) => readFileSync(join(ROOT, one), 'utf8')).join('\n');
+  const own = command.includes('--example') ? (command.split(' -- ')[1] ?? '') : command;
+  for (const [, name = ''] of own.matchAll(/ --([a-z][a-z-]*)/g)) {
+    const isKnown = path.endsWith('.rs') ? source.includes(`--${name}`) : new RegExp(`\\b'?${name}'?\\b`).test(source);
+    assert.ok(isKnown, `${command}: ${path} has no --${name}`);
+  }
+}

@@ -1,14 +1,15 @@
 /**
- * The notebook: a wheel in a virtual environment with JupyterLab, ten NumPy clouds in, poses out. Installed from the registry where
+ * The notebook: a wheel in a virtual environment with JupyterLab, NumPy clouds and files in, poses out. Installed from the registry where
  * CI=true and Python 3 is there; skipped otherwise.
  */
 import { type ChildProcess, execFileSync, spawn, spawnSync } from 'node:child_process';
-import { mkdtempSync, rmSync, writeFileSync } from 'node:fs';
+import { mkdirSync, mkdtempSync, rmSync, writeFileSync } from 'node:fs';
 import { createServer } from 'node:net';
 import { tmpdir } from 'node:os';
-import { join } from 'node:path';
-import { expect, test } from '@playwright/test';
+import { dirname, join } from 'node:path';
+import { expect, type Locator, test } from '@playwright/test';
 import { makeWheel } from '../../scripts/wheel.mjs';
+import { bag, depthImages } from './course_page.js';
 import { SAMPLE_FOLDER } from './scanstitch_page.js';
 
 const has_python = spawnSync('python3', ['-c', 'import venv, ensurepip']).status === 0;
@@ -31,6 +32,11 @@ test.beforeAll(async () => {
   if (!process.env.NOTEBOOK_VENV) pip(...PACKAGES);
   pip('--no-deps', '--force-reinstall', makeWheel());
   writeFileSync(join(folder, 'scans.ipynb'), notebook());
+  const files = { ...depthImages(3), 'room.mcap': bag(3), 'wrong.ply': 'ply\nnot a cloud\n' };
+  for (const [name, content] of Object.entries(files)) {
+    mkdirSync(dirname(join(folder, name)), { recursive: true });
+    writeFileSync(join(folder, name), content);
+  }
   port = await freePort();
   const args = ['lab', '--no-browser', '--allow-root', `--port=${port}`, '--ServerApp.port_retries=0'];
   const open = ['--IdentityProvider.token=', `--ServerApp.root_dir=${folder}`, '--LabApp.news_url=null'];
@@ -66,6 +72,10 @@ widget = Scanstitch(scans, settings="strategy=joint")
 widget`,
     'print(widget.error, type(widget.poses).__name__, widget.poses.shape, widget.map_points.shape, set(widget.statuses))\n' +
       'print(np.round(widget.poses[1], 1))',
+    'images = Scanstitch(files=["room"])\nimages',
+    'bag = Scanstitch(files=["room.mcap"])\nbag',
+    'wrong = Scanstitch(files=["wrong.ply"])\nwrong',
+    'print(images.poses.shape, images.statuses, bag.poses.shape, bag.statuses, wrong.poses, wrong.error)',
   ];
   const made = cells.map((source, i) => ({
     cell_type: 'code',
@@ -88,20 +98,36 @@ function freePort(): Promise<number> {
   });
 }
 
-test('ten NumPy scans in a notebook', async ({ page }) => {
+test('ten NumPy scans, depth images, a bag and a broken file in a notebook', async ({ page }) => {
   await page.addInitScript(() => {
-    addEventListener('scanstitch-done', () => document.body.setAttribute('data-done', 'true'));
+    for (const type of ['done', 'error']) {
+      let count = 0;
+      addEventListener(`scanstitch-${type}`, () => document.body.setAttribute(`data-${type}`, String(++count)));
+    }
   });
+  const cell = (index: number): Locator => page.locator('.jp-CodeCell').nth(index);
+  const run = async (index: number): Promise<void> => {
+    await cell(index).locator('.cm-content').click();
+    await page.keyboard.press('Shift+Enter');
+  };
+  const expectHeard = (type: string, count: number): Promise<void> =>
+    expect(page.locator('body')).toHaveAttribute(`data-${type}`, String(count), { timeout: 60_000 });
   await page.goto(`http://localhost:${port}/lab/tree/scans.ipynb`);
   await page.getByText('Python 3 (ipykernel) | Idle').waitFor({ timeout: 60_000 });
-  const first = page.locator('.jp-CodeCell').first();
-  await first.locator('.cm-content').click();
-  await page.keyboard.press('Shift+Enter');
+  await run(0);
   await expect(page.locator('scanstitch-app').first()).toBeVisible({ timeout: 60_000 });
-  await expect(page.locator('body[data-done]')).toBeAttached({ timeout: 60_000 });
-  await page.locator('.jp-CodeCell').nth(1).locator('.cm-content').click();
-  await page.keyboard.press('Shift+Enter');
-  const output = page.locator('.jp-CodeCell').nth(1).locator('.jp-OutputArea-output');
-  await expect(output).toContainText("ndarray (10, 3) (1798, 2) {'good'}", { timeout: 60_000 });
-  await expect(output).toContainText(/\[ 0\.1 +1\.  +-0\.1\]/);
+  await expectHeard('done', 1);
+  await run(1);
+  const output = (index: number): Locator => cell(index).locator('.jp-OutputArea-output');
+  await expect(output(1)).toContainText("ndarray (10, 3) (1798, 2) {'good'}", { timeout: 30_000 });
+  await expect(output(1)).toContainText(/\[ 0\.1 +1\.  +-0\.1\]/);
+  await run(2);
+  await expectHeard('done', 2);
+  await run(3);
+  await expectHeard('done', 3);
+  await run(4);
+  await expectHeard('error', 1);
+  await run(5);
+  const good = "(3, 4, 4) ['good', 'good', 'good']";
+  await expect(output(5)).toContainText(`${good} ${good} None wrong.ply: `, { timeout: 30_000 });
 });
