@@ -68,13 +68,13 @@ function notebook(): string {
     `import numpy as np
 from scanstitch import Scanstitch
 scans = [np.loadtxt(f"${SAMPLE_FOLDER}/{i}.ply", skiprows=7) for i in range(10)]
-widget = Scanstitch(scans, settings="strategy=joint")
+widget = Scanstitch(scans, settings="strategy=joint", height=240)
 widget`,
     'print(widget.error, type(widget.poses).__name__, widget.poses.shape, widget.map_points.shape, set(widget.statuses))\n' +
       'print(np.round(widget.poses[1], 1))',
-    'images = Scanstitch(files=["room"])\nimages',
-    'bag = Scanstitch(files=["room.mcap"])\nbag',
-    'wrong = Scanstitch(files=["wrong.ply"])\nwrong',
+    'images = Scanstitch(files=["room"], height=240)\nimages',
+    'bag = Scanstitch(files=["room.mcap"], height=240)\nbag',
+    'wrong = Scanstitch(files=["wrong.ply"], height=240)\nwrong',
     'print(images.poses.shape, images.statuses, bag.poses.shape, bag.statuses, wrong.poses, wrong.error)',
   ];
   const made = cells.map((source, i) => ({

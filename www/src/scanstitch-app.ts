@@ -6,7 +6,7 @@ import { activity_styles, app_styles } from './components/app-styles.js';
 import { DropTarget } from './components/drop-target.js';
 import { FileIntake } from './components/file-intake.js';
 import { Handover } from './components/handover.js';
-import { HostApi } from './components/host-api.js';
+import { fromHost, HostApi } from './components/host-api.js';
 import type { ScanstitchMapPoints, ScanstitchResult } from './components/host-events.js';
 import { icon } from './components/icons.js';
 import type { MenuItem } from './components/menu.js';
@@ -16,7 +16,6 @@ import { NO_FACTS } from './components/run-kind.js';
 import { wordsOf } from './components/session.js';
 import { drop_styles, shared, tokens } from './components/theme.js';
 import type { Note } from './datasets/note.js';
-import { givenDataset, givenSpatial } from './datasets/given.js';
 import { filesOfDrop, filesOfInput, type NamedFile } from './datasets/gather.js';
 import type { SpatialFiles } from './datasets/spatial-files.js';
 import type { Wishes } from './components/topics-panel.js';
@@ -92,11 +91,12 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
       if (is_new) this.cross('spatial' in files ? 'spatial' : 'planar');
       if ('spatial' in files) {
         const spatial = await this.showSpatial();
-        if (given) await spatial?.openGiven(Promise.resolve(givenSpatial(given, files.spatial)), requested_at);
+        const set = given && (await fromHost()).givenSpatial(given, files.spatial);
+        if (set) await spatial?.openGiven(Promise.resolve(set), requested_at);
         else await spatial?.add(files.spatial, requested_at, is_new);
         return;
       }
-      const set = given && (await givenDataset(given, files.planar));
+      const set = given && (await (await fromHost()).givenDataset(given, files.planar));
       this.showRun('planar');
       if (set) this.planar.openGiven(set.dataset, set.notes);
       else await this.planar.add(files.planar, requested_at, is_new);

@@ -1,6 +1,6 @@
 /** What the page that the element stands on names is fetched: one thing at a time, what was named last. */
 import type { ReactiveControllerHost } from 'lit';
-import { fetchGiven, type GivenSet } from '../datasets/given.js';
+import type { GivenSet } from '../datasets/given.js';
 import { tellHost } from './host-events.js';
 
 export class GivenSource {
@@ -21,6 +21,7 @@ export class GivenSource {
     this.#aborter = aborter;
     const { signal } = aborter;
     try {
+      const { fetchGiven } = await import('../datasets/given.js');
       const given = await fetchGiven(addresses, { signal, fetched: (done, total) => this.#tell(signal, done, total) });
       return signal.aborted ? null : given;
     } catch (error) {

@@ -1,7 +1,7 @@
 /** What a page can do with the element that stands on it: open files, run, cancel. Documented in npm/element.d.ts. */
 import type { ReactiveController, ReactiveControllerHost } from 'lit';
 import type { NamedFile } from '../datasets/gather.js';
-import { addressesOf, givenFiles, type GivenSet } from '../datasets/given.js';
+import type { GivenSet } from '../datasets/given.js';
 import { GivenSource } from './given-source.js';
 import { type ScanstitchResult, tellFault } from './host-events.js';
 import type { Message } from './messages.js';
@@ -38,6 +38,10 @@ function faultMessage(text: string, remedy: string): Message {
   return { kind: 'error', file: '', place: '', text, remedy };
 }
 
+/** What a host names is understood by a part of the page that is fetched with the first of it. */
+export const fromHost = (): Promise<FromHost> => import('../datasets/given.js');
+type FromHost = typeof import('../datasets/given.js');
+
 type Host = ReactiveControllerHost & HTMLElement & { readonly hasUpdated: boolean };
 
 export class HostApi implements ReactiveController {
@@ -51,6 +55,8 @@ export class HostApi implements ReactiveController {
   /** What was asked for last. */
   #opening: Promise<void> = Promise.resolve();
   #num_cancelled = 0;
+  /** Counts what was asked for or cancelled: what was asked for before that is no longer wanted. */
+  #num_begun = 0;
 
   constructor(host: Host, hooks: HostHooks) {
     this.#host = host;
@@ -72,13 +78,13 @@ export class HostApi implements ReactiveController {
     if (addresses.length > 0) return this.#replace(() => this.source.fetch(addresses));
     const files = list.filter((one) => typeof one !== 'string');
     const named = files.map((file) => ({ name: file.webkitRelativePath || file.name, file }));
-    return this.#replace(async () => givenFiles(named));
+    return this.#replace(async ({ givenFiles }) => givenFiles(named));
   }
 
   /** What the attribute `src` may hold. */
   openSource(src: string): Promise<void> {
     if (src.trim() !== '' && src !== 'none' && src !== 'apartment') {
-      return this.#replace(async () => this.source.fetch(addressesOf(src)));
+      return this.#replace(async ({ addressesOf }) => this.source.fetch(addressesOf(src)));
     }
     this.#begin();
     this.#opening = this.#openOwn(src);
@@ -106,7 +112,7 @@ export class HostApi implements ReactiveController {
 
   cancel(): void {
     this.#num_cancelled++;
-    this.source.cancel();
+    this.#stopFetching();
     this.#hooks.run()?.cancel();
   }
 
@@ -150,22 +156,29 @@ export class HostApi implements ReactiveController {
     messages.forEach((message) => tellFault(this.#host, message));
   }
 
-  #begin(): void {
+  #stopFetching(): void {
+    this.#num_begun++;
     this.source.cancel();
+  }
+
+  #begin(): void {
+    this.#stopFetching();
     this.#hooks.forget();
     this.#opening = Promise.resolve();
   }
 
   /** Opens what comes in place of what is open. */
-  #replace(coming: () => Promise<GivenSet | null>): Promise<void> {
+  #replace(coming: (host: FromHost) => Promise<GivenSet | null>): Promise<void> {
     this.#begin();
     this.#opening = this.#openGiven(coming, performance.now());
     return this.#opening;
   }
 
-  async #openGiven(coming: () => Promise<GivenSet | null>, requested_at: number): Promise<void> {
+  async #openGiven(coming: (host: FromHost) => Promise<GivenSet | null>, requested_at: number): Promise<void> {
+    const own = this.#num_begun;
     try {
-      const given = await coming();
+      const host = await fromHost();
+      const given = own === this.#num_begun ? await coming(host) : null;
       if (!given) throw new DOMException('Something else was asked for meanwhile', 'AbortError');
       await this.#hooks.take(given.files, requested_at, given);
     } catch (error) {
@@ -182,7 +195,7 @@ export class HostApi implements ReactiveController {
     if (this.source.activity !== null || runs.some((run) => run.is_under_way)) {
       tellFault(this.#host, { file: '', place: '', text: REMOVED, remedy: 'Put it back: it computes again' });
     }
-    this.source.cancel();
+    this.#stopFetching();
     runs.forEach((run) => run.abandon(REMOVED));
   }
 }

@@ -1,11 +1,7 @@
 /** A set of inputs: where it comes from, what is in it, what was not used. Plain values; every change is a new one. */
 import type { InputFile, Inputs } from '../engine/protocol.js';
-import type { NamedFile } from './gather.js';
 import type { Note } from './note.js';
 import { compareNaturally } from '../../../npm/natural_order.js';
-import { classify, type Role } from '../../../npm/recording/classify.js';
-import { HEAD_BYTES } from '../../../npm/recording/heads.js';
-import { assignRoles } from '../../../npm/recording/planar.js';
 
 /** Where a data set comes from. That of the page, or of the one that the element stands on, is never extended by the user's files. */
 export type Origin = 'sample' | 'host' | 'user';
@@ -26,32 +22,6 @@ export interface Intake {
   reference: InputFile | null;
   odometry: InputFile | null;
   notes: Note[];
-}
-
-/** Reads and classifies the files. A file the browser cannot read becomes a note; the rest goes on. */
-export async function takeIn(files: readonly NamedFile[]): Promise<Intake> {
-  const ordered = [...files].sort((a, b) => compareNaturally(a.name, b.name));
-  const notes: Note[] = [];
-  const known: { name: string; role: Role; file: InputFile }[] = [];
-  const contents = await Promise.allSettled(ordered.map(readKnown));
-  for (const [index, content] of contents.entries()) {
-    const { name } = ordered[index] as NamedFile;
-    if (content.status === 'rejected') {
-      notes.push({ file: name, reason: 'the browser could not read this file; was it moved or deleted?' });
-    } else {
-      const { role, bytes } = content.value;
-      known.push({ name, role, file: { name, bytes } });
-    }
-  }
-  const { scans, hasLog, reference, odometry, notes: unused } = assignRoles(known);
-  return { scans, has_log: hasLog, reference, odometry, notes: [...notes, ...unused] };
-}
-
-async function readKnown({ name, file }: NamedFile) {
-  const role = classify(name, new Uint8Array(await file.slice(0, HEAD_BYTES).arrayBuffer()));
-  // A film or an archive dropped by mistake is not read to its end.
-  const bytes = role.role === 'ignored' ? new ArrayBuffer(0) : await file.arrayBuffer();
-  return { role, bytes };
 }
 
 /**

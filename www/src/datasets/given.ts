@@ -5,9 +5,10 @@
 import type { InputFile } from '../engine/protocol.js';
 import { HEAD_BYTES } from '../../../npm/recording/heads.js';
 import { classify } from '../../../npm/recording/classify.js';
-import { type Dataset, takeIn } from './dataset.js';
+import type { Dataset } from './dataset.js';
 import type { Note } from './note.js';
 import type { NamedFile } from './gather.js';
+import { takeIn } from './take-in.js';
 import type { PlanarFiles, SpatialFiles } from './spatial-files.js';
 
 /** Files that come from the host. What the manifest says of them counts more than what they look like. */

@@ -1,5 +1,5 @@
 import { errorMessage, noteMessage, RunSession, wordsOf } from '../components/session.js';
-import { combine, type Dataset, type Intake, takeIn } from '../datasets/dataset.js';
+import { combine, type Dataset, type Intake } from '../datasets/dataset.js';
 import type { Note } from '../datasets/note.js';
 import type { PlanarFiles } from '../datasets/spatial-files.js';
 import { PlanarClient } from '../engine/planar-client.js';
@@ -82,6 +82,7 @@ export class PlanarSession extends RunSession<PlanarClient, Settings, Dataset, S
 
   async #add({ files, notes, num_given }: PlanarFiles, requested_at: number, joins: boolean): Promise<void> {
     if (files.length + notes.length === 0) return;
+    const { takeIn } = await import('../datasets/take-in.js');
     const intake = await takeIn(files);
     this.requested_at = requested_at;
     this.messages = [...notes, ...intake.notes].map(({ file, reason }) => noteMessage(file, reason));

@@ -2,8 +2,6 @@
  * Tables of ranges among the files that are opened: what their columns are is guessed, or taken from the page's address, and
  * asked for where neither tells.
  */
-import { HEAD_BYTES } from '../../../npm/recording/heads.js';
-import { isTable } from '../../../npm/recording/laser_logs.js';
 import type { Dataset, Intake } from '../datasets/dataset.js';
 import type { InputFile, TableFacts } from '../engine/protocol.js';
 import type { TableRequest } from './table-import.js';
@@ -51,6 +49,7 @@ export class TableImports {
    * answered. `may_be_scans`: whether a trajectory alone has nothing here that it belongs to.
    */
   async ask(intake: Intake, may_be_scans: boolean, load: (intake: Intake) => void): Promise<void> {
+    const { isRanges } = await import('../datasets/take-in.js');
     const tables = intake.has_log ? intake.scans.filter(isRanges) : [];
     const alone = may_be_scans && intake.scans.length === 0 ? intake.reference : null;
     const file = tables[0] ?? alone;
@@ -102,10 +101,6 @@ export class TableImports {
     this.request = { name: file.name, facts, describe };
     this.#hooks.changed();
   }
-}
-
-function isRanges({ bytes }: InputFile): boolean {
-  return isTable(new Uint8Array(bytes, 0, Math.min(bytes.byteLength, HEAD_BYTES)));
 }
 
 /** These files read by a format, as scans. */
