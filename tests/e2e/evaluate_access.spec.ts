@@ -35,7 +35,7 @@ test('every control has a name, every figure its words', async ({ app, page }) =
   await expect(evaluation.view.getByRole('img', { name: 'Histogram' })).toHaveAccessibleDescription(
     /of ben.pred\.tum: rmse/,
   );
-  await expect(page.getByRole('table', { name: 'Estimates, ranked' }).getByRole('columnheader')).toHaveCount(14);
+  await expect(page.getByRole('table', { name: 'Estimates, ranked' }).getByRole('columnheader')).toHaveCount(15);
   await expect(page.getByRole('columnheader', { name: /^rmse/ })).toHaveAttribute('aria-sort', 'ascending');
   await expect(evaluation.view.getByRole('status').first()).toContainText('2 compared. ben/pred.tum: rmse 0.0');
   await expect(page.getByRole('alert')).toContainText('cleo/pred.tum');
