@@ -7,7 +7,7 @@
 import { lost } from './errors.js';
 import { compareNaturally } from './natural_order.js';
 import { findExif, findIntrinsics } from './recording/cameras.js';
-import { classify, isSystemFile } from './recording/classify.js';
+import { classify, isSystemFile, looksLikeNumbers } from './recording/classify.js';
 import { findDepthRecordings, framesOf, isApart, leftAside, nameOf } from './recording/depth_images.js';
 import { HEAD_BYTES, imageSize, readPlyExtent } from './recording/heads.js';
 import { isCloudName, isImageName } from './recording/kinds.js';
@@ -42,6 +42,8 @@ import { findReference } from './recording/reference.js';
 
 /** So many clouds are looked into to tell planar ones from those in space. */
 const LOOKED_INTO = 8;
+/** Of files that are no recording, so many are looked into to tell numbers from others. */
+const LOOKED_FOR_NUMBERS = 100;
 /** What `scanstitch reconstruct` writes: its own results are no input. */
 const RESULTS = ['trajectory.tum', 'report.json'];
 const MAPS = ['map.ply', 'map.pcd'];
@@ -88,7 +90,7 @@ export async function understand(files, readHead, isTable = false) {
         ? await spatialClouds(clouds.files, known, read)
         : clouds.files.length > 0
           ? await planarScans(known, read, isTable)
-          : nothing(depth.notes, known);
+          : await nothing(depth.notes, known, read);
   const notes = [...unreadable, ...recording.notes];
   return { ...empty(), ...recording, notes };
 }
@@ -395,11 +397,23 @@ async function planarScans(files, read, isTable) {
 /**
  * @param {Note[]} notes about images
  * @param {ListedFile[]} files
- * @returns {Partial<Recording> & { notes: Note[] }}
+ * @param {Read} read
+ * @returns {Promise<Partial<Recording> & { notes: Note[] }>}
  */
-function nothing(notes, files) {
-  const others = files.filter(({ path }) => !isImageName(path));
+async function nothing(notes, files, read) {
   const told = new Set(notes.map(({ file }) => file));
-  const rest = unused(others, 'neither a scan, nor a cloud, nor a depth image').filter(({ file }) => !told.has(file));
-  return { notes: [...notes, ...rest] };
+  const others = files.filter(({ path }) => !isImageName(path));
+  const heads = await Promise.all(others.slice(0, LOOKED_FOR_NUMBERS).map(({ path }) => read(path, HEAD_BYTES)));
+  const numbers = new Set(others.filter((_, at) => looksLikeNumbers(heads[at] ?? new Uint8Array())));
+  const rest = [
+    ...unused(
+      [...numbers],
+      'numbers without a scan, as of a trajectory; trajectories are compared by scanstitch evaluate, on the page under Evaluate',
+    ),
+    ...unused(
+      others.filter((file) => !numbers.has(file)),
+      'neither a scan, nor a cloud, nor a depth image',
+    ),
+  ];
+  return { notes: [...notes, ...rest.filter(({ file }) => !told.has(file))] };
 }

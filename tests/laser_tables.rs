@@ -357,6 +357,19 @@ fn names_tell_the_ranges_their_angles_and_the_units() {
         (pose.translation.x - 0.5).abs() < 1e-12 && (pose.rotation.angle().abs() - std::f64::consts::PI).abs() < 1e-12
     );
 
+    // Positions with fractions beside whole millimetres are metres.
+    let row = |scan: usize| {
+        let pose = [0.1, 0.123, 0.5, 0.2].map(|part| format!("{:.3}", part * scan as f64)).to_vec();
+        joined([pose, ranges(scan, 0, 1000.0)].concat(), ",")
+    };
+    let names: Vec<String> = (0..181).map(|beam| format!("r{beam}")).collect();
+    let head = joined([["t", "x", "y", "theta"].map(str::to_owned).to_vec(), names].concat(), ",");
+    let format = TableFormat::guess((0..8).fold(head, |text, scan| text + &row(scan)).as_bytes()).unwrap().format;
+    assert!(
+        format.to_string().ends_with("unit=mm,start=-90.0000deg,step=1.0000deg,time=1:s,poses=2:3:4:m"),
+        "{format}"
+    );
+
     // Without names, one more column before the ranges may be one of them.
     let text = (0..8).map(|scan| joined([vec!["7.5".into()], ranges(scan, 3, 1.0)].concat(), ",")).collect::<String>();
     let doubt = read(text.as_bytes()).unwrap_err();

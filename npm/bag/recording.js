@@ -51,6 +51,7 @@ export async function recordingOfBag(bag, topics, choice, onProgress = () => {})
   if (depth) await made.takeDepth(depth, chosen('color'), chosen('camera'));
   else if (clouds) await made.takeClouds(clouds);
   else if (scans) await made.takeScans(scans);
+  else made.tellOfPictures();
   const [odometry, reference] = [chosen('odometry'), chosen('reference')];
   if (scans && odometry) await made.takeOdometry(odometry, scans);
   if (source && reference) await made.takeReference(reference, source);
@@ -73,6 +74,15 @@ class Maker {
     this.#topics = topics;
     this.#onProgress = onProgress;
     this.#recording = { ...empty(), root: bag.path, notes: [...bag.notes] };
+  }
+
+  /** What a bag lacks that has nothing but pictures. */
+  tellOfPictures() {
+    const pictures = this.#topics.find(({ topic, uses }) => uses.includes('color') && topic.count > 0);
+    if (!pictures) return;
+    const { name } = pictures.topic;
+    const remedy = `record its depth as well: ros2 bag record ${name} /camera/depth/image_rect_raw /camera/depth/camera_info`;
+    this.#note(name, `not used: pictures without depth images, of which no map can be made; ${remedy}`);
   }
 
   /** @param {TopicFacts} depth @param {TopicFacts | null} color @param {TopicFacts | null} camera */

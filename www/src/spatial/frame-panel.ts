@@ -98,7 +98,7 @@ export class ScanstitchFramePanel extends LitElement {
       index > 0
         ? html`<p>
             <button
-              title="Step through the registration of this frame to the one before it, in the ICP lab"
+              title="Step through the registration of this frame, in the ICP lab"
               @click=${() => this.dispatchEvent(new CustomEvent('look-inside', { detail: index, bubbles: true }))}
             >
               Look inside

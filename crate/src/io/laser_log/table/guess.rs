@@ -109,7 +109,7 @@ fn guess_readings(table: &Table, angle: usize, range: usize) -> Guess {
     let named = unit_named(&table.names[range..=range]);
     let unit = named.unwrap_or_else(|| unit_of(rows.iter().filter_map(|row| row.values.get(range).copied()).collect()));
     let beside = Beside::of(table, rows, (0..table.width()).filter(|column| ![angle, range].contains(column)));
-    let (time, odometry) = (beside.time(), beside.poses());
+    let (time, odometry) = (beside.time(), beside.poses(unit));
     Guess { format: TableFormat { unit, time, odometry, ..TableFormat::of(layout, 0.0, 0.0) }, doubt: None }
 }
 
@@ -145,7 +145,7 @@ fn guess_scans(table: &Table, rows: &[Row]) -> Guess {
     let named = unit_named(table.names.get(first..end).unwrap_or_default());
     let unit = named.unwrap_or_else(|| unit_of(readings.collect()));
     let format = TableFormat::of(Layout::ScanPerLine { first, end }, start, step);
-    let format = TableFormat { unit, time, odometry: beside.poses(), has_wheels: false, ..format };
+    let format = TableFormat { unit, time, odometry: beside.poses(unit), has_wheels: false, ..format };
     Guess { format, doubt: doubt.or(doubted) }
 }
 
@@ -169,6 +169,14 @@ impl<'a> Beside<'a> {
         known.find(|&(column, name)| words.contains(&bare(name)) && holds(column))
     }
 
+    /// Whether positions beside ranges in smaller units are small numbers with fractions: wheels are not known to micrometres.
+    fn is_in_metres(&self, columns: [usize; 2], table_unit: f64) -> bool {
+        let values: Vec<f64> =
+            self.rows.iter().flat_map(|row| columns.map(|column| row.values.get(column).copied())).flatten().collect();
+        let are_small = values.iter().all(|value| value.abs() < MAX_METRES);
+        table_unit < 1.0 && are_small && values.iter().any(|value| value.fract() != 0.0)
+    }
+
     /// The column of the time and its unit (s).
     fn time(&self) -> Option<(usize, f64)> {
         let words = ["t", "time", "timestamp", "stamp", "sec", "seconds", "zeit", "temps", "s", "ms", "us", "ns"];
@@ -176,12 +184,13 @@ impl<'a> Beside<'a> {
         Some((column, unit_in(name, &TIMES).unwrap_or_else(|| time_unit(self.rows, column))))
     }
 
-    /// Where the robot was.
-    fn poses(&self) -> Option<OdometryColumns> {
+    /// Where the robot was; `table_unit`: metres of a unit of the ranges.
+    fn poses(&self, table_unit: f64) -> Option<OdometryColumns> {
         let ((x, x_name), (y, _)) = (self.named(&["x"])?, self.named(&["y"])?);
         let words = ["theta", "th", "yaw", "heading", "phi", "angle", "orientation", "rotation", "winkel"];
         let (theta, heading_name) = self.named(&words)?;
-        let (unit, heading) = (unit_in(x_name, &UNITS), heading_unit(heading_name));
+        let unit = unit_in(x_name, &UNITS).or_else(|| self.is_in_metres([x, y], table_unit).then_some(1.0));
+        let heading = heading_unit(heading_name);
         Some(OdometryColumns::Pose(PoseColumns { columns: [x, y, theta], unit, heading }))
     }
 }
