@@ -198,6 +198,23 @@ planar('kept for use offline where the host asks for it: every tool works withou
   }
 });
 
+planar('a page for which the storage has no room says so, and works', async ({ page, baseURL }) => {
+  const app = new ScanstitchPage(page);
+  const session = await page.context().newCDPSession(page);
+  const { origin } = new URL(baseURL ?? '');
+  await session.send('Storage.overrideQuotaForOrigin', { origin, quotaSize: 50_000 });
+  await page.route('**/', async (route) => {
+    const response = await route.fetch();
+    const body = (await response.text()).replace('<scanstitch-app ', '<scanstitch-app offline ');
+    await route.fulfill({ response, body });
+  });
+  await app.open();
+  await expect(app.messages).toContainText('The page is not kept for use offline');
+  await expect(app.messages).toContainText('the storage may be full');
+  expect(await app.scanNames()).toHaveLength(10);
+  expect(app.faults).toEqual([]);
+});
+
 planar('a page that cannot be kept says so, and works', async ({ page }) => {
   const app = new ScanstitchPage(page);
   await page.route('**/', async (route) => {
