@@ -66,7 +66,7 @@ export class ScanstitchBev extends LitElement {
   private topHandlesOf = memoizeLast(topHandles);
   private frontHandlesOf = memoizeLast(frontHandles);
   private onHash = (): void => {
-    if (ownerOf(location.hash) === 'bev') this.session.openLink();
+    if (ownerOf(location.hash) === 'bev') void this.session.openLink();
   };
 
   override connectedCallback(): void {

@@ -87,7 +87,7 @@ export class BevSession extends Session<BevClient> {
       return this.keepTop();
     }
     if (first) this.take(begun(newDocument(first.scene)));
-    if (ownerOf(location.hash) === 'bev' && this.openLink()) return;
+    if (ownerOf(location.hash) === 'bev' && (await this.openLink())) return;
     if (src !== '') await this.attempt('file', () => this.openAddress(src));
     else if (has_sample) await this.openSample();
   }
@@ -246,13 +246,17 @@ export class BevSession extends Session<BevClient> {
   }
 
   /** Opens the scene in the page's address, or reports why it cannot; false where there is none. */
-  openLink(): boolean {
+  async openLink(): Promise<boolean> {
     try {
       const linked = readFragment(location.hash);
       if (!linked) return false;
       const is_outdated = this.opening();
+      // Somebody may have changed it: the engine says whether it is a scene.
+      const scene = await this.readScene('The link', new Blob([JSON.stringify(linked.document.scene)]));
+      if (is_outdated()) return true;
+      const document = { ...linked.document, scene };
       if (!linked.is_sample) this.forgetSample();
-      this.take(this.history ? changed(this.history, linked.document) : begun(linked.document));
+      this.take(this.history ? changed(this.history, document) : begun(document));
       this.blend = linked.blend;
       if (linked.is_sample && has_sample) void this.attempt('file', () => this.openSamplePictures(is_outdated));
       return true;
