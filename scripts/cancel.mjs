@@ -1,8 +1,8 @@
 // @ts-check
 /**
  * `node scripts/cancel.mjs [--gigabytes 2] [--megabytes 8] [--times 10] [--seconds 60]`: a large bag and a large laser log are
- * made and reconstructed on the command line, each run stopped at a random moment. What was computed by then has to be there,
- * whole, and the run that follows has to be clean. A line for each run.
+ * made (0: left out) and reconstructed on the command line, each run stopped at a random moment. What was computed by then
+ * has to be there, whole, and the run that follows has to be clean. A line for each run.
  */
 import { closeSync, existsSync, mkdtempSync, openSync, readFileSync, rmSync, writeSync } from 'node:fs';
 import { tmpdir } from 'node:os';
@@ -12,7 +12,8 @@ import { runWith, wholeFiles } from './fuzz/signals.mjs';
 import { writeLargeBag } from './large_bag.mjs';
 import { readArguments, runMain, StepError } from './steps.mjs';
 
-/** Scans of the log that are rendered; the walk repeats them to and fro. */
+/** Images of the bag and scans of the log that are rendered; the walks repeat them to and fro. */
+const BAG_VIEWS = 8;
 const NUM_VIEWS = 60;
 
 /** A log as CARMEN writes it. @param {string} path @param {number} megabytes */
@@ -69,9 +70,11 @@ await runMain(async () => {
   const folder = mkdtempSync(join(tmpdir(), 'scanstitch-cancel-'));
   process.on('exit', () => rmSync(folder, { recursive: true, force: true }));
   const [bag, log] = [join(folder, 'walk.mcap'), join(folder, 'drive.log')];
-  writeLargeBag(bag, Number(values.gigabytes));
-  writeLargeLog(log, Number(values.megabytes));
+  const [gigabytes, megabytes] = [Number(values.gigabytes), Number(values.megabytes)];
+  if (gigabytes > 0) writeLargeBag(bag, gigabytes, 'mcap', BAG_VIEWS);
+  if (megabytes > 0) writeLargeLog(log, megabytes);
   for (const [name, input] of Object.entries({ bag, log })) {
+    if (!existsSync(input)) continue;
     const out = join(folder, name);
     for (let i = 0; i < Number(values.times); i += 1) {
       if (i % 2 === 0) rmSync(out, { recursive: true, force: true });

@@ -8,8 +8,6 @@ import { writeDb3, writeMcap } from '../tests/cli/bag_writer.mjs';
 import { see } from '../tests/cli/depth_room.mjs';
 
 const [WIDTH, HEIGHT] = [640, 480];
-/** So many views are rendered; the walk repeats them to and fro. */
-const NUM_VIEWS = 40;
 const TOPICS = [
   { name: '/camera/depth/image_raw', type: 'sensor_msgs/msg/Image' },
   { name: '/camera/color/image_raw', type: 'sensor_msgs/msg/Image' },
@@ -17,10 +15,10 @@ const TOPICS = [
   { name: '/ground_truth', type: 'geometry_msgs/msg/PoseStamped' },
 ];
 
-/** @param {number} gigabytes */
-function* messages(gigabytes) {
-  const views = Array.from({ length: NUM_VIEWS }, (_, i) => {
-    const share = i / NUM_VIEWS;
+/** @param {number} gigabytes @param {number} numViews */
+function* messages(gigabytes, numViews) {
+  const views = Array.from({ length: numViews }, (_, i) => {
+    const share = i / numViews;
     /** @type {import('../tests/cli/depth_room.mjs').Pose} */
     const pose = [0.3 * share, 0, 0.5 * share, 0.5 * share];
     return { pose, ...see(pose, WIDTH, HEIGHT) };
@@ -28,8 +26,8 @@ function* messages(gigabytes) {
   const bytesPerFrame = 5 * WIDTH * HEIGHT + 1000;
   const numFrames = Math.ceil((gigabytes * 2 ** 30) / bytesPerFrame);
   for (let i = 0; i < numFrames; i += 1) {
-    const round = i % (2 * NUM_VIEWS);
-    const view = views[round < NUM_VIEWS ? round : 2 * NUM_VIEWS - 1 - round];
+    const round = i % (2 * numViews);
+    const view = views[round < numViews ? round : 2 * numViews - 1 - round];
     if (!view) continue;
     const stamp = stampAt(1000 + i / 30);
     const time = BigInt(stamp.sec) * 1_000_000_000n + BigInt(stamp.nsec);
@@ -45,7 +43,13 @@ function* messages(gigabytes) {
   }
 }
 
-/** Writes the bag, message by message. @param {string} path @param {number} gigabytes @param {string} [format] mcap or db3 */
-export function writeLargeBag(path, gigabytes, format = 'mcap') {
-  (format === 'db3' ? writeDb3 : writeMcap)(path, TOPICS, messages(gigabytes));
+/**
+ * Writes the bag, message by message.
+ * @param {string} path
+ * @param {number} gigabytes
+ * @param {string} [format] mcap or db3
+ * @param {number} [numViews] that are rendered, a second or more each; the walk repeats them to and fro
+ */
+export function writeLargeBag(path, gigabytes, format = 'mcap', numViews = 40) {
+  (format === 'db3' ? writeDb3 : writeMcap)(path, TOPICS, messages(gigabytes, numViews));
 }
