@@ -339,7 +339,7 @@ function printed(results, form, withDrift, options) {
   const inUnit = (/** @type {string} */ figure) => (unit ? `${figure} (${unit})` : figure);
   const heads = ['rank', 'estimate', 'poses'];
   if (options.metric === 'rpe') heads.push('pairs');
-  heads.push(...['rmse', 'mean', 'median', 'std', 'min', 'max'].map(inUnit), 'sse', 'mean L2 (m)', 'aligned L2 (m)');
+  heads.push(...['rmse', 'mean', 'median', 'std', 'min', 'max'].map(inUnit), 'sse', 'mean L2 (m)', 'aligned (m)');
   const hasRelations = results.some(({ relations }) => relations);
   if (withDrift) heads.push('drift (%)', 'drift (deg/m)');
   if (hasRelations) heads.push('relations', 'trans (m)', 'rot (deg)');

@@ -48,8 +48,9 @@ export const map_styles = css`
     top: 10px;
     right: 10px;
     display: flex;
-    flex-direction: column;
+    flex-flow: column wrap-reverse; /* a low map has two columns of them */
     gap: 4px;
+    max-height: calc(100% - 20px);
   }
   .controls > button {
     background: var(--surface);

@@ -29,8 +29,8 @@ const ALWAYS: readonly Column[] = [
   },
   {
     id: 'aligned',
-    label: 'aligned L2 (m)',
-    hint: 'the same with all positions aligned by a rotation and a translation',
+    label: 'aligned (m)',
+    hint: 'mean distance with all positions aligned by a rotation and a translation',
     value: ({ summary }) => summary.aligned?.mean ?? null,
   },
   {
