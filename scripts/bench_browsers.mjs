@@ -1,7 +1,7 @@
 // @ts-check
 /**
  * The benchmark's whole runs in every browser that is installed, turn about: `node --experimental-websocket
- * scripts/bench_browsers.mjs [REPEATS]`. Each recording is chosen as a ZIP on the built page, which is not drawn (without a graphics
+ * scripts/bench_browsers.mjs [REPEATS [NAME]]`. Each recording is chosen as a ZIP on the built page, which is not drawn (without a graphics
  * card its emulation would be timed). Prints a table in Markdown: milliseconds a frame, the median, and whether the poses are those
  * of the first browser, to the last bit.
  */
@@ -13,7 +13,8 @@ import { listRuns } from './bench_runs.mjs';
 import { ROOT } from './steps.mjs';
 
 const repeats = Number(process.argv[2] ?? 3);
-const recordings = listRuns(() => true);
+const wanted = process.argv[3] ?? '';
+const recordings = listRuns((name) => name.includes(wanted));
 const { url, close } = await serveHost(
   Object.fromEntries(recordings.map(({ name, folder }) => [`/${name}.zip`, zipOf(join(ROOT, folder))])),
 );

@@ -1,7 +1,8 @@
 // @ts-check
 /**
  * Opens two clouds in the ICP lab of the built page (npm run build) in Chromium and measures what a hand has to wait for:
- * `node scripts/bench_lab.mjs SOURCE TARGET [--drag] [--shots FOLDER]`; with `--drag` only what a hand waits for.
+ * `node scripts/bench_lab.mjs SOURCE TARGET [--drag] [--shots FOLDER]`; with `--drag` only what a hand waits for, in space
+ * without the drawing itself, which takes a second a picture where graphics are emulated.
  * Printed as JSON, times in milliseconds: the run with its trace; the pairs of a pose that is dragged to, computed in the
  * worker (median and the second worst of 20 poses) and painted; a landscape and a basin, on one core as the lab's second worker
  * is not used; and the basin's first coarse picture. In the plane the landscape has 201 x 201 poses and the basin 41 x 41 x 9
@@ -32,6 +33,13 @@ const browser = await chromium.launch({
 /** The lab with both files open. @param {{ width: number, height: number }} viewport @param {'light' | 'dark'} colorScheme */
 async function openLab(viewport, colorScheme) {
   const page = await browser.newPage({ viewport, colorScheme });
+  if (values.drag) {
+    await page.addInitScript(() => {
+      for (const name of /** @type {const} */ (['drawArrays', 'drawElements'])) {
+        WebGL2RenderingContext.prototype[name] = () => undefined;
+      }
+    });
+  }
   // @ts-expect-error: a number, as checked above
   await page.goto(`http://localhost:${address.port}/#icp`);
   const lab = page.locator('scanstitch-lab');
