@@ -69,6 +69,7 @@ await runMain(async () => {
   );
   const folder = mkdtempSync(join(tmpdir(), 'scanstitch-cancel-'));
   process.on('exit', () => rmSync(folder, { recursive: true, force: true }));
+  for (const signal of ['SIGINT', 'SIGTERM']) process.once(signal, () => process.exit(1));
   const [bag, log] = [join(folder, 'walk.mcap'), join(folder, 'drive.log')];
   const [gigabytes, megabytes] = [Number(values.gigabytes), Number(values.megabytes)];
   if (gigabytes > 0) writeLargeBag(bag, gigabytes, 'mcap', BAG_VIEWS);
