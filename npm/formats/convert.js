@@ -60,7 +60,8 @@ export async function convertFiles(files, wrap) {
       }
     } catch (error) {
       const { name, problem, remedy, message } = /** @type {import('../errors.js').ScanstitchError} */ (error);
-      if (name !== 'ScanstitchError') throw error;
+      // What has a code is of the system: a file that was there when it was listed, and is no more.
+      if (name !== 'ScanstitchError' && /** @type {NodeJS.ErrnoException} */ (error).code === undefined) throw error;
       const reason = [problem || message, remedy].filter(Boolean).join('. ');
       notes.push(lost(file.path, `not used: ${reason.charAt(0).toLowerCase()}${reason.slice(1)}`));
     }

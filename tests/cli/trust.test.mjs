@@ -6,6 +6,7 @@ import { chmodSync, existsSync, mkdirSync, symlinkSync } from 'node:fs';
 import { join } from 'node:path';
 import { test } from 'node:test';
 import { zipSync } from 'fflate';
+import { convertFiles } from '../../npm/formats/convert.js';
 import { lookUp } from '../../npm/look_up.js';
 import { NAME_LENGTH, printable } from '../../npm/printable.js';
 import { asciiPly, readReport, ROOM_FILES, ROOT, scanstitch, temporaryFolder, writeFiles } from './support.mjs';
@@ -203,4 +204,25 @@ test('planar scans on a map, in millimetres, or a hair off the plane', (t) => {
   const turned = run(changed((x, y) => [x, y, 1e-9 * x]));
   assert.equal(turned.stderr, '');
   assert.match(turned.stdout, /^3 scans in /m);
+});
+
+test('a file that is gone when it is read costs the others nothing', async () => {
+  const gone = async () => {
+    throw Object.assign(new Error('no such file'), { code: 'ENOENT' });
+  };
+  const there = async () => new Uint8Array([1, 2, 3]);
+  /** @type {import('../../npm/recording/contents.js').Content[]} */
+  const all = [
+    { path: 'a.bin', size: 64, read: gone, readHead: gone },
+    { path: 'b.png', size: 3, read: there, readHead: there },
+  ];
+  const { files, notes } = await convertFiles(all, (content) => content);
+  assert.deepEqual(
+    files.map(({ path }) => path),
+    ['b.png'],
+  );
+  assert.deepEqual(
+    notes.map(({ file, reason, is_loss }) => [file, reason, is_loss]),
+    [['a.bin', 'not used: no such file', true]],
+  );
 });
