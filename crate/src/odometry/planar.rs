@@ -19,11 +19,12 @@ use crate::registration::icp::IcpOptions;
 pub mod ablation;
 pub mod hypothesis;
 pub mod information;
+mod measured;
 pub mod motion_noise;
 
 use ablation::Ablation;
-use hypothesis::{Hypothesis, SEARCHED, agrees_as_well, doubt_by_rival, fits_as_well, thinned};
-use information::{fuse, seen_from, softened_covariance, with_normals_noise, without_normals_noise};
+use hypothesis::{Hypothesis, SEARCHED, doubt_by_rival, fits_as_well, thinned};
+use information::without_normals_noise;
 
 /// What a registration starts from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -106,24 +107,8 @@ pub struct Odometry {
     num_registered: usize,
 }
 
-/// A registration further from measured motion than this squared Mahalanobis distance contradicts it: 1 of 10,000 right
-/// ones, by chi squared of three degrees of freedom.
-const GATE: f64 = 21.1;
-/// Wheels slip now and then, most in turns: a registration that nothing else speaks against may be off by this (rad, m)
-/// and this share of the way whatever their usual noise.
-const SLIP: (f64, f64) = (0.35, 0.25);
-/// That share.
-const SLIP_SHARE: f64 = 0.1;
 /// What a registration is known by at best (rad, m): its pairs of points are not independent.
 pub const REGISTRATION_SIGMA: (f64, f64) = (0.003, 0.01);
-/// What it is known by at worst: the width of the search.
-const WIDEST: (f64, f64) = (0.6, 1.5);
-/// A registration that agrees with measured motion is sure from this share of agreeing returns on.
-const CONFIRMED_AGREEMENT: f64 = 0.8;
-/// No other pose is looked for where so many returns agree.
-const SURE_AGREEMENT: f64 = 0.9;
-/// Window of a search about measured motion, in standard deviations.
-const SIGMAS: f64 = 3.5;
 /// Two poses that differ by more are two places (m, rad).
 const APART: SearchWindow = SearchWindow { translation: 0.6, rotation: 0.25 };
 /// The motion is known by so many frames that were registered one after the other. ...
@@ -235,100 +220,6 @@ impl Odometry {
         self.stray = Some(stray);
     }
 
-    /// Registers from the measured motion; where that leads nowhere, from the best pose near it. Where both contradict the
-    /// measurement, the scan is placed by the measurement.
-    fn register_measured(&self, scan: &PlanarScan, prediction: &Pose2, motion: &MeasuredMotion) -> FrameEstimate {
-        let best = self.register_near(scan, prediction, motion);
-        if best.1.status == Status::Lost {
-            return carried(best, prediction);
-        }
-        let off = prediction.inverse() * best.0.T_target_source;
-        let apart = format!("{:.2} m and {:.0} degrees", off.translation_norm(), off.rotation_angle().to_degrees());
-        if !self.is_near(&best, motion) {
-            let known = position_and_heading_sigma(motion).0;
-            let reason =
-                format!("its best fit is {apart} off from the measured motion, which is known to {known:.2} m");
-            return carried(doubted_by_motion(best, &reason), prediction);
-        }
-        let Some((T_world_sensor, information)) = self.fused(scan, &best, prediction, motion) else {
-            let reason =
-                format!("its best fit is {apart} off from the measured motion, and between the two it fits worse");
-            return carried(doubted_by_motion(best, &reason), prediction);
-        };
-        let (registration, mut assessment) = best;
-        let mut status = assessment.status;
-        if status == Status::Doubtful && assessment.agreement > CONFIRMED_AGREEMENT {
-            // Two measurements agree: people may stand in the way. What the walls leave open, the motion tells.
-            assessment = Assessment { status: Status::Good, reason: String::new(), ..assessment };
-            if !registration.observability.is_undetermined() {
-                status = Status::Good;
-            }
-        }
-        let link = if status == Status::Good { Link::Registered } else { Link::Doubted };
-        FrameEstimate { T_world_sensor, registration: Some(registration), assessment, link, information }
-    }
-
-    /// The better of the registrations from the measured motion and, where that one is not sure, from the best pose near it.
-    fn register_near(&self, scan: &PlanarScan, prediction: &Pose2, motion: &MeasuredMotion) -> Hypothesis {
-        let best = self.register_from(scan, *prediction);
-        if best.1.status != Status::Lost && best.1.agreement >= SURE_AGREEMENT && self.is_near(&best, motion) {
-            return best;
-        }
-        let (translation, rotation) = position_and_heading_sigma(motion);
-        let window = SearchWindow { translation: 0.1 + SIGMAS * translation, rotation: 0.02 + SIGMAS * rotation };
-        let grid = LikelihoodGrid::new(&self.map.points());
-        let Some(found) = grid.search(&thinned(&scan.points, SEARCHED), prediction, window) else { return best };
-        let searched = self.register_from(scan, found.T_target_source);
-        let is_better = searched.1.agreement > best.1.agreement || !self.is_near(&best, motion);
-        if is_better && self.is_near(&searched, motion) { searched } else { best }
-    }
-
-    /// The most likely pose by a registration and a measured motion, and the registration's information. Where fewer returns
-    /// agree at that pose, the walls do not leave open what the motion moved the scan along: the motion is wrong, or, where
-    /// as many agree at the prediction, perhaps the registration is, and there is no such pose.
-    fn fused(
-        &self,
-        scan: &PlanarScan,
-        (registration, assessment): &Hypothesis,
-        prediction: &Pose2,
-        motion: &MeasuredMotion,
-    ) -> Option<(Pose2, Matrix3<f64>)> {
-        let T_last_found = self.T_world_last.inverse() * registration.T_target_source;
-        let information = without_normals_noise(registration);
-        if self.options.without.odometry {
-            return Some((self.T_world_last * T_last_found.renormalized(), information));
-        }
-        let fused_by = |information: &Matrix3<f64>| {
-            let link = self.link_covariance(information);
-            self.T_world_last * fuse((&T_last_found, &link), (&motion.T_before_sensor, &motion.covariance))
-        };
-        let fits = |pose: &Pose2| agrees_as_well(self.map.free_space(scan, pose).agreement(), assessment.agreement);
-        let fused = fused_by(&information);
-        if fits(&fused) {
-            return Some((fused, information));
-        }
-        let information = with_normals_noise(registration);
-        (!fits(prediction)).then(|| (fused_by(&information), information))
-    }
-
-    /// Whether a registration lies where the measured motion allows, or where wheels that slipped allow it.
-    fn is_near(&self, (registration, assessment): &Hypothesis, motion: &MeasuredMotion) -> bool {
-        let T_last_found = self.T_world_last.inverse() * registration.T_target_source;
-        let slip = motion.T_before_sensor.inverse() * T_last_found;
-        let most = SLIP.1 + SLIP_SHARE * motion.T_before_sensor.translation_norm();
-        if assessment.status == Status::Good && slip.rotation_angle() < SLIP.0 && slip.translation_norm() < most {
-            return true;
-        }
-        let off = (motion.T_before_sensor * T_last_found.inverse()).log();
-        let covariance = motion.covariance + self.link_covariance(&without_normals_noise(registration));
-        covariance.try_inverse().is_some_and(|information| off.dot(&(information * off)) < GATE)
-    }
-
-    /// Covariance of the motion from the last frame, of information about a pose in the world.
-    fn link_covariance(&self, information: &Matrix3<f64>) -> Matrix3<f64> {
-        softened_covariance(&seen_from(information, &self.T_world_last), REGISTRATION_SIGMA, WIDEST)
-    }
-
     /// Registers from the guess that the settings ask for; where the result is not good and a search is allowed, once
     /// more from the best pose in a wide window, and the better of the two is kept.
     fn register_unmeasured(&self, scan: &PlanarScan, prediction: &Pose2) -> FrameEstimate {
@@ -434,23 +325,4 @@ impl Odometry {
 
 fn unregistered(T_world_sensor: Pose2, assessment: Assessment, link: Link) -> FrameEstimate {
     FrameEstimate { T_world_sensor, registration: None, assessment, link, information: Matrix3::zeros() }
-}
-
-/// A frame that is placed by measured motion alone, whatever its registration.
-fn carried((registration, mut assessment): Hypothesis, prediction: &Pose2) -> FrameEstimate {
-    assessment.status = Status::Doubtful;
-    FrameEstimate { registration: Some(registration), ..unregistered(*prediction, assessment, Link::Carried) }
-}
-
-/// A registration that measured motion speaks against.
-fn doubted_by_motion((registration, mut assessment): Hypothesis, reason: &str) -> Hypothesis {
-    assessment.reason = format!("{reason}: it is placed by the measured motion");
-    (registration, assessment)
-}
-
-/// Standard deviations of the end of a measured motion (m) and of its heading (rad).
-fn position_and_heading_sigma(motion: &MeasuredMotion) -> (f64, f64) {
-    let jacobian = Pose2::point_jacobian(&motion.T_before_sensor.translation.vector);
-    let position = jacobian * motion.covariance * jacobian.transpose();
-    (position.trace().sqrt(), motion.covariance[(0, 0)].sqrt())
 }

@@ -15,6 +15,26 @@ use crate::registration::free_space::FreeSpaceTally;
 use crate::registration::icp::{IcpOptions, Source, register};
 use crate::registration::target::OrientedTarget;
 
+/// A pair of submaps to be matched.
+#[derive(Debug, Clone, Copy)]
+pub struct Pair {
+    /// Submap looked in.
+    pub target: usize,
+    /// Submap looked for.
+    pub source: usize,
+    /// Where it may be in the target.
+    pub guess: Pose2,
+    /// How far off that may be.
+    pub window: SearchWindow,
+}
+
+impl Pair {
+    /// What its search costs, in windows of a metre and a tenth of a radian.
+    pub fn cost(&self) -> f64 {
+        1.0 + self.window.translation.powi(2) * (self.window.rotation / 0.1)
+    }
+}
+
 /// Where a stretch was found in another, with the evidence.
 #[derive(Debug, Clone)]
 pub struct SubmapMatch {
@@ -33,14 +53,14 @@ pub struct SubmapMatch {
 }
 
 /// A stretch to be looked in.
-pub struct Target {
+pub struct TargetStretch {
     oriented: OrientedTarget<2>,
     grid: LikelihoodGrid,
     witnesses: Vec<(usize, Pose2)>,
 }
 
 /// A stretch to be looked for.
-pub struct Sought {
+pub struct SourceStretch {
     points: Vec<Vector2<f64>>,
     normals: Vec<Option<Vector2<f64>>>,
     witnesses: Vec<(usize, Pose2)>,
@@ -69,7 +89,7 @@ const RIVAL_SCORE: f64 = 0.75;
 /// A place is one of several where another one scores more than this share of it.
 pub const MAX_RIVAL: f64 = 0.9;
 
-impl Target {
+impl TargetStretch {
     /// Of these keyframes, in the frame of one of them.
     pub fn new(range: Range<usize>, anchor: usize, keyframes: &[Keyframe], poses: &[Pose2]) -> Self {
         let (points, normals) = overlaid(range.clone(), keyframes, poses, &poses[anchor], FINE, FILLED);
@@ -81,7 +101,7 @@ impl Target {
     }
 }
 
-impl Sought {
+impl SourceStretch {
     /// Of these keyframes, in the frame of one of them.
     pub fn new(range: Range<usize>, anchor: usize, keyframes: &[Keyframe], poses: &[Pose2]) -> Self {
         let (points, normals) = overlaid(range.clone(), keyframes, poses, &poses[anchor], COARSE, 0.0);
@@ -91,8 +111,8 @@ impl Sought {
 
 /// Registers `source` to `target` from a guess that may be off by `window`.
 pub fn match_stretches(
-    target: &Target,
-    source: &Sought,
+    target: &TargetStretch,
+    source: &SourceStretch,
     keyframes: &[Keyframe],
     guess: &Pose2,
     window: SearchWindow,
@@ -130,7 +150,12 @@ pub fn match_stretches(
 }
 
 /// How some keyframes of each stretch look from those of the other.
-fn free_space_of(target: &Target, source: &Sought, keyframes: &[Keyframe], T_target_source: &Pose2) -> FreeSpaceTally {
+fn free_space_of(
+    target: &TargetStretch,
+    source: &SourceStretch,
+    keyframes: &[Keyframe],
+    T_target_source: &Pose2,
+) -> FreeSpaceTally {
     let mut tally = FreeSpaceTally::default();
     for (t, T_target_t) in &target.witnesses {
         for (s, T_source_s) in &source.witnesses {

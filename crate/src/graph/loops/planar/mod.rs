@@ -8,25 +8,24 @@
 
 use std::rc::Rc;
 
-use nalgebra::{Matrix2, Matrix3};
-
 use crate::geometry::{Pose2, RigidMotion};
-use crate::graph::pose_graph::{BetweenFactor, PlanarFactor, optimize_poses};
+use crate::graph::pose_graph::{PlanarFactor, optimize_poses};
 use crate::odometry::planar::ablation::Ablation;
-use crate::odometry::planar::information::{chained, position_covariance};
 use crate::preprocess::planar_scan::PlanarScan;
 use crate::registration::correlative::SearchWindow;
 use crate::registration::free_space::FreeSpaceTally;
 use crate::registration::icp::IcpOptions;
-use crate::search::order::ascending;
 
+mod acceptance;
+mod anchors;
 mod consistency;
 mod matching;
+mod pairs;
 mod submap;
 mod uncertainty;
 
-use consistency::{Candidate, Relation, compare, consistent_set};
-use matching::{MAX_RIVAL, Sought, Target, free_space_between, match_stretches};
+use consistency::Candidate;
+use matching::{MAX_RIVAL, Pair, SourceStretch, TargetStretch, free_space_between, match_stretches};
 use submap::{Keyframe, Submap};
 use uncertainty::RelativeCovariances;
 
@@ -44,58 +43,18 @@ pub struct ChainLink {
 const SUBMAP_LENGTH: f64 = 4.0;
 /// ... or so many scans.
 const SUBMAP_SCANS: usize = 40;
-/// Submaps less than so many after each other have been matched by the chain.
-const NEIGHBORS: usize = 3;
-/// Unless this much or more is left open between them (m, rad): then the chain has not.
-const LOOSE: (f64, f64) = (0.12, 0.03);
-/// In a round a submap is looked for in so many others.
-const CANDIDATES: usize = 4;
-/// The window of the search in standard deviations.
-const SIGMAS: f64 = 3.0;
-/// The window's margin (m, rad).
-const MARGIN: SearchWindow = SearchWindow { translation: 0.2, rotation: 0.03 };
-/// The widest window (m).
-const WIDEST: f64 = 12.0;
-/// Where less than this is left open (m, rad), the graph needs no loop more.
-const SETTLED: (f64, f64) = (0.05, 0.012);
-/// Submaps that seem to share less than this of what they show are not matched.
-const MIN_OVERLAP: f64 = 0.3;
-/// A match in a window no wider than this (m, rad) is believed alone: what else would fit is no further off.
-const ALONE: SearchWindow = SearchWindow { translation: 1.0, rotation: 0.3 };
-/// Up to this one (m, rad) it takes one other match that supports it; beyond, two.
-const IN_PAIRS: SearchWindow = SearchWindow { translation: 4.0, rotation: 0.8 };
 /// A match needs this share of returns that agree, ...
 const MIN_AGREEMENT: f64 = 0.85;
 /// ... so many that both sides see ...
 const MIN_SEEN: usize = 150;
 /// ... and this share of returns with a partner.
 const MIN_FITNESS: f64 = 0.25;
-/// A loop that has lost more than this share of its weight is taken back.
-const FITTING: f64 = 0.25;
 /// Steps of the graph's solution after each round.
 const STEPS: usize = 20;
-/// What searches may cost for each keyframe, in windows of a metre and a tenth of a radian: about a millisecond ...
+/// What searches may cost for each keyframe, in windows of a metre and a tenth of a radian: about a millisecond.
 const BUDGET: f64 = 60.0;
-/// ... and the share of what is left of it that a round may spend.
-const ROUND_SHARE: f64 = 0.4;
 /// Rounds at the most.
 const MAX_ROUNDS: usize = 12;
-
-/// A pair of submaps to be matched.
-#[derive(Debug, Clone, Copy)]
-struct Pair {
-    target: usize,
-    source: usize,
-    guess: Pose2,
-    window: SearchWindow,
-}
-
-impl Pair {
-    /// What its search costs, in windows of a metre and a tenth of a radian.
-    fn cost(&self) -> f64 {
-        1.0 + self.window.translation.powi(2) * (self.window.rotation / 0.1)
-    }
-}
 
 /// A loop of the graph.
 struct Loop {
@@ -136,16 +95,7 @@ impl LoopClosure {
         let keyframes: Vec<Keyframe> = links.iter().map(|link| Keyframe::new(Rc::clone(&link.scan))).collect();
         let mut poses: Vec<Pose2> = links.iter().map(|link| link.T_world_sensor).collect();
         optimize_poses(&mut poses, &chain, STEPS);
-        let mut submaps = Vec::new();
-        let (mut start, mut driven) = (0, 0.0);
-        for index in 1..=links.len() {
-            let is_end = index == links.len();
-            driven += if is_end { 0.0 } else { (poses[index - 1].inverse() * poses[index]).translation_norm() };
-            if is_end || driven > SUBMAP_LENGTH || index - start >= SUBMAP_SCANS || links[index].is_weak {
-                submaps.push(Submap::new(start..index, &keyframes, &poses));
-                (start, driven) = (index, 0.0);
-            }
-        }
+        let submaps = joined(&links, &keyframes, &poses);
         let (num_keyframes, num_submaps) = (keyframes.len(), submaps.len());
         Self {
             keyframes,
@@ -222,114 +172,8 @@ impl LoopClosure {
         self.is_done = self.queue.is_empty();
     }
 
-    fn anchor_poses(&self) -> Vec<Pose2> {
-        self.submaps.iter().map(|submap| self.poses[submap.anchor]).collect()
-    }
-
-    /// The graph between anchors: the chain summed up, and the loops.
-    fn anchor_relations(&self) -> Vec<PlanarFactor> {
-        let mut informations = vec![Matrix3::zeros(); self.keyframes.len()];
-        for relation in &self.chain {
-            informations[relation.to] += relation.information * relation.weight(relation.squared_distance(&self.poses));
-        }
-        let mut relations = Vec::new();
-        for (index, pair) in self.submaps.windows(2).enumerate() {
-            let (from, to) = (pair[0].anchor, pair[1].anchor);
-            let (mut T, mut covariance) = (Pose2::identity(), Matrix3::zeros());
-            let steps = self.poses[from..=to].windows(2).map(|pair| pair[0].inverse() * pair[1]);
-            for (step, information) in steps.zip(&informations[from + 1..=to]) {
-                let of_step = information.try_inverse().unwrap_or_else(|| Matrix3::identity() * 1e4);
-                covariance = chained((&T, &covariance), &of_step);
-                T *= step;
-            }
-            let information = covariance.try_inverse().unwrap_or_else(Matrix3::zeros);
-            relations.push(BetweenFactor {
-                from: index,
-                to: index + 1,
-                T_from_to: T,
-                information,
-                is_switchable: false,
-            });
-        }
-        relations.extend(self.loops.iter().map(|closed| BetweenFactor {
-            from: closed.candidate.target,
-            to: closed.candidate.source,
-            ..closed.relation
-        }));
-        relations
-    }
-
-    /// The pairs of submaps that may show the same place, those of one target together.
-    fn pairs(&mut self) -> Vec<Pair> {
-        let Some(covariances) = &self.covariances else { return Vec::new() };
-        let mut pairs = Vec::new();
-        for source in 1..self.submaps.len() {
-            let mut candidates: Vec<(f64, Pair)> = Vec::new();
-            for target in 0..source {
-                candidates.extend(self.pair(target, source, covariances));
-            }
-            let mut chosen: Vec<Pair> = Vec::new();
-            for index in ascending(candidates.iter().map(|candidate| -candidate.0)) {
-                let pair = candidates[index].1;
-                if chosen.len() < CANDIDATES && chosen.iter().all(|other| other.target.abs_diff(pair.target) > 1) {
-                    chosen.push(pair);
-                }
-            }
-            pairs.extend(chosen);
-        }
-        self.keep_affordable(&mut pairs);
-        for pair in &pairs {
-            self.searched[pair.source].push((pair.target, pair.window.translation));
-        }
-        pairs.sort_by_key(|pair| std::cmp::Reverse((pair.target, pair.source)));
-        pairs
-    }
-
-    /// Wide windows take long to search: the narrowest first, as many as a share of what is left to spend allows.
-    fn keep_affordable(&mut self, pairs: &mut Vec<Pair>) {
-        pairs.sort_by(|a, b| a.cost().total_cmp(&b.cost()).then((a.source, a.target).cmp(&(b.source, b.target))));
-        let most = self.budget * ROUND_SHARE;
-        let mut spent = 0.0;
-        pairs.retain(|pair| {
-            spent += pair.cost();
-            spent <= most
-        });
-        self.budget -= spent.min(most);
-    }
-
-    /// Whether a submap may have come back to another, with how likely that is.
-    fn pair(&self, target: usize, source: usize, covariances: &RelativeCovariances) -> Option<(f64, Pair)> {
-        let (a, b) = (&self.submaps[target], &self.submaps[source]);
-        let guess = self.poses[a.anchor].inverse() * self.poses[b.anchor];
-        let covariance = covariances.between(target, source);
-        let position: Matrix2<f64> = position_covariance(&guess, &covariance);
-        let sigma = position.symmetric_eigenvalues().max().max(0.0).sqrt();
-        let heading_sigma = covariance[(0, 0)].max(0.0).sqrt();
-        let is_tied = |most: (f64, f64)| sigma < most.0 && heading_sigma < most.1;
-        if is_tied(SETTLED) || (source < target + NEIGHBORS && is_tied(LOOSE)) {
-            return None;
-        }
-        let window = SearchWindow {
-            translation: (MARGIN.translation + SIGMAS * sigma).min(WIDEST),
-            rotation: (MARGIN.rotation + SIGMAS * heading_sigma).min(std::f64::consts::PI),
-        };
-        // Discs that show the same place share a good part of their area.
-        let reach = (a.radius + b.radius) * (1.0 - MIN_OVERLAP);
-        let apart = guess.translation_norm();
-        if apart > reach + window.translation {
-            return None;
-        }
-        let was_searched = |&(t, width): &(usize, f64)| t.abs_diff(target) <= 1 && window.translation > 0.5 * width;
-        if self.searched[source].iter().any(was_searched) {
-            return None;
-        }
-        let sq_width = reach * reach / 4.0 + sigma * sigma;
-        let likelihood = (-0.5 * apart * apart / sq_width).exp() / (1.0 + sigma * sigma);
-        Some((likelihood, Pair { target, source, guess, window }))
-    }
-
     /// A submap with those next to it.
-    fn target(&self, target: usize) -> Target {
+    fn target(&self, target: usize) -> TargetStretch {
         let mut range = self.submaps[target].keyframes.clone();
         if target > 0 && !self.links[range.start].is_weak {
             range.start = self.submaps[target - 1].keyframes.start;
@@ -337,12 +181,12 @@ impl LoopClosure {
         if target + 1 < self.submaps.len() && !self.links[range.end].is_weak {
             range.end = self.submaps[target + 1].keyframes.end;
         }
-        Target::new(range, self.submaps[target].anchor, &self.keyframes, &self.poses)
+        TargetStretch::new(range, self.submaps[target].anchor, &self.keyframes, &self.poses)
     }
 
-    fn match_pair(&mut self, target: &Target, pair: &Pair, options: &IcpOptions) {
+    fn match_pair(&mut self, target: &TargetStretch, pair: &Pair, options: &IcpOptions) {
         let submap = &self.submaps[pair.source];
-        let source = Sought::new(submap.keyframes.clone(), submap.anchor, &self.keyframes, &self.poses);
+        let source = SourceStretch::new(submap.keyframes.clone(), submap.anchor, &self.keyframes, &self.poses);
         let Some(found) = match_stretches(target, &source, &self.keyframes, &pair.guess, pair.window, options) else {
             return;
         };
@@ -351,77 +195,19 @@ impl LoopClosure {
             self.pool.push((Candidate { target: pair.target, source: pair.source, found }, pair.window));
         }
     }
-
-    /// Takes the matches that agree into the graph, solves it, and takes back what does not fit. Whether anything changed.
-    fn accept(&mut self) -> bool {
-        let Some(covariances) = &self.covariances else { return false };
-        let poses = self.anchor_poses();
-        let num_loops = self.loops.len();
-        let all: Vec<&Candidate> =
-            self.loops.iter().map(|closed| &closed.candidate).chain(self.pool.iter().map(|(c, _)| c)).collect();
-        let relations: Vec<Vec<Relation>> =
-            all[num_loops..].iter().map(|a| all.iter().map(|b| compare(a, b, &poses, covariances)).collect()).collect();
-        let support = consistent_set(&relations, num_loops);
-        let (mut entered, mut rest) = (Vec::new(), Vec::new());
-        for ((candidate, window), support) in std::mem::take(&mut self.pool).into_iter().zip(support) {
-            if self.without.consistent_sets || support.is_some_and(|support| support >= support_needed(window)) {
-                entered.push(candidate);
-            } else {
-                rest.push((candidate, window));
-            }
-        }
-        self.pool = rest;
-        let has_news = !entered.is_empty();
-        for candidate in entered {
-            self.enter(candidate);
-        }
-        if has_news {
-            self.solve(num_loops);
-        }
-        has_news
-    }
-
-    fn enter(&mut self, candidate: Candidate) {
-        let relation = BetweenFactor {
-            from: self.submaps[candidate.target].anchor,
-            to: self.submaps[candidate.source].anchor,
-            T_from_to: candidate.found.T_target_source,
-            information: candidate.found.covariance.try_inverse().unwrap_or_else(Matrix3::zeros),
-            is_switchable: !self.without.robust_kernel,
-        };
-        self.loops.push(Loop { candidate, relation });
-    }
-
-    /// Solves, and takes loops back as long as there are some that do not fit. Loops from `num_old` on are new: far off as
-    /// the chain may be, they count in full at first, or their weight would never let them in (graduated non-convexity:
-    /// Yang et al., RA-L 2020, in two steps).
-    fn solve(&mut self, num_old: usize) {
-        let mut relations = self.relations();
-        for relation in &mut relations[self.chain.len() + num_old..] {
-            relation.is_switchable = false;
-        }
-        optimize_poses(&mut self.poses, &relations, STEPS);
-        loop {
-            let relations = self.relations();
-            optimize_poses(&mut self.poses, &relations, STEPS);
-            let poses = &self.poses;
-            let before = self.loops.len();
-            self.loops.retain(|closed| closed.relation.weight(closed.relation.squared_distance(poses)) > FITTING);
-            if self.loops.len() == before {
-                return;
-            }
-        }
-    }
 }
 
-/// How many other matches have to support one that was found in a window.
-fn support_needed(window: SearchWindow) -> usize {
-    let is_within = |limit: SearchWindow| window.translation <= limit.translation && window.rotation <= limit.rotation;
-    if is_within(ALONE) {
-        0
-    } else if is_within(IN_PAIRS) {
-        1
-    } else {
-        2
+/// Links in a row joined to submaps: none reaches across a weak link.
+fn joined(links: &[ChainLink], keyframes: &[Keyframe], poses: &[Pose2]) -> Vec<Submap> {
+    let mut submaps = Vec::new();
+    let (mut start, mut driven) = (0, 0.0);
+    for index in 1..=links.len() {
+        let is_end = index == links.len();
+        driven += if is_end { 0.0 } else { (poses[index - 1].inverse() * poses[index]).translation_norm() };
+        if is_end || driven > SUBMAP_LENGTH || index - start >= SUBMAP_SCANS || links[index].is_weak {
+            submaps.push(Submap::new(start..index, keyframes, poses));
+            (start, driven) = (index, 0.0);
+        }
     }
+    submaps
 }

@@ -1,0 +1,90 @@
+//! Which matches enter the graph, and which loops are taken back.
+
+use nalgebra::Matrix3;
+
+use super::consistency::{Candidate, Relation, compare, consistent_set};
+use super::{Loop, LoopClosure, STEPS};
+use crate::graph::pose_graph::{BetweenFactor, optimize_poses};
+use crate::registration::correlative::SearchWindow;
+
+/// A match in a window no wider than this (m, rad) is believed alone: what else would fit is no further off.
+const ALONE: SearchWindow = SearchWindow { translation: 1.0, rotation: 0.3 };
+/// Up to this one (m, rad) it takes one other match that supports it; beyond, two.
+const IN_PAIRS: SearchWindow = SearchWindow { translation: 4.0, rotation: 0.8 };
+/// A loop that has lost more than this share of its weight is taken back.
+const FITTING: f64 = 0.25;
+
+impl LoopClosure {
+    /// Takes the matches that agree into the graph, solves it, and takes back what does not fit. Whether anything changed.
+    pub(super) fn accept(&mut self) -> bool {
+        let Some(covariances) = &self.covariances else { return false };
+        let poses = self.anchor_poses();
+        let num_loops = self.loops.len();
+        let all: Vec<&Candidate> =
+            self.loops.iter().map(|closed| &closed.candidate).chain(self.pool.iter().map(|(c, _)| c)).collect();
+        let relations: Vec<Vec<Relation>> =
+            all[num_loops..].iter().map(|a| all.iter().map(|b| compare(a, b, &poses, covariances)).collect()).collect();
+        let support = consistent_set(&relations, num_loops);
+        let (mut entered, mut rest) = (Vec::new(), Vec::new());
+        for ((candidate, window), support) in std::mem::take(&mut self.pool).into_iter().zip(support) {
+            if self.without.consistent_sets || support.is_some_and(|support| support >= support_needed(window)) {
+                entered.push(candidate);
+            } else {
+                rest.push((candidate, window));
+            }
+        }
+        self.pool = rest;
+        let has_news = !entered.is_empty();
+        for candidate in entered {
+            self.enter(candidate);
+        }
+        if has_news {
+            self.solve(num_loops);
+        }
+        has_news
+    }
+
+    fn enter(&mut self, candidate: Candidate) {
+        let relation = BetweenFactor {
+            from: self.submaps[candidate.target].anchor,
+            to: self.submaps[candidate.source].anchor,
+            T_from_to: candidate.found.T_target_source,
+            information: candidate.found.covariance.try_inverse().unwrap_or_else(Matrix3::zeros),
+            is_switchable: !self.without.robust_kernel,
+        };
+        self.loops.push(Loop { candidate, relation });
+    }
+
+    /// Solves, and takes loops back as long as there are some that do not fit. Loops from `num_old` on are new: far off as
+    /// the chain may be, they count in full at first, or their weight would never let them in (graduated non-convexity:
+    /// Yang et al., RA-L 2020, in two steps).
+    fn solve(&mut self, num_old: usize) {
+        let mut relations = self.relations();
+        for relation in &mut relations[self.chain.len() + num_old..] {
+            relation.is_switchable = false;
+        }
+        optimize_poses(&mut self.poses, &relations, STEPS);
+        loop {
+            let relations = self.relations();
+            optimize_poses(&mut self.poses, &relations, STEPS);
+            let poses = &self.poses;
+            let before = self.loops.len();
+            self.loops.retain(|closed| closed.relation.weight(closed.relation.squared_distance(poses)) > FITTING);
+            if self.loops.len() == before {
+                return;
+            }
+        }
+    }
+}
+
+/// How many other matches have to support one that was found in a window.
+fn support_needed(window: SearchWindow) -> usize {
+    let is_within = |limit: SearchWindow| window.translation <= limit.translation && window.rotation <= limit.rotation;
+    if is_within(ALONE) {
+        0
+    } else if is_within(IN_PAIRS) {
+        1
+    } else {
+        2
+    }
+}

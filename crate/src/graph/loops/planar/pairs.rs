@@ -1,0 +1,102 @@
+//! Which submaps are matched in a round: those that may show the same place by the graph's covariance, the surest first, as
+//! many as the search can afford.
+
+use nalgebra::Matrix2;
+
+use super::LoopClosure;
+use super::matching::Pair;
+use super::uncertainty::RelativeCovariances;
+use crate::geometry::RigidMotion;
+use crate::odometry::planar::information::position_covariance;
+use crate::registration::correlative::SearchWindow;
+use crate::search::order::ascending;
+
+/// Submaps less than so many after each other have been matched by the chain.
+const NEIGHBORS: usize = 3;
+/// Unless this much or more is left open between them (m, rad): then the chain has not.
+const LOOSE: (f64, f64) = (0.12, 0.03);
+/// In a round a submap is looked for in so many others.
+const CANDIDATES: usize = 4;
+/// The window of the search in standard deviations.
+const SIGMAS: f64 = 3.0;
+/// The window's margin (m, rad).
+const MARGIN: SearchWindow = SearchWindow { translation: 0.2, rotation: 0.03 };
+/// The widest window (m).
+const WIDEST: f64 = 12.0;
+/// Where less than this is left open (m, rad), the graph needs no loop more.
+const SETTLED: (f64, f64) = (0.05, 0.012);
+/// Submaps that seem to share less than this of what they show are not matched.
+const MIN_OVERLAP: f64 = 0.3;
+/// Share of what is left of the budget that a round may spend.
+const ROUND_SHARE: f64 = 0.4;
+
+impl LoopClosure {
+    /// The pairs of submaps that may show the same place, those of one target together.
+    pub(super) fn pairs(&mut self) -> Vec<Pair> {
+        let Some(covariances) = &self.covariances else { return Vec::new() };
+        let mut pairs = Vec::new();
+        for source in 1..self.submaps.len() {
+            let mut candidates: Vec<(f64, Pair)> = Vec::new();
+            for target in 0..source {
+                candidates.extend(self.pair(target, source, covariances));
+            }
+            let mut chosen: Vec<Pair> = Vec::new();
+            for index in ascending(candidates.iter().map(|candidate| -candidate.0)) {
+                let pair = candidates[index].1;
+                if chosen.len() < CANDIDATES && chosen.iter().all(|other| other.target.abs_diff(pair.target) > 1) {
+                    chosen.push(pair);
+                }
+            }
+            pairs.extend(chosen);
+        }
+        self.keep_affordable(&mut pairs);
+        for pair in &pairs {
+            self.searched[pair.source].push((pair.target, pair.window.translation));
+        }
+        pairs.sort_by_key(|pair| std::cmp::Reverse((pair.target, pair.source)));
+        pairs
+    }
+
+    /// Wide windows take long to search: the narrowest first, as many as a share of what is left to spend allows.
+    fn keep_affordable(&mut self, pairs: &mut Vec<Pair>) {
+        pairs.sort_by(|a, b| a.cost().total_cmp(&b.cost()).then((a.source, a.target).cmp(&(b.source, b.target))));
+        let most = self.budget * ROUND_SHARE;
+        let mut spent = 0.0;
+        pairs.retain(|pair| {
+            spent += pair.cost();
+            spent <= most
+        });
+        self.budget -= spent.min(most);
+    }
+
+    /// Whether a submap may have come back to another, with how likely that is.
+    fn pair(&self, target: usize, source: usize, covariances: &RelativeCovariances) -> Option<(f64, Pair)> {
+        let (a, b) = (&self.submaps[target], &self.submaps[source]);
+        let guess = self.poses[a.anchor].inverse() * self.poses[b.anchor];
+        let covariance = covariances.between(target, source);
+        let position: Matrix2<f64> = position_covariance(&guess, &covariance);
+        let sigma = position.symmetric_eigenvalues().max().max(0.0).sqrt();
+        let heading_sigma = covariance[(0, 0)].max(0.0).sqrt();
+        let is_tied = |most: (f64, f64)| sigma < most.0 && heading_sigma < most.1;
+        if is_tied(SETTLED) || (source < target + NEIGHBORS && is_tied(LOOSE)) {
+            return None;
+        }
+        let window = SearchWindow {
+            translation: (MARGIN.translation + SIGMAS * sigma).min(WIDEST),
+            rotation: (MARGIN.rotation + SIGMAS * heading_sigma).min(std::f64::consts::PI),
+        };
+        // Discs that show the same place share a good part of their area.
+        let reach = (a.radius + b.radius) * (1.0 - MIN_OVERLAP);
+        let apart = guess.translation_norm();
+        if apart > reach + window.translation {
+            return None;
+        }
+        let was_searched = |&(t, width): &(usize, f64)| t.abs_diff(target) <= 1 && window.translation > 0.5 * width;
+        if self.searched[source].iter().any(was_searched) {
+            return None;
+        }
+        let sq_width = reach * reach / 4.0 + sigma * sigma;
+        let likelihood = (-0.5 * apart * apart / sq_width).exp() / (1.0 + sigma * sigma);
+        Some((likelihood, Pair { target, source, guess, window }))
+    }
+}
