@@ -4,15 +4,13 @@
 use std::f64::consts::TAU;
 
 use super::format::{TIMES, UNITS};
-use super::names::{bare, heading_unit, series, unit_in};
+use super::names::{MIN_SCAN_NUMBERS, bare, heading_unit, series, unit_in};
 use super::rows::{Row, Table};
 use super::{AngleColumn, Layout, OdometryColumns, PoseColumns, TableFormat};
 use crate::{Error, Result};
 
 /// Lines that a guess is made from.
 pub(super) const GUESS_LINES: usize = 20;
-/// A line of a scan has this many numbers at least: a pose has 16 at the most.
-pub(super) const MIN_SCAN_NUMBERS: usize = 24;
 /// Of fewer lines, numbers that grow from line to line may be ranges.
 const MIN_GROWING_LINES: usize = 3;
 /// Times stand among the outermost columns.

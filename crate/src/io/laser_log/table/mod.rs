@@ -143,7 +143,7 @@ pub(super) fn looks_like_table(head: &[u8]) -> bool {
     if is_cut && rows.len() > 1 && rows.len() < guess::GUESS_LINES {
         rows.pop();
     }
-    let is_scan = |row: &Row| row.values.len() - row.words.len() >= guess::MIN_SCAN_NUMBERS;
+    let is_scan = |row: &Row| row.values.len() - row.words.len() >= names::MIN_SCAN_NUMBERS;
     let is_readings = rows.len() >= 2 && guess::named_reading(&names).is_some();
     !rows.is_empty() && (rows.iter().all(is_scan) || is_readings || guess::is_counted(&rows))
 }

@@ -1,7 +1,9 @@
 //! What the names above the columns of a table say: which columns are ranges, and in which units numbers are.
 
 use super::format::{TIMES, UNITS};
-use super::guess::MIN_SCAN_NUMBERS;
+
+/// A line of a scan has this many numbers at least: a pose has 16 at the most.
+pub(super) const MIN_SCAN_NUMBERS: usize = 24;
 
 /// Neighbouring columns whose names count: `r0`, `r1`, ... or `-90 deg`, `-89 deg`, ...
 #[derive(Debug, Clone, Copy, PartialEq)]
