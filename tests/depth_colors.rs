@@ -56,7 +56,8 @@ fn run(recording: &Recording, color: ColorUse, image_of: impl Fn(usize) -> Optio
         reconstruction.add(frame).unwrap();
         while reconstruction.step().stage != Stage::Done {}
     }
-    let status = reconstruction.estimates().iter().map(|estimate| estimate.assessment.status);
+    let assessments = reconstruction.assessments();
+    let status = assessments.iter().map(|assessment| assessment.status);
     reconstruction.poses().into_iter().zip(status).collect()
 }
 

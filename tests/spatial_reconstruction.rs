@@ -117,7 +117,7 @@ fn both_floors_are_within_two_centimetres_of_the_truth() {
         assert!(mean < bar, "{name}: {mean}");
         assert!(translation < 0.02 && rotation.to_degrees() < 0.5, "{name}: {translation} m, {rotation} rad");
         assert_eq!(run.quantisation(), Some(Quantisation::Truncated), "{name}");
-        assert!(run.estimates().iter().all(|estimate| estimate.assessment.status == Status::Good), "{name}");
+        assert!(run.assessments().iter().all(|assessment| assessment.status == Status::Good), "{name}");
     }
 }
 
@@ -187,12 +187,12 @@ fn frames_that_do_not_belong_are_lost_and_the_rest_holds() {
     frames[17] = frames[16].clone();
     truth[17] = truth[16];
     let run = run(&frames, None);
-    let status: Vec<Status> = run.estimates().iter().map(|estimate| estimate.assessment.status).collect();
+    let status: Vec<Status> = run.assessments().iter().map(|assessment| assessment.status).collect();
     for (index, status) in status.iter().enumerate() {
         let belongs = index != 5 && index != 11;
         assert_eq!(*status == Status::Good, belongs, "{index}: {status:?}");
     }
-    assert!(!run.estimates()[11].assessment.reason.is_empty());
+    assert!(!run.assessments()[11].reason.is_empty());
     let keep = |index: &usize| ![5, 11].contains(index);
     assert_eq!(run.quantisation(), Some(Quantisation::Truncated));
     let poses = run.poses();
@@ -296,9 +296,8 @@ fn believed_frames_are_right(name: &str, run: &SpatialReconstruction, truth: &[P
 
 /// All that are believed are right, strangers are not, and all others have a reason; how many are believed.
 fn believed_and_right(name: &str, run: &SpatialReconstruction, truth: &[Pose3], strangers: &[usize]) -> usize {
-    let poses = run.poses();
-    let believed: Vec<usize> =
-        (0..poses.len()).filter(|&index| run.estimates()[index].assessment.status == Status::Good).collect();
+    let (poses, assessments) = (run.poses(), run.assessments());
+    let believed: Vec<usize> = (0..poses.len()).filter(|&index| assessments[index].status == Status::Good).collect();
     for &index in &believed {
         assert!(!strangers.contains(&index), "{name}: {index} belongs elsewhere");
         let moved = poses[believed[0]].inverse() * poses[index];
@@ -306,8 +305,8 @@ fn believed_and_right(name: &str, run: &SpatialReconstruction, truth: &[Pose3], 
         let (moved, turned) = (off.translation.vector.norm(), off.rotation.angle().to_degrees());
         assert!(moved < 0.06 && turned < 1.0, "{name}, {index}: {moved} m, {turned} degrees");
     }
-    for (index, estimate) in run.estimates().iter().enumerate() {
-        assert_eq!(estimate.assessment.reason.is_empty(), believed.contains(&index), "{name}, {index}");
+    for (index, assessment) in assessments.iter().enumerate() {
+        assert_eq!(assessment.reason.is_empty(), believed.contains(&index), "{name}, {index}");
     }
     believed.len()
 }

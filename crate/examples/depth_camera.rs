@@ -42,15 +42,17 @@ fn main() {
     let settings = SpatialSettings { color, depth_scale, ..SpatialSettings::default() };
     let (reconstruction, seconds) = scores::reconstruct(&recording, &settings);
     let mut counts = [0; 3];
-    for (index, estimate) in reconstruction.estimates().iter().enumerate() {
-        let status = estimate.assessment.status;
+    for (index, (estimate, assessment)) in
+        reconstruction.estimates().iter().zip(reconstruction.assessments()).enumerate()
+    {
+        let status = assessment.status;
         counts[status as usize] += 1;
         let rmse = estimate.registration.as_ref().map_or(0.0, |registration| registration.last.inlier_rmse);
         println!(
             "{} {status:?} {:.1} {:.3} {:.2} {rmse:.4} {} | {}",
             order[index],
             1000.0 * seconds[index],
-            estimate.assessment.agreement,
+            assessment.agreement,
             estimate.overlap,
             estimate
                 .T_world_sensor
@@ -60,7 +62,7 @@ fn main() {
                 .map(|x| format!("{x:.6}"))
                 .collect::<Vec<_>>()
                 .join(" "),
-            estimate.assessment.reason
+            assessment.reason
         );
     }
     let worst = seconds.iter().copied().fold(0.0, f64::max);

@@ -75,8 +75,9 @@ pub fn score(recording: &Recording, settings: &SpatialSettings, each: bool) -> (
     let (reconstruction, times) = reconstruct(recording, settings);
     let seconds = seconds_used() - start;
     let (poses, estimates) = (reconstruction.poses(), reconstruction.estimates());
+    let assessments = reconstruction.assessments();
     let frames = poses.len();
-    let is_good = |index: &usize| estimates[*index].assessment.status == Status::Good;
+    let is_good = |index: &usize| assessments[*index].status == Status::Good;
     let belongs = |index: &usize| !recording.strangers.contains(index);
     let first = (0..frames).filter(belongs).find(is_good).unwrap_or(0);
     let truth: Vec<Pose3> = recording.truth.iter().map(|pose| recording.truth[first].inverse() * pose).collect();
@@ -102,16 +103,16 @@ pub fn score(recording: &Recording, settings: &SpatialSettings, each: bool) -> (
         let step = poses[last_good].inverse() * poses[index];
         let off = (truth[last_good].inverse() * truth[index]).inverse() * step;
         let (moved, turned) = (off.translation.vector.norm(), angle_of(&off.rotation).to_degrees());
-        let status = estimates[index].assessment.status;
+        let status = assessments[index].status;
         if each {
             println!(
                 "  {index:3} error {:.3} m, step off {moved:.3} m {turned:.2} deg; {status:?} agreement {:.3} overlap \
                  {:.2}{} {}",
                 error(index),
-                estimates[index].assessment.agreement,
+                assessments[index].agreement,
                 estimates[index].overlap,
                 if belongs(&index) { "" } else { " STRANGER" },
-                estimates[index].assessment.reason
+                assessments[index].reason
             );
         }
         match status {

@@ -163,8 +163,9 @@ impl FrameResult<PlanarPose, CleaningReport> {
 
 impl FrameResult<SpatialPose, ()> {
     /// Of a depth image or a cloud; `pose` is its present `T_world_sensor`.
-    pub(crate) fn of_frame(label: FrameLabel, estimate: &SpatialEstimate, pose: Pose3) -> Self {
-        Self::new(label, pose.into(), &estimate.assessment, estimate.overlap, estimate.registration.as_ref(), ())
+    pub(crate) fn of_frame(label: FrameLabel, estimate: &SpatialEstimate, assessment: &Assessment) -> Self {
+        let SpatialEstimate { T_world_sensor, registration, overlap, .. } = estimate;
+        Self::new(label, (*T_world_sensor).into(), assessment, *overlap, registration.as_ref(), ())
     }
 }
 

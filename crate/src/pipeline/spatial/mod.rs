@@ -1,5 +1,6 @@
 //! The whole run in space: prepared frames in, trajectory and map out, one frame after the other.
 
+mod continuity;
 mod hypotheses;
 mod stitched_map;
 mod stored_frames;
@@ -16,7 +17,7 @@ use crate::graph::loops::spatial::{LoopReport, SpatialLoops};
 use crate::io::intrinsics::Intrinsics;
 use crate::io::trajectory::Contents;
 use crate::map::voxel::{VoxelCount, VoxelMap};
-use crate::odometry::assessment::Status;
+use crate::odometry::assessment::{Assessment, Status};
 use crate::odometry::depth::SpatialEstimate;
 use crate::pipeline::assumptions::suggestion;
 use crate::pipeline::prepared_frame::{DecodeConfig, DepthDecodeConfig, MapPoints, PreparedFrame, set_intrinsics};
@@ -182,6 +183,11 @@ impl SpatialReconstruction {
         self.hypotheses.best().map_or(&[], |hypothesis| &hypothesis.estimates)
     }
 
+    /// How far the pose of each frame is to be trusted, as far as is known now.
+    pub fn assessments(&self) -> Vec<Assessment> {
+        continuity::assessments(self.estimates())
+    }
+
     /// Poses `T_world_sensor` of the frames so far; the world is the frame of the first one.
     pub fn poses(&self) -> Vec<Pose3> {
         self.estimates().iter().map(|estimate| estimate.T_world_sensor).collect()
@@ -235,7 +241,7 @@ impl SpatialReconstruction {
             of(Status::Good).or_else(|| of(Status::Doubtful))
         });
         notes.extend(comparison.iter().filter_map(|comparison| comparison.hint.clone()));
-        let frames = self.frames.iter().zip(self.estimates()).zip(self.poses());
+        let frames = self.frames.iter().zip(self.estimates()).zip(self.assessments());
         SpatialResult {
             version: env!("CARGO_PKG_VERSION"),
             settings: self
@@ -248,7 +254,9 @@ impl SpatialReconstruction {
             quantisation: self.quantisation(),
             assumptions: self.depth().map_or_else(Vec::new, |depth| depth.assumptions.clone()),
             frames: frames
-                .map(|((Frame { label, .. }, estimate), pose)| FrameResult::of_frame(label.clone(), estimate, pose))
+                .map(|((Frame { label, .. }, estimate), assessment)| {
+                    FrameResult::of_frame(label.clone(), estimate, &assessment)
+                })
                 .collect(),
             loops: self.loop_report(),
             comparison,
@@ -276,9 +284,12 @@ impl SpatialReconstruction {
 
     /// Poses of the frames that are at most so doubtful, `None` for the others.
     fn poses_up_to(&self, worst: Status) -> Vec<Option<Pose3>> {
-        let believed = |estimate: &SpatialEstimate| estimate.assessment.status as u8 <= worst as u8;
-        let poses = self.poses();
-        self.estimates().iter().zip(poses).map(|(estimate, pose)| believed(estimate).then_some(pose)).collect()
+        let believed = |assessment: &Assessment| assessment.status as u8 <= worst as u8;
+        self.assessments()
+            .iter()
+            .zip(self.poses())
+            .map(|(assessment, pose)| believed(assessment).then_some(pose))
+            .collect()
     }
 
     /// The map so far: one point a voxel, coloured where the recording is, world frame. What has been added since it was

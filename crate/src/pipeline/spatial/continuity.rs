@@ -1,0 +1,116 @@
+//! Whether the frames after a break in the sequence lie where the sensor can have come to.
+
+use crate::geometry::Pose3;
+use crate::odometry::assessment::{Assessment, Status};
+use crate::odometry::depth::SpatialEstimate;
+
+/// Across frames that are not good, the sensor may have moved so many times as fast as it does anywhere else.
+const FASTER: f64 = 3.0;
+/// With fewer steps between good frames it is not known how fast that is.
+const MIN_STEPS: usize = 5;
+
+/// The largest motion between neighbouring frames.
+#[derive(Debug, Clone, Copy)]
+struct Step {
+    translation: f64,
+    rotation: f64,
+}
+
+impl Step {
+    /// `good`: numbers of the good frames. `None` where too few of them are neighbours.
+    fn largest(estimates: &[SpatialEstimate], good: &[usize]) -> Option<Self> {
+        let neighbours = good.windows(2).filter(|pair| pair[1] == pair[0] + 1);
+        let steps: Vec<Self> = neighbours.map(|pair| Self::between(estimates, pair[0], pair[1])).collect();
+        let largest = |of: fn(&Self) -> f64| steps.iter().map(of).fold(0.0, f64::max);
+        (steps.len() >= MIN_STEPS)
+            .then(|| Self { translation: largest(|step| step.translation), rotation: largest(|step| step.rotation) })
+    }
+
+    fn between(estimates: &[SpatialEstimate], from: usize, to: usize) -> Self {
+        let moved: Pose3 = estimates[from].T_world_sensor.inverse() * estimates[to].T_world_sensor;
+        Self { translation: moved.translation.vector.norm(), rotation: moved.rotation.angle() }
+    }
+
+    fn is_within(&self, largest: &Self, num_steps: usize) -> bool {
+        let most = FASTER * num_steps as f64;
+        self.translation <= most * largest.translation && self.rotation <= most * largest.rotation
+    }
+}
+
+/// The assessments of all frames. A frame that fits the map a long way off, after frames that did not, may have been found in
+/// the wrong place, and what follows it extends the map there. Good frames after a break are doubtful where the sensor moves
+/// too slowly elsewhere to have come there, and so are those that follow them, until one is back within reach.
+pub(super) fn assessments(estimates: &[SpatialEstimate]) -> Vec<Assessment> {
+    let mut assessments: Vec<Assessment> = estimates.iter().map(|estimate| estimate.assessment.clone()).collect();
+    let good: Vec<usize> = (0..estimates.len()).filter(|&frame| assessments[frame].status == Status::Good).collect();
+    let Some(largest) = Step::largest(estimates, &good) else { return assessments };
+    let reaches = |from: usize, to: usize| Step::between(estimates, from, to).is_within(&largest, to - from);
+    let (mut trusted, mut is_beyond) = (good[0], false);
+    for pair in good.windows(2) {
+        let (before, frame) = (pair[0], pair[1]);
+        let is_break = frame > before + 1 && !reaches(before, frame);
+        if is_break {
+            is_beyond = !reaches(trusted, frame);
+        }
+        if is_beyond {
+            let Step { translation, rotation } = Step::between(estimates, trusted, frame);
+            assessments[frame].doubt(&format!(
+                "since frame {trusted}, the last one before a break, it would have moved {translation:.2} m and {:.0} degrees, \
+                 far more than the sensor moves elsewhere: it may show another place that looks alike",
+                rotation.to_degrees()
+            ));
+        } else {
+            trusted = frame;
+        }
+    }
+    assessments
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Frames at these positions along x (m); `None` is lost.
+    fn estimates(positions: &[Option<f64>]) -> Vec<SpatialEstimate> {
+        let estimate = |position: &Option<f64>| SpatialEstimate {
+            T_world_sensor: Pose3::translation(position.unwrap_or(0.0), 0.0, 0.0),
+            registration: None,
+            overlap: 1.0,
+            assessment: position.map_or_else(|| Assessment::lost("no overlap".to_owned()), |_| Assessment::first()),
+            is_in_map: position.is_some(),
+        };
+        positions.iter().map(estimate).collect()
+    }
+
+    fn doubtful(positions: &[Option<f64>]) -> Vec<usize> {
+        let assessments = assessments(&estimates(positions));
+        (0..positions.len()).filter(|&frame| assessments[frame].status == Status::Doubtful).collect()
+    }
+
+    /// Steps of 0.1 m.
+    fn walk(from: f64, count: usize) -> Vec<Option<f64>> {
+        (0..count).map(|step| Some(from + 0.1 * step as f64)).collect()
+    }
+
+    #[test]
+    fn frames_within_reach_after_a_break_stay_good() {
+        let sequence = [walk(0.0, 8), vec![None; 3], walk(1.8, 6)].concat();
+        assert!(doubtful(&sequence).is_empty());
+    }
+
+    #[test]
+    fn a_leap_after_a_break_is_doubtful_until_the_sequence_is_back() {
+        let sequence = [walk(0.0, 8), vec![None; 3], walk(5.0, 6), vec![None; 2], walk(1.0, 4)].concat();
+        assert_eq!(doubtful(&sequence), (11..17).collect::<Vec<_>>());
+    }
+
+    #[test]
+    fn without_a_break_a_long_step_says_nothing() {
+        assert!(doubtful(&[walk(0.0, 8), walk(5.0, 6)].concat()).is_empty());
+    }
+
+    #[test]
+    fn a_few_frames_do_not_tell_how_fast_the_sensor_moves() {
+        assert!(doubtful(&[walk(0.0, 3), vec![None], walk(5.0, 2)].concat()).is_empty());
+    }
+}
