@@ -35,6 +35,15 @@ impl Step {
         let most = FASTER * num_steps as f64;
         self.translation <= most * largest.translation && self.rotation <= most * largest.rotation
     }
+
+    fn reason(&self) -> String {
+        format!(
+            "after frames that did not fit, the sequence goes on {:.2} m and {:.0} degrees from where it was, farther than the \
+             sensor moves elsewhere: this may be another place that looks alike",
+            self.translation,
+            self.rotation.to_degrees()
+        )
+    }
 }
 
 /// The assessments of all frames. A frame that fits the map a long way off, after frames that did not, may have been found in
@@ -45,22 +54,16 @@ pub(super) fn assessments(estimates: &[SpatialEstimate]) -> Vec<Assessment> {
     let good: Vec<usize> = (0..estimates.len()).filter(|&frame| assessments[frame].status == Status::Good).collect();
     let Some(largest) = Step::largest(estimates, &good) else { return assessments };
     let reaches = |from: usize, to: usize| Step::between(estimates, from, to).is_within(&largest, to - from);
-    let (mut trusted, mut is_beyond) = (good[0], false);
+    let mut trusted = good[0];
+    let mut leap: Option<String> = None;
     for pair in good.windows(2) {
         let (before, frame) = (pair[0], pair[1]);
-        let is_break = frame > before + 1 && !reaches(before, frame);
-        if is_break {
-            is_beyond = !reaches(trusted, frame);
+        if frame > before + 1 && !reaches(before, frame) {
+            leap = (!reaches(trusted, frame)).then(|| Step::between(estimates, trusted, frame).reason());
         }
-        if is_beyond {
-            let Step { translation, rotation } = Step::between(estimates, trusted, frame);
-            assessments[frame].doubt(&format!(
-                "since frame {trusted}, the last one before a break, it would have moved {translation:.2} m and {:.0} degrees, \
-                 far more than the sensor moves elsewhere: it may show another place that looks alike",
-                rotation.to_degrees()
-            ));
-        } else {
-            trusted = frame;
+        match &leap {
+            Some(reason) => assessments[frame].doubt(reason),
+            None => trusted = frame,
         }
     }
     assessments
