@@ -323,7 +323,7 @@ function asCsm({ ranges, angles, start = 0, step = 0, time, nearest, farthest })
   return `${JSON.stringify(whole)}\n`;
 }
 
-/** What the angles are is asked. @param {readonly Scan[]} scans */
+/** A table without angles: the import dialog asks for them. @param {readonly Scan[]} scans */
 function asTable(scans) {
   const hasTimes = scans.every(({ time }) => time !== undefined);
   const [{ ranges: first } = { ranges: [] }] = scans;

@@ -1,5 +1,5 @@
 // @ts-check
-/** What cannot be used, or only in part, is told by the line that helps; nothing else is lost. */
+/** Files that cannot be used, or only in part: each gets a message with the remedy, and all others are read. */
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { mcapBytes } from './bag_files.mjs';

@@ -62,7 +62,7 @@ test('files of the page, a run that is cancelled and goes on', async ({ course }
   expect(told).toEqual({ nothing: 'There is nothing to compute', why: 'The run was stopped', num: 6 });
 });
 
-test('an element that was put on the page just now opens what it is asked for', async ({ course, page }) => {
+test('open() works on an element that was added to the page a moment before', async ({ course, page }) => {
   await course.open('<p id="here"></p>');
   const opened = await page.evaluate(async () => {
     const element = document.createElement('scanstitch-app');

@@ -1,4 +1,4 @@
-/** What cannot be registered in the ICP lab, or hardly: each is told by itself, and the lab stays usable. */
+/** Bad input of the ICP lab: each kind has its own message, and the lab stays usable. */
 import { expect, type Locator, type Page } from '@playwright/test';
 import { ply, room, test } from './scanstitch_page.js';
 

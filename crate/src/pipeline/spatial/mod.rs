@@ -240,7 +240,6 @@ impl SpatialReconstruction {
             let of = |worst| suggestion(&self.poses_up_to(worst), comparison, reading);
             of(Status::Good).or_else(|| of(Status::Doubtful))
         });
-        notes.extend(comparison.iter().filter_map(|comparison| comparison.hint.clone()));
         let frames = self.frames.iter().zip(self.estimates()).zip(self.assessments());
         SpatialResult {
             version: env!("CARGO_PKG_VERSION"),
