@@ -36,6 +36,9 @@ fn compile(root: &Path, package: &str, name: &str, options: &[String]) -> Result
     let status = Command::new(cargo)
         .args(["rustc", "--release", "--lib", "--crate-type", "cdylib", "--target", TARGET, "--package", package])
         .args(options)
+        // Without it cargo keeps one module of a package, and compiles both engines anew, each in the place of the other,
+        // at every build. What Rust's own build uses; where cargo no longer knows it, builds take longer and are the same.
+        .env("__CARGO_DEFAULT_LIB_METADATA", "scanstitch")
         .current_dir(root)
         .status()
         .map_err(|error| format!("cargo could not be started: {error}"))?;
