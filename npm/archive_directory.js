@@ -41,7 +41,7 @@ const END_SIGNATURE = 0x06054b50;
 const END_BYTES = 22;
 const ZIP64_LOCATOR_BYTES = 20;
 export const LOCAL_HEADER_BYTES = 30;
-const UNPACK_YOURSELF = 'If it is what it should be, unpack it and give the folder';
+const UNPACK_YOURSELF = 'If the archive is sound, unpack it and give the folder';
 export const DAMAGED = 'The archive is damaged: download or pack it again';
 
 /**
@@ -82,7 +82,7 @@ async function findDirectory(name, source) {
     throw fileError(name, 'This is a Git LFS pointer, not the archive itself', 'Fetch it: git lfs pull');
   }
   if (end < 0) {
-    throw fileError(name, 'This is no ZIP archive, or its end is missing', 'Download or pack it again');
+    throw fileError(name, 'This is not a ZIP archive, or its end is missing', 'Download or pack it again');
   }
   let [count, length, start] = [
     tail.getUint16(end + 10, true),
@@ -212,14 +212,14 @@ function sizeFault({ size, packed, method, start }, archiveBytes, limits) {
   if (size > limits.fileBytes)
     return `it would unpack to ${megabytes(size)}, and at most ${megabytes(limits.fileBytes)} are read`;
   if (start + LOCAL_HEADER_BYTES + packed > archiveBytes || (method === STORED && size !== packed)) {
-    return 'what the archive says about it cannot be: it would lie outside the archive';
+    return 'the archive claims that it lies outside the archive';
   }
   if (size > packed * MAX_RATIO + 1024) {
-    return `it claims to unpack from ${packed} bytes to ${megabytes(size)}, which cannot be`;
+    return `it claims to unpack from ${packed} bytes to ${megabytes(size)}, which is not possible`;
   }
   const most = limits.freeBytes + limits.ratio * packed;
   if (size > most) {
-    return `it would unpack from ${megabytes(packed)} to ${megabytes(size)}, and at most ${megabytes(most)} are made of so little; if it is what it should be, unpack it yourself`;
+    return `it would unpack from ${megabytes(packed)} to ${megabytes(size)}, and at most ${megabytes(most)} are accepted of so little; if the archive is sound, unpack it yourself`;
   }
   return null;
 }
@@ -236,11 +236,7 @@ function refuseBombs(name, entries, limits) {
   ordered.forEach(({ path, start, packed }, index) => {
     const next = ordered[index + 1];
     if (next && start + LOCAL_HEADER_BYTES + packed > next.start) {
-      throw fileError(
-        name,
-        `${path} and ${next.path} lie over one another in it, as in archives made to do harm`,
-        UNPACK_YOURSELF,
-      );
+      throw fileError(name, `${path} and ${next.path} overlap in it, as in archives made to do harm`, UNPACK_YOURSELF);
     }
   });
 }

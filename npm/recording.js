@@ -1,7 +1,7 @@
 // @ts-check
 /**
  * What a folder, an archive or a drop of files is: planar scans, depth images or clouds in space, in which order, and
- * which files tell the true path and the camera. One understanding for the page and the command line. Only names,
+ * which files give the ground truth and the camera. One understanding for the page and the command line. Only names,
  * sizes and the beginnings of files are looked at; nothing is kept.
  */
 import { lost } from './errors.js';

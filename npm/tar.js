@@ -102,7 +102,7 @@ async function* headersOf(name, source, notes) {
     const block = await window.read(place, BLOCK);
     if (block.every((byte) => byte === 0)) return;
     if (!isHeader(block) || !Number.isSafeInteger(headerAt(block, place).size)) {
-      if (place === 0) throw fileError(name, 'This is no archive of tar', 'Download or pack it again');
+      if (place === 0) throw fileError(name, 'This is not a tar archive', 'Download or pack it again');
       notes.push(lost(name, `what follows byte ${place} is damaged and is left out`));
       return;
     }

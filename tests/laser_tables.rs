@@ -282,7 +282,7 @@ fn bad_tables_are_told_with_line_and_remedy() {
         ("ranges=1:9,start=0", "needs ranges"),
         ("ranges=1:9,start=0,step=0", "is no value of step"),
         ("rangers=1:9", "is nothing of a table's format"),
-        ("wheels", "is no name=value"),
+        ("wheels", "is not name=value"),
     ] {
         let error = format.parse::<TableFormat>().unwrap_err();
         assert!(error.problem.contains(words) && error.remedy.contains("ranges="), "{format}: {error}");

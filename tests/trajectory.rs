@@ -178,7 +178,7 @@ fn quaternions_of_another_length_are_mended_where_that_is_asked_for() {
     assert_eq!(
         contents.notes,
         [
-            "line 1: Columns 5 to 8 are no rotation: a quaternion has length 1, and theirs is 2. The columns are t x y z qx \
+            "line 1: Columns 5 to 8 are not a rotation: a quaternion has length 1, and theirs is 2. The columns are t x y z qx \
           qy qz qw. 2 quaternions were made of length 1."
         ]
     );
@@ -191,7 +191,7 @@ fn quaternions_of_another_length_are_mended_where_that_is_asked_for() {
 fn broken_matrices_and_arrays_are_told() {
     for (text, expected) in [
         ("1 0 0 0 0 1 0 0 0 0 -1 0\n", "line 1: The matrix mirrors: its determinant is -1."),
-        ("1 0 0 0 0 1 0 0 0 0 2 0\n", "line 1: The matrix is no rotation: R^T R is off the identity by 3."),
+        ("1 0 0 0 0 1 0 0 0 0 2 0\n", "line 1: The matrix is not a rotation: R^T R is off the identity by 3."),
         ("1 0 0 0 0 1 0 0 0 0 1 0 0 0 1 1\n", "line 1: The last row of the matrix is [0.0, 0.0, 1.0, 1.0]."),
         ("1 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n1 0 0 0\n0 1 0 0\n", "line 6: The last matrix ends after 2 of 4 rows."),
         ("1 2 3 4 5\n", "line 1: The line has 5 columns."),
@@ -273,12 +273,12 @@ fn broken_lines_are_told_by_line_and_column() {
         ("1 inf", "line 1: Column 2 is \"inf\", not a finite number. Write decimal numbers, or remove the line."),
         (
             "0 0 0 0 0 0 0 1\r1 0 0 0 0 0 0 0",
-            "line 2: Columns 5 to 8 are no rotation: a quaternion has length 1, and theirs is 0. The columns are t x y z qx \
+            "line 2: Columns 5 to 8 are not a rotation: a quaternion has length 1, and theirs is 0. The columns are t x y z qx \
              qy qz qw.",
         ),
         (
             "0 0 0 0 0 0 0 1.02",
-            "line 1: Columns 5 to 8 are no rotation: a quaternion has length 1, and theirs is 1.02. The columns are t x y z \
+            "line 1: Columns 5 to 8 are not a rotation: a quaternion has length 1, and theirs is 1.02. The columns are t x y z \
              qx qy qz qw.",
         ),
         (

@@ -25,7 +25,8 @@ export function unpackBzip2(packed, size) {
   const output = new Output(size);
   do {
     const [magic, level] = [bits.take(24), bits.take(8) - 0x30];
-    if (magic !== 0x425a68 || level < 1 || level > 9) throw new RangeError('it does not begin as bzip2 does');
+    if (magic !== 0x425a68 || level < 1 || level > 9)
+      throw new RangeError('it does not begin with the signature of bzip2');
     const block = new Uint32Array(level * LEVEL_BYTES);
     for (;;) {
       const kind = bits.take(24) * 2 ** 24 + bits.take(24);
@@ -93,7 +94,7 @@ class Output {
   /** @param {number} byte @param {number} count */
   write(byte, count) {
     const end = this.length + count;
-    if (end > this.#size) throw new RangeError('it unpacks to more than it says');
+    if (end > this.#size) throw new RangeError('it unpacks to more than its header says');
     if (end > this.bytes.length) {
       const grown = new Uint8Array(Math.min(this.#size, Math.max(end, 2 * this.bytes.length)));
       grown.set(this.bytes);

@@ -48,12 +48,13 @@ export class CdrReader {
 
   /** @param {Uint8Array} bytes a message with its encapsulation header, or its beginning */
   constructor(bytes) {
-    if (bytes.length < HEADER_BYTES) throw new MessageError(`The message has ${bytes.length} bytes, not even a header`);
+    if (bytes.length < HEADER_BYTES)
+      throw new MessageError(`The message has ${bytes.length} bytes, fewer than its header`);
     const kind = ENCAPSULATIONS[bytes[1] ?? 0];
     if (bytes[0] !== 0 || !kind) {
       const [first, second] = [bytes[0], bytes[1]].map((byte) => (byte ?? 0).toString(16).padStart(2, '0'));
       throw new MessageError(
-        `The message begins with ${first} ${second}, which is no plain CDR as ROS 2 writes it`,
+        `The message begins with ${first} ${second}, which is not the plain CDR that ROS 2 writes`,
         'Record it with the default middleware',
       );
     }
@@ -170,7 +171,7 @@ export class CdrReader {
   /** @param {number} length @param {string} field @returns {never} */
   #refuse(length, field) {
     throw new MessageError(
-      `The message is shorter than it says: its ${field} of ${length} bytes begins at byte ${this.#place}, and it has ${this.#bytes.length}`,
+      `The message is shorter than its header says: its ${field} of ${length} bytes begins at byte ${this.#place}, and it has ${this.#bytes.length}`,
     );
   }
 }

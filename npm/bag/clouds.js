@@ -30,7 +30,7 @@ export function cloudFile(cloud) {
   const needed = rowStep * (height - 1) + width * pointStep;
   if (rowStep < width * pointStep || data.length < needed) {
     const said = `${width} x ${height} points of ${pointStep} bytes, rows of ${rowStep}`;
-    throw new MessageError(`The cloud is shorter than it says: ${said}, and it has ${data.length} bytes`);
+    throw new MessageError(`The cloud is shorter than its header says: ${said}, and it has ${data.length} bytes`);
   }
   const size = columns.reduce((sum, { bytes, count }) => sum + bytes * count, 0);
   const line = (/** @type {(column: Column) => string | number} */ value) => columns.map(value).join(' ');

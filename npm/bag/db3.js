@@ -24,7 +24,7 @@ export async function openDb3(name, source) {
   if (!file.has('topics') || !file.has('messages')) {
     throw fileError(
       name,
-      'This SQLite file has no tables of topics and messages, so it is no bag',
+      'This SQLite file has no tables of topics and messages, so it is not a bag',
       'Give the bag itself',
     );
   }

@@ -15,7 +15,7 @@ const LZ4_MAGIC = 0x184d2204;
 export function mustBePlausible(packed, size) {
   const most = FREE_BYTES + MOST_RATIO * packed;
   if (size > most) {
-    throw new RangeError(`${packed} bytes would unpack to ${size}, and at most ${most} are made of so few`);
+    throw new RangeError(`${packed} bytes claim to unpack to ${size}, and at most ${most} are accepted of so few`);
   }
 }
 
@@ -40,7 +40,7 @@ export function unpackLz4(packed, size, take = (size) => new Uint8Array(size)) {
       place += 4 + view.getUint32(place, true); // a frame to be skipped
       continue;
     }
-    if (magic !== LZ4_MAGIC) throw new RangeError('it does not begin as LZ4 does');
+    if (magic !== LZ4_MAGIC) throw new RangeError('it does not begin with the signature of LZ4');
     const flags = view.getUint8(place);
     place += 3 + (flags & 8 ? 8 : 0) + (flags & 1 ? 4 : 0);
     for (;;) {
@@ -51,7 +51,7 @@ export function unpackLz4(packed, size, take = (size) => new Uint8Array(size)) {
       if (place + length > packed.length) throw new RangeError('it is cut off');
       const block = packed.subarray(place, place + length);
       if (header >>> 31) {
-        if (filled + length > size) throw new RangeError('it unpacks to more than it says');
+        if (filled + length > size) throw new RangeError('it unpacks to more than its header says');
         output.set(block, filled);
         filled += length;
       } else filled = unpackLz4Block(block, output, filled);

@@ -67,7 +67,7 @@ export function colorEnding(encoding) {
  */
 export function depthFile(image) {
   const kind = lookUp(DEPTH, image.encoding);
-  if (!kind) throw new MessageError(`An image of the encoding ${image.encoding} is no depth image`, OTHER_RECORDING);
+  if (!kind) throw new MessageError(`An image of the encoding ${image.encoding} is not a depth image`, OTHER_RECORDING);
   const rows = rowsOf(image, image.width * kind.bytes);
   if (kind.kind === 'float') return floatFile(image, rows, kind.bytes === 8);
   return wholeFile(image, rows, kind.bytes === 2, kind.kind === 'signed');
@@ -120,7 +120,7 @@ function rowsOf({ width, height, step, data }, least) {
   const needed = stride * (height - 1) + least;
   if (data.length < needed) {
     throw new MessageError(
-      `The image is shorter than it says: ${width} x ${height} pixels take ${needed} bytes, and it has ${data.length}`,
+      `The image is shorter than its header says: ${width} x ${height} pixels take ${needed} bytes, and it has ${data.length}`,
     );
   }
   return { bytes: data, stride };

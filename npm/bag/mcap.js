@@ -52,7 +52,7 @@ const BYTES_A_MESSAGE = 1;
  */
 export async function openMcap(name, source) {
   const file = new McapFile(name, source);
-  if (!isMcap(await source.read(0, MAGIC.length))) throw fileError(name, 'This is no MCAP file', CUT_OFF);
+  if (!isMcap(await source.read(0, MAGIC.length))) throw fileError(name, 'This is not an MCAP file', CUT_OFF);
   if (!(await file.readIndexes())) await file.walk();
   return {
     topics: file.topics(),
@@ -213,7 +213,7 @@ class McapFile {
     if (bytes.length < least) throw this.#chunks.broken(`What should lie at byte ${start} lies behind its end`);
     const size = RECORD_HEADER_BYTES + Number(new DataView(bytes.buffer, bytes.byteOffset).getBigUint64(1, true));
     if (start + size > this.#source.size) {
-      throw this.#chunks.broken(`The message at byte ${start} is said to be larger than the file`);
+      throw this.#chunks.broken(`The message at byte ${start} claims to be larger than the file`);
     }
     if (length === Infinity) return this.#dataOf(await this.#source.read(start, start + size), start);
     return bytes.subarray(least, Math.max(least, size));

@@ -24,7 +24,7 @@ const HEAD_BYTES = 256;
 const FREE_WORK_BYTES = 2 ** 30;
 /** ... and so many times its size more. */
 const WORK_RATIO = 100;
-export const CUT_OFF = 'Copy the bag again, or mend it with the mcap tool (mcap recover)';
+export const CUT_OFF = 'Copy the bag again, or repair it with the mcap tool (mcap recover)';
 
 export class Chunks {
   #name;

@@ -158,7 +158,7 @@ async function openContainer(name, source) {
   }
   throw fileError(
     name,
-    'This is no bag: neither of ROS 1 nor an SQLite or MCAP file, as those of ROS 2 are',
+    'This is not a bag: neither a bag of ROS 1 nor an SQLite or MCAP file, as ROS 2 writes them',
     'Copy the bag again',
   );
 }

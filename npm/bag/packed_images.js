@@ -82,7 +82,7 @@ function toMetres(values, data) {
 /** @param {number} width @param {number} height */
 function checkSize(width, height) {
   if (!(width > 0 && height > 0 && width * height <= MAX_PIXELS)) {
-    throw new MessageError(`The packed depth is said to have ${width} x ${height} pixels`);
+    throw new MessageError(`The packed depth claims ${width} x ${height} pixels`);
   }
 }
 
@@ -100,7 +100,7 @@ function readGreyPng(file) {
     place += 12 + length;
   }
   const isGrey16 = file.length > 33 && file[24] === 16 && file[25] === 0 && file[28] === 0;
-  if (!isGrey16 || parts.length === 0) throw new MessageError('The packed depth is no grey PNG of 16 bits');
+  if (!isGrey16 || parts.length === 0) throw new MessageError('The packed depth is not a grey PNG of 16 bits');
   const [width, height] = [view.getUint32(16), view.getUint32(20)];
   checkSize(width, height);
   const rowBytes = 2 * width;

@@ -214,7 +214,7 @@ class Maker {
         if (message.d.some((value) => value !== 0) && !/rect/.test(depthTopic.name)) {
           this.#note(
             topic.name,
-            `the lens distorts (${message.model || 'model unknown'}), which is not undone; rectified depth gives a truer map`,
+            `the lens distorts (${message.model || 'model unknown'}), which is not undone; rectified depth gives a more accurate map`,
           );
         }
         const bytes = new TextEncoder().encode(`${JSON.stringify(camera)}\n`);

@@ -33,7 +33,7 @@ import {
 const HEAD_BYTES = 512;
 /** So many small parts of the file are read at a time. */
 const READ_AT_ONCE = 32;
-const REMEDY = 'Copy the bag again, or mend it (rosbag reindex)';
+const REMEDY = 'Copy the bag again, or repair it (rosbag reindex)';
 
 /**
  * @param {string} name for messages

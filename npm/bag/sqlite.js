@@ -65,12 +65,12 @@ export class SqliteFile {
   static async open(name, source) {
     const head = await source.read(0, 100);
     if (head.length < 100 || !isSqlite(head)) {
-      throw fileError(name, 'This is no SQLite file, as the bags of ROS 2 that end in .db3 are', CUT_OFF);
+      throw fileError(name, 'This is not an SQLite file, as the bags of ROS 2 that end in .db3 are', CUT_OFF);
     }
     const view = new DataView(head.buffer, head.byteOffset, head.byteLength);
     const pageSize = view.getUint16(16) === 1 ? 65_536 : view.getUint16(16);
     if (pageSize < 512 || (pageSize & (pageSize - 1)) !== 0) {
-      throw fileError(name, `Its header announces pages of ${pageSize} bytes, which cannot be`, CUT_OFF);
+      throw fileError(name, `Its header announces pages of ${pageSize} bytes, which is not possible`, CUT_OFF);
     }
     const file = new SqliteFile(name, source, pageSize, pageSize - (head[20] ?? 0));
     const announced = view.getUint32(24) === view.getUint32(92) ? view.getUint32(28) * pageSize : 0;
@@ -130,7 +130,7 @@ export class SqliteFile {
   /** The whole record of a row. @param {Cell} cell */
   async record({ size, local, overflow }) {
     if (local.length >= size) return local;
-    if (size > this.#source.size) throw this.#broken('A row is said to be larger than the file');
+    if (size > this.#source.size) throw this.#broken('A row claims to be larger than the file');
     const bytes = new Uint8Array(size);
     bytes.set(local);
     let filled = local.length;

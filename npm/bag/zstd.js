@@ -64,7 +64,7 @@ function framesIn(packed) {
       place += 8 + view.getUint32(place + 4, true); // a frame to be skipped
       continue;
     }
-    if (magic !== MAGIC) throw new RangeError('it does not begin as Zstandard does');
+    if (magic !== MAGIC) throw new RangeError('it does not begin with the signature of Zstandard');
     const frame = frameAt(view, place);
     frames.push(frame);
     place = frame.next;

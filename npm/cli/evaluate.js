@@ -367,7 +367,7 @@ function printed(results, form, withDrift, options) {
  * @param {string[]} heads
  * @param {string[][]} rows
  * @param {string} form
- * @param {number} nameColumn the one column that is no number
+ * @param {number} nameColumn the one column that is not a number
  */
 function rowsText(heads, rows, form, nameColumn) {
   const shown = (/** @type {string[]} */ row) => row.map((cell) => printable(cell));

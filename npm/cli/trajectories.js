@@ -51,7 +51,7 @@ export function readTrajectory(engine, path, { format, times }, complain) {
 /** The format of this name. @param {string} name @returns {TrajectoryFormat} */
 export function trajectoryFormat(name) {
   const format = TRAJECTORY_FORMATS.find((format) => format === name);
-  if (!format) throw new CommandError(`"${name}" is no form of a trajectory: ${TRAJECTORY_FORMATS.join(', ')}.`);
+  if (!format) throw new CommandError(`"${name}" is not a trajectory format: ${TRAJECTORY_FORMATS.join(', ')}.`);
   return format;
 }
 

@@ -25,7 +25,7 @@ const MIN_RECORD = 20;
 export function lasCloud(name, bytes) {
   const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
   if (bytes.length < MIN_HEADER || view.getUint32(0, false) !== 0x4c415346) {
-    throw fileError(name, 'This is no LAS cloud, or it is cut off in its header', 'Copy or export it again');
+    throw fileError(name, 'This is not a LAS cloud, or it is cut off in its header', 'Copy or export it again');
   }
   const [start, format, record] = [view.getUint32(96, true), view.getUint8(104), view.getUint16(105, true)];
   if (format & COMPRESSED) {

@@ -199,7 +199,8 @@ class Level5 {
 /** @param {number} type @param {Uint8Array} data @param {boolean} little */
 function numbersOf(type, data, little) {
   const [bytes, read] = NUMBERS[type] ?? [];
-  if (bytes === undefined || read === undefined) throw new RangeError(`an element of the type ${type} is no numbers`);
+  if (bytes === undefined || read === undefined)
+    throw new RangeError(`an element of the type ${type} does not hold numbers`);
   const view = viewOf(data);
   const count = Math.floor(data.length / bytes);
   if (count > MAX_NUMBERS) throw new RangeError(`it has more than ${MAX_NUMBERS} numbers`);

@@ -52,7 +52,7 @@ function cloudOf(rows, columns, isPtx) {
     points.set(values, 3 * count);
     count += 1;
   }
-  const notes = skipped > 0 ? [`${skipped} lines of it are no points and are left out`] : [];
+  const notes = skipped > 0 ? [`${skipped} of its lines are not points and are left out`] : [];
   return { ply: plyFile(bytesOf(points.subarray(0, 3 * count)), count, ['x', 'y', 'z']), count, notes };
 }
 

@@ -49,12 +49,12 @@ function rigid(matrix, fail) {
       'is transposed: its translation stands in the last row. Write the translation in the last column (in NumPy: T.T).',
     );
   }
-  if (!bottom) throw fail(`is no motion: its last row is not ${'0 '.repeat(d)}1.`);
+  if (!bottom) throw fail(`is not a motion: its last row is not ${'0 '.repeat(d)}1.`);
   const gram = axes.flatMap((i) => axes.map((j) => axes.reduce((sum, k) => sum + m(k, i) * m(k, j), 0)));
   const scale = axes.reduce((sum, i) => sum + (gram[(d + 1) * i] ?? 0), 0) / d;
   const off = Math.hypot(...gram.map((x, i) => x - (i % (d + 1) === 0 ? scale : 0)));
   if (off > MAX_DEFECT * Math.max(scale, 1))
-    throw fail('is not rigid: its columns are no unit vectors at right angles.');
+    throw fail('is not rigid: its columns are not unit vectors at right angles.');
   if (Math.abs(scale - 1) > MAX_DEFECT)
     throw fail(`scales by ${Math.sqrt(scale).toPrecision(4)}: a rigid motion does not.`);
   if (determinant(m, d) < 0)
@@ -96,7 +96,7 @@ function fromJson(text, fail) {
   try {
     data = JSON.parse(text);
   } catch (error) {
-    throw fail(`it is no JSON: ${/** @type {Error} */ (error).message}.`);
+    throw fail(`it is not JSON: ${/** @type {Error} */ (error).message}.`);
   }
   if (!Array.isArray(data)) {
     data = data?.poses ?? data?.T_target_source ?? Object.values(data ?? {}).find(Array.isArray);
@@ -109,7 +109,7 @@ function fromJson(text, fail) {
 /** NumPy's own format, versions 1 to 3, little-endian floats. @param {Uint8Array} bytes @param {Fail} fail */
 function fromNpy(bytes, fail) {
   const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
-  if (bytes.length < 12 || view.getUint32(0) !== 0x934e554d) throw fail('it is no npy file.');
+  if (bytes.length < 12 || view.getUint32(0) !== 0x934e554d) throw fail('it is not an npy file.');
   const [start, length] = view.getUint8(6) === 1 ? [10, view.getUint16(8, true)] : [12, view.getUint32(8, true)];
   const header = new TextDecoder().decode(bytes.subarray(start, start + length));
   const type = /'descr':\s*'<f([48])'/.exec(header)?.[1];
@@ -118,7 +118,7 @@ function fromNpy(bytes, fail) {
     .map((text) => text.trim())
     .filter(Boolean)
     .map(Number);
-  if (!type) throw fail('its numbers are no little-endian floats. Save with numpy.save(path, poses.astype(float)).');
+  if (!type) throw fail('its numbers are not little-endian floats. Save with numpy.save(path, poses.astype(float)).');
   if (/'fortran_order':\s*True/.test(header))
     throw fail('it is in Fortran order. Save numpy.ascontiguousarray(poses).');
   const size = Number(type);
@@ -138,6 +138,6 @@ function fromNpy(bytes, fail) {
 
 /** @param {number[]} values @param {number} length @param {Fail} fail */
 function blocks(values, length, fail) {
-  if (values.length % length !== 0) throw fail(`${values.length} numbers are no whole matrices of ${length}.`);
+  if (values.length % length !== 0) throw fail(`${values.length} numbers are not whole matrices of ${length}.`);
   return Array.from({ length: values.length / length }, (_, i) => values.slice(length * i, length * (i + 1)));
 }

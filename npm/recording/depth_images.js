@@ -295,7 +295,7 @@ function misnamedDepth(images, files) {
           : format === 'JPEG'
             ? 'a JPEG picture'
             : `${series.facts.bits}-bit colours`;
-      const reason = `called depth, but holds ${held}, not distances, which cannot be had back from it; ${REMEDY}`;
+      const reason = `called depth, but holds ${held}, not distances, which cannot be recovered from it; ${REMEDY}`;
       return { file: nameOf(series), reason };
     }),
     ...foreign

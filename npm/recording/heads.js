@@ -76,7 +76,7 @@ function faultOfImage(kind, head) {
     return `this ${kind} is a bitmap: black and white alone are no depth`;
   if (!startsAsPng(head)) {
     const words = JSON.stringify(latin1(head.subarray(0, 8)).replaceAll(/[^ -~]/g, '?'));
-    return `this ${kind} cannot be read: at byte 0 it begins with ${words}, as no ${kind} does`;
+    return `this ${kind} cannot be read: at byte 0 it begins with ${words}, which no ${kind} does`;
   }
   if (head.length <= COLOUR_TYPE_AT) return `this PNG cannot be read: it is cut off at byte ${head.length}`;
   return `this PNG cannot be read: at byte ${COLOUR_TYPE_AT} its header names the colour type ${head[COLOUR_TYPE_AT]}, which no PNG has`;

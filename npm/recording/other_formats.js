@@ -60,7 +60,7 @@ const ADVICE = [
     'a log for a viewer, which is not read; give what it was logged from, or export the points as PLY',
   ],
   [/\.(ipynb|m|py|cpp|hpp|launch|sdf|urdf|xacro|world|rviz)$/i, 'a program or a description, and no recording'],
-  [/\.bag\.active$/i, 'a bag that its recorder did not close; mend it: rosbag reindex FILE'],
+  [/\.bag\.active$/i, 'a bag that its recorder did not close; repair it: rosbag reindex FILE'],
   [/\.(mp4|avi|mov|mkv|webm)$/i, 'a film; depth is needed, as images of 16 bits: PNG, or a ROS bag'],
 ];
 

@@ -99,7 +99,7 @@ function posesPerFrame(files, { root, keys }) {
     } else if (members.length > 2) {
       const missing = keys.length - paths.length;
       const first = keys.find((key) => !pathOf.has(key));
-      const reason = `not used: ${missing} of ${keys.length} frames have no such file (number ${first} first); the true path needs one for each`;
+      const reason = `not used: ${missing} of ${keys.length} frames have no such file (number ${first} first); a ground truth needs one for each`;
       gaps.push({ paths: members.map(({ path }) => path), note: { file: members[0]?.path ?? '', reason } });
     }
   }

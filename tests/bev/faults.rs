@@ -27,7 +27,7 @@ fn every_degenerate_input_has_its_own_message() {
             with(&|scene| scene.top.intrinsics = BevIntrinsics::Focal { fx: 0.0, fy: 1.0, cx: 0.0, cy: 0.0 }),
             "The top camera: fx = 0",
         ),
-        (with(&|scene| scene.front.width = 0), "front camera is said to have 0 x 512 pixels"),
+        (with(&|scene| scene.front.width = 0), "front camera has 0 x 512 pixels"),
         (
             with(&|scene| {
                 scene.front.pose = matrix([[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 1.0], [2.0, 0.0, 0.0, 0.0]]);
@@ -44,7 +44,7 @@ fn every_degenerate_input_has_its_own_message() {
             with(&|scene| {
                 scene.top.pose = matrix([[2.0, 0.0, 0.0, 0.0], [0.0, 2.0, 0.0, 1.0], [0.0, 0.0, 2.0, 0.0]]);
             }),
-            "is no rotation: its entries are off by up to 1.000",
+            "is not a rotation: its entries are off by up to 1.000",
         ),
         (
             with(&|scene| {

@@ -52,7 +52,7 @@ fn tables_of_pixels_are_read_with_and_without_names() {
     assert!(message("239,141\n258,inf\n").starts_with("line 2: \"inf\" is not a number"));
     assert!(message("a,b\n1,2\n").starts_with("line 1: No column is called u or top_u"));
     assert!(message("u,v\n").contains("no point"));
-    assert!(read_pixels(&[0xff, 0xfe], POINT_COLUMNS).unwrap_err().to_string().contains("no text"));
+    assert!(read_pixels(&[0xff, 0xfe], POINT_COLUMNS).unwrap_err().to_string().contains("not text"));
     let pairs = read_pixels(b"front_u,front_v,top_u,top_v\n1,2,3,4\n", PAIR_COLUMNS).unwrap();
     assert_eq!(pairs, [[3.0, 4.0, 1.0, 2.0]]);
 }

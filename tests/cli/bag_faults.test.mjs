@@ -166,11 +166,11 @@ test('a message that is shorter than it says is named; the others are used', asy
   };
   await assert.rejects(
     read(2),
-    /Message 3 of \/camera\/depth\/image_raw: The message is shorter than it says: its data of 1536 bytes/,
+    /Message 3 of \/camera\/depth\/image_raw: The message is shorter than its header says: its data of 1536 bytes/,
   );
   await assert.rejects(
     read(3),
-    /Message 4 .* The image is shorter than it says: 32 x 24 pixels take 1536 bytes, and it has 100/,
+    /Message 4 .* The image is shorter than its header says: 32 x 24 pixels take 1536 bytes, and it has 100/,
   );
   assert.equal((await read(4)).length, 'P5\n32 24\n65535\n'.length + 1536);
   // All of it through the command: named, and the rest placed or not for reasons of its own.

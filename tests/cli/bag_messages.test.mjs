@@ -272,7 +272,7 @@ test('clouds keep their fields, whatever their layout', () => {
       ['z', 8, 7],
     ],
   });
-  assert.throws(() => cloudFile(decodeCloud(short)), /shorter than it says: 9 x 1 points/);
+  assert.throws(() => cloudFile(decodeCloud(short)), /shorter than its header says: 9 x 1 points/);
 });
 
 test('laser scans: what the message calls invalid is null', () => {

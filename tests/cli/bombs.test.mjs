@@ -114,7 +114,7 @@ test('an archive of zeros that is named as a cloud', (t) => {
   const run = measured(['reconstruct', path, '--out', join(folder, 'out')]);
   assert.match(
     run.stderr,
-    /0\.ply: not used: it would unpack from 1 MB to 256 MB, and at most \d+ MB are made of so little/,
+    /0\.ply: not used: it would unpack from 1 MB to 256 MB, and at most \d+ MB are accepted of so little/,
   );
   assert.equal(run.status, 1);
   assertModest(path, run);

@@ -114,7 +114,7 @@ test('one estimate that cannot be used does not spoil the others', (t) => {
   assert.match(stderr, /^one_pose\.tum: 1 pairs of positions do not fix the alignment/m);
   assert.match(
     stderr,
-    /^note: long_quaternions\.tum: line 1: Columns 5 to 8 are no rotation: .*It was made of length 1/m,
+    /^note: long_quaternions\.tum: line 1: Columns 5 to 8 are not a rotation: .*It was made of length 1/m,
   );
   assert.match(stdout, /^ +1 +long_quaternions\.tum +90\/90 /m);
   assert.match(stdout, / +estimate\.tum /);
@@ -278,7 +278,7 @@ test('wrong commands: one line each, exit code 1', () => {
     ],
     [['evaluate', REFERENCE, ESTIMATE, '--max-diff', 'wide'], /--max-diff is a number, not "wide"/],
     [['evaluate', REFERENCE, ESTIMATE, '--align-first', '1.5'], /--align-first is a whole number from 1/],
-    [['evaluate', REFERENCE, ESTIMATE, '--format', 'bag'], /"bag" is no form of a trajectory/],
+    [['evaluate', REFERENCE, ESTIMATE, '--format', 'bag'], /"bag" is not a trajectory format/],
     [['map-quality'], /Nothing to judge was given/],
     [['convert', REFERENCE], /Name one input and one output/],
   ]);

@@ -249,7 +249,7 @@ test('points as text: columns behind x y z, counts, headers, the grid of PTX', (
   ]);
   assert.deepEqual(pointColumns(encode('//X Y Z Intensity\n1 2 3 4\n')), [0, 1, 2]);
   const notes = textClouds(encode('1 2 3\nend of it\n4 5 6\n'))[0]?.notes;
-  assert.deepEqual(notes, ['1 lines of it are no points and are left out']);
+  assert.deepEqual(notes, ['1 of its lines are not points and are left out']);
 });
 
 test('every format that is not read has the line that helps', () => {

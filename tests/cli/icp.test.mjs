@@ -132,7 +132,7 @@ test('poses of an own ICP are read from CSV, JSON and npy, and refused with the 
     [plane.map((x, i) => (i % 3 < 2 && i < 6 ? x * 1000 : x)).join(' '), /scales by 1000/],
     [[1, 0, 0, 0, -1, 0, 0, 0, 1].join(' '), /reflection/],
     [plane.with(2, Number.NaN).join(' '), /not finite/],
-    [`${rows(plane, 3).join('\n')}\n1,0,0\n`, /no whole matrices/],
+    [`${rows(plane, 3).join('\n')}\n1,0,0\n`, /not whole matrices/],
     ['1 2 3 4 5', /rows have 5 numbers/],
     ['', /no matrix/],
   ]);

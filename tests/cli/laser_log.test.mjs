@@ -180,5 +180,5 @@ test('a bad line is told with its number', (t) => {
   writeFiles(folder, { 'bad.log': 'FLASER 3 1 2 3 0 0 0 0 0 0\nFLASER 3 1 x 3 0 0 0 0 0 0\n# end\n' });
   const { status, stderr } = scanstitch(['reconstruct', join(folder, 'bad.log'), '--out', join(folder, 'out')]);
   assert.notEqual(status, 0);
-  assert.match(stderr, /bad\.log, line 2: "x" in the place of readings is no number/);
+  assert.match(stderr, /bad\.log, line 2: "x" in the place of readings is not a number/);
 });

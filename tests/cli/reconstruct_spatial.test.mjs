@@ -332,7 +332,7 @@ test('archives that are none, or hostile, are told', (t) => {
   const path = join(folder, 'walk.zip');
   writeFileSync(path, 'not an archive');
   const { status, stderr } = scanstitch(['reconstruct', path]);
-  assert.match(stderr, /^walk\.zip: This is no ZIP archive, or its end is missing\. Download or pack it again\.\n/);
+  assert.match(stderr, /^walk\.zip: This is not a ZIP archive, or its end is missing\. Download or pack it again\.\n/);
   assert.equal(status, 1);
 });
 

@@ -194,12 +194,12 @@ test('bzip2: several streams, runs, all bytes, and a size that is not what comes
   const runs = Buffer.from(RUNS, 'base64');
   const expected = Buffer.concat([Buffer.alloc(300, 'a'), Buffer.from(Array.from({ length: 256 }, (_, byte) => byte))]);
   assert.deepEqual(Buffer.from(unpackBzip2(runs, expected.length)), expected);
-  assert.throws(() => unpackBzip2(runs, expected.length - 1), /more than it says/);
+  assert.throws(() => unpackBzip2(runs, expected.length - 1), /more than its header says/);
   assert.throws(() => unpackBzip2(runs.subarray(0, runs.length - 9), expected.length), RangeError);
   const damaged = Buffer.from(runs);
   damaged[12] = (damaged[12] ?? 0) ^ 1; // of the checksum
   assert.throws(() => unpackBzip2(damaged, expected.length), /checksum/);
-  assert.throws(() => unpackBzip2(Buffer.from('no bzip2'), 9), /does not begin as bzip2/);
+  assert.throws(() => unpackBzip2(Buffer.from('no bzip2'), 9), /does not begin with the signature of bzip2/);
 });
 
 test('a bag of the first version is refused with the way to convert it', async () => {

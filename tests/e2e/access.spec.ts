@@ -72,7 +72,7 @@ test('errors are announced, and no later announcement takes their place', async 
   const announced = page.getByRole('status').getByRole('paragraph');
   await expect(announced.filter({ hasText: /^2 scans stitched/ })).toHaveCount(1);
   const texts = await announced.allInnerTexts();
-  const error = texts.findIndex((text) => /^letter\.ply, line 1, This is no PLY file/.test(text));
+  const error = texts.findIndex((text) => /^letter\.ply, line 1, This is not a PLY file/.test(text));
   const result = texts.findIndex((text) => /^2 scans stitched/.test(text));
   expect(error, `the error is among: ${texts.join(' | ')}`).toBeGreaterThanOrEqual(0);
   expect(result, 'the result is announced after it').toBeGreaterThan(error);

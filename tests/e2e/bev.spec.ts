@@ -264,7 +264,7 @@ test('bad input has its own message each, and the page goes on', async ({ bev, p
 
   const [top] = pair(512);
   await bev.load([picture('small_top.png', 640, 480, () => [9, 9, 9])]);
-  await expect(alert).toContainText('640 x 480 pixels, but its camera is said to have 512 x 512');
+  await expect(alert).toContainText('640 x 480 pixels, but its camera has 512 x 512');
   await alert.getByRole('button', { name: 'Use 640 × 480' }).click();
   await expect(alert).toHaveCount(0);
   await expect(page.getByLabel('Top camera: width (px)')).toHaveValue('640');
@@ -273,7 +273,7 @@ test('bad input has its own message each, and the page goes on', async ({ bev, p
   await expect(alert).toHaveCount(0);
 
   await bev.load([{ name: 'front.png', mimeType: 'image/png', buffer: Buffer.from('no image at all') }]);
-  await expect(alert).toContainText('front.png is no image');
+  await expect(alert).toContainText('front.png is not an image');
   await alert.getByRole('button', { name: 'Dismiss the message' }).click();
   await bev.load([{ name: 'scene.json', mimeType: 'application/json', buffer: Buffer.from('{"axes": "up"}') }]);
   await expect(alert).toContainText('scene.json, line 1');

@@ -145,7 +145,7 @@ test('of depth images from above, and what cannot be drawn on', async ({ page, a
   expect(told.num_all).toBeGreaterThan(1000);
   expect(told.num_low).toBeLessThan(told.num_all / 2);
   const [first, second, third, fourth] = told.errors;
-  expect(first).toContain('is no canvas');
+  expect(first).toContain('is not a canvas');
   expect(second).toContain('a context of another kind');
   expect(third).toContain('no size');
   expect(fourth).toContain('unknown field `colour`');

@@ -222,21 +222,21 @@ test('events of its own parts do not leave it', async ({ course, page }) => {
 
 const WRONG: [string, string, RegExp, RegExp?][] = [
   ['a wrong address in a manifest', 'src="wrong.json"', /course\.example\/lesson\/missing\.ply answered 404/],
-  ['a manifest that is none', 'src="page.json"', /page\.json is no manifest: it is not JSON; it should read/],
+  ['a manifest that is none', 'src="page.json"', /page\.json is not a manifest: it is not JSON; it should read/],
   ['a manifest with a misspelt name', 'src="typo.json"', /typo\.json names no scans \(scan: not known\)/],
   [
     'another host that does not permit it',
     `src="${CLOSED}0.ply"`,
     /closed\/0\.ply could not be fetched: .*Access-Control-Allow-Origin/,
   ],
-  ['no address', 'src="http://"', /http:\/\/ is no address/],
-  ['a broken list', `src='["0.ply"'`, /is no list of addresses/],
+  ['no address', 'src="http://"', /http:\/\/ is not an address/],
+  ['a broken list', `src='["0.ply"'`, /is not a list of addresses/],
   ['nothing to use', 'src="notes.pdf"', /there is no scan among notes\.pdf/],
-  ['an unknown setting', 'src="0.ply 1.ply" settings="max_rnage=3"', /“max_rnage” is no setting/],
-  ['a setting that is no number', 'src="0.ply 1.ply" settings="max_range=far"', /“max_range=far” is not a number/],
-  ['an unknown preset', 'src="0.ply 1.ply" preset="best"', /“best” is no preset: /],
-  ['an unknown theme', 'src="0.ply 1.ply" theme="pink"', /“pink” is no theme: auto, light, dark/],
-  ['an unknown view', 'src="0.ply 1.ply" view="top"', /“top” is no view: map, bev, icp/],
+  ['an unknown setting', 'src="0.ply 1.ply" settings="max_rnage=3"', /“max_rnage” is not a setting/],
+  ['a setting that is not a number', 'src="0.ply 1.ply" settings="max_range=far"', /“max_range=far” is not a number/],
+  ['an unknown preset', 'src="0.ply 1.ply" preset="best"', /“best” is not a preset: /],
+  ['an unknown theme', 'src="0.ply 1.ply" theme="pink"', /“pink” is not a theme: auto, light, dark/],
+  ['an unknown view', 'src="0.ply 1.ply" view="top"', /“top” is not a view: map, bev, icp/],
 ];
 for (const [name, attributes, message] of WRONG) {
   test(`told in the element and by an event: ${name}`, async ({ course }) => {

@@ -124,9 +124,9 @@ fn relations_of_every_form() {
     }
     for (text, told) in [
         ("", "The file has no relation."),
-        ("EDGE2 0 1 0.5\n", "line 1: The line is no relation: 3 numbers"),
+        ("EDGE2 0 1 0.5\n", "line 1: The line is not a relation: 3 numbers"),
         ("# a\r\nEDGE2 0 1 0.5 nan 1\r\n", "line 2: \"nan\" is not a finite number"),
-        ("EDGE2 0 1.5 0 0 0\n", "line 1: The line is no relation"),
+        ("EDGE2 0 1.5 0 0 0\n", "line 1: The line is not a relation"),
     ] {
         let error = relations::read(text.as_bytes()).unwrap_err().to_string();
         assert!(error.starts_with(told), "{error}");

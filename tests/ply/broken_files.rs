@@ -30,7 +30,7 @@ fn broken_files_are_told_by_place_and_reason() {
         ),
         (
             "text.ply",
-            "line 1: This is no PLY file: it begins with \"These are my laser scans, see the other ...\". A PLY file \
+            "line 1: This is not a PLY file: it begins with \"These are my laser scans, see the other ...\". A PLY file \
              begins with the line \"ply\".",
         ),
         (

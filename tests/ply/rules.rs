@@ -23,7 +23,7 @@ fn rules_of_the_header() {
         ),
         (
             "ply\nformat binary 1.0\n",
-            "line 2: \"binary\" is no format of a PLY file. Allowed are ascii, binary_little_endian and binary_big_endian.",
+            "line 2: \"binary\" is not a PLY format. Allowed are ascii, binary_little_endian and binary_big_endian.",
         ),
         (
             "ply\nformat ascii 1.0\nformat ascii 1.0\n",
@@ -31,18 +31,18 @@ fn rules_of_the_header() {
         ),
         (
             "ply\nelement face -3\n",
-            "line 2: \"-3\" is no count of face. Write a whole number from 0 on, like \"element vertex 180\".",
+            "line 2: \"-3\" is not a count of face. Write a whole number from 0 on, like \"element vertex 180\".",
         ),
         (
             "ply\nelement vertex 99999999999999999999\n",
-            "line 2: \"99999999999999999999\" is no count of vertex. Write a whole number from 0 on, like \"element vertex \
+            "line 2: \"99999999999999999999\" is not a count of vertex. Write a whole number from 0 on, like \"element vertex \
              180\".",
         ),
         ("ply\nelement vertex 1\nelement vertex 2\n", "line 3: This is a second element called vertex. Merge the two."),
         ("ply\nproperty float x\n", "line 2: This property comes before any element. Export the file again as PLY."),
         (
             "ply\nelement vertex 1\nproperty flaot x\n",
-            "line 3: \"flaot\" is no type of a PLY property. Allowed are char, uchar, short, ushort, int, uint, float, double \
+            "line 3: \"flaot\" is not a type of a PLY property. Allowed are char, uchar, short, ushort, int, uint, float, double \
              (int8 ... float64).",
         ),
         (
@@ -77,7 +77,7 @@ fn rules_of_the_header() {
     let not_text = [b"ply\nformat ascii 1.0\nelement \xFF\xFE 3\n".as_slice(), b"end_header\n"].concat();
     assert_eq!(
         read(&not_text).unwrap_err().to_string(),
-        "line 3: \"element \u{FFFD}\u{FFFD} 3\" is no line of a PLY header. Export the file again as PLY."
+        "line 3: \"element \u{FFFD}\u{FFFD} 3\" is not a line of a PLY header. Export the file again as PLY."
     );
     let latin_1 =
         [b"ply\nformat ascii 1.0\ncomment M\xFCller\nobj_info \xFF\n".as_slice(), &text(&XYZ, &["1 2 3"])[21..]];

@@ -167,10 +167,10 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
     const names = ['settings', 'preset', 'theme', 'first_view'] as const;
     if (names.some((name) => changed.get(name) !== undefined)) this.api.forgetRefused();
     if (changed.has('theme') && !THEMES.includes(this.theme)) {
-      this.api.refuse([`“${this.theme}” is no theme: ${THEMES.join(', ')}`]);
+      this.api.refuse([`“${this.theme}” is not a theme: ${THEMES.join(', ')}`]);
     }
     if (!(this.first_view in VIEWS)) {
-      this.api.refuse([`“${this.first_view}” is no view: ${Object.keys(VIEWS).join(', ')}`]);
+      this.api.refuse([`“${this.first_view}” is not a view: ${Object.keys(VIEWS).join(', ')}`]);
       this.first_view = 'map';
     }
     if (changed.has('src'))

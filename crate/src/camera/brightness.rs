@@ -107,7 +107,7 @@ impl Brightness {
     #[inline]
     pub(crate) fn sample(&self, level: usize, u: f64, v: f64) -> Option<Sample> {
         let Level { width, height, values } = &self.levels[level];
-        // Comparisons that also turn away what is no number.
+        // Comparisons that also turn away what is not a number.
         if !(u >= 1.0 && v >= 1.0 && u < (*width as f64) - 2.0 && v < (*height as f64) - 2.0) {
             return None;
         }

@@ -29,10 +29,10 @@ impl Pinhole {
     /// When an image side is zero, a focal length is not positive, or a value is not finite.
     pub fn new(width: usize, height: usize, [fx, fy, cx, cy]: [f64; 4]) -> Result<Self> {
         if width == 0 || height == 0 {
-            return Err(Error::whole(format!("An image of {width} x {height} pixels has no pixel"), ""));
+            return Err(Error::whole(format!("An image of {width} x {height} pixels is empty"), ""));
         }
         if !(fx > 0.0 && fy > 0.0 && [fx, fy, cx, cy].iter().all(|value| value.is_finite())) {
-            let problem = format!("fx = {fx}, fy = {fy}, cx = {cx}, cy = {cy} is no camera");
+            let problem = format!("fx = {fx}, fy = {fy}, cx = {cx}, cy = {cy} is not a valid camera");
             return Err(Error::whole(problem, "Focal lengths are positive, and all four are finite numbers of pixels"));
         }
         Ok(Self { width, height, fx, fy, cx, cy })
@@ -45,7 +45,7 @@ impl Pinhole {
     /// When an image side is zero or the angle is not between 0 and pi.
     pub fn from_field_of_view(width: usize, height: usize, field_of_view: f64) -> Result<Self> {
         if !(field_of_view > 0.0 && field_of_view < std::f64::consts::PI) {
-            let problem = format!("A field of view of {} degrees is none", field_of_view.to_degrees());
+            let problem = format!("A field of view of {} degrees is not possible", field_of_view.to_degrees());
             return Err(Error::whole(problem, "Give an angle between 0 and 180 degrees"));
         }
         let f = width as f64 / 2.0 / (field_of_view / 2.0).tan();

@@ -184,7 +184,7 @@ fn by_angle(path: &Path, delta: f64, tolerance: f64, all_pairs: bool) -> Result<
         return Ok(consecutive(turns.into_iter(), delta));
     }
     let quaternions: Option<Vec<_>> = rotations.iter().map(nearest_rotation).collect();
-    let quaternions = quaternions.ok_or_else(|| Error::whole("A matrix is no rotation", ""))?;
+    let quaternions = quaternions.ok_or_else(|| Error::whole("A matrix is not a rotation", ""))?;
     let (low, high) = (delta - tolerance, delta + tolerance);
     // |q_i . q_j| = cos(angle / 2) falls with the angle: only where it is near a bound is the angle itself needed.
     let cosine = |angle: f64| (angle.clamp(0.0, std::f64::consts::PI) / 2.0).cos();

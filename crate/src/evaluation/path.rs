@@ -89,5 +89,5 @@ pub(super) fn relative(
 /// The angle (rad) of the rotation nearest to a matrix.
 pub(super) fn angle(R: &Matrix3<f64>) -> Result<f64> {
     let rotation = nearest_rotation(R);
-    rotation.map(|rotation| angle_of(&rotation)).ok_or_else(|| Error::whole("A matrix is no rotation", ""))
+    rotation.map(|rotation| angle_of(&rotation)).ok_or_else(|| Error::whole("A matrix is not a rotation", ""))
 }

@@ -118,7 +118,7 @@ fn color(pixel: &[u8]) -> [u8; 3] {
 fn check_size(width: usize, height: usize, most: u64) -> Result<()> {
     let pixels = (width as u64).saturating_mul(height as u64);
     if pixels == 0 || pixels > MAX_PIXELS || pixels > most {
-        let problem = format!("The image is said to have {width} x {height} pixels, which the file cannot hold");
+        let problem = format!("The header claims {width} x {height} pixels, more than the file can hold");
         return Err(Error::whole(problem, "Copy or export it again"));
     }
     Ok(())

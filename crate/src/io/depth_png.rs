@@ -171,7 +171,7 @@ pub(super) fn most_pixels(bytes: &[u8], unpacked: u64) -> u64 {
 fn check_size(width: u64, height: u64, most: u64) -> Result<usize> {
     let pixels = width.saturating_mul(height);
     if pixels == 0 {
-        return Err(Error::whole(format!("An image of {width} x {height} pixels has no pixel"), REMEDY));
+        return Err(Error::whole(format!("An image of {width} x {height} pixels is empty"), REMEDY));
     }
     if pixels > most.min(MAX_PIXELS) {
         let problem = format!("The header announces {width} x {height} pixels, more than the file can hold");

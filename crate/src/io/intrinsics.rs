@@ -32,24 +32,27 @@ pub struct Intrinsics {
 /// When the file holds no camera.
 pub fn read(bytes: &[u8]) -> Result<Intrinsics> {
     let text =
-        std::str::from_utf8(bytes).map_err(|error| Error::byte(error.valid_up_to(), "This is no text", REMEDY))?;
+        std::str::from_utf8(bytes).map_err(|error| Error::byte(error.valid_up_to(), "This is not text", REMEDY))?;
     let text = text.trim_start_matches('\u{feff}').trim();
     let (numbers, depth_scale) = if text.starts_with('{') { from_json(text)? } else { (from_text(text)?, None) };
     match numbers[..] {
         [fx, fy, cx, cy] => Ok([fx, fy, cx, cy]),
         [fx, skew, cx, zero, fy, cy, last_a, last_b, one] => {
             let is_matrix = skew == 0.0 && zero == 0.0 && last_a == 0.0 && last_b == 0.0 && one == 1.0;
-            if is_matrix { Ok([fx, fy, cx, cy]) } else { Err(Error::whole("This is no camera matrix", REMEDY)) }
+            if is_matrix { Ok([fx, fy, cx, cy]) } else { Err(Error::whole("This is not a camera matrix", REMEDY)) }
         }
         _ => Err(Error::whole(format!("The file holds {} numbers", numbers.len()), REMEDY)),
     }
     .and_then(|camera| {
         let [fx, fy, cx, cy] = camera;
         if !(fx > 0.0 && fy > 0.0 && camera.iter().all(|value| value.is_finite())) {
-            return Err(Error::whole(format!("fx = {fx}, fy = {fy} is no camera"), REMEDY));
+            return Err(Error::whole(format!("fx = {fx}, fy = {fy} is not a valid camera"), REMEDY));
         }
         if let Some(scale) = depth_scale.filter(|scale| !(*scale > 0.0 && scale.is_finite())) {
-            return Err(Error::whole(format!("depth_scale = {scale} is none"), "Give the raw depth values of a metre"));
+            return Err(Error::whole(
+                format!("depth_scale = {scale} is not positive"),
+                "Give the raw depth values of a metre",
+            ));
         }
         Ok(Intrinsics { fx, fy, cx, cy, depth_scale })
     })
@@ -64,7 +67,7 @@ fn from_text(text: &str) -> Result<Vec<f64>> {
     });
     words
         .map(|(line, word)| {
-            let problem = || Error::line(line, format!("{} is no number", quote(word.as_bytes())), REMEDY);
+            let problem = || Error::line(line, format!("{} is not a number", quote(word.as_bytes())), REMEDY);
             word.parse().map_err(|_| problem())
         })
         .collect()
@@ -118,7 +121,7 @@ mod tests {
     #[test]
     fn what_is_no_camera_is_refused() {
         let refused = |text: &str| read(text.as_bytes()).unwrap_err().to_string();
-        assert!(refused("585 0 320\n0 abc 240\n0 0 1").contains("line 2: \"abc\" is no number"));
+        assert!(refused("585 0 320\n0 abc 240\n0 0 1").contains("line 2: \"abc\" is not a number"));
         assert!(refused("1 2 3").contains("3 numbers"));
         assert!(refused("0 0 320\n0 580 240\n0 0 1").contains("no camera"));
         assert!(refused("585 0 320\n0 580 240\n0 0 2").contains("no camera matrix"));

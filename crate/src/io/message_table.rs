@@ -82,7 +82,7 @@ impl Row<'_> {
     /// The number in a column.
     pub fn value(&self, column: usize) -> Result<f64> {
         number(self.cells[column]).ok_or_else(|| {
-            let problem = format!("{} in column {} is no number", quote(self.cells[column]), column + 1);
+            let problem = format!("{} in column {} is not a number", quote(self.cells[column]), column + 1);
             Error::line(self.line, problem, "Correct the line or remove it")
         })
     }

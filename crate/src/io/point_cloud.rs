@@ -52,7 +52,7 @@ impl CloudFormat {
         let known = Self::NAMES.iter().find(|(known, _)| *known == name);
         known.map(|(_, format)| *format).ok_or_else(|| {
             let names = Self::NAMES.map(|(name, _)| name).join(", ");
-            Error::whole(format!("There is no format {name:?} of a cloud"), format!("Use one of {names}"))
+            Error::whole(format!("{name:?} is not a format of clouds"), format!("Use one of {names}"))
         })
     }
 }

@@ -77,7 +77,10 @@ pub fn read(bytes: &[u8]) -> Result<Vec<Relation>> {
             numbers.push(value.ok_or_else(|| fault(format!("{} is not a finite number", quote(word))))?);
         }
         relations.push(relation(kind.is_some(), &numbers).ok_or_else(|| {
-            fault(format!("The line is no relation: {} numbers, or numbers of poses that are none", numbers.len()))
+            fault(format!(
+                "The line is not a relation: {} numbers, or indices of poses that are not whole numbers",
+                numbers.len()
+            ))
         })?);
     }
     if relations.is_empty() {

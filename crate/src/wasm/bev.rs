@@ -274,7 +274,7 @@ fn scene_of(scene: &BevSceneObject) -> Result<BevScene, JsValue> {
     let json = JSON::stringify(scene).map(String::from)?;
     BevScene::read(json.as_bytes()).map_err(|error| {
         // Nobody has seen the lines of this text.
-        thrown(&Error::whole(format!("The scene is not right: {}", error.problem), error.remedy))
+        thrown(&Error::whole(format!("The scene is not valid: {}", error.problem), error.remedy))
     })
 }
 
@@ -283,7 +283,7 @@ fn role_of(name: &BevRoleName) -> Result<BevRole, JsValue> {
         Some("top") => Ok(BevRole::Top),
         Some("front") => Ok(BevRole::Front),
         other => {
-            let problem = format!("{} is no camera of the scene", other.unwrap_or("This"));
+            let problem = format!("{} is not a camera of the scene", other.unwrap_or("This"));
             Err(thrown(&Error::whole(problem, "Use \"top\" or \"front\"")))
         }
     }
@@ -291,7 +291,7 @@ fn role_of(name: &BevRoleName) -> Result<BevRole, JsValue> {
 
 fn pixels(flat: &[f64]) -> Result<Vec<[f64; 2]>, JsValue> {
     if !flat.len().is_multiple_of(2) {
-        let problem = format!("{} numbers are no whole pixels", flat.len());
+        let problem = format!("{} numbers are not pairs of u and v", flat.len());
         return Err(thrown(&Error::whole(problem, "Give u and v of every pixel")));
     }
     Ok(flat.chunks_exact(2).map(|pixel| [pixel[0], pixel[1]]).collect())

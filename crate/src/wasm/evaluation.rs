@@ -70,7 +70,7 @@ impl Trajectory {
     /// When a file is no pose; the error names it.
     pub fn read_frames(names: &Names, files: &Files) -> Result<Trajectory, JsValue> {
         if !Array::is_array(names) || !Array::is_array(files) {
-            return Err(thrown(&Error::whole("The names or the files are no array", "Give an array of each")));
+            return Err(thrown(&Error::whole("The names or the files are not an array", "Give an array of each")));
         }
         let texts: Vec<(String, Vec<u8>)> = Array::from(names)
             .iter()
@@ -433,6 +433,6 @@ fn format_named(format: &JsValue) -> Result<TrajectoryFormat, JsValue> {
     let name = format.as_string().unwrap_or_default();
     serde_json::from_value(name.clone().into()).map_err(|_| {
         let remedy = "Use tum, kitti, euroc, pose_table, matrices, npy, positions or planar";
-        thrown(&Error::whole(format!("\"{name}\" is no form of a trajectory"), remedy))
+        thrown(&Error::whole(format!("\"{name}\" is not a trajectory format"), remedy))
     })
 }

@@ -32,12 +32,12 @@ pub(super) fn from_object<T: DeserializeOwned + Default>(object: Option<JsValue>
         return Ok(T::default());
     };
     let refused = |reason: String| {
-        let problem = format!("The options are not right: {reason}");
+        let problem = format!("The options are not valid: {reason}");
         thrown(&Error::whole(problem, "Give only the options that the documentation names"))
     };
     // Functions and symbols have no JSON.
     let json = JsValue::from(JSON::stringify(&object)?).as_string();
-    let json = json.ok_or_else(|| refused("they are no plain object".to_owned()))?;
+    let json = json.ok_or_else(|| refused("they are not a plain object".to_owned()))?;
     serde_json::from_str(&json).map_err(|error| refused(error.to_string()))
 }
 

@@ -272,7 +272,7 @@ fn context_of(canvas: &AnyCanvas) -> Result<(CanvasRenderingContext2d, [usize; 2
     } else if let Some(canvas) = canvas.dyn_ref::<OffscreenCanvas>() {
         (canvas.get_context("2d")?, canvas.width(), canvas.height())
     } else {
-        return Err(refused("What is to be drawn on is no canvas"));
+        return Err(refused("The target is not a canvas"));
     };
     let context = context.ok_or_else(|| refused("The canvas has a context of another kind"))?;
     if width == 0 || height == 0 {

@@ -52,7 +52,7 @@ impl PointCloud {
     /// When the length is no multiple of three.
     pub fn from_positions(xyz: &[f32]) -> Result<PointCloud, JsValue> {
         if !xyz.len().is_multiple_of(3) {
-            let problem = format!("{} numbers are no whole points", xyz.len());
+            let problem = format!("{} numbers are not a multiple of three", xyz.len());
             return Err(thrown(&Error::whole(problem, "Give x, y and z of every point")));
         }
         Ok(Self { cloud: Cloud::from_positions(xyz.chunks_exact(3).map(glam::Vec3::from_slice).collect()) })
@@ -99,7 +99,7 @@ impl PointCloud {
             Some("ascii") => ply::Format::Ascii,
             Some("binary_little_endian") => ply::Format::BinaryLittleEndian,
             other => {
-                let problem = format!("{other:?} is no format of a PLY file");
+                let problem = format!("{other:?} is not a PLY format");
                 return Err(thrown(&Error::whole(problem, "Use \"ascii\" or \"binary_little_endian\"")));
             }
         };

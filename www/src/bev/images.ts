@@ -33,7 +33,7 @@ export async function decodePicture(name: string, blob: Blob): Promise<Picture> 
   try {
     return { name, bitmap: await createImageBitmap(blob) };
   } catch {
-    throw new Error(`${name} is no image that this browser can show. Use a PNG or JPEG file.`);
+    throw new Error(`${name} is not an image that this browser can show. Use a PNG or JPEG file.`);
   }
 }
 

@@ -131,7 +131,7 @@ export class ScanstitchSettings extends LitElement {
     </span>`;
   }
 
-  /** A number outside its range goes to the nearest end; something that is no number is put back. */
+  /** A number outside its range goes to the nearest end; something that is not a number is put back. */
   private onNumber(event: Event, description: SettingField, values: SettingValues): void {
     const input = event.target as HTMLInputElement;
     const value = fromScreen(description, input.value);

@@ -52,7 +52,7 @@ export function addressesOf(src: string): string[] {
   if (!text.startsWith('[')) return text.split(/\s+/).filter((address) => address !== '');
   const list = readJson(text);
   if (Array.isArray(list) && list.every((address) => typeof address === 'string')) return list;
-  throw new Error(`src="${text}" is no list of addresses; it should read ["0.ply", "1.ply"]`);
+  throw new Error(`src="${text}" is not a list of addresses; it should read ["0.ply", "1.ply"]`);
 }
 
 /** Fetches what the addresses name. Relative ones count from the page. */
@@ -85,7 +85,7 @@ async function manifestOf({ name, file }: NamedFile): Promise<Manifest | null> {
   if (classify(name, head).role === 'scan') return null;
   const manifest = readJson(await file.text());
   if (typeof manifest !== 'object' || manifest === null) {
-    throw new Error(`${name} is no manifest: it is not JSON; it should read ${EXAMPLE}`);
+    throw new Error(`${name} is not a manifest: it is not JSON; it should read ${EXAMPLE}`);
   }
   return manifest;
 }
@@ -199,7 +199,7 @@ function resolve(address: string, base: string): URL {
   try {
     return new URL(address, base);
   } catch {
-    throw new Error(`${address} is no address`);
+    throw new Error(`${address} is not an address`);
   }
 }
 

@@ -9,7 +9,7 @@ import type { LabSession } from './session.js';
 export async function takeOwn(session: LabSession, { name, file }: NamedFile): Promise<boolean> {
   const short = baseName(name);
   if (!isPosesName(name)) {
-    session.report(`${short} is no cloud`, 'Drop PLY or PCD files, or the poses of your own ICP');
+    session.report(`${short} is not a cloud`, 'Drop PLY or PCD files, or the poses of your own ICP');
     return false;
   }
   if (!session.trace) {

@@ -57,7 +57,7 @@ export function settingFaults(text: string, descriptions: readonly Description[]
   return [...new URLSearchParams(text)].flatMap(([name, value]) => {
     const description = descriptions.find((one) => one.name === name);
     if (description) return valueFault(description, value) ?? [];
-    return name in PLANAR || name in SPATIAL ? [] : `“${name}” is no setting`;
+    return name in PLANAR || name in SPATIAL ? [] : `“${name}” is not a setting`;
   });
 }
 
@@ -66,7 +66,7 @@ function valueFault(description: Description, value: string): string | null {
   const given = `${String(name)}=${value}`;
   if (kind.type === 'choice') {
     const choices = kind.choices?.map((choice) => choice.value) ?? [];
-    return choices.includes(value) ? null : `“${given}” is none of ${choices.join(', ')}`;
+    return choices.includes(value) ? null : `“${given}” is not one of ${choices.join(', ')}`;
   }
   const taken = fromScreen({ ...description, unit: '' }, value);
   if (taken === null) return `“${given}” is not a number`;

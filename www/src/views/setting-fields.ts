@@ -28,7 +28,7 @@ export function toScreen(field: Field, value: number): string {
   return String(Number((field.unit === 'rad' ? value * DEGREES : value).toPrecision(6)));
 }
 
-/** What was typed, as the engine takes it, within the setting's range; null when it is no number. */
+/** What was typed, as the engine takes it, within the setting's range; null when it is not a number. */
 export function fromScreen(field: Field, text: string): number | null {
   if (field.kind.type === 'choice' || text.trim() === '') return null;
   const typed = Number(text);

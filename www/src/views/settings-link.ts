@@ -42,8 +42,9 @@ export function faultsToBegin<S extends object>(
   fragment: string,
 ): string[] {
   const names = presets.map(({ name }) => name);
-  const wrong_preset = preset === '' || names.includes(preset) ? [] : [`“${preset}” is no preset: ${names.join(', ')}`];
-  // A fragment without a value is a place in the page, or the mark of a view; what tables are like is no setting.
+  const wrong_preset =
+    preset === '' || names.includes(preset) ? [] : [`“${preset}” is not a preset: ${names.join(', ')}`];
+  // A fragment without a value is a place in the page, or the mark of a view; what tables are like is not a setting.
   const linked = ownerOf(fragment) === view ? [...new URLSearchParams(fragment.replace(/^#/, ''))] : [];
   const own = new URLSearchParams(linked.filter(([name, value]) => value !== '' && name !== 'table')).toString();
   return [...wrong_preset, ...settingFaults(given, descriptions), ...settingFaults(own, descriptions)];

@@ -107,7 +107,7 @@ pub fn points_csv(points: &[BevPoint], marked: &str, projected: &str) -> String 
 /// When a line lacks a number or has a word in its place, when a named column is missing, or when there is no line.
 pub fn read_pixels<const N: usize>(bytes: &[u8], columns: [&[&str]; N]) -> Result<Vec<[f64; N]>> {
     let text = std::str::from_utf8(bytes).map_err(|error| {
-        Error::byte(error.valid_up_to(), "This is no text", "Give a table of pixels, a line each: 120, 340")
+        Error::byte(error.valid_up_to(), "This is not text", "Give a table of pixels, a line each: 120, 340")
     })?;
     let mut rows = Vec::new();
     let mut places: Option<[usize; N]> = None;
@@ -140,7 +140,7 @@ pub fn read_pixels<const N: usize>(bytes: &[u8], columns: [&[&str]; N]) -> Resul
         rows.push(row);
     }
     if rows.is_empty() {
-        return Err(Error::whole("There is no point in the table", "Write a line for each point: 120, 340"));
+        return Err(Error::whole("The table has no points", "Write a line for each point: 120, 340"));
     }
     Ok(rows)
 }

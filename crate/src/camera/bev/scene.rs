@@ -275,7 +275,7 @@ impl BevCamera {
     fn pinhole(&self, name: &str) -> Result<Pinhole> {
         let Self { width, height, .. } = *self;
         if !(1..=MAX_SIDE).contains(&width) || !(1..=MAX_SIDE).contains(&height) {
-            let problem = format!("The {name} camera is said to have {width} x {height} pixels");
+            let problem = format!("The {name} camera has {width} x {height} pixels");
             return Err(Error::whole(problem, "Give the size of its image, 512 x 512 for example"));
         }
         match self.intrinsics {
@@ -305,7 +305,7 @@ impl BevCamera {
             return Ok(());
         }
         let problem = format!(
-            "The image of the {name} view has {width} x {height} pixels, but its camera is said to have {} x {}",
+            "The image of the {name} view has {width} x {height} pixels, but its camera has {} x {}",
             self.width, self.height
         );
         Err(Error::whole(problem, "Choose the image that belongs to this camera, or give the camera the image's size"))
@@ -325,7 +325,7 @@ impl BevPose {
             Self::Quaternion { position, qx, qy, qz, qw } => {
                 let q = Quaternion::new(qw, qx, qy, qz);
                 if q.norm() < 1e-12 {
-                    let problem = format!("The {name} camera's quaternion is zero, so it is no rotation");
+                    let problem = format!("The {name} camera's quaternion is zero, so it is not a rotation");
                     return Err(Error::whole(problem, "Without any turn it is qx = qy = qz = 0, qw = 1"));
                 }
                 (UnitQuaternion::from_quaternion(q).to_rotation_matrix().into_inner(), position)
@@ -398,11 +398,11 @@ fn parts_of_matrix(rows: &[[f64; 4]; 4], name: &str) -> Result<(Matrix3<f64>, [f
         return refuse(what, "Its upper left 3 x 3 is a rotation; turn the sign of one axis");
     }
     let Some(rotation) = nearest_rotation(&R).map(|q| q.to_rotation_matrix().into_inner()) else {
-        return refuse("is no rotation".into(), "Its upper left 3 x 3 is a rotation");
+        return refuse("is not a rotation".into(), "Its upper left 3 x 3 is a rotation");
     };
     let deviation = (rotation - R).abs().max();
     if deviation > ROTATION_TOLERANCE {
-        let what = format!("is no rotation: its entries are off by up to {deviation:.3}");
+        let what = format!("is not a rotation: its entries are off by up to {deviation:.3}");
         return refuse(what, "The columns of its upper left 3 x 3 have length 1 and stand at right angles");
     }
     Ok((rotation, [rows[0][3], rows[1][3], rows[2][3]]))

@@ -18,7 +18,8 @@ const BYTES: usize = 4;
 pub fn warp_rows(transfer: &PlaneTransfer, image: &[u8], first_row: usize, num_rows: usize) -> Result<Vec<u8>> {
     let (source, target) = (&transfer.projected.pinhole, &transfer.marked.pinhole);
     if image.len() != source.width * source.height * BYTES {
-        let problem = format!("{} bytes are no image of {} x {} pixels", image.len(), source.width, source.height);
+        let problem =
+            format!("{} bytes do not make an image of {} x {} pixels", image.len(), source.width, source.height);
         return Err(Error::whole(problem, "Give four bytes for each pixel"));
     }
     let last_row = (first_row + num_rows).min(target.height);

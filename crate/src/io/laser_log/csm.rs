@@ -137,14 +137,14 @@ fn fault(line: usize, bytes: &[u8], error: &serde_json::Error) -> Error {
     let text = error.to_string();
     let problem = text.split(" at line ").next().unwrap_or(&text);
     let cut_off = if bytes.is_empty() { "" } else { ": every scan is an object with readings and theta" };
-    Error::line(line, format!("This is no scan as CSM writes it ({problem})"), format!("Correct the JSON{cut_off}"))
+    Error::line(line, format!("This is not a CSM scan ({problem})"), format!("Correct the JSON{cut_off}"))
 }
 
 fn scan(raw: RawScan, number: usize, line: usize) -> Result<LaserScan> {
     let count = raw.readings.len();
     let wrong = |problem: String| Error::line(line, problem, "Give one bearing for each reading");
     if count > MAX_BEAMS {
-        return Err(wrong(format!("{count} readings are no planar scan")));
+        return Err(wrong(format!("{count} readings are not a planar scan")));
     }
     let bearings = match (raw.theta, raw.min_theta, raw.max_theta) {
         (Some(theta), _, _) => {

@@ -57,7 +57,10 @@ impl<'a> Fields<'a> {
             return Err(self.fault(format!("The line ends before {what}"), "Complete the line or remove it"));
         };
         let value = number(word).ok_or_else(|| {
-            self.fault(format!("{} in the place of {what} is no number", quote(word)), "Correct the line or remove it")
+            self.fault(
+                format!("{} in the place of {what} is not a number", quote(word)),
+                "Correct the line or remove it",
+            )
         })?;
         self.next += 1;
         Ok(value)

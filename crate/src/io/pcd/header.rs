@@ -106,7 +106,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Header> {
             b"POINTS" => entries.points = Some(entry),
             b"DATA" => return entries.header(&entry, position),
             _ if line == 1 || entries.fields.is_none() => {
-                let problem = format!("This is no PCD file: line {line} begins with {}", quote(keyword));
+                let problem = format!("This is not a PCD file: line {line} begins with {}", quote(keyword));
                 return Err(Error::line(line, problem, "A PCD file begins with VERSION and FIELDS"));
             }
             _ => {

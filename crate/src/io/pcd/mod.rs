@@ -29,7 +29,7 @@ pub use write::{Format, write};
 /// Reads a PCD file, given as its bytes.
 ///
 /// # Errors
-/// No PCD file; a header that breaks the format's rules; points without x or y; a value that is no number; a file that
+/// No PCD file; a header that breaks the format's rules; points without x or y; a value that is not a number; a file that
 /// ends early or whose compressed data are broken. The error names the line or the byte.
 pub fn read(bytes: &[u8]) -> Result<PointCloud> {
     let header = header::parse(bytes)?;
@@ -99,8 +99,9 @@ fn decompressed(bytes: &[u8], header: &Header) -> Result<Vec<u8>> {
     };
     let most = FREE_BYTES + MOST_RATIO * compressed;
     if expected > most {
-        let problem =
-            format!("{compressed} compressed bytes would become {expected}, and at most {most} are made of so few");
+        let problem = format!(
+            "{compressed} compressed bytes claim to unpack to {expected}, and at most {most} are accepted of so few"
+        );
         return Err(Error::byte(header.end + 4, problem, "Export the file as plain binary"));
     }
     lzf::decompress(packed, expected).map_err(|offset| {

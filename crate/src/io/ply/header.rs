@@ -191,7 +191,7 @@ fn format(mut rest: &str, line: usize) -> Result<Encoding> {
         "binary_little_endian" => Encoding::LittleEndian,
         "binary_big_endian" => Encoding::BigEndian,
         other => {
-            let problem = format!("{} is no format of a PLY file", quote(other.as_bytes()));
+            let problem = format!("{} is not a PLY format", quote(other.as_bytes()));
             return Err(Error::line(line, problem, "Allowed are ascii, binary_little_endian and binary_big_endian"));
         }
     };
@@ -209,7 +209,7 @@ fn element(mut rest: &str, line: usize) -> Result<Element<'_>> {
         return Err(Error::line(line, "An element without a name", "Write it like \"element vertex 180\""));
     }
     let count = rest.parse().map_err(|_| {
-        let problem = format!("{} is no count of {}", quote(rest.as_bytes()), shorten(name.as_bytes()));
+        let problem = format!("{} is not a count of {}", quote(rest.as_bytes()), shorten(name.as_bytes()));
         Error::line(line, problem, "Write a whole number from 0 on, like \"element vertex 180\"")
     })?;
     Ok(Element { name, count, properties: Vec::new(), line })
@@ -237,7 +237,7 @@ fn property(mut rest: &str, line: usize) -> Result<Property<'_>> {
 
 fn scalar(name: &str, line: usize) -> Result<Scalar> {
     Scalar::named(name).ok_or_else(|| {
-        let problem = format!("{} is no type of a PLY property", quote(name.as_bytes()));
+        let problem = format!("{} is not a type of a PLY property", quote(name.as_bytes()));
         Error::line(
             line,
             problem,
@@ -274,7 +274,7 @@ impl<'a> Lines<'a> {
         let length = text.iter().position(|&byte| byte == b'\n' || byte == b'\r').unwrap_or(text.len());
         let first = text[..length].trim_ascii();
         if first != b"ply" {
-            let problem = format!("This is no PLY file: it begins with {}", quote(first));
+            let problem = format!("This is not a PLY file: it begins with {}", quote(first));
             return Err(Error::line(1, problem, "A PLY file begins with the line \"ply\""));
         }
         let lone_return = text.get(length) == Some(&b'\r') && text.get(length + 1) != Some(&b'\n');
@@ -301,7 +301,7 @@ impl<'a> Lines<'a> {
             return Ok(("obj_info", self.number));
         }
         let text = std::str::from_utf8(line).map_err(|_| {
-            let problem = format!("{} is no line of a PLY header", quote(line));
+            let problem = format!("{} is not a line of a PLY header", quote(line));
             Error::line(self.number, problem, EXPORT_AGAIN)
         })?;
         Ok((text, self.number))

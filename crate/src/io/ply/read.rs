@@ -14,7 +14,7 @@ use crate::{Error, Result};
 /// is then the median of the first 1024 vertices, rounded to whole metres.
 ///
 /// # Errors
-/// No PLY file; a header that breaks the format's rules; vertices without x or y; a value that is no number or does not
+/// No PLY file; a header that breaks the format's rules; vertices without x or y; a value that is not a number or does not
 /// fit its type; a file that ends early. The error names the line or the byte.
 pub fn read(bytes: &[u8]) -> Result<PointCloud> {
     refuse_pointer(bytes)?;

@@ -237,7 +237,7 @@ impl Builder {
         let length = quaternion.norm() * scale;
         if (length - 1.0).abs() > LENGTH_TOLERANCE {
             let problem = format!(
-                "Columns {} to {} are no rotation: a quaternion has length 1, and theirs is {length}",
+                "Columns {} to {} are not a rotation: a quaternion has length 1, and theirs is {length}",
                 low + 1,
                 high + 1
             );
@@ -255,7 +255,7 @@ impl Builder {
     /// Adds the pose of a matrix of three or four rows of four.
     pub(super) fn push_matrix(&mut self, numbers: &[f64], fault: Fault) -> Result<()> {
         let [a, b, c, x, d, e, f, y, g, h, i, z, last @ ..] = numbers else {
-            return Err(fault(format!("A matrix of {} numbers is no pose", numbers.len()), "Give 12 or 16"));
+            return Err(fault(format!("A matrix of {} numbers is not a pose", numbers.len()), "Give 12 or 16"));
         };
         if !(last.is_empty() || last == [0.0, 0.0, 0.0, 1.0]) {
             return Err(fault(format!("The last row of the matrix is {last:?}"), "The last row of a pose is 0 0 0 1"));
@@ -266,7 +266,7 @@ impl Builder {
             let problem = if R.determinant() < 0.0 && deviation <= ROTATION_TOLERANCE {
                 "The matrix mirrors: its determinant is -1".to_owned()
             } else {
-                format!("The matrix is no rotation: R^T R is off the identity by {deviation}")
+                format!("The matrix is not a rotation: R^T R is off the identity by {deviation}")
             };
             fault(problem, "A pose is a rotation and a translation, without scale and in one handedness")
         })?;

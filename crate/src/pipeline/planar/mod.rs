@@ -130,7 +130,9 @@ impl Reconstruction {
     pub fn set_odometry(&mut self, name: &str, odometry: Trajectory) -> Result<()> {
         if odometry.orientations.is_none() {
             let remedy = "Give rows of id x y theta, or TUM: t x y z qx qy qz qw";
-            return Err(Error::whole("These positions have no headings, so they are no odometry", remedy).in_file(name));
+            return Err(
+                Error::whole("These positions have no headings, so they cannot be odometry", remedy).in_file(name)
+            );
         }
         self.odometry = Some((name.to_owned(), odometry));
         self.run = None;

@@ -318,5 +318,5 @@ fn take_bytes<'a>(rest: &mut &'a [u8], size: usize) -> Result<&'a [u8]> {
 }
 
 fn no_frame() -> Error {
-    Error::whole("These bytes are no prepared frame of this version", "Prepare and register with the same version")
+    Error::whole("These bytes are not a prepared frame of this version", "Prepare and register with the same version")
 }

@@ -334,7 +334,7 @@ fn pose_from(rows: &[f64; 16]) -> Result<Pose3> {
     let sound = defect < MAX_ROTATION_DEFECT && R.determinant() > 0.0 && bottom_is_right;
     if !(sound && rows.iter().all(|value| value.is_finite())) {
         return Err(Error::whole(
-            "init_T_target_source is no rigid motion",
+            "init_T_target_source is not a rigid motion",
             "Give 16 numbers row by row, a rotation matrix and a translation, the last row 0 0 0 1",
         ));
     }

@@ -20,7 +20,7 @@ pub fn telling_voxel_size(cloud: &PointCloud) -> Result<f64> {
     let (low, high) = (finite().reduce(Vec3::min).unwrap_or_default(), finite().reduce(Vec3::max).unwrap_or_default());
     let mut size = f64::from((high - low).max_element()) / 100.0;
     if size <= 0.0 {
-        let problem = "All points of the target are one: nothing looks like anything";
+        let problem = "All points of the target coincide: no feature tells one from another";
         return Err(Error::whole(problem, "Give a cloud of surfaces"));
     }
     for _ in 0..SIZE_TRIES {

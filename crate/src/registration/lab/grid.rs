@@ -52,14 +52,17 @@ impl<M: LabMotion> Grid<M> {
         let repeated = (1..count).any(|i| axes[..i].contains(&axes[i]));
         if repeated || axes.iter().any(|&axis| axis >= M::Tangent::LEN) {
             let remedy = format!("Give different indices below {}", M::Tangent::LEN);
-            return fail(&format!("axes {axes:?} are no unknowns"), remedy);
+            return fail(&format!("axes {axes:?} name no unknowns"), remedy);
         }
         if !half_widths.iter().all(|width| width.is_finite() && *width >= 0.0) {
-            return fail("A half width of a grid is no length", "Give finite numbers from 0 (rad, m)".into());
+            return fail(
+                "A half width of a grid is negative or not finite",
+                "Give finite numbers from 0 (rad, m)".into(),
+            );
         }
         let num_nodes = size.iter().try_fold(1usize, |product, &n| product.checked_mul(n).filter(|_| n > 0));
         if num_nodes.is_none_or(|count| count > MAX_NODES) {
-            return fail(&format!("A grid of {size:?} nodes is none"), format!("Give 1 to {MAX_NODES} nodes in all"));
+            return fail(&format!("A grid cannot have {size:?} nodes"), format!("Give 1 to {MAX_NODES} nodes in all"));
         }
         let num_rows: usize = size[1..].iter().product();
         let [from, to] = rows.unwrap_or([0, num_rows]);

@@ -76,7 +76,7 @@ impl TableFormat {
     pub fn changed(mut self, text: &str) -> Result<Self> {
         for pair in text.split(',').map(str::trim).filter(|pair| !pair.is_empty()) {
             let Some((name, value)) = pair.split_once('=') else {
-                return Err(Error::whole(format!("{} is no name=value", quote(pair.as_bytes())), FORM));
+                return Err(Error::whole(format!("{} is not name=value", quote(pair.as_bytes())), FORM));
             };
             self.take(name, value)?;
         }
@@ -95,7 +95,7 @@ impl TableFormat {
 
     fn take(&mut self, name: &str, value: &str) -> Result<()> {
         let wrong =
-            || Error::whole(format!("{} is no value of {name} in a table's format", quote(value.as_bytes())), FORM);
+            || Error::whole(format!("{} is not a value of {name} in a table's format", quote(value.as_bytes())), FORM);
         let parts: Vec<&str> = value.split(':').collect();
         let unit = |units: &[(&str, f64)], name: &str| {
             units.iter().find(|unit| unit.0 == name).map(|unit| unit.1).ok_or_else(wrong)

@@ -90,7 +90,7 @@ pub(super) fn guess(table: &Table) -> Result<Guess> {
         return Ok(Guess { format: breezy(), doubt: None });
     }
     if first.values.len() < MIN_SCAN_NUMBERS {
-        let problem = format!("The lines of this table have {} numbers, which are no scans", first.values.len());
+        let problem = format!("The lines of this table have {} numbers, which do not make scans", first.values.len());
         return Err(Error::whole(problem, super::format::SAY_COLUMNS));
     }
     Ok(guess_scans(table, rows))

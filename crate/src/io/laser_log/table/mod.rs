@@ -229,7 +229,7 @@ fn read_rows(table: &Table, format: &TableFormat) -> Result<LaserLog> {
 }
 
 fn no_number(line: usize) -> Error {
-    Error::line(line, "A word of this line is no number", "Correct the line or remove it")
+    Error::line(line, "A word in this line is not a number", "Correct the line or remove it")
 }
 
 impl TableFormat {

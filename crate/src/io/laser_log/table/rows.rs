@@ -21,7 +21,7 @@ pub(super) struct Row {
     pub line: usize,
     /// NaN where a cell is empty or holds a word.
     pub values: Vec<f64>,
-    /// Columns that hold a word, which is no number.
+    /// Columns that hold a word, which is not a number.
     pub words: Vec<usize>,
 }
 
