@@ -35,7 +35,7 @@ fn metres_become_millimetres() {
     }
     let whole = pfm("Pf 2 1 -1\n", &[1.0, 2.0], true);
     assert!(refused(&whole[..whole.len() - 1]).contains("cut off: it ends in value 2 of 2"));
-    assert!(refused(&pfm("Pf 0 1 -1\n", &[], true)).contains("no pixel"));
+    assert!(refused(&pfm("Pf 0 1 -1\n", &[], true)).contains("pixels is empty"));
     assert!(refused(b"Pf 4294967296 4294967296 -1\n").contains("more than the file can hold"));
     assert!(refused(b"Pf 2").contains("no height"));
     assert!(refused(b"Pf 2 2").contains("no scale"));
@@ -126,7 +126,7 @@ fn pgm_in_both_forms() {
         (b"P2 2 1 255 7 256", "over its largest"),
         (b"P5 2", "no height"),
         (b"P5 2 2 70000 ", "largest value is 70000"),
-        (b"P5 0 2 255 ", "no pixel"),
+        (b"P5 0 2 255 ", "pixels is empty"),
         (b"P5 99999999999 99999999999 255 ", "more than the file can hold"),
     ] {
         assert!(refused(bytes).contains(reason), "{}", refused(bytes));

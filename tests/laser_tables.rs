@@ -269,18 +269,18 @@ fn a_table_is_described_before_it_is_read() {
     let facts = describe(text.as_bytes(), Some("ranges=1:400"), 0).unwrap();
     assert!(facts.problem.contains("333 numbers"), "{}", facts.problem);
     let facts = describe(text.as_bytes(), Some("ranges=1:9,unit=feet"), 0).unwrap();
-    assert!(facts.problem.contains("no value of unit") && facts.num_scans == 0);
+    assert!(facts.problem.contains("not a value of unit") && facts.num_scans == 0);
     assert!(describe(b"no numbers\n", None, 0).is_err());
 }
 
 #[test]
 fn bad_tables_are_told_with_line_and_remedy() {
     for (format, words) in [
-        ("ranges=4:2,start=0,step=1", "is no value of ranges"),
-        ("ranges=0:9,start=0,step=1", "is no value of ranges"),
-        ("ranges=1:9,unit=feet,start=0,step=1", "is no value of unit"),
+        ("ranges=4:2,start=0,step=1", "is not a value of ranges"),
+        ("ranges=0:9,start=0,step=1", "is not a value of ranges"),
+        ("ranges=1:9,unit=feet,start=0,step=1", "is not a value of unit"),
         ("ranges=1:9,start=0", "needs ranges"),
-        ("ranges=1:9,start=0,step=0", "is no value of step"),
+        ("ranges=1:9,start=0,step=0", "is not a value of step"),
         ("rangers=1:9", "is nothing of a table's format"),
         ("wheels", "is not name=value"),
     ] {

@@ -230,7 +230,7 @@ test('what is no bag of ROS 2 is told with what to do', async () => {
       Uint8Array.of(0x28, 0xb5, 0x2f, 0xfd, 0, 0, 0, 0),
       /cannot be unpacked: it is cut off.*pack it again/,
     ],
-    ['notes.mcap', text('hello'), /neither of ROS 1 nor an SQLite or MCAP file/],
+    ['notes.mcap', text('hello'), /neither a bag of ROS 1 nor an SQLite or MCAP file/],
     ['empty.db3', new Uint8Array(), /empty/],
   ])) {
     const { notes, numBags } = await openOne(name, bytes);

@@ -165,7 +165,7 @@ test('packed depth: millimetres pass, metres are had back from their inverse', (
     .map((value) => (value === 0 ? Number.NaN : Math.fround(a / (value - b))));
   assert.deepEqual([...new Float32Array(body.buffer)], expected);
   const { body: broken } = split(png, 0);
-  assert.throws(() => packed('32FC1; compressedDepth png', broken.subarray(0, 60)), /no grey PNG|damaged|cut off/);
+  assert.throws(() => packed('32FC1; compressedDepth png', broken.subarray(0, 60)), /not a grey PNG|damaged|cut off/);
   assert.throws(() => packed('16UC1; compressedDepth png', Uint8Array.of(1, 2)), /no PNG/);
 });
 

@@ -204,7 +204,7 @@ test('LAS is read in its versions, and moved near to the origin; LAZ is told', (
   const cut = lasCloud('a.las', las().subarray(0, 227 + 60));
   assert.deepEqual([pointsOf(cut.ply, 3), cut.notes], [near.slice(0, 2), ['cut off: 2 of 3 points are there']]);
   assert.throws(() => lasCloud('a.laz', las({ format: 0x81 })), /LAZ cloud.*pdal translate a\.laz out\.ply/);
-  assert.throws(() => lasCloud('a.las', encode('LASF')), /no LAS cloud, or it is cut off/);
+  assert.throws(() => lasCloud('a.las', encode('LASF')), /not a LAS cloud, or it is cut off/);
 });
 
 test('points as text: columns behind x y z, counts, headers, the grid of PTX', () => {

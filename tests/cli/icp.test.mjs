@@ -137,8 +137,8 @@ test('poses of an own ICP are read from CSV, JSON and npy, and refused with the 
     ['', /no matrix/],
   ]);
   for (const [text, message] of refused) assert.throws(() => read(text), message, text);
-  assert.throws(() => engine.read_own_poses(bytes('x'), 'own.npy'), /no npy/);
-  assert.throws(() => read('{', 'own.json'), /no JSON/);
+  assert.throws(() => engine.read_own_poses(bytes('x'), 'own.npy'), /not an npy/);
+  assert.throws(() => read('{', 'own.json'), /not JSON/);
 });
 
 test('the basin holds where single runs end', () => {
