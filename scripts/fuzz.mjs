@@ -23,6 +23,8 @@ const NODE_TARGETS = {
 /** Targets that are scripts of their own. */
 const SCRIPT_TARGETS = { page: 'fuzz_page.mjs' };
 const NATIVE_TARGETS = ['ply', 'pcd', 'images', 'trajectory', 'laser_log'];
+/** A single allocation of the native targets, for inputs of 4 KiB; a packed image may have as many pixels as a screen (MB). */
+const MOST_AT_ONCE = { others: 1, images: 64 };
 const FOUND = join(ROOT, 'target', 'fuzz');
 /** A child is given the target, the seconds and the seed by this. */
 const CHILD = 'SCANSTITCH_FUZZ';
@@ -72,11 +74,17 @@ function inNode(target, seconds, seed) {
 function native(target, seconds) {
   const folder = join(ROOT, 'crate', 'fuzz');
   if (!existsSync(join(folder, 'corpus'))) spawnSync(process.execPath, ['seeds.mjs'], { cwd: folder });
-  const limits = ['-max_len=4096', '-malloc_limit_mb=1', '-rss_limit_mb=512', `-max_total_time=${seconds}`];
-  const { status } = spawnSync('cargo', ['+nightly', 'fuzz', 'run', target, '--fuzz-dir', '.', '--', ...limits], {
-    cwd: folder,
-    stdio: 'inherit',
-  });
+  const most = target === 'images' ? MOST_AT_ONCE.images : MOST_AT_ONCE.others;
+  const limits = ['-max_len=4096', `-malloc_limit_mb=${most}`, '-rss_limit_mb=1024', `-max_total_time=${seconds}`];
+  const dictionary = existsSync(join(folder, `${target}.dict`)) ? [`-dict=${target}.dict`] : [];
+  const { status } = spawnSync(
+    'cargo',
+    ['+nightly', 'fuzz', 'run', target, '--fuzz-dir', '.', '--', ...limits, ...dictionary],
+    {
+      cwd: folder,
+      stdio: 'inherit',
+    },
+  );
   return status === 0;
 }
 
