@@ -91,6 +91,22 @@ fn restart_markers_change_no_colour() {
 }
 
 #[test]
+fn a_few_bytes_of_jpeg_take_no_memory_for_many_pixels() {
+    let claiming = |width: u16, height: u16, progressive: bool| {
+        let mut bytes = jpeg(&picture(16, 16), SamplingFactor::R_4_4_4, progressive, true);
+        let marker = [0xFF, if progressive { 0xC2 } else { 0xC0 }];
+        let frame = bytes.windows(2).position(|pair| pair == marker).unwrap();
+        bytes[frame + 5..frame + 7].copy_from_slice(&height.to_be_bytes());
+        bytes[frame + 7..frame + 9].copy_from_slice(&width.to_be_bytes());
+        let answer = color_image::read(&bytes);
+        answer.err().is_some_and(|error| error.to_string().contains("cannot hold"))
+    };
+    assert!(claiming(8192, 8000, false));
+    assert!(claiming(3000, 2000, true));
+    assert!(!claiming(3840, 2160, false) && !claiming(2560, 1440, true));
+}
+
+#[test]
 fn pixmaps_keep_their_colours() {
     let image = picture(7, 5);
     let ppm = [b"P6\n# by hand\n7 5\n255\n", image.pixels.as_flattened()].concat();

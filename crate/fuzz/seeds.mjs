@@ -104,6 +104,71 @@ sizes.writeUInt32LE(packed.length, 0);
 sizes.writeUInt32LE(columns.length, 4);
 pcd('binary_compressed', Buffer.concat([sizes, packed]));
 
+/** 16 x 16 pixels: one after the other, and progressively. */
+const JPEGS = {
+  sequential:
+    '/9j/2wBDABsSFBcUERsXFhceHBsgKEIrKCUlKFE6PTBCYFVlZF9VXVtqeJmBanGQc1tdhbWGkJ6jq62rZ4C8ybqmx5moq6T/2wBDARweHigjKE4rK06k' +
+    'bl1upKSkpKSkpKSkpKSkpKSkpKSkpKSkpKSkpKSkpKSkpKSkpKSkpKSkpKSkpKSkpKSkpKT/wAARCAAQABADASIAAhEBAxEB/8QAFgABAQEAAAAAAAAA' +
+    'AAAAAAAABAMF/8QAGBAAAgMAAAAAAAAAAAAAAAAAAAMEEUH/xAAUAQEAAAAAAAAAAAAAAAAAAAAA/8QAGxEAAgEFAAAAAAAAAAAAAAAAAAQCAxETMfD/' +
+    '2gAMAwEAAhEDEQA/AMpUasHqjVgtUasLqjVgnWwdoKsXP//Z',
+  progressive:
+    '/9j/2wBDABsSFBcUERsXFhceHBsgKEIrKCUlKFE6PTBCYFVlZF9VXVtqeJmBanGQc1tdhbWGkJ6jq62rZ4C8ybqmx5moq6T/2wBDARweHigjKE4rK06k' +
+    'bl1upKSkpKSkpKSkpKSkpKSkpKSkpKSkpKSkpKSkpKSkpKSkpKSkpKSkpKSkpKSkpKSkpKT/wgARCAAQABADAREAAhEBAxEB/8QAFQABAQAAAAAAAAAA' +
+    'AAAAAAAAAwT/xAAYAQADAQEAAAAAAAAAAAAAAAAAAwQCBf/aAAwDAQACEAMQAAABkChz1xz0jq//xAAWEAADAAAAAAAAAAAAAAAAAAAAAQL/2gAIAQEA' +
+    'AQUCUikUik//xAAVEQEBAAAAAAAAAAAAAAAAAAACAP/aAAgBAwEBPwEqKioq/8QAFhEBAQEAAAAAAAAAAAAAAAAAAQAR/9oACAECAQE/AVyXJcly/8QA' +
+    'FBABAAAAAAAAAAAAAAAAAAAAIP/aAAgBAQAGPwIf/8QAFBABAAAAAAAAAAAAAAAAAAAAIP/aAAgBAQABPyEAH//aAAwDAQACAAMAAAAQhh//xAAVEQEB' +
+    'AAAAAAAAAAAAAAAAAAAAEf/aAAgBAwEBPxCyyyz/xAAUEQEAAAAAAAAAAAAAAAAAAAAg/9oACAECAQE/EA23/8QAFhAAAwAAAAAAAAAAAAAAAAAAABFB' +
+    '/9oACAEBAAE/EFwXBcFw/9k=',
+};
+for (const [name, base64] of Object.entries(JPEGS))
+  writeFileSync(join(corpus('images'), `${name}.jpg`), Buffer.from(base64, 'base64'));
+// Kinds of PNG: the number of the colours, and bits a channel. Checksums are not looked at while fuzzing.
+const { deflateSync } = await import('node:zlib');
+for (const [kind, bits, channels] of [[0, 16, 1], [0, 8, 1], [0, 1, 1], [2, 8, 3], [3, 4, 1], [4, 16, 2], [6, 8, 4]]) {
+  for (const interlace of [0, 1]) {
+    const part = (type, data) => {
+      const length = Buffer.alloc(4);
+      length.writeUInt32BE(data.length);
+      return Buffer.concat([length, Buffer.from(type), data, Buffer.alloc(4)]);
+    };
+    const header = Buffer.from([0, 0, 0, 8, 0, 0, 0, 4, bits, kind, 0, 0, interlace]);
+    // Bytes for both orders of the rows.
+    const rows = deflateSync(Buffer.alloc(15 + 4 * Math.ceil((8 * bits * channels) / 8) * 2, 0));
+    const palette = kind === 3 ? [part('PLTE', Buffer.alloc(48, 77))] : [];
+    const parts = [part('IHDR', header), ...palette, part('IDAT', rows), part('IEND', Buffer.alloc(0))];
+    const file = Buffer.concat([Buffer.from([0x89, 0x50, 0x4e, 0x47, 13, 10, 26, 10]), ...parts]);
+    writeFileSync(join(corpus('images'), `png_${kind}_${bits}_${interlace}.png`), file);
+  }
+}
+for (const [name, head, bytes] of [
+  ['binary.pgm', 'P5\n3 2\n65535\n', 12],
+  ['pixmap.ppm', 'P6\n# by hand\n3 2\n255\n', 18],
+  ['metres.pfm', 'Pf\n3 2\n-1.0\n', 24],
+])
+  writeFileSync(join(corpus('images'), name), Buffer.concat([Buffer.from(head), Buffer.alloc(bytes, 63)]));
+writeFileSync(join(corpus('images'), 'plain.pgm'), 'P2\n3 2\n9\n1 2 3\n4 5 9\n');
+
+/** A log of each kind. */
+const LOGS = {
+  carmen: 'PARAM robot_front_laser_max 10\nFLASER 3 1.0 2.0 3.5 0.1 0 0 0 0 0 1.5 h 1\nODOM 0 0 0 0 0 0 2 h 2\n',
+  robotlaser: 'ROBOTLASER1 0 -1.57 3.14 1.57 30 0.01 0 3 1 2 3 0 0 0 0 0 0 0 0 0 0 0 7.5 h 0.1\n',
+  csm: '{"nrays":3,"min_theta":-1,"max_theta":1,"readings":[1,null,3],"theta":[-1,0,1],"odometry":[0,0,0]}\n',
+  cmu: 'L 10 20 0.5 10 20 0.5 100 200 300 1.5\nO 10 20 0.5 1.6\n',
+  rostopic:
+    '%time,field.header.seq,field.header.stamp,field.angle_min,field.angle_max,field.angle_increment,field.range_min,field.range_max,field.ranges0,field.ranges1,field.ranges2\n' +
+    '1,0,1500000000,-1,1,1,0.1,10,1,2,3\n2,1,1600000000,-1,1,1,0.1,10,1,inf,3\n',
+};
+for (const [name, text] of Object.entries(LOGS)) writeFileSync(join(corpus('laser_log'), name), text);
+/** Trajectories, relations and cameras of each kind. */
+const TEXTS = {
+  euroc: '#timestamp,p_x,p_y,p_z,q_w,q_x,q_y,q_z\n1403636580838555648,4.6,-1.8,0.8,0.6,-0.1,-0.8,0\n',
+  kitti: '1 0 0 1.5 0 1 0 0 0 0 1 2\n1 0 0 1.6 0 1 0 0 0 0 1 2\n',
+  table: 'time,x,y,yaw\n0.1,1,2,0.5\n0.2,1,2,0.6\n',
+  relations: '0.5 1.5 1.0 0.2 0 0 0 0.1\n',
+  open3d: '{"width":640,"height":480,"intrinsic_matrix":[525,0,0,0,525,0,319.5,239.5,1]}',
+};
+for (const [name, text] of Object.entries(TEXTS)) writeFileSync(join(corpus('trajectory'), name), text);
+
 const own = join(here, '../../tests/data');
 for (const file of readdirSync(own)) {
   if (file.endsWith('.ply')) copyFileSync(join(own, file), join(corpus('ply'), file));

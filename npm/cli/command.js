@@ -23,19 +23,27 @@ export const EXIT = Object.freeze({ done: 0, nothing: 1, partial: 2 });
 export class CommandError extends Error {}
 
 /**
- * Node's parseArgs, its complaints as a CommandError.
+ * Node's parseArgs, its complaints as a CommandError. No argument is empty: as a path it would become the working folder,
+ * and what it mostly is, is a variable of the shell that was not set.
  * @template {import('node:util').ParseArgsConfig} T
  * @param {string} command name of the subcommand, for the message
  * @param {T} config
  * @returns {ReturnType<typeof parseArgs<T>>}
  */
 export function readArguments(command, config) {
+  const fault = (/** @type {string | undefined} */ problem) =>
+    new CommandError(`${problem}. See: scanstitch ${command} --help`);
+  /** @type {ReturnType<typeof parseArgs<T>>} */
+  let parsed;
   try {
-    return parseArgs(config);
+    parsed = parseArgs(config);
   } catch (error) {
-    const problem = /** @type {Error} */ (error).message.split('. ')[0];
-    throw new CommandError(`${problem}. See: scanstitch ${command} --help`);
+    throw fault(/** @type {Error} */ (error).message.split('. ')[0]);
   }
+  const named = Object.entries(parsed.values).find(([, value]) => [value].flat().includes(''));
+  if (named) throw fault(`--${named[0]}: the value is empty`);
+  if (/** @type {string[]} */ (parsed.positionals).includes('')) throw fault('An argument is empty');
+  return parsed;
 }
 
 /**

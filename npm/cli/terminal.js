@@ -1,6 +1,7 @@
 // @ts-check
 /** What is said on stderr. All of it passes through here, so that no name or file content can forge a line. */
 import { printable } from '../printable.js';
+import { groupBy } from '../recording/names.js';
 import { EXIT } from './command.js';
 
 /** Characters of a line that are shown at most: more than any list of topics or settings takes. */
@@ -16,13 +17,25 @@ export function note(text) {
   tell(`note: ${text}`);
 }
 
+/** Of more files than these of which the same is to be said, the first few are named. */
+const MOST_NAMED = 20;
+const FIRST_NAMED = 3;
+
 /**
- * What was found while files were looked into; what could have been used and is lost counts for the exit code.
+ * What was found while files were looked into; what could have been used and is lost counts for the exit code, and each is
+ * named.
  * @param {readonly import('../recording.js').Note[]} notes
  * @param {(problem: string) => void} complain
  */
 export function tellNotes(notes, complain) {
-  for (const { file, reason, is_loss } of notes) (is_loss ? complain : note)(`${printable(file)}: ${reason}.`);
+  const alike = groupBy(notes, ({ reason, is_loss }) => `${is_loss ?? false} ${reason}`);
+  for (const group of alike.values()) {
+    const { reason, is_loss } = /** @type {import('../recording.js').Note} */ (group[0]);
+    const isNamed = is_loss || group.length <= MOST_NAMED;
+    const names = group.slice(0, isNamed ? group.length : FIRST_NAMED).map(({ file }) => printable(file));
+    if (isNamed) for (const name of names) (is_loss ? complain : note)(`${name}: ${reason}.`);
+    else note(`${names.join(', ')} and ${group.length - FIRST_NAMED} others: ${reason}.`);
+  }
 }
 
 /** What is left out: told, and counted for the exit code. */

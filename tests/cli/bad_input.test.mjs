@@ -188,6 +188,8 @@ test('wrong commands: one line each, exit code 1', (t) => {
     ],
     [['reconstrukt'], /There is no command "reconstrukt"/],
     [['reconstruct'], /No input was given/],
+    [['reconstruct', ''], /An argument is empty\. See: scanstitch reconstruct --help/],
+    [['reconstruct', folder, '--out', ''], /--out: the value is empty/],
     [['reconstruct', folder, '--outt', 'x'], /--outt.*See: scanstitch reconstruct --help/],
     [['reconstruct', folder, '--preset', 'best'], /There is no preset "best" for planar scans\. There are: sharpest/],
     [['reconstruct', folder, '--set', 'max_range'], /--set max_range: write it as name=value/],

@@ -133,6 +133,15 @@ test('what is named and not used is complained of', (t) => {
   assert.match(options.stderr, /^--intrinsics nope: not used, for planar scans have no camera\.$/m);
 });
 
+test('of many files of which the same is to be said, the first are named', (t) => {
+  const folder = temporaryFolder(t);
+  const junk = Array.from({ length: 25 }, (_, i) => [`${String.fromCharCode(97 + i)}.dat`, 'x']);
+  writeFiles(folder, { ...ROOM_FILES, ...Object.fromEntries(junk) });
+  const { status, stderr } = scanstitch(['reconstruct', folder, '--out', join(folder, 'out')]);
+  assert.equal(status, 0);
+  assert.match(stderr, /^note: \S+\/a\.dat, \S+\/b\.dat, \S+\/c\.dat and 22 others: not used: .+\n$/);
+});
+
 test('one locked file costs the archive nothing else', (t) => {
   const folder = temporaryFolder(t);
   const bytes = (/** @type {string} */ text) => new TextEncoder().encode(text);

@@ -36,6 +36,11 @@ test('a zip of the recording, and the planar scans after it, each go to their vi
   expect((await spatial.app.stitched()).result.frames).toHaveLength(10);
   await expect(spatial.map).toBeHidden();
   await expect(spatial.app.map).toBeVisible();
+  // All is removed, what lies behind the scans as well.
+  await page.getByRole('button', { name: 'Open' }).click();
+  await page.getByRole('menuitem', { name: /^Remove all/ }).click();
+  await page.goBack();
+  await expect(page.getByRole('heading', { name: 'Drop depth images here' })).toBeVisible();
 });
 
 test('slider, charts, table and keys select a frame and show its images', async ({ spatial, page }) => {

@@ -2,6 +2,7 @@
 import { expect, test } from '@playwright/test';
 import { heightsOf, leveling, NORMAL_UNIT, spread, straightAzimuth } from '../../www/src/spatial/leveling.js';
 import { fitted, type Orbit, orbited, panned, STRAIGHT_DOWN, toScreen, zoomedAt } from '../../www/src/views/orbit.js';
+import { PointCloud } from '../../www/src/spatial/point-cloud.js';
 import { frustumSegments, pathSegments } from '../../www/src/spatial/poses.js';
 import { turned, type Vec3 } from '../../www/src/views/vectors.js';
 
@@ -128,4 +129,21 @@ test('a path bridges poses that are not known, and a frustum has eight edges', (
   const edges = frustumSegments({ x: 1, y: 2, z: 3, qx: 0, qy: 0, qz: 0, qw: 1 }, camera, 0.5);
   expect(edges).toHaveLength(8);
   expect(edges[0]?.[1]).toEqual([0.5, 1.5, 3.5]);
+});
+
+test('points on the card: room is made by doubling, and given back where there are none', () => {
+  const cloud = new PointCloud();
+  const drawn = () => cloud.object.geometry.drawRange.count;
+  const room_made = () => cloud.object.geometry.getAttribute('position')?.count ?? 0;
+  const points = room(0);
+  const count = points.positions.length / 3;
+  const none = { ...points, positions: new Float32Array() };
+  cloud.set(points);
+  expect(drawn()).toBe(count);
+  expect(room_made()).toBeGreaterThanOrEqual(count);
+  cloud.set(none);
+  expect([drawn(), room_made()]).toEqual([0, 0]);
+  cloud.set(points);
+  expect(drawn()).toBe(count);
+  expect(cloud.object.geometry.getAttribute('position').array.slice(0, 3)).toEqual(points.positions.slice(0, 3));
 });

@@ -104,7 +104,7 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
   });
   private api = new HostApi(this, {
     run: () => this.runView(),
-    runs: () => [this.planar, this.spatial].filter((run) => run !== null),
+    runs: () => this.runViews(),
     forget: () => {
       this.expecting?.abort();
       this.intake.forget();
@@ -435,6 +435,11 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
     return this.run_kind === 'planar' ? this.planar : this.spatial;
   }
 
+  /** Of both kinds, shown or not. */
+  private runViews(): (ScanstitchPlanar | ScanstitchSpatial)[] {
+    return [this.planar, this.spatial].filter((run) => run !== null);
+  }
+
   private show(view: View): void {
     if (view !== this.view) this.view_history.push(view);
     this.bring(view);
@@ -502,7 +507,7 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
     if (id === 'files') this.file_input.click();
     else if (id === 'folder') this.folder_input.click();
     else if (id === 'apartment') this.attend(() => this.openApartment());
-    else if (id === 'clear') this.runView()?.clear();
+    else if (id === 'clear') this.runViews().forEach((run) => run.clear());
     else this.openSample();
   }
 

@@ -1,10 +1,13 @@
 //! Any bytes: no panic, and scans with as many readings at the most as there were bytes.
 #![no_main]
 
+mod peak;
+
 use libfuzzer_sys::fuzz_target;
+use peak::watched;
 use scanstitch::io::laser_log::{is_laser_log, read};
 
-fuzz_target!(|bytes: &[u8]| {
+fuzz_target!(|bytes: &[u8]| watched(bytes, |bytes| {
     let _ = is_laser_log(bytes);
     let Ok(log) = read(bytes) else { return };
     assert!(!log.scans.is_empty());
@@ -13,4 +16,4 @@ fuzz_target!(|bytes: &[u8]| {
         assert!(scan.points().len() <= scan.ranges.len());
         assert!(scan.ranges.iter().all(|range| range.is_nan() || *range >= 0.0));
     }
-});
+}));

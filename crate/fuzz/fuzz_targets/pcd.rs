@@ -2,12 +2,14 @@
 #![no_main]
 
 mod cloud_bits;
+mod peak;
 
 use cloud_bits::bits;
 use libfuzzer_sys::fuzz_target;
+use peak::watched;
 use scanstitch::io::pcd::{Format, read, write};
 
-fuzz_target!(|bytes: &[u8]| {
+fuzz_target!(|bytes: &[u8]| watched(bytes, |bytes| {
     let Ok(cloud) = read(bytes) else { return };
     for format in [Format::Ascii, Format::Binary, Format::BinaryCompressed] {
         let again = read(&write(&cloud, format)).expect("a file written by us is read");
@@ -17,4 +19,4 @@ fuzz_target!(|bytes: &[u8]| {
             assert_eq!(bits(&again), bits(&cloud));
         }
     }
-});
+}));

@@ -2,12 +2,14 @@
 #![no_main]
 
 mod cloud_bits;
+mod peak;
 
 use cloud_bits::bits;
 use libfuzzer_sys::fuzz_target;
+use peak::watched;
 use scanstitch::io::ply::{Format, read, write};
 
-fuzz_target!(|bytes: &[u8]| {
+fuzz_target!(|bytes: &[u8]| watched(bytes, |bytes| {
     let Ok(cloud) = read(bytes) else { return };
     // Values take a byte each at the least, so a point of x and y takes two.
     assert!(cloud.len() <= bytes.len() / 2);
@@ -18,4 +20,4 @@ fuzz_target!(|bytes: &[u8]| {
             assert_eq!(bits(&again), bits(&cloud));
         }
     }
-});
+}));

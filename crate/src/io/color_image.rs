@@ -8,10 +8,10 @@
 //! 122, jpeg-decoder 315 to 351; it decodes 4:1:1 with restart markers to wrong colours (mean error 43 levels); and it takes
 //! files that end up to 17 bytes early. Colours that are silently wrong would be measurements.
 
-use jpeg_decoder::{Decoder as JpegDecoder, PixelFormat};
+use jpeg_decoder::{CodingProcess, Decoder as JpegDecoder, PixelFormat};
 use png::{ColorType, Transformations};
 
-use super::depth_png::{MAX_PIXELS, PNG_SIGNATURE, most_pixels};
+use super::depth_png::{FREE_PIXELS, MAX_INFLATION, MAX_PIXELS, PNG_SIGNATURE, most_pixels};
 use super::netpbm;
 use super::text::{quote, refuse_pointer};
 use crate::camera::ColorImage;
@@ -54,7 +54,7 @@ fn read_png(bytes: &[u8]) -> Result<ColorImage> {
     decoder.set_transformations(Transformations::normalize_to_color8());
     let header = decoder.read_header_info().map_err(broken)?;
     let (width, height) = (header.width as usize, header.height as usize);
-    check_size(width, height, most_pixels(bytes, 1))?;
+    check_size(width, height, most_pixels(bytes, FREE_PIXELS, MAX_INFLATION))?;
     let mut reader = decoder.read_info().map_err(broken)?;
     let size = reader.output_buffer_size().ok_or_else(|| Error::whole("The PNG is too large", REMEDY))?;
     let mut data = vec![0; size];
@@ -77,7 +77,9 @@ fn read_jpeg(bytes: &[u8]) -> Result<ColorImage> {
     decoder.read_info().map_err(broken)?;
     let info = decoder.info().ok_or_else(nothing)?;
     let (width, height) = (usize::from(info.width), usize::from(info.height));
-    check_size(width, height, bytes.len() as u64 * MAX_JPEG_PIXELS_A_BYTE)?;
+    // A progressive one is decoded as a whole, which takes twice as much memory.
+    let free = if info.coding_process == CodingProcess::DctProgressive { FREE_PIXELS / 2 } else { FREE_PIXELS };
+    check_size(width, height, most_pixels(bytes, free, MAX_JPEG_PIXELS_A_BYTE))?;
     let data = decoder.decode().map_err(broken)?;
     let pixels: Vec<[u8; 3]> = match info.pixel_format {
         PixelFormat::L8 => data.iter().map(|&grey| [grey; 3]).collect(),

@@ -11,11 +11,11 @@ use crate::{Error, Result};
 /// No depth camera has more pixels.
 pub(super) const MAX_PIXELS: u64 = 1 << 26;
 /// A packed image may have so many however few bytes it takes: those of a screen of 3840 x 2160; ...
-const FREE_PIXELS: u64 = 1 << 23;
+pub(super) const FREE_PIXELS: u64 = 1 << 23;
 /// ... and beyond that, so many a byte.
 const PIXELS_A_BYTE: u64 = 20;
 /// A byte of deflate can unfold to this many at the most.
-const MAX_INFLATION: u64 = 1032;
+pub(super) const MAX_INFLATION: u64 = 1032;
 pub(super) const PNG_SIGNATURE: &[u8] = b"\x89PNG\r\n\x1a\n";
 
 /// Reads a depth image, given as the bytes of its file.
@@ -59,7 +59,7 @@ fn read_png(bytes: &[u8]) -> Result<DepthImage> {
     let header = decoder.read_header_info().map_err(broken)?;
     let (width, height) = (header.width, header.height);
     let (color, depth) = (header.color_type, header.bit_depth);
-    let pixels = check_size(u64::from(width), u64::from(height), most_pixels(bytes, 8))?;
+    let pixels = check_size(u64::from(width), u64::from(height), most_pixels(bytes, FREE_PIXELS, 8 * MAX_INFLATION))?;
     // Fewer bits than 8 stay the numbers they are: expanding would scale them.
     decoder.set_transformations(png::Transformations::IDENTITY);
     let channels = match color {
@@ -161,10 +161,10 @@ fn read_pfm(bytes: &[u8]) -> Result<DepthImage> {
     image(width, height, values.into_iter().map(millimetres).collect(), DepthImage::METRES)
 }
 
-/// How many pixels a PNG of these bytes may have, with so many pixels a byte when it is unpacked.
-pub(super) fn most_pixels(bytes: &[u8], unpacked: u64) -> u64 {
+/// How many pixels a packed image of these bytes may have: `free` however few they are, and at most so many `a_byte`.
+pub(super) fn most_pixels(bytes: &[u8], free: u64, a_byte: u64) -> u64 {
     let size = bytes.len() as u64;
-    FREE_PIXELS.max(PIXELS_A_BYTE * size).min(size * MAX_INFLATION * unpacked)
+    free.max(PIXELS_A_BYTE * size).min(size * a_byte)
 }
 
 /// The number of pixels, if the file can hold them: `most` is how many its bytes can.

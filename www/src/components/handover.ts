@@ -17,11 +17,13 @@ export interface HandoverHooks {
 }
 
 export class Handover {
-  evaluated: (GivenFiles & { of: unknown }) | null = null;
+  evaluated: GivenFiles | null = null;
   compared: GivenRecording | null = null;
   looked_into: GivenClouds | null = null;
   readonly #host: ReactiveControllerHost;
   readonly #hooks: HandoverHooks;
+  /** The result that was taken over last; its map is not kept alive by this. */
+  #evaluated_of: WeakRef<object> | null = null;
   /** The evaluation was opened while a run was under way, which goes along when it is done. */
   #awaits_result = false;
 
@@ -46,9 +48,9 @@ export class Handover {
   async #takeResult(): Promise<void> {
     const run = this.#hooks.run();
     const { result = null } = run?.facts ?? {};
-    if (!run || !result || this.evaluated?.of === result) return;
+    if (!run || !result || this.#evaluated_of?.deref() === result) return;
     const files = await run.filesToEvaluate();
-    if (files) this.evaluated = { ...files, of: result };
+    if (files) [this.evaluated, this.#evaluated_of] = [files, new WeakRef(result)];
     this.#host.requestUpdate();
   }
 

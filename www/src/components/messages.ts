@@ -124,6 +124,9 @@ export class ScanstitchMessages extends LitElement {
   ];
 }
 
+/** Of so many files that a message is about, the names are listed. */
+const MOST_NAMED = 200;
+
 /** Messages that say the same of several files, whatever the figures in them, together. */
 function alike(messages: readonly Message[]): Message[][] {
   const groups = new Map<string, Message[]>();
@@ -131,7 +134,9 @@ function alike(messages: readonly Message[]): Message[][] {
     const { kind, file, text, remedy } = message;
     const key =
       file === '' ? JSON.stringify(message) : JSON.stringify([kind, text, remedy]).replace(/\d+(\.\d+)?/g, '0');
-    groups.set(key, [...(groups.get(key) ?? []), message]);
+    const group = groups.get(key);
+    if (group) group.push(message);
+    else groups.set(key, [message]);
   }
   return [...groups.values()];
 }
@@ -148,7 +153,8 @@ function renderRow(group: readonly Message[]): TemplateResult | typeof nothing {
           ? html`<strong>${group.length} times</strong>`
           : html`<details>
               <summary>${plural(group.length, 'file')}</summary>
-              ${group.map(heading)}
+              ${group.slice(0, MOST_NAMED).map(heading)}
+              ${group.length > MOST_NAMED ? html`<strong>and ${plural(group.length - MOST_NAMED, 'other')}</strong>` : nothing}
             </details>`
     }
     <span>${sentence(text)}</span>

@@ -35,6 +35,11 @@ export function keepSpare(bytes: Uint8Array): void {
   if (spare_prepared.length < MOST_SPARE) spare_prepared.push(bytes);
 }
 
+/** No frames are to come: their buffers are given back. */
+export function dropSpare(): void {
+  spare_prepared.length = 0;
+}
+
 /** One thread that prepares frames; where it dies, another takes its place. */
 export class ThreadPreparer {
   #host = new WorkerHost<PreparerApi>(preparer_url, {

@@ -5,7 +5,7 @@
 import { SpatialRun } from '../../../npm/spatial_run.js';
 import type { Problem } from './protocol.js';
 import registrar_url from './registrar-worker.ts?worker&url';
-import { keepSpare, problemOf, type Readable, type SpatialJob, ThreadPreparer } from './preparer.js';
+import { dropSpare, keepSpare, problemOf, type Readable, type SpatialJob, ThreadPreparer } from './preparer.js';
 import { WorkerDied } from './remote.js';
 import type {
   DepthColors,
@@ -220,7 +220,7 @@ export class SpatialClient {
     if (!run || order !== this.#order) return;
     this.#computing_since = performance.now();
     this.#next_snapshot = this.#computing_since + SNAPSHOT_INTERVALS_MS.least;
-    const { state } = await run.run(this.#stopping.signal);
+    const { state } = await run.run(this.#stopping.signal).finally(dropSpare);
     if (order !== this.#order) return;
     await this.#send(state, order);
   }

@@ -1,6 +1,6 @@
 /**
  * The points on the graphics card: one buffer for each property, drawn in one call. A map that grows uploads what is
- * new; room is made by doubling.
+ * new; room is made by doubling, and given back when there are no points any more.
  */
 import {
   BufferAttribute,
@@ -125,6 +125,7 @@ export class PointCloud {
     const count = positions.length / 3;
     const is_new = count > this.#capacity;
     if (is_new) this.#makeRoom(Math.max(count, 2 * this.#capacity, 65_536));
+    else if (count === 0 && this.#capacity > 0) this.#makeRoom(0);
     const { geometry } = this.object;
     geometry.setDrawRange(0, count);
     if (count === 0) return;

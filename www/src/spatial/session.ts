@@ -109,6 +109,7 @@ export class SpatialSession extends RunSession<SpatialClient, SpatialSettings, S
 
   override clear(): void {
     this.#num_intakes++;
+    this.#pending = null;
     this.client?.stop();
     this.dataset = null;
     this.snapshot = null;
