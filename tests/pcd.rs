@@ -91,7 +91,7 @@ fn what_is_cut_off_is_refused_and_nothing_panics() {
 fn headers_that_break_the_rules_are_refused() {
     let text = |fields, sizes, types| file(fields, sizes, types, 1, "ascii\n1 2 3\n");
     for (bytes, reason) in [
-        (b"ply\nformat ascii 1.0\n".to_vec(), "no PCD file"),
+        (b"ply\nformat ascii 1.0\n".to_vec(), "not a PCD file"),
         (Vec::new(), "no line DATA"),
         (b"VERSION 0.7\nFIELDS x y\n".to_vec(), "no line DATA"),
         (b"VERSION 0.7\nDATA ascii\n".to_vec(), "no line FIELDS"),

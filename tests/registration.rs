@@ -286,7 +286,7 @@ fn options_that_do_not_fit_the_clouds_are_refused_with_a_remedy() {
     assert!(refused(&solid, &solid, metric(CloudMetric::PointToLine)).contains("clouds in space"));
     assert!(refused(&PointCloud::default(), &flat, RegistrationOptions::default()).contains("no finite point"));
     let skewed = RegistrationOptions { init_T_target_source: Some([1.0; 16]), ..RegistrationOptions::default() };
-    assert!(refused(&solid, &solid, skewed).contains("no rigid motion"));
+    assert!(refused(&solid, &solid, skewed).contains("not a rigid motion"));
 }
 
 /// A pair with normals and a known motion between.

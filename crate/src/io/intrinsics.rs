@@ -123,11 +123,11 @@ mod tests {
         let refused = |text: &str| read(text.as_bytes()).unwrap_err().to_string();
         assert!(refused("585 0 320\n0 abc 240\n0 0 1").contains("line 2: \"abc\" is not a number"));
         assert!(refused("1 2 3").contains("3 numbers"));
-        assert!(refused("0 0 320\n0 580 240\n0 0 1").contains("no camera"));
-        assert!(refused("585 0 320\n0 580 240\n0 0 2").contains("no camera matrix"));
+        assert!(refused("0 0 320\n0 580 240\n0 0 1").contains("not a valid camera"));
+        assert!(refused("585 0 320\n0 580 240\n0 0 2").contains("not a camera matrix"));
         assert!(refused("{\"fx\": 585}").contains("\"fy\""));
         assert!(refused("{\"fx\": ").contains("line 1"));
-        assert!(refused("585 580 NaN 240").contains("no camera"));
+        assert!(refused("585 580 NaN 240").contains("not a valid camera"));
         assert!(refused(r#"{"fx": 1, "fy": 1, "cx": 1, "cy": 1, "depth_scale": -1}"#).contains("depth_scale = -1"));
         assert!(refused("").contains("0 numbers"));
     }

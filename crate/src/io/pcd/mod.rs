@@ -257,6 +257,6 @@ mod tests {
         );
         let sizes = [packed.len() as u32, 12 * NUM_POINTS].map(u32::to_le_bytes).concat();
         let Err(error) = read(&[header.as_bytes(), &sizes, &packed].concat()) else { panic!("it is read") };
-        assert!(error.problem.contains("would become 36000000, and at most"), "{}", error.problem);
+        assert!(error.problem.contains("claim to unpack to 36000000, and at most"), "{}", error.problem);
     }
 }
