@@ -99,7 +99,7 @@ fn a_few_bytes_of_jpeg_take_no_memory_for_many_pixels() {
         bytes[frame + 5..frame + 7].copy_from_slice(&height.to_be_bytes());
         bytes[frame + 7..frame + 9].copy_from_slice(&width.to_be_bytes());
         let answer = color_image::read(&bytes);
-        answer.err().is_some_and(|error| error.to_string().contains("cannot hold"))
+        answer.err().is_some_and(|error| error.to_string().contains("can hold"))
     };
     assert!(claiming(8192, 8000, false));
     assert!(claiming(3000, 2000, true));
@@ -114,9 +114,9 @@ fn pixmaps_keep_their_colours() {
     let grey = color_image::read(b"P5 3 1 255\n\x00\x07\xff").unwrap();
     assert_eq!((grey.width, grey.height, grey.pixels), (3, 1, vec![[0; 3], [7; 3], [255; 3]]));
     let refused = |bytes: &[u8]| color_image::read(bytes).unwrap_err().to_string();
-    assert!(refused(&ppm[..ppm.len() - 1]).contains("cannot hold"));
-    assert!(refused(b"P6 4294967297 4294967297 255\n\x01\x02\x03").contains("cannot hold"));
-    assert!(refused(b"P6 0 1 255\n").contains("cannot hold"));
+    assert!(refused(&ppm[..ppm.len() - 1]).contains("can hold"));
+    assert!(refused(b"P6 4294967297 4294967297 255\n\x01\x02\x03").contains("can hold"));
+    assert!(refused(b"P6 0 1 255\n").contains("can hold"));
     assert!(refused(b"P5 1 1 65535\n\x00\x00").contains("65535"));
     assert!(refused(b"P6 3").contains("no height"));
 }
