@@ -213,7 +213,7 @@ fn score(
         println!("    {name:10} {}", summary(&list, input, &poses, &result.frames));
     }
     println!("    {}", steps(input, &poses, &result.frames));
-    if let Some(calibration) = calibration(input, &reconstruction) {
+    if let Some(calibration) = case.odometry.and_then(|_| calibration(input, &reconstruction)) {
         println!("    {calibration}");
     }
     for note in result.notes.iter().filter(|_| option_notes()) {
