@@ -213,6 +213,9 @@ fn score(
         println!("    {name:10} {}", summary(&list, input, &poses, &result.frames));
     }
     println!("    {}", steps(input, &poses, &result.frames));
+    if let Some(calibration) = case.odometry.and_then(|_| calibration(input, &reconstruction)) {
+        println!("    {calibration}");
+    }
     for note in result.notes.iter().filter(|_| option_notes()) {
         println!("    note: {note}");
     }
@@ -285,6 +288,49 @@ fn steps(input: &Input, poses: &[Pose2], frames: &[PlanarFrame]) -> String {
     }
     wrong.truncate(30);
     format!("good steps that are wrong: {wrong:?}")
+}
+
+/// Ways of this length (m) tell how far predicted errors are right.
+const CALIBRATED: std::ops::Range<f64> = 10.0..25.0;
+/// The median and the 90 % quantile of errors of unit deviation: of a heading (normal), of a position in the plane (Rayleigh, by
+/// the root of both variances).
+const UNIT_ERRORS: [(f64, f64); 2] = [(0.674, 1.645), (0.833, 1.517)];
+
+/// Errors by the poses in the log, where a program corrected these, as multiples of those that the graph predicts: median and
+/// 90 % quantile, each by that of unit errors.
+fn calibration(input: &Input, reconstruction: &Reconstruction) -> Option<String> {
+    let (poses, mut ratios) = (reconstruction.poses(), [Vec::new(), Vec::new()]);
+    let (frames, mut sigmas) = (reconstruction.frames_from(0), [Vec::new(), Vec::new()]);
+    for known in reconstruction.uncertainties() {
+        let (i, j) = (known.from, known.to);
+        let (from, to) = (input.log.scans[i].reference?, input.log.scans[j].reference?);
+        let motion = from.inverse() * to;
+        let is_good = |frame: usize| frames[frame].status == Status::Good && frames[frame].piece == frames[i].piece;
+        if CALIBRATED.contains(&motion.translation_norm()) && is_good(i) && is_good(j) {
+            let off = motion.inverse() * (poses[i].inverse() * poses[j]);
+            ratios[0].push(off.rotation_angle() / known.heading);
+            ratios[1].push(off.translation_norm() / known.position);
+            sigmas[0].push(known.heading.to_degrees());
+            sigmas[1].push(known.position);
+        }
+    }
+    let quantile = |values: &mut Vec<f64>, share: f64| {
+        values.sort_by(f64::total_cmp);
+        values.get((share * values.len() as f64) as usize).copied().unwrap_or(f64::NAN)
+    };
+    let of = |values: &mut Vec<f64>, unit: (f64, f64)| (quantile(values, 0.5) / unit.0, quantile(values, 0.9) / unit.1);
+    let (heading, position) = (of(&mut ratios[0], UNIT_ERRORS[0]), of(&mut ratios[1], UNIT_ERRORS[1]));
+    let known = sigmas.map(|mut sigmas| quantile(&mut sigmas, 0.5));
+    Some(format!(
+        "{} ways of 10 to 25 m, predicted {:.2} deg {:.2} m, errors over predicted: heading {:.2} {:.2}, position {:.2} {:.2}",
+        ratios[0].len(),
+        known[0],
+        known[1],
+        heading.0,
+        heading.1,
+        position.0,
+        position.1
+    ))
 }
 
 fn index_of(place: Place, Input { log, numbers, .. }: &Input) -> Option<usize> {

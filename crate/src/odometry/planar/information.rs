@@ -71,6 +71,21 @@ pub fn softened_covariance(information: &Matrix3<f64>, best: (f64, f64), worst: 
     (information + prior).try_inverse().unwrap_or_else(|| diagonal(worst, 2)) + diagonal(best, 2)
 }
 
+/// Two places are known to each other while what lies between them leaves open less than this (rad, m): half of what makes a
+/// pair of frames wrong, so that two standard deviations reach it.
+pub const CERTAIN: (f64, f64) = (0.044, 0.25);
+
+/// Standard deviations of a motion's heading (rad) and of the position that it leads to (m), by its covariance.
+pub fn sigmas(motion: &Pose2, covariance: &Matrix3<f64>) -> (f64, f64) {
+    (covariance[(0, 0)].max(0.0).sqrt(), position_covariance(motion, covariance).trace().max(0.0).sqrt())
+}
+
+/// What the covariance of a motion leaves open, as a share of what is certain enough.
+pub fn openness(motion: &Pose2, covariance: &Matrix3<f64>) -> f64 {
+    let (heading, position) = sigmas(motion, covariance);
+    (heading / CERTAIN.0).max(position / CERTAIN.1).powi(2)
+}
+
 /// Squared Mahalanobis distance beyond which the second of two measurements loses weight: 95 of 100 lie below.
 const FUSED: f64 = 7.8;
 

@@ -4,7 +4,9 @@
 use nalgebra::Matrix3;
 
 use super::hypothesis::{Hypothesis, SEARCHED, agrees_as_well, thinned};
-use super::information::{fuse, seen_from, softened_covariance, with_normals_noise, without_normals_noise};
+use super::information::{
+    fuse, openness, seen_from, sigmas, softened_covariance, with_normals_noise, without_normals_noise,
+};
 use super::{FrameEstimate, Link, MeasuredMotion, Odometry, REGISTRATION_SIGMA, unregistered};
 use crate::geometry::{Pose2, RigidMotion};
 use crate::odometry::assessment::{Assessment, Status};
@@ -41,18 +43,11 @@ impl Odometry {
         if best.1.status == Status::Lost {
             return carried(best, prediction);
         }
-        let off = prediction.inverse() * best.0.T_target_source;
-        let apart = format!("{:.2} m and {:.0} degrees", off.translation_norm(), off.rotation_angle().to_degrees());
-        if !self.is_near(&best, motion) {
-            let known = position_and_heading_sigma(motion).0;
-            let reason =
-                format!("its best fit is {apart} off from the measured motion, which is known to {known:.2} m");
-            return carried(doubted_by_motion(best, &reason), prediction);
+        if let Some(reason) = self.contradiction(scan, &best, prediction, motion) {
+            return carried(doubted_by_motion(best, prediction, &reason), prediction);
         }
         let Some((T_world_sensor, information)) = self.fused(scan, &best, prediction, motion) else {
-            let reason =
-                format!("its best fit is {apart} off from the measured motion, and between the two it fits worse");
-            return carried(doubted_by_motion(best, &reason), prediction);
+            return carried(doubted_by_motion(best, prediction, "and between the two it fits worse"), prediction);
         };
         let (registration, mut assessment) = best;
         let mut status = assessment.status;
@@ -63,8 +58,34 @@ impl Odometry {
                 status = Status::Good;
             }
         }
+        let left = self.left_open(&information, motion);
+        if openness(&motion.T_before_sensor, &left) > 1.0 {
+            status = Status::Doubtful;
+            let (heading, position) = sigmas(&motion.T_before_sensor, &left);
+            let heading = heading.to_degrees();
+            assessment.doubt(&format!(
+                "its returns and the measured motion leave {position:.2} m and {heading:.1} degrees open (one standard deviation)"
+            ));
+        }
         let link = if status == Status::Good { Link::Registered } else { Link::Doubted };
         FrameEstimate { T_world_sensor, registration: Some(registration), assessment, link, information }
+    }
+
+    /// Why a registration cannot be where the measured motion has taken the scan.
+    fn contradiction(
+        &self,
+        scan: &PlanarScan,
+        best: &Hypothesis,
+        prediction: &Pose2,
+        motion: &MeasuredMotion,
+    ) -> Option<String> {
+        if !self.is_near(best, motion) {
+            let known = sigmas(&motion.T_before_sensor, &motion.covariance).1;
+            return Some(format!("which is known to {known:.2} m"));
+        }
+        // That the wheels slipped is believed where the scan does not fit without it.
+        let fits = || agrees_as_well(self.map.free_space(scan, prediction).agreement(), best.1.agreement);
+        (!self.is_likely(best, motion) && fits()).then(|| "where it fits about as well".to_owned())
     }
 
     /// The better of the registrations from the measured motion and, where that one is not sure, from the best pose near it.
@@ -73,7 +94,7 @@ impl Odometry {
         if best.1.status != Status::Lost && best.1.agreement >= SURE_AGREEMENT && self.is_near(&best, motion) {
             return best;
         }
-        let (translation, rotation) = position_and_heading_sigma(motion);
+        let (rotation, translation) = sigmas(&motion.T_before_sensor, &motion.covariance);
         let window = SearchWindow { translation: 0.1 + SIGMAS * translation, rotation: 0.02 + SIGMAS * rotation };
         let grid = LikelihoodGrid::new(&self.map.points());
         let Some(found) = grid.search(&thinned(&scan.points, SEARCHED), prediction, window) else { return best };
@@ -111,16 +132,29 @@ impl Odometry {
     }
 
     /// Whether a registration lies where the measured motion allows, or where wheels that slipped allow it.
-    fn is_near(&self, (registration, assessment): &Hypothesis, motion: &MeasuredMotion) -> bool {
+    fn is_near(&self, hypothesis: &Hypothesis, motion: &MeasuredMotion) -> bool {
+        let (registration, assessment) = hypothesis;
         let T_last_found = self.T_world_last.inverse() * registration.T_target_source;
         let slip = motion.T_before_sensor.inverse() * T_last_found;
         let most = SLIP.1 + SLIP_SHARE * motion.T_before_sensor.translation_norm();
         if assessment.status == Status::Good && slip.rotation_angle() < SLIP.0 && slip.translation_norm() < most {
             return true;
         }
+        self.is_likely(hypothesis, motion)
+    }
+
+    /// Whether a registration lies where the measured motion allows by its usual noise.
+    fn is_likely(&self, (registration, _): &Hypothesis, motion: &MeasuredMotion) -> bool {
+        let T_last_found = self.T_world_last.inverse() * registration.T_target_source;
         let off = (motion.T_before_sensor * T_last_found.inverse()).log();
         let covariance = motion.covariance + self.link_covariance(&without_normals_noise(registration));
         covariance.try_inverse().is_some_and(|information| off.dot(&(information * off)) < GATE)
+    }
+
+    /// Covariance of the motion from the last frame, of a registration and a measured motion together.
+    fn left_open(&self, information: &Matrix3<f64>, motion: &MeasuredMotion) -> Matrix3<f64> {
+        let [registered, measured] = [self.link_covariance(information), motion.covariance].map(Matrix3::try_inverse);
+        registered.zip(measured).and_then(|(a, b)| (a + b).try_inverse()).unwrap_or(motion.covariance)
     }
 
     /// Covariance of the motion from the last frame, of information about a pose in the world.
@@ -136,14 +170,12 @@ fn carried((registration, mut assessment): Hypothesis, prediction: &Pose2) -> Fr
 }
 
 /// A registration that measured motion speaks against.
-fn doubted_by_motion((registration, mut assessment): Hypothesis, reason: &str) -> Hypothesis {
-    assessment.reason = format!("{reason}: it is placed by the measured motion");
+fn doubted_by_motion((registration, mut assessment): Hypothesis, prediction: &Pose2, why: &str) -> Hypothesis {
+    let off = prediction.inverse() * registration.T_target_source;
+    let (position, heading) = (off.translation_norm(), off.rotation_angle().to_degrees());
+    assessment.reason = format!(
+        "its best fit is {position:.2} m and {heading:.0} degrees off from the measured motion, {why}: it is placed by the \
+         measured motion"
+    );
     (registration, assessment)
-}
-
-/// Standard deviations of the end of a measured motion (m) and of its heading (rad).
-fn position_and_heading_sigma(motion: &MeasuredMotion) -> (f64, f64) {
-    let jacobian = Pose2::point_jacobian(&motion.T_before_sensor.translation.vector);
-    let position = jacobian * motion.covariance * jacobian.transpose();
-    (position.trace().sqrt(), motion.covariance[(0, 0)].sqrt())
 }

@@ -7,10 +7,10 @@ use nalgebra::{Matrix3, Vector2, Vector3};
 
 use crate::geometry::{Pose2, RigidMotion};
 use crate::graph::joint_scan_registration::{Edge, OdometryFactor, edges_between};
-use crate::graph::loops::planar::{ChainLink, LoopClosure};
+use crate::graph::loops::planar::{ChainLink, LoopClosure, Uncertainty};
 use crate::graph::pose_graph::{BetweenFactor, PlanarFactor};
 use crate::odometry::planar::ablation::Ablation;
-use crate::odometry::planar::information::{chained, seen_from, softened_covariance};
+use crate::odometry::planar::information::{chained, openness, seen_from, softened_covariance};
 use crate::odometry::planar::{FrameEstimate, Link, MeasuredMotion, REGISTRATION_SIGMA, SURE_MOTION};
 use crate::preprocess::planar_scan::PlanarScan;
 use crate::search::order::ascending;
@@ -33,9 +33,6 @@ const DOUBTED: (f64, f64) = (0.3, 0.5);
 const GUESSED: (f64, f64) = (1.0, 1.5);
 /// A doubted registration with less agreement than this says nothing.
 const PLAUSIBLE: f64 = 0.8;
-/// A frame hangs together with another one for sure while what lies between them leaves less open than this (rad, m): half
-/// of what makes a pair of frames wrong, so that two standard deviations reach it.
-const CERTAIN: (f64, f64) = (0.044, 0.25);
 /// A link that leaves open this share of it alone parts two submaps.
 const WEAK: f64 = 0.1;
 /// The piece of the first frame is the main one unless another is this many times as large.
@@ -62,8 +59,6 @@ pub struct KeyframeGraph {
     pub nodes: Vec<usize>,
     /// For each frame the number of its keyframe, and its pose in that one's frame.
     hangs_on: Vec<(usize, Pose2)>,
-    /// What the link to each keyframe leaves open: variances of heading and position; `None` where it is broken.
-    doubt: Vec<Option<(f64, f64)>>,
     is_long: bool,
     /// Whether there is measured motion for any frame.
     has_measured_motion: bool,
@@ -84,7 +79,7 @@ impl KeyframeGraph {
         without: Ablation,
     ) -> Self {
         let (mut nodes, mut hangs_on): (Vec<usize>, Vec<(usize, Pose2)>) = (Vec::new(), Vec::new());
-        let (mut links, mut chain, mut doubt) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut links, mut chain) = (Vec::new(), Vec::new());
         let mut is_start = false;
         let is_long = estimates.iter().filter(|estimate| estimate.link != Link::Lost).count() >= LONG_SEQUENCE;
         for (frame, estimate) in estimates.iter().enumerate() {
@@ -96,6 +91,7 @@ impl KeyframeGraph {
                 hangs_on.push((nodes.len().saturating_sub(1), since.unwrap_or(poses[frame])));
                 continue;
             }
+            let (mut is_weak, mut is_broken) = (false, false);
             if let Some(&before) = nodes.last() {
                 let mut relations = Relations::between(before, frame, estimate, poses, motions, is_start);
                 if without.odometry && relations.all.len() > 1 {
@@ -103,14 +99,11 @@ impl KeyframeGraph {
                 }
                 let node = nodes.len();
                 chain.extend(relations.all.into_iter().map(|r| BetweenFactor { from: node - 1, to: node, ..r }));
-                doubt.push(relations.doubt);
-            } else {
-                doubt.push(None);
+                is_weak = relations.openness.is_none_or(|open| open > WEAK);
+                is_broken = relations.openness.is_none();
             }
             let scan = Rc::clone(&scans[frame]);
-            let left = doubt.last().copied().flatten();
-            let is_weak = !nodes.is_empty() && left.is_none_or(|left| openness(left) > WEAK);
-            links.push(ChainLink { scan, T_world_sensor: poses[frame], is_weak });
+            links.push(ChainLink { scan, T_world_sensor: poses[frame], is_weak, is_broken });
             nodes.push(frame);
             hangs_on.push((nodes.len() - 1, Pose2::identity()));
             is_start = false;
@@ -125,7 +118,6 @@ impl KeyframeGraph {
         Self {
             nodes,
             hangs_on,
-            doubt,
             is_long,
             has_measured_motion,
             is_carried,
@@ -147,14 +139,12 @@ impl KeyframeGraph {
     }
 
     /// For each frame the number of the certain piece it belongs to, 0 being the main one, that of the first keyframe
-    /// unless it is small: frames of a
-    /// piece hang together by registrations that nothing speaks against, by loops, or by measured motion that is tight
-    /// enough.
+    /// unless it is small.
     pub fn pieces(&self) -> Vec<usize> {
         if self.without.doubt {
             return vec![0; self.hangs_on.len()];
         }
-        let mut of_nodes = self.pieces_of_nodes();
+        let mut of_nodes = self.closure.pieces();
         let size = |piece: usize| of_nodes.iter().filter(|&&of| of == piece).count();
         let num_pieces = of_nodes.iter().max().map_or(0, |last| last + 1);
         // Earlier pieces win where there are several of one size.
@@ -173,41 +163,10 @@ impl KeyframeGraph {
         self.hangs_on.iter().map(|(node, _)| of_nodes[*node]).collect()
     }
 
-    fn pieces_of_nodes(&self) -> Vec<usize> {
-        let mut neighbors: Vec<Vec<(usize, (f64, f64))>> = vec![Vec::new(); self.nodes.len()];
-        let chain = (1..self.nodes.len()).filter_map(|node| Some((node - 1, node, self.doubt[node]?)));
-        let loops = self.closure.loops().map(|(a, b)| (a, b, (0.0, 0.0)));
-        for (a, b, doubt) in chain.chain(loops) {
-            neighbors[a].push((b, doubt));
-            neighbors[b].push((a, doubt));
-        }
-        let cost = openness;
-        let mut piece_of = vec![usize::MAX; self.nodes.len()];
-        let mut num_pieces = 0;
-        for root in 0..self.nodes.len() {
-            if piece_of[root] != usize::MAX {
-                continue;
-            }
-            // Dijkstra's shortest ways, by what they leave open.
-            let mut least: Vec<f64> = vec![f64::INFINITY; self.nodes.len()];
-            let mut open = vec![(root, (0.0, 0.0))];
-            while let Some(at) = (0..open.len()).min_by(|&a, &b| cost(open[a].1).total_cmp(&cost(open[b].1))) {
-                let (node, doubt) = open.swap_remove(at);
-                if cost(doubt) >= least[node] || cost(doubt) > 1.0 || piece_of[node] < num_pieces {
-                    continue;
-                }
-                least[node] = cost(doubt);
-                piece_of[node] = num_pieces;
-                for &(neighbor, step) in &neighbors[node] {
-                    let further = (doubt.0 + step.0, doubt.1 + step.1);
-                    if cost(further) < least[neighbor] {
-                        open.push((neighbor, further));
-                    }
-                }
-            }
-            num_pieces += 1;
-        }
-        piece_of
+    /// How well frames are known to each other, for keyframes spread over the way that are near each other.
+    pub fn uncertainties(&self) -> Vec<Uncertainty> {
+        let of_nodes = self.closure.uncertainties().into_iter();
+        of_nodes.map(|of| Uncertainty { from: self.nodes[of.from], to: self.nodes[of.to], ..of }).collect()
     }
 
     /// What the chain and the loops tell of the motions between keyframes at these poses, as far as it fits.
@@ -279,8 +238,9 @@ impl KeyframeGraph {
 /// The relations between two keyframes that follow each other, and what they leave open together.
 struct Relations {
     all: Vec<PlanarFactor>,
-    /// Variances of heading and position; `None` where nothing certain ties the two.
-    doubt: Option<(f64, f64)>,
+    /// As a share of what is certain enough, 0 for a registration that nothing speaks against; `None` where nothing
+    /// certain ties the two.
+    openness: Option<f64>,
 }
 
 impl Relations {
@@ -324,20 +284,10 @@ impl Relations {
         let is_tied = estimate.link == Link::Registered || measured.is_some();
         let information: Matrix3<f64> = all.iter().map(|relation| relation.information).sum();
         let left = information.try_inverse().filter(|_| is_tied && !(is_start && measured.is_none()));
-        let doubt = left.map(|covariance| {
-            if estimate.link == Link::Registered {
-                (0.0, 0.0)
-            } else {
-                (covariance[(0, 0)], covariance[(1, 1)] + covariance[(2, 2)])
-            }
-        });
-        Self { all, doubt }
+        let is_sure = estimate.link == Link::Registered;
+        let openness = left.map(|left| if is_sure { 0.0 } else { openness(&T_before_frame, &left) });
+        Self { all, openness }
     }
-}
-
-/// What variances of heading and position leave open, as a share of what is certain enough.
-fn openness(doubt: (f64, f64)) -> f64 {
-    (doubt.0 / CERTAIN.0.powi(2)).max(doubt.1 / CERTAIN.1.powi(2))
 }
 
 /// The motion over several frames by measured motions, if there are such for all of them.

@@ -10,6 +10,7 @@ use nalgebra::Vector2;
 use crate::error::{Error, Result};
 use crate::evaluation::trajectory_error::{PlanarPoint, TrajectoryError, planar_error};
 use crate::geometry::{PointCloud, Pose2, Pose3};
+use crate::graph::loops::planar::Uncertainty;
 use crate::io::laser_log::LaserLog;
 use crate::io::laser_log::stamps::{Stamps, stamps};
 use crate::io::trajectory::{Trajectory, in_space, tum_text};
@@ -245,6 +246,12 @@ impl Reconstruction {
     /// The trajectory as TUM writes it: time or number of the frame, x y z qx qy qz qw, a line a frame.
     pub fn trajectory_tum(&self) -> String {
         tum_text(self.stamps().times.as_deref(), &self.poses_in_space())
+    }
+
+    /// How well the frames of a long sequence are known to each other, by the chain and its loops: of frames that are spread
+    /// over the way the pairs that are near each other.
+    pub fn uncertainties(&self) -> Vec<Uncertainty> {
+        self.run.as_ref().map_or_else(Vec::new, Run::uncertainties)
     }
 
     /// Pairs of a frame's points and their partners in the scans it is registered to, under the present poses, in the

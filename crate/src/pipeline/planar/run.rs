@@ -9,6 +9,7 @@ use super::keyframe_graph::{KeyframeGraph, LONG_SEQUENCE};
 use super::measured_motion;
 use crate::evaluation::sharpness::{Sharpness, SharpnessMeter};
 use crate::geometry::Pose2;
+use crate::graph::loops::planar::Uncertainty;
 use crate::io::trajectory::Trajectory;
 use crate::map::local::LocalMap;
 use crate::odometry::assessment::Status;
@@ -243,6 +244,11 @@ impl Run {
     /// Pose of the robot at a scan, by that of its laser.
     pub fn pose_of_robot(&self, frame: usize) -> Pose2 {
         self.poses[frame] * self.T_laser_robot[frame]
+    }
+
+    /// How well frames are known to each other by the graph; nothing without the joint solution.
+    pub fn uncertainties(&self) -> Vec<Uncertainty> {
+        self.graph.as_ref().map_or_else(Vec::new, KeyframeGraph::uncertainties)
     }
 
     /// The iterations of the joint solution.

@@ -13,10 +13,11 @@ impl LoopClosure {
         self.submaps.iter().map(|submap| self.poses[submap.anchor]).collect()
     }
 
-    /// The graph between anchors: the chain summed up, and the loops.
-    pub(super) fn anchor_relations(&self) -> Vec<PlanarFactor> {
+    /// The graph between anchors: the chain summed up, and the loops. Where only what is certain counts, broken links tell
+    /// nothing.
+    pub(super) fn anchor_relations(&self, only_certain: bool) -> Vec<PlanarFactor> {
         let mut informations = vec![Matrix3::zeros(); self.keyframes.len()];
-        for relation in &self.chain {
+        for relation in self.chain.iter().filter(|relation| !only_certain || !self.links[relation.to].is_broken) {
             informations[relation.to] += relation.information * relation.weight(relation.squared_distance(&self.poses));
         }
         let mut relations = Vec::new();

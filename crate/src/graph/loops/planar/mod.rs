@@ -18,12 +18,14 @@ use crate::registration::icp::IcpOptions;
 
 mod acceptance;
 mod anchors;
+mod certainty;
 mod consistency;
 mod matching;
 mod pairs;
 mod submap;
 mod uncertainty;
 
+pub use certainty::Uncertainty;
 use consistency::Candidate;
 use matching::{MAX_RIVAL, Pair, SourceStretch, TargetStretch, free_space_between, match_stretches};
 use submap::{Keyframe, Submap};
@@ -37,6 +39,8 @@ pub struct ChainLink {
     pub T_world_sensor: Pose2,
     /// Whether no uncontradicted registration connects it to the scan before.
     pub is_weak: bool,
+    /// Whether nothing certain connects it to that one: neither such a registration nor measured motion.
+    pub is_broken: bool,
 }
 
 /// A submap ends after this way (m) ...
@@ -146,11 +150,6 @@ impl LoopClosure {
         self.chain.iter().chain(self.loops.iter().map(|closed| &closed.relation)).copied().collect()
     }
 
-    /// The loops as pairs of keyframes.
-    pub fn loops(&self) -> impl Iterator<Item = (usize, usize)> + '_ {
-        self.loops.iter().map(|closed| (closed.relation.from, closed.relation.to))
-    }
-
     /// One piece of work: matches the pairs of one target, or begins the next round.
     pub fn advance(&mut self, options: &IcpOptions) {
         if let Some(pair) = self.queue.last().copied() {
@@ -166,7 +165,7 @@ impl LoopClosure {
             return;
         }
         self.round += 1;
-        self.covariances = RelativeCovariances::new(&self.anchor_poses(), &self.anchor_relations());
+        self.covariances = RelativeCovariances::new(&self.anchor_poses(), &self.anchor_relations(false));
         self.queue = self.pairs();
         self.num_queued = self.queue.len();
         self.is_done = self.queue.is_empty();
