@@ -126,7 +126,7 @@ for (const one of is_whole ? CASES : CASES.slice(0, 1)) {
   test(`Moodle, Canvas and other frames: ${one.name}`, async ({ page }) => {
     const element = readFileSync(join(DIST, 'standalone', 'scanstitch-app.js'), 'utf8');
     const paths = Object.entries(one.files).map(([name, content], i) => {
-      // Of colours and depths with the same names, which a page of files can hold, the depths.
+      // Of colours and depths with the same names, which a page of files cannot hold, the depths.
       const path = join(folder, 'lesson-files', String(i), name.replace(/.*\//, ''));
       mkdirSync(dirname(path), { recursive: true });
       writeFileSync(path, content);
