@@ -12,7 +12,11 @@ pub(super) fn refuse_pointer(bytes: &[u8]) -> Result<()> {
         return Err(Error::line(1, problem, "Fetch the file with git lfs pull"));
     }
     if bytes.starts_with(b"\xFF\xFE") || bytes.starts_with(b"\xFE\xFF") {
-        return Err(Error::line(1, "This is text in UTF-16", "Save it in UTF-8; in PowerShell: | Out-File -Encoding utf8"));
+        return Err(Error::line(
+            1,
+            "This is text in UTF-16",
+            "Save it in UTF-8; in PowerShell: | Out-File -Encoding utf8",
+        ));
     }
     Ok(())
 }
