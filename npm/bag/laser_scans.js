@@ -3,6 +3,7 @@
  * Laser scans of ROS as a text log: a JSON object a line, as CSM (A. Censi, "An ICP variant using a point-to-line
  * metric", ICRA 2008) writes them.
  */
+import { MOST_ANGLE } from '../formats/scan_checks.js';
 import { MessageError } from './cdr.js';
 
 /**
@@ -17,6 +18,15 @@ export function scanLine(scan) {
   const last = angleMin + (nrays - 1) * angleIncrement;
   if (!Number.isFinite(last) || angleIncrement === 0) {
     throw new MessageError(`The scan's readings lie ${angleIncrement} rad apart, from ${angleMin} rad on`);
+  }
+  if (Math.abs(last - angleMin) > MOST_ANGLE) {
+    const degrees = Math.round((Math.abs(last - angleMin) * 180) / Math.PI);
+    throw new MessageError(`The scan's readings cover ${degrees} degrees: its angles are not in radians`);
+  }
+  if (!(rangeMax > rangeMin)) {
+    throw new MessageError(
+      `No reading can lie between the scan's range_min, ${rangeMin}, and its range_max, ${rangeMax}`,
+    );
   }
   const isValid = (/** @type {number} */ range) => range >= rangeMin && range <= rangeMax && Number.isFinite(range);
   // The shortest decimal that is the same 32-bit number: half the text.

@@ -5,7 +5,7 @@
  */
 import { fileError, lost } from '../errors.js';
 import { unpackedName } from '../packed.js';
-import { FOREIGN, POINT_TABLES, SCAN_TEXTS } from './names.js';
+import { FOREIGN, POINT_TABLES, SCAN_TEXTS, TEXTS } from './names.js';
 import { baseOf, folderOf, groupBy } from '../recording/names.js';
 import { isCloudName, isImageName } from '../recording/kinds.js';
 import { isLaserLog } from '../recording/laser_logs.js';
@@ -22,20 +22,21 @@ const TEXT_CLOUDS = /\.(pts|ptx|asc)$/i;
 const MIN_XYZ_BYTES = 2e5;
 /** What has been converted is kept, up to so many bytes of a file. */
 const MAX_KEPT = 2 ** 22;
-/** Of more texts, none is looked into for scans. */
+/** Of more texts, none is looked into for scans, nor for UTF-16. */
 const MAX_SCAN_TEXTS = 200;
 const MIN_BEAMS = 24;
 const HEAD_BYTES = 8192;
 
 /**
  * @template {Content} T
- * @param {readonly T[]} files
+ * @param {readonly T[]} given
  * @param {(content: Content, of: T) => T} wrap what was made of a file as one of the same kind
  * @returns {Promise<{ files: T[], notes: Note[] }>}
  */
-export async function convertFiles(files, wrap) {
+export async function convertFiles(given, wrap) {
   /** @type {Note[]} */
   const notes = [];
+  const files = await withUtf8(given, wrap);
   const pointTables = await findPointTables(files);
   const textClouds = new Set(files.filter(({ path, size }) => isTextCloud(path, size, files)));
   const scanTexts = files.filter(({ path }) => SCAN_TEXTS.test(path));
@@ -53,7 +54,7 @@ export async function convertFiles(files, wrap) {
           : FOREIGN.test(file.path) && !isBagName(file.path)
             ? convert(file, notes)
             : mayBeScans.has(file)
-              ? scanText(file)
+              ? scanText(file, notes)
               : file);
       for (const content of Array.isArray(made) ? made : [made]) {
         converted.push(content === file ? file : wrap(content, file));
@@ -67,6 +68,27 @@ export async function convertFiles(files, wrap) {
     }
   }
   return { files: await withVelodynePoses(converted, wrap, notes), notes };
+}
+
+/**
+ * Texts in UTF-16, as PowerShell's `>` writes them, in UTF-8.
+ * @template {Content} T
+ * @param {readonly T[]} files
+ * @param {(content: Content, of: T) => T} wrap
+ * @returns {Promise<readonly T[]>}
+ */
+async function withUtf8(files, wrap) {
+  if (files.filter(({ path }) => TEXTS.test(path)).length > MAX_SCAN_TEXTS) return files;
+  return Promise.all(
+    files.map(async (file) => {
+      if (!TEXTS.test(file.path)) return file;
+      const [first, second] = await file.readHead(2).catch(() => new Uint8Array());
+      const encoding = first === 0xff && second === 0xfe ? 'utf-16le' : first === 0xfe && second === 0xff && 'utf-16be';
+      if (!encoding) return file;
+      const make = async () => new TextEncoder().encode(new TextDecoder(encoding).decode(await file.read()));
+      return wrap(madeOf(file, make), file);
+    }),
+  );
 }
 
 /** @param {Content} file @param {Note[]} notes @returns {Promise<Content>} the file itself, where it is not converted */
@@ -203,17 +225,20 @@ async function textFile(file, notes) {
   );
 }
 
-/** Scans as a program prints them; the file itself where it is none. @param {Content} file @returns {Promise<Content>} */
-async function scanText(file) {
+/** Scans as a program prints them; the file itself where it is none. @param {Content} file @param {Note[]} notes @returns {Promise<Content>} */
+async function scanText(file, notes) {
   const head = await file.readHead(HEAD_BYTES).catch(() => new Uint8Array());
   if (head.includes(0) || isLaserLog(head)) return file;
   const { scanReader } = await import('./scan_messages.js');
   const decode = (/** @type {Uint8Array} */ bytes) => new TextDecoder().decode(bytes);
   const reader = scanReader(decode(head));
   if (!reader) return file;
-  const make = async () => new TextEncoder().encode(reader(decode(await file.read()), file.path));
-  const { length } = await make();
-  return madeOf(file, make, { size: length });
+  const make = async (/** @type {import('./scan_checks.js').Tell} */ tell = () => undefined) =>
+    new TextEncoder().encode(reader(decode(await file.read()), file.path, tell));
+  const { length } = await make((reason, isLoss = false) => {
+    notes.push(isLoss ? lost(file.path, reason) : { file: file.path, reason });
+  });
+  return madeOf(file, () => make(), { size: length });
 }
 
 /**

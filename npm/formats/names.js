@@ -8,7 +8,10 @@ export const SCAN_TEXTS = /\.(ya?ml|json|jsonl|ndjson|txt|log|msg|ubh|dat)$/i;
 /** Text that may be points. */
 export const POINT_TABLES = /\.(csv|txt|xyz|dat)$/i;
 
+/** Text of any kind: what a shell or an editor of Windows has written may be UTF-16. */
+export const TEXTS = /\.(ya?ml|jsonl?|ndjson|txt|log|clf|msg|ubh|dat|csv|tum|xyz|pts|asc)$/i;
+
 /** Whether anything among these files may have to be converted. @param {readonly { path: string }[]} files */
 export function needsConversion(files) {
-  return files.some(({ path }) => FOREIGN.test(path) || POINT_TABLES.test(path) || SCAN_TEXTS.test(path));
+  return files.some(({ path }) => FOREIGN.test(path) || TEXTS.test(path));
 }

@@ -12,20 +12,27 @@
  * | the Python package rplidar: a list of (quality, angle, distance) a line | its brackets |
  */
 import { fileError } from '../errors.js';
+import { checkedScans, given } from './scan_checks.js';
+
+/** @typedef {import('./scan_checks.js').Tell} Tell */
 
 /**
  * A scan: ranges (m; null where nothing came back), angles in rad.
- * @typedef {{ ranges: (number | null)[], start?: number, step?: number, angles?: number[], time?: number,
- *   nearest?: number, farthest?: number }} Scan
+ * @typedef {{ ranges: (number | null)[], start?: number, step?: number, end?: number, angles?: number[], time?: number,
+ *   nearest?: number, farthest?: number }} Scan end: the angle of the last reading, where it is told
  */
 
 const DEGREE = Math.PI / 180;
 /** Nesting of JSON that is looked into. */
 const MAX_DEPTH = 8;
+/** A scan's message has these from its beginning on. */
+const OF_A_MESSAGE = ['seq', 'sec', 'secs', 'frame_id', 'angle_min'];
 /** Hokuyo's readings below this are codes of errors (mm). */
 const FIRST_RANGE_OF_URG = 20;
 
-/** @type {readonly { is: (head: string) => boolean, read: (text: string, name: string) => string }[]} */
+/** @typedef {(text: string, name: string, tell: Tell) => string} Reader tell: of what is wrong with it */
+
+/** @type {readonly { is: (head: string) => boolean, read: Reader }[]} */
 const KINDS = [
   { is: (head) => /\bLMDscandata /.test(head), read: fromSick },
   { is: (head) => /^\[startStep\]/m.test(head) && /^\[(scan|endStep)\]/m.test(head), read: fromUrgBenri },
@@ -37,7 +44,7 @@ const KINDS = [
 /**
  * What reads a text that begins like this; null where it is none of these.
  * @param {string} head
- * @returns {((text: string, name: string) => string) | null}
+ * @returns {Reader | null}
  */
 export function scanReader(head) {
   return KINDS.find(({ is }) => is(head))?.read ?? null;
@@ -60,14 +67,16 @@ function isTuples(head) {
   return /^\s*\[?\s*\(\s*\d+(\.\d+)?\s*,\s*\d+(\.\d+)?\s*,\s*\d+(\.\d+)?\s*\)\s*,\s*\(/.test(head);
 }
 
-/** Messages as ROS and Gazebo print them: only the fields that are needed are looked at. @param {string} text @param {string} name */
-function fromEcho(text, name) {
+/** Messages as ROS and Gazebo print them: only the fields that are needed are looked at. @param {string} text @param {string} name @param {Tell} tell */
+function fromEcho(text, name, tell) {
   /** @type {Scan[]} */
   const scans = [];
   /** @type {Map<string, string[]>} */
   let fields = new Map();
+  let numBroken = 0;
   const finish = () => {
-    if (fields.has('ranges')) scans.push(scanOf((key) => fields.get(key)?.[0], fields.get('ranges') ?? []));
+    if (!fields.has('ranges')) numBroken += OF_A_MESSAGE.some((key) => fields.has(key)) ? 1 : 0;
+    else scans.push(scanOf((key) => fields.get(key)?.[0], fields.get('ranges') ?? []));
     fields = new Map();
   };
   let list = '';
@@ -103,7 +112,8 @@ function fromEcho(text, name) {
       'Record them whole: ros2 topic echo --full-length /scan > FILE, or a bag: ros2 bag record /scan',
     );
   }
-  return written(scans, name);
+  if (numBroken > 0) tell(`${numBroken} of its messages have no ranges, as where it is cut off`, true);
+  return written(scans, name, tell);
 }
 
 /** @param {(key: string) => unknown} field @param {readonly unknown[]} ranges @returns {Scan} */
@@ -118,7 +128,7 @@ function scanOf(field, ranges) {
   const start = number('angle_min', 'angleMin', 'min_angle');
   const end = number('angle_max', 'angleMax', 'max_angle');
   const even = start === undefined || end === undefined ? undefined : (end - start) / Math.max(ranges.length - 1, 1);
-  const step = number('angle_increment', 'angle_step', 'angleIncrement') ?? even;
+  const step = number('angle_increment', 'angle_step', 'angleIncrement') || even;
   return {
     ranges: ranges.map((range) => {
       const value = numberOf(range);
@@ -126,15 +136,11 @@ function scanOf(field, ranges) {
     }),
     ...given('start', start),
     ...given('step', step),
+    ...given('end', end),
     ...given('time', seconds === undefined ? number('timestamp', 'time', 'stamp', 't') : seconds + 1e-9 * nanoseconds),
     ...given('nearest', number('range_min', 'rangeMin')),
     ...given('farthest', number('range_max', 'rangeMax')),
   };
-}
-
-/** @param {string} name @param {number | undefined} value */
-function given(name, value) {
-  return value === undefined ? {} : { [name]: value };
 }
 
 /** @param {unknown} value */
@@ -143,16 +149,16 @@ function numberOf(value) {
   return typeof value === 'string' && value.trim() !== '' ? Number(value) : Number.NaN;
 }
 
-/** @param {string} text @param {string} name */
-function fromJson(text, name) {
+/** @param {string} text @param {string} name @param {Tell} tell */
+function fromJson(text, name, tell) {
   /** @type {Scan[]} */
   const scans = [];
-  for (const document of documentsOf(text, name)) collect(document, {}, 0, scans);
-  return written(scans, name);
+  for (const document of documentsOf(text, name, tell)) collect(document, {}, 0, scans);
+  return written(scans, name, tell);
 }
 
-/** One document, or one a line. @param {string} text @param {string} name @returns {unknown[]} */
-function documentsOf(text, name) {
+/** One document, or one a line. @param {string} text @param {string} name @param {Tell} tell @returns {unknown[]} */
+function documentsOf(text, name, tell) {
   try {
     return [JSON.parse(text)];
   } catch {
@@ -165,6 +171,7 @@ function documentsOf(text, name) {
       }
     });
     // A recorder that was stopped leaves half a line behind.
+    if (known.length > 0 && known.length < lines.length) tell('one of its lines is no JSON, and is left out', true);
     if (known.length > 0 && known.length >= lines.length - 1) return known;
     throw fileError(name, 'This is neither one JSON document nor one a line', 'Correct the JSON: one scan a line');
   }
@@ -233,28 +240,32 @@ function metres(distances) {
   return distances.map((distance) => (distance > 0 ? unit * distance : null));
 }
 
-/** (quality, angle, distance) of RPLIDARs, which turn clockwise; degrees and mm. @param {string} text @param {string} name */
-function fromTuples(text, name) {
+/** (quality, angle, distance) of RPLIDARs, which turn clockwise; degrees and mm. @param {string} text @param {string} name @param {Tell} tell */
+function fromTuples(text, name, tell) {
   const scans = text.split(/\r?\n/).flatMap((line) => {
     const tuples = [...line.matchAll(/\(\s*([\d.]+)\s*,\s*([\d.]+)\s*,\s*([\d.]+)\s*\)/g)];
     const ranges = tuples.map(([, , , distance]) => (Number(distance) > 0 ? 1e-3 * Number(distance) : null));
     return tuples.length > 1 ? [{ ranges, angles: tuples.map(([, , angle]) => -DEGREE * Number(angle)) }] : [];
   });
-  return written(scans, name);
+  return written(scans, name, tell);
 }
 
 /**
  * The first measured channel of each telegram: `DIST1 scale offset start step count values`, hexadecimal; the start in 1/10000
  * degrees, 90 degrees ahead for the LMS and TiM (SICK, "Telegram listing: ranging sensors").
- * @param {string} text @param {string} name
+ * @param {string} text @param {string} name @param {Tell} tell
  */
-function fromSick(text, name) {
+function fromSick(text, name, tell) {
+  let numBroken = 0;
   const scans = text.split(/(?=\bLMDscandata )/).flatMap((telegram) => {
     const words = telegram.trim().split(/\s+/);
     const at = words.indexOf('DIST1');
     const number = (/** @type {number} */ index) => Number.parseInt(words[at + index] ?? '', 16);
     const count = number(5);
-    if (at < 0 || !(count > 1) || at + 6 + count > words.length) return [];
+    if (at < 0 || !(count > 1) || at + 6 + count > words.length) {
+      numBroken += telegram.startsWith('LMDscandata') ? 1 : 0;
+      return [];
+    }
     const factor = words[at + 1] === '40000000' ? 2 : 1;
     // Signed, in 32 bits.
     const start = (number(3) | 0) / 10000;
@@ -268,7 +279,8 @@ function fromSick(text, name) {
       },
     ];
   });
-  return written(scans, name);
+  if (numBroken > 0) tell(`${numBroken} of its telegrams are cut off or damaged`, true);
+  return written(scans, name, tell);
 }
 
 /** Since the device was switched on (s), from µs. @param {readonly string[]} words */
@@ -277,8 +289,8 @@ function timeOfTelegram(words) {
   return Number.isFinite(microseconds) ? 1e-6 * microseconds : undefined;
 }
 
-/** Sections in square brackets, their values below them. @param {string} text @param {string} name */
-function fromUrgBenri(text, name) {
+/** Sections in square brackets, their values below them. @param {string} text @param {string} name @param {Tell} tell */
+function fromUrgBenri(text, name, tell) {
   /** @type {Map<string, number>} */
   const known = new Map();
   /** @type {Scan[]} */
@@ -300,15 +312,19 @@ function fromUrgBenri(text, name) {
       });
     } else if (line !== '' && Number.isFinite(Number(line))) known.set(section, Number(line));
   }
-  return written(scans, name);
+  return written(scans, name, tell);
 }
 
-/** @param {readonly Scan[]} scans @param {string} name */
-function written(scans, name) {
-  if (scans.length === 0) {
+/** @param {readonly Scan[]} found @param {string} name @param {Tell} tell */
+function written(found, name, tell) {
+  if (found.length === 0) {
     throw fileError(name, 'No scan of it is whole', 'Give messages with angle_min, angle_increment and ranges');
   }
+  const scans = checkedScans(found, name, tell);
   const hasAngles = scans.every(({ angles, start, step }) => angles !== undefined || (start !== undefined && step));
+  if (!hasAngles && scans.some(({ start }) => start !== undefined)) {
+    throw fileError(name, 'Its readings have all the same angle', 'Give angle_min, angle_max and angle_increment');
+  }
   return hasAngles ? scans.map(asCsm).join('') : asTable(scans);
 }
 

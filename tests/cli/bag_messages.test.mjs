@@ -286,6 +286,12 @@ test('laser scans: what the message calls invalid is null', () => {
   const turned = JSON.parse(scanLine(decodeScan(laserScan(STAMP, 1, -0.5, [0, 9], [1, 2, 3]))));
   assert.deepEqual([turned.min_theta, turned.max_theta, turned.readings], [0, 1, [3, 2, 1]]);
   assert.throws(() => scanLine(decodeScan(laserScan(STAMP, 0, 0, [0, 9], [1, 2]))), /lie 0 rad apart/);
+  const degrees = () => scanLine(decodeScan(laserScan(STAMP, -90, 1, [0, 9], Array(181).fill(2))));
+  assert.throws(degrees, /cover 10313 degrees: its angles are not in radians/);
+  assert.throws(
+    () => scanLine(decodeScan(laserScan(STAMP, -1, 1, [9, 0], [1, 2]))),
+    /between .* 9, and its range_max, 0/,
+  );
 });
 
 const DEPTH = { name: '/cam/depth/image_raw', type: 'sensor_msgs/msg/Image' };

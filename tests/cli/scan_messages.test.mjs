@@ -155,6 +155,97 @@ test('lists that ros2 topic echo has shortened are told, with the command', asyn
   assert.match(notes[0]?.reason ?? '', /shortened.*ros2 topic echo --full-length/);
 });
 
+const [, ECHO] = FILES[0] ?? [];
+const changed = (/** @type {[RegExp, string][]} */ ...changes) =>
+  changes.reduce((made, [what, by]) => made.replaceAll(what, by), ECHO ?? '');
+const inMillimetres = (ECHO ?? '').replaceAll(/^- ([\d.]+)$/gm, (_, range) => `- ${1000 * Number(range)}`);
+
+/** What is odd, the text, and what is told of it; true: the scans come out as they are. @type {readonly [string, string, RegExp | null, boolean][]} */
+const ODD = [
+  ['ranges in millimetres', inMillimetres, /not metres: .* millimetres/, true],
+  ['... and their limits', inMillimetres.replaceAll('12.0', '12000'), /not metres/, true],
+  [
+    'angles in degrees',
+    changed([/(angle_\w+): (.*)/g, '$1: $2e0']).replaceAll(
+      /(angle_\w+): (.*)e0/g,
+      (_, key, angle) => `${key}: ${Number(angle) / STEP}`,
+    ),
+    /cannot be in radians/,
+    true,
+  ],
+  ['no step', changed([/angle_increment: .*/g, 'angle_increment: 0.0']), null, true],
+  ['no limit', changed([/range_max: .*/g, 'range_max: 0.0']), /range_max is not above range_min/, true],
+  [
+    'another step',
+    changed([/angle_increment: .*/g, `angle_increment: ${1.5 * STEP}`]),
+    /angle_max says .* 60 degrees, angle_increment 90/,
+    false,
+  ],
+];
+
+for (const [what, text, told, isRight] of ODD) {
+  test(`${what}: put right, or told`, async () => {
+    const { files, notes } = await convertFiles([fileOf('scan.yaml', text)], (made) => made);
+    if (told) assert.match(notes.map(({ reason }) => reason).join('\n'), told);
+    else assert.deepEqual(notes, []);
+    if (!isRight) return;
+    const read = async (/** @type {typeof files} */ [file]) =>
+      new TextDecoder()
+        .decode(await file?.read())
+        .trim()
+        .split('\n')
+        .map((line) => JSON.parse(line));
+    const expected = await convertFiles([fileOf('scan.yaml', ECHO ?? '')], (made) => made);
+    const [scans, whole] = [await read(files), await read(expected.files)];
+    assert.equal(scans.length, 2);
+    scans.forEach((scan, at) => {
+      assert.ok(Math.abs(scan.min_theta - START) < 1e-9 && Math.abs(scan.max_theta + START) < 1e-9);
+      const apart = scan.readings.map((/** @type {number} */ range, /** @type {number} */ i) =>
+        Math.abs(range - whole[at].readings[i]),
+      );
+      assert.ok(Math.max(...apart) < 1e-9);
+    });
+  });
+}
+
+test('what a recorder that was stopped leaves of its last scan is told', async () => {
+  const echo = ECHO ?? '';
+  const lines = (FILES.find(([name]) => name === 'lines.jsonl') ?? [])[1] ?? '';
+  for (const [name, text, told] of /** @type {const} */ ([
+    ['scan.yaml', `${echo}${echo}`.slice(0, -200), /1 of 4 scans have fewer or more readings/],
+    ['scan.yaml', `${echo}header:\n  stamp:\n    sec: 9\n`, /1 of its messages have no ranges/],
+    ['scans.jsonl', lines.slice(0, -50), /one of its lines is no JSON/],
+  ])) {
+    const { files, notes } = await convertFiles([fileOf(name, text)], (made) => made);
+    assert.equal(files.length, 1);
+    assert.match(notes[0]?.reason ?? '', told);
+    assert.equal(notes[0]?.is_loss, true);
+  }
+});
+
+test('angles that no unit explains are refused', async () => {
+  const text = changed([/angle_increment: .*/g, `angle_increment: ${50 * STEP}`]);
+  const { files, notes } = await convertFiles([fileOf('scan.yaml', text)], (made) => made);
+  assert.deepEqual(files, []);
+  assert.match(notes[0]?.reason ?? '', /cover 3000 degrees.*in radians/);
+});
+
+test('texts in UTF-16 are read', async () => {
+  const swapped = Buffer.from(`\ufeff${ECHO}`, 'utf16le');
+  const utf16 = { LE: Buffer.from(swapped), BE: swapped.swap16() };
+  for (const bytes of Object.values(utf16)) {
+    const file = {
+      ...fileOf('scan.yaml', ''),
+      size: bytes.length,
+      read: async () => bytes,
+      readHead: async (/** @type {number} */ length) => bytes.subarray(0, length),
+    };
+    const { files } = await convertFiles([file], (made) => made);
+    const expected = await convertFiles([fileOf('scan.yaml', ECHO ?? '')], (made) => made);
+    assert.deepEqual(await files[0]?.read(), await expected.files[0]?.read());
+  }
+});
+
 test('cameras, poses and other texts stay what they are', async () => {
   for (const [name, content] of /** @type {const} */ ([
     ['camera.yaml', 'camera_matrix:\n  rows: 3\n  cols: 3\n  data: [525, 0, 320, 0, 525, 240, 0, 0, 1]\n'],

@@ -110,6 +110,27 @@ planar('a download of the engine that hangs is begun anew without a reload', asy
   await expect(app.messages).toBeHidden();
 });
 
+planar(
+  'a part of the page that does not come and does not fail is told, and tried again by a reload',
+  async ({ page }) => {
+    const app = new ScanstitchPage(page);
+    await page.clock.install();
+    const numAsked = await hangOnce(page, '**/evaluate-view*.js');
+    await app.open();
+    const evaluate = page.getByRole('navigation', { name: 'Tools' }).getByRole('button', { name: 'Evaluate' });
+    await evaluate.click();
+    await expect.poll(numAsked).toBe(1);
+    await page.clock.runFor(16_000);
+    await expect(app.messages).toContainText('A part of the page has not loaded after 15 s');
+    const reloaded = page.waitForEvent('load');
+    await app.messages.getByRole('button', { name: 'Try again' }).click();
+    await reloaded;
+    await evaluate.click();
+    await expect(page.locator('scanstitch-evaluate')).toBeVisible();
+    await expect(app.messages).toBeHidden();
+  },
+);
+
 planar('files that are dropped while the sample is fetched stay', async ({ page }) => {
   const app = new ScanstitchPage(page);
   let letGo = (): void => undefined;

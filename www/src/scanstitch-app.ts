@@ -19,6 +19,7 @@ import type { Note } from './datasets/note.js';
 import { filesOfDrop, filesOfInput, type NamedFile } from './datasets/gather.js';
 import type { SpatialFiles } from './datasets/spatial-files.js';
 import type { Wishes } from './components/topics-panel.js';
+import { START_PATIENCE_MS } from './engine/worker-host.js';
 import type { ScanstitchPlanar } from './planar/planar-view.js';
 import type { ScanstitchSpatial } from './spatial/spatial-view.js';
 import { ViewHistory } from './components/view-history.js';
@@ -87,6 +88,7 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
 
   private intake = new FileIntake(this, {
     present: () => this.run_kind,
+    loaded: (loading) => this.loaded(loading),
     show: async (files, requested_at, is_new, given) => {
       if (is_new) this.cross('spatial' in files ? 'spatial' : 'planar');
       if ('spatial' in files) {
@@ -392,16 +394,33 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
       case 'icp':
         return this.lookInside(null);
       case 'evaluation':
-        await import('./evaluate/evaluate-view.js');
+        await this.loaded(import('./evaluate/evaluate-view.js'));
         await this.handover.openEvaluation();
         return this.show('evaluation');
       case 'strategies':
-        await import('./strategies/strategies-view.js');
+        await this.loaded(import('./strategies/strategies-view.js'));
         this.handover.openStrategies();
         return this.show('strategies');
       case 'bev':
-        await import('./bev/bev-view.js');
+        await this.loaded(import('./bev/bev-view.js'));
         this.show('bev');
+    }
+  }
+
+  /** Waits for a part of the page; that it takes long is told until it is there. */
+  private async loaded<T>(loading: Promise<T>): Promise<T> {
+    let withdraw = (): void => undefined;
+    const timer = setTimeout(() => {
+      const text = `A part of the page has not loaded after ${START_PATIENCE_MS / 1000} s`;
+      const remedy = 'It is shown as soon as it is there; or check the connection and reload the page';
+      // A module that is being fetched is fetched by no second import: only a reload tries again.
+      withdraw = this.api.report(text, remedy, this.owns_address ? () => location.reload() : undefined);
+    }, START_PATIENCE_MS);
+    try {
+      return await loading;
+    } finally {
+      clearTimeout(timer);
+      withdraw();
     }
   }
 
@@ -464,7 +483,7 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
 
   /** The registration of a scan or frame to the one before it; null: of the selected one. */
   private async lookInside(frame: number | null): Promise<void> {
-    await import('./lab/lab-view.js');
+    await this.loaded(import('./lab/lab-view.js'));
     if (this.hasUpdated) this.handover.openLab(frame);
     this.show('icp');
   }
@@ -528,7 +547,7 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
   }
 
   private async showSpatial(): Promise<ScanstitchSpatial | null> {
-    await import('./spatial/spatial-view.js');
+    await this.loaded(import('./spatial/spatial-view.js'));
     this.showRun('spatial');
     await this.updateComplete;
     return this.spatial;

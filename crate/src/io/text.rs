@@ -2,13 +2,21 @@
 
 use crate::{Error, Result};
 
-/// Refuses the text that stands in the place of a file in a clone without Git LFS.
+/// Refuses the text that stands in the place of a file in a clone without Git LFS, and text in UTF-16, as shells and editors of
+/// Windows write it.
 ///
 /// Source: the specification of Git LFS, "The Pointer".
 pub(super) fn refuse_pointer(bytes: &[u8]) -> Result<()> {
     if bytes.starts_with(b"version https://git-lfs.github.com/spec/") {
         let problem = "This is a Git LFS pointer, not the file itself";
         return Err(Error::line(1, problem, "Fetch the file with git lfs pull"));
+    }
+    if bytes.starts_with(b"\xFF\xFE") || bytes.starts_with(b"\xFE\xFF") {
+        return Err(Error::line(
+            1,
+            "This is text in UTF-16",
+            "Save it in UTF-8; in PowerShell: | Out-File -Encoding utf8",
+        ));
     }
     Ok(())
 }
@@ -80,15 +88,18 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_reader_knows_the_pointers_of_git_lfs() {
+    fn every_reader_knows_the_pointers_of_git_lfs_and_utf_16() {
         let pointer = b"version https://git-lfs.github.com/spec/v1\noid sha256:00\nsize 12345\n";
-        let told = |result: Result<()>| assert!(result.unwrap_err().to_string().contains("git lfs pull"));
-        told(crate::io::ply::read(pointer).map(drop));
-        told(crate::io::point_cloud::read(pointer).map(drop));
-        told(crate::io::depth_png::read(pointer).map(drop));
-        told(crate::io::color_image::read(pointer).map(drop));
-        told(crate::io::laser_log::read(pointer).map(drop));
-        told(crate::io::trajectory::read(pointer).map(drop));
+        let utf16 = b"\xFF\xFE1\0 \x002\0";
+        for (text, remedy) in [(&pointer[..], "git lfs pull"), (utf16, "Save it in UTF-8")] {
+            let told = |result: Result<()>| assert!(result.unwrap_err().to_string().contains(remedy));
+            told(crate::io::ply::read(text).map(drop));
+            told(crate::io::point_cloud::read(text).map(drop));
+            told(crate::io::depth_png::read(text).map(drop));
+            told(crate::io::color_image::read(text).map(drop));
+            told(crate::io::laser_log::read(text).map(drop));
+            told(crate::io::trajectory::read(text).map(drop));
+        }
     }
 
     #[test]

@@ -17,6 +17,8 @@ type Recognised = Awaited<ReturnType<typeof tellApart>>;
 export interface IntakeHooks {
   /** The kind of run on the page: what a trajectory alone belongs to. */
   present(): Parameters<typeof tellApart>[1];
+  /** Waits for a part of the page that is being loaded. */
+  loaded<T>(loading: Promise<T>): Promise<T>;
   /**
    * Hands the files to the view that they are for. `is_new`: they are a recording that was not open; `given`: they are what
    * the page that the element stands on names.
@@ -89,7 +91,7 @@ export class FileIntake {
   ): Promise<void> {
     const own = ++this.#num_taken;
     const asked = { own, wishes: {}, requested_at, before: this.#open, is_choice: false, given };
-    const opening = reader().then(({ openFiles }) => openFiles(files, this.#listener(own, {})));
+    const opening = this.#hooks.loaded(reader()).then(({ openFiles }) => openFiles(files, this.#listener(own, {})));
     await this.#show(
       opening.then((opened) => ({ ...opened, notes: [...notes, ...opened.notes] })),
       asked,
@@ -101,7 +103,7 @@ export class FileIntake {
     const opened = this.#opened;
     if (!opened) return;
     const own = ++this.#num_taken;
-    const { chooseTopics } = await reader();
+    const { chooseTopics } = await this.#hooks.loaded(reader());
     const opening = chooseTopics(opened, wishes, this.#listener(own, wishes));
     await this.#show(opening, {
       own,

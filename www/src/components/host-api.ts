@@ -132,17 +132,21 @@ export class HostApi implements ReactiveController {
     this.#refused = [];
   }
 
-  /** Shown above every view; `retry` does what failed once more, and the message goes. */
-  report(text: string, remedy: string, retry?: () => void): void {
+  /** Shown above every view; `retry` does what failed once more, and the message goes. What takes the message away is returned. */
+  report(text: string, remedy: string, retry?: () => void): () => void {
     const message = faultMessage(text, remedy);
+    const withdraw = (): void => {
+      this.#told = this.#told.filter((other) => other !== message);
+      this.#host.requestUpdate();
+    };
     if (retry)
       message.retry = () => {
-        this.#told = this.#told.filter((other) => other !== message);
-        this.#host.requestUpdate();
+        withdraw();
         retry();
       };
     this.#told = [...this.#told, message];
     this.#raise([message]);
+    return withdraw;
   }
 
   dismiss(): void {
