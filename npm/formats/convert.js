@@ -147,6 +147,7 @@ async function unpacked(file, inner, notes) {
   if (/\.tar$/i.test(inner)) {
     throw fileError(file.path, 'An archive within an archive or a folder is not opened', 'Unpack it, or give it alone');
   }
+  if (unpackedName(inner) !== null) throw fileError(file.path, 'It is packed twice', 'Unpack it once');
   const [{ unpackWhole }, { bytesInMemory }] = await Promise.all([
     import('../packed.js'),
     import('../open_archive.js'),
