@@ -149,9 +149,6 @@ async function unpack(source, entry, length) {
   const dataStart = await findData(source, entry);
   const wanted = Math.min(length, size);
   if (method === STORED) return source.read(dataStart, dataStart + wanted);
-  if (method !== DEFLATED) {
-    throw fileError(path, `Packed by method ${method}, which is not read`, 'Pack it as an ordinary ZIP archive');
-  }
   const { Inflate } = await import('fflate');
   const bytes = new Uint8Array(wanted);
   let filled = 0;

@@ -32,6 +32,8 @@ export const LIMITS = Object.freeze({
 
 export const STORED = 0;
 export const DEFLATED = 8;
+/** Other methods of packing, which are not read, by their numbers. @type {Readonly<Record<number, string>>} */
+const OTHER_METHODS = { 9: 'Deflate64', 12: 'bzip2', 14: 'LZMA', 93: 'Zstandard', 95: 'xz', 98: 'PPMd' };
 /** Deflate cannot make more of a byte than this (zlib's technical details). */
 const MAX_RATIO = 1032;
 /** Characters of a path: what Linux allows (PATH_MAX). */
@@ -57,7 +59,7 @@ export async function listEntries(name, source, limits) {
   /** @type {Map<string, Entry>} */
   const byPath = new Map();
   for (const entry of entries) {
-    const fault = sizeFault(entry, source.size, limits);
+    const fault = entryFault(entry, source.size, limits);
     if (fault !== null) notes.push(lost(entry.path, `not used: ${fault}`));
     else if (byPath.has(entry.path)) notes.push({ file: entry.path, reason: 'not used: in the archive twice' });
     else byPath.set(entry.path, entry);
@@ -76,8 +78,9 @@ async function findDirectory(name, source) {
   // The end record lies before a comment of at most 65,535 bytes.
   const tailStart = Math.max(0, source.size - END_BYTES - 0xffff);
   const tail = viewOf(await source.read(tailStart, source.size));
-  let end = tail.byteLength - END_BYTES;
-  while (end >= 0 && !(tail.getUint32(end, true) === END_SIGNATURE && commentFits(tail, end))) end -= 1;
+  // What looks like the record may be a part of the comment; something may have been appended to the archive.
+  let end = lastEnd(tail, (rest, comment) => comment === rest);
+  if (end < 0) end = lastEnd(tail, (rest, comment) => comment <= rest);
   if (end < 0 && isPointer(new Uint8Array(tail.buffer, tail.byteOffset, tail.byteLength))) {
     throw fileError(name, 'This is a Git LFS pointer, not the archive itself', 'Fetch it: git lfs pull');
   }
@@ -113,9 +116,18 @@ async function findDirectory(name, source) {
   return { bytes: await source.read(start + shift, start + shift + length), count, shift };
 }
 
-/** @param {DataView} tail @param {number} end */
-function commentFits(tail, end) {
-  return end + END_BYTES + tail.getUint16(end + 20, true) <= tail.byteLength;
+/**
+ * Where the last end record begins whose comment fits to the `rest` of the file behind it; -1 without one.
+ * @param {DataView} tail
+ * @param {(rest: number, comment: number) => boolean} fits in bytes
+ */
+function lastEnd(tail, fits) {
+  const isEnd = (/** @type {number} */ end) =>
+    tail.getUint32(end, true) === END_SIGNATURE &&
+    fits(tail.byteLength - end - END_BYTES, tail.getUint16(end + 20, true));
+  let end = tail.byteLength - END_BYTES;
+  while (end >= 0 && !isEnd(end)) end -= 1;
+  return Math.max(end, -1);
 }
 
 /**
@@ -208,7 +220,11 @@ export function decodeName(bytes) {
  * @param {number} archiveBytes
  * @param {Limits} limits
  */
-function sizeFault({ size, packed, method, start }, archiveBytes, limits) {
+function entryFault({ size, packed, method, start }, archiveBytes, limits) {
+  if (method !== STORED && method !== DEFLATED) {
+    const packer = OTHER_METHODS[method] ?? `method ${method}`;
+    return `packed by ${packer}, which is not read; pack it as an ordinary ZIP archive, or give the folder`;
+  }
   if (size > limits.fileBytes)
     return `it would unpack to ${megabytes(size)}, and at most ${megabytes(limits.fileBytes)} are read`;
   if (start + LOCAL_HEADER_BYTES + packed > archiveBytes || (method === STORED && size !== packed)) {

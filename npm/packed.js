@@ -17,8 +17,8 @@ const ENDINGS = [
   [/\.tzst$/i, '.tar'],
   [/\.(gz|bz2|zst|zstd)$/i, ''],
 ];
-/** What is handed to a decoder at a time. */
-const PIECE_BYTES = 2 ** 16;
+/** What is handed to a decoder at a time: no more than 16 MB come of it. */
+const PIECE_BYTES = 2 ** 14;
 /** So much is read of a file at a time. */
 const PART_BYTES = 2 ** 22;
 

@@ -147,6 +147,7 @@ async function unpacked(file, inner, notes) {
   if (/\.tar$/i.test(inner)) {
     throw fileError(file.path, 'An archive within an archive or a folder is not opened', 'Unpack it, or give it alone');
   }
+  if (unpackedName(inner) !== null) throw fileError(file.path, 'It is packed twice', 'Unpack it once');
   const [{ unpackWhole }, { bytesInMemory }] = await Promise.all([
     import('../packed.js'),
     import('../open_archive.js'),
@@ -201,6 +202,7 @@ async function lasFile(file, notes) {
   const { lasCloud } = await import('./las.js');
   const first = lasCloud(file.path, await file.read());
   notes.push(...first.notes.map((reason) => ({ file: file.path, reason })));
+  if (first.loss !== null) notes.push(lost(file.path, first.loss));
   return madeOf(file, async () => lasCloud(file.path, await file.read()).ply, { isCloud: true });
 }
 
@@ -216,6 +218,7 @@ async function textFile(file, notes) {
     throw fileError(file.path, 'No line of it begins with x y z', 'Save the points as text, x y z a line');
   }
   for (const reason of new Set(clouds.flatMap((cloud) => cloud.notes))) notes.push({ file: file.path, reason });
+  for (const { loss } of clouds) if (loss !== null) notes.push(lost(file.path, loss));
   const [stem, ending] = [file.path.replace(/\.\w+$/, ''), file.path.slice(file.path.lastIndexOf('.'))];
   return clouds.map((cloud, at) =>
     madeOf(file, async () => (await make())[at]?.ply ?? new Uint8Array(), {

@@ -20,7 +20,7 @@ const MIN_RECORD = 20;
 /**
  * @param {string} name for messages
  * @param {Uint8Array} bytes
- * @returns {{ ply: Uint8Array, notes: string[] }} throws a ScanstitchError
+ * @returns {{ ply: Uint8Array, notes: string[], loss: string | null }} loss: what is missing of it; throws a ScanstitchError
  */
 export function lasCloud(name, bytes) {
   const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
@@ -42,7 +42,9 @@ export function lasCloud(name, bytes) {
     throw fileError(name, `Its header has points of ${record} bytes at byte ${start}`, 'Copy or export it again');
   }
   const count = Math.max(0, Math.min(claimed, Math.floor((bytes.length - start) / record)));
-  const notes = count < claimed ? [`cut off: ${count} of ${claimed} points are there`] : [];
+  const loss = count < claimed ? `cut off: ${count} of ${claimed} points are there` : null;
+  /** @type {string[]} */
+  const notes = [];
   const axes = [0, 1, 2].map((axis) => ({
     scale: view.getFloat64(131 + 8 * axis, true),
     offset: view.getFloat64(155 + 8 * axis, true),
@@ -61,5 +63,5 @@ export function lasCloud(name, bytes) {
       points[3 * point + axis] = raw * scale + (offset - (shifts[axis] ?? 0));
     }
   }
-  return { ply: plyFile(bytesOf(points), count, ['x', 'y', 'z']), notes };
+  return { ply: plyFile(bytesOf(points), count, ['x', 'y', 'z']), notes, loss };
 }

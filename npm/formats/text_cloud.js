@@ -19,7 +19,7 @@ const MAX_COLUMNS = 7;
 /** Columns that a laser's program writes beside x y z. */
 const LASER_COLUMNS = /^(intensity|reflectivity|laser_id|ring|azimuth|tag)$/;
 
-/** @typedef {{ ply: Uint8Array, count: number, notes: string[] }} TextCloud */
+/** @typedef {{ ply: Uint8Array, count: number, notes: string[], loss: string | null }} TextCloud loss: what is missing of it */
 
 /**
  * The clouds of a text: one, or all scans of a PTX.
@@ -30,12 +30,12 @@ const LASER_COLUMNS = /^(intensity|reflectivity|laser_id|ring|azimuth|tag)$/;
 export function textClouds(bytes, columns = [0, 1, 2]) {
   const lines = linesOf(bytes);
   const scans = ptxScans(lines);
-  if (scans.length > 0) return scans.map((rows) => cloudOf(rows, [0, 1, 2], true));
-  return [cloudOf(lines, columns, false)];
+  if (scans.length > 0) return scans.map(({ rows, count }) => cloudOf(rows, [0, 1, 2], count));
+  return [cloudOf(lines, columns, null)];
 }
 
-/** @param {readonly string[]} rows @param {readonly number[]} columns @param {boolean} isPtx @returns {TextCloud} */
-function cloudOf(rows, columns, isPtx) {
+/** @param {readonly string[]} rows @param {readonly number[]} columns @param {number | null} size of a scan of a PTX @returns {TextCloud} */
+function cloudOf(rows, columns, size) {
   const cells = cellsOf(rows);
   const points = new Float32Array(3 * rows.length);
   let count = 0;
@@ -48,12 +48,21 @@ function cloudOf(rows, columns, isPtx) {
       continue;
     }
     // PTX has a row of zeros where nothing came back.
-    if (isPtx && values.every((value) => value === 0)) continue;
+    if (size !== null && values.every((value) => value === 0)) continue;
     points.set(values, 3 * count);
     count += 1;
   }
   const notes = skipped > 0 ? [`${skipped} of its lines are not points and are left out`] : [];
-  return { ply: plyFile(bytesOf(points.subarray(0, 3 * count)), count, ['x', 'y', 'z']), count, notes };
+  const [there, announced] = size === null ? [count + skipped, announcedBy(rows)] : [rows.length, size];
+  const loss = there < announced ? `cut off: ${there} of ${announced} points are there` : null;
+  return { ply: plyFile(bytesOf(points.subarray(0, 3 * count)), count, ['x', 'y', 'z']), count, notes, loss };
+}
+
+/** Points that the numbers alone on a line count, where a text begins with one. @param {readonly string[]} rows */
+function announcedBy(rows) {
+  const isCount = (/** @type {string} */ line) => /^\d+$/.test(line);
+  if (!isCount(rows.find((line) => !isComment(line)) ?? '')) return 0;
+  return rows.reduce((sum, line) => sum + (isCount(line) ? Number(line) : 0), 0);
 }
 
 /** @param {string | undefined} word */
@@ -94,13 +103,14 @@ function hasMark([first, second, third]) {
 
 /** The points of each scan of a PTX; none where it is no PTX: columns and rows, then 3 + 1 + 4 lines of numbers. @param {string[]} lines */
 function ptxScans(lines) {
-  /** @type {string[][]} */
+  /** @type {{ rows: string[], count: number }[]} */
   const scans = [];
   for (let at = 0; at < lines.length;) {
     const widths = lines.slice(at, at + PTX_HEADER_LINES).map((line) => (line === '' ? 0 : line.split(/\s+/).length));
     const count = Number(lines[at]) * Number(lines[at + 1]);
     if (widths.join() !== '1,1,3,3,3,3,4,4,4,4' || !Number.isSafeInteger(count)) break;
-    scans.push(lines.slice(at + PTX_HEADER_LINES, at + PTX_HEADER_LINES + count));
+    const rows = lines.slice(at + PTX_HEADER_LINES, at + PTX_HEADER_LINES + count).filter((line) => line !== '');
+    scans.push({ rows, count });
     at += PTX_HEADER_LINES + count;
   }
   return scans;

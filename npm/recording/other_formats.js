@@ -3,6 +3,7 @@
 
 /** By how a name ends. @type {readonly [RegExp, string][]} */
 const ADVICE = [
+  [/\.(zip|tar|tgz)$/i, 'an archive within an archive or a folder, which is not opened; unpack it, or give it alone'],
   [/\.(tar\.xz|txz)$/i, 'an archive packed by xz, which is not opened; unpack it (tar xf FILE) and give the folder'],
   [/\.7z$/i, 'an archive of 7-Zip, which is not opened; unpack it (7z x FILE) and give the folder'],
   [/\.rar$/i, 'an archive of RAR, which is not opened; unpack it (unrar x FILE) and give the folder'],

@@ -202,7 +202,7 @@ test('LAS is read in its versions, and moved near to the origin; LAZ is told', (
   assert.deepEqual(pointsOf(far.ply, 3), near);
   assert.match(far.notes.join(), /shifted by -\(691000, 0, 0\) m/);
   const cut = lasCloud('a.las', las().subarray(0, 227 + 60));
-  assert.deepEqual([pointsOf(cut.ply, 3), cut.notes], [near.slice(0, 2), ['cut off: 2 of 3 points are there']]);
+  assert.deepEqual([pointsOf(cut.ply, 3), cut.loss], [near.slice(0, 2), 'cut off: 2 of 3 points are there']);
   assert.throws(() => lasCloud('a.laz', las({ format: 0x81 })), /LAZ cloud.*pdal translate a\.laz out\.ply/);
   assert.throws(() => lasCloud('a.las', encode('LASF')), /not a LAS cloud, or it is cut off/);
 });
@@ -250,6 +250,13 @@ test('points as text: columns behind x y z, counts, headers, the grid of PTX', (
   assert.deepEqual(pointColumns(encode('//X Y Z Intensity\n1 2 3 4\n')), [0, 1, 2]);
   const notes = textClouds(encode('1 2 3\nend of it\n4 5 6\n'))[0]?.notes;
   assert.deepEqual(notes, ['1 of its lines are not points and are left out']);
+  // What is announced and not there is a loss; scans may follow each other, each behind its count.
+  const lossOf = (/** @type {string} */ text) => textClouds(encode(text))[0]?.loss;
+  assert.equal(lossOf('3\n1 2 3\n4 5 6\n'), 'cut off: 2 of 3 points are there');
+  assert.equal(lossOf('1\n1 2 3\n2\n4 5 6\n'), 'cut off: 2 of 3 points are there');
+  assert.equal(lossOf('1\n1 2 3\n1\n4 5 6\n'), null);
+  assert.equal(lossOf(`${grid}1 2 3 0.5\n`), 'cut off: 1 of 2 points are there');
+  assert.equal(lossOf(`${grid}1 2 3 0.5\n0 0 0 0.5\n`), null);
 });
 
 test('every format that is not read has the line that helps', () => {

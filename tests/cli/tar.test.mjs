@@ -160,3 +160,13 @@ test('scans in a tar and scans packed one by one are reconstructed', (t) => {
   }
   assert.equal(gunzipSync(readFileSync(join(scans, '0.ply.gz'))).toString(), ROOM_FILES['0.ply']);
 });
+
+test('what is packed twice, and an archive in a folder, have the line that helps', async (t) => {
+  const folder = temporaryFolder(t);
+  writeFileSync(join(folder, 'a.ply.gz.gz'), gzipSync(gzipSync(ROOM_FILES['0.ply'] ?? '')));
+  writeFileSync(join(folder, 'in.zip'), 'whatever');
+  const { status, stderr } = scanstitch(['reconstruct', folder]);
+  assert.match(stderr, /a\.ply\.gz\.gz: not used: it is packed twice/);
+  assert.match(stderr, /in\.zip: not used: an archive within an archive or a folder/);
+  assert.equal(status, 1);
+});

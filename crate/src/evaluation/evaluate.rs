@@ -204,7 +204,7 @@ pub fn evaluate(reference: &Trajectory, estimate: &Trajectory, options: &Evaluat
         notes,
     };
     if !summary.statistics.sse.is_finite() {
-        return Err(Error::whole("The errors are too large for double precision", "Are the positions in metres"));
+        return Err(Error::whole("The errors are too large for double precision", "Give the positions in metres"));
     }
     if options.alignment == Alignment::Origin && options.metric == ErrorMetric::Ape {
         let pairs: Vec<_> = aligned.poses().into_iter().zip(reference_path.poses()).collect();
