@@ -214,7 +214,7 @@ test('what a recorder that was stopped leaves of its last scan is told', async (
   for (const [name, text, told] of /** @type {const} */ ([
     ['scan.yaml', `${echo}${echo}`.slice(0, -200), /1 of 4 scans have fewer or more readings/],
     ['scan.yaml', `${echo}header:\n  stamp:\n    sec: 9\n`, /1 of its messages have no ranges/],
-    ['scans.jsonl', lines.slice(0, -50), /one of its lines is no JSON/],
+    ['scans.jsonl', lines.slice(0, -50), /one of its lines is not JSON/],
   ])) {
     const { files, notes } = await convertFiles([fileOf(name, text)], (made) => made);
     assert.equal(files.length, 1);
