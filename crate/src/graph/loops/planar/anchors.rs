@@ -13,8 +13,8 @@ impl LoopClosure {
         self.submaps.iter().map(|submap| self.poses[submap.anchor]).collect()
     }
 
-    /// The graph between anchors: the chain summed up, and the loops. Where only what is certain counts, broken links tell
-    /// nothing.
+    /// The graph between anchors: the chain summed up, and the loops. Where only what is certain counts, broken links leave a
+    /// radian and a metre open: far more than is certain, and not so much that differences of covariances drown in rounding.
     pub(super) fn anchor_relations(&self, only_certain: bool) -> Vec<PlanarFactor> {
         let mut informations = vec![Matrix3::zeros(); self.keyframes.len()];
         for relation in self.chain.iter().filter(|relation| !only_certain || !self.links[relation.to].is_broken) {
@@ -26,7 +26,7 @@ impl LoopClosure {
             let (mut T, mut covariance) = (Pose2::identity(), Matrix3::zeros());
             let steps = self.poses[from..=to].windows(2).map(|pair| pair[0].inverse() * pair[1]);
             for (step, information) in steps.zip(&informations[from + 1..=to]) {
-                let of_step = information.try_inverse().unwrap_or_else(|| Matrix3::identity() * 1e4);
+                let of_step = information.try_inverse().unwrap_or_else(Matrix3::identity);
                 covariance = chained((&T, &covariance), &of_step);
                 T *= step;
             }

@@ -103,3 +103,69 @@ impl LoopClosure {
         members
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::rc::Rc;
+
+    use nalgebra::{Matrix3, Vector2, Vector3};
+
+    use super::*;
+    use crate::graph::loops::planar::ChainLink;
+    use crate::graph::pose_graph::BetweenFactor;
+    use crate::odometry::planar::ablation::Ablation;
+    use crate::preprocess::planar_scan::PlanarScan;
+
+    const NUM_KEYFRAMES: usize = 120;
+
+    /// A straight way in steps of a metre, each known to these deviations of heading (rad) and position (m), with broken links.
+    fn way(heading: f64, position: f64, broken: &[usize]) -> LoopClosure {
+        let scan = Rc::new(PlanarScan::new((0..40).map(|i| Vector2::new(0.1 * f64::from(i), 2.0)).collect()));
+        let links = (0..NUM_KEYFRAMES).map(|index| {
+            let is_broken = broken.contains(&index);
+            let T_world_sensor = Pose2::translation(index as f64, 0.0);
+            ChainLink { scan: Rc::clone(&scan), T_world_sensor, is_weak: is_broken, is_broken }
+        });
+        let variances = Vector3::new(heading, position, position).map(|sigma| sigma * sigma);
+        let chain = (1..NUM_KEYFRAMES).map(|to| BetweenFactor {
+            from: to - 1,
+            to,
+            T_from_to: Pose2::translation(1.0, 0.0),
+            information: Matrix3::from_diagonal(&variances.map(f64::recip)),
+            is_switchable: false,
+        });
+        LoopClosure::new(links.collect(), chain.collect(), Ablation::default())
+    }
+
+    #[test]
+    fn a_heading_that_each_link_leaves_a_little_open_parts_a_long_way() {
+        assert!(way(0.002, 0.01, &[]).pieces().iter().all(|&piece| piece == 0), "0.6 degrees over 25 m");
+        let loose = way(0.01, 0.01, &[]);
+        let pieces = loose.pieces();
+        let changes: Vec<usize> = (1..NUM_KEYFRAMES).filter(|&index| pieces[index] != pieces[index - 1]).collect();
+        assert!((4..20).contains(&changes.len()), "2.9 degrees over 25 m: {changes:?}");
+        for known in loose.uncertainties() {
+            let is_wide = known.heading > 0.044 || known.position > 0.25;
+            assert!(!is_wide || pieces[known.from] != pieces[known.to], "{known:?}");
+        }
+    }
+
+    #[test]
+    fn the_uncertainty_of_a_way_is_the_sum_of_its_links() {
+        let known = way(0.01, 0.02, &[]).uncertainties();
+        let longest = known.iter().max_by_key(|known| known.to - known.from).unwrap();
+        let steps = (longest.to - longest.from) as f64;
+        assert!((longest.heading - 0.01 * steps.sqrt()).abs() < 1e-6, "{longest:?}");
+        // The error of a link's heading turns all that comes after the keyframe it begins at.
+        let turned: f64 = (1..=longest.to - longest.from).map(|length| (0.01 * length as f64).powi(2)).sum();
+        let expected = (2.0 * 0.02f64.powi(2) * steps + turned).sqrt();
+        assert!((longest.position - expected).abs() < 1e-6, "{longest:?}, not {expected}");
+    }
+
+    #[test]
+    fn nothing_goes_over_a_broken_link_however_many_there_are() {
+        let broken: Vec<usize> = (2..NUM_KEYFRAMES).step_by(2).collect();
+        let pieces = way(0.002, 0.01, &broken).pieces();
+        assert_eq!(pieces, (0..NUM_KEYFRAMES).map(|index| index / 2).collect::<Vec<_>>());
+    }
+}
