@@ -17,7 +17,7 @@ planar('a part of the page that does not come is told, and comes when it is trie
   expect(await app.scanNames()).toHaveLength(10);
   // The header's menus are not covered by it.
   await page.getByRole('button', { name: 'Open' }).click();
-  await page.getByRole('menuitem', { name: /^Remove all/ }).click({ trial: true });
+  for (const item of await page.getByRole('menuitem').all()) await item.click({ trial: true });
   await page.keyboard.press('Escape');
   await page.unroute('**/evaluate-view*.js');
   await app.messages.getByRole('button', { name: 'Try again' }).click();
