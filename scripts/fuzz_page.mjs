@@ -175,7 +175,10 @@ function status(page) {
 async function rest(page) {
   await page.setViewportSize({ width: 1280, height: 800 });
   await page.keyboard.press('Escape');
-  await page.getByRole('navigation', { name: 'Tools' }).getByRole('button', { name: 'Map', exact: true }).click();
+  await page
+    .getByRole('navigation', { name: 'Tools' })
+    .getByRole('button', { name: 'Map', exact: true })
+    .click({ noWaitAfter: true });
   let [before, end] = ['', 0];
   for (;;) {
     await page.waitForTimeout(700);

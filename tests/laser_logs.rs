@@ -10,7 +10,7 @@ use std::fs;
 use common::shared_data;
 use scanstitch::geometry::RigidMotion;
 use scanstitch::io::laser_log::stamps::stamps;
-use scanstitch::io::laser_log::{Bearings, is_laser_log, read};
+use scanstitch::io::laser_log::{Bearings, LaserLog, is_laser_log, read};
 use scanstitch_scene::random::Random;
 
 #[test]
@@ -111,6 +111,19 @@ fn errors_name_the_line_and_the_remedy() {
         assert!(!error.remedy.is_empty(), "{told}");
     }
     assert!(read(b"").is_err() && read(b"EDGE2 0 1 0 0 0 1 0 1 1 0 0\n").is_err());
+}
+
+#[test]
+fn millimetres_and_degrees_are_refused() {
+    let log = |unit: f64, last_angle: f64| {
+        let readings: Vec<f64> = (0..90).map(|beam| unit * (2.0 + 0.01 * f64::from(beam))).collect();
+        let scan = format!("{{\"min_theta\":-{last_angle},\"max_theta\":{last_angle},\"readings\":{readings:?}}}\n");
+        read(scan.repeat(3).as_bytes())
+    };
+    assert_eq!(log(1.0, 3.2).unwrap().scans.len(), 3);
+    let told = |log: scanstitch::Result<LaserLog>| log.unwrap_err().to_string();
+    assert!(told(log(1000.0, 1.0)).contains("Half of its ranges are 2450 or more, as in millimetres"));
+    assert!(told(log(1.0, 90.0)).contains("line 1: The readings of a scan cover an angle of 180"));
 }
 
 #[test]

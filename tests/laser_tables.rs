@@ -217,6 +217,13 @@ fn decimal_commas_are_read() {
 }
 
 #[test]
+fn decimal_commas_are_told_wherever_the_beginning_of_a_table_ends() {
+    let scan: Vec<String> = (0..60).map(|beam| format!("2,{beam:02}")).collect();
+    let table = format!("{}\n", scan.join(";")).repeat(20);
+    assert!((4000..4010).all(|length| is_laser_log(&table.as_bytes()[..length])));
+}
+
+#[test]
 fn an_angle_and_a_range_a_line_are_scans_that_end_where_the_angle_jumps_back() {
     let range = |scan: usize, beam: usize| if beam == 7 { 0 } else { 1000 + scan };
     let line = |reading: usize| format!("{},{},15", 4 * (reading % 90), range(reading / 90, reading % 90));

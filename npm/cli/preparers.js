@@ -127,6 +127,8 @@ class ThreadPreparer {
   /** @param {FrameJob} job @param {string} decodeConfig @param {AbortSignal} signal @returns {Promise<Prepared>} */
   async prepare(job, decodeConfig, signal) {
     const order = await orderOf(job, decodeConfig);
+    // For a run that has ended meanwhile no thread is started, which would keep the program from ending.
+    signal.throwIfAborted();
     if (this.#end !== null) throw new WorkerDied(this.#end);
     const id = this.#nextId;
     this.#nextId += 1;

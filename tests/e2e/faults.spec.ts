@@ -15,6 +15,10 @@ planar('a part of the page that does not come is told, and comes when it is trie
     /could not be loaded \(evaluate-view.*connection was lost, or a new version/,
   );
   expect(await app.scanNames()).toHaveLength(10);
+  // The header's menus are not covered by it.
+  await page.getByRole('button', { name: 'Open' }).click();
+  for (const item of await page.getByRole('menuitem').all()) await item.click({ trial: true });
+  await page.keyboard.press('Escape');
   await page.unroute('**/evaluate-view*.js');
   await app.messages.getByRole('button', { name: 'Try again' }).click();
   await expect(page.locator('scanstitch-evaluate')).toBeVisible();

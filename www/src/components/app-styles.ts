@@ -40,7 +40,7 @@ export const app_styles = css`
     position: absolute;
     top: 64px;
     right: 12px;
-    z-index: 20;
+    z-index: 19; /* under the header's menus */
     width: min(430px, calc(100% - 24px));
   }
   .bar {

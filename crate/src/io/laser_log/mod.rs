@@ -26,6 +26,7 @@ pub(crate) mod rostopic;
 pub mod stamps;
 mod stated_limit;
 pub mod table;
+mod units;
 
 /// The bearings of a scan's beams in the laser's frame: x ahead, y left, counter-clockwise (rad).
 #[derive(Debug, Clone, PartialEq)]
@@ -127,7 +128,7 @@ pub fn is_laser_log(head: &[u8]) -> bool {
 /// Reads a laser log of any of these kinds.
 ///
 /// # Errors
-/// Names the line that is wrong; or says that there is no scan in the file.
+/// Names the line that is wrong; or says that there is no scan in the file, or that it cannot be in metres and radians.
 pub fn read(bytes: &[u8]) -> Result<LaserLog> {
     refuse_pointer(bytes)?;
     let text = without_byte_order_mark(bytes);
@@ -146,6 +147,7 @@ pub fn read(bytes: &[u8]) -> Result<LaserLog> {
             "Give a CARMEN log with FLASER or ROBOTLASER1 lines, or JSON objects with readings",
         ));
     }
+    units::refuse_other_units(&log.scans)?;
     Ok(log)
 }
 

@@ -101,6 +101,8 @@ struct Separators {
 
 impl Separators {
     fn of(text: &[u8]) -> Self {
+        // Cut behind its decimal comma, the last number would be none.
+        let text = text.strip_suffix(b",").unwrap_or(text);
         let head: Vec<&[u8]> =
             lines(text).map(|(_, line)| line).filter(|line| !is_comment(line)).take(LOOKED_INTO).collect();
         let has = |byte: u8| head.iter().any(|line| line.contains(&byte));

@@ -1,0 +1,40 @@
+//! Whether a log can be in metres and radians, by what no planar laser does.
+
+use std::f64::consts::TAU;
+
+use super::{Bearings, LaserScan};
+use crate::{Error, Result};
+
+/// No planar laser sees this far (m).
+const FAR: f32 = 60.0;
+/// Of a log in metres, at least so many readings are nearer: the others may stand for no return.
+const LEAST_SHARE: f64 = 0.05;
+/// Readings cover a turn at most; steps that were rounded may add up to a little more (rad).
+const MAX_COVERAGE: f64 = 1.1 * TAU;
+
+/// Refuses a log whose ranges cannot be metres, or whose angles cannot be radians.
+pub(super) fn refuse_other_units(scans: &[LaserScan]) -> Result<()> {
+    let mut ranges: Vec<f32> =
+        scans.iter().flat_map(|scan| &scan.ranges).copied().filter(|&range| range > 0.0).collect();
+    let least = (LEAST_SHARE * ranges.len() as f64) as usize;
+    if !ranges.is_empty() && *ranges.select_nth_unstable_by(least, f32::total_cmp).1 > FAR {
+        let middle = ranges.len() / 2;
+        let median = *ranges.select_nth_unstable_by(middle, f32::total_cmp).1;
+        let problem = format!("Half of its ranges are {median:.0} or more, as in millimetres");
+        return Err(Error::whole(problem, "Give them in metres"));
+    }
+    let Some(scan) = scans.iter().find(|scan| coverage(scan) > MAX_COVERAGE) else { return Ok(()) };
+    let problem = format!("The readings of a scan cover an angle of {:.0}", coverage(scan));
+    Err(Error::line(scan.line, problem, "Give the angles in radians: a turn has 6.28 of them"))
+}
+
+/// Between the outermost beams (rad).
+fn coverage(scan: &LaserScan) -> f64 {
+    match &scan.bearings {
+        Bearings::Even { step, .. } => step.abs() * scan.ranges.len().saturating_sub(1) as f64,
+        Bearings::Listed(bearings) => {
+            let finite = || bearings.iter().copied().filter(|bearing| bearing.is_finite());
+            finite().fold(f64::NEG_INFINITY, f64::max) - finite().fold(f64::INFINITY, f64::min)
+        }
+    }
+}
