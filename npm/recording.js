@@ -5,6 +5,7 @@
  * sizes and the beginnings of files are looked at; nothing is kept.
  */
 import { lost } from './errors.js';
+import { timesOfClouds } from './formats/kitti.js';
 import { compareNaturally } from './natural_order.js';
 import { findExif, findIntrinsics } from './recording/cameras.js';
 import { classify, isSystemFile, looksLikeNumbers } from './recording/classify.js';
@@ -30,6 +31,7 @@ import { findReference } from './recording/reference.js';
  * @property {string} root the folder that holds it; empty where that is the top
  * @property {DepthFrame[]} depth_frames in order
  * @property {string[]} clouds paths, in order
+ * @property {number[]} [cloud_times] of the clouds, where the recording has times (s)
  * @property {string[]} scans paths, in order
  * @property {string[]} reference the true path: one file, or a file with one pose for each frame; empty without
  * @property {string | null} odometry what the wheels of a robot with planar scans told: one file
@@ -290,8 +292,9 @@ async function spatialClouds(clouds, files, read) {
   const root = chosen.map(({ path }) => folderOf(path)).reduce(commonFolder);
   const elsewhere = new Set(others.map(({ path }) => folderOf(path)));
   const members = seriesOf(chosen).flatMap(({ members }) => members);
+  const timed = await timesOfClouds(chosen, files, read);
   const rest = await referenceAndCamera(
-    files.filter((file) => !isImageName(file.path) && !isCloud(file)),
+    files.filter((file) => !isImageName(file.path) && !isCloud(file) && file.path !== timed?.path),
     {
       root,
       keys: members.map(({ key }) => key),
@@ -308,6 +311,7 @@ async function spatialClouds(clouds, files, read) {
     kind: 'clouds',
     root,
     clouds: chosen.map(({ path }) => path),
+    ...(timed ? { cloud_times: timed.times } : {}),
     intrinsics: null,
     notes: [...otherClouds(others, used), ...rest.notes, ...unused(images, 'an image beside clouds')],
   };

@@ -45,6 +45,9 @@ export interface Recording {
   depth_frames: DepthFrame[];
   /** Paths, in order. */
   clouds: string[];
+  /** Of the clouds, where the recording has times (s). */
+  cloud_times?: number[];
+  /** Paths, in order. */
   scans: string[];
   /** The ground truth: one file, or a file with one pose for each frame; empty without. */
   reference: string[];

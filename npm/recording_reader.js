@@ -4,7 +4,7 @@
  * documentation are in `recording_reader.d.ts`.
  */
 import { bytesOfBlob } from './archive.js';
-import { isBagMetadata, isBagName } from './bag/names.js';
+import { isBagName, isOfBag } from './bag/names.js';
 import { convertFiles } from './formats/convert.js';
 import { openAnyArchive } from './open_archive.js';
 import { understand } from './recording.js';
@@ -63,13 +63,14 @@ async function openFile({ path, blob }, notes) {
  */
 async function withBags(files, topics, notes) {
   if (!files.some(({ path }) => isBagName(path))) return files;
-  const isOfBag = (/** @type {Content} */ { path }) => isBagName(path) || isBagMetadata(path);
   const { listBags, recordingsOf } = await import('./bag/bag_recordings.js');
-  const sources = files.filter(isOfBag).map(({ path, blob, read }) => ({
-    path,
-    source: async () => bytesOfBlob(blob ?? new Blob([/** @type {BlobPart} */ (await read())])),
-  }));
+  const sources = files
+    .filter(({ path }) => isOfBag(path))
+    .map(({ path, blob, read }) => ({
+      path,
+      source: async () => bytesOfBlob(blob ?? new Blob([/** @type {BlobPart} */ (await read())])),
+    }));
   const listed = await listBags(sources);
   notes.push(...listed.notes);
-  return [...files.filter((file) => !isOfBag(file)), ...filesInBags(await recordingsOf(listed.bags, topics))];
+  return [...files.filter(({ path }) => !isOfBag(path)), ...filesInBags(await recordingsOf(listed.bags, topics))];
 }

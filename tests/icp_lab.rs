@@ -5,6 +5,9 @@ use std::path::{Path, PathBuf};
 
 use scanstitch::geometry::PointCloud;
 use scanstitch::io::point_cloud;
+use scanstitch::pipeline::planar::Reconstruction;
+use scanstitch::pipeline::report::Stage;
+use scanstitch::pipeline::settings::Settings;
 use scanstitch::registration::CloudMetric::{self, Gicp, PointToLine, PointToPlane, PointToPoint, Vgicp};
 use scanstitch::registration::RegistrationOptions;
 use scanstitch::registration::align::{StepMethod, register_clouds};
@@ -148,6 +151,34 @@ fn a_sampled_iteration_has_the_pairs_of_its_points() {
         assert_eq!(sampled.rejected_source, left_out, "{name}");
         assert_eq!(sampled.summary.num_points, expected.len() + left_out.len(), "{name}");
         assert!(sampled.summary.cost > 0.0 && sampled.summary.cost.is_finite(), "{name}");
+    }
+}
+
+#[test]
+fn a_scan_is_looked_into_as_the_run_registered_it() {
+    for folder in [common::shared_data("laser/zju10"), Some(corridor())].into_iter().flatten() {
+        let mut run = Reconstruction::new(Settings::default()).expect("settings");
+        for i in 0..10 {
+            run.add_scan(&format!("{i}.ply"), cloud(&folder.join(format!("{i}.ply")))).expect("a scan");
+        }
+        assert!(run.scan_to_map(1).is_none(), "nothing has been registered yet");
+        while run.step().stage != Stage::Done {}
+        assert!(run.scan_to_map(0).is_none() && run.scan_to_map(10).is_none());
+        for frame in 1..10 {
+            let pair = run.scan_to_map(frame).expect("registered");
+            let options = RegistrationOptions {
+                init_T_target_source: Some(pair.init_T_target_source),
+                ..with_metric(PointToLine)
+            };
+            let looked_into = register_clouds(&pair.source, &pair.target, &options).expect("registered");
+            let history = run.history(frame);
+            assert_eq!(looked_into.history.len(), history.len(), "{} {frame}", folder.display());
+            for (seen, done) in looked_into.history.iter().zip(history) {
+                assert_eq!(seen.num_inliers, done.num_inliers, "{} {frame}", folder.display());
+                // The points of the map are rounded to single precision.
+                assert!((seen.inlier_rmse - done.inlier_rmse).abs() < 1e-6, "{seen:?} {done:?}");
+            }
+        }
     }
 }
 

@@ -340,9 +340,10 @@ fn names_tell_the_ranges_their_angles_and_the_units() {
     };
     let text = (0..8).fold(head, |text, scan| text + &row(scan));
     let guess = TableFormat::guess(text.as_bytes()).unwrap();
-    assert_eq!(guess.format.to_string(), "ranges=3:183,unit=mm,start=-90.0000deg,step=1.0000deg");
+    assert_eq!(guess.format.to_string(), "ranges=3:183,unit=mm,start=-90.0000deg,step=1.0000deg,time=1:s");
     assert_eq!(guess.doubt, None);
     let log = read(text.as_bytes()).unwrap();
+    assert_eq!(log.scans[3].time, Some(1_709_287_203.0), "seconds since 1970 of the date");
     assert_eq!((log.scans.len(), log.scans[0].ranges.len(), log.scans[0].ranges[0]), (8, 181, 2.0));
 
     // Semicolons and decimal commas; poses in metres and degrees beside ranges in millimetres.
@@ -409,4 +410,58 @@ fn what_the_sdk_of_an_rplidar_prints_turns_clockwise() {
     let log = read(text.as_bytes()).unwrap();
     assert_eq!(log.scans.len(), 2);
     assert!((log.scans[0].bearings.of(90) + std::f64::consts::FRAC_PI_2).abs() < 1e-9);
+}
+
+/// Scans as others write them: clocks, bars, lists in cells, names in other languages, numbers of beams.
+#[test]
+fn tables_of_other_habits_are_read() {
+    let range = |scan: usize, beam: usize| 2.0 + (0.05 * beam as f64).sin().abs() + 0.01 * scan as f64;
+    let table =
+        |head: String, row: &dyn Fn(usize) -> String| (0..6).fold(head + "\n", |text, scan| text + &row(scan) + "\n");
+    let list = |scan: usize, gap: &str| -> String {
+        (0..181).map(|beam| format!("{:.4}", range(scan, beam))).collect::<Vec<_>>().join(gap)
+    };
+    let names = |stem: &str, gap: &str| (0..181).map(|beam| format!("{stem}{beam}")).collect::<Vec<_>>().join(gap);
+    let readings = |head: &str, line: &dyn Fn(usize, usize) -> String| {
+        let lines = (0..6).flat_map(|scan| (0..181).map(move |beam| (scan, beam)));
+        lines.fold(head.to_owned() + "\n", |text, (scan, beam)| text + &line(scan, beam) + "\n")
+    };
+    let german = table(format!("Uhrzeit;Odo X [cm];Odo Y [cm];Gier [Grad];{}", names("Strahl ", ";")), &|scan| {
+        let cells = [10.0 * scan as f64, 0.0, 5.0 * scan as f64].map(|value| format!("{value:.2}")).join(";");
+        format!("14:03:1{scan}.500;{cells};{}", list(scan, ";")).replace('.', ",")
+    });
+    let spanish = table(format!("tiempo(ms)|pos_x(mm)|pos_y(mm)|ang(°)|{}", names("d", "|")), &|scan| {
+        format!("{}|{}|0.5|{}|{}", 250 * scan, 100 * scan, 9 * scan, list(scan, "|"))
+    });
+    let pandas = table(",time,ranges,odom".to_owned(), &|scan| {
+        format!("{scan},{:.2},\"[{}]\",\"({:.3}, 0.0, 0.1)\"", 0.25 * scan as f64, list(scan, ", "), 0.1 * scan as f64)
+    });
+    let beams = readings("scan;beam;range;x;y;theta", &|scan, beam| {
+        format!("{scan};{beam};{:.4};{:.3};0;0.1", range(scan, beam), 0.1 * scan as f64)
+    });
+    let japanese = readings("時刻,角度,距離", &|scan, beam| {
+        format!("2024-05-03T10:00:0{scan}.25,{},{:.3}", beam as f64 - 90.0, range(scan, beam))
+    });
+    let half = "start=-90.0000deg,step=1.0000deg";
+    for (text, expected) in [
+        (&german, format!("ranges=5:185,unit=m,{half},time=1:s,poses=2:3:4:cm:deg")),
+        (&spanish, format!("ranges=5:185,unit=m,{half},time=1:ms,poses=2:3:4:mm:deg")),
+        (&pandas, format!("ranges=3:183,unit=m,{half},time=2:s,poses=184:185:186")),
+        (&beams, "range=3,angle=2:1.0000deg,unit=m,start=-90.0000deg,poses=4:5:6".to_owned()),
+        (&japanese, "range=3,angle=2:1.0000deg,unit=m,start=0.0000deg,time=1:s".to_owned()),
+    ] {
+        assert!(is_laser_log(&text.as_bytes()[..text.len().min(8192)]), "{expected}");
+        let guess = TableFormat::guess(text.as_bytes()).unwrap();
+        assert_eq!((guess.format.to_string(), guess.doubt), (expected.clone(), None));
+        let log = read(text.as_bytes()).unwrap();
+        assert_eq!(log.scans.len(), 6, "{expected}");
+        for (number, scan) in log.scans.iter().enumerate() {
+            let wanted: f64 = (0..181).map(|beam| range(number, beam)).sum();
+            assert!((sum(scan) - wanted).abs() < 0.1 && scan.ranges.len() == 181, "{expected}");
+        }
+    }
+    assert_eq!(read(german.as_bytes()).unwrap().scans[2].time, Some(50_592.5));
+    assert_eq!(read(japanese.as_bytes()).unwrap().scans[2].time, Some(1_714_730_402.25));
+    let pose = read(spanish.as_bytes()).unwrap().scans[5].odometry.unwrap();
+    assert!((pose.translation.x - 0.5).abs() < 1e-12 && (pose.rotation.angle() - 45f64.to_radians()).abs() < 1e-12);
 }

@@ -13,3 +13,14 @@ export function isBagName(path) {
 export function isBagMetadata(path) {
   return baseOf(path).toLowerCase() === 'metadata.yaml';
 }
+
+/** What SQLite keeps beside a bag that was not closed; `bag`: that bag. @param {string} path */
+export function journalOf(path) {
+  const [, bag, kind] = path.match(/^(.*\.db3)-(wal|shm)$/i) ?? [];
+  return bag === undefined ? null : { bag, isLog: kind?.toLowerCase() === 'wal' };
+}
+
+/** Whether a file is a bag or belongs to one. @param {string} path */
+export function isOfBag(path) {
+  return isBagName(path) || isBagMetadata(path) || journalOf(path) !== null;
+}

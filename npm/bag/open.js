@@ -10,7 +10,7 @@ import { isPointer } from '../recording/heads.js';
 import { folderOf, groupBy } from '../recording/names.js';
 import { encapsulateRos1 } from './cdr.js';
 import { isMcap } from './mcap_records.js';
-import { isBagMetadata, isBagName } from './names.js';
+import { isBagMetadata, isBagName, journalOf } from './names.js';
 import { isRos1 } from './ros1_records.js';
 import { isSqlite } from './sqlite.js';
 
@@ -130,7 +130,7 @@ export async function openBags(files) {
     const containers = [];
     for (const file of parts) {
       try {
-        containers.push(await openContainer(file.path, await file.source()));
+        containers.push(await openContainer(file.path, await sourceOf(file, files)));
       } catch (error) {
         const { problem, remedy = '', message } = /** @type {Error & { problem?: string, remedy?: string }} */ (error);
         const reason = problem === undefined ? `not used: ${message}` : `not used: ${problem}. ${remedy}`;
@@ -139,7 +139,24 @@ export async function openBags(files) {
     }
     if (containers.length > 0) bags.push(new Bag(path, containers, formats));
   }
+  for (const { path } of files) {
+    const journal = journalOf(path);
+    if (journal?.isLog && !files.some((file) => file.path === journal.bag)) {
+      notes.push(lost(path, `not used: it holds the last messages of ${journal.bag}, which is not here`));
+    }
+  }
   return { bags, notes };
+}
+
+/** The bytes of a bag, with what its recorder had not yet written into it. @param {BagFile} file @param {readonly BagFile[]} files */
+async function sourceOf({ path, source }, files) {
+  const log = files.find((other) => {
+    const journal = journalOf(other.path);
+    return journal?.isLog && journal.bag === path;
+  });
+  if (!log) return source();
+  const { withLog } = await import('./sqlite_wal.js');
+  return withLog(log.path, await source(), await log.source());
 }
 
 /** @param {string} name @param {ByteSource} source @returns {Promise<Container>} */

@@ -125,6 +125,7 @@ class Maker {
     this.#total = topic.count;
     const contents = await this.#contents(topic, 'clouds', 'pcd', (bytes) => cloudFile(decodeCloud(bytes)));
     this.#recording.clouds = contents.map(({ path }) => path);
+    this.#recording.cloud_times = contents.map(({ time }) => Number(time) / 1e9);
     if (contents.length > 0) this.#recording.kind = 'clouds';
   }
 

@@ -2,7 +2,7 @@
 /** Files named on the command line, read from the disk. */
 import { readdirSync, realpathSync, statSync } from 'node:fs';
 import { basename, join, normalize, resolve } from 'node:path';
-import { isBagMetadata, isBagName } from '../bag/names.js';
+import { isBagName, isOfBag } from '../bag/names.js';
 import { convertFiles } from '../formats/convert.js';
 import { openAnyArchive } from '../open_archive.js';
 import { isSystemFile } from '../recording/classify.js';
@@ -89,7 +89,7 @@ async function openBagsAmong(sources, handles, wishes) {
   }
   const { listBags, recordingsOf } = await import('../bag/bag_recordings.js');
   const { bags, notes } = await listBags(files);
-  const rest = sources.filter(({ path }) => !isBagName(path) && !isBagMetadata(path));
+  const rest = sources.filter(({ path }) => !isOfBag(path));
   const recordings = await recordingsOf(bags, wishes).catch((error) => {
     // A wish that cannot be granted.
     throw isScanstitchError(error) ? new CommandError(error.message) : error;
@@ -103,7 +103,7 @@ async function openBagsAmong(sources, handles, wishes) {
  * @returns {import('../bag/open.js').BagFile[]}
  */
 function bagFiles(sources, handles) {
-  const files = sources.filter(({ path }) => isBagName(path) || isBagMetadata(path));
+  const files = sources.filter(({ path }) => isOfBag(path));
   return files.map(({ path, disk, read }) => ({
     path,
     source: async () => {

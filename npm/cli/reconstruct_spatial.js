@@ -94,7 +94,7 @@ async function writeMap(reconstruction, options, complain) {
  * @param {Task} task
  * @returns {FrameJob[]}
  */
-export function jobsOf({ inputs: { sources }, recording: { kind, root, depth_frames, clouds } }) {
+export function jobsOf({ inputs: { sources }, recording: { kind, root, depth_frames, clouds, cloud_times } }) {
   const source = (/** @type {string} */ path) => {
     const found = sources.get(path);
     if (!found) throw new Error(`${path} is not listed`);
@@ -102,7 +102,8 @@ export function jobsOf({ inputs: { sources }, recording: { kind, root, depth_fra
   };
   if (kind === 'clouds') {
     return clouds.map((path, index) => {
-      return { index, name: relative(root, path), time: null, kind, file: source(path), color: null };
+      const time = cloud_times?.[index] ?? null;
+      return { index, name: relative(root, path), time, kind, file: source(path), color: null };
     });
   }
   return depth_frames.map(({ name, depth, color, time }, index) => {

@@ -18,6 +18,8 @@ const LAYOUTS = [
 const MAX_RANGE = 1000;
 /** Reflectance is 0 to 1, or 0 to 255. */
 const MAX_INTENSITY = 255;
+/** A list of a million times is shorter than that (bytes). */
+const MAX_TIMES_BYTES = 64 * 2 ** 20;
 /** A cloud of fewer points is none. */
 const MIN_POINTS = 16;
 
@@ -131,4 +133,46 @@ export function besideClouds(files, folder) {
 export function frameOf(path) {
   const number = baseOf(path).match(/(\d+)\D*$/)?.[1];
   return number === undefined ? null : Number(number);
+}
+
+/**
+ * Times of frames as KITTI lists them, a line each: seconds (times.txt), or dates (timestamps.txt). Null where a line is neither,
+ * or where they do not ascend.
+ * @param {string} text
+ */
+function timesOf(text) {
+  const times = text
+    .split('\n')
+    .map((line) => line.trim())
+    .filter((line) => line !== '')
+    .map((line) => (Number.isFinite(Number(line)) ? Number(line) : secondsOf(line)));
+  const ascend = times.every((time, index) => index === 0 || time > (times[index - 1] ?? time));
+  return times.length > 0 && ascend && times.every(Number.isFinite) ? times : null;
+}
+
+/** `2011-09-26 13:02:25.964389445` as seconds since 1970. @param {string} line */
+function secondsOf(line) {
+  const [, minute = '', seconds = ''] = line.match(/^(\d{4}-\d\d-\d\d[ T]\d\d:\d\d):(\d\d(?:\.\d*)?)Z?$/) ?? [];
+  return Date.parse(`${minute.replace(' ', 'T')}:00Z`) / 1000 + Number(seconds);
+}
+
+/**
+ * The times of clouds, by the numbers in their names, and the file that they stand in: the nearest of those called so. Null
+ * where there is none, or where it has no time for one of them.
+ * @param {readonly { path: string }[]} clouds of one folder
+ * @param {readonly { path: string, size: number }[]} files
+ * @param {(path: string, length: number) => Promise<Uint8Array | null>} read
+ */
+export async function timesOfClouds(clouds, files, read) {
+  const folder = folderOf(clouds[0]?.path ?? '');
+  const lies = (/** @type {string} */ path) => folderOf(path) === folder || folderOf(path) === folderOf(folder);
+  const [file] = files
+    .filter(({ path, size }) => /^times(tamps)?\.txt$/i.test(baseOf(path)) && lies(path) && size < MAX_TIMES_BYTES)
+    .sort((a, b) => depthOf(folderOf(b.path)) - depthOf(folderOf(a.path)));
+  const bytes = file && (await read(file.path, file.size));
+  const listed = bytes && timesOf(new TextDecoder().decode(bytes));
+  if (!file || !listed) return null;
+  const isWhole = listed.length === clouds.length;
+  const times = clouds.map(({ path }, index) => listed[isWhole ? index : (frameOf(path) ?? -1)]);
+  return times.every((time) => time !== undefined) ? { path: file.path, times } : null;
 }

@@ -26,6 +26,11 @@ import {
 const SAME_STEP = 1e-5;
 /** A start that differs by less from the first pose is that pose (rad, m). */
 const SAME_POSE = 1e-9;
+/** Two points are equally near when their distances differ by less (m). */
+const SAME_DISTANCE = 1e-6;
+/** With more ties than these, or more numbers times numbers of both clouds, partners are not tried one by one. */
+const MAX_TIES = 5;
+const MAX_TIED_PRODUCT = 1e8;
 /** Any pair is near enough (m). */
 const NO_LIMIT = 1e6;
 
@@ -46,25 +51,31 @@ export function compareOwnIcp(engine, source, target, options, poses) {
     const has_start = first !== undefined && isNear(difference(start, first), SAME_POSE);
     const theirs = has_start ? given : [start, ...given];
     const unit = wrongUnit(lab, theirs);
-    const iterations = theirs.slice(0, -1).map((pose) => lab.iteration(Float64Array.from(pose)));
-    const steps = iterations.map((iteration, index) => {
-      const own = theirs[index + 1] ?? start;
-      return {
-        T_before: theirs[index] ?? start,
-        T_own: own,
-        T_ours: iteration.T_next,
-        ...difference(iteration.T_next, own),
-      };
-    });
-    const parts = steps.findIndex((step) => !isNear(step, SAME_STEP));
-    const fault =
-      parts < 0 ? null : (unit ?? faultAt({ engine, source, target, options, lab, theirs, iterations, parts }));
-    return {
-      steps,
-      parts_at: parts < 0 ? null : parts,
-      fault,
-      num_ours: lab.trace(Float64Array.from(start)).records.length,
+    const [begin, ...others] = theirs.slice(0, -1).map((pose) => lab.iteration(Float64Array.from(pose)));
+    const judge = (/** @type {IcpIteration[]} */ iterations) => {
+      const steps = iterations.map((iteration, index) => {
+        const own = theirs[index + 1] ?? start;
+        return {
+          T_before: theirs[index] ?? start,
+          T_own: own,
+          T_ours: iteration.T_next,
+          ...difference(iteration.T_next, own),
+        };
+      });
+      const parts = steps.findIndex((step) => !isNear(step, SAME_STEP));
+      const fault =
+        parts < 0 ? null : (unit ?? faultAt({ engine, source, target, options, lab, theirs, iterations, parts }));
+      return { steps, parts_at: parts < 0 ? null : parts, fault };
     };
+    let best = judge(begin ? [begin, ...others] : []);
+    // Where it is the same to which of two points a point is paired, theirs may be the other one.
+    for (const variant of begin && best.parts_at === 0 ? tiedSteps(lab, theirs[0] ?? start, begin) : []) {
+      const other = judge([variant, ...others]);
+      const isKnown = best.fault !== null && best.fault.kind !== 'unknown';
+      if (other.fault === null || (!isKnown && other.fault.kind !== 'unknown')) best = other;
+      if (best.fault === null) break;
+    }
+    return { ...best, num_ours: lab.trace(Float64Array.from(start)).records.length };
   } finally {
     lab.free();
   }
@@ -73,6 +84,44 @@ export function compareOwnIcp(engine, source, target, options, poses) {
 /** @param {{ rotation: number, translation: number }} apart @param {number} limit */
 function isNear({ rotation, translation }, limit) {
   return rotation <= limit && translation <= limit;
+}
+
+/**
+ * The same step with other partners where two target points are equally near to a source point, as in clouds that lie
+ * symmetrically; none where it is no closed form, or in large clouds.
+ * @param {IcpLab} lab @param {number[]} T @param {IcpIteration} iteration
+ * @returns {IcpIteration[]}
+ */
+function tiedSteps(lab, T, iteration) {
+  const [source, target] = [lab.source_points(), lab.target_points()];
+  if (source.length * target.length > MAX_TIED_PRODUCT) return [];
+  const point = (/** @type {Float32Array} */ xyz, /** @type {number} */ i) => [...xyz.subarray(3 * i, 3 * i + 3)];
+  const p = Array.from(iteration.source, (i) => moved(T, point(source, i)));
+  const all = Array.from({ length: target.length / 3 }, (_, i) => point(target, i));
+  const distance = (/** @type {number[]} */ a, /** @type {number[]} */ b) =>
+    Math.hypot(...a.map((value, axis) => value - (b[axis] ?? 0)));
+  const ties = p.flatMap((from, pair) => {
+    const partner = iteration.target[pair] ?? 0;
+    const least = distance(from, all[partner] ?? from);
+    const others = all.flatMap((to, i) => (i !== partner && distance(from, to) - least < SAME_DISTANCE ? [i] : []));
+    return others.length > 0 ? [{ pair, others: [partner, ...others] }] : [];
+  });
+  const solved = (/** @type {Uint32Array} */ partners) => {
+    const q = Array.from(partners, (i) => all[i] ?? []);
+    const { p0, q0, covariance } = sumsOf(p, q, iteration.weight);
+    const R = bestRotation(covariance(p0, q0));
+    const turned = moved(poseOf(R, [0, 0, 0]), p0);
+    const t = q0.map((value, axis) => value - (turned[axis] ?? 0));
+    return multiplied(poseOf(R, t), T);
+  };
+  const isClosedForm = isNear(difference(solved(iteration.target), iteration.T_next), SAME_STEP);
+  /** @type {Uint32Array<ArrayBuffer>[]} */
+  let choices = [Uint32Array.from(iteration.target)];
+  for (const { pair, others } of isClosedForm && ties.length <= MAX_TIES ? ties : []) {
+    choices = choices.flatMap((partners) => others.map((other) => partners.with(pair, other)));
+  }
+  const made = choices.slice(1).map((partners) => ({ ...iteration, target: partners, T_next: solved(partners) }));
+  return /** @type {IcpIteration[]} */ (made);
 }
 
 /** Translations far beyond both clouds that fit when divided: another unit. @param {IcpLab} lab @param {number[][]} theirs @returns {OwnIcpFault | null} */

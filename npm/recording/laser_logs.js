@@ -19,9 +19,7 @@ const MAX_WORDS = 8;
  */
 export function isLaserLog(head) {
   if (head.includes(0)) return false;
-  const text = latin1(head)
-    .replace(/^\xef\xbb\xbf/, '')
-    .trimStart();
+  const text = new TextDecoder().decode(head).trimStart();
   if (/^[[{]/.test(text)) return /"readings"/.test(text) || (/"nrays"/.test(text) && /"min_theta"/.test(text));
   const lines = text.split(/[\r\n]+/).filter((line) => line.trim() !== '' && !/^\s*#/.test(line));
   const first = lines.slice(0, 3);
@@ -61,7 +59,7 @@ function isMessageTable(line) {
 
 /** A scan a line, or a step and its range. @param {Uint8Array} head @param {string} text */
 function isRangeTable(head, text) {
-  const lines = text.split(/[\r\n]+/).map((line) => line.split(/[\s,;[\](){}"']+/).filter((word) => word !== ''));
+  const lines = text.split(/[\r\n]+/).map((line) => line.split(/[\s,;|[\](){}"']+/).filter((word) => word !== ''));
   const isLabel = (/** @type {string} */ word) => /[^:]:$/.test(word);
   const isRow = (/** @type {string[]} */ given) => {
     // Beside labels, words stand for no column; many of them are no such line, but a program's text.
@@ -86,10 +84,15 @@ function isRangeTable(head, text) {
   return rows.length >= TABLE_LINES && (begin === 0 || begin === 1) && counts;
 }
 
-/** Whether the names of the columns are those of an angle and a range. @param {string[]} names */
+/** What an angle, the number of a beam and a range are called, as the engine knows it. */
+const ANGLE = /^(angle|theta|bearing|azimut|winkel|ángulo|angulo|angolo|角度|方位)/i;
+const BEAM = /^(beam|ray|strahl|haz|faisceau|step)/i;
+const RANGE = /^(range|dist|radius|abstand|entfernung|portée|alcance|距離|距离)/i;
+
+/** Whether the names of the columns are those of an angle or a beam, and of a range. @param {string[]} names */
 function isReading(names) {
   const has = (/** @type {RegExp} */ word) => names.some((name) => word.test(name));
-  return names.length < MIN_SCAN_NUMBERS && has(/^(angle|theta|bearing|azimuth)/i) && has(/^(range|dist|radius)/i);
+  return names.length < MIN_SCAN_NUMBERS && (has(ANGLE) || has(BEAM)) && has(RANGE);
 }
 
 /** @param {string} word */

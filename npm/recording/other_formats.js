@@ -8,10 +8,7 @@ const ADVICE = [
   [/\.7z$/i, 'an archive of 7-Zip, which is not opened; unpack it (7z x FILE) and give the folder'],
   [/\.rar$/i, 'an archive of RAR, which is not opened; unpack it (unrar x FILE) and give the folder'],
   [/\.xz$/i, 'packed by xz; unpack it (unxz FILE) and give what comes out'],
-  [
-    /\.db3-(wal|shm|journal)$/i,
-    "belongs to a bag that was not closed; merge it (sqlite3 FILE.db3 'PRAGMA wal_checkpoint(TRUNCATE)') and give the .db3",
-  ],
+  [/\.db3-(wal|shm|journal)$/i, 'belongs to a bag that was not closed; give it together with its .db3'],
   [/\.(laz|copc)$/i, 'a LAZ cloud, which is not read; convert it: pdal translate FILE out.ply'],
   [
     /\.e57$/i,
@@ -25,7 +22,7 @@ const ADVICE = [
   ],
   [
     /(^|\/)times(tamps)?\.txt$/i,
-    'the times of frames, which are taken from the names of files or from a bag; the frames are counted',
+    'times that are not those of the frames: a line each, ascending, beside clouds; depth images have theirs in their names',
   ],
   [
     /\.npz$/i,

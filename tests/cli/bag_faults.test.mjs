@@ -329,3 +329,68 @@ test('each way of laying messages down gives the same bag', async () => {
     }
   }
 });
+
+/**
+ * The write-ahead log of a recorder that was not closed: all pages of a file, with a commit behind each of `commits` of them.
+ * @param {Uint8Array} whole @param {readonly number[]} commits numbers of pages, ascending; the last one is the end
+ */
+function logOf(whole, commits) {
+  const size = new DataView(whole.buffer, whole.byteOffset).getUint16(16);
+  const log = new Uint8Array(32 + (24 + size) * (commits.at(-1) ?? 0));
+  const view = new DataView(log.buffer);
+  let [a, b] = [0, 0];
+  const add = (/** @type {number} */ start, /** @type {number} */ length) => {
+    for (let at = start; at < start + length; at += 8) {
+      a = (a + view.getUint32(at) + b) >>> 0;
+      b = (b + view.getUint32(at + 4) + a) >>> 0;
+    }
+    return [a, b];
+  };
+  const put = (/** @type {number} */ at, /** @type {number[]} */ words) =>
+    words.forEach((word, k) => view.setUint32(at + 4 * k, word));
+  put(0, [0x377f0683, 3_007_000, size, 0, 11, 12]);
+  put(24, add(0, 24));
+  for (let page = 1; page <= (commits.at(-1) ?? 0); page += 1) {
+    const at = 32 + (page - 1) * (24 + size);
+    put(at, [page, commits.includes(page) ? page : 0, 11, 12]);
+    log.set(whole.subarray((page - 1) * size, page * size), at + 24);
+    add(at, 8);
+    put(at + 16, add(at + 24, size));
+  }
+  return { log, size };
+}
+
+test('the messages that a recorder had not yet written into its bag are read from the log beside it', async () => {
+  const whole = db3Bytes([DEPTH, CAMERA], walk(20));
+  const numPages = whole.length / new DataView(whole.buffer, whole.byteOffset).getUint16(16);
+  const { log, size } = logOf(whole, [numPages]);
+  const open = async (/** @type {Uint8Array} */ bytes, /** @type {Uint8Array} */ beside) => {
+    const files = [
+      bagFile('walk.db3', bytes),
+      bagFile('walk.db3-wal', beside),
+      bagFile('walk.db3-shm', new Uint8Array(8)),
+    ];
+    const { bags, notes } = await openBags(files);
+    return { counts: bags.flatMap(({ topics }) => topics.map(({ count }) => count)), bags, notes };
+  };
+  const { counts, bags, notes } = await open(whole.subarray(0, size), log);
+  assert.deepEqual(notes, []);
+  assert.deepEqual(counts, [20, 20]);
+  const [bag] = bags;
+  const topic = bag?.topic(DEPTH.name);
+  assert.ok(bag && topic);
+  const { bags: others } = await openBags([bagFile('walk.db3', whole)]);
+  const other = others[0]?.topic(DEPTH.name);
+  assert.ok(other);
+  assert.deepEqual(await bag.read(topic, 19), await others[0]?.read(other, 19));
+  // What was not committed, or not written whole, is none of the bag.
+  const torn = log.slice();
+  torn[log.length - 1] = (torn.at(-1) ?? 0) ^ 1;
+  for (const beside of [torn, log.subarray(0, log.length - 1), new Uint8Array()]) {
+    assert.deepEqual((await open(whole, beside)).counts, [20, 20]);
+  }
+  const wrong = await open(whole, new Uint8Array(100).fill(7));
+  assert.match(wrong.notes[0]?.reason ?? '', /no write-ahead log of SQLite/);
+  const alone = await openBags([bagFile('walk.db3-wal', log)]);
+  assert.match(alone.notes[0]?.reason ?? '', /walk\.db3, which is not here/);
+});

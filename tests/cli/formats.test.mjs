@@ -137,9 +137,21 @@ test("KITTI's clouds are reconstructed, with the camera's poses as the laser's",
   writeFileSync(join(sequence, 'calib.txt'), 'P0: 1 0 0 0 0 1 0 0 0 0 1 0\nTr: 0 -1 0 0 0 0 -1 0 1 0 0 -0.3\n');
   const poses = [-0.3, ...places].map((x) => `1 0 0 0 0 1 0 0 0 0 1 ${x}\n`);
   writeFileSync(join(sequence, 'poses.txt'), poses.join(''));
+  const times = [0, 0.104, 0.207, 0.311, 0.414];
+  writeFileSync(join(sequence, 'times.txt'), times.map((time) => `${time.toExponential(6)}\n`).join(''));
   const out = join(folder, 'out');
   const { status, stderr } = scanstitch(['reconstruct', sequence, '--out', out]);
   assert.equal(status, 0, stderr);
+  assert.doesNotMatch(stderr, /times\.txt/);
+  const rows = readFileSync(join(out, 'trajectory.tum'), 'utf8')
+    .trim()
+    .split('\n')
+    .filter((row) => !row.startsWith('#'));
+  // The clouds are called 000001 to 000004: the first time is that of a frame that is not here.
+  assert.deepEqual(
+    rows.map((row) => Number(row.split(' ')[0])),
+    times.slice(1),
+  );
   assert.match(stderr, /poses\.txt: .*carried over to the laser by Tr of calib\.txt/);
   const { frames, comparison } = readReport(out);
   assert.equal(frames.length, 4);
@@ -265,7 +277,7 @@ test('every format that is not read has the line that helps', () => {
     ['a.rar', /unrar x/],
     ['a.tar.xz', /tar xf/],
     ['a.csv.xz', /unxz/],
-    ['a.db3-wal', /wal_checkpoint/],
+    ['a.db3-wal', /together with its \.db3/],
     ['a.laz', /pdal translate/],
     ['a.e57', /CloudCompare/],
     ['a.rawlog', /rawlog-edit/],
@@ -280,7 +292,7 @@ test('every format that is not read has the line that helps', () => {
     ['a.pcap', /VeloView/],
     ['a.lvx', /CSV, LAS or PCD/],
     ['a.parquet', /to_csv/],
-    ['seq/times.txt', /times of frames/],
+    ['seq/times.txt', /not those of the frames/],
   ])) {
     assert.match(adviceFor(name) ?? '', words, name);
   }

@@ -106,6 +106,31 @@ test('an own ICP is followed, and planted faults are told apart', () => {
   target.free();
 });
 
+test('where two points are equally near, an own ICP may take the other one', () => {
+  const flat = (/** @type {number[][]} */ points) => Float32Array.from(points.flatMap(([x = 0, y = 0]) => [x, y, 0]));
+  const target = [
+    [-1, 0],
+    [1, 0],
+    [-1, 2],
+    [1, 2],
+    [0.5, 3],
+    [3, 1],
+    [-2, -1],
+  ];
+  // The first point lies in the middle between the first two of the target.
+  const source = [[0, 0], ...target.slice(1).map(([x = 0, y = 0]) => [x + 0.25, y + 0.125])];
+  const clouds = [source, target].map((points) => engine.PointCloud.from_positions(flat(points)));
+  const [a, b] = clouds;
+  assert.ok(a && b);
+  for (const fault of ['', 'transposed', 'pairs']) {
+    const theirs = studentsIcp(flat(source), flat(target.toReversed()), fault);
+    const { fault: found, parts_at } = engine.compare_own_icp(a, b, theirs, PLAIN);
+    const expected = { '': null, transposed: 'transposed_rotation', pairs: 'pairs_of_the_start' }[fault];
+    assert.equal(found?.name ?? null, expected, `${fault}: ${parts_at}`);
+  }
+  clouds.forEach((cloud) => cloud.free());
+});
+
 test('poses of an own ICP are read from CSV, JSON and npy, and refused with the reason', () => {
   const [c, s] = [Math.cos(0.3), Math.sin(0.3)];
   const plane = [c, -s, 1, s, c, 2, 0, 0, 1];

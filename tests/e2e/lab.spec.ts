@@ -285,3 +285,58 @@ test('the correlative search is followed block by block, and ICP runs from its b
   expect(Math.hypot(from[0] - home[0], from[1] - home[1]), 'a grid of 0.1 m').toBeLessThan(0.15);
   expect(Math.hypot(to[0] - home[0], to[1] - home[1])).toBeLessThan(0.05);
 });
+
+test('a scan is looked into as the run registered it', async ({ app, page }) => {
+  const cells = app.row('4.ply').getByRole('cell');
+  const columns = await app.table.getByRole('columnheader').allInnerTexts();
+  const iterations = columns.findIndex((name) => /^iterations/.test(name));
+  // The row's header is the first column.
+  const count = await cells.nth(iterations - 1).innerText();
+  await app.row('4.ply').getByRole('button', { name: '4.ply', exact: true }).click();
+  await page.getByRole('button', { name: 'Look inside' }).click();
+  await expect(heading(page)).toHaveText('At the start');
+  await expect(lab(page).getByLabel('Target', { exact: false }).first()).toHaveValue('map before 4.ply');
+  await expect(lab(page).getByText(`${count} iterations, converged`)).toBeVisible();
+  await lab(page).getByLabel('Target', { exact: false }).first().selectOption({ label: '3.ply' });
+  await expect(heading(page)).toHaveText('At the start');
+  await expect(lab(page).getByLabel('Target', { exact: false }).first()).toHaveValue(/(^|\/)3\.ply$/);
+});
+
+test('a link holds all methods, and asks for own files again', async ({ page }) => {
+  await page.goto('about:blank');
+  const beside = encodeURIComponent('metric=point_to_point');
+  await page.goto(`./#icp&source=b.ply&target=a.ply&start=0.1,0,0&tab=method&beside=${beside}&robust_kernel=none`);
+  const region = lab(page).getByRole('region', { name: 'Messages' });
+  await expect(region).toContainText('This link is about b.ply and a.ply');
+  const scan = (shift: number): Buffer => Buffer.from(ply(room(8, 5).map(([x, y]) => [x - shift, y, 0] as const)));
+  await lab(page)
+    .locator('input[type=file]')
+    .setInputFiles([
+      { name: 'a.ply', mimeType: '', buffer: scan(0) },
+      { name: 'b.ply', mimeType: '', buffer: scan(0.2) },
+    ]);
+  const table = lab(page).getByRole('table', { name: 'Methods' });
+  await expect(table.getByRole('row')).toHaveCount(3);
+  await expect(table.getByRole('row').nth(2)).toContainText('Point to point');
+  const { T_target_source, options } = await trace(page);
+  expect(place(T_target_source[0])).toEqual([0.1, 0]);
+  expect(options?.robust_kernel).toBe('none');
+  expect(page.url()).toContain('beside=metric%3Dpoint_to_point');
+});
+
+test('what a panel or clouds in space do not have is not offered, and answers are folded again', async ({ page }) => {
+  await page.goto('about:blank');
+  await page.goto('./#icp&scene=free_plane&tab=degeneracy');
+  const question = lab(page).getByRole('region', { name: 'Question' });
+  await question.getByText('Answer').click();
+  await expect(question.locator('details p')).toBeVisible();
+  await lab(page).getByRole('button', { name: 'Export' }).click();
+  await expect(page.getByRole('menuitem')).toHaveText([/Copy link/, /Picture, PNG/, /Film/, /Trace/]);
+  await page.keyboard.press('Escape');
+  const film = await exported(page, /^Film/);
+  expect(film.includes('acTL') && film.includes('fdAT')).toBe(true);
+  await lab(page).getByRole('button', { name: 'Examples' }).click();
+  await page.getByRole('menuitem', { name: /^Outliers/ }).click();
+  await expect(question).toContainText('Outliers');
+  await expect(question.locator('details p')).toBeHidden();
+});

@@ -110,6 +110,19 @@ onePage('plain HTML', 'plain/index.html', () => {
   linkTo('plain/scanstitch');
 });
 
+test("a look of one's own", async ({ page }) => {
+  write('look/index.html', `<!doctype html><body>${recipe("A look of one's own", 'html')}`);
+  linkTo('look/scanstitch');
+  await expectTold(page, 'look/index.html', CASES[0] as Case);
+  const app = page.locator('scanstitch-app');
+  await expect(app.getByText('Robotics 101')).toBeVisible();
+  await expect(app.getByRole('heading', { name: 'Exercise 3' })).toBeVisible();
+  await expect(app.getByRole('button', { name: 'Export' })).toHaveCSS('font-family', /Georgia/);
+  await expect(app.getByRole('button', { name: 'Choose files' }).first()).toHaveCount(0);
+  const accent = await app.evaluate((element) => getComputedStyle(element).getPropertyValue('--scanstitch-accent'));
+  expect(accent.trim()).toBe('#8b1e3f');
+});
+
 onePage('Jupyter Book and Sphinx', 'book/index.html', () => {
   const raw = /```\{raw\} html\n([^]*?)```/.exec(`${recipe('Jupyter Book and Sphinx', 'md', '````')}\n`)?.[1] ?? '';
   write('book/index.html', `<!doctype html><body><main>${raw}</main>`);

@@ -41,6 +41,15 @@ async function compare(page: Page): Promise<ComparedRow[]> {
   return compared;
 }
 
+test('what is dropped on the strategies is compared there', async ({ spatial, page }) => {
+  const tools = page.getByRole('navigation', { name: 'Tools' });
+  await tools.getByRole('button', { name: 'Strategies' }).click();
+  await expect(page.getByRole('region', { name: 'No recording yet' })).toBeVisible();
+  await spatial.drop(recording(4));
+  await expect(page.getByRole('button', { name: 'Compare', exact: true })).toBeEnabled({ timeout: 60_000 });
+  await expect(page.getByRole('heading', { name: 'Compare strategies' })).toBeVisible();
+});
+
 async function load(spatial: SpatialPage): Promise<void> {
   await spatial.drop([...recording(NUM_FRAMES), truth(NUM_FRAMES)]);
   await spatial.stitched();

@@ -78,6 +78,8 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
   /** Views that were shown once stay, hidden, with all they hold. */
   @state() private opened: ReadonlySet<View> = new Set<View>(['planar']);
   @state() private is_system_dark = false;
+  /** What was dropped on the strategies: it is compared as soon as its first frames are on the map. */
+  private is_to_compare = false;
   /** A run that took the place of one of the other kind. */
   @state() private crossing: (Elsewhere & { shown: Run }) | null = null;
   @query('scanstitch-planar') private planar!: ScanstitchPlanar;
@@ -92,10 +94,14 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
     show: async (files, requested_at, is_new, given) => {
       if (is_new) this.cross('spatial' in files ? 'spatial' : 'planar');
       if ('spatial' in files) {
+        const is_to_compare = this.view === 'strategies';
         const spatial = await this.showSpatial();
         const set = given && (await fromHost()).givenSpatial(given, files.spatial);
-        if (set) await spatial?.openGiven(Promise.resolve(set), requested_at);
-        else await spatial?.add(files.spatial, requested_at, is_new);
+        const adding = set
+          ? spatial?.openGiven(Promise.resolve(set), requested_at)
+          : spatial?.add(files.spatial, requested_at, is_new);
+        this.is_to_compare = is_to_compare;
+        await adding;
         return;
       }
       const set = given && (await (await fromHost()).givenDataset(given, files.planar));
@@ -240,6 +246,7 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
     const onFacts = (): void => {
       this.requestUpdate();
       this.attend(() => this.handover.follow());
+      this.attend(() => this.compareDropped());
     };
     const onWanted = ({ detail }: CustomEvent<string>): void => this.choose(detail);
     const onRefused = ({ detail }: CustomEvent<string[]>): void => this.api.refuse(detail);
@@ -424,6 +431,13 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
     }
   }
 
+  /** Back to the strategies with what was dropped there, unless something of it is told on the map. */
+  private async compareDropped(): Promise<void> {
+    if (!this.is_to_compare || !this.spatial?.facts.result) return;
+    this.is_to_compare = false;
+    if (this.view === 'spatial' && !this.spatial.has_messages) await this.go('strategies');
+  }
+
   /** Tells where something that was asked for fails: a part of the page that cannot be fetched, a file that is gone. */
   private attend(work: () => Promise<void>): void {
     work().catch((error: unknown) => {
@@ -481,10 +495,10 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
     if ((owner === 'icp' || owner === 'bev') && view !== owner) (this.runView() ?? this.planar).writeAddress();
   }
 
-  /** The registration of a scan or frame to the one before it; null: of the selected one. */
+  /** The registration of a scan or frame; null: of the selected one to the one before. */
   private async lookInside(frame: number | null): Promise<void> {
     await this.loaded(import('./lab/lab-view.js'));
-    if (this.hasUpdated) this.handover.openLab(frame);
+    if (this.hasUpdated) await this.handover.openLab(frame);
     this.show('icp');
   }
 
@@ -542,8 +556,11 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
 
   private async openApartment(): Promise<void> {
     const requested_at = performance.now();
+    const is_to_compare = this.view === 'strategies';
     const spatial = await this.showSpatial();
-    await spatial?.openGiven(fetchApartment(), requested_at);
+    const opening = spatial?.openGiven(fetchApartment(), requested_at);
+    this.is_to_compare = is_to_compare;
+    await opening;
   }
 
   private async showSpatial(): Promise<ScanstitchSpatial | null> {

@@ -112,6 +112,22 @@ impl LocalMap {
         })
     }
 
+    /// Where its scans were placed, the oldest first.
+    pub(crate) fn placed(&self) -> impl Iterator<Item = (Rc<PlanarScan>, Pose2)> + '_ {
+        self.scans.iter().map(|placed| (Rc::clone(&placed.scan), placed.T_world_sensor))
+    }
+
+    /// What scans are registered to: points in the world frame (m) with their normals; without any for point to point.
+    pub(crate) fn target_points(&self) -> Vec<(Vector2<f64>, Option<Vector2<f64>>)> {
+        match self.metric {
+            MetricName::PointToPoint => self.points().into_iter().map(|point| (point, None)).collect(),
+            MetricName::PointToLine => {
+                let surfaces = self.scans.iter().flat_map(|placed| placed.surface.iter().zip(&placed.normals));
+                surfaces.map(|(point, normal)| (*point, *normal)).collect()
+            }
+        }
+    }
+
     /// Registers a scan to the map from a guess of `T_world_sensor`.
     pub(crate) fn register(&self, scan: &PlanarScan, guess: Pose2, options: &IcpOptions) -> PlanarRegistration {
         let source = Source { points: &scan.points, normals: Some(&scan.normals), sigmas: None };

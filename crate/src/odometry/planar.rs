@@ -92,6 +92,8 @@ pub struct FrameEstimate {
     pub link: Link,
     /// What the registration tells of the pose, by a perturbation on the left about the world's origin, rotation first.
     pub information: Matrix3<f64>,
+    /// The scans that it was registered to, and where they were placed at that time.
+    pub references: Vec<(Rc<PlanarScan>, Pose2)>,
 }
 
 /// Scan-to-map odometry in the plane. The world frame is the frame of the first scan.
@@ -152,7 +154,7 @@ impl Odometry {
     /// expected once more. A scan that fits nothing stays at its prediction, and the scans after it start from there.
     pub fn register_frame(&mut self, scan: &Rc<PlanarScan>, motion: Option<&MeasuredMotion>) -> FrameEstimate {
         let prediction = self.T_world_last * motion.map_or(self.last_motion, |motion| motion.T_before_sensor);
-        let estimate = if scan.points.len() < MIN_POINTS {
+        let mut estimate = if scan.points.len() < MIN_POINTS {
             let mut assessment = Assessment::too_few_points(scan.points.len());
             if motion.is_some() && !self.map.is_empty() {
                 assessment.status = Status::Doubtful; // placed by the measured motion
@@ -165,6 +167,7 @@ impl Odometry {
         } else {
             self.register_unmeasured(scan, &prediction)
         };
+        estimate.references = self.map.placed().collect();
         self.take(scan, estimate, motion.is_some())
     }
 
@@ -205,8 +208,9 @@ impl Odometry {
             let main = std::mem::replace(&mut self.map, stray);
             let estimate = self.register_unmeasured(scan, prediction);
             if estimate.link == Link::Registered {
+                let references = self.map.placed().collect();
                 self.map.insert(Rc::clone(scan), estimate.T_world_sensor);
-                return Some(FrameEstimate { link: Link::Start, ..estimate });
+                return Some(FrameEstimate { link: Link::Start, references, ..estimate });
             }
             self.map = main;
         }
@@ -237,7 +241,7 @@ impl Odometry {
             Status::Lost => (*prediction, Link::Lost),
         };
         let information = without_normals_noise(&registration);
-        FrameEstimate { T_world_sensor, registration: Some(registration), assessment, link, information }
+        registered(T_world_sensor, registration, information, assessment, link)
     }
 
     fn register_by_search(&self, scan: &PlanarScan, prediction: &Pose2) -> Hypothesis {
@@ -324,5 +328,17 @@ impl Odometry {
 }
 
 fn unregistered(T_world_sensor: Pose2, assessment: Assessment, link: Link) -> FrameEstimate {
-    FrameEstimate { T_world_sensor, registration: None, assessment, link, information: Matrix3::zeros() }
+    let (information, references) = (Matrix3::zeros(), Vec::new());
+    FrameEstimate { T_world_sensor, registration: None, assessment, link, information, references }
+}
+
+fn registered(
+    T_world_sensor: Pose2,
+    registration: PlanarRegistration,
+    information: Matrix3<f64>,
+    assessment: Assessment,
+    link: Link,
+) -> FrameEstimate {
+    let registration = Some(registration);
+    FrameEstimate { registration, information, ..unregistered(T_world_sensor, assessment, link) }
 }

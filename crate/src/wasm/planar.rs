@@ -8,7 +8,7 @@ use super::occupancy_grid::OccupancyGrid;
 use super::{from_object, plain, read_ply, thrown};
 use crate::io::{ply, trajectory};
 use crate::map::occupancy_grid::RESOLUTION;
-use crate::pipeline::planar::Reconstruction as Engine;
+use crate::pipeline::planar::{Reconstruction as Engine, ScanToMap as Pair};
 use crate::pipeline::report::{FrameResult, PlanarPose, Progress, ReconstructionResult};
 use crate::pipeline::settings::{Preset, SettingDescription, Settings, descriptions};
 use crate::preprocess::clean::CleaningReport;
@@ -39,6 +39,36 @@ pub fn describe_settings() -> Result<Vec<Ts<SettingDescription>>, JsValue> {
 #[wasm_bindgen(unchecked_return_type = "Preset<Settings>[]")]
 pub fn presets() -> Result<Vec<Ts<Preset<Settings>>>, JsValue> {
     crate::pipeline::settings::presets().iter().map(plain).collect()
+}
+
+/// A registration of a run as it was done: a scan, and the map of the scans before it as it was at that time. Call `free()`
+/// when done.
+#[wasm_bindgen]
+pub struct ScanToMap {
+    pair: Pair,
+}
+
+#[wasm_bindgen]
+impl ScanToMap {
+    /// The scan without what is no measurement, in its sensor's frame: x y z x y z ... (m).
+    pub fn source(&self) -> Vec<f32> {
+        bytemuck::cast_slice(&self.pair.source.positions).to_vec()
+    }
+
+    /// What it was registered to, in the frame of the map: x y z x y z ... (m).
+    pub fn target(&self) -> Vec<f32> {
+        bytemuck::cast_slice(&self.pair.target.positions).to_vec()
+    }
+
+    /// Unit normals of that, NaN where a point has none; undefined where the metric needs none.
+    pub fn target_normals(&self) -> Option<Vec<f32>> {
+        self.pair.target.normals.as_deref().map(|normals| bytemuck::cast_slice(normals).to_vec())
+    }
+
+    /// Where the registration began: 4 x 4, row by row.
+    pub fn init_T_target_source(&self) -> Vec<f64> {
+        self.pair.init_T_target_source.to_vec()
+    }
 }
 
 /// A reconstruction of planar scans: add scans, call `step()` until its stage is `done`, ask for `result()` at any time.
@@ -182,6 +212,12 @@ impl Reconstruction {
     pub fn correspondences(&self, frame: usize) -> Vec<f32> {
         let pairs = self.engine.correspondences(frame);
         pairs.iter().flatten().flat_map(|p| [p.x as f32, p.y as f32]).collect()
+    }
+
+    /// A frame's registration as the run did it, before all poses were optimised together: for `register` and `IcpLab` with
+    /// the settings' options. Undefined where there was none.
+    pub fn scan_to_map(&self, frame: usize) -> Option<ScanToMap> {
+        self.engine.scan_to_map(frame).map(|pair| ScanToMap { pair })
     }
 
     /// The trajectory as TUM writes it: t x y z qx qy qz qw, a line a frame; the time is the log's (s), and the number of the

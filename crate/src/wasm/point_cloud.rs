@@ -46,16 +46,22 @@ impl PointCloud {
         Ok(Self { cloud: read_ply(name, bytes)? })
     }
 
-    /// From x y z x y z ... (m); what is left of an incomplete point is an error.
+    /// From x y z x y z ... (m), with a unit normal of each point where they are known (NaN for a point without one).
     ///
     /// # Errors
-    /// When the length is no multiple of three.
-    pub fn from_positions(xyz: &[f32]) -> Result<PointCloud, JsValue> {
+    /// When the length is no multiple of three, or there are not as many normals as points.
+    pub fn from_positions(xyz: &[f32], normals: Option<Vec<f32>>) -> Result<PointCloud, JsValue> {
         if !xyz.len().is_multiple_of(3) {
             let problem = format!("{} numbers are not a multiple of three", xyz.len());
             return Err(thrown(&Error::whole(problem, "Give x, y and z of every point")));
         }
-        Ok(Self { cloud: Cloud::from_positions(xyz.chunks_exact(3).map(glam::Vec3::from_slice).collect()) })
+        if let Some(normals) = normals.as_ref().filter(|normals| normals.len() != xyz.len()) {
+            let problem = format!("{} numbers of normals for {} of positions", normals.len(), xyz.len());
+            return Err(thrown(&Error::whole(problem, "Give x, y and z of every normal, or none")));
+        }
+        let vectors = |xyz: &[f32]| xyz.chunks_exact(3).map(glam::Vec3::from_slice).collect();
+        let normals = normals.map(|normals| vectors(&normals));
+        Ok(Self { cloud: Cloud { normals, ..Cloud::from_positions(vectors(xyz)) } })
     }
 
     /// Number of points.

@@ -350,6 +350,16 @@ impl SpatialReconstruction {
         self.engine.map_sizes(voxel_sizes).iter().map(plain).collect()
     }
 
+    /// For each frame before this one, the motion of what it gave to the map, x y z qx qy qz qw (m): from where that lies now, in
+    /// the world, to where it lay when this frame was registered, in the frame of the sensor before it.
+    pub fn map_before(&self, frame: usize) -> Vec<f64> {
+        let numbers = |pose: &Pose3| {
+            let (t, q) = (pose.translation.vector, pose.rotation.coords);
+            [t.x, t.y, t.z, q.x, q.y, q.z, q.w]
+        };
+        self.engine.map_before(frame).iter().flat_map(numbers).collect()
+    }
+
     /// The trajectory as TUM writes it: time or number of the frame, x y z qx qy qz qw, a line a frame.
     pub fn trajectory_tum(&self) -> String {
         trajectory::tum_text(self.engine.times().as_deref(), &self.engine.poses())

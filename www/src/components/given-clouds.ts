@@ -4,8 +4,14 @@
 export type CloudData =
   /** A file of points, PLY or PCD. */
   | { kind: 'file'; name: string; bytes: Uint8Array<ArrayBuffer> }
-  /** x y z x y z ..., m; `is_of_camera`: x right, y down, z forward. */
-  | { kind: 'positions'; name: string; xyz: Float32Array<ArrayBuffer>; is_of_camera?: boolean }
+  /** x y z x y z ..., m, with unit normals where they are known; `is_of_camera`: x right, y down, z forward. */
+  | {
+      kind: 'positions';
+      name: string;
+      xyz: Float32Array<ArrayBuffer>;
+      normals?: Float32Array<ArrayBuffer> | null;
+      is_of_camera?: boolean;
+    }
   /** A depth image and the camera that took it (pixels; raw depth values a metre). */
   | {
       kind: 'depth';

@@ -7,7 +7,7 @@ interface Run {
   readonly facts: ViewFacts;
   readonly is_under_way: boolean;
   filesToEvaluate(): Promise<GivenFiles | null>;
-  cloudsToRegister(frame: number | null): GivenClouds | null;
+  cloudsToRegister(frame: number | null): Promise<GivenClouds | null>;
 }
 
 export interface HandoverHooks {
@@ -62,9 +62,9 @@ export class Handover {
     this.#host.requestUpdate();
   }
 
-  /** The registration of a scan or frame to the one before it; null: of the selected one. */
-  openLab(frame: number | null): void {
-    const clouds = this.#hooks.run()?.cloudsToRegister(frame) ?? null;
+  /** The registration of a scan or frame as the run did it; null: of the selected one to the one before. */
+  async openLab(frame: number | null): Promise<void> {
+    const clouds = (await this.#hooks.run()?.cloudsToRegister(frame)) ?? null;
     const is_same = clouds?.source === this.looked_into?.source && clouds?.of === this.looked_into?.of;
     if (clouds && (frame !== null || !is_same)) this.looked_into = clouds;
     this.#host.requestUpdate();

@@ -110,8 +110,11 @@ export abstract class RunView<
   }
 
   abstract removeReference(): void;
-  /** A scan or frame and the one before it, for the ICP lab; null where there are no two. `frame`: null is the selected one. */
-  abstract cloudsToRegister(frame: number | null): GivenClouds | null;
+  /**
+   * A scan or frame and what it was registered to, for the ICP lab; null where there are no two. `frame`: null is the selected
+   * one, and of scans the one before it.
+   */
+  abstract cloudsToRegister(frame: number | null): Promise<GivenClouds | null>;
   /** What the evaluation takes over from a run that is done; null before. */
   abstract filesToEvaluate(): Promise<GivenFiles | null>;
 
@@ -144,6 +147,11 @@ export abstract class RunView<
   /** The same, but for an engine that is only starting. */
   get is_under_way(): boolean {
     return this.is_busy && this.session.phase !== 'starting';
+  }
+
+  /** Whether something is told beside the map. */
+  get has_messages(): boolean {
+    return this.session.messages.length > 0;
   }
 
   abstract get map_points(): ScanstitchMapPoints | null;

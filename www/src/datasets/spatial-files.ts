@@ -3,7 +3,7 @@
  * zip, or on the server.
  */
 import type { ListedBag } from '../../../npm/bag/bag_recordings.js';
-import { isBagMetadata, isBagName } from '../../../npm/bag/names.js';
+import { isBagName, isOfBag } from '../../../npm/bag/names.js';
 import { needsConversion } from '../../../npm/formats/names.js';
 import { type Content, filesInArchive, filesInBags } from '../../../npm/recording/contents.js';
 import { isArchiveName, isImageName } from '../../../npm/recording/kinds.js';
@@ -101,7 +101,7 @@ export async function tellApart(
   if (kind === 'depth_images' || kind === 'clouds' || (kind === 'nothing' && shown === 'spatial')) {
     return { spatial: { title: '', origin: 'user', files, notes, recording }, is_recording, bag };
   }
-  const loose = given.filter(({ name }) => !isArchiveName(name) && !isBagName(name) && !isBagMetadata(name));
+  const loose = given.filter(({ name }) => !isArchiveName(name) && !isOfBag(name));
   // What was converted is not what was given.
   const on_disk = new Set(files.filter(({ is_on_disk }) => is_on_disk).map(({ path }) => path));
   const loose_as_given = loose.filter(({ name }) => on_disk.has(name));
@@ -125,9 +125,9 @@ export async function openFiles(
 ): Promise<OpenedFiles> {
   const opened_archives = await openArchives(given);
   const { notes } = opened_archives;
-  const of_bags = opened_archives.files.filter(isOfBag);
+  const of_bags = opened_archives.files.filter(({ path }) => isOfBag(path));
   const rest = await convert(
-    opened_archives.files.filter((file) => !isOfBag(file)),
+    opened_archives.files.filter(({ path }) => !isOfBag(path)),
     notes,
   );
   if (!of_bags.some(({ path }) => isBagName(path))) return { given, files: [...rest, ...of_bags], notes, bags: [] };
@@ -175,8 +175,6 @@ async function openBags(
   const files = filesInBags(recordings).map(packed);
   return { files, bags: bags.map((listed, i) => ({ listed, choice: recordings[i]?.choice ?? {} })) };
 }
-
-const isOfBag = ({ path }: StoredFile): boolean => isBagName(path) || isBagMetadata(path);
 
 /** What lies in an archive or a bag. */
 function packed(content: Content): StoredFile {

@@ -11,7 +11,7 @@ export function jobsOf(recording: Recording, files: readonly StoredFile[]): Spat
     return recording.clouds.map((path, index) => ({
       index,
       name: path,
-      time: null,
+      time: recording.cloud_times?.[index] ?? null,
       file: file(path),
       color: null,
       is_cloud: true,

@@ -103,7 +103,7 @@ export class PlanarClient {
     this.#order(this.#host.call('resume', ++this.#run));
   }
 
-  /** `frame` matters for `correspondences` and `history` alone. */
+  /** `frame` matters for `correspondences`, `history` and `scan_to_map` alone. */
   ask<K extends keyof Answers>(kind: K, frame = 0): Promise<Answers[K]> {
     return (this.#first_host ?? this.#host).call('ask', kind, frame) as Promise<Answers[K]>;
   }

@@ -17,6 +17,7 @@ import type {
   Problem,
   Progress,
   RunState,
+  ScanToMap,
   SettingDescription,
   Settings,
   Timing,
@@ -261,8 +262,22 @@ function wholeResult(present: Reconstruction): Pick<Growth, 'frames' | 'result'>
 function answer(kind: keyof Answers, frame: number): Answers[keyof Answers] {
   if (!reconstruction) throw nothingLoaded();
   if (kind === 'correspondences' || kind === 'history') return reconstruction[kind](frame);
+  if (kind === 'scan_to_map') return scanToMap(reconstruction, frame);
   if (kind === 'occupancy_grid') return occupancyGrid(reconstruction);
   return reconstruction[kind]();
+}
+
+function scanToMap(present: Reconstruction, frame: number): ScanToMap | null {
+  const pair = present.scan_to_map(frame);
+  if (!pair) return null;
+  const plain: ScanToMap = {
+    source: pair.source(),
+    target: pair.target(),
+    target_normals: pair.target_normals() ?? null,
+    init_T_target_source: Array.from(pair.init_T_target_source()),
+  };
+  pair.free();
+  return plain;
 }
 
 function occupancyGrid(present: Reconstruction): Grid {

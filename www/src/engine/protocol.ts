@@ -126,10 +126,23 @@ export interface Growth {
 
 export type RunState = 'running' | 'stopped' | 'done';
 
-/** What the engine can be asked for, between two steps or at rest; `correspondences` and `history` are those of one frame. */
+/** A registration as the run did it: a scan, and the map of the scans before it as it was at that time. */
+export interface ScanToMap {
+  /** x y z x y z ..., m: the scan in its sensor's frame, the map in its own. */
+  source: Float32Array<ArrayBuffer>;
+  target: Float32Array<ArrayBuffer>;
+  /** Unit normals of the map's points, NaN where one has none; null where the metric needs none. */
+  target_normals: Float32Array<ArrayBuffer> | null;
+  /** Where the registration began: 4 x 4, row by row. */
+  init_T_target_source: readonly number[];
+}
+
+/** What the engine can be asked for, between two steps or at rest; the first three are those of one frame. */
 export interface Answers {
   correspondences: Float32Array;
   history: IterationRecord[];
+  /** Null where the frame was registered to nothing. */
+  scan_to_map: ScanToMap | null;
   trajectory_tum: string;
   trajectory_matrices: string[];
   map_ply: Uint8Array;
@@ -156,7 +169,7 @@ export interface PlanarApi {
   configure(run: number, settings: Partial<Settings>): void;
   stop(): void;
   resume(run: number): void;
-  /** `frame` matters for `correspondences` and `history` alone. */
+  /** `frame` matters for `correspondences`, `history` and `scan_to_map` alone. */
   ask<K extends keyof Answers>(kind: K, frame: number): Answers[K];
   /** A table as it would be read by `format`, or by a guess, with one of its scans; null where the file is no table. */
   describeTable(file: InputFile, format: string | null, scan: number): TableFacts | null;

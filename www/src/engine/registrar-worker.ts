@@ -21,7 +21,7 @@ function forget(): void {
   reconstruction = null;
 }
 
-const answers: { [K in keyof SpatialAnswers]: () => SpatialAnswers[K] } = {
+const answers: { [K in keyof SpatialAnswers]: (frame: number) => SpatialAnswers[K] } = {
   trajectory_tum: () => engine().trajectory_tum(),
   trajectory_matrices: () => engine().trajectory_matrices(),
   map_ply: () => engine().map_ply(),
@@ -30,6 +30,7 @@ const answers: { [K in keyof SpatialAnswers]: () => SpatialAnswers[K] } = {
   map_pcd_ascii: () => engine().map_file('pcd_ascii'),
   map_pcd_compressed: () => engine().map_file('pcd_binary_compressed'),
   report_json: () => engine().report_json(),
+  map_before: (frame) => engine().map_before(frame) as Float64Array,
 };
 
 const api: Served<RegistrarApi> = {
@@ -87,7 +88,7 @@ const api: Served<RegistrarApi> = {
     return { voxel_size, num_points: 0, num_bytes: 0, ...size, ms: performance.now() - start };
   },
 
-  ask: <K extends keyof SpatialAnswers>(kind: K) => answers[kind]() as SpatialAnswers[K],
+  ask: <K extends keyof SpatialAnswers>(kind: K, frame: number) => answers[kind](frame) as SpatialAnswers[K],
 };
 
 serve<RegistrarApi>(api);

@@ -133,8 +133,8 @@ export class SpatialClient {
     this.#begin((order) => (this.#run ? this.#compute(order) : this.#loadAll(order)));
   }
 
-  ask<K extends keyof SpatialAnswers>(kind: K): Promise<SpatialAnswers[K]> {
-    return this.#registrar.call('ask', kind) as Promise<SpatialAnswers[K]>;
+  ask<K extends keyof SpatialAnswers>(kind: K, frame = 0): Promise<SpatialAnswers[K]> {
+    return this.#registrar.call('ask', kind, frame) as Promise<SpatialAnswers[K]>;
   }
 
   /** What the map would come to in voxels of this size, m. */

@@ -66,6 +66,9 @@ export interface SpatialAnswers {
   map_pcd_ascii: Uint8Array;
   map_pcd_compressed: Uint8Array;
   report_json: string;
+  /** x y z qx qy qz qw of each frame before one: the motion of its points in the map to where they lay when that one was
+   * registered, in the frame of the sensor before it. */
+  map_before: Float64Array;
 }
 
 /** The one worker that holds the reconstruction. */
@@ -88,7 +91,8 @@ export interface RegistrarApi {
   clearReference(): void;
   snapshot(): SpatialSnapshot;
   mapSize(voxel_size: number): SizedMap;
-  ask<K extends keyof SpatialAnswers>(kind: K): SpatialAnswers[K];
+  /** `frame` matters for `map_before` alone. */
+  ask<K extends keyof SpatialAnswers>(kind: K, frame: number): SpatialAnswers[K];
 }
 
 /** A prepared frame, and the bytes that it was made from, for others to come. */

@@ -6,11 +6,16 @@ import { addressesOf, fetchGiven } from '../datasets/given.js';
 import { fetchSample } from '../datasets/remote.js';
 
 import { lab_scene, lab_scenes } from '../../../npm/lab/scenes.js';
+import { baseName } from '../views/format.js';
+import type { LabLink } from './link.js';
 import type { Options } from './protocol.js';
 import { compareNaturally } from '../../../npm/natural_order.js';
 
 /** Name of the sample in a link. */
 export const SAMPLE = 'sample';
+
+/** A map of a run, which no file holds. */
+export const isMapName = (name: string): boolean => /^map (of|before) /.test(name);
 
 export const isCloudName = (name: string): boolean => /\.(ply|pcd)$/i.test(name);
 
@@ -36,6 +41,14 @@ export function joined(present: GivenClouds | null, files: readonly NamedFile[])
   const others = (present?.clouds ?? []).filter(({ name }) => name !== first.name);
   const target = present && present.source !== first.name ? (present.source ?? '') : (others[0]?.name ?? '');
   return givenClouds('Your clouds', '', [...others, first], first.name, target);
+}
+
+/** The clouds in the roles that a link gives them, with what it says; null where they are others. */
+export function asLinked(given: GivenClouds, link: LabLink): (LabLink & { given: GivenClouds }) | null {
+  const called = (wanted: string): string =>
+    given.clouds.find(({ name }) => baseName(name) === baseName(wanted))?.name ?? '';
+  const [source, target] = [called(link.source), called(link.target)];
+  return source && target ? { ...link, given: { ...given, source, target } } : null;
 }
 
 export function givenClouds(

@@ -1,5 +1,6 @@
 /** Before there are clouds: how to open some, and the gallery; and the question of a scene that is open. */
 import { html, type TemplateResult } from 'lit';
+import { keyed } from 'lit/directives/keyed.js';
 import '../components/menu.js';
 import { type ActiveSession, emptyView } from '../components/run-parts.js';
 import { type OpenedScene, SCENE_ITEMS } from './clouds.js';
@@ -57,12 +58,14 @@ export function examplesMenu(show: (name: string) => void): TemplateResult {
 
 /** What a scene asks, with its answer folded. `styles`: lab_styles. */
 export function question({ text: { title, question, answer, look_at } }: OpenedScene): TemplateResult {
+  // Of another scene the answer is folded again.
+  const folded = html`<details>
+    <summary>Answer</summary>
+    <p>${answer}</p>
+  </details>`;
   return html`<section class="question" aria-label="Question">
     <p><strong>${title}.</strong> ${question}</p>
     <p class="muted">Look at: ${look_at}</p>
-    <details>
-      <summary>Answer</summary>
-      <p>${answer}</p>
-    </details>
+    ${keyed(title, folded)}
   </section>`;
 }

@@ -18,7 +18,17 @@ import { download } from '../export/exports.js';
 import { baseName } from '../views/format.js';
 import { makeColors } from '../views/figure-colors.js';
 import { memoizeLast } from '../views/memoize-last.js';
-import { addressedClouds, isCloudName, joined, type OpenedScene, SAMPLE, sampleClouds, sceneClouds } from './clouds.js';
+import {
+  addressedClouds,
+  asLinked,
+  isCloudName,
+  isMapName,
+  joined,
+  type OpenedScene,
+  SAMPLE,
+  sampleClouds,
+  sceneClouds,
+} from './clouds.js';
 import { lab_styles } from './lab-styles.js';
 import type { ScanstitchLabPlane } from './plane-stage.js';
 import { FIRST_LOOK, type PlaneScene, type StageLook, stageTheme } from './plane-painter.js';
@@ -32,7 +42,7 @@ import { stageScene } from './stage-scene.js';
 import type { ScanstitchLabSpace } from './space-stage.js';
 import type { RunKey } from './stage-keys.js';
 import { legend, transport } from './stage-parts.js';
-import { TAKE_ALONG, takeAlong } from './take-along.js';
+import { type Shoot, takeAlong, takeAlongItems } from './take-along.js';
 import { methodName, stateWords } from './words.js';
 
 /**
@@ -53,6 +63,8 @@ export class ScanstitchLab extends LitElement {
   @state() private look = FIRST_LOOK;
   /** The scene of the gallery that was opened last. */
   @state() private scene: OpenedScene | null = null;
+  /** What a link says of files that are not there yet. */
+  private awaited: LabLink | null = null;
   /** A pose that a landscape or a basin points at. */
   @state() private ghost: Pose | null = null;
   @query('#pick') private file_input!: HTMLInputElement;
@@ -71,23 +83,28 @@ export class ScanstitchLab extends LitElement {
     else if (this.src) this.attend(addressedClouds(this.src));
   }
 
-  private openLink({ sample, source, target, options, start, at, tab }: LabLink): void {
+  private openLink(link: LabLink): void {
+    const { sample, source, target, tab } = link;
     this.tab = TABS.find((one) => one.tab === tab)?.tab ?? 'step';
     const scene = sample === null ? null : sceneClouds(sample);
     if (scene) {
-      void this.openScene(scene, { options, start, at });
+      void this.openScene(scene, link);
       return;
     }
     if (sample !== SAMPLE) {
+      this.awaited = link;
       const names = [source, target].map(baseName).join(' and ');
-      this.session.report(`This link is about ${names}, which it cannot carry`, 'Drop these two files here');
+      this.session.report(
+        `This link is about ${names}, which it cannot carry`,
+        isMapName(target)
+          ? 'Open the recording on the map, and look inside this scan or frame'
+          : 'Drop these two files here',
+      );
       return;
     }
-    const opened = sampleClouds(source, target).then((given) => this.session.open(given, options, start));
-    opened.then(
-      () => this.session.player.seek(at),
-      (error: unknown) => this.tellFetching(error),
-    );
+    sampleClouds(source, target)
+      .then((given) => this.openAs(given, link))
+      .catch((error: unknown) => this.tellFetching(error));
   }
 
   protected override updated(changed: PropertyValues<this>): void {
@@ -221,7 +238,7 @@ export class ScanstitchLab extends LitElement {
         <scanstitch-menu
           label="Export"
           icon="download"
-          .items=${TAKE_ALONG}
+          .items=${takeAlongItems(facts?.is_planar ?? true, this.tab !== 'degeneracy' && this.tab !== 'method')}
           ?disabled=${!session.trace}
           @menu-chosen=${({ detail }: CustomEvent<string>) => void this.takeAlong(detail)}
         ></scanstitch-menu>
@@ -302,28 +319,37 @@ export class ScanstitchLab extends LitElement {
     };
   }
 
-  /** A scene of the gallery, with the methods that it compares; a link may hold another method, start and iteration. */
-  private async openScene(
-    scene: OpenedScene,
-    link: Pick<LabLink, 'options' | 'start' | 'at'> | null = null,
-  ): Promise<void> {
+  /** A scene of the gallery, with the methods that it compares; a link may hold other methods, a start and an iteration. */
+  private async openScene(scene: OpenedScene, link: LabLink | null = null): Promise<void> {
     const options = { ...scene.first, ...link?.options };
+    const others = link && link.others.length > 0 ? link.others : scene.others;
     this.scene = scene;
-    await this.session.open(scene.given, options, link?.start ?? null);
-    const first = this.session.active;
-    for (const other of scene.others) await this.session.addRun(other);
-    this.session.look(first);
-    this.session.player.seek(link?.at ?? 0);
+    await this.openAs(scene.given, { options, others, start: link?.start ?? null, at: link?.at ?? 0 });
+  }
+
+  private async openAs(
+    given: GivenClouds,
+    { options, others, start, at }: Pick<LabLink, 'options' | 'others' | 'start' | 'at'>,
+  ): Promise<void> {
+    const { session } = this;
+    await session.open(given, options, start);
+    const first = session.active;
+    for (const other of others) await session.addRun(other);
+    session.look(first);
+    session.player.seek(at);
   }
 
   // What leaves the lab.
 
   private link(): string {
-    const { given, run, start, at, facts } = this.session;
+    const { given, run, runs, start, at, facts } = this.session;
     if (!given || !run) return '';
     const { source, target, sample } = given;
-    const content = { sample: sample || null, source, target, options: run.options, start, at, tab: this.tab };
-    return writeLink(content, facts?.is_planar ?? true);
+    const others = runs.filter((other) => other !== run && !other.own).map(({ options }) => options);
+    const content = { sample: sample || null, source, target, options: run.options, others, start, at, tab: this.tab };
+    const { scene } = this;
+    const first = scene !== null && scene.given.of === given.of ? scene.first : {};
+    return writeLink(content, facts?.is_planar ?? true, first);
   }
 
   private rememberLink(): void {
@@ -342,12 +368,13 @@ export class ScanstitchLab extends LitElement {
         session.announce('The link was copied.');
         return;
       }
-      if (id === 'png' && this.space) {
-        download({ name: 'icp.png', blob: await this.space.picture() });
-        return;
-      }
+      const { space, plane } = this;
       const scene = this.sceneOf(facts);
-      const stage = this.plane ? { ...this.plane.viewport, scene } : null;
+      const inSpace: Shoot = async (pose, iteration) => {
+        if (!space) throw new Error('the clouds are not shown');
+        return space.picture({ ...scene, pose, iteration });
+      };
+      const stage = plane ? { ...plane.viewport, scene } : inSpace;
       download(await takeAlong(id, session, run, stage, this.side.figure, this.dark));
     } catch (error) {
       session.report(
@@ -368,7 +395,11 @@ export class ScanstitchLab extends LitElement {
       return;
     }
     const given = joined(this.session.given, clouds);
-    if (given?.target) await this.session.open(given);
+    const link = this.awaited && given && asLinked(given, this.awaited);
+    if (link) {
+      this.awaited = null;
+      await this.openAs(link.given, link);
+    } else if (given?.target) await this.session.open(given);
     else this.session.report('One cloud alone is registered to nothing', 'Drop two clouds together');
   }
 

@@ -76,7 +76,8 @@ function labOf(method: number): IcpLab {
 
 function cloudOf(cloud: CloudData): PointCloud {
   if (cloud.kind === 'file') return PointCloud.read(cloud.bytes, cloud.name);
-  return PointCloud.from_positions(cloud.kind === 'positions' ? cloud.xyz : pointsOf(cloud));
+  if (cloud.kind === 'positions') return PointCloud.from_positions(cloud.xyz, cloud.normals);
+  return PointCloud.from_positions(pointsOf(cloud));
 }
 
 /** Every pixel with a depth as a point (x right, y down, z forward). */

@@ -10,6 +10,8 @@ export interface LabLink {
   source: string;
   target: string;
   options: Options;
+  /** Of the methods beside it. */
+  others: readonly Options[];
   start: Pose | null;
   at: number;
   tab: string;
@@ -18,14 +20,18 @@ export interface LabLink {
 /** Digits that tell apart what the eye does. */
 const round = (value: number): number => Number(value.toFixed(6));
 
-export function writeLink({ sample, source, target, options, start, at, tab }: LabLink, is_planar: boolean): string {
-  const base = methodValues({}, is_planar);
-  const method = writeSettings(methodValues(options, is_planar), base);
+/** `first`: the method of the scene that the link names, which need not be written. */
+export function writeLink(link: LabLink, is_planar: boolean, first: Options = {}): string {
+  const { sample, source, target, options, others, start, at, tab } = link;
+  const written = (of: Options, base: Options): string =>
+    writeSettings(methodValues(of, is_planar), methodValues(base, is_planar));
+  const method = written(options, first);
   const given = new URLSearchParams({ source, target });
   if (sample !== null) given.set('scene', sample);
   if (start) given.set('start', startNumbers(start, is_planar).map(round).join(','));
   if (at > 0) given.set('at', String(at));
   if (tab !== 'step') given.set('tab', tab);
+  for (const other of others) given.append('beside', written(other, {}));
   return `#icp&${given.toString()}${method ? `&${method}` : ''}`;
 }
 
@@ -35,19 +41,24 @@ export function readLink(fragment: string): LabLink | null {
   if (!given.has('icp')) return null;
   const numbers = (given.get('start') ?? '').split(',').filter(Boolean).map(Number);
   const is_planar = numbers.length !== 16;
-  const fields = methodFields(false) as unknown as Parameters<typeof parseSettings>[2];
-  // Of the fields of both kinds of cloud only those that are named in the link are set.
-  const named = parseSettings(given.toString(), {}, fields as never) as Record<string, string | number>;
-  const planar_metric = given.get('metric') === 'point_to_line' ? { metric: 'point_to_line' } : {};
   return {
     sample: given.get('scene'),
     source: given.get('source') ?? '',
     target: given.get('target') ?? '',
-    options: optionsOf({ ...named, ...planar_metric }),
+    options: methodOf(given),
+    others: given.getAll('beside').map((written) => methodOf(new URLSearchParams(written))),
     start: startPose(numbers, is_planar),
     at: Number(given.get('at') ?? 0) || 0,
     tab: given.get('tab') ?? 'step',
   };
+}
+
+/** Of the fields of both kinds of cloud only those that are named are set. */
+function methodOf(given: URLSearchParams): Options {
+  const fields = methodFields(false) as unknown as Parameters<typeof parseSettings>[2];
+  const named = parseSettings(given.toString(), {}, fields as never) as Record<string, string | number>;
+  const planar_metric = given.get('metric') === 'point_to_line' ? { metric: 'point_to_line' } : {};
+  return optionsOf({ ...named, ...planar_metric });
 }
 
 function startNumbers(start: Pose, is_planar: boolean): number[] {

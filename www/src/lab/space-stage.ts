@@ -175,8 +175,9 @@ export class ScanstitchLabSpace extends LabStage {
     return this.inView(acted(pose, ...centroid(facts.source_points)));
   }
 
-  /** What is seen, as a PNG. */
-  picture(): Promise<Blob> {
+  /** What is seen, or another moment of it, as a PNG. */
+  picture(scene = this.scene): Promise<Blob> {
+    this.scene = scene;
     this.paint();
     // The drawing is only there until the browser has shown it: it is copied within the same task.
     return new Promise((resolve, reject) => {

@@ -12,22 +12,29 @@ import { between } from './poses.js';
 import type { LabIteration, Pose } from './protocol.js';
 import { type LabRun, type LabSession, numPoses, pairName } from './session.js';
 
-export const TAKE_ALONG: readonly MenuItem[] = [
-  { id: 'link', label: 'Copy link', detail: 'clouds of samples by name, method, start and iteration' },
+const TAKE_ALONG: readonly MenuItem[] = [
+  { id: 'link', label: 'Copy link', detail: 'clouds of samples by name, methods, start and iteration' },
   { id: 'png', label: 'Picture, PNG', detail: 'the clouds and pairs as you see them' },
-  { id: 'svg', label: 'Picture, SVG', detail: 'the same as lines and dots; in the plane' },
-  { id: 'film', label: 'Film, animated PNG', detail: 'the whole run for slides; in the plane' },
+  { id: 'svg', label: 'Picture, SVG', detail: 'the same as lines and dots' },
+  { id: 'film', label: 'Film, animated PNG', detail: 'the whole run, for slides' },
   { id: 'figure_png', label: 'Figure, PNG', detail: 'the figure of this panel' },
   { id: 'figure_svg', label: 'Figure, SVG', detail: 'the same as lines' },
   { id: 'trace', label: 'Trace, JSON', detail: 'poses, costs, and every iteration with its pairs and equations' },
 ];
 
-/** Makes one of the files. `stage`: the clouds as they are seen in the plane; `figure`: what the panel shows. */
+/** Those that there are: clouds in space have no lines and dots, and some panels have no figure. */
+export const takeAlongItems = (is_planar: boolean, has_figure: boolean): readonly MenuItem[] =>
+  TAKE_ALONG.filter(({ id }) => (is_planar || id !== 'svg') && (has_figure || !id.startsWith('figure')));
+
+/** A picture of the source at a pose, as a PNG. */
+export type Shoot = (pose: Pose, iteration: LabIteration | null) => Promise<Blob>;
+
+/** Makes one of the files. `stage`: the clouds as they are seen, in the plane or in space; `figure`: what the panel shows. */
 export async function takeAlong(
   id: string,
   session: LabSession,
   run: LabRun,
-  stage: { scene: PlaneScene; view: Viewport; size: Size } | null,
+  stage: { scene: PlaneScene; view: Viewport; size: Size } | Shoot,
   figure: ScanstitchFigure | null,
   dark: boolean,
 ): Promise<Download> {
@@ -37,8 +44,8 @@ export async function takeAlong(
     if (!figure) throw new Error('this panel has no figure');
     return pictureFile('icp_figure', kind, figure.painter, figure.size, dark);
   }
-  if (!stage) throw new Error('clouds in space are saved as PNG only');
-  if (id === 'film') return film(session, run, stage.scene, stage.view, stage.size);
+  if (id === 'film') return film(session, run, typeof stage === 'function' ? stage : planarShots(stage));
+  if (typeof stage === 'function') return { name: 'icp.png', blob: await stage(session.pose, session.iteration) };
   return pictureFile('icp', kind, scenePainter(stage.scene, stage.view), stage.size, dark);
 }
 
@@ -70,21 +77,21 @@ const END_MS = 2000;
 /** Of the film: as wide as a slide wants it at most. */
 const MAX_WIDTH = 960;
 
-/** Every iteration: the pairs, then the source on its way. */
-async function film(
-  session: LabSession,
-  run: LabRun,
-  scene: PlaneScene,
-  view: Viewport,
-  size: Size,
-): Promise<Download> {
+function planarShots({ scene, view, size }: { scene: PlaneScene; view: Viewport; size: Size }): Shoot {
   const canvas = document.createElement('canvas');
   const ratio = Math.min(MAX_WIDTH / size.width, 1.5);
+  return (pose, iteration) => {
+    scenePainter({ ...scene, pose, iteration }, view)(penOn(canvas, size, ratio), size);
+    return pngOf(canvas);
+  };
+}
+
+/** Every iteration: the pairs, then the source on its way. */
+async function film(session: LabSession, run: LabRun, shot: Shoot): Promise<Download> {
   const count = numPoses(run.trace);
   const frames: { png: Uint8Array; milliseconds: number }[] = [];
   const shoot = async (pose: Pose, iteration: LabIteration | null, milliseconds: number): Promise<void> => {
-    scenePainter({ ...scene, pose, iteration }, view)(penOn(canvas, size, ratio), size);
-    frames.push({ png: await pngOf(canvas), milliseconds });
+    frames.push({ png: new Uint8Array(await (await shot(pose, iteration)).arrayBuffer()), milliseconds });
   };
   for (let at = 0; at < count; at++) {
     const iteration = await session.iterationAt(run, at);
@@ -130,8 +137,8 @@ async function traceFile(session: LabSession, run: LabRun): Promise<Download> {
 
 const poseAt = ({ trace }: LabRun, at: number): Pose => trace?.poses.subarray(16 * at, 16 * at + 16) ?? [];
 
-async function pngOf(canvas: HTMLCanvasElement): Promise<Uint8Array> {
+async function pngOf(canvas: HTMLCanvasElement): Promise<Blob> {
   const blob = await new Promise<Blob | null>((resolve) => canvas.toBlob(resolve));
   if (!blob) throw new Error('The browser could not make the picture.');
-  return new Uint8Array(await blob.arrayBuffer());
+  return blob;
 }

@@ -1,7 +1,8 @@
 /** The scans of a run as clouds to register, for the ICP lab. */
 import type { GivenCloud, GivenClouds } from '../components/given-clouds.js';
 import type { Dataset } from '../datasets/dataset.js';
-import type { FrameResult, PlanarPose, Settings } from '../engine/protocol.js';
+import type { FrameResult, PlanarPose, ScanToMap, Settings } from '../engine/protocol.js';
+import { baseName } from '../views/format.js';
 import type { PointSet } from '../views/point-layer.js';
 
 interface Run {
@@ -12,7 +13,7 @@ interface Run {
   points: PointSet;
 }
 
-/** Scan `frame` and the one before it; with them all others, and the map of the scans before. Null: there are no two. */
+/** Scan `frame` and the one before it; with them all others. Null: there are no two. */
 export function clouds(
   { settings, dataset, frames, points }: Run,
   frame: number | null,
@@ -25,19 +26,40 @@ export function clouds(
   const scans = frames.map(({ name, T_world_sensor }, i): GivenCloud => {
     const bytes = dataset.is_log ? undefined : files.get(name);
     if (bytes) return { name, read: async () => ({ kind: 'file', name, bytes: new Uint8Array(bytes) }) };
-    return pointsOf(name, points, i, i + 1, T_world_sensor);
+    return pointsOf(name, points, i, T_world_sensor);
   });
-  const pose = frames[before]?.T_world_sensor;
-  const map = pose && before > 0 ? [pointsOf(`map of ${source} scans`, points, 0, source, pose)] : [];
   return {
     title: dataset.title,
     sample,
     of: dataset,
-    clouds: [...scans, ...map],
+    clouds: scans,
     source: frames[source]?.name ?? '',
     target: frames[before]?.name ?? '',
     options: optionsOf(settings),
     init_T_target_source: null,
+  };
+}
+
+/** The same, but scan `frame` and the map that the run registered it to, as they were at that time. */
+export function cloudsAsRun(given: GivenClouds, pair: ScanToMap): GivenClouds {
+  const { source, clouds, options } = given;
+  const target = `map before ${baseName(source)}`;
+  const positions = (name: string, xyz: ScanToMap['source'], normals: ScanToMap['target_normals']): GivenCloud => ({
+    name,
+    read: async () => ({ kind: 'positions', name, xyz, normals }),
+  });
+  // The search has been done: what it found is the first guess.
+  const { search_translation: _, search_rotation: __, ...others } = options ?? {};
+  return {
+    ...given,
+    sample: '',
+    clouds: [
+      ...clouds.map((cloud) => (cloud.name === source ? positions(source, pair.source, null) : cloud)),
+      positions(target, pair.target, pair.target_normals),
+    ],
+    target,
+    options: others,
+    init_T_target_source: pair.init_T_target_source,
   };
 }
 
@@ -53,18 +75,12 @@ function optionsOf(settings: Settings): Readonly<Record<string, string | number>
   };
 }
 
-/** Points of some frames, in the frame of a sensor. */
-function pointsOf(
-  name: string,
-  { points, offsets }: PointSet,
-  first: number,
-  last: number,
-  sensor: PlanarPose,
-): GivenCloud {
+/** Points of a frame, in the frame of its sensor. */
+function pointsOf(name: string, { points, offsets }: PointSet, frame: number, sensor: PlanarPose): GivenCloud {
   return {
     name,
     read: async () => {
-      const [from, to] = [offsets[first] ?? 0, offsets[last] ?? 0];
+      const [from, to] = [offsets[frame] ?? 0, offsets[frame + 1] ?? 0];
       const [cos, sin] = [Math.cos(sensor.theta), Math.sin(sensor.theta)];
       const xyz = new Float32Array(3 * (to - from));
       for (let i = from, k = 0; i < to; i++, k += 3) {

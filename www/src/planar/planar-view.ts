@@ -25,7 +25,7 @@ import { certainPieces, type Piece, pieceColors, uncertainLinks } from '../views
 import { memoizeLast } from '../views/memoize-last.js';
 import type { Rgb } from '../views/palette.js';
 import { type OccupancyPicture, occupancyPicture } from '../views/occupancy.js';
-import { clouds } from './clouds.js';
+import { clouds, cloudsAsRun } from './clouds.js';
 import { PlanarSession } from './session.js';
 
 const PLANAR: RunKind = {
@@ -121,11 +121,13 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession,
     if (reference) this.session.remove(reference.name);
   }
 
-  override cloudsToRegister(frame: number | null): GivenClouds | null {
+  override async cloudsToRegister(frame: number | null): Promise<GivenClouds | null> {
     const { dataset, snapshot, points, settings } = this.session;
     if (!dataset || !snapshot || !settings) return null;
     const sample = this.isSample() ? 'sample' : '';
-    return clouds({ settings, dataset, frames: snapshot.result.frames, points }, frame ?? this.selected, sample);
+    const given = clouds({ settings, dataset, frames: snapshot.result.frames, points }, frame ?? this.selected, sample);
+    const pair = frame === null ? null : await this.session.ask('scan_to_map', frame);
+    return given && pair ? cloudsAsRun(given, pair) : given;
   }
 
   override async filesToEvaluate(): Promise<GivenFiles | null> {

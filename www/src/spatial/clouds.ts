@@ -1,8 +1,8 @@
 /** The frames of a run as clouds to register, for the ICP lab. */
 import type { CloudData, GivenCloud, GivenClouds } from '../components/given-clouds.js';
 import type { SpatialJob } from '../engine/preparer.js';
-import type { MapPoints, SpatialPose, SpatialResult } from '../engine/spatial-protocol.js';
-import { turned, type Vec3 } from '../views/vectors.js';
+import type { MapPoints, SpatialResult } from '../engine/spatial-protocol.js';
+import { added, turned, type Vec3 } from '../views/vectors.js';
 import type { SpatialDataset } from './session.js';
 
 /** A depth image of a room keeps about ten thousand of its points in voxels of this side (m): they are stepped at once. */
@@ -12,26 +12,27 @@ const DEPTH_VOXEL = 0.05;
 const METHODS_WITH_MAP: readonly string[] = ['surfel_map', 'cloud_map'];
 
 /**
- * Frame `frame` of the result and what the run registered it to: the map of the frames before, or the frame before; with all
- * others. Null: there are no two.
+ * Frame `frame` of the result and what the run registered it to: the map of the frames before as it was then, or the frame
+ * before; with all others. Null: there are no two. `mapBefore`: how the map has moved since, as the engine tells it.
  */
-export function clouds(
+export async function clouds(
   dataset: SpatialDataset,
   result: SpatialResult,
   points: MapPoints,
   frame: number | null,
-): GivenClouds | null {
+  mapBefore: (frame: number) => Promise<Float64Array>,
+): Promise<GivenClouds | null> {
   const source = Math.max(frame ?? 1, 1);
   const jobs = new Map(dataset.jobs.map((job) => [job.index, job]));
-  const known = result.frames.flatMap(({ index, name, T_world_sensor }, at) => {
+  const known = result.frames.flatMap(({ index, name }, at) => {
     const job = jobs.get(index);
-    return job ? [{ name, job, T_world_sensor, at }] : [];
+    return job ? [{ name, job, at }] : [];
   });
   const [from, to] = [known[source], known[source - 1]];
   if (!from || !to) return null;
   // Of one frame the frame itself says more: it has all its points.
-  const pose = source > 1 ? to.T_world_sensor : null;
-  const map = pose && mapCloud(`map of ${source} frames`, points, from.at, pose, result.camera !== null);
+  const motions = source > 1 ? await mapBefore(from.at) : null;
+  const map = motions && mapCloud(`map of ${source} frames`, points, motions, result.camera !== null);
   const has_map = map && METHODS_WITH_MAP.includes(result.settings.method ?? '');
   return {
     title: dataset.title,
@@ -48,27 +49,25 @@ export function clouds(
   };
 }
 
-/** Points of the map that frames before `until` saw first, in the frame of the sensor at `pose`. */
+/** Numbers of a motion: x y z qx qy qz qw. */
+const MOTION = 7;
+
+/** Points of the map that the first frames gave to it, by the motion of those of each frame. */
 function mapCloud(
   name: string,
   { positions, frames }: MapPoints,
-  until: number,
-  pose: SpatialPose,
+  motions: Float64Array,
   is_of_camera: boolean,
 ): GivenCloud {
   const read = async (): Promise<CloudData> => {
-    const { x, y, z, qx, qy, qz, qw } = pose;
-    const back = { qx: -qx, qy: -qy, qz: -qz, qw };
     const xyz = new Float32Array(positions.length);
     let length = 0;
     for (let i = 0; i < frames.length; i++) {
-      if ((frames[i] ?? 0) >= until) continue;
-      const from_sensor: Vec3 = [
-        (positions[3 * i] ?? 0) - x,
-        (positions[3 * i + 1] ?? 0) - y,
-        (positions[3 * i + 2] ?? 0) - z,
-      ];
-      xyz.set(turned(back, from_sensor), length);
+      const motion = motions.subarray(MOTION * (frames[i] ?? 0));
+      if (motion.length === 0) continue;
+      const [x = 0, y = 0, z = 0, qx = 0, qy = 0, qz = 0, qw = 1] = motion;
+      const point: Vec3 = [positions[3 * i] ?? 0, positions[3 * i + 1] ?? 0, positions[3 * i + 2] ?? 0];
+      xyz.set(added(turned({ qx, qy, qz, qw }, point), [x, y, z]), length);
       length += 3;
     }
     return { kind: 'positions', name, xyz: xyz.slice(0, length), is_of_camera };

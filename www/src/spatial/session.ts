@@ -142,8 +142,8 @@ export class SpatialSession extends RunSession<SpatialClient, SpatialSettings, S
     this.announce('Computing continues.');
   }
 
-  ask<K extends keyof SpatialAnswers>(kind: K): Promise<SpatialAnswers[K]> {
-    return this.client?.ask(kind) ?? Promise.reject(new Error('The page was closed.'));
+  ask<K extends keyof SpatialAnswers>(kind: K, frame = 0): Promise<SpatialAnswers[K]> {
+    return this.client?.ask(kind, frame) ?? Promise.reject(new Error('The page was closed.'));
   }
 
   /** Downsamples the map with voxels of several sizes, one after the other, and reports the number of points. */

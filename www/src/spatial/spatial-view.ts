@@ -119,9 +119,10 @@ export class ScanstitchSpatial extends RunView<SpatialSettings, SpatialSnapshot,
     return { title, inputs, settings: readingOf(settings) };
   }
 
-  override cloudsToRegister(frame: number | null): GivenClouds | null {
+  override async cloudsToRegister(frame: number | null): Promise<GivenClouds | null> {
     const { dataset, snapshot, points } = this.session;
-    return dataset && snapshot && clouds(dataset, snapshot.result, points, frame ?? this.selected);
+    const mapBefore = (before: number): Promise<Float64Array> => this.session.ask('map_before', before);
+    return dataset && snapshot && clouds(dataset, snapshot.result, points, frame ?? this.selected, mapBefore);
   }
 
   override async filesToEvaluate(): Promise<GivenFiles | null> {

@@ -101,7 +101,7 @@ export class ScanstitchStrategies extends LitElement {
     };
     return html`<section class="empty" aria-label="No recording yet">
       <h2>Drop depth images or point clouds to compare strategies on</h2>
-      <p>They are opened on the map first; then come back here.</p>
+      <p>They are opened on the map first, and are then compared here.</p>
       <p class="actions">
         <button class="primary" @click=${() => want('files')}>${icon('open')}Choose files…</button>
         <button @click=${() => want('apartment')}>Open the apartment (sample)</button>

@@ -7,7 +7,7 @@ use super::hypothesis::{Hypothesis, SEARCHED, agrees_as_well, thinned};
 use super::information::{
     fuse, openness, seen_from, sigmas, softened_covariance, with_normals_noise, without_normals_noise,
 };
-use super::{FrameEstimate, Link, MeasuredMotion, Odometry, REGISTRATION_SIGMA, unregistered};
+use super::{FrameEstimate, Link, MeasuredMotion, Odometry, REGISTRATION_SIGMA, registered, unregistered};
 use crate::geometry::{Pose2, RigidMotion};
 use crate::odometry::assessment::{Assessment, Status};
 use crate::preprocess::planar_scan::PlanarScan;
@@ -68,7 +68,7 @@ impl Odometry {
             ));
         }
         let link = if status == Status::Good { Link::Registered } else { Link::Doubted };
-        FrameEstimate { T_world_sensor, registration: Some(registration), assessment, link, information }
+        registered(T_world_sensor, registration, information, assessment, link)
     }
 
     /// Why a registration cannot be where the measured motion has taken the scan.

@@ -4,6 +4,7 @@ mod joint;
 mod keyframe_graph;
 mod measured_motion;
 mod run;
+mod scan_to_map;
 
 use nalgebra::Vector2;
 
@@ -25,6 +26,7 @@ use crate::preprocess::clean::{CleaningReport, clean};
 use crate::preprocess::planar_scan::PlanarScan;
 use crate::registration::icp::IterationRecord;
 use run::Run;
+pub use scan_to_map::ScanToMap;
 
 /// A reconstruction of planar scans.
 ///
@@ -214,6 +216,12 @@ impl Reconstruction {
     /// Iterations of a frame's registration; empty where there was none.
     pub fn history(&self, frame: usize) -> &[IterationRecord] {
         self.run.as_ref().map_or(&[], |run| run.history(frame))
+    }
+
+    /// A frame's registration as the run did it, before all poses were optimised together: for `register` and the ICP lab.
+    /// `None` where there was none.
+    pub fn scan_to_map(&self, frame: usize) -> Option<ScanToMap> {
+        self.run.as_ref().and_then(|run| run.scan_to_map(frame, &self.settings))
     }
 
     /// What is free and what is occupied, by all frames that are not lost, in cells of this side (m).

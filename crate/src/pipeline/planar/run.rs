@@ -7,6 +7,7 @@ use nalgebra::Vector2;
 use super::joint::{Joint, POINTS_A_STEP};
 use super::keyframe_graph::{KeyframeGraph, LONG_SEQUENCE};
 use super::measured_motion;
+use super::scan_to_map::ScanToMap;
 use crate::evaluation::sharpness::{Sharpness, SharpnessMeter};
 use crate::geometry::Pose2;
 use crate::graph::loops::planar::Uncertainty;
@@ -49,7 +50,7 @@ pub struct Run {
     cleaning: Vec<CleaningReport>,
     odometry: Odometry,
     without: Ablation,
-    /// Without the pairs of points, which take more memory than the scans.
+    /// Without the pairs of points, which take more memory than the scans, and of the poses on the way the first alone.
     estimates: Vec<FrameEstimate>,
     pub poses: Vec<Pose2>,
     /// Keyframes with what connects them; `None` without the joint solution.
@@ -152,6 +153,7 @@ impl Run {
         let mut estimate = self.odometry.register_frame(&scan, self.motions[frame].as_ref());
         if let Some(registration) = &mut estimate.registration {
             registration.correspondences = Vec::new();
+            registration.trace = registration.trace[..1].to_vec();
         }
         self.scans.push(scan);
         self.cleaning.push(report);
@@ -260,6 +262,17 @@ impl Run {
     pub fn history(&self, frame: usize) -> &[IterationRecord] {
         let registration = self.estimates.get(frame).and_then(|estimate| estimate.registration.as_ref());
         registration.map_or(&[], |registration| &registration.history)
+    }
+
+    /// A frame's registration as it was done, to be looked into; `None` where there was none.
+    pub fn scan_to_map(&self, frame: usize, settings: &Settings) -> Option<ScanToMap> {
+        let estimate = self.estimates.get(frame)?;
+        let guess = estimate.registration.as_ref()?.trace[0];
+        let mut map = LocalMap::new(estimate.references.len(), settings.metric);
+        for (scan, T_world_sensor) in &estimate.references {
+            map.insert(Rc::clone(scan), *T_world_sensor);
+        }
+        Some(ScanToMap::new(&self.scans[frame], &map, &guess))
     }
 
     /// What is known of each frame so far, from the `first` on.

@@ -2,12 +2,14 @@
 
 mod continuity;
 mod hypotheses;
+mod pose_history;
 mod stitched_map;
 mod stored_frames;
 
 use std::collections::VecDeque;
 
 use self::hypotheses::Hypotheses;
+use self::pose_history::PoseHistory;
 use self::stitched_map::StitchedMap;
 use self::stored_frames::{Frame, StoredFrames};
 use crate::error::{Error, Result};
@@ -44,6 +46,7 @@ pub struct SpatialReconstruction {
     waiting: VecDeque<PreparedFrame>,
     frames: StoredFrames,
     hypotheses: Hypotheses,
+    history: PoseHistory,
     reference: Option<Reference>,
     notes: Vec<String>,
     stitched: Option<StitchedMap>,
@@ -72,6 +75,7 @@ impl SpatialReconstruction {
             waiting: VecDeque::new(),
             frames: StoredFrames::default(),
             hypotheses: Hypotheses::default(),
+            history: PoseHistory::default(),
             reference: None,
             notes: Vec::new(),
             stitched: None,
@@ -155,6 +159,7 @@ impl SpatialReconstruction {
 
     fn register(&mut self, frame: PreparedFrame) -> Progress {
         let decided = self.hypotheses.register(&frame.surfaces);
+        self.history.record(&self.poses());
         // What is prepared from now on need not keep another reading open.
         if let Some(depth) = self.decode_config.as_mut().and_then(|config| config.depth.as_mut()) {
             depth.decided = depth.decided.or(decided);
@@ -191,6 +196,15 @@ impl SpatialReconstruction {
     /// Poses `T_world_sensor` of the frames so far; the world is the frame of the first one.
     pub fn poses(&self) -> Vec<Pose3> {
         self.estimates().iter().map(|estimate| estimate.T_world_sensor).collect()
+    }
+
+    /// For each frame before this one, the motion of what it gave to the map: from where that lies now, in the world, to where
+    /// it lay when this frame was registered, in the frame of the sensor before it.
+    pub fn map_before(&self, frame: usize) -> Vec<Pose3> {
+        let then = self.history.poses_of_first(frame);
+        let Some(T_sensor_then) = then.last().map(Pose3::inverse) else { return Vec::new() };
+        let now = self.poses();
+        then.iter().zip(&now).map(|(then, now)| T_sensor_then * then * now.inverse()).collect()
     }
 
     /// The places that were recognised, and what came of it.

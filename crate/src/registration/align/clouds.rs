@@ -8,7 +8,6 @@ use super::{RegistrationOptions, check_points, plane, pose_from, row_major, spac
 use crate::error::{Error, Result};
 use crate::geometry::{PointCloud, Pose2, Pose3};
 use crate::io::trajectory::in_space;
-use crate::preprocess::planar_scan::PlanarScan;
 use crate::registration::problem::IcpProblem;
 use crate::search::NearestTable;
 
@@ -67,7 +66,7 @@ impl PreparedClouds {
         let origin = space::origin_of(target);
         let guess = origin.inverse() * options.guess()? * origin;
         if source.is_planar() {
-            let scan = |cloud| PlanarScan::new(space::Near::new(cloud, target.origin).points_in_plane());
+            let scan = |cloud| space::Near::new(cloud, target.origin).scan();
             let (source, target) = (scan(source), scan(target));
             let table = table(&target.points);
             let guess = plane::in_plane(&guess);

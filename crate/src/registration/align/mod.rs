@@ -317,7 +317,7 @@ impl Guess for Pose3 {
     }
 }
 
-fn row_major(pose: &Pose3) -> [f64; 16] {
+pub(crate) fn row_major(pose: &Pose3) -> [f64; 16] {
     let mut rows = [0.0; 16];
     rows.copy_from_slice(pose.to_homogeneous().transpose().as_slice());
     rows

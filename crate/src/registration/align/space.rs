@@ -10,6 +10,7 @@ use super::{CloudMetric, NORMAL_NEIGHBORS, RegistrationInit, RegistrationOptions
 use crate::error::{Error, Result};
 use crate::geometry::{PointCloud, Pose3};
 use crate::preprocess::estimate_normals::estimate_normals;
+use crate::preprocess::planar_scan::PlanarScan;
 use crate::preprocess::voxel_downsample::voxel_downsample;
 use crate::registration::factors::{Factor, PlaneToPlane, PointToPlane, PointToPoint};
 use crate::registration::problem::{IcpProblem, Problem};
@@ -79,6 +80,10 @@ where
     Box::new(Problem { points, normals, target, num_target, factor, options: options.icp_options(), solver: *solver })
 }
 
+/// A normal of a planar cloud lies in the plane from this length of its x and y on: one that points out of it was estimated
+/// from the points as if they were a floor.
+const MIN_IN_PLANE: f64 = 0.5;
+
 /// The side of the voxels that `vgicp` registers to (m).
 fn gaussian_voxel_size(options: &RegistrationOptions) -> Result<f64> {
     let size = options.gaussian_voxel_size;
@@ -118,9 +123,13 @@ impl Near {
         Self { points, normals }
     }
 
-    /// Its points without z.
-    pub(super) fn points_in_plane(&self) -> Vec<Vector2<f64>> {
-        self.points.iter().map(Vector3::xy).collect()
+    /// A planar cloud as a scan: with its own normals where they lie in the plane, else with those of neighbouring beams.
+    pub(super) fn scan(&self) -> PlanarScan {
+        let points: Vec<Vector2<f64>> = self.points.iter().map(Vector3::xy).collect();
+        let in_plane = |n: &Vector3<f64>| n.xy().try_normalize(MIN_IN_PLANE);
+        let normals = self.normals.iter().flatten().map(|normal| normal.as_ref().and_then(in_plane));
+        let normals: Vec<_> = normals.collect();
+        if normals.iter().any(Option::is_some) { PlanarScan { points, normals } } else { PlanarScan::new(points) }
     }
 
     /// Its normals, or those that its points tell of.

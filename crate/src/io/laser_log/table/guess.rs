@@ -4,7 +4,9 @@
 use std::f64::consts::TAU;
 
 use super::format::{TIMES, UNITS};
-use super::names::{MIN_SCAN_NUMBERS, bare, heading_unit, series, unit_in};
+use super::names::{
+    ANGLES, BEAMS, CLOCKS, HEADINGS, MAX_RADIANS, MIN_SCAN_NUMBERS, RANGES, bare, heading_unit, series, unit_in,
+};
 use super::rows::{Row, Table};
 use super::{AngleColumn, Layout, OdometryColumns, PoseColumns, TableFormat};
 use crate::{Error, Result};
@@ -68,22 +70,40 @@ pub(super) fn is_counted(rows: &[Row]) -> bool {
         && rows.windows(2).all(follows)
 }
 
-/// The columns of an angle and a range, by their names.
-pub(super) fn named_reading(names: &[String]) -> Option<(usize, usize)> {
+/// The columns of a reading a line, by their names.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum NamedReading {
+    /// An angle, and a range.
+    Angle(usize, usize),
+    /// The number of a beam in its scan, and a range.
+    Beam(usize, usize),
+}
+
+pub(super) fn named_reading(names: &[String]) -> Option<NamedReading> {
     let find = |words: &[&str]| names.iter().position(|name| words.iter().any(|word| name.starts_with(word)));
-    let angle = find(&["angle", "theta", "bearing", "azimuth"])?;
-    Some((angle, find(&["range", "dist", "radius"]).filter(|_| names.len() < MIN_SCAN_NUMBERS)?))
+    let is_there = |word: &str| names.iter().any(|name| bare(name) == word);
+    let range = find(&RANGES).filter(|_| names.len() < MIN_SCAN_NUMBERS)?;
+    let beam = names.iter().position(|name| BEAMS.contains(&bare(name))).map(|beam| NamedReading::Beam(beam, range));
+    // Beside a position, an angle is a heading where the beams are counted.
+    let is_heading = beam.is_some() && is_there("x") && is_there("y");
+    let angle = find(&ANGLES).filter(|_| !is_heading).map(|angle| NamedReading::Angle(angle, range));
+    angle.or(beam)
 }
 
 pub(super) fn guess(table: &Table) -> Result<Guess> {
     let rows = &table.rows[..];
     let Some(first) = rows.first() else { return Err(Error::whole("The file holds no table", "Give a laser log")) };
-    if let Some((angle, range)) = named_reading(&table.names).filter(|(angle, range)| angle.max(range) < &table.width())
-    {
-        return Ok(guess_readings(table, angle, range));
+    match named_reading(&table.names) {
+        Some(NamedReading::Angle(angle, range)) if angle.max(range) < table.width() => {
+            return Ok(guess_readings(table, angle, range));
+        }
+        Some(NamedReading::Beam(beam, range)) if beam.max(range) < table.width() => {
+            return Ok(guess_counted(table, beam, range));
+        }
+        _ => {}
     }
     if is_counted(&rows[..rows.len().min(GUESS_LINES)]) {
-        return Ok(guess_counted(rows));
+        return Ok(guess_counted(table, 0, 1));
     }
     let rows = &rows[..rows.len().min(GUESS_LINES)];
     if is_breezy(rows) {
@@ -100,27 +120,34 @@ pub(super) fn guess(table: &Table) -> Result<Guess> {
 fn guess_readings(table: &Table, angle: usize, range: usize) -> Guess {
     let rows = &table.rows;
     let most = rows.iter().filter_map(|row| row.values.get(angle)).fold(0.0, |most: f64, angle| most.max(angle.abs()));
-    let unit = if most > 7.0 { 1f64.to_radians() } else { 1.0 };
+    let unit = if most > MAX_RADIANS { 1f64.to_radians() } else { 1.0 };
     // What the SDK of RPLIDARs prints: they turn clockwise.
     let unit = if table.names == ["theta", "dist", "q"] { -unit } else { unit };
     let layout = Layout::ReadingPerLine { range, angle: Some(AngleColumn { column: angle, unit }) };
-    let named = unit_named(&table.names[range..=range]);
-    let unit = named.unwrap_or_else(|| unit_of(rows.iter().filter_map(|row| row.values.get(range).copied()).collect()));
-    let beside = Beside::of(table, rows, (0..table.width()).filter(|column| ![angle, range].contains(column)));
-    let (time, odometry) = (beside.time(), beside.poses(unit));
-    Guess { format: TableFormat { unit, time, odometry, ..TableFormat::of(layout, 0.0, 0.0) }, doubt: None }
+    let format = TableFormat::of(layout, 0.0, 0.0);
+    Guess { format: with_columns_beside(table, &format, [angle, range], range), doubt: None }
 }
 
-/// A step and a range a line, of one scan or of several.
-fn guess_counted(rows: &[Row]) -> Guess {
-    let begin = rows[0].values[0];
-    let count = rows.iter().skip(1).position(|row| row.values[0] == begin).map_or(rows.len(), |index| index + 1);
+/// The number of a beam and a range a line, of one scan or of several.
+fn guess_counted(table: &Table, beam: usize, range: usize) -> Guess {
+    let rows = &table.rows;
+    let begin = rows[0].values[beam];
+    let is_begin = |row: &Row| row.values.get(beam) == Some(&begin);
+    let count = rows.iter().skip(1).position(is_begin).map_or(rows.len(), |index| index + 1);
     let (start, step, doubt) = view_of(count);
-    let angle = (count < rows.len()).then_some(AngleColumn { column: 0, unit: step });
+    let angle = (count < rows.len()).then_some(AngleColumn { column: beam, unit: step });
     let start = if angle.is_some() { start - begin * step } else { start };
-    let unit = unit_of(rows.iter().filter_map(|row| row.values.get(1).copied()).collect());
-    let format = TableFormat::of(Layout::ReadingPerLine { range: 1, angle }, start, step);
-    Guess { format: TableFormat { unit, ..format }, doubt }
+    let format = TableFormat::of(Layout::ReadingPerLine { range, angle }, start, step);
+    Guess { format: with_columns_beside(table, &format, [beam, range], range), doubt }
+}
+
+/// A reading's format with its unit, and what the columns beside it are.
+fn with_columns_beside(table: &Table, format: &TableFormat, taken: [usize; 2], range: usize) -> TableFormat {
+    let rows = &table.rows;
+    let named = unit_named(table.names.get(range..=range).unwrap_or_default());
+    let unit = named.unwrap_or_else(|| unit_of(rows.iter().filter_map(|row| row.values.get(range).copied()).collect()));
+    let beside = Beside::of(table, rows, (0..table.width()).filter(|column| !taken.contains(column)));
+    TableFormat { unit, time: beside.time(), odometry: beside.poses(unit), ..format.clone() }
 }
 
 /// A scan a line: where the ranges begin and end, and what stands beside them.
@@ -177,18 +204,26 @@ impl<'a> Beside<'a> {
 
     /// The column of the time and its unit (s).
     fn time(&self) -> Option<(usize, f64)> {
-        let words = ["t", "time", "timestamp", "stamp", "sec", "seconds", "zeit", "temps", "s", "ms", "us", "ns"];
-        let (column, name) = self.named(&words)?;
+        let is_clock = |column: &usize| {
+            let is_time =
+                |row: &Row| row.words.contains(column) && row.values.get(*column).is_some_and(|t| t.is_finite());
+            self.rows.iter().all(is_time)
+        };
+        if let Some(column) = self.columns.iter().copied().find(is_clock) {
+            return Some((column, 1.0));
+        }
+        let (column, name) = self.named(&CLOCKS)?;
         Some((column, unit_in(name, &TIMES).unwrap_or_else(|| time_unit(self.rows, column))))
     }
 
     /// Where the robot was; `table_unit`: metres of a unit of the ranges.
     fn poses(&self, table_unit: f64) -> Option<OdometryColumns> {
         let ((x, x_name), (y, _)) = (self.named(&["x"])?, self.named(&["y"])?);
-        let words = ["theta", "th", "yaw", "heading", "phi", "angle", "orientation", "rotation", "winkel"];
-        let (theta, heading_name) = self.named(&words)?;
+        let (theta, heading_name) = self.named(&HEADINGS)?;
         let unit = unit_in(x_name, &UNITS).or_else(|| self.is_in_metres([x, y], table_unit).then_some(1.0));
-        let heading = heading_unit(heading_name);
+        let is_beyond = |row: &Row| row.values.get(theta).is_some_and(|heading| heading.abs() > MAX_RADIANS);
+        let is_wide = !heading_name.contains("rad") && self.rows.iter().any(is_beyond);
+        let heading = if is_wide { 1f64.to_radians() } else { heading_unit(heading_name) };
         Some(OdometryColumns::Pose(PoseColumns { columns: [x, y, theta], unit, heading }))
     }
 }

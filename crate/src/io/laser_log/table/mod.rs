@@ -9,6 +9,7 @@ use super::{Bearings, LaserLog, LaserScan, MAX_BEAMS, pose};
 use crate::geometry::Pose2;
 use crate::{Error, Result};
 
+mod clock;
 mod format;
 mod guess;
 mod names;

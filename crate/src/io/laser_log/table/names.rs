@@ -16,10 +16,57 @@ pub(super) struct Series {
     pub bearings: Option<(f64, f64)>,
 }
 
+/// What columns are called: in English, German, French, Spanish, Italian, Portuguese, Japanese and Chinese.
+pub(super) const ANGLES: [&str; 10] =
+    ["angle", "theta", "bearing", "azimut", "winkel", "ángulo", "angulo", "angolo", "角度", "方位"];
+pub(super) const RANGES: [&str; 9] =
+    ["range", "dist", "radius", "abstand", "entfernung", "portée", "alcance", "距離", "距离"];
+pub(super) const BEAMS: [&str; 10] =
+    ["beam", "beam_index", "beam_id", "beam_idx", "ray", "ray_index", "strahl", "haz", "faisceau", "step"];
+pub(super) const CLOCKS: [&str; 18] = [
+    "t",
+    "time",
+    "timestamp",
+    "stamp",
+    "sec",
+    "seconds",
+    "s",
+    "ms",
+    "us",
+    "ns",
+    "zeit",
+    "zeitstempel",
+    "uhrzeit",
+    "temps",
+    "tiempo",
+    "tempo",
+    "時刻",
+    "时间",
+];
+pub(super) const HEADINGS: [&str; 17] = [
+    "theta",
+    "th",
+    "yaw",
+    "heading",
+    "phi",
+    "angle",
+    "ang",
+    "orientation",
+    "rotation",
+    "rot",
+    "winkel",
+    "gier",
+    "richtung",
+    "cap",
+    "lacet",
+    "rumbo",
+    "ángulo",
+];
+
 /// Differences of names that are equal, but for the digits that were written.
 const SAME_STEP: f64 = 0.02;
 /// Angles from here on are no radians.
-const MAX_RADIANS: f64 = 7.0;
+pub(super) const MAX_RADIANS: f64 = 7.0;
 
 /// The longest series of so many names as a scan has.
 pub(super) fn series(names: &[String]) -> Option<Series> {
@@ -86,13 +133,18 @@ impl<'a> Numbered<'a> {
     }
 }
 
+/// What poses are called, and what may stand before the names of their parts.
+const POSES: [&str; 7] = ["odometry", "odom", "odo", "pose", "robot", "position", "pos"];
+
+/// Whether a column of this name holds a pose.
+pub(super) fn is_pose(name: &str) -> bool {
+    POSES.contains(&bare(name))
+}
+
 /// A name without its unit and without what it belongs to: `odom_x (m)` is `x`.
 pub(super) fn bare(name: &str) -> &str {
     let name = name.split(['(', '[']).next().unwrap_or(name).trim();
-    let name = ["odometry", "odom", "odo", "pose", "robot", "position", "pos"]
-        .iter()
-        .find_map(|prefix| name.strip_prefix(prefix)?.strip_prefix(['_', '.', ' ']))
-        .unwrap_or(name);
+    let name = POSES.iter().find_map(|prefix| name.strip_prefix(prefix)?.strip_prefix(['_', '.', ' '])).unwrap_or(name);
     match name.rsplit_once(['_', ' ']) {
         Some((stem, unit)) if is_unit(unit) => stem,
         _ => name,
@@ -111,7 +163,7 @@ pub(super) fn unit_in(name: &str, units: &[(&str, f64)]) -> Option<f64> {
 
 /// One of a heading (rad) by its name.
 pub(super) fn heading_unit(name: &str) -> f64 {
-    if name.contains("deg") || name.contains('°') { 1f64.to_radians() } else { 1.0 }
+    if name.contains("deg") || name.contains("grad") || name.contains('°') { 1f64.to_radians() } else { 1.0 }
 }
 
 #[cfg(test)]

@@ -1,10 +1,11 @@
-//! The numbers of a table, whatever stands between them: spaces, tabs, commas or semicolons, brackets of lists; decimal
+//! The numbers of a table, whatever stands between them: spaces, tabs, commas, semicolons or bars, brackets of lists; decimal
 //! points or decimal commas.
 
 use std::borrow::Cow;
 
 use super::super::fields::{is_comment, lines};
-use super::names::series;
+use super::clock::clock;
+use super::names::{is_pose, series};
 use crate::io::text::number;
 
 /// A comment that begins so says what the columns are.
@@ -19,7 +20,7 @@ const MAX_WORDS: usize = 8;
 pub(super) struct Row {
     /// Number of its line, from 1.
     pub line: usize,
-    /// NaN where a cell is empty or holds a word.
+    /// NaN where a cell is empty or holds a word; seconds where that is a clock's.
     pub values: Vec<f64>,
     /// Columns that hold a word, which is not a number.
     pub words: Vec<usize>,
@@ -55,6 +56,7 @@ impl Table {
                 Some(row) => {
                     if table.rows.is_empty() {
                         first_words = separators.names(text);
+                        table.names = separators.names_of_lists(table.names, text);
                     }
                     let labels = separators.labels(text);
                     if !labels.is_empty() && (table.rows.is_empty() || table.names.is_empty()) {
@@ -103,13 +105,20 @@ impl Separators {
     fn of(text: &[u8]) -> Self {
         // Cut behind its decimal comma, the last number would be none.
         let text = text.strip_suffix(b",").unwrap_or(text);
-        let head: Vec<&[u8]> =
+        let mut head: Vec<&[u8]> =
             lines(text).map(|(_, line)| line).filter(|line| !is_comment(line)).take(LOOKED_INTO).collect();
+        // A line that is cut off may end with a separator or within a number.
+        if head.len() > 2 && !text.ends_with(b"\n") {
+            head.pop();
+        }
         let has = |byte: u8| head.iter().any(|line| line.contains(&byte));
-        let outer = if has(b';') { Some(b';') } else { has(b'\t').then_some(b'\t') };
-        // "1,25" between spaces, tabs or semicolons, and no number with a point.
+        let outer = [b';', b'|', b'\t'].into_iter().find(|&byte| has(byte));
+        // "1,25" between spaces, tabs, bars or semicolons, and no number with a point.
         let is_gap = |byte: &u8| byte.is_ascii_whitespace() || Some(*byte) == outer;
-        let mut words = head.iter().flat_map(|line| line.split(is_gap)).filter(|word| word.contains(&b','));
+        let mut words = head
+            .iter()
+            .flat_map(|line| line.split(is_gap))
+            .filter(|word| word.contains(&b',') && clock(word).is_none());
         let is_decimal = |word: &[u8]| {
             let mut parts = word.split(|&byte| byte == b',');
             let is_digits = |part: &[u8]| part.iter().all(|byte| byte.is_ascii_digit() || b"+-eE".contains(byte));
@@ -133,7 +142,7 @@ impl Separators {
             if value.is_none() && !word.is_empty() {
                 row.words.push(row.values.len());
             }
-            row.values.push(value.unwrap_or(f64::NAN));
+            row.values.push(value.or_else(|| clock(word)).unwrap_or(f64::NAN));
         }
         let num_words = row.words.len();
         // Mostly zeros beside words are the covariances of a pose.
@@ -170,6 +179,33 @@ impl Separators {
             None => self.cells(text).map(name_of).collect(),
             Some(gap) => text.trim_ascii().split(|&byte| byte == gap).map(name_of).collect(),
         }
+    }
+
+    /// Names of single numbers, where columns hold lists: `ranges` is `ranges[0]`, `ranges[1]`, ..., and three numbers of a
+    /// pose are its x, y and heading.
+    fn names_of_lists(self, names: Vec<String>, row: &[u8]) -> Vec<String> {
+        let (mut depth, mut is_quoted) = (0, false);
+        let fields = row.split(|&byte| {
+            match byte {
+                b'"' => is_quoted = !is_quoted,
+                b'[' | b'(' | b'{' => depth += 1,
+                b']' | b')' | b'}' => depth -= 1,
+                _ => {}
+            }
+            Some(byte) == self.gap && depth == 0 && !is_quoted
+        });
+        let counts: Vec<usize> = fields.map(|field| self.cells(field).count()).collect();
+        if counts.len() != names.len() || counts.iter().all(|&count| count < 2) {
+            return names;
+        }
+        let named = |(name, count): (String, usize)| -> Vec<String> {
+            match count {
+                0 | 1 => vec![name],
+                3 if is_pose(&name) => ["x", "y", "theta"].map(|part| format!("pose {part}")).to_vec(),
+                _ => (0..count).map(|at| format!("{name}[{at}]")).collect(),
+            }
+        };
+        names.into_iter().zip(counts).flat_map(named).collect()
     }
 
     /// The labels before the numbers of a line.
