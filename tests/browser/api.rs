@@ -11,7 +11,7 @@ fn field(object: &JsValue, name: &str) -> JsValue {
 
 #[wasm_bindgen_test]
 fn clouds_come_back_as_they_were_given() {
-    let cloud = PointCloud::from_positions(&[1.0, 2.0, 0.0, 3.5, 4.0, -0.0]).expect("two points");
+    let cloud = PointCloud::from_positions(&[1.0, 2.0, 0.0, 3.5, 4.0, -0.0], None).expect("two points");
     assert_eq!(cloud.length(), 2);
     assert!(cloud.is_planar());
     let ply = cloud.to_ply(JsValue::from("ascii").unchecked_ref()).expect("a format");
@@ -68,7 +68,7 @@ fn asymmetric_room() -> Vec<u8> {
             [range * cos, range * sin, 0.0]
         })
         .collect();
-    let cloud = PointCloud::from_positions(&points).expect("whole points");
+    let cloud = PointCloud::from_positions(&points, None).expect("whole points");
     cloud.to_ply(JsValue::from("binary_little_endian").unchecked_ref()).expect("a format")
 }
 

@@ -38,7 +38,9 @@ mod tests {
         let at = |x: f64| Pose3::translation(x, 0.0, 0.0);
         let mut history = PoseHistory::default();
         let moments = [vec![at(0.0)], vec![at(0.0), at(1.0)], vec![at(0.0), at(1.5), at(2.0)]];
-        moments.iter().for_each(|poses| history.record(poses));
+        for poses in &moments {
+            history.record(poses);
+        }
         for poses in &moments {
             assert_eq!(history.poses_of_first(poses.len()), *poses);
         }
