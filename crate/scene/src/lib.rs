@@ -13,6 +13,7 @@ pub mod office;
 mod passage;
 pub mod random;
 pub mod recording;
+pub mod repetitive;
 pub mod ring;
 pub mod samples;
 pub mod space;

@@ -181,6 +181,13 @@ impl Assessment {
         self.doubt(&format!("only {} of it lies on the map, and nothing else tells its motion", percent(overlap)));
     }
 
+    /// It fits about as well at another position, at this distance (m).
+    pub(crate) fn doubt_position(&mut self, distance: f64) {
+        self.doubt(&format!(
+            "it fits the map about as well {distance:.1} m away: surfaces repeat, and its motion is not known well enough to tell"
+        ));
+    }
+
     /// Makes a good frame doubtful because the chain of registrations that leads to it contains a doubtful one.
     pub fn mark_dependent_on_doubtful_link(&mut self) {
         self.doubt(

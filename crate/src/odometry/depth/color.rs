@@ -124,9 +124,13 @@ impl FrameMatcher<'_> {
             .map(|steps| (self.photometric_ncc(textured, &offset_pose(hypothesis, along, steps)).unwrap_or(0.0), steps))
             .collect();
         let best = offsets.iter().copied().fold((0.0, 0), |best, next| if next.0 > best.0 { next } else { best });
-        let others = offsets.iter().filter(|(_, steps)| (steps - best.1).abs() > SAME_OFFSET_STEPS);
+        let is_elsewhere = |steps: i32| (steps - best.1).abs() > SAME_OFFSET_STEPS;
+        let others = offsets.iter().filter(|(_, steps)| is_elsewhere(*steps));
         let runner_up_ncc = others.map(|(ncc, _)| *ncc).fold(0.0, f64::max);
-        (best.0 > MIN_NCC && is_distinct(best.0, runner_up_ncc))
+        // A second peak is another period of the texture, unless it leaves far more of it unexplained.
+        let is_peak = |ncc: &[(f64, i32)]| ncc[1].0 > ncc[0].0 && ncc[1].0 > ncc[2].0 && is_elsewhere(ncc[1].1);
+        let second_peak = offsets.windows(3).filter(|ncc| is_peak(ncc)).map(|ncc| ncc[1].0).fold(0.0, f64::max);
+        (best.0 > MIN_NCC && is_distinct(best.0, runner_up_ncc) && explains_far_more(best.0, second_peak))
             .then_some(DistinctOffset { steps: best.1, runner_up_ncc })
     }
 
@@ -219,8 +223,11 @@ impl FrameMatcher<'_> {
 
 /// Whether a correlation distinguishes a position from another one with a correlation nearly as high.
 pub(super) fn is_distinct(ncc: f64, other_ncc: f64) -> bool {
-    let unexplained = (1.0 - ncc).max(MIN_UNEXPLAINED);
-    ncc - other_ncc > MIN_NCC_DIFFERENCE || 1.0 - other_ncc > MIN_UNEXPLAINED_RATIO * unexplained
+    ncc - other_ncc > MIN_NCC_DIFFERENCE || explains_far_more(ncc, other_ncc)
+}
+
+fn explains_far_more(ncc: f64, other_ncc: f64) -> bool {
+    1.0 - other_ncc > MIN_UNEXPLAINED_RATIO * (1.0 - ncc).max(MIN_UNEXPLAINED)
 }
 
 /// The pose a number of steps along a direction.

@@ -25,6 +25,7 @@ mod prediction_gate;
 mod reference_map;
 mod resolve_degeneracy;
 mod search;
+mod second_basin;
 mod tentative_branch;
 mod textured_frame;
 mod unregistered_frames;

@@ -12,6 +12,8 @@ use crate::geometry::Pose3;
 
 /// The latest motions that are stored.
 const MAX_MOTIONS: usize = 64;
+/// With fewer motions it is not known how far the camera moves from frame to frame.
+const MIN_STEPS: usize = 5;
 /// Bandwidth of the kernel: the difference of two similar motions (m, radians counted as metres).
 const BANDWIDTH: f64 = 0.03;
 /// Smallest sum of kernel weights for which the motion prior is used.
@@ -38,6 +40,12 @@ impl MotionPrior {
             self.motions.pop_front();
         }
         self.motions.push_back(twist(motion));
+    }
+
+    /// The longest translation (m) of these motions, where there are enough to tell how far the camera moves.
+    pub(super) fn longest_step(&self) -> Option<f64> {
+        let length = |motion: &Vector6<f64>| motion.fixed_rows::<3>(3).norm();
+        (self.motions.len() >= MIN_STEPS).then(|| self.motions.iter().map(length).fold(0.0, f64::max))
     }
 
     /// The translation along a `direction` (unit vector in the camera's frame), predicted from earlier motions that agree with

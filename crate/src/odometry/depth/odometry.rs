@@ -135,6 +135,11 @@ impl DepthOdometry {
         self.outline_contrast.is_misaligned()
     }
 
+    /// Whether a frame fitted about as well at another position within reach of the camera.
+    pub fn surfaces_repeat(&self) -> bool {
+        self.chain.as_ref().is_some_and(Chain::surfaces_repeat)
+    }
+
     /// The changes of earlier frames since the last call, in the order in which they arose.
     pub fn take_pose_updates(&mut self) -> Vec<PoseUpdate> {
         std::mem::take(&mut self.pose_updates)
@@ -207,7 +212,11 @@ impl DepthOdometry {
     fn relocalize(&mut self, number: u32, everywhere: bool) -> bool {
         let (Some(chain), Some(stored)) = (&mut self.chain, self.unregistered_frames.get(number)) else { return false };
         let Some(hypothesis) = chain.relocalize(stored, everywhere) else { return false };
-        let assessment = Assessment { status: Status::Good, reason: String::new(), agreement: hypothesis.agreement };
+        let mut assessment =
+            Assessment { status: Status::Good, reason: String::new(), agreement: hypothesis.agreement };
+        if chain.has_uncertain_member() {
+            assessment.mark_dependent_on_uncertain_pose();
+        }
         let estimate = chain.insert(number, &stored.frame, hypothesis, assessment);
         self.unregistered_frames.remove(number);
         self.pose_updates.push(PoseUpdate::relocalized(number, estimate));

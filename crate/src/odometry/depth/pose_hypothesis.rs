@@ -1,6 +1,6 @@
 //! A pose hypothesis: a registration with its evidence, and the conditions under which it is accepted.
 
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 
 use super::evidence::{Evidence as PoseEvidence, FINE_TOLERANCE};
 use super::prediction_gate::PredictionGate;
@@ -50,24 +50,53 @@ pub(super) struct PoseHypothesis {
     pub(super) agreement: f64,
     /// Whether neither surfaces nor colours constrain the position along one direction.
     pub(super) is_degenerate: bool,
+    /// Offset (m, in the world) to another position where the frame fits about as well, if the camera may have come there.
+    pub(super) second_basin: Option<Vector3<f64>>,
     /// Correlation of its brightness with the images of keyframes (-1..=1), where they show enough of it.
     pub(super) photometric_ncc: Option<f64>,
 }
 
+/// Along a degenerate direction, the error of a position is so many times the standard deviation from the residuals: errors of
+/// surfaces are correlated.
+pub(super) const OPEN_ERROR_RATIO: f64 = 40.0;
+
 /// How the pose of a frame may be wrong.
 #[derive(Clone, Copy)]
 pub(super) enum PoseUncertainty {
-    /// By a translation along this direction (unit vector in the world).
-    Along(Vector3<f64>),
+    /// By a translation along this direction (unit vector in the world), with this standard deviation (m).
+    Along(Vector3<f64>, f64),
+    /// By this translation (m, in the world): the surfaces repeat.
+    Period(Vector3<f64>),
     /// By any motion.
     Unbounded,
+}
+
+impl PoseUncertainty {
+    /// Covariance of the position (m^2); `None` where it is not bounded.
+    pub(super) fn covariance(&self) -> Option<Matrix3<f64>> {
+        match self {
+            Self::Along(direction, sigma) => {
+                sigma.is_finite().then(|| direction * direction.transpose() * (sigma * sigma))
+            }
+            Self::Period(_) | Self::Unbounded => None,
+        }
+    }
 }
 
 impl PoseHypothesis {
     /// A registration with its evidence; it is not known to be degenerate.
     pub(super) fn new(registration: SpatialRegistration, view: ProjectiveTarget, evidence: &PoseEvidence) -> Self {
         let PoseEvidence { support, overlap, agreement } = *evidence;
-        Self { registration, view, support, overlap, agreement, is_degenerate: false, photometric_ncc: None }
+        Self {
+            registration,
+            view,
+            support,
+            overlap,
+            agreement,
+            is_degenerate: false,
+            second_basin: None,
+            photometric_ncc: None,
+        }
     }
 
     /// The pose.
@@ -101,6 +130,7 @@ impl PoseHypothesis {
         self.overlap > min_overlap
             && self.agreement > min_agreement
             && !self.is_degenerate
+            && self.second_basin.is_none()
             && self.registration.converged
     }
 
@@ -128,10 +158,11 @@ impl PoseHypothesis {
 
     /// How the pose may be wrong where it is not accepted.
     pub(super) fn uncertainty(&self) -> PoseUncertainty {
-        if self.is_degenerate {
-            PoseUncertainty::Along(
-                DegenerateDirection::weakest(&self.registration.correspondences, FINE_TOLERANCE).0.direction,
-            )
+        if let Some(offset) = self.second_basin {
+            PoseUncertainty::Period(offset)
+        } else if self.is_degenerate {
+            let weakest = DegenerateDirection::weakest(&self.registration.correspondences, FINE_TOLERANCE).0;
+            PoseUncertainty::Along(weakest.direction, OPEN_ERROR_RATIO * weakest.sigma(&self.registration.information))
         } else {
             PoseUncertainty::Unbounded
         }
@@ -147,7 +178,10 @@ impl PoseHypothesis {
 
     /// The assessment of a pose in this relation to the prediction.
     pub(super) fn assessment_at(&self, gate: PredictionGate, is_photometrically_consistent: bool) -> Assessment {
-        let assessment = self.assessment();
+        let mut assessment = self.assessment();
+        if let Some(offset) = self.second_basin {
+            assessment.doubt_position(offset.norm());
+        }
         if assessment.status != Status::Good || (self.is_accepted(gate) && is_photometrically_consistent) {
             return assessment;
         }

@@ -46,13 +46,23 @@ impl Step {
     }
 }
 
+/// What is said where neither the surfaces nor the sensor's other steps tell how far it moved.
+const REPETITIVE: &str = "surfaces repeat here, and too few certain frames tell how far the sensor moves from one to the next: \
+                          it may be off by a period";
+
 /// The assessments of all frames. A frame that fits the map a long way off, after frames that did not, may have been found in
 /// the wrong place, and what follows it extends the map there. Good frames after a break are doubtful where the sensor moves
-/// too slowly elsewhere to have come there, and so are those that follow them, until one is back within reach.
-pub(super) fn assessments(estimates: &[SpatialEstimate]) -> Vec<Assessment> {
+/// too slowly elsewhere to have come there, and so are those that follow them, until one is back within reach. Where surfaces
+/// repeat (`surfaces_repeat`) and too few frames tell how far the sensor moves, all but the first are doubtful.
+pub(super) fn assessments(estimates: &[SpatialEstimate], surfaces_repeat: bool) -> Vec<Assessment> {
     let mut assessments: Vec<Assessment> = estimates.iter().map(|estimate| estimate.assessment.clone()).collect();
     let good: Vec<usize> = (0..estimates.len()).filter(|&frame| assessments[frame].status == Status::Good).collect();
-    let Some(largest) = Step::largest(estimates, &good) else { return assessments };
+    let Some(largest) = Step::largest(estimates, &good) else {
+        if surfaces_repeat {
+            assessments.iter_mut().skip(1).for_each(|assessment| assessment.doubt(REPETITIVE));
+        }
+        return assessments;
+    };
     let reaches = |from: usize, to: usize| Step::between(estimates, from, to).is_within(&largest, to - from);
     let mut trusted = good[0];
     let mut leap: Option<String> = None;
@@ -86,7 +96,7 @@ mod tests {
     }
 
     fn doubtful(positions: &[Option<f64>]) -> Vec<usize> {
-        let assessments = assessments(&estimates(positions));
+        let assessments = assessments(&estimates(positions), false);
         (0..positions.len()).filter(|&frame| assessments[frame].status == Status::Doubtful).collect()
     }
 
@@ -115,5 +125,14 @@ mod tests {
     #[test]
     fn a_few_frames_do_not_tell_how_fast_the_sensor_moves() {
         assert!(doubtful(&[walk(0.0, 3), vec![None], walk(5.0, 2)].concat()).is_empty());
+    }
+
+    #[test]
+    fn where_surfaces_repeat_a_few_frames_are_all_doubtful_but_the_first() {
+        let num_good = |count: usize| {
+            let assessments = assessments(&estimates(&walk(0.0, count)), true);
+            assessments.iter().filter(|assessment| assessment.status == Status::Good).count()
+        };
+        assert_eq!((num_good(MIN_STEPS), num_good(MIN_STEPS + 1)), (1, MIN_STEPS + 1));
     }
 }

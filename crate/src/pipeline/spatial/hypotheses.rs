@@ -75,6 +75,12 @@ impl Hypotheses {
         matches!(odometry, Some(Odometry::Depth(odometry)) if odometry.has_misaligned_colors())
     }
 
+    /// Whether a frame fitted about as well at another position within reach of the sensor.
+    pub(super) fn surfaces_repeat(&self) -> bool {
+        let odometry = self.best().map(|hypothesis| &hypothesis.odometry);
+        matches!(odometry, Some(Odometry::Depth(odometry)) if odometry.surfaces_repeat())
+    }
+
     /// Whether enough frames have been registered: few are, where one reading fits them far better.
     fn is_decided(&self) -> bool {
         let num_registered = self.0.first().map_or(0, |hypothesis| hypothesis.num_registered);
@@ -143,9 +149,8 @@ impl QuantisationHypothesis {
                 if let Some(loops) = &mut self.loops {
                     loops.add(number, surfels, &estimate);
                 }
-                let is_good = estimate.assessment.status == Status::Good;
                 // Frames that do not belong fit in no way.
-                if let Some(registration) = estimate.registration.as_ref().filter(|_| is_good) {
+                if let Some(registration) = estimate.registration.as_ref().filter(|_| estimate.is_in_map) {
                     let sq_depths: f64 = surfels.image.surfels().map(|surfel| surfel.point.z * surfel.point.z).sum();
                     let sq_depth = sq_depths / surfels.image.surfels().count().max(1) as f64;
                     self.misfit += registration.last.inlier_rmse.powi(2) / sq_depth.max(f64::MIN_POSITIVE);

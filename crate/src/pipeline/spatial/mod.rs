@@ -190,7 +190,7 @@ impl SpatialReconstruction {
 
     /// How far the pose of each frame is to be trusted, as far as is known now.
     pub fn assessments(&self) -> Vec<Assessment> {
-        continuity::assessments(self.estimates())
+        continuity::assessments(self.estimates(), self.hypotheses.surfaces_repeat())
     }
 
     /// Poses `T_world_sensor` of the frames so far; the world is the frame of the first one.

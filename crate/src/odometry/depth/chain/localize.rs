@@ -4,9 +4,10 @@ use super::super::Effort;
 use super::super::evidence::FINE_TOLERANCE;
 use super::super::frame_matcher::FrameMatcher;
 use super::super::hypotheses;
-use super::super::pose_hypothesis::PoseHypothesis;
+use super::super::pose_hypothesis::{OPEN_ERROR_RATIO, PoseHypothesis};
 use super::super::prediction_gate::PredictionGate;
 use super::super::resolve_degeneracy::{MIN_AGREEMENT_DIFFERENCE, is_well_constrained};
+use super::super::second_basin::{MAX_STEP, Reach};
 use super::super::unregistered_frames::UnregisteredFrame;
 use super::{Chain, Member};
 use crate::geometry::Pose3;
@@ -27,11 +28,13 @@ const MIN_AMBIGUOUS_OVERLAP_RATIO: f64 = 0.6;
 /// Ratio of a pose's actual error along its least constrained direction to the standard deviation from its residuals (root
 /// mean square in generated flats): the errors of surfaces are correlated. Where surfaces constrain the direction, ...
 const CONSTRAINED_ERROR_RATIO: f64 = 10.0;
-/// ... and where they do not.
-const OPEN_ERROR_RATIO: f64 = 40.0;
 /// Largest difference from the motion prior (standard deviations) for which it is applied: a larger one means an unusual
 /// motion, as after a dropped frame.
 const MAX_PRIOR_SIGMAS: f64 = 3.0;
+/// The camera may move so many times as far as it has before.
+const FASTER: f64 = 2.0;
+/// A camera that hardly moved may begin to move by so much a frame (m).
+const MIN_LONGEST_STEP: f64 = 0.25;
 
 impl Chain {
     /// The best pose `near` the prediction; where the evidence does not suffice, all around it, then near all keyframes.
@@ -72,6 +75,23 @@ impl Chain {
             }
         }
         best
+    }
+
+    /// Notes another position of an accepted pose where the frame fits about as well, if the camera may be there. How far it may
+    /// have come is known from earlier steps between frames with certain poses.
+    pub(super) fn look_for_second_basin(&self, frame: &PreparedSurfels, hypothesis: &mut PoseHypothesis) {
+        let num_steps = f64::from(1 + self.num_rejected);
+        let longest =
+            self.motion_prior.longest_step().map(|longest| num_steps * FASTER * longest.max(MIN_LONGEST_STEP));
+        let position = |T: &Pose3| T.translation.vector;
+        let step = (position(hypothesis.T_world_sensor()) - position(&self.last.T_world_sensor)).norm();
+        let radius = longest.filter(|longest| step < *longest).unwrap_or(MAX_STEP).min(MAX_STEP);
+        let reach = if step < radius {
+            Reach::from_last(&self.last.T_world_sensor, radius)
+        } else {
+            Reach::anywhere(hypothesis)
+        };
+        hypothesis.second_basin = self.matcher(frame).second_basin(hypothesis, &reach);
     }
 
     pub(super) fn needs_no_wider_search(&self, hypothesis: &PoseHypothesis) -> bool {
@@ -149,7 +169,8 @@ impl Chain {
         let best = found.into_iter().max_by(|a, b| a.support.total_cmp(&b.support)).filter(is_accepted);
         let best = best.or_else(|| everywhere.then(|| self.best_near_keyframes(&matcher)).flatten())?;
         let last = matcher.register_at(frame.T_world_sensor);
-        (!is_ambiguous(&last, &best)).then_some(best)
+        let is_elsewhere = || matcher.second_basin(&best, &Reach::anywhere(&best)).is_some();
+        (!is_ambiguous(&last, &best) && !is_elsewhere()).then_some(best)
     }
 
     /// The members directly before and after a frame in the recording.

@@ -58,6 +58,8 @@ pub(super) struct Chain {
     mean_ncc: f64,
     /// ... and the number of frames in it.
     num_ncc_frames: u32,
+    /// Whether a frame fitted about as well at another position within reach.
+    surfaces_repeat: bool,
     /// Branches of which the frames are members already, each beginning within the one before it.
     tentative_branches: Vec<TentativeBranch>,
 }
@@ -109,6 +111,7 @@ impl Chain {
             mean_contradiction: 0.0,
             mean_ncc: 0.0,
             num_ncc_frames: 0,
+            surfaces_repeat: false,
             tentative_branches: Vec::new(),
         };
         (chain, estimate)
@@ -125,6 +128,10 @@ impl Chain {
 
     pub(super) fn is_member(&self, number: u32) -> bool {
         self.members.iter().rev().any(|member| member.number == number)
+    }
+
+    pub(super) fn surfaces_repeat(&self) -> bool {
+        self.surfaces_repeat
     }
 
     /// Frames since the last one that was appended.
@@ -199,9 +206,12 @@ impl Chain {
         PredictionGate::between(&self.last.T_world_sensor, hypothesis.T_world_sensor(), self.num_rejected)
     }
 
-    /// Whether surfaces and brightness suffice to accept a pose.
+    /// Whether surfaces and brightness suffice to accept a pose. Where surfaces repeat they do not without a prediction.
     fn is_accepted(&self, hypothesis: &PoseHypothesis, gate: PredictionGate) -> bool {
-        hypothesis.is_accepted(gate) && self.is_photometrically_consistent(hypothesis)
+        let is_anywhere = gate == PredictionGate::NoPrediction
+            && hypothesis.photometric_ncc.is_none()
+            && self.is_in_repetitive_place();
+        hypothesis.is_accepted(gate) && !is_anywhere && self.is_photometrically_consistent(hypothesis)
     }
 
     /// Whether the photometric correlation is about as high as that of other frames.
@@ -215,6 +225,12 @@ impl Chain {
 
     /// Adds a frame with a certain pose. Its registration to the map from before a tentative branch resolves the branch.
     fn accept(&mut self, number: u32, frame: &PreparedSurfels, mut hypothesis: PoseHypothesis) -> Outcome {
+        self.look_for_second_basin(frame, &mut hypothesis);
+        if hypothesis.second_basin.is_some() {
+            self.surfaces_repeat = true;
+            let gate = self.gate_of(&hypothesis);
+            return self.append_tentatively(number, frame, hypothesis, gate).into();
+        }
         let (mut confirmed, mut dropped, mut uncertain) = (Vec::new(), Vec::new(), Vec::new());
         let is_next = self.num_rejected == 0 && self.gate_of(&hypothesis) != PredictionGate::NoPrediction;
         while let Some(branch) = self.tentative_branches.pop() {
@@ -283,7 +299,7 @@ impl Chain {
             branch.push(number, uncertain.is_some().then(|| hypothesis.uncertainty()));
         }
         let mut assessment = uncertain.unwrap_or_else(|| hypothesis.assessment());
-        if self.has_unbounded_error() {
+        if self.has_uncertain_member() {
             assessment.mark_dependent_on_uncertain_pose();
         }
         self.insert(number, frame, hypothesis, assessment)

@@ -3,6 +3,7 @@
 use super::super::frame_matcher::FrameMatcher;
 use super::super::pose_hypothesis::PoseHypothesis;
 use super::super::prediction_gate::PredictionGate;
+use super::super::second_basin::Reach;
 use super::super::tentative_branch::{BranchCorrection, TentativeBranch};
 use super::localize::{MAX_AMBIGUOUS_AGREEMENT_LOSS, best_near};
 use super::{Chain, Member, Outcome};
@@ -16,9 +17,14 @@ impl Chain {
         !self.tentative_branches.is_empty()
     }
 
-    /// Whether an uncertain member may have made the poses after it wrong without bound.
-    pub(super) fn has_unbounded_error(&self) -> bool {
-        self.tentative_branches.iter().any(TentativeBranch::has_unbounded_error)
+    /// Whether an uncertain member may have made the poses after it wrong.
+    pub(in super::super) fn has_uncertain_member(&self) -> bool {
+        self.tentative_branches.iter().any(TentativeBranch::is_uncertain)
+    }
+
+    /// Whether surfaces repeat where members are whose place is uncertain for that.
+    pub(super) fn is_in_repetitive_place(&self) -> bool {
+        self.tentative_branches.iter().any(TentativeBranch::is_in_repetitive_place)
     }
 
     /// The pose of a frame in the map from before a tentative branch, whose surfaces may contradict it. It is preferred only if
@@ -36,7 +42,10 @@ impl Chain {
             let num_between = branch.len() as u32 + self.num_rejected;
             let gate = PredictionGate::between(&branch.T_world_before(), best.T_world_sensor(), num_between);
             let is_likelier = !with.is_plausible() || best.agreement > with.agreement + MAX_AMBIGUOUS_AGREEMENT_LOSS;
-            (is_likelier && self.is_accepted(&best, gate)).then_some((level, best))
+            let is_found = is_likelier
+                && self.is_accepted(&best, gate)
+                && matcher.second_basin(&best, &Reach::anywhere(&best)).is_none();
+            is_found.then_some((level, best))
         };
         self.tentative_branches.iter().enumerate().rev().find_map(without)
     }
@@ -82,12 +91,12 @@ impl Chain {
         (certain, dropped)
     }
 
-    /// The members of a confirmed branch whose poses are certain now; none while an earlier branch has an unbounded error.
+    /// The members of a confirmed branch whose poses are certain now; none while an earlier branch is uncertain.
     pub(super) fn confirm(&mut self, branch: &TentativeBranch) -> Vec<Member> {
         for outer in &mut self.tentative_branches {
             outer.mark_resolved(branch);
         }
-        if self.has_unbounded_error() {
+        if self.has_uncertain_member() {
             return Vec::new();
         }
         let mut confirmed = Vec::new();
@@ -98,13 +107,13 @@ impl Chain {
         confirmed
     }
 
-    /// Moves the members whose corrections are certain. They are good unless an earlier branch has an unbounded error.
+    /// Moves the members whose corrections are certain. They are good unless an earlier branch is uncertain.
     fn move_members(&mut self, corrections: &[BranchCorrection]) -> Vec<Member> {
-        let (mut certain, has_unbounded_error) = (Vec::new(), self.has_unbounded_error());
+        let (mut certain, has_uncertain_member) = (Vec::new(), self.has_uncertain_member());
         for BranchCorrection { number, motion, .. } in corrections.iter().filter(|correction| correction.is_certain) {
             let Some(member) = self.members.iter_mut().find(|member| member.number == *number) else { continue };
             member.T_world_sensor = motion * member.T_world_sensor;
-            if !has_unbounded_error {
+            if !has_uncertain_member {
                 (member.assessment.status, member.assessment.reason) = (Status::Good, String::new());
             }
             certain.push(member.clone());

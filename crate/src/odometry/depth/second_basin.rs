@@ -1,0 +1,108 @@
+//! A second basin: another position that the frame fits about as well, as between pillars at equal distances.
+//!
+//! Frame and map alone do not tell the two apart. That the camera moves no farther than before may.
+
+use nalgebra::Vector3;
+
+use super::color::is_distinct;
+use super::evidence::score;
+use super::frame_matcher::{FrameMatcher, middle_options, rough_options};
+use super::hypotheses::grid_around;
+use super::pose_hypothesis::PoseHypothesis;
+use super::prediction_gate::PredictionGate;
+use super::resolve_degeneracy::MIN_AGREEMENT_DIFFERENCE;
+use crate::geometry::Pose3;
+
+/// Largest step of a camera (m). Surfaces that repeat at a shorter distance have a second basin within it.
+pub(super) const MAX_STEP: f64 = 3.0;
+/// The same around a pose that does not follow another one: as far as the step and the position may be off.
+const REACH_ANYWHERE: f64 = 3.5;
+/// Distance (m) from which a position is another one: the registration from a nearer one leads to the same.
+const MIN_DISTANCE: f64 = 0.5;
+/// Steps of the grid of positions (0.25 m) to each side; they extend as far as `REACH_ANYWHERE`.
+const MAX_GRID_STEPS: i32 = 14;
+/// Points that score a position.
+const NUM_SCORED_POINTS: usize = 80;
+/// Beside another position, on the grid, the score is at least this share of the first one's (0..=1).
+const MIN_SCORE_RATIO: f64 = 0.15;
+/// Of the best positions so many are registered.
+const NUM_REGISTERED: usize = 6;
+/// By few points, another position may agree by so much less (0..=1).
+const MAX_ROUGH_AGREEMENT_LOSS: f64 = 0.05;
+
+/// Where a camera may be (m).
+pub(super) struct Reach {
+    center: Vector3<f64>,
+    radius: f64,
+}
+
+impl Reach {
+    /// After a step from the last pose.
+    pub(super) fn from_last(T_world_last: &Pose3, radius: f64) -> Self {
+        Self { center: T_world_last.translation.vector, radius }
+    }
+
+    /// Without a pose before it.
+    pub(super) fn anywhere(hypothesis: &PoseHypothesis) -> Self {
+        Self { center: hypothesis.T_world_sensor().translation.vector, radius: REACH_ANYWHERE }
+    }
+
+    fn contains(&self, T: &Pose3) -> bool {
+        (T.translation.vector - self.center).norm() < self.radius
+    }
+}
+
+impl FrameMatcher<'_> {
+    /// The offset (m, in the world) from a pose to another position within reach that the frame fits about as well.
+    pub(super) fn second_basin(&self, hypothesis: &PoseHypothesis, reach: &Reach) -> Option<Vector3<f64>> {
+        let view = &hypothesis.view;
+        let offset = |T: &Pose3| T.translation.vector - hypothesis.T_world_sensor().translation.vector;
+        let is_elsewhere = |T: &Pose3| offset(T).norm() > MIN_DISTANCE && reach.contains(T);
+        let refined = self.likely_positions(hypothesis, reach, is_elsewhere).into_iter().filter_map(|guess| {
+            let rough = self.register(view, &self.sparse, guess, &rough_options()).T_target_source;
+            let agreement = self.evidence(view, &self.sparse, &rough).agreement;
+            let fits = is_elsewhere(&rough) && agreement > hypothesis.agreement - MAX_ROUGH_AGREEMENT_LOSS;
+            fits.then(|| self.register(view, &self.middle, rough, &middle_options()).T_target_source)
+        });
+        let support = |T: &Pose3| self.evidence(view, &self.middle, T).support;
+        let best = refined.map(|T| (support(&T), T)).max_by(|a, b| a.0.total_cmp(&b.0))?.1;
+        let other = self.register_finely(best);
+        let fits_as_well = other.agreement > hypothesis.agreement - MIN_AGREEMENT_DIFFERENCE
+            && other.is_accepted(PredictionGate::Outside);
+        let is_second =
+            is_elsewhere(other.T_world_sensor()) && fits_as_well && !self.brightness_rules_out(&other, hypothesis);
+        is_second.then(|| offset(other.T_world_sensor()))
+    }
+
+    /// Positions of a grid whose scores allow that the frame fits nearby, each far enough from those with higher scores.
+    fn likely_positions(
+        &self,
+        hypothesis: &PoseHypothesis,
+        reach: &Reach,
+        is_elsewhere: impl Fn(&Pose3) -> bool,
+    ) -> Vec<Pose3> {
+        let (T_world_sensor, view) = (hypothesis.T_world_sensor(), &hypothesis.view);
+        let points = self.sparse.at_most(NUM_SCORED_POINTS).point_batch();
+        let min_score = MIN_SCORE_RATIO * score(view, &points, T_world_sensor);
+        let around = Pose3::from_parts(reach.center.into(), T_world_sensor.rotation);
+        let positions = grid_around(&around, 0..=0, 0.0, MAX_GRID_STEPS, MAX_GRID_STEPS).filter(is_elsewhere);
+        let mut scored: Vec<(f64, Pose3)> = positions.map(|T| (score(view, &points, &T), T)).collect();
+        scored.retain(|(score, _)| *score > min_score);
+        scored.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let mut likely: Vec<Pose3> = Vec::with_capacity(NUM_REGISTERED);
+        for (_, T) in scored {
+            let is_apart = |other: &Pose3| (other.translation.vector - T.translation.vector).norm() > MIN_DISTANCE;
+            if likely.len() < NUM_REGISTERED && likely.iter().all(is_apart) {
+                likely.push(T);
+            }
+        }
+        likely
+    }
+
+    /// Whether brightness tells a pose from another one that surfaces do not tell from it.
+    fn brightness_rules_out(&self, other: &PoseHypothesis, hypothesis: &PoseHypothesis) -> bool {
+        let Some(textured) = &self.textured else { return false };
+        let ncc = |hypothesis: &PoseHypothesis| self.photometric_ncc(textured, hypothesis.T_world_sensor());
+        ncc(hypothesis).is_some_and(|here| is_distinct(here, ncc(other).unwrap_or(0.0)))
+    }
+}

@@ -1,0 +1,113 @@
+//! Rooms that look the same from several places: no frame of a depth camera that is called good is at a wrong one.
+#![cfg(not(target_arch = "wasm32"))] // native alone: the worlds' crate links the engine again
+
+use scanstitch::camera::{DepthImage, Pinhole};
+use scanstitch::geometry::{Pose3, RigidMotion};
+use scanstitch::odometry::assessment::Status;
+use scanstitch::pipeline::prepared_frame::{ColorFile, DecodeConfig, FrameLabel, PreparedFrame};
+use scanstitch::pipeline::report::Stage;
+use scanstitch::pipeline::spatial::SpatialReconstruction;
+use scanstitch::pipeline::spatial_settings::SpatialSettings;
+use scanstitch_scene::random::Random;
+use scanstitch_scene::repetitive::{Repetition, generate};
+use scanstitch_scene::space::{DepthSensor, Space};
+
+/// Pixels across the image; a quarter fewer from top to bottom.
+const WIDTH: usize = 320;
+/// Range of the camera (m).
+const MAX_DEPTH: f64 = 7.0;
+/// Noise of the camera over the square of the depth (1/m).
+const SQUARE_NOISE: f64 = 1.5e-3;
+/// A good frame further off than this (m) is falsely good.
+const MAX_ERROR: f64 = 0.2;
+/// The same for its rotation (rad).
+const MAX_ROTATION_ERROR: f64 = 0.17;
+
+fn pgm(image: &DepthImage) -> Vec<u8> {
+    let mut bytes = format!("P5 {} {} 65535\n", image.width, image.height).into_bytes();
+    bytes.extend(image.values.iter().flat_map(|value| value.to_be_bytes()));
+    bytes
+}
+
+/// The surfaces' own colours, without light.
+fn ppm(space: &Space, pose: &Pose3, camera: &Pinhole) -> Vec<u8> {
+    let mut bytes = format!("P6 {} {} 255\n", camera.width, camera.height).into_bytes();
+    for pixel in 0..camera.width * camera.height {
+        let (u, v) = (pixel % camera.width, pixel / camera.width);
+        let color = space.seen_at(pose, camera, u as f64, v as f64).map(|(index, point)| {
+            let solid = &space.solids()[index];
+            let local = solid.to_own_frame(&point);
+            space.material(solid).albedo(&local, &solid.normal(&point))
+        });
+        bytes.extend(color.unwrap_or_default().iter().map(|channel| (255.0 * channel.powf(1.0 / 2.2)) as u8));
+    }
+    bytes
+}
+
+/// Status and error (m, rad) of each frame, relative to the first.
+fn run(repetition: Repetition, step: f64, num_frames: usize, with_colors: bool) -> Vec<(Status, f64, f64)> {
+    let (space, truth) = generate(repetition, step, num_frames, 1);
+    let camera = Pinhole::from_field_of_view(WIDTH, WIDTH * 3 / 4, 1.2).unwrap();
+    let settings = SpatialSettings {
+        fx: camera.fx,
+        fy: camera.fy,
+        cx: camera.cx,
+        cy: camera.cy,
+        depth_scale: 1000.0,
+        ..SpatialSettings::default()
+    };
+    let mut reconstruction = SpatialReconstruction::new(settings).unwrap();
+    let mut config: Option<DecodeConfig> = None;
+    for (index, pose) in truth.iter().enumerate() {
+        let mut depth = space.depth(pose, &camera);
+        depth.iter_mut().filter(|z| **z > MAX_DEPTH).for_each(|z| *z = f64::INFINITY);
+        let sensor = DepthSensor::Millimetres { square_noise: SQUARE_NOISE };
+        let bytes = pgm(&sensor.measure(&depth, camera.width, &mut Random::new(index as u64)));
+        let colors = ppm(&space, pose, &camera);
+        let label = FrameLabel { name: format!("{index}.pgm"), index, time: None };
+        if config.is_none() {
+            config = Some(reconstruction.begin(&label.name, &bytes).unwrap().clone());
+        }
+        let color = with_colors.then_some(ColorFile { name: "color.ppm", bytes: Ok(&colors) });
+        let frame = PreparedFrame::from_depth(config.as_ref().unwrap(), label, &bytes, color).unwrap();
+        reconstruction.add(frame).unwrap();
+    }
+    reconstruction.finish();
+    while reconstruction.step().stage != Stage::Done {}
+    let assessments = reconstruction.assessments();
+    let estimates = reconstruction.poses().into_iter().zip(assessments).zip(&truth);
+    estimates
+        .map(|((estimate, assessment), pose)| {
+            let error = (truth[0].inverse() * pose).inverse() * estimate;
+            (assessment.status, error.translation_norm(), error.rotation_angle())
+        })
+        .collect()
+}
+
+/// Checks that no good frame is off. With a path so short, how far the sensor moves is known from these frames alone.
+fn check_good_frames(repetition: Repetition, step: f64, num_frames: usize, with_colors: bool) {
+    let frames = run(repetition, step, num_frames, with_colors);
+    assert_eq!(frames[0].0, Status::Good);
+    let is_off = |frame: &&(Status, f64, f64)| frame.1 > MAX_ERROR || frame.2 > MAX_ROTATION_ERROR;
+    let wrong = frames.iter().filter(|frame| frame.0 == Status::Good && is_off(frame)).count();
+    assert_eq!(wrong, 0, "{repetition:?}, {step} m: {frames:?}");
+}
+
+#[test]
+fn between_pillars_no_frame_is_falsely_good() {
+    for (period, step) in [(2.0, 0.7), (2.0, 1.7), (2.0, 2.3), (3.0, 1.2), (3.0, 1.7), (3.0, 2.4)] {
+        check_good_frames(Repetition::Pillars(period), step, 8, false);
+    }
+}
+
+#[test]
+fn in_a_turning_view_of_a_cube_no_frame_is_falsely_good() {
+    check_good_frames(Repetition::Cube, 0.0, 12, false);
+}
+
+#[test]
+fn along_tiles_no_frame_is_falsely_good() {
+    for step in [0.4, 1.3, 2.0] {
+        check_good_frames(Repetition::Tiles, step, 10, true);
+    }
+}
