@@ -126,6 +126,14 @@ fn millimetres_and_degrees_are_refused() {
     assert!(told(log(1.0, 90.0)).contains("line 1: The readings of a scan cover an angle of 180"));
 }
 
+/// Outdoors nearly all readings may stand for no return.
+#[test]
+fn a_log_with_few_returns_is_read() {
+    let readings: Vec<f64> = (0..100).map(|beam| if beam < 3 { 5.0 } else { 81.91 }).collect();
+    let scan = format!("{{\"min_theta\":-1.5,\"max_theta\":1.5,\"readings\":{readings:?}}}\n");
+    assert_eq!(read(scan.repeat(3).as_bytes()).unwrap().scans.len(), 3);
+}
+
 #[test]
 fn a_log_that_was_cut_off_gives_what_came_before() {
     let text = "FLASER 2 1.0 2.0 0 0 0 0 0 0 1 h 1\nFLASER 2 1.0";

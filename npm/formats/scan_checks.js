@@ -8,12 +8,13 @@ import { fileError } from '../errors.js';
 const DEGREE = Math.PI / 180;
 /** Readings cover a turn at most; steps that were rounded may add up to a little more (rad). */
 export const MOST_ANGLE = 1.1 * 2 * Math.PI;
-/** No laser for the plane sees so far (m); ... */
-const FAR = 60;
-/** ... and none is said to, but in millimetres. */
-const MOST_LIMIT = 500;
-/** In metres are at least so many of the readings of a file in metres: others may be what stands for no return. */
+/** Of readings in metres, at least this share is nearer than `FAR` (m): others may stand for no return. ... */
 const LEAST_SHARE = 0.05;
+const FAR = 60;
+/** ... Outdoors nearly all may; but what stands for no return is the limit of a laser, which is less than this (m). */
+const MOST_NO_RETURN = 200;
+/** A stated limit beyond this is in millimetres. */
+const MOST_LIMIT = 500;
 /** The last angle may be off by so many steps, or by this share of the whole: some count the last reading, some do not. */
 const MOST_STEPS_OFF = 2;
 const MOST_SHARE_OFF = 0.1;
@@ -43,8 +44,8 @@ function withMetres(scans, tell) {
   const positive = scans.flatMap(({ ranges }) => ranges.flatMap((range) => (range !== null && range > 0 ? range : [])));
   const sorted = Float64Array.from(positive).sort();
   const least = sorted[Math.floor(LEAST_SHARE * sorted.length)] ?? 0;
-  if (least <= FAR) return scans;
   const median = sorted[sorted.length >> 1] ?? 0;
+  if (least <= FAR || median <= MOST_NO_RETURN) return scans;
   tell(`ranges as its median, ${median.toPrecision(4)}, are not metres: they are read as millimetres`);
   return scans.map(({ nearest, farthest, ...scan }) => {
     const unit = farthest !== undefined && farthest > MOST_LIMIT ? 1e-3 : 1;

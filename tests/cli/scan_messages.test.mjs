@@ -208,6 +208,15 @@ for (const [what, text, told, isRight] of ODD) {
   });
 }
 
+test('a scan of which little comes back, as outdoors, is in metres all the same', async () => {
+  const readings = SCANS[0]?.map((range, beam) => (beam < 3 ? range : 81.91)) ?? [];
+  const far = { ...message(readings, 0), range_max: 81.92 };
+  const { files, notes } = await convertFiles([fileOf('scan.json', JSON.stringify([far, far]))], (made) => made);
+  assert.deepEqual(notes, []);
+  const [scan = ''] = new TextDecoder().decode(await files[0]?.read()).split('\n');
+  assert.deepEqual(JSON.parse(scan).readings, readings);
+});
+
 test('what a recorder that was stopped leaves of its last scan is told', async () => {
   const echo = ECHO ?? '';
   const lines = (FILES.find(([name]) => name === 'lines.jsonl') ?? [])[1] ?? '';

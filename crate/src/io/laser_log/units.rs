@@ -5,23 +5,25 @@ use std::f64::consts::TAU;
 use super::{Bearings, LaserScan};
 use crate::{Error, Result};
 
-/// No planar laser sees this far (m).
-const FAR: f32 = 60.0;
-/// Of a log in metres, at least so many readings are nearer: the others may stand for no return.
+/// Of a log in metres, at least so many readings are nearer than `FAR` (m): the others may stand for no return. ...
 const LEAST_SHARE: f64 = 0.05;
+const FAR: f32 = 60.0;
+/// ... Outdoors nearly all may; but what stands for no return is the limit of a planar laser, which is less than this (m).
+const MAX_LIMIT: f32 = 200.0;
 /// Readings cover a turn at most; steps that were rounded may add up to a little more (rad).
 const MAX_COVERAGE: f64 = 1.1 * TAU;
 
 /// Refuses a log whose ranges cannot be metres, or whose angles cannot be radians.
 pub(super) fn refuse_other_units(scans: &[LaserScan]) -> Result<()> {
-    let mut ranges: Vec<f32> =
-        scans.iter().flat_map(|scan| &scan.ranges).copied().filter(|&range| range > 0.0).collect();
-    let least = (LEAST_SHARE * ranges.len() as f64) as usize;
-    if !ranges.is_empty() && *ranges.select_nth_unstable_by(least, f32::total_cmp).1 > FAR {
-        let middle = ranges.len() / 2;
-        let median = *ranges.select_nth_unstable_by(middle, f32::total_cmp).1;
-        let problem = format!("Half of its ranges are {median:.0} or more, as in millimetres");
-        return Err(Error::whole(problem, "Give them in metres"));
+    let is_return = |range: &f32| *range > 0.0 && range.is_finite();
+    let mut ranges: Vec<f32> = scans.iter().flat_map(|scan| &scan.ranges).copied().filter(is_return).collect();
+    if !ranges.is_empty() {
+        let ranks = [(LEAST_SHARE * ranges.len() as f64) as usize, ranges.len() / 2];
+        let [least, median] = ranks.map(|rank| *ranges.select_nth_unstable_by(rank, f32::total_cmp).1);
+        if least > FAR && median > MAX_LIMIT {
+            let problem = format!("Half of its ranges are {median:.0} or more, as in millimetres");
+            return Err(Error::whole(problem, "Give them in metres"));
+        }
     }
     let Some(scan) = scans.iter().find(|scan| coverage(scan) > MAX_COVERAGE) else { return Ok(()) };
     let problem = format!("The readings of a scan cover an angle of {:.0}", coverage(scan));
