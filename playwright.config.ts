@@ -1,5 +1,5 @@
 import { defineConfig, devices } from '@playwright/test';
-import { findChromium } from './scripts/steps.mjs';
+import { findHeadlessChromium } from './scripts/steps.mjs';
 
 /** The built page, as `npm run build` left it in www/dist, is what the end-to-end tests open. E2E_PORT tells them where. */
 const PORT = Number(process.env.E2E_PORT ?? 4173);
@@ -21,7 +21,7 @@ export default defineConfig({
     trace: 'off',
     screenshot: 'only-on-failure',
     launchOptions: {
-      executablePath: findChromium() ?? 'chromium',
+      executablePath: findHeadlessChromium() ?? 'chromium',
       // As root, as in most containers, Chromium's sandbox cannot start; the pages opened are our own.
       args: [
         '--no-sandbox',

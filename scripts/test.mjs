@@ -22,6 +22,7 @@ import {
   ensureRustLinters,
   ensureWasmTarget,
   findChromium,
+  findHeadlessChromium,
   findProgram,
   prependPath,
   readArguments,
@@ -34,7 +35,20 @@ import {
   TARGET_DIR,
 } from './steps.mjs';
 
-const WASM = ['--target', 'wasm32-unknown-unknown'];
+/**
+ * Clippy as compiler of the packages here, in place of `cargo clippy`: that would look through all dependencies anew,
+ * which are compiled for the tests anyway.
+ */
+const CLIPPY_COMPILES = { RUSTC_WORKSPACE_WRAPPER: 'clippy-driver', CARGO_TERM_COLOR: 'never' };
+/** As wasm-pack does. */
+const WASM_TESTS = ['build', '--tests', '--target', 'wasm32-unknown-unknown'];
+/** Nobody looks at these tests in a debugger, and to optimise them takes longer than it saves. */
+const WASM_TEST_ENV = {
+  ...CLIPPY_COMPILES,
+  CARGO_PROFILE_DEV_OPT_LEVEL: '0',
+  CARGO_PROFILE_DEV_DEBUG: '0',
+  CARGO_INCREMENTAL: '0',
+};
 /** All packages but the tools that make WebAssembly, which have a profile of their own and a hundred dependencies. */
 const ENGINE = ['--workspace', '--exclude', 'xtask'];
 const CLIPPY = ['cargo', 'clippy', '--all-targets'];
@@ -60,23 +74,12 @@ const STAGES = [
   lint('clippy', 'clippy finds nothing', [...CLIPPY, ...ENGINE, ...STRICTLY], [ensureRustLinters]),
   {
     ...lint('clippy-tools', 'clippy finds nothing in the tools', [], [ensureRustLinters]),
-    run: async () => {
-      // As compiler of the packages here, in place of `cargo clippy`: that would look through a hundred dependencies
-      // anew, which are compiled for the tests anyway.
-      const { code, output } = await captureTestTools({
-        RUSTC_WORKSPACE_WRAPPER: 'clippy-driver',
-        CARGO_TERM_COLOR: 'never',
-      });
-      return code === 0 && !/^warning/m.test(output) ? { ...NONE, passed: 1 } : { ...NONE, failed: 1 };
-    },
+    run: async () => noWarnings(await captureTestTools(CLIPPY_COMPILES)),
   },
-  lint(
-    'clippy-wasm',
-    'clippy finds nothing in the WebAssembly build',
-    // What is compiled for WebAssembly alone is in these; the rest has been looked at.
-    ['cargo', 'clippy', '--lib', '--test', 'browser', ...WASM, ...ENGINE, ...STRICTLY],
-    [ensureRustLinters, ensureWasmTarget],
-  ),
+  {
+    ...lint('clippy-wasm', 'clippy finds nothing in the WebAssembly build', [], [ensureRustLinters, ensureWasmTarget]),
+    run: async () => noWarnings(await capture('cargo', WASM_TESTS, { env: WASM_TEST_ENV, echo: true })),
+  },
   lint('docs', 'the Rust documentation builds, and its links lead somewhere', [
     ...['cargo', 'doc', '--no-deps', '--lib', ...ENGINE],
   ]),
@@ -147,7 +150,7 @@ const STAGES = [
     name: 'e2e',
     about: 'the built page in Chromium',
     last: true,
-    needs: [ensureNodeModules, browser, page],
+    needs: [ensureNodeModules, browser, headlessBrowser, page],
     run: playwrightTests,
   },
   {
@@ -179,6 +182,11 @@ function once(work) {
   /** @type {Promise<void> | null} */
   let done = null;
   return () => (done ??= work());
+}
+
+/** @param {{ code: number, output: string }} compilation */
+function noWarnings({ code, output }) {
+  return code === 0 && !/^warning/m.test(output) ? { ...NONE, passed: 1 } : { ...NONE, failed: 1 };
 }
 
 /** @param {string[]} command */
@@ -251,6 +259,17 @@ async function browser() {
   await install('Chromium and its driver', packages);
 }
 
+/** Chromium without windows, with which the tests of the page take less time; where it cannot be had, Chromium serves. */
+async function headlessBrowser() {
+  if (findHeadlessChromium() !== findChromium() || !canInstall()) return;
+  try {
+    await install('Chromium without windows', ['chromium-headless-shell']);
+  } catch (error) {
+    if (!(error instanceof StepError)) throw error;
+    say('It is not to be had here: the tests run in Chromium.');
+  }
+}
+
 /** Firefox and WebKit, in continuous integration. Elsewhere their tests are skipped and counted where they are missing. */
 async function otherBrowsers() {
   if (process.env.CI !== 'true' || !canInstall()) return;
@@ -294,9 +313,10 @@ async function rustTests() {
 }
 
 async function wasmPackTests() {
-  // Nobody looks at them in a debugger, and whoever compiles them anew compiles all of them.
-  const env = { CARGO_PROFILE_DEV_DEBUG: '0', CARGO_INCREMENTAL: '0' };
-  const { code, output } = await capture('wasm-pack', ['test', '--headless', '--chrome'], { env, echo: true });
+  const { code, output } = await capture('wasm-pack', ['test', '--headless', '--chrome'], {
+    env: WASM_TEST_ENV,
+    echo: true,
+  });
   return believe(countCargo(output), code);
 }
 

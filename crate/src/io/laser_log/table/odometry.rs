@@ -20,16 +20,11 @@ impl TableFormat {
 }
 
 /// The way that two wheels have made.
+#[derive(Default)]
 struct WheelPath {
     T_world_robot: Pose2,
     /// Ticks of the left and the right wheel.
     before: Option<[f64; 2]>,
-}
-
-impl Default for WheelPath {
-    fn default() -> Self {
-        Self { T_world_robot: Pose2::identity(), before: None }
-    }
 }
 
 impl WheelPath {
