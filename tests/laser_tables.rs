@@ -258,6 +258,22 @@ fn a_format_in_part_changes_the_guess_and_a_whole_one_replaces_it() {
 }
 
 #[test]
+fn a_column_that_counts_the_ranges_behind_it_tells_where_they_are() {
+    // As the log of a course on SLAM: S, a time, the count, the ranges in mm; a pose may follow.
+    let beams: Vec<String> = (0..40).map(|beam| (2900 + 10 * beam).to_string()).collect();
+    let line = |scan: usize, pose: &str| format!("S {} 40 {}{pose}\n", 1000 * scan, beams.join(" "));
+    for pose in ["", " 0.5 0.25 0.1"] {
+        let text = (0..4).map(|scan| line(scan, pose)).collect::<Vec<_>>().concat();
+        let guess = TableFormat::guess(text.as_bytes()).unwrap();
+        let written = guess.format.to_string();
+        assert!(written.starts_with("ranges=4:43,unit=mm,") && written.contains("time=2"), "{written}");
+    }
+    // The same number in every line that is no such count is a range.
+    let wall = format!("40 {}\n", vec!["2.5"; 180].join(" ")).repeat(4);
+    assert!(TableFormat::guess(wall.as_bytes()).unwrap().format.to_string().starts_with("ranges=1:181"));
+}
+
+#[test]
 fn damaged_lines_are_left_out_and_the_others_keep_their_numbers() {
     let line = |scan: usize| if scan == 20 { "1500 oops\n".to_owned() } else { format!("{}\n", "1500 ".repeat(181)) };
     let text: String = (0..60).map(line).collect();

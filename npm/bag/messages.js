@@ -27,13 +27,19 @@ export const HEAD_BYTES = 1024;
 /** So many bytes of a message hold its time. */
 export const STAMP_BYTES = 16;
 
+/** A field of a PointCloud2 that is a 32-bit float (sensor_msgs/PointField). */
+const FLOAT32 = 7;
+
 /** Types that are read, and what they are to people. */
 export const TYPES = Object.freeze({
   'sensor_msgs/msg/Image': 'image',
   'sensor_msgs/msg/CompressedImage': 'packed image',
   'sensor_msgs/msg/CameraInfo': 'camera',
   'sensor_msgs/msg/PointCloud2': 'cloud',
+  'livox_ros_driver/msg/CustomMsg': 'livox cloud',
+  'livox_ros_driver2/msg/CustomMsg': 'livox cloud',
   'sensor_msgs/msg/LaserScan': 'laser scan',
+  'sensor_msgs/msg/MultiEchoLaserScan': 'laser scan',
   'nav_msgs/msg/Odometry': 'pose',
   'geometry_msgs/msg/PoseStamped': 'pose',
   'geometry_msgs/msg/PoseWithCovarianceStamped': 'pose',
@@ -143,8 +149,27 @@ export function decodeCamera(bytes) {
   return { ...header, d, k, p, binning, offset };
 }
 
-/** @param {Uint8Array} bytes @returns {ScanMessage} */
-export function decodeScan(bytes) {
+/** Points of Livox' own message, as a cloud of x y z (Livox ROS driver: CustomMsg, CustomPoint). @param {Uint8Array} bytes @returns {CloudMessage} */
+export function decodeLivoxCloud(bytes) {
+  const r = new CdrReader(bytes);
+  const header = readHeader(r);
+  r.f64('timebase'); // eight bytes
+  r.u32('point_num');
+  for (const field of ['lidar_id', 'rsvd', 'rsvd', 'rsvd']) r.u8(field);
+  const width = r.count(19, 'points');
+  const data = new Float32Array(3 * width);
+  for (let point = 0; point < width; point += 1) {
+    r.u32('offset_time');
+    for (let axis = 0; axis < 3; axis += 1) data[3 * point + axis] = r.f32('a point');
+    for (const field of ['reflectivity', 'tag', 'line']) r.u8(field);
+  }
+  const fields = ['x', 'y', 'z'].map((name, at) => ({ name, offset: 4 * at, datatype: FLOAT32, count: 1 }));
+  const layout = { height: 1, width, fields, bigEndian: false, pointStep: 12, rowStep: 12 * width };
+  return { ...header, ...layout, data: new Uint8Array(data.buffer) };
+}
+
+/** @param {Uint8Array} bytes @param {boolean} [hasEchoes] whether a reading has several, of which the first is taken @returns {ScanMessage} */
+export function decodeScan(bytes, hasEchoes = false) {
   const r = new CdrReader(bytes);
   const header = readHeader(r);
   const angleMin = r.f32('angle_min');
@@ -158,8 +183,14 @@ export function decodeScan(bytes) {
     angleIncrement,
     rangeMin: r.f32('range_min'),
     rangeMax: r.f32('range_max'),
-    ranges: r.f32Sequence('ranges'),
+    ranges: hasEchoes ? firstEchoes(r) : r.f32Sequence('ranges'),
   };
+}
+
+/** @param {CdrReader} r */
+function firstEchoes(r) {
+  const ranges = new Float32Array(r.count(4, 'ranges'));
+  return ranges.map(() => r.f32Sequence('echoes')[0] ?? Number.NaN);
 }
 
 /** @param {CdrReader} r @returns {Transform} */

@@ -10,7 +10,7 @@ import { MessageError } from './cdr.js';
 import { cloudFile } from './clouds.js';
 import { colorEnding, colorFile, depthEnding, depthFile } from './images.js';
 import { scanLine } from './laser_scans.js';
-import { decodeCamera, decodeCloud, decodeCompressed, decodeImage, decodeScan } from './messages.js';
+import { decodeCamera, decodeCloud, decodeCompressed, decodeImage, decodeLivoxCloud, decodeScan } from './messages.js';
 import { packedEnding, packedFile } from './packed_images.js';
 import { plural, stampedMessages, timeText } from './stamps.js';
 import { pathText } from './path.js';
@@ -123,7 +123,8 @@ class Maker {
   /** @param {TopicFacts} clouds */
   async takeClouds({ topic }) {
     this.#total = topic.count;
-    const contents = await this.#contents(topic, 'clouds', 'pcd', (bytes) => cloudFile(decodeCloud(bytes)));
+    const decode = topic.type.endsWith('/CustomMsg') ? decodeLivoxCloud : decodeCloud;
+    const contents = await this.#contents(topic, 'clouds', 'pcd', (bytes) => cloudFile(decode(bytes)));
     this.#recording.clouds = contents.map(({ path }) => path);
     this.#recording.cloud_times = contents.map(({ time }) => Number(time) / 1e9);
     if (contents.length > 0) this.#recording.kind = 'clouds';
@@ -135,6 +136,7 @@ class Maker {
     const { messages, notes } = await stampedMessages(this.#bag, topic, (done) => this.#onProgress(done, this.#total));
     this.#recording.notes.push(...notes);
     if (messages.length === 0) return;
+    const hasEchoes = topic.type.endsWith('/MultiEchoLaserScan');
     const path = `${this.#bag.path}/${topic.name.replace(/^\//, '').replaceAll('/', '_')}.log`;
     /** @type {Note[]} */
     const losses = [];
@@ -145,7 +147,7 @@ class Maker {
       const faults = [];
       for (const { index } of messages) {
         try {
-          lines.push(await this.#convert(topic, index, path, (bytes) => scanLine(decodeScan(bytes))));
+          lines.push(await this.#convert(topic, index, path, (bytes) => scanLine(decodeScan(bytes, hasEchoes))));
         } catch (error) {
           faults.push(wordsOf(error));
         }

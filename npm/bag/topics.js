@@ -60,7 +60,7 @@ async function describeTopic(bag, topic) {
 
 /** @param {string} kind @returns {Role[]} */
 function usesOfKind(kind) {
-  if (kind === 'cloud') return ['clouds'];
+  if (kind === 'cloud' || kind === 'livox cloud') return ['clouds'];
   if (kind === 'laser scan') return ['scans'];
   if (kind === 'camera') return ['camera'];
   if (kind === 'image' || kind === 'packed image') return ['depth', 'color'];

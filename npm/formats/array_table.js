@@ -15,6 +15,10 @@
 
 /** A scan has so many readings at least: a pose has 16 numbers at the most. */
 const MIN_BEAMS = 24;
+/** Of a matrix whose name says nothing, fewer rows are points or poses. */
+const MIN_ROWS = 4;
+/** What points are called. */
+const POINTS = /cloud|points?|pts|^(xyz|xy|model|data|source|target|src|dst|moving|fixed|scan|pc)_?\d*$/;
 /** Readings of lasers that are common. */
 const KNOWN_BEAMS = [180, 181, 360, 361, 400, 541, 682, 683, 720, 721, 1080, 1081, 1440];
 const RANGES = /^(ranges?|scans?|lasers?|lidars?|hokuyo|readings?|rho|dist(ances?)?|las(er|dar)\w*)$/;
@@ -127,7 +131,7 @@ function findRanges(group) {
     const word = name.toLowerCase();
     const [rows = 0, columns = 0] = dims;
     if (dims.length !== 2 || Math.max(rows, columns) < MIN_BEAMS || NO_RANGES.test(word)) return [];
-    const isMatrix = Math.min(rows, columns) >= 2 && Math.min(rows, columns) !== 3;
+    const isMatrix = Math.min(rows, columns) >= MIN_ROWS;
     const rank = RANGES.test(word) ? 3 : LIKE_RANGES.test(word) ? 2 : isMatrix ? 1 : 0;
     const isAngles = ANGLES.test(word) || TIMES.test(word) || POSES.some(([, pattern]) => pattern.test(word));
     return rank === 0 || (rank === 1 && isAngles) ? [] : [{ name, rank, count: values.length }];
@@ -296,6 +300,30 @@ function posesAlone(groups) {
   const line = (/** @type {unknown} */ _, /** @type {number} */ row) =>
     `${Array.from({ length: width }, (_, column) => at(row, column)).join(' ')}\n`;
   return Array.from({ length: count }, line).join('');
+}
+
+/**
+ * Points, an array a cloud: lists of such arrays, and arrays of such names, a point a row or a column.
+ * @param {Variables} variables
+ * @returns {{ name: string, columns: 2 | 3, points: Numbers }[]} a point a row
+ */
+export function cloudsOf(variables) {
+  return [...variables].flatMap(([name, value]) => {
+    const items = value.kind === 'cell' ? value.items : POINTS.test(name.toLowerCase()) ? [value] : [];
+    return items.flatMap((item, at) => {
+      if (item.kind !== 'numbers' || item.dims.length !== 2 || Math.max(...item.dims) < MIN_BEAMS) return [];
+      const columns = Math.min(...item.dims);
+      if (columns !== 2 && columns !== 3) return [];
+      return [{ name: items.length > 1 ? `${name}_${at}` : name, columns, points: inRows(item) }];
+    });
+  });
+}
+
+/** @param {Numbers} numbers @returns {Numbers} */
+function inRows({ dims: [rows = 0, columns = 0], values }) {
+  if (rows >= columns) return { kind: 'numbers', dims: [rows, columns], values };
+  const turned = values.map((_, at) => values[(at % columns) * rows + Math.floor(at / columns)] ?? 0);
+  return { kind: 'numbers', dims: [columns, rows], values: turned };
 }
 
 /** What a file holds, for messages. @param {Variables} variables */

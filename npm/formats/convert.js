@@ -13,7 +13,8 @@ import { isBagName } from '../bag/names.js';
 
 /** @typedef {import('../recording/contents.js').Content} Content */
 /** @typedef {import('../recording.js').Note} Note */
-/** @typedef {(name: string, bytes: Uint8Array) => Promise<{ bytes: Uint8Array, notes?: string[] }>} Conversion */
+/** @typedef {{ columns: number[], polar: Uint8Array | null }} PointTable columns: of x, y and z, or of x and y; polar: the table where
+ *    they are bearings and ranges */
 
 /** Tables of points are as likely a trajectory where they are called so. */
 const TRAJECTORY_WORDS = /traj|pose|odom|path|truth|gt|ref|list|calib|time/i;
@@ -24,7 +25,6 @@ const MIN_XYZ_BYTES = 2e5;
 const MAX_KEPT = 2 ** 22;
 /** Of more texts, none is looked into for scans, nor for UTF-16. */
 const MAX_SCAN_TEXTS = 200;
-const MIN_BEAMS = 24;
 const HEAD_BYTES = 8192;
 
 /**
@@ -42,17 +42,19 @@ export async function convertFiles(given, wrap) {
   const scanTexts = files.filter(({ path }) => SCAN_TEXTS.test(path));
   // Poses and cameras, a file a frame, are no scans.
   const mayBeScans = new Set(scanTexts.length <= MAX_SCAN_TEXTS ? scanTexts : []);
+  const hasArrays = files.some(({ path }) => /\.npy$/i.test(path));
+  const alike = hasArrays ? await (await import('./numpy.js')).countAlike(files) : undefined;
   /** @type {T[]} */
   const converted = [];
   for (const file of files) {
-    const columns = pointTables.get(file);
+    const points = pointTables.get(file);
     try {
-      const made = await (columns !== undefined
-        ? pointTable(file, columns)
+      const made = await (points !== undefined
+        ? pointTable(file, points, notes)
         : textClouds.has(file)
           ? textFile(file, notes)
           : FOREIGN.test(file.path) && !isBagName(file.path)
-            ? convert(file, notes)
+            ? convert(file, notes, alike)
             : mayBeScans.has(file)
               ? scanText(file, notes)
               : file);
@@ -91,15 +93,19 @@ async function withUtf8(files, wrap) {
   );
 }
 
-/** @param {Content} file @param {Note[]} notes @returns {Promise<Content>} the file itself, where it is not converted */
-async function convert(file, notes) {
+/**
+ * @param {Content} file @param {Note[]} notes @param {import('./numpy.js').CountAlike} [alike]
+ * @returns {Promise<Content | Content[]>} the file itself, where it is not converted
+ */
+async function convert(file, notes, alike = () => 1) {
   const { path } = file;
   const inner = unpackedName(path);
   if (inner !== null) return unpacked(file, inner, notes);
   const ending = path.slice(path.lastIndexOf('.') + 1).toLowerCase();
   if (ending === 'bin') return kittiFile(file);
   if (ending === 'mat') return matFile(file);
-  if (ending === 'npy') return npyFile(file);
+  if (ending === 'npy') return (await import('./numpy.js')).npyContents(file, alike);
+  if (ending === 'npz') return (await import('./numpy.js')).npzContents(file);
   if (ending === 'las' || ending === 'laz') return lasFile(file, notes);
   return file;
 }
@@ -142,7 +148,7 @@ function madeOf(file, make, changes = {}) {
   };
 }
 
-/** @param {Content} file @param {string} inner @param {Note[]} notes @returns {Promise<Content>} */
+/** @param {Content} file @param {string} inner @param {Note[]} notes @returns {Promise<Content | Content[]>} */
 async function unpacked(file, inner, notes) {
   if (/\.tar$/i.test(inner)) {
     throw fileError(file.path, 'An archive within an archive or a folder is not opened', 'Unpack it, or give it alone');
@@ -170,29 +176,29 @@ async function kittiFile(file) {
   });
 }
 
-/** @param {Content} file @returns {Promise<Content>} */
+/** @param {Content} file @returns {Promise<Content | Content[]>} */
 async function matFile(file) {
-  const [{ readMat }, { contentsOf, tableOf }] = await Promise.all([import('./mat.js'), import('./array_table.js')]);
+  const [{ readMat }, { cloudsOf, contentsOf, tableOf }] = await Promise.all([
+    import('./mat.js'),
+    import('./array_table.js'),
+  ]);
+  const variables = await readMat(file.path, await file.read());
+  const clouds = cloudsOf(variables);
+  if (clouds.length > 1) {
+    const { points } = await import('./npy_files.js');
+    return clouds.map(({ name, columns, points: rows }) => {
+      const ply = points(rows, columns);
+      const path = file.path.replace(/\.mat$/i, `_${name}.ply`);
+      return madeOf(file, async () => ply, { path, size: ply.length, isCloud: true });
+    });
+  }
   const make = async () => {
-    const variables = await readMat(file.path, await file.read());
-    const table = tableOf(variables);
+    const table = tableOf(await readMat(file.path, await file.read()));
     if (table) return table;
     const holds = contentsOf(variables);
     const remedy = "Save plain arrays, a row a scan: save('scans.mat', 'ranges', 'angles', '-v7')";
     throw fileError(file.path, `There are neither scans nor poses in this file of MATLAB; it holds ${holds}`, remedy);
   };
-  const { length } = await make();
-  return madeOf(file, make, { size: length });
-}
-
-/** @param {Content} file @returns {Promise<Content>} */
-async function npyFile(file) {
-  const { readNpyShape } = await import('../recording/heads.js');
-  const [rows = 0, beams = 0, ...others] = readNpyShape(await file.readHead(1024)) ?? [];
-  // Poses, and their matrices, the engine reads itself.
-  if (rows === 0 || beams < MIN_BEAMS || others.length > 0) return file;
-  const [{ readNpy }, { tableOf }] = await Promise.all([import('./npy.js'), import('./array_table.js')]);
-  const make = async () => tableOf(new Map([['ranges', readNpy(file.path, await file.read())]])) ?? new Uint8Array();
   const { length } = await make();
   return madeOf(file, make, { size: length });
 }
@@ -249,29 +255,37 @@ async function scanText(file, notes) {
  * laser wrote it.
  * @template {Content} T
  * @param {readonly T[]} files
- * @returns {Promise<Map<T, number[]>>} the columns of x, y and z, or of x and y
+ * @returns {Promise<Map<T, PointTable>>}
  */
 async function findPointTables(files) {
-  /** @type {Map<T, number[]>} */
+  /** @type {Map<T, PointTable>} */
   const tables = new Map();
   const isOther = ({ path = '' }) => isCloudName(path) || isImageName(path) || isBagName(path) || FOREIGN.test(path);
   const named = files.filter(({ path }) => POINT_TABLES.test(path) && !TRAJECTORY_WORDS.test(baseOf(path)));
   if (named.length === 0 || files.some(isOther)) return tables;
-  const { isLaserTable, looksLikePoints } = await import('./text_cloud.js');
+  const [{ isLaserTable, looksLikePoints, numberRows }, { polarTable }] = await Promise.all([
+    import('./text_cloud.js'),
+    import('./polar.js'),
+  ]);
   let isOfLaser = false;
   for (const file of files) {
     const head = await file.readHead(HEAD_BYTES).catch(() => new Uint8Array());
     const columns = named.includes(file) ? looksLikePoints(head) : null;
     const isTold = columns !== null && isLaserTable(head);
     if (!isTold && isLaserLog(head)) return new Map();
-    if (columns !== null) tables.set(file, columns);
-    isOfLaser ||= isTold;
+    const polar = columns?.length === 2 && file.size <= MAX_KEPT ? polarTable(numberRows(await file.read())) : null;
+    if (columns !== null) tables.set(file, { columns, polar });
+    isOfLaser ||= isTold || polar !== null;
   }
   return tables.size < 2 && !isOfLaser ? new Map() : tables;
 }
 
-/** @param {Content} file @param {readonly number[]} columns @returns {Content} */
-function pointTable(file, columns) {
+/** @param {Content} file @param {PointTable} table @param {Note[]} notes @returns {Content} */
+function pointTable(file, { columns, polar }, notes) {
+  if (polar) {
+    notes.push({ file: file.path, reason: 'its columns are taken for bearings, evenly spaced, and ranges' });
+    return madeOf(file, async () => polar, { size: polar.length });
+  }
   const make = async () => (await import('./text_cloud.js')).textClouds(await file.read(), columns)[0]?.ply;
   return madeOf(file, async () => (await make()) ?? new Uint8Array(), { isCloud: true });
 }

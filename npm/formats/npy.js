@@ -20,6 +20,27 @@ const TYPES = {
   u1: [1, (view, at) => view.getUint8(at)],
 };
 
+/** @typedef {{ dims: number[], code: string, isBigEndian: boolean, isByColumn: boolean, start: number }} Header code: of the type of
+ *    a value, such as f4; start: where the values begin (bytes) */
+
+/** What an array is, by the beginning of its file; null where it holds no plain numbers. @param {Uint8Array} bytes @returns {Header | null} */
+export function npyHeader(bytes) {
+  const head = new TextDecoder('latin1').decode(bytes.subarray(0, 1024));
+  const [, order = '', code = ''] = head.match(/'descr':\s*'([<>|=])(\w\d)'/) ?? [];
+  const [, shape = ''] = head.match(/'shape':\s*\(([\d,\s]*)\)/) ?? [];
+  if (!head.startsWith('\x93NUMPY') || !TYPES[code]) return null;
+  const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
+  const dims = shape
+    .split(',')
+    .map((part) => part.trim())
+    .filter((part) => part !== '')
+    .map(Number);
+  return {
+    ...{ dims, code, isBigEndian: order === '>', isByColumn: head.includes("'fortran_order': True") },
+    start: bytes[6] === 1 ? 10 + view.getUint16(8, true) : 12 + view.getUint32(8, true),
+  };
+}
+
 /**
  * The numbers of an array, column by column as those of MATLAB.
  * @param {string} name for messages
@@ -27,34 +48,28 @@ const TYPES = {
  * @returns {import('./mat.js').Numbers} throws a ScanstitchError
  */
 export function readNpy(name, bytes) {
-  const head = new TextDecoder('latin1').decode(bytes.subarray(0, 1024));
-  const [, order = '', code = ''] = head.match(/'descr':\s*'([<>|=])(\w\d)'/) ?? [];
-  const [, shape = ''] = head.match(/'shape':\s*\(([\d,\s]*)\)/) ?? [];
-  const type = TYPES[code];
-  if (!head.startsWith('\x93NUMPY') || !type) {
+  const header = npyHeader(bytes);
+  const type = header && TYPES[header.code];
+  if (!header || !type) {
     throw fileError(
       name,
       'This array of NumPy does not hold plain numbers',
       "Save them: numpy.save('ranges.npy', ranges)",
     );
   }
+  const { dims, start } = header;
   const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
-  const start = bytes[6] === 1 ? 10 + view.getUint16(8, true) : 12 + view.getUint32(8, true);
   const [size, read] = type;
-  const dims = shape
-    .split(',')
-    .map((part) => part.trim())
-    .filter((part) => part !== '')
-    .map(Number);
   const count = dims.reduce((product, length) => product * length, 1);
   if (!(start + count * size <= bytes.length)) {
     throw fileError(name, `This array of ${dims.join(' x ')} numbers is cut off`, 'Copy or save it again');
   }
-  const [rows = 1, columns = count / rows] = dims;
-  const isByColumn = head.includes("'fortran_order': True") || dims.length < 2;
+  const [rows = 1] = dims;
+  const columns = count / rows;
+  const isByColumn = header.isByColumn || dims.length < 2;
   const values = new Float64Array(count);
   for (let at = 0; at < count; at += 1) {
-    const value = read(view, start + at * size, order !== '>');
+    const value = read(view, start + at * size, !header.isBigEndian);
     values[isByColumn ? at : (at % columns) * rows + Math.floor(at / columns)] = value;
   }
   return { kind: 'numbers', dims: dims.length < 2 ? [rows, 1] : dims, values };

@@ -9,17 +9,20 @@
  * | JSON: a message, a list of them, one a line, within others (rosbridge) | `"ranges": [` or objects with an angle and a distance |
  * | SICK's telegrams (CoLa A) | `LMDscandata` |
  * | UrgBenri's log (`.ubh`) | `[startStep]` |
+ * | Player, DP-SLAM, `ultra_simple` of RPLIDARs (scan_lines.js) | their lines |
  * | the Python package rplidar: a list of (quality, angle, distance) a line | its brackets |
  */
 import { fileError } from '../errors.js';
 import { checkedScans, given } from './scan_checks.js';
+import { fromDpSlam, fromPlayer, fromRplidar, isDpSlam, isPlayer, isRplidar } from './scan_lines.js';
 
 /** @typedef {import('./scan_checks.js').Tell} Tell */
 
 /**
  * A scan: ranges (m; null where nothing came back), angles in rad.
  * @typedef {{ ranges: (number | null)[], start?: number, step?: number, end?: number, angles?: number[], time?: number,
- *   nearest?: number, farthest?: number }} Scan end: the angle of the last reading, where it is told
+ *   nearest?: number, farthest?: number, odometry?: number[] }} Scan end: the angle of the last reading, where it is told; odometry: x, y
+ *   (m) and heading (rad) by the wheels
  */
 
 const DEGREE = Math.PI / 180;
@@ -39,6 +42,9 @@ const KINDS = [
   { is: isJson, read: fromJson },
   { is: isTuples, read: fromTuples },
   { is: isEcho, read: fromEcho },
+  { is: isPlayer, read: (text, name, tell) => written(fromPlayer(text), name, tell) },
+  { is: isDpSlam, read: (text, name, tell) => written(fromDpSlam(text), name, tell) },
+  { is: isRplidar, read: (text, name, tell) => written(fromRplidar(text), name, tell) },
 ];
 
 /**
@@ -329,12 +335,13 @@ function written(found, name, tell) {
 }
 
 /** @param {Scan} scan */
-function asCsm({ ranges, angles, start = 0, step = 0, time, nearest, farthest }) {
+function asCsm({ ranges, angles, start = 0, step = 0, time, nearest, farthest, odometry }) {
   const whole = {
     readings: ranges.map((range) => (range !== null && farthest !== undefined && range > farthest ? null : range)),
     ...(angles ? { theta: angles } : { min_theta: start, max_theta: start + step * (ranges.length - 1) }),
     ...given('min_range', nearest),
     ...given('timestamp', time),
+    ...(odometry ? { odometry } : {}),
   };
   return `${JSON.stringify(whole)}\n`;
 }

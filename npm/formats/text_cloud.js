@@ -146,6 +146,13 @@ export function pointColumns(head) {
   return namedColumns(namesOf(linesOf(head)));
 }
 
+/** The numbers of each line, where all of them are some. @param {Uint8Array} bytes */
+export function numberRows(bytes) {
+  const lines = linesOf(bytes).filter((line) => !isComment(line));
+  const cells = cellsOf(lines);
+  return lines.map((line) => cells(line).map(numberOf)).filter((row) => row.every(Number.isFinite));
+}
+
 /** Whether a laser's program wrote a table of points: what stands beside x y z. @param {Uint8Array} head */
 export function isLaserTable(head) {
   const names = namesOf(linesOf(head));

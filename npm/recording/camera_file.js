@@ -364,7 +364,7 @@ function isSameAspect(a, b) {
  */
 function scaled(name, camera, size) {
   const [images, remedy] = [`${size.width} x ${size.height}`, 'Give the camera of the depth images'];
-  const own = camera.size;
+  const own = camera.size ?? sizeByCentre(camera, size);
   if (own && !isSameAspect(own, size)) {
     throw fileError(
       name,
@@ -391,12 +391,27 @@ function scaled(name, camera, size) {
   /** @type {string[]} */
   const notes = [];
   if (factor !== 1 && own) {
-    notes.push(`the camera of ${own.width} x ${own.height} pixels is scaled to the depth images' ${images}`);
+    const by = camera.size ? '' : 'by its principal point, ';
+    notes.push(`${by}the camera of ${own.width} x ${own.height} pixels is scaled to the depth images' ${images}`);
   }
   const offset = Math.max(Math.abs(cx / size.width - 0.5), Math.abs(cy / size.height - 0.5));
   if (offset > 0.2)
     notes.push(`${figures} lies far from the middle of images of ${images} pixels; is it another camera's?`);
   return { camera: moved, notes };
+}
+
+/**
+ * The size of the images that a camera is for, by its principal point, which lies about their middle: where that is another size of
+ * the same aspect. Phones describe the camera of their colours, whose images are larger than the depth.
+ * @param {Camera} camera
+ * @param {Size} size of the depth images
+ * @returns {Size | null}
+ */
+function sizeByCentre({ cx, cy }, size) {
+  const [across, down] = [(2 * cx) / size.width, (2 * cy) / size.height];
+  const isAnother = Math.abs(Math.log2(across)) > 0.8 && Math.abs(across / down - 1) < 0.05;
+  const factor = (across + down) / 2;
+  return isAnother ? { width: Math.round(factor * size.width), height: Math.round(factor * size.height) } : null;
 }
 
 /** @param {number} value */

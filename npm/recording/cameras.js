@@ -13,7 +13,7 @@ import { baseOf, commonFolder, depthOf, folderOf, isNear, seriesOf, wordsOf } fr
 
 /** Formats that say what their numbers are; in other texts numbers alone are a camera where the name says so. */
 const SELF_TOLD = /\.(json|ya?ml|xml|conf|cfg|ini)$/i;
-const TEXTS = /(\.(txt|csv|dat|k|intrinsics?)|^[^.]+)$/i;
+const TEXTS = /(\.(txt|csv|dat|k|intrinsics?|pincam)|^[^.]+)$/i;
 /** Longer texts than this are no cameras. */
 const MAX_TEXT_BYTES = 2 ** 16;
 /** More files of one numbering are one a frame, which say the same: the first one is read. */
@@ -21,6 +21,7 @@ const MAX_CAMERAS = 4;
 
 /** How much a name tells of a camera; 0: nothing. @param {string} path */
 export function rankOfCamera(path) {
+  if (/\.pincam$/i.test(path)) return 3; // of ARKit: width height fx fy cx cy
   const words = wordsOf(baseOf(path).replace(/\.[^.]*$/, ''));
   const ranks = words.map((word) => {
     if (/^intrinsics?$/.test(word)) return 3;

@@ -39,7 +39,8 @@ export function classify(path, beginning, isTable = false) {
     return { role: 'ignored', reason: 'a Git LFS pointer, not the file itself; fetch it with git lfs pull' };
   const base = path.split('/').at(-1) ?? path;
   if (/\.ply$/i.test(base) || startsAsPly(head)) return { role: 'scan', is_log: false };
-  if (isLaserLog(head) || (isTable && !isOdometryName(base) && looksLikeNumbers(head)))
+  const isImage = /\.depth$/i.test(base);
+  if ((!isImage && isLaserLog(head)) || (isTable && !isOdometryName(base) && looksLikeNumbers(head)))
     return { role: 'scan', is_log: true };
   if (TRAJECTORY_NAMES.test(base)) return { role: isOdometryName(base) ? 'odometry' : 'reference' };
   if (TEXT_NAMES.test(base) || !base.includes('.')) {

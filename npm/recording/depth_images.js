@@ -19,10 +19,11 @@ import { withTimes } from './stamps.js';
 /** @typedef {{ root: string, depth: ImageSeries, colour: ImageSeries | null }} DepthRecording */
 
 /** Images that hold distances in forms that are not read. */
-const FOREIGN_DEPTH_NAMES = /\.(tiff?|exr|npy|npz|bin|raw|dpt)$/i;
+const FOREIGN_DEPTH_NAMES = /\.(tiff?|exr|npy|npz|bin|raw|dpt|depth)$/i;
 /** So many files of a series are looked into: one may be broken. */
 const LOOKED_INTO = 3;
-const REMEDY = 'save the depth itself as grey PNG images, of 16 bits (millimetres) or 8';
+const REMEDY =
+  'save the depth itself as grey PNG images, of 16 bits (millimetres) or 8, or as NumPy arrays (numpy.save)';
 
 /**
  * The recordings of depth images in these files, the longest first, and what is wrong with the images.

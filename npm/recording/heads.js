@@ -102,32 +102,58 @@ export function readPlyExtent(head) {
   if (header === undefined) return 'unknown';
   const [, format = ''] = header.match(/^format (\w+)/m) ?? [];
   const elements = header.split(/^element /m).slice(1);
-  const [vertex = ''] = elements;
-  if (!vertex.startsWith('vertex')) return 'unknown';
-  const properties = [...vertex.matchAll(/^property (\w+) (\w+)/gm)].map(([, type = '', name = '']) => ({
-    type,
-    name,
-  }));
-  const count = Number(vertex.match(/^vertex (\d+)/)?.[1]);
+  const place = elements.findIndex((element) => element.startsWith('vertex'));
+  const before = elements.slice(0, Math.max(place, 0)).map(propertiesOf);
+  const hasLists = before.some(({ properties }) => properties.some(({ type }) => type === 'list'));
+  if (place < 0 || (hasLists && format !== 'ascii')) return 'unknown';
+  const { count, properties } = propertiesOf(elements[place] ?? '');
   const z = properties.findIndex(({ name }) => name === 'z');
   if (z < 0) return properties.some(({ name }) => name === 'x') ? 'plane' : 'unknown';
   const body = head.subarray(header.length);
   const heights =
     format === 'ascii'
-      ? asciiColumn(body, z, count)
-      : binaryColumn(body, properties, z, count, format.endsWith('little_endian'));
+      ? asciiColumn(body, z, count, sum(before.map((element) => element.count)))
+      : binaryColumn(
+          body.subarray(sum(before.map((element) => element.count * strideOf(element.properties)))),
+          properties,
+          z,
+          count,
+          format.endsWith('little_endian'),
+        );
   const finite = heights.filter(Number.isFinite);
   if (finite.length === 0) return 'unknown';
   return finite.every((height) => Math.abs(height) <= MAX_OFF_PLANE) ? 'plane' : 'space';
+}
+
+/** @typedef {{ type: string, name: string }[]} Properties */
+
+/** @param {string} element of a header, from its name on @returns {{ count: number, properties: Properties }} */
+function propertiesOf(element) {
+  const properties = [...element.matchAll(/^property (\w+) (\w+)/gm)];
+  return {
+    count: Number(element.match(/^\w+ (\d+)/)?.[1]),
+    properties: properties.map(([, type = '', name = '']) => ({ type, name })),
+  };
+}
+
+/** @param {number[]} numbers */
+function sum(numbers) {
+  return numbers.reduce((total, number) => total + number, 0);
+}
+
+/** Bytes of a row. @param {Properties} properties */
+function strideOf(properties) {
+  return sum(properties.map(({ type }) => lookUp(PLY_TYPES, type)?.[0] ?? 0));
 }
 
 /**
  * @param {Uint8Array} body
  * @param {number} column
  * @param {number} count rows there are at the most
+ * @param {number} skipped rows that come before
  */
-function asciiColumn(body, column, count) {
-  const lines = latin1(body).split('\n').slice(0, -1); // the last one may be cut off
+function asciiColumn(body, column, count, skipped) {
+  const lines = latin1(body).split('\n').slice(skipped, -1); // the last one may be cut off
   return lines.slice(0, count).map((line) => Number(line.trim().split(/\s+/)[column] ?? Number.NaN));
 }
 
@@ -141,7 +167,7 @@ const PLY_TYPES = {
 
 /**
  * @param {Uint8Array} body
- * @param {{ type: string, name: string }[]} properties
+ * @param {Properties} properties
  * @param {number} column
  * @param {number} count rows there are at the most
  * @param {boolean} littleEndian
@@ -149,9 +175,7 @@ const PLY_TYPES = {
 function binaryColumn(body, properties, column, count, littleEndian) {
   const types = properties.map(({ type }) => lookUp(PLY_TYPES, type));
   if (types.some((type) => type === undefined)) return []; // a list among the coordinates
-  const sizes = types.map((type) => type?.[0] ?? 0);
-  const sum = (/** @type {number[]} */ numbers) => numbers.reduce((total, number) => total + number, 0);
-  const [stride, offset] = [sum(sizes), sum(sizes.slice(0, column))];
+  const [stride, offset] = [strideOf(properties), strideOf(properties.slice(0, column))];
   const read = /** @type {'getFloat32'} */ (types[column]?.[1]);
   const view = new DataView(body.buffer, body.byteOffset, body.byteLength);
   const rows = Math.min(count, Math.floor(body.byteLength / stride));

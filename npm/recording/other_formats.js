@@ -24,10 +24,6 @@ const ADVICE = [
     /(^|\/)times(tamps)?\.txt$/i,
     'times that are not those of the frames: a line each, ascending, beside clouds; depth images have theirs in their names',
   ],
-  [
-    /\.npz$/i,
-    "an archive of NumPy arrays; save the array alone: numpy.save('ranges.npy', numpy.load('FILE.npz')['ranges'])",
-  ],
   [/\.(pkl|pickle)$/i, "a pickle, which runs code when it is read; save the array: numpy.save('ranges.npy', array)"],
   [
     /\.(parquet|feather)$/i,
@@ -50,6 +46,18 @@ const ADVICE = [
     /\.(rcp|rcs|fls|zfs|pod)$/i,
     "a scan in its maker's own format; export it as E57, PTS or LAS and that as PLY (CloudCompare)",
   ],
+  [
+    /\.r3d$/i,
+    'a recording of Record3D, whose depth is packed by LZFSE; export it in the app as a sequence of PLY files, which are read',
+  ],
+  [/\.gfs$/i, "a log of GMapping's viewer; convert it to CARMEN's: gfs2log FILE scans.log"],
+  [/\.(script|rec)$/i, 'a script of BeeSoft, which is not read; write a scan a line as numbers: x y theta r1 r2 ...'],
+  [
+    /\.3d$/i,
+    "a scan of 3DTK (cm; x right, y up, z ahead); write it as x y z in metres: awk '{print $3/100, -$1/100, $2/100}' FILE > scan.xyz",
+  ],
+  [/\.depth$/i, 'a depth image in a form of its own; save it as PNG of 16 bits in mm, or as numpy.save(...)'],
+  [/\.exr$/i, "an image of OpenEXR; save its depth: numpy.save('depth_0.npy', depth), in metres"],
   [/\.svo2?$/i, 'a recording of a ZED; export depth and images: ZED_SVO_Export FILE out/ 4'],
   [/\.oni$/i, 'a recording of OpenNI; export its depth images with NiViewer, or play it into a ROS bag'],
   [/\.klg$/i, 'a log of ElasticFusion, which is not read; export its frames as images of 16 bits: PNG'],

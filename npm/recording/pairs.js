@@ -51,10 +51,26 @@ export function countMatches(depth, colours) {
  * @returns {Map<Member, Member>}
  */
 function byKey(depth, colours) {
-  const colourOf = new Map(colours.map((colour) => [colour.key, colour]));
+  const whole = byPart(depth, colours, (key) => key);
+  if (2 * whole.size > depth.length) return whole;
+  // A number and a time that differs a little: SUN3D's 0000001-000000033367.
+  const first = (/** @type {string} */ key) => key.split(' ')[0] ?? '';
+  const areNumbered = [depth, colours].every((list) => new Set(list.map(({ key }) => first(key))).size === list.length);
+  const byFirst = areNumbered ? byPart(depth, colours, first) : whole;
+  return byFirst.size > whole.size ? byFirst : whole;
+}
+
+/**
+ * @param {readonly Member[]} depth
+ * @param {readonly Member[]} colours
+ * @param {(key: string) => string} partOf
+ * @returns {Map<Member, Member>}
+ */
+function byPart(depth, colours, partOf) {
+  const colourOf = new Map(colours.map((colour) => [partOf(colour.key), colour]));
   return new Map(
     depth.flatMap((member) => {
-      const colour = colourOf.get(member.key);
+      const colour = colourOf.get(partOf(member.key));
       return colour ? [[member, colour]] : [];
     }),
   );

@@ -53,7 +53,40 @@ function lines(rows) {
 export function trajectoryBytes(path, bytes) {
   const found = isPoseDocument(path) ? posesOfDocument(bytes) : null;
   if (found) return new TextEncoder().encode(found.text);
+  if (/\.traj$/i.test(path)) return ofArKit(bytes) ?? bytes;
   return /\.(csv|txt)$/i.test(path) ? inSeconds(bytes) : bytes;
+}
+
+/**
+ * ARKitScenes' `.traj` as TUM's lines: time, the rotation as axis times angle, the translation, of the world in the camera. Null where
+ * its numbers are quaternions.
+ * @param {Uint8Array} bytes
+ */
+function ofArKit(bytes) {
+  const rows = new TextDecoder()
+    .decode(bytes)
+    .trim()
+    .split(/\r?\n/)
+    .map((line) => line.trim().split(/\s+/).map(Number));
+  const isUnit = (/** @type {number[]} */ row) =>
+    [1, 3].some((start) => Math.abs(Math.hypot(...row.slice(start, start + 4)) - 1) < 0.01);
+  if (!rows.every((row) => row.length === 7 && row.every(Number.isFinite)) || rows.every(isUnit)) return null;
+  const lines = rows.map(([time = 0, a = 0, b = 0, c = 0, ...translation]) => {
+    const angle = Math.hypot(a, b, c);
+    const half = angle > 0 ? Math.sin(angle / 2) / angle : 0.5;
+    // Of the inverse rotation.
+    const [w, x, y, z] = [Math.cos(angle / 2), -a * half, -b * half, -c * half];
+    const [tx = 0, ty = 0, tz = 0] = translation;
+    // v + 2 w (u x v) + 2 u x (u x v)
+    const [px, py, pz] = [y * tz - z * ty, z * tx - x * tz, x * ty - y * tx];
+    const turned = [
+      tx + 2 * (w * px + y * pz - z * py),
+      ty + 2 * (w * py + z * px - x * pz),
+      tz + 2 * (w * pz + x * py - y * px),
+    ];
+    return `${[time, ...turned.map((value) => -value), x, y, z, w].join(' ')}\n`;
+  });
+  return new TextEncoder().encode(lines.join(''));
 }
 
 /**

@@ -386,10 +386,14 @@ test('another size: scaled where it is the same image, refused in plain words wh
     /camera_primesense\.json: This camera is for 640 x 480 pixels, the depth images have 1280 x 720\. Give the camera of the depth images\./,
   );
   assert.throws(
-    () => read('camera-intrinsics.txt', 256, 192),
-    /This camera \(fx 585, principal point \(320, 240\)\) cannot have taken depth images of 256 x 192 pixels/,
+    () => read('camera-intrinsics.txt', 256, 144),
+    /This camera \(fx 585, principal point \(320, 240\)\) cannot have taken depth images of 256 x 144 pixels/,
   );
-  assert.match(read('camera-intrinsics.txt', 1280, 960).notes[0] ?? '', /far from the middle of images of 1280 x 960/);
+  // It does not say its size, but its principal point does where the aspect is the same.
+  const small = read('camera-intrinsics.txt', 256, 192);
+  assert.deepEqual([small.camera.fx, small.camera.cx.toFixed(1), small.camera.cy.toFixed(1)], [234, '127.7', '95.7']);
+  assert.match(small.notes[0] ?? '', /by its principal point, the camera of 640 x 480 pixels is scaled/);
+  assert.match(read('camera-intrinsics.txt', 1280, 720).notes[0] ?? '', /far from the middle of images of 1280 x 720/);
 });
 
 test('lens distortion is told, and not applied', () => {

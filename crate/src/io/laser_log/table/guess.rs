@@ -13,7 +13,7 @@ use crate::{Error, Result};
 
 /// Lines that a guess is made from.
 pub(super) const GUESS_LINES: usize = 20;
-/// Of fewer lines, numbers that grow from line to line may be ranges.
+/// Of fewer lines, numbers that grow from line to line, or stay the same, may be ranges.
 const MIN_GROWING_LINES: usize = 3;
 /// Times stand among the outermost columns.
 const MAX_TIME_COLUMN: usize = 3;
@@ -248,6 +248,9 @@ fn message_columns(values: &[f64]) -> Option<TableFormat> {
 /// them that is no range and nothing beside them without need; and what is to be asked where they may lie elsewhere as well.
 fn block_of_ranges(table: &Table, rows: &[Row]) -> (usize, usize, Option<String>) {
     let width = table.width();
+    if let Some((first, end)) = counted_block(rows, width) {
+        return (first, end, None);
+    }
     let is_none: Vec<bool> = (0..width).map(|column| is_no_range(rows, column)).collect();
     let most = MIN_SCAN_NUMBERS.min(width - MIN_SCAN_NUMBERS);
     // From the outermost column that is no range; what grows may be a range that does.
@@ -268,6 +271,18 @@ fn block_of_ranges(table: &Table, rows: &[Row]) -> (usize, usize, Option<String>
         format!("The {count} ranges may begin at column {from}, as is assumed, or up to {extra} further on.")
     });
     (first, end, doubt)
+}
+
+/// The columns of the ranges behind one that counts them, the same in every line; nothing but a pose may follow.
+fn counted_block(rows: &[Row], width: usize) -> Option<(usize, usize)> {
+    let count_at = |column: usize| rows[0].values[column] as usize;
+    let is_count = |&column: &usize| {
+        let (count, behind) = (count_at(column), width - column - 1);
+        let is_same = |row: &Row| row.values.get(column) == Some(&(count as f64));
+        (MIN_SCAN_NUMBERS..=behind).contains(&count) && behind - count < MIN_SCAN_NUMBERS && rows.iter().all(is_same)
+    };
+    let column = (0..MIN_SCAN_NUMBERS.min(width)).find(is_count).filter(|_| rows.len() >= MIN_GROWING_LINES)?;
+    Some((column + 1, column + 1 + count_at(column)))
 }
 
 /// Whether a column can hold no ranges.

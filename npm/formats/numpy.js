@@ -1,0 +1,116 @@
+// @ts-check
+/** Files of NumPy, arrays alone (`.npy`) and archives of them (`.npz`), as files that the engine reads. */
+import { fileError } from '../errors.js';
+import { baseOf, folderOf, groupBy } from '../recording/names.js';
+import { readNpyShape } from '../recording/heads.js';
+import { contentsOf, tableOf } from './array_table.js';
+import { npyHeader, readNpy } from './npy.js';
+import { partsOf } from './npy_files.js';
+
+/** @typedef {import('../recording/contents.js').Content} Content */
+/** @typedef {(file: Content) => number} CountAlike arrays of the same shape in the folder of a file */
+
+const HEAD_BYTES = 1024;
+/** Readings of a scan, at least: the engine's own readers take arrays of fewer columns, which are poses. */
+const MIN_BEAMS = 24;
+
+/**
+ * How many arrays have the shape of each: of many, each is an image or a cloud.
+ * @param {readonly Content[]} files
+ * @returns {Promise<CountAlike>}
+ */
+export async function countAlike(files) {
+  const arrays = await Promise.all(
+    files
+      .filter(({ path }) => /\.npy$/i.test(path))
+      .map(async (file) => {
+        const shape = readNpyShape(await file.readHead(HEAD_BYTES).catch(() => new Uint8Array())) ?? [];
+        // Clouds differ in their number of points.
+        return { file, key: `${folderOf(file.path)} ${(shape[1] ?? 0) < MIN_BEAMS ? shape.slice(1) : shape}` };
+      }),
+  );
+  const groups = groupBy(arrays, ({ key }) => key);
+  const counts = new Map([...groups.values()].flatMap((group) => group.map(({ file }) => [file, group.length])));
+  return (file) => counts.get(file) ?? 1;
+}
+
+/**
+ * @param {Content} file
+ * @param {CountAlike} alike
+ * @returns {Promise<Content | Content[]>} the file itself, where the engine reads it
+ */
+export async function npyContents(file, alike) {
+  const head = await file.readHead(HEAD_BYTES);
+  const header = npyHeader(head);
+  if (!header) {
+    readNpy(file.path, head); // says why
+    return file;
+  }
+  const isWhole = header.dims.length === 2 && header.dims[1] === 2;
+  const parts = partsOf(file.path, header, alike(file), isWhole ? await file.read() : head);
+  if (parts.length > 0) return partsOfFile(file, parts);
+  const [rows = 0, beams = 0, ...others] = header.dims;
+  if (rows === 0 || beams < MIN_BEAMS || others.length > 0) return file;
+  const table = tableOf(new Map([['ranges', readNpy(file.path, await file.read())]])) ?? new Uint8Array();
+  return made(file.path, table.length, async () => table);
+}
+
+/** @param {Content} file @param {ReturnType<typeof partsOf>} parts */
+function partsOfFile(file, parts) {
+  // A stack of images is read once, as long as nothing else needs the memory.
+  let known = new WeakRef(/** @type {Uint8Array} */ (new Uint8Array()));
+  const whole = async () => {
+    const kept = known.deref();
+    if (kept && kept.length > 0) return kept;
+    const bytes = await file.read();
+    if (parts.length > 1) known = new WeakRef(bytes);
+    return bytes;
+  };
+  const stem = file.path.replace(/\.npy$/i, '');
+  return parts.map(({ suffix, make, isCloud }) => ({
+    ...made(`${stem}${suffix}`, Math.ceil(file.size / parts.length), async () => make(await whole(), file.path)),
+    ...(isCloud ? { isCloud } : {}),
+  }));
+}
+
+/** @param {string} path @param {number} size @param {() => Promise<Uint8Array>} read @returns {Content} */
+function made(path, size, read) {
+  return { path, size, read, readHead: async (length) => (await read()).slice(0, length) };
+}
+
+/**
+ * What lies in an archive of arrays: scans with their angles and poses as one table; else each array by itself.
+ * @param {Content} file
+ * @returns {Promise<Content[]>}
+ */
+export async function npzContents(file) {
+  const [{ openArchive }, { bytesInMemory }] = await Promise.all([
+    import('../archive.js'),
+    import('../open_archive.js'),
+  ]);
+  const archive = await openArchive(file.path, bytesInMemory(await file.read()));
+  /** @type {import('./mat.js').Variables} */
+  const variables = new Map();
+  /** @type {Content[]} */
+  const contents = [];
+  const stem = file.path.replace(/\.npz$/i, '');
+  for (const { path, size } of archive.files) {
+    const header = npyHeader(await archive.readHead(path, HEAD_BYTES));
+    const name = baseOf(path).replace(/\.npy$/i, '');
+    const member = made(`${stem}_${name}.npy`, size, () => archive.read(path));
+    const parts =
+      header && partsOf(member.path, header, 1, header.dims[1] === 2 ? await member.read() : new Uint8Array());
+    if (parts?.some(({ suffix }) => /\.p[gfp]m$/.test(suffix))) contents.push(...partsOfFile(member, parts));
+    else if (header) variables.set(name, readNpy(path, await member.read()));
+    else variables.set(name, { kind: 'other', dims: [], what: 'no plain numbers' });
+  }
+  const table = contents.length === 0 ? tableOf(variables) : null;
+  if (table) return [made(`${stem}.txt`, table.length, async () => table)];
+  if (contents.length > 0) return contents;
+  const remedy = "Save arrays with a scan a row: numpy.savez('scans.npz', ranges=ranges, angles=angles)";
+  throw fileError(
+    file.path,
+    `There are neither scans nor images in this archive; it holds ${contentsOf(variables)}`,
+    remedy,
+  );
+}

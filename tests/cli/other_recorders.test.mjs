@@ -1,0 +1,141 @@
+// @ts-check
+/** What other programs, phones and data sets leave behind: logs of scans, cameras and paths beside depth images, messages in bags. */
+import assert from 'node:assert/strict';
+import { test } from 'node:test';
+import { scanLine } from '../../npm/bag/laser_scans.js';
+import { decodeLivoxCloud, decodeScan } from '../../npm/bag/messages.js';
+import { scanReader } from '../../npm/formats/scan_messages.js';
+import { cameraFor } from '../../npm/recording/camera_file.js';
+import { trajectoryBytes } from '../../npm/recording/pose_file.js';
+import { recordingsOf } from '../../npm/bag/bag_recordings.js';
+import { listOne, mcapBytes } from './bag_files.mjs';
+import { CdrWriter, stampAt } from './bag_messages.mjs';
+import { count, DEPTH16, encode, JPEG, many, pairsOf, understandAll } from './recording_files.mjs';
+
+/** The scans of a text, as the engine is given them. @param {string} text */
+function scansOf(text) {
+  const lines = scanReader(text)?.(text, 'log', () => undefined) ?? '';
+  return lines
+    .trim()
+    .split('\n')
+    .map((line) => JSON.parse(line));
+}
+
+test("Player's log: angles, limit and odometry", () => {
+  const at = (/** @type {string} */ time) => `${time} 16777343 6665`;
+  const text = [
+    '## Player version 3.0.2',
+    `${at('0.000')} laser 00 004 001 +0.1 0 0 0 0 0 0.15 0.15`,
+    `${at('1.000')} position2d 00 001 001 +1.500 +0.250 -0.300 0 0 0 0`,
+    `${at('1.100')} laser 00 001 001 7 -1.5708 1.5708 1.5708 8.0 3 2.000 0 9.000 1 4.000 0`,
+    `${at('1.200')} laser 00 001 002 8 1 2 3 -1.5708 1.5708 1.5708 8.0 3 2.500 0 3.500 0 4.500 0`,
+    `${at('1.300')} laser 00 001 001 9 -1.5708 1.5708 1.5708 8.0 3 2.000 0 9.0`,
+  ].join('\n');
+  assert.deepEqual(scansOf(text), [
+    { readings: [2, null, 4], min_theta: -1.5708, max_theta: 1.5708, timestamp: 1.1, odometry: [1.5, 0.25, -0.3] },
+    { readings: [2.5, 3.5, 4.5], min_theta: -1.5708, max_theta: 1.5708, timestamp: 1.2, odometry: [1.5, 0.25, -0.3] },
+  ]);
+});
+
+test("DP-SLAM's log and what the sample program of RPLIDARs prints", () => {
+  const [scan] = scansOf('Odometry 1 2 0.5\nLaser 3 1.5 2.5 3.5\n');
+  assert.deepEqual(
+    [scan.readings, scan.odometry, scan.max_theta - scan.min_theta],
+    [[1.5, 2.5, 3.5], [1, 2, 0.5], Math.PI],
+  );
+  const printed =
+    'Version: 2.0.0\nFirmware Ver: 1.29\nS  theta: 00.50 Dist: 01200.00 Q: 47\n   theta: 90.00 Dist: 00000.00 Q: 0\n';
+  const scans = scansOf(
+    `${printed}   theta: 180.00 Dist: 02000.00 Q: 47\nS  theta: 00.60 Dist: 01300.00 Q: 47\n   theta: 90.10 Dist: 01.00 Q: 3\n`,
+  );
+  assert.deepEqual(scans.map(({ readings }) => readings), [[1.2, null, 2], [1.3, 0.001]]); // prettier-ignore
+  assert.equal(scans[0].theta[1], -Math.PI / 2); // they turn clockwise
+});
+
+test('a phone: the camera of its large colours is scaled to the depth, which its principal point tells', () => {
+  const matrix = encode('1755.0, 0.0, 960.0\n0.0, 1755.0, 720.0\n0.0, 0.0, 1.0\n');
+  const { camera, notes } = cameraFor('camera_matrix.csv', matrix, { width: 256, height: 192 });
+  assert.deepEqual([camera.fx, camera.cx, camera.cy].map((value) => value.toFixed(2)), ['234.00', '127.57', '95.57']); // prettier-ignore
+  assert.match(notes[0] ?? '', /by its principal point, the camera of 1920 x 1440 pixels is scaled/);
+  // Another aspect is another camera.
+  const other = encode('1755 0 960\n0 1755 540\n0 0 1\n');
+  assert.throws(() => cameraFor('k.txt', other, { width: 256, height: 192 }), /cannot have taken/);
+});
+
+test("ARKitScenes: a camera a frame, and the world's motion in the camera as axis and angle", async () => {
+  const numbers = count(0, 3);
+  const recording = await understandAll({
+    ...many(numbers, (i) => `scene/lowres_depth/47_${98.7 + i / 10}.png`, DEPTH16),
+    ...many(numbers, (i) => `scene/lowres_wide_intrinsics/47_${98.7 + i / 10}.pincam`, '640 480 500 500 320 240\n'),
+  });
+  assert.equal(recording.intrinsics, 'scene/lowres_wide_intrinsics/47_98.7.pincam');
+  const traj = trajectoryBytes('lowres_wide.traj', encode(`98.7 0 0 ${Math.PI / 2} 1 2 3\n98.8 0 0 0 1 2 3\n`));
+  const rows = new TextDecoder().decode(traj).trim().split('\n');
+  const values = (rows[0] ?? '').split(' ').map(Number);
+  // The camera lies at -R^T t = (-2, 1, -3), turned by -90 degrees about z.
+  for (const [at, value] of [98.7, -2, 1, -3, 0, 0, -Math.SQRT1_2, Math.SQRT1_2].entries()) {
+    assert.ok(Math.abs((values[at] ?? 0) - value) < 1e-12, rows[0]);
+  }
+  assert.deepEqual((rows[1] ?? '').split(' ').slice(1).map(Number), [-1, -2, -3, 0, 0, 0, 1]);
+  const quaternions = encode('98.7 1 2 0 0 0 1\n');
+  assert.equal(trajectoryBytes('lowres_wide.traj', quaternions), quaternions);
+});
+
+test('SUN3D: numbers tell which belong together, and the times beside them differ', async () => {
+  const numbers = count(1, 4);
+  const name = (/** @type {number} */ i, /** @type {number} */ time) =>
+    `${String(i).padStart(7, '0')}-${String(time).padStart(12, '0')}`;
+  const recording = await understandAll({
+    ...many(numbers, (i) => `depth/${name(i, 33367 * (i - 1))}.png`, DEPTH16),
+    ...many(numbers, (i) => `image/${name(i, 33400 * (i - 1))}.jpg`, JPEG),
+  });
+  assert.deepEqual(pairsOf(recording)[2], [`depth/${name(3, 66734)}.png`, `image/${name(3, 66800)}.jpg`]);
+  assert.deepEqual(recording.notes, []);
+});
+
+test('bags: of several echoes the first, and the points of a Livox', async () => {
+  const echoes = new CdrWriter()
+    .header(stampAt(1), 'laser')
+    .f32(-1)
+    .f32(1)
+    .f32(1)
+    .f32(0)
+    .f32(0.1)
+    .f32(0.1)
+    .f32(30)
+    .u32(3);
+  echoes.u32(2).f32(1.5).f32(2.5).u32(0).u32(1).f32(4.5).u32(0);
+  const line = JSON.parse(scanLine(decodeScan(echoes.done(), true)));
+  assert.deepEqual([line.readings, line.min_theta, line.max_theta], [[1.5, null, 4.5], -1, 1]);
+  const livox = new CdrWriter().header(stampAt(2), 'livox').f64(0).u32(2).u8(1).u8(0).u8(0).u8(0).u32(2);
+  for (const x of [1, 2])
+    livox
+      .u32(100 * x)
+      .f32(x)
+      .f32(-x)
+      .f32(0.5)
+      .u8(10)
+      .u8(0)
+      .u8(x);
+  const cloud = decodeLivoxCloud(livox.done());
+  const points = new Float32Array(cloud.data.buffer);
+  assert.deepEqual([cloud.width, [...points]], [2, [1, -1, 0.5, 2, -2, 0.5]]);
+  const topics = [
+    { name: '/scan', type: 'sensor_msgs/msg/MultiEchoLaserScan' },
+    { name: '/livox/lidar', type: 'livox_ros_driver2/msg/CustomMsg' },
+  ];
+  const messages = [
+    { topic: '/scan', time: 1_000_000_000n, data: echoes.done() },
+    { topic: '/livox/lidar', time: 2_000_000_000n, data: livox.done() },
+  ];
+  const open = async (/** @type {Partial<Record<string, string | null>>} */ wishes) => {
+    const [made] = await recordingsOf([await listOne('walk.mcap', mcapBytes(topics, messages))], wishes);
+    return made;
+  };
+  const [scans, clouds] = [await open({ scans: '/scan', clouds: null }), await open({ clouds: '/livox/lidar' })];
+  assert.deepEqual([scans?.recording.scans.length, clouds?.recording.clouds.length], [1, 1]);
+  const log = new TextDecoder().decode(await scans?.files[0]?.read());
+  assert.deepEqual(JSON.parse(log).readings, [1.5, null, 4.5]);
+  const pcd = new TextDecoder('latin1').decode(await clouds?.files[0]?.read());
+  assert.match(pcd, /FIELDS x y z\n[^]*POINTS 2\n/);
+});
