@@ -1,6 +1,6 @@
 //! Runs the depth engine on the images of a real camera and writes a line a frame: its status, processor time, evidence and pose.
 //!
-//! `cargo run --release --example depth_camera -- d435_robot [--depth-only] [--every 2]`, or a folder with `depth` and `rgb`
+//! `cargo run --release --example depth_camera -- d435_robot [--depth-only] [--every 2] [--lines FILE]`, or a folder with `depth` and `rgb`
 //! and `--camera fx,fy,cx,cy --depth-scale 1000`.
 
 #[path = "depth/processor_time.rs"]
@@ -41,6 +41,9 @@ fn main() {
     let depth_scale = recording.depth_scale.unwrap_or_default();
     let settings = SpatialSettings { color, depth_scale, ..SpatialSettings::default() };
     let (reconstruction, seconds) = scores::reconstruct(&recording, &settings);
+    if let Some(file) = argument("--lines") {
+        std::fs::write(file, scores::lines(&reconstruction)).expect("a file to write to");
+    }
     let mut counts = [0; 3];
     for (index, (estimate, assessment)) in
         reconstruction.estimates().iter().zip(reconstruction.assessments()).enumerate()

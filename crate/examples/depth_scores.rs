@@ -1,9 +1,10 @@
 //! Scores the depth engine on all recordings at once, real and generated: `cargo run --release --example depth_scores --
 //! [--only 'WORDS|WORDS'] [--first SEED] [--seeds N] [--frames N] [--cache FOLDER] [--runs] [--each] [--quick] [--planar]
-//! [--open] [--color used|where_open|not_used] [--images] [--pictures FOLDER] [--threads N] [--ablations
+//! [--open] [--color used|where_open|not_used] [--images] [--pictures FOLDER] [--lines FOLDER] [--threads N] [--ablations
 //! [--variants 'NAME|NAME'] | --per-seed]`.
 //! Prints a Markdown table: one row a kind of recording; with `--ablations` a column for each part of the engine that is left
-//! out; with `--per-seed` a row for each generated world. `--images` renders colour images of flats as well. Words after an
+//! out; with `--per-seed` a row for each generated world. `--images` renders colour images of flats as well; `--lines` writes
+//! a line a frame with all digits, to compare runs before and after a change. Words after an
 //! equals sign are all of a recording's kind.
 
 #[path = "depth/ablations.rs"]
@@ -65,6 +66,7 @@ fn main() {
     }
     let cache = argument("--cache").map(PathBuf::from);
     let pictures = argument("--pictures").map(PathBuf::from);
+    let lines = argument("--lines").map(PathBuf::from);
     let first = number("--first", 1) as u64;
     let mut runs = if flag("--per-seed") { Vec::new() } else { real_runs() };
     for seed in first..first + number("--seeds", 10) as u64 {
@@ -90,6 +92,11 @@ fn main() {
                         if let Some(folder) = &pictures {
                             let name = format!("{}, {}.png", run.group, recording.name).replace('%', "percent");
                             picture::draw(&reconstruction.map().cloud().positions, &folder.join(name));
+                        }
+                        if let Some(folder) = &lines {
+                            let name = format!("{}, {}, {}.txt", run.group, recording.name, variant.name);
+                            let file = folder.join(name.replace('%', "percent").replace('/', " "));
+                            std::fs::write(file, scores::lines(&reconstruction)).expect("a folder for the lines");
                         }
                         if flag("--runs") {
                             println!("{} {}, {}: {}", run.group, recording.name, variant.name, tables::line(&score));

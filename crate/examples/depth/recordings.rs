@@ -194,6 +194,7 @@ pub fn camera(name: &str) -> Recording {
     let (intrinsics, depth_scale) = match name {
         "kinect_office" => ([585.0, 585.0, 320.0, 240.0], None),
         "kinect_pioneer" => ([521.0, 521.0, 325.0, 249.0], Some(5000.0)),
+        "habitat_16bit" => ([256.0, 256.0, 256.0, 256.0], Some(6553.5)),
         _ => ([384.0, 384.0, 320.0, 237.0], None),
     };
     Recording {

@@ -1,8 +1,10 @@
 //! How far an estimate is from the truth, and how honest it is about it.
 
+use nalgebra::Isometry3;
 use scanstitch::geometry::Pose3;
 use scanstitch::geometry::rotation::angle_of;
-use scanstitch::odometry::assessment::Status;
+use scanstitch::odometry::assessment::{Assessment, Status};
+use scanstitch::odometry::depth::SpatialEstimate;
 use scanstitch::pipeline::prepared_frame::{ColorFile, FrameLabel, PreparedFrame};
 use scanstitch::pipeline::report::Stage;
 use scanstitch::pipeline::spatial::SpatialReconstruction;
@@ -61,6 +63,17 @@ pub fn reconstruct(recording: &Recording, settings: &SpatialSettings) -> (Spatia
     reconstruction.finish();
     while reconstruction.step().stage != Stage::Done {}
     (reconstruction, seconds)
+}
+
+/// A line a frame, with all digits of its pose and assessment: restructured code gives the same lines.
+pub fn lines(reconstruction: &SpatialReconstruction) -> String {
+    let estimates = reconstruction.estimates().iter().zip(reconstruction.assessments());
+    let line = |(estimate, assessment): (&SpatialEstimate, Assessment)| {
+        let Isometry3 { rotation, translation } = estimate.T_world_sensor;
+        let (coords, in_map) = (rotation.coords.as_slice(), estimate.is_in_map);
+        format!("{coords:?} {:?} {:?} {in_map} {assessment:?}\n", translation.vector.as_slice(), estimate.overlap)
+    };
+    estimates.map(line).collect()
 }
 
 /// The mean of some of the frames' times (ms): the system's clock of used time is too coarse for one frame.

@@ -1,5 +1,6 @@
 //! What the odometry reports of a frame, at once and later.
 
+use super::chain::Member;
 use crate::geometry::Pose3;
 use crate::odometry::assessment::Assessment;
 use crate::registration::spatial::SpatialRegistration;
@@ -29,4 +30,17 @@ pub struct PoseUpdate {
     pub assessment: Assessment,
     /// The new registration and overlap, where the frame has been registered again.
     pub registration: Option<(SpatialRegistration, f64)>,
+}
+
+impl PoseUpdate {
+    pub(super) fn of(member: &Member) -> Self {
+        let Member { number, T_world_sensor, assessment } = member.clone();
+        Self { frame: number, T_world_sensor, assessment, registration: None }
+    }
+
+    pub(super) fn relocalized(frame: u32, estimate: SpatialEstimate) -> Self {
+        let SpatialEstimate { T_world_sensor, registration, overlap, assessment, .. } = estimate;
+        let registration = registration.map(|registration| (registration, overlap));
+        Self { frame, T_world_sensor, assessment, registration }
+    }
 }

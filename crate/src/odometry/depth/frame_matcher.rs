@@ -31,7 +31,7 @@ const INDEPENDENT_POINTS: f64 = 250.0;
 /// A frame that is registered to a reference map.
 ///
 /// This file holds the registration from one initial pose. [`resolve_degeneracy`](super::resolve_degeneracy),
-/// [`color`](super::color) and [`search`](super::search) build on it, in this order.
+/// [`color`](super::color) and [`register`](super::register) build on it, in this order.
 pub(super) struct FrameMatcher<'a> {
     pub(super) reference: &'a ReferenceMap,
     pub(super) frame: &'a PreparedSurfels,
@@ -85,12 +85,14 @@ impl<'a> FrameMatcher<'a> {
         guess: Pose3,
         options: &IcpOptions,
     ) -> SpatialRegistration {
-        register(&self.solver, view, cloud, guess, options)
+        register_with(cloud.source(), view, guess, &PointToPlane, options, &self.solver)
     }
 
     /// The final registration, with its evidence.
     pub(super) fn register_finely(&self, guess: Pose3) -> PoseHypothesis {
-        self.register_finely_with(&self.solver, guess)
+        let (view, fine) = (self.view_from(&guess), self.fine.source());
+        let registration = register_with(fine, &view, guess, &PointToPlane, &self.final_options(), &self.solver);
+        self.with_evidence(registration, view)
     }
 
     /// The same without motion along a direction.
@@ -98,7 +100,16 @@ impl<'a> FrameMatcher<'a> {
         // A rotation about the world's origin translates the camera as well.
         let (rotation, translation) = (guess.translation.vector.cross(&fixed.direction), fixed.direction);
         let along = Vector6::new(rotation.x, rotation.y, rotation.z, translation.x, translation.y, translation.z);
-        self.register_finely_with(&self.solver.holding(&along), guess)
+        let (view, solver) = (self.view_from(&guess), self.solver.holding(&along));
+        let registration =
+            register_with(self.fine.source(), &view, guess, &PointToPlane, &self.final_options(), &solver);
+        self.with_evidence(registration, view)
+    }
+
+    /// A registration, perhaps to another reference, with the evidence of this one, whose `view` is from about its pose.
+    pub(super) fn with_evidence(&self, registration: SpatialRegistration, view: ProjectiveTarget) -> PoseHypothesis {
+        let evidence = self.evidence(&view, &self.middle, &registration.T_target_source);
+        PoseHypothesis::new(registration, view, &evidence)
     }
 
     /// Options of the final registration. It has converged once its steps are smaller than what noise leaves uncertain.
@@ -114,23 +125,6 @@ impl<'a> FrameMatcher<'a> {
         }
         options
     }
-
-    fn register_finely_with(&self, solver: &Solver<Pose3>, guess: Pose3) -> PoseHypothesis {
-        let view = self.view_from(&guess);
-        let registration = register(solver, &view, &self.fine, guess, &self.final_options());
-        let evidence = self.evidence(&view, &self.middle, &registration.T_target_source);
-        PoseHypothesis::new(registration, view, &evidence)
-    }
-}
-
-fn register(
-    solver: &Solver<Pose3>,
-    view: &ProjectiveTarget,
-    cloud: &SurfelCloud,
-    guess: Pose3,
-    options: &IcpOptions,
-) -> SpatialRegistration {
-    register_with(cloud.source(), view, guess, &PointToPlane, options, solver)
 }
 
 /// Options from an initial pose.

@@ -6,8 +6,8 @@
 //! refined, and the one that is contradicted least is kept. No motion model is trusted, for robots stop and turn on the spot.
 //! A result that is still contradicted starts a wider search before the frame is lost.
 //!
-//! Read `chain` first: `Chain::register` is the way of one frame. `odometry` has what concerns
-//! several chains, `docs/depth.md` the whole with a figure.
+//! Read [`DepthOdometry::register_frame`] first: it is the way of one frame, and every step is in the file of its name in
+//! `chain`. `docs/depth.md` has the whole with a figure.
 
 mod chain;
 mod color;
@@ -22,9 +22,12 @@ mod options;
 mod pair_registration;
 mod pose_hypothesis;
 mod prediction_gate;
+mod propose;
 mod reference_map;
+mod register;
+mod relocalize;
 mod resolve_degeneracy;
-mod search;
+mod rival_chain;
 mod second_basin;
 mod tentative_branch;
 mod textured_frame;

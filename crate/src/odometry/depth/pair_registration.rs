@@ -36,9 +36,11 @@ impl PairRegistration {
     pub fn register(&self, frame: &PreparedSurfels, search: Search, options: DepthOptions) -> SpatialEstimate {
         let matcher = FrameMatcher::new(&self.reference, frame, options);
         let hypothesis = match search {
-            Search::From(guess) => better_supported(matcher.best_of(&[guess], &guess), matcher.register_at(guess)),
-            Search::AllAround => matcher.best_of_all_around(&Pose3::identity()),
-            Search::Anywhere => matcher.best_of_anywhere(&Pose3::identity()),
+            Search::From(guess) => {
+                better_supported(matcher.best_of(matcher.propose_near(&[guess], &guess)), matcher.register_at(guess))
+            }
+            Search::AllAround => matcher.best_of(matcher.propose_all_around(&Pose3::identity())),
+            Search::Anywhere => matcher.best_of(matcher.propose_anywhere(&Pose3::identity())),
         };
         let (assessment, overlap) = (hypothesis.assessment(), hypothesis.overlap);
         let T_world_sensor = *hypothesis.T_world_sensor();

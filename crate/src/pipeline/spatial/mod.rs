@@ -141,7 +141,8 @@ impl SpatialReconstruction {
     /// Does one bounded piece of work: registers one frame, or closes a loop.
     pub fn step(&mut self) -> Progress {
         if let Some(frame) = self.waiting.pop_front() {
-            return self.register(frame);
+            let decided = self.hypotheses.register(&frame.surfaces);
+            return self.store(frame, decided);
         }
         if self.is_complete && !self.is_finished && self.hypotheses.relocalize_next() {
             let total = self.frames.len();
@@ -157,8 +158,8 @@ impl SpatialReconstruction {
         Progress { stage: Stage::Done, done: total, total, frame: None }
     }
 
-    fn register(&mut self, frame: PreparedFrame) -> Progress {
-        let decided = self.hypotheses.register(&frame.surfaces);
+    /// Stores a registered frame, after which a reading of the depth may have been `decided`.
+    fn store(&mut self, frame: PreparedFrame, decided: Option<Quantisation>) -> Progress {
         self.history.record(&self.poses());
         // What is prepared from now on need not keep another reading open.
         if let Some(depth) = self.decode_config.as_mut().and_then(|config| config.depth.as_mut()) {

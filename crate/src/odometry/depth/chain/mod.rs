@@ -1,39 +1,33 @@
-//! A chain of frames: each is registered to the map of those before it.
-//!
-//! [`Chain::register`] is the way of a frame: predict, propose hypotheses and refine them ([`localize`]), [`track`] where the map contradicts, assess, and then
-//! one of: accept into the map, keep as [tentative](super::tentative_branch), reject.
+//! A chain of frames: each is registered to the map of those before it. Here is its state; every step of a frame's way is a
+//! method in the file of its name, and `DepthOdometry::register_frame` is the whole way.
 
-mod localize;
-mod tentative;
+mod accept;
+mod apply_motion_prior;
+mod assess;
+mod keep_tentative;
+mod reject;
+mod relocalize;
+mod search_near_prediction;
+mod search_wider;
 mod track;
 
+pub(super) use self::assess::{Decision, Found};
 use self::track::PosedFrame;
 use super::frame_matcher::{CLEAR_AGREEMENT, FrameMatcher};
 use super::motion_prior::MotionPrior;
 use super::pose_hypothesis::PoseHypothesis;
-use super::prediction_gate::PredictionGate;
 use super::reference_map::ReferenceMap;
-use super::tentative_branch::{BranchOutcome, TentativeBranch};
-use super::{ColorUse, DepthOptions, SpatialEstimate, Verification};
+use super::tentative_branch::TentativeBranch;
+use super::{ColorUse, DepthOptions, SpatialEstimate};
 use crate::geometry::Pose3;
-use crate::odometry::assessment::{Assessment, Status};
+use crate::odometry::assessment::Assessment;
 use crate::registration::prepared_surfels::PreparedSurfels;
 
 /// Number of frames above which a chain is established: it is kept beside a longer one, and a plausible frame may begin a
 /// tentative branch of it.
 pub(super) const MAX_UNESTABLISHED_FRAMES: usize = 5;
-/// Number of frames whose photometric correlation must be known before a frame's is compared with it: images may belong to
-/// other frames, or the light may change with every frame.
-const MIN_NCC_FRAMES: u32 = 3;
 /// Smallest weight of the last frame in moving averages.
 const MIN_AVERAGE_WEIGHT: f64 = 0.2;
-/// A frame may leave this many times as much of the brightness unexplained (1 - correlation) as the average.
-const MAX_UNEXPLAINED_RATIO: f64 = 3.0;
-/// Photometric correlation (-1..=1) that suffices in any case. Below it, a pose may be off by one period of a repetitive
-/// texture.
-const SUFFICIENT_NCC: f64 = 0.9;
-/// Largest number of tentative branches; each stores a copy of the map.
-const MAX_TENTATIVE_BRANCHES: usize = 4;
 
 /// Frames that are registered to each other, and their map.
 #[derive(Clone)]
@@ -87,6 +81,13 @@ pub(super) struct Outcome {
 impl From<SpatialEstimate> for Outcome {
     fn from(estimate: SpatialEstimate) -> Self {
         Self { estimate, confirmed: Vec::new(), dropped: Vec::new(), uncertain: Vec::new() }
+    }
+}
+
+impl Outcome {
+    /// The members whose poses or assessments have changed.
+    pub(super) fn changed(&self) -> impl Iterator<Item = &Member> {
+        self.confirmed.iter().chain(&self.dropped)
     }
 }
 
@@ -155,129 +156,15 @@ impl Chain {
         }
     }
 
-    /// Registers the frame after the last one. It is accepted into the map, kept there as tentative, or rejected.
-    pub(super) fn register(&mut self, number: u32, frame: &PreparedSurfels) -> Outcome {
-        if self.options.verification == Verification::Off {
-            let hypothesis = self.best_near_prediction(&self.matcher(frame));
-            let assessment = Assessment { agreement: hypothesis.agreement, ..Assessment::first() };
-            return self.append(number, frame, hypothesis, Some(assessment)).into();
-        }
-        let near = self.best_near_prediction(&self.matcher(frame));
-        if !self.needs_no_wider_search(&near)
-            && let Some(outcome) = self.follow(number, frame, &near)
-        {
-            return outcome;
-        }
-        let hypothesis = self.localize(frame, near);
-        let gate = self.gate_of(&hypothesis);
-        if self.is_accepted(&hypothesis, gate) {
-            return self.accept(number, frame, hypothesis);
-        }
-        if let Some((level, hypothesis)) = self.localize_without_branches(frame, &hypothesis) {
-            return self.accept_without_branches(level, number, frame, hypothesis);
-        }
-        // A chain of a few frames may itself be wrong: no plausible frame is added to it.
-        let is_established = self.members.len() > MAX_UNESTABLISHED_FRAMES;
-        if hypothesis.is_tentative(gate) && (hypothesis.is_degenerate || is_established) {
-            return self.append_tentatively(number, frame, hypothesis, gate).into();
-        }
-        self.reject(frame, &hypothesis, gate).into()
-    }
-
-    /// Registers the frame after the last one if it lies near the prediction; for the rival chain.
-    pub(super) fn register_near_prediction(&mut self, number: u32, frame: &PreparedSurfels) -> Outcome {
-        let hypothesis = self.best_near_prediction(&self.matcher(frame));
-        let gate = self.gate_of(&hypothesis);
-        if self.is_accepted(&hypothesis, gate) {
-            self.accept(number, frame, hypothesis)
-        } else {
-            self.reject(frame, &hypothesis, gate).into()
-        }
-    }
-
     /// A frame and the map. Results that are contradicted no more than usual are clear.
-    fn matcher<'a>(&'a self, frame: &'a PreparedSurfels) -> FrameMatcher<'a> {
+    pub(super) fn matcher<'a>(&'a self, frame: &'a PreparedSurfels) -> FrameMatcher<'a> {
         let mut matcher = FrameMatcher::new(&self.reference, frame, self.options);
         matcher.clear_agreement = CLEAR_AGREEMENT.min(1.0 - self.mean_contradiction);
         matcher
     }
 
-    fn gate_of(&self, hypothesis: &PoseHypothesis) -> PredictionGate {
-        PredictionGate::between(&self.last.T_world_sensor, hypothesis.T_world_sensor(), self.num_rejected)
-    }
-
-    /// Whether surfaces and brightness suffice to accept a pose. Where surfaces repeat they do not without a prediction.
-    fn is_accepted(&self, hypothesis: &PoseHypothesis, gate: PredictionGate) -> bool {
-        let is_anywhere = gate == PredictionGate::NoPrediction
-            && hypothesis.photometric_ncc.is_none()
-            && self.is_in_repetitive_place();
-        hypothesis.is_accepted(gate) && !is_anywhere && self.is_photometrically_consistent(hypothesis)
-    }
-
-    /// Whether the photometric correlation is about as high as that of other frames.
-    fn is_photometrically_consistent(&self, hypothesis: &PoseHypothesis) -> bool {
-        if self.num_ncc_frames < MIN_NCC_FRAMES {
-            return true;
-        }
-        let expected = 1.0 - MAX_UNEXPLAINED_RATIO * (1.0 - self.mean_ncc);
-        hypothesis.photometric_ncc.is_none_or(|ncc| ncc > expected.min(SUFFICIENT_NCC))
-    }
-
-    /// Adds a frame with a certain pose. Its registration to the map from before a tentative branch resolves the branch.
-    fn accept(&mut self, number: u32, frame: &PreparedSurfels, mut hypothesis: PoseHypothesis) -> Outcome {
-        self.look_for_second_basin(frame, &mut hypothesis);
-        if hypothesis.second_basin.is_some() {
-            self.surfaces_repeat = true;
-            let gate = self.gate_of(&hypothesis);
-            return self.append_tentatively(number, frame, hypothesis, gate).into();
-        }
-        let (mut confirmed, mut dropped, mut uncertain) = (Vec::new(), Vec::new(), Vec::new());
-        let is_next = self.num_rejected == 0 && self.gate_of(&hypothesis) != PredictionGate::NoPrediction;
-        while let Some(branch) = self.tentative_branches.pop() {
-            match branch.resolved_by(frame, hypothesis.T_world_sensor(), self.options) {
-                BranchOutcome::Unresolved => {
-                    self.tentative_branches.push(branch);
-                    break;
-                }
-                // Far from the end of the branch, the pose says nothing about the branch.
-                BranchOutcome::Confirmed(anchored) if !is_next => {
-                    self.tentative_branches.push(branch);
-                    let level = self.tentative_branches.len() - 1;
-                    return self.accept_without_branches(level, number, frame, *anchored);
-                }
-                BranchOutcome::Confirmed(_) => confirmed.extend(self.confirm(&branch)),
-                BranchOutcome::Refuted(anchored) => {
-                    uncertain.extend(branch.uncertain());
-                    let (certain, others) = self.correct_branch(branch, &hypothesis, &anchored);
-                    confirmed.extend(certain);
-                    dropped.extend(others);
-                    hypothesis = *anchored;
-                    hypothesis.view = self.reference.map.view(&frame.image, hypothesis.T_world_sensor());
-                }
-            }
-        }
-        Outcome { estimate: self.append(number, frame, hypothesis, None), confirmed, dropped, uncertain }
-    }
-
-    /// Adds a frame with an uncertain pose, and begins a tentative branch unless the last frame is uncertain, too.
-    fn append_tentatively(
-        &mut self,
-        number: u32,
-        frame: &PreparedSurfels,
-        hypothesis: PoseHypothesis,
-        gate: PredictionGate,
-    ) -> SpatialEstimate {
-        if self.tentative_branches.last().is_none_or(TentativeBranch::ends_with_certain_pose)
-            && self.tentative_branches.len() < MAX_TENTATIVE_BRANCHES
-        {
-            self.tentative_branches.push(TentativeBranch::new(self.reference.clone(), self.last.T_world_sensor));
-        }
-        let assessment = hypothesis.assessment_at(gate, self.is_photometrically_consistent(&hypothesis));
-        self.append(number, frame, hypothesis, Some(assessment))
-    }
-
     /// Adds the frame after the last one; with an assessment if its own registration is uncertain.
-    fn append(
+    pub(super) fn append(
         &mut self,
         number: u32,
         frame: &PreparedSurfels,
@@ -318,30 +205,5 @@ impl Chain {
         self.members.push(Member { number, T_world_sensor, assessment: assessment.clone() });
         let registration = Some(hypothesis.registration);
         SpatialEstimate { T_world_sensor, overlap: hypothesis.overlap, assessment, registration, is_in_map: true }
-    }
-
-    /// The estimate of a frame that is not added to the map. If it is doubtful, the next frame is searched near it, too.
-    fn reject(
-        &mut self,
-        frame: &PreparedSurfels,
-        hypothesis: &PoseHypothesis,
-        gate: PredictionGate,
-    ) -> SpatialEstimate {
-        let assessment = hypothesis.assessment_at(gate, self.is_photometrically_consistent(hypothesis));
-        self.num_rejected += 1;
-        if assessment.status == Status::Lost {
-            return self.lost(assessment.reason, hypothesis.overlap);
-        }
-        let T_world_sensor = *hypothesis.T_world_sensor();
-        self.rejected = Some(PosedFrame::new(frame, T_world_sensor));
-        let registration = Some(hypothesis.registration.clone());
-        SpatialEstimate { T_world_sensor, overlap: hypothesis.overlap, assessment, registration, is_in_map: false }
-    }
-
-    /// The estimate of a lost frame: the last known pose.
-    pub(super) fn lost(&self, reason: String, overlap: f64) -> SpatialEstimate {
-        let assessment = Assessment { status: Status::Lost, reason, agreement: 0.0 };
-        let T_world_sensor = self.rejected.as_ref().unwrap_or(&self.last).T_world_sensor;
-        SpatialEstimate { T_world_sensor, registration: None, overlap, assessment, is_in_map: false }
     }
 }

@@ -1,57 +1,50 @@
-//! Members of a chain on tentative branches, and what becomes of them.
+//! Accept: a frame with a certain pose is added to the map, and resolves the tentative branches whose map it sees.
 
-use super::super::frame_matcher::FrameMatcher;
 use super::super::pose_hypothesis::PoseHypothesis;
 use super::super::prediction_gate::PredictionGate;
-use super::super::second_basin::Reach;
-use super::super::tentative_branch::{BranchCorrection, TentativeBranch};
-use super::localize::{MAX_AMBIGUOUS_AGREEMENT_LOSS, best_near};
+use super::super::tentative_branch::{BranchCorrection, BranchOutcome, TentativeBranch};
 use super::{Chain, Member, Outcome};
-use crate::geometry::Pose3;
 use crate::odometry::assessment::{Assessment, Status};
 use crate::registration::prepared_surfels::PreparedSurfels;
 
 impl Chain {
-    /// Whether the last members may still be dropped.
-    pub(in super::super) fn has_tentative_branches(&self) -> bool {
-        !self.tentative_branches.is_empty()
-    }
-
-    /// Whether an uncertain member may have made the poses after it wrong.
-    pub(in super::super) fn has_uncertain_member(&self) -> bool {
-        self.tentative_branches.iter().any(TentativeBranch::is_uncertain)
-    }
-
-    /// Whether surfaces repeat where members are whose place is uncertain for that.
-    pub(super) fn is_in_repetitive_place(&self) -> bool {
-        self.tentative_branches.iter().any(TentativeBranch::is_in_repetitive_place)
-    }
-
-    /// The pose of a frame in the map from before a tentative branch, whose surfaces may contradict it. It is preferred only if
-    /// it agrees distinctly better than the pose `with` the branch.
-    pub(super) fn localize_without_branches(
-        &self,
+    /// Adds a frame with a certain pose. Its registration to the map from before a tentative branch resolves the branch.
+    pub(in super::super) fn accept(
+        &mut self,
+        number: u32,
         frame: &PreparedSurfels,
-        with: &PoseHypothesis,
-    ) -> Option<(usize, PoseHypothesis)> {
-        let without = |(level, branch): (usize, &TentativeBranch)| {
-            let matcher = FrameMatcher::new(branch.map_before(), frame, self.options);
-            let starts = [self.last.T_world_sensor, branch.T_world_before()];
-            let found = starts.into_iter().map(|T_world_start| best_near(&matcher, &T_world_start, &Pose3::identity()));
-            let best = found.into_iter().max_by(|a, b| a.support.total_cmp(&b.support))?;
-            let num_between = branch.len() as u32 + self.num_rejected;
-            let gate = PredictionGate::between(&branch.T_world_before(), best.T_world_sensor(), num_between);
-            let is_likelier = !with.is_plausible() || best.agreement > with.agreement + MAX_AMBIGUOUS_AGREEMENT_LOSS;
-            let is_found = is_likelier
-                && self.is_accepted(&best, gate)
-                && matcher.second_basin(&best, &Reach::anywhere(&best)).is_none();
-            is_found.then_some((level, best))
-        };
-        self.tentative_branches.iter().enumerate().rev().find_map(without)
+        mut hypothesis: PoseHypothesis,
+    ) -> Outcome {
+        let (mut confirmed, mut dropped, mut uncertain) = (Vec::new(), Vec::new(), Vec::new());
+        let is_next = self.num_rejected == 0 && self.gate_of(&hypothesis) != PredictionGate::NoPrediction;
+        while let Some(branch) = self.tentative_branches.pop() {
+            match branch.resolved_by(frame, hypothesis.T_world_sensor(), self.options) {
+                BranchOutcome::Unresolved => {
+                    self.tentative_branches.push(branch);
+                    break;
+                }
+                // Far from the end of the branch, the pose says nothing about the branch.
+                BranchOutcome::Confirmed(anchored) if !is_next => {
+                    self.tentative_branches.push(branch);
+                    let level = self.tentative_branches.len() - 1;
+                    return self.accept_before(level, number, frame, *anchored);
+                }
+                BranchOutcome::Confirmed(_) => confirmed.extend(self.confirm(&branch)),
+                BranchOutcome::Refuted(anchored) => {
+                    uncertain.extend(branch.uncertain());
+                    let (certain, others) = self.correct_branch(branch, &hypothesis, &anchored);
+                    confirmed.extend(certain);
+                    dropped.extend(others);
+                    hypothesis = *anchored;
+                    hypothesis.view = self.reference.map.view(&frame.image, hypothesis.T_world_sensor());
+                }
+            }
+        }
+        Outcome { estimate: self.append(number, frame, hypothesis, None), confirmed, dropped, uncertain }
     }
 
     /// Drops the tentative branches from `level` on and accepts a frame by its pose in the map from before them.
-    pub(super) fn accept_without_branches(
+    pub(in super::super) fn accept_before(
         &mut self,
         level: usize,
         number: u32,
@@ -69,7 +62,7 @@ impl Chain {
 
     /// Corrects a branch at whose end a frame was registered to the map from before it (`anchored`) at another pose than to the
     /// whole map. Returns the members whose corrected poses are certain, and those that were dropped.
-    pub(super) fn correct_branch(
+    fn correct_branch(
         &mut self,
         branch: TentativeBranch,
         hypothesis: &PoseHypothesis,
@@ -92,7 +85,7 @@ impl Chain {
     }
 
     /// The members of a confirmed branch whose poses are certain now; none while an earlier branch is uncertain.
-    pub(super) fn confirm(&mut self, branch: &TentativeBranch) -> Vec<Member> {
+    fn confirm(&mut self, branch: &TentativeBranch) -> Vec<Member> {
         for outer in &mut self.tentative_branches {
             outer.mark_resolved(branch);
         }

@@ -1,0 +1,183 @@
+//! Assess: what becomes of a frame with the pose that was found for it.
+
+use super::super::Verification;
+use super::super::frame_matcher::FrameMatcher;
+use super::super::pose_hypothesis::PoseHypothesis;
+use super::super::prediction_gate::PredictionGate;
+use super::super::second_basin::{MAX_STEP, Reach};
+use super::super::tentative_branch::TentativeBranch;
+use super::relocalize::MAX_AMBIGUOUS_AGREEMENT_LOSS;
+use super::{Chain, MAX_UNESTABLISHED_FRAMES};
+use crate::geometry::Pose3;
+use crate::odometry::assessment::{Assessment, Status};
+use crate::registration::prepared_surfels::PreparedSurfels;
+
+/// Number of frames whose photometric correlation must be known before a frame's is compared with it: images may belong to
+/// other frames, or the light may change with every frame.
+const MIN_NCC_FRAMES: u32 = 3;
+/// A frame may leave this many times as much of the brightness unexplained (1 - correlation) as the average.
+const MAX_UNEXPLAINED_RATIO: f64 = 3.0;
+/// Photometric correlation (-1..=1) that suffices in any case. Below it, a pose may be off by one period of a repetitive
+/// texture.
+const SUFFICIENT_NCC: f64 = 0.9;
+/// The camera may move so many times as far as it has before.
+const FASTER: f64 = 2.0;
+/// A camera that hardly moved may begin to move by so much a frame (m).
+const MIN_LONGEST_STEP: f64 = 0.25;
+
+/// The pose that was found for a frame.
+pub(in super::super) enum Found {
+    /// By the map.
+    InMap(PoseHypothesis),
+    /// By the frame before it, with the evidence of the map.
+    Tracked(PoseHypothesis),
+    /// By a rejected frame before it.
+    TrackedFromRejected(PoseHypothesis),
+}
+
+/// What becomes of a frame.
+pub(in super::super) enum Decision {
+    /// Its pose is certain.
+    Accept(PoseHypothesis),
+    /// Its pose is certain in the map from before the tentative branch of this level, which it contradicts.
+    AcceptBefore(usize, PoseHypothesis),
+    /// Its pose is plausible, but not certain: it begins a tentative branch or goes on with one.
+    KeepTentative(PoseHypothesis, Assessment),
+    /// It is added to the map where it fits best, with an assessment that is not its own registration's.
+    Append(PoseHypothesis, Assessment),
+    /// It is not added to the map.
+    Reject(PoseHypothesis, Assessment),
+}
+
+impl Chain {
+    /// Compares the evidence for a pose with what its relation to the prediction asks for.
+    pub(in super::super) fn assess(
+        &self,
+        frame: &PreparedSurfels,
+        matcher: &FrameMatcher<'_>,
+        found: Found,
+    ) -> Decision {
+        let (hypothesis, is_tracked) = match found {
+            Found::TrackedFromRejected(hypothesis) => {
+                let mut assessment = hypothesis.assessment();
+                assessment.mark_dependent_on_uncertain_pose();
+                return Decision::Reject(hypothesis, assessment);
+            }
+            Found::InMap(hypothesis) => (hypothesis, false),
+            Found::Tracked(hypothesis) => (hypothesis, true),
+        };
+        if self.options.verification == Verification::Off {
+            let assessment = Assessment { agreement: hypothesis.agreement, ..Assessment::first() };
+            return Decision::Append(hypothesis, assessment);
+        }
+        if self.is_accepted(&hypothesis) {
+            let hypothesis = self.with_second_basin(matcher, hypothesis);
+            let assessment = self.assessment_of(&hypothesis);
+            let is_unique = hypothesis.second_basin.is_none();
+            return if is_unique {
+                Decision::Accept(hypothesis)
+            } else {
+                Decision::KeepTentative(hypothesis, assessment)
+            };
+        }
+        let mut assessment = self.assessment_of(&hypothesis);
+        if is_tracked {
+            if assessment.status == Status::Lost {
+                assessment.mark_tracked(hypothesis.overlap);
+            }
+            return Decision::Append(hypothesis, assessment);
+        }
+        if let Some((level, hypothesis)) = self.localize_before_branches(frame, &hypothesis) {
+            return Decision::AcceptBefore(level, hypothesis);
+        }
+        // A chain of a few frames may itself be wrong: no plausible frame is added to it.
+        let is_established = self.members.len() > MAX_UNESTABLISHED_FRAMES;
+        if hypothesis.is_tentative(self.gate_of(&hypothesis)) && (hypothesis.is_degenerate || is_established) {
+            return Decision::KeepTentative(hypothesis, assessment);
+        }
+        Decision::Reject(hypothesis, assessment)
+    }
+
+    /// Whether surfaces and brightness suffice to accept a pose.
+    pub(in super::super) fn is_accepted(&self, hypothesis: &PoseHypothesis) -> bool {
+        self.is_accepted_at(hypothesis, self.gate_of(hypothesis))
+    }
+
+    /// The same in a relation to the prediction. Where surfaces repeat they do not suffice without a prediction.
+    pub(super) fn is_accepted_at(&self, hypothesis: &PoseHypothesis, gate: PredictionGate) -> bool {
+        let is_anywhere = gate == PredictionGate::NoPrediction
+            && hypothesis.photometric_ncc.is_none()
+            && self.is_in_repetitive_place();
+        hypothesis.is_accepted(gate) && !is_anywhere && self.is_photometrically_consistent(hypothesis)
+    }
+
+    /// Whether a pose near the prediction is accepted, or undetermined along one direction only.
+    pub(in super::super) fn needs_no_wider_search(&self, hypothesis: &PoseHypothesis) -> bool {
+        self.options.verification == Verification::Off
+            || self.is_accepted(hypothesis)
+            || hypothesis.is_degenerate_inside_gate(self.gate_of(hypothesis))
+    }
+
+    /// The assessment of a pose, with the reason why it is not accepted.
+    pub(in super::super) fn assessment_of(&self, hypothesis: &PoseHypothesis) -> Assessment {
+        hypothesis.assessment_at(self.gate_of(hypothesis), self.is_photometrically_consistent(hypothesis))
+    }
+
+    pub(super) fn gate_of(&self, hypothesis: &PoseHypothesis) -> PredictionGate {
+        PredictionGate::between(&self.last.T_world_sensor, hypothesis.T_world_sensor(), self.num_rejected)
+    }
+
+    /// Whether the photometric correlation is about as high as that of other frames.
+    fn is_photometrically_consistent(&self, hypothesis: &PoseHypothesis) -> bool {
+        if self.num_ncc_frames < MIN_NCC_FRAMES {
+            return true;
+        }
+        let expected = 1.0 - MAX_UNEXPLAINED_RATIO * (1.0 - self.mean_ncc);
+        hypothesis.photometric_ncc.is_none_or(|ncc| ncc > expected.min(SUFFICIENT_NCC))
+    }
+
+    /// Notes another position of an accepted pose where the frame fits about as well, if the camera may be there. How far it may
+    /// have come is known from earlier steps between frames with certain poses.
+    pub(in super::super) fn with_second_basin(
+        &self,
+        matcher: &FrameMatcher<'_>,
+        mut hypothesis: PoseHypothesis,
+    ) -> PoseHypothesis {
+        let num_steps = f64::from(1 + self.num_rejected);
+        let longest =
+            self.motion_prior.longest_step().map(|longest| num_steps * FASTER * longest.max(MIN_LONGEST_STEP));
+        let position = |T: &Pose3| T.translation.vector;
+        let step = (position(hypothesis.T_world_sensor()) - position(&self.last.T_world_sensor)).norm();
+        let radius = longest.filter(|longest| step < *longest).unwrap_or(MAX_STEP).min(MAX_STEP);
+        let reach = if step < radius {
+            Reach::from_last(&self.last.T_world_sensor, radius)
+        } else {
+            Reach::anywhere(&hypothesis)
+        };
+        hypothesis.second_basin = matcher.second_basin(&hypothesis, &reach);
+        hypothesis
+    }
+
+    /// The pose of a frame in the map from before a tentative branch, whose surfaces may contradict it. It is preferred only if
+    /// it agrees distinctly better than the pose `with` the branch.
+    fn localize_before_branches(
+        &self,
+        frame: &PreparedSurfels,
+        with: &PoseHypothesis,
+    ) -> Option<(usize, PoseHypothesis)> {
+        let without = |(level, branch): (usize, &TentativeBranch)| {
+            let matcher = FrameMatcher::new(branch.map_before(), frame, self.options);
+            let starts = [self.last.T_world_sensor, branch.T_world_before()];
+            let found = starts.into_iter().map(|T_world_start| matcher.best_around(&T_world_start));
+            let best = found.into_iter().max_by(|a, b| a.support.total_cmp(&b.support))?;
+            let num_between = branch.len() as u32 + self.num_rejected;
+            let gate = PredictionGate::between(&branch.T_world_before(), best.T_world_sensor(), num_between);
+            let is_likelier = !with.is_plausible() || best.agreement > with.agreement + MAX_AMBIGUOUS_AGREEMENT_LOSS;
+            let is_found = is_likelier
+                && self.is_accepted_at(&best, gate)
+                && matcher.second_basin(&best, &Reach::anywhere(&best)).is_none();
+            is_found.then_some((level, best))
+        };
+        self.tentative_branches.iter().enumerate().rev().find_map(without)
+    }
+}

@@ -1,0 +1,35 @@
+//! Reject: a frame is not added to the map. It is searched for again later.
+
+use super::super::SpatialEstimate;
+use super::super::pose_hypothesis::PoseHypothesis;
+use super::Chain;
+use super::track::PosedFrame;
+use crate::odometry::assessment::{Assessment, Status};
+use crate::registration::prepared_surfels::PreparedSurfels;
+
+impl Chain {
+    /// The estimate of a frame that is not added to the map. If it is doubtful, the next frame is searched near it, too.
+    pub(in super::super) fn reject(
+        &mut self,
+        frame: &PreparedSurfels,
+        hypothesis: PoseHypothesis,
+        assessment: Assessment,
+    ) -> SpatialEstimate {
+        self.num_rejected += 1;
+        let overlap = hypothesis.overlap;
+        if assessment.status == Status::Lost {
+            return self.lost(assessment.reason, overlap);
+        }
+        let T_world_sensor = *hypothesis.T_world_sensor();
+        self.rejected = Some(PosedFrame::new(frame, T_world_sensor));
+        let registration = Some(hypothesis.registration);
+        SpatialEstimate { T_world_sensor, registration, overlap, assessment, is_in_map: false }
+    }
+
+    /// The estimate of a lost frame: the last known pose.
+    pub(in super::super) fn lost(&self, reason: String, overlap: f64) -> SpatialEstimate {
+        let assessment = Assessment { status: Status::Lost, reason, agreement: 0.0 };
+        let T_world_sensor = self.rejected.as_ref().unwrap_or(&self.last).T_world_sensor;
+        SpatialEstimate { T_world_sensor, registration: None, overlap, assessment, is_in_map: false }
+    }
+}

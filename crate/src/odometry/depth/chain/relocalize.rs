@@ -1,0 +1,70 @@
+//! Relocalization: a frame that is not in the map is searched for again.
+
+use super::super::frame_matcher::FrameMatcher;
+use super::super::hypotheses;
+use super::super::pose_hypothesis::PoseHypothesis;
+use super::super::prediction_gate::PredictionGate;
+use super::super::second_basin::Reach;
+use super::super::unregistered_frames::UnregisteredFrame;
+use super::{Chain, Member};
+use crate::geometry::Pose3;
+use crate::map::keyframes::apart;
+
+/// Distance above which two poses are different places (m, two metres per radian).
+const MIN_PLACE_DISTANCE: f64 = 0.2;
+/// Two places are ambiguous if their agreements differ by less than this ...
+pub(super) const MAX_AMBIGUOUS_AGREEMENT_LOSS: f64 = 0.005;
+/// ... and the overlap of one is more than this share of the other's.
+const MIN_AMBIGUOUS_OVERLAP_RATIO: f64 = 0.6;
+
+impl Chain {
+    /// Searches for an unregistered frame near the members before and after it in the recording, and near its last pose; all
+    /// around them and near all keyframes if `everywhere`.
+    pub(in super::super) fn relocalize(&self, frame: &UnregisteredFrame, everywhere: bool) -> Option<PoseHypothesis> {
+        let matcher = self.matcher(&frame.frame);
+        let neighbors = self.neighbors(frame.number);
+        let is_accepted = |hypothesis: &PoseHypothesis| {
+            let gate_from = |member: &&Member| {
+                let num_between = member.number.abs_diff(frame.number).max(1) - 1;
+                PredictionGate::between(&member.T_world_sensor, hypothesis.T_world_sensor(), num_between)
+            };
+            neighbors.iter().map(gate_from).any(|gate| self.is_accepted_at(hypothesis, gate))
+                || self.is_accepted_at(hypothesis, PredictionGate::NoPrediction)
+        };
+        let starts = neighbors.iter().map(|member| member.T_world_sensor).chain([frame.T_world_sensor]);
+        let mut found: Vec<PoseHypothesis> = starts.map(|T_world_start| matcher.best_around(&T_world_start)).collect();
+        if everywhere && !found.iter().any(is_accepted) {
+            found.extend(
+                neighbors.first().map(|member| matcher.best_of(matcher.propose_all_around(&member.T_world_sensor))),
+            );
+        }
+        let best = found.into_iter().max_by(|a, b| a.support.total_cmp(&b.support)).filter(is_accepted);
+        let best = best.or_else(|| everywhere.then(|| self.search_near_keyframes(&matcher)).flatten())?;
+        let last = matcher.register_at(frame.T_world_sensor);
+        let is_elsewhere = || matcher.second_basin(&best, &Reach::anywhere(&best)).is_some();
+        (!is_ambiguous(&last, &best) && !is_elsewhere()).then_some(best)
+    }
+
+    /// The members directly before and after a frame in the recording.
+    fn neighbors(&self, number: u32) -> Vec<&Member> {
+        let gap = |member: &&Member| member.number.abs_diff(number);
+        let before = self.members.iter().filter(|member| member.number < number).min_by_key(gap);
+        let after = self.members.iter().filter(|member| member.number > number).min_by_key(gap);
+        before.into_iter().chain(after).collect()
+    }
+}
+
+/// Whether another pose fits about as well at a different place: neither is accepted then.
+fn is_ambiguous(other: &PoseHypothesis, best: &PoseHypothesis) -> bool {
+    let is_another_place = apart(other.T_world_sensor(), best.T_world_sensor()) > MIN_PLACE_DISTANCE;
+    let fits_as_well = other.agreement > best.agreement - MAX_AMBIGUOUS_AGREEMENT_LOSS
+        && other.overlap > MIN_AMBIGUOUS_OVERLAP_RATIO * best.overlap;
+    is_another_place && fits_as_well
+}
+
+impl FrameMatcher<'_> {
+    /// The best pose near another one.
+    pub(super) fn best_around(&self, T_world_near: &Pose3) -> PoseHypothesis {
+        self.best_of(self.propose_near(&hypotheses::near_prediction(T_world_near, &Pose3::identity()), T_world_near))
+    }
+}

@@ -1,0 +1,119 @@
+//! Proposals for a frame's pose: hypotheses are scored, and the best are refined with more and more points.
+
+use nalgebra::{Isometry3, Vector3};
+
+use super::evidence::score;
+use super::frame_matcher::{FrameMatcher, middle_options, rough_options};
+use super::grid_search::{self, best_poses};
+use super::hypotheses::{best_distinct, grid_around, motion_penalty};
+use crate::geometry::Pose3;
+use crate::registration::icp::IcpOptions;
+use crate::registration::prepared_surfels::SurfelCloud;
+use crate::registration::projective::ProjectiveTarget;
+
+/// Points of the first score of a hypothesis.
+const FIRST_SCORE_POINTS: usize = 80;
+/// One of this many hypotheses, the best, is scored again with all sparse points.
+const RESCORED_RATIO: usize = 4;
+/// Hypotheses that are registered with sparse points, and of these with more, near a prediction ...
+const NUM_REFINED: [usize; 2] = [8, 3];
+/// ... and without one.
+const NUM_REFINED_ANYWHERE: [usize; 2] = [24, 5];
+/// Poses near keyframes that are refined for a frame that may be anywhere.
+const NUM_KEYFRAME_POSES: usize = 6;
+/// Refined poses with their support.
+#[derive(Default)]
+pub(super) struct Proposals {
+    /// By few points.
+    pub(super) rough: Vec<(f64, Pose3)>,
+    /// The best of them by more points.
+    pub(super) middle: Vec<(f64, Pose3)>,
+}
+
+impl Proposals {
+    fn extend(&mut self, other: Self) {
+        self.rough.extend(other.rough);
+        self.middle.extend(other.middle);
+    }
+}
+
+impl FrameMatcher<'_> {
+    /// From these hypotheses; they are scored in the view from `T_world_view`.
+    pub(super) fn propose_near(&self, hypotheses: &[Pose3], T_world_view: &Pose3) -> Proposals {
+        let view = self.view_from(T_world_view);
+        let scored = self.scored(&view, hypotheses.iter().copied());
+        self.refine(&view, scored, NUM_REFINED, |pose| motion_penalty(T_world_view, pose))
+    }
+
+    /// From all rotations about the vertical and translations by up to a metre around a pose.
+    pub(super) fn propose_all_around(&self, T_world_last: &Pose3) -> Proposals {
+        let mut proposals = Proposals::default();
+        for quadrant in 0..4 {
+            let T_quadrant = Isometry3::rotation(Vector3::y() * f64::from(quadrant) * 90f64.to_radians());
+            let T_world_view = T_world_last * T_quadrant;
+            let view = self.view_from(&T_world_view);
+            let scored = self.scored(&view, grid_around(&T_world_view, -6..=6, 7.5f64.to_radians(), 4, 4));
+            proposals.extend(self.refine(&view, scored, NUM_REFINED, |pose| motion_penalty(T_world_last, pose)));
+        }
+        proposals
+    }
+
+    /// From all rotations about the vertical and translations by up to four metres forward, back and sideways, without
+    /// preference for near ones: for a frame without a prediction.
+    pub(super) fn propose_anywhere(&self, T_world_view: &Pose3) -> Proposals {
+        let view = self.view_from(T_world_view);
+        let poses = best_poses(&view, &self.sparse.at_most(grid_search::NUM_POINTS), T_world_view);
+        self.refine(&view, poses, NUM_REFINED_ANYWHERE, |_| 0.0)
+    }
+
+    /// From the poses near all keyframes, if there are any.
+    pub(super) fn propose_near_keyframes(&self) -> Option<Proposals> {
+        let (mut scored, sparse) = (Vec::new(), self.sparse.point_batch());
+        for keyframe in self.reference.keyframes.all() {
+            for T_keyframe_camera in grid_around(&Pose3::identity(), -2..=2, 15f64.to_radians(), 1, 1) {
+                let score = score(keyframe.view(), &sparse, &T_keyframe_camera);
+                scored.push((score, keyframe.T_world_camera * T_keyframe_camera));
+            }
+        }
+        let mut proposals = Proposals::default();
+        for guess in best_distinct(scored, NUM_KEYFRAME_POSES) {
+            proposals.extend(self.refine(&self.view_from(&guess), vec![(0.0, guess)], NUM_REFINED, |_| 0.0));
+        }
+        (!proposals.middle.is_empty()).then_some(proposals)
+    }
+
+    /// Hypotheses with their scores by few points and, for the best of them, by more.
+    fn scored(&self, view: &ProjectiveTarget, hypotheses: impl Iterator<Item = Pose3>) -> Vec<(f64, Pose3)> {
+        let (few, more) = (self.sparse.at_most(FIRST_SCORE_POINTS).point_batch(), self.sparse.point_batch());
+        let mut scored: Vec<(f64, Pose3)> = hypotheses.map(|pose| (score(view, &few, &pose), pose)).collect();
+        let num_rescored = scored.len() / RESCORED_RATIO;
+        if num_rescored > 0 {
+            scored.select_nth_unstable_by(num_rescored, |a, b| b.0.total_cmp(&a.0));
+        }
+        let num_rescored = if num_rescored > 0 { num_rescored } else { scored.len() };
+        for (support, pose) in &mut scored[..num_rescored] {
+            *support = score(view, &more, pose);
+        }
+        scored
+    }
+
+    /// Refines scored hypotheses: few points for many of them, more points for few.
+    fn refine(
+        &self,
+        view: &ProjectiveTarget,
+        scored: Vec<(f64, Pose3)>,
+        [num_rough, num_middle]: [usize; 2],
+        penalty: impl Fn(&Pose3) -> f64,
+    ) -> Proposals {
+        let refined = |hypotheses: Vec<Pose3>, cloud: &SurfelCloud, options: &IcpOptions| -> Vec<(f64, Pose3)> {
+            let refined = hypotheses.into_iter().map(|guess| {
+                let refined = self.register(view, cloud, guess, options).T_target_source;
+                (self.evidence(view, cloud, &refined).support - penalty(&refined), refined)
+            });
+            refined.collect()
+        };
+        let rough = refined(best_distinct(scored, num_rough), &self.sparse, &rough_options());
+        let middle = refined(best_distinct(rough.clone(), num_middle), &self.middle, &middle_options());
+        Proposals { rough, middle }
+    }
+}

@@ -1,0 +1,91 @@
+//! The registration of a frame's proposals: the one with the best evidence is returned.
+
+use super::color::{MAX_AGREEMENT_LOSS, MIN_NCC, SAME_OFFSET_STEPS, is_distinct};
+use super::evidence::FINE_TOLERANCE;
+use super::frame_matcher::{FrameMatcher, SAME_POSE_DISTANCE, middle_options};
+use super::hypotheses::best_distinct;
+use super::pose_hypothesis::PoseHypothesis;
+use super::propose::Proposals;
+use crate::geometry::Pose3;
+use crate::map::keyframes::apart;
+use crate::registration::degeneracy::DegenerateDirection;
+
+/// Poses of which the final registration is computed, at the most.
+const NUM_FINELY_REGISTERED: usize = 3;
+/// Photometric correlation (-1..=1) above which the other hypotheses are not compared by brightness.
+const CLEAR_NCC: f64 = 0.95;
+
+impl FrameMatcher<'_> {
+    /// The registration near a guess, with degenerate directions resolved and refined by brightness.
+    pub(super) fn register_at(&self, guess: Pose3) -> PoseHypothesis {
+        self.refine_by_color(self.resolve_degeneracy(self.register_finely(guess)))
+    }
+
+    /// The final registration of the best of a few proposals. Where the evidence contradicts it, others are compared with
+    /// it, each in the view from its own pose: so far they were scored in a common view.
+    pub(super) fn best_of(&self, Proposals { rough, mut middle }: Proposals) -> PoseHypothesis {
+        middle.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let mut poses = middle.iter().map(|(_, pose)| *pose).take(NUM_FINELY_REGISTERED);
+        let mut best = self.register_at(poses.next().unwrap_or_else(Pose3::identity));
+        for pose in poses {
+            if best.agreement > self.clear_agreement {
+                break;
+            }
+            if apart(&pose, best.T_world_sensor()) < SAME_POSE_DISTANCE {
+                continue;
+            }
+            let other = self.register_at(pose);
+            let is_less_contradicted = 2.0 * (1.0 - other.agreement) < 1.0 - best.agreement;
+            let is_likelier = other.support > best.support || self.explains_brightness_better(&other, &best);
+            if is_less_contradicted && is_likelier && other.is_degenerate <= best.is_degenerate {
+                best = other;
+            }
+        }
+        self.choose_by_color(best, rough)
+    }
+
+    /// Chooses among the hypotheses by brightness, where neither surfaces nor brightness determine the position along one
+    /// direction, or where brightness contradicts the pose.
+    fn choose_by_color(&self, mut best: PoseHypothesis, hypotheses: Vec<(f64, Pose3)>) -> PoseHypothesis {
+        let Some(textured) = self.textured.as_ref().filter(|textured| best.is_degenerate || !textured.is_for_open_only)
+        else {
+            return best;
+        };
+        best.photometric_ncc = self.photometric_ncc(textured, best.T_world_sensor());
+        let best_ncc = best.photometric_ncc.unwrap_or(0.0);
+        if !best.is_degenerate && best.photometric_ncc.is_none_or(|ncc| ncc > CLEAR_NCC) {
+            return best;
+        }
+        if !best.is_degenerate {
+            let (weakest, _) = DegenerateDirection::weakest(&best.registration.correspondences, FINE_TOLERANCE);
+            let offset = self.offset_along(textured, &best, &weakest);
+            if let Some(offset) = offset.filter(|offset| offset.steps.abs() > SAME_OFFSET_STEPS) {
+                if let Some(moved) = self.register_at_offset(textured, &best, &weakest, offset) {
+                    return moved;
+                }
+                // Surfaces and brightness contradict each other: the position along this direction is unknown.
+                best.is_degenerate = true;
+            }
+        }
+        let Some(pose) = self.best_by_ncc(&best, best_ncc, hypotheses) else { return best };
+        let mut other = self.register_at(pose);
+        other.photometric_ncc = self.photometric_ncc(textured, other.T_world_sensor());
+        let is_better = !other.is_degenerate
+            && is_distinct(other.photometric_ncc.unwrap_or(0.0), best_ncc)
+            && other.agreement > best.agreement - MAX_AGREEMENT_LOSS;
+        if is_better { other } else { best }
+    }
+
+    /// The hypothesis with the highest photometric correlation, if that is distinctly higher than the best pose's.
+    fn best_by_ncc(&self, best: &PoseHypothesis, best_ncc: f64, hypotheses: Vec<(f64, Pose3)>) -> Option<Pose3> {
+        let textured = self.textured.as_ref()?;
+        let num_hypotheses = hypotheses.len();
+        let refined = best_distinct(hypotheses, num_hypotheses).into_iter().map(|guess| {
+            let refined = self.register(&best.view, &self.middle, guess, &middle_options()).T_target_source;
+            (self.photometric_ncc(textured, &refined).unwrap_or(0.0), refined)
+        });
+        let highest =
+            refined.fold((best_ncc, None), |best, (ncc, pose)| if ncc > best.0 { (ncc, Some(pose)) } else { best });
+        highest.1.filter(|_| highest.0 >= MIN_NCC && is_distinct(highest.0, best_ncc))
+    }
+}

@@ -1,0 +1,116 @@
+//! Relocalization: frames that are not in the map are tried again, backwards from a frame after a gap and after the last frame.
+
+use super::chain::{Chain, Outcome};
+use super::estimate::PoseUpdate;
+use super::odometry::DepthOdometry;
+use crate::odometry::assessment::{Assessment, Status};
+use crate::registration::prepared_surfels::PreparedSurfels;
+
+/// Rounds of relocalization after the last frame.
+const MAX_ROUNDS: usize = 3;
+/// Frames before a registered one that are relocalized, ...
+const MAX_LOOK_BACK_FRAMES: u32 = 12;
+/// ... until this many of them fail.
+const MAX_LOOK_BACK_FAILURES: usize = 2;
+
+/// Progress of relocalization backwards from a frame.
+#[derive(Clone)]
+pub(super) struct LookBack {
+    /// The frames from `start` until this one are left.
+    end: u32,
+    start: u32,
+    num_failures: usize,
+}
+
+/// Progress of relocalization after the last frame.
+#[derive(Clone)]
+pub(super) struct RelocalizationRounds {
+    num_left: usize,
+    /// Frames still to be tried in this round.
+    to_try: Vec<u32>,
+    /// Whether a frame has been relocalized in this round, which may help others.
+    has_succeeded: bool,
+}
+
+impl DepthOdometry {
+    /// After a registered frame: notes which frames wait, and tries one of those before it again.
+    pub(super) fn relocalize_earlier(
+        &mut self,
+        number: u32,
+        frame: &PreparedSurfels,
+        outcome: &Outcome,
+        is_after_gap: bool,
+    ) {
+        let Outcome { estimate, confirmed, dropped, uncertain } = outcome;
+        let has_tentative_branches = self.chain.as_ref().is_some_and(Chain::has_tentative_branches);
+        let confirmed = confirmed.iter().map(|member| member.number).filter(|_| !has_tentative_branches);
+        for number in confirmed.chain(uncertain.iter().copied()) {
+            self.unregistered_frames.remove(number);
+        }
+        if estimate.assessment.status != Status::Good || has_tentative_branches {
+            // It may be dropped later.
+            self.unregistered_frames.push(number, frame, estimate.T_world_sensor);
+        }
+        self.drop_small_rival_chain();
+        if is_after_gap || !dropped.is_empty() {
+            let end = dropped.last().map_or(number, |member| member.number + 1);
+            self.look_back = Some(LookBack { end, start: end.saturating_sub(MAX_LOOK_BACK_FRAMES), num_failures: 0 });
+        }
+        self.look_back();
+    }
+
+    /// Tries to relocalize one of the unregistered frames after the last frame; whether there may be more to try.
+    pub fn relocalize_next(&mut self) -> bool {
+        let Some(chain) = &mut self.chain else { return false };
+        let rounds = self.rounds.get_or_insert_with(|| RelocalizationRounds {
+            num_left: MAX_ROUNDS,
+            to_try: Vec::new(),
+            has_succeeded: true,
+        });
+        if rounds.to_try.is_empty() {
+            if rounds.num_left == 0 || !rounds.has_succeeded {
+                return false;
+            }
+            let numbers = self.unregistered_frames.numbers().into_iter();
+            let to_try = numbers.filter(|number| !chain.is_member(*number)).collect();
+            *rounds = RelocalizationRounds { num_left: rounds.num_left - 1, to_try, has_succeeded: false };
+        }
+        let Some(number) = rounds.to_try.pop() else { return false };
+        if self.relocalize(number, true)
+            && let Some(rounds) = &mut self.rounds
+        {
+            rounds.has_succeeded = true;
+        }
+        true
+    }
+
+    /// Tries to relocalize the frames before a registered one, backwards from it: one with each frame that follows, so that the
+    /// time of a frame is bounded.
+    fn look_back(&mut self) {
+        let Some(LookBack { end, start, num_failures }) = self.look_back.take() else { return };
+        let is_member = |number: u32| self.chain.as_ref().is_some_and(|chain| chain.is_member(number));
+        let earlier = (start..end).rev().take_while(|number| !is_member(*number));
+        let Some(number) = earlier.into_iter().find(|number| self.unregistered_frames.get(*number).is_some()) else {
+            return;
+        };
+        let num_failures = num_failures + usize::from(!self.relocalize(number, false));
+        if num_failures < MAX_LOOK_BACK_FAILURES {
+            self.look_back = Some(LookBack { end: number, start, num_failures });
+        }
+    }
+
+    /// Tries to register an unregistered frame again; whether it succeeded.
+    fn relocalize(&mut self, number: u32, everywhere: bool) -> bool {
+        let (Some(chain), Some(stored)) = (&mut self.chain, self.unregistered_frames.get(number)) else { return false };
+        let Some(hypothesis) = chain.relocalize(stored, everywhere) else { return false };
+        let mut assessment =
+            Assessment { status: Status::Good, reason: String::new(), agreement: hypothesis.agreement };
+        if chain.has_uncertain_member() {
+            assessment.mark_dependent_on_uncertain_pose();
+        }
+        let estimate = chain.insert(number, &stored.frame, hypothesis, assessment);
+        self.unregistered_frames.remove(number);
+        self.pose_updates.push(PoseUpdate::relocalized(number, estimate));
+        true
+    }
+}
