@@ -1,6 +1,5 @@
 //! What the odometry reports of a frame, at once and later.
 
-use super::chain::Member;
 use crate::geometry::Pose3;
 use crate::odometry::assessment::Assessment;
 use crate::registration::spatial::SpatialRegistration;
@@ -33,11 +32,7 @@ pub struct PoseUpdate {
 }
 
 impl PoseUpdate {
-    pub(super) fn of(member: &Member) -> Self {
-        let Member { number, T_world_sensor, assessment } = member.clone();
-        Self { frame: number, T_world_sensor, assessment, registration: None }
-    }
-
+    /// Of a frame that was registered again.
     pub(super) fn relocalized(frame: u32, estimate: SpatialEstimate) -> Self {
         let SpatialEstimate { T_world_sensor, registration, overlap, assessment, .. } = estimate;
         let registration = registration.map(|registration| (registration, overlap));

@@ -1,8 +1,11 @@
 //! The odometry itself: the chain of frames, its rival, and the frames that wait for relocalization.
 
+mod relocalize;
+mod rival_chain;
+
+use self::relocalize::{LookBack, RelocalizationRounds};
 use super::chain::{Chain, Decision, Found};
 use super::estimate::{PoseUpdate, SpatialEstimate};
-use super::relocalize::{LookBack, RelocalizationRounds};
 use super::unregistered_frames::UnregisteredFrames;
 use super::{ColorUse, DepthOptions};
 use crate::geometry::Pose3;
@@ -17,23 +20,23 @@ const MIN_SURFELS: usize = 200;
 #[derive(Clone)]
 pub struct DepthOdometry {
     /// As given; colours are left out from the frame on that shows that they do not belong to the depth's pixels.
-    pub(super) options: DepthOptions,
+    options: DepthOptions,
     /// Whether the colours belong to the depth's pixels, as all frames so far tell.
-    pub(super) outline_contrast: OutlineContrast,
+    outline_contrast: OutlineContrast,
     /// Frames registered so far; also the number of the next one.
-    pub(super) num_frames: u32,
+    num_frames: u32,
     /// The frames that are in the map, and their map; `None` before the first frame with enough surfaces.
-    pub(super) chain: Option<Chain>,
+    chain: Option<Chain>,
     /// Frames that fit each other but not the chain; fewer than in the chain, for as the majority they replace it.
-    pub(super) rival_chain: Option<Chain>,
+    rival_chain: Option<Chain>,
     /// The latest frames that are not in the map, or may be removed from it.
-    pub(super) unregistered_frames: UnregisteredFrames,
+    unregistered_frames: UnregisteredFrames,
     /// Changes of earlier frames that have not been taken yet, in the order in which they arose.
-    pub(super) pose_updates: Vec<PoseUpdate>,
+    pose_updates: Vec<PoseUpdate>,
     /// Frames before a registered one that are to be relocalized, one with each frame that follows.
-    pub(super) look_back: Option<LookBack>,
+    look_back: Option<LookBack>,
     /// Relocalization after the last frame; `None` while frames follow.
-    pub(super) rounds: Option<RelocalizationRounds>,
+    rounds: Option<RelocalizationRounds>,
 }
 
 impl DepthOdometry {
@@ -84,7 +87,7 @@ impl DepthOdometry {
             Decision::Reject(hypothesis, why) => chain.reject(frame, hypothesis, why).into(),
         };
 
-        self.pose_updates.extend(outcome.changed().map(PoseUpdate::of));
+        self.pose_updates.extend(outcome.pose_updates());
         if !outcome.estimate.is_in_map {
             self.unregistered_frames.push(number, frame, outcome.estimate.T_world_sensor);
             return self.extend_rival_chain(number, frame).unwrap_or(outcome.estimate);

@@ -18,7 +18,7 @@ use super::motion_prior::MotionPrior;
 use super::pose_hypothesis::PoseHypothesis;
 use super::reference_map::ReferenceMap;
 use super::tentative_branch::TentativeBranch;
-use super::{ColorUse, DepthOptions, SpatialEstimate};
+use super::{ColorUse, DepthOptions, PoseUpdate, SpatialEstimate};
 use crate::geometry::Pose3;
 use crate::odometry::assessment::Assessment;
 use crate::registration::prepared_surfels::PreparedSurfels;
@@ -85,9 +85,17 @@ impl From<SpatialEstimate> for Outcome {
 }
 
 impl Outcome {
-    /// The members whose poses or assessments have changed.
-    pub(super) fn changed(&self) -> impl Iterator<Item = &Member> {
-        self.confirmed.iter().chain(&self.dropped)
+    /// The changes of earlier frames.
+    pub(super) fn pose_updates(&self) -> impl Iterator<Item = PoseUpdate> {
+        self.confirmed.iter().chain(&self.dropped).map(Member::pose_update)
+    }
+}
+
+impl Member {
+    /// Its pose and assessment, told again.
+    pub(super) fn pose_update(&self) -> PoseUpdate {
+        let Self { number, T_world_sensor, assessment } = self.clone();
+        PoseUpdate { frame: number, T_world_sensor, assessment, registration: None }
     }
 }
 

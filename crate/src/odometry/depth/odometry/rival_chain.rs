@@ -1,8 +1,8 @@
 //! The rival chain: frames that fit each other but not the map. A recording may begin with a frame of another place.
 
-use super::chain::{Chain, MAX_UNESTABLISHED_FRAMES};
-use super::estimate::{PoseUpdate, SpatialEstimate};
-use super::odometry::DepthOdometry;
+use super::super::chain::{Chain, MAX_UNESTABLISHED_FRAMES};
+use super::super::estimate::{PoseUpdate, SpatialEstimate};
+use super::DepthOdometry;
 use crate::geometry::Pose3;
 use crate::odometry::assessment::{Assessment, Status};
 use crate::registration::prepared_surfels::PreparedSurfels;
@@ -47,7 +47,7 @@ impl DepthOdometry {
         for member in chain.members() {
             self.unregistered_frames.remove(member.number);
             if member.number != number {
-                self.pose_updates.push(PoseUpdate::of(member));
+                self.pose_updates.push(member.pose_update());
             }
         }
         self.drop_small_rival_chain();

@@ -1,8 +1,8 @@
 //! Relocalization: frames that are not in the map are tried again, backwards from a frame after a gap and after the last frame.
 
-use super::chain::{Chain, Outcome};
-use super::estimate::PoseUpdate;
-use super::odometry::DepthOdometry;
+use super::super::chain::{Chain, Outcome};
+use super::super::estimate::PoseUpdate;
+use super::DepthOdometry;
 use crate::odometry::assessment::{Assessment, Status};
 use crate::registration::prepared_surfels::PreparedSurfels;
 
