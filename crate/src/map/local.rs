@@ -57,6 +57,24 @@ struct PlacedScan {
     normals: Vec<Option<Vector2<f64>>>,
 }
 
+/// A scan that is looked for in a map.
+pub(crate) struct QueryScan<'a> {
+    scan: &'a PlanarScan,
+    profile: RangeProfile,
+}
+
+impl<'a> QueryScan<'a> {
+    /// Sorts its returns by bearing, once for all poses.
+    pub(crate) fn new(scan: &'a PlanarScan) -> Self {
+        Self { scan, profile: RangeProfile::new(&scan.points) }
+    }
+
+    /// Its returns in its own frame (m).
+    pub(crate) fn points(&self) -> &[Vector2<f64>] {
+        &self.scan.points
+    }
+}
+
 enum MapTarget {
     Points(PointTarget<2>),
     Oriented(OrientedTarget<2>),
@@ -129,7 +147,12 @@ impl LocalMap {
     }
 
     /// Registers a scan to the map from a guess of `T_world_sensor`.
-    pub(crate) fn register(&self, scan: &PlanarScan, guess: Pose2, options: &IcpOptions) -> PlanarRegistration {
+    pub(crate) fn register(
+        &self,
+        QueryScan { scan, .. }: &QueryScan,
+        guess: Pose2,
+        options: &IcpOptions,
+    ) -> PlanarRegistration {
         let source = Source { points: &scan.points, normals: Some(&scan.normals), sigmas: None };
         match self.target() {
             MapTarget::Points(target) => register(source, target, guess, &PointToPoint, options),
@@ -150,8 +173,7 @@ impl LocalMap {
     }
 
     /// The free-space test of a scan at a pose against the scans of the map, and of these against it.
-    pub(crate) fn free_space(&self, scan: &PlanarScan, T_world_sensor: &Pose2) -> FreeSpaceTally {
-        let profile = RangeProfile::new(&scan.points);
+    pub(crate) fn free_space(&self, QueryScan { scan, profile }: &QueryScan, T_world_sensor: &Pose2) -> FreeSpaceTally {
         let mut tally = FreeSpaceTally::default();
         for placed in &self.scans {
             let T_placed_sensor = placed.T_world_sensor.inverse() * T_world_sensor;

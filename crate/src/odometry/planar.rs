@@ -10,7 +10,7 @@ use nalgebra::Matrix3;
 use serde::{Deserialize, Serialize};
 
 use crate::geometry::{Pose2, RigidMotion};
-use crate::map::local::{LocalMap, MetricName, PlanarRegistration};
+use crate::map::local::{LocalMap, MetricName, PlanarRegistration, QueryScan};
 use crate::odometry::assessment::{Assessment, MIN_POINTS, Status, assess};
 use crate::preprocess::planar_scan::PlanarScan;
 use crate::registration::correlative::{LikelihoodGrid, SearchWindow, WindowSearch};
@@ -163,9 +163,9 @@ impl Odometry {
         } else if self.map.is_empty() {
             unregistered(prediction, Assessment::first(), Link::Start)
         } else if let Some(motion) = motion {
-            self.register_measured(scan, &prediction, motion)
+            self.register_measured(&QueryScan::new(scan), &prediction, motion)
         } else {
-            self.register_unmeasured(scan, &prediction)
+            self.register_unmeasured(&QueryScan::new(scan), &prediction)
         };
         estimate.references = self.map.placed().collect();
         self.take(scan, estimate, motion.is_some())
@@ -206,7 +206,7 @@ impl Odometry {
     fn join_stray(&mut self, scan: &Rc<PlanarScan>, prediction: &Pose2) -> Option<FrameEstimate> {
         if let Some(stray) = self.stray.take() {
             let main = std::mem::replace(&mut self.map, stray);
-            let estimate = self.register_unmeasured(scan, prediction);
+            let estimate = self.register_unmeasured(&QueryScan::new(scan), prediction);
             if estimate.link == Link::Registered {
                 let references = self.map.placed().collect();
                 self.map.insert(Rc::clone(scan), estimate.T_world_sensor);
@@ -226,7 +226,7 @@ impl Odometry {
 
     /// Registers from the guess that the settings ask for; where the result is not good and a search is allowed, once
     /// more from the best pose in a wide window, and the better of the two is kept.
-    fn register_unmeasured(&self, scan: &PlanarScan, prediction: &Pose2) -> FrameEstimate {
+    fn register_unmeasured(&self, scan: &QueryScan, prediction: &Pose2) -> FrameEstimate {
         let (registration, mut assessment) = match self.options.initial_guess {
             InitialGuess::Identity => self.register_from(scan, self.T_world_last),
             InitialGuess::ConstantVelocity => self.register_from(scan, *prediction),
@@ -244,18 +244,19 @@ impl Odometry {
         registered(T_world_sensor, registration, information, assessment, link)
     }
 
-    fn register_by_search(&self, scan: &PlanarScan, prediction: &Pose2) -> Hypothesis {
+    fn register_by_search(&self, scan: &QueryScan, prediction: &Pose2) -> Hypothesis {
         let window = self.options.search;
         let grid = LikelihoodGrid::new(&self.map.points());
-        let searched = thinned(&scan.points, SEARCHED);
-        let register = |search: &WindowSearch, center: &Pose2| {
-            self.register_from(scan, search.best().map_or(*center, |found| found.T_target_source))
-        };
+        let searched = thinned(scan.points(), SEARCHED);
         let near = grid.window(&searched, prediction, window);
-        let mut best = register(&near, prediction);
+        let found = near.best().map(|found| found.T_target_source);
+        let mut best = self.register_from(scan, found.unwrap_or(*prediction));
         if best.1.status != Status::Good {
             let wide = SearchWindow { translation: 2.0 * window.translation, rotation: std::f64::consts::PI };
-            let second = register(&grid.window(&searched, &self.T_world_last, wide), &self.T_world_last);
+            let wide = grid.window(&searched, &self.T_world_last, wide);
+            let second =
+                wide.best_from(&found.unwrap_or(*prediction)).map_or(self.T_world_last, |found| found.T_target_source);
+            let second = self.register_from(scan, second);
             if second.1.agreement > best.1.agreement {
                 best = second;
             }
@@ -270,7 +271,7 @@ impl Odometry {
                 } else {
                     let grid = LikelihoodGrid::with_resolution(&self.map.points(), COARSE_RESOLUTION);
                     let anywhere = SearchWindow { translation: UNEXPECTED, rotation: std::f64::consts::PI };
-                    let searched = thinned(&scan.points, SEARCHED / 2);
+                    let searched = thinned(scan.points(), SEARCHED / 2);
                     self.rival_of(&best, scan, &grid.window(&searched, &self.T_world_last, anywhere), UNEXPECTED_SHARE)
                 };
                 if let Some(rival) = rival {
@@ -283,34 +284,31 @@ impl Odometry {
 
     /// Another place of a window where the scan fits about as well, if there is one, and lies on the map with this share of
     /// what it does at the best.
-    fn rival_of(&self, best: &Hypothesis, scan: &PlanarScan, search: &WindowSearch, share: f64) -> Option<Hypothesis> {
+    fn rival_of(&self, best: &Hypothesis, scan: &QueryScan, search: &WindowSearch, share: f64) -> Option<Hypothesis> {
         let found = best.0.T_target_source;
         let score = search.score(&found);
         let mut known = vec![found];
         for _ in 0..MAX_RIVALS {
-            let rival = search.rival((&known, APART), (share * score, score))?.T_target_source;
-            known.push(rival);
-            if !self.is_plausible(scan, rival, best.1.agreement) {
-                continue;
-            }
+            let guess = search.rival((&known, APART), (share * score, score))?.T_target_source;
+            known.push(guess);
+            let Some(rival) = self.plausible(scan, guess, best) else { continue };
             let rival = self.register_from(scan, rival);
-            let off = found.inverse() * rival.0.T_target_source;
-            let is_other =
-                off.translation_norm() > 0.5 * APART.translation || off.rotation_angle() > 0.5 * APART.rotation;
-            if is_other && fits_as_well(&rival, best, share) {
+            if is_other(&found, &rival.0.T_target_source) && fits_as_well(&rival, best, share) {
                 return Some(rival);
             }
         }
         None
     }
 
-    /// Whether a few iterations from a guess bring about as much agreement as there is elsewhere: most guesses are wrong, and
-    /// those take the most iterations.
-    fn is_plausible(&self, scan: &PlanarScan, guess: Pose2, agreement: f64) -> bool {
+    /// Where a few iterations lead from a guess, if that is elsewhere than the best and brings about as much agreement: most
+    /// guesses are wrong, and those take the most iterations.
+    fn plausible(&self, scan: &QueryScan, guess: Pose2, best: &Hypothesis) -> Option<Pose2> {
         let mut brief = self.options.icp;
         brief.criteria.max_iterations = brief.criteria.max_iterations.min(BRIEF_ITERATIONS);
         let T_world_sensor = self.map.register(scan, guess, &brief).T_target_source;
-        self.map.free_space(scan, &T_world_sensor).agreement() > agreement - IMPLAUSIBLE
+        let is_plausible = is_other(&best.0.T_target_source, &T_world_sensor)
+            && self.map.free_space(scan, &T_world_sensor).agreement() > best.1.agreement - IMPLAUSIBLE;
+        is_plausible.then_some(T_world_sensor)
     }
 
     /// Whether a pose continues the motion of the frames before, which are sure.
@@ -320,11 +318,17 @@ impl Odometry {
         self.num_registered >= SURE_MOTION && off.rotation_angle() < EXPECTED.0 && off.translation_norm() < most
     }
 
-    fn register_from(&self, scan: &PlanarScan, guess: Pose2) -> Hypothesis {
+    fn register_from(&self, scan: &QueryScan, guess: Pose2) -> Hypothesis {
         let registration = self.map.register(scan, guess, &self.options.icp);
         let assessment = assess(&registration, self.map.free_space(scan, &registration.T_target_source));
         (registration, assessment)
     }
+}
+
+/// Whether a registration has not led to the best place.
+fn is_other(best: &Pose2, found: &Pose2) -> bool {
+    let off = best.inverse() * found;
+    off.translation_norm() > 0.5 * APART.translation || off.rotation_angle() > 0.5 * APART.rotation
 }
 
 fn unregistered(T_world_sensor: Pose2, assessment: Assessment, link: Link) -> FrameEstimate {

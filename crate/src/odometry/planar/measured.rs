@@ -9,8 +9,8 @@ use super::information::{
 };
 use super::{FrameEstimate, Link, MeasuredMotion, Odometry, REGISTRATION_SIGMA, registered, unregistered};
 use crate::geometry::{Pose2, RigidMotion};
+use crate::map::local::QueryScan;
 use crate::odometry::assessment::{Assessment, Status};
-use crate::preprocess::planar_scan::PlanarScan;
 use crate::registration::correlative::{LikelihoodGrid, SearchWindow};
 
 /// A registration further from measured motion than this squared Mahalanobis distance contradicts it: 1 of 10,000 right
@@ -35,7 +35,7 @@ impl Odometry {
     /// measurement, the scan is placed by the measurement.
     pub(super) fn register_measured(
         &self,
-        scan: &PlanarScan,
+        scan: &QueryScan,
         prediction: &Pose2,
         motion: &MeasuredMotion,
     ) -> FrameEstimate {
@@ -74,7 +74,7 @@ impl Odometry {
     /// Why a registration cannot be where the measured motion has taken the scan.
     fn contradiction(
         &self,
-        scan: &PlanarScan,
+        scan: &QueryScan,
         best: &Hypothesis,
         prediction: &Pose2,
         motion: &MeasuredMotion,
@@ -89,7 +89,7 @@ impl Odometry {
     }
 
     /// The better of the registrations from the measured motion and, where that one is not sure, from the best pose near it.
-    fn register_near(&self, scan: &PlanarScan, prediction: &Pose2, motion: &MeasuredMotion) -> Hypothesis {
+    fn register_near(&self, scan: &QueryScan, prediction: &Pose2, motion: &MeasuredMotion) -> Hypothesis {
         let best = self.register_from(scan, *prediction);
         if best.1.status != Status::Lost && best.1.agreement >= SURE_AGREEMENT && self.is_near(&best, motion) {
             return best;
@@ -97,7 +97,7 @@ impl Odometry {
         let (rotation, translation) = sigmas(&motion.T_before_sensor, &motion.covariance);
         let window = SearchWindow { translation: 0.1 + SIGMAS * translation, rotation: 0.02 + SIGMAS * rotation };
         let grid = LikelihoodGrid::new(&self.map.points());
-        let Some(found) = grid.search(&thinned(&scan.points, SEARCHED), prediction, window) else { return best };
+        let Some(found) = grid.search(&thinned(scan.points(), SEARCHED), prediction, window) else { return best };
         let searched = self.register_from(scan, found.T_target_source);
         let is_better = searched.1.agreement > best.1.agreement || !self.is_near(&best, motion);
         if is_better && self.is_near(&searched, motion) { searched } else { best }
@@ -108,7 +108,7 @@ impl Odometry {
     /// as many agree at the prediction, perhaps the registration is, and there is no such pose.
     fn fused(
         &self,
-        scan: &PlanarScan,
+        scan: &QueryScan,
         (registration, assessment): &Hypothesis,
         prediction: &Pose2,
         motion: &MeasuredMotion,

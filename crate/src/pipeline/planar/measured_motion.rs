@@ -3,7 +3,7 @@
 use std::rc::Rc;
 
 use crate::geometry::{Pose2, RigidMotion};
-use crate::map::local::LocalMap;
+use crate::map::local::{LocalMap, QueryScan};
 use crate::odometry::assessment::{MIN_POINTS, Status, assess};
 use crate::odometry::planar::hypothesis::{Hypothesis, SEARCHED, fits_as_well, thinned};
 use crate::odometry::planar::motion_noise::{Comparison, MotionNoise};
@@ -85,7 +85,7 @@ pub fn fits_scans(motions: &[Option<Pose2>], scan: &dyn Fn(usize) -> Rc<PlanarSc
 
 /// One scan registered to another one from a guess.
 fn register_pair(target: &Rc<PlanarScan>, source: &PlanarScan, guess: Pose2, options: &PlanarOptions) -> Hypothesis {
-    let mut map = LocalMap::new(1, options.metric);
+    let (mut map, source) = (LocalMap::new(1, options.metric), &QueryScan::new(source));
     map.insert(Rc::clone(target), Pose2::identity());
     let registration = map.register(source, guess, &options.icp);
     let assessment = assess(&registration, map.free_space(source, &registration.T_target_source));

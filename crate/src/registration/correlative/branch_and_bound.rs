@@ -18,13 +18,14 @@ impl Excluded {
     fn covers(&self, turn: i32, x: i32, y: i32, side: i32) -> bool {
         let far = |low: i32, away: f64| (f64::from(low) - away).abs().max((f64::from(low + side - 1) - away).abs());
         (f64::from(turn) - self.turn).abs() <= self.turns
-            && far(x, self.away.x).hypot(far(y, self.away.y)) <= self.radius
+            && far(x, self.away.x).powi(2) + far(y, self.away.y).powi(2) <= self.radius * self.radius
     }
 }
 
 /// The source under one turn, as cells of the grid; what no shift brings onto it is left out.
 pub(super) struct RotatedSource {
-    turn: i32,
+    /// Steps of turn from the centre.
+    pub turn: i32,
     cells: Vec<(i32, i32)>,
 }
 
@@ -38,6 +39,13 @@ impl RotatedSource {
     ) -> Self {
         let is_near = |cell: i32, size: i32| cell >= -half_cells && cell < size + half_cells;
         Self { turn, cells: cells.filter(|&(x, y)| is_near(x, grid.width) && is_near(y, grid.height)).collect() }
+    }
+}
+
+impl RotatedSource {
+    /// The sum that a shift scores.
+    pub(super) fn sum(&self, grid: &LikelihoodGrid, (x, y): (i32, i32)) -> u32 {
+        self.cells.iter().map(|&(cx, cy)| grid.likelihood(0, cx + x, cy + y)).sum()
     }
 }
 
@@ -61,7 +69,8 @@ const POINTS_AT_ONCE: usize = 256;
 /// that are blocks of one cell or two. (Coarser ones bound too loosely; finer ones are too many.)
 pub(super) struct Blocks {
     level: usize,
-    half_cells: i32,
+    /// Shifts in x and y reach so far.
+    pub(super) half_cells: i32,
     /// Shifts of the blocks' corners, in x and in y.
     shifts: Vec<i32>,
     /// Turn by turn, column of [`LANES`] blocks by column, row by row.
@@ -75,24 +84,25 @@ impl Blocks {
         let level = (0..NUM_LEVELS - 1).find(is_enough).unwrap_or(NUM_LEVELS - 1);
         let shifts: Vec<i32> = (-half_cells..=half_cells).step_by(1 << level).collect();
         let rows = grid.block_rows(level);
-        let mut sums = vec![[0; LANES]; shifts.len()];
-        let mut bounds = Vec::with_capacity(rotated.len() * shifts.len() * shifts.len().div_ceil(LANES));
+        let mut bounds = vec![[0; LANES]; rotated.len() * shifts.len() * shifts.len().div_ceil(LANES)];
+        let mut columns = bounds.chunks_exact_mut(shifts.len());
         for source in rotated {
-            for x in shifts.iter().step_by(LANES) {
-                let first = bounds.len();
-                bounds.resize(first + shifts.len(), [0; LANES]);
+            for (&x, column) in shifts.iter().step_by(LANES).zip(&mut columns) {
                 for points in source.cells.chunks(POINTS_AT_ONCE) {
-                    sums.fill([0; LANES]);
-                    for &(cx, cy) in points {
-                        rows.add_to(&mut sums, cx + x, cy + shifts[0]);
-                    }
-                    for (bound, &sum) in bounds[first..].as_flattened_mut().iter_mut().zip(sums.as_flattened()) {
-                        *bound += u32::from(sum);
-                    }
+                    rows.add_to(column, points, (x, shifts[0]));
                 }
             }
         }
         Self { level, half_cells, shifts, bounds }
+    }
+
+    /// The largest bound.
+    fn largest(&self) -> u32 {
+        let columns = self.bounds.chunks_exact(self.shifts.len()).zip(self.shifts.chunks(LANES).cycle());
+        let of_column = |(bounds, shifts): (&[[u32; LANES]], &[i32])| {
+            bounds.iter().flat_map(|row| &row[..shifts.len()]).fold(0, |most, &bound| bound.max(most))
+        };
+        columns.map(of_column).max().unwrap_or(0)
     }
 
     /// Those whose bound is at least this.
@@ -102,7 +112,7 @@ impl Blocks {
             columns.map(move |(columns, y)| (rotated, source.turn, columns, y))
         };
         let rows = rotated.iter().enumerate().flat_map(rows_of).zip(&self.bounds);
-        rows.filter(move |(_, bounds)| bounds.iter().any(|&bound| bound >= least)).flat_map(
+        rows.filter(move |(_, bounds)| bounds.iter().fold(0, |most, &bound| bound.max(most)) >= least).flat_map(
             move |((rotated, turn, columns, y), bounds)| {
                 let is_candidate = move |(_, bound): &(&i32, &u32)| **bound >= least;
                 let of_row = columns.iter().zip(bounds).filter(is_candidate);
@@ -131,9 +141,8 @@ impl<V: FnMut(&Candidate)> Search<'_, V> {
     /// The most promising block first, to the end; then what it leaves, depth first (Hess et al. 2016, algorithm 3).
     pub(super) fn run(mut self) -> Option<Candidate> {
         let (blocks, rotated) = (self.blocks, self.rotated);
-        let most = blocks.from(rotated, self.floor).filter(|c| !self.is_excluded(c)).map(|c| c.bound).max()?;
-        let equals = blocks.from(rotated, most).filter(|c| c.bound == most && !self.is_excluded(c));
-        let first = equals.min_by_key(order)?;
+        let least = if self.excluded.is_empty() { self.floor.max(blocks.largest()) } else { self.floor };
+        let first = blocks.from(rotated, least).filter(|c| !self.is_excluded(c)).min_by_key(order)?;
         self.branch(&mut [first]);
         let least = self.best.map_or(self.floor, |best| best.bound + 1);
         let is_first = |c: &Candidate| (c.rotated, c.x, c.y) == (first.rotated, first.x, first.y);
@@ -147,7 +156,7 @@ impl<V: FnMut(&Candidate)> Search<'_, V> {
     }
 
     fn branch(&mut self, candidates: &mut [Candidate]) {
-        candidates.sort_by_key(order);
+        candidates.sort_unstable_by_key(order);
         for candidate in candidates {
             let is_beaten = match self.best {
                 Some(best) => candidate.bound <= best.bound || best.bound >= self.enough,

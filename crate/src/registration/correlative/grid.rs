@@ -75,7 +75,7 @@ impl LikelihoodGrid {
     #[inline]
     pub(super) fn cell(&self, point: &Vector2<f64>) -> (i32, i32) {
         let cell = (point - self.corner) / self.resolution;
-        (cell.x.floor() as i32, cell.y.floor() as i32)
+        (floor(cell.x), floor(cell.y))
     }
 
     /// Likelihood 255 * exp(-d^2 / 2 sigma^2), by the distance d of a cell to the nearest cell with a point.
@@ -176,24 +176,42 @@ impl BlockRows {
         Self { level, length, height, cells }
     }
 
-    /// Adds to `sums[j][i]` the entry at (x + i * stride, y + j * stride); nothing is off the grid.
-    #[inline]
-    pub(super) fn add_to(&self, sums: &mut [[u16; LANES]], x: i32, y: i32) {
-        let (offset, first) = (x & ((1 << self.level) - 1), (x >> self.level) + PADDING);
-        if first < 0 || first > self.length - PADDING {
-            return;
-        }
-        for (j, sum) in (0..).zip(sums) {
-            let y = y + (j << self.level);
-            if y < 0 || y >= self.height {
-                continue;
+    /// Adds to `sums[j][i]` the entries at (x + i * stride, y + j * stride) of points that are shifted; nothing is off the grid.
+    /// There are at most 257 points.
+    pub(super) fn add_to(&self, sums: &mut [[u32; LANES]], points: &[(i32, i32)], shift: (i32, i32)) {
+        let mut placed = Vec::with_capacity(points.len());
+        for point in points {
+            let (x, y) = (point.0 + shift.0, point.1 + shift.1);
+            let (offset, first) = (x & ((1 << self.level) - 1), (x >> self.level) + PADDING);
+            if first >= 0 && first <= self.length - PADDING {
+                placed.push((y, (offset * self.height + y) * self.length + first));
             }
-            let row = &self.cells[((offset * self.height + y) * self.length + first) as usize..][..LANES];
+        }
+        for sum in sums {
+            let mut added = [0_u16; LANES];
+            for (y, first) in &mut placed {
+                // Negative ones wrap round to beyond the size.
+                if (*y as u32) < self.height as u32 {
+                    let row = &self.cells[*first as usize..][..LANES];
+                    for lane in 0..LANES {
+                        added[lane] += u16::from(row[lane]);
+                    }
+                }
+                *y += 1 << self.level;
+                *first += self.length << self.level;
+            }
             for lane in 0..LANES {
-                sum[lane] += u16::from(row[lane]);
+                sum[lane] += u32::from(added[lane]);
             }
         }
     }
+}
+
+/// The largest whole number that is not above this.
+#[inline]
+fn floor(value: f64) -> i32 {
+    let whole = value as i32;
+    whole - i32::from(value < f64::from(whole))
 }
 
 /// Raises each of `values` to its counterpart in `others`.

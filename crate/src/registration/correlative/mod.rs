@@ -93,7 +93,23 @@ impl LikelihoodGrid {
 impl WindowSearch<'_> {
     /// The best pose of the window. `None` for an empty source.
     pub fn best(&self) -> Option<CorrelativeMatch> {
-        self.run(Vec::new(), (0.0, f64::INFINITY), |_| ())
+        self.run(Vec::new(), (0, u32::MAX), |_| ())
+    }
+
+    /// The same, and sooner where a pose near this one scores well: only what scores as much is looked for.
+    pub fn best_from(&self, known: &Pose2) -> Option<CorrelativeMatch> {
+        let (away, turn) = self.place(known);
+        let (x, y) = (away.x.round() as i32, away.y.round() as i32);
+        let is_inside = x.abs() <= self.blocks.half_cells && y.abs() <= self.blocks.half_cells;
+        let turned = self.rotated.iter().find(|rotated| rotated.turn == turn.round() as i32);
+        let sum = turned.filter(|_| is_inside).map_or(0, |turned| turned.sum(self.grid, (x, y)));
+        self.run(Vec::new(), (sum, u32::MAX), |_| ())
+    }
+
+    /// Where a pose lies from the centre, in cells and steps of turn.
+    fn place(&self, pose: &Pose2) -> (Vector2<f64>, f64) {
+        let away = (pose.translation.vector - self.center.translation.vector) / self.grid.resolution;
+        (away, (self.center.rotation.inverse() * pose.rotation).angle() / self.turn_step)
     }
 
     /// Mean likelihood of the source's points at a pose, 0..=1.
@@ -105,7 +121,7 @@ impl WindowSearch<'_> {
     /// pose so far, on level 0 each pose that becomes the best.
     pub fn path(&self) -> Vec<SearchedBlock> {
         let (mut path, sum, resolution) = (Vec::new(), 255.0 * self.source.len() as f64, self.grid.resolution);
-        self.run(Vec::new(), (0.0, f64::INFINITY), |block| {
+        self.run(Vec::new(), (0, u32::MAX), |block| {
             path.push(SearchedBlock {
                 level: block.level,
                 turn: f64::from(block.turn) * self.turn_step,
@@ -122,27 +138,25 @@ impl WindowSearch<'_> {
     /// scores at least the first of `scores`: the second basin, where there is one. One that scores the second is enough:
     /// no better one is looked for.
     pub fn rival(&self, (known, apart): (&[Pose2], SearchWindow), scores: (f64, f64)) -> Option<CorrelativeMatch> {
-        let resolution = self.grid.resolution;
         let excluded = |known: &Pose2| {
-            let away = (known.translation.vector - self.center.translation.vector) / resolution;
-            let turn = (self.center.rotation.inverse() * known.rotation).angle() / self.turn_step;
-            Excluded { away, turn, radius: apart.translation / resolution, turns: apart.rotation / self.turn_step }
+            let (away, turn) = self.place(known);
+            let radius = apart.translation / self.grid.resolution;
+            Excluded { away, turn, radius, turns: apart.rotation / self.turn_step }
         };
-        self.run(known.iter().map(excluded).collect(), scores, |_| ())
+        let whole = 255.0 * self.source.len() as f64;
+        let sums = ((scores.0 * whole) as u32, (scores.1 * whole) as u32); // saturates
+        self.run(known.iter().map(excluded).collect(), sums, |_| ())
     }
 
     fn run(
         &self,
         excluded: Vec<Excluded>,
-        (least_score, enough_score): (f64, f64),
+        (floor, enough): (u32, u32),
         visit: impl FnMut(&Candidate),
     ) -> Option<CorrelativeMatch> {
         if self.source.is_empty() {
             return None;
         }
-        let whole = 255.0 * self.source.len() as f64;
-        let sum = |score: f64| (score * whole) as u32; // saturates
-        let (floor, enough) = (sum(least_score), sum(enough_score));
         let Self { grid, rotated, blocks, .. } = self;
         let best = Search { grid, rotated, blocks, excluded, floor, enough, best: None, visit }.run()?;
         let turned = nalgebra::UnitComplex::new(best.turn as f64 * self.turn_step) * self.center.rotation;
@@ -150,7 +164,7 @@ impl WindowSearch<'_> {
         let pose = Pose2::exp(&Vector3::new(turned.angle(), 0.0, 0.0));
         Some(CorrelativeMatch {
             T_target_source: Pose2::from_parts((self.center.translation.vector + shift).into(), pose.rotation),
-            score: f64::from(best.bound) / whole,
+            score: f64::from(best.bound) / (255.0 * self.source.len() as f64),
         })
     }
 }
@@ -192,7 +206,11 @@ mod tests {
             let T = Pose2::exp(&Vector3::new(0.25 * f64::from(seed).sin(), 0.6 * f64::from(seed).cos(), 0.3));
             let source: Vec<_> = room.iter().skip(seed as usize).step_by(9).map(|p| T.inverse().act(p)).collect();
             let found = grid.search(&source, &Pose2::identity(), window).unwrap();
-            let path = grid.window(&source, &Pose2::identity(), window).path();
+            let search = grid.window(&source, &Pose2::identity(), window);
+            for known in [T, Pose2::identity(), Pose2::translation(9.0, 9.0)] {
+                assert_eq!(search.best_from(&known).unwrap().score, found.score, "seed {seed}");
+            }
+            let path = search.path();
             let last = path.iter().rfind(|block| block.level == 0).unwrap();
             let there = Vector2::new(last.x, last.y);
             assert!((found.T_target_source.translation.vector - there).norm() < 1e-12);

@@ -11,10 +11,22 @@ use crate::search::order::ascending;
 /// Ranges by bearing of one scan.
 #[derive(Debug, Clone)]
 pub struct RangeProfile {
-    /// (bearing (rad), range (m)), by bearing.
-    beams: Vec<(f64, f64)>,
+    /// By bearing.
+    beams: Vec<Beam>,
+    /// How many beams lie before each of as many sectors; the sectors have equal shares of [`order_of`].
+    before: Vec<usize>,
     /// Between beams further apart than this nothing is known (rad).
     max_gap: f64,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Beam {
+    /// Bearing (rad).
+    bearing: f64,
+    /// By [`order_of`].
+    order: f64,
+    /// Range (m).
+    range: f64,
 }
 
 /// Ranges this close are equal (m) ...
@@ -25,33 +37,48 @@ const RELATIVE_TOLERANCE: f64 = 0.03;
 impl RangeProfile {
     /// Sorts the returns (m, sensor frame) by bearing.
     pub fn new(points: &[Vector2<f64>]) -> Self {
-        let beams: Vec<(f64, f64)> = points.iter().map(|p| (p.y.atan2(p.x), p.norm())).collect();
-        let beams: Vec<_> = ascending(beams.iter().map(|beam| beam.0)).into_iter().map(|index| beams[index]).collect();
-        let mut gaps: Vec<f64> = beams.windows(2).map(|pair| pair[1].0 - pair[0].0).collect();
+        let beam = |p: &Vector2<f64>| Beam { bearing: p.y.atan2(p.x), order: order_of(p), range: p.norm() };
+        let beams: Vec<Beam> = points.iter().map(beam).collect();
+        let beams: Vec<Beam> =
+            ascending(beams.iter().map(|beam| beam.order)).into_iter().map(|index| beams[index]).collect();
+        let mut before = vec![0; beams.len()];
+        for beam in &beams {
+            let later = sector(beam.order, beams.len()) + 1;
+            before.iter_mut().skip(later).take(1).for_each(|count| *count += 1);
+        }
+        for later in 1..before.len() {
+            before[later] += before[later - 1];
+        }
+        let mut gaps: Vec<f64> = beams.windows(2).map(|pair| pair[1].bearing - pair[0].bearing).collect();
         let max_gap = if gaps.is_empty() {
             0.0
         } else {
             let middle = gaps.len() / 2;
             2.5 * *gaps.select_nth_unstable_by(middle, f64::total_cmp).1
         };
-        Self { beams, max_gap }
+        Self { beams, before, max_gap }
     }
 
     /// What the sensor saw of a point (m, in the sensor's frame).
     pub fn classify(&self, point: &Vector2<f64>) -> FreeSpaceTest {
-        let (bearing, range) = (point.y.atan2(point.x), point.norm());
-        let after = self.beams.partition_point(|beam| beam.0 < bearing);
+        let (order, range) = (order_of(point), point.norm());
+        let Some(&(mut after)) = self.before.get(sector(order, self.beams.len())) else {
+            return FreeSpaceTest::Unknown;
+        };
+        while self.beams.get(after).is_some_and(|beam| beam.order < order) {
+            after += 1;
+        }
         if after == 0 || after == self.beams.len() {
             return FreeSpaceTest::Unknown;
         }
         let (low, high) = (self.beams[after - 1], self.beams[after]);
-        if high.0 - low.0 > self.max_gap {
+        if high.bearing - low.bearing > self.max_gap {
             return FreeSpaceTest::Unknown;
         }
         let tolerance = MIN_TOLERANCE.max(RELATIVE_TOLERANCE * range);
-        if range < low.1.min(high.1) - tolerance {
+        if range < low.range.min(high.range) - tolerance {
             FreeSpaceTest::InFreeSpace
-        } else if range > low.1.max(high.1) + tolerance {
+        } else if range > low.range.max(high.range) + tolerance {
             FreeSpaceTest::Hidden
         } else {
             FreeSpaceTest::Agreeing(())
@@ -62,6 +89,17 @@ impl RangeProfile {
     pub fn tally(&self, points: impl Iterator<Item = Vector2<f64>>) -> FreeSpaceTally {
         points.map(|point| self.classify(&point)).collect()
     }
+}
+
+/// Grows with the bearing as the arc tangent does, from -2 to 2, and is a division.
+fn order_of(point: &Vector2<f64>) -> f64 {
+    let along = point.x / (point.x.abs() + point.y.abs()).max(f64::MIN_POSITIVE);
+    if point.y < 0.0 { along - 1.0 } else { 1.0 - along }
+}
+
+/// The sector, of so many, that holds this [`order_of`].
+fn sector(order: f64, count: usize) -> usize {
+    ((order + 2.0) * 0.25 * count as f64) as usize
 }
 
 #[cfg(test)]
