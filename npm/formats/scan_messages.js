@@ -15,6 +15,7 @@
 import { fileError } from '../errors.js';
 import { checkedScans, given } from './scan_checks.js';
 import { fromDpSlam, fromPlayer, fromRplidar, isDpSlam, isPlayer, isRplidar } from './scan_lines.js';
+import { readSickBinary } from './sick_binary.js';
 
 /** @typedef {import('./scan_checks.js').Tell} Tell */
 
@@ -318,6 +319,13 @@ function fromUrgBenri(text, name, tell) {
       });
     } else if (line !== '' && Number.isFinite(Number(line))) known.set(section, Number(line));
   }
+  return written(scans, name, tell);
+}
+
+/** SICK's binary telegrams. @param {Uint8Array} bytes @param {string} name @param {Tell} tell */
+export function fromSickBinary(bytes, name, tell) {
+  const { scans, numBroken } = readSickBinary(bytes);
+  if (numBroken > 0) tell(`${numBroken} of its telegrams are cut off or damaged`, true);
   return written(scans, name, tell);
 }
 
