@@ -242,16 +242,16 @@ async function scanText(file, notes) {
   const head = await file.readHead(HEAD_BYTES).catch(() => new Uint8Array());
   const isBinary = head.includes(0);
   if (isBinary ? head[0] !== STX : isLaserLog(head)) return file;
-  const [{ fromSickBinary, scanReader }, { isSickBinary }] = await Promise.all([
+  const [{ fromSick, scanReader }, { isSickBinary }] = await Promise.all([
     import('./scan_messages.js'),
-    import('./sick_binary.js'),
+    import('./sick.js'),
   ]);
   const decode = (/** @type {Uint8Array} */ bytes) => new TextDecoder().decode(bytes);
-  const reader = isBinary ? null : scanReader(decode(head));
+  const reader = isBinary ? null : scanReader(decode(head), TRAJECTORY_WORDS.test(baseOf(file.path)));
   if (!reader && !isSickBinary(head)) return file;
   const make = async (/** @type {import('./scan_checks.js').Tell} */ tell = () => undefined) => {
     const bytes = await file.read();
-    const text = reader ? reader(decode(bytes), file.path, tell) : fromSickBinary(bytes, file.path, tell);
+    const text = reader ? reader(decode(bytes), file.path, tell) : fromSick(bytes, file.path, tell);
     return new TextEncoder().encode(text);
   };
   const { length } = await make((reason, isLoss = false) => {

@@ -5,7 +5,7 @@ import { test } from 'node:test';
 import { scanLine } from '../../npm/bag/laser_scans.js';
 import { decodeLivoxCloud, decodeScan } from '../../npm/bag/messages.js';
 import { scanReader } from '../../npm/formats/scan_messages.js';
-import { isSickBinary, readSickBinary } from '../../npm/formats/sick_binary.js';
+import { isSickBinary, readSickBinary } from '../../npm/formats/sick.js';
 import { cameraFor } from '../../npm/recording/camera_file.js';
 import { trajectoryBytes } from '../../npm/recording/pose_file.js';
 import { recordingsOf } from '../../npm/bag/bag_recordings.js';
@@ -51,6 +51,20 @@ test("DP-SLAM's log and what the sample program of RPLIDARs prints", () => {
   );
   assert.deepEqual(scans.map(({ readings }) => readings), [[1.2, null, 2], [1.3, 0.001]]); // prettier-ignore
   assert.equal(scans[0].theta[1], -Math.PI / 2); // they turn clockwise
+});
+
+test('a message as Python prints it, and lists without names', () => {
+  const message = `[INFO] [listener]: sensor_msgs.msg.LaserScan(header=Header(stamp=Time(sec=17, nanosec=5)), angle_min=-1.0, angle_max=1.0,
+    angle_increment=1.0, time_increment=0.0, scan_time=0.1, range_min=0.1, range_max=30.0, ranges=[1.5, inf, 2.5], intensities=[])`;
+  const [scan] = scansOf(message.replaceAll(/\s+/g, ' '));
+  assert.deepEqual([scan.readings, scan.min_theta, scan.max_theta], [[1.5, null, 2.5], -1, 1]);
+  assert.ok(Math.abs(scan.timestamp - 17.000000005) < 1e-9);
+  const beams = Array.from({ length: 30 }, (_, beam) => 2 + beam / 100);
+  const tableOf = (/** @type {string} */ text) => (scanReader(text)?.(text, 'x', () => undefined) ?? '').split('\n');
+  const python = `[inf, ${beams.slice(1).join(', ')}]\n[${beams.join(', ')}]\n`;
+  assert.match(tableOf(python)[1] ?? '', /^nan,2\.01,/);
+  assert.match(tableOf(JSON.stringify({ scans: [{ t: 0.5, data: beams }] }))[1] ?? '', /^0\.5,2,2\.01,/);
+  assert.equal(scanReader(JSON.stringify([beams]), true), null); // called a path
 });
 
 test("SICK's binary telegrams, with an encoder, between others and with a damaged one", () => {

@@ -1,7 +1,7 @@
 // @ts-check
 /**
- * A stream of SICK's binary telegrams (CoLa B) with LMDscandata, as a socket delivers it: four bytes 02, the length, the text, a
- * checksum over it. Numbers have the high byte first.
+ * SICK's telegrams with LMDscandata, as text (CoLa A) or as a socket delivers the binary ones (CoLa B): four bytes 02, the length,
+ * the telegram, a checksum over it; numbers have the high byte first.
  *
  * Source of the layout: SICK, "Telegram listing: ranging sensors LMS1xx, LMS5xx, TiM5xx, ...".
  */
@@ -85,4 +85,43 @@ function scanOf(body) {
     // Since the device was switched on, in µs.
     time: 1e-6 * body.getUint32(NAME_BYTES + 14),
   };
+}
+
+/**
+ * The first measured channel of each telegram: `DIST1 scale offset start step count values`, hexadecimal; the start in 1/10000
+ * degrees, 90 degrees ahead for the LMS and TiM (SICK, "Telegram listing: ranging sensors").
+ * @param {string} text
+ * @returns {{ scans: Scan[], numBroken: number }} numBroken: telegrams that are cut off or damaged
+ */
+export function readSickText(text) {
+  let numBroken = 0;
+  const scans = text.split(/(?=\bLMDscandata )/).flatMap((telegram) => {
+    const words = telegram.trim().split(/\s+/);
+    const at = words.indexOf('DIST1');
+    const number = (/** @type {number} */ index) => Number.parseInt(words[at + index] ?? '', 16);
+    const count = number(5);
+    if (at < 0 || !(count > 1) || at + 6 + count > words.length) {
+      numBroken += telegram.startsWith('LMDscandata') ? 1 : 0;
+      return [];
+    }
+    const factor = words[at + 1] === '40000000' ? 2 : 1;
+    // Signed, in 32 bits.
+    const start = (number(3) | 0) / 10000;
+    const ranges = Array.from({ length: count }, (_, i) => number(6 + i));
+    return [
+      {
+        ranges: ranges.map((range) => (range > 0 ? 1e-3 * factor * range : null)),
+        start: DEGREE * (start - 90),
+        step: (DEGREE * number(4)) / 10000,
+        ...timeOfTelegram(words),
+      },
+    ];
+  });
+  return { scans, numBroken };
+}
+
+/** Since the device was switched on (s), from µs. @param {readonly string[]} words */
+function timeOfTelegram(words) {
+  const microseconds = Number.parseInt(words[words.indexOf('LMDscandata') + 8] ?? '', 16);
+  return Number.isFinite(microseconds) ? { time: 1e-6 * microseconds } : {};
 }
