@@ -272,6 +272,14 @@ fn plotjugglers_names_are_those_of_the_message() {
 }
 
 #[test]
+fn a_thousand_columns_may_have_names() {
+    let names = (0..1081).map(|beam| format!("ranges[{beam}]")).collect::<Vec<_>>().join(",");
+    let row = vec!["2.503"; 1081].join(",");
+    let log = read(format!("time,{names}\n0.0,{row}\n0.1,{row}\n").as_bytes()).unwrap();
+    assert_eq!((log.scans.len(), log.scans[1].ranges.len()), (2, 1081));
+}
+
+#[test]
 fn a_line_with_a_word_in_place_of_the_angle_is_no_reading() {
     // What a Neato prints.
     let readings: String =

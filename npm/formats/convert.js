@@ -7,6 +7,7 @@ import { fileError, lost } from '../errors.js';
 import { unpackedName } from '../packed.js';
 import { FOREIGN, POINT_TABLES, SCAN_TEXTS, TEXTS } from './names.js';
 import { baseOf, folderOf, groupBy } from '../recording/names.js';
+import { HEAD_BYTES } from '../recording/heads.js';
 import { isCloudName, isImageName } from '../recording/kinds.js';
 import { isLaserLog } from '../recording/laser_logs.js';
 import { isBagName } from '../bag/names.js';
@@ -25,7 +26,6 @@ const MIN_XYZ_BYTES = 2e5;
 const MAX_KEPT = 2 ** 22;
 /** Of more texts, none is looked into for scans, nor for UTF-16. */
 const MAX_SCAN_TEXTS = 200;
-const HEAD_BYTES = 8192;
 /** SICK's binary telegrams begin with it; no text does. */
 const STX = 2;
 
