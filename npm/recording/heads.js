@@ -4,6 +4,8 @@ import { lookUp } from '../look_up.js';
 
 /** As many bytes as everything here needs: most of all a table with a thousand named columns, and its first row. */
 export const HEAD_BYTES = 32_768;
+/** Of an image, less is enough. */
+export const IMAGE_HEAD_BYTES = 8192;
 
 /** Largest |z| of a point of a planar scan (m), as the engine has it. */
 const MAX_OFF_PLANE = 1e-6;
