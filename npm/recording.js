@@ -10,7 +10,7 @@ import { compareNaturally } from './natural_order.js';
 import { findExif, findIntrinsics } from './recording/cameras.js';
 import { classify, isSystemFile, looksLikeNumbers } from './recording/classify.js';
 import { findDepthRecordings, framesOf, isApart, leftAside, nameOf } from './recording/depth_images.js';
-import { HEAD_BYTES, imageSize, readPlyExtent } from './recording/heads.js';
+import { HEAD_BYTES, IMAGE_HEAD_BYTES, imageSize, readPlyExtent } from './recording/heads.js';
 import { isCloudName, isImageName } from './recording/kinds.js';
 import { isListName } from './recording/lists.js';
 import { baseOf, commonFolder, contains, folderOf, groupBy, seriesOf } from './recording/names.js';
@@ -82,7 +82,7 @@ export async function understand(files, readHead, isTable = false) {
     const recording = await givenRecording(new Set(given), known, read);
     return { ...recording, notes: [...unreadable, ...recording.notes] };
   }
-  const depth = await findDepthRecordings(known, (path) => read(path, HEAD_BYTES));
+  const depth = await findDepthRecordings(known, (path) => read(path, IMAGE_HEAD_BYTES));
   const numFrames = depth.recordings[0]?.depth.members.length ?? 0;
   const clouds = await findClouds(known, numFrames, read, isTable);
   const recording =
@@ -248,7 +248,7 @@ async function depthImages({ recordings: [chosen, ...others], notes, pictures },
   const keyOf = new Map(chosen.depth.members.map(({ path, key }) => [path, key]));
   const elsewhere = others.map(({ root }) => root).filter((other) => isApart(other, root));
   const isElsewhere = (/** @type {string} */ folder) => elsewhere.some((other) => contains(other, folder));
-  const head = frames[0] && (await read(frames[0].depth, HEAD_BYTES));
+  const head = frames[0] && (await read(frames[0].depth, IMAGE_HEAD_BYTES));
   const size = head ? imageSize(head) : null;
   const rest = await referenceAndCamera(
     files.filter((file) => !isImageName(file.path) && !isCloud(file)),

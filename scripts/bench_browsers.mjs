@@ -1,12 +1,12 @@
 // @ts-check
 /**
- * The benchmark's whole runs in every browser that is installed, turn about: `node --experimental-websocket
- * scripts/bench_browsers.mjs [REPEATS [NAME]]`. Each recording is chosen as a ZIP on the built page, which is not drawn (without a graphics
+ * Whole runs in every browser that is installed, turn about: `node --experimental-websocket scripts/bench_browsers.mjs [REPEATS
+ * [NAME]]`. Beside those of the benchmark there are laser scans, a log and bags. Each recording is chosen as a ZIP on the built page, which is not drawn (without a graphics
  * card its emulation would be timed). Prints a table in Markdown: milliseconds a frame, the median, and whether the poses are those
  * of the first browser, to the last bit.
  */
-import { readdirSync, readFileSync } from 'node:fs';
-import { join } from 'node:path';
+import { existsSync, readdirSync, readFileSync, statSync } from 'node:fs';
+import { basename, join } from 'node:path';
 import { zipSync } from 'fflate';
 import { browsers, serveHost } from '../tests/browsers/browsers.mjs';
 import { listRuns } from './bench_runs.mjs';
@@ -14,13 +14,27 @@ import { ROOT } from './steps.mjs';
 
 const repeats = Number(process.argv[2] ?? 3);
 const wanted = process.argv[3] ?? '';
-const recordings = listRuns((name) => name.includes(wanted));
+const LASER = '../shared/data/laser';
+const MORE = [
+  { name: 'ten_scans', folder: `${LASER}/zju10` },
+  { name: 'infinite_corridor', folder: `${LASER}/radish/infinite-corridor.log` },
+  { name: 'scan_bag', folder: `${LASER}/ros2_scan_bag` },
+  { name: 'depth_bag', folder: '../shared/data/bags/derived_depth_pointcloud/depth_16UC1_db3' },
+];
+const isWanted = (/** @type {string} */ name) => name.includes(wanted);
+const recordings = [
+  ...listRuns(isWanted),
+  ...MORE.filter(({ name, folder }) => isWanted(name) && existsSync(join(ROOT, folder))),
+];
 const { url, close } = await serveHost(
   Object.fromEntries(recordings.map(({ name, folder }) => [`/${name}.zip`, zipOf(join(ROOT, folder))])),
 );
 
-/** @param {string} folder */
+/** @param {string} folder or a single file */
 function zipOf(folder) {
+  if (statSync(folder).isFile()) {
+    return zipSync({ [basename(folder)]: new Uint8Array(readFileSync(folder)) }, { level: 0 });
+  }
   const files = readdirSync(folder, { recursive: true, withFileTypes: true }).filter((entry) => entry.isFile());
   const named = files.map(({ parentPath, name }) => {
     const path = join(parentPath, name);

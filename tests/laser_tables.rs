@@ -258,6 +258,39 @@ fn a_format_in_part_changes_the_guess_and_a_whole_one_replaces_it() {
 }
 
 #[test]
+fn plotjugglers_names_are_those_of_the_message() {
+    let names: Vec<String> = (0..30).map(|beam| format!("/scan/ranges[{beam}]")).collect();
+    let ranges = vec!["2.5"; 30].join(",");
+    let text = format!(
+        "__time,/scan/angle_increment,/scan/angle_min,/scan/range_max,/scan/range_min,{}\n1.5,0.1,-1.5,30,0.1,{ranges}\n",
+        names.join(",")
+    );
+    assert!(is_laser_log(text.as_bytes()));
+    let log = read(text.as_bytes()).unwrap();
+    assert_eq!(log.scans[0].bearings, Bearings::Even { start: -1.5, step: 0.1 });
+    assert_eq!((log.scans[0].ranges.len(), log.scans[0].time), (30, Some(1.5)));
+}
+
+#[test]
+fn a_thousand_columns_may_have_names() {
+    let names = (0..1081).map(|beam| format!("ranges[{beam}]")).collect::<Vec<_>>().join(",");
+    let row = vec!["2.503"; 1081].join(",");
+    let log = read(format!("time,{names}\n0.0,{row}\n0.1,{row}\n").as_bytes()).unwrap();
+    assert_eq!((log.scans.len(), log.scans[1].ranges.len()), (2, 1081));
+}
+
+#[test]
+fn a_line_with_a_word_in_place_of_the_angle_is_no_reading() {
+    // What a Neato prints.
+    let readings: String =
+        (0..360).fold(String::new(), |text, angle| text + &format!("{angle},{},1200,0\n", 1500 + angle));
+    let text = format!("AngleInDegrees,DistInMM,Intensity,ErrorCodeHEX\n{readings}ROTATION_SPEED,5.01\n");
+    let log = read(text.as_bytes()).unwrap();
+    assert_eq!((log.scans.len(), log.scans[0].ranges.len()), (1, 360));
+    assert!((log.scans[0].ranges[10] - 1.51).abs() < 1e-6);
+}
+
+#[test]
 fn a_column_that_counts_the_ranges_behind_it_tells_where_they_are() {
     // As the log of a course on SLAM: S, a time, the count, the ranges in mm; a pose may follow.
     let beams: Vec<String> = (0..40).map(|beam| (2900 + 10 * beam).to_string()).collect();

@@ -209,6 +209,13 @@ function picture([width = 0, height = 0], color) {
   return png(width * scale, height * scale, rgb);
 }
 
+/** Why steps that are the same differ in their last digits. @param {import('../index.js').OwnIcpComparison['steps']} steps */
+function rounding(steps) {
+  const off = Math.max(0, ...steps.flatMap(({ rotation, translation }) => [rotation, translation]));
+  const remedy = 'read yours so (numpy: astype(float32)), and the steps agree to 1e-9';
+  return off > 1e-9 ? `\nThe last digits differ, as ours holds points in single precision: ${remedy}.` : '';
+}
+
 /** @param {import('../index.js').OwnIcpComparison} compared */
 function comparison({ steps, parts_at, fault, num_ours }) {
   const rows = steps.map(({ rotation, translation }, index) => [
@@ -220,6 +227,6 @@ function comparison({ steps, parts_at, fault, num_ours }) {
   const heads = ['your step', 'off in turn (rad)', 'off in position (m)', ''];
   const verdict = fault
     ? `Your ICP parts from ours at step ${(parts_at ?? 0) + 1}. ${fault.kind}: ${fault.text}`
-    : `Your ICP does the same steps as ours, ${steps.length} of them; ours ends after ${num_ours}.`;
+    : `Your ICP does the same steps as ours, ${steps.length} of them; ours ends after ${num_ours}.${rounding(steps)}`;
   return `${table(heads, rows, new Set([3]))}\n${verdict}\n`;
 }

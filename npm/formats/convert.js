@@ -7,6 +7,7 @@ import { fileError, lost } from '../errors.js';
 import { unpackedName } from '../packed.js';
 import { FOREIGN, POINT_TABLES, SCAN_TEXTS, TEXTS } from './names.js';
 import { baseOf, folderOf, groupBy } from '../recording/names.js';
+import { HEAD_BYTES } from '../recording/heads.js';
 import { isCloudName, isImageName } from '../recording/kinds.js';
 import { isLaserLog } from '../recording/laser_logs.js';
 import { isBagName } from '../bag/names.js';
@@ -25,7 +26,8 @@ const MIN_XYZ_BYTES = 2e5;
 const MAX_KEPT = 2 ** 22;
 /** Of more texts, none is looked into for scans, nor for UTF-16. */
 const MAX_SCAN_TEXTS = 200;
-const HEAD_BYTES = 8192;
+/** SICK's binary telegrams begin with it; no text does. */
+const STX = 2;
 
 /**
  * @template {Content} T
@@ -102,7 +104,7 @@ async function convert(file, notes, alike = () => 1) {
   const inner = unpackedName(path);
   if (inner !== null) return unpacked(file, inner, notes);
   const ending = path.slice(path.lastIndexOf('.') + 1).toLowerCase();
-  if (ending === 'bin') return kittiFile(file);
+  if (ending === 'bin') return kittiFile(file, notes);
   if (ending === 'mat') return matFile(file);
   if (ending === 'npy') return (await import('./numpy.js')).npyContents(file, alike);
   if (ending === 'npz') return (await import('./numpy.js')).npzContents(file);
@@ -165,8 +167,9 @@ async function unpacked(file, inner, notes) {
   return FOREIGN.test(inner) && unpackedName(inner) === null ? convert(made, notes) : made;
 }
 
-/** @param {Content} file @returns {Promise<Content>} */
-async function kittiFile(file) {
+/** @param {Content} file @param {Note[]} notes @returns {Promise<Content>} */
+async function kittiFile(file, notes) {
+  if ((await file.readHead(1))[0] === STX) return scanText(file, notes);
   const { kittiCloud } = await import('./kitti.js');
   if (!kittiCloud(await file.readHead(HEAD_BYTES), file.size)) return file;
   const make = (/** @type {Uint8Array} */ bytes) => kittiCloud(bytes, file.size) ?? new Uint8Array();
@@ -234,16 +237,23 @@ async function textFile(file, notes) {
   );
 }
 
-/** Scans as a program prints them; the file itself where it is none. @param {Content} file @param {Note[]} notes @returns {Promise<Content>} */
+/** Scans as a program prints or a device sends them; the file itself where it is none. @param {Content} file @param {Note[]} notes @returns {Promise<Content>} */
 async function scanText(file, notes) {
   const head = await file.readHead(HEAD_BYTES).catch(() => new Uint8Array());
-  if (head.includes(0) || isLaserLog(head)) return file;
-  const { scanReader } = await import('./scan_messages.js');
+  const isBinary = head.includes(0);
+  if (isBinary ? head[0] !== STX : isLaserLog(head)) return file;
+  const [{ fromSick, scanReader }, { isSickBinary }] = await Promise.all([
+    import('./scan_messages.js'),
+    import('./sick.js'),
+  ]);
   const decode = (/** @type {Uint8Array} */ bytes) => new TextDecoder().decode(bytes);
-  const reader = scanReader(decode(head));
-  if (!reader) return file;
-  const make = async (/** @type {import('./scan_checks.js').Tell} */ tell = () => undefined) =>
-    new TextEncoder().encode(reader(decode(await file.read()), file.path, tell));
+  const reader = isBinary ? null : scanReader(decode(head), TRAJECTORY_WORDS.test(baseOf(file.path)));
+  if (!reader && !isSickBinary(head)) return file;
+  const make = async (/** @type {import('./scan_checks.js').Tell} */ tell = () => undefined) => {
+    const bytes = await file.read();
+    const text = reader ? reader(decode(bytes), file.path, tell) : fromSick(bytes, file.path, tell);
+    return new TextEncoder().encode(text);
+  };
   const { length } = await make((reason, isLoss = false) => {
     notes.push(isLoss ? lost(file.path, reason) : { file: file.path, reason });
   });

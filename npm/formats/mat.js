@@ -7,6 +7,7 @@
  */
 import { LIMITS } from '../archive_directory.js';
 import { fileError } from '../errors.js';
+import { latin1 } from '../recording/heads.js';
 
 /** @typedef {{ kind: 'numbers', dims: number[], values: Float64Array }} Numbers column by column */
 /** @typedef {{ kind: 'struct', dims: number[], fields: Map<string, Value[]> }} Struct each field with a value an element */
@@ -49,7 +50,7 @@ const DAMAGED = 'Copy the file, or save it again';
  * @returns {Promise<Variables>} rejects with a ScanstitchError
  */
 export async function readMat(name, bytes) {
-  const text = new TextDecoder('latin1').decode(bytes.subarray(0, 19));
+  const text = latin1(bytes.subarray(0, 19));
   if (text.startsWith('MATLAB 7.3') || text.startsWith('\x89HDF')) {
     const stem = (name.split('/').at(-1) ?? name).replace(/\.mat$/i, '');
     const command = `s = load('${stem}.mat'); save('${stem}_v7.mat', '-struct', 's', '-v7')`;

@@ -5,6 +5,7 @@
  * Source of the layout: NumPy Enhancement Proposal 1, "A Simple File Format for NumPy Arrays".
  */
 import { fileError } from '../errors.js';
+import { latin1 } from '../recording/heads.js';
 
 /** @type {Record<string, [number, (view: DataView, at: number, little: boolean) => number]>} */
 const TYPES = {
@@ -25,7 +26,7 @@ const TYPES = {
 
 /** What an array is, by the beginning of its file; null where it holds no plain numbers. @param {Uint8Array} bytes @returns {Header | null} */
 export function npyHeader(bytes) {
-  const head = new TextDecoder('latin1').decode(bytes.subarray(0, 1024));
+  const head = latin1(bytes.subarray(0, 1024));
   const [, order = '', code = ''] = head.match(/'descr':\s*'([<>|=])(\w\d)'/) ?? [];
   const [, shape = ''] = head.match(/'shape':\s*\(([\d,\s]*)\)/) ?? [];
   if (!head.startsWith('\x93NUMPY') || !TYPES[code]) return null;

@@ -16,8 +16,6 @@ const MAX_VIEW = 365;
 const MAX_STEP = 5;
 /** Beyond this (rad) bearings are in degrees. */
 const MAX_RADIANS = 7;
-/** Ranges with a median beyond this are millimetres: no laser for the plane sees so many metres far. */
-const MAX_METRES = 60;
 
 /**
  * The readings as a table that the engine reads; null where the columns are no bearings and ranges.
@@ -31,10 +29,9 @@ export function polarTable(rows) {
   ].find(([angle = 0, range = 1]) => areReadings(column(rows, angle), column(rows, range)));
   if (!found) return null;
   const [angles = [], ranges = []] = found.map((index) => column(rows, index));
-  const unit = median(ranges.filter((range) => range > 0)) > MAX_METRES ? 'mm' : 'm';
   const angle = inDegrees(angles) ? 'deg' : 'rad';
   const lines = withoutJump(angles).map((bearing, at) => `${bearing},${ranges[at]}\n`);
-  return new TextEncoder().encode(`# table: angle=1:${angle},range=2,unit=${unit}\nangle,range\n${lines.join('')}`);
+  return new TextEncoder().encode(`# table: range=2,angle=1:${angle}\nangle,range\n${lines.join('')}`);
 }
 
 /** @param {readonly number[]} angles @param {readonly number[]} ranges */

@@ -9,12 +9,15 @@
  * | JSON: a message, a list of them, one a line, within others (rosbridge) | `"ranges": [` or objects with an angle and a distance |
  * | SICK's telegrams (CoLa A) | `LMDscandata` |
  * | UrgBenri's log (`.ubh`) | `[startStep]` |
+ * | a LaserScan as Python prints it | `LaserScan(header=` |
+ * | lists of 24 numbers and more, as JSON or Python writes them | their brackets |
  * | Player, DP-SLAM, `ultra_simple` of RPLIDARs (scan_lines.js) | their lines |
  * | the Python package rplidar: a list of (quality, angle, distance) a line | its brackets |
  */
 import { fileError } from '../errors.js';
 import { checkedScans, given } from './scan_checks.js';
 import { fromDpSlam, fromPlayer, fromRplidar, isDpSlam, isPlayer, isRplidar } from './scan_lines.js';
+import { readSickBinary, readSickText } from './sick.js';
 
 /** @typedef {import('./scan_checks.js').Tell} Tell */
 
@@ -30,6 +33,10 @@ const DEGREE = Math.PI / 180;
 const MAX_DEPTH = 8;
 /** A scan's message has these from its beginning on. */
 const OF_A_MESSAGE = ['seq', 'sec', 'secs', 'frame_id', 'angle_min'];
+/** Readings of a scan, at least, where nothing names them. */
+const MIN_BEAMS = 24;
+/** Lists of so many numbers, as JSON or as Python prints them. */
+const LISTS = /\[(\s*(-?[\d.]+([eE][-+]?\d+)?|nan|inf|NaN|Infinity|null)\s*,){23}/;
 /** Hokuyo's readings below this are codes of errors (mm). */
 const FIRST_RANGE_OF_URG = 20;
 
@@ -39,6 +46,7 @@ const FIRST_RANGE_OF_URG = 20;
 const KINDS = [
   { is: (head) => /\bLMDscandata /.test(head), read: fromSick },
   { is: (head) => /^\[startStep\]/m.test(head) && /^\[(scan|endStep)\]/m.test(head), read: fromUrgBenri },
+  { is: isRepr, read: fromRepr },
   { is: isJson, read: fromJson },
   { is: isTuples, read: fromTuples },
   { is: isEcho, read: fromEcho },
@@ -50,10 +58,12 @@ const KINDS = [
 /**
  * What reads a text that begins like this; null where it is none of these.
  * @param {string} head
+ * @param {boolean} [isPath] whether it is called a path or a camera: lists without names are none of scans then
  * @returns {Reader | null}
  */
-export function scanReader(head) {
-  return KINDS.find(({ is }) => is(head))?.read ?? null;
+export function scanReader(head, isPath = false) {
+  const reader = KINDS.find(({ is }) => is(head))?.read ?? null;
+  return reader ?? (!isPath && /^\s*[[{]/.test(head) && LISTS.test(head) ? fromJson : null);
 }
 
 /** @param {string} head */
@@ -122,6 +132,31 @@ function fromEcho(text, name, tell) {
   return written(scans, name, tell);
 }
 
+/** @param {string} head */
+function isRepr(head) {
+  return /LaserScan\(header=.*angle_min=/.test(head);
+}
+
+/** Messages as Python prints them: `LaserScan(header=..., angle_min=-1.57, ..., ranges=[...], ...)`. @param {string} text @param {string} name @param {Tell} tell */
+function fromRepr(text, name, tell) {
+  const scans = text
+    .split(/LaserScan\((?=header=)/)
+    .slice(1)
+    .flatMap((message) => {
+      const [, list] = /\branges=(?:array\('f', )?\[([^\]]*)\]/.exec(message) ?? [];
+      const field = (/** @type {string} */ key) => new RegExp(`\\b${key}=(-?[\\d.e+-]+|-?inf|nan)`).exec(message)?.[1];
+      return list === undefined
+        ? []
+        : [
+            scanOf(
+              field,
+              list.split(',').map((word) => word.trim()),
+            ),
+          ];
+    });
+  return written(scans, name, tell);
+}
+
 /** @param {(key: string) => unknown} field @param {readonly unknown[]} ranges @returns {Scan} */
 function scanOf(field, ranges) {
   const number = (/** @type {string[]} */ ...keys) => {
@@ -159,7 +194,14 @@ function numberOf(value) {
 function fromJson(text, name, tell) {
   /** @type {Scan[]} */
   const scans = [];
-  for (const document of documentsOf(text, name, tell)) collect(document, {}, 0, scans);
+  // Python's words for what is no number are none of JSON's.
+  const documents = documentsOf(
+    text.replaceAll(/(?<=[[,]\s*)-?(nan|inf|NaN|Infinity)(?=\s*[,\]])/g, 'null'),
+    name,
+    tell,
+  );
+  for (const document of documents) collect(document, {}, 0, scans);
+  if (scans.length === 0) for (const document of documents) collectLists(document, {}, 0, scans);
   return written(scans, name, tell);
 }
 
@@ -206,6 +248,21 @@ function collect(value, around, depth, scans) {
     return;
   }
   Object.values(own).forEach((item) => collect(item, known, depth + 1, scans));
+}
+
+/**
+ * The lists of numbers within a document, where nothing in it is called ranges.
+ * @param {unknown} value @param {Readonly<Record<string, unknown>>} around @param {number} depth @param {Scan[]} scans
+ */
+function collectLists(value, around, depth, scans) {
+  if (typeof value !== 'object' || value === null || depth > MAX_DEPTH) return;
+  const isNumber = (/** @type {unknown} */ item) => typeof item === 'number' || item === null;
+  if (Array.isArray(value) && value.length >= MIN_BEAMS && value.every(isNumber)) {
+    scans.push(scanOf((key) => around[key], value));
+    return;
+  }
+  const known = Array.isArray(value) ? around : { ...around, ...flat(/** @type {Record<string, unknown>} */ (value)) };
+  for (const item of Object.values(value)) collectLists(item, known, depth + 1, scans);
 }
 
 /** Numbers and texts of an object, and those of its header and stamp. @param {Record<string, unknown>} object @returns {Record<string, unknown>} */
@@ -256,43 +313,11 @@ function fromTuples(text, name, tell) {
   return written(scans, name, tell);
 }
 
-/**
- * The first measured channel of each telegram: `DIST1 scale offset start step count values`, hexadecimal; the start in 1/10000
- * degrees, 90 degrees ahead for the LMS and TiM (SICK, "Telegram listing: ranging sensors").
- * @param {string} text @param {string} name @param {Tell} tell
- */
-function fromSick(text, name, tell) {
-  let numBroken = 0;
-  const scans = text.split(/(?=\bLMDscandata )/).flatMap((telegram) => {
-    const words = telegram.trim().split(/\s+/);
-    const at = words.indexOf('DIST1');
-    const number = (/** @type {number} */ index) => Number.parseInt(words[at + index] ?? '', 16);
-    const count = number(5);
-    if (at < 0 || !(count > 1) || at + 6 + count > words.length) {
-      numBroken += telegram.startsWith('LMDscandata') ? 1 : 0;
-      return [];
-    }
-    const factor = words[at + 1] === '40000000' ? 2 : 1;
-    // Signed, in 32 bits.
-    const start = (number(3) | 0) / 10000;
-    const ranges = Array.from({ length: count }, (_, i) => number(6 + i));
-    return [
-      {
-        ranges: ranges.map((range) => (range > 0 ? 1e-3 * factor * range : null)),
-        start: DEGREE * (start - 90),
-        step: (DEGREE * number(4)) / 10000,
-        ...given('time', timeOfTelegram(words)),
-      },
-    ];
-  });
+/** SICK's telegrams, as text or as bytes. @param {string | Uint8Array} telegrams @param {string} name @param {Tell} tell */
+export function fromSick(telegrams, name, tell) {
+  const { scans, numBroken } = typeof telegrams === 'string' ? readSickText(telegrams) : readSickBinary(telegrams);
   if (numBroken > 0) tell(`${numBroken} of its telegrams are cut off or damaged`, true);
   return written(scans, name, tell);
-}
-
-/** Since the device was switched on (s), from µs. @param {readonly string[]} words */
-function timeOfTelegram(words) {
-  const microseconds = Number.parseInt(words[words.indexOf('LMDscandata') + 8] ?? '', 16);
-  return Number.isFinite(microseconds) ? 1e-6 * microseconds : undefined;
 }
 
 /** Sections in square brackets, their values below them. @param {string} text @param {string} name @param {Tell} tell */

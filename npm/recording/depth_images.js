@@ -96,8 +96,11 @@ function tellApart(images) {
     if (series.facts.bits > 8 || series.hint === 'depth') return false;
     const others = grey.filter((other) => other !== series && countMatches(series.members, other.members) > 0);
     if (others.some(({ facts, hint }) => facts.bits > 8 || hint === 'depth')) return true;
-    // A grey picture beside nothing but pictures; but where colours lie beside it, it can only be the depth.
-    return series.hint === 'colour' && !coloured.some((other) => countMatches(series.members, other.members) > 0);
+    // A grey picture beside nothing but pictures; but where colours of another name lie beside it, it can only be the depth.
+    const nameOf = (/** @type {ImageSeries} */ { folder, pattern }) => `${folder}/${pattern}`.replaceAll(/\d+/g, '#');
+    const isOtherName = (/** @type {ImageSeries} */ other) => nameOf(other) !== nameOf(series);
+    const beside = coloured.filter((other) => countMatches(series.members, other.members) > 0);
+    return series.hint === 'colour' && !beside.some(isOtherName);
   };
   const depth = grey.filter((series) => !isPicture(series));
   const colour = [...grey.filter(isPicture), ...coloured.filter(({ hint }) => hint !== 'depth')];

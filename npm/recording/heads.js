@@ -2,8 +2,10 @@
 /** What the first bytes of a file tell about it. Each answers null, or 'unknown', where they tell nothing. */
 import { lookUp } from '../look_up.js';
 
-/** As many bytes as everything here needs. */
-export const HEAD_BYTES = 8192;
+/** As many bytes as everything here needs: most of all a table with a thousand named columns, and its first row. */
+export const HEAD_BYTES = 32_768;
+/** Of an image, less is enough. */
+export const IMAGE_HEAD_BYTES = 8192;
 
 /** Largest |z| of a point of a planar scan (m), as the engine has it. */
 const MAX_OFF_PLANE = 1e-6;

@@ -53,7 +53,7 @@ function isMessageTable(line) {
       .toLowerCase()
       .replaceAll(/^[%"]+|[%"]+$/g, ''),
   );
-  const has = (/** @type {string} */ wanted) => names.some((name) => name.replace(/^field\./, '') === wanted);
+  const has = (/** @type {string} */ wanted) => names.some((name) => name.replace(/^field\.|^\/.*\//, '') === wanted);
   return has('angle_min') && has('angle_increment');
 }
 

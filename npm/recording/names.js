@@ -120,7 +120,8 @@ function timeOf(name) {
 const ASIDE =
   /^(semantics?|seg(mentations?|ms?)?|labels?|masks?|instances?|normals?|conf(idences?)?|ir\d*|infra.*|vis\w*|previews?|viz|colormaps?|jet|heat\w*|debug|overlays?|matches)$/;
 const DEPTH = /^(dep(th\w*)?|dpt|disp(arity)?)$/;
-const COLOUR = /^(rgb(?!d)\w*|colou?rs?|images?|imgs?|photos?|pics?|pictures?|gr[ae]y|left|right)$/;
+const COLOUR =
+  /^(rgb(?!d)\w*|colou?rs?|images?|imgs?|photos?|pics?|pictures?|gr[ae]y|left|right|cams?|mono|stereo|(cost)?maps?|grid|occupancy)$/;
 
 /** @param {string} word @returns {Hint | null} */
 function roleOf(word) {

@@ -14,7 +14,10 @@ const ADVICE = [
     /\.e57$/i,
     'an E57 cloud, which is not read; convert it: CloudCompare -SILENT -O FILE -C_EXPORT_FMT PLY -SAVE_CLOUDS',
   ],
-  [/\.(obj|stl|off|gltf|glb)$/i, 'a mesh, which is not read; save its vertices as PLY (MeshLab or CloudCompare)'],
+  [
+    /\.(obj|stl|off|gltf|glb|fbx|dae|usdz|3ds)$/i,
+    'a mesh, which is not read; save its vertices as PLY (MeshLab or CloudCompare)',
+  ],
   [/\.rawlog$/i, 'a rawlog of MRPT, which is not read; export its scans: rawlog-edit --export-2d-scans-txt -i FILE'],
   [
     /\.(h5|hdf5)$/i,
@@ -57,6 +60,12 @@ const ADVICE = [
     "a scan of 3DTK (cm; x right, y up, z ahead); write it as x y z in metres: awk '{print $3/100, -$1/100, $2/100}' FILE > scan.xyz",
   ],
   [/\.depth$/i, 'a depth image in a form of its own; save it as PNG of 16 bits in mm, or as numpy.save(...)'],
+  [
+    /\.sens$/i,
+    'a recording of ScanNet; take its images out: python reader.py --filename FILE --output_path out --export_depth_images --export_color_images --export_poses --export_intrinsics',
+  ],
+  [/\.(heic|heif|dng|cr2|nef|arw)$/i, 'a photograph, and no depth image; photogrammetry is done by COLMAP or Meshroom'],
+  [/\.(aedat4?|raw3|prophesee)$/i, 'events of an event camera, which are not read'],
   [/\.exr$/i, "an image of OpenEXR; save its depth: numpy.save('depth_0.npy', depth), in metres"],
   [/\.svo2?$/i, 'a recording of a ZED; export depth and images: ZED_SVO_Export FILE out/ 4'],
   [/\.oni$/i, 'a recording of OpenNI; export its depth images with NiViewer, or play it into a ROS bag'],

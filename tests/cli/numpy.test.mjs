@@ -120,7 +120,7 @@ test('arrays of two columns are points or readings, of three clouds, of one scan
   );
   assert.match(
     textOf((await files[1]?.read()) ?? new Uint8Array()),
-    /^# table: angle=1:rad,range=2,unit=m\nangle,range\n-1,2\n/,
+    /^# table: range=2,angle=1:rad\nangle,range\n-1,2\n/,
   );
   assert.match(notes[0]?.reason ?? '', /does not hold plain numbers/);
 });
@@ -132,7 +132,7 @@ test('tables of two columns: bearings are even, the x of points is not', () => {
   // One turn that begins at 270 degrees is one scan.
   assert.deepEqual(
     [turned?.[0], turned?.[2], turned?.[361]],
-    ['# table: angle=1:deg,range=2,unit=mm', '270,1500', '629,1859'],
+    ['# table: range=2,angle=1:deg', '270,1500', '629,1859'],
   );
   const two = decode(polarTable([...rows, ...rows].map((at) => [at, 2])));
   assert.deepEqual([two?.length, two?.[362]], [723, '0,2']);

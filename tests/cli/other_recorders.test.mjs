@@ -5,6 +5,7 @@ import { test } from 'node:test';
 import { scanLine } from '../../npm/bag/laser_scans.js';
 import { decodeLivoxCloud, decodeScan } from '../../npm/bag/messages.js';
 import { scanReader } from '../../npm/formats/scan_messages.js';
+import { isSickBinary, readSickBinary } from '../../npm/formats/sick.js';
 import { cameraFor } from '../../npm/recording/camera_file.js';
 import { trajectoryBytes } from '../../npm/recording/pose_file.js';
 import { recordingsOf } from '../../npm/bag/bag_recordings.js';
@@ -50,6 +51,57 @@ test("DP-SLAM's log and what the sample program of RPLIDARs prints", () => {
   );
   assert.deepEqual(scans.map(({ readings }) => readings), [[1.2, null, 2], [1.3, 0.001]]); // prettier-ignore
   assert.equal(scans[0].theta[1], -Math.PI / 2); // they turn clockwise
+});
+
+test('a message as Python prints it, and lists without names', () => {
+  const message = `[INFO] [listener]: sensor_msgs.msg.LaserScan(header=Header(stamp=Time(sec=17, nanosec=5)), angle_min=-1.0, angle_max=1.0,
+    angle_increment=1.0, time_increment=0.0, scan_time=0.1, range_min=0.1, range_max=30.0, ranges=[1.5, inf, 2.5], intensities=[])`;
+  const [scan] = scansOf(message.replaceAll(/\s+/g, ' '));
+  assert.deepEqual([scan.readings, scan.min_theta, scan.max_theta], [[1.5, null, 2.5], -1, 1]);
+  assert.ok(Math.abs(scan.timestamp - 17.000000005) < 1e-9);
+  const beams = Array.from({ length: 30 }, (_, beam) => 2 + beam / 100);
+  const tableOf = (/** @type {string} */ text) => (scanReader(text)?.(text, 'x', () => undefined) ?? '').split('\n');
+  const python = `[inf, ${beams.slice(1).join(', ')}]\n[${beams.join(', ')}]\n`;
+  assert.match(tableOf(python)[1] ?? '', /^nan,2\.01,/);
+  assert.match(tableOf(JSON.stringify({ scans: [{ t: 0.5, data: beams }] }))[1] ?? '', /^0\.5,2,2\.01,/);
+  assert.equal(scanReader(JSON.stringify([beams]), true), null); // called a path
+});
+
+test("SICK's binary telegrams, with an encoder, between others and with a damaged one", () => {
+  const telegram = (/** @type {string} */ name, /** @type {number[]} */ body) => {
+    const payload = Uint8Array.of(...encode(name), ...body);
+    const length = [0, 0, payload.length >> 8, payload.length & 255];
+    return [2, 2, 2, 2, ...length, ...payload, payload.reduce((sum, byte) => sum ^ byte, 0)];
+  };
+  const number = (/** @type {'Uint16' | 'Uint32' | 'Int32' | 'Float32'} */ kind, /** @type {number} */ value) => {
+    const view = new DataView(new ArrayBuffer(kind === 'Uint16' ? 2 : 4));
+    view[`set${kind}`](0, value);
+    return [...new Uint8Array(view.buffer)];
+  };
+  const scan = (/** @type {number} */ start) => [
+    ...Array(14).fill(0), // version, device, serial, status, counters
+    ...number('Uint32', 2_500_000), // time since power on
+    ...Array(18).fill(0), // time of transmission, inputs, outputs, reserved, frequencies
+    ...[...number('Uint16', 1), ...Array(6).fill(9)], // an encoder
+    ...[...number('Uint16', 1), ...encode('DIST1'), ...number('Float32', 2), ...number('Float32', 0)],
+    ...[...number('Int32', start), ...number('Uint16', 5000), ...number('Uint16', 3)],
+    ...[1000, 0, 2500].flatMap((range) => number('Uint16', range)),
+  ];
+  const good = telegram('sSN LMDscandata ', scan(-50_000));
+  const damaged = good.with(60, 77);
+  const bytes = Uint8Array.from([
+    ...good,
+    ...telegram('sEA LMDscandata ', [1]),
+    ...damaged,
+    ...good,
+    ...good.slice(0, 50),
+  ]);
+  assert.ok(isSickBinary(bytes) && !isSickBinary(encode('sSN LMDscandata 1 1')));
+  const { scans, numBroken } = readSickBinary(bytes);
+  assert.deepEqual([scans.length, numBroken, scans[0]?.ranges, scans[0]?.time], [2, 2, [2, null, 5], 2.5]);
+  const degrees = [scans[0]?.start, scans[0]?.step].map((angle) => ((angle ?? 0) * 180) / Math.PI);
+  assert.deepEqual(degrees.map((angle) => angle.toFixed(6)), ['-95.000000', '0.500000']); // prettier-ignore
+  for (let cut = 0; cut < bytes.length; cut += 7) readSickBinary(bytes.subarray(0, cut));
 });
 
 test('a phone: the camera of its large colours is scaled to the depth, which its principal point tells', () => {

@@ -104,6 +104,12 @@ test('arrays of MATLAB, scans packed by gzip: read at once, and changed afterwar
   expect((await app.stitched()).result.frames).toHaveLength(5);
 });
 
+test("an archive of NumPy's arrays is read at once", async ({ app }) => {
+  const content = readFileSync(join(import.meta.dirname, '../data/npy/scans.npz'));
+  await app.drop([{ name: 'scans.npz', content }]);
+  expect((await app.stitched()).result.frames).toHaveLength(3);
+});
+
 test('on a phone and in the dark the dialog fits', async ({ app, page }, info) => {
   await page.setViewportSize({ width: 390, height: 780 });
   await page.emulateMedia({ colorScheme: 'dark' });

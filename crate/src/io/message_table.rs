@@ -27,7 +27,7 @@ impl MessageTable {
         let stamp = find("header.stamp");
         let seconds = find("header.stamp.secs").or_else(|| find("header.stamp.sec"));
         let nanoseconds = find("header.stamp.nsecs").or_else(|| find("header.stamp.nanosec"));
-        let time = stamp.or(seconds).or_else(|| find("time"));
+        let time = stamp.or(seconds).or_else(|| find("time")).or_else(|| find("__time"));
         Self { time, nanoseconds: nanoseconds.filter(|_| stamp.is_none()), names }
     }
 
@@ -95,5 +95,8 @@ fn cells(line: &[u8]) -> impl Iterator<Item = &[u8]> {
 
 fn name_of(cell: &[u8]) -> String {
     let text = String::from_utf8_lossy(cell).to_ascii_lowercase();
-    text.trim_matches(['%', '"']).trim_start_matches("field.").to_owned()
+    let name = text.trim_matches(['%', '"']);
+    // PlotJuggler writes `/scan/ranges[0]`, and `header/stamp` between slashes.
+    let name = if name.starts_with('/') { name.rsplit('/').next().unwrap_or(name) } else { name };
+    name.trim_start_matches("field.").to_owned()
 }

@@ -36,7 +36,7 @@ type Reconstruction = Omit<full.Reconstruction, 'add_log' | 'draw' | 'map_file'>
 /** The page is answered at least this often, unless one step takes longer. */
 const SLICE_MS = 15;
 /** A laser log is recognised by its first bytes. */
-const LOG_HEAD_BYTES = 8192;
+const LOG_HEAD_BYTES = 32_768;
 /** Progress is reported at most this often. */
 const PROGRESS_INTERVAL_MS = 50;
 /** What is done in this time is shown when it is done: each picture costs a slow page as much as ten scans. */

@@ -236,16 +236,21 @@ fn no_number(line: usize) -> Error {
 impl TableFormat {
     /// What keeps a row from being read.
     fn fault(&self, row: &Row) -> Option<Error> {
-        let (first, end) = match self.layout {
-            Layout::ScanPerLine { first, end } => (first, end),
-            Layout::ReadingPerLine { range, angle } => (range, range.max(angle.map_or(0, |angle| angle.column)) + 1),
+        let (needed, end) = match self.layout {
+            Layout::ScanPerLine { first, end } => ((first..end), end),
+            Layout::ReadingPerLine { range, .. } => ((range..range + 1), range + 1),
         };
+        let angle = match self.layout {
+            Layout::ReadingPerLine { angle: Some(angle), .. } => Some(angle.column),
+            _ => None,
+        };
+        let end = end.max(angle.map_or(0, |column| column + 1));
         let has = row.values.len();
         if has < end {
             let problem = format!("The line has {has} numbers, and its ranges reach to the {end}th");
             return Some(Error::line(row.line, problem, "Correct the line, or the table's format"));
         }
-        row.words.iter().any(|column| (first..end).contains(column)).then(|| no_number(row.line))
+        row.words.iter().any(|column| needed.contains(column) || angle == Some(*column)).then(|| no_number(row.line))
     }
 
     /// A range (m); NaN where nothing came back: lasers write 0 or 1 of their units there, or less than nothing.
