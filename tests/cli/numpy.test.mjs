@@ -130,10 +130,7 @@ test('tables of two columns: bearings are even, the x of points is not', () => {
   const decode = (/** @type {Uint8Array | null} */ bytes) => bytes && textOf(bytes).split('\n');
   const turned = decode(polarTable(rows.map((at) => [(270 + at) % 360, 1500 + at])));
   // One turn that begins at 270 degrees is one scan.
-  assert.deepEqual(
-    [turned?.[0], turned?.[2], turned?.[361]],
-    ['# table: range=2,angle=1:deg', '270,1500', '629,1859'],
-  );
+  assert.deepEqual([turned?.[0], turned?.[2], turned?.[361]], ['# table: range=2,angle=1:deg', '270,1500', '629,1859']);
   const two = decode(polarTable([...rows, ...rows].map((at) => [at, 2])));
   assert.deepEqual([two?.length, two?.[362]], [723, '0,2']);
   assert.equal(polarTable(rows.map((at) => [3 * Math.cos(at / 57), 3 * Math.sin(at / 57) + 4])), null);
