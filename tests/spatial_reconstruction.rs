@@ -269,6 +269,43 @@ fn generated_walk(seed: u64) -> (Vec<Vec<u8>>, Vec<Pose3>) {
     (walk.iter().map(frame).collect(), walk)
 }
 
+/// The frames in 16 bits, each depth made by `value` of its own and the largest of its image.
+fn in_16_bits(frames: &[Vec<u8>], value: impl Fn(u16, u16) -> u16) -> Vec<Vec<u8>> {
+    let frame = |bytes: &Vec<u8>| {
+        let values = &bytes[b"P5 256 256 255\n".len()..];
+        let largest = values.iter().copied().max().map_or(1, u16::from);
+        let values = values.iter().flat_map(|&depth| value(u16::from(depth), largest).to_be_bytes());
+        b"P5 256 256 65535\n".iter().copied().chain(values).collect()
+    };
+    frames.iter().map(frame).collect()
+}
+
+#[test]
+fn bytes_in_the_wrong_order_are_read_rightly_and_that_is_said() {
+    let frames = generated_walk(4).0[..3].to_vec();
+    let millimetres = |depth: u16| (f64::from(depth) * 10_000.0 / 255.0) as u16;
+    let right = run(&in_16_bits(&frames, |depth, _| millimetres(depth)), None);
+    let swapped = run(&in_16_bits(&frames, |depth, _| millimetres(depth).swap_bytes()), None);
+    assert_eq!(swapped.poses(), right.poses());
+    let is_said = |run: &SpatialReconstruction| run.result().notes.iter().any(|note| note.contains("wrong order"));
+    assert!(is_said(&swapped) && !is_said(&right));
+}
+
+#[test]
+fn images_that_are_each_stretched_to_the_full_range_are_not_good() {
+    let frames = generated_walk(4).0[..4].to_vec();
+    let num_good = |run: &SpatialReconstruction| {
+        run.assessments().iter().filter(|assessment| assessment.status == Status::Good).count()
+    };
+    let stretch = |depth: u16, largest: u16| (u32::from(depth) * 65_535 / u32::from(largest)) as u16;
+    let stretched = run(&in_16_bits(&frames, stretch), None);
+    assert!(num_good(&stretched) <= 1, "{}", num_good(&stretched));
+    assert!(stretched.result().notes.iter().any(|note| note.contains("stretched")), "{:?}", stretched.result().notes);
+    let right = run(&frames, None);
+    assert!(num_good(&right) > 1, "{}", num_good(&right));
+    assert!(!right.result().notes.iter().any(|note| note.contains("stretched")), "{:?}", right.result().notes);
+}
+
 /// A frame of another flat, a blank and a repeated one.
 #[test]
 fn frames_of_another_flat_are_not_believed() {

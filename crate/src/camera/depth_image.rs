@@ -17,6 +17,43 @@ impl DepthImage {
     /// `bits` of an image whose file holds metres as fractions: its values are millimetres.
     pub const METRES: u8 = 32;
 
+    /// Whether the two bytes of each value seem to be in the wrong order. Neighbouring pixels mostly see one surface; in the wrong
+    /// order their values differ far more.
+    pub(crate) fn has_swapped_bytes(&self) -> bool {
+        let swapped = |value: u16| value.swap_bytes();
+        self.bits == 16 && self.roughness(|value| value) > MIN_SWAPPED_RATIO * self.roughness(swapped)
+    }
+
+    /// The image with the bytes of each value in the other order.
+    pub(crate) fn with_swapped_bytes(mut self) -> Self {
+        self.values.iter_mut().for_each(|value| *value = value.swap_bytes());
+        self
+    }
+
+    /// Difference of neighbouring values in a row over their sum, 0..=1, over the whole image.
+    fn roughness(&self, read: impl Fn(u16) -> u16) -> f64 {
+        let rows = self.values.chunks_exact(self.width.max(1));
+        let pairs = rows.flat_map(|row| row.windows(2)).filter(|pair| pair[0] > 0 && pair[1] > 0);
+        let (difference, sum) = pairs.fold((0, 0), |(difference, sum), pair| {
+            let (a, b) = (u64::from(read(pair[0])), u64::from(read(pair[1])));
+            (difference + a.abs_diff(b), sum + a + b)
+        });
+        difference as f64 / sum.max(1) as f64
+    }
+
+    /// Whether the farthest surface has the largest value that the type can hold, as in an image that was stretched to the full
+    /// range. Where many more are cut off at that value, or it stands for no return, the values just below it are rarer.
+    pub(crate) fn fills_range(&self) -> bool {
+        let largest = match self.bits {
+            16 => u16::MAX,
+            8 => u16::from(u8::MAX),
+            _ => return false,
+        };
+        let num_largest = self.values.iter().filter(|&&value| value == largest).count();
+        let below = largest - largest / RANGE_END..largest;
+        num_largest > 0 && num_largest < self.values.iter().filter(|value| below.contains(value)).count()
+    }
+
     /// How many pixels have each raw value, up to the largest there is.
     fn histogram(&self) -> Vec<usize> {
         let largest = self.values.iter().copied().max().unwrap_or(0);
@@ -52,6 +89,14 @@ impl DepthImage {
     }
 }
 
+/// Values are so many times as rough as with their bytes swapped where they have been written in the wrong order. Of 227 images
+/// of six recordings (D435, Kinects, renderings with 1,000 and 6,553.5 values a metre) and of generated flats, the right order is
+/// smoother by a factor of 3.9 and more.
+const MIN_SWAPPED_RATIO: f64 = 2.0;
+
+/// The last twentieth of the range.
+const RANGE_END: u16 = 20;
+
 /// One in so many pixels, nearest and farthest, is left out of the range of a picture.
 const STRAY_SHARE: usize = 100;
 
@@ -74,6 +119,30 @@ mod tests {
 
     fn image(bits: u8, values: &[u16]) -> DepthImage {
         DepthImage { width: values.len(), height: 1, values: values.to_vec(), bits }
+    }
+
+    #[test]
+    fn bytes_in_the_wrong_order_are_told_from_a_surface() {
+        let ramp: Vec<u16> = (0..640).map(|column| 1500 + 3 * column + column % 5).collect();
+        let right = image(16, &ramp);
+        assert!(!right.has_swapped_bytes() && right.clone().with_swapped_bytes().has_swapped_bytes());
+        // Where the order makes no difference it is left as it is.
+        let (small, alike): (Vec<u16>, Vec<u16>) = (1..=250).map(|value| (value, 257 * value)).unzip();
+        for values in [small, alike, vec![0; 9]] {
+            let image = image(16, &values);
+            assert!(!image.has_swapped_bytes() && !image.with_swapped_bytes().has_swapped_bytes());
+        }
+        assert!(!image(8, &ramp.iter().map(|value| value.swap_bytes()).collect::<Vec<_>>()).has_swapped_bytes());
+    }
+
+    #[test]
+    fn a_stretched_image_is_told_from_one_that_is_cut_off() {
+        let ramp = |scale: u16| (0..=255).map(|value| value * scale).collect::<Vec<u16>>();
+        assert!(image(8, &ramp(1)).fills_range() && image(16, &ramp(257)).fills_range());
+        assert!(!image(16, &ramp(1)).fills_range() && !image(DepthImage::METRES, &ramp(257)).fills_range());
+        // Beyond 10 m, or without a return.
+        assert!(!image(8, &[ramp(1), vec![255; 20]].concat()).fills_range());
+        assert!(!image(16, &[ramp(20), vec![u16::MAX]].concat()).fills_range());
     }
 
     #[test]

@@ -23,6 +23,7 @@ use crate::registration::projective::PackedSurfel;
 struct Header {
     label: FrameLabel,
     notes: Vec<String>,
+    fills_range: bool,
     surfaces: SurfacesHeader,
     map_points: MapPointsHeader,
 }
@@ -74,7 +75,8 @@ impl PreparedFrame {
             },
             MapPoints::Cloud(cloud) => MapPointsHeader::Cloud(cloud_header(cloud)),
         };
-        let header = Header { label: self.label.clone(), notes: self.notes.clone(), surfaces, map_points };
+        let (label, notes) = (self.label.clone(), self.notes.clone());
+        let header = Header { label, notes, fills_range: self.fills_range, surfaces, map_points };
         let mut bytes = Vec::with_capacity(self.most_bytes());
         put(&mut bytes, &serde_json::to_vec(&header).unwrap_or_default());
         match &self.surfaces {
@@ -152,7 +154,8 @@ impl PreparedFrame {
             }
             MapPointsHeader::Cloud(header) => MapPoints::Cloud(take_cloud(&header, &mut rest)?),
         };
-        Ok(Self { label: header.label, surfaces, map_points, notes: header.notes })
+        let Header { label, notes, fills_range, .. } = header;
+        Ok(Self { label, surfaces, map_points, notes, fills_range })
     }
 }
 

@@ -49,6 +49,8 @@ pub struct DepthDecodeConfig {
     pub notes: Vec<String>,
     /// Bits of a raw value.
     pub bits: u8,
+    /// Whether the bytes of a raw value are in the wrong order.
+    pub has_swapped_bytes: bool,
     /// Standard deviation of the depth over its square (1/m), as measured in the first image.
     pub noise: f64,
     /// The even spacing of the first image's inverse raw values, where they have one (1 / raw).
@@ -62,6 +64,10 @@ pub struct DepthDecodeConfig {
 /// Standard deviation of a triangulating camera's depth over its square (1/m): 2 mm at a metre. Kinect's is 1.4 to 2 mm
 /// (Khoshelham and Elberink, "Accuracy and resolution of Kinect depth data", Sensors 12 (2012)).
 const TRIANGULATION_NOISE: f64 = 2e-3;
+/// What is said of images whose values were written with the low byte first.
+const SWAPPED_BYTES: &str = "The two bytes of each depth value are in the wrong order (low byte first): neighbouring pixels differ \
+                             far less the other way round. They are read that way; write 16-bit PNGs and PGMs with the high byte \
+                             first";
 /// Disparity steps that differ by this factor are two cameras'.
 const OTHER_CAMERA_FACTOR: f64 = 1.1;
 
@@ -78,7 +84,11 @@ impl DecodeConfig {
             let median = *ranges.select_nth_unstable_by(middle, f32::total_cmp).1;
             return Ok(Self { settings: settings.for_clouds(f64::from(median)), depth: None });
         }
-        let first = read_depth(name, first)?;
+        let mut first = read_depth(name, first)?;
+        let has_swapped_bytes = first.has_swapped_bytes();
+        if has_swapped_bytes {
+            first = first.with_swapped_bytes();
+        }
         let settings = settings.for_depth();
         let scale = DepthScale::estimate(&first);
         let quantisations = match settings.quantisation {
@@ -90,13 +100,15 @@ impl DecodeConfig {
         };
         let camera = settings.camera(first.width, first.height, first.bits, scale.sensor)?;
         let assumed = scale.note().filter(|_| settings.depth_scale == 0.0);
-        let notes = assumed.into_iter().chain(contradictions(&settings, &scale)).collect();
+        let swapped = has_swapped_bytes.then(|| SWAPPED_BYTES.to_owned());
+        let notes = swapped.into_iter().chain(assumed).chain(contradictions(&settings, &scale)).collect();
         let mut depth = DepthDecodeConfig {
             camera,
             depth_step: if settings.depth_scale > 0.0 { 1.0 / settings.depth_scale } else { scale.step },
             assumptions: assumptions(&settings, &first, &scale, &camera),
             notes,
             bits: first.bits,
+            has_swapped_bytes,
             noise: 0.0,
             disparity_step: disparity_step(&first),
             quantisations,
@@ -130,7 +142,7 @@ impl DepthDecodeConfig {
         let (image, camera) = (read_depth(name, bytes)?, &self.camera);
         let is_of_size = (image.width, image.height) == (camera.width, camera.height);
         if is_of_size && image.bits == self.bits {
-            return Ok(image);
+            return Ok(if self.has_swapped_bytes { image.with_swapped_bytes() } else { image });
         }
         if is_of_size {
             let bits = |bits: u8| if bits == DepthImage::METRES { "metres".to_owned() } else { format!("{bits} bits") };
@@ -217,6 +229,8 @@ pub struct PreparedFrame {
     pub map_points: MapPoints,
     /// What could not be used of it, in whole sentences.
     pub notes: Vec<String>,
+    /// Whether its depth reaches just to the largest value that the file can hold.
+    pub fills_range: bool,
 }
 
 /// What is registered of a frame, in the sensor's frame.
@@ -319,7 +333,7 @@ impl PreparedFrame {
             let options = CloudOptions { clear_normals: false, ..decode_config.settings.cloud_options() };
             Surfaces::Cloud(PreparedCloud::new(&cloud, &options)?.cloud().clone())
         };
-        Ok(Self { label, surfaces, map_points, notes })
+        Ok(Self { label, surfaces, map_points, notes, fills_range: image.fills_range() })
     }
 
     /// Reads and prepares a cloud, in the frame of the sensor that took it.
@@ -345,7 +359,7 @@ impl PreparedFrame {
             prepared.clone()
         };
         let (surfaces, map_points) = (Surfaces::Cloud(prepared), MapPoints::Cloud(map_points));
-        Ok(Self { label, surfaces, map_points, notes: Vec::new() })
+        Ok(Self { label, surfaces, map_points, notes: Vec::new(), fills_range: false })
     }
 }
 

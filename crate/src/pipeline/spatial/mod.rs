@@ -3,6 +3,7 @@
 mod continuity;
 mod hypotheses;
 mod pose_history;
+mod range_use;
 mod stitched_map;
 mod stored_frames;
 
@@ -10,6 +11,7 @@ use std::collections::VecDeque;
 
 use self::hypotheses::Hypotheses;
 use self::pose_history::PoseHistory;
+use self::range_use::RangeUse;
 use self::stitched_map::StitchedMap;
 use self::stored_frames::{Frame, StoredFrames};
 use crate::error::{Error, Result};
@@ -49,6 +51,7 @@ pub struct SpatialReconstruction {
     history: PoseHistory,
     reference: Option<Reference>,
     notes: Vec<String>,
+    range_use: RangeUse,
     stitched: Option<StitchedMap>,
     /// Whether it has been said that no frame will follow.
     is_complete: bool,
@@ -78,6 +81,7 @@ impl SpatialReconstruction {
             history: PoseHistory::default(),
             reference: None,
             notes: Vec::new(),
+            range_use: RangeUse::default(),
             stitched: None,
             is_complete: false,
             is_finished: false,
@@ -161,6 +165,7 @@ impl SpatialReconstruction {
     /// Stores a registered frame, after which a reading of the depth may have been `decided`.
     fn store(&mut self, frame: PreparedFrame, decided: Option<Quantisation>) -> Progress {
         self.history.record(&self.poses());
+        self.range_use.record(frame.fills_range);
         // What is prepared from now on need not keep another reading open.
         if let Some(depth) = self.decode_config.as_mut().and_then(|config| config.depth.as_mut()) {
             depth.decided = depth.decided.or(decided);
@@ -191,7 +196,9 @@ impl SpatialReconstruction {
 
     /// How far the pose of each frame is to be trusted, as far as is known now.
     pub fn assessments(&self) -> Vec<Assessment> {
-        continuity::assessments(self.estimates(), self.hypotheses.surfaces_repeat())
+        let mut assessments = continuity::assessments(self.estimates(), self.hypotheses.surfaces_repeat());
+        self.range_use.doubt(&mut assessments);
+        assessments
     }
 
     /// Poses `T_world_sensor` of the frames so far; the world is the frame of the first one.
@@ -237,6 +244,7 @@ impl SpatialReconstruction {
         notes.extend(self.depth().into_iter().flat_map(|depth| depth.notes.iter().cloned()));
         notes.extend(self.frames.note());
         notes.extend(self.hypotheses.have_misaligned_colors().then(|| MISALIGNED_COLORS.to_owned()));
+        notes.extend(self.range_use.note());
         notes.extend(self.loop_report().note());
         let comparison = self.reference.as_ref().and_then(|reference| {
             notes.extend(reference.contents.notes.iter().map(|note| format!("{}: {note}", reference.name)));

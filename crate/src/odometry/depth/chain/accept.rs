@@ -27,7 +27,11 @@ impl Chain {
                 BranchOutcome::Confirmed(anchored) if !is_next => {
                     self.tentative_branches.push(branch);
                     let level = self.tentative_branches.len() - 1;
-                    return self.accept_before(level, number, frame, *anchored);
+                    let mut outcome = self.accept_before(level, number, frame, *anchored);
+                    // What inner branches have told is not lost.
+                    dropped.append(&mut outcome.dropped);
+                    uncertain.append(&mut outcome.uncertain);
+                    return Outcome { confirmed, dropped, uncertain, ..outcome };
                 }
                 BranchOutcome::Confirmed(_) => confirmed.extend(self.confirm(&branch)),
                 BranchOutcome::Refuted(anchored) => {
