@@ -164,12 +164,14 @@ await runMain(async () => {
   console.log = console.error; // only the document goes to stdout
   requireToolchain();
   await ensureWasmTarget();
-  const withPeers = ['--features', 'peers'];
-  await run('cargo', ['build', '--release', '--package', 'scanstitch-bench', ...withPeers]);
-  await buildWasm('scanstitch-bench', PKG, ...withPeers);
-
   const isWanted = (/** @type {string} */ name) => words.length === 0 || words.some((word) => name.includes(word));
-  const jobs = (await listJobs()).filter(({ label }) => isWanted(label));
+  const isTimed = words.length === 0 || words.some((word) => word !== 'sizes');
+  if (isTimed) {
+    const withPeers = ['--features', 'peers'];
+    await run('cargo', ['build', '--release', '--package', 'scanstitch-bench', ...withPeers]);
+    await buildWasm('scanstitch-bench', PKG, ...withPeers);
+  }
+  const jobs = isTimed ? (await listJobs()).filter(({ label }) => isWanted(label)) : [];
   const recordings = listRuns(isWanted);
   const withPeer = isWanted('small_gicp') || jobs.some(({ name }) => name.startsWith('pair_'));
   if (jobs.length + recordings.length === 0 && !withPeer && !isWanted('sizes'))
