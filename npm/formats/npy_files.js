@@ -32,13 +32,14 @@ const ENCODINGS = { u1: '8UC1', u2: '16UC1', i2: '16SC1', f4: '32FC1', f8: '64FC
  * The files that an array becomes; none where it is no image, no points and no single scan.
  * @param {string} path
  * @param {Header} header
+ * @param {number} size of the file (bytes)
  * @param {number} numAlike arrays of this shape in its folder
  * @param {Uint8Array} bytes of the array; of images its beginning is enough
  * @returns {Part[]}
  */
-export function partsOf(path, header, numAlike, bytes) {
+export function partsOf(path, header, size, numAlike, bytes) {
   const { dims, code } = header;
-  const images = imagesOf(path, header, numAlike);
+  const images = imagesOf(path, header, size, numAlike);
   const [first = 0, second = 0] = dims;
   if (images.length > 0 || first < MIN_SIDE || PATHS.test(baseOf(path)) || !/^[fiu]/.test(code)) return images;
   if (dims.length === 1) return [{ suffix: '.txt', make: oneScan }];
@@ -48,8 +49,8 @@ export function partsOf(path, header, numAlike, bytes) {
   return isCloud ? [{ suffix: '.npy', isCloud: true, make: (bytes, name) => points(readNpy(name, bytes), 3) }] : [];
 }
 
-/** @param {string} path @param {Header} header @param {number} numAlike @returns {Part[]} */
-function imagesOf(path, { dims, code, isByColumn }, numAlike) {
+/** @param {string} path @param {Header} header @param {number} size @param {number} numAlike @returns {Part[]} */
+function imagesOf(path, { dims, code, isByColumn, start }, size, numAlike) {
   const isDepth = [baseOf(path), ...folderOf(path).split('/').slice(-2)].some((name) => hintOf(name) === 'depth');
   const isColour = code === 'u1' && (dims.at(-1) === 3 || dims.at(-1) === 4);
   // A single channel may be an axis of its own.
@@ -58,11 +59,18 @@ function imagesOf(path, { dims, code, isByColumn }, numAlike) {
   const isKnown = isColour || ENCODINGS[code] !== undefined;
   if (isByColumn || !isKnown || sides.length > 3 || Math.min(height, width) < MIN_SIDE) return [];
   if (sides.length === 2 && !isColour && !isDepth && numAlike < MIN_IMAGES) return [];
+  const valueBytes = Number(code.slice(1));
+  if (start + valueBytes * dims.reduce((product, dim) => product * dim, 1) > size) throw cutOff(path, dims);
   const ending = isColour ? 'ppm' : code.startsWith('f') ? 'pfm' : 'pgm';
   return Array.from({ length: count ?? 1 }, (_, at) => ({
     suffix: `${sides.length === 3 ? `_${String(at).padStart(6, '0')}` : ''}.${ending}`,
     make: (bytes, name) => imageFile(bytes, name, at, { height, width, isColour }),
   }));
+}
+
+/** @param {string} name @param {readonly number[]} dims */
+function cutOff(name, dims) {
+  return fileError(name, `This array of ${dims.join(' x ')} numbers is cut off`, 'Copy or save it again');
 }
 
 /**
@@ -79,7 +87,7 @@ function imageFile(bytes, name, at, { height, width, isColour }) {
   const start = (header?.start ?? 0) + at * height * step;
   const data = bytes.subarray(start, start + height * step);
   if (!header || data.length < height * step) {
-    throw fileError(name, `This array of ${header?.dims.join(' x ')} numbers is cut off`, 'Copy or save it again');
+    throw cutOff(name, header?.dims ?? []);
   }
   const image = { stamp: { sec: 0, nsec: 0 }, frame: '', width, height, bigEndian: header.isBigEndian, step, data };
   if (isColour) return colorFile({ ...image, encoding: channels === 4 ? 'rgba8' : 'rgb8' });

@@ -47,7 +47,7 @@ export async function npyContents(file, alike) {
     return file;
   }
   const isWhole = header.dims.length === 2 && header.dims[1] === 2;
-  const parts = partsOf(file.path, header, alike(file), isWhole ? await file.read() : head);
+  const parts = partsOf(file.path, header, file.size, alike(file), isWhole ? await file.read() : head);
   if (parts.length > 0) return partsOfFile(file, parts);
   const [rows = 0, beams = 0, ...others] = header.dims;
   if (rows === 0 || beams < MIN_BEAMS || others.length > 0) return file;
@@ -99,7 +99,7 @@ export async function npzContents(file) {
     const name = baseOf(path).replace(/\.npy$/i, '');
     const member = made(`${stem}_${name}.npy`, size, () => archive.read(path));
     const parts =
-      header && partsOf(member.path, header, 1, header.dims[1] === 2 ? await member.read() : new Uint8Array());
+      header && partsOf(member.path, header, size, 1, header.dims[1] === 2 ? await member.read() : new Uint8Array());
     if (parts?.some(({ suffix }) => /\.p[gfp]m$/.test(suffix))) contents.push(...partsOfFile(member, parts));
     else if (header) variables.set(name, readNpy(path, await member.read()));
     else variables.set(name, { kind: 'other', dims: [], what: 'no plain numbers' });

@@ -41,8 +41,11 @@ function areReadings(angles, ranges) {
   const steps = angles.slice(1).map((angle, at) => unit * (angle - (angles[at] ?? 0)));
   const step = median(steps);
   const numEven = steps.filter((value) => Math.abs(value - step) < EVEN * Math.abs(step)).length;
-  const [first, last] = [Math.min(...angles), Math.max(...angles)].map((angle) => unit * angle);
-  const view = (last ?? 0) - (first ?? 0);
+  const [least, most] = angles.reduce(
+    ([least, most], angle) => [Math.min(least, angle), Math.max(most, angle)],
+    [Infinity, -Infinity],
+  );
+  const view = unit * (most - least);
   const isView = view > MIN_VIEW && view < MAX_VIEW && step !== 0 && Math.abs(step) <= MAX_STEP;
   return isView && numEven >= MIN_EVEN * steps.length;
 }

@@ -10,7 +10,7 @@
 
 const DEGREE = Math.PI / 180;
 /** What all lines of Player begin with: time, host, robot, interface, index, type, subtype. */
-const PLAYER = /^(\d+\.\d+) \d+ \d+ (laser|ranger|position2d) \d+ 0*(\d+) 0*(\d+) (.*)$/;
+const PLAYER = /^(\d+\.\d+) \d+ \d+ (laser|ranger|position2d) \d+ (\d+) (\d+) (.*)$/;
 const RPLIDAR = /theta:\s*([\d.]+)\s+Dist:\s*([\d.]+)/i;
 
 /** @param {string} head */
@@ -27,10 +27,10 @@ export function fromPlayer(text) {
   for (const line of text.split(/\r?\n/)) {
     const [, time, device, type, subtype, rest = ''] = PLAYER.exec(line) ?? [];
     const values = rest.trim().split(/\s+/).map(Number);
-    if (type !== '1') continue;
-    if (device === 'position2d' && subtype === '1') known = { odometry: values.slice(0, 3) };
+    if (Number(type) !== 1) continue;
+    if (device === 'position2d' && Number(subtype) === 1) known = { odometry: values.slice(0, 3) };
     const scan =
-      device === 'laser' ? playerScan(values, subtype === '2') : device === 'ranger' ? rangerScan(values) : null;
+      device === 'laser' ? playerScan(values, Number(subtype) === 2) : device === 'ranger' ? rangerScan(values) : null;
     if (scan) scans.push({ ...scan, ...known, time: Number(time) });
   }
   return scans;

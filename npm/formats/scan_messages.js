@@ -143,9 +143,11 @@ function fromRepr(text, name, tell) {
     .split(/LaserScan\((?=header=)/)
     .slice(1)
     .flatMap((message) => {
-      const [, list] = /\branges=(?:array\('f', )?\[([^\]]*)\]/.exec(message) ?? [];
+      const start = /\branges=(?:array\('f', )?\[/.exec(message);
+      const end = start ? message.indexOf(']', start.index) : -1;
+      const list = start && end > 0 ? message.slice(start.index + start[0].length, end) : null;
       const field = (/** @type {string} */ key) => new RegExp(`\\b${key}=(-?[\\d.e+-]+|-?inf|nan)`).exec(message)?.[1];
-      return list === undefined
+      return list === null
         ? []
         : [
             scanOf(
@@ -196,7 +198,7 @@ function fromJson(text, name, tell) {
   const scans = [];
   // Python's words for what is no number are none of JSON's.
   const documents = documentsOf(
-    text.replaceAll(/(?<=[[,]\s*)-?(nan|inf|NaN|Infinity)(?=\s*[,\]])/g, 'null'),
+    text.replaceAll(/([[,]\s*)-?(?:nan|inf|NaN|Infinity)(?=\s*[,\]])/g, '$1null'),
     name,
     tell,
   );

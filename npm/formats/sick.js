@@ -41,6 +41,9 @@ function textOf(bytes, start) {
  */
 export function readSickBinary(bytes) {
   const view = viewOf(bytes);
+  // What a checksum is over is the difference of two of these: each byte counts once, whatever lengths claim.
+  const sums = new Uint8Array(bytes.length + 1);
+  bytes.forEach((byte, index) => (sums[index + 1] = (sums[index] ?? 0) ^ byte));
   /** @type {Scan[]} */
   const scans = [];
   let numBroken = 0;
@@ -49,9 +52,10 @@ export function readSickBinary(bytes) {
       at += 1;
       continue;
     }
-    const end = at + HEAD_BYTES + view.getUint32(at + 4);
-    const body = bytes.subarray(at + HEAD_BYTES, end);
-    const isWhole = end < bytes.length && body.reduce((sum, byte) => sum ^ byte, 0) === bytes[end];
+    const start = at + HEAD_BYTES;
+    const end = start + view.getUint32(at + 4);
+    const body = bytes.subarray(start, end);
+    const isWhole = end < bytes.length && ((sums[end] ?? 0) ^ (sums[start] ?? 0)) === bytes[end];
     const scan = isWhole && NAME.test(textOf(body, 0)) ? scanOf(viewOf(body)) : null;
     if (scan) scans.push(scan);
     else if (!isWhole) numBroken += 1;

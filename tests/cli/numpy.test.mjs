@@ -136,3 +136,10 @@ test('tables of two columns: bearings are even, the x of points is not', () => {
   assert.equal(polarTable(rows.map((at) => [3 * Math.cos(at / 57), 3 * Math.sin(at / 57) + 4])), null);
   assert.equal(polarTable(rows.map((at) => [at / 100, at % 2 === 0 ? -1 : 1])), null);
 });
+
+test('no array is believed to be longer than its file, and of long ones each row is read once', async () => {
+  const { files, notes } = await converted({ 'depth.npy': npy([1e9, 24, 24], [1]) });
+  assert.match(notes.map(({ reason }) => reason).join(), /1000000000 x 24 x 24 numbers is cut off/);
+  assert.ok(files.length <= 1);
+  assert.equal(polarTable(Array.from({ length: 300_000 }, (_, at) => [at, at % 7])), null);
+});

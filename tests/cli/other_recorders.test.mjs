@@ -191,3 +191,25 @@ test('bags: of several echoes the first, and the points of a Livox', async () =>
   const pcd = new TextDecoder('latin1').decode(await clouds?.files[0]?.read());
   assert.match(pcd, /FIELDS x y z\n[^]*POINTS 2\n/);
 });
+
+test('of hostile files, each byte is looked at a few times at most', { timeout: 60_000 }, () => {
+  const many = 2_000_000;
+  const telegrams = new Uint8Array(many).fill(2);
+  // Lengths that reach to the middle of the file.
+  for (let at = 4; at < many; at += 8) new DataView(telegrams.buffer).setUint32(at, many / 2 - at);
+  assert.deepEqual(readSickBinary(telegrams).scans, []);
+  const head = 'LaserScan(header=Header(), angle_min=-1.0, ';
+  const list = Array(30).fill('1.5').join(', ');
+  for (const text of [
+    `${head}${'ranges=['.repeat(many / 8)}`,
+    `[${list},${' '.repeat(many)}nan`,
+    `1.5 1 1 laser 00 1 1 0\n1.5 1 1 laser 00 ${'0'.repeat(many)}`,
+  ]) {
+    try {
+      const made = scanReader(text.slice(0, 32_768))?.(text, 'log', () => undefined);
+      assert.ok(made !== undefined && made.trim() === '');
+    } catch (error) {
+      assert.match(String(error), /log/);
+    }
+  }
+});
