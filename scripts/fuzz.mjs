@@ -17,6 +17,7 @@ const NODE_TARGETS = {
   bags: ['./fuzz/bags.mjs', 'bags'],
   zips: ['./fuzz/files.mjs', 'zips'],
   classification: ['./fuzz/files.mjs', 'classification'],
+  conversion: ['./fuzz/conversion.mjs', 'conversion'],
   arguments: ['./fuzz/arguments.mjs', 'commandLine'],
   signals: ['./fuzz/signals.mjs', 'signals'],
 };

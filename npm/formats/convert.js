@@ -9,7 +9,7 @@ import { FOREIGN, POINT_TABLES, SCAN_TEXTS, TEXTS } from './names.js';
 import { baseOf, folderOf, groupBy } from '../recording/names.js';
 import { HEAD_BYTES } from '../recording/heads.js';
 import { isCloudName, isImageName } from '../recording/kinds.js';
-import { isLaserLog } from '../recording/laser_logs.js';
+import { isLaserLog, isTable } from '../recording/laser_logs.js';
 import { isBagName } from '../bag/names.js';
 
 /** @typedef {import('../recording/contents.js').Content} Content */
@@ -241,7 +241,8 @@ async function textFile(file, notes) {
 async function scanText(file, notes) {
   const head = await file.readHead(HEAD_BYTES).catch(() => new Uint8Array());
   const isBinary = head.includes(0);
-  if (isBinary ? head[0] !== STX : isLaserLog(head)) return file;
+  // Lines of numbers may be a table, but not where words say which program wrote them.
+  if (isBinary ? head[0] !== STX : isLaserLog(head) && !isTable(head)) return file;
   const [{ fromSick, scanReader }, { isSickBinary }] = await Promise.all([
     import('./scan_messages.js'),
     import('./sick.js'),

@@ -6,13 +6,14 @@ import { join } from 'node:path';
 import { test } from 'node:test';
 import { commandLine } from '../../scripts/fuzz/arguments.mjs';
 import { bags, messages } from '../../scripts/fuzz/bags.mjs';
+import { conversion } from '../../scripts/fuzz/conversion.mjs';
 import { classification, zips } from '../../scripts/fuzz/files.mjs';
 import { Random } from '../../scripts/fuzz/random.mjs';
 import { ROOT } from './support.mjs';
 
-const ROUNDS = { messages: 2000, bags: 60, zips: 60, classification: 60, commandLine: 100 };
+const ROUNDS = { messages: 2000, bags: 60, zips: 60, classification: 60, conversion: 300, commandLine: 100 };
 
-for (const [name, round] of Object.entries({ messages, bags, zips, classification, commandLine })) {
+for (const [name, round] of Object.entries({ messages, bags, zips, classification, conversion, commandLine })) {
   test(`damaged input: ${name}`, async () => {
     const rounds = ROUNDS[/** @type {keyof typeof ROUNDS} */ (name)];
     for (let seed = 0; seed < rounds; seed += 1) {
