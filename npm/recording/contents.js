@@ -15,6 +15,21 @@
  */
 
 /**
+ * A file whose bytes are in memory; each reader has a copy of its own.
+ * @param {string} path
+ * @param {Uint8Array} bytes
+ * @returns {Content}
+ */
+export function fileInMemory(path, bytes) {
+  return {
+    path,
+    size: bytes.length,
+    read: async () => bytes.slice(),
+    readHead: async (length) => bytes.slice(0, length),
+  };
+}
+
+/**
  * @param {import('../archive.js').Archive} archive
  * @returns {Content[]}
  */

@@ -4,12 +4,11 @@ import { readdirSync, readFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { gzipSync } from 'fflate';
 import { convertFiles } from '../../npm/formats/convert.js';
+import { fileInMemory } from '../../npm/recording/contents.js';
 import { ROOT } from '../steps.mjs';
 import { mustBeTold } from './random.mjs';
 
 /** @typedef {import('./random.mjs').Random} Random */
-/** @typedef {import('../../npm/recording/contents.js').Content} Content */
-
 const BEAMS = 30;
 const RANGES = Array.from({ length: BEAMS }, (_, beam) => 2 + 0.1 * beam);
 const repeated = (/** @type {string} */ text) => text.repeat(3);
@@ -71,20 +70,10 @@ const FILES = [
 /** Milliseconds in which a few small files must be converted, also on a busy machine. */
 const MOST_MILLISECONDS = 5000;
 
-/** @param {string} path @param {Uint8Array} bytes @returns {Content} */
-function content(path, bytes) {
-  return {
-    path,
-    size: bytes.length,
-    read: async () => bytes.slice(),
-    readHead: async (length) => bytes.slice(0, length),
-  };
-}
-
 /** @param {Random} random */
 export async function conversion(random) {
   const chosen = Array.from({ length: 1 + random.below(3) }, () => random.one(FILES));
-  const damaged = chosen.map(([name, bytes]) => content(name, random.damaged(bytes)));
+  const damaged = chosen.map(([name, bytes]) => fileInMemory(name, random.damaged(bytes)));
   const start = performance.now();
   try {
     const { files } = await convertFiles(damaged, (made) => made);

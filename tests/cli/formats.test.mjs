@@ -11,6 +11,7 @@ import { cameraFromVelodyne, posesOf, velodynePoses } from '../../npm/formats/ki
 import { lasCloud } from '../../npm/formats/las.js';
 import { readMat } from '../../npm/formats/mat.js';
 import { isLaserTable, looksLikePoints, pointColumns, textClouds } from '../../npm/formats/text_cloud.js';
+import { fileInMemory } from '../../npm/recording/contents.js';
 import { adviceFor } from '../../npm/recording/other_formats.js';
 import { ROOT, readReport, scanstitch, temporaryFolder } from './support.mjs';
 
@@ -70,7 +71,7 @@ test('a file of MATLAB is reconstructed, and --table changes how', (t) => {
 
 test('MATLAB 7.3, damage and files without scans are told with what to do', async () => {
   const notes = async (/** @type {string} */ path, /** @type {Uint8Array} */ bytes) =>
-    (await convertFiles([content(path, bytes)], (made) => made)).notes.map(({ reason }) => reason).join();
+    (await convertFiles([fileInMemory(path, bytes)], (made) => made)).notes.map(({ reason }) => reason).join();
   const hdf = encode('MATLAB 7.3 MAT-file, Platform: GLNXA64'.padEnd(600));
   assert.match(await notes('drive.mat', hdf), /MATLAB 7\.3 .*save\('drive_v7\.mat', '-struct', 's', '-v7'\)/);
   const rows = matFile('rows.mat');
@@ -91,16 +92,6 @@ function withoutScans() {
   [0, 2, 3, 0, 2].forEach((value, at) => view.setUint32(4 * at, value, true));
   bytes.set(encode('M\0'), 20);
   return bytes;
-}
-
-/** @param {string} path @param {Uint8Array} bytes @returns {import('../../npm/recording/contents.js').Content} */
-function content(path, bytes) {
-  return {
-    path,
-    size: bytes.length,
-    read: async () => bytes.slice(),
-    readHead: async (length) => bytes.slice(0, length),
-  };
 }
 
 /** Points of a PLY file as the converters write it. @param {Uint8Array} ply @param {number} columns */
@@ -172,7 +163,7 @@ test('poses of a camera become those of the laser as by matrices', () => {
 test('files of 32-bit floats that are no clouds stay what they are', async () => {
   const noise = Uint8Array.from({ length: 16_000 }, (_, i) => (i * 2654435761) >>> 13);
   for (const bytes of [noise, new Uint8Array(16_000), cloudFrom(0).subarray(0, 16_001)]) {
-    const { files } = await convertFiles([content('a.bin', bytes)], (made) => made);
+    const { files } = await convertFiles([fileInMemory('a.bin', bytes)], (made) => made);
     assert.equal(files[0]?.isCloud, undefined);
   }
 });

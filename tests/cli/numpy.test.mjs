@@ -6,25 +6,14 @@ import { join } from 'node:path';
 import { test } from 'node:test';
 import { convertFiles } from '../../npm/formats/convert.js';
 import { polarTable } from '../../npm/formats/polar.js';
+import { fileInMemory } from '../../npm/recording/contents.js';
 import { ROOT } from './support.mjs';
-
-/** @typedef {import('../../npm/recording/contents.js').Content} Content */
 
 const ARRAYS = join(ROOT, 'tests', 'data', 'npy');
 
-/** @param {string} path @param {Uint8Array} bytes @returns {Content} */
-function content(path, bytes) {
-  return {
-    path,
-    size: bytes.length,
-    read: async () => bytes.slice(),
-    readHead: async (length) => bytes.slice(0, length),
-  };
-}
-
 /** What files become. @param {Record<string, Uint8Array>} files */
 async function converted(files) {
-  const contents = Object.entries(files).map(([path, bytes]) => content(path, bytes));
+  const contents = Object.entries(files).map(([path, bytes]) => fileInMemory(path, bytes));
   return convertFiles(contents, (made) => made);
 }
 

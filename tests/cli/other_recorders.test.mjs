@@ -5,6 +5,7 @@ import { test } from 'node:test';
 import { scanLine } from '../../npm/bag/laser_scans.js';
 import { decodeLivoxCloud, decodeScan } from '../../npm/bag/messages.js';
 import { convertFiles } from '../../npm/formats/convert.js';
+import { fileInMemory } from '../../npm/recording/contents.js';
 import { scanReader } from '../../npm/formats/scan_messages.js';
 import { isSickBinary, readSickBinary } from '../../npm/formats/sick.js';
 import { cameraFor } from '../../npm/recording/camera_file.js';
@@ -220,9 +221,7 @@ test('logs that begin with numbers alone are no tables where words say who wrote
   const player = `1.1 16777343 6665 laser 00 001 001 7 -1.5 1.4 0.1 8.0 30 ${readings.map((range) => `${range} 0`).join(' ')}\n`;
   const printed = readings.map((range, at) => `   theta: ${at}.50 Dist: ${1000 * range} Q: 47\n`).join('');
   for (const text of [player, `S  theta: 0.10 Dist: 1200.00 Q: 47\n${printed}`]) {
-    const bytes = encode(text.repeat(3));
-    /** @type {import("../../npm/recording/contents.js").Content} */
-    const file = { path: 'scans.txt', size: bytes.length, read: async () => bytes, readHead: async () => bytes };
+    const file = fileInMemory('scans.txt', encode(text.repeat(3)));
     const { files } = await convertFiles([file], (made) => made);
     const lines = new TextDecoder()
       .decode(await files[0]?.read())

@@ -4,6 +4,7 @@ import assert from 'node:assert/strict';
 import { before, test } from 'node:test';
 import * as engine from '../../npm/index.js';
 import { convertFiles } from '../../npm/formats/convert.js';
+import { fileInMemory } from '../../npm/recording/contents.js';
 
 const BEAMS = 61;
 const STEP = Math.PI / 180;
@@ -100,16 +101,8 @@ const FILES = [
 
 before(() => engine.load());
 
-/** @param {string} path @param {string} content @returns {import('../../npm/recording/contents.js').Content} */
-function fileOf(path, content) {
-  const bytes = new TextEncoder().encode(content);
-  return {
-    path,
-    size: bytes.length,
-    read: async () => bytes,
-    readHead: async (/** @type {number} */ length) => bytes.subarray(0, length),
-  };
-}
+/** @param {string} path @param {string} content */
+const fileOf = (path, content) => fileInMemory(path, new TextEncoder().encode(content));
 
 for (const [name, content, hasTimes] of FILES) {
   test(`${name}: its scans, their angles and times`, async () => {
@@ -243,13 +236,7 @@ test('texts in UTF-16 are read', async () => {
   const swapped = Buffer.from(`\ufeff${ECHO}`, 'utf16le');
   const utf16 = { LE: Buffer.from(swapped), BE: swapped.swap16() };
   for (const bytes of Object.values(utf16)) {
-    const file = {
-      ...fileOf('scan.yaml', ''),
-      size: bytes.length,
-      read: async () => bytes,
-      readHead: async (/** @type {number} */ length) => bytes.subarray(0, length),
-    };
-    const { files } = await convertFiles([file], (made) => made);
+    const { files } = await convertFiles([fileInMemory('scan.yaml', bytes)], (made) => made);
     const expected = await convertFiles([fileOf('scan.yaml', ECHO ?? '')], (made) => made);
     assert.deepEqual(await files[0]?.read(), await expected.files[0]?.read());
   }
