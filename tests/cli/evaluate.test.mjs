@@ -369,6 +369,26 @@ test('in JavaScript: arrays of an evaluation', () => {
   for (const thing of [evaluation, reference, estimate]) thing.free();
 });
 
+test('the ground truth of another recording is named as such, and drift is not', (t) => {
+  const folder = temporaryFolder(t);
+  /** Poses of a drive in the plane, as TUM. @param {number} phase @param {number} drift rad a pose */
+  const drive = (phase, drift) => {
+    let [x, y, heading] = [0, 0, 0];
+    const lines = Array.from({ length: 150 }, (_, at) => {
+      heading += 0.25 * Math.sin(0.3 * at + phase) ** 3 + drift;
+      x += 0.3 * Math.cos(heading);
+      y += 0.3 * Math.sin(heading);
+      return `${at} ${x} ${y} 0 0 0 ${Math.sin(heading / 2)} ${Math.cos(heading / 2)}`;
+    });
+    return `${lines.join('\n')}\n`;
+  };
+  const files = { 'own.tum': drive(0, 0), 'other.tum': drive(1.4, 0), 'drifting.tum': drive(0, 0.004) };
+  const [own, other, drifting] = writeFiles(folder, files);
+  const notes = (/** @type {string} */ estimate) => scanstitch(['evaluate', own ?? '', estimate]).stderr;
+  assert.match(notes(other ?? ''), /only \d+ % of its motions .* it is of another recording/);
+  assert.doesNotMatch(notes(drifting ?? ''), /another recording/);
+});
+
 test('100,000 poses are read and compared', () => {
   const line = (/** @type {number} */ index) => {
     const [x, y] = [Math.cos(index / 5000) * 50, Math.sin(index / 5000) * 50];

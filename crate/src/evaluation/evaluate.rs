@@ -7,6 +7,7 @@ use super::alignment::{Alignment, align};
 use super::associate::{Pair, by_index, by_number, by_time, oddities};
 use super::drift::{Drift, drift};
 use super::metrics::{PoseRelation, ape, rpe};
+use super::motion_agreement::misfit_hint;
 use super::pairs::{DeltaUnit, PairOptions};
 use super::path::Path;
 use super::statistics::Statistics;
@@ -167,6 +168,9 @@ pub struct Evaluation {
     pub estimate: Path,
 }
 
+/// So many frames, spread evenly, tell whether the reference fits at all.
+const MAX_MISFIT_FRAMES: usize = 5000;
+
 const ABOUT_A_LINE: &str = "The positions lie on a straight line, so the alignment may be turned about it at will: \
     distances between positions are right, but orientations cannot be compared.";
 
@@ -206,7 +210,12 @@ pub fn evaluate(reference: &Trajectory, estimate: &Trajectory, options: &Evaluat
     if !summary.statistics.sse.is_finite() {
         return Err(Error::whole("The errors are too large for double precision", "Give the positions in metres"));
     }
-    if options.alignment == Alignment::Origin && options.metric == ErrorMetric::Ape {
+    let has_orientations = reference.orientations.is_some() && estimate.orientations.is_some();
+    let stride = aligned.len().div_ceil(MAX_MISFIT_FRAMES).max(1);
+    let some: Vec<_> = (0..aligned.len()).step_by(stride).map(|i| (aligned.pose(i), reference_path.pose(i))).collect();
+    if let Some(misfit) = misfit_hint("Ground truth", &some, has_orientations) {
+        summary.notes.push(misfit);
+    } else if options.alignment == Alignment::Origin && options.metric == ErrorMetric::Ape {
         let pairs: Vec<_> = aligned.poses().into_iter().zip(reference_path.poses()).collect();
         let rmse = Statistics::of(&distances).ok_or_else(none)?.rmse;
         summary.notes.extend(summary.aligned.and_then(|all| first_row_hint("Ground truth", rmse, &all, &pairs)));

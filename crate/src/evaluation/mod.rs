@@ -41,6 +41,7 @@ pub mod evaluate;
 pub mod frame_clouds;
 pub mod map_quality;
 pub mod metrics;
+mod motion_agreement;
 pub(crate) mod motion_ratio;
 pub mod pairs;
 pub mod path;

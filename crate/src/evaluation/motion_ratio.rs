@@ -15,7 +15,7 @@ pub(crate) struct MotionRatio {
 }
 
 /// Pairs of frames this far apart are compared: neighbours, and some between which slow cameras have moved.
-const GAPS: [usize; 4] = [1, 2, 5, 20];
+pub(super) const GAPS: [usize; 4] = [1, 2, 5, 20];
 /// Fewer pairs than this tell nothing.
 const MIN_PAIRS: usize = 6;
 /// Shorter steps (m) and smaller turns (rad, 1.7 degrees) of the reference are noise.
@@ -32,22 +32,40 @@ const MIN_SIGNIFICANCE: f64 = 4.0;
 
 /// The factors; poses are `T_world_sensor`, each list in its own world.
 pub(crate) fn motion_ratio(estimate: &[Option<Pose3>], reference: &[Option<Pose3>]) -> MotionRatio {
-    let [mut steps, mut turns] = [Vec::new(), Vec::new()];
     let both: Vec<(Pose3, Pose3)> = estimate.iter().zip(reference).filter_map(|(a, b)| Some(((*a)?, (*b)?))).collect();
-    for gap in GAPS {
-        for ((a, true_a), (b, true_b)) in both.iter().zip(both.iter().skip(gap)) {
-            let (motion, true_motion) = (a.inverse() * b, true_a.inverse() * true_b);
-            let (step, true_step) = (motion.translation.vector.norm(), true_motion.translation.vector.norm());
-            if true_step > MIN_STEP && step > 0.0 {
-                steps.push((step / true_step).ln());
-            }
-            let (turn, true_turn) = (angle_of(&motion.rotation), angle_of(&true_motion.rotation));
-            if (MIN_TURN..MAX_TURN).contains(&true_turn) && turn > 0.0 && turn < MAX_TURN {
-                turns.push((turn / true_turn).ln());
-            }
+    ratio_of(&both)
+}
+
+/// The same of poses of the estimate and of the reference that belong together.
+pub(super) fn ratio_of(pairs: &[(Pose3, Pose3)]) -> MotionRatio {
+    let [mut steps, mut turns] = [Vec::new(), Vec::new()];
+    for (motion, reference) in GAPS.iter().flat_map(|&gap| motions(pairs, gap)) {
+        if reference.step > MIN_STEP && motion.step > 0.0 {
+            steps.push((motion.step / reference.step).ln());
+        }
+        if (MIN_TURN..MAX_TURN).contains(&reference.turn) && motion.turn > 0.0 && motion.turn < MAX_TURN {
+            turns.push((motion.turn / reference.turn).ln());
         }
     }
     MotionRatio { translation: common_factor(steps), rotation: common_factor(turns) }
+}
+
+/// Size of the motion between two frames: it depends neither on the world nor, but for a lever's length, on the place of the
+/// sensor on the robot.
+pub(super) struct MotionSize {
+    /// Distance (m).
+    pub step: f64,
+    /// Angle (rad).
+    pub turn: f64,
+}
+
+/// The motions of the estimate and of the reference between the same frames, so many frames apart.
+pub(super) fn motions(pairs: &[(Pose3, Pose3)], gap: usize) -> impl Iterator<Item = (MotionSize, MotionSize)> {
+    let size = |a: &Pose3, b: &Pose3| {
+        let motion = a.inverse() * b;
+        MotionSize { step: motion.translation.vector.norm(), turn: angle_of(&motion.rotation) }
+    };
+    pairs.iter().zip(pairs.iter().skip(gap)).map(move |(a, b)| (size(&a.0, &b.0), size(&a.1, &b.1)))
 }
 
 /// The factor that these logarithms have in common.

@@ -33,9 +33,12 @@ impl Path {
 
     /// The poses, without a turn where orientations are not known.
     pub fn poses(&self) -> Vec<Pose3> {
-        let turn = |index: usize| self.rotations.as_ref().and_then(|rotations| nearest_rotation(&rotations[index]));
-        let pose = |(index, p): (usize, &Vector3<f64>)| Pose3::from_parts((*p).into(), turn(index).unwrap_or_default());
-        self.positions.iter().enumerate().map(pose).collect()
+        (0..self.len()).map(|index| self.pose(index)).collect()
+    }
+
+    pub(super) fn pose(&self, index: usize) -> Pose3 {
+        let rotation = self.rotations.as_ref().and_then(|rotations| nearest_rotation(&rotations[index]));
+        Pose3::from_parts(self.positions[index].into(), rotation.unwrap_or_default())
     }
 
     /// Number of poses.

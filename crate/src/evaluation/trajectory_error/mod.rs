@@ -14,6 +14,7 @@ pub(super) use self::aligned::first_row_hint;
 pub use self::planar::PlanarPoint;
 pub(crate) use self::planar::planar_error;
 pub(crate) use self::spatial::{EstimatedFrame, spatial_error};
+use crate::evaluation::motion_agreement::misfit_hint;
 use crate::geometry::Pose3;
 
 /// Errors of a run's poses against a reference, the poses of the first compared frame made equal; beside them, what is left
@@ -33,7 +34,8 @@ pub struct TrajectoryError<P> {
     pub max: f64,
     /// The same with all positions aligned by a rotation and a translation; null where the positions do not fix them.
     pub aligned: Option<AlignedError>,
-    /// In a sentence: the first row of the reference alone makes the error as large as it is. Told among a result's notes.
+    /// In a sentence: the reference does not fit at all, or its first row alone makes the error as large as it is. Told among a
+    /// result's notes.
     #[serde(skip)]
     pub hint: Option<String>,
     /// Distances (m); null for lost frames and those without a partner.
@@ -76,8 +78,10 @@ impl<P> TrajectoryError<P> {
     /// With what all poses together say. `pairs`: estimate and reference of each compared frame, with orientations if the
     /// reference has them.
     fn with_alignment(self, aligned: Option<AlignedError>, pairs: &[(Pose3, Pose3)]) -> Self {
-        let with_orientations = aligned.filter(|_| self.convention != POSITIONS_ALONE);
-        let hint = with_orientations.and_then(|aligned| first_row_hint(&self.name, self.rmse, &aligned, pairs));
+        let has_orientations = self.convention != POSITIONS_ALONE;
+        let first_row = |aligned: AlignedError| first_row_hint(&self.name, self.rmse, &aligned, pairs);
+        let hint = misfit_hint(&self.name, pairs, has_orientations)
+            .or_else(|| aligned.filter(|_| has_orientations).and_then(first_row));
         Self { aligned, hint, ..self }
     }
 
