@@ -3,15 +3,17 @@ import { customElement, property, query, state } from 'lit/decorators.js';
 import './planar/planar-view.js';
 import { appHeader, type Run, type Tool, type View } from './components/app-header.js';
 import { activity_styles, app_styles } from './components/app-styles.js';
+import { Appearance } from './components/appearance.js';
 import { DropTarget } from './components/drop-target.js';
 import { FileIntake } from './components/file-intake.js';
 import { Handover } from './components/handover.js';
 import { fromHost, HostApi } from './components/host-api.js';
 import type { ScanstitchMapPoints, ScanstitchResult } from './components/host-events.js';
 import { icon } from './components/icons.js';
-import type { MenuItem } from './components/menu.js';
-import type { Elsewhere } from './components/run-exchange.js';
-import { activityBox, type Layout } from './components/run-parts.js';
+import { OPEN_ITEMS } from './components/open-menu.js';
+import { PageParts } from './components/page-parts.js';
+import { RunCrossing } from './components/run-crossing.js';
+import { activityBox } from './components/run-parts.js';
 import { NO_FACTS } from './components/run-kind.js';
 import { wordsOf } from './components/session.js';
 import { drop_styles, shared, tokens } from './components/theme.js';
@@ -19,7 +21,6 @@ import type { Note } from './datasets/note.js';
 import { filesOfDrop, filesOfInput, type NamedFile } from './datasets/gather.js';
 import type { SpatialFiles } from './datasets/spatial-files.js';
 import type { Wishes } from './components/topics-panel.js';
-import { START_PATIENCE_MS } from './engine/worker-host.js';
 import type { ScanstitchPlanar } from './planar/planar-view.js';
 import type { ScanstitchSpatial } from './spatial/spatial-view.js';
 import { ViewHistory } from './components/view-history.js';
@@ -27,22 +28,6 @@ import { ownerOf } from './views/settings-link.js';
 import type { ScanstitchElement } from '../../npm/element.js';
 
 type Theme = 'auto' | 'light' | 'dark';
-
-const WIDE_FROM = 1180; // CSS pixels of the element, not of the window: it may sit in a column of a course page
-const MEDIUM_FROM = 760;
-const OPEN_ITEMS: readonly MenuItem[] = [
-  {
-    id: 'files',
-    label: 'Files…',
-    detail: 'scans, depth images, clouds, a ROS bag, a zip; and a trajectory to compare with',
-  },
-  { id: 'folder', label: 'Folder…', detail: 'including its subfolders' },
-  { id: 'sample', label: 'The sample', detail: 'ten scans of a corridor, with ground truth' },
-  ...(import.meta.env.MODE === 'standalone'
-    ? []
-    : [{ id: 'apartment', label: 'An apartment', detail: 'depth images of several rooms, with ground truth' }]),
-  { id: 'clear', label: 'Remove all', detail: 'the next files start a new data set' },
-];
 
 const fetchApartment = async (): Promise<SpatialFiles> => (await import('./datasets/apartment.js')).fetchApartment();
 
@@ -71,28 +56,35 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
   @property() offline: string | null = null;
   @property({ type: Boolean, attribute: 'remember-settings' }) remember_settings = false;
 
-  @state() private layout: Layout = 'wide';
   @state() private view: View = 'planar';
   /** The run that is shown, or lies behind a view beside it. */
   @state() private run_kind: Run = 'planar';
   /** Views that were shown once stay, hidden, with all they hold. */
   @state() private opened: ReadonlySet<View> = new Set<View>(['planar']);
-  @state() private is_system_dark = false;
   /** What was dropped on the strategies: it is compared as soon as its first frames are on the map. */
   private is_to_compare = false;
-  /** A run that took the place of one of the other kind. */
-  @state() private crossing: (Elsewhere & { shown: Run }) | null = null;
   @query('scanstitch-planar') private planar!: ScanstitchPlanar;
   @query('scanstitch-spatial') private spatial!: ScanstitchSpatial | null;
-  @query('.app') private frame!: HTMLElement;
+  @query('.app') private frame!: HTMLElement | null;
   @query('#pick-files') private file_input!: HTMLInputElement;
   @query('#pick-folder') private folder_input!: HTMLInputElement;
 
+  private appearance = new Appearance(this, () => this.frame);
+  private parts = new PageParts({
+    report: (text, remedy, retry) => this.api.report(text, remedy, retry),
+    reload: () => (this.owns_address ? () => location.reload() : null),
+  });
+  /** Between a planar run and one in space. */
+  private crossing = new RunCrossing(this);
   private intake = new FileIntake(this, {
     present: () => this.run_kind,
-    loaded: (loading) => this.loaded(loading),
+    loaded: (loading) => this.parts.loaded(loading),
     show: async (files, requested_at, is_new, given) => {
-      if (is_new) this.cross('spatial' in files ? 'spatial' : 'planar');
+      const before = this.runView();
+      if (is_new) {
+        const kind = 'spatial' in files ? 'spatial' : 'planar';
+        this.crossing.cross(this.run_kind, kind, before?.is_own ? before.facts.title : null);
+      }
       if ('spatial' in files) {
         const is_to_compare = this.view === 'strategies';
         const spatial = await this.showSpatial();
@@ -134,7 +126,7 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
       const dropped_at = performance.now();
       const unreadable: Note[] = [];
       const dropped = filesOfDrop(transfer, unreadable);
-      this.attend(async () => this.take(await dropped, dropped_at, unreadable));
+      this.parts.attend(async () => this.take(await dropped, dropped_at, unreadable));
     },
     () => this.expectFiles(),
   );
@@ -145,18 +137,10 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
       this.bring(this.opened.has(named) ? named : 'planar');
     },
   });
-  private system_dark = matchMedia('(prefers-color-scheme: dark)');
-  private resize_observer = new ResizeObserver(([entry]) => {
-    const width = entry?.contentRect.width ?? WIDE_FROM;
-    this.layout = width >= WIDE_FROM ? 'wide' : width >= MEDIUM_FROM ? 'medium' : 'narrow';
-  });
 
   override connectedCallback(): void {
     super.connectedCallback();
     if (this.remember_settings) address_owner ??= this;
-    if (this.hasUpdated) this.resize_observer.observe(this.frame);
-    this.onSystemTheme();
-    this.system_dark.addEventListener('change', this.onSystemTheme);
     if (this.hasUpdated || !this.owns_address) return;
     const owner = ownerOf(location.hash);
     if (owner === 'bev' || owner === 'icp') this.first_view = owner;
@@ -166,8 +150,6 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
   override disconnectedCallback(): void {
     super.disconnectedCallback();
     this.expecting?.abort();
-    this.resize_observer.disconnect();
-    this.system_dark.removeEventListener('change', this.onSystemTheme);
     if (address_owner === this) address_owner = null;
   }
 
@@ -186,7 +168,6 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
   }
 
   protected override firstUpdated(): void {
-    this.resize_observer.observe(this.frame);
     if (this.offline !== null) void this.keep(this.offline || 'scanstitch-offline.js');
     if (this.first_view !== 'map') this.openView();
     if (this.source_of === 'map' && this.src !== '' && this.src !== 'none') this.openSource();
@@ -238,22 +219,22 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
   private openView(): void {
     const view = VIEWS[this.first_view];
     if (view === null) this.show(this.run_kind);
-    else if (view !== this.view) this.attend(() => this.go(view));
+    else if (view !== this.view) this.parts.attend(() => this.go(view));
   }
 
   protected override render(): TemplateResult {
     const { drop_target } = this;
     const onFacts = (): void => {
       this.requestUpdate();
-      this.attend(() => this.handover.follow());
-      this.attend(() => this.compareDropped());
+      this.parts.attend(() => this.handover.follow());
+      this.parts.attend(() => this.compareDropped());
     };
     const onWanted = ({ detail }: CustomEvent<string>): void => this.choose(detail);
     const onRefused = ({ detail }: CustomEvent<string[]>): void => this.api.refuse(detail);
-    const onLook = ({ detail }: CustomEvent<number>): void => this.attend(() => this.lookInside(detail));
+    const onLook = ({ detail }: CustomEvent<number>): void => this.parts.attend(() => this.lookInside(detail));
     return html`
       <div
-        class="app ${this.layout}"
+        class="app ${this.appearance.layout}"
         @dragenter=${drop_target.enter}
         @dragover=${drop_target.over}
         @dragleave=${drop_target.leave}
@@ -273,7 +254,7 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
           this.intake.bag && (this.view === 'planar' || this.view === 'spatial')
             ? html`<scanstitch-topics
                 .bag=${this.intake.bag}
-                @topics-chosen=${({ detail }: CustomEvent<Wishes>) => this.attend(() => this.intake.choose(detail))}
+                @topics-chosen=${({ detail }: CustomEvent<Wishes>) => this.parts.attend(() => this.intake.choose(detail))}
               ></scanstitch-topics>`
             : nothing
         }
@@ -323,8 +304,8 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
           .initial_settings=${this.settings}
           .preset=${this.preset}
           .remember_settings=${this.owns_address}
-          .layout=${this.layout}
-          .elsewhere=${this.elsewhere('planar')}
+          .layout=${this.appearance.layout}
+          .elsewhere=${this.crossing.elsewhere('planar')}
           ?dark=${this.isDark()}
           @run-exchanged=${() => this.intake.exchange()}
           @facts-changed=${onFacts}
@@ -340,8 +321,8 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
                 .initial_settings=${this.settings}
                 .preset=${this.preset}
                 .remember_settings=${this.owns_address}
-                .layout=${this.layout}
-                .elsewhere=${this.elsewhere('spatial')}
+                .layout=${this.appearance.layout}
+                .elsewhere=${this.crossing.elsewhere('spatial')}
                 ?dark=${this.isDark()}
                 @run-exchanged=${() => this.intake.exchange()}
                 @facts-changed=${onFacts}
@@ -363,7 +344,7 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
         }
       </div>
       <aside
-        class="host-side ${this.layout}"
+        class="host-side ${this.appearance.layout}"
         part="side"
         aria-label="Beside the map"
         ?hidden=${this.querySelector(':scope > [slot=side]') === null}
@@ -381,9 +362,9 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
       facts: run?.facts ?? NO_FACTS,
       exports: run?.exports ?? [],
       open_items: OPEN_ITEMS,
-      layout: this.layout,
+      layout: this.appearance.layout,
       is_dark: this.isDark(),
-      go: (tool) => this.attend(() => this.go(tool)),
+      go: (tool) => this.parts.attend(() => this.go(tool)),
       open: (id) => this.choose(id),
       expectFiles: () => void this.expectFiles(),
       runExport: (id) => void run?.runExport(id),
@@ -401,33 +382,16 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
       case 'icp':
         return this.lookInside(null);
       case 'evaluation':
-        await this.loaded(import('./evaluate/evaluate-view.js'));
+        await this.parts.loaded(import('./evaluate/evaluate-view.js'));
         await this.handover.openEvaluation();
         return this.show('evaluation');
       case 'strategies':
-        await this.loaded(import('./strategies/strategies-view.js'));
+        await this.parts.loaded(import('./strategies/strategies-view.js'));
         this.handover.openStrategies();
         return this.show('strategies');
       case 'bev':
-        await this.loaded(import('./bev/bev-view.js'));
+        await this.parts.loaded(import('./bev/bev-view.js'));
         this.show('bev');
-    }
-  }
-
-  /** Waits for a part of the page; that it takes long is told until it is there. */
-  private async loaded<T>(loading: Promise<T>): Promise<T> {
-    let withdraw = (): void => undefined;
-    const timer = setTimeout(() => {
-      const text = `A part of the page has not loaded after ${START_PATIENCE_MS / 1000} s`;
-      const remedy = 'It is shown as soon as it is there; or check the connection and reload the page';
-      // A module that is being fetched is fetched by no second import: only a reload tries again.
-      withdraw = this.api.report(text, remedy, this.owns_address ? () => location.reload() : undefined);
-    }, START_PATIENCE_MS);
-    try {
-      return await loading;
-    } finally {
-      clearTimeout(timer);
-      withdraw();
     }
   }
 
@@ -436,23 +400,6 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
     if (!this.is_to_compare || !this.spatial?.facts.result) return;
     this.is_to_compare = false;
     if (this.view === 'spatial' && !this.spatial.has_messages) await this.go('strategies');
-  }
-
-  /** Tells where something that was asked for fails: a part of the page that cannot be fetched, a file that is gone. */
-  private attend(work: () => Promise<void>): void {
-    work().catch((error: unknown) => {
-      const words = wordsOf(error);
-      if (!/import(ed|ing)? .*module|module script failed/i.test(words)) {
-        this.api.report(words, 'Try again, or reload the page');
-        return;
-      }
-      const [part = ''] = /[^/]+$/.exec(words) ?? [];
-      this.api.report(
-        `A part of the page could not be loaded (${part}): the connection was lost, or a new version was put on the server`,
-        'Where trying again does not help, export what is open and reload the page',
-        () => this.attend(work),
-      );
-    });
   }
 
   private async keep(script: string): Promise<void> {
@@ -497,7 +444,7 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
 
   /** The registration of a scan or frame; null: of the selected one to the one before. */
   private async lookInside(frame: number | null): Promise<void> {
-    await this.loaded(import('./lab/lab-view.js'));
+    await this.parts.loaded(import('./lab/lab-view.js'));
     if (this.hasUpdated) await this.handover.openLab(frame);
     this.show('icp');
   }
@@ -524,7 +471,7 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
 
   private choose(id: string): void {
     if (id.startsWith('view:')) {
-      this.attend(() => this.go(id.slice('view:'.length) as Tool));
+      this.parts.attend(() => this.go(id.slice('view:'.length) as Tool));
       return;
     }
     if (id === 'other-run') {
@@ -532,14 +479,14 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
       return;
     }
     if (id !== 'files' && id !== 'folder') {
-      this.crossing = null;
+      this.crossing.forget();
       this.expecting?.abort();
       this.api.source.cancel();
       this.intake.forget();
     }
     if (id === 'files') this.file_input.click();
     else if (id === 'folder') this.folder_input.click();
-    else if (id === 'apartment') this.attend(() => this.openApartment());
+    else if (id === 'apartment') this.parts.attend(() => this.openApartment());
     else if (id === 'clear') this.runViews().forEach((run) => run.clear());
     else this.openSample();
   }
@@ -564,30 +511,18 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
   }
 
   private async showSpatial(): Promise<ScanstitchSpatial | null> {
-    await this.loaded(import('./spatial/spatial-view.js'));
+    await this.parts.loaded(import('./spatial/spatial-view.js'));
     this.showRun('spatial');
     await this.updateComplete;
     return this.spatial;
   }
 
-  /** A recording is to be shown as a run of this kind; one of the other kind can be gone back to. */
-  private cross(to: Run): void {
-    const before = this.runView();
-    const is_replaced = to !== this.run_kind && before?.is_own;
-    this.crossing = is_replaced ? { shown: to, title: before.facts.title, is_undone: false } : null;
-  }
-
   /** Back to the run of the other kind, and forth again. */
   private crossBack(): void {
-    if (!this.crossing) return;
-    const { title } = this.runView()?.facts ?? NO_FACTS;
-    this.show(this.run_kind === 'planar' ? 'spatial' : 'planar');
-    this.crossing = { shown: this.run_kind, title, is_undone: !this.crossing.is_undone };
+    const run = this.crossing.crossBack(this.runView()?.facts.title ?? '');
+    if (!run) return;
+    this.show(run);
     this.intake.exchange();
-  }
-
-  private elsewhere(run: Run): Elsewhere | null {
-    return this.crossing?.shown === run ? this.crossing : null;
   }
 
   private onPicked({ target }: Event): void {
@@ -595,16 +530,12 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
     const files = filesOfInput(input);
     input.value = ''; // so that picking the same files again is a change
     const requested_at = performance.now();
-    this.attend(() => this.take(files, requested_at, []));
+    this.parts.attend(() => this.take(files, requested_at, []));
   }
 
   private isDark(): boolean {
-    return this.theme === 'dark' || (this.theme === 'auto' && this.is_system_dark);
+    return this.theme === 'dark' || (this.theme === 'auto' && this.appearance.is_system_dark);
   }
-
-  private onSystemTheme = (): void => {
-    this.is_system_dark = this.system_dark.matches;
-  };
 
   static override styles = [tokens, shared, drop_styles, app_styles, activity_styles];
 }

@@ -1,0 +1,52 @@
+/** Parts of the page that are fetched when they are wanted: what takes long, fails or is gone from the server is told. */
+import { START_PATIENCE_MS } from '../engine/worker-host.js';
+import { wordsOf } from './session.js';
+
+export interface PagePartsHooks {
+  /** Shows a message, with a button where it can be tried again; the result takes it away. */
+  report(text: string, remedy: string, retry?: () => void): () => void;
+  /** Loads the whole page again; null where it is a host's. */
+  reload(): (() => void) | null;
+}
+
+export class PageParts {
+  readonly #hooks: PagePartsHooks;
+
+  constructor(hooks: PagePartsHooks) {
+    this.#hooks = hooks;
+  }
+
+  /** Waits for a part of the page; that it takes long is told until it is there. */
+  async loaded<T>(loading: Promise<T>): Promise<T> {
+    let withdraw = (): void => undefined;
+    const timer = setTimeout(() => {
+      const text = `A part of the page has not loaded after ${START_PATIENCE_MS / 1000} s`;
+      const remedy = 'It is shown as soon as it is there; or check the connection and reload the page';
+      // A module that is being fetched is fetched by no second import: only a reload tries again.
+      withdraw = this.#hooks.report(text, remedy, this.#hooks.reload() ?? undefined);
+    }, START_PATIENCE_MS);
+    try {
+      return await loading;
+    } finally {
+      clearTimeout(timer);
+      withdraw();
+    }
+  }
+
+  /** Tells where something that was asked for fails: a part of the page that cannot be fetched, a file that is gone. */
+  attend(work: () => Promise<void>): void {
+    work().catch((error: unknown) => {
+      const words = wordsOf(error);
+      if (!/import(ed|ing)? .*module|module script failed/i.test(words)) {
+        this.#hooks.report(words, 'Try again, or reload the page');
+        return;
+      }
+      const [part = ''] = /[^/]+$/.exec(words) ?? [];
+      this.#hooks.report(
+        `A part of the page could not be loaded (${part}): the connection was lost, or a new version was put on the server`,
+        'Where trying again does not help, export what is open and reload the page',
+        () => this.attend(work),
+      );
+    });
+  }
+}

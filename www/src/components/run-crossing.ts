@@ -1,0 +1,42 @@
+/** A recording of one kind of run, planar or in space, that took the place of one of the other kind: both can be gone back to. */
+import type { ReactiveControllerHost } from 'lit';
+import type { Run } from './app-header.js';
+import type { Elsewhere } from './run-exchange.js';
+
+type Crossing = Elsewhere & { shown: Run };
+
+export class RunCrossing {
+  readonly #host: ReactiveControllerHost;
+  #crossing: Crossing | null = null;
+
+  constructor(host: ReactiveControllerHost) {
+    this.#host = host;
+  }
+
+  /** A recording is to be shown as a run of the kind `to`, in place of one of the kind `from`; `title`: its own, or null. */
+  cross(from: Run, to: Run, title: string | null): void {
+    this.#change(from !== to && title !== null ? { shown: to, title, is_undone: false } : null);
+  }
+
+  /** The run of the other kind is shown, in place of the one with this title; null where there is none to go back to. */
+  crossBack(title: string): Run | null {
+    if (!this.#crossing) return null;
+    const shown = this.#crossing.shown === 'planar' ? 'spatial' : 'planar';
+    this.#change({ shown, title, is_undone: !this.#crossing.is_undone });
+    return shown;
+  }
+
+  /** What the run can be exchanged for. */
+  elsewhere(run: Run): Elsewhere | null {
+    return this.#crossing?.shown === run ? this.#crossing : null;
+  }
+
+  forget(): void {
+    this.#change(null);
+  }
+
+  #change(crossing: Crossing | null): void {
+    this.#crossing = crossing;
+    this.#host.requestUpdate();
+  }
+}
