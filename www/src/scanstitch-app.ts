@@ -224,14 +224,6 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
 
   protected override render(): TemplateResult {
     const { drop_target } = this;
-    const onFacts = (): void => {
-      this.requestUpdate();
-      this.parts.attend(() => this.handover.follow());
-      this.parts.attend(() => this.compareDropped());
-    };
-    const onWanted = ({ detail }: CustomEvent<string>): void => this.choose(detail);
-    const onRefused = ({ detail }: CustomEvent<string[]>): void => this.api.refuse(detail);
-    const onLook = ({ detail }: CustomEvent<number>): void => this.parts.attend(() => this.lookInside(detail));
     return html`
       <div
         class="app ${this.appearance.layout}"
@@ -258,81 +250,7 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
               ></scanstitch-topics>`
             : nothing
         }
-        ${
-          this.opened.has('evaluation')
-            ? html`<scanstitch-evaluate
-                ?hidden=${this.view !== 'evaluation'}
-                ?dark=${this.isDark()}
-                .given=${this.handover.evaluated}
-              ></scanstitch-evaluate>`
-            : nothing
-        }
-        ${
-          this.opened.has('strategies')
-            ? html`<scanstitch-strategies
-                ?hidden=${this.view !== 'strategies'}
-                ?dark=${this.isDark()}
-                .given=${this.handover.compared}
-                @files-wanted=${onWanted}
-              ></scanstitch-strategies>`
-            : nothing
-        }
-        ${
-          this.opened.has('icp')
-            ? html`<scanstitch-lab
-                ?hidden=${this.view !== 'icp'}
-                ?dark=${this.isDark()}
-                .given=${this.handover.looked_into}
-                src=${this.source_of === 'icp' && this.src !== 'none' ? this.src : ''}
-                ?remember-link=${this.owns_address && this.view === 'icp'}
-              ></scanstitch-lab>`
-            : nothing
-        }
-        ${
-          this.opened.has('bev')
-            ? html`<scanstitch-bev
-                ?hidden=${this.view !== 'bev'}
-                ?dark=${this.isDark()}
-                src=${this.source_of === 'bev' && this.src !== 'none' ? this.src : ''}
-                ?remember-scene=${this.owns_address}
-              ></scanstitch-bev>`
-            : nothing
-        }
-        <scanstitch-planar
-          ?hidden=${this.view !== 'planar'}
-          .src=${this.source_of !== 'map' ? 'none' : this.src}
-          .initial_settings=${this.settings}
-          .preset=${this.preset}
-          .remember_settings=${this.owns_address}
-          .layout=${this.appearance.layout}
-          .elsewhere=${this.crossing.elsewhere('planar')}
-          ?dark=${this.isDark()}
-          @run-exchanged=${() => this.intake.exchange()}
-          @facts-changed=${onFacts}
-          @files-wanted=${onWanted}
-          @look-inside=${onLook}
-          @settings-refused=${onRefused}
-          exportparts="figures, settings, map, table, details"
-        ></scanstitch-planar>
-        ${
-          this.opened.has('spatial')
-            ? html`<scanstitch-spatial
-                ?hidden=${this.view !== 'spatial'}
-                .initial_settings=${this.settings}
-                .preset=${this.preset}
-                .remember_settings=${this.owns_address}
-                .layout=${this.appearance.layout}
-                .elsewhere=${this.crossing.elsewhere('spatial')}
-                ?dark=${this.isDark()}
-                @run-exchanged=${() => this.intake.exchange()}
-                @facts-changed=${onFacts}
-                @files-wanted=${onWanted}
-                @look-inside=${onLook}
-                @settings-refused=${onRefused}
-                exportparts="figures, settings, map, table, details"
-              ></scanstitch-spatial>`
-            : nothing
-        }
+        ${this.renderViews()}
         <input id="pick-files" type="file" multiple hidden @change=${this.onPicked} />
         <input id="pick-folder" type="file" webkitdirectory hidden @change=${this.onPicked} />
         ${
@@ -352,6 +270,96 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
         <slot name="side" @slotchange=${() => this.requestUpdate()}></slot>
       </aside>
     `;
+  }
+
+  /** The views that were opened; all but one are hidden. */
+  private renderViews(): TemplateResult {
+    const onFacts = (): void => {
+      this.requestUpdate();
+      this.parts.attend(() => this.handover.follow());
+      this.parts.attend(() => this.compareDropped());
+    };
+    const drawn = (view: View, template: () => TemplateResult): TemplateResult | typeof nothing =>
+      this.opened.has(view) ? template() : nothing;
+    return html`<div
+      class="views"
+      @facts-changed=${onFacts}
+      @run-exchanged=${() => this.intake.exchange()}
+      @files-wanted=${({ detail }: CustomEvent<string>) => this.choose(detail)}
+      @look-inside=${({ detail }: CustomEvent<number>) => this.parts.attend(() => this.lookInside(detail))}
+      @settings-refused=${({ detail }: CustomEvent<string[]>) => this.api.refuse(detail)}
+    >
+      ${drawn('evaluation', () => this.renderEvaluation())} ${drawn('strategies', () => this.renderStrategies())}
+      ${drawn('icp', () => this.renderLab())} ${drawn('bev', () => this.renderBev())} ${this.renderPlanar()}
+      ${drawn('spatial', () => this.renderSpatial())}
+    </div>`;
+  }
+
+  private renderEvaluation(): TemplateResult {
+    return html`<scanstitch-evaluate
+      ?hidden=${this.view !== 'evaluation'}
+      ?dark=${this.isDark()}
+      .given=${this.handover.evaluated}
+    ></scanstitch-evaluate>`;
+  }
+
+  private renderStrategies(): TemplateResult {
+    return html`<scanstitch-strategies
+      ?hidden=${this.view !== 'strategies'}
+      ?dark=${this.isDark()}
+      .given=${this.handover.compared}
+    ></scanstitch-strategies>`;
+  }
+
+  private renderLab(): TemplateResult {
+    return html`<scanstitch-lab
+      ?hidden=${this.view !== 'icp'}
+      ?dark=${this.isDark()}
+      .given=${this.handover.looked_into}
+      src=${this.sourceOf('icp')}
+      ?remember-link=${this.owns_address && this.view === 'icp'}
+    ></scanstitch-lab>`;
+  }
+
+  private renderBev(): TemplateResult {
+    return html`<scanstitch-bev
+      ?hidden=${this.view !== 'bev'}
+      ?dark=${this.isDark()}
+      src=${this.sourceOf('bev')}
+      ?remember-scene=${this.owns_address}
+    ></scanstitch-bev>`;
+  }
+
+  private renderPlanar(): TemplateResult {
+    return html`<scanstitch-planar
+      ?hidden=${this.view !== 'planar'}
+      .src=${this.source_of !== 'map' ? 'none' : this.src}
+      .initial_settings=${this.settings}
+      .preset=${this.preset}
+      .remember_settings=${this.owns_address}
+      .layout=${this.appearance.layout}
+      .elsewhere=${this.crossing.elsewhere('planar')}
+      ?dark=${this.isDark()}
+      exportparts="figures, settings, map, table, details"
+    ></scanstitch-planar>`;
+  }
+
+  private renderSpatial(): TemplateResult {
+    return html`<scanstitch-spatial
+      ?hidden=${this.view !== 'spatial'}
+      .initial_settings=${this.settings}
+      .preset=${this.preset}
+      .remember_settings=${this.owns_address}
+      .layout=${this.appearance.layout}
+      .elsewhere=${this.crossing.elsewhere('spatial')}
+      ?dark=${this.isDark()}
+      exportparts="figures, settings, map, table, details"
+    ></scanstitch-spatial>`;
+  }
+
+  /** The attribute `src`, where it is for this view. */
+  private sourceOf(view: 'bev' | 'icp'): string {
+    return this.source_of === view && this.src !== 'none' ? this.src : '';
   }
 
   private renderHeader(): TemplateResult {

@@ -36,6 +36,9 @@ export const app_styles = css`
     border-top: 1px solid var(--line);
     border-left: 0;
   }
+  .views {
+    display: contents;
+  }
   .app > scanstitch-messages {
     position: absolute;
     top: 64px;

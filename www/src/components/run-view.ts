@@ -240,7 +240,7 @@ export abstract class RunView<
     const facts: ViewFacts = { title, count, reference, can_export, result: snapshot };
     if (sameFacts(facts, this.facts)) return;
     this.facts = facts;
-    this.dispatchEvent(new CustomEvent('facts-changed'));
+    this.dispatchEvent(new CustomEvent('facts-changed', { bubbles: true }));
   }
 
   protected override render(): TemplateResult {
@@ -251,7 +251,7 @@ export abstract class RunView<
       <div
         class="run ${this.of.kind} ${layout}"
         @frame-selected=${({ detail }: CustomEvent<number | null>) => this.select(detail)}
-        @look-inside=${({ detail }: CustomEvent<number>) => this.dispatchEvent(new CustomEvent('look-inside', { detail }))}
+        @look-inside=${({ detail }: CustomEvent<number>) => this.dispatchEvent(new CustomEvent('look-inside', { detail, bubbles: true }))}
         @frame-hovered=${({ detail }: CustomEvent<number | null>) => {
           this.hovered = detail;
         }}
@@ -346,7 +346,7 @@ export abstract class RunView<
   private exchanged(session: Session): void {
     this.session = session;
     this.writeAddress();
-    this.dispatchEvent(new CustomEvent('run-exchanged'));
+    this.dispatchEvent(new CustomEvent('run-exchanged', { bubbles: true }));
     session.announce(`${this.loaded().title} is open again.`);
     this.requestUpdate();
   }
@@ -383,7 +383,7 @@ export abstract class RunView<
 
   /** Asks the page's frame to open something. */
   protected want(detail: string): void {
-    this.dispatchEvent(new CustomEvent('files-wanted', { detail }));
+    this.dispatchEvent(new CustomEvent('files-wanted', { detail, bubbles: true }));
   }
 
   /** One colour for each frame there will be, also while only some are registered. */

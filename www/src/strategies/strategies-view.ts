@@ -97,7 +97,7 @@ export class ScanstitchStrategies extends LitElement {
 
   private renderEmpty(): TemplateResult {
     const want = (id: string): void => {
-      this.dispatchEvent(new CustomEvent('files-wanted', { detail: id }));
+      this.dispatchEvent(new CustomEvent('files-wanted', { detail: id, bubbles: true }));
     };
     return html`<section class="empty" aria-label="No recording yet">
       <h2>Drop depth images or point clouds to compare strategies on</h2>
