@@ -2,7 +2,8 @@
 //! a scan takes.
 //!
 //! `cargo run --profile quick --example laser_scores -- [--out FOLDER] [--data FOLDER] [--only NAME] [--mode odometry|alone]
-//! [--damage all|NAME,...] [--append NAME] [--without all|NAME,...] [--worlds] [NAME=VALUE]...`
+//! [--damage all|NAME,...] [--append NAME] [--without all|NAME,...] [--worlds]
+//! [--campus [seed=1] [seeds=1] [campus_step=1] [campus_length=630]] [NAME=VALUE]...`
 //!
 //! `--damage` runs the logs with something wrong with them (`damage.rs`), `--append` with another log after them,
 //! `--worlds` the generated worlds that look the same from several places. `--without` leaves out one part of the engine
@@ -12,6 +13,7 @@
 //! among those whose frames are both good and of one piece.
 #![allow(non_snake_case)]
 
+mod campus;
 mod damage;
 mod worlds;
 
@@ -102,7 +104,7 @@ fn main() {
     let data = option("--data").unwrap_or_else(|| "../shared/data/laser".to_owned());
     let mut settings = serde_json::to_value(Settings::default()).expect("settings are plain data");
     for pair in &arguments {
-        if let Some((name, value)) = pair.split_once('=') {
+        if let Some((name, value)) = pair.split_once('=').filter(|(name, _)| !campus::OPTIONS.contains(name)) {
             settings[name] = serde_json::from_str(value).unwrap_or_else(|_| value.into());
         }
     }
@@ -116,6 +118,10 @@ fn main() {
             println!("{}", if part.is_empty() { "whole".to_owned() } else { format!("without {part}") });
             worlds::print_table(&settings, ablation(part));
         }
+        return;
+    }
+    if arguments.iter().any(|argument| argument == "--campus") {
+        campus::print_table(&settings, option("--out").as_deref());
         return;
     }
     let read = |name: &str| {

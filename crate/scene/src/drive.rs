@@ -34,8 +34,12 @@ pub struct Wheels {
     pub scale: f64,
     /// The heading drifts by so much a metre (rad).
     pub drift: f64,
+    /// Turns are measured this much too large.
+    pub turn: f64,
     /// Standard deviation of each way and turn, as a share of it.
     pub noise: f64,
+    /// How often the wheels slip: in this share of the steps they tell up to 0.3 of the way too much and turn by up to 0.05 rad.
+    pub slip: f64,
 }
 
 impl Default for DriveOptions {
@@ -48,7 +52,7 @@ impl Default for DriveOptions {
             step: 0.3,
             turn: 0.2,
             is_returning: false,
-            wheels: Wheels { scale: 0.02, drift: 0.004, noise: 0.05 },
+            wheels: Wheels { scale: 0.02, drift: 0.004, turn: 0.0, noise: 0.05, slip: 0.0 },
         }
     }
 }
@@ -78,16 +82,7 @@ impl Drive {
         let T_laser_robot = Pose2::rotation(FRAC_PI_2);
         let T_robot_first = path.first().map_or_else(Pose2::identity, |first| (first * T_laser_robot).inverse());
         let T_world_robot: Vec<Pose2> = path.iter().map(|T| T_robot_first * T * T_laser_robot).collect();
-        let mut odometry = vec![Pose2::identity(); T_world_robot.len().min(1)];
-        for pair in T_world_robot.windows(2) {
-            let moved = (pair[0].inverse() * pair[1]).log();
-            let way = moved.y.hypot(moved.z);
-            let share = |random: &mut Random| 1.0 + options.wheels.scale + options.wheels.noise * random.normal();
-            let (along, turned) = (share(&mut random), 1.0 + options.wheels.noise * random.normal());
-            let theta = moved.x * turned + options.wheels.drift * way;
-            let told = Pose2::exp(&Vector3::new(theta, moved.y * along, moved.z * along));
-            odometry.push(odometry[odometry.len() - 1] * told);
-        }
+        let odometry = odometry(&T_world_robot, &options.wheels, &mut random);
         Self { ranges, T_world_robot, odometry }
     }
 
@@ -104,6 +99,24 @@ impl Drive {
         }
         text
     }
+}
+
+/// What wheels tell of a way.
+pub(super) fn odometry(T_world_robot: &[Pose2], wheels: &Wheels, random: &mut Random) -> Vec<Pose2> {
+    let mut odometry = vec![Pose2::identity(); T_world_robot.len().min(1)];
+    for pair in T_world_robot.windows(2) {
+        let moved = (pair[0].inverse() * pair[1]).log();
+        let way = moved.y.hypot(moved.z);
+        let mut along = 1.0 + wheels.scale + wheels.noise * random.normal();
+        let mut theta = moved.x * (1.0 + wheels.turn + wheels.noise * random.normal()) + wheels.drift * way;
+        if wheels.slip > 0.0 && random.happens(wheels.slip) {
+            along += random.uniform(0.0, 0.3);
+            theta += random.uniform(-0.05, 0.05);
+        }
+        odometry
+            .push(odometry[odometry.len() - 1] * Pose2::exp(&Vector3::new(theta, moved.y * along, moved.z * along)));
+    }
+    odometry
 }
 
 /// The poses of the recording with others between, and the way back.

@@ -6,6 +6,7 @@
 
 pub mod ambiguous;
 pub mod apartment;
+pub mod campus;
 pub mod corridor;
 pub mod drive;
 pub mod laser;

@@ -34,22 +34,22 @@ impl LoopClosure {
     /// The pairs of submaps that may show the same place, those of one target together.
     pub(super) fn pairs(&mut self) -> Vec<Pair> {
         let Some(covariances) = &self.covariances else { return Vec::new() };
-        let mut pairs = Vec::new();
+        let mut pairs: Vec<(f64, Pair)> = Vec::new();
         for source in 1..self.submaps.len() {
             let mut candidates: Vec<(f64, Pair)> = Vec::new();
             for target in 0..source {
                 candidates.extend(self.pair(target, source, covariances));
             }
-            let mut chosen: Vec<Pair> = Vec::new();
+            let mut chosen: Vec<(f64, Pair)> = Vec::new();
             for index in ascending(candidates.iter().map(|candidate| -candidate.0)) {
-                let pair = candidates[index].1;
-                if chosen.len() < CANDIDATES && chosen.iter().all(|other| other.target.abs_diff(pair.target) > 1) {
-                    chosen.push(pair);
+                let target = candidates[index].1.target;
+                if chosen.len() < CANDIDATES && chosen.iter().all(|(_, other)| other.target.abs_diff(target) > 1) {
+                    chosen.push(candidates[index]);
                 }
             }
             pairs.extend(chosen);
         }
-        self.keep_affordable(&mut pairs);
+        let mut pairs = self.affordable(&pairs);
         for pair in &pairs {
             self.searched[pair.source].push((pair.target, pair.window.translation));
         }
@@ -57,16 +57,19 @@ impl LoopClosure {
         pairs
     }
 
-    /// Wide windows take long to search: the narrowest first, as many as a share of what is left to spend allows.
-    fn keep_affordable(&mut self, pairs: &mut Vec<Pair>) {
-        pairs.sort_by(|a, b| a.cost().total_cmp(&b.cost()).then((a.source, a.target).cmp(&(b.source, b.target))));
+    /// Wide windows take long to search: those that are the likeliest for what they cost first, as many as a share of what is
+    /// left to spend allows.
+    fn affordable(&mut self, pairs: &[(f64, Pair)]) -> Vec<Pair> {
         let most = self.budget * ROUND_SHARE;
         let mut spent = 0.0;
-        pairs.retain(|pair| {
+        let order = ascending(pairs.iter().map(|(likelihood, pair)| pair.cost() / likelihood));
+        let affordable = order.into_iter().map(|index| pairs[index].1).take_while(|pair| {
             spent += pair.cost();
             spent <= most
         });
+        let affordable = affordable.collect();
         self.budget -= spent.min(most);
+        affordable
     }
 
     /// Whether a submap may have come back to another, with how likely that is.

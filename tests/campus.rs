@@ -1,0 +1,54 @@
+//! A drive outdoors: most beams see no building, wheels drift by metres, and the way comes back after 400 m.
+#![cfg(not(target_arch = "wasm32"))] // native alone: the world's crate links the engine again
+#![allow(non_snake_case)]
+
+use scanstitch::geometry::{Pose2, RigidMotion};
+use scanstitch::io::laser_log;
+use scanstitch::odometry::assessment::Status;
+use scanstitch::pipeline::planar::Reconstruction;
+use scanstitch::pipeline::report::Stage;
+use scanstitch::pipeline::settings::{OdometrySource, Settings};
+use scanstitch_scene::campus::{CampusOptions, generate};
+use scanstitch_scene::drive::Drive;
+
+fn run(drive: &Drive, odometry: OdometrySource) -> Reconstruction {
+    let log = laser_log::read(drive.carmen().as_bytes()).unwrap();
+    let mut reconstruction = Reconstruction::new(Settings { odometry, ..Settings::default() }).unwrap();
+    reconstruction.add_log("drive.log", &log);
+    while reconstruction.step().stage != Stage::Done {}
+    reconstruction
+}
+
+/// Off by more than 0.5 m or 5 degrees.
+fn is_wrong(poses: &[Pose2], truth: &[Pose2], (a, b): (usize, usize)) -> bool {
+    let off = (truth[a].inverse() * truth[b]).inverse() * (poses[a].inverse() * poses[b]);
+    off.translation_norm() > 0.5 || off.rotation_angle() > 5f64.to_radians()
+}
+
+/// Pairs of scans at one place, far apart on the way.
+fn places(truth: &[Pose2]) -> Vec<(usize, usize)> {
+    let is_near = |a: usize, b: usize| (truth[a].translation.vector - truth[b].translation.vector).norm() < 2.0;
+    (0..truth.len())
+        .flat_map(|b| (0..b.saturating_sub(30)).map(move |a| (a, b)))
+        .filter(|&(a, b)| is_near(a, b))
+        .collect()
+}
+
+#[test]
+fn loops_close_with_wheels_that_drift_and_scans_alone_claim_nothing_wrong() {
+    let drive = generate(&CampusOptions::default());
+    let (truth, places) = (&drive.T_world_robot, places(&drive.T_world_robot));
+    assert!(places.len() > 500, "{}", places.len());
+    let poses = run(&drive, OdometrySource::Log).poses();
+    let wrong = places.iter().filter(|pair| is_wrong(&poses, truth, **pair)).count();
+    assert!(50 * wrong < places.len(), "{wrong} of {} places", places.len());
+    let alone = run(&drive, OdometrySource::None);
+    let (poses, frames) = (alone.poses(), alone.result().frames);
+    let stretches = (20..truth.len()).map(|b| (b - 20, b));
+    let is_believed = |&(a, b): &(usize, usize)| {
+        [a, b].iter().all(|&frame| frames[frame].status == Status::Good) && frames[a].piece == frames[b].piece
+    };
+    let believed: Vec<(usize, usize)> = places.iter().copied().chain(stretches).filter(is_believed).collect();
+    let falsely = believed.iter().filter(|pair| is_wrong(&poses, truth, **pair)).count();
+    assert!(believed.len() > 150 && 200 * falsely <= believed.len(), "{falsely} of {}", believed.len());
+}
