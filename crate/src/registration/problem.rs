@@ -58,6 +58,8 @@ pub type FindAlong<'a, P> = dyn FnMut(&P, &[P], &mut Vec<Span>) + 'a;
 pub trait IcpProblem<M: RigidMotion> {
     /// The whole loop from a first guess.
     fn register(&self, init_T_target_source: M) -> Registration<M>;
+    /// The same with every `stride`-th source point alone.
+    fn every(&self, stride: usize) -> Box<dyn IcpProblem<M>>;
     /// The one iteration that the loop would do next at this pose; of every `stride`-th source point alone where `stride` is above 1.
     fn iteration(&self, T_target_source: &M, stride: usize) -> Iteration<M>;
     /// The cost of each of these poses, the pairs being searched anew at each.
@@ -93,6 +95,12 @@ where
         Source { points: &self.points, normals: self.normals.as_deref(), sigmas: None }
     }
 
+    /// Every `stride`-th point of the source, and their normals.
+    fn sampled(&self, stride: usize) -> (Vec<M::Point>, Option<Vec<Option<M::Point>>>) {
+        let normals = self.normals.as_ref().map(|normals| normals.iter().step_by(stride).copied().collect());
+        (self.points.iter().step_by(stride).copied().collect(), normals)
+    }
+
     /// Whether the normals of a pair differ by more than the limit.
     fn face_apart(&self, normal: Option<&M::Point>, partner: u32) -> bool {
         let (Some(normal), Some(target_normal)) = (normal, self.target.normal(partner)) else { return false };
@@ -102,18 +110,28 @@ where
 
 impl<M, T, F> IcpProblem<M> for Problem<M, T, F>
 where
-    M: RigidMotion,
-    T: Target<Point = M::Point>,
-    F: Factor<M, T>,
+    M: RigidMotion + 'static,
+    T: Target<Point = M::Point> + Clone + 'static,
+    F: Factor<M, T> + Clone + 'static,
 {
     fn register(&self, init_T_target_source: M) -> Registration<M> {
         register_with(self.source(), &self.target, init_T_target_source, &self.factor, &self.options, &self.solver)
     }
 
+    fn every(&self, stride: usize) -> Box<dyn IcpProblem<M>> {
+        let (points, normals) = self.sampled(stride);
+        Box::new(Self {
+            points,
+            normals,
+            target: self.target.clone(),
+            factor: self.factor.clone(),
+            options: self.options.clone(),
+            ..*self
+        })
+    }
+
     fn iteration(&self, T_target_source: &M, stride: usize) -> Iteration<M> {
-        let points: Vec<M::Point> = self.points.iter().step_by(stride).copied().collect();
-        let normals: Option<Vec<_>> =
-            self.normals.as_ref().map(|normals| normals.iter().step_by(stride).copied().collect());
+        let (points, normals) = self.sampled(stride);
         let source = Source { points: &points, normals: normals.as_deref(), sigmas: None };
         let (mut correspondences, mut rejected) = (Vec::with_capacity(points.len()), Vec::new());
         let searches = &mut vec![LastSearch::None; points.len()];
