@@ -95,10 +95,14 @@ where
         Source { points: &self.points, normals: self.normals.as_deref(), sigmas: None }
     }
 
-    /// Every `stride`-th point of the source, and their normals.
-    fn sampled(&self, stride: usize) -> (Vec<M::Point>, Option<Vec<Option<M::Point>>>) {
-        let normals = self.normals.as_ref().map(|normals| normals.iter().step_by(stride).copied().collect());
-        (self.points.iter().step_by(stride).copied().collect(), normals)
+    /// Every `stride`-th point of the source.
+    fn sampled_points(&self, stride: usize) -> Vec<M::Point> {
+        self.points.iter().step_by(stride).copied().collect()
+    }
+
+    /// Their normals.
+    fn sampled_normals(&self, stride: usize) -> Option<Vec<Option<M::Point>>> {
+        self.normals.as_ref().map(|normals| normals.iter().step_by(stride).copied().collect())
     }
 
     /// Whether the normals of a pair differ by more than the limit.
@@ -119,19 +123,17 @@ where
     }
 
     fn every(&self, stride: usize) -> Box<dyn IcpProblem<M>> {
-        let (points, normals) = self.sampled(stride);
         Box::new(Self {
-            points,
-            normals,
+            points: self.sampled_points(stride),
+            normals: self.sampled_normals(stride),
             target: self.target.clone(),
             factor: self.factor.clone(),
-            options: self.options.clone(),
             ..*self
         })
     }
 
     fn iteration(&self, T_target_source: &M, stride: usize) -> Iteration<M> {
-        let (points, normals) = self.sampled(stride);
+        let (points, normals) = (self.sampled_points(stride), self.sampled_normals(stride));
         let source = Source { points: &points, normals: normals.as_deref(), sigmas: None };
         let (mut correspondences, mut rejected) = (Vec::with_capacity(points.len()), Vec::new());
         let searches = &mut vec![LastSearch::None; points.len()];
