@@ -103,6 +103,7 @@ fn grid(center: [f64; 16], axes: &[usize], half_widths: &[f64], size: &[usize]) 
         half_widths: half_widths.to_vec(),
         size: size.to_vec(),
         rows: None,
+        stride: 1,
     }
 }
 
@@ -151,6 +152,26 @@ fn a_sampled_iteration_has_the_pairs_of_its_points() {
         assert_eq!(sampled.rejected_source, left_out, "{name}");
         assert_eq!(sampled.summary.num_points, expected.len() + left_out.len(), "{name}");
         assert!(sampled.summary.cost > 0.0 && sampled.summary.cost.is_finite(), "{name}");
+    }
+}
+
+#[test]
+fn a_sampled_grid_is_that_of_its_points() {
+    for Pair { name, source, target, options } in planar_pairs() {
+        let lab = IcpLab::new(&source, &target, &RegistrationOptions { trim_fraction: 0.0, ..options }).expect("a lab");
+        let start = lab.initial().expect("a guess");
+        let sampled = GridOptions { stride: 3, ..grid(start, &[0, 1], &[0.2, 0.5], &[5, 3]) };
+        let middle = lab.sampled_iteration(&start, 3).expect("an iteration").summary.cost;
+        let landscape = lab.cost_landscape(&sampled).expect("a landscape");
+        assert!((landscape[7] - middle).abs() <= 1e-12, "{name}: {} {middle}", landscape[7]);
+        let ends = lab.basin_of_attraction(&sampled).expect("a basin");
+        for (T, cost) in ends.T_target_source.iter().zip(&ends.cost) {
+            let again = lab.sampled_iteration(T, 3).expect("an iteration").summary.cost;
+            let agrees = (again - cost).abs() <= 1e-9 || (again.is_nan() && cost.is_nan());
+            assert!(agrees, "{name}: {again} {cost}");
+        }
+        let none = lab.cost_landscape(&GridOptions { stride: 0, ..sampled }).expect_err("no points");
+        assert!(none.to_string().contains("stride of 0"), "{name}: {none}");
     }
 }
 

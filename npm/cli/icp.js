@@ -20,6 +20,7 @@ const OPTIONS = /** @type {const} */ ({
   axes: { type: 'string' },
   'half-widths': { type: 'string' },
   size: { type: 'string' },
+  stride: { type: 'string' },
 });
 
 /** @type {import('./command.js').Command} */
@@ -42,6 +43,7 @@ Options:
                        space in wx, wy, wz, x, y, z (default: 3,4)
   --half-widths A,B    how far each goes to either side (rad, m; default: 1,1)
   --size W,H           nodes of the pictures (default: 101,101; of the basin 31,31)
+  --stride N           every N-th source point alone for both pictures: for large clouds (default: 1)
   --own FILE           poses of your own ICP, a 3 x 3 or 4 x 4 matrix an iteration (CSV, JSON, npy): each of its steps
                        is compared with ours from the same pose, and where they part the fault is named: pairs,
                        weights or solution
@@ -65,21 +67,44 @@ async function run(engine, args) {
   try {
     for (const path of positionals) clouds.push(readCloud(engine, path));
     const [source, target] = /** @type {[PointCloud, PointCloud]} */ (clouds);
+    tellSize(source, target, options);
     const result = engine.register(source, target, { ...options, trace: true });
     process.stdout.write(iterations(result));
+    const is_stuck = result.end_reason === 'no_step';
+    if (is_stuck) process.stderr.write(`scanstitch: ${noStep(result)}\n`);
     if (values.trace) await writeWhole(values.trace, `${JSON.stringify(result)}\n`);
     const T_center = result.T_target_source;
     if (values.landscape)
       await writeWhole(values.landscape, landscape(engine, source, target, options, { ...grid, T_center }));
     if (values.basin) await writeWhole(values.basin, basin(engine, source, target, options, { ...grid, T_center }));
     if (own) process.stdout.write(`\n${comparison(engine.compare_own_icp(source, target, own, options))}`);
-    return EXIT.done;
+    return is_stuck ? EXIT.partial : EXIT.done;
   } catch (error) {
     if (isScanstitchError(error)) throw new CommandError(error.message);
     throw error;
   } finally {
     for (const cloud of clouds) cloud.free();
   }
+}
+
+/** Clouds of more points take seconds an iteration. */
+const MANY_POINTS = 300_000;
+
+/** @param {PointCloud} source @param {PointCloud} target @param {Options} options */
+function tellSize(source, target, options) {
+  const most = Math.max(source.length, target.length);
+  if (most <= MANY_POINTS || options.voxel_size !== undefined) return;
+  process.stderr.write(
+    `scanstitch: a cloud of ${most} points takes seconds an iteration. --set voxel_size=0.1 thins both.\n`,
+  );
+}
+
+/** Why the loop found no step. @param {import('../index.js').RegistrationResult} result */
+function noStep({ trace }) {
+  const last = trace?.at(-1)?.summary;
+  return last?.num_correspondences === 0
+    ? 'The clouds do not overlap from this start: no point of the source has a partner. Give a nearer start by --set init_T_target_source=[...], or --set max_correspondence_distance=5.'
+    : 'The pairs fix no step: too few, or without the normals that they are measured along. Try --set metric=point_to_point.';
 }
 
 /** @param {Engine} engine @param {string} path */
@@ -117,7 +142,7 @@ function setting(text) {
   }
 }
 
-/** @param {{ axes?: string | undefined, 'half-widths'?: string | undefined, size?: string | undefined }} values */
+/** @param {{ axes?: string | undefined, 'half-widths'?: string | undefined, size?: string | undefined, stride?: string | undefined }} values */
 function gridOf(values) {
   const numbers = (/** @type {'axes' | 'half-widths' | 'size'} */ option) => {
     const text = values[option];
@@ -127,8 +152,11 @@ function gridOf(values) {
       throw new CommandError(`--${option} is two numbers, not "${text}".`);
     return list;
   };
-  const given = { axes: numbers('axes'), half_widths: numbers('half-widths'), size: numbers('size') };
-  return Object.fromEntries(Object.entries(given).filter(([, list]) => list !== undefined));
+  const stride = values.stride === undefined ? undefined : Number(values.stride);
+  if (stride !== undefined && !(Number.isInteger(stride) && stride > 0))
+    throw new CommandError(`--stride is a whole number from 1, not "${values.stride}".`);
+  const given = { axes: numbers('axes'), half_widths: numbers('half-widths'), size: numbers('size'), stride };
+  return Object.fromEntries(Object.entries(given).filter(([, value]) => value !== undefined));
 }
 
 /** @param {import('../index.js').RegistrationResult} result */

@@ -242,7 +242,8 @@ test('scanstitch icp refuses what it cannot register, each with its reason', (t)
     assert.equal(status, 1, args.join(' '));
     assert.match(stderr, message);
   }
-  const { status, stdout } = scanstitch(['icp', far, target]);
-  assert.equal(status, 0);
+  const { status, stdout, stderr } = scanstitch(['icp', far, target]);
+  assert.equal(status, 2);
   assert.match(stdout, /ended: no_step/);
+  assert.match(stderr, /The clouds do not overlap from this start/);
 });

@@ -58,6 +58,8 @@ pub type FindAlong<'a, P> = dyn FnMut(&P, &[P], &mut Vec<Span>) + 'a;
 pub trait IcpProblem<M: RigidMotion> {
     /// The whole loop from a first guess.
     fn register(&self, init_T_target_source: M) -> Registration<M>;
+    /// The same with every `stride`-th source point alone.
+    fn every(&self, stride: usize) -> Box<dyn IcpProblem<M>>;
     /// The one iteration that the loop would do next at this pose; of every `stride`-th source point alone where `stride` is above 1.
     fn iteration(&self, T_target_source: &M, stride: usize) -> Iteration<M>;
     /// The cost of each of these poses, the pairs being searched anew at each.
@@ -93,6 +95,16 @@ where
         Source { points: &self.points, normals: self.normals.as_deref(), sigmas: None }
     }
 
+    /// Every `stride`-th point of the source.
+    fn sampled_points(&self, stride: usize) -> Vec<M::Point> {
+        self.points.iter().step_by(stride).copied().collect()
+    }
+
+    /// Their normals.
+    fn sampled_normals(&self, stride: usize) -> Option<Vec<Option<M::Point>>> {
+        self.normals.as_ref().map(|normals| normals.iter().step_by(stride).copied().collect())
+    }
+
     /// Whether the normals of a pair differ by more than the limit.
     fn face_apart(&self, normal: Option<&M::Point>, partner: u32) -> bool {
         let (Some(normal), Some(target_normal)) = (normal, self.target.normal(partner)) else { return false };
@@ -102,18 +114,26 @@ where
 
 impl<M, T, F> IcpProblem<M> for Problem<M, T, F>
 where
-    M: RigidMotion,
-    T: Target<Point = M::Point>,
-    F: Factor<M, T>,
+    M: RigidMotion + 'static,
+    T: Target<Point = M::Point> + Clone + 'static,
+    F: Factor<M, T> + Clone + 'static,
 {
     fn register(&self, init_T_target_source: M) -> Registration<M> {
         register_with(self.source(), &self.target, init_T_target_source, &self.factor, &self.options, &self.solver)
     }
 
+    fn every(&self, stride: usize) -> Box<dyn IcpProblem<M>> {
+        Box::new(Self {
+            points: self.sampled_points(stride),
+            normals: self.sampled_normals(stride),
+            target: self.target.clone(),
+            factor: self.factor.clone(),
+            ..*self
+        })
+    }
+
     fn iteration(&self, T_target_source: &M, stride: usize) -> Iteration<M> {
-        let points: Vec<M::Point> = self.points.iter().step_by(stride).copied().collect();
-        let normals: Option<Vec<_>> =
-            self.normals.as_ref().map(|normals| normals.iter().step_by(stride).copied().collect());
+        let (points, normals) = (self.sampled_points(stride), self.sampled_normals(stride));
         let source = Source { points: &points, normals: normals.as_deref(), sigmas: None };
         let (mut correspondences, mut rejected) = (Vec::with_capacity(points.len()), Vec::new());
         let searches = &mut vec![LastSearch::None; points.len()];

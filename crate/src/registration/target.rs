@@ -8,6 +8,7 @@ use crate::geometry::Vector;
 use crate::search::{KdTree, NearestTable, Neighbor};
 
 /// Points (m) with a nearest-neighbour index.
+#[derive(Clone)]
 pub struct PointTarget<const D: usize> {
     points: Vec<SVector<f64, D>>,
     tree: KdTree<D>,
@@ -42,6 +43,7 @@ impl<const D: usize> PointTarget<D> {
 }
 
 /// Points (m) with an index and unit normals: what point-to-line and point-to-plane need.
+#[derive(Clone)]
 pub struct OrientedTarget<const D: usize> {
     points: PointTarget<D>,
     normals: Vec<Option<SVector<f64, D>>>,
@@ -204,6 +206,7 @@ impl<const D: usize> Target for OrientedTarget<D> {
 }
 
 /// A target in the plane that is searched by a table, for very many searches within one distance.
+#[derive(Clone)]
 pub struct TabledTarget<T> {
     target: T,
     table: Rc<NearestTable>,

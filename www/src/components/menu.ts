@@ -118,6 +118,9 @@ export class ScanstitchMenu extends LitElement {
         position: relative;
         display: inline-block;
       }
+      button[aria-haspopup] > svg {
+        display: var(--menu-icon, block);
+      }
       .list {
         position: absolute;
         top: calc(100% + 4px);

@@ -11,6 +11,7 @@ import type { Grid, LabFacts, Pose } from './protocol.js';
 import type { LabRun } from './session.js';
 import { type Basin, type BasinSurvey } from './survey.js';
 import { SurveyPanel } from './survey-panel.js';
+import { strideWords } from './thinning.js';
 
 /** Other minima that are listed. */
 const MAX_LISTED = 5;
@@ -43,7 +44,7 @@ export class ScanstitchLabBasin extends SurveyPanel<BasinSurvey> {
         <span class="muted"
           >${
             basin?.progress === 1
-              ? `${formatCount(basin.index.length)} starts, ${formatDuration(basin.milliseconds)}`
+              ? `${formatCount(basin.index.length)} starts, ${formatDuration(basin.milliseconds)}${strideWords(basin.grid.stride)}`
               : 'computing…'
           }</span
         >
@@ -52,6 +53,11 @@ export class ScanstitchLabBasin extends SurveyPanel<BasinSurvey> {
       <p class="explanation">
         Every pixel is a start: a whole registration was run from there, and its colour is where it ended. Home is the
         minimum in which this run ended.
+        ${
+          this.session.trace?.converged
+            ? nothing
+            : 'It did not converge: home is where it stopped, and more iterations (under Methods) would lead on.'
+        }
       </p>
     `;
   }

@@ -83,7 +83,7 @@ function row(run: LabRun, reference: Pose | null, has: CompareFacts): TemplateRe
           ${numPoses(trace) - 1}${trace.converged || own ? '' : html` <span class="muted" title=${trace.end_reason}>!</span>`}
         </td>
         <td>${trace.records.length > 0 ? formatLength(trace.records.at(-1)?.inlier_rmse ?? 0) : '–'}</td>
-        <td>${apart ? `${formatLength(apart.translation)}, ${formatAngle(apart.rotation, 1)}` : '–'}</td>
+        <td>${apart ? html`${formatLength(apart.translation)}<br />${formatAngle(apart.rotation, 1)}` : '–'}</td>
         <td>${own ? '–' : formatDuration(trace.milliseconds)}</td>
         <td>${home === undefined ? '–' : home === null ? '…' : formatPercent(home)}</td>`
     : html`<td colspan="5">${problem || '…'}</td>`;

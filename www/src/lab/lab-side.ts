@@ -22,6 +22,7 @@ import { endOf, type LabRun, type LabSession, numPoses, runColor } from './sessi
 import { ownPanel } from './own-panel.js';
 import { costPainter, stepPanel } from './step-panel.js';
 import { BasinSurvey, LandscapeSurvey, shareHome } from './survey.js';
+import { surveyStride } from './thinning.js';
 
 export type Tab = 'step' | 'landscape' | 'basin' | 'search' | 'degeneracy' | 'method';
 
@@ -198,10 +199,10 @@ export class ScanstitchLabSide extends LitElement {
     const [first] = runs;
     if (!client || !first?.trace || !facts) return;
     const T_center = endOf(first);
-    const grid = { ...COMPARED[facts.is_planar ? 'plane' : 'space'], T_center };
+    const grid = { ...COMPARED[facts.is_planar ? 'plane' : 'space'], T_center, stride: surveyStride(facts) };
     this.basins = new Map(runs.filter(({ own }) => !own).map(({ id }) => [id, null]));
     for (const id of this.basins.keys()) {
-      const share = await shareHome(client, id, grid, T_center).catch(() => null);
+      const share = await shareHome(client, id, grid, first.id).catch(() => null);
       this.basins = new Map([...this.basins, [id, share]]);
     }
   }

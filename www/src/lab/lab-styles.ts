@@ -202,7 +202,7 @@ export const lab_styles = css`
     white-space: nowrap;
   }
   .legend select {
-    max-width: 128px;
+    max-width: 220px;
   }
   .legend input {
     margin: 0;
@@ -232,6 +232,25 @@ export const lab_styles = css`
     }
     .pair select {
       max-width: 118px;
+    }
+    .pair .ends {
+      flex-wrap: nowrap;
+      gap: 4px;
+      margin-left: 0;
+      --menu-icon: none;
+    }
+    .pair .ends > button {
+      padding: 0 9px;
+      white-space: nowrap;
+    }
+    .pair .ends > button svg {
+      display: none;
+    }
+    .columns {
+      grid-template-rows: minmax(300px, 11fr) minmax(0, 9fr);
+    }
+    .legend select {
+      max-width: 128px;
     }
     .hint,
     .transport select {

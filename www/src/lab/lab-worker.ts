@@ -99,12 +99,13 @@ function pointsOf({ name, bytes, camera, depth_scale }: Extract<CloudData, { kin
 
 const numbers = (T: Pose): Float64Array => Float64Array.from(T);
 
-function gridOf({ T_center, axes, half_widths, size, rows }: GridPart): EngineGrid {
+function gridOf({ T_center, axes, half_widths, size, stride, rows }: GridPart): EngineGrid {
   return {
     T_center: Array.from(T_center) as EngineGrid['T_center'],
     axes: [...axes],
     half_widths: [...half_widths],
     size: [...size],
     rows: [...rows],
+    stride,
   };
 }

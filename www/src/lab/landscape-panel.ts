@@ -3,11 +3,12 @@ import { customElement } from 'lit/decorators.js';
 import { formatAngle, formatDuration, formatLength, plural } from '../views/format.js';
 import { memoizeLast } from '../views/memoize-last.js';
 import { offsetsOfNode, poseAt } from './grids.js';
-import { landscapePainter, seenMinima } from './landscape.js';
+import { costRange, type Landscape, landscapePainter, rampStops, seenMinima } from './landscape.js';
 import { difference } from './poses.js';
 import type { Grid, LabFacts, Pose } from './protocol.js';
 import type { LabRun } from './session.js';
 import { SurveyPanel } from './survey-panel.js';
+import { strideWords } from './thinning.js';
 import type { LandscapeSurvey } from './survey.js';
 import { formatNumber } from './words.js';
 
@@ -33,7 +34,7 @@ export class ScanstitchLabLandscape extends SurveyPanel<LandscapeSurvey> {
       <header>
         <h2>Cost around the end</h2>
         <span class="muted"
-          >${landscape?.progress === 1 ? `${landscape.grid.size.join(' × ')} poses, ${formatDuration(landscape.milliseconds)}` : 'computing…'}</span
+          >${landscape?.progress === 1 ? `${landscape.grid.size.join(' × ')} poses, ${formatDuration(landscape.milliseconds)}${strideWords(landscape.grid.stride)}` : 'computing…'}</span
         >
       </header>
       ${this.renderChoices(facts)}
@@ -54,6 +55,7 @@ export class ScanstitchLabLandscape extends SurveyPanel<LandscapeSurvey> {
                 @keydown=${this.onKey}
                 @click=${this.startHere}
               ></scanstitch-figure>
+              ${this.renderScale(landscape)}
               <p class="readout number muted">${this.readout(facts) || 'Click on a place to start from there'}</p>
               ${this.renderMinima(facts)}`
           : nothing
@@ -61,9 +63,19 @@ export class ScanstitchLabLandscape extends SurveyPanel<LandscapeSurvey> {
       <p class="explanation">
         The cost is the mean robust loss of a source point; the pairs are searched anew at every pose, so this is what
         the iterations really go down on. The other unknowns stay as they are at the end of the run. Line: the path of
-        the iterations. Circles: local minima.
+        the iterations. Circles: local minima. The colours go with the square root of the cost above the lowest.
       </p>
     `;
+  }
+
+  /** Which cost has which colour. */
+  private renderScale(landscape: Landscape): TemplateResult {
+    const { low, high } = costRange(landscape);
+    return html`<p class="costs number muted">
+      ${formatNumber(low)}
+      <i style="background: linear-gradient(to right, ${rampStops(this.dark)})" aria-hidden="true"></i>
+      ${formatNumber(high)} m² ${landscape.costs.some(Number.isNaN) ? ', blank: no pairs' : nothing}
+    </p>`;
   }
 
   private renderMinima(facts: LabFacts): TemplateResult | typeof nothing {
@@ -83,7 +95,7 @@ export class ScanstitchLabLandscape extends SurveyPanel<LandscapeSurvey> {
             >
               Start there
             </button>
-            ${formatLength(translation)}, ${formatAngle(rotation, 1)} from the end, cost ${formatNumber(cost)} m²
+            ${formatLength(translation)}, ${formatAngle(rotation, 1)} away, ${formatNumber(cost)} m²
           </li>`;
         })}
       </ul>`;

@@ -96,10 +96,15 @@ export const pair = ([a = 0, b = 0]: readonly number[]): [number, number] => [a,
 
 const onScreen = (value: number, is_turn: boolean): number => (is_turn ? value * DEGREES : value);
 
-/** Shares of the heights between the lowest and the highest: ranks mix with heights, so that flat valleys show as well. */
-function shareOf({ costs }: Landscape): (cost: number) => number {
+/** The lowest and the highest cost (m²). */
+export function costRange({ costs }: Landscape): Range {
   const known = costs.filter((cost) => !Number.isNaN(cost)).sort();
-  const [low, high] = [known[0] ?? 0, known.at(-1) ?? 1];
+  return { low: known[0] ?? 0, high: known.at(-1) ?? 1 };
+}
+
+/** Square roots of the shares between the lowest and the highest, so that flat valleys show as well. */
+function shareOf(landscape: Landscape): (cost: number) => number {
+  const { low, high } = costRange(landscape);
   return (cost) => Math.sqrt(Math.max(cost - low, 0) / Math.max(high - low, Number.MIN_VALUE));
 }
 

@@ -321,7 +321,9 @@ function paintArrow(pen: Pen, place: Place, { x, y, turns, dx, dy, color, label 
   ] as const) {
     pen.segments(strokes, { color: shade, width });
   }
-  pen.text(tip[0] + 8, tip[1] - 10, label, { color, size: 12 });
+  // Beyond the tip, clear of the other arrows and of the ring.
+  const [lx, ly] = turns ? [cx - reach - 34, cy - reach] : [tip[0] + 14 * along[0] + 6, tip[1] + 14 * along[1]];
+  pen.text(lx, ly, label, { color, size: 12, halo: theme.background });
 }
 
 const HEAD_PIXELS = 9;

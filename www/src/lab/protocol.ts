@@ -70,6 +70,8 @@ export interface Grid {
   /** rad, m */
   half_widths: readonly number[];
   size: readonly number[];
+  /** Every so-many-th source point is used; 1 is all. */
+  stride: number;
 }
 
 /** Rows of a grid, from the first to before the second, counted through all layers. */

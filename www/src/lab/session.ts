@@ -169,7 +169,8 @@ export class LabSession extends Session<LabClient> {
   /** Another method beside the ones that are there, which is then looked at. */
   async addRun(options: Options): Promise<void> {
     if (this.runs.length >= MAX_RUNS) return;
-    const run = this.#makeRun(options);
+    // Until it is prepared, the clouds are shown as they are known.
+    const run = { ...this.#makeRun(options), facts: this.facts };
     this.runs = [...this.runs, run];
     this.active = run.id;
     await this.#runOne(run.id);
@@ -331,6 +332,11 @@ export class LabSession extends Session<LabClient> {
       this.report(
         `The clouds do not overlap from this start: no point of the source has a partner within ${formatLength(reach)}`,
         'Drag the source onto the target, or raise the largest distance of pairs under Methods',
+      );
+    } else if (trace.end_reason === 'no_step') {
+      this.report(
+        'The pairs fix no step: there are too few, or the target has no normals to measure along',
+        'Choose point to point under Methods, or clouds of more points',
       );
     }
     this.#startPlayer();

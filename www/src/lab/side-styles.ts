@@ -57,10 +57,10 @@ export const side_styles = css`
   }
   .system {
     display: flex;
-    flex-wrap: wrap;
     align-items: center;
-    gap: 8px;
+    gap: 5px;
     overflow-x: auto;
+    white-space: nowrap;
   }
   .matrix {
     border-right: 1.5px solid var(--text);
@@ -76,23 +76,18 @@ export const side_styles = css`
     font-size: 12px;
   }
   .matrix td {
-    padding: 1px 7px;
+    padding: 1px 5px;
     text-align: right;
     white-space: nowrap;
   }
   .matrix th {
-    padding: 1px 0 1px 7px;
+    padding: 1px 0 1px 5px;
     color: var(--muted);
     font-weight: 400;
     font-style: italic;
   }
-  .system.large {
-    flex-wrap: nowrap;
-    gap: 5px;
-  }
   .system.large .sign {
     font-size: 12px;
-    white-space: nowrap;
   }
   .system.large .matrix {
     font-size: 10.5px;
@@ -146,7 +141,7 @@ export const side_styles = css`
     border-radius: 50%;
   }
   .methods .name {
-    min-width: 120px;
+    min-width: 96px;
     text-align: left;
     white-space: normal;
   }

@@ -14,6 +14,7 @@ import { side_styles } from './side-styles.js';
 import { type LandscapeMarks, offsetsAt } from './landscape.js';
 import type { Grid, LabFacts, Pose } from './protocol.js';
 import { type LabRun, type LabSession, numPoses } from './session.js';
+import { surveyStride } from './thinning.js';
 
 const RANGES = [0.25, 0.5, 1, 2, 4];
 /** To either side of the end, at least, where the start is not further away: as far as pairs are searched, and 20 degrees. */
@@ -67,7 +68,8 @@ export abstract class SurveyPanel<S extends Survey & { result: { grid: Grid } | 
     const axes = this.allAxes(facts);
     const widths = this.halfWidths(facts, reference, run);
     const half_widths = axes.map((axis) => widths[axis] ?? 1);
-    this.start({ run, grid: { T_center: reference, axes, half_widths }, reference });
+    const stride = surveyStride(facts);
+    this.start({ run, grid: { T_center: reference, axes, half_widths, stride }, reference });
   }
 
   /** Of all unknowns. */
@@ -228,6 +230,18 @@ export abstract class SurveyPanel<S extends Survey & { result: { grid: Grid } | 
       }
       .readout {
         min-height: 21px;
+      }
+      .costs {
+        display: flex;
+        align-items: center;
+        gap: 6px;
+        font-size: 12.5px;
+        white-space: nowrap;
+      }
+      .costs i {
+        flex: 0 1 110px;
+        height: 8px;
+        border-radius: 4px;
       }
       .minima {
         display: grid;

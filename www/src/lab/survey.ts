@@ -128,7 +128,8 @@ export class BasinSurvey extends Survey<Basin> {
   }
 
   async #compute(of: SurveyOf, grid: Grid, num_parts: number, signal: AbortSignal): Promise<number> {
-    const { client, method, reference } = of;
+    const { client, method } = of;
+    const reference = await settled(of);
     const [width = 1] = grid.size;
     const index = new Int32Array(width * numRows(grid)).fill(-1);
     const known: BasinEnds[] = [];
@@ -159,8 +160,19 @@ export class BasinSurvey extends Survey<Basin> {
   }
 }
 
-/** Share of the starts on a grid that end at the reference. */
-export async function shareHome(client: LabClient, method: number, grid: Grid, reference: Pose): Promise<number> {
+/** Where the points that a survey uses come to rest from the reference: of a sample that is a little beside where all do. */
+async function settled({ client, method, grid, reference }: SurveyOf): Promise<Pose> {
+  if (grid.stride === 1) return reference;
+  const one = { ...grid, T_center: reference, size: grid.axes.map(() => 1) };
+  let end: Pose = reference;
+  const take = (_: GridPart, { T_target_source }: BasinEnds): void => void (end = T_target_source);
+  await client.share(method, 'basin', parts(one, 1), take, new AbortController().signal);
+  return end;
+}
+
+/** Share of the starts on a grid that end at the reference, or where `first`, another method, leads from it. */
+export async function shareHome(client: LabClient, method: number, grid: Grid, first: number): Promise<number> {
+  const reference = await settled({ client, method: first, grid, reference: grid.T_center });
   const known: BasinEnds[] = [];
   const add = (_: GridPart, ends: BasinEnds): void => void known.push(ends);
   await client.share(method, 'basin', parts(grid, 8), add, new AbortController().signal);

@@ -10,6 +10,21 @@ const KEPT_POINTS = 100_000;
 /** The finest voxels that are tried are this share of the target's reach. */
 const FINEST_SHARE = 1e-3;
 
+/** So many points of a source in space are registered from each of hundreds of starts: the picture is that of all. */
+const SURVEYED_POINTS = 5000;
+
+/**
+ * Every so-many-th source point that surveys use. It is odd, so that of images, whose widths are even, no columns are left out.
+ * In the plane all are used.
+ */
+export function surveyStride({ is_planar, source_points }: LabFacts): number {
+  const stride = is_planar ? 1 : Math.ceil(source_points.length / 3 / SURVEYED_POINTS);
+  return stride + (1 - (stride % 2));
+}
+
+/** ", 1 of 15 source points"; nothing where all are used. */
+export const strideWords = (stride: number): string => (stride > 1 ? `, 1 of ${stride} source points` : '');
+
 /** Points of the larger cloud. */
 export const numLargest = ({ source_points, target_points }: LabFacts): number =>
   Math.max(source_points.length, target_points.length) / 3;

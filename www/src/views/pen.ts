@@ -12,6 +12,8 @@ export interface TextStyle {
   align?: 'start' | 'middle' | 'end';
   /** Turned by a quarter to the left. */
   is_upright?: boolean;
+  /** Colour of a rim that keeps the words apart from what lies behind them. */
+  halo?: string;
 }
 
 export interface Pen {
@@ -104,7 +106,8 @@ export class CanvasPen implements Pen {
     context.stroke();
   }
 
-  text(x: number, y: number, words: string, { color, size, align = 'start', is_upright = false }: TextStyle): void {
+  text(x: number, y: number, words: string, style: TextStyle): void {
+    const { color, size, align = 'start', is_upright = false, halo } = style;
     const { context } = this;
     context.save();
     context.translate(x, y);
@@ -113,6 +116,13 @@ export class CanvasPen implements Pen {
     context.font = `${size}px ${FONT}`;
     context.textAlign = align === 'middle' ? 'center' : align;
     context.textBaseline = 'middle';
+    if (halo) {
+      context.setLineDash([]);
+      context.lineJoin = 'round';
+      context.lineWidth = 4;
+      context.strokeStyle = halo;
+      context.strokeText(words, 0, 0);
+    }
     context.fillText(words, 0, 0);
     context.restore();
   }
@@ -177,12 +187,14 @@ export class SvgPen implements Pen {
     this.#parts.push(`<circle cx="${short(x)}" cy="${short(y)}" r="${radius}" fill="${color}"${stroke}/>`);
   }
 
-  text(x: number, y: number, words: string, { color, size, align = 'start', is_upright = false }: TextStyle): void {
+  text(x: number, y: number, words: string, style: TextStyle): void {
+    const { color, size, align = 'start', is_upright = false, halo } = style;
+    const rim = halo ? ` stroke="${halo}" stroke-width="4" stroke-linejoin="round" paint-order="stroke"` : '';
     const place = is_upright
       ? `transform="translate(${short(x)} ${short(y)}) rotate(-90)"`
       : `x="${short(x)}" y="${short(y)}"`;
     this.#parts.push(
-      `<text ${place} fill="${color}" font-size="${size}" text-anchor="${align}" dominant-baseline="central">${escape(words)}</text>`,
+      `<text ${place} fill="${color}" font-size="${size}" text-anchor="${align}" dominant-baseline="central"${rim}>${escape(words)}</text>`,
     );
   }
 

@@ -64,8 +64,8 @@ fn problem<T, F>(
     solver: Solver<Pose2>,
 ) -> Box<dyn IcpProblem<Pose2>>
 where
-    T: Target<Point = Vector2<f64>> + 'static,
-    F: Factor<Pose2, T> + 'static,
+    T: Target<Point = Vector2<f64>> + Clone + 'static,
+    F: Factor<Pose2, T> + Clone + 'static,
 {
     let (points, normals) = (source.points.clone(), Some(source.normals.clone()));
     Box::new(Problem { points, normals, target, num_target, factor, options, solver })

@@ -73,8 +73,8 @@ fn problem<T, F>(
     solver: &Solver<Pose3>,
 ) -> Box<dyn IcpProblem<Pose3>>
 where
-    T: Target<Point = Vector3<f64>> + 'static,
-    F: Factor<Pose3, T> + 'static,
+    T: Target<Point = Vector3<f64>> + Clone + 'static,
+    F: Factor<Pose3, T> + Clone + 'static,
 {
     let (points, normals) = (source.points, source.normals);
     Box::new(Problem { points, normals, target, num_target, factor, options: options.icp_options(), solver: *solver })

@@ -25,6 +25,13 @@ pub struct GridOptions {
     /// Rows to do, from the first to before the second, counted through all layers; null is all. It lets workers share.
     #[serde(default)]
     pub rows: Option<[usize; 2]>,
+    /// Every so-many-th source point is used, 1 is all: for large clouds, of which every node takes long.
+    #[serde(default = "all")]
+    pub stride: usize,
+}
+
+const fn all() -> usize {
+    1
 }
 
 /// Most nodes of a grid.
@@ -59,6 +66,9 @@ impl<M: LabMotion> Grid<M> {
                 "A half width of a grid is negative or not finite",
                 "Give finite numbers from 0 (rad, m)".into(),
             );
+        }
+        if options.stride == 0 {
+            return fail("A stride of 0 takes no points", "Give 1 for all points, 2 for every second one".into());
         }
         let num_nodes = size.iter().try_fold(1usize, |product, &n| product.checked_mul(n).filter(|_| n > 0));
         if num_nodes.is_none_or(|count| count > MAX_NODES) {

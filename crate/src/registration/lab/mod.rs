@@ -253,9 +253,13 @@ impl IcpLab {
         let center = self.clouds.near(&options.T_center)?;
         Ok(match &self.clouds.problem {
             CloudProblem::Plane(problem, _) => {
-                landscape::planar_costs(problem.as_ref(), &Grid::new(&center, options, 2..=2)?, self.clouds.table())
+                let grid = Grid::new(&center, options, 2..=2)?;
+                landscape::planar_costs(problem.every(options.stride).as_ref(), &grid, self.clouds.table())
             }
-            CloudProblem::Space(problem, _) => landscape::costs(problem.as_ref(), &Grid::new(&center, options, 2..=2)?),
+            CloudProblem::Space(problem, _) => {
+                let grid = Grid::new(&center, options, 2..=2)?;
+                landscape::costs(problem.every(options.stride).as_ref(), &grid)
+            }
         })
     }
 
@@ -266,7 +270,10 @@ impl IcpLab {
     pub fn basin_of_attraction(&self, options: &GridOptions) -> Result<Ends> {
         let center = self.clouds.near(&options.T_center)?;
         let rows = |pose: &Pose3| self.clouds.between_clouds(pose);
-        either!(self, |problem, _guess| basin::ends(problem, &Grid::new(&center, options, 1..=3)?, &rows))
+        either!(self, |problem, _guess| {
+            let grid = Grid::new(&center, options, 1..=3)?;
+            basin::ends(problem.every(options.stride).as_ref(), &grid, &rows)
+        })
     }
 
     /// Where the correlative search goes from a centre, level by level of its pyramid. Half widths in x and y (m) and of the turn
