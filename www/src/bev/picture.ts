@@ -4,6 +4,7 @@ import { repeat } from 'lit/directives/repeat.js';
 import { shared } from '../components/theme.js';
 import type { Overlay } from './paint.js';
 import type { Pixel, Strip } from './protocol.js';
+import { watchSize } from '../components/watch-size.js';
 
 /** A mark that can be taken hold of. */
 export interface Handle {
@@ -55,19 +56,13 @@ export class ScanstitchBevPicture extends LitElement {
   private was_dragged = false;
   /** Where the pointer was pressed: a click event has whole CSS pixels only. */
   private pressed_at: Pixel = [0, 0];
-  private observer = new ResizeObserver(() => {
-    this.paintBase();
-    this.paint();
-  });
-
-  override connectedCallback(): void {
-    super.connectedCallback();
-    this.observer.observe(this);
-  }
-
-  override disconnectedCallback(): void {
-    super.disconnectedCallback();
-    this.observer.disconnect();
+  constructor() {
+    super();
+    watchSize(
+      this,
+      () => this,
+      () => this.repaint(),
+    );
   }
 
   /** Moves the focus to a mark. */
@@ -156,6 +151,11 @@ export class ScanstitchBevPicture extends LitElement {
   }
 
   /** The picture in the size that it is shown in: a screen that is composed anew with every mark has less to do. */
+  private repaint(): void {
+    this.paintBase();
+    this.paint();
+  }
+
   private paintBase(): void {
     const { base, bitmap, warp } = this;
     const density = devicePixelRatio || 1;

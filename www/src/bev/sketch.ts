@@ -4,6 +4,7 @@ import { shared } from '../components/theme.js';
 import { axes, type Direction, orbited } from '../views/orbit.js';
 import { added, cross, dot, normalized, scaled, type Vec3 } from '../views/vectors.js';
 import type { BevLayout, BevLayoutCamera, BevPoint } from './protocol.js';
+import { watchSize } from '../components/watch-size.js';
 
 type Place = readonly [number, number];
 
@@ -33,16 +34,14 @@ export class ScanstitchBevSketch extends LitElement {
   @state() private direction: Direction = { azimuth: -0.7, elevation: 0.5 };
   @query('canvas') private canvas!: HTMLCanvasElement;
   private dragged_from: { x: number; y: number } | null = null;
-  private observer = new ResizeObserver(() => this.paint());
 
-  override connectedCallback(): void {
-    super.connectedCallback();
-    this.observer.observe(this);
-  }
-
-  override disconnectedCallback(): void {
-    super.disconnectedCallback();
-    this.observer.disconnect();
+  constructor() {
+    super();
+    watchSize(
+      this,
+      () => this,
+      () => this.paint(),
+    );
   }
 
   protected override updated(_changed: PropertyValues): void {

@@ -12,6 +12,7 @@ import { customElement, property, query } from 'lit/decorators.js';
 import { shared } from './theme.js';
 import type { Size } from '../views/figures.js';
 import { CanvasPen, type Pen } from '../views/pen.js';
+import { watchSize } from './watch-size.js';
 
 /** Draws on a surface of this size. */
 export type Painter = (pen: Pen, size: Size) => void;
@@ -49,26 +50,20 @@ export class ScanstitchFigure extends LitElement {
   @query('canvas') private canvas!: HTMLCanvasElement;
   /** As last observed: to ask for it at every move would lay the page out anew. */
   private known_size: Size | null = null;
-  private observer = new ResizeObserver(() => {
-    this.known_size = { width: this.clientWidth, height: this.clientHeight };
-    this.paint();
-    this.requestUpdate();
-  });
   private dragged_from: { x: number; y: number } | null = null;
+
+  constructor() {
+    super();
+    watchSize(
+      this,
+      () => this,
+      () => this.resize(),
+    );
+  }
 
   /** CSS pixels. */
   get size(): Size {
     return this.known_size ?? { width: this.clientWidth, height: this.clientHeight };
-  }
-
-  override connectedCallback(): void {
-    super.connectedCallback();
-    this.observer.observe(this);
-  }
-
-  override disconnectedCallback(): void {
-    super.disconnectedCallback();
-    this.observer.disconnect();
   }
 
   protected override updated(changed: PropertyValues): void {
@@ -98,6 +93,12 @@ export class ScanstitchFigure extends LitElement {
         ${this.movable ? 'Arrow keys move it, plus and minus zoom.' : this.steppable ? 'Arrow keys go along it.' : ''}
       </p>
     </div>`;
+  }
+
+  private resize(): void {
+    this.known_size = { width: this.clientWidth, height: this.clientHeight };
+    this.paint();
+    this.requestUpdate();
   }
 
   private paint(): void {

@@ -6,6 +6,7 @@ import type { Column, TableRow } from '../views/frame-columns.js';
 import { cssColor, type Rgb } from '../views/palette.js';
 import { statusBadge } from './status-badge.js';
 import { shared, status_styles } from './theme.js';
+import { watchSize } from './watch-size.js';
 
 /** Rows drawn beyond what is in sight, above and below. */
 const OVERSCAN = 12;
@@ -29,22 +30,19 @@ export class ScanstitchFrameTable extends LitElement {
   @state() private num_visible = 30;
   @query('.scroller') private scroller!: HTMLElement;
   private row_height = 32;
-  private resize_observer = new ResizeObserver(() => this.onScroll());
 
-  override disconnectedCallback(): void {
-    super.disconnectedCallback();
-    this.resize_observer.disconnect();
-  }
-
-  override connectedCallback(): void {
-    super.connectedCallback();
-    if (this.hasUpdated) this.resize_observer.observe(this.scroller);
+  constructor() {
+    super();
+    watchSize(
+      this,
+      () => this.scroller,
+      () => this.onScroll(),
+    );
   }
 
   protected override firstUpdated(): void {
     this.row_height = matchMedia('(pointer: coarse)').matches ? 42 : 32;
     this.style.setProperty('--row-height', `${this.row_height}px`);
-    this.resize_observer.observe(this.scroller);
   }
 
   protected override updated(changed: PropertyValues<this>): void {

@@ -26,6 +26,7 @@ import { map_styles } from './map-styles.js';
 import './map-legend.js';
 import { layerBox, layerList, mapButton, mapToolbar } from './map-toolbar.js';
 import { shared } from './theme.js';
+import { watchSize } from './watch-size.js';
 
 const NO_MARKS: MapMarks = {
   poses: [],
@@ -94,16 +95,18 @@ export class ScanstitchMap extends LitElement implements GestureTarget, KeyedMap
   private rest_timer: ReturnType<typeof setTimeout> | undefined;
   private has_new_points = false;
   private gestures = new Gestures(this, this);
-  private resize_observer = new ResizeObserver(() => this.resize());
 
-  override connectedCallback(): void {
-    super.connectedCallback();
-    if (this.hasUpdated) this.resize_observer.observe(this.stage);
+  constructor() {
+    super();
+    watchSize(
+      this,
+      () => this.stage,
+      () => this.resize(),
+    );
   }
 
   override disconnectedCallback(): void {
     super.disconnectedCallback();
-    this.resize_observer.disconnect();
     cancelAnimationFrame(this.animation_frame);
     this.animation_frame = 0;
     clearTimeout(this.rest_timer);
@@ -112,7 +115,6 @@ export class ScanstitchMap extends LitElement implements GestureTarget, KeyedMap
   protected override firstUpdated(): void {
     this.map_canvas = new MapCanvas(this.canvas);
     this.gestures.listen(this.stage);
-    this.resize_observer.observe(this.stage);
     this.resize();
   }
 

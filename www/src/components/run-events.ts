@@ -56,7 +56,8 @@ export class RunEvents {
     if (phase !== 'reading' && phase !== 'running') return;
     // Of a kind of run that is not used nobody wants to know.
     const faults = this.setting_faults.splice(0);
-    if (faults.length > 0) this.#view.dispatchEvent(new CustomEvent('settings-refused', { detail: faults, bubbles: true }));
+    if (faults.length > 0)
+      this.#view.dispatchEvent(new CustomEvent('settings-refused', { detail: faults, bubbles: true }));
     const told = this.#told_progress;
     if (told?.stage === phase && told.progress === progress && told.activity === activity) return;
     this.#told_progress = { stage: phase, progress, activity };

@@ -1,7 +1,8 @@
 /** The thread of comparisons: reads trajectories, keeps them, compares them. */
-import { evaluate, init, relation_errors, Trajectory } from '../engine/package.js';
+import { evaluate, init, relation_errors, type Trajectory } from '../engine/package.js';
 import type { Result, Comparison, Part, Query, RelationErrors, Command, TrajectoryFile, QueryApi } from './protocol.js';
 import { attempt, serve, transferred } from '../engine/serve.js';
+import { readTrajectory } from './read-trajectory.js';
 
 const files = new Map<number, TrajectoryFile>();
 /** Trajectories by their file, read once, whatever is asked of them; and the file of times that they were given. */
@@ -94,15 +95,7 @@ function read(id: number, times: Part | null): Trajectory {
     return found.trajectory;
   }
   forget(id);
-  const { name, parts } = files.get(id) ?? { name: '', parts: [] };
-  const [only] = parts;
-  const trajectory =
-    parts.length === 1 && only
-      ? Trajectory.read(only.bytes, name)
-      : Trajectory.read_frames(
-          parts.map((part) => part.name),
-          parts.map(({ bytes }) => bytes),
-        );
+  const trajectory = readTrajectory(files.get(id) ?? { name: '', parts: [] });
   const is_timed = trajectory.stamps() !== undefined;
   try {
     if (times && !is_timed) trajectory.set_stamps(times.bytes, times.name);

@@ -1,7 +1,8 @@
 /** The thread that computes the sharpness of maps, with no ground truth. It takes seconds: comparisons go on meanwhile. */
-import { FrameClouds, init, map_quality, PointCloud, Trajectory } from '../engine/package.js';
+import { FrameClouds, init, map_quality, PointCloud } from '../engine/package.js';
 import type { FrameQuality, MapResult, MapQuality, MapQuery, Part, TrajectoryFile, QueryApi } from './protocol.js';
 import { attempt, serve } from '../engine/serve.js';
+import { readTrajectory } from './read-trajectory.js';
 
 serve<QueryApi<never, MapQuery, MapResult>>({
   async start(module) {
@@ -50,15 +51,8 @@ function withCloud<T>(name: string, bytes: Uint8Array, use: (cloud: PointCloud) 
   }
 }
 
-function judgeFrames(clouds: FrameClouds, { name, parts }: TrajectoryFile): FrameQuality {
-  const [only] = parts;
-  const trajectory =
-    parts.length === 1 && only
-      ? Trajectory.read(only.bytes, name)
-      : Trajectory.read_frames(
-          parts.map((part) => part.name),
-          parts.map(({ bytes }) => bytes),
-        );
+function judgeFrames(clouds: FrameClouds, file: TrajectoryFile): FrameQuality {
+  const trajectory = readTrajectory(file);
   try {
     return clouds.quality(trajectory);
   } finally {

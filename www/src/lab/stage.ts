@@ -7,6 +7,7 @@ import { belongsToPage, PAN_STEP, ZOOM_STEP } from '../views/map-keys.js';
 import type { PlaneScene } from './plane-painter.js';
 import type { Pose } from './protocol.js';
 import { pressStageKey } from './stage-keys.js';
+import { watchSize } from '../components/watch-size.js';
 
 /** One press of an arrow key moves the source by so many pixels, a bracket turns it (rad); both less with Shift. */
 const KEY_PIXELS = 4;
@@ -32,7 +33,15 @@ export abstract class LabStage extends LitElement implements GestureTarget {
   protected size = { width: 0, height: 0 };
   private frame = 0;
   private gestures = new Gestures(this, this);
-  private observer = new ResizeObserver(() => this.resize());
+
+  constructor() {
+    super();
+    watchSize(
+      this,
+      () => this.stage,
+      () => this.resize(),
+    );
+  }
 
   abstract fit(): void;
   abstract shift(right: number, down: number): void;
@@ -48,21 +57,14 @@ export abstract class LabStage extends LitElement implements GestureTarget {
   /** Counter-clockwise on the screen, rad. */
   protected abstract turnSource(angle: number): void;
 
-  override connectedCallback(): void {
-    super.connectedCallback();
-    if (this.hasUpdated) this.observer.observe(this.stage);
-  }
-
   override disconnectedCallback(): void {
     super.disconnectedCallback();
-    this.observer.disconnect();
     cancelAnimationFrame(this.frame);
     this.frame = 0;
   }
 
   protected override firstUpdated(): void {
     this.gestures.listen(this.stage);
-    this.observer.observe(this.stage);
     this.resize();
   }
 

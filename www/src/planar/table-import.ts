@@ -18,6 +18,7 @@ import {
   usesOf,
 } from './table-format.js';
 import { import_styles } from './table-import-styles.js';
+import { watchSize } from '../components/watch-size.js';
 
 /** A table that is to be imported. */
 export interface TableRequest {
@@ -54,12 +55,19 @@ export class ScanstitchTableImport extends LitElement {
   private timer: ReturnType<typeof setTimeout> | undefined;
   /** Counts the formats that were tried: the last one wins. */
   private num_tried = 0;
-  private resize_observer = new ResizeObserver(() => this.draw());
+
+  constructor() {
+    super();
+    watchSize(
+      this,
+      () => this.canvas,
+      () => this.draw(),
+    );
+  }
 
   override disconnectedCallback(): void {
     super.disconnectedCallback();
     clearTimeout(this.timer);
-    this.resize_observer.disconnect();
   }
 
   protected override willUpdate(given: PropertyValues<this>): void {
@@ -72,7 +80,6 @@ export class ScanstitchTableImport extends LitElement {
   }
 
   protected override firstUpdated(): void {
-    this.resize_observer.observe(this.canvas);
     this.dialog.showModal();
   }
 

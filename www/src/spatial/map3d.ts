@@ -28,6 +28,7 @@ import {
 import type { Camera, Pose } from './poses.js';
 import type { MapScene, SceneLook } from './scene.js';
 import { leveled, NO_SURVEY, openSamples, positions, type Survey, straightened } from './survey.js';
+import { watchSize } from '../components/watch-size.js';
 
 /** Layers over the points. */
 export interface SpatialMarks {
@@ -87,23 +88,24 @@ export class ScanstitchMap3d extends LitElement implements GestureTarget, Graphi
   private survey: Survey = NO_SURVEY;
   private animation_frame = 0;
   private has_new_points = false;
-  private resize_observer = new ResizeObserver(() => this.resize());
 
-  override connectedCallback(): void {
-    super.connectedCallback();
-    if (this.hasUpdated) this.resize_observer.observe(this.stage);
+  constructor() {
+    super();
+    watchSize(
+      this,
+      () => this.stage,
+      () => this.resize(),
+    );
   }
 
   override disconnectedCallback(): void {
     super.disconnectedCallback();
-    this.resize_observer.disconnect();
     cancelAnimationFrame(this.animation_frame);
     this.animation_frame = 0;
   }
 
   protected override firstUpdated(): void {
     this.gestures.listen(this.stage);
-    this.resize_observer.observe(this.stage);
     this.resize();
   }
 
