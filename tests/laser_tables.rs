@@ -126,7 +126,10 @@ fn guesses_follow_the_numbers() {
     let table = |beams: usize, scale: f64, with_time: bool| {
         let line = |scan: usize| {
             let mut values = if with_time { vec![0.1 * scan as f64] } else { Vec::new() };
-            values.extend((0..beams).map(|beam| (scale * (2.0 + 0.01 * beam as f64)).round().max(1.0 + scale / 1e3)));
+            values.extend(
+                (0..beams)
+                    .map(|beam| (scale * (2.0 + 0.01 * beam.min(beams - beam) as f64)).round().max(1.0 + scale / 1e3)),
+            );
             row(&values)
         };
         (0..5).map(line).collect::<Vec<_>>().join("\n") + "\n"
@@ -148,9 +151,52 @@ fn guesses_follow_the_numbers() {
     }
 }
 
+/// Readings from a bearing on, a step apart (rad), in a room of 6 x 4 m from a place in it.
+fn in_room([x, y]: [f64; 2], heading: f64, start: f64, step: f64) -> Vec<String> {
+    let range = |beam: usize| {
+        let (dy, dx) = (heading + start + step * beam as f64).sin_cos();
+        let along = |at: f64, direction: f64, half: f64| (half * direction.signum() - at) / direction;
+        along(x, dx, 3.0).min(along(y, dy, 2.0))
+    };
+    (0..360).map(|beam| format!("{:.3}", range(beam))).collect()
+}
+
+#[test]
+fn readings_that_do_not_meet_go_round_no_full_turn() {
+    let guess = |start: f64, step: f64| {
+        let line =
+            |scan: usize| in_room([0.1 * scan as f64 - 1.0, 0.5], 0.02 * scan as f64, start, step).join(",") + "\n";
+        TableFormat::guess((0..20).map(line).collect::<String>().as_bytes()).unwrap()
+    };
+    let round = guess(0.0, TAU / 360.0);
+    assert_eq!(
+        (round.format.to_string(), round.doubt),
+        ("ranges=1:360,unit=m,start=0.0000deg,step=1.0000deg".into(), None)
+    );
+    let half = guess(-TAU / 4.0, TAU / 720.0);
+    assert_eq!(half.format.to_string(), "ranges=1:360,unit=m,start=-90.0000deg,step=0.5000deg");
+    assert!(half.doubt.is_some_and(|doubt| doubt.contains("does not meet the first")));
+}
+
+#[test]
+fn recordings_over_a_half_turn_are_asked_about() {
+    for name in ["fr079/fr079.log", "radish/freiburg-101.log"] {
+        let Some(path) = shared_data(&format!("laser/{name}")) else { continue };
+        let log = read(&fs::read(path).unwrap()).unwrap();
+        let line = |scan: &LaserScan| {
+            let ranges = scan.ranges.iter().map(|range| if range.is_finite() { *range } else { 0.0 });
+            ranges.map(|range| format!("{range:.2}")).collect::<Vec<_>>().join(",") + "\n"
+        };
+        let text: String = log.scans.iter().filter(|scan| scan.ranges.len() == 360).map(line).collect();
+        let guess = TableFormat::guess(text.as_bytes()).unwrap();
+        assert!(guess.doubt.is_some(), "{name}: {}", guess.format);
+        assert!(guess.format.to_string().contains("start=-90.0000deg,step=0.5000deg"), "{name}: {}", guess.format);
+    }
+}
+
 #[test]
 fn what_stands_beside_the_ranges_is_told_from_them() {
-    let wave = |scan: usize, beam: usize| 2.0 + (0.05 * beam as f64).sin().abs() + 0.01 * scan as f64;
+    let wave = |scan: usize, beam: usize| 2.0 + (TAU / 120.0 * beam as f64).sin().abs() + 0.01 * scan as f64;
     let table = |line: &dyn Fn(usize) -> Vec<String>, head: &str| {
         (0..8).fold(head.to_owned(), |text, scan| text + &line(scan).join(",") + "\n")
     };
