@@ -72,8 +72,10 @@ export interface ExchangeBar {
 
 /** One line above the map. `styles`: bar_styles. */
 export function exchangeBar({ title, other, is_undone, swap, addInstead, forget }: ExchangeBar): TemplateResult {
+  const replaced =
+    title === other ? 'The files opened last replaced those before.' : html`<b>${title}</b> replaced <b>${other}</b>.`;
   return html`<section class="bar" aria-label="Replaced recording">
-    <p>${is_undone ? html`<b>${title}</b> is open again.` : html`<b>${title}</b> replaced <b>${other}</b>.`}</p>
+    <p>${is_undone ? html`<b>${title}</b> is open again.` : replaced}</p>
     <button @click=${swap}>${is_undone ? `Redo: open ${other}` : 'Undo'}</button>
     ${addInstead ? html`<button @click=${addInstead}>Add instead</button>` : nothing}
     ${

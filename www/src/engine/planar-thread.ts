@@ -118,7 +118,9 @@ async function load(run: number, inputs: Inputs, settings: Partial<Settings>, ho
         return null;
       }
       if (!is_reading) {
-        const problem = `Reading was stopped after ${index + 1} of ${inputs.scans.length} scans`;
+        const total = inputs.scans.length;
+        const how_far = total > 1 ? ` after ${index + 1} of ${total} files` : '';
+        const problem = `Reading was stopped${how_far}: none of it is used`;
         problems.push({ file: '', place: null, problem, remedy: '' });
         accepted.length = 0;
         break;
