@@ -10,8 +10,9 @@ use nalgebra::SVector;
 
 use crate::geometry::{RigidMotion, SquareMatrix, Vector};
 use crate::graph::sparse::{BlockCholesky, BlockMatrix};
+use crate::registration::correspondences::match_points;
 use crate::registration::factors::{Correspondence, Factor, NormalEquations, RELATIVE_DAMPING};
-use crate::registration::icp::{IcpOptions, IterationRecord, Source, match_points};
+use crate::registration::icp::{IcpOptions, IterationRecord, Source};
 use crate::registration::target::Target;
 use crate::search::order::ascending;
 

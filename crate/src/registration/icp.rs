@@ -6,6 +6,7 @@
 
 use serde::Serialize;
 
+use super::correspondences::CorrespondenceSearch;
 use super::degeneracy::{Observability, observability};
 use super::factors::{Correspondence, Factor};
 use super::robust_kernel::RobustKernel;
@@ -53,6 +54,13 @@ pub struct Weighting {
     pub robust_kernel: RobustKernel,
     /// Width of the kernel (m).
     pub robust_kernel_width: f64,
+}
+
+impl Weighting {
+    /// The weight of a residual (m), 0..=1.
+    pub fn weight(&self, residual: f64) -> f64 {
+        self.robust_kernel.weight(residual, self.robust_kernel_width)
+    }
 }
 
 /// All options of the loop.
@@ -145,9 +153,6 @@ pub struct Registration<M: RigidMotion> {
     pub observability: Observability<M>,
 }
 
-/// A pair of points that are known this well (m) is as good as any: what remains is not theirs.
-const CERTAIN_SIGMA: f64 = 3e-3;
-
 /// Lower bound of the residuals' standard deviation (m) in the information matrix: a noise-free cloud would
 /// claim to be known without error.
 const MIN_RESIDUAL_SIGMA: f64 = 1e-3;
@@ -187,56 +192,28 @@ where
     T: Target<Point = M::Point>,
     F: Factor<M, T>,
 {
-    let mut T_target_source = init_T_target_source.renormalized();
-    let mut history: Vec<IterationRecord> = Vec::new();
+    let search = CorrespondenceSearch { source, target, factor, options };
     let mut correspondences = Vec::with_capacity(source.points.len());
-    let mut end_reason = EndReason::MaxIterations;
-    let mut trace = vec![T_target_source];
+    let mut last_searches = vec![LastSearch::None; source.points.len()];
     let mut damping = solver.damping.unwrap_or_default();
-    let mut searches = vec![LastSearch::None; source.points.len()];
+    let mut path = Path::starting_at(init_T_target_source.renormalized());
 
-    while end_reason == EndReason::MaxIterations && history.len() < options.criteria.max_iterations {
-        let pairing = Pairing { correspondences: &mut correspondences, searches: &mut searches };
-        let num_correspondences = pairing.find(source, target, &T_target_source, factor, options, |_| ());
+    while path.goes_on(&options.criteria) {
+        let num_correspondences = search.find(path.end(), &mut last_searches, &mut correspondences, |_| ());
         let step = solver.step(factor, target, &correspondences, &mut damping);
-        let (rotation_step, translation_step) =
-            step.map_or((0.0, 0.0), |step| (step.rotation_angle(), step.translation_norm()));
-        history.push(IterationRecord {
-            num_correspondences,
-            num_inliers: correspondences.len(),
-            inlier_rmse: root_mean_square(&correspondences),
-            rotation_step,
-            translation_step,
-        });
-        let Some(step) = step else {
-            trace.push(T_target_source);
-            end_reason = EndReason::NoStep;
-            break;
-        };
-        T_target_source = (step * T_target_source).renormalized();
-        let Criteria { rotation_eps, translation_eps, .. } = options.criteria;
-        // A pose seen before leads to the same steps again: a few points change partners to and fro for ever.
-        let is_here = |seen: &M| {
-            let away = seen.inverse() * T_target_source;
-            away.rotation_angle() < SAME_POSE * rotation_eps && away.translation_norm() < SAME_POSE * translation_eps
-        };
-        if rotation_step < rotation_eps && translation_step < translation_eps {
-            end_reason = EndReason::Converged;
-        } else if trace.iter().rev().take(LONGEST_CYCLE).any(is_here) {
-            end_reason = EndReason::Cycle;
-        }
-        trace.push(T_target_source);
+        path.record(num_correspondences, &correspondences, step.as_ref());
+        path.take(step, &options.criteria);
     }
 
     let H = solver.restricted(factor.normal_equations(target, &correspondences)).H;
     let variance = weighted_variance(&correspondences, M::Tangent::LEN).max(MIN_RESIDUAL_SIGMA * MIN_RESIDUAL_SIGMA);
-    let last = history.last().copied().unwrap_or_default();
+    let last = path.history.last().copied().unwrap_or_default();
     Registration {
-        T_target_source,
-        converged: end_reason == EndReason::Converged,
-        end_reason,
-        history,
-        trace,
+        T_target_source: *path.end(),
+        converged: path.end_reason == EndReason::Converged,
+        end_reason: path.end_reason,
+        history: path.history,
+        trace: path.trace,
         fitness: last.num_inliers as f64 / source.points.len().max(1) as f64,
         last,
         information: H / variance,
@@ -245,143 +222,61 @@ where
     }
 }
 
-/// Finds, rejects, trims and weights the correspondences under the estimate `T_target_source`. Returns how many pairs lie within the
-/// distance limit.
-pub fn match_points<M, T, F>(
-    source: Source<'_, M::Point>,
-    target: &T,
-    T_target_source: &M,
-    factor: &F,
-    options: &IcpOptions,
-    correspondences: &mut Vec<Correspondence<M::Point>>,
-) -> usize
-where
-    M: RigidMotion,
-    T: Target<Point = M::Point>,
-    F: Factor<M, T>,
-{
-    let searches = &mut vec![LastSearch::None; source.points.len()];
-    Pairing { correspondences, searches }.find(source, target, T_target_source, factor, options, |_| ())
+/// The way of the estimate so far.
+struct Path<M> {
+    trace: Vec<M>,
+    history: Vec<IterationRecord>,
+    end_reason: EndReason,
 }
 
-/// Why a source point has no say in a step.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[repr(u8)]
-pub enum RejectionReason {
-    /// No target point lies within the distance limit.
-    TooFar = 0,
-    /// The normals differ by more than the limit.
-    Normals = 1,
-    /// The residual is among the largest, which are dropped.
-    Trimmed = 2,
-    /// The target point cannot measure a residual: it has no normal.
-    NoResidual = 3,
-}
+impl<M: RigidMotion> Path<M> {
+    fn starting_at(T_target_source: M) -> Self {
+        Self { trace: vec![T_target_source], history: Vec::new(), end_reason: EndReason::MaxIterations }
+    }
 
-/// A source point without a say.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Rejected {
-    /// Index of the source point.
-    pub source: u32,
-    /// Index of the target point nearest to it, where one was within the limit.
-    pub target: Option<u32>,
-    /// Why.
-    pub reason: RejectionReason,
-}
+    /// The current estimate.
+    fn end(&self) -> &M {
+        self.trace.last().expect("a path begins with the first guess")
+    }
 
-/// Where correspondences are found.
-pub(super) struct Pairing<'a, P> {
-    /// Takes the correspondences; what it held before is dropped.
-    pub correspondences: &'a mut Vec<Correspondence<P>>,
-    /// What is remembered of the last search for each source point: it makes this one quicker and changes nothing.
-    pub searches: &'a mut [LastSearch<P>],
-}
+    fn goes_on(&self, criteria: &Criteria) -> bool {
+        self.end_reason == EndReason::MaxIterations && self.history.len() < criteria.max_iterations
+    }
 
-impl<P: Vector> Pairing<'_, P> {
-    /// As [`match_points`]; `reject` is told of every source point that is left out.
-    pub(super) fn find<M, T, F>(
-        self,
-        source: Source<'_, P>,
-        target: &T,
-        T_target_source: &M,
-        factor: &F,
-        options: &IcpOptions,
-        mut reject: impl FnMut(Rejected),
-    ) -> usize
-    where
-        M: RigidMotion<Point = P>,
-        T: Target<Point = P>,
-        F: Factor<M, T>,
-    {
-        let Self { correspondences, searches } = self;
-        let Rejection { max_correspondence_distance, max_normal_angle, trim_fraction } = options.rejection;
-        let min_normal_cosine = max_normal_angle.cos();
-        let mut num_correspondences = 0;
-        correspondences.clear();
-        for (index, (point, last)) in source.points.iter().zip(searches).enumerate() {
-            let mut leave_out = |target, reason| reject(Rejected { source: index as u32, target, reason });
-            let moved = T_target_source.act(point);
-            let Some(neighbor) = target.nearest_again(&moved, max_correspondence_distance, last) else {
-                leave_out(None, RejectionReason::TooFar);
-                continue;
-            };
-            num_correspondences += 1;
-            let normal =
-                source.normals.and_then(|normals| normals[index].as_ref()).map(|normal| T_target_source.rotate(normal));
-            if let (Some(normal), Some(target_normal)) = (&normal, target.normal(neighbor.index))
-                && normal.dot(&target_normal) < min_normal_cosine
-            {
-                leave_out(Some(neighbor.index), RejectionReason::Normals);
-                continue;
-            }
-            let Some(residual) = factor.residual(target, neighbor.index, &moved, normal.as_ref()) else {
-                leave_out(Some(neighbor.index), RejectionReason::NoResidual);
-                continue;
-            };
-            let weight = options.weighting.robust_kernel.weight(residual, options.weighting.robust_kernel_width)
-                * source.sigmas.map_or(1.0, |sigmas| precision(sigmas[index], target.sigma(neighbor.index)));
-            correspondences.push(Correspondence {
-                source: index as u32,
-                target: neighbor.index,
-                moved,
-                normal,
-                residual,
-                weight,
-            });
-        }
-        trim(correspondences, trim_fraction, |c| {
-            reject(Rejected { source: c.source, target: Some(c.target), reason: RejectionReason::Trimmed });
+    fn record(&mut self, num_correspondences: usize, inliers: &[Correspondence<M::Point>], step: Option<&M>) {
+        self.history.push(IterationRecord {
+            num_correspondences,
+            num_inliers: inliers.len(),
+            inlier_rmse: root_mean_square(inliers),
+            rotation_step: step.map_or(0.0, M::rotation_angle),
+            translation_step: step.map_or(0.0, M::translation_norm),
         });
-        num_correspondences
     }
-}
 
-/// The weight of a pair by the uncertainty of its two sides, 1 where both are certain.
-fn precision(source_sigma: f64, target_sigma: f64) -> f64 {
-    let variance = source_sigma * source_sigma + target_sigma * target_sigma;
-    1.0 / (1.0 + variance / (CERTAIN_SIGMA * CERTAIN_SIGMA))
-}
-
-/// Drops the share with the largest residuals (Chetverikov et al., "The trimmed iterative closest point algorithm",
-/// ICPR 2002). The order of the others stays.
-fn trim<P>(
-    correspondences: &mut Vec<Correspondence<P>>,
-    trim_fraction: f64,
-    mut drop_out: impl FnMut(&Correspondence<P>),
-) {
-    let keep = ((1.0 - trim_fraction) * correspondences.len() as f64).ceil() as usize;
-    if keep == 0 || keep >= correspondences.len() {
-        return;
-    }
-    let mut sizes: Vec<f64> = correspondences.iter().map(|c| c.residual.abs()).collect();
-    let (_, &mut limit, _) = sizes.select_nth_unstable_by(keep - 1, f64::total_cmp);
-    correspondences.retain(|c| {
-        let stays = c.residual.abs() <= limit;
-        if !stays {
-            drop_out(c);
+    /// Applies a step to the estimate, and notes whether it was the last one.
+    fn take(&mut self, step: Option<M>, criteria: &Criteria) {
+        let T_target_source = step.map_or(*self.end(), |step| (step * *self.end()).renormalized());
+        if step.is_none() {
+            self.end_reason = EndReason::NoStep;
+        } else if step.is_some_and(|step| is_below(&step, criteria, 1.0)) {
+            self.end_reason = EndReason::Converged;
+        } else if self.has_been_at(&T_target_source, criteria) {
+            self.end_reason = EndReason::Cycle;
         }
-        stays
-    });
+        self.trace.push(T_target_source);
+    }
+
+    /// Whether the estimate was here before: the same steps follow again, for a few points change partners to and fro for ever.
+    fn has_been_at(&self, T_target_source: &M, criteria: &Criteria) -> bool {
+        let is_here = |seen: &M| is_below(&(seen.inverse() * *T_target_source), criteria, SAME_POSE);
+        self.trace.iter().rev().take(LONGEST_CYCLE).any(is_here)
+    }
+}
+
+/// Whether a motion is below this share of the limits of convergence.
+fn is_below<M: RigidMotion>(motion: &M, criteria: &Criteria, share: f64) -> bool {
+    motion.rotation_angle() < share * criteria.rotation_eps
+        && motion.translation_norm() < share * criteria.translation_eps
 }
 
 fn root_mean_square<P>(correspondences: &[Correspondence<P>]) -> f64 {

@@ -9,6 +9,7 @@
 
 pub mod align;
 pub mod correlative;
+pub mod correspondences;
 mod cost;
 pub mod degeneracy;
 pub mod factors;

@@ -3,9 +3,10 @@
 //! A [`Problem`] holds all that the loop is given. Behind [`IcpProblem`] its metric and its target are out of sight, and
 //! what looks into a registration (its iterations, its cost, its basin) is written once.
 
+use super::correspondences::{CorrespondenceSearch, Rejected, RejectionReason};
 use super::cost::{RowSums, cost};
 use super::factors::{Correspondence, Factor, NormalEquations};
-use super::icp::{IcpOptions, Pairing, Registration, Rejected, RejectionReason, Source, register_with};
+use super::icp::{IcpOptions, Registration, Source, register_with};
 use super::solver::Solver;
 use super::target::{LastSearch, Target};
 use crate::geometry::{RigidMotion, Vector};
@@ -95,6 +96,10 @@ where
         Source { points: &self.points, normals: self.normals.as_deref(), sigmas: None }
     }
 
+    fn search<'a>(&'a self, source: Source<'a, M::Point>) -> CorrespondenceSearch<'a, M::Point, T, F> {
+        CorrespondenceSearch { source, target: &self.target, factor: &self.factor, options: &self.options }
+    }
+
     /// Every `stride`-th point of the source.
     fn sampled_points(&self, stride: usize) -> Vec<M::Point> {
         self.points.iter().step_by(stride).copied().collect()
@@ -134,13 +139,11 @@ where
 
     fn iteration(&self, T_target_source: &M, stride: usize) -> Iteration<M> {
         let (points, normals) = (self.sampled_points(stride), self.sampled_normals(stride));
-        let source = Source { points: &points, normals: normals.as_deref(), sigmas: None };
         let (mut correspondences, mut rejected) = (Vec::with_capacity(points.len()), Vec::new());
-        let searches = &mut vec![LastSearch::None; points.len()];
-        let pairing = Pairing { correspondences: &mut correspondences, searches };
+        let last_searches = &mut vec![LastSearch::None; points.len()];
+        let search = self.search(Source { points: &points, normals: normals.as_deref(), sigmas: None });
         let reject = |left_out: Rejected| rejected.push(left_out);
-        let num_correspondences =
-            pairing.find(source, &self.target, T_target_source, &self.factor, &self.options, reject);
+        let num_correspondences = search.find(T_target_source, last_searches, &mut correspondences, reject);
         let charged: Vec<u32> = rejected.iter().filter(|left_out| left_out.is_charged()).map(|r| r.source).collect();
         let cost = cost(&correspondences, &charged, points.len(), &self.options);
         for pair in &mut correspondences {
@@ -164,12 +167,12 @@ where
 
     fn costs(&self, poses: &mut dyn Iterator<Item = M>) -> Vec<f64> {
         let (mut correspondences, mut charged) = (Vec::with_capacity(self.points.len()), Vec::new());
-        let searches = &mut vec![LastSearch::None; self.points.len()];
+        let last_searches = &mut vec![LastSearch::None; self.points.len()];
+        let search = self.search(self.source());
         let cost = |T_target_source: M| {
             charged.clear();
             let charge = |left_out: Rejected| charged.extend(left_out.is_charged().then_some(left_out.source));
-            let pairing = Pairing { correspondences: &mut correspondences, searches };
-            pairing.find(self.source(), &self.target, &T_target_source, &self.factor, &self.options, charge);
+            search.find(&T_target_source, last_searches, &mut correspondences, charge);
             cost(&correspondences, &charged, self.points.len(), &self.options)
         };
         poses.map(cost).collect()

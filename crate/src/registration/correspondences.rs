@@ -1,0 +1,156 @@
+//! Correspondences under an estimate: the nearest target point to each source point, unless the pair is rejected.
+
+use super::factors::{Correspondence, Factor};
+use super::icp::{IcpOptions, Source};
+use super::target::{LastSearch, Target};
+use crate::geometry::{RigidMotion, Vector};
+
+/// A pair of points that are known this well (m) is as good as any: what remains is not theirs.
+const CERTAIN_SIGMA: f64 = 3e-3;
+
+/// Finds, rejects, trims and weights the correspondences under the estimate `T_target_source`. Returns how many pairs lie within the
+/// distance limit.
+pub fn match_points<M, T, F>(
+    source: Source<'_, M::Point>,
+    target: &T,
+    T_target_source: &M,
+    factor: &F,
+    options: &IcpOptions,
+    correspondences: &mut Vec<Correspondence<M::Point>>,
+) -> usize
+where
+    M: RigidMotion,
+    T: Target<Point = M::Point>,
+    F: Factor<M, T>,
+{
+    let last_searches = &mut vec![LastSearch::None; source.points.len()];
+    let search = CorrespondenceSearch { source, target, factor, options };
+    search.find(T_target_source, last_searches, correspondences, |_| ())
+}
+
+/// Why a source point has no say in a step.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(u8)]
+pub enum RejectionReason {
+    /// No target point lies within the distance limit.
+    TooFar = 0,
+    /// The normals differ by more than the limit.
+    Normals = 1,
+    /// The residual is among the largest, which are dropped.
+    Trimmed = 2,
+    /// The target point cannot measure a residual: it has no normal.
+    NoResidual = 3,
+}
+
+/// A source point without a say.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Rejected {
+    /// Index of the source point.
+    pub source: u32,
+    /// Index of the target point nearest to it, where one was within the limit.
+    pub target: Option<u32>,
+    /// Why.
+    pub reason: RejectionReason,
+}
+
+/// What correspondences are searched for, and how.
+pub(super) struct CorrespondenceSearch<'a, P, T, F> {
+    pub source: Source<'a, P>,
+    pub target: &'a T,
+    pub factor: &'a F,
+    pub options: &'a IcpOptions,
+}
+
+impl<P: Vector, T: Target<Point = P>, F> CorrespondenceSearch<'_, P, T, F> {
+    /// As [`match_points`]. What is remembered of the last search for each source point makes this one quicker and changes nothing;
+    /// `reject` is told of every source point that is left out.
+    pub(super) fn find<M>(
+        &self,
+        T_target_source: &M,
+        last_searches: &mut [LastSearch<P>],
+        correspondences: &mut Vec<Correspondence<P>>,
+        mut reject: impl FnMut(Rejected),
+    ) -> usize
+    where
+        M: RigidMotion<Point = P>,
+        F: Factor<M, T>,
+    {
+        let limits = self.options.rejection;
+        let min_normal_cosine = limits.max_normal_angle.cos();
+        let mut num_correspondences = 0;
+        correspondences.clear();
+        for (index, (point, last)) in self.source.points.iter().zip(last_searches).enumerate() {
+            let source = index as u32;
+            let moved = T_target_source.act(point);
+            let Some(nearest) = self.target.nearest_again(&moved, limits.max_correspondence_distance, last) else {
+                reject(Rejected { source, target: None, reason: RejectionReason::TooFar });
+                continue;
+            };
+            num_correspondences += 1;
+            match self.correspondence(T_target_source, source, moved, nearest.index, min_normal_cosine) {
+                Ok(correspondence) => correspondences.push(correspondence),
+                Err(reason) => reject(Rejected { source, target: Some(nearest.index), reason }),
+            }
+        }
+        trim(correspondences, limits.trim_fraction, |c| {
+            reject(Rejected { source: c.source, target: Some(c.target), reason: RejectionReason::Trimmed });
+        });
+        num_correspondences
+    }
+
+    /// A source point with its nearest target point, measured and weighted, or why the pair is rejected.
+    fn correspondence<M>(
+        &self,
+        T_target_source: &M,
+        source: u32,
+        moved: P,
+        target: u32,
+        min_normal_cosine: f64,
+    ) -> Result<Correspondence<P>, RejectionReason>
+    where
+        M: RigidMotion<Point = P>,
+        F: Factor<M, T>,
+    {
+        let normal = self.source.normals.and_then(|normals| normals[source as usize].as_ref());
+        let normal = normal.map(|normal| T_target_source.rotate(normal));
+        if let (Some(normal), Some(target_normal)) = (&normal, self.target.normal(target))
+            && normal.dot(&target_normal) < min_normal_cosine
+        {
+            return Err(RejectionReason::Normals);
+        }
+        let residual = self.factor.residual(self.target, target, &moved, normal.as_ref());
+        let residual = residual.ok_or(RejectionReason::NoResidual)?;
+        let sigmas = self.source.sigmas;
+        let precision = sigmas.map_or(1.0, |sigmas| precision(sigmas[source as usize], self.target.sigma(target)));
+        let weight = self.options.weighting.weight(residual) * precision;
+        Ok(Correspondence { source, target, moved, normal, residual, weight })
+    }
+}
+
+/// The weight of a pair by the uncertainty of its two sides, 1 where both are certain.
+fn precision(source_sigma: f64, target_sigma: f64) -> f64 {
+    let variance = source_sigma * source_sigma + target_sigma * target_sigma;
+    1.0 / (1.0 + variance / (CERTAIN_SIGMA * CERTAIN_SIGMA))
+}
+
+/// Drops the share with the largest residuals (Chetverikov et al., "The trimmed iterative closest point algorithm",
+/// ICPR 2002). The order of the others stays.
+fn trim<P>(
+    correspondences: &mut Vec<Correspondence<P>>,
+    trim_fraction: f64,
+    mut drop_out: impl FnMut(&Correspondence<P>),
+) {
+    let keep = ((1.0 - trim_fraction) * correspondences.len() as f64).ceil() as usize;
+    if keep == 0 || keep >= correspondences.len() {
+        return;
+    }
+    let mut sizes: Vec<f64> = correspondences.iter().map(|c| c.residual.abs()).collect();
+    let (_, &mut limit, _) = sizes.select_nth_unstable_by(keep - 1, f64::total_cmp);
+    correspondences.retain(|c| {
+        let stays = c.residual.abs() <= limit;
+        if !stays {
+            drop_out(c);
+        }
+        stays
+    });
+}
