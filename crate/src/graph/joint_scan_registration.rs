@@ -10,10 +10,10 @@ use nalgebra::SVector;
 
 use crate::geometry::{RigidMotion, SquareMatrix, Vector};
 use crate::graph::sparse::{BlockCholesky, BlockMatrix};
-use crate::registration::correspondences::match_points;
+use crate::registration::correspondences::CorrespondenceSearch;
 use crate::registration::factors::{Correspondence, Factor, NormalEquations, RELATIVE_DAMPING};
 use crate::registration::icp::{IcpOptions, IterationRecord, Source};
-use crate::registration::target::Target;
+use crate::registration::target::{LastSearch, Target};
 use crate::search::order::ascending;
 
 /// A scan to place: what it is matched with and what is matched with it.
@@ -236,7 +236,10 @@ impl<M: RigidMotion> JointScanRegistration<M> {
     ) -> Matched<M> {
         let (source, target) = (nodes[edge.source].source, nodes[edge.target].target);
         let correspondences = &mut self.correspondences;
-        let num_correspondences = match_points(source, target, T_target_source, factor, options, correspondences);
+        let IcpOptions { rejection, weighting, .. } = *options;
+        let search = CorrespondenceSearch { source, target, factor, rejection, weighting };
+        let last_searches = &mut vec![LastSearch::None; source.points.len()];
+        let num_correspondences = search.find(T_target_source, last_searches, correspondences, |_| ());
         Matched {
             T_target_source: *T_target_source,
             equations: factor.normal_equations(target, correspondences),

@@ -1,32 +1,64 @@
 //! Correspondences under an estimate: the nearest target point to each source point, unless the pair is rejected.
 
 use super::factors::{Correspondence, Factor};
-use super::icp::{IcpOptions, Source};
+use super::robust_kernel::RobustKernel;
 use super::target::{LastSearch, Target};
 use crate::geometry::{RigidMotion, Vector};
 
+/// What is registered: points (m) and, where known, unit normals, in the source frame.
+#[derive(Debug, Clone, Copy)]
+pub struct Source<'a, P> {
+    /// Points (m).
+    pub points: &'a [P],
+    /// One entry a point, for the rejection by normals; `None` where there are no normals at all.
+    pub normals: Option<&'a [Option<P>]>,
+    /// Standard deviation of each point along its normal (m), where known: uncertain pairs count less.
+    pub sigmas: Option<&'a [f64]>,
+}
+
+/// When a pair of points is taken for a correspondence.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Rejection {
+    /// Pairs further apart than this are no pairs (m).
+    pub max_correspondence_distance: f64,
+    /// Pairs whose normals differ by more are rejected, where both are known (rad); pi switches it off.
+    pub max_normal_angle: f64,
+    /// Share of the correspondences with the largest residuals that is dropped, in [0, 1).
+    pub trim_fraction: f64,
+}
+
+/// How correspondences are weighted.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Weighting {
+    /// Shape of the loss.
+    pub robust_kernel: RobustKernel,
+    /// Width of the kernel (m).
+    pub robust_kernel_width: f64,
+}
+
+impl Default for Rejection {
+    /// 0.5 m, 45 degrees, nothing is dropped.
+    fn default() -> Self {
+        Self { max_correspondence_distance: 0.5, max_normal_angle: 45f64.to_radians(), trim_fraction: 0.0 }
+    }
+}
+
+impl Default for Weighting {
+    /// Cauchy's kernel, 5 cm wide.
+    fn default() -> Self {
+        Self { robust_kernel: RobustKernel::Cauchy, robust_kernel_width: 0.05 }
+    }
+}
+
+impl Weighting {
+    /// The weight of a residual (m), 0..=1.
+    pub fn weight(&self, residual: f64) -> f64 {
+        self.robust_kernel.weight(residual, self.robust_kernel_width)
+    }
+}
+
 /// A pair of points that are known this well (m) is as good as any: what remains is not theirs.
 const CERTAIN_SIGMA: f64 = 3e-3;
-
-/// Finds, rejects, trims and weights the correspondences under the estimate `T_target_source`. Returns how many pairs lie within the
-/// distance limit.
-pub fn match_points<M, T, F>(
-    source: Source<'_, M::Point>,
-    target: &T,
-    T_target_source: &M,
-    factor: &F,
-    options: &IcpOptions,
-    correspondences: &mut Vec<Correspondence<M::Point>>,
-) -> usize
-where
-    M: RigidMotion,
-    T: Target<Point = M::Point>,
-    F: Factor<M, T>,
-{
-    let last_searches = &mut vec![LastSearch::None; source.points.len()];
-    let search = CorrespondenceSearch { source, target, factor, options };
-    search.find(T_target_source, last_searches, correspondences, |_| ())
-}
 
 /// Why a source point has no say in a step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -54,17 +86,20 @@ pub struct Rejected {
 }
 
 /// What correspondences are searched for, and how.
-pub(super) struct CorrespondenceSearch<'a, P, T, F> {
+pub(crate) struct CorrespondenceSearch<'a, P, T, F> {
     pub source: Source<'a, P>,
     pub target: &'a T,
     pub factor: &'a F,
-    pub options: &'a IcpOptions,
+    pub rejection: Rejection,
+    pub weighting: Weighting,
 }
 
 impl<P: Vector, T: Target<Point = P>, F> CorrespondenceSearch<'_, P, T, F> {
-    /// As [`match_points`]. What is remembered of the last search for each source point makes this one quicker and changes nothing;
-    /// `reject` is told of every source point that is left out.
-    pub(super) fn find<M>(
+    /// Finds, rejects, trims and weights the correspondences under an estimate. Returns how many pairs lie within the distance limit.
+    ///
+    /// What is remembered of the last search for each source point makes this one quicker and changes nothing; `reject` is told of
+    /// every source point that is left out.
+    pub(crate) fn find<M>(
         &self,
         T_target_source: &M,
         last_searches: &mut [LastSearch<P>],
@@ -75,7 +110,7 @@ impl<P: Vector, T: Target<Point = P>, F> CorrespondenceSearch<'_, P, T, F> {
         M: RigidMotion<Point = P>,
         F: Factor<M, T>,
     {
-        let limits = self.options.rejection;
+        let limits = self.rejection;
         let min_normal_cosine = limits.max_normal_angle.cos();
         let mut num_correspondences = 0;
         correspondences.clear();
@@ -122,7 +157,7 @@ impl<P: Vector, T: Target<Point = P>, F> CorrespondenceSearch<'_, P, T, F> {
         let residual = residual.ok_or(RejectionReason::NoResidual)?;
         let sigmas = self.source.sigmas;
         let precision = sigmas.map_or(1.0, |sigmas| precision(sigmas[source as usize], self.target.sigma(target)));
-        let weight = self.options.weighting.weight(residual) * precision;
+        let weight = self.weighting.weight(residual) * precision;
         Ok(Correspondence { source, target, moved, normal, residual, weight })
     }
 }

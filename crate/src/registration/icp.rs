@@ -7,34 +7,12 @@
 use serde::Serialize;
 
 use super::correspondences::CorrespondenceSearch;
+pub use super::correspondences::{Rejection, Source, Weighting};
 use super::degeneracy::{Observability, observability};
 use super::factors::{Correspondence, Factor};
-use super::robust_kernel::RobustKernel;
 use super::solver::Solver;
 use super::target::{LastSearch, Target};
 use crate::geometry::{RigidMotion, Vector};
-
-/// What is registered: points (m) and, where known, unit normals, in the source frame.
-#[derive(Debug, Clone, Copy)]
-pub struct Source<'a, P> {
-    /// Points (m).
-    pub points: &'a [P],
-    /// One entry a point, for the rejection by normals; `None` where there are no normals at all.
-    pub normals: Option<&'a [Option<P>]>,
-    /// Standard deviation of each point along its normal (m), where known: uncertain pairs count less.
-    pub sigmas: Option<&'a [f64]>,
-}
-
-/// When a pair of points is taken for a correspondence.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Rejection {
-    /// Pairs further apart than this are no pairs (m).
-    pub max_correspondence_distance: f64,
-    /// Pairs whose normals differ by more are rejected, where both are known (rad); pi switches it off.
-    pub max_normal_angle: f64,
-    /// Share of the correspondences with the largest residuals that is dropped, in [0, 1).
-    pub trim_fraction: f64,
-}
 
 /// When the loop ends.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -45,22 +23,6 @@ pub struct Criteria {
     pub rotation_eps: f64,
     /// ... and moves less (m).
     pub translation_eps: f64,
-}
-
-/// How correspondences are weighted.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Weighting {
-    /// Shape of the loss.
-    pub robust_kernel: RobustKernel,
-    /// Width of the kernel (m).
-    pub robust_kernel_width: f64,
-}
-
-impl Weighting {
-    /// The weight of a residual (m), 0..=1.
-    pub fn weight(&self, residual: f64) -> f64 {
-        self.robust_kernel.weight(residual, self.robust_kernel_width)
-    }
 }
 
 /// All options of the loop.
@@ -74,24 +36,10 @@ pub struct IcpOptions {
     pub criteria: Criteria,
 }
 
-impl Default for Rejection {
-    /// 0.5 m, 45 degrees, nothing is dropped.
-    fn default() -> Self {
-        Self { max_correspondence_distance: 0.5, max_normal_angle: 45f64.to_radians(), trim_fraction: 0.0 }
-    }
-}
-
 impl Default for Criteria {
     /// 50 iterations, 0.1 mrad, 0.1 mm.
     fn default() -> Self {
         Self { max_iterations: 50, rotation_eps: 1e-4, translation_eps: 1e-4 }
-    }
-}
-
-impl Default for Weighting {
-    /// Cauchy's kernel, 5 cm wide.
-    fn default() -> Self {
-        Self { robust_kernel: RobustKernel::Cauchy, robust_kernel_width: 0.05 }
     }
 }
 
@@ -192,7 +140,8 @@ where
     T: Target<Point = M::Point>,
     F: Factor<M, T>,
 {
-    let search = CorrespondenceSearch { source, target, factor, options };
+    let search =
+        CorrespondenceSearch { source, target, factor, rejection: options.rejection, weighting: options.weighting };
     let mut correspondences = Vec::with_capacity(source.points.len());
     let mut last_searches = vec![LastSearch::None; source.points.len()];
     let mut damping = solver.damping.unwrap_or_default();

@@ -97,7 +97,8 @@ where
     }
 
     fn search<'a>(&'a self, source: Source<'a, M::Point>) -> CorrespondenceSearch<'a, M::Point, T, F> {
-        CorrespondenceSearch { source, target: &self.target, factor: &self.factor, options: &self.options }
+        let IcpOptions { rejection, weighting, .. } = self.options;
+        CorrespondenceSearch { source, target: &self.target, factor: &self.factor, rejection, weighting }
     }
 
     /// Every `stride`-th point of the source.
