@@ -95,16 +95,6 @@ impl FrameMatcher<'_> {
         self.moved_to(hypothesis, &result)
     }
 
-    /// Whether a pose leaves less than half as much of the brightness unexplained as another; false without texture.
-    pub(super) fn explains_brightness_better(&self, pose: &PoseHypothesis, other: &PoseHypothesis) -> bool {
-        self.textured.as_ref().is_some_and(|textured| {
-            let unexplained = |hypothesis: &PoseHypothesis| {
-                1.0 - self.photometric_ncc(textured, hypothesis.T_world_sensor()).unwrap_or(0.0)
-            };
-            2.0 * unexplained(pose) < unexplained(other)
-        })
-    }
-
     /// Correlation of the brightness at a pose with the keyframe images, on the coarsest level; `None` where too little is
     /// visible.
     pub(super) fn photometric_ncc(&self, textured: &TexturedFrame, T_world_camera: &Pose3) -> Option<f64> {

@@ -21,8 +21,6 @@ use crate::registration::spatial::SpatialRegistration;
 /// Distance up to which two poses are the same (m, two metres per radian).
 pub(super) const SAME_POSE_DISTANCE: f64 = 0.05;
 
-/// Agreement (0..=1) of a frame without noise above which other hypotheses are not tried.
-pub(super) const CLEAR_AGREEMENT: f64 = 0.998;
 /// Points of a final registration whose errors are independent of each other: stereo matching errs alike over patches of about
 /// 20 pixels, and a few hundred of them are in view. The noise of their mean is that of one over the root of their number;
 /// smaller steps mean nothing.
@@ -45,8 +43,6 @@ pub(super) struct FrameMatcher<'a> {
     pub(super) fine: SurfelCloud,
     pub(super) solver: Solver<Pose3>,
     noise: DepthNoise,
-    /// Agreement (0..=1) above which other hypotheses are not tried.
-    pub(super) clear_agreement: f64,
     /// `None` where colours are not used.
     pub(super) textured: Option<TexturedFrame<'a>>,
 }
@@ -62,7 +58,6 @@ impl<'a> FrameMatcher<'a> {
             fine: frame.fine(),
             solver: options.motion.solver(),
             noise: options.noise,
-            clear_agreement: CLEAR_AGREEMENT,
             textured: TexturedFrame::new(frame, options.color),
         }
     }

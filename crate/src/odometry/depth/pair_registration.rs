@@ -37,7 +37,7 @@ impl PairRegistration {
         let matcher = FrameMatcher::new(&self.reference, frame, options);
         let hypothesis = match search {
             Search::From(guess) => {
-                better_supported(matcher.best_of(matcher.propose_near(&[guess], &guess)), matcher.register_at(guess))
+                better_supported(matcher.best_near(matcher.propose_near(&[guess], &guess)), matcher.register_at(guess))
             }
             Search::AllAround => matcher.best_of(matcher.propose_all_around(&Pose3::identity())),
             Search::Anywhere => matcher.best_of(matcher.propose_anywhere(&Pose3::identity())),

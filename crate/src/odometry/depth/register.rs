@@ -10,8 +10,10 @@ use crate::geometry::Pose3;
 use crate::map::keyframes::apart;
 use crate::registration::degeneracy::DegenerateDirection;
 
-/// Poses of which the final registration is computed, at the most.
+/// Poses of a wide search of which the final registration is computed, at the most.
 const NUM_FINELY_REGISTERED: usize = 3;
+/// Agreement (0..=1) of a frame without noise above which other proposals are not registered.
+const CLEAR_AGREEMENT: f64 = 0.998;
 /// Photometric correlation (-1..=1) above which the other hypotheses are not compared by brightness.
 const CLEAR_NCC: f64 = 0.95;
 
@@ -21,23 +23,31 @@ impl FrameMatcher<'_> {
         self.refine_by_color(self.resolve_degeneracy(self.register_finely(guess)))
     }
 
-    /// The final registration of the best of a few proposals. Where the evidence contradicts it, others are compared with
-    /// it, each in the view from its own pose: so far they were scored in a common view.
-    pub(super) fn best_of(&self, Proposals { rough, mut middle }: Proposals) -> PoseHypothesis {
+    /// The final registration of the best proposal near a prediction.
+    pub(super) fn best_near(&self, proposals: Proposals) -> PoseHypothesis {
+        self.best_among(1, proposals)
+    }
+
+    /// The final registration of the best proposal of a wide search. Where the evidence contradicts it, others are compared
+    /// with it, each in the view from its own pose: so far they were scored in a common view.
+    pub(super) fn best_of(&self, proposals: Proposals) -> PoseHypothesis {
+        self.best_among(NUM_FINELY_REGISTERED, proposals)
+    }
+
+    fn best_among(&self, num_registered: usize, Proposals { rough, mut middle }: Proposals) -> PoseHypothesis {
         middle.sort_by(|a, b| b.0.total_cmp(&a.0));
-        let mut poses = middle.iter().map(|(_, pose)| *pose).take(NUM_FINELY_REGISTERED);
+        let mut poses = middle.iter().map(|(_, pose)| *pose).take(num_registered);
         let mut best = self.register_at(poses.next().unwrap_or_else(Pose3::identity));
         for pose in poses {
-            if best.agreement > self.clear_agreement {
+            if best.agreement > CLEAR_AGREEMENT {
                 break;
             }
             if apart(&pose, best.T_world_sensor()) < SAME_POSE_DISTANCE {
                 continue;
             }
             let other = self.register_at(pose);
-            let is_less_contradicted = 2.0 * (1.0 - other.agreement) < 1.0 - best.agreement;
-            let is_likelier = other.support > best.support || self.explains_brightness_better(&other, &best);
-            if is_less_contradicted && is_likelier && other.is_degenerate <= best.is_degenerate {
+            let is_better = other.agreement > best.agreement && other.support > best.support;
+            if is_better && other.is_degenerate <= best.is_degenerate {
                 best = other;
             }
         }

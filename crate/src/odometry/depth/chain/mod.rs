@@ -13,7 +13,7 @@ mod track;
 
 pub(super) use self::assess::{Decision, Found};
 use self::track::PosedFrame;
-use super::frame_matcher::{CLEAR_AGREEMENT, FrameMatcher};
+use super::frame_matcher::FrameMatcher;
 use super::motion_prior::MotionPrior;
 use super::pose_hypothesis::PoseHypothesis;
 use super::reference_map::ReferenceMap;
@@ -46,8 +46,6 @@ pub(super) struct Chain {
     rejected: Option<PosedFrame>,
     /// Frames since the last one that was appended.
     num_rejected: u32,
-    /// Moving average of the contradicting surface (1 - agreement) of appended frames: noise and moving objects.
-    mean_contradiction: f64,
     /// Moving average of the photometric correlation of appended frames, ...
     mean_ncc: f64,
     /// ... and the number of frames in it.
@@ -117,7 +115,6 @@ impl Chain {
             motion_prior: MotionPrior::default(),
             rejected: None,
             num_rejected: 0,
-            mean_contradiction: 0.0,
             mean_ncc: 0.0,
             num_ncc_frames: 0,
             surfaces_repeat: false,
@@ -164,11 +161,9 @@ impl Chain {
         }
     }
 
-    /// A frame and the map. Results that are contradicted no more than usual are clear.
+    /// A frame and the map.
     pub(super) fn matcher<'a>(&'a self, frame: &'a PreparedSurfels) -> FrameMatcher<'a> {
-        let mut matcher = FrameMatcher::new(&self.reference, frame, self.options);
-        matcher.clear_agreement = CLEAR_AGREEMENT.min(1.0 - self.mean_contradiction);
-        matcher
+        FrameMatcher::new(&self.reference, frame, self.options)
     }
 
     /// Adds the frame after the last one; with an assessment if its own registration is uncertain.
@@ -185,7 +180,6 @@ impl Chain {
             self.motion_prior.push(&self.last_motion);
         }
         (self.last, self.rejected, self.num_rejected) = (PosedFrame::new(frame, T_world_sensor), None, 0);
-        self.mean_contradiction += MIN_AVERAGE_WEIGHT * (1.0 - hypothesis.agreement - self.mean_contradiction);
         if let Some(ncc) = hypothesis.photometric_ncc {
             self.num_ncc_frames += 1;
             self.mean_ncc += MIN_AVERAGE_WEIGHT.max(1.0 / f64::from(self.num_ncc_frames)) * (ncc - self.mean_ncc);

@@ -14,15 +14,15 @@ impl Chain {
         let is_quick = self.options.effort == Effort::Quick;
         let (few, many) = (hypotheses::few_near_prediction, hypotheses::near_prediction);
         let first = if is_quick { few } else { many }(T_world_last, &self.last_motion);
-        let mut best = matcher.best_of(matcher.propose_near(&first, T_world_last));
+        let mut best = matcher.best_near(matcher.propose_near(&first, T_world_last));
         if is_quick && !self.is_accepted(&best) {
             let more = many(T_world_last, &self.last_motion);
-            best = matcher.best_of(matcher.propose_near(&more, T_world_last));
+            best = matcher.best_near(matcher.propose_near(&more, T_world_last));
         }
         if let Some(rejected) = self.rejected.as_ref().filter(|_| !self.needs_no_wider_search(&best)) {
             let T_world_rejected = &rejected.T_world_sensor;
             let around = many(T_world_rejected, &Pose3::identity());
-            let other = matcher.best_of(matcher.propose_near(&around, T_world_rejected));
+            let other = matcher.best_near(matcher.propose_near(&around, T_world_rejected));
             if other.support > best.support {
                 best = other;
             }
