@@ -9,10 +9,10 @@ use super::evidence::Evidence;
 use super::evidence::FINE_TOLERANCE;
 use super::frame_matcher::FrameMatcher;
 use super::pose_hypothesis::PoseHypothesis;
+use super::resolve_degeneracy::MIN_AGREEMENT_DIFFERENCE;
 use super::textured_frame::TexturedFrame;
 use crate::camera::brightness::NUM_LEVELS;
 use crate::geometry::{Pose3, RigidMotion};
-use crate::map::keyframes::apart;
 use crate::registration::degeneracy::DegenerateDirection;
 use crate::registration::factors::{Factor, NormalEquations, PointToPlane};
 use crate::registration::photometric::{Gaussian, PhotometricResult, correlation, register_by_brightness};
@@ -25,10 +25,6 @@ const FINE_LEVEL: usize = NUM_LEVELS - 2;
 /// Squared Mahalanobis distance of the photometric pose from the geometric one above which surfaces decide: five standard
 /// deviations in each of six directions.
 const MAX_SQ_MAHALANOBIS: f64 = 6.0 * 5.0 * 5.0;
-/// Loss of agreement (0..=1) above which surfaces decide.
-const MAX_REFINEMENT_AGREEMENT_LOSS: f64 = 0.005;
-/// Motion (m, two metres per radian) up to which the evidence does not change.
-const SAME_EVIDENCE_DISTANCE: f64 = 0.01;
 /// Positions compared along an undetermined direction, to either side: as far as a frame may have moved, so that the period
 /// of a repetitive texture, such as tiles, is seen. ...
 const NUM_OFFSETS: i32 = 32;
@@ -46,8 +42,6 @@ const MIN_UNEXPLAINED: f64 = 0.004;
 const MIN_VISIBLE_RATIO: usize = 8;
 /// Standard deviation (m) below which brightness constrains a position.
 const MAX_CONSTRAINED_SIGMA: f64 = 0.03;
-/// Loss of agreement (0..=1) that a correct position by brightness may cost.
-pub(super) const MAX_AGREEMENT_LOSS: f64 = 0.02;
 /// Side of a patch of surfaces with a common error (cells).
 const PATCH_SIDE: usize = 16;
 /// One of this many correspondences is used for the information of the surfaces.
@@ -142,7 +136,7 @@ impl FrameMatcher<'_> {
         moved.photometric_ncc = self.photometric_ncc(textured, moved.T_world_sensor());
         let is_confirmed = *moved.T_world_sensor() == result.T_world_camera
             && moved.photometric_ncc.is_some_and(|ncc| is_distinct(ncc, offset.runner_up_ncc));
-        (is_confirmed && moved.agreement > hypothesis.agreement - MAX_AGREEMENT_LOSS).then_some(moved)
+        (is_confirmed && moved.agreement > hypothesis.agreement - MIN_AGREEMENT_DIFFERENCE).then_some(moved)
     }
 
     /// The most likely pose if brightness constrains the position along a direction; the surfaces are ignored along it.
@@ -176,14 +170,12 @@ impl FrameMatcher<'_> {
 
     /// A hypothesis moved to the photometric pose, unless the surfaces agree less there.
     fn moved_to(&self, mut hypothesis: PoseHypothesis, result: &PhotometricResult) -> PoseHypothesis {
-        if apart(hypothesis.T_world_sensor(), &result.T_world_camera) > SAME_EVIDENCE_DISTANCE {
-            let Evidence { support, overlap, agreement } =
-                self.evidence(&hypothesis.view, &self.middle, &result.T_world_camera);
-            if agreement < hypothesis.agreement - MAX_REFINEMENT_AGREEMENT_LOSS {
-                return hypothesis;
-            }
-            hypothesis = PoseHypothesis { support, overlap, agreement, ..hypothesis };
+        let Evidence { support, overlap, agreement } =
+            self.evidence(&hypothesis.view, &self.middle, &result.T_world_camera);
+        if agreement < hypothesis.agreement - MIN_AGREEMENT_DIFFERENCE {
+            return hypothesis;
         }
+        hypothesis = PoseHypothesis { support, overlap, agreement, ..hypothesis };
         hypothesis.registration.T_target_source = result.T_world_camera;
         // ICP on surfaces alone may cycle without converging.
         hypothesis.registration.converged |= result.converged;

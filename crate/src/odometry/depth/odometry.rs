@@ -79,9 +79,8 @@ impl DepthOdometry {
             tracked.unwrap_or_else(|| Found::InMap(chain.search_wider(&matcher, near)))
         };
 
-        let outcome = match chain.assess(frame, &matcher, found) {
+        let outcome = match chain.assess(&matcher, found) {
             Decision::Accept(hypothesis) => chain.accept(number, frame, hypothesis),
-            Decision::AcceptBefore(level, hypothesis) => chain.accept_before(level, number, frame, hypothesis),
             Decision::KeepTentative(hypothesis, why) => chain.keep_tentative(number, frame, hypothesis, why).into(),
             Decision::Append(hypothesis, why) => chain.append(number, frame, hypothesis, Some(why)).into(),
             Decision::Reject(hypothesis, why) => chain.reject(frame, hypothesis, why).into(),

@@ -1,11 +1,12 @@
 //! The registration of a frame's proposals: the one with the best evidence is returned.
 
-use super::color::{MAX_AGREEMENT_LOSS, MIN_NCC, SAME_OFFSET_STEPS, is_distinct};
+use super::color::{MIN_NCC, SAME_OFFSET_STEPS, is_distinct};
 use super::evidence::FINE_TOLERANCE;
 use super::frame_matcher::{FrameMatcher, SAME_POSE_DISTANCE, middle_options};
 use super::hypotheses::best_distinct;
 use super::pose_hypothesis::PoseHypothesis;
 use super::propose::Proposals;
+use super::resolve_degeneracy::MIN_AGREEMENT_DIFFERENCE;
 use crate::geometry::Pose3;
 use crate::map::keyframes::apart;
 use crate::registration::degeneracy::DegenerateDirection;
@@ -82,7 +83,7 @@ impl FrameMatcher<'_> {
         other.photometric_ncc = self.photometric_ncc(textured, other.T_world_sensor());
         let is_better = !other.is_degenerate
             && is_distinct(other.photometric_ncc.unwrap_or(0.0), best_ncc)
-            && other.agreement > best.agreement - MAX_AGREEMENT_LOSS;
+            && other.agreement > best.agreement - MIN_AGREEMENT_DIFFERENCE;
         if is_better { other } else { best }
     }
 

@@ -1,12 +1,9 @@
 //! Degenerate geometry: where hardly any surface constrains the position along one direction, free space may.
 
-use nalgebra::Vector3;
-
 use super::evidence::FINE_TOLERANCE;
 use super::frame_matcher::FrameMatcher;
 use super::pose_hypothesis::PoseHypothesis;
 use crate::geometry::Pose3;
-use crate::map::keyframes::apart;
 use crate::registration::degeneracy::DegenerateDirection;
 
 /// Positions compared along an undetermined direction, to either side, ...
@@ -19,12 +16,6 @@ const WELL_CONSTRAINED_SHARE: f64 = 0.05;
 /// Standard deviation along it, from the residuals (m), below which fewer surfaces constrain it, too: of 295 such frames of
 /// generated flats one was off by 4 cm, the others by less than 3.
 const WELL_CONSTRAINED_SIGMA: f64 = 1e-3;
-/// Standard deviation (m) from which they do not: errors of decimetres are as common there as small ones.
-const UNCONSTRAINED_SIGMA: f64 = 2e-3;
-/// In between, the registration is repeated from this far along the direction to either side (m), ...
-const PERTURBATION: f64 = 0.075;
-/// ... and must return to within this distance (m, two metres per radian). Noise alone does not lead back.
-const MAX_RETURN_DISTANCE: f64 = 0.02;
 /// Difference in agreement (0..=1) by which one position is told from another.
 pub(super) const MIN_AGREEMENT_DIFFERENCE: f64 = 0.01;
 
@@ -34,7 +25,8 @@ impl FrameMatcher<'_> {
     /// where nothing new is in view.
     pub(super) fn resolve_degeneracy(&self, mut hypothesis: PoseHypothesis) -> PoseHypothesis {
         let (weakest, share) = DegenerateDirection::weakest(&hypothesis.registration.correspondences, FINE_TOLERANCE);
-        if self.is_constrained(&hypothesis, &weakest, share) {
+        let sigma = weakest.sigma(&hypothesis.registration.information);
+        if hypothesis.registration.converged && is_well_constrained(share, sigma) || share > WELL_CONSTRAINED_SHARE {
             return hypothesis;
         }
         let agreement_here = self.agreement_at(&hypothesis, &weakest, 0).0;
@@ -50,27 +42,6 @@ impl FrameMatcher<'_> {
         // A registration that has not converged still moves along the direction.
         hypothesis.is_degenerate = !is_resolved || !hypothesis.registration.converged;
         hypothesis
-    }
-
-    /// Whether surfaces constrain the weakest direction: enough of them face along it (`share`), or their residuals are small,
-    /// or the registration returns to this pose from both sides.
-    fn is_constrained(&self, hypothesis: &PoseHypothesis, weakest: &DegenerateDirection, share: f64) -> bool {
-        let sigma = weakest.sigma(&hypothesis.registration.information);
-        let returns = || {
-            [-PERTURBATION, PERTURBATION].iter().all(|distance| self.returns(hypothesis, weakest.direction * *distance))
-        };
-        share > WELL_CONSTRAINED_SHARE
-            || hypothesis.registration.converged
-                && (is_well_constrained(share, sigma) || (sigma < UNCONSTRAINED_SIGMA && returns()))
-    }
-
-    /// Whether the registration from a perturbed pose returns to this one, or ends where the evidence contradicts it.
-    fn returns(&self, hypothesis: &PoseHypothesis, perturbation: Vector3<f64>) -> bool {
-        let T_world_sensor = hypothesis.T_world_sensor();
-        let T_perturbation = Pose3::translation(perturbation.x, perturbation.y, perturbation.z);
-        let again = self.register_finely(T_perturbation * T_world_sensor);
-        apart(T_world_sensor, again.T_world_sensor()) < MAX_RETURN_DISTANCE
-            || again.agreement < hypothesis.agreement - MIN_AGREEMENT_DIFFERENCE
     }
 
     /// The agreement at a number of steps along a direction, and the pose there.

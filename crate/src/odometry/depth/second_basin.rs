@@ -23,12 +23,8 @@ const MIN_DISTANCE: f64 = 0.5;
 const MAX_GRID_STEPS: i32 = 14;
 /// Points that score a position.
 const NUM_SCORED_POINTS: usize = 80;
-/// Beside another position, on the grid, the score is at least this share of the first one's (0..=1).
-const MIN_SCORE_RATIO: f64 = 0.15;
 /// Of the best positions so many are registered.
 const NUM_REGISTERED: usize = 6;
-/// By few points, another position may agree by so much less (0..=1).
-const MAX_ROUGH_AGREEMENT_LOSS: f64 = 0.05;
 
 /// Where a camera may be (m).
 pub(super) struct Reach {
@@ -60,9 +56,7 @@ impl FrameMatcher<'_> {
         let is_elsewhere = |T: &Pose3| offset(T).norm() > MIN_DISTANCE && reach.contains(T);
         let refined = self.likely_positions(hypothesis, reach, is_elsewhere).into_iter().filter_map(|guess| {
             let rough = self.register(view, &self.sparse, guess, &rough_options()).T_target_source;
-            let agreement = self.evidence(view, &self.sparse, &rough).agreement;
-            let fits = is_elsewhere(&rough) && agreement > hypothesis.agreement - MAX_ROUGH_AGREEMENT_LOSS;
-            fits.then(|| self.register(view, &self.middle, rough, &middle_options()).T_target_source)
+            is_elsewhere(&rough).then(|| self.register(view, &self.middle, rough, &middle_options()).T_target_source)
         });
         let support = |T: &Pose3| self.evidence(view, &self.middle, T).support;
         let best = refined.map(|T| (support(&T), T)).max_by(|a, b| a.0.total_cmp(&b.0))?.1;
@@ -83,11 +77,9 @@ impl FrameMatcher<'_> {
     ) -> Vec<Pose3> {
         let (T_world_sensor, view) = (hypothesis.T_world_sensor(), &hypothesis.view);
         let points = self.sparse.at_most(NUM_SCORED_POINTS).point_batch();
-        let min_score = MIN_SCORE_RATIO * score(view, &points, T_world_sensor);
         let around = Pose3::from_parts(reach.center.into(), T_world_sensor.rotation);
         let positions = grid_around(&around, 0..=0, 0.0, MAX_GRID_STEPS, MAX_GRID_STEPS).filter(is_elsewhere);
         let mut scored: Vec<(f64, Pose3)> = positions.map(|T| (score(view, &points, &T), T)).collect();
-        scored.retain(|(score, _)| *score > min_score);
         scored.sort_by(|a, b| b.0.total_cmp(&a.0));
         let mut likely: Vec<Pose3> = Vec::with_capacity(NUM_REGISTERED);
         for (_, T) in scored {

@@ -28,8 +28,6 @@ const MAX_SIGMA: f64 = 0.25;
 pub(super) struct TentativeBranch {
     /// The map before the branch.
     map_before: ReferenceMap,
-    /// Pose of the last frame before the branch.
-    T_world_before: Pose3,
     frames: Vec<BranchFrame>,
 }
 
@@ -62,21 +60,13 @@ pub(super) enum BranchOutcome {
 }
 
 impl TentativeBranch {
-    /// A branch without frames, with the map and the pose from before it.
-    pub(super) fn new(map_before: ReferenceMap, T_world_before: Pose3) -> Self {
-        Self { map_before, T_world_before, frames: Vec::new() }
-    }
-
-    pub(super) fn map_before(&self) -> &ReferenceMap {
-        &self.map_before
+    /// A branch without frames, with the map from before it.
+    pub(super) fn new(map_before: ReferenceMap) -> Self {
+        Self { map_before, frames: Vec::new() }
     }
 
     pub(super) fn into_map_before(self) -> ReferenceMap {
         self.map_before
-    }
-
-    pub(super) fn T_world_before(&self) -> Pose3 {
-        self.T_world_before
     }
 
     /// Adds a frame, with its uncertainty if its own registration is not certain.
@@ -107,10 +97,6 @@ impl TentativeBranch {
         for frame in &mut self.frames {
             frame.is_resolved |= resolved.frames.iter().any(|other| other.number == frame.number);
         }
-    }
-
-    pub(super) fn len(&self) -> usize {
-        self.frames.len()
     }
 
     /// Whether the pose of this frame becomes certain when the branch is confirmed: its own registration must be certain.
@@ -186,9 +172,6 @@ impl TentativeBranch {
     /// Moves the map before the branch by `motion` (of the world) of each frame's number.
     pub(super) fn apply_corrections(&mut self, motion: &impl Fn(u32) -> Pose3) {
         self.map_before.apply_corrections(motion);
-        if let Some(first) = self.frames.first() {
-            self.T_world_before = motion(first.number) * self.T_world_before;
-        }
     }
 }
 

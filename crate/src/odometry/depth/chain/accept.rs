@@ -48,7 +48,7 @@ impl Chain {
     }
 
     /// Drops the tentative branches from `level` on and accepts a frame by its pose in the map from before them.
-    pub(in super::super) fn accept_before(
+    fn accept_before(
         &mut self,
         level: usize,
         number: u32,

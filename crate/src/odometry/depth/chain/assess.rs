@@ -5,12 +5,9 @@ use super::super::frame_matcher::FrameMatcher;
 use super::super::pose_hypothesis::PoseHypothesis;
 use super::super::prediction_gate::PredictionGate;
 use super::super::second_basin::{MAX_STEP, Reach};
-use super::super::tentative_branch::TentativeBranch;
-use super::relocalize::MAX_AMBIGUOUS_AGREEMENT_LOSS;
 use super::{Chain, MAX_UNESTABLISHED_FRAMES};
 use crate::geometry::Pose3;
 use crate::odometry::assessment::{Assessment, Status};
-use crate::registration::prepared_surfels::PreparedSurfels;
 
 /// Number of frames whose photometric correlation must be known before a frame's is compared with it: images may belong to
 /// other frames, or the light may change with every frame.
@@ -39,8 +36,6 @@ pub(in super::super) enum Found {
 pub(in super::super) enum Decision {
     /// Its pose is certain.
     Accept(PoseHypothesis),
-    /// Its pose is certain in the map from before the tentative branch of this level, which it contradicts.
-    AcceptBefore(usize, PoseHypothesis),
     /// Its pose is plausible, but not certain: it begins a tentative branch or goes on with one.
     KeepTentative(PoseHypothesis, Assessment),
     /// It is added to the map where it fits best, with an assessment that is not its own registration's.
@@ -51,12 +46,7 @@ pub(in super::super) enum Decision {
 
 impl Chain {
     /// Compares the evidence for a pose with what its relation to the prediction asks for.
-    pub(in super::super) fn assess(
-        &self,
-        frame: &PreparedSurfels,
-        matcher: &FrameMatcher<'_>,
-        found: Found,
-    ) -> Decision {
+    pub(in super::super) fn assess(&self, matcher: &FrameMatcher<'_>, found: Found) -> Decision {
         let (hypothesis, is_tracked) = match found {
             Found::TrackedFromRejected(hypothesis) => {
                 let mut assessment = hypothesis.assessment();
@@ -86,9 +76,6 @@ impl Chain {
                 assessment.mark_tracked(hypothesis.overlap);
             }
             return Decision::Append(hypothesis, assessment);
-        }
-        if let Some((level, hypothesis)) = self.localize_before_branches(frame, &hypothesis) {
-            return Decision::AcceptBefore(level, hypothesis);
         }
         // A chain of a few frames may itself be wrong: no plausible frame is added to it.
         let is_established = self.members.len() > MAX_UNESTABLISHED_FRAMES;
@@ -156,28 +143,5 @@ impl Chain {
         };
         hypothesis.second_basin = matcher.second_basin(&hypothesis, &reach);
         hypothesis
-    }
-
-    /// The pose of a frame in the map from before a tentative branch, whose surfaces may contradict it. It is preferred only if
-    /// it agrees distinctly better than the pose `with` the branch.
-    fn localize_before_branches(
-        &self,
-        frame: &PreparedSurfels,
-        with: &PoseHypothesis,
-    ) -> Option<(usize, PoseHypothesis)> {
-        let without = |(level, branch): (usize, &TentativeBranch)| {
-            let matcher = FrameMatcher::new(branch.map_before(), frame, self.options);
-            let starts = [self.last.T_world_sensor, branch.T_world_before()];
-            let found = starts.into_iter().map(|T_world_start| matcher.best_around(&T_world_start));
-            let best = found.into_iter().max_by(|a, b| a.support.total_cmp(&b.support))?;
-            let num_between = branch.len() as u32 + self.num_rejected;
-            let gate = PredictionGate::between(&branch.T_world_before(), best.T_world_sensor(), num_between);
-            let is_likelier = !with.is_plausible() || best.agreement > with.agreement + MAX_AMBIGUOUS_AGREEMENT_LOSS;
-            let is_found = is_likelier
-                && self.is_accepted_at(&best, gate)
-                && matcher.second_basin(&best, &Reach::anywhere(&best)).is_none();
-            is_found.then_some((level, best))
-        };
-        self.tentative_branches.iter().enumerate().rev().find_map(without)
     }
 }

@@ -23,7 +23,7 @@ impl Chain {
         if self.tentative_branches.last().is_none_or(TentativeBranch::ends_with_certain_pose)
             && self.tentative_branches.len() < MAX_TENTATIVE_BRANCHES
         {
-            self.tentative_branches.push(TentativeBranch::new(self.reference.clone(), self.last.T_world_sensor));
+            self.tentative_branches.push(TentativeBranch::new(self.reference.clone()));
         }
         self.append(number, frame, hypothesis, Some(assessment))
     }

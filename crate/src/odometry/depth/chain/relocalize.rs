@@ -4,6 +4,7 @@ use super::super::frame_matcher::FrameMatcher;
 use super::super::hypotheses;
 use super::super::pose_hypothesis::PoseHypothesis;
 use super::super::prediction_gate::PredictionGate;
+use super::super::resolve_degeneracy::MIN_AGREEMENT_DIFFERENCE;
 use super::super::second_basin::Reach;
 use super::super::unregistered_frames::UnregisteredFrame;
 use super::{Chain, Member};
@@ -12,9 +13,7 @@ use crate::map::keyframes::apart;
 
 /// Distance above which two poses are different places (m, two metres per radian).
 const MIN_PLACE_DISTANCE: f64 = 0.2;
-/// Two places are ambiguous if their agreements differ by less than this ...
-pub(super) const MAX_AMBIGUOUS_AGREEMENT_LOSS: f64 = 0.005;
-/// ... and the overlap of one is more than this share of the other's.
+/// Two places that agree alike are ambiguous if the overlap of one is more than this share of the other's.
 const MIN_AMBIGUOUS_OVERLAP_RATIO: f64 = 0.6;
 
 impl Chain {
@@ -57,7 +56,7 @@ impl Chain {
 /// Whether another pose fits about as well at a different place: neither is accepted then.
 fn is_ambiguous(other: &PoseHypothesis, best: &PoseHypothesis) -> bool {
     let is_another_place = apart(other.T_world_sensor(), best.T_world_sensor()) > MIN_PLACE_DISTANCE;
-    let fits_as_well = other.agreement > best.agreement - MAX_AMBIGUOUS_AGREEMENT_LOSS
+    let fits_as_well = other.agreement > best.agreement - MIN_AGREEMENT_DIFFERENCE
         && other.overlap > MIN_AMBIGUOUS_OVERLAP_RATIO * best.overlap;
     is_another_place && fits_as_well
 }

@@ -3,12 +3,8 @@
 use super::super::frame_matcher::FrameMatcher;
 use super::super::pose_hypothesis::PoseHypothesis;
 use super::super::prediction_gate::PredictionGate;
+use super::super::resolve_degeneracy::MIN_AGREEMENT_DIFFERENCE;
 use super::Chain;
-
-/// Gain in agreement (0..=1) needed to accept a pose away from the prediction, ...
-const MIN_AGREEMENT_GAIN: f64 = 0.02;
-/// ... and gain in support.
-const MIN_SUPPORT_GAIN: f64 = 0.05;
 
 impl Chain {
     /// The best pose all around the last one where that is distinctly better than the best pose `near` the prediction; where
@@ -35,7 +31,6 @@ impl Chain {
 
 /// A pose away from the prediction must agree distinctly better and be constrained by the map.
 fn better_of(near: PoseHypothesis, away: PoseHypothesis) -> PoseHypothesis {
-    let is_better =
-        away.agreement > near.agreement + MIN_AGREEMENT_GAIN && away.support > near.support + MIN_SUPPORT_GAIN;
+    let is_better = away.agreement > near.agreement + MIN_AGREEMENT_DIFFERENCE;
     if is_better && away.is_constrained_by_map() { away } else { near }
 }

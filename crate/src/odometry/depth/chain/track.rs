@@ -75,6 +75,7 @@ impl Chain {
         let found = predictions.iter().map(|T| matcher.register_at(*T)).filter(is_tracked);
         let found = found.max_by(|a, b| a.support.total_cmp(&b.support));
         // From coarse to fine for fast motions: that may leave the basin of a good prediction.
-        found.or_else(|| Some(matcher.best_near(matcher.propose_near(&predictions, &T_world_before))).filter(is_tracked))
+        found
+            .or_else(|| Some(matcher.best_near(matcher.propose_near(&predictions, &T_world_before))).filter(is_tracked))
     }
 }
