@@ -1,5 +1,5 @@
 /** The thread of comparisons: reads trajectories, keeps them, compares them. */
-import { evaluate, init, relation_errors, type Trajectory } from '../engine/package.js';
+import { evaluate, init, relation_errors, Trajectory } from '../engine/package.js';
 import type { Result, Comparison, Part, Query, RelationErrors, Command, TrajectoryFile, QueryApi } from './protocol.js';
 import { attempt, serve, transferred } from '../engine/serve.js';
 import { readTrajectory } from './read-trajectory.js';
@@ -95,7 +95,7 @@ function read(id: number, times: Part | null): Trajectory {
     return found.trajectory;
   }
   forget(id);
-  const trajectory = readTrajectory(files.get(id) ?? { name: '', parts: [] });
+  const trajectory = readTrajectory(Trajectory, files.get(id) ?? { name: '', parts: [] });
   const is_timed = trajectory.stamps() !== undefined;
   try {
     if (times && !is_timed) trajectory.set_stamps(times.bytes, times.name);

@@ -1,5 +1,5 @@
 /** The thread that computes the sharpness of maps, with no ground truth. It takes seconds: comparisons go on meanwhile. */
-import { FrameClouds, init, map_quality, PointCloud } from '../engine/package.js';
+import { FrameClouds, init, map_quality, PointCloud, Trajectory } from '../engine/package.js';
 import type { FrameQuality, MapResult, MapQuality, MapQuery, Part, TrajectoryFile, QueryApi } from './protocol.js';
 import { attempt, serve } from '../engine/serve.js';
 import { readTrajectory } from './read-trajectory.js';
@@ -52,7 +52,7 @@ function withCloud<T>(name: string, bytes: Uint8Array, use: (cloud: PointCloud) 
 }
 
 function judgeFrames(clouds: FrameClouds, file: TrajectoryFile): FrameQuality {
-  const trajectory = readTrajectory(file);
+  const trajectory = readTrajectory(Trajectory, file);
   try {
     return clouds.quality(trajectory);
   } finally {
