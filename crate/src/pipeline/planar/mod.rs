@@ -5,6 +5,7 @@ mod keyframe_graph;
 mod measured_motion;
 mod run;
 mod scan_to_map;
+mod wheel_calibration;
 
 use nalgebra::Vector2;
 

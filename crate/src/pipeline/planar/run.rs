@@ -8,6 +8,7 @@ use super::joint::{Joint, POINTS_A_STEP};
 use super::keyframe_graph::{KeyframeGraph, LONG_SEQUENCE};
 use super::measured_motion;
 use super::scan_to_map::ScanToMap;
+use super::wheel_calibration;
 use crate::evaluation::sharpness::{Sharpness, SharpnessMeter};
 use crate::geometry::Pose2;
 use crate::graph::loops::planar::Uncertainty;
@@ -172,6 +173,8 @@ impl Run {
             self.stage = Stage::Evaluate;
             return;
         }
+        self.motions = wheel_calibration::calibrated(&self.motions, &self.estimates);
+        wheel_calibration::doubt_where_parted(&mut self.motions, &mut self.estimates);
         self.graph = Some(KeyframeGraph::new(&self.estimates, &self.scans, &self.poses, &self.motions, self.without));
         self.stage = Stage::Loops;
         if num_placed < LONG_SEQUENCE {

@@ -1,0 +1,182 @@
+//! Measured motion against a whole chain: how long its metre is, how well it is known, and where the two part.
+
+use nalgebra::{Matrix3, Vector3};
+
+use crate::geometry::{Pose2, RigidMotion};
+use crate::odometry::planar::information::{chained, seen_from, sigmas, softened_covariance};
+use crate::odometry::planar::motion_noise::{Comparison, MotionNoise, quantile};
+use crate::odometry::planar::{FrameEstimate, Link, MeasuredMotion, REGISTRATION_SIGMA};
+
+/// Fewer registered steps than this say nothing of the size of what is measured.
+const MIN_CALIBRATING: usize = 50;
+/// A step counts that is registered to this share of what the measurement is known to; ...
+const CALIBRATING_SHARE: f64 = 0.5;
+/// ... it tells the size where it goes this far (m).
+const CALIBRATING_WAY: f64 = 0.1;
+/// Registered steps are themselves too long or too short by up to this share: 0.1 to 0.4 % in the median of four logs.
+const REGISTERED_SCALE: f64 = 0.005;
+/// What a registration leaves open of a direction that nothing constrains (rad, m).
+const UNREGISTERED: (f64, f64) = (1.0, 1.0);
+/// Chain and measured motion are compared over up to so many steps: each may be likely, and all of them short together.
+const MAX_STEPS: usize = 5;
+/// They part where their squared Mahalanobis distance is larger: 1 of 1,000 right stretches, by chi squared of three degrees of
+/// freedom.
+const PARTED: f64 = 16.3;
+
+/// The motions with the scale and the noise that all the registered steps of a chain give them. Wheels are off by a few parts in a
+/// hundred, which adds up over a way that the walls leave open.
+pub fn calibrated(motions: &[Option<MeasuredMotion>], estimates: &[FrameEstimate]) -> Vec<Option<MeasuredMotion>> {
+    let steps = (1..motions.len()).filter_map(|frame| registered_step(frame, motions, estimates));
+    let mut comparisons: Vec<Comparison> = steps.collect();
+    let ratio = |comparison: &Comparison| {
+        let measured = comparison.steps[0].translation.vector;
+        let ratio = comparison.registered.translation.vector.dot(&measured) / measured.norm_squared();
+        (measured.norm() > CALIBRATING_WAY).then_some(ratio)
+    };
+    let mut ratios: Vec<f64> = comparisons.iter().filter_map(ratio).collect();
+    if ratios.len() < MIN_CALIBRATING {
+        return motions.to_vec();
+    }
+    let off = quantile(&mut ratios, 0.5) - 1.0;
+    let scale = 1.0 + off.signum() * (off.abs() - REGISTERED_SCALE).max(0.0);
+    let scaled = |motion: &Pose2| Pose2 { translation: (motion.translation.vector * scale).into(), ..*motion };
+    for comparison in &mut comparisons {
+        comparison.steps[0] = scaled(&comparison.steps[0]);
+    }
+    let noise = MotionNoise::fitted(&comparisons);
+    let calibrated = |motion: &MeasuredMotion| {
+        let T_before_sensor = scaled(&motion.T_before_sensor);
+        MeasuredMotion { T_before_sensor, covariance: noise.covariance(&T_before_sensor) }
+    };
+    motions.iter().map(|motion| motion.as_ref().map(calibrated)).collect()
+}
+
+/// A measured step with its registration, where that one tells more than the measurement.
+fn registered_step(
+    frame: usize,
+    motions: &[Option<MeasuredMotion>],
+    estimates: &[FrameEstimate],
+) -> Option<Comparison> {
+    let MeasuredMotion { T_before_sensor, covariance } = motions[frame].as_ref()?;
+    let estimate = Some(&estimates[frame]).filter(|estimate| estimate.link == Link::Registered)?;
+    let T_world_before = &estimates[frame - 1].T_world_sensor;
+    let position = |covariance: &Matrix3<f64>| sigmas(T_before_sensor, covariance).1;
+    let is_telling = position(&registered_covariance(frame, estimates)) < CALIBRATING_SHARE * position(covariance);
+    let T_world_registered = estimate.registration.as_ref()?.T_target_source;
+    is_telling.then(|| Comparison {
+        steps: vec![*T_before_sensor],
+        registered: T_world_before.inverse() * T_world_registered,
+    })
+}
+
+/// Covariance of a frame's registered motion from the frame before.
+fn registered_covariance(frame: usize, estimates: &[FrameEstimate]) -> Matrix3<f64> {
+    let information = seen_from(&estimates[frame].information, &estimates[frame - 1].T_world_sensor);
+    softened_covariance(&information, REGISTRATION_SIGMA, UNREGISTERED)
+}
+
+/// Doubts the least likely step of every stretch along which chain and measured motion part, and gives its measured motion what
+/// they are apart as an error: the ground before a robot may seem to move with it, or wheels may slip, and nothing tells which.
+pub fn doubt_where_parted(motions: &mut [Option<MeasuredMotion>], estimates: &mut [FrameEstimate]) {
+    let parted: Vec<Parted> = (1..motions.len()).filter_map(|last| parted(last, motions, estimates)).collect();
+    for Parted { frame, num_steps, off, distance } in parted {
+        let estimate = &mut estimates[frame];
+        estimate.link = Link::Doubted;
+        estimate.assessment.doubt(&format!(
+            "over {num_steps} steps the scans and the measured motion part by {distance:.2} m, and nothing tells which is right"
+        ));
+        if let Some(motion) = &mut motions[frame] {
+            motion.covariance += off * off.transpose();
+        }
+    }
+}
+
+/// A stretch along which chain and measured motion part.
+struct Parted {
+    /// The step that is least likely.
+    frame: usize,
+    num_steps: usize,
+    /// By a perturbation on the left, rotation first.
+    off: Vector3<f64>,
+    /// What the ends are apart (m).
+    distance: f64,
+}
+
+/// The shortest stretch up to this frame along which chain and measured motion part.
+fn parted(last: usize, motions: &[Option<MeasuredMotion>], estimates: &[FrameEstimate]) -> Option<Parted> {
+    let (mut T_measured, mut covariance) = (Pose2::identity(), Matrix3::zeros());
+    let sq_distance = |off: &Vector3<f64>, covariance: &Matrix3<f64>| {
+        covariance.try_inverse().map_or(0.0, |information| off.dot(&(information * off)))
+    };
+    let off_over = |first: usize, end: usize, T_measured: &Pose2| {
+        let T_found = estimates[first - 1].T_world_sensor.inverse() * estimates[end].T_world_sensor;
+        (*T_measured * T_found.inverse(), (T_measured * T_found.inverse()).log())
+    };
+    for first in (1..=last).rev().take(MAX_STEPS) {
+        let motion = motions[first].as_ref().filter(|_| estimates[first].link == Link::Registered)?;
+        let of_step = motion.covariance + registered_covariance(first, estimates);
+        covariance = chained((&motion.T_before_sensor, &of_step), &covariance);
+        T_measured = motion.T_before_sensor * T_measured;
+        let (apart, off) = off_over(first, last, &T_measured);
+        if first == last || sq_distance(&off, &covariance) < PARTED {
+            continue;
+        }
+        let unlikeliness = |frame: &usize| {
+            let motion = motions[*frame].as_ref();
+            motion.map_or(0.0, |m| sq_distance(&off_over(*frame, *frame, &m.T_before_sensor).1, &m.covariance))
+        };
+        let frame = (first..=last).max_by(|a, b| unlikeliness(a).total_cmp(&unlikeliness(b)))?;
+        return Some(Parted { frame, num_steps: last - first + 1, off, distance: apart.translation_norm() });
+    }
+    None
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::odometry::assessment::{Assessment, Status};
+
+    /// A chain along x of these steps (m), each registered to a centimetre, and a metre measured for each of them.
+    fn chain(steps: &[f64]) -> (Vec<Option<MeasuredMotion>>, Vec<FrameEstimate>) {
+        let noise = MotionNoise { translation_scale: 1.0, rotation_scale: 1.0 };
+        let T_before_sensor = Pose2::translation(1.0, 0.0);
+        let measured = MeasuredMotion { T_before_sensor, covariance: noise.covariance(&T_before_sensor) };
+        let mut x = 0.0;
+        let estimate = |step: &f64| {
+            x += step;
+            FrameEstimate {
+                T_world_sensor: Pose2::translation(x, 0.0),
+                registration: None,
+                assessment: Assessment::first(),
+                link: Link::Registered,
+                information: Pose2::translation(-x, 0.0)
+                    .adjoint()
+                    .tr_mul(&(Matrix3::from_diagonal(&Vector3::repeat(1e4)) * Pose2::translation(-x, 0.0).adjoint())),
+                references: Vec::new(),
+            }
+        };
+        (vec![Some(measured); steps.len()], steps.iter().map(estimate).collect())
+    }
+
+    #[test]
+    fn steps_that_are_likely_one_by_one_and_short_together_are_doubted() {
+        let mut steps = vec![1.0; 20];
+        steps[8..13].copy_from_slice(&[0.905, 0.905, 0.895, 0.905, 0.905]);
+        let (mut motions, mut estimates) = chain(&steps);
+        doubt_where_parted(&mut motions, &mut estimates);
+        let doubted: Vec<usize> = (0..20).filter(|&frame| estimates[frame].link == Link::Doubted).collect();
+        assert_eq!(doubted, [10], "the step that is off most");
+        assert_eq!(estimates[10].assessment.status, Status::Doubtful);
+        assert!(estimates[10].assessment.reason.contains("over 5 steps"), "{}", estimates[10].assessment.reason);
+        let along = |frame: usize| motions[frame].as_ref().unwrap().covariance[(1, 1)].sqrt();
+        assert!(along(10) > 0.4 && along(9) < 0.1, "{} {}", along(10), along(9));
+    }
+
+    #[test]
+    fn steps_within_the_noise_are_not() {
+        let steps: Vec<f64> = (0..40).map(|step| if step % 2 == 0 { 1.08 } else { 0.92 }).collect();
+        let (mut motions, mut estimates) = chain(&steps);
+        doubt_where_parted(&mut motions, &mut estimates);
+        assert!(estimates.iter().all(|estimate| estimate.link == Link::Registered));
+    }
+}
