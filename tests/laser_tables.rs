@@ -492,6 +492,7 @@ fn a_reading_a_line_has_times_and_odometry() {
     assert_eq!(format, "range=4,angle=3:1.0000deg,unit=cm,start=0.0000deg,time=1:ms,poses=5:6:7:deg");
     let log = read(text.as_bytes()).unwrap();
     assert_eq!(log.scans.len(), 5);
+    assert!(log.notes[1].contains("give angle=3:-1.0000deg"), "{:?}", log.notes);
     let LaserScan { time, odometry, .. } = &log.scans[4];
     let pose = odometry.unwrap();
     assert!((time.unwrap() - 0.4).abs() < 1e-12 && (pose.translation.x - 1.0).abs() < 1e-12);
@@ -504,6 +505,7 @@ fn what_the_sdk_of_an_rplidar_prints_turns_clockwise() {
     let text: String = (0..2).flat_map(|_| (0..360).map(line)).collect();
     let log = read(text.as_bytes()).unwrap();
     assert_eq!(log.scans.len(), 2);
+    assert!(!log.notes.iter().any(|note| note.contains("counter-clockwise")), "{:?}", log.notes);
     assert!((log.scans[0].bearings.of(90) + std::f64::consts::FRAC_PI_2).abs() < 1e-9);
 }
 

@@ -161,7 +161,22 @@ pub(super) fn read_guessed(text: &[u8]) -> Result<LaserLog> {
     log.notes.push(format!(
         "A table of ranges, read as --table {format}. Give another format if that is not what its columns are."
     ));
+    log.notes.extend(note_on_direction(&format));
     Ok(log)
+}
+
+/// That angles were taken to grow counter-clockwise: the other way round, the readings give the mirror image of the same map, whose
+/// scans agree as well, so that nothing in the table tells which it is.
+fn note_on_direction(format: &TableFormat) -> Option<String> {
+    let Layout::ReadingPerLine { angle: Some(AngleColumn { column, unit }), .. } = format.layout else { return None };
+    (unit > 0.0).then(|| {
+        format!(
+            "Its angles are taken to grow counter-clockwise. Of a laser that turns clockwise, as RPLIDAR, YDLIDAR and LDROBOT \
+             do, the map is mirrored: give angle={}:-{:.4}deg.",
+            column + 1,
+            unit.to_degrees()
+        )
+    })
 }
 
 /// Reads a table of the format that a text gives. What it leaves out is guessed, but no times and no poses where it names the
