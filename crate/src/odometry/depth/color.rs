@@ -34,14 +34,12 @@ const OFFSET_STEP: f64 = 0.05;
 pub(super) const SAME_OFFSET_STEPS: i32 = 5;
 /// The best position is distinct from another if its correlation is larger by this ...
 const MIN_NCC_DIFFERENCE: f64 = 0.15;
-/// ... or leaves less unexplained (1 - correlation) by this factor.
-const MIN_UNEXPLAINED_RATIO: f64 = 3.0;
+/// ... or leaves less unexplained (1 - correlation) by this factor: images of one place seldom differ as much.
+pub(super) const UNEXPLAINED_RATIO: f64 = 3.0;
 /// Smallest unexplained part (1 - correlation) that is not chance.
 const MIN_UNEXPLAINED: f64 = 0.004;
 /// One of this many textured points must be visible in the keyframe images.
 const MIN_VISIBLE_RATIO: usize = 8;
-/// Standard deviation (m) below which brightness constrains a position.
-const MAX_CONSTRAINED_SIGMA: f64 = 0.03;
 /// Side of a patch of surfaces with a common error (cells).
 const PATCH_SIDE: usize = 16;
 /// One of this many correspondences is used for the information of the surfaces.
@@ -153,7 +151,7 @@ impl FrameMatcher<'_> {
         let result = self.register_by_brightness(textured, &Gaussian { information, ..*surfaces }, NUM_LEVELS - 1)?;
         let joint = self.solver.restricted(NormalEquations { H: information + result.information, b: direction });
         let variance = direction.dot(&joint.H.cholesky()?.solve(&joint.b));
-        (variance < MAX_CONSTRAINED_SIGMA * MAX_CONSTRAINED_SIGMA).then_some(result)
+        (variance < FINE_TOLERANCE * FINE_TOLERANCE).then_some(result)
     }
 
     /// The most likely pose near that of the surfaces, where the keyframe images agree.
@@ -209,7 +207,7 @@ pub(super) fn is_distinct(ncc: f64, other_ncc: f64) -> bool {
 }
 
 fn explains_far_more(ncc: f64, other_ncc: f64) -> bool {
-    1.0 - other_ncc > MIN_UNEXPLAINED_RATIO * (1.0 - ncc).max(MIN_UNEXPLAINED)
+    1.0 - other_ncc > UNEXPLAINED_RATIO * (1.0 - ncc).max(MIN_UNEXPLAINED)
 }
 
 /// The pose a number of steps along a direction.

@@ -14,6 +14,8 @@ const ROUGH_TOLERANCE: f64 = 0.1;
 pub(crate) const FINE_TOLERANCE: f64 = 0.03;
 /// Cosine between the normals of two surfaces above which they can agree.
 pub(crate) const AGREEING_COSINE: f64 = 0.8;
+/// Points of the first score of a pose: hundreds to thousands of poses are scored.
+pub(super) const NUM_SCORED_POINTS: usize = 80;
 /// Weight of a contradicting surface relative to an agreeing one: walls agree in many poses.
 const CONTRADICTION_WEIGHT: f64 = 2.0;
 

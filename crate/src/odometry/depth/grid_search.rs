@@ -14,10 +14,6 @@ const NUM_ROTATIONS: u32 = 36;
 const NUM_TRANSLATIONS: i32 = 10;
 /// ... and their spacing (m).
 const TRANSLATION_STEP: f64 = 0.4;
-/// Points that score a pose; there are sixteen thousand poses.
-pub(super) const NUM_POINTS: usize = 80;
-/// Distance along the normal up to which surfaces agree (m): half the spacing of the grid.
-const TOLERANCE: f64 = 0.2;
 /// Number of the best poses that are returned.
 const MAX_POSES: usize = 2000;
 
@@ -40,7 +36,7 @@ pub(super) fn best_poses(view: &ProjectiveTarget, cloud: &SurfelCloud, T_world_v
                 f64::from(forward) * TRANSLATION_STEP,
             );
             let position = T_world_view * step;
-            let score = score_translated(view, &points, &normals, &position.coords, TOLERANCE);
+            let score = score_translated(view, &points, &normals, &position.coords, TRANSLATION_STEP / 2.0);
             scored.push((score, Pose3::from_parts(position.coords.into(), rotation)));
         }
     }

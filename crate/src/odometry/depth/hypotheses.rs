@@ -5,8 +5,8 @@ use nalgebra::{Isometry3, Vector3};
 use crate::geometry::Pose3;
 use crate::geometry::rotation::angle_of;
 
-/// Translation (m) up to which two hypotheses converge to the same pose, ...
-const SAME_HYPOTHESIS_TRANSLATION: f64 = 0.3;
+/// Translation (m) up to which two hypotheses converge to the same pose; few repetitive structures have a period as short; ...
+pub(super) const CONVERGING_DISTANCE: f64 = 0.3;
 /// ... and rotation (rad).
 const SAME_HYPOTHESIS_ROTATION: f64 = 0.1;
 /// Support subtracted per metre and per radian of motion from the last pose.
@@ -16,7 +16,7 @@ const SEARCH_EXTENT: f64 = 1.3;
 /// ... and support subtracted per metre and radian beyond it.
 const PENALTY_PER_METRE_BEYOND_SEARCH: f64 = 0.2;
 /// Spacing of the grid of translations (m).
-const GRID_STEP: f64 = 0.25;
+pub(super) const GRID_STEP: f64 = 0.25;
 
 /// The last pose, a constant-velocity prediction, rotations about the camera's vertical by up to 30 degrees and translations
 /// by up to 0.75 m forward and 0.25 m sideways.
@@ -67,7 +67,7 @@ pub(crate) fn best_distinct(mut scored: Vec<(f64, Pose3)>, max_count: usize) -> 
     for (_, pose) in scored {
         let is_distinct = best.iter().all(|other| {
             let between = other.inverse() * pose;
-            between.translation.vector.norm() > SAME_HYPOTHESIS_TRANSLATION
+            between.translation.vector.norm() > CONVERGING_DISTANCE
                 || between.rotation.angle() > SAME_HYPOTHESIS_ROTATION
         });
         if is_distinct {

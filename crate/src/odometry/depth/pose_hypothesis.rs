@@ -18,21 +18,17 @@ const MIN_AGREEMENT_MOSTLY_MAPPED_AFTER_GAP: f64 = 0.98;
 const MIN_AGREEMENT: f64 = 0.99;
 /// ... and outside the gate or without a prediction.
 const MIN_AGREEMENT_OUTSIDE_GATE: f64 = 0.995;
-/// Overlap (0..=1) above which a frame lies mostly on the map.
+/// Overlap (0..=1) above which a frame lies mostly on the map: without a prediction it has to.
 const MOSTLY_MAPPED_OVERLAP: f64 = 0.5;
 /// Overlap (0..=1) above which a pose is accepted: inside the gate, ...
 const MIN_OVERLAP: f64 = 0.15;
 /// ... inside the gate after a gap, ...
 const MIN_OVERLAP_AFTER_GAP: f64 = 0.2;
-/// ... outside the gate, ...
+/// ... and outside the gate. So much of an earlier map constrains the pose, too.
 const MIN_OVERLAP_OUTSIDE_GATE: f64 = 0.25;
-/// ... and without a prediction.
-const MIN_OVERLAP_WITHOUT_PREDICTION: f64 = 0.5;
 /// Photometric correlation (-1..=1) above which a place counts as revisited: a pose without a prediction is then treated as
 /// one outside the gate.
 const MIN_REVISIT_NCC: f64 = 0.95;
-/// Overlap (0..=1) with an earlier map above which that map constrains the pose.
-const MIN_CONSTRAINING_OVERLAP: f64 = 0.25;
 /// A frame that hardly overlaps the map is lost. On recordings with up to three of four frames left out, correct registrations
 /// agree by 0.95 to 1, and those that are off by half a metre mostly by less than 0.9. A doubtful frame is not added to the map.
 const LIMITS: Limits = Limits { lost_overlap: 0.1, lost_agreement: 0.85, doubtful_agreement: 0.95, ..Limits::NONE };
@@ -122,7 +118,7 @@ impl PoseHypothesis {
                 (MIN_OVERLAP_OUTSIDE_GATE, MIN_AGREEMENT_OUTSIDE_GATE, MIN_AGREEMENT_OUTSIDE_GATE)
             }
             PredictionGate::NoPrediction => {
-                (MIN_OVERLAP_WITHOUT_PREDICTION, MIN_AGREEMENT_OUTSIDE_GATE, MIN_AGREEMENT_OUTSIDE_GATE)
+                (MOSTLY_MAPPED_OVERLAP, MIN_AGREEMENT_OUTSIDE_GATE, MIN_AGREEMENT_OUTSIDE_GATE)
             }
         };
         let min_agreement =
@@ -170,7 +166,7 @@ impl PoseHypothesis {
 
     /// Whether the map that it was registered to constrains all directions.
     pub(super) fn is_constrained_by_map(&self) -> bool {
-        self.overlap > MIN_CONSTRAINING_OVERLAP
+        self.overlap > MIN_OVERLAP_OUTSIDE_GATE
             && !self.is_contradicted()
             && !self.is_degenerate
             && self.registration.converged

@@ -2,17 +2,15 @@
 
 use nalgebra::{Isometry3, Vector3};
 
-use super::evidence::score;
+use super::evidence::{NUM_SCORED_POINTS, score};
 use super::frame_matcher::{FrameMatcher, middle_options, rough_options};
-use super::grid_search::{self, best_poses};
+use super::grid_search::best_poses;
 use super::hypotheses::{best_distinct, grid_around, motion_penalty};
 use crate::geometry::Pose3;
 use crate::registration::icp::IcpOptions;
 use crate::registration::prepared_surfels::SurfelCloud;
 use crate::registration::projective::ProjectiveTarget;
 
-/// Points of the first score of a hypothesis.
-const FIRST_SCORE_POINTS: usize = 80;
 /// One of this many hypotheses, the best, is scored again with all sparse points.
 const RESCORED_RATIO: usize = 4;
 /// Hypotheses that are registered with sparse points, and of these with more, near a prediction ...
@@ -62,7 +60,7 @@ impl FrameMatcher<'_> {
     /// preference for near ones: for a frame without a prediction.
     pub(super) fn propose_anywhere(&self, T_world_view: &Pose3) -> Proposals {
         let view = self.view_from(T_world_view);
-        let poses = best_poses(&view, &self.sparse.at_most(grid_search::NUM_POINTS), T_world_view);
+        let poses = best_poses(&view, &self.sparse.at_most(NUM_SCORED_POINTS), T_world_view);
         self.refine(&view, poses, NUM_REFINED_ANYWHERE, |_| 0.0)
     }
 
@@ -84,7 +82,7 @@ impl FrameMatcher<'_> {
 
     /// Hypotheses with their scores by few points and, for the best of them, by more.
     fn scored(&self, view: &ProjectiveTarget, hypotheses: impl Iterator<Item = Pose3>) -> Vec<(f64, Pose3)> {
-        let (few, more) = (self.sparse.at_most(FIRST_SCORE_POINTS).point_batch(), self.sparse.point_batch());
+        let (few, more) = (self.sparse.at_most(NUM_SCORED_POINTS).point_batch(), self.sparse.point_batch());
         let mut scored: Vec<(f64, Pose3)> = hypotheses.map(|pose| (score(view, &few, &pose), pose)).collect();
         let num_rescored = scored.len() / RESCORED_RATIO;
         if num_rescored > 0 {

@@ -5,9 +5,9 @@
 use nalgebra::Vector3;
 
 use super::color::is_distinct;
-use super::evidence::score;
+use super::evidence::{NUM_SCORED_POINTS, score};
 use super::frame_matcher::{FrameMatcher, middle_options, rough_options};
-use super::hypotheses::grid_around;
+use super::hypotheses::{GRID_STEP, grid_around};
 use super::pose_hypothesis::PoseHypothesis;
 use super::prediction_gate::PredictionGate;
 use super::resolve_degeneracy::MIN_AGREEMENT_DIFFERENCE;
@@ -19,10 +19,6 @@ pub(super) const MAX_STEP: f64 = 3.0;
 const REACH_ANYWHERE: f64 = 3.5;
 /// Distance (m) from which a position is another one: the registration from a nearer one leads to the same.
 const MIN_DISTANCE: f64 = 0.5;
-/// Steps of the grid of positions (0.25 m) to each side; they extend as far as `REACH_ANYWHERE`.
-const MAX_GRID_STEPS: i32 = 14;
-/// Points that score a position.
-const NUM_SCORED_POINTS: usize = 80;
 /// Of the best positions so many are registered.
 const NUM_REGISTERED: usize = 6;
 
@@ -78,7 +74,8 @@ impl FrameMatcher<'_> {
         let (T_world_sensor, view) = (hypothesis.T_world_sensor(), &hypothesis.view);
         let points = self.sparse.at_most(NUM_SCORED_POINTS).point_batch();
         let around = Pose3::from_parts(reach.center.into(), T_world_sensor.rotation);
-        let positions = grid_around(&around, 0..=0, 0.0, MAX_GRID_STEPS, MAX_GRID_STEPS).filter(is_elsewhere);
+        let num_steps = (REACH_ANYWHERE / GRID_STEP).ceil() as i32;
+        let positions = grid_around(&around, 0..=0, 0.0, num_steps, num_steps).filter(is_elsewhere);
         let mut scored: Vec<(f64, Pose3)> = positions.map(|T| (score(view, &points, &T), T)).collect();
         scored.sort_by(|a, b| b.0.total_cmp(&a.0));
         let mut likely: Vec<Pose3> = Vec::with_capacity(NUM_REGISTERED);

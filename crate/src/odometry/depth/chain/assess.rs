@@ -1,6 +1,7 @@
 //! Assess: what becomes of a frame with the pose that was found for it.
 
 use super::super::Verification;
+use super::super::color::UNEXPLAINED_RATIO;
 use super::super::frame_matcher::FrameMatcher;
 use super::super::pose_hypothesis::PoseHypothesis;
 use super::super::prediction_gate::PredictionGate;
@@ -12,8 +13,6 @@ use crate::odometry::assessment::{Assessment, Status};
 /// Number of frames whose photometric correlation must be known before a frame's is compared with it: images may belong to
 /// other frames, or the light may change with every frame.
 const MIN_NCC_FRAMES: u32 = 3;
-/// A frame may leave this many times as much of the brightness unexplained (1 - correlation) as the average.
-const MAX_UNEXPLAINED_RATIO: f64 = 3.0;
 /// Photometric correlation (-1..=1) that suffices in any case. Below it, a pose may be off by one period of a repetitive
 /// texture.
 const SUFFICIENT_NCC: f64 = 0.9;
@@ -114,12 +113,12 @@ impl Chain {
         PredictionGate::between(&self.last.T_world_sensor, hypothesis.T_world_sensor(), self.num_rejected)
     }
 
-    /// Whether the photometric correlation is about as high as that of other frames.
+    /// Whether the frame leaves at most so many times as much of the brightness unexplained (1 - correlation) as others.
     fn is_photometrically_consistent(&self, hypothesis: &PoseHypothesis) -> bool {
         if self.num_ncc_frames < MIN_NCC_FRAMES {
             return true;
         }
-        let expected = 1.0 - MAX_UNEXPLAINED_RATIO * (1.0 - self.mean_ncc);
+        let expected = 1.0 - UNEXPLAINED_RATIO * (1.0 - self.mean_ncc);
         hypothesis.photometric_ncc.is_none_or(|ncc| ncc > expected.min(SUFFICIENT_NCC))
     }
 

@@ -6,6 +6,7 @@
 use std::sync::Arc;
 
 use super::super::frame_matcher::{FrameMatcher, SAME_POSE_DISTANCE};
+use super::super::hypotheses::CONVERGING_DISTANCE;
 use super::super::pose_hypothesis::PoseHypothesis;
 use super::super::prediction_gate::PredictionGate;
 use super::super::reference_map::ReferenceMap;
@@ -18,9 +19,6 @@ use crate::registration::prepared_surfels::PreparedSurfels;
 /// Overlap (0..=1) of a frame with the one before it above which it may be tracked. Of a noisy camera's surfaces hardly more
 /// than half agree within the tolerance, even while the camera stands still.
 const MIN_TRACKED_OVERLAP: f64 = 0.3;
-/// Distance (m, two metres per radian) from the last pose or from the constant-velocity prediction up to which a frame may be
-/// tracked: the registration converges from there, and few repetitive structures have a period as short.
-const MAX_TRACKED_DISTANCE: f64 = 0.3;
 
 /// A frame with its pose, to which the next one may be registered.
 #[derive(Clone)]
@@ -67,9 +65,10 @@ impl Chain {
         reference.insert(&before.frame, 0, &T_world_before, &view);
         let matcher = FrameMatcher::new(&reference, frame, self.options);
         let predictions = [T_world_before, T_world_before * last_motion];
+        // Near the last pose or the constant-velocity prediction.
         let is_tracked = |found: &PoseHypothesis| {
             let T_world_sensor = found.T_world_sensor();
-            let is_near = predictions.iter().any(|T| apart(T, T_world_sensor) < MAX_TRACKED_DISTANCE);
+            let is_near = predictions.iter().any(|T| apart(T, T_world_sensor) < CONVERGING_DISTANCE);
             is_near && found.overlap > MIN_TRACKED_OVERLAP && found.is_accepted(PredictionGate::Inside)
         };
         let found = predictions.iter().map(|T| matcher.register_at(*T)).filter(is_tracked);
