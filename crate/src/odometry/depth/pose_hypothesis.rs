@@ -12,19 +12,15 @@ use crate::registration::spatial::SpatialRegistration;
 
 /// Agreement (0..=1) above which a pose is accepted: inside the gate, with more than half of the frame on the map, ...
 const MIN_AGREEMENT_MOSTLY_MAPPED: f64 = 0.95;
-/// ... the same after a gap, ...
-const MIN_AGREEMENT_MOSTLY_MAPPED_AFTER_GAP: f64 = 0.98;
 /// ... inside the gate, with at most half of the frame on the map, ...
 const MIN_AGREEMENT: f64 = 0.99;
-/// ... and outside the gate or without a prediction.
+/// ... and after a gap, outside the gate or without a prediction.
 const MIN_AGREEMENT_OUTSIDE_GATE: f64 = 0.995;
 /// Overlap (0..=1) above which a frame lies mostly on the map: without a prediction it has to.
 const MOSTLY_MAPPED_OVERLAP: f64 = 0.5;
 /// Overlap (0..=1) above which a pose is accepted: inside the gate, ...
 const MIN_OVERLAP: f64 = 0.15;
-/// ... inside the gate after a gap, ...
-const MIN_OVERLAP_AFTER_GAP: f64 = 0.2;
-/// ... and outside the gate. So much of an earlier map constrains the pose, too.
+/// ... and outside the gate or after a gap. So much of an earlier map constrains the pose, too.
 const MIN_OVERLAP_OUTSIDE_GATE: f64 = 0.25;
 /// Photometric correlation (-1..=1) above which a place counts as revisited: a pose without a prediction is then treated as
 /// one outside the gate.
@@ -111,10 +107,7 @@ impl PoseHypothesis {
         let gate = if gate == PredictionGate::NoPrediction && is_revisit { PredictionGate::Outside } else { gate };
         let (min_overlap, min_agreement, min_agreement_mostly_mapped) = match gate {
             PredictionGate::Inside => (MIN_OVERLAP, MIN_AGREEMENT, MIN_AGREEMENT_MOSTLY_MAPPED),
-            PredictionGate::InsideAfterGap => {
-                (MIN_OVERLAP_AFTER_GAP, MIN_AGREEMENT, MIN_AGREEMENT_MOSTLY_MAPPED_AFTER_GAP)
-            }
-            PredictionGate::Outside => {
+            PredictionGate::InsideAfterGap | PredictionGate::Outside => {
                 (MIN_OVERLAP_OUTSIDE_GATE, MIN_AGREEMENT_OUTSIDE_GATE, MIN_AGREEMENT_OUTSIDE_GATE)
             }
             PredictionGate::NoPrediction => {

@@ -18,7 +18,7 @@ pub(super) const MAX_STEP: f64 = 3.0;
 /// The same around a pose that does not follow another one: as far as the step and the position may be off.
 const REACH_ANYWHERE: f64 = 3.5;
 /// Distance (m) from which a position is another one: the registration from a nearer one leads to the same.
-const MIN_DISTANCE: f64 = 0.5;
+pub(super) const MIN_DISTANCE: f64 = 0.5;
 /// Of the best positions so many are registered.
 const NUM_REGISTERED: usize = 6;
 

@@ -5,7 +5,7 @@ use super::super::color::UNEXPLAINED_RATIO;
 use super::super::frame_matcher::FrameMatcher;
 use super::super::pose_hypothesis::PoseHypothesis;
 use super::super::prediction_gate::PredictionGate;
-use super::super::second_basin::{MAX_STEP, Reach};
+use super::super::second_basin::{MAX_STEP, MIN_DISTANCE, Reach};
 use super::{Chain, MAX_UNESTABLISHED_FRAMES};
 use crate::geometry::Pose3;
 use crate::odometry::assessment::{Assessment, Status};
@@ -18,8 +18,6 @@ const MIN_NCC_FRAMES: u32 = 3;
 const SUFFICIENT_NCC: f64 = 0.9;
 /// The camera may move so many times as far as it has before.
 const FASTER: f64 = 2.0;
-/// A camera that hardly moved may begin to move by so much a frame (m).
-const MIN_LONGEST_STEP: f64 = 0.25;
 
 /// The pose that was found for a frame.
 pub(in super::super) enum Found {
@@ -130,8 +128,7 @@ impl Chain {
         mut hypothesis: PoseHypothesis,
     ) -> PoseHypothesis {
         let num_steps = f64::from(1 + self.num_rejected);
-        let longest =
-            self.motion_prior.longest_step().map(|longest| num_steps * FASTER * longest.max(MIN_LONGEST_STEP));
+        let longest = self.motion_prior.longest_step().map(|longest| (num_steps * FASTER * longest).max(MIN_DISTANCE));
         let position = |T: &Pose3| T.translation.vector;
         let step = (position(hypothesis.T_world_sensor()) - position(&self.last.T_world_sensor)).norm();
         let radius = longest.filter(|longest| step < *longest).unwrap_or(MAX_STEP).min(MAX_STEP);
