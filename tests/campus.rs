@@ -41,14 +41,19 @@ fn is_believed(frames: &[FrameResult<PlanarPose, CleaningReport>], (a, b): (usiz
 
 #[test]
 fn loops_close_with_wheels_that_drift() {
-    for seed in [1, 2] {
+    for (seed, most_wrong) in [(1, 0.02), (2, 0.05)] {
         let drive = generate(&CampusOptions { seed, ..CampusOptions::default() });
         let (truth, places) = (&drive.T_world_robot, places(&drive.T_world_robot));
         assert!(places.len() > 500, "{}", places.len());
         let run = run(&drive, OdometrySource::Log);
         let (poses, frames) = (run.poses(), run.result().frames);
         let wrong: Vec<_> = places.iter().copied().filter(|pair| is_wrong(&poses, truth, *pair)).collect();
-        assert!(20 * wrong.len() < places.len(), "seed {seed}: {} of {} places", wrong.len(), places.len());
+        assert!(
+            (wrong.len() as f64) < most_wrong * places.len() as f64,
+            "seed {seed}: {} of {} places",
+            wrong.len(),
+            places.len()
+        );
         let num_believed = places.iter().filter(|pair| is_believed(&frames, **pair)).count();
         let falsely = wrong.iter().filter(|pair| is_believed(&frames, **pair)).count();
         assert!(2 * num_believed > places.len() && falsely == 0, "seed {seed}: {falsely} of {num_believed}");

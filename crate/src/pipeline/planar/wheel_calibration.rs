@@ -105,30 +105,36 @@ struct Parted {
 /// The shortest stretch up to this frame along which chain and measured motion part.
 fn parted(last: usize, motions: &[Option<MeasuredMotion>], estimates: &[FrameEstimate]) -> Option<Parted> {
     let (mut T_measured, mut covariance) = (Pose2::identity(), Matrix3::zeros());
-    let sq_distance = |off: &Vector3<f64>, covariance: &Matrix3<f64>| {
-        covariance.try_inverse().map_or(0.0, |information| off.dot(&(information * off)))
-    };
-    let off_over = |first: usize, end: usize, T_measured: &Pose2| {
-        let T_found = estimates[first - 1].T_world_sensor.inverse() * estimates[end].T_world_sensor;
-        (*T_measured * T_found.inverse(), (T_measured * T_found.inverse()).log())
-    };
     for first in (1..=last).rev().take(MAX_STEPS) {
         let motion = motions[first].as_ref().filter(|_| estimates[first].link == Link::Registered)?;
         let of_step = motion.covariance + registered_covariance(first, estimates);
         covariance = chained((&motion.T_before_sensor, &of_step), &covariance);
         T_measured = motion.T_before_sensor * T_measured;
-        let (apart, off) = off_over(first, last, &T_measured);
-        if first == last || sq_distance(&off, &covariance) < PARTED {
+        let apart = T_measured * registered_motion(first, last, estimates).inverse();
+        if first == last || sq_distance(&apart.log(), &covariance) < PARTED {
             continue;
         }
         let unlikeliness = |frame: &usize| {
-            let motion = motions[*frame].as_ref();
-            motion.map_or(0.0, |m| sq_distance(&off_over(*frame, *frame, &m.T_before_sensor).1, &m.covariance))
+            motions[*frame].as_ref().map_or(0.0, |motion| {
+                let apart = motion.T_before_sensor * registered_motion(*frame, *frame, estimates).inverse();
+                sq_distance(&apart.log(), &motion.covariance)
+            })
         };
         let frame = (first..=last).max_by(|a, b| unlikeliness(a).total_cmp(&unlikeliness(b)))?;
-        return Some(Parted { frame, num_steps: last - first + 1, off, distance: apart.translation_norm() });
+        let (num_steps, distance) = (last - first + 1, apart.translation_norm());
+        return Some(Parted { frame, num_steps, off: apart.log(), distance });
     }
     None
+}
+
+/// The motion of the chain over the steps from `first` to `last`.
+fn registered_motion(first: usize, last: usize, estimates: &[FrameEstimate]) -> Pose2 {
+    estimates[first - 1].T_world_sensor.inverse() * estimates[last].T_world_sensor
+}
+
+/// The squared Mahalanobis distance of a perturbation.
+fn sq_distance(off: &Vector3<f64>, covariance: &Matrix3<f64>) -> f64 {
+    covariance.try_inverse().map_or(0.0, |information| off.dot(&(information * off)))
 }
 
 #[cfg(test)]
