@@ -71,3 +71,11 @@ fn scans_alone_claim_nothing_wrong() {
     let falsely = believed.iter().filter(|pair| is_wrong(&poses, truth, **pair)).count();
     assert!(believed.len() > 150 && 200 * falsely <= believed.len(), "{falsely} of {}", believed.len());
 }
+
+#[test]
+fn poses_that_never_come_back_are_not_used_and_that_is_told() {
+    let drive = generate(&CampusOptions { length: 60.0, ..CampusOptions::default() });
+    let run = run(&drive, Settings::default().odometry);
+    let notes = run.result().notes;
+    assert!(notes.iter().any(|note| note.contains("cannot be told") && note.contains("odometry=log")), "{notes:?}");
+}

@@ -49,6 +49,8 @@ test('clouds that cannot be registered are told one by one', async ({ page }) =>
   await dismissed(page);
 
   await give(page, good, { name: '1.ply', content: scan(0.2) });
+  // The clouds before are at their start as well, until these are read.
+  await expect(lab(page).getByLabel('Source', { exact: false }).first()).toHaveValue('1.ply');
   await expect(heading(page)).toHaveText('At the start');
   await lab(page).getByRole('button', { name: 'One iteration on (.)' }).click();
   await expect(heading(page)).toHaveText(/^(After iteration 1|At the end)$/);

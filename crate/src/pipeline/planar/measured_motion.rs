@@ -144,7 +144,10 @@ pub fn log_holds_wheels(
         );
     }
     if num_tried < LOOPS.1 {
-        return (false, None);
+        let way: f64 = poses.windows(2).map(|pair| (pair[0].inverse() * pair[1]).translation_norm()).sum();
+        let note = "The log has poses, and whether they are the wheels' own cannot be told: they come back to too few places. \
+                    They are not used; odometry=log uses them.";
+        return (false, (way > LOOP_LENGTH).then(|| note.to_owned()));
     }
     let are_wheels = 2 * num_fitting < num_tried;
     let seen = format!("they fit the scans in {num_fitting} of {num_tried} places where they come back");
