@@ -148,7 +148,7 @@ where
     let mut path = Path::starting_at(init_T_target_source.renormalized());
 
     while path.goes_on(&options.criteria) {
-        let num_correspondences = search.find(path.end(), &mut last_searches, &mut correspondences, |_| ());
+        let num_correspondences = search.find(&path.T_target_source, &mut last_searches, &mut correspondences, |_| ());
         let step = solver.step(factor, target, &correspondences, &mut damping);
         path.record(num_correspondences, &correspondences, step.as_ref());
         path.take(step, &options.criteria);
@@ -158,7 +158,7 @@ where
     let variance = weighted_variance(&correspondences, M::Tangent::LEN).max(MIN_RESIDUAL_SIGMA * MIN_RESIDUAL_SIGMA);
     let last = path.history.last().copied().unwrap_or_default();
     Registration {
-        T_target_source: *path.end(),
+        T_target_source: path.T_target_source,
         converged: path.end_reason == EndReason::Converged,
         end_reason: path.end_reason,
         history: path.history,
@@ -173,6 +173,8 @@ where
 
 /// The way of the estimate so far.
 struct Path<M> {
+    /// Where it has come to.
+    T_target_source: M,
     trace: Vec<M>,
     history: Vec<IterationRecord>,
     end_reason: EndReason,
@@ -180,12 +182,12 @@ struct Path<M> {
 
 impl<M: RigidMotion> Path<M> {
     fn starting_at(T_target_source: M) -> Self {
-        Self { trace: vec![T_target_source], history: Vec::new(), end_reason: EndReason::MaxIterations }
-    }
-
-    /// The current estimate.
-    fn end(&self) -> &M {
-        self.trace.last().expect("a path begins with the first guess")
+        Self {
+            T_target_source,
+            trace: vec![T_target_source],
+            history: Vec::new(),
+            end_reason: EndReason::MaxIterations,
+        }
     }
 
     fn goes_on(&self, criteria: &Criteria) -> bool {
@@ -204,7 +206,7 @@ impl<M: RigidMotion> Path<M> {
 
     /// Applies a step to the estimate, and notes whether it was the last one.
     fn take(&mut self, step: Option<M>, criteria: &Criteria) {
-        let T_target_source = step.map_or(*self.end(), |step| (step * *self.end()).renormalized());
+        let T_target_source = step.map_or(self.T_target_source, |step| (step * self.T_target_source).renormalized());
         if step.is_none() {
             self.end_reason = EndReason::NoStep;
         } else if step.is_some_and(|step| is_below(&step, criteria, 1.0)) {
@@ -212,6 +214,7 @@ impl<M: RigidMotion> Path<M> {
         } else if self.has_been_at(&T_target_source, criteria) {
             self.end_reason = EndReason::Cycle;
         }
+        self.T_target_source = T_target_source;
         self.trace.push(T_target_source);
     }
 

@@ -58,11 +58,7 @@ export class ScanstitchBevPicture extends LitElement {
   private pressed_at: Pixel = [0, 0];
   constructor() {
     super();
-    watchSize(
-      this,
-      () => this,
-      () => this.repaint(),
-    );
+    watchSize(this, () => this.repaint());
   }
 
   /** Moves the focus to a mark. */

@@ -37,11 +37,7 @@ export class ScanstitchBevSketch extends LitElement {
 
   constructor() {
     super();
-    watchSize(
-      this,
-      () => this,
-      () => this.paint(),
-    );
+    watchSize(this, () => this.paint());
   }
 
   protected override updated(_changed: PropertyValues): void {

@@ -1,5 +1,5 @@
 /** What the element's appearance depends on besides its attributes: its own width, and the system's choice of dark or light. */
-import type { ReactiveController, ReactiveControllerHost } from 'lit';
+import type { ReactiveController, LitElement } from 'lit';
 import type { Layout } from './run-parts.js';
 import { watchSize } from './watch-size.js';
 
@@ -9,14 +9,14 @@ const MEDIUM_FROM = 760;
 export class Appearance implements ReactiveController {
   layout: Layout = 'wide';
   is_system_dark = false;
-  readonly #host: ReactiveControllerHost;
+  readonly #host: LitElement;
   readonly #system_dark = matchMedia('(prefers-color-scheme: dark)');
 
   /** `frame`: the box whose width counts; null before it is drawn. */
-  constructor(host: ReactiveControllerHost, frame: () => Element | null) {
+  constructor(host: LitElement, frame: () => Element | null) {
     this.#host = host;
     host.addController(this);
-    watchSize(host, frame, (width) => this.#fit(width));
+    watchSize(host, (width) => this.#fit(width), frame);
   }
 
   hostConnected(): void {

@@ -54,11 +54,7 @@ export class ScanstitchFigure extends LitElement {
 
   constructor() {
     super();
-    watchSize(
-      this,
-      () => this,
-      () => this.resize(),
-    );
+    watchSize(this, () => this.resize());
   }
 
   /** CSS pixels. */

@@ -35,8 +35,8 @@ export class ScanstitchFrameTable extends LitElement {
     super();
     watchSize(
       this,
-      () => this.scroller,
       () => this.onScroll(),
+      () => this.scroller,
     );
   }
 

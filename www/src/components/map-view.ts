@@ -100,8 +100,8 @@ export class ScanstitchMap extends LitElement implements GestureTarget, KeyedMap
     super();
     watchSize(
       this,
-      () => this.stage,
       () => this.resize(),
+      () => this.stage,
     );
   }
 

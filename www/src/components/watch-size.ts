@@ -1,13 +1,13 @@
-import type { ReactiveControllerHost } from 'lit';
+import type { LitElement } from 'lit';
 
 /**
- * Tells an element when one of its boxes is drawn for the first time, and whenever its size changes, while it is on the page.
- * `box` is null before it is drawn; `onSize` is given its width without padding (CSS pixels).
+ * Tells an element when a box of it, or it itself, is drawn for the first time, and whenever its size changes, while it is on
+ * the page. `onSize` is given its width without padding (CSS pixels); `box` is null before it is drawn.
  */
 export function watchSize(
-  host: ReactiveControllerHost,
-  box: () => Element | null,
+  host: LitElement,
   onSize: (width: number) => void,
+  box: () => Element | null = () => host,
 ): void {
   let is_watched = false;
   const observer = new ResizeObserver(([entry]) => {

@@ -38,8 +38,8 @@ export abstract class LabStage extends LitElement implements GestureTarget {
     super();
     watchSize(
       this,
-      () => this.stage,
       () => this.resize(),
+      () => this.stage,
     );
   }
 

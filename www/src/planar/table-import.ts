@@ -60,8 +60,8 @@ export class ScanstitchTableImport extends LitElement {
     super();
     watchSize(
       this,
-      () => this.canvas,
       () => this.draw(),
+      () => this.canvas,
     );
   }
 

@@ -93,8 +93,8 @@ export class ScanstitchMap3d extends LitElement implements GestureTarget, Graphi
     super();
     watchSize(
       this,
-      () => this.stage,
       () => this.resize(),
+      () => this.stage,
     );
   }
 
