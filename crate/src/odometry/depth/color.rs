@@ -36,6 +36,8 @@ pub(super) const SAME_OFFSET_STEPS: i32 = 5;
 const MIN_NCC_DIFFERENCE: f64 = 0.15;
 /// ... or leaves less unexplained (1 - correlation) by this factor: images of one place seldom differ as much.
 pub(super) const UNEXPLAINED_RATIO: f64 = 3.0;
+/// Smallest unexplained part (1 - correlation) that is not chance.
+const MIN_UNEXPLAINED: f64 = 0.004;
 /// One of this many textured points must be visible in the keyframe images.
 const MIN_VISIBLE_RATIO: usize = 8;
 /// Side of a patch of surfaces with a common error (cells).
@@ -205,7 +207,7 @@ pub(super) fn is_distinct(ncc: f64, other_ncc: f64) -> bool {
 }
 
 fn explains_far_more(ncc: f64, other_ncc: f64) -> bool {
-    1.0 - other_ncc > UNEXPLAINED_RATIO * (1.0 - ncc)
+    1.0 - other_ncc > UNEXPLAINED_RATIO * (1.0 - ncc).max(MIN_UNEXPLAINED)
 }
 
 /// The pose a number of steps along a direction.
