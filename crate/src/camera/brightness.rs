@@ -15,7 +15,7 @@ pub struct Brightness {
 struct Level {
     width: usize,
     height: usize,
-    /// Row by row, grey levels (0 to 255) in [`UNIT`]s.
+    /// Row by row, grey levels (0 to 255) in [`GREY_UNIT`]s.
     values: Vec<u16>,
 }
 
@@ -31,19 +31,19 @@ pub(crate) struct Sample {
 /// Levels of the pyramid.
 pub(crate) const NUM_LEVELS: usize = 3;
 /// Pixels of the image that make one of the finest level, along each side.
-const FINEST: usize = 2;
+const FINEST_BINNING: usize = 2;
 /// Grey levels are kept to this.
-const UNIT: f64 = 1.0 / 256.0;
+const GREY_UNIT: f64 = 1.0 / 256.0;
 
 impl Brightness {
     /// From a colour image: the mean of the three channels.
     pub fn new(colors: &ColorImage) -> Self {
-        let (width, height) = (colors.width / FINEST, colors.height / FINEST);
+        let (width, height) = (colors.width / FINEST_BINNING, colors.height / FINEST_BINNING);
         let grey = |[r, g, b]: [u8; 3]| u32::from(r) + u32::from(g) + u32::from(b);
         let mut values = Vec::with_capacity(width * height);
-        for rows in colors.pixels.chunks_exact(FINEST * colors.width.max(1)) {
+        for rows in colors.pixels.chunks_exact(FINEST_BINNING * colors.width.max(1)) {
             let (upper, lower) = rows.split_at(colors.width);
-            let pairs = upper.chunks_exact(FINEST).zip(lower.chunks_exact(FINEST));
+            let pairs = upper.chunks_exact(FINEST_BINNING).zip(lower.chunks_exact(FINEST_BINNING));
             values.extend(pairs.map(|(upper, lower)| {
                 // The mean of twelve channels.
                 ((grey(upper[0]) + grey(upper[1]) + grey(lower[0]) + grey(lower[1])) * 256 / 12) as u16
@@ -77,7 +77,7 @@ impl Brightness {
 
     /// The camera that sees the pixels of a level, `camera` being that of the colour image.
     pub fn camera(&self, camera: &Pinhole, level: usize) -> Pinhole {
-        let finest = FINEST as f64;
+        let finest = FINEST_BINNING as f64;
         let shift = (finest - 1.0) / 2.0;
         let scale = finest * f64::from(1 << level);
         Pinhole {
@@ -99,7 +99,7 @@ impl Brightness {
             return None;
         }
         let index = row * width + column;
-        let half = |a: u16, b: u16| 0.5 * UNIT * (f64::from(a) - f64::from(b));
+        let half = |a: u16, b: u16| 0.5 * GREY_UNIT * (f64::from(a) - f64::from(b));
         Some([half(values[index + 1], values[index - 1]), half(values[index + width], values[index - width])])
     }
 
@@ -123,10 +123,10 @@ impl Brightness {
         let across = |line: [f64; 4]| line[2] - line[0] + right * (line[3] - line[1] - line[2] + line[0]);
         let blend = |upper: f64, lower: f64| upper + down * (lower - upper);
         Some(Sample {
-            value: UNIT * blend(between(upper), between(lower)),
+            value: GREY_UNIT * blend(between(upper), between(lower)),
             slope: [
-                0.5 * UNIT * blend(across(upper), across(lower)),
-                0.5 * UNIT * blend(between(lower) - between(above), between(below) - between(upper)),
+                0.5 * GREY_UNIT * blend(across(upper), across(lower)),
+                0.5 * GREY_UNIT * blend(between(lower) - between(above), between(below) - between(upper)),
             ],
         })
     }

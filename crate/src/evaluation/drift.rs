@@ -9,9 +9,9 @@ use crate::{Error, Result};
 /// Lengths of stretches (m) are these multiples of a unit, 100 m in the benchmark.
 const MULTIPLES: usize = 8;
 /// The benchmark's unit (m).
-const UNIT: f64 = 100.0;
+const KITTI_UNIT: f64 = 100.0;
 /// In the benchmark a stretch begins at every tenth pose, a second apart.
-const STEP: usize = 10;
+const KITTI_STEP: usize = 10;
 
 /// Mean errors of stretches of one length.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -59,8 +59,8 @@ pub fn drift(reference: &Path, estimate: &Path) -> Result<Drift> {
     };
     let distances = reference.distances();
     let total = distances.last().copied().unwrap_or_default();
-    let is_kitti = total >= 2.0 * UNIT;
-    let (unit, step) = if is_kitti { (UNIT, STEP) } else { (unit_for(total)?, 1) };
+    let is_kitti = total >= 2.0 * KITTI_UNIT;
+    let (unit, step) = if is_kitti { (KITTI_UNIT, KITTI_STEP) } else { (unit_for(total)?, 1) };
 
     let mut by_length: Vec<DriftOfLength> = Vec::new();
     for multiple in 1..=MULTIPLES {

@@ -1,7 +1,7 @@
 //! Whether the motions of an estimate are those of the reference: if not, the reference is of another recording, or the
 //! estimate is wrong.
 
-use super::motion_ratio::{GAPS, motions, ratio_of};
+use super::motion_ratio::{FRAME_GAPS, motions, ratio_of};
 use crate::geometry::Pose3;
 
 /// Fewer motions than this tell nothing.
@@ -24,7 +24,7 @@ const MIN_AGREEMENT: f64 = 0.6;
 /// another order at most 0.55 with orientations, and 0.7 without.
 fn motion_agreement(pairs: &[(Pose3, Pose3)], has_orientations: bool) -> Option<f64> {
     let scale = ratio_of(pairs).translation.unwrap_or(1.0);
-    GAPS.iter().rev().find_map(|&gap| {
+    FRAME_GAPS.iter().rev().find_map(|&gap| {
         let noise_growth = (gap as f64).sqrt();
         let (step_noise, turn_noise) = (STEP_NOISE * noise_growth, TURN_NOISE * noise_growth);
         let [mut num_moving, mut num_agreeing] = [0_usize; 2];

@@ -15,7 +15,7 @@ pub(crate) struct MotionRatio {
 }
 
 /// Pairs of frames this far apart are compared: neighbours, and some between which slow cameras have moved.
-pub(super) const GAPS: [usize; 4] = [1, 2, 5, 20];
+pub(super) const FRAME_GAPS: [usize; 4] = [1, 2, 5, 20];
 /// Fewer pairs than this tell nothing.
 const MIN_PAIRS: usize = 6;
 /// Shorter steps (m) and smaller turns (rad, 1.7 degrees) of the reference are noise.
@@ -39,7 +39,7 @@ pub(crate) fn motion_ratio(estimate: &[Option<Pose3>], reference: &[Option<Pose3
 /// The same of poses of the estimate and of the reference that belong together.
 pub(super) fn ratio_of(pairs: &[(Pose3, Pose3)]) -> MotionRatio {
     let [mut steps, mut turns] = [Vec::new(), Vec::new()];
-    for (motion, reference) in GAPS.iter().flat_map(|&gap| motions(pairs, gap)) {
+    for (motion, reference) in FRAME_GAPS.iter().flat_map(|&gap| motions(pairs, gap)) {
         if reference.step > MIN_STEP && motion.step > 0.0 {
             steps.push((motion.step / reference.step).ln());
         }

@@ -11,10 +11,10 @@ use crate::{Error, Result};
 const MAX_TOLERANCE: f64 = 0.1;
 /// Times that agree differ by their rounding alone (s): the step in which a clock's offset is searched for.
 const CLOCK_STEP: f64 = 1e-3;
-/// So many times of relations vote on the offset of a clock.
-const VOTES: usize = 100;
-/// The share of them that has to agree on it.
-const AGREED: f64 = 0.8;
+/// Times of relations that vote on the offset of a clock, at most.
+const MAX_VOTES: usize = 100;
+/// Smallest share of the votes for an offset.
+const MIN_AGREEING_SHARE: f64 = 0.8;
 
 /// How far (s) a pose may be from the time that a relation names, for poses at these times: half of their median distance,
 /// for beyond that another pose is nearer, and 0.1 s at most.
@@ -122,7 +122,7 @@ pub(super) fn misfit(
 
 /// What has to be added to the stamps so that most of the times are among them, where there is such an offset.
 fn clock_offset(times: &[f64], stamps: &[f64]) -> Option<f64> {
-    let stride = times.len().div_ceil(VOTES);
+    let stride = times.len().div_ceil(MAX_VOTES);
     let voters: Vec<f64> = times.iter().copied().step_by(stride).collect();
     let mut votes: HashMap<i64, usize> = HashMap::new();
     for time in &voters {
@@ -133,5 +133,5 @@ fn clock_offset(times: &[f64], stamps: &[f64]) -> Option<f64> {
     // An offset between two steps has its votes in both.
     let total = |step: i64| (step - 1..=step + 1).filter_map(|step| votes.get(&step)).sum::<usize>();
     let best = votes.keys().copied().max_by_key(|&step| (total(step), votes[&step], -step.abs()))?;
-    (total(best) as f64 >= AGREED * voters.len() as f64).then_some(best as f64 * CLOCK_STEP)
+    (total(best) as f64 >= MIN_AGREEING_SHARE * voters.len() as f64).then_some(best as f64 * CLOCK_STEP)
 }

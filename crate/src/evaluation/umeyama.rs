@@ -7,7 +7,7 @@ use crate::{Error, Result};
 
 /// Where the second singular value of the covariance is smaller than this times the largest, what fixes the turn about a
 /// line is rounding: that of a file with nine decimals, for one.
-const STRAIGHT: f64 = 1e-9;
+const MIN_SINGULAR_RATIO: f64 = 1e-9;
 
 /// A rotation, a scale and a translation: p -> scale * rotation * p + translation.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -79,7 +79,7 @@ pub fn umeyama(source: &[Vector3<f64>], target: &[Vector3<f64>], with_scale: boo
     let scale = if with_scale { D.dot(&S) / variance } else { 1.0 };
     let translation = mean_target - scale * (rotation * mean_source);
     let similarity = Similarity { rotation, translation, scale };
-    Ok(Fit { similarity, is_about_a_line: D.y <= STRAIGHT * D.x })
+    Ok(Fit { similarity, is_about_a_line: D.y <= MIN_SINGULAR_RATIO * D.x })
 }
 
 fn degenerate(n: usize, why: &str) -> Error {

@@ -46,9 +46,9 @@ pub(crate) struct OdometryFactor<M: RigidMotion> {
     pub information: M::Matrix,
 }
 
-/// An edge whose motion has changed by less than so many times the limits of convergence keeps its correspondences. With ten
-/// times a generated ring of corridors stays 6.4 cm off, on the mean, where three leave it below 6.
-const KEPT: f64 = 3.0;
+/// An edge keeps its correspondences while its motion has changed by less than this times the limits of convergence. With 10
+/// a generated ring of corridors stays 6.4 cm off in the mean, with 3 below 6.
+const KEEP_FACTOR: f64 = 3.0;
 
 /// What an edge's correspondences came to when they were last found.
 #[derive(Debug, Clone, Copy)]
@@ -209,8 +209,8 @@ impl<M: RigidMotion> JointScanRegistration<M> {
         let since = |last: &Matched<M>| T_target_source * last.T_target_source.inverse();
         let is_kept = |last: &Matched<M>| {
             let since = since(last);
-            since.rotation_angle() < KEPT * options.criteria.rotation_eps
-                && since.translation_norm() < KEPT * options.criteria.translation_eps
+            since.rotation_angle() < KEEP_FACTOR * options.criteria.rotation_eps
+                && since.translation_norm() < KEEP_FACTOR * options.criteria.translation_eps
         };
         let kept = self.matched[index].filter(is_kept);
         let matched = kept.unwrap_or_else(|| self.match_edge(factor, edge, &T_target_source, nodes, options));

@@ -39,11 +39,12 @@ pub(super) fn quote(text: &[u8]) -> String {
 
 /// A piece of input made printable and at most 40 characters long.
 pub(super) fn shorten(text: &[u8]) -> String {
-    const LONGEST: usize = 40;
+    const MAX_LENGTH: usize = 40;
     // A character takes 4 bytes at the most, so this holds all that is shown.
-    let lossy = String::from_utf8_lossy(&text[..text.len().min(4 * LONGEST + 4)]);
-    let mut shown: String = lossy.chars().take(LONGEST).map(|c| if c.is_control() { '\u{FFFD}' } else { c }).collect();
-    if lossy.chars().count() > LONGEST {
+    let lossy = String::from_utf8_lossy(&text[..text.len().min(4 * MAX_LENGTH + 4)]);
+    let mut shown: String =
+        lossy.chars().take(MAX_LENGTH).map(|c| if c.is_control() { '\u{FFFD}' } else { c }).collect();
+    if lossy.chars().count() > MAX_LENGTH {
         shown.push_str("...");
     }
     shown

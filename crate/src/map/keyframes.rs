@@ -38,7 +38,7 @@ pub struct Keyframes {
 /// Translation (m) that changes the view as much as a rotation by a radian.
 const METRES_PER_RADIAN: f64 = 2.0;
 /// Smallest distance between two keyframes (m, two metres per radian).
-const SPACING: f64 = 0.3;
+const KEYFRAME_SPACING: f64 = 0.3;
 /// Largest distance at which a keyframe shares the view of a camera (m, two metres per radian).
 const MAX_VIEW_DISTANCE: f64 = 4.0;
 /// Largest number of keyframes that are compared with a camera.
@@ -50,12 +50,16 @@ const TARGET_BYTES: usize = 72 << 20;
 /// Factor by which the spacing grows in each round of thinning.
 const SPACING_GROWTH: f64 = 1.25;
 /// Distance along the normal up to which a point lies on a surface, and not in the free space in front of it (m).
-const TOLERANCE: f64 = 0.05;
+const SURFACE_TOLERANCE: f64 = 0.05;
 
 impl Keyframes {
     /// Adds a frame by its number, unless it is nearer to another keyframe than the spacing.
     pub fn add(&mut self, frame: &PreparedSurfels, number: u32, T_world_camera: &Pose3) {
-        if self.views.iter().any(|known| apart_within(&known.T_world_camera, T_world_camera, SPACING).is_some()) {
+        if self
+            .views
+            .iter()
+            .any(|known| apart_within(&known.T_world_camera, T_world_camera, KEYFRAME_SPACING).is_some())
+        {
             return;
         }
         let SurfelImage { brightness, camera, .. } = &frame.image;
@@ -68,7 +72,7 @@ impl Keyframes {
         self.num_bytes += added.num_bytes();
         self.views.push(added);
         if self.num_bytes > MAX_BYTES {
-            let mut spacing = SPACING;
+            let mut spacing = KEYFRAME_SPACING;
             while self.num_bytes > TARGET_BYTES && self.views.len() > 1 {
                 spacing *= SPACING_GROWTH;
                 self.thin(spacing);
@@ -139,7 +143,7 @@ impl Keyframe {
     /// Whether this point (world frame) lies in space that it saw to be free.
     pub fn saw_through(&self, point: &Vector3<f64>, noise: DepthNoise) -> bool {
         let point = self.T_world_camera.inverse_transform_point(&(*point).into()).coords;
-        let tolerance = noise.tolerance(TOLERANCE, point.z);
+        let tolerance = noise.tolerance(SURFACE_TOLERANCE, point.z);
         matches!(self.view.classify_leniently(&point, tolerance), FreeSpaceTest::InFreeSpace)
     }
 }
@@ -188,7 +192,7 @@ mod tests {
     #[test]
     fn the_memory_of_keyframes_is_bounded_and_they_cover_the_whole_path() {
         let (frame, mut keyframes) = (wall(), Keyframes::default());
-        let step = 1.01 * SPACING;
+        let step = 1.01 * KEYFRAME_SPACING;
         let at = |index: u32| Pose3::from(Translation3::new(step * f64::from(index), 0.0, 0.0));
         let num_frames = 500;
         for index in 0..num_frames {

@@ -41,11 +41,11 @@ pub struct OccupancyGrid {
 /// Side of a cell unless it is asked for (m).
 pub const RESOLUTION: f64 = 0.05;
 /// A return makes its cell this much likelier occupied: p = 0.7.
-const HIT: f32 = 0.85;
+const LOG_ODDS_HIT: f32 = 0.85;
 /// A beam makes the cells on its way this much likelier free: p = 0.4.
-const MISS: f32 = -0.4;
+const LOG_ODDS_MISS: f32 = -0.4;
 /// No cell is surer than this: what changed, as a door, can be unlearned.
-const SUREST: f32 = 3.5;
+const MAX_LOG_ODDS: f32 = 3.5;
 /// As ROS's map_server has them: a cell is occupied above this probability ...
 const OCCUPIED_THRESHOLD: f64 = 0.65;
 /// ... and free below this one.
@@ -90,7 +90,7 @@ impl OccupancyGrid {
         for (point, _) in ends.iter().filter(|(_, is_hit)| *is_hit) {
             let cell = self.index(point);
             if marks.first(cell) {
-                self.log_odds[cell] = (self.log_odds[cell] + HIT).min(SUREST);
+                self.log_odds[cell] = (self.log_odds[cell] + LOG_ODDS_HIT).min(MAX_LOG_ODDS);
             }
         }
         for (point, _) in &ends {
@@ -118,7 +118,7 @@ impl OccupancyGrid {
         for _ in 0..num_steps {
             let index = cell.y as usize * self.width + cell.x as usize;
             if marks.first(index) {
-                self.log_odds[index] = (self.log_odds[index] + MISS).max(-SUREST);
+                self.log_odds[index] = (self.log_odds[index] + LOG_ODDS_MISS).max(-MAX_LOG_ODDS);
             }
             let axis = usize::from(next.y < next.x);
             cell[axis] += step[axis];

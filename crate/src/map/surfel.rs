@@ -32,9 +32,9 @@ struct Block {
 }
 
 /// Side of a block (m).
-const BLOCK: f64 = 1.0;
+const BLOCK_SIZE: f64 = 1.0;
 /// Margin of a view beyond the image on every side, as a share of the image's size.
-const MARGIN: f64 = 0.25;
+const VIEW_MARGIN: f64 = 0.25;
 /// Depth up to which the map is rendered (m), ...
 const MAX_VIEW_DEPTH: f64 = 12.0;
 /// ... or this much beyond the frame's largest depth (m): a pose hypothesis may be off by a few metres.
@@ -42,7 +42,7 @@ const DEPTH_MARGIN: f64 = 4.0;
 /// One of this many cells is read for the largest depth.
 const DEPTH_STRIDE: usize = 13;
 /// Smallest distance between two surfels of one surface (m).
-const SPACING: f64 = 0.025;
+const MIN_SURFEL_SPACING: f64 = 0.025;
 /// Cosine between two normals below which surfels belong to different surfaces.
 const SAME_SURFACE_COSINE: f64 = 0.9;
 /// Distance along the normal above which surfels belong to different surfaces (m), beyond their own uncertainty.
@@ -53,7 +53,7 @@ const MIN_DEVIATION: f64 = 1e-3;
 
 impl Default for SurfelMap {
     fn default() -> Self {
-        Self { blocks: Vec::new(), hash: VoxelHash::new(BLOCK), len: 0 }
+        Self { blocks: Vec::new(), hash: VoxelHash::new(BLOCK_SIZE), len: 0 }
     }
 }
 
@@ -86,7 +86,7 @@ impl SurfelMap {
         let t = T_world_camera.translation.vector;
         for surfel in frame.surfels() {
             let moved = Surfel { point: R * surfel.point + t, normal: R * surfel.normal, ..*surfel };
-            let spacing = SPACING.max(cell_width * surfel.point.z);
+            let spacing = MIN_SURFEL_SPACING.max(cell_width * surfel.point.z);
             let Some(neighbor) = view.nearest(&moved.point, 2.0 * spacing) else {
                 self.add(moved, number);
                 continue;
@@ -129,7 +129,7 @@ impl SurfelMap {
         let Some(voxel) = self.hash.voxel(&surfel.point) else { return };
         let number = self.hash.insert(voxel) as usize;
         if number == self.blocks.len() {
-            let center = Vector3::from(voxel).map(|x| (f64::from(x) + 0.5) * BLOCK);
+            let center = Vector3::from(voxel).map(|x| (f64::from(x) + 0.5) * BLOCK_SIZE);
             self.blocks.push(Arc::new(Block { center, ..Block::default() }));
         }
         Arc::make_mut(&mut self.blocks[number]).surfels.push(PackedSurfel::new(&surfel, frame));
@@ -154,7 +154,7 @@ fn parts(number: u64) -> (usize, usize) {
 }
 
 fn with_margin(camera: &Pinhole) -> Pinhole {
-    let margin = |size: usize| (size as f64 * MARGIN).round() as usize;
+    let margin = |size: usize| (size as f64 * VIEW_MARGIN).round() as usize;
     let (columns, rows) = (margin(camera.width), margin(camera.height));
     Pinhole {
         width: camera.width + 2 * columns,
@@ -186,7 +186,7 @@ impl Frustum {
     /// Whether a block with this centre may intersect the frustum.
     fn may_see(&self, center: &Vector3<f64>) -> bool {
         let center = <Pose3 as RigidMotion>::act(&self.T_view_world, center);
-        let radius = BLOCK * 3f64.sqrt() / 2.0;
+        let radius = BLOCK_SIZE * 3f64.sqrt() / 2.0;
         self.sides.iter().all(|side| side.dot(&center) > -radius)
             && (-radius..self.max_depth + radius).contains(&center.z)
     }

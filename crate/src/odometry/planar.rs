@@ -112,7 +112,7 @@ pub struct Odometry {
 /// What a registration is known by at best (rad, m): its pairs of points are not independent.
 pub const REGISTRATION_SIGMA: (f64, f64) = (0.003, 0.01);
 /// Two poses that differ by more are two places (m, rad).
-const APART: SearchWindow = SearchWindow { translation: 0.6, rotation: 0.25 };
+const MIN_RIVAL_DISTANCE: SearchWindow = SearchWindow { translation: 0.6, rotation: 0.25 };
 /// The motion is known by so many frames that were registered one after the other. ...
 pub const SURE_MOTION: usize = 2;
 /// ... A pose goes on with it that is no further from the prediction than this (rad, m) ...
@@ -289,7 +289,7 @@ impl Odometry {
         let score = search.score(&found);
         let mut known = vec![found];
         for _ in 0..MAX_RIVALS {
-            let guess = search.rival((&known, APART), (share * score, score))?.T_target_source;
+            let guess = search.rival((&known, MIN_RIVAL_DISTANCE), (share * score, score))?.T_target_source;
             known.push(guess);
             let Some(rival) = self.plausible(scan, guess, best) else { continue };
             let rival = self.register_from(scan, rival);
@@ -328,7 +328,8 @@ impl Odometry {
 /// Whether a registration has not led to the best place.
 fn is_other(best: &Pose2, found: &Pose2) -> bool {
     let off = best.inverse() * found;
-    off.translation_norm() > 0.5 * APART.translation || off.rotation_angle() > 0.5 * APART.rotation
+    off.translation_norm() > 0.5 * MIN_RIVAL_DISTANCE.translation
+        || off.rotation_angle() > 0.5 * MIN_RIVAL_DISTANCE.rotation
 }
 
 fn unregistered(T_world_sensor: Pose2, assessment: Assessment, link: Link) -> FrameEstimate {

@@ -104,17 +104,17 @@ fn range(position: Vec3) -> f64 {
 /// through sines, cosines and single precision), and more than lie in the twentieth below it. The latter since ranges
 /// are recorded in steps, of a centimetre say, and a wall that happens to be the farthest thing gives equal ones too.
 pub fn range_limit<'a>(scans: impl IntoIterator<Item = &'a [Vec3]>) -> Option<f64> {
-    const SAME: f64 = 1.0 - 1e-6;
-    const BELOW: f64 = 0.95;
-    const FEWEST: usize = 3;
+    const SAME_RANGE: f64 = 1.0 - 1e-6;
+    const BELOW_RANGE: f64 = 0.95;
+    const MIN_RETURNS_AT_LIMIT: usize = 3;
     let ranges: Vec<f64> = scans.into_iter().flatten().map(|&p| range(p)).filter(|range| range.is_finite()).collect();
     let largest = ranges.iter().copied().fold(0.0, f64::max);
     let num_over = |least: f64| ranges.iter().filter(|&&range| range >= least * largest).count();
-    let num_at_limit = num_over(SAME);
-    let num_below = num_over(BELOW) - num_at_limit;
+    let num_at_limit = num_over(SAME_RANGE);
+    let num_below = num_over(BELOW_RANGE) - num_at_limit;
     // Where nothing is nearer, it is a round wall about the sensor, or nothing can be told.
     let is_farther = num_at_limit + num_below < ranges.len();
-    (largest > 0.0 && num_at_limit >= FEWEST && num_at_limit > num_below && is_farther).then_some(largest)
+    (largest > 0.0 && num_at_limit >= MIN_RETURNS_AT_LIMIT && num_at_limit > num_below && is_farther).then_some(largest)
 }
 
 #[cfg(test)]

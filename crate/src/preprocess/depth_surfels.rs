@@ -47,7 +47,7 @@ const MIN_NOISE: f64 = 1e-3;
 /// Side of a cell (pixels).
 pub(crate) const CELL_SIZE: usize = 4;
 /// Windows reach this many cells beyond the middle one, the largest first.
-const REACHES: [usize; 5] = [10, 6, 4, 2, 1];
+const WINDOW_RADII: [usize; 5] = [10, 6, 4, 2, 1];
 /// A window is a plane when the mean square of its residuals is at most this many times the noise's.
 const MAX_MISFIT: f64 = 1.5;
 /// A cell belongs to its window's plane when its mean depth lies off by at most this many standard deviations.
@@ -93,7 +93,7 @@ pub fn depth_surfels(image: &DepthImage, usable: &[bool], camera: &Pinhole, mode
 type Moments = [f64; 12];
 
 /// Place of the number of pixels.
-const COUNT: usize = 10;
+const COUNT_INDEX: usize = 10;
 
 /// Sums of the moments over the cells above and to the left.
 struct SummedMoments {
@@ -104,19 +104,19 @@ struct SummedMoments {
 }
 
 /// What the squares of the residuals sum up to in the windows around a cell, at the least, in units of the noise, in the
-/// order of [`REACHES`].
+/// order of [`WINDOW_RADII`].
 ///
 /// Of a part of the pixels the best plane is never further off than the best plane of all: what does not fit a window fits
 /// none that the window lies in. Near silhouettes, where most windows fail, few are looked at.
 #[derive(Clone, Copy, Default)]
-struct Misfits([f64; REACHES.len()]);
+struct Misfits([f64; WINDOW_RADII.len()]);
 
 impl Misfits {
     /// What is known beforehand, from cells next to this one: each window holds their next smaller ones.
     #[inline]
     fn beside(neighbours: [&Self; 3]) -> Self {
-        let mut known = [0.0; REACHES.len()];
-        for index in (0..REACHES.len() - 1).rev() {
+        let mut known = [0.0; WINDOW_RADII.len()];
+        for index in (0..WINDOW_RADII.len() - 1).rev() {
             let smaller = neighbours.map(|neighbour| neighbour.0[index + 1]);
             known[index] = smaller.into_iter().fold(known[index + 1], larger);
         }
@@ -191,7 +191,7 @@ impl SummedMoments {
             return None;
         }
         let most = column.min(row).min(self.columns - 1 - column).min(self.rows - 1 - row);
-        for (index, reach) in REACHES.into_iter().enumerate() {
+        for (index, reach) in WINDOW_RADII.into_iter().enumerate() {
             let side = (2 * reach + 1) * CELL_SIZE;
             let area = (side * side) as f64;
             if reach > most || misfits.0[index] > MAX_MISFIT * area {
@@ -227,7 +227,7 @@ impl SummedMoments {
 /// The pixels of a window, from its [corners](SummedMoments::corners).
 #[inline]
 fn count(corners: [&Moments; 4]) -> f64 {
-    let [a, b, c, d] = corners.map(|sums| sums[COUNT]);
+    let [a, b, c, d] = corners.map(|sums| sums[COUNT_INDEX]);
     a - b - c + d
 }
 

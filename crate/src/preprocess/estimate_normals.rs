@@ -128,7 +128,7 @@ mod tests {
         estimate_normals(points, &KdTree::build(bytemuck::cast_slice(points)), neighbourhood, viewpoint)
     }
 
-    const TWENTY: Neighbourhood = Neighbourhood { max_neighbors: 20, radius: f64::INFINITY };
+    const TWENTY_NEAREST: Neighbourhood = Neighbourhood { max_neighbors: 20, radius: f64::INFINITY };
 
     #[test]
     fn the_smallest_eigenvector_is_that_of_an_iterative_solver() {
@@ -159,7 +159,7 @@ mod tests {
             .map(|i| (u * 2.0 * wave(i, 2.3) + v * wave(i, 3.1) + normal * (5.0 + 0.002 * wave(i, 7.7))).as_vec3())
             .collect();
         for (viewpoint, sign) in [(DVec3::ZERO, -1.0), (normal * 10.0, 1.0)] {
-            for found in normals(&points, TWENTY, viewpoint).iter().flatten() {
+            for found in normals(&points, TWENTY_NEAREST, viewpoint).iter().flatten() {
                 let cosine = sign * found.dot(&Vector3::new(normal.x, normal.y, normal.z));
                 assert!(cosine > 0.95 && (found.norm() - 1.0).abs() < 1e-12, "{cosine}");
             }
@@ -171,12 +171,12 @@ mod tests {
     #[test]
     fn lines_and_points_that_are_not_finite_have_no_normal() {
         let line: Vec<Vec3> = (0..50).map(|i| Vec3::new(0.1, 0.2, 0.3) * i as f32).collect();
-        assert!(normals(&line, TWENTY, DVec3::ZERO).iter().all(Option::is_none));
-        assert!(normals(&[Vec3::ONE; 30], TWENTY, DVec3::ZERO).iter().all(Option::is_none));
-        assert!(normals(&[Vec3::X, Vec3::Y, Vec3::Z], TWENTY, DVec3::ZERO).iter().all(Option::is_none));
+        assert!(normals(&line, TWENTY_NEAREST, DVec3::ZERO).iter().all(Option::is_none));
+        assert!(normals(&[Vec3::ONE; 30], TWENTY_NEAREST, DVec3::ZERO).iter().all(Option::is_none));
+        assert!(normals(&[Vec3::X, Vec3::Y, Vec3::Z], TWENTY_NEAREST, DVec3::ZERO).iter().all(Option::is_none));
         let mut points: Vec<Vec3> = (0..100).map(|i| Vec3::new((i / 10) as f32, (i % 10) as f32, 0.0)).collect();
         points[7].x = f32::NAN;
-        let found = normals(&points, TWENTY, DVec3::Z);
+        let found = normals(&points, TWENTY_NEAREST, DVec3::Z);
         assert!(found[7].is_none() && found.iter().flatten().count() == 99);
         assert!(found.iter().flatten().all(|normal| (normal - Vector3::z()).norm() < 1e-6));
     }

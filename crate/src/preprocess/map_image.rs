@@ -30,7 +30,7 @@ const STRIDE: usize = 2;
 const FINEST_UNIT: f64 = 2.5e-4;
 /// A pixel whose depth lies between those of its neighbours, further from both than this share of it, is a mixture of
 /// the surfaces at a silhouette.
-const MIXED: f64 = 0.03;
+const MIN_MIXED_STEP: f64 = 0.03;
 
 impl MapImage {
     /// From a depth image, its surfaces and its colours (of the same size). Where the pixel's cell is a surface that
@@ -170,7 +170,7 @@ impl DepthTable {
     fn is_mixed(&self, image: &DepthImage, usable: &[bool], u: usize, v: usize) -> bool {
         let index = v * image.width + u;
         // Depths are as far apart as their raw values, which are at hand.
-        let gap = (MIXED * (f64::from(image.values[index]) + self.offset)) as i32 + 2;
+        let gap = (MIN_MIXED_STEP * (f64::from(image.values[index]) + self.offset)) as i32 + 2;
         let value = i32::from(image.values[index]);
         let between = |before: usize, after: usize| {
             let (a, b) = (i32::from(image.values[before]) - value, value - i32::from(image.values[after]));

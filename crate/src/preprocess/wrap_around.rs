@@ -6,27 +6,27 @@
 
 use crate::camera::DepthImage;
 
-/// Neighbours of which one is this near to the largest value and the other to zero are an edge of a wrapped region.
-const EDGE: u16 = 4;
+/// Two neighbours are an edge of a wrapped region where one is this near to the largest value and the other to zero.
+const EDGE_VALUES: u16 = 4;
 /// Values of one surface differ by at most this much from one pixel to the next.
-const SMOOTH: u16 = 3;
+const MAX_SURFACE_STEP: u16 = 3;
 /// An edge of fewer pixels is chance.
 const MIN_EDGE_PIXELS: usize = 3;
-/// The share of the values' range that a wrapped region is followed through: rooms do not go on for ever.
-const REACH: u16 = 3;
+/// A wrapped region is followed up to the values' range over this: rooms do not go on for ever.
+const WRAPPED_RANGE_DIVISOR: u16 = 3;
 
 /// Which pixels hold a value that is what it seems: neither 0 nor wrapped. Only images of 8 bits or fewer wrap.
 pub fn usable_pixels(image: &DepthImage) -> Vec<bool> {
     let mut usable: Vec<bool> = image.values.iter().map(|&value| value > 0).collect();
     let largest = image.values.iter().copied().max().unwrap_or(0);
-    if image.bits > 8 || largest < u16::from(u8::MAX) - EDGE {
+    if image.bits > 8 || largest < u16::from(u8::MAX) - EDGE_VALUES {
         return usable;
     }
     let mut stack = Vec::new();
     for index in 0..image.values.len() {
         let value = image.values[index];
-        let beyond = |other: usize| image.values[other] >= u16::from(u8::MAX) - EDGE;
-        if value <= EDGE && neighbors(image, index).any(beyond) {
+        let beyond = |other: usize| image.values[other] >= u16::from(u8::MAX) - EDGE_VALUES;
+        if value <= EDGE_VALUES && neighbors(image, index).any(beyond) {
             stack.push(index);
         }
     }
@@ -42,7 +42,10 @@ pub fn usable_pixels(image: &DepthImage) -> Vec<bool> {
         let value = image.values[index];
         for other in neighbors(image, index) {
             let candidate = image.values[other];
-            if !wrapped[other] && candidate.abs_diff(value) <= SMOOTH && candidate <= u16::from(u8::MAX) / REACH {
+            if !wrapped[other]
+                && candidate.abs_diff(value) <= MAX_SURFACE_STEP
+                && candidate <= u16::from(u8::MAX) / WRAPPED_RANGE_DIVISOR
+            {
                 wrapped[other] = true;
                 stack.push(other);
             }

@@ -99,11 +99,11 @@ pub enum LastSearch<P> {
     NoneWithin(P, f64),
 }
 
-/// A point without a partner is looked for within so many times the limit: while it moves by less than what is beyond, it
-/// still has none.
-const CLEARANCE: f64 = 2.0;
-/// Distances in single precision are right to this share.
-const ROUNDING: f64 = 1e-4;
+/// A partner is searched for within this times the distance limit: a point that finds none there needs no new search while it
+/// moves by less than the excess.
+const CLEARANCE_FACTOR: f64 = 2.0;
+/// Relative error of distances in single precision.
+const ROUNDING_SHARE: f64 = 1e-4;
 
 /// What the registration loop asks of a target, whatever the metric.
 pub trait Target {
@@ -157,10 +157,10 @@ impl<const D: usize> Target for PointTarget<D> {
                 return None;
             }
             LastSearch::None | LastSearch::NoneWithin(..) => {
-                let nearest = self.nearest(query, CLEARANCE * max_distance);
+                let nearest = self.nearest(query, CLEARANCE_FACTOR * max_distance);
                 let distance =
-                    nearest.map_or(CLEARANCE * max_distance, |nearest| f64::from(nearest.sq_distance).sqrt());
-                *last = LastSearch::NoneWithin(*query, distance * (1.0 - ROUNDING));
+                    nearest.map_or(CLEARANCE_FACTOR * max_distance, |nearest| f64::from(nearest.sq_distance).sqrt());
+                *last = LastSearch::NoneWithin(*query, distance * (1.0 - ROUNDING_SHARE));
                 let limit = max_distance as f32;
                 nearest.filter(|nearest| nearest.sq_distance <= limit * limit)
             }

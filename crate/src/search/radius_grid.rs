@@ -12,8 +12,8 @@ const CELLS: f32 = 1.998;
 /// Rounding moves a point by less than this share of a squared distance.
 const MARGIN: f32 = 1e-3;
 /// Cells on either side of a point's own that the distance may reach.
-const REACH: usize = 2;
-const WIDTH: usize = 2 * REACH + 1;
+const CELL_REACH: usize = 2;
+const WIDTH: usize = 2 * CELL_REACH + 1;
 /// Larger grids are not worth their memory (of 16 bytes a word), or too long for single precision.
 const MAX_WORDS: usize = 1 << 20;
 const MAX_CELLS_OF_AXIS: f32 = 2048.0;
@@ -55,7 +55,7 @@ impl<'a> RadiusGrid<'a> {
         if num_words > MAX_WORDS {
             return grid;
         }
-        grid.origin = low - (REACH as f32 + 0.5) / cells_per_metre;
+        grid.origin = low - (CELL_REACH as f32 + 0.5) / cells_per_metre;
         grid.size = size;
         grid.words = vec![Cells::default(); num_words];
         finite().for_each(|point| grid.mark(point));
@@ -97,7 +97,7 @@ impl<'a> RadiusGrid<'a> {
         let mut farthest = [[0.0; WIDTH]; 3];
         for axis in 0..3 {
             for step in 0..WIDTH {
-                let low = step as f32 - REACH as f32 - within[axis];
+                let low = step as f32 - CELL_REACH as f32 - within[axis];
                 let high = low + 1.0;
                 let near = if low > 0.0 {
                     low
@@ -111,7 +111,7 @@ impl<'a> RadiusGrid<'a> {
             }
         }
         let (may, must) = (CELLS * CELLS * (1.0 + MARGIN), CELLS * CELLS * (1.0 - MARGIN));
-        let (x, y, z) = (cell.x as usize - REACH, cell.y as usize - REACH, cell.z as usize - REACH);
+        let (x, y, z) = (cell.x as usize - CELL_REACH, cell.y as usize - CELL_REACH, cell.z as usize - CELL_REACH);
         let words = self.size[0] / WORD;
         for dz in 0..WIDTH {
             for dy in 0..WIDTH {

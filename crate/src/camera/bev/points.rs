@@ -50,7 +50,7 @@ pub enum WholePixels {
 }
 
 /// A pixel this near to a whole number is that number: 386.9999999999999 must not become 386.
-const WHOLE: f64 = 1e-9;
+const WHOLE_PIXEL_TOLERANCE: f64 = 1e-9;
 
 impl WholePixels {
     /// A coordinate, treated so.
@@ -58,7 +58,7 @@ impl WholePixels {
         let nearest = coordinate.round();
         let whole = match self {
             Self::Exact => return coordinate,
-            Self::Truncated if (coordinate - nearest).abs() > WHOLE => coordinate.trunc(),
+            Self::Truncated if (coordinate - nearest).abs() > WHOLE_PIXEL_TOLERANCE => coordinate.trunc(),
             Self::Truncated | Self::Rounded => nearest,
         };
         whole + 0.0 // no negative zero

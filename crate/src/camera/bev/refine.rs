@@ -104,7 +104,7 @@ const MAX_HALVINGS: i32 = 30;
 /// A step below this (rad, m) ends the iteration.
 const STEP_EPS: f64 = 1e-11;
 /// Where the normal matrix, scaled to a unit diagonal, has an eigenvalue below this, the pairs leave a motion open.
-const OPEN: f64 = 1e-9;
+const MIN_EIGENVALUE: f64 = 1e-9;
 
 /// Moves a camera until the projections of the pairs fall on their marks.
 ///
@@ -287,7 +287,7 @@ fn gauss_newton_step(
     let scale: DVector<f64> = H.diagonal().map(|value: f64| if value > 0.0 { 1.0 / value.sqrt() } else { 1.0 });
     let scaled = DMatrix::from_fn(size, size, |i, j| H[(i, j)] * scale[i] * scale[j]);
     let smallest = scaled.clone().symmetric_eigenvalues().min();
-    let solved = if smallest > OPEN { scaled.cholesky() } else { None };
+    let solved = if smallest > MIN_EIGENVALUE { scaled.cholesky() } else { None };
     let Some(cholesky) = solved else {
         return Err(Error::whole(
             "The pairs do not tell apart what is to be refined",

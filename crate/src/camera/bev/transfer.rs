@@ -80,7 +80,7 @@ impl Plane {
 }
 
 /// Ground nearer to the other camera's own plane than this (m) is cut off: it is seen at no finite pixel.
-pub(crate) const NEAR: f64 = 1e-6;
+pub(crate) const MIN_PLANE_DISTANCE: f64 = 1e-6;
 
 /// Pixels of one camera found in another by way of a plane. Made by [`super::BevScene`], which refuses what is none.
 #[derive(Debug, Clone, PartialEq)]
@@ -149,7 +149,7 @@ impl PlaneTransfer {
     pub(super) fn half_planes(&self) -> [HalfPlane; 6] {
         let [left, top, right, bottom] = self.projected.frame();
         let [h1, h2, h3] = [0, 1, 2].map(|row| self.H.row(row).into_owned());
-        [self.a, h3 - self.a * NEAR, h1 - h3 * left, h3 * right - h1, h2 - h3 * top, h3 * bottom - h2]
+        [self.a, h3 - self.a * MIN_PLANE_DISTANCE, h1 - h3 * left, h3 * right - h1, h2 - h3 * top, h3 * bottom - h2]
     }
 
     /// The part of the plane that the first camera sees, no deeper than `max_depth` (m, along its optical axis): corners

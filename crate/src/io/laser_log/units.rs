@@ -5,9 +5,9 @@ use std::f64::consts::TAU;
 use super::{Bearings, LaserScan};
 use crate::{Error, Result};
 
-/// Of a log in metres, at least so many readings are nearer than `FAR` (m): the others may stand for no return. ...
+/// Of a log in metres, at least so many readings are nearer than `MAX_INDOOR_RANGE` (m): the others may stand for no return. ...
 const LEAST_SHARE: f64 = 0.05;
-const FAR: f32 = 60.0;
+const MAX_INDOOR_RANGE: f32 = 60.0;
 /// ... Outdoors nearly all may; but what stands for no return is the limit of a planar laser, which is less than this (m).
 const MAX_LIMIT: f32 = 200.0;
 /// Readings cover a turn at most; steps that were rounded may add up to a little more (rad).
@@ -20,7 +20,7 @@ pub(super) fn refuse_other_units(scans: &[LaserScan]) -> Result<()> {
     if !ranges.is_empty() {
         let ranks = [(LEAST_SHARE * ranges.len() as f64) as usize, ranges.len() / 2];
         let [least, median] = ranks.map(|rank| *ranges.select_nth_unstable_by(rank, f32::total_cmp).1);
-        if least > FAR && median > MAX_LIMIT {
+        if least > MAX_INDOOR_RANGE && median > MAX_LIMIT {
             let problem = format!("Half of its ranges are {median:.0} or more, as in millimetres");
             return Err(Error::whole(problem, "Give them in metres"));
         }

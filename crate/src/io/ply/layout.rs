@@ -125,9 +125,9 @@ pub(super) fn collect(mut rows: impl Rows, count: u64, most: usize, layout: &Lay
 /// From 8192 m on single precision has steps of a millimetre and more. The median, since the first point alone may be
 /// a far one that stands for "no return": every other point would suffer for it.
 pub(in crate::io) fn origin_of(positions: impl Iterator<Item = DVec3>) -> DVec3 {
-    const FAR: f64 = 1e4;
-    const LOOKED_AT: usize = 1024;
-    let head: Vec<DVec3> = positions.take(LOOKED_AT).filter(|position| position.is_finite()).collect();
+    const MAX_CENTER: f64 = 1e4;
+    const MAX_SAMPLES: usize = 1024;
+    let head: Vec<DVec3> = positions.take(MAX_SAMPLES).filter(|position| position.is_finite()).collect();
     if head.is_empty() {
         return DVec3::ZERO;
     }
@@ -137,7 +137,7 @@ pub(in crate::io) fn origin_of(positions: impl Iterator<Item = DVec3>) -> DVec3 
     };
     let median = DVec3::new(median(0), median(1), median(2));
     // Adding zero turns -0 into 0.
-    if median.abs().max_element() > FAR { median.round() + DVec3::ZERO } else { DVec3::ZERO }
+    if median.abs().max_element() > MAX_CENTER { median.round() + DVec3::ZERO } else { DVec3::ZERO }
 }
 
 /// The normals at unit length, those of no length zero; none when all are zero, as writers fill the columns without

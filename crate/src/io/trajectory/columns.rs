@@ -13,7 +13,7 @@ use crate::{Error, Result};
 /// How far a quaternion's length may be off: files round to four decimals.
 const LENGTH_TOLERANCE: f64 = 1e-2;
 /// Below this length a quaternion is zero: the length squared drowns in rounding.
-const SHORTEST: f64 = 1e-8;
+const MIN_QUATERNION_NORM: f64 = 1e-8;
 /// How far R^T R of a matrix may be off the identity: files round to three decimals.
 const ROTATION_TOLERANCE: f64 = 1e-2;
 
@@ -242,7 +242,7 @@ impl Builder {
                 high + 1
             );
             let error = fault(problem, &format!("The columns are {words}"));
-            if length < SHORTEST {
+            if length < MIN_QUATERNION_NORM {
                 return Err(error);
             }
             self.off_length = Some(self.off_length.take().map_or((error, 1), |(first, count)| (first, count + 1)));

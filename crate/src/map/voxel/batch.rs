@@ -6,7 +6,7 @@
 use glam::{Mat3A, Vec3, Vec3A};
 
 use super::cell::{NORMAL_ZERO, packed};
-use super::grid::{Grid, LIMIT};
+use super::grid::{Grid, MAX_COORDINATE};
 
 /// Points of a batch.
 pub(super) const BATCH: usize = 64;
@@ -79,7 +79,8 @@ impl Batch {
         let [x, y, z] = &self.positions;
         for at in 0..BATCH {
             // Not a number fails every comparison.
-            let is_near = (x[at].abs() <= LIMIT) & (y[at].abs() <= LIMIT) & (z[at].abs() <= LIMIT);
+            let is_near =
+                (x[at].abs() <= MAX_COORDINATE) & (y[at].abs() <= MAX_COORDINATE) & (z[at].abs() <= MAX_COORDINATE);
             let is_low = y[at] >= grid.least_y;
             self.is_inside[at] = is_near & is_low;
         }

@@ -3,9 +3,9 @@
 use glam::{DVec3, Vec3};
 
 /// Bits of each of three whole numbers that are summed up in one.
-const LANE: u32 = 21;
-/// So many points give their normal and colour; what comes later to the same voxel would change nothing to be seen.
-const MOST: u32 = 1 << (LANE - BITS);
+const LANE_BITS: u32 = 21;
+/// Points of a voxel that its normal and colour are the mean of: later ones would make no visible difference.
+const MAX_SUMMED_POINTS: u32 = 1 << (LANE_BITS - BITS);
 /// Bits of each number that is added.
 const BITS: u32 = 10;
 /// Steps of a normal's coordinate to a unit: rounded normals may be a little longer, ...
@@ -20,7 +20,7 @@ pub(super) struct Voxel {
     /// Of the positions relative to the voxel's corner, in sides of it.
     offset: Vec3,
     pub count: u32,
-    /// Of the first [`MOST`] normals and colours, each [`packed`].
+    /// Of the first [`MAX_SUMMED_POINTS`] normals and colours, each [`packed`].
     normal: u64,
     color: u64,
 }
@@ -28,7 +28,7 @@ pub(super) struct Voxel {
 impl Voxel {
     #[inline]
     pub(super) fn add(&mut self, offset: Vec3, normal: u64, color: u64) {
-        if self.count < MOST {
+        if self.count < MAX_SUMMED_POINTS {
             self.normal += normal;
             self.color += color;
         }
@@ -44,26 +44,26 @@ impl Voxel {
 
     /// The direction of the mean normal; zero where there is none.
     pub(super) fn normal(&self) -> Vec3 {
-        let zero = NORMAL_ZERO * self.count.min(MOST);
+        let zero = NORMAL_ZERO * self.count.min(MAX_SUMMED_POINTS);
         Vec3::from(unpacked(self.normal).map(|sum| (sum.cast_signed() - zero.cast_signed()) as f32)).normalize_or_zero()
     }
 
     pub(super) fn color(&self) -> [u8; 3] {
-        let share = 1.0 / self.count.min(MOST) as f32;
+        let share = 1.0 / self.count.min(MAX_SUMMED_POINTS) as f32;
         // Signed on the way: unsigned conversions take many instructions.
         unpacked(self.color).map(|sum| (sum.cast_signed() as f32 * share + 0.5) as i32 as u8)
     }
 }
 
-/// Three numbers of [`BITS`] bits in one, of which [`MOST`] may be summed up.
+/// Three numbers of [`BITS`] bits in one, of which [`MAX_SUMMED_POINTS`] may be summed up.
 #[inline]
 pub(super) fn packed(numbers: [u32; 3]) -> u64 {
     let [x, y, z] = numbers.map(|number| number & ((1 << BITS) - 1));
-    u64::from(x) | u64::from(y) << LANE | u64::from(z) << (2 * LANE)
+    u64::from(x) | u64::from(y) << LANE_BITS | u64::from(z) << (2 * LANE_BITS)
 }
 
 #[inline]
 fn unpacked(sums: u64) -> [u32; 3] {
-    let mask = (1 << LANE) - 1;
-    [sums, sums >> LANE, sums >> (2 * LANE)].map(|sum| (sum & mask) as u32)
+    let mask = (1 << LANE_BITS) - 1;
+    [sums, sums >> LANE_BITS, sums >> (2 * LANE_BITS)].map(|sum| (sum & mask) as u32)
 }

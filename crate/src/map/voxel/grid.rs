@@ -11,7 +11,7 @@ pub(super) const BLOCK_VOXELS: usize = (BLOCK * BLOCK * BLOCK) as usize;
 /// Bits of a key for each axis: voxels of a millimetre reach a kilometre.
 pub(super) const KEY_BITS: u32 = 21;
 /// No voxel is further from the origin along an axis.
-pub(super) const LIMIT: f32 = ((1 << (KEY_BITS - 1)) - 1) as f32;
+pub(super) const MAX_COORDINATE: f32 = ((1 << (KEY_BITS - 1)) - 1) as f32;
 
 /// From a sensor's frame to voxels of the world, in single precision: it resolves micrometres in a house and millimetres
 /// in a town.
@@ -38,7 +38,8 @@ impl Grid {
     pub(super) fn corner(&self, position: Vec3) -> Option<[i32; 3]> {
         let scaled = self.R * Vec3A::from(position) + self.t;
         // Not a number fails the comparison.
-        let is_inside = (scaled.cmpge(Vec3A::splat(-LIMIT)) & scaled.cmple(Vec3A::splat(LIMIT))).all();
+        let is_inside =
+            (scaled.cmpge(Vec3A::splat(-MAX_COORDINATE)) & scaled.cmple(Vec3A::splat(MAX_COORDINATE))).all();
         (is_inside && scaled.y >= self.least_y).then(|| scaled.floor().to_array().map(|cell| cell as i32))
     }
 }

@@ -55,8 +55,8 @@ pub struct MapPoint {
     pub frame: u32,
 }
 
-/// So many blocks that were found last are found without the map of all.
-const RECENT: usize = 256;
+/// Size of the cache of the blocks that were found last.
+const NUM_RECENT_BLOCKS: usize = 256;
 /// Image normals are kept in 127ths.
 const IMAGE_UNIT: f32 = 127.0;
 
@@ -187,7 +187,7 @@ struct Stitching<'a> {
     R_world_normal: Mat3A,
     frame: u32,
     /// Keys, and where the slots begin.
-    recent: [(u64, u32); RECENT],
+    recent: [(u64, u32); NUM_RECENT_BLOCKS],
     batch: Batch,
 }
 
@@ -196,7 +196,7 @@ impl<'a> Stitching<'a> {
     fn new(map: &'a mut VoxelMap, T_world_sensor: &Pose3, unit: f32, frame: usize, max_height: f64) -> Self {
         let grid = Grid::new(map.voxel_size, T_world_sensor, max_height);
         let R_world_normal = rotation(T_world_sensor) * (NORMAL_SCALE / unit);
-        let recent = [(u64::MAX, 0); RECENT];
+        let recent = [(u64::MAX, 0); NUM_RECENT_BLOCKS];
         Self { map, grid, R_world_normal, frame: frame as u32, recent, batch: Batch::new() }
     }
 
@@ -249,7 +249,7 @@ impl<'a> Stitching<'a> {
 #[inline]
 fn recent_place(key: u64) -> usize {
     let [x, y, z] = [key, key >> KEY_BITS, key >> (2 * KEY_BITS)];
-    x.wrapping_add(7 * y).wrapping_add(31 * z) as usize % RECENT
+    x.wrapping_add(7 * y).wrapping_add(31 * z) as usize % NUM_RECENT_BLOCKS
 }
 
 #[cfg(test)]

@@ -33,21 +33,21 @@ struct Cell {
     entries: Vec<Entry>,
 }
 
-/// With so many points a voxel at the most, cells are [`WIDE`] voxels wide: lists that are read through in no time, but few cells
-/// to look into. Voxels of more points are [`NARROW`] together.
+/// With so many points a voxel at the most, cells are [`WIDE_CELL_VOXELS`] voxels wide: lists that are read through in no time, but few cells
+/// to look into. Voxels of more points are [`NARROW_CELL_VOXELS`] together.
 const FEW_POINTS: usize = 2;
-const WIDE: i32 = 4;
-const NARROW: i32 = 2;
+const WIDE_CELL_VOXELS: i32 = 4;
+const NARROW_CELL_VOXELS: i32 = 2;
 /// Where points lie further apart than voxels are wide, a cell is so many of their spacings wide: most would be empty otherwise.
-const SPACINGS: f64 = 4.0;
+const CELL_SPACINGS: f64 = 4.0;
 /// The voxels of a cell are numbered with 16 bits.
-const WIDEST: i32 = 40;
+const MAX_CELL_VOXELS: i32 = 40;
 
 impl VoxelGrid {
     /// A grid without points; `voxel_size` (m) is positive, `spacing` (m) is how far apart the points of a frame lie, roughly.
     pub(super) fn new(voxel_size: f64, points_per_voxel: usize, spacing: f64) -> Self {
-        let narrowest = if points_per_voxel <= FEW_POINTS { WIDE } else { NARROW };
-        let width = ((SPACINGS * spacing / voxel_size).ceil() as i32).clamp(narrowest, WIDEST);
+        let narrowest = if points_per_voxel <= FEW_POINTS { WIDE_CELL_VOXELS } else { NARROW_CELL_VOXELS };
+        let width = ((CELL_SPACINGS * spacing / voxel_size).ceil() as i32).clamp(narrowest, MAX_CELL_VOXELS);
         Self { width, hash: VoxelHash::new(voxel_size), cells: Vec::new() }
     }
 

@@ -19,38 +19,38 @@ use crate::search::order::ascending;
 /// is matched with a few others.
 pub const LONG_SEQUENCE: usize = 100;
 /// A scan is a keyframe when it has moved (m) ...
-const KEYFRAME_MOVE: f64 = 0.15;
+const KEYFRAME_TRANSLATION: f64 = 0.15;
 /// ... or turned (rad) by so much since the last one.
-const KEYFRAME_TURN: f64 = 0.1;
+const KEYFRAME_ROTATION: f64 = 0.1;
 /// A direction that the walls leave open is known, without measured motion, by the motion before: to a share of it and
 /// this (rad, m).
-const EXPECTED: (f64, f64) = (0.03, 0.03);
+const OPEN_DIRECTION_SIGMA: (f64, f64) = (0.03, 0.03);
 /// That share.
-const EXPECTED_SHARE: f64 = 0.3;
-/// Without measured motion, a registration that is doubted may be off by this (rad, m) ...
-const DOUBTED: (f64, f64) = (0.3, 0.5);
-/// ... and across a break of the chain a scan may be anywhere near (rad, m).
-const GUESSED: (f64, f64) = (1.0, 1.5);
-/// A doubted registration with less agreement than this says nothing.
-const PLAUSIBLE: f64 = 0.8;
-/// A link that leaves open this share of it alone parts two submaps.
-const WEAK: f64 = 0.1;
+const OPEN_DIRECTION_SHARE: f64 = 0.3;
+/// Without odometry: standard deviation of a doubted registration (rad, m) ...
+const DOUBTED_SIGMA: (f64, f64) = (0.3, 0.5);
+/// ... and of the pose across a break of the chain (rad, m).
+const UNKNOWN_SIGMA: (f64, f64) = (1.0, 1.5);
+/// Smallest agreement with which a doubted registration is still a relation.
+const MIN_PLAUSIBLE_AGREEMENT: f64 = 0.8;
+/// Openness of a link above which it divides two submaps.
+const MAX_OPENNESS: f64 = 0.1;
 /// The piece of the first frame is the main one unless another is this many times as large.
-const SMALL_PIECE: usize = 4;
+const MAIN_PIECE_RATIO: usize = 4;
 /// Frames of a piece beside the main one are as sure as those of the main one if it has so many keyframes: a few that fit
 /// each other say little.
-const LARGE_PIECE: usize = 20;
-/// Each keyframe is matched with so many before it ...
-const WINDOW: usize = 3;
-/// ... and with so many of those that looked at the same place earlier.
-const REVISITED: usize = 3;
-/// Keyframes further apart (m), a turn by a radian counted as much as a metre, are not matched.
-const FAR: f64 = 3.0;
-/// Nor are such whose returns agree by less than this where both see them ...
-const EDGE_AGREEMENT: f64 = 0.8;
-/// ... or which share less than this of what they see.
-const EDGE_SHARE: f64 = 0.35;
-/// Standard deviation of a match's residuals (m), in whose unit what is known besides is weighed against them.
+const MIN_SURE_KEYFRAMES: usize = 20;
+/// Keyframes that each keyframe is matched with among those just before it ...
+const NUM_MATCHED_BEFORE: usize = 3;
+/// ... and, at most, among the earlier ones that saw the same place.
+const MAX_MATCHED_REVISITS: usize = 3;
+/// Keyframes this far apart (m, a radian counted as a metre) are not matched.
+const MAX_EDGE_DISTANCE: f64 = 3.0;
+/// Nor are keyframes whose returns agree with each other's free space by less than this ...
+const MIN_EDGE_AGREEMENT: f64 = 0.8;
+/// ... or by a smaller share of all their returns.
+const MIN_EDGE_SHARE: f64 = 0.35;
+/// Standard deviation of a match's residuals (m): the pose graph's relations are weighted in its units.
 const MATCH_SIGMA: f64 = 0.08;
 
 /// Keyframes of a chain and how the other frames are attached to them.
@@ -85,8 +85,9 @@ impl KeyframeGraph {
         for (frame, estimate) in estimates.iter().enumerate() {
             is_start |= estimate.link == Link::Start;
             let since = nodes.last().map(|&node: &usize| poses[node].inverse() * poses[frame]);
-            let has_moved =
-                |T: Pose2| !is_long || T.translation_norm() > KEYFRAME_MOVE || T.rotation_angle() > KEYFRAME_TURN;
+            let has_moved = |T: Pose2| {
+                !is_long || T.translation_norm() > KEYFRAME_TRANSLATION || T.rotation_angle() > KEYFRAME_ROTATION
+            };
             if estimate.link == Link::Lost || !(is_start || since.is_none_or(has_moved)) {
                 hangs_on.push((nodes.len().saturating_sub(1), since.unwrap_or(poses[frame])));
                 continue;
@@ -99,7 +100,7 @@ impl KeyframeGraph {
                 }
                 let node = nodes.len();
                 chain.extend(relations.all.into_iter().map(|r| BetweenFactor { from: node - 1, to: node, ..r }));
-                is_weak = relations.openness.is_none_or(|open| open > WEAK);
+                is_weak = relations.openness.is_none_or(|open| open > MAX_OPENNESS);
                 is_broken = relations.openness.is_none();
             }
             let scan = Rc::clone(&scans[frame]);
@@ -149,7 +150,7 @@ impl KeyframeGraph {
         let num_pieces = of_nodes.iter().max().map_or(0, |last| last + 1);
         // Earlier pieces win where there are several of one size.
         let largest = (0..num_pieces).max_by_key(|&piece| (size(piece), std::cmp::Reverse(piece))).unwrap_or(0);
-        if size(0) * SMALL_PIECE < size(largest) {
+        if size(0) * MAIN_PIECE_RATIO < size(largest) {
             for piece in &mut of_nodes {
                 *piece = if *piece == largest {
                     0
@@ -191,7 +192,7 @@ impl KeyframeGraph {
         let first = pieces.iter().position(|&piece| piece == 0);
         let is_small = |&frame: &usize| match pieces[frame] {
             0 => is_unsure && Some(frame) != first,
-            piece => sizes[piece] < LARGE_PIECE,
+            piece => sizes[piece] < MIN_SURE_KEYFRAMES,
         };
         (0..pieces.len()).filter(is_small).collect()
     }
@@ -210,16 +211,18 @@ impl KeyframeGraph {
 
     /// The edges of a keyframe to those before it, and to those of earlier times that see the same as it sees.
     fn edges_of(&self, later: usize, of_nodes: &[Pose2]) -> Vec<Edge> {
-        let window = later.saturating_sub(WINDOW);
+        let window = later.saturating_sub(NUM_MATCHED_BEFORE);
         let apart = |earlier: usize| {
             let T = of_nodes[earlier].inverse() * of_nodes[later];
             T.translation_norm() + T.rotation_angle()
         };
         let sees_same = |&earlier: &usize| self.see_the_same(earlier, later, of_nodes);
-        let near: Vec<(f64, usize)> =
-            (0..window).map(|earlier| (apart(earlier), earlier)).filter(|(apart, _)| *apart < FAR).collect();
+        let near: Vec<(f64, usize)> = (0..window)
+            .map(|earlier| (apart(earlier), earlier))
+            .filter(|(apart, _)| *apart < MAX_EDGE_DISTANCE)
+            .collect();
         let nearest_first = ascending(near.iter().map(|(apart, _)| *apart)).into_iter().map(|index| near[index].1);
-        let revisited = nearest_first.filter(sees_same).take(REVISITED);
+        let revisited = nearest_first.filter(sees_same).take(MAX_MATCHED_REVISITS);
         let before = (window..later).filter(sees_same);
         revisited.chain(before).map(|target| Edge { source: later, target }).collect()
     }
@@ -231,7 +234,7 @@ impl KeyframeGraph {
         }
         let seen = self.closure.free_space(first, second, &(of_nodes[first].inverse() * of_nodes[second]));
         let all = self.closure.num_points(first) + self.closure.num_points(second);
-        seen.agreement() > EDGE_AGREEMENT && seen.agreeing as f64 > EDGE_SHARE * all as f64
+        seen.agreement() > MIN_EDGE_AGREEMENT && seen.agreeing as f64 > MIN_EDGE_SHARE * all as f64
     }
 }
 
@@ -264,7 +267,7 @@ impl Relations {
         let T_before_frame = poses[before].inverse() * poses[frame];
         let registered = estimate.registration.as_ref().filter(|_| {
             estimate.link == Link::Registered
-                || (estimate.link == Link::Doubted && estimate.assessment.agreement > PLAUSIBLE)
+                || (estimate.link == Link::Doubted && estimate.assessment.agreement > MIN_PLAUSIBLE_AGREEMENT)
         });
         if let Some(registration) = registered.filter(|_| !is_start) {
             let worst = expected(&T_before_frame, measured.is_some());
@@ -278,7 +281,7 @@ impl Relations {
             all.push(relation(*motion, covariance, estimate.link == Link::Registered));
         }
         if all.is_empty() {
-            let sigma = if estimate.link == Link::Doubted && !is_start { DOUBTED } else { GUESSED };
+            let sigma = if estimate.link == Link::Doubted && !is_start { DOUBTED_SIGMA } else { UNKNOWN_SIGMA };
             all.push(relation(T_before_frame, &diagonal(sigma), true));
         }
         let is_tied = estimate.link == Link::Registered || measured.is_some();
@@ -304,9 +307,12 @@ fn measured_motion(motions: &[Option<MeasuredMotion>]) -> Option<(Pose2, Matrix3
 /// How well a motion is known without any registration of it (rad, m).
 fn expected(motion: &Pose2, is_measured: bool) -> (f64, f64) {
     if is_measured {
-        return GUESSED; // the measured motion is a relation of its own
+        return UNKNOWN_SIGMA; // the measured motion is a relation of its own
     }
-    (EXPECTED.0 + EXPECTED_SHARE * motion.rotation_angle(), EXPECTED.1 + EXPECTED_SHARE * motion.translation_norm())
+    (
+        OPEN_DIRECTION_SIGMA.0 + OPEN_DIRECTION_SHARE * motion.rotation_angle(),
+        OPEN_DIRECTION_SIGMA.1 + OPEN_DIRECTION_SHARE * motion.translation_norm(),
+    )
 }
 
 fn diagonal((rotation, translation): (f64, f64)) -> Matrix3<f64> {

@@ -8,7 +8,7 @@ use nalgebra::Vector3;
 use super::FreeSpaceTest;
 
 /// Cells along an edge of a face: 2 degrees each, in the mean.
-const CELLS: usize = 45;
+const CELLS_PER_EDGE: usize = 45;
 /// So many of the nine cells around a direction (four, at a corner of the cube) must have seen something before a point counts
 /// as standing in free space.
 const MIN_SEEN: usize = 4;
@@ -22,11 +22,11 @@ pub struct SphericalView {
 impl SphericalView {
     /// The view of `points` (m) from `viewpoint` (m, same frame).
     pub fn new(points: &[Vector3<f64>], viewpoint: Vector3<f64>) -> Self {
-        let mut nearest = vec![f64::INFINITY; 6 * CELLS * CELLS];
+        let mut nearest = vec![f64::INFINITY; 6 * CELLS_PER_EDGE * CELLS_PER_EDGE];
         for point in points {
             let line = point - viewpoint;
             if let Some((face, u, v)) = cell(&line) {
-                let range = &mut nearest[(face * CELLS + v) * CELLS + u];
+                let range = &mut nearest[(face * CELLS_PER_EDGE + v) * CELLS_PER_EDGE + u];
                 *range = range.min(line.norm());
             }
         }
@@ -39,9 +39,9 @@ impl SphericalView {
         let Some((face, u, v)) = cell(&line) else { return FreeSpaceTest::Unknown };
         let range = line.norm();
         let (mut seen, mut through) = (0, 0);
-        for v in v.saturating_sub(1)..(v + 2).min(CELLS) {
-            for u in u.saturating_sub(1)..(u + 2).min(CELLS) {
-                let nearest = self.nearest[(face * CELLS + v) * CELLS + u];
+        for v in v.saturating_sub(1)..(v + 2).min(CELLS_PER_EDGE) {
+            for u in u.saturating_sub(1)..(u + 2).min(CELLS_PER_EDGE) {
+                let nearest = self.nearest[(face * CELLS_PER_EDGE + v) * CELLS_PER_EDGE + u];
                 if (nearest - range).abs() <= tolerance {
                     return FreeSpaceTest::Agreeing(());
                 }
@@ -67,7 +67,7 @@ fn cell(line: &Vector3<f64>) -> Option<(usize, usize, usize)> {
         return None;
     }
     let face = 2 * axis + usize::from(line[axis] < 0.0);
-    let place = |along: f64| (((along / depth + 1.0) * (CELLS as f64 / 2.0)) as usize).min(CELLS - 1);
+    let place = |along: f64| (((along / depth + 1.0) * (CELLS_PER_EDGE as f64 / 2.0)) as usize).min(CELLS_PER_EDGE - 1);
     Some((face, place(line[(axis + 1) % 3]), place(line[(axis + 2) % 3])))
 }
 

@@ -23,8 +23,8 @@ pub struct Match {
 const DIRECTIONS: usize = 8;
 /// Features that the directions are found from.
 const MAX_SAMPLES: usize = 2000;
-/// The directions are shortened by so much that rounding cannot make a lower bound larger than the distance.
-const SHORTENED: f64 = 1.0 - 1e-4;
+/// Length of the directions: shortened a little, so that rounding cannot make a lower bound larger than the distance.
+const DIRECTION_SCALE: f64 = 1.0 - 1e-4;
 
 /// Features with an index of them.
 pub struct FeatureIndex {
@@ -101,7 +101,7 @@ fn widest_directions(features: &[Feature]) -> [Feature; DIRECTIONS] {
     let eigen = DMatrix::from_fn(FEATURE_SIZE, FEATURE_SIZE, |row, column| covariance[row][column]).symmetric_eigen();
     let mut order: Vec<usize> = (0..FEATURE_SIZE).collect();
     order.sort_by(|&a, &b| eigen.eigenvalues[b].total_cmp(&eigen.eigenvalues[a]));
-    std::array::from_fn(|k| std::array::from_fn(|i| (SHORTENED * eigen.eigenvectors[(i, order[k])]) as f32))
+    std::array::from_fn(|k| std::array::from_fn(|i| (DIRECTION_SCALE * eigen.eigenvectors[(i, order[k])]) as f32))
 }
 
 /// Pairs that are each other's nearest in the space of features, by source: all of them, or those of every so many source

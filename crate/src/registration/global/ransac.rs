@@ -86,12 +86,12 @@ struct Overlap<'a> {
     most: usize,
 }
 
-/// Points are looked at in so many rounds over the cloud.
-const ROUNDS: usize = 64;
+/// Rounds over the cloud in which its points are drawn, each with another phase.
+const NUM_ROUNDS: usize = 64;
 
 impl<'a> Overlap<'a> {
     fn new(source: &[Vec3], target: RadiusGrid<'a>) -> Self {
-        let rounds = (0..ROUNDS).flat_map(|round| source.iter().copied().skip(round).step_by(ROUNDS));
+        let rounds = (0..NUM_ROUNDS).flat_map(|round| source.iter().copied().skip(round).step_by(NUM_ROUNDS));
         Self { source: rounds.collect(), target, most: 0 }
     }
 

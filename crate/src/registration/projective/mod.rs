@@ -53,9 +53,9 @@ struct Piece {
 }
 
 /// Marks an empty cell.
-const EMPTY: u32 = u32::MAX;
+const EMPTY_CELL: u32 = u32::MAX;
 /// The surfel of empty cells: infinitely far away.
-const NOTHING: Piece = Piece { point: [f32::INFINITY; 3], sigma: 0.0, normal: [0.0; 3], depth: f32::INFINITY };
+const NO_SURFEL: Piece = Piece { point: [f32::INFINITY; 3], sigma: 0.0, normal: [0.0; 3], depth: f32::INFINITY };
 /// Beyond the tolerance, a point is in front of or behind a surface only by more than this share of the depth: the depth of
 /// oblique surfaces changes within a cell.
 const SIGHT_TOLERANCE: f32 = 0.02;
@@ -119,13 +119,13 @@ impl ProjectiveTarget {
                     Some(nearest) if nearest.point.z as f32 <= surfel.point.z as f32 => Some(nearest),
                     _ => Some(surfel),
                 });
-                cells.push(nearest.map_or(EMPTY, |_| pieces.len() as u32));
+                cells.push(nearest.map_or(EMPTY_CELL, |_| pieces.len() as u32));
                 pieces.extend(nearest.map(Piece::of_own));
             }
         }
-        cells.iter_mut().filter(|cell| **cell == EMPTY).for_each(|cell| *cell = pieces.len() as u32);
+        cells.iter_mut().filter(|cell| **cell == EMPTY_CELL).for_each(|cell| *cell = pieces.len() as u32);
         let numbers = Vec::new();
-        pieces.push(NOTHING);
+        pieces.push(NO_SURFEL);
         Self { view: ViewTransform::new(&camera, &Pose3::identity()), cells, pieces, numbers, cell_points: None }
     }
 
@@ -139,7 +139,7 @@ impl ProjectiveTarget {
             }
             pieces.push(Piece { point, sigma, normal, depth: point[2] });
         }
-        pieces.push(NOTHING);
+        pieces.push(NO_SURFEL);
         Self {
             view: ViewTransform::new(camera, &Pose3::identity()),
             cells,

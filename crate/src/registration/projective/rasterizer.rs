@@ -3,7 +3,7 @@
 use super::cell_points::CellPoints;
 use super::packed_surfel::PackedSurfel;
 use super::view_transform::{MIN_DEPTH, Transform, ViewTransform, between, dot, single};
-use super::{NOTHING, Piece, ProjectiveTarget};
+use super::{NO_SURFEL, Piece, ProjectiveTarget};
 use crate::camera::Pinhole;
 use crate::geometry::Pose3;
 
@@ -109,7 +109,7 @@ impl<'a> SurfelRasterizer<'a> {
                 numbers.push(batch.first_number + index as u64);
             }
         }
-        pieces.push(NOTHING);
+        pieces.push(NO_SURFEL);
         let view = ViewTransform::new(&self.camera, &self.T_world_view);
         ProjectiveTarget { view, cells, pieces, numbers, cell_points: Some(cell_points) }
     }

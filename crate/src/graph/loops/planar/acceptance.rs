@@ -3,16 +3,16 @@
 use nalgebra::Matrix3;
 
 use super::consistency::{Candidate, Relation, compare, consistent_set};
-use super::{Loop, LoopClosure, STEPS};
+use super::{Loop, LoopClosure, MAX_GRAPH_STEPS};
 use crate::graph::pose_graph::{BetweenFactor, optimize_poses};
 use crate::registration::correlative::SearchWindow;
 
-/// A match in a window no wider than this (m, rad) is believed alone: what else would fit is no further off.
-const ALONE: SearchWindow = SearchWindow { translation: 1.0, rotation: 0.3 };
-/// Up to this one (m, rad) it takes one other match that supports it; beyond, two.
-const IN_PAIRS: SearchWindow = SearchWindow { translation: 4.0, rotation: 0.8 };
-/// A loop that has lost more than this share of its weight is taken back.
-const FITTING: f64 = 0.25;
+/// Widest search window (m, rad) in which a match needs no other to support it: what else would fit is no further off.
+const MAX_WINDOW_ALONE: SearchWindow = SearchWindow { translation: 1.0, rotation: 0.3 };
+/// Widest search window (m, rad) in which one supporting match is enough; beyond, two are needed.
+const MAX_WINDOW_IN_PAIRS: SearchWindow = SearchWindow { translation: 4.0, rotation: 0.8 };
+/// A loop whose robust weight in the solved graph is not above this is taken back.
+const MIN_FITTING_WEIGHT: f64 = 0.25;
 
 impl LoopClosure {
     /// Takes the matches that agree into the graph, solves it, and takes back what does not fit. Whether anything changed.
@@ -63,13 +63,14 @@ impl LoopClosure {
         for relation in &mut relations[self.chain.len() + num_old..] {
             relation.is_switchable = false;
         }
-        optimize_poses(&mut self.poses, &relations, STEPS);
+        optimize_poses(&mut self.poses, &relations, MAX_GRAPH_STEPS);
         loop {
             let relations = self.relations();
-            optimize_poses(&mut self.poses, &relations, STEPS);
+            optimize_poses(&mut self.poses, &relations, MAX_GRAPH_STEPS);
             let poses = &self.poses;
             let before = self.loops.len();
-            self.loops.retain(|closed| closed.relation.weight(closed.relation.squared_distance(poses)) > FITTING);
+            self.loops
+                .retain(|closed| closed.relation.weight(closed.relation.squared_distance(poses)) > MIN_FITTING_WEIGHT);
             if self.loops.len() == before {
                 return;
             }
@@ -80,9 +81,9 @@ impl LoopClosure {
 /// How many other matches have to support one that was found in a window.
 fn support_needed(window: SearchWindow) -> usize {
     let is_within = |limit: SearchWindow| window.translation <= limit.translation && window.rotation <= limit.rotation;
-    if is_within(ALONE) {
+    if is_within(MAX_WINDOW_ALONE) {
         0
-    } else if is_within(IN_PAIRS) {
+    } else if is_within(MAX_WINDOW_IN_PAIRS) {
         1
     } else {
         2

@@ -7,7 +7,7 @@ use crate::odometry::planar::information::{openness, sigmas};
 
 /// Places of a piece that are nearer to each other than this (m) are known to each other: a stretch of 20 m, and half a submap
 /// at both of its ends. A longer way may leave more open at its end.
-const NEAR: f64 = 25.0;
+const MAX_CERTAIN_DISTANCE: f64 = 25.0;
 
 /// Standard deviations of the motion between two nodes, as the chain and the loops leave it open.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -45,7 +45,7 @@ impl LoopClosure {
     pub fn uncertainties(&self) -> Vec<Uncertainty> {
         let Some(covariances) = self.certain_covariances() else { return Vec::new() };
         let pairs = (1..self.submaps.len()).flat_map(|b| (0..b).map(move |a| (a, b)));
-        let near = pairs.filter(|&(a, b)| self.motion(a, b).translation_norm() < NEAR);
+        let near = pairs.filter(|&(a, b)| self.motion(a, b).translation_norm() < MAX_CERTAIN_DISTANCE);
         let uncertainty = |(a, b)| {
             let (heading, position) = sigmas(&self.motion(a, b), &covariances.between(a, b));
             Uncertainty { from: self.submaps[a].anchor, to: self.submaps[b].anchor, heading, position }
@@ -93,7 +93,7 @@ impl LoopClosure {
                 continue;
             }
             let is_known = |&member: &usize| {
-                self.motion(member, submap).translation_norm() > NEAR || between(member, submap) < 1.0
+                self.motion(member, submap).translation_norm() > MAX_CERTAIN_DISTANCE || between(member, submap) < 1.0
             };
             if members.iter().all(is_known) {
                 members.push(submap);

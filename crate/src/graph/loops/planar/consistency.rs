@@ -31,12 +31,12 @@ pub enum Relation {
     Contradicts,
 }
 
-/// Two matches may differ by this squared Mahalanobis distance: 99 of 100 right pairs, by chi squared of three degrees.
-const AGREEING: f64 = 11.3;
-/// They contradict beyond this one: 1 of 100,000.
-const CONTRADICTING: f64 = 25.9;
-/// They support each other where the way round is known by this (m, rad).
-const KNOWN: (f64, f64) = (0.35, 0.09);
+/// Largest squared Mahalanobis distance of two consistent matches: chi squared of three degrees of freedom, 99 %.
+const MAX_CONSISTENT_DISTANCE: f64 = 11.3;
+/// Two matches contradict each other beyond this squared Mahalanobis distance: chi squared, 1 of 100,000.
+const MIN_CONTRADICTING_DISTANCE: f64 = 25.9;
+/// Two consistent matches support each other where the cycle through both has a smaller standard deviation (m, rad).
+const MAX_CYCLE_SIGMA: (f64, f64) = (0.35, 0.09);
 
 /// Compares two matches by the way round: target to source by the first, along the graph to the source of the second,
 /// back by the second, along the graph to the target of the first.
@@ -58,10 +58,10 @@ pub fn compare(a: &Candidate, b: &Candidate, poses: &[Pose2], covariances: &Rela
     let Some(information) = covariance.try_inverse() else { return Relation::Silent };
     let sq_distance = off.dot(&(information * off));
     let sigma = (covariance[(1, 1)] + covariance[(2, 2)]).sqrt();
-    let is_known = sigma < KNOWN.0 && covariance[(0, 0)].sqrt() < KNOWN.1;
-    if sq_distance > CONTRADICTING {
+    let is_known = sigma < MAX_CYCLE_SIGMA.0 && covariance[(0, 0)].sqrt() < MAX_CYCLE_SIGMA.1;
+    if sq_distance > MIN_CONTRADICTING_DISTANCE {
         Relation::Contradicts
-    } else if is_known && sq_distance < AGREEING {
+    } else if is_known && sq_distance < MAX_CONSISTENT_DISTANCE {
         Relation::Supports
     } else {
         Relation::Silent

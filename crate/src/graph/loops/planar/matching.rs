@@ -66,24 +66,24 @@ pub struct SourceStretch {
     witnesses: Vec<(usize, Pose2)>,
 }
 
-/// Side of the cells of which one return each is kept in the target (m) ...
-const FINE: f64 = 0.05;
-/// ... one each is registered (m) ...
-const COARSE: f64 = 0.15;
-/// ... and the most that are searched for.
-const SEARCHED: usize = 160;
-/// Between beams the target's surfaces are filled at this spacing (m).
-const FILLED: f64 = 0.1;
-/// Windows this small need no search: the registration finds home from there (m, rad).
-const NO_SEARCH: SearchWindow = SearchWindow { translation: 0.3, rotation: 0.06 };
-/// So many keyframes of a stretch are asked what they saw.
-const WITNESSES: usize = 5;
+/// The target keeps one return in each cell of this side (m) ...
+const TARGET_SPACING: f64 = 0.05;
+/// ... and the source one in each of these (m), ...
+const SOURCE_SPACING: f64 = 0.15;
+/// ... of which the correlative search uses at most this many.
+const MAX_SEARCHED_POINTS: usize = 160;
+/// Spacing of the points that fill the target's surfaces between beams (m).
+const FILL_SPACING: f64 = 0.1;
+/// Largest window (m, rad) that needs no search: ICP converges from anywhere in it.
+const MAX_UNSEARCHED_WINDOW: SearchWindow = SearchWindow { translation: 0.3, rotation: 0.06 };
+/// Keyframes of a submap whose free space a match is tested against.
+const MAX_REFERENCE_KEYFRAMES: usize = 5;
 /// What a match is known by at best (rad, m): matches of stretches share what is wrong inside these.
 const MATCH_SIGMA: (f64, f64) = (0.005, 0.03);
-/// Below this share of the source's likelihood a place is none.
+/// Smallest score of a pose, as a share of the source's own likelihood.
 const MIN_SCORE: f64 = 0.35;
-/// Another place is looked for at this distance at least (m, rad) ...
-const APART: SearchWindow = SearchWindow { translation: 0.6, rotation: 0.25 };
+/// Smallest distance (m, rad) of a rival pose from the best one ...
+const MIN_RIVAL_DISTANCE: SearchWindow = SearchWindow { translation: 0.6, rotation: 0.25 };
 /// ... where it scores this share of the best.
 const RIVAL_SCORE: f64 = 0.75;
 /// A place is one of several where another one scores more than this share of it.
@@ -92,7 +92,7 @@ pub const MAX_RIVAL: f64 = 0.9;
 impl TargetStretch {
     /// Of these keyframes, in the frame of one of them.
     pub fn new(range: Range<usize>, anchor: usize, keyframes: &[Keyframe], poses: &[Pose2]) -> Self {
-        let (points, normals) = overlaid(range.clone(), keyframes, poses, &poses[anchor], FINE, FILLED);
+        let (points, normals) = overlaid(range.clone(), keyframes, poses, &poses[anchor], TARGET_SPACING, FILL_SPACING);
         Self {
             grid: LikelihoodGrid::new(&points),
             oriented: OrientedTarget::new(points, normals),
@@ -104,7 +104,7 @@ impl TargetStretch {
 impl SourceStretch {
     /// Of these keyframes, in the frame of one of them.
     pub fn new(range: Range<usize>, anchor: usize, keyframes: &[Keyframe], poses: &[Pose2]) -> Self {
-        let (points, normals) = overlaid(range.clone(), keyframes, poses, &poses[anchor], COARSE, 0.0);
+        let (points, normals) = overlaid(range.clone(), keyframes, poses, &poses[anchor], SOURCE_SPACING, 0.0);
         Self { points, normals, witnesses: witnesses(range, anchor, poses) }
     }
 }
@@ -118,14 +118,14 @@ pub fn match_stretches(
     window: SearchWindow,
     options: &IcpOptions,
 ) -> Option<SubmapMatch> {
-    let stride = source.points.len().div_ceil(SEARCHED).max(1);
+    let stride = source.points.len().div_ceil(MAX_SEARCHED_POINTS).max(1);
     let searched: Vec<Vector2<f64>> = source.points.iter().step_by(stride).copied().collect();
     let (mut start, mut rival) = (*guess, 0.0);
-    if window.translation > NO_SEARCH.translation || window.rotation > NO_SEARCH.rotation {
+    if window.translation > MAX_UNSEARCHED_WINDOW.translation || window.rotation > MAX_UNSEARCHED_WINDOW.rotation {
         let search = target.grid.window(&searched, guess, window);
         let best = search.best().filter(|best| best.score > MIN_SCORE)?;
         start = best.T_target_source;
-        let known = (&[start][..], APART);
+        let known = (&[start][..], MIN_RIVAL_DISTANCE);
         let other = search.rival(known, (RIVAL_SCORE * best.score, MAX_RIVAL * best.score));
         rival = other.map_or(0.0, |other| other.score / best.score);
     }
@@ -176,7 +176,7 @@ pub fn free_space_between(first: &Keyframe, second: &Keyframe, T_first_second: &
 
 /// A few keyframes spread over a stretch.
 fn witnesses(range: Range<usize>, anchor: usize, poses: &[Pose2]) -> Vec<(usize, Pose2)> {
-    let stride = range.len().div_ceil(WITNESSES).max(1);
+    let stride = range.len().div_ceil(MAX_REFERENCE_KEYFRAMES).max(1);
     let offset = (range.len() - 1) % stride / 2;
     let T_anchor_world = poses[anchor].inverse();
     range.skip(offset).step_by(stride).map(|index| (index, T_anchor_world * poses[index])).collect()

@@ -53,10 +53,10 @@ const MIN_AGREEMENT: f64 = 0.85;
 const MIN_SEEN: usize = 150;
 /// ... and this share of returns with a partner.
 const MIN_FITNESS: f64 = 0.25;
-/// Steps of the graph's solution after each round.
-const STEPS: usize = 20;
+/// Most iterations of the pose graph's solution after each round.
+const MAX_GRAPH_STEPS: usize = 20;
 /// What searches may cost for each keyframe, in windows of a metre and a tenth of a radian: about a millisecond.
-const BUDGET: f64 = 60.0;
+const SEARCH_BUDGET: f64 = 60.0;
 /// Rounds at the most.
 const MAX_ROUNDS: usize = 12;
 
@@ -98,7 +98,7 @@ impl LoopClosure {
         }
         let keyframes: Vec<Keyframe> = links.iter().map(|link| Keyframe::new(Rc::clone(&link.scan))).collect();
         let mut poses: Vec<Pose2> = links.iter().map(|link| link.T_world_sensor).collect();
-        optimize_poses(&mut poses, &chain, STEPS);
+        optimize_poses(&mut poses, &chain, MAX_GRAPH_STEPS);
         let submaps = joined(&links, &keyframes, &poses);
         let (num_keyframes, num_submaps) = (keyframes.len(), submaps.len());
         Self {
@@ -112,7 +112,7 @@ impl LoopClosure {
             pool: Vec::new(),
             searched: vec![Vec::new(); num_submaps],
             queue: Vec::new(),
-            budget: BUDGET * num_keyframes as f64,
+            budget: SEARCH_BUDGET * num_keyframes as f64,
             num_queued: 0,
             round: 0,
             is_done: false,

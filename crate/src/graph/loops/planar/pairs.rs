@@ -11,20 +11,20 @@ use crate::odometry::planar::information::position_covariance;
 use crate::registration::correlative::SearchWindow;
 use crate::search::order::ascending;
 
-/// Submaps less than so many after each other have been matched by the chain.
-const NEIGHBORS: usize = 3;
-/// Unless this much or more is left open between them (m, rad): then the chain has not.
-const LOOSE: (f64, f64) = (0.12, 0.03);
-/// In a round a submap is looked for in so many others.
-const CANDIDATES: usize = 4;
-/// The window of the search in standard deviations.
-const SIGMAS: f64 = 3.0;
-/// The window's margin (m, rad).
-const MARGIN: SearchWindow = SearchWindow { translation: 0.2, rotation: 0.03 };
-/// The widest window (m).
-const WIDEST: f64 = 12.0;
-/// Where less than this is left open (m, rad), the graph needs no loop more.
-const SETTLED: (f64, f64) = (0.05, 0.012);
+/// Submaps less than this many apart in the sequence have been matched by the chain.
+const NUM_CHAINED_SUBMAPS: usize = 3;
+/// Standard deviation between such submaps (m, rad) from which on the chain has not matched them.
+const LOOSE_SIGMA: (f64, f64) = (0.12, 0.03);
+/// Submaps that one submap is matched with in a round, at most.
+const MAX_CANDIDATES: usize = 4;
+/// Half width of the search window, in standard deviations of the relative pose, ...
+const WINDOW_SIGMAS: f64 = 3.0;
+/// ... beside this margin (m, rad), ...
+const WINDOW_MARGIN: SearchWindow = SearchWindow { translation: 0.2, rotation: 0.03 };
+/// ... and its largest translation (m).
+const MAX_WINDOW: f64 = 12.0;
+/// Standard deviation between two submaps (m, rad) below which a loop would tell nothing new.
+const SETTLED_SIGMA: (f64, f64) = (0.05, 0.012);
 /// Submaps that seem to share less than this of what they show are not matched.
 const MIN_OVERLAP: f64 = 0.3;
 /// Share of what is left of the budget that a round may spend.
@@ -43,7 +43,7 @@ impl LoopClosure {
             let mut chosen: Vec<(f64, Pair)> = Vec::new();
             for index in ascending(candidates.iter().map(|candidate| -candidate.0)) {
                 let target = candidates[index].1.target;
-                if chosen.len() < CANDIDATES && chosen.iter().all(|(_, other)| other.target.abs_diff(target) > 1) {
+                if chosen.len() < MAX_CANDIDATES && chosen.iter().all(|(_, other)| other.target.abs_diff(target) > 1) {
                     chosen.push(candidates[index]);
                 }
             }
@@ -81,12 +81,12 @@ impl LoopClosure {
         let sigma = position.symmetric_eigenvalues().max().max(0.0).sqrt();
         let heading_sigma = covariance[(0, 0)].max(0.0).sqrt();
         let is_tied = |most: (f64, f64)| sigma < most.0 && heading_sigma < most.1;
-        if is_tied(SETTLED) || (source < target + NEIGHBORS && is_tied(LOOSE)) {
+        if is_tied(SETTLED_SIGMA) || (source < target + NUM_CHAINED_SUBMAPS && is_tied(LOOSE_SIGMA)) {
             return None;
         }
         let window = SearchWindow {
-            translation: (MARGIN.translation + SIGMAS * sigma).min(WIDEST),
-            rotation: (MARGIN.rotation + SIGMAS * heading_sigma).min(std::f64::consts::PI),
+            translation: (WINDOW_MARGIN.translation + WINDOW_SIGMAS * sigma).min(MAX_WINDOW),
+            rotation: (WINDOW_MARGIN.rotation + WINDOW_SIGMAS * heading_sigma).min(std::f64::consts::PI),
         };
         // Discs that show the same place share a good part of their area.
         let reach = (a.radius + b.radius) * (1.0 - MIN_OVERLAP);
