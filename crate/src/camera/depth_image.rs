@@ -97,7 +97,7 @@ const MIN_SWAPPED_RATIO: f64 = 2.0;
 /// The last twentieth of the range.
 const RANGE_END: u16 = 20;
 
-/// One in so many pixels, nearest and farthest, is left out of the range of a picture.
+/// One pixel in this many, at the near and at the far end, is left out of the range of a picture.
 const STRAY_SHARE: usize = 100;
 
 /// A depth image in colours.

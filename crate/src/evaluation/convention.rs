@@ -127,7 +127,7 @@ fn reordered(q: &UnitQuaternion<f64>, read_order: QuaternionOrder) -> UnitQuater
 const CLEARLY_BETTER: f64 = 0.8;
 /// Misfits below this (m) do not tell readings apart.
 const NEGLIGIBLE: f64 = 1e-6;
-/// A radian that is off counts as much as so many metres: the distance of what a camera in a room sees.
+/// Metres that count as much as a radian: the distance of what a camera in a room sees.
 const METRES_A_RADIAN: f64 = 2.0;
 
 /// The poses of a reference as `T_world_sensor` with this engine's axes, and the reading that was found.

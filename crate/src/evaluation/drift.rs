@@ -1,6 +1,7 @@
 //! Drift as the KITTI odometry benchmark measures it: relative errors over stretches of the path, by their length
 //! (Geiger, Lenz and Urtasun, "Are we ready for autonomous driving?", CVPR 2012).
 
+use nalgebra::Matrix3;
 use serde::Serialize;
 
 use super::path::{Path, angle, relative};
@@ -65,26 +66,13 @@ pub fn drift(reference: &Path, estimate: &Path) -> Result<Drift> {
     let mut by_length: Vec<DriftOfLength> = Vec::new();
     for multiple in 1..=MULTIPLES {
         let length = multiple as f64 * unit;
-        let (mut translation, mut rotation, mut num_stretches) = (0.0, 0.0, 0);
-        for first in (0..reference.len()).step_by(step) {
-            let end = distances[first] + length;
-            let last = first + distances[first..].partition_point(|&distance| distance <= end);
-            if last == reference.len() {
-                break;
-            }
-            let motion = |R: &[nalgebra::Matrix3<f64>], path: &Path| {
-                relative((&R[first], &path.positions[first]), (&R[last], &path.positions[last]))
-            };
-            let (of_reference, of_estimate) = (motion(R_reference, reference), motion(R_estimate, estimate));
-            let (R, t) = relative((&of_estimate.0, &of_estimate.1), (&of_reference.0, &of_reference.1));
-            translation += t.norm() / length;
-            rotation += angle(&R)?.to_degrees() / length;
-            num_stretches += 1;
-        }
-        if num_stretches > 0 {
-            let n = num_stretches as f64;
+        let errors = stretch_errors((reference, R_reference), (estimate, R_estimate), &distances, length, step)?;
+        if !errors.is_empty() {
+            let n = errors.len() as f64;
+            let (translation, rotation) =
+                errors.iter().fold((0.0, 0.0), |sum, error| (sum.0 + error.0, sum.1 + error.1));
             let (translation, rotation) = (100.0 * translation / n, rotation / n);
-            by_length.push(DriftOfLength { length, num_stretches, translation, rotation });
+            by_length.push(DriftOfLength { length, num_stretches: errors.len(), translation, rotation });
         }
     }
     let num_stretches: usize = by_length.iter().map(|of| of.num_stretches).sum();
@@ -96,6 +84,31 @@ pub fn drift(reference: &Path, estimate: &Path) -> Result<Drift> {
     };
     let (translation, rotation) = (mean(|of| of.translation), mean(|of| of.rotation));
     Ok(Drift { is_kitti, num_stretches, translation, rotation, by_length })
+}
+
+/// For each stretch of a length (m), the errors of its motion over the length: of the translation, and of the rotation (deg/m).
+fn stretch_errors(
+    (reference, R_reference): (&Path, &[Matrix3<f64>]),
+    (estimate, R_estimate): (&Path, &[Matrix3<f64>]),
+    distances: &[f64],
+    length: f64,
+    step: usize,
+) -> Result<Vec<(f64, f64)>> {
+    let mut errors = Vec::new();
+    for first in (0..reference.len()).step_by(step) {
+        let end = distances[first] + length;
+        let last = first + distances[first..].partition_point(|&distance| distance <= end);
+        if last == reference.len() {
+            break;
+        }
+        let motion = |R: &[Matrix3<f64>], path: &Path| {
+            relative((&R[first], &path.positions[first]), (&R[last], &path.positions[last]))
+        };
+        let (of_reference, of_estimate) = (motion(R_reference, reference), motion(R_estimate, estimate));
+        let (R, t) = relative((&of_estimate.0, &of_estimate.1), (&of_reference.0, &of_reference.1));
+        errors.push((t.norm() / length, angle(&R)?.to_degrees() / length));
+    }
+    Ok(errors)
 }
 
 /// The largest of 50, 20, 10, 5, ... m of which eight fit into the path.

@@ -13,6 +13,7 @@ use super::path::Path;
 use super::statistics::Statistics;
 use super::trajectory_error::{AlignedError, first_row_hint};
 use super::umeyama::{Fit, Similarity};
+use crate::geometry::Pose3;
 use crate::geometry::rotation::nearest_rotation;
 use crate::io::trajectory::Trajectory;
 use crate::{Error, Result};
@@ -168,7 +169,7 @@ pub struct Evaluation {
     pub estimate: Path,
 }
 
-/// So many frames, spread evenly, tell whether the reference fits at all.
+/// Frames, spread evenly, from which it is told whether the reference fits at all.
 const MAX_MISFIT_FRAMES: usize = 5000;
 
 const ABOUT_A_LINE: &str = "The positions lie on a straight line, so the alignment may be turned about it at will: \
@@ -211,9 +212,7 @@ pub fn evaluate(reference: &Trajectory, estimate: &Trajectory, options: &Evaluat
         return Err(Error::whole("The errors are too large for double precision", "Give the positions in metres"));
     }
     let has_orientations = reference.orientations.is_some() && estimate.orientations.is_some();
-    let stride = aligned.len().div_ceil(MAX_MISFIT_FRAMES).max(1);
-    let some: Vec<_> = (0..aligned.len()).step_by(stride).map(|i| (aligned.pose(i), reference_path.pose(i))).collect();
-    if let Some(misfit) = misfit_hint("Ground truth", &some, has_orientations) {
+    if let Some(misfit) = misfit_hint("Ground truth", &sampled_pairs(&aligned, &reference_path), has_orientations) {
         summary.notes.push(misfit);
     } else if options.alignment == Alignment::Origin && options.metric == ErrorMetric::Ape {
         let pairs: Vec<_> = aligned.poses().into_iter().zip(reference_path.poses()).collect();
@@ -227,6 +226,12 @@ pub fn evaluate(reference: &Trajectory, estimate: &Trajectory, options: &Evaluat
         summary.notes.push(format!("In {without_motion} pairs the reference does not move; they were left out."));
     }
     Ok(Evaluation { summary, errors, error_poses, matched, reference: reference_path, estimate: aligned })
+}
+
+/// Poses of the estimate and the reference, spread evenly over both.
+fn sampled_pairs(estimate: &Path, reference: &Path) -> Vec<(Pose3, Pose3)> {
+    let stride = estimate.len().div_ceil(MAX_MISFIT_FRAMES).max(1);
+    (0..estimate.len()).step_by(stride).map(|index| (estimate.pose(index), reference.pose(index))).collect()
 }
 
 /// The errors, for each one its pose, and how many pairs had no motion.

@@ -9,7 +9,7 @@ const MIN_MOTIONS: usize = 20;
 /// Noise of an estimated motion from frame to frame (m, and rad); it grows with the root of the number of frames between.
 const STEP_NOISE: f64 = 0.01;
 const TURN_NOISE: f64 = 0.02;
-/// Motions below so many times the noise agree by themselves and are left out.
+/// Motions below this times the noise agree by themselves and are left out.
 const MIN_SIGNAL_TO_NOISE: f64 = 5.0;
 /// Motions agree that differ by at most this share of the larger one and the noise.
 const MAX_DEVIATION: f64 = 0.2;

@@ -27,7 +27,7 @@ const MAX_TURN: f64 = 2.0;
 const MAX_SPREAD: f64 = 0.15;
 /// ... or this share of the median itself: broken paths spread, and still tell a large factor.
 const MAX_SPREAD_SHARE: f64 = 0.25;
-/// The ratio's logarithm differs from zero by so many standard errors of the median.
+/// Standard errors of the median by which the ratio's logarithm has to differ from zero.
 const MIN_SIGNIFICANCE: f64 = 4.0;
 
 /// The factors; poses are `T_world_sensor`, each list in its own world.

@@ -35,6 +35,12 @@ const fn switch_width(degrees_of_freedom: usize) -> f64 {
 
 /// Converged when the largest step is below this (rad, m).
 const SMALLEST_STEP: f64 = 1e-5;
+/// Share of its diagonal that is added to the normal matrix at first, ...
+const INITIAL_DAMPING: f64 = 1e-6;
+/// ... at least, ...
+const MIN_DAMPING: f64 = 1e-9;
+/// ... and at most: where even such a step makes things worse, rounding is all that is left.
+const MAX_DAMPING: f64 = 1e6;
 /// A step that makes things worse is taken back and damped this many times more.
 const DAMPING_FACTOR: f64 = 10.0;
 
@@ -85,45 +91,29 @@ pub(crate) fn optimize_poses<M: RigidMotion>(
     let mut H = BlockMatrix::<M::Matrix>::new(num_variables);
     let mut b = vec![M::Tangent::zeros(); num_variables];
     let mut solver: Option<BlockCholesky<M::Matrix>> = None;
-    let mut damping = 1e-6;
+    let mut damping = INITIAL_DAMPING;
     let mut present = total_loss(poses, relations);
     for iteration in 0..max_iterations {
-        H.clear();
-        b.fill(M::Tangent::zeros());
-        for relation in relations {
-            add(relation, poses, &mut H, &mut b);
-        }
-        for variable in 0..num_variables {
-            let mut damped = H.block(variable, variable).diagonal();
-            for axis in 0..M::Tangent::LEN {
-                damped[axis] = damping * (damped[axis] + 1.0);
-            }
-            H.add(variable, variable, &M::Matrix::from_diagonal(&damped));
-        }
+        fill_normal_equations(&mut H, &mut b, relations, poses, damping);
         let Ok(factor) = solver.get_or_insert_with(|| BlockCholesky::new(&H)).factor(&H) else {
             damping *= DAMPING_FACTOR;
             continue;
         };
         factor.solve(&mut b);
-        let step = |(pose, delta): (&M, &M::Tangent)| (M::exp(&-*delta) * *pose).renormalized();
-        let moved: Vec<M> = std::iter::once(poses[0]).chain(poses[1..].iter().zip(&b).map(step)).collect();
+        let moved = moved_by(poses, &b);
         let next = total_loss(&moved, relations);
         if next > present * (1.0 + 1e-12) {
             damping *= DAMPING_FACTOR;
-            if damping > 1e6 {
+            if damping > MAX_DAMPING {
                 return iteration + 1;
             }
             continue;
         }
-        let step = poses.iter().zip(&moved).map(|(old, new)| {
-            let step = old.inverse() * *new;
-            step.translation_norm().max(step.rotation_angle())
-        });
-        let largest = step.fold(0.0, f64::max);
+        let step = largest_step(poses, &moved);
         poses.copy_from_slice(&moved);
         present = next;
-        damping = (damping / DAMPING_FACTOR).max(1e-9);
-        if largest < SMALLEST_STEP {
+        damping = (damping / DAMPING_FACTOR).max(MIN_DAMPING);
+        if step < SMALLEST_STEP {
             return iteration + 1;
         }
     }
@@ -132,6 +122,43 @@ pub(crate) fn optimize_poses<M: RigidMotion>(
 
 fn total_loss<M: RigidMotion>(poses: &[M], relations: &[BetweenFactor<M>]) -> f64 {
     relations.iter().map(|relation| relation.loss(relation.squared_distance(poses))).sum()
+}
+
+/// The poses after a step; the first stays.
+fn moved_by<M: RigidMotion>(poses: &[M], step: &[M::Tangent]) -> Vec<M> {
+    let moved = |(pose, delta): (&M, &M::Tangent)| (M::exp(&-*delta) * *pose).renormalized();
+    std::iter::once(poses[0]).chain(poses[1..].iter().zip(step).map(moved)).collect()
+}
+
+/// The largest motion (m or rad) of a pose.
+fn largest_step<M: RigidMotion>(before: &[M], after: &[M]) -> f64 {
+    let step = before.iter().zip(after).map(|(old, new)| {
+        let step = old.inverse() * *new;
+        step.translation_norm().max(step.rotation_angle())
+    });
+    step.fold(0.0, f64::max)
+}
+
+/// H and b of all relations at these poses, H's diagonal raised by the damping.
+fn fill_normal_equations<M: RigidMotion>(
+    H: &mut BlockMatrix<M::Matrix>,
+    b: &mut [M::Tangent],
+    relations: &[BetweenFactor<M>],
+    poses: &[M],
+    damping: f64,
+) {
+    H.clear();
+    b.fill(M::Tangent::zeros());
+    for relation in relations {
+        add(relation, poses, H, b);
+    }
+    for variable in 0..b.len() {
+        let mut damped = H.block(variable, variable).diagonal();
+        for axis in 0..M::Tangent::LEN {
+            damped[axis] = damping * (damped[axis] + 1.0);
+        }
+        H.add(variable, variable, &M::Matrix::from_diagonal(&damped));
+    }
 }
 
 /// Perturbing both poses on the left perturbs the residual by Ad(T_from^-1) (d_to - d_from).

@@ -10,9 +10,9 @@ use crate::{Error, Result};
 
 /// No depth camera has more pixels.
 pub(super) const MAX_PIXELS: u64 = 1 << 26;
-/// A packed image may have so many however few bytes it takes: those of a screen of 3840 x 2160; ...
+/// Pixels of a packed image of any size in bytes: those of a screen of 3840 x 2160; ...
 pub(super) const FREE_PIXELS: u64 = 1 << 23;
-/// ... and beyond that, so many a byte.
+/// ... beyond that, the most a byte.
 const PIXELS_A_BYTE: u64 = 20;
 /// A byte of deflate can unfold to this many at the most.
 pub(super) const MAX_INFLATION: u64 = 1032;

@@ -45,7 +45,7 @@ const NEAR_QUANTILE: f64 = 0.9;
 const NEAR_MEDIANS: f64 = 2.0;
 /// Of the near returns, this share at each end of each axis may lie outside.
 const STRAYS: f64 = 0.005;
-/// A map is turned where that shows it so many times as large.
+/// A map is turned where that shows it this times as large.
 const TURN_GAIN: f64 = 1.5;
 /// Smallest side of what is shown (m).
 const MIN_EXTENT: f64 = 0.5;

@@ -12,7 +12,7 @@ use crate::io::trajectory::Trajectory;
 const MAX_PAIRS: usize = 60;
 /// Fewer pairs that tell anything decide nothing.
 const MIN_PAIRS: usize = 5;
-/// The scans of a pair are so many apart at most: motion between them is small enough for both to see the same.
+/// Largest number of scans between the two of a pair: the motion is then small enough for both to see the same.
 const MAX_APART: usize = 64;
 /// A pair of scans is informative about motion where its agreement without any motion is below this.
 const MAX_STILL: f64 = 0.6;
@@ -24,7 +24,7 @@ const MAX_RETURNS: usize = 60;
 const NUM_BEARINGS: usize = 360;
 /// Of the returns, at least this share has to lie in the other's view.
 const MIN_IN_VIEW: f64 = 0.2;
-/// A return agrees with a range that is off by so much (m) ...
+/// A return agrees with a range that differs by at most this (m) ...
 const RANGE_TOLERANCE: f64 = 0.1;
 /// ... and by this share of it in addition.
 const RANGE_SHARE: f64 = 0.03;
@@ -64,17 +64,14 @@ pub fn check_odometry(name: &str, scans: &[RecordedScan], given: &Trajectory, li
     };
     let evidence = Evidence::new(scans, &poses, limit);
     if let Some((problem, remedy)) = evidence.contradiction(scans, given, &poses, matching) {
-        let in_order: Vec<Option<Pose2>> = planar_poses(given).into_iter().map(Some).collect();
-        let is_ordered = matching == Matching::Time
-            && in_order.len() == scans.len()
-            && Evidence::new(scans, &in_order, limit).confirms(scans, &in_order);
-        if is_ordered {
-            let note = format!(
-                "{name}: {problem}. It was taken in the order of the scans, for it has a pose for each. {remedy}."
-            );
-            return CheckedOdometry { poses: in_order, refusal: None, notes: vec![note] };
-        }
-        return refuse(problem, &remedy);
+        let in_order = (matching == Matching::Time).then(|| poses_in_order(scans, given, limit)).flatten();
+        return in_order.map_or_else(
+            || refuse(problem.clone(), &remedy),
+            |poses| {
+                let taken = "It was taken in the order of the scans, for it has a pose for each";
+                CheckedOdometry { poses, refusal: None, notes: vec![format!("{name}: {problem}. {taken}. {remedy}.")] }
+            },
+        );
     }
     let is_doubted = matching == Matching::Number && !has_numbers_of(scans, given);
     if found == 0 || (is_doubted && !evidence.confirms(scans, &poses)) {
@@ -102,6 +99,13 @@ pub fn check_odometry(name: &str, scans: &[RecordedScan], given: &Trajectory, li
         ));
     }
     CheckedOdometry { poses, refusal: None, notes }
+}
+
+/// The odometry as one pose for each scan in turn, where the scans confirm that.
+fn poses_in_order(scans: &[RecordedScan], given: &Trajectory, limit: f64) -> Option<Vec<Option<Pose2>>> {
+    let poses: Vec<Option<Pose2>> = planar_poses(given).into_iter().map(Some).collect();
+    let is_confirmed = poses.len() == scans.len() && Evidence::new(scans, &poses, limit).confirms(scans, &poses);
+    is_confirmed.then_some(poses)
 }
 
 /// Whether the numbers of odometry can be those of the scans: it may lack some, but none is beyond the last.

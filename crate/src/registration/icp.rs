@@ -155,20 +155,7 @@ where
     }
 
     let H = solver.restricted(factor.normal_equations(target, &correspondences)).H;
-    let variance = weighted_variance(&correspondences, M::Tangent::LEN).max(MIN_RESIDUAL_SIGMA * MIN_RESIDUAL_SIGMA);
-    let last = path.history.last().copied().unwrap_or_default();
-    Registration {
-        T_target_source: path.T_target_source,
-        converged: path.end_reason == EndReason::Converged,
-        end_reason: path.end_reason,
-        history: path.history,
-        trace: path.trace,
-        fitness: last.num_inliers as f64 / source.points.len().max(1) as f64,
-        last,
-        information: H / variance,
-        observability: observability::<M>(&H, &correspondences),
-        correspondences,
-    }
+    path.into_registration(&H, correspondences, source.points.len())
 }
 
 /// The way of the estimate so far.
@@ -192,6 +179,30 @@ impl<M: RigidMotion> Path<M> {
 
     fn goes_on(&self, criteria: &Criteria) -> bool {
         self.end_reason == EndReason::MaxIterations && self.history.len() < criteria.max_iterations
+    }
+
+    /// The registration it has led to; `H` is the normal matrix of the last correspondences.
+    fn into_registration(
+        self,
+        H: &M::Matrix,
+        correspondences: Vec<Correspondence<M::Point>>,
+        num_source_points: usize,
+    ) -> Registration<M> {
+        let variance =
+            weighted_variance(&correspondences, M::Tangent::LEN).max(MIN_RESIDUAL_SIGMA * MIN_RESIDUAL_SIGMA);
+        let last = self.history.last().copied().unwrap_or_default();
+        Registration {
+            T_target_source: self.T_target_source,
+            converged: self.end_reason == EndReason::Converged,
+            end_reason: self.end_reason,
+            history: self.history,
+            trace: self.trace,
+            fitness: last.num_inliers as f64 / num_source_points.max(1) as f64,
+            last,
+            information: *H / variance,
+            observability: observability::<M>(H, &correspondences),
+            correspondences,
+        }
     }
 
     fn record(&mut self, num_correspondences: usize, inliers: &[Correspondence<M::Point>], step: Option<&M>) {

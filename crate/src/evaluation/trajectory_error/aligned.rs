@@ -18,13 +18,13 @@ pub struct AlignedError {
     pub max: f64,
 }
 
-/// The error with the poses of one frame made equal is looked at for so many frames at most.
+/// Frames, at most, for which the error with their poses made equal is computed.
 const MAX_ANCHORS: usize = 200;
 /// Fewer rows than these do not tell which of them is the odd one.
 const MIN_ANCHORS: usize = 5;
-/// The first row is off where the error is so many times the median of those with another row made equal, ...
+/// The first row is an outlier where the error is this times the median of those with another row made equal, ...
 const TIMES_MEDIAN: f64 = 3.0;
-/// ... and so many times the largest of them.
+/// ... and this times the largest of them.
 const TIMES_WORST: f64 = 1.5;
 
 impl AlignedError {

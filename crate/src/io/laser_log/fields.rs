@@ -5,7 +5,7 @@ use crate::geometry::Pose2;
 use crate::io::text::{number, quote};
 use crate::{Error, Result};
 
-/// One line in so many may be damaged: it is left out. Beyond that the file is not what it seems.
+/// Largest share of damaged lines, which are left out. Beyond it the file is not what it seems.
 const MAX_DAMAGED_SHARE: f64 = 0.05;
 /// Number of damaged lines that are reported one by one.
 const MOST_TOLD: usize = 3;
@@ -13,7 +13,7 @@ const MOST_TOLD: usize = 3;
 /// What to say of damaged lines, which are left out.
 ///
 /// # Errors
-/// The first of them, where they are too many beside so many scans.
+/// The first of them, where they are too many for the number of scans.
 pub(super) fn tolerate(damaged: &[Error], num_scans: usize) -> Result<Vec<String>> {
     if let Some(first) = damaged.first()
         && damaged.len() as f64 > MAX_DAMAGED_SHARE * num_scans as f64

@@ -9,7 +9,7 @@ const MIN_SHARE: f64 = 0.05;
 const MIN_CHANGES: usize = 5;
 /// Scans of one laser may differ by this share of their beams, or by two of them: 180 and 181 are one laser's.
 const SAME_BEAMS: f64 = 0.1;
-/// Scans of one laser begin within so many of their steps at the same angle.
+/// Scans of one laser begin at the same angle within this number of their steps.
 const SAME_START: f64 = 3.0;
 /// More kinds of scans than these are one laser that varies.
 const MOST_LASERS: usize = 4;

@@ -107,7 +107,7 @@ const MAX_OFFSET: f64 = 2.0;
 /// An offset that is one is the same in every scan, but for the digits that were written (m, rad).
 const SAME_OFFSET: f64 = 0.01;
 
-/// What a file is, is told from so many bytes: a table with a thousand named columns and its first row.
+/// First bytes from which a file's kind is told: enough for a table of a thousand named columns and its first row.
 const HEAD_BYTES: usize = 32_768;
 
 /// Whether a file that begins like this is a laser log.

@@ -1,6 +1,6 @@
 //! The times of scans, as far as a trajectory can carry them.
 
-/// One time in so many may go back or be repeated: a recorder's hiccup, which takes nothing from the others.
+/// Largest share of times that go back or repeat: a recorder's hiccup, which does not invalidate the others.
 const MAX_FAULTY_SHARE: f64 = 0.01;
 
 /// Times that are fit for a trajectory, and what is to be said of them.

@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use super::{Bearings, LaserScan};
 use crate::{Error, Result};
 
-/// Of a log in metres, at least so many readings are nearer than `MAX_INDOOR_RANGE` (m): the others may stand for no return. ...
+/// Smallest share of readings of a log in metres that is nearer than `MAX_INDOOR_RANGE` (m); the others may mean no return. ...
 const LEAST_SHARE: f64 = 0.05;
 const MAX_INDOOR_RANGE: f32 = 60.0;
 /// ... Outdoors nearly all may; but what stands for no return is the limit of a planar laser, which is less than this (m).

@@ -67,9 +67,9 @@ fn cut_off(bytes: &[u8], fits: usize, header: &Header) -> Error {
     Error::byte(bytes.len(), problem, "Copy or export it again")
 }
 
-/// Compressed data may become so many bytes however few they are; ...
+/// Bytes that compressed data of any size may unpack to; ...
 const FREE_BYTES: usize = 1 << 24;
-/// ... and beyond that, so many times as many.
+/// ... beyond that, the largest ratio of unpacked to packed.
 const MOST_RATIO: usize = 8;
 
 /// Two sizes of 32 bits, compressed and not, then the data.

@@ -13,7 +13,7 @@ pub(super) const BATCH: usize = 64;
 /// Single precision has no digits left behind the point here: adding it rounds, and leaves the whole number in the last bits.
 const ROUNDING: f32 = 12_582_912.0;
 
-/// So many values for each axis.
+/// A batch of values for each axis.
 type Axes<T> = [[T; BATCH]; 3];
 
 /// Points of one frame, first as the sensor sees them, then as the map takes them.

@@ -189,7 +189,7 @@ fn robust_stage(distance: f64, width: f64, criteria: Criteria) -> IcpOptions {
     }
 }
 
-/// Pairs are looked for within so many voxels, one stage after the other, where a motion is far from its prediction. By
+/// Distance limits of correspondences (voxels), one stage after the other, where a motion is far from its prediction. By
 /// default a voxel is a fortieth of the median range: the widest is half of it.
 const WIDE_DISTANCES: [f64; 3] = [20.0, 10.0, 6.0];
 /// Largest angle (rad) between the normals of corresponding points.

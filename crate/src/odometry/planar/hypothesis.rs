@@ -38,7 +38,7 @@ pub fn doubt_by_rival(best: &mut Hypothesis, rival: &Hypothesis) {
     );
 }
 
-/// Points spread over a scan, about so many.
+/// About this number of points, spread evenly over a scan.
 pub fn thinned(points: &[Vector2<f64>], about: usize) -> Vec<Vector2<f64>> {
     points.iter().copied().step_by((points.len() / about).max(1)).collect()
 }

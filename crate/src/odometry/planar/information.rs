@@ -5,7 +5,7 @@ use nalgebra::{Matrix3, SMatrix, Vector2, Vector3};
 use crate::geometry::{Pose2, RigidMotion};
 use crate::map::local::PlanarRegistration;
 
-/// A normal comes from the beams around its own, so the residuals of so many neighbours say the same thing.
+/// Neighbouring beams whose residuals are not independent: each normal is estimated from the beams around its own.
 const CORRELATED_BEAMS: f64 = 7.0;
 /// Mean square sine of the angle by which normals are off, far walls and doors in recesses included: what they tell of a
 /// direction that the walls leave open.

@@ -25,7 +25,7 @@ const SLIP_SHARE: f64 = 0.1;
 const WIDEST: (f64, f64) = (0.6, 1.5);
 /// A registration that agrees with measured motion is sure from this share of agreeing returns on.
 const CONFIRMED_AGREEMENT: f64 = 0.8;
-/// No other pose is looked for where so many returns agree.
+/// Share of agreeing returns from which on no other pose is searched for.
 const SURE_AGREEMENT: f64 = 0.9;
 /// Window of a search about measured motion, in standard deviations.
 const SIGMAS: f64 = 3.5;

@@ -8,8 +8,8 @@ use crate::geometry::Pose3;
 use crate::registration::target::{LastSearch, SurfaceTarget, Target};
 use crate::search::{KdTree, Neighbor};
 
-/// A point without a partner is looked for within so many times the limit: while it moves by less than what is beyond, it
-/// still has none, and need not be looked for again.
+/// A partner is searched for within this times the distance limit: a point that finds none there needs no new search while it
+/// moves by less than the excess.
 const CLEARANCE: f64 = 1.25;
 
 /// Points (m, world frame) with normals where they are known, and an index of them.

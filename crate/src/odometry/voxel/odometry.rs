@@ -22,9 +22,9 @@ use crate::registration::target::Target;
 const LIMITS: Limits = Limits { min_pairs: 30, lost_overlap: 0.2, doubtful_overlap: 0.5, ..Limits::NONE };
 /// A registration that has not converged and whose last step is longer than this (m) was cut off on its way.
 const MOVING_STEP: f64 = 0.01;
-/// Close by is within so many spacings of the frame's points, ...
+/// Near means within this times the spacing of the frame's points, ...
 const CLOSE_SPACINGS: f64 = 3.0;
-/// ... and so many voxels of the map.
+/// ... and within this number of the map's voxels.
 const CLOSE_VOXELS: f64 = 1.5;
 /// Points that compare the two predictions.
 const COMPARED_POINTS: usize = 1000;

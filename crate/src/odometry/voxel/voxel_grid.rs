@@ -33,12 +33,12 @@ struct Cell {
     entries: Vec<Entry>,
 }
 
-/// With so many points a voxel at the most, cells are [`WIDE_CELL_VOXELS`] voxels wide: lists that are read through in no time, but few cells
-/// to look into. Voxels of more points are [`NARROW_CELL_VOXELS`] together.
+/// Up to this many points a voxel, cells are [`WIDE_CELL_VOXELS`] wide: few cells to look into, whose lists are still short.
+/// With more points they are [`NARROW_CELL_VOXELS`] wide.
 const FEW_POINTS: usize = 2;
 const WIDE_CELL_VOXELS: i32 = 4;
 const NARROW_CELL_VOXELS: i32 = 2;
-/// Where points lie further apart than voxels are wide, a cell is so many of their spacings wide: most would be empty otherwise.
+/// Width of a cell in spacings of the points, where these are wider than voxels: most cells would be empty otherwise.
 const CELL_SPACINGS: f64 = 4.0;
 /// The voxels of a cell are numbered with 16 bits.
 const MAX_CELL_VOXELS: i32 = 40;

@@ -78,52 +78,28 @@ impl KeyframeGraph {
         motions: &[Option<MeasuredMotion>],
         without: Ablation,
     ) -> Self {
-        let (mut nodes, mut hangs_on): (Vec<usize>, Vec<(usize, Pose2)>) = (Vec::new(), Vec::new());
-        let (mut links, mut chain) = (Vec::new(), Vec::new());
-        let mut is_start = false;
         let is_long = estimates.iter().filter(|estimate| estimate.link != Link::Lost).count() >= LONG_SEQUENCE;
-        for (frame, estimate) in estimates.iter().enumerate() {
-            is_start |= estimate.link == Link::Start;
-            let since = nodes.last().map(|&node: &usize| poses[node].inverse() * poses[frame]);
-            let has_moved = |T: Pose2| {
-                !is_long || T.translation_norm() > KEYFRAME_TRANSLATION || T.rotation_angle() > KEYFRAME_ROTATION
-            };
-            if estimate.link == Link::Lost || !(is_start || since.is_none_or(has_moved)) {
-                hangs_on.push((nodes.len().saturating_sub(1), since.unwrap_or(poses[frame])));
-                continue;
-            }
-            let (mut is_weak, mut is_broken) = (false, false);
-            if let Some(&before) = nodes.last() {
-                let mut relations = Relations::between(before, frame, estimate, poses, motions, is_start);
-                if without.odometry && relations.all.len() > 1 {
-                    relations.all.truncate(1);
-                }
-                let node = nodes.len();
-                chain.extend(relations.all.into_iter().map(|r| BetweenFactor { from: node - 1, to: node, ..r }));
-                is_weak = relations.openness.is_none_or(|open| open > MAX_OPENNESS);
-                is_broken = relations.openness.is_none();
-            }
-            let scan = Rc::clone(&scans[frame]);
-            links.push(ChainLink { scan, T_world_sensor: poses[frame], is_weak, is_broken });
-            nodes.push(frame);
-            hangs_on.push((nodes.len() - 1, Pose2::identity()));
-            is_start = false;
+        let (nodes, hangs_on) = keyframes(estimates, poses, is_long);
+        let link = |&node: &usize| {
+            let scan = Rc::clone(&scans[node]);
+            ChainLink { scan, T_world_sensor: poses[node], is_weak: false, is_broken: false }
+        };
+        let mut links: Vec<ChainLink> = nodes.iter().map(link).collect();
+        let mut chain = Vec::new();
+        for (node, pair) in nodes.windows(2).enumerate() {
+            let relations = Relations::between(pair[0], pair[1], &estimates[pair[1]], poses, motions);
+            links[node + 1].is_weak = relations.openness.is_none_or(|open| open > MAX_OPENNESS);
+            links[node + 1].is_broken = relations.openness.is_none();
+            chain.extend(relations.between_nodes(node, without));
         }
-        if let Some(&first) = nodes.first() {
-            for (frame, (_, T_node_frame)) in hangs_on[..first].iter_mut().enumerate() {
-                *T_node_frame = poses[first].inverse() * poses[frame];
-            }
-        }
-        let is_carried = nodes.iter().map(|&node| estimates[node].link == Link::Carried).collect();
-        let has_measured_motion = motions.iter().any(Option::is_some);
         Self {
+            is_carried: nodes.iter().map(|&node| estimates[node].link == Link::Carried).collect(),
+            has_measured_motion: motions.iter().any(Option::is_some),
+            closure: LoopClosure::new(links, chain, without),
             nodes,
             hangs_on,
             is_long,
-            has_measured_motion,
-            is_carried,
             without,
-            closure: LoopClosure::new(links, chain, without),
         }
     }
 
@@ -253,15 +229,8 @@ impl Relations {
         estimate: &FrameEstimate,
         poses: &[Pose2],
         motions: &[Option<MeasuredMotion>],
-        is_start: bool,
     ) -> Self {
-        let relation = |T_from_to: Pose2, covariance: &Matrix3<f64>, is_switchable| BetweenFactor {
-            from: 0,
-            to: 0,
-            T_from_to,
-            information: covariance.try_inverse().unwrap_or_else(Matrix3::zeros),
-            is_switchable,
-        };
+        let is_start = estimate.link == Link::Start;
         let mut all = Vec::new();
         let measured = measured_motion(&motions[before + 1..=frame]);
         let T_before_frame = poses[before].inverse() * poses[frame];
@@ -285,12 +254,50 @@ impl Relations {
             all.push(relation(T_before_frame, &diagonal(sigma), true));
         }
         let is_tied = estimate.link == Link::Registered || measured.is_some();
-        let information: Matrix3<f64> = all.iter().map(|relation| relation.information).sum();
-        let left = information.try_inverse().filter(|_| is_tied && !(is_start && measured.is_none()));
+        let left = covariance(&all).filter(|_| is_tied && !(is_start && measured.is_none()));
         let is_sure = estimate.link == Link::Registered;
         let openness = left.map(|left| if is_sure { 0.0 } else { openness(&T_before_frame, &left) });
         Self { all, openness }
     }
+
+    /// As relations between node `from` and the next.
+    fn between_nodes(self, from: usize, without: Ablation) -> impl Iterator<Item = PlanarFactor> {
+        let count = if without.odometry { 1 } else { self.all.len() };
+        self.all.into_iter().take(count).map(move |relation| BetweenFactor { from, to: from + 1, ..relation })
+    }
+}
+
+/// A relation of which the nodes are still to be named.
+fn relation(T_from_to: Pose2, covariance: &Matrix3<f64>, is_switchable: bool) -> PlanarFactor {
+    let information = covariance.try_inverse().unwrap_or_else(Matrix3::zeros);
+    BetweenFactor { from: 0, to: 0, T_from_to, information, is_switchable }
+}
+
+/// What several relations leave uncertain together; `None` where they leave a direction open.
+fn covariance(relations: &[PlanarFactor]) -> Option<Matrix3<f64>> {
+    relations.iter().map(|relation| relation.information).sum::<Matrix3<f64>>().try_inverse()
+}
+
+/// The keyframes' indices, and for each frame the number of its keyframe and its pose in that one's frame. A keyframe is the
+/// first frame of a piece and, of a long sequence, each one that has moved far enough since the last keyframe.
+fn keyframes(estimates: &[FrameEstimate], poses: &[Pose2], is_long: bool) -> (Vec<usize>, Vec<(usize, Pose2)>) {
+    let has_moved =
+        |T: Pose2| !is_long || T.translation_norm() > KEYFRAME_TRANSLATION || T.rotation_angle() > KEYFRAME_ROTATION;
+    let (mut nodes, mut hangs_on) = (Vec::<usize>::new(), Vec::new());
+    for (frame, estimate) in estimates.iter().enumerate() {
+        let since = nodes.last().map(|&node| poses[node].inverse() * poses[frame]);
+        let is_keyframe = estimate.link == Link::Start || since.is_none_or(has_moved);
+        if estimate.link != Link::Lost && is_keyframe {
+            nodes.push(frame);
+            hangs_on.push((nodes.len() - 1, Pose2::identity()));
+        } else {
+            hangs_on.push((nodes.len().saturating_sub(1), since.unwrap_or(poses[frame])));
+        }
+    }
+    for frame in 0..nodes.first().copied().unwrap_or(0) {
+        hangs_on[frame].1 = poses[nodes[0]].inverse() * poses[frame];
+    }
+    (nodes, hangs_on)
 }
 
 /// The motion over several frames by measured motions, if there are such for all of them.

@@ -4,7 +4,7 @@ use crate::geometry::Pose3;
 use crate::odometry::assessment::{Assessment, Status};
 use crate::odometry::depth::SpatialEstimate;
 
-/// Across frames that are not good, the sensor may have moved so many times as fast as it does anywhere else.
+/// Largest speed across frames that are not good, over that anywhere else.
 const FASTER: f64 = 3.0;
 /// With fewer steps between good frames it is not known how fast that is.
 const MIN_STEPS: usize = 5;

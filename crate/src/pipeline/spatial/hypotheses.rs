@@ -10,11 +10,11 @@ use crate::pipeline::prepared_frame::{DecodeConfig, Surfaces};
 use crate::pipeline::spatial_settings::{LoopClosing, Method, Quantisation};
 use crate::registration::free_space::DepthNoise;
 
-/// So many registered frames decide how depth was made whole, ...
+/// Registered frames that decide how depth was rounded, ...
 const DECIDING_FRAMES: usize = 12;
-/// ... or so many, ...
+/// ... or fewer, ...
 const CLEARLY_DECIDING_FRAMES: usize = 6;
-/// ... where one reading has so many times the misfit of the other. On both real floors the wrong one has 1.2 to 1.6
+/// ... where one reading has this times the misfit of the other. On both real floors the wrong one has 1.2 to 1.6
 /// times as much in the end, and 1.13 to 1.5 times after six frames.
 const CLEAR_RATIO: f64 = 1.1;
 /// Truncated depth, which is what a cast to a whole number gives, is taken for rounded where that fits better by this ratio

@@ -33,7 +33,7 @@ use crate::pipeline::spatial_settings::{Quantisation, SpatialSettings};
 const MISALIGNED_COLORS: &str = "The colours are not registered to the depth images: the outlines of objects do not coincide. The \
                                  poses are estimated from depth alone, and the map shows the colours as they are";
 
-/// So many of the newest frames are not stitched before the map is asked for.
+/// Newest frames that are stitched only when the map is asked for.
 const MAX_PENDING_FRAMES: usize = 6;
 
 /// A reconstruction in space.

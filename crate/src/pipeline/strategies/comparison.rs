@@ -22,7 +22,7 @@ use crate::pipeline::spatial_settings::{Method, SpatialSettings};
 
 /// Points per frame from which the sharpness is computed, the same for every strategy.
 const SHARP_POINTS: usize = 2000;
-/// Of the points of all frames, so many are looked at.
+/// Points that are examined, of those of all frames.
 const SHARP_QUERIES: usize = 10_000;
 
 /// Strategies side by side.

@@ -14,7 +14,7 @@ const SIGMA: f64 = 0.12;
 pub(super) const NUM_LEVELS: usize = 6;
 /// Most cells of a grid; a larger target gets larger cells.
 const MAX_CELLS: f64 = 4e6;
-/// So many blocks of a row are looked at together.
+/// Blocks of a row that are scored together.
 pub(super) const LANES: usize = 16;
 /// Zeros on either side of a row of blocks.
 const PADDING: i32 = 16;

@@ -9,8 +9,8 @@ use super::FreeSpaceTest;
 
 /// Cells along an edge of a face: 2 degrees each, in the mean.
 const CELLS_PER_EDGE: usize = 45;
-/// So many of the nine cells around a direction (four, at a corner of the cube) must have seen something before a point counts
-/// as standing in free space.
+/// Cells that must have seen something, of the nine around a direction (four at a corner of the cube), before a point can
+/// contradict free space.
 const MIN_SEEN: usize = 4;
 
 /// The nearest range (m) in every cell; infinity where nothing was seen.

@@ -10,7 +10,7 @@ use super::Consensus;
 use crate::geometry::Pose3;
 use crate::registration::factors::best_rigid_motion;
 
-/// Matches looked at; of more, every so many are: pairs of them number half a million.
+/// Most matches; of more, evenly spread ones are taken. They form half a million pairs.
 const MAX_MATCHES: usize = 1500;
 /// Matches that are tried as the heart of a consensus.
 const MAX_SEEDS: usize = 40;

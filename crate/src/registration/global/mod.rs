@@ -98,8 +98,8 @@ pub struct GlobalRegistration {
 /// Source points that matches are looked for, where not for all: matching takes most of the time, and more of them are hardly
 /// ever needed.
 const MAX_MATCHED_POINTS: usize = 5000;
-/// So many matches hardly ever agree by chance: on pairs of frames of two rendered floors that show different rooms up to 23
-/// of hundreds or thousands do, on pairs that overlap by a third 90 and more.
+/// Matches that hardly ever agree by chance: on pairs of frames of two rendered floors that show different rooms up to 23
+/// of hundreds or thousands agree, on pairs that overlap by a third 90 and more.
 const MIN_INLIERS: usize = 30;
 /// Fewer are enough where they are so large a share of the matches, ...
 const SURE_SHARE: f64 = 0.4;
@@ -137,14 +137,15 @@ pub fn register_globally(
             &RansacOptions { max_correspondence_distance, seed, ..RansacOptions::default() },
         ),
     };
+    accepted(consensus, matches.len())
+}
+
+/// The consensus, if enough of the matches agree on it.
+fn accepted(consensus: Option<Consensus>, num_matches: usize) -> Result<GlobalRegistration> {
     let remedy = "Give clouds that overlap more, or a first guess";
-    let num_matches = matches.len();
-    let Some(consensus) = consensus else {
-        return Err(Error::whole(
-            format!("{num_matches} points look alike, and no three of them agree on a motion"),
-            remedy,
-        ));
-    };
+    let consensus = consensus.ok_or_else(|| {
+        Error::whole(format!("{num_matches} points look alike, and no three of them agree on a motion"), remedy)
+    })?;
     let num_inliers = consensus.num_inliers;
     let is_sure = num_inliers >= MIN_SURE_INLIERS && num_inliers as f64 >= SURE_SHARE * num_matches as f64;
     if num_inliers < MIN_INLIERS && !is_sure {

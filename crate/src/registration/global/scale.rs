@@ -8,7 +8,7 @@ use crate::preprocess::voxel_downsample::voxel_downsample;
 
 /// Points of a cloud that are enough for a global registration.
 const GLOBAL_POINTS: f64 = 6000.0;
-/// The size of voxels that leave about so many points is looked for so often.
+/// Tries to find the voxel size that leaves about this number of points.
 const SIZE_TRIES: usize = 4;
 
 /// A side of voxels (m) that leaves about 6,000 points: features then describe rooms, not the texture of a wall.

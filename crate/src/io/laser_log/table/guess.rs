@@ -33,7 +33,7 @@ const MIN_FULL_TURN: usize = 200;
 const MAX_SEAM_RANK: f64 = 0.9;
 /// Times since 1970 of at least so much have this unit (s); smaller ones are told by their steps.
 const EPOCH_UNITS: [(f64, f64); 4] = [(1e17, 1e-9), (1e14, 1e-6), (1e11, 1e-3), (1e8, 1.0)];
-/// Scans follow each other within so many units (s).
+/// Units of time (s), by the steps between scans in them.
 const STEP_UNITS: [(f64, f64); 4] = [(5e6, 1e-9), (5e3, 1e-6), (5.0, 1e-3), (0.0, 1.0)];
 
 /// A format, and why it may be wrong.

@@ -68,7 +68,7 @@ const SAME_STEP: f64 = 0.02;
 /// Angles from here on are no radians.
 pub(super) const MAX_RADIANS: f64 = 7.0;
 
-/// The longest series of so many names as a scan has.
+/// The longest series of numbered names, as long as a scan.
 pub(super) fn series(names: &[String]) -> Option<Series> {
     let parts: Vec<Option<Numbered>> = names.iter().map(|name| Numbered::of(name)).collect();
     let (mut longest, mut first) = (0..0, 0);

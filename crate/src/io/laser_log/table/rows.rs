@@ -12,7 +12,7 @@ use crate::io::text::number;
 const FORMAT_COMMENT: &[u8] = b"table:";
 /// Lines that the separators are told from.
 const LOOKED_INTO: usize = 50;
-/// A line of a scan may have so many words that are no numbers: names of frames, dates.
+/// Words of a scan's line that are no numbers, at most: names of frames, dates.
 const MAX_WORDS: usize = 8;
 
 /// A line of numbers.
