@@ -13,7 +13,11 @@ use scanstitch_scene::campus::{CampusOptions, generate};
 use scanstitch_scene::drive::Drive;
 
 fn run(drive: &Drive, odometry: OdometrySource) -> Reconstruction {
-    let log = laser_log::read(drive.carmen().as_bytes()).unwrap();
+    run_log(&drive.carmen(), odometry)
+}
+
+fn run_log(log: &str, odometry: OdometrySource) -> Reconstruction {
+    let log = laser_log::read(log.as_bytes()).unwrap();
     let mut reconstruction = Reconstruction::new(Settings { odometry, ..Settings::default() }).unwrap();
     reconstruction.add_log("drive.log", &log);
     while reconstruction.step().stage != Stage::Done {}
@@ -56,7 +60,16 @@ fn loops_close_with_wheels_that_drift() {
         );
         let num_believed = places.iter().filter(|pair| is_believed(&frames, **pair)).count();
         let falsely = wrong.iter().filter(|pair| is_believed(&frames, **pair)).count();
-        assert!(2 * num_believed > places.len() && falsely == 0, "seed {seed}: {falsely} of {num_believed}");
+        assert!(3 * num_believed > places.len() && falsely == 0, "seed {seed}: {falsely} of {num_believed}");
+        // The ground of the humps seems to move on with the robot: both rounds take the way over them for a metre shorter.
+        let stretches: Vec<_> =
+            (20..truth.len()).map(|b| (b - 20, b)).filter(|pair| is_believed(&frames, *pair)).collect();
+        let falsely = stretches.iter().filter(|pair| is_wrong(&poses, truth, **pair)).count();
+        assert!(
+            stretches.len() > 200 && 100 * falsely < stretches.len(),
+            "seed {seed}: {falsely} of {}",
+            stretches.len()
+        );
     }
 }
 
@@ -78,4 +91,20 @@ fn poses_that_never_come_back_are_not_used_and_that_is_told() {
     let run = run(&drive, Settings::default().odometry);
     let notes = run.result().notes;
     assert!(notes.iter().any(|note| note.contains("cannot be told") && note.contains("odometry=log")), "{notes:?}");
+}
+
+#[test]
+fn poses_that_repeat_the_wheels_own_lines_are_used_where_they_never_come_back() {
+    let drive = generate(&CampusOptions { length: 60.0, ..CampusOptions::default() });
+    let notes = run_log(&drive.raw_carmen(), Settings::default().odometry).result().notes;
+    assert!(notes.iter().any(|note| note.contains("its lines of odometry) and are used")), "{notes:?}");
+    // Corrected by a program: the scans' lines have other poses than the wheels'.
+    let corrected = Drive { odometry: drive.T_world_robot.clone(), ..drive.clone() };
+    let wheels = drive.raw_carmen();
+    let mixed: Vec<&str> = wheels.lines().filter(|line| line.starts_with("ODOM")).collect();
+    let scans = corrected.carmen();
+    let scans = scans.lines().filter(|line| line.starts_with("FLASER"));
+    let log: Vec<String> = mixed.iter().zip(scans).map(|(wheels, scan)| format!("{wheels}\n{scan}\n")).collect();
+    let notes = run_log(&log.concat(), Settings::default().odometry).result().notes;
+    assert!(notes.iter().any(|note| note.contains("cannot be told")), "{notes:?}");
 }

@@ -10,7 +10,7 @@ use std::fs;
 use common::shared_data;
 use scanstitch::geometry::RigidMotion;
 use scanstitch::io::laser_log::table::{TableFormat, describe, read_as, read_given};
-use scanstitch::io::laser_log::{Bearings, LaserLog, LaserScan, is_laser_log, read};
+use scanstitch::io::laser_log::{Bearings, LaserLog, LaserScan, OdometryOrigin, is_laser_log, read};
 use scanstitch::io::trajectory;
 
 fn text_log(name: &str) -> Option<(Vec<u8>, LaserLog)> {
@@ -219,7 +219,7 @@ fn what_stands_beside_the_ranges_is_told_from_them() {
     let text = table(&named, &head);
     assert_eq!(guess(&text), "ranges=3:362,unit=m,start=0.0000deg,step=1.0000deg,time=1:s,poses=363:364:365");
     let log = read(text.as_bytes()).unwrap();
-    assert!(!log.has_wheel_odometry && (log.scans[7].time.unwrap() - 0.7).abs() < 1e-9);
+    assert!(log.odometry_origin == OdometryOrigin::Unknown && (log.scans[7].time.unwrap() - 0.7).abs() < 1e-9);
     assert!((log.scans[0].odometry.unwrap().translation.x + 1.5).abs() < 1e-12);
 }
 

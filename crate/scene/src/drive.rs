@@ -88,14 +88,27 @@ impl Drive {
 
     /// The drive as CARMEN logs it: FLASER lines, whose poses are the wheels'.
     pub fn carmen(&self) -> String {
+        self.logged(false)
+    }
+
+    /// The drive as CARMEN logs it while it is driven: before each FLASER line the wheels' own, ODOM, which it repeats.
+    pub fn raw_carmen(&self) -> String {
+        self.logged(true)
+    }
+
+    fn logged(&self, with_wheels: bool) -> String {
         let mut text = String::from("# a drive through a generated building\n");
         for (index, (ranges, pose)) in self.ranges.iter().zip(&self.odometry).enumerate() {
+            let pose = format!("{:.6} {:.6} {:.6}", pose.translation.x, pose.translation.y, pose.rotation.angle());
+            let time = 0.2 * index as f64;
+            if with_wheels {
+                let _ = writeln!(text, "ODOM {pose} 0 0 0 {time:.3} robot {time:.3}");
+            }
             let _ = write!(text, "FLASER {}", ranges.len());
             for range in ranges {
                 let _ = write!(text, " {range:.2}");
             }
-            let pose = format!("{:.6} {:.6} {:.6}", pose.translation.x, pose.translation.y, pose.rotation.angle());
-            let _ = writeln!(text, " {pose} {pose} {:.3} robot {:.3}", 0.2 * index as f64, 0.2 * index as f64);
+            let _ = writeln!(text, " {pose} {pose} {time:.3} robot {time:.3}");
         }
         text
     }

@@ -6,7 +6,7 @@ use glam::Vec3;
 use nalgebra::Rotation3;
 
 use crate::geometry::{PointCloud, Pose2, Pose3, RigidMotion};
-use crate::io::laser_log::LaserLog;
+use crate::io::laser_log::{LaserLog, OdometryOrigin};
 use crate::io::trajectory::Trajectory;
 use crate::pipeline::settings::OdometrySource;
 use crate::preprocess::clean::refuse_map_coordinates;
@@ -30,8 +30,8 @@ pub struct RecordedScan {
     pub reference: Option<Pose2>,
     /// Pose of the robot by its wheels, or what the log gives for it.
     pub odometry: Option<Pose2>,
-    /// Whether the log's format says that `odometry` is what the wheels measured.
-    pub has_wheel_odometry: bool,
+    /// Whose `odometry` is.
+    pub odometry_origin: OdometryOrigin,
 }
 
 impl RecordedScan {
@@ -45,7 +45,7 @@ impl RecordedScan {
             time: None,
             reference: None,
             odometry: None,
-            has_wheel_odometry: false,
+            odometry_origin: OdometryOrigin::Unknown,
         }
     }
 
@@ -61,7 +61,7 @@ impl RecordedScan {
                 time: scan.time,
                 reference: scan.reference,
                 odometry: scan.odometry,
-                has_wheel_odometry: log.has_wheel_odometry,
+                odometry_origin: log.odometry_origin,
             }
         })
     }

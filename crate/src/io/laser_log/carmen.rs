@@ -12,7 +12,7 @@
 use super::fields::{Fields, is_comment, lines, tolerate, words};
 use super::lasers::one_laser;
 use super::stated_limit::drop_false_limit;
-use super::{Bearings, LaserLog, LaserScan, common_offset, front_laser};
+use super::{Bearings, LaserLog, LaserScan, OdometryOrigin, common_offset, front_laser};
 use crate::geometry::Pose2;
 use crate::io::text::number;
 use crate::{Error, Result};
@@ -22,6 +22,10 @@ const SCANS: [&[u8]; 3] = [b"ROBOTLASER1", b"FLASER", b"RAWLASER1"];
 /// Words that begin a line of such a log.
 const WORDS: [&[u8]; 9] =
     [b"FLASER", b"ROBOTLASER1", b"RAWLASER1", b"ODOM", b"PARAM", b"VERTEX2", b"EDGE2", b"SYNC", b"RLASER"];
+
+/// Scans' poses are the wheels' own where more than this share repeats the `ODOM` line before: all of a raw log do, and none of
+/// four whose poses a program corrected.
+const MIN_REPEATING_SHARE: f64 = 0.9;
 
 /// Words that begin a scan of another laser than the front one.
 const OTHER_LASERS: [&[u8]; 3] = [b"RLASER", b"ROBOTLASER2", b"RAWLASER2"];
@@ -47,6 +51,10 @@ struct Reader {
     num_same: usize,
     vertex: Option<Pose2>,
     odometry: Option<Pose2>,
+    /// Scans with a pose of their own after lines of odometry, each at another pose than the scan before; and those of them whose
+    /// pose is that of the line.
+    num_moved: usize,
+    num_repeating: usize,
     field_of_view: Option<f64>,
     max_range: f64,
 }
@@ -87,6 +95,8 @@ impl Reader {
             num_same: 0,
             vertex: None,
             odometry: None,
+            num_moved: 0,
+            num_repeating: 0,
             field_of_view: None,
             max_range: f64::INFINITY,
         }
@@ -173,6 +183,11 @@ impl Reader {
             fields.next += 5; // velocities, safety distances and the axis of turning
         }
         let time = fields.words.get(fields.next).and_then(|word| number(word)).filter(|time| time.is_finite());
+        let last = self.scans.last().and_then(|scan| scan.odometry);
+        if num_words_after > 0 && self.kind != b"RAWLASER1" && self.odometry.is_some() && robot != last {
+            self.num_moved += 1;
+            self.num_repeating += usize::from(robot == self.odometry);
+        }
         let reference = self.vertex.take().or(robot);
         self.laser_poses.push(laser);
         self.num_words_after.push(num_words_after);
@@ -204,10 +219,12 @@ impl Reader {
                 scan.reference = laser.or(scan.reference);
             }
         }
+        let is_repeated = self.num_repeating as f64 > MIN_REPEATING_SHARE * self.num_moved as f64;
+        let origin = if is_repeated { OdometryOrigin::RepeatsWheels } else { OdometryOrigin::Unknown };
         LaserLog {
             scans: self.scans,
             T_robot_laser: offset.unwrap_or_else(Pose2::identity),
-            has_wheel_odometry: false,
+            odometry_origin: origin,
             losses,
             notes,
         }

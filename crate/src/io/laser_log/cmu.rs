@@ -5,7 +5,7 @@
 //! - `O x y theta time`: the robot's pose alone.
 
 use super::fields::{Fields, is_comment, lines, words};
-use super::{LaserLog, LaserScan, MAX_BEAMS, common_offset, front_laser};
+use super::{LaserLog, LaserScan, MAX_BEAMS, OdometryOrigin, common_offset, front_laser};
 use crate::Result;
 use crate::geometry::Pose2;
 use crate::io::text::{number, quote};
@@ -50,7 +50,13 @@ pub(super) fn read(bytes: &[u8]) -> Result<LaserLog> {
         }
     }
     let T_robot_laser = common_offset(offsets.into_iter()).unwrap_or_else(Pose2::identity);
-    Ok(LaserLog { scans, T_robot_laser, has_wheel_odometry: true, losses: Vec::new(), notes: Vec::new() })
+    Ok(LaserLog {
+        scans,
+        T_robot_laser,
+        odometry_origin: OdometryOrigin::Wheels,
+        losses: Vec::new(),
+        notes: Vec::new(),
+    })
 }
 
 /// A scan, and where the laser was by the robot's wheels.

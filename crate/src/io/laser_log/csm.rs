@@ -7,7 +7,7 @@
 
 use serde::Deserialize;
 
-use super::{Bearings, LaserLog, LaserScan, MAX_BEAMS, pose};
+use super::{Bearings, LaserLog, LaserScan, MAX_BEAMS, OdometryOrigin, pose};
 use crate::geometry::Pose2;
 use crate::{Error, Result};
 
@@ -83,7 +83,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<LaserLog> {
         }
     }
     let T_robot_laser = Pose2::identity();
-    Ok(LaserLog { scans, T_robot_laser, has_wheel_odometry: false, losses, notes: Vec::new() })
+    Ok(LaserLog { scans, T_robot_laser, odometry_origin: OdometryOrigin::Unknown, losses, notes: Vec::new() })
 }
 
 /// Whether a list ends before it is closed.

@@ -85,6 +85,18 @@ impl LaserScan {
     }
 }
 
+/// Whose the poses are that a log gives as odometry.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum OdometryOrigin {
+    /// The wheels', by the format.
+    Wheels,
+    /// They are those of the wheels' own lines in the log.
+    RepeatsWheels,
+    /// Nothing in the log tells: a program may have corrected them.
+    #[default]
+    Unknown,
+}
+
 /// A log: its scans in their order.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LaserLog {
@@ -92,8 +104,8 @@ pub struct LaserLog {
     pub scans: Vec<LaserScan>,
     /// Where the laser sits on the robot; the identity where the log does not tell.
     pub T_robot_laser: Pose2,
-    /// Whether the format says that the odometry is what the wheels measured; in others a program may have corrected it.
-    pub has_wheel_odometry: bool,
+    /// Whose the scans' odometry is.
+    pub odometry_origin: OdometryOrigin,
     /// What could not be used of what should have been, in whole sentences.
     pub losses: Vec<String>,
     /// What else is worth knowing, in whole sentences.

@@ -1,6 +1,6 @@
 //! Laser scans as a [table of messages](crate::io::message_table): `sensor_msgs/LaserScan`, a scan a row.
 
-use super::{Bearings, LaserLog, LaserScan, MAX_BEAMS};
+use super::{Bearings, LaserLog, LaserScan, MAX_BEAMS, OdometryOrigin};
 use crate::geometry::Pose2;
 use crate::io::message_table::{MessageTable, Row};
 use crate::{Error, Result};
@@ -21,7 +21,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<LaserLog> {
     Ok(LaserLog {
         scans,
         T_robot_laser: Pose2::identity(),
-        has_wheel_odometry: false,
+        odometry_origin: OdometryOrigin::Unknown,
         losses: losses.into_iter().collect(),
         notes: Vec::new(),
     })

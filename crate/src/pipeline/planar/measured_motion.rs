@@ -3,6 +3,7 @@
 use std::rc::Rc;
 
 use crate::geometry::{Pose2, RigidMotion};
+use crate::io::laser_log::OdometryOrigin;
 use crate::map::local::{LocalMap, QueryScan};
 use crate::odometry::assessment::{MIN_POINTS, Status, assess};
 use crate::odometry::planar::hypothesis::{Hypothesis, SEARCHED, fits_as_well, thinned};
@@ -112,7 +113,8 @@ const LOOPS: (usize, usize) = (24, 4);
 const CORRECTED: (f64, f64) = (0.25, 0.07);
 
 /// Whether the poses in a log are the wheels' own, and a note where that can be told: wheels drift, so where their path
-/// seems to come back to a place, the scans do not fit each other; where a program corrected the poses, they do.
+/// seems to come back to a place, the scans do not fit each other; where a program corrected the poses, they do. Of a path that
+/// comes back to too few places, poses that repeat the log's lines of odometry are the wheels'.
 pub fn log_holds_wheels(
     recorded: &[RecordedScan],
     scan: &dyn Fn(usize) -> Rc<PlanarScan>,
@@ -121,11 +123,39 @@ pub fn log_holds_wheels(
     let is_one_log = recorded.iter().enumerate().all(|(number, scan)| scan.index == number);
     let poses: Option<Vec<Pose2>> = recorded.iter().map(|scan| Some(scan.odometry? * scan.T_robot_laser)).collect();
     let Some(poses) = poses.filter(|_| is_one_log) else { return (false, None) };
-    if recorded.iter().all(|scan| scan.has_wheel_odometry) {
+    let are_all = |origin| recorded.iter().all(|scan| scan.odometry_origin == origin);
+    if are_all(OdometryOrigin::Wheels) {
         let note = "The wheels' odometry in the log is used; odometry=none leaves it out.";
         return (true, Some(note.to_owned()));
     }
-    let revisits = revisits(&poses);
+    let (num_fitting, num_tried) = fitting_revisits(&poses, scan, options);
+    let is_told = num_tried >= LOOPS.1;
+    if !is_told && !are_all(OdometryOrigin::RepeatsWheels) {
+        let way: f64 = poses.windows(2).map(|pair| (pair[0].inverse() * pair[1]).translation_norm()).sum();
+        let note = "The log has poses, and whether they are the wheels' own cannot be told: they come back to too few places. \
+                    They are not used; odometry=log uses them.";
+        return (false, (way > LOOP_LENGTH).then(|| note.to_owned()));
+    }
+    let seen = format!("they fit the scans in {num_fitting} of {num_tried} places where they come back");
+    let reason = if is_told { seen } else { "they are those of its lines of odometry".to_owned() };
+    let are_wheels = !is_told || 2 * num_fitting < num_tried;
+    let note = if are_wheels {
+        format!(
+            "The poses in the log are the wheels' own ({reason}) and are used as odometry; odometry=none leaves them out."
+        )
+    } else {
+        format!("The poses in the log were corrected by a program ({reason}) and are not used; odometry=log uses them.")
+    };
+    (are_wheels, Some(note))
+}
+
+/// In how many of the places that these poses come back to the scans fit each other, and how many were tried.
+fn fitting_revisits(
+    poses: &[Pose2],
+    scan: &dyn Fn(usize) -> Rc<PlanarScan>,
+    options: &PlanarOptions,
+) -> (usize, usize) {
+    let revisits = revisits(poses);
     let stride = revisits.len().div_ceil(LOOPS.0).max(1);
     let (mut num_fitting, mut num_tried) = (0, 0);
     for (earlier, later) in revisits.into_iter().step_by(stride) {
@@ -143,22 +173,7 @@ pub fn log_holds_wheels(
                 && off.rotation_angle() < CORRECTED.1,
         );
     }
-    if num_tried < LOOPS.1 {
-        let way: f64 = poses.windows(2).map(|pair| (pair[0].inverse() * pair[1]).translation_norm()).sum();
-        let note = "The log has poses, and whether they are the wheels' own cannot be told: they come back to too few places. \
-                    They are not used; odometry=log uses them.";
-        return (false, (way > LOOP_LENGTH).then(|| note.to_owned()));
-    }
-    let are_wheels = 2 * num_fitting < num_tried;
-    let seen = format!("they fit the scans in {num_fitting} of {num_tried} places where they come back");
-    let note = if are_wheels {
-        format!(
-            "The poses in the log are the wheels' own ({seen}) and are used as odometry; odometry=none leaves them out."
-        )
-    } else {
-        format!("The poses in the log were corrected by a program ({seen}) and are not used; odometry=log uses them.")
-    };
-    (are_wheels, Some(note))
+    (num_fitting, num_tried)
 }
 
 /// Pairs of frames that these poses put at one place after a long way, at most one for every step of a metre.

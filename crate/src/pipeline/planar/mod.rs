@@ -3,6 +3,7 @@
 mod joint;
 mod keyframe_graph;
 mod measured_motion;
+mod odometry_agreement;
 mod run;
 mod scan_to_map;
 mod wheel_calibration;

@@ -8,7 +8,7 @@ use super::joint::{Joint, POINTS_A_STEP};
 use super::keyframe_graph::{KeyframeGraph, LONG_SEQUENCE};
 use super::measured_motion;
 use super::scan_to_map::ScanToMap;
-use super::wheel_calibration;
+use super::{odometry_agreement, wheel_calibration};
 use crate::evaluation::sharpness::{Sharpness, SharpnessMeter};
 use crate::geometry::Pose2;
 use crate::graph::loops::planar::Uncertainty;
@@ -174,8 +174,9 @@ impl Run {
             return;
         }
         self.motions = wheel_calibration::calibrated(&self.motions, &self.estimates);
-        wheel_calibration::doubt_where_parted(&mut self.motions, &mut self.estimates);
-        self.graph = Some(KeyframeGraph::new(&self.estimates, &self.scans, &self.poses, &self.motions, self.without));
+        let mut motions = self.motions.clone();
+        wheel_calibration::doubt_where_parted(&mut motions, &mut self.estimates);
+        self.graph = Some(KeyframeGraph::new(&self.estimates, &self.scans, &self.poses, &motions, self.without));
         self.stage = Stage::Loops;
         if num_placed < LONG_SEQUENCE {
             self.end_loops();
@@ -213,6 +214,7 @@ impl Run {
             graph.place(joint.registration.poses(), &mut self.poses);
         }
         if joint.registration.is_done(&options) {
+            odometry_agreement::doubt_contradicted(&self.motions, &self.poses, &mut self.estimates);
             self.stage = Stage::Evaluate;
         }
     }

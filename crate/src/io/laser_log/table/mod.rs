@@ -5,7 +5,7 @@
 //! `ranges=25:706,unit=mm,start=-120deg,step=0.3516deg,time=1:us,odometry=2:3:4`. What such a text leaves out is guessed.
 
 use super::fields::tolerate;
-use super::{Bearings, LaserLog, LaserScan, MAX_BEAMS, pose};
+use super::{Bearings, LaserLog, LaserScan, MAX_BEAMS, OdometryOrigin, pose};
 use crate::geometry::Pose2;
 use crate::{Error, Result};
 
@@ -241,7 +241,8 @@ fn read_rows(table: &Table, format: &TableFormat) -> Result<LaserLog> {
         }
     };
     let T_robot_laser = Pose2::new(nalgebra::Vector2::new(format.ahead, 0.0), 0.0);
-    Ok(LaserLog { scans, T_robot_laser, has_wheel_odometry: format.has_wheels, losses, notes: Vec::new() })
+    let odometry_origin = if format.has_wheels { OdometryOrigin::Wheels } else { OdometryOrigin::Unknown };
+    Ok(LaserLog { scans, T_robot_laser, odometry_origin, losses, notes: Vec::new() })
 }
 
 fn no_number(line: usize) -> Error {
