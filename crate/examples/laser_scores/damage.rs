@@ -19,6 +19,8 @@ pub struct Input {
 pub const ALL: &[&str] = &[
     "scaled_up",
     "scaled_down",
+    "scaled_twice",
+    "scaled_half",
     "degrees",
     "gaps",
     "clock",
@@ -82,6 +84,12 @@ impl Input {
             }
             "scaled_down" => {
                 self.change_odometry(|_, pose| Pose2::new(pose.translation.vector * 0.01, pose.rotation.angle()));
+            }
+            "scaled_twice" => {
+                self.change_odometry(|_, pose| Pose2::new(pose.translation.vector * 2.0, pose.rotation.angle()));
+            }
+            "scaled_half" => {
+                self.change_odometry(|_, pose| Pose2::new(pose.translation.vector * 0.5, pose.rotation.angle()));
             }
             "degrees" => self.in_degrees = true,
             "jumps" => {

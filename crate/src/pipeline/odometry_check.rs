@@ -36,6 +36,17 @@ const MIN_STEP: f64 = 0.02;
 /// Odometry has to make this much more agree than no motion at all: that of another log gains 0.06 at the most on six logs
 /// of buildings, their own 0.4 and more.
 const MIN_MOTION_GAIN: f64 = 0.1;
+/// What other positions are tried: metres to one of their units, and what to call them.
+const POSITION_UNITS: [(f64, &str); 8] = [
+    (0.01, "centimetres"),
+    (0.001, "millimetres"),
+    (1000.0, "kilometres"),
+    (0.1, "about ten times too large"),
+    (10.0, "about a tenth of metres"),
+    (100.0, "about a hundredth of metres"),
+    (0.5, "about twice too large"),
+    (2.0, "about half of metres"),
+];
 /// Offsets of the clock that are tried (s), and in which steps: a robot's turn lasts longer than one.
 const MAX_CLOCK_OFFSET: f64 = 30.0;
 const CLOCK_STEP: f64 = 0.25;
@@ -237,20 +248,20 @@ impl Evidence {
     }
 
     fn other_units(&self, scans: &[RecordedScan], given: &Trajectory) -> Vec<Reading> {
-        let reading = |(in_degrees, scale): (bool, f64)| {
+        let reading = |in_degrees: bool, (scale, positions): (f64, &str)| {
             let (poses, _) = match_odometry(scans, &in_other_units(given, in_degrees, scale)?);
-            let unit = if scale == 0.01 { "centimetres" } else { "millimetres" };
             let (problem, remedy) = match (in_degrees, scale == 1.0) {
                 (true, true) => ("Its headings are degrees".to_owned(), "Give them in radians"),
                 (true, false) => {
-                    (format!("Its headings are degrees and its positions {unit}"), "Give radians and metres")
+                    (format!("Its headings are degrees and its positions {positions}"), "Give radians and metres")
                 }
-                _ => (format!("Its positions are {unit}"), "Give them in metres"),
+                _ => (format!("Its positions are {positions}"), "Give them in metres"),
             };
             Some(Reading { agreement: self.agreement(scans, |scan| poses[scan]), problem, remedy: remedy.to_owned() })
         };
-        let units = [(true, 1.0), (false, 0.01), (true, 0.01), (false, 0.001), (true, 0.001)];
-        units.into_iter().filter_map(reading).collect()
+        let metres = reading(true, (1.0, "metres"));
+        let readings = POSITION_UNITS.iter().flat_map(|&unit| [reading(false, unit), reading(true, unit)]);
+        std::iter::once(metres).chain(readings).flatten().collect()
     }
 
     /// The offset of the clock that makes most agree, where it is one.
