@@ -1,5 +1,6 @@
 // @ts-check
 /** Files named on the command line, read from the disk. */
+import { append } from '../append.js';
 import { readdirSync, realpathSync, statSync } from 'node:fs';
 import { basename, join, normalize, resolve } from 'node:path';
 import { isBagName, isOfBag } from '../bag/names.js';
@@ -153,8 +154,8 @@ async function findFiles(paths, complain) {
         const handle = await openFile(path);
         handles.push(handle);
         const archive = await openAnyArchive(basename(path), bytesOfFile(handle, (await handle.stat()).size));
-        notes.push(...archive.notes);
-        found.push(...filesInArchive(archive).map(packed));
+        append(notes, archive.notes);
+        append(found, filesInArchive(archive).map(packed));
       } else {
         found.push({ ...sourceOnDisk(path, basename(path)), isNamed: true });
       }
