@@ -424,7 +424,7 @@ async function nothing(notes, files, read) {
     ),
     ...unused(
       [...numbers],
-      'numbers without a scan, as of a trajectory; trajectories are compared by scanstitch evaluate, on the page under Evaluate',
+      'numbers without a scan, as of a trajectory; trajectories are compared by scanstitch evaluate, on the page under Evaluate; of points x y or x y z, give two files or more',
     ),
     ...unused(
       others.filter((file) => !numbers.has(file) && !graphs.includes(file) && !columns.includes(file)),

@@ -90,6 +90,8 @@ function native(target, seconds) {
     {
       cwd: folder,
       stdio: 'inherit',
+      // The trace of a panic takes more memory at once than the limit allows, and would be told as that.
+      env: { ...process.env, RUST_BACKTRACE: '0' },
     },
   );
   return status === 0;

@@ -1,13 +1,21 @@
 // @ts-check
 /**
  * What each recording is read as: `node scripts/recordings.mjs PATH...` prints a row for each file or folder, with what was said
- * of it, as a table in Markdown.
+ * of it, as a table in Markdown; without a path, for every folder of ../shared/data and every file in it, but for the images of
+ * series.
  */
+import { readdirSync } from 'node:fs';
+import { basename, join } from 'node:path';
 import { pathToFileURL } from 'node:url';
 import { gather } from '../npm/cli/inputs.js';
 import * as engine from '../npm/index.js';
 import { understand } from '../npm/recording.js';
 import { HEAD_BYTES } from '../npm/recording/heads.js';
+import { ROOT } from './steps.mjs';
+
+const DATA = join(ROOT, '..', 'shared', 'data');
+/** So many files that end alike are a series. */
+const MIN_SERIES = 20;
 
 /**
  * What a file or folder is read as, and its number of frames; `complaints` are of what could not be opened.
@@ -23,7 +31,14 @@ export async function readAs(path) {
       inputs.sources.get(file)?.readHead(length) ?? new Uint8Array();
     const { kind, depth_frames, clouds, scans, notes } = await understand([...inputs.sources.values()], head);
     let frames = depth_frames.length + clouds.length;
-    for (const file of scans) frames += scansIn(file, await read(file));
+    for (const file of scans) {
+      const bytes = await read(file);
+      try {
+        frames += scansIn(basename(file), bytes);
+      } catch (error) {
+        complaints.push(String(/** @type {Error} */ (error).message));
+      }
+    }
     return { kind, frames, notes: [...inputs.notes, ...notes], complaints };
   } finally {
     await inputs.close();
@@ -42,10 +57,25 @@ function scansIn(name, bytes) {
   }
 }
 
+/** A folder, what lies in it that is no image of a series, and the folders in it. @param {string} folder @returns {string[]} */
+function pathsUnder(folder) {
+  const entries = readdirSync(folder, { withFileTypes: true }).sort((a, b) => (a.name < b.name ? -1 : 1));
+  const files = entries.filter((entry) => entry.isFile()).map(({ name }) => name);
+  const endingOf = (/** @type {string} */ name) => name.slice(name.lastIndexOf('.'));
+  const isAlone = (/** @type {string} */ name) =>
+    files.filter((other) => endingOf(other) === endingOf(name)).length < MIN_SERIES;
+  const folders = entries.filter((entry) => entry.isDirectory()).map(({ name }) => join(folder, name));
+  return [
+    ...(files.length > 0 ? [folder, ...files.filter(isAlone).map((name) => join(folder, name))] : []),
+    ...folders.flatMap(pathsUnder),
+  ];
+}
+
 if (import.meta.url === pathToFileURL(process.argv[1] ?? '').href) {
   await engine.load();
   console.log('| recording | read as | frames | said |\n|---|---|---|---|');
-  for (const path of process.argv.slice(2)) {
+  const given = process.argv.slice(2);
+  for (const path of given.length > 0 ? given : pathsUnder(DATA)) {
     const { kind, frames, notes, complaints } = await readAs(path).catch((error) => ({
       ...{ kind: 'nothing', frames: 0, notes: [] },
       complaints: [String(error.message ?? error)],

@@ -42,6 +42,27 @@ fn the_log_of_cmus_course_is_read_in_centimetres_with_its_laser_ahead() {
 }
 
 #[test]
+fn readings_below_nothing_are_none_in_any_log() {
+    let cmu = "L 10 2 0 30 0 0 300 -100 300 0.1\n".repeat(4);
+    let csm =
+        r#"{"nrays":3,"min_theta":-1,"max_theta":1,"min_range":-5,"readings":[3,-1,3],"theta":[-1,0,1]}"#.to_owned();
+    let echo =
+        "%time,field.angle_min,field.angle_increment,field.range_min,field.range_max,field.ranges0,field.ranges1,\
+                field.ranges2\n1,-1,1,-5,9,3,-1,3\n"
+            .to_owned();
+    for text in [cmu, csm, echo] {
+        for scan in read(text.as_bytes()).unwrap().scans {
+            assert_eq!(
+                scan.ranges.iter().map(|range| range.is_nan()).collect::<Vec<_>>(),
+                [false, true, false],
+                "{text}"
+            );
+            assert_eq!(scan.points().len(), 2);
+        }
+    }
+}
+
+#[test]
 fn breezyslams_log_is_read_with_its_ticks_as_odometry() {
     let Some((_, log)) = text_log("breezyslam_exp1.dat") else { return };
     assert_eq!(log.scans.len(), 756);
@@ -514,7 +535,7 @@ fn a_sensor_that_sweeps_to_and_fro_makes_a_scan_of_each_sweep() {
     }
     // A laser that turns on and jitters a little is none of it.
     let jitter = |at: usize| 3.0 * (at % 90) as f64 + if at.is_multiple_of(7) { -3.5 } else { 0.0 };
-    let turning: String = (0..270).map(|at| format!("{} {}\n", jitter(at), 1500 + at)).collect();
+    let turning = (0..270).fold(String::new(), |text, at| text + &format!("{} {}\n", jitter(at), 1500 + at));
     let scans = read_given(turning.as_bytes(), "range=2,angle=1:deg,unit=mm").unwrap().scans;
     assert_eq!(scans.iter().map(|scan| scan.ranges.len()).collect::<Vec<_>>(), [90; 3]);
 }
@@ -536,6 +557,23 @@ fn the_bearing_is_the_angle_that_changes_with_every_reading() {
         assert_eq!(TableFormat::guess(text.as_bytes()).unwrap().format.to_string(), expected);
         assert_eq!(read(text.as_bytes()).unwrap().scans.len(), 4, "{head}");
     }
+}
+
+#[test]
+fn names_may_stand_in_a_comment() {
+    let readings = (0..360).fold(String::new(), |text, beam| text + &format!("{beam}.0000\t{}.00\t47\n", 1500 + beam));
+    let grabbed = format!("#RPLIDAR SCAN DATA\n#COUNT=360\n#Angule\tDistance\tQuality\n{readings}");
+    assert!(is_laser_log(grabbed.as_bytes()));
+    let log = read(grabbed.as_bytes()).unwrap();
+    assert_eq!((log.scans.len(), log.scans[0].ranges.len(), log.scans[0].ranges[10]), (1, 360, 1.51));
+    assert!((log.scans[0].bearings.of(90) + std::f64::consts::FRAC_PI_2).abs() < 1e-9, "it turns clockwise");
+    let row = |scan: usize| format!("0.{scan} 0.1 0.2 0.{scan} {}\n", "2.5 ".repeat(181));
+    let names: Vec<String> = (0..181).map(|beam| format!("r{beam}")).collect();
+    let saved = format!("# t x y theta {}\n{}{}{}", names.join(" "), row(1), row(2), row(3));
+    assert_eq!(
+        TableFormat::guess(saved.as_bytes()).unwrap().format.to_string(),
+        "ranges=5:185,unit=m,start=-90.0000deg,step=1.0000deg,time=1:s,poses=2:3:4"
+    );
 }
 
 #[test]

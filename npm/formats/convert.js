@@ -11,6 +11,7 @@ import { HEAD_BYTES } from '../recording/heads.js';
 import { isCloudName, isImageName } from '../recording/kinds.js';
 import { isLaserLog, isTable } from '../recording/laser_logs.js';
 import { isBagName } from '../bag/names.js';
+import { knownCamera } from './known_cameras.js';
 
 /** @typedef {import('../recording/contents.js').Content} Content */
 /** @typedef {import('../recording.js').Note} Note */
@@ -73,7 +74,30 @@ export async function convertFiles(given, wrap) {
       notes.push(lost(file.path, `not used: ${reason.charAt(0).toLowerCase()}${reason.slice(1)}`));
     }
   }
-  return { files: await withVelodynePoses(converted, wrap, notes), notes };
+  return { files: withKnownCamera(await withVelodynePoses(converted, wrap, notes), wrap, notes), notes };
+}
+
+/**
+ * @template {Content} T
+ * @param {T[]} files
+ * @param {(content: Content, of: T) => T} wrap
+ * @param {Note[]} notes
+ * @returns {T[]}
+ */
+function withKnownCamera(files, wrap, notes) {
+  const known = knownCamera(files);
+  const beside = files.find(({ path }) => path === known?.at);
+  if (!known || !beside) return files;
+  const bytes = new TextEncoder().encode(known.text);
+  const path = [folderOf(beside.path), 'camera.yaml'].filter(Boolean).join('/');
+  notes.push({ file: beside.path, reason: known.reason });
+  return [
+    ...files,
+    wrap(
+      madeOf(beside, async () => bytes, { path, size: bytes.length }),
+      beside,
+    ),
+  ];
 }
 
 /**

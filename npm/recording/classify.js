@@ -93,10 +93,10 @@ export function looksLikeNumbers(head) {
   // A table may begin with the names of its columns.
   return spoken.slice(0, 3).some(isNumeric) && spoken.slice(1, 4).every(isNumeric);
 }
-/** Whether a text is a number a line, as many as a scan has. @param {Uint8Array} head */
+/** Whether a text is a number a line, as many as a scan has, that do not ascend as times do. @param {Uint8Array} head */
 export function isColumn(head) {
   const lines = new TextDecoder('latin1').decode(head).trim().split(/\r?\n/).slice(0, -1); // prettier-ignore
-  return (
-    lines.length >= MIN_RANGES && lines.slice(1).every((line) => line.trim() !== '' && Number.isFinite(Number(line)))
-  );
+  const numbers = lines.slice(1).map((line) => (line.trim() === '' ? Number.NaN : Number(line)));
+  const isTimes = numbers.every((number, at) => at === 0 || number > (numbers[at - 1] ?? 0));
+  return lines.length >= MIN_RANGES && !isTimes && numbers.every(Number.isFinite);
 }

@@ -106,8 +106,7 @@ export function readPlyExtent(head) {
   const elements = header.split(/^element /m).slice(1);
   const place = elements.findIndex((element) => element.startsWith('vertex'));
   const before = elements.slice(0, Math.max(place, 0)).map(propertiesOf);
-  const hasLists = before.some(({ properties }) => properties.some(({ type }) => type === 'list'));
-  if (place < 0 || (hasLists && format !== 'ascii')) return 'unknown';
+  if (place < 0) return 'unknown';
   const { count, properties } = propertiesOf(elements[place] ?? '');
   const z = properties.findIndex(({ name }) => name === 'z');
   if (z < 0) return properties.some(({ name }) => name === 'x') ? 'plane' : 'unknown';
@@ -116,7 +115,7 @@ export function readPlyExtent(head) {
     format === 'ascii'
       ? asciiColumn(body, z, count, sum(before.map((element) => element.count)))
       : binaryColumn(
-          body.subarray(sum(before.map((element) => element.count * strideOf(element.properties)))),
+          behind(body, before, format.endsWith('little_endian')),
           properties,
           z,
           count,
@@ -127,15 +126,44 @@ export function readPlyExtent(head) {
   return finite.every((height) => Math.abs(height) <= MAX_OFF_PLANE) ? 'plane' : 'space';
 }
 
-/** @typedef {{ type: string, name: string }[]} Properties */
+/** @typedef {{ type: string, name: string, list: string[] }[]} Properties list: the types of a list's count and of its items */
 
 /** @param {string} element of a header, from its name on @returns {{ count: number, properties: Properties }} */
 function propertiesOf(element) {
-  const properties = [...element.matchAll(/^property (\w+) (\w+)/gm)];
+  const properties = [...element.matchAll(/^property (?:list (\w+) (\w+)|(\w+)) (\w+)/gm)];
   return {
     count: Number(element.match(/^\w+ (\d+)/)?.[1]),
-    properties: properties.map(([, type = '', name = '']) => ({ type, name })),
+    properties: properties.map(([, count = '', item = '', type = 'list', name = '']) => {
+      return { type, name, list: type === 'list' ? [count, item] : [] };
+    }),
   };
+}
+
+/**
+ * What comes behind these elements of a binary body; nothing where that is further than is known.
+ * @param {Uint8Array} body @param {{ count: number, properties: Properties }[]} elements @param {boolean} littleEndian
+ */
+function behind(body, elements, littleEndian) {
+  const view = new DataView(body.buffer, body.byteOffset, body.byteLength);
+  let at = 0;
+  for (const { count, properties } of elements) {
+    if (properties.every(({ type }) => type !== 'list')) {
+      at += count * strideOf(properties);
+      continue;
+    }
+    // Each row has a length of its own.
+    for (let row = 0; row < count && at < body.length; row += 1) {
+      for (const { type, list } of properties) {
+        const [size = 0, read] = lookUp(PLY_TYPES, type === 'list' ? (list[0] ?? '') : type) ?? [];
+        if (size === 0 || read === undefined || at + size > body.length) return new Uint8Array();
+        const number = Number(view[/** @type {'getFloat32'} */ (read)](at, littleEndian));
+        const items = type === 'list' ? number * (lookUp(PLY_TYPES, list[1] ?? '')?.[0] ?? Number.NaN) : 0;
+        if (!(items >= 0)) return new Uint8Array();
+        at += size + items;
+      }
+    }
+  }
+  return body.subarray(at);
 }
 
 /** @param {number[]} numbers */

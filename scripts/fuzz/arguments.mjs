@@ -1,5 +1,6 @@
 // @ts-check
 /** Arguments of any kind: every command either works or says in words what is wrong with them. */
+import { existsSync } from 'node:fs';
 import { convert } from '../../npm/cli/convert.js';
 import { evaluate } from '../../npm/cli/evaluate.js';
 import { CommandError } from '../../npm/cli/command.js';
@@ -73,7 +74,10 @@ export async function commandLine(random) {
   const command = random.one(COMMANDS);
   const args = Array.from({ length: random.below(8) }, () =>
     random.below(6) === 0 ? random.text(WORDS, 3) : random.one(WORDS),
-  ).flatMap((word) => (['-', '--out', '--to'].includes(word) ? [] : [word.replaceAll('\0', '')]));
+  )
+    .flatMap((word) => (['-', '--out', '--to'].includes(word) ? [] : [word.replaceAll('\0', '')]))
+    // The root of the disk and what else is there have nothing to do with what is tried.
+    .filter((word) => word.trim() === '' || !existsSync(word));
   const { stdout, stderr } = process;
   const [out, err] = [stdout.write, stderr.write];
   stdout.write = stderr.write = () => true;

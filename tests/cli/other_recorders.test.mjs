@@ -257,3 +257,23 @@ test('depth images as text, and raw values of a Kinect', async () => {
   assert.equal(kind, 'nothing');
   assert.match(told.map(({ reason }) => reason).join(), /a Kinect's raw values \(NYU\).*351\.3/);
 });
+
+test('the cameras of published data sets are told by the names of their folders and paths', async () => {
+  const text = (/** @type {string} */ path) => fileInMemory(path, encode('# time x y z qx qy qz qw\n'));
+  for (const [paths, fx] of /** @type {const} */ ([
+    [['a/rgbd_dataset_freiburg1_xyz/groundtruth.txt', 'a/rgbd_dataset_freiburg1_xyz/rgb.txt'], 517.3],
+    [['rgbd_dataset_freiburg3_long_office_household/depth.txt'], 535.4],
+    [['rgbd_bonn_balloon/groundtruth.txt'], 542.8],
+    [['living_room/livingRoom2n.gt.freiburg', 'living_room/associations.txt'], 481.2],
+    [['traj0.gt.freiburg'], 481.2],
+  ])) {
+    const { files, notes } = await convertFiles(paths.map(text), (made) => made);
+    const made = files.find(({ path }) => path.endsWith('camera.yaml'));
+    const { camera } = cameraFor('camera.yaml', (await made?.read()) ?? new Uint8Array(), { width: 640, height: 480 });
+    assert.deepEqual([camera.fx, camera.depth_scale, notes.length], [fx, 5000, 1], paths[0]);
+  }
+  for (const paths of [['freiburg/groundtruth.txt'], ['rgbd_bonn_balloon/depth.txt', 'rgbd_bonn_balloon/camera.txt']]) {
+    const { files, notes } = await convertFiles(paths.map(text), (made) => made);
+    assert.deepEqual([files.length, notes], [paths.length, []]);
+  }
+});

@@ -2,7 +2,8 @@
 /** What a single file is, by its name and its first bytes. */
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { classify } from '../../npm/recording/classify.js';
+import { understand } from '../../npm/recording.js';
+import { classify, isColumn } from '../../npm/recording/classify.js';
 import { readImage, readNpyShape, readPlyExtent } from '../../npm/recording/heads.js';
 import { DEPTH16, encode, npy, PALETTE, PGM, SPACE } from './recording_files.mjs';
 import { asciiPly } from './support.mjs';
@@ -40,4 +41,39 @@ test('heads: images, arrays, clouds', () => {
     body.setFloat64(16, z);
     assert.equal(readPlyExtent(Uint8Array.of(...header, ...new Uint8Array(body.buffer))), extent);
   }
+});
+
+test('a binary cloud whose faces come first is looked into behind them', () => {
+  const header = (/** @type {string} */ format) =>
+    `ply\nformat ${format} 1.0\nelement face 2\nproperty list uchar int vertex_indices\nproperty uchar kind\nelement vertex 2\nproperty float x\nproperty float y\nproperty float z\nend_header\n`;
+  for (const [z, extent] of /** @type {const} */ ([
+    [0, 'plane'],
+    [0.25, 'space'],
+  ])) {
+    for (const littleEndian of [true, false]) {
+      const body = new DataView(new ArrayBuffer(1 + 12 + 1 + (1 + 16 + 1) + 24));
+      body.setUint8(0, 3);
+      body.setUint8(14, 4);
+      body.setFloat32(32 + 8, z, littleEndian);
+      const head = encode(header(`binary_${littleEndian ? 'little' : 'big'}_endian`));
+      assert.equal(readPlyExtent(Uint8Array.of(...head, ...new Uint8Array(body.buffer))), extent);
+      assert.equal(readPlyExtent(Uint8Array.of(...head, ...new Uint8Array(body.buffer, 0, 20))), 'unknown');
+    }
+  }
+});
+
+test('graphs of poses and columns of numbers are named as such', async () => {
+  const edges = 'EDGE2 0 9 1 0 0.5 100 0 100 400 0 0\n'.repeat(30);
+  assert.match(JSON.stringify(classify('a.places.txt', encode(edges))), /relations between poses, without scans/);
+  assert.equal(classify('a.log', encode(`VERTEX2 0 1 2 3\nROBOTLASER1 0 1\n${edges}`)).role, 'scan');
+  const column = Array.from({ length: 50 }, (_, at) => `${2 + Math.sin(at)}\n`).join('');
+  const times = Array.from({ length: 50 }, (_, at) => `${100 + at}.5\n`).join('');
+  assert.deepEqual(
+    [column, times, '1\n2\n'].map((text) => isColumn(encode(text))),
+    [true, false, false],
+  );
+  assert.equal(classify('scan_0.txt', encode(column), true).role, 'scan');
+  const { kind, notes } = await understand([{ path: 'scan_0.txt', size: column.length }], async () => encode(column));
+  assert.equal(kind, 'nothing');
+  assert.match(notes[0]?.reason ?? '', /--table range=1,start=-135deg,step=0\.5deg/);
 });

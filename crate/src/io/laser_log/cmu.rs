@@ -69,7 +69,9 @@ fn scan(fields: &mut Fields<'_>, number: usize) -> Result<(LaserScan, Pose2)> {
         let problem = format!("After the poses there are {num_readings} readings");
         return Err(fields.fault(problem, "The line may be cut off: complete it or remove it"));
     }
-    let ranges = (0..num_readings).map(|_| Ok((CENTIMETRE * fields.number("a reading")?) as f32));
+    // Less than nothing is no range: its point would lie behind the laser.
+    let range = |reading: f64| if reading >= 0.0 { (CENTIMETRE * reading) as f32 } else { f32::NAN };
+    let ranges = (0..num_readings).map(|_| fields.number("a reading").map(range));
     let ranges = ranges.collect::<Result<Vec<f32>>>()?;
     let time = fields.number("the time")?;
     let scan = LaserScan {

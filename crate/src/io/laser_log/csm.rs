@@ -160,7 +160,7 @@ fn scan(raw: RawScan, number: usize, line: usize) -> Result<LaserScan> {
         let listed = raw.valid.as_ref().and_then(|valid| valid.get(beam)).copied().flatten();
         listed.is_none_or(|valid| valid != 0.0) && bearings.of(beam).is_finite()
     };
-    let least = raw.min_range.unwrap_or(0.0);
+    let least = raw.min_range.unwrap_or(0.0).max(0.0);
     let reading = |(beam, &reading): (usize, &Option<f64>)| {
         reading.filter(|&range| range >= least && is_valid(beam)).map_or(f32::NAN, |range| range as f32)
     };

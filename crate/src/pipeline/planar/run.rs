@@ -213,9 +213,10 @@ impl Run {
 
     /// Doubts every frame of a map that is the mirror image of what the odometry tells: one of the two is wrong.
     fn doubt_mirrored(&mut self) {
-        let Some(reason) = &self.mirrored else { return };
-        let reason = format!("the map may be mirrored: {}", reason.trim_end_matches('.'));
-        self.estimates.iter_mut().for_each(|estimate| estimate.assessment.doubt(&reason));
+        if self.mirrored.is_some() {
+            let reason = "the map may be mirrored: the odometry tells the mirror image of its motion";
+            self.estimates.iter_mut().for_each(|estimate| estimate.assessment.doubt(reason));
+        }
     }
 
     fn advance_joint(&mut self, settings: &Settings) {

@@ -141,8 +141,9 @@ fn guess_readings(table: &Table, angle: usize, range: usize) -> Guess {
     let rows = &table.rows;
     let most = rows.iter().filter_map(|row| row.values.get(angle)).fold(0.0, |most: f64, angle| most.max(angle.abs()));
     let unit = if most > MAX_RADIANS { 1f64.to_radians() } else { 1.0 };
-    // What the SDK of RPLIDARs prints: they turn clockwise.
-    let unit = if table.names == ["theta", "dist", "q"] { -unit } else { unit };
+    // What the SDK of RPLIDARs prints, and what its frame grabber writes, with its spelling: they turn clockwise.
+    let is_rplidar = table.names == ["theta", "dist", "q"] || table.names == ["angule", "distance", "quality"];
+    let unit = if is_rplidar { -unit } else { unit };
     let layout = Layout::ReadingPerLine { range, angle: Some(AngleColumn { column: angle, unit }) };
     let format = TableFormat::of(layout, 0.0, 0.0);
     Guess { format: with_columns_beside(table, &format, [angle, range], range), doubt: None }

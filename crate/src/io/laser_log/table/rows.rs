@@ -43,12 +43,14 @@ impl Table {
     pub fn read(text: &[u8], most: usize) -> Self {
         let separators = Separators::of(text);
         let mut table = Self::default();
-        let mut first_words = Vec::new();
+        let (mut first_words, mut commented) = (Vec::new(), Vec::new());
         for (line, text) in lines(text) {
             if is_comment(text) || text.starts_with(b"%") || text.starts_with(b"//") {
                 let words = text.trim_ascii_start().strip_prefix(b"#").unwrap_or_default().trim_ascii();
                 if let Some(format) = words.strip_prefix(FORMAT_COMMENT) {
                     table.format = Some(String::from_utf8_lossy(format.trim_ascii()).into_owned());
+                } else if table.rows.is_empty() {
+                    commented = separators.names(words);
                 }
                 continue;
             }
@@ -71,6 +73,10 @@ impl Table {
             if table.rows.len() >= most {
                 break;
             }
+        }
+        // As numpy.savetxt and the SDK of RPLIDARs write them.
+        if table.names.is_empty() && commented.len() == table.width() {
+            table.names = commented;
         }
         table.take_counted_names(first_words);
         table
