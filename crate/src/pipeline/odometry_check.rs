@@ -128,7 +128,7 @@ fn has_numbers_of(scans: &[RecordedScan], given: &Trajectory) -> bool {
     }
 }
 
-/// What is the matter with odometry that names none of the scans.
+/// Why odometry names none of the scans, and the remedy.
 fn no_scan(scans: &[RecordedScan], given: &Trajectory) -> (String, String) {
     let times: Vec<f64> = scans.iter().filter_map(|scan| scan.time).collect();
     let remedy =
