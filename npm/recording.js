@@ -4,6 +4,7 @@
  * which files give the ground truth and the camera. One understanding for the page and the command line. Only names,
  * sizes and the beginnings of files are looked at; nothing is kept.
  */
+import { append } from './append.js';
 import { lost } from './errors.js';
 import { timesOfClouds } from './formats/kitti.js';
 import { compareNaturally } from './natural_order.js';
@@ -139,7 +140,10 @@ async function givenRecording(given, files, read) {
     notes.push({ file: root, reason });
   }
   if (kind === 'nothing') {
-    notes.push(...others.flatMap((recording) => recording.notes));
+    append(
+      notes,
+      others.flatMap((recording) => recording.notes),
+    );
     notes.push({ file: root, reason: 'no topic of this bag can be used as depth images, clouds or laser scans' });
   }
   return {

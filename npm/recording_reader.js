@@ -3,6 +3,7 @@
  * `scanstitch/recording`: what a folder, an archive or a bag holds, as the page and the command line understand it. Types and
  * documentation are in `recording_reader.d.ts`.
  */
+import { append } from './append.js';
 import { bytesOfBlob } from './archive.js';
 import { isBagName, isOfBag } from './bag/names.js';
 import { convertFiles } from './formats/convert.js';
@@ -24,7 +25,7 @@ export async function readRecording(given, { topics = {} } = {}) {
   const opened = await Promise.all(named.map((file) => openFile(file, notes)));
   const unpacked = await withBags(opened.flat(), topics, notes);
   const { files, notes: told } = await convertFiles(unpacked, (content) => content);
-  notes.push(...told);
+  append(notes, told);
   const byPath = new Map(files.map((file) => [file.path, file]));
   const readHead = async (/** @type {string} */ path, /** @type {number} */ length) =>
     (await byPath.get(path)?.readHead(length)) ?? new Uint8Array();
@@ -48,7 +49,7 @@ export async function readRecording(given, { topics = {} } = {}) {
 async function openFile({ path, blob }, notes) {
   if (isArchiveName(path)) {
     const archive = await openAnyArchive(path, bytesOfBlob(blob));
-    notes.push(...archive.notes);
+    append(notes, archive.notes);
     return filesInArchive(archive);
   }
   const read = async (/** @type {Blob} */ part) => new Uint8Array(await part.arrayBuffer());
@@ -71,6 +72,6 @@ async function withBags(files, topics, notes) {
       source: async () => bytesOfBlob(blob ?? new Blob([/** @type {BlobPart} */ (await read())])),
     }));
   const listed = await listBags(sources);
-  notes.push(...listed.notes);
+  append(notes, listed.notes);
   return [...files.filter(({ path }) => !isOfBag(path)), ...filesInBags(await recordingsOf(listed.bags, topics))];
 }

@@ -26,6 +26,8 @@ const SCRIPT_TARGETS = { page: 'fuzz_page.mjs' };
 const NATIVE_TARGETS = ['ply', 'pcd', 'images', 'trajectory', 'laser_log'];
 /** A single allocation of the native targets, for inputs of 4 KiB; a packed image may have as many pixels as a screen (MB). */
 const MOST_AT_ONCE = { others: 1, images: 64 };
+/** Of the processor, for an input of a few kilobytes, also while the machine is busy. */
+const MOST_SECONDS = 5;
 const FOUND = join(ROOT, 'target', 'fuzz');
 /** A child is given the target, the seconds and the seed by this. */
 const CHILD = 'SCANSTITCH_FUZZ';
@@ -39,10 +41,14 @@ async function fuzz(target, seconds, seed) {
   let [rounds, largest] = [0, 0];
   for (; performance.now() < end; rounds += 1) {
     const random = new Random(seed + rounds);
+    const before = process.cpuUsage();
     try {
       const { length } = await round(random);
       largest = Math.max(largest, length);
       memory.check(length, seed + rounds);
+      const { user, system } = process.cpuUsage(before);
+      const spent = 1e-6 * (user + system);
+      if (spent > MOST_SECONDS) throw new Error(`it took ${spent.toFixed(1)} s of the processor`);
     } catch (error) {
       mkdirSync(FOUND, { recursive: true });
       const kept = join(FOUND, `${target}-${seed + rounds}.txt`);

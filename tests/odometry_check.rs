@@ -8,8 +8,12 @@ use std::fs;
 
 use scanstitch::geometry::Pose2;
 use scanstitch::io::{laser_log, trajectory};
-use scanstitch::pipeline::odometry_check::{CheckedOdometry, check_odometry};
+use scanstitch::odometry::assessment::Status;
+use scanstitch::pipeline::odometry_check::{CheckedOdometry, check_odometry, mirror_of_log};
+use scanstitch::pipeline::planar::Reconstruction;
 use scanstitch::pipeline::recorded_scan::RecordedScan;
+use scanstitch::pipeline::report::Stage;
+use scanstitch::pipeline::settings::Settings;
 use scanstitch::preprocess::clean::range_limit;
 
 fn shared(path: &str) -> Option<Vec<u8>> {
@@ -109,6 +113,28 @@ fn units_are_told(name: &str, drive: &Drive) {
     }
 }
 
+/// The laser turns the other way than its readings were taken, or y was counted to the right.
+fn mirrors_are_told(name: &str, drive: &Drive) {
+    let drive_mirrored = Drive {
+        scans: drive.scans.clone(),
+        rows: drive.rows.iter().map(|&[number, x, y, heading]| [number, x, -y, -heading]).collect(),
+    };
+    let checked = check(&drive_mirrored, &rows(&drive_mirrored, 1.0, 1.0));
+    assert!(checked.mirrored.is_some(), "{name}: {:?}", checked.refusal);
+    assert!(checked.refusal.unwrap().contains("It is the mirror image of what the scans saw"), "{name}");
+
+    // The poses that stand in the log.
+    let mut scans = drive.scans.clone();
+    let limit = range_limit(scans.iter().map(|scan| scan.cloud.positions.as_slice())).unwrap_or(f64::INFINITY);
+    for (scan, &[_, x, y, heading]) in scans.iter_mut().zip(&drive.rows) {
+        scan.odometry = Some(Pose2::new([x, y].into(), heading));
+    }
+    assert_eq!(mirror_of_log(&scans, limit), None, "{name}");
+    scans.iter_mut().flat_map(|scan| &mut scan.cloud.positions).for_each(|p| p.y = -p.y);
+    let told = mirror_of_log(&scans, limit).unwrap_or_default();
+    assert!(told.contains("mirror image") && told.contains("turns clockwise"), "{name}: {told}");
+}
+
 fn clocks_are_told(name: &str, drive: &Drive) {
     let good = check(drive, &timed(drive, 0.0));
     assert_eq!((good.refusal, good.notes), (None, vec![]), "{name}");
@@ -134,6 +160,7 @@ fn odometry_of_real_logs_is_taken_and_what_is_wrong_with_it_told() {
     let drives = all();
     for (name, drive) in &drives {
         units_are_told(name, drive);
+        mirrors_are_told(name, drive);
         if *name == "aces" || *name == "fr079" {
             clocks_are_told(name, drive);
         }
@@ -146,8 +173,15 @@ fn odometry_of_real_logs_is_taken_and_what_is_wrong_with_it_told() {
     }
 }
 
-/// A robot that drives an oval in a hall with pillars, a scan each half second; 180 beams.
 fn made_up() -> Drive {
+    let (text, rows) = made_up_log(false);
+    let log = laser_log::read(text.as_bytes()).unwrap();
+    Drive { scans: RecordedScan::of_log(&log).collect(), rows }
+}
+
+/// A robot that drives an oval in a hall with pillars, a scan each half second; 180 beams, the last one first where it turns
+/// clockwise.
+fn made_up_log(is_clockwise: bool) -> (String, Vec<[f64; 4]>) {
     let walls = [[-6.0, -4.0, 9.0, -4.0], [9.0, -4.0, 9.0, 5.0], [9.0, 5.0, -6.0, 7.0], [-6.0, 7.0, -6.0, -4.0]];
     let pillars = [[0.0, 1.0, 1.0, 1.6], [1.0, 1.6, 0.4, 2.4], [3.0, -0.2, 3.8, 0.5], [-3.4, 2.0, -2.8, 1.2]];
     let range = |x: f64, y: f64, angle: f64| {
@@ -166,20 +200,37 @@ fn made_up() -> Drive {
         // Stands still for a while now and then, which gives the clock away.
         let t = f64::from(scan / 20 * 14 + (scan % 20).min(14)) * 0.09;
         let (x, y, heading) = (1.5 + 4.5 * t.cos(), 0.8 + 2.6 * t.sin(), t + 1.6 + 0.4 * (5.0 * t).sin());
-        let beams: Vec<String> =
+        let mut beams: Vec<String> =
             (0..180).map(|beam| format!("{:.3}", range(x, y, heading + f64::from(beam - 90).to_radians()))).collect();
+        if is_clockwise {
+            beams.reverse();
+        }
         let (time, beams) = (100.0 + 0.5 * f64::from(scan), beams.join(" "));
         let _ = writeln!(text, "FLASER 180 {beams} {x} {y} {heading} {x} {y} {heading} {time} h {time}");
         rows.push([f64::from(scan), x, y, heading]);
     }
-    let log = laser_log::read(text.as_bytes()).unwrap();
-    Drive { scans: RecordedScan::of_log(&log).collect(), rows }
+    (text, rows)
+}
+
+#[test]
+fn a_mirrored_map_is_doubtful_where_the_log_has_poses() {
+    for is_clockwise in [false, true] {
+        let mut reconstruction = Reconstruction::new(Settings::default()).unwrap();
+        reconstruction.add_log("drive.log", &laser_log::read(made_up_log(is_clockwise).0.as_bytes()).unwrap());
+        while reconstruction.step().stage != Stage::Done {}
+        let result = reconstruction.result();
+        let num_good = result.frames.iter().filter(|frame| frame.status == Status::Good).count();
+        let is_told = result.notes.iter().any(|note| note.contains("mirror image"));
+        assert_eq!(is_told, is_clockwise, "{:?}", result.notes);
+        assert_eq!(num_good, if is_clockwise { 0 } else { result.frames.len() });
+    }
 }
 
 #[test]
 fn units_clocks_gaps_and_counts_of_a_made_up_drive() {
     let drive = made_up();
     units_are_told("made up", &drive);
+    mirrors_are_told("made up", &drive);
     clocks_are_told("made up", &drive);
 
     // Gaps: what is there is used at its scan.

@@ -3,6 +3,7 @@
  * Bags of ROS: which files of a drop make up one, which topics it has, and its messages one by one. Nothing is kept in
  * memory but where each message lies.
  */
+import { append } from '../append.js';
 import { fileError, lost } from '../errors.js';
 import { bytesInMemory } from '../open_archive.js';
 import { unpackedName, unpackWhole } from '../packed.js';
@@ -69,7 +70,10 @@ export class Bag {
       this.#parts.set(described, parts);
     }
     this.topics.sort((a, b) => (a.name < b.name ? -1 : a.name > b.name ? 1 : 0));
-    this.notes.push(...containers.flatMap(({ notes }) => notes));
+    append(
+      this.notes,
+      containers.flatMap(({ notes }) => notes),
+    );
   }
 
   get path() {

@@ -16,6 +16,10 @@ const CONFIG_BYTES = 12;
 const PNG = [0x89, 0x50, 0x4e, 0x47];
 /** No depth camera has more pixels. */
 const MAX_PIXELS = 2 ** 26;
+/** Pixels of an image of any size in bytes, and beyond that the most a byte, as the engine has it for PNG. */
+const [FREE_PIXELS, PIXELS_A_BYTE] = [2 ** 23, 20];
+/** A byte of deflate can unfold to this many at the most. */
+const MAX_INFLATION = 1032;
 
 /**
  * What a packed image of this format can be used as. A PNG may hold either; its header says which.
@@ -79,10 +83,11 @@ function toMetres(values, data) {
   return Float32Array.from(values, (value) => (value === 0 ? Number.NaN : a / (value - b)));
 }
 
-/** @param {number} width @param {number} height */
-function checkSize(width, height) {
-  if (!(width > 0 && height > 0 && width * height <= MAX_PIXELS)) {
-    throw new MessageError(`The packed depth claims ${width} x ${height} pixels`);
+/** @param {number} width @param {number} height @param {number} bytes of the packed image */
+function checkSize(width, height, bytes) {
+  const most = Math.min(MAX_PIXELS, Math.max(FREE_PIXELS, PIXELS_A_BYTE * bytes));
+  if (!(width > 0 && height > 0 && width * height <= most)) {
+    throw new MessageError(`The packed depth claims ${width} x ${height} pixels, in ${bytes} bytes`);
   }
 }
 
@@ -102,7 +107,7 @@ function readGreyPng(file) {
   const isGrey16 = file.length > 33 && file[24] === 16 && file[25] === 0 && file[28] === 0;
   if (!isGrey16 || parts.length === 0) throw new MessageError('The packed depth is not a grey PNG of 16 bits');
   const [width, height] = [view.getUint32(16), view.getUint32(20)];
-  checkSize(width, height);
+  checkSize(width, height, file.length);
   const rowBytes = 2 * width;
   const rows = unpackPng(parts, (rowBytes + 1) * height);
   const values = new Uint16Array(width * height);
@@ -120,6 +125,7 @@ function readGreyPng(file) {
 /** @param {Uint8Array[]} parts @param {number} size */
 function unpackPng(parts, size) {
   const packed = new Uint8Array(parts.reduce((sum, { length }) => sum + length, 0));
+  if (size > MAX_INFLATION * packed.length) throw new MessageError('The PNG of the packed depth is cut off');
   let filled = 0;
   for (const part of parts) {
     packed.set(part, filled);
@@ -163,16 +169,41 @@ function readRvl(body) {
   const view = new DataView(body.buffer, body.byteOffset, body.byteLength);
   if (body.length < 8) throw new MessageError('The packed depth ends within its header');
   const [width, height] = [view.getUint32(0, true), view.getUint32(4, true)];
-  checkSize(width, height);
-  const values = new Uint16Array(width * height);
-  let place = 8;
-  let word = 0;
-  let left = 0;
-  const next = () => {
+  checkSize(width, height, body.length);
+  const next = numbersOfRvl(view);
+  const count = width * height;
+  // Grows as it is filled: what a header claims is taken only where the code goes so far.
+  let values = new Uint16Array(Math.min(count, 2 * body.length));
+  let previous = 0;
+  for (let filled = 0; filled < count;) {
+    const [zeros, run] = [next(), next()];
+    const end = filled + zeros + run;
+    if (end > count) throw new MessageError(`The packed depth is damaged: a run leads beyond its ${count} pixels`);
+    if (end > values.length) values = grown(values, Math.min(count, 2 * end));
+    for (filled += zeros; filled < end; filled += 1) {
+      const code = next();
+      previous = (previous + ((code >>> 1) ^ -(code & 1))) & 0xffff;
+      values[filled] = previous;
+    }
+  }
+  return { width, height, values };
+}
+
+/** @param {Uint16Array} values @param {number} length */
+function grown(values, length) {
+  const longer = new Uint16Array(length);
+  longer.set(values);
+  return longer;
+}
+
+/** The numbers of a code, one after the other. @param {DataView} view of width and height, then the code */
+function numbersOfRvl(view) {
+  let [place, word, left] = [8, 0, 0];
+  return () => {
     let value = 0;
     for (let shift = 0; shift < 30; shift += 3) {
       if (left === 0) {
-        if (place + 4 > body.length) throw new MessageError('The packed depth is cut off');
+        if (place + 4 > view.byteLength) throw new MessageError('The packed depth is cut off');
         word = view.getUint32(place, true);
         place += 4;
         left = 8;
@@ -185,15 +216,4 @@ function readRvl(body) {
     }
     return value;
   };
-  let previous = 0;
-  for (let filled = 0; filled < values.length;) {
-    filled += next();
-    const run = next();
-    for (let index = 0; index < run && filled < values.length; index += 1, filled += 1) {
-      const code = next();
-      previous = (previous + ((code >>> 1) ^ -(code & 1))) & 0xffff;
-      values[filled] = previous;
-    }
-  }
-  return { width, height, values };
 }

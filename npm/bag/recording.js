@@ -3,6 +3,7 @@
  * A bag as a recording: what its chosen topics hold, as files of standard formats that are made when they are read, and
  * how they belong together.
  */
+import { append } from '../append.js';
 import { fileError, lost } from '../errors.js';
 import { empty } from '../recording.js';
 import { pairUp } from '../recording/pairs.js';
@@ -134,7 +135,7 @@ class Maker {
   async takeScans({ topic }) {
     this.#total = topic.count;
     const { messages, notes } = await stampedMessages(this.#bag, topic, (done) => this.#onProgress(done, this.#total));
-    this.#recording.notes.push(...notes);
+    append(this.#recording.notes, notes);
     if (messages.length === 0) return;
     const hasEchoes = topic.type.endsWith('/MultiEchoLaserScan');
     const path = `${this.#bag.path}/${topic.name.replace(/^\//, '').replaceAll('/', '_')}.log`;
@@ -176,7 +177,7 @@ class Maker {
   /** The path of the source's frame that a topic tells, as one file; none where it tells none. @param {TopicFacts} facts @param {TopicFacts} source */
   async #pathFile({ topic }, source) {
     const { text, notes } = await pathText(this.#bag, this.#topics, topic, source.frame);
-    this.#recording.notes.push(...notes);
+    append(this.#recording.notes, notes);
     if (text === null) return [];
     const path = `${this.#bag.path}/${topic.name.replace(/^\//, '').replaceAll('/', '_')}.tum`;
     const bytes = new TextEncoder().encode(text);
@@ -252,12 +253,12 @@ class Maker {
     const { messages, notes } = await stampedMessages(this.#bag, topic, (done) =>
       this.#onProgress(before + done, this.#total),
     );
-    this.#recording.notes.push(...notes);
+    append(this.#recording.notes, notes);
     const contents = messages.map(({ index, time }) => {
       const path = `${this.#bag.path}/${folder}/${timeText(time)}.${ending}`;
       return { path, size: 1, time, read: () => this.#convert(topic, index, path, convert) };
     });
-    this.#files.push(...contents);
+    append(this.#files, contents);
     return contents;
   }
 

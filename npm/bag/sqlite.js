@@ -31,6 +31,7 @@ const READ_AHEAD = 16;
 /** No table is deeper: each level multiplies the rows. */
 const MAX_DEPTH = 20;
 const CUT_OFF = 'Copy the bag again';
+const CUT_ROWS = 'cut off: messages that lay behind its end are left out';
 
 /** @param {Uint8Array} head */
 export function isSqlite(head) {
@@ -172,11 +173,12 @@ export class SqliteFile {
       try {
         bytes = await this.#page(page);
       } catch {
-        this.#note('cut off: messages that lay behind its end are left out', page);
+        this.#note(CUT_ROWS, page);
         continue;
       }
       const header = page === 1 ? 100 : 0;
-      const [kind, count] = [bytes[header], readU16(bytes, header + 3)];
+      const kind = bytes[header];
+      const count = Math.min(readU16(bytes, header + 3), Math.floor((bytes.length - header - 8) / 2));
       if (kind === LEAF) {
         for (let cell = 0; cell < count; cell += 1) {
           try {
@@ -191,7 +193,11 @@ export class SqliteFile {
           return readU32(bytes, readU16(bytes, header + 12 + 2 * cell));
         });
         children.push(readU32(bytes, header + 8));
-        waiting.push(...children.reverse().map((child) => ({ page: child, depth: depth + 1 })));
+        // Told here, and not read: of a damaged page all children may lie behind the end.
+        const isThere = (/** @type {number} */ child) => child >= 1 && child <= this.#numPages;
+        const [there, missing] = [children.filter(isThere), children.filter((child) => !isThere(child))];
+        if (missing.length > 0) this.#note(CUT_ROWS, missing[0] ?? 0, missing.length);
+        waiting.push(...there.reverse().map((child) => ({ page: child, depth: depth + 1 })));
       } else {
         this.#note('damaged: some of its pages are not what they should be and are left out', page);
       }
@@ -271,11 +277,16 @@ export class SqliteFile {
     return fileError(this.#name, `${problem}: the bag is cut off or damaged`, CUT_OFF);
   }
 
-  /** @param {string} fault @param {number} page */
-  #note(fault, page) {
+  /** Pages that begin before the end. */
+  get #numPages() {
+    return Math.ceil(this.#source.size / this.#pageSize);
+  }
+
+  /** @param {string} fault @param {number} page @param {number} [count] of pages that have it */
+  #note(fault, page, count = 1) {
     const known = this.#faults.get(fault);
-    if (known) known.count += 1;
-    else this.#faults.set(fault, { count: 1, page });
+    if (known) known.count += count;
+    else this.#faults.set(fault, { count, page });
   }
 }
 

@@ -86,7 +86,7 @@ const CELL_LENGTH = 120;
  */
 export function table(heads, rows, left) {
   const all = [heads, ...rows.map((row) => row.map((cell) => printable(cell, CELL_LENGTH)))];
-  const widths = heads.map((_, column) => Math.max(...all.map((row) => (row[column] ?? '').length)));
+  const widths = heads.map((_, column) => all.reduce((most, row) => Math.max(most, (row[column] ?? '').length), 0));
   const line = (/** @type {string[]} */ row) =>
     row
       .map((cell, column) => (left.has(column) ? cell.padEnd(widths[column] ?? 0) : cell.padStart(widths[column] ?? 0)))

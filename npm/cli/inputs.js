@@ -1,7 +1,9 @@
 // @ts-check
 /** Files named on the command line, read from the disk. */
+import { append } from '../append.js';
 import { readdirSync, realpathSync, statSync } from 'node:fs';
 import { basename, join, normalize, resolve } from 'node:path';
+import { LIMITS } from '../archive_directory.js';
 import { isBagName, isOfBag } from '../bag/names.js';
 import { convertFiles } from '../formats/convert.js';
 import { openAnyArchive } from '../open_archive.js';
@@ -10,6 +12,9 @@ import { filesInArchive, filesInBags } from '../recording/contents.js';
 import { isArchiveName } from '../recording/kinds.js';
 import { CommandError, isScanstitchError } from './command.js';
 import { fileProblem, openFile, readWhole, readWholeLater, sizeOfFile } from './disk.js';
+
+/** A folder that holds more files than a recording has, as the root of a disk does. */
+class TooManyFiles extends Error {}
 
 /** @typedef {{ name: string, path: string }} Input name: short, for messages and results */
 
@@ -153,12 +158,16 @@ async function findFiles(paths, complain) {
         const handle = await openFile(path);
         handles.push(handle);
         const archive = await openAnyArchive(basename(path), bytesOfFile(handle, (await handle.stat()).size));
-        notes.push(...archive.notes);
-        found.push(...filesInArchive(archive).map(packed));
+        append(notes, archive.notes);
+        append(found, filesInArchive(archive).map(packed));
       } else {
         found.push({ ...sourceOnDisk(path, basename(path)), isNamed: true });
       }
     } catch (error) {
+      if (error instanceof TooManyFiles) {
+        const remedy = 'Name the folder of one recording';
+        throw new CommandError(`${path}: There are more than ${LIMITS.entries} files in this folder. ${remedy}.`);
+      }
       complain(isScanstitchError(error) ? error.message : `${path}: ${fileProblem(error)}`);
     }
   }
@@ -187,6 +196,7 @@ function takeFolder(folder, title, findings) {
   seen.add(place);
   for (const name of readdirSync(folder)) {
     if (isSystemFile(name)) continue;
+    if (found.length >= LIMITS.entries) throw new TooManyFiles();
     const [disk, path] = [join(folder, name), `${title}/${name}`];
     try {
       const stats = statSync(disk);
@@ -194,6 +204,7 @@ function takeFolder(folder, title, findings) {
       else if (stats.isFile()) found.push(sourceOnDisk(disk, path));
       else notes.push({ file: path, reason: 'not used: a pipe or a device, not a file' });
     } catch (error) {
+      if (error instanceof TooManyFiles) throw error;
       complain(`${disk}: ${fileProblem(error)}`);
     }
   }

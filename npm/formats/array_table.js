@@ -40,6 +40,8 @@ const POSES = [
 ];
 /** A list of another name is a trajectory from so many poses on. */
 const MIN_POSES = 20;
+/** Rows of unequal lengths are filled up to the longest while the whole has at most so many times their numbers, and so many more. */
+const [MOST_PADDED, FREE_PADDED] = [10, 2 ** 16];
 /** Angles beyond this (rad) can only be degrees. */
 const MAX_RADIANS = 7;
 /** Angles are even where none is further than so much of a step from its place. */
@@ -99,8 +101,11 @@ function stacked(name, elements) {
   const group = new Map();
   for (const [field, { values }] of first) {
     const rows = flat.map((element) => element.get(field)?.values);
-    const length = Math.max(...rows.map((row) => row?.length ?? 0), values.length);
-    // A lone scan with other beams is cut to what the others have: NaN is no reading.
+    const lengths = rows.map((row) => row?.length ?? 0);
+    const length = lengths.reduce((most, next) => Math.max(most, next), values.length);
+    const numNumbers = lengths.reduce((sum, next) => sum + next, 0);
+    if (rows.length * length > MOST_PADDED * numNumbers + FREE_PADDED) continue;
+    // Shorter scans are filled up to the longest: NaN is no reading.
     const all = new Float64Array(rows.length * length).fill(Number.NaN);
     for (const [at, row] of rows.entries()) row?.forEach((value, column) => (all[column * rows.length + at] = value));
     group.set(field, { kind: 'numbers', dims: [rows.length, length], values: all });
@@ -229,7 +234,7 @@ function anglesOf(others, count) {
 
 /** @param {number[]} given in radians or degrees @returns {Angles} */
 function describe(given) {
-  const inDegrees = Math.max(...given.map(Math.abs)) > MAX_RADIANS;
+  const inDegrees = given.some((angle) => Math.abs(angle) > MAX_RADIANS);
   const values = inDegrees ? given.map((degrees) => (degrees * Math.PI) / 180) : given;
   const [start = 0] = values;
   const step = ((values.at(-1) ?? 0) - start) / Math.max(1, values.length - 1);

@@ -169,6 +169,8 @@ class Level5 {
     const titles = this.#element(bytes, width.next, false);
     if (!(length > 0)) throw new RangeError('a struct has fields without names');
     const count = Math.floor(titles.data.length / length);
+    // A struct without fields has no bytes for its elements, and yet so many as it claims.
+    if (count === 0 && countOf(dims) > 1) throw new RangeError(`a struct of ${dims.join(' x ')} has no fields`);
     const names = Array.from({ length: count }, (_, i) => nameOf(titles.data.subarray(i * length, (i + 1) * length)));
     const items = this.#items(bytes.subarray(titles.next), countOf(dims) * count, depth);
     const fields = names.map((name, i) => /** @type {const} */ ([name, items.filter((_, at) => at % count === i)]));

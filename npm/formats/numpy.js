@@ -1,5 +1,6 @@
 // @ts-check
 /** Files of NumPy, arrays alone (`.npy`) and archives of them (`.npz`), as files that the engine reads. */
+import { append } from '../append.js';
 import { fileError } from '../errors.js';
 import { baseOf, folderOf, groupBy } from '../recording/names.js';
 import { readNpyShape } from '../recording/heads.js';
@@ -100,7 +101,7 @@ export async function npzContents(file) {
     const member = made(`${stem}_${name}.npy`, size, () => archive.read(path));
     const parts =
       header && partsOf(member.path, header, size, 1, header.dims[1] === 2 ? await member.read() : new Uint8Array());
-    if (parts?.some(({ suffix }) => /\.p[gfp]m$/.test(suffix))) contents.push(...partsOfFile(member, parts));
+    if (parts?.some(({ suffix }) => /\.p[gfp]m$/.test(suffix))) append(contents, partsOfFile(member, parts));
     else if (header) variables.set(name, readNpy(path, await member.read()));
     else variables.set(name, { kind: 'other', dims: [], what: 'no plain numbers' });
   }

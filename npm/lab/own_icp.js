@@ -128,7 +128,7 @@ function tiedSteps(lab, T, iteration) {
 function wrongUnit(lab, theirs) {
   const reach = (/** @type {Float32Array} */ xyz) => xyz.reduce((most, x) => Math.max(most, Math.abs(x)), 0);
   const size = reach(lab.source_points()) + reach(lab.target_points());
-  const far = Math.max(...theirs.map((T) => Math.hypot(T[3] ?? 0, T[7] ?? 0, T[11] ?? 0)));
+  const far = theirs.reduce((most, T) => Math.max(most, Math.hypot(T[3] ?? 0, T[7] ?? 0, T[11] ?? 0)), 0);
   if (far <= 2 * size) return null;
   const unit = far / 1000 <= 2 * size ? 'millimetres' : 'another unit';
   return {

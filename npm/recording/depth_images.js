@@ -1,5 +1,6 @@
 // @ts-check
 /** Depth images with or without colour: which images are which, what belongs together, how many recordings there are. */
+import { append } from '../append.js';
 import { compareNaturally } from '../natural_order.js';
 import { brokenImage, readImage } from './heads.js';
 import { isImageName } from './kinds.js';
@@ -54,8 +55,8 @@ export async function findDepthRecordings(files, peek) {
   const rest = images.filter((series) => !used.has(series));
   const pictures = rest.filter(({ hint }) => hint !== 'depth');
   const notes = misnamedDepth(rest, files);
-  if (recordings.length === 0 && notes.length === 0) notes.push(...picturesAlone(pictures));
-  notes.push(...broken);
+  if (recordings.length === 0 && notes.length === 0) append(notes, picturesAlone(pictures));
+  append(notes, broken);
   return { recordings, notes, pictures: recordings.length > 0 ? pictures : [] };
 }
 

@@ -200,6 +200,33 @@ test('packed depth in RVL', () => {
   );
 });
 
+test('packed depth that claims more than its bytes hold is refused before the memory for it is taken', () => {
+  const packed = (/** @type {string} */ format, /** @type {Uint8Array} */ body) => {
+    const before = process.memoryUsage().arrayBuffers;
+    try {
+      return packedFile(decodeCompressed(compressedImage(STAMP, format, Buffer.concat([Buffer.alloc(12), body]))));
+    } finally {
+      assert.ok(process.memoryUsage().arrayBuffers - before < 2 ** 24);
+    }
+  };
+  const rvl = (/** @type {number} */ width, /** @type {number} */ height, /** @type {number[]} */ ...words) => {
+    const body = Buffer.alloc(8 + 4 * words.length);
+    [width, height, ...words].forEach((word, at) => body.writeUInt32LE(word, 4 * at));
+    return body;
+  };
+  const format = '16UC1; compressedDepth rvl';
+  assert.throws(() => packed(format, rvl(8192, 8192, 0)), /claims 8192 x 8192 pixels, in 12 bytes/);
+  // A run of 2^30 zeros in an image of 2 x 2: no encoder writes it.
+  assert.throws(() => packed(format, rvl(2, 2, 0xffffffff, 0xff000000)), /a run leads beyond its 4 pixels/);
+  assert.throws(() => packed(format, rvl(2048, 2048, 0x11212121)), /cut off/);
+  // 100 pixels from three bytes: eight zeros at a time are few bytes, and are grown into.
+  assert.equal(split(packed(format, rvl(10, 10, 0xcc100000)), 3).body.length, 200);
+  const claims = Buffer.from(png16(3, [[1, 2, 3]], [0]));
+  claims.writeUInt32BE(2000, 16);
+  claims.writeUInt32BE(2000, 20);
+  assert.throws(() => packed('32FC1; compressedDepth png', claims), /cut off/);
+});
+
 test('PNG and JPEG pass as they are', () => {
   const jpeg = Uint8Array.of(0xff, 0xd8, 1, 2, 3);
   assert.deepEqual(packedFile(decodeCompressed(compressedImage(STAMP, 'rgb8; jpeg compressed bgr8', jpeg))), jpeg);

@@ -7,7 +7,9 @@ import { join } from 'node:path';
 import { test } from 'node:test';
 import { zipSync } from 'fflate';
 import { unpackZstd } from '../../npm/bag/zstd.js';
-import { openOne } from './bag_files.mjs';
+import { openBags } from '../../npm/bag/open.js';
+import { bagFile, db3Bytes, openOne } from './bag_files.mjs';
+import { odometry, stampAt } from './bag_messages.mjs';
 import { pack, record } from './bag_writer.mjs';
 import { ROOT, temporaryFolder, writeFiles } from './support.mjs';
 
@@ -137,4 +139,29 @@ test('a bag cannot name more messages than its size allows', async () => {
   const { bag, notes } = await openOne('a.mcap', bytes);
   assert.match(notes.map(({ reason }) => reason).join(), /its indexes are damaged/);
   assert.equal(bag?.topics[0]?.count ?? 0, 0);
+});
+
+test('a page of SQLite that claims more children than it has room for', async () => {
+  const [TABLE_LEAF, TABLE_INTERIOR] = [0x0d, 0x05];
+  const topics = [{ name: '/odom', type: 'nav_msgs/msg/Odometry' }];
+  const messages = Array.from({ length: 50 }, (_, at) => ({
+    ...{ topic: '/odom', time: BigInt(at) },
+    data: odometry(stampAt(at), 'odom', 'base', [at, 0, 0, 0, 0, 0, 1]),
+  }));
+  const bag = db3Bytes(topics, messages);
+  const pageSize = new DataView(bag.buffer, bag.byteOffset).getUint16(16);
+  let numTold = 0;
+  for (let page = pageSize; page < bag.length; page += pageSize) {
+    if (bag[page] !== TABLE_LEAF && bag[page] !== TABLE_INTERIOR) continue;
+    const damaged = Uint8Array.from(bag);
+    damaged[page] = TABLE_INTERIOR;
+    damaged.fill(0xff, page + 3, page + 5);
+    const before = process.cpuUsage();
+    const { bags } = await openBags([bagFile('claims.db3', damaged)]);
+    const told = bags.flatMap(({ notes }) => notes.map(({ reason }) => reason)).join();
+    assert.match(told, /cut off: messages that lay behind its end are left out \(20\d\d pages, the first is \d+\)/);
+    numTold += 1;
+    assert.ok(process.cpuUsage(before).user < 5e6, 'in 5 s of the processor');
+  }
+  assert.ok(numTold > 2);
 });

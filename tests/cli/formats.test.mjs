@@ -85,6 +85,50 @@ test('MATLAB 7.3, damage and files without scans are told with what to do', asyn
   }
 });
 
+/** A list of structs of the level 5, without fields, that claims these dimensions. @param {number} rows @param {number} columns */
+function structWithoutFields(rows, columns) {
+  const element = (/** @type {number} */ type, /** @type {number[]} */ words) => [type, 4 * words.length, ...words];
+  const body = [
+    ...element(6, [2, 0]), // flags: a struct
+    ...element(5, [rows, columns]),
+    ...element(1, []), // no name
+    ...[5, 4, 32, 0], // names of 32 bytes,
+    ...element(1, []), // and none of them
+  ];
+  const named = [...body];
+  named.splice(8, 2, 1, 1, 0x61, 0); // called a
+  const bytes = new Uint8Array(128 + 8 + 4 * named.length);
+  bytes.set(encode('MATLAB 5.0 MAT-file'.padEnd(124)));
+  bytes.set(encode('\0\u0001IM'), 124);
+  new Uint32Array(bytes.buffer, 128).set([14, 4 * named.length, ...named]);
+  return bytes;
+}
+
+test('MATLAB: what a list of structs claims, and what it would take to make its rows equally long, is bounded', async () => {
+  const read = (/** @type {Uint8Array} */ bytes) => readMat('claims.mat', bytes);
+  await assert.rejects(read(structWithoutFields(2 ** 16, 2 ** 15)), /a struct of 65536 x 32768 has no fields/);
+  const none = await read(structWithoutFields(1, 1));
+  assert.deepEqual([...none.keys()], ['a']);
+  assert.equal(tableOf(none), null);
+  // 200,000 scans of which one has 4,000 beams: 6 GB, and too many for the stack.
+  const scan = (/** @type {number} */ length) => ({
+    ...{ kind: /** @type {const} */ ('numbers'), dims: [1, length] },
+    values: new Float64Array(length).fill(2),
+  });
+  const ranges = Array.from({ length: 200_000 }, (_, at) => scan(at === 0 ? 4000 : 1));
+  const list = { kind: /** @type {const} */ ('struct'), dims: [1, 200_000], fields: new Map([['ranges', ranges]]) };
+  assert.equal(tableOf(new Map([['laser', list]])), null);
+  const angles = scan(200_000);
+  angles.values.forEach((_, at) => (angles.values[at] = at / 1e5));
+  const many = tableOf(
+    new Map([
+      ['ranges', scan(200_000)],
+      ['angles', angles],
+    ]),
+  );
+  assert.ok(many && many.length > 0);
+});
+
 /** A file of level 4 with a matrix of 2 x 3. */
 function withoutScans() {
   const bytes = new Uint8Array(20 + 2 + 48);

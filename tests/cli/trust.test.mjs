@@ -5,6 +5,8 @@ import { execFileSync, spawnSync } from 'node:child_process';
 import { chmodSync, existsSync, mkdirSync, symlinkSync } from 'node:fs';
 import { join } from 'node:path';
 import { test } from 'node:test';
+import { append } from '../../npm/append.js';
+import { table } from '../../npm/cli/command.js';
 import { zipSync } from 'fflate';
 import { convertFiles } from '../../npm/formats/convert.js';
 import { lookUp } from '../../npm/look_up.js';
@@ -234,4 +236,13 @@ test('a file that is gone when it is read costs the others nothing', async () =>
     notes.map(({ file, reason, is_loss }) => [file, reason, is_loss]),
     [['a.bin', 'not used: no such file', true]],
   );
+});
+
+test('lists of any length are put together, and tables of any length laid out', () => {
+  /** @type {number[]} */
+  const list = [7];
+  append(list, new Uint8Array(300_000));
+  assert.equal(list.length, 300_001);
+  const rows = Array.from({ length: 300_000 }, (_, at) => [String(at)]);
+  assert.match(table(['scan'], rows, new Set()), /\n299999\n$/);
 });

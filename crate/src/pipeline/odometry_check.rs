@@ -53,6 +53,10 @@ const CLOCK_STEP: f64 = 0.25;
 /// Offsets below this (s) are the delay of a message, not another clock.
 const MIN_CLOCK_OFFSET: f64 = 0.5;
 
+/// What to do about scans that are the mirror image of what odometry tells.
+const MIRROR_REMEDY: &str = "If the laser turns clockwise, say so (--table with a negative step, or angle=COLUMN:-1deg); if the \
+                             odometry counts y to the right, give y to the left and headings counter-clockwise";
+
 /// Odometry as far as it can be used.
 #[derive(Debug, Clone, Default)]
 pub struct CheckedOdometry {
@@ -60,6 +64,8 @@ pub struct CheckedOdometry {
     pub poses: Vec<Option<Pose2>>,
     /// Why it is not used; `None` where it is.
     pub refusal: Option<String>,
+    /// Why the scans, or the odometry, are a mirror image; `None` where they are not.
+    pub mirrored: Option<String>,
     /// What else is worth knowing, in whole sentences.
     pub notes: Vec<String>,
 }
@@ -71,16 +77,20 @@ pub fn check_odometry(name: &str, scans: &[RecordedScan], given: &Trajectory, li
     let refuse = |problem: String, remedy: &str| CheckedOdometry {
         poses: vec![None; scans.len()],
         refusal: Some(format!("{name}: {problem}. {remedy}. It was not used.")),
-        notes: Vec::new(),
+        ..CheckedOdometry::default()
     };
     let evidence = Evidence::new(scans, &poses, limit);
+    if let Some(problem) = evidence.mirror(scans, |scan| poses[scan]) {
+        return CheckedOdometry { mirrored: Some(problem.clone()), ..refuse(problem, MIRROR_REMEDY) };
+    }
     if let Some((problem, remedy)) = evidence.contradiction(scans, given, &poses, matching) {
         let in_order = (matching == Matching::Time).then(|| poses_in_order(scans, given, limit)).flatten();
         return in_order.map_or_else(
             || refuse(problem.clone(), &remedy),
             |poses| {
                 let taken = "It was taken in the order of the scans, for it has a pose for each";
-                CheckedOdometry { poses, refusal: None, notes: vec![format!("{name}: {problem}. {taken}. {remedy}.")] }
+                let notes = vec![format!("{name}: {problem}. {taken}. {remedy}.")];
+                CheckedOdometry { poses, notes, ..CheckedOdometry::default() }
             },
         );
     }
@@ -109,7 +119,16 @@ pub fn check_odometry(name: &str, scans: &[RecordedScan], given: &Trajectory, li
             poses.len()
         ));
     }
-    CheckedOdometry { poses, refusal: None, notes }
+    CheckedOdometry { poses, notes, ..CheckedOdometry::default() }
+}
+
+/// Why the scans are the mirror image of what the poses in their log tell; `None` where they are not, or where that is not known.
+/// Returns from `limit` (m) on are none.
+pub fn mirror_of_log(scans: &[RecordedScan], limit: f64) -> Option<String> {
+    let poses: Vec<Option<Pose2>> = scans.iter().map(|scan| scan.odometry).collect();
+    let evidence = Evidence::new(scans, &poses, limit);
+    let problem = evidence.mirror(scans, |scan| poses[scan])?;
+    Some(format!("The poses in the log: {problem}. {MIRROR_REMEDY}."))
 }
 
 /// The odometry as one pose for each scan in turn, where the scans confirm that.
@@ -193,6 +212,29 @@ impl Evidence {
     fn agreement(&self, scans: &[RecordedScan], pose: impl Fn(usize) -> Option<Pose2>) -> f64 {
         let of = |pair: &ScanPair| pair.agreement_by(scans, &pose);
         self.pairs.iter().map(of).sum::<f64>() / self.pairs.len().max(1) as f64
+    }
+
+    /// Why these poses tell the mirror image of the scans; `None` where they do not. A laser that turns the other way than its
+    /// readings were taken shows every motion mirrored at the axis that points ahead.
+    fn mirror(&self, scans: &[RecordedScan], pose: impl Fn(usize) -> Option<Pose2>) -> Option<String> {
+        if self.pairs.len() < MIN_PAIRS {
+            return None;
+        }
+        let mirrored_of = |pair: &ScanPair| {
+            let motion = pair.motion(scans, &pose);
+            let mirrored = motion.map(|m| Pose2::new([m.translation.x, -m.translation.y].into(), -m.rotation.angle()));
+            mirrored.map_or(0.0, |motion| pair.agreement(&motion))
+        };
+        let mirrored = self.pairs.iter().map(mirrored_of).sum::<f64>() / self.pairs.len() as f64;
+        let as_given = self.agreement(scans, &pose);
+        let least = (as_given + MIN_GAIN).max(self.still() + MIN_MOTION_GAIN).max(MIN_AGREEMENT);
+        let [mirrored_percent, percent] = [mirrored, as_given].map(|share| (100.0 * share).round());
+        (mirrored >= least).then(|| {
+            format!(
+                "It is the mirror image of what the scans saw: {mirrored_percent} % of that agrees with its motion mirrored, and \
+                 {percent} % as it is"
+            )
+        })
     }
 
     /// Mean share of the returns that agree without any motion.
@@ -290,12 +332,14 @@ struct Reading {
 impl ScanPair {
     /// The same, by the poses of the robot at the two scans; 0 where one is not known.
     fn agreement_by(&self, scans: &[RecordedScan], pose: impl Fn(usize) -> Option<Pose2>) -> f64 {
+        self.motion(scans, pose).map_or(0.0, |motion| self.agreement(&motion))
+    }
+
+    /// Motion of the laser between the two scans, by the poses of the robot: `T_first_second`.
+    fn motion(&self, scans: &[RecordedScan], pose: impl Fn(usize) -> Option<Pose2>) -> Option<Pose2> {
         let (first, second) = (&scans[self.first], &scans[self.second]);
-        let motion = || {
-            let T_world_first = pose(self.first)? * first.T_robot_laser;
-            Some(T_world_first.inverse() * pose(self.second)? * second.T_robot_laser)
-        };
-        motion().map_or(0.0, |motion| self.agreement(&motion))
+        let T_world_first = pose(self.first)? * first.T_robot_laser;
+        Some(T_world_first.inverse() * pose(self.second)? * second.T_robot_laser)
     }
 
     /// Share of the second scan's returns that lie where the first has a return, moved by this pose of the second.

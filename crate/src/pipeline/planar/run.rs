@@ -17,7 +17,7 @@ use crate::map::local::LocalMap;
 use crate::odometry::assessment::Status;
 use crate::odometry::planar::ablation::Ablation;
 use crate::odometry::planar::{FrameEstimate, MeasuredMotion, Odometry, PlanarOptions};
-use crate::pipeline::odometry_check::{CheckedOdometry, check_odometry};
+use crate::pipeline::odometry_check::{CheckedOdometry, check_odometry, mirror_of_log};
 use crate::pipeline::prepared_frame::FrameLabel;
 use crate::pipeline::recorded_scan::{RecordedScan, first_guesses, match_odometry};
 use crate::pipeline::report::{FrameResult, PlanarPose, Progress, Stage};
@@ -42,6 +42,8 @@ pub struct Run {
     pub checked_odometry: Option<CheckedOdometry>,
     /// What is worth knowing of the measured motion, in whole sentences.
     pub odometry_notes: Vec<String>,
+    /// Why the scans or the odometry are a mirror image; `None` where they are not.
+    mirrored: Option<String>,
     /// For each frame the certain piece of the map that it belongs to.
     pieces: Vec<usize>,
     /// The range that many returns share, taken for the sensor's limit (m).
@@ -97,6 +99,11 @@ impl Run {
             odometry_notes.extend(note);
             source = if are_wheels { OdometrySource::Log } else { OdometrySource::Auto };
         }
+        let mut mirrored = checked.as_ref().and_then(|checked| checked.mirrored.clone());
+        if is_asked_for && odometry.is_none() {
+            mirrored = mirror_of_log(recorded, limit);
+            odometry_notes.extend(mirrored.clone());
+        }
         let motions = first_guesses(source, recorded, given);
         let (motions, note) = measured_motion::judged(&motions, &scan, &options);
         odometry_notes.extend(note);
@@ -107,6 +114,7 @@ impl Run {
             uses_poses_in_log: source == OdometrySource::Log,
             checked_odometry: checked,
             odometry_notes,
+            mirrored,
             pieces: vec![0; recorded.len()],
             detected_limit,
             scans: Vec::new(),
@@ -170,6 +178,7 @@ impl Run {
     fn begin_graph(&mut self, settings: &Settings) {
         let num_placed = self.placed().count();
         if settings.strategy != Strategy::Joint || num_placed == 0 {
+            self.doubt_mirrored();
             self.stage = Stage::Evaluate;
             return;
         }
@@ -202,6 +211,13 @@ impl Run {
         self.stage = Stage::Joint;
     }
 
+    /// Doubts every frame of a map that is the mirror image of what the odometry tells: one of the two is wrong.
+    fn doubt_mirrored(&mut self) {
+        let Some(reason) = &self.mirrored else { return };
+        let reason = format!("the map may be mirrored: {}", reason.trim_end_matches('.'));
+        self.estimates.iter_mut().for_each(|estimate| estimate.assessment.doubt(&reason));
+    }
+
     fn advance_joint(&mut self, settings: &Settings) {
         let Some(graph) = &self.graph else { return };
         let joint = self.joint.get_or_insert_with(|| Joint::new(graph, &self.scans, &self.poses, settings));
@@ -215,6 +231,7 @@ impl Run {
         }
         if joint.registration.is_done(&options) {
             odometry_agreement::doubt_contradicted(&self.motions, &self.poses, &mut self.estimates);
+            self.doubt_mirrored();
             self.stage = Stage::Evaluate;
         }
     }
