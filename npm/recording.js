@@ -9,13 +9,13 @@ import { lost } from './errors.js';
 import { timesOfClouds } from './formats/kitti.js';
 import { compareNaturally } from './natural_order.js';
 import { findExif, findIntrinsics } from './recording/cameras.js';
-import { classify, isSystemFile, looksLikeNumbers } from './recording/classify.js';
+import { classify, isColumn, isSystemFile, looksLikeNumbers } from './recording/classify.js';
 import { findDepthRecordings, framesOf, isApart, leftAside, nameOf } from './recording/depth_images.js';
 import { HEAD_BYTES, IMAGE_HEAD_BYTES, imageSize, readPlyExtent } from './recording/heads.js';
 import { isCloudName, isImageName } from './recording/kinds.js';
 import { isListName } from './recording/lists.js';
 import { baseOf, commonFolder, contains, folderOf, groupBy, seriesOf } from './recording/names.js';
-import { adviceFor } from './recording/other_formats.js';
+import { adviceFor, isGraph } from './recording/other_formats.js';
 import { assignRoles } from './recording/planar.js';
 import { findReference } from './recording/reference.js';
 
@@ -412,14 +412,22 @@ async function nothing(notes, files, read) {
   const told = new Set(notes.map(({ file }) => file));
   const others = files.filter(({ path }) => !isImageName(path));
   const heads = await Promise.all(others.slice(0, LOOKED_FOR_NUMBERS).map(({ path }) => read(path, HEAD_BYTES)));
-  const numbers = new Set(others.filter((_, at) => looksLikeNumbers(heads[at] ?? new Uint8Array())));
+  const headOf = (/** @type {number} */ at) => heads[at] ?? new Uint8Array();
+  const graphs = others.filter((_, at) => isGraph(headOf(at)));
+  const columns = others.filter((_, at) => isColumn(headOf(at)));
+  const numbers = new Set(others.filter((file, at) => !graphs.includes(file) && looksLikeNumbers(headOf(at))));
   const rest = [
+    ...unused(graphs, 'relations between poses, without scans; give the log or bag of the laser'),
+    ...unused(
+      columns,
+      'a number a line; where these are the ranges of a scan, say where it begins and its step: --table range=1,start=-135deg,step=0.5deg',
+    ),
     ...unused(
       [...numbers],
       'numbers without a scan, as of a trajectory; trajectories are compared by scanstitch evaluate, on the page under Evaluate',
     ),
     ...unused(
-      others.filter((file) => !numbers.has(file)),
+      others.filter((file) => !numbers.has(file) && !graphs.includes(file) && !columns.includes(file)),
       'neither a scan, nor a cloud, nor a depth image',
     ),
   ];

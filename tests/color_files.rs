@@ -73,6 +73,31 @@ fn what_is_broken_is_refused() {
     assert!(color_image::read(b"").unwrap_err().to_string().contains("The file is empty"));
 }
 
+/// The decoder panicked on each of them; found by the fuzzer.
+#[test]
+fn palettes_that_cannot_be_are_refused() {
+    let indexed = |palette: usize, opacities: usize| {
+        let mut bytes = Vec::new();
+        let mut encoder = png::Encoder::new(&mut bytes, 8, 4);
+        encoder.set_color(png::ColorType::Indexed);
+        encoder.set_palette((0..palette).map(|byte| byte as u8).collect::<Vec<u8>>());
+        if opacities > 0 {
+            encoder.set_trns(vec![9; opacities]);
+        }
+        encoder.write_header().unwrap().write_image_data(&[1; 32]).unwrap();
+        color_image::read(&bytes)
+    };
+    for (palette, opacities) in [(53, 0), (3 * 256 + 3, 0), (6, 3), (769, 0), (1, 0)] {
+        let told = indexed(palette, opacities).unwrap_err().to_string();
+        assert!(
+            told.contains("palette") || told.contains("PLTE") || told.contains("broken"),
+            "{palette}, {opacities}: {told}"
+        );
+    }
+    let image = indexed(6, 1).unwrap();
+    assert_eq!(image.pixels, [[3, 4, 5]; 32]);
+}
+
 /// Cameras write them: with 4:1:1, another decoder lost its place at each.
 #[test]
 fn restart_markers_change_no_colour() {

@@ -370,7 +370,7 @@ fn a_table_is_described_before_it_is_read() {
     assert_eq!(facts.names, ["a", "b"]);
     let facts = describe(text.as_bytes(), Some("ranges=1:400"), 0).unwrap();
     assert!(facts.problem.contains("333 numbers"), "{}", facts.problem);
-    let facts = describe(text.as_bytes(), Some("ranges=1:9,unit=feet"), 0).unwrap();
+    let facts = describe(text.as_bytes(), Some("ranges=1:9,unit=furlongs"), 0).unwrap();
     assert!(facts.problem.contains("not a value of unit") && facts.num_scans == 0);
     assert!(describe(b"no numbers\n", None, 0).is_err());
 }
@@ -380,7 +380,7 @@ fn bad_tables_are_told_with_line_and_remedy() {
     for (format, words) in [
         ("ranges=4:2,start=0,step=1", "is not a value of ranges"),
         ("ranges=0:9,start=0,step=1", "is not a value of ranges"),
-        ("ranges=1:9,unit=feet,start=0,step=1", "is not a value of unit"),
+        ("ranges=1:9,unit=furlongs,start=0,step=1", "is not a value of unit"),
         ("ranges=1:9,start=0", "needs ranges"),
         ("ranges=1:9,start=0,step=0", "is not a value of step"),
         ("rangers=1:9", "is nothing of a table's format"),
@@ -497,6 +497,59 @@ fn a_reading_a_line_has_times_and_odometry() {
     let pose = odometry.unwrap();
     assert!((time.unwrap() - 0.4).abs() < 1e-12 && (pose.translation.x - 1.0).abs() < 1e-12);
     assert!((pose.rotation.angle() - 40f64.to_radians()).abs() < 1e-12);
+}
+
+#[test]
+fn a_sensor_that_sweeps_to_and_fro_makes_a_scan_of_each_sweep() {
+    let beams = |sweep: usize| (0..=120).map(move |beam| if sweep.is_multiple_of(2) { beam } else { 120 - beam });
+    let line = |sweep: usize, beam: usize| format!("Angle: {} Distance: {} cm\n", 30 + beam, 100 + beam + sweep);
+    let text: String = (0..5).flat_map(|sweep| beams(sweep).map(move |beam| line(sweep, beam))).collect();
+    let log = read(text.as_bytes()).unwrap();
+    assert_eq!(log.scans.iter().map(|scan| scan.ranges.len()).collect::<Vec<_>>(), [121; 5]);
+    for (sweep, scan) in log.scans.iter().enumerate() {
+        for (at, beam) in beams(sweep).enumerate() {
+            assert!((scan.bearings.of(at) - (30.0 + beam as f64).to_radians()).abs() < 1e-9);
+            assert!((f64::from(scan.ranges[at]) - 0.01 * (100 + beam + sweep) as f64).abs() < 1e-6);
+        }
+    }
+    // A laser that turns on and jitters a little is none of it.
+    let jitter = |at: usize| 3.0 * (at % 90) as f64 + if at.is_multiple_of(7) { -3.5 } else { 0.0 };
+    let turning: String = (0..270).map(|at| format!("{} {}\n", jitter(at), 1500 + at)).collect();
+    let scans = read_given(turning.as_bytes(), "range=2,angle=1:deg,unit=mm").unwrap().scans;
+    assert_eq!(scans.iter().map(|scan| scan.ranges.len()).collect::<Vec<_>>(), [90; 3]);
+}
+
+#[test]
+fn the_bearing_is_the_angle_that_changes_with_every_reading() {
+    for (head, expected) in [
+        ("t,x,y,theta,angle_deg,range_m", "range=6,angle=5:1.0000deg,unit=m,start=0.0000deg,time=1:s,poses=2:3:4"),
+        (
+            "stop,x_cm,y_cm,heading_deg,sensor_deg,distance_cm",
+            "range=6,angle=5:1.0000deg,unit=cm,start=0.0000deg,poses=2:3:4:cm:deg",
+        ),
+        ("t,x,y,theta,servo,distance (in)", "range=6,angle=5:1.0000deg,unit=in,start=0.0000deg,time=1:s,poses=2:3:4:m"),
+    ] {
+        let line = |scan: usize, beam: usize| format!("{scan},0.{scan},1,0.0{scan},{},{}.5\n", 2 * beam, 3 + scan);
+        let lines = (0..4).flat_map(|scan| (0..90).map(move |beam| (scan, beam)));
+        let text = lines.fold(format!("{head}\n"), |text, (scan, beam)| text + &line(scan, beam));
+        assert!(is_laser_log(text.as_bytes()), "{head}");
+        assert_eq!(TableFormat::guess(text.as_bytes()).unwrap().format.to_string(), expected);
+        assert_eq!(read(text.as_bytes()).unwrap().scans.len(), 4, "{head}");
+    }
+}
+
+#[test]
+fn ranges_in_inches_and_feet_are_read_as_such() {
+    for (unit, metres, told) in
+        [("in", 0.0254, "in"), ("inches", 0.0254, "in"), ("ft", 0.3048, "ft"), ("feet", 0.3048, "ft")]
+    {
+        let names: Vec<String> = (-90..=90).map(|degrees| format!("{degrees} deg ({unit})")).collect();
+        let row = |scan: usize| vec![format!("{}.5", 20 + scan); 181].join(",");
+        let text = format!("{}\n{}\n{}\n", names.join(","), row(0), row(1));
+        let format = TableFormat::guess(text.as_bytes()).unwrap().format;
+        assert_eq!(format.to_string(), format!("ranges=1:181,unit={told},start=-90.0000deg,step=1.0000deg"));
+        assert!((f64::from(read(text.as_bytes()).unwrap().scans[1].ranges[0]) - 21.5 * metres).abs() < 1e-6);
+    }
 }
 
 #[test]

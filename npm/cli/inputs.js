@@ -35,10 +35,11 @@ class TooManyFiles extends Error {}
  * @param {string[]} paths
  * @param {(problem: string) => void} complain
  * @param {Wishes} [wishes] topics of bags
+ * @param {number} [most] files of folders, beyond which they are none of a recording
  * @returns {Promise<Inputs>}
  */
-export async function gather(paths, complain, wishes = {}) {
-  const { found, notes, handles } = await findFiles(paths, complain);
+export async function gather(paths, complain, wishes = {}, most = LIMITS.entries) {
+  const { found, notes, handles } = await findFiles(paths, complain, most);
   const close = async () => {
     for (const handle of handles) await handle.close();
   };
@@ -141,7 +142,7 @@ function withDistinctPaths(sources) {
  * @param {string[]} paths
  * @param {(problem: string) => void} complain
  */
-async function findFiles(paths, complain) {
+async function findFiles(paths, complain, most = LIMITS.entries) {
   /** @type {Source[]} */
   const found = [];
   /** @type {import('../recording.js').Note[]} */
@@ -152,7 +153,7 @@ async function findFiles(paths, complain) {
     try {
       if (statSync(path).isDirectory()) {
         const before = found.length;
-        takeFolder(path, basename(resolve(path)), { found, notes, complain, seen: new Set() });
+        takeFolder(path, basename(resolve(path)), { found, notes, complain, most, seen: new Set() });
         if (found.length === before) complain(`${path}: There is no file in this folder.`);
       } else if (isArchiveName(path)) {
         const handle = await openFile(path);
@@ -166,7 +167,7 @@ async function findFiles(paths, complain) {
     } catch (error) {
       if (error instanceof TooManyFiles) {
         const remedy = 'Name the folder of one recording';
-        throw new CommandError(`${path}: There are more than ${LIMITS.entries} files in this folder. ${remedy}.`);
+        throw new CommandError(`${path}: There are more than ${most} files in this folder. ${remedy}.`);
       }
       complain(isScanstitchError(error) ? error.message : `${path}: ${fileProblem(error)}`);
     }
@@ -176,7 +177,7 @@ async function findFiles(paths, complain) {
 
 /**
  * What comes of looking through folders. `seen`: folders, by where they really lie.
- * @typedef {{ found: Source[], notes: import('../recording.js').Note[], complain: (problem: string) => void, seen: Set<string> }} Findings
+ * @typedef {{ found: Source[], notes: import('../recording.js').Note[], complain: (problem: string) => void, most: number, seen: Set<string> }} Findings
  */
 
 /**
@@ -196,7 +197,7 @@ function takeFolder(folder, title, findings) {
   seen.add(place);
   for (const name of readdirSync(folder)) {
     if (isSystemFile(name)) continue;
-    if (found.length >= LIMITS.entries) throw new TooManyFiles();
+    if (found.length >= findings.most) throw new TooManyFiles();
     const [disk, path] = [join(folder, name), `${title}/${name}`];
     try {
       const stats = statSync(disk);

@@ -5,8 +5,8 @@
  */
 import { fileError, lost } from '../errors.js';
 import { unpackedName } from '../packed.js';
-import { FOREIGN, POINT_TABLES, SCAN_TEXTS, TEXTS } from './names.js';
-import { baseOf, folderOf, groupBy } from '../recording/names.js';
+import { DEPTH_TABLES, FOREIGN, POINT_TABLES, SCAN_TEXTS, TEXTS } from './names.js';
+import { baseOf, folderOf, groupBy, hintOf } from '../recording/names.js';
 import { HEAD_BYTES } from '../recording/heads.js';
 import { isCloudName, isImageName } from '../recording/kinds.js';
 import { isLaserLog, isTable } from '../recording/laser_logs.js';
@@ -57,9 +57,11 @@ export async function convertFiles(given, wrap) {
           ? textFile(file, notes)
           : FOREIGN.test(file.path) && !isBagName(file.path)
             ? convert(file, notes, alike)
-            : mayBeScans.has(file)
-              ? scanText(file, notes)
-              : file);
+            : DEPTH_TABLES.test(file.path) && hintOf(baseOf(file.path)) === 'depth'
+              ? depthTable(file)
+              : mayBeScans.has(file)
+                ? scanText(file, notes)
+                : file);
       for (const content of Array.isArray(made) ? made : [made]) {
         converted.push(content === file ? file : wrap(content, file));
       }
@@ -235,6 +237,16 @@ async function textFile(file, notes) {
       ...(clouds.length > 1 ? { path: `${stem}_${at + 1}${ending}`, size: cloud.ply.length } : {}),
     }),
   );
+}
+
+/** A depth image as text; the file itself where it is none. @param {Content} file @returns {Promise<Content>} */
+async function depthTable(file) {
+  const { depthOfTable, isDepthTable } = await import('./depth_table.js');
+  const head = await file.readHead(HEAD_BYTES).catch(() => new Uint8Array());
+  if (head.includes(0) || !isDepthTable(new TextDecoder().decode(head))) return file;
+  const make = async () => depthOfTable(file.path, await file.read());
+  const { length } = await make();
+  return madeOf(file, make, { path: file.path.replace(/\.\w+$/, '.pfm'), size: length });
 }
 
 /** Scans as a program prints or a device sends them; the file itself where it is none. @param {Content} file @param {Note[]} notes @returns {Promise<Content>} */

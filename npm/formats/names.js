@@ -7,6 +7,8 @@ export const FOREIGN = /\.(mat|npy|npz|bin|las|laz|xyz|pts|ptx|asc|gz|bz2|zst|zs
 export const SCAN_TEXTS = /\.(ya?ml|json|jsonl|ndjson|txt|log|msg|ubh|dat)$/i;
 /** Text that may be points. */
 export const POINT_TABLES = /\.(csv|txt|xyz|dat)$/i;
+/** Text that may be a depth image. */
+export const DEPTH_TABLES = /\.(csv|txt)$/i;
 
 /** Text of any kind: what a shell or an editor of Windows has written may be UTF-16. */
 export const TEXTS = /\.(ya?ml|jsonl?|ndjson|txt|log|clf|msg|ubh|dat|csv|tum|xyz|pts|asc)$/i;

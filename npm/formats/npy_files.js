@@ -98,6 +98,25 @@ function imageFile(bytes, name, at, { height, width, isColour }) {
   return depthFile({ ...image, encoding: ENCODINGS[header.code] ?? '' });
 }
 
+/** A depth image of numbers in metres or millimetres, row by row. @param {Float32Array} values @param {number} width */
+export function depthOfNumbers(values, width) {
+  const data = new Uint8Array(values.buffer);
+  const bigEndian = new Uint8Array(Uint16Array.of(1).buffer)[0] === 0;
+  const image = {
+    stamp: { sec: 0, nsec: 0 },
+    frame: '',
+    width,
+    height: values.length / width,
+    bigEndian,
+    step: 0,
+    data,
+  };
+  const millimetres = inMillimetres(data, 4, bigEndian);
+  return depthFile(
+    millimetres ? { ...image, ...millimetres, encoding: '16UC1' } : { ...image, encoding: '32FC1', step: 4 * width },
+  );
+}
+
 /**
  * Fractions that are millimetres, as whole numbers; null where they are metres.
  * @param {Uint8Array} data @param {number} valueBytes @param {boolean} isBigEndian

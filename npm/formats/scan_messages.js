@@ -13,8 +13,11 @@
  * | lists of 24 numbers and more, as JSON or Python writes them | their brackets |
  * | Player, DP-SLAM, `ultra_simple` of RPLIDARs (scan_lines.js) | their lines |
  * | the Python package rplidar: a list of (quality, angle, distance) a line | its brackets |
+ * | an angle and a distance at a time (angle_distance.js) | colons, braces, letters |
  */
 import { fileError } from '../errors.js';
+import { angleDistanceReader } from './angle_distance.js';
+import { lookUp } from '../look_up.js';
 import { checkedScans, given } from './scan_checks.js';
 import { fromDpSlam, fromPlayer, fromRplidar, isDpSlam, isPlayer, isRplidar } from './scan_lines.js';
 import { readSickBinary, readSickText } from './sick.js';
@@ -37,6 +40,8 @@ const OF_A_MESSAGE = ['seq', 'sec', 'secs', 'frame_id', 'angle_min'];
 const MIN_BEAMS = 24;
 /** Lists of so many numbers, as JSON or as Python prints them. */
 const LISTS = /\[(\s*(-?[\d.]+([eE][-+]?\d+)?|nan|inf|NaN|Infinity|null)\s*,){23}/;
+/** Arrays alone, as Python prints them: `array('f', [1.25, ...])`. */
+const ARRAYS = /^\s*(---\s*)*array\('[fd]', \[/;
 /** Hokuyo's readings below this are codes of errors (mm). */
 const FIRST_RANGE_OF_URG = 20;
 
@@ -49,6 +54,7 @@ const KINDS = [
   { is: isRepr, read: fromRepr },
   { is: isJson, read: fromJson },
   { is: isTuples, read: fromTuples },
+  { is: (head) => ARRAYS.test(head), read: fromArrays },
   { is: isEcho, read: fromEcho },
   { is: isPlayer, read: (text, name, tell) => written(fromPlayer(text), name, tell) },
   { is: isDpSlam, read: (text, name, tell) => written(fromDpSlam(text), name, tell) },
@@ -62,7 +68,7 @@ const KINDS = [
  * @returns {Reader | null}
  */
 export function scanReader(head, isPath = false) {
-  const reader = KINDS.find(({ is }) => is(head))?.read ?? null;
+  const reader = KINDS.find(({ is }) => is(head))?.read ?? angleDistanceReader(head);
   return reader ?? (!isPath && /^\s*[[{]/.test(head) && LISTS.test(head) ? fromJson : null);
 }
 
@@ -74,8 +80,20 @@ function isEcho(head) {
 /** @param {string} head */
 function isJson(head) {
   if (!/^\s*[[{]/.test(head) || /"readings"|"nrays"/.test(head)) return false;
-  const has = (/** @type {string} */ names) => new RegExp(`"(${names})"\\s*:\\s*-?[\\d.[]`, 'i').test(head);
+  const has = (/** @type {string} */ names) => new RegExp(`["'](${names})["']\\s*:\\s*-?[\\d.[]`, 'i').test(head);
   return has('ranges') || has('angle_min') || (has('angle|theta|bearing') && has('range|dist|distance|r'));
+}
+
+/** The field of a message alone: `ros2 topic echo --field ranges`. @param {string} text @param {string} name @param {Tell} tell */
+function fromArrays(text, name, tell) {
+  const lists = [...text.matchAll(/array\('[fd]', \[([^\]]*)\]\)/g)];
+  const scans = lists.map(([, list = '']) =>
+    scanOf(
+      () => undefined,
+      list.split(',').map((word) => word.trim()),
+    ),
+  );
+  return written(scans, name, tell);
 }
 
 /** @param {string} head */
@@ -197,14 +215,18 @@ function fromJson(text, name, tell) {
   /** @type {Scan[]} */
   const scans = [];
   // Python's words for what is no number are none of JSON's.
-  const documents = documentsOf(
-    text.replaceAll(/([[,]\s*)-?(?:nan|inf|NaN|Infinity)(?=\s*[,\]])/g, '$1null'),
-    name,
-    tell,
-  );
+  const documents = documentsOf(inJson(text), name, tell);
   for (const document of documents) collect(document, {}, 0, scans);
   if (scans.length === 0) for (const document of documents) collectLists(document, {}, 0, scans);
   return written(scans, name, tell);
+}
+
+/** Python's quotes and words, and what is no number, as JSON has them. @param {string} text */
+function inJson(text) {
+  const numbers = text.replaceAll(/([[,]\s*)-?(?:nan|inf|NaN|Infinity)(?=\s*[,\]])/g, '$1null');
+  if (numbers.includes('"')) return numbers;
+  const words = { True: 'true', False: 'false', None: 'null' };
+  return numbers.replaceAll("'", '"').replaceAll(/\b(True|False|None)\b/g, (word) => lookUp(words, word) ?? word);
 }
 
 /** One document, or one a line. @param {string} text @param {string} name @param {Tell} tell @returns {unknown[]} */

@@ -3,7 +3,7 @@
 import { brokenImage, isPointer } from './heads.js';
 import { isImageName } from './kinds.js';
 import { isLaserLog, isOdometryName } from './laser_logs.js';
-import { adviceFor } from './other_formats.js';
+import { adviceFor, isGraph } from './other_formats.js';
 
 /**
  * What a file is for. `reason` completes "notes.pdf: not used: ..."; null: not worth a word (a file the system put
@@ -14,6 +14,8 @@ import { adviceFor } from './other_formats.js';
 const SYSTEM_FILES = /^(\.|thumbs\.db$|desktop\.ini$|__macosx$)/i;
 const TRAJECTORY_NAMES = /\.(tum|traj)$/i;
 const TEXT_NAMES = /\.(txt|csv|tsv|dat|xyz|mat)$/i;
+/** So many numbers, one a line, may be the ranges of a scan. */
+const MIN_RANGES = 24;
 /** Images of a format that is not looked into. */
 const OTHER_IMAGE_NAMES = /\.tiff?$/i;
 
@@ -39,8 +41,12 @@ export function classify(path, beginning, isTable = false) {
     return { role: 'ignored', reason: 'a Git LFS pointer, not the file itself; fetch it with git lfs pull' };
   const base = path.split('/').at(-1) ?? path;
   if (/\.ply$/i.test(base) || startsAsPly(head)) return { role: 'scan', is_log: false };
+  if (isGraph(head)) return { role: 'ignored', reason: adviceFor(base, head) };
   const isImage = /\.depth$/i.test(base);
-  if ((!isImage && isLaserLog(head)) || (isTable && !isOdometryName(base) && looksLikeNumbers(head)))
+  if (
+    (!isImage && isLaserLog(head)) ||
+    (isTable && !isOdometryName(base) && (looksLikeNumbers(head) || isColumn(head)))
+  )
     return { role: 'scan', is_log: true };
   if (TRAJECTORY_NAMES.test(base)) return { role: isOdometryName(base) ? 'odometry' : 'reference' };
   if (TEXT_NAMES.test(base) || !base.includes('.')) {
@@ -86,4 +92,11 @@ export function looksLikeNumbers(head) {
   };
   // A table may begin with the names of its columns.
   return spoken.slice(0, 3).some(isNumeric) && spoken.slice(1, 4).every(isNumeric);
+}
+/** Whether a text is a number a line, as many as a scan has. @param {Uint8Array} head */
+export function isColumn(head) {
+  const lines = new TextDecoder('latin1').decode(head).trim().split(/\r?\n/).slice(0, -1); // prettier-ignore
+  return (
+    lines.length >= MIN_RANGES && lines.slice(1).every((line) => line.trim() !== '' && Number.isFinite(Number(line)))
+  );
 }

@@ -21,6 +21,10 @@ import { withTimes } from './stamps.js';
 
 /** Images that hold distances in forms that are not read. */
 const FOREIGN_DEPTH_NAMES = /\.(tiff?|exr|npy|npz|bin|raw|dpt|depth)$/i;
+/** NYU's raw recordings: `d-TIME-TICKS.pgm` are a Kinect's raw values, not distances. */
+const RAW_KINECT = /(^|\/)d-\d+\.\d+-\d+\.pgm$/i;
+const RAW_REASON =
+  "not used: a Kinect's raw values (NYU), not distances; convert them with the data set's toolbox (get_synched_frames, project_depth_map), or by 351.3 / (1092.5 - value) metres with the bytes of each value swapped, and save PNG of 16 bits in mm";
 /** So many files of a series are looked into: one may be broken. */
 const LOOKED_INTO = 3;
 const REMEDY =
@@ -37,7 +41,9 @@ export async function findDepthRecordings(files, peek) {
   const images = [];
   /** @type {Note[]} */
   const broken = [];
-  for (const series of seriesOf(files.filter(({ path }) => isImageName(path)))) {
+  const isRaw = (/** @type {ListedFile} */ { path }) => RAW_KINECT.test(path);
+  for (const series of seriesOf(files.filter(isRaw))) broken.push({ file: nameOf(series), reason: RAW_REASON });
+  for (const series of seriesOf(files.filter((file) => isImageName(file.path) && !isRaw(file)))) {
     const { facts, fault } = await lookInto(series, peek);
     if (facts) images.push({ ...series, facts, hint: hintOfSeries(series) });
     else if (fault) broken.push({ file: nameOf(series), reason: `not used: ${fault}` });

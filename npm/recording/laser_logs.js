@@ -85,14 +85,18 @@ function isRangeTable(head, text) {
 }
 
 /** What an angle, the number of a beam and a range are called, as the engine knows it. */
-const ANGLE = /^(angle|theta|bearing|azimut|winkel|ángulo|angulo|angolo|角度|方位)/i;
+const ANGLE = /(^|[^\p{L}\d])(angle|angule|theta|bearing|azimut|servo|winkel|ángulo|angulo|angolo|角度|方位)/iu;
+const IN_ANGLES = /(^|[^\p{L}\d])(deg|rad|degrees|radians)([^\p{L}\d]|$)|°/iu;
+const HEADING =
+  /^(odometry|odom|odo|pose|robot|position|pos)?[_. ]?(theta|th|yaw|heading|phi|ang|orientation|rotation|rot|gier|richtung|cap|lacet|rumbo)([^\p{L}]|$)/iu;
 const BEAM = /^(beam|ray|strahl|haz|faisceau|step)/i;
 const RANGE = /^(range|dist|radius|abstand|entfernung|portée|alcance|距離|距离)/i;
 
 /** Whether the names of the columns are those of an angle or a beam, and of a range. @param {string[]} names */
 function isReading(names) {
   const has = (/** @type {RegExp} */ word) => names.some((name) => word.test(name));
-  return names.length < MIN_SCAN_NUMBERS && (has(ANGLE) || has(BEAM)) && has(RANGE);
+  const hasAngle = has(ANGLE) || names.some((name) => IN_ANGLES.test(name) && !HEADING.test(name));
+  return names.length < MIN_SCAN_NUMBERS && (hasAngle || has(BEAM)) && has(RANGE);
 }
 
 /** @param {string} word */

@@ -76,9 +76,29 @@ const ADVICE = [
   ],
   [/\.(ipynb|m|py|cpp|hpp|launch|sdf|urdf|xacro|world|rviz)$/i, 'a program or a description, and no recording'],
   [/\.bag\.active$/i, 'a bag that its recorder did not close; repair it: rosbag reindex FILE'],
-  [/\.(mp4|avi|mov|mkv|webm)$/i, 'a film; depth is needed, as images of 16 bits: PNG, or a ROS bag'],
+  [
+    /\.mkv$/i,
+    "a film; where an Azure Kinect recorded it, take its depth out by Open3D's azure_kinect_mkv_reader.py: python azure_kinect_mkv_reader.py --input FILE --output out",
+  ],
+  [
+    /\.(posegraph|data)$/i,
+    'a map of slam_toolbox, which is not read; give the bag that it was made of: ros2 bag record /scan /odom /tf /tf_static',
+  ],
+  [/\.stcm$/i, "a map of SLAMTEC's RoboStudio, which holds no scans; record the scans: ros2 bag record /scan"],
+  [/\.osf$/i, 'a recording of Ouster; save it as a bag or as clouds: ouster-cli source FILE save out.bag'],
+  [
+    /\.(geometric|photometric)\.bin$/i,
+    "a depth map of COLMAP; save it as an array: numpy.save('depth_0.npy', read_array(FILE)), by its read_write_dense.py",
+  ],
+  [
+    /\.bin$/i,
+    "numbers whose layout is not known: x y z and intensity as 32-bit floats are read, as KITTI and nuScenes have them; save others so: numpy.fromfile(FILE, '<f8').reshape(-1, 3).astype('<f4'), and numpy.save('0.npy', points)",
+  ],
+  [/\.(mp4|avi|mov|webm)$/i, 'a film; depth is needed, as images of 16 bits: PNG, or a ROS bag'],
 ];
 
+/** How lines of graphs of poses begin, whatever the file is called. */
+const RELATIONS = /^(EDGE(2|3|_SE2|_SE3:QUAT)|VERTEX_SE[23]\S*)\s/;
 /** What a Git LFS pointer begins with. */
 const LFS_POINTER = 'version https://git-lfs.github.com/spec/v1';
 
@@ -92,5 +112,14 @@ export function adviceFor(path, head = null) {
   if (head && new TextDecoder('latin1').decode(head.subarray(0, LFS_POINTER.length)) === LFS_POINTER) {
     return 'a pointer of Git LFS in place of the file; fetch the file: git lfs pull';
   }
-  return ADVICE.find(([name]) => name.test(path))?.[1] ?? null;
+  const known = ADVICE.find(([name]) => name.test(path))?.[1] ?? null;
+  const isOfGraph = known === null && head !== null && isGraph(head);
+  return isOfGraph ? 'relations between poses, without scans; give the log or bag of the laser' : known;
+}
+
+/** Whether what is known of a text is a graph of poses alone. @param {Uint8Array} head */
+export function isGraph(head) {
+  const lines = new TextDecoder('latin1').decode(head).split('\n').slice(0, -1);
+  const told = lines.filter((line) => line.trim() !== '' && !line.startsWith('#'));
+  return told.length > 0 && told.every((line) => RELATIONS.test(line));
 }

@@ -331,6 +331,12 @@ test('every format that is not read has the line that helps', () => {
     ['a.lvx', /CSV, LAS or PCD/],
     ['a.parquet', /to_csv/],
     ['seq/times.txt', /not those of the frames/],
+    ['map.posegraph', /ros2 bag record/],
+    ['map.stcm', /ros2 bag record/],
+    ['a.osf', /ouster-cli/],
+    ['a.mkv', /azure_kinect_mkv_reader\.py --input/],
+    ['depth_maps/1.png.geometric.bin', /numpy\.save/],
+    ['lms_front/1418381798086398.bin', /numpy\.save/],
   ])) {
     assert.match(adviceFor(name) ?? '', words, name);
   }

@@ -9,6 +9,7 @@ import { fileInMemory } from '../../npm/recording/contents.js';
 import { scanReader } from '../../npm/formats/scan_messages.js';
 import { isSickBinary, readSickBinary } from '../../npm/formats/sick.js';
 import { cameraFor } from '../../npm/recording/camera_file.js';
+import { understand } from '../../npm/recording.js';
 import { trajectoryBytes } from '../../npm/recording/pose_file.js';
 import { recordingsOf } from '../../npm/bag/bag_recordings.js';
 import { listOne, mcapBytes } from './bag_files.mjs';
@@ -230,4 +231,29 @@ test('logs that begin with numbers alone are no tables where words say who wrote
     assert.deepEqual(lines.length, 3);
     assert.deepEqual(JSON.parse(lines[0] ?? '').readings.slice(-3), readings.slice(-3));
   }
+});
+
+test('depth images as text, and raw values of a Kinect', async () => {
+  const [width, height] = [80, 60];
+  const row = (/** @type {number} */ v, /** @type {number} */ unit) =>
+    Array.from({ length: width }, (_, u) => (u === 3 ? 'nan' : String(unit * (1 + u / 100 + v / 50)))).join(',');
+  const image = (/** @type {number} */ unit) => Array.from({ length: height }, (_, v) => `${row(v, unit)}\n`).join('');
+  const file = (/** @type {string} */ name, /** @type {string} */ text) =>
+    fileInMemory(name, new TextEncoder().encode(text));
+  const { files, notes } = await convertFiles(
+    [file('depth_0.csv', image(1)), file('depth_1.csv', image(1000)), file('depth_2.csv', `${image(1)}1,2\n`)],
+    (made) => made,
+  );
+  assert.deepEqual(files.map(({ path }) => path), ['depth_0.pfm', 'depth_1.pfm']); // prettier-ignore
+  assert.match(notes[0]?.reason ?? '', /line 61 has 2 numbers where the image has 80 columns/i);
+  const [metres, millimetres] = await Promise.all(files.map(({ read }) => read()));
+  const pixels = new Float32Array(metres?.slice(-4 * width * height).buffer ?? new ArrayBuffer(0));
+  // The last row comes first in a PFM.
+  assert.ok(Math.abs((pixels[(height - 1) * width + 10] ?? 0) - 1.1) < 1e-6 && Number.isNaN(pixels[3] ?? 0));
+  const view = new DataView(millimetres?.slice(-2 * width * height).buffer ?? new ArrayBuffer(0));
+  assert.deepEqual([view.getUint16(2 * 10), view.getUint16(2 * 3)], [1100, 0]);
+  const raw = { path: 'basement/d-1316653580.471513-1316138413.pgm', size: 10 };
+  const { kind, notes: told } = await understand([raw], async () => new Uint8Array());
+  assert.equal(kind, 'nothing');
+  assert.match(told.map(({ reason }) => reason).join(), /a Kinect's raw values \(NYU\).*351\.3/);
 });

@@ -4,6 +4,7 @@ import assert from 'node:assert/strict';
 import { before, test } from 'node:test';
 import * as engine from '../../npm/index.js';
 import { convertFiles } from '../../npm/formats/convert.js';
+import { scanReader } from '../../npm/formats/scan_messages.js';
 import { fileInMemory } from '../../npm/recording/contents.js';
 
 const BEAMS = 61;
@@ -254,4 +255,52 @@ test('cameras, poses and other texts stay what they are', async () => {
     const { files, notes } = await convertFiles([file], (made) => made);
     assert.deepEqual([files, notes], [[file], []], name);
   }
+});
+
+test('an angle and a distance at a time: dictionaries, colons, the radar of the Arduino tutorials, letters', async () => {
+  const beams = Array.from({ length: 61 }, (_, beam) => beam);
+  const range = (/** @type {number} */ scan, /** @type {number} */ beam) => 100 + 10 * scan + beam;
+  const forth = (/** @type {number} */ scan) => (scan % 2 === 0 ? beams : beams.toReversed());
+  const inAll = (/** @type {(scan: number) => string} */ text) => [0, 1, 2].map(text).join('');
+  const files = {
+    'pylidar.txt': inAll((scan) => `{${beams.map((beam) => `${beam}: ${range(scan, beam)}`).join(', ')}}\n`),
+    'quoted.json': inAll((scan) => `{${beams.map((beam) => `"${beam}": ${range(scan, beam)}`).join(',')}}\n`),
+    'colons.txt': inAll((scan) => beams.map((beam) => `${beam}:${range(scan, beam)}\r\n`).join('')),
+    'COM3.txt': inAll((scan) =>
+      forth(scan)
+        .map((beam) => `${beam},${range(scan, beam)}.`)
+        .join(''),
+    ),
+    'letters.log': inAll(
+      (scan) => `scan ${scan}\n${beams.map((beam) => `a:${beam}.0 r:${range(scan, beam)}\n`).join('')}`,
+    ),
+  };
+  for (const [name, text] of Object.entries(files)) {
+    const { files: made } = await convertFiles([fileOf(name, text)], (content) => content);
+    const table = new TextDecoder().decode(await made[0]?.read());
+    const sweep = name === 'COM3.txt' ? forth : () => beams;
+    const rows = [0, 1, 2].flatMap((scan) => sweep(scan).map((beam) => [beam, range(scan, beam)]));
+    const read = table.trim().split('\n').slice(1).map((line) => line.split(',').map(Number)); // prettier-ignore
+    assert.deepEqual(read, rows, name);
+    const reconstruction = new engine.Reconstruction();
+    assert.equal(reconstruction.add_log(name, new TextEncoder().encode(table)).num_scans, 3, name);
+    reconstruction.free();
+  }
+  // What has colons and braces and is none of it.
+  const times = beams.map((minute) => `${10 + (minute % 3)}:${(7 * minute) % 60}\n`).join('');
+  for (const [name, text] of Object.entries({ 'times.txt': times, 'table.txt': '1,90.1\n2,90.2\n'.repeat(30) })) {
+    assert.equal(scanReader(text), null, name);
+  }
+});
+
+test("dictionaries of Python and a message's field alone", async () => {
+  const scan = (/** @type {number} */ at) =>
+    `{'stamp': ${100 + at}.5, 'angle_min': ${START}, 'angle_increment': ${STEP}, 'ok': True, 'note': None, 'ranges': [${Array(BEAMS).fill('2.5').join(', ')}]}\n`;
+  const { files } = await convertFiles([fileOf('scans.txt', scan(0) + scan(1))], (made) => made);
+  const lines = new TextDecoder().decode(await files[0]?.read()).trim().split('\n'); // prettier-ignore
+  assert.deepEqual(lines.map((line) => JSON.parse(line).timestamp), [100.5, 101.5]); // prettier-ignore
+  const field = `array('f', [${Array(360).fill('1.5').join(', ')}])\n---\n`.repeat(3);
+  const made = await convertFiles([fileOf('ranges.txt', field)], (content) => content);
+  const table = new TextDecoder().decode(await made.files[0]?.read()).trim().split('\n'); // prettier-ignore
+  assert.deepEqual([table.length, table[1]?.split(',').length], [4, 360]);
 });

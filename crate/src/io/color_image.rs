@@ -56,6 +56,7 @@ fn read_png(bytes: &[u8]) -> Result<ColorImage> {
     let (width, height) = (header.width as usize, header.height as usize);
     check_size(width, height, most_pixels(bytes, FREE_PIXELS, MAX_INFLATION))?;
     let mut reader = decoder.read_info().map_err(broken)?;
+    check_palette(reader.info())?;
     let size = reader.output_buffer_size().ok_or_else(|| Error::whole("The PNG is too large", REMEDY))?;
     let mut data = vec![0; size];
     let info = reader.next_frame(&mut data).map_err(broken)?;
@@ -67,6 +68,20 @@ fn read_png(bytes: &[u8]) -> Result<ColorImage> {
         ColorType::Rgba => data.chunks_exact(4).map(color).collect(),
     };
     Ok(ColorImage { width, height, pixels })
+}
+
+/// A palette has three bytes a colour, at most 256 of them, and no more opacities than colours (PNG specification, 11.2.2 and
+/// 11.3.1.1). The decoder takes that for granted and panics where it is not so.
+fn check_palette(info: &png::Info<'_>) -> Result<()> {
+    let num_bytes = info.palette.as_ref().map_or(0, |palette| palette.len());
+    let num_opacities = info.trns.as_ref().map_or(0, |opacities| opacities.len());
+    let is_indexed = info.color_type == ColorType::Indexed;
+    if is_indexed && (!num_bytes.is_multiple_of(3) || num_bytes > 3 * 256 || num_opacities > num_bytes / 3) {
+        let problem =
+            format!("The PNG's palette has {num_bytes} bytes and {num_opacities} opacities, which is not possible");
+        return Err(Error::whole(problem, "Copy or export it again"));
+    }
+    Ok(())
 }
 
 fn read_jpeg(bytes: &[u8]) -> Result<ColorImage> {

@@ -5,7 +5,7 @@ use std::f64::consts::{PI, TAU};
 
 use super::format::{TIMES, UNITS};
 use super::names::{
-    ANGLES, BEAMS, CLOCKS, HEADINGS, MAX_RADIANS, MIN_SCAN_NUMBERS, RANGES, bare, heading_unit, series, unit_in,
+    BEAMS, CLOCKS, HEADINGS, MAX_RADIANS, MIN_SCAN_NUMBERS, RANGES, bare, heading_unit, may_be_bearing, series, unit_in,
 };
 use super::rows::{Row, Table};
 use super::{AngleColumn, Layout, OdometryColumns, PoseColumns, TableFormat};
@@ -90,8 +90,24 @@ pub(super) fn named_reading(names: &[String]) -> Option<NamedReading> {
     let beam = names.iter().position(|name| BEAMS.contains(&bare(name))).map(|beam| NamedReading::Beam(beam, range));
     // Beside a position, an angle is a heading where the beams are counted.
     let is_heading = beam.is_some() && is_there("x") && is_there("y");
-    let angle = find(&ANGLES).filter(|_| !is_heading).map(|angle| NamedReading::Angle(angle, range));
-    angle.or(beam)
+    let angle = bearings(names).find(|&column| !is_heading && column != range);
+    angle.map(|angle| NamedReading::Angle(angle, range)).or(beam)
+}
+
+/// The columns that may be a reading's bearing by their names; a heading may be among them.
+fn bearings(names: &[String]) -> impl Iterator<Item = usize> + '_ {
+    (0..names.len()).filter(|&column| may_be_bearing(&names[column]))
+}
+
+/// Of several columns that may be the bearing, the one that changes most often from line to line: a heading stays as it is while
+/// the laser turns.
+fn most_changing(table: &Table, angle: usize, range: usize) -> usize {
+    let num_changes = |column: usize| {
+        let value = |row: &Row| row.values.get(column).copied();
+        table.rows.windows(2).filter(|pair| value(&pair[0]) != value(&pair[1])).count()
+    };
+    let others = bearings(&table.names).filter(|&column| column != range && column < table.width());
+    others.fold(angle, |best, next| if num_changes(next) > num_changes(best) { next } else { best })
 }
 
 pub(super) fn guess(table: &Table) -> Result<Guess> {
@@ -99,7 +115,7 @@ pub(super) fn guess(table: &Table) -> Result<Guess> {
     let Some(first) = rows.first() else { return Err(Error::whole("The file holds no table", "Give a laser log")) };
     match named_reading(&table.names) {
         Some(NamedReading::Angle(angle, range)) if angle.max(range) < table.width() => {
-            return Ok(guess_readings(table, angle, range));
+            return Ok(guess_readings(table, most_changing(table, angle, range), range));
         }
         Some(NamedReading::Beam(beam, range)) if beam.max(range) < table.width() => {
             return Ok(guess_counted(table, beam, range));

@@ -249,6 +249,39 @@ fn no_number(line: usize) -> Error {
     Error::line(line, "A word in this line is not a number", "Correct the line or remove it")
 }
 
+/// A sweep has this share of the angles between the lowest and the highest at least.
+const MIN_SWEEP: f64 = 0.5;
+
+/// Where the sweeps of an angle end: where it jumps, and where it turns back, as that of a sensor on a servo does.
+fn ends_of_sweeps(angles: &[f64]) -> Vec<usize> {
+    let (low, high) = angles.iter().fold((f64::MAX, f64::MIN), |(low, high), &a| (low.min(a), high.max(a)));
+    let least = MIN_SWEEP * (high - low);
+    let mut ends = Vec::new();
+    // Where this sweep has come furthest up and furthest down.
+    let (mut up, mut down) = (0, 0);
+    for at in 1..angles.len() {
+        let (angle, before) = (angles[at], angles[at - 1]);
+        if (angle - before).abs() > least || angle.is_nan() {
+            ends.push(at);
+            (up, down) = (at, at);
+            continue;
+        }
+        // It has swept up to `up` and is on its way down again, or the other way round.
+        let has_turned = |turn: usize, other: usize| {
+            other < turn && (angles[turn] - angles[other]).abs() > least && (angle - angles[turn]).abs() > least
+        };
+        if has_turned(up, down) || has_turned(down, up) {
+            let turn = up.max(down);
+            ends.push(turn + 1);
+            (up, down) = if angles[turn] > angle { (turn + 1, at) } else { (at, turn + 1) };
+        }
+        up = if angle > angles[up] { at } else { up };
+        down = if angle < angles[down] { at } else { down };
+    }
+    ends.push(angles.len());
+    ends
+}
+
 impl TableFormat {
     /// What keeps a row from being read.
     fn fault(&self, row: &Row) -> Option<Error> {
@@ -287,7 +320,7 @@ impl TableFormat {
         }
     }
 
-    /// Readings one after the other: a scan ends where its angles jump back.
+    /// Readings one after the other: a scan ends where its angles jump back, or turn back.
     fn scans_of_readings(&self, rows: &[&Row], range: usize, angle: Option<AngleColumn>) -> Vec<LaserScan> {
         let range_of = |row: &&Row| self.range_of(row.values[range]);
         let Some(AngleColumn { column, unit }) = angle else {
@@ -296,14 +329,9 @@ impl TableFormat {
             return rows.first().map(|row| self.scan(0, row, ranges, bearings)).into_iter().collect();
         };
         let angles: Vec<f64> = rows.iter().map(|row| row.values[column]).collect();
-        let (low, high) = angles.iter().fold((f64::MAX, f64::MIN), |(low, high), &a| (low.min(a), high.max(a)));
-        let jumps = |pair: &[f64]| (pair[1] - pair[0]).abs() > 0.5 * (high - low) || pair[1].is_nan();
-        let mut ends: Vec<usize> =
-            angles.windows(2).zip(1..).filter(|(pair, _)| jumps(pair)).map(|(_, end)| end).collect();
-        ends.push(rows.len());
         let mut begin = 0;
         let (mut scans, mut first_rows): (Vec<LaserScan>, Vec<&Row>) = (Vec::new(), Vec::new());
-        for end in ends {
+        for end in ends_of_sweeps(&angles) {
             let beams = begin..end.min(begin + MAX_BEAMS);
             let bearings = angles[beams.clone()].iter().map(|angle| self.start + unit * angle).collect();
             let ranges = rows[beams].iter().map(range_of).collect();

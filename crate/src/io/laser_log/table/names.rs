@@ -17,8 +17,8 @@ pub(super) struct Series {
 }
 
 /// What columns are called: in English, German, French, Spanish, Italian, Portuguese, Japanese and Chinese.
-pub(super) const ANGLES: [&str; 10] =
-    ["angle", "theta", "bearing", "azimut", "winkel", "ángulo", "angulo", "angolo", "角度", "方位"];
+pub(super) const ANGLES: [&str; 12] =
+    ["angle", "angule", "theta", "bearing", "azimut", "servo", "winkel", "ángulo", "angulo", "angolo", "角度", "方位"];
 pub(super) const RANGES: [&str; 9] =
     ["range", "dist", "radius", "abstand", "entfernung", "portée", "alcance", "距離", "距离"];
 pub(super) const BEAMS: [&str; 10] =
@@ -155,10 +155,21 @@ fn is_unit(word: &str) -> bool {
     ["deg", "rad", "degrees", "radians"].contains(&word) || UNITS.iter().chain(&TIMES).any(|(name, _)| *name == word)
 }
 
-/// The unit of a list that a name says: `distance_mm`, `range (cm)`.
+/// The unit of a list that a name says: `distance_mm`, `range (cm)`, `range in m`. The last one counts: `in` is a word, too.
 pub(super) fn unit_in(name: &str, units: &[(&str, f64)]) -> Option<f64> {
-    let words = name.split(|c: char| !c.is_ascii_alphabetic());
-    words.filter_map(|word| units.iter().find(|unit| unit.0 == word)).map(|unit| unit.1).next()
+    let words = name.split(|c: char| !c.is_ascii_alphabetic()).filter(|word| !word.is_empty());
+    let known: Vec<(usize, f64)> =
+        words.enumerate().filter_map(|(at, word)| Some((at, units.iter().find(|unit| unit.0 == word)?.1))).collect();
+    known.last().map(|&(_, unit)| unit)
+}
+
+/// Whether a column of this name may be the bearing of a reading: `scan_angle`, `theta`, or anything in degrees or radians
+/// (`sensor_deg`) that is not called as a heading.
+pub(super) fn may_be_bearing(name: &str) -> bool {
+    let is_word = |word: &str| ANGLES.iter().any(|angle| word.starts_with(angle));
+    let words = || name.split(|c: char| !c.is_alphanumeric());
+    let is_angle = words().any(|word| ["deg", "rad", "degrees", "radians"].contains(&word)) || name.contains('°');
+    words().any(is_word) || is_angle && !HEADINGS.contains(&bare(name))
 }
 
 /// One of a heading (rad) by its name.
@@ -201,5 +212,12 @@ mod tests {
         );
         assert_eq!(unit_in("dist_cm", &UNITS), Some(0.01));
         assert_eq!(unit_in("time (ms)", &TIMES), Some(1e-3));
+        assert_eq!(
+            ["range in m", "dist (in)", "span_ft"].map(|name| unit_in(name, &UNITS)),
+            [1.0, 0.0254, 0.3048].map(Some)
+        );
+        let bearings = ["angle", "scan_angle", "servo", "sensor_deg", "angle (°)", "theta"].map(may_be_bearing);
+        assert_eq!(bearings, [true; 6]);
+        assert_eq!(["heading_deg", "x", "rectangle", "yaw (rad)", "radius"].map(may_be_bearing), [false; 5]);
     }
 }

@@ -1,0 +1,75 @@
+// @ts-check
+/**
+ * Readings as small sensors and students' programs print them, an angle and a distance at a time, as a table of two columns: its
+ * unit, the laser's sense and where a scan ends are found as of any other table.
+ *
+ * | what | example |
+ * |---|---|
+ * | a dictionary a scan, as the Python packages of YDLIDARs print it | `{0: 1234, 1: 1230, ...}` |
+ * | an angle and a distance a line, behind a colon | `15:1234` |
+ * | the radar of the Arduino tutorials: angle, distance, a point | `15,34.16,33.17,33.` |
+ * | letters before the numbers | `a:15.50 r:1.234` |
+ */
+
+const NUMBER = String.raw`-?\d+(?:\.\d+)?`;
+/** So many readings have to stand at the beginning. */
+const FIRST = 8;
+const PAIR = new RegExp(String.raw`["']?(${NUMBER})["']?\s*:\s*(${NUMBER}|nan|inf|None|null)\s*(?=[,}])`, 'gi');
+const DICTIONARY = new RegExp(
+  String.raw`^\s*\{\s*(?:["']?${NUMBER}["']?\s*:\s*(?:${NUMBER}|nan|inf|None|null)\s*,\s*){${FIRST}}`,
+  'i',
+);
+const COLON_LINE = new RegExp(String.raw`^\s*(${NUMBER})\s*:\s*(${NUMBER})\s*(?:m|cm|mm)?\s*$`);
+const RADAR = /(\d{1,3}),(\d{1,5})\./g;
+/** Behind each point the next angle and its comma follow, which they do in no table. */
+const RADAR_ALONE = new RegExp(String.raw`^(?:\s*\d{1,3},\d{1,5}\.){${FIRST},}\s*(?:\d{1,3}(?:,\d{0,5})?)?\s*$`);
+const LETTERS = new RegExp(String.raw`\ba\s*[:=]\s*(${NUMBER})[\s,;]+(?:r|d)\s*[:=]\s*(${NUMBER})`, 'i');
+
+/** @typedef {[angle: string, distance: string][]} Readings */
+
+/** @type {readonly { is: (head: string) => boolean, read: (text: string) => Readings }[]} */
+const KINDS = [
+  { is: (head) => DICTIONARY.test(head), read: (text) => [...text.matchAll(PAIR)].map(pairOf) },
+  { is: (head) => RADAR_ALONE.test(head), read: (text) => [...text.matchAll(RADAR)].map(pairOf) },
+  { is: (head) => areMost(head, COLON_LINE), read: (text) => linesOf(text, COLON_LINE) },
+  { is: (head) => areMost(head, LETTERS), read: (text) => linesOf(text, LETTERS) },
+];
+
+/**
+ * What reads a text that begins like this as a table; null where it is none of these.
+ * @param {string} head
+ * @returns {((text: string) => string) | null}
+ */
+export function angleDistanceReader(head) {
+  const kind = KINDS.find(({ is }) => is(head));
+  if (!kind) return null;
+  return (text) => {
+    const readings = kind.read(text);
+    const rows = readings.map(([angle, range]) => `${angle},${Number.isFinite(Number(range)) ? range : 'nan'}\n`);
+    return `angle,range\n${rows.join('')}`;
+  };
+}
+
+/** @param {RegExpMatchArray} match @returns {[string, string]} */
+function pairOf([, angle = '', distance = '']) {
+  return [angle, distance];
+}
+
+/** Whether most of the first lines are readings, and their angles go on evenly: a time has a colon, too. @param {string} head @param {RegExp} line */
+function areMost(head, line) {
+  const lines = head.split(/\r?\n/).filter((text) => text.trim() !== '');
+  const angles = linesOf(head, line).map(([angle]) => Number(angle));
+  if (angles.length < 3 * FIRST || 4 * angles.length < 3 * lines.length) return false;
+  const steps = angles.slice(1).map((angle, at) => Math.abs(angle - (angles[at] ?? 0)));
+  const step = steps.toSorted((a, b) => a - b)[steps.length >> 1] ?? 0;
+  const numEven = steps.filter((value) => Math.abs(value - step) <= step).length;
+  return step > 0 && 10 * numEven >= 9 * steps.length;
+}
+
+/** @param {string} text @param {RegExp} line @returns {Readings} */
+function linesOf(text, line) {
+  return text.split(/\r?\n/).flatMap((given) => {
+    const match = line.exec(given);
+    return match ? [pairOf(match)] : [];
+  });
+}
