@@ -82,7 +82,7 @@ function figures(result, { num_frames = 0 }) {
     rows.push([
       `Distance to ${text(name)}`,
       millimetres(comparison.mean),
-      `${words(comparison)}, first poses made equal; ${matched}`,
+      `${words(comparison)}, first poses aligned; ${matched}`,
     ]);
     if (aligned)
       rows.push([
@@ -239,9 +239,10 @@ img, svg { display: block; width: 100%; max-height: 80vh; border: 1px solid #dde
 .legend { margin: 0; color: #536070; } .legend i { display: inline-block; width: 28px; margin: 0 6px 4px 12px; border-top: 3px solid; }
 ul { margin: 0; padding-left: 20px; overflow-wrap: anywhere; }
 table { width: 100%; border-collapse: collapse; font-size: 12.5px; font-variant-numeric: tabular-nums; }
-th, td { padding: 3px 6px; border-bottom: 1px solid #dde3ea; text-align: right; vertical-align: top; overflow-wrap: anywhere; }
+th, td { padding: 3px 6px; border-bottom: 1px solid #dde3ea; text-align: right; vertical-align: top; white-space: nowrap; }
+td:nth-child(2), td:last-child, .settings td { white-space: normal; overflow-wrap: anywhere; }
 th:nth-child(2), td:nth-child(2), td:nth-child(3), th:nth-child(3), td:last-child, th:last-child, .settings th { text-align: left; }
 .settings { width: auto; } .settings th { font-weight: 400; color: #536070; }
 .good { color: #19703e; } .doubtful { color: #8a4f08; font-weight: 600; } .lost { color: #ad2219; font-weight: 600; }
-@media print { body { margin: 0; max-width: none; } thead { display: table-header-group; } tr, svg, img { break-inside: avoid; } h2 { break-after: avoid; } }
+@media print { body { margin: 0; max-width: none; } table { font-size: 11px; } th, td { padding: 2px 4px; } thead { display: table-header-group; } tr, svg, img { break-inside: avoid; } h2 { break-after: avoid; } }
 `;
