@@ -25,7 +25,7 @@ const MOST_NAMES = 30;
  */
 export function reportHtml(result, context) {
   const { title, opened, losses, picture } = context;
-  const notes = [...losses, ...result.notes];
+  const notes = unlike([...losses, ...result.notes]);
   return `<!doctype html>
 <html lang="en">
 <head>
@@ -127,11 +127,11 @@ function frameTable({ frames, comparison }) {
 
 /** @param {Frame} frame */
 function poseCells({ T_world_sensor: pose }) {
-  const degrees = (/** @type {number} */ radians) => ((radians * 180) / Math.PI).toFixed(2);
-  if ('theta' in pose) return [pose.x.toFixed(3), pose.y.toFixed(3), degrees(pose.theta)];
+  const degrees = (/** @type {number} */ radians) => fixed((radians * 180) / Math.PI, 2);
+  if ('theta' in pose) return [fixed(pose.x, 3), fixed(pose.y, 3), degrees(pose.theta)];
   const { x, y, z, qx, qy, qz, qw } = pose;
   const turn = 2 * Math.atan2(Math.hypot(qx, qy, qz), Math.abs(qw));
-  return [x.toFixed(3), y.toFixed(3), z.toFixed(3), degrees(turn)];
+  return [fixed(x, 3), fixed(y, 3), fixed(z, 3), degrees(turn)];
 }
 
 /** @param {object} settings */
@@ -212,6 +212,15 @@ function distance(a, b) {
 function millimetres(metres) {
   return `${(1000 * metres).toFixed(1)} mm`;
 }
+
+/** What the page tells and what the result notes may be the same sentence. @param {readonly string[]} sentences */
+function unlike(sentences) {
+  const letters = (/** @type {string} */ sentence) => sentence.replaceAll(/[^\p{L}\p{N}]+/gu, ' ').trim();
+  return [...new Map(sentences.map((sentence) => [letters(sentence), sentence])).values()];
+}
+
+/** Without the sign of a rounded zero. @param {number} value @param {number} digits */
+const fixed = (value, digits) => value.toFixed(digits).replace(/^-(0\.?0*)$/, '$1');
 
 /** @param {readonly string[]} lines */
 function list(lines) {
