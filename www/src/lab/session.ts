@@ -10,7 +10,8 @@ import { KeptIterations } from './kept-iterations.js';
 import { Player } from './player.js';
 import { between, IDENTITY } from './poses.js';
 import type { LabFacts, LabIteration, LabTrace, Options, OwnComparison, Pose } from './protocol.js';
-import { MOST_POINTS, numLargest, tooLarge, voxelFor } from './thinning.js';
+import { MOST_POINTS, voxelFor } from '../../../npm/lab/thinning.js';
+import { numLargest, tooLarge } from './thinning.js';
 import { stateWords } from './words.js';
 
 /** Methods that are compared at most. */
@@ -316,8 +317,10 @@ export class LabSession extends Session<LabClient> {
     this.changed();
     try {
       const facts = await client.prepare(id, options);
-      if (options.voxel_size === undefined && numLargest(facts) > MOST_POINTS) {
-        const voxel_size = await voxelFor(facts, (size) => client.prepare(id, { ...options, voxel_size: size }));
+      if (options.voxel_size === undefined && !facts.is_planar && numLargest(facts) > MOST_POINTS) {
+        const voxel_size = await voxelFor(facts.target_points, async (size) =>
+          numLargest(await client.prepare(id, { ...options, voxel_size: size })),
+        );
         this.tell([tooLarge(facts, voxel_size)]);
         this.#change(id, { options: { ...options, voxel_size } });
         await this.#runOne(id);
