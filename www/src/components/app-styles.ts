@@ -157,7 +157,7 @@ export const app_styles = css`
     display: none;
   }
   /* Beside the map no recording's name needs the room. */
-  .narrow .aside .brand span {
+  :is(.medium, .narrow) .aside .brand span {
     display: inline;
   }
   .narrow .dataset {

@@ -91,7 +91,7 @@ function row(run: LabRun, reference: Pose | null, has: CompareFacts): TemplateRe
         <td>${apart ? html`${formatLength(apart.translation)}<br />${formatAngle(apart.rotation, 1)}` : '–'}</td>
         <td>${own ? '–' : formatDuration(trace.milliseconds)}</td>
         <td>${home === undefined ? '–' : home === null ? '…' : formatPercent(home)}</td>`
-    : html`<td colspan="5">${problem || '…'}</td>`;
+    : html`<td colspan="5">${problem || 'running…'}</td>`;
   return html`<tr class=${id === has.active ? 'selected' : ''}>
     <th scope="row" class="name">
       <button class="link" aria-pressed=${id === has.active} @click=${() => has.look(id)}>

@@ -89,6 +89,8 @@ export function methodName(options: Options, facts: Pick<LabFacts, 'is_planar' |
     robust_kernel_width = 0.05,
     trim_fraction = 0,
     max_correspondence_distance = 0.5,
+    search_translation = 0,
+    search_rotation = 0,
   } = options;
   const metric = METRICS[metricOf(options, facts)];
   const has_width = robust_kernel !== 'none' && (robust_kernel !== 'cauchy' || robust_kernel_width !== 0.05);
@@ -101,6 +103,7 @@ export function methodName(options: Options, facts: Pick<LabFacts, 'is_planar' |
         : '',
     trim_fraction > 0 ? `trimmed ${Math.round(100 * trim_fraction)}\u202f%` : '',
     max_correspondence_distance === 0.5 ? '' : `within ${formatLength(max_correspondence_distance)}`,
+    search_translation > 0 || search_rotation > 0 ? 'after a search' : '',
   ]
     .filter(Boolean)
     .join(', ');
