@@ -20,6 +20,10 @@ const LAYERS: &[&[&str]] = &[
     &["wasm"],
 ];
 
+/// Where the sources of the engine and those of the synthetic worlds are.
+const ENGINE: &str = "crate/src";
+const SCENE: &str = "crate/scene/src";
+
 /// At most so many rooms stand beside `lib.rs` and `error.rs`.
 const MAX_ROOMS: usize = 12;
 
@@ -50,7 +54,7 @@ fn imports_point_one_way() {
     let mut imports = 0;
     for source in sources() {
         let Some(&rank) = ranks.get(source.module.as_str()) else {
-            faults.push(format!("{}: the module {} has no place in LAYERS", source.path.display(), source.module));
+            faults.push(format!("{}: the module {} has no place in LAYERS", source.file, source.module));
             continue;
         };
         for (line, imported) in source.imports() {
@@ -59,7 +63,7 @@ fn imports_point_one_way() {
                 || ranks.get(imported.as_str()).is_some_and(|&imported_rank| imported_rank < rank);
             let blind = source.module == "evaluation" && EVALUATION_MUST_NOT_KNOW.contains(&imported.as_str());
             if !allowed || blind {
-                let path = source.path.display();
+                let path = &source.file;
                 faults.push(format!("{path}:{line}: {} must not import from {imported}", source.module));
             }
         }
@@ -71,7 +75,8 @@ fn imports_point_one_way() {
 #[test]
 fn every_room_has_a_page_that_introduces_it() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("crate/src");
-    let entries = fs::read_dir(&root).expect("crate/src can be read").map(|entry| entry.expect("an entry").path());
+    let entries =
+        fs::read_dir(&root).expect("the folder of sources can be read").map(|entry| entry.expect("an entry").path());
     let (rooms, files): (Vec<PathBuf>, Vec<PathBuf>) = entries.partition(|path| path.is_dir());
     assert!(rooms.len() <= MAX_ROOMS, "{} rooms in crate/src, at most {MAX_ROOMS} are meant", rooms.len());
     for room in rooms {
@@ -89,10 +94,12 @@ fn every_room_has_a_page_that_introduces_it() {
 
 #[test]
 fn no_files_import_each_other_in_a_ring() {
-    let sources: BTreeMap<String, String> =
-        sources().into_iter().map(|source| (source.file(), source.text())).collect();
-    let rings = files_in_a_ring(&sources);
-    assert!(rings.is_empty(), "files import each other in a ring: {rings:?}");
+    for root in [ENGINE, SCENE] {
+        let sources: BTreeMap<String, String> =
+            sources_in(root).into_iter().map(|source| (source.file.clone(), source.text())).collect();
+        let rings = files_in_a_ring(&sources);
+        assert!(rings.is_empty(), "files of {root} import each other in a ring: {rings:?}");
+    }
 }
 
 #[test]
@@ -132,7 +139,7 @@ fn bindings_clocks_and_printing_stay_in_wasm() {
                 FORBIDDEN
                     .iter()
                     .filter(|word| has_word(&line, word))
-                    .map(|word| format!("{}:{number}: {word}", source.path.display())),
+                    .map(|word| format!("{}:{number}: {word}", source.file)),
             );
         }
     }
@@ -142,7 +149,7 @@ fn bindings_clocks_and_printing_stay_in_wasm() {
 #[test]
 fn the_reader_of_sources_reads_them_rightly() {
     let source = Source {
-        path: PathBuf::from("odometry.rs"),
+        file: "odometry.rs".to_owned(),
         module: "odometry".into(),
         text: "//! crate::wasm and println! in words\n\
                use crate::{Error, geometry::{Pose2,\n PointCloud}, map};\n\
@@ -160,21 +167,16 @@ fn the_reader_of_sources_reads_them_rightly() {
     assert!(source.code().all(|(_, line)| !has_word(&line, "js_sys") && !has_word(&line, "print!")));
 }
 
-/// A source file of the crate.
+/// A source file.
 struct Source {
-    path: PathBuf,
+    /// Below the folder of sources, with `/` on every platform.
+    file: String,
     /// The top-level module it belongs to.
     module: String,
     text: String,
 }
 
 impl Source {
-    /// Its file below `crate/src`, with `/` on every platform.
-    fn file(&self) -> String {
-        let path = self.path.to_string_lossy().replace('\\', "/");
-        path.split_once("crate/src/").map_or_else(|| path.clone(), |(_, inside)| inside.to_owned())
-    }
-
     /// Its code without comments and tests.
     fn text(&self) -> String {
         self.code().map(|(_, line)| line + "\n").collect()
@@ -347,22 +349,28 @@ fn has_word(line: &str, word: &str) -> bool {
 }
 
 fn sources() -> Vec<Source> {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("crate/src");
+    sources_in(ENGINE)
+}
+
+/// All sources of a package but its `lib.rs`.
+fn sources_in(folder: &str) -> Vec<Source> {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join(folder);
     let mut found = Vec::new();
     let mut folders = vec![root.clone()];
     while let Some(folder) = folders.pop() {
-        for entry in fs::read_dir(&folder).expect("crate/src can be read") {
-            let path = entry.expect("crate/src can be read").path();
+        for entry in fs::read_dir(&folder).expect("the folder of sources can be read") {
+            let path = entry.expect("the folder of sources can be read").path();
             if path.is_dir() {
                 folders.push(path);
                 continue;
             }
-            let inside = path.strip_prefix(&root).expect("it lies in crate/src");
+            let inside = path.strip_prefix(&root).expect("it lies in that folder");
             let first = inside.components().next().expect("it has a name").as_os_str().to_string_lossy();
             let module = first.trim_end_matches(".rs").to_owned();
             if module != "lib" && path.extension().is_some_and(|extension| extension == "rs") {
                 let text = fs::read_to_string(&path).expect("a source is text");
-                found.push(Source { path, module, text });
+                let file = inside.to_string_lossy().replace('\\', "/");
+                found.push(Source { file, module, text });
             }
         }
     }

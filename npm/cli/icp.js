@@ -2,6 +2,7 @@
 /** `scanstitch icp`: one registration, looked into. */
 import { basename } from 'node:path';
 import { OwnPosesError } from '../lab/own_poses.js';
+import { MOST_POINTS, voxelFor } from '../lab/thinning.js';
 import { CommandError, EXIT, isScanstitchError, readArguments, table } from './command.js';
 import { writeWhole } from './disk.js';
 import { readInput } from './inputs.js';
@@ -59,7 +60,7 @@ Examples:
 async function run(engine, args) {
   const { values, positionals } = readArguments('icp', { args, options: OPTIONS, allowPositionals: true });
   if (positionals.length !== 2) throw new CommandError('Give a source and a target. See: scanstitch icp --help');
-  const options = Object.fromEntries((values.set ?? []).map(setting));
+  const given = Object.fromEntries((values.set ?? []).map(setting));
   const grid = gridOf(values);
   const own = values.own === undefined ? null : ownPoses(engine, values.own);
   /** @type {PointCloud[]} */
@@ -67,7 +68,7 @@ async function run(engine, args) {
   try {
     for (const path of positionals) clouds.push(readCloud(engine, path));
     const [source, target] = /** @type {[PointCloud, PointCloud]} */ (clouds);
-    tellSize(source, target, options);
+    const options = { ...given, ...(await thinning(engine, source, target, given)) };
     const result = engine.register(source, target, { ...options, trace: true });
     process.stdout.write(iterations(result));
     const is_stuck = result.end_reason === 'no_step';
@@ -87,16 +88,27 @@ async function run(engine, args) {
   }
 }
 
-/** Clouds of more points take seconds an iteration. */
-const MANY_POINTS = 300_000;
-
-/** @param {PointCloud} source @param {PointCloud} target @param {Options} options */
-function tellSize(source, target, options) {
+/**
+ * Options that thin clouds of more points than can be registered in seconds, which is told.
+ * @param {Engine} engine @param {PointCloud} source @param {PointCloud} target @param {Options} options
+ * @returns {Promise<Options>}
+ */
+async function thinning(engine, source, target, options) {
   const most = Math.max(source.length, target.length);
-  if (most <= MANY_POINTS || options.voxel_size !== undefined) return;
+  if (most <= MOST_POINTS || options.voxel_size !== undefined) return {};
+  const counted = (/** @type {number} */ voxel_size) => {
+    const lab = new engine.IcpLab(source, target, { metric: 'point_to_point', voxel_size });
+    // Planar clouds have no voxels.
+    const count = lab.is_planar ? 0 : Math.max(lab.source_points().length, lab.target_points().length) / 3;
+    lab.free();
+    return count;
+  };
+  if (counted(0) <= MOST_POINTS) return {};
+  const voxel_size = await voxelFor(target.positions(), counted);
   process.stderr.write(
-    `scanstitch: a cloud of ${most} points takes seconds an iteration. --set voxel_size=0.1 thins both.\n`,
+    `scanstitch: a cloud of ${most} points: both are thinned to one point in ${voxel_size} m. --set voxel_size=0 uses all points.\n`,
   );
+  return { voxel_size };
 }
 
 /** Why the loop found no step. @param {import('../index.js').RegistrationResult} result */

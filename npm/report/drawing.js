@@ -3,7 +3,12 @@
 
 /** Of a larger map every so-manieth point is drawn, so that there are at most so many. */
 const MOST_POINTS = 20_000;
-/** Share of the map's points, on each side of each axis, that may lie outside the picture. */
+/** Points within this quantile of the distances to the path, or this many times their median, are to be in the picture, as on the page. */
+const NEAR_QUANTILE = 0.9;
+const NEAR_MEDIANS = 2;
+/** Places of the path from which those distances are measured, at most. */
+const MOST_PLACES = 200;
+/** Share of the near points, on each side of each axis, that may lie outside the picture. */
 const STRAYS = 0.01;
 /** Width of the picture, and its height at most (units of the picture). */
 const WIDTH = 960;
@@ -22,10 +27,8 @@ const MARGIN = 24;
 /** @param {Scene} scene */
 export function drawing(scene) {
   const points = thinned(scene.points);
-  const view = viewOf(
-    points,
-    [...scene.path, ...scene.reference].flatMap((point) => (point ? [point] : [])),
-  );
+  const path = scene.path.filter((point) => point !== null);
+  const view = viewOf(nearPath(points, path), [...path, ...scene.reference.filter((point) => point !== null)]);
   if (!view) return '';
   const dots = [];
   for (let i = 0; i < points.length; i += 2) {
@@ -53,6 +56,23 @@ function thinned(points) {
   const kept = new Float32Array(2 * Math.ceil(points.length / 2 / stride));
   for (let i = 0; 2 * i < kept.length; i++) kept.set(points.subarray(2 * i * stride, 2 * i * stride + 2), 2 * i);
   return kept;
+}
+
+/** Those that are not much farther from the path than most: a far glimpse does not shrink the rest. @param {Float32Array} points @param {Point[]} path */
+function nearPath(points, path) {
+  const stride = Math.max(1, Math.ceil(path.length / MOST_PLACES));
+  const places = path.filter((_, i) => i % stride === 0);
+  if (places.length === 0) return points;
+  const distances = Float32Array.from({ length: points.length / 2 }, (_, i) => {
+    let least = Infinity;
+    for (const [x, y] of places)
+      least = Math.min(least, Math.hypot((points[2 * i] ?? 0) - x, (points[2 * i + 1] ?? 0) - y));
+    return least;
+  });
+  const sorted = distances.slice().sort();
+  const at = (/** @type {number} */ share) => sorted[Math.round(share * (sorted.length - 1))] ?? 0;
+  const limit = Math.max(at(NEAR_QUANTILE), NEAR_MEDIANS * at(0.5));
+  return points.filter((_, k) => (distances[k >> 1] ?? 0) <= limit);
 }
 
 /** From the least to the most of an axis. @param {Float32Array} points @param {Point[]} others @param {0 | 1} axis */

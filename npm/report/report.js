@@ -25,7 +25,7 @@ const MOST_NAMES = 30;
  */
 export function reportHtml(result, context) {
   const { title, opened, losses, picture } = context;
-  const notes = [...losses, ...result.notes];
+  const notes = unlike([...losses, ...result.notes]);
   return `<!doctype html>
 <html lang="en">
 <head>
@@ -82,7 +82,7 @@ function figures(result, { num_frames = 0 }) {
     rows.push([
       `Distance to ${text(name)}`,
       millimetres(comparison.mean),
-      `${words(comparison)}, first poses made equal; ${matched}`,
+      `${words(comparison)}, first poses aligned; ${matched}`,
     ]);
     if (aligned)
       rows.push([
@@ -127,11 +127,11 @@ function frameTable({ frames, comparison }) {
 
 /** @param {Frame} frame */
 function poseCells({ T_world_sensor: pose }) {
-  const degrees = (/** @type {number} */ radians) => ((radians * 180) / Math.PI).toFixed(2);
-  if ('theta' in pose) return [pose.x.toFixed(3), pose.y.toFixed(3), degrees(pose.theta)];
+  const degrees = (/** @type {number} */ radians) => fixed((radians * 180) / Math.PI, 2);
+  if ('theta' in pose) return [fixed(pose.x, 3), fixed(pose.y, 3), degrees(pose.theta)];
   const { x, y, z, qx, qy, qz, qw } = pose;
   const turn = 2 * Math.atan2(Math.hypot(qx, qy, qz), Math.abs(qw));
-  return [x.toFixed(3), y.toFixed(3), z.toFixed(3), degrees(turn)];
+  return [fixed(x, 3), fixed(y, 3), fixed(z, 3), degrees(turn)];
 }
 
 /** @param {object} settings */
@@ -213,6 +213,15 @@ function millimetres(metres) {
   return `${(1000 * metres).toFixed(1)} mm`;
 }
 
+/** What the page tells and what the result notes may be the same sentence. @param {readonly string[]} sentences */
+function unlike(sentences) {
+  const letters = (/** @type {string} */ sentence) => sentence.replaceAll(/[^\p{L}\p{N}]+/gu, ' ').trim();
+  return [...new Map(sentences.map((sentence) => [letters(sentence), sentence])).values()];
+}
+
+/** Without the sign of a rounded zero. @param {number} value @param {number} digits */
+const fixed = (value, digits) => value.toFixed(digits).replace(/^-(0\.?0*)$/, '$1');
+
 /** @param {readonly string[]} lines */
 function list(lines) {
   return `<ul>${lines.map((line) => `<li>${text(line, 2000)}</li>`).join('')}</ul>`;
@@ -239,9 +248,10 @@ img, svg { display: block; width: 100%; max-height: 80vh; border: 1px solid #dde
 .legend { margin: 0; color: #536070; } .legend i { display: inline-block; width: 28px; margin: 0 6px 4px 12px; border-top: 3px solid; }
 ul { margin: 0; padding-left: 20px; overflow-wrap: anywhere; }
 table { width: 100%; border-collapse: collapse; font-size: 12.5px; font-variant-numeric: tabular-nums; }
-th, td { padding: 3px 6px; border-bottom: 1px solid #dde3ea; text-align: right; vertical-align: top; overflow-wrap: anywhere; }
+th, td { padding: 3px 6px; border-bottom: 1px solid #dde3ea; text-align: right; vertical-align: top; white-space: nowrap; }
+td:nth-child(2), td:last-child, .settings td { white-space: normal; overflow-wrap: anywhere; }
 th:nth-child(2), td:nth-child(2), td:nth-child(3), th:nth-child(3), td:last-child, th:last-child, .settings th { text-align: left; }
 .settings { width: auto; } .settings th { font-weight: 400; color: #536070; }
 .good { color: #19703e; } .doubtful { color: #8a4f08; font-weight: 600; } .lost { color: #ad2219; font-weight: 600; }
-@media print { body { margin: 0; max-width: none; } thead { display: table-header-group; } tr, svg, img { break-inside: avoid; } h2 { break-after: avoid; } }
+@media print { body { margin: 0; max-width: none; } table { font-size: 11px; } th, td { padding: 2px 4px; } thead { display: table-header-group; } tr, svg, img { break-inside: avoid; } h2 { break-after: avoid; } }
 `;

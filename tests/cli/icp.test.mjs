@@ -1,7 +1,7 @@
 // @ts-check
 /** One registration looked into, and somebody's own ICP beside it. */
 import assert from 'node:assert/strict';
-import { readFileSync } from 'node:fs';
+import { readFileSync, writeFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { test } from 'node:test';
 import * as engine from '../../npm/index.js';
@@ -246,4 +246,31 @@ test('scanstitch icp refuses what it cannot register, each with its reason', (t)
   assert.equal(status, 2);
   assert.match(stdout, /ended: no_step/);
   assert.match(stderr, /The clouds do not overlap from this start/);
+});
+
+test('scanstitch icp thins clouds that would take minutes, says so, and takes all points where told', (t) => {
+  const folder = temporaryFolder(t);
+  const count = 310_000;
+  const cloud = (/** @type {number} */ shift) => {
+    const values = new Float32Array(3 * count);
+    for (let i = 0; i < count; i++) {
+      const [x, y] = [0.02 * (i % 600), 0.02 * Math.floor(i / 600)];
+      values.set([x + shift, y, 0.2 * Math.sin(x) * Math.cos(y)], 3 * i);
+    }
+    const head = `ply\nformat binary_little_endian 1.0\nelement vertex ${count}\nproperty float x\nproperty float y\nproperty float z\nend_header\n`;
+    return Buffer.concat([Buffer.from(head), Buffer.from(values.buffer)]);
+  };
+  writeFileSync(join(folder, '0.ply'), cloud(0));
+  writeFileSync(join(folder, '1.ply'), cloud(0.05));
+  const pairs = (/** @type {string} */ stdout) => Number(/^ +1 +(\d+)/m.exec(stdout)?.[1]);
+  const thinned = scanstitch(['icp', '1.ply', '0.ply'], folder);
+  assert.equal(thinned.status, 0, thinned.stderr);
+  assert.match(
+    thinned.stderr,
+    /a cloud of 310000 points: both are thinned to one point in 0\.\d+ m\. --set voxel_size=0/,
+  );
+  assert.ok(pairs(thinned.stdout) > 10_000 && pairs(thinned.stdout) <= 100_000, `${pairs(thinned.stdout)} pairs`);
+  const whole = scanstitch(['icp', '1.ply', '0.ply', '--set', 'voxel_size=0', '--set', 'max_iterations=2'], folder);
+  assert.equal(whole.stderr, '');
+  assert.ok(pairs(whole.stdout) > 300_000, `${pairs(whole.stdout)} pairs`);
 });

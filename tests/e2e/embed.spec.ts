@@ -120,8 +120,13 @@ test('a course page opens the ICP lab on two addresses, and an iteration is step
   const lab = page.locator('scanstitch-lab');
   await expect(lab.getByLabel('Source', { exact: false }).first()).toHaveValue(/1\.ply$/);
   await expect(lab.getByLabel('Target', { exact: false }).first()).toHaveValue(/0\.ply$/);
-  await page.getByRole('application', { name: 'The two clouds' }).focus();
+  const clouds = page.getByRole('application', { name: 'The two clouds' });
+  const isReached = (): Promise<boolean> => clouds.evaluate((element) => element.matches(':focus'));
+  for (let i = 0; i < 40 && !(await isReached()); i++) await page.keyboard.press('Tab');
+  await expect(clouds).toBeFocused();
   await page.keyboard.press('.');
   await expect(page.getByRole('status').filter({ hasText: 'After iteration 1 of' })).not.toHaveCount(0);
+  // Nothing was on the map, so that nothing is said of it.
+  await expect(page.getByRole('status').filter({ hasText: 'removed' })).toHaveCount(0);
   expect(await page.evaluate(() => location.hash), 'the address is the course page’s own').toBe('');
 });

@@ -91,12 +91,12 @@ test('the report to be read: one file with its picture, which runs no script and
 }, info) => {
   const { name, bytes } = await exported(app, /^Report to print/);
   expect(name).toBe('report.html');
-  const path = info.outputPath('report.html');
-  writeFileSync(path, bytes);
+  const file = info.outputPath('report.html');
+  writeFileSync(file, bytes);
   const page = await app.page.context().newPage();
   const asked: string[] = [];
   page.on('request', (request) => asked.push(request.url()));
-  await page.goto(`file://${path}`);
+  await page.goto(`file://${file}`);
   await expect(page.getByRole('heading', { level: 1 })).toHaveText('Sample: a corridor');
   const picture = page.getByRole('img', { name: 'The map as it was on the screen' });
   expect(await picture.evaluate((img: HTMLImageElement) => img.complete && img.naturalWidth)).toBeGreaterThan(200);
@@ -107,5 +107,24 @@ test('the report to be read: one file with its picture, which runs no script and
   await page.emulateMedia({ media: 'print' });
   await page.setViewportSize({ width: 794, height: 1123 }); // A4
   expect(await page.evaluate(() => document.documentElement.scrollWidth)).toBeLessThanOrEqual(794);
+  // No word or number is broken, and the far end of the corridor does not shrink the picture.
+  const broken = await page
+    .locator('thead th, tbody:first-of-type td:nth-child(n + 3):not(:last-child)')
+    .evaluateAll((cells) =>
+      cells.flatMap((cell) => {
+        const range = document.createRange();
+        range.selectNodeContents(cell);
+        return new Set(Array.from(range.getClientRects(), ({ top }) => Math.round(top))).size > 1
+          ? [cell.textContent]
+          : [];
+      }),
+    );
+  expect(broken).toEqual([]);
+  const path = page.getByRole('img', { name: 'Map and path from above' }).locator('path[stroke="#2356c7"]');
+  const [of_path, of_all] = await path.evaluate((line: SVGPathElement) => [
+    line.getBoundingClientRect().height,
+    line.ownerSVGElement?.getBoundingClientRect().height ?? 0,
+  ]);
+  expect((of_path ?? 0) / (of_all ?? 1)).toBeGreaterThan(0.4);
   await page.screenshot({ path: info.outputPath('report.png'), fullPage: true });
 });

@@ -61,6 +61,62 @@ test('an iteration is stepped, and is the one that the engine does', async ({ pa
   }
 });
 
+test('the figures stand under the iteration that they are of, however long it takes', async ({ page }) => {
+  await look(page);
+  const wrong = await page.evaluate(async () => {
+    const root = document.querySelector('scanstitch-app')?.shadowRoot;
+    const view = root?.querySelector('scanstitch-lab') as unknown as {
+      shadowRoot: ShadowRoot;
+      session: {
+        trace: { costs: number[] };
+        at: number;
+        stepBy(direction: 1): void;
+        client: { tracedIteration(run: number, at: number): Promise<unknown> };
+      };
+    };
+    const { session } = view;
+    const answer = session.client.tracedIteration.bind(session.client);
+    session.client.tracedIteration = async (run, at) => {
+      await new Promise((resolve) => setTimeout(resolve, 400));
+      return answer(run, at);
+    };
+    const panel = view.shadowRoot.querySelector('scanstitch-lab-side')?.shadowRoot;
+    const seen: string[] = [];
+    let is_over = false;
+    const frame = (): void => {
+      const title = panel?.querySelector('h2')?.textContent ?? '';
+      const at = title === 'At the start' ? 0 : Number(/^After iteration (\d+)$/.exec(title)?.[1]);
+      const cost = panel?.querySelector('.facts dd')?.textContent ?? '';
+      const right = session.trace.costs[at]?.toPrecision(3) ?? '';
+      if (cost && Number.parseFloat(cost.replace('−', '-')) !== Number(right))
+        seen.push(`${title}: ${cost.trim()}, not ${right}`);
+      if (!is_over) requestAnimationFrame(frame);
+    };
+    frame();
+    for (let i = 0; i < 3; i++) {
+      session.stepBy(1);
+      await new Promise((resolve) => setTimeout(resolve, 1600));
+    }
+    is_over = true;
+    return session.at === 3 ? seen : [`at ${session.at}`];
+  });
+  expect(wrong).toEqual([]);
+  await expect(heading(page)).toHaveText('After iteration 3');
+});
+
+test('a step past the end, while the source moves to it, rests at the end', async ({ page }) => {
+  await look(page);
+  const slider = lab(page).getByRole('slider', { name: 'Iteration' });
+  await stage(page).focus();
+  await page.keyboard.press('End');
+  await expect(heading(page)).toHaveText('At the end');
+  await page.keyboard.press(',');
+  await page.keyboard.press('.');
+  await page.keyboard.press('.');
+  await expect(heading(page)).toHaveText('At the end');
+  await expect(slider).toHaveValue((await slider.getAttribute('max')) ?? '');
+});
+
 test('another start by keyboard: pairs follow, and it runs home', async ({ page }) => {
   await look(page);
   const home = place((await trace(page)).T_target_source.at(-1));
@@ -114,7 +170,7 @@ test('cost and basin are drawn, and a place of them is started from', async ({ p
   await lab(page).getByRole('tab', { name: 'Basin' }).click();
   await expect(
     lab(page)
-      .getByText(/of the starts find home/)
+      .getByText(/of the starts end where this run did/)
       .first(),
   ).toBeVisible({ timeout: 60_000 });
 });
@@ -247,7 +303,7 @@ test('methods side by side, on a phone in the dark', async ({ page }) => {
   const table = lab(page).getByRole('table', { name: 'Methods' });
   await expect(table.getByRole('row')).toHaveCount(3);
   await expect(table.getByRole('row').nth(2)).toContainText('Point to point');
-  await table.getByRole('button', { name: /^Put away Point to point/ }).click();
+  await table.getByRole('button', { name: /^Remove Point to point/ }).click();
   await expect(table.getByRole('row')).toHaveCount(2);
   await page.getByRole('button', { name: 'Dark colours' }).click();
   await expectNamedControls(page);

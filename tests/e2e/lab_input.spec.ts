@@ -103,6 +103,43 @@ test('poses of an own ICP that are none are told one by one', async ({ page }) =
   await expect(lab(page).locator('.fault')).toContainText(/millimetres|another unit/);
 });
 
+test('clouds in space without normals: the form names the metric that they are registered by', async ({ page }) => {
+  await page.getByRole('button', { name: 'ICP', exact: true }).click();
+  await expect(heading(page)).toHaveText('At the start');
+  const wavy = (shift: number): string =>
+    ply(
+      Array.from({ length: 900 }, (_, i) => {
+        const [x, y] = [0.1 * (i % 30), 0.1 * Math.floor(i / 30)];
+        return [x + shift, y, 0.3 * Math.sin(2 * x) * Math.cos(3 * y)] as const;
+      }),
+    );
+  await give(page, { name: 'a.ply', content: wavy(0) }, { name: 'b.ply', content: wavy(0.05) });
+  await expect(lab(page).locator('.method')).toHaveText('Point to point');
+  await lab(page).getByRole('tab', { name: 'Methods' }).click();
+  const metric = lab(page).getByLabel('Error metric');
+  await expect(metric).toHaveValue('point_to_point');
+  // Another setting leaves it.
+  await lab(page).getByLabel('Iteration limit').fill('20');
+  await page.keyboard.press('Tab');
+  await expect(metric).toHaveValue('point_to_point');
+  await expect(lab(page).locator('.method')).toHaveText('Point to point');
+});
+
+test('what is said of a start goes with it', async ({ page }) => {
+  await page.getByRole('button', { name: 'ICP', exact: true }).click();
+  await give(page, { name: '0.ply', content: scan(0) }, { name: '1.ply', content: scan(0.2) });
+  await expect(lab(page).getByLabel('Source', { exact: false }).first()).toHaveValue('1.ply');
+  await expect(heading(page)).toHaveText('At the start');
+  const stage = lab(page).getByRole('application', { name: 'The two clouds' });
+  await stage.focus();
+  for (let i = 0; i < 200; i++) await page.keyboard.press('ArrowUp');
+  await page.keyboard.press('Enter');
+  await expect(message(page)).toContainText('from this start');
+  await expect(lab(page).locator('.facts')).not.toContainText('NaN');
+  await lab(page).getByRole('button', { name: 'Reset start' }).click();
+  await expect(message(page)).toBeHidden();
+});
+
 test('clouds of hundreds of thousands of points are thinned, and that is told', async ({ page }) => {
   test.slow();
   await page.getByRole('button', { name: 'ICP', exact: true }).click();

@@ -1,3 +1,4 @@
+import type { Locator } from '@playwright/test';
 import { expect, sampleScans, ScanstitchPage, test } from './scanstitch_page.js';
 
 test('the page opens with the sample stitched, and says how far it is from the truth', async ({ page }) => {
@@ -143,4 +144,27 @@ test('a page that began with the ICP lab goes back to it', async ({ page }) => {
   await page.goBack();
   await expect(shown).toHaveText('ICP');
   await expect.poll(() => new URL(page.url()).hash).toContain('scene=outliers');
+});
+
+test('a view that loads late does not come over one that was chosen since', async ({ app, page }) => {
+  const tool = (name: string): Locator => page.getByRole('navigation', { name: 'Tools' }).getByRole('button', { name });
+  let let_through: () => void = () => undefined;
+  const held = new Promise<void>((resolve) => {
+    let_through = resolve;
+  });
+  await page.route('**/strategies-view*.js', async (route) => {
+    await held;
+    await route.continue();
+  });
+  await tool('Strategies').click();
+  await tool('Evaluate').click();
+  await expect(tool('Evaluate')).toHaveAttribute('aria-current', 'page');
+  const loaded = page.waitForEvent('requestfinished', (request) => /strategies-view/.test(request.url()));
+  let_through();
+  await loaded;
+  // Chosen again it would be there at once; the one chosen since stays.
+  await page.waitForFunction(() => customElements.get('scanstitch-strategies'));
+  await expect(tool('Evaluate')).toHaveAttribute('aria-current', 'page');
+  await expect(page.locator('scanstitch-evaluate')).toBeVisible();
+  expect(app.faults).toEqual([]);
 });

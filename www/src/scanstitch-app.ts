@@ -130,10 +130,13 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
     },
     () => this.expectFiles(),
   );
+  /** Views that were asked for: one that is loaded only after another was asked for is not shown. */
+  private num_asked = 0;
   private view_history = new ViewHistory(this, {
     is_own_page: () => this.owns_address,
     show: (view) => {
       const named = (view || ownerOf(location.hash)) as View;
+      this.num_asked++;
       this.bring(this.opened.has(named) ? named : 'planar');
     },
   });
@@ -218,6 +221,7 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
   /** Shows the view of the attribute `view`. */
   private openView(): void {
     const view = VIEWS[this.first_view];
+    this.num_asked++;
     if (view === null) this.show(this.run_kind);
     else if (view !== this.view) this.parts.attend(() => this.go(view));
   }
@@ -384,23 +388,23 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
   }
 
   private async go(tool: Tool): Promise<void> {
+    if (tool === 'icp') return this.lookInside(null);
+    const own = ++this.num_asked;
     switch (tool) {
       case 'map':
         return this.goToRun();
-      case 'icp':
-        return this.lookInside(null);
       case 'evaluation':
         await this.parts.loaded(import('./evaluate/evaluate-view.js'));
         await this.handover.openEvaluation();
-        return this.show('evaluation');
+        break;
       case 'strategies':
         await this.parts.loaded(import('./strategies/strategies-view.js'));
         this.handover.openStrategies();
-        return this.show('strategies');
+        break;
       case 'bev':
         await this.parts.loaded(import('./bev/bev-view.js'));
-        this.show('bev');
     }
+    if (own === this.num_asked) this.show(tool);
   }
 
   /** Back to the strategies with what was dropped there, unless something of it is told on the map. */
@@ -452,9 +456,10 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
 
   /** The registration of a scan or frame; null: of the selected one to the one before. */
   private async lookInside(frame: number | null): Promise<void> {
+    const own = ++this.num_asked;
     await this.parts.loaded(import('./lab/lab-view.js'));
     if (this.hasUpdated) await this.handover.openLab(frame);
-    this.show('icp');
+    if (own === this.num_asked) this.show('icp');
   }
 
   /** The map; where the page began with another view, that of the sample. */

@@ -169,7 +169,7 @@ pub struct Evaluation {
     pub estimate: Path,
 }
 
-/// Frames, spread evenly, from which it is told whether the reference fits at all.
+/// Most frames, spread evenly, by which the reference is judged to fit or not.
 const MAX_MISFIT_FRAMES: usize = 5000;
 
 const ABOUT_A_LINE: &str = "The positions lie on a straight line, so the alignment may be turned about it at will: \

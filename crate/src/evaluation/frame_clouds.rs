@@ -18,7 +18,7 @@ use crate::{Error, Result};
 pub struct FrameResidualOptions {
     /// A point and the nearest one of another frame that are further apart do not overlap (m).
     pub max_pair_distance: f64,
-    /// At most so many points are looked at, evenly spread over all frames. 0: all.
+    /// Most points that are evaluated, evenly spread over all frames. 0: all.
     pub max_points: usize,
 }
 

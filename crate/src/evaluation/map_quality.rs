@@ -20,7 +20,7 @@ pub struct MapQualityOptions {
     pub radius: f64,
     /// A point with fewer points around it, itself among them, does not count.
     pub min_neighbors: usize,
-    /// At most so many points are looked at, evenly spread over the map; their neighbours are of all points. 0: all.
+    /// Most points that are evaluated, evenly spread over the map; their neighbours are taken from all points. 0: all.
     pub max_points: usize,
 }
 

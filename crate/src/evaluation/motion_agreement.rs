@@ -13,7 +13,7 @@ const TURN_NOISE: f64 = 0.02;
 const MIN_SIGNAL_TO_NOISE: f64 = 5.0;
 /// Motions agree that differ by at most this share of the larger one and the noise.
 const MAX_DEVIATION: f64 = 0.2;
-/// A reference is told as misfitting below this share, between those of right and of wrong ones.
+/// A reference is reported as misfitting below this share, which lies between those of right and of wrong references.
 const MIN_AGREEMENT: f64 = 0.6;
 
 /// Share of the motions between frames that are equally large in the estimate and in the reference, units apart; none where

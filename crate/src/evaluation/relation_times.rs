@@ -1,4 +1,4 @@
-//! Which poses of an estimate relations name, and what is the matter where they name none.
+//! Which poses of an estimate relations name, and why they name none where that is so.
 
 use std::collections::HashMap;
 
@@ -82,7 +82,7 @@ impl<'a> PoseLookup<'a> {
     }
 }
 
-/// What is the matter where fewer than half of the relations name poses of the estimate, and what would help.
+/// The reason why fewer than half of the relations name poses of the estimate, and the remedy.
 pub(super) fn misfit(
     relations: &[Relation],
     estimate: &Path,

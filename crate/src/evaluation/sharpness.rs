@@ -54,7 +54,7 @@ impl SharpnessMeter {
         Self { tree: KdTree::build(&positions), placed, points, next: 0, sum: 0.0, num_pairs: 0 }
     }
 
-    /// Looks at so many more points.
+    /// Evaluates this many more points.
     pub fn advance(&mut self, num_points: usize) {
         let end = self.points.len().min(self.next.saturating_add(num_points));
         for point in self.next..end {

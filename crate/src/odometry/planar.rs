@@ -113,13 +113,13 @@ pub struct Odometry {
 pub const REGISTRATION_SIGMA: (f64, f64) = (0.003, 0.01);
 /// Two poses that differ by more are two places (m, rad).
 const MIN_RIVAL_DISTANCE: SearchWindow = SearchWindow { translation: 0.6, rotation: 0.25 };
-/// The motion is known by so many frames that were registered one after the other. ...
+/// Number of consecutive registered frames after which the motion is known. ...
 pub const SURE_MOTION: usize = 2;
-/// ... A pose goes on with it that is no further from the prediction than this (rad, m) ...
+/// ... Largest distance of a pose from the prediction that continues the motion (rad, m) ...
 const EXPECTED: (f64, f64) = (0.35, 0.3);
-/// ... and this share of the last motion.
+/// ... beside this share of the last motion.
 const EXPECTED_SHARE: f64 = 0.5;
-/// Another place is looked for so far from the last pose (m), under any heading, where the motion is not known.
+/// Distance from the last pose within which another place is searched, under any heading, where the motion is not known (m).
 const UNEXPECTED: f64 = 6.0;
 /// A second place rivals the first when it scores this share of it and lies on the map with this share, ...
 const RIVAL_SHARE: f64 = 0.9;
@@ -127,9 +127,9 @@ const RIVAL_SHARE: f64 = 0.9;
 pub const UNEXPECTED_SHARE: f64 = 0.4;
 /// A scan has to lie on the map with this share of its points where the motion is not known.
 const UNEXPECTED_OVERLAP: f64 = 0.5;
-/// So many other places are looked into.
+/// Number of other places that are refined.
 const MAX_RIVALS: usize = 3;
-/// A place is looked into for so many iterations ...
+/// Iterations of ICP by which a second place is refined ...
 const BRIEF_ITERATIONS: usize = 8;
 /// ... and then left where the returns that agree are by this share fewer than at the best one.
 const IMPLAUSIBLE: f64 = 0.1;

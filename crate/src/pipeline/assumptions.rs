@@ -88,7 +88,7 @@ const FOCAL_LENGTHS: [(f64, &str); 6] = [
 /// A scale whose median depth (m) lies outside of this was not meant: rooms are 2.2 m in the median, a tenth or ten times
 /// that is no room and no hall.
 const PLAUSIBLE_MEDIAN: (f64, f64) = (0.2, 25.0);
-/// A scale that is off by this factor from all that the spacing of the values allows is told.
+/// A scale is reported that is off by this factor from all that the spacing of the values allows.
 const CONTRADICTING_FACTOR: f64 = 1.5;
 /// A focal length that is off by this factor from what the steps tell is told: those of four recordings of Kinects with known
 /// cameras tell it within 1.19.
@@ -182,7 +182,7 @@ fn wrong_scale(settings: &SpatialSettings, scale: &DepthScale) -> Option<String>
 /// Steps of the estimate and of the reference that differ by less than this factor are equal: references of cameras are
 /// themselves off by up to 3 %.
 const MIN_FACTOR: f64 = 1.05;
-/// Turns that differ by this factor are told.
+/// Turns that differ by this factor are reported.
 const MIN_ANGLE_FACTOR: f64 = 1.08;
 /// A suggested scale this close to a usual one is that one.
 const USUAL_FACTOR: f64 = 1.04;

@@ -53,6 +53,10 @@ const CLOCK_STEP: f64 = 0.25;
 /// Offsets below this (s) are the delay of a message, not another clock.
 const MIN_CLOCK_OFFSET: f64 = 0.5;
 
+/// What to do about scans that are the mirror image of what odometry tells.
+const MIRROR_REMEDY: &str = "If the laser turns clockwise, say so (--table with a negative step, or angle=COLUMN:-1deg); if the \
+                             odometry counts y to the right, give y to the left and headings counter-clockwise";
+
 /// Odometry as far as it can be used.
 #[derive(Debug, Clone, Default)]
 pub struct CheckedOdometry {
@@ -143,11 +147,7 @@ fn has_numbers_of(scans: &[RecordedScan], given: &Trajectory) -> bool {
     }
 }
 
-/// What to do about scans that are the mirror image of what odometry tells.
-const MIRROR_REMEDY: &str = "If the laser turns clockwise, say so (--table with a negative step, or angle=COLUMN:-1deg); if the \
-                             odometry counts y to the right, give y to the left and headings counter-clockwise";
-
-/// What is the matter with odometry that names none of the scans.
+/// Why odometry names none of the scans, and the remedy.
 fn no_scan(scans: &[RecordedScan], given: &Trajectory) -> (String, String) {
     let times: Vec<f64> = scans.iter().filter_map(|scan| scan.time).collect();
     let remedy =

@@ -31,9 +31,9 @@ impl<M: RigidMotion> Observability<M> {
     }
 }
 
-/// A degenerate direction is constrained by the surfaces that face along it at least so much (cosine), ...
+/// Smallest cosine between a normal and a degenerate direction for which the surface constrains it, ...
 const CONSTRAINING_COSINE: f64 = 0.3;
-/// ... if they are at least this share of all.
+/// ... where such surfaces are at least this share of all.
 const CONSTRAINING_SHARE: f64 = 0.01;
 
 /// The direction in space that the fewest of the surfaces in view constrain. Unlike [`Observability`] it counts the surfaces that

@@ -55,7 +55,7 @@ export function appHeader(has: Header): TemplateResult {
   const shown: Tool = has.view === 'planar' || has.view === 'spatial' ? 'map' : has.view;
   const is_aside = shown !== 'map';
   const is_wide = has.layout === 'wide';
-  return html`<header class="bar" part="header">
+  return html`<header class="bar ${is_aside ? 'aside' : ''}" part="header">
     <div class="brand">
       <slot name="title">${logo()}<span>Scanstitch</span></slot>
     </div>

@@ -156,6 +156,10 @@ export const app_styles = css`
   .narrow .brand span {
     display: none;
   }
+  /* Beside the map no recording's name needs the room. */
+  :is(.medium, .narrow) .aside .brand span {
+    display: inline;
+  }
   .narrow .dataset {
     flex-wrap: wrap;
     gap: 0 8px;

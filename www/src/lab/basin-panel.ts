@@ -51,12 +51,11 @@ export class ScanstitchLabBasin extends SurveyPanel<BasinSurvey> {
       </header>
       ${this.renderChoices(facts)} ${basin ? this.renderBasin(basin, facts) : nothing}
       <p class="explanation">
-        Every pixel is a start: a whole registration was run from there, and its colour is where it ended. Home is the
-        minimum in which this run ended.
+        Every cell is a start: a whole registration was run from there, and its colour says where it ended.
         ${
           this.session.trace?.converged
             ? nothing
-            : 'It did not converge: home is where it stopped, and more iterations (under Methods) would lead on.'
+            : 'This run did not converge: its end is where it stopped. A higher iteration limit (under Methods) leads on.'
         }
       </p>
     `;
@@ -65,13 +64,15 @@ export class ScanstitchLabBasin extends SurveyPanel<BasinSurvey> {
   private renderBasin(basin: Basin, facts: LabFacts): TemplateResult {
     const { labels, grid, progress } = basin;
     return html`
-      <p class="number"><span class="big">${formatPercent(labels.share_home)}</span> of the starts find home</p>
+      <p class="number">
+        <span class="big">${formatPercent(labels.share_home)}</span> of the starts end where this run did
+      </p>
       ${progress < 1 ? html`<progress max="1" .value=${progress} aria-label="Starts done"></progress>` : nothing}
       <scanstitch-figure
         class="map"
         steppable
         label="Starts, coloured by where they end"
-        description="${formatPercent(labels.share_home)} of the starts find home. ${this.readout(facts)} Arrow keys go from start to start, Enter runs from there."
+        description="${formatPercent(labels.share_home)} of the starts end where this run did. ${this.readout(facts)} Arrow keys go from start to start, Enter runs from there."
         .painter=${this.painterOf(
           basin,
           this.layerOf(grid),
@@ -90,10 +91,11 @@ export class ScanstitchLabBasin extends SurveyPanel<BasinSurvey> {
       <ul class="minima number">
         ${labels.minima.slice(0, MAX_LISTED).map(({ count, lowest }, label) => {
           const T = lowest?.[0] ?? null;
-          const words = label === 0 || !T ? 'home' : `another minimum, ${awayWords(difference(grid.T_center, T))} away`;
+          const words =
+            label === 0 || !T ? 'end of this run' : `another minimum, ${awayWords(difference(grid.T_center, T))} away`;
           return this.renderLabel(label, count, words, T);
         })}
-        ${this.renderLabel(-1, labels.labels.filter((label) => label < 0).length, 'did not settle', null)}
+        ${this.renderLabel(-1, labels.labels.filter((label) => label < 0).length, 'did not converge', null)}
       </ul>
     `;
   }
@@ -151,8 +153,8 @@ export class ScanstitchLabBasin extends SurveyPanel<BasinSurvey> {
     const end = this.endOfNode();
     if (!basin || end < 0) return '';
     const label = basin.labels.labels[end] ?? -1;
-    const where = label === 0 ? 'home' : label < 0 ? 'nowhere: it did not settle' : `another minimum`;
-    return `From ${this.nodeWords(facts)}: ${where}, after ${basin.ends.iterations[end]} iterations`;
+    const where = label === 0 ? 'the end of this run' : label < 0 ? 'not converged' : 'another minimum';
+    return `From ${this.nodeWords(facts)}: ${where} after ${basin.ends.iterations[end]} iterations`;
   }
 
   /** Where the start that is pointed at ends. */

@@ -6,7 +6,7 @@ import { formatAngle, formatDuration, formatLength, formatPercent } from '../vie
 import { difference } from './poses.js';
 import type { LabFacts, Pose } from './protocol.js';
 import { type LabRun, MAX_RUNS, numPoses } from './session.js';
-import { methodName } from './words.js';
+import { endReasonWords, methodName } from './words.js';
 
 export interface CompareFacts {
   runs: readonly LabRun[];
@@ -33,12 +33,17 @@ export function comparePanel(has: CompareFacts): TemplateResult {
         <thead>
           <tr>
             <th scope="col" class="name">method</th>
-            <th scope="col">iterations</th>
-            <th scope="col"><abbr title="Of the pairs that count, in the last iteration">rmse</abbr></th>
-            <th scope="col"><abbr title="How far the end lies from that of the first method">apart</abbr></th>
+            <th scope="col"><abbr title="Iterations; ! where it did not converge">iter.</abbr></th>
+            <th scope="col">
+              <abbr title="Root mean square residual of the accepted pairs in the last iteration">RMSE</abbr>
+            </th>
+            <th scope="col"><abbr title="Distance of the final pose from that of the first method">offset</abbr></th>
             <th scope="col">time</th>
             <th scope="col">
-              <abbr title="Share of starts, up to 1.5 m and 40° away, that end where this one did">home</abbr>
+              <abbr
+                title="Share of starts, up to 1.5 m and 40° away, from which the method ends at the first method's final pose"
+                >basin</abbr
+              >
             </th>
             <th></th>
           </tr>
@@ -65,8 +70,8 @@ export function comparePanel(has: CompareFacts): TemplateResult {
       <button ?disabled=${!runs.some(({ trace }) => trace)} @click=${has.measureBasins}>Compare basins</button>
     </div>
     <p class="explanation">
-      All methods run from the same start and are stepped together; the one that is selected is drawn with its pairs,
-      the others in their colours.
+      All methods run from the same start and are stepped together; the selected one is drawn with its pairs, the others
+      in their colours.
       ${facts.is_planar ? 'Point to point has its step in closed form, by SVD; the others by Gauss-Newton.' : nothing}
     </p>
   `;
@@ -74,19 +79,19 @@ export function comparePanel(has: CompareFacts): TemplateResult {
 
 function row(run: LabRun, reference: Pose | null, has: CompareFacts): TemplateResult {
   const { trace, problem, own, id } = run;
-  const name = own ? `Your ICP: ${own}` : methodName(run.options, has.facts.is_planar);
+  const name = own ? `Your ICP: ${own}` : methodName(run.options, run.facts ?? has.facts);
   const end = endOf(run);
   const apart = end && reference ? difference(reference, end) : null;
   const home = has.basins.get(id);
   const cells = trace
     ? html`<td>
-          ${numPoses(trace) - 1}${trace.converged || own ? '' : html` <span class="muted" title=${trace.end_reason}>!</span>`}
+          ${numPoses(trace) - 1}${trace.converged || own ? '' : html` <span class="muted" role="img" aria-label=${endReasonWords(trace)} title=${endReasonWords(trace)}>!</span>`}
         </td>
         <td>${trace.records.length > 0 ? formatLength(trace.records.at(-1)?.inlier_rmse ?? 0) : '–'}</td>
         <td>${apart ? html`${formatLength(apart.translation)}<br />${formatAngle(apart.rotation, 1)}` : '–'}</td>
         <td>${own ? '–' : formatDuration(trace.milliseconds)}</td>
         <td>${home === undefined ? '–' : home === null ? '…' : formatPercent(home)}</td>`
-    : html`<td colspan="5">${problem || '…'}</td>`;
+    : html`<td colspan="5">${problem || 'running…'}</td>`;
   return html`<tr class=${id === has.active ? 'selected' : ''}>
     <th scope="row" class="name">
       <button class="link" aria-pressed=${id === has.active} @click=${() => has.look(id)}>
@@ -98,8 +103,8 @@ function row(run: LabRun, reference: Pose | null, has: CompareFacts): TemplateRe
       <button
         class="quiet icon"
         ?disabled=${has.runs.length < 2}
-        aria-label="Put away ${name}"
-        title="Put away"
+        aria-label="Remove ${name}"
+        title="Remove"
         @click=${() => has.putAway(id)}
       >
         ${icon('close', 12)}

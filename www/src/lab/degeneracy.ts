@@ -132,14 +132,14 @@ export function degeneracyPanel({ iteration, is_planar, dark, slide, slideTo }: 
   const num_free = directions.filter(({ is_undetermined }) => is_undetermined).length;
   if (!weakest) return html`<p class="muted">These pairs have no weight: they determine nothing.</p>`;
   return html`
-    <header><h2>What the pairs hold</h2></header>
+    <header><h2>What the pairs determine</h2></header>
     <p>
       ${
         num_free > 0
-          ? html`<strong>${plural(num_free, 'direction is', 'directions are')} free</strong>, the weakest of all
+          ? html`<strong>${plural(num_free, 'direction is', 'directions are')} undetermined</strong>; the weakest is
               ${directionName(weakest, is_planar)}: ${formatPercent(weakest.share)} of the pairs measure it.`
-          : html`Every direction is measured; the weakest, ${directionName(weakest, is_planar)}, by
-            ${formatPercent(weakest.share)} of the pairs.`
+          : html`Every direction is determined. The weakest is ${directionName(weakest, is_planar)}:
+            ${formatPercent(weakest.share)} of the pairs measure it.`
       }
     </p>
     <ul class="directions number">
@@ -177,7 +177,7 @@ export function degeneracyPanel({ iteration, is_planar, dark, slide, slideTo }: 
         iteration.degeneracy ? ` (1 m is ${formatAngle(1 / iteration.degeneracy.radius, 1)})` : nothing
       };
       the eigenvalue of each is the share of the pairs that measure it. The ellipse is long where the position is
-      uncertain. Pairs are coloured by what they say of the weakest direction.
+      uncertain. Pairs are coloured by how much each contributes to the weakest direction.
     </p>
   `;
 }

@@ -20,7 +20,8 @@ export function emptyLab(status: ActiveSession, { choose, sample, example }: Emp
         label: 'No clouds yet',
         about:
           'The ICP lab registers one cloud to another and shows every iteration: which points are paired, what the step ' +
-          'solves, and where it ends from another start. PLY or PCD, in the plane or in space.',
+          'solves, and where it ends from another start. PLY or PCD, in the plane or in space. Frames of depth images, logs ' +
+          'and bags: open them under Map, then Look inside.',
         choices: [
           { id: 'files', label: 'Choose two files' },
           { id: 'sample', label: 'Two scans of the sample' },
@@ -29,7 +30,7 @@ export function emptyLab(status: ActiveSession, { choose, sample, example }: Emp
       status,
       (id) => (id === 'files' ? choose() : sample()),
     )}
-    <h2>Ten things to see</h2>
+    <h2>Ten examples</h2>
     <div class="gallery" role="group" aria-label="Examples">
       ${SCENE_ITEMS.map(
         ({ id, label, detail }) =>

@@ -17,12 +17,13 @@ import { degeneracyPanel, directionsOf, slid } from './degeneracy.js';
 import { lab_styles } from './lab-styles.js';
 import { side_styles } from './side-styles.js';
 import { methodFields, methodPresets, methodValues, optionsOf } from './method-fields.js';
-import type { CloudMetric, LabFacts, LabIteration, Pose } from './protocol.js';
+import type { LabFacts, LabIteration, Pose } from './protocol.js';
 import { endOf, type LabRun, type LabSession, numPoses, runColor } from './session.js';
 import { ownPanel } from './own-panel.js';
 import { costPainter, stepPanel } from './step-panel.js';
 import { BasinSurvey, LandscapeSurvey, shareHome } from './survey.js';
 import { surveyStride } from './thinning.js';
+import { metricOf } from './words.js';
 
 export type Tab = 'step' | 'landscape' | 'basin' | 'search' | 'degeneracy' | 'method';
 
@@ -112,9 +113,9 @@ export class ScanstitchLabSide extends LitElement {
       return html`<scanstitch-lab-search .session=${session} .tick=${{}} ?dark=${dark}></scanstitch-lab-search>`;
     }
     if (tab === 'degeneracy') return this.renderDegeneracy(facts);
-    const metric = this.metricOf(run, facts);
+    const metric = metricOf(run.options, facts);
     return html`<div class="panel">
-      ${stepPanel({ trace, iteration, metric, at: session.at, is_dragged: session.is_dragged, num_source: facts.source_points.length / 3 }, this.renderCost())}
+      ${stepPanel({ trace, iteration, metric, at: iteration && !session.is_dragged ? session.iteration_at : session.is_dragged ? null : session.at, num_source: facts.source_points.length / 3 }, this.renderCost())}
     </div>`;
   }
 
@@ -187,7 +188,7 @@ export class ScanstitchLabSide extends LitElement {
           : html`<scanstitch-settings
               .descriptions=${this.fieldsOf(facts.is_planar)}
               .presets=${presets}
-              .values=${methodValues(run.options, facts.is_planar)}
+              .values=${methodValues(run.options, facts.is_planar, metricOf(run.options, facts))}
               @settings-changed=${({ detail }: CustomEvent<SettingValues>) => session.configure(optionsOf(detail))}
             ></scanstitch-settings>`
       }`;
@@ -205,11 +206,6 @@ export class ScanstitchLabSide extends LitElement {
       const share = await shareHome(client, id, grid, first.id).catch(() => null);
       this.basins = new Map([...this.basins, [id, share]]);
     }
-  }
-
-  private metricOf({ options }: LabRun, { is_planar, target_normals }: LabFacts): CloudMetric {
-    if (options.metric) return options.metric;
-    return is_planar ? 'point_to_line' : target_normals.length > 0 ? 'point_to_plane' : 'point_to_point';
   }
 
   private colorOf(run: LabRun): string {

@@ -152,7 +152,7 @@ export class ScanstitchLab extends LitElement {
   private renderLab(): TemplateResult {
     const { session } = this;
     const { trace, iteration, player, run, facts } = session;
-    const state = run ? stateWords(run, session.at, session.is_dragged ? null : iteration) : '';
+    const state = run ? stateWords(run, session.at, session.present) : '';
     return html`
       ${this.renderPair()} ${this.scene && this.scene.given.of === session.given?.of ? question(this.scene) : nothing}
       <div class="columns">
@@ -224,7 +224,7 @@ export class ScanstitchLab extends LitElement {
       >`;
     return html`<div class="pair" role="group" aria-label="Clouds">
       ${choice('source', 'Source', theme.source)} ${choice('target', 'Target', theme.target)}
-      <span class="method">${run && facts ? methodName(run.options, facts.is_planar) : ''}</span>
+      <span class="method">${run && facts ? methodName(run.options, facts) : ''}</span>
       <span class="ends">
         <button
           ?disabled=${!session.trace}
@@ -233,7 +233,9 @@ export class ScanstitchLab extends LitElement {
         >
           ${icon('reset')}Reset start
         </button>
-        <button @click=${() => this.file_input.click()}>${icon('open')}Clouds…</button>
+        <button @click=${() => this.file_input.click()} title="Two clouds, or the poses of your own ICP">
+          ${icon('open')}Open…
+        </button>
         ${examplesMenu((name) => this.showExample(name))}
         <scanstitch-menu
           label="Export"

@@ -1,9 +1,17 @@
 import { html, nothing, type TemplateResult } from 'lit';
 import { customElement } from 'lit/decorators.js';
-import { formatAngle, formatDuration, formatLength, plural } from '../views/format.js';
+import { formatAngle, formatDuration, formatLength } from '../views/format.js';
 import { memoizeLast } from '../views/memoize-last.js';
 import { offsetsOfNode, poseAt } from './grids.js';
-import { costRange, type Landscape, landscapePainter, rampStops, seenMinima } from './landscape.js';
+import {
+  costRange,
+  isAtEdge,
+  type Landscape,
+  landscapePainter,
+  minimaWords,
+  rampStops,
+  seenMinima,
+} from './landscape.js';
 import { difference } from './poses.js';
 import type { Grid, LabFacts, Pose } from './protocol.js';
 import type { LabRun } from './session.js';
@@ -61,9 +69,9 @@ export class ScanstitchLabLandscape extends SurveyPanel<LandscapeSurvey> {
           : nothing
       }
       <p class="explanation">
-        The cost is the mean robust loss of a source point; the pairs are searched anew at every pose, so this is what
-        the iterations really go down on. The other unknowns stay as they are at the end of the run. Line: the path of
-        the iterations. Circles: local minima. The colours go with the square root of the cost above the lowest.
+        The cost is the mean robust loss of a source point; the pairs are searched anew at every pose, as in the
+        iterations. The other unknowns stay as they are at the end of the run. Line: the path of the iterations.
+        Circles: local minima. Colours: square root of the cost above the lowest.
       </p>
     `;
   }
@@ -82,9 +90,10 @@ export class ScanstitchLabLandscape extends SurveyPanel<LandscapeSurvey> {
     const landscape = this.survey.result;
     if (!landscape || landscape.progress < 1) return nothing;
     const minima = seenMinima(landscape);
-    return html`<h3>${plural(minima.length, 'local minimum', 'local minima')}</h3>
+    return html`<h3>${minimaWords(landscape)}</h3>
       <ul class="minima number">
-        ${minima.slice(0, 6).map(({ column, row, cost }) => {
+        ${minima.slice(0, 6).map((minimum) => {
+          const { column, row, cost } = minimum;
           const T = poseAt(landscape.grid, offsetsOfNode(landscape.grid, [column, row]), facts.is_planar);
           const { rotation, translation } = difference(landscape.grid.T_center, T);
           return html`<li>
@@ -95,7 +104,8 @@ export class ScanstitchLabLandscape extends SurveyPanel<LandscapeSurvey> {
             >
               Start there
             </button>
-            ${formatLength(translation)}, ${formatAngle(rotation, 1)} away, ${formatNumber(cost)} m²
+            ${formatLength(translation)}, ${formatAngle(rotation, 1)} away,
+            ${formatNumber(cost)} m²${isAtEdge(landscape, minimum) ? ', lowest at the edge: choose a wider range' : nothing}
           </li>`;
         })}
       </ul>`;
@@ -112,7 +122,7 @@ export class ScanstitchLabLandscape extends SurveyPanel<LandscapeSurvey> {
   private words(facts: LabFacts): string {
     const landscape = this.survey.result;
     if (!landscape) return '';
-    return `${plural(seenMinima(landscape).length, 'local minimum', 'local minima')}. ${this.readout(facts)} Arrow keys go from pose to pose, Enter starts there.`;
+    return `${minimaWords(landscape)}. ${this.readout(facts)} Arrow keys go from pose to pose, Enter starts there.`;
   }
 
   protected override onNode(): void {

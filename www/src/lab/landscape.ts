@@ -3,7 +3,7 @@ import type { Painter } from '../components/figure-view.js';
 import { type Area, type Axis, type Colors, drawAxes, linearAxis, type Range } from '../views/axes.js';
 import { contour } from '../views/contours.js';
 import { plotArea, type Size } from '../views/figures.js';
-import { DEGREES } from '../views/format.js';
+import { DEGREES, plural } from '../views/format.js';
 import { cssColor, frameColor, type Rgb } from '../views/palette.js';
 import { offsetsOfNode } from './grids.js';
 import type { Grid, LocalMinimum } from './protocol.js';
@@ -37,6 +37,16 @@ export const seenMinima = ({ minima }: Landscape): readonly LocalMinimum[] => {
   const highest = minima[0]?.prominence ?? 0;
   return minima.filter(({ prominence }) => prominence >= LEAST_PROMINENCE * highest);
 };
+
+/** On the edge of the grid, where the cost may fall further outside: no minimum is shown by that. */
+export function isAtEdge({ grid: { size } }: Landscape, { column, row }: LocalMinimum): boolean {
+  const [columns = 1, rows = 1] = size;
+  return column === 0 || row === 0 || column === columns - 1 || row === rows - 1;
+}
+
+/** "2 local minima", without those at the edge. */
+export const minimaWords = (landscape: Landscape): string =>
+  plural(seenMinima(landscape).filter((one) => !isAtEdge(landscape, one)).length, 'local minimum', 'local minima');
 
 export function landscapePainter(landscape: Landscape, marks: LandscapeMarks, colors: Colors, dark: boolean): Painter {
   const picture = heatMap(landscape, dark);

@@ -1,6 +1,6 @@
 /** The options of a method as a form shows them, and methods that a course compares. */
 import type { SettingField, SettingPreset, SettingValues } from '../components/settings-panel.js';
-import type { Options } from './protocol.js';
+import type { CloudMetric, Options } from './protocol.js';
 import { KERNELS, metricName, metricsFor } from './words.js';
 
 /** What the form shows where nothing is given: the engine's own defaults. The engine has more options, which stay as they are. */
@@ -26,7 +26,7 @@ function fields(is_planar: boolean): readonly FieldText[] {
       name: 'metric',
       label: 'Error metric',
       explanation:
-        'What a pair measures: the distance of two points, or that of a point from the surface at its partner.',
+        'The residual of a pair: the distance between its two points, or from the point to the surface at its partner.',
       kind: { type: 'choice', choices: metrics },
     },
     {
@@ -52,27 +52,27 @@ function fields(is_planar: boolean): readonly FieldText[] {
     {
       name: 'robust_kernel',
       label: 'Robust kernel',
-      explanation: 'How a pair loses weight as its residual grows.',
+      explanation: 'How the weight of a pair falls as its residual grows.',
       kind: { type: 'choice', choices: kernels },
     },
     {
       name: 'robust_kernel_width',
       label: 'Kernel width',
-      explanation: 'The residual at which it does.',
+      explanation: 'The residual from which the weight falls.',
       unit: 'm',
       kind: { type: 'number', min: 0.001, max: 10, step: 0.01 },
     },
     {
       name: 'max_iterations',
-      label: 'Most iterations',
-      explanation: 'The loop ends earlier where a step is below 0.1 mm and 0.1 mrad.',
+      label: 'Iteration limit',
+      explanation: 'The loop ends earlier when a step is below 0.1 mm and 0.1 mrad.',
       kind: { type: 'integer', min: 1, max: 500 },
     },
     ...(is_planar
       ? [
           {
             name: 'search_translation',
-            label: 'Search before',
+            label: 'Search in x and y',
             explanation: 'Half width of a correlative search for the start, in x and y; 0 starts where the clouds lie.',
             unit: 'm' as const,
             kind: { type: 'number' as const, min: 0, max: 20, step: 0.5 },
@@ -101,12 +101,15 @@ export function methodFields(is_planar: boolean): SettingField[] {
   return fields(is_planar).map((field): SettingField => ({ unit: '', ...field, group: 'Method' }));
 }
 
-/** Every option that the form shows. */
-export function methodValues(options: Options, is_planar: boolean): SettingValues {
+/** Every option that the form shows. `metric`: what these clouds are registered by where the options name none. */
+export function methodValues(
+  options: Options,
+  is_planar: boolean,
+  metric: CloudMetric = is_planar ? 'point_to_line' : 'point_to_plane',
+): SettingValues {
   const known = Object.fromEntries(
     Object.entries(options).filter(([, value]) => value !== null && value !== undefined),
   );
-  const metric = is_planar ? 'point_to_line' : 'point_to_plane';
   return { metric, ...DEFAULTS, ...(is_planar ? PLANAR_DEFAULTS : SPATIAL_DEFAULTS), ...(known as SettingValues) };
 }
 
@@ -123,7 +126,7 @@ export function methodPresets(is_planar: boolean): SettingPreset[] {
   const plain = { robust_kernel: 'none', max_normal_angle: Math.PI } as const;
   const surface = is_planar ? 'point_to_line' : 'point_to_plane';
   return [
-    preset('default', 'As the engine does', `${metricName(surface)}, Cauchy kernel, rejection by normals`, {}),
+    preset('default', `Robust ${metricName(surface).toLowerCase()}`, 'Cauchy kernel, rejection by normals', {}),
     preset(
       'textbook',
       'Textbook ICP',

@@ -9,7 +9,10 @@ import type { LabSession } from './session.js';
 export async function takeOwn(session: LabSession, { name, file }: NamedFile): Promise<boolean> {
   const short = baseName(name);
   if (!isPosesName(name)) {
-    session.report(`${short} is not a cloud`, 'Drop PLY or PCD files, or the poses of your own ICP');
+    session.report(
+      `${short} is not a cloud`,
+      'Drop PLY or PCD files, or the poses of your own ICP. Depth images, logs and bags: open them under Map, and choose Look inside at a frame',
+    );
     return false;
   }
   if (!session.trace) {

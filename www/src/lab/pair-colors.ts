@@ -7,7 +7,7 @@ export type PairColor = 'residual' | 'weight' | 'contribution';
 export const PAIR_COLORS: readonly { value: PairColor; label: string; ends: readonly [string, string] }[] = [
   { value: 'residual', label: 'Residual', ends: ['≤ 1 mm', '≥ 1 m'] },
   { value: 'weight', label: 'Weight', ends: ['0', '1'] },
-  { value: 'contribution', label: 'Hold on the weakest direction', ends: ['none', 'most'] },
+  { value: 'contribution', label: 'Weakest direction', ends: ['none', 'most'] },
 ];
 
 /** From small to large; blue to orange is told apart by all eyes. */

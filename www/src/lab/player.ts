@@ -56,8 +56,7 @@ export class Player {
   step(direction: 1 | -1): void {
     this.stop();
     const next = direction > 0 ? Math.floor(this.at) + 1 : Math.ceil(this.at) - 1;
-    if (next < 0 || next > this.count) return;
-    if (direction > 0) this.#go(next);
+    if (direction > 0 && next <= this.count) this.#go(next);
     else this.seek(next);
   }
 

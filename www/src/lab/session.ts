@@ -10,7 +10,8 @@ import { KeptIterations } from './kept-iterations.js';
 import { Player } from './player.js';
 import { between, IDENTITY } from './poses.js';
 import type { LabFacts, LabIteration, LabTrace, Options, OwnComparison, Pose } from './protocol.js';
-import { MOST_POINTS, numLargest, tooLarge, voxelFor } from './thinning.js';
+import { MOST_POINTS, voxelFor } from '../../../npm/lab/thinning.js';
+import { numLargest, tooLarge } from './thinning.js';
 import { stateWords } from './words.js';
 
 /** Methods that are compared at most. */
@@ -48,6 +49,8 @@ export class LabSession extends Session<LabClient> {
   pose: Pose = IDENTITY;
   /** The step from the pose, or from the one that the source has just left; null while it is unknown. */
   iteration: LabIteration | null = null;
+  /** Steps done before `iteration`: those before `at` while the pairs there are searched; null where the source was dragged to. */
+  iteration_at: number | null = null;
   /** The source follows the hand. */
   is_dragged = false;
   /** The clouds are in the frame of a camera: x right, y down, z forward. */
@@ -60,6 +63,8 @@ export class LabSession extends Session<LabClient> {
   #num_runs = 0;
   #wanted = '';
   #is_to_be_told = false;
+  /** What was said of the start before. */
+  #start_problem = '';
   #resting: ReturnType<typeof setTimeout> | undefined;
 
   constructor(host: ReactiveControllerHost & EventTarget) {
@@ -86,6 +91,11 @@ export class LabSession extends Session<LabClient> {
   /** The iteration that is looked at: the number of steps that were done before it. */
   get at(): number {
     return Math.floor(this.player.at + 1e-9);
+  }
+
+  /** The step from where the player is; null while it is computed, and where the source follows the hand. */
+  get present(): LabIteration | null {
+    return this.iteration_at === this.at ? this.iteration : null;
   }
 
   protected override leave(): void {
@@ -173,6 +183,7 @@ export class LabSession extends Session<LabClient> {
     const run = { ...this.#makeRun(options), facts: this.facts };
     this.runs = [...this.runs, run];
     this.active = run.id;
+    this.iteration = null;
     await this.#runOne(run.id);
   }
 
@@ -211,6 +222,7 @@ export class LabSession extends Session<LabClient> {
   look(id: number): void {
     const { at } = this;
     this.active = id;
+    this.iteration = null;
     this.#startPlayer();
     this.player.seek(Math.min(at, this.player.count));
   }
@@ -221,6 +233,7 @@ export class LabSession extends Session<LabClient> {
   drag(T: Pose): void {
     this.player.stop();
     this.is_dragged = true;
+    this.iteration_at = null;
     this.pose = T;
     const num_points = (this.facts?.source_points.length ?? 0) / 3;
     const stride = Math.max(1, Math.ceil(num_points / MAX_FOLLOWED_POINTS));
@@ -304,8 +317,10 @@ export class LabSession extends Session<LabClient> {
     this.changed();
     try {
       const facts = await client.prepare(id, options);
-      if (options.voxel_size === undefined && numLargest(facts) > MOST_POINTS) {
-        const voxel_size = await voxelFor(facts, (size) => client.prepare(id, { ...options, voxel_size: size }));
+      if (options.voxel_size === undefined && !facts.is_planar && numLargest(facts) > MOST_POINTS) {
+        const voxel_size = await voxelFor(facts.target_points, async (size) =>
+          numLargest(await client.prepare(id, { ...options, voxel_size: size })),
+        );
         this.tell([tooLarge(facts, voxel_size)]);
         this.#change(id, { options: { ...options, voxel_size } });
         await this.#runOne(id);
@@ -328,19 +343,15 @@ export class LabSession extends Session<LabClient> {
   #onTrace(trace: LabTrace): void {
     this.phase = 'done';
     const reach = this.run?.options.max_correspondence_distance ?? DEFAULT_REACH;
-    if (trace.records[0]?.num_correspondences === 0) {
-      this.report(
-        `The clouds do not overlap from this start: no point of the source has a partner within ${formatLength(reach)}`,
-        'Drag the source onto the target, or raise the largest distance of pairs under Methods',
-      );
-    } else if (trace.end_reason === 'no_step') {
-      this.report(
-        'The pairs fix no step: there are too few, or the target has no normals to measure along',
-        'Choose point to point under Methods, or clouds of more points',
-      );
-    }
+    this.forget(this.#start_problem);
+    const problem = startProblem(trace, reach);
+    this.#start_problem = problem?.[0] ?? '';
+    if (problem) this.report(...problem);
     this.#startPlayer();
-    this.pose = trace.poses.subarray(0, 16);
+    const start = trace.poses.subarray(0, 16);
+    // What was computed at another pose is not shown as that of this start.
+    if (start.some((value, i) => value !== this.pose[i])) this.iteration = null;
+    this.pose = start;
     this.#is_to_be_told = true;
     this.player.seek(0);
   }
@@ -384,6 +395,7 @@ export class LabSession extends Session<LabClient> {
       const iteration = await this.iterationAt(run, at);
       if (this.#wanted !== wanted || this.is_dragged || !iteration) return;
       this.iteration = iteration;
+      this.iteration_at = at;
       if (this.#is_to_be_told) this.announce(stateWords(run, at, iteration));
       this.#is_to_be_told = false;
       this.changed();
@@ -412,6 +424,27 @@ export class LabSession extends Session<LabClient> {
     this.runs = this.runs.map((run) => (run.id === id ? { ...run, ...change } : run));
     this.changed();
   }
+}
+
+/** Why nothing comes of a start, and what helps. `reach`: the largest distance of a pair, m. */
+function startProblem({ records, end_reason }: LabTrace, reach: number): [problem: string, remedy: string] | null {
+  const [first] = records;
+  if (first?.num_correspondences === 0) {
+    return [
+      `The clouds do not overlap from this start: no point of the source has a partner within ${formatLength(reach)}`,
+      'Drag the source onto the target, or raise the largest pair distance under Methods',
+    ];
+  }
+  if (end_reason !== 'no_step') return null;
+  return first?.num_inliers === 0
+    ? [
+        'Every pair is rejected from this start: by distance, by the normals, or as the target has none',
+        'Drag the source nearer to the target, or raise the largest distance or normal angle under Methods',
+      ]
+    : [
+        'The pairs fix no step: there are too few, or the target has no normals to measure along',
+        'Choose point to point under Methods, or clouds of more points',
+      ];
 }
 
 export const numPoses = (trace: LabTrace | null): number => (trace ? trace.poses.length / 16 : 0);

@@ -11,8 +11,9 @@ export const side_styles = css`
   }
   .panel header {
     display: flex;
+    flex-wrap: wrap;
     align-items: baseline;
-    gap: 10px;
+    gap: 0 10px;
     min-height: 24px;
   }
   .panel header .muted,

@@ -6,8 +6,7 @@ import { gradient, PAIR_COLORS, type PairColor, REJECTION_COLORS } from './pair-
 import type { StageLook } from './plane-painter.js';
 import type { Player } from './player.js';
 import type { LabIteration } from './protocol.js';
-import { REJECTION_REASONS } from './protocol.js';
-import { rejectionCounts } from './words.js';
+import { REJECTION_WORDS, rejectionCounts } from './words.js';
 
 /** The sign of each reason, as the stage draws it. */
 const SIGNS = ['◇', '×', '+', '+'] as const;
@@ -51,7 +50,7 @@ export function legend({ look, iteration, is_planar, has_normals, dark, change }
     ${
       is_planar
         ? html`<label
-            >Length
+            >Pair length
             <select
               title="Pairs are drawn so many times as long as they are"
               @change=${({ target }: Event) => change({ ...look, stretch: Number((target as HTMLSelectElement).value) })}
@@ -61,14 +60,14 @@ export function legend({ look, iteration, is_planar, has_normals, dark, change }
           >`
         : nothing
     }
-    ${is_planar && has_normals ? box('normals', 'Normals') : nothing} ${box('rejected', 'Rejected')}
+    ${is_planar && has_normals ? box('normals', 'Normals') : nothing} ${box('rejected', 'Rejected points')}
     ${counts.map((count, reason) =>
       count === 0
         ? nothing
         : html`<span class="sign"
             ><b style="color: ${REJECTION_COLORS[reason]?.[dark ? 'dark' : 'light']}" aria-hidden="true"
               >${SIGNS[reason]}</b
-            >${formatCount(count)} ${REJECTION_REASONS[reason]}</span
+            >${formatCount(count)} ${REJECTION_WORDS[reason]}</span
           >`,
     )}
   </div>`;

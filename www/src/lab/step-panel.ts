@@ -4,37 +4,29 @@ import type { Painter } from '../components/figure-view.js';
 import { iterationTable } from '../components/iteration-table.js';
 import { type Colors, linearAxis, WHOLE } from '../views/axes.js';
 import { drawSeries, plotArea } from '../views/figures.js';
-import { formatAngle, formatCount, formatLength, formatPercent, formatStep } from '../views/format.js';
+import { formatAngle, formatCount, formatLength, formatPercent, formatStep, plural } from '../views/format.js';
 import { equation } from './equation.js';
 import type { CloudMetric, LabIteration, LabTrace } from './protocol.js';
-import { REJECTION_REASONS } from './protocol.js';
-import { formatNumber, rejectionCounts } from './words.js';
+import { endReasonWords, formatNumber, REJECTION_WORDS, rejectionCounts } from './words.js';
 
 export interface StepFacts {
   trace: LabTrace;
   iteration: LabIteration | null;
   metric: CloudMetric;
-  at: number;
-  is_dragged: boolean;
+  /** Steps done before `iteration`; null where the source was dragged to. */
+  at: number | null;
   /** Points of the source. */
   num_source: number;
 }
 
 /** `styles`: side_styles. */
 export function stepPanel(has: StepFacts, chart: TemplateResult): TemplateResult {
-  const { trace, iteration, at, is_dragged } = has;
+  const { trace, iteration, at } = has;
   const count = trace.poses.length / 16 - 1;
-  const title = is_dragged
-    ? 'Before the start'
-    : at === count
-      ? 'At the end'
-      : at === 0
-        ? 'At the start'
-        : `After iteration ${at}`;
-  const before = is_dragged || at === 0 ? null : (trace.costs[at - 1] ?? null);
+  const before = at ? (trace.costs[at - 1] ?? null) : null;
   return html`
     <header>
-      <h2>${title}</h2>
+      <h2>${placeWords(at, count)}</h2>
       <span class="muted">${endWords(trace)}</span>
     </header>
     ${iteration ? facts(iteration, before, has.num_source) : html`<p class="muted">The pairs are being searched…</p>`}
@@ -49,10 +41,14 @@ export function stepPanel(has: StepFacts, chart: TemplateResult): TemplateResult
   `;
 }
 
-function endWords({ converged, end_reason, poses }: LabTrace): string {
-  const count = poses.length / 16 - 1;
-  const end = end_reason || (converged ? 'converged' : 'did not converge');
-  return `${count} ${count === 1 ? 'iteration' : 'iterations'}, ${end.replaceAll('_', ' ')}`;
+function placeWords(at: number | null, count: number): string {
+  if (at === null) return 'Before the start';
+  if (at === count) return 'At the end';
+  return at === 0 ? 'At the start' : `After iteration ${at}`;
+}
+
+function endWords(trace: LabTrace): string {
+  return `${plural(trace.poses.length / 16 - 1, 'iteration')}, ${endReasonWords(trace)}`;
 }
 
 function facts(iteration: LabIteration, cost_before: number | null, num_all: number): TemplateResult {
@@ -84,7 +80,7 @@ function facts(iteration: LabIteration, cost_before: number | null, num_all: num
         num_rejected === 0
           ? 'none'
           : rejected
-              .flatMap((number, reason) => (number > 0 ? [`${formatCount(number)} ${REJECTION_REASONS[reason]}`] : []))
+              .flatMap((number, reason) => (number > 0 ? [`${formatCount(number)} ${REJECTION_WORDS[reason]}`] : []))
               .join(', ')
       }
     </dd>

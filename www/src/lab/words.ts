@@ -1,12 +1,13 @@
 /** What is seen in the lab, in words. */
 import { formatAngle, formatLength, formatStep, plural } from '../views/format.js';
-import type { LabIteration, Options } from './protocol.js';
+import type { LabFacts, LabIteration, Options } from './protocol.js';
 import { REJECTION_REASONS } from './protocol.js';
 
 type Named = { trace: { poses: ArrayLike<number>; converged: boolean; end_reason: string } | null };
 
 /** A number with three digits, for matrices and costs. */
 export function formatNumber(value: number): string {
+  if (Number.isNaN(value)) return '–';
   if (value === 0) return '0';
   const size = Math.abs(value);
   const text =
@@ -22,6 +23,20 @@ export function rejectionCounts({ rejected_reason }: LabIteration): number[] {
   const counts = REJECTION_REASONS.map(() => 0);
   for (const reason of rejected_reason) counts[reason] = (counts[reason] ?? 0) + 1;
   return counts;
+}
+
+/** Why source points have no say in a step, after their count; in the order of `REJECTION_REASONS`. */
+export const REJECTION_WORDS = ['too far', 'by normals', 'trimmed', 'without normal'] as const;
+
+const END_WORDS: Record<string, string> = {
+  max_iterations: 'not converged: iteration limit',
+  cycle: 'not converged: poses repeat',
+  no_step: 'stopped: the pairs fix no step',
+};
+
+/** How a run ended, as the engine's `end_reason` says it. */
+export function endReasonWords({ converged, end_reason }: { converged: boolean; end_reason: string }): string {
+  return END_WORDS[end_reason] ?? (converged ? 'converged' : 'not converged');
 }
 
 /** The state of an iteration, as a screen reader says it. */
@@ -56,17 +71,28 @@ export function metricsFor(is_planar: boolean): (keyof typeof METRICS)[] {
   return is_planar ? ['point_to_point', 'point_to_line'] : ['point_to_point', 'point_to_plane', 'gicp', 'vgicp'];
 }
 
+/** The metric that these options mean for these clouds: where none is given, the engine's choice. */
+export function metricOf(
+  { metric }: Options,
+  { is_planar, target_normals }: Pick<LabFacts, 'is_planar' | 'target_normals'>,
+): keyof typeof METRICS {
+  if (metric) return metric;
+  return is_planar ? 'point_to_line' : target_normals.length > 0 ? 'point_to_plane' : 'point_to_point';
+}
+
 export const metricName = (metric: keyof typeof METRICS): string => METRICS[metric];
 
 /** What a method is called: its metric, and what differs from the engine's defaults. */
-export function methodName(options: Options, is_planar: boolean): string {
+export function methodName(options: Options, facts: Pick<LabFacts, 'is_planar' | 'target_normals'>): string {
   const {
     robust_kernel = 'cauchy',
     robust_kernel_width = 0.05,
     trim_fraction = 0,
     max_correspondence_distance = 0.5,
+    search_translation = 0,
+    search_rotation = 0,
   } = options;
-  const metric = options.metric ? METRICS[options.metric] : is_planar ? METRICS.point_to_line : METRICS.point_to_point;
+  const metric = METRICS[metricOf(options, facts)];
   const has_width = robust_kernel !== 'none' && (robust_kernel !== 'cauchy' || robust_kernel_width !== 0.05);
   return [
     metric,
@@ -77,6 +103,7 @@ export function methodName(options: Options, is_planar: boolean): string {
         : '',
     trim_fraction > 0 ? `trimmed ${Math.round(100 * trim_fraction)}\u202f%` : '',
     max_correspondence_distance === 0.5 ? '' : `within ${formatLength(max_correspondence_distance)}`,
+    search_translation > 0 || search_rotation > 0 ? 'after a search' : '',
   ]
     .filter(Boolean)
     .join(', ');

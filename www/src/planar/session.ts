@@ -135,6 +135,7 @@ export class PlanarSession extends RunSession<PlanarClient, Settings, Dataset, S
   }
 
   override clear(): void {
+    const had_scans = this.dataset !== null;
     this.#num_asked++;
     if (this.phase === 'running') this.client?.stop();
     this.dataset = null;
@@ -143,7 +144,8 @@ export class PlanarSession extends RunSession<PlanarClient, Settings, Dataset, S
     this.num_scans = 0;
     this.messages = [];
     this.phase = 'empty';
-    this.announce('All scans removed.');
+    if (had_scans) this.announce('All scans removed.');
+    this.changed();
   }
 
   /** Come back to the page, it computes again what it was showing. */

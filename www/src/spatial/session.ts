@@ -108,6 +108,7 @@ export class SpatialSession extends RunSession<SpatialClient, SpatialSettings, S
   }
 
   override clear(): void {
+    const had_frames = this.dataset !== null;
     this.#num_intakes++;
     this.#pending = null;
     this.client?.stop();
@@ -116,7 +117,8 @@ export class SpatialSession extends RunSession<SpatialClient, SpatialSettings, S
     this.points = NO_POINTS;
     this.messages = [];
     this.phase = 'empty';
-    this.announce('All frames removed.');
+    if (had_frames) this.announce('All frames removed.');
+    this.changed();
   }
 
   protected override recompute(): void {

@@ -2,8 +2,6 @@
 
 use nalgebra::Vector3;
 
-use super::pattern;
-
 /// Red, green and blue, linear in light.
 pub type Color = Vector3<f64>;
 
@@ -114,11 +112,5 @@ impl Material {
     #[must_use]
     pub fn glowing(self, glow: f64) -> Self {
         Self { glow, casts_shadow: false, ..self }
-    }
-
-    /// Share of the light that comes back, at a point of the surface with this normal, both in the frame that the
-    /// pattern is laid out in.
-    pub fn albedo(&self, p: &Vector3<f64>, normal: &Vector3<f64>) -> Color {
-        pattern::color(self, p, normal)
     }
 }

@@ -5,8 +5,16 @@ use nalgebra::{Vector2, Vector3};
 use super::material::{Color, Material, Pattern};
 use super::noise::{hashed, rough, smooth};
 
+impl Material {
+    /// Share of the light that comes back, at a point of the surface with this normal, both in the frame that the
+    /// pattern is laid out in.
+    pub fn albedo(&self, p: &Vector3<f64>, normal: &Vector3<f64>) -> Color {
+        color(self, p, normal)
+    }
+}
+
 /// Colour at a point of a surface.
-pub fn color(material: &Material, p: &Vector3<f64>, normal: &Vector3<f64>) -> Color {
+fn color(material: &Material, p: &Vector3<f64>, normal: &Vector3<f64>) -> Color {
     let Material { base, second, seed, .. } = *material;
     let uv = planar(p, normal);
     match material.pattern {

@@ -217,7 +217,7 @@ impl<'a> Columns<'a> {
         self.all().find(|column| column.value_index == index).map(|column| column.slot)
     }
 
-    /// The cloud of so many points, from the value of each column of each point.
+    /// The cloud of `num_points` points, from the value of each column of each point.
     fn cloud(&self, num_points: usize, value: impl Fn(&Column<'a>, usize) -> f64) -> PointCloud {
         let coordinate = |axis: usize, point| self.position[axis].as_ref().map_or(0.0, |column| value(column, point));
         let position = |point| DVec3::new(coordinate(0, point), coordinate(1, point), coordinate(2, point));

@@ -75,7 +75,7 @@ impl<'a> Row<'a> {
         self.columns().all(|column| number(column).is_none())
     }
 
-    /// The numbers of the row, which must be so many.
+    /// The numbers of the row, which must have `num_columns` of them.
     pub(super) fn exactly(&self, num_columns: usize, numbers: &mut Vec<f64>) -> Result<()> {
         if self.take(num_columns, true, numbers)?.next().is_some() {
             return Err(self.wrong_columns(self.columns().count(), num_columns));
@@ -83,12 +83,12 @@ impl<'a> Row<'a> {
         Ok(())
     }
 
-    /// The first numbers of the row, of which there must be so many; what follows is not read.
+    /// The first `num_columns` numbers of the row, which must be there; what follows is not read.
     pub(super) fn at_least(&self, num_columns: usize, numbers: &mut Vec<f64>) -> Result<()> {
         self.take(num_columns, false, numbers).map(drop)
     }
 
-    /// Reads so many numbers and gives the columns that are left. A wrong number of columns (with `exact`, too many of
+    /// Reads `num_columns` numbers and gives the columns that are left. A wrong number of columns (with `exact`, too many of
     /// them as well) is reported before a word in the place of a number, since it explains more.
     fn take(
         &self,

@@ -19,7 +19,7 @@ pub(super) const MAX_STEP: f64 = 3.0;
 const REACH_ANYWHERE: f64 = 3.5;
 /// Distance (m) from which a position is another one: the registration from a nearer one leads to the same.
 pub(super) const MIN_DISTANCE: f64 = 0.5;
-/// Of the best positions so many are registered.
+/// Number of best positions that are registered.
 const NUM_REGISTERED: usize = 6;
 
 /// Where a camera may be (m).

@@ -103,7 +103,7 @@ impl KeyframeGraph {
         }
     }
 
-    /// Whether there are so many scans that some are keyframes and loops are looked for.
+    /// Whether there are enough scans for keyframes to be chosen and loops to be searched.
     pub fn is_long(&self) -> bool {
         self.is_long
     }

@@ -20,7 +20,7 @@ impl PoseHistory {
         }
     }
 
-    /// The poses of the first frames, as they were when so many were registered.
+    /// The poses of the first `num_registered` frames, as they were when that many were registered.
     pub(super) fn poses_of_first(&self, num_registered: usize) -> Vec<Pose3> {
         let at_that_time = |changes: &Vec<(usize, Pose3)>| {
             changes.iter().rev().find(|(registered, _)| *registered <= num_registered).map(|(_, pose)| *pose)

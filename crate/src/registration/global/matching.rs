@@ -104,8 +104,8 @@ fn widest_directions(features: &[Feature]) -> [Feature; DIRECTIONS] {
     std::array::from_fn(|k| std::array::from_fn(|i| (DIRECTION_SCALE * eigen.eigenvectors[(i, order[k])]) as f32))
 }
 
-/// Pairs that are each other's nearest in the space of features, by source: all of them, or those of every so many source
-/// points, of which about `max_points` are looked at.
+/// Pairs that are each other's nearest in the space of features, by source: all of them, or those of about
+/// `max_points` source points, evenly spread.
 pub fn mutual_matches(source: &FeatureIndex, target: &FeatureIndex, max_points: usize) -> Vec<Match> {
     let stride = source.features.len().div_ceil(max_points.max(1)).max(1);
     // Of each target point, the nearest of the source points whose nearest it is: no other can be its own nearest.

@@ -101,7 +101,7 @@ const MAX_MATCHED_POINTS: usize = 5000;
 /// Matches that hardly ever agree by chance: on pairs of frames of two rendered floors that show different rooms up to 23
 /// of hundreds or thousands agree, on pairs that overlap by a third 90 and more.
 const MIN_INLIERS: usize = 30;
-/// Fewer are enough where they are so large a share of the matches, ...
+/// Fewer inliers are enough where they are at least this share of the matches, ...
 const SURE_SHARE: f64 = 0.4;
 /// ... but not fewer than this.
 const MIN_SURE_INLIERS: usize = 12;

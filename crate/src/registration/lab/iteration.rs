@@ -23,7 +23,7 @@ pub struct IterationSummary {
     pub num_correspondences: usize,
     /// Pairs that count.
     pub num_inliers: usize,
-    /// Source points that were looked at: all, or every so many as were asked for.
+    /// Source points that were looked at: all, or an evenly spread part of them where that was asked for.
     pub num_points: usize,
     /// Inliers over these.
     pub fitness: f64,

@@ -2,7 +2,7 @@
 
 use super::super::super::space::{Material, Pattern, srgb};
 use super::super::builder::Piece;
-use super::decoration::{plant, vase};
+use super::decoration::{book_colors, plant, vase};
 use super::{lacquer, metal, wood};
 
 /// Boards are so thick (m).
@@ -46,27 +46,6 @@ fn books_standing(piece: &mut Piece, [left, right]: [f64; 2], depth: f64, z: f64
         piece.standing([x + thick / 2.0, 0.02 + deep / 2.0, z], [thick - 0.0015, deep, tall], spine);
         x += thick;
     }
-}
-
-/// Ground and print of a book.
-pub fn book_colors(piece: &mut Piece) -> [super::Color; 2] {
-    let base = piece.choose(&[
-        0x0083_2B2B,
-        0x001F_3D5C,
-        0x0036_5B3C,
-        0x00D8_CDB4,
-        0x0025_2528,
-        0x00C0_8A2E,
-        0x006A_4A6E,
-        0x00A9_B7BF,
-        0x00B5_5A2C,
-        0x0047_7F86,
-        0x00EA_E6DA,
-        0x0059_402C,
-    ]);
-    let second = piece.choose(&[0x00E8_D9A6, 0x00F2_EFE6, 0x001C_1C1E]);
-    let second = if base == 0x00D8_CDB4 || base == 0x00EA_E6DA { 0x0060_2A22 } else { second };
-    [srgb(base), srgb(second)]
 }
 
 /// A wardrobe.

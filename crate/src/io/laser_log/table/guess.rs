@@ -17,7 +17,7 @@ pub(super) const GUESS_LINES: usize = 20;
 const MIN_GROWING_LINES: usize = 3;
 /// Times stand among the outermost columns.
 const MAX_TIME_COLUMN: usize = 3;
-/// The ranges of neighbouring beams differ by less than so much of their size, in some line at least.
+/// The ranges of neighbouring beams differ by less than this share of their size in at least one line.
 const UNLIKE: f64 = 0.1;
 /// What lasers write in place of a range.
 const NO_RETURN: f64 = -1.0;

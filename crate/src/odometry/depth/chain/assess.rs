@@ -16,7 +16,7 @@ const MIN_NCC_FRAMES: u32 = 3;
 /// Photometric correlation (-1..=1) that suffices in any case. Below it, a pose may be off by one period of a repetitive
 /// texture.
 const SUFFICIENT_NCC: f64 = 0.9;
-/// The camera may move so many times as far as it has before.
+/// Largest ratio of a motion to the largest one before it.
 const FASTER: f64 = 2.0;
 
 /// The pose that was found for a frame.
@@ -111,7 +111,7 @@ impl Chain {
         PredictionGate::between(&self.last.T_world_sensor, hypothesis.T_world_sensor(), self.num_rejected)
     }
 
-    /// Whether the frame leaves at most so many times as much of the brightness unexplained (1 - correlation) as others.
+    /// Whether the frame leaves at most this multiple of the unexplained brightness (1 - correlation) of other frames.
     fn is_photometrically_consistent(&self, hypothesis: &PoseHypothesis) -> bool {
         if self.num_ncc_frames < MIN_NCC_FRAMES {
             return true;
