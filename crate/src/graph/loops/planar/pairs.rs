@@ -76,6 +76,12 @@ impl LoopClosure {
     fn pair(&self, target: usize, source: usize, covariances: &RelativeCovariances) -> Option<(f64, Pair)> {
         let (a, b) = (&self.submaps[target], &self.submaps[source]);
         let guess = self.poses[a.anchor].inverse() * self.poses[b.anchor];
+        // Discs that show the same place share a good part of their area. Most pairs are beyond any window.
+        let reach = (a.radius + b.radius) * (1.0 - MIN_OVERLAP);
+        let apart = guess.translation_norm();
+        if apart > reach + MAX_WINDOW {
+            return None;
+        }
         let covariance = covariances.between(target, source);
         let position: Matrix2<f64> = position_covariance(&guess, &covariance);
         let sigma = position.symmetric_eigenvalues().max().max(0.0).sqrt();
@@ -88,9 +94,6 @@ impl LoopClosure {
             translation: (WINDOW_MARGIN.translation + WINDOW_SIGMAS * sigma).min(MAX_WINDOW),
             rotation: (WINDOW_MARGIN.rotation + WINDOW_SIGMAS * heading_sigma).min(std::f64::consts::PI),
         };
-        // Discs that show the same place share a good part of their area.
-        let reach = (a.radius + b.radius) * (1.0 - MIN_OVERLAP);
-        let apart = guess.translation_norm();
         if apart > reach + window.translation {
             return None;
         }
