@@ -12,7 +12,7 @@ use nalgebra::Vector2;
 
 use crate::error::{Error, Result};
 use crate::evaluation::trajectory_error::{PlanarPoint, TrajectoryError, planar_error};
-use crate::geometry::{PointCloud, Pose2, Pose3};
+use crate::geometry::{PointCloud, Pose2, Pose3, RigidMotion};
 use crate::graph::loops::planar::Uncertainty;
 pub use crate::graph::loops::planar::{LoopTrial, LoopTrials, TrialOutcome};
 use crate::io::laser_log::LaserLog;
@@ -203,6 +203,19 @@ impl Reconstruction {
         let Some(run) = &self.run else { return StitchedMap::default() };
         let placed = run.placed().skip_while(|&frame| frame < first);
         StitchedMap::new(placed.map(|frame| (frame as u32, run.scans[frame].as_ref(), run.poses[frame])))
+    }
+
+    /// The points of that part alone (m), world frame.
+    pub fn map_points_from(&self, first: usize) -> Vec<[f32; 2]> {
+        let Some(run) = &self.run else { return Vec::new() };
+        let frames: Vec<usize> = run.placed().skip_while(|&frame| frame < first).collect();
+        let num_points = frames.iter().map(|&frame| run.scans[frame].points.len()).sum();
+        let mut points = Vec::with_capacity(num_points);
+        for frame in frames {
+            let moved = run.scans[frame].points.iter().map(|point| run.poses[frame].act(point));
+            points.extend(moved.map(|point| [point.x as f32, point.y as f32]));
+        }
+        points
     }
 
     /// How many points each of the frames from this one on has in the map.

@@ -149,6 +149,11 @@ impl LoopClosure {
         self.chain.iter().chain(self.loops.iter().map(|closed| &closed.relation)).copied().collect()
     }
 
+    /// Frees the scans: nothing is matched or compared any more.
+    pub fn forget_scans(&mut self) {
+        self.keyframes = Vec::new();
+    }
+
     /// One piece of work: matches the pairs of one target, or begins the next round.
     pub fn advance(&mut self, options: &IcpOptions) {
         if let Some(pair) = self.queue.last().cloned() {

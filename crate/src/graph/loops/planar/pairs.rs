@@ -6,7 +6,7 @@ use nalgebra::Matrix2;
 use super::LoopClosure;
 use super::acceptance::support_needed;
 use super::matching::Pair;
-use super::search_region::SearchRegion;
+use super::search_region::{MAX_WINDOW, SearchRegion};
 use super::uncertainty::RelativeCovariances;
 use crate::geometry::RigidMotion;
 use crate::odometry::planar::information::position_covariance;
@@ -94,6 +94,12 @@ impl LoopClosure {
     fn pair(&self, target: usize, source: usize, covariances: &RelativeCovariances) -> Option<(f64, Pair)> {
         let (a, b) = (&self.submaps[target], &self.submaps[source]);
         let guess = self.poses[a.anchor].inverse() * self.poses[b.anchor];
+        // Discs that show the same place share a good part of their area. Most pairs are beyond any window.
+        let reach = (a.radius + b.radius) * (1.0 - MIN_OVERLAP);
+        let apart = guess.translation_norm();
+        if apart > reach + MAX_WINDOW {
+            return None;
+        }
         let covariance = covariances.between(target, source);
         let position: Matrix2<f64> = position_covariance(&guess, &covariance);
         let sigma = position.symmetric_eigenvalues().max().max(0.0).sqrt();
@@ -102,9 +108,6 @@ impl LoopClosure {
         if is_tied(SETTLED_SIGMA) || (source < target + NUM_CHAINED_SUBMAPS && is_tied(LOOSE_SIGMA)) {
             return None;
         }
-        // Discs that show the same place share a good part of their area.
-        let reach = (a.radius + b.radius) * (1.0 - MIN_OVERLAP);
-        let apart = guess.translation_norm();
         let region = SearchRegion::new(guess, &covariance, reach);
         if apart > reach + region.extent.translation || region.windows.is_empty() {
             return None;

@@ -16,7 +16,7 @@ const WINDOW_SIGMAS: f64 = 3.0;
 /// ... beside this margin (m, rad), ...
 const WINDOW_MARGIN: SearchWindow = SearchWindow { translation: 0.2, rotation: 0.03 };
 /// ... and its largest translation (m).
-const MAX_WINDOW: f64 = 24.0;
+pub(super) const MAX_WINDOW: f64 = 24.0;
 /// Half width above which a square is replaced by a row of windows (m).
 const MAX_SQUARE: f64 = 4.0;
 /// Smallest half width of the row, as a share of its half length, and smallest deviation of the heading at a position, as a share
