@@ -560,6 +560,21 @@ fn the_bearing_is_the_angle_that_changes_with_every_reading() {
 }
 
 #[test]
+fn positions_in_different_units_are_not_used_and_a_growing_x_is_no_time() {
+    let beams: Vec<String> = (-45..=45).map(|degrees| format!("{degrees} deg (mm)")).collect();
+    let table = |y: &str| {
+        let row = |scan: usize| format!("0.{scan},{},{},{}\n", 3 * scan, 2 * scan, vec!["1500"; 91].join(","));
+        format!("x (m),y ({y}),heading_deg,{}\n{}{}{}{}", beams.join(","), row(1), row(2), row(3), row(4))
+    };
+    let format = |y: &str| TableFormat::guess(table(y).as_bytes()).unwrap().format.to_string();
+    assert_eq!(format("m"), "ranges=4:94,unit=mm,start=-45.0000deg,step=1.0000deg,poses=1:2:3:m:deg");
+    assert_eq!(format("cm"), "ranges=4:94,unit=mm,start=-45.0000deg,step=1.0000deg");
+    assert_eq!(read(table("m").as_bytes()).unwrap().losses, Vec::<String>::new());
+    let losses = read(table("cm").as_bytes()).unwrap().losses;
+    assert!(losses[0].contains("different units (x (m), y (cm))"), "{losses:?}");
+}
+
+#[test]
 fn names_may_stand_in_a_comment() {
     let readings = (0..360).fold(String::new(), |text, beam| text + &format!("{beam}.0000\t{}.00\t47\n", 1500 + beam));
     let grabbed = format!("#RPLIDAR SCAN DATA\n#COUNT=360\n#Angule\tDistance\tQuality\n{readings}");

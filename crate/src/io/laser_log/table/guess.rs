@@ -183,8 +183,11 @@ fn guess_scans(table: &Table, rows: &[Row]) -> Guess {
     let known = named.and_then(|named| named.bearings).map(|(start, step)| (start, step, None));
     let (start, step, doubt) = known.unwrap_or_else(|| view_of(end - first, || seam_rank(&table.rows, first, end)));
     let beside = Beside::of(table, rows, (0..first).chain(end..width));
-    let growing =
-        || beside.columns.iter().copied().find(|&column| is_growing(rows, column) && !is_counter(rows, column));
+    // A robot that drives ahead has an x that grows, too.
+    let is_of_pose =
+        |column: usize| [&["x"][..], &["y"], &HEADINGS].iter().any(|words| beside.is_called(column, words));
+    let may_be_time = |&column: &usize| is_growing(rows, column) && !is_counter(rows, column) && !is_of_pose(column);
+    let growing = || beside.columns.iter().copied().find(may_be_time);
     let time = beside.time().or_else(|| growing().map(|column| (column, time_unit(rows, column))));
     let readings =
         rows.iter().flat_map(|row| row.values[first.min(row.values.len())..end.min(row.values.len())].to_vec());
@@ -205,6 +208,11 @@ struct Beside<'a> {
 impl<'a> Beside<'a> {
     fn of(table: &'a Table, rows: &'a [Row], columns: impl Iterator<Item = usize>) -> Self {
         Self { names: &table.names, rows, columns: columns.collect() }
+    }
+
+    /// Whether a column has such a name.
+    fn is_called(&self, column: usize, words: &[&str]) -> bool {
+        self.names.get(column).is_some_and(|name| words.contains(&bare(name)))
     }
 
     /// The first column of such a name that holds numbers.
@@ -239,14 +247,32 @@ impl<'a> Beside<'a> {
 
     /// Where the robot was; `table_unit`: metres of a unit of the ranges.
     fn poses(&self, table_unit: f64) -> Option<OdometryColumns> {
-        let ((x, x_name), (y, _)) = (self.named(&["x"])?, self.named(&["y"])?);
+        let ((x, x_name), (y, y_name)) = (self.named(&["x"])?, self.named(&["y"])?);
         let (theta, heading_name) = self.named(&HEADINGS)?;
+        if are_unlike(x_name, y_name) {
+            return None;
+        }
         let unit = unit_in(x_name, &UNITS).or_else(|| self.is_in_metres([x, y], table_unit).then_some(1.0));
         let is_beyond = |row: &Row| row.values.get(theta).is_some_and(|heading| heading.abs() > MAX_RADIANS);
         let is_wide = !heading_name.contains("rad") && self.rows.iter().any(is_beyond);
         let heading = if is_wide { 1f64.to_radians() } else { heading_unit(heading_name) };
         Some(OdometryColumns::Pose(PoseColumns { columns: [x, y, theta], unit, heading }))
     }
+}
+
+/// Whether the names of two columns say different units of length.
+fn are_unlike(x_name: &str, y_name: &str) -> bool {
+    let [x, y] = [x_name, y_name].map(|name| unit_in(name, &UNITS));
+    x.is_some() && y.is_some() && x != y
+}
+
+/// That positions are not used whose x and y are in different units by their names.
+pub(super) fn loss_of_positions(names: &[String]) -> Option<String> {
+    let named = |word: &str| names.iter().find(|name| bare(name) == word);
+    let (x, y) = (named("x")?, named("y")?);
+    are_unlike(x, y).then(|| {
+        format!("The positions are in different units ({x}, {y}) and were not used. Save x and y in one unit.")
+    })
 }
 
 /// A `LaserScan` without names, as `ros2 topic echo --csv` writes it: angle_min, angle_max, angle_increment, time_increment,

@@ -163,6 +163,7 @@ pub(super) fn read_guessed(text: &[u8]) -> Result<LaserLog> {
         "A table of ranges, read as --table {format}. Give another format if that is not what its columns are."
     ));
     log.notes.extend(note_on_direction(&format));
+    log.losses.extend(guess::loss_of_positions(&table.names));
     Ok(log)
 }
 
