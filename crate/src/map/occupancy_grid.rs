@@ -117,7 +117,7 @@ impl OccupancyGrid {
         let num_steps = (last - cell).abs().sum();
         let mut index = cell.y as usize * self.width + cell.x as usize;
         // From a table: which way it goes cannot be foreseen.
-        let steps = [(step.x as isize, per_cell.x, 0.0), (step.y as isize * self.width as isize, 0.0, per_cell.y)];
+        let steps = [(step.x as isize, per_cell.x, 0.0), (step.y as isize * self.width.cast_signed(), 0.0, per_cell.y)];
         for _ in 0..num_steps {
             if marks.first(index) {
                 let log_odds = self.log_odds[index] + LOG_ODDS_MISS;

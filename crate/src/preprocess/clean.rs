@@ -104,10 +104,10 @@ fn range(position: Vec3) -> f64 {
 /// through sines, cosines and single precision), and more than lie in the twentieth below it. The latter since ranges
 /// are recorded in steps, of a centimetre say, and a wall that happens to be the farthest thing gives equal ones too.
 pub fn range_limit<'a>(scans: impl IntoIterator<Item = &'a [Vec3], IntoIter: Clone>) -> Option<f64> {
-    let scans = scans.into_iter();
     const SAME_RANGE: f64 = 1.0 - 1e-6;
     const BELOW_RANGE: f64 = 0.95;
     const MIN_RETURNS_AT_LIMIT: usize = 3;
+    let scans = scans.into_iter();
     let largest = scans.clone().map(largest_range).fold(0.0, f64::max);
     let (mut num_at_limit, mut num_below, mut is_farther) = (0, 0, false);
     for scan in scans {

@@ -16,8 +16,8 @@ pub(super) const NUM_LEVELS: usize = 6;
 const MAX_CELLS: f64 = 4e6;
 /// Blocks of a row that are scored together: their sums, of 16 bits each, fill a vector of WebAssembly.
 pub(super) const LANES: usize = 8;
-/// Zeros on either side of a row of blocks.
-const PADDING: i32 = LANES as i32;
+/// Zeros on either side of a row of blocks, as many as are scored together.
+const PADDING: i32 = 8;
 
 /// A target drawn into a pyramid of likelihoods. Levels are made when a search first needs them.
 pub struct LikelihoodGrid {
